@@ -1,0 +1,10 @@
+//! An offline batch renderer for CPUs: a scene file and a camera path become a sequence of HDR frames.
+//!
+//! The floors, from the ground up: [`math`], [`value`]; the kinds ([`shape`], ...); [`accel`]. A module uses the
+//! floors below its own, never one above.
+
+pub mod accel;
+mod kind;
+pub mod math;
+pub mod shape;
+pub mod value;

@@ -1,0 +1,17 @@
+//! Numbers: the floor everything else stands on. Nothing here knows about scenes, files or threads.
+
+pub mod aabb;
+pub mod float;
+pub mod frame;
+pub mod hash;
+pub mod ray;
+pub mod rgb;
+pub mod transform;
+pub mod trig;
+
+pub use aabb::Aabb;
+pub use frame::Frame;
+pub use glam::{DVec3, Vec2, Vec3};
+pub use ray::Ray;
+pub use rgb::Rgb;
+pub use transform::Transform;

@@ -1,0 +1,37 @@
+//! Rays.
+
+use glam::Vec3;
+
+/// The points `o + t d` with `tmin <= t <= tmax`. `d` need not be a unit vector; `t` counts its lengths.
+///
+/// 32 bytes, an array of them is what an acceleration structure reads.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    pub o: Vec3,
+    pub tmin: f32,
+    pub d: Vec3,
+    pub tmax: f32,
+}
+
+impl Ray {
+    /// The half line from `o` along `d`.
+    pub fn new(o: Vec3, d: Vec3) -> Self {
+        Self {
+            o,
+            tmin: 0.0,
+            d,
+            tmax: f32::INFINITY,
+        }
+    }
+
+    /// The segment from `o` to just before `o + t d`, as a shadow ray wants it.
+    pub fn segment(o: Vec3, d: Vec3, tmax: f32) -> Self {
+        Self { o, tmin: 0.0, d, tmax }
+    }
+
+    /// The point at `t`.
+    pub fn at(&self, t: f32) -> Vec3 {
+        self.o + self.d * t
+    }
+}

@@ -1,0 +1,104 @@
+//! Colours: three scene-linear numbers.
+
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub};
+
+/// A scene-linear colour, a radiance or a weight for each of red, green and blue.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Rgb {
+    pub r: f32,
+    pub g: f32,
+    pub b: f32,
+}
+
+impl Rgb {
+    pub const BLACK: Self = Self::gray(0.0);
+    pub const WHITE: Self = Self::gray(1.0);
+
+    pub const fn new(r: f32, g: f32, b: f32) -> Self {
+        Self { r, g, b }
+    }
+
+    pub const fn gray(v: f32) -> Self {
+        Self::new(v, v, v)
+    }
+
+    pub const fn from_array([r, g, b]: [f32; 3]) -> Self {
+        Self::new(r, g, b)
+    }
+
+    pub const fn to_array(self) -> [f32; 3] {
+        [self.r, self.g, self.b]
+    }
+
+    /// Applies `f` to each channel.
+    pub fn map(self, f: impl Fn(f32) -> f32) -> Self {
+        Self::new(f(self.r), f(self.g), f(self.b))
+    }
+
+    /// The largest channel.
+    pub fn max_component(self) -> f32 {
+        self.r.max(self.g).max(self.b)
+    }
+
+    /// The mean of the channels.
+    pub fn mean(self) -> f32 {
+        (self.r + self.g + self.b) / 3.0
+    }
+
+    /// Whether all channels are exactly 0: nothing to trace for.
+    pub fn is_black(self) -> bool {
+        self == Self::BLACK
+    }
+
+    pub fn is_finite(self) -> bool {
+        self.r.is_finite() && self.g.is_finite() && self.b.is_finite()
+    }
+}
+
+impl Add for Rgb {
+    type Output = Self;
+    fn add(self, o: Self) -> Self {
+        Self::new(self.r + o.r, self.g + o.g, self.b + o.b)
+    }
+}
+
+impl Sub for Rgb {
+    type Output = Self;
+    fn sub(self, o: Self) -> Self {
+        Self::new(self.r - o.r, self.g - o.g, self.b - o.b)
+    }
+}
+
+impl Mul for Rgb {
+    type Output = Self;
+    fn mul(self, o: Self) -> Self {
+        Self::new(self.r * o.r, self.g * o.g, self.b * o.b)
+    }
+}
+
+impl Mul<f32> for Rgb {
+    type Output = Self;
+    fn mul(self, s: f32) -> Self {
+        Self::new(self.r * s, self.g * s, self.b * s)
+    }
+}
+
+impl Div<f32> for Rgb {
+    type Output = Self;
+    fn div(self, s: f32) -> Self {
+        Self::new(self.r / s, self.g / s, self.b / s)
+    }
+}
+
+impl AddAssign for Rgb {
+    fn add_assign(&mut self, o: Self) {
+        *self = *self + o;
+    }
+}
+
+impl MulAssign for Rgb {
+    fn mul_assign(&mut self, o: Self) {
+        *self = *self * o;
+    }
+}

@@ -1,0 +1,188 @@
+//! Affine transforms with their inverse.
+
+use glam::{Affine3A, DAffine3, DMat3, DMat4, DVec3, Vec3};
+
+use super::{Aabb, Ray};
+
+/// An invertible affine map from an object's own space to the world, with its inverse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transform {
+    world_from_local: Affine3A,
+    local_from_world: Affine3A,
+}
+
+impl Transform {
+    pub const IDENTITY: Self = Self {
+        world_from_local: Affine3A::IDENTITY,
+        local_from_world: Affine3A::IDENTITY,
+    };
+
+    /// `None` where the map has no usable inverse: it is singular or its numbers are not finite.
+    pub fn new(world_from_local: DAffine3) -> Option<Self> {
+        let m = world_from_local.matrix3;
+        let volume = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
+        let relative = m.determinant().abs() / volume;
+        if relative.is_nan() || relative < 1e-12 {
+            return None;
+        }
+        let inverse = world_from_local.inverse();
+        let t = Self {
+            world_from_local: world_from_local.as_affine3a(),
+            local_from_world: inverse.as_affine3a(),
+        };
+        (t.world_from_local.is_finite() && t.local_from_world.is_finite()).then_some(t)
+    }
+
+    /// Scale first, then rotate about the fixed x, y and z axes in this order (`rotate`, degrees), then translate.
+    pub fn from_parts(translate: DVec3, rotate: DVec3, scale: DVec3) -> Option<Self> {
+        let rotation = axis_rotation(2, rotate.z) * axis_rotation(1, rotate.y) * axis_rotation(0, rotate.x);
+        Self::new(DAffine3 {
+            matrix3: rotation * DMat3::from_diagonal(scale),
+            translation: translate,
+        })
+    }
+
+    /// From 16 numbers, row by row, column vectors; `None` for a singular matrix or a last row that is not 0 0 0 1.
+    pub fn from_rows(rows: [[f64; 4]; 4]) -> Option<Self> {
+        if rows[3] != [0.0, 0.0, 0.0, 1.0] {
+            return None;
+        }
+        let m = DMat4::from_cols_array_2d(&rows).transpose();
+        Self::new(DAffine3::from_mat4(m))
+    }
+
+    pub fn is_identity(&self) -> bool {
+        *self == Self::IDENTITY
+    }
+
+    /// `self` after `inner`.
+    pub fn then_from(&self, inner: &Self) -> Option<Self> {
+        Self::new(widen(self.world_from_local) * widen(inner.world_from_local))
+    }
+
+    pub fn world_from_local(&self) -> Affine3A {
+        self.world_from_local
+    }
+
+    pub fn local_from_world(&self) -> Affine3A {
+        self.local_from_world
+    }
+
+    /// A world-space ray in local space; its `t` means the same point in both.
+    pub fn ray_to_local(&self, ray: &Ray) -> Ray {
+        Ray {
+            o: self.local_from_world.transform_point3(ray.o),
+            d: self.local_from_world.transform_vector3(ray.d),
+            ..*ray
+        }
+    }
+
+    pub fn point_to_world(&self, p: Vec3) -> Vec3 {
+        self.world_from_local.transform_point3(p)
+    }
+
+    pub fn point_to_local(&self, p: Vec3) -> Vec3 {
+        self.local_from_world.transform_point3(p)
+    }
+
+    pub fn vector_to_world(&self, v: Vec3) -> Vec3 {
+        self.world_from_local.transform_vector3(v)
+    }
+
+    /// A normal, by the inverse transpose; not normalised. A mirroring map keeps the side it points to.
+    pub fn normal_to_world(&self, n: Vec3) -> Vec3 {
+        let m = self.local_from_world.matrix3;
+        let n = glam::Vec3A::from(n);
+        Vec3::new(m.x_axis.dot(n), m.y_axis.dot(n), m.z_axis.dot(n))
+    }
+
+    /// The bound of each coordinate's error after mapping `p`, known up to `p_error`, to the world.
+    pub fn point_error_to_world(&self, p: Vec3, p_error: Vec3) -> Vec3 {
+        let m = self.world_from_local.matrix3;
+        let t = Vec3::from(self.world_from_local.translation).abs();
+        let abs = |v: Vec3| {
+            Vec3::from(m.x_axis.abs()) * v.x + Vec3::from(m.y_axis.abs()) * v.y + Vec3::from(m.z_axis.abs()) * v.z
+        };
+        let g = super::float::gamma(4);
+        abs(p_error) * (1.0 + g) + (abs(p.abs()) + t) * g
+    }
+
+    /// Whether it turns right-handed into left-handed.
+    pub fn is_mirroring(&self) -> bool {
+        self.world_from_local.matrix3.determinant() < 0.0
+    }
+
+    /// The world-space box around a local one.
+    pub fn bounds_to_world(&self, local: &Aabb) -> Aabb {
+        if self.is_identity() || local.is_empty() {
+            return *local;
+        }
+        if !local.is_finite() {
+            return Aabb::UNBOUNDED;
+        }
+        Aabb::from_points((0..8).map(|i| self.point_to_world(local.corner(i)))).padded(4.0)
+    }
+}
+
+fn widen(a: Affine3A) -> DAffine3 {
+    DAffine3 {
+        matrix3: a.matrix3.as_dmat3(),
+        translation: a.translation.as_dvec3(),
+    }
+}
+
+/// The rotation about coordinate axis `axis` by `degrees`, exact at multiples of 90.
+pub fn axis_rotation(axis: usize, degrees: f64) -> DMat3 {
+    let (s, c) = match degrees.rem_euclid(360.0) {
+        0.0 => (0.0, 1.0),
+        90.0 => (1.0, 0.0),
+        180.0 => (0.0, -1.0),
+        270.0 => (-1.0, 0.0),
+        d => (libm::sin(d.to_radians()), libm::cos(d.to_radians())),
+    };
+    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+    let mut m = DMat3::IDENTITY;
+    let mut set = |row: usize, col: usize, x: f64| m.col_mut(col)[row] = x;
+    set(u, u, c);
+    set(v, u, s);
+    set(u, v, -s);
+    set(v, v, c);
+    m
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rotation_about_fixed_axes_goes_x_then_y_then_z() {
+        let t = Transform::from_parts(DVec3::ZERO, DVec3::new(90.0, 0.0, 90.0), DVec3::ONE).expect("a rotation");
+        // +y goes to +z by x, stays by z.
+        assert_eq!(t.point_to_world(Vec3::Y), Vec3::Z);
+        // +x stays by x, goes to +y by z.
+        assert_eq!(t.point_to_world(Vec3::X), Vec3::Y);
+    }
+
+    #[test]
+    fn normals_stay_perpendicular_under_scale_and_mirror() {
+        let t = Transform::from_parts(
+            DVec3::new(1.0, 2.0, 3.0),
+            DVec3::new(10.0, 20.0, 30.0),
+            DVec3::new(-2.0, 0.5, 3.0),
+        )
+        .expect("invertible");
+        let n = t.normal_to_world(Vec3::Z);
+        assert!(n.dot(t.vector_to_world(Vec3::X)).abs() < 1e-5);
+        assert!(n.dot(t.vector_to_world(Vec3::Y)).abs() < 1e-5);
+        assert!(n.dot(t.vector_to_world(Vec3::Z)) > 0.0);
+        assert!(t.is_mirroring());
+        let p = Vec3::new(0.3, -7.0, 2.0);
+        assert!((t.point_to_local(t.point_to_world(p)) - p).length() < 1e-5);
+    }
+
+    #[test]
+    fn singular_and_non_finite_maps_are_refused() {
+        assert!(Transform::from_parts(DVec3::ZERO, DVec3::ZERO, DVec3::new(1.0, 0.0, 1.0)).is_none());
+        assert!(Transform::from_parts(DVec3::splat(f64::NAN), DVec3::ZERO, DVec3::ONE).is_none());
+    }
+}

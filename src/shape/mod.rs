@@ -1,0 +1,96 @@
+//! Shapes: what a ray can meet, each in its own local space.
+//!
+//! A shape answers four questions. *Where is it* ([`ShapeKind::bounds`]), *where does a ray meet it*
+//! ([`ShapeKind::intersect`], asked very often and so kept to the least that tells two hits apart), *what is there*
+//! ([`ShapeKind::surface`], asked once, for the winning hit only), and *how does light leave it*
+//! ([`ShapeKind::sample`] and [`ShapeKind::pdf`], for emitters).
+//!
+//! Normals are as authored: of a closed shape they point outwards, of a flat one to the side its corners are wound
+//! about; they are never turned towards the viewer here.
+
+use crate::{
+    kind::kinds,
+    math::{Aabb, Ray, Vec2, Vec3},
+};
+
+pub mod sphere;
+pub mod triangle;
+
+/// Where a ray meets a shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShapeHit {
+    /// In lengths of the ray's direction.
+    pub t: f32,
+    /// With `v`, whatever the shape itself needs to find the place again in [`ShapeKind::surface`].
+    pub u: f32,
+    pub v: f32,
+}
+
+/// The surface around a hit, in the shape's local space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LocalSurface {
+    /// The point, brought back onto the surface.
+    pub p: Vec3,
+    /// Bound on the absolute error of each coordinate of `p`.
+    pub p_error: Vec3,
+    /// Unit geometric normal, as authored.
+    pub ng: Vec3,
+    /// Surface parameters, what `mapping.uv` textures read.
+    pub uv: Vec2,
+    /// How `p` moves with `uv.x` and with `uv.y`.
+    pub dpdu: Vec3,
+    pub dpdv: Vec3,
+}
+
+/// A point on a shape, chosen at random as seen from somewhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShapeSample {
+    pub p: Vec3,
+    /// Unit geometric normal, as authored.
+    pub ng: Vec3,
+    /// Density of the direction towards `p`, in sr^-1 as seen from `from`.
+    pub pdf: f32,
+}
+
+/// The contract of every shape. All quantities are in local space, lengths in metres.
+pub trait ShapeKind {
+    /// A box around it; [`Aabb::UNBOUNDED`] where there is none.
+    fn bounds(&self) -> Aabb;
+
+    /// The nearest hit with `ray.tmin < t <= ray.tmax`. The direction need not be a unit vector. Never NaN.
+    fn intersect(&self, ray: &Ray) -> Option<ShapeHit>;
+
+    /// The surface at a hit that [`ShapeKind::intersect`] returned for `ray`.
+    fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface;
+
+    /// The surface's area, in m^2; infinite for an unbounded shape.
+    fn area(&self) -> f32;
+
+    /// A point on the shape as seen from `from`, by two uniform numbers in `[0, 1)`; `None` where it cannot be
+    /// seen or cannot be sampled.
+    fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample>;
+
+    /// The density of [`ShapeKind::sample`] to choose the unit direction `wi`, which meets the shape at `hit`, in
+    /// sr^-1.
+    fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32;
+}
+
+kinds! {
+    /// A shape, flat and without pointers.
+    enum Shape / ShapeDesc {
+        "sphere" => Sphere(sphere::Sphere, sphere::SphereDesc),
+    }
+    described only {}
+    /// See [`ShapeKind::bounds`].
+    fn bounds(&self) -> Aabb;
+    /// See [`ShapeKind::intersect`].
+    fn intersect(&self, ray: &Ray) -> Option<ShapeHit>;
+    /// See [`ShapeKind::surface`].
+    fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface;
+    /// See [`ShapeKind::area`].
+    fn area(&self) -> f32;
+    /// See [`ShapeKind::sample`].
+    fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample>;
+    /// See [`ShapeKind::pdf`].
+    fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32;
+}

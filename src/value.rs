@@ -1,0 +1,254 @@
+//! The words of scene files: numbers, points, directions and colours that check themselves while they are read, so that
+//! an error points at the very value, and the problems that a closer look finds.
+
+use std::{fmt, ops::Range};
+
+use glam::Vec3;
+use serde::{Deserialize, Deserializer, de};
+pub use serde_spanned::Spanned;
+
+use crate::math::Rgb;
+
+/// Byte offsets into a scene file.
+pub type Span = Range<usize>;
+
+/// Something wrong with a description, and where it stands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Problem {
+    pub span: Option<Span>,
+    pub message: String,
+    /// What to do about it, where that is known.
+    pub help: Option<String>,
+}
+
+impl Problem {
+    pub fn at(span: Span, message: impl Into<String>) -> Self {
+        Self {
+            span: Some(span),
+            message: message.into(),
+            help: None,
+        }
+    }
+
+    pub fn with_help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}
+
+/// The candidate nearest to `word` in spelling, if it is near enough to be what was meant.
+pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let lower = word.to_lowercase();
+    candidates
+        .into_iter()
+        .map(|c| (strsim::damerau_levenshtein(&lower, &c.to_lowercase()), c))
+        .filter(|(distance, c)| *distance <= 1 + c.len().min(word.len()) / 4)
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, c)| c)
+}
+
+fn finite<E: de::Error>(v: f64) -> Result<f32, E> {
+    let single = v as f32;
+    if single.is_finite() {
+        Ok(single)
+    } else if v.is_finite() {
+        Err(E::custom(format_args!("{v:e} is too large")))
+    } else {
+        Err(E::custom(format_args!("expected a finite number, found {v}")))
+    }
+}
+
+macro_rules! number {
+    ($(#[$meta:meta])* $Name:ident, $what:literal, $ok:expr) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+        pub struct $Name(pub f32);
+
+        impl<'de> Deserialize<'de> for $Name {
+            fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+                let v = finite::<D::Error>(f64::deserialize(d)?)?;
+                let ok: fn(f32) -> bool = $ok;
+                if ok(v) {
+                    Ok(Self(v))
+                } else {
+                    Err(de::Error::custom(format_args!(concat!("expected ", $what, ", found {}"), v)))
+                }
+            }
+        }
+
+        impl From<$Name> for f32 {
+            fn from(v: $Name) -> f32 {
+                v.0
+            }
+        }
+    };
+}
+
+number!(
+    /// Any finite number.
+    Real,
+    "a finite number",
+    |_| true
+);
+number!(
+    /// A finite number above 0: a radius, a height, a width.
+    Positive,
+    "a number above 0",
+    |v| v > 0.0
+);
+number!(
+    /// A finite number of at least 0.
+    NonNegative,
+    "a number of at least 0",
+    |v| v >= 0.0
+);
+number!(
+    /// A finite number from 0 to 1.
+    Unit,
+    "a number from 0 to 1",
+    |v| (0.0..=1.0).contains(&v)
+);
+
+/// A point or an offset: three finite numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point(pub Vec3);
+
+impl<'de> Deserialize<'de> for Point {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        let [x, y, z] = <[Real; 3]>::deserialize(d)?;
+        Ok(Self(Vec3::new(x.0, y.0, z.0)))
+    }
+}
+
+/// A direction: three finite numbers, not all 0. Held as a unit vector.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Direction(pub Vec3);
+
+impl<'de> Deserialize<'de> for Direction {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        let Point(v) = Point::deserialize(d)?;
+        let unit = v.as_dvec3().try_normalize();
+        unit.map(|u| Self(u.as_vec3()))
+            .ok_or_else(|| de::Error::custom("expected a direction, found a vector of length 0"))
+    }
+}
+
+/// A weight for each channel, none of them negative: one number for all three, or `[r, g, b]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tint(pub Rgb);
+
+impl<'de> Deserialize<'de> for Tint {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        struct TintVisitor;
+        impl<'de> de::Visitor<'de> for TintVisitor {
+            type Value = Tint;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number or [r, g, b]")
+            }
+            fn visit_f64<E: de::Error>(self, v: f64) -> Result<Tint, E> {
+                Ok(Tint(Rgb::gray(not_negative(finite(v)?)?)))
+            }
+            fn visit_i64<E: de::Error>(self, v: i64) -> Result<Tint, E> {
+                self.visit_f64(v as f64)
+            }
+            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<Tint, A::Error> {
+                color_from_seq(seq).map(Tint)
+            }
+        }
+        d.deserialize_any(TintVisitor)
+    }
+}
+
+fn not_negative<E: de::Error>(v: f32) -> Result<f32, E> {
+    if v >= 0.0 {
+        Ok(v)
+    } else {
+        Err(E::custom(format_args!("expected a number of at least 0, found {v}")))
+    }
+}
+
+fn color_from_seq<'de, A: de::SeqAccess<'de>>(seq: A) -> Result<Rgb, A::Error> {
+    let channels = <[NonNegative; 3]>::deserialize(de::value::SeqAccessDeserializer::new(seq))?;
+    Ok(Rgb::from_array(channels.map(f32::from)))
+}
+
+/// A colour that may vary over a surface: `[r, g, b]` (scene-linear), or `"texture.NAME"`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ColorSource {
+    Constant(Rgb),
+    /// The name of a texture of the same file.
+    Texture(String),
+}
+
+impl<'de> Deserialize<'de> for ColorSource {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        struct SourceVisitor;
+        impl<'de> de::Visitor<'de> for SourceVisitor {
+            type Value = ColorSource;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("[r, g, b] or \"texture.NAME\"")
+            }
+            fn visit_str<E: de::Error>(self, v: &str) -> Result<ColorSource, E> {
+                match v.strip_prefix("texture.") {
+                    Some(name) if !name.is_empty() => Ok(ColorSource::Texture(name.to_owned())),
+                    _ => Err(E::invalid_value(de::Unexpected::Str(v), &self)),
+                }
+            }
+            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<ColorSource, A::Error> {
+                color_from_seq(seq).map(ColorSource::Constant)
+            }
+        }
+        d.deserialize_any(SourceVisitor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, Deserialize)]
+    struct Row<T> {
+        v: T,
+    }
+
+    fn read<T: de::DeserializeOwned>(text: &str) -> Result<T, String> {
+        toml::from_str::<Row<T>>(text)
+            .map(|r| r.v)
+            .map_err(|e| e.message().to_owned())
+    }
+
+    #[test]
+    fn numbers_say_what_they_expect() {
+        assert_eq!(read::<Positive>("v = 2"), Ok(Positive(2.0)));
+        assert_eq!(
+            read::<Positive>("v = -1"),
+            Err("expected a number above 0, found -1".into())
+        );
+        assert_eq!(
+            read::<Real>("v = nan"),
+            Err("expected a finite number, found NaN".into())
+        );
+        assert_eq!(read::<Real>("v = 1e300"), Err("1e300 is too large".into()));
+    }
+
+    #[test]
+    fn colors_are_numbers_or_textures() {
+        assert_eq!(
+            read::<ColorSource>("v = 'texture.a'"),
+            Ok(ColorSource::Texture("a".into()))
+        );
+        assert_eq!(
+            read::<ColorSource>("v = [1, 0.5, 0]"),
+            Ok(ColorSource::Constant(Rgb::new(1.0, 0.5, 0.0)))
+        );
+        assert!(read::<ColorSource>("v = 'red'").is_err());
+        assert_eq!(read::<Tint>("v = 0.8"), Ok(Tint(Rgb::gray(0.8))));
+    }
+
+    #[test]
+    fn near_words_are_suggested_and_far_ones_are_not() {
+        assert_eq!(did_you_mean("radus", ["center", "radius"]), Some("radius"));
+        assert_eq!(did_you_mean("colour", ["center", "color"]), Some("color"));
+        assert_eq!(did_you_mean("banana", ["center", "radius"]), None);
+    }
+}
