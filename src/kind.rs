@@ -21,10 +21,12 @@ macro_rules! kinds {
         $(#[$meta:meta])*
         enum $Kind:ident / $Desc:ident $rows:tt
         described only $extra:tt
+        compile($($parameter:ident: $Parameter:ty)?) -> $Error:ty;
         $( $(#[$doc:meta])* fn $method:ident(&self $(, $arg:ident: $ty:ty)* $(,)?) $(-> $ret:ty)?; )*
     ) => {
         kinds!(@kind [$(#[$meta])*] $Kind $rows);
         kinds!(@desc $Desc $rows $extra);
+        kinds!(@compile $Kind $Desc $rows [$($parameter: $Parameter)?] $Error);
         impl $Kind {
             $(
                 $(#[$doc])*
@@ -57,6 +59,22 @@ macro_rules! kinds {
                     $( Self::$Variant(_) => $name, )*
                     $( Self::$Extra(_) => $xname, )*
                 }
+            }
+        }
+    };
+    (@compile $Kind:ident $Desc:ident { $( $name:literal => $Variant:ident($Runtime:ty, $Text:ty), )* } [] $Error:ty) => {
+        impl $Desc {
+            /// What is rendered, of what was described.
+            pub fn compile(&self) -> Result<$Kind, $Error> {
+                Ok(match self { $( Self::$Variant(desc) => $Kind::$Variant(desc.compile()?), )* })
+            }
+        }
+    };
+    (@compile $Kind:ident $Desc:ident { $( $name:literal => $Variant:ident($Runtime:ty, $Text:ty), )* } [$parameter:ident: $Parameter:ty] $Error:ty) => {
+        impl $Desc {
+            /// What is rendered, of what was described.
+            pub fn compile(&self, $parameter: $Parameter) -> Result<$Kind, $Error> {
+                Ok(match self { $( Self::$Variant(desc) => $Kind::$Variant(desc.compile($parameter)?), )* })
             }
         }
     };

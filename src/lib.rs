@@ -4,7 +4,12 @@
 //! floors below its own, never one above.
 
 pub mod accel;
+pub mod filter;
 mod kind;
+pub mod light;
+pub mod material;
 pub mod math;
+pub mod sampler;
 pub mod shape;
+pub mod texture;
 pub mod value;

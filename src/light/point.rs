@@ -1,0 +1,73 @@
+//! A light at a point, the same in all directions.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `position` | `[x, y, z]` | m | required |
+//! | `intensity` | number or `[r, g, b]` | W sr^-1 | required |
+//! | `falloff` | `"inverse-square"` or `"none"` | | `"inverse-square"` |
+//!
+//! ```toml
+//! [[light]]
+//! point = { position = [0, 3, 0], intensity = [40, 40, 36] }
+//! ```
+
+use serde::Deserialize;
+
+use super::{Falloff, LightKind, LightSample, from_point};
+use crate::{
+    math::{Rgb, Vec2, Vec3},
+    value::{Point, Problem, Tint},
+};
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointDesc {
+    pub position: Point,
+    pub intensity: Tint,
+    #[serde(default)]
+    pub falloff: Falloff,
+}
+
+impl PointDesc {
+    pub fn compile(&self) -> Result<PointLight, Problem> {
+        Ok(PointLight {
+            position: self.position.0,
+            intensity: self.intensity.0,
+            falloff: self.falloff,
+        })
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct PointLight {
+    pub position: Vec3,
+    pub intensity: Rgb,
+    pub falloff: Falloff,
+}
+
+impl LightKind for PointLight {
+    #[inline]
+    fn sample(&self, from: Vec3, _u: Vec2) -> Option<LightSample> {
+        from_point(self.position, from, self.falloff, |_| self.intensity)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn irradiance_falls_with_the_square_of_the_distance_or_not_at_all() {
+        let light = |falloff| PointLight {
+            position: Vec3::new(0.0, 2.0, 0.0),
+            intensity: Rgb::gray(8.0),
+            falloff,
+        };
+        let at = |falloff, y| light(falloff).sample(Vec3::new(0.0, y, 0.0), Vec2::ZERO).expect("lit");
+        assert_eq!(at(Falloff::InverseSquare, 0.0).li, Rgb::gray(2.0));
+        assert_eq!(at(Falloff::InverseSquare, -2.0).li, Rgb::gray(0.5));
+        assert_eq!(at(Falloff::None, -2.0).li, Rgb::gray(8.0));
+        assert_eq!(at(Falloff::None, -2.0).wi, Vec3::Y);
+        assert_eq!(at(Falloff::None, -2.0).distance, 4.0);
+    }
+}

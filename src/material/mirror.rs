@@ -1,0 +1,57 @@
+//! A perfect mirror, seen from both sides.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `reflectance` | number or `[r, g, b]`; the part of the light that is reflected | | 1 |
+//!
+//! ```toml
+//! [material.silver]
+//! mirror = { reflectance = [0.97, 0.96, 0.91] }
+//! ```
+
+use serde::Deserialize;
+
+use super::{FindColor, MaterialKind, Terms};
+use crate::{
+    math::Rgb,
+    texture::{TexturePoint, Textures},
+    value::{Problem, Tint},
+};
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MirrorDesc {
+    #[serde(default = "white")]
+    pub reflectance: Tint,
+}
+
+fn white() -> Tint {
+    Tint(Rgb::WHITE)
+}
+
+impl MirrorDesc {
+    pub fn compile(&self, _find: &FindColor<'_>) -> Result<Mirror, Problem> {
+        Ok(Mirror {
+            reflectance: self.reflectance.0,
+        })
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Mirror {
+    pub reflectance: Rgb,
+}
+
+impl MaterialKind for Mirror {
+    #[inline]
+    fn terms(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Terms {
+        Terms {
+            ambient: Rgb::BLACK,
+            diffuse: Rgb::BLACK,
+            specular: Rgb::BLACK,
+            shininess: 0.0,
+            reflect: self.reflectance,
+            two_sided: true,
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Materials: what a surface does with light, by the colours of a place on it.
+
+use crate::{
+    kind::kinds,
+    math::Rgb,
+    texture::{Color, TexturePoint, Textures},
+    value::{ColorSource, Problem, Spanned},
+};
+
+pub mod matte;
+pub mod mirror;
+pub mod phong;
+
+/// An index into the scene's materials.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MaterialId(pub u32);
+
+/// The terms of Whitted's illumination model at one place of a surface.
+///
+/// Source: Whitted, "An improved illumination model for shaded display", CACM 23(6), 1980, doi:10.1145/358876.358882,
+/// with Phong's highlight, "Illumination for computer generated pictures", CACM 18(6), 1975, doi:10.1145/360825.360839.
+#[derive(Clone, Copy, Debug)]
+pub struct Terms {
+    /// Weight of the integrator's ambient light.
+    pub ambient: Rgb,
+    /// Weight of a light times max(n.l, 0).
+    pub diffuse: Rgb,
+    /// Weight of a light times max(r.v, 0)^shininess.
+    pub specular: Rgb,
+    pub shininess: f32,
+    /// Weight of what arrives along the mirror direction.
+    pub reflect: Rgb,
+    /// Whether the normal is turned towards the viewer first.
+    pub two_sided: bool,
+}
+
+/// The contract of every material.
+pub trait MaterialKind {
+    /// Its terms at a place.
+    fn terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> Terms;
+}
+
+/// What a material's compilation asks of the scene: the colour that a source names.
+pub type FindColor<'a> = dyn Fn(&Spanned<ColorSource>) -> Result<Color, Problem> + 'a;
+
+kinds! {
+    /// A material, flat and without pointers.
+    enum Material / MaterialDesc {
+        "phong" => Phong(phong::Phong, phong::PhongDesc),
+        "matte" => Matte(matte::Matte, matte::MatteDesc),
+        "mirror" => Mirror(mirror::Mirror, mirror::MirrorDesc),
+    }
+    described only {}
+    compile(find: &FindColor<'_>) -> Problem;
+    /// See [`MaterialKind::terms`].
+    fn terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> Terms;
+}

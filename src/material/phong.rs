@@ -1,0 +1,85 @@
+//! The plastic of the first ray tracers: ambient, diffuse and specular terms and a mirror.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `color` | `[r, g, b]` or `"texture.NAME"`; ambient and diffuse | | required |
+//! | `specular` | number or `[r, g, b]` | | 0 |
+//! | `shininess` | number of at least 0; the exponent | | 32 |
+//! | `reflect` | number or `[r, g, b]`; weight of the mirror image | | 0 |
+//! | `two_sided` | whether the normal is turned towards the viewer first | | false |
+//!
+//! With Whitted's integrator a light of irradiance E adds E (color max(n.l, 0) + specular max(r.v, 0)^shininess): there
+//! is no 1/pi, so these are display values rather than reflectances. With `two_sided = false` the normal is used as
+//! authored: a face that is wound away from the viewer shows its ambient term only.
+//!
+//! ```toml
+//! [material.ball]
+//! phong = { color = [0, 0, 1], specular = 1, shininess = 4, reflect = 0.8 }
+//! ```
+
+use serde::Deserialize;
+
+use super::{FindColor, MaterialKind, Terms};
+use crate::{
+    math::Rgb,
+    texture::{Color, TexturePoint, Textures},
+    value::{ColorSource, NonNegative, Problem, Spanned, Tint},
+};
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PhongDesc {
+    pub color: Spanned<ColorSource>,
+    #[serde(default = "black")]
+    pub specular: Tint,
+    #[serde(default = "shininess")]
+    pub shininess: NonNegative,
+    #[serde(default = "black")]
+    pub reflect: Tint,
+    #[serde(default)]
+    pub two_sided: bool,
+}
+
+fn black() -> Tint {
+    Tint(Rgb::BLACK)
+}
+
+fn shininess() -> NonNegative {
+    NonNegative(32.0)
+}
+
+impl PhongDesc {
+    pub fn compile(&self, find: &FindColor<'_>) -> Result<Phong, Problem> {
+        Ok(Phong {
+            color: find(&self.color)?,
+            specular: self.specular.0,
+            shininess: self.shininess.0,
+            reflect: self.reflect.0,
+            two_sided: self.two_sided,
+        })
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Phong {
+    pub color: Color,
+    pub specular: Rgb,
+    pub shininess: f32,
+    pub reflect: Rgb,
+    pub two_sided: bool,
+}
+
+impl MaterialKind for Phong {
+    #[inline]
+    fn terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> Terms {
+        let color = textures.color(&self.color, at);
+        Terms {
+            ambient: color,
+            diffuse: color,
+            specular: self.specular,
+            shininess: self.shininess,
+            reflect: self.reflect,
+            two_sided: self.two_sided,
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! A chessboard of two colours.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `a`, `b` | `[r, g, b]`, scene-linear | | required |
+//! | `scale` | number above 0 | squares per unit of s and t | 1 |
+//!
+//! The square with s and t in `[0, 1/scale)` has colour `a`.
+//!
+//! ```toml
+//! [texture.board]
+//! checker = { a = [0.9, 0.9, 0.9], b = [0.1, 0.1, 0.1], scale = 8 }
+//! ```
+
+use serde::Deserialize;
+
+use super::{Bitmap, FindBitmap, PatternKind};
+use crate::{
+    math::{Rgb, Vec2},
+    value::{Positive, Problem, Tint},
+};
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CheckerDesc {
+    pub a: Tint,
+    pub b: Tint,
+    #[serde(default = "one")]
+    pub scale: Positive,
+}
+
+fn one() -> Positive {
+    Positive(1.0)
+}
+
+impl CheckerDesc {
+    pub fn compile(&self, _find: &FindBitmap<'_>) -> Result<Checker, Problem> {
+        Ok(Checker {
+            colors: [self.a.0, self.b.0],
+            scale: self.scale.0,
+        })
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Checker {
+    pub colors: [Rgb; 2],
+    pub scale: f32,
+}
+
+impl PatternKind for Checker {
+    fn eval(&self, _bitmaps: &[Bitmap], st: Vec2) -> Rgb {
+        let square = (st * self.scale).floor();
+        let odd = (square.x + square.y).rem_euclid(2.0) == 1.0;
+        self.colors[usize::from(odd)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbouring_squares_differ_also_across_zero() {
+        let c = Checker {
+            colors: [Rgb::WHITE, Rgb::BLACK],
+            scale: 2.0,
+        };
+        let at = |s, t| c.eval(&[], Vec2::new(s, t));
+        assert_eq!(at(0.1, 0.1), Rgb::WHITE);
+        assert_eq!(at(0.6, 0.1), Rgb::BLACK);
+        assert_eq!(at(-0.1, 0.1), Rgb::BLACK);
+        assert_eq!(at(-0.1, -0.1), Rgb::WHITE);
+    }
+}

@@ -1,0 +1,41 @@
+//! One colour everywhere.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `color` | `[r, g, b]`, scene-linear | | required |
+//!
+//! ```toml
+//! [texture.chalk]
+//! constant = { color = [0.8, 0.8, 0.75] }
+//! ```
+
+use serde::Deserialize;
+
+use super::{Bitmap, FindBitmap, PatternKind};
+use crate::{
+    math::{Rgb, Vec2},
+    value::{Problem, Tint},
+};
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ConstantDesc {
+    pub color: Tint,
+}
+
+impl ConstantDesc {
+    pub fn compile(&self, _find: &FindBitmap<'_>) -> Result<Constant, Problem> {
+        Ok(Constant { color: self.color.0 })
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Constant {
+    pub color: Rgb,
+}
+
+impl PatternKind for Constant {
+    fn eval(&self, _bitmaps: &[Bitmap], _st: Vec2) -> Rgb {
+        self.color
+    }
+}

@@ -1,0 +1,157 @@
+//! Mappings: from a place on a surface to s and t.
+//!
+//! | kind | s, t |
+//! |---|---|
+//! | `uv` | the surface's own parameters (the default) |
+//! | `planar = { s = { axis, from, to }, t = { .. } }` | a coordinate of the object's own space, 0 at `from`, 1 at `to` |
+//! | `spherical` | longitude of the normal around y from +x towards +z over 360 degrees, latitude from the south pole |
+//! | `asin` | asin(n.x)/pi + 0.5, asin(n.y)/pi + 0.5, n the unit normal |
+//!
+//! ```toml
+//! [texture.floor]
+//! image = { file = "floor.bmp" }
+//! mapping.planar = { s = { axis = "x", from = -40, to = 40 }, t = { axis = "z", from = -40, to = -200 } }
+//! ```
+
+use std::f32::consts::{PI, TAU};
+
+use serde::Deserialize;
+
+use super::TexturePoint;
+use crate::{
+    math::{Vec2, Vec3, trig},
+    value::{Problem, Real, Spanned},
+};
+
+/// What a scene file says of a mapping.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MappingDesc {
+    #[default]
+    #[serde(skip)]
+    Default,
+    Uv(NoKeys),
+    Planar(PlanarDesc),
+    Spherical(NoKeys),
+    Asin(NoKeys),
+}
+
+/// A kind without keys.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NoKeys {}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlanarDesc {
+    pub s: Spanned<RampDesc>,
+    pub t: Spanned<RampDesc>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RampDesc {
+    pub axis: Axis,
+    pub from: Real,
+    pub to: Real,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+impl MappingDesc {
+    pub fn compile(&self) -> Result<Mapping, Problem> {
+        Ok(match self {
+            Self::Default | Self::Uv(_) => Mapping::Uv,
+            Self::Planar(p) => Mapping::Planar {
+                s: ramp(&p.s)?,
+                t: ramp(&p.t)?,
+            },
+            Self::Spherical(_) => Mapping::Spherical,
+            Self::Asin(_) => Mapping::Asin,
+        })
+    }
+}
+
+fn ramp(desc: &Spanned<RampDesc>) -> Result<Ramp, Problem> {
+    let r = desc.get_ref();
+    if r.from == r.to {
+        return Err(Problem::at(desc.span(), "`from` and `to` are the same"));
+    }
+    Ok(Ramp {
+        axis: r.axis as usize,
+        from: r.from.0,
+        to: r.to.0,
+    })
+}
+
+/// One coordinate, from 0 at `from` to 1 at `to`.
+#[derive(Clone, Copy, Debug)]
+pub struct Ramp {
+    pub axis: usize,
+    pub from: f32,
+    pub to: f32,
+}
+
+impl Ramp {
+    fn at(&self, p: Vec3) -> f32 {
+        (p[self.axis] - self.from) / (self.to - self.from)
+    }
+}
+
+/// How a place becomes s and t.
+#[derive(Clone, Copy, Debug)]
+pub enum Mapping {
+    Uv,
+    Planar { s: Ramp, t: Ramp },
+    Spherical,
+    Asin,
+}
+
+impl Mapping {
+    pub fn st(&self, at: &TexturePoint) -> Vec2 {
+        let asin = |x: f32| trig::asin(x.clamp(-1.0, 1.0)) / PI + 0.5;
+        match self {
+            Self::Uv => at.uv,
+            Self::Planar { s, t } => Vec2::new(s.at(at.p), t.at(at.p)),
+            Self::Spherical => {
+                let turn = trig::atan2(at.n.z, at.n.x) / TAU;
+                Vec2::new(if turn < 0.0 { turn + 1.0 } else { turn }, asin(at.n.y))
+            }
+            Self::Asin => Vec2::new(asin(at.n.x), asin(at.n.y)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(p: Vec3, n: Vec3) -> TexturePoint {
+        TexturePoint {
+            uv: Vec2::new(0.25, 0.75),
+            p,
+            n,
+        }
+    }
+
+    #[test]
+    fn mappings_follow_their_formulas() {
+        let place = at(Vec3::new(0.0, 7.0, -120.0), Vec3::new(0.0, 0.0, 1.0));
+        assert_eq!(Mapping::Uv.st(&place), Vec2::new(0.25, 0.75));
+        let ramp = |axis, from, to| Ramp { axis, from, to };
+        let planar = Mapping::Planar {
+            s: ramp(0, -40.0, 40.0),
+            t: ramp(2, -40.0, -200.0),
+        };
+        assert_eq!(planar.st(&place), Vec2::new(0.5, 0.5));
+        assert_eq!(Mapping::Asin.st(&place), Vec2::new(0.5, 0.5));
+        assert_eq!(Mapping::Spherical.st(&place), Vec2::new(0.25, 0.5));
+        assert_eq!(Mapping::Spherical.st(&at(Vec3::ZERO, Vec3::Y)).y, 1.0);
+    }
+}

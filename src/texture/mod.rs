@@ -1,0 +1,97 @@
+//! Textures: colours that vary over a surface.
+//!
+//! A texture is a *mapping*, which turns a place on a surface into two numbers s and t, and a *pattern*, which turns s
+//! and t into a colour. t = 0 is the bottom row of an image.
+
+use crate::{
+    kind::kinds,
+    math::{Rgb, Vec2, Vec3},
+    value::Problem,
+};
+
+pub mod bitmap;
+pub mod checker;
+pub mod constant;
+pub mod image;
+pub mod mapping;
+pub mod stripes;
+
+pub use bitmap::Bitmap;
+pub use mapping::{Mapping, MappingDesc};
+
+/// An index into the scene's textures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TextureId(pub u32);
+
+/// An index into the scene's bitmaps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BitmapId(pub u32);
+
+/// A place on a surface, in the object's own space, so that a texture moves with its object.
+#[derive(Clone, Copy, Debug)]
+pub struct TexturePoint {
+    pub uv: Vec2,
+    pub p: Vec3,
+    /// Unit geometric normal, as authored.
+    pub n: Vec3,
+}
+
+/// The contract of every pattern.
+pub trait PatternKind {
+    /// The colour at `st`.
+    fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb;
+}
+
+/// What a pattern's compilation asks of the scene: the bitmap that a file and a colour space became.
+pub type FindBitmap<'a> = dyn Fn(&image::ImageDesc) -> Result<BitmapId, Problem> + 'a;
+
+kinds! {
+    /// A pattern, flat and without pointers.
+    enum Pattern / PatternDesc {
+        "constant" => Constant(constant::Constant, constant::ConstantDesc),
+        "checker" => Checker(checker::Checker, checker::CheckerDesc),
+        "stripes" => Stripes(stripes::Stripes, stripes::StripesDesc),
+        "image" => Image(image::ImagePattern, image::ImageDesc),
+    }
+    described only {}
+    compile(find: &FindBitmap<'_>) -> Problem;
+    /// See [`PatternKind::eval`].
+    fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb;
+}
+
+/// A mapping and a pattern.
+#[derive(Clone, Copy, Debug)]
+pub struct Texture {
+    pub mapping: Mapping,
+    pub pattern: Pattern,
+}
+
+impl Texture {
+    pub fn eval(&self, bitmaps: &[Bitmap], at: &TexturePoint) -> Rgb {
+        self.pattern.eval(bitmaps, self.mapping.st(at))
+    }
+}
+
+/// A colour of a material: one, or one for every place.
+#[derive(Clone, Copy, Debug)]
+pub enum Color {
+    Constant(Rgb),
+    Texture(TextureId),
+}
+
+/// The tables that colours are looked up in.
+#[derive(Clone, Copy, Debug)]
+pub struct Textures<'a> {
+    pub textures: &'a [Texture],
+    pub bitmaps: &'a [Bitmap],
+}
+
+impl Textures<'_> {
+    #[inline]
+    pub fn color(&self, color: &Color, at: &TexturePoint) -> Rgb {
+        match color {
+            Color::Constant(c) => *c,
+            Color::Texture(id) => self.textures[id.0 as usize].eval(self.bitmaps, at),
+        }
+    }
+}

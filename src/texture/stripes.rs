@@ -1,0 +1,52 @@
+//! Stripes of two colours, across s.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `a`, `b` | `[r, g, b]`, scene-linear | | required |
+//! | `width` | number above 0 | of s | required |
+//!
+//! Where floor(s / width) is even the colour is `a`.
+//!
+//! ```toml
+//! [texture.zebra]
+//! stripes = { a = [1, 1, 1], b = [0, 0, 0], width = 0.1 }
+//! mapping = "asin"
+//! ```
+
+use serde::Deserialize;
+
+use super::{Bitmap, FindBitmap, PatternKind};
+use crate::{
+    math::{Rgb, Vec2},
+    value::{Positive, Problem, Tint},
+};
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StripesDesc {
+    pub a: Tint,
+    pub b: Tint,
+    pub width: Positive,
+}
+
+impl StripesDesc {
+    pub fn compile(&self, _find: &FindBitmap<'_>) -> Result<Stripes, Problem> {
+        Ok(Stripes {
+            colors: [self.a.0, self.b.0],
+            width: self.width.0,
+        })
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Stripes {
+    pub colors: [Rgb; 2],
+    pub width: f32,
+}
+
+impl PatternKind for Stripes {
+    fn eval(&self, _bitmaps: &[Bitmap], st: Vec2) -> Rgb {
+        let odd = (st.x / self.width).floor().rem_euclid(2.0) == 1.0;
+        self.colors[usize::from(odd)]
+    }
+}
