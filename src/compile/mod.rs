@@ -1,0 +1,136 @@
+//! Compilation: a description and the files it names become a [`Scene`], flat and immutable.
+//!
+//! Every problem that a pass finds is reported together: first what contradicts itself or is not defined, then the
+//! files that are missing or broken.
+
+use std::{collections::HashMap, path::PathBuf, sync::Arc};
+
+use crate::{
+    accel::{self, AccelKind},
+    assets::image::{self, ImageError},
+    describe::{Diagnostics, SceneDesc},
+    material::{Material, MaterialId},
+    scene::{Background, Scene},
+    texture::{BitmapId, Color, Texture, TextureId, image::ColorSpace, image::ImageDesc},
+    value::{ColorSource, Problem, Spanned, did_you_mean},
+};
+
+mod objects;
+
+/// Why a description became no scene.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    #[error("{0}")]
+    Invalid(Diagnostics),
+    #[error("{}", lines(.0))]
+    Assets(Vec<ImageError>),
+    #[error(transparent)]
+    Build(#[from] accel::BuildError),
+}
+
+fn lines(errors: &[ImageError]) -> String {
+    errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}
+
+/// Compiles a scene and builds its acceleration structure, on the threads of the current rayon pool.
+pub fn scene(desc: &SceneDesc, accel: AccelKind) -> Result<Scene, Error> {
+    let mut compiler = Compiler { desc, problems: Vec::new() };
+    let (wanted, textures) = compiler.textures();
+    let materials = compiler.materials();
+    let geometry = compiler.objects();
+    let lights = desc.lights.iter().filter_map(|l| compiler.keep(l.light.compile())).collect();
+    if let Some(diagnostics) = Diagnostics::new(&desc.source, compiler.problems) {
+        return Err(Error::Invalid(diagnostics));
+    }
+    let bitmaps = image::load_all(&wanted).map_err(Error::Assets)?;
+    let objects::Objects { geometry, objects, shape_objects } = geometry;
+    Ok(Scene {
+        accel: accel::build(accel, Arc::new(geometry))?,
+        objects,
+        meshes: Vec::new(),
+        shape_objects,
+        materials,
+        textures,
+        bitmaps,
+        lights,
+        background: Background {
+            radiance: desc.background.color.0,
+            visible: desc.background.visible,
+        },
+    })
+}
+
+/// Files to be loaded, each once for each way to read it, in the order of their [`BitmapId`]s.
+type Wanted = Vec<(PathBuf, ColorSpace)>;
+
+struct Compiler<'a> {
+    desc: &'a SceneDesc,
+    problems: Vec<Problem>,
+}
+
+impl Compiler<'_> {
+    /// What was compiled, or a problem more.
+    fn keep<T>(&mut self, result: Result<T, Problem>) -> Option<T> {
+        result.map_err(|problem| self.problems.push(problem)).ok()
+    }
+
+    fn textures(&mut self) -> (Wanted, Vec<Texture>) {
+        let mut wanted = Wanted::new();
+        let folder = self.desc.folder();
+        let mut textures = Vec::new();
+        for entry in &self.desc.textures {
+            let found = std::cell::RefCell::new(&mut wanted);
+            let find = |image: &ImageDesc| {
+                let key = (folder.join(image.file.get_ref()), image.color_space);
+                let mut wanted = found.borrow_mut();
+                let at = wanted.iter().position(|w| *w == key).unwrap_or_else(|| {
+                    wanted.push(key);
+                    wanted.len() - 1
+                });
+                Ok(BitmapId(at as u32))
+            };
+            let pattern = entry.pattern.compile(&find);
+            let mapping = entry.mapping.compile();
+            if let (Some(pattern), Some(mapping)) = (self.keep(pattern), self.keep(mapping)) {
+                textures.push(Texture { mapping, pattern });
+            }
+        }
+        (wanted, textures)
+    }
+
+    fn materials(&mut self) -> Vec<Material> {
+        let desc = self.desc;
+        let names: HashMap<&str, u32> =
+            desc.textures.iter().zip(0..).map(|(t, i)| (t.name.get_ref().as_str(), i)).collect();
+        let find = |source: &Spanned<ColorSource>| match source.get_ref() {
+            ColorSource::Constant(color) => Ok(Color::Constant(*color)),
+            ColorSource::Texture(name) => match names.get(name.as_str()) {
+                Some(id) => Ok(Color::Texture(TextureId(*id))),
+                None => Err(undefined("texture", name, source.span(), desc.textures.iter().map(|t| &t.name))),
+            },
+        };
+        let compiled: Vec<_> = desc.materials.iter().map(|m| m.material.compile(&find)).collect();
+        compiled.into_iter().filter_map(|m| self.keep(m)).collect()
+    }
+
+    fn material_id(&self, name: &Spanned<String>) -> Result<MaterialId, Problem> {
+        let materials = &self.desc.materials;
+        match materials.iter().position(|m| m.name.get_ref() == name.get_ref()) {
+            Some(at) => Ok(MaterialId(at as u32)),
+            None => Err(undefined("material", name.get_ref(), name.span(), materials.iter().map(|m| &m.name))),
+        }
+    }
+}
+
+fn undefined<'a>(
+    what: &str,
+    name: &str,
+    span: std::ops::Range<usize>,
+    known: impl Iterator<Item = &'a Spanned<String>>,
+) -> Problem {
+    let problem = Problem::at(span, format!("there is no {what} `{name}`"));
+    match did_you_mean(name, known.map(|n| n.get_ref().as_str())) {
+        Some(near) => problem.with_help(format!("did you mean `{near}`?")),
+        None => problem.with_help(format!("define it: [{what}.{name}]")),
+    }
+}

@@ -1,0 +1,14 @@
+//! Descriptions: a scene file as it was written, checked value by value, and everything wrong with it at once.
+//!
+//! Reading ends in a [`SceneDesc`], in which every number is sound by itself; whether names exist and shapes close is
+//! for `compile` to say, in the same words: [`Diagnostics`] point into the file.
+
+mod diagnostics;
+mod read;
+mod scene;
+mod settings;
+
+pub use diagnostics::{Diagnostics, Source};
+pub use read::{Error, load, parse};
+pub use scene::{BackgroundDesc, LightEntry, MaterialEntry, ObjectDesc, SceneDesc, TextureEntry, TransformDesc};
+pub use settings::{OutputDesc, Patterns, RenderDesc};

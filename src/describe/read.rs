@@ -1,0 +1,222 @@
+//! TOML to [`SceneDesc`], entity by entity, so that one wrong light does not hide a wrong sphere.
+
+use std::{collections::HashMap, path::Path, sync::Arc};
+
+use serde::Deserialize;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+use super::{Diagnostics, OutputDesc, RenderDesc, SceneDesc, Source, scene::*};
+use crate::{
+    light::LightDesc,
+    material::MaterialDesc,
+    texture::{MappingDesc, PatternDesc},
+    value::{Problem, Span, Spanned, did_you_mean, named},
+};
+
+/// Why a scene file could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    #[error("cannot read scene: {cause}: {path}")]
+    Read { path: String, cause: std::io::Error },
+    #[error("the scene file is not UTF-8 text: {path}")]
+    Encoding { path: String },
+    #[error("{0}")]
+    Invalid(Diagnostics),
+}
+
+/// Reads a scene file.
+pub fn load(path: &Path) -> Result<SceneDesc, Error> {
+    let shown = || path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|cause| Error::Read { path: shown(), cause })?;
+    let text = String::from_utf8(bytes).map_err(|_| Error::Encoding { path: shown() })?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    parse(Source { path: path.to_owned(), text: Arc::from(text) }).map_err(Error::Invalid)
+}
+
+/// The tables of a scene file.
+const TABLES: [&str; 8] =
+    ["render", "camera", "background", "texture", "material", "object", "light", "output"];
+
+/// Reads a scene from text; paths in it are relative to the folder of `source.path`.
+pub fn parse(source: Source) -> Result<SceneDesc, Diagnostics> {
+    let text = Arc::clone(&source.text);
+    let mut reader = Reader { problems: Vec::new() };
+    let scene = match DeTable::parse(&text) {
+        Ok(table) => Some(reader.scene(table.into_inner(), source.clone())),
+        Err(e) => {
+            reader.problems.push(Problem {
+                span: e.span(),
+                message: e.message().lines().collect::<Vec<_>>().join(": "),
+                help: None,
+            });
+            None
+        }
+    };
+    match (Diagnostics::new(&source, reader.problems), scene) {
+        (None, Some(scene)) => Ok(scene),
+        (Some(diagnostics), _) => Err(diagnostics),
+        (None, None) => unreachable!("a file that cannot be parsed has a problem"),
+    }
+}
+
+type Value<'i> = Spanned<DeValue<'i>>;
+
+struct Reader {
+    problems: Vec<Problem>,
+}
+
+impl Reader {
+    fn scene(&mut self, mut table: DeTable<'_>, source: Source) -> SceneDesc {
+        for (key, _) in table.iter() {
+            if !TABLES.contains(&key.get_ref().as_ref()) {
+                self.problems.push(unknown_key(key.get_ref(), key.span(), &TABLES));
+            }
+        }
+        let mut take = |name: &str| table.remove(name);
+        let render: RenderDesc = take("render").and_then(|v| self.entity(v)).unwrap_or_default();
+        render.check(&mut self.problems);
+        let camera = take("camera").and_then(|v| {
+            let span = v.span();
+            self.kind(v, "camera").map(|c| Spanned::new(span, c))
+        });
+        let background = take("background").and_then(|v| self.entity(v)).unwrap_or_default();
+        let output: OutputDesc = take("output").and_then(|v| self.entity(v)).unwrap_or_default();
+        let textures = self.named(take("texture"), |r, name, v| r.texture(name, v));
+        let materials = self.named(take("material"), |r, name, v| {
+            let material: MaterialDesc = r.kind(v, "material")?;
+            Some(MaterialEntry { name, material })
+        });
+        let objects: Vec<ObjectDesc> = self.list(take("object"), "object", |r, v| r.entity(v));
+        let lights = self.list(take("light"), "light", |r, v| {
+            let span = v.span();
+            let light: LightDesc = r.kind(v, "light")?;
+            Some(LightEntry { span, light })
+        });
+        self.unique_names(&objects);
+        SceneDesc { source, render, camera, background, textures, materials, objects, lights, output }
+    }
+
+    /// Any table that describes itself.
+    fn entity<'i, T: Deserialize<'i>>(&mut self, value: Value<'i>) -> Option<T> {
+        T::deserialize(ValueDeserializer::from(value))
+            .map_err(|e| self.problems.push(from_toml(&e)))
+            .ok()
+    }
+
+    /// A table with one key, which names its kind.
+    fn kind<'i, T: Deserialize<'i>>(&mut self, value: Value<'i>, what: &str) -> Option<T> {
+        match value.get_ref() {
+            DeValue::Table(table) if table.is_empty() => {
+                let message = format!("this {what} has no kind");
+                self.problems.push(Problem::at(value.span(), message));
+                None
+            }
+            DeValue::Table(table) if table.len() > 1 => {
+                let keys: Vec<_> = table.iter().map(|(k, _)| format!("`{}`", k.get_ref())).collect();
+                let span = table.iter().nth(1).map_or(value.span(), |(k, _)| k.span());
+                let message = format!("a {what} is of one kind, found {}", keys.join(" and "));
+                self.problems.push(Problem::at(span, message));
+                None
+            }
+            _ => named(ValueDeserializer::from(value))
+                .map_err(|e| self.problems.push(from_toml(&e)))
+                .ok(),
+        }
+    }
+
+    fn texture(&mut self, name: Spanned<String>, mut value: Value<'_>) -> Option<TextureEntry> {
+        let span = value.span();
+        let mut mapping = MappingDesc::default();
+        if let DeValue::Table(table) = value.get_mut() {
+            if let Some(said) = table.remove("mapping") {
+                mapping = self.kind(said, "mapping")?;
+            }
+        }
+        let pattern: PatternDesc = self.kind(Spanned::new(span, value.into_inner()), "texture")?;
+        Some(TextureEntry { name, pattern, mapping })
+    }
+
+    /// `[what.NAME]` tables.
+    fn named<T>(
+        &mut self,
+        value: Option<Value<'_>>,
+        mut read: impl FnMut(&mut Self, Spanned<String>, Value<'_>) -> Option<T>,
+    ) -> Vec<T> {
+        let Some(value) = value else { return Vec::new() };
+        let span = value.span();
+        match value.into_inner() {
+            DeValue::Table(table) => table
+                .into_iter()
+                .filter_map(|(key, value)| {
+                    let name = Spanned::new(key.span(), key.get_ref().to_string());
+                    read(self, name, value)
+                })
+                .collect(),
+            other => {
+                self.wrong_type(span, &other, "a table of names");
+                Vec::new()
+            }
+        }
+    }
+
+    /// `[[what]]` tables.
+    fn list<'i, T>(
+        &mut self,
+        value: Option<Value<'i>>,
+        what: &str,
+        mut read: impl FnMut(&mut Self, Value<'i>) -> Option<T>,
+    ) -> Vec<T> {
+        let Some(value) = value else { return Vec::new() };
+        let span = value.span();
+        match value.into_inner() {
+            DeValue::Array(array) => array.into_iter().filter_map(|v| read(self, v)).collect(),
+            other => {
+                self.wrong_type(span, &other, &format!("[[{what}]]"));
+                Vec::new()
+            }
+        }
+    }
+
+    fn wrong_type(&mut self, span: Span, found: &DeValue<'_>, expected: &str) {
+        let message = format!("invalid type: {}, expected {expected}", found.type_str());
+        self.problems.push(Problem::at(span, message));
+    }
+
+    fn unique_names(&mut self, objects: &[ObjectDesc]) {
+        let mut seen = HashMap::new();
+        for name in objects.iter().filter_map(|o| o.name.as_ref()) {
+            if seen.insert(name.get_ref().as_str(), ()).is_some() {
+                let message = format!("two objects are named `{}`", name.get_ref());
+                self.problems.push(Problem::at(name.span(), message));
+            }
+        }
+    }
+}
+
+/// Serde's words, with the nearest name where one was misspelt.
+fn from_toml(e: &toml::de::Error) -> Problem {
+    let message = e.message().trim_end();
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    for (start, what) in [("unknown field", "key"), ("unknown variant", "kind")] {
+        if message.starts_with(start) {
+            let word = quoted.next().unwrap_or_default().to_owned();
+            let known: Vec<&str> = quoted.collect();
+            let span = e.span().unwrap_or(0..0);
+            return unknown(what, &word, span, &known);
+        }
+    }
+    Problem { span: e.span(), message: message.to_owned(), help: None }
+}
+
+fn unknown_key(word: &str, span: Span, known: &[&str]) -> Problem {
+    unknown("key", word, span, known)
+}
+
+fn unknown(what: &str, word: &str, span: Span, known: &[&str]) -> Problem {
+    let help = match did_you_mean(word, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None if known.is_empty() => "there are no keys here".to_owned(),
+        None => format!("known are {}", known.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ")),
+    };
+    Problem::at(span, format!("unknown {what} `{word}`")).with_help(help)
+}

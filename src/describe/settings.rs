@@ -1,0 +1,99 @@
+//! `[render]` and `[output]`: how a scene is rendered and where it goes.
+
+use serde::{Deserialize, Deserializer, de};
+
+use crate::{
+    filter::FilterDesc,
+    integrator::IntegratorDesc,
+    value::{Problem, Real, Spanned, Whole, named},
+};
+
+/// `[render]`.
+///
+/// | key | type | default |
+/// |---|---|---|
+/// | `width`, `height` | whole numbers above 0, in pixels | 1280, 720 |
+/// | `samples` | whole number above 0, of each pixel | 64 |
+/// | `seed` | whole number | 0 |
+/// | `filter` | a pixel filter | `blackman-harris`; with `samples = 1` one ray through the pixel's centre |
+/// | `integrator` | an integrator | `whitted` |
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RenderDesc {
+    pub width: Spanned<Whole>,
+    pub height: Spanned<Whole>,
+    pub samples: Spanned<Whole>,
+    pub seed: Whole,
+    #[serde(deserialize_with = "some_named")]
+    pub filter: Option<FilterDesc>,
+    #[serde(deserialize_with = "some_named")]
+    pub integrator: Option<IntegratorDesc>,
+}
+
+impl Default for RenderDesc {
+    fn default() -> Self {
+        let unsaid = |v| Spanned::new(0..0, Whole(v));
+        Self {
+            width: unsaid(1280),
+            height: unsaid(720),
+            samples: unsaid(64),
+            seed: Whole(0),
+            filter: None,
+            integrator: None,
+        }
+    }
+}
+
+impl RenderDesc {
+    pub(super) fn check(&self, problems: &mut Vec<Problem>) {
+        for (name, value) in [("width", &self.width), ("height", &self.height), ("samples", &self.samples)] {
+            if value.get_ref().0 == 0 {
+                problems.push(Problem::at(value.span(), format!("`{name}` must be at least 1")));
+            }
+        }
+    }
+}
+
+fn some_named<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Result<Option<T>, D::Error> {
+    named(d).map(Some)
+}
+
+/// `[output]`.
+///
+/// | key | type | default |
+/// |---|---|---|
+/// | `files` | a pattern or a list of patterns, relative to the current folder | `<scene name>.####.exr` and `.png` |
+/// | `view` | how a PNG shows the picture: `"srgb"` or `"raw"` | `"srgb"` |
+/// | `exposure` | stops, for the PNG | 0 |
+/// | `compression` | of the EXR: `"zips"`, `"zip"` or `"none"` | `"zips"` |
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct OutputDesc {
+    pub files: Option<Patterns>,
+    pub view: Option<Spanned<String>>,
+    pub exposure: Option<Real>,
+    pub compression: Option<Spanned<String>>,
+}
+
+/// One pattern or several.
+#[derive(Clone, Debug)]
+pub struct Patterns(pub Vec<Spanned<String>>);
+
+impl<'de> Deserialize<'de> for Patterns {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        struct PatternsVisitor;
+        impl<'de> de::Visitor<'de> for PatternsVisitor {
+            type Value = Patterns;
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("a file pattern or a list of them")
+            }
+            fn visit_str<E: de::Error>(self, v: &str) -> Result<Patterns, E> {
+                Ok(Patterns(vec![Spanned::new(0..0, v.to_owned())]))
+            }
+            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<Patterns, A::Error> {
+                Vec::deserialize(de::value::SeqAccessDeserializer::new(seq)).map(Patterns)
+            }
+        }
+        d.deserialize_any(PatternsVisitor)
+    }
+}

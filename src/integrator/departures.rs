@@ -1,0 +1,74 @@
+//! What leaves the vertices of a wave: radiance for samples, shadow rays, and rays that carry paths on.
+
+use super::Path;
+use crate::math::{Ray, Rgb};
+
+/// The answers of an integrator for all vertices of a wave, in order.
+///
+/// Everything is given as seen from the vertex; the throughput of its path is applied here.
+#[derive(Debug, Default)]
+pub struct Departures {
+    /// Radiance of each sample of the wave, in W m^-2 sr^-1.
+    pub(crate) radiance: Vec<Rgb>,
+    pub(crate) shadow_rays: Vec<Ray>,
+    /// The sample that each shadow ray belongs to, and what it brings if nothing is in the way.
+    pub(crate) shadow_light: Vec<(u32, Rgb)>,
+    pub(crate) rays: Vec<Ray>,
+    pub(crate) paths: Vec<Path>,
+    from: Option<Path>,
+}
+
+impl Departures {
+    /// Starts a wave of `samples` samples.
+    pub(crate) fn start(&mut self, samples: usize) {
+        self.radiance.clear();
+        self.radiance.resize(samples, Rgb::BLACK);
+        self.forget_rays();
+    }
+
+    /// Forgets the rays, not the radiance.
+    pub(crate) fn forget_rays(&mut self) {
+        self.shadow_rays.clear();
+        self.shadow_light.clear();
+        self.rays.clear();
+        self.paths.clear();
+    }
+
+    /// The path whose vertex is answered for next.
+    #[inline]
+    pub(crate) fn leave_from(&mut self, path: Path) {
+        self.from = Some(path);
+    }
+
+    #[inline]
+    fn path(&self) -> Path {
+        self.from.expect("a wave names the path before it asks for its departures")
+    }
+
+    /// Adds radiance that leaves the vertex towards the path, in W m^-2 sr^-1.
+    #[inline]
+    pub fn add(&mut self, l: Rgb) {
+        let path = self.path();
+        self.radiance[path.slot as usize] += path.throughput * l;
+    }
+
+    /// Adds radiance that leaves the vertex if `ray` meets nothing.
+    #[inline]
+    pub fn shadow(&mut self, ray: Ray, l_if_visible: Rgb) {
+        let path = self.path();
+        self.shadow_rays.push(ray);
+        self.shadow_light.push((path.slot, path.throughput * l_if_visible));
+    }
+
+    /// Carries the path on along `ray`; what it finds counts `weight` times.
+    #[inline]
+    pub fn go_on(&mut self, ray: Ray, weight: Rgb) {
+        let path = self.path();
+        self.rays.push(ray);
+        self.paths.push(Path {
+            slot: path.slot,
+            depth: path.depth + 1,
+            throughput: path.throughput * weight,
+        });
+    }
+}

@@ -1,0 +1,61 @@
+//! Integrators: what one vertex of a path does.
+//!
+//! An integrator owns no rays. It is told where a path has arrived and says what that adds to the picture and which
+//! rays leave; the wave traces them, thousands at once.
+//!
+//! `max_depth` means the same everywhere: the number of ray segments from the camera, shadow rays included. 1 sees only
+//! what is bright by itself (and ambient light), 2 also what is lit directly, 5 has a camera ray and four more.
+
+use crate::{
+    kind::kinds,
+    math::{Ray, Rgb},
+    scene::{Scene, Surface},
+    value::Problem,
+};
+
+pub mod departures;
+pub mod whitted;
+
+pub use departures::Departures;
+
+/// Where a path stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Path {
+    /// Which sample of the wave it belongs to.
+    pub slot: u32,
+    /// How many segments it has, 1 for a camera ray.
+    pub depth: u32,
+    /// Weight of what it finds.
+    pub throughput: Rgb,
+}
+
+/// Where it has arrived.
+#[derive(Clone, Copy, Debug)]
+pub enum Vertex<'a> {
+    Surface(&'a Surface),
+    /// Nothing was met along the ray.
+    Escape(&'a Ray),
+}
+
+/// The contract of every integrator.
+pub trait Integrator: Sync + Send {
+    /// Answers for one vertex of a path.
+    fn vertex(&self, scene: &Scene, path: &Path, vertex: &Vertex<'_>, out: &mut Departures);
+}
+
+kinds! {
+    /// The integrators that scene files and `--integrator` know.
+    enum BuiltIn / IntegratorDesc {
+        "whitted" => Whitted(whitted::Whitted, whitted::WhittedDesc),
+    }
+    described only {}
+    compile() -> Problem;
+    /// See [`Integrator::vertex`].
+    fn vertex(&self, scene: &Scene, path: &Path, vertex: &Vertex<'_>, out: &mut Departures);
+}
+
+impl Integrator for BuiltIn {
+    fn vertex(&self, scene: &Scene, path: &Path, vertex: &Vertex<'_>, out: &mut Departures) {
+        Self::vertex(self, scene, path, vertex, out);
+    }
+}

@@ -1,0 +1,102 @@
+//! Whitted's recursive ray tracing: local illumination, hard shadows, perfect mirrors.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `max_depth` | whole number of at least 1; ray segments from the camera | | 5 |
+//! | `ambient` | number or `[r, g, b]`; light that arrives from everywhere alike | W m^-2 sr^-1 | 0 |
+//!
+//! ```toml
+//! [render]
+//! integrator.whitted = { max_depth = 5, ambient = 0.4 }
+//! ```
+//!
+//! Source: Whitted, "An improved illumination model for shaded display", CACM 23(6), 1980, doi:10.1145/358876.358882.
+
+use serde::Deserialize;
+
+use super::{Departures, Path, Vertex};
+use crate::{
+    material::Terms,
+    math::{Rgb, Vec2, Vec3, trig},
+    scene::{Scene, Surface},
+    value::{Problem, Spanned, Tint, Whole},
+};
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WhittedDesc {
+    pub max_depth: Option<Spanned<Whole>>,
+    pub ambient: Option<Tint>,
+}
+
+impl WhittedDesc {
+    pub fn compile(&self) -> Result<Whitted, Problem> {
+        let max_depth = match &self.max_depth {
+            None => 5,
+            Some(depth) if depth.get_ref().0 == 0 => {
+                return Err(Problem::at(depth.span(), "expected a depth of at least 1, found 0"));
+            }
+            Some(depth) => depth.get_ref().0,
+        };
+        Ok(Whitted { max_depth, ambient: self.ambient.map_or(Rgb::BLACK, |a| a.0) })
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Whitted {
+    pub max_depth: u32,
+    pub ambient: Rgb,
+}
+
+impl Whitted {
+    pub fn vertex(&self, scene: &Scene, path: &Path, vertex: &Vertex<'_>, out: &mut Departures) {
+        let surface = match vertex {
+            Vertex::Surface(surface) => surface,
+            Vertex::Escape(_) => return out.add(scene.background.radiance),
+        };
+        let terms = scene.material(surface.material).terms(&scene.textures(), &surface.texture);
+        let n = if terms.two_sided && surface.ns.dot(surface.wo) < 0.0 {
+            -surface.ns
+        } else {
+            surface.ns
+        };
+        out.add(self.ambient * terms.ambient);
+        if path.depth >= self.max_depth {
+            return;
+        }
+        for light in &scene.lights {
+            direct(light, surface, n, &terms, out);
+        }
+        if !terms.reflect.is_black() {
+            let wi = mirror(surface.wo, n);
+            out.go_on(surface.spawn_ray(wi), terms.reflect);
+        }
+    }
+}
+
+/// What one light brings, if nothing is in the way.
+#[inline]
+fn direct(light: &crate::light::Light, surface: &Surface, n: Vec3, terms: &Terms, out: &mut Departures) {
+    let Some(sample) = light.sample(surface.p, Vec2::splat(0.5)) else {
+        return;
+    };
+    let cos = n.dot(sample.wi);
+    if cos <= 0.0 {
+        return;
+    }
+    let mut weight = terms.diffuse * cos;
+    if !terms.specular.is_black() {
+        let highlight = mirror(sample.wi, n).dot(surface.wo).max(0.0);
+        weight += terms.specular * trig::pow(highlight, terms.shininess);
+    }
+    let l = sample.li * weight;
+    if !l.is_black() {
+        out.shadow(surface.shadow_ray(sample.wi, sample.distance), l);
+    }
+}
+
+/// The mirror image about `n` of a direction that leaves the surface.
+#[inline]
+fn mirror(w: Vec3, n: Vec3) -> Vec3 {
+    n * (2.0 * n.dot(w)) - w
+}

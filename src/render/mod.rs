@@ -1,0 +1,68 @@
+//! Rendering: waves of paths over tiles of a film, on all threads.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use crate::{
+    camera::Camera,
+    film::{Film, Window},
+    filter::Filter,
+    integrator::Integrator,
+    sampler::Sampler,
+    scene::Scene,
+};
+
+mod tiles;
+mod wave;
+
+/// What a frame is rendered with, beside its scene and its camera.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Columns and rows of the full picture.
+    pub resolution: [u32; 2],
+    /// The part of it to render.
+    pub window: Window,
+    /// Samples of each pixel.
+    pub samples: u32,
+    pub seed: u32,
+    pub frame: i32,
+    pub sampler: Sampler,
+    /// `None`: every sample goes through its pixel's centre.
+    pub filter: Option<Filter>,
+}
+
+/// What all threads of a frame are doing, for whoever watches, and the word to stop.
+#[derive(Debug, Default)]
+pub struct Watch {
+    /// Pixels that are finished.
+    pub pixels: AtomicU64,
+    /// Rays traced for nearest hits and for shadows.
+    pub rays: AtomicU64,
+    /// Samples that came out as NaN or infinite, and were left out.
+    pub dropped: AtomicU64,
+    /// Set by whoever watches: unfinished tiles are left.
+    pub cancel: AtomicBool,
+}
+
+impl Watch {
+    pub fn is_cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+}
+
+/// The frame was given up because [`Watch::cancel`] was set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("cancelled")]
+pub struct Cancelled;
+
+/// Renders one frame on the threads of the current rayon pool.
+///
+/// The film's bits depend on the scene, the camera and the settings; never on threads, tiles or what is cropped.
+pub fn frame(
+    scene: &Scene,
+    camera: &Camera,
+    integrator: &dyn Integrator,
+    settings: &Settings,
+    watch: &Watch,
+) -> Result<Film, Cancelled> {
+    tiles::render(&wave::Job { scene, camera, integrator, settings }, watch)
+}

@@ -1,0 +1,168 @@
+//! A wave: thousands of paths that are traced, shaded and carried on together, until none is left.
+//!
+//! The order in which a sample's contributions are added depends on its own paths alone: paths stay sorted by sample,
+//! and a wave that outgrows its bounds is split between samples, never within one.
+
+use std::ops::Range;
+
+use super::Settings;
+use crate::{
+    accel::Hit,
+    camera::Camera,
+    film::{PixelSum, Window},
+    integrator::{Departures, Integrator, Path, Vertex},
+    math::{Ray, Rgb, Vec2},
+    sampler::{Dimension, SampleKey},
+    scene::Scene,
+};
+
+/// Paths that start together; more do not pay, fewer starve the tracer.
+pub(super) const PATHS: usize = 16 * 1024;
+
+/// Paths that go on together, where each vertex sends out several rays.
+const MOST_PATHS: usize = 4 * PATHS;
+
+/// What a wave works for.
+pub(super) struct Job<'a> {
+    pub scene: &'a Scene,
+    pub camera: &'a Camera,
+    pub integrator: &'a dyn Integrator,
+    pub settings: &'a Settings,
+}
+
+/// What running a wave took.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Traced {
+    pub rays: u64,
+    pub dropped: u64,
+}
+
+/// The arrays of a wave; they keep their memory from tile to tile.
+#[derive(Default)]
+pub(super) struct Wave {
+    rays: Vec<Ray>,
+    paths: Vec<Path>,
+    hits: Vec<Option<Hit>>,
+    blocked: Vec<bool>,
+    escaped: Vec<u32>,
+    out: Departures,
+    /// Of each sample: its filter weight, and how much of it something covers.
+    weights: Vec<f32>,
+    alpha: Vec<f32>,
+    /// Paths that wait because the wave has outgrown its bounds.
+    waiting: Vec<(Vec<Ray>, Vec<Path>)>,
+}
+
+impl Wave {
+    /// Renders `samples` of every pixel of `tile` and adds them to `sums`.
+    pub fn run(&mut self, job: &Job<'_>, tile: Window, samples: Range<u32>, sums: &mut [PixelSum]) -> Traced {
+        let mut traced = Traced::default();
+        self.start(job, tile, &samples);
+        while !self.rays.is_empty() {
+            traced.rays += self.step(job);
+            self.carry_on();
+        }
+        let together = samples.len();
+        for (pixel, sum) in sums.iter_mut().enumerate() {
+            for slot in pixel * together..(pixel + 1) * together {
+                let l = self.out.radiance[slot];
+                if l.is_finite() {
+                    sum.add(l, self.alpha[slot], self.weights[slot]);
+                } else {
+                    traced.dropped += 1;
+                }
+            }
+        }
+        traced
+    }
+
+    /// Camera rays for all samples of all pixels, a pixel's samples beside each other.
+    fn start(&mut self, job: &Job<'_>, tile: Window, samples: &Range<u32>) {
+        let Settings { seed, frame, sampler, ref filter, .. } = *job.settings;
+        self.rays.clear();
+        self.paths.clear();
+        self.weights.clear();
+        for y in tile.y0..tile.y1 {
+            for x in tile.x0..tile.x1 {
+                for sample in samples.clone() {
+                    let key = SampleKey { seed, frame, pixel: [x, y], sample };
+                    let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+                    let (film, weight) = match filter {
+                        None => (center, 1.0),
+                        Some(f) => {
+                            let s = f.sample(sampler.pair(&key, Dimension::FILM));
+                            (center + s.offset, s.weight)
+                        }
+                    };
+                    let lens = if job.camera.has_lens() {
+                        sampler.pair(&key, Dimension::LENS)
+                    } else {
+                        Vec2::splat(0.5)
+                    };
+                    let slot = self.paths.len() as u32;
+                    self.rays.push(job.camera.ray(film, lens));
+                    self.paths.push(Path { slot, depth: 1, throughput: Rgb::WHITE });
+                    self.weights.push(weight);
+                }
+            }
+        }
+        self.alpha.clear();
+        self.alpha.resize(self.paths.len(), 1.0);
+        self.out.start(self.paths.len());
+    }
+
+    /// Traces all rays, answers for all vertices, and leaves the rays that go on in `out`. Returns how many it traced.
+    fn step(&mut self, job: &Job<'_>) -> u64 {
+        let (scene, integrator) = (job.scene, job.integrator);
+        self.hits.clear();
+        self.hits.resize(self.rays.len(), None);
+        scene.accel.nearest(&self.rays, &mut self.hits);
+        self.out.forget_rays();
+        self.escaped.clear();
+        for (i, hit) in self.hits.iter().enumerate() {
+            match hit {
+                Some(hit) => {
+                    let surface = scene.surface(&self.rays[i], hit);
+                    self.out.leave_from(self.paths[i]);
+                    integrator.vertex(scene, &self.paths[i], &Vertex::Surface(&surface), &mut self.out);
+                }
+                None => self.escaped.push(i as u32),
+            }
+        }
+        for &i in &self.escaped {
+            let (ray, path) = (&self.rays[i as usize], self.paths[i as usize]);
+            if path.depth == 1 && !scene.background.visible {
+                self.alpha[path.slot as usize] = 0.0;
+                continue;
+            }
+            self.out.leave_from(path);
+            integrator.vertex(scene, &path, &Vertex::Escape(ray), &mut self.out);
+        }
+        let Departures { shadow_rays, shadow_light, radiance, .. } = &mut self.out;
+        self.blocked.clear();
+        self.blocked.resize(shadow_rays.len(), false);
+        scene.accel.occluded(shadow_rays, &mut self.blocked);
+        for (&(slot, l), _) in shadow_light.iter().zip(&self.blocked).filter(|(_, blocked)| !**blocked) {
+            radiance[slot as usize] += l;
+        }
+        (self.rays.len() + shadow_rays.len()) as u64
+    }
+
+    /// Makes the rays that go on the wave's own; where they are too many, those of the later samples wait.
+    fn carry_on(&mut self) {
+        std::mem::swap(&mut self.rays, &mut self.out.rays);
+        std::mem::swap(&mut self.paths, &mut self.out.paths);
+        if self.rays.is_empty() {
+            if let Some((rays, paths)) = self.waiting.pop() {
+                (self.rays, self.paths) = (rays, paths);
+            }
+        }
+        if self.rays.len() > MOST_PATHS {
+            let slot = self.paths[MOST_PATHS / 2].slot;
+            let at = self.paths.partition_point(|p| p.slot <= slot);
+            if at < self.paths.len() {
+                self.waiting.push((self.rays.split_off(at), self.paths.split_off(at)));
+            }
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! From a hit to the surface around it, and the rays that leave it.
+
+use super::{MeshRecord, ObjectId};
+use crate::{
+    accel::{Hit, Placed},
+    material::MaterialId,
+    math::{Ray, Transform, Vec3, float},
+    shape::{ShapeHit, triangle},
+    texture::TexturePoint,
+};
+
+/// A surface where a ray met it, in world space. Normals are as authored.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface {
+    /// In lengths of the ray's direction.
+    pub t: f32,
+    pub p: Vec3,
+    /// Bound on the absolute error of each coordinate of `p`.
+    pub p_error: Vec3,
+    /// Unit geometric normal.
+    pub ng: Vec3,
+    /// Unit shading normal.
+    pub ns: Vec3,
+    /// Unit direction back along the ray.
+    pub wo: Vec3,
+    /// The place in the object's own space.
+    pub texture: TexturePoint,
+    pub object: ObjectId,
+    pub material: MaterialId,
+}
+
+impl Surface {
+    pub(super) fn of_shape(
+        placed: &Placed,
+        transform: Option<&Transform>,
+        ray: &Ray,
+        hit: &Hit,
+        object: ObjectId,
+        material: MaterialId,
+    ) -> Self {
+        let shape_hit = ShapeHit { t: hit.t, u: hit.u, v: hit.v };
+        let local = match transform {
+            None => placed.shape.surface(ray, &shape_hit),
+            Some(t) => placed.shape.surface(&t.ray_to_local(ray), &shape_hit),
+        };
+        let (p, p_error, ng) = match transform {
+            None => (local.p, local.p_error, local.ng),
+            Some(t) => (
+                t.point_to_world(local.p),
+                t.point_error_to_world(local.p, local.p_error),
+                t.normal_to_world(local.ng).normalize(),
+            ),
+        };
+        Self {
+            t: hit.t,
+            p,
+            p_error,
+            ng,
+            ns: ng,
+            wo: -ray.d.normalize(),
+            texture: TexturePoint { uv: local.uv, p: local.p, n: local.ng },
+            object,
+            material,
+        }
+    }
+
+    pub(super) fn of_triangle(
+        corners: [Vec3; 3],
+        vertices: [u32; 3],
+        mesh: &MeshRecord,
+        ray: &Ray,
+        hit: &Hit,
+        material: MaterialId,
+    ) -> Self {
+        let at = vertices.map(|v| (v - mesh.vertices.start) as usize);
+        let uvs = (!mesh.uvs.is_empty()).then(|| at.map(|i| mesh.uvs[i]));
+        let local = triangle::surface(corners, uvs, hit.u, hit.v);
+        let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+        let ns = if mesh.normals.is_empty() {
+            local.ng
+        } else {
+            let sum: Vec3 = (0..3).map(|k| mesh.normals[at[k]] * weights[k]).sum();
+            sum.try_normalize().unwrap_or(local.ng)
+        };
+        Self {
+            t: hit.t,
+            p: local.p,
+            p_error: local.p_error,
+            ng: local.ng,
+            ns,
+            wo: -ray.d.normalize(),
+            texture: TexturePoint { uv: local.uv, p: local.p, n: local.ng },
+            object: mesh.object,
+            material,
+        }
+    }
+
+    /// The ray that leaves along the unit direction `w`.
+    #[inline]
+    pub fn spawn_ray(&self, w: Vec3) -> Ray {
+        Ray::new(float::offset_origin(self.p, self.p_error, self.ng, w), w)
+    }
+
+    /// The ray towards a light `distance` away along the unit direction `w`, up to the light.
+    #[inline]
+    pub fn shadow_ray(&self, w: Vec3, distance: f32) -> Ray {
+        let o = float::offset_origin(self.p, self.p_error, self.ng, w);
+        if distance.is_finite() {
+            // From the moved origin to the same point: neither short of the light nor past it.
+            let d = self.p + w * distance - o;
+            Ray::segment(o, d, 1.0)
+        } else {
+            Ray::new(o, w)
+        }
+    }
+}

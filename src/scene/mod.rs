@@ -1,0 +1,102 @@
+//! The compiled scene: flat, immutable arrays that name each other by number.
+//!
+//! It holds no camera and no film, so it is compiled once and renders any number of frames.
+
+use std::ops::Range;
+
+use crate::{
+    accel::{Accelerator, Hit, PrimRef},
+    light::Light,
+    material::{Material, MaterialId},
+    math::{Ray, Rgb, Vec2, Vec3},
+    texture::{Bitmap, Texture, Textures},
+};
+
+pub mod interaction;
+
+pub use interaction::Surface;
+
+/// An index into the scene's objects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ObjectId(pub u32);
+
+/// What a scene file calls an object.
+#[derive(Clone, Debug)]
+pub struct Object {
+    pub name: String,
+    pub material: MaterialId,
+}
+
+/// What is seen where a ray meets nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct Background {
+    pub radiance: Rgb,
+    /// Whether camera rays see it; where they do not, RGB and A are 0.
+    pub visible: bool,
+}
+
+/// A run of triangles with what their corners carry beside positions.
+#[derive(Clone, Debug)]
+pub struct MeshRecord {
+    pub object: ObjectId,
+    /// Which of the geometry's triangles.
+    pub triangles: Range<u32>,
+    /// Which of the geometry's vertices its corners are.
+    pub vertices: Range<u32>,
+    /// Per vertex, unit, in world space; empty for flat shading.
+    pub normals: Vec<Vec3>,
+    /// Per vertex; empty where the file has none.
+    pub uvs: Vec<Vec2>,
+}
+
+/// Everything that a frame is rendered from, but the camera.
+pub struct Scene {
+    pub accel: Box<dyn Accelerator>,
+    pub objects: Vec<Object>,
+    /// In the order of their triangles, which they cover without gaps.
+    pub meshes: Vec<MeshRecord>,
+    /// Object of each of the geometry's shapes.
+    pub shape_objects: Vec<ObjectId>,
+    pub materials: Vec<Material>,
+    pub textures: Vec<Texture>,
+    pub bitmaps: Vec<Bitmap>,
+    pub lights: Vec<Light>,
+    pub background: Background,
+}
+
+impl Scene {
+    /// The tables that material colours are looked up in.
+    #[inline]
+    pub fn textures(&self) -> Textures<'_> {
+        Textures { textures: &self.textures, bitmaps: &self.bitmaps }
+    }
+
+    #[inline]
+    pub fn material(&self, id: MaterialId) -> &Material {
+        &self.materials[id.0 as usize]
+    }
+
+    /// The mesh that triangle `prim` is of.
+    fn mesh_of(&self, prim: PrimRef) -> &MeshRecord {
+        let after = self.meshes.partition_point(|m| m.triangles.start <= prim.index());
+        &self.meshes[after - 1]
+    }
+
+    /// All that shading needs to know of a hit.
+    pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+        let geometry = self.accel.geometry();
+        match geometry.shape(hit.prim) {
+            Some(placed) => {
+                let object = self.shape_objects[hit.prim.index() as usize - geometry.triangles.len()];
+                let material = self.objects[object.0 as usize].material;
+                Surface::of_shape(placed, geometry.transform(placed), ray, hit, object, material)
+            }
+            None => {
+                let mesh = self.mesh_of(hit.prim);
+                let material = self.objects[mesh.object.0 as usize].material;
+                let index = hit.prim.index() as usize;
+                Surface::of_triangle(geometry.corners(index), geometry.triangles[index], mesh, ray, hit, material)
+            }
+        }
+    }
+}
