@@ -21,12 +21,12 @@ macro_rules! kinds {
         $(#[$meta:meta])*
         enum $Kind:ident / $Desc:ident $rows:tt
         described only $extra:tt
-        compile($($parameter:ident: $Parameter:ty)?) -> $Error:ty;
+        $( compile($($parameter:ident: $Parameter:ty)?) -> $Error:ty; )?
         $( $(#[$doc:meta])* fn $method:ident(&self $(, $arg:ident: $ty:ty)* $(,)?) $(-> $ret:ty)?; )*
     ) => {
         kinds!(@kind [$(#[$meta])*] $Kind $rows);
         kinds!(@desc $Desc $rows $extra);
-        kinds!(@compile $Kind $Desc $rows [$($parameter: $Parameter)?] $Error);
+        $( kinds!(@compile $Kind $Desc $rows [$($parameter: $Parameter)?] $Error); )?
         impl $Kind {
             $(
                 $(#[$doc])*

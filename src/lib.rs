@@ -1,15 +1,27 @@
 //! An offline batch renderer for CPUs: a scene file and a camera path become a sequence of HDR frames.
 //!
-//! The floors, from the ground up: [`math`], [`value`]; the kinds ([`shape`], ...); [`accel`]. A module uses the
-//! floors below its own, never one above.
+//! The floors, from the ground up: numbers ([`math`], [`value`]); kinds ([`shape`], [`texture`], [`material`], [`light`],
+//! [`camera`], [`sampler`], [`filter`]); what is traced ([`accel`], [`scene`]); what light does ([`integrator`],
+//! [`film`]); frames and files in ([`render`], [`describe`], [`assets`]); scenes and files out ([`compile`],
+//! [`output`]); jobs ([`batch`]). A module uses the floors below its own, never one above.
 
 pub mod accel;
+pub mod assets;
+pub mod batch;
+pub mod camera;
+pub mod compile;
+pub mod describe;
+pub mod film;
 pub mod filter;
+pub mod integrator;
 mod kind;
 pub mod light;
 pub mod material;
 pub mod math;
+pub mod output;
+pub mod render;
 pub mod sampler;
+pub mod scene;
 pub mod shape;
 pub mod texture;
 pub mod value;

@@ -1,0 +1,109 @@
+//! What a lens is said to be, kept as it was said until the picture's shape is known.
+//!
+//! An angle across the picture, a focal length and an f-number mean a number of metres only once the film's aspect is
+//! known, and a camera path may replace one of them and leave the others to the scene.
+
+/// How much of the world the picture shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum View {
+    /// The angle over the picture's height, in degrees as it was written; above 0 and below 180.
+    Vertical(f64),
+    /// The angle over the picture's width, in degrees as it was written; above 0 and below 180.
+    Horizontal(f64),
+    /// The focal length of the lens before its [`Sensor`], in mm, above 0.
+    FocalLength(f64),
+}
+
+/// The size of what is behind the lens along one side of the picture; the other side follows from square pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sensor {
+    /// In mm, above 0.
+    Width(f64),
+    /// In mm, above 0.
+    Height(f64),
+}
+
+impl Default for Sensor {
+    /// A full frame: 36 mm wide.
+    fn default() -> Self {
+        Self::Width(36.0)
+    }
+}
+
+/// The opening of the lens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Aperture {
+    /// The radius in m, at least 0; 0 is a pinhole, everything is sharp.
+    Radius(f64),
+    /// The f-number, above 0: the focal length over the diameter.
+    FStop(f64),
+}
+
+/// How far away things are sharp: the distance of a plane, measured along the line of sight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Focus {
+    /// It was said: m, above 0.
+    At(f64),
+    /// It was not said: the distance to what is looked at, m.
+    OnTarget(f64),
+}
+
+impl Focus {
+    /// In m.
+    pub fn distance(self) -> f64 {
+        match self {
+            Self::At(m) | Self::OnTarget(m) => m,
+        }
+    }
+}
+
+/// What a camera path says of the lens; the scene's own camera keeps its say in all that is `None`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LensOverrides {
+    pub view: Option<View>,
+    pub sensor: Option<Sensor>,
+    pub aperture: Option<Aperture>,
+    /// In m, above 0.
+    pub focus_distance: Option<f64>,
+    /// In picture widths.
+    pub shift_x: Option<f64>,
+    /// In picture widths.
+    pub shift_y: Option<f64>,
+}
+
+impl View {
+    /// The tangent of half the angle over the picture's height, for a picture `aspect` times as wide as high.
+    pub fn half_height(self, sensor: Sensor, aspect: f64) -> f64 {
+        match (self, sensor) {
+            (Self::Vertical(degrees), _) => half_tan(degrees),
+            (Self::Horizontal(degrees), _) => half_tan(degrees) / aspect,
+            (Self::FocalLength(mm), Sensor::Height(height)) => 0.5 * height / mm,
+            (Self::FocalLength(mm), Sensor::Width(width)) => 0.5 * width / (mm * aspect),
+        }
+    }
+}
+
+impl Sensor {
+    /// In mm, behind a picture `aspect` times as wide as high.
+    pub fn height(self, aspect: f64) -> f64 {
+        match self {
+            Self::Height(mm) => mm,
+            Self::Width(mm) => mm / aspect,
+        }
+    }
+}
+
+impl Aperture {
+    /// The radius in m, of a lens with a focal length in mm.
+    pub fn radius(self, focal_length: f64) -> f64 {
+        match self {
+            Self::Radius(m) => m,
+            Self::FStop(n) => 0.5e-3 * focal_length / n,
+        }
+    }
+}
+
+/// The tangent of half an angle in degrees.
+pub(super) fn half_tan(degrees: f64) -> f64 {
+    libm::tan(0.5 * degrees.to_radians())
+}
