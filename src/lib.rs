@@ -11,6 +11,7 @@ pub mod batch;
 pub mod camera;
 pub mod compile;
 pub mod describe;
+pub mod error;
 pub mod film;
 pub mod filter;
 pub mod integrator;

@@ -241,6 +241,17 @@ impl<'de> Deserialize<'de> for ColorSource {
     }
 }
 
+/// The kind `name` with all its keys left out.
+pub fn by_name<T: de::DeserializeOwned>(name: &str, known: &[&str]) -> Result<T, String> {
+    if !known.contains(&name) {
+        return Err(match did_you_mean(name, known.iter().copied()) {
+            Some(near) => format!("unknown name '{name}', did you mean '{near}'?"),
+            None => format!("unknown name '{name}', known are {}", known.join(", ")),
+        });
+    }
+    named(de::value::StrDeserializer::<de::value::Error>::new(name)).map_err(|e| e.to_string())
+}
+
 /// Reads an externally tagged kind, where a bare `"NAME"` is short for `NAME = {}`.
 ///
 /// For `#[serde(deserialize_with = "value::named")]`.

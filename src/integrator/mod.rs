@@ -10,7 +10,7 @@ use crate::{
     kind::kinds,
     math::{Ray, Rgb},
     scene::{Scene, Surface},
-    value::Problem,
+    value::{Problem, by_name},
 };
 
 pub mod departures;
@@ -52,6 +52,13 @@ kinds! {
     compile() -> Problem;
     /// See [`Integrator::vertex`].
     fn vertex(&self, scene: &Scene, path: &Path, vertex: &Vertex<'_>, out: &mut Departures);
+}
+
+impl IntegratorDesc {
+    /// The integrator of this name with its default settings, or why there is none.
+    pub fn by_name(name: &str) -> Result<Self, String> {
+        by_name(name, Self::NAMES)
+    }
 }
 
 impl Integrator for BuiltIn {

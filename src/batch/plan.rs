@@ -1,0 +1,259 @@
+//! What a job will do: its frames, their cameras and their files.
+
+use std::path::{Path, PathBuf};
+
+use super::{Existing, FrameRange};
+use crate::{
+    accel::AccelKind,
+    assets::camera_path,
+    camera::{Camera, RotationOrder, SceneCamera},
+    camera::path::CameraPath,
+    describe::{Diagnostics, SceneDesc},
+    error::Error,
+    film::{Window, view::View},
+    filter::Filter,
+    integrator::{BuiltIn, IntegratorDesc},
+    output::{self, Compression, Encoding, Format, Pattern},
+    render,
+    sampler::{Independent, Sampler},
+    value::{Problem, Spanned, did_you_mean},
+};
+
+/// What somebody wants rendered; what is `None` is the scene's to say.
+#[derive(Clone, Debug, Default)]
+pub struct Request {
+    pub camera_path: Option<PathBuf>,
+    pub range: Option<FrameRange>,
+    pub outputs: Vec<String>,
+    pub existing: Existing,
+    pub samples: Option<u32>,
+    pub resolution: Option<[u32; 2]>,
+    /// Columns and rows x0, y0, x1, y1; the last two are not rendered.
+    pub crop: Option<[u32; 4]>,
+    pub seed: Option<u32>,
+    pub integrator: Option<String>,
+    pub accel: AccelKind,
+    pub fps: Option<f64>,
+    pub rotation_order: Option<RotationOrder>,
+    /// Bytes that pictures may take; `None` is no limit.
+    pub max_memory: Option<u64>,
+}
+
+/// A file to be written.
+#[derive(Clone, Debug)]
+pub struct PlannedFile {
+    pub path: PathBuf,
+    pub format: &'static dyn Format,
+}
+
+/// A frame to be rendered.
+#[derive(Clone, Debug)]
+pub struct PlannedFrame {
+    pub number: i32,
+    pub camera: Camera,
+    pub files: Vec<PlannedFile>,
+}
+
+/// Everything a job is going to do, decided and checked.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub frames: Vec<PlannedFrame>,
+    pub integrator: BuiltIn,
+    pub accel: AccelKind,
+    pub existing: Existing,
+    pub view: View,
+    pub exposure: f32,
+    pub encoding: Encoding,
+    pub fps: Option<f64>,
+    /// Of every frame, but for its number.
+    pub settings: render::Settings,
+}
+
+impl Plan {
+    /// Decides what `request` means for the scene `desc`, and reads the camera path.
+    pub fn new(desc: &SceneDesc, request: &Request) -> Result<Self, Error> {
+        let settings = settings(desc, request)?;
+        let patterns = patterns(desc, request)?;
+        let mut problems = Vec::new();
+        let mut keep = |p: Problem| problems.push(p);
+        let integrator = integrator(desc, request)?.compile().map_err(&mut keep).ok();
+        let camera = match desc.camera.as_ref().map(|c| c.get_ref().compile()) {
+            None => None,
+            Some(Ok(camera)) => Some(camera),
+            Some(Err(several)) => {
+                several.into_iter().for_each(&mut keep);
+                None
+            }
+        };
+        let view = named(&desc.output.view, View::from_name, View::names()).map_err(&mut keep).ok();
+        let compression =
+            named(&desc.output.compression, Compression::from_name, Compression::names()).map_err(&mut keep).ok();
+        if let Some(diagnostics) = Diagnostics::new(&desc.source, problems) {
+            return Err(Error::Invalid(diagnostics));
+        }
+        let (Some(integrator), Some(view), Some(compression)) = (integrator, view, compression) else {
+            unreachable!("what did not compile left a problem");
+        };
+        let cameras = cameras(desc, request, camera, settings.resolution)?;
+        let frames = cameras
+            .into_iter()
+            .map(|(number, camera)| PlannedFrame { number, camera, files: files(&patterns, number) })
+            .collect::<Vec<_>>();
+        if let (true, Some(p)) = (frames.len() > 1, patterns.iter().find(|p| !p.has_frame())) {
+            return Err(Error::Usage(format!(
+                "'{p}' has no place for the frame's number, and there are {} frames (such as frame.####.exr)",
+                frames.len()
+            )));
+        }
+        Ok(Self {
+            frames,
+            integrator,
+            accel: request.accel,
+            existing: request.existing,
+            view: view.unwrap_or_default(),
+            exposure: desc.output.exposure.map_or(0.0, f32::from),
+            encoding: Encoding { compression: compression.unwrap_or_default(), ..Encoding::default() },
+            fps: request.fps,
+            settings,
+        })
+    }
+}
+
+fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Error> {
+    let said = [desc.render.width.get_ref().0, desc.render.height.get_ref().0];
+    let resolution = request.resolution.unwrap_or(said);
+    let window = match request.crop {
+        None => Window::full(resolution),
+        Some([x0, y0, x1, y1]) if x1 <= resolution[0] && y1 <= resolution[1] && x0 < x1 && y0 < y1 => {
+            Window::new(x0, y0, x1, y1)
+        }
+        Some([x0, y0, x1, y1]) => {
+            let [w, h] = resolution;
+            return Err(Error::Usage(format!("the crop {x0},{y0},{x1},{y1} reaches outside of the {w}x{h} picture")));
+        }
+    };
+    let samples = request.samples.unwrap_or(desc.render.samples.get_ref().0);
+    check_memory(resolution, window, request.max_memory)?;
+    let filter = match &desc.render.filter {
+        None if samples == 1 => None,
+        filter => Some(filter.clone().unwrap_or_default().compile()),
+    };
+    Ok(render::Settings {
+        resolution,
+        window,
+        samples,
+        seed: request.seed.unwrap_or(desc.render.seed.0),
+        frame: 0,
+        sampler: Sampler::Independent(Independent),
+        filter: filter.map(|f: Filter| f),
+    })
+}
+
+/// Frames in memory at once: one renders, one waits, one is written, encoded beside its pixels.
+const FRAMES_IN_MEMORY: u64 = 4;
+
+fn check_memory([width, height]: [u32; 2], window: Window, limit: Option<u64>) -> Result<(), Error> {
+    let pixels = u64::from(window.width()) * u64::from(window.height());
+    let bytes = pixels.saturating_mul(FRAMES_IN_MEMORY * size_of::<[f32; 4]>() as u64);
+    match limit {
+        Some(limit) if bytes > limit => Err(Error::Memory { width, height, bytes, limit }),
+        _ if width > MOST_COLUMNS || height > MOST_COLUMNS => Err(Error::Usage(format!(
+            "a picture has at most {MOST_COLUMNS} columns and rows, not {width}x{height}"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// What the coordinates of film and files can hold.
+const MOST_COLUMNS: u32 = 1 << 24;
+
+fn integrator(desc: &SceneDesc, request: &Request) -> Result<IntegratorDesc, Error> {
+    let said = desc.render.integrator.clone();
+    let Some(name) = &request.integrator else {
+        return said.map_or_else(|| IntegratorDesc::by_name("whitted"), Ok).map_err(Error::Usage);
+    };
+    match said {
+        Some(said) if said.name() == name => Ok(said),
+        _ => IntegratorDesc::by_name(name).map_err(|e| Error::Usage(format!("--integrator: {e}"))),
+    }
+}
+
+fn named<T, N: Iterator<Item = &'static str>>(
+    said: &Option<Spanned<String>>,
+    from_name: impl Fn(&str) -> Option<T>,
+    names: N,
+) -> Result<Option<T>, Problem> {
+    let Some(said) = said else { return Ok(None) };
+    match from_name(said.get_ref()) {
+        Some(value) => Ok(Some(value)),
+        None => {
+            let names: Vec<_> = names.collect();
+            let problem = Problem::at(said.span(), format!("unknown name `{}`", said.get_ref()));
+            let help = match did_you_mean(said.get_ref(), names.iter().copied()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("known are {}", names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")),
+            };
+            Err(problem.with_help(help))
+        }
+    }
+}
+
+fn patterns(desc: &SceneDesc, request: &Request) -> Result<Vec<Pattern>, Error> {
+    let texts: Vec<String> = if !request.outputs.is_empty() {
+        request.outputs.clone()
+    } else if let Some(files) = &desc.output.files {
+        files.0.iter().map(|f| f.get_ref().clone()).collect()
+    } else {
+        let name = desc.name();
+        vec![format!("{name}.####.exr"), format!("{name}.####.png")]
+    };
+    let patterns: Vec<Pattern> = texts.iter().map(|t| Pattern::parse(t)).collect::<Result<_, _>>()?;
+    output::sequence::check_collisions(&patterns)?;
+    Ok(patterns)
+}
+
+fn files(patterns: &[Pattern], frame: i32) -> Vec<PlannedFile> {
+    patterns.iter().map(|p| PlannedFile { path: p.path(frame), format: p.format() }).collect()
+}
+
+/// The camera of every frame to be rendered, in rising order.
+fn cameras(
+    desc: &SceneDesc,
+    request: &Request,
+    scene_camera: Option<SceneCamera>,
+    resolution: [u32; 2],
+) -> Result<Vec<(i32, Camera)>, Error> {
+    let wanted = |all: Vec<i32>, what: &str| match &request.range {
+        None => Ok(all),
+        Some(range) => match range.iter().find(|f| all.binary_search(f).is_err()) {
+            Some(outside) => Err(Error::Usage(format!("--range: frame {outside} is outside of {what}"))),
+            None => Ok(range.iter().collect()),
+        },
+    };
+    let Some(file) = &request.camera_path else {
+        let camera = scene_camera.ok_or_else(|| Error::NoCamera { path: desc.source.path.clone() })?;
+        let camera = Camera::new(&camera.pose, &camera.lens, resolution);
+        let frames = wanted(vec![1], "the scene's own camera, which has frame 1 only")?;
+        return Ok(frames.into_iter().map(|f| (f, camera)).collect());
+    };
+    let path = load_path(file, request)?;
+    let all = path.frames();
+    let what = match (all.first(), all.last()) {
+        (Some(first), Some(last)) => format!("the camera path, which has frames {first} to {last}"),
+        _ => "the camera path, which has none".to_owned(),
+    };
+    let lens = scene_camera.map_or_else(Default::default, |c| c.lens);
+    wanted(all, &what)?
+        .into_iter()
+        .map(|number| {
+            let state = path.at(f64::from(number)).expect("the range was checked against the path");
+            let lens = lens.overridden(&state.lens, state.target_distance);
+            Ok((number, Camera::new(&state.pose, &lens, resolution)))
+        })
+        .collect()
+}
+
+fn load_path(file: &Path, request: &Request) -> Result<CameraPath, Error> {
+    let options = camera_path::Options { fps: request.fps, rotation_order: request.rotation_order };
+    Ok(camera_path::load(file, &options)?)
+}

@@ -1,0 +1,147 @@
+//! Rendering a plan: one thread's worth of work writes a frame while all others render the next.
+
+use std::{
+    path::Path,
+    sync::{
+        atomic::Ordering,
+        mpsc::{Receiver, SyncSender, sync_channel},
+    },
+    thread,
+    time::{Duration, Instant},
+};
+
+use super::{Existing, Plan, PlannedFrame, Summary};
+use crate::{
+    error::Error,
+    film::Film,
+    output::{self, Coverage, FrameImage, OutputError, WriteReport},
+    render::{self, Watch},
+    scene::Scene,
+};
+
+/// Told what a job does, as it does it.
+pub trait Observer: Sync {
+    /// Frame `number` starts, the `index`th of `total` from 0.
+    fn frame_started(&self, number: i32, index: usize, total: usize);
+    /// It is rendered; its files are not yet written.
+    fn frame_rendered(&self, number: i32, took: Duration);
+    /// Its files are whole already.
+    fn frame_skipped(&self, number: i32);
+    /// A file is on disk.
+    fn file_written(&self, number: i32, path: &Path);
+}
+
+/// A rendered frame on its way to disk.
+struct Finished<'a> {
+    frame: &'a PlannedFrame,
+    film: Film,
+}
+
+/// Renders all frames of `plan` on the threads of the current rayon pool.
+///
+/// At most one finished frame waits while another is written. A disk that fails ends the job; whatever happens, a file
+/// under its own name is whole.
+pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, watch: &Watch) -> Result<Summary, Error> {
+    check_targets(plan)?;
+    let start = Instant::now();
+    let (send, receive) = sync_channel(1);
+    let coverage = if scene.background.visible { Coverage::Full } else { Coverage::Partial };
+    let mut summary = thread::scope(|scope| {
+        let writer = scope.spawn(move || write_all(plan, coverage, receive, observer));
+        let rendered = render_all(plan, scene, observer, watch, &send);
+        drop(send);
+        let written = writer.join().expect("the writing thread does not panic");
+        // A file that cannot be written is why rendering stopped, so it speaks first.
+        let clamped = written?;
+        rendered.map(|summary| Summary { clamped, ..summary })
+    })?;
+    summary.wall = start.elapsed();
+    summary.rays = watch.rays.load(Ordering::Relaxed);
+    summary.dropped_samples = watch.dropped.load(Ordering::Relaxed);
+    Ok(summary)
+}
+
+/// Finds out before the first ray whether the files can be made.
+fn check_targets(plan: &Plan) -> Result<(), Error> {
+    if plan.existing == Existing::Fail {
+        let mut files = plan.frames.iter().flat_map(|f| &f.files);
+        if let Some(file) = files.find(|f| f.path.exists()) {
+            return Err(Error::Exists { path: file.path.clone() });
+        }
+    }
+    let mut folders: Vec<_> = plan.frames.iter().flat_map(|f| &f.files).filter_map(|f| f.path.parent()).collect();
+    folders.dedup();
+    folders.sort();
+    folders.dedup();
+    for folder in folders {
+        output::atomic::check_folder(folder)?;
+    }
+    Ok(())
+}
+
+fn render_all<'a>(
+    plan: &'a Plan,
+    scene: &Scene,
+    observer: &dyn Observer,
+    watch: &Watch,
+    send: &SyncSender<Finished<'a>>,
+) -> Result<Summary, Error> {
+    let mut summary = Summary::default();
+    for (index, frame) in plan.frames.iter().enumerate() {
+        if plan.existing == Existing::Skip && frame.is_on_disk() {
+            observer.frame_skipped(frame.number);
+            summary.skipped += 1;
+            continue;
+        }
+        observer.frame_started(frame.number, index, plan.frames.len());
+        let start = Instant::now();
+        let settings = render::Settings { frame: frame.number, ..plan.settings.clone() };
+        let film = render::frame(scene, &frame.camera, &plan.integrator, &settings, watch)?;
+        let took = start.elapsed();
+        observer.frame_rendered(frame.number, took);
+        summary.frame_times.push(took);
+        summary.rendered += 1;
+        summary.samples += settings.window.area() as u64 * u64::from(settings.samples);
+        if send.send(Finished { frame, film }).is_err() {
+            // The writer has given up; its error says why.
+            break;
+        }
+    }
+    Ok(summary)
+}
+
+/// Writes frames as they come. Returns how many numbers did not fit into their files.
+fn write_all(
+    plan: &Plan,
+    coverage: Coverage,
+    frames: Receiver<Finished<'_>>,
+    observer: &dyn Observer,
+) -> Result<u64, OutputError> {
+    let mut clamped = 0;
+    for Finished { frame, film } in frames {
+        let image = image(plan, coverage, frame.number, &film);
+        for file in &frame.files {
+            let report: WriteReport = output::write(&file.path, file.format, &image, plan.encoding)?;
+            clamped += report.clamped + report.nans;
+            observer.file_written(frame.number, &file.path);
+        }
+    }
+    Ok(clamped)
+}
+
+fn image<'a>(plan: &Plan, coverage: Coverage, number: i32, film: &'a Film) -> FrameImage<'a> {
+    FrameImage {
+        resolution: film.resolution,
+        window: film.window,
+        rgba: &film.pixels,
+        coverage,
+        layers: &[],
+        frame: number,
+        samples: plan.settings.samples,
+        seed: u64::from(plan.settings.seed),
+        view: plan.view,
+        exposure: plan.exposure,
+        fps: plan.fps.map(output::rational),
+        metadata: &[],
+    }
+}

@@ -1,0 +1,49 @@
+//! What a job took.
+
+use std::time::Duration;
+
+/// The figures of a finished job.
+#[derive(Clone, Debug, Default)]
+pub struct Summary {
+    /// Frames rendered and written.
+    pub rendered: usize,
+    /// Frames left out because their files were whole.
+    pub skipped: usize,
+    /// Rendering time of each frame, in order.
+    pub frame_times: Vec<Duration>,
+    /// From the first ray to the last file.
+    pub wall: Duration,
+    /// Rays traced for nearest hits and for shadows.
+    pub rays: u64,
+    /// Samples of all frames.
+    pub samples: u64,
+    /// Samples that came out as NaN or infinite, and were left out.
+    pub dropped_samples: u64,
+    /// Numbers beyond what a half float holds, and NaNs, in the files.
+    pub clamped: u64,
+}
+
+impl Summary {
+    /// The median and the longest rendering time of a frame.
+    pub fn median_and_worst(&self) -> Option<(Duration, Duration)> {
+        let mut sorted = self.frame_times.clone();
+        sorted.sort();
+        Some((*sorted.get(sorted.len() / 2)?, *sorted.last()?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_median_is_the_middle_of_the_sorted_times() {
+        let of = |ms: &[u64]| Summary {
+            frame_times: ms.iter().map(|&m| Duration::from_millis(m)).collect(),
+            ..Summary::default()
+        };
+        assert_eq!(of(&[]).median_and_worst(), None);
+        let expected = (Duration::from_millis(2), Duration::from_millis(9));
+        assert_eq!(of(&[9, 1, 2]).median_and_worst(), Some(expected));
+    }
+}

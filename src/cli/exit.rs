@@ -1,0 +1,33 @@
+//! Exit codes: what a farm does next depends on them. They follow sysexits.h where it has a word for the case.
+
+use batch_render::error::{Blame, Error};
+
+use super::signals;
+
+pub const OK: u8 = 0;
+/// Wrong usage; the same command will fail again.
+pub const USAGE: u8 = 2;
+/// Scene or camera data is wrong, or needs more memory than allowed (EX_DATAERR).
+const DATA: u8 = 65;
+/// An input file is missing (EX_NOINPUT).
+const NO_INPUT: u8 = 66;
+/// The output cannot be created (EX_CANTCREAT).
+const CANNOT_CREATE: u8 = 73;
+/// Writing or reading failed (EX_IOERR).
+const IO: u8 = 74;
+/// An error that is none of these.
+const OTHER: u8 = 1;
+
+pub fn code(error: &anyhow::Error) -> u8 {
+    let Some(error) = error.downcast_ref::<Error>() else {
+        return OTHER;
+    };
+    match error.blame() {
+        Blame::Usage => USAGE,
+        Blame::Data => DATA,
+        Blame::MissingInput => NO_INPUT,
+        Blame::CannotCreate => CANNOT_CREATE,
+        Blame::Io => IO,
+        Blame::Cancelled => signals::exit_code(),
+    }
+}

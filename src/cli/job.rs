@@ -1,0 +1,115 @@
+//! From what was typed to a rendered sequence.
+
+use std::{path::Path, sync::Arc};
+
+use anyhow::Context;
+use clap::Parser;
+use batch_render::{
+    batch::{self, Existing, FrameRange, Plan, Request},
+    compile, describe,
+    error::Error,
+    render::Watch,
+};
+
+use super::{
+    args::{Args, Command, ProgressKind, RenderArgs},
+    progress::{Progress, say},
+    signals, summary,
+};
+
+/// Does what the arguments say.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    match &args.command {
+        Some(Command::Check { scene }) => {
+            let typed = ["batch-render".as_ref(), "--check".as_ref(), "--".as_ref(), scene.as_os_str()];
+            let check = Args::try_parse_from(typed).context("--check takes any scene")?;
+            render_job(&check.render, args.quiet)
+        }
+        None => render_job(&args.render, args.quiet),
+    }
+}
+
+fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
+    let path = args.scene.as_deref().expect("the scene is a required argument");
+    let request = request(args)?;
+    let desc = describe::load(path).map_err(Error::from)?;
+    let plan = Plan::new(&desc, &request)?;
+    if args.dry_run {
+        list(&plan);
+    }
+    let threads = usize::from(args.threads.unwrap_or(0));
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .thread_name(|i| format!("render {i}"))
+        .build()
+        .context("cannot start threads")?;
+    let scene = pool.install(|| compile::scene(&desc, plan.accel)).map_err(Error::from)?;
+    if args.check || args.dry_run {
+        if !quiet {
+            say(&format!("{}: {} to render, nothing wrong", path.display(), frames(plan.frames.len())));
+        }
+        return Ok(());
+    }
+    let watch = Arc::new(Watch::default());
+    signals::cancel_on_signal(Arc::clone(&watch))?;
+    let kind = if quiet { ProgressKind::None } else { args.progress };
+    let progress = Progress::new(kind, plan.frames.len(), plan.settings.window.area() as u64, &watch);
+    let done = pool.install(|| batch::run(&plan, &scene, &progress, &watch));
+    match done {
+        Ok(figures) => {
+            progress.finish(Some(&summary::lines(&figures, &scene)));
+            Ok(())
+        }
+        Err(e) => {
+            progress.finish(None);
+            Err(e.into())
+        }
+    }
+}
+
+fn frames(n: usize) -> String {
+    format!("{n} frame{}", if n == 1 { "" } else { "s" })
+}
+
+/// The frames and the files of a dry run, a line each.
+fn list(plan: &Plan) {
+    for frame in &plan.frames {
+        let files: Vec<_> = frame.files.iter().map(|f| display(&f.path)).collect();
+        say(&format!("{}\t{}", frame.number, files.join("\t")));
+    }
+}
+
+fn display(path: &Path) -> String {
+    path.display().to_string()
+}
+
+fn request(args: &RenderArgs) -> Result<Request, Error> {
+    let range: Option<FrameRange> = args
+        .range
+        .as_deref()
+        .map(|text| text.parse().map_err(|e| Error::Usage(format!("--range: {e}"))))
+        .transpose()?;
+    if let Some(fps) = args.fps.filter(|f| !(f.is_finite() && *f > 0.0)) {
+        return Err(Error::Usage(format!("--fps: expected a number above 0, found {fps}")));
+    }
+    let existing = match (args.existing.skip_existing, args.existing.fail_existing) {
+        (true, _) => Existing::Skip,
+        (_, true) => Existing::Fail,
+        _ => Existing::Overwrite,
+    };
+    Ok(Request {
+        camera_path: args.frames.clone(),
+        range,
+        outputs: args.output.clone(),
+        existing,
+        samples: args.samples,
+        resolution: args.resolution,
+        crop: args.crop,
+        seed: args.seed,
+        integrator: args.integrator.clone(),
+        accel: args.accel,
+        fps: args.fps,
+        rotation_order: args.rotation_order,
+        max_memory: Some(args.max_memory),
+    })
+}

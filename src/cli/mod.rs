@@ -1,0 +1,36 @@
+//! The process: arguments, exit codes, progress, logs.
+
+mod args;
+mod exit;
+mod job;
+mod log;
+mod memory;
+mod progress;
+mod signals;
+mod summary;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::Args;
+
+/// Runs the program; the code says who must act (docs/interface.md).
+pub fn main() -> ExitCode {
+    let args = match Args::try_parse() {
+        Ok(args) => args,
+        Err(e) => {
+            // Help goes to stdout, errors to stderr; a closed pipe is nobody's fault.
+            let _ = e.print();
+            return ExitCode::from(if e.use_stderr() { exit::USAGE } else { exit::OK });
+        }
+    };
+    log::start(&args);
+    match job::run(&args) {
+        Ok(()) => ExitCode::from(exit::OK),
+        Err(e) => {
+            log::report(&e);
+            ExitCode::from(exit::code(&e))
+        }
+    }
+}

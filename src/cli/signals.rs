@@ -1,0 +1,42 @@
+//! SIGINT and SIGTERM: the first asks the job to stop, a second ends the process at once.
+
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, AtomicUsize, Ordering},
+};
+
+use anyhow::Context;
+use batch_render::render::Watch;
+use signal_hook::{
+    consts::{SIGINT, SIGTERM},
+    flag,
+};
+
+/// The signal that came first, 0 for none.
+static RECEIVED: AtomicUsize = AtomicUsize::new(0);
+
+/// From now on a signal sets `watch.cancel`.
+pub fn cancel_on_signal(watch: Arc<Watch>) -> anyhow::Result<()> {
+    let again = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        // In this order: the second signal finds `again` set and ends the process with the usual code.
+        flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&again)).context("cannot handle signals")?;
+        flag::register(signal, Arc::clone(&again)).context("cannot handle signals")?;
+    }
+    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]).context("cannot handle signals")?;
+    std::thread::spawn(move || {
+        for signal in signals.forever() {
+            let _ = RECEIVED.compare_exchange(0, signal as usize, Ordering::SeqCst, Ordering::SeqCst);
+            watch.cancel.store(true, Ordering::SeqCst);
+        }
+    });
+    Ok(())
+}
+
+/// 130 after SIGINT, 143 after SIGTERM.
+pub fn exit_code() -> u8 {
+    match RECEIVED.load(Ordering::SeqCst) {
+        0 => 128 + SIGINT as u8,
+        signal => 128 + signal as u8,
+    }
+}

@@ -1,0 +1,98 @@
+//! The errors of all rooms, gathered, and who must act on each.
+
+use std::path::PathBuf;
+
+use crate::{
+    accel,
+    assets::{camera_path, image::ImageError},
+    compile, describe,
+    describe::Diagnostics,
+    output::{OutputError, sequence::PatternError},
+    render::Cancelled,
+};
+
+/// Why a job was not done.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// What was asked for makes no sense.
+    #[error("{0}")]
+    Usage(String),
+    #[error(transparent)]
+    Pattern(#[from] PatternError),
+    #[error(transparent)]
+    Scene(#[from] describe::Error),
+    #[error("{0}")]
+    Invalid(Diagnostics),
+    #[error("the scene has no [camera], and no camera path was given: {}", path.display())]
+    NoCamera { path: PathBuf },
+    #[error(
+        "a {width}x{height} picture needs {} of memory, and {} are allowed (--max-memory)",
+        mebibytes(*bytes), mebibytes(*limit)
+    )]
+    Memory { width: u32, height: u32, bytes: u64, limit: u64 },
+    #[error(transparent)]
+    Compile(#[from] compile::Error),
+    #[error(transparent)]
+    CameraPath(#[from] camera_path::Error),
+    #[error("the file exists already: {}", path.display())]
+    Exists { path: PathBuf },
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+fn mebibytes(bytes: u64) -> String {
+    format!("{} MiB", bytes.div_ceil(1 << 20))
+}
+
+/// Who must act on an error, and whether trying again may help.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blame {
+    /// Whoever typed the command.
+    Usage,
+    /// Whoever made the scene or the camera path.
+    Data,
+    /// Whoever put the files in place.
+    MissingInput,
+    /// Whoever runs the machine: nothing can be created there.
+    CannotCreate,
+    /// Whoever runs the machine: the disk is full or fails.
+    Io,
+    /// Nobody: it was stopped.
+    Cancelled,
+}
+
+impl Error {
+    pub fn blame(&self) -> Blame {
+        match self {
+            Self::Usage(_) | Self::Pattern(_) => Blame::Usage,
+            Self::Scene(describe::Error::Read { cause, .. }) => input(cause),
+            Self::Compile(compile::Error::Assets(errors)) => {
+                if errors.iter().any(ImageError::is_missing) {
+                    Blame::MissingInput
+                } else {
+                    Blame::Data
+                }
+            }
+            Self::CameraPath(e) if e.is_missing() => Blame::MissingInput,
+            Self::Compile(compile::Error::Build(accel::BuildError { .. }))
+            | Self::Compile(_)
+            | Self::CameraPath(_)
+            | Self::Scene(_)
+            | Self::Invalid(_)
+            | Self::NoCamera { .. }
+            | Self::Memory { .. } => Blame::Data,
+            Self::Exists { .. } | Self::Output(OutputError::Create { .. }) => Blame::CannotCreate,
+            Self::Output(_) => Blame::Io,
+            Self::Cancelled(_) => Blame::Cancelled,
+        }
+    }
+}
+
+fn input(cause: &std::io::Error) -> Blame {
+    match cause.kind() {
+        std::io::ErrorKind::NotFound => Blame::MissingInput,
+        _ => Blame::Data,
+    }
+}
