@@ -1,6 +1,6 @@
 //! What is traced: flat arrays of triangles and of shapes, in world space.
 
-use super::{Hit, Instance, PrimRef};
+use super::{Hit, Instance, PrimRef, slab::Slabs};
 use crate::{
     math::{Aabb, Ray, Transform, Vec3},
     shape::{Shape, ShapeHit, triangle},
@@ -62,18 +62,39 @@ impl Geometry {
     }
 
     /// Where `ray` meets `prim` with `tmin < t <= tmax`.
+    ///
+    /// Each primitive is asked about the whole of the line first, and `t` is brought into the primitive's own box
+    /// before it is compared with the ray's bounds, so that the answer does not depend on how much of the ray was left.
     #[inline]
     pub fn intersect(&self, prim: PrimRef, ray: &Ray) -> Option<ShapeHit> {
-        match self.shape(prim) {
+        let hit = match self.shape(prim) {
             None => {
                 let [a, b, c] = self.corners(prim.index() as usize);
-                triangle::intersect(ray, a, b, c)
+                let line = Ray {
+                    tmin: f32::NEG_INFINITY,
+                    tmax: f32::INFINITY,
+                    ..*ray
+                };
+                triangle::intersect(&line, a, b, c).filter(|h| !(h.u.is_nan() || h.v.is_nan()))?
             }
-            Some(placed) => match self.transform(placed) {
-                None => placed.shape.intersect(ray),
-                Some(t) => placed.shape.intersect(&t.ray_to_local(ray)),
-            },
-        }
+            Some(placed) => {
+                let line = Ray {
+                    tmax: f32::INFINITY,
+                    ..*ray
+                };
+                match self.transform(placed) {
+                    None => placed.shape.intersect(&line)?,
+                    Some(t) => placed.shape.intersect(&t.ray_to_local(&line))?,
+                }
+            }
+        };
+        let own = self.bounds(prim);
+        let t = if own.is_finite() {
+            Slabs::new(ray).clip(hit.t, &own)?
+        } else {
+            hit.t
+        };
+        (t > ray.tmin && t <= ray.tmax).then_some(ShapeHit { t, ..hit })
     }
 
     /// Tests `prim` and keeps it in `best` where it is nearer, or as near with a lower number; `ray.tmax` shrinks with it.

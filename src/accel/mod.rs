@@ -2,16 +2,177 @@
 //!
 //! Rays come in batches, because that is what makes them fast; nothing here takes one ray at a time. Every accelerator
 //! gives the same bits: a hit's `t`, `u` and `v` come from the primitive's one scalar routine (or from operations in
-//! the same order), of two hits at the same `t` the primitive with the lower number wins, and a box is passed over
-//! only when it lies strictly farther than the nearest hit so far.
+//! the same order), of two hits at the same `t` the primitive with the lower number wins, a box is passed over only
+//! when it lies strictly farther than the nearest hit so far, and a hit counts inside its primitive's own box
+//! ([`slab`] says why that is needed, and why it is enough).
+//!
+//! | kind | what it is |
+//! |---|---|
+//! | `linear` | every primitive for every ray: the ground truth |
+//! | `bvh2` | a binary tree and a scalar traversal |
+//! | `cwbvh` | obvhs's compressed wide tree |
 
-use std::{num::NonZeroU32, sync::Arc};
+use std::{fmt, num::NonZeroU32, str::FromStr, sync::Arc, time::Duration};
+
+use thiserror::Error;
 
 use crate::math::Ray;
 
+mod binary;
+mod bvh2;
+mod cwbvh;
 pub mod geometry;
+mod linear;
+mod prims;
+mod slab;
+#[cfg(test)]
+mod tests;
 
 pub use geometry::{Geometry, Placed};
+pub use prims::LARGEST;
+
+/// Which accelerator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum AccelKind {
+    Linear,
+    Bvh2,
+    CwBvh,
+}
+
+impl AccelKind {
+    /// Every kind with its name, in the order of the documentation.
+    pub const TABLE: &[(Self, &str)] = &[(Self::Linear, "linear"), (Self::Bvh2, "bvh2"), (Self::CwBvh, "cwbvh")];
+}
+
+/// How much time goes into a tree. Hits do not depend on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Quality {
+    /// For a frame or two.
+    Fast,
+    #[default]
+    Medium,
+    /// For many frames of a still scene.
+    High,
+}
+
+impl Quality {
+    /// Every quality with its name, from fast to slow.
+    pub const TABLE: &[(Self, &str)] = &[(Self::Fast, "fast"), (Self::Medium, "medium"), (Self::High, "high")];
+}
+
+/// A name that is not in a table.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("no such {what}: `{name}` (there are {known})")]
+pub struct UnknownName {
+    what: &'static str,
+    name: String,
+    known: String,
+}
+
+fn find<T: Copy>(what: &'static str, table: &[(T, &'static str)], name: &str) -> Result<T, UnknownName> {
+    table
+        .iter()
+        .find(|row| row.1 == name)
+        .map(|row| row.0)
+        .ok_or_else(|| UnknownName {
+            what,
+            name: name.to_owned(),
+            known: table.iter().map(|row| row.1).collect::<Vec<_>>().join(", "),
+        })
+}
+
+fn name<T: Copy + PartialEq>(table: &[(T, &'static str)], value: T) -> &'static str {
+    table
+        .iter()
+        .find(|row| row.0 == value)
+        .expect("the table lists every value")
+        .1
+}
+
+impl FromStr for AccelKind {
+    type Err = UnknownName;
+
+    fn from_str(s: &str) -> Result<Self, UnknownName> {
+        find("accelerator", Self::TABLE, s)
+    }
+}
+
+impl fmt::Display for AccelKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(name(Self::TABLE, *self))
+    }
+}
+
+impl FromStr for Quality {
+    type Err = UnknownName;
+
+    fn from_str(s: &str) -> Result<Self, UnknownName> {
+        find("build quality", Self::TABLE, s)
+    }
+}
+
+impl fmt::Display for Quality {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(name(Self::TABLE, *self))
+    }
+}
+
+/// Why nothing was built.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum BuildError {
+    #[error("primitive {prim} has a coordinate that is not a finite number")]
+    NotFinite { prim: usize },
+    #[error("primitive {prim} has a coordinate beyond {LARGEST:e} m")]
+    TooLarge { prim: usize },
+    #[error("triangle {prim} names vertex {vertex}, but there are {vertices}")]
+    NoSuchVertex { prim: usize, vertex: u32, vertices: usize },
+    #[error("{count} primitives are more than can be numbered")]
+    TooMany { count: usize },
+}
+
+/// What building took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BuildStats {
+    pub build_time: Duration,
+    pub node_count: usize,
+    /// Of the structure itself; the geometry's arrays are not counted.
+    pub bytes: usize,
+    /// All primitives, those outside the tree included.
+    pub prims: usize,
+}
+
+/// What a ray's nearest hit cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCost {
+    /// Boxes tested; of a wide node all together count as one.
+    pub nodes: u32,
+    pub prims: u32,
+}
+
+/// Builds an accelerator of medium quality.
+pub fn build(kind: AccelKind, geometry: Arc<Geometry>) -> Result<Box<dyn Accelerator>, BuildError> {
+    build_with(kind, Quality::default(), geometry)
+}
+
+/// Builds an accelerator.
+pub fn build_with(
+    kind: AccelKind,
+    quality: Quality,
+    geometry: Arc<Geometry>,
+) -> Result<Box<dyn Accelerator>, BuildError> {
+    Ok(match kind {
+        AccelKind::Linear => Box::new(linear::Linear::build(geometry)?),
+        AccelKind::Bvh2 => Box::new(bvh2::Bvh2::build(geometry, quality)?),
+        AccelKind::CwBvh => Box::new(cwbvh::CwBvh::build(geometry, quality)?),
+    })
+}
+
+/// Tests what lies outside every tree.
+fn nearest_unbounded(geometry: &Geometry, unbounded: &[PrimRef], ray: &mut Ray, best: &mut Option<Hit>) {
+    for &prim in unbounded {
+        geometry.keep_nearest(prim, ray, best);
+    }
+}
 
 /// The number of a primitive: triangles first, then shapes, both in the order of [`Geometry`]'s arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -50,12 +211,21 @@ pub struct Hit {
 }
 
 /// The contract of every accelerator.
+///
+/// # Panics
+/// The methods that fill a slice panic when it is shorter than `rays`.
 pub trait Accelerator: Send + Sync {
     /// Fills `hits[i]` with what `rays[i]` meets first with `tmin < t <= tmax`, `None` where it meets nothing.
     fn nearest(&self, rays: &[Ray], hits: &mut [Option<Hit>]);
 
     /// Fills `blocked[i]` with whether `rays[i]` meets anything at all with `tmin < t <= tmax`.
     fn occluded(&self, rays: &[Ray], blocked: &mut [bool]);
+
+    /// Fills `costs[i]` with what the nearest hit of `rays[i]` costs. Slow: for pictures of it.
+    fn cost(&self, rays: &[Ray], costs: &mut [RayCost]);
+
+    /// What building took.
+    fn stats(&self) -> BuildStats;
 
     /// The arrays that it was built over.
     fn geometry(&self) -> &Arc<Geometry>;

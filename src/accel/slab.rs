@@ -1,0 +1,226 @@
+//! Rays against boxes, with every rounding accounted for.
+//!
+//! What makes all accelerators agree is one rule: **a hit counts inside its primitive's own box.** [`Slabs::clip`]
+//! brings the `t` of a hit into the stretch of the ray that lies in that box, and drops the hit where there is no such
+//! stretch. Without the rule the `t` of a ray that grazes a sliver is noise: it may lie far before the box that the
+//! sliver is in, and whether it is found would depend on which boxes were opened.
+//!
+//! With the rule a tree cannot lose a hit: the stretch of the ray in any box around a primitive holds the stretch in
+//! the primitive's own one. That is true of exact numbers; [`Planes`], which trees cull with, is widened so that it is
+//! true of rounded ones, whether its multiplications and subtractions are fused or not. The margins, in units of
+//! [`f32::EPSILON`]: the rule widens by 8 relative to `t`; culling by 24 relative to `t`, and by 4 relative to the
+//! ray's origin, where the four roundings of a plane's distance make up for less than 2 and 3.
+//!
+//! Directions are not clamped: a component of zero gets a reciprocal of its own sign that is large enough for
+//! anything that was built (coordinates are at most [`super::prims::LARGEST`]), so there is no `0 * inf` anywhere.
+
+use crate::math::{Aabb, Ray, Vec3};
+
+/// How far the rule about a primitive's own box reaches beyond the box, relative to `t`.
+pub(super) const CLIP_SLACK: f32 = 8.0 * f32::EPSILON;
+
+/// A distance below everything that is modelled, in metres: it keeps rays that run in the face of a box inside.
+pub(super) const TINY: f32 = 1e-20;
+
+/// How much further trees look, relative to `t`.
+const CULL_SLACK: f32 = 24.0 * f32::EPSILON;
+
+/// The steepest reciprocal, for directions whose largest component is 1.
+const STEEPEST: f32 = 1e30;
+
+/// The components' reciprocals, NaN for a ray that goes nowhere or is not finite: such a ray meets nothing.
+#[inline]
+pub(super) fn reciprocal(ray: &Ray) -> Vec3 {
+    let largest = ray.d.abs().max_element();
+    if !(largest > 0.0 && ray.d.is_finite() && ray.o.is_finite()) {
+        return Vec3::NAN;
+    }
+    let steepest = (STEEPEST / largest).min(f32::MAX);
+    ray.d.map(|d| {
+        if d.abs() * steepest > 1.0 {
+            1.0 / d
+        } else {
+            steepest.copysign(d)
+        }
+    })
+}
+
+/// A ray as the rule about a primitive's own box wants it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slabs {
+    o: Vec3,
+    inv: Vec3,
+}
+
+impl Slabs {
+    #[inline]
+    pub fn new(ray: &Ray) -> Self {
+        Self {
+            o: ray.o,
+            inv: reciprocal(ray),
+        }
+    }
+
+    /// `t` brought into the stretch of the ray in `own`, `None` where the ray misses `own`.
+    ///
+    /// The kernels do the same operations in the same order, see [`super::simd`].
+    #[inline]
+    pub fn clip(&self, t: f32, own: &Aabb) -> Option<f32> {
+        let mut enter = f32::NEG_INFINITY;
+        let mut leave = f32::INFINITY;
+        for axis in 0..3 {
+            let (o, inv) = (self.o[axis], self.inv[axis]);
+            let tiny = TINY.copysign(inv);
+            let a = ((own.min[axis] - o) - tiny) * inv;
+            let b = ((own.max[axis] - o) + tiny) * inv;
+            let a2 = ((own.max[axis] - o) - tiny) * inv;
+            let b2 = ((own.min[axis] - o) + tiny) * inv;
+            let (near, far) = if inv > 0.0 { (a, b) } else { (a2, b2) };
+            enter = if near > enter { near } else { enter };
+            leave = if far < leave { far } else { leave };
+        }
+        let enter = enter - enter.abs() * CLIP_SLACK;
+        let leave = leave + leave.abs() * CLIP_SLACK;
+        if !(enter <= leave && self.inv.x.is_finite()) {
+            return None;
+        }
+        let t = if t > enter { t } else { enter };
+        let t = if t < leave { t } else { leave };
+        // Not a negative zero, which would equal the positive one and yet have other bits.
+        Some(t + 0.0)
+    }
+}
+
+/// A ray as trees cull with it: the plane `x = b` of a box is met at `b * inv - shift`, rounded down on the side where
+/// the ray enters and up on the side where it leaves.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Planes {
+    pub inv_near: Vec3,
+    pub shift_near: Vec3,
+    pub inv_far: Vec3,
+    pub shift_far: Vec3,
+    /// Whether the ray enters boxes through their larger side.
+    pub negative: [bool; 3],
+    /// Whether the ray can meet anything at all.
+    pub alive: bool,
+}
+
+impl Planes {
+    /// `reach` is the largest coordinate of everything in the tree.
+    #[inline]
+    pub fn new(ray: &Ray, reach: f32) -> Self {
+        let inv = reciprocal(ray);
+        // Scaling widens towards larger |t| only, which is the wrong way behind the origin.
+        let (slack, pad) = if ray.tmin >= 0.0 {
+            (CULL_SLACK, ray.o.abs() * (4.0 * f32::EPSILON) + 4.0 * TINY)
+        } else {
+            (0.0, (ray.o.abs() + reach) * (64.0 * f32::EPSILON) + 4.0 * TINY)
+        };
+        let pad = pad * inv.signum();
+        let mut planes = Self {
+            inv_near: inv * (1.0 - slack),
+            shift_near: Vec3::ZERO,
+            inv_far: inv * (1.0 + slack),
+            shift_far: Vec3::ZERO,
+            negative: [inv.x < 0.0, inv.y < 0.0, inv.z < 0.0],
+            alive: inv.x.is_finite(),
+        };
+        planes.shift_near = (ray.o + pad) * planes.inv_near;
+        planes.shift_far = (ray.o - pad) * planes.inv_far;
+        if !(planes.shift_near.is_finite() && planes.shift_far.is_finite()) {
+            planes.open_overflown();
+        }
+        planes
+    }
+
+    /// Lets every box pass on the axes where the origin is too far away for a plane's distance.
+    #[cold]
+    fn open_overflown(&mut self) {
+        for axis in 0..3 {
+            if !(self.shift_near[axis].is_finite() && self.shift_far[axis].is_finite()) {
+                (self.inv_near[axis], self.shift_near[axis]) = (0.0, f32::INFINITY);
+                (self.inv_far[axis], self.shift_far[axis]) = (0.0, f32::NEG_INFINITY);
+            }
+        }
+    }
+
+    /// Where the ray enters `b`, no less than `tmin`, if it meets it up to `tmax`.
+    #[inline]
+    pub fn enter(&self, b: &Aabb, tmin: f32, tmax: f32) -> Option<f32> {
+        let (mut enter, mut leave) = (tmin, tmax);
+        for axis in 0..3 {
+            let (near, far) = if self.negative[axis] {
+                (b.max[axis], b.min[axis])
+            } else {
+                (b.min[axis], b.max[axis])
+            };
+            let near = near * self.inv_near[axis] - self.shift_near[axis];
+            let far = far * self.inv_far[axis] - self.shift_far[axis];
+            enter = if near > enter { near } else { enter };
+            leave = if far < leave { far } else { leave };
+        }
+        (self.alive && enter <= leave).then_some(enter)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit_box() -> Aabb {
+        Aabb {
+            min: Vec3::ZERO,
+            max: Vec3::ONE,
+        }
+    }
+
+    #[test]
+    fn rays_in_a_face_or_along_an_edge_are_inside() {
+        for o in [
+            Vec3::new(0.0, 0.5, -2.0),
+            Vec3::new(1.0, 1.0, -2.0),
+            Vec3::new(0.0, 0.0, -2.0),
+        ] {
+            for zero in [0.0, -0.0] {
+                let ray = Ray::new(o, Vec3::new(zero, zero, 1.0));
+                assert_eq!(Slabs::new(&ray).clip(2.5, &unit_box()), Some(2.5));
+                assert!(Planes::new(&ray, 1.0).enter(&unit_box(), 0.0, f32::INFINITY).is_some());
+            }
+        }
+        let beside = Ray::new(Vec3::new(1.001, 0.5, -2.0), Vec3::Z);
+        assert_eq!(Slabs::new(&beside).clip(2.5, &unit_box()), None);
+        assert!(
+            Planes::new(&beside, 1.0)
+                .enter(&unit_box(), 0.0, f32::INFINITY)
+                .is_none()
+        );
+    }
+
+    #[test]
+    fn noise_in_t_is_brought_into_the_box() {
+        let ray = Ray::new(Vec3::new(0.5, 0.5, -2.0), Vec3::Z);
+        let near = Slabs::new(&ray).clip(0.1, &unit_box()).expect("the ray meets the box");
+        let far = Slabs::new(&ray).clip(9.0, &unit_box()).expect("the ray meets the box");
+        assert!((near - 2.0).abs() < 1e-5 && (far - 3.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn rays_that_are_not_finite_meet_nothing() {
+        for d in [Vec3::ZERO, Vec3::NAN, Vec3::INFINITY] {
+            let ray = Ray::new(Vec3::splat(0.5), d);
+            assert_eq!(Slabs::new(&ray).clip(0.5, &unit_box()), None);
+            assert!(Planes::new(&ray, 1.0).enter(&unit_box(), 0.0, 1.0).is_none());
+        }
+    }
+
+    #[test]
+    fn distances_that_overflow_do_not_hide_a_box() {
+        let ray = Ray::new(Vec3::new(5e8, -5e8, -3e9), Vec3::Z);
+        let large = Aabb {
+            min: Vec3::splat(-1e9),
+            max: Vec3::splat(1e9),
+        };
+        assert!(Planes::new(&ray, 1e9).enter(&large, 0.0, f32::INFINITY).is_some());
+        assert!(Slabs::new(&ray).clip(2.5e9, &large).is_some());
+    }
+}

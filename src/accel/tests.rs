@@ -1,0 +1,341 @@
+//! Every accelerator against the linear scan.
+
+use std::sync::Arc;
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::{
+    math::{Vec3, hash},
+    shape::{Shape, sphere::Sphere},
+};
+
+/// Reproducible numbers.
+struct Random(u32);
+
+impl Random {
+    fn unit(&mut self) -> f32 {
+        self.0 += 1;
+        hash::unit_f32(hash::pcg4d([self.0, 7, 11, 13])[0])
+    }
+
+    fn vec(&mut self, size: f32) -> Vec3 {
+        Vec3::new(self.unit() - 0.5, self.unit() - 0.5, self.unit() - 0.5) * (2.0 * size)
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        ((self.unit() * n as f32) as usize).min(n - 1)
+    }
+}
+
+fn soup(triangles: usize, spheres: usize, size: f32) -> Geometry {
+    let mut r = Random(1);
+    let mut g = Geometry::default();
+    for i in 0..triangles {
+        let c = r.vec(1.0);
+        g.vertices.extend([c, c + r.vec(size), c + r.vec(size)]);
+        g.triangles.push([0, 1, 2].map(|k| (3 * i + k) as u32));
+    }
+    for _ in 0..spheres {
+        g.shapes.push(sphere(r.vec(1.0), 0.2 * size * (0.1 + r.unit())));
+    }
+    g
+}
+
+fn sphere(center: Vec3, radius: f32) -> Placed {
+    Placed {
+        shape: Shape::Sphere(Sphere { center, radius }),
+        transform: None,
+    }
+}
+
+/// A square of `n` by `n` cells in y = 0 with bumps of `height`, so that edges are shared and many boxes are alike.
+fn grid(n: usize, height: f32) -> Geometry {
+    let mut g = Geometry::default();
+    let mut r = Random(5);
+    for z in 0..=n {
+        for x in 0..=n {
+            let place = |i: usize| i as f32 / n as f32 * 2.0 - 1.0;
+            g.vertices.push(Vec3::new(place(x), height * r.unit(), place(z)));
+        }
+    }
+    let at = |x: usize, z: usize| (z * (n + 1) + x) as u32;
+    for z in 0..n {
+        for x in 0..n {
+            g.triangles.push([at(x, z), at(x + 1, z), at(x + 1, z + 1)]);
+            g.triangles.push([at(x, z), at(x + 1, z + 1), at(x, z + 1)]);
+        }
+    }
+    g
+}
+
+/// Rays at random, along the axes, through vertices and edges, in planes of the scene, short, and from far away.
+fn rays(g: &Geometry, count: usize) -> Vec<Ray> {
+    let mut r = Random(99);
+    let axes = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+    let point = |r: &mut Random| {
+        if g.vertices.is_empty() {
+            return r.vec(1.0);
+        }
+        let [a, b, c] = if g.triangles.is_empty() {
+            [g.vertices[0]; 3]
+        } else {
+            g.corners(r.below(g.triangles.len()))
+        };
+        match r.below(3) {
+            0 => a,
+            1 => a + (b - a) * r.unit(),
+            _ => a * 0.25 + b * 0.25 + c * 0.5,
+        }
+    };
+    (0..count)
+        .map(|i| {
+            let mut ray = match i % 6 {
+                0 => Ray::new(r.vec(1.5), r.vec(1.0)),
+                1 => Ray::new(r.vec(1.5), axes[r.below(6)]),
+                2 => {
+                    let d = axes[r.below(6)];
+                    Ray::new(point(&mut r) - d * 3.0, d)
+                }
+                3 => {
+                    let o = r.vec(3.0);
+                    Ray::new(o, point(&mut r) - o)
+                }
+                4 => {
+                    let (a, b) = (point(&mut r), point(&mut r));
+                    Ray::new(a, b - a)
+                }
+                _ => {
+                    let o = r.vec(1.0) * 1e4;
+                    Ray::new(o, point(&mut r) - o)
+                }
+            };
+            match i % 11 {
+                0 => ray.tmax = r.unit() * 2.0,
+                1 => ray.tmin = r.unit(),
+                2 => ray.tmin = -r.unit(),
+                3 => ray.d = Vec3::new(-0.0, ray.d.y, ray.d.z),
+                _ => {}
+            }
+            ray
+        })
+        .collect()
+}
+
+fn bits(hit: &Option<Hit>) -> Option<[u32; 4]> {
+    hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.prim.index()])
+}
+
+/// Fails with the first ray on which an accelerator and the linear scan disagree; returns how many rays hit.
+fn compare(g: Geometry, rays: &[Ray]) -> usize {
+    let g = Arc::new(g);
+    let run = |kind, quality| {
+        let accel = build_with(kind, quality, g.clone()).expect("the scene is valid");
+        let mut hits = vec![None; rays.len()];
+        let mut blocked = vec![false; rays.len()];
+        accel.nearest(rays, &mut hits);
+        accel.occluded(rays, &mut blocked);
+        (hits, blocked)
+    };
+    let (truth, blocked) = run(AccelKind::Linear, Quality::Medium);
+    for (hit, blocked) in truth.iter().zip(&blocked) {
+        assert_eq!(hit.is_some(), *blocked);
+    }
+    for &(kind, name) in AccelKind::TABLE {
+        for &(quality, quality_name) in Quality::TABLE {
+            let (hits, b) = run(kind, quality);
+            for i in 0..rays.len() {
+                assert_eq!(
+                    bits(&hits[i]),
+                    bits(&truth[i]),
+                    "{name} {quality_name}, ray {i}: {:?}",
+                    rays[i]
+                );
+                assert_eq!(
+                    b[i], blocked[i],
+                    "{name} {quality_name} occlusion, ray {i}: {:?}",
+                    rays[i]
+                );
+            }
+        }
+    }
+    truth.iter().flatten().count()
+}
+
+#[test]
+fn every_accelerator_equals_the_linear_scan_on_a_soup() {
+    let g = soup(300, 40, 0.3);
+    let rays = rays(&g, 100_000);
+    assert!(compare(g, &rays) > 30_000);
+}
+
+#[test]
+fn every_accelerator_equals_the_linear_scan_on_shared_edges() {
+    let g = grid(16, 0.1);
+    let rays = rays(&g, 100_000);
+    assert!(compare(g, &rays) > 30_000);
+}
+
+#[test]
+fn every_accelerator_equals_the_linear_scan_on_a_flat_grid() {
+    let g = grid(16, 0.0);
+    let rays = rays(&g, 100_000);
+    assert!(compare(g, &rays) > 20_000);
+}
+
+#[test]
+fn every_accelerator_equals_the_linear_scan_on_slivers() {
+    let mut g = soup(200, 0, 0.5);
+    for i in 0..200 {
+        let [a, b] = [g.vertices[3 * i], g.vertices[3 * i + 1]];
+        g.vertices[3 * i + 2] = a + (b - a) * 0.37 + Vec3::splat(if i % 2 == 0 { 0.0 } else { 1e-6 });
+    }
+    let rays = rays(&g, 100_000);
+    compare(g, &rays);
+}
+
+#[test]
+fn every_accelerator_equals_the_linear_scan_across_magnitudes() {
+    let mut g = soup(100, 10, 0.3);
+    for (i, v) in g.vertices.iter_mut().enumerate() {
+        *v *= [1e-6, 1.0, 1e6][i / 3 % 3];
+    }
+    let rays = rays(&g, 60_000);
+    compare(g, &rays);
+}
+
+#[test]
+fn scenes_of_none_one_and_two_primitives_work() {
+    for (triangles, spheres) in [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)] {
+        let g = soup(triangles, spheres, 1.0);
+        let rays = rays(&g, 3000);
+        compare(g, &rays);
+    }
+}
+
+#[test]
+fn the_lower_of_two_equal_primitives_wins() {
+    let mut g = soup(40, 5, 0.8);
+    g.triangles.extend_from_within(..);
+    g.shapes.extend_from_within(..);
+    let rays = rays(&g, 20_000);
+    compare(g, &rays);
+}
+
+#[test]
+fn rays_that_are_not_finite_meet_nothing() {
+    let g = soup(50, 5, 0.5);
+    let mut odd = Vec::new();
+    for bad in [f32::NAN, f32::INFINITY, 0.0] {
+        odd.push(Ray::new(Vec3::ZERO, Vec3::splat(bad)));
+        odd.push(Ray::new(Vec3::splat(bad), Vec3::new(bad, 0.0, 0.0)));
+    }
+    odd.push(Ray::segment(Vec3::ZERO, Vec3::X, f32::NAN));
+    assert_eq!(compare(g, &odd), 0);
+}
+
+/// What bad input must not do is take long, so these are as large as a debug build bears.
+#[test]
+fn degenerate_input_builds_in_linear_time() {
+    let many = 60_000;
+    let mut same = soup(1, 0, 0.5);
+    same.triangles = vec![[0, 1, 2]; many];
+    let mut points = soup(1, 0, 0.5);
+    points.triangles = vec![[0, 0, 0]; many];
+    let mut line = Geometry::default();
+    for i in 0..many {
+        line.vertices.extend([0.0, 0.5, 1.0].map(|k| Vec3::X * (i as f32 + k)));
+        line.triangles.push([0, 1, 2].map(|k| (3 * i + k) as u32));
+    }
+    let mut extremes = soup(many, 0, 1e-6);
+    extremes.vertices.extend([Vec3::ZERO, Vec3::X * 1e11, Vec3::Y * 1e11]);
+    extremes.triangles.push([0, 1, 2].map(|k| (3 * many + k) as u32));
+    for g in [same, points, line, extremes, grid(170, 0.0)] {
+        let g = Arc::new(g);
+        for kind in [AccelKind::Bvh2, AccelKind::CwBvh] {
+            let accel = build(kind, g.clone()).expect("the scene is valid");
+            assert!(accel.stats().build_time.as_secs() < 5, "{:?}", accel.stats());
+        }
+    }
+}
+
+#[test]
+fn bad_coordinates_are_refused_with_the_primitive() {
+    let with = |x: f32| {
+        let mut g = soup(5, 1, 0.5);
+        g.vertices[7].y = x;
+        build(AccelKind::Bvh2, Arc::new(g)).err()
+    };
+    assert_eq!(with(f32::NAN), Some(BuildError::NotFinite { prim: 2 }));
+    assert_eq!(with(f32::NEG_INFINITY), Some(BuildError::NotFinite { prim: 2 }));
+    assert_eq!(with(1e20), Some(BuildError::TooLarge { prim: 2 }));
+    let mut g = soup(5, 1, 0.5);
+    g.triangles[3][1] = 15;
+    let error = build(AccelKind::Linear, Arc::new(g))
+        .err()
+        .expect("vertex 15 does not exist");
+    assert_eq!(error.to_string(), "triangle 3 names vertex 15, but there are 15");
+}
+
+#[test]
+fn names_are_read_back() {
+    for &(kind, name) in AccelKind::TABLE {
+        assert_eq!(name.parse(), Ok(kind));
+        assert_eq!(kind.to_string(), name);
+    }
+    let error = "fastest".parse::<Quality>().expect_err("there is no such quality");
+    assert_eq!(
+        error.to_string(),
+        "no such build quality: `fastest` (there are fast, medium, high)"
+    );
+}
+
+#[test]
+fn costs_count_less_in_a_tree_than_in_a_scan() {
+    let g = Arc::new(grid(30, 0.1));
+    let rays = rays(&g, 500);
+    for &(kind, _) in AccelKind::TABLE {
+        let mut costs = vec![RayCost::default(); rays.len()];
+        build(kind, g.clone())
+            .expect("the scene is valid")
+            .cost(&rays, &mut costs);
+        let mean = costs.iter().map(|c| f64::from(c.prims)).sum::<f64>() / costs.len() as f64;
+        assert!(
+            if kind == AccelKind::Linear {
+                mean == 1800.0
+            } else {
+                mean < 200.0
+            },
+            "{kind}: {mean}"
+        );
+    }
+}
+
+/// Coordinates from a few values, so that corners, edges and planes coincide.
+fn coarse_point() -> impl Strategy<Value = Vec3> {
+    let value = prop::sample::select(vec![-1.0_f32, -0.5, 0.0, -0.0, 0.25, 1.0, 1e-7, 3e4]);
+    [value.clone(), value.clone(), value].prop_map(Vec3::from_array)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn every_accelerator_equals_the_linear_scan_on_small_random_scenes(
+        vertices in prop::collection::vec(coarse_point(), 3..12),
+        corners in prop::collection::vec([0_u32..12, 0_u32..12, 0_u32..12], 0..40),
+        spheres in prop::collection::vec((coarse_point(), 0.01_f32..1.0), 0..4),
+        origins in prop::collection::vec((coarse_point(), coarse_point()), 30..60),
+    ) {
+        let n = vertices.len() as u32;
+        let g = Geometry {
+            vertices,
+            triangles: corners.into_iter().map(|t| t.map(|i| i % n)).collect(),
+            shapes: spheres.into_iter().map(|(c, r)| sphere(c, r)).collect(),
+            transforms: Vec::new(),
+        };
+        let mut rays = rays(&g, 120);
+        rays.extend(origins.into_iter().map(|(o, d)| Ray::new(o, d)));
+        compare(g, &rays);
+    }
+}
