@@ -49,7 +49,7 @@ kinds! {
         "whitted" => Whitted(whitted::Whitted, whitted::WhittedDesc),
     }
     described only {}
-    compile() -> Problem;
+    compiled by fn compile(&self) -> Result<BuiltIn, Problem>;
     /// See [`Integrator::vertex`].
     fn vertex(&self, scene: &Scene, path: &Path, vertex: &Vertex<'_>, out: &mut Departures);
 }

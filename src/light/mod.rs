@@ -42,7 +42,7 @@ kinds! {
         "sun" => Sun(sun::SunLight, sun::SunDesc),
     }
     described only {}
-    compile() -> Problem;
+    compiled by fn compile(&self) -> Result<Light, Problem>;
     /// See [`LightKind::sample`].
     fn sample(&self, from: Vec3, u: Vec2) -> Option<LightSample>;
 }

@@ -51,7 +51,7 @@ kinds! {
         "mirror" => Mirror(mirror::Mirror, mirror::MirrorDesc),
     }
     described only {}
-    compile(find: &FindColor<'_>) -> Problem;
+    compiled by fn compile(&self, find: &FindColor<'_>) -> Result<Material, Problem>;
     /// See [`MaterialKind::terms`].
     fn terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> Terms;
 }

@@ -82,7 +82,7 @@ kinds! {
         "sphere" => Sphere(sphere::Sphere, sphere::SphereDesc),
     }
     described only {}
-    compile() -> Problem;
+    compiled by fn compile(&self) -> Result<Shape, Problem>;
     /// See [`ShapeKind::bounds`].
     fn bounds(&self) -> Aabb;
     /// See [`ShapeKind::intersect`].

@@ -54,7 +54,7 @@ kinds! {
         "image" => Image(image::ImagePattern, image::ImageDesc),
     }
     described only {}
-    compile(find: &FindBitmap<'_>) -> Problem;
+    compiled by fn compile(&self, find: &FindBitmap<'_>) -> Result<Pattern, Problem>;
     /// See [`PatternKind::eval`].
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb;
 }
