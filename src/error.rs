@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use crate::{
-    accel,
     assets::{camera_path, image::ImageError},
     compile, describe,
     describe::Diagnostics,
@@ -76,8 +75,7 @@ impl Error {
                 }
             }
             Self::CameraPath(e) if e.is_missing() => Blame::MissingInput,
-            Self::Compile(compile::Error::Build(accel::BuildError { .. }))
-            | Self::Compile(_)
+            Self::Compile(_)
             | Self::CameraPath(_)
             | Self::Scene(_)
             | Self::Invalid(_)

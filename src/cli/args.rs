@@ -6,7 +6,12 @@ use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 
 /// Renders a scene along a camera path into EXR and PNG sequences.
 #[derive(Debug, Parser)]
-#[command(name = "batch-render", version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(
+    name = "batch-render",
+    version,
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true
+)]
 pub struct Args {
     #[command(subcommand)]
     pub command: Option<Command>,
@@ -157,7 +162,11 @@ fn crop(text: &str) -> Result<[u32; 4], String> {
 
 fn size(text: &str) -> Result<u64, String> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
-    let scale = match text[digits.len()..].to_ascii_uppercase().trim_end_matches("IB").trim_end_matches('B') {
+    let scale = match text[digits.len()..]
+        .to_ascii_uppercase()
+        .trim_end_matches("IB")
+        .trim_end_matches('B')
+    {
         "" => 0,
         "K" => 10,
         "M" => 20,
@@ -165,8 +174,12 @@ fn size(text: &str) -> Result<u64, String> {
         "T" => 40,
         _ => return Err("expected a size such as 512M or 8G".into()),
     };
-    let value: u64 = digits.parse().map_err(|_| "expected a size such as 512M or 8G".to_owned())?;
-    value.checked_mul(1 << scale).ok_or_else(|| "the size is too large".into())
+    let value: u64 = digits
+        .parse()
+        .map_err(|_| "expected a size such as 512M or 8G".to_owned())?;
+    value
+        .checked_mul(1 << scale)
+        .ok_or_else(|| "the size is too large".into())
 }
 
 #[cfg(test)]

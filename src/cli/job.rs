@@ -3,13 +3,13 @@
 use std::{path::Path, sync::Arc};
 
 use anyhow::Context;
-use clap::Parser;
 use batch_render::{
     batch::{self, Existing, FrameRange, Plan, Request},
     compile, describe,
     error::Error,
     render::Watch,
 };
+use clap::Parser;
 
 use super::{
     args::{Args, Command, ProgressKind, RenderArgs},
@@ -21,7 +21,12 @@ use super::{
 pub fn run(args: &Args) -> anyhow::Result<()> {
     match &args.command {
         Some(Command::Check { scene }) => {
-            let typed = ["batch-render".as_ref(), "--check".as_ref(), "--".as_ref(), scene.as_os_str()];
+            let typed = [
+                "batch-render".as_ref(),
+                "--check".as_ref(),
+                "--".as_ref(),
+                scene.as_os_str(),
+            ];
             let check = Args::try_parse_from(typed).context("--check takes any scene")?;
             render_job(&check.render, args.quiet)
         }
@@ -43,10 +48,16 @@ fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
         .thread_name(|i| format!("render {i}"))
         .build()
         .context("cannot start threads")?;
-    let scene = pool.install(|| compile::scene(&desc, plan.accel)).map_err(Error::from)?;
+    let scene = pool
+        .install(|| compile::scene(&desc, plan.accel))
+        .map_err(Error::from)?;
     if args.check || args.dry_run {
         if !quiet {
-            say(&format!("{}: {} to render, nothing wrong", path.display(), frames(plan.frames.len())));
+            say(&format!(
+                "{}: {} to render, nothing wrong",
+                path.display(),
+                frames(plan.frames.len())
+            ));
         }
         return Ok(());
     }

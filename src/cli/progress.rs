@@ -75,7 +75,10 @@ impl Observer for Progress {
             Self::Bars(bars) => bars.frame_done(),
             Self::Lines(lines) => {
                 let (position, total) = *lock(&lines.position);
-                say(&format!("frame {number} ({position} of {total}) rendered in {}", seconds(took)));
+                say(&format!(
+                    "frame {number} ({position} of {total}) rendered in {}",
+                    seconds(took)
+                ));
             }
             Self::Silent => {}
         }
@@ -123,10 +126,14 @@ impl Bars {
     fn new(frames: usize, pixels: u64, watch: Arc<Watch>) -> Self {
         let bars = MultiProgress::with_draw_target(ProgressDrawTarget::stdout());
         let style = |template: &str| {
-            ProgressStyle::with_template(template).expect("the template is a constant").progress_chars("=> ")
+            ProgressStyle::with_template(template)
+                .expect("the template is a constant")
+                .progress_chars("=> ")
         };
         let sequence = bars.add(ProgressBar::new(frames as u64));
-        sequence.set_style(style("frames [{bar:30}] {pos}/{len}  {elapsed} elapsed, {eta} left  {wide_msg}"));
+        sequence.set_style(style(
+            "frames [{bar:30}] {pos}/{len}  {elapsed} elapsed, {eta} left  {wide_msg}",
+        ));
         let frame = bars.add(ProgressBar::new(pixels));
         frame.set_style(style("{prefix:>6} [{bar:30}] {percent:>3} %  {wide_msg}"));
         let pixels_before = Arc::new(AtomicU64::new(0));
@@ -148,7 +155,13 @@ impl Bars {
                 }
             })
         };
-        Self { sequence, frame, pixels_before, stop, ticker }
+        Self {
+            sequence,
+            frame,
+            pixels_before,
+            stop,
+            ticker,
+        }
     }
 
     fn frame_started(&self, number: i32) {
@@ -156,7 +169,8 @@ impl Bars {
     }
 
     fn frame_done(&self) {
-        self.pixels_before.fetch_add(self.frame.length().unwrap_or(0), Ordering::Relaxed);
+        self.pixels_before
+            .fetch_add(self.frame.length().unwrap_or(0), Ordering::Relaxed);
         self.sequence.inc(1);
     }
 

@@ -20,7 +20,8 @@ pub fn cancel_on_signal(watch: Arc<Watch>) -> anyhow::Result<()> {
     let again = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         // In this order: the second signal finds `again` set and ends the process with the usual code.
-        flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&again)).context("cannot handle signals")?;
+        flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&again))
+            .context("cannot handle signals")?;
         flag::register(signal, Arc::clone(&again)).context("cannot handle signals")?;
     }
     let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]).context("cannot handle signals")?;

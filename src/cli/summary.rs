@@ -13,9 +13,17 @@ pub fn lines(summary: &Summary, scene: &Scene) -> String {
         0 => String::new(),
         n => format!(", {n} skipped"),
     };
-    lines.push(format!("{} rendered{skipped} in {}", plural(summary.rendered, "frame"), seconds(summary.wall)));
+    lines.push(format!(
+        "{} rendered{skipped} in {}",
+        plural(summary.rendered, "frame"),
+        seconds(summary.wall)
+    ));
     if let Some((median, worst)) = summary.median_and_worst() {
-        lines.push(format!("time per frame: median {}, worst {}", seconds(median), seconds(worst)));
+        lines.push(format!(
+            "time per frame: median {}, worst {}",
+            seconds(median),
+            seconds(worst)
+        ));
     }
     let rendering: f64 = summary.frame_times.iter().map(Duration::as_secs_f64).sum();
     if rendering > 0.0 {
@@ -38,10 +46,16 @@ pub fn lines(summary: &Summary, scene: &Scene) -> String {
         lines.push(format!("peak memory: {} MiB", peak.div_ceil(1 << 20)));
     }
     if summary.dropped_samples > 0 {
-        lines.push(format!("left out: {} (not a number, or infinite)", plural(summary.dropped_samples as usize, "sample")));
+        lines.push(format!(
+            "left out: {} (not a number, or infinite)",
+            plural(summary.dropped_samples as usize, "sample")
+        ));
     }
     if summary.clamped > 0 {
-        lines.push(format!("clamped: {} beyond what a half float holds", plural(summary.clamped as usize, "value")));
+        lines.push(format!(
+            "clamped: {} beyond what a half float holds",
+            plural(summary.clamped as usize, "value")
+        ));
     }
     lines.join("\n")
 }
