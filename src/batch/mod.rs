@@ -1,0 +1,3 @@
+//! Jobs: which frames, from what, to where.
+
+pub mod range;
