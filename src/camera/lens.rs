@@ -71,6 +71,45 @@ pub struct LensOverrides {
     pub shift_y: Option<f64>,
 }
 
+impl LensOverrides {
+    /// What makes this no lens, if anything does.
+    pub fn flaw(&self) -> Option<&'static str> {
+        let above_0 = |v: f64| v > 0.0 && v.is_finite();
+        let view = match self.view {
+            Some(View::Vertical(degrees) | View::Horizontal(degrees)) => degrees > 0.0 && degrees < 180.0,
+            Some(View::FocalLength(mm)) => above_0(mm),
+            None => true,
+        };
+        let sensor = match self.sensor {
+            Some(Sensor::Width(mm) | Sensor::Height(mm)) => above_0(mm),
+            None => true,
+        };
+        let aperture = match self.aperture {
+            Some(Aperture::Radius(m)) => m == 0.0 || above_0(m),
+            Some(Aperture::FStop(n)) => above_0(n),
+            None => true,
+        };
+        let focus = self.focus_distance.is_none_or(above_0);
+        let shift = [self.shift_x, self.shift_y].into_iter().flatten().all(f64::is_finite);
+        [
+            (
+                view,
+                "the view is not an angle between 0 and 180 degrees or a focal length above 0",
+            ),
+            (sensor, "the sensor's size is not above 0"),
+            (
+                aperture,
+                "the aperture is not a radius of at least 0 or an f-number above 0",
+            ),
+            (focus, "the focus distance is not above 0"),
+            (shift, "the shift is not finite"),
+        ]
+        .into_iter()
+        .find(|(fine, _)| !fine)
+        .map(|(_, flaw)| flaw)
+    }
+}
+
 impl View {
     /// The tangent of half the angle over the picture's height, for a picture `aspect` times as wide as high.
     pub fn half_height(self, sensor: Sensor, aspect: f64) -> f64 {

@@ -13,7 +13,9 @@ use crate::{
     value::Problem,
 };
 
+mod curve;
 pub mod lens;
+pub mod path;
 pub mod perspective;
 pub mod pose;
 

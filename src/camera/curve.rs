@@ -1,0 +1,291 @@
+//! Curves through keys: what a camera path is between the frames that were written down.
+//!
+//! At a key a curve *is* the key's value, bit for bit. Between two keys the interpolation of the earlier one says what
+//! happens ([`Interp`]); a smooth curve looks one key further on either side.
+
+use glam::{DQuat, DVec3};
+
+use super::lens::{Aperture, Sensor, View, half_tan};
+
+/// What a curve does from one key to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Interp {
+    /// Runs through all keys in a row that are smooth without a corner. Where smooth keys meet others, the curve ends as
+    /// if there were no key beyond.
+    #[default]
+    Smooth,
+    /// Goes straight and at an even rate.
+    Linear,
+    /// Stays until the next key and then jumps: a cut.
+    Hold,
+}
+
+/// A curve. Before its first key and after its last one it keeps their values.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Track<T> {
+    knots: Vec<Knot<T>>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Knot<T> {
+    frame: f64,
+    value: T,
+    interp: Interp,
+}
+
+/// The stretch between two keys, with the keys before and after it that a smooth curve takes into account.
+pub(super) struct Stretch<T> {
+    pub before: Option<(f64, T)>,
+    pub from: (f64, T),
+    pub to: (f64, T),
+    pub after: Option<(f64, T)>,
+}
+
+/// A value that can move along a curve.
+pub(super) trait Channel: Copy {
+    /// The value at `u` of the way.
+    fn linear(from: Self, to: Self, u: f64) -> Self;
+
+    /// The value at `frame`, strictly between `from` and `to`.
+    fn smooth(stretch: &Stretch<Self>, frame: f64) -> Self;
+}
+
+impl<T: Channel> Track<T> {
+    /// From keys in rising order of their frames; those without a value are left out.
+    pub fn new(keys: impl IntoIterator<Item = (f64, Option<T>, Interp)>) -> Self {
+        let knots = keys
+            .into_iter()
+            .filter_map(|(frame, value, interp)| value.map(|value| Knot { frame, value, interp }));
+        Self { knots: knots.collect() }
+    }
+
+    /// The value at `frame`; `None` for a track without keys.
+    pub fn at(&self, frame: f64) -> Option<T> {
+        let next = self.knots.partition_point(|k| k.frame <= frame);
+        let Some(i) = next.checked_sub(1) else {
+            return self.knots.first().map(|k| k.value);
+        };
+        let from = self.knots[i];
+        let Some(to) = self.knots.get(next) else {
+            return Some(from.value);
+        };
+        if from.frame == frame {
+            return Some(from.value);
+        }
+        Some(match from.interp {
+            Interp::Hold => from.value,
+            Interp::Linear => T::linear(from.value, to.value, (frame - from.frame) / (to.frame - from.frame)),
+            Interp::Smooth => T::smooth(&self.stretch(i), frame),
+        })
+    }
+
+    /// The stretch from knot `i`, which has a knot after it.
+    fn stretch(&self, i: usize) -> Stretch<T> {
+        let knot = |k: &Knot<T>| (k.frame, k.value);
+        let before = i.checked_sub(1).map(|k| &self.knots[k]);
+        let after = self.knots.get(i + 2);
+        Stretch {
+            before: before.filter(|k| k.interp == Interp::Smooth).map(knot),
+            from: knot(&self.knots[i]),
+            to: knot(&self.knots[i + 1]),
+            after: after.filter(|_| self.knots[i + 1].interp == Interp::Smooth).map(knot),
+        }
+    }
+}
+
+impl<T: Copy> Stretch<T> {
+    pub fn map<U>(&self, f: impl Fn(T) -> U) -> Stretch<U> {
+        let f = |(t, v)| (t, f(v));
+        Stretch {
+            before: self.before.map(f),
+            from: f(self.from),
+            to: f(self.to),
+            after: self.after.map(f),
+        }
+    }
+}
+
+/// The cubic Hermite polynomial at `u` of `[0, 1]`, by how far it goes and its slopes at both ends. As an offset from
+/// its start, so that what rests does not move by a rounding error.
+fn hermite_rise<V>(rise: V, slopes: [V; 2], u: f64) -> V
+where
+    V: std::ops::Mul<f64, Output = V> + std::ops::Add<Output = V> + std::ops::Sub<Output = V>,
+{
+    let w = 1.0 - u;
+    let [start, end] = slopes;
+    rise * (u * u * (3.0 - 2.0 * u)) + start * (u * w * w) - end * (u * u * w)
+}
+
+/// A number on a smooth curve that never leaves the range of the two keys around it, so that a focal length stays
+/// positive.
+///
+/// Source: Fritsch and Butland, "A Method for Constructing Local Monotone Piecewise Cubic Interpolants", SIAM J. Sci.
+/// Stat. Comput. 5(2), 1984, doi:10.1137/0905021, with the weights of their equation (5) for uneven keys. At an end the
+/// slope is that of the stretch.
+fn monotone(stretch: &Stretch<f64>, frame: f64) -> f64 {
+    let ((t1, v1), (t2, v2)) = (stretch.from, stretch.to);
+    let h = t2 - t1;
+    let secant = (v2 - v1) / h;
+    // The slope at the key between two stretches, by their lengths and secants.
+    let slope = |h_other: f64, other: f64| {
+        if other * secant <= 0.0 {
+            return 0.0;
+        }
+        let (w_other, w) = (2.0 * h + h_other, h + 2.0 * h_other);
+        (w_other + w) / (w_other / other + w / secant)
+    };
+    let start = stretch
+        .before
+        .map_or(secant, |(t0, v0)| slope(t1 - t0, (v1 - v0) / (t1 - t0)));
+    let end = stretch
+        .after
+        .map_or(secant, |(t3, v3)| slope(t3 - t2, (v3 - v2) / (t3 - t2)));
+    let v = v1 + hermite_rise(v2 - v1, [start * h, end * h], (frame - t1) / h);
+    v.clamp(v1.min(v2), v1.max(v2))
+}
+
+/// A point on a centripetal Catmull-Rom spline through the keys, reached at the keys' own times.
+///
+/// The curve's shape: knots `s` that are apart by the square root of the keys' distance, `d = |b - a|^(1/2)`; between
+/// `p1` and `p2` the cubic with the slopes `dp/ds` of Barry and Goldman,
+/// `(p1 - p0) / d01 - (p2 - p0) / (d01 + d12) + (p2 - p1) / d12` at `p1` and likewise at `p2`. It has neither cusps nor
+/// loops between two keys, and through keys on one line it stays between neighbours: it never overshoots. How
+/// fast it is run through: `s` as the monotone cubic function of the frame that is `s` of each key at the key's
+/// frame, however uneven the frames are; so the velocity has no jump, and a camera rests between two equal keys.
+/// Beyond an end, and beyond a rest, the spline goes on as if mirrored: its slope there is that of the stretch.
+///
+/// Source: Barry and Goldman, "A Recursive Evaluation Algorithm for a Class of Catmull-Rom Splines", SIGGRAPH 1988,
+/// doi:10.1145/54852.378511; Yuksel, Schaefer, Keyser, "Parameterization and Applications of Catmull-Rom Curves",
+/// Computer-Aided Design 43(7), 2011, doi:10.1016/j.cad.2010.08.008.
+fn centripetal(stretch: &Stretch<DVec3>, frame: f64) -> DVec3 {
+    let (p1, p2) = (stretch.from.1, stretch.to.1);
+    let d12 = p1.distance(p2).sqrt();
+    if d12 == 0.0 {
+        return p1;
+    }
+    let before = stretch.before.map(|(t, p)| (t, p, p.distance(p1).sqrt()));
+    let after = stretch.after.map(|(t, p)| (t, p, p.distance(p2).sqrt()));
+    let s = monotone(
+        &Stretch {
+            before: before.map(|(t, _, d)| (t, -d)),
+            from: (stretch.from.0, 0.0),
+            to: (stretch.to.0, d12),
+            after: after.map(|(t, _, d)| (t, d12 + d)),
+        },
+        frame,
+    );
+    let secant = (p2 - p1) / d12;
+    let start = before.filter(|(.., d)| *d > 0.0).map_or(secant, |(_, p0, d01)| {
+        (p1 - p0) / d01 - (p2 - p0) / (d01 + d12) + secant
+    });
+    let end = after.filter(|(.., d)| *d > 0.0).map_or(secant, |(_, p3, d23)| {
+        secant - (p3 - p1) / (d12 + d23) + (p3 - p2) / d23
+    });
+    p1 + hermite_rise(p2 - p1, [start * d12, end * d12], s / d12)
+}
+
+/// The rotation at `u` of the way along the shorter arc, at an even rate.
+///
+/// Source: Shoemake, "Animating Rotation with Quaternion Curves", SIGGRAPH 1985, doi:10.1145/325334.325242.
+pub(super) fn slerp(from: DQuat, to: DQuat, u: f64) -> DQuat {
+    let to = if from.dot(to) < 0.0 { -to } else { to };
+    // Exact for small angles too, where the arc cosine is not.
+    let angle = 2.0 * libm::atan2((to - from).length(), (to + from).length());
+    let sin = libm::sin(angle);
+    let mix = if sin < 1e-12 {
+        from * (1.0 - u) + to * u
+    } else {
+        from * (libm::sin((1.0 - u) * angle) / sin) + to * (libm::sin(u * angle) / sin)
+    };
+    mix / mix.length()
+}
+
+impl Channel for f64 {
+    fn linear(from: Self, to: Self, u: f64) -> Self {
+        (from + (to - from) * u).clamp(from.min(to), from.max(to))
+    }
+
+    fn smooth(stretch: &Stretch<Self>, frame: f64) -> Self {
+        monotone(stretch, frame)
+    }
+}
+
+impl Channel for DVec3 {
+    fn linear(from: Self, to: Self, u: f64) -> Self {
+        from + (to - from) * u
+    }
+
+    fn smooth(stretch: &Stretch<Self>, frame: f64) -> Self {
+        centripetal(stretch, frame)
+    }
+}
+
+/// A quantity of the lens that moves as one number.
+trait Amount: Copy {
+    fn amount(self) -> f64;
+
+    /// The same kind of quantity with another amount.
+    fn with_amount(self, amount: f64) -> Self;
+}
+
+impl<T: Amount> Channel for T {
+    fn linear(from: Self, to: Self, u: f64) -> Self {
+        from.with_amount(f64::linear(from.amount(), to.amount(), u))
+    }
+
+    fn smooth(stretch: &Stretch<Self>, frame: f64) -> Self {
+        stretch.from.1.with_amount(monotone(&stretch.map(T::amount), frame))
+    }
+}
+
+/// Angles move as the focal lengths that they stand for, so that a zoom goes the same way however it is written.
+impl Amount for View {
+    fn amount(self) -> f64 {
+        match self {
+            Self::Vertical(degrees) | Self::Horizontal(degrees) => 1.0 / half_tan(degrees),
+            Self::FocalLength(mm) => mm,
+        }
+    }
+
+    fn with_amount(self, amount: f64) -> Self {
+        let degrees = || 2.0 * libm::atan(1.0 / amount).to_degrees();
+        match self {
+            Self::Vertical(_) => Self::Vertical(degrees()),
+            Self::Horizontal(_) => Self::Horizontal(degrees()),
+            Self::FocalLength(_) => Self::FocalLength(amount),
+        }
+    }
+}
+
+impl Amount for Sensor {
+    fn amount(self) -> f64 {
+        match self {
+            Self::Width(mm) | Self::Height(mm) => mm,
+        }
+    }
+
+    fn with_amount(self, amount: f64) -> Self {
+        match self {
+            Self::Width(_) => Self::Width(amount),
+            Self::Height(_) => Self::Height(amount),
+        }
+    }
+}
+
+impl Amount for Aperture {
+    fn amount(self) -> f64 {
+        match self {
+            Self::Radius(v) | Self::FStop(v) => v,
+        }
+    }
+
+    fn with_amount(self, amount: f64) -> Self {
+        match self {
+            Self::Radius(_) => Self::Radius(amount),
+            Self::FStop(_) => Self::FStop(amount),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,375 @@
+//! Camera paths: keys, and the camera at any time between the first and the last of them.
+//!
+//! A path with a key at every frame is those keys, bit for bit. Where frames are left out, their neighbours are keyframes
+//! and the camera moves between them on curves:
+//!
+//! | what | smooth | linear |
+//! |---|---|---|
+//! | eye, target, up | centripetal Catmull-Rom, reached at the keys' own times | straight |
+//! | rotation | slerp on the shorter arc | the same |
+//! | focal length, also that of an angle | monotone cubic | straight |
+//! | roll, the rest of the lens, shutter | monotone cubic | straight |
+//!
+//! Every optional quantity is a curve of its own through the keys that give it: where a key is silent the quantity moves
+//! past it, and before the first and after the last key that gives it, it keeps their value. Nothing is known
+//! before the first and after the last key of the path; asking is an error.
+
+use std::{mem::discriminant, ops::RangeInclusive};
+
+use glam::{DQuat, DVec3};
+
+pub use super::curve::Interp;
+use super::{
+    Camera, FilmSize, Lens, LensOverrides, LookAt, Pose, PoseError, RotationOrder,
+    curve::{Channel, Stretch, Track, slerp},
+    lens::{Aperture, Sensor, View},
+};
+
+/// Frame numbers lie between minus this and this.
+pub const MAX_FRAME: i64 = 1_000_000_000;
+
+/// A rotation from camera to world, as it was written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rotation {
+    /// Not 0; brought to unit length where it is used.
+    Quaternion(DQuat),
+    /// See [`Pose::from_euler`].
+    Euler { degrees: DVec3, order: RotationOrder },
+}
+
+/// Which way the camera looks, as it was written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Facing {
+    /// See [`LookAt`]; `up` is +y and `roll` 0 where no key says anything else.
+    Target {
+        target: DVec3,
+        up: Option<DVec3>,
+        roll: Option<f64>,
+    },
+    Rotation(Rotation),
+}
+
+/// When the shutter is open, in frames relative to the frame's own number.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shutter {
+    pub open: f64,
+    /// At least `open`; equal means no motion blur.
+    pub close: f64,
+}
+
+/// One row of a camera path.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PathKey {
+    /// The time, in frames.
+    pub frame: f64,
+    /// In m.
+    pub eye: DVec3,
+    pub facing: Facing,
+    pub lens: LensOverrides,
+    pub shutter: Option<Shutter>,
+    /// What happens from here to the next key.
+    pub interp: Interp,
+    /// The name of what begins here, such as a shot.
+    pub name: Option<String>,
+}
+
+/// The camera at one time of its path.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraState {
+    /// The time, in frames.
+    pub frame: f64,
+    pub pose: Pose,
+    /// The distance to what is looked at, in m, on a path with targets.
+    pub target_distance: Option<f64>,
+    pub lens: LensOverrides,
+    pub shutter: Option<Shutter>,
+    /// The last name at or before this time.
+    pub name: Option<String>,
+}
+
+impl CameraState {
+    /// The scene camera's lens with what the path says in its place.
+    pub fn apply(&self, scene: &Lens) -> Lens {
+        scene.overridden(&self.lens, self.target_distance)
+    }
+
+    /// The camera before a film, with what the path does not say from the scene's own lens.
+    pub fn camera(&self, scene: &Lens, film: FilmSize) -> Camera {
+        Camera::new(&self.pose, &self.apply(scene), film)
+    }
+}
+
+/// What is wrong with a path, or with what was asked of it. Frames are times in frames.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PathError {
+    #[error("the camera path has no keys")]
+    Empty,
+    #[error("frame {0} is not a number between -{MAX_FRAME} and {MAX_FRAME}")]
+    FrameNumber(f64),
+    #[error("frame {frame} comes after frame {before}: frames must rise")]
+    NotRising { frame: f64, before: f64 },
+    #[error("frame {frame}: {what} is given in another way than before")]
+    Mixed { frame: f64, what: &'static str },
+    #[error("frame {frame}: {flaw}")]
+    Lens { frame: f64, flaw: &'static str },
+    #[error("frame {frame}: {source}")]
+    Pose { frame: f64, source: PoseError },
+    #[error("frame {frame} is outside of the camera path, which goes from {first} to {last}")]
+    Outside { frame: f64, first: f64, last: f64 },
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum FacingTrack {
+    Target {
+        target: Track<DVec3>,
+        up: Track<DVec3>,
+        roll: Track<f64>,
+    },
+    Rotation(Track<Rotation>),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct LensTracks {
+    view: Track<View>,
+    sensor: Track<Sensor>,
+    aperture: Track<Aperture>,
+    focus_distance: Track<f64>,
+    shift_x: Track<f64>,
+    shift_y: Track<f64>,
+}
+
+/// A camera's way through the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraPath {
+    first: f64,
+    last: f64,
+    eye: Track<DVec3>,
+    facing: FacingTrack,
+    lens: LensTracks,
+    shutter: Track<Shutter>,
+    /// By the frame from which on they hold.
+    names: Vec<(f64, String)>,
+}
+
+impl CameraPath {
+    /// The path through `keys`.
+    ///
+    /// # Errors
+    /// There are no keys, frames do not rise or are out of range, keys face in different ways or say the view, the sensor
+    /// or the aperture in different ways, a key gives no pose or no lens.
+    pub fn new(keys: &[PathKey]) -> Result<Self, PathError> {
+        let (Some(first), Some(last)) = (keys.first(), keys.last()) else {
+            return Err(PathError::Empty);
+        };
+        check(keys)?;
+        let path = Self {
+            first: first.frame,
+            last: last.frame,
+            eye: track(keys, |k| Some(k.eye)),
+            facing: facing_track(keys),
+            lens: LensTracks {
+                view: track(keys, |k| k.lens.view),
+                sensor: track(keys, |k| k.lens.sensor),
+                aperture: track(keys, |k| k.lens.aperture),
+                focus_distance: track(keys, |k| k.lens.focus_distance),
+                shift_x: track(keys, |k| k.lens.shift_x),
+                shift_y: track(keys, |k| k.lens.shift_y),
+            },
+            shutter: track(keys, |k| k.shutter),
+            names: keys
+                .iter()
+                .filter_map(|k| k.name.clone().map(|name| (k.frame, name)))
+                .collect(),
+        };
+        keys.iter().try_for_each(|k| path.pose(k.frame).map(drop))?;
+        Ok(path)
+    }
+
+    /// The time of the first key, in frames.
+    pub fn first(&self) -> f64 {
+        self.first
+    }
+
+    /// The time of the last key, in frames.
+    pub fn last(&self) -> f64 {
+        self.last
+    }
+
+    /// All whole frames from the first key to the last; empty where both lie between the same two frames.
+    pub fn frames(&self) -> RangeInclusive<i64> {
+        // Whole numbers within MAX_FRAME.
+        self.first.ceil() as i64..=self.last.floor() as i64
+    }
+
+    /// The camera at a time, in frames.
+    ///
+    /// # Errors
+    /// The time is outside of the path, or the curves of eye and target meet there.
+    pub fn at(&self, frame: f64) -> Result<CameraState, PathError> {
+        if !(self.first..=self.last).contains(&frame) {
+            return Err(PathError::Outside {
+                frame,
+                first: self.first,
+                last: self.last,
+            });
+        }
+        let (pose, target_distance) = self.pose(frame)?;
+        let named = self.names.partition_point(|(from, _)| *from <= frame);
+        Ok(CameraState {
+            frame,
+            pose,
+            target_distance,
+            lens: LensOverrides {
+                view: self.lens.view.at(frame),
+                sensor: self.lens.sensor.at(frame),
+                aperture: self.lens.aperture.at(frame),
+                focus_distance: self.lens.focus_distance.at(frame),
+                shift_x: self.lens.shift_x.at(frame),
+                shift_y: self.lens.shift_y.at(frame),
+            },
+            shutter: self.shutter.at(frame),
+            name: named.checked_sub(1).map(|i| self.names[i].1.clone()),
+        })
+    }
+
+    /// The camera when the shutter opens and when it closes for the picture of `frame`, by the path's own shutter or,
+    /// where it has none, by `otherwise`. They depend on the path and the frame alone, not on which frames are
+    /// rendered. The camera stands still before the first and after the last key.
+    ///
+    /// # Errors
+    /// As those of [`CameraPath::at`].
+    pub fn over_shutter(&self, frame: i64, otherwise: Shutter) -> Result<[CameraState; 2], PathError> {
+        let frame = frame as f64;
+        let shutter = self.at(frame)?.shutter.unwrap_or(otherwise);
+        let at = |offset: f64| self.at((frame + offset).clamp(self.first, self.last));
+        Ok([at(shutter.open)?, at(shutter.close)?])
+    }
+
+    /// The pose, and the distance to the target in m where there is one.
+    fn pose(&self, frame: f64) -> Result<(Pose, Option<f64>), PathError> {
+        let eye = self.eye.at(frame).expect("every key has an eye");
+        let posed = match &self.facing {
+            FacingTrack::Target { target, up, roll } => {
+                let at = LookAt {
+                    target: target.at(frame).expect("every key has a target"),
+                    up: up.at(frame).unwrap_or(DVec3::Y),
+                    roll: roll.at(frame).unwrap_or(0.0),
+                };
+                Pose::look_at(eye, &at).map(|pose| (pose, Some(eye.distance(at.target))))
+            }
+            FacingTrack::Rotation(rotation) => rotation
+                .at(frame)
+                .expect("every key has a rotation")
+                .pose(eye)
+                .map(|pose| (pose, None)),
+        };
+        posed.map_err(|source| PathError::Pose { frame, source })
+    }
+}
+
+impl Rotation {
+    /// The pose at `eye` (m).
+    pub fn pose(self, eye: DVec3) -> Result<Pose, PoseError> {
+        match self {
+            Self::Quaternion(q) => Pose::from_quaternion(eye, q),
+            Self::Euler { degrees, order } => Pose::from_euler(eye, degrees, order),
+        }
+    }
+
+    fn unit_quaternion(self) -> DQuat {
+        match self {
+            Self::Quaternion(q) => q / q.length(),
+            Self::Euler { degrees, order } => DQuat::from_mat3(&order.rotation(degrees)),
+        }
+    }
+}
+
+impl Channel for Rotation {
+    fn linear(from: Self, to: Self, u: f64) -> Self {
+        Self::Quaternion(slerp(from.unit_quaternion(), to.unit_quaternion(), u))
+    }
+
+    fn smooth(stretch: &Stretch<Self>, frame: f64) -> Self {
+        let ((t1, from), (t2, to)) = (stretch.from, stretch.to);
+        Self::linear(from, to, (frame - t1) / (t2 - t1))
+    }
+}
+
+impl Channel for Shutter {
+    fn linear(from: Self, to: Self, u: f64) -> Self {
+        Self {
+            open: f64::linear(from.open, to.open, u),
+            close: f64::linear(from.close, to.close, u),
+        }
+    }
+
+    fn smooth(stretch: &Stretch<Self>, frame: f64) -> Self {
+        let open = f64::smooth(&stretch.map(|s| s.open), frame);
+        let close = f64::smooth(&stretch.map(|s| s.close), frame);
+        Self {
+            open,
+            close: close.max(open),
+        }
+    }
+}
+
+fn check(keys: &[PathKey]) -> Result<(), PathError> {
+    let limit = MAX_FRAME as f64;
+    if let Some(key) = keys.iter().find(|k| !(-limit..=limit).contains(&k.frame)) {
+        return Err(PathError::FrameNumber(key.frame));
+    }
+    if let Some((a, b)) = keys.iter().zip(&keys[1..]).find(|(a, b)| b.frame <= a.frame) {
+        return Err(PathError::NotRising {
+            frame: b.frame,
+            before: a.frame,
+        });
+    }
+    let flawed = keys.iter().find_map(|k| k.lens.flaw().map(|flaw| (k.frame, flaw)));
+    if let Some((frame, flaw)) = flawed {
+        return Err(PathError::Lens { frame, flaw });
+    }
+    uniform(keys, "the orientation", |k| Some(discriminant(&k.facing)))?;
+    uniform(keys, "the view", |k| k.lens.view.as_ref().map(discriminant))?;
+    uniform(keys, "the sensor", |k| k.lens.sensor.as_ref().map(discriminant))?;
+    uniform(keys, "the aperture", |k| k.lens.aperture.as_ref().map(discriminant))
+}
+
+/// All keys that say something say the same kind of thing.
+fn uniform<T: PartialEq>(
+    keys: &[PathKey],
+    what: &'static str,
+    kind: impl Fn(&PathKey) -> Option<T>,
+) -> Result<(), PathError> {
+    let mut said = keys.iter().filter_map(|k| kind(k).map(|kind| (k.frame, kind)));
+    let Some((_, first)) = said.next() else { return Ok(()) };
+    match said.find(|(_, kind)| *kind != first) {
+        Some((frame, _)) => Err(PathError::Mixed { frame, what }),
+        None => Ok(()),
+    }
+}
+
+fn track<T: Channel>(keys: &[PathKey], value: impl Fn(&PathKey) -> Option<T>) -> Track<T> {
+    Track::new(keys.iter().map(|k| (k.frame, value(k), k.interp)))
+}
+
+fn facing_track(keys: &[PathKey]) -> FacingTrack {
+    let rotation = |k: &PathKey| match k.facing {
+        Facing::Rotation(rotation) => Some(rotation),
+        Facing::Target { .. } => None,
+    };
+    if keys.iter().any(|k| rotation(k).is_some()) {
+        return FacingTrack::Rotation(track(keys, rotation));
+    }
+    let target = |k: &PathKey| match k.facing {
+        Facing::Target { target, up, roll } => Some((target, up, roll)),
+        Facing::Rotation(_) => None,
+    };
+    FacingTrack::Target {
+        target: track(keys, |k| target(k).map(|(at, ..)| at)),
+        up: track(keys, |k| target(k).and_then(|(_, up, _)| up)),
+        roll: track(keys, |k| target(k).and_then(|(.., roll)| roll)),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,217 @@
+use proptest::prelude::*;
+
+use super::*;
+use crate::camera::perspective::PerspectiveLens;
+
+fn looking(frame: f64, eye: DVec3) -> PathKey {
+    PathKey {
+        frame,
+        eye,
+        facing: Facing::Target {
+            target: DVec3::ZERO,
+            up: None,
+            roll: None,
+        },
+        lens: LensOverrides::default(),
+        shutter: None,
+        interp: Interp::Smooth,
+        name: None,
+    }
+}
+
+fn turned(frame: f64, degrees: DVec3) -> PathKey {
+    let order = RotationOrder::Zxy;
+    PathKey {
+        facing: Facing::Rotation(Rotation::Euler { degrees, order }),
+        ..looking(frame, DVec3::ZERO)
+    }
+}
+
+fn with_lens(frame: f64, lens: LensOverrides) -> PathKey {
+    PathKey {
+        lens,
+        ..looking(frame, DVec3::Z)
+    }
+}
+
+fn focal(mm: f64) -> LensOverrides {
+    LensOverrides {
+        view: Some(View::FocalLength(mm)),
+        ..LensOverrides::default()
+    }
+}
+
+fn scene_lens(keys: &str) -> Lens {
+    let text = format!("perspective = {{ eye = [0, 0, 9], target = [0, 0, 0], {keys} }}");
+    let desc: crate::camera::CameraDesc = toml::from_str(&text).expect("well-formed");
+    desc.compile().expect("a camera").lens
+}
+
+#[test]
+fn frames_are_all_whole_ones_between_the_keys() {
+    let path = |a: f64, b: f64| CameraPath::new(&[looking(a, DVec3::X), looking(b, DVec3::Z)]).expect("a path");
+    assert_eq!(path(-3.0, 2.0).frames(), -3..=2);
+    assert_eq!(path(0.5, 2.5).frames(), 1..=2);
+    assert_eq!(path(0.2, 0.8).frames().count(), 0);
+    let still = CameraPath::new(&[looking(7.0, DVec3::X)]).expect("a path");
+    assert_eq!(still.frames(), 7..=7);
+}
+
+#[test]
+fn nothing_is_extrapolated() {
+    let path = CameraPath::new(&[looking(1.0, DVec3::X), looking(3.0, DVec3::Z)]).expect("a path");
+    for frame in [0.999, 3.001, f64::NAN] {
+        let error = path.at(frame).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            format!("frame {frame} is outside of the camera path, which goes from 1 to 3")
+        );
+    }
+}
+
+#[test]
+fn keys_that_make_no_path_are_refused() {
+    let refused = |keys: &[PathKey]| CameraPath::new(keys).unwrap_err().to_string();
+    let at = |frame| looking(frame, DVec3::X);
+    assert_eq!(refused(&[]), "the camera path has no keys");
+    assert_eq!(
+        refused(&[at(2.0), at(2.0)]),
+        "frame 2 comes after frame 2: frames must rise"
+    );
+    assert_eq!(
+        refused(&[at(f64::NAN)]),
+        "frame NaN is not a number between -1000000000 and 1000000000"
+    );
+    assert_eq!(
+        refused(&[looking(4.0, DVec3::ZERO)]),
+        "frame 4: the target is at the eye"
+    );
+    assert_eq!(
+        refused(&[at(1.0), turned(2.0, DVec3::ZERO)]),
+        "frame 2: the orientation is given in another way than before"
+    );
+    let angle = LensOverrides {
+        view: Some(View::Vertical(40.0)),
+        ..LensOverrides::default()
+    };
+    assert_eq!(
+        refused(&[with_lens(1.0, focal(50.0)), with_lens(2.0, angle)]),
+        "frame 2: the view is given in another way than before"
+    );
+    assert_eq!(
+        refused(&[with_lens(1.0, focal(0.0))]),
+        "frame 1: the view is not an angle between 0 and 180 degrees or a focal length above 0"
+    );
+}
+
+#[test]
+fn curves_of_eye_and_target_that_meet_are_an_error_there_and_only_there() {
+    let keys = [looking(0.0, DVec3::X), looking(2.0, DVec3::NEG_X)];
+    let path = CameraPath::new(&keys).expect("a path");
+    assert!(path.at(0.9).is_ok());
+    assert_eq!(
+        path.at(1.0).unwrap_err().to_string(),
+        "frame 1: the target is at the eye"
+    );
+}
+
+#[test]
+fn angles_turn_the_shorter_way() {
+    let path = CameraPath::new(&[
+        turned(0.0, DVec3::new(0.0, 350.0, 0.0)),
+        turned(10.0, DVec3::new(0.0, 10.0, 0.0)),
+    ])
+    .expect("a path");
+    let middle = path.at(5.0).expect("inside").pose;
+    assert!((middle.forward() - DVec3::NEG_Z).length() < 1e-12);
+}
+
+#[test]
+fn a_quantity_moves_past_keys_that_are_silent_and_rests_outside_of_those_that_speak() {
+    let silent = LensOverrides::default();
+    let path = CameraPath::new(&[
+        with_lens(0.0, silent),
+        with_lens(10.0, focal(20.0)),
+        with_lens(20.0, silent),
+        with_lens(30.0, focal(40.0)),
+        with_lens(40.0, silent),
+    ])
+    .expect("a path");
+    for (frame, mm) in [(0.0, 20.0), (10.0, 20.0), (20.0, 30.0), (30.0, 40.0), (40.0, 40.0)] {
+        assert_eq!(path.at(frame).expect("inside").lens, focal(mm));
+    }
+}
+
+#[test]
+fn the_path_speaks_before_the_scene_and_leaves_the_rest_to_it() {
+    let scene = scene_lens("focal_length = 50, sensor_width = 24, aperture_radius = 0.1");
+    let state = CameraPath::new(&[with_lens(1.0, focal(35.0))])
+        .and_then(|path| path.at(1.0))
+        .expect("a state");
+    let Lens::Perspective(lens) = state.apply(&scene);
+    let Lens::Perspective(own) = scene;
+    let want = PerspectiveLens {
+        view: View::FocalLength(35.0),
+        // The path's target is 1 m away, the scene's 9 m.
+        focus: crate::camera::lens::Focus::OnTarget(1.0),
+        ..own
+    };
+    assert_eq!(lens, want);
+}
+
+#[test]
+fn names_last_until_the_next_one() {
+    let mut keys: Vec<_> = (0..4).map(|i| looking(f64::from(i), DVec3::X)).collect();
+    keys[1].name = Some("wide".into());
+    keys[3].name = Some("close".into());
+    let path = CameraPath::new(&keys).expect("a path");
+    let names: Vec<_> = [0.0, 1.0, 2.5, 3.0]
+        .map(|frame| path.at(frame).expect("inside").name.unwrap_or_default())
+        .into();
+    assert_eq!(names, ["", "wide", "wide", "close"]);
+}
+
+#[test]
+fn the_shutter_opens_and_closes_on_the_same_curve_and_stops_at_its_ends() {
+    let path = CameraPath::new(&[looking(0.0, DVec3::X), looking(10.0, DVec3::X * 11.0)]).expect("a path");
+    let half = Shutter {
+        open: -0.25,
+        close: 0.25,
+    };
+    let eyes = |frame| {
+        path.over_shutter(frame, half)
+            .expect("inside")
+            .map(|state| state.pose.eye().x)
+    };
+    let close = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12;
+    assert!(close(eyes(4), [4.75, 5.25]));
+    assert!(close(eyes(0), [1.0, 1.25]));
+    assert!(close(eyes(10), [10.75, 11.0]));
+    assert!(path.over_shutter(11, half).is_err());
+
+    let own = PathKey {
+        shutter: Some(Shutter { open: 0.0, close: 0.5 }),
+        ..looking(0.0, DVec3::X)
+    };
+    let path = CameraPath::new(&[own, looking(10.0, DVec3::X * 11.0)]).expect("a path");
+    let [open, shut] = path.over_shutter(4, half).expect("inside");
+    assert_eq!((open.frame, shut.frame), (4.0, 4.5));
+}
+
+proptest! {
+    #[test]
+    fn rows_at_every_frame_are_used_bit_for_bit(rows in prop::collection::vec([-50.0..50.0, -50.0..50.0, -50.0..50.0, 1.0..300.0, -500.0..500.0], 1..12)) {
+        let keys: Vec<_> = rows.iter().enumerate().map(|(i, row)| PathKey {
+            eye: DVec3::new(row[0], row[1], row[2]),
+            lens: focal(row[3]),
+            ..turned(i as f64 + 100.0, DVec3::new(row[1], row[4], row[2]))
+        }).collect();
+        let path = CameraPath::new(&keys).unwrap();
+        for (frame, key) in path.frames().zip(&keys) {
+            let state = path.at(frame as f64).unwrap();
+            let Facing::Rotation(rotation) = key.facing else { unreachable!("turned") };
+            prop_assert_eq!(state.pose, rotation.pose(key.eye).unwrap());
+            prop_assert_eq!(state.lens, key.lens);
+        }
+    }
+}
