@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::{
+    camera::path::PathError,
     assets::{camera_path, image::ImageError},
     compile, describe,
     describe::Diagnostics,
@@ -33,6 +34,8 @@ pub enum Error {
     Compile(#[from] compile::Error),
     #[error(transparent)]
     CameraPath(#[from] camera_path::Error),
+    #[error("frame {frame} of the camera path: {cause}")]
+    Pose { frame: i64, cause: PathError },
     #[error("the file exists already: {}", path.display())]
     Exists { path: PathBuf },
     #[error(transparent)]
@@ -80,6 +83,7 @@ impl Error {
             | Self::Scene(_)
             | Self::Invalid(_)
             | Self::NoCamera { .. }
+            | Self::Pose { .. }
             | Self::Memory { .. } => Blame::Data,
             Self::Exists { .. } | Self::Output(OutputError::Create { .. }) => Blame::CannotCreate,
             Self::Output(_) => Blame::Io,

@@ -1,13 +1,15 @@
 //! What a job will do: its frames, their cameras and their files.
 
-use std::path::{Path, PathBuf};
+use std::{ops::RangeInclusive, path::PathBuf};
 
-use super::{Existing, FrameRange};
+use super::{
+    Existing, FrameRange,
+    range::MAX_FRAMES,
+};
 use crate::{
     accel::AccelKind,
     assets::camera_path,
-    camera::{Camera, RotationOrder, SceneCamera},
-    camera::path::CameraPath,
+    camera::{Camera, Lens, RotationOrder, SceneCamera},
     describe::{Diagnostics, SceneDesc},
     error::Error,
     film::{Window, view::View},
@@ -223,37 +225,45 @@ fn cameras(
     scene_camera: Option<SceneCamera>,
     resolution: [u32; 2],
 ) -> Result<Vec<(i32, Camera)>, Error> {
-    let wanted = |all: Vec<i32>, what: &str| match &request.range {
-        None => Ok(all),
-        Some(range) => match range.iter().find(|f| all.binary_search(f).is_err()) {
-            Some(outside) => Err(Error::Usage(format!("--range: frame {outside} is outside of {what}"))),
-            None => Ok(range.iter().collect()),
-        },
-    };
     let Some(file) = &request.camera_path else {
         let camera = scene_camera.ok_or_else(|| Error::NoCamera { path: desc.source.path.clone() })?;
         let camera = Camera::new(&camera.pose, &camera.lens, resolution);
-        let frames = wanted(vec![1], "the scene's own camera, which has frame 1 only")?;
-        return Ok(frames.into_iter().map(|f| (f, camera)).collect());
+        let what = "the scene's own camera, which has frame 1 only";
+        return frames(request, 1..=1, what)?.iter().map(|f| Ok((number(f), camera))).collect();
     };
-    let path = load_path(file, request)?;
+    let options = camera_path::Options { fps: request.fps, rotation_order: request.rotation_order };
+    let path = camera_path::load(file, &options)?;
     let all = path.frames();
-    let what = match (all.first(), all.last()) {
-        (Some(first), Some(last)) => format!("the camera path, which has frames {first} to {last}"),
-        _ => "the camera path, which has none".to_owned(),
-    };
-    let lens = scene_camera.map_or_else(Default::default, |c| c.lens);
-    wanted(all, &what)?
-        .into_iter()
-        .map(|number| {
-            let state = path.at(f64::from(number)).expect("the range was checked against the path");
-            let lens = lens.overridden(&state.lens, state.target_distance);
-            Ok((number, Camera::new(&state.pose, &lens, resolution)))
+    let what = format!("the camera path, which has frames {} to {}", all.start(), all.end());
+    let lens = scene_camera.map_or_else(Lens::default, |c| c.lens);
+    frames(request, all, &what)?
+        .iter()
+        .map(|frame| {
+            let state = path.at(frame as f64).map_err(|cause| Error::Pose { frame, cause })?;
+            Ok((number(frame), state.camera(&lens, resolution)))
         })
         .collect()
 }
 
-fn load_path(file: &Path, request: &Request) -> Result<CameraPath, Error> {
-    let options = camera_path::Options { fps: request.fps, rotation_order: request.rotation_order };
-    Ok(camera_path::load(file, &options)?)
+/// The frames that were asked for, all of them among those that there are.
+fn frames(request: &Request, all: RangeInclusive<i64>, what: &str) -> Result<FrameRange, Error> {
+    let Some(range) = &request.range else {
+        return FrameRange::all(*all.start(), *all.end()).ok_or_else(|| {
+            let message = if all.is_empty() {
+                "the camera path has no whole frame".to_owned()
+            } else {
+                format!("a job has at most {MAX_FRAMES} frames, choose some of {what} (--range)")
+            };
+            Error::Usage(message)
+        });
+    };
+    match range.iter().find(|f| !all.contains(f)) {
+        Some(outside) => Err(Error::Usage(format!("--range: frame {outside} is outside of {what}"))),
+        None => Ok(range.clone()),
+    }
+}
+
+/// Frames lie within [`MAX_FRAME`](crate::camera::path::MAX_FRAME), which is less than 2^31.
+fn number(frame: i64) -> i32 {
+    i32::try_from(frame).expect("ranges and paths keep frames within their limit")
 }

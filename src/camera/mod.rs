@@ -72,6 +72,13 @@ macro_rules! cameras {
             fn has_lens(&self) -> bool;
         }
 
+        impl Default for Lens {
+            /// The perspective lens of a camera of which nothing is said.
+            fn default() -> Self {
+                Self::Perspective(perspective::PerspectiveLens::default())
+            }
+        }
+
         /// A lens, as it was described; it becomes a [`Camera`] before a film.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum Lens { $( $Variant($Lens), )* }

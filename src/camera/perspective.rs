@@ -197,6 +197,18 @@ pub struct PerspectiveLens {
     pub shift: [f64; 2],
 }
 
+impl Default for PerspectiveLens {
+    fn default() -> Self {
+        Self {
+            view: View::Vertical(DEFAULT_FOV),
+            sensor: Sensor::default(),
+            aperture: Aperture::Radius(0.0),
+            focus: Focus::OnTarget(1.0),
+            shift: [0.0; 2],
+        }
+    }
+}
+
 impl LensKind for PerspectiveLens {
     type Camera = Perspective;
 
