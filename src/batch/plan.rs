@@ -66,7 +66,8 @@ pub struct Plan {
     pub view: View,
     pub exposure: f32,
     pub encoding: Encoding,
-    pub fps: Option<f64>,
+    /// Frames per second, as a fraction.
+    pub fps: Option<(i32, u32)>,
     /// Of every frame, but for its number.
     pub settings: render::Settings,
 }
@@ -89,7 +90,9 @@ impl Plan {
         };
         let view = named(&desc.output.view, View::from_name, View::names()).map_err(&mut keep).ok();
         let compression =
-            named(&desc.output.compression, Compression::from_name, Compression::names()).map_err(&mut keep).ok();
+            named(&desc.output.compression, Compression::from_name, Compression::ALL.iter().map(|c| c.name()))
+                .map_err(&mut keep)
+                .ok();
         if let Some(diagnostics) = Diagnostics::new(&desc.source, problems) {
             return Err(Error::Invalid(diagnostics));
         }
@@ -101,12 +104,8 @@ impl Plan {
             .into_iter()
             .map(|(number, camera)| PlannedFrame { number, camera, files: files(&patterns, number) })
             .collect::<Vec<_>>();
-        if let (true, Some(p)) = (frames.len() > 1, patterns.iter().find(|p| !p.has_frame())) {
-            return Err(Error::Usage(format!(
-                "'{p}' has no place for the frame's number, and there are {} frames (such as frame.####.exr)",
-                frames.len()
-            )));
-        }
+        let numbers: Vec<i32> = frames.iter().map(|f| f.number).collect();
+        output::sequence::check_distinct(&patterns, &numbers)?;
         Ok(Self {
             frames,
             integrator,
@@ -115,7 +114,7 @@ impl Plan {
             view: view.unwrap_or_default(),
             exposure: desc.output.exposure.map_or(0.0, f32::from),
             encoding: Encoding { compression: compression.unwrap_or_default(), ..Encoding::default() },
-            fps: request.fps,
+            fps: request.fps.map(rational),
             settings,
         })
     }
@@ -209,9 +208,7 @@ fn patterns(desc: &SceneDesc, request: &Request) -> Result<Vec<Pattern>, Error> 
         let name = desc.name();
         vec![format!("{name}.####.exr"), format!("{name}.####.png")]
     };
-    let patterns: Vec<Pattern> = texts.iter().map(|t| Pattern::parse(t)).collect::<Result<_, _>>()?;
-    output::sequence::check_collisions(&patterns)?;
-    Ok(patterns)
+    Ok(texts.iter().map(|t| Pattern::parse(t)).collect::<Result<_, _>>()?)
 }
 
 fn files(patterns: &[Pattern], frame: i32) -> Vec<PlannedFile> {
@@ -266,4 +263,29 @@ fn frames(request: &Request, all: RangeInclusive<i64>, what: &str) -> Result<Fra
 /// Frames lie within [`MAX_FRAME`](crate::camera::path::MAX_FRAME), which is less than 2^31.
 fn number(frame: i64) -> i32 {
     i32::try_from(frame).expect("ranges and paths keep frames within their limit")
+}
+
+/// Frames per second as a fraction: whole numbers, the rates of television (24000/1001 and kin), or thousandths.
+fn rational(fps: f64) -> (i32, u32) {
+    let whole = fps.round();
+    if (fps - whole).abs() < 1e-6 {
+        (whole as i32, 1)
+    } else if (fps - fps.ceil() * 1000.0 / 1001.0).abs() < 5e-4 {
+        (fps.ceil() as i32 * 1000, 1001)
+    } else {
+        ((fps * 1000.0).round() as i32, 1000)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frame_rates_become_the_fractions_they_stand_for() {
+        assert_eq!(rational(24.0), (24, 1));
+        assert_eq!(rational(23.976), (24000, 1001));
+        assert_eq!(rational(29.97), (30000, 1001));
+        assert_eq!(rational(12.5), (12500, 1000));
+    }
 }

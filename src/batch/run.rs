@@ -132,7 +132,7 @@ fn write_all(
 fn image<'a>(plan: &Plan, coverage: Coverage, number: i32, film: &'a Film) -> FrameImage<'a> {
     FrameImage {
         resolution: film.resolution,
-        window: film.window,
+        window: film.window.into(),
         rgba: &film.pixels,
         coverage,
         layers: &[],
@@ -141,7 +141,7 @@ fn image<'a>(plan: &Plan, coverage: Coverage, number: i32, film: &'a Film) -> Fr
         seed: u64::from(plan.settings.seed),
         view: plan.view,
         exposure: plan.exposure,
-        fps: plan.fps.map(output::rational),
+        fps: plan.fps,
         metadata: &[],
     }
 }

@@ -5,6 +5,7 @@
 
 use crate::math::Rgb;
 
+pub mod view;
 pub mod window;
 
 pub use window::Window;
