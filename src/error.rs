@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::{
     camera::path::PathError,
-    assets::{camera_path, image::ImageError},
+    assets::{camera_path::CameraPathError, image::ImageError},
     compile, describe,
     describe::Diagnostics,
     output::{OutputError, sequence::PatternError},
@@ -33,7 +33,7 @@ pub enum Error {
     #[error(transparent)]
     Compile(#[from] compile::Error),
     #[error(transparent)]
-    CameraPath(#[from] camera_path::Error),
+    CameraPath(#[from] CameraPathError),
     #[error("frame {frame} of the camera path: {cause}")]
     Pose { frame: i64, cause: PathError },
     #[error("the file exists already: {}", path.display())]
@@ -77,7 +77,7 @@ impl Error {
                     Blame::Data
                 }
             }
-            Self::CameraPath(e) if e.is_missing() => Blame::MissingInput,
+            Self::CameraPath(CameraPathError::NotFound { .. }) => Blame::MissingInput,
             Self::Compile(_)
             | Self::CameraPath(_)
             | Self::Scene(_)

@@ -32,9 +32,10 @@ pub use geometry::{Geometry, Placed};
 pub use prims::LARGEST;
 
 /// Which accelerator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum AccelKind {
     Linear,
+    #[default]
     Bvh2,
     CwBvh,
 }

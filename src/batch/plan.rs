@@ -229,7 +229,7 @@ fn cameras(
         return frames(request, 1..=1, what)?.iter().map(|f| Ok((number(f), camera))).collect();
     };
     let options = camera_path::Options { fps: request.fps, rotation_order: request.rotation_order };
-    let path = camera_path::load(file, &options)?;
+    let path = camera_path::load(file, None, &options)?;
     let all = path.frames();
     let what = format!("the camera path, which has frames {} to {}", all.start(), all.end());
     let lens = scene_camera.map_or_else(Lens::default, |c| c.lens);

@@ -74,7 +74,7 @@ fn check_targets(plan: &Plan) -> Result<(), Error> {
     folders.sort();
     folders.dedup();
     for folder in folders {
-        output::atomic::check_folder(folder)?;
+        output::check_folder(folder)?;
     }
     Ok(())
 }
@@ -136,6 +136,7 @@ fn image<'a>(plan: &Plan, coverage: Coverage, number: i32, film: &'a Film) -> Fr
         rgba: &film.pixels,
         coverage,
         layers: &[],
+        layer_attributes: &[],
         frame: number,
         samples: plan.settings.samples,
         seed: u64::from(plan.settings.seed),

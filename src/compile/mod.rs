@@ -3,15 +3,15 @@
 //! Every problem that a pass finds is reported together: first what contradicts itself or is not defined, then the
 //! files that are missing or broken.
 
-use std::{collections::HashMap, path::PathBuf, sync::Arc};
+use std::{collections::HashMap, sync::Arc};
 
 use crate::{
     accel::{self, AccelKind},
-    assets::image::{self, ImageError},
+    assets::{bitmaps, image::ImageError},
     describe::{Diagnostics, SceneDesc},
     material::{Material, MaterialId},
     scene::{Background, Scene},
-    texture::{BitmapId, Color, Texture, TextureId, image::ColorSpace, image::ImageDesc},
+    texture::{BitmapId, Color, Texture, TextureId, image::ImageDesc},
     value::{ColorSource, Problem, Spanned, did_you_mean},
 };
 
@@ -42,7 +42,7 @@ pub fn scene(desc: &SceneDesc, accel: AccelKind) -> Result<Scene, Error> {
     if let Some(diagnostics) = Diagnostics::new(&desc.source, compiler.problems) {
         return Err(Error::Invalid(diagnostics));
     }
-    let bitmaps = image::load_all(&wanted).map_err(Error::Assets)?;
+    let bitmaps = bitmaps::load(&wanted).map_err(Error::Assets)?;
     let objects::Objects { geometry, objects, shape_objects } = geometry;
     Ok(Scene {
         accel: accel::build(accel, Arc::new(geometry))?,
@@ -61,7 +61,7 @@ pub fn scene(desc: &SceneDesc, accel: AccelKind) -> Result<Scene, Error> {
 }
 
 /// Files to be loaded, each once for each way to read it, in the order of their [`BitmapId`]s.
-type Wanted = Vec<(PathBuf, ColorSpace)>;
+type Wanted = Vec<bitmaps::Request>;
 
 struct Compiler<'a> {
     desc: &'a SceneDesc,

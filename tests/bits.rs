@@ -1,0 +1,94 @@
+//! The same bits: whatever the threads, the crop, the chunks and the accelerator.
+
+mod common;
+
+use common::{Folder, SMALL_PATH, SMALL_SCENE};
+
+fn prepared() -> Folder {
+    let folder = Folder::new();
+    folder.write("s.toml", SMALL_SCENE);
+    folder.write("path.csv", SMALL_PATH);
+    folder
+}
+
+#[test]
+fn one_two_and_seven_threads_write_the_same_files() {
+    let folder = prepared();
+    for threads in ["1", "2", "7"] {
+        let (exr, png) = (format!("t{threads}.####.exr"), format!("t{threads}.####.png"));
+        folder.succeed(&["s.toml", "--threads", threads, "-o", &exr, "-o", &png]);
+    }
+    for threads in [2, 7] {
+        for ending in ["exr", "png"] {
+            let same = folder.read(&format!("t{threads}.0001.{ending}")) == folder.read(&format!("t1.0001.{ending}"));
+            assert!(same, "{threads} threads, {ending}");
+        }
+    }
+}
+
+#[test]
+fn frames_rendered_in_chunks_equal_the_whole_sequence() {
+    let folder = prepared();
+    folder.succeed(&["s.toml", "--frames", "path.csv", "-o", "whole.####.exr"]);
+    for range in ["5", "1-2", "3-4"] {
+        folder.succeed(&["s.toml", "--frames", "path.csv", "--range", range, "-o", "part.####.exr"]);
+    }
+    for frame in 1..=5 {
+        let same = folder.read(&format!("part.{frame:04}.exr")) == folder.read(&format!("whole.{frame:04}.exr"));
+        assert!(same, "frame {frame}");
+    }
+}
+
+/// The pixels of an EXR: its data window's corner, its size, and R, G, B, A of each pixel.
+fn pixels(bytes: &[u8]) -> ((i32, i32), (usize, usize), Vec<[f32; 4]>) {
+    use exr::prelude::*;
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgba_channels(
+            |size, _| (size.width(), vec![[0.0_f32; 4]; size.area()]),
+            |(width, pixels), at, (r, g, b, a): (f32, f32, f32, f32)| pixels[at.y() * *width + at.x()] = [r, g, b, a],
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(std::io::Cursor::new(bytes))
+        .expect("an EXR with R, G, B and A");
+    let layer = &image.layer_data;
+    let corner = layer.attributes.layer_position;
+    let size = layer.size;
+    ((corner.x(), corner.y()), (size.width(), size.height()), layer.channel_data.pixels.1.clone())
+}
+
+#[test]
+fn a_crop_has_the_pixels_of_the_full_picture() {
+    let folder = prepared();
+    folder.succeed(&["s.toml", "-o", "full.exr"]);
+    folder.succeed(&["s.toml", "--crop", "13,7,46,31", "-o", "crop.exr"]);
+    let (_, (full_width, _), full) = pixels(&folder.read("full.exr"));
+    let ((x0, y0), (width, height), crop) = pixels(&folder.read("crop.exr"));
+    assert_eq!(((x0, y0), (width, height)), ((13, 7), (33, 24)));
+    for y in 0..height {
+        for x in 0..width {
+            assert_eq!(crop[y * width + x], full[(y + 7) * full_width + x + 13], "pixel {x} {y}");
+        }
+    }
+}
+
+#[test]
+fn every_accelerator_writes_the_same_file() {
+    let folder = prepared();
+    for accel in ["linear", "bvh2", "cwbvh"] {
+        folder.succeed(&["s.toml", "--accel", accel, "-o", &format!("{accel}.exr")]);
+    }
+    for accel in ["bvh2", "cwbvh"] {
+        assert!(folder.read(&format!("{accel}.exr")) == folder.read("linear.exr"), "{accel}");
+    }
+}
+
+#[test]
+fn another_seed_gives_other_noise() {
+    let folder = prepared();
+    folder.succeed(&["s.toml", "-o", "a.png"]);
+    folder.succeed(&["s.toml", "--seed", "8", "-o", "b.png"]);
+    assert!(folder.read("a.png") != folder.read("b.png"));
+}

@@ -1,0 +1,134 @@
+//! A folder to work in and the program to run there.
+
+#![allow(dead_code, reason = "each test binary uses its own part")]
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+/// A temporary folder, gone at the end.
+pub struct Folder(tempfile::TempDir);
+
+impl Folder {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().expect("a temporary folder"))
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.path(name);
+        fs::write(&path, text).expect("writable");
+        path
+    }
+
+    pub fn read(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    /// The names in it, sorted.
+    pub fn names(&self) -> Vec<String> {
+        names(self.0.path())
+    }
+
+    /// The program, started here.
+    pub fn program(&self) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_batch-render"));
+        command.current_dir(self.0.path());
+        command
+    }
+
+    /// Runs the program with these arguments.
+    pub fn run(&self, args: &[&str]) -> Output {
+        self.program().args(args).output().expect("the program starts")
+    }
+
+    /// Runs the program and demands success.
+    pub fn succeed(&self, args: &[&str]) -> String {
+        let output = self.run(args);
+        assert!(output.status.success(), "{args:?}: {}", stderr(&output));
+        String::from_utf8(output.stdout).expect("UTF-8")
+    }
+
+    /// Runs the program, demands this exit code, and returns what it says on stderr.
+    pub fn fail(&self, code: i32, args: &[&str]) -> String {
+        let output = self.run(args);
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {}", stderr(&output));
+        stderr(&output)
+    }
+}
+
+pub fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).expect("a folder");
+    let mut names: Vec<_> =
+        entries.map(|e| e.expect("readable").file_name().into_string().expect("UTF-8")).collect();
+    names.sort();
+    names
+}
+
+pub fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).expect("UTF-8")
+}
+
+/// A file of the repository.
+pub fn repo(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+pub fn repo_str(path: &str) -> String {
+    repo(path).to_str().expect("UTF-8").to_owned()
+}
+
+/// A small scene that uses every material, a filter and several samples, and reflects.
+pub const SMALL_SCENE: &str = r#"
+[render]
+width = 70
+height = 50
+samples = 20
+seed = 7
+integrator.whitted = { max_depth = 4, ambient = 0.1 }
+
+[camera]
+perspective = { eye = [0, 2, 6], target = [0, 0.8, 0], fov = 40, aperture_radius = 0.05, focus_distance = 6 }
+
+[background]
+color = [0.2, 0.4, 0.8]
+
+[texture.board]
+checker = { a = [0.9, 0.9, 0.9], b = [0.1, 0.1, 0.1], scale = 6 }
+
+[material.floor]
+matte = { albedo = "texture.board" }
+[material.mirror]
+mirror = { reflectance = 0.9 }
+[material.red]
+phong = { color = [0.8, 0.1, 0.1], specular = 0.5, reflect = 0.2 }
+
+[[object]]
+material = "floor"
+shape.quad = { corners = [[-4, 0, 4], [4, 0, 4], [4, 0, -4], [-4, 0, -4]] }
+[[object]]
+material = "mirror"
+shape.sphere = { center = [-1, 1, 0], radius = 1 }
+[[object]]
+material = "red"
+shape.cone = { base = [1.2, 0, 0.5], radius = 0.8, height = 1.6 }
+[[object]]
+material = "red"
+shape.cylinder = { base = [0, 0, 1.6], radius = 0.3, height = 0.6 }
+transform = { rotate = [0, 0, 10], scale = [1, 1, 2] }
+
+[[light]]
+point = { position = [3, 5, 4], intensity = 60 }
+[[light]]
+sun = { direction = [1, -2, -1], irradiance = 1 }
+[[light]]
+spot = { position = [0, 4, 2], target = [0, 0, 0], cone_angle = 30, penumbra_angle = 10, intensity = 40 }
+"#;
+
+/// Five frames, the middle three between keys.
+pub const SMALL_PATH: &str = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n1,0,2,6,0,0.8,0\n5,2,2,5,0,0.8,0\n";
