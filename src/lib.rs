@@ -1,9 +1,10 @@
 //! An offline batch renderer for CPUs: a scene file and a camera path become a sequence of HDR frames.
 //!
-//! The floors, from the ground up: [`math`], [`value`]; the kinds ([`shape`], [`camera`], ...); [`accel`]; [`batch`].
+//! The floors, from the ground up: [`math`], [`value`]; the kinds ([`shape`], [`camera`], ...); [`accel`]; [`assets`]; [`batch`].
 //! A module uses the floors below its own, never one above.
 
 pub mod accel;
+pub mod assets;
 pub mod batch;
 pub mod camera;
 mod kind;
