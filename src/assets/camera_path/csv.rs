@@ -27,7 +27,8 @@
 //! Frames must rise. A time makes the frame `time * fps`; one within half a millisecond (at most 0.05 frames) of a whole
 //! frame is that frame, because files round times, and any other lies between two frames. An empty cell of a column
 //! that is not needed says nothing: what it is about moves past that row, from the rows before to the rows after that
-//! do say something, and where only one side does, has that side's value.
+//! do say something, and where only one side does, has that side's value. A cut between two shots is a row with `hold`
+//! before it, also where there is a row at every frame: motion blur would run through it otherwise.
 
 use crate::camera::path::CameraPath;
 
