@@ -147,6 +147,8 @@ pub struct CameraPath {
     facing: FacingTrack,
     lens: LensTracks,
     shutter: Track<Shutter>,
+    /// The times at which the camera jumps: those of the keys that follow a held one.
+    cuts: Vec<f64>,
     /// By the frame from which on they hold.
     names: Vec<(f64, String)>,
 }
@@ -176,6 +178,12 @@ impl CameraPath {
                 shift_y: track(keys, |k| k.lens.shift_y),
             },
             shutter: track(keys, |k| k.shutter),
+            cuts: keys
+                .iter()
+                .zip(&keys[1..])
+                .filter(|(a, _)| a.interp == Interp::Hold)
+                .map(|(_, b)| b.frame)
+                .collect(),
             names: keys
                 .iter()
                 .filter_map(|k| k.name.clone().map(|name| (k.frame, name)))
@@ -234,14 +242,18 @@ impl CameraPath {
 
     /// The camera when the shutter opens and when it closes for the picture of `frame`, by the path's own shutter or,
     /// where it has none, by `otherwise`. They depend on the path and the frame alone, not on which frames are
-    /// rendered. The camera stands still before the first and after the last key.
+    /// rendered. A picture belongs to one shot: the camera stands still before the first key and after the last
+    /// one, and beyond a cut.
     ///
     /// # Errors
     /// As those of [`CameraPath::at`].
     pub fn over_shutter(&self, frame: i64, otherwise: Shutter) -> Result<[CameraState; 2], PathError> {
         let frame = frame as f64;
         let shutter = self.at(frame)?.shutter.unwrap_or(otherwise);
-        let at = |offset: f64| self.at((frame + offset).clamp(self.first, self.last));
+        let next = self.cuts.partition_point(|cut| *cut <= frame);
+        let begin = next.checked_sub(1).map_or(self.first, |i| self.cuts[i]);
+        let end = self.cuts.get(next).map_or(self.last, |cut| cut.next_down());
+        let at = |offset: f64| self.at((frame + offset).clamp(begin, end));
         Ok([at(shutter.open)?, at(shutter.close)?])
     }
 

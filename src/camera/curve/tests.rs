@@ -76,6 +76,42 @@ fn velocity_has_no_jump_at_uneven_keys() {
     }
 }
 
+/// The recursive evaluation of Barry and Goldman, of the points at four knots.
+fn barry_goldman(keys: &[(f64, DVec3); 4], s: f64) -> DVec3 {
+    let mut level = keys.map(|(_, p)| p);
+    // Which knots the weights of a level run between: one more apart on each, but the last is of the middle two again.
+    for (n, apart) in [(3, 1), (2, 2), (1, 1)] {
+        let offset = usize::from(n == 1);
+        for i in 0..n {
+            let (a, b) = (keys[i + offset].0, keys[i + offset + apart].0);
+            level[i] = level[i] * ((b - s) / (b - a)) + level[i + 1] * ((s - a) / (b - a));
+        }
+    }
+    level[0]
+}
+
+#[test]
+fn the_curve_is_barry_and_goldmans_where_times_are_its_knots() {
+    let points = [
+        DVec3::ZERO,
+        DVec3::new(1.0, 3.0, 0.0),
+        DVec3::new(7.0, 2.0, 1.0),
+        DVec3::new(8.0, -4.0, 0.0),
+    ];
+    let mut s = 0.0;
+    let mut before = points[0];
+    let keys = points.map(|p| {
+        s += before.distance(p).sqrt();
+        before = p;
+        (s, p)
+    });
+    let t = track(&keys, Interp::Smooth);
+    for i in 0..=20 {
+        let s = keys[1].0 + (keys[2].0 - keys[1].0) * f64::from(i) / 20.0;
+        assert!((at(&t, s) - barry_goldman(&keys, s)).length() < 1e-12);
+    }
+}
+
 #[test]
 fn a_zoom_is_the_same_in_angles_and_in_focal_lengths() {
     let angle = |mm: f64| 2.0 * libm::atan(12.0 / mm).to_degrees();

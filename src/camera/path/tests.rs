@@ -198,6 +198,28 @@ fn the_shutter_opens_and_closes_on_the_same_curve_and_stops_at_its_ends() {
     assert_eq!((open.frame, shut.frame), (4.0, 4.5));
 }
 
+#[test]
+fn a_picture_never_shows_both_sides_of_a_cut() {
+    let key = |frame: f64, x: f64, interp| PathKey {
+        interp,
+        ..looking(frame, DVec3::X * x)
+    };
+    let path = CameraPath::new(&[
+        key(1.0, 1.0, Interp::Smooth),
+        key(2.0, 2.0, Interp::Hold),
+        key(3.0, 50.0, Interp::Smooth),
+        key(4.0, 51.0, Interp::Smooth),
+    ])
+    .expect("a path");
+    let wide = Shutter { open: -0.5, close: 1.5 };
+    let eyes = |frame| {
+        let states = path.over_shutter(frame, wide).expect("inside");
+        states.map(|state| state.pose.eye().x)
+    };
+    assert_eq!(eyes(2), [1.5, 2.0]);
+    assert_eq!(eyes(3), [50.0, 51.0]);
+}
+
 proptest! {
     #[test]
     fn rows_at_every_frame_are_used_bit_for_bit(rows in prop::collection::vec([-50.0..50.0, -50.0..50.0, -50.0..50.0, 1.0..300.0, -500.0..500.0], 1..12)) {

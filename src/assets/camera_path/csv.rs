@@ -1,0 +1,51 @@
+//! `camera_path.csv`: a header with names of columns, and a row for every frame or keyframe.
+//!
+//! Cells are parted by commas, semicolons or tabs, whichever the header has most of. UTF-8, with or without a byte order
+//! mark; any line ends. Blank lines and lines that begin with `#` are skipped, but `# rotation_order: ZXY` is heard.
+//! Columns come in any order and their names in any case; a space, a point or a hyphen in a name counts as `_`. Metres,
+//! degrees, right-handed; the camera looks along its -z with +y up.
+//!
+//! | column | type | unit | needed |
+//! |---|---|---|---|
+//! | `frame` | whole number | frames | this or `time`; of both, `frame` counts |
+//! | `time` | number | s | needs a frame rate |
+//! | `eye_x eye_y eye_z` | numbers | m | yes |
+//! | `target_x target_y target_z` | numbers, not the eye | m | one of these three |
+//! | `qx qy qz qw` | quaternion of unit length within 1e-3, camera to world | | |
+//! | `rot_x rot_y rot_z` | angles; the order must be said | degrees | |
+//! | `up_x up_y up_z` | numbers, with a target; where no row says anything +y | | |
+//! | `roll` | number, with a target | degrees | |
+//! | `fov`, `fov_x` or `focal_length` | vertical or horizontal angle, or length above 0 | degrees, mm | |
+//! | `sensor_width` or `sensor_height` | number above 0 | mm | |
+//! | `fstop` or `aperture_radius` | number above 0; at least 0 | , m | |
+//! | `focus_distance` | number above 0 | m | |
+//! | `shutter_open`, `shutter_close` | numbers; `shutter_open` is 0 where it is empty | frames | |
+//! | `shift_x`, `shift_y` | numbers | picture widths | |
+//! | `interp` | `smooth`, `linear` or `hold`, from this row to the next; empty is `smooth` | | |
+//! | `name` | text | | |
+//!
+//! Frames must rise. A time makes the frame `time * fps`; one within half a millisecond (at most 0.05 frames) of a whole
+//! frame is that frame, because files round times, and any other lies between two frames. An empty cell of a column
+//! that is not needed says nothing: what it is about moves past that row, from the rows before to the rows after that
+//! do say something, and where only one side does, has that side's value. A cut between two shots is a row with `hold`
+//! before it, also where there is a row at every frame: motion blur would run through it otherwise.
+
+use crate::camera::path::CameraPath;
+
+use super::{Options, PathProblem, PathProblems};
+
+mod columns;
+mod layout;
+mod rows;
+mod table;
+
+/// The camera path of a file's bytes.
+pub(super) fn read(bytes: &[u8], options: &Options) -> Result<CameraPath, PathProblems> {
+    let table = table::Table::read(bytes)?;
+    let layout = layout::Layout::read(&table, options)?;
+    let keys = rows::read(&table, &layout)?;
+    CameraPath::new(&keys).map_err(|e| PathProblem::of_file(e.to_string()).into())
+}
+
+#[cfg(test)]
+mod tests;

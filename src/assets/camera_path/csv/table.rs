@@ -1,0 +1,92 @@
+//! From bytes to a header and rows of cells, each with the number of its line.
+
+use csv::{ReaderBuilder, StringRecord};
+
+use crate::assets::camera_path::PathProblem;
+
+/// A file's cells.
+#[derive(Debug)]
+pub(super) struct Table {
+    pub header: Row,
+    pub rows: Vec<Row>,
+    /// What comments say, without their `#`.
+    pub comments: Vec<(usize, String)>,
+}
+
+/// One line's cells, without the spaces around them.
+#[derive(Debug, Default)]
+pub(super) struct Row {
+    /// From 1.
+    pub line: usize,
+    pub cells: StringRecord,
+}
+
+impl Table {
+    pub fn read(bytes: &[u8]) -> Result<Self, PathProblem> {
+        let text = decode(bytes)?.replace("\r\n", "\n").replace('\r', "\n");
+        let mut comments = Vec::new();
+        // The lines that hold cells; the reader's own count of lines loses its way at blank ones.
+        let mut lines = Vec::new();
+        let mut body = String::with_capacity(text.len());
+        for (line, content) in (1..).zip(text.split('\n')) {
+            if let Some(comment) = content.trim_start().strip_prefix('#') {
+                comments.push((line, comment.trim().to_owned()));
+            } else if !content.trim().is_empty() {
+                lines.push(line);
+                body.push_str(content);
+                body.push('\n');
+            }
+        }
+        let mut rows = cells(&body, &lines)?;
+        if rows.is_empty() {
+            return Err(PathProblem::of_file("the file is empty: expected a header and rows"));
+        }
+        let header = rows.remove(0);
+        Ok(Self { header, rows, comments })
+    }
+}
+
+fn decode(bytes: &[u8]) -> Result<&str, PathProblem> {
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return Err(PathProblem::of_file("the file is UTF-16: save it as UTF-8"));
+    }
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    str::from_utf8(bytes).map_err(|e| {
+        let line = 1 + bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count();
+        PathProblem::of_line(line, "the text is not UTF-8")
+    })
+}
+
+/// What parts the cells of a header: what it has most of.
+fn delimiter(header: &str) -> u8 {
+    let count = |delimiter: u8| header.bytes().filter(|b| *b == delimiter).count();
+    let mut best = b',';
+    for other in [b';', b'\t'] {
+        if count(other) > count(best) {
+            best = other;
+        }
+    }
+    best
+}
+
+fn cells(body: &str, lines: &[usize]) -> Result<Vec<Row>, PathProblem> {
+    let mut reader = ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .delimiter(delimiter(body.lines().next().unwrap_or_default()))
+        .from_reader(body.as_bytes());
+    let mut rows = Vec::with_capacity(lines.len());
+    for (record, line) in reader.records().zip(lines) {
+        let mut cells = record.map_err(|e| PathProblem::of_line(*line, e.to_string()))?;
+        // From here on lines and records would part.
+        if cells.iter().any(|cell| cell.contains('\n')) {
+            return Err(PathProblem::of_line(
+                *line,
+                "a quoted cell does not end on its line: is a quote missing?",
+            ));
+        }
+        cells.trim();
+        rows.push(Row { line: *line, cells });
+    }
+    Ok(rows)
+}

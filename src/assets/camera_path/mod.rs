@@ -1,0 +1,152 @@
+//! Camera paths from files.
+//!
+//! A format is one file and one row of [`FORMATS`].
+
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use crate::camera::{RotationOrder, path::CameraPath};
+
+mod csv;
+mod problem;
+
+pub use problem::{PathProblem, PathProblems};
+
+/// What the file does not say.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Options {
+    /// Frames per second, above 0: what makes frames of times in seconds.
+    pub fps: Option<f64>,
+    /// The order of rotation angles. It goes before what the file says.
+    pub rotation_order: Option<RotationOrder>,
+}
+
+/// A format of camera paths.
+#[derive(Debug)]
+pub struct Format {
+    pub name: &'static str,
+    /// Endings of file names, without the point, in lower case.
+    pub extensions: &'static [&'static str],
+    read: fn(&[u8], &Options) -> Result<CameraPath, PathProblems>,
+}
+
+/// All formats.
+pub const FORMATS: &[Format] = &[Format {
+    name: "csv",
+    extensions: &["csv", "tsv"],
+    read: csv::read,
+}];
+
+/// Why there is no camera path.
+#[derive(Debug, thiserror::Error)]
+pub enum CameraPathError {
+    #[error("there is no such camera path: {}", path.display())]
+    NotFound { path: PathBuf },
+    #[error("cannot read the camera path: {source}: {}", path.display())]
+    Io { path: PathBuf, source: io::Error },
+    #[error("the name does not tell the format of the camera path, known are {}: {}", endings(), path.display())]
+    UnknownFormat { path: PathBuf },
+    /// One line for every problem.
+    #[error("{}", problems.display(path))]
+    Invalid { path: PathBuf, problems: PathProblems },
+}
+
+fn endings() -> String {
+    let all: Vec<_> = FORMATS
+        .iter()
+        .flat_map(|f| f.extensions)
+        .map(|e| format!(".{e}"))
+        .collect();
+    all.join(" ")
+}
+
+impl Format {
+    /// The format with this name, in any case.
+    pub fn by_name(name: &str) -> Option<&'static Self> {
+        FORMATS.iter().find(|f| f.name.eq_ignore_ascii_case(name))
+    }
+
+    /// The format that the ending of a file's name tells.
+    pub fn of_path(path: &Path) -> Option<&'static Self> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        FORMATS.iter().find(|f| f.extensions.contains(&extension.as_str()))
+    }
+
+    /// The camera path that a file of this format holds.
+    ///
+    /// # Errors
+    /// Up to 20 problems, and how many more there are.
+    pub fn read(&self, bytes: &[u8], options: &Options) -> Result<CameraPath, PathProblems> {
+        (self.read)(bytes, options)
+    }
+}
+
+/// Loads a camera path, in the format given or else in the one that the file's name tells.
+///
+/// # Errors
+/// The file is missing or cannot be read, its format is not known, or what it holds is wrong.
+pub fn load(path: &Path, format: Option<&Format>, options: &Options) -> Result<CameraPath, CameraPathError> {
+    let owned = || path.to_owned();
+    let format = format
+        .or_else(|| Format::of_path(path))
+        .ok_or_else(|| CameraPathError::UnknownFormat { path: owned() })?;
+    let bytes = fs::read(path).map_err(|source| match source.kind() {
+        io::ErrorKind::NotFound => CameraPathError::NotFound { path: owned() },
+        _ => CameraPathError::Io { path: owned(), source },
+    })?;
+    format
+        .read(&bytes, options)
+        .map_err(|problems| CameraPathError::Invalid {
+            path: owned(),
+            problems,
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_file_is_told_from_one_that_cannot_be_read() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let missing = folder.path().join("path.csv");
+        let error = load(&missing, None, &Options::default()).unwrap_err();
+        assert!(matches!(error, CameraPathError::NotFound { .. }));
+        assert_eq!(
+            error.to_string(),
+            format!("there is no such camera path: {}", missing.display())
+        );
+
+        let csv = Format::by_name("CSV");
+        let error = load(folder.path(), csv, &Options::default()).unwrap_err();
+        assert!(matches!(error, CameraPathError::Io { .. }));
+    }
+
+    #[test]
+    fn an_unknown_ending_names_the_known_ones() {
+        let error = load(Path::new("shot.abc"), None, &Options::default()).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "the name does not tell the format of the camera path, known are .csv .tsv: shot.abc"
+        );
+    }
+
+    #[test]
+    fn a_file_is_loaded_and_its_problems_bear_its_name() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("Shot.CSV");
+        let header = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n";
+        fs::write(&path, format!("{header}1,0,0,15,0,0,0\n")).expect("written");
+        let loaded = load(&path, None, &Options::default()).expect("a path");
+        assert_eq!(loaded.frames(), 1..=1);
+
+        fs::write(&path, format!("{header}1,abc,0,15,0,0,0\n")).expect("written");
+        let error = load(&path, None, &Options::default()).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            format!("{}:2: eye_x: 'abc' is not a number", path.display())
+        );
+    }
+}

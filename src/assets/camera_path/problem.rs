@@ -1,0 +1,116 @@
+//! What is wrong with a camera path's file, and where.
+
+use std::{fmt, path::Path};
+
+/// How many problems are kept; of the rest only the number.
+const KEPT: usize = 20;
+
+/// Something wrong with a camera path's file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PathProblem {
+    /// From 1; `None` where it is about the file as a whole.
+    pub line: Option<usize>,
+    /// The column's name as the file has it.
+    pub column: Option<String>,
+    pub message: String,
+}
+
+impl PathProblem {
+    /// A problem of the whole file.
+    pub fn of_file(message: impl Into<String>) -> Self {
+        Self {
+            line: None,
+            column: None,
+            message: message.into(),
+        }
+    }
+
+    /// A problem of one line.
+    pub fn of_line(line: usize, message: impl Into<String>) -> Self {
+        Self {
+            line: Some(line),
+            ..Self::of_file(message)
+        }
+    }
+
+    /// A problem of one cell.
+    pub fn of_cell(line: usize, column: &str, message: impl Into<String>) -> Self {
+        Self {
+            column: Some(column.to_owned()),
+            ..Self::of_line(line, message)
+        }
+    }
+}
+
+/// The problems of one file, in the order of its lines: the first 20 of them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PathProblems {
+    problems: Vec<PathProblem>,
+    more: usize,
+}
+
+impl PathProblems {
+    pub(super) fn push(&mut self, problem: PathProblem) {
+        if self.problems.len() < KEPT {
+            self.problems.push(problem);
+        } else {
+            self.more += 1;
+        }
+    }
+
+    /// Whether there is no problem.
+    pub fn is_empty(&self) -> bool {
+        self.problems.is_empty()
+    }
+
+    /// The first problems.
+    pub fn iter(&self) -> impl Iterator<Item = &PathProblem> {
+        self.problems.iter()
+    }
+
+    /// How many there are beyond the first.
+    pub fn more(&self) -> usize {
+        self.more
+    }
+
+    /// One line for each problem, `file:line: column: message`, and one that counts the rest.
+    pub fn display<'a>(&'a self, path: &'a Path) -> impl fmt::Display + 'a {
+        Listed { path, problems: self }
+    }
+}
+
+struct Listed<'a> {
+    path: &'a Path,
+    problems: &'a PathProblems,
+}
+
+impl fmt::Display for Listed<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, problem) in self.problems.iter().enumerate() {
+            if i > 0 {
+                f.write_str("\n")?;
+            }
+            write!(f, "{}", self.path.display())?;
+            if let Some(line) = problem.line {
+                write!(f, ":{line}")?;
+            }
+            if let Some(column) = &problem.column {
+                write!(f, ": {column}")?;
+            }
+            write!(f, ": {}", problem.message)?;
+        }
+        match self.problems.more {
+            0 => Ok(()),
+            more => write!(f, "\nand {more} more"),
+        }
+    }
+}
+
+impl From<PathProblem> for PathProblems {
+    fn from(problem: PathProblem) -> Self {
+        Self {
+            problems: vec![problem],
+            more: 0,
+        }
+    }
+}

@@ -1,0 +1,3 @@
+//! Files other than the scene's own: what they hold, checked.
+
+pub mod camera_path;
