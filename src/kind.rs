@@ -136,6 +136,7 @@ mod tests {
     #[test]
     fn a_row_that_is_described_only_compiles_to_a_problem() {
         let desc: KindDesc = toml::from_str("outside = { n = 3 }").unwrap();
+        assert!(matches!(&desc, KindDesc::Outside(text) if text.n == 3));
         let problem = desc.compile(2).unwrap_err();
         assert_eq!(problem.message, "`outside` has no compiled form of its own");
     }

@@ -24,7 +24,8 @@
 //! The part of a line inside an endless cone is one stretch, because the cone is convex; a cap cuts it off, and the hit
 //! is where the ray enters or leaves what is left. The quadratic is solved around the point of the line that is nearest
 //! to the apex, so it does not cancel however far the ray has come, and in the form that stays finite for lines
-//! parallel to the wall, where it is linear. Points are chosen uniformly by area.
+//! parallel to the wall, where it is linear. Points are chosen uniformly by area; those on
+//! the far side of a closed cone are not seen.
 
 use std::f64::consts::{PI, TAU};
 
@@ -170,6 +171,12 @@ impl Cone {
         1.0 / self.areas().iter().sum::<f64>()
     }
 
+    fn contains(&self, p: Vec3) -> bool {
+        let q = p.as_dvec3() - self.base.as_dvec3();
+        let (z, h) = (q.dot(self.axis.0), f64::from(self.height));
+        z >= 0.0 && z <= h && self.axis.across(q).length() <= f64::from(self.radius) * (1.0 - z / h)
+    }
+
     /// The wall's normal on the side of `e`.
     fn wall_normal(&self, e: DVec3) -> DVec3 {
         (e * f64::from(self.height) + self.axis.0 * f64::from(self.radius)) / self.slant()
@@ -234,7 +241,8 @@ impl ShapeKind for Cone {
         } else {
             (base + disk_point(self.axis, self.radius, ux, turn), -self.axis.0)
         };
-        if self.parts == Parts::OpenFromOutside && ng.dot(from.as_dvec3() - p) <= 0.0 {
+        let away = ng.dot(from.as_dvec3() - p) <= 0.0;
+        if away && self.parts.hide(|| self.contains(from)) {
             return None;
         }
         area_sample(self.per_area(), from, p, ng)

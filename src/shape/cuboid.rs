@@ -144,13 +144,16 @@ impl ShapeKind for Cuboid {
             let (o, d) = (f64::from(ray.o[axis]), f64::from(ray.d[axis]));
             let (low, high) = (f64::from(self.min[axis]) - o, f64::from(self.max[axis]) - o);
             if d == 0.0 {
-                if low > 0.0 || high < 0.0 {
-                    return None;
+                if low <= 0.0 && high >= 0.0 {
+                    continue;
                 }
-                continue;
+                return None;
             }
             let (low, high) = ((low / d, 2 * axis), (high / d, 2 * axis + 1));
             let (near, far) = if d > 0.0 { (low, high) } else { (high, low) };
+            if near.0.is_nan() {
+                return None;
+            }
             if near.0 > enter.0 {
                 enter = near;
             }

@@ -22,7 +22,7 @@
 //!
 //! With caps, a hit is where the ray enters or leaves the overlap of two stretches of it: the one inside the endless
 //! cylinder and the one between the two end planes; so there is no seam at the rims. Points are chosen uniformly by
-//! area.
+//! area; those on the far side of a closed cylinder are not seen.
 
 use std::f64::consts::{PI, TAU};
 
@@ -90,6 +90,15 @@ impl Parts {
             Some(_) => Ok(Self::OpenFromOutside),
             None if caps => Ok(Self::Closed),
             None => Ok(Self::Open),
+        }
+    }
+
+    /// Whether a point of the surface is hidden from an observer that it looks away from, who may be inside.
+    pub fn hide(self, inside: impl Fn() -> bool) -> bool {
+        match self {
+            Self::Closed => !inside(),
+            Self::Open => false,
+            Self::OpenFromOutside => true,
         }
     }
 
@@ -185,6 +194,12 @@ impl Cylinder {
         self.base.as_dvec3() + self.axis.0 * f64::from(self.height)
     }
 
+    fn contains(&self, p: Vec3) -> bool {
+        let q = p.as_dvec3() - self.base.as_dvec3();
+        let (z, r) = (q.dot(self.axis.0), f64::from(self.radius));
+        z >= 0.0 && z <= self.height.into() && self.axis.across(q).length_squared() <= r * r
+    }
+
     fn wall_surface(&self, q: DVec3) -> LocalSurface {
         let (r, h) = (f64::from(self.radius), f64::from(self.height));
         let z = q.dot(self.axis.0).clamp(0.0, h);
@@ -247,7 +262,8 @@ impl ShapeKind for Cylinder {
             1 => (base + disk_point(self.axis, self.radius, ux, turn), -self.axis.0),
             _ => (self.top() + disk_point(self.axis, self.radius, ux, turn), self.axis.0),
         };
-        if self.parts == Parts::OpenFromOutside && ng.dot(from.as_dvec3() - p) <= 0.0 {
+        let away = ng.dot(from.as_dvec3() - p) <= 0.0;
+        if away && self.parts.hide(|| self.contains(from)) {
             return None;
         }
         area_sample(self.per_area(), from, p, ng)

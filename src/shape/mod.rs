@@ -14,6 +14,18 @@ use crate::{
     value::Problem,
 };
 
+mod axis;
+#[cfg(test)]
+mod battery;
+pub mod cone;
+pub mod cuboid;
+pub mod cylinder;
+pub mod disk;
+pub mod mesh;
+mod numeric;
+pub mod plane;
+pub mod quad;
+mod rectangle;
 pub mod sphere;
 pub mod triangle;
 
@@ -80,6 +92,12 @@ kinds! {
     /// A shape, flat and without pointers.
     enum Shape / ShapeDesc {
         "sphere" => Sphere(sphere::Sphere, sphere::SphereDesc),
+        "disk" => Disk(disk::Disk, disk::DiskDesc),
+        "quad" => Quad(quad::Quad, quad::QuadDesc),
+        "cuboid" => Cuboid(cuboid::Cuboid, cuboid::CuboidDesc),
+        "cylinder" => Cylinder(cylinder::Cylinder, cylinder::CylinderDesc),
+        "cone" => Cone(cone::Cone, cone::ConeDesc),
+        "plane" => Plane(plane::Plane, plane::PlaneDesc),
     }
     described only {}
     compiled by fn compile(&self) -> Result<Shape, Problem>;

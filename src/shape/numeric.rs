@@ -66,8 +66,8 @@ pub(super) fn area_sample(per_area: f64, from: Vec3, p: DVec3, ng: DVec3) -> Opt
     })
 }
 
-/// The first of `pmf`'s entries whose running sum passes `u`, and `u` stretched over that entry to `[0, 1)` again.
-/// Entries may be 0; they need not add up to 1.
+/// The number of one of `weights`, chosen in proportion to them, and what is left of `u`, in `[0, 1)` again. Weights
+/// may be 0 and need not add up to 1.
 pub(super) fn choose(weights: &[f64], u: f32) -> (usize, f64) {
     let total: f64 = weights.iter().sum();
     let mut left = f64::from(u) * total;

@@ -57,6 +57,16 @@ impl QuadDesc {
             let message = "the corners are on one line or in one point: the quad has no area";
             return problem(message.to_owned(), "give four corners of a convex quadrilateral");
         }
+        let crossed = || {
+            let message = "the corners make a dent or cross each other";
+            problem(
+                message.to_owned(),
+                "give the corners of a convex quadrilateral, in order around it",
+            )
+        };
+        if (c - a).cross(d - b).length() <= noise {
+            return crossed();
+        }
         let off = (a - quad.middle).dot(quad.normal).abs();
         if off > PLANAR_TOLERANCE * size {
             let message = format!(
@@ -66,11 +76,7 @@ impl QuadDesc {
             return problem(message, "move them into a plane, or use a mesh of two triangles");
         }
         if (0..4).any(|i| quad.turn(i).dot(quad.normal) < -noise) {
-            let message = "the corners make a dent or cross each other";
-            return problem(
-                message.to_owned(),
-                "give the corners of a convex quadrilateral, in order around it",
-            );
+            return crossed();
         }
         Ok(quad)
     }

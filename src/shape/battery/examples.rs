@@ -114,6 +114,31 @@ pub fn shape(text: &str) -> Shape {
     example(format!("shape.{text}")).shape
 }
 
+/// Small, common and large, at the origin and aside.
+pub const PLACES: [(f32, Vec3); 5] = [
+    (1.0, Vec3::ZERO),
+    (1e-3, Vec3::ZERO),
+    (1e4, Vec3::ZERO),
+    (1.0, Vec3::new(20.0, -30.0, 10.0)),
+    (1e4, Vec3::new(-2e4, 1e4, 3e4)),
+];
+
+/// The shape `text`, with $x, $y, $z, $1 and $2 replaced by the place and one and two sizes.
+pub fn placed(text: &str, size: f32, at: Vec3) -> Shape {
+    let text = [
+        ("$x", at.x),
+        ("$y", at.y),
+        ("$z", at.z),
+        ("$1", size),
+        ("$2", 2.0 * size),
+    ]
+    .into_iter()
+    .fold(text.to_owned(), |text, (word, number)| {
+        text.replace(word, &number.to_string())
+    });
+    shape(&text)
+}
+
 impl Example {
     pub fn point_near(&self, random: &mut Random) -> Vec3 {
         let offset = Vec3::from_array(std::array::from_fn(|_| random.next() * 2.0 - 1.0));

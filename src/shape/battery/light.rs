@@ -38,7 +38,7 @@ fn samples_lie_on_the_shape_and_pdf_agrees_with_them() {
                 assert!((s.ng.length() - 1.0).abs() < 1e-6, "{}: {s:?}", e.text);
                 let wi = (s.p - from).normalize();
                 let cos = wi.dot(s.ng).abs();
-                if cos < 0.02 {
+                if cos < 0.1 {
                     continue;
                 }
                 samples += 1;
