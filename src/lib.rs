@@ -4,6 +4,7 @@
 //! floors below its own, never one above.
 
 pub mod accel;
+pub mod film;
 mod kind;
 pub mod math;
 pub mod shape;

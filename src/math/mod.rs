@@ -6,6 +6,7 @@ pub mod frame;
 pub mod hash;
 pub mod ray;
 pub mod rgb;
+pub mod srgb;
 pub mod transform;
 pub mod trig;
 

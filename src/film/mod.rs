@@ -1,0 +1,3 @@
+//! Samples to pixels, and pixels to what a display shows.
+
+pub mod view;
