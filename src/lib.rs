@@ -7,5 +7,6 @@ pub mod accel;
 pub mod film;
 mod kind;
 pub mod math;
+pub mod output;
 pub mod shape;
 pub mod value;
