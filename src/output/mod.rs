@@ -5,6 +5,7 @@
 pub mod atomic;
 mod attribute;
 pub mod exr;
+pub mod png;
 
 use std::{
     fmt::Debug,
@@ -132,7 +133,7 @@ pub enum Contents {
 }
 
 /// Every format.
-pub const FORMATS: [&dyn Format; 1] = [&exr::Exr];
+pub const FORMATS: [&dyn Format; 2] = [&exr::Exr, &png::Png];
 
 /// The format of this name, in any case.
 pub fn format(name: &str) -> Option<&'static dyn Format> {
