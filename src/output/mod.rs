@@ -6,6 +6,7 @@ pub mod atomic;
 mod attribute;
 pub mod exr;
 pub mod png;
+pub mod sequence;
 
 use std::{
     fmt::Debug,
@@ -17,6 +18,7 @@ use crate::film::view::View;
 
 pub use attribute::{Attribute, Value};
 pub use exr::{Channel, Compression, Plane, Samples};
+pub use sequence::{Pattern, PatternError};
 
 /// A rectangle of pixels; x to the right, y down, the origin is the top left pixel of the full frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
