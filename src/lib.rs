@@ -4,6 +4,7 @@
 //! floors below its own, never one above.
 
 pub mod accel;
+pub mod assets;
 pub mod film;
 mod kind;
 pub mod math;

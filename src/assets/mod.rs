@@ -1,0 +1,3 @@
+//! Files: what can be loaded.
+
+pub mod image;
