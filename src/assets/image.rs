@@ -1,0 +1,286 @@
+//! Pictures: PNG, JPEG, BMP, TGA, WebP, HDR and EXR files to texels.
+//!
+//! The content decides the format, the extension only where the content has no signature (TGA). Row 0 is the top row, as it is
+//! displayed; an Exif orientation is ignored. Integer formats are display values or data, as the caller says; HDR and EXR are
+//! scene-linear whatever it says. 8-bit texels stay 8-bit and are looked up; deeper ones become floats.
+//!
+//! A file that ends early, is damaged or claims an absurd size is an error, never a picture with gray in it.
+
+mod exr;
+
+use std::{
+    fs,
+    io::{self, Cursor},
+    path::{Path, PathBuf},
+    sync::LazyLock,
+};
+
+use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use serde::Deserialize;
+
+use crate::math::{Rgb, srgb};
+
+/// The longest side that is decoded, in pixels.
+const MAX_SIDE: u32 = 1 << 16;
+/// The most that a decoded picture may take, in bytes.
+const MAX_BYTES: u64 = 4 << 30;
+/// What an infinite texel becomes: the largest half.
+const MAX_TEXEL: f32 = 65504.0;
+
+/// What the numbers of an integer format mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ColorSpace {
+    /// Colours as displays show them.
+    #[default]
+    Srgb,
+    /// Data, or light: used as they are.
+    Raw,
+}
+
+/// A decoded picture; its first row is the top one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// In pixels, at least 1.
+    pub width: u32,
+    /// In pixels, at least 1.
+    pub height: u32,
+    /// Numbers of a pixel, next to each other: 1 (gray), 3 (RGB) or 4 (RGB and straight alpha).
+    pub channels: usize,
+    pub storage: Storage,
+    /// Texels of the file that were NaN or infinite, and became 0 or +-65504.
+    pub repaired: u64,
+}
+
+/// The numbers of all pixels, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Storage {
+    /// Display values with sRGB's curve; alpha is without.
+    Srgb8(Vec<u8>),
+    /// Fractions of 255.
+    Linear8(Vec<u8>),
+    /// Linear.
+    Float(Vec<f32>),
+}
+
+impl Image {
+    /// Decodes the file at `path`.
+    pub fn load(path: &Path, color_space: ColorSpace) -> Result<Self, ImageError> {
+        let bytes = fs::read(path).map_err(|source| ImageError::Read {
+            source,
+            path: path.to_owned(),
+        })?;
+        Self::decode(&bytes, path, color_space)
+    }
+
+    /// Decodes a file in memory; `path` is what errors call it, and its extension helps where the bytes do not tell.
+    pub fn decode(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Result<Self, ImageError> {
+        let decoded = if bytes.starts_with(&exr::MAGIC) {
+            exr::decode(bytes)
+        } else {
+            decode(bytes, path, color_space)
+        };
+        decoded.map_err(|problem| problem.at(path))
+    }
+
+    /// The linear colour of a texel; `x` from the left and `y` from the top must be inside.
+    #[inline]
+    pub fn rgb(&self, x: u32, y: u32) -> Rgb {
+        let i = self.index(x, y);
+        if self.channels == 1 {
+            return Rgb::gray(self.linear(i));
+        }
+        Rgb::new(self.linear(i), self.linear(i + 1), self.linear(i + 2))
+    }
+
+    /// The opacity of a texel: 1 where the picture has no alpha.
+    #[inline]
+    pub fn alpha(&self, x: u32, y: u32) -> f32 {
+        if self.channels < 4 {
+            return 1.0;
+        }
+        let i = self.index(x, y) + 3;
+        match &self.storage {
+            Storage::Srgb8(v) | Storage::Linear8(v) => f32::from(v[i]) / 255.0,
+            Storage::Float(v) => v[i],
+        }
+    }
+
+    pub fn has_alpha(&self) -> bool {
+        self.channels == 4
+    }
+
+    #[inline]
+    fn index(&self, x: u32, y: u32) -> usize {
+        (y as usize * self.width as usize + x as usize) * self.channels
+    }
+
+    #[inline]
+    fn linear(&self, i: usize) -> f32 {
+        match &self.storage {
+            Storage::Srgb8(v) => srgb::decode8(v[i]),
+            Storage::Linear8(v) => f32::from(v[i]) / 255.0,
+            Storage::Float(v) => v[i],
+        }
+    }
+
+    /// A picture of floats, its numbers finite.
+    fn from_floats([width, height]: [u32; 2], channels: usize, mut values: Vec<f32>) -> Self {
+        let mut repaired = 0;
+        for v in values.iter_mut().filter(|v| !v.is_finite()) {
+            *v = if v.is_nan() { 0.0 } else { MAX_TEXEL.copysign(*v) };
+            repaired += 1;
+        }
+        Self {
+            width,
+            height,
+            channels,
+            storage: Storage::Float(values),
+            repaired,
+        }
+    }
+}
+
+fn decode(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Result<Image, Problem> {
+    let format = ::image::guess_format(bytes).or_else(|_| ImageFormat::from_path(path));
+    let format = format
+        .ok()
+        .filter(ImageFormat::reading_enabled)
+        .ok_or(Problem::Unknown)?;
+    if format == ImageFormat::Jpeg && !jpeg_has_an_end(bytes) {
+        // The decoder would fill up with gray.
+        return Err(Problem::broken("unexpected end of file"));
+    }
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MAX_SIDE);
+    limits.max_image_height = Some(MAX_SIDE);
+    limits.max_alloc = Some(MAX_BYTES);
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    reader.limits(limits);
+    let decoder = reader.into_decoder()?;
+    let (width, height) = decoder.dimensions();
+    check_size([u64::from(width), u64::from(height)], decoder.total_bytes())?;
+    Ok(image_of(DynamicImage::from_decoder(decoder)?, color_space))
+}
+
+/// Refuses empty and absurd pictures before memory is asked for.
+fn check_size([width, height]: [u64; 2], bytes: u64) -> Result<(), Problem> {
+    let side = u64::from(MAX_SIDE);
+    if width == 0 || height == 0 || width > side || height > side || bytes > MAX_BYTES {
+        return Err(Problem::Size { width, height });
+    }
+    Ok(())
+}
+
+fn image_of(picture: DynamicImage, color_space: ColorSpace) -> Image {
+    use DynamicImage as D;
+    let size = [picture.width(), picture.height()];
+    let eight = |channels, values| {
+        let storage = match color_space {
+            ColorSpace::Srgb => Storage::Srgb8(values),
+            ColorSpace::Raw => Storage::Linear8(values),
+        };
+        let ([width, height], repaired) = (size, 0);
+        Image {
+            width,
+            height,
+            channels,
+            storage,
+            repaired,
+        }
+    };
+    let sixteen = |channels: usize, values: &[u16]| {
+        let is_color = |i: usize| channels < 4 || i % 4 < 3;
+        let floats = values.iter().enumerate().map(|(i, v)| match color_space {
+            ColorSpace::Srgb if is_color(i) => SRGB_16[usize::from(*v)],
+            _ => f32::from(*v) / 65535.0,
+        });
+        Image::from_floats(size, channels, floats.collect())
+    };
+    match picture {
+        D::ImageLuma8(p) => eight(1, p.into_raw()),
+        D::ImageRgb8(p) => eight(3, p.into_raw()),
+        D::ImageRgba8(p) => eight(4, p.into_raw()),
+        p @ D::ImageLumaA8(_) => eight(4, p.into_rgba8().into_raw()),
+        D::ImageLuma16(p) => sixteen(1, p.as_raw()),
+        D::ImageRgb16(p) => sixteen(3, p.as_raw()),
+        D::ImageRgba16(p) => sixteen(4, p.as_raw()),
+        p @ D::ImageLumaA16(_) => sixteen(4, p.into_rgba16().as_raw()),
+        D::ImageRgb32F(p) => Image::from_floats(size, 3, p.into_raw()),
+        p => Image::from_floats(size, 4, p.into_rgba32f().into_raw()),
+    }
+}
+
+static SRGB_16: LazyLock<Vec<f32>> =
+    LazyLock::new(|| (0..=u16::MAX).map(|v| srgb::decode(f32::from(v) / 65535.0)).collect());
+
+/// Whether the end-of-image marker follows the segments and scans.
+fn jpeg_has_an_end(bytes: &[u8]) -> bool {
+    let mut at = 2;
+    while let Some(skipped) = bytes.get(at..).and_then(|rest| rest.iter().position(|b| *b == 0xff)) {
+        at += skipped + 1;
+        match bytes.get(at) {
+            Some(0xd9) => return true,
+            // An escaped 0xff of a scan, a marker without a segment, or padding.
+            Some(0x00 | 0x01 | 0xd0..=0xd8) => at += 1,
+            Some(0xff) => {}
+            _ => match bytes.get(at + 1..at + 3) {
+                Some(&[high, low]) => at += 1 + usize::from(u16::from_be_bytes([high, low])),
+                _ => return false,
+            },
+        }
+    }
+    false
+}
+
+/// Why a picture was not loaded.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    #[error("cannot read image: {source}: {}", path.display())]
+    Read { source: io::Error, path: PathBuf },
+    #[error("unknown image format (known are png, jpeg, bmp, tga, webp, hdr, exr): {}", path.display())]
+    Unknown { path: PathBuf },
+    #[error("broken image: {cause}: {}", path.display())]
+    Broken { cause: String, path: PathBuf },
+    #[error("an image of {width} x {height} pixels: {}", path.display())]
+    Size { width: u64, height: u64, path: PathBuf },
+}
+
+impl ImageError {
+    /// Whether the file could not be read at all, rather than understood.
+    pub fn is_missing(&self) -> bool {
+        matches!(self, Self::Read { .. })
+    }
+}
+
+/// What is wrong with the bytes of a file.
+#[derive(Debug)]
+enum Problem {
+    Unknown,
+    Broken(String),
+    Size { width: u64, height: u64 },
+}
+
+impl Problem {
+    fn broken(cause: impl ToString) -> Self {
+        Self::Broken(cause.to_string())
+    }
+
+    fn at(self, path: &Path) -> ImageError {
+        let path = path.to_owned();
+        match self {
+            Self::Unknown => ImageError::Unknown { path },
+            Self::Broken(cause) => ImageError::Broken { cause, path },
+            Self::Size { width, height } => ImageError::Size { width, height, path },
+        }
+    }
+}
+
+impl From<::image::ImageError> for Problem {
+    fn from(error: ::image::ImageError) -> Self {
+        Self::broken(error)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,182 @@
+//! Files of every format, whole, cut short and forged.
+
+use ::image::ImageFormat as F;
+use half::f16;
+
+use super::*;
+use crate::math::hash;
+
+const W: u32 = 37;
+const H: u32 = 23;
+
+/// A picture without symmetry, so that no row or column may change places.
+fn pattern() -> DynamicImage {
+    let value = |x: u32, y: u32, c: u32| hash::pcg4d([x, y, c, 0])[0] as u8;
+    let pixel = |x, y| ::image::Rgb([value(x, y, 0), (x * 6) as u8, (y * 10) as u8]);
+    DynamicImage::ImageRgb8(::image::RgbImage::from_fn(W, H, pixel))
+}
+
+fn file(picture: &DynamicImage, format: F) -> Vec<u8> {
+    let mut out = Cursor::new(Vec::new());
+    picture.write_to(&mut out, format).unwrap();
+    out.into_inner()
+}
+
+fn decode(bytes: &[u8], name: &str) -> Result<Image, ImageError> {
+    Image::decode(bytes, Path::new(name), ColorSpace::Srgb)
+}
+
+fn lossless() -> [(F, &'static str); 4] {
+    [
+        (F::Png, "a.png"),
+        (F::Bmp, "a.bmp"),
+        (F::Tga, "a.tga"),
+        (F::WebP, "a.webp"),
+    ]
+}
+
+#[test]
+fn lossless_formats_keep_every_byte_with_the_top_row_first() {
+    let picture = pattern();
+    for (format, name) in lossless() {
+        let image = decode(&file(&picture, format), name).unwrap();
+        assert_eq!((image.width, image.height, image.channels), (W, H, 3), "{name}");
+        assert_eq!(image.storage, Storage::Srgb8(picture.as_bytes().to_vec()), "{name}");
+    }
+}
+
+#[test]
+fn the_content_decides_the_format() {
+    let bytes = file(&pattern(), F::Png);
+    assert!(decode(&bytes, "really.jpg").is_ok());
+    assert!(decode(&bytes, "no extension").is_ok());
+    let error = decode(b"solid teapot", "teapot.stl").unwrap_err();
+    assert!(matches!(error, ImageError::Unknown { .. }));
+    assert!(matches!(decode(b"", "a.xyz"), Err(ImageError::Unknown { .. })));
+}
+
+#[test]
+fn color_space_applies_to_colours_and_not_to_alpha() {
+    let pixel = ::image::Rgba([188, 0, 255, 128]);
+    let picture = DynamicImage::ImageRgba8(::image::RgbaImage::from_pixel(1, 1, pixel));
+    for bits in [8, 16] {
+        let picture = match bits {
+            8 => picture.clone(),
+            _ => DynamicImage::ImageRgba16(picture.to_rgba16()),
+        };
+        let bytes = file(&picture, F::Png);
+        let load = |space| Image::decode(&bytes, Path::new("a.png"), space).unwrap();
+        let (srgb, raw) = (load(ColorSpace::Srgb), load(ColorSpace::Raw));
+        assert!((srgb.rgb(0, 0).r - 0.502_886_5).abs() < 1e-6);
+        assert!((raw.rgb(0, 0).r - 188.0 / 255.0).abs() < 1e-6);
+        for image in [srgb, raw] {
+            assert_eq!((image.rgb(0, 0).g, image.rgb(0, 0).b), (0.0, 1.0));
+            assert!((image.alpha(0, 0) - 128.0 / 255.0).abs() < 1e-6);
+            assert!(image.has_alpha());
+        }
+    }
+}
+
+#[test]
+fn gray_stays_one_channel_of_bytes() {
+    let picture = pattern().to_luma8();
+    let image = decode(&file(&DynamicImage::ImageLuma8(picture), F::Png), "a.png").unwrap();
+    assert_eq!(image.channels, 1);
+    let texel = image.rgb(3, 4);
+    assert!(texel.r == texel.g && texel.g == texel.b);
+    assert_eq!(image.alpha(3, 4), 1.0);
+}
+
+#[test]
+fn a_file_cut_short_is_an_error() {
+    let mut files: Vec<_> = lossless().map(|(f, name)| (file(&pattern(), f), name)).to_vec();
+    files.push((file(&pattern(), F::Jpeg), "a.jpg"));
+    files.push((file(&DynamicImage::ImageRgb32F(pattern().to_rgb32f()), F::Hdr), "a.hdr"));
+    files.push((exr_file(W, H, 1.0), "a.exr"));
+    for (bytes, name) in files {
+        assert!(decode(&bytes, name).is_ok(), "{name}");
+        for percent in [3, 10, 30, 60, 90, 97] {
+            let cut = &bytes[..bytes.len() * percent / 100];
+            let error = decode(cut, name).expect_err(name);
+            assert!(!error.is_missing());
+            assert!(error.to_string().ends_with(name), "{error}");
+        }
+    }
+}
+
+#[test]
+fn a_missing_file_is_told_from_a_broken_one() {
+    let home = tempfile::tempdir().unwrap();
+    for path in [home.path().join("absent.png"), home.path().to_owned()] {
+        let error = Image::load(&path, ColorSpace::Srgb).unwrap_err();
+        assert!(error.is_missing(), "{error}");
+    }
+    let path = home.path().join("a.png");
+    fs::write(&path, b"\x89PNG\r\n\x1a\n and no more").unwrap();
+    assert!(!Image::load(&path, ColorSpace::Srgb).unwrap_err().is_missing());
+}
+
+#[test]
+fn absurd_sizes_are_refused() {
+    let mut bmp = file(&pattern(), F::Bmp);
+    let mut hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2000000000 +X 2000000000\n".to_vec();
+    hdr.extend([0; 99]);
+    bmp[18..22].copy_from_slice(&i32::MAX.to_le_bytes());
+    for (bytes, name) in [(bmp, "a.bmp"), (hdr, "a.hdr")] {
+        assert!(decode(&bytes, name).is_err(), "{name}");
+    }
+    assert!(matches!(check_size([0, 1], 0), Err(Problem::Size { .. })));
+    assert!(matches!(check_size([1, MAX_BYTES + 1], 0), Err(Problem::Size { .. })));
+    assert!(matches!(check_size([1, 1], MAX_BYTES + 1), Err(Problem::Size { .. })));
+}
+
+/// RGB of halves with ZIP.
+fn exr_file(w: u32, h: u32, first: f32) -> Vec<u8> {
+    use ::exr::prelude::{Encoding, Image as Exr, Layer, LayerAttributes, SpecificChannels, WritableImage};
+    let pixel = move |p: ::exr::math::Vec2<usize>| {
+        let red = if p.0 == 0 && p.1 == 0 { first } else { p.0 as f32 };
+        (f16::from_f32(red), f16::from_f32(p.1 as f32), f16::from_f32(0.25))
+    };
+    let channels = SpecificChannels::rgb(pixel);
+    let size = (w as usize, h as usize);
+    let layer = Layer::new(size, LayerAttributes::default(), Encoding::SMALL_LOSSLESS, channels);
+    let mut out = Cursor::new(Vec::new());
+    Exr::from_layer(layer).write().to_buffered(&mut out).unwrap();
+    out.into_inner()
+}
+
+#[test]
+fn exr_is_linear_and_its_top_row_is_first() {
+    let image = decode(&exr_file(W, H, 1.0), "a.exr").unwrap();
+    assert_eq!(
+        (image.width, image.height, image.channels, image.repaired),
+        (W, H, 3, 0)
+    );
+    assert_eq!(image.rgb(5, 2), Rgb::new(5.0, 2.0, 0.25));
+}
+
+#[test]
+fn texels_that_are_not_finite_are_repaired_and_counted() {
+    for (v, repaired) in [(f32::NAN, 0.0), (f32::INFINITY, 65504.0), (f32::NEG_INFINITY, -65504.0)] {
+        let image = decode(&exr_file(3, 2, v), "a.exr").unwrap();
+        assert_eq!((image.rgb(0, 0).r, image.repaired), (repaired, 1));
+    }
+}
+
+#[test]
+fn a_forged_exr_header_is_refused_before_memory_is_asked_for() {
+    let mut bytes = exr_file(W, H, 1.0);
+    let at = bytes.windows(10).position(|w| w == b"dataWindow").unwrap() + 10 + 1 + 5 + 1 + 4;
+    for (x, y) in [
+        (60_000, 60_000),
+        (16_000, 16_000),
+        (i32::MAX - 2, i32::MAX - 2),
+        (36, 16_000_000),
+        (1 << 20, 22),
+    ] {
+        bytes[at + 8..at + 12].copy_from_slice(&i32::to_le_bytes(x));
+        bytes[at + 12..at + 16].copy_from_slice(&i32::to_le_bytes(y));
+        let error = decode(&bytes, "sky.exr").unwrap_err();
+        assert!(!error.is_missing(), "{x} {y}: {error}");
+    }
+}

@@ -1,0 +1,287 @@
+//! OpenEXR: single-part scanline files, written by ourselves with no compression, ZIPS or ZIP.
+//!
+//! The same image gives the same bytes: attributes and channels are sorted by name, blocks are compressed by all threads but
+//! written in order, and nothing depends on the time. Halves are rounded to the nearest, ties to even, after numbers beyond
+//! +-65504 were clamped to it and NaN became 0; the report counts both. Float and uint channels keep every bit.
+//!
+//! Source: "OpenEXR File Layout" and "Technical Introduction to OpenEXR", <https://openexr.com/en/latest/>.
+
+mod blocks;
+mod header;
+#[cfg(test)]
+mod tests;
+mod whole;
+
+use std::{io::Write, path::Path};
+
+use super::{
+    Attribute, Contents, Counting, Depth, EncodeError, Encoding, Format, FrameImage, Value, Window, WriteReport,
+};
+use crate::film::view::View;
+
+/// The format, with the attributes that compositors look for.
+///
+/// `R G B A` and the frame's layers; `chromaticities` and `colorInteropID` say Rec. 709 primaries and scene-linear light, unless
+/// the view is `raw`, whose numbers are display values and whose `comments` say so.
+#[derive(Debug)]
+pub struct Exr;
+
+impl Format for Exr {
+    fn name(&self) -> &'static str {
+        "exr"
+    }
+
+    fn contents(&self) -> Contents {
+        Contents::Data
+    }
+
+    fn encode(&self, frame: &FrameImage, encoding: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
+        let values: &[f32] = bytemuck::cast_slice(frame.rgba);
+        let beauty = |name, first| {
+            let plane = Plane { values, first, step: 4 };
+            Channel {
+                name,
+                samples: match encoding.depth {
+                    Depth::Half => Samples::Half(plane),
+                    Depth::Float => Samples::Float(plane),
+                },
+            }
+        };
+        let mut channels = vec![beauty("R", 0), beauty("G", 1), beauty("B", 2), beauty("A", 3)];
+        channels.extend_from_slice(frame.layers);
+        let [width, height] = frame.resolution;
+        let image = Image {
+            display: Window::full(width, height),
+            data: frame.window,
+            channels: &channels,
+            attributes: &attributes(frame),
+            compression: encoding.compression,
+        };
+        write(&image, out)
+    }
+
+    fn is_whole(&self, path: &Path) -> bool {
+        whole::is_whole(path)
+    }
+}
+
+/// What a file says about a frame, besides what the format demands.
+fn attributes(frame: &FrameImage) -> Vec<Attribute> {
+    const REC_709: [f32; 8] = [0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290];
+    const DISPLAY_VALUES: &str = "the numbers are display values, not scene-linear light";
+    let version = env!("CARGO_PKG_VERSION");
+    let mut list = vec![
+        Attribute::new("software", format!("batch-render {version}")),
+        Attribute::new("batch-render/version", version),
+        Attribute::new("batch-render/frame", frame.frame),
+        Attribute::new("batch-render/samples", count(u64::from(frame.samples))),
+        Attribute::new("batch-render/seed", count(frame.seed)),
+        Attribute::new("imageCounter", frame.frame),
+    ];
+    if let Some((numerator, denominator)) = frame.fps {
+        list.push(Attribute::new(
+            "framesPerSecond",
+            Value::Rational { numerator, denominator },
+        ));
+    }
+    if frame.view == View::Raw {
+        list.push(Attribute::new("comments", DISPLAY_VALUES));
+    } else {
+        list.push(Attribute::new("chromaticities", Value::Chromaticities(REC_709)));
+        list.push(Attribute::new("colorInteropID", "lin_rec709_scene"));
+    }
+    for given in frame.metadata.iter().chain(frame.layer_attributes) {
+        match list.iter_mut().find(|a| a.name == given.name) {
+            Some(own) if own.name == "comments" => own.value = format!("{}\n{DISPLAY_VALUES}", given.value).into(),
+            Some(own) => own.value = given.value.clone(),
+            None => list.push(given.clone()),
+        }
+    }
+    list
+}
+
+/// A whole number as an `int`, or as a string where it is too large for one.
+fn count(n: u64) -> Value {
+    i32::try_from(n).map_or_else(|_| n.to_string().into(), Value::Int)
+}
+
+/// What goes into a file.
+#[derive(Clone, Copy, Debug)]
+pub struct Image<'a> {
+    /// The full frame.
+    pub display: Window,
+    /// The pixels that are stored.
+    pub data: Window,
+    /// In any order, their names distinct.
+    pub channels: &'a [Channel<'a>],
+    /// In any order, their names distinct and none of those that the format demands.
+    pub attributes: &'a [Attribute],
+    pub compression: Compression,
+}
+
+/// One number of each pixel of the data window.
+#[derive(Clone, Copy, Debug)]
+pub struct Channel<'a> {
+    /// `layer.channel`, of at most 31 bytes unless readers from before 2013 do not matter.
+    pub name: &'a str,
+    pub samples: Samples<'a>,
+}
+
+/// The numbers of a channel, and the type that they are stored as.
+#[derive(Clone, Copy, Debug)]
+pub enum Samples<'a> {
+    Half(Plane<'a, f32>),
+    Float(Plane<'a, f32>),
+    Uint(Plane<'a, u32>),
+}
+
+/// Where the numbers stand: that of pixel `i`, counted by rows from the top left, is `values[first + i * step]`.
+#[derive(Clone, Copy, Debug)]
+pub struct Plane<'a, T> {
+    pub values: &'a [T],
+    pub first: usize,
+    pub step: usize,
+}
+
+impl<'a, T> Plane<'a, T> {
+    /// One number after the other.
+    pub fn dense(values: &'a [T]) -> Self {
+        let (first, step) = (0, 1);
+        Self { values, first, step }
+    }
+
+    fn holds(&self, pixels: usize) -> bool {
+        let last = (pixels - 1)
+            .checked_mul(self.step)
+            .and_then(|n| n.checked_add(self.first));
+        self.step > 0 && last.is_some_and(|last| last < self.values.len())
+    }
+}
+
+impl Samples<'_> {
+    fn holds(&self, pixels: usize) -> bool {
+        match self {
+            Self::Half(p) | Self::Float(p) => p.holds(pixels),
+            Self::Uint(p) => p.holds(pixels),
+        }
+    }
+
+    fn bytes_per_sample(&self) -> usize {
+        match self {
+            Self::Half(_) => 2,
+            Self::Float(_) | Self::Uint(_) => 4,
+        }
+    }
+}
+
+/// How blocks of lines are packed. All are lossless.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Compression {
+    None,
+    /// Deflate, a line at a time: what compositors read fastest.
+    #[default]
+    Zips,
+    /// Deflate, 16 lines at a time: smaller.
+    Zip,
+}
+
+impl Compression {
+    pub const ALL: [Self; 3] = [Self::None, Self::Zips, Self::Zip];
+
+    /// What scene files call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Zips => "zips",
+            Self::Zip => "zip",
+        }
+    }
+
+    /// The compression of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|c| c.name() == name)
+    }
+
+    fn code(self) -> u8 {
+        match self {
+            Self::None => 0,
+            Self::Zips => 2,
+            Self::Zip => 3,
+        }
+    }
+
+    fn lines_per_block(self) -> u32 {
+        match self {
+            Self::None | Self::Zips => 1,
+            Self::Zip => 16,
+        }
+    }
+}
+
+/// Writes `image` to `out`.
+pub fn write(image: &Image, out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
+    let mut channels = image.channels.to_vec();
+    channels.sort_by_key(|c| c.name);
+    check(image, &channels)?;
+    let header = header::encode(image, &channels)?;
+    let blocks = blocks::encode(image, &channels);
+
+    let mut out = Counting { out, bytes: 0 };
+    out.write_all(&header)?;
+    let mut offset = (header.len() + 8 * blocks.len()) as u64;
+    let mut table = Vec::with_capacity(8 * blocks.len());
+    for block in &blocks {
+        table.extend_from_slice(&offset.to_le_bytes());
+        offset += block.packed.len() as u64 + 8;
+    }
+    out.write_all(&table)?;
+    let mut report = WriteReport::default();
+    for block in &blocks {
+        out.write_all(&block.y.to_le_bytes())?;
+        out.write_all(&(block.packed.len() as i32).to_le_bytes())?;
+        out.write_all(&block.packed)?;
+        report.clamped += block.clamped;
+        report.nans += block.nans;
+    }
+    report.bytes = out.bytes;
+    Ok(report)
+}
+
+/// Holds `image` to the format's bounds; `channels` are its channels, sorted.
+fn check(image: &Image, channels: &[Channel]) -> Result<(), EncodeError> {
+    // What OpenEXR's own reader refuses.
+    const FARTHEST: i64 = i32::MAX as i64 / 2;
+    let unfit = |reason: String| Err(EncodeError::Unfit(reason));
+    for window in [image.display, image.data] {
+        let Window { x, y, width, height } = window;
+        if width == 0 || height == 0 {
+            return unfit(format!("a window of {width} x {height} pixels"));
+        }
+        for (min, size) in [(x, width), (y, height)] {
+            if i64::from(min) <= -FARTHEST || i64::from(min) + i64::from(size) > FARTHEST {
+                return unfit(format!("a window of {width} x {height} pixels from {x}, {y}"));
+            }
+        }
+    }
+    if channels.is_empty() {
+        return unfit("no channels".to_owned());
+    }
+    if let Some(pair) = channels.windows(2).find(|pair| pair[0].name == pair[1].name) {
+        return unfit(format!("two channels '{}'", pair[0].name));
+    }
+    if let Some(short) = channels.iter().find(|c| !c.samples.holds(image.data.pixels())) {
+        return unfit(format!("channel '{}' has fewer numbers than pixels", short.name));
+    }
+    let bytes_per_pixel: usize = channels.iter().map(|c| c.samples.bytes_per_sample()).sum();
+    let pixels = image.data.width as usize * image.compression.lines_per_block() as usize;
+    if pixels
+        .checked_mul(bytes_per_pixel)
+        .is_none_or(|n| n > i32::MAX as usize)
+    {
+        return unfit(format!(
+            "lines of {} pixels of {bytes_per_pixel} bytes",
+            image.data.width
+        ));
+    }
+    Ok(())
+}

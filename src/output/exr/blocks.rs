@@ -1,0 +1,136 @@
+//! Blocks of lines: numbers to bytes, bytes reordered and deflated.
+
+use half::{f16, slice::HalfFloatSliceExt};
+use libdeflater::{CompressionLvl, Compressor};
+use rayon::prelude::*;
+
+use super::{Channel, Compression, Image, Plane, Samples};
+
+/// OpenEXR's own default.
+const LEVEL: i32 = 4;
+/// The largest half.
+const MAX_HALF: f32 = 65504.0;
+
+/// Some lines, as the file stores them.
+pub(super) struct Block {
+    /// The first line, in the frame's coordinates.
+    pub y: i32,
+    pub packed: Vec<u8>,
+    pub clamped: u64,
+    pub nans: u64,
+}
+
+/// All blocks of `image` from the top down, each packed by some thread; `channels` are its channels, sorted.
+pub(super) fn encode(image: &Image, channels: &[Channel]) -> Vec<Block> {
+    let lines = image.compression.lines_per_block();
+    (0..image.data.height.div_ceil(lines))
+        .into_par_iter()
+        .map_init(Scratch::new, |scratch, block| {
+            let first = block * lines;
+            let end = (first + lines).min(image.data.height);
+            scratch.pack(image, channels, first as usize..end as usize)
+        })
+        .collect()
+}
+
+/// What packing a block needs, kept from one to the next.
+struct Scratch {
+    row: Vec<f32>,
+    halves: Vec<f16>,
+    bytes: Vec<u8>,
+    reordered: Vec<u8>,
+    packed: Vec<u8>,
+    compressor: Compressor,
+}
+
+impl Scratch {
+    fn new() -> Self {
+        Self {
+            row: Vec::new(),
+            halves: Vec::new(),
+            bytes: Vec::new(),
+            reordered: Vec::new(),
+            packed: Vec::new(),
+            compressor: Compressor::new(CompressionLvl::new(LEVEL).unwrap_or_default()),
+        }
+    }
+
+    /// Packs `lines`, counted from the top of the data window.
+    fn pack(&mut self, image: &Image, channels: &[Channel], lines: std::ops::Range<usize>) -> Block {
+        let width = image.data.width as usize;
+        let y = image.data.y + lines.start as i32;
+        let (mut clamped, mut nans) = (0, 0);
+        self.bytes.clear();
+        for line in lines {
+            for channel in channels {
+                match channel.samples {
+                    Samples::Half(plane) => {
+                        let counts = self.put_halves(plane, line, width);
+                        clamped += counts.0;
+                        nans += counts.1;
+                    }
+                    Samples::Float(plane) => self.bytes.extend(row(plane, line, width).flat_map(|v| v.to_le_bytes())),
+                    Samples::Uint(plane) => self.bytes.extend(row(plane, line, width).flat_map(|v| v.to_le_bytes())),
+                }
+            }
+        }
+        Block {
+            y,
+            packed: self.deflate(image.compression).to_vec(),
+            clamped,
+            nans,
+        }
+    }
+
+    /// Appends a line of halves; how many numbers were clamped and how many were none.
+    fn put_halves(&mut self, plane: Plane<f32>, line: usize, width: usize) -> (u64, u64) {
+        let (mut clamped, mut nans) = (0, 0);
+        self.row.clear();
+        self.row.extend(row(plane, line, width).map(|v| {
+            clamped += u64::from(v.abs() > MAX_HALF);
+            nans += u64::from(v.is_nan());
+            if v.is_nan() { 0.0 } else { v.clamp(-MAX_HALF, MAX_HALF) }
+        }));
+        self.halves.resize(width, f16::ZERO);
+        self.halves.convert_from_f32_slice(&self.row);
+        self.bytes.extend(self.halves.iter().flat_map(|v| v.to_le_bytes()));
+        (clamped, nans)
+    }
+
+    /// The bytes as they are stored: deflated, or as they are where that does not gain.
+    fn deflate(&mut self, compression: Compression) -> &[u8] {
+        if compression == Compression::None {
+            return &self.bytes;
+        }
+        reorder(&self.bytes, &mut self.reordered);
+        // With no room for a block that is not smaller, the compressor gives such a block up.
+        self.packed.resize(self.bytes.len() - 1, 0);
+        match self.compressor.zlib_compress(&self.reordered, &mut self.packed) {
+            Ok(size) => &self.packed[..size],
+            Err(_) => &self.bytes,
+        }
+    }
+}
+
+/// A line of a channel.
+fn row<T: Copy>(plane: Plane<T>, line: usize, width: usize) -> impl Iterator<Item = T> {
+    let first = plane.first + line * width * plane.step;
+    plane.values[first..].iter().step_by(plane.step).take(width).copied()
+}
+
+/// All even bytes, then all odd ones, each as its difference to the one before: what deflate is good at.
+fn reorder(bytes: &[u8], out: &mut Vec<u8>) {
+    let difference = |pair: [u8; 2]| pair[1].wrapping_sub(pair[0]).wrapping_add(128);
+    out.clear();
+    out.resize(bytes.len(), 0);
+    let (even, odd) = out.split_at_mut(bytes.len().div_ceil(2));
+    for (d, pair) in even.iter_mut().zip(bytes.chunks(2)) {
+        *d = pair[0];
+    }
+    for (d, pair) in odd.iter_mut().zip(bytes.chunks_exact(2)) {
+        *d = pair[1];
+    }
+    for i in (1..out.len()).rev() {
+        out[i] = difference([out[i - 1], out[i]]);
+    }
+}

@@ -1,0 +1,131 @@
+//! The header of a file: magic number, flags, attributes sorted by name.
+
+use super::{Channel, Image, Samples};
+use crate::output::{EncodeError, Value, Window};
+
+pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+pub(super) const VERSION: u32 = 2;
+/// Names may have up to 255 bytes instead of 31.
+pub(super) const LONG_NAMES: u32 = 0x400;
+
+const SHORT_NAME: usize = 31;
+const LONG_NAME: usize = 255;
+
+/// An attribute as bytes.
+struct Entry<'a> {
+    name: &'a str,
+    kind: &'static str,
+    bytes: Vec<u8>,
+}
+
+/// The header of `image`, whose channels are `channels`, sorted.
+pub(super) fn encode(image: &Image, channels: &[Channel]) -> Result<Vec<u8>, EncodeError> {
+    let mut entries: Vec<Entry> = image.attributes.iter().map(|a| entry(&a.name, &a.value)).collect();
+    entries.extend([
+        entry("dataWindow", &Value::Box2i(image.data)),
+        entry("displayWindow", &Value::Box2i(image.display)),
+        entry("pixelAspectRatio", &Value::Float(1.0)),
+        entry("screenWindowCenter", &Value::V2f([0.0, 0.0])),
+        entry("screenWindowWidth", &Value::Float(1.0)),
+        raw("channels", "chlist", channel_list(channels)),
+        raw("compression", "compression", vec![image.compression.code()]),
+        raw("lineOrder", "lineOrder", vec![0]),
+    ]);
+    entries.sort_by_key(|e| e.name);
+    check_names(&entries, channels)?;
+
+    let names = entries.iter().map(|e| e.name).chain(channels.iter().map(|c| c.name));
+    let long = names.map(str::len).any(|n| n > SHORT_NAME);
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend((VERSION | if long { LONG_NAMES } else { 0 }).to_le_bytes());
+    for entry in &entries {
+        let size = i32::try_from(entry.bytes.len())
+            .map_err(|_| EncodeError::Unfit(format!("attribute '{}' is too long", entry.name)))?;
+        put_name(&mut bytes, entry.name);
+        put_name(&mut bytes, entry.kind);
+        bytes.extend(size.to_le_bytes());
+        bytes.extend(&entry.bytes);
+    }
+    bytes.push(0);
+    Ok(bytes)
+}
+
+fn check_names(entries: &[Entry], channels: &[Channel]) -> Result<(), EncodeError> {
+    let unfit = |reason: String| Err(EncodeError::Unfit(reason));
+    if let Some(pair) = entries.windows(2).find(|pair| pair[0].name == pair[1].name) {
+        return unfit(format!("two attributes '{}'", pair[0].name));
+    }
+    for name in entries.iter().map(|e| e.name).chain(channels.iter().map(|c| c.name)) {
+        if name.is_empty() || name.len() > LONG_NAME || name.contains('\0') {
+            return unfit(format!(
+                "the name {name:?}: from 1 to {LONG_NAME} bytes fit, none of them 0"
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn put_name(bytes: &mut Vec<u8>, name: &str) {
+    bytes.extend(name.as_bytes());
+    bytes.push(0);
+}
+
+fn channel_list(channels: &[Channel]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for channel in channels {
+        let kind: i32 = match channel.samples {
+            Samples::Uint(_) => 0,
+            Samples::Half(_) => 1,
+            Samples::Float(_) => 2,
+        };
+        put_name(&mut bytes, channel.name);
+        bytes.extend(kind.to_le_bytes());
+        // Not perceptually linear, and three bytes kept for later.
+        bytes.extend([0; 4]);
+        let every_pixel = 1_i32.to_le_bytes();
+        bytes.extend(every_pixel);
+        bytes.extend(every_pixel);
+    }
+    bytes.push(0);
+    bytes
+}
+
+fn raw<'a>(name: &'a str, kind: &'static str, bytes: Vec<u8>) -> Entry<'a> {
+    Entry { name, kind, bytes }
+}
+
+fn entry<'a>(name: &'a str, value: &Value) -> Entry<'a> {
+    let floats = |v: &[f32]| v.iter().flat_map(|v| v.to_le_bytes()).collect();
+    let (kind, bytes) = match value {
+        Value::String(v) => ("string", v.clone().into_bytes()),
+        Value::Int(v) => ("int", v.to_le_bytes().to_vec()),
+        Value::Float(v) => ("float", v.to_le_bytes().to_vec()),
+        Value::Double(v) => ("double", v.to_le_bytes().to_vec()),
+        Value::V2f(v) => ("v2f", floats(v)),
+        Value::M44f(v) => ("m44f", floats(v)),
+        Value::Chromaticities(v) => ("chromaticities", floats(v)),
+        Value::Rational { numerator, denominator } => (
+            "rational",
+            [numerator.to_le_bytes(), denominator.to_le_bytes()].concat(),
+        ),
+        Value::TimeCode { time, user } => ("timecode", [time.to_le_bytes(), user.to_le_bytes()].concat()),
+        Value::Box2i(window) => ("box2i", corners(*window).map(i32::to_le_bytes).concat()),
+        Value::Strings(v) => ("stringvector", strings(v)),
+    };
+    raw(name, kind, bytes)
+}
+
+/// The first and the last pixel, both inclusive.
+fn corners(Window { x, y, width, height }: Window) -> [i32; 4] {
+    let last = |min: i32, size: u32| min.wrapping_add_unsigned(size).wrapping_sub(1);
+    [x, y, last(x, width), last(y, height)]
+}
+
+fn strings(list: &[String]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for s in list {
+        bytes.extend((s.len() as u32).to_le_bytes());
+        bytes.extend(s.as_bytes());
+    }
+    bytes
+}

@@ -1,0 +1,303 @@
+//! Patterns of file names: `out/frame.####.exr`, `out/frame.%04d.exr` or `out/frame.$F4.exr`.
+//!
+//! | written | frame 7 | frame -7 | frame 12345 |
+//! |---|---|---|---|
+//! | `####`, `%04d`, `$F4` | `0007` | `-007` | `12345` |
+//! | `#`, `%d`, `$F` | `7` | `-7` | `12345` |
+//!
+//! A sign takes one of the places, as in C's `printf`; more digits than places are all kept. `%%` is a `%`. The extension chooses
+//! the format. Relative patterns are relative to the current folder.
+
+use std::{
+    collections::HashMap,
+    path::{Component, Path, PathBuf},
+};
+
+use super::{FORMATS, Format, format};
+use crate::value::did_you_mean;
+
+/// More places than any frame number has.
+const MOST_PLACES: usize = 16;
+
+/// A pattern of file names with the format that it asks for.
+#[derive(Clone, Debug)]
+pub struct Pattern {
+    text: String,
+    before: String,
+    /// The places of the frame's number, where the pattern has one.
+    places: Option<usize>,
+    after: String,
+    format: &'static dyn Format,
+}
+
+impl Pattern {
+    /// Reads a pattern.
+    pub fn parse(text: &str) -> Result<Self, PatternError> {
+        let mut parts = [String::new(), String::new()];
+        let mut places = None;
+        let mut rest = text;
+        while let Some(c) = rest.chars().next() {
+            let (length, field) = field_at(rest);
+            match field {
+                Some(_) if places.is_some() => {
+                    return Err(PatternError::TwoFields {
+                        pattern: text.to_owned(),
+                    });
+                }
+                Some(n) if n > MOST_PLACES => {
+                    return Err(PatternError::TooManyPlaces {
+                        pattern: text.to_owned(),
+                    });
+                }
+                Some(n) => places = Some(n),
+                None => parts[usize::from(places.is_some())].push(c),
+            }
+            rest = &rest[length..];
+        }
+        let [before, after] = parts;
+        let format = format_of(text, if places.is_some() { &after } else { &before }, places)?;
+        Ok(Self {
+            text: text.to_owned(),
+            before,
+            places,
+            after,
+            format,
+        })
+    }
+
+    /// Whether it names one file for each frame, or one file.
+    pub fn has_frame(&self) -> bool {
+        self.places.is_some()
+    }
+
+    /// The file of this frame.
+    pub fn path(&self, frame: i32) -> PathBuf {
+        let Self { before, after, .. } = self;
+        PathBuf::from(match self.places {
+            Some(places) => format!("{before}{frame:0places$}{after}"),
+            None => before.clone(),
+        })
+    }
+
+    pub fn format(&self) -> &'static dyn Format {
+        self.format
+    }
+
+    /// As it was written.
+    pub fn as_str(&self) -> &str {
+        &self.text
+    }
+}
+
+/// Checks that every frame of every pattern has a file of its own.
+pub fn check_distinct(patterns: &[Pattern], frames: &[i32]) -> Result<(), PatternError> {
+    let mut seen = HashMap::new();
+    for pattern in patterns {
+        if !pattern.has_frame() && frames.len() > 1 {
+            return Err(PatternError::NoField {
+                frames: frames.len(),
+                pattern: pattern.text.clone(),
+            });
+        }
+        for &frame in frames {
+            let path = pattern.path(frame);
+            if let Some(other) = seen.insert(plain(&path), &pattern.text) {
+                return Err(PatternError::Collision {
+                    first: other.clone(),
+                    second: pattern.text.clone(),
+                    path,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The path without the parts that change nothing.
+fn plain(path: &Path) -> PathBuf {
+    path.components().filter(|c| *c != Component::CurDir).collect()
+}
+
+/// How many bytes of `text` the next character or field takes, and the places of the field if it is one.
+fn field_at(text: &str) -> (usize, Option<usize>) {
+    let digits = |from: usize| text[from..].bytes().take_while(u8::is_ascii_digit).count();
+    // A number too large for `usize` is as wrong as any that is too large.
+    let number = |from: usize, n: usize| match n {
+        0 => 1,
+        _ => text[from..from + n].parse().unwrap_or(usize::MAX),
+    };
+    let byte = |at: usize| text.as_bytes().get(at);
+    match text.as_bytes() {
+        [b'#', ..] => {
+            let run = text.bytes().take_while(|b| *b == b'#').count();
+            (run, Some(run))
+        }
+        [b'%', b'%', ..] => (2, None),
+        [b'%', after @ ..] => {
+            let n = digits(1);
+            // C pads with blanks unless there is a zero; nobody wants those in a file's name.
+            let zero = n == 0 || after[0] == b'0';
+            match byte(1 + n) {
+                Some(b'd') if zero => (n + 2, Some(number(1, n))),
+                _ => (1, None),
+            }
+        }
+        [b'$', b'F', ..] => {
+            let n = digits(2);
+            match byte(2 + n) {
+                // Another variable, such as `$FPS`.
+                Some(b) if n == 0 && (b.is_ascii_alphanumeric() || *b == b'_') => (1, None),
+                _ => (2 + n, Some(number(2, n))),
+            }
+        }
+        _ => (text.chars().next().map_or(0, char::len_utf8), None),
+    }
+}
+
+/// The format that the end of a pattern names: `end` is what follows the frame's number, or all of it.
+fn format_of(text: &str, end: &str, places: Option<usize>) -> Result<&'static dyn Format, PatternError> {
+    let name = end.rsplit(std::path::is_separator).next().unwrap_or_default();
+    let number_is_in_name = places.is_some() && name.len() == end.len();
+    let extension = match name.rsplit_once('.') {
+        Some((stem, extension)) if !extension.is_empty() && (!stem.is_empty() || number_is_in_name) => extension,
+        _ => {
+            return Err(PatternError::NoExtension {
+                pattern: text.to_owned(),
+            });
+        }
+    };
+    format(extension).ok_or_else(|| PatternError::UnknownFormat {
+        extension: extension.to_owned(),
+        suggestion: did_you_mean(extension, FORMATS.iter().map(|f| f.name())),
+        pattern: text.to_owned(),
+    })
+}
+
+/// What is wrong with the patterns of a job.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PatternError {
+    #[error("more than one field for the frame's number: {pattern}")]
+    TwoFields { pattern: String },
+    #[error("more than {MOST_PLACES} places for the frame's number: {pattern}")]
+    TooManyPlaces { pattern: String },
+    #[error("no extension to tell the format by ({}): {pattern}", known())]
+    NoExtension { pattern: String },
+    #[error("unknown format '{extension}'{} ({}): {pattern}", hint(.suggestion), known())]
+    UnknownFormat {
+        extension: String,
+        suggestion: Option<&'static str>,
+        pattern: String,
+    },
+    #[error("{frames} frames but no field for the frame's number, as in name.####.exr: {pattern}")]
+    NoField { frames: usize, pattern: String },
+    #[error("{first} and {second} write the same file: {}", path.display())]
+    Collision {
+        first: String,
+        second: String,
+        path: PathBuf,
+    },
+}
+
+fn known() -> String {
+    let names = FORMATS.map(|f| f.name());
+    format!("known are {}", names.join(", "))
+}
+
+fn hint(suggestion: &Option<&str>) -> String {
+    suggestion.map_or_else(String::new, |s| format!(", did you mean '{s}'?"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(pattern: &str, frame: i32) -> String {
+        let path = Pattern::parse(pattern).unwrap().path(frame);
+        path.into_os_string().into_string().unwrap()
+    }
+
+    #[test]
+    fn three_notations_mean_the_same() {
+        for (frame, number) in [
+            (7, "0007"),
+            (-7, "-007"),
+            (12345, "12345"),
+            (-12345, "-12345"),
+            (0, "0000"),
+        ] {
+            for pattern in ["out/f.####.exr", "out/f.%04d.exr", "out/f.$F4.exr"] {
+                assert_eq!(file(pattern, frame), format!("out/f.{number}.exr"));
+            }
+        }
+        for (frame, number) in [(7, "7"), (-7, "-7"), (i32::MIN, "-2147483648")] {
+            for pattern in ["f#.png", "f%d.png", "f$F.png", "f%01d.png", "f$F1.png"] {
+                assert_eq!(file(pattern, frame), format!("f{number}.png"));
+            }
+        }
+    }
+
+    #[test]
+    fn everything_else_is_kept() {
+        assert_eq!(file("/a b/ü$FPS%s_100%%.%02d.EXR", 3), "/a b/ü$FPS%s_100%.03.EXR");
+        assert_eq!(file("####/beauty.exr", 3), "0003/beauty.exr");
+        assert_eq!(file("#.exr", 3), "3.exr");
+        assert_eq!(file("%4d.exr", 3), "%4d.exr");
+        assert!(!Pattern::parse("single.exr").unwrap().has_frame());
+        assert_eq!(file("single.exr", 3), "single.exr");
+    }
+
+    #[test]
+    fn the_extension_chooses_the_format() {
+        for (pattern, name) in [("a.exr", "exr"), ("a.b.#.PNG", "png"), ("a.exr/####.png", "png")] {
+            assert_eq!(Pattern::parse(pattern).unwrap().format().name(), name);
+        }
+    }
+
+    #[test]
+    fn messages_say_what_to_do() {
+        for (pattern, message) in [
+            ("a.##.$F.exr", "more than one field for the frame's number: a.##.$F.exr"),
+            ("a.%099d.exr", "more than 16 places for the frame's number: a.%099d.exr"),
+            (
+                "a.$F99999999999999999999.exr",
+                "more than 16 places for the frame's number: a.$F99999999999999999999.exr",
+            ),
+            (
+                "out/####",
+                "no extension to tell the format by (known are exr, png): out/####",
+            ),
+            (
+                "out.exr/",
+                "no extension to tell the format by (known are exr, png): out.exr/",
+            ),
+            (".exr", "no extension to tell the format by (known are exr, png): .exr"),
+            ("", "no extension to tell the format by (known are exr, png): "),
+            (
+                "a.#.ext",
+                "unknown format 'ext', did you mean 'exr'? (known are exr, png): a.#.ext",
+            ),
+            ("a.#.tiff", "unknown format 'tiff' (known are exr, png): a.#.tiff"),
+        ] {
+            assert_eq!(Pattern::parse(pattern).unwrap_err().to_string(), message);
+        }
+    }
+
+    #[test]
+    fn two_patterns_never_share_a_file() {
+        let check = |patterns: &[&str], frames: &[i32]| {
+            let patterns: Vec<_> = patterns.iter().map(|p| Pattern::parse(p).unwrap()).collect();
+            check_distinct(&patterns, frames).map_err(|e| e.to_string())
+        };
+        assert_eq!(check(&["a.####.exr", "a.####.png"], &[1, 2, 10000]), Ok(()));
+        assert_eq!(check(&["a.exr", "a.png"], &[1]), Ok(()));
+        assert_eq!(
+            check(&["a.##.exr", "./a.$F.exr"], &[1, 10]),
+            Err("a.##.exr and ./a.$F.exr write the same file: ./a.10.exr".to_owned())
+        );
+        assert_eq!(check(&["a.##.exr", "./a.$F.exr"], &[1, 9]), Ok(()));
+        assert_eq!(
+            check(&["a.exr"], &[1, 2]),
+            Err("2 frames but no field for the frame's number, as in name.####.exr: a.exr".to_owned())
+        );
+    }
+}

@@ -1,0 +1,165 @@
+//! Frames as files, by way of the formats' table.
+
+use std::io::Cursor;
+
+use ::exr::{
+    meta::{MetaData, header::Header},
+    prelude::{AttributeValue, Text},
+};
+
+use super::*;
+
+const RGBA: [[f32; 4]; 6] = [[0.5, f32::NAN, 1e6, 1.0]; 6];
+
+fn frame() -> FrameImage<'static> {
+    FrameImage {
+        resolution: [640, 480],
+        window: Window {
+            x: 10,
+            y: 20,
+            width: 3,
+            height: 2,
+        },
+        rgba: &RGBA,
+        coverage: Coverage::Full,
+        layers: &[],
+        layer_attributes: &[],
+        frame: 7,
+        samples: 64,
+        seed: 5,
+        view: View::Srgb,
+        exposure: 0.0,
+        fps: Some((24000, 1001)),
+        metadata: &[],
+    }
+}
+
+fn header(frame: &FrameImage, encoding: Encoding) -> Header {
+    let mut out = Vec::new();
+    exr::Exr.encode(frame, encoding, &mut out).unwrap();
+    MetaData::read_from_buffered(Cursor::new(out), true).unwrap().headers[0].clone()
+}
+
+#[test]
+fn every_format_writes_the_same_whole_file_twice() {
+    let home = tempfile::tempdir().unwrap();
+    for format in FORMATS {
+        let path = |name: &str| home.path().join(name).with_extension(format.name());
+        let (a, b) = (path("a"), path("new folder/b"));
+        let report = write(&a, format, &frame(), Encoding::default()).unwrap();
+        assert_eq!(report, write(&b, format, &frame(), Encoding::default()).unwrap());
+        assert_eq!(std::fs::read(&a).unwrap(), std::fs::read(&b).unwrap());
+        assert_eq!(std::fs::metadata(&a).unwrap().len(), report.bytes);
+        assert!(report.nans == 6 && format.is_whole(&a));
+        assert!(!format.is_whole(&home.path().join("absent")));
+    }
+}
+
+#[test]
+fn an_image_that_does_not_fit_is_an_error_with_the_path_last() {
+    let home = tempfile::tempdir().unwrap();
+    for format in FORMATS {
+        let path = home.path().join("f").with_extension(format.name());
+        let short = FrameImage {
+            rgba: &RGBA[..5],
+            ..frame()
+        };
+        let error = write(&path, format, &short, Encoding::default()).unwrap_err();
+        assert!(matches!(error, OutputError::Encode { .. }));
+        assert!(error.to_string().ends_with(&path.display().to_string()), "{error}");
+        assert!(!path.exists());
+    }
+}
+
+#[test]
+fn an_exr_says_what_it_is_in_typed_attributes() {
+    let header = header(&frame(), Encoding::default());
+    let own = &header.own_attributes;
+    let other = |name: &str| {
+        let name = Text::new_or_panic(name);
+        own.other
+            .get(&name)
+            .or_else(|| header.shared_attributes.other.get(&name))
+            .cloned()
+    };
+    let text = |s: &str| Some(AttributeValue::Text(Text::new_or_panic(s)));
+    let version = env!("CARGO_PKG_VERSION");
+    assert_eq!(
+        own.software_name,
+        Some(Text::new_or_panic(format!("batch-render {version}")))
+    );
+    assert_eq!(other("batch-render/version"), text(version));
+    assert_eq!(other("batch-render/frame"), Some(AttributeValue::I32(7)));
+    assert_eq!(other("batch-render/samples"), Some(AttributeValue::I32(64)));
+    assert_eq!(other("batch-render/seed"), Some(AttributeValue::I32(5)));
+    assert_eq!(other("imageCounter"), Some(AttributeValue::I32(7)));
+    assert_eq!(own.frames_per_second, Some((24000, 1001)));
+    assert_eq!(other("colorInteropID"), text("lin_rec709_scene"));
+    let primaries = header.shared_attributes.chromaticities.unwrap();
+    assert_eq!((primaries.red.0, primaries.white.1), (0.64, 0.329));
+}
+
+#[test]
+fn display_values_are_not_said_to_be_light() {
+    let metadata = [Attribute::new("comments", "take 2")];
+    let raw = FrameImage {
+        view: View::Raw,
+        metadata: &metadata,
+        ..frame()
+    };
+    let header = header(&raw, Encoding::default());
+    assert_eq!(header.shared_attributes.chromaticities, None);
+    assert!(
+        !header
+            .own_attributes
+            .other
+            .contains_key(&Text::new_or_panic("colorInteropID"))
+    );
+    let comments = header.own_attributes.comments.unwrap().to_string();
+    assert_eq!(
+        comments,
+        "take 2\nthe numbers are display values, not scene-linear light"
+    );
+}
+
+#[test]
+fn what_the_job_says_replaces_what_the_renderer_would() {
+    let metadata = [Attribute::new("software", "another"), Attribute::new("owner", "me")];
+    let header = header(
+        &FrameImage {
+            metadata: &metadata,
+            ..frame()
+        },
+        Encoding::default(),
+    );
+    assert_eq!(header.own_attributes.software_name, Some(Text::new_or_panic("another")));
+    assert_eq!(header.own_attributes.owner, Some(Text::new_or_panic("me")));
+}
+
+#[test]
+fn layers_stand_beside_the_beauty() {
+    let depth = [1e10_f32; 6];
+    let layers = [Channel {
+        name: "depth.Z",
+        samples: Samples::Float(Plane::dense(&depth)),
+    }];
+    let encoding = Encoding {
+        depth: Depth::Float,
+        ..Encoding::default()
+    };
+    let header = header(
+        &FrameImage {
+            layers: &layers,
+            ..frame()
+        },
+        encoding,
+    );
+    let channels: Vec<_> = header
+        .channels
+        .list
+        .iter()
+        .map(|c| (c.name.to_string(), c.sample_type))
+        .collect();
+    let float = ::exr::meta::attribute::SampleType::F32;
+    assert_eq!(channels, ["A", "B", "G", "R", "depth.Z"].map(|n| (n.to_owned(), float)));
+}
