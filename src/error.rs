@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use crate::{
-    camera::path::PathError,
     assets::{camera_path::CameraPathError, image::ImageError},
+    camera::path::PathError,
     compile, describe,
     describe::Diagnostics,
     output::{OutputError, sequence::PatternError},
@@ -29,7 +29,12 @@ pub enum Error {
         "a {width}x{height} picture needs {} of memory, and {} are allowed (--max-memory)",
         mebibytes(*bytes), mebibytes(*limit)
     )]
-    Memory { width: u32, height: u32, bytes: u64, limit: u64 },
+    Memory {
+        width: u32,
+        height: u32,
+        bytes: u64,
+        limit: u64,
+    },
     #[error(transparent)]
     Compile(#[from] compile::Error),
     #[error(transparent)]

@@ -154,7 +154,10 @@ impl Filter {
 mod tests {
     use super::*;
 
-    fn filters() -> [(FilterDesc, fn(f32) -> f32); 5] {
+    /// A profile over one axis, in radii.
+    type Profile = fn(f32) -> f32;
+
+    fn filters() -> [(FilterDesc, Profile); 5] {
         let none = RadiusDesc::default;
         [
             (FilterDesc::Box(none()), |_| 1.0),

@@ -55,7 +55,15 @@ const PACKAGES: [(&str, &[&str]); 9] = [
     ("obvhs", &["src/accel/"]),
     ("gltf", &["src/assets/gltf/"]),
     ("tobj", &["src/assets/obj.rs", "src/assets/obj/"]),
-    ("exr", &["src/output/exr.rs", "src/output/exr/", "src/assets/image.rs", "src/assets/image/"]),
+    (
+        "exr",
+        &[
+            "src/output/exr.rs",
+            "src/output/exr/",
+            "src/assets/image.rs",
+            "src/assets/image/",
+        ],
+    ),
     ("clap", &["src/cli/"]),
     ("indicatif", &["src/cli/"]),
     ("anyhow", &["src/cli/"]),
@@ -88,7 +96,11 @@ fn files(folders: &[&str]) -> BTreeMap<String, String> {
     paths
         .into_iter()
         .map(|p| {
-            let name = p.strip_prefix(root()).expect("below the root").to_string_lossy().replace('\\', "/");
+            let name = p
+                .strip_prefix(root())
+                .expect("below the root")
+                .to_string_lossy()
+                .replace('\\', "/");
             (name, fs::read_to_string(&p).expect("readable"))
         })
         .collect()
@@ -104,12 +116,19 @@ fn floor(room: &str) -> Option<u32> {
 /// The room that a file is in: `src/shape/quad.rs` is in `shape`, `src/filter.rs` in `filter`.
 fn room(file: &str) -> &str {
     let inside = file.strip_prefix("src/").expect("a source file");
-    inside.split('/').next().and_then(|r| r.split('.').next()).expect("a name")
+    inside
+        .split('/')
+        .next()
+        .and_then(|r| r.split('.').next())
+        .expect("a name")
 }
 
 /// Code without comments, strings aside: good enough to find paths in.
 fn code(text: &str) -> String {
-    text.lines().map(|l| l.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
+    text.lines()
+        .map(|l| l.split("//").next().unwrap_or_default())
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 /// The rooms that `text` names as `crate::ROOM`, singly or in a braced list, or as `batch_render::ROOM`.
@@ -166,7 +185,9 @@ fn rooms_use_the_floors_below_them_only() {
             let Some(to_floor) = floor(&to) else { continue };
             let neighbour = NEIGHBOURS.contains(&(from, to.as_str()));
             if to != from && to_floor >= from_floor && !neighbour {
-                wrong.push(format!("{file}: {from} (floor {from_floor}) uses {to} (floor {to_floor})"));
+                wrong.push(format!(
+                    "{file}: {from} (floor {from_floor}) uses {to} (floor {to_floor})"
+                ));
             }
         }
     }
@@ -179,7 +200,12 @@ fn packages_are_named_where_they_belong() {
     for (file, text) in files(&["src"]) {
         let code = code(&text);
         for (package, places) in PACKAGES {
-            let named = [format!("use {package}::"), format!(" {package}::"), format!("({package}::"), format!("<{package}::")];
+            let named = [
+                format!("use {package}::"),
+                format!(" {package}::"),
+                format!("({package}::"),
+                format!("<{package}::"),
+            ];
             let own_module = code.contains(&format!("mod {package};"));
             let allowed = own_module || places.iter().any(|p| file.starts_with(p));
             if !allowed && named.iter().any(|n| code.contains(n.as_str())) {
@@ -195,7 +221,9 @@ fn unsafe_lives_in_the_kernels_and_in_embrees_interface_only() {
     for (file, text) in files(&["src"]) {
         let allowed = file.starts_with("src/accel/simd") || file == "src/bench/embree.rs";
         let code = code(&text);
-        let used = ["unsafe {", "unsafe fn", "unsafe impl", "unsafe extern"].iter().any(|u| code.contains(u));
+        let used = ["unsafe {", "unsafe fn", "unsafe impl", "unsafe extern"]
+            .iter()
+            .any(|u| code.contains(u));
         assert!(allowed || !used, "{file} is unsafe");
     }
 }
@@ -215,7 +243,15 @@ fn the_library_neither_prints_nor_exits() {
             continue;
         }
         let body = code(text.split("#[cfg(test)]").next().unwrap_or_default());
-        for forbidden in ["println!", "eprintln!", "print!(", "process::exit", "todo!", "unimplemented!", "dbg!"] {
+        for forbidden in [
+            "println!",
+            "eprintln!",
+            "print!(",
+            "process::exit",
+            "todo!",
+            "unimplemented!",
+            "dbg!",
+        ] {
             assert!(!body.contains(forbidden), "{file} contains {forbidden}");
         }
     }

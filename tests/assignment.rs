@@ -9,7 +9,10 @@ fn agreement(ours: &[u8], reference: &str) -> f64 {
     let ours = image::load_from_memory(ours).expect("our PNG").into_rgb8();
     let theirs = image::open(repo(reference)).expect("the reference").into_rgb8();
     assert_eq!(ours.dimensions(), theirs.dimensions());
-    let close = ours.pixels().zip(theirs.pixels()).filter(|(a, b)| a.0.iter().zip(b.0).all(|(a, b)| a.abs_diff(b) <= 2));
+    let close = ours
+        .pixels()
+        .zip(theirs.pixels())
+        .filter(|(a, b)| a.0.iter().zip(b.0).all(|(a, b)| a.abs_diff(b) <= 2));
     close.count() as f64 / f64::from(ours.width() * ours.height())
 }
 
@@ -29,7 +32,10 @@ fn the_camera_path_passes_the_second_reference_twenty_forward() {
     folder.succeed(&[&scene, "--frames", &path, "--range", "1,51,60", "-o", "f.####.png"]);
     let same = agreement(&folder.read("f.0051.png"), "scenes/assignment/reference/eye_0_0_-5.png");
     assert!(same >= 0.999, "{same}");
-    assert!(folder.read("f.0060.png").len() == folder.read("f.0001.png").len(), "the path ends where it began");
+    assert!(
+        folder.read("f.0060.png").len() == folder.read("f.0001.png").len(),
+        "the path ends where it began"
+    );
     assert_eq!(folder.names(), ["f.0001.png", "f.0051.png", "f.0060.png"]);
 }
 

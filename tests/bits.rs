@@ -31,7 +31,15 @@ fn frames_rendered_in_chunks_equal_the_whole_sequence() {
     let folder = prepared();
     folder.succeed(&["s.toml", "--frames", "path.csv", "-o", "whole.####.exr"]);
     for range in ["5", "1-2", "3-4"] {
-        folder.succeed(&["s.toml", "--frames", "path.csv", "--range", range, "-o", "part.####.exr"]);
+        folder.succeed(&[
+            "s.toml",
+            "--frames",
+            "path.csv",
+            "--range",
+            range,
+            "-o",
+            "part.####.exr",
+        ]);
     }
     for frame in 1..=5 {
         let same = folder.read(&format!("part.{frame:04}.exr")) == folder.read(&format!("whole.{frame:04}.exr"));
@@ -39,8 +47,14 @@ fn frames_rendered_in_chunks_equal_the_whole_sequence() {
     }
 }
 
-/// The pixels of an EXR: its data window's corner, its size, and R, G, B, A of each pixel.
-fn pixels(bytes: &[u8]) -> ((i32, i32), (usize, usize), Vec<[f32; 4]>) {
+/// What an EXR holds: where its data window lies, and R, G, B, A of each pixel.
+struct Pixels {
+    corner: (i32, i32),
+    size: (usize, usize),
+    rgba: Vec<[f32; 4]>,
+}
+
+fn pixels(bytes: &[u8]) -> Pixels {
     use exr::prelude::*;
     let image = read()
         .no_deep_data()
@@ -55,8 +69,11 @@ fn pixels(bytes: &[u8]) -> ((i32, i32), (usize, usize), Vec<[f32; 4]>) {
         .expect("an EXR with R, G, B and A");
     let layer = &image.layer_data;
     let corner = layer.attributes.layer_position;
-    let size = layer.size;
-    ((corner.x(), corner.y()), (size.width(), size.height()), layer.channel_data.pixels.1.clone())
+    Pixels {
+        corner: (corner.x(), corner.y()),
+        size: (layer.size.width(), layer.size.height()),
+        rgba: layer.channel_data.pixels.1.clone(),
+    }
 }
 
 #[test]
@@ -64,12 +81,16 @@ fn a_crop_has_the_pixels_of_the_full_picture() {
     let folder = prepared();
     folder.succeed(&["s.toml", "-o", "full.exr"]);
     folder.succeed(&["s.toml", "--crop", "13,7,46,31", "-o", "crop.exr"]);
-    let (_, (full_width, _), full) = pixels(&folder.read("full.exr"));
-    let ((x0, y0), (width, height), crop) = pixels(&folder.read("crop.exr"));
-    assert_eq!(((x0, y0), (width, height)), ((13, 7), (33, 24)));
-    for y in 0..height {
-        for x in 0..width {
-            assert_eq!(crop[y * width + x], full[(y + 7) * full_width + x + 13], "pixel {x} {y}");
+    let full = pixels(&folder.read("full.exr"));
+    let crop = pixels(&folder.read("crop.exr"));
+    assert_eq!((crop.corner, crop.size), ((13, 7), (33, 24)));
+    for y in 0..24 {
+        for x in 0..33 {
+            assert_eq!(
+                crop.rgba[y * 33 + x],
+                full.rgba[(y + 7) * full.size.0 + x + 13],
+                "pixel {x} {y}"
+            );
         }
     }
 }
@@ -81,7 +102,10 @@ fn every_accelerator_writes_the_same_file() {
         folder.succeed(&["s.toml", "--accel", accel, "-o", &format!("{accel}.exr")]);
     }
     for accel in ["bvh2", "cwbvh"] {
-        assert!(folder.read(&format!("{accel}.exr")) == folder.read("linear.exr"), "{accel}");
+        assert!(
+            folder.read(&format!("{accel}.exr")) == folder.read("linear.exr"),
+            "{accel}"
+        );
     }
 }
 

@@ -15,133 +15,37 @@ use std::{
     sync::LazyLock,
 };
 
+use crate::{
+    math::srgb,
+    texture::bitmap::{Bitmap, ColorSpace, Storage},
+};
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
-use serde::Deserialize;
-
-use crate::math::{Rgb, srgb};
 
 /// The longest side that is decoded, in pixels.
 const MAX_SIDE: u32 = 1 << 16;
 /// The most that a decoded picture may take, in bytes.
 const MAX_BYTES: u64 = 4 << 30;
-/// What an infinite texel becomes: the largest half.
-const MAX_TEXEL: f32 = 65504.0;
 
-/// What the numbers of an integer format mean.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ColorSpace {
-    /// Colours as displays show them.
-    #[default]
-    Srgb,
-    /// Data, or light: used as they are.
-    Raw,
+/// Decodes the file at `path`.
+pub fn load(path: &Path, color_space: ColorSpace) -> Result<Bitmap, ImageError> {
+    let bytes = fs::read(path).map_err(|source| ImageError::Read {
+        source,
+        path: path.to_owned(),
+    })?;
+    decode(&bytes, path, color_space)
 }
 
-/// A decoded picture; its first row is the top one.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Image {
-    /// In pixels, at least 1.
-    pub width: u32,
-    /// In pixels, at least 1.
-    pub height: u32,
-    /// Numbers of a pixel, next to each other: 1 (gray), 3 (RGB) or 4 (RGB and straight alpha).
-    pub channels: usize,
-    pub storage: Storage,
-    /// Texels of the file that were NaN or infinite, and became 0 or +-65504.
-    pub repaired: u64,
+/// Decodes a file in memory; `path` is what errors call it, and its extension helps where the bytes do not tell.
+pub fn decode(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Result<Bitmap, ImageError> {
+    let decoded = if bytes.starts_with(&exr::MAGIC) {
+        exr::decode(bytes)
+    } else {
+        decode_by_format(bytes, path, color_space)
+    };
+    decoded.map_err(|problem| problem.at(path))
 }
 
-/// The numbers of all pixels, row by row from the top.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Storage {
-    /// Display values with sRGB's curve; alpha is without.
-    Srgb8(Vec<u8>),
-    /// Fractions of 255.
-    Linear8(Vec<u8>),
-    /// Linear.
-    Float(Vec<f32>),
-}
-
-impl Image {
-    /// Decodes the file at `path`.
-    pub fn load(path: &Path, color_space: ColorSpace) -> Result<Self, ImageError> {
-        let bytes = fs::read(path).map_err(|source| ImageError::Read {
-            source,
-            path: path.to_owned(),
-        })?;
-        Self::decode(&bytes, path, color_space)
-    }
-
-    /// Decodes a file in memory; `path` is what errors call it, and its extension helps where the bytes do not tell.
-    pub fn decode(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Result<Self, ImageError> {
-        let decoded = if bytes.starts_with(&exr::MAGIC) {
-            exr::decode(bytes)
-        } else {
-            decode(bytes, path, color_space)
-        };
-        decoded.map_err(|problem| problem.at(path))
-    }
-
-    /// The linear colour of a texel; `x` from the left and `y` from the top must be inside.
-    #[inline]
-    pub fn rgb(&self, x: u32, y: u32) -> Rgb {
-        let i = self.index(x, y);
-        if self.channels == 1 {
-            return Rgb::gray(self.linear(i));
-        }
-        Rgb::new(self.linear(i), self.linear(i + 1), self.linear(i + 2))
-    }
-
-    /// The opacity of a texel: 1 where the picture has no alpha.
-    #[inline]
-    pub fn alpha(&self, x: u32, y: u32) -> f32 {
-        if self.channels < 4 {
-            return 1.0;
-        }
-        let i = self.index(x, y) + 3;
-        match &self.storage {
-            Storage::Srgb8(v) | Storage::Linear8(v) => f32::from(v[i]) / 255.0,
-            Storage::Float(v) => v[i],
-        }
-    }
-
-    pub fn has_alpha(&self) -> bool {
-        self.channels == 4
-    }
-
-    #[inline]
-    fn index(&self, x: u32, y: u32) -> usize {
-        (y as usize * self.width as usize + x as usize) * self.channels
-    }
-
-    #[inline]
-    fn linear(&self, i: usize) -> f32 {
-        match &self.storage {
-            Storage::Srgb8(v) => srgb::decode8(v[i]),
-            Storage::Linear8(v) => f32::from(v[i]) / 255.0,
-            Storage::Float(v) => v[i],
-        }
-    }
-
-    /// A picture of floats, its numbers finite.
-    fn from_floats([width, height]: [u32; 2], channels: usize, mut values: Vec<f32>) -> Self {
-        let mut repaired = 0;
-        for v in values.iter_mut().filter(|v| !v.is_finite()) {
-            *v = if v.is_nan() { 0.0 } else { MAX_TEXEL.copysign(*v) };
-            repaired += 1;
-        }
-        Self {
-            width,
-            height,
-            channels,
-            storage: Storage::Float(values),
-            repaired,
-        }
-    }
-}
-
-fn decode(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Result<Image, Problem> {
+fn decode_by_format(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Result<Bitmap, Problem> {
     let format = ::image::guess_format(bytes).or_else(|_| ImageFormat::from_path(path));
     let format = format
         .ok()
@@ -172,7 +76,7 @@ fn check_size([width, height]: [u64; 2], bytes: u64) -> Result<(), Problem> {
     Ok(())
 }
 
-fn image_of(picture: DynamicImage, color_space: ColorSpace) -> Image {
+fn image_of(picture: DynamicImage, color_space: ColorSpace) -> Bitmap {
     use DynamicImage as D;
     let size = [picture.width(), picture.height()];
     let eight = |channels, values| {
@@ -181,7 +85,7 @@ fn image_of(picture: DynamicImage, color_space: ColorSpace) -> Image {
             ColorSpace::Raw => Storage::Linear8(values),
         };
         let ([width, height], repaired) = (size, 0);
-        Image {
+        Bitmap {
             width,
             height,
             channels,
@@ -195,7 +99,7 @@ fn image_of(picture: DynamicImage, color_space: ColorSpace) -> Image {
             ColorSpace::Srgb if is_color(i) => SRGB_16[usize::from(*v)],
             _ => f32::from(*v) / 65535.0,
         });
-        Image::from_floats(size, channels, floats.collect())
+        Bitmap::from_floats(size, channels, floats.collect())
     };
     match picture {
         D::ImageLuma8(p) => eight(1, p.into_raw()),
@@ -206,8 +110,8 @@ fn image_of(picture: DynamicImage, color_space: ColorSpace) -> Image {
         D::ImageRgb16(p) => sixteen(3, p.as_raw()),
         D::ImageRgba16(p) => sixteen(4, p.as_raw()),
         p @ D::ImageLumaA16(_) => sixteen(4, p.into_rgba16().as_raw()),
-        D::ImageRgb32F(p) => Image::from_floats(size, 3, p.into_raw()),
-        p => Image::from_floats(size, 4, p.into_rgba32f().into_raw()),
+        D::ImageRgb32F(p) => Bitmap::from_floats(size, 3, p.into_raw()),
+        p => Bitmap::from_floats(size, 4, p.into_rgba32f().into_raw()),
     }
 }
 

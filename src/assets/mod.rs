@@ -1,9 +1,5 @@
-<<<<<<< HEAD
 //! Files other than the scene's own: what they hold, checked.
 
+pub mod bitmaps;
 pub mod camera_path;
-=======
-//! Files: what can be loaded.
-
 pub mod image;
->>>>>>> output

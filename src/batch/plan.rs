@@ -2,10 +2,7 @@
 
 use std::{ops::RangeInclusive, path::PathBuf};
 
-use super::{
-    Existing, FrameRange,
-    range::MAX_FRAMES,
-};
+use super::{Existing, FrameRange, range::MAX_FRAMES};
 use crate::{
     accel::AccelKind,
     assets::camera_path,
@@ -88,11 +85,16 @@ impl Plan {
                 None
             }
         };
-        let view = named(&desc.output.view, View::from_name, View::names()).map_err(&mut keep).ok();
-        let compression =
-            named(&desc.output.compression, Compression::from_name, Compression::ALL.iter().map(|c| c.name()))
-                .map_err(&mut keep)
-                .ok();
+        let view = named(&desc.output.view, View::from_name, View::names())
+            .map_err(&mut keep)
+            .ok();
+        let compression = named(
+            &desc.output.compression,
+            Compression::from_name,
+            Compression::ALL.iter().map(|c| c.name()),
+        )
+        .map_err(&mut keep)
+        .ok();
         if let Some(diagnostics) = Diagnostics::new(&desc.source, problems) {
             return Err(Error::Invalid(diagnostics));
         }
@@ -102,7 +104,11 @@ impl Plan {
         let cameras = cameras(desc, request, camera, settings.resolution)?;
         let frames = cameras
             .into_iter()
-            .map(|(number, camera)| PlannedFrame { number, camera, files: files(&patterns, number) })
+            .map(|(number, camera)| PlannedFrame {
+                number,
+                camera,
+                files: files(&patterns, number),
+            })
             .collect::<Vec<_>>();
         let numbers: Vec<i32> = frames.iter().map(|f| f.number).collect();
         output::sequence::check_distinct(&patterns, &numbers)?;
@@ -113,7 +119,10 @@ impl Plan {
             existing: request.existing,
             view: view.unwrap_or_default(),
             exposure: desc.output.exposure.map_or(0.0, f32::from),
-            encoding: Encoding { compression: compression.unwrap_or_default(), ..Encoding::default() },
+            encoding: Encoding {
+                compression: compression.unwrap_or_default(),
+                ..Encoding::default()
+            },
             fps: request.fps.map(rational),
             settings,
         })
@@ -130,7 +139,9 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
         }
         Some([x0, y0, x1, y1]) => {
             let [w, h] = resolution;
-            return Err(Error::Usage(format!("the crop {x0},{y0},{x1},{y1} reaches outside of the {w}x{h} picture")));
+            return Err(Error::Usage(format!(
+                "the crop {x0},{y0},{x1},{y1} reaches outside of the {w}x{h} picture"
+            )));
         }
     };
     let samples = request.samples.unwrap_or(desc.render.samples.get_ref().0);
@@ -157,7 +168,12 @@ fn check_memory([width, height]: [u32; 2], window: Window, limit: Option<u64>) -
     let pixels = u64::from(window.width()) * u64::from(window.height());
     let bytes = pixels.saturating_mul(FRAMES_IN_MEMORY * size_of::<[f32; 4]>() as u64);
     match limit {
-        Some(limit) if bytes > limit => Err(Error::Memory { width, height, bytes, limit }),
+        Some(limit) if bytes > limit => Err(Error::Memory {
+            width,
+            height,
+            bytes,
+            limit,
+        }),
         _ if width > MOST_COLUMNS || height > MOST_COLUMNS => Err(Error::Usage(format!(
             "a picture has at most {MOST_COLUMNS} columns and rows, not {width}x{height}"
         ))),
@@ -171,7 +187,9 @@ const MOST_COLUMNS: u32 = 1 << 24;
 fn integrator(desc: &SceneDesc, request: &Request) -> Result<IntegratorDesc, Error> {
     let said = desc.render.integrator.clone();
     let Some(name) = &request.integrator else {
-        return said.map_or_else(|| IntegratorDesc::by_name("whitted"), Ok).map_err(Error::Usage);
+        return said
+            .map_or_else(|| IntegratorDesc::by_name("whitted"), Ok)
+            .map_err(Error::Usage);
     };
     match said {
         Some(said) if said.name() == name => Ok(said),
@@ -192,7 +210,10 @@ fn named<T, N: Iterator<Item = &'static str>>(
             let problem = Problem::at(said.span(), format!("unknown name `{}`", said.get_ref()));
             let help = match did_you_mean(said.get_ref(), names.iter().copied()) {
                 Some(near) => format!("did you mean `{near}`?"),
-                None => format!("known are {}", names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")),
+                None => format!(
+                    "known are {}",
+                    names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")
+                ),
             };
             Err(problem.with_help(help))
         }
@@ -212,7 +233,13 @@ fn patterns(desc: &SceneDesc, request: &Request) -> Result<Vec<Pattern>, Error> 
 }
 
 fn files(patterns: &[Pattern], frame: i32) -> Vec<PlannedFile> {
-    patterns.iter().map(|p| PlannedFile { path: p.path(frame), format: p.format() }).collect()
+    patterns
+        .iter()
+        .map(|p| PlannedFile {
+            path: p.path(frame),
+            format: p.format(),
+        })
+        .collect()
 }
 
 /// The camera of every frame to be rendered, in rising order.
@@ -223,12 +250,20 @@ fn cameras(
     resolution: [u32; 2],
 ) -> Result<Vec<(i32, Camera)>, Error> {
     let Some(file) = &request.camera_path else {
-        let camera = scene_camera.ok_or_else(|| Error::NoCamera { path: desc.source.path.clone() })?;
+        let camera = scene_camera.ok_or_else(|| Error::NoCamera {
+            path: desc.source.path.clone(),
+        })?;
         let camera = Camera::new(&camera.pose, &camera.lens, resolution);
         let what = "the scene's own camera, which has frame 1 only";
-        return frames(request, 1..=1, what)?.iter().map(|f| Ok((number(f), camera))).collect();
+        return frames(request, 1..=1, what)?
+            .iter()
+            .map(|f| Ok((number(f), camera)))
+            .collect();
     };
-    let options = camera_path::Options { fps: request.fps, rotation_order: request.rotation_order };
+    let options = camera_path::Options {
+        fps: request.fps,
+        rotation_order: request.rotation_order,
+    };
     let path = camera_path::load(file, None, &options)?;
     let all = path.frames();
     let what = format!("the camera path, which has frames {} to {}", all.start(), all.end());

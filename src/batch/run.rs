@@ -45,7 +45,11 @@ pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, watch: &Watch) -
     check_targets(plan)?;
     let start = Instant::now();
     let (send, receive) = sync_channel(1);
-    let coverage = if scene.background.visible { Coverage::Full } else { Coverage::Partial };
+    let coverage = if scene.background.visible {
+        Coverage::Full
+    } else {
+        Coverage::Partial
+    };
     let mut summary = thread::scope(|scope| {
         let writer = scope.spawn(move || write_all(plan, coverage, receive, observer));
         let rendered = render_all(plan, scene, observer, watch, &send);
@@ -66,15 +70,14 @@ fn check_targets(plan: &Plan) -> Result<(), Error> {
     if plan.existing == Existing::Fail {
         let mut files = plan.frames.iter().flat_map(|f| &f.files);
         if let Some(file) = files.find(|f| f.path.exists()) {
-            return Err(Error::Exists { path: file.path.clone() });
+            return Err(Error::Exists {
+                path: file.path.clone(),
+            });
         }
     }
-    let mut folders: Vec<_> = plan.frames.iter().flat_map(|f| &f.files).filter_map(|f| f.path.parent()).collect();
-    folders.dedup();
-    folders.sort();
-    folders.dedup();
-    for folder in folders {
-        output::check_folder(folder)?;
+    // The first file of each pattern stands for the others: their folders are mostly the same.
+    for file in plan.frames.first().iter().flat_map(|f| &f.files) {
+        output::atomic::check(&file.path)?;
     }
     Ok(())
 }
@@ -95,7 +98,10 @@ fn render_all<'a>(
         }
         observer.frame_started(frame.number, index, plan.frames.len());
         let start = Instant::now();
-        let settings = render::Settings { frame: frame.number, ..plan.settings.clone() };
+        let settings = render::Settings {
+            frame: frame.number,
+            ..plan.settings.clone()
+        };
         let film = render::frame(scene, &frame.camera, &plan.integrator, &settings, watch)?;
         let took = start.elapsed();
         observer.frame_rendered(frame.number, took);

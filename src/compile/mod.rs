@@ -34,16 +34,27 @@ fn lines(errors: &[ImageError]) -> String {
 
 /// Compiles a scene and builds its acceleration structure, on the threads of the current rayon pool.
 pub fn scene(desc: &SceneDesc, accel: AccelKind) -> Result<Scene, Error> {
-    let mut compiler = Compiler { desc, problems: Vec::new() };
+    let mut compiler = Compiler {
+        desc,
+        problems: Vec::new(),
+    };
     let (wanted, textures) = compiler.textures();
     let materials = compiler.materials();
     let geometry = compiler.objects();
-    let lights = desc.lights.iter().filter_map(|l| compiler.keep(l.light.compile())).collect();
+    let lights = desc
+        .lights
+        .iter()
+        .filter_map(|l| compiler.keep(l.light.compile()))
+        .collect();
     if let Some(diagnostics) = Diagnostics::new(&desc.source, compiler.problems) {
         return Err(Error::Invalid(diagnostics));
     }
     let bitmaps = bitmaps::load(&wanted).map_err(Error::Assets)?;
-    let objects::Objects { geometry, objects, shape_objects } = geometry;
+    let objects::Objects {
+        geometry,
+        objects,
+        shape_objects,
+    } = geometry;
     Ok(Scene {
         accel: accel::build(accel, Arc::new(geometry))?,
         objects,
@@ -100,13 +111,22 @@ impl Compiler<'_> {
 
     fn materials(&mut self) -> Vec<Material> {
         let desc = self.desc;
-        let names: HashMap<&str, u32> =
-            desc.textures.iter().zip(0..).map(|(t, i)| (t.name.get_ref().as_str(), i)).collect();
+        let names: HashMap<&str, u32> = desc
+            .textures
+            .iter()
+            .zip(0..)
+            .map(|(t, i)| (t.name.get_ref().as_str(), i))
+            .collect();
         let find = |source: &Spanned<ColorSource>| match source.get_ref() {
             ColorSource::Constant(color) => Ok(Color::Constant(*color)),
             ColorSource::Texture(name) => match names.get(name.as_str()) {
                 Some(id) => Ok(Color::Texture(TextureId(*id))),
-                None => Err(undefined("texture", name, source.span(), desc.textures.iter().map(|t| &t.name))),
+                None => Err(undefined(
+                    "texture",
+                    name,
+                    source.span(),
+                    desc.textures.iter().map(|t| &t.name),
+                )),
             },
         };
         let compiled: Vec<_> = desc.materials.iter().map(|m| m.material.compile(&find)).collect();
@@ -117,7 +137,12 @@ impl Compiler<'_> {
         let materials = &self.desc.materials;
         match materials.iter().position(|m| m.name.get_ref() == name.get_ref()) {
             Some(at) => Ok(MaterialId(at as u32)),
-            None => Err(undefined("material", name.get_ref(), name.span(), materials.iter().map(|m| &m.name))),
+            None => Err(undefined(
+                "material",
+                name.get_ref(),
+                name.span(),
+                materials.iter().map(|m| &m.name),
+            )),
         }
     }
 }

@@ -40,7 +40,10 @@ impl Compiler<'_> {
             out.geometry.shapes.push(Placed { shape, transform });
             out.shape_objects.push(ObjectId(out.objects.len() as u32));
             let name = object.name.as_ref().map(|n| n.get_ref().clone());
-            out.objects.push(Object { name: name.unwrap_or_else(|| format!("object {}", i + 1)), material });
+            out.objects.push(Object {
+                name: name.unwrap_or_else(|| format!("object {}", i + 1)),
+                material,
+            });
         }
         out
     }

@@ -25,7 +25,10 @@ impl Diagnostics {
     pub fn new(source: &Source, mut problems: Vec<Problem>) -> Option<Self> {
         problems.sort_by_key(|p| p.span.as_ref().map_or(usize::MAX, |s| s.start));
         problems.dedup();
-        (!problems.is_empty()).then(|| Self { source: source.clone(), problems })
+        (!problems.is_empty()).then(|| Self {
+            source: source.clone(),
+            problems,
+        })
     }
 
     pub fn problems(&self) -> &[Problem] {

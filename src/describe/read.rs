@@ -30,12 +30,24 @@ pub fn load(path: &Path) -> Result<SceneDesc, Error> {
     let bytes = std::fs::read(path).map_err(|cause| Error::Read { path: shown(), cause })?;
     let text = String::from_utf8(bytes).map_err(|_| Error::Encoding { path: shown() })?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    parse(Source { path: path.to_owned(), text: Arc::from(text) }).map_err(Error::Invalid)
+    parse(Source {
+        path: path.to_owned(),
+        text: Arc::from(text),
+    })
+    .map_err(Error::Invalid)
 }
 
 /// The tables of a scene file.
-const TABLES: [&str; 8] =
-    ["render", "camera", "background", "texture", "material", "object", "light", "output"];
+const TABLES: [&str; 8] = [
+    "render",
+    "camera",
+    "background",
+    "texture",
+    "material",
+    "object",
+    "light",
+    "output",
+];
 
 /// Reads a scene from text; paths in it are relative to the folder of `source.path`.
 pub fn parse(source: Source) -> Result<SceneDesc, Diagnostics> {
@@ -93,7 +105,17 @@ impl Reader {
             Some(LightEntry { span, light })
         });
         self.unique_names(&objects);
-        SceneDesc { source, render, camera, background, textures, materials, objects, lights, output }
+        SceneDesc {
+            source,
+            render,
+            camera,
+            background,
+            textures,
+            materials,
+            objects,
+            lights,
+            output,
+        }
     }
 
     /// Any table that describes itself.
@@ -127,10 +149,10 @@ impl Reader {
     fn texture(&mut self, name: Spanned<String>, mut value: Value<'_>) -> Option<TextureEntry> {
         let span = value.span();
         let mut mapping = MappingDesc::default();
-        if let DeValue::Table(table) = value.get_mut() {
-            if let Some(said) = table.remove("mapping") {
-                mapping = self.kind(said, "mapping")?;
-            }
+        if let DeValue::Table(table) = value.get_mut()
+            && let Some(said) = table.remove("mapping")
+        {
+            mapping = self.kind(said, "mapping")?;
         }
         let pattern: PatternDesc = self.kind(Spanned::new(span, value.into_inner()), "texture")?;
         Some(TextureEntry { name, pattern, mapping })
@@ -205,7 +227,11 @@ fn from_toml(e: &toml::de::Error) -> Problem {
             return unknown(what, &word, span, &known);
         }
     }
-    Problem { span: e.span(), message: message.to_owned(), help: None }
+    Problem {
+        span: e.span(),
+        message: message.to_owned(),
+        help: None,
+    }
 }
 
 fn unknown_key(word: &str, span: Span, known: &[&str]) -> Problem {
@@ -216,7 +242,10 @@ fn unknown(what: &str, word: &str, span: Span, known: &[&str]) -> Problem {
     let help = match did_you_mean(word, known.iter().copied()) {
         Some(near) => format!("did you mean `{near}`?"),
         None if known.is_empty() => "there are no keys here".to_owned(),
-        None => format!("known are {}", known.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ")),
+        None => format!(
+            "known are {}",
+            known.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ")
+        ),
     };
     Problem::at(span, format!("unknown {what} `{word}`")).with_help(help)
 }

@@ -58,7 +58,10 @@ pub struct BackgroundDesc {
 
 impl Default for BackgroundDesc {
     fn default() -> Self {
-        Self { color: Tint(crate::math::Rgb::BLACK), visible: true }
+        Self {
+            color: Tint(crate::math::Rgb::BLACK),
+            visible: true,
+        }
     }
 }
 

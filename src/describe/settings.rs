@@ -46,7 +46,11 @@ impl Default for RenderDesc {
 
 impl RenderDesc {
     pub(super) fn check(&self, problems: &mut Vec<Problem>) {
-        for (name, value) in [("width", &self.width), ("height", &self.height), ("samples", &self.samples)] {
+        for (name, value) in [
+            ("width", &self.width),
+            ("height", &self.height),
+            ("samples", &self.samples),
+        ] {
             if value.get_ref().0 == 0 {
                 problems.push(Problem::at(value.span(), format!("`{name}` must be at least 1")));
             }

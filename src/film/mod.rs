@@ -62,15 +62,19 @@ pub struct Film {
 
 impl Film {
     pub fn new(resolution: [u32; 2], window: Window) -> Self {
-        Self { resolution, window, pixels: vec![[0.0; 4]; window.area()] }
+        Self {
+            resolution,
+            window,
+            pixels: vec![[0.0; 4]; window.area()],
+        }
     }
 
     /// Copies a finished part in.
     pub fn put(&mut self, part: Window, pixels: &[[f32; 4]]) {
         let width = part.width() as usize;
         for (row, source) in (part.y0..part.y1).zip(pixels.chunks_exact(width)) {
-            let at = (row - self.window.y0) as usize * self.window.width() as usize
-                + (part.x0 - self.window.x0) as usize;
+            let at =
+                (row - self.window.y0) as usize * self.window.width() as usize + (part.x0 - self.window.x0) as usize;
             self.pixels[at..at + width].copy_from_slice(source);
         }
     }

@@ -42,7 +42,8 @@ impl Departures {
 
     #[inline]
     fn path(&self) -> Path {
-        self.from.expect("a wave names the path before it asks for its departures")
+        self.from
+            .expect("a wave names the path before it asks for its departures")
     }
 
     /// Adds radiance that leaves the vertex towards the path, in W m^-2 sr^-1.

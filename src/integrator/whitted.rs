@@ -38,7 +38,10 @@ impl WhittedDesc {
             }
             Some(depth) => depth.get_ref().0,
         };
-        Ok(Whitted { max_depth, ambient: self.ambient.map_or(Rgb::BLACK, |a| a.0) })
+        Ok(Whitted {
+            max_depth,
+            ambient: self.ambient.map_or(Rgb::BLACK, |a| a.0),
+        })
     }
 }
 
@@ -54,7 +57,9 @@ impl Whitted {
             Vertex::Surface(surface) => surface,
             Vertex::Escape(_) => return out.add(scene.background.radiance),
         };
-        let terms = scene.material(surface.material).terms(&scene.textures(), &surface.texture);
+        let terms = scene
+            .material(surface.material)
+            .terms(&scene.textures(), &surface.texture);
         let n = if terms.two_sided && surface.ns.dot(surface.wo) < 0.0 {
             -surface.ns
         } else {

@@ -46,6 +46,16 @@ pub fn write<T>(path: &Path, encode: impl FnOnce(&mut dyn Write) -> Result<T, En
     Ok(written)
 }
 
+/// Finds out whether `path` can be made, before there is anything to write: makes its folders and a temporary there.
+pub fn check(path: &Path) -> Result<(), OutputError> {
+    create(path, &folder_of(path))
+        .map(drop)
+        .map_err(|source| OutputError::Create {
+            source,
+            path: path.to_owned(),
+        })
+}
+
 fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(parent) if parent != Path::new("") => parent.to_owned(),

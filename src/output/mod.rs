@@ -14,7 +14,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::film::view::View;
+use crate::film::{self, view::View};
 
 pub use attribute::{Attribute, Value};
 pub use exr::{Channel, Compression, Plane, Samples};
@@ -41,6 +41,18 @@ impl Window {
     /// How many pixels it holds.
     pub const fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
+    }
+}
+
+impl From<film::Window> for Window {
+    /// Films are of fewer than 2^31 columns and rows.
+    fn from(w: film::Window) -> Self {
+        Self {
+            x: w.x0 as i32,
+            y: w.y0 as i32,
+            width: w.width(),
+            height: w.height(),
+        }
     }
 }
 

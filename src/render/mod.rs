@@ -64,5 +64,13 @@ pub fn frame(
     settings: &Settings,
     watch: &Watch,
 ) -> Result<Film, Cancelled> {
-    tiles::render(&wave::Job { scene, camera, integrator, settings }, watch)
+    tiles::render(
+        &wave::Job {
+            scene,
+            camera,
+            integrator,
+            settings,
+        },
+        watch,
+    )
 }

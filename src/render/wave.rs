@@ -78,14 +78,25 @@ impl Wave {
 
     /// Camera rays for all samples of all pixels, a pixel's samples beside each other.
     fn start(&mut self, job: &Job<'_>, tile: Window, samples: &Range<u32>) {
-        let Settings { seed, frame, sampler, ref filter, .. } = *job.settings;
+        let Settings {
+            seed,
+            frame,
+            sampler,
+            ref filter,
+            ..
+        } = *job.settings;
         self.rays.clear();
         self.paths.clear();
         self.weights.clear();
         for y in tile.y0..tile.y1 {
             for x in tile.x0..tile.x1 {
                 for sample in samples.clone() {
-                    let key = SampleKey { seed, frame, pixel: [x, y], sample };
+                    let key = SampleKey {
+                        seed,
+                        frame,
+                        pixel: [x, y],
+                        sample,
+                    };
                     let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
                     let (film, weight) = match filter {
                         None => (center, 1.0),
@@ -101,7 +112,11 @@ impl Wave {
                     };
                     let slot = self.paths.len() as u32;
                     self.rays.push(job.camera.ray(film, lens));
-                    self.paths.push(Path { slot, depth: 1, throughput: Rgb::WHITE });
+                    self.paths.push(Path {
+                        slot,
+                        depth: 1,
+                        throughput: Rgb::WHITE,
+                    });
                     self.weights.push(weight);
                 }
             }
@@ -138,7 +153,12 @@ impl Wave {
             self.out.leave_from(path);
             integrator.vertex(scene, &path, &Vertex::Escape(ray), &mut self.out);
         }
-        let Departures { shadow_rays, shadow_light, radiance, .. } = &mut self.out;
+        let Departures {
+            shadow_rays,
+            shadow_light,
+            radiance,
+            ..
+        } = &mut self.out;
         self.blocked.clear();
         self.blocked.resize(shadow_rays.len(), false);
         scene.accel.occluded(shadow_rays, &mut self.blocked);
@@ -152,10 +172,10 @@ impl Wave {
     fn carry_on(&mut self) {
         std::mem::swap(&mut self.rays, &mut self.out.rays);
         std::mem::swap(&mut self.paths, &mut self.out.paths);
-        if self.rays.is_empty() {
-            if let Some((rays, paths)) = self.waiting.pop() {
-                (self.rays, self.paths) = (rays, paths);
-            }
+        if self.rays.is_empty()
+            && let Some((rays, paths)) = self.waiting.pop()
+        {
+            (self.rays, self.paths) = (rays, paths);
         }
         if self.rays.len() > MOST_PATHS {
             let slot = self.paths[MOST_PATHS / 2].slot;

@@ -38,7 +38,11 @@ impl Surface {
         object: ObjectId,
         material: MaterialId,
     ) -> Self {
-        let shape_hit = ShapeHit { t: hit.t, u: hit.u, v: hit.v };
+        let shape_hit = ShapeHit {
+            t: hit.t,
+            u: hit.u,
+            v: hit.v,
+        };
         let local = match transform {
             None => placed.shape.surface(ray, &shape_hit),
             Some(t) => placed.shape.surface(&t.ray_to_local(ray), &shape_hit),
@@ -58,7 +62,11 @@ impl Surface {
             ng,
             ns: ng,
             wo: -ray.d.normalize(),
-            texture: TexturePoint { uv: local.uv, p: local.p, n: local.ng },
+            texture: TexturePoint {
+                uv: local.uv,
+                p: local.p,
+                n: local.ng,
+            },
             object,
             material,
         }
@@ -89,7 +97,11 @@ impl Surface {
             ng: local.ng,
             ns,
             wo: -ray.d.normalize(),
-            texture: TexturePoint { uv: local.uv, p: local.p, n: local.ng },
+            texture: TexturePoint {
+                uv: local.uv,
+                p: local.p,
+                n: local.ng,
+            },
             object: mesh.object,
             material,
         }

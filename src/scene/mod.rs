@@ -68,7 +68,10 @@ impl Scene {
     /// The tables that material colours are looked up in.
     #[inline]
     pub fn textures(&self) -> Textures<'_> {
-        Textures { textures: &self.textures, bitmaps: &self.bitmaps }
+        Textures {
+            textures: &self.textures,
+            bitmaps: &self.bitmaps,
+        }
     }
 
     #[inline]
@@ -95,7 +98,14 @@ impl Scene {
                 let mesh = self.mesh_of(hit.prim);
                 let material = self.objects[mesh.object.0 as usize].material;
                 let index = hit.prim.index() as usize;
-                Surface::of_triangle(geometry.corners(index), geometry.triangles[index], mesh, ray, hit, material)
+                Surface::of_triangle(
+                    geometry.corners(index),
+                    geometry.triangles[index],
+                    mesh,
+                    ray,
+                    hit,
+                    material,
+                )
             }
         }
     }

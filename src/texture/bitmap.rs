@@ -1,97 +1,109 @@
 //! Pictures in memory.
 
-use crate::math::{Rgb, trig};
+use serde::Deserialize;
 
-/// A picture, row by row from the top, in scene-linear colour.
-#[derive(Clone, Debug)]
-pub struct Bitmap {
-    width: u32,
-    height: u32,
-    texels: Texels,
+use crate::math::{Rgb, srgb};
+
+/// What an infinite texel becomes: the largest half.
+const MAX_TEXEL: f32 = 65504.0;
+
+/// What the numbers of an integer format mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ColorSpace {
+    /// Colours as displays show them.
+    #[default]
+    Srgb,
+    /// Data, or light: used as they are.
+    Raw,
 }
 
-/// Eight bits a channel are kept as they are, with the table that makes them linear: a quarter of the memory.
-#[derive(Clone, Debug)]
-enum Texels {
-    Bytes { rgb: Vec<[u8; 3]>, linear: Box<[f32; 256]> },
-    Floats(Vec<[f32; 3]>),
+/// A decoded picture; its first row is the top one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bitmap {
+    /// In pixels, at least 1.
+    pub width: u32,
+    /// In pixels, at least 1.
+    pub height: u32,
+    /// Numbers of a pixel, next to each other: 1 (gray), 3 (RGB) or 4 (RGB and straight alpha).
+    pub channels: usize,
+    pub storage: Storage,
+    /// Texels of the file that were NaN or infinite, and became 0 or +-65504.
+    pub repaired: u64,
+}
+
+/// The numbers of all pixels, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Storage {
+    /// Display values with sRGB's curve; alpha is without.
+    Srgb8(Vec<u8>),
+    /// Fractions of 255.
+    Linear8(Vec<u8>),
+    /// Linear.
+    Float(Vec<f32>),
 }
 
 impl Bitmap {
-    /// From bytes; `None` unless there are `width * height` of them, and at least one.
-    pub fn from_bytes(width: u32, height: u32, rgb: Vec<[u8; 3]>, linear: [f32; 256]) -> Option<Self> {
-        fits(width, height, rgb.len()).then(|| Self {
-            width,
-            height,
-            texels: Texels::Bytes {
-                rgb,
-                linear: Box::new(linear),
-            },
-        })
+    /// The linear colour of a texel; `x` from the left and `y` from the top must be inside.
+    #[inline]
+    pub fn rgb(&self, x: u32, y: u32) -> Rgb {
+        let i = self.index(x, y);
+        if self.channels == 1 {
+            return Rgb::gray(self.linear(i));
+        }
+        Rgb::new(self.linear(i), self.linear(i + 1), self.linear(i + 2))
     }
 
-    /// From scene-linear numbers; `None` unless there are `width * height` of them, and at least one.
-    pub fn from_f32(width: u32, height: u32, rgb: Vec<[f32; 3]>) -> Option<Self> {
-        fits(width, height, rgb.len()).then_some(Self {
-            width,
-            height,
-            texels: Texels::Floats(rgb),
-        })
-    }
-
-    pub fn width(&self) -> u32 {
-        self.width
-    }
-
-    pub fn height(&self) -> u32 {
-        self.height
-    }
-
-    /// Column `i` from the left, row `j` from the bottom.
+    /// The linear colour of column `i` from the left and row `j` from the bottom, as textures count.
     #[inline]
     pub fn texel_from_bottom(&self, i: u32, j: u32) -> Rgb {
-        let at = (self.height - 1 - j) as usize * self.width as usize + i as usize;
-        match &self.texels {
-            Texels::Bytes { rgb, linear } => Rgb::from_array(rgb[at].map(|b| linear[b as usize])),
-            Texels::Floats(rgb) => Rgb::from_array(rgb[at]),
-        }
-    }
-}
-
-fn fits(width: u32, height: u32, len: usize) -> bool {
-    len > 0 && len as u64 == u64::from(width) * u64::from(height)
-}
-
-/// The bytes of a picture whose numbers are used as they are: 0 to 1.
-pub fn raw_table() -> [f32; 256] {
-    std::array::from_fn(|b| b as f32 / 255.0)
-}
-
-/// The bytes of an sRGB picture made scene-linear. Source: IEC 61966-2-1:1999.
-pub fn srgb_table() -> [f32; 256] {
-    raw_table().map(|v| {
-        if v <= 0.04045 {
-            v / 12.92
-        } else {
-            trig::pow((v + 0.055) / 1.055, 2.4)
-        }
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn srgb_runs_from_black_to_white_through_middle_gray() {
-        let t = srgb_table();
-        assert_eq!((t[0], t[255]), (0.0, 1.0));
-        assert!((t[188] - 0.5029).abs() < 1e-3);
+        self.rgb(i, self.height - 1 - j)
     }
 
-    #[test]
-    fn a_bitmap_needs_a_texel_for_every_place() {
-        assert!(Bitmap::from_f32(2, 2, vec![[0.0; 3]; 3]).is_none());
-        assert!(Bitmap::from_f32(0, 0, vec![]).is_none());
+    /// The opacity of a texel: 1 where the picture has no alpha.
+    #[inline]
+    pub fn alpha(&self, x: u32, y: u32) -> f32 {
+        if self.channels < 4 {
+            return 1.0;
+        }
+        let i = self.index(x, y) + 3;
+        match &self.storage {
+            Storage::Srgb8(v) | Storage::Linear8(v) => f32::from(v[i]) / 255.0,
+            Storage::Float(v) => v[i],
+        }
+    }
+
+    pub fn has_alpha(&self) -> bool {
+        self.channels == 4
+    }
+
+    #[inline]
+    fn index(&self, x: u32, y: u32) -> usize {
+        (y as usize * self.width as usize + x as usize) * self.channels
+    }
+
+    #[inline]
+    fn linear(&self, i: usize) -> f32 {
+        match &self.storage {
+            Storage::Srgb8(v) => srgb::decode8(v[i]),
+            Storage::Linear8(v) => f32::from(v[i]) / 255.0,
+            Storage::Float(v) => v[i],
+        }
+    }
+
+    /// A picture of floats, its numbers finite.
+    pub fn from_floats([width, height]: [u32; 2], channels: usize, mut values: Vec<f32>) -> Self {
+        let mut repaired = 0;
+        for v in values.iter_mut().filter(|v| !v.is_finite()) {
+            *v = if v.is_nan() { 0.0 } else { MAX_TEXEL.copysign(*v) };
+            repaired += 1;
+        }
+        Self {
+            width,
+            height,
+            channels,
+            storage: Storage::Float(values),
+            repaired,
+        }
     }
 }

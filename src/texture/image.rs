@@ -17,20 +17,11 @@
 
 use serde::Deserialize;
 
-use super::{Bitmap, BitmapId, FindBitmap, PatternKind};
+use super::{Bitmap, BitmapId, FindBitmap, PatternKind, bitmap::ColorSpace};
 use crate::{
     math::{Rgb, Vec2},
     value::{Problem, Spanned},
 };
-
-/// How the numbers of a picture are to be read.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ColorSpace {
-    #[default]
-    Srgb,
-    Raw,
-}
 
 /// How texels become a colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -99,7 +90,7 @@ impl Wrap {
 
 impl ImagePattern {
     fn texel(&self, bitmap: &Bitmap, i: i64, j: i64) -> Rgb {
-        let (w, h) = (i64::from(bitmap.width()), i64::from(bitmap.height()));
+        let (w, h) = (i64::from(bitmap.width), i64::from(bitmap.height));
         match (self.wrap.texel(i, w), self.wrap.texel(j, h)) {
             (Some(i), Some(j)) => bitmap.texel_from_bottom(i, j),
             _ => Rgb::BLACK,
@@ -110,7 +101,7 @@ impl ImagePattern {
 impl PatternKind for ImagePattern {
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb {
         let bitmap = &bitmaps[self.bitmap.0 as usize];
-        let x = st * Vec2::new(bitmap.width() as f32, bitmap.height() as f32);
+        let x = st * Vec2::new(bitmap.width as f32, bitmap.height as f32);
         if !x.is_finite() {
             return Rgb::BLACK;
         }
@@ -135,9 +126,8 @@ mod tests {
     use super::*;
 
     fn quarter() -> Vec<Bitmap> {
-        let rgb = |v: f32| [v, v, v];
         // Top row 0 1, bottom row 2 3.
-        vec![Bitmap::from_f32(2, 2, vec![rgb(0.0), rgb(1.0), rgb(2.0), rgb(3.0)]).expect("2x2")]
+        vec![Bitmap::from_floats([2, 2], 1, vec![0.0, 1.0, 2.0, 3.0])]
     }
 
     #[test]

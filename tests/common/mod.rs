@@ -64,8 +64,9 @@ impl Folder {
 
 pub fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("a folder");
-    let mut names: Vec<_> =
-        entries.map(|e| e.expect("readable").file_name().into_string().expect("UTF-8")).collect();
+    let mut names: Vec<_> = entries
+        .map(|e| e.expect("readable").file_name().into_string().expect("UTF-8"))
+        .collect();
     names.sort();
     names
 }

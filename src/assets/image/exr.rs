@@ -8,14 +8,15 @@ use ::exr::{
     prelude::{ReadChannels as _, ReadLayers as _, read},
 };
 
-use super::{Image, Problem, check_size};
+use super::{Problem, check_size};
+use crate::texture::Bitmap;
 
 pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
 /// More than any of the format's codecs packs into a byte: deflate stops at 1,032.
 const MOST_GAIN: u64 = 4096;
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Image, Problem> {
+pub(super) fn decode(bytes: &[u8]) -> Result<Bitmap, Problem> {
     check_header(bytes)?;
     let image = read()
         .no_deep_data()
@@ -60,7 +61,7 @@ fn check_header(bytes: &[u8]) -> Result<(), Problem> {
     Ok(())
 }
 
-fn picture(layer: Layer<AnyChannels<FlatSamples>>) -> Result<Image, Problem> {
+fn picture(layer: Layer<AnyChannels<FlatSamples>>) -> Result<Bitmap, Problem> {
     let list = &layer.channel_data.list;
     let find = |name: &str| {
         let exact = list.iter().find(|c| c.name.eq_case_insensitive(name));
@@ -89,7 +90,7 @@ fn picture(layer: Layer<AnyChannels<FlatSamples>>) -> Result<Image, Problem> {
             FlatSamples::U32(v) => slots.zip(v).for_each(|(slot, v)| *slot = *v as f32),
         }
     }
-    Ok(Image::from_floats(size, channels, values))
+    Ok(Bitmap::from_floats(size, channels, values))
 }
 
 /// `R` of `layer.R`.

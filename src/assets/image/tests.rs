@@ -4,7 +4,7 @@ use ::image::ImageFormat as F;
 use half::f16;
 
 use super::*;
-use crate::math::hash;
+use crate::math::{Rgb, hash};
 
 const W: u32 = 37;
 const H: u32 = 23;
@@ -22,8 +22,8 @@ fn file(picture: &DynamicImage, format: F) -> Vec<u8> {
     out.into_inner()
 }
 
-fn decode(bytes: &[u8], name: &str) -> Result<Image, ImageError> {
-    Image::decode(bytes, Path::new(name), ColorSpace::Srgb)
+fn decode(bytes: &[u8], name: &str) -> Result<Bitmap, ImageError> {
+    super::decode(bytes, Path::new(name), ColorSpace::Srgb)
 }
 
 fn lossless() -> [(F, &'static str); 4] {
@@ -65,7 +65,7 @@ fn color_space_applies_to_colours_and_not_to_alpha() {
             _ => DynamicImage::ImageRgba16(picture.to_rgba16()),
         };
         let bytes = file(&picture, F::Png);
-        let load = |space| Image::decode(&bytes, Path::new("a.png"), space).unwrap();
+        let load = |space| super::decode(&bytes, Path::new("a.png"), space).unwrap();
         let (srgb, raw) = (load(ColorSpace::Srgb), load(ColorSpace::Raw));
         assert!((srgb.rgb(0, 0).r - 0.502_886_5).abs() < 1e-6);
         assert!((raw.rgb(0, 0).r - 188.0 / 255.0).abs() < 1e-6);
@@ -108,12 +108,12 @@ fn a_file_cut_short_is_an_error() {
 fn a_missing_file_is_told_from_a_broken_one() {
     let home = tempfile::tempdir().unwrap();
     for path in [home.path().join("absent.png"), home.path().to_owned()] {
-        let error = Image::load(&path, ColorSpace::Srgb).unwrap_err();
+        let error = super::load(&path, ColorSpace::Srgb).unwrap_err();
         assert!(error.is_missing(), "{error}");
     }
     let path = home.path().join("a.png");
     fs::write(&path, b"\x89PNG\r\n\x1a\n and no more").unwrap();
-    assert!(!Image::load(&path, ColorSpace::Srgb).unwrap_err().is_missing());
+    assert!(!super::load(&path, ColorSpace::Srgb).unwrap_err().is_missing());
 }
 
 #[test]
