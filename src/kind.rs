@@ -6,6 +6,10 @@
 /// row's name); each method listed is answered by the row that `self` is. Rows of `described only` have a
 /// description but no compiled form of their own.
 ///
+/// With a line `compiled by`, `Desc` gets the method of that name, answered by the same method of the row's
+/// description. Rows of `described only` answer it with a [`Problem`](crate::value::Problem): whoever compiles takes
+/// them first.
+///
 /// ```ignore
 /// kinds! {
 ///     /// Everything that a ray can meet.
@@ -13,6 +17,7 @@
 ///         "sphere" => Sphere(sphere::Sphere, sphere::SphereDesc),
 ///     }
 ///     described only { "mesh" => Mesh(mesh::MeshDesc), }
+///     compiled by fn compile(&self) -> Result<Shape, Problem>;
 ///     fn bounds(&self) -> Aabb;
 /// }
 /// ```
@@ -21,10 +26,19 @@ macro_rules! kinds {
         $(#[$meta:meta])*
         enum $Kind:ident / $Desc:ident $rows:tt
         described only $extra:tt
+        $( compiled by fn $compile:ident(&self $(, $carg:ident: $cty:ty)* $(,)?) -> Result<$Compiled:ty, $Problem:ty>; )?
         $( $(#[$doc:meta])* fn $method:ident(&self $(, $arg:ident: $ty:ty)* $(,)?) $(-> $ret:ty)?; )*
     ) => {
         kinds!(@kind [$(#[$meta])*] $Kind $rows);
         kinds!(@desc $Desc $rows $extra);
+        $(
+            impl $Desc {
+                /// What is rendered, from what the file says.
+                pub fn $compile(&self $(, $carg: $cty)*) -> Result<$Compiled, $Problem> {
+                    kinds!(@compile self $Kind $rows $extra; desc => desc.$compile($($carg),*))
+                }
+            }
+        )?
         impl $Kind {
             $(
                 $(#[$doc])*
@@ -60,9 +74,70 @@ macro_rules! kinds {
             }
         }
     };
+    (@compile $self:ident $Kind:ident { $( $name:literal => $Variant:ident($Runtime:ty, $Text:ty), )* } { $( $xname:literal => $Extra:ident($XText:ty), )* }; $desc:ident => $answer:expr) => {
+        match $self {
+            $( Self::$Variant($desc) => $answer.map($Kind::$Variant), )*
+            $( Self::$Extra(_) => Err($crate::value::Problem {
+                span: None,
+                message: concat!("`", $xname, "` has no compiled form of its own").to_owned(),
+                help: None,
+            }), )*
+        }
+    };
     (@answer $self:ident { $( $name:literal => $Variant:ident($Runtime:ty, $Text:ty), )* }; $kind:ident => $answer:expr) => {
         match $self { $( Self::$Variant($kind) => $answer, )* }
     };
 }
 
 pub(crate) use kinds;
+
+#[cfg(test)]
+mod tests {
+    use crate::value::Problem;
+
+    #[derive(Clone, Debug, serde::Deserialize)]
+    pub struct Text {
+        n: u8,
+    }
+
+    impl Text {
+        fn compile(&self, factor: u8) -> Result<Row, Problem> {
+            Ok(Row(self.n * factor))
+        }
+    }
+
+    #[derive(Clone, Copy, Debug)]
+    pub struct Row(u8);
+
+    impl Row {
+        fn double(&self) -> u8 {
+            self.0 * 2
+        }
+    }
+
+    kinds! {
+        /// Two rows, one of them without a compiled form.
+        enum Kind / KindDesc {
+            "row" => Row(Row, Text),
+        }
+        described only { "outside" => Outside(Text), }
+        compiled by fn compile(&self, factor: u8) -> Result<Kind, Problem>;
+        /// Twice the number.
+        fn double(&self) -> u8;
+    }
+
+    #[test]
+    fn a_row_is_read_named_compiled_and_answers() {
+        let desc: KindDesc = toml::from_str("row = { n = 3 }").unwrap();
+        assert_eq!((desc.name(), KindDesc::NAMES), ("row", &["row", "outside"][..]));
+        assert_eq!(desc.compile(2).unwrap().double(), 12);
+    }
+
+    #[test]
+    fn a_row_that_is_described_only_compiles_to_a_problem() {
+        let desc: KindDesc = toml::from_str("outside = { n = 3 }").unwrap();
+        assert!(matches!(&desc, KindDesc::Outside(text) if text.n == 3));
+        let problem = desc.compile(2).unwrap_err();
+        assert_eq!(problem.message, "`outside` has no compiled form of its own");
+    }
+}

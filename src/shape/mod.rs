@@ -11,6 +11,7 @@
 use crate::{
     kind::kinds,
     math::{Aabb, Ray, Vec2, Vec3},
+    value::Problem,
 };
 
 pub mod sphere;
@@ -81,6 +82,7 @@ kinds! {
         "sphere" => Sphere(sphere::Sphere, sphere::SphereDesc),
     }
     described only {}
+    compiled by fn compile(&self) -> Result<Shape, Problem>;
     /// See [`ShapeKind::bounds`].
     fn bounds(&self) -> Aabb;
     /// See [`ShapeKind::intersect`].
