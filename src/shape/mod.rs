@@ -14,6 +14,12 @@ use crate::{
     value::Problem,
 };
 
+mod axis;
+pub mod cone;
+pub mod cylinder;
+pub mod disk;
+mod numeric;
+pub mod plane;
 pub mod sphere;
 pub mod triangle;
 
@@ -80,6 +86,10 @@ kinds! {
     /// A shape, flat and without pointers.
     enum Shape / ShapeDesc {
         "sphere" => Sphere(sphere::Sphere, sphere::SphereDesc),
+        "disk" => Disk(disk::Disk, disk::DiskDesc),
+        "cylinder" => Cylinder(cylinder::Cylinder, cylinder::CylinderDesc),
+        "cone" => Cone(cone::Cone, cone::ConeDesc),
+        "plane" => Plane(plane::Plane, plane::PlaneDesc),
     }
     described only {}
     compiled by fn compile(&self) -> Result<Shape, Problem>;

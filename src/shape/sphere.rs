@@ -9,12 +9,23 @@
 //! shape.sphere = { center = [0, 1, 0], radius = 1 }
 //! ```
 //!
-//! Normals point outwards. `u` runs around the y axis from +x towards +z, `v` from the south pole (0) to the north
-//! pole (1).
+//! Normals point outwards. `u` runs around the y axis from +x towards +z in `[0, 1)`, `v` from the south pole (0) to
+//! the north pole (1), in equal steps of latitude. At the poles, where `u` has no direction of its own, `dpdu` is
+//! that of u = 0 and very short, but not 0.
+//!
+//! From outside, directions are chosen uniformly within the cone that the sphere fills; from inside, points uniformly
+//! by area. Source of the cone: Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed., section 6.2.4; here in
+//! terms of 1 - cos, which keeps its digits in the narrowest cones.
+
+use std::f64::consts::{PI, TAU};
 
 use serde::Deserialize;
 
-use super::{LocalSurface, ShapeHit, ShapeKind, ShapeSample};
+use super::{
+    LocalSurface, ShapeHit, ShapeKind, ShapeSample,
+    axis::{Axis, whole_turn},
+    numeric::{area_sample, hit_at, point_of, rounded, solid_angle_pdf},
+};
 use crate::{
     math::{Aabb, DVec3, Ray, Vec2, Vec3},
     value::{Point, Positive, Problem},
@@ -49,55 +60,140 @@ pub struct Sphere {
     pub radius: f32,
 }
 
+/// How far around a sphere a direction may turn, as seen from outside.
+struct Cone {
+    /// From the centre to the observer.
+    axis: Axis,
+    distance: f64,
+    sin2_max: f64,
+    /// 1 - cos of the half angle.
+    one_minus_cos: f64,
+}
+
+impl Cone {
+    /// Per sr.
+    fn pdf(&self) -> f32 {
+        (1.0 / (TAU * self.one_minus_cos)) as f32
+    }
+}
+
+impl Sphere {
+    /// `None` from inside.
+    fn cone(&self, from: Vec3) -> Option<Cone> {
+        let out = from.as_dvec3() - self.center.as_dvec3();
+        let (distance, r) = (out.length(), f64::from(self.radius));
+        if distance <= r {
+            return None;
+        }
+        let sin2_max = (r / distance) * (r / distance);
+        let cos = ((distance - r) * (distance + r)).sqrt() / distance;
+        Some(Cone {
+            axis: Axis(out / distance),
+            distance,
+            sin2_max,
+            one_minus_cos: sin2_max / (1.0 + cos),
+        })
+    }
+
+    fn at(&self, n: DVec3) -> DVec3 {
+        self.center.as_dvec3() + n * f64::from(self.radius)
+    }
+
+    /// Per m^2.
+    fn per_area(&self) -> f64 {
+        let r = f64::from(self.radius);
+        1.0 / (4.0 * PI * r * r)
+    }
+
+    fn normal_at(&self, p: DVec3) -> DVec3 {
+        (p - self.center.as_dvec3()).normalize_or(DVec3::Y)
+    }
+}
+
 impl ShapeKind for Sphere {
     fn bounds(&self) -> Aabb {
         Aabb {
             min: self.center - self.radius,
             max: self.center + self.radius,
         }
+        .padded(1.0)
     }
 
-    /// In double precision: the discriminant of a small sphere far away cancels in single.
+    /// In double precision, from the point of the ray nearest to the centre: the discriminant of a small sphere far
+    /// away cancels otherwise.
+    #[inline]
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         let d = ray.d.as_dvec3();
         let oc = ray.o.as_dvec3() - self.center.as_dvec3();
         let a = d.length_squared();
-        let b = -oc.dot(d);
-        let closest: DVec3 = oc + d * (b / a);
+        let closest_t = -oc.dot(d) / a;
+        let closest = oc + d * closest_t;
         let r = f64::from(self.radius);
         let h2 = r * r - closest.length_squared();
         if h2.is_nan() || h2 < 0.0 {
             return None;
         }
         let half = (h2 / a).sqrt();
-        [b / a - half, b / a + half]
-            .into_iter()
-            .map(|t| t as f32)
-            .find(|t| *t > ray.tmin && *t <= ray.tmax)
-            .map(|t| ShapeHit { t, u: 0.0, v: 0.0 })
+        hit_at(ray, closest_t - half, 0.0).or_else(|| hit_at(ray, closest_t + half, 0.0))
     }
 
-    fn surface(&self, _ray: &Ray, _hit: &ShapeHit) -> LocalSurface {
-        let p = Vec3::ZERO;
+    fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {
+        let r = f64::from(self.radius);
+        let n = self.normal_at(point_of(ray, hit));
+        let (p, p_error) = rounded(self.at(n), f64::from(self.center.abs().max_element()) + r);
+        let ring = (n.x * n.x + n.z * n.z).sqrt();
+        let (cos_phi, sin_phi) = if ring > 0.0 {
+            (n.x / ring, n.z / ring)
+        } else {
+            (1.0, 0.0)
+        };
+        let along = ring.max(f64::from(f32::EPSILON)) * r * TAU;
         LocalSurface {
             p,
-            p_error: p,
-            ng: Vec3::Y,
-            uv: Vec2::ZERO,
-            dpdu: Vec3::X,
-            dpdv: Vec3::Z,
+            p_error,
+            ng: n.as_vec3(),
+            uv: Vec2::new(
+                whole_turn(libm::atan2(n.z, n.x)),
+                (libm::atan2(n.y, ring) / PI + 0.5) as f32,
+            ),
+            dpdu: (DVec3::new(-sin_phi, 0.0, cos_phi) * along).as_vec3(),
+            dpdv: (DVec3::new(-n.y * cos_phi, ring, -n.y * sin_phi) * (PI * r)).as_vec3(),
         }
     }
 
     fn area(&self) -> f32 {
-        4.0 * std::f32::consts::PI * self.radius * self.radius
+        (1.0 / self.per_area()) as f32
     }
 
-    fn sample(&self, _from: Vec3, _u: Vec2) -> Option<ShapeSample> {
-        None
+    fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample> {
+        let u = u.as_dvec2();
+        let Some(cone) = self.cone(from) else {
+            let y = 1.0 - 2.0 * u.x;
+            let n = Axis(DVec3::Y).ring(u.y) * (1.0 - y * y).max(0.0).sqrt() + DVec3::Y * y;
+            return area_sample(self.per_area(), from, self.at(n), n);
+        };
+        // The direction's angle with the cone's axis, then the angle at the centre, by the law of sines.
+        let h = u.x * cone.one_minus_cos;
+        let sin2 = h * (2.0 - h);
+        let r = f64::from(self.radius);
+        let near = cone.distance * (1.0 - h) - (r * r * (1.0 - sin2 / cone.sin2_max).max(0.0)).sqrt();
+        let sin_alpha = (near * sin2.sqrt() / r).min(1.0);
+        let cos_alpha = (cone.distance - near * (1.0 - h)) / r;
+        let n = (cone.axis.0 * cos_alpha + cone.axis.ring(u.y) * sin_alpha).normalize_or(cone.axis.0);
+        Some(ShapeSample {
+            p: self.at(n).as_vec3(),
+            ng: n.as_vec3(),
+            pdf: cone.pdf(),
+        })
     }
 
-    fn pdf(&self, _from: Vec3, _wi: Vec3, _hit: &ShapeHit) -> f32 {
-        0.0
+    fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32 {
+        self.cone(from).map_or_else(
+            || {
+                let n = self.normal_at(point_of(&Ray::new(from, wi), hit));
+                solid_angle_pdf(self.per_area(), from.as_dvec3(), self.at(n), n)
+            },
+            |cone| cone.pdf(),
+        )
     }
 }

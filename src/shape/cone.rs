@@ -1,0 +1,255 @@
+//! A right circular cone, open or with a cap on its base.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `base` | `[x, y, z]` | m | `[0, 0, 0]` |
+//! | `axis` | direction | | `[0, 1, 0]` |
+//! | `radius` | number above 0 | m | required |
+//! | `height` | number above 0 | m | required |
+//! | `caps` | `true` or `false` | | `true` |
+//! | `outside_only` | `true` or `false` | | `false` |
+//!
+//! ```toml
+//! shape.cone = { base = [0, 0, 0], axis = [0, 1, 0], radius = 0.5, height = 2 }
+//! ```
+//!
+//! The base's centre is `base`, the apex `base + axis * height`. Normals point outwards, also where the wall is met from
+//! inside; at the apex itself the normal is one of the wall's. On the wall `u` runs around the axis in `[0, 1)`, for +y
+//! from +x towards +z, and `v` from the base (0) to the apex (1); on the cap `u` is the same and `v` runs from the centre
+//! (0) to the rim (1).
+//!
+//! With `outside_only`, which wants `caps = false`, rays meet the wall where they enter it and nowhere else: from inside
+//! it is not there.
+//!
+//! The part of a line inside an endless cone is one stretch, because the cone is convex; a cap cuts it off, and the hit
+//! is where the ray enters or leaves what is left. The quadratic is solved around the point of the line that is nearest
+//! to the apex, so it does not cancel however far the ray has come, and in the form that stays finite for lines
+//! parallel to the wall, where it is linear. Points are chosen uniformly by area; those on
+//! the far side of a closed cone are not seen.
+
+use std::f64::consts::{PI, TAU};
+
+use serde::Deserialize;
+
+use super::{
+    LocalSurface, ShapeHit, ShapeKind, ShapeSample,
+    axis::Axis,
+    cylinder::{BASE, Parts, WALL},
+    disk::{disk_bounds, disk_point, polar_surface},
+    numeric::{area_sample, choose, dot_direction, point_of, rounded, solid_angle_pdf},
+};
+use crate::{
+    math::{Aabb, DVec3, Ray, Vec2, Vec3},
+    value::{Direction, Point, Positive, Problem, Spanned},
+};
+
+/// What a scene file says of a cone.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ConeDesc {
+    #[serde(default = "origin")]
+    pub base: Point,
+    #[serde(default = "up")]
+    pub axis: Direction,
+    pub radius: Positive,
+    pub height: Positive,
+    #[serde(default = "yes")]
+    pub caps: bool,
+    #[serde(default)]
+    pub outside_only: Option<Spanned<bool>>,
+}
+
+fn origin() -> Point {
+    Point(Vec3::ZERO)
+}
+
+fn up() -> Direction {
+    Direction(Vec3::Y)
+}
+
+fn yes() -> bool {
+    true
+}
+
+impl ConeDesc {
+    pub fn compile(&self) -> Result<Cone, Problem> {
+        Ok(Cone {
+            base: self.base.0,
+            axis: Axis::new(self.axis.0),
+            radius: self.radius.0,
+            height: self.height.0,
+            parts: Parts::compile(self.caps, self.outside_only.as_ref())?,
+        })
+    }
+}
+
+/// A cone, its wall alone or with its cap.
+#[derive(Clone, Copy, Debug)]
+pub struct Cone {
+    base: Vec3,
+    radius: f32,
+    height: f32,
+    parts: Parts,
+    axis: Axis,
+}
+
+impl Cone {
+    fn apex(&self) -> DVec3 {
+        self.base.as_dvec3() + self.axis.0 * f64::from(self.height)
+    }
+
+    /// The stretch of a line inside the endless cone below the apex.
+    #[inline]
+    fn inside_wall(&self, ray: &Ray) -> Option<[f64; 2]> {
+        let d = ray.d.as_dvec3();
+        let from_apex = ray.o.as_dvec3() - self.apex();
+        let shift = -from_apex.dot(d) / d.length_squared();
+        let m = from_apex + d * shift;
+        let (r, h) = (f64::from(self.radius), f64::from(self.height));
+        // Depths below the apex times the radius, and distances from the axis times the height: equal on the wall.
+        let (m_depth, d_depth) = (-m.dot(self.axis.0) * r, -d.dot(self.axis.0) * r);
+        let (m_across, d_across) = (self.axis.across(m) * h, self.axis.across(d) * h);
+        let a = d_across.length_squared() - d_depth * d_depth;
+        let b = m_across.dot(d_across) - m_depth * d_depth;
+        let c = m_across.length_squared() - m_depth * m_depth;
+        let discriminant = b * b - a * c;
+        if discriminant < 0.0 && a > 0.0 {
+            return None;
+        }
+        // A line steeper than the wall always meets it: rounding alone makes its discriminant negative.
+        let q = -(b + discriminant.max(0.0).sqrt().copysign(b));
+        let (s, l) = if q == 0.0 { (0.0, 0.0) } else { (q / a, c / q) };
+        let (first, second) = if s < l { (s, l) } else { (l, s) };
+        let inside = if a > 0.0 {
+            let below = m_depth + d_depth * (0.5 * (first + second)) >= 0.0;
+            below.then_some([first, second])
+        } else if a < 0.0 {
+            Some(if d_depth > 0.0 {
+                [second, f64::INFINITY]
+            } else {
+                [f64::NEG_INFINITY, first]
+            })
+        } else {
+            match (d_depth > 0.0, b < 0.0) {
+                (true, true) => Some([l, f64::INFINITY]),
+                (false, false) if b > 0.0 => Some([f64::NEG_INFINITY, l]),
+                _ => None,
+            }
+        };
+        inside.map(|[enter, leave]| [enter + shift, leave + shift])
+    }
+
+    /// The stretch of a line above the base; its other end is no part of the cone.
+    #[inline]
+    fn above_base(&self, ray: &Ray) -> Option<[(f64, f32); 2]> {
+        let at = (ray.o.as_dvec3() - self.base.as_dvec3()).dot(self.axis.0);
+        let along = dot_direction(ray.d, self.axis.0);
+        let (never, ever) = ((f64::NEG_INFINITY, WALL), (f64::INFINITY, WALL));
+        if along > 0.0 {
+            Some([(-at / along, BASE), ever])
+        } else if along < 0.0 {
+            Some([never, (-at / along, BASE)])
+        } else {
+            (at >= 0.0).then_some([never, ever])
+        }
+    }
+
+    fn slant(&self) -> f64 {
+        let (r, h) = (f64::from(self.radius), f64::from(self.height));
+        (r * r + h * h).sqrt()
+    }
+
+    /// The areas of wall and base, in m^2.
+    fn areas(&self) -> [f64; 2] {
+        let r = f64::from(self.radius);
+        let cap = if self.parts == Parts::Closed { PI * r * r } else { 0.0 };
+        [PI * r * self.slant(), cap]
+    }
+
+    /// Per m^2.
+    fn per_area(&self) -> f64 {
+        1.0 / self.areas().iter().sum::<f64>()
+    }
+
+    fn contains(&self, p: Vec3) -> bool {
+        let q = p.as_dvec3() - self.base.as_dvec3();
+        let (z, h) = (q.dot(self.axis.0), f64::from(self.height));
+        z >= 0.0 && z <= h && self.axis.across(q).length() <= f64::from(self.radius) * (1.0 - z / h)
+    }
+
+    /// The wall's normal on the side of `e`.
+    fn wall_normal(&self, e: DVec3) -> DVec3 {
+        (e * f64::from(self.height) + self.axis.0 * f64::from(self.radius)) / self.slant()
+    }
+
+    fn wall_surface(&self, q: DVec3) -> LocalSurface {
+        let (r, h) = (f64::from(self.radius), f64::from(self.height));
+        let z = q.dot(self.axis.0).clamp(0.0, h);
+        let (e, _) = self.axis.outwards(q);
+        let rho = r * (1.0 - z / h);
+        let base = self.base.as_dvec3();
+        let (p, p_error) = rounded(base + self.axis.0 * z + e * rho, base.abs().max_element() + r + h);
+        let along = rho.max(r * f64::from(f32::EPSILON)) * TAU;
+        LocalSurface {
+            p,
+            p_error,
+            ng: self.wall_normal(e).as_vec3(),
+            uv: Vec2::new(self.axis.turn(e), (z / h) as f32),
+            dpdu: (self.axis.tangent(e) * along).as_vec3(),
+            dpdv: (self.axis.0 * h - e * r).as_vec3(),
+        }
+    }
+}
+
+impl ShapeKind for Cone {
+    fn bounds(&self) -> Aabb {
+        let base = disk_bounds(self.axis, self.base.as_dvec3(), self.radius);
+        base.extended(self.apex().as_vec3()).padded(1.0)
+    }
+
+    #[inline]
+    fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
+        let wall = self.inside_wall(ray)?;
+        self.parts.hit(ray, wall, self.above_base(ray)?)
+    }
+
+    fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {
+        let base = self.base.as_dvec3();
+        let q = point_of(ray, hit) - base;
+        if hit.u == WALL {
+            return self.wall_surface(q);
+        }
+        let (e, rho) = self.axis.outwards(q);
+        let cap = polar_surface(self.axis, base, self.radius, e, rho.min(self.radius.into()));
+        LocalSurface { ng: -cap.ng, ..cap }
+    }
+
+    fn area(&self) -> f32 {
+        (1.0 / self.per_area()) as f32
+    }
+
+    fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample> {
+        let (part, ux) = choose(&self.areas(), u.x);
+        let turn = f64::from(u.y);
+        let base = self.base.as_dvec3();
+        let (p, ng) = if part == 0 {
+            let e = self.axis.ring(turn);
+            let from_apex = ux.sqrt();
+            let z = f64::from(self.height) * (1.0 - from_apex);
+            let rho = f64::from(self.radius) * from_apex;
+            (base + self.axis.0 * z + e * rho, self.wall_normal(e))
+        } else {
+            (base + disk_point(self.axis, self.radius, ux, turn), -self.axis.0)
+        };
+        let away = ng.dot(from.as_dvec3() - p) <= 0.0;
+        if away && self.parts.hide(|| self.contains(from)) {
+            return None;
+        }
+        area_sample(self.per_area(), from, p, ng)
+    }
+
+    fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32 {
+        let s = self.surface(&Ray::new(from, wi), hit);
+        solid_angle_pdf(self.per_area(), from.as_dvec3(), s.p.as_dvec3(), s.ng.as_dvec3())
+    }
+}

@@ -1,0 +1,100 @@
+//! An endless plane.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `point` | `[x, y, z]` | m | `[0, 0, 0]` |
+//! | `normal` | direction | | `[0, 1, 0]` |
+//!
+//! ```toml
+//! shape.plane = { point = [0, -1, 0], normal = [0, 1, 0] }
+//! ```
+//!
+//! The normal is the one given, on both sides. `uv` counts metres from `point`, along the frame of
+//! [`Frame::from_normal`]: for a normal of +y, `u` along +x and `v` along -z. A plane has no bounds and no area; it
+//! cannot be sampled.
+
+use serde::Deserialize;
+
+use super::{
+    LocalSurface, ShapeHit, ShapeKind, ShapeSample,
+    axis::Axis,
+    numeric::{dot_direction, hit_at, point_of, rounded},
+};
+use crate::{
+    math::{Aabb, Frame, Ray, Vec2, Vec3},
+    value::{Direction, Point, Problem},
+};
+
+/// What a scene file says of a plane.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneDesc {
+    #[serde(default = "origin")]
+    pub point: Point,
+    #[serde(default = "up")]
+    pub normal: Direction,
+}
+
+fn origin() -> Point {
+    Point(Vec3::ZERO)
+}
+
+fn up() -> Direction {
+    Direction(Vec3::Y)
+}
+
+impl PlaneDesc {
+    pub fn compile(&self) -> Result<Plane, Problem> {
+        Ok(Plane {
+            point: self.point.0,
+            axis: Axis::new(self.normal.0),
+        })
+    }
+}
+
+/// A plane, seen from both sides.
+#[derive(Clone, Copy, Debug)]
+pub struct Plane {
+    point: Vec3,
+    axis: Axis,
+}
+
+impl ShapeKind for Plane {
+    fn bounds(&self) -> Aabb {
+        Aabb::UNBOUNDED
+    }
+
+    #[inline]
+    fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
+        let q = self.point.as_dvec3() - ray.o.as_dvec3();
+        hit_at(ray, q.dot(self.axis.0) / dot_direction(ray.d, self.axis.0), 0.0)
+    }
+
+    fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {
+        let point = self.point.as_dvec3();
+        let q = self.axis.across(point_of(ray, hit) - point);
+        let (p, p_error) = rounded(point + q, point.abs().max_element() + q.abs().max_element());
+        let ng = self.axis.0.as_vec3();
+        let frame = Frame::from_normal(ng);
+        LocalSurface {
+            p,
+            p_error,
+            ng,
+            uv: Vec2::new(q.dot(frame.s.as_dvec3()) as f32, q.dot(frame.t.as_dvec3()) as f32),
+            dpdu: frame.s,
+            dpdv: frame.t,
+        }
+    }
+
+    fn area(&self) -> f32 {
+        f32::INFINITY
+    }
+
+    fn sample(&self, _from: Vec3, _u: Vec2) -> Option<ShapeSample> {
+        None
+    }
+
+    fn pdf(&self, _from: Vec3, _wi: Vec3, _hit: &ShapeHit) -> f32 {
+        0.0
+    }
+}
