@@ -16,10 +16,14 @@ use crate::{
 
 mod axis;
 pub mod cone;
+pub mod cuboid;
 pub mod cylinder;
 pub mod disk;
+pub mod mesh;
 mod numeric;
 pub mod plane;
+pub mod quad;
+mod rectangle;
 pub mod sphere;
 pub mod triangle;
 
@@ -87,6 +91,8 @@ kinds! {
     enum Shape / ShapeDesc {
         "sphere" => Sphere(sphere::Sphere, sphere::SphereDesc),
         "disk" => Disk(disk::Disk, disk::DiskDesc),
+        "quad" => Quad(quad::Quad, quad::QuadDesc),
+        "cuboid" => Cuboid(cuboid::Cuboid, cuboid::CuboidDesc),
         "cylinder" => Cylinder(cylinder::Cylinder, cylinder::CylinderDesc),
         "cone" => Cone(cone::Cone, cone::ConeDesc),
         "plane" => Plane(plane::Plane, plane::PlaneDesc),

@@ -1,0 +1,215 @@
+//! An axis-aligned box.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `min` | `[x, y, z]` | m | required |
+//! | `max` | `[x, y, z]`, above `min` on every axis | m | required |
+//!
+//! ```toml
+//! shape.cuboid = { min = [-1, 0, -1], max = [1, 2, 1] }
+//! ```
+//!
+//! Normals point outwards. Every face has its own `uv` from 0 to 1, and `dpdu x dpdv` points outwards: on the four
+//! sides `v` runs up along +y and `u` to the right as seen from outside; on the top (+y) `u` runs along +x and `v` along
+//! -z, on the bottom `u` along +x and `v` along +z.
+//!
+//! From outside, directions are chosen over the one to three faces that can be seen, from inside over all six,
+//! uniformly by solid angle.
+
+use serde::Deserialize;
+
+use super::{
+    LocalSurface, ShapeHit, ShapeKind, ShapeSample,
+    numeric::{choose, hit_at, point_of, rounded},
+    rectangle::SeenRectangle,
+};
+use crate::{
+    math::{Aabb, DVec3, Ray, Vec2, Vec3},
+    value::{Point, Problem, Spanned},
+};
+
+/// What a scene file says of a cuboid.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CuboidDesc {
+    pub min: Point,
+    pub max: Spanned<Point>,
+}
+
+impl CuboidDesc {
+    pub fn compile(&self) -> Result<Cuboid, Problem> {
+        let (min, max) = (self.min.0, self.max.get_ref().0);
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            let (low, high) = (min[axis], max[axis]);
+            let problem = |message: String| Problem::at(self.max.span(), message);
+            if high == low {
+                let message = format!("a cuboid without extent along {name}: both `min` and `max` have {low}");
+                return Err(problem(message).with_help("for a flat rectangle, take `shape.quad`"));
+            }
+            if high < low {
+                let message = format!("`max` has {name} = {high}, below the {low} of `min`");
+                return Err(problem(message).with_help("swap the two numbers"));
+            }
+        }
+        Ok(Cuboid { min, max })
+    }
+}
+
+/// A box, seen from outside and from inside.
+#[derive(Clone, Copy, Debug)]
+pub struct Cuboid {
+    min: Vec3,
+    max: Vec3,
+}
+
+/// One of the six faces: its normal's axis and side, and the axes of `u` and `v` with their sense.
+struct Face {
+    normal: DVec3,
+    along: [DVec3; 2],
+}
+
+/// -x, +x, -y, +y, -z, +z: axis k has the faces 2k and 2k + 1.
+const FACES: [Face; 6] = [
+    Face {
+        normal: DVec3::NEG_X,
+        along: [DVec3::Z, DVec3::Y],
+    },
+    Face {
+        normal: DVec3::X,
+        along: [DVec3::NEG_Z, DVec3::Y],
+    },
+    Face {
+        normal: DVec3::NEG_Y,
+        along: [DVec3::X, DVec3::Z],
+    },
+    Face {
+        normal: DVec3::Y,
+        along: [DVec3::X, DVec3::NEG_Z],
+    },
+    Face {
+        normal: DVec3::NEG_Z,
+        along: [DVec3::NEG_X, DVec3::Y],
+    },
+    Face {
+        normal: DVec3::Z,
+        along: [DVec3::X, DVec3::Y],
+    },
+];
+
+impl Cuboid {
+    /// The corner of a face where its u and v are 0, and its edges.
+    fn rectangle(&self, face: &Face) -> (DVec3, [DVec3; 2]) {
+        let (min, max) = (self.min.as_dvec3(), self.max.as_dvec3());
+        let extent = max - min;
+        // Where u and v are 0, every axis with a positive direction is at its minimum.
+        let backwards = face.normal - face.along[0] - face.along[1];
+        let corner = DVec3::select(backwards.cmpgt(DVec3::ZERO), max, min);
+        (corner, face.along.map(|e| e * extent.dot(e.abs())))
+    }
+
+    /// The faces as seen from a point, those that look away from it left out; from inside, all.
+    fn seen(&self, from: Vec3) -> [Option<SeenRectangle>; 6] {
+        let inside = from.cmpge(self.min).all() && from.cmple(self.max).all();
+        std::array::from_fn(|i| {
+            let face = &FACES[i];
+            let (axis, outermost) = (i / 2, if i % 2 == 1 { self.max } else { self.min });
+            let side = f64::from(from[axis]) - f64::from(outermost[axis]);
+            let faces_us = side * face.normal[axis] > 0.0;
+            (inside || faces_us).then(|| {
+                let (corner, edges) = self.rectangle(face);
+                SeenRectangle::new(from.as_dvec3(), corner, edges)
+            })
+        })
+    }
+}
+
+fn solid_angles(seen: &[Option<SeenRectangle>; 6]) -> [f64; 6] {
+    seen.map(|face| face.map_or(0.0, |f| f.solid_angle()))
+}
+
+impl ShapeKind for Cuboid {
+    fn bounds(&self) -> Aabb {
+        Aabb {
+            min: self.min,
+            max: self.max,
+        }
+    }
+
+    /// By slabs; a ray that runs along a face counts as inside that slab.
+    #[inline]
+    fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
+        let mut enter = (f64::NEG_INFINITY, 0);
+        let mut leave = (f64::INFINITY, 0);
+        for axis in 0..3 {
+            let (o, d) = (f64::from(ray.o[axis]), f64::from(ray.d[axis]));
+            let (low, high) = (f64::from(self.min[axis]) - o, f64::from(self.max[axis]) - o);
+            if d == 0.0 {
+                if low <= 0.0 && high >= 0.0 {
+                    continue;
+                }
+                return None;
+            }
+            let (low, high) = ((low / d, 2 * axis), (high / d, 2 * axis + 1));
+            let (near, far) = if d > 0.0 { (low, high) } else { (high, low) };
+            if near.0.is_nan() {
+                return None;
+            }
+            if near.0 > enter.0 {
+                enter = near;
+            }
+            if far.0 < leave.0 {
+                leave = far;
+            }
+        }
+        if enter.0 > leave.0 {
+            return None;
+        }
+        hit_at(ray, enter.0, enter.1 as f32).or_else(|| hit_at(ray, leave.0, leave.1 as f32))
+    }
+
+    fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {
+        let face = &FACES[(hit.u as usize).min(5)];
+        let (corner, edges) = self.rectangle(face);
+        let uv = SeenRectangle::uv(corner, edges, point_of(ray, hit));
+        let inside = point_of(ray, hit).clamp(self.min.as_dvec3(), self.max.as_dvec3());
+        let p = DVec3::select(face.normal.cmpeq(DVec3::ZERO), inside, corner);
+        let (p, p_error) = rounded(p, f64::from(self.min.abs().max(self.max.abs()).max_element()));
+        LocalSurface {
+            p,
+            p_error,
+            ng: face.normal.as_vec3(),
+            uv,
+            dpdu: edges[0].as_vec3(),
+            dpdv: edges[1].as_vec3(),
+        }
+    }
+
+    fn area(&self) -> f32 {
+        2.0 * self.bounds().half_area()
+    }
+
+    fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample> {
+        let seen = self.seen(from);
+        let angles = solid_angles(&seen);
+        let (i, ux) = choose(&angles, u.x);
+        let face = seen[i]?;
+        let p = face.sample(ux, u.y.into());
+        let pmf = angles[i] / angles.iter().sum::<f64>();
+        let pdf = face.pdf(p) * pmf as f32;
+        (pdf > 0.0).then(|| ShapeSample {
+            p: p.as_vec3(),
+            ng: FACES[i].normal.as_vec3(),
+            pdf,
+        })
+    }
+
+    fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32 {
+        let seen = self.seen(from);
+        let angles = solid_angles(&seen);
+        let i = (hit.u as usize).min(5);
+        seen[i].map_or(0.0, |face| {
+            let pmf = angles[i] / angles.iter().sum::<f64>();
+            face.pdf(point_of(&Ray::new(from, wi), hit)) * pmf as f32
+        })
+    }
+}

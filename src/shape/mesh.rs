@@ -1,0 +1,170 @@
+//! Triangle meshes as indexed arrays: what loaders make and what a scene is compiled from.
+
+use thiserror::Error;
+
+use crate::math::{Aabb, DVec3, Vec2, Vec3};
+
+/// Triangles over shared vertices, in the mesh's own space, metres.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    pub positions: Vec<Vec3>,
+    /// Three indices into `positions` each, counterclockwise as seen from where the normal points to.
+    pub triangles: Vec<[u32; 3]>,
+    /// Unit shading normals: none, or one for each vertex.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates, v up: none, or one for each vertex.
+    pub uvs: Vec<Vec2>,
+}
+
+/// Why a mesh cannot be rendered. Numbers count from 0.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum MeshError {
+    #[error("triangle {triangle} names vertex {vertex}, but there are only {vertices}")]
+    IndexOutOfRange {
+        triangle: usize,
+        vertex: u32,
+        vertices: usize,
+    },
+    #[error("vertex {vertex} has a position that is not finite")]
+    PositionNotFinite { vertex: usize },
+    #[error("vertex {vertex} has a normal that is not finite")]
+    NormalNotFinite { vertex: usize },
+    #[error("vertex {vertex} has texture coordinates that are not finite")]
+    UvNotFinite { vertex: usize },
+    #[error("there are {found} {what} for {vertices} vertices")]
+    WrongLength {
+        what: &'static str,
+        found: usize,
+        vertices: usize,
+    },
+    #[error("there are {vertices} vertices, more than 32 bits can count")]
+    TooManyVertices { vertices: usize },
+}
+
+impl Mesh {
+    /// The first thing that is wrong with the arrays. Triangles without area are not wrong.
+    pub fn validate(&self) -> Result<(), MeshError> {
+        let vertices = self.positions.len();
+        if u32::try_from(vertices).is_err() {
+            return Err(MeshError::TooManyVertices { vertices });
+        }
+        for (what, found) in [("normals", self.normals.len()), ("texture coordinates", self.uvs.len())] {
+            if found != 0 && found != vertices {
+                return Err(MeshError::WrongLength { what, found, vertices });
+            }
+        }
+        if let Some(vertex) = self.positions.iter().position(|p| !p.is_finite()) {
+            return Err(MeshError::PositionNotFinite { vertex });
+        }
+        if let Some(vertex) = self.normals.iter().position(|n| !n.is_finite()) {
+            return Err(MeshError::NormalNotFinite { vertex });
+        }
+        if let Some(vertex) = self.uvs.iter().position(|t| !t.is_finite()) {
+            return Err(MeshError::UvNotFinite { vertex });
+        }
+        for (triangle, corners) in self.triangles.iter().enumerate() {
+            if let Some(&vertex) = corners.iter().find(|v| **v as usize >= vertices) {
+                return Err(MeshError::IndexOutOfRange {
+                    triangle,
+                    vertex,
+                    vertices,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The box around all vertices that a triangle uses; [`Aabb::EMPTY`] without triangles. The mesh is valid.
+    pub fn bounds(&self) -> Aabb {
+        Aabb::from_points(self.triangles.iter().flatten().map(|v| self.positions[*v as usize]))
+    }
+
+    /// The corners of a triangle. The mesh is valid.
+    pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
+        self.triangles[triangle].map(|v| self.positions[v as usize])
+    }
+
+    /// A normal for each vertex: the mean of its triangles' normals, weighted by their areas; +y for a vertex whose
+    /// triangles have none or cancel. The mesh is valid.
+    pub fn smooth_normals(&self) -> Vec<Vec3> {
+        let mut sums = vec![DVec3::ZERO; self.positions.len()];
+        for (i, triangle) in self.triangles.iter().enumerate() {
+            let [a, b, c] = self.corners(i).map(|p| p.as_dvec3());
+            let twice_area = (b - a).cross(c - a);
+            for &v in triangle {
+                sums[v as usize] += twice_area;
+            }
+        }
+        sums.into_iter()
+            .map(|sum| sum.normalize_or(DVec3::Y).as_vec3())
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two triangles that fold around the edge from vertex 0 to vertex 1.
+    fn fold() -> Mesh {
+        Mesh {
+            positions: vec![Vec3::ZERO, Vec3::Z, Vec3::X, Vec3::new(0.0, 3.0, 0.0), Vec3::splat(9.0)],
+            triangles: vec![[0, 1, 2], [0, 3, 1]],
+            ..Mesh::default()
+        }
+    }
+
+    fn message(change: impl FnOnce(&mut Mesh)) -> String {
+        let mut mesh = fold();
+        change(&mut mesh);
+        mesh.validate().unwrap_err().to_string()
+    }
+
+    #[test]
+    fn broken_arrays_are_refused_with_the_place() {
+        assert_eq!(fold().validate(), Ok(()));
+        assert_eq!(Mesh::default().validate(), Ok(()));
+        assert_eq!(
+            message(|m| m.triangles[1][2] = 5),
+            "triangle 1 names vertex 5, but there are only 5"
+        );
+        assert_eq!(
+            message(|m| m.positions[3].y = f32::NAN),
+            "vertex 3 has a position that is not finite"
+        );
+        assert_eq!(
+            message(|m| m.normals = vec![Vec3::Y, Vec3::Y, Vec3::INFINITY, Vec3::Y, Vec3::Y]),
+            "vertex 2 has a normal that is not finite"
+        );
+        assert_eq!(
+            message(|m| m.uvs = vec![Vec2::NAN; 5]),
+            "vertex 0 has texture coordinates that are not finite"
+        );
+        assert_eq!(
+            message(|m| m.normals = vec![Vec3::Y; 4]),
+            "there are 4 normals for 5 vertices"
+        );
+        assert_eq!(
+            message(|m| m.uvs = vec![Vec2::ZERO; 6]),
+            "there are 6 texture coordinates for 5 vertices"
+        );
+    }
+
+    #[test]
+    fn smooth_normals_weigh_triangles_by_area() {
+        let normals = fold().smooth_normals();
+        let expected = Vec3::new(3.0, 1.0, 0.0).normalize();
+        for v in [0, 1] {
+            assert!((normals[v] - expected).length() < 1e-7, "{}", normals[v]);
+        }
+        assert_eq!((normals[2], normals[3]), (Vec3::Y, Vec3::X));
+    }
+
+    #[test]
+    fn a_vertex_without_triangles_is_out_of_bounds_and_has_some_normal() {
+        let mesh = fold();
+        assert_eq!(mesh.bounds().max, Vec3::new(1.0, 3.0, 1.0));
+        assert_eq!(mesh.smooth_normals()[4], Vec3::Y);
+        assert!(Mesh::default().bounds().is_empty());
+    }
+}

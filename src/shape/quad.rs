@@ -1,0 +1,240 @@
+//! A flat convex quadrilateral.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `corners` | four of `[x, y, z]`, in order around it | m | required |
+//!
+//! ```toml
+//! shape.quad = { corners = [[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]] }
+//! ```
+//!
+//! With corners A, B, C, D the normal is that of (B - A) x (D - A): it points to where the corners are seen to run
+//! counterclockwise. `uv` is bilinear: A = (0, 0), B = (1, 0), C = (1, 1), D = (0, 1), so `dpdu x dpdv` points along
+//! the normal.
+//!
+//! The corners must be in a plane: each may be off it by up to 1e-4 of the longer diagonal. The surface is then the
+//! plane that all four corners are equally far from.
+//!
+//! Two quads that share an edge, or a quad and a triangle of a mesh, leave no gap: which side of an edge a ray passes
+//! depends on the edge's two corners alone, as in [`triangle`].
+//!
+//! Directions towards a rectangle are chosen uniformly by solid angle, points of any other quad uniformly by area.
+
+use serde::Deserialize;
+
+use super::{
+    LocalSurface, ShapeHit, ShapeKind, ShapeSample,
+    numeric::{area_sample, choose, dot_direction, hit_at, point_of, rounded, solid_angle_pdf},
+    rectangle::SeenRectangle,
+    triangle,
+};
+use crate::{
+    math::{Aabb, DVec3, Ray, Vec2, Vec3},
+    value::{Point, Problem, Spanned},
+};
+
+/// How far a corner may be off the plane, in lengths of the longer diagonal.
+const PLANAR_TOLERANCE: f64 = 1e-4;
+
+/// What a scene file says of a quad.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct QuadDesc {
+    pub corners: Spanned<[Point; 4]>,
+}
+
+impl QuadDesc {
+    pub fn compile(&self) -> Result<Quad, Problem> {
+        let problem = |message: String, help: &str| Err(Problem::at(self.corners.span(), message).with_help(help));
+        let quad = Quad::from_corners(self.corners.get_ref().map(|p| p.0));
+        let corners = quad.corners.map(|c| c.as_dvec3());
+        let [a, b, c, d] = corners;
+        let size = (c - a).length().max((d - b).length());
+        // What rounding the corners to single precision does to twice an area.
+        let noise = size * corners.iter().fold(size, |m, c| m.max(c.length())) * f64::from(f32::EPSILON);
+        let spread = [0, 1, 2, 3].map(|i| quad.turn(i).length());
+        if spread.iter().all(|s| *s <= noise) {
+            let message = "the corners are on one line or in one point: the quad has no area";
+            return problem(message.to_owned(), "give four corners of a convex quadrilateral");
+        }
+        let crossed = || {
+            let message = "the corners make a dent or cross each other";
+            problem(
+                message.to_owned(),
+                "give the corners of a convex quadrilateral, in order around it",
+            )
+        };
+        if (c - a).cross(d - b).length() <= noise {
+            return crossed();
+        }
+        let off = (a - quad.middle).dot(quad.normal).abs();
+        if off > PLANAR_TOLERANCE * size {
+            let message = format!(
+                "the corners are not in a plane: they are {:.2} % of the quad's size off it",
+                100.0 * off / size
+            );
+            return problem(message, "move them into a plane, or use a mesh of two triangles");
+        }
+        if (0..4).any(|i| quad.turn(i).dot(quad.normal) < -noise) {
+            return crossed();
+        }
+        Ok(quad)
+    }
+}
+
+/// A convex quadrilateral, seen from both sides.
+#[derive(Clone, Copy, Debug)]
+pub struct Quad {
+    corners: [Vec3; 4],
+    /// The mean of the corners.
+    middle: DVec3,
+    normal: DVec3,
+    is_rectangle: bool,
+}
+
+impl Quad {
+    fn from_corners(corners: [Vec3; 4]) -> Self {
+        let [a, b, c, d] = corners.map(|c| c.as_dvec3());
+        // Of a flat convex quad this is the direction of (B - A) x (D - A), and it needs no angle at A.
+        let normal = (c - a).cross(d - b).normalize_or(DVec3::Y);
+        let (e, f, skew) = (b - a, d - a, a - b + c - d);
+        let noise = f64::from(4.0 * f32::EPSILON);
+        let largest = [a, b, c, d].iter().fold(0.0_f64, |m, c| m.max(c.abs().max_element()));
+        let is_rectangle = skew.length() <= noise * largest && e.dot(f).abs() <= noise * e.length() * f.length();
+        Self {
+            corners,
+            middle: (a + b + c + d) * 0.25,
+            normal,
+            is_rectangle,
+        }
+    }
+
+    /// The cross product of the edges that meet in corner `i`.
+    fn turn(&self, i: usize) -> DVec3 {
+        let at = |k: usize| self.corners[(i + k) % 4].as_dvec3();
+        (at(1) - at(0)).cross(at(3) - at(0))
+    }
+
+    /// Corner A, the edges AB and AD, and how far C is from completing a parallelogram.
+    fn bilinear(&self) -> (DVec3, DVec3, DVec3, DVec3) {
+        let [a, b, c, d] = self.corners.map(|c| c.as_dvec3());
+        (a, b - a, d - a, a - b + c - d)
+    }
+
+    /// The u and v of a point of the plane: the inverse of A + u e + v f + u v skew, each in `[0, 1]`.
+    ///
+    /// Both sides' cross product with e + v skew, along the normal, leaves a quadratic equation for v.
+    fn inverse_bilinear(&self, p: DVec3) -> (f64, f64) {
+        let (a, e, f, skew) = self.bilinear();
+        let h = p - a;
+        let cross = |x: DVec3, y: DVec3| x.cross(y).dot(self.normal);
+        let (k2, k1, k0) = (cross(skew, f), cross(e, f) + cross(h, skew), cross(h, e));
+        let q = -0.5 * (k1 + (k1 * k1 - 4.0 * k2 * k0).max(0.0).sqrt().copysign(k1));
+        let outside = |v: f64| (v - v.clamp(0.0, 1.0)).abs();
+        let v = [k0 / q, q / k2]
+            .into_iter()
+            .filter(|v| v.is_finite())
+            .min_by(|x, y| outside(*x).total_cmp(&outside(*y)))
+            .unwrap_or(0.0)
+            .clamp(0.0, 1.0);
+        let across = e + skew * v;
+        let u = (h - f * v).dot(across) / across.length_squared();
+        // Where C and D are one point, every u leads there.
+        (if u.is_nan() { 0.0 } else { u.clamp(0.0, 1.0) }, v)
+    }
+
+    /// The place of the quad nearest to where the ray met it: u, v and the point.
+    fn place(&self, ray: &Ray, hit: &ShapeHit) -> (f64, f64, DVec3) {
+        let (u, v) = self.inverse_bilinear(point_of(ray, hit));
+        let (a, e, f, skew) = self.bilinear();
+        let p = a + e * u + f * v + skew * (u * v);
+        (u, v, p - self.normal * (p - self.middle).dot(self.normal))
+    }
+
+    /// The two triangles, ABC and ACD, and their areas in m^2.
+    fn halves(&self) -> ([[Vec3; 3]; 2], [f64; 2]) {
+        let [a, b, c, d] = self.corners;
+        let halves = [[a, b, c], [a, c, d]];
+        (halves, halves.map(triangle::area))
+    }
+
+    fn seen_from(&self, from: Vec3) -> Option<SeenRectangle> {
+        let (a, e, f, _) = self.bilinear();
+        self.is_rectangle
+            .then(|| SeenRectangle::new(from.as_dvec3(), a, [e, f]))
+    }
+
+    /// Per m^2.
+    fn per_area(&self) -> f64 {
+        1.0 / self.halves().1.iter().sum::<f64>()
+    }
+}
+
+impl ShapeKind for Quad {
+    fn bounds(&self) -> Aabb {
+        let on_plane = self.corners.map(|c| {
+            let c = c.as_dvec3();
+            (c - self.normal * (c - self.middle).dot(self.normal)).as_vec3()
+        });
+        Aabb::from_points(self.corners.into_iter().chain(on_plane)).padded(1.0)
+    }
+
+    #[inline]
+    fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
+        let corners = self.corners.map(|c| c - ray.o);
+        // Twice the signed volume that the ray's line spans with each edge, as in `triangle::intersect`.
+        let edge = |p: Vec3, q: Vec3| (q + p).cross(q - p).dot(ray.d);
+        let [a, b, c, d] = corners;
+        let sides = [edge(a, b), edge(b, c), edge(c, d), edge(d, a)];
+        let inside = sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0);
+        if !inside {
+            return None;
+        }
+        let along = dot_direction(ray.d, self.normal);
+        let t = (self.middle - ray.o.as_dvec3()).dot(self.normal) / along;
+        hit_at(ray, t, 0.0)
+    }
+
+    fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {
+        let (u, v, p) = self.place(ray, hit);
+        let extent = self.corners.iter().fold(0.0_f32, |m, c| m.max(c.abs().max_element()));
+        let (p, p_error) = rounded(p, extent.into());
+        let (_, e, f, skew) = self.bilinear();
+        LocalSurface {
+            p,
+            p_error,
+            ng: self.normal.as_vec3(),
+            uv: Vec2::new(u as f32, v as f32),
+            dpdu: (e + skew * v).as_vec3(),
+            dpdv: (f + skew * u).as_vec3(),
+        }
+    }
+
+    fn area(&self) -> f32 {
+        (1.0 / self.per_area()) as f32
+    }
+
+    fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample> {
+        let Some(seen) = self.seen_from(from) else {
+            let (halves, areas) = self.halves();
+            let (half, ux) = choose(&areas, u.x);
+            let p = triangle::point(halves[half], triangle::sample_barycentric(Vec2::new(ux as f32, u.y)));
+            return area_sample(self.per_area(), from, p, self.normal);
+        };
+        let p = seen.sample(u.x.into(), u.y.into());
+        let pdf = seen.pdf(p);
+        (pdf > 0.0).then(|| ShapeSample {
+            p: p.as_vec3(),
+            ng: self.normal.as_vec3(),
+            pdf,
+        })
+    }
+
+    fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32 {
+        let (_, _, p) = self.place(&Ray::new(from, wi), hit);
+        self.seen_from(from).map_or_else(
+            || solid_angle_pdf(self.per_area(), from.as_dvec3(), p, self.normal),
+            |seen| seen.pdf(p),
+        )
+    }
+}
