@@ -15,6 +15,8 @@ use crate::{
 };
 
 mod axis;
+#[cfg(test)]
+mod battery;
 pub mod cone;
 pub mod cuboid;
 pub mod cylinder;

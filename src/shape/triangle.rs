@@ -147,3 +147,97 @@ pub fn pdf(corners: [Vec3; 3], from: Vec3, u: f32, v: f32) -> f32 {
     let n = normal_times_area(corners).normalize_or(DVec3::Y);
     solid_angle_pdf(1.0 / area(corners), from.as_dvec3(), point(corners, Vec2::new(u, v)), n)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{math::float::offset_origin, shape::battery::Random};
+
+    fn random_triangle(random: &mut Random, center: Vec3, size: f32) -> [Vec3; 3] {
+        std::array::from_fn(|_| center + random.direction() * size)
+    }
+
+    #[test]
+    fn rays_spawned_from_a_triangle_never_meet_it_again() {
+        let mut random = Random(51);
+        for i in 0..20_000 {
+            let (center, size) = [
+                (Vec3::ZERO, 1.0),
+                (Vec3::new(3.0, -2.0, 50.0), 0.1),
+                (Vec3::new(0.0, 10.0, 0.0), 1e4),
+            ][i % 3];
+            let corners = random_triangle(&mut random, center, size);
+            let [a, b, c] = corners;
+            let weights = sample_barycentric(random.square());
+            let needle = area(corners) < 2e-3 * f64::from(size * size);
+            if needle {
+                continue;
+            }
+            let s = surface(corners, None, weights.x, weights.y);
+            let d = random.direction();
+            let grazing = d - s.ng * (d.dot(s.ng) * 0.999);
+            for w in [d, grazing] {
+                let ray = Ray::new(offset_origin(s.p, s.p_error, s.ng, w), w);
+                assert_eq!(intersect(&ray, a, b, c), None, "{corners:?} {s:?} {ray:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn surfaces_find_the_hit_again() {
+        let mut random = Random(52);
+        for _ in 0..1000 {
+            let corners = random_triangle(&mut random, Vec3::ONE, 2.0);
+            let [a, b, c] = corners;
+            let w = sample_barycentric(random.square());
+            let p = point(corners, w).as_vec3();
+            let o = p + random.direction() * 5.0;
+            let ray = Ray::new(o, p - o);
+            let Some(hit) = intersect(&ray, a, b, c) else { continue };
+            let s = surface(corners, None, hit.u, hit.v);
+            let cos = s.ng.dot(ray.d.normalize()).abs();
+            assert!((s.p - p).length() * cos < 1e-4, "{} is not {p}", s.p);
+            assert!(s.ng.dot((b - a).cross(c - a)) > 0.0);
+        }
+    }
+
+    #[test]
+    fn derivatives_follow_the_texture_coordinates() {
+        let corners = [Vec3::ZERO, Vec3::X * 2.0, Vec3::Y * 3.0];
+        // u runs along +y, v along -x.
+        let uvs = [Vec2::new(0.5, 1.0), Vec2::new(0.5, 0.0), Vec2::new(1.0, 1.0)];
+        let s = surface(corners, Some(uvs), 0.25, 0.5);
+        assert_eq!((s.dpdu, s.dpdv), (Vec3::Y * 6.0, Vec3::X * -2.0));
+        assert_eq!((s.uv, s.p), (Vec2::new(0.75, 0.75), Vec3::new(0.5, 1.5, 0.0)));
+        let degenerate = surface(corners, Some([Vec2::ONE; 3]), 0.25, 0.5);
+        assert_eq!(degenerate.uv, Vec2::new(0.25, 0.5));
+        assert_eq!((degenerate.dpdu, degenerate.dpdv), (corners[1], corners[2]));
+    }
+
+    #[test]
+    fn samples_are_uniform_by_area_and_agree_with_pdf() {
+        let corners = [Vec3::ZERO, Vec3::X * 2.0, Vec3::Y * 3.0];
+        let from = Vec3::new(0.3, -1.0, 2.0);
+        let mut random = Random(53);
+        let (n, mut mean, mut solid_angle) = (100_000, DVec3::ZERO, 0.0);
+        for _ in 0..n {
+            let s = sample(corners, from, random.square()).unwrap();
+            let ray = Ray::new(from, (s.p - from).normalize());
+            mean += s.p.as_dvec3();
+            solid_angle += 1.0 / f64::from(s.pdf);
+            let [a, b, c] = corners;
+            if let Some(hit) = intersect(&ray, a, b, c) {
+                let pdf = pdf(corners, from, hit.u, hit.v);
+                assert!((pdf / s.pdf - 1.0).abs() < 1e-4);
+            }
+        }
+        let centroid = point(corners, Vec2::splat(1.0 / 3.0));
+        assert!((mean / f64::from(n) - centroid).length() < 0.01);
+        // Van Oosterom and Strackee, "The Solid Angle of a Plane Triangle", 1983.
+        let [a, b, c] = corners.map(|p| (p - from).as_dvec3());
+        let (la, lb, lc) = (a.length(), b.length(), c.length());
+        let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+        let expected = 2.0 * libm::atan2(a.dot(b.cross(c)).abs(), below);
+        assert!((solid_angle / f64::from(n) / expected - 1.0).abs() < 0.01);
+    }
+}
