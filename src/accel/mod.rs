@@ -39,7 +39,6 @@ pub use simd::{Simd, VARIABLE as SIMD_VARIABLE};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum AccelKind {
     Linear,
-    #[default]
     Bvh2,
     CwBvh,
     #[default]
