@@ -197,7 +197,7 @@ fn with_small_disk(folder: &Folder, script: &str) -> Option<std::process::Output
     let unshared = |script: &str| {
         Command::new("unshare")
             .args(["--map-root-user", "--mount", "sh", "-c"])
-            .arg(format!("mount -t tmpfs -o size=160k none disk && {script}"))
+            .arg(format!("mount -t tmpfs -o size=64k none disk && {script}"))
             .current_dir(folder.path(""))
             .output()
     };
