@@ -24,11 +24,11 @@ const BUFFER: usize = 1 << 18;
 pub fn write<T>(path: &Path, encode: impl FnOnce(&mut dyn Write) -> Result<T, EncodeError>) -> Result<T, OutputError> {
     let folder = folder_of(path);
     let file = create(path, &folder).map_err(|source| OutputError::Create {
-        source,
+        source: plain(source),
         path: path.to_owned(),
     })?;
     let failed = |source| OutputError::Write {
-        source,
+        source: plain(source),
         path: path.to_owned(),
     };
     let mut out = BufWriter::with_capacity(BUFFER, file);
@@ -54,6 +54,18 @@ pub fn check(path: &Path) -> Result<(), OutputError> {
             source,
             path: path.to_owned(),
         })
+}
+
+/// The error itself, without the name of the temporary that tempfile adds to it: the file that was wanted is what counts.
+fn plain(error: io::Error) -> io::Error {
+    let inner = error
+        .get_ref()
+        .and_then(|e| e.source())
+        .and_then(|e| e.downcast_ref::<io::Error>());
+    match inner.and_then(io::Error::raw_os_error) {
+        Some(code) => io::Error::from_raw_os_error(code),
+        None => error,
+    }
 }
 
 fn folder_of(path: &Path) -> PathBuf {
