@@ -31,7 +31,7 @@ pub fn write<T>(path: &Path, encode: impl FnOnce(&mut dyn Write) -> Result<T, En
         source: plain(source),
         path: path.to_owned(),
     };
-    let mut out = BufWriter::with_capacity(BUFFER, file);
+    let mut out = BufWriter::with_capacity(BUFFER, file.as_file());
     let written = encode(&mut out).map_err(|error| match error {
         EncodeError::Io(source) => failed(source),
         EncodeError::Unfit(reason) => OutputError::Encode {
@@ -39,7 +39,7 @@ pub fn write<T>(path: &Path, encode: impl FnOnce(&mut dyn Write) -> Result<T, En
             path: path.to_owned(),
         },
     })?;
-    let file = out.into_inner().map_err(|e| failed(e.into_error()))?;
+    out.into_inner().map_err(|e| failed(e.into_error()))?;
     file.as_file().sync_all().map_err(failed)?;
     file.persist(path).map_err(|e| failed(e.error))?;
     sync_folder(&folder).map_err(failed)?;
@@ -56,14 +56,10 @@ pub fn check(path: &Path) -> Result<(), OutputError> {
         })
 }
 
-/// The error itself, without the name of the temporary that tempfile adds to it: the file that was wanted is what counts.
+/// The error without the name of the temporary that tempfile adds to it: the file that was wanted is what counts.
 fn plain(error: io::Error) -> io::Error {
-    let inner = error
-        .get_ref()
-        .and_then(|e| e.source())
-        .and_then(|e| e.downcast_ref::<io::Error>());
-    match inner.and_then(io::Error::raw_os_error) {
-        Some(code) => io::Error::from_raw_os_error(code),
+    match error.get_ref() {
+        Some(_) => error.kind().into(),
         None => error,
     }
 }
