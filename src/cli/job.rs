@@ -30,6 +30,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             let check = Args::try_parse_from(typed).context("--check takes any scene")?;
             render_job(&check.render, args.quiet)
         }
+        Some(Command::Bench(bench)) => super::bench::run(bench, args.quiet),
         None => render_job(&args.render, args.quiet),
     }
 }
@@ -42,12 +43,7 @@ fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
     if args.dry_run {
         list(&plan);
     }
-    let threads = usize::from(args.threads.unwrap_or(0));
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .thread_name(|i| format!("render {i}"))
-        .build()
-        .context("cannot start threads")?;
+    let pool = threads(args.threads)?;
     let scene = pool
         .install(|| compile::scene(&desc, plan.accel))
         .map_err(Error::from)?;
@@ -76,6 +72,15 @@ fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
             Err(e.into())
         }
     }
+}
+
+/// The threads that a job renders on; one for each processor where no number is given.
+pub fn threads(number: Option<u16>) -> anyhow::Result<rayon::ThreadPool> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(usize::from(number.unwrap_or(0)))
+        .thread_name(|i| format!("render {i}"))
+        .build()
+        .context("cannot start threads")
 }
 
 fn frames(n: usize) -> String {
