@@ -23,7 +23,7 @@ use super::{Quality, prims::Prims};
 use crate::math::{Aabb, hash};
 
 /// How far a proxy is moved and how thick it is at least, relative to its box's longest side.
-const JITTER: f32 = 1.0 / 1024.0;
+const JITTER: f32 = 1.0 / 65_536.0;
 
 /// The same for boxes that are hardly larger than the spacing of the numbers they are made of.
 const JITTER_ULPS: f32 = 2.0 * f32::EPSILON;

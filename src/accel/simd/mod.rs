@@ -19,6 +19,7 @@ mod avx2;
 mod avx512;
 mod inflight;
 mod lanes;
+pub mod pages;
 mod portable;
 mod query;
 mod tree;

@@ -69,6 +69,10 @@ impl<const N: usize> Floats for Array<N> {
         Self(self.0.map(f32::abs))
     }
     #[inline(always)]
+    fn with_sign_of(self, b: Self) -> Self {
+        self.zip(b, |a, b| f32::from_bits(a.to_bits() ^ (b.to_bits() & 1 << 31)))
+    }
+    #[inline(always)]
     fn le(self, b: Self) -> Bits<N> {
         self.test(b, f32::le)
     }

@@ -5,7 +5,7 @@
 //! that [`super::super::Geometry::intersect`] gives.
 
 use super::{
-    super::slab::{CLIP_SLACK, TINY},
+    super::slab::{CLIP_SLACK, NOISE, TINY},
     lanes::{Floats, Mask},
 };
 
@@ -21,16 +21,15 @@ pub struct Line<F> {
     pub negative: [bool; 3],
 }
 
-/// What the edge tests leave behind.
-pub struct Edges<F: Floats> {
-    /// Where the line passes on the same side of all three edges.
-    pub inside: F::Mask,
+/// Triangles that may be hit, with what tells where.
+pub struct Candidates<F: Floats> {
+    pub mask: F::Mask,
     u: F,
     v: F,
     w: F,
-    a: Vec3s<F>,
-    e1: Vec3s<F>,
-    e2: Vec3s<F>,
+    det: F,
+    /// `t` times [`Candidates::det`].
+    t_det: F,
 }
 
 /// Where lines meet triangles.
@@ -60,11 +59,12 @@ fn dot<F: Floats>(a: Vec3s<F>, b: Vec3s<F>) -> F {
     a[0].mul(b[0]).add(a[1].mul(b[1])).add(a[2].mul(b[2]))
 }
 
-/// The edge tests: all that most triangles need.
+/// The edge tests, and roughly the ray's ends: all that most triangles need.
 ///
-/// A NaN anywhere may pass or not; it does not pass [`meet`].
+/// What does not pass is no hit; what passes may be none, [`meet`] decides. The ends are widened by twice what
+/// [`NOISE`] allows, which makes up for the division that is not done.
 #[inline(always)]
-pub fn edges<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3]) -> Edges<F> {
+pub fn candidates<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3], tmin: F, tmax: F) -> Candidates<F> {
     let a = each(corners[0], line.o, F::sub);
     let b = each(corners[1], line.o, F::sub);
     let c = each(corners[2], line.o, F::sub);
@@ -75,35 +75,47 @@ pub fn edges<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3]) -> Edges<F> {
     let zero = u.fill(0.0);
     let smallest = u.min(v).min(w);
     let largest = u.max(v).max(w);
-    Edges {
-        inside: zero.le(smallest).or(largest.le(zero)),
+    let inside = zero.le(smallest).or(largest.le(zero));
+
+    let n = cross(e1, e2);
+    let det = dot(n, line.d);
+    let t_det = dot(n, a);
+    let scale = det.abs();
+    let t = t_det.with_sign_of(det);
+    let noise = t.abs().mul(t.fill(2.0 * NOISE));
+    let begun = tmin.mul(scale).le(t.add(noise));
+    let ended = t.sub(noise).le(tmax.mul(scale));
+    Candidates {
+        mask: inside.and(begun).and(ended),
         u,
         v,
         w,
-        a,
-        e1,
-        e2,
+        det,
+        t_det,
     }
 }
 
-/// Where the lines that are inside meet the planes, brought into the triangles' own boxes.
+/// Where the candidates meet the planes, brought into the triangles' own boxes.
 #[inline(always)]
-pub fn meet<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3], edges: &Edges<F>) -> Meets<F> {
-    let zero = edges.u.fill(0.0);
-    let lowest = edges.u.fill(f32::NEG_INFINITY);
-    let n = cross(edges.e1, edges.e2);
-    let det = dot(n, line.d);
-    let t = dot(n, edges.a).div(det);
-    let sum = edges.u.add(edges.v).add(edges.w);
-    let (u, v) = (edges.v.div(sum), edges.w.div(sum));
-    let numbers = u.eq(u).and(v.eq(v)).and(lowest.lt(t));
-    let valid = det.differs(zero).and(sum.differs(zero)).and(numbers).and(edges.inside);
+pub fn meet<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3], candidates: &Candidates<F>) -> Meets<F> {
+    let zero = candidates.u.fill(0.0);
+    let infinity = candidates.u.fill(f32::INFINITY);
+    let raw = candidates.t_det.div(candidates.det);
+    let sum = candidates.u.add(candidates.v).add(candidates.w);
+    let (u, v) = (candidates.v.div(sum), candidates.w.div(sum));
+    let numbers = u.eq(u).and(v.eq(v)).and(raw.abs().lt(infinity));
+    let valid = candidates
+        .det
+        .differs(zero)
+        .and(sum.differs(zero))
+        .and(numbers)
+        .and(candidates.mask);
 
-    let tiny = edges.u.fill(TINY);
-    let slack = edges.u.fill(CLIP_SLACK);
-    let padding = edges.u.fill(4.0 * f32::EPSILON);
-    let mut enter = lowest;
-    let mut leave = edges.u.fill(f32::INFINITY);
+    let tiny = candidates.u.fill(TINY);
+    let slack = candidates.u.fill(CLIP_SLACK);
+    let padding = candidates.u.fill(4.0 * f32::EPSILON);
+    let mut enter = candidates.u.fill(f32::NEG_INFINITY);
+    let mut leave = infinity;
     for axis in 0..3 {
         let [a, b, c] = [corners[0][axis], corners[1][axis], corners[2][axis]];
         let (min, max) = (a.min(b).min(c), a.max(b).max(c));
@@ -120,9 +132,10 @@ pub fn meet<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3], edges: &Edges<F>
     }
     let enter = enter.sub(enter.abs().mul(slack));
     let leave = leave.add(leave.abs().mul(slack));
-    let t = t.max(enter).min(leave).add(zero);
+    let t = raw.max(enter).min(leave).add(zero);
+    let near = t.sub(raw).abs().le(raw.abs().mul(raw.fill(NOISE)));
     Meets {
-        valid: valid.and(enter.le(leave)),
+        valid: valid.and(enter.le(leave)).and(near),
         t,
         u,
         v,
