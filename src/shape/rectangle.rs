@@ -90,7 +90,7 @@ impl SeenRectangle {
 }
 
 impl Spherical {
-    /// `None` where the solid angle is too small for its angles to tell.
+    /// `None` where the solid angle is too small for its angles to tell, or seen edge-on.
     fn new(from: DVec3, corner: DVec3, edges: [DVec3; 2], normal: DVec3) -> Option<Self> {
         let lengths = edges.map(DVec3::length);
         let (fx, fy) = (edges[0] / lengths[0], edges[1] / lengths[1]);
@@ -100,6 +100,9 @@ impl Spherical {
         } else {
             (d.dot(normal), normal)
         };
+        if z == 0.0 {
+            return None;
+        }
         let (x0, y0) = (d.dot(fx), d.dot(fy));
         let (x, y) = ([x0, x0 + lengths[0]], [y0, y0 + lengths[1]]);
         let corner = |i: usize, j: usize| DVec3::new(x[i], y[j], z);

@@ -153,6 +153,38 @@ fn a_sphere_is_sampled_soundly_however_much_of_the_view_it_fills() {
 }
 
 #[test]
+fn samples_from_the_surface_itself_are_sound_or_absent() {
+    for e in bounded() {
+        let mut random = Random(16);
+        let bounds = e.shape.bounds();
+        let mut places: Vec<Vec3> = (0..8).map(|i| bounds.corner(i)).collect();
+        places.push(e.center);
+        places.extend((0..50).filter_map(|_| e.shape.sample(e.center + e.size, random.square()).map(|s| s.p)));
+        for from in places {
+            for _ in 0..50 {
+                if let Some(s) = e.shape.sample(from, random.square()) {
+                    assert!(s.p.is_finite() && s.ng.is_finite(), "{}: {s:?}", e.text);
+                    assert!(s.pdf > 0.0 && s.pdf.is_finite(), "{}: {s:?}", e.text);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn flat_shapes_are_not_seen_from_their_own_plane() {
+    for text in [
+        "quad = { corners = [[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]] }",
+        "quad = { corners = [[0, 0, 0], [1, 0, 3], [3, 0, 3], [3, 0, 0]] }",
+        "disk = { radius = 1 }",
+    ] {
+        for from in [Vec3::ZERO, Vec3::new(0.25, 0.0, 0.5), Vec3::X * 9.0] {
+            assert_eq!(shape(text).sample(from, Random(17).square()), None, "{text}");
+        }
+    }
+}
+
+#[test]
 fn endless_shapes_are_not_sampled() {
     for e in all().iter().filter(|e| !e.shape.bounds().is_finite()) {
         assert_eq!(e.shape.sample(Vec3::ONE, Random(15).square()), None);

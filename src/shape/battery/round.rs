@@ -249,6 +249,74 @@ fn rays_through_the_apex_meet_the_cone_there_and_have_a_normal() {
 }
 
 #[test]
+fn rays_exactly_through_the_apex_meet_it() {
+    // All numbers are exact but the parameter of the apex, 7/3.
+    let cone = shape("cone = { radius = 0.9, height = 2 }");
+    let mut random = Random(45);
+    let mut steep = 0;
+    for _ in 0..3000 {
+        let step = (random.direction() * 341.0).round() / 1024.0;
+        let narrow = [1.0, 2.0_f32.powi(-20), 2.0_f32.powi(-30)][steep % 3];
+        let step = Vec3::new(step.x * narrow, -step.y.abs(), step.z * narrow);
+        if Vec3::new(step.x, 0.0, step.z).length() >= 0.449 * -step.y {
+            continue;
+        }
+        steep += 1;
+        let ray = Ray::new(Vec3::Y * 2.0 - step * 7.0, step * 3.0);
+        let hit = cone.intersect(&ray).unwrap_or_else(|| panic!("{ray:?}"));
+        assert!((hit.t - 7.0 / 3.0).abs() <= f32::EPSILON * 2.0, "{ray:?}");
+    }
+    assert!(steep > 200);
+}
+
+#[test]
+fn points_are_off_the_surface_by_no_more_than_their_error() {
+    // How far a point is from the endless surface, given its distance from the axis, or from the centre, and its height.
+    type Distance = fn(f64, f64, f64) -> f64;
+    const R: f64 = 0.5;
+    const H: f64 = 1.5;
+    let axis = Vec3::new(1.0, -1.0, 2.0);
+    let at = DVec3::new(20.0, -30.0, 10.0);
+    let around = "base = [20, -30, 10], axis = [1, -1, 2], radius = 0.5, height = 1.5, caps = false";
+    let sphere: Distance = |_, _, from_center| from_center - R;
+    let tube: Distance = |rho, _, _| rho - R;
+    let funnel: Distance = |rho, z, _| (rho * H - (H - z) * R) / (R * R + H * H).sqrt();
+    let plane: Distance = |_, z, _| z;
+    for (text, distance) in [
+        ("sphere = { center = [20, -30, 10], radius = 0.5 }".to_owned(), sphere),
+        (format!("cylinder = {{ {around} }}"), tube),
+        (format!("cone = {{ {around} }}"), funnel),
+        (
+            "disk = { center = [20, -30, 10], normal = [1, -1, 2], radius = 0.5 }".to_owned(),
+            plane,
+        ),
+        (
+            "plane = { point = [20, -30, 10], normal = [1, -1, 2] }".to_owned(),
+            plane,
+        ),
+    ] {
+        let (shape, w) = (shape(&text), axis.normalize().as_dvec3().normalize());
+        let mut random = Random(46);
+        let (mut count, mut largest) = (0, 0.0_f64);
+        for i in 0..20_000 {
+            let target = at.as_vec3() + random.direction();
+            let o = target + random.direction() * [0.3, 3.0, 1e5][i % 3];
+            for (ray, hit) in hits(&shape, &Ray::new(o, target - o)) {
+                let s = shape.surface(&ray, &hit);
+                let q = s.p.as_dvec3() - at;
+                let z = q.dot(w);
+                let off = distance((q - w * z).length(), z, q.length()).abs();
+                let bound = f64::from(s.ng.abs().dot(s.p_error));
+                assert!(off <= bound, "{text}: {off} > {bound} at {s:?}");
+                (count, largest) = (count + 1, largest.max(off / bound));
+            }
+        }
+        // Not too generous either.
+        assert!(count > 1000 && largest > 0.2, "{text}: {largest} of {count}");
+    }
+}
+
+#[test]
 fn rays_parallel_to_the_wall_of_a_cone_meet_it_once() {
     // The wall's own direction on the side of +x is (1, -2): the quadratic has no square.
     let along = Vec3::new(1.0, -2.0, 0.0);
