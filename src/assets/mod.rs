@@ -3,3 +3,5 @@
 pub mod bitmaps;
 pub mod camera_path;
 pub mod image;
+pub mod model;
+pub mod obj;
