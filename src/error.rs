@@ -71,6 +71,18 @@ pub enum Blame {
 }
 
 impl Error {
+    /// What is wrong, a text for each problem.
+    pub fn messages(&self) -> Vec<String> {
+        match self {
+            Self::Invalid(d) | Self::Scene(describe::Error::Invalid(d)) | Self::Compile(compile::Error::Invalid(d)) => {
+                d.messages()
+            }
+            Self::Compile(compile::Error::Assets(errors)) => errors.iter().map(ToString::to_string).collect(),
+            Self::CameraPath(e) => e.to_string().lines().map(str::to_owned).collect(),
+            other => vec![other.to_string()],
+        }
+    }
+
     pub fn blame(&self) -> Blame {
         match self {
             Self::Usage(_) | Self::Pattern(_) => Blame::Usage,

@@ -45,6 +45,9 @@ impl Default for FilterDesc {
 }
 
 impl FilterDesc {
+    /// The names of all filters.
+    pub const NAMES: &[&str] = &["box", "tent", "gaussian", "mitchell", "blackman-harris"];
+
     pub fn compile(&self) -> Filter {
         match self {
             Self::Box(r) => Filter::new(r, 0.5, |_| 1.0),

@@ -8,6 +8,7 @@
 pub mod accel;
 pub mod assets;
 pub mod batch;
+pub mod bsdf;
 pub mod camera;
 pub mod compile;
 pub mod describe;

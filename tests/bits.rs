@@ -98,10 +98,10 @@ fn a_crop_has_the_pixels_of_the_full_picture() {
 #[test]
 fn every_accelerator_writes_the_same_file() {
     let folder = prepared();
-    for accel in ["linear", "bvh2", "cwbvh"] {
+    for accel in ["linear", "bvh2", "cwbvh", "wide"] {
         folder.succeed(&["s.toml", "--accel", accel, "-o", &format!("{accel}.exr")]);
     }
-    for accel in ["bvh2", "cwbvh"] {
+    for accel in ["bvh2", "cwbvh", "wide"] {
         assert!(
             folder.read(&format!("{accel}.exr")) == folder.read("linear.exr"),
             "{accel}"

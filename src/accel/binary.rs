@@ -68,14 +68,14 @@ fn proxy(bounds: &Aabb, scale: f32, number: u32) -> Box3 {
     Box3::new(min + shift, (max + shift).max(min + shift + step))
 }
 
-/// The index of the child that `flatten` leaves open for another piece of the tree, or of a primitive.
+/// A node of a tree in depth-first order: a node's first child follows it, and all children come after their parents.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flat {
     /// The box around everything below, from the primitives' own boxes.
     pub bounds: Aabb,
-    /// The second child's index; the first one follows its parent.
+    /// The second child's index.
     pub second: u32,
-    /// A leaf's primitive, as an index into [`Prims::ids`]; [`Flat::INNER`] for a node with children.
+    /// What a leaf holds, for a primitive its index into [`Prims::ids`]; [`Flat::INNER`] for a node with children.
     pub leaf: u32,
 }
 
@@ -87,40 +87,45 @@ impl Flat {
     }
 }
 
-/// The nodes below `root` in depth-first order: a node's first child follows it, and all children come after their
-/// parents. Also how many levels there are.
-pub(super) fn flatten(tree: &Bvh2, root: u32, boxes: &[Aabb]) -> (Vec<Flat>, usize) {
+/// The nodes below `root` in depth-first order, down to the primitives.
+pub(super) fn flatten(tree: &Bvh2, root: u32, boxes: &[Aabb]) -> Vec<Flat> {
+    flatten_to(tree, root, |index| {
+        let node = &tree.nodes[index as usize];
+        node.is_leaf().then(|| {
+            let prim = tree.primitive_indices[node.first_index as usize];
+            (prim, boxes[prim as usize])
+        })
+    })
+}
+
+/// The nodes below `root` in depth-first order, down to those for which `leaf` knows what they hold and their box.
+pub(super) fn flatten_to(tree: &Bvh2, root: u32, leaf: impl Fn(u32) -> Option<(u32, Aabb)>) -> Vec<Flat> {
     const NOBODY: u32 = u32::MAX;
     let mut flat: Vec<Flat> = Vec::new();
-    let mut open = vec![(root, NOBODY, 1_usize)];
-    let mut depth = 0;
-    while let Some((index, parent, level)) = open.pop() {
-        depth = depth.max(level);
+    let mut open = vec![(root, NOBODY)];
+    while let Some((index, parent)) = open.pop() {
         let at = flat.len() as u32;
         if parent != NOBODY {
             flat[parent as usize].second = at;
         }
-        let node = &tree.nodes[index as usize];
-        let mut entry = Flat {
-            bounds: Aabb::EMPTY,
+        let (leaf, bounds) = leaf(index).unwrap_or_else(|| {
+            let first = tree.nodes[index as usize].first_index;
+            open.push((first + 1, at));
+            open.push((first, NOBODY));
+            (Flat::INNER, Aabb::EMPTY)
+        });
+        flat.push(Flat {
+            bounds,
             second: 0,
-            leaf: Flat::INNER,
-        };
-        if node.is_leaf() {
-            entry.leaf = tree.primitive_indices[node.first_index as usize];
-            entry.bounds = boxes[entry.leaf as usize];
-        } else {
-            open.push((node.first_index + 1, at, level + 1));
-            open.push((node.first_index, NOBODY, level + 1));
-        }
-        flat.push(entry);
+            leaf,
+        });
     }
     for i in (0..flat.len()).rev() {
         if !flat[i].is_leaf() {
             flat[i].bounds = flat[i + 1].bounds.union(flat[flat[i].second as usize].bounds);
         }
     }
-    (flat, depth)
+    flat
 }
 
 /// Gives every node of `tree` its true box in place of the proxies'.

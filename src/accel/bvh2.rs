@@ -25,10 +25,8 @@ impl Bvh2 {
     pub fn build(geometry: Arc<Geometry>, quality: Quality) -> Result<Self, BuildError> {
         let start = Instant::now();
         let prims = Prims::new(&geometry)?;
-        let nodes = binary::build(&prims, quality).map_or_else(Vec::new, |tree| {
-            let (nodes, _) = binary::flatten(&tree, 0, &prims.boxes);
-            nodes
-        });
+        let nodes =
+            binary::build(&prims, quality).map_or_else(Vec::new, |tree| binary::flatten(&tree, 0, &prims.boxes));
         let stats = BuildStats {
             build_time: start.elapsed(),
             node_count: nodes.len(),

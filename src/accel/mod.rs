@@ -11,6 +11,7 @@
 //! | `linear` | every primitive for every ray: the ground truth |
 //! | `bvh2` | a binary tree and a scalar traversal |
 //! | `cwbvh` | obvhs's compressed wide tree |
+//! | `wide` | an eight-wide tree and kernels for many rays at once: the default |
 
 use std::{fmt, num::NonZeroU32, str::FromStr, sync::Arc, time::Duration};
 
@@ -24,25 +25,34 @@ mod cwbvh;
 pub mod geometry;
 mod linear;
 mod prims;
+mod simd;
 mod slab;
 #[cfg(test)]
 mod tests;
+mod wide;
 
 pub use geometry::{Geometry, Placed};
 pub use prims::LARGEST;
+pub use simd::{Simd, VARIABLE as SIMD_VARIABLE};
 
 /// Which accelerator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum AccelKind {
     Linear,
-    #[default]
     Bvh2,
     CwBvh,
+    #[default]
+    Wide,
 }
 
 impl AccelKind {
     /// Every kind with its name, in the order of the documentation.
-    pub const TABLE: &[(Self, &str)] = &[(Self::Linear, "linear"), (Self::Bvh2, "bvh2"), (Self::CwBvh, "cwbvh")];
+    pub const TABLE: &[(Self, &str)] = &[
+        (Self::Linear, "linear"),
+        (Self::Bvh2, "bvh2"),
+        (Self::CwBvh, "cwbvh"),
+        (Self::Wide, "wide"),
+    ];
 }
 
 /// How much time goes into a tree. Hits do not depend on it.
@@ -165,7 +175,13 @@ pub fn build_with(
         AccelKind::Linear => Box::new(linear::Linear::build(geometry)?),
         AccelKind::Bvh2 => Box::new(bvh2::Bvh2::build(geometry, quality)?),
         AccelKind::CwBvh => Box::new(cwbvh::CwBvh::build(geometry, quality)?),
+        AccelKind::Wide => Box::new(wide::Wide::build(geometry, quality, Simd::detect())?),
     })
+}
+
+/// Builds the wide accelerator with the kernels of one level: for tests and benches, which compare them.
+pub fn build_wide(simd: Simd, quality: Quality, geometry: Arc<Geometry>) -> Result<Box<dyn Accelerator>, BuildError> {
+    Ok(Box::new(wide::Wide::build(geometry, quality, simd)?))
 }
 
 /// Tests what lies outside every tree.

@@ -129,34 +129,30 @@ fn bits(hit: &Option<Hit>) -> Option<[u32; 4]> {
 /// Fails with the first ray on which an accelerator and the linear scan disagree; returns how many rays hit.
 fn compare(g: Geometry, rays: &[Ray]) -> usize {
     let g = Arc::new(g);
-    let run = |kind, quality| {
-        let accel = build_with(kind, quality, g.clone()).expect("the scene is valid");
+    let run = |accel: Box<dyn Accelerator>| {
         let mut hits = vec![None; rays.len()];
         let mut blocked = vec![false; rays.len()];
         accel.nearest(rays, &mut hits);
         accel.occluded(rays, &mut blocked);
         (hits, blocked)
     };
-    let (truth, blocked) = run(AccelKind::Linear, Quality::Medium);
+    let (truth, blocked) = run(build(AccelKind::Linear, g.clone()).expect("the scene is valid"));
     for (hit, blocked) in truth.iter().zip(&blocked) {
         assert_eq!(hit.is_some(), *blocked);
     }
-    for &(kind, name) in AccelKind::TABLE {
-        for &(quality, quality_name) in Quality::TABLE {
-            let (hits, b) = run(kind, quality);
-            for i in 0..rays.len() {
-                assert_eq!(
-                    bits(&hits[i]),
-                    bits(&truth[i]),
-                    "{name} {quality_name}, ray {i}: {:?}",
-                    rays[i]
-                );
-                assert_eq!(
-                    b[i], blocked[i],
-                    "{name} {quality_name} occlusion, ray {i}: {:?}",
-                    rays[i]
-                );
-            }
+    let check = |name: &str, accel: Result<Box<dyn Accelerator>, BuildError>| {
+        let (hits, b) = run(accel.expect("the scene is valid"));
+        for i in 0..rays.len() {
+            assert_eq!(bits(&hits[i]), bits(&truth[i]), "{name}, ray {i}: {:?}", rays[i]);
+            assert_eq!(b[i], blocked[i], "{name} occlusion, ray {i}: {:?}", rays[i]);
+        }
+    };
+    for quality in [Quality::Fast, Quality::High] {
+        for kind in [AccelKind::Bvh2, AccelKind::CwBvh] {
+            check(&format!("{kind} {quality}"), build_with(kind, quality, g.clone()));
+        }
+        for simd in Simd::available() {
+            check(&format!("wide {quality} {simd}"), build_wide(simd, quality, g.clone()));
         }
     }
     truth.iter().flatten().count()
@@ -252,7 +248,7 @@ fn degenerate_input_builds_in_linear_time() {
     extremes.triangles.push([0, 1, 2].map(|k| (3 * many + k) as u32));
     for g in [same, points, line, extremes, grid(170, 0.0)] {
         let g = Arc::new(g);
-        for kind in [AccelKind::Bvh2, AccelKind::CwBvh] {
+        for kind in [AccelKind::Bvh2, AccelKind::CwBvh, AccelKind::Wide] {
             let accel = build(kind, g.clone()).expect("the scene is valid");
             assert!(accel.stats().build_time.as_secs() < 5, "{:?}", accel.stats());
         }

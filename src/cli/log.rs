@@ -2,6 +2,7 @@
 
 use std::io::{IsTerminal, Write};
 
+use batch_render::error::Error;
 use tracing::Level;
 
 use super::args::Args;
@@ -26,6 +27,11 @@ pub fn start(args: &Args) {
 
 /// Says why the program ends.
 pub fn report(error: &anyhow::Error) {
-    // A closed stderr leaves nobody to tell.
-    let _ = writeln!(std::io::stderr(), "error: {error:#}");
+    let messages = error
+        .downcast_ref::<Error>()
+        .map_or_else(|| vec![format!("{error:#}")], Error::messages);
+    for message in messages {
+        // A closed stderr leaves nobody to tell.
+        let _ = writeln!(std::io::stderr(), "error: {message}");
+    }
 }

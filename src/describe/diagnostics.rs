@@ -34,34 +34,35 @@ impl Diagnostics {
     pub fn problems(&self) -> &[Problem] {
         &self.problems
     }
+
+    /// Each problem with the line that has it.
+    pub fn messages(&self) -> Vec<String> {
+        self.problems.iter().map(|p| self.message(p)).collect()
+    }
+
+    fn message(&self, problem: &Problem) -> String {
+        let path = self.source.path.display().to_string();
+        let text: &str = &self.source.text;
+        let title = Level::ERROR.no_name().primary_title(problem.message.as_str());
+        let span = problem.span.clone().filter(|s| s.start < text.len().max(1));
+        let mut report = match span {
+            Some(span) => title.element(
+                Snippet::source(text)
+                    .path(path.as_str())
+                    .annotation(AnnotationKind::Primary.span(first_line(text, span))),
+            ),
+            None => title.element(annotate_snippets::Origin::path(path.as_str())),
+        };
+        if let Some(help) = &problem.help {
+            report = report.element(Level::HELP.message(help.as_str()));
+        }
+        Renderer::plain().render(&[report])
+    }
 }
 
 impl fmt::Display for Diagnostics {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let path = self.source.path.display().to_string();
-        let text: &str = &self.source.text;
-        for (i, problem) in self.problems.iter().enumerate() {
-            let title = Level::ERROR.no_name().primary_title(problem.message.as_str());
-            let span = problem.span.clone().filter(|s| s.start < text.len().max(1));
-            let mut report = match span {
-                Some(span) => {
-                    let span = first_line(text, span);
-                    let snippet = Snippet::source(text)
-                        .path(path.as_str())
-                        .annotation(AnnotationKind::Primary.span(span));
-                    title.element(snippet)
-                }
-                None => title.element(annotate_snippets::Origin::path(path.as_str())),
-            };
-            if let Some(help) = &problem.help {
-                report = report.element(Level::HELP.message(help.as_str()));
-            }
-            if i > 0 {
-                f.write_str("\n")?;
-            }
-            f.write_str(&Renderer::plain().render(&[report]))?;
-        }
-        Ok(())
+        f.write_str(&self.messages().join("\n"))
     }
 }
 

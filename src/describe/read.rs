@@ -56,9 +56,13 @@ pub fn parse(source: Source) -> Result<SceneDesc, Diagnostics> {
     let scene = match DeTable::parse(&text) {
         Ok(table) => Some(reader.scene(table.into_inner(), source.clone())),
         Err(e) => {
+            let mut message = e.message().lines().collect::<Vec<_>>().join(": ");
+            if let (Some(span), "duplicate key") = (e.span(), message.as_str()) {
+                message = format!("the name `{}` is used twice", &text[span]);
+            }
             reader.problems.push(Problem {
                 span: e.span(),
-                message: e.message().lines().collect::<Vec<_>>().join(": "),
+                message,
                 help: None,
             });
             None

@@ -1,4 +1,4 @@
-//! Whitted's recursive ray tracing: local illumination, hard shadows, perfect mirrors.
+//! Whitted's recursive ray tracing: local illumination, hard shadows, perfect mirrors, clear glass.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
@@ -16,7 +16,8 @@ use serde::Deserialize;
 
 use super::{Departures, Path, Vertex};
 use crate::{
-    material::Terms,
+    bsdf::fresnel::{dielectric, reflect, refract},
+    material::{Split, Terms},
     math::{Rgb, Vec2, Vec3, trig},
     scene::{Scene, Surface},
     value::{Problem, Spanned, Tint, Whole},
@@ -72,10 +73,43 @@ impl Whitted {
         for light in &scene.lights {
             direct(light, surface, n, &terms, out);
         }
-        if !terms.reflect.is_black() {
-            let wi = mirror(surface.wo, n);
-            out.go_on(surface.spawn_ray(wi), terms.reflect);
+        if terms.transmit.is_black() {
+            go_on(surface, reflect(surface.wo, n), terms.reflect, out);
+        } else {
+            reflect_and_refract(surface, &terms, out);
         }
+    }
+}
+
+/// Carries the path on along `wi`, if that counts at all.
+#[inline]
+fn go_on(surface: &Surface, wi: Vec3, weight: Rgb, out: &mut Departures) {
+    if !weight.is_black() {
+        out.go_on(surface.spawn_ray(wi), weight);
+    }
+}
+
+/// The two rays that leave a clear surface; one under total reflection.
+fn reflect_and_refract(surface: &Surface, terms: &Terms, out: &mut Departures) {
+    let wo = surface.wo;
+    let (n, eta) = if surface.ns.dot(wo) < 0.0 {
+        (-surface.ns, 1.0 / terms.ior)
+    } else {
+        (surface.ns, terms.ior)
+    };
+    let through = refract(wo, n, eta);
+    let reflected = match (terms.split, through) {
+        (Split::Fixed, None) => terms.reflect + terms.transmit,
+        (Split::Fixed, Some(_)) => terms.reflect,
+        (Split::Fresnel, _) => terms.reflect * dielectric(n.dot(wo), eta),
+    };
+    go_on(surface, reflect(wo, n), reflected, out);
+    if let Some(wi) = through {
+        let passed = match terms.split {
+            Split::Fixed => terms.transmit,
+            Split::Fresnel => terms.transmit * (1.0 - dielectric(n.dot(wo), eta)),
+        };
+        go_on(surface, wi, passed, out);
     }
 }
 
@@ -91,17 +125,11 @@ fn direct(light: &crate::light::Light, surface: &Surface, n: Vec3, terms: &Terms
     }
     let mut weight = terms.diffuse * cos;
     if !terms.specular.is_black() {
-        let highlight = mirror(sample.wi, n).dot(surface.wo).max(0.0);
+        let highlight = reflect(sample.wi, n).dot(surface.wo).max(0.0);
         weight += terms.specular * trig::pow(highlight, terms.shininess);
     }
     let l = sample.li * weight;
     if !l.is_black() {
         out.shadow(surface.shadow_ray(sample.wi, sample.distance), l);
     }
-}
-
-/// The mirror image about `n` of a direction that leaves the surface.
-#[inline]
-fn mirror(w: Vec3, n: Vec3) -> Vec3 {
-    n * (2.0 * n.dot(w)) - w
 }

@@ -17,7 +17,6 @@ use serde::Deserialize;
 
 use super::{FindColor, MaterialKind, Terms};
 use crate::{
-    math::Rgb,
     texture::{Color, TexturePoint, Textures},
     value::{ColorSource, Problem, Spanned},
 };
@@ -48,10 +47,7 @@ impl MaterialKind for Matte {
         Terms {
             ambient: albedo,
             diffuse: albedo * FRAC_1_PI,
-            specular: Rgb::BLACK,
-            shininess: 0.0,
-            reflect: Rgb::BLACK,
-            two_sided: true,
+            ..Terms::default()
         }
     }
 }

@@ -46,12 +46,8 @@ impl MaterialKind for Mirror {
     #[inline]
     fn terms(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Terms {
         Terms {
-            ambient: Rgb::BLACK,
-            diffuse: Rgb::BLACK,
-            specular: Rgb::BLACK,
-            shininess: 0.0,
             reflect: self.reflectance,
-            two_sided: true,
+            ..Terms::default()
         }
     }
 }

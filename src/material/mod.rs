@@ -7,6 +7,7 @@ use crate::{
     value::{ColorSource, Problem, Spanned},
 };
 
+pub mod glass;
 pub mod matte;
 pub mod mirror;
 pub mod phong;
@@ -30,8 +31,39 @@ pub struct Terms {
     pub shininess: f32,
     /// Weight of what arrives along the mirror direction.
     pub reflect: Rgb,
+    /// Weight of what arrives through the surface.
+    pub transmit: Rgb,
+    /// Index of refraction behind the surface, where its normal does not point; 1 is in front.
+    pub ior: f32,
+    pub split: Split,
     /// Whether the normal is turned towards the viewer first.
     pub two_sided: bool,
+}
+
+/// How light is shared out between reflection and transmission.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Split {
+    /// As the weights say; what cannot pass is reflected.
+    Fixed,
+    /// As Fresnel's equations say, times the weights.
+    Fresnel,
+}
+
+impl Default for Terms {
+    /// Black, seen from both sides.
+    fn default() -> Self {
+        Self {
+            ambient: Rgb::BLACK,
+            diffuse: Rgb::BLACK,
+            specular: Rgb::BLACK,
+            shininess: 0.0,
+            reflect: Rgb::BLACK,
+            transmit: Rgb::BLACK,
+            ior: 1.0,
+            split: Split::Fixed,
+            two_sided: true,
+        }
+    }
 }
 
 /// The contract of every material.
@@ -48,6 +80,7 @@ kinds! {
     enum Material / MaterialDesc {
         "phong" => Phong(phong::Phong, phong::PhongDesc),
         "matte" => Matte(matte::Matte, matte::MatteDesc),
+        "glass" => Glass(glass::Glass, glass::GlassDesc),
         "mirror" => Mirror(mirror::Mirror, mirror::MirrorDesc),
     }
     described only {}

@@ -6,11 +6,14 @@
 //! | `specular` | number or `[r, g, b]` | | 0 |
 //! | `shininess` | number of at least 0; the exponent | | 32 |
 //! | `reflect` | number or `[r, g, b]`; weight of the mirror image | | 0 |
+//! | `transmit` | number or `[r, g, b]`; weight of what is seen through the surface | | 0 |
+//! | `ior` | number above 0; index of refraction of the inside, where the normal does not point | | 1.5 |
 //! | `two_sided` | whether the normal is turned towards the viewer first | | false |
 //!
 //! With Whitted's integrator a light of irradiance E adds E (color max(n.l, 0) + specular max(r.v, 0)^shininess): there
 //! is no 1/pi, so these are display values rather than reflectances. With `two_sided = false` the normal is used as
-//! authored: a face that is wound away from the viewer shows its ambient term only.
+//! authored: a face that is wound away from the viewer shows its ambient term only. Where light cannot leave the inside (total
+//! reflection), the weight of `transmit` goes to the mirror image.
 //!
 //! ```toml
 //! [material.ball]
@@ -19,11 +22,11 @@
 
 use serde::Deserialize;
 
-use super::{FindColor, MaterialKind, Terms};
+use super::{FindColor, MaterialKind, Split, Terms};
 use crate::{
     math::Rgb,
     texture::{Color, TexturePoint, Textures},
-    value::{ColorSource, NonNegative, Problem, Spanned, Tint},
+    value::{ColorSource, NonNegative, Positive, Problem, Spanned, Tint},
 };
 
 #[derive(Clone, Debug, Deserialize)]
@@ -36,8 +39,16 @@ pub struct PhongDesc {
     pub shininess: NonNegative,
     #[serde(default = "black")]
     pub reflect: Tint,
+    #[serde(default = "black")]
+    pub transmit: Tint,
+    #[serde(default = "ior")]
+    pub ior: Positive,
     #[serde(default)]
     pub two_sided: bool,
+}
+
+fn ior() -> Positive {
+    Positive(1.5)
 }
 
 fn black() -> Tint {
@@ -55,6 +66,8 @@ impl PhongDesc {
             specular: self.specular.0,
             shininess: self.shininess.0,
             reflect: self.reflect.0,
+            transmit: self.transmit.0,
+            ior: self.ior.0,
             two_sided: self.two_sided,
         })
     }
@@ -66,6 +79,8 @@ pub struct Phong {
     pub specular: Rgb,
     pub shininess: f32,
     pub reflect: Rgb,
+    pub transmit: Rgb,
+    pub ior: f32,
     pub two_sided: bool,
 }
 
@@ -79,6 +94,9 @@ impl MaterialKind for Phong {
             specular: self.specular,
             shininess: self.shininess,
             reflect: self.reflect,
+            transmit: self.transmit,
+            ior: self.ior,
+            split: Split::Fixed,
             two_sided: self.two_sided,
         }
     }

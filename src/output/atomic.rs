@@ -24,14 +24,14 @@ const BUFFER: usize = 1 << 18;
 pub fn write<T>(path: &Path, encode: impl FnOnce(&mut dyn Write) -> Result<T, EncodeError>) -> Result<T, OutputError> {
     let folder = folder_of(path);
     let file = create(path, &folder).map_err(|source| OutputError::Create {
-        source,
+        source: plain(source),
         path: path.to_owned(),
     })?;
     let failed = |source| OutputError::Write {
-        source,
+        source: plain(source),
         path: path.to_owned(),
     };
-    let mut out = BufWriter::with_capacity(BUFFER, file);
+    let mut out = BufWriter::with_capacity(BUFFER, file.as_file());
     let written = encode(&mut out).map_err(|error| match error {
         EncodeError::Io(source) => failed(source),
         EncodeError::Unfit(reason) => OutputError::Encode {
@@ -39,7 +39,7 @@ pub fn write<T>(path: &Path, encode: impl FnOnce(&mut dyn Write) -> Result<T, En
             path: path.to_owned(),
         },
     })?;
-    let file = out.into_inner().map_err(|e| failed(e.into_error()))?;
+    out.into_inner().map_err(|e| failed(e.into_error()))?;
     file.as_file().sync_all().map_err(failed)?;
     file.persist(path).map_err(|e| failed(e.error))?;
     sync_folder(&folder).map_err(failed)?;
@@ -54,6 +54,14 @@ pub fn check(path: &Path) -> Result<(), OutputError> {
             source,
             path: path.to_owned(),
         })
+}
+
+/// The error without the name of the temporary that tempfile adds to it: the file that was wanted is what counts.
+fn plain(error: io::Error) -> io::Error {
+    match error.get_ref() {
+        Some(_) => error.kind().into(),
+        None => error,
+    }
 }
 
 fn folder_of(path: &Path) -> PathBuf {

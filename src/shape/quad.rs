@@ -12,8 +12,8 @@
 //! counterclockwise. `uv` is bilinear: A = (0, 0), B = (1, 0), C = (1, 1), D = (0, 1), so `dpdu x dpdv` points along
 //! the normal.
 //!
-//! The corners must be in a plane: each may be off it by up to 1e-4 of the longer diagonal. The surface is then the
-//! plane that all four corners are equally far from.
+//! The corners must be in a plane: each may be off it by up to 1e-4 of the longer diagonal, and by what rounding does
+//! to numbers that large. The surface is then the plane that all four corners are equally far from.
 //!
 //! Two quads that share an edge, or a quad and a triangle of a mesh, leave no gap: which side of an edge a ray passes
 //! depends on the edge's two corners alone, as in [`triangle`].
@@ -50,8 +50,9 @@ impl QuadDesc {
         let corners = quad.corners.map(|c| c.as_dvec3());
         let [a, b, c, d] = corners;
         let size = (c - a).length().max((d - b).length());
-        // What rounding the corners to single precision does to twice an area.
-        let noise = size * corners.iter().fold(size, |m, c| m.max(c.length())) * f64::from(f32::EPSILON);
+        // What rounding to single precision does to a corner, and to twice an area.
+        let rounding = corners.iter().fold(size, |m, c| m.max(c.length())) * f64::from(f32::EPSILON);
+        let noise = size * rounding;
         let spread = [0, 1, 2, 3].map(|i| quad.turn(i).length());
         if spread.iter().all(|s| *s <= noise) {
             let message = "the corners are on one line or in one point: the quad has no area";
@@ -68,7 +69,7 @@ impl QuadDesc {
             return crossed();
         }
         let off = (a - quad.middle).dot(quad.normal).abs();
-        if off > PLANAR_TOLERANCE * size {
+        if off > PLANAR_TOLERANCE * size + rounding {
             let message = format!(
                 "the corners are not in a plane: they are {:.2} % of the quad's size off it",
                 100.0 * off / size

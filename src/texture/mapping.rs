@@ -65,6 +65,9 @@ pub enum Axis {
 }
 
 impl MappingDesc {
+    /// The names of all mappings.
+    pub const NAMES: &[&str] = &["uv", "planar", "spherical", "asin"];
+
     pub fn compile(&self) -> Result<Mapping, Problem> {
         Ok(match self {
             Self::Default | Self::Uv(_) => Mapping::Uv,

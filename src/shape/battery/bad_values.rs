@@ -76,6 +76,10 @@ fn quads_out_of_a_plane_are_refused_beyond_the_tolerance() {
         let object: Object = toml::from_str(&format!("shape.{text}\n")).unwrap();
         object.shape.compile().is_ok()
     };
+    // A tilted quad of 20 cm, at 30 km, where numbers are 2 mm apart.
+    assert!(compiles(
+        "quad = { corners = [[30000.1, 20000.3, 0.07], [30000.27, 20000.38, 0.14], [30000.22, 20000.54, 0.08], [30000.05, 20000.46, 0.01]] }"
+    ));
     assert!(compiles(&with(5.0 * 3.9e-4)));
     assert!(!compiles(&with(5.0 * 4.1e-4)));
 }

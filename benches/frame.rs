@@ -1,0 +1,35 @@
+//! Samples per second of the assignment's scene, 1280x720, on all threads.
+
+use std::path::Path;
+
+use batch_render::{
+    batch::{Plan, Request},
+    compile, describe,
+    render::{self, Watch},
+};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+
+fn frame(c: &mut Criterion) {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/assignment/scene.toml");
+    let desc = describe::load(&scene).expect("the assignment's scene");
+    let samples = 16;
+    let request = Request {
+        resolution: Some([1280, 720]),
+        samples: Some(samples),
+        ..Request::default()
+    };
+    let plan = Plan::new(&desc, &request).expect("a valid request");
+    let scene = compile::scene(&desc, plan.accel).expect("the assignment's scene");
+    let watch = Watch::default();
+    let mut group = c.benchmark_group("frame");
+    group
+        .sample_size(10)
+        .throughput(Throughput::Elements(1280 * 720 * u64::from(samples)));
+    group.bench_function("assignment", |b| {
+        b.iter(|| render::frame(&scene, &plan.frames[0].camera, &plan.integrator, &plan.settings, &watch));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, frame);
+criterion_main!(benches);

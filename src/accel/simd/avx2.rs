@@ -1,0 +1,356 @@
+//! The level of processors with AVX2 and FMA.
+
+use std::arch::x86_64::*;
+
+use super::lanes::{Floats, Level, Mask, Top};
+
+/// Known to run on a processor with AVX2 and FMA.
+#[derive(Clone, Copy)]
+pub struct Avx2(());
+
+impl Avx2 {
+    /// # Safety
+    /// The processor has AVX2 and FMA.
+    #[inline(always)]
+    pub unsafe fn new() -> Self {
+        Self(())
+    }
+}
+
+/// Declares one width of floats with its mask and its operations.
+macro_rules! floats {
+    (
+        $floats:ident($raw:ty), $mask:ident, $array:ty, $movemask:ident, $blend:ident, $store:ident,
+        $and:ident, $or:ident, $andnot:ident, $splat:ident, $cmp:ident,
+        { $( $op:ident = $intrinsic:ident; )* }
+        { $( $test:ident = $predicate:ident; )* }
+        $fmsub:ident $lowest:ident $highest:ident
+    ) => {
+        #[derive(Clone, Copy)]
+        pub struct $floats(pub(super) $raw);
+
+        #[derive(Clone, Copy)]
+        pub struct $mask(pub(super) $raw);
+
+        impl Floats for $floats {
+            type Mask = $mask;
+            type Array = $array;
+
+            #[inline(always)]
+            fn to_array(self) -> $array {
+                let mut a = [0.0; size_of::<$raw>() / 4];
+                // SAFETY: the value came from a level's token, and the array is as long as the vector.
+                unsafe { $store(a.as_mut_ptr(), self.0) };
+                a
+            }
+            $(
+                #[inline(always)]
+                fn $op(self, b: Self) -> Self {
+                    // SAFETY: the values came from a level's token.
+                    Self(unsafe { $intrinsic(self.0, b.0) })
+                }
+            )*
+            $(
+                #[inline(always)]
+                fn $test(self, b: Self) -> $mask {
+                    // SAFETY: the values came from a level's token.
+                    $mask(unsafe { $cmp::<$predicate>(self.0, b.0) })
+                }
+            )*
+            #[inline(always)]
+            fn fill(self, x: f32) -> Self {
+                // SAFETY: the value came from a level's token.
+                Self(unsafe { $splat(x) })
+            }
+            #[inline(always)]
+            fn mul_sub(self, b: Self, c: Self) -> Self {
+                // SAFETY: the values came from a level's token.
+                Self(unsafe { $fmsub(self.0, b.0, c.0) })
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                // SAFETY: the value came from a level's token.
+                Self(unsafe { $andnot($splat(-0.0), self.0) })
+            }
+            #[inline(always)]
+            fn select(self, mask: $mask, b: Self) -> Self {
+                // SAFETY: the values came from a level's token.
+                Self(unsafe { $blend(b.0, self.0, mask.0) })
+            }
+            #[inline(always)]
+            fn lowest(self) -> f32 {
+                // SAFETY: the value came from a level's token.
+                unsafe { $lowest(self.0) }
+            }
+            #[inline(always)]
+            fn highest(self) -> f32 {
+                // SAFETY: the value came from a level's token.
+                unsafe { $highest(self.0) }
+            }
+        }
+
+        impl Mask for $mask {
+            #[inline(always)]
+            fn and(self, b: Self) -> Self {
+                // SAFETY: the values came from a level's token.
+                Self(unsafe { $and(self.0, b.0) })
+            }
+            #[inline(always)]
+            fn or(self, b: Self) -> Self {
+                // SAFETY: the values came from a level's token.
+                Self(unsafe { $or(self.0, b.0) })
+            }
+            #[inline(always)]
+            fn bits(self) -> u32 {
+                // SAFETY: the value came from a level's token.
+                unsafe { $movemask(self.0) as u32 }
+            }
+        }
+    };
+}
+
+floats! {
+    F4(__m128), M4, [f32; 4], _mm_movemask_ps, _mm_blendv_ps, _mm_storeu_ps,
+    _mm_and_ps, _mm_or_ps, _mm_andnot_ps, _mm_set1_ps, _mm_cmp_ps,
+    { add = _mm_add_ps; sub = _mm_sub_ps; mul = _mm_mul_ps; div = _mm_div_ps; min = _mm_min_ps; max = _mm_max_ps; }
+    { le = _CMP_LE_OQ; lt = _CMP_LT_OQ; eq = _CMP_EQ_OQ; differs = _CMP_NEQ_OQ; }
+    _mm_fmsub_ps lowest4 highest4
+}
+
+floats! {
+    F8(__m256), M8, [f32; 8], _mm256_movemask_ps, _mm256_blendv_ps, _mm256_storeu_ps,
+    _mm256_and_ps, _mm256_or_ps, _mm256_andnot_ps, _mm256_set1_ps, _mm256_cmp_ps,
+    {
+        add = _mm256_add_ps; sub = _mm256_sub_ps; mul = _mm256_mul_ps; div = _mm256_div_ps;
+        min = _mm256_min_ps; max = _mm256_max_ps;
+    }
+    { le = _CMP_LE_OQ; lt = _CMP_LT_OQ; eq = _CMP_EQ_OQ; differs = _CMP_NEQ_OQ; }
+    _mm256_fmsub_ps lowest8 highest8
+}
+
+/// Declares a horizontal minimum or maximum.
+macro_rules! reductions {
+    ($four:ident, $eight:ident, $op:ident) => {
+        #[inline(always)]
+        unsafe fn $four(a: __m128) -> f32 {
+            // SAFETY: the caller has the vector from a level's token.
+            unsafe {
+                let a = $op(a, _mm_movehl_ps(a, a));
+                _mm_cvtss_f32($op(a, _mm_shuffle_ps::<0b01>(a, a)))
+            }
+        }
+
+        #[inline(always)]
+        unsafe fn $eight(a: __m256) -> f32 {
+            // SAFETY: the caller has the vector from a level's token.
+            unsafe { $four($op(_mm256_castps256_ps128(a), _mm256_extractf128_ps::<1>(a))) }
+        }
+    };
+}
+
+reductions!(lowest4, lowest8, _mm_min_ps);
+reductions!(highest4, highest8, _mm_max_ps);
+
+/// Sixteen floats in two registers.
+#[derive(Clone, Copy)]
+pub struct F8x2(F8, F8);
+
+#[derive(Clone, Copy)]
+pub struct M8x2(M8, M8);
+
+impl Floats for F8x2 {
+    type Mask = M8x2;
+    type Array = [f32; 16];
+
+    #[inline(always)]
+    fn to_array(self) -> [f32; 16] {
+        let (a, b) = (self.0.to_array(), self.1.to_array());
+        std::array::from_fn(|i| if i < 8 { a[i] } else { b[i - 8] })
+    }
+    #[inline(always)]
+    fn fill(self, x: f32) -> Self {
+        Self(self.0.fill(x), self.1.fill(x))
+    }
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        Self(self.0.add(b.0), self.1.add(b.1))
+    }
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        Self(self.0.sub(b.0), self.1.sub(b.1))
+    }
+    #[inline(always)]
+    fn mul(self, b: Self) -> Self {
+        Self(self.0.mul(b.0), self.1.mul(b.1))
+    }
+    #[inline(always)]
+    fn div(self, b: Self) -> Self {
+        Self(self.0.div(b.0), self.1.div(b.1))
+    }
+    #[inline(always)]
+    fn mul_sub(self, b: Self, c: Self) -> Self {
+        Self(self.0.mul_sub(b.0, c.0), self.1.mul_sub(b.1, c.1))
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        Self(self.0.min(b.0), self.1.min(b.1))
+    }
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        Self(self.0.max(b.0), self.1.max(b.1))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.abs(), self.1.abs())
+    }
+    #[inline(always)]
+    fn le(self, b: Self) -> M8x2 {
+        M8x2(self.0.le(b.0), self.1.le(b.1))
+    }
+    #[inline(always)]
+    fn lt(self, b: Self) -> M8x2 {
+        M8x2(self.0.lt(b.0), self.1.lt(b.1))
+    }
+    #[inline(always)]
+    fn eq(self, b: Self) -> M8x2 {
+        M8x2(self.0.eq(b.0), self.1.eq(b.1))
+    }
+    #[inline(always)]
+    fn differs(self, b: Self) -> M8x2 {
+        M8x2(self.0.differs(b.0), self.1.differs(b.1))
+    }
+    #[inline(always)]
+    fn select(self, mask: M8x2, b: Self) -> Self {
+        Self(self.0.select(mask.0, b.0), self.1.select(mask.1, b.1))
+    }
+    #[inline(always)]
+    fn lowest(self) -> f32 {
+        self.0.min(self.1).lowest()
+    }
+    #[inline(always)]
+    fn highest(self) -> f32 {
+        self.0.max(self.1).highest()
+    }
+}
+
+impl Mask for M8x2 {
+    #[inline(always)]
+    fn and(self, b: Self) -> Self {
+        Self(self.0.and(b.0), self.1.and(b.1))
+    }
+    #[inline(always)]
+    fn or(self, b: Self) -> Self {
+        Self(self.0.or(b.0), self.1.or(b.1))
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self.0.bits() | self.1.bits() << 8
+    }
+}
+
+/// For each set of lanes the lanes in it, lowest first: what moves them together.
+static TOGETHER: [[u32; 8]; 256] = {
+    let mut table = [[0; 8]; 256];
+    let mut set = 0;
+    while set < 256 {
+        let (mut n, mut lane) = (0, 0);
+        while lane < 8 {
+            if set >> lane & 1 == 1 {
+                table[set][n] = lane as u32;
+                n += 1;
+            }
+            lane += 1;
+        }
+        set += 1;
+    }
+    table
+};
+
+impl Level for Avx2 {
+    type F4 = F4;
+    type F8 = F8;
+    type F16 = F8x2;
+
+    #[inline(always)]
+    fn splat4(self, x: f32) -> F4 {
+        // SAFETY: the token says that the processor has AVX2.
+        F4(unsafe { _mm_set1_ps(x) })
+    }
+    #[inline(always)]
+    fn splat8(self, x: f32) -> F8 {
+        // SAFETY: the token says that the processor has AVX2.
+        F8(unsafe { _mm256_set1_ps(x) })
+    }
+    #[inline(always)]
+    fn splat16(self, x: f32) -> F8x2 {
+        F8x2(self.splat8(x), self.splat8(x))
+    }
+    #[inline(always)]
+    fn load4(self, x: &[f32; 4]) -> F4 {
+        // SAFETY: the token says that the processor has AVX2; the array is as long as the vector.
+        F4(unsafe { _mm_loadu_ps(x.as_ptr()) })
+    }
+    #[inline(always)]
+    fn load8(self, x: &[f32; 8]) -> F8 {
+        // SAFETY: the token says that the processor has AVX2; the array is as long as the vector.
+        F8(unsafe { _mm256_loadu_ps(x.as_ptr()) })
+    }
+    #[inline(always)]
+    fn load16(self, x: &[f32; 16]) -> F8x2 {
+        // SAFETY: the token says that the processor has AVX2; the array is as long as two vectors.
+        F8x2(
+            F8(unsafe { _mm256_loadu_ps(x.as_ptr()) }),
+            F8(unsafe { _mm256_loadu_ps(x[8..].as_ptr()) }),
+        )
+    }
+    #[inline(always)]
+    fn mask16(self, bits: u32) -> M8x2 {
+        let half = |bits: u32| {
+            // SAFETY: the token says that the processor has AVX2.
+            unsafe {
+                let lanes = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+                let set = _mm256_and_si256(_mm256_set1_epi32(bits as i32), lanes);
+                M8(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lanes)))
+            }
+        };
+        M8x2(half(bits & 0xff), half(bits >> 8))
+    }
+
+    #[inline(always)]
+    fn push_ordered(self, enter: F8, leave: F8, child: &[u32; 8], order: &[u32; 8], shift: u32, to: Top) -> usize {
+        // SAFETY: the token says that the processor has AVX2; all arrays are as long as a vector, and the mask of eight
+        // lanes is below 256.
+        unsafe {
+            let order = _mm256_loadu_si256(order.as_ptr().cast());
+            let order = _mm256_srl_epi32(order, _mm_cvtsi32_si128(shift as i32));
+            let hit = _mm256_cmp_ps::<_CMP_LE_OQ>(enter.0, leave.0);
+            let hit = _mm256_movemask_ps(_mm256_permutevar8x32_ps(hit, order)) as usize;
+            let together = _mm256_loadu_si256(TOGETHER.get_unchecked(hit).as_ptr().cast());
+            let from = _mm256_permutevar8x32_epi32(order, together);
+            let child = _mm256_loadu_si256(child.as_ptr().cast());
+            _mm256_storeu_ps(to.enter.as_mut_ptr(), _mm256_permutevar8x32_ps(enter.0, from));
+            _mm256_storeu_si256(to.child.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(child, from));
+            hit.count_ones() as usize
+        }
+    }
+
+    #[inline(always)]
+    fn push_any(self, enter: F8, leave: F8, child: &[u32; 8], to: &mut [u32; 8]) -> usize {
+        // SAFETY: as above.
+        unsafe {
+            let hit = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter.0, leave.0)) as usize;
+            let together = _mm256_loadu_si256(TOGETHER.get_unchecked(hit).as_ptr().cast());
+            let child = _mm256_loadu_si256(child.as_ptr().cast());
+            _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(child, together));
+            hit.count_ones() as usize
+        }
+    }
+
+    #[inline(always)]
+    fn prefetch<const LINES: usize>(self, p: *const u8) {
+        for line in 0..LINES {
+            // SAFETY: a prefetch may be asked of any address.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(p.wrapping_add(64 * line).cast()) };
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! The level of processors with AVX-512 (F, VL, DQ, BW): sixteen floats in a register, and lanes moved together by one
+//! instruction instead of a table.
+
+use std::arch::x86_64::*;
+
+use super::{
+    avx2::{Avx2, F4, F8},
+    lanes::{Floats, Level, Mask, Top},
+};
+
+/// Known to run on a processor with AVX-512, and with what [`Avx2`] needs.
+#[derive(Clone, Copy)]
+pub struct Avx512(Avx2);
+
+impl Avx512 {
+    /// # Safety
+    /// The processor has AVX-512 F, VL, DQ and BW, AVX2 and FMA.
+    #[inline(always)]
+    pub unsafe fn new() -> Self {
+        // SAFETY: the caller knows.
+        Self(unsafe { Avx2::new() })
+    }
+}
+
+#[derive(Clone, Copy)]
+pub struct F16(__m512);
+
+impl Mask for __mmask16 {
+    #[inline(always)]
+    fn and(self, b: Self) -> Self {
+        self & b
+    }
+    #[inline(always)]
+    fn or(self, b: Self) -> Self {
+        self | b
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self)
+    }
+}
+
+/// Declares the operations that are one instruction on two vectors.
+macro_rules! operations {
+    ({ $( $op:ident = $intrinsic:ident; )* } { $( $test:ident = $predicate:ident; )* }) => {
+        $(
+            #[inline(always)]
+            fn $op(self, b: Self) -> Self {
+                // SAFETY: the values came from a level's token.
+                Self(unsafe { $intrinsic(self.0, b.0) })
+            }
+        )*
+        $(
+            #[inline(always)]
+            fn $test(self, b: Self) -> __mmask16 {
+                // SAFETY: the values came from a level's token.
+                unsafe { _mm512_cmp_ps_mask::<$predicate>(self.0, b.0) }
+            }
+        )*
+    };
+}
+
+impl Floats for F16 {
+    type Mask = __mmask16;
+    type Array = [f32; 16];
+
+    operations! {
+        {
+            add = _mm512_add_ps; sub = _mm512_sub_ps; mul = _mm512_mul_ps; div = _mm512_div_ps;
+            min = _mm512_min_ps; max = _mm512_max_ps;
+        }
+        { le = _CMP_LE_OQ; lt = _CMP_LT_OQ; eq = _CMP_EQ_OQ; differs = _CMP_NEQ_OQ; }
+    }
+
+    #[inline(always)]
+    fn to_array(self) -> [f32; 16] {
+        let mut a = [0.0; 16];
+        // SAFETY: the value came from a level's token, and the array is as long as the vector.
+        unsafe { _mm512_storeu_ps(a.as_mut_ptr(), self.0) };
+        a
+    }
+    #[inline(always)]
+    fn fill(self, x: f32) -> Self {
+        // SAFETY: the value came from a level's token.
+        Self(unsafe { _mm512_set1_ps(x) })
+    }
+    #[inline(always)]
+    fn mul_sub(self, b: Self, c: Self) -> Self {
+        // SAFETY: the values came from a level's token.
+        Self(unsafe { _mm512_fmsub_ps(self.0, b.0, c.0) })
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: the value came from a level's token.
+        Self(unsafe { _mm512_abs_ps(self.0) })
+    }
+    #[inline(always)]
+    fn select(self, mask: __mmask16, b: Self) -> Self {
+        // SAFETY: the values came from a level's token.
+        Self(unsafe { _mm512_mask_blend_ps(mask, b.0, self.0) })
+    }
+    #[inline(always)]
+    fn lowest(self) -> f32 {
+        // SAFETY: the value came from a level's token.
+        unsafe { _mm512_reduce_min_ps(self.0) }
+    }
+    #[inline(always)]
+    fn highest(self) -> f32 {
+        // SAFETY: the value came from a level's token.
+        unsafe { _mm512_reduce_max_ps(self.0) }
+    }
+}
+
+impl Level for Avx512 {
+    type F4 = F4;
+    type F8 = F8;
+    type F16 = F16;
+
+    #[inline(always)]
+    fn splat4(self, x: f32) -> F4 {
+        self.0.splat4(x)
+    }
+    #[inline(always)]
+    fn splat8(self, x: f32) -> F8 {
+        self.0.splat8(x)
+    }
+    #[inline(always)]
+    fn splat16(self, x: f32) -> F16 {
+        // SAFETY: the token says that the processor has AVX-512.
+        F16(unsafe { _mm512_set1_ps(x) })
+    }
+    #[inline(always)]
+    fn load4(self, x: &[f32; 4]) -> F4 {
+        self.0.load4(x)
+    }
+    #[inline(always)]
+    fn load8(self, x: &[f32; 8]) -> F8 {
+        self.0.load8(x)
+    }
+    #[inline(always)]
+    fn load16(self, x: &[f32; 16]) -> F16 {
+        // SAFETY: the token says that the processor has AVX-512; the array is as long as the vector.
+        F16(unsafe { _mm512_loadu_ps(x.as_ptr()) })
+    }
+    #[inline(always)]
+    fn mask16(self, bits: u32) -> __mmask16 {
+        bits as __mmask16
+    }
+
+    #[inline(always)]
+    fn push_ordered(self, enter: F8, leave: F8, child: &[u32; 8], order: &[u32; 8], shift: u32, to: Top) -> usize {
+        // SAFETY: the token says that the processor has AVX-512 and its shorter vectors; all arrays are as long as a
+        // vector.
+        unsafe {
+            let order = _mm256_loadu_si256(order.as_ptr().cast());
+            let order = _mm256_srl_epi32(order, _mm_cvtsi32_si128(shift as i32));
+            let hit = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(enter.0, leave.0);
+            // Where each place's child is hit: the mask in the octant's order.
+            let hit = _mm256_test_epi32_mask(
+                _mm256_sllv_epi32(_mm256_set1_epi32(1), _mm256_and_si256(order, _mm256_set1_epi32(7))),
+                _mm256_set1_epi32(i32::from(hit)),
+            );
+            let from = _mm256_maskz_compress_epi32(hit, order);
+            let child = _mm256_loadu_si256(child.as_ptr().cast());
+            _mm256_storeu_ps(to.enter.as_mut_ptr(), _mm256_permutexvar_ps(from, enter.0));
+            _mm256_storeu_si256(to.child.as_mut_ptr().cast(), _mm256_permutexvar_epi32(from, child));
+            hit.count_ones() as usize
+        }
+    }
+
+    #[inline(always)]
+    fn push_any(self, enter: F8, leave: F8, child: &[u32; 8], to: &mut [u32; 8]) -> usize {
+        // SAFETY: as above.
+        unsafe {
+            let hit = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(enter.0, leave.0);
+            let child = _mm256_loadu_si256(child.as_ptr().cast());
+            _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(hit, child));
+            hit.count_ones() as usize
+        }
+    }
+
+    #[inline(always)]
+    fn prefetch<const LINES: usize>(self, p: *const u8) {
+        self.0.prefetch::<LINES>(p);
+    }
+}

@@ -1,0 +1,471 @@
+//! Sixty-four rays in flight: the kernel for rays that have nothing in common.
+//!
+//! A single ray waits: for the node it will test, and for the outcome of branches nobody can predict. So many are
+//! under way at once. All node tests are done in one pass and all pops in a second, both without branches; a pop asks
+//! for the memory that its ray will touch when its turn comes again. Rays at leaves wait until there are enough of them.
+//! A ray that is done makes room for the next.
+//!
+//! Sixty-four cover the latency of memory; with 128 the rays' own state no longer fits the first cache.
+
+use super::{
+    super::{
+        Geometry, PrimRef,
+        slab::{Planes, reciprocal},
+        wide::node::{DONE, EMPTY, LEAF, Node, SHAPE, blocks},
+    },
+    lanes::{Floats, Level, Mask, Top},
+    query::{Best, Query},
+    tree::Tree,
+    triangle::{self, Line},
+};
+use crate::math::{Ray, Vec3};
+
+/// Rays in flight.
+const SLOTS: usize = 64;
+
+/// Entries below a stack's first: popping looks at eight at once. All say that the ray is done.
+const BASE: usize = 8;
+
+/// A ray under way.
+#[repr(C, align(64))]
+#[derive(Clone)]
+struct Slot {
+    inv_near: Vec3,
+    tmin: f32,
+    shift_near: Vec3,
+    /// Three times the octant of the direction.
+    shift: u32,
+    inv_far: Vec3,
+    /// The stack's length, its base included.
+    len: u32,
+    shift_far: Vec3,
+    /// What comes next.
+    next: u32,
+    best: Best,
+    o: Vec3,
+    /// Which ray it is.
+    ray: u32,
+    d: Vec3,
+    negative: [bool; 3],
+    inv: Vec3,
+}
+
+/// The memory of the kernel, kept between batches.
+pub struct Scratch {
+    slots: Box<[Slot; SLOTS]>,
+    /// Where children on the stacks are entered, then the children: [`Scratch::stride`] of each for every slot.
+    enter: Vec<f32>,
+    child: Vec<u32>,
+    stride: usize,
+}
+
+impl Scratch {
+    pub fn new() -> Self {
+        let slot = Slot {
+            inv_near: Vec3::ZERO,
+            tmin: 0.0,
+            shift_near: Vec3::ZERO,
+            shift: 0,
+            inv_far: Vec3::ZERO,
+            len: 0,
+            shift_far: Vec3::ZERO,
+            next: DONE,
+            best: Best::none(0.0),
+            o: Vec3::ZERO,
+            ray: 0,
+            d: Vec3::ZERO,
+            negative: [false; 3],
+            inv: Vec3::ZERO,
+        };
+        Self {
+            slots: Box::new(std::array::from_fn(|_| slot.clone())),
+            enter: Vec::new(),
+            child: Vec::new(),
+            stride: 0,
+        }
+    }
+
+    /// Makes room for the stacks of `tree`, and marks their ends.
+    fn prepare(&mut self, tree: &Tree) {
+        let stride = (BASE + tree.stack_len()).next_multiple_of(16);
+        if self.stride < stride {
+            self.stride = stride;
+            self.enter = vec![f32::NEG_INFINITY; SLOTS * stride];
+            self.child = vec![DONE; SLOTS * stride];
+        }
+    }
+
+    /// One stack, for a packet.
+    pub fn stack(&mut self, tree: &Tree) -> (&mut [f32], &mut [u32]) {
+        self.prepare(tree);
+        let stride = self.stride;
+        (&mut self.enter[BASE..stride], &mut self.child[BASE..stride])
+    }
+}
+
+/// Numbers of slots, to which adding needs no branch.
+struct List {
+    slots: [u8; 2 * SLOTS],
+    len: usize,
+}
+
+impl List {
+    const EMPTY: Self = Self {
+        slots: [0; 2 * SLOTS],
+        len: 0,
+    };
+
+    #[inline(always)]
+    fn push_if(&mut self, slot: u8, wanted: u32) {
+        // A slot is in one list at a time, so there is always room.
+        self.slots[self.len % (2 * SLOTS)] = slot;
+        self.len += wanted as usize;
+    }
+
+    #[inline(always)]
+    fn get(&self, i: usize) -> u8 {
+        self.slots[i % (2 * SLOTS)]
+    }
+}
+
+/// Rays by what they wait for.
+struct Waiting {
+    at_node: List,
+    at_leaf: List,
+    done: List,
+}
+
+impl Waiting {
+    /// Files a slot under what comes next for it.
+    #[inline(always)]
+    fn file(&mut self, slot: u8, next: u32) {
+        let leaf = next >> 31;
+        let done = (next >> 30) & !leaf & 1;
+        self.at_node.push_if(slot, 1 ^ leaf ^ done);
+        self.at_leaf.push_if(slot, leaf);
+        self.done.push_if(slot, done);
+    }
+}
+
+/// The rays of a batch that are asked for: all, or some of them by number.
+#[derive(Clone, Copy)]
+pub enum Pick<'a> {
+    All,
+    Some(&'a [u32]),
+}
+
+/// Asks `rays`; `answers` holds what is known already, and then the answers.
+#[inline(always)]
+pub fn trace<L: Level, Q: Query>(
+    level: L,
+    tree: &Tree,
+    geometry: &Geometry,
+    rays: &[Ray],
+    pick: Pick,
+    answers: &mut [Q::Answer],
+    scratch: &mut Scratch,
+) {
+    scratch.prepare(tree);
+    let stride = scratch.stride;
+    let stacks = Stacks {
+        enter: scratch.enter.as_mut_ptr(),
+        child: scratch.child.as_mut_ptr(),
+        stride,
+    };
+    let slots = &mut *scratch.slots;
+    let count = match pick {
+        Pick::All => rays.len(),
+        Pick::Some(list) => list.len(),
+    };
+    let mut upcoming = 0;
+    // Puts the next ray that has anything to ask into a slot.
+    let mut refill = |slot: &mut Slot, answers: &[Q::Answer]| {
+        while upcoming < count {
+            let ray = match pick {
+                Pick::All => upcoming,
+                Pick::Some(list) => list[upcoming] as usize,
+            };
+            upcoming += 1;
+            if let Some(best) = Q::begin(&answers[ray], rays[ray].tmax)
+                && slot.start(&rays[ray], ray, best, tree.reach)
+            {
+                return true;
+            }
+        }
+        false
+    };
+
+    let mut waiting = Waiting {
+        at_node: List::EMPTY,
+        at_leaf: List::EMPTY,
+        done: List::EMPTY,
+    };
+    for (i, slot) in slots.iter_mut().enumerate() {
+        if !refill(slot, answers) {
+            break;
+        }
+        waiting.at_node.push_if(i as u8, 1);
+    }
+    while waiting.at_node.len + waiting.at_leaf.len > 0 {
+        let count = waiting.at_node.len;
+        for i in 0..count {
+            let id = waiting.at_node.get(i) as usize % SLOTS;
+            // SAFETY: the slot waits at a node, and its stack is its own.
+            unsafe { node_step::<L, Q>(level, &mut slots[id], tree, stacks.of(id)) };
+        }
+        waiting.at_node.len = 0;
+        for i in 0..count {
+            let id = waiting.at_node.get(i);
+            let slot = &mut slots[id as usize % SLOTS];
+            // SAFETY: the stack is the slot's own, with its base.
+            unsafe { pop::<L, Q>(level, slot, stacks.of(id as usize % SLOTS)) };
+            level.prefetch::<4>(tree.address(slot.next));
+            waiting.file(id, slot.next);
+        }
+        if waiting.at_leaf.len * 2 >= SLOTS || waiting.at_node.len * 4 < SLOTS {
+            let count = waiting.at_leaf.len;
+            waiting.at_leaf.len = 0;
+            for i in 0..count {
+                let id = waiting.at_leaf.get(i);
+                let slot = &mut slots[id as usize % SLOTS];
+                // SAFETY: the slot waits at a leaf of this tree.
+                if unsafe { leaf_step::<L, Q>(level, slot, tree, geometry) } {
+                    slot.len = BASE as u32;
+                }
+                // SAFETY: the stack is the slot's own, with its base.
+                unsafe { pop::<L, Q>(level, slot, stacks.of(id as usize % SLOTS)) };
+                level.prefetch::<4>(tree.address(slot.next));
+                waiting.file(id, slot.next);
+            }
+        }
+        for i in 0..waiting.done.len {
+            let id = waiting.done.get(i);
+            let slot = &mut slots[id as usize % SLOTS];
+            answers[slot.ray as usize] = Q::end(&slot.best);
+            if refill(slot, answers) {
+                waiting.at_node.push_if(id, 1);
+            }
+        }
+        waiting.done.len = 0;
+    }
+}
+
+/// The stacks of all slots.
+#[derive(Clone, Copy)]
+struct Stacks {
+    enter: *mut f32,
+    child: *mut u32,
+    stride: usize,
+}
+
+/// The stack of one slot.
+#[derive(Clone, Copy)]
+struct Stack {
+    enter: *mut f32,
+    child: *mut u32,
+}
+
+impl Stacks {
+    /// # Safety
+    /// `slot` is below [`SLOTS`].
+    #[inline(always)]
+    unsafe fn of(&self, slot: usize) -> Stack {
+        // SAFETY: both arrays hold a stride for every slot.
+        unsafe {
+            Stack {
+                enter: self.enter.add(slot * self.stride),
+                child: self.child.add(slot * self.stride),
+            }
+        }
+    }
+}
+
+impl Slot {
+    /// Whether there is anything to do for the ray.
+    #[inline(always)]
+    fn start(&mut self, ray: &Ray, number: usize, best: Best, reach: f32) -> bool {
+        let planes = Planes::new(ray, reach);
+        let [x, y, z] = planes.negative;
+        *self = Self {
+            inv_near: planes.inv_near,
+            tmin: ray.tmin,
+            shift_near: planes.shift_near,
+            shift: 3 * (u32::from(x) | u32::from(y) << 1 | u32::from(z) << 2),
+            inv_far: planes.inv_far,
+            len: BASE as u32,
+            shift_far: planes.shift_far,
+            next: 0,
+            best,
+            o: ray.o,
+            ray: number as u32,
+            d: ray.d,
+            negative: planes.negative,
+            inv: reciprocal(ray),
+        };
+        planes.alive && ray.tmin <= best.t
+    }
+}
+
+/// Tests a node's boxes and puts the children that the ray meets on its stack.
+///
+/// # Safety
+/// `slot.next` is a node of `tree`, and `stack` belongs to `slot` and was made for `tree`.
+#[inline(always)]
+unsafe fn node_step<L: Level, Q: Query>(level: L, slot: &mut Slot, tree: &Tree, stack: Stack) {
+    // SAFETY: by this function's own contract.
+    let node: &Node = unsafe { tree.node(slot.next) };
+    let at = |axis: usize, entering: bool| 2 * axis + usize::from(slot.negative[axis] == entering);
+    let near = [0, 1, 2].map(|axis| at(axis, true));
+    let far = [0, 1, 2].map(|axis| at(axis, false));
+    let (i, s) = (slot.inv_near, slot.shift_near);
+    // A plane whose distance is not a number comes first in these, so that it does not count.
+    let enter = level.splat8(slot.tmin);
+    let enter = distance(level, node, near[2], i.z, s.z).max(enter);
+    let enter = distance(level, node, near[1], i.y, s.y).max(enter);
+    let enter = distance(level, node, near[0], i.x, s.x).max(enter);
+    let (i, s) = (slot.inv_far, slot.shift_far);
+    let leave = level.splat8(slot.best.t);
+    let leave = distance(level, node, far[2], i.z, s.z).min(leave);
+    let leave = distance(level, node, far[1], i.y, s.y).min(leave);
+    let leave = distance(level, node, far[0], i.x, s.x).min(leave);
+    let len = slot.len as usize;
+    // SAFETY: a stack has room for all that may wait and for a store of eight above it.
+    let to = unsafe {
+        Top {
+            enter: &mut *stack.enter.add(len).cast(),
+            child: &mut *stack.child.add(len).cast(),
+        }
+    };
+    let pushed = if Q::ANY {
+        level.push_any(enter, leave, &node.child, to.child)
+    } else {
+        level.push_ordered(enter, leave, &node.child, &node.order, slot.shift, to)
+    };
+    slot.len += pushed as u32;
+}
+
+/// Where a ray meets one of the planes of each box.
+#[inline(always)]
+fn distance<L: Level>(level: L, node: &Node, plane: usize, inv: f32, shift: f32) -> L::F8 {
+    debug_assert!(plane < 6);
+    // SAFETY: there are six planes, and the caller's number is twice an axis plus a side.
+    let planes = unsafe { node.planes.get_unchecked(plane) };
+    level.load8(planes).mul_sub(level.splat8(inv), level.splat8(shift))
+}
+
+/// Takes the topmost child that is not farther than the nearest hit.
+///
+/// # Safety
+/// `stack` belongs to `slot`.
+#[inline(always)]
+unsafe fn pop<L: Level, Q: Query>(level: L, slot: &mut Slot, stack: Stack) {
+    let mut len = slot.len as usize;
+    if Q::ANY {
+        len -= 1;
+    } else {
+        let end = level.splat8(slot.best.t);
+        loop {
+            // SAFETY: there are eight entries below the first, the last of them never farther than anything.
+            let enter = level.load8(unsafe { &*stack.enter.add(len - 8).cast() });
+            let nearer = enter.le(end).bits();
+            if nearer != 0 {
+                len -= (nearer << 24).leading_zeros() as usize + 1;
+                break;
+            }
+            len -= 8;
+        }
+    }
+    // SAFETY: what is popped was pushed, or is the base.
+    slot.next = unsafe { *stack.child.add(len) };
+    slot.len = len as u32;
+}
+
+/// Tests what is in a leaf; whether the ray needs to go no further.
+///
+/// # Safety
+/// `slot.next` is a leaf of `tree`.
+#[inline(always)]
+unsafe fn leaf_step<L: Level, Q: Query>(level: L, slot: &mut Slot, tree: &Tree, geometry: &Geometry) -> bool {
+    if slot.next & SHAPE != 0 {
+        return shape_step::<Q>(slot, geometry);
+    }
+    let line = Line {
+        o: splat3(level, slot.o),
+        d: splat3(level, slot.d),
+        inv: splat3(level, slot.inv),
+        negative: slot.negative,
+    };
+    for index in blocks(slot.next) {
+        // SAFETY: by this function's own contract.
+        let block = unsafe { tree.block(index) };
+        let [a, b, c] = &block.corners;
+        let corners = [load3(level, a), load3(level, b), load3(level, c)];
+        let edges = triangle::edges(&line, &corners);
+        if edges.inside.bits() == 0 {
+            continue;
+        }
+        let meets = triangle::meet(&line, &corners, &edges);
+        let within = level
+            .splat4(slot.tmin)
+            .lt(meets.t)
+            .and(meets.t.le(level.splat4(slot.best.t)));
+        let mut hits = within.and(meets.valid).bits();
+        if hits == 0 {
+            continue;
+        }
+        if Q::ANY {
+            slot.best.id = 0;
+            return true;
+        }
+        let (t, u, v) = (meets.t.to_array(), meets.u.to_array(), meets.v.to_array());
+        while hits != 0 {
+            let k = hits.trailing_zeros() as usize & 3;
+            hits &= hits - 1;
+            if slot.best.loses_to(t[k], block.ids[k]) {
+                slot.best = Best {
+                    t: t[k],
+                    u: u[k],
+                    v: v[k],
+                    id: block.ids[k],
+                };
+            }
+        }
+    }
+    false
+}
+
+#[inline(always)]
+fn splat3<L: Level>(level: L, v: Vec3) -> [L::F4; 3] {
+    [level.splat4(v.x), level.splat4(v.y), level.splat4(v.z)]
+}
+
+#[inline(always)]
+fn load3<L: Level>(level: L, v: &[[f32; 4]; 3]) -> [L::F4; 3] {
+    [level.load4(&v[0]), level.load4(&v[1]), level.load4(&v[2])]
+}
+
+/// Tests an analytic primitive by its own scalar routine.
+fn shape_step<Q: Query>(slot: &mut Slot, geometry: &Geometry) -> bool {
+    if slot.next == EMPTY {
+        return false;
+    }
+    let index = slot.next & !(LEAF | SHAPE);
+    let ray = Ray {
+        o: slot.o,
+        tmin: slot.tmin,
+        d: slot.d,
+        tmax: slot.best.t,
+    };
+    let Some(hit) = geometry.intersect(PrimRef::new(index), &ray) else {
+        return false;
+    };
+    if slot.best.loses_to(hit.t, index + 1) {
+        slot.best = Best {
+            t: hit.t,
+            u: hit.u,
+            v: hit.v,
+            id: index + 1,
+        };
+    }
+    Q::ANY
+}

@@ -1,0 +1,185 @@
+//! The level that every processor has: arrays, which the compiler may or may not make vectors of.
+
+use super::lanes::{Floats, Level, Mask, Top};
+
+/// Nothing is required.
+#[derive(Clone, Copy)]
+pub struct Portable;
+
+#[derive(Clone, Copy)]
+pub struct Array<const N: usize>([f32; N]);
+
+#[derive(Clone, Copy)]
+pub struct Bits<const N: usize>([bool; N]);
+
+impl<const N: usize> Array<N> {
+    #[inline(always)]
+    fn zip(self, b: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        Self(std::array::from_fn(|i| f(self.0[i], b.0[i])))
+    }
+
+    #[inline(always)]
+    fn test(self, b: Self, f: impl Fn(&f32, &f32) -> bool) -> Bits<N> {
+        Bits(std::array::from_fn(|i| f(&self.0[i], &b.0[i])))
+    }
+}
+
+impl<const N: usize> Floats for Array<N> {
+    type Mask = Bits<N>;
+    type Array = [f32; N];
+
+    #[inline(always)]
+    fn to_array(self) -> [f32; N] {
+        self.0
+    }
+    #[inline(always)]
+    fn fill(self, x: f32) -> Self {
+        Self([x; N])
+    }
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        self.zip(b, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        self.zip(b, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn mul(self, b: Self) -> Self {
+        self.zip(b, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn div(self, b: Self) -> Self {
+        self.zip(b, |a, b| a / b)
+    }
+    #[inline(always)]
+    fn mul_sub(self, b: Self, c: Self) -> Self {
+        self.mul(b).sub(c)
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        self.zip(b, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        self.zip(b, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.map(f32::abs))
+    }
+    #[inline(always)]
+    fn le(self, b: Self) -> Bits<N> {
+        self.test(b, f32::le)
+    }
+    #[inline(always)]
+    fn lt(self, b: Self) -> Bits<N> {
+        self.test(b, f32::lt)
+    }
+    #[inline(always)]
+    fn eq(self, b: Self) -> Bits<N> {
+        self.test(b, f32::eq)
+    }
+    #[inline(always)]
+    fn differs(self, b: Self) -> Bits<N> {
+        self.test(b, |a, b| a < b || a > b)
+    }
+    #[inline(always)]
+    fn select(self, mask: Bits<N>, b: Self) -> Self {
+        Self(std::array::from_fn(|i| if mask.0[i] { self.0[i] } else { b.0[i] }))
+    }
+    #[inline(always)]
+    fn lowest(self) -> f32 {
+        self.0.into_iter().fold(f32::INFINITY, f32::min)
+    }
+    #[inline(always)]
+    fn highest(self) -> f32 {
+        self.0.into_iter().fold(f32::NEG_INFINITY, f32::max)
+    }
+}
+
+impl<const N: usize> Mask for Bits<N> {
+    #[inline(always)]
+    fn and(self, b: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] & b.0[i]))
+    }
+    #[inline(always)]
+    fn or(self, b: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i] | b.0[i]))
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        (0..N).fold(0, |bits, i| bits | u32::from(self.0[i]) << i)
+    }
+}
+
+impl Level for Portable {
+    type F4 = Array<4>;
+    type F8 = Array<8>;
+    type F16 = Array<16>;
+
+    #[inline(always)]
+    fn splat4(self, x: f32) -> Array<4> {
+        Array([x; 4])
+    }
+    #[inline(always)]
+    fn splat8(self, x: f32) -> Array<8> {
+        Array([x; 8])
+    }
+    #[inline(always)]
+    fn splat16(self, x: f32) -> Array<16> {
+        Array([x; 16])
+    }
+    #[inline(always)]
+    fn load4(self, x: &[f32; 4]) -> Array<4> {
+        Array(*x)
+    }
+    #[inline(always)]
+    fn load8(self, x: &[f32; 8]) -> Array<8> {
+        Array(*x)
+    }
+    #[inline(always)]
+    fn load16(self, x: &[f32; 16]) -> Array<16> {
+        Array(*x)
+    }
+    #[inline(always)]
+    fn mask16(self, bits: u32) -> Bits<16> {
+        Bits(std::array::from_fn(|i| bits >> i & 1 == 1))
+    }
+
+    #[inline(always)]
+    fn push_ordered(
+        self,
+        enter: Array<8>,
+        leave: Array<8>,
+        child: &[u32; 8],
+        order: &[u32; 8],
+        shift: u32,
+        to: Top,
+    ) -> usize {
+        let hit = enter.le(leave).0;
+        let mut n = 0;
+        for place in order {
+            let lane = (place >> shift) as usize & 7;
+            to.enter[n & 7] = enter.0[lane];
+            to.child[n & 7] = child[lane];
+            n += usize::from(hit[lane]);
+        }
+        n
+    }
+
+    #[inline(always)]
+    fn push_any(self, enter: Array<8>, leave: Array<8>, child: &[u32; 8], to: &mut [u32; 8]) -> usize {
+        let hit = enter.le(leave).0;
+        let mut n = 0;
+        for lane in 0..8 {
+            to[n & 7] = child[lane];
+            n += usize::from(hit[lane]);
+        }
+        n
+    }
+
+    /// There is no such instruction that every processor has.
+    #[inline(always)]
+    fn prefetch<const LINES: usize>(self, _p: *const u8) {}
+}

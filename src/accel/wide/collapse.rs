@@ -1,0 +1,302 @@
+//! From two children to eight: which nodes of a binary tree become nodes and leaves of the wide one.
+//!
+//! A dynamic programme over the surface area heuristic finds, for each binary node and each `k` up to 7, the cheapest
+//! way to stand for it with at most `k` wide children; a wide node is a binary one whose two sides share eight. All of
+//! it lives in two arrays beside the nodes, from the leaves upwards: no allocation for a node.
+//!
+//! Source: Ylitie, Karras, Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", 2017,
+//! section 3.1, <https://doi.org/10.1145/3105762.3105773>.
+
+use super::{
+    super::{Geometry, binary::Flat, prims::Prims},
+    node::{Block, LEAF, MAX_BLOCKS, Node, SHAPE, leaf},
+};
+
+/// What a block of four triangles costs, in tests of a node.
+const BLOCK_COST: f32 = 0.7;
+
+/// What an analytic primitive costs.
+const SHAPE_COST: f32 = 1.0;
+
+/// A leaf of a flat tree with this bit is another piece of the tree.
+pub(super) const PIECE: u32 = 1 << 31;
+
+/// A wide tree, or a piece of one, with numbers of its own.
+#[derive(Default)]
+pub(super) struct Piece {
+    pub nodes: Vec<Node>,
+    pub blocks: Vec<Block>,
+    /// What stands for all of it: node 0 or a leaf.
+    pub root: u32,
+    pub cost: f32,
+    /// Children that are other pieces: the node, its lane, and the piece's number.
+    pub joints: Vec<(u32, u8, u32)>,
+}
+
+/// How a binary node is stood for.
+#[derive(Clone, Copy)]
+struct Plan {
+    /// With at most so many wide children; at 0 what the eight children of a wide node cost.
+    cost: [f32; 8],
+    /// How many children of so many the first side gets, or one of the marks; at 0 of eight.
+    first: [u8; 8],
+    /// Triangles below; more than fit where there is anything else.
+    triangles: u32,
+}
+
+/// All of it in one leaf.
+const AS_LEAF: u8 = 255;
+
+/// With one child less.
+const FEWER: u8 = 254;
+
+/// More triangles than go into a leaf.
+const TOO_MANY: u32 = 1 << 20;
+
+/// What a leaf costs, infinite for one that cannot be.
+fn leaf_cost(area: f32, triangles: u32) -> f32 {
+    let blocks = triangles.div_ceil(4);
+    if blocks as usize > MAX_BLOCKS {
+        return f32::INFINITY;
+    }
+    area * BLOCK_COST * blocks as f32
+}
+
+fn plan(flat: &[Flat], prims: &Prims, triangles: u32, piece_cost: impl Fn(u32) -> f32) -> Vec<Plan> {
+    let empty = Plan {
+        cost: [0.0; 8],
+        first: [0; 8],
+        triangles: 0,
+    };
+    let mut plans = vec![empty; flat.len()];
+    for i in (0..flat.len()).rev() {
+        let node = &flat[i];
+        let area = node.bounds.half_area();
+        plans[i] = if !node.is_leaf() {
+            inner_plan(area, &plans[i + 1], &plans[node.second as usize])
+        } else if node.leaf & PIECE != 0 {
+            leaf_plan(piece_cost(node.leaf & !PIECE), TOO_MANY)
+        } else if prims.ids[node.leaf as usize] < triangles {
+            leaf_plan(leaf_cost(area, 1), 1)
+        } else {
+            leaf_plan(area * SHAPE_COST, TOO_MANY)
+        };
+    }
+    plans
+}
+
+fn leaf_plan(cost: f32, triangles: u32) -> Plan {
+    Plan {
+        cost: [cost; 8],
+        first: [AS_LEAF; 8],
+        triangles,
+    }
+}
+
+fn inner_plan(area: f32, a: &Plan, b: &Plan) -> Plan {
+    // The bits of floats that are not negative are ordered as they are, so the last three can carry a choice.
+    let mut best = [u32::MAX; 9];
+    for i in 1..8 {
+        for j in 1..=(8 - i).min(7) {
+            let key = ((a.cost[i] + b.cost[j]).to_bits() & !7) | i as u32;
+            best[i + j] = best[i + j].min(key);
+        }
+    }
+    let cost_of = |k: usize| f32::from_bits(best[k] & !7);
+    let triangles = (a.triangles + b.triangles).min(TOO_MANY);
+    let mut plan = Plan {
+        cost: [0.0; 8],
+        first: [FEWER; 8],
+        triangles,
+    };
+    (plan.cost[0], plan.first[0]) = (cost_of(8), (best[8] & 7) as u8);
+    let (as_node, as_leaf) = (area + plan.cost[0], leaf_cost(area, triangles));
+    (plan.cost[1], plan.first[1]) = if as_leaf <= as_node {
+        (as_leaf, AS_LEAF)
+    } else {
+        (as_node, 0)
+    };
+    for k in 2..8 {
+        if cost_of(k) < plan.cost[k - 1] {
+            (plan.cost[k], plan.first[k]) = (cost_of(k), (best[k] & 7) as u8);
+        } else {
+            plan.cost[k] = plan.cost[k - 1];
+        }
+    }
+    plan
+}
+
+/// The wide tree over `flat`.
+pub(super) fn collapse(flat: &[Flat], prims: &Prims, geometry: &Geometry, piece_cost: impl Fn(u32) -> f32) -> Piece {
+    let triangles = geometry.triangles.len() as u32;
+    let plans = plan(flat, prims, triangles, piece_cost);
+    let mut emitter = Emitter {
+        flat,
+        plans: &plans,
+        prims,
+        geometry,
+        piece: Piece {
+            nodes: Vec::with_capacity(flat.len() / 20 + 1),
+            blocks: Vec::with_capacity(flat.len() / 5 + 1),
+            cost: plans[0].cost[1],
+            ..Piece::default()
+        },
+    };
+    if plans[0].first[1] == AS_LEAF && flat[0].leaf & PIECE == 0 || flat[0].is_leaf() {
+        emitter.piece.root = emitter.leaf(0);
+    } else {
+        emitter.nodes();
+    }
+    emitter.piece
+}
+
+struct Emitter<'a> {
+    flat: &'a [Flat],
+    plans: &'a [Plan],
+    prims: &'a Prims,
+    geometry: &'a Geometry,
+    piece: Piece,
+}
+
+impl Emitter<'_> {
+    /// Emits nodes, each before its children and sisters side by side.
+    fn nodes(&mut self) {
+        self.piece.nodes.push(Node::NOTHING);
+        let mut open = vec![(0_usize, 0_usize)];
+        while let Some((from, to)) = open.pop() {
+            let mut children = [0; 8];
+            let count = self.children(from, &mut children);
+            let mut node = Node::NOTHING;
+            let first_inner = open.len();
+            for (lane, &child) in children[..count].iter().enumerate() {
+                let Flat { bounds, leaf, .. } = self.flat[child];
+                let number = if leaf != Flat::INNER && leaf & PIECE != 0 {
+                    self.piece.joints.push((to as u32, lane as u8, leaf & !PIECE));
+                    0
+                } else if self.plans[child].first[1] == AS_LEAF {
+                    self.leaf(child)
+                } else {
+                    open.push((child, self.piece.nodes.len()));
+                    self.piece.nodes.push(Node::NOTHING);
+                    (self.piece.nodes.len() - 1) as u32
+                };
+                node.set(lane, &bounds, number);
+            }
+            open[first_inner..].reverse();
+            order_children(&mut node, count);
+            self.piece.nodes[to] = node;
+        }
+    }
+
+    /// The binary nodes that become the children of the wide one at `from`; how many there are.
+    fn children(&self, from: usize, children: &mut [usize; 8]) -> usize {
+        let mut count = 0;
+        let first = self.plans[from].first[0];
+        let mut open = [(0, 0); 8];
+        open[0] = (self.flat[from].second as usize, 8 - first);
+        open[1] = (from + 1, first);
+        let mut waiting = 2;
+        while waiting > 0 {
+            waiting -= 1;
+            let (node, mut k) = open[waiting];
+            while self.plans[node].first[usize::from(k)] == FEWER {
+                k -= 1;
+            }
+            if k == 1 || self.flat[node].is_leaf() {
+                children[count] = node;
+                count += 1;
+            } else {
+                let first = self.plans[node].first[usize::from(k)];
+                open[waiting] = (self.flat[node].second as usize, k - first);
+                open[waiting + 1] = (node + 1, first);
+                waiting += 2;
+            }
+        }
+        count
+    }
+
+    /// Emits what is below `from` as a leaf.
+    fn leaf(&mut self, from: usize) -> u32 {
+        let first = self.piece.blocks.len();
+        let mut lane = 4;
+        let mut node = from;
+        loop {
+            if self.flat[node].is_leaf() {
+                let id = self.prims.ids[self.flat[node].leaf as usize];
+                if id as usize >= self.geometry.triangles.len() {
+                    return LEAF | SHAPE | id;
+                }
+                if lane == 4 {
+                    self.piece.blocks.push(Block::NOTHING);
+                    lane = 0;
+                }
+                let block = self.piece.blocks.last_mut().expect("one was pushed above");
+                block.set(lane, self.geometry.corners(id as usize), id);
+                lane += 1;
+            }
+            // In depth-first order what is below a node are the nodes behind it, as many as its leaves make necessary.
+            let emitted = 4 * (self.piece.blocks.len() - first) - (4 - lane);
+            if emitted as u32 == self.plans[from].triangles {
+                return leaf(first, self.piece.blocks.len() - first);
+            }
+            node += 1;
+        }
+    }
+}
+
+/// Sorts children for each octant of directions by how far along its diagonal their centres lie, the farthest first.
+fn order_children(node: &mut Node, count: usize) {
+    let mut centers = [[0.0_f32; 3]; 8];
+    for (lane, center) in centers[..count].iter_mut().enumerate() {
+        *center = (node.bounds(lane).center()).to_array();
+    }
+    for octant in 0..4_u32 {
+        let mut keys = [0_u32; 8];
+        for (lane, key) in keys.iter_mut().enumerate() {
+            let [x, y, z] = centers[lane];
+            let along = if octant & 1 == 0 { x } else { -x } + if octant & 2 == 0 { y } else { -y } + z;
+            // Ordered as the floats are, with the lane in the last bits.
+            let bits = along.to_bits();
+            let ordered = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
+            *key = (ordered & !7) | lane as u32;
+        }
+        keys.sort_unstable();
+        for (place, key) in keys.iter().enumerate() {
+            let lane = key & 7;
+            node.order[7 - place] |= lane << (3 * octant);
+            node.order[place] |= lane << (3 * (7 - octant));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Aabb, Vec3};
+
+    #[test]
+    fn children_come_farthest_first_in_every_octant() {
+        let mut node = Node::NOTHING;
+        for lane in 0..8 {
+            let p = Vec3::new(
+                lane as f32 * 0.37 % 1.0,
+                lane as f32 * 0.61 % 1.0,
+                lane as f32 * 0.83 % 1.0,
+            );
+            node.set(lane, &Aabb { min: p, max: p + 0.1 }, 0);
+        }
+        order_children(&mut node, 8);
+        for octant in 0..8 {
+            let sign = |axis: u32| if octant >> axis & 1 == 1 { -1.0 } else { 1.0 };
+            let d = Vec3::new(sign(0), sign(1), sign(2));
+            let along: Vec<f32> = (0..8)
+                .map(|place| {
+                    node.bounds((node.order[place] >> (3 * octant) & 7) as usize)
+                        .center()
+                        .dot(d)
+                })
+                .collect();
+            assert!(along.is_sorted_by(|a, b| *a >= *b - 1e-5), "{octant}: {along:?}");
+        }
+    }
+}

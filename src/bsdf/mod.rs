@@ -1,0 +1,3 @@
+//! How light scatters at a surface, by physics.
+
+pub mod fresnel;
