@@ -2,4 +2,7 @@
 
 pub mod bitmaps;
 pub mod camera_path;
+pub mod gltf;
 pub mod image;
+pub mod model;
+pub mod obj;

@@ -1,0 +1,199 @@
+//! Accessors: typed arrays in buffers, every offset and length checked before a byte is read.
+
+use ::gltf::json::{
+    accessor::{Accessor, ComponentType, Type, sparse::Sparse},
+    validation::Checked,
+};
+
+use super::{
+    Problem,
+    document::{Document, get},
+};
+
+/// The most elements of an accessor without a buffer, which is all zeros and takes no bytes of the file.
+const MOST_ZEROS: usize = 1 << 22;
+
+/// How the bytes of an accessor are laid out.
+#[derive(Clone, Copy)]
+struct Layout {
+    component: ComponentType,
+    normalized: bool,
+    /// Components of an element.
+    width: usize,
+    count: usize,
+}
+
+impl Layout {
+    fn of(accessor: &Accessor, index: usize) -> Result<Self, Problem> {
+        let (Checked::Valid(component), Checked::Valid(kind)) = (accessor.component_type, accessor.type_) else {
+            return Err(Problem::broken(format!("accessor {index} has an unknown type")));
+        };
+        if matches!(kind, Type::Mat2 | Type::Mat3 | Type::Mat4) {
+            return Err(Problem::broken(format!("accessor {index} holds matrices")));
+        }
+        let count = usize::try_from(accessor.count.0).unwrap_or(usize::MAX);
+        Ok(Self {
+            component: component.0,
+            normalized: accessor.normalized,
+            width: kind.multiplicity(),
+            count,
+        })
+    }
+
+    fn element(&self) -> usize {
+        self.component.size() * self.width
+    }
+
+    fn number(&self, bytes: &[u8]) -> f32 {
+        let scaled = |v: f32, most: f32| if self.normalized { (v / most).max(-1.0) } else { v };
+        match (self.component, bytes) {
+            (ComponentType::I8, &[b, ..]) => scaled(f32::from(b as i8), 127.0),
+            (ComponentType::U8, &[b, ..]) => scaled(f32::from(b), 255.0),
+            (ComponentType::I16, &[a, b, ..]) => scaled(f32::from(i16::from_le_bytes([a, b])), 32767.0),
+            (ComponentType::U16, &[a, b, ..]) => scaled(f32::from(u16::from_le_bytes([a, b])), 65535.0),
+            (ComponentType::U32, &[a, b, c, d, ..]) => u32::from_le_bytes([a, b, c, d]) as f32,
+            (ComponentType::F32, &[a, b, c, d, ..]) => f32::from_le_bytes([a, b, c, d]),
+            _ => unreachable!("an element has as many bytes as its type"),
+        }
+    }
+}
+
+/// `count` elements of `size` bytes in a view, or what is wrong with that.
+fn elements<'a>(
+    (bytes, stride): (&'a [u8], Option<usize>),
+    offset: u64,
+    (count, size): (usize, usize),
+    what: impl Fn() -> String,
+) -> Result<impl Iterator<Item = &'a [u8]>, Problem> {
+    let stride = stride.unwrap_or(size);
+    if stride < size {
+        return Err(Problem::broken(format!(
+            "{} has a stride of {stride} bytes for {size}",
+            what()
+        )));
+    }
+    let offset = usize::try_from(offset).ok();
+    let end = count
+        .checked_sub(1)
+        .map_or(Some(0), |last| last.checked_mul(stride)?.checked_add(size))
+        .and_then(|length| length.checked_add(offset?));
+    match (offset, end) {
+        (Some(offset), Some(end)) if end <= bytes.len() => {
+            Ok((0..count).map(move |i| &bytes[offset + i * stride..offset + i * stride + size]))
+        }
+        _ => Err(Problem::broken(format!(
+            "{} reaches past the end of its buffer view",
+            what()
+        ))),
+    }
+}
+
+impl Document<'_> {
+    /// How many elements an accessor has.
+    pub fn count(&self, index: usize) -> Result<usize, Problem> {
+        let accessor = get(&self.root.accessors, index, "accessor")?;
+        Ok(usize::try_from(accessor.count.0).unwrap_or(usize::MAX))
+    }
+
+    /// An accessor of `N` numbers an element.
+    pub fn floats<const N: usize>(&self, index: usize) -> Result<Vec<[f32; N]>, Problem> {
+        let accessor = get(&self.root.accessors, index, "accessor")?;
+        let layout = Layout::of(accessor, index)?;
+        if layout.width != N {
+            let width = layout.width;
+            return Err(Problem::broken(format!(
+                "accessor {index} has {width} numbers an element instead of {N}"
+            )));
+        }
+        let size = layout.component.size();
+        self.read(index, accessor, layout, [0.0; N], |bytes| {
+            std::array::from_fn(|k| layout.number(&bytes[k * size..]))
+        })
+    }
+
+    /// An accessor of vertex numbers.
+    pub fn indices(&self, index: usize) -> Result<Vec<u32>, Problem> {
+        let accessor = get(&self.root.accessors, index, "accessor")?;
+        let layout = Layout::of(accessor, index)?;
+        if layout.width != 1 || !is_unsigned(layout.component) {
+            return Err(Problem::broken(format!("accessor {index} cannot hold indices")));
+        }
+        self.read(index, accessor, layout, 0, unsigned)
+    }
+
+    fn read<T: Clone>(
+        &self,
+        index: usize,
+        accessor: &Accessor,
+        layout: Layout,
+        zero: T,
+        element: impl Fn(&[u8]) -> T,
+    ) -> Result<Vec<T>, Problem> {
+        let (count, size) = (layout.count, layout.element());
+        let memory = |count: usize| self.spend((count as u64).saturating_mul(size_of::<T>() as u64));
+        let mut values = match accessor.buffer_view {
+            Some(view) => {
+                let offset = accessor.byte_offset.map_or(0, |o| o.0);
+                let what = || format!("accessor {index}");
+                let found = elements(self.view(view.value())?, offset, (count, size), what)?;
+                memory(count)?;
+                found.map(&element).collect()
+            }
+            None if count > MOST_ZEROS => {
+                return Err(Problem::broken(format!(
+                    "accessor {index} has {count} elements but no buffer view"
+                )));
+            }
+            None => {
+                memory(count)?;
+                vec![zero; count]
+            }
+        };
+        if let Some(sparse) = &accessor.sparse {
+            self.replace(index, sparse, size, &mut values, element)?;
+        }
+        Ok(values)
+    }
+
+    /// Puts the elements that a sparse accessor names in their places.
+    fn replace<T>(
+        &self,
+        index: usize,
+        sparse: &Sparse,
+        size: usize,
+        values: &mut [T],
+        element: impl Fn(&[u8]) -> T,
+    ) -> Result<(), Problem> {
+        let what = || format!("the sparse part of accessor {index}");
+        let Checked::Valid(component) = sparse.indices.component_type else {
+            return Err(Problem::broken(format!("{} has indices of an unknown type", what())));
+        };
+        let count = usize::try_from(sparse.count.0).unwrap_or(usize::MAX);
+        let (indices, offset) = (&sparse.indices, sparse.indices.byte_offset.0);
+        let at = elements(
+            self.view(indices.buffer_view.value())?,
+            offset,
+            (count, component.0.size()),
+            what,
+        )?;
+        let (new, offset) = (&sparse.values, sparse.values.byte_offset.0);
+        let new = elements(self.view(new.buffer_view.value())?, offset, (count, size), what)?;
+        for (at, new) in at.zip(new) {
+            let at = unsigned(at) as usize;
+            let place = values
+                .get_mut(at)
+                .ok_or_else(|| Problem::broken(format!("{} names element {at}, which is not there", what())))?;
+            *place = element(new);
+        }
+        Ok(())
+    }
+}
+
+fn is_unsigned(component: ComponentType) -> bool {
+    matches!(component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32)
+}
+
+/// A whole number of one, two or four bytes.
+fn unsigned(bytes: &[u8]) -> u32 {
+    bytes.iter().rev().fold(0, |v, b| v << 8 | u32::from(*b))
+}

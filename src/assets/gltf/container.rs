@@ -1,0 +1,229 @@
+//! The bytes of a glTF asset: the GLB container, `data:` URIs, files beside the asset.
+
+use std::path::{Path, PathBuf};
+
+use super::Problem;
+
+/// A glTF file's JSON and the binary chunk of a GLB.
+#[derive(Debug)]
+pub(super) struct Container<'a> {
+    pub json: &'a [u8],
+    pub binary: Option<&'a [u8]>,
+}
+
+impl<'a> Container<'a> {
+    pub fn open(bytes: &'a [u8]) -> Result<Self, Problem> {
+        if !bytes.starts_with(b"glTF") {
+            let json = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+            return Ok(Self { json, binary: None });
+        }
+        let word = |at: usize| -> Result<usize, Problem> {
+            let word = bytes
+                .get(at..at + 4)
+                .ok_or_else(|| Problem::broken("the GLB header ends early"))?;
+            let word = <[u8; 4]>::try_from(word).expect("four bytes were asked for");
+            Ok(u32::from_le_bytes(word) as usize)
+        };
+        let (version, length) = (word(4)?, word(8)?);
+        if version != 2 {
+            return Err(Problem::unsupported(format!("version {version} of the GLB container")));
+        }
+        if length < 12 || length > bytes.len() {
+            let found = bytes.len();
+            return Err(Problem::broken(format!(
+                "the GLB header says {length} bytes, the file has {found}"
+            )));
+        }
+        let (mut json, mut binary, mut at) = (None, None, 12);
+        while at + 8 <= length {
+            let (size, kind) = (word(at)?, &bytes[at + 4..at + 8]);
+            let chunk = (at + 8).checked_add(size).filter(|end| *end <= length);
+            let chunk = chunk.map(|end| &bytes[at + 8..end]);
+            let chunk =
+                chunk.ok_or_else(|| Problem::broken(format!("a GLB chunk of {size} bytes reaches past the end")))?;
+            match kind {
+                b"JSON" if json.is_none() => json = Some(chunk),
+                b"BIN\0" if binary.is_none() => binary = Some(chunk),
+                _ => {}
+            }
+            // Chunks are padded to whole words; where one is not, the next begins at once.
+            at += 8 + size;
+        }
+        let json = json.ok_or_else(|| Problem::broken("the GLB has no JSON chunk"))?;
+        Ok(Self { json, binary })
+    }
+}
+
+/// Where the bytes that a URI names are.
+#[derive(Debug, PartialEq)]
+pub(super) enum Location {
+    Here(Vec<u8>),
+    File(PathBuf),
+}
+
+/// What a URI of an asset in `folder` names. URIs are untrusted: only `data:` and files in the folder or below.
+pub(super) fn locate(folder: &Path, uri: &str) -> Result<Location, Problem> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        return data_uri(data).map(Location::Here);
+    }
+    let scheme = uri.split(['/', '?', '#']).next().unwrap_or_default();
+    if scheme.contains(':') {
+        return Err(Problem::refused(uri, "only files beside the asset and data: are read"));
+    }
+    let decoded = percent_decoded(uri).ok_or_else(|| Problem::refused(uri, "it is not UTF-8"))?;
+    let mut depth = 0;
+    for part in decoded.split(['/', '\\']) {
+        match part {
+            ".." => depth -= 1,
+            "" | "." => {}
+            _ => depth += 1,
+        }
+        if depth < 0 {
+            return Err(Problem::refused(uri, "it leaves the asset's folder"));
+        }
+    }
+    let has_drive = decoded.as_bytes().get(1) == Some(&b':');
+    if decoded.starts_with(['/', '\\']) || has_drive || decoded.contains('\0') {
+        return Err(Problem::refused(uri, "it is not relative to the asset's folder"));
+    }
+    if decoded.is_empty() {
+        return Err(Problem::refused(uri, "it is empty"));
+    }
+    let path = folder.join(&decoded);
+    // Names with a literal `%` are not escaped by every exporter.
+    let literal = folder.join(uri);
+    let is_literal = decoded != uri && !path.exists() && literal.is_file() && !uri.contains("..");
+    Ok(Location::File(if is_literal { literal } else { path }))
+}
+
+/// The bytes of a file that a URI named.
+pub(super) fn read(path: &Path) -> Result<Vec<u8>, Problem> {
+    let missing = |source| Problem::Missing {
+        source,
+        file: path.to_owned(),
+    };
+    if path.metadata().map_err(missing)?.is_file() {
+        std::fs::read(path).map_err(missing)
+    } else {
+        Err(Problem::broken(format!("not a file: {}", path.display())))
+    }
+}
+
+fn percent_decoded(uri: &str) -> Option<String> {
+    let mut out = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let Some((&byte, after)) = rest.split_first() {
+        let digits = after.get(..2).and_then(|d| str::from_utf8(d).ok());
+        let escaped = digits.filter(|d| d.bytes().all(|b| b.is_ascii_hexdigit()));
+        match escaped.and_then(|d| u8::from_str_radix(d, 16).ok()) {
+            Some(decoded) if byte == b'%' => {
+                out.push(decoded);
+                rest = &after[2..];
+            }
+            _ => {
+                out.push(byte);
+                rest = after;
+            }
+        }
+    }
+    String::from_utf8(out).ok()
+}
+
+/// What follows `data:`.
+fn data_uri(data: &str) -> Result<Vec<u8>, Problem> {
+    let (head, body) = data
+        .split_once(',')
+        .ok_or_else(|| Problem::broken("a data: URI without a comma"))?;
+    if head.ends_with(";base64") {
+        base64(body.as_bytes()).ok_or_else(|| Problem::broken("a data: URI is not base64"))
+    } else {
+        percent_decoded(body)
+            .map(String::into_bytes)
+            .ok_or_else(|| Problem::broken("a data: URI is not UTF-8"))
+    }
+}
+
+/// Source: RFC 4648, section 4; the URL alphabet of section 5 is read as well, and padding may be missing.
+fn base64(text: &[u8]) -> Option<Vec<u8>> {
+    let mut out = Vec::with_capacity(text.len() / 4 * 3);
+    let end = text.iter().rposition(|b| *b != b'=').map_or(0, |last| last + 1);
+    let (mut bits, mut count) = (0u32, 0);
+    for byte in &text[..end] {
+        let value = match byte {
+            b'A'..=b'Z' => byte - b'A',
+            b'a'..=b'z' => byte - b'a' + 26,
+            b'0'..=b'9' => byte - b'0' + 52,
+            b'+' | b'-' => 62,
+            b'/' | b'_' => 63,
+            b if b.is_ascii_whitespace() => continue,
+            _ => return None,
+        };
+        bits = bits << 6 | u32::from(value);
+        count += 6;
+        if count >= 8 {
+            count -= 8;
+            out.push((bits >> count) as u8);
+        }
+    }
+    (count < 6).then_some(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(uri: &str) -> Result<PathBuf, String> {
+        match locate(Path::new("models"), uri) {
+            Ok(Location::File(path)) => Ok(path),
+            Ok(Location::Here(_)) => panic!("{uri}"),
+            Err(e) => Err(e.to_string()),
+        }
+    }
+
+    #[test]
+    fn uris_stay_in_the_folder_of_the_asset() {
+        assert_eq!(file("a%20b/./c.bin"), Ok("models/a b/./c.bin".into()));
+        assert_eq!(file("a/../b.bin"), Ok("models/a/../b.bin".into()));
+        assert_eq!(file("100%.png"), Ok("models/100%.png".into()));
+        for bad in [
+            "../b",
+            "a/../../b",
+            "%2e%2e/b",
+            "/etc/passwd",
+            "%2fetc",
+            "c:/b",
+            "http://x/y",
+            "file:///b",
+            "",
+            r"..\b",
+            "a%00",
+        ] {
+            assert!(file(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn data_uris_are_decoded() {
+        let here = |uri| locate(Path::new(""), uri).ok();
+        let bytes = |text: &[u8]| Some(Location::Here(text.to_vec()));
+        assert_eq!(here("data:application/octet-stream;base64,aGVsbG8="), bytes(b"hello"));
+        assert_eq!(here("data:;base64,aGVsbG8"), bytes(b"hello"));
+        assert_eq!(here("data:,a%20b"), bytes(b"a b"));
+        assert_eq!(here("data:;base64,a*b"), None);
+        assert_eq!(here("data:;base64,aGVsbA=x"), None);
+        assert_eq!(here("data:nothing"), None);
+    }
+
+    #[test]
+    fn broken_containers_are_refused() {
+        let glb = |length: u32, rest: &[u8]| {
+            let mut bytes = [&b"glTF"[..], &2u32.to_le_bytes(), &length.to_le_bytes()].concat();
+            bytes.extend_from_slice(rest);
+            Container::open(&bytes).map(|c| c.json.len()).map_err(|e| e.to_string())
+        };
+        assert!(Container::open(b"glTF\x02").is_err());
+        assert!(glb(11, b"").is_err() && glb(400, b"").is_err() && glb(12, b"").is_err());
+        assert!(glb(20, b"\xff\xff\xff\xffJSON").is_err());
+        assert_eq!(glb(24, b"\x04\0\0\0JSON{}  "), Ok(4));
+    }
+}

@@ -1,0 +1,169 @@
+//! A glTF document: its JSON, its buffers, and the way from an index to what it names.
+
+use std::{
+    cell::{Cell, OnceCell},
+    path::Path,
+};
+
+use ::gltf::json::{self, Root, Value, deserialize};
+
+use super::{
+    Problem,
+    container::{self, Container, Location},
+};
+
+/// Extensions that a file may require. Others that a file only uses are passed over.
+const SUPPORTED: [&str; 2] = ["KHR_lights_punctual", "KHR_mesh_quantization"];
+
+/// What arrays may take in all for each byte of the file, and what any file may have: repeated accessors of a small
+/// file must not fill the memory.
+const GROWTH: u64 = 64;
+const ANYWAY: u64 = 256 << 20;
+
+/// An open document.
+pub(super) struct Document<'a> {
+    pub root: Root,
+    /// The same with all extensions.
+    pub raw: Value,
+    pub folder: &'a Path,
+    binary: Option<&'a [u8]>,
+    buffers: Vec<OnceCell<Vec<u8>>>,
+    budget: Cell<u64>,
+}
+
+impl<'a> Document<'a> {
+    pub fn open(bytes: &'a [u8], folder: &'a Path) -> Result<Self, Problem> {
+        let Container { json, binary } = Container::open(bytes)?;
+        let syntax = |e: json::Error| Problem::broken(format!("its JSON is not understood: {e}"));
+        let mut raw: Value = deserialize::from_slice(json).map_err(syntax)?;
+        check_version(&raw)?;
+        check_extensions(&raw)?;
+        soften(&mut raw);
+        let root: Root = deserialize::from_value(raw.clone()).map_err(syntax)?;
+        let buffers = root.buffers.iter().map(|_| OnceCell::new()).collect();
+        Ok(Self {
+            root,
+            raw,
+            folder,
+            binary,
+            buffers,
+            budget: Cell::new(ANYWAY + GROWTH * bytes.len() as u64),
+        })
+    }
+
+    /// Asks for memory for arrays, in bytes.
+    pub fn spend(&self, bytes: u64) -> Result<(), Problem> {
+        let left = self.budget.get().checked_sub(bytes);
+        self.budget
+            .set(left.ok_or_else(|| Problem::broken("its arrays are far larger than the file"))?);
+        Ok(())
+    }
+
+    fn buffer(&self, index: usize) -> Result<&[u8], Problem> {
+        let buffer = get(&self.root.buffers, index, "buffer")?;
+        let bytes = match &buffer.uri {
+            None if index == 0 => self
+                .binary
+                .ok_or_else(|| Problem::broken("buffer 0 has no uri, and there is no binary chunk"))?,
+            None => return Err(Problem::broken(format!("buffer {index} has no uri"))),
+            Some(uri) => {
+                let cell = &self.buffers[index];
+                if cell.get().is_none() {
+                    let bytes = match container::locate(self.folder, uri)? {
+                        Location::Here(bytes) => bytes,
+                        Location::File(path) => container::read(&path)?,
+                    };
+                    self.budget
+                        .set(self.budget.get().saturating_add(GROWTH * bytes.len() as u64));
+                    let _ = cell.set(bytes);
+                }
+                cell.get().expect("it was just set")
+            }
+        };
+        let length = usize::try_from(buffer.byte_length.0).unwrap_or(usize::MAX);
+        bytes.get(..length).ok_or_else(|| {
+            let found = bytes.len();
+            Problem::broken(format!("buffer {index} should have {length} bytes, but has {found}"))
+        })
+    }
+
+    /// The bytes of a view, and its stride.
+    pub fn view(&self, index: usize) -> Result<(&[u8], Option<usize>), Problem> {
+        let view = get(&self.root.buffer_views, index, "buffer view")?;
+        let buffer = self.buffer(view.buffer.value())?;
+        let start = view.byte_offset.map_or(0, |o| o.0);
+        let end = start.checked_add(view.byte_length.0);
+        let range = end.and_then(|end| Some(usize::try_from(start).ok()?..usize::try_from(end).ok()?));
+        let bytes = range.and_then(|r| buffer.get(r)).ok_or_else(|| {
+            Problem::broken(format!(
+                "buffer view {index} reaches past the end of buffer {}",
+                view.buffer.value()
+            ))
+        })?;
+        Ok((bytes, view.byte_stride.map(|s| s.0)))
+    }
+}
+
+/// Element `index` of an array of the document.
+pub(super) fn get<'a, T>(array: &'a [T], index: usize, what: &str) -> Result<&'a T, Problem> {
+    let count = array.len();
+    array
+        .get(index)
+        .ok_or_else(|| Problem::broken(format!("there is no {what} {index}, there are {count}")))
+}
+
+fn check_version(raw: &Value) -> Result<(), Problem> {
+    let text = |key: &str| raw.get("asset").and_then(|a| a.get(key)).and_then(Value::as_str);
+    let version = text("version").ok_or_else(|| Problem::broken("it has no asset.version"))?;
+    let major = version.split('.').next().unwrap_or_default();
+    if major != "2" {
+        return Err(Problem::unsupported(format!("version {version} of glTF")));
+    }
+    match text("minVersion") {
+        Some(least) if least != "2.0" => Err(Problem::unsupported(format!("version {least} of glTF"))),
+        _ => Ok(()),
+    }
+}
+
+fn check_extensions(raw: &Value) -> Result<(), Problem> {
+    let required = raw.get("extensionsRequired").and_then(Value::as_array);
+    let unknown: Vec<&str> = required
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_str)
+        .filter(|name| !SUPPORTED.contains(name))
+        .collect();
+    if unknown.is_empty() {
+        return Ok(());
+    }
+    let plural = if unknown.len() == 1 { "extension" } else { "extensions" };
+    Err(Problem::unsupported(format!(
+        "it requires the {plural} {}",
+        unknown.join(", ")
+    )))
+}
+
+/// Makes what the format allows acceptable to its parser: whole numbers written as `1.0`, scenes without nodes.
+fn soften(value: &mut Value) {
+    if let Some(scenes) = value.get_mut("scenes").and_then(Value::as_array_mut) {
+        for scene in scenes.iter_mut().filter_map(Value::as_object_mut) {
+            scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+        }
+    }
+    whole_numbers(value);
+}
+
+/// Recursion ends: the JSON reader accepts 128 levels at the most.
+fn whole_numbers(value: &mut Value) {
+    match value {
+        Value::Number(n) if n.is_f64() => {
+            let whole = n.as_f64().filter(|v| v.fract() == 0.0 && v.abs() < 9e15);
+            if let Some(v) = whole {
+                *value = if v >= 0.0 { (v as u64).into() } else { (v as i64).into() };
+            }
+        }
+        Value::Array(values) => values.iter_mut().for_each(whole_numbers),
+        Value::Object(map) => map.values_mut().for_each(whole_numbers),
+        _ => {}
+    }
+}

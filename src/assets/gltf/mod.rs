@@ -1,0 +1,145 @@
+//! glTF 2.0 assets, as JSON with its files or as a GLB.
+//!
+//! Read are the triangles of the default scene with their normals and texture coordinates, base colours with their
+//! textures, cameras, and the lights of KHR_lights_punctual. A file that requires another extension is refused by its
+//! name. Nothing in a file is believed: every index, offset and length is checked before it is used, nodes form a tree,
+//! files lie beside the asset, and memory is in proportion to the file.
+//!
+//! Source: Khronos, "glTF 2.0 Specification", version 2.0.1, 2021.
+
+mod accessor;
+mod container;
+mod document;
+mod looks;
+mod nodes;
+mod primitive;
+
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
+
+use super::model::{Model, ModelCamera, Part};
+use document::{Document, get};
+
+/// Why a glTF asset was not loaded.
+#[derive(Debug, thiserror::Error)]
+pub enum GltfError {
+    #[error("cannot read model: {source}: {}", path.display())]
+    Read { source: io::Error, path: PathBuf },
+    #[error("cannot read a file that the model {} needs: {source}: {}", path.display(), file.display())]
+    Missing {
+        source: io::Error,
+        file: PathBuf,
+        path: PathBuf,
+    },
+    #[error("broken model: {cause}: {}", path.display())]
+    Broken { cause: String, path: PathBuf },
+    #[error("unsupported model: {what}: {}", path.display())]
+    Unsupported { what: String, path: PathBuf },
+}
+
+impl GltfError {
+    /// Whether a file could not be read at all, rather than understood.
+    pub fn is_missing(&self) -> bool {
+        matches!(self, Self::Read { .. } | Self::Missing { .. })
+    }
+}
+
+/// What is wrong inside a file.
+#[derive(Debug, thiserror::Error)]
+enum Problem {
+    #[error("{0}")]
+    Broken(String),
+    #[error("{0}")]
+    Unsupported(String),
+    #[error("{source}")]
+    Missing { source: io::Error, file: PathBuf },
+}
+
+impl Problem {
+    fn broken(cause: impl ToString) -> Self {
+        Self::Broken(cause.to_string())
+    }
+
+    fn unsupported(what: String) -> Self {
+        Self::Unsupported(what)
+    }
+
+    fn refused(uri: &str, why: &str) -> Self {
+        let shown: String = uri.chars().take(80).collect();
+        Self::Broken(format!("the URI '{shown}' is refused: {why}"))
+    }
+
+    /// The same, with the place where it was found.
+    fn within(self, place: &str) -> Self {
+        match self {
+            Self::Broken(cause) => Self::Broken(format!("{place}: {cause}")),
+            other => other,
+        }
+    }
+
+    fn at(self, path: &Path) -> GltfError {
+        let path = path.to_owned();
+        match self {
+            Self::Broken(cause) => GltfError::Broken { cause, path },
+            Self::Unsupported(what) => GltfError::Unsupported { what, path },
+            Self::Missing { source, file } => GltfError::Missing { source, file, path },
+        }
+    }
+}
+
+/// Loads the asset at `path`. One without triangles is a model without parts.
+pub fn load(path: &Path) -> Result<Model, GltfError> {
+    let bytes = std::fs::read(path).map_err(|source| GltfError::Read {
+        source,
+        path: path.to_owned(),
+    })?;
+    parse(&bytes, path)
+}
+
+/// Reads an asset from the bytes of a file; what it names lies beside `path`.
+pub fn parse(bytes: &[u8], path: &Path) -> Result<Model, GltfError> {
+    read(bytes, path).map_err(|problem| problem.at(path))
+}
+
+fn read(bytes: &[u8], path: &Path) -> Result<Model, Problem> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let document = Document::open(bytes, folder)?;
+    let root = &document.root;
+    let mut model = Model::default();
+    let mut meshes = primitive::Meshes::default();
+    let mut looks = looks::Looks::default();
+    for (index, place) in nodes::placed(&document)? {
+        let node = &root.nodes[index];
+        if let Some(mesh) = node.mesh {
+            let primitives = &get(&root.meshes, mesh.value(), "mesh")?.primitives;
+            for (i, primitive) in primitives.iter().enumerate() {
+                let what = format!("primitive {i} of mesh {}", mesh.value());
+                let material = primitive.material.map(|m| m.value());
+                let uv_set = looks::uv_set(&document, material)?;
+                if let Some(mesh) = meshes.place(&document, primitive, uv_set, &what)? {
+                    let material = looks.place(&document, material, path, &mut model)?;
+                    model.parts.push(Part {
+                        mesh,
+                        material,
+                        model_from_mesh: place,
+                    });
+                }
+            }
+        }
+        if let Some(camera) = node.camera {
+            let camera = get(&root.cameras, camera.value(), "camera")?;
+            model.cameras.extend(looks::view(camera).map(|view| ModelCamera {
+                model_from_camera: place,
+                view,
+            }));
+        }
+        model.lights.extend(looks::light(&document, index, place)?);
+    }
+    model.meshes = meshes.meshes;
+    Ok(model)
+}
+
+#[cfg(test)]
+mod tests;

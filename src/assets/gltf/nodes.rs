@@ -1,0 +1,104 @@
+//! Nodes: the tree is checked, then walked without recursion.
+
+use ::gltf::json::scene::Node;
+use glam::{DAffine3, DMat4, DQuat, DVec3};
+
+use super::{
+    Problem,
+    document::{Document, get},
+};
+
+/// Nodes of the document's scene with their place in the world, parents first.
+pub(super) fn placed(document: &Document<'_>) -> Result<Vec<(usize, DAffine3)>, Problem> {
+    let nodes = &document.root.nodes;
+    let parents = parents(nodes)?;
+    let mut stack: Vec<(usize, DAffine3)> = Vec::new();
+    let roots = roots(document, &parents)?;
+    stack.extend(roots.into_iter().rev().map(|i| (i, DAffine3::IDENTITY)));
+    let mut seen = vec![false; nodes.len()];
+    let mut out = Vec::new();
+    while let Some((index, world_from_parent)) = stack.pop() {
+        // A scene may name a node twice, or a node and its parent.
+        if std::mem::replace(&mut seen[index], true) {
+            continue;
+        }
+        let world = world_from_parent * local(&nodes[index], index)?;
+        if !world.is_finite() {
+            return Err(Problem::broken(format!("node {index} is infinitely large or far away")));
+        }
+        out.push((index, world));
+        let children = nodes[index].children.iter().flatten();
+        stack.extend(children.rev().map(|c| (c.value(), world)));
+    }
+    Ok(out)
+}
+
+/// The parent of each node; every node has one at most, and none is its own ancestor.
+fn parents(nodes: &[Node]) -> Result<Vec<Option<usize>>, Problem> {
+    let mut parents = vec![None; nodes.len()];
+    for (i, node) in nodes.iter().enumerate() {
+        for child in node.children.iter().flatten().map(|c| c.value()) {
+            get(nodes, child, "node").map_err(|e| e.within(&format!("node {i}")))?;
+            if let Some(other) = parents[child].replace(i) {
+                return Err(Problem::broken(format!(
+                    "node {child} is a child of both node {other} and node {i}"
+                )));
+            }
+        }
+    }
+    // Whatever cannot be reached from a node without a parent lies on a cycle or below one.
+    let mut reached = vec![false; nodes.len()];
+    let mut stack: Vec<usize> = (0..nodes.len()).filter(|i| parents[*i].is_none()).collect();
+    while let Some(i) = stack.pop() {
+        reached[i] = true;
+        stack.extend(nodes[i].children.iter().flatten().map(|c| c.value()));
+    }
+    match reached.iter().position(|r| !r) {
+        None => Ok(parents),
+        Some(below) => {
+            // As many steps up as there are nodes end on the cycle.
+            let on_cycle = (0..nodes.len()).fold(below, |i, _| parents[i].unwrap_or(i));
+            Err(Problem::broken(format!("node {on_cycle} is its own ancestor")))
+        }
+    }
+}
+
+/// The nodes at the top of the default scene, else of the first; of a document without scenes all without a parent.
+fn roots(document: &Document<'_>, parents: &[Option<usize>]) -> Result<Vec<usize>, Problem> {
+    let root = &document.root;
+    let scene = match root.scene {
+        Some(scene) => Some(get(&root.scenes, scene.value(), "scene")?),
+        None => root.scenes.first(),
+    };
+    let Some(scene) = scene else {
+        return Ok((0..parents.len()).filter(|i| parents[*i].is_none()).collect());
+    };
+    let index = |node: usize| get(&root.nodes, node, "node").map(|_| node);
+    scene.nodes.iter().map(|n| index(n.value())).collect()
+}
+
+fn local(node: &Node, index: usize) -> Result<DAffine3, Problem> {
+    let vec3 = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+    if let Some(m) = node.matrix {
+        let m = DMat4::from_cols_array(&m.map(f64::from));
+        if m.row(3) != glam::DVec4::W {
+            return Err(Problem::broken(format!("the matrix of node {index} is not affine")));
+        }
+        return Ok(DAffine3::from_mat4(m));
+    }
+    let rotation = node
+        .rotation
+        .map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)));
+    // Exporters round; the identity is what is left of a rotation without an axis.
+    let length = rotation.length();
+    let rotation = if length > 0.0 && length.is_finite() {
+        rotation / length
+    } else {
+        DQuat::IDENTITY
+    };
+    Ok(DAffine3::from_scale_rotation_translation(
+        node.scale.map_or(DVec3::ONE, vec3),
+        rotation,
+        node.translation.map_or(DVec3::ZERO, vec3),
+    ))
+}

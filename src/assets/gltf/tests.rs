@@ -1,0 +1,182 @@
+use super::*;
+use crate::math::{Rgb, Vec2, Vec3};
+
+/// A triangle in the xy plane, as bytes.
+const TRIANGLE: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+
+/// A GLB whose binary chunk is `TRIANGLE` and three indices of 16 bits; the JSON has `rest` beside its buffers.
+fn glb(rest: &str) -> Vec<u8> {
+    let mut binary: Vec<u8> = TRIANGLE.iter().flat_map(|v| v.to_le_bytes()).collect();
+    binary.extend([0u16, 1, 2, 0].iter().flat_map(|v| v.to_le_bytes()));
+    let json = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "buffers": [{{"byteLength": 44}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 36}}, {{"buffer": 0, "byteOffset": 36, "byteLength": 6.0}}],
+        {rest}}}"#
+    );
+    let mut bytes = b"glTF\x02\0\0\0".to_vec();
+    bytes.extend(((12 + 8 + json.len() + 8 + binary.len()) as u32).to_le_bytes());
+    for (kind, chunk) in [(b"JSON", json.as_bytes()), (b"BIN\0", &binary)] {
+        bytes.extend((chunk.len() as u32).to_le_bytes());
+        bytes.extend(kind);
+        bytes.extend(chunk);
+    }
+    bytes
+}
+
+const ACCESSORS: &str = r#""accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+    {"bufferView": 1, "componentType": 5123, "count": 3, "type": "SCALAR"}]"#;
+const MESH: &str = r#""meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}]"#;
+
+fn read(rest: &str) -> Result<Model, String> {
+    parse(&glb(rest), Path::new("nowhere/a.glb")).map_err(|e| e.to_string())
+}
+
+fn scene(accessors: &str, mesh: &str, nodes: &str) -> Result<Model, String> {
+    read(&format!("{accessors}, {mesh}, {nodes}"))
+}
+
+#[test]
+fn nested_nodes_place_their_meshes_and_share_them() {
+    let nodes = r#""nodes": [{"translation": [1, 0, 0], "children": [1, 2]}, {"mesh": 0, "scale": [-2, 2, 2]}, {"mesh": 0}],
+        "scenes": [{"nodes": [0]}]"#;
+    let model = scene(ACCESSORS, MESH, nodes).unwrap();
+    assert_eq!((model.meshes.len(), model.parts.len()), (1, 2));
+    let bounds = model.bounds();
+    assert_eq!(
+        (bounds.min, bounds.max),
+        (Vec3::new(-1.0, 0.0, 0.0), Vec3::new(2.0, 2.0, 0.0))
+    );
+    assert!(model.parts[0].model_from_mesh.matrix3.determinant() < 0.0);
+    assert_eq!(model.materials[model.parts[0].material].base_color, Rgb::WHITE);
+}
+
+#[test]
+fn cycles_two_parents_and_wrong_indices_are_refused() {
+    let nodes = |nodes: &str| {
+        scene(
+            ACCESSORS,
+            MESH,
+            &format!(r#""nodes": [{nodes}], "scenes": [{{"nodes": [0]}}]"#),
+        )
+    };
+    let message = |text: &str| nodes(text).unwrap_err();
+    let at = "nowhere/a.glb";
+    assert_eq!(
+        message(r#"{"children": [1]}, {"children": [2]}, {"children": [1]}"#),
+        format!("broken model: node 1 is a child of both node 0 and node 2: {at}")
+    );
+    assert_eq!(
+        message(r#"{}, {"children": [2]}, {"children": [1]}"#),
+        format!("broken model: node 2 is its own ancestor: {at}")
+    );
+    assert_eq!(
+        message(r#"{"mesh": 7}"#),
+        format!("broken model: there is no mesh 7, there are 1: {at}")
+    );
+    assert!(message(r#"{"children": [9]}"#).contains("node 0: there is no node 9"));
+    assert!(message(r#"{"matrix": [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1]}"#).contains("not affine"));
+}
+
+#[test]
+fn arrays_never_reach_past_their_buffers() {
+    let message = |from: &str, to: &str| {
+        let accessors = ACCESSORS.replace(from, to);
+        scene(&accessors, MESH, r#""nodes": [{"mesh": 0}]"#).unwrap_err()
+    };
+    assert!(
+        message(r#""count": 3, "type": "VEC3""#, r#""count": 4, "type": "VEC3""#).contains("accessor 0 reaches past")
+    );
+    assert!(
+        message(r#""count": 3, "type": "VEC3""#, r#""count": 2, "type": "VEC3""#).contains("triangle 0 names vertex 2")
+    );
+    assert!(message("\"VEC3\"", "\"VEC2\"").contains("2 numbers an element instead of 3"));
+    assert!(
+        message(
+            r#""bufferView": 0, "#,
+            r#""count": 9, "byteOffset": 18446744073709551615, "bufferView": 0, "#
+        )
+        .contains("broken")
+    );
+    let huge = ACCESSORS.replace(
+        r#"{"bufferView": 0, "componentType": 5126, "count": 3"#,
+        r#"{"componentType": 5126, "count": 99999999999"#,
+    );
+    assert!(
+        scene(&huge, MESH, r#""nodes": [{"mesh": 0}]"#)
+            .unwrap_err()
+            .contains("no buffer view")
+    );
+}
+
+#[test]
+fn lights_and_cameras_are_found_with_their_place() {
+    let model = read(
+        r#""extensions": {"KHR_lights_punctual": {"lights": [{"type": "spot", "intensity": 2, "color": [1, 0.5, 0],
+            "spot": {"outerConeAngle": 0.5}}]}}, "extensionsRequired": ["KHR_lights_punctual"],
+        "cameras": [{"type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.1}}],
+        "nodes": [{"extensions": {"KHR_lights_punctual": {"light": 0}}, "translation": [0, 3, 0]}, {"camera": 0}]"#,
+    )
+    .unwrap();
+    let light = model.lights[0];
+    assert_eq!(light.strength, Rgb::new(2.0, 1.0, 0.0));
+    assert_eq!(
+        light.kind,
+        super::super::model::ModelLightKind::Spot { inner: 0.0, outer: 0.5 }
+    );
+    assert_eq!(light.model_from_light.translation.y, 3.0);
+    assert_eq!(model.cameras.len(), 1);
+    assert!(model.parts.is_empty());
+}
+
+#[test]
+fn base_colors_and_their_textures_are_read() {
+    let rest = format!(
+        r#"{ACCESSORS}, "images": [{{"uri": "a%20b.png"}}], "textures": [{{"source": 0, "sampler": 0}}],
+        "samplers": [{{"wrapS": 33071, "magFilter": 9728}}],
+        "materials": [{{"pbrMetallicRoughness": {{"baseColorFactor": [1, 0.5, 0.25, 1], "baseColorTexture": {{"index": 0}}}}}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, "TEXCOORD_0": 2}}, "material": 0}}]}}],
+        "nodes": [{{"mesh": 0}}]"#
+    );
+    let uvs = r#", {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC2"}]"#;
+    let rest = rest
+        .replacen(']', uvs, 1)
+        .replacen("\"SCALAR\"}, {", "\"SCALAR\"}, {", 1);
+    let model = read(&rest).unwrap();
+    let material = &model.materials[0];
+    assert_eq!(material.base_color, Rgb::new(1.0, 0.5, 0.25));
+    assert!(material.base_texture.is_some());
+    assert_eq!(
+        model.images[0],
+        super::super::model::ImageSource::File("nowhere/a b.png".into())
+    );
+    // v runs downwards in the file.
+    assert_eq!(
+        model.meshes[0].uvs,
+        [Vec2::new(0.0, 1.0), Vec2::new(0.0, 0.0), Vec2::new(0.0, 1.0)]
+    );
+}
+
+#[test]
+fn required_extensions_and_other_versions_are_refused_by_name() {
+    assert_eq!(
+        read(r#""extensionsRequired": ["KHR_lights_punctual", "EXT_x", "KHR_y"]"#).unwrap_err(),
+        "unsupported model: it requires the extensions EXT_x, KHR_y: nowhere/a.glb"
+    );
+    let old = parse(br#"{"asset": {"version": "1.0"}}"#, Path::new("a.gltf")).unwrap_err();
+    assert!(old.to_string().contains("version 1.0 of glTF"));
+    assert!(parse(b"", Path::new("a.gltf")).is_err() && parse(b"[]", Path::new("a.gltf")).is_err());
+}
+
+#[test]
+fn cut_and_flipped_bytes_never_panic() {
+    let nodes = r#""nodes": [{"mesh": 0, "children": [1]}, {"rotation": [0, 0, 0, 1], "mesh": 0}]"#;
+    let whole = glb(&format!("{ACCESSORS}, {MESH}, {nodes}"));
+    for i in 0..whole.len() {
+        let _ = parse(&whole[..i], Path::new("a.glb"));
+        for bits in [1u8, 2, 16, 128, 255] {
+            let mut flipped = whole.clone();
+            flipped[i] ^= bits;
+            let _ = parse(&flipped, Path::new("a.glb"));
+        }
+    }
+}

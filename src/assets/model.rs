@@ -1,0 +1,134 @@
+//! What a model file holds, whatever its format: meshes, where they stand, what they look like, cameras and lights.
+
+use std::{path::PathBuf, sync::Arc};
+
+use glam::DAffine3;
+
+use crate::{
+    math::{Aabb, Rgb},
+    shape::mesh::Mesh,
+    texture::image::{Filter, Wrap},
+};
+
+/// A model, in its own space: right-handed, +y up, metres.
+#[derive(Clone, Debug, Default)]
+pub struct Model {
+    /// Valid, none of them without triangles.
+    pub meshes: Vec<Mesh>,
+    pub parts: Vec<Part>,
+    pub materials: Vec<Surfacing>,
+    pub images: Vec<ImageSource>,
+    pub cameras: Vec<ModelCamera>,
+    pub lights: Vec<ModelLight>,
+}
+
+/// A mesh at its place.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// An index into [`Model::meshes`].
+    pub mesh: usize,
+    /// An index into [`Model::materials`].
+    pub material: usize,
+    /// May mirror, may even flatten.
+    pub model_from_mesh: DAffine3,
+}
+
+/// What a surface of the model looks like.
+#[derive(Clone, Debug)]
+pub struct Surfacing {
+    pub name: String,
+    /// Reflectance, times the texture's colour where there is one.
+    pub base_color: Rgb,
+    pub base_texture: Option<ModelTexture>,
+}
+
+impl Default for Surfacing {
+    /// White, of which nothing else is said.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            base_color: Rgb::WHITE,
+            base_texture: None,
+        }
+    }
+}
+
+/// An image and how it is looked up with the mesh's texture coordinates.
+#[derive(Clone, Copy, Debug)]
+pub struct ModelTexture {
+    /// An index into [`Model::images`].
+    pub image: usize,
+    pub filter: Filter,
+    /// Along s and along t.
+    pub wrap: [Wrap; 2],
+}
+
+/// Where an image's bytes are.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ImageSource {
+    File(PathBuf),
+    Bytes {
+        /// What errors call it.
+        name: PathBuf,
+        bytes: Arc<[u8]>,
+    },
+}
+
+/// A camera: it looks along its own -z, +y is up.
+#[derive(Clone, Copy, Debug)]
+pub struct ModelCamera {
+    pub model_from_camera: DAffine3,
+    pub view: ModelView,
+}
+
+/// What a camera of a model sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ModelView {
+    /// The angle over the picture's height, in radians.
+    Perspective { fov: f64 },
+    /// The height of what is seen, in m.
+    Orthographic { height: f64 },
+}
+
+/// A light: it shines along its own -z.
+#[derive(Clone, Copy, Debug)]
+pub struct ModelLight {
+    pub model_from_light: DAffine3,
+    /// In W sr^-1; of a sun the irradiance on a surface that faces it, in W m^-2.
+    pub strength: Rgb,
+    pub kind: ModelLightKind,
+}
+
+/// How a light of a model shines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ModelLightKind {
+    Point,
+    /// Half angles in radians: full light up to `inner`, none beyond `outer`.
+    Spot {
+        inner: f64,
+        outer: f64,
+    },
+    Sun,
+}
+
+impl Model {
+    /// How many triangles all parts have.
+    pub fn triangle_count(&self) -> u64 {
+        let of = |part: &Part| self.meshes[part.mesh].triangles.len() as u64;
+        self.parts.iter().map(of).sum()
+    }
+
+    /// The box around all parts; empty without triangles.
+    pub fn bounds(&self) -> Aabb {
+        let corners: Vec<Aabb> = self.meshes.iter().map(Mesh::bounds).collect();
+        let points = self.parts.iter().flat_map(|part| {
+            let own = corners[part.mesh];
+            (0..8).map(move |i| {
+                part.model_from_mesh
+                    .transform_point3(own.corner(i).as_dvec3())
+                    .as_vec3()
+            })
+        });
+        Aabb::from_points(points)
+    }
+}

@@ -1,0 +1,136 @@
+//! The logical lines of an OBJ or MTL file: continuations joined, comments gone, in whatever encoding it came.
+
+use std::borrow::Cow;
+
+/// The text as bytes in which ASCII is ASCII: without a byte order mark, UTF-16 as UTF-8, line ends as `\n`.
+pub(super) fn decode(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let utf16 = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
+        let units = bytes.chunks_exact(2).map(|b| unit([b[0], b[1]]));
+        let text: String = char::decode_utf16(units)
+            .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
+            .collect();
+        Cow::Owned(text.into_bytes())
+    };
+    let text = match bytes {
+        [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes),
+        [0xfe, 0xff, rest @ ..] => utf16(rest, u16::from_be_bytes),
+        [0xef, 0xbb, 0xbf, rest @ ..] => Cow::Borrowed(rest),
+        _ => Cow::Borrowed(bytes),
+    };
+    if text.contains(&b'\r') && !text.contains(&b'\n') {
+        // Files of old Macintoshes.
+        return Cow::Owned(text.iter().map(|b| if *b == b'\r' { b'\n' } else { *b }).collect());
+    }
+    text
+}
+
+/// One statement.
+pub(super) struct Line<'a> {
+    /// Of its first line in the file, from 1.
+    pub number: usize,
+    /// Without surrounding spaces and without a comment; never empty.
+    pub text: Cow<'a, [u8]>,
+}
+
+/// All statements of a decoded text.
+pub(super) struct Lines<'a> {
+    rest: &'a [u8],
+    number: usize,
+}
+
+impl<'a> Lines<'a> {
+    pub fn new(text: &'a [u8]) -> Self {
+        Self { rest: text, number: 0 }
+    }
+
+    /// The next line of the file, without its end.
+    fn physical(&mut self) -> Option<&'a [u8]> {
+        if self.rest.is_empty() {
+            return None;
+        }
+        self.number += 1;
+        let end = self.rest.iter().position(|b| *b == b'\n');
+        let (line, rest) = match end {
+            Some(end) => (&self.rest[..end], &self.rest[end + 1..]),
+            None => (self.rest, &[][..]),
+        };
+        self.rest = rest;
+        Some(line.trim_ascii())
+    }
+}
+
+impl<'a> Iterator for Lines<'a> {
+    type Item = Line<'a>;
+
+    fn next(&mut self) -> Option<Line<'a>> {
+        loop {
+            let mut text = Cow::Borrowed(self.physical()?);
+            let number = self.number;
+            while text.last() == Some(&b'\\') && !text.starts_with(b"#") {
+                let joined = text.to_mut();
+                joined.pop();
+                joined.push(b' ');
+                joined.extend_from_slice(self.physical().unwrap_or_default());
+            }
+            let end = text.trim_ascii().len().min(uncommented(&text));
+            let text = match text {
+                Cow::Borrowed(t) => Cow::Borrowed(t[..end].trim_ascii_end()),
+                Cow::Owned(t) => Cow::Owned(t[..end].trim_ascii().to_vec()),
+            };
+            if !text.is_empty() {
+                return Some(Line { number, text });
+            }
+        }
+    }
+}
+
+/// Where a comment begins: at a `#` at the start or after a space, so that names may hold one.
+fn uncommented(text: &[u8]) -> usize {
+    let mut from = 0;
+    while let Some(at) = text[from..].iter().position(|b| *b == b'#') {
+        let at = from + at;
+        if at == 0 || text[at - 1].is_ascii_whitespace() {
+            return at;
+        }
+        from = at + 1;
+    }
+    text.len()
+}
+
+/// The words of a statement.
+pub(super) fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    text.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty())
+}
+
+/// What follows the keyword, as text.
+pub(super) fn argument(text: &[u8]) -> String {
+    let keyword = text.iter().position(u8::is_ascii_whitespace).unwrap_or(text.len());
+    String::from_utf8_lossy(text[keyword..].trim_ascii()).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &[u8]) -> Vec<(usize, String)> {
+        let text = decode(text);
+        let line = |l: Line<'_>| (l.number, String::from_utf8_lossy(&l.text).into_owned());
+        Lines::new(&text).map(line).collect()
+    }
+
+    #[test]
+    fn comments_continuations_and_marks_disappear() {
+        let text = b"\xef\xbb\xbfv 1 2 3 # one\r\n\r\n  # \xff all \\\nf 1 \\\n 2 3\nusemtl a#b\n";
+        let expected = [(1, "v 1 2 3"), (4, "f 1  2 3"), (6, "usemtl a#b")];
+        assert_eq!(read(text), expected.map(|(n, l)| (n, l.to_owned())));
+    }
+
+    #[test]
+    fn old_macintosh_and_utf_16_files_are_read() {
+        let expected = [(1, "v 1".to_owned()), (2, "v 2".to_owned())];
+        assert_eq!(read(b"v 1\rv 2\r"), expected);
+        let wide: Vec<u8> = "\u{feff}v 1\nv 2".encode_utf16().flat_map(u16::to_le_bytes).collect();
+        assert_eq!(read(&wide), expected);
+        assert_eq!(read(b"f 1 2 \\"), [(1, "f 1 2".to_owned())]);
+    }
+}

@@ -1,0 +1,160 @@
+//! OBJ files with their MTL libraries.
+//!
+//! Read are positions, texture coordinates, normals, faces of any number of corners, smoothing groups and of the
+//! materials the diffuse colour and its texture; points, lines, curves and vertex colours are passed over. Faces that
+//! differ in group, material or smoothing are different parts. Where the file has no normals, faces of a smoothing group
+//! share theirs, and all others are flat.
+//!
+//! What can be read in a sensible way is read, whatever its encoding and its line ends; indices without a vertex and
+//! numbers that are not finite are errors with their line.
+
+mod lines;
+mod mtl;
+mod normalize;
+mod polygon;
+mod smooth;
+
+use std::{
+    collections::HashMap,
+    io,
+    path::{Path, PathBuf},
+};
+
+use glam::DAffine3;
+
+use super::model::{Model, Part};
+use crate::{
+    math::{Vec2, Vec3},
+    shape::mesh::{Mesh, MeshError},
+};
+use normalize::Run;
+
+/// Why an OBJ file was not loaded.
+#[derive(Debug, thiserror::Error)]
+pub enum ObjError {
+    #[error("cannot read model: {source}: {}", path.display())]
+    Read { source: io::Error, path: PathBuf },
+    #[error("line {line}: {cause}: {}", path.display())]
+    Line { line: usize, cause: String, path: PathBuf },
+    #[error("broken model: {cause}: {}", path.display())]
+    Broken { cause: String, path: PathBuf },
+}
+
+impl ObjError {
+    /// Whether the file could not be read at all, rather than understood.
+    pub fn is_missing(&self) -> bool {
+        matches!(self, Self::Read { .. })
+    }
+}
+
+/// Loads the model at `path`. A file without faces is a model without parts.
+pub fn load(path: &Path) -> Result<Model, ObjError> {
+    let bytes = std::fs::read(path).map_err(|source| ObjError::Read {
+        source,
+        path: path.to_owned(),
+    })?;
+    parse(&bytes, path)
+}
+
+/// Reads a model from the bytes of a file; libraries and images are beside `path`.
+pub fn parse(bytes: &[u8], path: &Path) -> Result<Model, ObjError> {
+    let text = lines::decode(bytes);
+    let at = |flaw: normalize::Flaw| ObjError::Line {
+        line: flaw.line,
+        cause: flaw.cause,
+        path: path.to_owned(),
+    };
+    let normalized = normalize::normalize(&text).map_err(at)?;
+    // What the parser and the mesh's own check find has no line; the line is looked for once there is something wrong.
+    let broken = |cause: String| match normalize::diagnose(&text) {
+        Some(flaw) => at(flaw),
+        None => ObjError::Broken {
+            cause,
+            path: path.to_owned(),
+        },
+    };
+    let options = tobj::LoadOptions {
+        single_index: true,
+        ignore_points: true,
+        ignore_lines: true,
+        ..tobj::LoadOptions::default()
+    };
+    let no_library = |_: &Path| Ok(Default::default());
+    let (groups, _) =
+        tobj::load_obj_buf(&mut &normalized.text[..], &options, no_library).map_err(|e| broken(e.to_string()))?;
+    drop(normalized.text);
+    let meshes = groups
+        .into_iter()
+        .filter(|g| !g.mesh.indices.is_empty())
+        .map(|g| {
+            let run = g.name.parse().ok().and_then(|i: usize| normalized.runs.get(i));
+            let run = run.ok_or_else(|| "a group without a number".to_owned())?;
+            Ok((run, mesh(&g.mesh).map_err(|e| e.to_string())?))
+        })
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(broken)?;
+    let library = mtl::Library::load(path, &normalized.libraries);
+    Ok(assemble(meshes, &library, path))
+}
+
+/// A group's arrays; its faces cut into triangles.
+fn mesh(group: &tobj::Mesh) -> Result<Mesh, MeshError> {
+    let vec3 = |v: &[f32]| Vec3::new(v[0], v[1], v[2]);
+    let positions: Vec<Vec3> = group.positions.chunks_exact(3).map(vec3).collect();
+    let mut triangles = Vec::with_capacity(group.indices.len() / 3);
+    if group.face_arities.is_empty() {
+        triangles.extend(group.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]));
+    } else {
+        let mut rest = &group.indices[..];
+        for arity in &group.face_arities {
+            let (face, after) = rest.split_at(*arity as usize);
+            rest = after;
+            let corners: Vec<Vec3> = face.iter().map(|v| positions[*v as usize]).collect();
+            polygon::triangulate(&corners, |t| triangles.push(t.map(|i| face[i])));
+        }
+    }
+    let mesh = Mesh {
+        positions,
+        triangles,
+        normals: group
+            .normals
+            .chunks_exact(3)
+            .map(|n| vec3(n).normalize_or_zero())
+            .collect(),
+        uvs: group.texcoords.chunks_exact(2).map(|t| Vec2::new(t[0], t[1])).collect(),
+    };
+    mesh.validate()?;
+    Ok(mesh)
+}
+
+fn assemble(mut meshes: Vec<(&Run, Mesh)>, library: &mtl::Library, path: &Path) -> Model {
+    let smooths = |run: &Run, mesh: &Mesh| run.smoothing != 0 && mesh.normals.is_empty();
+    let mut groups = smooth::Groups::default();
+    for (run, mesh) in meshes.iter().filter(|(run, mesh)| smooths(run, mesh)) {
+        groups.add(run.smoothing, mesh);
+    }
+    for (run, mesh) in meshes.iter_mut().filter(|(run, mesh)| smooths(run, mesh)) {
+        mesh.normals = groups.normals(run.smoothing, mesh);
+    }
+    let mut model = Model::default();
+    let mut materials: HashMap<Option<&str>, usize> = HashMap::new();
+    for (run, mesh) in meshes {
+        if mesh.triangles.is_empty() {
+            continue;
+        }
+        let name = run.material.as_deref();
+        let material = *materials
+            .entry(name)
+            .or_insert_with(|| library.place(name, path, &mut model));
+        model.parts.push(Part {
+            mesh: model.meshes.len(),
+            material,
+            model_from_mesh: DAffine3::IDENTITY,
+        });
+        model.meshes.push(mesh);
+    }
+    model
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,303 @@
+//! An OBJ file as the parser wants it: numbers and faces only, in runs of faces that are alike.
+//!
+//! The parser knows nothing of smoothing groups, takes one `mtllib` name for a line, stumbles over mixed faces and over
+//! indices of more than 64 bits. So names stay here, and what is left are `v`, `vt`, `vn` and `f` of known shape under
+//! groups with numbers for names, one for each [`Run`].
+
+use super::lines::{Lines, argument, words};
+
+/// What all faces of a run have in common.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Run {
+    /// Of the material, if there is one.
+    pub material: Option<String>,
+    /// 0 is flat.
+    pub smoothing: u32,
+    pub has_uvs: bool,
+    pub has_normals: bool,
+}
+
+/// A normalised file.
+pub(super) struct Normalized {
+    pub text: Vec<u8>,
+    pub runs: Vec<Run>,
+    /// The names after `mtllib`, a line each.
+    pub libraries: Vec<String>,
+}
+
+/// What is wrong, and in which line.
+#[derive(Debug, PartialEq)]
+pub(super) struct Flaw {
+    pub line: usize,
+    pub cause: String,
+}
+
+/// How many `v`, `vt` and `vn` there are.
+pub(super) type Counts = [usize; 3];
+
+/// What the three counts count.
+pub(super) const NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
+
+pub(super) fn normalize(text: &[u8]) -> Result<Normalized, Flaw> {
+    let mut out = Normalized {
+        text: Vec::with_capacity(text.len() + 64),
+        runs: Vec::new(),
+        libraries: Vec::new(),
+    };
+    let mut counts = Counts::default();
+    let mut run = Run {
+        material: None,
+        smoothing: 0,
+        has_uvs: false,
+        has_normals: false,
+    };
+    // A new group begins even where only its name changes: parts stay as the author made them.
+    let mut is_new = true;
+    for line in Lines::new(text) {
+        let text: &[u8] = &line.text;
+        let keyword = words(text).next().unwrap_or_default();
+        match keyword {
+            b"v" => {
+                counts[0] += 1;
+                out.numbers(text, 3);
+            }
+            b"vt" => {
+                counts[1] += 1;
+                out.numbers(text, 2);
+            }
+            b"vn" => {
+                counts[2] += 1;
+                out.numbers(text, 3);
+            }
+            b"f" => {
+                let shape = check_face(text, counts).map_err(|cause| Flaw {
+                    line: line.number,
+                    cause,
+                })?;
+                if is_new || (run.has_uvs, run.has_normals) != (shape.has_uvs, shape.has_normals) {
+                    (run.has_uvs, run.has_normals) = (shape.has_uvs, shape.has_normals);
+                    out.text.extend_from_slice(format!("g {}\n", out.runs.len()).as_bytes());
+                    out.runs.push(run.clone());
+                    is_new = false;
+                }
+                out.face(text, &shape);
+            }
+            b"o" | b"g" => is_new = true,
+            b"s" => {
+                let smoothing = smoothing(&argument(text));
+                is_new |= smoothing != run.smoothing;
+                run.smoothing = smoothing;
+            }
+            b"usemtl" => {
+                let material = Some(argument(text));
+                is_new |= material != run.material;
+                run.material = material;
+            }
+            b"mtllib" => out.libraries.push(argument(text)),
+            _ => {}
+        }
+    }
+    Ok(out)
+}
+
+/// The number of a smoothing group; `off`, 0 and what cannot be read are flat, `on` is a group.
+fn smoothing(text: &str) -> u32 {
+    match text {
+        "on" => 1,
+        _ => text.parse().unwrap_or(0),
+    }
+}
+
+/// What the corners of a face name.
+struct FaceShape {
+    has_uvs: bool,
+    has_normals: bool,
+    /// Some corners name what others do not.
+    is_mixed: bool,
+}
+
+fn check_face(text: &[u8], counts: Counts) -> Result<FaceShape, String> {
+    let (mut every, mut any) = ([true; 3], [false; 3]);
+    for corner in words(text).skip(1) {
+        let mut named = [false; 3];
+        for (i, index) in corner.split(|b| *b == b'/').enumerate() {
+            if i >= 3 {
+                return Err(format!(
+                    "a corner names at most three things: '{}'",
+                    String::from_utf8_lossy(corner)
+                ));
+            }
+            named[i] = !index.is_empty();
+            if named[i] {
+                check_index(index, i, counts[i])?;
+            }
+        }
+        for i in 0..3 {
+            every[i] &= named[i];
+            any[i] |= named[i];
+        }
+    }
+    let shape = FaceShape {
+        has_uvs: every[1],
+        has_normals: every[2],
+        is_mixed: every[1] != any[1] || every[2] != any[2],
+    };
+    Ok(shape)
+}
+
+/// Refuses at once what the parser would misread; an index beyond the end is for later, when the end is known.
+fn check_index(index: &[u8], which: usize, count: usize) -> Result<(), String> {
+    if matches!(index[0], b'1'..=b'9') && index.len() <= 9 {
+        return Ok(());
+    }
+    let text = String::from_utf8_lossy(index);
+    let what = NAMES[which];
+    match text.parse::<i64>() {
+        Ok(0) => Err(format!("a face names {what} 0, but they count from 1")),
+        Ok(i) if i < 0 && i.unsigned_abs() > count as u64 => {
+            Err(format!("a face names {what} {i}, but there are only {count} before it"))
+        }
+        Ok(i) if i <= i64::from(u32::MAX) => Ok(()),
+        Ok(i) => Err(format!("a face names {what} {i}, more than there can be")),
+        Err(_) => Err(format!("expected the number of a {what}, found '{text}'")),
+    }
+}
+
+impl Normalized {
+    /// The first `n` numbers of a statement; a texture coordinate of one number gets another.
+    fn numbers(&mut self, text: &[u8], n: usize) {
+        let mut count = 0;
+        for word in words(text).take(n + 1) {
+            self.text.extend_from_slice(word);
+            self.text.push(b' ');
+            count += 1;
+        }
+        if n == 2 && count == 2 {
+            self.text.extend_from_slice(b"0 ");
+        }
+        self.text.push(b'\n');
+    }
+
+    fn face(&mut self, text: &[u8], shape: &FaceShape) {
+        if !shape.is_mixed {
+            self.text.extend_from_slice(text);
+            self.text.push(b'\n');
+            return;
+        }
+        self.text.extend_from_slice(b"f");
+        for corner in words(text).skip(1) {
+            let mut parts = corner.split(|b| *b == b'/');
+            let mut part = |keep: bool| parts.next().filter(|_| keep).unwrap_or_default();
+            for (separator, part) in [
+                (&b" "[..], part(true)),
+                (b"/", part(shape.has_uvs)),
+                (b"/", part(shape.has_normals)),
+            ] {
+                self.text.extend_from_slice(separator);
+                self.text.extend_from_slice(part);
+            }
+        }
+        self.text.push(b'\n');
+    }
+}
+
+/// The first statement with a number that is none or an index without a vertex; for when something is known to be wrong.
+pub(super) fn diagnose(text: &[u8]) -> Option<Flaw> {
+    let which = |keyword: &[u8]| [&b"v"[..], b"vt", b"vn"].iter().position(|k| *k == keyword);
+    let mut counts = Counts::default();
+    for line in Lines::new(text) {
+        if let Some(i) = which(words(&line.text).next().unwrap_or_default()) {
+            counts[i] += 1;
+        }
+    }
+    Lines::new(text).find_map(|line| {
+        let mut parts = words(&line.text);
+        let keyword = parts.next().unwrap_or_default();
+        let cause = if keyword == b"f" {
+            parts.find_map(|corner| beyond_the_end(corner, counts))
+        } else {
+            let least = if keyword == b"vt" { 1 } else { 3 };
+            let i = which(keyword)?;
+            let numbers: Vec<_> = parts.take(3).collect();
+            let bad = numbers.iter().map(|w| String::from_utf8_lossy(w)).find_map(|w| {
+                let finite = w.parse::<f32>().is_ok_and(f32::is_finite);
+                (!finite).then(|| format!("expected a finite number, found '{w}'"))
+            });
+            let few = || (numbers.len() < least).then(|| format!("a {} has too few numbers", NAMES[i]));
+            bad.or_else(few)
+        };
+        cause.map(|cause| Flaw {
+            line: line.number,
+            cause,
+        })
+    })
+}
+
+fn beyond_the_end(corner: &[u8], counts: Counts) -> Option<String> {
+    corner.split(|b| *b == b'/').enumerate().find_map(|(i, index)| {
+        let text = String::from_utf8_lossy(index);
+        match text.parse::<i64>() {
+            Ok(n) if n > counts[i] as i64 => Some(format!(
+                "a face names {} {n}, but there are only {}",
+                NAMES[i], counts[i]
+            )),
+            Err(_) if i == 0 || !index.is_empty() => {
+                Some(format!("expected the number of a {}, found '{text}'", NAMES[i]))
+            }
+            _ => None,
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn normal(text: &str) -> (String, Vec<Run>) {
+        let n = normalize(text.as_bytes()).unwrap();
+        (String::from_utf8(n.text).unwrap(), n.runs)
+    }
+
+    #[test]
+    fn runs_part_where_material_smoothing_or_the_shape_of_faces_changes() {
+        let (text, runs) =
+            normal("s 2\nf 1/1 2/2 3/3\nusemtl a\nf 1/1 2/2 3/3\nf 1 2/2 3\ns off\ng x\nf 1//1 2//1 3//1\n");
+        let expected = "g 0\nf 1/1 2/2 3/3\ng 1\nf 1/1 2/2 3/3\ng 2\nf 1// 2// 3//\ng 3\nf 1//1 2//1 3//1\n";
+        assert_eq!(text, expected);
+        let smoothing: Vec<_> = runs.iter().map(|r| r.smoothing).collect();
+        assert_eq!(smoothing, [2, 2, 2, 0]);
+        assert_eq!(runs[1].material.as_deref(), Some("a"));
+        assert!(runs[3].has_normals && !runs[3].has_uvs);
+    }
+
+    #[test]
+    fn colors_weights_and_short_texture_coordinates_are_made_regular() {
+        let (text, _) = normal("v 1 2 3 0.5 0.5 0.5\nv 1 2 3 1\nvt 0.5\nvt 1 2 3\n");
+        assert_eq!(text, "v 1 2 3 \nv 1 2 3 \nvt 0.5 0 \nvt 1 2 \n");
+    }
+
+    #[test]
+    fn wrong_indices_are_named_with_their_line() {
+        let flaw = |text: &str| normalize(text.as_bytes()).map(|_| ()).unwrap_err();
+        assert_eq!(
+            flaw("v 0 0 0\nf 1 0 1").cause,
+            "a face names vertex 0, but they count from 1"
+        );
+        let few = flaw("v 0 0 0\nf -1 -2 1");
+        assert_eq!(
+            (few.line, few.cause.as_str()),
+            (2, "a face names vertex -2, but there are only 1 before it")
+        );
+        assert!(flaw("f 99999999999 1 1").cause.contains("more than there can be"));
+        let beyond = diagnose(b"v 0 0 0\nf 1 1 1\nf 1/5 1 1").unwrap();
+        assert_eq!(
+            (beyond.line, beyond.cause.as_str()),
+            (3, "a face names texture coordinate 5, but there are only 0")
+        );
+        assert_eq!(
+            diagnose(b"v 0 nan 0").unwrap().cause,
+            "expected a finite number, found 'nan'"
+        );
+        assert_eq!(diagnose(b"v 0 1").unwrap().cause, "a vertex has too few numbers");
+    }
+}

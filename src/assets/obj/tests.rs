@@ -1,0 +1,77 @@
+use super::*;
+
+fn read(text: &str) -> Result<Model, ObjError> {
+    parse(text.as_bytes(), Path::new("nowhere/a.obj"))
+}
+
+/// Two squares that meet at the z axis with a right angle between them.
+const CORNER: &str = "v 0 0 0\nv 0 0 1\nv 1 0 1\nv 1 0 0\nv 0 1 0\nv 0 1 1\n";
+
+#[test]
+fn faces_of_one_smoothing_group_share_normals_and_others_are_flat() {
+    let faces = "f 1 2 3 4\nusemtl b\nf 1 5 6 2\n";
+    let flat = read(&format!("{CORNER}{faces}")).unwrap();
+    assert!(flat.meshes.iter().all(|m| m.normals.is_empty()));
+    let smooth = read(&format!("{CORNER}s 1\n{faces}")).unwrap();
+    // Two meshes, because of the material, yet one surface.
+    let diagonal = Vec3::new(1.0, 1.0, 0.0).normalize();
+    for mesh in &smooth.meshes {
+        for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
+            let expected = if p.x == p.y { diagonal } else { Vec3::new(p.y, p.x, 0.0) };
+            assert!((*n - expected).length() < 1e-6, "{p}: {n}");
+        }
+    }
+    let apart = read(&format!("{CORNER}s 1\nf 1 2 3 4\ns 2\nf 1 5 6 2\n")).unwrap();
+    assert!(apart.meshes[1].normals.iter().all(|n| (*n - Vec3::X).length() < 1e-6));
+}
+
+#[test]
+fn normals_of_the_file_win_over_smoothing_groups() {
+    let model = read(&format!("{CORNER}vn 0 2 0\ns 1\nf 1//1 2//1 3//1\n")).unwrap();
+    assert_eq!(model.meshes[0].normals, [Vec3::Y; 3]);
+}
+
+#[test]
+fn relative_and_mixed_corners_are_read() {
+    let model = read(&format!(
+        "{CORNER}vt 0 0\nvt 1 0\nvt 1 1\nf -6/-3 -5/-2 -4/-1\nf 1/1 2 3/3\n"
+    ))
+    .unwrap();
+    assert_eq!(model.meshes[0].uvs, [Vec2::ZERO, Vec2::X, Vec2::ONE]);
+    assert!(model.meshes[1].uvs.is_empty());
+    assert_eq!(model.meshes[0].positions, model.meshes[1].positions);
+}
+
+#[test]
+fn what_is_wrong_is_named_with_its_line() {
+    let message = |text: &str| read(text).unwrap_err().to_string();
+    assert_eq!(
+        message(&format!("{CORNER}f 1 2 7\n")),
+        "line 7: a face names vertex 7, but there are only 6: nowhere/a.obj"
+    );
+    assert_eq!(
+        message("v 0 0 0\nv 1 NaN 0\nv 0 1 0\nf 1 2 3\n"),
+        "line 2: expected a finite number, found 'NaN': nowhere/a.obj"
+    );
+    assert_eq!(
+        message("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 three\n"),
+        "line 4: expected the number of a vertex, found 'three': nowhere/a.obj"
+    );
+    assert_eq!(
+        message("v 0 0\n"),
+        "line 1: a vertex has too few numbers: nowhere/a.obj"
+    );
+}
+
+#[test]
+fn files_without_faces_are_models_without_parts() {
+    for text in [
+        "",
+        "# nothing\n",
+        "v 0 0 0\np 1\n",
+        "v 0 0 0\nv 1 1 1\nl 1 2\nf 1 2\nf\n",
+        "\u{0}\u{1}",
+    ] {
+        assert!(read(text).unwrap().parts.is_empty(), "{text:?}");
+    }
+}
