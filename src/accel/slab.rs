@@ -27,9 +27,6 @@ pub(super) const NOISE: f32 = 1.0 / 1024.0;
 /// A distance below everything that is modelled, in metres: it keeps rays that run in the face of a box inside.
 pub(super) const TINY: f32 = 1e-20;
 
-/// How much further trees look, relative to `t`.
-const CULL_SLACK: f32 = 24.0 * f32::EPSILON;
-
 /// The steepest reciprocal, for directions whose largest component is 1.
 pub(super) const STEEPEST: f32 = 1e30;
 

@@ -444,7 +444,7 @@ unsafe fn leaf_step<L: Level, Q: Query>(level: L, slot: &mut Slot, tree: &Tree, 
         let [a, b, c] = &block.corners;
         let corners = [load3(level, a), load3(level, b), load3(level, c)];
         let (tmin, tmax) = (level.splat4(slot.tmin), level.splat4(slot.best.t));
-        let candidates = triangle::candidates(&line, &corners, tmin, tmax);
+        let candidates = triangle::candidates(line.d, &triangle::see(line.o, &corners), tmin, tmax);
         if candidates.mask.bits() == 0 {
             continue;
         }
@@ -484,8 +484,9 @@ fn splat3<L: Level>(level: L, v: Vec3) -> [L::F4; 3] {
     [level.splat4(v.x), level.splat4(v.y), level.splat4(v.z)]
 }
 
+/// One corner of four triangles.
 #[inline(always)]
-fn load3<L: Level>(level: L, v: &[[f32; 4]; 3]) -> [L::F4; 3] {
+pub fn load3<L: Level>(level: L, v: &[[f32; 4]; 3]) -> [L::F4; 3] {
     [level.load4(&v[0]), level.load4(&v[1]), level.load4(&v[2])]
 }
 

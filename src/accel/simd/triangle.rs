@@ -21,6 +21,15 @@ pub struct Line<F> {
     pub negative: [bool; 3],
 }
 
+/// What of a triangle's test depends on the ray's origin alone.
+pub struct Seen<F> {
+    /// For each edge the normal of the plane through it and the origin.
+    pub edges: [Vec3s<F>; 3],
+    pub normal: Vec3s<F>,
+    /// The normal times the way to the plane.
+    pub distance: F,
+}
+
 /// Triangles that may be hit, with what tells where.
 pub struct Candidates<F: Floats> {
     pub mask: F::Mask,
@@ -59,27 +68,41 @@ fn dot<F: Floats>(a: Vec3s<F>, b: Vec3s<F>) -> F {
     a[0].mul(b[0]).add(a[1].mul(b[1])).add(a[2].mul(b[2]))
 }
 
+/// Triangles as they are seen from `o`.
+#[inline(always)]
+pub fn see<F: Floats>(o: Vec3s<F>, corners: &[Vec3s<F>; 3]) -> Seen<F> {
+    let a = each(corners[0], o, F::sub);
+    let b = each(corners[1], o, F::sub);
+    let c = each(corners[2], o, F::sub);
+    let (e0, e1, e2) = (each(c, b, F::sub), each(a, c, F::sub), each(b, a, F::sub));
+    let normal = cross(e1, e2);
+    Seen {
+        edges: [
+            cross(each(c, b, F::add), e0),
+            cross(each(a, c, F::add), e1),
+            cross(each(b, a, F::add), e2),
+        ],
+        normal,
+        distance: dot(normal, a),
+    }
+}
+
 /// The edge tests, and roughly the ray's ends: all that most triangles need.
 ///
 /// What does not pass is no hit; what passes may be none, [`meet`] decides. The ends are widened by twice what
 /// [`NOISE`] allows, which makes up for the division that is not done.
 #[inline(always)]
-pub fn candidates<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3], tmin: F, tmax: F) -> Candidates<F> {
-    let a = each(corners[0], line.o, F::sub);
-    let b = each(corners[1], line.o, F::sub);
-    let c = each(corners[2], line.o, F::sub);
-    let (e0, e1, e2) = (each(c, b, F::sub), each(a, c, F::sub), each(b, a, F::sub));
-    let u = dot(cross(each(c, b, F::add), e0), line.d);
-    let v = dot(cross(each(a, c, F::add), e1), line.d);
-    let w = dot(cross(each(b, a, F::add), e2), line.d);
+pub fn candidates<F: Floats>(d: Vec3s<F>, seen: &Seen<F>, tmin: F, tmax: F) -> Candidates<F> {
+    let u = dot(seen.edges[0], d);
+    let v = dot(seen.edges[1], d);
+    let w = dot(seen.edges[2], d);
     let zero = u.fill(0.0);
     let smallest = u.min(v).min(w);
     let largest = u.max(v).max(w);
     let inside = zero.le(smallest).or(largest.le(zero));
 
-    let n = cross(e1, e2);
-    let det = dot(n, line.d);
-    let t_det = dot(n, a);
+    let det = dot(seen.normal, d);
+    let t_det = seen.distance;
     let scale = det.abs();
     let t = t_det.with_sign_of(det);
     let noise = t.abs().mul(t.fill(2.0 * NOISE));
