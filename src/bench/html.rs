@@ -105,7 +105,8 @@ fn chart(bars: &[(&str, f64)], unit: &str) -> String {
 fn draw(svg: &mut String, bars: &[(&str, f64)], unit: &str) -> Result<(), Box<dyn std::error::Error>> {
     let most = bars.iter().map(|b| b.1).fold(0.0, f64::max).max(1e-9);
     let area = SVGBackend::with_string(svg, (860, 300)).into_drawing_area();
-    let places = (0..bars.len()).into_segmented();
+    let last = bars.len().saturating_sub(1);
+    let places = (0..last).into_segmented();
     let mut chart = ChartBuilder::on(&area)
         .margin(8)
         .x_label_area_size(28)
@@ -127,10 +128,12 @@ fn draw(svg: &mut String, bars: &[(&str, f64)], unit: &str) -> Result<(), Box<dy
         } else {
             RGBColor(50, 110, 180)
         };
-        let mut bar = Rectangle::new(
-            [(SegmentValue::Exact(i), 0.0), (SegmentValue::Exact(i + 1), *value)],
-            color.filled(),
-        );
+        let end = if i == last {
+            SegmentValue::Last
+        } else {
+            SegmentValue::Exact(i + 1)
+        };
+        let mut bar = Rectangle::new([(SegmentValue::Exact(i), 0.0), (end, *value)], color.filled());
         bar.set_margin(0, 0, 12, 12);
         bar
     }))?;

@@ -5,7 +5,7 @@ use std::{path::PathBuf, sync::Arc, time::Instant};
 use super::{
     Buffers, BuildRow, Cell, Embree, Kind, Report,
     embree::{EmbreeError, Quality as EmbreeQuality},
-    tracer::{Prepared, Tracer},
+    tracer::Tracer,
 };
 use crate::{
     accel::{self, AccelKind, Accelerator, BuildError, Geometry, Quality, RayCost, Simd},
@@ -52,8 +52,8 @@ const COUNTED: usize = 1 << 16;
 struct Contestant<'a> {
     name: String,
     tracer: Tracer<'a>,
-    /// Of the rays of a kind, how many it traces.
-    share: usize,
+    /// It traces every `stride`th ray of a kind.
+    stride: usize,
 }
 
 /// Measures all accelerators over `geometry` with the rays of `buffers`, on the threads of the current rayon pool.
@@ -167,23 +167,23 @@ fn trace(
         Some(library) => Some(Embree::build(library, geometry, EmbreeQuality::Medium, threads)?),
         None => None,
     };
-    let linear_share = (LINEAR_TESTS / geometry.prim_count().max(1)).clamp(256, all);
-    let ours = |name: &str, accel, share| Contestant {
+    let linear_rays = (LINEAR_TESTS / geometry.prim_count().max(1)).clamp(256, all);
+    let ours = |name: &str, accel, stride| Contestant {
         name: name.to_owned(),
         tracer: Tracer::Ours(accel),
-        share,
+        stride,
     };
     let mut contestants = vec![
-        ours("linear", &*linear, linear_share),
-        ours("bvh2", &*bvh2, all),
-        ours("cwbvh", &*cwbvh, all),
+        ours("linear", &*linear, all / linear_rays),
+        ours("bvh2", &*bvh2, 1),
+        ours("cwbvh", &*cwbvh, 1),
     ];
-    contestants.extend(wide.iter().map(|(name, accel)| ours(name, &**accel, all)));
+    contestants.extend(wide.iter().map(|(name, accel)| ours(name, &**accel, 1)));
     for embree in embree.iter() {
         let theirs = |name: &str, tracer| Contestant {
             name: name.to_owned(),
             tracer,
-            share: all,
+            stride: 1,
         };
         contestants.push(theirs("embree1", Tracer::Embree1(embree)));
         contestants.push(theirs("embree16", Tracer::Embree16(embree)));
@@ -219,9 +219,15 @@ fn measure(
     // One round more than is counted, for warm caches; in it the answers are compared.
     for repetition in 0..=repetitions {
         step(repetition.saturating_sub(1));
-        let mut truth: [Option<Prepared<'_>>; 2] = [None, None];
+        let mut truth: Vec<Answers> = Vec::new();
         for (i, c) in contestants.iter().enumerate() {
-            let rays = &rays[..c.share.min(rays.len())];
+            let own: Vec<Ray>;
+            let rays = if c.stride == 1 {
+                rays
+            } else {
+                own = rays.iter().step_by(c.stride).copied().collect();
+                &own
+            };
             let mut prepared = c.tracer.prepare(kind, rays);
             let start = Instant::now();
             c.tracer.trace(kind, &mut prepared);
@@ -230,15 +236,14 @@ fn measure(
                 rates[i].push(rays.len() as f64 / seconds / 1e6);
                 continue;
             }
-            // The linear scan answers for its share, the binary tree, itself held to it, for all rays.
-            mismatches[i] = truth
-                .iter()
-                .flatten()
-                .map(|t| differences(kind, t, &prepared, rays.len()))
-                .max()
-                .unwrap_or(0);
-            if i < 2 {
-                truth[i] = Some(prepared);
+            let answers = Answers {
+                stride: c.stride,
+                distances: (0..rays.len()).map(|i| prepared.distance(kind, i)).collect(),
+            };
+            mismatches[i] = truth.iter().map(|t| differences(t, &answers)).max().unwrap_or(0);
+            // The linear scan is the truth for its share, and the binary tree, held to it, for all rays.
+            if truth.len() < 2 {
+                truth.push(answers);
             }
         }
     }
@@ -267,28 +272,38 @@ fn measure(
         .collect()
 }
 
+/// What a contestant found of every `stride`th ray.
+struct Answers {
+    stride: usize,
+    distances: Vec<f32>,
+}
+
 /// On how many of the rays that both traced the answers differ.
-fn differences(kind: Kind, truth: &Prepared<'_>, answers: &Prepared<'_>, rays: usize) -> u64 {
-    let known = match truth {
-        Prepared::Nearest(rays, _) => rays.len(),
-        Prepared::Occlusion(rays, _) => rays.len(),
-        Prepared::Singles(_) | Prepared::Packets(_) => 0,
-    };
-    (0..known.min(rays))
-        .filter(|&i| {
-            let (a, b) = (truth.distance(kind, i), answers.distance(kind, i));
-            a != b && !((a - b).abs() <= 1e-5 * a.abs().max(b.abs()))
-        })
-        .count() as u64
+fn differences(truth: &Answers, answers: &Answers) -> u64 {
+    let both = truth.distances.iter().enumerate().filter_map(|(i, &a)| {
+        let ray = i * truth.stride;
+        let at = ray.is_multiple_of(answers.stride).then_some(ray / answers.stride)?;
+        Some((a, *answers.distances.get(at)?))
+    });
+    both.filter(|&(a, b)| !agree(a, b)).count() as u64
+}
+
+/// Whether two distances are those of one hit, or of two that a tie explains; infinite ones are misses.
+fn agree(a: f32, b: f32) -> bool {
+    a == b || (a.is_finite() && b.is_finite() && (a - b).abs() <= 1e-5 * a.abs().max(b.abs()))
 }
 
 fn count(c: &Contestant<'_>, rays: &[Ray]) -> (Option<f64>, Option<f64>) {
     let Tracer::Ours(accel) = c.tracer else {
         return (None, None);
     };
-    let rays = &rays[..COUNTED.min(c.share).min(rays.len())];
+    let rays: Vec<Ray> = rays
+        .iter()
+        .step_by((rays.len() / COUNTED).max(c.stride).max(1))
+        .copied()
+        .collect();
     let mut costs = vec![RayCost::default(); rays.len()];
-    accel.cost(rays, &mut costs);
+    accel.cost(&rays, &mut costs);
     let mean = |f: fn(&RayCost) -> u32| costs.iter().map(|c| f64::from(f(c))).sum::<f64>() / rays.len().max(1) as f64;
     (Some(mean(|c| c.nodes)), Some(mean(|c| c.prims)))
 }
@@ -296,4 +311,28 @@ fn count(c: &Contestant<'_>, rays: &[Ray]) -> (Option<f64>, Option<f64>) {
 fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hit_never_agrees_with_a_miss() {
+        assert!(agree(2.0, 2.0) && agree(f32::INFINITY, f32::INFINITY) && agree(1.0, 1.000_001));
+        assert!(!agree(2.0, f32::INFINITY) && !agree(f32::INFINITY, 2.0) && !agree(1.0, 1.001));
+        assert!(!agree(-1.0, f32::INFINITY));
+    }
+
+    #[test]
+    fn answers_are_compared_ray_by_ray_whatever_the_strides() {
+        let every = |stride: usize, distances: &[f32]| Answers {
+            stride,
+            distances: distances.to_vec(),
+        };
+        let all = every(1, &[0.0, 1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(differences(&every(2, &[0.0, 2.0, 4.0]), &all), 0);
+        assert_eq!(differences(&every(2, &[0.0, 9.0, 4.0]), &all), 1);
+        assert_eq!(differences(&all, &every(2, &[0.0, 2.0, 5.0])), 1);
+    }
 }
