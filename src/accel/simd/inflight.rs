@@ -444,7 +444,9 @@ unsafe fn leaf_step<L: Level, Q: Query>(level: L, slot: &mut Slot, tree: &Tree, 
         let [a, b, c] = &block.corners;
         let corners = [load3(level, a), load3(level, b), load3(level, c)];
         let (tmin, tmax) = (level.splat4(slot.tmin), level.splat4(slot.best.t));
-        let candidates = triangle::candidates(line.d, &triangle::see(line.o, &corners), tmin, tmax);
+        let seen = triangle::see(line.o, &corners);
+        let sides = triangle::sides(line.d, &seen);
+        let candidates = triangle::candidates(line.d, &seen, sides, tmin, tmax);
         if candidates.mask.bits() == 0 {
             continue;
         }

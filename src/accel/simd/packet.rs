@@ -16,7 +16,7 @@ use super::{
     lanes::{Floats, Level, Mask, Top},
     query::{Best, NOTHING, Nearest, Query},
     tree::Tree,
-    triangle::{Line, Seen, Vec3s, candidates, meet, see},
+    triangle::{Line, Seen, Vec3s, candidates, meet, see, sides},
 };
 use crate::math::Ray;
 
@@ -234,7 +234,11 @@ impl<L: Level> Packet<L> {
                     .first_chunk_mut()
                     .expect("a stack has room for all that may wait"),
             };
-            waiting += level.push_ordered(near, far, &lanes, &node.order, octant, to);
+            let pushed = level.push_ordered(near, far, &lanes, &node.order, octant, to);
+            for &entry in &child[waiting..waiting + pushed] {
+                level.prefetch::<3>(tree.address(node.child[entry as usize & 7]));
+            }
+            waiting += pushed;
             current = loop {
                 if waiting == 0 {
                     return;
@@ -353,7 +357,11 @@ impl<L: Level> Packet<L> {
 
     #[inline(always)]
     fn triangle(&mut self, level: L, seen: &Seen<L::F16>, block: &Block, k: usize, asked: <L::F16 as Floats>::Mask) {
-        let candidates = candidates(self.line.d, seen, self.tmin, self.t);
+        let sides = sides(self.line.d, seen);
+        if sides.inside.and(asked).bits() == 0 {
+            return;
+        }
+        let candidates = candidates(self.line.d, seen, sides, self.tmin, self.t);
         if candidates.mask.and(asked).bits() == 0 {
             return;
         }

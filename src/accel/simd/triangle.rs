@@ -30,12 +30,19 @@ pub struct Seen<F> {
     pub distance: F,
 }
 
-/// Triangles that may be hit, with what tells where.
-pub struct Candidates<F: Floats> {
-    pub mask: F::Mask,
+/// On which sides of the edges lines pass.
+pub struct Sides<F: Floats> {
+    /// Where it is the same side of all three.
+    pub inside: F::Mask,
     u: F,
     v: F,
     w: F,
+}
+
+/// Triangles that may be hit, with what tells where.
+pub struct Candidates<F: Floats> {
+    pub mask: F::Mask,
+    sides: Sides<F>,
     det: F,
     /// `t` times [`Candidates::det`].
     t_det: F,
@@ -87,20 +94,28 @@ pub fn see<F: Floats>(o: Vec3s<F>, corners: &[Vec3s<F>; 3]) -> Seen<F> {
     }
 }
 
-/// The edge tests, and roughly the ray's ends: all that most triangles need.
-///
-/// What does not pass is no hit; what passes may be none, [`meet`] decides. The ends are widened by twice what
-/// [`NOISE`] allows, which makes up for the division that is not done.
+/// The edge tests.
 #[inline(always)]
-pub fn candidates<F: Floats>(d: Vec3s<F>, seen: &Seen<F>, tmin: F, tmax: F) -> Candidates<F> {
+pub fn sides<F: Floats>(d: Vec3s<F>, seen: &Seen<F>) -> Sides<F> {
     let u = dot(seen.edges[0], d);
     let v = dot(seen.edges[1], d);
     let w = dot(seen.edges[2], d);
     let zero = u.fill(0.0);
     let smallest = u.min(v).min(w);
     let largest = u.max(v).max(w);
-    let inside = zero.le(smallest).or(largest.le(zero));
+    Sides {
+        inside: zero.le(smallest).or(largest.le(zero)),
+        u,
+        v,
+        w,
+    }
+}
 
+/// Which lines that are inside are so between their rays' ends, roughly: what does not pass is no hit; what passes may
+/// be none, [`meet`] decides. The ends are widened by twice what [`NOISE`] allows, which makes up for the division that
+/// is not done.
+#[inline(always)]
+pub fn candidates<F: Floats>(d: Vec3s<F>, seen: &Seen<F>, sides: Sides<F>, tmin: F, tmax: F) -> Candidates<F> {
     let det = dot(seen.normal, d);
     let t_det = seen.distance;
     let scale = det.abs();
@@ -109,10 +124,8 @@ pub fn candidates<F: Floats>(d: Vec3s<F>, seen: &Seen<F>, tmin: F, tmax: F) -> C
     let begun = tmin.mul(scale).le(t.add(noise));
     let ended = t.sub(noise).le(tmax.mul(scale));
     Candidates {
-        mask: inside.and(begun).and(ended),
-        u,
-        v,
-        w,
+        mask: sides.inside.and(begun).and(ended),
+        sides,
         det,
         t_det,
     }
@@ -121,11 +134,11 @@ pub fn candidates<F: Floats>(d: Vec3s<F>, seen: &Seen<F>, tmin: F, tmax: F) -> C
 /// Where the candidates meet the planes, brought into the triangles' own boxes.
 #[inline(always)]
 pub fn meet<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3], candidates: &Candidates<F>) -> Meets<F> {
-    let zero = candidates.u.fill(0.0);
-    let infinity = candidates.u.fill(f32::INFINITY);
+    let zero = candidates.sides.u.fill(0.0);
+    let infinity = candidates.sides.u.fill(f32::INFINITY);
     let raw = candidates.t_det.div(candidates.det);
-    let sum = candidates.u.add(candidates.v).add(candidates.w);
-    let (u, v) = (candidates.v.div(sum), candidates.w.div(sum));
+    let sum = candidates.sides.u.add(candidates.sides.v).add(candidates.sides.w);
+    let (u, v) = (candidates.sides.v.div(sum), candidates.sides.w.div(sum));
     let numbers = u.eq(u).and(v.eq(v)).and(raw.abs().lt(infinity));
     let valid = candidates
         .det
@@ -134,10 +147,10 @@ pub fn meet<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3], candidates: &Can
         .and(numbers)
         .and(candidates.mask);
 
-    let tiny = candidates.u.fill(TINY);
-    let slack = candidates.u.fill(CLIP_SLACK);
-    let padding = candidates.u.fill(4.0 * f32::EPSILON);
-    let mut enter = candidates.u.fill(f32::NEG_INFINITY);
+    let tiny = candidates.sides.u.fill(TINY);
+    let slack = candidates.sides.u.fill(CLIP_SLACK);
+    let padding = candidates.sides.u.fill(4.0 * f32::EPSILON);
+    let mut enter = candidates.sides.u.fill(f32::NEG_INFINITY);
     let mut leave = infinity;
     for axis in 0..3 {
         let [a, b, c] = [corners[0][axis], corners[1][axis], corners[2][axis]];
