@@ -23,6 +23,7 @@ mod packet;
 pub mod pages;
 mod portable;
 mod query;
+mod slot;
 mod tree;
 mod triangle;
 

@@ -322,7 +322,7 @@ impl<L: Level> Packet<L> {
         let seen = see([level.splat4(x), level.splat4(y), level.splat4(z)], &corners);
         let edges = [arrays(&seen.edges[0]), arrays(&seen.edges[1]), arrays(&seen.edges[2])];
         let (normal, distance) = (arrays(&seen.normal), seen.distance.to_array());
-        for k in 0..4 {
+        for (k, &distance) in distance.iter().enumerate() {
             if block.ids[k] == NOTHING {
                 break;
             }
@@ -333,7 +333,7 @@ impl<L: Level> Packet<L> {
                     corner(level, &edges[2], k),
                 ],
                 normal: corner(level, &normal, k),
-                distance: level.splat16(distance[k]),
+                distance: level.splat16(distance),
             };
             self.triangle(level, &seen, block, k, asked);
         }

@@ -1,5 +1,7 @@
 //! The level that every processor has: arrays, which the compiler may or may not make vectors of.
 
+use std::cmp::Ordering;
+
 use super::lanes::{Floats, Level, Mask, Top};
 
 /// Nothing is required.
@@ -86,7 +88,7 @@ impl<const N: usize> Floats for Array<N> {
     }
     #[inline(always)]
     fn differs(self, b: Self) -> Bits<N> {
-        self.test(b, |a, b| a < b || a > b)
+        self.test(b, |a, b| a.partial_cmp(b).is_some_and(Ordering::is_ne))
     }
     #[inline(always)]
     fn select(self, mask: Bits<N>, b: Self) -> Self {

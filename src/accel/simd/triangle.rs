@@ -152,9 +152,11 @@ pub fn meet<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3], candidates: &Can
     let padding = candidates.sides.u.fill(4.0 * f32::EPSILON);
     let mut enter = candidates.sides.u.fill(f32::NEG_INFINITY);
     let mut leave = infinity;
+    let [a, b, c] = *corners;
+    let least = each(each(a, b, F::min), c, F::min);
+    let most = each(each(a, b, F::max), c, F::max);
     for axis in 0..3 {
-        let [a, b, c] = [corners[0][axis], corners[1][axis], corners[2][axis]];
-        let (min, max) = (a.min(b).min(c), a.max(b).max(c));
+        let (min, max) = (least[axis], most[axis]);
         let pad = min.abs().max(max.abs()).mul(padding);
         let (min, max) = (min.sub(pad), max.add(pad));
         let (o, inv) = (line.o[axis], line.inv[axis]);
