@@ -20,6 +20,7 @@ use crate::{
 };
 
 mod meshes;
+pub mod model;
 mod objects;
 
 /// Why a description became no scene.
