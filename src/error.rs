@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::{
-    assets::{camera_path::CameraPathError, image::ImageError},
+    assets::{AssetError, camera_path::CameraPathError},
     camera::path::PathError,
     compile, describe,
     describe::Diagnostics,
@@ -88,7 +88,7 @@ impl Error {
             Self::Usage(_) | Self::Pattern(_) => Blame::Usage,
             Self::Scene(describe::Error::Read { cause, .. }) => input(cause),
             Self::Compile(compile::Error::Assets(errors)) => {
-                if errors.iter().any(ImageError::is_missing) {
+                if errors.iter().any(AssetError::is_missing) {
                     Blame::MissingInput
                 } else {
                     Blame::Data

@@ -4,14 +4,18 @@
 //! without touching a pixel; [`run`] renders them, writing each frame while the next one renders.
 
 mod existing;
+mod open;
 mod plan;
 mod run;
 mod summary;
+mod turntable;
 
 pub mod range;
 
 pub use existing::Existing;
+pub use open::open;
 pub use plan::{Plan, PlannedFrame, Request};
 pub use range::FrameRange;
 pub use run::{Observer, run};
 pub use summary::Summary;
+pub use turntable::Turntable;

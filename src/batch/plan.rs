@@ -2,7 +2,7 @@
 
 use std::{ops::RangeInclusive, path::PathBuf};
 
-use super::{Existing, FrameRange, range::MAX_FRAMES};
+use super::{Existing, FrameRange, Turntable, range::MAX_FRAMES};
 use crate::{
     accel::AccelKind,
     assets::camera_path,
@@ -22,6 +22,8 @@ use crate::{
 #[derive(Clone, Debug, Default)]
 pub struct Request {
     pub camera_path: Option<PathBuf>,
+    /// Instead of a camera path: frames of an orbit around the scene.
+    pub turntable: Option<u32>,
     pub range: Option<FrameRange>,
     pub outputs: Vec<String>,
     pub existing: Existing,
@@ -49,6 +51,7 @@ pub struct PlannedFile {
 #[derive(Clone, Debug)]
 pub struct PlannedFrame {
     pub number: i32,
+    /// Of a turntable: where the orbit begins.
     pub camera: Camera,
     pub files: Vec<PlannedFile>,
 }
@@ -57,6 +60,8 @@ pub struct PlannedFrame {
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub frames: Vec<PlannedFrame>,
+    /// Moves the camera once the scene is known.
+    pub turntable: Option<Turntable>,
     pub integrator: BuiltIn,
     pub accel: AccelKind,
     pub existing: Existing,
@@ -101,6 +106,10 @@ impl Plan {
         let (Some(integrator), Some(view), Some(compression)) = (integrator, view, compression) else {
             unreachable!("what did not compile left a problem");
         };
+        let turntable = request
+            .turntable
+            .zip(camera)
+            .map(|(frames, start)| Turntable { start, frames });
         let cameras = cameras(desc, request, camera, settings.resolution)?;
         let frames = cameras
             .into_iter()
@@ -114,6 +123,7 @@ impl Plan {
         output::sequence::check_distinct(&patterns, &numbers)?;
         Ok(Self {
             frames,
+            turntable,
             integrator,
             accel: request.accel,
             existing: request.existing,
@@ -258,8 +268,11 @@ fn cameras(
             path: desc.source.path.clone(),
         })?;
         let camera = Camera::new(&camera.pose, &camera.lens, resolution);
-        let what = "the scene's own camera, which has frame 1 only";
-        return frames(request, 1..=1, what)?
+        let (last, what) = match request.turntable {
+            Some(last) => (last, format!("the turntable, which has frames 1 to {last}")),
+            None => (1, "the scene's own camera, which has frame 1 only".to_owned()),
+        };
+        return frames(request, 1..=i64::from(last), &what)?
             .iter()
             .map(|f| Ok((number(f), camera)))
             .collect();

@@ -91,6 +91,7 @@ fn render_all<'a>(
     send: &SyncSender<Finished<'a>>,
 ) -> Result<Summary, Error> {
     let mut summary = Summary::default();
+    let orbit = plan.turntable.map(|t| t.around(scene));
     for (index, frame) in plan.frames.iter().enumerate() {
         if plan.existing == Existing::Skip && frame.is_on_disk() {
             observer.frame_skipped(frame.number);
@@ -103,7 +104,8 @@ fn render_all<'a>(
             frame: frame.number,
             ..plan.settings.clone()
         };
-        let film = render::frame(scene, &frame.camera, &plan.integrator, &settings, watch)?;
+        let camera = orbit.map_or(frame.camera, |o| o.camera(frame.number, settings.resolution));
+        let film = render::frame(scene, &camera, &plan.integrator, &settings, watch)?;
         let took = start.elapsed();
         observer.frame_rendered(frame.number, took);
         summary.frame_times.push(took);

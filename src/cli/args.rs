@@ -71,13 +71,17 @@ pub struct BenchArgs {
 
 #[derive(Debug, ClapArgs)]
 pub struct RenderArgs {
-    /// The scene file
+    /// The scene file, or a model: OBJ, glTF or GLB
     #[arg(required = true)]
     pub scene: Option<PathBuf>,
 
     /// The camera path, a CSV file; without it, one frame is rendered from the scene's own camera
     #[arg(long, value_name = "FILE")]
     pub frames: Option<PathBuf>,
+
+    /// Instead of a camera path: N frames once around the scene, from its own camera
+    #[arg(long, value_name = "N", conflicts_with = "frames", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub turntable: Option<u32>,
 
     /// Only these frames: 1-100x2, 1,3,5-10 or 1-10:3 (x and : both mean step)
     #[arg(short, long, value_name = "SPEC", allow_hyphen_values = true)]

@@ -5,9 +5,10 @@ use std::{fs, io::IsTerminal, path::Path, sync::Arc};
 use anyhow::Context;
 use batch_render::{
     accel::{AccelKind, Geometry},
-    batch::{Plan, Request},
+    assets::Store,
+    batch::{self, Plan, Request},
     bench::{self, Buffers, Observer, Options},
-    compile, describe,
+    compile,
     error::Error,
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -16,23 +17,24 @@ use super::{args::BenchArgs, job::threads, progress::say};
 
 /// Measures and reports.
 pub fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<()> {
-    let desc = describe::load(&args.scene).map_err(Error::from)?;
     let side = bench::SIDE;
     let request = Request {
         resolution: Some([side, side]),
         samples: Some(1),
         ..Request::default()
     };
+    let pool = threads(args.threads)?;
+    let store = Store::default();
+    let desc = pool.install(|| batch::open(&args.scene, &request, &store))?;
     let plan = Plan::new(&desc, &request)?;
     let camera = &plan
         .frames
         .first()
         .context("there is no frame to take the camera from")?
         .camera;
-    let pool = threads(args.threads)?;
     let progress = Progress::new(quiet);
     let report = pool.install(|| {
-        let scene = compile::scene(&desc, AccelKind::Wide).map_err(Error::from)?;
+        let scene = compile::scene_with(&desc, AccelKind::Wide, &store).map_err(Error::from)?;
         let buffers = Buffers::new(&scene, camera);
         let geometry = contest(scene.accel.geometry(), args.embree.as_deref());
         let options = Options {

@@ -4,8 +4,9 @@ use std::{path::Path, sync::Arc};
 
 use anyhow::Context;
 use batch_render::{
+    assets::Store,
     batch::{self, Existing, FrameRange, Plan, Request},
-    compile, describe,
+    compile,
     error::Error,
     render::Watch,
 };
@@ -38,15 +39,17 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
     let path = args.scene.as_deref().expect("the scene is a required argument");
     let request = request(args)?;
-    let desc = describe::load(path).map_err(Error::from)?;
+    let pool = threads(args.threads)?;
+    let store = Store::default();
+    let desc = pool.install(|| batch::open(path, &request, &store))?;
     let plan = Plan::new(&desc, &request)?;
     if args.dry_run {
         list(&plan);
     }
-    let pool = threads(args.threads)?;
     let scene = pool
-        .install(|| compile::scene(&desc, plan.accel))
+        .install(|| compile::scene_with(&desc, plan.accel, &store))
         .map_err(Error::from)?;
+    drop(store);
     if args.check || args.dry_run {
         if !quiet {
             say(&format!(
@@ -115,6 +118,7 @@ fn request(args: &RenderArgs) -> Result<Request, Error> {
     };
     Ok(Request {
         camera_path: args.frames.clone(),
+        turntable: args.turntable,
         range,
         outputs: args.output.clone(),
         existing,

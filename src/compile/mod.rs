@@ -7,7 +7,11 @@ use std::{collections::HashMap, sync::Arc};
 
 use crate::{
     accel::{self, AccelKind},
-    assets::{bitmaps, image::ImageError},
+    assets::{
+        AssetError, Store,
+        model::ImageSource,
+        store::{self, ImageRequest},
+    },
     describe::{Diagnostics, SceneDesc},
     material::{Material, MaterialId},
     scene::{Background, Scene},
@@ -15,6 +19,8 @@ use crate::{
     value::{ColorSource, Problem, Spanned, did_you_mean},
 };
 
+mod meshes;
+pub mod model;
 mod objects;
 
 /// Why a description became no scene.
@@ -23,24 +29,34 @@ pub enum Error {
     #[error("{0}")]
     Invalid(Diagnostics),
     #[error("{}", lines(.0))]
-    Assets(Vec<ImageError>),
+    Assets(Vec<AssetError>),
     #[error(transparent)]
     Build(#[from] accel::BuildError),
 }
 
-fn lines(errors: &[ImageError]) -> String {
+fn lines(errors: &[AssetError]) -> String {
     errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }
 
 /// Compiles a scene and builds its acceleration structure, on the threads of the current rayon pool.
 pub fn scene(desc: &SceneDesc, accel: AccelKind) -> Result<Scene, Error> {
+    scene_with(desc, accel, &Store::default())
+}
+
+/// Compiles a scene of which some models are loaded already.
+pub fn scene_with(desc: &SceneDesc, accel: AccelKind, store: &Store) -> Result<Scene, Error> {
     let mut compiler = Compiler {
         desc,
         problems: Vec::new(),
     };
     let (wanted, textures) = compiler.textures();
     let materials = compiler.materials();
-    let geometry = compiler.objects();
+    let objects::Objects {
+        geometry,
+        objects,
+        shape_objects,
+        meshes: placed,
+    } = compiler.objects();
     let lights = desc
         .lights
         .iter()
@@ -49,19 +65,31 @@ pub fn scene(desc: &SceneDesc, accel: AccelKind) -> Result<Scene, Error> {
     if let Some(diagnostics) = Diagnostics::new(&desc.source, compiler.problems) {
         return Err(Error::Invalid(diagnostics));
     }
-    let bitmaps = bitmaps::load(&wanted).map_err(Error::Assets)?;
-    let objects::Objects {
+    let mut parts = meshes::Parts {
         geometry,
         objects,
-        shape_objects,
-    } = geometry;
-    Ok(Scene {
-        accel: accel::build(accel, Arc::new(geometry))?,
-        objects,
         meshes: Vec::new(),
-        shape_objects,
         materials,
         textures,
+        images: wanted,
+    };
+    // What is wrong with models and with images is reported together.
+    let placed = parts.place(&placed, store);
+    let bitmaps = store::images(&parts.images);
+    let bitmaps = match (placed, bitmaps) {
+        (Ok(()), Ok(bitmaps)) => bitmaps,
+        (placed, bitmaps) => {
+            let errors = placed.err().into_iter().chain(bitmaps.err()).flatten();
+            return Err(Error::Assets(errors.collect()));
+        }
+    };
+    Ok(Scene {
+        accel: accel::build(accel, Arc::new(parts.geometry))?,
+        objects: parts.objects,
+        meshes: parts.meshes,
+        shape_objects,
+        materials: parts.materials,
+        textures: parts.textures,
         bitmaps,
         lights,
         background: Background {
@@ -72,7 +100,7 @@ pub fn scene(desc: &SceneDesc, accel: AccelKind) -> Result<Scene, Error> {
 }
 
 /// Files to be loaded, each once for each way to read it, in the order of their [`BitmapId`]s.
-type Wanted = Vec<bitmaps::Request>;
+type Wanted = Vec<ImageRequest>;
 
 struct Compiler<'a> {
     desc: &'a SceneDesc,
@@ -92,7 +120,8 @@ impl Compiler<'_> {
         for entry in &self.desc.textures {
             let found = std::cell::RefCell::new(&mut wanted);
             let find = |image: &ImageDesc| {
-                let key = (folder.join(image.file.get_ref()), image.color_space);
+                let file = ImageSource::File(folder.join(image.file.get_ref()));
+                let key = (file, image.color_space);
                 let mut wanted = found.borrow_mut();
                 let at = wanted.iter().position(|w| *w == key).unwrap_or_else(|| {
                     wanted.push(key);

@@ -92,14 +92,15 @@ pub struct LightEntry {
 /// | key | type | default |
 /// |---|---|---|
 /// | `name` | text, once in a file | `object N`, N from 1 |
-/// | `material` | the name of a `[material.NAME]` | required |
+/// | `material` | the name of a `[material.NAME]` | required; a mesh has its own |
 /// | `shape` | a shape | required |
 /// | `transform` | `{ translate, rotate, scale }` or `{ matrix }` | none |
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectDesc {
     pub name: Option<Spanned<String>>,
-    pub material: Spanned<String>,
+    /// Only a mesh goes without: it has its own.
+    pub material: Option<Spanned<String>>,
     pub shape: Spanned<ShapeDesc>,
     pub transform: Option<Spanned<TransformDesc>>,
 }

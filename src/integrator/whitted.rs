@@ -72,7 +72,8 @@ impl Whitted {
         let terms = scene
             .material(surface.material)
             .terms(&scene.textures(), &surface.texture);
-        let n = if terms.two_sided && surface.ns.dot(surface.wo) < 0.0 {
+        // By the true side: at the rim of a smooth mesh the shading normal may point away.
+        let n = if terms.two_sided && surface.ng.dot(surface.wo) < 0.0 {
             -surface.ns
         } else {
             surface.ns

@@ -60,6 +60,11 @@ impl Transform {
         Self::new(widen(self.world_from_local) * widen(inner.world_from_local))
     }
 
+    /// The map from local space to the world, in double precision.
+    pub fn widened(&self) -> DAffine3 {
+        widen(self.world_from_local)
+    }
+
     pub fn world_from_local(&self) -> Affine3A {
         self.world_from_local
     }
@@ -92,6 +97,13 @@ impl Transform {
     /// A normal, by the inverse transpose; not normalised. A mirroring map keeps the side it points to.
     pub fn normal_to_world(&self, n: Vec3) -> Vec3 {
         let m = self.local_from_world.matrix3;
+        let n = glam::Vec3A::from(n);
+        Vec3::new(m.x_axis.dot(n), m.y_axis.dot(n), m.z_axis.dot(n))
+    }
+
+    /// What [`Transform::normal_to_world`] undoes; not normalised.
+    pub fn normal_to_local(&self, n: Vec3) -> Vec3 {
+        let m = self.world_from_local.matrix3;
         let n = glam::Vec3A::from(n);
         Vec3::new(m.x_axis.dot(n), m.y_axis.dot(n), m.z_axis.dot(n))
     }
@@ -175,6 +187,7 @@ mod tests {
         assert!(n.dot(t.vector_to_world(Vec3::X)).abs() < 1e-5);
         assert!(n.dot(t.vector_to_world(Vec3::Y)).abs() < 1e-5);
         assert!(n.dot(t.vector_to_world(Vec3::Z)) > 0.0);
+        assert!((t.normal_to_local(n) - Vec3::Z).length() < 1e-5);
         assert!(t.is_mirroring());
         let p = Vec3::new(0.3, -7.0, 2.0);
         assert!((t.point_to_local(t.point_to_world(p)) - p).length() < 1e-5);

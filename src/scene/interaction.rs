@@ -72,14 +72,7 @@ impl Surface {
         }
     }
 
-    pub(super) fn of_triangle(
-        corners: [Vec3; 3],
-        vertices: [u32; 3],
-        mesh: &MeshRecord,
-        ray: &Ray,
-        hit: &Hit,
-        material: MaterialId,
-    ) -> Self {
+    pub(super) fn of_triangle(corners: [Vec3; 3], vertices: [u32; 3], mesh: &MeshRecord, ray: &Ray, hit: &Hit) -> Self {
         let at = vertices.map(|v| (v - mesh.vertices.start) as usize);
         let uvs = (!mesh.uvs.is_empty()).then(|| at.map(|i| mesh.uvs[i]));
         let local = triangle::surface(corners, uvs, hit.u, hit.v);
@@ -99,11 +92,13 @@ impl Surface {
             wo: -ray.d.normalize(),
             texture: TexturePoint {
                 uv: local.uv,
-                p: local.p,
-                n: local.ng,
+                p: mesh.transform.map_or(local.p, |t| t.point_to_local(local.p)),
+                n: mesh
+                    .transform
+                    .map_or(local.ng, |t| t.normal_to_local(local.ng).normalize()),
             },
             object: mesh.object,
-            material,
+            material: mesh.material,
         }
     }
 

@@ -8,7 +8,7 @@ use crate::{
     accel::{Accelerator, Hit, PrimRef},
     light::Light,
     material::{Material, MaterialId},
-    math::{Ray, Rgb, Vec2, Vec3},
+    math::{Ray, Rgb, Transform, Vec2, Vec3},
     texture::{Bitmap, Texture, Textures},
 };
 
@@ -24,6 +24,7 @@ pub struct ObjectId(pub u32);
 #[derive(Clone, Debug)]
 pub struct Object {
     pub name: String,
+    /// Of its shape; the parts of a mesh have their own.
     pub material: MaterialId,
 }
 
@@ -39,11 +40,14 @@ pub struct Background {
 #[derive(Clone, Debug)]
 pub struct MeshRecord {
     pub object: ObjectId,
+    pub material: MaterialId,
+    /// The object's, where it has one: textures stick to the object's own space.
+    pub transform: Option<Transform>,
     /// Which of the geometry's triangles.
     pub triangles: Range<u32>,
     /// Which of the geometry's vertices its corners are.
     pub vertices: Range<u32>,
-    /// Per vertex, unit, in world space; empty for flat shading.
+    /// Per vertex, unit, in world space, 0 where only the face knows; empty for flat shading.
     pub normals: Vec<Vec3>,
     /// Per vertex; empty where the file has none.
     pub uvs: Vec<Vec2>,
@@ -96,16 +100,8 @@ impl Scene {
             }
             None => {
                 let mesh = self.mesh_of(hit.prim);
-                let material = self.objects[mesh.object.0 as usize].material;
                 let index = hit.prim.index() as usize;
-                Surface::of_triangle(
-                    geometry.corners(index),
-                    geometry.triangles[index],
-                    mesh,
-                    ray,
-                    hit,
-                    material,
-                )
+                Surface::of_triangle(geometry.corners(index), geometry.triangles[index], mesh, ray, hit)
             }
         }
     }

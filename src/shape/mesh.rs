@@ -1,8 +1,32 @@
-//! Triangle meshes as indexed arrays: what loaders make and what a scene is compiled from.
+//! A model from a file: triangle meshes as indexed arrays, what loaders make and what a scene is compiled from.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `file` | path of an OBJ, glTF or GLB file, relative to the scene file | | required |
+//!
+//! The model has its own materials unless its object has `material`; its cameras and lights count only
+//! where the model itself is the scene. A face's normal points to where its corners are seen counterclockwise. Where a model has no normals, it is flat.
+//!
+//! ```toml
+//! [[object]]
+//! name = "cube"
+//! shape.mesh = { file = "cube.obj" }
+//! transform = { translate = [0, 1, 0] }
+//! ```
 
+use serde::Deserialize;
 use thiserror::Error;
 
-use crate::math::{Aabb, DVec3, Vec2, Vec3};
+use crate::{
+    math::{Aabb, DVec3, Vec2, Vec3},
+    value::Spanned,
+};
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeshDesc {
+    pub file: Spanned<String>,
+}
 
 /// Triangles over shared vertices, in the mesh's own space, metres.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -10,7 +34,7 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Three indices into `positions` each, counterclockwise as seen from where the normal points to.
     pub triangles: Vec<[u32; 3]>,
-    /// Unit shading normals: none, or one for each vertex.
+    /// Unit shading normals, or 0 where only the face knows: none, or one for each vertex.
     pub normals: Vec<Vec3>,
     /// Texture coordinates, v up: none, or one for each vertex.
     pub uvs: Vec<Vec2>,

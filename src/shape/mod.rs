@@ -99,7 +99,7 @@ kinds! {
         "cone" => Cone(cone::Cone, cone::ConeDesc),
         "plane" => Plane(plane::Plane, plane::PlaneDesc),
     }
-    described only {}
+    described only { "mesh" => Mesh(mesh::MeshDesc), }
     compiled by fn compile(&self) -> Result<Shape, Problem>;
     /// See [`ShapeKind::bounds`].
     fn bounds(&self) -> Aabb;

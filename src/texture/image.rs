@@ -60,7 +60,7 @@ impl ImageDesc {
         Ok(ImagePattern {
             bitmap: find(self)?,
             filter: self.filter,
-            wrap: self.wrap,
+            wrap: [self.wrap; 2],
         })
     }
 }
@@ -69,7 +69,8 @@ impl ImageDesc {
 pub struct ImagePattern {
     pub bitmap: BitmapId,
     pub filter: Filter,
-    pub wrap: Wrap,
+    /// Along s and along t.
+    pub wrap: [Wrap; 2],
 }
 
 impl Wrap {
@@ -91,7 +92,7 @@ impl Wrap {
 impl ImagePattern {
     fn texel(&self, bitmap: &Bitmap, i: i64, j: i64) -> Rgb {
         let (w, h) = (i64::from(bitmap.width), i64::from(bitmap.height));
-        match (self.wrap.texel(i, w), self.wrap.texel(j, h)) {
+        match (self.wrap[0].texel(i, w), self.wrap[1].texel(j, h)) {
             (Some(i), Some(j)) => bitmap.texel_from_bottom(i, j),
             _ => Rgb::BLACK,
         }
@@ -135,7 +136,7 @@ mod tests {
         let p = ImagePattern {
             bitmap: BitmapId(0),
             filter: Filter::Nearest,
-            wrap: Wrap::Black,
+            wrap: [Wrap::Black; 2],
         };
         let at = |s, t| p.eval(&quarter(), Vec2::new(s, t)).r;
         assert_eq!(
@@ -150,7 +151,7 @@ mod tests {
         let p = ImagePattern {
             bitmap: BitmapId(0),
             filter: Filter::Linear,
-            wrap: Wrap::Clamp,
+            wrap: [Wrap::Clamp; 2],
         };
         let at = |s, t| p.eval(&quarter(), Vec2::new(s, t)).r;
         assert_eq!(at(0.25, 0.25), 2.0);

@@ -77,6 +77,8 @@ impl Texture {
 pub enum Color {
     Constant(Rgb),
     Texture(TextureId),
+    /// A texture times a colour.
+    Tinted(TextureId, Rgb),
 }
 
 /// The tables that colours are looked up in.
@@ -92,6 +94,7 @@ impl Textures<'_> {
         match color {
             Color::Constant(c) => *c,
             Color::Texture(id) => self.textures[id.0 as usize].eval(self.bitmaps, at),
+            Color::Tinted(id, tint) => self.textures[id.0 as usize].eval(self.bitmaps, at) * *tint,
         }
     }
 }

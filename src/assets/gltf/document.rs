@@ -5,7 +5,11 @@ use std::{
     path::Path,
 };
 
-use ::gltf::json::{self, Root, Value, deserialize};
+use ::gltf::json::{
+    self, Root, Value, deserialize,
+    mesh::{Primitive, Semantic},
+    validation::{Checked, Validate},
+};
 
 use super::{
     Problem,
@@ -40,6 +44,7 @@ impl<'a> Document<'a> {
         check_extensions(&raw)?;
         soften(&mut raw);
         let root: Root = deserialize::from_value(raw.clone()).map_err(syntax)?;
+        check_indices(&root)?;
         let buffers = root.buffers.iter().map(|_| OnceCell::new()).collect();
         Ok(Self {
             root,
@@ -110,6 +115,31 @@ pub(super) fn get<'a, T>(array: &'a [T], index: usize, what: &str) -> Result<&'a
     array
         .get(index)
         .ok_or_else(|| Problem::broken(format!("there is no {what} {index}, there are {count}")))
+}
+
+/// Refuses an index that names nothing, wherever it stands, used or not. What else the crate's check finds is left: much
+/// of it does no harm, some of it is allowed.
+fn check_indices(root: &Root) -> Result<(), Problem> {
+    let mut wrong = None;
+    for (i, mesh) in root.meshes.iter().enumerate() {
+        // The check believes this one.
+        let positions = |p: &Primitive| p.attributes.get(&Checked::Valid(Semantic::Positions)).copied();
+        let is_wrong = |p: &Primitive| positions(p).is_some_and(|a| a.value() >= root.accessors.len());
+        if let Some(k) = mesh.primitives.iter().position(is_wrong) {
+            let path = format!("meshes[{i}].primitives[{k}].attributes[\"POSITION\"]");
+            return Err(nothing(&path));
+        }
+    }
+    root.validate(root, json::Path::new, &mut |path, error| {
+        if error == json::validation::Error::IndexOutOfBounds {
+            wrong.get_or_insert_with(|| path().to_string());
+        }
+    });
+    wrong.map_or(Ok(()), |path| Err(nothing(&path)))
+}
+
+fn nothing(path: &str) -> Problem {
+    Problem::broken(format!("{path} names something that is not there"))
 }
 
 fn check_version(raw: &Value) -> Result<(), Problem> {

@@ -130,10 +130,16 @@ fn read(bytes: &[u8], path: &Path) -> Result<Model, Problem> {
         }
         if let Some(camera) = node.camera {
             let camera = get(&root.cameras, camera.value(), "camera")?;
-            model.cameras.extend(looks::view(camera).map(|view| ModelCamera {
-                model_from_camera: place,
-                view,
-            }));
+            match looks::view(camera) {
+                Some(view) => model.cameras.push(ModelCamera {
+                    model_from_camera: place,
+                    view,
+                }),
+                None => tracing::warn!(
+                    "a camera of node {index} makes no sense and is left out: {}",
+                    path.display()
+                ),
+            }
         }
         model.lights.extend(looks::light(&document, index, place)?);
     }

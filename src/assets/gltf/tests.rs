@@ -71,9 +71,15 @@ fn cycles_two_parents_and_wrong_indices_are_refused() {
     );
     assert_eq!(
         message(r#"{"mesh": 7}"#),
-        format!("broken model: there is no mesh 7, there are 1: {at}")
+        format!("broken model: nodes[0].mesh names something that is not there: {at}")
     );
-    assert!(message(r#"{"children": [9]}"#).contains("node 0: there is no node 9"));
+    assert!(message(r#"{"children": [9]}"#).contains("nodes[0].children[0] names something"));
+    let mesh = MESH.replace("\"POSITION\": 0", "\"POSITION\": 5");
+    assert!(
+        scene(ACCESSORS, &mesh, r#""nodes": []"#)
+            .unwrap_err()
+            .contains("attributes[\"POSITION\"]")
+    );
     assert!(message(r#"{"matrix": [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1]}"#).contains("not affine"));
 }
 

@@ -137,6 +137,9 @@ fn check_face(text: &[u8], counts: Counts) -> Result<FaceShape, String> {
             any[i] |= named[i];
         }
     }
+    if words(text).nth(1).is_none() {
+        return Err("a face without corners".into());
+    }
     let shape = FaceShape {
         has_uvs: every[1],
         has_normals: every[2],

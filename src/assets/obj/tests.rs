@@ -57,6 +57,7 @@ fn what_is_wrong_is_named_with_its_line() {
         message("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 three\n"),
         "line 4: expected the number of a vertex, found 'three': nowhere/a.obj"
     );
+    assert_eq!(message("f\n"), "line 1: a face without corners: nowhere/a.obj");
     assert_eq!(
         message("v 0 0\n"),
         "line 1: a vertex has too few numbers: nowhere/a.obj"
@@ -69,7 +70,7 @@ fn files_without_faces_are_models_without_parts() {
         "",
         "# nothing\n",
         "v 0 0 0\np 1\n",
-        "v 0 0 0\nv 1 1 1\nl 1 2\nf 1 2\nf\n",
+        "v 0 0 0\nv 1 1 1\nl 1 2\nf 1 2\n",
         "\u{0}\u{1}",
     ] {
         assert!(read(text).unwrap().parts.is_empty(), "{text:?}");

@@ -146,7 +146,7 @@ fn values_that_make_no_sense_are_refused_as_they_are_read() {
         ),
         (
             "ball = { radius = 1 }",
-            "unknown variant `ball`, expected one of `sphere`, `disk`, `quad`, `cuboid`, `cylinder`, `cone`, `plane`",
+            "unknown variant `ball`, expected one of `sphere`, `disk`, `quad`, `cuboid`, `cylinder`, `cone`, `plane`, `mesh`",
         ),
     ] {
         assert_eq!(unreadable(text), message, "{text}");

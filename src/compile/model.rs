@@ -1,0 +1,232 @@
+//! A model file as a whole scene: everything that the file does not say has a default.
+
+use std::{f64::consts::PI, path::Path, sync::Arc};
+
+use glam::{DVec2, DVec3};
+
+use crate::{
+    assets::{
+        AssetError, Store,
+        model::{ModelCamera, ModelLight, ModelLightKind, ModelView},
+    },
+    camera::{
+        CameraDesc,
+        perspective::{FieldOfView, PerspectiveDesc},
+    },
+    describe::{BackgroundDesc, LightEntry, ObjectDesc, OutputDesc, RenderDesc, SceneDesc, Source},
+    integrator::{IntegratorDesc, whitted::WhittedDesc},
+    light::{Falloff, LightDesc, point::PointDesc, spot::SpotDesc, sun::SunDesc},
+    math::{Aabb, Rgb, Vec3},
+    shape::{ShapeDesc, mesh::MeshDesc},
+    value::{Direction, NonNegative, Point, Positive, Spanned, Tint},
+};
+
+/// The angle over the height of a picture whose model has no camera, in degrees.
+const FOV: f64 = 35.0;
+/// Where the camera stands that is not in the file, seen from the model: to the right, above, in front. A three-quarter
+/// view.
+const FROM: DVec3 = DVec3::new(0.6, 0.36, 1.0);
+/// How much wider than the model the picture is.
+const MARGIN: f64 = 1.08;
+
+/// Where the sun shines to, over the left shoulder of that camera; its irradiance and the sky's radiance make white about
+/// 0.9 bright.
+const SUN: Vec3 = Vec3::new(0.35, -1.0, -0.75);
+const SUN_IRRADIANCE: f32 = 2.2;
+const SKY: f32 = 0.2;
+const BACKGROUND: f32 = 0.05;
+
+fn unsaid<T>(value: T) -> Spanned<T> {
+    Spanned::new(0..0, value)
+}
+
+/// The scene that the model at `path` is, for a picture `aspect` times as wide as high.
+pub fn describe(path: &Path, aspect: f64, store: &Store) -> Result<SceneDesc, AssetError> {
+    let model = store.model(path)?;
+    let mut objects = Vec::new();
+    if model.parts.is_empty() {
+        tracing::warn!(
+            "the model has no triangles, there is nothing to see: {}",
+            path.display()
+        );
+    } else {
+        objects.push(object(path));
+    }
+    let bounds = model.bounds();
+    let camera = model.cameras.iter().find_map(|c| own_camera(c, &bounds, path));
+    let lights: Vec<LightDesc> = model.lights.iter().filter_map(own_light).collect();
+    // The lights of a file are all that its author wanted.
+    let is_lit = !lights.is_empty();
+    Ok(SceneDesc {
+        source: Source {
+            path: path.to_owned(),
+            text: Arc::from(""),
+        },
+        render: RenderDesc {
+            integrator: Some(IntegratorDesc::Whitted(WhittedDesc {
+                max_depth: None,
+                ambient: (!is_lit).then(|| Tint(Rgb::gray(SKY))),
+            })),
+            ..RenderDesc::default()
+        },
+        camera: Some(unsaid(camera.unwrap_or_else(|| framing(&bounds, aspect)))),
+        background: BackgroundDesc {
+            color: Tint(Rgb::gray(BACKGROUND)),
+            visible: true,
+        },
+        textures: Vec::new(),
+        materials: Vec::new(),
+        objects,
+        lights: if is_lit { lights } else { vec![sun()] }
+            .into_iter()
+            .map(|light| LightEntry { span: 0..0, light })
+            .collect(),
+        output: OutputDesc::default(),
+    })
+}
+
+fn object(path: &Path) -> ObjectDesc {
+    let name = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
+    ObjectDesc {
+        name: Some(unsaid(name(path.file_stem()))),
+        material: None,
+        shape: unsaid(ShapeDesc::Mesh(MeshDesc {
+            file: unsaid(name(path.file_name())),
+        })),
+        transform: None,
+    }
+}
+
+fn sun() -> LightDesc {
+    LightDesc::Sun(SunDesc {
+        direction: Direction(SUN.normalize()),
+        irradiance: Tint(Rgb::gray(SUN_IRRADIANCE)),
+    })
+}
+
+/// A perspective camera at `eye` (m) with an angle over the picture's height in degrees.
+fn perspective(eye: DVec3, target: DVec3, up: DVec3, degrees: f64) -> CameraDesc {
+    CameraDesc::Perspective(PerspectiveDesc {
+        eye: Point(eye.as_vec3()),
+        target: unsaid(Point(target.as_vec3())),
+        up: Point(up.as_vec3()),
+        fov: Some(unsaid(FieldOfView(degrees))),
+        fov_x: None,
+        focal_length: None,
+        sensor_width: None,
+        sensor_height: None,
+        aperture_radius: None,
+        fstop: None,
+        focus_distance: None,
+        shift: None,
+    })
+}
+
+/// The camera that sees all of `bounds` from the front, right and above.
+fn framing(bounds: &Aabb, aspect: f64) -> CameraDesc {
+    let bounds = if bounds.is_finite() {
+        *bounds
+    } else {
+        Aabb::from_points([Vec3::NEG_ONE, Vec3::ONE])
+    };
+    let center = bounds.center().as_dvec3();
+    let back = FROM.normalize();
+    let right = DVec3::Y.cross(back).normalize();
+    let up = back.cross(right);
+    let tan = DVec2::new(aspect, 1.0) * libm::tan(0.5 * FOV.to_radians()) / MARGIN;
+    // A corner x to the right and z towards the camera is inside where |x| <= (distance - z) tan.
+    let distance = (0..8)
+        .map(|i| {
+            let corner = bounds.corner(i).as_dvec3() - center;
+            let (x, y, z) = (corner.dot(right).abs(), corner.dot(up).abs(), corner.dot(back));
+            z + (x / tan.x).max(y / tan.y)
+        })
+        .fold(0.0, f64::max);
+    // A model that is a single point has no size to go by.
+    let distance = if distance > 0.0 { distance } else { 1.0 };
+    perspective(center + back * distance, center, DVec3::Y, FOV)
+}
+
+/// A camera of the model; `None` where it stands nowhere or looks nowhere.
+fn own_camera(camera: &ModelCamera, bounds: &Aabb, path: &Path) -> Option<CameraDesc> {
+    let place = camera.model_from_camera;
+    let eye = place.translation;
+    let forward = (-place.matrix3.z_axis).try_normalize()?;
+    let up = place.matrix3.y_axis.try_normalize()?;
+    let to_model = (bounds.center().as_dvec3() - eye).dot(forward);
+    let distance = if to_model > 0.0 && to_model.is_finite() {
+        to_model
+    } else {
+        1.0
+    };
+    let fov = match camera.view {
+        ModelView::Perspective { fov } => fov,
+        ModelView::Orthographic { height } => {
+            tracing::warn!(
+                "the model's orthographic camera becomes a perspective one: {}",
+                path.display()
+            );
+            2.0 * libm::atan2(0.5 * height, distance)
+        }
+    };
+    let target = eye + forward * distance;
+    let sound = eye.is_finite() && target.as_vec3() != eye.as_vec3() && fov < PI;
+    sound.then(|| perspective(eye, target, up, fov.to_degrees()))
+}
+
+/// A light of the model; `None` where it does not shine.
+fn own_light(light: &ModelLight) -> Option<LightDesc> {
+    if light.strength.is_black() {
+        return None;
+    }
+    let position = Point(light.model_from_light.translation.as_vec3());
+    let direction = (-light.model_from_light.matrix3.z_axis)
+        .try_normalize()
+        .map(|d| Direction(d.as_vec3()));
+    let strength = Tint(light.strength);
+    Some(match light.kind {
+        ModelLightKind::Point => LightDesc::Point(PointDesc {
+            position,
+            intensity: strength,
+            falloff: Falloff::InverseSquare,
+        }),
+        ModelLightKind::Spot { inner, outer } => LightDesc::Spot(SpotDesc {
+            position: unsaid(position),
+            target: None,
+            direction: Some(unsaid(direction?)),
+            cone_angle: unsaid(Positive(outer.to_degrees() as f32)),
+            penumbra_angle: Some(unsaid(NonNegative((outer - inner).to_degrees() as f32))),
+            intensity: strength,
+            falloff: Falloff::InverseSquare,
+        }),
+        ModelLightKind::Sun => LightDesc::Sun(SunDesc {
+            direction: direction?,
+            irradiance: strength,
+        }),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Camera, Lens};
+
+    #[test]
+    fn the_default_view_holds_the_whole_model_and_little_more() {
+        let bounds = Aabb::from_points([Vec3::new(-1.0, 4.0, 0.0), Vec3::new(9.0, 5.0, 2.0)]);
+        for aspect in [0.5, 1.0, 16.0 / 9.0] {
+            let compiled = framing(&bounds, aspect).compile().unwrap();
+            let to_camera = compiled.pose.world_from_camera().inverse();
+            let tan = libm::tan(0.5 * FOV.to_radians());
+            let reach = (0..8)
+                .map(|i| {
+                    let p = to_camera.transform_point3(bounds.corner(i).as_dvec3());
+                    (p.x / (-p.z * tan * aspect)).abs().max((p.y / (-p.z * tan)).abs())
+                })
+                .fold(0.0, f64::max);
+            assert!((reach * MARGIN - 1.0).abs() < 1e-3, "{aspect}: {reach}");
+            let Lens::Perspective(_) = compiled.lens;
+            let _ = Camera::new(&compiled.pose, &compiled.lens, [16, 9]);
+        }
+    }
+}
