@@ -28,8 +28,8 @@ const JITTER: f32 = 1.0 / 65_536.0;
 /// The same for boxes that are hardly larger than the spacing of the numbers they are made of.
 const JITTER_ULPS: f32 = 2.0 * f32::EPSILON;
 
-/// A length, in units of the scene's size, whose square is still a normal number.
-const SMALLEST: f32 = 1.0 / (1_u64 << 55) as f32;
+/// A length, in units of the scene's size, whose square is far from the smallest numbers.
+const SMALLEST: f32 = 1.0 / (1_u64 << 40) as f32;
 
 /// The tree over `prims`; a leaf holds one of them. `None` where there are none.
 pub(super) fn build(prims: &Prims, quality: Quality) -> Option<Bvh2> {
@@ -62,10 +62,13 @@ fn proxy(bounds: &Aabb, scale: f32, number: u32) -> Box3 {
     let (min, max) = (Vec3A::from(bounds.min) * scale, Vec3A::from(bounds.max) * scale);
     let extent = (max - min).max_element();
     let magnitude = min.abs().max(max.abs()).max_element();
-    let step = (extent * JITTER).max(magnitude * JITTER_ULPS).max(SMALLEST);
+    let step = (extent * JITTER).max(magnitude * JITTER_ULPS);
+    // What is next to nothing in this scene lies beside one another rather than in one place: reinsertion looks long for
+    // better places among boxes that all overlap.
+    let thickness = step.max(SMALLEST / 128.0);
     let [x, y, z, _] = hash::pcg4d([number, 0, 0, 0]).map(hash::unit_f32);
-    let shift = (Vec3A::new(x, y, z) - 0.5) * step;
-    Box3::new(min + shift, (max + shift).max(min + shift + step))
+    let shift = (Vec3A::new(x, y, z) - 0.5) * step.max(SMALLEST);
+    Box3::new(min + shift, (max + shift).max(min + shift + thickness))
 }
 
 /// A node of a tree in depth-first order: a node's first child follows it, and all children come after their parents.
