@@ -89,7 +89,9 @@ impl Geometry {
             }
         };
         let own = self.bounds(prim);
-        let t = if own.is_finite() {
+        let t = if self.shape(prim).is_none() {
+            Slabs::new(ray).clip_triangle(hit.t, &own)?
+        } else if own.is_finite() {
             Slabs::new(ray).clip(hit.t, &own)?
         } else {
             hit.t

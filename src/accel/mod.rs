@@ -4,7 +4,7 @@
 //! gives the same bits: a hit's `t`, `u` and `v` come from the primitive's one scalar routine (or from operations in
 //! the same order), of two hits at the same `t` the primitive with the lower number wins, a box is passed over only
 //! when it lies strictly farther than the nearest hit so far, and a hit counts inside its primitive's own box
-//! ([`slab`] says why that is needed, and why it is enough).
+//! (the module `slab` says why that is needed, and why it is enough).
 //!
 //! | kind | what it is |
 //! |---|---|

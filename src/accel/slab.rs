@@ -8,8 +8,9 @@
 //! With the rule a tree cannot lose a hit: the stretch of the ray in any box around a primitive holds the stretch in
 //! the primitive's own one. That is true of exact numbers; [`Planes`], which trees cull with, is widened so that it is
 //! true of rounded ones, whether its multiplications and subtractions are fused or not. The margins, in units of
-//! [`f32::EPSILON`]: the rule widens by 8 relative to `t`; culling by 24 relative to `t`, and by 4 relative to the
-//! ray's origin, where the four roundings of a plane's distance make up for less than 2 and 3.
+//! [`f32::EPSILON`]: the rule widens by 8 relative to `t` on both sides; culling by 48 relative to where a ray leaves a
+//! box, by 24 relative to where the ray ends, and by 4 relative to the ray's origin. The roundings of a plane's distance
+//! make up for less than 2 relative to `t` and 2 relative to the origin.
 //!
 //! Directions are not clamped: a component of zero gets a reciprocal of its own sign that is large enough for
 //! anything that was built (coordinates are at most [`super::prims::LARGEST`]), so there is no `0 * inf` anywhere.
@@ -19,14 +20,22 @@ use crate::math::{Aabb, Ray, Vec3};
 /// How far the rule about a primitive's own box reaches beyond the box, relative to `t`.
 pub(super) const CLIP_SLACK: f32 = 8.0 * f32::EPSILON;
 
+/// The part of a triangle's `t` that may be noise. What would have to be moved farther is no hit: the ray runs within
+/// 10^-4 rad of the triangle's plane, or starts in it.
+pub(super) const NOISE: f32 = 1.0 / 1024.0;
+
 /// A distance below everything that is modelled, in metres: it keeps rays that run in the face of a box inside.
 pub(super) const TINY: f32 = 1e-20;
 
-/// How much further trees look, relative to `t`.
-const CULL_SLACK: f32 = 24.0 * f32::EPSILON;
-
 /// The steepest reciprocal, for directions whose largest component is 1.
-const STEEPEST: f32 = 1e30;
+pub(super) const STEEPEST: f32 = 1e30;
+
+/// By how much trees widen boxes: where a ray leaves one, by this factor; where the ray ends, by the next.
+pub(super) const LEAVE: f32 = 1.0 + 48.0 * f32::EPSILON;
+pub(super) const END: f32 = 1.0 + 24.0 * f32::EPSILON;
+
+/// The padding relative to a ray's origin.
+pub(super) const PAD: f32 = 4.0 * f32::EPSILON;
 
 /// The components' reciprocals, NaN for a ray that goes nowhere or is not finite: such a ray meets nothing.
 #[inline]
@@ -89,15 +98,23 @@ impl Slabs {
         // Not a negative zero, which would equal the positive one and yet have other bits.
         Some(t + 0.0)
     }
+
+    /// The same for a triangle, whose `t` may be noise.
+    #[inline]
+    pub fn clip_triangle(&self, t: f32, own: &Aabb) -> Option<f32> {
+        let clipped = self.clip(t, own)?;
+        ((clipped - t).abs() <= t.abs() * NOISE && t.is_finite()).then_some(clipped)
+    }
 }
 
-/// A ray as trees cull with it: the plane `x = b` of a box is met at `b * inv - shift`, rounded down on the side where
-/// the ray enters and up on the side where it leaves.
+/// A ray as trees cull with it: the plane `x = b` of a box is met at `b * inv - shift`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Planes {
-    pub inv_near: Vec3,
+    /// [`reciprocal`].
+    pub inv: Vec3,
+    /// For the planes through which the ray enters boxes, with the origin moved forward.
     pub shift_near: Vec3,
-    pub inv_far: Vec3,
+    /// For those through which it leaves, with the origin moved back.
     pub shift_far: Vec3,
     /// Whether the ray enters boxes through their larger side.
     pub negative: [bool; 3],
@@ -110,56 +127,46 @@ impl Planes {
     #[inline]
     pub fn new(ray: &Ray, reach: f32) -> Self {
         let inv = reciprocal(ray);
-        // Scaling widens towards larger |t| only, which is the wrong way behind the origin.
-        let (slack, pad) = if ray.tmin >= 0.0 {
-            (CULL_SLACK, ray.o.abs() * (4.0 * f32::EPSILON) + 4.0 * TINY)
+        // Factors widen towards larger |t| only, which is the wrong way behind the origin.
+        let pad = if ray.tmin >= 0.0 {
+            ray.o.abs() * PAD + 4.0 * TINY
         } else {
-            (0.0, (ray.o.abs() + reach) * (64.0 * f32::EPSILON) + 4.0 * TINY)
+            (ray.o.abs() + reach) * (32.0 * PAD) + 4.0 * TINY
         };
         let pad = pad * inv.signum();
         let mut planes = Self {
-            inv_near: inv * (1.0 - slack),
-            shift_near: Vec3::ZERO,
-            inv_far: inv * (1.0 + slack),
-            shift_far: Vec3::ZERO,
+            inv,
+            shift_near: (ray.o + pad) * inv,
+            shift_far: (ray.o - pad) * inv,
             negative: [inv.x < 0.0, inv.y < 0.0, inv.z < 0.0],
             alive: inv.x.is_finite(),
         };
-        planes.shift_near = (ray.o + pad) * planes.inv_near;
-        planes.shift_far = (ray.o - pad) * planes.inv_far;
-        if !(planes.shift_near.is_finite() && planes.shift_far.is_finite()) {
-            planes.open_overflown();
+        // Where the origin is too far away for a plane's distance, every box passes.
+        for axis in 0..3 {
+            if !(planes.shift_near[axis].is_finite() && planes.shift_far[axis].is_finite()) {
+                planes.shift_near[axis] = f32::INFINITY;
+                planes.shift_far[axis] = f32::NEG_INFINITY;
+            }
         }
         planes
     }
 
-    /// Lets every box pass on the axes where the origin is too far away for a plane's distance.
-    #[cold]
-    fn open_overflown(&mut self) {
-        for axis in 0..3 {
-            if !(self.shift_near[axis].is_finite() && self.shift_far[axis].is_finite()) {
-                (self.inv_near[axis], self.shift_near[axis]) = (0.0, f32::INFINITY);
-                (self.inv_far[axis], self.shift_far[axis]) = (0.0, f32::NEG_INFINITY);
-            }
-        }
-    }
-
-    /// Where the ray enters `b`, no less than `tmin`, if it meets it up to `tmax`.
+    /// A lower bound of where the ray enters `b`, if it may meet it between `tmin` and `tmax`.
     #[inline]
     pub fn enter(&self, b: &Aabb, tmin: f32, tmax: f32) -> Option<f32> {
-        let (mut enter, mut leave) = (tmin, tmax);
+        let (mut enter, mut leave) = (tmin, f32::INFINITY);
         for axis in 0..3 {
             let (near, far) = if self.negative[axis] {
                 (b.max[axis], b.min[axis])
             } else {
                 (b.min[axis], b.max[axis])
             };
-            let near = near * self.inv_near[axis] - self.shift_near[axis];
-            let far = far * self.inv_far[axis] - self.shift_far[axis];
+            let near = near * self.inv[axis] - self.shift_near[axis];
+            let far = far * self.inv[axis] - self.shift_far[axis];
             enter = if near > enter { near } else { enter };
             leave = if far < leave { far } else { leave };
         }
-        (self.alive && enter <= leave).then_some(enter)
+        (self.alive && enter <= leave * LEAVE && enter <= tmax * END).then_some(enter - enter.abs() * (END - 1.0))
     }
 }
 
@@ -199,6 +206,12 @@ mod tests {
     #[test]
     fn noise_in_t_is_brought_into_the_box() {
         let ray = Ray::new(Vec3::new(0.5, 0.5, -2.0), Vec3::Z);
+        assert_eq!(Slabs::new(&ray).clip_triangle(0.1, &unit_box()), None);
+        assert!(
+            Slabs::new(&ray)
+                .clip_triangle(1.999, &unit_box())
+                .is_some_and(|t| (t - 2.0).abs() < 1e-5)
+        );
         let near = Slabs::new(&ray).clip(0.1, &unit_box()).expect("the ray meets the box");
         let far = Slabs::new(&ray).clip(9.0, &unit_box()).expect("the ray meets the box");
         assert!((near - 2.0).abs() < 1e-5 && (far - 3.0).abs() < 1e-5);

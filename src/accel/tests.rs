@@ -201,6 +201,31 @@ fn every_accelerator_equals_the_linear_scan_across_magnitudes() {
 }
 
 #[test]
+fn every_accelerator_equals_the_linear_scan_on_camera_rays() {
+    let mut scene = grid(16, 0.1);
+    scene.shapes = soup(0, 40, 1.0).shapes;
+    scene.triangles.extend_from_within(..100);
+    for (eye, tilt) in [
+        (Vec3::new(0.3, 1.5, 2.0), 0.0),
+        (Vec3::new(0.0, 0.05, 0.0), 0.3),
+        (Vec3::new(0.0, 3.0, 0.0), 9.0),
+    ] {
+        for parallel in [0.0, 1.0] {
+            let rays: Vec<Ray> = (0..10_007)
+                .map(|i| {
+                    let at = Vec3::new((i % 100) as f32 / 50.0 - 1.0, (i / 100) as f32 / 50.0 - 1.0, 0.0);
+                    let d = Vec3::new(0.0, -0.7 - tilt, -1.0) + at * (1.0 - parallel);
+                    let mut ray = Ray::new(eye + at * parallel, d);
+                    ray.tmax = if i % 7 == 0 { 1.7 } else { f32::INFINITY };
+                    ray
+                })
+                .collect();
+            compare(scene.clone(), &rays);
+        }
+    }
+}
+
+#[test]
 fn scenes_of_none_one_and_two_primitives_work() {
     for (triangles, spheres) in [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)] {
         let g = soup(triangles, spheres, 1.0);

@@ -127,7 +127,11 @@ impl Plan {
             integrator,
             accel: request.accel,
             existing: request.existing,
-            view: view.unwrap_or_default(),
+            view: if integrator.layers().is_empty() {
+                view.unwrap_or_default()
+            } else {
+                View::Heat
+            },
             exposure: desc.output.exposure.map_or(0.0, f32::from),
             encoding: Encoding {
                 compression: compression.unwrap_or_default(),

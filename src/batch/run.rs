@@ -14,7 +14,8 @@ use super::{Existing, Plan, PlannedFrame, Summary};
 use crate::{
     error::Error,
     film::Film,
-    output::{self, Coverage, FrameImage, OutputError, WriteReport},
+    integrator::Layer,
+    output::{self, Channel, Coverage, FrameImage, OutputError, Plane, Samples, WriteReport},
     render::{self, Watch},
     scene::Scene,
 };
@@ -127,7 +128,8 @@ fn write_all(
 ) -> Result<u64, OutputError> {
     let mut clamped = 0;
     for Finished { frame, film } in frames {
-        let image = image(plan, coverage, frame.number, &film);
+        let layers = layers(plan.integrator.layers(), &film);
+        let image = image(plan, coverage, frame.number, &film, &layers);
         for file in &frame.files {
             let report: WriteReport = output::write(&file.path, file.format, &image, plan.encoding)?;
             clamped += report.clamped + report.nans;
@@ -137,13 +139,36 @@ fn write_all(
     Ok(clamped)
 }
 
-fn image<'a>(plan: &Plan, coverage: Coverage, number: i32, film: &'a Film) -> FrameImage<'a> {
+/// The channels of the film that have names of their own.
+fn layers<'a>(layers: &[Layer], film: &'a Film) -> Vec<Channel<'a>> {
+    let step = film.pixels.first().map_or(1, |p| p.len());
+    let plane = |first| Plane {
+        values: film.pixels.as_flattened(),
+        first,
+        step,
+    };
+    layers
+        .iter()
+        .map(|l| Channel {
+            name: l.name,
+            samples: Samples::Float(plane(l.channel)),
+        })
+        .collect()
+}
+
+fn image<'a>(
+    plan: &Plan,
+    coverage: Coverage,
+    number: i32,
+    film: &'a Film,
+    layers: &'a [Channel<'a>],
+) -> FrameImage<'a> {
     FrameImage {
         resolution: film.resolution,
         window: film.window.into(),
         rgba: &film.pixels,
         coverage,
-        layers: &[],
+        layers,
         layer_attributes: &[],
         frame: number,
         samples: plan.settings.samples,

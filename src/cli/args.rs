@@ -35,6 +35,38 @@ pub enum Command {
         /// The scene file
         scene: PathBuf,
     },
+    /// Measure what acceleration gains on a scene: accelerators side by side, on the same rays
+    Bench(BenchArgs),
+}
+
+#[derive(Debug, ClapArgs)]
+pub struct BenchArgs {
+    /// The scene file
+    pub scene: PathBuf,
+
+    /// Embree 4's shared library, to be measured beside ours; one is in the Python package embreex
+    #[arg(long, value_name = "LIB")]
+    pub embree: Option<PathBuf>,
+
+    /// Write the figures here as JSON
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+
+    /// Write a page with tables and charts into this folder
+    #[arg(long, value_name = "FOLDER")]
+    pub report: Option<PathBuf>,
+
+    /// Threads to measure with [default: one for each processor]
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+
+    /// Repetitions of each cell
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
+    pub repetitions: u16,
+
+    /// Repetitions of each build
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..))]
+    pub builds: u16,
 }
 
 #[derive(Debug, ClapArgs)]

@@ -31,6 +31,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             let check = Args::try_parse_from(typed).context("--check takes any scene")?;
             render_job(&check.render, args.quiet)
         }
+        Some(Command::Bench(bench)) => super::bench::run(bench, args.quiet),
         None => render_job(&args.render, args.quiet),
     }
 }
@@ -38,12 +39,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
     let path = args.scene.as_deref().expect("the scene is a required argument");
     let request = request(args)?;
-    let threads = usize::from(args.threads.unwrap_or(0));
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .thread_name(|i| format!("render {i}"))
-        .build()
-        .context("cannot start threads")?;
+    let pool = threads(args.threads)?;
     let store = Store::default();
     let desc = pool.install(|| batch::open(path, &request, &store))?;
     let plan = Plan::new(&desc, &request)?;
@@ -79,6 +75,15 @@ fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
             Err(e.into())
         }
     }
+}
+
+/// The threads that a job renders on; one for each processor where no number is given.
+pub fn threads(number: Option<u16>) -> anyhow::Result<rayon::ThreadPool> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(usize::from(number.unwrap_or(0)))
+        .thread_name(|i| format!("render {i}"))
+        .build()
+        .context("cannot start threads")
 }
 
 fn frames(n: usize) -> String {

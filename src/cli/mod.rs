@@ -1,6 +1,7 @@
 //! The process: arguments, exit codes, progress, logs.
 
 mod args;
+mod bench;
 mod exit;
 mod job;
 mod log;

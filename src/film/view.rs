@@ -7,6 +7,7 @@
 //! |---|---|
 //! | `raw` | values as they are, clamped to `[0, 1]` |
 //! | `srgb` | the transfer function of IEC 61966-2-1, clamped to `[0, 1]` (the default) |
+//! | `heat` | R + G as a colour from dark blue (0) over green (31) to red (1023 and more), by the logarithm |
 
 use crate::math::{Rgb, srgb, trig};
 
@@ -17,6 +18,8 @@ pub enum View {
     Raw,
     #[default]
     Srgb,
+    /// Counts, as colours.
+    Heat,
 }
 
 /// What a view is called and does.
@@ -36,7 +39,7 @@ pub enum Tag {
 }
 
 impl View {
-    const TABLE: &'static [Row; 2] = &[
+    const TABLE: &'static [Row; 3] = &[
         Row {
             view: Self::Raw,
             name: "raw",
@@ -48,6 +51,12 @@ impl View {
             name: "srgb",
             curve: |c| each(c, srgb::encode8),
             tag: Tag::Srgb,
+        },
+        Row {
+            view: Self::Heat,
+            name: "heat",
+            curve: heat,
+            tag: Tag::Untagged,
         },
     ];
 
@@ -107,6 +116,29 @@ pub fn quantize(v: f32) -> u8 {
 
 fn each(c: Rgb, f: impl Fn(f32) -> u8) -> [u8; 3] {
     c.to_array().map(f)
+}
+
+/// Dark blue, cyan, green, yellow, red: hue alone tells the order of magnitude, brightness is left to none.
+const HEAT: [[f32; 3]; 6] = [
+    [0.05, 0.05, 0.3],
+    [0.1, 0.35, 0.9],
+    [0.1, 0.75, 0.6],
+    [0.4, 0.85, 0.2],
+    [0.98, 0.8, 0.1],
+    [0.85, 0.1, 0.05],
+];
+
+/// Ten doublings from the first colour to the last.
+fn heat(counts: Rgb) -> [u8; 3] {
+    let count = counts.r + counts.g;
+    if count.is_nan() || count <= 0.0 {
+        return each(Rgb::from_array(HEAT[0]), quantize);
+    }
+    let place = (trig::ln(1.0 + count) / (10.0 * std::f32::consts::LN_2)).min(1.0) * (HEAT.len() - 1) as f32;
+    let i = (place as usize).min(HEAT.len() - 2);
+    let f = place - i as f32;
+    let (a, b) = (Rgb::from_array(HEAT[i]), Rgb::from_array(HEAT[i + 1]));
+    each(a * (1.0 - f) + b * f, quantize)
 }
 
 #[cfg(test)]

@@ -7,12 +7,14 @@
 //! what is bright by itself (and ambient light), 2 also what is lit directly, 5 has a camera ray and four more.
 
 use crate::{
+    accel::RayCost,
     kind::kinds,
     math::{Ray, Rgb},
     scene::{Scene, Surface},
     value::{Problem, by_name},
 };
 
+pub mod cost;
 pub mod departures;
 pub mod whitted;
 
@@ -41,17 +43,39 @@ pub enum Vertex<'a> {
 pub trait Integrator: Sync + Send {
     /// Answers for one vertex of a path.
     fn vertex(&self, scene: &Scene, path: &Path, vertex: &Vertex<'_>, out: &mut Departures);
+
+    /// Whether it wants to know what tracing took, and is asked for [`Integrator::traversal`] only.
+    fn reads_traversal(&self) -> bool {
+        false
+    }
+
+    /// Answers for a ray by what its nearest hit took.
+    fn traversal(&self, _cost: RayCost, _out: &mut Departures) {}
+}
+
+/// A channel of R, G, B (0, 1, 2) that has a name of its own in files that hold layers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layer {
+    pub name: &'static str,
+    pub channel: usize,
 }
 
 kinds! {
     /// The integrators that scene files and `--integrator` know.
     enum BuiltIn / IntegratorDesc {
         "whitted" => Whitted(whitted::Whitted, whitted::WhittedDesc),
+        "cost" => Cost(cost::Cost, cost::CostDesc),
     }
     described only {}
     compiled by fn compile(&self) -> Result<BuiltIn, Problem>;
     /// See [`Integrator::vertex`].
     fn vertex(&self, scene: &Scene, path: &Path, vertex: &Vertex<'_>, out: &mut Departures);
+    /// See [`Integrator::reads_traversal`].
+    fn reads_traversal(&self) -> bool;
+    /// See [`Integrator::traversal`].
+    fn traversal(&self, cost: RayCost, out: &mut Departures);
+    /// What R, G and B are where they are not light; such pictures are shown as heat.
+    fn layers(&self) -> &'static [Layer];
 }
 
 impl IntegratorDesc {
@@ -64,5 +88,13 @@ impl IntegratorDesc {
 impl Integrator for BuiltIn {
     fn vertex(&self, scene: &Scene, path: &Path, vertex: &Vertex<'_>, out: &mut Departures) {
         Self::vertex(self, scene, path, vertex, out);
+    }
+
+    fn reads_traversal(&self) -> bool {
+        Self::reads_traversal(self)
+    }
+
+    fn traversal(&self, cost: RayCost, out: &mut Departures) {
+        Self::traversal(self, cost, out);
     }
 }

@@ -14,8 +14,9 @@
 
 use serde::Deserialize;
 
-use super::{Departures, Path, Vertex};
+use super::{Departures, Layer, Path, Vertex};
 use crate::{
+    accel::RayCost,
     bsdf::fresnel::{dielectric, reflect, refract},
     material::{Split, Terms},
     math::{Rgb, Vec2, Vec3, trig},
@@ -53,6 +54,16 @@ pub struct Whitted {
 }
 
 impl Whitted {
+    pub fn reads_traversal(&self) -> bool {
+        false
+    }
+
+    pub fn traversal(&self, _cost: RayCost, _out: &mut Departures) {}
+
+    pub fn layers(&self) -> &'static [Layer] {
+        &[]
+    }
+
     pub fn vertex(&self, scene: &Scene, path: &Path, vertex: &Vertex<'_>, out: &mut Departures) {
         let surface = match vertex {
             Vertex::Surface(surface) => surface,

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::Settings;
 use crate::{
-    accel::Hit,
+    accel::{Hit, RayCost},
     camera::Camera,
     film::{PixelSum, Window},
     integrator::{Departures, Integrator, Path, Vertex},
@@ -129,6 +129,9 @@ impl Wave {
     /// Traces all rays, answers for all vertices, and leaves the rays that go on in `out`. Returns how many it traced.
     fn step(&mut self, job: &Job<'_>) -> u64 {
         let (scene, integrator) = (job.scene, job.integrator);
+        if integrator.reads_traversal() {
+            return self.step_costs(job);
+        }
         self.hits.clear();
         self.hits.resize(self.rays.len(), None);
         scene.accel.nearest(&self.rays, &mut self.hits);
@@ -166,6 +169,18 @@ impl Wave {
             radiance[slot as usize] += l;
         }
         (self.rays.len() + shadow_rays.len()) as u64
+    }
+
+    /// Asks what tracing takes, and answers for nothing else.
+    fn step_costs(&mut self, job: &Job<'_>) -> u64 {
+        let mut costs = vec![RayCost::default(); self.rays.len()];
+        job.scene.accel.cost(&self.rays, &mut costs);
+        self.out.forget_rays();
+        for (path, cost) in self.paths.iter().zip(costs) {
+            self.out.leave_from(*path);
+            job.integrator.traversal(cost, &mut self.out);
+        }
+        self.rays.len() as u64
     }
 
     /// Makes the rays that go on the wave's own; where they are too many, those of the later samples wait.

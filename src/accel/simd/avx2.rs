@@ -21,7 +21,7 @@ impl Avx2 {
 macro_rules! floats {
     (
         $floats:ident($raw:ty), $mask:ident, $array:ty, $movemask:ident, $blend:ident, $store:ident,
-        $and:ident, $or:ident, $andnot:ident, $splat:ident, $cmp:ident,
+        $and:ident, $or:ident, $xor:ident, $andnot:ident, $splat:ident, $cmp:ident,
         { $( $op:ident = $intrinsic:ident; )* }
         { $( $test:ident = $predicate:ident; )* }
         $fmsub:ident $lowest:ident $highest:ident
@@ -73,6 +73,11 @@ macro_rules! floats {
                 Self(unsafe { $andnot($splat(-0.0), self.0) })
             }
             #[inline(always)]
+            fn with_sign_of(self, b: Self) -> Self {
+                // SAFETY: the values came from a level's token.
+                Self(unsafe { $xor(self.0, $and($splat(-0.0), b.0)) })
+            }
+            #[inline(always)]
             fn select(self, mask: $mask, b: Self) -> Self {
                 // SAFETY: the values came from a level's token.
                 Self(unsafe { $blend(b.0, self.0, mask.0) })
@@ -111,7 +116,7 @@ macro_rules! floats {
 
 floats! {
     F4(__m128), M4, [f32; 4], _mm_movemask_ps, _mm_blendv_ps, _mm_storeu_ps,
-    _mm_and_ps, _mm_or_ps, _mm_andnot_ps, _mm_set1_ps, _mm_cmp_ps,
+    _mm_and_ps, _mm_or_ps, _mm_xor_ps, _mm_andnot_ps, _mm_set1_ps, _mm_cmp_ps,
     { add = _mm_add_ps; sub = _mm_sub_ps; mul = _mm_mul_ps; div = _mm_div_ps; min = _mm_min_ps; max = _mm_max_ps; }
     { le = _CMP_LE_OQ; lt = _CMP_LT_OQ; eq = _CMP_EQ_OQ; differs = _CMP_NEQ_OQ; }
     _mm_fmsub_ps lowest4 highest4
@@ -119,7 +124,7 @@ floats! {
 
 floats! {
     F8(__m256), M8, [f32; 8], _mm256_movemask_ps, _mm256_blendv_ps, _mm256_storeu_ps,
-    _mm256_and_ps, _mm256_or_ps, _mm256_andnot_ps, _mm256_set1_ps, _mm256_cmp_ps,
+    _mm256_and_ps, _mm256_or_ps, _mm256_xor_ps, _mm256_andnot_ps, _mm256_set1_ps, _mm256_cmp_ps,
     {
         add = _mm256_add_ps; sub = _mm256_sub_ps; mul = _mm256_mul_ps; div = _mm256_div_ps;
         min = _mm256_min_ps; max = _mm256_max_ps;
@@ -202,6 +207,10 @@ impl Floats for F8x2 {
     #[inline(always)]
     fn abs(self) -> Self {
         Self(self.0.abs(), self.1.abs())
+    }
+    #[inline(always)]
+    fn with_sign_of(self, b: Self) -> Self {
+        Self(self.0.with_sign_of(b.0), self.1.with_sign_of(b.1))
     }
     #[inline(always)]
     fn le(self, b: Self) -> M8x2 {

@@ -95,6 +95,11 @@ impl Floats for F16 {
         Self(unsafe { _mm512_abs_ps(self.0) })
     }
     #[inline(always)]
+    fn with_sign_of(self, b: Self) -> Self {
+        // SAFETY: the values came from a level's token.
+        Self(unsafe { _mm512_xor_ps(self.0, _mm512_and_ps(b.0, _mm512_set1_ps(-0.0))) })
+    }
+    #[inline(always)]
     fn select(self, mask: __mmask16, b: Self) -> Self {
         // SAFETY: the values came from a level's token.
         Self(unsafe { _mm512_mask_blend_ps(mask, b.0, self.0) })

@@ -10,11 +10,12 @@
 use super::{
     super::{
         Geometry, PrimRef,
-        slab::{Planes, reciprocal},
+        slab::{END, LEAVE},
         wide::node::{DONE, EMPTY, LEAF, Node, SHAPE, blocks},
     },
     lanes::{Floats, Level, Mask, Top},
     query::{Best, Query},
+    slot::{BASE, Slot},
     tree::Tree,
     triangle::{self, Line},
 };
@@ -22,33 +23,6 @@ use crate::math::{Ray, Vec3};
 
 /// Rays in flight.
 const SLOTS: usize = 64;
-
-/// Entries below a stack's first: popping looks at eight at once. All say that the ray is done.
-const BASE: usize = 8;
-
-/// A ray under way.
-#[repr(C, align(64))]
-#[derive(Clone)]
-struct Slot {
-    inv_near: Vec3,
-    tmin: f32,
-    shift_near: Vec3,
-    /// Three times the octant of the direction.
-    shift: u32,
-    inv_far: Vec3,
-    /// The stack's length, its base included.
-    len: u32,
-    shift_far: Vec3,
-    /// What comes next.
-    next: u32,
-    best: Best,
-    o: Vec3,
-    /// Which ray it is.
-    ray: u32,
-    d: Vec3,
-    negative: [bool; 3],
-    inv: Vec3,
-}
 
 /// The memory of the kernel, kept between batches.
 pub struct Scratch {
@@ -61,24 +35,8 @@ pub struct Scratch {
 
 impl Scratch {
     pub fn new() -> Self {
-        let slot = Slot {
-            inv_near: Vec3::ZERO,
-            tmin: 0.0,
-            shift_near: Vec3::ZERO,
-            shift: 0,
-            inv_far: Vec3::ZERO,
-            len: 0,
-            shift_far: Vec3::ZERO,
-            next: DONE,
-            best: Best::none(0.0),
-            o: Vec3::ZERO,
-            ray: 0,
-            d: Vec3::ZERO,
-            negative: [false; 3],
-            inv: Vec3::ZERO,
-        };
         Self {
-            slots: Box::new(std::array::from_fn(|_| slot.clone())),
+            slots: Box::new(std::array::from_fn(|_| Slot::default())),
             enter: Vec::new(),
             child: Vec::new(),
             stride: 0,
@@ -87,7 +45,8 @@ impl Scratch {
 
     /// Makes room for the stacks of `tree`, and marks their ends.
     fn prepare(&mut self, tree: &Tree) {
-        let stride = (BASE + tree.stack_len()).next_multiple_of(16);
+        // An odd number of cache lines, so that the ends of all stacks do not share a few sets of the cache.
+        let stride = 16 * ((BASE + tree.stack_len()).div_ceil(16) | 1);
         if self.stride < stride {
             self.stride = stride;
             self.enter = vec![f32::NEG_INFINITY; SLOTS * stride];
@@ -154,6 +113,33 @@ pub enum Pick<'a> {
     Some(&'a [u32]),
 }
 
+/// The rays that are not under way yet.
+struct Feed<'a> {
+    rays: &'a [Ray],
+    pick: Pick<'a>,
+    upcoming: usize,
+}
+
+impl Feed<'_> {
+    /// Puts the next ray that has anything to ask into `slot`.
+    #[inline(always)]
+    fn refill<L: Level, Q: Query>(&mut self, level: L, slot: &mut Slot, answers: &[Q::Answer], reach: f32) -> bool {
+        loop {
+            let ray = match self.pick {
+                Pick::All if self.upcoming < self.rays.len() => self.upcoming,
+                Pick::Some(list) if self.upcoming < list.len() => list[self.upcoming] as usize,
+                _ => return false,
+            };
+            self.upcoming += 1;
+            if let Some(best) = Q::begin(&answers[ray], self.rays[ray].tmax)
+                && slot.start(level, &self.rays[ray], ray, best, reach)
+            {
+                return true;
+            }
+        }
+    }
+}
+
 /// Asks `rays`; `answers` holds what is known already, and then the answers.
 #[inline(always)]
 pub fn trace<L: Level, Q: Query>(
@@ -173,35 +159,18 @@ pub fn trace<L: Level, Q: Query>(
         stride,
     };
     let slots = &mut *scratch.slots;
-    let count = match pick {
-        Pick::All => rays.len(),
-        Pick::Some(list) => list.len(),
+    let mut feed = Feed {
+        rays,
+        pick,
+        upcoming: 0,
     };
-    let mut upcoming = 0;
-    // Puts the next ray that has anything to ask into a slot.
-    let mut refill = |slot: &mut Slot, answers: &[Q::Answer]| {
-        while upcoming < count {
-            let ray = match pick {
-                Pick::All => upcoming,
-                Pick::Some(list) => list[upcoming] as usize,
-            };
-            upcoming += 1;
-            if let Some(best) = Q::begin(&answers[ray], rays[ray].tmax)
-                && slot.start(&rays[ray], ray, best, tree.reach)
-            {
-                return true;
-            }
-        }
-        false
-    };
-
     let mut waiting = Waiting {
         at_node: List::EMPTY,
         at_leaf: List::EMPTY,
         done: List::EMPTY,
     };
     for (i, slot) in slots.iter_mut().enumerate() {
-        if !refill(slot, answers) {
+        if !feed.refill::<L, Q>(level, slot, answers, tree.reach) {
             break;
         }
         waiting.at_node.push_if(i as u8, 1);
@@ -242,7 +211,7 @@ pub fn trace<L: Level, Q: Query>(
             let id = waiting.done.get(i);
             let slot = &mut slots[id as usize % SLOTS];
             answers[slot.ray as usize] = Q::end(&slot.best);
-            if refill(slot, answers) {
+            if feed.refill::<L, Q>(level, slot, answers, tree.reach) {
                 waiting.at_node.push_if(id, 1);
             }
         }
@@ -280,32 +249,6 @@ impl Stacks {
     }
 }
 
-impl Slot {
-    /// Whether there is anything to do for the ray.
-    #[inline(always)]
-    fn start(&mut self, ray: &Ray, number: usize, best: Best, reach: f32) -> bool {
-        let planes = Planes::new(ray, reach);
-        let [x, y, z] = planes.negative;
-        *self = Self {
-            inv_near: planes.inv_near,
-            tmin: ray.tmin,
-            shift_near: planes.shift_near,
-            shift: 3 * (u32::from(x) | u32::from(y) << 1 | u32::from(z) << 2),
-            inv_far: planes.inv_far,
-            len: BASE as u32,
-            shift_far: planes.shift_far,
-            next: 0,
-            best,
-            o: ray.o,
-            ray: number as u32,
-            d: ray.d,
-            negative: planes.negative,
-            inv: reciprocal(ray),
-        };
-        planes.alive && ray.tmin <= best.t
-    }
-}
-
 /// Tests a node's boxes and puts the children that the ray meets on its stack.
 ///
 /// # Safety
@@ -314,20 +257,23 @@ impl Slot {
 unsafe fn node_step<L: Level, Q: Query>(level: L, slot: &mut Slot, tree: &Tree, stack: Stack) {
     // SAFETY: by this function's own contract.
     let node: &Node = unsafe { tree.node(slot.next) };
-    let at = |axis: usize, entering: bool| 2 * axis + usize::from(slot.negative[axis] == entering);
-    let near = [0, 1, 2].map(|axis| at(axis, true));
-    let far = [0, 1, 2].map(|axis| at(axis, false));
-    let (i, s) = (slot.inv_near, slot.shift_near);
+    let near = slot.near.map(usize::from);
+    let far = near.map(|side| side ^ 1);
+    let inv = [
+        level.splat8(slot.inv[0]),
+        level.splat8(slot.inv[1]),
+        level.splat8(slot.inv[2]),
+    ];
     // A plane whose distance is not a number comes first in these, so that it does not count.
     let enter = level.splat8(slot.tmin);
-    let enter = distance(level, node, near[2], i.z, s.z).max(enter);
-    let enter = distance(level, node, near[1], i.y, s.y).max(enter);
-    let enter = distance(level, node, near[0], i.x, s.x).max(enter);
-    let (i, s) = (slot.inv_far, slot.shift_far);
-    let leave = level.splat8(slot.best.t);
-    let leave = distance(level, node, far[2], i.z, s.z).min(leave);
-    let leave = distance(level, node, far[1], i.y, s.y).min(leave);
-    let leave = distance(level, node, far[0], i.x, s.x).min(leave);
+    let enter = distance(level, node, near[2], inv[2], slot.shift_near[2]).max(enter);
+    let enter = distance(level, node, near[1], inv[1], slot.shift_near[1]).max(enter);
+    let enter = distance(level, node, near[0], inv[0], slot.shift_near[0]).max(enter);
+    let leave = level.splat8(f32::INFINITY);
+    let leave = distance(level, node, far[2], inv[2], slot.shift_far[2]).min(leave);
+    let leave = distance(level, node, far[1], inv[1], slot.shift_far[1]).min(leave);
+    let leave = distance(level, node, far[0], inv[0], slot.shift_far[0]).min(leave);
+    let leave = leave.mul(level.splat8(LEAVE)).min(level.splat8(slot.end));
     let len = slot.len as usize;
     // SAFETY: a stack has room for all that may wait and for a store of eight above it.
     let to = unsafe {
@@ -339,18 +285,18 @@ unsafe fn node_step<L: Level, Q: Query>(level: L, slot: &mut Slot, tree: &Tree, 
     let pushed = if Q::ANY {
         level.push_any(enter, leave, &node.child, to.child)
     } else {
-        level.push_ordered(enter, leave, &node.child, &node.order, slot.shift, to)
+        level.push_ordered(enter, leave, &node.child, &node.order, u32::from(slot.octant), to)
     };
     slot.len += pushed as u32;
 }
 
 /// Where a ray meets one of the planes of each box.
 #[inline(always)]
-fn distance<L: Level>(level: L, node: &Node, plane: usize, inv: f32, shift: f32) -> L::F8 {
+fn distance<L: Level>(level: L, node: &Node, plane: usize, inv: L::F8, shift: f32) -> L::F8 {
     debug_assert!(plane < 6);
     // SAFETY: there are six planes, and the caller's number is twice an axis plus a side.
     let planes = unsafe { node.planes.get_unchecked(plane) };
-    level.load8(planes).mul_sub(level.splat8(inv), level.splat8(shift))
+    level.load8(planes).mul_sub(inv, level.splat8(shift))
 }
 
 /// Takes the topmost child that is not farther than the nearest hit.
@@ -363,7 +309,7 @@ unsafe fn pop<L: Level, Q: Query>(level: L, slot: &mut Slot, stack: Stack) {
     if Q::ANY {
         len -= 1;
     } else {
-        let end = level.splat8(slot.best.t);
+        let end = level.splat8(slot.end);
         loop {
             // SAFETY: there are eight entries below the first, the last of them never farther than anything.
             let enter = level.load8(unsafe { &*stack.enter.add(len - 8).cast() });
@@ -392,19 +338,22 @@ unsafe fn leaf_step<L: Level, Q: Query>(level: L, slot: &mut Slot, tree: &Tree, 
     let line = Line {
         o: splat3(level, slot.o),
         d: splat3(level, slot.d),
-        inv: splat3(level, slot.inv),
-        negative: slot.negative,
+        inv: splat3(level, Vec3::from_slice(&slot.inv)),
+        negative: slot.negative(),
     };
     for index in blocks(slot.next) {
         // SAFETY: by this function's own contract.
         let block = unsafe { tree.block(index) };
         let [a, b, c] = &block.corners;
         let corners = [load3(level, a), load3(level, b), load3(level, c)];
-        let edges = triangle::edges(&line, &corners);
-        if edges.inside.bits() == 0 {
+        let (tmin, tmax) = (level.splat4(slot.tmin), level.splat4(slot.best.t));
+        let seen = triangle::see(line.o, &corners);
+        let sides = triangle::sides(line.d, &seen);
+        let candidates = triangle::candidates(line.d, &seen, sides, tmin, tmax);
+        if candidates.mask.bits() == 0 {
             continue;
         }
-        let meets = triangle::meet(&line, &corners, &edges);
+        let meets = triangle::meet(&line, &corners, &candidates);
         let within = level
             .splat4(slot.tmin)
             .lt(meets.t)
@@ -428,6 +377,7 @@ unsafe fn leaf_step<L: Level, Q: Query>(level: L, slot: &mut Slot, tree: &Tree, 
                     v: v[k],
                     id: block.ids[k],
                 };
+                slot.end = slot.best.t * END;
             }
         }
     }
@@ -439,8 +389,9 @@ fn splat3<L: Level>(level: L, v: Vec3) -> [L::F4; 3] {
     [level.splat4(v.x), level.splat4(v.y), level.splat4(v.z)]
 }
 
+/// One corner of four triangles.
 #[inline(always)]
-fn load3<L: Level>(level: L, v: &[[f32; 4]; 3]) -> [L::F4; 3] {
+pub fn load3<L: Level>(level: L, v: &[[f32; 4]; 3]) -> [L::F4; 3] {
     [level.load4(&v[0]), level.load4(&v[1]), level.load4(&v[2])]
 }
 
@@ -466,6 +417,7 @@ fn shape_step<Q: Query>(slot: &mut Slot, geometry: &Geometry) -> bool {
             v: hit.v,
             id: index + 1,
         };
+        slot.end = slot.best.t * END;
     }
     Q::ANY
 }

@@ -27,6 +27,8 @@ pub trait Floats: Copy {
     /// The larger one; `b` where either is NaN.
     fn max(self, b: Self) -> Self;
     fn abs(self) -> Self;
+    /// Negated where `b` is negative.
+    fn with_sign_of(self, b: Self) -> Self;
     fn le(self, b: Self) -> Self::Mask;
     fn lt(self, b: Self) -> Self::Mask;
     fn eq(self, b: Self) -> Self::Mask;

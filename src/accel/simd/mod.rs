@@ -19,12 +19,16 @@ mod avx2;
 mod avx512;
 mod inflight;
 mod lanes;
+mod packet;
+pub mod pages;
 mod portable;
 mod query;
+mod slot;
 mod tree;
 mod triangle;
 
 pub use inflight::{Pick, Scratch};
+pub use packet::RAYS as PACKET;
 pub use tree::Tree;
 
 use portable::Portable;
@@ -136,26 +140,29 @@ impl fmt::Display for Simd {
 macro_rules! kernel {
     (
         $(#[$doc:meta])*
-        $name:ident = $generic:ident::<$query:ident>($($arg:ident: $ty:ty),* $(,)?) $(-> $ret:ty)?
+        $name:ident($($arg:ident: $ty:ty),* $(,)?) = |$level:ident| $call:expr
     ) => {
         $(#[$doc])*
-        pub fn $name(simd: Simd, $($arg: $ty),*) $(-> $ret)? {
+        pub fn $name(simd: Simd, $($arg: $ty),*) {
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-            fn avx2($($arg: $ty),*) $(-> $ret)? {
+            fn avx2($($arg: $ty),*) {
                 // SAFETY: the instructions are enabled here.
-                let level = unsafe { avx2::Avx2::new() };
-                $generic::<_, $query>(level, $($arg),*)
+                let $level = unsafe { avx2::Avx2::new() };
+                $call
             }
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-            fn avx512($($arg: $ty),*) $(-> $ret)? {
+            fn avx512($($arg: $ty),*) {
                 // SAFETY: the instructions are enabled here.
-                let level = unsafe { avx512::Avx512::new() };
-                $generic::<_, $query>(level, $($arg),*)
+                let $level = unsafe { avx512::Avx512::new() };
+                $call
             }
             match simd.0 {
-                Kind::Portable => $generic::<_, $query>(Portable, $($arg),*),
+                Kind::Portable => {
+                    let $level = Portable;
+                    $call
+                }
                 #[cfg(target_arch = "x86_64")]
                 // SAFETY: the value exists only where the processor has the instructions.
                 Kind::Avx2 => unsafe { avx2($($arg),*) },
@@ -167,28 +174,38 @@ macro_rules! kernel {
     };
 }
 
-use inflight::trace;
-
 kernel! {
     /// The nearest hits of the picked rays, if nearer than what `hits` has for them already.
-    nearest_inflight = trace::<Nearest>(
+    nearest_inflight(
         tree: &Tree,
         geometry: &Geometry,
         rays: &[Ray],
         pick: Pick,
         hits: &mut [Option<Hit>],
         scratch: &mut Scratch,
-    )
+    ) = |level| inflight::trace::<_, Nearest>(level, tree, geometry, rays, pick, hits, scratch)
 }
 
 kernel! {
-    /// Whether the picked rays meet anything; those that `blocked` says of are not asked.
-    occluded_inflight = trace::<Occluded>(
+    /// Whether the rays meet anything; those that `blocked` says of are not asked.
+    occluded_inflight(
         tree: &Tree,
         geometry: &Geometry,
         rays: &[Ray],
-        pick: Pick,
         blocked: &mut [bool],
         scratch: &mut Scratch,
-    )
+    ) = |level| inflight::trace::<_, Occluded>(level, tree, geometry, rays, Pick::All, blocked, scratch)
+}
+
+kernel! {
+    /// The nearest hits of rays in packets of [`PACKET`], if nearer than what `hits` has for them already. The numbers of
+    /// rays that make no packet are added to `left`.
+    nearest_packets(
+        tree: &Tree,
+        geometry: &Geometry,
+        rays: &[Ray],
+        hits: &mut [Option<Hit>],
+        scratch: &mut Scratch,
+        left: &mut Vec<u32>,
+    ) = |level| packet::trace(level, tree, geometry, rays, hits, scratch, left)
 }

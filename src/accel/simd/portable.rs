@@ -1,5 +1,7 @@
 //! The level that every processor has: arrays, which the compiler may or may not make vectors of.
 
+use std::cmp::Ordering;
+
 use super::lanes::{Floats, Level, Mask, Top};
 
 /// Nothing is required.
@@ -69,6 +71,10 @@ impl<const N: usize> Floats for Array<N> {
         Self(self.0.map(f32::abs))
     }
     #[inline(always)]
+    fn with_sign_of(self, b: Self) -> Self {
+        self.zip(b, |a, b| f32::from_bits(a.to_bits() ^ (b.to_bits() & 1 << 31)))
+    }
+    #[inline(always)]
     fn le(self, b: Self) -> Bits<N> {
         self.test(b, f32::le)
     }
@@ -82,7 +88,7 @@ impl<const N: usize> Floats for Array<N> {
     }
     #[inline(always)]
     fn differs(self, b: Self) -> Bits<N> {
-        self.test(b, |a, b| a < b || a > b)
+        self.test(b, |a, b| a.partial_cmp(b).is_some_and(Ordering::is_ne))
     }
     #[inline(always)]
     fn select(self, mask: Bits<N>, b: Self) -> Self {

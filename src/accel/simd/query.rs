@@ -6,7 +6,7 @@ use super::super::{Hit, Instance, PrimRef};
 pub const NOTHING: u32 = u32::MAX;
 
 /// The nearest hit so far.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Best {
     /// The ray's end where there is none.
     pub t: f32,

@@ -5,7 +5,7 @@
 //! that [`super::super::Geometry::intersect`] gives.
 
 use super::{
-    super::slab::{CLIP_SLACK, TINY},
+    super::slab::{CLIP_SLACK, NOISE, TINY},
     lanes::{Floats, Mask},
 };
 
@@ -21,16 +21,31 @@ pub struct Line<F> {
     pub negative: [bool; 3],
 }
 
-/// What the edge tests leave behind.
-pub struct Edges<F: Floats> {
-    /// Where the line passes on the same side of all three edges.
+/// What of a triangle's test depends on the ray's origin alone.
+pub struct Seen<F> {
+    /// For each edge the normal of the plane through it and the origin.
+    pub edges: [Vec3s<F>; 3],
+    pub normal: Vec3s<F>,
+    /// The normal times the way to the plane.
+    pub distance: F,
+}
+
+/// On which sides of the edges lines pass.
+pub struct Sides<F: Floats> {
+    /// Where it is the same side of all three.
     pub inside: F::Mask,
     u: F,
     v: F,
     w: F,
-    a: Vec3s<F>,
-    e1: Vec3s<F>,
-    e2: Vec3s<F>,
+}
+
+/// Triangles that may be hit, with what tells where.
+pub struct Candidates<F: Floats> {
+    pub mask: F::Mask,
+    sides: Sides<F>,
+    det: F,
+    /// `t` times [`Candidates::det`].
+    t_det: F,
 }
 
 /// Where lines meet triangles.
@@ -60,53 +75,88 @@ fn dot<F: Floats>(a: Vec3s<F>, b: Vec3s<F>) -> F {
     a[0].mul(b[0]).add(a[1].mul(b[1])).add(a[2].mul(b[2]))
 }
 
-/// The edge tests: all that most triangles need.
-///
-/// A NaN anywhere may pass or not; it does not pass [`meet`].
+/// Triangles as they are seen from `o`.
 #[inline(always)]
-pub fn edges<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3]) -> Edges<F> {
-    let a = each(corners[0], line.o, F::sub);
-    let b = each(corners[1], line.o, F::sub);
-    let c = each(corners[2], line.o, F::sub);
+pub fn see<F: Floats>(o: Vec3s<F>, corners: &[Vec3s<F>; 3]) -> Seen<F> {
+    let a = each(corners[0], o, F::sub);
+    let b = each(corners[1], o, F::sub);
+    let c = each(corners[2], o, F::sub);
     let (e0, e1, e2) = (each(c, b, F::sub), each(a, c, F::sub), each(b, a, F::sub));
-    let u = dot(cross(each(c, b, F::add), e0), line.d);
-    let v = dot(cross(each(a, c, F::add), e1), line.d);
-    let w = dot(cross(each(b, a, F::add), e2), line.d);
+    let normal = cross(e1, e2);
+    Seen {
+        edges: [
+            cross(each(c, b, F::add), e0),
+            cross(each(a, c, F::add), e1),
+            cross(each(b, a, F::add), e2),
+        ],
+        normal,
+        distance: dot(normal, a),
+    }
+}
+
+/// The edge tests.
+#[inline(always)]
+pub fn sides<F: Floats>(d: Vec3s<F>, seen: &Seen<F>) -> Sides<F> {
+    let u = dot(seen.edges[0], d);
+    let v = dot(seen.edges[1], d);
+    let w = dot(seen.edges[2], d);
     let zero = u.fill(0.0);
     let smallest = u.min(v).min(w);
     let largest = u.max(v).max(w);
-    Edges {
+    Sides {
         inside: zero.le(smallest).or(largest.le(zero)),
         u,
         v,
         w,
-        a,
-        e1,
-        e2,
     }
 }
 
-/// Where the lines that are inside meet the planes, brought into the triangles' own boxes.
+/// Which lines that are inside are so between their rays' ends, roughly: what does not pass is no hit; what passes may
+/// be none, [`meet`] decides. The ends are widened by twice what [`NOISE`] allows, which makes up for the division that
+/// is not done.
 #[inline(always)]
-pub fn meet<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3], edges: &Edges<F>) -> Meets<F> {
-    let zero = edges.u.fill(0.0);
-    let lowest = edges.u.fill(f32::NEG_INFINITY);
-    let n = cross(edges.e1, edges.e2);
-    let det = dot(n, line.d);
-    let t = dot(n, edges.a).div(det);
-    let sum = edges.u.add(edges.v).add(edges.w);
-    let (u, v) = (edges.v.div(sum), edges.w.div(sum));
-    let numbers = u.eq(u).and(v.eq(v)).and(lowest.lt(t));
-    let valid = det.differs(zero).and(sum.differs(zero)).and(numbers).and(edges.inside);
+pub fn candidates<F: Floats>(d: Vec3s<F>, seen: &Seen<F>, sides: Sides<F>, tmin: F, tmax: F) -> Candidates<F> {
+    let det = dot(seen.normal, d);
+    let t_det = seen.distance;
+    let scale = det.abs();
+    let t = t_det.with_sign_of(det);
+    let noise = t.abs().mul(t.fill(2.0 * NOISE));
+    let begun = tmin.mul(scale).le(t.add(noise));
+    let ended = t.sub(noise).le(tmax.mul(scale));
+    Candidates {
+        mask: sides.inside.and(begun).and(ended),
+        sides,
+        det,
+        t_det,
+    }
+}
 
-    let tiny = edges.u.fill(TINY);
-    let slack = edges.u.fill(CLIP_SLACK);
-    let padding = edges.u.fill(4.0 * f32::EPSILON);
-    let mut enter = lowest;
-    let mut leave = edges.u.fill(f32::INFINITY);
+/// Where the candidates meet the planes, brought into the triangles' own boxes.
+#[inline(always)]
+pub fn meet<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3], candidates: &Candidates<F>) -> Meets<F> {
+    let zero = candidates.sides.u.fill(0.0);
+    let infinity = candidates.sides.u.fill(f32::INFINITY);
+    let raw = candidates.t_det.div(candidates.det);
+    let sum = candidates.sides.u.add(candidates.sides.v).add(candidates.sides.w);
+    let (u, v) = (candidates.sides.v.div(sum), candidates.sides.w.div(sum));
+    let numbers = u.eq(u).and(v.eq(v)).and(raw.abs().lt(infinity));
+    let valid = candidates
+        .det
+        .differs(zero)
+        .and(sum.differs(zero))
+        .and(numbers)
+        .and(candidates.mask);
+
+    let tiny = candidates.sides.u.fill(TINY);
+    let slack = candidates.sides.u.fill(CLIP_SLACK);
+    let padding = candidates.sides.u.fill(4.0 * f32::EPSILON);
+    let mut enter = candidates.sides.u.fill(f32::NEG_INFINITY);
+    let mut leave = infinity;
+    let [a, b, c] = *corners;
+    let least = each(each(a, b, F::min), c, F::min);
+    let most = each(each(a, b, F::max), c, F::max);
     for axis in 0..3 {
-        let [a, b, c] = [corners[0][axis], corners[1][axis], corners[2][axis]];
-        let (min, max) = (a.min(b).min(c), a.max(b).max(c));
+        let (min, max) = (least[axis], most[axis]);
         let pad = min.abs().max(max.abs()).mul(padding);
         let (min, max) = (min.sub(pad), max.add(pad));
         let (o, inv) = (line.o[axis], line.inv[axis]);
@@ -120,9 +170,10 @@ pub fn meet<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3], edges: &Edges<F>
     }
     let enter = enter.sub(enter.abs().mul(slack));
     let leave = leave.add(leave.abs().mul(slack));
-    let t = t.max(enter).min(leave).add(zero);
+    let t = raw.max(enter).min(leave).add(zero);
+    let near = t.sub(raw).abs().le(raw.abs().mul(raw.fill(NOISE)));
     Meets {
-        valid: valid.and(enter.le(leave)),
+        valid: valid.and(enter.le(leave)).and(near),
         t,
         u,
         v,

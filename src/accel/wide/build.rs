@@ -1,9 +1,9 @@
 //! The wide tree, built in parallel.
 //!
-//! The binary tree is cut into some hundred pieces, the largest boxes first. Each piece is brought into depth-first
+//! The binary tree is cut into some dozen pieces, the largest boxes first. Each piece is brought into depth-first
 //! order and collapsed by itself, with arrays and numbers of its own; what is above the cuts is collapsed last, with
 //! the pieces as its leaves. Then all are copied behind one another. A cut is always a child of a wide node, which costs
-//! nothing that can be measured.
+//! nothing that can be measured as long as pieces are large.
 
 use std::collections::{BinaryHeap, HashMap};
 
@@ -15,21 +15,23 @@ use super::{
         Geometry,
         binary::{flatten, flatten_to},
         prims::Prims,
+        simd::pages,
     },
     collapse::{PIECE, Piece, collapse},
     node::{Block, EMPTY, LEAF, Node, SHAPE},
 };
 use crate::math::Aabb;
 
-/// Into how many pieces a tree is cut.
-const PIECES: usize = 256;
+/// Pieces for each thread, so that none waits long for another's last one.
+const PIECES_PER_THREAD: usize = 16;
 
 /// Fewer primitives are not worth a cut.
-const MIN_PRIMS: usize = 4096;
+const MIN_PRIMS: usize = 8192;
 
 /// The nodes and blocks of the wide tree over `tree`; the first node is the root.
 pub(super) fn build(tree: &Bvh2, prims: &Prims, geometry: &Geometry) -> (Vec<Node>, Vec<Block>) {
-    let cuts = cut(tree, if prims.ids.len() < MIN_PRIMS { 1 } else { PIECES });
+    let most = PIECES_PER_THREAD * rayon::current_num_threads();
+    let cuts = cut(tree, (prims.ids.len() / MIN_PRIMS).clamp(1, most));
     let mut pieces: Vec<(Piece, Aabb)> = cuts
         .par_iter()
         .with_max_len(1)
@@ -97,19 +99,28 @@ fn join(mut top: Piece, pieces: Vec<Piece>) -> (Vec<Node>, Vec<Block>) {
         let number = number as usize;
         top.nodes[node as usize].child[usize::from(lane)] = moved(pieces[number].root, starts[number]);
     }
-    let (node_count, block_count) = pieces.iter().fold((top.nodes.len(), 0), |(nodes, blocks), piece| {
-        (nodes + piece.nodes.len(), blocks + piece.blocks.len())
-    });
-    let mut nodes = top.nodes;
-    nodes.reserve_exact(node_count - nodes.len());
-    nodes.par_extend(pieces.par_iter().zip(&starts).flat_map_iter(|(piece, &start)| {
-        piece.nodes.iter().map(move |node| Node {
-            child: node.child.map(|child| moved(child, start)),
-            ..*node
-        })
+    let node_count = top.nodes.len() + pieces.iter().map(|piece| piece.nodes.len()).sum::<usize>();
+    let block_count = pieces.iter().map(|piece| piece.blocks.len()).sum();
+    let mut nodes = pages::reserve(node_count);
+    nodes.extend_from_slice(&top.nodes);
+    nodes.par_extend(
+        (top.nodes.len()..node_count)
+            .into_par_iter()
+            .with_min_len(1024)
+            .map(|i| {
+                let piece = starts.partition_point(|start| start.0 <= i) - 1;
+                let node = pieces[piece].nodes[i - starts[piece].0];
+                Node {
+                    child: node.child.map(|child| moved(child, starts[piece])),
+                    ..node
+                }
+            }),
+    );
+    let mut blocks = pages::reserve(block_count);
+    blocks.par_extend((0..block_count).into_par_iter().with_min_len(1024).map(|i| {
+        let piece = starts.partition_point(|start| start.1 <= i) - 1;
+        pieces[piece].blocks[i - starts[piece].1]
     }));
-    let mut blocks = Vec::with_capacity(block_count);
-    blocks.par_extend(pieces.par_iter().flat_map_iter(|piece| piece.blocks.iter().copied()));
     (nodes, blocks)
 }
 

@@ -102,23 +102,23 @@ fn inner_plan(area: f32, a: &Plan, b: &Plan) -> Plan {
             best[i + j] = best[i + j].min(key);
         }
     }
-    let cost_of = |k: usize| f32::from_bits(best[k] & !7);
     let triangles = (a.triangles + b.triangles).min(TOO_MANY);
     let mut plan = Plan {
         cost: [0.0; 8],
         first: [FEWER; 8],
         triangles,
     };
-    (plan.cost[0], plan.first[0]) = (cost_of(8), (best[8] & 7) as u8);
+    (plan.cost[0], plan.first[0]) = (f32::from_bits(best[8] & !7), (best[8] & 7) as u8);
     let (as_node, as_leaf) = (area + plan.cost[0], leaf_cost(area, triangles));
     (plan.cost[1], plan.first[1]) = if as_leaf <= as_node {
         (as_leaf, AS_LEAF)
     } else {
         (as_node, 0)
     };
-    for k in 2..8 {
-        if cost_of(k) < plan.cost[k - 1] {
-            (plan.cost[k], plan.first[k]) = (cost_of(k), (best[k] & 7) as u8);
+    for (k, &key) in best.iter().enumerate().take(8).skip(2) {
+        let cost = f32::from_bits(key & !7);
+        if cost < plan.cost[k - 1] {
+            (plan.cost[k], plan.first[k]) = (cost, (key & 7) as u8);
         } else {
             plan.cost[k] = plan.cost[k - 1];
         }

@@ -3,17 +3,21 @@
 //! obvhs builds a binary tree ([`super::binary`]), [`build`] makes a wide one of it. Triangles lie in blocks of four with
 //! their corners, so that a leaf reads nothing else; an analytic primitive is a leaf of its own.
 //!
-//! [`super::simd`] traces: 64 rays in flight where rays have nothing in common.
+//! [`super::simd`] traces: packets of 16 rays where [`batch`] finds that they stay together, 64 rays in flight where they
+//! have nothing in common.
 
 use std::{cell::RefCell, sync::Arc, time::Instant};
+
+use rayon::prelude::*;
 
 use super::{
     Accelerator, BuildError, BuildStats, Geometry, Hit, PrimRef, Quality, RayCost, binary, nearest_unbounded,
     prims::Prims,
     simd::{self, Pick, Scratch, Simd, Tree},
 };
-use crate::math::Ray;
+use crate::math::{Aabb, Ray};
 
+mod batch;
 mod build;
 mod collapse;
 mod cost;
@@ -21,7 +25,7 @@ pub(super) mod node;
 
 thread_local! {
     /// The kernels' memory. One for a thread, since allocating it for a batch of a thousand rays costs 6 %.
-    static SCRATCH: RefCell<Scratch> = RefCell::new(Scratch::new());
+    static SCRATCH: RefCell<(Scratch, Vec<u32>)> = RefCell::new((Scratch::new(), Vec::new()));
 }
 
 /// An eight-wide tree.
@@ -30,6 +34,8 @@ pub struct Wide {
     /// `None` where nothing has a box.
     tree: Option<Tree>,
     unbounded: Vec<PrimRef>,
+    /// The longest side of the box around the tree.
+    size: f32,
     simd: Simd,
     stats: BuildStats,
 }
@@ -49,6 +55,8 @@ impl Wide {
                 Some(Tree::new(nodes, blocks, count, prims.reach).ok_or(BuildError::TooMany { count })?)
             }
         };
+        let all = prims.boxes.par_iter().copied().reduce(|| Aabb::EMPTY, Aabb::union);
+        let size = all.extent().max_element();
         let stats = BuildStats {
             build_time: start.elapsed(),
             node_count: tree.as_ref().map_or(0, |tree| tree.nodes().len()),
@@ -59,6 +67,7 @@ impl Wide {
             geometry,
             tree,
             unbounded: prims.unbounded,
+            size,
             simd,
             stats,
         })
@@ -82,8 +91,16 @@ impl Accelerator for Wide {
             }
         }
         let Some(tree) = &self.tree else { return };
-        SCRATCH.with_borrow_mut(|scratch| {
-            simd::nearest_inflight(self.simd, tree, &self.geometry, rays, Pick::All, hits, scratch);
+        let coherent = batch::is_coherent(rays, self.size);
+        SCRATCH.with_borrow_mut(|(scratch, left)| {
+            let (simd, geometry) = (self.simd, &*self.geometry);
+            if coherent {
+                left.clear();
+                simd::nearest_packets(simd, tree, geometry, rays, hits, scratch, left);
+                simd::nearest_inflight(simd, tree, geometry, rays, Pick::Some(left), hits, scratch);
+            } else {
+                simd::nearest_inflight(simd, tree, geometry, rays, Pick::All, hits, scratch);
+            }
         });
     }
 
@@ -96,8 +113,8 @@ impl Accelerator for Wide {
             }
         }
         let Some(tree) = &self.tree else { return };
-        SCRATCH.with_borrow_mut(|scratch| {
-            simd::occluded_inflight(self.simd, tree, &self.geometry, rays, Pick::All, blocked, scratch);
+        SCRATCH.with_borrow_mut(|(scratch, _)| {
+            simd::occluded_inflight(self.simd, tree, &self.geometry, rays, blocked, scratch);
         });
     }
 

@@ -1,0 +1,69 @@
+//! An integrator of one's own: the facing ratio, white where a surface faces the camera, black where it is seen edge-on.
+//!
+//! `cargo run --release --example custom_integrator -- SCENE OUT.png`
+
+use std::path::Path;
+
+use batch_render::{
+    batch::{Plan, Request},
+    compile, describe,
+    film::view::View,
+    integrator::{Departures, Integrator, Path as LightPath, Vertex},
+    math::Rgb,
+    output::{self, Coverage, Encoding, FrameImage},
+    render::{self, Watch},
+    scene::Scene,
+};
+
+struct FacingRatio;
+
+impl Integrator for FacingRatio {
+    fn vertex(&self, _scene: &Scene, _path: &LightPath, vertex: &Vertex<'_>, out: &mut Departures) {
+        // A vertex adds radiance and may send out rays: `out.shadow` and `out.go_on`. This one only adds.
+        if let Vertex::Surface(surface) = vertex {
+            out.add(Rgb::gray(surface.ns.dot(surface.wo).abs()));
+        }
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut args = std::env::args().skip(1);
+    let scene_file = args.next().unwrap_or_else(|| "scenes/assignment/extended.toml".into());
+    let out = args.next().unwrap_or_else(|| "out/custom_integrator.png".into());
+
+    let desc = describe::load(Path::new(&scene_file))?;
+    let request = Request {
+        resolution: Some([320, 320]),
+        samples: Some(16),
+        ..Request::default()
+    };
+    let plan = Plan::new(&desc, &request)?;
+    let scene = compile::scene(&desc, plan.accel)?;
+    let film = render::frame(
+        &scene,
+        &plan.frames[0].camera,
+        &FacingRatio,
+        &plan.settings,
+        &Watch::default(),
+    )?;
+
+    let image = FrameImage {
+        resolution: film.resolution,
+        window: film.window.into(),
+        rgba: &film.pixels,
+        coverage: Coverage::Full,
+        layers: &[],
+        layer_attributes: &[],
+        frame: 1,
+        samples: plan.settings.samples,
+        seed: 0,
+        view: View::Raw,
+        exposure: 0.0,
+        fps: None,
+        metadata: &[],
+    };
+    let format = output::format("png").ok_or("PNG is a format")?;
+    output::write(Path::new(&out), format, &image, Encoding::default())?;
+    println!("wrote {out}");
+    Ok(())
+}

@@ -1,0 +1,106 @@
+//! A ray under way, and how it begins.
+
+use super::{
+    super::slab::{END, PAD, Planes, STEEPEST, TINY},
+    lanes::{Floats, Level, Mask},
+    query::Best,
+};
+use crate::math::{Ray, Vec3};
+
+/// Entries below a stack's first: popping looks at eight at once. All say that the ray is done.
+pub const BASE: usize = 8;
+
+/// A ray under way, in two cache lines. The last of four numbers is not used.
+#[repr(C, align(64))]
+#[derive(Clone, Default)]
+pub struct Slot {
+    /// See [`Planes`].
+    pub inv: [f32; 4],
+    pub shift_near: [f32; 4],
+    pub shift_far: [f32; 4],
+    /// The planes that the ray enters boxes through.
+    pub near: [u8; 3],
+    /// Three times the octant of the direction.
+    pub octant: u8,
+    /// The stack's length, its base included.
+    pub len: u32,
+    pub tmin: f32,
+    /// What is farther is passed over.
+    pub end: f32,
+    pub best: Best,
+    /// What comes next.
+    pub next: u32,
+    /// Which ray it is.
+    pub ray: u32,
+    pub o: Vec3,
+    pub d: Vec3,
+}
+
+impl Slot {
+    /// Whether there is anything to do for the ray.
+    #[inline(always)]
+    pub fn start<L: Level>(&mut self, level: L, ray: &Ray, number: usize, best: Best, reach: f32) -> bool {
+        self.tmin = ray.tmin;
+        self.o = ray.o;
+        self.d = ray.d;
+        self.best = best;
+        self.end = best.t * END;
+        self.ray = number as u32;
+        self.next = 0;
+        self.len = BASE as u32;
+        ray.tmin <= best.t && (self.set_planes(level, ray) || self.set_any_planes(ray, reach))
+    }
+
+    /// Does what [`Planes::new`] does, for a ray whose numbers are ordinary; whether this one's are.
+    #[inline(always)]
+    fn set_planes<L: Level>(&mut self, level: L, ray: &Ray) -> bool {
+        let o = level.load4(&[ray.o.x, ray.o.y, ray.o.z, ray.tmin]);
+        let d = level.load4(&[ray.d.x, ray.d.y, ray.d.z, ray.d.x]);
+        let length = d.abs();
+        let inv = level.splat4(1.0).div(d);
+        let negative = d.lt(level.splat4(0.0));
+        let pad = o.abs().mul(level.splat4(PAD)).add(level.splat4(4.0 * TINY));
+        let (less, more) = (o.sub(pad), o.add(pad));
+        let shift_near = less.select(negative, more).mul(inv);
+        let shift_far = more.select(negative, less).mul(inv);
+
+        let steep = level.splat4(length.highest() * (2.0 / STEEPEST));
+        let most = level.splat4(f32::MAX);
+        let finite = length
+            .le(most)
+            .and(shift_near.abs().le(most))
+            .and(shift_far.abs().le(most));
+        let ordinary = steep.lt(length).and(finite).and(o.abs().le(most));
+
+        self.inv = inv.to_array();
+        self.shift_near = shift_near.to_array();
+        self.shift_far = shift_far.to_array();
+        let negative = negative.bits();
+        self.set_octant([negative & 1, negative >> 1 & 1, negative >> 2 & 1]);
+        ordinary.bits() == 0b1111 && ray.tmin >= 0.0
+    }
+
+    /// Does it for any ray; whether the ray can meet anything.
+    #[cold]
+    fn set_any_planes(&mut self, ray: &Ray, reach: f32) -> bool {
+        let planes = Planes::new(ray, reach);
+        self.inv = planes.inv.extend(0.0).to_array();
+        self.shift_near = planes.shift_near.extend(0.0).to_array();
+        self.shift_far = planes.shift_far.extend(0.0).to_array();
+        self.set_octant(planes.negative.map(u32::from));
+        planes.alive
+    }
+
+    #[inline(always)]
+    fn set_octant(&mut self, negative: [u32; 3]) {
+        let [x, y, z] = negative;
+        self.near = [x as u8, 2 + y as u8, 4 + z as u8];
+        self.octant = 3 * (x | y << 1 | z << 2) as u8;
+    }
+
+    /// On which axes the ray enters boxes through their larger side.
+    #[inline(always)]
+    pub fn negative(&self) -> [bool; 3] {
+        self.near.map(|side| side & 1 == 1)
+    }
+}

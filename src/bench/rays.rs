@@ -1,0 +1,172 @@
+//! The rays: camera rays of a scene, and what leaves the places where they end.
+
+use std::f32::consts::TAU;
+
+use crate::{
+    accel::{Accelerator, Hit},
+    camera::Camera,
+    math::{
+        Aabb, Frame, Ray, Vec2, Vec3,
+        hash::{pcg4d, unit_f32},
+        trig,
+    },
+    scene::{Scene, Surface},
+};
+
+/// A kind of rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// From the camera, in tiles of 16 x 16 pixels.
+    Primary,
+    /// From where those end to the scene's first light, or to one above it all.
+    Shadow,
+    /// From where those end, by the cosine.
+    Diffuse1,
+    /// From where these end, by the cosine.
+    Diffuse2,
+}
+
+impl Kind {
+    pub const ALL: [Self; 4] = [Self::Primary, Self::Shadow, Self::Diffuse1, Self::Diffuse2];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Primary => "primary",
+            Self::Shadow => "shadow",
+            Self::Diffuse1 => "diffuse1",
+            Self::Diffuse2 => "diffuse2",
+        }
+    }
+
+    /// Whether any hit will do.
+    pub fn is_occlusion(self) -> bool {
+        self == Self::Shadow
+    }
+}
+
+/// Columns and rows of the picture whose rays are measured.
+pub const SIDE: u32 = 1024;
+
+/// Rays of each kind: 1,048,576.
+pub const COUNT: usize = (SIDE * SIDE) as usize;
+
+/// Passes over the picture to collect as many rays of each kind, where many leave the scene.
+const PASSES: u32 = 16;
+
+const TILE: u32 = 16;
+
+/// The rays of all kinds. A kind is empty where the camera sees nothing.
+pub struct Buffers {
+    rays: [Vec<Ray>; 4],
+}
+
+impl Buffers {
+    pub fn of(&self, kind: Kind) -> &[Ray] {
+        &self.rays[kind as usize]
+    }
+
+    /// Makes all rays; `camera` has a film of [`SIDE`] x [`SIDE`] pixels.
+    pub fn new(scene: &Scene, camera: &Camera) -> Self {
+        let accel = &*scene.accel;
+        let light = light(scene);
+        let mut rays: [Vec<Ray>; 4] = Default::default();
+        for pass in 0..PASSES {
+            let primary = primary(camera, pass);
+            let ends = ends(scene, accel, &primary);
+            rays[1].extend(ends.iter().map(|s| shadow_ray(s, light)));
+            let first: Vec<Ray> = ends.iter().zip(0..).map(|(s, i)| bounce(s, [i, pass, 1])).collect();
+            let second = self::ends(scene, accel, &first);
+            rays[2].extend(first);
+            rays[3].extend(second.iter().zip(0..).map(|(s, i)| bounce(s, [i, pass, 2])));
+            if pass == 0 {
+                rays[0] = primary;
+            }
+            if ends.is_empty() || rays.iter().all(|r| r.len() >= COUNT) {
+                break;
+            }
+        }
+        for kind in &mut rays {
+            // A scene that few rays meet: those that do are traced again.
+            let met = kind.len();
+            if met > 0 {
+                kind.reserve(COUNT.saturating_sub(met));
+                for i in met..COUNT {
+                    kind.push(kind[i - met]);
+                }
+            }
+            kind.truncate(COUNT);
+        }
+        Self { rays }
+    }
+}
+
+/// One ray through each pixel: its centre in the first pass, another place in the others.
+fn primary(camera: &Camera, pass: u32) -> Vec<Ray> {
+    let tiles = SIDE / TILE;
+    (0..SIDE * SIDE)
+        .map(|k| {
+            let (tile, inside) = (k / (TILE * TILE), k % (TILE * TILE));
+            let x = tile % tiles * TILE + inside % TILE;
+            let y = tile / tiles * TILE + inside / TILE;
+            let offset = if pass == 0 {
+                Vec2::splat(0.5)
+            } else {
+                uniform([k, pass, 0])
+            };
+            camera.ray(Vec2::new(x as f32, y as f32) + offset, Vec2::splat(0.5))
+        })
+        .collect()
+}
+
+fn uniform([a, b, c]: [u32; 3]) -> Vec2 {
+    let [x, y, _, _] = pcg4d([a, b, c, 0x5eed]);
+    Vec2::new(unit_f32(x), unit_f32(y))
+}
+
+/// The surfaces that rays end at.
+fn ends(scene: &Scene, accel: &dyn Accelerator, rays: &[Ray]) -> Vec<Surface> {
+    let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
+    accel.nearest(rays, &mut hits);
+    rays.iter()
+        .zip(&hits)
+        .filter_map(|(ray, hit)| hit.map(|hit| scene.surface(ray, &hit)))
+        .collect()
+}
+
+/// A direction by the cosine, on the side that was seen.
+fn bounce(surface: &Surface, address: [u32; 3]) -> Ray {
+    let n = if surface.ng.dot(surface.wo) < 0.0 {
+        -surface.ng
+    } else {
+        surface.ng
+    };
+    let u = uniform(address);
+    let (r, angle) = (u.x.sqrt(), u.y * TAU);
+    let local = Vec3::new(r * trig::cos(angle), r * trig::sin(angle), (1.0 - u.x).max(0.0).sqrt());
+    surface.spawn_ray(Frame::from_normal(n).to_world(local).normalize())
+}
+
+fn shadow_ray(surface: &Surface, light: Vec3) -> Ray {
+    let to = light - surface.p;
+    let distance = to.length();
+    surface.shadow_ray(to / distance, distance)
+}
+
+/// Where the scene's first light stands, or a place above everything.
+fn light(scene: &Scene) -> Vec3 {
+    let geometry = scene.accel.geometry();
+    let bounds = (0..geometry.prim_count() as u32)
+        .map(|i| geometry.bounds(crate::accel::PrimRef::new(i)))
+        .filter(Aabb::is_finite)
+        .fold(Aabb::EMPTY, Aabb::union);
+    let (center, size) = if bounds.is_empty() {
+        (Vec3::ZERO, 1.0)
+    } else {
+        (bounds.center(), bounds.extent().length())
+    };
+    let sample = scene.lights.first().and_then(|l| l.sample(center, Vec2::splat(0.5)));
+    match sample {
+        Some(s) => center + s.wi * s.distance.min(2.0 * size),
+        None => center + Vec3::new(0.3, 1.0, 0.5) * size,
+    }
+}

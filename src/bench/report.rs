@@ -1,0 +1,137 @@
+//! The figures of a benchmark, as data, as JSON and as tables.
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+/// One accelerator tracing one kind of rays.
+#[derive(Clone, Debug, Serialize)]
+pub struct Cell {
+    pub accel: String,
+    pub rays: String,
+    /// Median of the repetitions, in millions of rays per second, all threads together.
+    pub mrays_per_s: f64,
+    pub min: f64,
+    pub max: f64,
+    /// Over Embree's one-ray calls on the same rays.
+    pub ratio_to_embree1: Option<f64>,
+    /// Boxes tested for a nearest hit; all boxes of a wide node count as one.
+    pub nodes_per_ray: Option<f64>,
+    /// Primitives tested for a nearest hit.
+    pub primitives_per_ray: Option<f64>,
+    /// Rays whose answer a tie or a relative difference of 1e-5 in distance does not explain.
+    pub mismatches: u64,
+}
+
+/// Building one accelerator.
+#[derive(Clone, Debug, Serialize)]
+pub struct BuildRow {
+    pub accel: String,
+    /// Median of the repetitions.
+    pub ms: f64,
+    pub ns_per_triangle: f64,
+    /// Of the structure without the vertices; `None` where it does not say.
+    pub bytes_per_triangle: Option<f64>,
+}
+
+/// Everything that one run measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    pub scene: String,
+    pub triangles: usize,
+    /// Triangles and all other shapes.
+    pub primitives: usize,
+    pub threads: usize,
+    /// The best instructions that this processor has.
+    pub simd: String,
+    pub cells: Vec<Cell>,
+    pub build: Vec<BuildRow>,
+}
+
+impl Report {
+    /// As JSON, ending in a line break.
+    pub fn to_json(&self) -> String {
+        let mut text = serde_json::to_string_pretty(self).expect("figures are plain data");
+        text.push('\n');
+        text
+    }
+
+    /// As plain tables.
+    pub fn to_text(&self) -> String {
+        let mut out = format!(
+            "{}: {} triangles, {} primitives, {} threads, {}\n\n",
+            self.scene, self.triangles, self.primitives, self.threads, self.simd
+        );
+        let header = [
+            "rays",
+            "accelerator",
+            "Mrays/s",
+            "min",
+            "max",
+            "x Embree",
+            "nodes/ray",
+            "prims/ray",
+            "mismatches",
+        ];
+        let mut rows = vec![header.map(str::to_owned).to_vec()];
+        for c in &self.cells {
+            rows.push(vec![
+                c.rays.clone(),
+                c.accel.clone(),
+                format!("{:.2}", c.mrays_per_s),
+                format!("{:.2}", c.min),
+                format!("{:.2}", c.max),
+                figure(c.ratio_to_embree1, 2),
+                figure(c.nodes_per_ray, 1),
+                figure(c.primitives_per_ray, 1),
+                c.mismatches.to_string(),
+            ]);
+        }
+        table(&mut out, &rows);
+        out.push('\n');
+        let mut rows = vec![
+            ["build", "ms", "ns/triangle", "bytes/triangle"]
+                .map(str::to_owned)
+                .to_vec(),
+        ];
+        for b in &self.build {
+            rows.push(vec![
+                b.accel.clone(),
+                format!("{:.1}", b.ms),
+                format!("{:.0}", b.ns_per_triangle),
+                figure(b.bytes_per_triangle, 1),
+            ]);
+        }
+        table(&mut out, &rows);
+        out
+    }
+}
+
+fn figure(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
+}
+
+/// The first two columns to the left, numbers to the right.
+fn table(out: &mut String, rows: &[Vec<String>]) {
+    let columns = rows.first().map_or(0, Vec::len);
+    let widths: Vec<usize> = (0..columns)
+        .map(|c| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0))
+        .collect();
+    let text_columns = if columns > 4 { 2 } else { 1 };
+    for row in rows {
+        let cells: Vec<String> = row
+            .iter()
+            .zip(&widths)
+            .enumerate()
+            .map(|(c, (text, &w))| {
+                if c < text_columns {
+                    format!("{text:<w$}")
+                } else {
+                    format!("{text:>w$}")
+                }
+            })
+            .collect();
+        // Writing to a string cannot fail.
+        let _ = writeln!(out, "{}", cells.join("  ").trim_end());
+    }
+}

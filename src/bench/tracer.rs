@@ -1,0 +1,84 @@
+//! What traces the rays of a cell, on the threads of the current rayon pool.
+
+use rayon::prelude::*;
+
+use super::{
+    Embree, Kind,
+    embree::{RayHit, RayHit16},
+};
+use crate::{
+    accel::{Accelerator, Hit},
+    math::Ray,
+};
+
+/// Rays that one thread takes at a time; what a wave holds.
+const BATCH: usize = 16 * 1024;
+
+/// A contestant.
+#[derive(Clone, Copy)]
+pub enum Tracer<'a> {
+    Ours(&'a dyn Accelerator),
+    /// One ray a call.
+    Embree1(&'a Embree),
+    /// Sixteen rays a call.
+    Embree16(&'a Embree),
+}
+
+/// Rays in the form in which their tracer wants them, and room for its answers.
+pub enum Prepared<'r> {
+    Nearest(&'r [Ray], Vec<Option<Hit>>),
+    Occlusion(&'r [Ray], Vec<bool>),
+    Singles(Vec<RayHit>),
+    Packets(Vec<RayHit16>),
+}
+
+impl Tracer<'_> {
+    /// Everything that is not tracing, done before the clock runs.
+    pub fn prepare<'r>(&self, kind: Kind, rays: &'r [Ray]) -> Prepared<'r> {
+        match self {
+            Self::Ours(_) if kind.is_occlusion() => Prepared::Occlusion(rays, vec![false; rays.len()]),
+            Self::Ours(_) => Prepared::Nearest(rays, vec![None; rays.len()]),
+            Self::Embree1(_) => Prepared::Singles(rays.par_iter().map(RayHit::new).collect()),
+            Self::Embree16(_) => Prepared::Packets(rays.par_chunks(16).map(RayHit16::new).collect()),
+        }
+    }
+
+    /// Traces all rays.
+    pub fn trace(&self, kind: Kind, prepared: &mut Prepared<'_>) {
+        match (self, prepared) {
+            (Self::Ours(accel), Prepared::Occlusion(rays, blocked)) => rays
+                .par_chunks(BATCH)
+                .zip(blocked.par_chunks_mut(BATCH))
+                .for_each(|(rays, blocked)| accel.occluded(rays, blocked)),
+            (Self::Ours(accel), Prepared::Nearest(rays, hits)) => rays
+                .par_chunks(BATCH)
+                .zip(hits.par_chunks_mut(BATCH))
+                .for_each(|(rays, hits)| accel.nearest(rays, hits)),
+            (Self::Embree1(embree), Prepared::Singles(queries)) => {
+                let occlusion = kind.is_occlusion();
+                queries
+                    .par_chunks_mut(BATCH)
+                    .for_each(|q| embree.trace_single(occlusion, q));
+            }
+            (Self::Embree16(embree), Prepared::Packets(queries)) => {
+                queries
+                    .par_chunks_mut(BATCH / 16)
+                    .for_each(|q| embree.trace_packets(kind, q));
+            }
+            _ => unreachable!("a tracer gets what it has prepared"),
+        }
+    }
+}
+
+impl Prepared<'_> {
+    /// The distance to what ray `i` met; infinite for nothing, -1 for an occlusion.
+    pub fn distance(&self, kind: Kind, i: usize) -> f32 {
+        match self {
+            Self::Occlusion(_, blocked) if blocked[i] => -1.0,
+            Self::Occlusion(..) => f32::INFINITY,
+            Self::Nearest(_, hits) => hits[i].map_or(f32::INFINITY, |h| h.t),
+            Self::Singles(queries) => queries[i].distance(kind.is_occlusion()),
+            Self::Packets(queries) => queries[i / 16].distance(i % 16, kind.is_occlusion()),
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! `batch-render bench`.
+
+use std::{fs, io::IsTerminal, path::Path, sync::Arc};
+
+use anyhow::Context;
+use batch_render::{
+    accel::{AccelKind, Geometry},
+    assets::Store,
+    batch::{self, Plan, Request},
+    bench::{self, Buffers, Observer, Options},
+    compile,
+    error::Error,
+};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::{args::BenchArgs, job::threads, progress::say};
+
+/// Measures and reports.
+pub fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<()> {
+    let side = bench::SIDE;
+    let request = Request {
+        resolution: Some([side, side]),
+        samples: Some(1),
+        ..Request::default()
+    };
+    let pool = threads(args.threads)?;
+    let store = Store::default();
+    let desc = pool.install(|| batch::open(&args.scene, &request, &store))?;
+    let plan = Plan::new(&desc, &request)?;
+    let camera = &plan
+        .frames
+        .first()
+        .context("there is no frame to take the camera from")?
+        .camera;
+    let progress = Progress::new(quiet);
+    let report = pool.install(|| {
+        let scene = compile::scene_with(&desc, AccelKind::Wide, &store).map_err(Error::from)?;
+        let buffers = Buffers::new(&scene, camera);
+        let geometry = contest(scene.accel.geometry(), args.embree.as_deref());
+        let options = Options {
+            scene: desc.name(),
+            embree: args.embree.clone(),
+            repetitions: args.repetitions.into(),
+            builds: args.builds.into(),
+        };
+        bench::run(&geometry, &buffers, &options, &progress).map_err(anyhow::Error::from)
+    })?;
+    progress.finish();
+    say(report.to_text().trim_end());
+    if let Some(file) = &args.json {
+        fs::write(file, report.to_json()).with_context(|| format!("cannot write {}", file.display()))?;
+    }
+    if let Some(folder) = &args.report {
+        fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
+        let file = folder.join("bench.html");
+        fs::write(&file, bench::page(&report)).with_context(|| format!("cannot write {}", file.display()))?;
+        say(&format!("wrote {}", file.display()));
+    }
+    Ok(())
+}
+
+/// What all trace: with Embree, the triangles only, for it knows no other shapes here.
+fn contest(geometry: &Arc<Geometry>, embree: Option<&Path>) -> Arc<Geometry> {
+    if embree.is_none() || geometry.shapes.is_empty() {
+        return Arc::clone(geometry);
+    }
+    tracing::warn!(
+        "Embree is given triangles only: {} other shapes are left out for all",
+        geometry.shapes.len()
+    );
+    Arc::new(Geometry {
+        shapes: Vec::new(),
+        ..(**geometry).clone()
+    })
+}
+
+/// A bar on a terminal, nothing elsewhere.
+struct Progress(ProgressBar);
+
+impl Progress {
+    fn new(quiet: bool) -> Self {
+        let target = if quiet || !std::io::stdout().is_terminal() {
+            ProgressDrawTarget::hidden()
+        } else {
+            ProgressDrawTarget::stdout()
+        };
+        let bar = ProgressBar::with_draw_target(Some(1), target);
+        let style = ProgressStyle::with_template("[{bar:30}] {pos}/{len}  {elapsed} elapsed  {wide_msg}");
+        bar.set_style(style.expect("the template is a constant").progress_chars("=> "));
+        Self(bar)
+    }
+
+    fn finish(self) {
+        self.0.finish_and_clear();
+    }
+}
+
+impl Observer for Progress {
+    fn step(&self, done: usize, total: usize, what: &str) {
+        self.0.set_length(total as u64);
+        self.0.set_position(done as u64);
+        self.0.set_message(what.to_owned());
+    }
+}
