@@ -29,11 +29,13 @@ const FROM: DVec3 = DVec3::new(0.6, 0.36, 1.0);
 /// How much wider than the model the picture is.
 const MARGIN: f64 = 1.08;
 
-/// Where the sun shines to, over the left shoulder of that camera; its irradiance and the sky's radiance make white about
-/// 0.9 bright.
+/// Where the sun shines to, over the left shoulder of that camera, and the sky's brighter side, from its right. The sky
+/// is as soft as local illumination allows. Together they make white about 0.9 bright.
 const SUN: Vec3 = Vec3::new(0.35, -1.0, -0.75);
 const SUN_IRRADIANCE: f32 = 2.2;
-const SKY: f32 = 0.2;
+const FILL: Vec3 = Vec3::new(-1.0, -0.45, -0.55);
+const FILL_IRRADIANCE: f32 = 0.6;
+const SKY: f32 = 0.12;
 const BACKGROUND: f32 = 0.05;
 
 fn unsaid<T>(value: T) -> Spanned<T> {
@@ -77,7 +79,7 @@ pub fn describe(path: &Path, aspect: f64, store: &Store) -> Result<SceneDesc, As
         textures: Vec::new(),
         materials: Vec::new(),
         objects,
-        lights: if is_lit { lights } else { vec![sun()] }
+        lights: if is_lit { lights } else { daylight() }
             .into_iter()
             .map(|light| LightEntry { span: 0..0, light })
             .collect(),
@@ -97,11 +99,15 @@ fn object(path: &Path) -> ObjectDesc {
     }
 }
 
-fn sun() -> LightDesc {
-    LightDesc::Sun(SunDesc {
-        direction: Direction(SUN.normalize()),
-        irradiance: Tint(Rgb::gray(SUN_IRRADIANCE)),
-    })
+fn daylight() -> Vec<LightDesc> {
+    [(SUN, SUN_IRRADIANCE), (FILL, FILL_IRRADIANCE)]
+        .map(|(direction, irradiance)| {
+            LightDesc::Sun(SunDesc {
+                direction: Direction(direction.normalize()),
+                irradiance: Tint(Rgb::gray(irradiance)),
+            })
+        })
+        .into()
 }
 
 /// A perspective camera at `eye` (m) with an angle over the picture's height in degrees.

@@ -59,12 +59,12 @@ impl Layout {
 }
 
 /// `count` elements of `size` bytes in a view, or what is wrong with that.
-fn elements<'a>(
-    (bytes, stride): (&'a [u8], Option<usize>),
+fn elements(
+    (bytes, stride): (&[u8], Option<usize>),
     offset: u64,
     (count, size): (usize, usize),
     what: impl Fn() -> String,
-) -> Result<impl Iterator<Item = &'a [u8]>, Problem> {
+) -> Result<impl Iterator<Item = &[u8]>, Problem> {
     let stride = stride.unwrap_or(size);
     if stride < size {
         return Err(Problem::broken(format!(

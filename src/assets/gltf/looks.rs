@@ -155,14 +155,16 @@ pub(super) fn view(camera: &Camera) -> Option<ModelView> {
 /// The light of KHR_lights_punctual that a node carries.
 pub(super) fn light(document: &Document<'_>, node: usize, place: DAffine3) -> Result<Option<ModelLight>, Problem> {
     const NAME: &str = "KHR_lights_punctual";
-    let extension = |value: &Value| value.get("extensions").and_then(|e| e.get(NAME)).cloned();
+    fn extension(value: &Value) -> Option<&Value> {
+        value.get("extensions").and_then(|e| e.get(NAME))
+    }
     let carried = document.raw.get("nodes").and_then(|n| n.get(node)).and_then(extension);
     let Some(index) = carried.and_then(|e| e.get("light").and_then(Value::as_u64)) else {
         return Ok(None);
     };
-    let lights = extension(&document.raw).and_then(|e| e.get("lights").and_then(Value::as_array).cloned());
-    let lights = lights.unwrap_or_default();
-    let light = get(&lights, usize::try_from(index).unwrap_or(usize::MAX), "light")?;
+    let lights = extension(&document.raw).and_then(|e| e.get("lights").and_then(Value::as_array));
+    let lights = lights.map_or(&[][..], Vec::as_slice);
+    let light = get(lights, usize::try_from(index).unwrap_or(usize::MAX), "light")?;
     let number = |from: &Value, key: &str, default: f64| from.get(key).and_then(Value::as_f64).unwrap_or(default);
     let intensity = number(light, "intensity", 1.0).max(0.0) as f32;
     let channel = |i: usize| light.get("color").and_then(|c| c.get(i)).and_then(Value::as_f64);

@@ -115,6 +115,8 @@ fn read(bytes: &[u8], path: &Path) -> Result<Model, Problem> {
         if let Some(mesh) = node.mesh {
             let primitives = &get(&root.meshes, mesh.value(), "mesh")?.primitives;
             for (i, primitive) in primitives.iter().enumerate() {
+                // Many nodes may name a mesh of many primitives.
+                document.spend(size_of::<Part>() as u64)?;
                 let what = format!("primitive {i} of mesh {}", mesh.value());
                 let material = primitive.material.map(|m| m.value());
                 let uv_set = looks::uv_set(&document, material)?;

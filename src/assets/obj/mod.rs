@@ -93,8 +93,8 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Model, ObjError> {
         })
         .collect::<Result<Vec<_>, _>>()
         .map_err(broken)?;
-    let library = mtl::Library::load(path, &normalized.libraries);
-    Ok(assemble(meshes, &library, path))
+    let mut library = mtl::Library::load(path, &normalized.libraries);
+    Ok(assemble(meshes, &mut library, path))
 }
 
 /// A group's arrays; its faces cut into triangles.
@@ -127,7 +127,7 @@ fn mesh(group: &tobj::Mesh) -> Result<Mesh, MeshError> {
     Ok(mesh)
 }
 
-fn assemble(mut meshes: Vec<(&Run, Mesh)>, library: &mtl::Library, path: &Path) -> Model {
+fn assemble(mut meshes: Vec<(&Run, Mesh)>, library: &mut mtl::Library, path: &Path) -> Model {
     let smooths = |run: &Run, mesh: &Mesh| run.smoothing != 0 && mesh.normals.is_empty();
     let mut groups = smooth::Groups::default();
     for (run, mesh) in meshes.iter().filter(|(run, mesh)| smooths(run, mesh)) {

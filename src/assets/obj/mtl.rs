@@ -1,6 +1,9 @@
 //! Materials of OBJ files: of MTL the diffuse colour and its texture.
 
-use std::path::{Component, Path, PathBuf};
+use std::{
+    collections::{HashMap, HashSet},
+    path::{Component, Path, PathBuf},
+};
 
 use super::lines::{Lines, argument, decode, words};
 use crate::{
@@ -14,9 +17,10 @@ const GRAY: f32 = 0.8;
 
 /// The materials of all libraries of a file, read once each.
 pub(super) struct Library {
-    materials: Vec<tobj::Material>,
-    /// Of each material, the library's.
-    folders: Vec<PathBuf>,
+    /// By name, with the library's folder. Of two with one name the later counts, as everywhere.
+    materials: HashMap<String, (tobj::Material, PathBuf)>,
+    /// What is in the model already.
+    images: HashMap<PathBuf, usize>,
 }
 
 impl Library {
@@ -24,15 +28,14 @@ impl Library {
     /// grey without it.
     pub fn load(obj: &Path, lines: &[String]) -> Self {
         let mut library = Self {
-            materials: Vec::new(),
-            folders: Vec::new(),
+            materials: HashMap::new(),
+            images: HashMap::new(),
         };
         let folder = obj.parent().unwrap_or(Path::new(""));
-        let mut seen: Vec<PathBuf> = Vec::new();
+        let mut seen = HashSet::new();
         for path in lines.iter().flat_map(|line| candidates(folder, line)) {
-            if !seen.contains(&path) {
+            if seen.insert(path.clone()) {
                 library.add(obj, &path);
-                seen.push(path);
             }
         }
         library
@@ -49,17 +52,16 @@ impl Library {
         match tobj::load_mtl_buf(&mut &normalize(&decode(&bytes), path)[..]) {
             Ok((materials, _)) => {
                 let folder = path.parent().unwrap_or(Path::new(""));
-                self.folders.extend(materials.iter().map(|_| folder.to_owned()));
-                self.materials.extend(materials);
+                let named = materials.into_iter().map(|m| (m.name.clone(), (m, folder.to_owned())));
+                self.materials.extend(named);
             }
             Err(e) => tracing::warn!("{obj}: the material library is broken, its surfaces are gray: {e}: {shown}"),
         }
     }
 
     /// Puts the material of that name into `model`, and its image; returns its number there.
-    pub fn place(&self, name: Option<&str>, obj: &Path, model: &mut Model) -> usize {
-        // Of two with one name the later counts, as everywhere.
-        let found = name.and_then(|name| self.materials.iter().rposition(|m| m.name == name));
+    pub fn place(&mut self, name: Option<&str>, obj: &Path, model: &mut Model) -> usize {
+        let found = name.and_then(|name| self.materials.get(name));
         if let (Some(name), None, false) = (name, found, self.materials.is_empty()) {
             tracing::warn!(
                 "{}: there is no material '{name}', its surfaces are gray",
@@ -71,12 +73,20 @@ impl Library {
             base_color: Rgb::gray(GRAY),
             base_texture: None,
         };
-        if let Some(i) = found {
-            let material = &self.materials[i];
+        if let Some((material, folder)) = found {
             surfacing.base_color = material.diffuse.map_or(surfacing.base_color, Rgb::from_array);
             if let Some(texture) = &material.diffuse_texture {
-                surfacing.base_texture = Some(place_texture(texture, &self.folders[i], model));
-                // Exporters leave Kd black, or anything at all, where a texture takes its place.
+                let (name, wrap) = file_and_wrap(texture);
+                let image = *self.images.entry(locate(folder, &name)).or_insert_with_key(|file| {
+                    model.images.push(ImageSource::File(file.clone()));
+                    model.images.len() - 1
+                });
+                surfacing.base_texture = Some(ModelTexture {
+                    image,
+                    filter: Filter::Linear,
+                    wrap: [wrap; 2],
+                });
+                // Exporters leave Kd black where a texture takes its place.
                 if surfacing.base_color.is_black() {
                     surfacing.base_color = Rgb::WHITE;
                 }
@@ -142,20 +152,6 @@ fn color(text: &[u8]) -> Option<[f32; 3]> {
         [gray] => Some([gray.max(0.0); 3]),
         [r, g, b, ..] => Some([r, g, b].map(|v| v.max(0.0))),
         _ => None,
-    }
-}
-
-fn place_texture(said: &str, folder: &Path, model: &mut Model) -> ModelTexture {
-    let (name, wrap) = file_and_wrap(said);
-    let source = ImageSource::File(locate(folder, &name));
-    let known = model.images.iter().position(|i| *i == source);
-    ModelTexture {
-        image: known.unwrap_or_else(|| {
-            model.images.push(source);
-            model.images.len() - 1
-        }),
-        filter: Filter::Linear,
-        wrap: [wrap; 2],
     }
 }
 

@@ -4,6 +4,9 @@ use glam::{DVec2, DVec3};
 
 use crate::math::Vec3;
 
+/// Cutting may take the square of the number of corners; a face of more is taken as a fan.
+const MOST_CORNERS: usize = 10_000;
+
 /// Calls `triangle` with three corners (as numbers in `corners`) for each triangle of a face, wound as the face is.
 ///
 /// A convex face becomes a fan, a concave one is cut in its plane.
@@ -13,7 +16,7 @@ pub(super) fn triangulate(corners: &[Vec3], mut triangle: impl FnMut([usize; 3])
     }
     if corners.len() > 3 {
         let flat = projected(corners);
-        if !is_convex(&flat) {
+        if corners.len() <= MOST_CORNERS && !is_convex(&flat) {
             let coordinates: Vec<f64> = flat.iter().flat_map(|p| [p.x, p.y]).collect();
             if let Some(cut) = earcutr::earcut(&coordinates, &[], 2).ok().filter(|cut| !cut.is_empty()) {
                 return cut

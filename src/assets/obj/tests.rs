@@ -76,3 +76,16 @@ fn files_without_faces_are_models_without_parts() {
         assert!(read(text).unwrap().parts.is_empty(), "{text:?}");
     }
 }
+
+#[test]
+fn cut_and_flipped_bytes_never_panic() {
+    let whole = format!("{CORNER}vt 0 0\nvn 0 1 0\ns 1\nf 1/1/1 2/1/1 3/-1/-1 4//1\nusemtl a\nf 1 5 6 -5 \\\n 2\n");
+    for i in 0..whole.len() {
+        let _ = parse(&whole.as_bytes()[..i], Path::new("a.obj"));
+        for byte in [b'\n', b'-', b'9', b'/', b' ', b'e', 0, 0xff] {
+            let mut changed = whole.clone().into_bytes();
+            changed[i] = byte;
+            let _ = parse(&changed, Path::new("a.obj"));
+        }
+    }
+}

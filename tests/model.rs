@@ -1,0 +1,112 @@
+//! A model file is a scene by itself.
+
+mod common;
+
+use common::{Folder, repo_str};
+
+fn pixels(folder: &Folder, name: &str) -> image::RgbImage {
+    image::load_from_memory(&folder.read(name))
+        .expect("a picture")
+        .into_rgb8()
+}
+
+const SMALL: [&str; 6] = ["--resolution", "48x27", "--samples", "2", "--progress", "none"];
+
+#[test]
+fn a_model_is_a_scene_with_one_frame_beside_it() {
+    let folder = Folder::new();
+    for model in ["cube.obj", "cube.gltf"] {
+        let path = repo_str(&format!("scenes/cube/{model}"));
+        folder.succeed(&[&[path.as_str()], &SMALL[..]].concat());
+    }
+    assert_eq!(folder.names(), ["cube.0001.exr", "cube.0001.png"]);
+    let picture = pixels(&folder, "cube.0001.png");
+    let background = *picture.get_pixel(0, 0);
+    let seen = picture.pixels().filter(|p| **p != background).count();
+    let share = seen as f32 / picture.pixels().len() as f32;
+    assert!((0.1..0.7).contains(&share), "{share} of the picture shows the cube");
+    // It stands in the middle, and is red.
+    let [r, g, _] = picture.get_pixel(24, 13).0;
+    assert!(r > 2 * g, "{r} {g}");
+}
+
+#[test]
+fn a_model_without_triangles_is_background_and_a_warning() {
+    let folder = Folder::new();
+    folder.write("points.obj", "v 0 0 0\nv 1 0 0\np 1 2\n");
+    let output = folder.run(&[&["points.obj"], &SMALL[..]].concat());
+    assert!(output.status.success());
+    assert!(common::stderr(&output).contains("the model has no triangles"));
+    let picture = pixels(&folder, "points.0001.png");
+    assert!(picture.pixels().all(|p| p == picture.get_pixel(0, 0)));
+}
+
+#[test]
+fn a_turntable_begins_where_the_camera_stands_and_goes_once_around() {
+    let folder = Folder::new();
+    // Not the same from any two of four sides.
+    folder.write("wedge.obj", "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 2 -1\nv 1 1 -1\nf 4 3 2 1\nf 1 2 6 5\nf 2 3 6\nf 3 4 5 6\nf 4 1 5\n");
+    let run = |args: &[&str]| folder.succeed(&[&["wedge.obj"], &SMALL[..], args].concat());
+    run(&["-o", "still.####.png"]);
+    run(&["-o", "turn.#.png", "--turntable", "4"]);
+    run(&["-o", "part.#.png", "--turntable", "4", "--range", "3"]);
+    let turns: Vec<_> = (1..=4).map(|i| pixels(&folder, &format!("turn.{i}.png"))).collect();
+    assert_eq!(turns[0], pixels(&folder, "still.0001.png"));
+    assert_eq!(turns[2], pixels(&folder, "part.3.png"));
+    for i in 0..4 {
+        assert!(!turns[..i].contains(&turns[i]), "frame {} is seen before", i + 1);
+    }
+    let message = folder.fail(2, &["wedge.obj", "--turntable", "4", "--range", "5"]);
+    assert!(message.contains("the turntable, which has frames 1 to 4"), "{message}");
+}
+
+#[test]
+fn mirrored_meshes_keep_their_front() {
+    let folder = Folder::new();
+    let scene = |transform: &str| {
+        format!(
+            "[render]\nwidth = 32\nheight = 32\nsamples = 1\nintegrator.whitted = {{ ambient = 0.1 }}\n\
+             [camera]\nperspective = {{ eye = [0, 1, 6], target = [0, 1, 0] }}\n\
+             [material.m]\nphong = {{ color = [1, 1, 1] }}\n\
+             [[light]]\nsun = {{ direction = [0, 0, -1], irradiance = 0.5 }}\n\
+             [[object]]\nmaterial = \"m\"\nshape.mesh = {{ file = '{}' }}\n{transform}\n",
+            repo_str("scenes/cube/cube.obj")
+        )
+    };
+    for (name, transform) in [("plain", ""), ("mirrored", "transform = { scale = [1, 1, -1] }")] {
+        folder.write(&format!("{name}.toml"), &scene(transform));
+        folder.succeed(&[
+            &format!("{name}.toml"),
+            "--progress",
+            "none",
+            "-o",
+            &format!("{name}.png"),
+        ]);
+    }
+    // The front is lit, though its material is seen from one side only.
+    let lit = pixels(&folder, "plain.png");
+    assert_eq!(lit, pixels(&folder, "mirrored.png"));
+    assert!(lit.get_pixel(16, 16).0[0] > 150);
+}
+
+#[test]
+fn a_file_that_is_named_twice_is_placed_twice_and_brings_its_materials_once() {
+    let folder = Folder::new();
+    folder.write("a.mtl", "newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n");
+    folder.write(
+        "a.obj",
+        "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\nf 1 2 2\nusemtl blue\nf 3 2 1\n",
+    );
+    let object = "[[object]]\nshape.mesh = { file = 'a.obj' }\n";
+    let scene = format!("{object}{object}transform = {{ translate = [0, 0, 3] }}\n");
+    let desc = batch_render::describe::load(&folder.write("a.toml", &scene)).expect("a scene");
+    let scene = batch_render::compile::scene(&desc, Default::default()).expect("sound");
+    let geometry = scene.accel.geometry();
+    // One of three triangles has no area.
+    assert_eq!((geometry.triangles.len(), scene.meshes.len()), (4, 4));
+    assert_eq!((scene.objects.len(), scene.materials.len()), (2, 2));
+    let materials: Vec<u32> = scene.meshes.iter().map(|m| m.material.0).collect();
+    assert_eq!(materials, [0, 1, 0, 1]);
+    let depths: Vec<f32> = (0..4).map(|i| geometry.corners(i)[0].z).collect();
+    assert_eq!(depths, [0.0, 0.0, 3.0, 3.0]);
+}
