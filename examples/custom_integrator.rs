@@ -10,7 +10,7 @@ use batch_render::{
     film::view::View,
     integrator::{Departures, Integrator, Path as LightPath, Vertex},
     math::Rgb,
-    output::{self, Coverage, Encoding, FrameImage},
+    output,
     render::{self, Watch},
     scene::Scene,
 };
@@ -47,23 +47,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         &Watch::default(),
     )?;
 
-    let image = FrameImage {
-        resolution: film.resolution,
-        window: film.window.into(),
-        rgba: &film.pixels,
-        coverage: Coverage::Full,
-        layers: &[],
-        layer_attributes: &[],
-        frame: 1,
-        samples: plan.settings.samples,
-        seed: 0,
-        view: View::Raw,
-        exposure: 0.0,
-        fps: None,
-        metadata: &[],
-    };
-    let format = output::format("png").ok_or("PNG is a format")?;
-    output::write(Path::new(&out), format, &image, Encoding::default())?;
+    output::picture(Path::new(&out), &film, View::Raw)?;
     println!("wrote {out}");
     Ok(())
 }

@@ -98,6 +98,12 @@ pub struct Filter {
     negative_beyond: f32,
 }
 
+impl Default for Filter {
+    fn default() -> Self {
+        FilterDesc::default().compile()
+    }
+}
+
 impl Filter {
     /// `profile(x)`, x from 0 to 1 in radii.
     fn new(radius: &RadiusDesc, default_radius: f32, profile: impl Fn(f32) -> f32) -> Self {

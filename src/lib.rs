@@ -3,7 +3,7 @@
 //! The floors, from the ground up: numbers ([`math`], [`value`]); kinds ([`shape`], [`texture`], [`material`], [`light`],
 //! [`camera`], [`sampler`], [`filter`]); what is traced ([`accel`], [`scene`]); what light does ([`integrator`],
 //! [`film`]); frames and files in ([`render`], [`describe`], [`assets`]); scenes and files out ([`compile`],
-//! [`output`]); jobs ([`batch`], [`bench`]). A module uses the floors below its own, never one above.
+//! [`output`]); jobs ([`batch`], [`mod@bench`]). A module uses the floors below its own, never one above.
 
 pub mod accel;
 pub mod assets;

@@ -1,6 +1,8 @@
 //! One shape in several forms: the same hits and the same picture.
 
 mod common;
+#[path = "../examples/procedural_scene.rs"]
+mod procedural_scene;
 
 use std::{f32::consts::TAU, fmt::Write};
 
@@ -56,8 +58,10 @@ fn every_form_of_the_cube_has_the_same_hits() {
     let rays = rays(20_000, Vec3::new(0.0, 1.1, 0.0), 6.0, 1.3);
     let expected = surfaces(&truth, &rays);
     assert!(expected.iter().flatten().count() > 15_000);
-    for form in FORMS {
-        let found = surfaces(&scene(&repo(&format!("scenes/cube/{form}.toml"))), &rays);
+    let files = FORMS.map(|form| (form, scene(&repo(&format!("scenes/cube/{form}.toml")))));
+    let in_code = ("procedural", procedural_scene::cube_scene().expect("sound"));
+    for (form, scene) in files.into_iter().chain([in_code]) {
+        let found = surfaces(&scene, &rays);
         let mut odd = 0;
         for (e, f) in expected.iter().zip(&found) {
             match (e, f) {

@@ -197,6 +197,16 @@ pub struct PerspectiveLens {
     pub shift: [f64; 2],
 }
 
+impl PerspectiveLens {
+    /// A pinhole that sees so many degrees over the picture's height.
+    pub fn vertical(degrees: f64) -> Self {
+        Self {
+            view: View::Vertical(degrees),
+            ..Self::default()
+        }
+    }
+}
+
 impl Default for PerspectiveLens {
     fn default() -> Self {
         Self {

@@ -43,6 +43,14 @@ pub struct LookAt {
     pub roll: f64,
 }
 
+impl LookAt {
+    /// Upright, with +y upwards.
+    pub fn new(target: DVec3) -> Self {
+        let (up, roll) = (DVec3::Y, 0.0);
+        Self { target, up, roll }
+    }
+}
+
 impl Pose {
     /// The pose at `eye` that looks along -z with +y up.
     pub fn at(eye: DVec3) -> Self {

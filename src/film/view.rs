@@ -1,6 +1,6 @@
 //! Views: the curves from scene-linear light to the display values of an 8-bit picture.
 //!
-//! A view is one row of [`View::TABLE`]: its name in scene files, its curve and whether the result is sRGB. Exposure, in
+//! A view is one row of a table: its name in scene files, its curve and whether the result is sRGB. Exposure, in
 //! stops, is applied to the light before any curve. NaN is black.
 //!
 //! | name | curve |

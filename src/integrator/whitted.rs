@@ -14,7 +14,7 @@
 
 use serde::Deserialize;
 
-use super::{Departures, Layer, Path, Vertex};
+use super::{Departures, Integrator, Layer, Path, Vertex};
 use crate::{
     accel::RayCost,
     bsdf::fresnel::{dielectric, reflect, refract},
@@ -51,6 +51,12 @@ impl WhittedDesc {
 pub struct Whitted {
     pub max_depth: u32,
     pub ambient: Rgb,
+}
+
+impl Integrator for Whitted {
+    fn vertex(&self, scene: &Scene, path: &Path, vertex: &Vertex<'_>, out: &mut Departures) {
+        Self::vertex(self, scene, path, vertex, out);
+    }
 }
 
 impl Whitted {

@@ -45,6 +45,18 @@ pub struct PointLight {
     pub falloff: Falloff,
 }
 
+impl PointLight {
+    /// A lamp whose light thins out with the square of the distance.
+    pub fn new(position: Vec3, intensity: Rgb) -> Self {
+        let falloff = Falloff::default();
+        Self {
+            position,
+            intensity,
+            falloff,
+        }
+    }
+}
+
 impl LightKind for PointLight {
     #[inline]
     fn sample(&self, from: Vec3, _u: Vec2) -> Option<LightSample> {

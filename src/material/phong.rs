@@ -84,6 +84,21 @@ pub struct Phong {
     pub two_sided: bool,
 }
 
+impl Default for Phong {
+    /// White and dull.
+    fn default() -> Self {
+        Self {
+            color: Color::Constant(Rgb::WHITE),
+            specular: Rgb::BLACK,
+            shininess: shininess().0,
+            reflect: Rgb::BLACK,
+            transmit: Rgb::BLACK,
+            ior: ior().0,
+            two_sided: false,
+        }
+    }
+}
+
 impl MaterialKind for Phong {
     #[inline]
     fn terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> Terms {

@@ -14,7 +14,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::film::{self, view::View};
+use crate::film::{self, Film, view::View};
 
 pub use attribute::{Attribute, Value};
 pub use exr::{Channel, Compression, Plane, Samples};
@@ -162,6 +162,31 @@ pub fn write(
     encoding: Encoding,
 ) -> Result<WriteReport, OutputError> {
     atomic::write(path, |out| format.encode(image, encoding, out))
+}
+
+/// Writes one picture that belongs to no sequence; the name's ending chooses the format.
+pub fn picture(path: &Path, film: &Film, view: View) -> Result<WriteReport, OutputError> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    let format = format(extension).ok_or_else(|| OutputError::Encode {
+        reason: format!("no format is called '{extension}'"),
+        path: path.to_owned(),
+    })?;
+    let image = FrameImage {
+        resolution: film.resolution,
+        window: film.window.into(),
+        rgba: &film.pixels,
+        coverage: Coverage::Partial,
+        layers: &[],
+        layer_attributes: &[],
+        frame: 1,
+        samples: 1,
+        seed: 0,
+        view,
+        exposure: 0.0,
+        fps: None,
+        metadata: &[],
+    };
+    write(path, format, &image, Encoding::default())
 }
 
 /// Why a file was not written.

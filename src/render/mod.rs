@@ -7,7 +7,7 @@ use crate::{
     film::{Film, Window},
     filter::Filter,
     integrator::Integrator,
-    sampler::Sampler,
+    sampler::{Independent, Sampler},
     scene::Scene,
 };
 
@@ -28,6 +28,21 @@ pub struct Settings {
     pub sampler: Sampler,
     /// `None`: every sample goes through its pixel's centre.
     pub filter: Option<Filter>,
+}
+
+impl Settings {
+    /// A whole picture of frame 1, with the filter that scenes have where they name none.
+    pub fn new(resolution: [u32; 2], samples: u32) -> Self {
+        Self {
+            resolution,
+            window: Window::full(resolution),
+            samples,
+            seed: 0,
+            frame: 1,
+            sampler: Sampler::Independent(Independent),
+            filter: (samples > 1).then(Filter::default),
+        }
+    }
 }
 
 /// What all threads of a frame are doing, for whoever watches, and the word to stop.

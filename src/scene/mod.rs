@@ -12,8 +12,10 @@ use crate::{
     texture::{Bitmap, Texture, Textures},
 };
 
+pub mod builder;
 pub mod interaction;
 
+pub use builder::Builder;
 pub use interaction::Surface;
 
 /// An index into the scene's objects.
@@ -34,6 +36,16 @@ pub struct Background {
     pub radiance: Rgb,
     /// Whether camera rays see it; where they do not, RGB and A are 0.
     pub visible: bool,
+}
+
+impl Background {
+    /// One radiance everywhere, seen by all.
+    pub fn new(radiance: Rgb) -> Self {
+        Self {
+            radiance,
+            visible: true,
+        }
+    }
 }
 
 /// A run of triangles with what their corners carry beside positions.

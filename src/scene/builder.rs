@@ -1,0 +1,121 @@
+//! Scenes built in code, piece by piece.
+
+use std::sync::Arc;
+
+use super::{Background, MeshRecord, Object, ObjectId, Scene};
+use crate::{
+    accel::{self, AccelKind, BuildError, Geometry, Placed},
+    light::Light,
+    material::{Material, MaterialId},
+    math::Transform,
+    shape::{
+        Shape,
+        mesh::{Mesh, MeshError},
+    },
+    texture::{Bitmap, BitmapId, Texture, TextureId},
+};
+
+/// A scene in the making. What it gives out numbers for is named by them from then on.
+#[derive(Clone, Debug)]
+pub struct Builder {
+    geometry: Geometry,
+    objects: Vec<Object>,
+    meshes: Vec<MeshRecord>,
+    shape_objects: Vec<ObjectId>,
+    materials: Vec<Material>,
+    textures: Vec<Texture>,
+    bitmaps: Vec<Bitmap>,
+    lights: Vec<Light>,
+    background: Background,
+}
+
+impl Builder {
+    pub fn new(background: Background) -> Self {
+        Self {
+            geometry: Geometry::default(),
+            objects: Vec::new(),
+            meshes: Vec::new(),
+            shape_objects: Vec::new(),
+            materials: Vec::new(),
+            textures: Vec::new(),
+            bitmaps: Vec::new(),
+            lights: Vec::new(),
+            background,
+        }
+    }
+
+    pub fn bitmap(&mut self, bitmap: Bitmap) -> BitmapId {
+        self.bitmaps.push(bitmap);
+        BitmapId(self.bitmaps.len() as u32 - 1)
+    }
+
+    pub fn texture(&mut self, texture: Texture) -> TextureId {
+        self.textures.push(texture);
+        TextureId(self.textures.len() as u32 - 1)
+    }
+
+    pub fn material(&mut self, material: Material) -> MaterialId {
+        self.materials.push(material);
+        MaterialId(self.materials.len() as u32 - 1)
+    }
+
+    pub fn light(&mut self, light: Light) {
+        self.lights.push(light);
+    }
+
+    /// A shape at its place.
+    pub fn shape(&mut self, name: &str, shape: Shape, transform: Option<Transform>, material: MaterialId) -> ObjectId {
+        let transform = transform.map(|t| {
+            self.geometry.transforms.push(t);
+            self.geometry.transforms.len() as u32 - 1
+        });
+        let object = self.object(name, material);
+        self.geometry.shapes.push(Placed { shape, transform });
+        self.shape_objects.push(object);
+        object
+    }
+
+    /// A mesh whose corners and normals are in world space.
+    pub fn mesh(&mut self, name: &str, mesh: Mesh, material: MaterialId) -> Result<ObjectId, MeshError> {
+        mesh.validate()?;
+        let object = self.object(name, material);
+        let first_vertex = self.geometry.vertices.len() as u32;
+        let first_triangle = self.geometry.triangles.len() as u32;
+        self.geometry.vertices.extend(mesh.positions);
+        let moved = mesh.triangles.iter().map(|t| t.map(|v| v + first_vertex));
+        self.geometry.triangles.extend(moved);
+        self.meshes.push(MeshRecord {
+            object,
+            material,
+            transform: None,
+            triangles: first_triangle..self.geometry.triangles.len() as u32,
+            vertices: first_vertex..self.geometry.vertices.len() as u32,
+            normals: mesh.normals,
+            uvs: mesh.uvs,
+        });
+        Ok(object)
+    }
+
+    fn object(&mut self, name: &str, material: MaterialId) -> ObjectId {
+        self.objects.push(Object {
+            name: name.to_owned(),
+            material,
+        });
+        ObjectId(self.objects.len() as u32 - 1)
+    }
+
+    /// The scene, with its acceleration structure.
+    pub fn build(self, accel: AccelKind) -> Result<Scene, BuildError> {
+        Ok(Scene {
+            accel: accel::build(accel, Arc::new(self.geometry))?,
+            objects: self.objects,
+            meshes: self.meshes,
+            shape_objects: self.shape_objects,
+            materials: self.materials,
+            textures: self.textures,
+            bitmaps: self.bitmaps,
+            lights: self.lights,
+            background: self.background,
+        })
+    }
+}
