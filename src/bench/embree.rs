@@ -4,6 +4,7 @@
 
 use std::{
     ffi::{CString, c_char, c_int, c_uint, c_void},
+    mem::ManuallyDrop,
     path::Path,
     ptr,
     time::{Duration, Instant},
@@ -55,7 +56,7 @@ impl Functions {
         macro_rules! function {
             ($name:literal) => {
                 // SAFETY: the declared type is that of the function of this name in Embree 4's headers, and the pointer is
-                // dropped with the `Embree` that keeps the library loaded.
+                // used only while the library is loaded: it is never unloaded.
                 unsafe { *library.get(concat!($name, "\0").as_bytes())? }
             };
         }
@@ -158,7 +159,9 @@ pub struct Embree {
     device: *mut c_void,
     scene: *mut c_void,
     pub build_time: Duration,
-    _library: Library,
+    /// Never unloaded: Embree's worker threads may outlive everything that was made with it.
+    /// Never unloaded: Embree's worker threads may outlive everything that was made with it.
+    _library: ManuallyDrop<Library>,
 }
 
 // SAFETY: a committed scene is only read, which Embree allows from any number of threads at once.
@@ -208,7 +211,7 @@ impl Embree {
             device,
             scene,
             build_time,
-            _library: library,
+            _library: ManuallyDrop::new(library),
         })
     }
 
