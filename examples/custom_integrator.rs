@@ -8,19 +8,18 @@ use batch_render::{
     batch::{Plan, Request},
     compile, describe,
     film::view::View,
-    integrator::{Departures, Integrator, Path as LightPath, Vertex},
+    integrator::{Departures, Integrator, Vertex, Visit},
     math::Rgb,
     output,
     render::{self, Watch},
-    scene::Scene,
 };
 
 struct FacingRatio;
 
 impl Integrator for FacingRatio {
-    fn vertex(&self, _scene: &Scene, _path: &LightPath, vertex: &Vertex<'_>, out: &mut Departures) {
+    fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
         // A vertex adds radiance and may send out rays: `out.shadow` and `out.go_on`. This one only adds.
-        if let Vertex::Surface(surface) = vertex {
+        if let Vertex::Surface(surface, _) = visit.vertex {
             out.add(Rgb::gray(surface.ns.dot(surface.wo).abs()));
         }
     }

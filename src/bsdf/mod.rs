@@ -1,3 +1,130 @@
-//! How light scatters at a surface, by physics.
+//! BSDFs: how light is scattered at one place of a surface.
+//!
+//! A material makes a [`Bsdf`] of what it is at a place; from then on no texture is asked. All directions are unit, leave
+//! the surface, and are given in the shading frame: z is the shading normal, positive in front, x the tangent. `wo` points
+//! to the viewer, `wi` to the light. For a BSDF that lets nothing through the frame is turned so that `wo.z > 0`; for one
+//! that does, the sign of `wo.z` tells the side it is seen from.
 
+use crate::math::{Rgb, Vec2, Vec3};
+
+pub mod diffuse;
 pub mod fresnel;
+pub mod specular;
+
+/// How light left a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Lobe {
+    /// Widely, on the side it came from.
+    Diffuse,
+    /// About the mirror direction, however narrow.
+    Specular,
+    /// Through the surface.
+    Transmission,
+}
+
+/// What a BSDF says of two directions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BsdfEval {
+    /// `f |cos|` of the diffuse lobes.
+    pub diffuse: Rgb,
+    /// `f |cos|` of all other lobes.
+    pub glossy: Rgb,
+    /// Density of [`BsdfKind::sample`] to choose `wi`, in sr^-1.
+    pub pdf: f32,
+}
+
+impl BsdfEval {
+    /// `f |cos|` of all lobes.
+    #[inline]
+    pub fn f_cos(&self) -> Rgb {
+        self.diffuse + self.glossy
+    }
+}
+
+/// A direction that a BSDF chose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsdfSample {
+    pub wi: Vec3,
+    /// `f |cos| / pdf`, of all lobes that could have chosen `wi`.
+    pub weight: Rgb,
+    /// The part of `weight` that is of diffuse lobes.
+    pub diffuse: Rgb,
+    /// Density of `wi` in sr^-1, of all lobes that could have chosen it; `None` where the lobe has but one direction (delta).
+    pub pdf: Option<f32>,
+    pub lobe: Lobe,
+    /// Index of refraction of the side that `wi` is on over that of the side of `wo`; 1 for reflection.
+    pub eta: f32,
+}
+
+/// The contract of every BSDF.
+pub trait BsdfKind {
+    /// Zero for delta lobes.
+    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval;
+
+    /// A direction, by `uc`, which chooses the lobe, and `u`, all uniform in `[0, 1)`; `None` where light ends here.
+    fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample>;
+
+    /// Whether light passes through.
+    fn transmits(&self) -> bool {
+        false
+    }
+
+    /// Whether the tangent matters; where not, any will do.
+    fn reads_tangent(&self) -> bool {
+        false
+    }
+
+    /// Whether all lobes are delta: asking for [`BsdfKind::eval`] is in vain, so no light needs sampling.
+    fn is_delta(&self) -> bool {
+        false
+    }
+}
+
+macro_rules! bsdfs {
+    ($( $(#[$doc:meta])* $Variant:ident($Kind:ty), )*) => {
+        /// The scattering at one place, flat and without pointers.
+        #[derive(Clone, Copy, Debug)]
+        pub enum Bsdf { $( $(#[$doc])* $Variant($Kind), )* }
+
+        impl Bsdf {
+            /// See [`BsdfKind::eval`].
+            #[inline]
+            pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+                match self { $( Self::$Variant(bsdf) => bsdf.eval(wo, wi), )* }
+            }
+
+            /// See [`BsdfKind::sample`].
+            #[inline]
+            pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
+                match self { $( Self::$Variant(bsdf) => bsdf.sample(wo, uc, u), )* }
+            }
+
+            /// See [`BsdfKind::transmits`].
+            #[inline]
+            pub fn transmits(&self) -> bool {
+                match self { $( Self::$Variant(bsdf) => bsdf.transmits(), )* }
+            }
+
+            /// See [`BsdfKind::reads_tangent`].
+            #[inline]
+            pub fn reads_tangent(&self) -> bool {
+                match self { $( Self::$Variant(bsdf) => bsdf.reads_tangent(), )* }
+            }
+
+            /// See [`BsdfKind::is_delta`].
+            #[inline]
+            pub fn is_delta(&self) -> bool {
+                match self { $( Self::$Variant(bsdf) => bsdf.is_delta(), )* }
+            }
+        }
+    };
+}
+
+bsdfs! {
+    /// Chalk.
+    Lambert(diffuse::Lambert),
+    /// A perfect mirror.
+    Mirror(specular::Mirror),
+    /// Smooth clear glass.
+    Glass(specular::Glass),
+}

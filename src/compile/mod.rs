@@ -14,7 +14,7 @@ use crate::{
     },
     describe::{Diagnostics, SceneDesc},
     material::{Material, MaterialId},
-    scene::{Background, Scene},
+    scene::{Background, Lights, Scene},
     texture::{BitmapId, Color, Texture, TextureId, image::ImageDesc},
     value::{ColorSource, Problem, Spanned, did_you_mean},
 };
@@ -91,7 +91,7 @@ pub fn scene_with(desc: &SceneDesc, accel: AccelKind, store: &Store) -> Result<S
         materials: parts.materials,
         textures: parts.textures,
         bitmaps,
-        lights,
+        lights: Lights::new(lights),
         background: Background {
             radiance: desc.background.color.0,
             visible: desc.background.visible,

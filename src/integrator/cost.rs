@@ -10,8 +10,8 @@
 
 use serde::Deserialize;
 
-use super::{Departures, Layer, Path, Vertex};
-use crate::{accel::RayCost, math::Rgb, scene::Scene, value::Problem};
+use super::{Departures, Layer, Visit};
+use crate::{accel::RayCost, math::Rgb, value::Problem};
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -40,7 +40,7 @@ const LAYERS: &[Layer] = &[
 
 impl Cost {
     /// Never asked: the wave asks for [`Cost::traversal`] instead.
-    pub fn vertex(&self, _scene: &Scene, _path: &Path, _vertex: &Vertex<'_>, _out: &mut Departures) {}
+    pub fn vertex(&self, _visit: &Visit<'_>, _out: &mut Departures) {}
 
     pub fn reads_traversal(&self) -> bool {
         true

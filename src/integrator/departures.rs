@@ -1,6 +1,6 @@
 //! What leaves the vertices of a wave: radiance for samples, shadow rays, and rays that carry paths on.
 
-use super::Path;
+use super::{Onward, Path};
 use crate::math::{Ray, Rgb};
 
 /// The answers of an integrator for all vertices of a wave, in order.
@@ -46,6 +46,16 @@ impl Departures {
             .expect("a wave names the path before it asks for its departures")
     }
 
+    /// Weakens all that the vertex is answered with from here on: the path came through a medium.
+    #[inline]
+    pub fn attenuate(&mut self, weight: Rgb) {
+        let path = self.path();
+        self.from = Some(Path {
+            throughput: path.throughput * weight,
+            ..path
+        });
+    }
+
     /// Adds radiance that leaves the vertex towards the path, in W m^-2 sr^-1.
     #[inline]
     pub fn add(&mut self, l: Rgb) {
@@ -61,15 +71,16 @@ impl Departures {
         self.shadow_light.push((path.slot, path.throughput * l_if_visible));
     }
 
-    /// Carries the path on along `ray`; what it finds counts `weight` times.
+    /// Carries the path on along `ray`, `last` says how; what it finds counts `weight` times.
     #[inline]
-    pub fn go_on(&mut self, ray: Ray, weight: Rgb) {
+    pub fn go_on(&mut self, ray: Ray, weight: Rgb, last: Onward) {
         let path = self.path();
         self.rays.push(ray);
         self.paths.push(Path {
             slot: path.slot,
             depth: path.depth + 1,
             throughput: path.throughput * weight,
+            last,
         });
     }
 }

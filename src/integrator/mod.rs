@@ -7,15 +7,19 @@
 //! what is bright by itself (and ambient light), 2 also what is lit directly, 5 has a camera ray and four more.
 
 use crate::{
-    accel::RayCost,
+    accel::{Hit, RayCost},
     kind::kinds,
-    math::{Ray, Rgb},
+    material::MaterialId,
+    math::{Ray, Rgb, Vec3},
+    sampler::Numbers,
     scene::{Scene, Surface},
     value::{Problem, by_name},
 };
 
 pub mod cost;
 pub mod departures;
+mod direct;
+pub mod path;
 pub mod whitted;
 
 pub use departures::Departures;
@@ -29,20 +33,66 @@ pub struct Path {
     pub depth: u32,
     /// Weight of what it finds.
     pub throughput: Rgb,
+    pub last: Onward,
 }
 
-/// Where it has arrived.
+impl Path {
+    /// A path that begins at the camera.
+    pub fn start(slot: u32) -> Self {
+        Self {
+            slot,
+            depth: 1,
+            throughput: Rgb::WHITE,
+            last: Onward::default(),
+        }
+    }
+}
+
+/// How a path left its last vertex: what the next one wants to know of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Onward {
+    /// Density of the direction in sr^-1; `None` where there was but one (a camera, a mirror).
+    pub pdf: Option<f32>,
+    /// Unit shading normal of the vertex, zero where there is none.
+    pub n: Vec3,
+    /// The medium that the path travels in, by the material whose inside it is.
+    pub medium: Option<MaterialId>,
+    /// How often it left by a lobe of each kind.
+    pub bounces: Bounces,
+}
+
+/// How often a path left by a lobe of each kind, since the camera.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Bounces {
+    pub diffuse: u16,
+    pub specular: u16,
+    pub transmission: u16,
+}
+
+/// Where a path has arrived.
 #[derive(Clone, Copy, Debug)]
 pub enum Vertex<'a> {
-    Surface(&'a Surface),
-    /// Nothing was met along the ray.
-    Escape(&'a Ray),
+    Surface(&'a Surface, &'a Hit),
+    /// Nothing was met.
+    Escape,
+}
+
+/// A vertex of a path, and all that may be asked about it.
+#[derive(Clone, Copy)]
+pub struct Visit<'a> {
+    pub scene: &'a Scene,
+    pub path: &'a Path,
+    /// The ray that arrived.
+    pub ray: &'a Ray,
+    pub vertex: Vertex<'a>,
+    /// The random numbers of the path's sample.
+    pub numbers: Numbers<'a>,
 }
 
 /// The contract of every integrator.
 pub trait Integrator: Sync + Send {
     /// Answers for one vertex of a path.
-    fn vertex(&self, scene: &Scene, path: &Path, vertex: &Vertex<'_>, out: &mut Departures);
+    fn vertex(&self, visit: &Visit<'_>, out: &mut Departures);
 
     /// Whether it wants to know what tracing took, and is asked for [`Integrator::traversal`] only.
     fn reads_traversal(&self) -> bool {
@@ -63,13 +113,14 @@ pub struct Layer {
 kinds! {
     /// The integrators that scene files and `--integrator` know.
     enum BuiltIn / IntegratorDesc {
+        "path" => PathTracer(path::PathTracer, path::PathDesc),
         "whitted" => Whitted(whitted::Whitted, whitted::WhittedDesc),
         "cost" => Cost(cost::Cost, cost::CostDesc),
     }
     described only {}
     compiled by fn compile(&self) -> Result<BuiltIn, Problem>;
     /// See [`Integrator::vertex`].
-    fn vertex(&self, scene: &Scene, path: &Path, vertex: &Vertex<'_>, out: &mut Departures);
+    fn vertex(&self, visit: &Visit<'_>, out: &mut Departures);
     /// See [`Integrator::reads_traversal`].
     fn reads_traversal(&self) -> bool;
     /// See [`Integrator::traversal`].
@@ -86,8 +137,8 @@ impl IntegratorDesc {
 }
 
 impl Integrator for BuiltIn {
-    fn vertex(&self, scene: &Scene, path: &Path, vertex: &Vertex<'_>, out: &mut Departures) {
-        Self::vertex(self, scene, path, vertex, out);
+    fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
+        Self::vertex(self, visit, out);
     }
 
     fn reads_traversal(&self) -> bool {

@@ -14,13 +14,13 @@
 
 use serde::Deserialize;
 
-use super::{Departures, Integrator, Layer, Path, Vertex};
+use super::{Departures, Integrator, Layer, Onward, Vertex, Visit};
 use crate::{
     accel::RayCost,
     bsdf::fresnel::{dielectric, reflect, refract},
     material::{Split, Terms},
     math::{Rgb, Vec2, Vec3, trig},
-    scene::{Scene, Surface},
+    scene::Surface,
     value::{Problem, Spanned, Tint, Whole},
 };
 
@@ -54,8 +54,8 @@ pub struct Whitted {
 }
 
 impl Integrator for Whitted {
-    fn vertex(&self, scene: &Scene, path: &Path, vertex: &Vertex<'_>, out: &mut Departures) {
-        Self::vertex(self, scene, path, vertex, out);
+    fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
+        Self::vertex(self, visit, out);
     }
 }
 
@@ -70,10 +70,11 @@ impl Whitted {
         &[]
     }
 
-    pub fn vertex(&self, scene: &Scene, path: &Path, vertex: &Vertex<'_>, out: &mut Departures) {
-        let surface = match vertex {
-            Vertex::Surface(surface) => surface,
-            Vertex::Escape(_) => return out.add(scene.background.radiance),
+    pub fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
+        let scene = visit.scene;
+        let surface = match visit.vertex {
+            Vertex::Surface(surface, _) => surface,
+            Vertex::Escape => return out.add(scene.escape(visit.ray.d)),
         };
         let terms = scene
             .material(surface.material)
@@ -85,10 +86,10 @@ impl Whitted {
             surface.ns
         };
         out.add(self.ambient * terms.ambient);
-        if path.depth >= self.max_depth {
+        if visit.path.depth >= self.max_depth {
             return;
         }
-        for light in &scene.lights {
+        for light in scene.lights.all() {
             direct(light, surface, n, &terms, out);
         }
         if terms.transmit.is_black() {
@@ -103,7 +104,7 @@ impl Whitted {
 #[inline]
 fn go_on(surface: &Surface, wi: Vec3, weight: Rgb, out: &mut Departures) {
     if !weight.is_black() {
-        out.go_on(surface.spawn_ray(wi), weight);
+        out.go_on(surface.spawn_ray(wi), weight, Onward::default());
     }
 }
 

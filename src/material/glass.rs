@@ -19,6 +19,7 @@ use serde::Deserialize;
 
 use super::{FindColor, MaterialKind, Split, Terms};
 use crate::{
+    bsdf::{Bsdf, specular},
     math::Rgb,
     texture::{TexturePoint, Textures},
     value::{Positive, Problem, Tint},
@@ -70,5 +71,14 @@ impl MaterialKind for Glass {
             split: Split::Fresnel,
             ..Terms::default()
         }
+    }
+
+    #[inline]
+    fn bsdf(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Bsdf {
+        Bsdf::Glass(specular::Glass {
+            ior: self.ior,
+            reflectance: self.reflectance,
+            transmittance: self.transmittance,
+        })
     }
 }

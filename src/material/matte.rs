@@ -17,6 +17,7 @@ use serde::Deserialize;
 
 use super::{FindColor, MaterialKind, Terms};
 use crate::{
+    bsdf::{Bsdf, diffuse::Lambert},
     texture::{Color, TexturePoint, Textures},
     value::{ColorSource, Problem, Spanned},
 };
@@ -49,5 +50,12 @@ impl MaterialKind for Matte {
             diffuse: albedo * FRAC_1_PI,
             ..Terms::default()
         }
+    }
+
+    #[inline]
+    fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf {
+        Bsdf::Lambert(Lambert {
+            albedo: textures.color(&self.albedo, at),
+        })
     }
 }

@@ -13,6 +13,7 @@ use serde::Deserialize;
 
 use super::{FindColor, MaterialKind, Terms};
 use crate::{
+    bsdf::{Bsdf, specular},
     math::Rgb,
     texture::{TexturePoint, Textures},
     value::{Problem, Tint},
@@ -49,5 +50,12 @@ impl MaterialKind for Mirror {
             reflect: self.reflectance,
             ..Terms::default()
         }
+    }
+
+    #[inline]
+    fn bsdf(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Bsdf {
+        Bsdf::Mirror(specular::Mirror {
+            reflectance: self.reflectance,
+        })
     }
 }

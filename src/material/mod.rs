@@ -1,12 +1,14 @@
 //! Materials: what a surface does with light, by the colours of a place on it.
 
 use crate::{
+    bsdf::Bsdf,
     kind::kinds,
-    math::Rgb,
+    math::{Rgb, Vec3},
     texture::{Color, TexturePoint, Textures},
     value::{ColorSource, Problem, Spanned},
 };
 
+pub mod emitter;
 pub mod glass;
 pub mod matte;
 pub mod mirror;
@@ -68,8 +70,65 @@ impl Default for Terms {
 
 /// The contract of every material.
 pub trait MaterialKind {
-    /// Its terms at a place.
+    /// Its terms at a place, for Whitted's integrator.
     fn terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> Terms;
+
+    /// How it scatters light at a place, for all others.
+    fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf;
+
+    /// What it shines with of its own, if it does.
+    fn emission(&self) -> Option<Emission> {
+        None
+    }
+
+    /// The part of the light that it stops at a place, from 0 to 1: what is left passes straight on.
+    fn opacity(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> f32 {
+        1.0
+    }
+
+    /// Whether [`MaterialKind::opacity`] is 1 everywhere.
+    fn is_opaque(&self) -> bool {
+        true
+    }
+
+    /// The normal that a map tells, in the frame of tangent, bitangent and shading normal; need not be unit.
+    fn normal(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Option<Vec3> {
+        None
+    }
+
+    /// How strongly the medium behind the surface absorbs, in m^-1 (Beer's law); black where there is none.
+    fn absorption(&self) -> Rgb {
+        Rgb::BLACK
+    }
+}
+
+/// Light of a surface's own.
+#[derive(Clone, Copy, Debug)]
+pub struct Emission {
+    /// What leaves the front in all directions alike, in W m^-2 sr^-1, once it is multiplied by `scale`.
+    pub radiance: Color,
+    pub scale: f32,
+    pub sides: Sides,
+}
+
+impl Emission {
+    /// The radiance at a place, in W m^-2 sr^-1, towards the side that is in front if `front_cos > 0`.
+    #[inline]
+    pub fn radiance(&self, textures: &Textures<'_>, at: &TexturePoint, front_cos: f32) -> Rgb {
+        if front_cos > 0.0 || self.sides == Sides::Both {
+            textures.color(&self.radiance, at) * self.scale
+        } else {
+            Rgb::BLACK
+        }
+    }
+}
+
+/// Which sides of a surface shine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sides {
+    /// The one that the geometric normal points to.
+    Front,
+    Both,
 }
 
 /// What a material's compilation asks of the scene: the colour that a source names.
@@ -82,9 +141,22 @@ kinds! {
         "matte" => Matte(matte::Matte, matte::MatteDesc),
         "glass" => Glass(glass::Glass, glass::GlassDesc),
         "mirror" => Mirror(mirror::Mirror, mirror::MirrorDesc),
+        "emitter" => Emitter(emitter::Emitter, emitter::EmitterDesc),
     }
     described only {}
     compiled by fn compile(&self, find: &FindColor<'_>) -> Result<Material, Problem>;
     /// See [`MaterialKind::terms`].
     fn terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> Terms;
+    /// See [`MaterialKind::bsdf`].
+    fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf;
+    /// See [`MaterialKind::emission`].
+    fn emission(&self) -> Option<Emission>;
+    /// See [`MaterialKind::opacity`].
+    fn opacity(&self, textures: &Textures<'_>, at: &TexturePoint) -> f32;
+    /// See [`MaterialKind::is_opaque`].
+    fn is_opaque(&self) -> bool;
+    /// See [`MaterialKind::normal`].
+    fn normal(&self, textures: &Textures<'_>, at: &TexturePoint) -> Option<Vec3>;
+    /// See [`MaterialKind::absorption`].
+    fn absorption(&self) -> Rgb;
 }

@@ -24,6 +24,7 @@ use serde::Deserialize;
 
 use super::{FindColor, MaterialKind, Split, Terms};
 use crate::{
+    bsdf::{Bsdf, diffuse::Lambert},
     math::Rgb,
     texture::{Color, TexturePoint, Textures},
     value::{ColorSource, NonNegative, Positive, Problem, Spanned, Tint},
@@ -114,5 +115,12 @@ impl MaterialKind for Phong {
             split: Split::Fixed,
             two_sided: self.two_sided,
         }
+    }
+
+    #[inline]
+    fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf {
+        Bsdf::Lambert(Lambert {
+            albedo: textures.color(&self.color, at),
+        })
     }
 }

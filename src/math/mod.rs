@@ -9,6 +9,7 @@ pub mod rgb;
 pub mod srgb;
 pub mod transform;
 pub mod trig;
+pub mod warp;
 
 pub use aabb::Aabb;
 pub use frame::Frame;

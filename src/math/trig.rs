@@ -10,6 +10,11 @@ pub fn cos(x: f32) -> f32 {
     libm::cosf(x)
 }
 
+/// Sine and cosine.
+pub fn sin_cos(x: f32) -> (f32, f32) {
+    libm::sincosf(x)
+}
+
 pub fn tan(x: f32) -> f32 {
     libm::tanf(x)
 }

@@ -10,9 +10,9 @@ use crate::{
     accel::{Hit, RayCost},
     camera::Camera,
     film::{PixelSum, Window},
-    integrator::{Departures, Integrator, Path, Vertex},
-    math::{Ray, Rgb, Vec2},
-    sampler::{Dimension, SampleKey},
+    integrator::{Departures, Integrator, Path, Vertex, Visit},
+    math::{Ray, Vec2},
+    sampler::{Dimension, Numbers, SampleKey},
     scene::Scene,
 };
 
@@ -28,6 +28,43 @@ pub(super) struct Job<'a> {
     pub camera: &'a Camera,
     pub integrator: &'a dyn Integrator,
     pub settings: &'a Settings,
+}
+
+/// The samples of a wave: `together` of each pixel of `tile` from `first` on, a pixel's beside each other.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    tile: Window,
+    first: u32,
+    together: u32,
+}
+
+impl Part {
+    /// The address of the sample in `slot`.
+    #[inline]
+    fn key(&self, settings: &Settings, slot: u32) -> SampleKey {
+        let (pixel, sample) = (slot / self.together, slot % self.together);
+        let width = self.tile.x1 - self.tile.x0;
+        SampleKey {
+            seed: settings.seed,
+            frame: settings.frame,
+            pixel: [self.tile.x0 + pixel % width, self.tile.y0 + pixel / width],
+            sample: self.first + sample,
+        }
+    }
+
+    #[inline]
+    fn visit<'a>(&self, job: &Job<'a>, path: &'a Path, ray: &'a Ray, vertex: Vertex<'a>) -> Visit<'a> {
+        Visit {
+            scene: job.scene,
+            path,
+            ray,
+            vertex,
+            numbers: Numbers {
+                sampler: &job.settings.sampler,
+                key: self.key(job.settings, path.slot),
+            },
+        }
+    }
 }
 
 /// What running a wave took.
@@ -57,9 +94,14 @@ impl Wave {
     /// Renders `samples` of every pixel of `tile` and adds them to `sums`.
     pub fn run(&mut self, job: &Job<'_>, tile: Window, samples: Range<u32>, sums: &mut [PixelSum]) -> Traced {
         let mut traced = Traced::default();
+        let part = Part {
+            tile,
+            first: samples.start,
+            together: samples.len() as u32,
+        };
         self.start(job, tile, &samples);
         while !self.rays.is_empty() {
-            traced.rays += self.step(job);
+            traced.rays += self.step(job, &part);
             self.carry_on();
         }
         let together = samples.len();
@@ -112,11 +154,7 @@ impl Wave {
                     };
                     let slot = self.paths.len() as u32;
                     self.rays.push(job.camera.ray(film, lens));
-                    self.paths.push(Path {
-                        slot,
-                        depth: 1,
-                        throughput: Rgb::WHITE,
-                    });
+                    self.paths.push(Path::start(slot));
                     self.weights.push(weight);
                 }
             }
@@ -127,7 +165,7 @@ impl Wave {
     }
 
     /// Traces all rays, answers for all vertices, and leaves the rays that go on in `out`. Returns how many it traced.
-    fn step(&mut self, job: &Job<'_>) -> u64 {
+    fn step(&mut self, job: &Job<'_>, part: &Part) -> u64 {
         let (scene, integrator) = (job.scene, job.integrator);
         if integrator.reads_traversal() {
             return self.step_costs(job);
@@ -140,9 +178,11 @@ impl Wave {
         for (i, hit) in self.hits.iter().enumerate() {
             match hit {
                 Some(hit) => {
-                    let surface = scene.surface(&self.rays[i], hit);
-                    self.out.leave_from(self.paths[i]);
-                    integrator.vertex(scene, &self.paths[i], &Vertex::Surface(&surface), &mut self.out);
+                    let (ray, path) = (&self.rays[i], &self.paths[i]);
+                    let surface = scene.surface(ray, hit);
+                    self.out.leave_from(*path);
+                    let vertex = Vertex::Surface(&surface, hit);
+                    integrator.vertex(&part.visit(job, path, ray, vertex), &mut self.out);
                 }
                 None => self.escaped.push(i as u32),
             }
@@ -154,7 +194,7 @@ impl Wave {
                 continue;
             }
             self.out.leave_from(path);
-            integrator.vertex(scene, &path, &Vertex::Escape(ray), &mut self.out);
+            integrator.vertex(&part.visit(job, &path, ray, Vertex::Escape), &mut self.out);
         }
         let Departures {
             shadow_rays,

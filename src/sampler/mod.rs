@@ -28,6 +28,46 @@ impl Dimension {
     pub const FILM: Self = Self(0);
     /// Where on the lens.
     pub const LENS: Self = Self(1);
+    /// When between the shutter's opening and closing (x).
+    pub const TIME: Self = Self(2);
+
+    /// What the vertex at the end of segment `depth` (1 for a camera ray) draws for.
+    pub const fn at(depth: u32, purpose: Purpose) -> Self {
+        Self(3 + Purpose::COUNT * (depth - 1) + purpose as u32)
+    }
+}
+
+/// What the vertex of a path needs random numbers for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Purpose {
+    /// Which light (x) and which lobe of the surface (y).
+    Choice,
+    /// Where on the light.
+    Light,
+    /// Which direction from the lobe.
+    Bsdf,
+    /// Whether the path survives (x).
+    Survival,
+}
+
+impl Purpose {
+    const COUNT: u32 = 4;
+}
+
+/// The random numbers of one sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Numbers<'a> {
+    pub sampler: &'a Sampler,
+    pub key: SampleKey,
+}
+
+impl Numbers<'_> {
+    /// Two numbers in `[0, 1)`.
+    #[inline]
+    pub fn pair(&self, dimension: Dimension) -> Vec2 {
+        self.sampler.pair(&self.key, dimension)
+    }
 }
 
 /// The closed set of samplers.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Background, MeshRecord, Object, ObjectId, Scene};
+use super::{Background, Lights, MeshRecord, Object, ObjectId, Scene};
 use crate::{
     accel::{self, AccelKind, BuildError, Geometry, Placed},
     light::Light,
@@ -114,7 +114,7 @@ impl Builder {
             materials: self.materials,
             textures: self.textures,
             bitmaps: self.bitmaps,
-            lights: self.lights,
+            lights: Lights::new(self.lights),
             background: self.background,
         })
     }

@@ -21,6 +21,9 @@ pub struct Surface {
     pub ng: Vec3,
     /// Unit shading normal.
     pub ns: Vec3,
+    /// How `p` moves with the texture coordinates; zero where there are none.
+    pub dpdu: Vec3,
+    pub dpdv: Vec3,
     /// Unit direction back along the ray.
     pub wo: Vec3,
     /// The place in the object's own space.
@@ -47,12 +50,13 @@ impl Surface {
             None => placed.shape.surface(ray, &shape_hit),
             Some(t) => placed.shape.surface(&t.ray_to_local(ray), &shape_hit),
         };
-        let (p, p_error, ng) = match transform {
-            None => (local.p, local.p_error, local.ng),
+        let (p, p_error, ng, [dpdu, dpdv]) = match transform {
+            None => (local.p, local.p_error, local.ng, [local.dpdu, local.dpdv]),
             Some(t) => (
                 t.point_to_world(local.p),
                 t.point_error_to_world(local.p, local.p_error),
                 t.normal_to_world(local.ng).normalize(),
+                [local.dpdu, local.dpdv].map(|d| t.vector_to_world(d)),
             ),
         };
         Self {
@@ -61,6 +65,8 @@ impl Surface {
             p_error,
             ng,
             ns: ng,
+            dpdu,
+            dpdv,
             wo: -ray.d.normalize(),
             texture: TexturePoint {
                 uv: local.uv,
@@ -89,6 +95,8 @@ impl Surface {
             p_error: local.p_error,
             ng: local.ng,
             ns,
+            dpdu: local.dpdu,
+            dpdv: local.dpdv,
             wo: -ray.d.normalize(),
             texture: TexturePoint {
                 uv: local.uv,

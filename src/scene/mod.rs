@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use crate::{
     accel::{Accelerator, Hit, PrimRef},
-    light::Light,
+    light::LightSample,
     material::{Material, MaterialId},
     math::{Ray, Rgb, Transform, Vec2, Vec3},
     texture::{Bitmap, Texture, Textures},
@@ -14,13 +14,19 @@ use crate::{
 
 pub mod builder;
 pub mod interaction;
+pub mod lights;
 
 pub use builder::Builder;
 pub use interaction::Surface;
+pub use lights::{Choice, Lights, Receiver};
 
 /// An index into the scene's objects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ObjectId(pub u32);
+
+/// An index into the scene's lights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LightId(pub u32);
 
 /// What a scene file calls an object.
 #[derive(Clone, Debug)]
@@ -76,7 +82,7 @@ pub struct Scene {
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub bitmaps: Vec<Bitmap>,
-    pub lights: Vec<Light>,
+    pub lights: Lights,
     pub background: Background,
 }
 
@@ -93,6 +99,31 @@ impl Scene {
     #[inline]
     pub fn material(&self, id: MaterialId) -> &Material {
         &self.materials[id.0 as usize]
+    }
+
+    /// The radiance that arrives where a ray along the unit direction `w` meets nothing, in W m^-2 sr^-1.
+    #[inline]
+    pub fn escape(&self, _w: Vec3) -> Rgb {
+        self.background.radiance
+    }
+
+    /// A direction from which `light` shines on `from`, by two uniform numbers in `[0, 1)`; `None` where it does not.
+    #[inline]
+    pub fn sample_light(&self, light: LightId, from: Vec3, u: Vec2) -> Option<LightSample> {
+        self.lights.sample(light, from, u)
+    }
+
+    /// The density, in sr^-1, with which [`Lights::choose`] and [`Scene::sample_light`] at `at` find the direction `w` towards what
+    /// lies behind everything. 0 where it is not a light that is asked for.
+    #[inline]
+    pub fn pdf_escape(&self, _at: &Receiver, _w: Vec3) -> f32 {
+        0.0
+    }
+
+    /// The same for the unit direction `w` towards the surface that a ray from `at` met there with `hit`. 0 where no light is.
+    #[inline]
+    pub fn pdf_hit(&self, _at: &Receiver, _w: Vec3, _hit: &Hit, _surface: &Surface) -> f32 {
+        0.0
     }
 
     /// The mesh that triangle `prim` is of.

@@ -1,0 +1,89 @@
+//! Surfaces so smooth that light leaves in one or two directions only.
+
+use super::{
+    BsdfEval, BsdfKind, BsdfSample, Lobe,
+    fresnel::{dielectric, reflect, refract},
+};
+use crate::math::{Rgb, Vec2, Vec3};
+
+/// All light leaves along the mirror direction.
+#[derive(Clone, Copy, Debug)]
+pub struct Mirror {
+    pub reflectance: Rgb,
+}
+
+impl BsdfKind for Mirror {
+    fn eval(&self, _wo: Vec3, _wi: Vec3) -> BsdfEval {
+        BsdfEval::default()
+    }
+
+    fn sample(&self, wo: Vec3, _uc: f32, _u: Vec2) -> Option<BsdfSample> {
+        (wo.z > 0.0 && !self.reflectance.is_black()).then_some(BsdfSample {
+            wi: Vec3::new(-wo.x, -wo.y, wo.z),
+            weight: self.reflectance,
+            diffuse: Rgb::BLACK,
+            pdf: None,
+            lobe: Lobe::Specular,
+            eta: 1.0,
+        })
+    }
+
+    fn is_delta(&self) -> bool {
+        true
+    }
+}
+
+/// A smooth boundary of a clear medium: light is reflected or refracted, shared out by Fresnel's equations.
+#[derive(Clone, Copy, Debug)]
+pub struct Glass {
+    /// Index of refraction behind the surface over that in front.
+    pub ior: f32,
+    pub reflectance: Rgb,
+    pub transmittance: Rgb,
+}
+
+impl BsdfKind for Glass {
+    fn eval(&self, _wo: Vec3, _wi: Vec3) -> BsdfEval {
+        BsdfEval::default()
+    }
+
+    fn sample(&self, wo: Vec3, uc: f32, _u: Vec2) -> Option<BsdfSample> {
+        let (n, eta) = if wo.z < 0.0 {
+            (-Vec3::Z, 1.0 / self.ior)
+        } else {
+            (Vec3::Z, self.ior)
+        };
+        let reflected = dielectric(n.dot(wo), eta);
+        let (by_reflection, by_transmission) = (
+            reflected * self.reflectance.max_component(),
+            (1.0 - reflected) * self.transmittance.max_component(),
+        );
+        let all = by_reflection + by_transmission;
+        if all <= 0.0 {
+            return None;
+        }
+        let (wi, weight, lobe, eta) = if uc * all < by_reflection {
+            let weight = self.reflectance * (reflected * all / by_reflection);
+            (reflect(wo, n), weight, Lobe::Specular, 1.0)
+        } else {
+            let weight = self.transmittance * ((1.0 - reflected) * all / by_transmission);
+            (refract(wo, n, eta)?, weight, Lobe::Transmission, eta)
+        };
+        Some(BsdfSample {
+            wi,
+            weight,
+            diffuse: Rgb::BLACK,
+            pdf: None,
+            lobe,
+            eta,
+        })
+    }
+
+    fn transmits(&self) -> bool {
+        true
+    }
+
+    fn is_delta(&self) -> bool {
+        true
+    }
+}

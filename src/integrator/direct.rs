@@ -1,0 +1,144 @@
+//! Direct light: light sampling, BSDF sampling, and how the two are combined.
+//!
+//! Both find the same light; each is right where the other is noisy. Weighted by the power heuristic the sum stays right
+//! and takes the better of both. Source: Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997,
+//! section 9.2.
+
+use serde::Deserialize;
+
+use super::{Departures, Visit};
+use crate::{
+    bsdf::Bsdf,
+    math::{Frame, Rgb, Vec3},
+    sampler::{Dimension, Purpose},
+    scene::{Receiver, Surface},
+};
+
+/// How light is looked for. All find the same light; they differ in noise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Strategy {
+    /// Both ways, weighted.
+    #[default]
+    Mis,
+    /// By choosing points of lights; what has but one direction (a point light, a mirror) is found as ever.
+    Light,
+    /// By following the surface.
+    Bsdf,
+}
+
+impl Strategy {
+    /// The weight of light that was found by light sampling with density `light`, where following the surface would have
+    /// found it with density `bsdf`.
+    #[inline]
+    fn weight_of_light(self, light: f32, bsdf: f32) -> f32 {
+        match self {
+            Self::Mis => power_heuristic(light, bsdf),
+            Self::Light => 1.0,
+            Self::Bsdf => 0.0,
+        }
+    }
+
+    /// The weight of light that was met by following the surface with density `bsdf`, where light sampling would have
+    /// found it with density `light` (0: not at all).
+    #[inline]
+    pub fn weight_of_bsdf(self, bsdf: Option<f32>, light: impl FnOnce() -> f32) -> f32 {
+        let Some(bsdf) = bsdf else { return 1.0 };
+        match self {
+            Self::Mis => power_heuristic(bsdf, light()),
+            Self::Light if light() > 0.0 => 0.0,
+            Self::Light | Self::Bsdf => 1.0,
+        }
+    }
+}
+
+/// The weight of the first of two densities.
+fn power_heuristic(a: f32, b: f32) -> f32 {
+    if a.is_infinite() {
+        return 1.0;
+    }
+    // By ratio: the squares of densities may overflow.
+    let r = b / a;
+    1.0 / (1.0 + r * r)
+}
+
+/// A surface, seen in its shading frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Shading<'a> {
+    pub surface: &'a Surface,
+    pub frame: Frame,
+    pub bsdf: &'a Bsdf,
+    pub wo_local: Vec3,
+}
+
+impl Shading<'_> {
+    /// Whether `wi` (world) lies on the side of the surface that the frame says it does: shading normals and true ones
+    /// disagree at the rim of smooth meshes, where light would leak through.
+    #[inline]
+    pub fn agrees(&self, wi: Vec3, wi_local: Vec3) -> bool {
+        let same_side = self.surface.ng.dot(wi) * self.surface.ng.dot(self.surface.wo) > 0.0;
+        same_side == (wi_local.z * self.wo_local.z > 0.0)
+    }
+
+    /// Where light is asked for.
+    #[inline]
+    pub fn receiver(&self) -> Receiver {
+        Receiver {
+            p: self.surface.p,
+            n: if self.bsdf.transmits() {
+                Vec3::ZERO
+            } else {
+                self.frame.n
+            },
+        }
+    }
+}
+
+/// Asks one light, chosen at random, what it brings to `shading`; `clamp` bounds what a path through bounces may bring.
+#[inline]
+pub fn ask_light(
+    visit: &Visit<'_>,
+    shading: &Shading<'_>,
+    strategy: Strategy,
+    clamp: impl Fn(Rgb) -> Rgb,
+    out: &mut Departures,
+) {
+    let (scene, depth) = (visit.scene, visit.path.depth);
+    let receiver = shading.receiver();
+    let u = visit.numbers.pair(Dimension::at(depth, Purpose::Choice)).x;
+    let Some(choice) = scene.lights.choose(&receiver, u) else {
+        return;
+    };
+    let u = visit.numbers.pair(Dimension::at(depth, Purpose::Light));
+    let Some(sample) = scene.sample_light(choice.light, receiver.p, u) else {
+        return;
+    };
+    let wi_local = shading.frame.to_local(sample.wi);
+    if !shading.agrees(sample.wi, wi_local) {
+        return;
+    }
+    let eval = shading.bsdf.eval(shading.wo_local, wi_local);
+    let l = match sample.pdf {
+        None => eval.f_cos() * sample.li / choice.pmf,
+        Some(pdf) => {
+            let pdf = pdf * choice.pmf;
+            eval.f_cos() * sample.li * (strategy.weight_of_light(pdf, eval.pdf) / pdf)
+        }
+    };
+    if !l.is_black() {
+        out.shadow(shading.surface.shadow_ray(sample.wi, sample.distance), clamp(l));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_weights_of_both_ways_sum_to_one() {
+        for (a, b) in [(1.0, 3.0), (1e-20, 1e20), (1e30, 1e30), (0.5, 0.0)] {
+            let sum = Strategy::Mis.weight_of_light(a, b) + Strategy::Mis.weight_of_bsdf(Some(b), || a);
+            assert!((sum - 1.0).abs() < 1e-6, "{a} {b} {sum}");
+        }
+    }
+}

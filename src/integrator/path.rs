@@ -1,0 +1,278 @@
+//! Path tracing: all light, by following paths from the camera.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `max_depth` | whole number of at least 1; ray segments from the camera | | 8 |
+//! | `max_diffuse`, `max_specular`, `max_transmission` | whole number; how often a path may leave a surface by a lobe of the kind | | no limit but `max_depth` |
+//! | `roulette_depth` | whole number; segments from which on dim paths may end early, by chance and without bias | | 5 |
+//! | `clamp_indirect` | number above 0; what a path may bring by way of two surfaces or more. Trades rare bright pixels for lost light | W m^-2 sr^-1 | no limit |
+//! | `strategy` | `"mis"`, `"light"` or `"bsdf"`: how light is looked for. All give the same picture, with different noise | | `"mis"` |
+//!
+//! Materials are seen from both sides. Radiance is not scaled by the square of the index of refraction inside of media, as in
+//! Whitted's integrator.
+//!
+//! ```toml
+//! [render]
+//! integrator.path = { max_depth = 12 }
+//! ```
+//!
+//! Source: Kajiya, "The Rendering Equation", SIGGRAPH 1986, doi:10.1145/15922.15902; for the combination of light and BSDF
+//! sampling see Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, chapter 9; for the roulette
+//! Arvo and Kirk, "Particle Transport and Image Synthesis", SIGGRAPH 1990, doi:10.1145/97880.97886.
+
+use serde::Deserialize;
+
+use super::{
+    Bounces, Departures, Integrator, Layer, Onward, Path, Vertex, Visit,
+    direct::{Shading, Strategy, ask_light},
+};
+use crate::{
+    accel::{Hit, RayCost},
+    bsdf::{Bsdf, BsdfSample, Lobe},
+    material::Material,
+    math::{Frame, Rgb, Vec3, trig},
+    sampler::{Dimension, Purpose},
+    scene::{Receiver, Surface},
+    value::{Positive, Problem, Spanned, Whole},
+};
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PathDesc {
+    pub max_depth: Option<Spanned<Whole>>,
+    pub max_diffuse: Option<Whole>,
+    pub max_specular: Option<Whole>,
+    pub max_transmission: Option<Whole>,
+    pub roulette_depth: Option<Whole>,
+    pub clamp_indirect: Option<Positive>,
+    #[serde(default)]
+    pub strategy: Strategy,
+}
+
+impl PathDesc {
+    pub fn compile(&self) -> Result<PathTracer, Problem> {
+        let max_depth = match &self.max_depth {
+            None => 8,
+            Some(depth) if depth.get_ref().0 == 0 => {
+                return Err(Problem::at(depth.span(), "expected a depth of at least 1, found 0"));
+            }
+            Some(depth) => depth.get_ref().0,
+        };
+        let limit = |said: Option<Whole>| said.map_or(u16::MAX, |n| n.0.min(u32::from(u16::MAX)) as u16);
+        Ok(PathTracer {
+            max_depth,
+            limits: Bounces {
+                diffuse: limit(self.max_diffuse),
+                specular: limit(self.max_specular),
+                transmission: limit(self.max_transmission),
+            },
+            roulette_depth: self.roulette_depth.map_or(5, |d| d.0),
+            clamp_indirect: self.clamp_indirect.map(|c| c.0),
+            strategy: self.strategy,
+        })
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct PathTracer {
+    pub max_depth: u32,
+    /// How often a path may leave by a lobe of each kind.
+    pub limits: Bounces,
+    pub roulette_depth: u32,
+    /// In W m^-2 sr^-1.
+    pub clamp_indirect: Option<f32>,
+    pub strategy: Strategy,
+}
+
+/// The chance of survival in the roulette is never more, so that paths between mirrors end.
+const LIKELIEST: f32 = 0.95;
+
+impl Integrator for PathTracer {
+    fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
+        Self::vertex(self, visit, out);
+    }
+}
+
+impl PathTracer {
+    pub fn reads_traversal(&self) -> bool {
+        false
+    }
+
+    pub fn traversal(&self, _cost: RayCost, _out: &mut Departures) {}
+
+    pub fn layers(&self) -> &'static [Layer] {
+        &[]
+    }
+
+    pub fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
+        let (surface, hit) = match visit.vertex {
+            Vertex::Surface(surface, hit) => (surface, hit),
+            Vertex::Escape => return self.escape(visit, out),
+        };
+        let (scene, path) = (visit.scene, visit.path);
+        if let Some(medium) = path.last.medium {
+            let absorption = scene.material(medium).absorption();
+            out.attenuate(absorption.map(|a| trig::exp(-a * surface.t)));
+        }
+        let material = scene.material(surface.material);
+        self.emission(visit, surface, hit, material, out);
+        if path.depth >= self.max_depth {
+            return;
+        }
+        let bsdf = material.bsdf(&scene.textures(), &surface.texture);
+        let frame = shading_frame(visit, surface, material, &bsdf);
+        let shading = Shading {
+            surface,
+            frame,
+            bsdf: &bsdf,
+            wo_local: frame.to_local(surface.wo),
+        };
+        if !bsdf.is_delta() && self.strategy != Strategy::Bsdf {
+            let clamp = |l| self.clamped(path, path.depth + 1, l);
+            ask_light(visit, &shading, self.strategy, clamp, out);
+        }
+        self.go_on(visit, &shading, out);
+    }
+
+    /// What lies behind everything.
+    fn escape(&self, visit: &Visit<'_>, out: &mut Departures) {
+        let (scene, path, w) = (visit.scene, visit.path, visit.ray.d);
+        if let Some(medium) = path.last.medium {
+            let absorption = scene.material(medium).absorption();
+            out.attenuate(absorption.map(|a| if a > 0.0 { 0.0 } else { 1.0 }));
+        }
+        let l = scene.escape(w);
+        if l.is_black() {
+            return;
+        }
+        let weight = self
+            .strategy
+            .weight_of_bsdf(path.last.pdf, || scene.pdf_escape(&receiver(visit), w));
+        out.add(self.clamped(path, path.depth, l * weight));
+    }
+
+    /// What the surface shines with of its own.
+    fn emission(&self, visit: &Visit<'_>, surface: &Surface, hit: &Hit, material: &Material, out: &mut Departures) {
+        let Some(emission) = material.emission() else { return };
+        let (scene, path) = (visit.scene, visit.path);
+        let l = emission.radiance(&scene.textures(), &surface.texture, surface.ng.dot(surface.wo));
+        if l.is_black() {
+            return;
+        }
+        let weight = self.strategy.weight_of_bsdf(path.last.pdf, || {
+            scene.pdf_hit(&receiver(visit), visit.ray.d, hit, surface)
+        });
+        out.add(self.clamped(path, path.depth, l * weight));
+    }
+
+    /// Carries the path on in a direction that the surface chooses.
+    fn go_on(&self, visit: &Visit<'_>, shading: &Shading<'_>, out: &mut Departures) {
+        let (path, surface) = (visit.path, shading.surface);
+        let uc = visit.numbers.pair(Dimension::at(path.depth, Purpose::Choice)).y;
+        let u = visit.numbers.pair(Dimension::at(path.depth, Purpose::Bsdf));
+        let Some(sample) = shading.bsdf.sample(shading.wo_local, uc, u) else {
+            return;
+        };
+        let wi = shading.frame.to_world(sample.wi);
+        let Some(bounces) = self.count(path.last.bounces, sample.lobe) else {
+            return;
+        };
+        if !shading.agrees(wi, sample.wi) {
+            return;
+        }
+        let mut weight = sample.weight;
+        if path.depth >= self.roulette_depth {
+            let survival = (path.throughput * weight).max_component().min(LIKELIEST);
+            if visit.numbers.pair(Dimension::at(path.depth, Purpose::Survival)).x >= survival {
+                return;
+            }
+            weight = weight / survival;
+        }
+        let last = Onward {
+            pdf: sample.pdf,
+            n: shading.receiver().n,
+            medium: medium_after(visit, shading, &sample),
+            bounces,
+        };
+        out.go_on(surface.spawn_ray(wi), weight, last);
+    }
+
+    /// One more bounce, if it is allowed.
+    fn count(&self, mut bounces: Bounces, lobe: Lobe) -> Option<Bounces> {
+        let (count, limit) = match lobe {
+            Lobe::Diffuse => (&mut bounces.diffuse, self.limits.diffuse),
+            Lobe::Specular => (&mut bounces.specular, self.limits.specular),
+            Lobe::Transmission => (&mut bounces.transmission, self.limits.transmission),
+        };
+        if *count >= limit {
+            return None;
+        }
+        *count += 1;
+        Some(bounces)
+    }
+
+    /// `l`, that `path` brings by way of `segments` segments, scaled down where that is too much.
+    fn clamped(&self, path: &Path, segments: u32, l: Rgb) -> Rgb {
+        let Some(limit) = self.clamp_indirect.filter(|_| segments > 2) else {
+            return l;
+        };
+        let brought = (path.throughput * l).max_component();
+        if brought > limit { l * (limit / brought) } else { l }
+    }
+}
+
+/// Where light would have been asked for at the path's last vertex.
+fn receiver(visit: &Visit<'_>) -> Receiver {
+    Receiver {
+        p: visit.ray.o,
+        n: visit.path.last.n,
+    }
+}
+
+/// The medium that the path is in behind `sample`.
+fn medium_after(visit: &Visit<'_>, shading: &Shading<'_>, sample: &BsdfSample) -> Option<crate::material::MaterialId> {
+    if sample.lobe != Lobe::Transmission {
+        return visit.path.last.medium;
+    }
+    let material = shading.surface.material;
+    let enters = sample.wi.z < 0.0;
+    (enters && !visit.scene.material(material).absorption().is_black()).then_some(material)
+}
+
+/// The shading frame: about the normal on the side of the viewer, or as authored where light passes through.
+fn shading_frame(visit: &Visit<'_>, surface: &Surface, material: &Material, bsdf: &Bsdf) -> Frame {
+    let front = surface.ng.dot(surface.wo) >= 0.0;
+    // At the rim of a smooth mesh the shading normal may point away from a viewer in front: there the true one stands in.
+    let seen = |n: Vec3| (n.dot(surface.wo) > 0.0) == front;
+    let authored = if seen(surface.ns) { surface.ns } else { surface.ng };
+    let mapped = material.normal(&visit.scene.textures(), &surface.texture);
+    let frame = match mapped {
+        None if !bsdf.reads_tangent() => Frame::from_normal(authored),
+        None => tangent_frame(surface, authored),
+        Some(n) => {
+            let base = tangent_frame(surface, authored);
+            let handed = base.t.dot(surface.dpdv) < 0.0;
+            let n = Vec3::new(n.x, if handed { -n.y } else { n.y }, n.z);
+            let world = base.to_world(n).normalize_or(authored);
+            tangent_frame(surface, if seen(world) { world } else { authored })
+        }
+    };
+    if front || bsdf.transmits() {
+        frame
+    } else {
+        Frame {
+            s: frame.s,
+            t: -frame.t,
+            n: -frame.n,
+        }
+    }
+}
+
+/// A frame about `n` whose first axis follows the texture's.
+fn tangent_frame(surface: &Surface, n: Vec3) -> Frame {
+    let s = surface.dpdu - n * n.dot(surface.dpdu);
+    match s.try_normalize() {
+        Some(s) => Frame { s, t: n.cross(s), n },
+        None => Frame::from_normal(n),
+    }
+}

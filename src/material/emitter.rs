@@ -1,0 +1,73 @@
+//! A surface that shines and does nothing else: objects of it are area lights.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `radiance` | number, `[r, g, b]` or `"texture.NAME"`; the same in all directions | W m^-2 sr^-1 | required |
+//! | `scale` | number of at least 0; a factor, for textures | | 1 |
+//! | `two_sided` | whether the back shines too, where the normal does not point | | false |
+//!
+//! A flat emitter of area A sends out pi A radiance watts from each side that shines.
+//!
+//! ```toml
+//! [material.lamp]
+//! emitter = { radiance = [12, 11, 9] }
+//! ```
+
+use serde::Deserialize;
+
+use super::{Emission, FindColor, MaterialKind, Sides, Terms};
+use crate::{
+    bsdf::{Bsdf, diffuse::Lambert},
+    math::Rgb,
+    texture::{Color, TexturePoint, Textures},
+    value::{ColorSource, NonNegative, Problem, Spanned},
+};
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EmitterDesc {
+    pub radiance: Spanned<ColorSource>,
+    #[serde(default = "one")]
+    pub scale: NonNegative,
+    #[serde(default)]
+    pub two_sided: bool,
+}
+
+fn one() -> NonNegative {
+    NonNegative(1.0)
+}
+
+impl EmitterDesc {
+    pub fn compile(&self, find: &FindColor<'_>) -> Result<Emitter, Problem> {
+        Ok(Emitter {
+            radiance: find(&self.radiance)?,
+            scale: self.scale.0,
+            sides: if self.two_sided { Sides::Both } else { Sides::Front },
+        })
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Emitter {
+    pub radiance: Color,
+    pub scale: f32,
+    pub sides: Sides,
+}
+
+impl MaterialKind for Emitter {
+    fn terms(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Terms {
+        Terms::default()
+    }
+
+    fn bsdf(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Bsdf {
+        Bsdf::Lambert(Lambert { albedo: Rgb::BLACK })
+    }
+
+    fn emission(&self) -> Option<Emission> {
+        Some(Emission {
+            radiance: self.radiance,
+            scale: self.scale,
+            sides: self.sides,
+        })
+    }
+}

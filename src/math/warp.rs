@@ -1,0 +1,55 @@
+//! From the unit square to other domains, each with its density.
+
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4};
+
+use super::{Vec2, Vec3, trig};
+
+/// A point of the unit disk, uniform by area; neighbours stay neighbours.
+///
+/// Source: Shirley and Chiu, "A low distortion map between disk and square", JGT 2(3), 1997.
+pub fn square_to_disk(u: Vec2) -> Vec2 {
+    let o = 2.0 * u - Vec2::ONE;
+    if o == Vec2::ZERO {
+        return Vec2::ZERO;
+    }
+    let (r, angle) = if o.x.abs() > o.y.abs() {
+        (o.x, FRAC_PI_4 * (o.y / o.x))
+    } else {
+        (o.y, FRAC_PI_2 - FRAC_PI_4 * (o.x / o.y))
+    };
+    let (sin, cos) = trig::sin_cos(angle);
+    Vec2::new(r * cos, r * sin)
+}
+
+/// A unit direction about +z with a density proportional to its cosine.
+pub fn square_to_cosine_hemisphere(u: Vec2) -> Vec3 {
+    let d = square_to_disk(u);
+    d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
+}
+
+/// The density of [`square_to_cosine_hemisphere`] for a direction whose z is `cos`, in sr^-1.
+pub fn cosine_hemisphere_pdf(cos: f32) -> f32 {
+    cos.max(0.0) * FRAC_1_PI
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_disk_is_filled_evenly_and_the_hemisphere_by_its_cosine() {
+        let n = 200;
+        let (mut inner, mut cos) = (0, 0.0_f64);
+        for i in 0..n * n {
+            let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+            let d = square_to_disk(u);
+            assert!(d.length() <= 1.0);
+            inner += i32::from(d.length_squared() < 0.5);
+            cos += f64::from(square_to_cosine_hemisphere(u).z);
+        }
+        let all = f64::from(n * n);
+        assert!((f64::from(inner) / all - 0.5).abs() < 0.005);
+        // The mean of the cosine under cos / pi is 2 / 3.
+        assert!((cos / all - 2.0 / 3.0).abs() < 0.001);
+    }
+}
