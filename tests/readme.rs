@@ -72,7 +72,13 @@ fn the_scene_and_the_camera_path_render_and_the_message_is_as_shown() {
     folder.write("ball.toml", &scene);
     folder.write("path.csv", &blocks("csv").swap_remove(0));
     let small = ["--resolution", "24x16", "--samples", "1"];
-    folder.succeed(&[&["ball.toml", "--frames", "path.csv", "--range", "1-100x33"], &small[..]].concat());
+    folder.succeed(
+        &[
+            &["ball.toml", "--frames", "path.csv", "--range", "1-100x33"],
+            &small[..],
+        ]
+        .concat(),
+    );
     assert_eq!(folder.names().iter().filter(|n| n.ends_with(".exr")).count(), 4);
 
     let wrong = scene.replace("center = [0, 1, 0], radius", "center = [0, 1, 0], radus");

@@ -147,11 +147,11 @@ pub enum Contents {
 }
 
 /// Every format.
-pub const FORMATS: [&dyn Format; 2] = [&exr::Exr, &png::Png];
+pub const FORMATS: &[&dyn Format] = &[&exr::Exr, &png::Png];
 
 /// The format of this name, in any case.
 pub fn format(name: &str) -> Option<&'static dyn Format> {
-    FORMATS.into_iter().find(|f| f.name().eq_ignore_ascii_case(name))
+    FORMATS.iter().copied().find(|f| f.name().eq_ignore_ascii_case(name))
 }
 
 /// Writes `image` to `path`, which is afterwards the whole file or, on an error, what it was before.

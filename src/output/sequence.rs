@@ -199,7 +199,7 @@ pub enum PatternError {
 }
 
 fn known() -> String {
-    let names = FORMATS.map(|f| f.name());
+    let names: Vec<_> = FORMATS.iter().map(|f| f.name()).collect();
     format!("known are {}", names.join(", "))
 }
 

@@ -43,7 +43,7 @@ fn header(frame: &FrameImage, encoding: Encoding) -> Header {
 #[test]
 fn every_format_writes_the_same_whole_file_twice() {
     let home = tempfile::tempdir().unwrap();
-    for format in FORMATS {
+    for &format in FORMATS {
         let path = |name: &str| home.path().join(name).with_extension(format.name());
         let (a, b) = (path("a"), path("new folder/b"));
         let report = write(&a, format, &frame(), Encoding::default()).unwrap();
@@ -58,7 +58,7 @@ fn every_format_writes_the_same_whole_file_twice() {
 #[test]
 fn an_image_that_does_not_fit_is_an_error_with_the_path_last() {
     let home = tempfile::tempdir().unwrap();
-    for format in FORMATS {
+    for &format in FORMATS {
         let path = home.path().join("f").with_extension(format.name());
         let short = FrameImage {
             rgba: &RGBA[..5],

@@ -1,5 +1,7 @@
 //! Examples of every kind, and the random numbers and rays to try them with.
 
+use std::{fs, path::PathBuf};
+
 use serde::Deserialize;
 
 use crate::{
@@ -43,16 +45,23 @@ const EXAMPLES: &[&str] = &[
     "plane = { point = [1e4, -2e4, 0], normal = [-1, 0, 2] }",
 ];
 
-/// The manual pages, whose snippets are examples as well.
-const MANUALS: &[&str] = &[
-    include_str!("../cone.rs"),
-    include_str!("../cuboid.rs"),
-    include_str!("../cylinder.rs"),
-    include_str!("../disk.rs"),
-    include_str!("../plane.rs"),
-    include_str!("../quad.rs"),
-    include_str!("../sphere.rs"),
-];
+/// The snippets of the manual pages of this room: a kind is tried as soon as its file is there.
+fn snippets() -> Vec<String> {
+    let room = concat!(env!("CARGO_MANIFEST_DIR"), "/src/shape");
+    let mut files: Vec<_> = fs::read_dir(room)
+        .expect("the room is there")
+        .map(|entry| entry.expect("readable").path())
+        .filter(|path| path.extension().is_some_and(|e| e == "rs"))
+        .collect();
+    files.sort();
+    let snippet = |path: &PathBuf| {
+        let manual = fs::read_to_string(path).expect("readable");
+        let snippet = manual.split("//! ```toml\n").nth(1)?;
+        let snippet = snippet.split("//! ```").next()?.replace("//! ", "");
+        (!snippet.contains("shape.mesh")).then_some(snippet)
+    };
+    files.iter().filter_map(snippet).collect()
+}
 
 /// A shape to try, and the text it comes from.
 pub struct Example {
@@ -71,17 +80,10 @@ struct Object {
 
 /// Every example.
 pub fn all() -> Vec<Example> {
-    let snippets = MANUALS.iter().map(|manual| {
-        let snippet = manual
-            .split("//! ```toml\n")
-            .nth(1)
-            .and_then(|s| s.split("//! ```").next());
-        snippet.expect("a manual page has a snippet").replace("//! ", "")
-    });
     EXAMPLES
         .iter()
         .map(|text| format!("shape.{text}"))
-        .chain(snippets)
+        .chain(snippets())
         .map(example)
         .collect()
 }
