@@ -202,7 +202,7 @@ fn integrator(desc: &SceneDesc, request: &Request) -> Result<IntegratorDesc, Err
     let said = desc.render.integrator.clone();
     let Some(name) = &request.integrator else {
         return said
-            .map_or_else(|| IntegratorDesc::by_name("whitted"), Ok)
+            .map_or_else(|| IntegratorDesc::by_name("path"), Ok)
             .map_err(Error::Usage);
     };
     match said {

@@ -14,7 +14,6 @@ use crate::{
         perspective::{FieldOfView, PerspectiveDesc},
     },
     describe::{BackgroundDesc, LightEntry, ObjectDesc, OutputDesc, RenderDesc, SceneDesc, Source},
-    integrator::{IntegratorDesc, whitted::WhittedDesc},
     light::{Falloff, LightDesc, point::PointDesc, spot::SpotDesc, sun::SunDesc},
     math::{Aabb, Rgb, Vec3},
     shape::{ShapeDesc, mesh::MeshDesc},
@@ -29,14 +28,11 @@ const FROM: DVec3 = DVec3::new(0.6, 0.36, 1.0);
 /// How much wider than the model the picture is.
 const MARGIN: f64 = 1.08;
 
-/// Where the sun shines to, over the left shoulder of that camera, and the sky's brighter side, from its right. The sky
-/// is as soft as local illumination allows. Together they make white about 0.9 bright.
+/// Where the sun shines to, over the left shoulder of that camera.
 const SUN: Vec3 = Vec3::new(0.35, -1.0, -0.75);
 const SUN_IRRADIANCE: f32 = 2.2;
-const FILL: Vec3 = Vec3::new(-1.0, -0.45, -0.55);
-const FILL_IRRADIANCE: f32 = 0.6;
-const SKY: f32 = 0.12;
-const BACKGROUND: f32 = 0.05;
+/// The sky: the same from everywhere, and what is seen behind the model. With the sun it makes white about 0.9 bright.
+const BACKGROUND: f32 = 0.25;
 
 fn unsaid<T>(value: T) -> Spanned<T> {
     Spanned::new(0..0, value)
@@ -64,13 +60,7 @@ pub fn describe(path: &Path, aspect: f64, store: &Store) -> Result<SceneDesc, As
             path: path.to_owned(),
             text: Arc::from(""),
         },
-        render: RenderDesc {
-            integrator: Some(IntegratorDesc::Whitted(WhittedDesc {
-                max_depth: None,
-                ambient: (!is_lit).then(|| Tint(Rgb::gray(SKY))),
-            })),
-            ..RenderDesc::default()
-        },
+        render: RenderDesc::default(),
         camera: Some(unsaid(camera.unwrap_or_else(|| framing(&bounds, aspect)))),
         background: BackgroundDesc {
             color: Tint(Rgb::gray(BACKGROUND)),
@@ -100,14 +90,10 @@ fn object(path: &Path) -> ObjectDesc {
 }
 
 fn daylight() -> Vec<LightDesc> {
-    [(SUN, SUN_IRRADIANCE), (FILL, FILL_IRRADIANCE)]
-        .map(|(direction, irradiance)| {
-            LightDesc::Sun(SunDesc {
-                direction: Direction(direction.normalize()),
-                irradiance: Tint(Rgb::gray(irradiance)),
-            })
-        })
-        .into()
+    vec![LightDesc::Sun(SunDesc {
+        direction: Direction(SUN.normalize()),
+        irradiance: Tint(Rgb::gray(SUN_IRRADIANCE)),
+    })]
 }
 
 /// A perspective camera at `eye` (m) with an angle over the picture's height in degrees.

@@ -16,7 +16,7 @@ use crate::{
 /// | `samples` | whole number above 0, of each pixel | 64 |
 /// | `seed` | whole number | 0 |
 /// | `filter` | a pixel filter | `blackman-harris`; with `samples = 1` one ray through the pixel's centre |
-/// | `integrator` | an integrator | `whitted` |
+/// | `integrator` | an integrator | `path` |
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RenderDesc {

@@ -12,6 +12,7 @@ use crate::{
 };
 
 mod tiles;
+mod transparency;
 mod wave;
 
 /// What a frame is rendered with, beside its scene and its camera.
@@ -85,6 +86,7 @@ pub fn frame(
             camera,
             integrator,
             settings,
+            is_opaque: scene.is_opaque(),
         },
         watch,
     )

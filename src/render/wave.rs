@@ -5,7 +5,10 @@
 
 use std::ops::Range;
 
-use super::Settings;
+use super::{
+    Settings,
+    transparency::{Passing, pass, transmittance},
+};
 use crate::{
     accel::{Hit, RayCost},
     camera::Camera,
@@ -28,6 +31,8 @@ pub(super) struct Job<'a> {
     pub camera: &'a Camera,
     pub integrator: &'a dyn Integrator,
     pub settings: &'a Settings,
+    /// Whether everything in the scene is.
+    pub is_opaque: bool,
 }
 
 /// The samples of a wave: `together` of each pixel of `tile` from `first` on, a pixel's beside each other.
@@ -81,6 +86,9 @@ pub(super) struct Wave {
     paths: Vec<Path>,
     hits: Vec<Option<Hit>>,
     blocked: Vec<bool>,
+    /// Of each shadow ray: the part of its light that arrives.
+    arrives: Vec<f32>,
+    passing: Passing,
     escaped: Vec<u32>,
     out: Departures,
     /// Of each sample: its filter weight, and how much of it something covers.
@@ -173,6 +181,12 @@ impl Wave {
         self.hits.clear();
         self.hits.resize(self.rays.len(), None);
         scene.accel.nearest(&self.rays, &mut self.hits);
+        let mut traced = self.rays.len() as u64;
+        if !job.is_opaque {
+            let paths = &self.paths;
+            let sample = |i: usize| (part.key(job.settings, paths[i].slot), paths[i].depth);
+            traced += pass(scene, &mut self.rays, &mut self.hits, sample, &mut self.passing);
+        }
         self.out.forget_rays();
         self.escaped.clear();
         for (i, hit) in self.hits.iter().enumerate() {
@@ -196,6 +210,11 @@ impl Wave {
             self.out.leave_from(path);
             integrator.vertex(&part.visit(job, &path, ray, Vertex::Escape), &mut self.out);
         }
+        traced + self.add_unblocked(job)
+    }
+
+    /// Adds the light that shadow rays bring. Returns how many rays it traced.
+    fn add_unblocked(&mut self, job: &Job<'_>) -> u64 {
         let Departures {
             shadow_rays,
             shadow_light,
@@ -204,11 +223,20 @@ impl Wave {
         } = &mut self.out;
         self.blocked.clear();
         self.blocked.resize(shadow_rays.len(), false);
-        scene.accel.occluded(shadow_rays, &mut self.blocked);
-        for (&(slot, l), _) in shadow_light.iter().zip(&self.blocked).filter(|(_, blocked)| !**blocked) {
-            radiance[slot as usize] += l;
+        job.scene.accel.occluded(shadow_rays, &mut self.blocked);
+        let traced = shadow_rays.len() as u64;
+        if job.is_opaque {
+            for (&(slot, l), _) in shadow_light.iter().zip(&self.blocked).filter(|(_, blocked)| !**blocked) {
+                radiance[slot as usize] += l;
+            }
+            return traced;
         }
-        (self.rays.len() + shadow_rays.len()) as u64
+        let arrives = &mut self.arrives;
+        let more = transmittance(job.scene, shadow_rays, &self.blocked, arrives, &mut self.passing);
+        for (&(slot, l), &part) in shadow_light.iter().zip(&*arrives).filter(|(_, part)| **part > 0.0) {
+            radiance[slot as usize] += l * part;
+        }
+        traced + more
     }
 
     /// Asks what tracing takes, and answers for nothing else.

@@ -35,6 +35,12 @@ impl Dimension {
     pub const fn at(depth: u32, purpose: Purpose) -> Self {
         Self(3 + Purpose::COUNT * (depth - 1) + purpose as u32)
     }
+
+    /// Whether segment `depth` passes the `count`th surface that lets a part of the light through (x). Beyond all others,
+    /// for [`Independent`] alone.
+    pub const fn passing(depth: u32, count: u32) -> Self {
+        Self(1 << 31 | (depth & 0x7fff) << 16 | (count & 0xffff))
+    }
 }
 
 /// What the vertex of a path needs random numbers for.

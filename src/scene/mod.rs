@@ -126,6 +126,29 @@ impl Scene {
         0.0
     }
 
+    /// Whether everything in it is opaque everywhere.
+    pub fn is_opaque(&self) -> bool {
+        self.materials.iter().all(Material::is_opaque)
+    }
+
+    /// The part of the light that is stopped where `ray` meets something, from 0 to 1.
+    pub fn opacity(&self, ray: &Ray, hit: &Hit) -> f32 {
+        let material = self.material(self.material_of(hit));
+        if material.is_opaque() {
+            return 1.0;
+        }
+        material.opacity(&self.textures(), &self.surface(ray, hit).texture)
+    }
+
+    /// The material of what was hit.
+    fn material_of(&self, hit: &Hit) -> MaterialId {
+        let triangles = self.accel.geometry().triangles.len();
+        match (hit.prim.index() as usize).checked_sub(triangles) {
+            Some(shape) => self.objects[self.shape_objects[shape].0 as usize].material,
+            None => self.mesh_of(hit.prim).material,
+        }
+    }
+
     /// The mesh that triangle `prim` is of.
     fn mesh_of(&self, prim: PrimRef) -> &MeshRecord {
         let after = self.meshes.partition_point(|m| m.triangles.start <= prim.index());
