@@ -116,3 +116,37 @@ fn another_seed_gives_other_noise() {
     folder.succeed(&["s.toml", "--seed", "8", "-o", "b.png"]);
     assert!(folder.read("a.png") != folder.read("b.png"));
 }
+
+#[test]
+fn the_noise_of_a_sequence_moves_unless_its_seed_is_fixed() {
+    let folder = prepared();
+    let still = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n1,0,2,6,0,0.8,0\n2,0,2,6,0,0.8,0\n";
+    folder.write("still.csv", still);
+    folder.write(
+        "fixed.toml",
+        &SMALL_SCENE.replace("seed = 7", "seed = 7\nseed_mode = \"fixed\""),
+    );
+    let same = |scene: &str, more: &[&str]| {
+        let args = [&[scene, "--frames", "still.csv", "-o", "f.####.exr"], more].concat();
+        folder.succeed(&args);
+        pixels(&folder.read("f.0001.exr")).rgba == pixels(&folder.read("f.0002.exr")).rgba
+    };
+    assert!(!same("s.toml", &[]));
+    assert!(same("s.toml", &["--seed-mode", "fixed"]));
+    assert!(same("fixed.toml", &[]));
+    assert!(!same("fixed.toml", &["--seed-mode", "frame"]));
+}
+
+#[test]
+fn the_sampler_is_the_scenes_choice_and_sobol_the_default() {
+    let folder = prepared();
+    for name in ["sobol", "independent"] {
+        let scene = SMALL_SCENE.replace("seed = 7", &format!("seed = 7\nsampler = \"{name}\""));
+        folder.write("chosen.toml", &scene);
+        folder.succeed(&["chosen.toml", "-o", &format!("{name}.exr")]);
+    }
+    folder.succeed(&["s.toml", "-o", "default.exr"]);
+    assert!(folder.read("default.exr") == folder.read("sobol.exr"));
+    let [a, b] = ["sobol.exr", "independent.exr"].map(|name| pixels(&folder.read(name)).rgba);
+    assert!(a != b);
+}

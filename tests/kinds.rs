@@ -13,6 +13,7 @@ use batch_render::{
     integrator::IntegratorDesc,
     light::LightDesc,
     material::MaterialDesc,
+    sampler::SamplerDesc,
     shape::ShapeDesc,
     texture::{MappingDesc, PatternDesc},
 };
@@ -20,7 +21,7 @@ use common::{Folder, repo};
 use libtest_mimic::{Arguments, Failed, Trial};
 
 /// The names of all kinds of all registries.
-const REGISTRIES: [&[&str]; 8] = [
+const REGISTRIES: [&[&str]; 9] = [
     ShapeDesc::NAMES,
     PatternDesc::NAMES,
     MappingDesc::NAMES,
@@ -29,6 +30,7 @@ const REGISTRIES: [&[&str]; 8] = [
     CameraDesc::NAMES,
     IntegratorDesc::NAMES,
     FilterDesc::NAMES,
+    SamplerDesc::NAMES,
 ];
 
 fn main() {
@@ -50,7 +52,15 @@ fn main() {
             Err(format!("{stray:?}").into())
         }
     }));
-    for room in ["shape", "texture", "material", "light", "camera", "integrator"] {
+    for room in [
+        "shape",
+        "texture",
+        "material",
+        "light",
+        "camera",
+        "integrator",
+        "sampler",
+    ] {
         for file in common::names(&repo(&format!("src/{room}"))) {
             let path = format!("src/{room}/{file}");
             if path.ends_with(".rs") {

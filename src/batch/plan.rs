@@ -14,7 +14,7 @@ use crate::{
     integrator::{BuiltIn, IntegratorDesc},
     output::{self, Compression, Encoding, Format, Pattern},
     render,
-    sampler::{Independent, Sampler},
+    sampler::{Sampler, SeedMode},
     value::{Problem, Spanned, did_you_mean},
 };
 
@@ -32,6 +32,7 @@ pub struct Request {
     /// Columns and rows x0, y0, x1, y1; the last two are not rendered.
     pub crop: Option<[u32; 4]>,
     pub seed: Option<u32>,
+    pub seed_mode: Option<SeedMode>,
     pub integrator: Option<String>,
     pub accel: AccelKind,
     pub fps: Option<f64>,
@@ -70,6 +71,7 @@ pub struct Plan {
     pub encoding: Encoding,
     /// Frames per second, as a fraction.
     pub fps: Option<(i32, u32)>,
+    pub seed_mode: SeedMode,
     /// Of every frame, but for its number.
     pub settings: render::Settings,
 }
@@ -138,6 +140,7 @@ impl Plan {
                 ..Encoding::default()
             },
             fps: request.fps.map(rational),
+            seed_mode: request.seed_mode.unwrap_or(desc.render.seed_mode),
             settings,
         })
     }
@@ -164,13 +167,17 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
         None if samples == 1 => None,
         filter => Some(filter.clone().unwrap_or_default().compile()),
     };
+    let sampler = match &desc.render.sampler {
+        None => Sampler::default_for(samples),
+        Some(said) => said.compile(samples).map_err(|p| Error::Usage(p.message))?,
+    };
     Ok(render::Settings {
         resolution,
         window,
         samples,
         seed: request.seed.unwrap_or(desc.render.seed.0),
         frame: 0,
-        sampler: Sampler::Independent(Independent),
+        sampler,
         filter: filter.map(|f: Filter| f),
     })
 }

@@ -101,7 +101,7 @@ fn render_all<'a>(
         observer.frame_started(frame.number, index, plan.frames.len());
         let start = Instant::now();
         let settings = render::Settings {
-            frame: frame.number,
+            frame: plan.seed_mode.frame(frame.number),
             ..plan.settings.clone()
         };
         let camera = orbit.map_or(frame.camera, |o| o.camera(frame.number, settings.resolution));
@@ -173,6 +173,7 @@ fn image<'a>(
         frame: number,
         samples: plan.settings.samples,
         seed: u64::from(plan.settings.seed),
+        sampler: plan.settings.sampler.name(),
         view: plan.view,
         exposure: plan.exposure,
         fps: plan.fps,

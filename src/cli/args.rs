@@ -2,7 +2,11 @@
 
 use std::path::PathBuf;
 
-use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use batch_render::sampler::SeedMode;
+use clap::{
+    Args as ClapArgs, Parser, Subcommand, ValueEnum,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
 
 /// Renders a scene along a camera path into EXR and PNG sequences.
 #[derive(Debug, Parser)]
@@ -122,6 +126,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N")]
     pub seed: Option<u32>,
 
+    /// Whether the noise changes from frame to frame or stays, instead of the scene's
+    #[arg(long, value_name = "MODE", value_parser = seed_mode())]
+    pub seed_mode: Option<SeedMode>,
+
     /// Integrator instead of the scene's, with its default settings unless the scene has the same
     #[arg(long, value_name = "NAME")]
     pub integrator: Option<String>,
@@ -174,6 +182,13 @@ pub enum ProgressKind {
     Plain,
     /// Nothing
     None,
+}
+
+fn seed_mode() -> impl TypedValueParser<Value = SeedMode> {
+    PossibleValuesParser::new(SeedMode::ALL.map(SeedMode::name)).map(|name| {
+        let found = SeedMode::ALL.into_iter().find(|mode| mode.name() == name);
+        found.expect("a possible value is a mode's name")
+    })
 }
 
 fn resolution(text: &str) -> Result<[u32; 2], String> {

@@ -126,6 +126,7 @@ fn request(args: &RenderArgs) -> Result<Request, Error> {
         resolution: args.resolution,
         crop: args.crop,
         seed: args.seed,
+        seed_mode: args.seed_mode,
         integrator: args.integrator.clone(),
         accel: args.accel,
         fps: args.fps,

@@ -5,6 +5,7 @@ use serde::{Deserialize, Deserializer, de};
 use crate::{
     filter::FilterDesc,
     integrator::IntegratorDesc,
+    sampler::{SamplerDesc, SeedMode},
     value::{Problem, Real, Spanned, Whole, named},
 };
 
@@ -15,6 +16,8 @@ use crate::{
 /// | `width`, `height` | whole numbers above 0, in pixels | 1280, 720 |
 /// | `samples` | whole number above 0, of each pixel | 64 |
 /// | `seed` | whole number | 0 |
+/// | `seed_mode` | `"frame"`: the noise changes from frame to frame, `"fixed"`: it stays | `"frame"` |
+/// | `sampler` | a sampler | `sobol` |
 /// | `filter` | a pixel filter | `blackman-harris`; with `samples = 1` one ray through the pixel's centre |
 /// | `integrator` | an integrator | `path` |
 #[derive(Clone, Debug, Deserialize)]
@@ -24,6 +27,9 @@ pub struct RenderDesc {
     pub height: Spanned<Whole>,
     pub samples: Spanned<Whole>,
     pub seed: Whole,
+    pub seed_mode: SeedMode,
+    #[serde(deserialize_with = "some_named")]
+    pub sampler: Option<SamplerDesc>,
     #[serde(deserialize_with = "some_named")]
     pub filter: Option<FilterDesc>,
     #[serde(deserialize_with = "some_named")]
@@ -38,6 +44,8 @@ impl Default for RenderDesc {
             height: unsaid(720),
             samples: unsaid(64),
             seed: Whole(0),
+            seed_mode: SeedMode::default(),
+            sampler: None,
             filter: None,
             integrator: None,
         }

@@ -35,6 +35,30 @@ const fn pcg4d_round([mut x, mut y, mut z, mut w]: [u32; 4]) -> [u32; 4] {
     [x, y, z, w]
 }
 
+/// Mixes 64 bits well. Source: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014,
+/// doi:10.1145/2660193.2660195, with the constants of its SplitMix64.
+pub const fn mix64(mut x: u64) -> u64 {
+    x ^= x >> 30;
+    x = x.wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x ^= x >> 27;
+    x = x.wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+/// Flips each bit of `x` or not, as `seed` and the bits *below* it say: on a number whose bits are reversed, a random
+/// order of the halves of the unit interval, of the halves of each half, and so on. `seed` is well mixed.
+///
+/// Source: Laine and Karras, "Stratified Sampling for Stochastic Transparency", EGSR 2011,
+/// doi:10.1111/j.1467-8659.2011.01995.x; the steps and their constants are those of Vegdahl, "Building a Better LK Hash",
+/// 2021.
+pub const fn owen_reversed(mut x: u32, seed: u32) -> u32 {
+    x ^= x.wrapping_mul(0x3d20_adea);
+    x = x.wrapping_add(seed);
+    x = x.wrapping_mul((seed >> 16) | 1);
+    x ^= x.wrapping_mul(0x0552_6c56);
+    x ^ x.wrapping_mul(0x53a2_2864)
+}
+
 /// A number in `[0, 1)` from the upper 24 bits of `x`.
 pub const fn unit_f32(x: u32) -> f32 {
     (x >> 8) as f32 * (1.0 / 16_777_216.0)
@@ -48,6 +72,21 @@ mod tests {
     fn unit_numbers_stay_below_one() {
         assert_eq!(unit_f32(0), 0.0);
         assert!(unit_f32(u32::MAX) < 1.0);
+    }
+
+    #[test]
+    fn an_owen_scramble_flips_a_bit_by_the_bits_below_it_alone_and_half_of_the_time() {
+        for bit in 0..32 {
+            let mut flips = 0;
+            for i in 0..2000_u32 {
+                let (x, seed) = (mix32(i), mix32(i ^ 0xaaaa_0000));
+                let there = owen_reversed(x, seed);
+                let changed = there ^ owen_reversed(x ^ (1 << bit), seed);
+                assert_eq!(changed & ((2 << bit) as u32).wrapping_sub(1), 1 << bit);
+                flips += ((there ^ x) >> bit) & 1;
+            }
+            assert!((850..1150).contains(&flips), "bit {bit}: {flips}");
+        }
     }
 
     #[test]

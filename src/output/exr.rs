@@ -76,6 +76,7 @@ fn attributes(frame: &FrameImage) -> Vec<Attribute> {
         Attribute::new("batch-render/frame", frame.frame),
         Attribute::new("batch-render/samples", count(u64::from(frame.samples))),
         Attribute::new("batch-render/seed", count(frame.seed)),
+        Attribute::new("batch-render/sampler", frame.sampler),
         Attribute::new("imageCounter", frame.frame),
     ];
     if let Some((numerator, denominator)) = frame.fps {

@@ -76,6 +76,8 @@ pub struct FrameImage<'a> {
     /// Samples of each pixel.
     pub samples: u32,
     pub seed: u64,
+    /// Where the random numbers come from.
+    pub sampler: &'a str,
     /// How 8-bit formats show the light.
     pub view: View,
     /// Stops, for 8-bit formats.
@@ -181,6 +183,7 @@ pub fn picture(path: &Path, film: &Film, view: View) -> Result<WriteReport, Outp
         frame: 1,
         samples: 1,
         seed: 0,
+        sampler: "sobol",
         view,
         exposure: 0.0,
         fps: None,

@@ -101,6 +101,7 @@ fn texts(frame: &FrameImage) -> Vec<(String, String)> {
         ("Frame".to_owned(), frame.frame.to_string()),
         ("Samples".to_owned(), frame.samples.to_string()),
         ("Seed".to_owned(), frame.seed.to_string()),
+        ("Sampler".to_owned(), frame.sampler.to_owned()),
         ("View".to_owned(), frame.view.name().to_owned()),
         ("Exposure".to_owned(), frame.exposure.to_string()),
     ];

@@ -27,6 +27,7 @@ fn frame() -> FrameImage<'static> {
         frame: 7,
         samples: 64,
         seed: 5,
+        sampler: "sobol",
         view: View::Srgb,
         exposure: 0.0,
         fps: Some((24000, 1001)),
@@ -92,6 +93,7 @@ fn an_exr_says_what_it_is_in_typed_attributes() {
     assert_eq!(other("batch-render/frame"), Some(AttributeValue::I32(7)));
     assert_eq!(other("batch-render/samples"), Some(AttributeValue::I32(64)));
     assert_eq!(other("batch-render/seed"), Some(AttributeValue::I32(5)));
+    assert_eq!(other("batch-render/sampler"), text("sobol"));
     assert_eq!(other("imageCounter"), Some(AttributeValue::I32(7)));
     assert_eq!(own.frames_per_second, Some((24000, 1001)));
     assert_eq!(other("colorInteropID"), text("lin_rec709_scene"));

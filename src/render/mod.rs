@@ -7,7 +7,7 @@ use crate::{
     film::{Film, Window},
     filter::Filter,
     integrator::Integrator,
-    sampler::{Independent, Sampler},
+    sampler::Sampler,
     scene::Scene,
 };
 
@@ -25,6 +25,7 @@ pub struct Settings {
     /// Samples of each pixel.
     pub samples: u32,
     pub seed: u32,
+    /// Which frame the random numbers are those of, see [`SeedMode`](crate::sampler::SeedMode).
     pub frame: i32,
     pub sampler: Sampler,
     /// `None`: every sample goes through its pixel's centre.
@@ -40,7 +41,7 @@ impl Settings {
             samples,
             seed: 0,
             frame: 1,
-            sampler: Sampler::Independent(Independent),
+            sampler: Sampler::default_for(samples),
             filter: (samples > 1).then(Filter::default),
         }
     }

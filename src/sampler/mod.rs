@@ -3,11 +3,45 @@
 //! A number is addressed by (seed, frame, pixel, sample, dimension). Nothing is drawn in turn, so threads, tiles,
 //! crops, chunks of frames and resumed frames see the same numbers.
 
-use crate::math::Vec2;
+use serde::Deserialize;
+
+use crate::{kind::kinds, math::Vec2, value::Problem};
 
 pub mod independent;
+pub mod sobol;
 
 pub use independent::Independent;
+pub use sobol::Sobol;
+
+/// Whether the noise of a sequence moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SeedMode {
+    /// Every frame has its own numbers.
+    #[default]
+    Frame,
+    /// All frames have the same: what does not move keeps its noise.
+    Fixed,
+}
+
+impl SeedMode {
+    pub const ALL: [Self; 2] = [Self::Frame, Self::Fixed];
+
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Frame => "frame",
+            Self::Fixed => "fixed",
+        }
+    }
+
+    /// The frame that the numbers of frame `number` are those of.
+    pub const fn frame(self, number: i32) -> i32 {
+        match self {
+            Self::Frame => number,
+            Self::Fixed => 0,
+        }
+    }
+}
 
 /// Which sample of which picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,18 +110,32 @@ impl Numbers<'_> {
     }
 }
 
-/// The closed set of samplers.
-#[derive(Clone, Copy, Debug)]
-pub enum Sampler {
-    Independent(Independent),
+kinds! {
+    /// The closed set of samplers.
+    enum Sampler / SamplerDesc {
+        "sobol" => Sobol(sobol::Sobol, sobol::SobolDesc),
+        "independent" => Independent(independent::Independent, independent::IndependentDesc),
+    }
+    described only {}
+    compiled by fn compile(&self, samples: u32) -> Result<Sampler, Problem>;
+    /// Two numbers in `[0, 1)`.
+    fn pair(&self, key: &SampleKey, dimension: Dimension) -> Vec2;
 }
 
 impl Sampler {
-    /// Two numbers in `[0, 1)`.
-    #[inline]
-    pub fn pair(&self, key: &SampleKey, dimension: Dimension) -> Vec2 {
+    /// What scenes have where they name none, for pictures of `samples` samples of each pixel.
+    pub fn default_for(samples: u32) -> Self {
+        Self::Sobol(Sobol::new(samples))
+    }
+
+    /// The name that scene files have for it.
+    pub fn name(&self) -> &'static str {
         match self {
-            Self::Independent(s) => s.pair(key, dimension),
+            Self::Sobol(_) => SamplerDesc::NAMES[0],
+            Self::Independent(_) => SamplerDesc::NAMES[1],
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

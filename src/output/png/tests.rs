@@ -29,6 +29,7 @@ fn frame() -> FrameImage<'static> {
         frame: -3,
         samples: 64,
         seed: 5,
+        sampler: "sobol",
         view: View::Srgb,
         exposure: 0.0,
         fps: None,

@@ -1,0 +1,208 @@
+//! Owen-scrambled Sobol points, arranged over the picture so that the noise of neighbours cancels.
+//!
+//! No keys. It is the default.
+//!
+//! ```toml
+//! [render]
+//! sampler = "sobol"
+//! ```
+//!
+//! Each pair of dimensions is the two-dimensional Sobol sequence, a (0,2)-sequence in base 2, under an Owen scramble of its
+//! own. All pixels share that sequence: a pixel has a run of 2^k of its points, `k` the logarithm of the samples of a pixel,
+//! rounded up, and runs follow each other in Morton order of the pixels, the four quarters of each square of the
+//! hierarchy in an order drawn at random. The samples of a run are shuffled within it in the same nested way.
+//!
+//! What holds, for every pair of dimensions:
+//! * Any `2^j` samples of a pixel from a multiple of `2^j` on (`j <= k`), so the first `2^j` too, are one in each elementary
+//!   interval: each of the boxes of `2^-i` by `2^-(j-i)` has one. Other numbers of samples are made of such runs, so every
+//!   number of samples may be asked for; powers of two are best.
+//! * So are all samples of each square of `2^m` by `2^m` pixels in the hierarchy: where the picture is smooth, the errors of
+//!   neighbours cancel, and what noise is left is fine-grained (blue). This is at its best once all samples are taken, and
+//!   for powers of two.
+//! * Different pairs are independent of each other, by their scrambles and shuffles.
+//!
+//! `k` depends on the number of samples, so pictures of different numbers of samples do not share points. Up to 65,536
+//! samples of a pixel are one run; more come in independent runs. Pixels further apart than 256 (65,536 samples of each) to
+//! 65,536 (one) are independent of each other.
+//!
+//! Source: Owen, "Randomly Permuted (t,m,s)-Nets and (t,s)-Sequences", 1995, doi:10.1007/978-1-4612-2552-2_19; Burley,
+//! "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte
+//! Carlo Sampling Error via Hierarchical Ordering of Pixels", ACM TOG 39(6), 2020, doi:10.1145/3414685.3417881.
+
+use serde::Deserialize;
+
+use super::{Dimension, SampleKey};
+use crate::{
+    math::{
+        Vec2,
+        hash::{mix32, mix64, owen_reversed, unit_f32},
+    },
+    value::Problem,
+};
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SobolDesc {}
+
+impl SobolDesc {
+    /// For pictures of `samples` samples of each pixel.
+    pub fn compile(&self, samples: u32) -> Result<Sobol, Problem> {
+        Ok(Sobol::new(samples))
+    }
+}
+
+/// Points of one sequence over all pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct Sobol {
+    /// Bits of a point's index that count the samples of a pixel.
+    sample_bits: u32,
+    /// Bits of a column or a row that are in the index: the upper bits of the index count the pixels of a square of so many
+    /// levels.
+    levels: u32,
+}
+
+/// The index has 32 bits, of which at least half are for the pixels.
+const MOST_SAMPLE_BITS: u32 = 16;
+
+impl Sobol {
+    /// For pictures of `samples` samples of each pixel, at least 1.
+    pub fn new(samples: u32) -> Self {
+        let run = samples.clamp(1, 1 << MOST_SAMPLE_BITS);
+        let sample_bits = run.next_power_of_two().trailing_zeros();
+        Self {
+            sample_bits,
+            levels: (32 - sample_bits) / 2,
+        }
+    }
+
+    /// Two numbers in `[0, 1)`.
+    #[inline]
+    pub fn pair(self, key: &SampleKey, dimension: Dimension) -> Vec2 {
+        let [order, axes, scramble_x, scramble_y] = self.seeds(key, dimension);
+        let samples = (1 << self.sample_bits) - 1;
+        let reversed = (u64::from(key.sample & samples) << 32 | u64::from(morton(key.pixel))).reverse_bits();
+        // The lowest bits are the coarsest level now, whose digits decide about those above them.
+        let pixel = (reversed >> 32) as u32 >> (32 - 2 * self.levels);
+        let pixel = turn_axes(pixel, axes);
+        let run = pixel << (32 - self.sample_bits - 2 * self.levels);
+        let index = owen_reversed(run | reversed as u32, order).reverse_bits();
+        // With its bits reversed, the first coordinate of a Sobol point is its index.
+        let x = owen_reversed(index, scramble_x);
+        let y = owen_reversed(second_coordinate_reversed(index), scramble_y);
+        let point = (u64::from(x) << 32 | u64::from(y)).reverse_bits();
+        Vec2::new(unit_f32(point as u32), unit_f32((point >> 32) as u32))
+    }
+
+    /// Four random words, each pair of them independent, for all points that share a sequence.
+    #[inline]
+    fn seeds(self, key: &SampleKey, dimension: Dimension) -> [u32; 4] {
+        let picture = mix32(key.seed) ^ (key.frame as u32).wrapping_mul(0x9e37_79b9);
+        let far = |v: u32| u64::from(v >> self.levels);
+        let square = (far(key.pixel[0]) << 32 | far(key.pixel[1])).wrapping_mul(0xd6e8_feb8_6659_fd93);
+        let run = u64::from(key.sample >> self.sample_bits).wrapping_mul(0xa076_1d64_78bd_642f);
+        let address = (u64::from(picture) << 32 | u64::from(dimension.0)) ^ square ^ run;
+        let first = mix64(address);
+        let second = (first ^ first >> 29).wrapping_mul(0xe703_7ed1_a0b4_28db);
+        [first as u32, (first >> 32) as u32, second as u32, (second >> 32) as u32]
+    }
+}
+
+/// The lower 16 bits of column (even bits) and row (odd bits), interleaved.
+#[inline]
+fn morton([x, y]: [u32; 2]) -> u32 {
+    let mut v = u64::from(y & 0xffff) << 32 | u64::from(x & 0xffff);
+    v = (v | v << 8) & 0x00ff_00ff_00ff_00ff;
+    v = (v | v << 4) & 0x0f0f_0f0f_0f0f_0f0f;
+    v = (v | v << 2) & 0x3333_3333_3333_3333;
+    v = (v | v << 1) & 0x5555_5555_5555_5555;
+    v as u32 | (v >> 31) as u32
+}
+
+/// Parts the quarters of each square of a Morton code with reversed bits into pairs at random: side by side, above each
+/// other, or crosswise (twice as often). Followed by a binary Owen scramble all orders of the quarters may come.
+#[inline]
+fn turn_axes(code: u32, seed: u32) -> u32 {
+    const ROWS: u32 = 0x5555_5555;
+    // Two random bits for each digit, both of which depend on the coarser digits alone: the one is that digit's own, the
+    // other belongs to the digit below it.
+    let random = owen_reversed(code, seed);
+    let cross = random ^ code;
+    let swap = (random << 1) & !cross;
+    let (row, column) = (code & ROWS, (code >> 1) & ROWS);
+    let swapped = (row ^ column) & swap;
+    let pair = row ^ (column & cross) ^ swapped;
+    let within = column ^ swapped;
+    pair | within << 1
+}
+
+/// The second coordinate of the Sobol point `index`, its bits reversed, that is its first bit lowest.
+///
+/// Bit j is the sum over k of `binomial(k, j)` times bit k of the index, modulo 2: Pascal's triangle, which modulo 2
+/// is the same triangle of blocks on every scale (Lucas), so that five steps do for 32 bits.
+#[inline]
+fn second_coordinate_reversed(index: u32) -> u32 {
+    let mut v = index;
+    v ^= v >> 16;
+    v ^= (v >> 8) & 0x00ff_00ff;
+    v ^= (v >> 4) & 0x0f0f_0f0f;
+    v ^= (v >> 2) & 0x3333_3333;
+    v ^ ((v >> 1) & 0x5555_5555)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_second_coordinate_has_the_direction_numbers_of_sobol() {
+        // Of the primitive polynomial x + 1: each is the one before, xor itself shifted by one.
+        let mut direction = 0x8000_0000_u32;
+        for bit in 0..32 {
+            assert_eq!(second_coordinate_reversed(1 << bit).reverse_bits(), direction);
+            direction ^= direction >> 1;
+        }
+        let (a, b) = (0x1234_5678, 0x9abc_def0);
+        let both = second_coordinate_reversed(a) ^ second_coordinate_reversed(b);
+        assert_eq!(both, second_coordinate_reversed(a ^ b));
+    }
+
+    #[test]
+    fn turned_axes_permute_the_quarters_of_every_square() {
+        for seed in 0..64 {
+            let seed = mix32(seed);
+            let mut seen = [false; 256];
+            for code in 0..256_u32 {
+                let turned = turn_axes(code, seed);
+                // The same coarser squares go to the same coarser square.
+                for digits in [2, 4, 6] {
+                    let mask = (1 << digits) - 1;
+                    assert_eq!(turned & mask, turn_axes(code & mask, seed) & mask);
+                }
+                assert!(!std::mem::replace(&mut seen[turned as usize & 255], true));
+            }
+        }
+    }
+
+    #[test]
+    fn morton_codes_interleave_columns_and_rows() {
+        assert_eq!(morton([0b11, 0b00]), 0b0101);
+        assert_eq!(morton([0b01, 0b10]), 0b1001);
+        assert_eq!(morton([0xffff, 0]), 0x5555_5555);
+        assert_eq!(morton([0, 0xffff]), 0xaaaa_aaaa);
+    }
+
+    #[test]
+    fn a_point_has_an_index_of_thirty_two_bits_at_most() {
+        for (samples, bits, levels) in [
+            (1, 0, 16),
+            (2, 1, 15),
+            (5, 3, 14),
+            (64, 6, 13),
+            (65_536, 16, 8),
+            (u32::MAX, 16, 8),
+        ] {
+            let sobol = Sobol::new(samples);
+            assert_eq!((sobol.sample_bits, sobol.levels), (bits, levels));
+        }
+    }
+}
