@@ -79,13 +79,5 @@ pub fn frame(
     settings: &Settings,
     watch: &Watch,
 ) -> Result<Film, Cancelled> {
-    tiles::render(
-        &wave::Job {
-            scene,
-            camera,
-            integrator,
-            settings,
-        },
-        watch,
-    )
+    tiles::render(&wave::Job::new(scene, camera, integrator, settings), watch)
 }
