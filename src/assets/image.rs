@@ -91,6 +91,7 @@ fn image_of(picture: DynamicImage, color_space: ColorSpace) -> Bitmap {
             channels,
             storage,
             repaired,
+            levels: Vec::new(),
         }
     };
     let sixteen = |channels: usize, values: &[u16]| {
@@ -146,8 +147,16 @@ pub enum ImageError {
     Unknown { path: PathBuf },
     #[error("broken image: {cause}: {}", path.display())]
     Broken { cause: String, path: PathBuf },
-    #[error("an image of {width} x {height} pixels: {}", path.display())]
+    #[error("{}: {}", unfit(*width, *height), path.display())]
     Size { width: u64, height: u64, path: PathBuf },
+}
+
+fn unfit(width: u64, height: u64) -> String {
+    if width == 0 || height == 0 {
+        format!("the image has no pixels, its size is {width} x {height}")
+    } else {
+        format!("an image of {width} x {height} pixels is too large")
+    }
 }
 
 impl ImageError {

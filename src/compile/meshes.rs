@@ -16,7 +16,9 @@ use crate::{
     math::{Transform, Vec3},
     scene::{MeshRecord, Object, ObjectId},
     shape::mesh::Mesh,
-    texture::{BitmapId, Color, Mapping, Pattern, Texture, TextureId, bitmap::ColorSpace, image::ImagePattern},
+    texture::{
+        BitmapId, Color, Mapping, Pattern, StTransform, Texture, TextureId, bitmap::ColorSpace, image::ImagePattern,
+    },
 };
 
 /// The most triangles of a scene: every copy of a mesh has its own.
@@ -115,6 +117,7 @@ impl Parts {
         };
         self.textures.push(Texture {
             mapping: Mapping::Uv,
+            transform: StTransform::IDENTITY,
             pattern: Pattern::Image(ImagePattern {
                 bitmap: BitmapId((first_image + texture.image) as u32),
                 filter: texture.filter,

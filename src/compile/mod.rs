@@ -15,7 +15,7 @@ use crate::{
     describe::{Diagnostics, SceneDesc},
     material::{Material, MaterialId},
     scene::{Background, Lights, Scene},
-    texture::{BitmapId, Color, Texture, TextureId, image::ImageDesc},
+    texture::{BitmapId, Color, Texture, TextureId, image::ImageDesc, mipmap},
     value::{ColorSource, Problem, Spanned, did_you_mean},
 };
 
@@ -76,13 +76,14 @@ pub fn scene_with(desc: &SceneDesc, accel: AccelKind, store: &Store) -> Result<S
     // What is wrong with models and with images is reported together.
     let placed = parts.place(&placed, store);
     let bitmaps = store::images(&parts.images);
-    let bitmaps = match (placed, bitmaps) {
+    let mut bitmaps = match (placed, bitmaps) {
         (Ok(()), Ok(bitmaps)) => bitmaps,
         (placed, bitmaps) => {
             let errors = placed.err().into_iter().chain(bitmaps.err()).flatten();
             return Err(Error::Assets(errors.collect()));
         }
     };
+    mipmap::add_levels(&parts.textures, &mut bitmaps);
     Ok(Scene {
         accel: accel::build(accel, Arc::new(parts.geometry))?,
         objects: parts.objects,
@@ -132,7 +133,11 @@ impl Compiler<'_> {
             let pattern = entry.pattern.compile(&find);
             let mapping = entry.mapping.compile();
             if let (Some(pattern), Some(mapping)) = (self.keep(pattern), self.keep(mapping)) {
-                textures.push(Texture { mapping, pattern });
+                textures.push(Texture {
+                    mapping,
+                    transform: entry.transform.compile(),
+                    pattern,
+                });
             }
         }
         (wanted, textures)

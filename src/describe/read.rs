@@ -9,7 +9,7 @@ use super::{Diagnostics, OutputDesc, RenderDesc, SceneDesc, Source, scene::*};
 use crate::{
     light::LightDesc,
     material::MaterialDesc,
-    texture::{MappingDesc, PatternDesc},
+    texture::{MappingDesc, PatternDesc, StTransformDesc},
     value::{Problem, Span, Spanned, did_you_mean, named},
 };
 
@@ -158,8 +158,19 @@ impl Reader {
         {
             mapping = self.kind(said, "mapping")?;
         }
+        let mut transform = StTransformDesc::default();
+        if let DeValue::Table(table) = value.get_mut()
+            && let Some(said) = table.remove("transform")
+        {
+            transform = self.entity(said)?;
+        }
         let pattern: PatternDesc = self.kind(Spanned::new(span, value.into_inner()), "texture")?;
-        Some(TextureEntry { name, pattern, mapping })
+        Some(TextureEntry {
+            name,
+            pattern,
+            mapping,
+            transform,
+        })
     }
 
     /// `[what.NAME]` tables.

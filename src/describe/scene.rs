@@ -12,7 +12,7 @@ use crate::{
     material::MaterialDesc,
     math::Transform,
     shape::ShapeDesc,
-    texture::{MappingDesc, PatternDesc},
+    texture::{MappingDesc, PatternDesc, StTransformDesc},
     value::{Point, Problem, Real, Span, Spanned, Tint},
 };
 
@@ -71,6 +71,7 @@ pub struct TextureEntry {
     pub name: Spanned<String>,
     pub pattern: PatternDesc,
     pub mapping: MappingDesc,
+    pub transform: StTransformDesc,
 }
 
 /// `[material.NAME]`.

@@ -1,7 +1,10 @@
 //! What leaves the vertices of a wave: radiance for samples, shadow rays, and rays that carry paths on.
 
 use super::{Onward, Path};
-use crate::math::{Ray, Rgb};
+use crate::{
+    math::{Ray, Rgb, Vec3},
+    scene::Surface,
+};
 
 /// The answers of an integrator for all vertices of a wave, in order.
 ///
@@ -16,6 +19,16 @@ pub struct Departures {
     pub(crate) rays: Vec<Ray>,
     pub(crate) paths: Vec<Path>,
     from: Option<Path>,
+    mirror: Mirror,
+}
+
+/// What a surface does to the cones of the rays that it reflects.
+#[derive(Clone, Copy, Debug, Default)]
+struct Mirror {
+    /// On the side of the viewer.
+    n: Vec3,
+    /// See [`Surface::bend`].
+    bend: f32,
 }
 
 impl Departures {
@@ -38,6 +51,21 @@ impl Departures {
     #[inline]
     pub(crate) fn leave_from(&mut self, path: Path) {
         self.from = Some(path);
+        self.mirror = Mirror::default();
+    }
+
+    /// The same, where the path has met a surface and textures want to know how wide it is.
+    #[inline]
+    pub(crate) fn leave_surface(&mut self, path: Path, surface: &Surface) {
+        self.from = Some(path);
+        self.mirror = Mirror {
+            n: if surface.ng.dot(surface.wo) < 0.0 {
+                -surface.ng
+            } else {
+                surface.ng
+            },
+            bend: surface.bend(),
+        };
     }
 
     #[inline]
@@ -72,15 +100,24 @@ impl Departures {
     }
 
     /// Carries the path on along `ray`, `last` says how; what it finds counts `weight` times.
+    ///
+    /// A mirror keeps the path's cone but for what its own curvature adds, a surface that lets the ray through keeps it as it
+    /// is, and a direction that was drawn at random widens it by its density ([`Cone::scattered`](crate::math::Cone)).
     #[inline]
     pub fn go_on(&mut self, ray: Ray, weight: Rgb, last: Onward) {
         let path = self.path();
+        let cone = match last.pdf {
+            Some(pdf) => path.cone.scattered(pdf),
+            None if ray.d.dot(self.mirror.n) > 0.0 => path.cone.mirrored(self.mirror.bend),
+            None => path.cone,
+        };
         self.rays.push(ray);
         self.paths.push(Path {
             slot: path.slot,
             depth: path.depth + 1,
             throughput: path.throughput * weight,
             last,
+            cone,
         });
     }
 }

@@ -10,7 +10,7 @@ use crate::{
     accel::{Hit, RayCost},
     kind::kinds,
     material::MaterialId,
-    math::{Ray, Rgb, Vec3},
+    math::{Cone, Ray, Rgb, Vec3},
     sampler::Numbers,
     scene::{Scene, Surface},
     value::{Problem, by_name},
@@ -34,6 +34,8 @@ pub struct Path {
     /// Weight of what it finds.
     pub throughput: Rgb,
     pub last: Onward,
+    /// How wide the bundle is that it stands for: at a vertex, where it has arrived; else where its ray begins.
+    pub cone: Cone,
 }
 
 impl Path {
@@ -44,6 +46,7 @@ impl Path {
             depth: 1,
             throughput: Rgb::WHITE,
             last: Onward::default(),
+            cone: Cone::default(),
         }
     }
 }

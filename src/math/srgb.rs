@@ -29,6 +29,11 @@ pub fn decode8(code: u8) -> f32 {
     LINEAR[usize::from(code)]
 }
 
+/// What [`decode8`] gives for every code, for loops that look up many.
+pub fn decoded() -> &'static [f32; 256] {
+    &LINEAR
+}
+
 /// `encode(x)` clamped to `[0, 1]` and rounded to 8 bits, NaN as 0.
 ///
 /// Looks up what the formula gives instead of evaluating it.

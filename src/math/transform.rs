@@ -94,6 +94,10 @@ impl Transform {
         self.world_from_local.transform_vector3(v)
     }
 
+    pub fn vector_to_local(&self, v: Vec3) -> Vec3 {
+        self.local_from_world.transform_vector3(v)
+    }
+
     /// A normal, by the inverse transpose; not normalised. A mirroring map keeps the side it points to.
     pub fn normal_to_world(&self, n: Vec3) -> Vec3 {
         let m = self.local_from_world.matrix3;

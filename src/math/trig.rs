@@ -39,6 +39,11 @@ pub fn ln(x: f32) -> f32 {
     libm::logf(x)
 }
 
+/// The logarithm to base 2.
+pub fn log2(x: f32) -> f32 {
+    libm::log2f(x)
+}
+
 /// `x` to the power `y`. Small whole powers, the common Phong exponents, are products.
 pub fn pow(x: f32, y: f32) -> f32 {
     if y == 4.0 {

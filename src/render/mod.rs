@@ -81,14 +81,5 @@ pub fn frame(
     settings: &Settings,
     watch: &Watch,
 ) -> Result<Film, Cancelled> {
-    tiles::render(
-        &wave::Job {
-            scene,
-            camera,
-            integrator,
-            settings,
-            is_opaque: scene.is_opaque(),
-        },
-        watch,
-    )
+    tiles::render(&wave::Job::new(scene, camera, integrator, settings), watch)
 }

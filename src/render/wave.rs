@@ -14,7 +14,7 @@ use crate::{
     camera::Camera,
     film::{PixelSum, Window},
     integrator::{Departures, Integrator, Path, Vertex, Visit},
-    math::{Ray, Vec2},
+    math::{Cone, Ray, Vec2},
     sampler::{Dimension, Numbers, SampleKey},
     scene::Scene,
 };
@@ -33,6 +33,29 @@ pub(super) struct Job<'a> {
     pub settings: &'a Settings,
     /// Whether everything in the scene is.
     pub is_opaque: bool,
+    /// Of each camera ray, where a texture wants to know; `None` where all rays may be lines.
+    pub cone: Option<Cone>,
+}
+
+impl<'a> Job<'a> {
+    pub fn new(scene: &'a Scene, camera: &'a Camera, integrator: &'a dyn Integrator, settings: &'a Settings) -> Self {
+        Self {
+            scene,
+            camera,
+            integrator,
+            settings,
+            is_opaque: scene.is_opaque(),
+            cone: scene.reads_footprints().then(|| cone(camera, settings)),
+        }
+    }
+}
+
+/// The share of the pixel in the middle that each sample has; other pixels are seen under no larger an angle.
+fn cone(camera: &Camera, settings: &Settings) -> Cone {
+    let [width, height] = settings.resolution;
+    let center = Vec2::new(width as f32, height as f32) * 0.5;
+    let ray = |offset| camera.ray(center + offset, Vec2::splat(0.5));
+    Cone::between(&ray(Vec2::ZERO), [&ray(Vec2::X), &ray(Vec2::Y)]).shared(settings.samples)
 }
 
 /// The samples of a wave: `together` of each pixel of `tile` from `first` on, a pixel's beside each other.
@@ -162,7 +185,10 @@ impl Wave {
                     };
                     let slot = self.paths.len() as u32;
                     self.rays.push(job.camera.ray(film, lens));
-                    self.paths.push(Path::start(slot));
+                    self.paths.push(Path {
+                        cone: job.cone.unwrap_or_default(),
+                        ..Path::start(slot)
+                    });
                     self.weights.push(weight);
                 }
             }
@@ -192,11 +218,17 @@ impl Wave {
         for (i, hit) in self.hits.iter().enumerate() {
             match hit {
                 Some(hit) => {
-                    let (ray, path) = (&self.rays[i], &self.paths[i]);
-                    let surface = scene.surface(ray, hit);
-                    self.out.leave_from(*path);
+                    let (ray, mut path) = (&self.rays[i], self.paths[i]);
+                    let mut surface = scene.surface(ray, hit);
+                    if job.cone.is_some() {
+                        path.cone = path.cone.moved(surface.t * ray.d.length());
+                        surface.cover(path.cone.width.abs());
+                        self.out.leave_surface(path, &surface);
+                    } else {
+                        self.out.leave_from(path);
+                    }
                     let vertex = Vertex::Surface(&surface, hit);
-                    integrator.vertex(&part.visit(job, path, ray, vertex), &mut self.out);
+                    integrator.vertex(&part.visit(job, &path, ray, vertex), &mut self.out);
                 }
                 None => self.escaped.push(i as u32),
             }

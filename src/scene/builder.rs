@@ -12,7 +12,7 @@ use crate::{
         Shape,
         mesh::{Mesh, MeshError},
     },
-    texture::{Bitmap, BitmapId, Texture, TextureId},
+    texture::{Bitmap, BitmapId, Texture, TextureId, mipmap},
 };
 
 /// A scene in the making. What it gives out numbers for is named by them from then on.
@@ -105,7 +105,8 @@ impl Builder {
     }
 
     /// The scene, with its acceleration structure.
-    pub fn build(self, accel: AccelKind) -> Result<Scene, BuildError> {
+    pub fn build(mut self, accel: AccelKind) -> Result<Scene, BuildError> {
+        mipmap::add_levels(&self.textures, &mut self.bitmaps);
         Ok(Scene {
             accel: accel::build(accel, Arc::new(self.geometry))?,
             objects: self.objects,

@@ -4,10 +4,13 @@ use super::{MeshRecord, ObjectId};
 use crate::{
     accel::{Hit, Placed},
     material::MaterialId,
-    math::{Ray, Transform, Vec3, float},
+    math::{Frame, Ray, Transform, Vec2, Vec3, float},
     shape::{ShapeHit, triangle},
     texture::TexturePoint,
 };
+
+/// A grazing ray counts as one of this cosine: beyond it the ellipse that it covers grows without bound.
+const LEAST_COS: f32 = 1.0 / 64.0;
 
 /// A surface where a ray met it, in world space. Normals are as authored.
 #[derive(Clone, Copy, Debug)]
@@ -70,8 +73,10 @@ impl Surface {
             wo: -ray.d.normalize(),
             texture: TexturePoint {
                 uv: local.uv,
-                p: local.p,
-                n: local.ng,
+                dpdu: local.dpdu,
+                dpdv: local.dpdv,
+                curvature: placed.shape.curvature(),
+                ..TexturePoint::new(local.p, local.ng)
             },
             object,
             material,
@@ -98,16 +103,60 @@ impl Surface {
             dpdu: local.dpdu,
             dpdv: local.dpdv,
             wo: -ray.d.normalize(),
-            texture: TexturePoint {
-                uv: local.uv,
-                p: mesh.transform.map_or(local.p, |t| t.point_to_local(local.p)),
-                n: mesh
-                    .transform
-                    .map_or(local.ng, |t| t.normal_to_local(local.ng).normalize()),
+            texture: match &mesh.transform {
+                None => TexturePoint {
+                    uv: local.uv,
+                    dpdu: local.dpdu,
+                    dpdv: local.dpdv,
+                    ..TexturePoint::new(local.p, local.ng)
+                },
+                Some(t) => TexturePoint {
+                    uv: local.uv,
+                    dpdu: t.vector_to_local(local.dpdu),
+                    dpdv: t.vector_to_local(local.dpdv),
+                    ..TexturePoint::new(t.point_to_local(local.p), t.normal_to_local(local.ng).normalize())
+                },
             },
             object: mesh.object,
             material: mesh.material,
         }
+    }
+
+    /// Says how wide the bundle of rays is that arrives here, in m: what of the surface textures look at.
+    ///
+    /// A round bundle meets the surface in an ellipse, longer by 1/cos in the direction in which the ray slants.
+    pub fn cover(&mut self, width: f32) {
+        let (u, v) = (self.dpdu, self.dpdv);
+        let area = u.cross(v);
+        let area2 = area.length_squared();
+        let cos = self.ng.dot(self.wo).abs().max(LEAST_COS);
+        let across = match self.ng.cross(self.wo).try_normalize() {
+            Some(across) => across,
+            None => Frame::from_normal(self.ng).s,
+        };
+        let along = self.ng.cross(across);
+        let in_uv = |d: Vec3| Vec2::new(d.cross(v).dot(area), u.cross(d).dot(area)) / area2;
+        // Where the parameters do not span the surface, as at a pole, nothing is known.
+        self.texture.footprint = if area2 > 0.0 {
+            [in_uv(across * width), in_uv(along * (width / cos))]
+        } else {
+            [Vec2::ZERO; 2]
+        };
+    }
+
+    /// How fast the surface bends away from the viewer, in m^-1; negative where it is hollow.
+    pub fn bend(&self) -> f32 {
+        let local = self.texture.curvature;
+        if local == 0.0 {
+            return 0.0;
+        }
+        let larger = self.dpdu.length_squared() / self.texture.dpdu.length_squared();
+        let world = if larger.is_finite() && larger > 0.0 {
+            local / larger.sqrt()
+        } else {
+            local
+        };
+        if self.ng.dot(self.wo) < 0.0 { -world } else { world }
     }
 
     /// The ray that leaves along the unit direction `w`.

@@ -96,6 +96,11 @@ impl Scene {
         }
     }
 
+    /// Whether a texture looks at more than points, so that rays should know how wide they are.
+    pub fn reads_footprints(&self) -> bool {
+        self.bitmaps.iter().any(|b| !b.levels.is_empty())
+    }
+
     #[inline]
     pub fn material(&self, id: MaterialId) -> &Material {
         &self.materials[id.0 as usize]

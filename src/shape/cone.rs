@@ -202,6 +202,11 @@ impl Cone {
 }
 
 impl ShapeKind for Cone {
+    /// Of the base; towards the apex it is more.
+    fn curvature(&self) -> f32 {
+        1.0 / self.radius
+    }
+
     fn bounds(&self) -> Aabb {
         let base = disk_bounds(self.axis, self.base.as_dvec3(), self.radius);
         base.extended(self.apex().as_vec3()).padded(1.0)

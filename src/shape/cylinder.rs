@@ -218,6 +218,10 @@ impl Cylinder {
 }
 
 impl ShapeKind for Cylinder {
+    fn curvature(&self) -> f32 {
+        1.0 / self.radius
+    }
+
     fn bounds(&self) -> Aabb {
         let base = disk_bounds(self.axis, self.base.as_dvec3(), self.radius);
         base.union(disk_bounds(self.axis, self.top(), self.radius))

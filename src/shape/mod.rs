@@ -86,6 +86,11 @@ pub trait ShapeKind {
     /// The density of [`ShapeKind::sample`] to choose the unit direction `wi`, in sr^-1. `hit` is where the ray from
     /// `from` along `wi` meets the shape: its `t` counts lengths of `wi`.
     fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32;
+
+    /// How fast the normal turns over the surface where it turns fastest, in radians per metre; 0 where it is flat.
+    fn curvature(&self) -> f32 {
+        0.0
+    }
 }
 
 kinds! {
@@ -113,4 +118,6 @@ kinds! {
     fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample>;
     /// See [`ShapeKind::pdf`].
     fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32;
+    /// See [`ShapeKind::curvature`].
+    fn curvature(&self) -> f32;
 }

@@ -111,6 +111,10 @@ impl Sphere {
 }
 
 impl ShapeKind for Sphere {
+    fn curvature(&self) -> f32 {
+        1.0 / self.radius
+    }
+
     fn bounds(&self) -> Aabb {
         Aabb {
             min: self.center - self.radius,

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::math::{Rgb, srgb};
+use crate::math::{Rgb, Vec2, srgb};
 
 /// What an infinite texel becomes: the largest half.
 const MAX_TEXEL: f32 = 65504.0;
@@ -30,6 +30,9 @@ pub struct Bitmap {
     pub storage: Storage,
     /// Texels of the file that were NaN or infinite, and became 0 or +-65504.
     pub repaired: u64,
+    /// The same picture smaller and smaller, each level half as wide and half as high as the one before, down to a single
+    /// texel; none where nobody looks from afar. See [`super::mipmap`].
+    pub levels: Vec<Bitmap>,
 }
 
 /// The numbers of all pixels, row by row from the top.
@@ -58,6 +61,74 @@ impl Bitmap {
     #[inline]
     pub fn texel_from_bottom(&self, i: u32, j: u32) -> Rgb {
         self.rgb(i, self.height - 1 - j)
+    }
+
+    /// Four texels weighed, `f` for the second column and the second row; rows count from the bottom, and what is `None` is
+    /// black. What is stored how is asked once, not for every number.
+    #[inline]
+    pub fn blend(&self, columns: [Option<u32>; 2], rows: [Option<u32>; 2], f: Vec2) -> Rgb {
+        match &self.storage {
+            Storage::Srgb8(v) => {
+                let table = srgb::decoded();
+                self.blend_by(columns, rows, f, |i| table[usize::from(v[i])])
+            }
+            Storage::Linear8(v) => self.blend_by(columns, rows, f, |i| f32::from(v[i]) / 255.0),
+            Storage::Float(v) => self.blend_by(columns, rows, f, |i| v[i]),
+        }
+    }
+
+    #[inline]
+    fn blend_by(
+        &self,
+        columns: [Option<u32>; 2],
+        rows: [Option<u32>; 2],
+        f: Vec2,
+        number: impl Fn(usize) -> f32,
+    ) -> Rgb {
+        let texel = |i: Option<u32>, j: Option<u32>| match (i, j) {
+            (Some(i), Some(j)) => {
+                let at = self.index(i, self.height - 1 - j);
+                if self.channels == 1 {
+                    Rgb::gray(number(at))
+                } else {
+                    Rgb::new(number(at), number(at + 1), number(at + 2))
+                }
+            }
+            _ => Rgb::BLACK,
+        };
+        let row = |j| texel(columns[0], j) * (1.0 - f.x) + texel(columns[1], j) * f.x;
+        row(rows[0]) * (1.0 - f.y) + row(rows[1]) * f.y
+    }
+
+    /// The picture itself (0) or one of its smaller copies; the smallest where `level` is beyond.
+    #[inline]
+    pub fn level(&self, level: usize) -> &Self {
+        match level.min(self.levels.len()).checked_sub(1) {
+            None => self,
+            Some(at) => &self.levels[at],
+        }
+    }
+
+    /// A picture nobody takes for the real one: squares of magenta and black, to stand in for one that is missing.
+    pub fn placeholder() -> Self {
+        const SIDE: u32 = 16;
+        const SQUARE: u32 = 2;
+        let texel = |i: u32| {
+            let (x, y) = (i % SIDE / SQUARE, i / SIDE / SQUARE);
+            if (x + y).is_multiple_of(2) {
+                [255, 0, 255]
+            } else {
+                [0; 3]
+            }
+        };
+        Self {
+            width: SIDE,
+            height: SIDE,
+            channels: 3,
+            storage: Storage::Srgb8((0..SIDE * SIDE).flat_map(texel).collect()),
+            repaired: 0,
+            levels: Vec::new(),
+        }
     }
 
     /// The opacity of a texel: 1 where the picture has no alpha.
@@ -104,6 +175,7 @@ impl Bitmap {
             channels,
             storage: Storage::Float(values),
             repaired,
+            levels: Vec::new(),
         }
     }
 }

@@ -4,11 +4,17 @@
 //! |---|---|---|---|
 //! | `file` | path of a PNG, JPEG, BMP, TGA, WebP, HDR or EXR file, relative to the scene file | | required |
 //! | `color_space` | `"srgb"`, or `"raw"`: the numbers are used as they are | | `"srgb"`; HDR and EXR are always raw |
-//! | `filter` | `"linear"` or `"nearest"` | | `"linear"` |
+//! | `filter` | `"trilinear"`, `"linear"` or `"nearest"` | | `"trilinear"` |
 //! | `wrap` | `"repeat"`, `"clamp"`, `"mirror"` or `"black"` | | `"repeat"` |
 //!
 //! s runs to the right, t = 0 is the bottom of the picture. A texel (i, j) covers s from i/width to (i+1)/width; `nearest`
-//! takes the texel that holds the point, `linear` weighs the four nearest centres.
+//! takes the texel that holds the point, `linear` weighs the four nearest centres, of the picture as it is however far away.
+//!
+//! `trilinear` shows from near what `linear` shows, and from afar the mean of all texels that a ray stands for, by smaller copies
+//! of the picture (see [`super::mipmap`]): there the width of the footprint, in texels, tells between which two copies the
+//! colour lies. A footprint that is longer than wide, on a surface seen at a grazing angle, is taken apart into up to 8
+//! pieces along its length; beyond that it is looked up blurred. What a ray stands for is its cone, see
+//! [`crate::math::cone`]; a pixel's samples share the pixel.
 //!
 //! ```toml
 //! [texture.bricks]
@@ -19,7 +25,7 @@ use serde::Deserialize;
 
 use super::{Bitmap, BitmapId, FindBitmap, PatternKind, bitmap::ColorSpace};
 use crate::{
-    math::{Rgb, Vec2},
+    math::{Rgb, Vec2, trig},
     value::{Problem, Spanned},
 };
 
@@ -27,10 +33,15 @@ use crate::{
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Filter {
+    /// Linear, in smaller copies of the picture where it is far away.
     #[default]
+    Trilinear,
     Linear,
     Nearest,
 }
+
+/// Pieces that a long footprint is taken apart into, at most.
+const MOST_PIECES: u32 = 8;
 
 /// What lies outside the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -75,7 +86,11 @@ pub struct ImagePattern {
 
 impl Wrap {
     /// The texel that `i` stands for along an axis of `n` texels, `None` where there is none.
+    #[inline]
     fn texel(self, i: i64, n: i64) -> Option<u32> {
+        if (0..n).contains(&i) {
+            return Some(i as u32);
+        }
         let inside = match self {
             Self::Repeat => i.rem_euclid(n),
             Self::Clamp => i.clamp(0, n - 1),
@@ -83,18 +98,109 @@ impl Wrap {
                 let k = i.rem_euclid(2 * n);
                 k.min(2 * n - 1 - k)
             }
-            Self::Black => i,
+            Self::Black => return None,
         };
-        (0..n).contains(&inside).then_some(inside as u32)
+        Some(inside as u32)
     }
 }
 
 impl ImagePattern {
-    fn texel(&self, bitmap: &Bitmap, i: i64, j: i64) -> Rgb {
+    /// The four nearest texels of `bitmap`, weighed; black where `st` is not finite.
+    #[inline]
+    fn linear(&self, bitmap: &Bitmap, st: Vec2) -> Rgb {
+        let x = st * Vec2::new(bitmap.width as f32, bitmap.height as f32) - 0.5;
+        if !x.is_finite() {
+            return Rgb::BLACK;
+        }
+        let base = x.floor();
+        let (i, j) = (base.x as i64, base.y as i64);
         let (w, h) = (i64::from(bitmap.width), i64::from(bitmap.height));
-        match (self.wrap[0].texel(i, w), self.wrap[1].texel(j, h)) {
+        let columns = [i, i.saturating_add(1)].map(|i| self.wrap[0].texel(i, w));
+        let rows = [j, j.saturating_add(1)].map(|j| self.wrap[1].texel(j, h));
+        bitmap.blend(columns, rows, x - base)
+    }
+
+    fn nearest(&self, bitmap: &Bitmap, st: Vec2) -> Rgb {
+        let x = st * Vec2::new(bitmap.width as f32, bitmap.height as f32);
+        if !x.is_finite() {
+            return Rgb::BLACK;
+        }
+        let (w, h) = (i64::from(bitmap.width), i64::from(bitmap.height));
+        let texel = (
+            self.wrap[0].texel(x.x.floor() as i64, w),
+            self.wrap[1].texel(x.y.floor() as i64, h),
+        );
+        match texel {
             (Some(i), Some(j)) => bitmap.texel_from_bottom(i, j),
             _ => Rgb::BLACK,
+        }
+    }
+
+    /// The mean over the ellipse around `st` whose axes, from end to end, are `axes`.
+    pub fn mean(&self, bitmaps: &[Bitmap], st: Vec2, axes: [Vec2; 2]) -> Rgb {
+        let bitmap = &bitmaps[self.bitmap.0 as usize];
+        let size = Vec2::new(bitmap.width as f32, bitmap.height as f32);
+        let footprint = Footprint::of(axes, size);
+        let mut sum = Rgb::BLACK;
+        for piece in 0..footprint.pieces {
+            let along = (piece as f32 + 0.5) / footprint.pieces as f32 - 0.5;
+            sum += self.between_levels(bitmap, st + footprint.long_axis * along, footprint.level);
+        }
+        sum / footprint.pieces as f32
+    }
+
+    /// The colour in the copies of the picture above and below `level`.
+    #[inline]
+    fn between_levels(&self, bitmap: &Bitmap, st: Vec2, level: f32) -> Rgb {
+        let lower = level.floor();
+        let f = level - lower;
+        let near = self.linear(bitmap.level(lower as usize), st);
+        if f == 0.0 || lower as usize >= bitmap.levels.len() {
+            return near;
+        }
+        near * (1.0 - f) + self.linear(bitmap.level(lower as usize + 1), st) * f
+    }
+}
+
+/// How a part of a picture is looked up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Footprint {
+    /// Places along the long axis.
+    pieces: u32,
+    /// In s and t.
+    long_axis: Vec2,
+    /// 0 for the picture itself, 1 for the copy of half its size, and between.
+    level: f32,
+}
+
+impl Footprint {
+    /// Of the ellipse with these axes (s and t, from end to end) on a picture of `size` texels.
+    fn of([a, b]: [Vec2; 2], size: Vec2) -> Self {
+        let (in_a, in_b) = (a * size, b * size);
+        let (long, long_axis) = if in_a.length_squared() >= in_b.length_squared() {
+            (in_a.length(), a)
+        } else {
+            (in_b.length(), b)
+        };
+        // Of parallelograms too: the area over the length.
+        let short = if long > 0.0 {
+            in_a.perp_dot(in_b).abs() / long
+        } else {
+            0.0
+        };
+        let width = short.max(long / MOST_PIECES as f32).max(1.0);
+        if !(width.is_finite() && long_axis.is_finite()) {
+            // Wider than any picture.
+            return Self {
+                pieces: 1,
+                long_axis: Vec2::ZERO,
+                level: f32::MAX,
+            };
+        }
+        Self {
+            pieces: ((long / width).ceil() as u32).clamp(1, MOST_PIECES),
+            long_axis,
+            level: trig::log2(width),
         }
     }
 }
@@ -102,70 +208,12 @@ impl ImagePattern {
 impl PatternKind for ImagePattern {
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb {
         let bitmap = &bitmaps[self.bitmap.0 as usize];
-        let x = st * Vec2::new(bitmap.width as f32, bitmap.height as f32);
-        if !x.is_finite() {
-            return Rgb::BLACK;
-        }
         match self.filter {
-            Filter::Nearest => {
-                let x = x.floor();
-                self.texel(bitmap, x.x as i64, x.y as i64)
-            }
-            Filter::Linear => {
-                let x = x - 0.5;
-                let (base, f) = (x.floor(), x - x.floor());
-                let (i, j) = (base.x as i64, base.y as i64);
-                let row = |j| self.texel(bitmap, i, j) * (1.0 - f.x) + self.texel(bitmap, i + 1, j) * f.x;
-                row(j) * (1.0 - f.y) + row(j + 1) * f.y
-            }
+            Filter::Nearest => self.nearest(bitmap, st),
+            Filter::Linear | Filter::Trilinear => self.linear(bitmap, st),
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn quarter() -> Vec<Bitmap> {
-        // Top row 0 1, bottom row 2 3.
-        vec![Bitmap::from_floats([2, 2], 1, vec![0.0, 1.0, 2.0, 3.0])]
-    }
-
-    #[test]
-    fn nearest_takes_the_texel_that_holds_the_point_and_t_runs_upwards() {
-        let p = ImagePattern {
-            bitmap: BitmapId(0),
-            filter: Filter::Nearest,
-            wrap: [Wrap::Black; 2],
-        };
-        let at = |s, t| p.eval(&quarter(), Vec2::new(s, t)).r;
-        assert_eq!(
-            [at(0.1, 0.1), at(0.9, 0.1), at(0.1, 0.9), at(0.9, 0.9)],
-            [2.0, 3.0, 0.0, 1.0]
-        );
-        assert_eq!([at(-0.1, 0.1), at(1.0, 0.1)], [0.0, 0.0]);
-    }
-
-    #[test]
-    fn linear_meets_the_texels_at_their_centres_and_their_mean_between() {
-        let p = ImagePattern {
-            bitmap: BitmapId(0),
-            filter: Filter::Linear,
-            wrap: [Wrap::Clamp; 2],
-        };
-        let at = |s, t| p.eval(&quarter(), Vec2::new(s, t)).r;
-        assert_eq!(at(0.25, 0.25), 2.0);
-        assert_eq!(at(0.5, 0.5), 1.5);
-        assert_eq!(at(0.0, 0.0), 2.0);
-    }
-
-    #[test]
-    fn wrap_modes_continue_the_row_as_named() {
-        let row = |w: Wrap| (-3..5).map(|i| w.texel(i, 2)).collect::<Vec<_>>();
-        let some = |v: [u32; 8]| v.map(Some).to_vec();
-        assert_eq!(row(Wrap::Repeat), some([1, 0, 1, 0, 1, 0, 1, 0]));
-        assert_eq!(row(Wrap::Clamp), some([0, 0, 0, 0, 1, 1, 1, 1]));
-        assert_eq!(row(Wrap::Mirror), some([1, 1, 0, 0, 1, 1, 0, 0]));
-        assert_eq!(row(Wrap::Black)[..4], [None, None, None, Some(0)]);
-    }
-}
+mod tests;

@@ -7,6 +7,9 @@
 //! | `spherical` | longitude of the normal around y from +x towards +z over 360 degrees, latitude from the south pole |
 //! | `asin` | asin(n.x)/pi + 0.5, asin(n.y)/pi + 0.5, n the unit normal |
 //!
+//! A mapping also tells how far the footprint of a ray reaches in s and t; `spherical` and `asin` as on a sphere of the
+//! surface's curvature (meshes count as flat there).
+//!
 //! ```toml
 //! [texture.floor]
 //! image = { file = "floor.bmp" }
@@ -105,6 +108,11 @@ impl Ramp {
     fn at(&self, p: Vec3) -> f32 {
         (p[self.axis] - self.from) / (self.to - self.from)
     }
+
+    /// How it changes over the step `dp`.
+    fn slope(&self, dp: Vec3) -> f32 {
+        dp[self.axis] / (self.to - self.from)
+    }
 }
 
 /// How a place becomes s and t.
@@ -129,6 +137,26 @@ impl Mapping {
             Self::Asin => Vec2::new(asin(at.n.x), asin(at.n.y)),
         }
     }
+
+    /// The footprint around `at` in s and t: what its axes become.
+    pub fn footprint(&self, at: &TexturePoint) -> [Vec2; 2] {
+        at.footprint.map(|duv| {
+            let dp = at.dpdu * duv.x + at.dpdv * duv.y;
+            let dn = dp * at.curvature;
+            // Of asin; steep without bound at the rim.
+            let slope = |x: f32| 1.0 / (PI * (1.0 - x * x).max(1e-6).sqrt());
+            match self {
+                Self::Uv => duv,
+                Self::Planar { s, t } => Vec2::new(s.slope(dp), t.slope(dp)),
+                Self::Spherical => {
+                    let r2 = (at.n.x * at.n.x + at.n.z * at.n.z).max(1e-6);
+                    let turn = (at.n.x * dn.z - at.n.z * dn.x) / (TAU * r2);
+                    Vec2::new(turn, dn.y * slope(at.n.y))
+                }
+                Self::Asin => Vec2::new(dn.x * slope(at.n.x), dn.y * slope(at.n.y)),
+            }
+        })
+    }
 }
 
 #[cfg(test)]
@@ -138,8 +166,7 @@ mod tests {
     fn at(p: Vec3, n: Vec3) -> TexturePoint {
         TexturePoint {
             uv: Vec2::new(0.25, 0.75),
-            p,
-            n,
+            ..TexturePoint::new(p, n)
         }
     }
 
@@ -156,5 +183,37 @@ mod tests {
         assert_eq!(Mapping::Asin.st(&place), Vec2::new(0.5, 0.5));
         assert_eq!(Mapping::Spherical.st(&place), Vec2::new(0.25, 0.5));
         assert_eq!(Mapping::Spherical.st(&at(Vec3::ZERO, Vec3::Y)).y, 1.0);
+    }
+
+    #[test]
+    fn footprints_are_what_small_steps_on_a_sphere_change() {
+        let radius = 2.5;
+        let n = Vec3::new(0.48, 0.6, 0.64);
+        let (dpdu, dpdv) = (n.cross(Vec3::Y).normalize() * 3.0, n.cross(Vec3::X).normalize() * 0.7);
+        let place = TexturePoint {
+            dpdu,
+            dpdv,
+            curvature: 1.0 / radius,
+            footprint: [Vec2::new(1e-3, 2e-3), Vec2::new(-1e-3, 3e-3)],
+            ..at(n * radius, n)
+        };
+        let ramp = |axis| Ramp {
+            axis,
+            from: -3.0,
+            to: 5.0,
+        };
+        let planar = Mapping::Planar { s: ramp(0), t: ramp(2) };
+        for mapping in [planar, Mapping::Spherical, Mapping::Asin] {
+            let axes = mapping.footprint(&place);
+            for (axis, duv) in axes.into_iter().zip(place.footprint) {
+                let half = (dpdu * duv.x + dpdv * duv.y) * 0.5;
+                let moved = |p: Vec3| mapping.st(&at(p, p.normalize()));
+                let step = moved(place.p + half) - moved(place.p - half);
+                assert!(
+                    (step - axis).length() < 0.01 * axis.length(),
+                    "{mapping:?}: {step} {axis}"
+                );
+            }
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Textures: colours that vary over a surface.
 //!
 //! A texture is a *mapping*, which turns a place on a surface into two numbers s and t, and a *pattern*, which turns s
-//! and t into a colour. t = 0 is the bottom row of an image.
+//! and t into a colour; between the two a transform may move the pattern. t = 0 is the bottom row of an image.
 
 use crate::{
     kind::kinds,
@@ -14,10 +14,14 @@ pub mod checker;
 pub mod constant;
 pub mod image;
 pub mod mapping;
+pub mod mipmap;
 pub mod stripes;
+pub mod transform;
 
 pub use bitmap::Bitmap;
+use image::Filter;
 pub use mapping::{Mapping, MappingDesc};
+pub use transform::{StTransform, StTransformDesc};
 
 /// An index into the scene's textures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +38,28 @@ pub struct TexturePoint {
     pub p: Vec3,
     /// Unit geometric normal, as authored.
     pub n: Vec3,
+    /// How `p` moves with `uv`; zero where it does not.
+    pub dpdu: Vec3,
+    pub dpdv: Vec3,
+    /// How fast the normal turns over the surface, in radians per metre; negative where it is hollow on the normal's side.
+    pub curvature: f32,
+    /// The two axes, from end to end in `uv`, of the part of the surface that is looked at; zero for a point.
+    pub footprint: [Vec2; 2],
+}
+
+impl TexturePoint {
+    /// A point of which no more is known.
+    pub fn new(p: Vec3, n: Vec3) -> Self {
+        Self {
+            uv: Vec2::ZERO,
+            p,
+            n,
+            dpdu: Vec3::ZERO,
+            dpdv: Vec3::ZERO,
+            curvature: 0.0,
+            footprint: [Vec2::ZERO; 2],
+        }
+    }
 }
 
 /// The contract of every pattern.
@@ -59,16 +85,26 @@ kinds! {
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb;
 }
 
-/// A mapping and a pattern.
+/// A mapping, where the pattern lies, and the pattern.
 #[derive(Clone, Copy, Debug)]
 pub struct Texture {
     pub mapping: Mapping,
+    pub transform: StTransform,
     pub pattern: Pattern,
 }
 
 impl Texture {
+    /// The colour at a place: of pictures with levels the mean over the footprint. Patterns by formula are looked up at
+    /// the point alone; a pixel's samples average them.
     pub fn eval(&self, bitmaps: &[Bitmap], at: &TexturePoint) -> Rgb {
-        self.pattern.eval(bitmaps, self.mapping.st(at))
+        let st = self.transform.point(self.mapping.st(at));
+        match &self.pattern {
+            Pattern::Image(image) if image.filter == Filter::Trilinear && at.footprint != [Vec2::ZERO; 2] => {
+                let footprint = self.mapping.footprint(at).map(|d| self.transform.vector(d));
+                image.mean(bitmaps, st, footprint)
+            }
+            pattern => pattern.eval(bitmaps, st),
+        }
     }
 }
 

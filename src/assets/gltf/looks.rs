@@ -94,7 +94,7 @@ impl Looks {
         };
         let filter = match sampler.mag_filter {
             Some(Checked::Valid(MagFilter::Nearest)) => Filter::Nearest,
-            _ => Filter::Linear,
+            _ => Filter::Trilinear,
         };
         let image = match self.images.get(&source) {
             Some(known) => *known,

@@ -130,6 +130,21 @@ fn absurd_sizes_are_refused() {
     assert!(matches!(check_size([1, 1], MAX_BYTES + 1), Err(Problem::Size { .. })));
 }
 
+#[test]
+fn an_image_without_pixels_is_an_error_that_says_so() {
+    let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 0 +X 5\n";
+    let mut tga = file(&pattern(), F::Tga);
+    tga[12..14].copy_from_slice(&[0, 0]);
+    let mut bmp = file(&pattern(), F::Bmp);
+    bmp[18..22].copy_from_slice(&[0; 4]);
+    for (bytes, name) in [(&hdr[..], "a.hdr"), (&tga, "a.tga"), (&bmp, "a.bmp")] {
+        let error = decode(bytes, name).unwrap_err().to_string();
+        assert!(error.ends_with(name), "{error}");
+    }
+    let error = check_size([0, 5], 0).unwrap_err().at(Path::new("a.png"));
+    assert_eq!(error.to_string(), "the image has no pixels, its size is 0 x 5: a.png");
+}
+
 /// RGB of halves with ZIP.
 fn exr_file(w: u32, h: u32, first: f32) -> Vec<u8> {
     use ::exr::prelude::{Encoding, Image as Exr, Layer, LayerAttributes, SpecificChannels, WritableImage};

@@ -83,7 +83,7 @@ impl Library {
                 });
                 surfacing.base_texture = Some(ModelTexture {
                     image,
-                    filter: Filter::Linear,
+                    filter: Filter::Trilinear,
                     wrap: [wrap; 2],
                 });
                 // Exporters leave Kd black where a texture takes its place.

@@ -1,0 +1,138 @@
+//! Ray cones: how wide a bundle of rays is, by one length and one angle.
+//!
+//! A ray stands for all light of a pixel's share, not for a line without width. Its cone tells textures how much of them to
+//! look at. It is isotropic; what a slanted surface makes of it is the surface's matter.
+//!
+//! Source: Akenine-Moeller, Crassin, Boksansky, Belcour, Panteleev, Wright, "Improved Shader and Texture Level of Detail
+//! Using Ray Cones", JCGT 10(1), 2021; the cones themselves are of Amanatides, "Ray Tracing with Cones", SIGGRAPH 1984,
+//! doi:10.1145/800031.808589.
+
+use std::f32::consts::PI;
+
+use super::Ray;
+
+/// The width of a bundle of rays and how it grows. Both may be negative: behind a focus the bundle is turned over.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cone {
+    /// In m, where the ray is now; a diameter, not a radius.
+    pub width: f32,
+    /// How much the width grows per metre; small angles, in radians.
+    pub spread: f32,
+}
+
+/// The widest that a cone becomes, as its growth per metre: about 53 degrees.
+const WIDEST: f32 = 1.0;
+
+/// A direction that was drawn at random stands for this part of the solid angle that its density tells: paths are many.
+const SHARE: f32 = 1.0 / 64.0;
+
+impl Cone {
+    /// The cone of a pixel, by the rays (unit directions) of its centre and of its neighbours' to the right and below.
+    pub fn between(center: &Ray, neighbours: [&Ray; 2]) -> Self {
+        let mean = |f: &dyn Fn(&Ray) -> f32| 0.5 * (f(neighbours[0]) + f(neighbours[1]));
+        Self {
+            width: mean(&|r| r.o.distance(center.o)),
+            spread: mean(&|r| r.d.distance(center.d)).min(WIDEST),
+        }
+    }
+
+    /// One of `samples` of a pixel: it covers its share of the pixel's area, and never less than a 64th.
+    pub fn shared(self, samples: u32) -> Self {
+        let side = (1.0 / (samples.max(1) as f32).sqrt()).max(0.125);
+        Self {
+            width: self.width * side,
+            spread: self.spread * side,
+        }
+    }
+
+    /// Further along the ray, by `distance` (m).
+    #[inline]
+    pub fn moved(self, distance: f32) -> Self {
+        Self {
+            width: self.width + self.spread * distance,
+            spread: self.spread,
+        }
+    }
+
+    /// After a mirror that bends away from the ray by `curvature` (m^-1; negative where it is hollow, 0 where it is flat, as
+    /// which it keeps the spread).
+    #[inline]
+    pub fn mirrored(self, curvature: f32) -> Self {
+        Self {
+            width: self.width,
+            spread: (self.spread + 2.0 * curvature * self.width).clamp(-WIDEST, WIDEST),
+        }
+    }
+
+    /// After a direction that was drawn with density `pdf` (sr^-1): at least as wide as a 64th of the solid angle 1/`pdf`, a
+    /// quarter of a radian for chalk.
+    #[inline]
+    pub fn scattered(self, pdf: f32) -> Self {
+        let spread = (4.0 * SHARE / (PI * pdf)).sqrt().min(WIDEST);
+        Self {
+            width: self.width.abs(),
+            spread: self.spread.abs().max(spread),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+
+    #[test]
+    fn a_pinholes_cone_grows_and_a_parallel_one_does_not() {
+        let ray = |x: f32, d: Vec3| Ray::new(Vec3::new(x, 0.0, 0.0), d.normalize());
+        let pinhole = Cone::between(
+            &ray(0.0, Vec3::NEG_Z),
+            [
+                &ray(0.0, Vec3::new(0.01, 0.0, -1.0)),
+                &ray(0.0, Vec3::new(0.0, 0.01, -1.0)),
+            ],
+        );
+        assert_eq!(pinhole.width, 0.0);
+        assert!((pinhole.moved(10.0).width - 0.1).abs() < 1e-4);
+        let parallel = Cone::between(
+            &ray(0.0, Vec3::NEG_Z),
+            [&ray(0.5, Vec3::NEG_Z), &ray(-0.5, Vec3::NEG_Z)],
+        );
+        assert_eq!(parallel.moved(7.0), parallel);
+        assert_eq!(parallel.width, 0.5);
+    }
+
+    #[test]
+    fn a_flat_mirror_keeps_the_cone_and_a_hollow_one_brings_it_to_its_focus() {
+        let cone = Cone {
+            width: 0.1,
+            spread: 0.0,
+        };
+        assert_eq!(cone.mirrored(0.0), cone);
+        // A sphere of radius 2 has its focus at half of that.
+        assert!(cone.mirrored(-0.5).moved(1.0).width.abs() < 1e-6);
+        assert!(cone.mirrored(0.5).moved(1.0).width > 0.1);
+    }
+
+    #[test]
+    fn wide_scattering_widens_and_narrow_scattering_does_not_narrow() {
+        let cone = Cone {
+            width: 0.0,
+            spread: 0.01,
+        };
+        let chalk = cone.scattered(std::f32::consts::FRAC_1_PI).spread;
+        assert!((chalk - 0.25).abs() < 1e-3, "{chalk}");
+        assert_eq!(cone.scattered(1e9).spread, 0.01);
+        assert_eq!(cone.scattered(1e-9).spread, WIDEST);
+    }
+
+    #[test]
+    fn samples_share_a_pixel_by_area() {
+        let pixel = Cone {
+            width: 0.0,
+            spread: 1.0,
+        };
+        assert_eq!(pixel.shared(1).spread, 1.0);
+        assert_eq!(pixel.shared(16).spread, 0.25);
+        assert_eq!(pixel.shared(10_000).spread, 0.125);
+    }
+}

@@ -1,0 +1,150 @@
+//! Pictures near and far.
+
+use super::*;
+use crate::{math::hash, texture::mipmap};
+
+fn quarter() -> Vec<Bitmap> {
+    // Top row 0 1, bottom row 2 3.
+    vec![Bitmap::from_floats([2, 2], 1, vec![0.0, 1.0, 2.0, 3.0])]
+}
+
+fn pattern(filter: Filter, wrap: Wrap) -> ImagePattern {
+    ImagePattern {
+        bitmap: BitmapId(0),
+        filter,
+        wrap: [wrap; 2],
+    }
+}
+
+/// Random texels, with levels.
+fn random(width: u32, height: u32) -> Vec<Bitmap> {
+    let value = |i: u32| hash::unit_f32(hash::mix32(i + 7));
+    let mut bitmap = Bitmap::from_floats([width, height], 3, (0..width * height * 3).map(value).collect());
+    mipmap::build(&mut bitmap);
+    vec![bitmap]
+}
+
+/// Axes of a round footprint that is so many texels wide.
+fn round(texels: f32, width: u32, height: u32) -> [Vec2; 2] {
+    [Vec2::X * texels / width as f32, Vec2::Y * texels / height as f32]
+}
+
+#[test]
+fn nearest_takes_the_texel_that_holds_the_point_and_t_runs_upwards() {
+    let p = pattern(Filter::Nearest, Wrap::Black);
+    let at = |s, t| p.eval(&quarter(), Vec2::new(s, t)).r;
+    assert_eq!(
+        [at(0.1, 0.1), at(0.9, 0.1), at(0.1, 0.9), at(0.9, 0.9)],
+        [2.0, 3.0, 0.0, 1.0]
+    );
+    assert_eq!([at(-0.1, 0.1), at(1.0, 0.1)], [0.0, 0.0]);
+}
+
+#[test]
+fn linear_meets_the_texels_at_their_centres_and_their_mean_between() {
+    let p = pattern(Filter::Linear, Wrap::Clamp);
+    let at = |s, t| p.eval(&quarter(), Vec2::new(s, t)).r;
+    assert_eq!(at(0.25, 0.25), 2.0);
+    assert_eq!(at(0.5, 0.5), 1.5);
+    assert_eq!(at(0.0, 0.0), 2.0);
+}
+
+#[test]
+fn wrap_modes_continue_the_row_as_named() {
+    let row = |w: Wrap| (-3..5).map(|i| w.texel(i, 2)).collect::<Vec<_>>();
+    let some = |v: [u32; 8]| v.map(Some).to_vec();
+    assert_eq!(row(Wrap::Repeat), some([1, 0, 1, 0, 1, 0, 1, 0]));
+    assert_eq!(row(Wrap::Clamp), some([0, 0, 0, 0, 1, 1, 1, 1]));
+    assert_eq!(row(Wrap::Mirror), some([1, 1, 0, 0, 1, 1, 0, 0]));
+    assert_eq!(row(Wrap::Black)[..4], [None, None, None, Some(0)]);
+}
+
+#[test]
+fn wrap_modes_hold_at_every_level() {
+    let bitmaps = random(16, 8);
+    for level in 0..5 {
+        let axes = round((1 << level) as f32, 16, 8);
+        let at = |wrap, st| pattern(Filter::Trilinear, wrap).mean(&bitmaps, st, axes);
+        let st = Vec2::new(0.3, 0.6);
+        let near = |a: Rgb, b: Rgb| (a - b).map(f32::abs).max_component() < 1e-5;
+        assert!(near(at(Wrap::Repeat, st), at(Wrap::Repeat, st + Vec2::new(3.0, -2.0))));
+        assert!(near(at(Wrap::Mirror, st), at(Wrap::Mirror, -st)));
+        let outside = Vec2::new(-9.0, 0.6);
+        assert!(near(at(Wrap::Clamp, outside), at(Wrap::Clamp, Vec2::new(-5.0, 0.6))));
+        assert_eq!(at(Wrap::Black, outside), Rgb::BLACK);
+    }
+}
+
+#[test]
+fn magnified_a_picture_has_the_bits_of_linear() {
+    let bitmaps = random(16, 8);
+    let (linear, trilinear) = (
+        pattern(Filter::Linear, Wrap::Repeat),
+        pattern(Filter::Trilinear, Wrap::Repeat),
+    );
+    for i in 0..1000 {
+        let st = Vec2::new(i as f32 * 0.0137 - 3.0, i as f32 * 0.0071);
+        let texels = 0.001 * i as f32;
+        assert_eq!(
+            trilinear.mean(&bitmaps, st, round(texels, 16, 8)),
+            linear.eval(&bitmaps, st)
+        );
+    }
+}
+
+#[test]
+fn a_footprint_of_twice_the_width_is_one_level_up() {
+    let size = Vec2::new(512.0, 128.0);
+    for texels in [1.0, 1.7, 40.0, 333.0] {
+        let level = |texels| Footprint::of(round(texels, 512, 128), size).level;
+        assert!((level(2.0 * texels) - level(texels) - 1.0).abs() < 1e-5, "{texels}");
+    }
+    assert_eq!(Footprint::of(round(0.3, 512, 128), size).level, 0.0);
+}
+
+#[test]
+fn a_long_footprint_is_taken_apart_and_a_very_long_one_blurred() {
+    let size = Vec2::splat(256.0);
+    let of = |long: f32, short: f32| Footprint::of([Vec2::X * long / 256.0, Vec2::Y * short / 256.0], size);
+    assert_eq!((of(4.0, 4.0).pieces, of(4.0, 4.0).level), (1, 2.0));
+    assert_eq!((of(16.0, 4.0).pieces, of(16.0, 4.0).level), (4, 2.0));
+    assert_eq!((of(64.0, 1.0).pieces, of(64.0, 1.0).level), (8, 3.0));
+}
+
+#[test]
+fn a_footprint_as_wide_as_the_picture_sees_its_mean() {
+    let bitmaps = random(32, 32);
+    let p = pattern(Filter::Trilinear, Wrap::Repeat);
+    let last = bitmaps[0].levels.last().unwrap().rgb(0, 0);
+    for texels in [32.0, 1e4, f32::INFINITY] {
+        let there = p.mean(&bitmaps, Vec2::new(0.2, 0.9), round(texels, 32, 32));
+        assert!((there - last).map(f32::abs).max_component() < 1e-6, "{texels}");
+    }
+}
+
+#[test]
+fn a_constant_picture_is_constant_under_any_footprint() {
+    let mut bitmap = Bitmap::from_floats([24, 10], 1, vec![0.625; 240]);
+    mipmap::build(&mut bitmap);
+    let bitmaps = [bitmap];
+    let p = pattern(Filter::Trilinear, Wrap::Mirror);
+    for i in 0..200 {
+        let axes = [Vec2::new(0.01 * i as f32, 0.3), Vec2::new(0.2, -0.003 * i as f32)];
+        let there = p.mean(&bitmaps, Vec2::new(0.1 * i as f32, 0.7), axes);
+        assert!((there.r - 0.625).abs() < 1e-6, "{i}: {}", there.r);
+    }
+}
+
+#[test]
+fn what_is_not_finite_is_black() {
+    let bitmaps = random(4, 4);
+    for filter in [Filter::Trilinear, Filter::Linear, Filter::Nearest] {
+        let p = pattern(filter, Wrap::Repeat);
+        for st in [Vec2::new(f32::NAN, 0.0), Vec2::new(0.0, f32::INFINITY)] {
+            assert_eq!(p.eval(&bitmaps, st), Rgb::BLACK);
+            assert_eq!(p.mean(&bitmaps, st, round(3.0, 4, 4)), Rgb::BLACK);
+        }
+        let far = p.eval(&bitmaps, Vec2::splat(1e30));
+        assert!(far.is_finite());
+    }
+}

@@ -1,0 +1,246 @@
+//! Mip maps: smaller copies of a picture, so that a texture seen from afar is looked up once and not texel by texel.
+//!
+//! Each level is half as wide and half as high as the one before, rounded down, and at least 1. A texel is the mean of what it
+//! covers of the level before, in linear light: of a side with an odd number of texels that is two whole ones and parts of
+//! their neighbours, so no texel counts more than another and the mean of all stays what it was. Levels are stored like
+//! the picture, so that bytes stay bytes; all take a third of the picture's memory. Straight alpha is averaged like a colour.
+//!
+//! Source: Williams, "Pyramidal Parametrics", SIGGRAPH 1983, doi:10.1145/800059.801126; for odd sides Guthe and Heckbert,
+//! "Non-Power-of-Two Mipmapping", NVIDIA technical report, 2005.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::{Bitmap, Pattern, Texture, bitmap::Storage, image::Filter};
+use crate::math::srgb;
+
+/// Gives levels to the bitmaps that one of `textures` looks at from afar, on the threads of the current rayon pool.
+pub fn add_levels(textures: &[Texture], bitmaps: &mut [Bitmap]) {
+    let mut wanted = vec![false; bitmaps.len()];
+    for texture in textures {
+        if let Pattern::Image(image) = &texture.pattern
+            && image.filter == Filter::Trilinear
+        {
+            wanted[image.bitmap.0 as usize] = true;
+        }
+    }
+    let wanted = bitmaps.par_iter_mut().zip(wanted).filter(|(_, wanted)| *wanted);
+    wanted.for_each(|(bitmap, _)| build(bitmap));
+}
+
+/// Gives `bitmap` its levels.
+pub fn build(bitmap: &mut Bitmap) {
+    bitmap.levels.clear();
+    let mut size = [bitmap.width, bitmap.height];
+    let mut values = Vec::new();
+    while size != [1, 1] {
+        let half = size.map(|n| (n / 2).max(1));
+        // From the level before as it was before rounding to bytes: errors do not add up.
+        values = if bitmap.levels.is_empty() {
+            shrink(size, half, bitmap.channels, |i| linear(bitmap, i))
+        } else {
+            shrink(size, half, bitmap.channels, |i| values[i])
+        };
+        bitmap.levels.push(Bitmap {
+            width: half[0],
+            height: half[1],
+            channels: bitmap.channels,
+            storage: stored_like(&bitmap.storage, bitmap.channels, &values),
+            repaired: 0,
+            levels: Vec::new(),
+        });
+        size = half;
+    }
+}
+
+/// Whether number `i` of a picture is an opacity, which no curve applies to.
+fn is_alpha(i: usize, channels: usize) -> bool {
+    channels == 4 && i % 4 == 3
+}
+
+fn linear(bitmap: &Bitmap, i: usize) -> f32 {
+    match &bitmap.storage {
+        Storage::Srgb8(v) if !is_alpha(i, bitmap.channels) => srgb::decode8(v[i]),
+        Storage::Srgb8(v) | Storage::Linear8(v) => f32::from(v[i]) / 255.0,
+        Storage::Float(v) => v[i],
+    }
+}
+
+fn stored_like(storage: &Storage, channels: usize, values: &[f32]) -> Storage {
+    let byte = |v: f32| (v * 255.0).round() as u8;
+    match storage {
+        Storage::Srgb8(_) => {
+            let code = |(i, v): (usize, &f32)| {
+                if is_alpha(i, channels) {
+                    byte(*v)
+                } else {
+                    srgb::encode8(*v)
+                }
+            };
+            Storage::Srgb8(values.par_iter().enumerate().with_min_len(4096).map(code).collect())
+        }
+        Storage::Linear8(_) => Storage::Linear8(values.iter().map(|v| byte(*v)).collect()),
+        Storage::Float(_) => Storage::Float(values.to_vec()),
+    }
+}
+
+/// What a texel covers along one axis: a run of texels, and the weights of the first, of each within and of the last.
+struct Span {
+    texels: Range<usize>,
+    first: f32,
+    within: f32,
+    last: f32,
+}
+
+impl Span {
+    /// What each of `to` texels covers of `from`.
+    fn all(from: u32, to: u32) -> Vec<Self> {
+        let (from, to) = (u64::from(from), u64::from(to));
+        (0..to)
+            .map(|i| {
+                // In units in which a texel of the larger level is `to` long, and one of the smaller `from`.
+                let (begin, end) = (i * from, (i + 1) * from);
+                let texels = (begin / to) as usize..end.div_ceil(to) as usize;
+                let part = |k: usize| {
+                    let k = k as u64;
+                    (end.min((k + 1) * to) - begin.max(k * to)) as f32 / from as f32
+                };
+                Self {
+                    first: part(texels.start),
+                    within: to as f32 / from as f32,
+                    last: part(texels.end - 1),
+                    texels,
+                }
+            })
+            .collect()
+    }
+
+    #[inline]
+    fn weight(&self, k: usize) -> f32 {
+        if k == self.texels.start {
+            self.first
+        } else if k + 1 == self.texels.end {
+            self.last
+        } else {
+            self.within
+        }
+    }
+}
+
+/// The numbers of a picture of size `from`, read by index, as one of size `to`.
+fn shrink(from: [u32; 2], to: [u32; 2], channels: usize, read: impl Fn(usize) -> f32 + Sync) -> Vec<f32> {
+    let (columns, rows) = (Span::all(from[0], to[0]), Span::all(from[1], to[1]));
+    let stride = from[0] as usize * channels;
+    let mut out = vec![0.0; to[0] as usize * to[1] as usize * channels];
+    let lines = out.par_chunks_exact_mut(to[0] as usize * channels).zip(&rows);
+    lines.for_each(|(line, row)| {
+        for (texel, column) in line.chunks_exact_mut(channels).zip(&columns) {
+            for y in row.texels.clone() {
+                for x in column.texels.clone() {
+                    let weight = row.weight(y) * column.weight(x);
+                    let at = y * stride + x * channels;
+                    for (c, sum) in texel.iter_mut().enumerate() {
+                        *sum += weight * read(at + c);
+                    }
+                }
+            }
+        }
+    });
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Rgb, hash};
+
+    fn random(width: u32, height: u32) -> Bitmap {
+        let value = |i: u32| hash::unit_f32(hash::mix32(i + 1));
+        Bitmap::from_floats([width, height], 3, (0..width * height * 3).map(value).collect())
+    }
+
+    fn mean(bitmap: &Bitmap) -> Rgb {
+        let mut sum = Rgb::BLACK;
+        for y in 0..bitmap.height {
+            for x in 0..bitmap.width {
+                sum += bitmap.rgb(x, y);
+            }
+        }
+        sum / (bitmap.width * bitmap.height) as f32
+    }
+
+    #[test]
+    fn every_level_of_any_size_keeps_the_mean_of_the_texels() {
+        for [w, h] in [[64, 64], [37, 23], [5, 1], [1, 9], [48, 3]] {
+            let mut bitmap = random(w, h);
+            build(&mut bitmap);
+            let expected = mean(&bitmap);
+            for level in &bitmap.levels {
+                let there = mean(level);
+                assert!((there - expected).map(f32::abs).max_component() < 2e-6, "{w}x{h}");
+            }
+        }
+    }
+
+    #[test]
+    fn levels_halve_down_to_a_single_texel_and_take_a_third_of_the_picture() {
+        let mut bitmap = random(37, 23);
+        build(&mut bitmap);
+        let sizes: Vec<_> = bitmap.levels.iter().map(|l| [l.width, l.height]).collect();
+        assert_eq!(sizes, [[18, 11], [9, 5], [4, 2], [2, 1], [1, 1]]);
+        let mut square = random(64, 64);
+        build(&mut square);
+        let texels: u32 = square.levels.iter().map(|l| l.width * l.height).sum();
+        assert_eq!(texels, (64 * 64 - 1) / 3);
+    }
+
+    #[test]
+    fn a_texel_of_an_even_picture_is_the_mean_of_its_four() {
+        let mut bitmap = random(8, 4);
+        build(&mut bitmap);
+        let four = [[4, 2], [5, 2], [4, 3], [5, 3]].map(|[x, y]| bitmap.rgb(x, y));
+        let expected = four.into_iter().fold(Rgb::BLACK, |a, b| a + b) / 4.0;
+        let there = bitmap.levels[0].rgb(2, 1);
+        assert!((there - expected).map(f32::abs).max_component() < 1e-6);
+    }
+
+    #[test]
+    fn a_constant_picture_is_constant_at_every_level_and_keeps_its_storage() {
+        for channels in [1, 3, 4] {
+            let bytes = vec![187; 13 * 7 * channels];
+            for storage in [Storage::Srgb8(bytes.clone()), Storage::Linear8(bytes.clone())] {
+                let mut bitmap = Bitmap {
+                    width: 13,
+                    height: 7,
+                    channels,
+                    storage,
+                    repaired: 0,
+                    levels: Vec::new(),
+                };
+                build(&mut bitmap);
+                for level in &bitmap.levels {
+                    let same = match (&bitmap.storage, &level.storage) {
+                        (Storage::Srgb8(_), Storage::Srgb8(v)) | (Storage::Linear8(_), Storage::Linear8(v)) => v,
+                        other => panic!("{other:?}"),
+                    };
+                    assert!(same.iter().all(|v| *v == 187));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn black_and_white_mix_as_light_and_not_as_codes() {
+        let mut bitmap = Bitmap {
+            width: 2,
+            height: 1,
+            channels: 1,
+            storage: Storage::Srgb8(vec![0, 255]),
+            repaired: 0,
+            levels: Vec::new(),
+        };
+        build(&mut bitmap);
+        assert_eq!(bitmap.levels[0].storage, Storage::Srgb8(vec![188]));
+    }
+}

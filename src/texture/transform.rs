@@ -1,0 +1,144 @@
+//! Where a pattern lies on s and t: it is scaled, turned and moved before it is looked up.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `scale` | number or `[s, t]`; s and t are multiplied by it, so 2 shows the pattern twice | | 1 |
+//! | `rotate` | number; then (s, t) turns about (0, 0) from s towards t, which turns the pattern the other way | degrees | 0 |
+//! | `offset` | `[s, t]`; is added last | | `[0, 0]` |
+//!
+//! The order and the signs are those of glTF's KHR_texture_transform, on s and t (t = 0 is the bottom row). The mapping comes
+//! before, wrapping after.
+//!
+//! ```toml
+//! [texture.tiles]
+//! image = { file = "tiles.png" }
+//! transform = { scale = 4, rotate = 45, offset = [0.5, 0] }
+//! ```
+
+use serde::{Deserialize, Deserializer, de};
+
+use crate::{
+    math::{Vec2, trig},
+    value::Real,
+};
+
+/// What a scene file says of it.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StTransformDesc {
+    pub offset: Option<[Real; 2]>,
+    pub rotate: Option<Real>,
+    pub scale: Option<Scale>,
+}
+
+/// One factor, or one for s and one for t.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale(pub Vec2);
+
+impl<'de> Deserialize<'de> for Scale {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        struct ScaleVisitor;
+        impl<'de> de::Visitor<'de> for ScaleVisitor {
+            type Value = Scale;
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("a number or [s, t]")
+            }
+            fn visit_f64<E: de::Error>(self, v: f64) -> Result<Scale, E> {
+                let Real(v) = Real::deserialize(de::value::F64Deserializer::new(v))?;
+                Ok(Scale(Vec2::splat(v)))
+            }
+            fn visit_i64<E: de::Error>(self, v: i64) -> Result<Scale, E> {
+                self.visit_f64(v as f64)
+            }
+            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<Scale, A::Error> {
+                let [s, t] = <[Real; 2]>::deserialize(de::value::SeqAccessDeserializer::new(seq))?;
+                Ok(Scale(Vec2::new(s.0, t.0)))
+            }
+        }
+        d.deserialize_any(ScaleVisitor)
+    }
+}
+
+impl StTransformDesc {
+    pub fn compile(&self) -> StTransform {
+        let offset = self.offset.map_or(Vec2::ZERO, |[s, t]| Vec2::new(s.0, t.0));
+        let scale = self.scale.map_or(Vec2::ONE, |s| s.0);
+        StTransform::new(offset, self.rotate.map_or(0.0, |r| r.0), scale)
+    }
+}
+
+/// An affine map of s and t.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StTransform {
+    /// Where (1, 0) and (0, 1) go, seen from where (0, 0) goes.
+    axes: [Vec2; 2],
+    offset: Vec2,
+}
+
+impl StTransform {
+    pub const IDENTITY: Self = Self {
+        axes: [Vec2::X, Vec2::Y],
+        offset: Vec2::ZERO,
+    };
+
+    /// Scales, then rotates by `degrees` from s towards t, then moves.
+    pub fn new(offset: Vec2, degrees: f32, scale: Vec2) -> Self {
+        let (sin, cos) = match degrees.rem_euclid(360.0) {
+            0.0 => (0.0, 1.0),
+            90.0 => (1.0, 0.0),
+            180.0 => (0.0, -1.0),
+            270.0 => (-1.0, 0.0),
+            d => trig::sin_cos(trig::radians(d)),
+        };
+        Self {
+            axes: [Vec2::new(cos, sin) * scale.x, Vec2::new(-sin, cos) * scale.y],
+            offset,
+        }
+    }
+
+    #[inline]
+    pub fn point(&self, st: Vec2) -> Vec2 {
+        self.vector(st) + self.offset
+    }
+
+    /// What a difference of two points becomes.
+    #[inline]
+    pub fn vector(&self, d: Vec2) -> Vec2 {
+        self.axes[0] * d.x + self.axes[1] * d.y
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scale_comes_first_then_rotation_then_offset() {
+        let t = StTransform::new(Vec2::new(10.0, 20.0), 90.0, Vec2::new(2.0, 3.0));
+        assert_eq!(t.point(Vec2::ZERO), Vec2::new(10.0, 20.0));
+        assert_eq!(t.point(Vec2::X), Vec2::new(10.0, 22.0));
+        assert_eq!(t.point(Vec2::Y), Vec2::new(7.0, 20.0));
+        assert_eq!(t.vector(Vec2::ONE), Vec2::new(-3.0, 2.0));
+    }
+
+    #[test]
+    fn the_identity_changes_no_bit() {
+        let st = Vec2::new(0.123_456_7, -7.654_321);
+        assert_eq!(StTransform::IDENTITY.point(st), st);
+        assert_eq!(StTransformDesc::default().compile(), StTransform::IDENTITY);
+    }
+
+    #[test]
+    fn files_give_one_factor_or_two() {
+        let read = |text| toml::from_str::<StTransformDesc>(text).unwrap().compile();
+        let both = StTransform::new(Vec2::ZERO, 0.0, Vec2::splat(2.0));
+        assert_eq!(read("scale = 2"), both);
+        assert_eq!(read("scale = [2, 2.0]"), both);
+        assert_eq!(
+            read("rotate = 450\noffset = [1, 0]").point(Vec2::X),
+            Vec2::new(1.0, 1.0)
+        );
+        assert!(toml::from_str::<StTransformDesc>("scale = nan").is_err());
+        assert!(toml::from_str::<StTransformDesc>("angle = 1").is_err());
+    }
+}

@@ -1,0 +1,142 @@
+//! Pictures on surfaces, seen through a camera: what pixels make of texels.
+
+use batch_render::{
+    accel::AccelKind,
+    camera::{Camera, Lens, LookAt, Pose, perspective::PerspectiveLens},
+    film::Film,
+    integrator::whitted::Whitted,
+    material::{Material, matte::Matte},
+    math::{DVec3, Rgb, Vec2, Vec3},
+    render::{self, Settings, Watch},
+    scene::{Background, Builder, Scene},
+    shape::{
+        Shape,
+        quad::{Quad, QuadDesc},
+    },
+    texture::{
+        Bitmap, Color, Mapping, Pattern, StTransform, Texture,
+        bitmap::Storage,
+        image::{Filter, ImagePattern, Wrap},
+    },
+    value::{Point, Spanned},
+};
+
+fn quad(corners: [Vec3; 4]) -> Shape {
+    let corners = corners.map(Point);
+    let desc = QuadDesc {
+        corners: Spanned::new(0..0, corners),
+    };
+    let quad: Quad = desc.compile().expect("a quad");
+    Shape::Quad(quad)
+}
+
+/// One quad with `bitmap` on it `repeat` times, in both directions.
+fn scene(corners: [Vec3; 4], bitmap: Bitmap, filter: Filter, repeat: f32) -> Scene {
+    let mut builder = Builder::new(Background::new(Rgb::BLACK));
+    let bitmap = builder.bitmap(bitmap);
+    let texture = builder.texture(Texture {
+        mapping: Mapping::Uv,
+        transform: StTransform::new(Vec2::ZERO, 0.0, Vec2::splat(repeat)),
+        pattern: Pattern::Image(ImagePattern {
+            bitmap,
+            filter,
+            wrap: [Wrap::Repeat; 2],
+        }),
+    });
+    let material = builder.material(Material::Matte(Matte {
+        albedo: Color::Texture(texture),
+    }));
+    builder.shape("quad", quad(corners), None, material);
+    builder.build(AccelKind::default()).expect("a scene")
+}
+
+/// A picture of nothing but the texture's colours.
+fn shoot(scene: &Scene, eye: DVec3, target: DVec3, fov: f64, side: u32) -> Film {
+    let at = LookAt {
+        target,
+        up: DVec3::Y,
+        roll: 0.0,
+    };
+    let pose = Pose::look_at(eye, &at).expect("a pose");
+    let lens = Lens::Perspective(PerspectiveLens::vertical(fov));
+    let camera = Camera::new(&pose, &lens, [side, side]);
+    let bare = Whitted {
+        max_depth: 1,
+        ambient: Rgb::WHITE,
+    };
+    let settings = Settings::new([side, side], 1);
+    render::frame(scene, &camera, &bare, &settings, &Watch::default()).expect("a picture")
+}
+
+/// A board whose squares are single texels.
+fn board(side: u32) -> Bitmap {
+    let value = |i: u32| {
+        if (i % side + i / side).is_multiple_of(2) {
+            0
+        } else {
+            255
+        }
+    };
+    Bitmap {
+        width: side,
+        height: side,
+        channels: 1,
+        storage: Storage::Linear8((0..side * side).map(value).collect()),
+        repaired: 0,
+        levels: Vec::new(),
+    }
+}
+
+fn mean_and_variance(values: &[f32]) -> (f32, f32) {
+    let mean = values.iter().sum::<f32>() / values.len() as f32;
+    let variance = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f32>() / values.len() as f32;
+    (mean, variance)
+}
+
+#[test]
+fn a_far_board_at_a_grazing_angle_is_gray_with_one_sample() {
+    let floor = [[-50.0, 50.0], [50.0, 50.0], [50.0, -50.0], [-50.0, -50.0]];
+    let floor = floor.map(|[x, z]| Vec3::new(x, 0.0, z));
+    // Squares of 10 cm, 20 to 80 m away, from a height of 1 m: several to a pixel, and ten times as many along.
+    let far = |filter| {
+        let scene = scene(floor, board(256), filter, 4.0);
+        let film = shoot(&scene, DVec3::new(0.0, 1.0, 45.0), DVec3::new(0.0, 1.0, 0.0), 10.0, 64);
+        let rows = &film.pixels[37 * 64..50 * 64];
+        mean_and_variance(&rows.iter().map(|p| p[0]).collect::<Vec<_>>())
+    };
+    let (mean, variance) = far(Filter::Trilinear);
+    let (_, without) = far(Filter::Linear);
+    assert!((mean - 0.5).abs() < 0.01, "{mean}");
+    assert!(without > 0.05, "{without}");
+    assert!(variance < 0.05 * without, "{variance} of {without}");
+}
+
+#[test]
+fn a_pixel_that_is_four_texels_wide_sees_the_mean_of_sixteen() {
+    let value = |i: u32| ((i * 2_654_435_761) >> 24) as u8;
+    let mut bitmap = Bitmap {
+        storage: Storage::Linear8((0..64 * 64).map(value).collect()),
+        ..board(64)
+    };
+    let wall = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[x, y]| Vec3::new(x, y, 0.0));
+    let fov = 2.0 * 0.5_f64.atan().to_degrees();
+    let scene = scene(wall, bitmap.clone(), Filter::Trilinear, 1.0);
+    let film = shoot(&scene, DVec3::Z, DVec3::ZERO, fov, 16);
+    batch_render::texture::mipmap::build(&mut bitmap);
+    for [x, y] in [[7, 7], [8, 7], [7, 8], [8, 8]] {
+        let expected = bitmap.level(2).rgb(x, y).r;
+        let found = film.pixels[(y * 16 + x) as usize][0];
+        assert!((found - expected).abs() < 0.01, "{x} {y}: {found} for {expected}");
+    }
+}
+
+#[test]
+fn from_near_every_filter_but_nearest_gives_the_same_bits() {
+    let wall = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[x, y]| Vec3::new(x, y, 0.0));
+    let shot = |filter| {
+        let scene = scene(wall, board(8), filter, 1.0);
+        shoot(&scene, DVec3::new(0.1, 0.05, 1.0), DVec3::ZERO, 40.0, 48).pixels
+    };
+    assert_eq!(shot(Filter::Trilinear), shot(Filter::Linear));
+    assert_ne!(shot(Filter::Trilinear), shot(Filter::Nearest));
+}
