@@ -1,20 +1,20 @@
 //! Affine transforms with their inverse.
 
-use glam::{Affine3A, DAffine3, DMat3, DMat4, DVec3, Vec3};
+use glam::{Affine3, DAffine3, DMat3, DMat4, DVec3, Vec3};
 
 use super::{Aabb, Ray};
 
-/// An invertible affine map from an object's own space to the world, with its inverse.
+/// An invertible affine map from an object's own space to the world, with its inverse: 96 bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform {
-    world_from_local: Affine3A,
-    local_from_world: Affine3A,
+    world_from_local: Affine3,
+    local_from_world: Affine3,
 }
 
 impl Transform {
     pub const IDENTITY: Self = Self {
-        world_from_local: Affine3A::IDENTITY,
-        local_from_world: Affine3A::IDENTITY,
+        world_from_local: Affine3::IDENTITY,
+        local_from_world: Affine3::IDENTITY,
     };
 
     /// `None` where the map has no usable inverse: it is singular or its numbers are not finite.
@@ -27,8 +27,8 @@ impl Transform {
         }
         let inverse = world_from_local.inverse();
         let t = Self {
-            world_from_local: world_from_local.as_affine3a(),
-            local_from_world: inverse.as_affine3a(),
+            world_from_local: world_from_local.as_affine3(),
+            local_from_world: inverse.as_affine3(),
         };
         (t.world_from_local.is_finite() && t.local_from_world.is_finite()).then_some(t)
     }
@@ -65,14 +65,6 @@ impl Transform {
         widen(self.world_from_local)
     }
 
-    pub fn world_from_local(&self) -> Affine3A {
-        self.world_from_local
-    }
-
-    pub fn local_from_world(&self) -> Affine3A {
-        self.local_from_world
-    }
-
     /// A world-space ray in local space; its `t` means the same point in both.
     pub fn ray_to_local(&self, ray: &Ray) -> Ray {
         Ray {
@@ -101,26 +93,37 @@ impl Transform {
     /// A normal, by the inverse transpose; not normalised. A mirroring map keeps the side it points to.
     pub fn normal_to_world(&self, n: Vec3) -> Vec3 {
         let m = self.local_from_world.matrix3;
-        let n = glam::Vec3A::from(n);
         Vec3::new(m.x_axis.dot(n), m.y_axis.dot(n), m.z_axis.dot(n))
     }
 
     /// What [`Transform::normal_to_world`] undoes; not normalised.
     pub fn normal_to_local(&self, n: Vec3) -> Vec3 {
         let m = self.world_from_local.matrix3;
-        let n = glam::Vec3A::from(n);
         Vec3::new(m.x_axis.dot(n), m.y_axis.dot(n), m.z_axis.dot(n))
     }
 
     /// The bound of each coordinate's error after mapping `p`, known up to `p_error`, to the world.
     pub fn point_error_to_world(&self, p: Vec3, p_error: Vec3) -> Vec3 {
-        let m = self.world_from_local.matrix3;
-        let t = Vec3::from(self.world_from_local.translation).abs();
-        let abs = |v: Vec3| {
-            Vec3::from(m.x_axis.abs()) * v.x + Vec3::from(m.y_axis.abs()) * v.y + Vec3::from(m.z_axis.abs()) * v.z
-        };
+        let t = self.world_from_local.translation.abs();
         let g = super::float::gamma(4);
-        abs(p_error) * (1.0 + g) + (abs(p.abs()) + t) * g
+        absolute(&self.world_from_local, p_error) * (1.0 + g) + (absolute(&self.world_from_local, p.abs()) + t) * g
+    }
+
+    /// The bound of each coordinate's error, in the world, of the point that `p` becomes in local space when a ray that
+    /// starts there is mapped.
+    pub fn return_error(&self, p: Vec3) -> Vec3 {
+        let local = absolute(&self.local_from_world, p.abs()) + self.local_from_world.translation.abs();
+        absolute(&self.world_from_local, local * super::float::gamma(8))
+    }
+
+    /// By how much the way to local space and back magnifies roundings, at most: of a vector's components, and of a
+    /// point at the origin in metres. The first is 1 for a scale along the axes, at most 3 for a rotation with it, and
+    /// large for maps that shear.
+    pub fn magnification(&self) -> (f32, f32) {
+        let there = |v: Vec3| absolute(&self.world_from_local, absolute(&self.local_from_world, v)).max_element();
+        let m = absolute(&self.world_from_local, self.local_from_world.translation.abs());
+        let t = self.world_from_local.translation.abs();
+        (there(Vec3::ONE).max(1.0), (m + t).max_element())
     }
 
     /// Whether it turns right-handed into left-handed.
@@ -140,7 +143,13 @@ impl Transform {
     }
 }
 
-fn widen(a: Affine3A) -> DAffine3 {
+/// The map's matrix, of absolute numbers, times `v`.
+fn absolute(map: &Affine3, v: Vec3) -> Vec3 {
+    let m = map.matrix3;
+    m.x_axis.abs() * v.x + m.y_axis.abs() * v.y + m.z_axis.abs() * v.z
+}
+
+fn widen(a: Affine3) -> DAffine3 {
     DAffine3 {
         matrix3: a.matrix3.as_dmat3(),
         translation: a.translation.as_dvec3(),
