@@ -1,61 +1,49 @@
 //! A binary tree, traversed one ray at a time in plain Rust: simple enough to trust, and a yardstick.
 
-use std::{sync::Arc, time::Instant};
-
 use super::{
-    Accelerator, BuildError, BuildStats, Geometry, Hit, PrimRef, Quality, RayCost,
+    Geometry, Quality,
     binary::{self, Flat},
-    nearest_unbounded,
+    levels::{self, Tree, Walk},
     prims::Prims,
     slab::Planes,
 };
 use crate::math::Ray;
 
-/// A binary tree over boxes, one primitive a leaf.
-pub struct Bvh2 {
-    geometry: Arc<Geometry>,
+/// The accelerator.
+pub(super) type Bvh2 = levels::Levels<Binary>;
+
+/// A binary tree over boxes, one item a leaf.
+#[derive(Default)]
+pub(super) struct Binary {
     nodes: Vec<Flat>,
     ids: Vec<u32>,
-    unbounded: Vec<PrimRef>,
-    reach: f32,
-    stats: BuildStats,
 }
 
-impl Bvh2 {
-    pub fn build(geometry: Arc<Geometry>, quality: Quality) -> Result<Self, BuildError> {
-        let start = Instant::now();
-        let prims = Prims::new(&geometry)?;
-        let nodes =
-            binary::build(&prims, quality).map_or_else(Vec::new, |tree| binary::flatten(&tree, 0, &prims.boxes));
-        let stats = BuildStats {
-            build_time: start.elapsed(),
-            node_count: nodes.len(),
-            bytes: size_of_val(&nodes[..]) + size_of_val(&prims.ids[..]),
-            prims: geometry.prim_count(),
-        };
-        Ok(Self {
-            geometry,
-            nodes,
+impl Tree for Binary {
+    type Stack = Vec<(u32, f32)>;
+
+    fn build(prims: Prims, _geometry: &Geometry, quality: Quality) -> Self {
+        let tree = binary::build(&prims, quality);
+        Self {
+            nodes: tree.map_or_else(Vec::new, |tree| binary::flatten(&tree, 0, &prims.boxes)),
             ids: prims.ids,
-            unbounded: prims.unbounded,
-            reach: prims.reach,
-            stats,
-        })
+        }
     }
 
-    /// Visits the leaves that `ray` may meet, nearer boxes first. `leaf` tests a primitive, may shorten the ray, and
-    /// says whether to go on.
+    /// Nearer boxes come first.
     fn walk(
         &self,
         ray: &mut Ray,
-        stack: &mut Vec<(u32, f32)>,
-        cost: &mut RayCost,
-        mut leaf: impl FnMut(PrimRef, &mut Ray) -> Walk,
-    ) {
-        let planes = Planes::new(ray, self.reach);
+        planes: &Planes,
+        stack: &mut Self::Stack,
+        nodes: &mut u32,
+        mut leaf: impl FnMut(u32, &mut Ray) -> Walk,
+    ) -> Walk {
         stack.clear();
-        let Some(root) = self.nodes.first() else { return };
-        cost.nodes += 1;
+        let Some(root) = self.nodes.first() else {
+            return Walk::GoOn;
+        };
+        *nodes += 1;
         if let Some(t) = planes.enter(&root.bounds, ray.tmin, ray.tmax) {
             stack.push((0, t));
         }
@@ -65,13 +53,12 @@ impl Bvh2 {
             }
             let node = &self.nodes[index as usize];
             if node.is_leaf() {
-                cost.prims += 1;
-                match leaf(PrimRef::new(self.ids[node.leaf as usize]), ray) {
+                match leaf(self.ids[node.leaf as usize], ray) {
                     Walk::GoOn => continue,
-                    Walk::Stop => return,
+                    Walk::Stop => return Walk::Stop,
                 }
             }
-            cost.nodes += 2;
+            *nodes += 2;
             let children = [index + 1, node.second];
             let enter = children.map(|c| planes.enter(&self.nodes[c as usize].bounds, ray.tmin, ray.tmax));
             match enter {
@@ -82,67 +69,14 @@ impl Bvh2 {
                 [None, None] => {}
             }
         }
-    }
-}
-
-/// What comes after a leaf.
-enum Walk {
-    GoOn,
-    Stop,
-}
-
-impl Accelerator for Bvh2 {
-    fn nearest(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        let mut stack = Vec::new();
-        for (ray, hit) in rays.iter().zip(hits) {
-            let mut ray = *ray;
-            *hit = None;
-            nearest_unbounded(&self.geometry, &self.unbounded, &mut ray, hit);
-            self.walk(&mut ray, &mut stack, &mut RayCost::default(), |prim, ray| {
-                self.geometry.keep_nearest(prim, ray, hit);
-                Walk::GoOn
-            });
-        }
+        Walk::GoOn
     }
 
-    fn occluded(&self, rays: &[Ray], blocked: &mut [bool]) {
-        let mut stack = Vec::new();
-        for (ray, blocked) in rays.iter().zip(blocked) {
-            *blocked = self
-                .unbounded
-                .iter()
-                .any(|&p| self.geometry.intersect(p, ray).is_some());
-            if *blocked {
-                continue;
-            }
-            self.walk(&mut ray.clone(), &mut stack, &mut RayCost::default(), |prim, ray| {
-                *blocked = self.geometry.intersect(prim, ray).is_some();
-                if *blocked { Walk::Stop } else { Walk::GoOn }
-            });
-        }
+    fn node_count(&self) -> usize {
+        self.nodes.len()
     }
 
-    fn cost(&self, rays: &[Ray], costs: &mut [RayCost]) {
-        let mut stack = Vec::new();
-        for (ray, cost) in rays.iter().zip(costs) {
-            let (mut ray, mut hit) = (*ray, None);
-            *cost = RayCost {
-                nodes: 0,
-                prims: self.unbounded.len() as u32,
-            };
-            nearest_unbounded(&self.geometry, &self.unbounded, &mut ray, &mut hit);
-            self.walk(&mut ray, &mut stack, cost, |prim, ray| {
-                self.geometry.keep_nearest(prim, ray, &mut hit);
-                Walk::GoOn
-            });
-        }
-    }
-
-    fn stats(&self) -> BuildStats {
-        self.stats
-    }
-
-    fn geometry(&self) -> &Arc<Geometry> {
-        &self.geometry
+    fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..]) + size_of_val(&self.ids[..])
     }
 }

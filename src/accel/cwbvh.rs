@@ -7,14 +7,14 @@
 //! Source: Ylitie, Karras, Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", 2017,
 //! <https://doi.org/10.1145/3105762.3105773>.
 
-use std::{sync::Arc, time::Instant};
-
 use glam::{UVec2, Vec3A};
-use obvhs::cwbvh::{CwBvh as Tree, bvh2_to_cwbvh::bvh2_to_cwbvh, node::CwBvhNode};
+use obvhs::cwbvh::{CwBvh as Nodes, bvh2_to_cwbvh::bvh2_to_cwbvh, node::CwBvhNode};
 
 use super::{
-    Accelerator, BuildError, BuildStats, Geometry, Hit, PrimRef, Quality, RayCost, binary, nearest_unbounded,
-    prims::Prims, slab::Planes,
+    Geometry, Quality, binary,
+    levels::{self, Tree, Walk},
+    prims::Prims,
+    slab::Planes,
 };
 use crate::math::{Aabb, Ray, Vec3};
 
@@ -22,55 +22,39 @@ use crate::math::{Aabb, Ray, Vec3};
 /// wrong by at most 2^-18, and clamps what sticks out.
 const QUANTISATION: f32 = 1.0 / 65_536.0;
 
+/// The accelerator.
+pub(super) type CwBvh = levels::Levels<Compressed>;
+
 /// obvhs's compressed 8-wide tree.
-pub struct CwBvh {
-    geometry: Arc<Geometry>,
-    tree: Tree,
+#[derive(Default)]
+pub(super) struct Compressed {
+    nodes: Nodes,
     ids: Vec<u32>,
-    unbounded: Vec<PrimRef>,
-    reach: f32,
-    stats: BuildStats,
 }
 
-impl CwBvh {
-    pub fn build(geometry: Arc<Geometry>, quality: Quality) -> Result<Self, BuildError> {
-        let start = Instant::now();
-        let prims = Prims::new(&geometry)?;
-        let tree = binary::build(&prims, quality).map_or_else(Tree::default, |mut tree| {
+impl Tree for Compressed {
+    type Stack = Stack;
+
+    fn build(prims: Prims, _geometry: &Geometry, quality: Quality) -> Self {
+        let nodes = binary::build(&prims, quality).map_or_else(Nodes::default, |mut tree| {
             binary::refit(&mut tree, &prims.boxes);
             bvh2_to_cwbvh(&tree, 3, true, false)
         });
-        let stats = BuildStats {
-            build_time: start.elapsed(),
-            node_count: tree.nodes.len(),
-            bytes: size_of_val(&tree.nodes[..])
-                + size_of_val(&tree.primitive_indices[..])
-                + size_of_val(&prims.ids[..]),
-            prims: geometry.prim_count(),
-        };
-        Ok(Self {
-            geometry,
-            tree,
-            ids: prims.ids,
-            unbounded: prims.unbounded,
-            reach: prims.reach,
-            stats,
-        })
+        Self { nodes, ids: prims.ids }
     }
 
-    /// Calls `leaf` with the primitives that `ray` may meet until it returns `false`.
     fn walk(
         &self,
         ray: &mut Ray,
+        planes: &Planes,
         stack: &mut Stack,
-        cost: &mut RayCost,
-        mut leaf: impl FnMut(PrimRef, &mut Ray) -> bool,
-    ) {
-        if self.tree.nodes.is_empty() {
-            return;
+        nodes: &mut u32,
+        mut leaf: impl FnMut(u32, &mut Ray) -> Walk,
+    ) -> Walk {
+        if self.nodes.nodes.is_empty() {
+            return Walk::GoOn;
         }
         stack.0.clear();
-        let planes = Planes::new(ray, self.reach);
         let octant = |negative: bool, bit: u32| if negative { 0 } else { bit * 0x0101_0101 };
         let mut state = State {
             stack,
@@ -81,24 +65,30 @@ impl CwBvh {
             hitmask: 0,
         };
         let mut node;
-        'traversal: {
-            obvhs::traverse!(
-                self.tree,
-                node,
-                state,
-                {
-                    cost.nodes += 1;
-                    hit_children(node, &planes, ray, state.oct_inv4)
-                },
-                {
-                    cost.prims += 1;
-                    let prim = self.tree.primitive_indices[state.primitive_id as usize];
-                    if !leaf(PrimRef::new(self.ids[prim as usize]), ray) {
-                        break 'traversal;
-                    }
+        obvhs::traverse!(
+            self.nodes,
+            node,
+            state,
+            {
+                *nodes += 1;
+                hit_children(node, planes, ray, state.oct_inv4)
+            },
+            {
+                let prim = self.nodes.primitive_indices[state.primitive_id as usize];
+                if leaf(self.ids[prim as usize], ray) == Walk::Stop {
+                    return Walk::Stop;
                 }
-            );
-        }
+            }
+        );
+        Walk::GoOn
+    }
+
+    fn node_count(&self) -> usize {
+        self.nodes.nodes.len()
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&self.nodes.nodes[..]) + size_of_val(&self.nodes.primitive_indices[..]) + size_of_val(&self.ids[..])
     }
 }
 
@@ -114,7 +104,7 @@ struct State<'a> {
 
 /// A stack that grows.
 #[derive(Default)]
-struct Stack(Vec<UVec2>);
+pub(super) struct Stack(Vec<UVec2>);
 
 impl Stack {
     fn push(&mut self, v: UVec2) {
@@ -152,60 +142,4 @@ fn hit_children(node: &CwBvhNode, planes: &Planes, ray: &Ray, oct_inv4: u32) -> 
         }
     }
     mask
-}
-
-impl Accelerator for CwBvh {
-    fn nearest(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        let mut stack = Stack::default();
-        for (ray, hit) in rays.iter().zip(hits) {
-            let mut ray = *ray;
-            *hit = None;
-            nearest_unbounded(&self.geometry, &self.unbounded, &mut ray, hit);
-            self.walk(&mut ray, &mut stack, &mut RayCost::default(), |prim, ray| {
-                self.geometry.keep_nearest(prim, ray, hit);
-                true
-            });
-        }
-    }
-
-    fn occluded(&self, rays: &[Ray], blocked: &mut [bool]) {
-        let mut stack = Stack::default();
-        for (ray, blocked) in rays.iter().zip(blocked) {
-            *blocked = self
-                .unbounded
-                .iter()
-                .any(|&p| self.geometry.intersect(p, ray).is_some());
-            if *blocked {
-                continue;
-            }
-            self.walk(&mut ray.clone(), &mut stack, &mut RayCost::default(), |prim, ray| {
-                *blocked = self.geometry.intersect(prim, ray).is_some();
-                !*blocked
-            });
-        }
-    }
-
-    fn cost(&self, rays: &[Ray], costs: &mut [RayCost]) {
-        let mut stack = Stack::default();
-        for (ray, cost) in rays.iter().zip(costs) {
-            let (mut ray, mut hit) = (*ray, None);
-            *cost = RayCost {
-                nodes: 0,
-                prims: self.unbounded.len() as u32,
-            };
-            nearest_unbounded(&self.geometry, &self.unbounded, &mut ray, &mut hit);
-            self.walk(&mut ray, &mut stack, cost, |prim, ray| {
-                self.geometry.keep_nearest(prim, ray, &mut hit);
-                true
-            });
-        }
-    }
-
-    fn stats(&self) -> BuildStats {
-        self.stats
-    }
-
-    fn geometry(&self) -> &Arc<Geometry> {
-        &self.geometry
-    }
 }

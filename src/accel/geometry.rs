@@ -1,6 +1,8 @@
-//! What is traced: flat arrays of triangles and of shapes, in world space.
+//! What is traced: flat arrays of triangles and of shapes in world space, and meshes that stand in it many times.
 
-use super::{Hit, Instance, PrimRef, slab::Slabs};
+use std::ops::Range;
+
+use super::{Hit, Instance, PrimRef, instance, slab::Slabs};
 use crate::{
     math::{Aabb, Ray, Transform, Vec3},
     shape::{Shape, ShapeHit, triangle},
@@ -14,20 +16,60 @@ pub struct Placed {
     pub transform: Option<u32>,
 }
 
+/// Triangles in a space of their own: they are stored once, and met wherever an instance puts them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Group {
+    /// Which of the geometry's triangles. Groups have no triangle in common and are in the order of their triangles.
+    pub triangles: Range<u32>,
+    /// Which of the geometry's vertices their corners are; nothing else names these.
+    pub vertices: Range<u32>,
+}
+
+/// A group at a place in the world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlacedGroup {
+    /// An index into [`Geometry::groups`].
+    pub group: u32,
+    /// An index into [`Geometry::transforms`], which no other instance names where it is to be moved.
+    pub transform: u32,
+}
+
 /// All primitives of a scene. Primitive `i` is triangle `i`, or shape `i - triangles.len()`.
+///
+/// What is in a group is not met by itself, but in each of the group's instances: a hit there has the triangle's number
+/// and the instance's, which is an index into `instances`.
 #[derive(Clone, Debug, Default)]
 pub struct Geometry {
-    /// In world space.
+    /// In world space; those of a group in the group's own.
     pub vertices: Vec<Vec3>,
     /// Three indices into `vertices` each.
     pub triangles: Vec<[u32; 3]>,
     pub shapes: Vec<Placed>,
     pub transforms: Vec<Transform>,
+    pub groups: Vec<Group>,
+    pub instances: Vec<PlacedGroup>,
 }
 
 impl Geometry {
+    /// How many primitives are stored, those of groups once.
     pub fn prim_count(&self) -> usize {
         self.triangles.len() + self.shapes.len()
+    }
+
+    /// How many primitives a ray can meet, those of groups once for each instance.
+    pub fn seen_prim_count(&self) -> u64 {
+        let of = |group: &Group| group.triangles.len() as u64;
+        let stored: u64 = self.groups.iter().map(of).sum();
+        let seen: u64 = self.instances.iter().map(|i| of(&self.groups[i.group as usize])).sum();
+        self.prim_count() as u64 - stored + seen
+    }
+
+    /// The triangles that are in no group.
+    pub fn world_triangles(&self) -> Vec<Range<u32>> {
+        let starts = std::iter::once(0).chain(self.groups.iter().map(|g| g.triangles.end));
+        let ends = self.groups.iter().map(|g| g.triangles.start);
+        let ends = ends.chain([self.triangles.len() as u32]);
+        starts.zip(ends).map(|(a, b)| a..b).filter(|r| !r.is_empty()).collect()
     }
 
     /// The corners of triangle `i`.
@@ -49,7 +91,20 @@ impl Geometry {
         placed.transform.map(|t| &self.transforms[t as usize])
     }
 
-    /// A box around `prim` in world space, a little larger than it, so that rounding in a box test never loses a hit.
+    /// Where an instance stands; `None` for [`Instance::NONE`].
+    #[inline]
+    pub fn place(&self, instance: Instance) -> Option<&Transform> {
+        let placed = self.instances.get(instance.0 as usize)?;
+        Some(&self.transforms[placed.transform as usize])
+    }
+
+    /// A ray in the space of an instance's group. It is not normalised, so `t` is the same in both spaces.
+    #[inline(always)]
+    pub fn enter(&self, placed: &PlacedGroup, ray: &Ray) -> Ray {
+        self.transforms[placed.transform as usize].ray_to_local(ray)
+    }
+
+    /// A box around `prim` in its space, a little larger than it, so that rounding in a box test never loses a hit.
     pub fn bounds(&self, prim: PrimRef) -> Aabb {
         let bounds = match self.shape(prim) {
             None => Aabb::from_points(self.corners(prim.index() as usize)),
@@ -61,7 +116,55 @@ impl Geometry {
         bounds.padded(4.0)
     }
 
-    /// Where `ray` meets `prim` with `tmin < t <= tmax`.
+    /// The box around all of a group's triangles, in its own space.
+    pub fn group_bounds(&self, group: &Group) -> Aabb {
+        let prims = group.triangles.clone().map(PrimRef::new);
+        prims.map(|prim| self.bounds(prim)).fold(Aabb::EMPTY, Aabb::union)
+    }
+
+    /// The box around everything that has bounds, in world space.
+    pub fn world_bounds(&self) -> Aabb {
+        let shapes = self.triangles.len() as u32..self.prim_count() as u32;
+        let prims = self.world_triangles().into_iter().chain([shapes]).flatten();
+        let prims = prims.map(|i| self.bounds(PrimRef::new(i))).filter(Aabb::is_finite);
+        let groups: Vec<Aabb> = self.groups.iter().map(|g| self.group_bounds(g)).collect();
+        let instances = self.instances.iter().map(|placed| {
+            let t = &self.transforms[placed.transform as usize];
+            instance::bounds(t, &groups[placed.group as usize])
+        });
+        prims.chain(instances).fold(Aabb::EMPTY, Aabb::union)
+    }
+
+    /// The same with a triangle of its own for every triangle that can be seen, all in world space.
+    ///
+    /// Numbers of primitives change: what was in no group comes first, then each instance in turn.
+    pub fn without_instances(&self) -> Self {
+        let mut flat = Self {
+            vertices: self.vertices.clone(),
+            shapes: self.shapes.clone(),
+            transforms: self.transforms.clone(),
+            ..Self::default()
+        };
+        let world = self.world_triangles().into_iter().flatten();
+        flat.triangles.extend(world.map(|i| self.triangles[i as usize]));
+        for placed in &self.instances {
+            let group = &self.groups[placed.group as usize];
+            let place = &self.transforms[placed.transform as usize];
+            let moved = flat.vertices.len() as u32;
+            for v in group.vertices.clone() {
+                flat.vertices.push(place.point_to_world(self.vertices[v as usize]));
+            }
+            for i in group.triangles.clone() {
+                let corners = self.triangles[i as usize].map(|v| v - group.vertices.start + moved);
+                let [a, b, c] = corners;
+                flat.triangles
+                    .push(if place.is_mirroring() { [a, c, b] } else { corners });
+            }
+        }
+        flat
+    }
+
+    /// Where `ray`, in the space of `prim`, meets it with `tmin < t <= tmax`.
     ///
     /// Each primitive is asked about the whole of the line first, and `t` is brought into the primitive's own box
     /// before it is compared with the ray's bounds, so that the answer does not depend on how much of the ray was left.
@@ -99,20 +202,21 @@ impl Geometry {
         (t > ray.tmin && t <= ray.tmax).then_some(ShapeHit { t, ..hit })
     }
 
-    /// Tests `prim` and keeps it in `best` where it is nearer, or as near with a lower number; `ray.tmax` shrinks with it.
+    /// Tests `prim` of `instance` with a ray in its space and keeps it in `best` where it is nearer, or as near and
+    /// [`Hit::comes_before`]; `ray.tmax` shrinks with it.
     #[inline]
-    pub fn keep_nearest(&self, prim: PrimRef, ray: &mut Ray, best: &mut Option<Hit>) {
+    pub fn keep_nearest(&self, prim: PrimRef, instance: Instance, ray: &mut Ray, best: &mut Option<Hit>) {
         if let Some(ShapeHit { t, u, v }) = self.intersect(prim, ray) {
-            let wins = best.is_none_or(|b| t < b.t || (t == b.t && prim < b.prim));
-            if wins {
+            let hit = Hit {
+                t,
+                u,
+                v,
+                prim,
+                instance,
+            };
+            if best.is_none_or(|b| hit.comes_before(&b)) {
                 ray.tmax = t;
-                *best = Some(Hit {
-                    t,
-                    u,
-                    v,
-                    prim,
-                    instance: Instance::NONE,
-                });
+                *best = Some(hit);
             }
         }
     }

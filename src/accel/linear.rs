@@ -2,48 +2,80 @@
 //!
 //! All other accelerators are compared with this one, bit for bit.
 
-use std::{sync::Arc, time::Instant};
+use std::{ops::Range, sync::Arc, time::Instant};
 
-use super::{Accelerator, BuildError, BuildStats, Geometry, Hit, PrimRef, RayCost, prims::Prims};
-use crate::math::Ray;
+use super::{
+    Accelerator, BuildError, BuildStats, Edit, Geometry, Hit, Instance, PrimRef, RayCost, Updated, check, prims::Prims,
+};
+use crate::math::{Aabb, Ray};
 
 /// No structure at all.
 pub struct Linear {
     geometry: Arc<Geometry>,
+    /// What stands in world space by itself.
+    world: Vec<Range<u32>>,
+    /// The boxes of groups, for what is to be refused.
+    groups: Vec<Aabb>,
     stats: BuildStats,
 }
 
 impl Linear {
     pub fn build(geometry: Arc<Geometry>) -> Result<Self, BuildError> {
         let start = Instant::now();
-        Prims::new(&geometry)?;
+        check::geometry(&geometry)?;
+        let groups: Vec<Aabb> = geometry.groups.iter().map(|g| geometry.group_bounds(g)).collect();
+        Prims::top(&geometry, &Aabb::EMPTY, &groups)?;
+        let mut world = geometry.world_triangles();
+        world.push(geometry.triangles.len() as u32..geometry.prim_count() as u32);
         let stats = BuildStats {
             build_time: start.elapsed(),
-            prims: geometry.prim_count(),
-            ..BuildStats::default()
+            ..BuildStats::of(&geometry)
         };
-        Ok(Self { geometry, stats })
+        Ok(Self {
+            geometry,
+            world,
+            groups,
+            stats,
+        })
     }
 
-    fn prims(&self) -> impl Iterator<Item = PrimRef> {
-        (0..self.geometry.prim_count() as u32).map(PrimRef::new)
+    /// Gives every primitive to `test` with its instance and the ray in its space, until it returns `false`.
+    fn all(&self, ray: &mut Ray, mut test: impl FnMut(PrimRef, Instance, &mut Ray) -> bool) {
+        for prim in self.world.iter().cloned().flatten() {
+            if !test(PrimRef::new(prim), Instance::NONE, ray) {
+                return;
+            }
+        }
+        for (placed, number) in self.geometry.instances.iter().zip(0..) {
+            let mut local = self.geometry.enter(placed, ray);
+            for prim in self.geometry.groups[placed.group as usize].triangles.clone() {
+                if !test(PrimRef::new(prim), Instance(number), &mut local) {
+                    return;
+                }
+            }
+            ray.tmax = local.tmax;
+        }
     }
 }
 
 impl Accelerator for Linear {
     fn nearest(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         for (ray, hit) in rays.iter().zip(hits) {
-            let mut ray = *ray;
             *hit = None;
-            for prim in self.prims() {
-                self.geometry.keep_nearest(prim, &mut ray, hit);
-            }
+            self.all(&mut ray.clone(), |prim, instance, ray| {
+                self.geometry.keep_nearest(prim, instance, ray, hit);
+                true
+            });
         }
     }
 
     fn occluded(&self, rays: &[Ray], blocked: &mut [bool]) {
         for (ray, blocked) in rays.iter().zip(blocked) {
-            *blocked = self.prims().any(|prim| self.geometry.intersect(prim, ray).is_some());
+            *blocked = false;
+            self.all(&mut ray.clone(), |prim, _, ray| {
+                *blocked = self.geometry.intersect(prim, ray).is_some();
+                !*blocked
+            });
         }
     }
 
@@ -51,9 +83,18 @@ impl Accelerator for Linear {
         for (_, cost) in rays.iter().zip(costs) {
             *cost = RayCost {
                 nodes: 0,
-                prims: self.geometry.prim_count() as u32,
+                prims: u32::try_from(self.stats.seen).unwrap_or(u32::MAX),
             };
         }
+    }
+
+    fn update(&mut self, edit: &Edit) -> Result<Updated, BuildError> {
+        let changed = edit.apply(&mut self.geometry, &self.groups)?;
+        for group in changed.groups {
+            let group = group as usize;
+            self.groups[group] = self.geometry.group_bounds(&self.geometry.groups[group]);
+        }
+        Ok(Updated::default())
     }
 
     fn stats(&self) -> BuildStats {

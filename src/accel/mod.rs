@@ -21,8 +21,12 @@ use crate::math::Ray;
 
 mod binary;
 mod bvh2;
+mod check;
 mod cwbvh;
+pub mod edit;
 pub mod geometry;
+pub mod instance;
+mod levels;
 mod linear;
 mod prims;
 mod simd;
@@ -31,8 +35,9 @@ mod slab;
 mod tests;
 mod wide;
 
-pub use geometry::{Geometry, Placed};
-pub use prims::LARGEST;
+pub use check::LARGEST;
+pub use edit::{Edit, TreeId, Updated};
+pub use geometry::{Geometry, Group, Placed, PlacedGroup};
 pub use simd::{Simd, VARIABLE as SIMD_VARIABLE};
 
 /// Which accelerator.
@@ -137,6 +142,18 @@ pub enum BuildError {
     TooLarge { prim: usize },
     #[error("triangle {prim} names vertex {vertex}, but there are {vertices}")]
     NoSuchVertex { prim: usize, vertex: u32, vertices: usize },
+    #[error("triangle {prim} and one that is not of its group have a vertex in common")]
+    SharedVertex { prim: usize },
+    #[error("group {group} is out of order or names what does not exist")]
+    BadGroup { group: usize },
+    #[error("instance {instance} names a group or a transform that does not exist")]
+    BadInstance { instance: usize },
+    #[error("instance {instance} reaches beyond {LARGEST:e} m")]
+    InstanceTooLarge { instance: usize },
+    #[error("there is no {what} {index} to be moved")]
+    NothingThere { what: &'static str, index: usize },
+    #[error("vertex {vertex} would be at no finite place, or beyond {LARGEST:e} m")]
+    BadVertex { vertex: usize },
     #[error("{count} primitives are more than can be numbered")]
     TooMany { count: usize },
 }
@@ -148,8 +165,23 @@ pub struct BuildStats {
     pub node_count: usize,
     /// Of the structure itself; the geometry's arrays are not counted.
     pub bytes: usize,
-    /// All primitives, those outside the tree included.
+    /// All primitives that are stored, those outside the tree included.
     pub prims: usize,
+    pub instances: usize,
+    /// Primitives as rays see them: those of an instanced mesh once for each instance.
+    pub seen: u64,
+}
+
+impl BuildStats {
+    /// What is known of `geometry` before anything is built.
+    fn of(geometry: &Geometry) -> Self {
+        Self {
+            prims: geometry.prim_count(),
+            instances: geometry.instances.len(),
+            seen: geometry.seen_prim_count(),
+            ..Self::default()
+        }
+    }
 }
 
 /// What a ray's nearest hit cost.
@@ -187,7 +219,7 @@ pub fn build_wide(simd: Simd, quality: Quality, geometry: Arc<Geometry>) -> Resu
 /// Tests what lies outside every tree.
 fn nearest_unbounded(geometry: &Geometry, unbounded: &[PrimRef], ray: &mut Ray, best: &mut Option<Hit>) {
     for &prim in unbounded {
-        geometry.keep_nearest(prim, ray, best);
+        geometry.keep_nearest(prim, Instance::NONE, ray, best);
     }
 }
 
@@ -216,6 +248,15 @@ impl Instance {
     pub const NONE: Self = Self(u32::MAX);
 }
 
+impl Hit {
+    /// Whether this is the hit that counts of two: the nearer one; of two as near the one of the lower primitive; of
+    /// two of one primitive that of the lower instance. An order that every accelerator keeps.
+    #[inline(always)]
+    pub fn comes_before(&self, other: &Self) -> bool {
+        self.t < other.t || (self.t == other.t && (self.prim, self.instance) < (other.prim, other.instance))
+    }
+}
+
 /// What a ray met first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
@@ -241,7 +282,12 @@ pub trait Accelerator: Send + Sync {
     /// Fills `costs[i]` with what the nearest hit of `rays[i]` costs. Slow: for pictures of it.
     fn cost(&self, rays: &[Ray], costs: &mut [RayCost]);
 
-    /// What building took.
+    /// Changes the geometry and what is built over it, and only that: where instances and shapes stand is known to the
+    /// top alone, positions to the tree that their triangles are in. Hits are then those of a new accelerator over the
+    /// changed geometry, bit for bit. Changes nothing where it fails.
+    fn update(&mut self, edit: &Edit) -> Result<Updated, BuildError>;
+
+    /// What building took, the last time anything was built.
     fn stats(&self) -> BuildStats;
 
     /// The arrays that it was built over.

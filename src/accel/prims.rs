@@ -1,16 +1,43 @@
-//! What goes into a tree: the primitives that have a box, checked.
+//! What goes into a tree: numbered boxes.
 //!
-//! Numbers that are not finite, or so large that a product of three overflows, are refused here with the primitive's
-//! number; a builder that met them would panic or never end. Shapes without bounds are listed apart and tested one by
-//! one. A triangle with two equal corners is left out: its edge test is exactly zero for every ray.
+//! In a scene without instances one tree holds everything that has a box. With instances there are two levels: a tree
+//! for each group's triangles, one for the *still* triangles, which are in no group, and above them the top, whose
+//! items are shapes, instances and the tree of the still triangles ([`Item`]). What moves is in the top alone.
+//!
+//! Shapes without bounds are listed apart and tested one by one. A triangle with two equal corners is left out: its
+//! edge test is exactly zero for every ray.
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{BuildError, Geometry, PrimRef};
+use super::{BuildError, Geometry, Instance, PrimRef, check};
 use crate::math::Aabb;
 
-/// The largest coordinate that is accepted, in metres: three of them multiplied are still a finite number.
-pub const LARGEST: f32 = 1e12;
+/// Below so many items a task is not worth another thread.
+pub(super) const MIN_LEN: usize = 4096;
+
+/// What the number of an item of the top means: primitives come first, then instances, then the still triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Item {
+    Prim(PrimRef),
+    Instance(Instance),
+    Still,
+}
+
+impl Item {
+    #[inline]
+    pub fn new(number: u32, geometry: &Geometry) -> Self {
+        let prims = geometry.prim_count() as u32;
+        if number < prims {
+            Self::Prim(PrimRef::new(number))
+        } else if number - prims < geometry.instances.len() as u32 {
+            Self::Instance(Instance(number - prims))
+        } else {
+            Self::Still
+        }
+    }
+}
 
 /// The primitives of a tree.
 pub(super) struct Prims {
@@ -25,111 +52,94 @@ pub(super) struct Prims {
 }
 
 impl Prims {
-    pub fn new(geometry: &Geometry) -> Result<Self, BuildError> {
-        let count = geometry.prim_count();
-        if count >= PrimRef::MAX as usize {
-            return Err(BuildError::TooMany { count });
-        }
-        check_triangles(geometry)?;
-        let triangles = geometry.triangles.len();
-        let shapes = check_shapes(geometry)?;
+    /// Everything that is in no group, for one tree over all of it. The geometry is checked.
+    pub fn whole(geometry: &Geometry) -> Result<Self, BuildError> {
+        let mut prims = Self::triangles(geometry, &geometry.world_triangles());
+        prims.add_shapes(geometry)?;
+        Ok(prims.measured())
+    }
 
-        let keeps = |i: usize| {
-            let [a, b, c] = geometry.corners(i);
-            a != b && b != c && c != a
-        };
-        let dropped = (0..triangles)
+    /// The triangles that are in no group.
+    pub fn still(geometry: &Geometry) -> Self {
+        Self::triangles(geometry, &geometry.world_triangles()).measured()
+    }
+
+    /// A group's triangles.
+    pub fn group(geometry: &Geometry, group: usize) -> Self {
+        Self::triangles(geometry, std::slice::from_ref(&geometry.groups[group].triangles)).measured()
+    }
+
+    /// The items of the top, over a still tree and groups with these boxes.
+    pub fn top(geometry: &Geometry, still: &Aabb, groups: &[Aabb]) -> Result<Self, BuildError> {
+        let mut prims = Self::triangles(geometry, &[]);
+        prims.add_shapes(geometry)?;
+        let first = geometry.prim_count() as u32;
+        let count = geometry.instances.len();
+        let boxes: Vec<Aabb> = (0..count)
             .into_par_iter()
             .with_min_len(MIN_LEN)
-            .filter(|&i| !keeps(i))
-            .count();
-        let bounded = |i: usize| geometry.bounds(PrimRef::new(i as u32));
-        let (mut ids, mut boxes): (Vec<u32>, Vec<Aabb>) = if dropped == 0 {
-            let boxes = (0..triangles)
-                .into_par_iter()
-                .with_min_len(MIN_LEN)
-                .map(bounded)
-                .collect();
-            ((0..triangles as u32).collect(), boxes)
-        } else {
-            let ids: Vec<u32> = (0..triangles as u32).filter(|&i| keeps(i as usize)).collect();
-            let boxes = ids
-                .par_iter()
-                .with_min_len(MIN_LEN)
-                .map(|&i| bounded(i as usize))
-                .collect();
-            (ids, boxes)
-        };
+            .map(|i| check::instance_bounds(geometry, i, &groups[geometry.instances[i].group as usize]))
+            .collect::<Result<_, _>>()?;
+        let met = boxes.iter().zip(first..).filter(|(bounds, _)| !bounds.is_empty());
+        prims.ids.extend(met.map(|(_, id)| id));
+        prims.boxes.extend(boxes.iter().filter(|bounds| !bounds.is_empty()));
+        if !still.is_empty() {
+            prims.ids.push(first + count as u32);
+            prims.boxes.push(*still);
+        }
+        Ok(prims.measured())
+    }
 
-        let mut unbounded = Vec::new();
-        for (i, bounds) in shapes.into_iter().enumerate() {
-            let id = (triangles + i) as u32;
-            match bounds {
-                Some(bounds) => {
-                    ids.push(id);
-                    boxes.push(bounds);
-                }
-                None => unbounded.push(PrimRef::new(id)),
+    /// The box around all.
+    pub fn bounds(&self) -> Aabb {
+        let boxes = self.boxes.par_iter().with_min_len(MIN_LEN).copied();
+        boxes.reduce(|| Aabb::EMPTY, Aabb::union)
+    }
+
+    fn triangles(geometry: &Geometry, runs: &[Range<u32>]) -> Self {
+        let keeps = |i: &u32| {
+            let [a, b, c] = geometry.corners(*i as usize);
+            a != b && b != c && c != a
+        };
+        let bounded = |i: u32| geometry.bounds(PrimRef::new(i));
+        let (mut ids, mut boxes) = (Vec::new(), Vec::new());
+        for run in runs {
+            let all = run.clone().into_par_iter().with_min_len(MIN_LEN);
+            if all.clone().all(|i| keeps(&i)) {
+                ids.extend(run.clone());
+                boxes.par_extend(all.map(bounded));
+            } else {
+                let first = ids.len();
+                ids.extend(run.clone().filter(keeps));
+                boxes.par_extend(ids[first..].par_iter().with_min_len(MIN_LEN).map(|&i| bounded(i)));
             }
         }
-        let reach = boxes
-            .par_iter()
-            .with_min_len(MIN_LEN)
-            .map(|b| b.min.abs().max(b.max.abs()).max_element())
-            .reduce(|| 0.0, f32::max);
-        Ok(Self {
+        Self {
             ids,
             boxes,
-            unbounded,
-            reach,
-        })
+            unbounded: Vec::new(),
+            reach: 0.0,
+        }
     }
-}
 
-/// Below so many items a task is not worth another thread.
-const MIN_LEN: usize = 4096;
+    fn add_shapes(&mut self, geometry: &Geometry) -> Result<(), BuildError> {
+        for id in geometry.triangles.len()..geometry.prim_count() {
+            let prim = PrimRef::new(id as u32);
+            match check::shape_bounds(geometry, prim)? {
+                Some(bounds) => {
+                    self.ids.push(id as u32);
+                    self.boxes.push(bounds);
+                }
+                None => self.unbounded.push(prim),
+            }
+        }
+        Ok(())
+    }
 
-fn check_triangles(geometry: &Geometry) -> Result<(), BuildError> {
-    let vertices = geometry.vertices.len();
-    let bad_vertex = |v: &u32| {
-        let v = *v as usize;
-        v >= vertices || !(geometry.vertices[v].abs().max_element() <= LARGEST && geometry.vertices[v].is_finite())
-    };
-    let bad = geometry
-        .triangles
-        .par_iter()
-        .with_min_len(MIN_LEN)
-        .position_first(|corners| corners.iter().any(bad_vertex));
-    let Some(prim) = bad else { return Ok(()) };
-    let corners = geometry.triangles[prim];
-    Err(match corners.iter().find(|&&v| v as usize >= vertices) {
-        Some(&vertex) => BuildError::NoSuchVertex { prim, vertex, vertices },
-        None if geometry.corners(prim).iter().all(|p| p.is_finite()) => BuildError::TooLarge { prim },
-        None => BuildError::NotFinite { prim },
-    })
-}
-
-/// The shapes' boxes, `None` for one without bounds.
-fn check_shapes(geometry: &Geometry) -> Result<Vec<Option<Aabb>>, BuildError> {
-    (geometry.triangles.len()..geometry.prim_count())
-        .map(|prim| {
-            let id = PrimRef::new(prim as u32);
-            let placed = geometry.shape(id).expect("a primitive after the triangles is a shape");
-            let local = placed.shape.bounds();
-            if local.min.is_nan() || local.max.is_nan() {
-                return Err(BuildError::NotFinite { prim });
-            }
-            if !local.is_finite() {
-                return Ok(None);
-            }
-            let bounds = geometry.bounds(id);
-            if !bounds.is_finite() {
-                return Err(BuildError::NotFinite { prim });
-            }
-            if bounds.min.abs().max(bounds.max.abs()).max_element() > LARGEST {
-                return Err(BuildError::TooLarge { prim });
-            }
-            Ok(Some(bounds))
-        })
-        .collect()
+    fn measured(mut self) -> Self {
+        let boxes = self.boxes.par_iter().with_min_len(MIN_LEN);
+        let largest = boxes.map(|b| b.min.abs().max(b.max.abs()).max_element());
+        self.reach = largest.reduce(|| 0.0, f32::max);
+        self
+    }
 }

@@ -15,6 +15,7 @@
 //! Directions are not clamped: a component of zero gets a reciprocal of its own sign that is large enough for
 //! anything that was built (coordinates are at most [`super::prims::LARGEST`]), so there is no `0 * inf` anywhere.
 
+use super::instance::Spread;
 use crate::math::{Aabb, Ray, Vec3};
 
 /// How far the rule about a primitive's own box reaches beyond the box, relative to `t`.
@@ -123,16 +124,16 @@ pub(super) struct Planes {
 }
 
 impl Planes {
-    /// `reach` is the largest coordinate of everything in the tree.
     #[inline]
-    pub fn new(ray: &Ray, reach: f32) -> Self {
+    pub fn new(ray: &Ray, spread: Spread) -> Self {
         let inv = reciprocal(ray);
         // Factors widen towards larger |t| only, which is the wrong way behind the origin.
         let pad = if ray.tmin >= 0.0 {
             ray.o.abs() * PAD + 4.0 * TINY
         } else {
-            (ray.o.abs() + reach) * (32.0 * PAD) + 4.0 * TINY
+            (ray.o.abs() + spread.reach) * (32.0 * PAD) + 4.0 * TINY
         };
+        let pad = pad + spread.origin * ray.o.abs().max_element();
         let pad = pad * inv.signum();
         let mut planes = Self {
             inv,
@@ -174,6 +175,11 @@ impl Planes {
 mod tests {
     use super::*;
 
+    /// Of a scene without instances.
+    fn planes(ray: &Ray, reach: f32) -> Planes {
+        Planes::new(ray, Spread { reach, origin: 0.0 })
+    }
+
     fn unit_box() -> Aabb {
         Aabb {
             min: Vec3::ZERO,
@@ -191,16 +197,12 @@ mod tests {
             for zero in [0.0, -0.0] {
                 let ray = Ray::new(o, Vec3::new(zero, zero, 1.0));
                 assert_eq!(Slabs::new(&ray).clip(2.5, &unit_box()), Some(2.5));
-                assert!(Planes::new(&ray, 1.0).enter(&unit_box(), 0.0, f32::INFINITY).is_some());
+                assert!(planes(&ray, 1.0).enter(&unit_box(), 0.0, f32::INFINITY).is_some());
             }
         }
         let beside = Ray::new(Vec3::new(1.001, 0.5, -2.0), Vec3::Z);
         assert_eq!(Slabs::new(&beside).clip(2.5, &unit_box()), None);
-        assert!(
-            Planes::new(&beside, 1.0)
-                .enter(&unit_box(), 0.0, f32::INFINITY)
-                .is_none()
-        );
+        assert!(planes(&beside, 1.0).enter(&unit_box(), 0.0, f32::INFINITY).is_none());
     }
 
     #[test]
@@ -222,7 +224,7 @@ mod tests {
         for d in [Vec3::ZERO, Vec3::NAN, Vec3::INFINITY] {
             let ray = Ray::new(Vec3::splat(0.5), d);
             assert_eq!(Slabs::new(&ray).clip(0.5, &unit_box()), None);
-            assert!(Planes::new(&ray, 1.0).enter(&unit_box(), 0.0, 1.0).is_none());
+            assert!(planes(&ray, 1.0).enter(&unit_box(), 0.0, 1.0).is_none());
         }
     }
 
@@ -233,7 +235,7 @@ mod tests {
             min: Vec3::splat(-1e9),
             max: Vec3::splat(1e9),
         };
-        assert!(Planes::new(&ray, 1e9).enter(&large, 0.0, f32::INFINITY).is_some());
+        assert!(planes(&ray, 1e9).enter(&large, 0.0, f32::INFINITY).is_some());
         assert!(Slabs::new(&ray).clip(2.5e9, &large).is_some());
     }
 }

@@ -10,6 +10,8 @@ use crate::{
     shape::{Shape, sphere::Sphere},
 };
 
+mod instances;
+
 /// Reproducible numbers.
 struct Random(u32);
 
@@ -122,8 +124,16 @@ fn rays(g: &Geometry, count: usize) -> Vec<Ray> {
         .collect()
 }
 
-fn bits(hit: &Option<Hit>) -> Option<[u32; 4]> {
-    hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.prim.index()])
+fn bits(hit: &Option<Hit>) -> Option<[u32; 5]> {
+    hit.map(|h| {
+        [
+            h.t.to_bits(),
+            h.u.to_bits(),
+            h.v.to_bits(),
+            h.prim.index(),
+            h.instance.0,
+        ]
+    })
 }
 
 /// Fails with the first ray on which an accelerator and the linear scan disagree; returns how many rays hit.
@@ -353,7 +363,7 @@ proptest! {
             vertices,
             triangles: corners.into_iter().map(|t| t.map(|i| i % n)).collect(),
             shapes: spheres.into_iter().map(|(c, r)| sphere(c, r)).collect(),
-            transforms: Vec::new(),
+            ..Geometry::default()
         };
         let mut rays = rays(&g, 120);
         rays.extend(origins.into_iter().map(|(o, d)| Ray::new(o, d)));

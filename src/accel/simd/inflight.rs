@@ -5,24 +5,27 @@
 //! for the memory that its ray will touch when its turn comes again. Rays at leaves wait until there are enough of them.
 //! A ray that is done makes room for the next.
 //!
+//! At an instance a ray goes on in the space of its group: its line is mapped, the end of the instance goes on its stack
+//! and then the group's root. At the end it takes its line in the world again. Kernels for scenes without instances are
+//! compiled without any of this.
+//!
 //! Sixty-four cover the latency of memory; with 128 the rays' own state no longer fits the first cache.
 
 use super::{
     super::{
-        Geometry, PrimRef,
+        Geometry, Instance, PrimRef,
+        instance::Spread,
         slab::{END, LEAVE},
-        wide::node::{DONE, EMPTY, LEAF, Node, SHAPE, blocks},
+        wide::node::{DONE, EMPTY, EXIT, INSTANCE, LEAF, Node, SHAPE, blocks},
     },
     lanes::{Floats, Level, Mask, Top},
     query::{Best, Query},
     slot::{BASE, Slot},
     tree::Tree,
     triangle::{self, Line},
+    waiting::{List, SLOTS, Waiting},
 };
 use crate::math::{Ray, Vec3};
-
-/// Rays in flight.
-const SLOTS: usize = 64;
 
 /// The memory of the kernel, kept between batches.
 pub struct Scratch {
@@ -31,6 +34,23 @@ pub struct Scratch {
     enter: Vec<f32>,
     child: Vec<u32>,
     stride: usize,
+    inside: Box<[Inside; SLOTS]>,
+}
+
+/// Which instances a slot's ray has to do with.
+#[derive(Clone, Copy)]
+struct Inside {
+    /// In which it is under way.
+    current: Instance,
+    /// Of its nearest hit so far.
+    best: Instance,
+}
+
+impl Inside {
+    const NOTHING: Self = Self {
+        current: Instance::NONE,
+        best: Instance::NONE,
+    };
 }
 
 impl Scratch {
@@ -40,6 +60,7 @@ impl Scratch {
             enter: Vec::new(),
             child: Vec::new(),
             stride: 0,
+            inside: Box::new([Inside::NOTHING; SLOTS]),
         }
     }
 
@@ -62,50 +83,6 @@ impl Scratch {
     }
 }
 
-/// Numbers of slots, to which adding needs no branch.
-struct List {
-    slots: [u8; 2 * SLOTS],
-    len: usize,
-}
-
-impl List {
-    const EMPTY: Self = Self {
-        slots: [0; 2 * SLOTS],
-        len: 0,
-    };
-
-    #[inline(always)]
-    fn push_if(&mut self, slot: u8, wanted: u32) {
-        // A slot is in one list at a time, so there is always room.
-        self.slots[self.len % (2 * SLOTS)] = slot;
-        self.len += wanted as usize;
-    }
-
-    #[inline(always)]
-    fn get(&self, i: usize) -> u8 {
-        self.slots[i % (2 * SLOTS)]
-    }
-}
-
-/// Rays by what they wait for.
-struct Waiting {
-    at_node: List,
-    at_leaf: List,
-    done: List,
-}
-
-impl Waiting {
-    /// Files a slot under what comes next for it.
-    #[inline(always)]
-    fn file(&mut self, slot: u8, next: u32) {
-        let leaf = next >> 31;
-        let done = (next >> 30) & !leaf & 1;
-        self.at_node.push_if(slot, 1 ^ leaf ^ done);
-        self.at_leaf.push_if(slot, leaf);
-        self.done.push_if(slot, done);
-    }
-}
-
 /// The rays of a batch that are asked for: all, or some of them by number.
 #[derive(Clone, Copy)]
 pub enum Pick<'a> {
@@ -118,12 +95,20 @@ struct Feed<'a> {
     rays: &'a [Ray],
     pick: Pick<'a>,
     upcoming: usize,
+    root: u32,
+    spread: Spread,
 }
 
 impl Feed<'_> {
     /// Puts the next ray that has anything to ask into `slot`.
     #[inline(always)]
-    fn refill<L: Level, Q: Query>(&mut self, level: L, slot: &mut Slot, answers: &[Q::Answer], reach: f32) -> bool {
+    fn refill<L: Level, Q: Query>(
+        &mut self,
+        level: L,
+        slot: &mut Slot,
+        inside: &mut Inside,
+        answers: &[Q::Answer],
+    ) -> bool {
         loop {
             let ray = match self.pick {
                 Pick::All if self.upcoming < self.rays.len() => self.upcoming,
@@ -132,8 +117,13 @@ impl Feed<'_> {
             };
             self.upcoming += 1;
             if let Some(best) = Q::begin(&answers[ray], self.rays[ray].tmax)
-                && slot.start(level, &self.rays[ray], ray, best, reach)
+                && slot.start(level, &self.rays[ray], ray, best, self.spread)
             {
+                slot.next = self.root;
+                *inside = Inside {
+                    current: Instance::NONE,
+                    best: Q::instance(&answers[ray]),
+                };
                 return true;
             }
         }
@@ -142,7 +132,7 @@ impl Feed<'_> {
 
 /// Asks `rays`; `answers` holds what is known already, and then the answers.
 #[inline(always)]
-pub fn trace<L: Level, Q: Query>(
+pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
     level: L,
     tree: &Tree,
     geometry: &Geometry,
@@ -158,19 +148,21 @@ pub fn trace<L: Level, Q: Query>(
         child: scratch.child.as_mut_ptr(),
         stride,
     };
-    let slots = &mut *scratch.slots;
+    let (slots, inside) = (&mut *scratch.slots, &mut *scratch.inside);
     let mut feed = Feed {
         rays,
         pick,
         upcoming: 0,
+        root: tree.root(),
+        spread: tree.spread,
     };
     let mut waiting = Waiting {
         at_node: List::EMPTY,
         at_leaf: List::EMPTY,
         done: List::EMPTY,
     };
-    for (i, slot) in slots.iter_mut().enumerate() {
-        if !feed.refill::<L, Q>(level, slot, answers, tree.reach) {
+    for (i, (slot, inside)) in slots.iter_mut().zip(&mut *inside).enumerate() {
+        if !feed.refill::<L, Q>(level, slot, inside, answers) {
             break;
         }
         waiting.at_node.push_if(i as u8, 1);
@@ -197,8 +189,26 @@ pub fn trace<L: Level, Q: Query>(
             for i in 0..count {
                 let id = waiting.at_leaf.get(i);
                 let slot = &mut slots[id as usize % SLOTS];
-                // SAFETY: the slot waits at a leaf of this tree.
-                if unsafe { leaf_step::<L, Q>(level, slot, tree, geometry) } {
+                let inside = &mut inside[id as usize % SLOTS];
+                let stops = if INSTANCES && slot.next & (SHAPE | INSTANCE) == SHAPE | INSTANCE {
+                    // SAFETY: the stack is the slot's own.
+                    unsafe {
+                        instance_step(
+                            level,
+                            slot,
+                            inside,
+                            tree,
+                            geometry,
+                            rays,
+                            stacks.of(id as usize % SLOTS),
+                        );
+                    }
+                    false
+                } else {
+                    // SAFETY: the slot waits at a leaf of this tree.
+                    unsafe { leaf_step::<L, Q, INSTANCES>(level, slot, inside, tree, geometry) }
+                };
+                if stops {
                     slot.len = BASE as u32;
                 }
                 // SAFETY: the stack is the slot's own, with its base.
@@ -210,8 +220,9 @@ pub fn trace<L: Level, Q: Query>(
         for i in 0..waiting.done.len {
             let id = waiting.done.get(i);
             let slot = &mut slots[id as usize % SLOTS];
-            answers[slot.ray as usize] = Q::end(&slot.best);
-            if feed.refill::<L, Q>(level, slot, answers, tree.reach) {
+            let inside = &mut inside[id as usize % SLOTS];
+            answers[slot.ray as usize] = Q::end(&slot.best, inside.best);
+            if feed.refill::<L, Q>(level, slot, inside, answers) {
                 waiting.at_node.push_if(id, 1);
             }
         }
@@ -331,9 +342,15 @@ unsafe fn pop<L: Level, Q: Query>(level: L, slot: &mut Slot, stack: Stack) {
 /// # Safety
 /// `slot.next` is a leaf of `tree`.
 #[inline(always)]
-unsafe fn leaf_step<L: Level, Q: Query>(level: L, slot: &mut Slot, tree: &Tree, geometry: &Geometry) -> bool {
+unsafe fn leaf_step<L: Level, Q: Query, const INSTANCES: bool>(
+    level: L,
+    slot: &mut Slot,
+    inside: &mut Inside,
+    tree: &Tree,
+    geometry: &Geometry,
+) -> bool {
     if slot.next & SHAPE != 0 {
-        return shape_step::<Q>(slot, geometry);
+        return shape_step::<Q>(slot, inside, geometry);
     }
     let line = Line {
         o: splat3(level, slot.o),
@@ -370,7 +387,9 @@ unsafe fn leaf_step<L: Level, Q: Query>(level: L, slot: &mut Slot, tree: &Tree, 
         while hits != 0 {
             let k = hits.trailing_zeros() as usize & 3;
             hits &= hits - 1;
-            if slot.best.loses_to(t[k], block.ids[k]) {
+            let again =
+                INSTANCES && t[k] == slot.best.t && block.ids[k] == slot.best.id && inside.current < inside.best;
+            if slot.best.loses_to(t[k], block.ids[k]) || again {
                 slot.best = Best {
                     t: t[k],
                     u: u[k],
@@ -378,6 +397,9 @@ unsafe fn leaf_step<L: Level, Q: Query>(level: L, slot: &mut Slot, tree: &Tree, 
                     id: block.ids[k],
                 };
                 slot.end = slot.best.t * END;
+                if INSTANCES {
+                    inside.best = inside.current;
+                }
             }
         }
     }
@@ -396,7 +418,7 @@ pub fn load3<L: Level>(level: L, v: &[[f32; 4]; 3]) -> [L::F4; 3] {
 }
 
 /// Tests an analytic primitive by its own scalar routine.
-fn shape_step<Q: Query>(slot: &mut Slot, geometry: &Geometry) -> bool {
+fn shape_step<Q: Query>(slot: &mut Slot, inside: &mut Inside, geometry: &Geometry) -> bool {
     if slot.next == EMPTY {
         return false;
     }
@@ -418,6 +440,46 @@ fn shape_step<Q: Query>(slot: &mut Slot, geometry: &Geometry) -> bool {
             id: index + 1,
         };
         slot.end = slot.best.t * END;
+        inside.best = Instance::NONE;
     }
     Q::ANY
+}
+
+/// Takes a ray into an instance, or out of one.
+///
+/// # Safety
+/// `stack` belongs to `slot` and was made for `tree`.
+#[inline(always)]
+unsafe fn instance_step<L: Level>(
+    level: L,
+    slot: &mut Slot,
+    inside: &mut Inside,
+    tree: &Tree,
+    geometry: &Geometry,
+    rays: &[Ray],
+    stack: Stack,
+) {
+    if slot.next == EMPTY {
+        return;
+    }
+    let ray = &rays[slot.ray as usize];
+    if slot.next != EXIT {
+        let number = slot.next & !(LEAF | SHAPE | INSTANCE);
+        let placed = &geometry.instances[number as usize];
+        if slot.set_line(level, &geometry.enter(placed, ray), tree.spread.inside()) {
+            inside.current = Instance(number);
+            let len = slot.len as usize;
+            for (at, child) in [(len, EXIT), (len + 1, tree.group_root(placed.group))] {
+                // SAFETY: a stack has room for these two besides all that may wait.
+                unsafe {
+                    *stack.enter.add(at) = f32::NEG_INFINITY;
+                    *stack.child.add(at) = child;
+                }
+            }
+            slot.len += 2;
+            return;
+        }
+    }
+    inside.current = Instance::NONE;
+    slot.set_line(level, ray, tree.spread);
 }

@@ -23,13 +23,15 @@ mod packet;
 pub mod pages;
 mod portable;
 mod query;
+mod refit;
 mod slot;
 mod tree;
 mod triangle;
+mod waiting;
 
 pub use inflight::{Pick, Scratch};
 pub use packet::RAYS as PACKET;
-pub use tree::Tree;
+pub use tree::{Grown, Numbers, Tree};
 
 use portable::Portable;
 use query::{Nearest, Occluded};
@@ -183,7 +185,11 @@ kernel! {
         pick: Pick,
         hits: &mut [Option<Hit>],
         scratch: &mut Scratch,
-    ) = |level| inflight::trace::<_, Nearest>(level, tree, geometry, rays, pick, hits, scratch)
+    ) = |level| if tree.has_instances() {
+        inflight::trace::<_, Nearest, true>(level, tree, geometry, rays, pick, hits, scratch);
+    } else {
+        inflight::trace::<_, Nearest, false>(level, tree, geometry, rays, pick, hits, scratch);
+    }
 }
 
 kernel! {
@@ -194,7 +200,11 @@ kernel! {
         rays: &[Ray],
         blocked: &mut [bool],
         scratch: &mut Scratch,
-    ) = |level| inflight::trace::<_, Occluded>(level, tree, geometry, rays, Pick::All, blocked, scratch)
+    ) = |level| if tree.has_instances() {
+        inflight::trace::<_, Occluded, true>(level, tree, geometry, rays, Pick::All, blocked, scratch);
+    } else {
+        inflight::trace::<_, Occluded, false>(level, tree, geometry, rays, Pick::All, blocked, scratch);
+    }
 }
 
 kernel! {

@@ -8,7 +8,7 @@
 
 use super::{
     super::{
-        Geometry, Hit, PrimRef,
+        Geometry, Hit, Instance, PrimRef,
         slab::{END, LEAVE, PAD, STEEPEST, TINY},
         wide::node::{Block, EMPTY, LEAF, Node, SHAPE, blocks},
     },
@@ -195,12 +195,15 @@ impl<L: Level> Packet<L> {
             self.id.to_array(),
         );
         for (k, hit) in hits.iter_mut().enumerate().take(RAYS) {
-            *hit = Nearest::end(&Best {
-                t: t[k],
-                u: u[k],
-                v: v[k],
-                id: id[k].to_bits(),
-            });
+            *hit = Nearest::end(
+                &Best {
+                    t: t[k],
+                    u: u[k],
+                    v: v[k],
+                    id: id[k].to_bits(),
+                },
+                Instance::NONE,
+            );
         }
     }
 
@@ -220,9 +223,9 @@ impl<L: Level> Packet<L> {
                 .map(|axis| u32::from(self.line.negative[axis]) << axis)
                 .sum::<u32>();
         let mut waiting = 0;
-        let mut current = 0;
+        let mut current = tree.root();
         loop {
-            // SAFETY: the first node, or an inner child.
+            // SAFETY: a root, or an inner child.
             let node = unsafe { tree.node(current) };
             let (near, far) = self.interval(level, node);
             let lanes = [0, 1, 2, 3, 4, 5, 6, 7].map(|lane| current << 3 | lane);

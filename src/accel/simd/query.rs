@@ -39,9 +39,11 @@ pub trait Query {
     /// Whether any hit will do.
     const ANY: bool;
 
+    /// The instance of what is known already.
+    fn instance(answer: &Self::Answer) -> Instance;
     /// What is known of a ray that ends at `tmax`; `None` where there is nothing left to ask.
     fn begin(answer: &Self::Answer, tmax: f32) -> Option<Best>;
-    fn end(best: &Best) -> Self::Answer;
+    fn end(best: &Best, instance: Instance) -> Self::Answer;
 }
 
 /// What does the ray meet first?
@@ -50,6 +52,11 @@ pub enum Nearest {}
 impl Query for Nearest {
     type Answer = Option<Hit>;
     const ANY: bool = false;
+
+    #[inline(always)]
+    fn instance(answer: &Option<Hit>) -> Instance {
+        answer.map_or(Instance::NONE, |hit| hit.instance)
+    }
 
     #[inline(always)]
     fn begin(answer: &Option<Hit>, tmax: f32) -> Option<Best> {
@@ -65,13 +72,13 @@ impl Query for Nearest {
     }
 
     #[inline(always)]
-    fn end(best: &Best) -> Option<Hit> {
+    fn end(best: &Best, instance: Instance) -> Option<Hit> {
         (best.id != NOTHING).then(|| Hit {
             t: best.t,
             u: best.u,
             v: best.v,
             prim: PrimRef::new(best.id - 1),
-            instance: Instance::NONE,
+            instance,
         })
     }
 }
@@ -84,12 +91,17 @@ impl Query for Occluded {
     const ANY: bool = true;
 
     #[inline(always)]
+    fn instance(_answer: &bool) -> Instance {
+        Instance::NONE
+    }
+
+    #[inline(always)]
     fn begin(answer: &bool, tmax: f32) -> Option<Best> {
         (!answer).then_some(Best::none(tmax))
     }
 
     #[inline(always)]
-    fn end(best: &Best) -> bool {
+    fn end(best: &Best, _instance: Instance) -> bool {
         best.id != NOTHING
     }
 }

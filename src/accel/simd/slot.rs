@@ -1,7 +1,10 @@
 //! A ray under way, and how it begins.
 
 use super::{
-    super::slab::{END, PAD, Planes, STEEPEST, TINY},
+    super::{
+        instance::Spread,
+        slab::{END, PAD, Planes, STEEPEST, TINY},
+    },
     lanes::{Floats, Level, Mask},
     query::Best,
 };
@@ -39,27 +42,36 @@ pub struct Slot {
 impl Slot {
     /// Whether there is anything to do for the ray.
     #[inline(always)]
-    pub fn start<L: Level>(&mut self, level: L, ray: &Ray, number: usize, best: Best, reach: f32) -> bool {
+    pub fn start<L: Level>(&mut self, level: L, ray: &Ray, number: usize, best: Best, spread: Spread) -> bool {
         self.tmin = ray.tmin;
-        self.o = ray.o;
-        self.d = ray.d;
         self.best = best;
         self.end = best.t * END;
         self.ray = number as u32;
-        self.next = 0;
         self.len = BASE as u32;
-        ray.tmin <= best.t && (self.set_planes(level, ray) || self.set_any_planes(ray, reach))
+        ray.tmin <= best.t && self.set_line(level, ray, spread)
+    }
+
+    /// Goes on along the line of `ray`, which is that of the slot's ray in one space or another; whether it can meet
+    /// anything.
+    #[inline(always)]
+    pub fn set_line<L: Level>(&mut self, level: L, ray: &Ray, spread: Spread) -> bool {
+        self.o = ray.o;
+        self.d = ray.d;
+        self.set_planes(level, ray, spread) || self.set_any_planes(ray, spread)
     }
 
     /// Does what [`Planes::new`] does, for a ray whose numbers are ordinary; whether this one's are.
     #[inline(always)]
-    fn set_planes<L: Level>(&mut self, level: L, ray: &Ray) -> bool {
+    fn set_planes<L: Level>(&mut self, level: L, ray: &Ray, spread: Spread) -> bool {
         let o = level.load4(&[ray.o.x, ray.o.y, ray.o.z, ray.tmin]);
         let d = level.load4(&[ray.d.x, ray.d.y, ray.d.z, ray.d.x]);
         let length = d.abs();
         let inv = level.splat4(1.0).div(d);
         let negative = d.lt(level.splat4(0.0));
-        let pad = o.abs().mul(level.splat4(PAD)).add(level.splat4(4.0 * TINY));
+        let mut pad = o.abs().mul(level.splat4(PAD)).add(level.splat4(4.0 * TINY));
+        if spread.origin != 0.0 {
+            pad = pad.add(level.splat4(o.abs().highest() * spread.origin));
+        }
         let (less, more) = (o.sub(pad), o.add(pad));
         let shift_near = less.select(negative, more).mul(inv);
         let shift_far = more.select(negative, less).mul(inv);
@@ -82,8 +94,8 @@ impl Slot {
 
     /// Does it for any ray; whether the ray can meet anything.
     #[cold]
-    fn set_any_planes(&mut self, ray: &Ray, reach: f32) -> bool {
-        let planes = Planes::new(ray, reach);
+    fn set_any_planes(&mut self, ray: &Ray, spread: Spread) -> bool {
+        let planes = Planes::new(ray, spread);
         self.inv = planes.inv.extend(0.0).to_array();
         self.shift_near = planes.shift_near.extend(0.0).to_array();
         self.shift_far = planes.shift_far.extend(0.0).to_array();

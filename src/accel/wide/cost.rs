@@ -1,43 +1,83 @@
 //! What a ray costs in the wide tree: the same tree, one ray at a time, counting.
 
 use super::{
-    super::{Geometry, Hit, PrimRef, RayCost, simd::Tree, slab::Planes},
-    node::{EMPTY, LEAF, SHAPE, blocks},
+    super::{Geometry, Hit, Instance, PrimRef, RayCost, instance::Spread, simd::Tree, slab::Planes},
+    node::{EMPTY, INSTANCE, LEAF, SHAPE, blocks},
 };
 use crate::math::Ray;
 
+/// A ray in the space of a tree.
+struct Inside<'a> {
+    tree: &'a Tree,
+    geometry: &'a Geometry,
+    root: u32,
+    instance: Instance,
+    spread: Spread,
+}
+
 /// Adds to `cost` what finding the nearest hit of `ray` beyond `best` tests.
 pub(super) fn count(tree: &Tree, geometry: &Geometry, mut ray: Ray, mut best: Option<Hit>, cost: &mut RayCost) {
-    let planes = Planes::new(&ray, tree.reach);
-    if !planes.alive {
+    if tree.nodes().is_empty() {
         return;
     }
-    let octant: u32 = (0..3).map(|axis| u32::from(planes.negative[axis]) << axis).sum();
-    let mut open = vec![(0_u32, f32::NEG_INFINITY)];
-    while let Some((child, enter)) = open.pop() {
-        if enter > ray.tmax || child == EMPTY {
-            continue;
+    let world = Inside {
+        tree,
+        geometry,
+        root: tree.root(),
+        instance: Instance::NONE,
+        spread: tree.spread,
+    };
+    world.count(&mut ray, &mut best, cost);
+}
+
+impl Inside<'_> {
+    fn count(&self, ray: &mut Ray, best: &mut Option<Hit>, cost: &mut RayCost) {
+        let planes = Planes::new(ray, self.spread);
+        if !planes.alive {
+            return;
         }
-        if child & LEAF == 0 {
-            let node = &tree.nodes()[child as usize];
-            cost.nodes += 1;
-            for place in node.order {
-                let lane = (place >> (3 * octant) & 7) as usize;
-                if let Some(enter) = planes.enter(&node.bounds(lane), ray.tmin, ray.tmax) {
-                    open.push((node.child[lane], enter));
-                }
+        let octant: u32 = (0..3).map(|axis| u32::from(planes.negative[axis]) << axis).sum();
+        let mut open = vec![(self.root, f32::NEG_INFINITY)];
+        while let Some((child, enter)) = open.pop() {
+            if enter > ray.tmax || child == EMPTY {
+                continue;
             }
-            continue;
-        }
-        let mut test = |index: u32| {
-            cost.prims += 1;
-            geometry.keep_nearest(PrimRef::new(index), &mut ray, &mut best);
-        };
-        if child & SHAPE != 0 {
-            test(child & !(LEAF | SHAPE));
-        } else {
-            let ids = tree.blocks()[blocks(child)].iter().flat_map(|block| block.ids);
-            ids.filter(|&id| id != u32::MAX).for_each(|id| test(id - 1));
+            if child & LEAF == 0 {
+                let node = &self.tree.nodes()[child as usize];
+                cost.nodes += 1;
+                for place in node.order {
+                    let lane = (place >> (3 * octant) & 7) as usize;
+                    if let Some(enter) = planes.enter(&node.bounds(lane), ray.tmin, ray.tmax) {
+                        open.push((node.child[lane], enter));
+                    }
+                }
+                continue;
+            }
+            if child & SHAPE != 0 && child & INSTANCE != 0 {
+                let instance = Instance(child & !(LEAF | SHAPE | INSTANCE));
+                let placed = &self.geometry.instances[instance.0 as usize];
+                let mut local = self.geometry.enter(placed, ray);
+                let group = Self {
+                    root: self.tree.group_root(placed.group),
+                    instance,
+                    spread: self.spread.inside(),
+                    ..*self
+                };
+                group.count(&mut local, best, cost);
+                ray.tmax = local.tmax;
+                continue;
+            }
+            let mut test = |index: u32| {
+                cost.prims += 1;
+                self.geometry
+                    .keep_nearest(PrimRef::new(index), self.instance, ray, best);
+            };
+            if child & SHAPE != 0 {
+                test(child & !(LEAF | SHAPE));
+            } else {
+                let ids = self.tree.blocks()[blocks(child)].iter().flat_map(|block| block.ids);
+                ids.filter(|&id| id != u32::MAX).for_each(|id| test(id - 1));
+            }
         }
     }
 }

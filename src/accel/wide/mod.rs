@@ -8,12 +8,13 @@
 
 use std::{cell::RefCell, sync::Arc, time::Instant};
 
-use rayon::prelude::*;
-
 use super::{
-    Accelerator, BuildError, BuildStats, Geometry, Hit, PrimRef, Quality, RayCost, binary, nearest_unbounded,
+    Accelerator, BuildError, BuildStats, Edit, Geometry, Hit, PrimRef, Quality, RayCost, TreeId, Updated, binary,
+    check,
+    instance::Spread,
+    nearest_unbounded,
     prims::Prims,
-    simd::{self, Pick, Scratch, Simd, Tree},
+    simd::{self, Grown, Numbers, Pick, Scratch, Simd, Tree},
 };
 use crate::math::{Aabb, Ray};
 
@@ -28,13 +29,24 @@ thread_local! {
     static SCRATCH: RefCell<(Scratch, Vec<u32>)> = RefCell::new((Scratch::new(), Vec::new()));
 }
 
-/// An eight-wide tree.
+/// What the top must know of a tree below it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Lower {
+    bounds: Aabb,
+    reach: f32,
+}
+
+/// Eight-wide trees.
 pub struct Wide {
     geometry: Arc<Geometry>,
-    /// `None` where nothing has a box.
-    tree: Option<Tree>,
+    quality: Quality,
+    /// One tree where nothing was ever an instance or moved; otherwise those of groups, of the still triangles, and the
+    /// top. Nothing at all where nothing has a box.
+    tree: Tree,
+    /// Of each group, then of the still triangles; empty where there is one tree.
+    lower: Vec<Lower>,
     unbounded: Vec<PrimRef>,
-    /// The longest side of the box around the tree.
+    /// The longest side of the box around everything.
     size: f32,
     simd: Simd,
     stats: BuildStats,
@@ -43,34 +55,99 @@ pub struct Wide {
 impl Wide {
     pub fn build(geometry: Arc<Geometry>, quality: Quality, simd: Simd) -> Result<Self, BuildError> {
         let start = Instant::now();
-        let prims = Prims::new(&geometry)?;
-        let count = geometry.prim_count();
-        if count > node::MAX_PRIMS {
+        check::geometry(&geometry)?;
+        let count = geometry.prim_count() + geometry.instances.len();
+        if count >= node::MAX_PRIMS {
             return Err(BuildError::TooMany { count });
         }
-        let tree = match binary::build(&prims, quality) {
-            None => None,
-            Some(binary) => {
-                let (nodes, blocks) = build::build(&binary, &prims, &geometry);
-                Some(Tree::new(nodes, blocks, count, prims.reach).ok_or(BuildError::TooMany { count })?)
-            }
-        };
-        let all = prims.boxes.par_iter().copied().reduce(|| Aabb::EMPTY, Aabb::union);
-        let size = all.extent().max_element();
-        let stats = BuildStats {
-            build_time: start.elapsed(),
-            node_count: tree.as_ref().map_or(0, |tree| tree.nodes().len()),
-            bytes: tree.as_ref().map_or(0, Tree::bytes),
-            prims: count,
-        };
-        Ok(Self {
+        let mut wide = Self {
             geometry,
-            tree,
-            unbounded: prims.unbounded,
-            size,
+            quality,
+            tree: Tree::default(),
+            lower: Vec::new(),
+            unbounded: Vec::new(),
+            size: 0.0,
             simd,
-            stats,
-        })
+            stats: BuildStats::default(),
+        };
+        if wide.geometry.instances.is_empty() {
+            let prims = Prims::whole(&wide.geometry)?;
+            wide.push_top(prims)?;
+        } else {
+            for group in 0..wide.geometry.groups.len() {
+                wide.push_lower(Prims::group(&wide.geometry, group))?;
+            }
+            wide.push_lower(Prims::still(&wide.geometry))?;
+            wide.build_top()?;
+        }
+        wide.measure(start);
+        Ok(wide)
+    }
+
+    fn grow(&self, prims: &Prims) -> Grown {
+        let Some(binary) = binary::build(prims, self.quality) else {
+            return Grown::default();
+        };
+        build::build(&binary, prims, &self.geometry)
+    }
+
+    fn too_many(&self) -> BuildError {
+        BuildError::TooMany {
+            count: self.geometry.prim_count(),
+        }
+    }
+
+    fn push_lower(&mut self, prims: Prims) -> Result<(), BuildError> {
+        let grown = self.grow(&prims);
+        self.lower.push(Lower::of(&prims));
+        let numbers = Numbers::prims(self.geometry.prim_count());
+        self.tree.push(grown, numbers).ok_or_else(|| self.too_many())
+    }
+
+    fn build_top(&mut self) -> Result<(), BuildError> {
+        let boxes: Vec<Aabb> = self.lower.iter().map(|lower| lower.bounds).collect();
+        let (still, groups) = boxes.split_last().expect("the still triangles are always there");
+        let prims = Prims::top(&self.geometry, still, groups)?;
+        self.push_top(prims)
+    }
+
+    fn push_top(&mut self, mut prims: Prims) -> Result<(), BuildError> {
+        self.size = prims.bounds().extent().max_element().max(0.0);
+        let reach = self.lower.iter().map(|lower| lower.reach).fold(prims.reach, f32::max);
+        self.tree.spread = Spread::new(&self.geometry, reach);
+        self.unbounded = std::mem::take(&mut prims.unbounded);
+        let grown = self.grow(&prims);
+        let numbers = Numbers {
+            prims: self.geometry.prim_count(),
+            instances: self.geometry.instances.len(),
+            still: self.lower.len().checked_sub(1),
+        };
+        self.tree.push(grown, numbers).ok_or_else(|| self.too_many())
+    }
+
+    /// Gives the boxes of a tree's triangles to the nodes above them, or builds it anew where that makes rays much
+    /// slower or where a triangle has come in.
+    fn renew(&mut self, section: usize, prims: Prims, id: TreeId, updated: &mut Updated) -> Result<(), BuildError> {
+        self.lower[section] = Lower::of(&prims);
+        if self.tree.refit(section, &self.geometry, prims.ids.len()) {
+            updated.refitted.push(id);
+            return Ok(());
+        }
+        let grown = self.grow(&prims);
+        let numbers = Numbers::prims(self.geometry.prim_count());
+        updated.built.push(id);
+        self.tree
+            .replace(section, grown, numbers)
+            .ok_or_else(|| self.too_many())
+    }
+
+    fn measure(&mut self, start: Instant) {
+        self.stats = BuildStats {
+            build_time: start.elapsed(),
+            node_count: self.tree.nodes().len(),
+            bytes: self.tree.bytes(),
+            ..BuildStats::of(&self.geometry)
+        };
     }
 
     /// What lies outside the tree: the state that a ray enters the tree with.
@@ -90,8 +167,11 @@ impl Accelerator for Wide {
                 *hit = self.outside(ray);
             }
         }
-        let Some(tree) = &self.tree else { return };
-        let coherent = batch::is_coherent(rays, self.size);
+        let tree = &self.tree;
+        if tree.nodes().is_empty() {
+            return;
+        }
+        let coherent = !tree.has_instances() && batch::is_coherent(rays, self.size);
         SCRATCH.with_borrow_mut(|(scratch, left)| {
             let (simd, geometry) = (self.simd, &*self.geometry);
             if coherent {
@@ -112,7 +192,10 @@ impl Accelerator for Wide {
                 *blocked = self.outside(ray).is_some();
             }
         }
-        let Some(tree) = &self.tree else { return };
+        let tree = &self.tree;
+        if tree.nodes().is_empty() {
+            return;
+        }
         SCRATCH.with_borrow_mut(|(scratch, _)| {
             simd::occluded_inflight(self.simd, tree, &self.geometry, rays, blocked, scratch);
         });
@@ -124,12 +207,42 @@ impl Accelerator for Wide {
                 nodes: 0,
                 prims: self.unbounded.len() as u32,
             };
-            let Some(tree) = &self.tree else { continue };
             let best = self.outside(ray);
             let mut ray = *ray;
             ray.tmax = best.map_or(ray.tmax, |hit| hit.t);
-            cost::count(tree, &self.geometry, ray, best, cost);
+            cost::count(&self.tree, &self.geometry, ray, best, cost);
         }
+    }
+
+    fn update(&mut self, edit: &Edit) -> Result<Updated, BuildError> {
+        let start = Instant::now();
+        let groups = self.geometry.groups.len();
+        let boxes: Vec<Aabb> = self.lower.iter().take(groups).map(|lower| lower.bounds).collect();
+        let changed = edit.apply(&mut self.geometry, &boxes)?;
+        let mut updated = Updated::default();
+        self.tree.pop();
+        // What was one tree becomes two, so that the next change finds what moves apart from what does not.
+        if self.lower.is_empty() {
+            for group in 0..groups {
+                self.push_lower(Prims::group(&self.geometry, group))?;
+                updated.built.push(TreeId::Group(group as u32));
+            }
+            self.push_lower(Prims::still(&self.geometry))?;
+            updated.built.push(TreeId::Still);
+        } else {
+            for group in changed.groups {
+                let prims = Prims::group(&self.geometry, group as usize);
+                self.renew(group as usize, prims, TreeId::Group(group), &mut updated)?;
+            }
+            if changed.still {
+                let prims = Prims::still(&self.geometry);
+                self.renew(groups, prims, TreeId::Still, &mut updated)?;
+            }
+        }
+        self.build_top()?;
+        updated.built.push(TreeId::Top);
+        self.measure(start);
+        Ok(updated)
     }
 
     fn stats(&self) -> BuildStats {
@@ -138,5 +251,14 @@ impl Accelerator for Wide {
 
     fn geometry(&self) -> &Arc<Geometry> {
         &self.geometry
+    }
+}
+
+impl Lower {
+    fn of(prims: &Prims) -> Self {
+        Self {
+            bounds: prims.bounds(),
+            reach: prims.reach,
+        }
     }
 }

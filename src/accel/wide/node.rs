@@ -8,6 +8,12 @@ pub const LEAF: u32 = 1 << 31;
 /// With [`LEAF`]: one analytic primitive, whose number follows. Without: the end of a ray's stack.
 pub const SHAPE: u32 = 1 << 30;
 
+/// With [`LEAF`] and [`SHAPE`]: an instance, whose number follows, or [`EXIT`].
+pub const INSTANCE: u32 = 1 << 29;
+
+/// On a ray's stack: the end of what is in an instance.
+pub const EXIT: u32 = LEAF | SHAPE | INSTANCE | (INSTANCE - 2);
+
 /// No child. Its box is inside out, so it is met only by a ray for which no plane has a finite distance.
 pub const EMPTY: u32 = u32::MAX;
 
@@ -17,7 +23,7 @@ pub const DONE: u32 = SHAPE;
 /// The most blocks in a leaf.
 pub const MAX_BLOCKS: usize = 4;
 
-/// The most primitives that children's numbers have room for.
+/// The most primitives and instances that children's numbers have room for.
 pub const MAX_PRIMS: usize = 1 << 28;
 
 /// Up to eight boxes with what is in them: four cache lines.
@@ -26,7 +32,8 @@ pub const MAX_PRIMS: usize = 1 << 28;
 pub struct Node {
     /// Minima and maxima in turn: x, y, z.
     pub planes: [[f32; 8]; 6],
-    /// An inner node's number; a leaf's first block times four and its number of blocks less one; or a shape.
+    /// An inner node's number; a leaf's first block times four and its number of blocks less one; a shape; or
+    /// an instance.
     pub child: [u32; 8],
     /// For each octant of directions, three bits that say which child comes at this place, the farthest first. Bit k of
     /// an octant's number is set where directions are negative on axis k.
