@@ -1,31 +1,34 @@
-//! Models from files to triangles in world space.
+//! Models from files to triangles in world space, and to instances where a mesh is seen many times.
 
 use std::{collections::HashMap, path::PathBuf, sync::Arc};
 
-use glam::{DAffine3, DMat3};
+use glam::DAffine3;
 use rayon::prelude::*;
 
+use super::{
+    place::{Place, has_area},
+    sharing::{Sharing, Units},
+};
 use crate::{
-    accel::Geometry,
+    accel::{Geometry, Group, PlacedGroup, instance::MOST_MAGNIFICATION},
     assets::{
         AssetError, Store,
         model::{Model, Part, Surfacing},
         store::ImageRequest,
     },
     material::{Material, MaterialId, matte::Matte},
-    math::{Transform, Vec3},
-    scene::{MeshRecord, Object, ObjectId},
-    shape::mesh::Mesh,
+    math::Transform,
+    scene::{InstanceRecord, MeshRecord, Object, ObjectFromGroup, ObjectId},
     texture::{
         BitmapId, Color, Mapping, Pattern, StTransform, Texture, TextureId, bitmap::ColorSpace, image::ImagePattern,
     },
 };
 
-/// The most triangles of a scene: every copy of a mesh has its own.
+/// The most triangles that a scene stores.
 const MOST_TRIANGLES: u64 = 1 << 27;
 
 /// Below so many items a task is not worth another thread.
-const MIN_LEN: usize = 16384;
+pub(super) const MIN_LEN: usize = 16384;
 
 /// An object whose geometry is in a file.
 #[derive(Clone, Debug)]
@@ -37,62 +40,197 @@ pub(super) struct PlacedModel {
     pub transform: Option<Transform>,
 }
 
+impl PlacedModel {
+    fn world_from_model(&self) -> DAffine3 {
+        self.transform.map_or(DAffine3::IDENTITY, |t| t.widened())
+    }
+}
+
 /// The arrays of a scene that models add to.
 pub(super) struct Parts {
     pub geometry: Geometry,
     pub objects: Vec<Object>,
     pub meshes: Vec<MeshRecord>,
+    pub instances: Vec<InstanceRecord>,
+    pub object_places: Vec<Transform>,
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub images: Vec<ImageRequest>,
 }
 
+/// What is known of a model that objects are of.
+#[derive(Default)]
+struct Uses {
+    objects: u64,
+    /// The number of its first material, where it brings its own.
+    first_material: Option<u32>,
+}
+
+impl Uses {
+    fn material_of(&self, part: &Part, instead: Option<MaterialId>) -> MaterialId {
+        let own = self.first_material.unwrap_or(0) + part.material as u32;
+        instead.unwrap_or(MaterialId(own))
+    }
+}
+
+/// How a model is added, and which groups were made of it so far.
+struct Plan {
+    units: Units,
+    /// The parts of [`Units::rest`], where they are not all.
+    rest_parts: Option<Vec<Part>>,
+    shares_rest: bool,
+    rest: Option<u32>,
+    shared: Vec<Option<u32>>,
+    /// By the first part of a copy: its place in the model, in [`Parts::object_places`].
+    places: HashMap<usize, u32>,
+}
+
+impl Plan {
+    fn new(model: &Model, uses: &Uses, sharing: Sharing) -> Self {
+        let units = Units::new(model, uses.objects, sharing);
+        let rest = &units.rest;
+        let parts = || rest.iter().map(|&i| model.parts[i].clone()).collect();
+        Self {
+            rest_parts: (rest.len() < model.parts.len()).then(parts),
+            shares_rest: sharing.wants(units.triangles, uses.objects),
+            rest: None,
+            shared: vec![None; units.shared.len()],
+            places: HashMap::new(),
+            units,
+        }
+    }
+
+    /// How many triangles the next object adds.
+    fn triangles(&self) -> u64 {
+        let rest = if self.shares_rest && self.rest.is_some() {
+            0
+        } else {
+            self.units.triangles
+        };
+        let shared = self.units.shared.iter().zip(&self.shared);
+        rest + shared
+            .filter(|(_, group)| group.is_none())
+            .map(|(unit, _)| unit.triangles)
+            .sum::<u64>()
+    }
+}
+
+/// Parts of a model that are added for an object.
+struct Added<'a> {
+    placed: &'a PlacedModel,
+    model: &'a Model,
+    uses: &'a Uses,
+    /// Whose meshes' places are relative to `world_from_group`.
+    parts: &'a [Part],
+    world_from_group: DAffine3,
+    object_from_group: ObjectFromGroup,
+}
+
+/// The space that triangles are added in.
+#[derive(Clone, Copy)]
+enum Space {
+    World,
+    Group,
+}
+
 impl Parts {
     /// Loads every file once and places its model as often as it is named.
-    pub fn place(&mut self, placed: &[PlacedModel], store: &Store) -> Result<(), Vec<AssetError>> {
+    pub fn place(&mut self, placed: &[PlacedModel], store: &Store, sharing: Sharing) -> Result<(), Vec<AssetError>> {
         let files: Vec<PathBuf> = placed.iter().map(|p| p.file.clone()).collect();
         let models = store.models(&files)?;
-        let mut errors = Vec::new();
-        let mut looks: HashMap<*const Model, u32> = HashMap::new();
+        let mut uses: HashMap<*const Model, Uses> = HashMap::new();
         for (placed, model) in placed.iter().zip(&models) {
-            if let Err(e) = self.check(placed, model) {
-                errors.push(e);
-                continue;
-            }
-            let first_material = match placed.material {
-                Some(_) => 0,
+            let uses = uses.entry(Arc::as_ptr(model)).or_default();
+            uses.objects += 1;
+            if placed.material.is_none() && uses.first_material.is_none() {
                 // Objects of one model share its materials.
-                None => *looks.entry(Arc::as_ptr(model)).or_insert_with(|| self.add_looks(model)),
-            };
-            let material_of = |part: &Part| {
-                placed
-                    .material
-                    .unwrap_or(MaterialId(first_material + part.material as u32))
-            };
-            self.objects[placed.object.0 as usize].material = material_of(&model.parts[0]);
-            let dropped: usize = model
-                .parts
-                .iter()
-                .map(|part| self.bake(placed, model, part, material_of(part)))
-                .sum();
-            if dropped > 0 {
-                let plural = if dropped == 1 { "triangle" } else { "triangles" };
-                tracing::warn!("{dropped} {plural} without area left out: {}", placed.file.display());
+                uses.first_material = Some(self.add_looks(model));
+            }
+        }
+        let mut errors = Vec::new();
+        let mut plans: HashMap<*const Model, Plan> = HashMap::new();
+        for (placed, model) in placed.iter().zip(&models) {
+            let at = Arc::as_ptr(model);
+            let plan = plans.entry(at).or_insert_with(|| Plan::new(model, &uses[&at], sharing));
+            match self.add(placed, model, &uses[&at], plan) {
+                Ok(0) => {}
+                Ok(dropped) => {
+                    let plural = if dropped == 1 { "triangle" } else { "triangles" };
+                    tracing::warn!("{dropped} {plural} without area left out: {}", placed.file.display());
+                }
+                Err(e) => errors.push(e),
             }
         }
         if errors.is_empty() { Ok(()) } else { Err(errors) }
     }
 
-    fn check(&self, placed: &PlacedModel, model: &Model) -> Result<(), AssetError> {
-        let path = placed.file.clone();
-        if model.parts.is_empty() {
+    /// Adds an object; returns how many triangles were left out because they have no area.
+    fn add(&mut self, placed: &PlacedModel, model: &Model, uses: &Uses, plan: &mut Plan) -> Result<usize, AssetError> {
+        let Some(first) = model.parts.first() else {
+            let path = placed.file.clone();
             return Err(AssetError::NoTriangles { path });
+        };
+        self.check_room(plan.triangles(), 0, placed)?;
+        self.objects[placed.object.0 as usize].material = uses.material_of(first, placed.material);
+        let rest = Added {
+            placed,
+            model,
+            uses,
+            parts: plan.rest_parts.as_ref().unwrap_or(&model.parts),
+            world_from_group: placed.world_from_model(),
+            object_from_group: ObjectFromGroup::Identity,
+        };
+        let mut dropped = 0;
+        if !rest.parts.is_empty() {
+            dropped += self.copy(&rest, plan.shares_rest.then_some(&mut plan.rest))?;
         }
-        let triangles = self.geometry.triangles.len() as u64 + model.triangle_count();
-        let vertices: usize = model.parts.iter().map(|p| model.meshes[p.mesh].positions.len()).sum();
-        let vertices = (self.geometry.vertices.len() + vertices) as u64;
+        for (unit, group) in plan.units.shared.iter().zip(&mut plan.shared) {
+            for run in &unit.copies {
+                let model_from_group = model.parts[run.start].model_from_mesh;
+                let here = |part: &Part| Part {
+                    model_from_mesh: DAffine3::IDENTITY,
+                    ..part.clone()
+                };
+                let parts: Vec<Part> = model.parts[run.clone()].iter().map(here).collect();
+                let own = Added {
+                    parts: &parts,
+                    world_from_group: placed.world_from_model() * model_from_group,
+                    object_from_group: self.object_place(placed, run.start, model_from_group, &mut plan.places),
+                    ..rest
+                };
+                dropped += self.copy(&own, Some(group))?;
+            }
+        }
+        Ok(dropped)
+    }
+
+    /// Where a copy stands within its object.
+    fn object_place(
+        &mut self,
+        placed: &PlacedModel,
+        copy: usize,
+        model_from_group: DAffine3,
+        known: &mut HashMap<usize, u32>,
+    ) -> ObjectFromGroup {
+        if placed.transform.is_none() {
+            return ObjectFromGroup::WorldFromGroup;
+        }
+        let Some(place) = Transform::new(model_from_group) else {
+            // What is flat is baked.
+            return ObjectFromGroup::Identity;
+        };
+        let at = known.entry(copy).or_insert_with(|| {
+            self.object_places.push(place);
+            self.object_places.len() as u32 - 1
+        });
+        ObjectFromGroup::At(*at)
+    }
+
+    fn check_room(&self, triangles: u64, vertices: u64, placed: &PlacedModel) -> Result<(), AssetError> {
+        let triangles = self.geometry.triangles.len() as u64 + triangles;
+        let vertices = self.geometry.vertices.len() as u64 + vertices;
         if triangles > MOST_TRIANGLES || vertices > u64::from(u32::MAX) {
-            let limit = MOST_TRIANGLES;
+            let (limit, path) = (MOST_TRIANGLES, placed.file.clone());
             return Err(AssetError::TooManyTriangles { triangles, limit, path });
         }
         Ok(())
@@ -128,11 +266,64 @@ impl Parts {
         Color::Tinted(id, surfacing.base_color)
     }
 
-    /// Adds a part in world space; returns how many of its triangles have no area and were left out.
-    fn bake(&mut self, placed: &PlacedModel, model: &Model, part: &Part, material: MaterialId) -> usize {
-        let mesh = &model.meshes[part.mesh];
-        let world_from_model = placed.transform.map_or(DAffine3::IDENTITY, |t| t.widened());
-        let place = Place::new(world_from_model * part.model_from_mesh);
+    /// Adds parts as an instance of `group`, which is made of them where there is none yet; or in world space, where
+    /// no group is asked for or an instance will not do. Returns how many triangles were left out.
+    fn copy(&mut self, copy: &Added<'_>, group: Option<&mut Option<u32>>) -> Result<usize, AssetError> {
+        let (placed, uses) = (copy.placed, copy.uses);
+        let shines = |part: &Part| {
+            let material = uses.material_of(part, placed.material);
+            matches!(self.materials[material.0 as usize], Material::Emitter(_))
+        };
+        let transform = Transform::new(copy.world_from_group).filter(|t| t.magnification().0 <= MOST_MAGNIFICATION);
+        let (Some(group), Some(transform)) = (group.filter(|_| !copy.parts.iter().any(shines)), transform) else {
+            let mut dropped = 0;
+            for part in copy.parts {
+                dropped += self.bake(copy, part, Space::World)?;
+            }
+            return Ok(dropped);
+        };
+        let mut dropped = 0;
+        let number = match *group {
+            Some(number) => number,
+            None => {
+                let (vertices, triangles) = (self.geometry.vertices.len(), self.geometry.triangles.len());
+                for part in copy.parts {
+                    dropped += self.bake(copy, part, Space::Group)?;
+                }
+                self.geometry.groups.push(Group {
+                    triangles: triangles as u32..self.geometry.triangles.len() as u32,
+                    vertices: vertices as u32..self.geometry.vertices.len() as u32,
+                });
+                *group.insert(self.geometry.groups.len() as u32 - 1)
+            }
+        };
+        self.geometry.instances.push(PlacedGroup {
+            group: number,
+            transform: self.geometry.transforms.len() as u32,
+        });
+        self.geometry.transforms.push(transform);
+        self.instances.push(InstanceRecord {
+            object: placed.object,
+            material: placed.material,
+            object_from_group: copy.object_from_group,
+        });
+        Ok(dropped)
+    }
+
+    /// Adds a part; returns how many of its triangles have no area and were left out.
+    fn bake(&mut self, copy: &Added<'_>, part: &Part, space: Space) -> Result<usize, AssetError> {
+        let mesh = &copy.model.meshes[part.mesh];
+        self.check_room(mesh.triangles.len() as u64, mesh.positions.len() as u64, copy.placed)?;
+        let (world_from_group, transform, instead) = match space {
+            Space::World => (copy.world_from_group, copy.placed.transform, copy.placed.material),
+            // Its meshes keep their own materials, for the objects that do not bring one.
+            Space::Group => (
+                DAffine3::IDENTITY,
+                None,
+                copy.placed.material.filter(|_| copy.uses.first_material.is_none()),
+            ),
+        };
+        let place = Place::new(world_from_group * part.model_from_mesh);
         let first_vertex = self.geometry.vertices.len() as u32;
         let first_triangle = self.geometry.triangles.len() as u32;
         self.geometry.vertices.par_extend(place.points(mesh));
@@ -146,62 +337,15 @@ impl Parts {
         let end = self.geometry.triangles.len() as u32;
         if end > first_triangle {
             self.meshes.push(MeshRecord {
-                object: placed.object,
-                material,
-                transform: placed.transform,
+                object: copy.placed.object,
+                material: copy.uses.material_of(part, instead),
+                transform,
                 triangles: first_triangle..end,
                 vertices: first_vertex..self.geometry.vertices.len() as u32,
                 normals: mesh.normals.iter().map(|n| place.normal(*n)).collect(),
                 uvs: mesh.uvs.clone(),
             });
         }
-        mesh.triangles.len() - (end - first_triangle) as usize
-    }
-}
-
-fn has_area([a, b, c]: [Vec3; 3]) -> bool {
-    let a = a.as_dvec3();
-    // What is not a number is for the acceleration structure to refuse.
-    (b.as_dvec3() - a).cross(c.as_dvec3() - a).length_squared() != 0.0
-}
-
-/// Where a mesh stands, and what its normals become.
-struct Place {
-    world_from_mesh: DAffine3,
-    /// The inverse transpose times the determinant's magnitude: it exists for flattened meshes too.
-    normals: DMat3,
-    /// Whether the order of corners must change for the front to stay the front.
-    mirrors: bool,
-}
-
-impl Place {
-    fn new(world_from_mesh: DAffine3) -> Self {
-        let m = world_from_mesh.matrix3;
-        let mirrors = m.determinant() < 0.0;
-        let cofactors = DMat3::from_cols(
-            m.y_axis.cross(m.z_axis),
-            m.z_axis.cross(m.x_axis),
-            m.x_axis.cross(m.y_axis),
-        );
-        Self {
-            world_from_mesh,
-            normals: if mirrors { -cofactors } else { cofactors },
-            mirrors,
-        }
-    }
-
-    fn points<'a>(&'a self, mesh: &'a Mesh) -> impl IndexedParallelIterator<Item = Vec3> + 'a {
-        let is_identity = self.world_from_mesh == DAffine3::IDENTITY;
-        mesh.positions.par_iter().with_min_len(MIN_LEN).map(move |p| {
-            if is_identity {
-                *p
-            } else {
-                self.world_from_mesh.transform_point3(p.as_dvec3()).as_vec3()
-            }
-        })
-    }
-
-    fn normal(&self, n: Vec3) -> Vec3 {
-        (self.normals * n.as_dvec3()).normalize_or_zero().as_vec3()
+        Ok(mesh.triangles.len() - (end - first_triangle) as usize)
     }
 }

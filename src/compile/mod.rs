@@ -22,6 +22,10 @@ use crate::{
 mod meshes;
 pub mod model;
 mod objects;
+mod place;
+mod sharing;
+
+pub use sharing::Sharing;
 
 /// Why a description became no scene.
 #[derive(Debug, thiserror::Error)]
@@ -45,8 +49,19 @@ pub fn scene(desc: &SceneDesc, accel: AccelKind) -> Result<Scene, Error> {
 
 /// Compiles a scene of which some models are loaded already.
 pub fn scene_with(desc: &SceneDesc, accel: AccelKind, store: &Store) -> Result<Scene, Error> {
+    scene_sharing(desc, accel, store, Sharing::default())
+}
+
+/// The same with a say in which meshes are instances.
+pub fn scene_sharing(desc: &SceneDesc, accel: AccelKind, store: &Store, sharing: Sharing) -> Result<Scene, Error> {
     let mut compiler = Compiler {
         desc,
+        materials: desc
+            .materials
+            .iter()
+            .zip(0..)
+            .map(|(m, i)| (m.name.get_ref().as_str(), i))
+            .collect(),
         problems: Vec::new(),
     };
     let (wanted, textures) = compiler.textures();
@@ -69,12 +84,14 @@ pub fn scene_with(desc: &SceneDesc, accel: AccelKind, store: &Store) -> Result<S
         geometry,
         objects,
         meshes: Vec::new(),
+        instances: Vec::new(),
+        object_places: Vec::new(),
         materials,
         textures,
         images: wanted,
     };
     // What is wrong with models and with images is reported together.
-    let placed = parts.place(&placed, store);
+    let placed = parts.place(&placed, store, sharing);
     let bitmaps = store::images(&parts.images);
     let mut bitmaps = match (placed, bitmaps) {
         (Ok(()), Ok(bitmaps)) => bitmaps,
@@ -88,6 +105,8 @@ pub fn scene_with(desc: &SceneDesc, accel: AccelKind, store: &Store) -> Result<S
         accel: accel::build(accel, Arc::new(parts.geometry))?,
         objects: parts.objects,
         meshes: parts.meshes,
+        instances: parts.instances,
+        object_places: parts.object_places,
         shape_objects,
         materials: parts.materials,
         textures: parts.textures,
@@ -105,6 +124,8 @@ type Wanted = Vec<ImageRequest>;
 
 struct Compiler<'a> {
     desc: &'a SceneDesc,
+    /// The numbers of materials by name.
+    materials: HashMap<&'a str, u32>,
     problems: Vec<Problem>,
 }
 
@@ -168,14 +189,13 @@ impl Compiler<'_> {
     }
 
     fn material_id(&self, name: &Spanned<String>) -> Result<MaterialId, Problem> {
-        let materials = &self.desc.materials;
-        match materials.iter().position(|m| m.name.get_ref() == name.get_ref()) {
-            Some(at) => Ok(MaterialId(at as u32)),
+        match self.materials.get(name.get_ref().as_str()) {
+            Some(&at) => Ok(MaterialId(at)),
             None => Err(undefined(
                 "material",
                 name.get_ref(),
                 name.span(),
-                materials.iter().map(|m| &m.name),
+                self.desc.materials.iter().map(|m| &m.name),
             )),
         }
     }

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::{Background, Lights, MeshRecord, Object, ObjectId, Scene};
+use super::{Background, InstanceRecord, Lights, MeshRecord, Object, ObjectFromGroup, ObjectId, Scene};
 use crate::{
-    accel::{self, AccelKind, BuildError, Geometry, Placed},
+    accel::{self, AccelKind, BuildError, Geometry, Group, Placed, PlacedGroup},
     light::Light,
     material::{Material, MaterialId},
     math::Transform,
@@ -15,12 +15,17 @@ use crate::{
     texture::{Bitmap, BitmapId, Texture, TextureId, mipmap},
 };
 
+/// Meshes that are stored once and stand in the scene as often as they are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GroupId(pub u32);
+
 /// A scene in the making. What it gives out numbers for is named by them from then on.
 #[derive(Clone, Debug)]
 pub struct Builder {
     geometry: Geometry,
     objects: Vec<Object>,
     meshes: Vec<MeshRecord>,
+    instances: Vec<InstanceRecord>,
     shape_objects: Vec<ObjectId>,
     materials: Vec<Material>,
     textures: Vec<Texture>,
@@ -35,6 +40,7 @@ impl Builder {
             geometry: Geometry::default(),
             objects: Vec::new(),
             meshes: Vec::new(),
+            instances: Vec::new(),
             shape_objects: Vec::new(),
             materials: Vec::new(),
             textures: Vec::new(),
@@ -79,6 +85,48 @@ impl Builder {
     pub fn mesh(&mut self, name: &str, mesh: Mesh, material: MaterialId) -> Result<ObjectId, MeshError> {
         mesh.validate()?;
         let object = self.object(name, material);
+        self.add_mesh(mesh, object, material);
+        Ok(object)
+    }
+
+    /// Meshes in a space of their own, each with its material, for [`Builder::instance`].
+    pub fn group(&mut self, meshes: Vec<(Mesh, MaterialId)>) -> Result<GroupId, MeshError> {
+        meshes.iter().try_for_each(|(mesh, _)| mesh.validate())?;
+        let (vertices, triangles) = (self.geometry.vertices.len(), self.geometry.triangles.len());
+        for (mesh, material) in meshes {
+            self.add_mesh(mesh, ObjectId(0), material);
+        }
+        self.geometry.groups.push(Group {
+            triangles: triangles as u32..self.geometry.triangles.len() as u32,
+            vertices: vertices as u32..self.geometry.vertices.len() as u32,
+        });
+        Ok(GroupId(self.geometry.groups.len() as u32 - 1))
+    }
+
+    /// A group at a place, as an object of its own that can be moved. Its meshes have `material` instead of their own
+    /// where there is one.
+    pub fn instance(
+        &mut self,
+        name: &str,
+        group: GroupId,
+        transform: Transform,
+        material: Option<MaterialId>,
+    ) -> ObjectId {
+        let object = self.object(name, material.unwrap_or(MaterialId(0)));
+        self.geometry.instances.push(PlacedGroup {
+            group: group.0,
+            transform: self.geometry.transforms.len() as u32,
+        });
+        self.geometry.transforms.push(transform);
+        self.instances.push(InstanceRecord {
+            object,
+            material,
+            object_from_group: ObjectFromGroup::Identity,
+        });
+        object
+    }
+
+    fn add_mesh(&mut self, mesh: Mesh, object: ObjectId, material: MaterialId) {
         let first_vertex = self.geometry.vertices.len() as u32;
         let first_triangle = self.geometry.triangles.len() as u32;
         self.geometry.vertices.extend(mesh.positions);
@@ -93,7 +141,6 @@ impl Builder {
             normals: mesh.normals,
             uvs: mesh.uvs,
         });
-        Ok(object)
     }
 
     fn object(&mut self, name: &str, material: MaterialId) -> ObjectId {
@@ -111,6 +158,8 @@ impl Builder {
             accel: accel::build(accel, Arc::new(self.geometry))?,
             objects: self.objects,
             meshes: self.meshes,
+            instances: self.instances,
+            object_places: Vec::new(),
             shape_objects: self.shape_objects,
             materials: self.materials,
             textures: self.textures,

@@ -1,5 +1,7 @@
 //! From a hit to the surface around it, and the rays that leave it.
 
+use glam::Vec2Swizzles;
+
 use super::{MeshRecord, ObjectId};
 use crate::{
     accel::{Hit, Placed},
@@ -83,25 +85,51 @@ impl Surface {
         }
     }
 
-    pub(super) fn of_triangle(corners: [Vec3; 3], vertices: [u32; 3], mesh: &MeshRecord, ray: &Ray, hit: &Hit) -> Self {
+    /// Of an instanced triangle `place` says where it stands; the place on the texture is in the mesh's space then.
+    pub(super) fn of_triangle(
+        corners: [Vec3; 3],
+        vertices: [u32; 3],
+        mesh: &MeshRecord,
+        place: Option<&Transform>,
+        ray: &Ray,
+        hit: &Hit,
+    ) -> Self {
         let at = vertices.map(|v| (v - mesh.vertices.start) as usize);
         let uvs = (!mesh.uvs.is_empty()).then(|| at.map(|i| mesh.uvs[i]));
-        let local = triangle::surface(corners, uvs, hit.u, hit.v);
+        let mut local = triangle::surface(corners, uvs, hit.u, hit.v);
+        if uvs.is_none() && place.is_some_and(Transform::is_mirroring) {
+            // A copy in world space would have its last two corners in the other order.
+            local.uv = local.uv.yx();
+            (local.dpdu, local.dpdv) = (local.dpdv, local.dpdu);
+        }
+        let (p, p_error, ng, [dpdu, dpdv]) = match place {
+            None => (local.p, local.p_error, local.ng, [local.dpdu, local.dpdv]),
+            Some(t) => {
+                let p = t.point_to_world(local.p);
+                let p_error = t.point_error_to_world(local.p, local.p_error) + t.return_error(p);
+                let ng = t.normal_to_world(local.ng).normalize();
+                (p, p_error, ng, [local.dpdu, local.dpdv].map(|d| t.vector_to_world(d)))
+            }
+        };
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
         let ns = if mesh.normals.is_empty() {
-            local.ng
+            ng
         } else {
-            let sum: Vec3 = (0..3).map(|k| mesh.normals[at[k]] * weights[k]).sum();
-            sum.try_normalize().unwrap_or(local.ng)
+            let normal = |k: usize| match place {
+                None => mesh.normals[at[k]],
+                Some(t) => t.normal_to_world(mesh.normals[at[k]]).normalize_or_zero(),
+            };
+            let sum: Vec3 = (0..3).map(|k| normal(k) * weights[k]).sum();
+            sum.try_normalize().unwrap_or(ng)
         };
         Self {
             t: hit.t,
-            p: local.p,
-            p_error: local.p_error,
-            ng: local.ng,
+            p,
+            p_error,
+            ng,
             ns,
-            dpdu: local.dpdu,
-            dpdv: local.dpdv,
+            dpdu,
+            dpdv,
             wo: -ray.d.normalize(),
             texture: match &mesh.transform {
                 None => TexturePoint {

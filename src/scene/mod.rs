@@ -5,7 +5,7 @@
 use std::ops::Range;
 
 use crate::{
-    accel::{Accelerator, Hit, PrimRef},
+    accel::{Accelerator, Hit, Instance, PrimRef},
     light::LightSample,
     material::{Material, MaterialId},
     math::{Ray, Rgb, Transform, Vec2, Vec3},
@@ -13,12 +13,16 @@ use crate::{
 };
 
 pub mod builder;
+pub mod instance;
 pub mod interaction;
 pub mod lights;
+pub mod motion;
 
-pub use builder::Builder;
+pub use builder::{Builder, GroupId};
+pub use instance::{InstanceRecord, ObjectFromGroup};
 pub use interaction::Surface;
 pub use lights::{Choice, Lights, Receiver};
+pub use motion::{MeshId, Motion, MotionError, Pose};
 
 /// An index into the scene's objects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,6 +59,8 @@ impl Background {
 }
 
 /// A run of triangles with what their corners carry beside positions.
+///
+/// That of an instanced mesh is in the space of its group, and its instances say which objects they are.
 #[derive(Clone, Debug)]
 pub struct MeshRecord {
     pub object: ObjectId,
@@ -77,6 +83,10 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// In the order of their triangles, which they cover without gaps.
     pub meshes: Vec<MeshRecord>,
+    /// What each of the geometry's instances is.
+    pub instances: Vec<InstanceRecord>,
+    /// What [`ObjectFromGroup::At`] names.
+    pub object_places: Vec<Transform>,
     /// Object of each of the geometry's shapes.
     pub shape_objects: Vec<ObjectId>,
     pub materials: Vec<Material>,
@@ -150,7 +160,10 @@ impl Scene {
         let triangles = self.accel.geometry().triangles.len();
         match (hit.prim.index() as usize).checked_sub(triangles) {
             Some(shape) => self.objects[self.shape_objects[shape].0 as usize].material,
-            None => self.mesh_of(hit.prim).material,
+            None => {
+                let instead = self.instances.get(hit.instance.0 as usize).and_then(|i| i.material);
+                instead.unwrap_or_else(|| self.mesh_of(hit.prim).material)
+            }
         }
     }
 
@@ -170,9 +183,20 @@ impl Scene {
                 Surface::of_shape(placed, geometry.transform(placed), ray, hit, object, material)
             }
             None => {
-                let mesh = self.mesh_of(hit.prim);
                 let index = hit.prim.index() as usize;
-                Surface::of_triangle(geometry.corners(index), geometry.triangles[index], mesh, ray, hit)
+                let place = geometry.place(hit.instance);
+                let mut surface = Surface::of_triangle(
+                    geometry.corners(index),
+                    geometry.triangles[index],
+                    self.mesh_of(hit.prim),
+                    place,
+                    ray,
+                    hit,
+                );
+                if hit.instance != Instance::NONE {
+                    self.instances[hit.instance.0 as usize].claim(&mut surface, &self.object_places);
+                }
+                surface
             }
         }
     }

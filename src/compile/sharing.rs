@@ -1,0 +1,200 @@
+//! Which meshes of a model are stored once for many places.
+//!
+//! Every part of a model is a mesh at a place. Parts of one place belong together: they become one *unit*. What a
+//! model has once becomes one unit too, so a model that several objects name is an instance for each of them and not for
+//! each of its parts.
+//!
+//! An instance costs rays 11 % and more, so what is small is baked into world space as often as it is seen: meshes of up
+//! to [`TINY`] triangles, whose copies take no more memory than instances do, and those whose copies have fewer than
+//! [`FEW`] triangles together. What emits light is baked, since lights are chosen triangle by triangle; and so are
+//! copies whose place is flat, or shears so much that roundings would show.
+
+use std::{collections::HashMap, ops::Range};
+
+use crate::assets::model::{Model, Part};
+
+/// Copies of a mesh with so many triangles or fewer are never instances.
+const TINY: u64 = 8;
+
+/// Copies that have fewer triangles than this together are not instances: they take some 10 MB.
+const FEW: u64 = 1 << 16;
+
+/// When meshes are stored once for many places. Pictures do not depend on it, but for roundings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sharing {
+    /// Where there is something to be gained.
+    #[default]
+    Auto,
+    /// Every copy of every mesh is baked into world space.
+    Never,
+    /// Every mesh of a file is an instance, also where there is but one: for objects that will move.
+    Always,
+}
+
+impl Sharing {
+    /// Whether a mesh of so many triangles is stored once.
+    pub(super) fn wants(self, triangles: u64, copies: u64) -> bool {
+        match self {
+            Self::Auto => copies > 1 && triangles > TINY && triangles.saturating_mul(copies) >= FEW,
+            Self::Never => false,
+            Self::Always => true,
+        }
+    }
+}
+
+/// Parts that stand in one place, wherever they do so.
+#[derive(Clone, Debug)]
+pub(super) struct Unit {
+    /// For each place the parts, as a run of [`Model::parts`].
+    pub copies: Vec<Range<usize>>,
+    pub triangles: u64,
+}
+
+/// What a model is made of.
+#[derive(Clone, Debug)]
+pub(super) struct Units {
+    /// Parts that are not shared within the model, rising, and how many triangles they have.
+    pub rest: Vec<usize>,
+    pub triangles: u64,
+    pub shared: Vec<Unit>,
+}
+
+impl Units {
+    /// Of a model that `objects` objects are of.
+    pub fn new(model: &Model, objects: u64, sharing: Sharing) -> Self {
+        let (shared, once): (Vec<Unit>, Vec<Unit>) = repeated(model).into_iter().partition(|unit| {
+            let copies = unit.copies.len() as u64;
+            copies > 1 && sharing.wants(unit.triangles, copies * objects)
+        });
+        let mut rest: Vec<usize> = once.into_iter().flat_map(|unit| unit.copies).flatten().collect();
+        rest.sort_unstable();
+        let triangles = rest.iter().map(|&part| triangles(model, part)).sum();
+        Self {
+            rest,
+            triangles,
+            shared,
+        }
+    }
+}
+
+fn triangles(model: &Model, part: usize) -> u64 {
+    model.meshes[model.parts[part].mesh].triangles.len() as u64
+}
+
+/// What makes parts alike.
+fn key(part: &Part) -> (usize, usize) {
+    (part.mesh, part.material)
+}
+
+/// All units, in the order of their first parts.
+fn repeated(model: &Model) -> Vec<Unit> {
+    let parts = &model.parts;
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for (i, part) in parts.iter().enumerate() {
+        match runs.last_mut() {
+            Some(run) if parts[run.start].model_from_mesh == part.model_from_mesh => run.end = i + 1,
+            _ => runs.push(i..i + 1),
+        }
+    }
+    // A mesh that is in different company elsewhere would be stored for each company, so it is a unit by itself.
+    let mut company: HashMap<usize, Option<Range<usize>>> = HashMap::new();
+    for run in &runs {
+        for part in &parts[run.clone()] {
+            let known = company.entry(part.mesh).or_insert_with(|| Some(run.clone()));
+            if known.as_ref().is_some_and(|known| !alike(model, known, run)) {
+                *known = None;
+            }
+        }
+    }
+    let mixed = |run: &Range<usize>| parts[run.clone()].iter().any(|part| company[&part.mesh].is_none());
+    let whole = runs.into_iter().flat_map(|run| {
+        let step = if mixed(&run) { 1 } else { run.len() };
+        run.clone().step_by(step).map(move |start| start..start + step)
+    });
+    let mut units: Vec<Unit> = Vec::new();
+    let mut known: HashMap<Vec<(usize, usize)>, usize> = HashMap::new();
+    let mut own = Vec::new();
+    for run in whole {
+        own.clear();
+        own.extend(parts[run.clone()].iter().map(key));
+        match known.get(&own) {
+            Some(&unit) => units[unit].copies.push(run),
+            None => {
+                known.insert(own.clone(), units.len());
+                units.push(Unit {
+                    triangles: run.clone().map(|part| triangles(model, part)).sum(),
+                    copies: vec![run],
+                });
+            }
+        }
+    }
+    units
+}
+
+fn alike(model: &Model, a: &Range<usize>, b: &Range<usize>) -> bool {
+    let keys = |run: &Range<usize>| model.parts[run.clone()].iter().map(key);
+    a == b || keys(a).eq(keys(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DAffine3, DVec3};
+
+    use super::*;
+    use crate::{math::Vec3, shape::mesh::Mesh};
+
+    /// A model of parts: mesh, material and place. Mesh `i` has `i` thousand triangles.
+    fn model(parts: &[(usize, usize, f64)]) -> Model {
+        let mesh = |i: usize| Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            triangles: vec![[0, 1, 2]; 1000 * i],
+            ..Mesh::default()
+        };
+        Model {
+            meshes: (0..4).map(mesh).collect(),
+            parts: parts
+                .iter()
+                .map(|&(mesh, material, x)| Part {
+                    mesh,
+                    material,
+                    model_from_mesh: DAffine3::from_translation(DVec3::X * x),
+                })
+                .collect(),
+            ..Model::default()
+        }
+    }
+
+    fn copies(units: &Units) -> Vec<Vec<Range<usize>>> {
+        units.shared.iter().map(|unit| unit.copies.clone()).collect()
+    }
+
+    #[test]
+    fn parts_that_always_stand_together_are_one_unit() {
+        let model = model(&[(1, 0, 0.0), (2, 0, 0.0), (3, 0, 1.0), (1, 0, 2.0), (2, 0, 2.0)]);
+        let units = Units::new(&model, 100, Sharing::Auto);
+        assert_eq!(copies(&units), [[0..2, 3..5]]);
+        assert_eq!(
+            (units.rest, units.triangles, units.shared[0].triangles),
+            (vec![2], 3000, 3000)
+        );
+    }
+
+    #[test]
+    fn a_mesh_in_different_company_is_a_unit_by_itself() {
+        let model = model(&[(1, 0, 0.0), (2, 0, 0.0), (1, 0, 2.0), (1, 1, 3.0)]);
+        let units = Units::new(&model, 100, Sharing::Auto);
+        assert_eq!(copies(&units), [[0..1, 2..3]]);
+        assert_eq!(units.rest, [1, 3]);
+    }
+
+    #[test]
+    fn what_is_small_or_once_is_not_shared() {
+        let model = model(&[(1, 0, 0.0), (1, 0, 1.0), (2, 0, 2.0)]);
+        assert!(Units::new(&model, 30, Sharing::Auto).shared.is_empty());
+        assert!(Units::new(&model, 30, Sharing::Never).shared.is_empty());
+        assert_eq!(Units::new(&model, 33, Sharing::Auto).rest, [2]);
+        assert_eq!(Units::new(&model, 1, Sharing::Always).rest, [2]);
+        assert!(!Sharing::Auto.wants(TINY, 1 << 40) && Sharing::Auto.wants(TINY + 1, 1 << 40));
+        assert!(!Sharing::Auto.wants(1 << 40, 1) && Sharing::Always.wants(1, 1));
+    }
+}

@@ -1,0 +1,47 @@
+//! What an instance of a mesh is: which object, of which material.
+
+use super::{ObjectId, Surface};
+use crate::{material::MaterialId, math::Transform};
+
+/// From the space of an instance's mesh to that of its object, which textures stick to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ObjectFromGroup {
+    /// They are one.
+    Identity,
+    /// The object's space is the world, as long as the object is not moved.
+    WorldFromGroup,
+    /// An index into [`super::Scene::object_places`].
+    At(u32),
+}
+
+/// What stands where one of the geometry's instances does.
+#[derive(Clone, Copy, Debug)]
+pub struct InstanceRecord {
+    pub object: ObjectId,
+    /// Instead of those of the meshes.
+    pub material: Option<MaterialId>,
+    pub object_from_group: ObjectFromGroup,
+}
+
+impl InstanceRecord {
+    /// Makes a surface of the mesh, in world space but for its place on the texture, one of this instance.
+    pub(super) fn claim(&self, surface: &mut Surface, object_places: &[Transform]) {
+        surface.object = self.object;
+        surface.material = self.material.unwrap_or(surface.material);
+        let texture = &mut surface.texture;
+        match self.object_from_group {
+            ObjectFromGroup::Identity => {}
+            ObjectFromGroup::WorldFromGroup => {
+                (texture.p, texture.n) = (surface.p, surface.ng);
+                (texture.dpdu, texture.dpdv) = (surface.dpdu, surface.dpdv);
+            }
+            ObjectFromGroup::At(place) => {
+                let place = &object_places[place as usize];
+                texture.p = place.point_to_world(texture.p);
+                texture.n = place.normal_to_world(texture.n).normalize();
+                texture.dpdu = place.vector_to_world(texture.dpdu);
+                texture.dpdv = place.vector_to_world(texture.dpdv);
+            }
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! What moves between two frames of an animation.
+//!
+//! A scene is compiled once. For the next frame [`Scene::apply`] is told what is different, and builds nothing but what
+//! that makes necessary: where objects stand is known to the top of the acceleration structure alone, so moving one of
+//! a thousand costs what a thousand boxes do; a mesh that bends changes its own tree. The picture is that of a scene
+//! that was built for the frame from the start.
+//!
+//! What can be moved are shapes and instances ([`super::Builder::instance`]); a mesh that is baked into world space can only
+//! bend.
+
+use std::collections::HashMap;
+
+use super::{ObjectFromGroup, ObjectId, Scene, builder::GroupId};
+use crate::{
+    accel::{BuildError, Edit, Instance, Updated},
+    math::{Transform, Vec3},
+};
+
+/// An index into [`Scene::meshes`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MeshId(pub u32);
+
+/// A mesh in another pose.
+#[derive(Clone, Debug)]
+pub struct Pose {
+    pub mesh: MeshId,
+    /// One for each vertex, in the space of the mesh's group, or in world space where it is in none.
+    pub positions: Vec<Vec3>,
+    /// Unit shading normals in the same space: as many, or none as before.
+    pub normals: Vec<Vec3>,
+}
+
+/// What is different in a frame.
+#[derive(Clone, Debug, Default)]
+pub struct Motion {
+    /// Where objects stand now, all of their shapes and instances.
+    pub transforms: Vec<(ObjectId, Transform)>,
+    pub poses: Vec<Pose>,
+}
+
+/// Why nothing was moved.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MotionError {
+    #[error("object {} has nothing that can be moved: its meshes are baked into the world", .0.0)]
+    NotMovable(ObjectId),
+    #[error("there is no mesh {}", .0.0)]
+    NoSuchMesh(MeshId),
+    #[error("mesh {} has {vertices} vertices, not {found} {what}", mesh.0)]
+    WrongLength {
+        mesh: MeshId,
+        vertices: usize,
+        found: usize,
+        what: &'static str,
+    },
+    #[error(transparent)]
+    Build(#[from] BuildError),
+}
+
+impl Scene {
+    /// The meshes of a group.
+    pub fn meshes_of(&self, group: GroupId) -> impl Iterator<Item = MeshId> {
+        let group = &self.accel.geometry().groups[group.0 as usize];
+        let at = |triangle: u32| self.meshes.partition_point(|m| m.triangles.start < triangle) as u32;
+        (at(group.triangles.start)..at(group.triangles.end)).map(MeshId)
+    }
+
+    /// Goes on to another frame; says what was built for it. Nothing changes where it fails.
+    pub fn apply(&mut self, motion: &Motion) -> Result<Updated, MotionError> {
+        let (edit, parted) = self.edit(motion)?;
+        let updated = self.accel.update(&edit)?;
+        for (instance, object_from_group) in parted {
+            let place = self.object_places.len() as u32;
+            self.object_places.push(object_from_group);
+            self.instances[instance].object_from_group = ObjectFromGroup::At(place);
+        }
+        for pose in &motion.poses {
+            self.meshes[pose.mesh.0 as usize].normals.clone_from(&pose.normals);
+        }
+        Ok(updated)
+    }
+
+    /// The change of the geometry, and instances whose object's space is the world no longer with what it becomes.
+    fn edit(&self, motion: &Motion) -> Result<(Edit, Vec<(usize, Transform)>), MotionError> {
+        let mut edit = Edit::default();
+        let mut parted = Vec::new();
+        for pose in &motion.poses {
+            edit.vertices.push(self.checked(pose)?);
+        }
+        let geometry = self.accel.geometry();
+        let mut moved: HashMap<u32, (Transform, bool)> =
+            motion.transforms.iter().map(|(o, t)| (o.0, (*t, false))).collect();
+        for (shape, object) in (0..).zip(&self.shape_objects) {
+            if let Some((transform, found)) = moved.get_mut(&object.0) {
+                edit.shapes.push((shape, *transform));
+                *found = true;
+            }
+        }
+        for (number, record) in self.instances.iter().enumerate() {
+            let Some((world_from_object, found)) = moved.get_mut(&record.object.0) else {
+                continue;
+            };
+            *found = true;
+            let instance = Instance(number as u32);
+            let object_from_group = match record.object_from_group {
+                ObjectFromGroup::Identity => None,
+                ObjectFromGroup::At(place) => Some(self.object_places[place as usize]),
+                ObjectFromGroup::WorldFromGroup => {
+                    let place = *geometry.place(instance).expect("every instance stands somewhere");
+                    parted.push((number, place));
+                    Some(place)
+                }
+            };
+            let singular = BuildError::InstanceTooLarge { instance: number };
+            let transform = match object_from_group {
+                None => *world_from_object,
+                Some(t) => world_from_object.then_from(&t).ok_or(singular)?,
+            };
+            edit.instances.push((instance, transform));
+        }
+        match motion.transforms.iter().find(|(object, _)| !moved[&object.0].1) {
+            Some((object, _)) => Err(MotionError::NotMovable(*object)),
+            None => Ok((edit, parted)),
+        }
+    }
+
+    /// The run of vertices that a pose gives new positions.
+    fn checked(&self, pose: &Pose) -> Result<(u32, Vec<Vec3>), MotionError> {
+        let mesh = self.meshes.get(pose.mesh.0 as usize);
+        let mesh = mesh.ok_or(MotionError::NoSuchMesh(pose.mesh))?;
+        let vertices = mesh.vertices.len();
+        let normals = if mesh.normals.is_empty() { 0 } else { vertices };
+        let lengths = [
+            ("positions", pose.positions.len(), vertices),
+            ("normals", pose.normals.len(), normals),
+        ];
+        match lengths.into_iter().find(|(_, found, wanted)| found != wanted) {
+            Some((what, found, _)) => Err(MotionError::WrongLength {
+                mesh: pose.mesh,
+                vertices,
+                found,
+                what,
+            }),
+            None => Ok((mesh.vertices.start, pose.positions.clone())),
+        }
+    }
+}
