@@ -3,9 +3,8 @@
 use glam::{DQuat, DVec3};
 
 use crate::{
-    accel::PrimRef,
     camera::{Camera, FilmSize, Pose, SceneCamera},
-    math::{Aabb, transform::axis_rotation},
+    math::transform::axis_rotation,
     scene::Scene,
 };
 
@@ -27,11 +26,7 @@ pub struct Orbit {
 impl Turntable {
     /// Around all of the scene that has bounds. Of a scene without any the camera looks around.
     pub fn around(self, scene: &Scene) -> Orbit {
-        let geometry = scene.accel.geometry();
-        let bounds = (0..geometry.prim_count())
-            .map(|i| geometry.bounds(PrimRef::new(i as u32)))
-            .filter(Aabb::is_finite)
-            .fold(Aabb::EMPTY, Aabb::union);
+        let bounds = scene.accel.geometry().world_bounds();
         let center = if bounds.is_finite() {
             bounds.center().as_dvec3()
         } else {

@@ -33,12 +33,13 @@ pub fn page(report: &Report) -> String {
         out,
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Rays per second: {scene}</title>\
          <style>{STYLE}</style></head><body>\n<h1>Rays per second: {scene}</h1>\n\
-         <p>{} triangles, {} primitives in all; {} threads; the best instructions here are {}.</p>\n\
+         <p>{} triangles, {} primitives in all; {}{} threads; the best instructions here are {}.</p>\n\
          <p>To find what a ray meets, a renderer may test every primitive (<em>linear</em>) or ask a tree of boxes first. All \
          accelerators traced the same rays in the same run, in turn, several times; a bar is the median. More is better. A \
          <em>mismatch</em> is a ray whose answer differs from the linear scan's or the binary tree's.</p>\n",
         report.triangles,
         report.primitives,
+        report.instanced(),
         report.threads,
         escape(&report.simd)
     );

@@ -6,7 +6,7 @@ use crate::{
     accel::{Accelerator, Hit},
     camera::Camera,
     math::{
-        Aabb, Frame, Ray, Vec2, Vec3,
+        Frame, Ray, Vec2, Vec3,
         hash::{pcg4d, unit_f32},
         trig,
     },
@@ -154,11 +154,7 @@ fn shadow_ray(surface: &Surface, light: Vec3) -> Ray {
 
 /// Where the scene's first light stands, or a place above everything.
 fn light(scene: &Scene) -> Vec3 {
-    let geometry = scene.accel.geometry();
-    let bounds = (0..geometry.prim_count() as u32)
-        .map(|i| geometry.bounds(crate::accel::PrimRef::new(i)))
-        .filter(Aabb::is_finite)
-        .fold(Aabb::EMPTY, Aabb::union);
+    let bounds = scene.accel.geometry().world_bounds();
     let (center, size) = if bounds.is_empty() {
         (Vec3::ZERO, 1.0)
     } else {

@@ -41,6 +41,9 @@ pub struct Report {
     pub triangles: usize,
     /// Triangles and all other shapes.
     pub primitives: usize,
+    pub instances: usize,
+    /// Primitives as rays see them: those of instanced meshes once for each instance.
+    pub seen: u64,
     pub threads: usize,
     /// The best instructions that this processor has.
     pub simd: String,
@@ -56,11 +59,24 @@ impl Report {
         text
     }
 
+    /// What instances make of it, ending in a comma; nothing where there are none.
+    pub(super) fn instanced(&self) -> String {
+        match self.instances {
+            0 => String::new(),
+            n => format!("{n} instances, {} primitives seen, ", self.seen),
+        }
+    }
+
     /// As plain tables.
     pub fn to_text(&self) -> String {
         let mut out = format!(
-            "{}: {} triangles, {} primitives, {} threads, {}\n\n",
-            self.scene, self.triangles, self.primitives, self.threads, self.simd
+            "{}: {} triangles, {} primitives, {}{} threads, {}\n\n",
+            self.scene,
+            self.triangles,
+            self.primitives,
+            self.instanced(),
+            self.threads,
+            self.simd
         );
         let header = [
             "rays",

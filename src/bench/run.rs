@@ -96,6 +96,8 @@ pub fn run(
         scene: options.scene.clone(),
         triangles,
         primitives: geometry.prim_count(),
+        instances: geometry.instances.len(),
+        seen: geometry.seen_prim_count(),
         threads,
         simd: Simd::available().last().map_or("portable", |s| s.name()).to_owned(),
         cells,
@@ -167,7 +169,8 @@ fn trace(
         Some(library) => Some(Embree::build(library, geometry, EmbreeQuality::Medium, threads)?),
         None => None,
     };
-    let linear_rays = (LINEAR_TESTS / geometry.prim_count().max(1)).clamp(256, all);
+    let tests = usize::try_from(geometry.seen_prim_count()).unwrap_or(usize::MAX);
+    let linear_rays = (LINEAR_TESTS / tests.max(1)).clamp(256, all);
     let ours = |name: &str, accel, stride| Contestant {
         name: name.to_owned(),
         tracer: Tracer::Ours(accel),

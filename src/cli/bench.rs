@@ -59,18 +59,26 @@ pub fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What all trace: with Embree, the triangles only, for it knows no other shapes here.
+/// What all trace: with Embree, the triangles only, and each by itself, for it knows nothing else here.
 fn contest(geometry: &Arc<Geometry>, embree: Option<&Path>) -> Arc<Geometry> {
-    if embree.is_none() || geometry.shapes.is_empty() {
+    if embree.is_none() || (geometry.shapes.is_empty() && geometry.instances.is_empty()) {
         return Arc::clone(geometry);
     }
-    tracing::warn!(
-        "Embree is given triangles only: {} other shapes are left out for all",
-        geometry.shapes.len()
-    );
+    if !geometry.shapes.is_empty() {
+        tracing::warn!(
+            "Embree is given triangles only: {} other shapes are left out for all",
+            geometry.shapes.len()
+        );
+    }
+    if !geometry.instances.is_empty() {
+        tracing::warn!(
+            "Embree is given triangles only: {} instances are copies for all",
+            geometry.instances.len()
+        );
+    }
     Arc::new(Geometry {
         shapes: Vec::new(),
-        ..(**geometry).clone()
+        ..geometry.without_instances()
     })
 }
 

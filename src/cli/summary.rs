@@ -35,12 +35,20 @@ pub fn lines(summary: &Summary, scene: &Scene) -> String {
             count(summary.samples as f64 / rendering),
         ));
     }
-    let geometry = scene.accel.geometry();
+    let (geometry, stats) = (scene.accel.geometry(), scene.accel.stats());
+    let instances = match stats.instances {
+        0 => String::new(),
+        n => format!(
+            " and {}, {} primitives to the eye",
+            plural(n, "instance"),
+            count(stats.seen as f64)
+        ),
+    };
     lines.push(format!(
-        "scene: {}, {}, tree built in {}",
+        "scene: {}, {}{instances}, tree built in {}",
         plural(geometry.triangles.len(), "triangle"),
         plural(geometry.shapes.len(), "other shape"),
-        seconds(scene.accel.stats().build_time),
+        seconds(stats.build_time),
     ));
     if let Some(peak) = memory::peak() {
         lines.push(format!("peak memory: {} MiB", peak.div_ceil(1 << 20)));

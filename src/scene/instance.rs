@@ -31,11 +31,16 @@ impl InstanceRecord {
         let texture = &mut surface.texture;
         match self.object_from_group {
             ObjectFromGroup::Identity => {}
-            ObjectFromGroup::WorldFromGroup => (texture.p, texture.n) = (surface.p, surface.ng),
+            ObjectFromGroup::WorldFromGroup => {
+                (texture.p, texture.n) = (surface.p, surface.ng);
+                (texture.dpdu, texture.dpdv) = (surface.dpdu, surface.dpdv);
+            }
             ObjectFromGroup::At(place) => {
                 let place = &object_places[place as usize];
                 texture.p = place.point_to_world(texture.p);
                 texture.n = place.normal_to_world(texture.n).normalize();
+                texture.dpdu = place.vector_to_world(texture.dpdu);
+                texture.dpdv = place.vector_to_world(texture.dpdv);
             }
         }
     }

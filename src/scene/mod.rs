@@ -160,11 +160,10 @@ impl Scene {
         let triangles = self.accel.geometry().triangles.len();
         match (hit.prim.index() as usize).checked_sub(triangles) {
             Some(shape) => self.objects[self.shape_objects[shape].0 as usize].material,
-            None => self
-                .instances
-                .get(hit.instance.0 as usize)
-                .and_then(|instance| instance.material)
-                .unwrap_or_else(|| self.mesh_of(hit.prim).material),
+            None => {
+                let instead = self.instances.get(hit.instance.0 as usize).and_then(|i| i.material);
+                instead.unwrap_or_else(|| self.mesh_of(hit.prim).material)
+            }
         }
     }
 
