@@ -1,6 +1,7 @@
 //! Numbers: the floor everything else stands on. Nothing here knows about scenes, files or threads.
 
 pub mod aabb;
+pub mod cone;
 pub mod float;
 pub mod frame;
 pub mod hash;
@@ -12,6 +13,7 @@ pub mod trig;
 pub mod warp;
 
 pub use aabb::Aabb;
+pub use cone::Cone;
 pub use frame::Frame;
 pub use glam::{DVec3, Vec2, Vec3};
 pub use ray::Ray;

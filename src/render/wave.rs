@@ -8,7 +8,7 @@ use std::ops::Range;
 use super::Settings;
 use crate::{
     accel::{Hit, RayCost},
-    camera::Camera,
+    camera::Shot,
     film::{PixelSum, Window},
     integrator::{Departures, Integrator, Path, Vertex, Visit},
     math::{Ray, Vec2},
@@ -25,7 +25,7 @@ const MOST_PATHS: usize = 4 * PATHS;
 /// What a wave works for.
 pub(super) struct Job<'a> {
     pub scene: &'a Scene,
-    pub camera: &'a Camera,
+    pub shot: &'a Shot,
     pub integrator: &'a dyn Integrator,
     pub settings: &'a Settings,
 }
@@ -130,6 +130,8 @@ impl Wave {
         self.rays.clear();
         self.paths.clear();
         self.weights.clear();
+        self.alpha.clear();
+        let still = job.shot.camera(0.0);
         for y in tile.y0..tile.y1 {
             for x in tile.x0..tile.x1 {
                 for sample in samples.clone() {
@@ -147,21 +149,27 @@ impl Wave {
                             (center + s.offset, s.weight)
                         }
                     };
-                    let lens = if job.camera.has_lens() {
+                    let moved = job
+                        .shot
+                        .moves()
+                        .then(|| job.shot.camera(sampler.pair(&key, Dimension::TIME).x));
+                    let camera = moved.as_ref().unwrap_or(&still);
+                    let lens = if camera.has_lens() {
                         sampler.pair(&key, Dimension::LENS)
                     } else {
                         Vec2::splat(0.5)
                     };
-                    let slot = self.paths.len() as u32;
-                    self.rays.push(job.camera.ray(film, lens));
-                    self.paths.push(Path::start(slot));
+                    let ray = camera.ray(film, lens);
+                    if let Some(ray) = ray {
+                        self.rays.push(ray);
+                        self.paths.push(Path::start(self.weights.len() as u32));
+                    }
                     self.weights.push(weight);
+                    self.alpha.push(if ray.is_some() { 1.0 } else { 0.0 });
                 }
             }
         }
-        self.alpha.clear();
-        self.alpha.resize(self.paths.len(), 1.0);
-        self.out.start(self.paths.len());
+        self.out.start(self.weights.len());
     }
 
     /// Traces all rays, answers for all vertices, and leaves the rays that go on in `out`. Returns how many it traced.
