@@ -26,7 +26,7 @@ fn frame(c: &mut Criterion) {
         .sample_size(10)
         .throughput(Throughput::Elements(1280 * 720 * u64::from(samples)));
     group.bench_function("assignment", |b| {
-        b.iter(|| render::frame(&scene, &plan.frames[0].camera, &plan.integrator, &plan.settings, &watch));
+        b.iter(|| render::shot(&scene, &plan.frames[0].shot, &plan.integrator, &plan.settings, &watch));
     });
     group.finish();
 }

@@ -38,9 +38,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let plan = Plan::new(&desc, &request)?;
     let scene = compile::scene(&desc, plan.accel)?;
-    let film = render::frame(
+    let film = render::shot(
         &scene,
-        &plan.frames[0].camera,
+        &plan.frames[0].shot,
         &FacingRatio,
         &plan.settings,
         &Watch::default(),

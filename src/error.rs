@@ -41,6 +41,13 @@ pub enum Error {
     CameraPath(#[from] CameraPathError),
     #[error("frame {frame} of the camera path: {cause}")]
     Pose { frame: i64, cause: PathError },
+    #[error("{}: the scene's {camera} camera has no use for {}", path.display(), columns.join(", "))]
+    Columns {
+        path: PathBuf,
+        /// Its kind.
+        camera: &'static str,
+        columns: Vec<&'static str>,
+    },
     #[error("the file exists already: {}", path.display())]
     Exists { path: PathBuf },
     #[error(transparent)]
@@ -101,6 +108,7 @@ impl Error {
             | Self::Invalid(_)
             | Self::NoCamera { .. }
             | Self::Pose { .. }
+            | Self::Columns { .. }
             | Self::Memory { .. } => Blame::Data,
             Self::Exists { .. } | Self::Output(OutputError::Create { .. }) => Blame::CannotCreate,
             Self::Output(_) => Blame::Io,

@@ -111,9 +111,9 @@ fn plain_models_are_scenes_with_something_to_see() {
         let desc = batch::open(&path, &request, &store).unwrap_or_else(|e| panic!("{e}"));
         let plan = batch::Plan::new(&desc, &request).unwrap_or_else(|e| panic!("{e}"));
         let scene = compile::scene_with(&desc, plan.accel, &store).unwrap_or_else(|e| panic!("{e}"));
-        let camera = plan.frames[0].camera;
+        let camera = plan.frames[0].shot.camera(0.0);
         let rays: Vec<Ray> = (0..32 * 18)
-            .map(|i| {
+            .filter_map(|i| {
                 let film = batch_render::math::Vec2::new((i % 32) as f32 + 0.5, (i / 32) as f32 + 0.5);
                 camera.ray(film, batch_render::math::Vec2::ZERO)
             })

@@ -150,3 +150,41 @@ fn the_sampler_is_the_scenes_choice_and_sobol_the_default() {
     let [a, b] = ["sobol.exr", "independent.exr"].map(|name| pixels(&folder.read(name)).rgba);
     assert!(a != b);
 }
+
+#[test]
+fn an_open_shutter_blurs_what_moves_the_same_in_chunks_and_a_closed_one_nothing() {
+    let folder = prepared();
+    let rows = |shutter: &str| {
+        let head = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z,shutter_open,shutter_close\n";
+        format!("{head}1,0,2,6,0,0.8,0,{shutter}\n5,2,2,5,0,0.8,0,{shutter}\n")
+    };
+    folder.write("open.csv", &rows("-0.25,0.25"));
+    folder.write("closed.csv", &rows("0,0"));
+    let render = |path: &str, range: &str, to: &str| {
+        folder.succeed(&["s.toml", "--frames", path, "--range", range, "-o", to]);
+    };
+    render("open.csv", "1-5", "open.####.exr");
+    render("open.csv", "3", "chunk.####.exr");
+    render("closed.csv", "3", "closed.####.exr");
+    render("path.csv", "3", "plain.####.exr");
+    assert!(folder.read("chunk.0003.exr") == folder.read("open.0003.exr"));
+    assert!(folder.read("closed.0003.exr") == folder.read("plain.0003.exr"));
+    assert!(folder.read("open.0003.exr") != folder.read("plain.0003.exr"));
+}
+
+#[test]
+fn outside_of_a_fisheyes_circle_the_picture_is_empty() {
+    let folder = prepared();
+    let camera = "\n[camera]\nfisheye = { eye = [0, 2, 6], target = [0, 0.8, 0] }\n";
+    let lines: Vec<_> = SMALL_SCENE
+        .lines()
+        .filter(|l| !l.starts_with("[camera]") && !l.starts_with("perspective"))
+        .collect();
+    folder.write("fisheye.toml", &(lines.join("\n") + camera));
+    folder.succeed(&["fisheye.toml", "-o", "f.exr", "-o", "f.png"]);
+    let found = pixels(&folder.read("f.exr"));
+    assert_eq!(found.rgba[0], [0.0; 4]);
+    assert_eq!(found.rgba[25 * 70 + 35][3], 1.0);
+    let png = image::load_from_memory(&folder.read("f.png")).expect("a PNG");
+    assert_eq!(png.into_rgba8().get_pixel(0, 0).0, [0; 4]);
+}

@@ -1,12 +1,15 @@
 //! What a job will do: its frames, their cameras and their files.
 
-use std::{ops::RangeInclusive, path::PathBuf};
+use std::{
+    ops::RangeInclusive,
+    path::{Path, PathBuf},
+};
 
 use super::{Existing, FrameRange, Turntable, range::MAX_FRAMES};
 use crate::{
     accel::AccelKind,
     assets::camera_path,
-    camera::{Camera, Lens, RotationOrder, SceneCamera},
+    camera::{Camera, Lens, RotationOrder, SceneCamera, Shot, path::CameraPath},
     describe::{Diagnostics, SceneDesc},
     error::Error,
     film::{Window, view::View},
@@ -53,7 +56,7 @@ pub struct PlannedFile {
 pub struct PlannedFrame {
     pub number: i32,
     /// Of a turntable: where the orbit begins.
-    pub camera: Camera,
+    pub shot: Shot,
     pub files: Vec<PlannedFile>,
 }
 
@@ -115,9 +118,9 @@ impl Plan {
         let cameras = cameras(desc, request, camera, settings.resolution)?;
         let frames = cameras
             .into_iter()
-            .map(|(number, camera)| PlannedFrame {
+            .map(|(number, shot)| PlannedFrame {
                 number,
-                camera,
+                shot,
                 files: files(&patterns, number),
             })
             .collect::<Vec<_>>();
@@ -269,7 +272,7 @@ fn cameras(
     request: &Request,
     scene_camera: Option<SceneCamera>,
     resolution: [u32; 2],
-) -> Result<Vec<(i32, Camera)>, Error> {
+) -> Result<Vec<(i32, Shot)>, Error> {
     let Some(file) = &request.camera_path else {
         let camera = scene_camera.ok_or_else(|| Error::NoCamera {
             path: desc.source.path.clone(),
@@ -281,7 +284,7 @@ fn cameras(
         };
         return frames(request, 1..=i64::from(last), &what)?
             .iter()
-            .map(|f| Ok((number(f), camera)))
+            .map(|f| Ok((number(f), Shot::from(camera))))
             .collect();
     };
     let options = camera_path::Options {
@@ -292,13 +295,28 @@ fn cameras(
     let all = path.frames();
     let what = format!("the camera path, which has frames {} to {}", all.start(), all.end());
     let lens = scene_camera.map_or_else(Lens::default, |c| c.lens);
+    check_columns(file, &path, &lens)?;
     frames(request, all, &what)?
         .iter()
         .map(|frame| {
-            let state = path.at(frame as f64).map_err(|cause| Error::Pose { frame, cause })?;
-            Ok((number(frame), state.camera(&lens, resolution)))
+            let shot = path.shot(frame, &lens, resolution);
+            shot.map(|shot| (number(frame), shot))
+                .map_err(|cause| Error::Pose { frame, cause })
         })
         .collect()
+}
+
+/// A path that says of the lens what the scene's camera has not is wrong about one of the two.
+fn check_columns(file: &Path, path: &CameraPath, lens: &Lens) -> Result<(), Error> {
+    let columns = lens.unknown_columns(&path.lens_at(path.first()));
+    if columns.is_empty() {
+        return Ok(());
+    }
+    Err(Error::Columns {
+        path: file.to_owned(),
+        camera: lens.name(),
+        columns,
+    })
 }
 
 /// The frames that were asked for, all of them among those that there are.

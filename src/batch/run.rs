@@ -12,6 +12,7 @@ use std::{
 
 use super::{Existing, Plan, PlannedFrame, Summary};
 use crate::{
+    camera::Shot,
     error::Error,
     film::Film,
     integrator::Layer,
@@ -46,7 +47,8 @@ pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, watch: &Watch) -
     check_targets(plan)?;
     let start = Instant::now();
     let (send, receive) = sync_channel(1);
-    let coverage = if scene.background.visible {
+    let filled = plan.frames.iter().all(|f| f.shot.fills_film());
+    let coverage = if scene.background.visible && filled {
         Coverage::Full
     } else {
         Coverage::Partial
@@ -104,8 +106,9 @@ fn render_all<'a>(
             frame: plan.seed_mode.frame(frame.number),
             ..plan.settings.clone()
         };
-        let camera = orbit.map_or(frame.camera, |o| o.camera(frame.number, settings.resolution));
-        let film = render::frame(scene, &camera, &plan.integrator, &settings, watch)?;
+        let turned = orbit.map(|o| Shot::from(o.camera(frame.number, settings.resolution)));
+        let shot = turned.as_ref().unwrap_or(&frame.shot);
+        let film = render::shot(scene, shot, &plan.integrator, &settings, watch)?;
         let took = start.elapsed();
         observer.frame_rendered(frame.number, took);
         summary.frame_times.push(took);

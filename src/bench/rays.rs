@@ -104,7 +104,7 @@ impl Buffers {
 fn primary(camera: &Camera, pass: u32) -> Vec<Ray> {
     let tiles = SIDE / TILE;
     (0..SIDE * SIDE)
-        .map(|k| {
+        .filter_map(|k| {
             let (tile, inside) = (k / (TILE * TILE), k % (TILE * TILE));
             let x = tile % tiles * TILE + inside % TILE;
             let y = tile / tiles * TILE + inside / TILE;

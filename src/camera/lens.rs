@@ -72,6 +72,34 @@ pub struct LensOverrides {
 }
 
 impl LensOverrides {
+    /// The columns of a camera path that say something here.
+    pub fn columns(&self) -> impl Iterator<Item = &'static str> {
+        let view = self.view.map(|v| match v {
+            View::Vertical(_) => "fov",
+            View::Horizontal(_) => "fov_x",
+            View::FocalLength(_) => "focal_length",
+        });
+        let sensor = self.sensor.map(|s| match s {
+            Sensor::Width(_) => "sensor_width",
+            Sensor::Height(_) => "sensor_height",
+        });
+        let aperture = self.aperture.map(|a| match a {
+            Aperture::Radius(_) => "aperture_radius",
+            Aperture::FStop(_) => "fstop",
+        });
+        let number = |v: Option<f64>, name| v.map(|_| name);
+        [
+            view,
+            sensor,
+            aperture,
+            number(self.focus_distance, "focus_distance"),
+            number(self.shift_x, "shift_x"),
+            number(self.shift_y, "shift_y"),
+        ]
+        .into_iter()
+        .flatten()
+    }
+
     /// What makes this no lens, if anything does.
     pub fn flaw(&self) -> Option<&'static str> {
         let above_0 = |v: f64| v > 0.0 && v.is_finite();

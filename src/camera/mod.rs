@@ -9,38 +9,57 @@
 
 use crate::{
     kind::kinds,
-    math::{Ray, Vec2},
-    value::Problem,
+    math::{Cone, DVec3, Ray, Vec2, Vec3},
+    value::{Point, Problem, Spanned},
 };
 
 mod curve;
+pub mod fisheye;
 pub mod lens;
+pub mod opening;
+pub mod orthographic;
+pub mod panorama;
 pub mod path;
 pub mod perspective;
 pub mod pose;
+pub mod shot;
 
 pub use lens::LensOverrides;
 pub use pose::{LookAt, Pose, PoseError, RotationOrder};
+pub use shot::Shot;
 
 /// A film's width and height, in pixels, both at least 1. Pixels are square.
 pub type FilmSize = [u32; 2];
 
 /// The contract of every camera before its film.
 pub trait CameraKind {
-    /// The ray of world space that reaches the film at `film`, with a unit direction, `tmin` 0 and `tmax` infinite.
+    /// The ray of world space that reaches the film at `film`, with a unit direction, `tmin` 0 and `tmax` infinite; `None`
+    /// where no light reaches the film.
     ///
     /// `film` counts pixels, x to the right and y downwards from the top left corner of the picture, so that pixel
     /// centres are at .5; it may lie outside of the picture. `lens` is two uniform numbers in `[0, 1)` that choose a point
     /// of the aperture; a camera without one ignores them.
-    fn ray(&self, film: Vec2, lens: Vec2) -> Ray;
+    fn ray(&self, film: Vec2, lens: Vec2) -> Option<Ray>;
 
     /// Whether [`CameraKind::ray`] reads `lens`.
     fn has_lens(&self) -> bool;
+
+    /// Whether every place in the picture has a ray.
+    fn fills_film(&self) -> bool;
+
+    /// What the ray of a pixel in the middle of the picture stands for.
+    fn pixel_cone(&self) -> Cone;
+
+    /// This camera at `u`, from 0 to 1, of a straight way to `to`, which differs from it by little.
+    fn between(&self, to: &Self, u: f64) -> Self;
 }
 
 /// The contract of every lens.
 pub trait LensKind: Sized {
     type Camera: CameraKind;
+
+    /// The columns of a camera path that mean something to it.
+    const COLUMNS: &'static [&'static str];
 
     /// This lens where `overrides` are silent. `target_distance` (m) is the distance to what is looked at now, if there
     /// is such a thing: a lens that focuses on the target follows it.
@@ -60,6 +79,32 @@ pub struct Compiled<L> {
 /// The scene's own camera.
 pub type SceneCamera = Compiled<Lens>;
 
+/// The pose at `eye` that looks at `target`, as a scene file says them.
+fn look(eye: Point, target: &Spanned<Point>, up: Point) -> Result<Pose, Problem> {
+    let at = LookAt {
+        target: target.as_ref().0.as_dvec3(),
+        up: up.0.as_dvec3(),
+        roll: 0.0,
+    };
+    Pose::look_at(eye.0.as_dvec3(), &at).map_err(|e| Problem::at(target.span(), e.to_string()))
+}
+
+/// Upwards, where a scene file does not say.
+fn plus_y() -> Point {
+    Point(Vec3::Y)
+}
+
+/// The ray from `o` along `d`, brought to unit length.
+#[inline]
+fn unit_ray(o: DVec3, d: DVec3) -> Ray {
+    Ray::new(o.as_vec3(), (d * d.length_recip()).as_vec3())
+}
+
+/// `a` at 0 and `b` at 1; `a` itself where the two are the same.
+fn mix(a: DVec3, b: DVec3, u: f64) -> DVec3 {
+    a + (b - a) * u
+}
+
 macro_rules! cameras {
     ($( $name:literal => $Variant:ident($Camera:ty, $Lens:ty, $Desc:ty), )*) => {
         kinds! {
@@ -67,9 +112,13 @@ macro_rules! cameras {
             enum Camera / CameraDesc { $( $name => $Variant($Camera, $Desc), )* }
             described only {}
             /// See [`CameraKind::ray`].
-            fn ray(&self, film: Vec2, lens: Vec2) -> Ray;
+            fn ray(&self, film: Vec2, lens: Vec2) -> Option<Ray>;
             /// See [`CameraKind::has_lens`].
             fn has_lens(&self) -> bool;
+            /// See [`CameraKind::fills_film`].
+            fn fills_film(&self) -> bool;
+            /// See [`CameraKind::pixel_cone`].
+            fn pixel_cone(&self) -> Cone;
         }
 
         impl Default for Lens {
@@ -84,6 +133,17 @@ macro_rules! cameras {
         pub enum Lens { $( $Variant($Lens), )* }
 
         impl Lens {
+            /// The name that scene files have for its camera.
+            pub fn name(&self) -> &'static str {
+                match self { $( Self::$Variant(_) => $name, )* }
+            }
+
+            /// The columns that `overrides` come from and that mean nothing to this lens.
+            pub fn unknown_columns(&self, overrides: &LensOverrides) -> Vec<&'static str> {
+                let known = match self { $( Self::$Variant(_) => <$Lens as LensKind>::COLUMNS, )* };
+                overrides.columns().filter(|c| !known.contains(c)).collect()
+            }
+
             /// See [`LensKind::overridden`].
             pub fn overridden(&self, overrides: &LensOverrides, target_distance: Option<f64>) -> Self {
                 match self { $( Self::$Variant(lens) => Self::$Variant(lens.overridden(overrides, target_distance)), )* }
@@ -94,6 +154,15 @@ macro_rules! cameras {
             /// The camera at `pose` with `lens` before a film.
             pub fn new(pose: &Pose, lens: &Lens, film: FilmSize) -> Self {
                 match lens { $( Lens::$Variant(lens) => Self::$Variant(lens.camera(pose, film)), )* }
+            }
+
+            /// See [`CameraKind::between`]; `to` is of the same kind.
+            #[inline]
+            pub fn between(&self, to: &Self, u: f64) -> Self {
+                match (self, to) {
+                    $( (Self::$Variant(a), Self::$Variant(b)) => Self::$Variant(a.between(b, u)), )*
+                    (stays, _) => *stays,
+                }
             }
         }
 
@@ -113,4 +182,10 @@ macro_rules! cameras {
 
 cameras! {
     "perspective" => Perspective(perspective::Perspective, perspective::PerspectiveLens, perspective::PerspectiveDesc),
+    "orthographic" => Orthographic(orthographic::Orthographic, orthographic::OrthographicLens, orthographic::OrthographicDesc),
+    "panorama" => Panorama(panorama::Panorama, panorama::PanoramaLens, panorama::PanoramaDesc),
+    "fisheye" => Fisheye(fisheye::Fisheye, fisheye::FisheyeLens, fisheye::FisheyeDesc),
 }
+
+#[cfg(test)]
+mod tests;

@@ -20,7 +20,7 @@ use glam::{DQuat, DVec3};
 
 pub use super::curve::Interp;
 use super::{
-    Camera, FilmSize, Lens, LensOverrides, LookAt, Pose, PoseError, RotationOrder,
+    Camera, FilmSize, Lens, LensOverrides, LookAt, Pose, PoseError, RotationOrder, Shot,
     curve::{Channel, Stretch, Track, slerp},
     lens::{Aperture, Sensor, View},
 };
@@ -55,6 +55,24 @@ pub struct Shutter {
     pub open: f64,
     /// At least `open`; equal means no motion blur.
     pub close: f64,
+}
+
+/// When the shutter is open for one picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exposure {
+    frame: f64,
+    shutter: Shutter,
+    /// Of the shot that the picture belongs to; the camera stands still before and after.
+    begin: f64,
+    end: f64,
+}
+
+impl Exposure {
+    /// The time, in frames, when the part `u`, from 0 to 1, of the time between opening and closing has passed.
+    pub fn time(&self, u: f64) -> f64 {
+        let Shutter { open, close } = self.shutter;
+        (self.frame + (open + (close - open) * u)).clamp(self.begin, self.end)
+    }
 }
 
 /// One row of a camera path.
@@ -227,17 +245,22 @@ impl CameraPath {
             frame,
             pose,
             target_distance,
-            lens: LensOverrides {
-                view: self.lens.view.at(frame),
-                sensor: self.lens.sensor.at(frame),
-                aperture: self.lens.aperture.at(frame),
-                focus_distance: self.lens.focus_distance.at(frame),
-                shift_x: self.lens.shift_x.at(frame),
-                shift_y: self.lens.shift_y.at(frame),
-            },
+            lens: self.lens_at(frame),
             shutter: self.shutter.at(frame),
             name: named.checked_sub(1).map(|i| self.names[i].1.clone()),
         })
+    }
+
+    /// What the path says of the lens at a time, in frames. What any key says is said at every time.
+    pub fn lens_at(&self, frame: f64) -> LensOverrides {
+        LensOverrides {
+            view: self.lens.view.at(frame),
+            sensor: self.lens.sensor.at(frame),
+            aperture: self.lens.aperture.at(frame),
+            focus_distance: self.lens.focus_distance.at(frame),
+            shift_x: self.lens.shift_x.at(frame),
+            shift_y: self.lens.shift_y.at(frame),
+        }
     }
 
     /// The camera when the shutter opens and when it closes for the picture of `frame`, by the path's own shutter or,
@@ -248,13 +271,37 @@ impl CameraPath {
     /// # Errors
     /// As those of [`CameraPath::at`].
     pub fn over_shutter(&self, frame: i64, otherwise: Shutter) -> Result<[CameraState; 2], PathError> {
+        let exposure = self.exposure(frame, otherwise)?;
+        Ok([self.at(exposure.time(0.0))?, self.at(exposure.time(1.0))?])
+    }
+
+    /// The times that the picture of `frame` sees, by the same rules.
+    ///
+    /// # Errors
+    /// As those of [`CameraPath::at`].
+    pub fn exposure(&self, frame: i64, otherwise: Shutter) -> Result<Exposure, PathError> {
         let frame = frame as f64;
         let shutter = self.at(frame)?.shutter.unwrap_or(otherwise);
         let next = self.cuts.partition_point(|cut| *cut <= frame);
-        let begin = next.checked_sub(1).map_or(self.first, |i| self.cuts[i]);
-        let end = self.cuts.get(next).map_or(self.last, |cut| cut.next_down());
-        let at = |offset: f64| self.at((frame + offset).clamp(begin, end));
-        Ok([at(shutter.open)?, at(shutter.close)?])
+        Ok(Exposure {
+            frame,
+            shutter,
+            begin: next.checked_sub(1).map_or(self.first, |i| self.cuts[i]),
+            end: self.cuts.get(next).map_or(self.last, |cut| cut.next_down()),
+        })
+    }
+
+    /// What the camera with the scene's lens sees while the shutter is open for the picture of `frame`.
+    ///
+    /// # Errors
+    /// As those of [`CameraPath::at`].
+    pub fn shot(&self, frame: i64, scene: &Lens, film: FilmSize) -> Result<Shot, PathError> {
+        let exposure = self.exposure(frame, Shutter::default())?;
+        let camera = |u: f64| Ok(self.at(exposure.time(u))?.camera(scene, film));
+        if exposure.time(0.0) == exposure.time(1.0) {
+            return camera(0.0).map(Shot::from);
+        }
+        Shot::moving(camera)
     }
 
     /// The pose, and the distance to the target in m where there is one.

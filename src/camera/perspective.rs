@@ -13,6 +13,8 @@
 //! | `aperture_radius` | number of at least 0; 0 is a pinhole | m | 0 |
 //! | `fstop` | instead of `aperture_radius`: focal length over diameter, above 0 | | |
 //! | `focus_distance` | distance of the sharp plane along the line of sight, above 0 | m | the distance to `target` |
+//! | `blades` | whole number: the opening's corners, at least 3; 0 is a round opening | | 0 |
+//! | `blade_rotation` | where the first corner is, counterclockwise from the right as seen from behind | degrees | 0 |
 //! | `shift` | `[x, y]`: moves the picture to the right and up without turning the camera | picture widths | `[0, 0]` |
 //!
 //! ```toml
@@ -21,22 +23,23 @@
 //! ```
 //!
 //! Pixels are square. With a positive `shift` the picture shows what lies further to the right and further up.
-//! The thin lens: every ray of a film point passes through one point of the sharp plane, and its origin is uniform on a
-//! disk around the eye. Source: Kolb, Mitchell, Hanrahan, "A Realistic Camera Model for Computer Graphics", SIGGRAPH
+//! The thin lens: every ray of a film point passes through one point of the sharp plane, and its origin is uniform on the
+//! opening around the eye: a disk of the aperture's radius, or a regular polygon with its corners on that circle. Source: Kolb, Mitchell, Hanrahan, "A Realistic Camera Model for Computer Graphics", SIGGRAPH
 //! 1995, doi:10.1145/218380.218463, section 3.1.
 
-use std::f64::consts::FRAC_PI_4;
-
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use serde::{Deserialize, Deserializer, de};
 
 use super::{
-    CameraKind, Compiled, FilmSize, LensKind, LensOverrides, LookAt, Pose,
+    CameraKind, Compiled, FilmSize, LensKind, LensOverrides, Pose,
     lens::{Aperture, Focus, Sensor, View},
+    look, mix,
+    opening::Opening,
+    plus_y, unit_ray,
 };
 use crate::{
-    math::{Ray, Vec2, Vec3},
-    value::{NonNegative, Point, Positive, Problem, Real, Spanned},
+    math::{Cone, Ray, Vec2, trig},
+    value::{NonNegative, Point, Positive, Problem, Real, Spanned, Whole},
 };
 
 /// The vertical angle where nothing is said, in degrees.
@@ -58,11 +61,9 @@ pub struct PerspectiveDesc {
     pub aperture_radius: Option<Spanned<NonNegative>>,
     pub fstop: Option<Spanned<Positive>>,
     pub focus_distance: Option<Positive>,
+    pub blades: Option<Spanned<Whole>>,
+    pub blade_rotation: Option<Spanned<Real>>,
     pub shift: Option<[Real; 2]>,
-}
-
-fn plus_y() -> Point {
-    Point(Vec3::Y)
 }
 
 /// An angle across a picture, in degrees, above 0 and below 180.
@@ -117,21 +118,16 @@ impl<T> OneOf<T> {
 
 impl PerspectiveDesc {
     /// # Errors
-    /// The target is at the eye, two of a set of alternatives are given, a sensor without anything that needs one.
+    /// The target is at the eye, two of a set of alternatives are given, a sensor or a rotation without anything that needs
+    /// one, one or two blades.
     pub fn compile(&self) -> Result<Compiled<PerspectiveLens>, Vec<Problem>> {
         let mut problems = Vec::new();
         let eye = self.eye.0.as_dvec3();
-        let target = self.target.as_ref().0.as_dvec3();
-        let at = LookAt {
-            target,
-            up: self.up.0.as_dvec3(),
-            roll: 0.0,
-        };
-        let pose = Pose::look_at(eye, &at).unwrap_or_else(|e| {
-            problems.push(Problem::at(self.target.span(), e.to_string()));
+        let pose = look(self.eye, &self.target, self.up).unwrap_or_else(|e| {
+            problems.push(e);
             Pose::at(eye)
         });
-        let lens = self.lens(eye.distance(target), &mut problems);
+        let lens = self.lens(eye.distance(self.target.as_ref().0.as_dvec3()), &mut problems);
         if problems.is_empty() {
             Ok(Compiled { pose, lens })
         } else {
@@ -172,6 +168,7 @@ impl PerspectiveDesc {
                 }
             }
         }
+        let opening = self.opening(problems);
         let [x, y] = self.shift.unwrap_or([Real(0.0); 2]);
         PerspectiveLens {
             view: view.value().unwrap_or(View::Vertical(DEFAULT_FOV)),
@@ -181,7 +178,30 @@ impl PerspectiveDesc {
                 Some(m) => Focus::At(m.0.into()),
                 None => Focus::OnTarget(target_distance),
             },
+            opening,
             shift: [x.0.into(), y.0.into()],
+        }
+    }
+}
+
+impl PerspectiveDesc {
+    fn opening(&self, problems: &mut Vec<Problem>) -> Opening {
+        let blades = self.blades.as_ref().map_or(0, |b| b.get_ref().0);
+        if let (Some(said), 1 | 2) = (&self.blades, blades) {
+            let message = format!("expected at least 3 blades, or 0 for a round opening, found {blades}");
+            problems.push(Problem::at(said.span(), message));
+        }
+        match (&self.blade_rotation, blades) {
+            (Some(rotation), 0) => {
+                let message = "`blade_rotation` has no effect without `blades`";
+                problems.push(Problem::at(rotation.span(), message));
+                Opening::Round
+            }
+            (None, 0) => Opening::Round,
+            (rotation, blades) => Opening::Polygon {
+                blades,
+                rotation: rotation.as_ref().map_or(0.0, |r| trig::radians(r.get_ref().0)),
+            },
         }
     }
 }
@@ -193,6 +213,7 @@ pub struct PerspectiveLens {
     pub sensor: Sensor,
     pub aperture: Aperture,
     pub focus: Focus,
+    pub opening: Opening,
     /// To the right and up, in picture widths.
     pub shift: [f64; 2],
 }
@@ -214,6 +235,7 @@ impl Default for PerspectiveLens {
             sensor: Sensor::default(),
             aperture: Aperture::Radius(0.0),
             focus: Focus::OnTarget(1.0),
+            opening: Opening::Round,
             shift: [0.0; 2],
         }
     }
@@ -221,6 +243,19 @@ impl Default for PerspectiveLens {
 
 impl LensKind for PerspectiveLens {
     type Camera = Perspective;
+
+    const COLUMNS: &'static [&'static str] = &[
+        "fov",
+        "fov_x",
+        "focal_length",
+        "sensor_width",
+        "sensor_height",
+        "aperture_radius",
+        "fstop",
+        "focus_distance",
+        "shift_x",
+        "shift_y",
+    ];
 
     fn overridden(&self, overrides: &LensOverrides, target_distance: Option<f64>) -> Self {
         let focus = match (overrides.focus_distance, self.focus, target_distance) {
@@ -233,6 +268,7 @@ impl LensKind for PerspectiveLens {
             sensor: overrides.sensor.unwrap_or(self.sensor),
             aperture: overrides.aperture.unwrap_or(self.aperture),
             focus,
+            opening: self.opening,
             shift: [
                 overrides.shift_x.unwrap_or(self.shift[0]),
                 overrides.shift_y.unwrap_or(self.shift[1]),
@@ -248,78 +284,90 @@ impl LensKind for PerspectiveLens {
             View::FocalLength(mm) => mm,
             View::Vertical(_) | View::Horizontal(_) => 0.5 * self.sensor.height(aspect) / half_height,
         };
+        // Where the line of sight meets the film, in pixels, and the side of a pixel on the plane at distance 1.
+        let center = DVec2::new(
+            0.5 * width - self.shift[0] * width,
+            0.5 * height + self.shift[1] * width,
+        );
+        let pixel = 2.0 * half_height / height;
+        let (right, down) = (pose.right() * pixel, pose.up() * -pixel);
         Perspective {
             eye: pose.eye(),
-            axes: pose.world_from_camera().matrix3,
-            center: DVec2::new(
-                0.5 * width - self.shift[0] * width,
-                0.5 * height + self.shift[1] * width,
-            ),
-            pixel: 2.0 * half_height / height,
+            corner: pose.forward() - right * center.x - down * center.y,
+            right,
+            down,
+            lens_axes: [pose.right(), pose.up()],
             lens_radius: self.aperture.radius(focal_length),
+            opening: self.opening,
             focus_distance: self.focus.distance(),
         }
     }
 }
 
 /// A perspective camera before its film.
+///
+/// In double precision, which costs next to nothing here: neighbours far from the middle of a large picture differ in the
+/// last bits of single precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Perspective {
     eye: DVec3,
-    /// From camera to world.
-    axes: DMat3,
-    /// Where the line of sight meets the film, in pixels.
-    center: DVec2,
-    /// The side of a pixel on the plane at distance 1.
-    pixel: f64,
+    /// From the eye to the picture's top left corner, on the plane at distance 1.
+    corner: DVec3,
+    /// One pixel to the right and one downwards, on that plane.
+    right: DVec3,
+    down: DVec3,
+    /// Unit vectors to the right and up.
+    lens_axes: [DVec3; 2],
     /// In m; 0 is a pinhole.
     lens_radius: f64,
+    opening: Opening,
     /// In m, along the line of sight.
     focus_distance: f64,
 }
 
 impl CameraKind for Perspective {
-    /// In double precision: a camera ray is made once, and neighbours far from the middle of a large picture differ in
-    /// the last bits of single precision.
-    fn ray(&self, film: Vec2, lens: Vec2) -> Ray {
-        let offset = (film.as_dvec2() - self.center) * self.pixel;
-        let at_one = DVec3::new(offset.x, -offset.y, -1.0);
+    #[inline]
+    fn ray(&self, film: Vec2, lens: Vec2) -> Option<Ray> {
+        let at_one = self.corner + self.right * f64::from(film.x) + self.down * f64::from(film.y);
         if self.lens_radius == 0.0 {
-            return self.world_ray(self.eye, at_one);
+            return Some(unit_ray(self.eye, at_one));
         }
-        let on_lens = (square_to_disk(lens) * self.lens_radius).extend(0.0);
-        let sharp = at_one * self.focus_distance;
-        self.world_ray(self.eye + self.axes * on_lens, sharp - on_lens)
+        let p = self.opening.sample(lens).as_dvec2() * self.lens_radius;
+        let on_lens = self.lens_axes[0] * p.x + self.lens_axes[1] * p.y;
+        Some(unit_ray(self.eye + on_lens, at_one * self.focus_distance - on_lens))
     }
 
     fn has_lens(&self) -> bool {
         self.lens_radius > 0.0
     }
-}
 
-impl Perspective {
-    fn world_ray(&self, o: DVec3, d_camera: DVec3) -> Ray {
-        let d = self.axes * d_camera;
-        Ray::new(o.as_vec3(), (d / d.length()).as_vec3())
+    fn fills_film(&self) -> bool {
+        true
     }
-}
 
-/// A point of the unit disk, uniform in area, from two uniform numbers; neighbours stay neighbours.
-///
-/// Source: Shirley and Chiu, "A Low Distortion Map Between Disk and Square", JGT 2(3), 1997,
-/// doi:10.1080/10867651.1997.10487479.
-fn square_to_disk(u: Vec2) -> DVec2 {
-    let p = u.as_dvec2() * 2.0 - 1.0;
-    if p == DVec2::ZERO {
-        return p;
+    fn pixel_cone(&self) -> Cone {
+        Cone {
+            width: 0.0,
+            spread: self.right.length() as f32,
+        }
     }
-    let (r, angle) = if p.x.abs() > p.y.abs() {
-        (p.x, FRAC_PI_4 * (p.y / p.x))
-    } else {
-        (p.y, 2.0 * FRAC_PI_4 - FRAC_PI_4 * (p.x / p.y))
-    };
-    let (sin, cos) = libm::sincos(angle);
-    DVec2::new(cos, sin) * r
+
+    fn between(&self, to: &Self, u: f64) -> Self {
+        let number = |a: f64, b: f64| a + (b - a) * u;
+        Self {
+            eye: mix(self.eye, to.eye, u),
+            corner: mix(self.corner, to.corner, u),
+            right: mix(self.right, to.right, u),
+            down: mix(self.down, to.down, u),
+            lens_axes: [
+                mix(self.lens_axes[0], to.lens_axes[0], u),
+                mix(self.lens_axes[1], to.lens_axes[1], u),
+            ],
+            lens_radius: number(self.lens_radius, to.lens_radius),
+            opening: self.opening,
+            focus_distance: number(self.focus_distance, to.focus_distance),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -27,15 +27,16 @@ pub fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<()> {
     let store = Store::default();
     let desc = pool.install(|| batch::open(&args.scene, &request, &store))?;
     let plan = Plan::new(&desc, &request)?;
-    let camera = &plan
+    let camera = plan
         .frames
         .first()
         .context("there is no frame to take the camera from")?
-        .camera;
+        .shot
+        .camera(0.0);
     let progress = Progress::new(quiet);
     let report = pool.install(|| {
         let scene = compile::scene_with(&desc, AccelKind::Wide, &store).map_err(Error::from)?;
-        let buffers = Buffers::new(&scene, camera);
+        let buffers = Buffers::new(&scene, &camera);
         let geometry = contest(scene.accel.geometry(), args.embree.as_deref());
         let options = Options {
             scene: desc.name(),

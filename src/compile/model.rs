@@ -103,6 +103,8 @@ fn perspective(eye: DVec3, target: DVec3, up: DVec3, degrees: f64) -> CameraDesc
         target: unsaid(Point(target.as_vec3())),
         up: Point(up.as_vec3()),
         fov: Some(unsaid(FieldOfView(degrees))),
+        blades: None,
+        blade_rotation: None,
         fov_x: None,
         focal_length: None,
         sensor_width: None,
@@ -217,7 +219,7 @@ mod tests {
                 })
                 .fold(0.0, f64::max);
             assert!((reach * MARGIN - 1.0).abs() < 1e-3, "{aspect}: {reach}");
-            let Lens::Perspective(_) = compiled.lens;
+            assert!(matches!(compiled.lens, Lens::Perspective(_)));
             let _ = Camera::new(&compiled.pose, &compiled.lens, [16, 9]);
         }
     }

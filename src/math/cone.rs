@@ -9,8 +9,6 @@
 
 use std::f32::consts::PI;
 
-use super::Ray;
-
 /// The width of a bundle of rays and how it grows. Both may be negative: behind a focus the bundle is turned over.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cone {
@@ -27,15 +25,6 @@ const WIDEST: f32 = 1.0;
 const SHARE: f32 = 1.0 / 64.0;
 
 impl Cone {
-    /// The cone of a pixel, by the rays (unit directions) of its centre and of its neighbours' to the right and below.
-    pub fn between(center: &Ray, neighbours: [&Ray; 2]) -> Self {
-        let mean = |f: &dyn Fn(&Ray) -> f32| 0.5 * (f(neighbours[0]) + f(neighbours[1]));
-        Self {
-            width: mean(&|r| r.o.distance(center.o)),
-            spread: mean(&|r| r.d.distance(center.d)).min(WIDEST),
-        }
-    }
-
     /// One of `samples` of a pixel: it covers its share of the pixel's area, and never less than a 64th.
     pub fn shared(self, samples: u32) -> Self {
         let side = (1.0 / (samples.max(1) as f32).sqrt()).max(0.125);
@@ -79,27 +68,6 @@ impl Cone {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Vec3;
-
-    #[test]
-    fn a_pinholes_cone_grows_and_a_parallel_one_does_not() {
-        let ray = |x: f32, d: Vec3| Ray::new(Vec3::new(x, 0.0, 0.0), d.normalize());
-        let pinhole = Cone::between(
-            &ray(0.0, Vec3::NEG_Z),
-            [
-                &ray(0.0, Vec3::new(0.01, 0.0, -1.0)),
-                &ray(0.0, Vec3::new(0.0, 0.01, -1.0)),
-            ],
-        );
-        assert_eq!(pinhole.width, 0.0);
-        assert!((pinhole.moved(10.0).width - 0.1).abs() < 1e-4);
-        let parallel = Cone::between(
-            &ray(0.0, Vec3::NEG_Z),
-            [&ray(0.5, Vec3::NEG_Z), &ray(-0.5, Vec3::NEG_Z)],
-        );
-        assert_eq!(parallel.moved(7.0), parallel);
-        assert_eq!(parallel.width, 0.5);
-    }
 
     #[test]
     fn a_flat_mirror_keeps_the_cone_and_a_hollow_one_brings_it_to_its_focus() {

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::{
-    camera::Camera,
+    camera::{Camera, Shot},
     film::{Film, Window},
     filter::Filter,
     integrator::Integrator,
@@ -81,5 +81,16 @@ pub fn frame(
     settings: &Settings,
     watch: &Watch,
 ) -> Result<Film, Cancelled> {
-    tiles::render(&wave::Job::new(scene, camera, integrator, settings), watch)
+    shot(scene, &Shot::from(*camera), integrator, settings, watch)
+}
+
+/// The same for a camera that may move while its shutter is open.
+pub fn shot(
+    scene: &Scene,
+    shot: &Shot,
+    integrator: &dyn Integrator,
+    settings: &Settings,
+    watch: &Watch,
+) -> Result<Film, Cancelled> {
+    tiles::render(&wave::Job::new(scene, shot, integrator, settings), watch)
 }

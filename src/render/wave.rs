@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     accel::{Hit, RayCost},
-    camera::Camera,
+    camera::Shot,
     film::{PixelSum, Window},
     integrator::{Departures, Integrator, Path, Vertex, Visit},
     math::{Cone, Ray, Vec2},
@@ -28,7 +28,7 @@ const MOST_PATHS: usize = 4 * PATHS;
 /// What a wave works for.
 pub(super) struct Job<'a> {
     pub scene: &'a Scene,
-    pub camera: &'a Camera,
+    pub shot: &'a Shot,
     pub integrator: &'a dyn Integrator,
     pub settings: &'a Settings,
     /// Whether everything in the scene is.
@@ -38,24 +38,18 @@ pub(super) struct Job<'a> {
 }
 
 impl<'a> Job<'a> {
-    pub fn new(scene: &'a Scene, camera: &'a Camera, integrator: &'a dyn Integrator, settings: &'a Settings) -> Self {
+    pub fn new(scene: &'a Scene, shot: &'a Shot, integrator: &'a dyn Integrator, settings: &'a Settings) -> Self {
+        // A sample has its share of the pixel in the middle; other pixels are seen under no larger an angle.
+        let cone = || shot.camera(0.0).pixel_cone().shared(settings.samples);
         Self {
             scene,
-            camera,
+            shot,
             integrator,
             settings,
             is_opaque: scene.is_opaque(),
-            cone: scene.reads_footprints().then(|| cone(camera, settings)),
+            cone: scene.reads_footprints().then(cone),
         }
     }
-}
-
-/// The share of the pixel in the middle that each sample has; other pixels are seen under no larger an angle.
-fn cone(camera: &Camera, settings: &Settings) -> Cone {
-    let [width, height] = settings.resolution;
-    let center = Vec2::new(width as f32, height as f32) * 0.5;
-    let ray = |offset| camera.ray(center + offset, Vec2::splat(0.5));
-    Cone::between(&ray(Vec2::ZERO), [&ray(Vec2::X), &ray(Vec2::Y)]).shared(settings.samples)
 }
 
 /// The samples of a wave: `together` of each pixel of `tile` from `first` on, a pixel's beside each other.
@@ -161,6 +155,8 @@ impl Wave {
         self.rays.clear();
         self.paths.clear();
         self.weights.clear();
+        self.alpha.clear();
+        let still = job.shot.camera(0.0);
         for y in tile.y0..tile.y1 {
             for x in tile.x0..tile.x1 {
                 for sample in samples.clone() {
@@ -178,24 +174,30 @@ impl Wave {
                             (center + s.offset, s.weight)
                         }
                     };
-                    let lens = if job.camera.has_lens() {
+                    let moved = job
+                        .shot
+                        .moves()
+                        .then(|| job.shot.camera(sampler.pair(&key, Dimension::TIME).x));
+                    let camera = moved.as_ref().unwrap_or(&still);
+                    let lens = if camera.has_lens() {
                         sampler.pair(&key, Dimension::LENS)
                     } else {
                         Vec2::splat(0.5)
                     };
-                    let slot = self.paths.len() as u32;
-                    self.rays.push(job.camera.ray(film, lens));
-                    self.paths.push(Path {
-                        cone: job.cone.unwrap_or_default(),
-                        ..Path::start(slot)
-                    });
+                    let ray = camera.ray(film, lens);
+                    if let Some(ray) = ray {
+                        self.rays.push(ray);
+                        self.paths.push(Path {
+                            cone: job.cone.unwrap_or_default(),
+                            ..Path::start(self.weights.len() as u32)
+                        });
+                    }
                     self.weights.push(weight);
+                    self.alpha.push(if ray.is_some() { 1.0 } else { 0.0 });
                 }
             }
         }
-        self.alpha.clear();
-        self.alpha.resize(self.paths.len(), 1.0);
-        self.out.start(self.paths.len());
+        self.out.start(self.weights.len());
     }
 
     /// Traces all rays, answers for all vertices, and leaves the rays that go on in `out`. Returns how many it traced.

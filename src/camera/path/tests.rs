@@ -148,8 +148,9 @@ fn the_path_speaks_before_the_scene_and_leaves_the_rest_to_it() {
     let state = CameraPath::new(&[with_lens(1.0, focal(35.0))])
         .and_then(|path| path.at(1.0))
         .expect("a state");
-    let Lens::Perspective(lens) = state.apply(&scene);
-    let Lens::Perspective(own) = scene;
+    let (Lens::Perspective(lens), Lens::Perspective(own)) = (state.apply(&scene), scene) else {
+        unreachable!("both are perspective lenses")
+    };
     let want = PerspectiveLens {
         view: View::FocalLength(35.0),
         // The path's target is 1 m away, the scene's 9 m.
@@ -218,6 +219,40 @@ fn a_picture_never_shows_both_sides_of_a_cut() {
     };
     assert_eq!(eyes(2), [1.5, 2.0]);
     assert_eq!(eyes(3), [50.0, 51.0]);
+}
+
+/// The x of the eye, that is of the ray in the middle, at times of a picture.
+fn eyes_of_shot(path: &CameraPath, frame: i64, times: [f32; 3]) -> [f32; 3] {
+    let shot = path.shot(frame, &Lens::default(), [100, 100]).expect("a shot");
+    let middle = glam::Vec2::splat(50.0);
+    times.map(|time| shot.camera(time).ray(middle, middle).expect("a ray").o.x)
+}
+
+#[test]
+fn a_shot_goes_along_the_path_while_the_shutter_is_open() {
+    let open = |frame: f64, x: f64, interp| PathKey {
+        shutter: Some(Shutter { open: -0.5, close: 0.5 }),
+        interp,
+        ..looking(frame, DVec3::X * x)
+    };
+    let path = CameraPath::new(&[
+        open(1.0, 1.0, Interp::Linear),
+        open(2.0, 2.0, Interp::Linear),
+        open(3.0, 3.0, Interp::Hold),
+        open(4.0, 50.0, Interp::Linear),
+        open(5.0, 51.0, Interp::Linear),
+    ])
+    .expect("a path");
+    let times = [0.0, 0.25, 0.75];
+    assert_eq!(eyes_of_shot(&path, 2, times), [1.5, 1.75, 2.25]);
+    // It stands still before the path begins, and on both sides of a cut.
+    assert_eq!(eyes_of_shot(&path, 1, times), [1.0, 1.0, 1.25]);
+    assert_eq!(eyes_of_shot(&path, 3, times), [2.5, 2.75, 3.0]);
+    assert_eq!(eyes_of_shot(&path, 4, times), [50.0, 50.0, 50.25]);
+
+    let closed = CameraPath::new(&[looking(1.0, DVec3::X), looking(2.0, DVec3::X * 2.0)]).expect("a path");
+    let shot = closed.shot(1, &Lens::default(), [100, 100]).expect("a shot");
+    assert!(!shot.moves());
 }
 
 proptest! {

@@ -1,7 +1,10 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::camera::{Camera, CameraDesc, Lens};
+use crate::{
+    camera::{Camera, CameraDesc, Lens},
+    math::{Vec3, warp},
+};
 
 const CENTER: Vec2 = Vec2::splat(0.5);
 
@@ -16,7 +19,9 @@ fn describe(keys: &str) -> Result<CameraDesc, String> {
 }
 
 fn lens(keys: &str) -> PerspectiveLens {
-    let Lens::Perspective(lens) = compile(keys).expect("a camera").lens;
+    let Lens::Perspective(lens) = compile(keys).expect("a camera").lens else {
+        unreachable!("it is a perspective camera")
+    };
     lens
 }
 
@@ -43,7 +48,9 @@ fn the_ray_of_a_pixel_meets_the_image_plane_at_its_centre() {
     let camera = camera("fov = 28.0724869", [600, 600]);
     for (i, j) in [(0, 0), (599, 0), (0, 599), (599, 599), (299, 300), (17, 423)] {
         let (i, j) = (f64::from(i), f64::from(j));
-        let ray = camera.ray(DVec2::new(i + 0.5, j + 0.5).as_vec2(), CENTER);
+        let ray = camera
+            .ray(DVec2::new(i + 0.5, j + 0.5).as_vec2(), CENTER)
+            .expect("a ray");
         let want = DVec3::new(-10.0 + 20.0 * (i + 0.5) / 600.0, 10.0 - 20.0 * (j + 0.5) / 600.0, -40.0);
         assert!((ray.d.as_dvec3() - want.normalize()).length() < 1e-7);
         assert!((on_plane(&ray, 40.0) - want.truncate()).length() < 2.5e-6);
@@ -60,14 +67,16 @@ fn every_way_to_say_the_angle_gives_the_same_rays() {
     let vertical = 2.0 * libm::atan(12.0 / 50.0).to_degrees();
     let horizontal = 2.0 * libm::atan(18.0 / 50.0).to_degrees();
     let corner = Vec2::ZERO;
-    let want = camera("focal_length = 50", [300, 200]).ray(corner, CENTER);
+    let want = camera("focal_length = 50", [300, 200])
+        .ray(corner, CENTER)
+        .expect("a ray");
     for keys in [
         format!("fov = {vertical}"),
         format!("fov_x = {horizontal}"),
         "focal_length = 50, sensor_height = 24".to_owned(),
         "focal_length = 25, sensor_width = 18".to_owned(),
     ] {
-        let ray = camera(&keys, [300, 200]).ray(corner, CENTER);
+        let ray = camera(&keys, [300, 200]).ray(corner, CENTER).expect("a ray");
         assert!((ray.d - want.d).length() < 1e-7, "{keys}");
     }
     assert_eq!(lens("up = [0, 1, 0]").view, View::Vertical(40.0));
@@ -76,7 +85,9 @@ fn every_way_to_say_the_angle_gives_the_same_rays() {
 #[test]
 fn the_vertical_angle_holds_for_every_aspect() {
     for film in [[100, 100], [1920, 1080], [90, 400]] {
-        let top = camera("fov = 90", film).ray(Vec2::new(film[0] as f32 * 0.5, 0.0), CENTER);
+        let top = camera("fov = 90", film)
+            .ray(Vec2::new(film[0] as f32 * 0.5, 0.0), CENTER)
+            .expect("a ray");
         assert!((on_plane(&top, 1.0) - DVec2::Y).length() < 1e-6);
     }
 }
@@ -84,7 +95,7 @@ fn the_vertical_angle_holds_for_every_aspect() {
 #[test]
 fn a_positive_shift_shows_what_is_further_right_and_up() {
     let shifted = camera("fov = 90, shift = [0.25, 0.5]", [400, 200]);
-    let middle = on_plane(&shifted.ray(Vec2::new(200.0, 100.0), CENTER), 1.0);
+    let middle = on_plane(&shifted.ray(Vec2::new(200.0, 100.0), CENTER).expect("a ray"), 1.0);
     // The picture is 4 wide at distance 1.
     assert!((middle - DVec2::new(1.0, 2.0)).length() < 1e-6);
 }
@@ -92,7 +103,9 @@ fn a_positive_shift_shows_what_is_further_right_and_up() {
 #[test]
 fn an_f_number_is_the_focal_length_over_the_diameter() {
     let radius = |keys: &str| {
-        let Camera::Perspective(camera) = camera(keys, [300, 200]);
+        let Camera::Perspective(camera) = camera(keys, [300, 200]) else {
+            unreachable!("it is a perspective camera")
+        };
         camera.lens_radius
     };
     assert_eq!(radius("focal_length = 50, fstop = 2"), 0.0125);
@@ -174,19 +187,69 @@ proptest! {
         let thin = camera("fov = 50, aperture_radius = 0.5, focus_distance = 8", [320, 180]);
         let pinhole = camera("fov = 50", [320, 180]);
         let film = Vec2::new(x, y);
-        let ray = thin.ray(film, Vec2::new(u, v));
-        prop_assert!((on_plane(&ray, 8.0) - on_plane(&pinhole.ray(film, CENTER), 8.0)).length() < 1e-5);
+        let ray = thin.ray(film, Vec2::new(u, v)).expect("a ray");
+        prop_assert!((on_plane(&ray, 8.0) - on_plane(&pinhole.ray(film, CENTER).expect("a ray"), 8.0)).length() < 1e-5);
         prop_assert!((ray.o - Vec3::new(0.0, 0.0, 15.0)).length() <= 0.5 + 1e-6);
         prop_assert!((ray.d.length() - 1.0).abs() < 1e-6);
     }
 }
 
 #[test]
-fn points_of_the_lens_are_uniform_on_the_disk() {
-    let n = 400_u32;
-    let inside = (0..n * n)
-        .map(|i| Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32)
-        .filter(|u| square_to_disk(*u).length() < 0.5)
-        .count();
-    assert!((inside as f64 / f64::from(n * n) - 0.25).abs() < 2e-3);
+fn rays_are_those_of_the_textbook_in_double_precision() {
+    let keys = "fov = 50, shift = [0.1, -0.2], aperture_radius = 0.3, focus_distance = 7";
+    let desc = describe(&format!(
+        "eye = [3, -2, 15], target = [1, 2, -4], up = [1, 5, 1], {keys}"
+    ));
+    let scene = desc.expect("well-formed").compile().expect("a camera");
+    let (width, height) = (8192.0, 4320.0);
+    let camera = Camera::new(&scene.pose, &scene.lens, [8192, 4320]);
+    let pixel = 2.0 * libm::tan(25.0_f64.to_radians()) / height;
+    for i in 0..2000_u32 {
+        let [a, b, c, d] = crate::math::hash::pcg4d([i, 0, 0, 0]).map(crate::math::hash::unit_f32);
+        let (film, u) = (Vec2::new(a * 8192.0, b * 4320.0), Vec2::new(c, d));
+        let ray = camera.ray(film, u).expect("a ray");
+        let x = (f64::from(film.x) - 0.5 * width) * pixel + 0.1 * width * pixel;
+        let y = (0.5 * height - f64::from(film.y)) * pixel - 0.2 * width * pixel;
+        let p = warp::square_to_disk(u).as_dvec2() * 0.3;
+        let to_world = scene.pose.world_from_camera();
+        let o = to_world.transform_point3(p.extend(0.0));
+        let d = to_world.transform_vector3(DVec3::new(7.0 * x, 7.0 * y, -7.0) - p.extend(0.0));
+        assert!((ray.d.as_dvec3() - d.normalize()).length() < 1e-7);
+        assert!((ray.o.as_dvec3() - o).length() < 2e-6);
+    }
+}
+
+#[test]
+fn the_cone_of_a_pixel_opens_by_its_angle() {
+    let cone = camera("fov = 90", [200, 100]).pixel_cone();
+    assert_eq!((cone.width, cone.spread), (0.0, 0.02));
+}
+
+#[test]
+fn blades_give_the_opening_corners() {
+    let opening = |keys: &str| lens(keys).opening;
+    assert_eq!(opening("blades = 0"), Opening::Round);
+    let (blades, rotation) = (6, std::f32::consts::FRAC_PI_2);
+    assert_eq!(
+        opening("blades = 6, blade_rotation = 90"),
+        Opening::Polygon { blades, rotation }
+    );
+    // The corner of a triangle at the right is reached, the disk at the left is not.
+    let triangle = camera("aperture_radius = 1, blades = 3", [100, 100]);
+    let middle = Vec2::splat(50.0);
+    let origins = (0..400).map(|i| {
+        let u = Vec2::new((i % 20) as f32 / 20.0, (i / 20) as f32 / 20.0 + 0.049);
+        triangle.ray(middle, u).expect("a ray").o.x
+    });
+    let (least, most) = origins.fold((0.0_f32, 0.0_f32), |(a, b), x| (a.min(x), b.max(x)));
+    assert!(most > 0.99 && (-0.5..-0.45).contains(&least), "{least} {most}");
+    for (keys, message) in [
+        (
+            "blades = 2",
+            "expected at least 3 blades, or 0 for a round opening, found 2",
+        ),
+        ("blade_rotation = 9", "`blade_rotation` has no effect without `blades`"),
+    ] {
+        assert_eq!(compile(keys).unwrap_err()[0].message, message);
+    }
 }

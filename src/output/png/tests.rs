@@ -117,6 +117,7 @@ fn texts_say_where_a_picture_comes_from() {
         ("Frame", "-3"),
         ("Samples", "64"),
         ("Seed", "5"),
+        ("Sampler", "sobol"),
         ("View", "srgb"),
         ("Exposure", "0"),
         ("camera", "cam 1"),

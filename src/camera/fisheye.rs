@@ -1,0 +1,152 @@
+//! A fisheye (equidistant): the distance from the middle of the picture is proportional to the angle from the line of sight.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `eye` | `[x, y, z]` | m | required |
+//! | `target` | `[x, y, z]`, not at the eye | m | required |
+//! | `up` | `[x, y, z]`, see [`Pose::look_at`] where it is parallel to the view | | `[0, 1, 0]` |
+//! | `fov` | angle over the image circle, above 0 and at most 360 | degrees | 180 |
+//!
+//! ```toml
+//! [camera]
+//! fisheye = { eye = [0, 1, 0], target = [0, 2, 0], fov = 180 }
+//! ```
+//!
+//! The image circle touches the shorter sides of the picture. No light reaches the film outside of it: there R, G, B and A
+//! are 0. There is no depth of field. Of a camera path it takes the pose and `fov`, which is below 180 there; other columns
+//! that describe a lens are errors.
+
+use glam::{DMat3, DVec2, DVec3};
+use serde::{Deserialize, Deserializer, de};
+
+use super::{CameraKind, Compiled, FilmSize, LensKind, LensOverrides, Pose, lens::View, look, mix, plus_y, unit_ray};
+use crate::{
+    math::{Cone, Ray, Vec2},
+    value::{Point, Problem, Spanned},
+};
+
+/// What a scene file says of a fisheye.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FisheyeDesc {
+    pub eye: Point,
+    pub target: Spanned<Point>,
+    #[serde(default = "plus_y")]
+    pub up: Point,
+    pub fov: Option<CircleAngle>,
+}
+
+/// The angle over an image circle, in degrees, above 0 and at most 360.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CircleAngle(pub f64);
+
+impl<'de> Deserialize<'de> for CircleAngle {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        let degrees = f64::deserialize(d)?;
+        if degrees > 0.0 && degrees <= 360.0 {
+            Ok(Self(degrees))
+        } else {
+            Err(de::Error::custom(format_args!(
+                "expected an angle above 0 and at most 360 degrees, found {degrees}"
+            )))
+        }
+    }
+}
+
+impl FisheyeDesc {
+    /// # Errors
+    /// The target is at the eye.
+    pub fn compile(&self) -> Result<Compiled<FisheyeLens>, Vec<Problem>> {
+        let pose = look(self.eye, &self.target, self.up).map_err(|e| vec![e])?;
+        let lens = FisheyeLens {
+            fov: self.fov.map_or(180.0, |a| a.0),
+        };
+        Ok(Compiled { pose, lens })
+    }
+}
+
+/// A fisheye's lens, as it was described.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FisheyeLens {
+    /// Over the image circle, in degrees as it was written.
+    pub fov: f64,
+}
+
+impl LensKind for FisheyeLens {
+    type Camera = Fisheye;
+
+    const COLUMNS: &'static [&'static str] = &["fov"];
+
+    fn overridden(&self, overrides: &LensOverrides, _target_distance: Option<f64>) -> Self {
+        match overrides.view {
+            Some(View::Vertical(fov)) => Self { fov },
+            _ => *self,
+        }
+    }
+
+    fn camera(&self, pose: &Pose, film: FilmSize) -> Fisheye {
+        let size = DVec2::from(film.map(|n| f64::from(n.max(1))));
+        Fisheye {
+            eye: pose.eye(),
+            axes: pose.world_from_camera().matrix3,
+            center: 0.5 * size,
+            radius: 0.5 * size.min_element(),
+            half_fov: 0.5 * self.fov.to_radians(),
+        }
+    }
+}
+
+/// A fisheye before its film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fisheye {
+    eye: DVec3,
+    /// From camera to world.
+    axes: DMat3,
+    /// Of the image circle, in pixels.
+    center: DVec2,
+    radius: f64,
+    /// From the line of sight to the circle, in radians.
+    half_fov: f64,
+}
+
+impl CameraKind for Fisheye {
+    fn ray(&self, film: Vec2, _lens: Vec2) -> Option<Ray> {
+        let offset = film.as_dvec2() - self.center;
+        let distance = offset.length();
+        if distance > self.radius {
+            return None;
+        }
+        let (sin, cos) = libm::sincos(self.half_fov * (distance / self.radius));
+        let across = if distance > 0.0 {
+            offset * (sin / distance)
+        } else {
+            offset
+        };
+        let d = DVec3::new(across.x, -across.y, -cos);
+        Some(unit_ray(self.eye, self.axes * d))
+    }
+
+    fn has_lens(&self) -> bool {
+        false
+    }
+
+    fn fills_film(&self) -> bool {
+        false
+    }
+
+    fn pixel_cone(&self) -> Cone {
+        Cone {
+            width: 0.0,
+            spread: (self.half_fov / self.radius) as f32,
+        }
+    }
+
+    fn between(&self, to: &Self, u: f64) -> Self {
+        Self {
+            eye: mix(self.eye, to.eye, u),
+            axes: self.axes + (to.axes - self.axes) * u,
+            half_fov: self.half_fov + (to.half_fov - self.half_fov) * u,
+            ..*self
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! A camera without perspective: all rays are parallel, things have one size however far away.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `eye` | `[x, y, z]`: what is behind its plane is not seen | m | required |
+//! | `target` | `[x, y, z]`, not at the eye | m | required |
+//! | `up` | `[x, y, z]`, see [`Pose::look_at`] where it is parallel to the view | | `[0, 1, 0]` |
+//! | `height` | what the picture's height shows, above 0 | m | required |
+//! | `shift` | `[x, y]`: moves the picture to the right and up | picture widths | `[0, 0]` |
+//!
+//! ```toml
+//! [camera]
+//! orthographic = { eye = [0, 10, 0], target = [0, 0, 0], height = 6 }
+//! ```
+//!
+//! Pixels are square. There is no depth of field. Of a camera path it takes the pose, `shift_x` and `shift_y`; other
+//! columns that describe a lens are errors.
+
+use glam::DVec3;
+use serde::Deserialize;
+
+use super::{CameraKind, Compiled, FilmSize, LensKind, LensOverrides, Pose, look, mix, plus_y, unit_ray};
+use crate::{
+    math::{Cone, Ray, Vec2},
+    value::{Point, Positive, Problem, Real, Spanned},
+};
+
+/// What a scene file says of an orthographic camera.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OrthographicDesc {
+    pub eye: Point,
+    pub target: Spanned<Point>,
+    #[serde(default = "plus_y")]
+    pub up: Point,
+    pub height: Positive,
+    pub shift: Option<[Real; 2]>,
+}
+
+impl OrthographicDesc {
+    /// # Errors
+    /// The target is at the eye.
+    pub fn compile(&self) -> Result<Compiled<OrthographicLens>, Vec<Problem>> {
+        let pose = look(self.eye, &self.target, self.up).map_err(|e| vec![e])?;
+        let [x, y] = self.shift.unwrap_or([Real(0.0); 2]);
+        let lens = OrthographicLens {
+            height: self.height.0.into(),
+            shift: [x.0.into(), y.0.into()],
+        };
+        Ok(Compiled { pose, lens })
+    }
+}
+
+/// What an orthographic camera shows, as it was described.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OrthographicLens {
+    /// Of what the picture shows, in m, above 0.
+    pub height: f64,
+    /// To the right and up, in picture widths.
+    pub shift: [f64; 2],
+}
+
+impl LensKind for OrthographicLens {
+    type Camera = Orthographic;
+
+    const COLUMNS: &'static [&'static str] = &["shift_x", "shift_y"];
+
+    fn overridden(&self, overrides: &LensOverrides, _target_distance: Option<f64>) -> Self {
+        Self {
+            shift: [
+                overrides.shift_x.unwrap_or(self.shift[0]),
+                overrides.shift_y.unwrap_or(self.shift[1]),
+            ],
+            ..*self
+        }
+    }
+
+    fn camera(&self, pose: &Pose, film: FilmSize) -> Orthographic {
+        let [columns, rows] = film.map(|n| f64::from(n.max(1)));
+        let pixel = self.height / rows;
+        let (right, down) = (pose.right() * pixel, pose.up() * -pixel);
+        let [x, y] = self.shift.map(|s| s * columns);
+        Orthographic {
+            corner: pose.eye() - right * (0.5 * columns - x) - down * (0.5 * rows + y),
+            right,
+            down,
+            forward: pose.forward(),
+        }
+    }
+}
+
+/// An orthographic camera before its film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orthographic {
+    /// The picture's top left corner, in m.
+    corner: DVec3,
+    /// One pixel to the right and one downwards, in m.
+    right: DVec3,
+    down: DVec3,
+    forward: DVec3,
+}
+
+impl CameraKind for Orthographic {
+    #[inline]
+    fn ray(&self, film: Vec2, _lens: Vec2) -> Option<Ray> {
+        let o = self.corner + self.right * f64::from(film.x) + self.down * f64::from(film.y);
+        Some(unit_ray(o, self.forward))
+    }
+
+    fn has_lens(&self) -> bool {
+        false
+    }
+
+    fn fills_film(&self) -> bool {
+        true
+    }
+
+    fn pixel_cone(&self) -> Cone {
+        Cone {
+            width: self.right.length() as f32,
+            spread: 0.0,
+        }
+    }
+
+    fn between(&self, to: &Self, u: f64) -> Self {
+        Self {
+            corner: mix(self.corner, to.corner, u),
+            right: mix(self.right, to.right, u),
+            down: mix(self.down, to.down, u),
+            forward: mix(self.forward, to.forward, u),
+        }
+    }
+}

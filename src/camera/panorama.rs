@@ -1,0 +1,115 @@
+//! A camera that looks in all directions: longitude across the picture, latitude up it (equirectangular, 360 x 180).
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `eye` | `[x, y, z]` | m | required |
+//! | `target` | `[x, y, z]`, not at the eye: what the middle of the picture shows | m | required |
+//! | `up` | `[x, y, z]`, see [`Pose::look_at`] where it is parallel to the view | | `[0, 1, 0]` |
+//!
+//! ```toml
+//! [camera]
+//! panorama = { eye = [0, 1.6, 0], target = [0, 1.6, -1] }
+//! ```
+//!
+//! A picture twice as wide as high has pixels that are square around the horizon; any other shape is stretched. The left
+//! and the right side look backwards. A target at the eye's height keeps the horizon level. There is no depth of field.
+//! Of a camera path it takes the pose; columns that describe a lens are errors.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DMat3, DVec3};
+use serde::Deserialize;
+
+use super::{CameraKind, Compiled, FilmSize, LensKind, LensOverrides, Pose, look, mix, plus_y, unit_ray};
+use crate::{
+    math::{Cone, Ray, Vec2},
+    value::{Point, Problem, Spanned},
+};
+
+/// What a scene file says of a panorama.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PanoramaDesc {
+    pub eye: Point,
+    pub target: Spanned<Point>,
+    #[serde(default = "plus_y")]
+    pub up: Point,
+}
+
+impl PanoramaDesc {
+    /// # Errors
+    /// The target is at the eye.
+    pub fn compile(&self) -> Result<Compiled<PanoramaLens>, Vec<Problem>> {
+        let pose = look(self.eye, &self.target, self.up).map_err(|e| vec![e])?;
+        Ok(Compiled {
+            pose,
+            lens: PanoramaLens,
+        })
+    }
+}
+
+/// There is nothing to say of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PanoramaLens;
+
+impl LensKind for PanoramaLens {
+    type Camera = Panorama;
+
+    const COLUMNS: &'static [&'static str] = &[];
+
+    fn overridden(&self, _overrides: &LensOverrides, _target_distance: Option<f64>) -> Self {
+        *self
+    }
+
+    fn camera(&self, pose: &Pose, film: FilmSize) -> Panorama {
+        let [width, height] = film.map(|n| f64::from(n.max(1)));
+        Panorama {
+            eye: pose.eye(),
+            axes: pose.world_from_camera().matrix3,
+            pixel: [TAU / width, PI / height],
+        }
+    }
+}
+
+/// A panorama before its film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Panorama {
+    eye: DVec3,
+    /// From camera to world.
+    axes: DMat3,
+    /// Longitude and latitude of a pixel, in radians.
+    pixel: [f64; 2],
+}
+
+impl CameraKind for Panorama {
+    /// Beyond the poles, where a pixel's filter reaches, it looks down on the other side.
+    fn ray(&self, film: Vec2, _lens: Vec2) -> Option<Ray> {
+        let (sin_lon, cos_lon) = libm::sincos(self.pixel[0] * f64::from(film.x) - PI);
+        let (sin_lat, cos_lat) = libm::sincos(0.5 * PI - self.pixel[1] * f64::from(film.y));
+        let d = DVec3::new(cos_lat * sin_lon, sin_lat, -cos_lat * cos_lon);
+        Some(unit_ray(self.eye, self.axes * d))
+    }
+
+    fn has_lens(&self) -> bool {
+        false
+    }
+
+    fn fills_film(&self) -> bool {
+        true
+    }
+
+    fn pixel_cone(&self) -> Cone {
+        Cone {
+            width: 0.0,
+            spread: self.pixel[0].max(self.pixel[1]) as f32,
+        }
+    }
+
+    fn between(&self, to: &Self, u: f64) -> Self {
+        Self {
+            eye: mix(self.eye, to.eye, u),
+            axes: self.axes + (to.axes - self.axes) * u,
+            pixel: self.pixel,
+        }
+    }
+}
