@@ -46,7 +46,7 @@ pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, watch: &Watch) -
     check_targets(plan)?;
     let start = Instant::now();
     let (send, receive) = sync_channel(1);
-    let coverage = if scene.background.visible {
+    let coverage = if scene.background.visible && !plan.integrator.shown().is_measured() {
         Coverage::Full
     } else {
         Coverage::Partial

@@ -9,7 +9,7 @@
 
 use crate::{
     kind::kinds,
-    math::{Ray, Vec2},
+    math::{Ray, Vec2, Vec3},
     value::Problem,
 };
 
@@ -36,6 +36,11 @@ pub trait CameraKind {
 
     /// Whether [`CameraKind::ray`] reads `lens`.
     fn has_lens(&self) -> bool;
+
+    /// The unit line of sight, along which depth counts; `None` where there is none.
+    fn axis(&self) -> Option<Vec3> {
+        None
+    }
 }
 
 /// The contract of every lens.
@@ -70,6 +75,8 @@ macro_rules! cameras {
             fn ray(&self, film: Vec2, lens: Vec2) -> Ray;
             /// See [`CameraKind::has_lens`].
             fn has_lens(&self) -> bool;
+            /// See [`CameraKind::axis`].
+            fn axis(&self) -> Option<Vec3>;
         }
 
         impl Default for Lens {

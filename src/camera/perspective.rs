@@ -279,6 +279,10 @@ pub struct Perspective {
 }
 
 impl CameraKind for Perspective {
+    fn axis(&self) -> Option<Vec3> {
+        Some(-self.axes.z_axis.as_vec3())
+    }
+
     /// In double precision: a camera ray is made once, and neighbours far from the middle of a large picture differ in
     /// the last bits of single precision.
     fn ray(&self, film: Vec2, lens: Vec2) -> Ray {

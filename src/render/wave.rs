@@ -91,6 +91,7 @@ impl Part {
                 sampler: &job.settings.sampler,
                 key: self.key(job.settings, path.slot),
             },
+            camera: job.camera,
         }
     }
 }
@@ -158,6 +159,7 @@ impl Wave {
             ref filter,
             ..
         } = *job.settings;
+        let measured = job.integrator.shown().is_measured();
         self.rays.clear();
         self.paths.clear();
         self.weights.clear();
@@ -178,7 +180,7 @@ impl Wave {
                             (center + s.offset, s.weight)
                         }
                     };
-                    let lens = if job.camera.has_lens() {
+                    let lens = if job.camera.has_lens() && !measured {
                         sampler.pair(&key, Dimension::LENS)
                     } else {
                         Vec2::splat(0.5)
@@ -215,6 +217,7 @@ impl Wave {
         }
         self.out.forget_rays();
         self.escaped.clear();
+        let measured = integrator.shown().is_measured();
         for (i, hit) in self.hits.iter().enumerate() {
             match hit {
                 Some(hit) => {
@@ -235,9 +238,11 @@ impl Wave {
         }
         for &i in &self.escaped {
             let (ray, path) = (&self.rays[i as usize], self.paths[i as usize]);
-            if path.depth == 1 && !scene.background.visible {
+            if path.depth == 1 && (measured || !scene.background.visible) {
                 self.alpha[path.slot as usize] = 0.0;
-                continue;
+                if !measured {
+                    continue;
+                }
             }
             self.out.leave_from(path);
             integrator.vertex(&part.visit(job, &path, ray, Vertex::Escape), &mut self.out);
