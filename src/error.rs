@@ -90,6 +90,18 @@ impl Error {
         }
     }
 
+    /// How to go on without correcting it, where there is a way.
+    pub fn help(&self) -> Option<&'static str> {
+        match self {
+            Self::Compile(compile::Error::Assets(errors))
+                if errors.iter().all(|e| matches!(e, AssetError::Image(_))) =>
+            {
+                Some("--missing-assets placeholder renders squares of magenta and black instead of such an image")
+            }
+            _ => None,
+        }
+    }
+
     pub fn blame(&self) -> Blame {
         match self {
             Self::Usage(_) | Self::Pattern(_) => Blame::Usage,

@@ -11,7 +11,12 @@ use std::{
 };
 
 use batch_render::{
-    assets::{Store, model::Model, store::is_model},
+    accel::AccelKind,
+    assets::{
+        Store,
+        model::Model,
+        store::{MissingAssets, is_model},
+    },
     batch::{self, Request},
     compile,
     math::Ray,
@@ -123,4 +128,26 @@ fn plain_models_are_scenes_with_something_to_see() {
         let share = hits.iter().flatten().count() as f32 / rays.len() as f32;
         assert!(share > 0.03, "{file}: {share} of the picture shows the model");
     }
+}
+
+#[test]
+fn a_model_without_its_textures_renders_with_placeholders() {
+    let Some(folder) = folder() else { return };
+    let path = folder.join("obj/cornell/cornell_box.obj");
+    if !path.is_file() {
+        println!("skipped: cornell_box.obj is not there");
+        return;
+    }
+    let open = |missing| {
+        let store = Store::new(missing);
+        let desc = batch::open(&path, &Request::default(), &store).unwrap_or_else(|e| panic!("{e}"));
+        let scene = compile::scene_with(&desc, AccelKind::default(), &store).map(|_| ());
+        (scene, store.replaced())
+    };
+    assert!(matches!(
+        open(MissingAssets::Error),
+        (Err(compile::Error::Assets(_)), 0)
+    ));
+    let (scene, replaced) = open(MissingAssets::Placeholder);
+    assert!(scene.is_ok() && replaced > 0, "{replaced}");
 }

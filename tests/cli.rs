@@ -363,3 +363,66 @@ fn the_scenes_own_files_are_relative_to_the_current_folder_and_inputs_to_the_sce
     folder.succeed(&quick(&["scene/s.toml"]));
     assert_eq!(common::names(&folder.path("pictures")), ["f.0001.png"]);
 }
+
+#[test]
+fn missing_images_stop_the_job_unless_placeholders_are_wanted() {
+    let folder = Folder::new();
+    folder.write(
+        "wall.mtl",
+        "newmtl wall\nmap_Kd bricks.png\nnewmtl other\nmap_Kd broken.png\n",
+    );
+    folder.write("broken.png", "no picture");
+    folder.write(
+        "wall.obj",
+        "mtllib wall.mtl\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+         usemtl wall\nf 1/1 2/2 3/3\nusemtl other\nf 1/1 3/3 4/4\n",
+    );
+    folder.write(
+        "s.toml",
+        "[camera]\nperspective = { eye = [0, 0, 2], target = [0, 0, 0] }\n\
+         [texture.t]\nimage = { file = \"bricks.png\" }\n\
+         [render]\nintegrator.whitted = { ambient = 1 }\n\
+         [[object]]\nshape.mesh = { file = \"wall.obj\" }\n",
+    );
+    let said = folder.fail(66, &quick(&["s.toml", "-o", "f.png"]));
+    assert!(said.contains("bricks.png") && said.contains("broken.png"), "{said}");
+    assert!(said.contains("help: --missing-assets placeholder"), "{said}");
+    let args = ["s.toml", "--missing-assets", "placeholder", "-o", "f.png"];
+    let output = folder.run(&quick(&args));
+    assert!(output.status.success(), "{}", stderr(&output));
+    let warnings = stderr(&output);
+    for file in ["bricks.png", "broken.png"] {
+        let lines = warnings.lines().filter(|l| l.contains(file)).count();
+        assert_eq!(lines, 1, "{file}: {warnings}");
+    }
+    let said = String::from_utf8(output.stdout).expect("UTF-8");
+    assert!(said.contains("placeholders shown: 2 images"), "{said}");
+    let picture = image::load_from_memory(&folder.read("f.png"))
+        .expect("a PNG")
+        .into_rgb8();
+    let magenta = |p: &image::Rgb<u8>| p.0[0] > 60 && p.0[0] == p.0[2] && p.0[1] == 0;
+    assert!(picture.pixels().filter(|p| magenta(p)).count() > 20);
+}
+
+#[test]
+fn a_gltf_file_whose_image_is_missing_shows_a_placeholder_too() {
+    let folder = Folder::new();
+    folder.write(
+        "t.gltf",
+        r#"{
+            "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
+            "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "material": 0 }] }],
+            "materials": [{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }],
+            "textures": [{ "source": 0 }], "images": [{ "uri": "gone.png" }],
+            "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                            "min": [0, 0, 0], "max": [0, 0, 0] }],
+            "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
+            "buffers": [{ "byteLength": 36,
+                "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA" }]
+        }"#,
+    );
+    let said = folder.fail(66, &quick(&["t.gltf"]));
+    assert!(said.contains("gone.png"), "{said}");
+    let said = folder.succeed(&quick(&["t.gltf", "--missing-assets", "placeholder"]));
+    assert!(said.contains("placeholders shown: 1 image\n"), "{said}");
+}

@@ -105,15 +105,15 @@ fn a_far_board_at_a_grazing_angle_is_gray_with_one_sample() {
         mean_and_variance(&rows.iter().map(|p| p[0]).collect::<Vec<_>>())
     };
     let (mean, variance) = far(Filter::Trilinear);
-    let (_, without) = far(Filter::Linear);
+    let (_, without) = far(Filter::Nearest);
     assert!((mean - 0.5).abs() < 0.01, "{mean}");
-    assert!(without > 0.05, "{without}");
-    assert!(variance < 0.05 * without, "{variance} of {without}");
+    assert!(without > 0.2, "{without}");
+    assert!(variance < 0.01 * without, "{variance} of {without}");
 }
 
 #[test]
 fn a_pixel_that_is_four_texels_wide_sees_the_mean_of_sixteen() {
-    let value = |i: u32| ((i * 2_654_435_761) >> 24) as u8;
+    let value = |i: u32| (i.wrapping_mul(2_654_435_761) >> 24) as u8;
     let mut bitmap = Bitmap {
         storage: Storage::Linear8((0..64 * 64).map(value).collect()),
         ..board(64)

@@ -1,7 +1,7 @@
 //! The files of a scene: each loaded once, side by side.
 
 use std::{
-    collections::HashMap,
+    collections::{BTreeSet, HashMap},
     path::{Path, PathBuf},
     sync::{Arc, Mutex, PoisonError},
 };
@@ -68,13 +68,37 @@ fn load_model(path: &Path) -> Result<Model, AssetError> {
 /// An image and how to read its numbers.
 pub type ImageRequest = (ImageSource, ColorSpace);
 
-/// Models that are loaded already.
+/// What becomes of an image that is missing or broken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MissingAssets {
+    /// The scene is refused.
+    #[default]
+    Error,
+    /// Squares of magenta and black take its place, and a warning says so.
+    Placeholder,
+}
+
+/// Models that are loaded already, and what to do where images are not there.
 #[derive(Default)]
 pub struct Store {
     models: Mutex<HashMap<PathBuf, Arc<Model>>>,
+    missing: MissingAssets,
+    replaced: Mutex<BTreeSet<PathBuf>>,
 }
 
 impl Store {
+    pub fn new(missing: MissingAssets) -> Self {
+        Self {
+            missing,
+            ..Self::default()
+        }
+    }
+
+    /// How many image files a placeholder stands for.
+    pub fn replaced(&self) -> usize {
+        self.replaced.lock().unwrap_or_else(PoisonError::into_inner).len()
+    }
+
     /// The models of these files, in order, loaded on the threads of the current rayon pool; or what is wrong with each
     /// file that cannot be loaded.
     pub fn models(&self, paths: &[PathBuf]) -> Result<Vec<Arc<Model>>, Vec<AssetError>> {
@@ -97,15 +121,31 @@ impl Store {
         models().insert(path.to_owned(), Arc::clone(&model));
         Ok(model)
     }
-}
 
-/// Decodes images, in order, on the threads of the current rayon pool; or says what is wrong with each that is broken.
-pub fn images(requests: &[ImageRequest]) -> Result<Vec<Bitmap>, Vec<AssetError>> {
-    let load = |(source, space): &ImageRequest| match source {
-        ImageSource::File(path) => image::load(path, *space),
-        ImageSource::Bytes { name, bytes } => image::decode(bytes, name, *space),
-    };
-    collect(requests.par_iter().map(|r| Ok(load(r)?)).collect())
+    /// Decodes images, in order, on the threads of the current rayon pool; or says what is wrong with each that is broken,
+    /// where no placeholder is wanted.
+    pub fn images(&self, requests: &[ImageRequest]) -> Result<Vec<Bitmap>, Vec<AssetError>> {
+        let load = |(source, space): &ImageRequest| match source {
+            ImageSource::File(path) => image::load(path, *space),
+            ImageSource::Bytes { name, bytes } => image::decode(bytes, name, *space),
+        };
+        let loaded: Vec<_> = requests.par_iter().map(load).collect();
+        let kept = loaded.into_iter().zip(requests).map(|(image, request)| match image {
+            Err(e) if self.missing == MissingAssets::Placeholder => Ok(self.replace(&request.0, &e)),
+            image => Ok(image?),
+        });
+        collect(kept.collect())
+    }
+
+    /// Says once for each file that its image is not there.
+    fn replace(&self, source: &ImageSource, error: &ImageError) -> Bitmap {
+        let (ImageSource::File(name) | ImageSource::Bytes { name, .. }) = source;
+        let mut replaced = self.replaced.lock().unwrap_or_else(PoisonError::into_inner);
+        if replaced.insert(name.clone()) {
+            tracing::warn!("a placeholder is shown: {error}");
+        }
+        Bitmap::placeholder()
+    }
 }
 
 /// All results, or all errors.

@@ -14,8 +14,8 @@ use crate::{
     error::Error,
     film::{Window, view::View},
     filter::Filter,
-    integrator::{BuiltIn, IntegratorDesc},
-    output::{self, Compression, Encoding, Format, Pattern},
+    integrator::{BuiltIn, IntegratorDesc, Shown},
+    output::{self, Compression, Depth, Encoding, Format, Pattern},
     render,
     sampler::{Sampler, SeedMode},
     value::{Problem, Spanned, did_you_mean},
@@ -82,7 +82,7 @@ pub struct Plan {
 impl Plan {
     /// Decides what `request` means for the scene `desc`, and reads the camera path.
     pub fn new(desc: &SceneDesc, request: &Request) -> Result<Self, Error> {
-        let settings = settings(desc, request)?;
+        let mut settings = settings(desc, request)?;
         let patterns = patterns(desc, request)?;
         let mut problems = Vec::new();
         let mut keep = |p: Problem| problems.push(p);
@@ -111,6 +111,11 @@ impl Plan {
         let (Some(integrator), Some(view), Some(compression)) = (integrator, view, compression) else {
             unreachable!("what did not compile left a problem");
         };
+        let shown = integrator.shown();
+        if shown.is_measured() {
+            settings.samples = 1;
+            settings.filter = None;
+        }
         let turntable = request
             .turntable
             .zip(camera)
@@ -132,20 +137,32 @@ impl Plan {
             integrator,
             accel: request.accel,
             existing: request.existing,
-            view: if integrator.layers().is_empty() {
-                view.unwrap_or_default()
-            } else {
-                View::Heat
+            view: view_of(shown, view),
+            exposure: match shown {
+                Shown::Light | Shown::Counts | Shown::Distance => desc.output.exposure.map_or(0.0, f32::from),
+                Shown::Signed | Shown::Fraction | Shown::Id => 0.0,
             },
-            exposure: desc.output.exposure.map_or(0.0, f32::from),
             encoding: Encoding {
                 compression: compression.unwrap_or_default(),
-                ..Encoding::default()
+                // Halves would not hold distances and hashes.
+                depth: if shown.is_measured() { Depth::Float } else { Depth::Half },
             },
             fps: request.fps.map(rational),
             seed_mode: request.seed_mode.unwrap_or(desc.render.seed_mode),
             settings,
         })
+    }
+}
+
+/// How a PNG shows the numbers: light as the scene says, all others in their own way.
+fn view_of(shown: Shown, said: Option<View>) -> View {
+    match shown {
+        Shown::Light => said.unwrap_or_default(),
+        Shown::Counts => View::Heat,
+        Shown::Signed => View::Signed,
+        Shown::Distance => View::Near,
+        Shown::Fraction => View::Fraction,
+        Shown::Id => View::Id,
     }
 }
 

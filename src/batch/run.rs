@@ -48,7 +48,7 @@ pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, watch: &Watch) -
     let start = Instant::now();
     let (send, receive) = sync_channel(1);
     let filled = plan.frames.iter().all(|f| f.shot.fills_film());
-    let coverage = if scene.background.visible && filled {
+    let coverage = if scene.background.visible && filled && !plan.integrator.shown().is_measured() {
         Coverage::Full
     } else {
         Coverage::Partial

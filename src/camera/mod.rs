@@ -52,6 +52,10 @@ pub trait CameraKind {
 
     /// This camera at `u`, from 0 to 1, of a straight way to `to`, which differs from it by little.
     fn between(&self, to: &Self, u: f64) -> Self;
+    /// The unit line of sight, along which depth counts; `None` where there is none.
+    fn axis(&self) -> Option<Vec3> {
+        None
+    }
 }
 
 /// The contract of every lens.
@@ -119,6 +123,8 @@ macro_rules! cameras {
             fn fills_film(&self) -> bool;
             /// See [`CameraKind::pixel_cone`].
             fn pixel_cone(&self) -> Cone;
+            /// See [`CameraKind::axis`].
+            fn axis(&self) -> Option<Vec3>;
         }
 
         impl Default for Lens {

@@ -21,7 +21,7 @@ use serde::Deserialize;
 
 use super::{CameraKind, Compiled, FilmSize, LensKind, LensOverrides, Pose, look, mix, plus_y, unit_ray};
 use crate::{
-    math::{Cone, Ray, Vec2},
+    math::{Cone, Ray, Vec2, Vec3},
     value::{Point, Positive, Problem, Real, Spanned},
 };
 
@@ -101,6 +101,10 @@ pub struct Orthographic {
 }
 
 impl CameraKind for Orthographic {
+    fn axis(&self) -> Option<Vec3> {
+        Some(self.forward.as_vec3())
+    }
+
     #[inline]
     fn ray(&self, film: Vec2, _lens: Vec2) -> Option<Ray> {
         let o = self.corner + self.right * f64::from(film.x) + self.down * f64::from(film.y);

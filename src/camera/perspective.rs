@@ -38,7 +38,7 @@ use super::{
     plus_y, unit_ray,
 };
 use crate::{
-    math::{Cone, Ray, Vec2, trig},
+    math::{Cone, Ray, Vec2, Vec3, trig},
     value::{NonNegative, Point, Positive, Problem, Real, Spanned, Whole},
 };
 
@@ -326,6 +326,10 @@ pub struct Perspective {
 }
 
 impl CameraKind for Perspective {
+    fn axis(&self) -> Option<Vec3> {
+        Some(self.lens_axes[1].cross(self.lens_axes[0]).as_vec3())
+    }
+
     #[inline]
     fn ray(&self, film: Vec2, lens: Vec2) -> Option<Ray> {
         let at_one = self.corner + self.right * f64::from(film.x) + self.down * f64::from(film.y);

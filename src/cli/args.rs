@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use batch_render::sampler::SeedMode;
+use batch_render::{assets::store::MissingAssets, sampler::SeedMode};
 use clap::{
     Args as ClapArgs, Parser, Subcommand, ValueEnum,
     builder::{PossibleValuesParser, TypedValueParser},
@@ -150,6 +150,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "SIZE", default_value = "4G", value_parser = size)]
     pub max_memory: u64,
 
+    /// What becomes of an image that is missing or broken
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = MissingKind::Error)]
+    pub missing_assets: MissingKind,
+
     /// How progress is shown, on standard output
     #[arg(long, value_enum, default_value_t = ProgressKind::Auto)]
     pub progress: ProgressKind,
@@ -169,6 +173,24 @@ pub struct ExistingArgs {
     /// Stop before rendering if a file exists
     #[arg(long)]
     pub fail_existing: bool,
+}
+
+/// What becomes of an image that is missing or broken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MissingKind {
+    /// The scene is refused
+    Error,
+    /// Squares of magenta and black are shown in its place, and a warning says so
+    Placeholder,
+}
+
+impl From<MissingKind> for MissingAssets {
+    fn from(kind: MissingKind) -> Self {
+        match kind {
+            MissingKind::Error => Self::Error,
+            MissingKind::Placeholder => Self::Placeholder,
+        }
+    }
 }
 
 /// How progress is shown.

@@ -40,7 +40,7 @@ fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
     let path = args.scene.as_deref().expect("the scene is a required argument");
     let request = request(args)?;
     let pool = threads(args.threads)?;
-    let store = Store::default();
+    let store = Store::new(args.missing_assets.into());
     let desc = pool.install(|| batch::open(path, &request, &store))?;
     let plan = Plan::new(&desc, &request)?;
     if args.dry_run {
@@ -49,6 +49,7 @@ fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
     let scene = pool
         .install(|| compile::scene_with(&desc, plan.accel, &store))
         .map_err(Error::from)?;
+    let replaced = store.replaced();
     drop(store);
     if args.check || args.dry_run {
         if !quiet {
@@ -67,7 +68,7 @@ fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
     let done = pool.install(|| batch::run(&plan, &scene, &progress, &watch));
     match done {
         Ok(figures) => {
-            progress.finish(Some(&summary::lines(&figures, &scene)));
+            progress.finish(Some(&summary::lines(&figures, &scene, replaced)));
             Ok(())
         }
         Err(e) => {

@@ -27,11 +27,13 @@ pub fn start(args: &Args) {
 
 /// Says why the program ends.
 pub fn report(error: &anyhow::Error) {
-    let messages = error
-        .downcast_ref::<Error>()
-        .map_or_else(|| vec![format!("{error:#}")], Error::messages);
+    let own = error.downcast_ref::<Error>();
+    let messages = own.map_or_else(|| vec![format!("{error:#}")], Error::messages);
     for message in messages {
         // A closed stderr leaves nobody to tell.
         let _ = writeln!(std::io::stderr(), "error: {message}");
+    }
+    if let Some(help) = own.and_then(Error::help) {
+        let _ = writeln!(std::io::stderr(), "help: {help}");
     }
 }

@@ -6,8 +6,8 @@ use batch_render::{batch::Summary, scene::Scene};
 
 use super::memory;
 
-/// What a finished job took, a line for each kind of figure.
-pub fn lines(summary: &Summary, scene: &Scene) -> String {
+/// What a finished job took, a line for each kind of figure; `replaced` images were not there.
+pub fn lines(summary: &Summary, scene: &Scene, replaced: usize) -> String {
     let mut lines = Vec::new();
     let skipped = match summary.skipped {
         0 => String::new(),
@@ -52,6 +52,9 @@ pub fn lines(summary: &Summary, scene: &Scene) -> String {
     ));
     if let Some(peak) = memory::peak() {
         lines.push(format!("peak memory: {} MiB", peak.div_ceil(1 << 20)));
+    }
+    if replaced > 0 {
+        lines.push(format!("placeholders shown: {}", plural(replaced, "image")));
     }
     if summary.dropped_samples > 0 {
         lines.push(format!(

@@ -7,11 +7,7 @@ use std::{collections::HashMap, sync::Arc};
 
 use crate::{
     accel::{self, AccelKind},
-    assets::{
-        AssetError, Store,
-        model::ImageSource,
-        store::{self, ImageRequest},
-    },
+    assets::{AssetError, Store, model::ImageSource, store::ImageRequest},
     describe::{Diagnostics, SceneDesc},
     material::{Material, MaterialId},
     scene::{Background, Lights, Scene},
@@ -92,7 +88,7 @@ pub fn scene_sharing(desc: &SceneDesc, accel: AccelKind, store: &Store, sharing:
     };
     // What is wrong with models and with images is reported together.
     let placed = parts.place(&placed, store, sharing);
-    let bitmaps = store::images(&parts.images);
+    let bitmaps = store.images(&parts.images);
     let mut bitmaps = match (placed, bitmaps) {
         (Ok(()), Ok(bitmaps)) => bitmaps,
         (placed, bitmaps) => {

@@ -8,8 +8,12 @@
 //! | `raw` | values as they are, clamped to `[0, 1]` |
 //! | `srgb` | the transfer function of IEC 61966-2-1, clamped to `[0, 1]` (the default) |
 //! | `heat` | R + G as a colour from dark blue (0) over green (31) to red (1023 and more), by the logarithm |
+//! | `signed` | half of the values plus one half: -1 is black, 1 white |
+//! | `near` | R as gray, from white (0) to black (1023 and more), a tenth of it for every doubling of 1 + R |
+//! | `fraction` | values less their whole part |
+//! | `id` | a colour for each value of G; black where R is 0 |
 
-use crate::math::{Rgb, srgb, trig};
+use crate::math::{Rgb, hash, srgb, trig};
 
 /// How light becomes display values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -20,6 +24,14 @@ pub enum View {
     Srgb,
     /// Counts, as colours.
     Heat,
+    /// Numbers from -1 to 1.
+    Signed,
+    /// Distances.
+    Near,
+    /// Numbers of which the whole part does not matter.
+    Fraction,
+    /// Names, as colours.
+    Id,
 }
 
 /// What a view is called and does.
@@ -39,7 +51,7 @@ pub enum Tag {
 }
 
 impl View {
-    const TABLE: &'static [Row; 3] = &[
+    const TABLE: &'static [Row; 7] = &[
         Row {
             view: Self::Raw,
             name: "raw",
@@ -56,6 +68,30 @@ impl View {
             view: Self::Heat,
             name: "heat",
             curve: heat,
+            tag: Tag::Untagged,
+        },
+        Row {
+            view: Self::Signed,
+            name: "signed",
+            curve: |c| each(c, |v| quantize(0.5 + 0.5 * v)),
+            tag: Tag::Untagged,
+        },
+        Row {
+            view: Self::Near,
+            name: "near",
+            curve: |c| [quantize(1.0 - trig::log2(1.0 + c.r.max(0.0)) / 10.0); 3],
+            tag: Tag::Untagged,
+        },
+        Row {
+            view: Self::Fraction,
+            name: "fraction",
+            curve: |c| each(c, |v| quantize(v - v.floor())),
+            tag: Tag::Untagged,
+        },
+        Row {
+            view: Self::Id,
+            name: "id",
+            curve: id,
             tag: Tag::Untagged,
         },
     ];
@@ -141,9 +177,29 @@ fn heat(counts: Rgb) -> [u8; 3] {
     each(a * (1.0 - f) + b * f, quantize)
 }
 
+/// Neither very dark nor very bright, so that no name looks like nothing.
+fn id(c: Rgb) -> [u8; 3] {
+    if c.r == 0.0 {
+        return [0; 3];
+    }
+    let h = hash::mix32(c.g.to_bits());
+    [h, h >> 8, h >> 16].map(|v| 48 + ((v & 0xff) * 3 / 4) as u8)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_that_are_no_light_have_their_own_curves() {
+        let show = |view: View, r, g| view.with_exposure(0.0).rgb8(Rgb::new(r, g, 0.0));
+        assert_eq!(show(View::Signed, -1.0, 1.0), [0, 255, 128]);
+        assert_eq!(show(View::Fraction, -0.75, 7.5)[..2], [64, 128]);
+        assert_eq!([0.0, 1.0, 1e10].map(|d| show(View::Near, d, 0.0)[0]), [255, 230, 0]);
+        assert_eq!(show(View::Id, 0.0, 5.0), [0; 3]);
+        assert_eq!(show(View::Id, 1.0, 5.0), show(View::Id, 2.0, 5.0));
+        assert_ne!(show(View::Id, 1.0, 5.0), show(View::Id, 1.0, 6.0));
+    }
 
     #[test]
     fn the_table_is_in_the_order_of_the_enum() {

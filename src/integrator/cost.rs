@@ -10,7 +10,7 @@
 
 use serde::Deserialize;
 
-use super::{Departures, Layer, Visit};
+use super::{Departures, Integrator, Layer, Shown, Visit};
 use crate::{accel::RayCost, math::Rgb, value::Problem};
 
 #[derive(Clone, Debug, Deserialize)]
@@ -38,19 +38,23 @@ const LAYERS: &[Layer] = &[
     },
 ];
 
-impl Cost {
+impl Integrator for Cost {
     /// Never asked: the wave asks for [`Cost::traversal`] instead.
-    pub fn vertex(&self, _visit: &Visit<'_>, _out: &mut Departures) {}
+    fn vertex(&self, _visit: &Visit<'_>, _out: &mut Departures) {}
 
-    pub fn reads_traversal(&self) -> bool {
+    fn reads_traversal(&self) -> bool {
         true
     }
 
-    pub fn traversal(&self, cost: RayCost, out: &mut Departures) {
+    fn traversal(&self, cost: RayCost, out: &mut Departures) {
         out.add(Rgb::new(cost.nodes as f32, cost.prims as f32, 0.0));
     }
 
-    pub fn layers(&self) -> &'static [Layer] {
+    fn shown(&self) -> Shown {
+        Shown::Counts
+    }
+
+    fn layers(&self) -> &'static [Layer] {
         LAYERS
     }
 }

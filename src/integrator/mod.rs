@@ -8,6 +8,7 @@
 
 use crate::{
     accel::{Hit, RayCost},
+    camera::Camera,
     kind::kinds,
     material::MaterialId,
     math::{Cone, Ray, Rgb, Vec3},
@@ -18,8 +19,13 @@ use crate::{
 
 pub mod cost;
 pub mod departures;
+pub mod depth;
 mod direct;
+pub mod normals;
+pub mod object_id;
+pub mod occlusion;
 pub mod path;
+pub mod uv;
 pub mod whitted;
 
 pub use departures::Departures;
@@ -90,6 +96,8 @@ pub struct Visit<'a> {
     pub vertex: Vertex<'a>,
     /// The random numbers of the path's sample.
     pub numbers: Numbers<'a>,
+    /// Where the path began.
+    pub camera: &'a Camera,
 }
 
 /// The contract of every integrator.
@@ -104,6 +112,43 @@ pub trait Integrator: Sync + Send {
 
     /// Answers for a ray by what its nearest hit took.
     fn traversal(&self, _cost: RayCost, _out: &mut Departures) {}
+
+    /// What the numbers of its pictures are.
+    fn shown(&self) -> Shown {
+        Shown::Light
+    }
+
+    /// What R, G and B are called where they are not light.
+    fn layers(&self) -> &'static [Layer] {
+        &[]
+    }
+}
+
+/// What the numbers of a picture are, for whoever shows them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shown {
+    Light,
+    /// R and G are counts.
+    Counts,
+    /// From -1 to 1.
+    Signed,
+    /// R is a distance in m.
+    Distance,
+    /// Whole numbers begin anew.
+    Fraction,
+    /// G is a hash, R is 0 where there is none.
+    Id,
+}
+
+impl Shown {
+    /// Whether the mean of two numbers means nothing: such pictures have one sample, through the centre of the pixel and of
+    /// the lens; where nothing is met the integrator says what that is, and alpha is 0.
+    pub fn is_measured(self) -> bool {
+        match self {
+            Self::Light | Self::Counts => false,
+            Self::Signed | Self::Distance | Self::Fraction | Self::Id => true,
+        }
+    }
 }
 
 /// A channel of R, G, B (0, 1, 2) that has a name of its own in files that hold layers.
@@ -119,6 +164,11 @@ kinds! {
         "path" => PathTracer(path::PathTracer, path::PathDesc),
         "whitted" => Whitted(whitted::Whitted, whitted::WhittedDesc),
         "cost" => Cost(cost::Cost, cost::CostDesc),
+        "occlusion" => Occlusion(occlusion::Occlusion, occlusion::OcclusionDesc),
+        "normals" => Normals(normals::Normals, normals::NormalsDesc),
+        "depth" => Depth(depth::Depth, depth::DepthDesc),
+        "uv" => Uv(uv::Uv, uv::UvDesc),
+        "object_id" => ObjectId(object_id::ObjectId, object_id::ObjectIdDesc),
     }
     described only {}
     compiled by fn compile(&self) -> Result<BuiltIn, Problem>;
@@ -128,7 +178,9 @@ kinds! {
     fn reads_traversal(&self) -> bool;
     /// See [`Integrator::traversal`].
     fn traversal(&self, cost: RayCost, out: &mut Departures);
-    /// What R, G and B are where they are not light; such pictures are shown as heat.
+    /// See [`Integrator::shown`].
+    fn shown(&self) -> Shown;
+    /// See [`Integrator::layers`].
     fn layers(&self) -> &'static [Layer];
 }
 
@@ -150,5 +202,13 @@ impl Integrator for BuiltIn {
 
     fn traversal(&self, cost: RayCost, out: &mut Departures) {
         Self::traversal(self, cost, out);
+    }
+
+    fn shown(&self) -> Shown {
+        Self::shown(self)
+    }
+
+    fn layers(&self) -> &'static [Layer] {
+        Self::layers(self)
     }
 }

@@ -59,6 +59,39 @@ pub const fn owen_reversed(mut x: u32, seed: u32) -> u32 {
     x ^ x.wrapping_mul(0x53a2_2864)
 }
 
+/// MurmurHash3_x86_32 with seed 0. Source: Appleby, "SMHasher", 2011.
+pub fn murmur3(bytes: &[u8]) -> u32 {
+    const C: [u32; 2] = [0xcc9e_2d51, 0x1b87_3593];
+    let scrambled = |k: u32| k.wrapping_mul(C[0]).rotate_left(15).wrapping_mul(C[1]);
+    let (blocks, tail) = bytes.as_chunks::<4>();
+    let mut h = 0_u32;
+    for block in blocks {
+        h ^= scrambled(u32::from_le_bytes(*block));
+        h = h.rotate_left(13).wrapping_mul(5).wrapping_add(0xe654_6b64);
+    }
+    if !tail.is_empty() {
+        let mut last = [0; 4];
+        last[..tail.len()].copy_from_slice(tail);
+        h ^= scrambled(u32::from_le_bytes(last));
+    }
+    h ^= bytes.len() as u32;
+    h = (h ^ (h >> 16)).wrapping_mul(0x85eb_ca6b);
+    h = (h ^ (h >> 13)).wrapping_mul(0xc2b2_ae35);
+    h ^ (h >> 16)
+}
+
+/// A name's hash as a float that is neither infinite, NaN nor subnormal. Source: Friedman and Jones, "Cryptomatte
+/// Specification", version 1.2.0.
+pub fn name_as_float(name: &str) -> f32 {
+    let bits = murmur3(name.as_bytes());
+    let exponent = bits >> 23 & 0xff;
+    f32::from_bits(if matches!(exponent, 0 | 255) {
+        bits ^ 1 << 23
+    } else {
+        bits
+    })
+}
+
 /// A number in `[0, 1)` from the upper 24 bits of `x`.
 pub const fn unit_f32(x: u32) -> f32 {
     (x >> 8) as f32 * (1.0 / 16_777_216.0)
@@ -86,6 +119,27 @@ mod tests {
                 flips += ((there ^ x) >> bit) & 1;
             }
             assert!((850..1150).contains(&flips), "bit {bit}: {flips}");
+        }
+    }
+
+    #[test]
+    fn names_have_the_hashes_of_cryptomattes_specification() {
+        for (name, hash, bits) in [
+            ("hello", 0x248b_fa47, 0x248b_fa47),
+            ("bunny", 0x1385_1a76, 0x1385_1a76),
+            (
+                "\u{440}\u{430}\u{432}\u{43d}\u{438}\u{43d}\u{430}",
+                0x9623_511e,
+                0x9623_511e,
+            ),
+            ("obj45", 0x0073_4d5c, 0x00f3_4d5c),
+            ("obj520", 0x7fbb_01ed, 0x7f3b_01ed),
+        ] {
+            assert_eq!(
+                (murmur3(name.as_bytes()), name_as_float(name).to_bits()),
+                (hash, bits),
+                "{name}"
+            );
         }
     }
 

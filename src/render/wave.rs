@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     accel::{Hit, RayCost},
-    camera::Shot,
+    camera::{Camera, Shot},
     film::{PixelSum, Window},
     integrator::{Departures, Integrator, Path, Vertex, Visit},
     math::{Cone, Ray, Vec2},
@@ -29,6 +29,8 @@ const MOST_PATHS: usize = 4 * PATHS;
 pub(super) struct Job<'a> {
     pub scene: &'a Scene,
     pub shot: &'a Shot,
+    /// When the shutter opens.
+    pub camera: Camera,
     pub integrator: &'a dyn Integrator,
     pub settings: &'a Settings,
     /// Whether everything in the scene is.
@@ -40,10 +42,12 @@ pub(super) struct Job<'a> {
 impl<'a> Job<'a> {
     pub fn new(scene: &'a Scene, shot: &'a Shot, integrator: &'a dyn Integrator, settings: &'a Settings) -> Self {
         // A sample has its share of the pixel in the middle; other pixels are seen under no larger an angle.
-        let cone = || shot.camera(0.0).pixel_cone().shared(settings.samples);
+        let camera = shot.camera(0.0);
+        let cone = || camera.pixel_cone().shared(settings.samples);
         Self {
             scene,
             shot,
+            camera,
             integrator,
             settings,
             is_opaque: scene.is_opaque(),
@@ -75,7 +79,7 @@ impl Part {
     }
 
     #[inline]
-    fn visit<'a>(&self, job: &Job<'a>, path: &'a Path, ray: &'a Ray, vertex: Vertex<'a>) -> Visit<'a> {
+    fn visit<'a>(&self, job: &'a Job<'a>, path: &'a Path, ray: &'a Ray, vertex: Vertex<'a>) -> Visit<'a> {
         Visit {
             scene: job.scene,
             path,
@@ -85,6 +89,7 @@ impl Part {
                 sampler: &job.settings.sampler,
                 key: self.key(job.settings, path.slot),
             },
+            camera: &job.camera,
         }
     }
 }
@@ -152,11 +157,11 @@ impl Wave {
             ref filter,
             ..
         } = *job.settings;
+        let measured = job.integrator.shown().is_measured();
         self.rays.clear();
         self.paths.clear();
         self.weights.clear();
         self.alpha.clear();
-        let still = job.shot.camera(0.0);
         for y in tile.y0..tile.y1 {
             for x in tile.x0..tile.x1 {
                 for sample in samples.clone() {
@@ -174,12 +179,10 @@ impl Wave {
                             (center + s.offset, s.weight)
                         }
                     };
-                    let moved = job
-                        .shot
-                        .moves()
-                        .then(|| job.shot.camera(sampler.pair(&key, Dimension::TIME).x));
-                    let camera = moved.as_ref().unwrap_or(&still);
-                    let lens = if camera.has_lens() {
+                    let moved =
+                        (job.shot.moves() && !measured).then(|| job.shot.camera(sampler.pair(&key, Dimension::TIME).x));
+                    let camera = moved.as_ref().unwrap_or(&job.camera);
+                    let lens = if camera.has_lens() && !measured {
                         sampler.pair(&key, Dimension::LENS)
                     } else {
                         Vec2::splat(0.5)
@@ -217,6 +220,7 @@ impl Wave {
         }
         self.out.forget_rays();
         self.escaped.clear();
+        let measured = integrator.shown().is_measured();
         for (i, hit) in self.hits.iter().enumerate() {
             match hit {
                 Some(hit) => {
@@ -237,9 +241,11 @@ impl Wave {
         }
         for &i in &self.escaped {
             let (ray, path) = (&self.rays[i as usize], self.paths[i as usize]);
-            if path.depth == 1 && !scene.background.visible {
+            if path.depth == 1 && (measured || !scene.background.visible) {
                 self.alpha[path.slot as usize] = 0.0;
-                continue;
+                if !measured {
+                    continue;
+                }
             }
             self.out.leave_from(path);
             integrator.vertex(&part.visit(job, &path, ray, Vertex::Escape), &mut self.out);

@@ -109,7 +109,8 @@ impl Bitmap {
         }
     }
 
-    /// A picture nobody takes for the real one: squares of magenta and black, to stand in for one that is missing.
+    /// A picture nobody takes for the real one, to stand in for one that is missing: squares of magenta and black, and from
+    /// afar magenta.
     pub fn placeholder() -> Self {
         const SIDE: u32 = 16;
         const SQUARE: u32 = 2;

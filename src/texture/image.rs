@@ -198,7 +198,7 @@ impl Footprint {
             };
         }
         Self {
-            pieces: ((long / width).ceil() as u32).clamp(1, MOST_PIECES),
+            pieces: ((long / width).round() as u32).clamp(1, MOST_PIECES),
             long_axis,
             level: trig::log2(width),
         }

@@ -1,0 +1,78 @@
+//! Ambient occlusion: how much of the sky a place would see, without any light, material or bounce.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `distance` | number of at least 0; what is farther away hides nothing, 0 is no limit | m | 0 |
+//! | `samples` | whole number of at least 1; rays from each place that a camera ray meets | | 1 |
+//!
+//! White sees all, black nothing; rays are drawn by the cosine with the shading normal, on the side of the viewer, so that the
+//! value is the part of the irradiance of an even sky that arrives. A camera ray that meets nothing is white, or transparent
+//! where the background is invisible.
+//!
+//! ```toml
+//! [render]
+//! integrator.occlusion = { distance = 2, samples = 4 }
+//! ```
+//!
+//! Source: Zhukov, Iones, Kronin, "An Ambient Light Illumination Model", EGWR 1998, doi:10.1007/978-3-7091-6453-2_5.
+
+use serde::Deserialize;
+
+use super::{Departures, Integrator, Vertex, Visit};
+use crate::{
+    math::{Frame, Rgb, warp},
+    sampler::{Dimension, Purpose},
+    value::{NonNegative, Problem, Spanned, Whole},
+};
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OcclusionDesc {
+    pub distance: Option<NonNegative>,
+    pub samples: Option<Spanned<Whole>>,
+}
+
+impl OcclusionDesc {
+    pub fn compile(&self) -> Result<Occlusion, Problem> {
+        let samples = match &self.samples {
+            None => 1,
+            Some(n) if n.get_ref().0 == 0 => {
+                return Err(Problem::at(n.span(), "expected at least 1 sample, found 0"));
+            }
+            Some(n) => n.get_ref().0,
+        };
+        let distance = self.distance.map_or(0.0, |d| d.0);
+        Ok(Occlusion {
+            distance: if distance == 0.0 { f32::INFINITY } else { distance },
+            samples,
+        })
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Occlusion {
+    /// In m; infinite for no limit.
+    pub distance: f32,
+    /// Rays from each place.
+    pub samples: u32,
+}
+
+impl Integrator for Occlusion {
+    fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
+        let Vertex::Surface(surface, _) = visit.vertex else {
+            return out.add(Rgb::WHITE);
+        };
+        let front = surface.ng.dot(surface.wo) >= 0.0;
+        let frame = Frame::from_normal(if front { surface.ns } else { -surface.ns });
+        let share = Rgb::gray(1.0 / self.samples as f32);
+        for i in 0..self.samples {
+            // No path goes on, so the numbers of its later vertices are free.
+            let u = visit.numbers.pair(Dimension::at(1 + i, Purpose::Bsdf));
+            let wi = frame.to_world(warp::square_to_cosine_hemisphere(u));
+            // Smooth normals lean over the true surface, which hides what lies behind it.
+            if (surface.ng.dot(wi) > 0.0) == front {
+                out.shadow(surface.shadow_ray(wi, self.distance), share);
+            }
+        }
+    }
+}
