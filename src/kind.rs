@@ -57,6 +57,7 @@ macro_rules! kinds {
     (@desc $Desc:ident { $( $name:literal => $Variant:ident($Runtime:ty, $Text:ty), )* } { $( $xname:literal => $Extra:ident($XText:ty), )* }) => {
         /// What a scene file says of one.
         #[derive(Clone, Debug, serde::Deserialize)]
+        #[allow(clippy::large_enum_variant, reason = "a scene has few descriptions, and none when it is rendered")]
         pub enum $Desc {
             $( #[serde(rename = $name)] $Variant($Text), )*
             $( #[serde(rename = $xname)] $Extra($XText), )*
