@@ -8,7 +8,7 @@ use batch_render::{
     accel::AccelKind,
     camera::CameraDesc,
     compile,
-    describe::{self, Source},
+    describe::{self, BackgroundDesc, Source},
     filter::FilterDesc,
     integrator::IntegratorDesc,
     light::LightDesc,
@@ -21,7 +21,7 @@ use common::{Folder, repo};
 use libtest_mimic::{Arguments, Failed, Trial};
 
 /// The names of all kinds of all registries.
-const REGISTRIES: [&[&str]; 9] = [
+const REGISTRIES: [&[&str]; 10] = [
     ShapeDesc::NAMES,
     PatternDesc::NAMES,
     MappingDesc::NAMES,
@@ -31,6 +31,7 @@ const REGISTRIES: [&[&str]; 9] = [
     IntegratorDesc::NAMES,
     FilterDesc::NAMES,
     SamplerDesc::NAMES,
+    BackgroundDesc::NAMES,
 ];
 
 fn main() {

@@ -15,6 +15,7 @@ use crate::{
     value::{ColorSource, Problem, Spanned, did_you_mean},
 };
 
+mod background;
 mod meshes;
 pub mod model;
 mod objects;
@@ -73,6 +74,7 @@ pub fn scene_sharing(desc: &SceneDesc, accel: AccelKind, store: &Store, sharing:
         .iter()
         .filter_map(|l| compiler.keep(l.light.compile()))
         .collect();
+    let environment = compiler.environment();
     if let Some(diagnostics) = Diagnostics::new(&desc.source, compiler.problems) {
         return Err(Error::Invalid(diagnostics));
     }
@@ -88,6 +90,7 @@ pub fn scene_sharing(desc: &SceneDesc, accel: AccelKind, store: &Store, sharing:
     };
     // What is wrong with models and with images is reported together.
     let placed = parts.place(&placed, store, sharing);
+    parts.images.extend(environment);
     let bitmaps = store.images(&parts.images);
     let mut bitmaps = match (placed, bitmaps) {
         (Ok(()), Ok(bitmaps)) => bitmaps,
@@ -97,6 +100,10 @@ pub fn scene_sharing(desc: &SceneDesc, accel: AccelKind, store: &Store, sharing:
         }
     };
     mipmap::add_levels(&parts.textures, &mut bitmaps);
+    let background = Background {
+        sky: background::sky(&desc.background, &mut bitmaps),
+        visible: desc.background.visible,
+    };
     Ok(Scene {
         accel: accel::build(accel, Arc::new(parts.geometry))?,
         objects: parts.objects,
@@ -107,12 +114,10 @@ pub fn scene_sharing(desc: &SceneDesc, accel: AccelKind, store: &Store, sharing:
         materials: parts.materials,
         textures: parts.textures,
         bitmaps,
-        lights: Lights::new(lights),
-        background: Background {
-            radiance: desc.background.color.0,
-            visible: desc.background.visible,
-        },
-    })
+        lights: Lights::default(),
+        background,
+    }
+    .lit(lights))
 }
 
 /// Files to be loaded, each once for each way to read it, in the order of their [`BitmapId`]s.

@@ -63,8 +63,8 @@ pub fn describe(path: &Path, aspect: f64, store: &Store) -> Result<SceneDesc, As
         render: RenderDesc::default(),
         camera: Some(unsaid(camera.unwrap_or_else(|| framing(&bounds, aspect)))),
         background: BackgroundDesc {
-            color: Tint(Rgb::gray(BACKGROUND)),
-            visible: true,
+            color: Some(Tint(Rgb::gray(BACKGROUND))),
+            ..BackgroundDesc::default()
         },
         textures: Vec::new(),
         materials: Vec::new(),
@@ -93,6 +93,7 @@ fn daylight() -> Vec<LightDesc> {
     vec![LightDesc::Sun(SunDesc {
         direction: Direction(SUN.normalize()),
         irradiance: Tint(Rgb::gray(SUN_IRRADIANCE)),
+        angle: None,
     })]
 }
 
@@ -196,6 +197,7 @@ fn own_light(light: &ModelLight) -> Option<LightDesc> {
         ModelLightKind::Sun => LightDesc::Sun(SunDesc {
             direction: direction?,
             irradiance: strength,
+            angle: None,
         }),
     })
 }

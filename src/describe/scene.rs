@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, de};
 use super::{OutputDesc, RenderDesc, Source};
 use crate::{
     camera::CameraDesc,
-    light::LightDesc,
+    light::{LightDesc, environment::EnvironmentDesc},
     material::MaterialDesc,
     math::Transform,
     shape::ShapeDesc,
@@ -48,18 +48,26 @@ impl SceneDesc {
 /// | key | type | unit | default |
 /// |---|---|---|---|
 /// | `color` | `[r, g, b]` | W m^-2 sr^-1 | black |
-/// | `visible` | whether camera rays see it; where not, RGB and A are 0 | | true |
+/// | `environment` | `{ file, intensity, rotate }`, see [`crate::light::environment`]; instead of `color` | | none |
+/// | `visible` | whether camera rays see it; where not, RGB and A are 0. It lights the scene all the same | | true |
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BackgroundDesc {
-    pub color: Tint,
+    pub color: Option<Tint>,
+    pub environment: Option<Spanned<EnvironmentDesc>>,
     pub visible: bool,
+}
+
+impl BackgroundDesc {
+    /// What a background can be.
+    pub const NAMES: &[&str] = &["color", "environment"];
 }
 
 impl Default for BackgroundDesc {
     fn default() -> Self {
         Self {
-            color: Tint(crate::math::Rgb::BLACK),
+            color: None,
+            environment: None,
             visible: true,
         }
     }

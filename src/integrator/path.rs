@@ -127,7 +127,8 @@ impl PathTracer {
             bsdf: &bsdf,
             wo_local: frame.to_local(surface.wo),
         };
-        if !bsdf.is_delta() && self.strategy != Strategy::Bsdf {
+        // What has but one direction is found this way alone.
+        if !bsdf.is_delta() {
             let clamp = |l| self.clamped(path, path.depth + 1, l);
             ask_light(visit, &shading, self.strategy, clamp, out);
         }
@@ -142,13 +143,19 @@ impl PathTracer {
             out.attenuate(absorption.map(|a| if a > 0.0 { 0.0 } else { 1.0 }));
         }
         let l = scene.escape(w);
-        if l.is_black() {
-            return;
+        if !l.is_black() {
+            let weight = self
+                .strategy
+                .weight_of_bsdf(path.last.pdf, || scene.pdf_escape(&receiver(visit), w));
+            out.add(self.clamped(path, path.depth, l * weight));
         }
-        let weight = self
-            .strategy
-            .weight_of_bsdf(path.last.pdf, || scene.pdf_escape(&receiver(visit), w));
-        out.add(self.clamped(path, path.depth, l * weight));
+        if path.depth > 1 {
+            // The camera does not see suns.
+            for (l, pdf) in scene.suns(&receiver(visit), w) {
+                let weight = self.strategy.weight_of_bsdf(path.last.pdf, || pdf);
+                out.add(self.clamped(path, path.depth, l * weight));
+            }
+        }
     }
 
     /// What the surface shines with of its own.
@@ -159,9 +166,9 @@ impl PathTracer {
         if l.is_black() {
             return;
         }
-        let weight = self.strategy.weight_of_bsdf(path.last.pdf, || {
-            scene.pdf_hit(&receiver(visit), visit.ray.d, hit, surface)
-        });
+        let weight = self
+            .strategy
+            .weight_of_bsdf(path.last.pdf, || scene.pdf_hit(&receiver(visit), visit.ray.d, hit));
         out.add(self.clamped(path, path.depth, l * weight));
     }
 

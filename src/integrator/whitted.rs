@@ -5,6 +5,10 @@
 //! | `max_depth` | whole number of at least 1; ray segments from the camera | | 5 |
 //! | `ambient` | number or `[r, g, b]`; light that arrives from everywhere alike | W m^-2 sr^-1 | 0 |
 //!
+//! Lights without size (points, spots, suns without an `angle`) cast hard shadows; each is asked at every surface. Of lights with
+//! size each sun is asked once, and so is one surface that shines, chosen by what it may bring, at a random place: soft shadows,
+//! with noise that `samples` average out. An environment is seen and mirrored, but sheds no light; that is what `ambient` is for.
+//!
 //! ```toml
 //! [render]
 //! integrator.whitted = { max_depth = 5, ambient = 0.4 }
@@ -18,9 +22,11 @@ use super::{Departures, Integrator, Layer, Onward, Vertex, Visit};
 use crate::{
     accel::RayCost,
     bsdf::fresnel::{dielectric, reflect, refract},
+    light::{Light, LightSample},
     material::{Split, Terms},
     math::{Rgb, Vec2, Vec3, trig},
-    scene::Surface,
+    sampler::{Dimension, Purpose},
+    scene::{Receiver, Surface},
     value::{Problem, Spanned, Tint, Whole},
 };
 
@@ -86,12 +92,22 @@ impl Whitted {
             surface.ns
         };
         out.add(self.ambient * terms.ambient);
+        if let Some(emission) = scene.material(surface.material).emission() {
+            out.add(emission.radiance(&scene.textures(), &surface.texture, surface.ng.dot(surface.wo)));
+        }
         if visit.path.depth >= self.max_depth {
             return;
         }
         for light in scene.lights.all() {
-            direct(light, surface, n, &terms, out);
+            let u = match light {
+                Light::Sun(sun) if sun.has_size() => visit.numbers.pair(Dimension::at(visit.path.depth, Purpose::Bsdf)),
+                _ => Vec2::splat(0.5),
+            };
+            if let Some(sample) = light.sample(surface.p, u) {
+                direct(&sample, surface, n, &terms, out);
+            }
         }
+        shining_surface(visit, surface, n, &terms, out);
         if terms.transmit.is_black() {
             go_on(surface, reflect(surface.wo, n), terms.reflect, out);
         } else {
@@ -132,12 +148,27 @@ fn reflect_and_refract(surface: &Surface, terms: &Terms, out: &mut Departures) {
     }
 }
 
-/// What one light brings, if nothing is in the way.
-#[inline]
-fn direct(light: &crate::light::Light, surface: &Surface, n: Vec3, terms: &Terms, out: &mut Departures) {
-    let Some(sample) = light.sample(surface.p, Vec2::splat(0.5)) else {
+/// What one of the surfaces that shine brings for all of them.
+fn shining_surface(visit: &Visit<'_>, surface: &Surface, n: Vec3, terms: &Terms, out: &mut Departures) {
+    let (scene, depth) = (visit.scene, visit.path.depth);
+    if scene.lights.emitters().count() == 0 {
+        return;
+    }
+    let receiver = Receiver { p: surface.p, n };
+    let u = visit.numbers.pair(Dimension::at(depth, Purpose::Choice)).x;
+    let Some(choice) = scene.lights.choose_emitter(&receiver, u) else {
         return;
     };
+    let u = visit.numbers.pair(Dimension::at(depth, Purpose::Light));
+    if let Some(mut sample) = scene.sample_light(choice.light, surface.p, u) {
+        sample.li = sample.li / choice.pmf;
+        direct(&sample, surface, n, terms, out);
+    }
+}
+
+/// What a light brings, if nothing is in the way.
+#[inline]
+fn direct(sample: &LightSample, surface: &Surface, n: Vec3, terms: &Terms, out: &mut Departures) {
     let cos = n.dot(sample.wi);
     if cos <= 0.0 {
         return;
@@ -147,7 +178,10 @@ fn direct(light: &crate::light::Light, surface: &Surface, n: Vec3, terms: &Terms
         let highlight = reflect(sample.wi, n).dot(surface.wo).max(0.0);
         weight += terms.specular * trig::pow(highlight, terms.shininess);
     }
-    let l = sample.li * weight;
+    let l = match sample.pdf {
+        None => sample.li * weight,
+        Some(pdf) => sample.li * weight / pdf,
+    };
     if !l.is_black() {
         out.shadow(surface.shadow_ray(sample.wi, sample.distance), l);
     }

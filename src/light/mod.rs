@@ -6,13 +6,19 @@ use serde::Deserialize;
 
 use crate::{
     kind::kinds,
-    math::{Rgb, Vec2, Vec3},
+    math::{Aabb, Rgb, Vec2, Vec3},
     value::Problem,
 };
 
+pub mod area;
+pub mod bounds;
+pub mod environment;
 pub mod point;
 pub mod spot;
 pub mod sun;
+pub mod tree;
+
+pub use bounds::{Directions, Faces, LightBounds};
 
 /// Light that arrives at a place from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +38,12 @@ pub struct LightSample {
 pub trait LightKind {
     /// A direction from which light arrives at `from`, by two uniform numbers in `[0, 1)`; `None` where none does.
     fn sample(&self, from: Vec3, u: Vec2) -> Option<LightSample>;
+
+    /// Where it is and where it shines to; `None` where its light does not thin out with distance.
+    fn bounds(&self) -> Option<LightBounds>;
+
+    /// Whether it may light a surface at `p` of unit normal `n` (zero: of any), if nothing is in the way.
+    fn reaches(&self, p: Vec3, n: Vec3) -> bool;
 }
 
 kinds! {
@@ -45,6 +57,10 @@ kinds! {
     compiled by fn compile(&self) -> Result<Light, Problem>;
     /// See [`LightKind::sample`].
     fn sample(&self, from: Vec3, u: Vec2) -> Option<LightSample>;
+    /// See [`LightKind::bounds`].
+    fn bounds(&self) -> Option<LightBounds>;
+    /// See [`LightKind::reaches`].
+    fn reaches(&self, p: Vec3, n: Vec3) -> bool;
 }
 
 /// How light thins out with distance.
@@ -66,6 +82,21 @@ impl Falloff {
             Self::None => 1.0,
         }
     }
+}
+
+/// The bounds of a light at a point, for light that thins out.
+fn point_bounds(position: Vec3, falloff: Falloff, intensity: Rgb, directions: Directions) -> Option<LightBounds> {
+    (falloff == Falloff::InverseSquare).then(|| LightBounds {
+        bounds: Aabb::from_points([position]),
+        directions,
+        power: intensity.mean(),
+    })
+}
+
+/// Whether a surface at `p` of unit normal `n` (zero: of any) sees the direction `to`, which need not be unit; yes where
+/// rounding leaves a doubt.
+fn faces(n: Vec3, to: Vec3) -> bool {
+    n.dot(to) >= -1e-4 * to.length()
 }
 
 /// Light from a point: what [`point`] and [`spot`] share.

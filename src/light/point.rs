@@ -13,7 +13,7 @@
 
 use serde::Deserialize;
 
-use super::{Falloff, LightKind, LightSample, from_point};
+use super::{Directions, Falloff, LightBounds, LightKind, LightSample, faces, from_point, point_bounds};
 use crate::{
     math::{Rgb, Vec2, Vec3},
     value::{Point, Problem, Tint},
@@ -61,6 +61,14 @@ impl LightKind for PointLight {
     #[inline]
     fn sample(&self, from: Vec3, _u: Vec2) -> Option<LightSample> {
         from_point(self.position, from, self.falloff, |_| self.intensity)
+    }
+
+    fn bounds(&self) -> Option<LightBounds> {
+        point_bounds(self.position, self.falloff, self.intensity, Directions::ALL)
+    }
+
+    fn reaches(&self, p: Vec3, n: Vec3) -> bool {
+        faces(n, self.position - p)
     }
 }
 

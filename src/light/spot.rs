@@ -20,7 +20,7 @@
 
 use serde::Deserialize;
 
-use super::{Falloff, LightKind, LightSample, from_point};
+use super::{Directions, Faces, Falloff, LightBounds, LightKind, LightSample, faces, from_point, point_bounds};
 use crate::{
     math::{Rgb, Vec2, Vec3, trig},
     value::{Direction, NonNegative, Point, Positive, Problem, Spanned, Tint},
@@ -111,6 +111,22 @@ impl LightKind for SpotLight {
         from_point(self.position, from, self.falloff, |wi| {
             self.intensity * self.profile(-wi.dot(self.axis))
         })
+    }
+
+    fn bounds(&self) -> Option<LightBounds> {
+        // Full within the inner cone, as if it were one of normals; less beyond, to the outer one.
+        let penumbra = trig::acos(self.cos_outer) - trig::acos(self.cos_inner);
+        let directions = Directions {
+            axis: self.axis,
+            cos_o: self.cos_inner,
+            cos_e: trig::cos(penumbra),
+            faces: Faces::Front,
+        };
+        point_bounds(self.position, self.falloff, self.intensity, directions)
+    }
+
+    fn reaches(&self, p: Vec3, n: Vec3) -> bool {
+        faces(n, self.position - p)
     }
 }
 

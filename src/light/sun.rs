@@ -4,18 +4,24 @@
 //! |---|---|---|---|
 //! | `direction` | `[x, y, z]`, where it shines to | | required |
 //! | `irradiance` | number or `[r, g, b]`, on a surface that faces it | W m^-2 | required |
+//! | `angle` | number from 0 to 90, the diameter of its disk; 0.53 for the sun of the earth | degrees | 0 |
+//!
+//! With an `angle` it is a disk of constant radiance in the sky, irradiance / (pi sin^2(angle / 2)), and shadows are soft.
+//! Mirrors show the disk in the path integrator. The camera does not see it, as it does not see a sun lamp in Blender.
 //!
 //! ```toml
 //! [[light]]
-//! sun = { direction = [-1, -2, -1], irradiance = [3, 3, 2.8] }
+//! sun = { direction = [-1, -2, -1], irradiance = [3, 3, 2.8], angle = 0.53 }
 //! ```
+
+use std::f32::consts::{PI, TAU};
 
 use serde::Deserialize;
 
-use super::{LightKind, LightSample};
+use super::{LightBounds, LightKind, LightSample};
 use crate::{
-    math::{Rgb, Vec2, Vec3},
-    value::{Direction, Problem, Tint},
+    math::{Frame, Rgb, Vec2, Vec3, trig},
+    value::{Direction, NonNegative, Problem, Spanned, Tint},
 };
 
 #[derive(Clone, Debug, Deserialize)]
@@ -23,14 +29,18 @@ use crate::{
 pub struct SunDesc {
     pub direction: Direction,
     pub irradiance: Tint,
+    #[serde(default)]
+    pub angle: Option<Spanned<NonNegative>>,
 }
 
 impl SunDesc {
     pub fn compile(&self) -> Result<SunLight, Problem> {
-        Ok(SunLight {
-            direction: self.direction.0,
-            irradiance: self.irradiance.0,
-        })
+        let angle = self.angle.as_ref().map_or(0.0, |a| a.get_ref().0);
+        if let Some(said) = self.angle.as_ref().filter(|_| angle > 90.0) {
+            let message = format!("expected an angle of at most 90, found {angle}");
+            return Err(Problem::at(said.span(), message));
+        }
+        Ok(SunLight::new(self.direction.0, self.irradiance.0).with_angle(trig::radians(angle)))
     }
 }
 
@@ -38,17 +48,142 @@ impl SunDesc {
 pub struct SunLight {
     /// Unit, where it shines to.
     pub direction: Vec3,
+    /// On a surface that faces it, in W m^-2.
     pub irradiance: Rgb,
+    /// 1 - cos of half the angle that it is seen under; 0 for a sun without size.
+    height: f32,
+}
+
+impl SunLight {
+    /// A sun without size; `direction` is unit.
+    pub fn new(direction: Vec3, irradiance: Rgb) -> Self {
+        Self {
+            direction,
+            irradiance,
+            height: 0.0,
+        }
+    }
+
+    /// The same sun, seen under `angle`, in radians, at most pi / 2.
+    pub fn with_angle(self, angle: f32) -> Self {
+        let sin = trig::sin(angle * 0.25);
+        Self {
+            height: 2.0 * sin * sin,
+            ..self
+        }
+    }
+
+    /// Whether it is a disk in the sky.
+    pub fn has_size(&self) -> bool {
+        self.height > 0.0
+    }
+
+    /// The density of each direction towards it, in sr^-1; infinite without size.
+    fn density(&self) -> f32 {
+        1.0 / (TAU * self.height)
+    }
+
+    /// In W m^-2 sr^-1; infinite without size.
+    fn radiance(&self) -> Rgb {
+        // pi sin^2, without cancellation.
+        self.irradiance / (PI * self.height * (2.0 - self.height))
+    }
+
+    /// What is seen of it in the unit direction `w`, in W m^-2 sr^-1, and the density of [`LightKind::sample`] to choose that
+    /// direction, in sr^-1; `None` beside its disk, and where it has no size.
+    #[inline]
+    pub fn seen(&self, w: Vec3) -> Option<(Rgb, f32)> {
+        // 1 - cos of the angle to its middle, as digits are few near 0.
+        let off = (w + self.direction).length_squared() * 0.5;
+        (self.has_size() && off <= self.height).then(|| (self.radiance(), self.density()))
+    }
 }
 
 impl LightKind for SunLight {
     #[inline]
-    fn sample(&self, _from: Vec3, _u: Vec2) -> Option<LightSample> {
-        (!self.irradiance.is_black()).then_some(LightSample {
-            wi: -self.direction,
+    fn sample(&self, _from: Vec3, u: Vec2) -> Option<LightSample> {
+        if self.irradiance.is_black() {
+            return None;
+        }
+        if !self.has_size() {
+            return Some(LightSample {
+                wi: -self.direction,
+                distance: f32::INFINITY,
+                li: self.irradiance,
+                pdf: None,
+            });
+        }
+        let h = self.height * u.x;
+        let (sin_phi, cos_phi) = trig::sin_cos(TAU * u.y);
+        let r = (h * (2.0 - h)).sqrt();
+        let local = Vec3::new(r * cos_phi, r * sin_phi, 1.0 - h);
+        Some(LightSample {
+            wi: Frame::from_normal(-self.direction).to_world(local).normalize(),
             distance: f32::INFINITY,
-            li: self.irradiance,
-            pdf: None,
+            li: self.radiance(),
+            pdf: Some(self.density()),
         })
+    }
+
+    fn bounds(&self) -> Option<LightBounds> {
+        None
+    }
+
+    fn reaches(&self, _p: Vec3, n: Vec3) -> bool {
+        // The sine of the half angle is how far below the horizon its middle may be.
+        let sin = (self.height * (2.0 - self.height)).sqrt();
+        !self.irradiance.is_black() && -n.dot(self.direction) >= -sin - 1e-4
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sun(degrees: f32) -> SunLight {
+        SunLight::new(Vec3::new(0.6, -0.8, 0.0), Rgb::gray(3.0)).with_angle(trig::radians(degrees))
+    }
+
+    #[test]
+    fn a_disk_brings_the_irradiance_that_is_said_however_wide_it_is() {
+        for degrees in [0.01, 0.53, 10.0, 90.0] {
+            let sun = sun(degrees);
+            let (n, mut irradiance) = (64, 0.0);
+            for i in 0..n * n {
+                let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+                let s = sun.sample(Vec3::ZERO, u).expect("it shines");
+                let pdf = s.pdf.expect("it has size");
+                assert_eq!(sun.seen(s.wi), Some((s.li, pdf)), "{degrees}");
+                irradiance += f64::from(s.li.r * -s.wi.dot(sun.direction) / pdf);
+            }
+            let mean = irradiance / f64::from(n * n);
+            assert!((mean / 3.0 - 1.0).abs() < 1e-3, "{degrees}: {mean}");
+        }
+    }
+
+    #[test]
+    fn the_disk_ends_at_half_the_angle() {
+        let sun = sun(10.0);
+        let at = |degrees: f32| {
+            let (sin, cos) = trig::sin_cos(trig::radians(degrees));
+            let across = Vec3::new(0.8, 0.6, 0.0);
+            sun.seen(-sun.direction * cos + across * sin)
+        };
+        assert!(at(0.0).is_some() && at(4.99).is_some());
+        assert!(at(5.01).is_none() && at(175.0).is_none());
+        assert!(self::sun(0.0).seen(Vec3::new(-0.6, 0.8, 0.0)).is_none());
+    }
+
+    #[test]
+    fn surfaces_that_see_a_part_of_the_disk_are_reached() {
+        let at = |degrees: f32| {
+            let (sin, cos) = trig::sin_cos(trig::radians(degrees));
+            sun(10.0).reaches(
+                Vec3::ZERO,
+                Vec3::new(-0.6, 0.8, 0.0) * cos + Vec3::new(0.8, 0.6, 0.0) * sin,
+            )
+        };
+        assert!(at(0.0) && at(89.0) && at(94.9) && !at(95.1));
+        assert!(sun(0.0).reaches(Vec3::ZERO, Vec3::ZERO));
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod aabb;
 pub mod cone;
+pub mod distribution;
 pub mod float;
 pub mod frame;
 pub mod hash;
@@ -15,7 +16,7 @@ pub mod warp;
 pub use aabb::Aabb;
 pub use cone::Cone;
 pub use frame::Frame;
-pub use glam::{DVec3, Vec2, Vec3};
+pub use glam::{DMat3, DVec3, Vec2, Vec3};
 pub use ray::Ray;
 pub use rgb::Rgb;
 pub use transform::Transform;

@@ -131,6 +131,11 @@ impl Transform {
         self.world_from_local.matrix3.determinant() < 0.0
     }
 
+    /// How much it enlarges volumes.
+    pub fn volume(&self) -> f32 {
+        self.world_from_local.matrix3.determinant().abs()
+    }
+
     /// The world-space box around a local one.
     pub fn bounds_to_world(&self, local: &Aabb) -> Aabb {
         if self.is_identity() || local.is_empty() {

@@ -164,8 +164,9 @@ impl Builder {
             materials: self.materials,
             textures: self.textures,
             bitmaps: self.bitmaps,
-            lights: Lights::new(self.lights),
+            lights: Lights::default(),
             background: self.background,
-        })
+        }
+        .lit(self.lights))
     }
 }

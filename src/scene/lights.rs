@@ -1,9 +1,19 @@
 //! The lights of a scene, and which of them to ask.
+//!
+//! They are numbered: first those of their own, in the order of the scene file, then the emitters, then the sky if its brighter
+//! parts are asked for.
+//!
+//! One of these is chosen first, with equal chances, of those that can matter: each light that does not thin out with distance
+//! (suns, the sky), and all others together. Among the others trees choose, one over points and one over surfaces; see
+//! [`crate::light::tree`].
 
-use super::LightId;
+use super::{EmitterId, Emitters, LightId, Sky};
 use crate::{
-    light::{Light, LightSample},
-    math::{Vec2, Vec3},
+    light::{Light, LightBounds, tree::Tree},
+    math::{
+        Rgb, Vec3,
+        hash::{mix32, unit_f32},
+    },
 };
 
 /// A place that light is asked for.
@@ -22,33 +32,229 @@ pub struct Choice {
     pub pmf: f32,
 }
 
+/// What a light is.
+#[derive(Clone, Copy, Debug)]
+pub enum LightPart<'a> {
+    Own(&'a Light),
+    Emitter(EmitterId),
+    Sky,
+}
+
 /// All lights.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     all: Vec<Light>,
+    emitters: Emitters,
+    sky: Option<LightId>,
+    /// Those that do not thin out with distance, without the sky.
+    endless: Vec<LightId>,
+    /// Those of `endless` that are a disk.
+    suns: Vec<LightId>,
+    /// The lights of their own that thin out, by the numbers of the tree.
+    points: Vec<LightId>,
+    point_tree: Tree,
+    emitter_tree: Tree,
+    /// The one light that there is.
+    only: Option<LightId>,
+}
+
+/// How a choice is shared out at a place.
+struct Shares {
+    /// How many have the same chance: 1 for all that thin out, if they matter, and each of the others that does.
+    count: u32,
+    /// What those that thin out may bring: points and surfaces.
+    near: [f64; 2],
+}
+
+impl Shares {
+    fn has_near(&self) -> bool {
+        self.near[0] + self.near[1] > 0.0
+    }
+
+    /// The probability of points among those that thin out.
+    fn of_points(&self) -> f64 {
+        self.near[0] / (self.near[0] + self.near[1])
+    }
 }
 
 impl Lights {
-    pub fn new(all: Vec<Light>) -> Self {
-        Self { all }
+    /// Lights of their own, surfaces with their bounds, and the sky.
+    pub fn new(
+        all: Vec<Light>,
+        emitters: Emitters,
+        bounds: impl ExactSizeIterator<Item = LightBounds>,
+        sky: &Sky,
+    ) -> Self {
+        let (mut points, mut point_bounds, mut endless, mut suns) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for (light, id) in all.iter().zip((0..).map(LightId)) {
+            match light.bounds() {
+                Some(bounds) => {
+                    points.push(id);
+                    point_bounds.push(bounds);
+                }
+                None => endless.push(id),
+            }
+            if matches!(light, Light::Sun(sun) if sun.has_size()) {
+                suns.push(id);
+            }
+        }
+        let near = all.len() as u32 + emitters.count();
+        let sky = sky.is_sampled().then_some(LightId(near));
+        let only = match (near, sky) {
+            (0, Some(sky)) => Some(sky),
+            (1, None) => Some(LightId(0)),
+            _ => None,
+        };
+        Self {
+            all,
+            emitters,
+            sky,
+            endless,
+            suns,
+            points,
+            point_tree: Tree::build(point_bounds.into_iter()),
+            emitter_tree: Tree::build(bounds),
+            only,
+        }
     }
 
+    /// The lights of their own, without surfaces and sky.
     pub fn all(&self) -> &[Light] {
         &self.all
     }
 
-    /// A light for the place `at`, by a uniform number in `[0, 1)`; `None` where none can matter.
-    pub fn choose(&self, _at: &Receiver, u: f32) -> Option<Choice> {
-        let count = self.all.len();
-        let index = ((u * count as f32) as usize).min(count.checked_sub(1)?);
-        Some(Choice {
-            light: LightId(index as u32),
-            pmf: 1.0 / count as f32,
+    pub fn emitters(&self) -> &Emitters {
+        &self.emitters
+    }
+
+    /// The sky, where its brighter parts are asked for.
+    pub fn sky(&self) -> Option<LightId> {
+        self.sky
+    }
+
+    pub fn part(&self, light: LightId) -> LightPart<'_> {
+        if let Some(own) = self.all.get(light.0 as usize) {
+            return LightPart::Own(own);
+        }
+        if self.sky == Some(light) {
+            return LightPart::Sky;
+        }
+        LightPart::Emitter(EmitterId(light.0 - self.all.len() as u32))
+    }
+
+    pub fn of_emitter(&self, emitter: EmitterId) -> LightId {
+        LightId(self.all.len() as u32 + emitter.0)
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> u32 {
+        self.all.len() as u32 + self.emitters.count() + u32::from(self.sky.is_some())
+    }
+
+    /// The suns whose disk the unit direction `w` meets, with its radiance in W m^-2 sr^-1 and the density of that direction in
+    /// sr^-1.
+    #[inline]
+    pub fn suns(&self, w: Vec3) -> impl Iterator<Item = (LightId, Rgb, f32)> {
+        self.suns.iter().filter_map(move |&id| match &self.all[id.0 as usize] {
+            Light::Sun(sun) => sun.seen(w).map(|(l, pdf)| (id, l, pdf)),
+            _ => None,
         })
     }
 
-    /// See [`crate::light::LightKind::sample`].
-    pub fn sample(&self, light: LightId, from: Vec3, u: Vec2) -> Option<LightSample> {
-        self.all[light.0 as usize].sample(from, u)
+    fn reaches(&self, light: LightId, at: &Receiver) -> bool {
+        self.all[light.0 as usize].reaches(at.p, at.n)
+    }
+
+    fn shares(&self, at: &Receiver) -> Shares {
+        let mut shares = Shares {
+            count: u32::from(self.sky.is_some()),
+            near: [&self.point_tree, &self.emitter_tree].map(|tree| tree.importance(at.p, at.n)),
+        };
+        shares.count += u32::from(shares.has_near());
+        shares.count += self.endless.iter().filter(|l| self.reaches(**l, at)).count() as u32;
+        shares
+    }
+
+    /// A light for the place `at`, by a uniform number in `[0, 1)`; `None` where none can matter.
+    pub fn choose(&self, at: &Receiver, u: f32) -> Option<Choice> {
+        if let Some(light) = self.only {
+            return Some(Choice { light, pmf: 1.0 });
+        }
+        let shares = self.shares(at);
+        let scaled = fine(u, at.p) * f64::from(shares.count);
+        let mut which = (scaled as u32).min(shares.count.checked_sub(1)?);
+        let pmf = 1.0 / f64::from(shares.count);
+        if shares.has_near() {
+            if which == 0 {
+                return self.choose_near(at, &shares, scaled).map(|(light, near)| Choice {
+                    light,
+                    pmf: (pmf * near) as f32,
+                });
+            }
+            which -= 1;
+        }
+        let mut endless = self.endless.iter().filter(|l| self.reaches(**l, at));
+        let light = endless.nth(which as usize).copied().or(self.sky)?;
+        Some(Choice { light, pmf: pmf as f32 })
+    }
+
+    /// One of those that thin out, by a uniform number in `[0, 1)`.
+    fn choose_near(&self, at: &Receiver, shares: &Shares, u: f64) -> Option<(LightId, f64)> {
+        let of_points = shares.of_points();
+        if u < of_points {
+            let (light, pmf) = self.point_tree.choose(at.p, at.n, u / of_points)?;
+            Some((self.points[light as usize], of_points * pmf))
+        } else {
+            let of_emitters = 1.0 - of_points;
+            let u = ((u - of_points) / of_emitters).min(1.0 - f64::EPSILON);
+            let (light, pmf) = self.emitter_tree.choose(at.p, at.n, u)?;
+            Some((self.of_emitter(EmitterId(light)), of_emitters * pmf))
+        }
+    }
+
+    /// A surface for the place `at`, of the surfaces alone, by a uniform number in `[0, 1)`; `None` where none can matter.
+    pub fn choose_emitter(&self, at: &Receiver, u: f32) -> Option<Choice> {
+        if self.emitter_tree.importance(at.p, at.n) == 0.0 {
+            return None;
+        }
+        let (light, pmf) = self.emitter_tree.choose(at.p, at.n, fine(u, at.p))?;
+        Some(Choice {
+            light: self.of_emitter(EmitterId(light)),
+            pmf: pmf as f32,
+        })
+    }
+
+    /// The probability of [`Lights::choose`] to choose `light` for the place `at`.
+    pub fn pmf(&self, at: &Receiver, light: LightId) -> f32 {
+        if self.only.is_some() {
+            return 1.0;
+        }
+        let shares = self.shares(at);
+        let near = match self.part(light) {
+            LightPart::Sky => 1.0,
+            LightPart::Own(_) => match self.points.binary_search_by_key(&light.0, |l| l.0) {
+                Err(_) if self.reaches(light, at) => 1.0,
+                Err(_) => 0.0,
+                Ok(_) if shares.near[0] == 0.0 => 0.0,
+                Ok(i) => shares.of_points() * self.point_tree.pmf(at.p, at.n, i as u32),
+            },
+            LightPart::Emitter(_) if shares.near[1] == 0.0 => 0.0,
+            LightPart::Emitter(emitter) => (1.0 - shares.of_points()) * self.emitter_tree.pmf(at.p, at.n, emitter.0),
+        };
+        if near == 0.0 {
+            return 0.0;
+        }
+        (near / f64::from(shares.count)) as f32
     }
 }
+
+/// `u` with more digits than single precision has: a tree of a million lights asks for as many. They come from the place.
+fn fine(u: f32, p: Vec3) -> f64 {
+    const LAST: f64 = 1.0 / 16_777_216.0;
+    let [x, y, z] = p.to_array().map(f32::to_bits);
+    let digits = unit_f32(mix32(x ^ mix32(y ^ mix32(z ^ u.to_bits()))));
+    f64::from(u) + f64::from(digits) * LAST
+}
+
+#[cfg(test)]
+mod tests;

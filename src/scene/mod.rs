@@ -6,22 +6,27 @@ use std::ops::Range;
 
 use crate::{
     accel::{Accelerator, Hit, Instance, PrimRef},
-    light::LightSample,
+    light::{Light, LightSample},
     material::{Material, MaterialId},
     math::{Ray, Rgb, Transform, Vec2, Vec3},
     texture::{Bitmap, Texture, Textures},
 };
 
+pub mod background;
 pub mod builder;
+mod emitter_bounds;
+pub mod emitters;
 pub mod instance;
 pub mod interaction;
 pub mod lights;
 pub mod motion;
 
+pub use background::{Background, Sky};
 pub use builder::{Builder, GroupId};
+pub use emitters::{EmitterId, Emitters};
 pub use instance::{InstanceRecord, ObjectFromGroup};
 pub use interaction::Surface;
-pub use lights::{Choice, Lights, Receiver};
+pub use lights::{Choice, LightPart, Lights, Receiver};
 pub use motion::{MeshId, Motion, MotionError, Pose};
 
 /// An index into the scene's objects.
@@ -38,24 +43,6 @@ pub struct Object {
     pub name: String,
     /// Of its shape; the parts of a mesh have their own.
     pub material: MaterialId,
-}
-
-/// What is seen where a ray meets nothing.
-#[derive(Clone, Copy, Debug)]
-pub struct Background {
-    pub radiance: Rgb,
-    /// Whether camera rays see it; where they do not, RGB and A are 0.
-    pub visible: bool,
-}
-
-impl Background {
-    /// One radiance everywhere, seen by all.
-    pub fn new(radiance: Rgb) -> Self {
-        Self {
-            radiance,
-            visible: true,
-        }
-    }
 }
 
 /// A run of triangles with what their corners carry beside positions.
@@ -97,6 +84,19 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The same scene, lit by `own`, the lights of their own, and by all of its surfaces that shine.
+    pub fn lit(mut self, own: Vec<Light>) -> Self {
+        self.light_up(own);
+        self
+    }
+
+    /// Finds the surfaces that shine, where they are now, and makes lights of them.
+    fn light_up(&mut self, own: Vec<Light>) {
+        let emitters = Emitters::collect(self);
+        let bounds = emitters.bounds(self);
+        self.lights = Lights::new(own, emitters, bounds, &self.background.sky);
+    }
+
     /// The tables that material colours are looked up in.
     #[inline]
     pub fn textures(&self) -> Textures<'_> {
@@ -118,27 +118,48 @@ impl Scene {
 
     /// The radiance that arrives where a ray along the unit direction `w` meets nothing, in W m^-2 sr^-1.
     #[inline]
-    pub fn escape(&self, _w: Vec3) -> Rgb {
-        self.background.radiance
+    pub fn escape(&self, w: Vec3) -> Rgb {
+        self.background.sky.radiance(w)
     }
 
     /// A direction from which `light` shines on `from`, by two uniform numbers in `[0, 1)`; `None` where it does not.
     #[inline]
     pub fn sample_light(&self, light: LightId, from: Vec3, u: Vec2) -> Option<LightSample> {
-        self.lights.sample(light, from, u)
+        match self.lights.part(light) {
+            LightPart::Own(own) => own.sample(from, u),
+            LightPart::Emitter(emitter) => self.sample_emitter(emitter, from, u),
+            LightPart::Sky => match &self.background.sky {
+                Sky::Environment(environment) => environment.sample(u),
+                Sky::Color(_) => None,
+            },
+        }
     }
 
     /// The density, in sr^-1, with which [`Lights::choose`] and [`Scene::sample_light`] at `at` find the direction `w` towards what
-    /// lies behind everything. 0 where it is not a light that is asked for.
+    /// [`Scene::escape`] tells. 0 where it is not a light that is asked for.
     #[inline]
-    pub fn pdf_escape(&self, _at: &Receiver, _w: Vec3) -> f32 {
-        0.0
+    pub fn pdf_escape(&self, at: &Receiver, w: Vec3) -> f32 {
+        match (&self.background.sky, self.lights.sky()) {
+            (Sky::Environment(environment), Some(light)) => environment.pdf(w) * self.lights.pmf(at, light),
+            _ => 0.0,
+        }
+    }
+
+    /// The disks of suns that are seen along the unit direction `w`, beside [`Scene::escape`]: the radiance of each, in
+    /// W m^-2 sr^-1, and the density with which light sampling at `at` finds `w` there, in sr^-1.
+    #[inline]
+    pub fn suns(&self, at: &Receiver, w: Vec3) -> impl Iterator<Item = (Rgb, f32)> {
+        self.lights
+            .suns(w)
+            .map(|(light, l, pdf)| (l, pdf * self.lights.pmf(at, light)))
     }
 
     /// The same for the unit direction `w` towards the surface that a ray from `at` met there with `hit`. 0 where no light is.
     #[inline]
-    pub fn pdf_hit(&self, _at: &Receiver, _w: Vec3, _hit: &Hit, _surface: &Surface) -> f32 {
-        0.0
+    pub fn pdf_hit(&self, at: &Receiver, w: Vec3, hit: &Hit) -> f32 {
+        self.pdf_emitter(at.p, w, hit).map_or(0.0, |(emitter, pdf)| {
+            pdf * self.lights.pmf(at, self.lights.of_emitter(emitter))
+        })
     }
 
     /// Whether everything in it is opaque everywhere.

@@ -76,6 +76,9 @@ impl Scene {
         for pose in &motion.poses {
             self.meshes[pose.mesh.0 as usize].normals.clone_from(&pose.normals);
         }
+        if self.lights.emitters().count() > 0 {
+            self.light_up(self.lights.all().to_vec());
+        }
         Ok(updated)
     }
 

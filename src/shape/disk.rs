@@ -65,6 +65,11 @@ pub struct Disk {
 }
 
 impl Disk {
+    /// Unit.
+    pub fn normal(&self) -> Vec3 {
+        self.axis.0.as_vec3()
+    }
+
     /// Per m^2.
     fn per_area(&self) -> f64 {
         let r = f64::from(self.radius);

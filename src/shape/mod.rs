@@ -83,8 +83,8 @@ pub trait ShapeKind {
     /// seen or cannot be sampled.
     fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample>;
 
-    /// The density of [`ShapeKind::sample`] to choose the unit direction `wi`, in sr^-1. `hit` is where the ray from
-    /// `from` along `wi` meets the shape: its `t` counts lengths of `wi`.
+    /// The density of [`ShapeKind::sample`] to choose the direction `wi`, in sr^-1. `hit` is where the ray from `from`
+    /// along `wi` meets the shape: its `t` counts lengths of `wi`, which need not be a unit vector.
     fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32;
 
     /// How fast the normal turns over the surface where it turns fastest, in radians per metre; 0 where it is flat.

@@ -94,6 +94,11 @@ pub struct Quad {
 }
 
 impl Quad {
+    /// Unit.
+    pub fn normal(&self) -> Vec3 {
+        self.normal.as_vec3()
+    }
+
     fn from_corners(corners: [Vec3; 4]) -> Self {
         let [a, b, c, d] = corners.map(|c| c.as_dvec3());
         // Of a flat convex quad this is the direction of (B - A) x (D - A), and it needs no angle at A.

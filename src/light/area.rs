@@ -1,0 +1,129 @@
+//! Surfaces that shine, as seen from a place: points of a shape or a triangle, and the density of the direction there.
+//!
+//! A shape is sampled in its own space, by solid angle where the shape knows how. A linear map M takes the unit direction w to
+//! M w / |M w| and a small solid angle around it to |det M| / |M w|^3 times its size, whatever M scales and shears; the
+//! density in the world is what that leaves of the local one.
+
+use super::LightSample;
+use crate::{
+    math::{Ray, Rgb, Transform, Vec2, Vec3, float::gamma},
+    shape::{LocalSurface, Shape, ShapeHit, triangle},
+};
+
+/// A point of an emitter, chosen at random as seen from somewhere.
+#[derive(Clone, Copy, Debug)]
+pub struct AreaSample {
+    /// In world space.
+    pub p: Vec3,
+    /// Bound on the absolute error of each coordinate of `p`.
+    pub p_error: Vec3,
+    /// Unit geometric normal in world space, as authored.
+    pub ng: Vec3,
+    /// Density of the direction towards `p`, in sr^-1.
+    pub pdf: f32,
+}
+
+impl AreaSample {
+    /// The cosine between the normal and the way to `from`: above 0 where `from` is in front.
+    #[inline]
+    pub fn front_cos(&self, from: Vec3) -> f32 {
+        self.ng.dot(from - self.p)
+    }
+
+    /// The light that arrives at `from` with the radiance `li`.
+    ///
+    /// Its distance ends before the emitter, by a bound on what rounding does to the way there, so that a shadow ray does not
+    /// end behind the very surface that it asks for.
+    #[inline]
+    pub fn light(&self, from: Vec3, li: Rgb) -> Option<LightSample> {
+        let reach = from.abs().max_element() + self.p.abs().max_element();
+        let gap = self.ng.abs().dot(self.p_error) + reach * gamma(32);
+        let side = if self.front_cos(from) < 0.0 { -gap } else { gap };
+        let to = self.p + self.ng * side - from;
+        let distance = to.length();
+        (distance > 0.0).then(|| LightSample {
+            wi: to / distance,
+            distance,
+            li,
+            pdf: Some(self.pdf),
+        })
+    }
+}
+
+/// A point of `shape` as seen from `from` (world), and the same point in the shape's own space; `None` where it cannot be
+/// seen or cannot be sampled.
+#[inline]
+pub fn sample_shape(shape: &Shape, transform: Option<&Transform>, from: Vec3, u: Vec2) -> Option<(AreaSample, Vec3)> {
+    let from_local = transform.map_or(from, |t| t.point_to_local(from));
+    let local = shape.sample(from_local, u)?;
+    let p_error = local.p.abs() * gamma(4);
+    let sample = match transform {
+        None => AreaSample {
+            p: local.p,
+            p_error,
+            ng: local.ng,
+            pdf: local.pdf,
+        },
+        Some(t) => {
+            let to = local.p - from_local;
+            let stretch = t.vector_to_world(to).length() / to.length();
+            AreaSample {
+                p: t.point_to_world(local.p),
+                p_error: t.point_error_to_world(local.p, p_error),
+                ng: t.normal_to_world(local.ng).normalize(),
+                pdf: local.pdf * (stretch * stretch * stretch) / t.volume(),
+            }
+        }
+    };
+    (sample.pdf > 0.0 && sample.pdf.is_finite()).then_some((sample, local.p))
+}
+
+/// The density of [`sample_shape`] to choose the unit direction `w`, in sr^-1. `hit` is where the ray from `from` along `w` meets
+/// the shape.
+#[inline]
+pub fn pdf_shape(shape: &Shape, transform: Option<&Transform>, from: Vec3, w: Vec3, hit: &ShapeHit) -> f32 {
+    let Some(t) = transform else {
+        return shape.pdf(from, w, hit);
+    };
+    let ray = t.ray_to_local(&Ray::new(from, w));
+    let length = ray.d.length();
+    let pdf = shape.pdf(ray.o, ray.d, hit) / (length * length * length * t.volume());
+    if pdf.is_finite() { pdf } else { 0.0 }
+}
+
+/// The surface of `shape` at its point `p`, as seen from `from`, both in the shape's own space.
+pub fn surface_at(shape: &Shape, from: Vec3, p: Vec3) -> Option<LocalSurface> {
+    /// No shape is met more often by one line, but for rounding.
+    const MOST_HITS: usize = 6;
+    let mut ray = Ray::new(from, p - from);
+    let mut best: Option<ShapeHit> = None;
+    for _ in 0..MOST_HITS {
+        let Some(hit) = shape.intersect(&ray) else { break };
+        if best.is_none_or(|b| (hit.t - 1.0).abs() < (b.t - 1.0).abs()) {
+            best = Some(hit);
+        }
+        ray.tmin = hit.t;
+    }
+    best.map(|hit| shape.surface(&ray, &hit))
+}
+
+/// A point of the triangle, uniform by area, as seen from `from`, and its texture coordinates; `None` where it is seen edge-on
+/// or has no area.
+#[inline]
+pub fn sample_triangle(
+    corners: [Vec3; 3],
+    uvs: Option<[Vec2; 3]>,
+    from: Vec3,
+    u: Vec2,
+) -> Option<(AreaSample, LocalSurface)> {
+    let weights = triangle::sample_barycentric(u);
+    let pdf = triangle::pdf(corners, from, weights.x, weights.y);
+    let surface = triangle::surface(corners, uvs, weights.x, weights.y);
+    let sample = AreaSample {
+        p: surface.p,
+        p_error: surface.p_error,
+        ng: surface.ng,
+        pdf,
+    };
+    (pdf > 0.0).then_some((sample, surface))
+}

@@ -1,0 +1,216 @@
+//! Light from a picture of all directions, infinitely far away.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `file` | path of an HDR, EXR, PNG, .. file in equirectangular projection, relative to the scene file | W m^-2 sr^-1 | required |
+//! | `intensity` | number of at least 0; a factor | | 1 |
+//! | `rotate` | `[x, y, z]`, about the fixed x, y and z axes in this order | degrees | `[0, 0, 0]` |
+//!
+//! The picture's centre looks along -z, its right half towards +x, its top to +y. Between texels the radiance is linear; numbers
+//! that are not finite count as 0 or 65504 and negative ones as 0, with a warning.
+//!
+//! ```toml
+//! [background]
+//! environment = { file = "sky.exr", intensity = 1, rotate = [0, 90, 0] }
+//! ```
+//!
+//! Directions are chosen in proportion to what a texel is brighter than the mean: the rest is for surfaces to find by their own
+//! choice. Source: Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling",
+//! ACM TOG 38(6), 2019, doi:10.1145/3355089.3356565. A picture of one colour is not sampled at all.
+
+use std::f32::consts::{PI, TAU};
+
+use glam::Mat3;
+use rayon::prelude::*;
+use serde::Deserialize;
+
+use super::LightSample;
+use crate::{
+    math::{DMat3, Rgb, Vec2, Vec3, distribution::Distribution2, trig},
+    texture::Bitmap,
+    value::{NonNegative, Point, Spanned},
+};
+
+#[cfg(test)]
+mod tests;
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EnvironmentDesc {
+    pub file: Spanned<String>,
+    #[serde(default = "one")]
+    pub intensity: NonNegative,
+    #[serde(default)]
+    pub rotate: Option<Point>,
+}
+
+fn one() -> NonNegative {
+    NonNegative(1.0)
+}
+
+/// A picture of all directions.
+#[derive(Clone, Debug)]
+pub struct Environment {
+    /// Row by row from the top, in W m^-2 sr^-1.
+    texels: Vec<Rgb>,
+    width: usize,
+    height: usize,
+    world_from_map: Mat3,
+    /// The cosine of the angle to +y at which each row begins, and that at which the last one ends.
+    heights: Vec<f64>,
+    /// Over the texels; `None` where no direction is brighter than the others.
+    distribution: Option<Distribution2>,
+    /// Texels of the picture with a number below 0, which became 0.
+    pub clamped: u64,
+}
+
+/// Columns from the left and rows from the top, in texels; texel (0, 0) goes to (1, 1).
+type MapPoint = Vec2;
+
+impl Environment {
+    /// The light of `picture` times `intensity`, turned by `world_from_map`, a rotation.
+    pub fn new(picture: &Bitmap, intensity: f32, world_from_map: DMat3) -> Self {
+        let (width, height) = (picture.width as usize, picture.height as usize);
+        let mut texels = vec![Rgb::BLACK; width * height];
+        let clamped = texels
+            .par_chunks_mut(width)
+            .zip(0..height as u32)
+            .map(|(row, y)| {
+                let mut clamped = 0;
+                for (texel, x) in row.iter_mut().zip(0..) {
+                    let rgb = picture.rgb(x, y);
+                    clamped += u64::from(rgb.r < 0.0 || rgb.g < 0.0 || rgb.b < 0.0);
+                    *texel = rgb.map(|v| (v.max(0.0) * intensity).min(f32::MAX));
+                }
+                clamped
+            })
+            .sum();
+        let mut environment = Self {
+            texels,
+            width,
+            height,
+            world_from_map: world_from_map.as_mat3(),
+            heights: (0..=height)
+                .map(|j| libm::cos(std::f64::consts::PI * j as f64 / height as f64))
+                .collect(),
+            distribution: None,
+            clamped,
+        };
+        environment.distribution = environment.distribute();
+        environment
+    }
+
+    /// Whether [`Environment::sample`] finds anything.
+    pub fn is_sampled(&self) -> bool {
+        self.distribution.is_some()
+    }
+
+    /// What arrives along the unit direction `w` from there, in W m^-2 sr^-1.
+    #[inline]
+    pub fn radiance(&self, w: Vec3) -> Rgb {
+        self.at(self.map_point(w))
+    }
+
+    /// A direction, by two uniform numbers in `[0, 1)`; `None` where no direction is brighter than the others.
+    pub fn sample(&self, u: Vec2) -> Option<LightSample> {
+        let [column, row] = self.distribution.as_ref()?.sample(u);
+        let pdf = column.pmf * row.pmf / self.solid_angle(row.index);
+        // Uniform by solid angle within the texel: by the cosine, not by the angle.
+        let [top, bottom] = [self.heights[row.index], self.heights[row.index + 1]];
+        let y = top + (bottom - top) * f64::from(row.within);
+        let r = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt() as f32;
+        let column = column.index as f32 + column.within;
+        let (sin, cos) = trig::sin_cos(TAU * (column / self.width as f32 - 0.5));
+        let local = Vec3::new(r * sin, y as f32, -r * cos);
+        let at = MapPoint::new(column, trig::atan2(r, local.y) / PI * self.height as f32);
+        let li = self.at(at);
+        (pdf > 0.0 && pdf.is_finite() && !li.is_black()).then(|| LightSample {
+            wi: (self.world_from_map * local).normalize(),
+            distance: f32::INFINITY,
+            li,
+            pdf: Some(pdf),
+        })
+    }
+
+    /// The density of [`Environment::sample`] to choose the unit direction `w`, in sr^-1.
+    pub fn pdf(&self, w: Vec3) -> f32 {
+        let Some(distribution) = &self.distribution else {
+            return 0.0;
+        };
+        let at = self.map_point(w);
+        let column = (at.x as usize).min(self.width - 1);
+        let row = (at.y as usize).min(self.height - 1);
+        distribution.pmf(column, row) / self.solid_angle(row)
+    }
+
+    /// Where on the picture the unit direction `w` is.
+    #[inline]
+    fn map_point(&self, w: Vec3) -> MapPoint {
+        let local = self.world_from_map.transpose() * w;
+        let around = trig::atan2(local.x, -local.z) / TAU + 0.5;
+        let down = trig::atan2((local.x * local.x + local.z * local.z).sqrt(), local.y) / PI;
+        MapPoint::new(around * self.width as f32, down * self.height as f32)
+    }
+
+    /// The radiance there, linear between the middles of the texels.
+    #[inline]
+    fn at(&self, at: MapPoint) -> Rgb {
+        let from_middle = at - 0.5;
+        let (base, f) = (from_middle.floor(), from_middle - from_middle.floor());
+        let (w, h) = (self.width as i64, self.height as i64);
+        let columns = [base.x as i64, base.x as i64 + 1].map(|i| i.rem_euclid(w) as usize);
+        let rows = [base.y as i64, base.y as i64 + 1].map(|j| j.clamp(0, h - 1) as usize);
+        let row = |j: usize| {
+            let texels = &self.texels[j * self.width..(j + 1) * self.width];
+            texels[columns[0]] * (1.0 - f.x) + texels[columns[1]] * f.x
+        };
+        row(rows[0]) * (1.0 - f.y) + row(rows[1]) * f.y
+    }
+
+    /// Of each texel of a row, in sr.
+    fn solid_angle(&self, row: usize) -> f32 {
+        (std::f64::consts::TAU / self.width as f64 * (self.heights[row] - self.heights[row + 1])) as f32
+    }
+
+    /// The mean luminance within each texel of a row, in `to`: what its own and its neighbours' weigh in linear interpolation. It
+    /// is above 0 wherever the radiance is.
+    fn luminances(&self, row: usize, to: &mut [f64]) {
+        let rows = [row.saturating_sub(1), row, (row + 1).min(self.height - 1)];
+        let column = |i: usize| {
+            let [above, own, below] = rows.map(|j| luminance(self.texels[j * self.width + i]));
+            0.125 * (above + below) + 0.75 * own
+        };
+        let (mut left, mut own) = (column(self.width - 1), column(0));
+        for (i, to) in to.iter_mut().enumerate() {
+            let right = column((i + 1) % self.width);
+            *to = 0.125 * (left + right) + 0.75 * own;
+            (left, own) = (own, right);
+        }
+    }
+
+    fn distribute(&self) -> Option<Distribution2> {
+        let totals: Vec<f64> = (0..self.height)
+            .into_par_iter()
+            .map(|row| {
+                let mut luminances = vec![0.0; self.width];
+                self.luminances(row, &mut luminances);
+                luminances.iter().sum::<f64>() * f64::from(self.solid_angle(row))
+            })
+            .collect();
+        let mean = totals.iter().sum::<f64>() / (4.0 * std::f64::consts::PI);
+        // Rounding of a constant picture is not worth a sample.
+        let floor = mean * (1.0 + 1e-4);
+        Distribution2::new([self.width, self.height], |row, weights| {
+            self.luminances(row, weights);
+            let solid_angle = f64::from(self.solid_angle(row));
+            weights
+                .iter_mut()
+                .for_each(|w| *w = (*w - floor).max(0.0) * solid_angle);
+        })
+    }
+}
+
+/// Of linear sRGB colours (Rec. 709).
+fn luminance(c: Rgb) -> f64 {
+    0.2126 * f64::from(c.r) + 0.7152 * f64::from(c.g) + 0.0722 * f64::from(c.b)
+}

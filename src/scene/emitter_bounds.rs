@@ -1,0 +1,163 @@
+//! Where the surfaces that shine are, where they shine to and how strongly: what the light tree is built from.
+
+use rayon::prelude::*;
+
+use super::{
+    Emitters, MeshRecord, Scene,
+    emitters::{corner_uvs, is_plain, nowhere, texture_point},
+};
+use crate::{
+    accel::PrimRef,
+    light::{Directions, Faces, LightBounds, area},
+    material::{Emission, Sides},
+    math::{Aabb, Rgb, Transform, Vec2, Vec3},
+    shape::{Shape, triangle},
+    texture::TexturePoint,
+};
+
+impl Emitters {
+    /// Where each emitter is, where it shines to, and how strongly, in order.
+    pub fn bounds(&self, scene: &Scene) -> std::vec::IntoIter<LightBounds> {
+        let mut all: Vec<LightBounds> = self.shapes.iter().map(|&i| scene.shape_bounds(i)).collect();
+        for run in &self.runs {
+            scene.mesh_bounds(&scene.meshes[run.mesh as usize], &mut all);
+        }
+        let without = all.iter().filter(|b| b.power <= 0.0).count();
+        if without > 0 {
+            let (plural, it) = if without == 1 {
+                ("surface", "it is")
+            } else {
+                ("surfaces", "they are")
+            };
+            tracing::warn!("{without} {plural} that should shine without area: {it} left out");
+        }
+        all.into_iter()
+    }
+}
+
+impl Scene {
+    fn shape_bounds(&self, index: u32) -> LightBounds {
+        let geometry = self.accel.geometry();
+        let placed = &geometry.shapes[index as usize];
+        let transform = geometry.transform(placed);
+        let object = self.shape_objects[index as usize];
+        let emission = self.material(self.objects[object.0 as usize].material).emission();
+        let normal = match &placed.shape {
+            Shape::Quad(quad) => Some(quad.normal()),
+            Shape::Disk(disk) => Some(disk.normal()),
+            _ => None,
+        };
+        let normal = normal.map(|n| transform.map_or(n, |t| t.normal_to_world(n).normalize()));
+        let radiance = emission.map_or(0.0, |e| self.mean_radiance(&e, &placed.shape));
+        let bounds = geometry.bounds(PrimRef::new(geometry.triangles.len() as u32 + index));
+        LightBounds {
+            bounds,
+            directions: normal.map_or(Directions::ALL, |n| Directions::flat(n, faces(emission))),
+            // Of a body one sees a quarter of its surface on average (Cauchy).
+            power: area_in_world(&placed.shape, transform) * radiance * if normal.is_some() { 1.0 } else { 0.25 },
+        }
+    }
+
+    /// An estimate, above 0, of the mean of what leaves `shape`, in W m^-2 sr^-1.
+    fn mean_radiance(&self, emission: &Emission, shape: &Shape) -> f32 {
+        const SIDE: u32 = 4;
+        if is_plain(emission) {
+            return emission.radiance(&self.textures(), &nowhere(), 1.0).mean();
+        }
+        let box_ = shape.bounds();
+        let away = box_.extent().max_element() * 3.0;
+        let places = [Vec3::new(1.0, 0.8, 0.6), Vec3::new(-1.0, -0.8, -0.6)].map(|d| box_.center() + d * away);
+        let grid = (0..SIDE * SIDE).map(|i| Vec2::new((i % SIDE) as f32 + 0.5, (i / SIDE) as f32 + 0.5) / SIDE as f32);
+        let radiances = grid.flat_map(|u| places.map(|from| (from, u))).filter_map(|(from, u)| {
+            let sample = shape.sample(from, u)?;
+            let surface = area::surface_at(shape, from, sample.p)?;
+            let at = TexturePoint {
+                uv: surface.uv,
+                ..TexturePoint::new(sample.p, surface.ng)
+            };
+            Some(emission.radiance(&self.textures(), &at, 1.0).mean())
+        });
+        let (sum, count) = radiances.fold((0.0, 0.0), |(sum, n), l| (sum + l, n + 1.0));
+        // The places in between may be brighter.
+        if sum > 0.0 { sum / count } else { emission.scale * FAINT }
+    }
+
+    /// Adds the bounds of a mesh's triangles.
+    fn mesh_bounds(&self, mesh: &MeshRecord, all: &mut Vec<LightBounds>) {
+        let geometry = self.accel.geometry();
+        let Some(emission) = self.material(mesh.material).emission() else {
+            return;
+        };
+        let radiance_at = |triangle: u32| self.triangle_radiance(&emission, mesh, triangle);
+        let first = all.len();
+        all.par_extend(mesh.triangles.clone().into_par_iter().map(|i| {
+            let corners = geometry.corners(i as usize);
+            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+            let area = triangle::area(corners) as f32;
+            let directions = normal
+                .try_normalize()
+                .map_or(Directions::ALL, |n| Directions::flat(n, faces(Some(emission))));
+            LightBounds {
+                bounds: Aabb::from_points(corners),
+                directions,
+                power: area * radiance_at(i),
+            }
+        }));
+        if is_plain(&emission) {
+            return;
+        }
+        // Where a texture is dark at the places that were looked at, it need not be in between.
+        let of_mesh = &mut all[first..];
+        let areas = || {
+            mesh.triangles
+                .clone()
+                .map(|i| triangle::area(geometry.corners(i as usize)))
+        };
+        let (power, area) = (
+            of_mesh.iter().map(|b| f64::from(b.power)).sum::<f64>(),
+            areas().sum::<f64>(),
+        );
+        let mean = if power > 0.0 {
+            (power / area) as f32
+        } else {
+            emission.scale * FAINT
+        };
+        for (bounds, area) in of_mesh.iter_mut().zip(areas()) {
+            bounds.power += UNSEEN * mean * area as f32;
+        }
+    }
+
+    /// The mean of what leaves a triangle at a few places, in W m^-2 sr^-1.
+    fn triangle_radiance(&self, emission: &Emission, mesh: &MeshRecord, index: u32) -> f32 {
+        const PLACES: [[f32; 2]; 4] = [[1.0 / 3.0, 1.0 / 3.0], [0.1, 0.1], [0.8, 0.1], [0.1, 0.8]];
+        if is_plain(emission) {
+            return emission.radiance(&self.textures(), &nowhere(), 1.0).mean();
+        }
+        let geometry = self.accel.geometry();
+        let corners = geometry.corners(index as usize);
+        let uvs = corner_uvs(mesh, geometry.triangles[index as usize]);
+        let radiance = |[u, v]: [f32; 2]| {
+            let at = texture_point(mesh, &triangle::surface(corners, uvs, u, v));
+            emission.radiance(&self.textures(), &at, 1.0)
+        };
+        PLACES.iter().fold(Rgb::BLACK, |sum, p| sum + radiance(*p)).mean() / PLACES.len() as f32
+    }
+}
+
+/// The radiance of a texture that is black wherever it was looked at, in its scale: enough not to be forgotten.
+const FAINT: f32 = 1e-3;
+/// What the mean of a mesh counts against the texture of a triangle itself.
+const UNSEEN: f32 = 0.05;
+
+fn faces(emission: Option<Emission>) -> Faces {
+    match emission.map(|e| e.sides) {
+        Some(Sides::Both) => Faces::Both,
+        _ => Faces::Front,
+    }
+}
+
+/// About the area of a placed shape, in m^2.
+fn area_in_world(shape: &Shape, transform: Option<&Transform>) -> f32 {
+    let stretch = transform.map_or(1.0, |t| libm::cbrtf(t.volume()));
+    shape.area() * stretch * stretch
+}

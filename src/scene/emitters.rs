@@ -1,0 +1,217 @@
+//! The surfaces that shine: which primitives of the geometry they are, and light from them.
+//!
+//! Emitters are numbered: first the shapes, in the order of the geometry, then the triangles of each mesh. Nothing is stored
+//! for a triangle; a mesh is a run of numbers.
+//!
+//! Each triangle is a light at one place, so meshes that shine are baked into the world. An instance that shines all the same
+//! (of a scene built in code) is met by chance alone, as is what has no end.
+
+use super::{MeshRecord, Scene};
+use crate::{
+    accel::{Geometry, Hit, PrimRef},
+    light::{LightSample, area},
+    material::{Emission, Material, MaterialId},
+    math::{Vec2, Vec3},
+    shape::{LocalSurface, ShapeHit, triangle},
+    texture::{Color, TexturePoint},
+};
+
+/// The number of an emitter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EmitterId(pub u32);
+
+/// Which primitives shine.
+#[derive(Clone, Debug, Default)]
+pub struct Emitters {
+    /// Of the geometry's shapes, rising.
+    pub(super) shapes: Vec<u32>,
+    /// Rising.
+    pub(super) runs: Vec<Run>,
+    count: u32,
+}
+
+/// The triangles of a mesh that shines.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Run {
+    /// An index into the scene's meshes.
+    pub mesh: u32,
+    first_triangle: u32,
+    triangles: u32,
+    /// The number of its first triangle as an emitter.
+    first: u32,
+}
+
+/// What an emitter is.
+#[derive(Clone, Copy, Debug)]
+pub enum EmitterPart<'a> {
+    /// An index into the geometry's shapes.
+    Shape(u32),
+    /// An index into the geometry's triangles, and its mesh.
+    Triangle(u32, &'a MeshRecord),
+}
+
+impl Emitters {
+    /// All of `scene`'s. What has no bounds shines, but is not asked: it is no emitter here.
+    pub fn collect(scene: &Scene) -> Self {
+        let geometry = scene.accel.geometry();
+        let shapes: Vec<u32> = (0..geometry.shapes.len() as u32)
+            .filter(|&i| {
+                let object = scene.shape_objects[i as usize];
+                let material = scene.objects[object.0 as usize].material;
+                scene.shines(material) && geometry.shapes[i as usize].shape.bounds().is_finite()
+            })
+            .collect();
+        let mut count = shapes.len() as u32;
+        let mut runs = Vec::new();
+        let is_instanced = |m: &MeshRecord| geometry.groups.iter().any(|g| g.triangles.contains(&m.triangles.start));
+        let shining = (0..).zip(&scene.meshes).filter(|(_, m)| scene.shines(m.material));
+        for (mesh, record) in shining.filter(|(_, m)| !is_instanced(m)) {
+            let triangles = record.triangles.end - record.triangles.start;
+            runs.push(Run {
+                triangles,
+                mesh,
+                first_triangle: record.triangles.start,
+                first: count,
+            });
+            count += triangles;
+        }
+        Self { shapes, runs, count }
+    }
+
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// The emitter that `prim` is; `prim` shines.
+    fn of_prim(&self, geometry: &Geometry, prim: PrimRef) -> Option<EmitterId> {
+        let index = prim.index();
+        match index.checked_sub(geometry.triangles.len() as u32) {
+            Some(shape) => self.shapes.binary_search(&shape).ok().map(|i| EmitterId(i as u32)),
+            None => {
+                let after = self.runs.partition_point(|r| r.first_triangle <= index);
+                let run = self.runs[..after].last()?;
+                let at = index - run.first_triangle;
+                (at < run.triangles).then_some(EmitterId(run.first + at))
+            }
+        }
+    }
+
+    /// What emitter `id` is, where `meshes` are the scene's.
+    pub fn part<'a>(&self, id: EmitterId, meshes: &'a [MeshRecord]) -> EmitterPart<'a> {
+        if let Some(shape) = self.shapes.get(id.0 as usize) {
+            return EmitterPart::Shape(*shape);
+        }
+        let run = self.runs[self.runs.partition_point(|r| r.first <= id.0) - 1];
+        EmitterPart::Triangle(run.first_triangle + id.0 - run.first, &meshes[run.mesh as usize])
+    }
+}
+
+impl Scene {
+    fn shines(&self, material: MaterialId) -> bool {
+        self.material(material).emission().is_some_and(|e| !is_dark(&e))
+    }
+
+    /// Light from an emitter, see [`Scene::sample_light`].
+    pub(super) fn sample_emitter(&self, emitter: EmitterId, from: Vec3, u: Vec2) -> Option<LightSample> {
+        let geometry = self.accel.geometry();
+        let (sample, material, at) = match self.lights.emitters().part(emitter, &self.meshes) {
+            EmitterPart::Shape(index) => {
+                let placed = &geometry.shapes[index as usize];
+                let transform = geometry.transform(placed);
+                let object = self.shape_objects[index as usize];
+                let material = self.material(self.objects[object.0 as usize].material);
+                let (sample, p) = area::sample_shape(&placed.shape, transform, from, u)?;
+                let at = if is_uniform(material) {
+                    nowhere()
+                } else {
+                    let from_local = transform.map_or(from, |t| t.point_to_local(from));
+                    let surface = area::surface_at(&placed.shape, from_local, p)?;
+                    TexturePoint {
+                        uv: surface.uv,
+                        ..TexturePoint::new(p, surface.ng)
+                    }
+                };
+                (sample, material, at)
+            }
+            EmitterPart::Triangle(index, mesh) => {
+                let material = self.material(mesh.material);
+                let corners = geometry.corners(index as usize);
+                let uvs = corner_uvs(mesh, geometry.triangles[index as usize]);
+                let (sample, surface) = area::sample_triangle(corners, uvs, from, u)?;
+                let at = if is_uniform(material) {
+                    nowhere()
+                } else {
+                    texture_point(mesh, &surface)
+                };
+                (sample, material, at)
+            }
+        };
+        let textures = self.textures();
+        let mut li = material.emission()?.radiance(&textures, &at, sample.front_cos(from));
+        if !material.is_opaque() {
+            // What is half there shines half.
+            li = li * material.opacity(&textures, &at);
+        }
+        if li.is_black() {
+            return None;
+        }
+        sample.light(from, li)
+    }
+
+    /// The density of [`Scene::sample_emitter`] to choose the unit direction `w` in which `hit` was met from `from`, in sr^-1, and
+    /// the emitter that it is; `None` where it is none.
+    pub(super) fn pdf_emitter(&self, from: Vec3, w: Vec3, hit: &Hit) -> Option<(EmitterId, f32)> {
+        let geometry = self.accel.geometry();
+        let emitter = self.lights.emitters().of_prim(geometry, hit.prim)?;
+        let pdf = match geometry.shape(hit.prim) {
+            Some(placed) => {
+                let Hit { t, u, v, .. } = *hit;
+                let hit = ShapeHit { t, u, v };
+                area::pdf_shape(&placed.shape, geometry.transform(placed), from, w, &hit)
+            }
+            None => triangle::pdf(geometry.corners(hit.prim.index() as usize), from, hit.u, hit.v),
+        };
+        Some((emitter, pdf))
+    }
+}
+
+/// Where a colour that is the same everywhere is asked for.
+pub(super) fn nowhere() -> TexturePoint {
+    TexturePoint::new(Vec3::ZERO, Vec3::Y)
+}
+
+pub(super) fn is_plain(emission: &Emission) -> bool {
+    matches!(emission.radiance, Color::Constant(_))
+}
+
+/// Whether light from it is the same everywhere.
+fn is_uniform(material: &Material) -> bool {
+    material.is_opaque() && material.emission().is_none_or(|e| is_plain(&e))
+}
+
+/// Whether it is known to be black everywhere.
+fn is_dark(emission: &Emission) -> bool {
+    let black = match emission.radiance {
+        Color::Constant(c) | Color::Tinted(_, c) => c.is_black(),
+        Color::Texture(_) => false,
+    };
+    black || emission.scale == 0.0
+}
+
+/// The texture coordinates of a triangle's corners.
+pub(super) fn corner_uvs(mesh: &MeshRecord, vertices: [u32; 3]) -> Option<[Vec2; 3]> {
+    let at = vertices.map(|v| (v - mesh.vertices.start) as usize);
+    (!mesh.uvs.is_empty()).then(|| at.map(|i| mesh.uvs[i]))
+}
+
+/// Where on a mesh textures are asked for.
+pub(super) fn texture_point(mesh: &MeshRecord, surface: &LocalSurface) -> TexturePoint {
+    let (p, n) = match &mesh.transform {
+        None => (surface.p, surface.ng),
+        Some(t) => (t.point_to_local(surface.p), t.normal_to_local(surface.ng).normalize()),
+    };
+    TexturePoint {
+        uv: surface.uv,
+        ..TexturePoint::new(p, n)
+    }
+}

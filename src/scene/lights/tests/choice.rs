@@ -1,0 +1,259 @@
+//! Which light is chosen.
+
+use super::*;
+use crate::{
+    light::{Falloff, environment::Environment, point::PointLight, spot::SpotLight, sun::SunLight},
+    math::DMat3,
+    texture::Bitmap,
+};
+
+/// A sky of radiance 0.5 with a part that is 20 times as bright, at -z.
+fn sky() -> Background {
+    let texel = |i: u32| if i % 16 == 8 && i / 16 == 3 { 10.0 } else { 0.5 };
+    let values = (0..16 * 8).flat_map(|i| [texel(i); 3]).collect();
+    let picture = Bitmap::from_floats([16, 8], 3, values);
+    Background::environment(Environment::new(&picture, 1.0, DMat3::IDENTITY))
+}
+
+/// Lights of every kind.
+fn all_kinds() -> Scene {
+    let mut builder = Builder::new(sky());
+    let (lamp, both) = (
+        builder.material(lamp()),
+        builder.material(shining(Color::Constant(Rgb::gray(5.0)), Sides::Both)),
+    );
+    for (i, shape) in (0..).zip(SHAPES) {
+        let at = place(
+            [f64::from(i) - 4.0, 2.0, -1.0],
+            [20.0 * f64::from(i), 5.0, 0.0],
+            [0.5; 3],
+        );
+        add(&mut builder, shape, at, if i % 2 == 0 { lamp } else { both });
+    }
+    let mesh = Mesh {
+        positions: [[3.0, 3.0, 0.0], [4.0, 3.0, 0.0], [4.0, 3.0, 2.0], [3.0, 4.0, 2.0]]
+            .map(Vec3::from)
+            .into(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    };
+    builder.mesh("mesh", mesh, both).expect("valid");
+    for i in 0..4 {
+        let p = Vec3::new(2.0 * i as f32 - 3.0, 3.0, 1.0);
+        builder.light(Light::Point(PointLight::new(p, Rgb::gray(1.0 + i as f32))));
+    }
+    builder.light(Light::Point(PointLight {
+        falloff: Falloff::None,
+        ..PointLight::new(Vec3::new(0.0, 9.0, 0.0), Rgb::gray(0.1))
+    }));
+    builder.light(Light::Spot(SpotLight {
+        position: Vec3::new(0.0, 4.0, 0.0),
+        axis: -Vec3::Y,
+        cos_outer: 0.6,
+        cos_inner: 0.9,
+        intensity: Rgb::gray(9.0),
+        falloff: Falloff::InverseSquare,
+    }));
+    let sun = SunLight::new(Vec3::new(0.6, -0.8, 0.0), Rgb::gray(0.5));
+    builder.light(Light::Sun(sun));
+    builder.light(Light::Sun(sun.with_angle(0.2)));
+    builder.build(AccelKind::Linear).expect("a scene")
+}
+
+/// Places on, above and below a floor, with normals up, aslant and none.
+fn receivers() -> impl Iterator<Item = Receiver> {
+    (0..40).map(|i| {
+        let [a, b] = numbers(71, i);
+        let n = Vec3::new(b.x - 0.5, b.y - 0.2, a.x - 0.5);
+        Receiver {
+            p: Vec3::new(10.0 * a.x - 5.0, 3.0 * a.y * a.y - 0.5, 6.0 * b.x - 3.0),
+            n: if i % 5 == 0 { Vec3::ZERO } else { n.normalize() },
+        }
+    })
+}
+
+#[test]
+fn lights_of_every_kind_are_chosen_as_often_as_their_probability_says() {
+    let scene = all_kinds();
+    let count = scene.lights.count();
+    assert_eq!(count, 8 + 9 + 2 + 1);
+    for at in receivers() {
+        let draws = 4000;
+        let mut found = vec![0_u32; count as usize];
+        let mut none = 0;
+        for i in 0..draws {
+            match scene.lights.choose(&at, (i as f32 + 0.5) / draws as f32) {
+                Some(choice) => {
+                    found[choice.light.0 as usize] += 1;
+                    assert_eq!(choice.pmf, scene.lights.pmf(&at, choice.light));
+                }
+                None => none += 1,
+            }
+        }
+        let mut sum = f64::from(none) / f64::from(draws);
+        for (light, found) in (0..).map(LightId).zip(found) {
+            let pmf = f64::from(scene.lights.pmf(&at, light));
+            sum += pmf;
+            assert!(
+                (pmf * f64::from(draws) - f64::from(found)).abs() < 3.0,
+                "{light:?}: {pmf} {found}"
+            );
+        }
+        assert!((sum - 1.0).abs() < 0.005, "{sum}");
+    }
+}
+
+#[test]
+fn a_light_that_brings_something_always_has_a_chance() {
+    let scene = all_kinds();
+    for at in receivers() {
+        for light in (0..scene.lights.count()).map(LightId) {
+            let brings = (0..60).any(|i| {
+                let sample = scene.sample_light(light, at.p, numbers(72, i)[0]);
+                sample.is_some_and(|s| at.n == Vec3::ZERO || at.n.dot(s.wi) > 0.0)
+            });
+            assert!(!brings || scene.lights.pmf(&at, light) > 0.0, "{light:?} at {at:?}");
+        }
+    }
+}
+
+#[test]
+fn the_sky_and_suns_with_size_bring_the_same_however_they_are_looked_for() {
+    let mut builder = Builder::new(sky());
+    builder.light(Light::Sun(
+        SunLight::new(Vec3::new(0.6, -0.8, 0.0), Rgb::gray(2.0)).with_angle(0.3),
+    ));
+    let scene = builder.build(AccelKind::Linear).expect("a scene");
+    for n in [Vec3::Y, Vec3::new(-0.6, 0.0, -0.8), Vec3::new(0.79, 0.61, 0.0)] {
+        let n = n.normalize();
+        let [light, cosine, both] = irradiances(&scene, &Receiver { p: Vec3::ZERO, n }, 20_000);
+        assert!(cosine.z(&both) < 4.5, "{cosine:?} {both:?}");
+        assert!(both.variance() < cosine.variance());
+        // Light sampling alone leaves out what is no brighter than the mean.
+        assert!(light.mean() < both.mean());
+    }
+}
+
+#[test]
+fn a_constant_sky_is_no_light() {
+    let scene = Builder::new(Background::new(Rgb::WHITE))
+        .build(AccelKind::Linear)
+        .expect("a scene");
+    let at = floor(0.0);
+    assert_eq!((scene.lights.count(), scene.lights.choose(&at, 0.3)), (0, None));
+    assert_eq!(scene.pdf_escape(&at, Vec3::Y), 0.0);
+    let [_, cosine, both] = irradiances(&scene, &at, 200);
+    assert!((cosine.mean() / PI - 1.0).abs() < 1e-6 && (both.mean() / PI - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn the_only_light_is_certain() {
+    let scene = shape_scene(SHAPES[0], None, lamp());
+    let choice = scene.lights.choose(&floor(0.0), 0.7).expect("a light");
+    assert_eq!((choice.light, choice.pmf), (LightId(0), 1.0));
+}
+
+/// A thousand small lamps of different strength under a ceiling of 30 m x 30 m.
+fn hall() -> Scene {
+    let mut builder = dark();
+    let lamps = [0.5, 2.0, 20.0].map(|l| builder.material(shining(Color::Constant(Rgb::gray(l)), Sides::Front)));
+    for i in 0..1000 {
+        let [a, b] = numbers(73, i);
+        let at = place(
+            [f64::from(30.0 * a.x - 15.0), 3.0, f64::from(30.0 * a.y - 15.0)],
+            [0.0; 3],
+            [0.1; 3],
+        );
+        add(
+            &mut builder,
+            "disk = { normal = [0, -1, 0], radius = 1 }",
+            at,
+            lamps[(b.x * 3.0) as usize],
+        );
+    }
+    builder.build(AccelKind::Wide).expect("a scene")
+}
+
+#[test]
+fn among_a_thousand_lamps_the_tree_is_far_less_noisy_than_equal_chances() {
+    let scene = hall();
+    let (mut by_tree, mut by_chance) = (0.0, 0.0);
+    for x in [-8.0, 0.0, 5.0] {
+        let at = Receiver {
+            p: Vec3::new(x, 0.0, x * 0.5),
+            n: Vec3::Y,
+        };
+        let (mut tree, mut chance) = (Estimate::default(), Estimate::default());
+        for i in 0..8000 {
+            let [u, v] = numbers(74, i);
+            let irradiance = |light: LightId| {
+                let sample = scene.sample_light(light, at.p, u);
+                sample.map_or(0.0, |s| {
+                    f64::from(s.li.g * s.wi.y.max(0.0) / s.pdf.expect("it has size"))
+                })
+            };
+            let choice = scene.lights.choose(&at, v.x).expect("a light");
+            tree.add(irradiance(choice.light) / f64::from(choice.pmf));
+            chance.add(irradiance(LightId((v.y * 1000.0) as u32)) * 1000.0);
+        }
+        assert!(tree.z(&chance) < 4.5, "{tree:?} {chance:?}");
+        by_tree += tree.variance();
+        by_chance += chance.variance();
+    }
+    assert!(by_tree * 8.0 < by_chance, "{by_tree} {by_chance}");
+}
+
+#[test]
+fn lamps_that_move_shine_from_where_they_are() {
+    let mut builder = dark();
+    let material = builder.material(lamp());
+    let desc: ShapeDesc = toml::from_str(SHAPES[0]).expect("a shape");
+    let shape = desc.compile().expect("valid");
+    let object = builder.shape("lamp", shape, place([0.0, 2.0, 0.0], [0.0; 3], [1.0; 3]), material);
+    let other = builder.shape("other", shape, place([9.0, 2.0, 0.0], [0.0; 3], [1.0; 3]), material);
+    let mut scene = builder.build(AccelKind::Linear).expect("a scene");
+    let there = place([-9.0, 3.0, 0.0], [0.0; 3], [1.0; 3]).expect("a place");
+    let motion = crate::scene::Motion {
+        transforms: vec![(object, there)],
+        ..Default::default()
+    };
+    scene.apply(&motion).expect("it can be moved");
+    let at = Receiver {
+        p: Vec3::new(-9.0, 0.0, 0.0),
+        n: Vec3::Y,
+    };
+    assert!(scene.lights.pmf(&at, LightId(0)) > 0.9, "{object:?} {other:?}");
+    assert!(agrees(
+        &irradiance_of(&scene, &at, 2000),
+        2.0 * PI * (0.25 / 9.0 + 0.25 / (324.0 + 4.0) * 2.0 / 328.0_f64.sqrt())
+    ));
+}
+
+#[test]
+fn instances_that_shine_are_met_by_chance_and_counted_once() {
+    let mut builder = dark();
+    let (lamp, floor_material) = (
+        builder.material(lamp()),
+        builder.material(shining(Color::Constant(Rgb::BLACK), Sides::Both)),
+    );
+    let triangle = |y: f32| Mesh {
+        positions: vec![
+            Vec3::new(-1.0, y, -1.0),
+            Vec3::new(1.0, y, -1.0),
+            Vec3::new(0.0, y, 1.0),
+        ],
+        triangles: vec![[0, 1, 2]],
+        ..Mesh::default()
+    };
+    builder.mesh("baked", triangle(3.0), lamp).expect("valid");
+    let group = builder.group(vec![(triangle(1.0), floor_material)]).expect("valid");
+    let there = place([1.0, 1.0, 0.0], [0.0; 3], [1.0; 3]).expect("a place");
+    builder.instance("shared", group, there, Some(lamp));
+    let scene = builder.build(AccelKind::Linear).expect("a scene");
+    assert_eq!(scene.lights.count(), 1);
+    let [light, cosine, both] = irradiances(&scene, &floor(0.3), 8000);
+    assert!(
+        cosine.z(&both) < 4.5 && light.mean() < both.mean(),
+        "{light:?} {cosine:?} {both:?}"
+    );
+}

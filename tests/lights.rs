@@ -1,0 +1,163 @@
+//! Whole pictures: the same light, however it is looked for.
+
+use std::{path::Path, sync::Arc};
+
+use batch_render::{
+    batch::{Plan, Request},
+    compile,
+    describe::{self, Source},
+    render::{self, Watch},
+};
+
+const SIDE: u32 = 12;
+
+/// A floor and a glossy ball under one or more lights.
+const STAGE: &str = r#"
+[camera]
+perspective = { eye = [0, 3, 6], target = [0, 0.6, 0], fov = 45 }
+
+[material.floor]
+matte = { albedo = [0.6, 0.6, 0.6] }
+[material.ball]
+phong = { color = [0.5, 0.4, 0.3], specular = 0.4, shininess = 30, two_sided = true }
+[material.lamp]
+emitter = { radiance = [6, 5, 4], two_sided = true }
+[material.front]
+emitter = { radiance = "texture.board", scale = 5 }
+[texture.board]
+checker = { a = [1, 1, 1], b = [0.1, 0.2, 0.4], scale = 4 }
+
+[[object]]
+material = "floor"
+shape.quad = { corners = [[-4, 0, 4], [4, 0, 4], [4, 0, -4], [-4, 0, -4]] }
+[[object]]
+material = "ball"
+shape.sphere = { center = [0, 0.7, 0], radius = 0.7 }
+"#;
+
+const LIGHTS: [(&str, &str); 4] = [
+    (
+        "one lamp, stretched",
+        r#"
+[[object]]
+material = "lamp"
+shape.sphere = { radius = 0.4 }
+transform = { translate = [1.2, 1.8, 0.5], rotate = [0, 0, 40], scale = [2, 0.5, 1] }
+"#,
+    ),
+    (
+        "a shape of each kind",
+        r#"
+[[object]]
+material = "lamp"
+shape.sphere = { center = [-2, 1, 0], radius = 0.3 }
+[[object]]
+material = "front"
+shape.quad = { corners = [[-1, 2.5, -1], [1, 2.5, -1], [1, 2.5, 1], [-1, 2.5, 1]] }
+[[object]]
+material = "front"
+shape.disk = { center = [2, 1.2, 0], normal = [-1, -0.2, 0], radius = 0.5 }
+[[object]]
+material = "lamp"
+shape.cuboid = { min = [-0.3, -0.2, -0.3], max = [0.3, 0.2, 0.3] }
+transform = { translate = [1.5, 0.4, 1.5], rotate = [0, 30, 20], scale = [1, 2, 0.7] }
+[[object]]
+material = "front"
+shape.cylinder = { base = [-1.5, 0.1, 1.5], radius = 0.2, height = 0.6 }
+[[object]]
+material = "lamp"
+shape.cone = { base = [-0.5, 0, -2], radius = 0.4, height = 0.8 }
+"#,
+    ),
+    (
+        "a sun with size and points",
+        r#"
+[[light]]
+sun = { direction = [-0.3, -1, -0.4], irradiance = 2, angle = 30 }
+[[light]]
+point = { position = [2, 2, 2], intensity = 4 }
+[[light]]
+spot = { position = [-2, 3, 1], target = [0, 0, 0], cone_angle = 40, intensity = 8 }
+[background]
+color = [0.1, 0.2, 0.3]
+"#,
+    ),
+    (
+        "an environment and a lamp",
+        r#"
+[background]
+environment = { file = "scenes/assignment/stripes.bmp", intensity = 2, rotate = [0, 60, 0] }
+[[object]]
+material = "lamp"
+shape.disk = { center = [-1, 2, 0], normal = [0, -1, 0], radius = 0.5 }
+"#,
+    ),
+];
+
+/// The pixels' green at 16 samples.
+fn render(lights: &str, strategy: &str, seed: u32) -> Vec<f64> {
+    let text = format!(
+        "[render]\nwidth = {SIDE}\nheight = {SIDE}\nsamples = 16\nseed = {seed}\n\
+         integrator.path = {{ max_depth = 3, strategy = \"{strategy}\" }}\n{STAGE}{lights}"
+    );
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scene.toml");
+    let desc = describe::parse(Source {
+        path: path.into(),
+        text: Arc::from(text),
+    })
+    .expect("a scene");
+    let plan = Plan::new(&desc, &Request::default()).expect("a plan");
+    let scene = compile::scene(&desc, plan.accel).expect("compiles");
+    let film = render::shot(
+        &scene,
+        &plan.frames[0].shot,
+        &plan.integrator,
+        &plan.settings,
+        &Watch::default(),
+    );
+    let film = film.expect("not cancelled");
+    film.pixels.iter().map(|p| f64::from(p[1])).collect()
+}
+
+/// The means of the whole picture and of its quarters.
+fn means(pixels: &[f64]) -> [f64; 5] {
+    let mut sums = [0.0; 5];
+    let half = SIDE as usize / 2;
+    for (i, v) in pixels.iter().enumerate() {
+        let (x, y) = (i % SIDE as usize, i / SIDE as usize);
+        sums[0] += v / 4.0;
+        sums[1 + usize::from(x >= half) + 2 * usize::from(y >= half)] += v;
+    }
+    sums.map(|s| s / (half * half) as f64)
+}
+
+/// Mean and variance of the mean over some pictures.
+fn statistics(pictures: &[[f64; 5]], part: usize) -> (f64, f64) {
+    let n = pictures.len() as f64;
+    let mean = pictures.iter().map(|p| p[part]).sum::<f64>() / n;
+    let squares = pictures.iter().map(|p| (p[part] - mean).powi(2)).sum::<f64>();
+    (mean, squares / (n - 1.0) / n)
+}
+
+#[test]
+fn every_strategy_renders_the_same_picture() {
+    const SEEDS: u32 = 10;
+    for (name, lights) in LIGHTS {
+        let by = |strategy: &str, first: u32| -> Vec<_> {
+            (first..first + SEEDS)
+                .map(|seed| means(&render(lights, strategy, seed)))
+                .collect()
+        };
+        let [mis, light, bsdf] = [by("mis", 0), by("light", 100), by("bsdf", 200)];
+        for part in 0..5 {
+            let (mean, variance) = statistics(&mis, part);
+            for (other, found) in [("light", &light), ("bsdf", &bsdf)] {
+                let (m, v) = statistics(found, part);
+                let z = (mean - m).abs() / (variance + v).sqrt().max(1e-9);
+                // Ten pictures: Student's t with about 18 degrees of freedom, 40 comparisons.
+                assert!(z < 4.8, "{name}, part {part}: mis {mean}, {other} {m}, {z} deviations");
+            }
+        }
+        assert!(statistics(&mis, 0).0 > 0.01, "{name} is lit");
+    }
+}
