@@ -52,11 +52,13 @@ macro_rules! kinds {
     (@kind [$(#[$meta:meta])*] $Kind:ident { $( $name:literal => $Variant:ident($Runtime:ty, $Text:ty), )* }) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug)]
+        #[allow(clippy::large_enum_variant, reason = "flat and without pointers")]
         pub enum $Kind { $( $Variant($Runtime), )* }
     };
     (@desc $Desc:ident { $( $name:literal => $Variant:ident($Runtime:ty, $Text:ty), )* } { $( $xname:literal => $Extra:ident($XText:ty), )* }) => {
         /// What a scene file says of one.
         #[derive(Clone, Debug, serde::Deserialize)]
+        #[allow(clippy::large_enum_variant, reason = "there are few, and they are read once")]
         pub enum $Desc {
             $( #[serde(rename = $name)] $Variant($Text), )*
             $( #[serde(rename = $xname)] $Extra($XText), )*
