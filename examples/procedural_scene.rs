@@ -27,7 +27,7 @@ pub fn cube_scene() -> Result<Scene, Box<dyn Error>> {
         ..Phong::default()
     }));
     let albedo = Color::Constant(Rgb::gray(0.6));
-    let gray = scene.material(Material::Matte(Matte { albedo }));
+    let gray = scene.material(Material::Matte(Matte::smooth(albedo)));
     let lamp = PointLight::new(Vec3::new(2.5, 5.0, 4.0), Rgb::gray(40.0));
     scene.light(Light::Point(lamp));
     scene.mesh("cube", cube(Vec3::new(-1.0, 0.1, -1.0), Vec3::new(1.0, 2.1, 1.0)), red)?;

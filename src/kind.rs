@@ -52,6 +52,7 @@ macro_rules! kinds {
     (@kind [$(#[$meta:meta])*] $Kind:ident { $( $name:literal => $Variant:ident($Runtime:ty, $Text:ty), )* }) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug)]
+        #[allow(clippy::large_enum_variant, reason = "flat and without pointers")]
         pub enum $Kind { $( $Variant($Runtime), )* }
     };
     (@desc $Desc:ident { $( $name:literal => $Variant:ident($Runtime:ty, $Text:ty), )* } { $( $xname:literal => $Extra:ident($XText:ty), )* }) => {

@@ -266,7 +266,7 @@ fn rays_that_leave_an_instance_do_not_meet_where_they_left() {
 fn builder() -> (Builder, MaterialId) {
     let mut scene = Builder::new(Background::new(Rgb::gray(0.2)));
     let albedo = Color::Constant(Rgb::gray(0.7));
-    let gray = scene.material(Material::Matte(Matte { albedo }));
+    let gray = scene.material(Material::Matte(Matte::smooth(albedo)));
     scene.light(Light::Point(PointLight::new(
         Vec3::new(3.0, 9.0, 9.0),
         Rgb::gray(200.0),

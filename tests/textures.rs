@@ -43,9 +43,7 @@ fn scene(corners: [Vec3; 4], bitmap: Bitmap, filter: Filter, repeat: f32) -> Sce
             wrap: [Wrap::Repeat; 2],
         }),
     });
-    let material = builder.material(Material::Matte(Matte {
-        albedo: Color::Texture(texture),
-    }));
+    let material = builder.material(Material::Matte(Matte::smooth(Color::Texture(texture))));
     builder.shape("quad", quad(corners), None, material);
     builder.build(AccelKind::default()).expect("a scene")
 }

@@ -17,6 +17,32 @@ pub fn dielectric(cos_i: f32, eta: f32) -> f32 {
     0.5 * (parallel * parallel + perpendicular * perpendicular)
 }
 
+/// The part of unpolarised light that a metal of the complex index of refraction `eta + i k` reflects, against vacuum.
+///
+/// `cos` is the cosine of the incident angle, from 0 to 1. Source: Born and Wolf, "Principles of Optics", section 14.2.
+pub fn conductor(cos: f32, eta: f32, k: f32) -> f32 {
+    let (cos2, sin2) = (cos * cos, (1.0 - cos * cos).max(0.0));
+    let (eta2, k2) = (eta * eta, k * k);
+    let t = eta2 - k2 - sin2;
+    let length = (t * t + 4.0 * eta2 * k2).sqrt();
+    let a = (0.5 * (length + t)).max(0.0).sqrt();
+    let share = |sum: f32, twice: f32| (sum - twice) / (sum + twice);
+    let perpendicular = share(length + cos2, 2.0 * a * cos);
+    let parallel = perpendicular * share(cos2 * length + sin2 * sin2, 2.0 * a * cos * sin2);
+    (0.5 * (perpendicular + parallel)).clamp(0.0, 1.0)
+}
+
+/// How far Schlick's reflectance has come from that at normal incidence (0) to that at grazing incidence (1).
+///
+/// Source: Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", CGF 13(3), 1994,
+/// doi:10.1111/1467-8659.1330233.
+#[inline]
+pub fn schlick_term(cos: f32) -> f32 {
+    let x = (1.0 - cos).clamp(0.0, 1.0);
+    let x2 = x * x;
+    x2 * x2 * x
+}
+
 /// The direction in which light that arrives from `w` goes on behind the boundary; `None` under total reflection.
 ///
 /// `w` is unit and leaves the surface on the side of the unit normal `n`; `eta` is the transmitted over the incident
@@ -35,6 +61,12 @@ pub fn refract(w: Vec3, n: Vec3, eta: f32) -> Option<Vec3> {
 #[inline]
 pub fn reflect(w: Vec3, n: Vec3) -> Vec3 {
     n * (2.0 * n.dot(w)) - w
+}
+
+/// `w` seen from the other side of the surface whose normal is z.
+#[inline]
+pub fn mirrored(w: Vec3) -> Vec3 {
+    Vec3::new(w.x, w.y, -w.z)
 }
 
 #[cfg(test)]

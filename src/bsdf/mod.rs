@@ -7,8 +7,18 @@
 
 use crate::math::{Rgb, Vec2, Vec3};
 
+pub mod albedo;
+#[cfg(test)]
+mod battery;
+pub mod conductor;
+pub mod dielectric;
 pub mod diffuse;
+pub mod film;
 pub mod fresnel;
+pub mod layered;
+pub mod microfacet;
+pub mod phong;
+pub mod sheen;
 pub mod specular;
 
 /// How light left a surface.
@@ -127,4 +137,16 @@ bsdfs! {
     Mirror(specular::Mirror),
     /// Smooth clear glass.
     Glass(specular::Glass),
+    /// Clay.
+    OrenNayar(diffuse::OrenNayar),
+    /// Metal.
+    Conductor(conductor::Conductor),
+    /// Frosted glass.
+    RoughGlass(dielectric::RoughGlass),
+    /// Window glass, and thin frosted sheets.
+    Pane(dielectric::Pane),
+    /// Plastic.
+    Phong(phong::Phong),
+    /// Coats over metal, glass and chalk.
+    Layered(layered::Layered),
 }

@@ -244,7 +244,7 @@ impl Parts {
             .extend(model.images.iter().map(|i| (i.clone(), ColorSpace::Srgb)));
         for surfacing in &model.materials {
             let albedo = self.color(surfacing, first_image);
-            self.materials.push(Material::Matte(Matte { albedo }));
+            self.materials.push(Material::Matte(Matte::smooth(albedo)));
         }
         first_material
     }

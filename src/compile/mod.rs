@@ -8,7 +8,7 @@ use std::{collections::HashMap, sync::Arc};
 use crate::{
     accel::{self, AccelKind},
     assets::{AssetError, Store, model::ImageSource, store::ImageRequest},
-    describe::{Diagnostics, SceneDesc},
+    describe::{Diagnostics, MaterialEntry, SceneDesc},
     material::{Material, MaterialId},
     scene::{Background, Lights, Scene},
     texture::{BitmapId, Color, Texture, TextureId, image::ImageDesc, mipmap},
@@ -185,7 +185,22 @@ impl Compiler<'_> {
                 )),
             },
         };
-        let compiled: Vec<_> = desc.materials.iter().map(|m| m.material.compile(&find)).collect();
+        let compile = |entry: &MaterialEntry| {
+            let name = &entry.name;
+            let compiled = entry.material.compile(&find).map_err(|problem| {
+                // A kind that has no better place for its problem means the whole material.
+                let span = problem.span.clone().or_else(|| Some(name.span()));
+                Problem { span, ..problem }
+            });
+            if let Some(brightest) = compiled.as_ref().ok().map(Material::brightest).filter(|b| *b > 1.0) {
+                tracing::warn!(
+                    "material `{}` sends back more light than arrives, {brightest} of it",
+                    name.get_ref()
+                );
+            }
+            compiled
+        };
+        let compiled: Vec<_> = desc.materials.iter().map(compile).collect();
         compiled.into_iter().filter_map(|m| self.keep(m)).collect()
     }
 

@@ -2,7 +2,7 @@
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `radiance` | number, `[r, g, b]` or `"texture.NAME"`; the same in all directions | W m^-2 sr^-1 | required |
+//! | `radiance` | number, `[r, g, b]` or `"texture.NAME"`; at least 0, the same in all directions | W m^-2 sr^-1 | required |
 //! | `scale` | number of at least 0; a factor, for textures | | 1 |
 //! | `two_sided` | whether the back shines too, where the normal does not point | | false |
 //!

@@ -1,28 +1,46 @@
-//! Clear glass with a smooth surface: it reflects and refracts, shared out by Fresnel's equations.
+//! Clear glass, smooth or frosted: it reflects and refracts, shared out by Fresnel's equations.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
 //! | `ior` | number above 0; index of refraction of the inside, where the normal does not point | | 1.5 |
 //! | `reflectance` | number or `[r, g, b]`; weight of the mirror image | | 1 |
 //! | `transmittance` | number or `[r, g, b]`; weight of what is seen through the surface | | 1 |
+//! | `roughness` | number from 0 to 1 or `"texture.NAME"` (channel g); perceived, its square is GGX's alpha | | 0 |
+//! | `absorption` | number or `[r, g, b]`; how strongly the inside absorbs | m^-1 | 0 |
+//! | `attenuation_color` | `[r, g, b]`; instead: what white light has become after `attenuation_distance` inside | | 1 |
+//! | `attenuation_distance` | number above 0 | m | no absorption |
+//! | `thin_walled` | whether the surface is a pane by itself: light goes straight on, and there is no inside | | false |
 //!
-//! Its shadow is black: a shadow ray does not bend.
+//! Its shadow is black: a shadow ray does not bend. The light it gathers is found by paths that meet a lamp. Whitted's integrator
+//! knows neither roughness nor absorption. What is seen through the surface is as bright as what is behind: radiance is not
+//! scaled by the square of the index.
 //!
 //! ```toml
 //! [material.window]
-//! glass = { ior = 1.5, transmittance = [0.9, 1, 0.95] }
+//! glass = { ior = 1.5, transmittance = [0.9, 1, 0.95], thin_walled = true }
+//!
+//! [material.bottle]
+//! glass = { roughness = 0.3, attenuation_color = [0.2, 0.6, 0.3], attenuation_distance = 0.02 }
 //! ```
 //!
-//! Source: see [`crate::bsdf::fresnel`].
+//! Source: see [`crate::bsdf::fresnel`], [`crate::bsdf::microfacet`] and, for what bounces between facets,
+//! [`crate::bsdf::albedo`].
 
 use serde::Deserialize;
 
-use super::{FindColor, MaterialKind, Split, Terms};
+use super::{FindColor, MaterialKind, Split, Terms, medium, part};
 use crate::{
-    bsdf::{Bsdf, specular},
+    bsdf::{
+        Bsdf,
+        dielectric::{Pane, RoughGlass, of_two_boundaries},
+        fresnel::dielectric,
+        layered::Walls,
+        microfacet::Ggx,
+        specular,
+    },
     math::Rgb,
-    texture::{TexturePoint, Textures},
-    value::{Positive, Problem, Tint},
+    texture::{Scalar, TexturePoint, Textures},
+    value::{Channel, Positive, Problem, ScalarSource, Spanned, Tint},
 };
 
 #[derive(Clone, Debug, Deserialize)]
@@ -34,6 +52,12 @@ pub struct GlassDesc {
     pub reflectance: Tint,
     #[serde(default = "white")]
     pub transmittance: Tint,
+    pub roughness: Option<Spanned<ScalarSource>>,
+    pub absorption: Option<Spanned<Tint>>,
+    pub attenuation_color: Option<Spanned<Tint>>,
+    pub attenuation_distance: Option<Spanned<Positive>>,
+    #[serde(default)]
+    pub thin_walled: bool,
 }
 
 fn ior() -> Positive {
@@ -45,13 +69,49 @@ fn white() -> Tint {
 }
 
 impl GlassDesc {
-    pub fn compile(&self, _find: &FindColor<'_>) -> Result<Glass, Problem> {
+    pub fn compile(&self, find: &FindColor<'_>) -> Result<Glass, Problem> {
         Ok(Glass {
             ior: self.ior.0,
             reflectance: self.reflectance.0,
             transmittance: self.transmittance.0,
+            roughness: part(self.roughness.as_ref(), 0.0, Channel::G, find)?,
+            absorption: self.medium()?,
+            walls: if self.thin_walled { Walls::Thin } else { Walls::Solid },
         })
     }
+
+    /// What the inside absorbs, in m^-1.
+    fn medium(&self) -> Result<Rgb, Problem> {
+        let distance = self.attenuation_distance.as_ref();
+        let said = [
+            self.absorption.as_ref().map(Spanned::span),
+            self.attenuation_color.as_ref().map(Spanned::span),
+            distance.map(Spanned::span),
+        ];
+        if let (true, Some(span)) = (self.thin_walled, said.iter().flatten().next()) {
+            return Err(Problem::at(span.clone(), "a thin wall has no inside that absorbs")
+                .with_help("leave it out, and tint `transmittance`"));
+        }
+        match (&self.absorption, &self.attenuation_color, distance) {
+            (Some(_), _, Some(twice)) => Err(twice_said(twice.span())),
+            (Some(_), Some(twice), None) => Err(twice_said(twice.span())),
+            (Some(absorption), None, None) => Ok(absorption.get_ref().0),
+            (None, Some(color), None) => {
+                let message = "a colour needs the distance over which light takes it on";
+                Err(Problem::at(color.span(), message).with_help("add `attenuation_distance`, in metres"))
+            }
+            (None, color, Some(distance)) => {
+                let color = color.as_ref().map_or(Rgb::WHITE, |c| c.get_ref().0);
+                Ok(medium::absorption(color, distance.get_ref().0))
+            }
+            (None, None, None) => Ok(Rgb::BLACK),
+        }
+    }
+}
+
+fn twice_said(span: std::ops::Range<usize>) -> Problem {
+    Problem::at(span, "the absorption is said twice")
+        .with_help("give `absorption`, or `attenuation_color` and its distance")
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -59,26 +119,67 @@ pub struct Glass {
     pub ior: f32,
     pub reflectance: Rgb,
     pub transmittance: Rgb,
+    /// Perceived, from 0 to 1.
+    pub roughness: Scalar,
+    /// Of the inside, in m^-1.
+    pub absorption: Rgb,
+    pub walls: Walls,
 }
 
 impl MaterialKind for Glass {
     #[inline]
     fn terms(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Terms {
-        Terms {
-            reflect: self.reflectance,
-            transmit: self.transmittance,
-            ior: self.ior,
-            split: Split::Fresnel,
-            ..Terms::default()
+        match self.walls {
+            Walls::Solid => Terms {
+                reflect: self.reflectance,
+                transmit: self.transmittance,
+                ior: self.ior,
+                split: Split::Fresnel,
+                ..Terms::default()
+            },
+            Walls::Thin => {
+                let reflected = of_two_boundaries(dielectric(1.0, self.ior));
+                Terms {
+                    reflect: self.reflectance * reflected,
+                    transmit: self.transmittance * (1.0 - reflected),
+                    ..Terms::default()
+                }
+            }
         }
     }
 
     #[inline]
-    fn bsdf(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Bsdf {
-        Bsdf::Glass(specular::Glass {
-            ior: self.ior,
-            reflectance: self.reflectance,
-            transmittance: self.transmittance,
-        })
+    fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf {
+        let facets = Ggx::from_roughness(textures.scalar(&self.roughness, at).clamp(0.0, 1.0), 0.0);
+        let (ior, reflectance, transmittance) = (self.ior, self.reflectance, self.transmittance);
+        // Facets between equal media bend nothing.
+        let is_clear = (ior - 1.0).abs() < 1e-3;
+        match self.walls {
+            Walls::Thin => Bsdf::Pane(Pane {
+                facets,
+                ior,
+                reflectance,
+                transmittance,
+            }),
+            Walls::Solid if facets.is_smooth() || is_clear => Bsdf::Glass(specular::Glass {
+                ior,
+                reflectance,
+                transmittance,
+            }),
+            Walls::Solid => Bsdf::RoughGlass(RoughGlass {
+                facets,
+                ior,
+                reflectance,
+                transmittance,
+            }),
+        }
+    }
+
+    fn absorption(&self) -> Rgb {
+        self.absorption
+    }
+
+    fn brightest(&self) -> f32 {
+        self.reflectance.max_component().max(self.transmittance.max_component())
     }
 }

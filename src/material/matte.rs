@@ -1,37 +1,48 @@
-//! Chalk: light leaves in all directions alike (Lambert).
+//! Chalk and clay: light leaves in all directions alike (Lambert), or as from small facets of chalk (Oren and Nayar).
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `albedo` | `[r, g, b]` or `"texture.NAME"`; the part of the light that is reflected | | required |
+//! | `albedo` | number, `[r, g, b]` or `"texture.NAME"`; the part of the light that is reflected | | required |
+//! | `roughness` | number from 0 to 1 or `"texture.NAME"` (channel r); 0 is chalk, 1 as flat as the full moon | | 0 |
 //!
-//! Seen from both sides. A light of irradiance E leaves as E albedo max(n.l, 0) / pi.
+//! Seen from both sides. A light of irradiance E leaves as E albedo max(n.l, 0) / pi; Whitted's integrator knows no roughness.
+//! A roughness r is about Oren and Nayar's standard deviation of slopes in units of pi / 2. Source:
+//! [`crate::bsdf::diffuse::OrenNayar`].
 //!
 //! ```toml
 //! [material.wall]
 //! matte = { albedo = [0.7, 0.7, 0.7] }
+//!
+//! [material.clay]
+//! matte = { albedo = [0.6, 0.4, 0.3], roughness = 0.8 }
 //! ```
 
 use std::f32::consts::FRAC_1_PI;
 
 use serde::Deserialize;
 
-use super::{FindColor, MaterialKind, Terms};
+use super::{FindColor, MaterialKind, Terms, brightness, part};
 use crate::{
-    bsdf::{Bsdf, diffuse::Lambert},
-    texture::{Color, TexturePoint, Textures},
-    value::{ColorSource, Problem, Spanned},
+    bsdf::{
+        Bsdf,
+        diffuse::{Lambert, OrenNayar},
+    },
+    texture::{Color, Scalar, TexturePoint, Textures},
+    value::{Channel, ColorSource, Problem, ScalarSource, Spanned},
 };
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MatteDesc {
     pub albedo: Spanned<ColorSource>,
+    pub roughness: Option<Spanned<ScalarSource>>,
 }
 
 impl MatteDesc {
     pub fn compile(&self, find: &FindColor<'_>) -> Result<Matte, Problem> {
         Ok(Matte {
             albedo: find(&self.albedo)?,
+            roughness: part(self.roughness.as_ref(), 0.0, Channel::R, find)?,
         })
     }
 }
@@ -39,6 +50,18 @@ impl MatteDesc {
 #[derive(Clone, Copy, Debug)]
 pub struct Matte {
     pub albedo: Color,
+    /// From 0 to 1.
+    pub roughness: Scalar,
+}
+
+impl Matte {
+    /// Lambert's.
+    pub fn smooth(albedo: Color) -> Self {
+        Self {
+            albedo,
+            roughness: Scalar::Constant(0.0),
+        }
+    }
 }
 
 impl MaterialKind for Matte {
@@ -54,8 +77,17 @@ impl MaterialKind for Matte {
 
     #[inline]
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf {
-        Bsdf::Lambert(Lambert {
-            albedo: textures.color(&self.albedo, at),
-        })
+        let albedo = textures.color(&self.albedo, at);
+        let roughness = textures.scalar(&self.roughness, at);
+        if roughness > 0.0 {
+            let roughness = roughness.min(1.0);
+            Bsdf::OrenNayar(OrenNayar { albedo, roughness })
+        } else {
+            Bsdf::Lambert(Lambert { albedo })
+        }
+    }
+
+    fn brightest(&self) -> f32 {
+        brightness(&self.albedo)
     }
 }

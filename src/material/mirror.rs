@@ -58,4 +58,8 @@ impl MaterialKind for Mirror {
             reflectance: self.reflectance,
         })
     }
+
+    fn brightest(&self) -> f32 {
+        self.reflectance.max_component()
+    }
 }

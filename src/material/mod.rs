@@ -4,15 +4,18 @@ use crate::{
     bsdf::Bsdf,
     kind::kinds,
     math::{Rgb, Vec3},
-    texture::{Color, TexturePoint, Textures},
-    value::{ColorSource, Problem, Spanned},
+    texture::{Color, Scalar, TexturePoint, Textures},
+    value::{Channel, ColorSource, Problem, ScalarSource, Spanned},
 };
 
 pub mod emitter;
 pub mod glass;
 pub mod matte;
+pub mod medium;
+pub mod metal;
 pub mod mirror;
 pub mod phong;
+pub mod principled;
 
 /// An index into the scene's materials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,6 +103,19 @@ pub trait MaterialKind {
     fn absorption(&self) -> Rgb {
         Rgb::BLACK
     }
+
+    /// The brightest of its constant colours that tell a part of the light; above 1 more would leave than arrives.
+    fn brightest(&self) -> f32 {
+        0.0
+    }
+}
+
+/// The largest channel of a constant colour.
+fn brightness(color: &Color) -> f32 {
+    match color {
+        Color::Constant(c) => c.max_component(),
+        Color::Texture(_) | Color::Tinted(..) => 0.0,
+    }
 }
 
 /// Light of a surface's own.
@@ -134,6 +150,38 @@ pub enum Sides {
 /// What a material's compilation asks of the scene: the colour that a source names.
 pub type FindColor<'a> = dyn Fn(&Spanned<ColorSource>) -> Result<Color, Problem> + 'a;
 
+/// The number that a source names; of a texture the channel `default` unless one is said.
+fn scalar(source: &Spanned<ScalarSource>, default: Channel, find: &FindColor<'_>) -> Result<Scalar, Problem> {
+    match source.get_ref() {
+        ScalarSource::Constant(v) => Ok(Scalar::Constant(*v)),
+        ScalarSource::Texture { name, channel } => {
+            match find(&Spanned::new(source.span(), ColorSource::Texture(name.clone())))? {
+                Color::Constant(c) => Ok(Scalar::Constant(c.r)),
+                Color::Texture(id) | Color::Tinted(id, _) => Ok(Scalar::Texture(id, channel.unwrap_or(default), 1.0)),
+            }
+        }
+    }
+}
+
+/// The same for a number from 0 to 1, which is `unsaid` where none is given.
+fn part(
+    source: Option<&Spanned<ScalarSource>>,
+    unsaid: f32,
+    default: Channel,
+    find: &FindColor<'_>,
+) -> Result<Scalar, Problem> {
+    let Some(source) = source else {
+        return Ok(Scalar::Constant(unsaid));
+    };
+    match source.get_ref() {
+        ScalarSource::Constant(v) if *v > 1.0 => {
+            let message = format!("expected a number from 0 to 1, found {v}");
+            Err(Problem::at(source.span(), message))
+        }
+        _ => scalar(source, default, find),
+    }
+}
+
 kinds! {
     /// A material, flat and without pointers.
     enum Material / MaterialDesc {
@@ -142,6 +190,8 @@ kinds! {
         "glass" => Glass(glass::Glass, glass::GlassDesc),
         "mirror" => Mirror(mirror::Mirror, mirror::MirrorDesc),
         "emitter" => Emitter(emitter::Emitter, emitter::EmitterDesc),
+        "metal" => Metal(metal::Metal, metal::MetalDesc),
+        "principled" => Principled(principled::Principled, principled::PrincipledDesc),
     }
     described only {}
     compiled by fn compile(&self, find: &FindColor<'_>) -> Result<Material, Problem>;
@@ -159,4 +209,6 @@ kinds! {
     fn normal(&self, textures: &Textures<'_>, at: &TexturePoint) -> Option<Vec3>;
     /// See [`MaterialKind::absorption`].
     fn absorption(&self) -> Rgb;
+    /// See [`MaterialKind::brightest`].
+    fn brightest(&self) -> f32;
 }

@@ -15,6 +15,10 @@
 //! authored: a face that is wound away from the viewer shows its ambient term only. Where light cannot leave the inside (total
 //! reflection), the weight of `transmit` goes to the mirror image.
 //!
+//! In all other integrators `color` and `specular` are the parts of the light that are reflected, widely and about the mirror
+//! direction; where all weights together make more than 1 they are scaled down to 1. It is then seen from both sides. See
+//! [`crate::bsdf::phong`].
+//!
 //! ```toml
 //! [material.ball]
 //! phong = { color = [0, 0, 1], specular = 1, shininess = 4, reflect = 0.8 }
@@ -24,7 +28,7 @@ use serde::Deserialize;
 
 use super::{FindColor, MaterialKind, Split, Terms};
 use crate::{
-    bsdf::{Bsdf, diffuse::Lambert},
+    bsdf::{self, Bsdf, diffuse::Lambert, phong::Weights},
     math::Rgb,
     texture::{Color, TexturePoint, Textures},
     value::{ColorSource, NonNegative, Positive, Problem, Spanned, Tint},
@@ -100,6 +104,13 @@ impl Default for Phong {
     }
 }
 
+impl Phong {
+    /// Whether it has nothing but its colour.
+    fn is_dull(&self) -> bool {
+        (self.specular + self.reflect + self.transmit).is_black()
+    }
+}
+
 impl MaterialKind for Phong {
     #[inline]
     fn terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> Terms {
@@ -119,8 +130,17 @@ impl MaterialKind for Phong {
 
     #[inline]
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf {
-        Bsdf::Lambert(Lambert {
-            albedo: textures.color(&self.color, at),
-        })
+        let diffuse = textures.color(&self.color, at);
+        if self.is_dull() {
+            let albedo = diffuse.map(|c| c.min(1.0));
+            return Bsdf::Lambert(Lambert { albedo });
+        }
+        let weights = Weights {
+            diffuse,
+            specular: self.specular,
+            reflect: self.reflect,
+            transmit: self.transmit,
+        };
+        Bsdf::Phong(bsdf::phong::Phong::new(weights, self.shininess, self.ior))
     }
 }

@@ -1,6 +1,6 @@
 //! From the unit square to other domains, each with its density.
 
-use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, TAU};
 
 use super::{Vec2, Vec3, trig};
 
@@ -30,6 +30,23 @@ pub fn square_to_cosine_hemisphere(u: Vec2) -> Vec3 {
 /// The density of [`square_to_cosine_hemisphere`] for a direction whose z is `cos`, in sr^-1.
 pub fn cosine_hemisphere_pdf(cos: f32) -> f32 {
     cos.max(0.0) * FRAC_1_PI
+}
+
+/// A unit direction of positive z, uniform by solid angle: its density is 1 / (2 pi) sr^-1.
+pub fn square_to_hemisphere(u: Vec2) -> Vec3 {
+    let (sin_phi, cos_phi) = trig::sin_cos(TAU * u.x);
+    // In (0, 1], so that no direction grazes.
+    let z = 1.0 - u.y;
+    let sin = (1.0 - z * z).max(0.0).sqrt();
+    Vec3::new(sin * cos_phi, sin * sin_phi, z)
+}
+
+/// A unit direction of positive z with a density proportional to z to the power `n`: `(n + 1) / (2 pi) z^n` sr^-1.
+pub fn square_to_power_cosine(u: Vec2, n: f32) -> Vec3 {
+    let (sin_phi, cos_phi) = trig::sin_cos(TAU * u.x);
+    let z = trig::pow(1.0 - u.y, 1.0 / (n + 1.0));
+    let sin = (1.0 - z * z).max(0.0).sqrt();
+    Vec3::new(sin * cos_phi, sin * sin_phi, z)
 }
 
 #[cfg(test)]

@@ -206,6 +206,26 @@ impl Footprint {
 }
 
 impl PatternKind for ImagePattern {
+    fn alpha(&self, bitmaps: &[Bitmap], st: Vec2) -> f32 {
+        let bitmap = &bitmaps[self.bitmap.0 as usize];
+        let (w, h) = (i64::from(bitmap.width), i64::from(bitmap.height));
+        let x = st * Vec2::new(bitmap.width as f32, bitmap.height as f32) - 0.5;
+        if !bitmap.has_alpha() || !x.is_finite() {
+            return 1.0;
+        }
+        let texel = |i: i64, j: i64| match (self.wrap[0].texel(i, w), self.wrap[1].texel(j, h)) {
+            (Some(i), Some(j)) => bitmap.alpha(i, bitmap.height - 1 - j),
+            _ => 0.0,
+        };
+        let (near, base, f) = (x.round(), x.floor(), x - x.floor());
+        if self.filter == Filter::Nearest {
+            return texel(near.x as i64, near.y as i64);
+        }
+        let (i, j) = (base.x as i64, base.y as i64);
+        let row = |j: i64| texel(i, j) * (1.0 - f.x) + texel(i.saturating_add(1), j) * f.x;
+        row(j) * (1.0 - f.y) + row(j.saturating_add(1)) * f.y
+    }
+
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb {
         let bitmap = &bitmaps[self.bitmap.0 as usize];
         match self.filter {

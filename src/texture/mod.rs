@@ -6,7 +6,7 @@
 use crate::{
     kind::kinds,
     math::{Rgb, Vec2, Vec3},
-    value::Problem,
+    value::{Channel, Problem},
 };
 
 pub mod bitmap;
@@ -66,6 +66,11 @@ impl TexturePoint {
 pub trait PatternKind {
     /// The colour at `st`.
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb;
+
+    /// The opacity at `st`, from 0 to 1.
+    fn alpha(&self, _bitmaps: &[Bitmap], _st: Vec2) -> f32 {
+        1.0
+    }
 }
 
 /// What a pattern's compilation asks of the scene: the bitmap that a file and a colour space became.
@@ -83,6 +88,8 @@ kinds! {
     compiled by fn compile(&self, find: &FindBitmap<'_>) -> Result<Pattern, Problem>;
     /// See [`PatternKind::eval`].
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb;
+    /// See [`PatternKind::alpha`].
+    fn alpha(&self, bitmaps: &[Bitmap], st: Vec2) -> f32;
 }
 
 /// A mapping, where the pattern lies, and the pattern.
@@ -94,6 +101,12 @@ pub struct Texture {
 }
 
 impl Texture {
+    /// The opacity, from 0 to 1.
+    pub fn alpha(&self, bitmaps: &[Bitmap], at: &TexturePoint) -> f32 {
+        let st = self.transform.point(self.mapping.st(at));
+        self.pattern.alpha(bitmaps, st)
+    }
+
     /// The colour at a place: of pictures with levels the mean over the footprint. Patterns by formula are looked up at
     /// the point alone; a pixel's samples average them.
     pub fn eval(&self, bitmaps: &[Bitmap], at: &TexturePoint) -> Rgb {
@@ -117,6 +130,14 @@ pub enum Color {
     Tinted(TextureId, Rgb),
 }
 
+/// A number of a material: one, or one for every place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scalar {
+    Constant(f32),
+    /// A channel of a texture, times a number.
+    Texture(TextureId, Channel, f32),
+}
+
 /// The tables that colours are looked up in.
 #[derive(Clone, Copy, Debug)]
 pub struct Textures<'a> {
@@ -131,6 +152,23 @@ impl Textures<'_> {
             Color::Constant(c) => *c,
             Color::Texture(id) => self.textures[id.0 as usize].eval(self.bitmaps, at),
             Color::Tinted(id, tint) => self.textures[id.0 as usize].eval(self.bitmaps, at) * *tint,
+        }
+    }
+
+    #[inline]
+    pub fn scalar(&self, scalar: &Scalar, at: &TexturePoint) -> f32 {
+        match scalar {
+            Scalar::Constant(v) => *v,
+            Scalar::Texture(id, channel, scale) => {
+                let texture = &self.textures[id.0 as usize];
+                let value = match channel {
+                    Channel::R => texture.eval(self.bitmaps, at).r,
+                    Channel::G => texture.eval(self.bitmaps, at).g,
+                    Channel::B => texture.eval(self.bitmaps, at).b,
+                    Channel::A => texture.alpha(self.bitmaps, at),
+                };
+                value * scale
+            }
         }
     }
 }

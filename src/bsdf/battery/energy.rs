@@ -1,0 +1,168 @@
+//! Nothing is gained, and white loses nothing.
+
+use super::{
+    super::{
+        Bsdf, Lobe, albedo,
+        conductor::{Conductor, Reflectance},
+        fresnel,
+        microfacet::Ggx,
+    },
+    *,
+};
+
+/// The part of the light of a white surrounding that leaves towards `wo`, and the part of it that passed.
+fn albedo_of(bsdf: &Bsdf, wo: Vec3, count: u32) -> (Rgb, Rgb) {
+    // Additive recurrence with the roots of x^4 = x + 1: even in three dimensions, so few points will do.
+    let step = [0.819_172_5_f64, 0.671_043_6, 0.549_700_5];
+    let (mut all, mut passed) = ([0.0_f64; 3], [0.0_f64; 3]);
+    for i in 0..count {
+        let [a, b, c] = step.map(|s| ((f64::from(i) + 0.5) * s).fract() as f32);
+        if let Some(sample) = bsdf.sample(wo, a, Vec2::new(b, c)) {
+            for (k, w) in sample.weight.to_array().into_iter().enumerate() {
+                all[k] += f64::from(w);
+                if sample.lobe == Lobe::Transmission {
+                    passed[k] += f64::from(w);
+                }
+            }
+        }
+    }
+    let mean = |sum: [f64; 3]| Rgb::from_array(sum.map(|s| (s / f64::from(count)) as f32));
+    (mean(all), mean(passed))
+}
+
+#[test]
+fn white_surfaces_lose_less_than_two_percent_and_gain_nothing_at_any_angle() {
+    let mut wrong = Vec::new();
+    for Example { name, bsdf, .. } in white_examples() {
+        let back: &[f32] = if bsdf.transmits() {
+            &[-0.9, -0.6, -0.2, -0.02]
+        } else {
+            &[]
+        };
+        for cos in [1.0, 0.8, 0.5, 0.25, 0.1, 0.03, 0.005].iter().chain(back) {
+            let wo = direction(*cos, 0.7);
+            let mut all = albedo_of(&bsdf, wo, 600).0.g;
+            if !(0.99..=1.005).contains(&all) {
+                // Too few samples to be sure.
+                all = albedo_of(&bsdf, wo, 10_000).0.g;
+            }
+            // Tables of clear facets are a little less exact at grazing angles.
+            let most = if bsdf.transmits() { 1.015 } else { 1.01 };
+            if !(0.98..=most).contains(&all) {
+                wrong.push(format!("{name} from {cos}: {all}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}\n{}", wrong.len(), wrong.join("\n"));
+}
+
+#[test]
+fn brushed_surfaces_lose_and_gain_less_than_seven_percent() {
+    for (along, across) in [(0.3, 0.1), (0.3, 0.01), (0.5, 0.25), (1.0, 0.3), (1.0, 0.0)] {
+        let facets = Ggx::new(Vec2::new(along, across));
+        let reflectance = Reflectance::colored(Rgb::WHITE, Rgb::WHITE);
+        let metal = Bsdf::Conductor(Conductor { facets, reflectance });
+        for cos in [1.0, 0.5, 0.1, 0.01] {
+            for turn in [0.0, 0.8, 1.57] {
+                let all = albedo_of(&metal, direction(cos, turn), 4000).0.g;
+                assert!((all - 1.0).abs() < 0.07, "{along} {across} from {cos} {turn}: {all}");
+            }
+        }
+    }
+}
+
+#[test]
+fn no_surface_sends_back_more_than_arrives() {
+    for Example { name, bsdf, .. } in examples() {
+        for wo in views(&bsdf) {
+            let all = albedo_of(&bsdf, wo, 400).0;
+            assert!(all.max_component() < 1.02, "{name} from {wo}: {all:?}");
+        }
+    }
+}
+
+#[test]
+fn the_tables_are_as_exact_as_they_say() {
+    let points = 64;
+    for roughness in [0.045, 0.12, 0.33, 0.61, 0.88, 1.0] {
+        let ggx = Ggx::from_roughness(roughness, 0.0);
+        for cos in [0.002, 0.02, 0.13, 0.4, 0.77, 1.0] {
+            let wo = direction(cos, 0.0);
+            let mut sum = [0.0_f64; 3];
+            for i in 0..points * points {
+                let q = ((i / points) as f32 + 0.5) / points as f32;
+                let u = Vec2::new(((i % points) as f32 + 0.5) / points as f32, 1.0 - q * q);
+                let h = ggx.sample_normal(wo, u);
+                let seen = |facet: Option<super::super::microfacet::Facet>| facet.map_or(0.0, |f| f.seen * 2.0 * q);
+                let mirrored = seen(ggx.reflection(wo, fresnel::reflect(wo, h)));
+                let passed = fresnel::refract(wo, h, 1.6).and_then(|wi| ggx.transmission(wo, wi, 1.6));
+                let reflected = fresnel::dielectric(wo.dot(h), 1.6);
+                sum[0] += f64::from(mirrored);
+                sum[1] += f64::from(mirrored * fresnel::schlick_term(wo.dot(h)));
+                sum[2] += f64::from(reflected * mirrored + (1.0 - reflected) * seen(passed));
+            }
+            let [all, grazing, boundary] = sum.map(|s| (s / f64::from(points * points)) as f32);
+            let schlick = albedo::schlick(&ggx, wo);
+            let said = [albedo::mirrors(&ggx, wo), schlick[1], albedo::boundary(&ggx, wo, 1.6)];
+            for (is, said) in [all, grazing, boundary].into_iter().zip(said) {
+                assert!((is - said).abs() < 0.01, "{roughness} {cos}: {is} {said}");
+            }
+        }
+    }
+}
+
+#[test]
+fn facets_that_become_smooth_become_a_mirror_and_glass() {
+    let roughness = 0.034;
+    let ggx = Ggx::from_roughness(roughness, 0.0);
+    for cos in [1.0, 0.6, 0.2] {
+        let wo = direction(cos, 1.0);
+        let reflectance = Reflectance::Measured {
+            eta: Rgb::new(0.21, 0.43, 1.38),
+            k: Rgb::new(3.272, 2.455, 1.914),
+        };
+        let metal = Bsdf::Conductor(Conductor {
+            facets: ggx,
+            reflectance,
+        });
+        let all = albedo_of(&metal, wo, 500).0;
+        assert!(close(all, reflectance.at(cos), 3e-3), "{all:?}");
+        let rough = examples::glass(roughness, 1.5, Rgb::WHITE, Rgb::WHITE);
+        let smooth = examples::glass(0.0, 1.5, Rgb::WHITE, Rgb::WHITE);
+        for wo in [wo, -wo] {
+            let (a, b) = (albedo_of(&rough, wo, 4000).1, albedo_of(&smooth, wo, 4000).1);
+            assert!((a - b).map(f32::abs).max_component() < 4e-3, "{wo}: {a:?} {b:?}");
+        }
+        let along = metal.sample(wo, 0.5, Vec2::splat(0.5)).unwrap().wi;
+        assert!((along - Vec3::new(-wo.x, -wo.y, wo.z)).length() < 0.01);
+    }
+}
+
+#[test]
+fn a_colored_metal_reflects_its_colour_and_its_edge() {
+    let (color, edge) = (Rgb::new(0.9, 0.5, 0.1), Rgb::new(1.0, 0.8, 0.5));
+    let metal = Reflectance::colored(color, edge);
+    assert!(close(metal.at(1.0), color, 1e-6) && close(metal.at(0.0), Rgb::WHITE, 1e-6));
+    let plain = Reflectance::colored(color, Rgb::WHITE);
+    assert!(close(metal.at(1.0 / 7.0), plain.at(1.0 / 7.0) * edge, 1e-5));
+}
+
+#[test]
+fn a_film_without_thickness_is_not_there() {
+    use super::super::film::Film;
+    let film = Film {
+        weight: 1.0,
+        ior: 1.3,
+        thickness: 0.0,
+    };
+    for (f0, cos) in [(0.04, 1.0), (0.3, 0.5), (0.9, 0.2)] {
+        let bare = f0 + (1.0 - f0) * fresnel::schlick_term(cos);
+        let all = film.reflectance(Rgb::gray(f0), cos);
+        assert!(
+            (all - Rgb::gray(bare)).map(f32::abs).max_component() < 0.02,
+            "{all:?} {bare}"
+        );
+    }
+    let colors = [250e-9, 400e-9, 550e-9].map(|thickness| Film { thickness, ..film }.reflectance(Rgb::gray(0.04), 0.9));
+    assert!(colors.iter().all(|c| (c.r - c.b).abs() > 0.003), "{colors:?}");
+}

@@ -1,0 +1,193 @@
+//! Examples of all BSDFs.
+
+use super::super::{
+    Bsdf,
+    conductor::{Conductor, Reflectance},
+    dielectric::{Pane, RoughGlass},
+    diffuse::{Lambert, OrenNayar},
+    film::Film,
+    layered::{Layered, Walls},
+    microfacet::Ggx,
+    phong::{Phong, Weights},
+    specular::{Glass, Mirror},
+};
+use crate::math::{Rgb, Vec2};
+
+pub struct Example {
+    pub name: String,
+    pub bsdf: Bsdf,
+    /// About how wide its narrowest lobe is that is not delta, as a perceived roughness; 0 where it has none.
+    pub width: f32,
+}
+
+fn example(name: String, bsdf: Bsdf, width: f32) -> Example {
+    Example { name, bsdf, width }
+}
+
+const ROUGHNESSES: [f32; 5] = [0.0, 0.1, 0.35, 0.7, 1.0];
+
+fn facets(roughness: f32) -> Ggx {
+    Ggx::from_roughness(roughness, 0.0)
+}
+
+pub fn glass(roughness: f32, ior: f32, reflectance: Rgb, transmittance: Rgb) -> Bsdf {
+    let facets = facets(roughness);
+    if facets.is_smooth() {
+        return Bsdf::Glass(Glass {
+            ior,
+            reflectance,
+            transmittance,
+        });
+    }
+    Bsdf::RoughGlass(RoughGlass {
+        facets,
+        ior,
+        reflectance,
+        transmittance,
+    })
+}
+
+/// What loses nothing.
+pub fn white_examples() -> Vec<Example> {
+    let white = Rgb::WHITE;
+    let mut all = vec![
+        example("lambert".into(), Bsdf::Lambert(Lambert { albedo: white }), 1.0),
+        example("mirror".into(), Bsdf::Mirror(Mirror { reflectance: white }), 1.0),
+    ];
+    for roughness in ROUGHNESSES {
+        let facets = facets(roughness);
+        let mut add = |name: &str, bsdf: Bsdf| all.push(example(format!("{name} {roughness}"), bsdf, roughness));
+        let albedo = white;
+        add("oren-nayar", Bsdf::OrenNayar(OrenNayar { albedo, roughness }));
+        let reflectance = Reflectance::colored(white, white);
+        add("conductor", Bsdf::Conductor(Conductor { facets, reflectance }));
+        for ior in [1.1_f32, 1.5, 2.4, 0.7] {
+            let bsdf = glass(roughness, ior, white, white);
+            // Where the index is near 1, what passes is hardly scattered.
+            let width = if ior == 1.1 { 0.3 * roughness } else { roughness };
+            all.push(example(format!("glass {ior} {roughness}"), bsdf, width));
+        }
+        let mut add = |name: &str, bsdf: Bsdf| all.push(example(format!("{name} {roughness}"), bsdf, roughness));
+        add(
+            "pane",
+            Bsdf::Pane(Pane {
+                facets,
+                ior: 1.5,
+                reflectance: white,
+                transmittance: white,
+            }),
+        );
+        let chalk = Layered {
+            facets,
+            ..Layered::default()
+        };
+        let mut add = |name: &str, bsdf: Layered| add(name, Bsdf::Layered(bsdf));
+        add("plastic", chalk);
+        add("dense plastic", Layered { ior: 2.4, ..chalk });
+        let metal = Layered { metallic: 1.0, ..chalk };
+        add("metal", metal);
+        let clear = Layered {
+            transmission: 1.0,
+            walls: Walls::Solid,
+            ..chalk
+        };
+        add("clear", clear);
+        add("dense clear", Layered { ior: 2.4, ..clear });
+        let sheet = Layered {
+            walls: Walls::Thin,
+            ..clear
+        };
+        add("sheet", sheet);
+        let coated = |base: Layered| Layered {
+            coat: 1.0,
+            coat_facets: Ggx::from_roughness(0.6, 0.0),
+            ..base
+        };
+        add("coated metal", coated(metal));
+        add("coated plastic", coated(chalk));
+        let dusty = |base: Layered| Layered {
+            sheen: white,
+            sheen_roughness: roughness,
+            ..base
+        };
+        add("dusty plastic", dusty(chalk));
+        add("dusty coated metal", dusty(coated(metal)));
+        let mixed = Layered {
+            metallic: 0.4,
+            transmission: 0.5,
+            ..chalk
+        };
+        add("mixed", dusty(coated(mixed)));
+    }
+    all
+}
+
+/// All of them, and some that are coloured, directed or dark.
+pub fn examples() -> Vec<Example> {
+    let mut all = white_examples();
+    let (rose, sea) = (Rgb::new(0.9, 0.4, 0.3), Rgb::new(0.2, 0.5, 0.6));
+    for roughness in [0.1, 0.35, 0.7, 1.0] {
+        let mut add = |name: &str, bsdf: Bsdf| all.push(example(format!("{name} {roughness}"), bsdf, roughness));
+        let brushed = Ggx::from_roughness(roughness, 0.6);
+        let gold = Reflectance::Measured {
+            eta: Rgb::new(0.21, 0.43, 1.38),
+            k: Rgb::new(3.272, 2.455, 1.914),
+        };
+        let conductor = |facets, reflectance| Bsdf::Conductor(Conductor { facets, reflectance });
+        add("gold", conductor(facets(roughness), gold));
+        add("brushed rose", conductor(brushed, Reflectance::colored(rose, sea)));
+        add("green glass", glass(roughness, 1.5, rose, sea));
+        let albedo = rose;
+        add("clay", Bsdf::OrenNayar(OrenNayar { albedo, roughness }));
+        let all_of_it = Layered {
+            base_color: rose,
+            metallic: 0.3,
+            transmission: 0.4,
+            facets: brushed,
+            turn: Vec2::new(0.6, 0.8),
+            ior: 1.7,
+            walls: Walls::Solid,
+            specular: 0.8,
+            specular_color: sea,
+            film: Film {
+                weight: 0.7,
+                ior: 1.4,
+                thickness: 450e-9,
+            },
+            coat: 0.5,
+            coat_facets: facets(0.5),
+            sheen: sea,
+            sheen_roughness: 0.5,
+        };
+        add("everything", Bsdf::Layered(all_of_it));
+        let sheet = Layered {
+            walls: Walls::Thin,
+            ..all_of_it
+        };
+        add("everything on a sheet", Bsdf::Layered(sheet));
+        let opaque = Layered {
+            transmission: 0.0,
+            ..all_of_it
+        };
+        add("everything opaque", Bsdf::Layered(opaque));
+    }
+    for shininess in [0.0, 4.0, 200.0] {
+        let weights = Weights {
+            diffuse: rose * 0.3,
+            specular: Rgb::gray(0.4),
+            reflect: Rgb::BLACK,
+            transmit: Rgb::BLACK,
+        };
+        let plastic = Bsdf::Phong(Phong::new(weights, shininess, 1.5));
+        let width = if shininess > 100.0 { 0.2 } else { 1.0 };
+        all.push(example(format!("phong {shininess}"), plastic, width));
+        let clear = Weights {
+            reflect: Rgb::gray(0.2),
+            transmit: sea,
+            ..weights
+        };
+        let clear = Bsdf::Phong(Phong::new(clear, shininess, 1.5));
+        all.push(example(format!("clear phong {shininess}"), clear, width));
+    }
+    all
+}

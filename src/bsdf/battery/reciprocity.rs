@@ -1,0 +1,73 @@
+//! Light takes the same way back.
+
+use super::{
+    super::{
+        Bsdf, BsdfKind, albedo,
+        dielectric::RoughGlass,
+        diffuse::{Lambert, OrenNayar},
+        fresnel,
+        microfacet::Ggx,
+        phong::{Phong, Weights},
+    },
+    *,
+};
+
+const PAIRS: [(f32, f32, f32); 4] = [(0.9, 0.3, 1.0), (0.5, 0.6, 3.0), (0.05, 0.7, 2.2), (0.2, 0.1, 0.4)];
+
+#[test]
+fn chalk_clay_and_plastic_are_reciprocal() {
+    let gray = Rgb::gray(0.6);
+    let weights = Weights {
+        diffuse: gray * 0.5,
+        specular: gray,
+        reflect: Rgb::BLACK,
+        transmit: Rgb::BLACK,
+    };
+    let reciprocal = [
+        Bsdf::Lambert(Lambert { albedo: gray }),
+        Bsdf::OrenNayar(OrenNayar {
+            albedo: gray,
+            roughness: 0.8,
+        }),
+        Bsdf::Phong(Phong::new(weights, 12.0, 1.5)),
+    ];
+    for bsdf in reciprocal {
+        for (a, b, turn) in PAIRS {
+            let (wo, wi) = (direction(a, 0.3), direction(b, 0.3 + turn));
+            let (there, back) = (bsdf.eval(wo, wi).f_cos() / wi.z, bsdf.eval(wi, wo).f_cos() / wo.z);
+            assert!(close(there, back, 1e-4), "{bsdf:?}: {there:?} {back:?}");
+        }
+    }
+}
+
+#[test]
+fn single_bounces_off_facets_are_reciprocal() {
+    for ggx in [Ggx::from_roughness(0.3, 0.0), Ggx::from_roughness(0.6, 0.7)] {
+        for (a, b, turn) in PAIRS {
+            let (wo, wi) = (direction(a, 0.3), direction(b, 0.3 + turn));
+            let f = |wo, wi: Vec3| ggx.reflection(wo, wi).map(|f| f.pdf * f.seen / wi.z).unwrap();
+            assert!((f(wo, wi) / f(wi, wo) - 1.0).abs() < 1e-4);
+        }
+    }
+}
+
+#[test]
+fn what_passes_a_facet_passes_back_but_for_the_square_of_the_index() {
+    let eta = 1.5;
+    for roughness in [0.3, 0.8] {
+        let facets = Ggx::from_roughness(roughness, 0.0);
+        let glass = RoughGlass {
+            facets,
+            ior: eta,
+            reflectance: Rgb::WHITE,
+            transmittance: Rgb::WHITE,
+        };
+        for (a, b, turn) in PAIRS {
+            let (wo, wi) = (direction(a, 0.0), direction(-b, turn));
+            let there = glass.eval(wo, wi).glossy.g * albedo::boundary(&facets, wo, eta) / b;
+            let inside = fresnel::mirrored(wi);
+            let back = glass.eval(wi, wo).glossy.g * albedo::boundary(&facets, inside, 1.0 / eta) / a;
+            assert!((there - back * eta * eta).abs() <= 1e-3 * there, "{there} {back}");
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! Metals, smooth and rough.
+
+use super::{
+    BsdfEval, BsdfKind, BsdfSample, Lobe, albedo,
+    fresnel::{self, schlick_term},
+    microfacet::Ggx,
+};
+use crate::math::{Rgb, Vec2, Vec3};
+
+/// How much of each colour a metal reflects.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reflectance {
+    /// By its complex index of refraction `eta + i k`.
+    Measured { eta: Rgb, k: Rgb },
+    /// By what it reflects at normal incidence, and what is taken off that at about 82 degrees.
+    Colored { f0: Rgb, dip: Rgb },
+}
+
+impl Reflectance {
+    /// A metal of the colour `f0` whose reflectance at 82 degrees is `edge` times the one that Schlick's approximation gives.
+    ///
+    /// Source: Kutz, Hasan, Edmondson, "Novel aspects of the Adobe Standard Material", 2021, section 2 ("F82").
+    pub fn colored(f0: Rgb, edge: Rgb) -> Self {
+        // The cosine where the dip is deepest.
+        const COS: f32 = 1.0 / 7.0;
+        let x = 1.0 - COS;
+        let depth = COS * schlick_term(COS) * x;
+        let schlick = f0 + (Rgb::WHITE - f0) * schlick_term(COS);
+        Self::Colored {
+            f0,
+            dip: schlick * (Rgb::WHITE - edge) / depth,
+        }
+    }
+
+    /// At the cosine `cos`.
+    #[inline]
+    pub fn at(&self, cos: f32) -> Rgb {
+        match self {
+            Self::Measured { eta, k } => Rgb::new(
+                fresnel::conductor(cos, eta.r, k.r),
+                fresnel::conductor(cos, eta.g, k.g),
+                fresnel::conductor(cos, eta.b, k.b),
+            ),
+            Self::Colored { f0, dip } => {
+                let grazing = schlick_term(cos);
+                let reflected = *f0 + (Rgb::WHITE - *f0) * grazing - *dip * (cos * grazing * (1.0 - cos));
+                reflected.map(|r| r.clamp(0.0, 1.0))
+            }
+        }
+    }
+
+    /// At normal incidence.
+    pub fn normal(&self) -> Rgb {
+        match self {
+            Self::Measured { .. } => self.at(1.0),
+            Self::Colored { f0, .. } => *f0,
+        }
+    }
+}
+
+/// Facets of metal. What bounces between them is reflected once more by the colour at normal incidence.
+#[derive(Clone, Copy, Debug)]
+pub struct Conductor {
+    pub facets: Ggx,
+    pub reflectance: Reflectance,
+}
+
+/// What white facets of albedo `all` gain where light bounces between facets that reflect `f0`.
+#[inline]
+pub(super) fn bounced(f0: Rgb, all: f32) -> Rgb {
+    Rgb::WHITE + f0 * ((1.0 - all) / all)
+}
+
+impl BsdfKind for Conductor {
+    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+        if self.facets.is_smooth() {
+            return BsdfEval::default();
+        }
+        let Some(facet) = self.facets.reflection(wo, wi) else {
+            return BsdfEval::default();
+        };
+        let gain = bounced(self.reflectance.normal(), albedo::mirrors(&self.facets, wo));
+        BsdfEval {
+            diffuse: Rgb::BLACK,
+            glossy: self.reflectance.at(facet.cos) * gain * (facet.pdf * facet.seen),
+            pdf: facet.pdf,
+        }
+    }
+
+    fn sample(&self, wo: Vec3, _uc: f32, u: Vec2) -> Option<BsdfSample> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let (wi, weight, pdf) = if self.facets.is_smooth() {
+            (Vec3::new(-wo.x, -wo.y, wo.z), self.reflectance.at(wo.z), None)
+        } else {
+            let wi = self.facets.sample_reflection(wo, u)?;
+            let facet = self.facets.reflection(wo, wi)?;
+            let gain = bounced(self.reflectance.normal(), albedo::mirrors(&self.facets, wo));
+            (wi, self.reflectance.at(facet.cos) * gain * facet.seen, Some(facet.pdf))
+        };
+        (!weight.is_black()).then_some(BsdfSample {
+            wi,
+            weight,
+            diffuse: Rgb::BLACK,
+            pdf,
+            lobe: Lobe::Specular,
+            eta: 1.0,
+        })
+    }
+
+    fn reads_tangent(&self) -> bool {
+        self.facets.alpha.x != self.facets.alpha.y
+    }
+
+    fn is_delta(&self) -> bool {
+        self.facets.is_smooth()
+    }
+}

@@ -1,0 +1,226 @@
+//! Clear boundaries that are rough, and panes so thin that light does not bend.
+//!
+//! Radiance is not scaled by the square of the index of refraction where it passes: what is seen through a surface is as
+//! bright as what is behind.
+
+use super::{
+    BsdfEval, BsdfKind, BsdfSample, Lobe, albedo,
+    fresnel::{dielectric, mirrored},
+    microfacet::{Facet, Ggx},
+};
+use crate::math::{Rgb, Vec2, Vec3};
+
+/// A rough boundary of a clear medium: each facet reflects and refracts, shared out by Fresnel's equations.
+#[derive(Clone, Copy, Debug)]
+pub struct RoughGlass {
+    /// Not smooth: [`super::specular::Glass`] is.
+    pub facets: Ggx,
+    /// Index of refraction behind the surface over that in front; not 1.
+    pub ior: f32,
+    pub reflectance: Rgb,
+    pub transmittance: Rgb,
+}
+
+/// What facets make of light: reflect it or let it pass.
+#[derive(Clone, Copy)]
+struct Shares {
+    reflect: Rgb,
+    transmit: Rgb,
+    /// The chance to be reflected.
+    chance: f32,
+}
+
+/// How facets that reflect the part `reflected` share light out.
+fn shares(reflected: f32, reflectance: Rgb, transmittance: Rgb) -> Option<Shares> {
+    let (reflect, transmit) = (reflectance * reflected, transmittance * (1.0 - reflected));
+    let all = reflect.max_component() + transmit.max_component();
+    (all > 0.0).then_some(Shares {
+        reflect,
+        transmit,
+        chance: reflect.max_component() / all,
+    })
+}
+
+impl RoughGlass {
+    /// `wo` and `wi` as seen from the side of `wo`, and the index on the other side over that on this one.
+    fn turned(&self, wo: Vec3, wi: Vec3) -> (Vec3, Vec3, f32) {
+        if wo.z < 0.0 {
+            (mirrored(wo), mirrored(wi), 1.0 / self.ior)
+        } else {
+            (wo, wi, self.ior)
+        }
+    }
+
+    fn shares(&self, cos: f32, eta: f32) -> Option<Shares> {
+        shares(dielectric(cos, eta), self.reflectance, self.transmittance)
+    }
+}
+
+/// What leaves by a facet: weight, chance and facet to all that is said of a direction.
+fn eval_facet(facet: Facet, weight: Rgb, chance: f32) -> BsdfEval {
+    BsdfEval {
+        diffuse: Rgb::BLACK,
+        glossy: weight * (facet.pdf * facet.seen),
+        pdf: facet.pdf * chance,
+    }
+}
+
+impl BsdfKind for RoughGlass {
+    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+        let (o, i, eta) = self.turned(wo, wi);
+        let facet = if i.z > 0.0 {
+            self.facets.reflection(o, i)
+        } else {
+            self.facets.transmission(o, i, eta)
+        };
+        let Some((facet, shares)) = facet.and_then(|f| Some((f, self.shares(f.cos, eta)?))) else {
+            return BsdfEval::default();
+        };
+        let gain = 1.0 / albedo::boundary(&self.facets, o, eta);
+        if i.z > 0.0 {
+            eval_facet(facet, shares.reflect * gain, shares.chance)
+        } else {
+            eval_facet(facet, shares.transmit * gain, 1.0 - shares.chance)
+        }
+    }
+
+    fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
+        let (o, _, eta) = self.turned(wo, wo);
+        if o.z <= 0.0 {
+            return None;
+        }
+        let h = self.facets.sample_normal(o, u);
+        let shares = self.shares(o.dot(h), eta)?;
+        let reflects = uc < shares.chance;
+        let i = if reflects {
+            self.facets.sample_reflection(o, u)?
+        } else {
+            self.facets.sample_transmission(o, u, eta)?
+        };
+        let wi = if wo.z < 0.0 { mirrored(i) } else { i };
+        let eval = self.eval(wo, wi);
+        (eval.pdf > 0.0).then_some(BsdfSample {
+            wi,
+            weight: eval.glossy / eval.pdf,
+            diffuse: Rgb::BLACK,
+            pdf: Some(eval.pdf),
+            lobe: if reflects { Lobe::Specular } else { Lobe::Transmission },
+            eta: if reflects { 1.0 } else { eta },
+        })
+    }
+
+    fn transmits(&self) -> bool {
+        true
+    }
+
+    fn reads_tangent(&self) -> bool {
+        self.facets.alpha.x != self.facets.alpha.y
+    }
+}
+
+/// A pane: two boundaries so near to each other that light goes straight on, scattered if they are rough.
+///
+/// Light that bounces between the boundaries is counted; none is absorbed but by the tints.
+#[derive(Clone, Copy, Debug)]
+pub struct Pane {
+    pub facets: Ggx,
+    pub ior: f32,
+    pub reflectance: Rgb,
+    pub transmittance: Rgb,
+}
+
+/// The part of the light that two boundaries reflect together, of which each reflects `once`.
+#[inline]
+pub fn of_two_boundaries(once: f32) -> f32 {
+    2.0 * once / (1.0 + once)
+}
+
+impl Pane {
+    fn shares(&self, cos: f32) -> Option<Shares> {
+        let reflected = of_two_boundaries(dielectric(cos, self.ior));
+        shares(reflected, self.reflectance, self.transmittance)
+    }
+
+    /// Zero where smooth. What passes is scattered like the mirror image, on the other side.
+    fn eval_upright(&self, o: Vec3, i: Vec3) -> BsdfEval {
+        let above = Vec3::new(i.x, i.y, i.z.abs());
+        let facet = self.facets.reflection(o, above);
+        let Some((facet, shares)) = facet.and_then(|f| Some((f, self.shares(f.cos)?))) else {
+            return BsdfEval::default();
+        };
+        let gain = 1.0 / albedo::mirrors(&self.facets, o);
+        if i.z > 0.0 {
+            eval_facet(facet, shares.reflect * gain, shares.chance)
+        } else {
+            eval_facet(facet, shares.transmit * gain, 1.0 - shares.chance)
+        }
+    }
+}
+
+impl BsdfKind for Pane {
+    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+        if self.facets.is_smooth() {
+            BsdfEval::default()
+        } else if wo.z < 0.0 {
+            self.eval_upright(mirrored(wo), mirrored(wi))
+        } else {
+            self.eval_upright(wo, wi)
+        }
+    }
+
+    fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
+        let below = wo.z < 0.0;
+        let o = if below { mirrored(wo) } else { wo };
+        if o.z <= 0.0 {
+            return None;
+        }
+        let smooth = self.facets.is_smooth();
+        let h = if smooth {
+            Vec3::Z
+        } else {
+            self.facets.sample_normal(o, u)
+        };
+        let shares = self.shares(o.dot(h))?;
+        let reflects = uc < shares.chance;
+        let above = if smooth {
+            Vec3::new(-o.x, -o.y, o.z)
+        } else {
+            self.facets.sample_reflection(o, u)?
+        };
+        let i = if reflects { above } else { mirrored(above) };
+        let (weight, pdf) = if smooth {
+            let (weight, chance) = if reflects {
+                (shares.reflect, shares.chance)
+            } else {
+                (shares.transmit, 1.0 - shares.chance)
+            };
+            (weight / chance, None)
+        } else {
+            let eval = self.eval_upright(o, i);
+            if eval.pdf <= 0.0 {
+                return None;
+            }
+            (eval.glossy / eval.pdf, Some(eval.pdf))
+        };
+        Some(BsdfSample {
+            wi: if below { mirrored(i) } else { i },
+            weight,
+            diffuse: Rgb::BLACK,
+            pdf,
+            lobe: if reflects { Lobe::Specular } else { Lobe::Transmission },
+            eta: 1.0,
+        })
+    }
+
+    fn transmits(&self) -> bool {
+        true
+    }
+
+    fn reads_tangent(&self) -> bool {
+        self.facets.alpha.x != self.facets.alpha.y
+    }
+
+    fn is_delta(&self) -> bool {
+        self.facets.is_smooth()
+    }
+}

@@ -1,0 +1,152 @@
+//! Rough surfaces as many small mirrors, the facets, whose normals are distributed as by Trowbridge and Reitz ("GGX").
+//!
+//! Facets hide each other with heights and slopes taken together (height-correlated Smith masking), and facets are chosen
+//! among those that the viewer sees. All directions are in the frame of the surface, its normal is z.
+//!
+//! Source: Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", JCGT 3(2), 2014; Walter et al.,
+//! "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007, doi:10.2312/EGWR/EGSR07/195-206; Dupuy and Benyoub,
+//! "Sampling Visible GGX Normals with Spherical Caps", CGF 42(8), 2023, doi:10.1111/cgf.14867.
+
+use std::f32::consts::PI;
+
+use super::fresnel::{reflect, refract};
+use crate::math::{Vec2, Vec3, trig};
+
+/// The distribution of facets: how steep they are along the two axes of the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ggx {
+    /// Roughness along the tangent and along the bitangent, from [`Ggx::SMOOTHEST`] to 1; 0 where smooth.
+    pub alpha: Vec2,
+}
+
+/// A pair of directions, as the facet sees it that turns one into the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Facet {
+    /// Cosine between `wo` and the facet's normal.
+    pub cos: f32,
+    /// Density of `wi`, in sr^-1, where the facet is chosen among the visible ones.
+    pub pdf: f32,
+    /// The part of the light from the facet that is not hidden by others on its way out: `f |cos| / pdf` of a facet that loses
+    /// nothing.
+    pub seen: f32,
+}
+
+impl Ggx {
+    /// What is not rougher is smooth: a mirror image blurred by a twentieth of a degree.
+    pub const SMOOTHEST: f32 = 1e-3;
+
+    /// Perfectly smooth.
+    pub const SMOOTH: Self = Self { alpha: Vec2::ZERO };
+
+    /// Facets of `alpha` along the tangent and the bitangent.
+    pub fn new(alpha: Vec2) -> Self {
+        if alpha.max_element() < Self::SMOOTHEST {
+            return Self::SMOOTH;
+        }
+        Self {
+            alpha: alpha.clamp(Vec2::splat(Self::SMOOTHEST), Vec2::ONE),
+        }
+    }
+
+    /// The facets of a perceived `roughness` from 0 to 1, whose square is alpha; `anisotropy`, from 0 to 1, stretches highlights
+    /// along the tangent, as glTF's KHR_materials_anisotropy has it.
+    pub fn from_roughness(roughness: f32, anisotropy: f32) -> Self {
+        let alpha = roughness * roughness;
+        let along = alpha + (1.0 - alpha) * anisotropy * anisotropy;
+        Self::new(Vec2::new(along, alpha))
+    }
+
+    /// Whether light leaves in but one direction.
+    #[inline]
+    pub fn is_smooth(&self) -> bool {
+        self.alpha.x == 0.0
+    }
+
+    /// Area of facets with the unit normal `h`, per area and steradian.
+    #[inline]
+    pub fn density(&self, h: Vec3) -> f32 {
+        let s = Vec2::new(h.x, h.y) / self.alpha;
+        let q = s.length_squared() + h.z * h.z;
+        1.0 / (PI * self.alpha.x * self.alpha.y * q * q)
+    }
+
+    /// Length of `w` where the surface is stretched until its facets are a hemisphere; `|w.z|` over it tells all about masking.
+    #[inline]
+    fn stretched(&self, w: Vec3) -> f32 {
+        let s = Vec2::new(w.x, w.y) * self.alpha;
+        (s.length_squared() + w.z * w.z).sqrt()
+    }
+
+    /// Cosine of `w` where the surface is stretched until its facets are a hemisphere: `1 / (1 + 2 lambda)`.
+    #[inline]
+    pub fn stretched_cos(&self, w: Vec3) -> f32 {
+        w.z.abs() / self.stretched(w)
+    }
+
+    /// The normal of a facet that is seen from `wo`, which is above the surface.
+    pub fn sample_normal(&self, wo: Vec3, u: Vec2) -> Vec3 {
+        let a = self.alpha.extend(1.0);
+        let w = (wo * a).normalize();
+        let (sin_phi, cos_phi) = trig::sin_cos(2.0 * PI * u.x);
+        let z = (1.0 - u.y) * (1.0 + w.z) - w.z;
+        let sin = (1.0 - z * z).clamp(0.0, 1.0).sqrt();
+        let h = Vec3::new(sin * cos_phi, sin * sin_phi, z) + w;
+        // Facets do not face down; rounding at grazing angles may say so.
+        Vec3::new(h.x * a.x, h.y * a.y, h.z.max(1e-7)).normalize()
+    }
+
+    /// The facet that reflects `wi` to `wo`, both above the surface.
+    #[inline]
+    pub fn reflection(&self, wo: Vec3, wi: Vec3) -> Option<Facet> {
+        if wo.z <= 0.0 || wi.z <= 0.0 {
+            return None;
+        }
+        let h = (wo + wi).try_normalize()?;
+        let cos = wo.dot(h);
+        if cos <= 0.0 {
+            return None;
+        }
+        let (lo, li) = (self.stretched(wo), self.stretched(wi));
+        Some(Facet {
+            cos,
+            pdf: self.density(h) / (2.0 * (wo.z + lo)),
+            seen: wi.z * (wo.z + lo) / (lo * wi.z + li * wo.z),
+        })
+    }
+
+    /// The facet that refracts `wi`, below the surface, to `wo`, above it. `eta` is the index below over the one above.
+    #[inline]
+    pub fn transmission(&self, wo: Vec3, wi: Vec3, eta: f32) -> Option<Facet> {
+        if wo.z <= 0.0 || wi.z >= 0.0 {
+            return None;
+        }
+        let sum = wo + wi * eta;
+        let h = sum.try_normalize()?;
+        let h = if h.z < 0.0 { -h } else { h };
+        let (cos, cos_i) = (wo.dot(h), wi.dot(h));
+        if cos <= 0.0 || cos_i >= 0.0 {
+            return None;
+        }
+        let (lo, li) = (self.stretched(wo), self.stretched(wi));
+        let spread = eta * eta * -cos_i / sum.length_squared();
+        Some(Facet {
+            cos,
+            pdf: self.density(h) * 2.0 * cos / (wo.z + lo) * spread,
+            seen: -wi.z * (wo.z + lo) / (lo * -wi.z + li * wo.z),
+        })
+    }
+
+    /// A direction that a facet seen from `wo` reflects; `None` where it would go into the surface.
+    #[inline]
+    pub fn sample_reflection(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
+        let wi = reflect(wo, self.sample_normal(wo, u)).normalize();
+        (wi.z > 0.0).then_some(wi)
+    }
+
+    /// A direction that a facet seen from `wo` refracts; `None` where it would stay above the surface, or cannot pass.
+    #[inline]
+    pub fn sample_transmission(&self, wo: Vec3, u: Vec2, eta: f32) -> Option<Vec3> {
+        let wi = refract(wo, self.sample_normal(wo, u), eta)?;
+        (wi.z < 0.0).then_some(wi)
+    }
+}

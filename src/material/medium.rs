@@ -1,0 +1,25 @@
+//! What the inside of a clear body absorbs, by Beer's law.
+
+use crate::math::{Rgb, trig};
+
+/// What is left of the darkest channel of a colour: nothing absorbs everything.
+const DARKEST: f32 = 1e-6;
+
+/// The absorption (m^-1) of a medium that turns white light into `color` over `distance` (m).
+pub fn absorption(color: Rgb, distance: f32) -> Rgb {
+    color.map(|c| -trig::ln(c.clamp(DARKEST, 1.0)) / distance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn over_its_distance_a_medium_takes_on_its_color() {
+        let color = Rgb::new(1.0, 0.5, 0.1);
+        let absorption = absorption(color, 3.0);
+        let left = absorption.map(|a| trig::exp(-a * 3.0));
+        assert!((left - color).map(f32::abs).max_component() < 1e-6);
+        assert_eq!(absorption.r, 0.0);
+    }
+}

@@ -1,0 +1,225 @@
+//! Metal, polished, rough or brushed.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `preset` | `"aluminium"`, `"chromium"`, `"copper"`, `"gold"`, `"iron"`, `"nickel"`, `"platinum"`, `"silver"` or `"titanium"` | | |
+//! | `eta`, `k` | number or `[r, g, b]`; real and imaginary part of the index of refraction | | |
+//! | `color` | number, `[r, g, b]` or `"texture.NAME"`; the part of the light that is reflected at normal incidence | | |
+//! | `edge` | number or `[r, g, b]` of at most 1; with `color`: factor of what is reflected at 82 degrees | | 1 |
+//! | `roughness` | number from 0 to 1 or `"texture.NAME"` (channel g); perceived, its square is GGX's alpha | | 0 |
+//! | `anisotropy` | number from 0 to 1; stretches highlights along the tangent: it is brushed across | | 0 |
+//!
+//! One of `preset`, `eta` with `k`, and `color` is required. Seen from both sides. The facets along the tangent have
+//! alpha + (1 - alpha) anisotropy^2, as glTF's KHR_materials_anisotropy has it. What bounces between facets is counted: a white
+//! metal loses less than 1 % at any roughness, one of the strongest anisotropy less than 7 %. Whitted's integrator shows a
+//! mirror of the colour at normal incidence.
+//!
+//! ```toml
+//! [material.ring]
+//! metal = { preset = "gold", roughness = 0.15 }
+//!
+//! [material.pan]
+//! metal = { color = [0.9, 0.9, 0.92], roughness = 0.4, anisotropy = 0.7 }
+//! ```
+//!
+//! The numbers of the presets are those measured at 616.8, 548.6 and 450.9 nm by Johnson and Christy, "Optical constants of the
+//! noble metals", Phys. Rev. B 6, 1972, doi:10.1103/PhysRevB.6.4370 (silver, gold, copper), and "Optical constants of transition
+//! metals", Phys. Rev. B 9, 1974, doi:10.1103/PhysRevB.9.5056 (chromium, iron, nickel, titanium); by Rakic, Appl. Opt. 34, 1995,
+//! doi:10.1364/AO.34.004755 (aluminium, interpolated), and Rakic et al., Appl. Opt. 37, 1998, doi:10.1364/AO.37.005271
+//! (platinum, their model).
+
+use serde::Deserialize;
+
+use super::{FindColor, MaterialKind, Terms, brightness, part};
+use crate::{
+    bsdf::{
+        Bsdf,
+        conductor::{Conductor, Reflectance},
+        microfacet::Ggx,
+    },
+    math::Rgb,
+    texture::{Color, Scalar, TexturePoint, Textures},
+    value::{Channel, ColorSource, Problem, ScalarSource, Spanned, Tint, Unit},
+};
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MetalDesc {
+    pub preset: Option<Spanned<Preset>>,
+    pub eta: Option<Spanned<Tint>>,
+    pub k: Option<Spanned<Tint>>,
+    pub color: Option<Spanned<ColorSource>>,
+    pub edge: Option<Spanned<Tint>>,
+    pub roughness: Option<Spanned<ScalarSource>>,
+    pub anisotropy: Option<Unit>,
+}
+
+/// Metals that were measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Preset {
+    Aluminium,
+    Chromium,
+    Copper,
+    Gold,
+    Iron,
+    Nickel,
+    Platinum,
+    Silver,
+    Titanium,
+}
+
+impl Preset {
+    /// Real and imaginary part of the index of refraction for red, green and blue.
+    #[allow(clippy::approx_constant, reason = "chromium's k is 3.14 as measured")]
+    fn index(self) -> [[f32; 3]; 2] {
+        match self {
+            Self::Aluminium => [[1.350, 1.009, 0.636], [7.371, 6.611, 5.465]],
+            Self::Chromium => [[3.17, 3.18, 2.33], [3.30, 3.33, 3.14]],
+            Self::Copper => [[0.30, 1.02, 1.24], [3.205, 2.577, 2.397]],
+            Self::Gold => [[0.21, 0.43, 1.38], [3.272, 2.455, 1.914]],
+            Self::Iron => [[2.88, 2.95, 2.59], [3.05, 2.93, 2.77]],
+            Self::Nickel => [[1.99, 1.92, 1.73], [4.02, 3.61, 2.95]],
+            Self::Platinum => [[2.276, 2.087, 1.854], [4.088, 3.696, 3.146]],
+            Self::Silver => [[0.06, 0.06, 0.04], [4.152, 3.586, 2.657]],
+            Self::Titanium => [[2.67, 2.54, 2.27], [3.72, 3.43, 3.04]],
+        }
+    }
+}
+
+impl MetalDesc {
+    pub fn compile(&self, find: &FindColor<'_>) -> Result<Metal, Problem> {
+        Ok(Metal {
+            look: self.look(find)?,
+            roughness: part(self.roughness.as_ref(), 0.0, Channel::G, find)?,
+            anisotropy: self.anisotropy.map_or(0.0, f32::from),
+        })
+    }
+
+    fn look(&self, find: &FindColor<'_>) -> Result<Look, Problem> {
+        const HELP: &str = "give one of `preset`, `eta` with `k`, and `color`";
+        if let (None, Some(edge)) = (&self.color, &self.edge) {
+            return Err(Problem::at(edge.span(), "an `edge` goes with a `color`"));
+        }
+        match (&self.preset, (&self.eta, &self.k), &self.color) {
+            (Some(preset), (None, None), None) => {
+                let [eta, k] = preset.get_ref().index().map(Rgb::from_array);
+                Ok(Look::Measured(Reflectance::Measured { eta, k }))
+            }
+            (None, (Some(eta), Some(k)), None) => Ok(Look::Measured(Reflectance::Measured {
+                eta: eta.get_ref().0,
+                k: k.get_ref().0,
+            })),
+            (None, (None, None), Some(color)) => {
+                let edge = self.edge.as_ref().map_or(Rgb::WHITE, |e| e.get_ref().0);
+                if let (true, Some(said)) = (edge.max_component() > 1.0, &self.edge) {
+                    return Err(Problem::at(said.span(), "expected numbers of at most 1"));
+                }
+                let color = find(color)?;
+                Ok(Look::Colored { color, edge })
+            }
+            (None, (Some(one), None) | (None, Some(one)), None) => {
+                Err(Problem::at(one.span(), "`eta` and `k` go together").with_help(HELP))
+            }
+            (None, (None, None), None) => Err(Problem {
+                span: None,
+                message: "a metal needs a colour".into(),
+                help: Some(HELP.into()),
+            }),
+            (_, (eta, k), color) => {
+                let span = color.as_ref().map(Spanned::span);
+                let span = span.or_else(|| eta.as_ref().or(k.as_ref()).map(Spanned::span));
+                Err(Problem {
+                    span,
+                    message: "the metal is said twice".into(),
+                    help: Some(HELP.into()),
+                })
+            }
+        }
+    }
+}
+
+/// What a metal reflects.
+#[derive(Clone, Copy, Debug)]
+pub enum Look {
+    Measured(Reflectance),
+    Colored {
+        color: Color,
+        /// See [`Reflectance::colored`].
+        edge: Rgb,
+    },
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Metal {
+    pub look: Look,
+    /// Perceived, from 0 to 1.
+    pub roughness: Scalar,
+    /// From 0 to 1.
+    pub anisotropy: f32,
+}
+
+impl Metal {
+    fn reflectance(&self, textures: &Textures<'_>, at: &TexturePoint) -> Reflectance {
+        match &self.look {
+            Look::Measured(reflectance) => *reflectance,
+            Look::Colored { color, edge } => Reflectance::colored(textures.color(color, at), *edge),
+        }
+    }
+}
+
+impl MaterialKind for Metal {
+    fn terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> Terms {
+        Terms {
+            reflect: self.reflectance(textures, at).normal(),
+            ..Terms::default()
+        }
+    }
+
+    fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf {
+        let roughness = textures.scalar(&self.roughness, at).clamp(0.0, 1.0);
+        Bsdf::Conductor(Conductor {
+            facets: Ggx::from_roughness(roughness, self.anisotropy),
+            reflectance: self.reflectance(textures, at),
+        })
+    }
+
+    fn brightest(&self) -> f32 {
+        match &self.look {
+            Look::Measured(_) => 0.0,
+            Look::Colored { color, .. } => brightness(color),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn measured_metals_have_the_colors_that_one_sees() {
+        let color = |preset: Preset| {
+            let [eta, k] = preset.index().map(Rgb::from_array);
+            Reflectance::Measured { eta, k }.normal()
+        };
+        let gold = color(Preset::Gold);
+        assert!(gold.r > 0.9 && gold.r > gold.g && gold.g > 1.5 * gold.b, "{gold:?}");
+        let copper = color(Preset::Copper);
+        assert!(
+            copper.r > 0.85 && copper.r > copper.g && copper.g > copper.b,
+            "{copper:?}"
+        );
+        let silver = color(Preset::Silver);
+        assert!(silver.r > 0.95 && silver.b > 0.9, "{silver:?}");
+        for gray in [
+            Preset::Aluminium,
+            Preset::Chromium,
+            Preset::Iron,
+            Preset::Nickel,
+            Preset::Titanium,
+        ] {
+            let color = color(gray);
+            assert!((color.r - color.b).abs() < 0.13 && color.g > 0.45, "{gray:?} {color:?}");
+        }
+    }
+}
