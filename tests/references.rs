@@ -1,0 +1,94 @@
+//! Pictures agree with those of a renderer that nobody here wrote: `reference/references.py` made them with Mitsuba 3.
+
+mod common;
+
+use std::fs;
+
+use common::{Folder, repo, repo_str};
+
+const BLOCK: usize = 8;
+
+/// Means of blocks of 8x8 pixels, each red, green and blue.
+type Blocks = Vec<[f64; 3]>;
+
+fn render(scene: &str, seed: &str, samples: &str) -> Blocks {
+    let folder = Folder::new();
+    let file = repo_str(&format!("tests/reference/{scene}.toml"));
+    let args = [&file, "--seed", seed, "--samples", samples, "--progress", "none", "-o", "f.exr"];
+    folder.succeed(&args);
+    let image = exr::prelude::read_first_rgba_layer_from_file(
+        folder.path("f.exr"),
+        |size, _| (size.width(), vec![[0.0_f64; 3]; size.area()]),
+        |(width, pixels), at, (r, g, b, _): (f32, f32, f32, f32)| {
+            pixels[at.y() * *width + at.x()] = [r, g, b].map(f64::from);
+        },
+    );
+    let (width, pixels) = image.expect("an EXR").layer_data.channel_data.pixels;
+    let columns = width / BLOCK;
+    let mut blocks = vec![[0.0; 3]; pixels.len() / (BLOCK * BLOCK)];
+    for (i, pixel) in pixels.iter().enumerate() {
+        let (x, y) = (i % width / BLOCK, i / width / BLOCK);
+        for c in 0..3 {
+            blocks[y * columns + x][c] += pixel[c] / (BLOCK * BLOCK) as f64;
+        }
+    }
+    blocks
+}
+
+/// Means and standard errors.
+fn reference(scene: &str) -> Vec<[[f64; 3]; 2]> {
+    let text = fs::read_to_string(repo(&format!("tests/reference/{scene}.csv"))).expect("a reference");
+    let rows = text.lines().filter(|l| !l.starts_with('#'));
+    let row = |line: &str| {
+        let v: Vec<f64> = line.split(',').map(|v| v.parse().expect("a number")).collect();
+        [[v[0], v[1], v[2]], [v[3], v[4], v[5]]]
+    };
+    rows.map(row).collect()
+}
+
+/// Every block is within 1 % or four standard errors of both pictures together, whichever is larger, and the whole picture
+/// within half a percent.
+fn agrees(scene: &str, samples: &str) {
+    let expected = reference(scene);
+    let runs: Vec<Blocks> = ["1", "2", "3"].map(|seed| render(scene, seed, samples)).into();
+    assert_eq!(runs[0].len(), expected.len());
+    let mean = |at: usize, c: usize| runs.iter().map(|r| r[at][c]).sum::<f64>() / 3.0;
+    let variance = |at: usize, c: usize| runs.iter().map(|r| (r[at][c] - mean(at, c)).powi(2)).sum::<f64>() / 2.0 / 3.0;
+    // Three runs tell little about one block: its error is at least that of all blocks together, in proportion.
+    let (mut noise, mut light) = (0.0, 0.0);
+    for at in 0..expected.len() {
+        for c in 0..3 {
+            noise += variance(at, c);
+            light += mean(at, c).powi(2);
+        }
+    }
+    let relative = (noise / light).sqrt();
+    let mut far = Vec::new();
+    let mut sums = [0.0; 2];
+    for (at, [means, errors]) in expected.iter().enumerate() {
+        for c in 0..3 {
+            let (found, wanted) = (mean(at, c), means[c]);
+            let ours = variance(at, c).sqrt().max(relative * wanted);
+            let allowed = (0.01 * wanted).max(4.0 * ours.hypot(errors[c]));
+            if (found - wanted).abs() > allowed {
+                far.push(format!("block {at} channel {c}: {found} is not {wanted} +- {allowed}"));
+            }
+            sums[0] += found;
+            sums[1] += wanted;
+        }
+    }
+    let whole = sums[0] / sums[1];
+    println!("{scene}: whole picture {whole:.5} of the reference, relative error of a block {relative:.5}");
+    assert!(far.is_empty(), "{} blocks differ:\n{}", far.len(), far.join("\n"));
+    assert!((whole - 1.0).abs() < 0.005, "{whole}");
+}
+
+#[test]
+fn a_cornell_box_with_glass_and_metal_balls_is_as_mitsuba_has_it() {
+    agrees("cornell", "64");
+}
+
+#[test]
+fn a_rough_metal_ball_under_a_sky_is_as_mitsuba_has_it() {
+    agrees("metal", "32");
+}
