@@ -25,7 +25,7 @@ mod check;
 mod cwbvh;
 pub mod edit;
 pub mod geometry;
-pub mod instance;
+mod instance;
 mod levels;
 mod linear;
 mod prims;
@@ -38,6 +38,7 @@ mod wide;
 pub use check::LARGEST;
 pub use edit::{Edit, TreeId, Updated};
 pub use geometry::{Geometry, Group, Placed, PlacedGroup};
+pub use instance::MOST_MAGNIFICATION;
 pub use simd::{Simd, VARIABLE as SIMD_VARIABLE};
 
 /// Which accelerator.

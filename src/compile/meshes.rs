@@ -10,7 +10,7 @@ use super::{
     sharing::{Sharing, Units},
 };
 use crate::{
-    accel::{Geometry, Group, PlacedGroup, instance::MOST_MAGNIFICATION},
+    accel::{Geometry, Group, MOST_MAGNIFICATION, PlacedGroup},
     assets::{
         AssetError, Store,
         model::{Model, Part, Surfacing},
