@@ -101,13 +101,16 @@ def metal():
     path = os.path.join(HERE, "sky.exr")
     if not os.path.exists(path):
         mi.Bitmap(sky().astype(np.float16)).write(path)
+    # Mitsuba has the texels of an environment on the edges of its pixels, not in their middles: 1.4 degrees off at the size of
+    # the file. So it gets the same light in eight times the resolution.
+    fine = mi.Bitmap(sky(1024, 512).astype(np.float32))
     return 8, {
         "camera": camera([0, 1.4, 4], [0, 0.6, 0], 35, (128, 96)),
         # Mitsuba's centre column looks along +z.
-        "sky": {"type": "envmap", "filename": path, "to_world": T().rotate([0, 1, 0], 180)},
+        "sky": {"type": "envmap", "bitmap": fine, "to_world": T().rotate([0, 1, 0], 180)},
         "floor": quad([[-4, 0, 4], [4, 0, 4], [4, 0, -4], [-4, 0, -4]], {"type": "twosided", "bsdf": matte(0.4, 0.4, 0.42)}),
-        # Roughness 0.3 is alpha 0.09.
-        "rough": sphere([-0.7, 0.6, 0], 0.6, {"type": "roughconductor", "alpha": 0.09, "distribution": "ggx", **METAL}),
+        # Roughness 0.2 is alpha 0.04.
+        "rough": sphere([-0.7, 0.6, 0], 0.6, {"type": "roughconductor", "alpha": 0.04, "distribution": "ggx", **METAL}),
         "mirror": sphere([0.75, 0.5, 0.2], 0.5, {"type": "conductor", "material": "none", "specular_reflectance": rgb(0.9, 0.9, 0.9)}),
     }
 
