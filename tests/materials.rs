@@ -57,7 +57,7 @@ fn a_body_dims_what_is_behind_it_by_beers_law() {
     ] {
         let pixels = render(4, &format!("[material.m]\n{material}\n{cube}"));
         let [r, g, b] = pixels[SIDE / 2 * SIDE + SIDE / 2];
-        let expected = [0.367_879_44, 0.818_730_77, 1.0];
+        let expected = [0.367_879_44, 0.818_730_8, 1.0];
         for (is, should) in [r, g, b].into_iter().zip(expected) {
             assert!((is - should).abs() < 5e-3, "{material}: {is} {should}");
         }
