@@ -102,7 +102,7 @@ fn render(lights: &str, strategy: &str, seed: u32) -> Vec<f64> {
     );
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scene.toml");
     let desc = describe::parse(Source {
-        path: path.into(),
+        path,
         text: Arc::from(text),
     })
     .expect("a scene");

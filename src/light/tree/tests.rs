@@ -49,7 +49,14 @@ fn tree(lights: &[LightBounds]) -> Tree {
 
 /// A place and a normal.
 fn receiver(i: u32) -> (Vec3, Vec3) {
-    (place(4, i), if i % 4 == 0 { Vec3::ZERO } else { direction(5, i) })
+    (
+        place(4, i),
+        if i.is_multiple_of(4) {
+            Vec3::ZERO
+        } else {
+            direction(5, i)
+        },
+    )
 }
 
 /// How far a light that is small can shine to `p` on a surface of normal `n`, by its own directions alone.
