@@ -358,7 +358,9 @@ unsafe fn leaf_step<L: Level, Q: Query, const INSTANCES: bool>(
         let sides = triangle::sides(&corners, shear);
         // Often one of the triangles is met somewhere, seldom between the ray's ends: one branch that can be foretold is
         // faster than two.
-        let candidates = triangle::candidates(d, &corners, sides, level.splat4(slot.begin), level.splat4(slot.until));
+        let plane = triangle::plane(&corners);
+        let (begin, until) = (level.splat4(slot.begin), level.splat4(slot.until));
+        let candidates = triangle::candidates(d, &plane, sides, begin, until);
         if candidates.mask.bits() != 0 {
             block_step::<L, Q, INSTANCES>(level, slot, inside, block, &candidates);
         }

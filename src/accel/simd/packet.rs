@@ -17,7 +17,7 @@ use super::{
     query::{Best, NOTHING, Nearest, Query},
     slot::BEYOND,
     tree::Tree,
-    triangle::{Corners, Line, Vec3s, candidates, each, meet, sides},
+    triangle::{Line, Plane, Sides, Vec3s, candidates, each, meet, plane, sides},
 };
 use crate::{math::Ray, shape::triangle::Shear};
 
@@ -302,7 +302,7 @@ impl<L: Level> Packet<L> {
     #[inline(always)]
     fn interval(&self, level: L, node: &Node) -> (L::F8, L::F8) {
         let mut enter = self.bounds.tmin;
-        let mut leave = level.splat8(f32::INFINITY);
+        let mut leave = level.splat8(self.last_end);
         for axis in 0..3 {
             let side = usize::from(self.line.negative[axis]);
             let (least, most) = (self.bounds.least_inv[axis], self.bounds.most_inv[axis]);
@@ -313,14 +313,14 @@ impl<L: Level> Packet<L> {
             enter = near.mul(least).min(near.mul(most)).max(enter);
             leave = far.mul(least).max(far.mul(most)).min(leave);
         }
-        (enter, leave.mul(level.splat8(LEAVE)).min(level.splat8(self.last_end)))
+        (enter, leave.mul(level.splat8(LEAVE)))
     }
 
     /// Which rays may meet one of a node's boxes.
     #[inline(always)]
     fn meets(&self, level: L, node: &Node, lane: usize) -> <L::F16 as Floats>::Mask {
         let mut enter = self.tmin;
-        let mut leave = level.splat16(f32::INFINITY);
+        let mut leave = self.end;
         for axis in 0..3 {
             let side = usize::from(self.line.negative[axis]);
             let inv = self.line.inv[axis];
@@ -333,7 +333,7 @@ impl<L: Level> Packet<L> {
             enter = near.max(enter);
             leave = far.min(leave);
         }
-        enter.le(leave.mul(level.splat16(LEAVE)).min(self.end))
+        enter.le(leave.mul(level.splat16(LEAVE)))
     }
 
     /// Tests the triangles of a block where all rays see them from one place: for the most part once for all rays.
@@ -346,9 +346,14 @@ impl<L: Level> Packet<L> {
             level.splat4(self.origin[z]),
         ];
         let [a, b, c] = &block.corners;
-        let a = arrays(each(load3(level, [&a[x], &a[y], &a[z]]), o, L::F4::sub));
-        let b = arrays(each(load3(level, [&b[x], &b[y], &b[z]]), o, L::F4::sub));
-        let c = arrays(each(load3(level, [&c[x], &c[y], &c[z]]), o, L::F4::sub));
+        let corners = [
+            each(load3(level, [&a[x], &a[y], &a[z]]), o, L::F4::sub),
+            each(load3(level, [&b[x], &b[y], &b[z]]), o, L::F4::sub),
+            each(load3(level, [&c[x], &c[y], &c[z]]), o, L::F4::sub),
+        ];
+        let planes = plane(&corners);
+        let (normals, distances) = (arrays(planes.normal), planes.distance.to_array());
+        let [a, b, c] = [arrays(corners[0]), arrays(corners[1]), arrays(corners[2])];
         for k in 0..4 {
             if block.ids[k] == NOTHING {
                 break;
@@ -358,7 +363,14 @@ impl<L: Level> Packet<L> {
                 spread(level, b.each_ref(), k),
                 spread(level, c.each_ref(), k),
             ];
-            self.triangle(level, &corners, block, k, asked);
+            let sides = sides(&corners, self.shear);
+            if sides.inside.and(asked).bits() != 0 {
+                let plane = Plane {
+                    normal: spread(level, normals.each_ref(), k),
+                    distance: level.splat16(distances[k]),
+                };
+                self.triangle(level, &plane, sides, block, k, asked);
+            }
         }
     }
 
@@ -377,7 +389,10 @@ impl<L: Level> Packet<L> {
                 each(spread(level, [&b[x], &b[y], &b[z]], k), o, L::F16::sub),
                 each(spread(level, [&c[x], &c[y], &c[z]], k), o, L::F16::sub),
             ];
-            self.triangle(level, &corners, block, k, asked);
+            let sides = sides(&corners, self.shear);
+            if sides.inside.and(asked).bits() != 0 {
+                self.triangle(level, &plane(&corners), sides, block, k, asked);
+            }
         }
     }
 
@@ -385,16 +400,13 @@ impl<L: Level> Packet<L> {
     fn triangle(
         &mut self,
         level: L,
-        corners: &Corners<L::F16>,
+        plane: &Plane<L::F16>,
+        sides: Sides<L::F16>,
         block: &Block,
         k: usize,
         asked: <L::F16 as Floats>::Mask,
     ) {
-        let sides = sides(corners, self.shear);
-        if sides.inside.and(asked).bits() == 0 {
-            return;
-        }
-        let candidates = candidates(self.d, corners, sides, self.begin, self.until);
+        let candidates = candidates(self.d, plane, sides, self.begin, self.until);
         if candidates.mask.and(asked).bits() == 0 {
             return;
         }

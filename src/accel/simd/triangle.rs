@@ -98,14 +98,29 @@ pub fn sides<F: Floats>(corners: &Corners<F>, shear: [F; 2]) -> Sides<F> {
     }
 }
 
+/// The plane of a triangle.
+pub struct Plane<F> {
+    pub normal: Vec3s<F>,
+    /// The normal times the way from the ray's origin to the plane.
+    pub distance: F,
+}
+
+#[inline(always)]
+pub fn plane<F: Floats>(corners: &Corners<F>) -> Plane<F> {
+    let [a, b, c] = *corners;
+    let normal = cross(each(a, c, F::sub), each(b, a, F::sub));
+    Plane {
+        normal,
+        distance: dot(normal, a),
+    }
+}
+
 /// Which lines that are inside are so between `begin` and `until`, which lie beyond the rays' ends by so much that what
 /// does not pass is no hit; what passes may be none, [`meet`] decides.
 #[inline(always)]
-pub fn candidates<F: Floats>(d: Vec3s<F>, corners: &Corners<F>, sides: Sides<F>, begin: F, until: F) -> Candidates<F> {
-    let [a, b, c] = *corners;
-    let normal = cross(each(a, c, F::sub), each(b, a, F::sub));
-    let det = dot(normal, d);
-    let t_det = dot(normal, a);
+pub fn candidates<F: Floats>(d: Vec3s<F>, plane: &Plane<F>, sides: Sides<F>, begin: F, until: F) -> Candidates<F> {
+    let det = dot(plane.normal, d);
+    let t_det = plane.distance;
     let scale = det.abs();
     let t = t_det.with_sign_of(det);
     let begun = begin.mul(scale).le(t);
