@@ -426,3 +426,24 @@ fn a_gltf_file_whose_image_is_missing_shows_a_placeholder_too() {
     let said = folder.succeed(&quick(&["t.gltf", "--missing-assets", "placeholder"]));
     assert!(said.contains("placeholders shown: 1 image\n"), "{said}");
 }
+
+#[test]
+fn simd_levels_that_cannot_be_had_are_wrong_usage() {
+    let folder = prepared();
+    for (level, code) in [("avx99", 2), ("portable", 0), ("", 0)] {
+        let run = folder
+            .program()
+            .args(quick(&["s.toml"]))
+            .env("BATCH_RENDER_SIMD", level)
+            .output()
+            .expect("the program runs");
+        assert_eq!(run.status.code(), Some(code), "{level}: {}", stderr(&run));
+        if code != 0 {
+            let said = stderr(&run);
+            assert!(
+                said.contains("BATCH_RENDER_SIMD") && said.contains("`avx99`") && said.contains("portable"),
+                "{said}"
+            );
+        }
+    }
+}

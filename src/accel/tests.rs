@@ -157,7 +157,7 @@ fn compare(g: Geometry, rays: &[Ray]) -> usize {
             assert_eq!(b[i], blocked[i], "{name} occlusion, ray {i}: {:?}", rays[i]);
         }
     };
-    for quality in [Quality::Fast, Quality::High] {
+    for &(quality, _) in Quality::TABLE {
         for kind in [AccelKind::Bvh2, AccelKind::CwBvh] {
             check(&format!("{kind} {quality}"), build_with(kind, quality, g.clone()));
         }

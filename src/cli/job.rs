@@ -4,6 +4,7 @@ use std::{path::Path, sync::Arc};
 
 use anyhow::Context;
 use batch_render::{
+    accel::{SIMD_VARIABLE, Simd},
     assets::Store,
     batch::{self, Existing, FrameRange, Plan, Request},
     compile,
@@ -20,6 +21,7 @@ use super::{
 
 /// Does what the arguments say.
 pub fn run(args: &Args) -> anyhow::Result<()> {
+    Simd::requested().map_err(|e| Error::Usage(format!("{SIMD_VARIABLE}: {e}")))?;
     match &args.command {
         Some(Command::Check { scene }) => {
             let typed = [

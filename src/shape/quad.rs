@@ -26,7 +26,7 @@ use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
     numeric::{area_sample, choose, dot_direction, hit_at, point_of, rounded, solid_angle_pdf},
     rectangle::SeenRectangle,
-    triangle,
+    triangle::{self, Shear},
 };
 use crate::{
     math::{Aabb, DVec3, Ray, Vec2, Vec3},
@@ -187,10 +187,10 @@ impl ShapeKind for Quad {
 
     #[inline]
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
-        let corners = self.corners.map(|c| c - ray.o);
-        // Twice the signed volume that the ray's line spans with each edge, as in `triangle::intersect`.
-        let edge = |p: Vec3, q: Vec3| (q + p).cross(q - p).dot(ray.d);
-        let [a, b, c, d] = corners;
+        // The edge test of [`triangle::intersect`].
+        let shear = Shear::new(&ray.d);
+        let [a, b, c, d] = self.corners.map(|c| shear.flat(shear.turn(&(c - ray.o))));
+        let edge = Shear::edge;
         let sides = [edge(a, b), edge(b, c), edge(c, d), edge(d, a)];
         let inside = sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0);
         if !inside {

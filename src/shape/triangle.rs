@@ -6,30 +6,83 @@ use super::{
 };
 use crate::math::{DVec3, Ray, Vec2, Vec3, float::gamma};
 
+/// How a direction is sheared onto the axis that it runs along most.
+///
+/// Coordinates are taken in the order of `axes`, the main one last; a point (x, y, z) relative to the ray's origin comes
+/// to lie at (x - `x` z, y - `y` z), and the ray at zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shear {
+    pub axes: [usize; 3],
+    pub x: f32,
+    pub y: f32,
+}
+
+impl Shear {
+    #[inline]
+    pub fn new(d: &Vec3) -> Self {
+        let [x, y, z] = d.abs().to_array();
+        // Nobody can predict which it is, so there is no branch.
+        let first = (x > y) & (x > z);
+        let second = !first & (y > z);
+        let axes = [[0, 1, 2], [2, 0, 1], [1, 2, 0]][usize::from(second) + 2 * usize::from(first)];
+        // Where it lies in memory: a copy would have to be written before its parts can be read.
+        let d: &[f32; 3] = d.as_ref();
+        let [x, y, z] = axes;
+        let (x, y, z) = (d[x], d[y], d[z]);
+        let inv = 1.0 / z;
+        Self {
+            axes,
+            x: x * inv,
+            y: y * inv,
+        }
+    }
+
+    /// Where a corner comes to lie, given relative to the ray's origin and in the order of the axes.
+    #[inline]
+    pub fn flat(&self, corner: Vec3) -> Vec2 {
+        Vec2::new(corner.x - self.x * corner.z, corner.y - self.y * corner.z)
+    }
+
+    /// Twice the signed area between the ray and an edge, as seen along the main axis.
+    #[inline]
+    pub fn edge(p: Vec2, q: Vec2) -> f32 {
+        p.x * q.y - p.y * q.x
+    }
+
+    /// The coordinates of `v` in the order of the axes.
+    #[inline]
+    pub fn turn(&self, v: &Vec3) -> Vec3 {
+        let v: &[f32; 3] = v.as_ref();
+        let [x, y, z] = self.axes;
+        Vec3::new(v[x], v[y], v[z])
+    }
+}
+
 /// Where `ray` meets the triangle `a`, `b`, `c` with `ray.tmin < t <= ray.tmax`; `u` and `v` are the barycentric weights
 /// of `b` and `c`.
 ///
-/// Watertight: an edge's test depends on its two corners alone and flips its sign with their order, so a ray never
-/// passes between two triangles that share the edge. Every accelerator computes these operations in this order,
-/// without fused multiply-adds, so that all of them find the same bits.
+/// Watertight: where a corner comes to lie depends on the ray and the corner alone, and of two rounded products the
+/// difference never has the wrong sign. So the edge tests are exact for corners that lie a little elsewhere, the same for
+/// all triangles they belong to; only zero may stand for either sign, and counts as inside. Nothing passes between
+/// triangles that share an edge or a corner. A fused multiply-add would break that.
 ///
-/// Source: the edge test is the Pluecker form of Davis and Ferguson's that Woop describes, "A Ray Tracing Hardware
-/// Architecture for Dynamic Scenes", 2004, with corners taken relative to the ray's origin.
+/// Every accelerator computes these operations in this order, so that all of them find the same bits.
+///
+/// Source: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013, for the edges; `t` comes from the
+/// plane, which is exact for one that is parallel to two axes.
 #[inline]
 pub fn intersect(ray: &Ray, a: Vec3, b: Vec3, c: Vec3) -> Option<ShapeHit> {
-    let (a, b, c) = (a - ray.o, b - ray.o, c - ray.o);
-    let (e0, e1, e2) = (c - b, a - c, b - a);
-    // Twice the signed volume that the ray's line spans with each edge, times the direction's length.
-    let u = (c + b).cross(e0).dot(ray.d);
-    let v = (a + c).cross(e1).dot(ray.d);
-    let w = (b + a).cross(e2).dot(ray.d);
+    let shear = Shear::new(&ray.d);
+    let [a, b, c] = [a, b, c].map(|corner| shear.turn(&(corner - ray.o)));
+    let [p, q, r] = [a, b, c].map(|corner| shear.flat(corner));
+    let (u, v, w) = (Shear::edge(r, q), Shear::edge(p, r), Shear::edge(q, p));
     let smallest = u.min(v).min(w);
     let largest = u.max(v).max(w);
     if !(smallest >= 0.0 || largest <= 0.0) {
         return None;
     }
-    let n = e1.cross(e2);
-    let det = n.dot(ray.d);
+    let n = (a - c).cross(b - a);
+    let det = n.dot(shear.turn(&ray.d));
     if det == 0.0 {
         return None;
     }
@@ -151,7 +204,10 @@ pub fn pdf(corners: [Vec3; 3], from: Vec3, u: f32, v: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{math::float::offset_origin, shape::battery::Random};
+    use crate::{
+        math::{float::offset_origin, trig},
+        shape::battery::Random,
+    };
 
     fn random_triangle(random: &mut Random, center: Vec3, size: f32) -> [Vec3; 3] {
         std::array::from_fn(|_| center + random.direction() * size)
@@ -181,6 +237,90 @@ mod tests {
                 assert_eq!(intersect(&ray, a, b, c), None, "{corners:?} {s:?} {ray:?}");
             }
         }
+    }
+
+    /// Corners in a ring around a point, near a plane that is turned at random.
+    fn ring(random: &mut Random, center: Vec3, size: f32) -> Vec<Vec3> {
+        let n = random.direction();
+        let (x, y) = n.any_orthonormal_pair();
+        (0..7)
+            .map(|i| {
+                let angle = i as f32 * std::f32::consts::TAU / 7.0;
+                center
+                    + (x * trig::cos(angle) + y * trig::sin(angle) + n * (0.3 * random.next()))
+                        * (size * (0.2 + random.next()))
+            })
+            .collect()
+    }
+
+    #[test]
+    fn nothing_passes_between_triangles_that_share_an_edge_or_a_corner() {
+        let mut random = Random(54);
+        let axes = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+        for i in 0..40_000 {
+            let size = [1e-3, 1.0, 30.0, 1e4][i % 4];
+            let center = random.direction() * [0.0, 1.0, 100.0][i / 4 % 3] * size;
+            let ring = ring(&mut random, center, size);
+            let n = (ring[0] - center).cross(ring[1] - center).normalize();
+            // At the corner that all share, at an edge, or at the place on it that is near its end.
+            let along = [0.0, random.next() * 0.9, 1e-6][i / 12 % 3];
+            let target = center + (ring[2] - center) * along;
+            let side = random.direction();
+            let d = match i / 36 % 3 {
+                0 => axes[(random.next() * 6.0) as usize % 6],
+                1 => (n + side * 0.5) * size,
+                _ => Vec3::new(n.x, n.y, 0.0) + side * 1e-4,
+            };
+            // What is nearly seen edge-on has no inside.
+            if d.normalize_or_zero().dot(n).abs() < 0.6 {
+                continue;
+            }
+            let o = target - d * [1.0, 10.0, 1e-2][i % 3];
+            let ray = Ray {
+                tmin: f32::NEG_INFINITY,
+                ..Ray::new(o, d)
+            };
+            let met = (0..7).any(|k| intersect(&ray, center, ring[k], ring[(k + 1) % 7]).is_some());
+            assert!(met, "{ray:?} passes {center} in {ring:?}");
+        }
+    }
+
+    #[test]
+    fn weights_and_distances_are_those_of_exact_numbers() {
+        let mut random = Random(55);
+        for i in 0..20_000 {
+            let size = [1e-3, 1.0, 1e4][i % 3];
+            let corners = random_triangle(&mut random, random_center(i) * size, size);
+            let [a, b, c] = corners;
+            let p = point(corners, sample_barycentric(random.square())).as_vec3();
+            let o = p + random.direction() * size * 3.0;
+            let ray = Ray::new(o, (p - o) * (0.1 + random.next()));
+            let n = normal_times_area(corners);
+            let (o, d, [a, b, c], twice) = (
+                o.as_dvec3(),
+                ray.d.as_dvec3(),
+                [a, b, c].map(|p| p.as_dvec3()),
+                n.length(),
+            );
+            let cos = n.dot(d).abs() / (twice * d.length());
+            if twice < 0.05 * f64::from(size * size) || cos < 0.05 {
+                continue;
+            }
+            let Some(hit) = intersect(&ray, corners[0], corners[1], corners[2]) else {
+                continue;
+            };
+            let t = n.dot(a - o) / n.dot(d);
+            let at = o + d * t;
+            let u = (a - c).cross(at - c).dot(n) / (twice * twice);
+            let v = (b - a).cross(at - a).dot(n) / (twice * twice);
+            assert!((f64::from(hit.t) / t - 1.0).abs() < 1e-4, "{} is not {t}", hit.t);
+            assert!((f64::from(hit.u) - u).abs() < 1e-4, "{} is not {u}", hit.u);
+            assert!((f64::from(hit.v) - v).abs() < 1e-4, "{} is not {v}", hit.v);
+        }
+    }
+
+    fn random_center(i: usize) -> Vec3 {
+        [Vec3::ZERO, Vec3::new(3.0, -2.0, 7.0)][i / 3 % 2]
     }
 
     #[test]

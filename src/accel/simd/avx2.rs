@@ -257,15 +257,16 @@ impl Mask for M8x2 {
     }
 }
 
-/// For each set of lanes the lanes in it, lowest first: what moves them together.
-static TOGETHER: [[u32; 8]; 256] = {
-    let mut table = [[0; 8]; 256];
+/// For each set of lanes the lanes in it, lowest first, four bits each: what moves them together. One KiB, so that it
+/// does not drive the tree from the first cache.
+static TOGETHER: [u32; 256] = {
+    let mut table = [0; 256];
     let mut set = 0;
     while set < 256 {
         let (mut n, mut lane) = (0, 0);
         while lane < 8 {
             if set >> lane & 1 == 1 {
-                table[set][n] = lane as u32;
+                table[set] |= (lane as u32) << (4 * n);
                 n += 1;
             }
             lane += 1;
@@ -274,6 +275,20 @@ static TOGETHER: [[u32; 8]; 256] = {
     }
     table
 };
+
+/// What moves the lanes of `set` together.
+///
+/// # Safety
+/// The processor has AVX2, and `set` is below 256.
+#[inline(always)]
+unsafe fn together(set: usize) -> __m256i {
+    // SAFETY: by this function's own contract.
+    unsafe {
+        let lanes = _mm256_set1_epi32(*TOGETHER.get_unchecked(set) as i32);
+        // What is left above the lowest three bits, permutations do not look at.
+        _mm256_srlv_epi32(lanes, _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28))
+    }
+}
 
 impl Level for Avx2 {
     type F4 = F4;
@@ -334,8 +349,7 @@ impl Level for Avx2 {
             let order = _mm256_srl_epi32(order, _mm_cvtsi32_si128(shift as i32));
             let hit = _mm256_cmp_ps::<_CMP_LE_OQ>(enter.0, leave.0);
             let hit = _mm256_movemask_ps(_mm256_permutevar8x32_ps(hit, order)) as usize;
-            let together = _mm256_loadu_si256(TOGETHER.get_unchecked(hit).as_ptr().cast());
-            let from = _mm256_permutevar8x32_epi32(order, together);
+            let from = _mm256_permutevar8x32_epi32(order, together(hit));
             let child = _mm256_loadu_si256(child.as_ptr().cast());
             _mm256_storeu_ps(to.enter.as_mut_ptr(), _mm256_permutevar8x32_ps(enter.0, from));
             _mm256_storeu_si256(to.child.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(child, from));
@@ -348,11 +362,30 @@ impl Level for Avx2 {
         // SAFETY: as above.
         unsafe {
             let hit = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter.0, leave.0)) as usize;
-            let together = _mm256_loadu_si256(TOGETHER.get_unchecked(hit).as_ptr().cast());
             let child = _mm256_loadu_si256(child.as_ptr().cast());
-            _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(child, together));
+            let child = _mm256_permutevar8x32_epi32(child, together(hit));
+            _mm256_storeu_si256(to.as_mut_ptr().cast(), child);
             hit.count_ones() as usize
         }
+    }
+
+    #[inline(always)]
+    fn top_bits(self, words: &[u32; 64]) -> [u64; 2] {
+        let mut bits = [0; 2];
+        for (i, eight) in words.as_chunks::<8>().0.iter().enumerate() {
+            // SAFETY: the token says that the processor has AVX2; the array is as long as the vector.
+            let [first, second] = unsafe {
+                let eight = _mm256_loadu_si256(eight.as_ptr().cast());
+                let shifted = _mm256_slli_epi32::<1>(eight);
+                [
+                    _mm256_movemask_ps(_mm256_castsi256_ps(eight)) as u64,
+                    _mm256_movemask_ps(_mm256_castsi256_ps(shifted)) as u64,
+                ]
+            };
+            bits[0] |= first << (8 * i);
+            bits[1] |= second << (8 * i);
+        }
+        bits
     }
 
     #[inline(always)]

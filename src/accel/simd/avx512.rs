@@ -165,6 +165,11 @@ impl Level for Avx512 {
     }
 
     #[inline(always)]
+    fn top_bits(self, words: &[u32; 64]) -> [u64; 2] {
+        self.0.top_bits(words)
+    }
+
+    #[inline(always)]
     fn prefetch<const LINES: usize>(self, p: *const u8) {
         self.0.prefetch::<LINES>(p);
     }

@@ -15,21 +15,26 @@ use super::{
     super::{
         Geometry, Instance, PrimRef,
         instance::Spread,
-        slab::{END, LEAVE},
-        wide::node::{DONE, EMPTY, EXIT, INSTANCE, LEAF, Node, SHAPE, blocks},
+        slab::LEAVE,
+        wide::node::{Block, DONE, EMPTY, EXIT, INSTANCE, LEAF, Node, SHAPE, blocks},
     },
     lanes::{Floats, Level, Mask, Top},
     query::{Best, Query},
-    slot::{BASE, Slot},
+    slot::{BASE, SIDE, Slot},
     tree::Tree,
-    triangle::{self, Line},
-    waiting::{List, SLOTS, Waiting},
+    triangle::{self, Candidates, Line, each},
+    waiting::{SLOTS, take},
 };
-use crate::math::{Ray, Vec3};
+use crate::math::Ray;
+
+/// How many rays before its turn one is fetched.
+const AHEAD: usize = 16;
 
 /// The memory of the kernel, kept between batches.
 pub struct Scratch {
     slots: Box<[Slot; SLOTS]>,
+    /// What comes next for each slot.
+    next: Box<[u32; SLOTS]>,
     /// Where children on the stacks are entered, then the children: [`Scratch::stride`] of each for every slot.
     enter: Vec<f32>,
     child: Vec<u32>,
@@ -57,6 +62,7 @@ impl Scratch {
     pub fn new() -> Self {
         Self {
             slots: Box::new(std::array::from_fn(|_| Slot::default())),
+            next: Box::new([DONE; SLOTS]),
             enter: Vec::new(),
             child: Vec::new(),
             stride: 0,
@@ -100,7 +106,7 @@ struct Feed<'a> {
 }
 
 impl Feed<'_> {
-    /// Puts the next ray that has anything to ask into `slot`.
+    /// Puts the next ray that has anything to ask into `slot`; what comes next for the slot, `None` where no ray is left.
     #[inline(always)]
     fn refill<L: Level, Q: Query>(
         &mut self,
@@ -108,23 +114,26 @@ impl Feed<'_> {
         slot: &mut Slot,
         inside: &mut Inside,
         answers: &[Q::Answer],
-    ) -> bool {
+    ) -> Option<u32> {
         loop {
             let ray = match self.pick {
                 Pick::All if self.upcoming < self.rays.len() => self.upcoming,
                 Pick::Some(list) if self.upcoming < list.len() => list[self.upcoming] as usize,
-                _ => return false,
+                _ => return None,
             };
             self.upcoming += 1;
+            // Rays are read one after another, but so seldom that the processor does not notice.
+            let ahead = ray + AHEAD;
+            level.prefetch::<1>(self.rays.as_ptr().wrapping_add(ahead).cast());
+            level.prefetch::<1>(answers.as_ptr().wrapping_add(ahead).cast());
             if let Some(best) = Q::begin(&answers[ray], self.rays[ray].tmax)
                 && slot.start(level, &self.rays[ray], ray, best, self.spread)
             {
-                slot.next = self.root;
                 *inside = Inside {
                     current: Instance::NONE,
                     best: Q::instance(&answers[ray]),
                 };
-                return true;
+                return Some(self.root);
             }
         }
     }
@@ -148,7 +157,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
         child: scratch.child.as_mut_ptr(),
         stride,
     };
-    let (slots, inside) = (&mut *scratch.slots, &mut *scratch.inside);
+    let (slots, next, inside) = (&mut *scratch.slots, &mut *scratch.next, &mut *scratch.inside);
     let mut feed = Feed {
         rays,
         pick,
@@ -156,77 +165,59 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
         root: tree.root(),
         spread: tree.spread,
     };
-    let mut waiting = Waiting {
-        at_node: List::EMPTY,
-        at_leaf: List::EMPTY,
-        done: List::EMPTY,
-    };
-    for (i, (slot, inside)) in slots.iter_mut().zip(&mut *inside).enumerate() {
-        if !feed.refill::<L, Q>(level, slot, inside, answers) {
+    // Sets of slots, a bit for each: those under way, and of these those that wait at a leaf or for the next ray.
+    let mut active = 0;
+    for id in 0..SLOTS {
+        let Some(root) = feed.refill::<L, Q>(level, &mut slots[id], &mut inside[id], answers) else {
             break;
-        }
-        waiting.at_node.push_if(i as u8, 1);
+        };
+        next[id] = root;
+        active |= 1 << id;
     }
-    while waiting.at_node.len + waiting.at_leaf.len > 0 {
-        let count = waiting.at_node.len;
-        for i in 0..count {
-            let id = waiting.at_node.get(i) as usize % SLOTS;
+    while active != 0 {
+        let [leaf, shape_or_done] = level.top_bits(next);
+        let mut done = active & shape_or_done & !leaf;
+        while done != 0 {
+            let id = take(&mut done);
+            let slot = &mut slots[id];
+            answers[slot.ray as usize] = Q::end(&slot.best, inside[id].best);
+            match feed.refill::<L, Q>(level, slot, &mut inside[id], answers) {
+                Some(root) => next[id] = root,
+                None => active ^= 1 << id,
+            }
+        }
+        let at_node = active & !leaf;
+        let mut at_leaf = active & leaf;
+        if at_leaf.count_ones() < SLOTS as u32 / 2 && at_node.count_ones() >= SLOTS as u32 / 4 {
+            at_leaf = 0;
+        }
+        let mut waiting = at_node;
+        while waiting != 0 {
+            let id = take(&mut waiting);
             // SAFETY: the slot waits at a node, and its stack is its own.
-            unsafe { node_step::<L, Q>(level, &mut slots[id], tree, stacks.of(id)) };
+            unsafe { node_step::<L, Q>(level, &mut slots[id], tree.node(next[id]), stacks.of(id)) };
         }
-        waiting.at_node.len = 0;
-        for i in 0..count {
-            let id = waiting.at_node.get(i);
-            let slot = &mut slots[id as usize % SLOTS];
+        let mut waiting = at_leaf;
+        while waiting != 0 {
+            let id = take(&mut waiting);
+            let (slot, inside) = (&mut slots[id], &mut inside[id]);
+            if INSTANCES && next[id] & (SHAPE | INSTANCE) == SHAPE | INSTANCE {
+                let ray = &rays[slot.ray as usize];
+                // SAFETY: the stack is the slot's own.
+                unsafe { instance_step(level, slot, next[id], inside, tree, geometry, ray, stacks.of(id)) };
+            } else {
+                // SAFETY: the slot waits at a leaf of this tree.
+                unsafe { leaf_step::<L, Q, INSTANCES>(level, slot, next[id], inside, tree, geometry) };
+            }
+        }
+        let mut waiting = at_node | at_leaf;
+        while waiting != 0 {
+            let id = take(&mut waiting);
             // SAFETY: the stack is the slot's own, with its base.
-            unsafe { pop::<L, Q>(level, slot, stacks.of(id as usize % SLOTS)) };
-            level.prefetch::<4>(tree.address(slot.next));
-            waiting.file(id, slot.next);
+            let child = unsafe { pop::<L, Q>(level, &mut slots[id], stacks.of(id)) };
+            next[id] = child;
+            level.prefetch::<4>(tree.address(child));
         }
-        if waiting.at_leaf.len * 2 >= SLOTS || waiting.at_node.len * 4 < SLOTS {
-            let count = waiting.at_leaf.len;
-            waiting.at_leaf.len = 0;
-            for i in 0..count {
-                let id = waiting.at_leaf.get(i);
-                let slot = &mut slots[id as usize % SLOTS];
-                let inside = &mut inside[id as usize % SLOTS];
-                let stops = if INSTANCES && slot.next & (SHAPE | INSTANCE) == SHAPE | INSTANCE {
-                    // SAFETY: the stack is the slot's own.
-                    unsafe {
-                        instance_step(
-                            level,
-                            slot,
-                            inside,
-                            tree,
-                            geometry,
-                            rays,
-                            stacks.of(id as usize % SLOTS),
-                        );
-                    }
-                    false
-                } else {
-                    // SAFETY: the slot waits at a leaf of this tree.
-                    unsafe { leaf_step::<L, Q, INSTANCES>(level, slot, inside, tree, geometry) }
-                };
-                if stops {
-                    slot.len = BASE as u32;
-                }
-                // SAFETY: the stack is the slot's own, with its base.
-                unsafe { pop::<L, Q>(level, slot, stacks.of(id as usize % SLOTS)) };
-                level.prefetch::<4>(tree.address(slot.next));
-                waiting.file(id, slot.next);
-            }
-        }
-        for i in 0..waiting.done.len {
-            let id = waiting.done.get(i);
-            let slot = &mut slots[id as usize % SLOTS];
-            let inside = &mut inside[id as usize % SLOTS];
-            answers[slot.ray as usize] = Q::end(&slot.best, inside.best);
-            if feed.refill::<L, Q>(level, slot, inside, answers) {
-                waiting.at_node.push_if(id, 1);
-            }
-        }
-        waiting.done.len = 0;
     }
 }
 
@@ -263,13 +254,12 @@ impl Stacks {
 /// Tests a node's boxes and puts the children that the ray meets on its stack.
 ///
 /// # Safety
-/// `slot.next` is a node of `tree`, and `stack` belongs to `slot` and was made for `tree`.
+/// `stack` belongs to `slot` and was made for the node's tree.
 #[inline(always)]
-unsafe fn node_step<L: Level, Q: Query>(level: L, slot: &mut Slot, tree: &Tree, stack: Stack) {
-    // SAFETY: by this function's own contract.
-    let node: &Node = unsafe { tree.node(slot.next) };
-    let near = slot.near.map(usize::from);
-    let far = near.map(|side| side ^ 1);
+unsafe fn node_step<L: Level, Q: Query>(level: L, slot: &mut Slot, node: &Node, stack: Stack) {
+    let [x, y, z] = slot.near;
+    let near = [usize::from(x), usize::from(y), usize::from(z)];
+    let far = [near[0] ^ SIDE, near[1] ^ SIDE, near[2] ^ SIDE];
     let inv = [
         level.splat8(slot.inv[0]),
         level.splat8(slot.inv[1]),
@@ -280,11 +270,11 @@ unsafe fn node_step<L: Level, Q: Query>(level: L, slot: &mut Slot, tree: &Tree, 
     let enter = distance(level, node, near[2], inv[2], slot.shift_near[2]).max(enter);
     let enter = distance(level, node, near[1], inv[1], slot.shift_near[1]).max(enter);
     let enter = distance(level, node, near[0], inv[0], slot.shift_near[0]).max(enter);
-    let leave = level.splat8(f32::INFINITY);
+    let leave = level.splat8(slot.end);
     let leave = distance(level, node, far[2], inv[2], slot.shift_far[2]).min(leave);
     let leave = distance(level, node, far[1], inv[1], slot.shift_far[1]).min(leave);
     let leave = distance(level, node, far[0], inv[0], slot.shift_far[0]).min(leave);
-    let leave = leave.mul(level.splat8(LEAVE)).min(level.splat8(slot.end));
+    let leave = leave.mul(level.splat8(LEAVE));
     let len = slot.len as usize;
     // SAFETY: a stack has room for all that may wait and for a store of eight above it.
     let to = unsafe {
@@ -301,12 +291,12 @@ unsafe fn node_step<L: Level, Q: Query>(level: L, slot: &mut Slot, tree: &Tree, 
     slot.len += pushed as u32;
 }
 
-/// Where a ray meets one of the planes of each box.
+/// Where a ray meets one of the planes of each box; `at` is where in the node the plane lies, in bytes.
 #[inline(always)]
-fn distance<L: Level>(level: L, node: &Node, plane: usize, inv: L::F8, shift: f32) -> L::F8 {
-    debug_assert!(plane < 6);
+fn distance<L: Level>(level: L, node: &Node, at: usize, inv: L::F8, shift: f32) -> L::F8 {
+    debug_assert!(at.is_multiple_of(SIDE) && at < size_of_val(&node.planes));
     // SAFETY: there are six planes, and the caller's number is twice an axis plus a side.
-    let planes = unsafe { node.planes.get_unchecked(plane) };
+    let planes = unsafe { &*node.planes.as_ptr().byte_add(at) };
     level.load8(planes).mul_sub(inv, level.splat8(shift))
 }
 
@@ -315,7 +305,7 @@ fn distance<L: Level>(level: L, node: &Node, plane: usize, inv: L::F8, shift: f3
 /// # Safety
 /// `stack` belongs to `slot`.
 #[inline(always)]
-unsafe fn pop<L: Level, Q: Query>(level: L, slot: &mut Slot, stack: Stack) {
+unsafe fn pop<L: Level, Q: Query>(level: L, slot: &mut Slot, stack: Stack) -> u32 {
     let mut len = slot.len as usize;
     if Q::ANY {
         len -= 1;
@@ -332,117 +322,138 @@ unsafe fn pop<L: Level, Q: Query>(level: L, slot: &mut Slot, stack: Stack) {
             len -= 8;
         }
     }
-    // SAFETY: what is popped was pushed, or is the base.
-    slot.next = unsafe { *stack.child.add(len) };
     slot.len = len as u32;
+    // SAFETY: what is popped was pushed, or is the base.
+    unsafe { *stack.child.add(len) }
 }
 
-/// Tests what is in a leaf; whether the ray needs to go no further.
+/// Tests what is in a leaf; where the ray needs to go no further its stack is left empty.
 ///
 /// # Safety
-/// `slot.next` is a leaf of `tree`.
+/// `leaf` is a leaf of `tree`.
 #[inline(always)]
 unsafe fn leaf_step<L: Level, Q: Query, const INSTANCES: bool>(
     level: L,
     slot: &mut Slot,
+    leaf: u32,
     inside: &mut Inside,
     tree: &Tree,
     geometry: &Geometry,
-) -> bool {
-    if slot.next & SHAPE != 0 {
-        return shape_step::<Q>(slot, inside, geometry);
+) {
+    if leaf & SHAPE != 0 {
+        shape_step::<Q>(slot, leaf, inside, geometry);
+        return;
     }
-    let line = Line {
-        o: splat3(level, slot.o),
-        d: splat3(level, slot.d),
-        inv: splat3(level, Vec3::from_slice(&slot.inv)),
-        negative: slot.negative(),
-    };
-    for index in blocks(slot.next) {
+    for index in blocks(leaf) {
+        let (o, d) = (splat3(level, &slot.o), splat3(level, &slot.d));
+        let shear = [level.splat4(slot.shear[0]), level.splat4(slot.shear[1])];
         // SAFETY: by this function's own contract.
         let block = unsafe { tree.block(index) };
         let [a, b, c] = &block.corners;
-        let corners = [load3(level, a), load3(level, b), load3(level, c)];
-        let (tmin, tmax) = (level.splat4(slot.tmin), level.splat4(slot.best.t));
-        let seen = triangle::see(line.o, &corners);
-        let sides = triangle::sides(line.d, &seen);
-        let candidates = triangle::candidates(line.d, &seen, sides, tmin, tmax);
-        if candidates.mask.bits() == 0 {
-            continue;
+        let corners = [
+            each(load3(level, slot.turn(a)), o, L::F4::sub),
+            each(load3(level, slot.turn(b)), o, L::F4::sub),
+            each(load3(level, slot.turn(c)), o, L::F4::sub),
+        ];
+        let sides = triangle::sides(&corners, shear);
+        // Often one of the triangles is met somewhere, seldom between the ray's ends: one branch that can be foretold is
+        // faster than two.
+        let plane = triangle::plane(&corners);
+        let (begin, until) = (level.splat4(slot.begin), level.splat4(slot.until));
+        let candidates = triangle::candidates(d, &plane, sides, begin, until);
+        if candidates.mask.bits() != 0 {
+            block_step::<L, Q, INSTANCES>(level, slot, inside, block, &candidates);
         }
-        let meets = triangle::meet(&line, &corners, &candidates);
-        let within = level
-            .splat4(slot.tmin)
-            .lt(meets.t)
-            .and(meets.t.le(level.splat4(slot.best.t)));
-        let mut hits = within.and(meets.valid).bits();
-        if hits == 0 {
-            continue;
-        }
-        if Q::ANY {
-            slot.best.id = 0;
-            return true;
-        }
-        let (t, u, v) = (meets.t.to_array(), meets.u.to_array(), meets.v.to_array());
-        while hits != 0 {
-            let k = hits.trailing_zeros() as usize & 3;
-            hits &= hits - 1;
-            let again =
-                INSTANCES && t[k] == slot.best.t && block.ids[k] == slot.best.id && inside.current < inside.best;
-            if slot.best.loses_to(t[k], block.ids[k]) || again {
-                slot.best = Best {
-                    t: t[k],
-                    u: u[k],
-                    v: v[k],
-                    id: block.ids[k],
-                };
-                slot.end = slot.best.t * END;
-                if INSTANCES {
-                    inside.best = inside.current;
-                }
+    }
+}
+
+/// Keeps the nearest hit among the candidates of a block.
+#[inline(always)]
+fn block_step<L: Level, Q: Query, const INSTANCES: bool>(
+    level: L,
+    slot: &mut Slot,
+    inside: &mut Inside,
+    block: &Block,
+    candidates: &Candidates<L::F4>,
+) {
+    let [x, y, z, _] = slot.inv;
+    let line = Line {
+        o: splat3(level, &slot.turn_back(&slot.o).to_array()),
+        inv: splat3(level, &[x, y, z]),
+        negative: slot.negative(),
+    };
+    let [a, b, c] = &block.corners;
+    let corners = [
+        load3(level, a.each_ref()),
+        load3(level, b.each_ref()),
+        load3(level, c.each_ref()),
+    ];
+    let meets = triangle::meet(&line, &corners, candidates);
+    let (tmin, tmax) = (level.splat4(slot.tmin), level.splat4(slot.best.t));
+    let within = tmin.lt(meets.t).and(meets.t.le(tmax));
+    let mut hits = within.and(meets.valid).bits();
+    if Q::ANY && hits != 0 {
+        slot.best.id = 0;
+        slot.len = BASE as u32;
+        return;
+    }
+    let (t, u, v) = (meets.t.to_array(), meets.u.to_array(), meets.v.to_array());
+    while hits != 0 {
+        let k = hits.trailing_zeros() as usize & 3;
+        hits &= hits - 1;
+        let again = INSTANCES && t[k] == slot.best.t && block.ids[k] == slot.best.id && inside.current < inside.best;
+        if slot.best.loses_to(t[k], block.ids[k]) || again {
+            slot.set_best(Best {
+                t: t[k],
+                u: u[k],
+                v: v[k],
+                id: block.ids[k],
+            });
+            if INSTANCES {
+                inside.best = inside.current;
             }
         }
     }
-    false
 }
 
 #[inline(always)]
-fn splat3<L: Level>(level: L, v: Vec3) -> [L::F4; 3] {
-    [level.splat4(v.x), level.splat4(v.y), level.splat4(v.z)]
+fn splat3<L: Level>(level: L, v: &[f32; 3]) -> [L::F4; 3] {
+    [level.splat4(v[0]), level.splat4(v[1]), level.splat4(v[2])]
 }
 
-/// One corner of four triangles.
+/// Three rows of four triangles.
 #[inline(always)]
-pub fn load3<L: Level>(level: L, v: &[[f32; 4]; 3]) -> [L::F4; 3] {
-    [level.load4(&v[0]), level.load4(&v[1]), level.load4(&v[2])]
+pub fn load3<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3]) -> [L::F4; 3] {
+    [level.load4(x), level.load4(y), level.load4(z)]
 }
 
 /// Tests an analytic primitive by its own scalar routine.
-fn shape_step<Q: Query>(slot: &mut Slot, inside: &mut Inside, geometry: &Geometry) -> bool {
-    if slot.next == EMPTY {
-        return false;
+fn shape_step<Q: Query>(slot: &mut Slot, leaf: u32, inside: &mut Inside, geometry: &Geometry) {
+    if leaf == EMPTY {
+        return;
     }
-    let index = slot.next & !(LEAF | SHAPE);
+    let index = leaf & !(LEAF | SHAPE);
     let ray = Ray {
-        o: slot.o,
+        o: slot.turn_back(&slot.o),
         tmin: slot.tmin,
-        d: slot.d,
+        d: slot.turn_back(&slot.d),
         tmax: slot.best.t,
     };
     let Some(hit) = geometry.intersect(PrimRef::new(index), &ray) else {
-        return false;
+        return;
     };
     if slot.best.loses_to(hit.t, index + 1) {
-        slot.best = Best {
+        slot.set_best(Best {
             t: hit.t,
             u: hit.u,
             v: hit.v,
             id: index + 1,
-        };
-        slot.end = slot.best.t * END;
+        });
         inside.best = Instance::NONE;
     }
-    Q::ANY
+    if Q::ANY {
+        slot.len = BASE as u32;
+    }
 }
 
 /// Takes a ray into an instance, or out of one.
@@ -450,21 +461,22 @@ fn shape_step<Q: Query>(slot: &mut Slot, inside: &mut Inside, geometry: &Geometr
 /// # Safety
 /// `stack` belongs to `slot` and was made for `tree`.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "all of a step's state, in registers")]
 unsafe fn instance_step<L: Level>(
     level: L,
     slot: &mut Slot,
+    leaf: u32,
     inside: &mut Inside,
     tree: &Tree,
     geometry: &Geometry,
-    rays: &[Ray],
+    ray: &Ray,
     stack: Stack,
 ) {
-    if slot.next == EMPTY {
+    if leaf == EMPTY {
         return;
     }
-    let ray = &rays[slot.ray as usize];
-    if slot.next != EXIT {
-        let number = slot.next & !(LEAF | SHAPE | INSTANCE);
+    if leaf != EXIT {
+        let number = leaf & !(LEAF | SHAPE | INSTANCE);
         let placed = &geometry.instances[number as usize];
         if slot.set_line(level, &geometry.enter(placed, ray), tree.spread.inside()) {
             inside.current = Instance(number);

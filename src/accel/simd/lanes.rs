@@ -83,6 +83,9 @@ pub trait Level: Copy {
     /// Writes those of `child` whose `enter` is at most `leave`, as they come.
     fn push_any(self, enter: Self::F8, leave: Self::F8, child: &[u32; 8], to: &mut [u32; 8]) -> usize;
 
+    /// The sets of those `words` whose highest bit, and whose second highest one, is set.
+    fn top_bits(self, words: &[u32; 64]) -> [u64; 2];
+
     /// Asks for the cache lines at `p`, 64 bytes each.
     fn prefetch<const LINES: usize>(self, p: *const u8);
 }

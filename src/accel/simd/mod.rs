@@ -109,10 +109,20 @@ impl Simd {
             .collect()
     }
 
-    /// What the environment asks for where it can be had, otherwise the best.
+    /// What the environment asks for, `None` where it does not.
+    pub fn requested() -> Result<Option<Self>, UnknownName> {
+        let name = std::env::var_os(VARIABLE).unwrap_or_default();
+        if name.is_empty() {
+            return Ok(None);
+        }
+        name.to_string_lossy().parse().map(Some)
+    }
+
+    /// What the environment asks for where it can be had, otherwise the best. A program that wants to complain asks
+    /// [`Simd::requested`] first.
     pub fn detect() -> Self {
-        let forced = std::env::var(VARIABLE).ok().and_then(|name| name.parse().ok());
-        forced.unwrap_or_else(|| *Self::available().last().expect("the portable level is always there"))
+        let requested = Self::requested().ok().flatten();
+        requested.unwrap_or_else(|| *Self::available().last().expect("the portable level is always there"))
     }
 }
 

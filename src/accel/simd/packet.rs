@@ -15,10 +15,11 @@ use super::{
     inflight::{Scratch, load3},
     lanes::{Floats, Level, Mask, Top},
     query::{Best, NOTHING, Nearest, Query},
+    slot::BEYOND,
     tree::Tree,
-    triangle::{Line, Seen, Vec3s, candidates, meet, see, sides},
+    triangle::{Line, Plane, Sides, Vec3s, candidates, each, meet, plane, sides},
 };
-use crate::math::Ray;
+use crate::{math::Ray, shape::triangle::Shear};
 
 /// Rays in a packet.
 pub const RAYS: usize = 16;
@@ -29,9 +30,16 @@ struct Transposed([[f32; RAYS]; 8]);
 
 struct Packet<L: Level> {
     line: Line<L::F16>,
+    /// See [`crate::shape::triangle::Shear`]: the directions in the order of the axes, which is the same for all rays.
+    axes: [usize; 3],
+    d: Vec3s<L::F16>,
+    shear: [L::F16; 2],
     shift_near: Vec3s<L::F16>,
     shift_far: Vec3s<L::F16>,
     tmin: L::F16,
+    /// See [`super::slot::Slot`].
+    begin: L::F16,
+    until: L::F16,
     /// The nearest hits so far; the numbers of primitives as bits.
     t: L::F16,
     u: L::F16,
@@ -161,12 +169,24 @@ impl<L: Level> Packet<L> {
         if ordinary.bits() != 0xffff {
             return None;
         }
+        // The main axis, by the comparisons of [`Shear::new`].
+        let first = length[1].lt(length[0]).and(length[2].lt(length[0])).bits();
+        let second = length[2].lt(length[1]).bits() & !first;
+        let axes = Shear::new(&rays[0].d).axes;
+        if (first, second) != [(0, 0), (0xffff, 0), (0, 0xffff)][(axes[2] + 1) % 3] {
+            return None;
+        }
         let end = t.mul(level.splat16(END));
         Some(Self {
-            line: Line { o, d, inv, negative },
+            line: Line { o, inv, negative },
+            axes,
+            d: [d[axes[0]], d[axes[1]], d[axes[2]]],
+            shear: [d[axes[0]].mul(inv[axes[2]]), d[axes[1]].mul(inv[axes[2]])],
             shift_near,
             shift_far,
             tmin,
+            begin: tmin.mul(level.splat16(1.0 - BEYOND)),
+            until: t.add(t.abs().mul(level.splat16(BEYOND))),
             t,
             u: level.load16(&best.0[1]),
             v: level.load16(&best.0[2]),
@@ -282,7 +302,7 @@ impl<L: Level> Packet<L> {
     #[inline(always)]
     fn interval(&self, level: L, node: &Node) -> (L::F8, L::F8) {
         let mut enter = self.bounds.tmin;
-        let mut leave = level.splat8(f32::INFINITY);
+        let mut leave = level.splat8(self.last_end);
         for axis in 0..3 {
             let side = usize::from(self.line.negative[axis]);
             let (least, most) = (self.bounds.least_inv[axis], self.bounds.most_inv[axis]);
@@ -293,14 +313,14 @@ impl<L: Level> Packet<L> {
             enter = near.mul(least).min(near.mul(most)).max(enter);
             leave = far.mul(least).max(far.mul(most)).min(leave);
         }
-        (enter, leave.mul(level.splat8(LEAVE)).min(level.splat8(self.last_end)))
+        (enter, leave.mul(level.splat8(LEAVE)))
     }
 
     /// Which rays may meet one of a node's boxes.
     #[inline(always)]
     fn meets(&self, level: L, node: &Node, lane: usize) -> <L::F16 as Floats>::Mask {
         let mut enter = self.tmin;
-        let mut leave = level.splat16(f32::INFINITY);
+        let mut leave = self.end;
         for axis in 0..3 {
             let side = usize::from(self.line.negative[axis]);
             let inv = self.line.inv[axis];
@@ -313,63 +333,89 @@ impl<L: Level> Packet<L> {
             enter = near.max(enter);
             leave = far.min(leave);
         }
-        enter.le(leave.mul(level.splat16(LEAVE)).min(self.end))
+        enter.le(leave.mul(level.splat16(LEAVE)))
     }
 
     /// Tests the triangles of a block where all rays see them from one place: for the most part once for all rays.
     #[inline(always)]
     fn seen_block(&mut self, level: L, block: &Block, asked: <L::F16 as Floats>::Mask) {
-        let [x, y, z] = self.origin;
+        let [x, y, z] = self.axes;
+        let o = [
+            level.splat4(self.origin[x]),
+            level.splat4(self.origin[y]),
+            level.splat4(self.origin[z]),
+        ];
         let [a, b, c] = &block.corners;
-        let corners = [load3(level, a), load3(level, b), load3(level, c)];
-        let seen = see([level.splat4(x), level.splat4(y), level.splat4(z)], &corners);
-        let edges = [arrays(&seen.edges[0]), arrays(&seen.edges[1]), arrays(&seen.edges[2])];
-        let (normal, distance) = (arrays(&seen.normal), seen.distance.to_array());
-        for (k, &distance) in distance.iter().enumerate() {
+        let corners = [
+            each(load3(level, [&a[x], &a[y], &a[z]]), o, L::F4::sub),
+            each(load3(level, [&b[x], &b[y], &b[z]]), o, L::F4::sub),
+            each(load3(level, [&c[x], &c[y], &c[z]]), o, L::F4::sub),
+        ];
+        let planes = plane(&corners);
+        let (normals, distances) = (arrays(planes.normal), planes.distance.to_array());
+        let [a, b, c] = [arrays(corners[0]), arrays(corners[1]), arrays(corners[2])];
+        for k in 0..4 {
             if block.ids[k] == NOTHING {
                 break;
             }
-            let seen = Seen {
-                edges: [
-                    corner(level, &edges[0], k),
-                    corner(level, &edges[1], k),
-                    corner(level, &edges[2], k),
-                ],
-                normal: corner(level, &normal, k),
-                distance: level.splat16(distance),
-            };
-            self.triangle(level, &seen, block, k, asked);
+            let corners = [
+                spread(level, a.each_ref(), k),
+                spread(level, b.each_ref(), k),
+                spread(level, c.each_ref(), k),
+            ];
+            let sides = sides(&corners, self.shear);
+            if sides.inside.and(asked).bits() != 0 {
+                let plane = Plane {
+                    normal: spread(level, normals.each_ref(), k),
+                    distance: level.splat16(distances[k]),
+                };
+                self.triangle(level, &plane, sides, block, k, asked);
+            }
         }
     }
 
     /// Tests the triangles of a block.
     #[inline(always)]
     fn block(&mut self, level: L, block: &Block, asked: <L::F16 as Floats>::Mask) {
+        let [x, y, z] = self.axes;
+        let o = [self.line.o[x], self.line.o[y], self.line.o[z]];
+        let [a, b, c] = &block.corners;
         for k in 0..4 {
             if block.ids[k] == NOTHING {
                 break;
             }
-            let [a, b, c] = &block.corners;
-            let seen = see(
-                self.line.o,
-                &[corner(level, a, k), corner(level, b, k), corner(level, c, k)],
-            );
-            self.triangle(level, &seen, block, k, asked);
+            let corners = [
+                each(spread(level, [&a[x], &a[y], &a[z]], k), o, L::F16::sub),
+                each(spread(level, [&b[x], &b[y], &b[z]], k), o, L::F16::sub),
+                each(spread(level, [&c[x], &c[y], &c[z]], k), o, L::F16::sub),
+            ];
+            let sides = sides(&corners, self.shear);
+            if sides.inside.and(asked).bits() != 0 {
+                self.triangle(level, &plane(&corners), sides, block, k, asked);
+            }
         }
     }
 
     #[inline(always)]
-    fn triangle(&mut self, level: L, seen: &Seen<L::F16>, block: &Block, k: usize, asked: <L::F16 as Floats>::Mask) {
-        let sides = sides(self.line.d, seen);
-        if sides.inside.and(asked).bits() == 0 {
-            return;
-        }
-        let candidates = candidates(self.line.d, seen, sides, self.tmin, self.t);
+    fn triangle(
+        &mut self,
+        level: L,
+        plane: &Plane<L::F16>,
+        sides: Sides<L::F16>,
+        block: &Block,
+        k: usize,
+        asked: <L::F16 as Floats>::Mask,
+    ) {
+        let candidates = candidates(self.d, plane, sides, self.begin, self.until);
         if candidates.mask.and(asked).bits() == 0 {
             return;
         }
         let [a, b, c] = &block.corners;
-        let corners = &[corner(level, a, k), corner(level, b, k), corner(level, c, k)];
+        let corners = &[
+            spread(level, a.each_ref(), k),
+            spread(level, b.each_ref(), k),
+            spread(level, c.each_ref(), k),
+        ];
         let id = block.ids[k];
         let meets = meet(&self.line, corners, &candidates);
         let valid = meets.valid.and(asked).and(self.tmin.lt(meets.t));
@@ -387,52 +433,63 @@ impl<L: Level> Packet<L> {
         self.u = meets.u.select(nearer, self.u);
         self.v = meets.v.select(nearer, self.v);
         self.id = level.splat16(f32::from_bits(id)).select(nearer, self.id);
+        self.set_ends(level);
+    }
+
+    /// After `t` has changed.
+    #[inline(always)]
+    fn set_ends(&mut self, level: L) {
+        self.until = self.t.add(self.t.abs().mul(level.splat16(BEYOND)));
         self.end = self.t.mul(level.splat16(END));
         self.last_end = self.end.highest();
     }
 
-    /// Tests an analytic primitive with those rays whose bits are set, by its scalar routine.
-    #[inline(never)]
+    /// Tests an analytic primitive with those rays whose bits are set.
+    #[inline(always)]
     fn shape(&mut self, level: L, geometry: &Geometry, rays: &[Ray], index: u32, asked: u32) {
-        let (mut t, mut u, mut v, mut id) = (
+        let mut best = [
             self.t.to_array(),
             self.u.to_array(),
             self.v.to_array(),
             self.id.to_array(),
-        );
-        for (k, ray) in rays.iter().enumerate().filter(|(k, _)| asked >> k & 1 == 1) {
-            let best = Best {
-                t: t[k],
-                u: u[k],
-                v: v[k],
-                id: id[k].to_bits(),
-            };
-            let ray = Ray { tmax: best.t, ..*ray };
-            if let Some(hit) = geometry.intersect(PrimRef::new(index), &ray)
-                && best.loses_to(hit.t, index + 1)
-            {
-                (t[k], u[k], v[k], id[k]) = (hit.t, hit.u, hit.v, f32::from_bits(index + 1));
-            }
-        }
-        (self.t, self.u) = (level.load16(&t), level.load16(&u));
-        (self.v, self.id) = (level.load16(&v), level.load16(&id));
-        self.end = self.t.mul(level.splat16(END));
-        self.last_end = self.end.highest();
+        ];
+        shape(&mut best, geometry, rays, index, asked);
+        let [t, u, v, id] = &best;
+        (self.t, self.u) = (level.load16(t), level.load16(u));
+        (self.v, self.id) = (level.load16(v), level.load16(id));
+        self.set_ends(level);
     }
 }
 
-/// One triangle's corner for all rays.
+/// Tests an analytic primitive by its scalar routine; apart from the kernel, so that none of its vectors are used where
+/// the level's instructions are not enabled.
+#[inline(never)]
+fn shape(best: &mut [[f32; RAYS]; 4], geometry: &Geometry, rays: &[Ray], index: u32, asked: u32) {
+    let [t, u, v, id] = best;
+    for (k, ray) in rays.iter().enumerate().filter(|(k, _)| asked >> k & 1 == 1) {
+        let best = Best {
+            t: t[k],
+            u: u[k],
+            v: v[k],
+            id: id[k].to_bits(),
+        };
+        let ray = Ray { tmax: best.t, ..*ray };
+        if let Some(hit) = geometry.intersect(PrimRef::new(index), &ray)
+            && best.loses_to(hit.t, index + 1)
+        {
+            (t[k], u[k], v[k], id[k]) = (hit.t, hit.u, hit.v, f32::from_bits(index + 1));
+        }
+    }
+}
+
+/// One of four triangles' numbers, for all rays.
 #[inline(always)]
-fn corner<L: Level>(level: L, corner: &[[f32; 4]; 3], k: usize) -> Vec3s<L::F16> {
-    [
-        level.splat16(corner[0][k]),
-        level.splat16(corner[1][k]),
-        level.splat16(corner[2][k]),
-    ]
+fn spread<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3], k: usize) -> Vec3s<L::F16> {
+    [level.splat16(x[k]), level.splat16(y[k]), level.splat16(z[k])]
 }
 
 /// Three numbers of four triangles, as they are needed to spread each over all rays.
 #[inline(always)]
-fn arrays<F: Floats<Array = [f32; 4]>>(v: &Vec3s<F>) -> [[f32; 4]; 3] {
+fn arrays<F: Floats<Array = [f32; 4]>>(v: Vec3s<F>) -> [[f32; 4]; 3] {
     [v[0].to_array(), v[1].to_array(), v[2].to_array()]
 }

@@ -185,6 +185,16 @@ impl Level for Portable {
         n
     }
 
+    #[inline(always)]
+    fn top_bits(self, words: &[u32; 64]) -> [u64; 2] {
+        let mut bits = [0; 2];
+        for (i, word) in words.iter().enumerate() {
+            bits[0] |= u64::from(word >> 31) << i;
+            bits[1] |= u64::from(word >> 30 & 1) << i;
+        }
+        bits
+    }
+
     /// There is no such instruction that every processor has.
     #[inline(always)]
     fn prefetch<const LINES: usize>(self, _p: *const u8) {}

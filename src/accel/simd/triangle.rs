@@ -11,23 +11,19 @@ use super::{
 
 pub type Vec3s<F> = [F; 3];
 
-/// The line of a ray, or of sixteen that enter boxes through the same sides.
+/// Where the corners of triangles lie relative to a ray's origin, in the order of its [`Shear::axes`].
+///
+/// [`Shear::axes`]: crate::shape::triangle::Shear::axes
+pub type Corners<F> = [Vec3s<F>; 3];
+
+/// What the rule about a triangle's own box needs of a ray, or of sixteen that enter boxes through the same sides; in
+/// the order of the world's axes.
 #[derive(Clone, Copy)]
 pub struct Line<F> {
     pub o: Vec3s<F>,
-    pub d: Vec3s<F>,
-    /// [`super::super::slab::reciprocal`] of it.
+    /// [`super::super::slab::reciprocal`] of the direction.
     pub inv: Vec3s<F>,
     pub negative: [bool; 3],
-}
-
-/// What of a triangle's test depends on the ray's origin alone.
-pub struct Seen<F> {
-    /// For each edge the normal of the plane through it and the origin.
-    pub edges: [Vec3s<F>; 3],
-    pub normal: Vec3s<F>,
-    /// The normal times the way to the plane.
-    pub distance: F,
 }
 
 /// On which sides of the edges lines pass.
@@ -57,7 +53,7 @@ pub struct Meets<F: Floats> {
 }
 
 #[inline(always)]
-fn each<F: Floats>(a: Vec3s<F>, b: Vec3s<F>, f: impl Fn(F, F) -> F) -> Vec3s<F> {
+pub fn each<F: Floats>(a: Vec3s<F>, b: Vec3s<F>, f: impl Fn(F, F) -> F) -> Vec3s<F> {
     [f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2])]
 }
 
@@ -75,31 +71,22 @@ fn dot<F: Floats>(a: Vec3s<F>, b: Vec3s<F>) -> F {
     a[0].mul(b[0]).add(a[1].mul(b[1])).add(a[2].mul(b[2]))
 }
 
-/// Triangles as they are seen from `o`.
 #[inline(always)]
-pub fn see<F: Floats>(o: Vec3s<F>, corners: &[Vec3s<F>; 3]) -> Seen<F> {
-    let a = each(corners[0], o, F::sub);
-    let b = each(corners[1], o, F::sub);
-    let c = each(corners[2], o, F::sub);
-    let (e0, e1, e2) = (each(c, b, F::sub), each(a, c, F::sub), each(b, a, F::sub));
-    let normal = cross(e1, e2);
-    Seen {
-        edges: [
-            cross(each(c, b, F::add), e0),
-            cross(each(a, c, F::add), e1),
-            cross(each(b, a, F::add), e2),
-        ],
-        normal,
-        distance: dot(normal, a),
-    }
+fn flat<F: Floats>(p: Vec3s<F>, shear: [F; 2]) -> [F; 2] {
+    [p[0].sub(shear[0].mul(p[2])), p[1].sub(shear[1].mul(p[2]))]
 }
 
-/// The edge tests.
 #[inline(always)]
-pub fn sides<F: Floats>(d: Vec3s<F>, seen: &Seen<F>) -> Sides<F> {
-    let u = dot(seen.edges[0], d);
-    let v = dot(seen.edges[1], d);
-    let w = dot(seen.edges[2], d);
+fn edge<F: Floats>(p: [F; 2], q: [F; 2]) -> F {
+    p[0].mul(q[1]).sub(p[1].mul(q[0]))
+}
+
+/// The edge tests, for rays that `shear` brings onto their main axis.
+#[inline(always)]
+pub fn sides<F: Floats>(corners: &Corners<F>, shear: [F; 2]) -> Sides<F> {
+    let [a, b, c] = *corners;
+    let (a, b, c) = (flat(a, shear), flat(b, shear), flat(c, shear));
+    let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
     let zero = u.fill(0.0);
     let smallest = u.min(v).min(w);
     let largest = u.max(v).max(w);
@@ -111,18 +98,33 @@ pub fn sides<F: Floats>(d: Vec3s<F>, seen: &Seen<F>) -> Sides<F> {
     }
 }
 
-/// Which lines that are inside are so between their rays' ends, roughly: what does not pass is no hit; what passes may
-/// be none, [`meet`] decides. The ends are widened by twice what [`NOISE`] allows, which makes up for the division that
-/// is not done.
+/// The plane of a triangle.
+pub struct Plane<F> {
+    pub normal: Vec3s<F>,
+    /// The normal times the way from the ray's origin to the plane.
+    pub distance: F,
+}
+
 #[inline(always)]
-pub fn candidates<F: Floats>(d: Vec3s<F>, seen: &Seen<F>, sides: Sides<F>, tmin: F, tmax: F) -> Candidates<F> {
-    let det = dot(seen.normal, d);
-    let t_det = seen.distance;
+pub fn plane<F: Floats>(corners: &Corners<F>) -> Plane<F> {
+    let [a, b, c] = *corners;
+    let normal = cross(each(a, c, F::sub), each(b, a, F::sub));
+    Plane {
+        normal,
+        distance: dot(normal, a),
+    }
+}
+
+/// Which lines that are inside are so between `begin` and `until`, which lie beyond the rays' ends by so much that what
+/// does not pass is no hit; what passes may be none, [`meet`] decides.
+#[inline(always)]
+pub fn candidates<F: Floats>(d: Vec3s<F>, plane: &Plane<F>, sides: Sides<F>, begin: F, until: F) -> Candidates<F> {
+    let det = dot(plane.normal, d);
+    let t_det = plane.distance;
     let scale = det.abs();
     let t = t_det.with_sign_of(det);
-    let noise = t.abs().mul(t.fill(2.0 * NOISE));
-    let begun = tmin.mul(scale).le(t.add(noise));
-    let ended = t.sub(noise).le(tmax.mul(scale));
+    let begun = begin.mul(scale).le(t);
+    let ended = t.le(until.mul(scale));
     Candidates {
         mask: sides.inside.and(begun).and(ended),
         sides,
@@ -131,7 +133,7 @@ pub fn candidates<F: Floats>(d: Vec3s<F>, seen: &Seen<F>, sides: Sides<F>, tmin:
     }
 }
 
-/// Where the candidates meet the planes, brought into the triangles' own boxes.
+/// Where the candidates meet the planes, brought into the triangles' own boxes; `corners` as they are in the world.
 #[inline(always)]
 pub fn meet<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3], candidates: &Candidates<F>) -> Meets<F> {
     let zero = candidates.sides.u.fill(0.0);
