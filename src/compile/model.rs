@@ -31,6 +31,8 @@ const MARGIN: f64 = 1.08;
 /// Where the sun shines to, over the left shoulder of that camera.
 const SUN: Vec3 = Vec3::new(0.35, -1.0, -0.75);
 const SUN_IRRADIANCE: f32 = 2.2;
+/// The diameter of the earth's, in degrees.
+const SUN_ANGLE: f32 = 0.53;
 /// The sky: the same from everywhere, and what is seen behind the model. With the sun it makes white about 0.9 bright.
 const BACKGROUND: f32 = 0.25;
 
@@ -93,7 +95,7 @@ fn daylight() -> Vec<LightDesc> {
     vec![LightDesc::Sun(SunDesc {
         direction: Direction(SUN.normalize()),
         irradiance: Tint(Rgb::gray(SUN_IRRADIANCE)),
-        angle: None,
+        angle: Some(unsaid(NonNegative(SUN_ANGLE))),
     })]
 }
 

@@ -27,7 +27,7 @@ use super::{
     numeric::{area_sample, hit_at, point_of, rounded, solid_angle_pdf},
 };
 use crate::{
-    math::{Aabb, DVec3, Ray, Vec2, Vec3},
+    math::{Aabb, DVec3, Ray, Vec2, Vec3, float::gamma},
     value::{Point, Positive, Problem},
 };
 
@@ -78,11 +78,13 @@ impl Cone {
 }
 
 impl Sphere {
-    /// `None` from inside.
+    /// `None` from inside, and from the surface itself: rounding puts half of its points outside, and the cone of those
+    /// would hold the near side only.
     fn cone(&self, from: Vec3) -> Option<Cone> {
         let out = from.as_dvec3() - self.center.as_dvec3();
         let (distance, r) = (out.length(), f64::from(self.radius));
-        if distance <= r {
+        let rounding = f64::from(gamma(32)) * (f64::from(self.center.abs().max_element()) + r);
+        if distance <= r + rounding {
             return None;
         }
         let sin2_max = (r / distance) * (r / distance);

@@ -135,11 +135,13 @@ fn a_sphere_is_sampled_soundly_however_much_of_the_view_it_fills() {
         let (d, mut random) = (from.as_dvec3().length(), Random(14));
         let s2 = 1.0 / (d * d);
         let expected = 1.0 / (std::f64::consts::TAU * s2 / (1.0 + (1.0 - s2).max(0.0).sqrt()));
+        // A point of the surface, which rounding may have put outside, sees the inside too.
+        let is_outside = d > 1.0 + 2e-6;
         let mut seen_from_front = 0;
         for _ in 0..1000 {
             let s = sphere.sample(from, random.square()).unwrap();
             assert!((s.p.length() - 1.0).abs() < 1e-6);
-            if d > 1.0 {
+            if is_outside {
                 assert!(
                     (f64::from(s.pdf) / expected - 1.0).abs() < 1e-5,
                     "{distance}: {}",
@@ -148,7 +150,7 @@ fn a_sphere_is_sampled_soundly_however_much_of_the_view_it_fills() {
             }
             seen_from_front += usize::from((from - s.p).dot(s.ng) >= -1e-6 * d as f32);
         }
-        assert!(d <= 1.0 || seen_from_front == 1000, "{distance}: {seen_from_front}");
+        assert!(!is_outside || seen_from_front == 1000, "{distance}: {seen_from_front}");
     }
 }
 

@@ -1,0 +1,135 @@
+//! What the path integrator must give where the answer is known without it.
+
+mod common;
+
+use common::Folder;
+
+const SIDE: usize = 24;
+const MIDDLE: usize = SIDE / 2 * SIDE + SIDE / 2;
+const CAMERA: &str = "[camera]\nperspective = { eye = [0, 0, 5], target = [0, 0, 0] }\n";
+
+/// The pixels of a scene.
+fn render(settings: &str, scene: &str) -> Vec<[f32; 3]> {
+    let folder = Folder::new();
+    folder.write(
+        "s.toml",
+        &format!("[render]\nwidth = {SIDE}\nheight = {SIDE}\n{settings}\n{scene}"),
+    );
+    folder.succeed(&["s.toml", "--progress", "none", "-o", "f.exr"]);
+    let image = exr::prelude::read_first_rgba_layer_from_file(
+        folder.path("f.exr"),
+        |size, _| vec![[0.0_f32; 3]; size.area()],
+        |pixels, at, (r, g, b, _): (f32, f32, f32, f32)| pixels[at.y() * SIDE + at.x()] = [r, g, b],
+    );
+    image.expect("an EXR").layer_data.channel_data.pixels
+}
+
+fn mean(pixels: &[[f32; 3]]) -> f32 {
+    pixels.iter().map(|p| (p[0] + p[1] + p[2]) / 3.0).sum::<f32>() / pixels.len() as f32
+}
+
+#[test]
+fn furnace_closed_sphere_equals_geometric_series() {
+    // From inside of a sphere that shines with 0.5 and reflects 0.6: Le (1 - rho^n) / (1 - rho) for n segments.
+    let scene = "[camera]\nperspective = { eye = [0.1, 0, 0.2], target = [0, 0, -1], fov = 60 }\n\
+                 [material.wall]\nprincipled = { base_color = [0.6, 0.6, 0.6], roughness = 1, specular = 0, emissive = [0.5, 0.5, 0.5], two_sided = true }\n\
+                 [[object]]\nmaterial = \"wall\"\nshape.sphere = { radius = 1 }\n";
+    for (depth, tolerance) in [(1, 1e-3), (2, 0.01), (4, 0.01), (40, 0.01)] {
+        let settings = format!("samples = 16\nintegrator.path = {{ max_depth = {depth} }}");
+        let expected = 0.5 * (1.0 - 0.6_f32.powi(depth)) / (1.0 - 0.6);
+        let found = mean(&render(&settings, scene));
+        assert!(
+            (found / expected - 1.0).abs() < tolerance,
+            "depth {depth}: {found} is not {expected}"
+        );
+    }
+}
+
+#[test]
+fn a_convex_matte_thing_under_a_constant_sky_reflects_its_albedo() {
+    let scene = format!(
+        "{CAMERA}[background]\ncolor = [0.8, 0.8, 0.8]\n[material.m]\nmatte = {{ albedo = [0.5, 0.5, 0.5] }}\n\
+         [[object]]\nmaterial = \"m\"\nshape.sphere = {{ radius = 3 }}\n"
+    );
+    let pixels = render("samples = 16\nintegrator.path = { max_depth = 4 }", &scene);
+    assert!(pixels.iter().all(|p| (p[0] - 0.4).abs() < 1e-3), "{:?}", pixels[MIDDLE]);
+}
+
+#[test]
+fn smooth_glass_is_invisible_before_a_constant_background() {
+    let scene = format!(
+        "{CAMERA}[background]\ncolor = [0.5, 0.5, 0.5]\n[material.glass]\nglass = {{ ior = 1.5 }}\n\
+         [[object]]\nmaterial = \"glass\"\nshape.sphere = {{ radius = 1 }}\n\
+         [[object]]\nmaterial = \"glass\"\nshape.sphere = {{ radius = 0.5 }}\n"
+    );
+    let pixels = render(
+        "samples = 16\nintegrator.path = { max_depth = 60, roulette_depth = 60 }",
+        &scene,
+    );
+    assert!(pixels.iter().all(|p| (p[0] - 0.5).abs() < 1e-3), "{:?}", pixels[MIDDLE]);
+}
+
+#[test]
+fn half_of_the_light_passes_what_is_half_opaque_and_so_does_its_shadow() {
+    // A half opaque black square before the sky, and before a lamp whose light falls on a white floor.
+    let veil = "[material.veil]\nprincipled = { base_color = [0, 0, 0], specular = 0, roughness = 1, alpha = \"blend\", opacity = 0.5 }\n\
+                [[object]]\nmaterial = \"veil\"\n";
+    let sky = format!(
+        "{CAMERA}[background]\ncolor = [0.8, 0.8, 0.8]\n{veil}\
+         shape.quad = {{ corners = [[-5, -5, 1], [5, -5, 1], [5, 5, 1], [-5, 5, 1]] }}\n"
+    );
+    let seen = mean(&render("samples = 256\nintegrator.path = { max_depth = 3 }", &sky));
+    assert!((seen - 0.4).abs() < 0.01, "{seen}");
+    let lit = |between: &str| {
+        let scene = format!(
+            "{CAMERA}[material.floor]\nmatte = {{ albedo = [1, 1, 1] }}\n[[object]]\nmaterial = \"floor\"\n\
+             shape.quad = {{ corners = [[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]] }}\n\
+             [[light]]\npoint = {{ position = [0, 0, 3], intensity = 10 }}\n{between}"
+        );
+        render("samples = 16\nintegrator.path = { max_depth = 2 }", &scene)[MIDDLE][0]
+    };
+    let square =
+        "shape.quad = { corners = [[-0.2, -0.2, 2.9], [0.2, -0.2, 2.9], [0.2, 0.2, 2.9], [-0.2, 0.2, 2.9]] }\n";
+    // Once on the way of the light, and once more before the camera.
+    let (whole, veiled) = (lit(""), lit(&format!("{veil}{square}")));
+    assert!((veiled / whole - 0.25).abs() < 0.04, "{veiled} of {whole}");
+}
+
+#[test]
+fn paths_agree_with_whitted_where_all_surfaces_are_mirrors_and_glass() {
+    let scene = format!(
+        "{CAMERA}[background]\ncolor = [0.3, 0.4, 0.5]\n[material.mirror]\nmirror = {{ reflectance = 0.8 }}\n\
+         [material.floor]\nmatte = {{ albedo = [0.5, 0.5, 0.5] }}\n\
+         [[object]]\nmaterial = \"mirror\"\nshape.sphere = {{ center = [-0.6, 0, 0], radius = 0.6 }}\n\
+         [[object]]\nmaterial = \"mirror\"\nshape.sphere = {{ center = [0.7, 0, 0.2], radius = 0.6 }}\n"
+    );
+    let path = render(
+        "samples = 64\nintegrator.path = { max_depth = 9, roulette_depth = 20 }",
+        &scene,
+    );
+    let whitted = render("samples = 64\nintegrator.whitted = { max_depth = 9 }", &scene);
+    for (a, b) in path.iter().zip(&whitted) {
+        assert!((a[2] - b[2]).abs() < 2e-3, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn a_clamp_darkens_indirect_light_alone() {
+    let scene = format!(
+        "{CAMERA}[material.m]\nmatte = {{ albedo = [0.9, 0.9, 0.9] }}\n[material.lamp]\nemitter = {{ radiance = 50 }}\n\
+         [[object]]\nmaterial = \"m\"\nshape.cuboid = {{ min = [-3, -3, -3], max = [3, 3, 6] }}\n\
+         [[object]]\nmaterial = \"lamp\"\nshape.sphere = {{ center = [0, 2, 0], radius = 0.3 }}\n"
+    );
+    let with = |keys: &str| {
+        mean(&render(
+            &format!("samples = 32\nintegrator.path = {{ {keys} }}"),
+            &scene,
+        ))
+    };
+    assert_eq!(with("max_depth = 2"), with("max_depth = 2, clamp_indirect = 0.01"));
+    let (free, clamped) = (with("max_depth = 6"), with("max_depth = 6, clamp_indirect = 0.1"));
+    assert!(
+        clamped < 0.9 * free && clamped > with("max_depth = 2"),
+        "{clamped} {free}"
+    );
+}
