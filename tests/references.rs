@@ -14,7 +14,17 @@ type Blocks = Vec<[f64; 3]>;
 fn render(scene: &str, seed: &str, samples: &str) -> Blocks {
     let folder = Folder::new();
     let file = repo_str(&format!("tests/reference/{scene}.toml"));
-    let args = [&file, "--seed", seed, "--samples", samples, "--progress", "none", "-o", "f.exr"];
+    let args = [
+        &file,
+        "--seed",
+        seed,
+        "--samples",
+        samples,
+        "--progress",
+        "none",
+        "-o",
+        "f.exr",
+    ];
     folder.succeed(&args);
     let image = exr::prelude::read_first_rgba_layer_from_file(
         folder.path("f.exr"),
