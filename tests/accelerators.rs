@@ -71,13 +71,38 @@ fn mixed_scene() -> Geometry {
         g.vertices.extend([a, a + random(i, 5) * 0.3, a + random(i, 6) * 0.3]);
         g.triangles.push([first, first + 1, first + 2]);
     }
+    // Some that are as large as the scene or thin as a thread, half of them in planes across an axis.
+    for i in 0..120 {
+        let (a, mut b, mut c) = (random(i, 7) * 2.0, random(i, 8) * 3.0, random(i, 9) * 3.0);
+        if i % 3 == 0 {
+            c = b * 0.5 + random(i, 17) * 1e-3;
+        }
+        if i % 2 == 0 {
+            let across = (i / 2 % 3) as usize;
+            (b[across], c[across]) = (0.0, 0.0);
+        }
+        let first = g.vertices.len() as u32;
+        g.vertices.extend([a, a + b, a + c]);
+        g.triangles.push([first, first + 1, first + 2]);
+    }
     g
 }
 
-/// A third at random, a third along the axes, a third past corners and edges of the scene's primitives.
+/// At random, along the axes, past corners and edges of the scene's primitives, and nearly in the planes of triangles.
 fn rays(g: &Geometry) -> Vec<Ray> {
     (0..RAYS)
-        .map(|i| match i % 3 {
+        .map(|i| match i % 4 {
+            3 => {
+                let prim = g.triangles.len() - 1 - pcg4d([i, 18, 0, 0])[0] as usize % 300;
+                let [a, b, c] = g.corners(prim);
+                let inside = |purpose: u32| {
+                    let [u, v, ..] = pcg4d([i, purpose, 0, 0]).map(unit_f32);
+                    a + (b - a) * u + (c - a) * (v * (1.0 - u))
+                };
+                let (o, d) = (inside(19), (inside(20) - inside(21)).normalize_or_zero());
+                let height = random(i, 22) * [0.0, 1e-6, 1e-3, 0.1][i as usize / 4 % 4];
+                Ray::new(o + height - d, d - height * unit_f32(pcg4d([i, 23, 0, 0])[0]))
+            }
             0 => Ray::new(random(i, 10) * 3.0, random(i, 11)),
             1 => {
                 let mut d = Vec3::ZERO;

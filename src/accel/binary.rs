@@ -1,156 +1,366 @@
-//! The binary tree that the others are made of, built by obvhs: PLOC, then reinsertion.
+//! The binary tree that the others are made of, grown from the top in parallel.
 //!
-//! obvhs sees *proxies*, not the primitives' boxes. PLOC merges two nodes when each is the other's cheapest partner;
-//! where many pairs cost the same (identical boxes, a regular grid, boxes without area in a line) hardly any choice is
-//! mutual and the time grows with the square of the count: 8,000 identical triangles take 1.4 s, 100,000 never end.
-//! So a proxy is its primitive's box scaled with the scene to unit size, given some thickness, and moved by a tiny part
-//! of its size ([`JITTER`]) in a direction of its own. That leaves no ties. The true boxes take the proxies' place
-//! afterwards.
+//! A set of boxes is cut in two ([`super::split`]) until what is left fits a leaf. Sets of some thousand boxes are
+//! *pieces*: each is grown by one thread, with arrays and numbers of its own, and handed to what is to be made of it
+//! while it lies in the cache. Where the cuts are depends on the boxes alone.
 //!
-//! Source: Meister and Bittner, "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction", 2018,
-//! <https://doi.org/10.1109/TVCG.2017.2669983>, and "Parallel Reinsertion for Bounding Volume Hierarchy Optimization",
-//! 2018, <https://doi.org/10.1111/cgf.13350>.
+//! Time is linear in the number of primitives for each level, and there are at most some hundred levels: below
+//! [`DEEP`] sets are cut by count. Triangles that equal an earlier one corner for corner are left out where many share a
+//! centre: the earlier one wins at the same `t` anyway.
 
-use glam::Vec3A;
-use obvhs::{
-    aabb::Aabb as Box3,
-    bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH, reinsertion::ReinsertionOptimizer},
-    ploc::{PlocBuilder, PlocSearchDistance, SortPrecision},
-};
 use rayon::prelude::*;
 
-use super::{Quality, prims::Prims};
-use crate::math::{Aabb, hash};
+use super::{
+    Geometry, Quality,
+    prims::{Fate, Prims},
+    spatial::{Cutter, Side},
+    split::{Bounds, How, Ref, cost, split},
+};
+use crate::math::Aabb;
 
-/// How far a proxy is moved and how thick it is at least, relative to its box's longest side.
-const JITTER: f32 = 1.0 / 65_536.0;
+/// The most primitives of a piece.
+const PIECE_PRIMS: usize = 1 << 14;
 
-/// The same for boxes that are hardly larger than the spacing of the numbers they are made of.
-const JITTER_ULPS: f32 = 2.0 * f32::EPSILON;
+/// From this level on sets are cut by count.
+const DEEP: u32 = 64;
 
-/// A length, in units of the scene's size, whose square is far from the smallest numbers.
-const SMALLEST: f32 = 1.0 / (1_u64 << 40) as f32;
+/// Fewer primitives are not cut through.
+const MIN_CUT: usize = 8;
 
-/// The tree over `prims`; a leaf holds one of them. `None` where there are none.
-pub(super) fn build(prims: &Prims, quality: Quality) -> Option<Bvh2> {
-    if prims.boxes.is_empty() {
-        return None;
-    }
-    let scale = 1.0 / prims.reach.max(f32::MIN_POSITIVE);
-    let proxies: Vec<Box3> = prims
-        .boxes
-        .par_iter()
-        .enumerate()
-        .with_min_len(4096)
-        .map(|(i, bounds)| proxy(bounds, scale, i as u32))
-        .collect();
-    let (distance, threshold, reinsertion) = match quality {
-        Quality::Fast => (PlocSearchDistance::Low, 2, 0.01),
-        Quality::Medium => (PlocSearchDistance::Medium, 3, 0.05),
-        Quality::High => (PlocSearchDistance::High, 1, 0.5),
-    };
-    let indices = (0..proxies.len() as u32).collect();
-    let mut tree =
-        PlocBuilder::with_capacity(proxies.len()).build(distance, &proxies, indices, SortPrecision::U64, threshold);
-    // Its stack on the heap panics when it is full; the fixed one, which this asks for, only forgoes a candidate.
-    tree.max_depth = DEFAULT_MAX_STACK_DEPTH;
-    ReinsertionOptimizer::default().run(&mut tree, reinsertion, None);
-    Some(tree)
-}
+/// How many more places in leaves there may be than primitives, as a part of these.
+const SPARE: f32 = 0.5;
 
-fn proxy(bounds: &Aabb, scale: f32, number: u32) -> Box3 {
-    let (min, max) = (Vec3A::from(bounds.min) * scale, Vec3A::from(bounds.max) * scale);
-    let extent = (max - min).max_element();
-    let magnitude = min.abs().max(max.abs()).max_element();
-    let step = (extent * JITTER).max(magnitude * JITTER_ULPS);
-    // What is next to nothing in this scene lies beside one another rather than in one place: reinsertion looks long for
-    // better places among boxes that all overlap.
-    let thickness = step.max(SMALLEST / 128.0);
-    let [x, y, z, _] = hash::pcg4d([number, 0, 0, 0]).map(hash::unit_f32);
-    let shift = (Vec3A::new(x, y, z) - 0.5) * step.max(SMALLEST);
-    Box3::new(min + shift, (max + shift).max(min + shift + thickness))
-}
+/// Cuts through primitives are tried where the two sides share so much of the surface around all.
+const LEAST_OVERLAP: f32 = 1e-5;
 
 /// A node of a tree in depth-first order: a node's first child follows it, and all children come after their parents.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flat {
-    /// The box around everything below, from the primitives' own boxes.
+    /// The box around everything below.
     pub bounds: Aabb,
-    /// The second child's index.
-    pub second: u32,
-    /// What a leaf holds, for a primitive its index into [`Prims::ids`]; [`Flat::INNER`] for a node with children.
-    pub leaf: u32,
+    /// Of a node with children the second one's index, of a leaf its first place in [`Tree::ids`], or a piece's number.
+    pub link: u32,
+    /// How many primitives a leaf holds, [`Flat::INNER`] for a node with children, [`Flat::PIECE`] for a piece.
+    pub count: u32,
 }
 
 impl Flat {
-    pub const INNER: u32 = u32::MAX;
+    pub const INNER: u32 = 0;
+    pub const PIECE: u32 = u32::MAX;
 
     pub fn is_leaf(&self) -> bool {
-        self.leaf != Self::INNER
+        self.count != Self::INNER
     }
 }
 
-/// The nodes below `root` in depth-first order, down to the primitives.
-pub(super) fn flatten(tree: &Bvh2, root: u32, boxes: &[Aabb]) -> Vec<Flat> {
-    flatten_to(tree, root, |index| {
-        let node = &tree.nodes[index as usize];
-        node.is_leaf().then(|| {
-            let prim = tree.primitive_indices[node.first_index as usize];
-            (prim, boxes[prim as usize])
-        })
-    })
+/// A binary tree.
+#[derive(Default)]
+pub(super) struct Tree {
+    pub nodes: Vec<Flat>,
+    /// The leaves' primitives, in the order of the leaves.
+    pub ids: Vec<u32>,
 }
 
-/// The nodes below `root` in depth-first order, down to those for which `leaf` knows what they hold and their box.
-pub(super) fn flatten_to(tree: &Bvh2, root: u32, leaf: impl Fn(u32) -> Option<(u32, Aabb)>) -> Vec<Flat> {
-    const NOBODY: u32 = u32::MAX;
-    let mut flat: Vec<Flat> = Vec::new();
-    let mut open = vec![(root, NOBODY)];
-    while let Some((index, parent)) = open.pop() {
-        let at = flat.len() as u32;
-        if parent != NOBODY {
-            flat[parent as usize].second = at;
-        }
-        let (leaf, bounds) = leaf(index).unwrap_or_else(|| {
-            let first = tree.nodes[index as usize].first_index;
-            open.push((first + 1, at));
-            open.push((first, NOBODY));
-            (Flat::INNER, Aabb::EMPTY)
-        });
-        flat.push(Flat {
-            bounds,
-            second: 0,
-            leaf,
-        });
-    }
-    for i in (0..flat.len()).rev() {
-        if !flat[i].is_leaf() {
-            flat[i].bounds = flat[i + 1].bounds.union(flat[flat[i].second as usize].bounds);
-        }
-    }
-    flat
+/// A tree whose leaves are pieces.
+pub(super) struct Forest<T> {
+    pub top: Vec<Flat>,
+    pub pieces: Vec<T>,
 }
 
-/// Gives every node of `tree` its true box in place of the proxies'.
-pub(super) fn refit(tree: &mut Bvh2, boxes: &[Aabb]) {
-    let mut order = Vec::with_capacity(tree.nodes.len());
-    let mut open = vec![0_u32];
-    while let Some(index) = open.pop() {
-        order.push(index);
-        let node = &tree.nodes[index as usize];
-        if !node.is_leaf() {
-            open.extend([node.first_index, node.first_index + 1]);
-        }
+/// What goes into a leaf.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leaves {
+    /// The most triangles. Of anything else there is one.
+    pub triangles: usize,
+}
+
+/// A tree over `prims`, of whose pieces `finish` makes what is kept of them. `None` where there are none.
+pub(super) fn build<T: Send>(
+    prims: Prims,
+    geometry: &Geometry,
+    quality: Quality,
+    leaves: Leaves,
+    finish: impl Fn(Tree) -> T + Sync,
+) -> Option<Forest<T>> {
+    let (mut refs, bounds) = (prims.refs, prims.around);
+    if refs.is_empty() {
+        return None;
     }
-    for index in order.into_iter().rev() {
-        let node = tree.nodes[index as usize];
-        let first = node.first_index as usize;
-        let bounds = if node.is_leaf() {
-            let b = boxes[tree.primitive_indices[first] as usize];
-            Box3::new(b.min.into(), b.max.into())
+    let cutter = Cutter {
+        geometry,
+        reach: prims.reach,
+    };
+    let grower = Grower {
+        geometry,
+        fate: prims.fate,
+        quality,
+        leaves,
+        cutter,
+        least_overlap: LEAST_OVERLAP * bounds.boxes.aabb().half_area(),
+    };
+    let mut forest = Forest {
+        top: Vec::new(),
+        pieces: Vec::new(),
+    };
+    let top = if quality == Quality::High && prims.fate == Fate::Fixed {
+        let spare = (refs.len() as f32 * SPARE) as usize;
+        grower.top_cutting(Set { refs, bounds, spare }, 0, &finish)
+    } else {
+        grower.top(&mut refs, bounds, 0, &finish)
+    };
+    top.flatten(&mut forest);
+    Some(forest)
+}
+
+/// The same in one piece.
+pub(super) fn build_whole(prims: Prims, geometry: &Geometry, quality: Quality, leaves: Leaves) -> Option<Tree> {
+    build(prims, geometry, quality, leaves, |tree| tree).map(join)
+}
+
+fn join(forest: Forest<Tree>) -> Tree {
+    let mut whole = Tree::default();
+    // A piece takes the place of one node; what was behind that moves.
+    let mut starts = Vec::with_capacity(forest.top.len());
+    let mut next = 0;
+    for node in &forest.top {
+        starts.push(next as u32);
+        next += if node.count == Flat::PIECE {
+            forest.pieces[node.link as usize].nodes.len()
         } else {
-            tree.nodes[first].aabb().union(tree.nodes[first + 1].aabb())
+            1
         };
-        tree.nodes[index as usize].set_aabb(bounds);
+    }
+    whole.nodes.reserve_exact(next);
+    for node in &forest.top {
+        if node.count != Flat::PIECE {
+            let link = starts[node.link as usize];
+            whole.nodes.push(Flat { link, ..*node });
+            continue;
+        }
+        let piece = &forest.pieces[node.link as usize];
+        let (nodes, ids) = (whole.nodes.len() as u32, whole.ids.len() as u32);
+        whole.nodes.extend(piece.nodes.iter().map(|node| Flat {
+            link: node.link + if node.is_leaf() { ids } else { nodes },
+            ..*node
+        }));
+        whole.ids.extend_from_slice(&piece.ids);
+    }
+    whole
+}
+
+/// The part of a tree above the pieces.
+enum Top<T> {
+    Piece(Aabb, T),
+    Inner(Aabb, Box<[Top<T>; 2]>),
+}
+
+impl<T> Top<T> {
+    fn flatten(self, forest: &mut Forest<T>) {
+        let at = forest.top.len();
+        match self {
+            Self::Piece(bounds, piece) => {
+                forest.top.push(Flat {
+                    bounds,
+                    link: forest.pieces.len() as u32,
+                    count: Flat::PIECE,
+                });
+                forest.pieces.push(piece);
+            }
+            Self::Inner(bounds, children) => {
+                forest.top.push(Flat {
+                    bounds,
+                    link: 0,
+                    count: Flat::INNER,
+                });
+                let [first, second] = *children;
+                first.flatten(forest);
+                forest.top[at].link = forest.top.len() as u32;
+                second.flatten(forest);
+            }
+        }
+    }
+}
+
+/// A set that may grow by `spare` as its primitives are cut.
+struct Set {
+    refs: Vec<Ref>,
+    bounds: Bounds,
+    spare: usize,
+}
+
+struct Grower<'a> {
+    geometry: &'a Geometry,
+    fate: Fate,
+    quality: Quality,
+    leaves: Leaves,
+    cutter: Cutter<'a>,
+    least_overlap: f32,
+}
+
+impl Grower<'_> {
+    fn top<T: Send>(
+        &self,
+        mut refs: &mut [Ref],
+        bounds: Bounds,
+        level: u32,
+        finish: &(impl Fn(Tree) -> T + Sync),
+    ) -> Top<T> {
+        let (level, kept) = self.look(refs, &bounds, level);
+        refs = &mut refs[..kept];
+        let aabb = bounds.boxes.aabb();
+        if refs.len() <= PIECE_PRIMS {
+            let mut tree = Tree {
+                nodes: Vec::with_capacity(refs.len()),
+                ids: Vec::with_capacity(refs.len()),
+            };
+            self.grow(refs, bounds, level, &mut tree);
+            return Top::Piece(aabb, finish(tree));
+        }
+        let (middle, a, b) = split(refs, &bounds, self.how(level));
+        let (left, right) = refs.split_at_mut(middle);
+        let (left, right) = rayon::join(
+            || self.top(left, a, level + 1, finish),
+            || self.top(right, b, level + 1, finish),
+        );
+        Top::Inner(aabb, Box::new([left, right]))
+    }
+
+    fn grow(&self, refs: &mut [Ref], bounds: Bounds, level: u32, tree: &mut Tree) {
+        let (level, kept) = self.look(refs, &bounds, level);
+        let refs = &mut refs[..kept];
+        let at = tree.nodes.len();
+        let mut node = Flat {
+            bounds: bounds.boxes.aabb(),
+            link: tree.ids.len() as u32,
+            count: Flat::INNER,
+        };
+        if self.is_leaf(refs) {
+            node.count = refs.len() as u32;
+            tree.ids.extend(refs.iter().map(Ref::index));
+            tree.nodes.push(node);
+            return;
+        }
+        tree.nodes.push(node);
+        let (middle, a, b) = split(refs, &bounds, self.how(level));
+        let (left, right) = refs.split_at_mut(middle);
+        self.grow(left, a, level + 1, tree);
+        tree.nodes[at].link = tree.nodes.len() as u32;
+        self.grow(right, b, level + 1, tree);
+    }
+
+    fn top_cutting<T: Send>(&self, mut set: Set, level: u32, finish: &(impl Fn(Tree) -> T + Sync)) -> Top<T> {
+        let aabb = set.bounds.boxes.aabb();
+        let (level, kept) = self.look(&mut set.refs, &set.bounds, level);
+        set.refs.truncate(kept);
+        if set.refs.len() <= PIECE_PRIMS {
+            let mut tree = Tree::default();
+            self.grow_cutting(set, level, &mut tree);
+            return Top::Piece(aabb, finish(tree));
+        }
+        let [left, right] = self.cut(set, level);
+        let (left, right) = rayon::join(
+            || self.top_cutting(left, level + 1, finish),
+            || self.top_cutting(right, level + 1, finish),
+        );
+        Top::Inner(aabb, Box::new([left, right]))
+    }
+
+    fn grow_cutting(&self, mut set: Set, level: u32, tree: &mut Tree) {
+        if set.spare == 0 || set.refs.len() <= MIN_CUT || level >= DEEP || set.bounds.is_point() {
+            return self.grow(&mut set.refs, set.bounds, level, tree);
+        }
+        let at = tree.nodes.len();
+        tree.nodes.push(Flat {
+            bounds: set.bounds.boxes.aabb(),
+            link: 0,
+            count: Flat::INNER,
+        });
+        let [left, right] = self.cut(set, level);
+        self.grow_cutting(left, level + 1, tree);
+        tree.nodes[at].link = tree.nodes.len() as u32;
+        self.grow_cutting(right, level + 1, tree);
+    }
+
+    /// Cuts between primitives or through them, whichever is better.
+    fn cut(&self, mut set: Set, level: u32) -> [Set; 2] {
+        let (middle, a, b) = split(&mut set.refs, &set.bounds, self.how(level));
+        let overlap = a.boxes.aabb().intersection(b.boxes.aabb());
+        let mut sides = None;
+        if level < DEEP && set.spare > 0 && !overlap.is_empty() && overlap.half_area() > self.least_overlap {
+            let thin = set.bounds.thin();
+            let between = cost(&a.boxes, middle as u32, thin) + cost(&b.boxes, (set.refs.len() - middle) as u32, thin);
+            let through = self.cutter.find(&set.refs, &set.bounds, thin);
+            if let Some(plane) = through.filter(|plane| plane.cost < between) {
+                let cut = self.cutter.cut(&set.refs, &plane);
+                let total = cut[0].refs.len() + cut[1].refs.len();
+                let sound = cut.iter().all(|side| !side.refs.is_empty());
+                if sound && total <= set.refs.len() + set.spare {
+                    set.spare = set.refs.len() + set.spare - total;
+                    sides = Some(cut);
+                }
+            }
+        }
+        let [left, right] = sides.unwrap_or_else(|| {
+            let right = set.refs.split_off(middle);
+            [
+                Side {
+                    refs: set.refs,
+                    bounds: a,
+                },
+                Side { refs: right, bounds: b },
+            ]
+        });
+        let total = left.refs.len() + right.refs.len();
+        let share = (set.spare as f64 * left.refs.len() as f64 / total as f64) as usize;
+        [(left, share), (right, set.spare - share)].map(|(Side { refs, bounds }, spare)| Set { refs, bounds, spare })
+    }
+
+    fn is_leaf(&self, refs: &[Ref]) -> bool {
+        let is_triangle = |r: &Ref| (r.index() as usize) < self.geometry.triangles.len();
+        refs.len() == 1 || refs.len() <= self.leaves.triangles && refs.iter().all(is_triangle)
+    }
+
+    /// Which level to go on with, and how many primitives, where many have the same centre.
+    fn look(&self, refs: &mut [Ref], bounds: &Bounds, level: u32) -> (u32, usize) {
+        if level < DEEP && refs.len() > self.leaves.triangles && bounds.is_point() {
+            let kept = match self.fate {
+                Fate::Fixed => self.drop_copies(refs),
+                Fate::Moving => refs.len(),
+            };
+            (DEEP, kept)
+        } else {
+            (level, refs.len())
+        }
+    }
+
+    /// Moves triangles that equal one with a lower number to the end; how many others there are.
+    fn drop_copies(&self, refs: &mut [Ref]) -> usize {
+        let key = |r: &Ref| {
+            let index = r.index() as usize;
+            let corners = (index < self.geometry.triangles.len()).then(|| {
+                self.geometry
+                    .corners(index)
+                    .map(|corner| corner.to_array().map(f32::to_bits))
+            });
+            (corners, index)
+        };
+        refs.par_sort_unstable_by_key(key);
+        let mut kept = 1;
+        for i in 1..refs.len() {
+            let (corners, _) = key(&refs[i]);
+            if corners.is_none() || corners != key(&refs[kept - 1]).0 {
+                refs.swap(kept, i);
+                kept += 1;
+            }
+        }
+        kept
+    }
+
+    fn how(&self, level: u32) -> How {
+        match self.quality {
+            _ if level >= DEEP => How::ByCount,
+            Quality::Fast => How::AlongLongest,
+            Quality::Medium | Quality::High => How::ByArea,
+        }
     }
 }

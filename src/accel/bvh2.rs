@@ -2,7 +2,7 @@
 
 use super::{
     Geometry, Quality,
-    binary::{self, Flat},
+    binary::{self, Leaves},
     levels::{self, Tree, Walk},
     prims::Prims,
     slab::Planes,
@@ -12,22 +12,16 @@ use crate::math::Ray;
 /// The accelerator.
 pub(super) type Bvh2 = levels::Levels<Binary>;
 
-/// A binary tree over boxes, one item a leaf.
+/// A binary tree over boxes.
 #[derive(Default)]
-pub(super) struct Binary {
-    nodes: Vec<Flat>,
-    ids: Vec<u32>,
-}
+pub(super) struct Binary(binary::Tree);
 
 impl Tree for Binary {
     type Stack = Vec<(u32, f32)>;
 
-    fn build(prims: Prims, _geometry: &Geometry, quality: Quality) -> Self {
-        let tree = binary::build(&prims, quality);
-        Self {
-            nodes: tree.map_or_else(Vec::new, |tree| binary::flatten(&tree, 0, &prims.boxes)),
-            ids: prims.ids,
-        }
+    fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Self {
+        let leaves = Leaves { triangles: 4 };
+        Self(binary::build_whole(prims, geometry, quality, leaves).unwrap_or_default())
     }
 
     /// Nearer boxes come first.
@@ -40,7 +34,7 @@ impl Tree for Binary {
         mut leaf: impl FnMut(u32, &mut Ray) -> Walk,
     ) -> Walk {
         stack.clear();
-        let Some(root) = self.nodes.first() else {
+        let Some(root) = self.0.nodes.first() else {
             return Walk::GoOn;
         };
         *nodes += 1;
@@ -51,16 +45,19 @@ impl Tree for Binary {
             if t > ray.tmax {
                 continue;
             }
-            let node = &self.nodes[index as usize];
+            let node = &self.0.nodes[index as usize];
             if node.is_leaf() {
-                match leaf(self.ids[node.leaf as usize], ray) {
-                    Walk::GoOn => continue,
-                    Walk::Stop => return Walk::Stop,
+                let (first, count) = (node.link as usize, node.count as usize);
+                for &id in &self.0.ids[first..first + count] {
+                    if leaf(id, ray) == Walk::Stop {
+                        return Walk::Stop;
+                    }
                 }
+                continue;
             }
             *nodes += 2;
-            let children = [index + 1, node.second];
-            let enter = children.map(|c| planes.enter(&self.nodes[c as usize].bounds, ray.tmin, ray.tmax));
+            let children = [index + 1, node.link];
+            let enter = children.map(|c| planes.enter(&self.0.nodes[c as usize].bounds, ray.tmin, ray.tmax));
             match enter {
                 [Some(a), Some(b)] if a <= b => stack.extend([(children[1], b), (children[0], a)]),
                 [Some(a), Some(b)] => stack.extend([(children[0], a), (children[1], b)]),
@@ -73,10 +70,10 @@ impl Tree for Binary {
     }
 
     fn node_count(&self) -> usize {
-        self.nodes.len()
+        self.0.nodes.len()
     }
 
     fn bytes(&self) -> usize {
-        size_of_val(&self.nodes[..]) + size_of_val(&self.ids[..])
+        size_of_val(&self.0.nodes[..]) + size_of_val(&self.0.ids[..])
     }
 }

@@ -8,10 +8,15 @@
 //! <https://doi.org/10.1145/3105762.3105773>.
 
 use glam::{UVec2, Vec3A};
-use obvhs::cwbvh::{CwBvh as Nodes, bvh2_to_cwbvh::bvh2_to_cwbvh, node::CwBvhNode};
+use obvhs::{
+    aabb::Aabb as Box3,
+    bvh2::{Bvh2, node::Bvh2Node},
+    cwbvh::{CwBvh as Nodes, bvh2_to_cwbvh::bvh2_to_cwbvh, node::CwBvhNode},
+};
 
 use super::{
-    Geometry, Quality, binary,
+    Geometry, Quality,
+    binary::{self, Flat, Leaves},
     levels::{self, Tree, Walk},
     prims::Prims,
     slab::Planes,
@@ -22,6 +27,9 @@ use crate::math::{Aabb, Ray, Vec3};
 /// wrong by at most 2^-18, and clamps what sticks out.
 const QUANTISATION: f32 = 1.0 / 65_536.0;
 
+/// The most primitives of the compressed tree's leaves.
+const MAX_LEAF: u32 = 3;
+
 /// The accelerator.
 pub(super) type CwBvh = levels::Levels<Compressed>;
 
@@ -29,18 +37,18 @@ pub(super) type CwBvh = levels::Levels<Compressed>;
 #[derive(Default)]
 pub(super) struct Compressed {
     nodes: Nodes,
-    ids: Vec<u32>,
 }
 
 impl Tree for Compressed {
     type Stack = Stack;
 
-    fn build(prims: Prims, _geometry: &Geometry, quality: Quality) -> Self {
-        let nodes = binary::build(&prims, quality).map_or_else(Nodes::default, |mut tree| {
-            binary::refit(&mut tree, &prims.boxes);
-            bvh2_to_cwbvh(&tree, 3, true, false)
+    fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Self {
+        let leaves = Leaves { triangles: 1 };
+        let binary = binary::build_whole(prims, geometry, quality, leaves);
+        let nodes = binary.map_or_else(Nodes::default, |binary| {
+            bvh2_to_cwbvh(&pair_up(binary), MAX_LEAF, true, false)
         });
-        Self { nodes, ids: prims.ids }
+        Self { nodes }
     }
 
     fn walk(
@@ -75,7 +83,7 @@ impl Tree for Compressed {
             },
             {
                 let prim = self.nodes.primitive_indices[state.primitive_id as usize];
-                if leaf(self.ids[prim as usize], ray) == Walk::Stop {
+                if leaf(prim, ray) == Walk::Stop {
                     return Walk::Stop;
                 }
             }
@@ -88,8 +96,29 @@ impl Tree for Compressed {
     }
 
     fn bytes(&self) -> usize {
-        size_of_val(&self.nodes.nodes[..]) + size_of_val(&self.nodes.primitive_indices[..]) + size_of_val(&self.ids[..])
+        size_of_val(&self.nodes.nodes[..]) + size_of_val(&self.nodes.primitive_indices[..])
     }
+}
+
+/// The tree as obvhs has it, with the children of a node side by side.
+fn pair_up(binary: binary::Tree) -> Bvh2 {
+    let mut tree = Bvh2 {
+        nodes: vec![Bvh2Node::default(); binary.nodes.len()],
+        primitive_indices: binary.ids,
+        ..Bvh2::default()
+    };
+    let mut next = 1;
+    let mut open = vec![(0, 0)];
+    while let Some((from, to)) = open.pop() {
+        let Flat { bounds, link, count } = binary.nodes[from as usize];
+        let first = if count == Flat::INNER { next } else { link };
+        tree.nodes[to as usize] = Bvh2Node::new(Box3::new(bounds.min.into(), bounds.max.into()), count, first);
+        if count == Flat::INNER {
+            open.extend([(link, next + 1), (from + 1, next)]);
+            next += 2;
+        }
+    }
+    tree
 }
 
 /// What `traverse!` keeps of a ray, with the names it expects.

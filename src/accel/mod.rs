@@ -31,6 +31,8 @@ mod linear;
 mod prims;
 mod simd;
 mod slab;
+mod spatial;
+mod split;
 #[cfg(test)]
 mod tests;
 mod wide;

@@ -11,7 +11,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{BuildError, Geometry, Instance, PrimRef, check};
+use super::{
+    BuildError, Geometry, Instance, PrimRef, check,
+    split::{Bounds, Ref},
+};
 use crate::math::Aabb;
 
 /// Below so many items a task is not worth another thread.
@@ -39,12 +42,22 @@ impl Item {
     }
 }
 
+/// What may become of a tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Fate {
+    /// It stays as it is, until it is thrown away.
+    Fixed,
+    /// Its triangles may move, each within its leaf.
+    Moving,
+}
+
 /// The primitives of a tree.
 pub(super) struct Prims {
-    /// The primitives' numbers, rising.
-    pub ids: Vec<u32>,
-    /// Their boxes, in the same order.
-    pub boxes: Vec<Aabb>,
+    /// The primitives' boxes with their numbers, rising.
+    pub refs: Vec<Ref>,
+    /// What is known of all boxes.
+    pub around: Bounds,
+    pub fate: Fate,
     /// What has no box, rising.
     pub unbounded: Vec<PrimRef>,
     /// The largest coordinate of all boxes.
@@ -55,6 +68,7 @@ impl Prims {
     /// Everything that is in no group, for one tree over all of it. The geometry is checked.
     pub fn whole(geometry: &Geometry) -> Result<Self, BuildError> {
         let mut prims = Self::triangles(geometry, &geometry.world_triangles());
+        prims.fate = Fate::Fixed;
         prims.add_shapes(geometry)?;
         Ok(prims.measured())
     }
@@ -81,19 +95,16 @@ impl Prims {
             .map(|i| check::instance_bounds(geometry, i, &groups[geometry.instances[i].group as usize]))
             .collect::<Result<_, _>>()?;
         let met = boxes.iter().zip(first..).filter(|(bounds, _)| !bounds.is_empty());
-        prims.ids.extend(met.map(|(_, id)| id));
-        prims.boxes.extend(boxes.iter().filter(|bounds| !bounds.is_empty()));
+        prims.refs.extend(met.map(|(bounds, id)| Ref::new(bounds, id)));
         if !still.is_empty() {
-            prims.ids.push(first + count as u32);
-            prims.boxes.push(*still);
+            prims.refs.push(Ref::new(still, first + count as u32));
         }
         Ok(prims.measured())
     }
 
     /// The box around all.
     pub fn bounds(&self) -> Aabb {
-        let boxes = self.boxes.par_iter().with_min_len(MIN_LEN).copied();
-        boxes.reduce(|| Aabb::EMPTY, Aabb::union)
+        self.around.boxes.aabb()
     }
 
     fn triangles(geometry: &Geometry, runs: &[Range<u32>]) -> Self {
@@ -101,22 +112,20 @@ impl Prims {
             let [a, b, c] = geometry.corners(*i as usize);
             a != b && b != c && c != a
         };
-        let bounded = |i: u32| geometry.bounds(PrimRef::new(i));
-        let (mut ids, mut boxes) = (Vec::new(), Vec::new());
+        let boxed = |i: u32| Ref::new(&geometry.bounds(PrimRef::new(i)), i);
+        let mut refs = Vec::new();
         for run in runs {
             let all = run.clone().into_par_iter().with_min_len(MIN_LEN);
             if all.clone().all(|i| keeps(&i)) {
-                ids.extend(run.clone());
-                boxes.par_extend(all.map(bounded));
+                refs.par_extend(all.map(boxed));
             } else {
-                let first = ids.len();
-                ids.extend(run.clone().filter(keeps));
-                boxes.par_extend(ids[first..].par_iter().with_min_len(MIN_LEN).map(|&i| bounded(i)));
+                refs.par_extend(all.filter(keeps).map(boxed));
             }
         }
         Self {
-            ids,
-            boxes,
+            refs,
+            around: Bounds::EMPTY,
+            fate: Fate::Moving,
             unbounded: Vec::new(),
             reach: 0.0,
         }
@@ -126,10 +135,7 @@ impl Prims {
         for id in geometry.triangles.len()..geometry.prim_count() {
             let prim = PrimRef::new(id as u32);
             match check::shape_bounds(geometry, prim)? {
-                Some(bounds) => {
-                    self.ids.push(id as u32);
-                    self.boxes.push(bounds);
-                }
+                Some(bounds) => self.refs.push(Ref::new(&bounds, id as u32)),
                 None => self.unbounded.push(prim),
             }
         }
@@ -137,9 +143,11 @@ impl Prims {
     }
 
     fn measured(mut self) -> Self {
-        let boxes = self.boxes.par_iter().with_min_len(MIN_LEN);
-        let largest = boxes.map(|b| b.min.abs().max(b.max.abs()).max_element());
-        self.reach = largest.reduce(|| 0.0, f32::max);
+        self.around = Bounds::of(&self.refs);
+        let bounds = self.bounds();
+        if !bounds.is_empty() {
+            self.reach = bounds.min.abs().max(bounds.max.abs()).max_element();
+        }
         self
     }
 }

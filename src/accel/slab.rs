@@ -55,6 +55,9 @@ pub(super) fn reciprocal(ray: &Ray) -> Vec3 {
     })
 }
 
+/// Rays that start so many times as far away as anything is get wider boxes: see [`super::spatial`].
+pub(super) const FAR: f32 = 64.0;
+
 /// A ray as the rule about a primitive's own box wants it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slabs {
@@ -133,7 +136,13 @@ impl Planes {
         } else {
             (ray.o.abs() + spread.reach) * (32.0 * PAD) + 4.0 * TINY
         };
-        let pad = pad + spread.origin * ray.o.abs().max_element();
+        let away = ray.o.abs().max_element();
+        let far = if away > FAR * spread.reach {
+            16.0 * f32::EPSILON
+        } else {
+            0.0
+        };
+        let pad = pad + away * (spread.origin + far);
         let pad = pad * inv.signum();
         let mut planes = Self {
             inv,

@@ -50,6 +50,14 @@ impl Aabb {
         }
     }
 
+    /// What lies in both.
+    pub fn intersection(self, other: Self) -> Self {
+        Self {
+            min: self.min.max(other.min),
+            max: self.max.min(other.max),
+        }
+    }
+
     /// Whether every bound is a finite number and no `min` exceeds its `max`.
     pub fn is_finite(&self) -> bool {
         self.min.is_finite() && self.max.is_finite() && self.min.cmple(self.max).all()

@@ -9,7 +9,7 @@
 use super::{
     super::{
         Geometry, Hit, Instance, PrimRef,
-        slab::{END, LEAVE, PAD, STEEPEST, TINY},
+        slab::{END, FAR, LEAVE, PAD, STEEPEST, TINY},
         wide::node::{Block, EMPTY, LEAF, Node, SHAPE, blocks},
     },
     inflight::{Scratch, load3},
@@ -80,7 +80,7 @@ pub fn trace<L: Level>(
     for first in (0..rays.len()).step_by(RAYS) {
         let last = (first + RAYS).min(rays.len());
         let (rays, hits) = (&rays[first..last], &mut hits[first..last]);
-        match Packet::gather(level, rays, hits) {
+        match Packet::gather(level, rays, hits, tree.spread.reach) {
             None => left.extend(first as u32..last as u32),
             Some(mut packet) => {
                 packet.descend(level, tree, geometry, rays, enter, child);
@@ -93,7 +93,7 @@ pub fn trace<L: Level>(
 impl<L: Level> Packet<L> {
     /// `None` where the rays make no packet. Where they are fewer than sixteen the last one is repeated.
     #[inline(always)]
-    fn gather(level: L, rays: &[Ray], hits: &[Option<Hit>]) -> Option<Self> {
+    fn gather(level: L, rays: &[Ray], hits: &[Option<Hit>], reach: f32) -> Option<Self> {
         let mut soa = Transposed([[0.0; RAYS]; 8]);
         let mut best = Transposed([[0.0; RAYS]; 8]);
         for k in 0..RAYS {
@@ -158,7 +158,7 @@ impl<L: Level> Packet<L> {
             (least_inv[axis], most_inv[axis]) = (level.splat8(inv[axis].lowest()), level.splat8(inv[axis].highest()));
             let finite = o[axis]
                 .abs()
-                .le(most)
+                .le(level.splat16(FAR * reach))
                 .and(length[axis].le(most))
                 .and(shift_near[axis].abs().le(most));
             ordinary = ordinary

@@ -72,7 +72,7 @@ fn around(node: &Node) -> Aabb {
     lanes.map(|lane| node.bounds(lane)).fold(Aabb::EMPTY, Aabb::union)
 }
 
-/// What a ray that meets the root is expected to cost, in boxes.
+/// What a ray that meets the root is expected to cost, in nodes and blocks.
 fn cost(nodes: &[Node]) -> f32 {
     let area = |bounds: Aabb| {
         if bounds.is_empty() {
@@ -82,6 +82,11 @@ fn cost(nodes: &[Node]) -> f32 {
         }
     };
     let Some(root) = nodes.first() else { return 0.0 };
-    let all: f64 = nodes.iter().map(|node| area(around(node))).sum();
+    let leaves = |node: &Node| -> f64 {
+        let is_leaf = |lane: &usize| node.child[*lane] != EMPTY && node.child[*lane] & (LEAF | SHAPE) == LEAF;
+        let cost = |lane| area(node.bounds(lane)) * blocks(node.child[lane]).len() as f64;
+        (0..8).filter(is_leaf).map(cost).sum()
+    };
+    let all: f64 = nodes.iter().map(|node| area(around(node)) + leaves(node)).sum();
     (all / area(around(root)).max(f64::MIN_POSITIVE)) as f32
 }

@@ -3,7 +3,7 @@
 use super::{
     super::{
         instance::Spread,
-        slab::{END, NOISE, PAD, Planes, STEEPEST, TINY},
+        slab::{END, FAR, NOISE, PAD, Planes, STEEPEST, TINY},
     },
     lanes::{Floats, Level, Mask},
     query::Best,
@@ -108,7 +108,10 @@ impl Slot {
             .le(most)
             .and(shift_near.abs().le(most))
             .and(shift_far.abs().le(most));
-        let ordinary = steep.lt(length).and(finite).and(o.abs().le(most));
+        let ordinary = steep
+            .lt(length)
+            .and(finite)
+            .and(o.abs().le(level.splat4(FAR * spread.reach)));
 
         self.inv = inv.to_array();
         self.shift_near = shift_near.to_array();

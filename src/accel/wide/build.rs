@@ -1,88 +1,59 @@
 //! The wide tree, built in parallel.
 //!
-//! The binary tree is cut into some dozen pieces, the largest boxes first. Each piece is brought into depth-first
-//! order and collapsed by itself, with arrays and numbers of its own; what is above the cuts is collapsed last, with
-//! the pieces as its leaves. Then all are copied behind one another. A cut is always a child of a wide node, which costs
-//! nothing that can be measured as long as pieces are large.
+//! Each piece of the binary tree is collapsed by itself, with arrays and numbers of its own; what is above the pieces is
+//! collapsed last, with the pieces as its leaves. Then all are copied behind one another. A piece is always a child of
+//! a wide node, which costs nothing that can be measured as pieces are large.
 
-use std::collections::{BinaryHeap, HashMap};
-
-use obvhs::bvh2::Bvh2;
 use rayon::prelude::*;
 
 use super::{
     super::{
-        Geometry,
-        binary::{flatten, flatten_to},
+        Geometry, Quality,
+        binary::{self, Forest, Leaves, Tree},
         prims::Prims,
         simd::pages,
     },
-    collapse::{PIECE, Piece, collapse},
+    collapse::{Piece, collapse, order_children},
     node::{Block, EMPTY, LEAF, Node, SHAPE},
 };
-use crate::math::Aabb;
 
-/// Pieces for each thread, so that none waits long for another's last one.
-const PIECES_PER_THREAD: usize = 16;
+/// The most triangles of a leaf of the binary tree. With four of them, a block, there is less to plan; with two the
+/// plan is better by some percent.
+fn leaves(quality: Quality) -> Leaves {
+    Leaves {
+        triangles: if quality == Quality::Fast { 4 } else { 2 },
+    }
+}
 
-/// Fewer primitives are not worth a cut.
-const MIN_PRIMS: usize = 8192;
-
-/// The nodes and blocks of the wide tree over `tree`; the first node is the root.
-pub(super) fn build(tree: &Bvh2, prims: &Prims, geometry: &Geometry) -> (Vec<Node>, Vec<Block>) {
-    let most = PIECES_PER_THREAD * rayon::current_num_threads();
-    let cuts = cut(tree, (prims.ids.len() / MIN_PRIMS).clamp(1, most));
-    let mut pieces: Vec<(Piece, Aabb)> = cuts
-        .par_iter()
-        .with_max_len(1)
-        .map(|&root| {
-            let flat = flatten(tree, root, &prims.boxes);
-            let no_pieces = |_| f32::INFINITY;
-            (collapse(&flat, prims, geometry, no_pieces), flat[0].bounds)
-        })
-        .collect();
-    if let [(whole, _)] = &mut pieces[..]
+/// The nodes and blocks of the wide tree over `prims`; the first node is the root. `None` where there are none.
+pub(super) fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Option<(Vec<Node>, Vec<Block>)> {
+    let finish = |tree: Tree| {
+        let no_pieces = |_| f32::INFINITY;
+        collapse(&tree, geometry, no_pieces)
+    };
+    let Forest { top, mut pieces } = binary::build(prims, geometry, quality, leaves(quality), finish)?;
+    if let [whole] = &mut pieces[..]
         && !whole.nodes.is_empty()
     {
-        return (std::mem::take(&mut whole.nodes), std::mem::take(&mut whole.blocks));
+        return Some((std::mem::take(&mut whole.nodes), std::mem::take(&mut whole.blocks)));
     }
-    let numbers: HashMap<u32, u32> = cuts.iter().copied().zip(0..).collect();
-    let flat = flatten_to(tree, 0, |index| {
-        numbers
-            .get(&index)
-            .map(|&number| (PIECE | number, pieces[number as usize].1))
-    });
-    let top = if flat[0].is_leaf() {
+    let top = if let [only] = top[..] {
         let mut root = Node::NOTHING;
-        root.set(0, &flat[0].bounds, EMPTY);
+        root.set(0, &only.bounds, EMPTY);
+        order_children(&mut root, 1);
         Piece {
             nodes: vec![root],
             joints: vec![(0, 0, 0)],
             ..Piece::default()
         }
     } else {
-        collapse(&flat, prims, geometry, |number| pieces[number as usize].0.cost)
+        let tree = Tree {
+            nodes: top,
+            ids: Vec::new(),
+        };
+        collapse(&tree, geometry, |number| pieces[number as usize].cost)
     };
-    join(top, pieces.into_iter().map(|(piece, _)| piece).collect())
-}
-
-/// Nodes that together hold every leaf, at most `count` of them.
-fn cut(tree: &Bvh2, count: usize) -> Vec<u32> {
-    let entry = |index: u32| (tree.nodes[index as usize].aabb().half_area().to_bits(), index);
-    let mut open = BinaryHeap::from([entry(0)]);
-    let mut cuts = Vec::new();
-    while open.len() + cuts.len() < count
-        && let Some((_, index)) = open.pop()
-    {
-        let node = &tree.nodes[index as usize];
-        if node.is_leaf() {
-            cuts.push(index);
-        } else {
-            open.extend([entry(node.first_index), entry(node.first_index + 1)]);
-        }
-    }
-    cuts.extend(open.into_iter().map(|(_, index)| index));
-    cuts
+    Some(join(top, pieces))
 }
 
 /// Puts all pieces behind one another and corrects their numbers.

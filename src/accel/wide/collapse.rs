@@ -8,7 +8,10 @@
 //! section 3.1, <https://doi.org/10.1145/3105762.3105773>.
 
 use super::{
-    super::{Geometry, binary::Flat, prims::Prims},
+    super::{
+        Geometry,
+        binary::{Flat, Tree},
+    },
     node::{Block, LEAF, MAX_BLOCKS, Node, SHAPE, leaf},
 };
 
@@ -17,9 +20,6 @@ const BLOCK_COST: f32 = 0.7;
 
 /// What an analytic primitive costs.
 const SHAPE_COST: f32 = 1.0;
-
-/// A leaf of a flat tree with this bit is another piece of the tree.
-pub(super) const PIECE: u32 = 1 << 31;
 
 /// A wide tree, or a piece of one, with numbers of its own.
 #[derive(Default)]
@@ -62,7 +62,8 @@ fn leaf_cost(area: f32, triangles: u32) -> f32 {
     area * BLOCK_COST * blocks as f32
 }
 
-fn plan(flat: &[Flat], prims: &Prims, triangles: u32, piece_cost: impl Fn(u32) -> f32) -> Vec<Plan> {
+fn plan(tree: &Tree, triangles: u32, piece_cost: impl Fn(u32) -> f32) -> Vec<Plan> {
+    let flat = &tree.nodes;
     let empty = Plan {
         cost: [0.0; 8],
         first: [0; 8],
@@ -73,11 +74,11 @@ fn plan(flat: &[Flat], prims: &Prims, triangles: u32, piece_cost: impl Fn(u32) -
         let node = &flat[i];
         let area = node.bounds.half_area();
         plans[i] = if !node.is_leaf() {
-            inner_plan(area, &plans[i + 1], &plans[node.second as usize])
-        } else if node.leaf & PIECE != 0 {
-            leaf_plan(piece_cost(node.leaf & !PIECE), TOO_MANY)
-        } else if prims.ids[node.leaf as usize] < triangles {
-            leaf_plan(leaf_cost(area, 1), 1)
+            inner_plan(area, &plans[i + 1], &plans[node.link as usize])
+        } else if node.count == Flat::PIECE {
+            leaf_plan(piece_cost(node.link), TOO_MANY)
+        } else if tree.ids[node.link as usize] < triangles {
+            leaf_plan(leaf_cost(area, node.count), node.count)
         } else {
             leaf_plan(area * SHAPE_COST, TOO_MANY)
         };
@@ -126,23 +127,24 @@ fn inner_plan(area: f32, a: &Plan, b: &Plan) -> Plan {
     plan
 }
 
-/// The wide tree over `flat`.
-pub(super) fn collapse(flat: &[Flat], prims: &Prims, geometry: &Geometry, piece_cost: impl Fn(u32) -> f32) -> Piece {
+/// The wide tree over `tree`.
+pub(super) fn collapse(tree: &Tree, geometry: &Geometry, piece_cost: impl Fn(u32) -> f32) -> Piece {
+    let flat = &tree.nodes[..];
     let triangles = geometry.triangles.len() as u32;
-    let plans = plan(flat, prims, triangles, piece_cost);
+    let plans = plan(tree, triangles, piece_cost);
     let mut emitter = Emitter {
         flat,
+        ids: &tree.ids,
         plans: &plans,
-        prims,
         geometry,
         piece: Piece {
-            nodes: Vec::with_capacity(flat.len() / 20 + 1),
-            blocks: Vec::with_capacity(flat.len() / 5 + 1),
+            nodes: Vec::with_capacity(tree.ids.len() / 16 + 1),
+            blocks: Vec::with_capacity(tree.ids.len() / 3 + 1),
             cost: plans[0].cost[1],
             ..Piece::default()
         },
     };
-    if plans[0].first[1] == AS_LEAF && flat[0].leaf & PIECE == 0 || flat[0].is_leaf() {
+    if plans[0].first[1] == AS_LEAF {
         emitter.piece.root = emitter.leaf(0);
     } else {
         emitter.nodes();
@@ -152,8 +154,8 @@ pub(super) fn collapse(flat: &[Flat], prims: &Prims, geometry: &Geometry, piece_
 
 struct Emitter<'a> {
     flat: &'a [Flat],
+    ids: &'a [u32],
     plans: &'a [Plan],
-    prims: &'a Prims,
     geometry: &'a Geometry,
     piece: Piece,
 }
@@ -169,9 +171,9 @@ impl Emitter<'_> {
             let mut node = Node::NOTHING;
             let first_inner = open.len();
             for (lane, &child) in children[..count].iter().enumerate() {
-                let Flat { bounds, leaf, .. } = self.flat[child];
-                let number = if leaf != Flat::INNER && leaf & PIECE != 0 {
-                    self.piece.joints.push((to as u32, lane as u8, leaf & !PIECE));
+                let Flat { bounds, link, count } = self.flat[child];
+                let number = if count == Flat::PIECE {
+                    self.piece.joints.push((to as u32, lane as u8, link));
                     0
                 } else if self.plans[child].first[1] == AS_LEAF {
                     self.leaf(child)
@@ -193,7 +195,7 @@ impl Emitter<'_> {
         let mut count = 0;
         let first = self.plans[from].first[0];
         let mut open = [(0, 0); 8];
-        open[0] = (self.flat[from].second as usize, 8 - first);
+        open[0] = (self.flat[from].link as usize, 8 - first);
         open[1] = (from + 1, first);
         let mut waiting = 2;
         while waiting > 0 {
@@ -207,7 +209,7 @@ impl Emitter<'_> {
                 count += 1;
             } else {
                 let first = self.plans[node].first[usize::from(k)];
-                open[waiting] = (self.flat[node].second as usize, k - first);
+                open[waiting] = (self.flat[node].link as usize, k - first);
                 open[waiting + 1] = (node + 1, first);
                 waiting += 2;
             }
@@ -217,35 +219,38 @@ impl Emitter<'_> {
 
     /// Emits what is below `from` as a leaf.
     fn leaf(&mut self, from: usize) -> u32 {
-        let first = self.piece.blocks.len();
-        let mut lane = 4;
         let mut node = from;
-        loop {
-            if self.flat[node].is_leaf() {
-                let id = self.prims.ids[self.flat[node].leaf as usize];
-                if id as usize >= self.geometry.triangles.len() {
-                    return LEAF | SHAPE | id;
-                }
-                if lane == 4 {
-                    self.piece.blocks.push(Block::NOTHING);
-                    lane = 0;
-                }
-                let block = self.piece.blocks.last_mut().expect("one was pushed above");
-                block.set(lane, self.geometry.corners(id as usize), id);
-                lane += 1;
-            }
-            // In depth-first order what is below a node are the nodes behind it, as many as its leaves make necessary.
-            let emitted = 4 * (self.piece.blocks.len() - first) - (4 - lane);
-            if emitted as u32 == self.plans[from].triangles {
-                return leaf(first, self.piece.blocks.len() - first);
-            }
+        while !self.flat[node].is_leaf() {
             node += 1;
         }
+        let place = self.flat[node].link as usize;
+        let id = self.ids[place];
+        if id as usize >= self.geometry.triangles.len() {
+            return LEAF | SHAPE | id;
+        }
+        // In depth-first order what the leaves below a node hold lies side by side.
+        let mut ids = [0; 4 * MAX_BLOCKS];
+        let mut count = 0;
+        for &id in &self.ids[place..place + self.plans[from].triangles as usize] {
+            if !ids[..count].contains(&id) {
+                ids[count] = id;
+                count += 1;
+            }
+        }
+        let first = self.piece.blocks.len();
+        for four in ids[..count].chunks(4) {
+            let mut block = Block::NOTHING;
+            for (lane, &id) in four.iter().enumerate() {
+                block.set(lane, self.geometry.corners(id as usize), id);
+            }
+            self.piece.blocks.push(block);
+        }
+        leaf(first, self.piece.blocks.len() - first)
     }
 }
 
 /// Sorts children for each octant of directions by how far along its diagonal their centres lie, the farthest first.
-fn order_children(node: &mut Node, count: usize) {
+pub(super) fn order_children(node: &mut Node, count: usize) {
     let mut centers = [[0.0_f32; 3]; 8];
     for (lane, center) in centers[..count].iter_mut().enumerate() {
         *center = (node.bounds(lane).center()).to_array();

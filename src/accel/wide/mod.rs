@@ -1,6 +1,6 @@
 //! The default accelerator: an eight-wide tree and kernels for many rays at once.
 //!
-//! obvhs builds a binary tree ([`super::binary`]), [`build`] makes a wide one of it. Triangles lie in blocks of four with
+//! A binary tree is built ([`super::binary`]) and [`build`] makes a wide one of it. Triangles lie in blocks of four with
 //! their corners, so that a leaf reads nothing else; an analytic primitive is a leaf of its own.
 //!
 //! [`super::simd`] traces: packets of 16 rays where [`batch`] finds that they stay together, 64 rays in flight where they
@@ -9,8 +9,7 @@
 use std::{cell::RefCell, sync::Arc, time::Instant};
 
 use super::{
-    Accelerator, BuildError, BuildStats, Edit, Geometry, Hit, PrimRef, Quality, RayCost, TreeId, Updated, binary,
-    check,
+    Accelerator, BuildError, BuildStats, Edit, Geometry, Hit, PrimRef, Quality, RayCost, TreeId, Updated, check,
     instance::Spread,
     nearest_unbounded,
     prims::Prims,
@@ -84,11 +83,8 @@ impl Wide {
         Ok(wide)
     }
 
-    fn grow(&self, prims: &Prims) -> Grown {
-        let Some(binary) = binary::build(prims, self.quality) else {
-            return Grown::default();
-        };
-        build::build(&binary, prims, &self.geometry)
+    fn grow(&self, prims: Prims) -> Grown {
+        build::build(prims, &self.geometry, self.quality).unwrap_or_default()
     }
 
     fn too_many(&self) -> BuildError {
@@ -98,8 +94,8 @@ impl Wide {
     }
 
     fn push_lower(&mut self, prims: Prims) -> Result<(), BuildError> {
-        let grown = self.grow(&prims);
         self.lower.push(Lower::of(&prims));
+        let grown = self.grow(prims);
         let numbers = Numbers::prims(self.geometry.prim_count());
         self.tree.push(grown, numbers).ok_or_else(|| self.too_many())
     }
@@ -116,7 +112,7 @@ impl Wide {
         let reach = self.lower.iter().map(|lower| lower.reach).fold(prims.reach, f32::max);
         self.tree.spread = Spread::new(&self.geometry, reach);
         self.unbounded = std::mem::take(&mut prims.unbounded);
-        let grown = self.grow(&prims);
+        let grown = self.grow(prims);
         let numbers = Numbers {
             prims: self.geometry.prim_count(),
             instances: self.geometry.instances.len(),
@@ -129,11 +125,11 @@ impl Wide {
     /// slower or where a triangle has come in.
     fn renew(&mut self, section: usize, prims: Prims, id: TreeId, updated: &mut Updated) -> Result<(), BuildError> {
         self.lower[section] = Lower::of(&prims);
-        if self.tree.refit(section, &self.geometry, prims.ids.len()) {
+        if self.tree.refit(section, &self.geometry, prims.refs.len()) {
             updated.refitted.push(id);
             return Ok(());
         }
-        let grown = self.grow(&prims);
+        let grown = self.grow(prims);
         let numbers = Numbers::prims(self.geometry.prim_count());
         updated.built.push(id);
         self.tree

@@ -1,0 +1,162 @@
+//! How trees are built: of parts of triangles, of degenerate input, and not at all.
+
+use std::sync::Arc;
+
+use super::{super::*, Random, compare, grid, rays, rooms, soup};
+use crate::math::Vec3;
+
+#[test]
+fn cut_triangles_are_covered_by_their_parts() {
+    let g = rooms();
+    let prims = || prims::Prims::whole(&g).expect("the scene is valid");
+    let leaves = binary::Leaves { triangles: 1 };
+    let tree = binary::build_whole(prims(), &g, Quality::High, leaves).expect("there are triangles");
+    let whole = binary::build_whole(prims(), &g, Quality::Medium, leaves).expect("there are triangles");
+    assert_eq!(whole.ids.len(), g.triangles.len());
+    assert!(tree.ids.len() > g.triangles.len() + 50 && tree.ids.len() <= g.triangles.len() * 3 / 2);
+    let mut r = Random(3);
+    for i in 0..g.triangles.len() {
+        let parts: Vec<_> = tree
+            .nodes
+            .iter()
+            .filter(|node| node.is_leaf() && tree.ids[node.link as usize] == i as u32)
+            .map(|node| node.bounds)
+            .collect();
+        let [a, b, c] = g.corners(i);
+        for _ in 0..50 {
+            let (u, v) = (r.unit(), r.unit());
+            let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+            let p = a + (b - a) * u + (c - a) * v;
+            let holds = |b: &crate::math::Aabb| (b.min - 1e-6).cmple(p).all() && p.cmple(b.max + 1e-6).all();
+            assert!(parts.iter().any(holds), "triangle {i} at {p}");
+        }
+    }
+}
+
+/// What bad input must not do is take long: twice as much of it takes about twice as long, whatever it is.
+#[test]
+fn degenerate_input_builds_in_linear_time() {
+    let mut r = Random(31);
+    let mut scene = |f: &dyn Fn(usize, &mut Random) -> [Vec3; 3]| {
+        let mut g = Geometry::default();
+        for i in 0..60_000 {
+            g.vertices.extend(f(i, &mut r));
+            g.triangles.push([0, 1, 2].map(|k| (3 * i + k) as u32));
+        }
+        g
+    };
+    let corner = |p: Vec3, size: f32| [p, p + Vec3::X * size, p + Vec3::Y * size];
+    let scenes = [
+        ("identical", scene(&|_, _| corner(Vec3::ZERO, 1.0))),
+        ("points", scene(&|_, r| [r.vec(1.0); 3])),
+        (
+            "no area",
+            scene(&|_, r| {
+                [0.0, 0.5, 1.0].map({
+                    let p = r.vec(1.0);
+                    move |k| p + Vec3::X * k
+                })
+            }),
+        ),
+        (
+            "in a line",
+            scene(&|i, _| [0.0, 0.5, 1.0].map(|k| Vec3::X * (i as f32 + k))),
+        ),
+        (
+            "large and small",
+            scene(&|i, r| {
+                if i == 0 {
+                    corner(Vec3::ZERO, 1e12)
+                } else {
+                    corner(r.vec(1e-6), 1e-8)
+                }
+            }),
+        ),
+        (
+            "clusters",
+            scene(&|i, r| corner(r.vec(1e-2) + (i % 2) as f32 * 1e4, 1e-3)),
+        ),
+        (
+            "one centre",
+            scene(&|i, _| {
+                let size = i as f32 * 1e-5;
+                [
+                    Vec3::splat(-size),
+                    Vec3::new(size, size, -size),
+                    Vec3::new(0.0, 0.0, size),
+                ]
+            }),
+        ),
+        (
+            "equal boxes",
+            scene(&|_, r| [Vec3::ZERO, Vec3::ONE, Vec3::new(r.unit(), r.unit(), 0.5)]),
+        ),
+        (
+            "powers of two",
+            scene(&|i, _| {
+                corner(
+                    Vec3::splat(2_f32.powi(-(i as i32 % 150))),
+                    2_f32.powi(-(i as i32 % 140)),
+                )
+            }),
+        ),
+        ("flat", grid(170, 0.0)),
+    ];
+    for (name, g) in scenes {
+        let g = Arc::new(g);
+        for quality in [Quality::Medium, Quality::High] {
+            let accel = build_with(AccelKind::Wide, quality, g.clone()).expect("the scene is valid");
+            let seconds = accel.stats().build_time.as_secs_f32();
+            assert!(seconds < 5.0, "{name} {quality}: {seconds} s");
+        }
+    }
+}
+
+#[test]
+fn copies_of_a_triangle_are_tested_once() {
+    let mut g = soup(1, 0, 0.5);
+    g.triangles = vec![[0, 1, 2]; 5000];
+    let rays = rays(&g, 500);
+    let accel = build(AccelKind::Wide, Arc::new(g.clone())).expect("the scene is valid");
+    let mut costs = vec![RayCost::default(); rays.len()];
+    accel.cost(&rays, &mut costs);
+    assert!(costs.iter().all(|cost| cost.prims <= 1));
+    assert!(compare(g, &rays) > 50);
+}
+
+#[test]
+fn trees_do_not_depend_on_the_number_of_threads() {
+    let g = rooms();
+    let build = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("threads");
+        let prims = prims::Prims::whole(&g).expect("the scene is valid");
+        let leaves = binary::Leaves { triangles: 2 };
+        let tree = pool.install(|| binary::build_whole(prims, &g, Quality::High, leaves));
+        tree.expect("there are triangles")
+    };
+    let (one, three) = (build(1), build(3));
+    assert_eq!(one.ids, three.ids);
+    let same = |(a, b): (&binary::Flat, &binary::Flat)| a.bounds == b.bounds && (a.link, a.count) == (b.link, b.count);
+    assert!(one.nodes.len() == three.nodes.len() && one.nodes.iter().zip(&three.nodes).all(same));
+}
+
+#[test]
+fn bad_coordinates_are_refused_with_the_primitive() {
+    let with = |x: f32| {
+        let mut g = soup(5, 1, 0.5);
+        g.vertices[7].y = x;
+        build(AccelKind::Bvh2, Arc::new(g)).err()
+    };
+    assert_eq!(with(f32::NAN), Some(BuildError::NotFinite { prim: 2 }));
+    assert_eq!(with(f32::NEG_INFINITY), Some(BuildError::NotFinite { prim: 2 }));
+    assert_eq!(with(1e20), Some(BuildError::TooLarge { prim: 2 }));
+    let mut g = soup(5, 1, 0.5);
+    g.triangles[3][1] = 15;
+    let error = build(AccelKind::Linear, Arc::new(g))
+        .err()
+        .expect("vertex 15 does not exist");
+    assert_eq!(error.to_string(), "triangle 3 names vertex 15, but there are 15");
+}
