@@ -143,10 +143,10 @@ impl Cutter<'_> {
                     continue;
                 }
                 let corners = &flat.as_ref().expect("only what can be cut is in several places").0;
-                for place in first..=last {
+                for (place, inside) in boxes.iter_mut().enumerate().take(last + 1).skip(first) {
                     let ends = [bins.from(place), bins.from(place + 1)];
                     if let Some(part) = self.part(r, corners, axis, ends) {
-                        boxes[place].add(&part);
+                        inside.add(&part);
                     }
                 }
             }

@@ -305,7 +305,7 @@ pub(super) fn split(refs: &mut [Ref], bounds: &Bounds, how: How) -> (usize, Boun
         How::ByCount => return halve(refs, bounds),
     };
     let parted = match refs.len() {
-        0..=FEW_ENOUGH_TO_SORT => by_order(refs, bounds),
+        few if few <= FEW_ENOUGH_TO_SORT => by_order(refs, bounds),
         ..1024 => by_area::<16>(refs, bounds, axes),
         _ => by_area::<32>(refs, bounds, axes),
     };

@@ -354,7 +354,7 @@ impl<L: Level> Packet<L> {
         let planes = plane(&corners);
         let (normals, distances) = (arrays(planes.normal), planes.distance.to_array());
         let [a, b, c] = [arrays(corners[0]), arrays(corners[1]), arrays(corners[2])];
-        for k in 0..4 {
+        for (k, &distance) in distances.iter().enumerate() {
             if block.ids[k] == NOTHING {
                 break;
             }
@@ -367,7 +367,7 @@ impl<L: Level> Packet<L> {
             if sides.inside.and(asked).bits() != 0 {
                 let plane = Plane {
                     normal: spread(level, normals.each_ref(), k),
-                    distance: level.splat16(distances[k]),
+                    distance: level.splat16(distance),
                 };
                 self.triangle(level, &plane, sides, block, k, asked);
             }
