@@ -286,7 +286,7 @@ pub(super) fn cost(b: &Box4, count: u32, thin: f32) -> f32 {
 /// How a set is cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum How {
-    /// Where the heuristic is least on any axis.
+    /// Where the heuristic is least on any axis, or of small sets on the longest one.
     ByArea,
     /// Where it is least on the axis along which the centres reach farthest.
     AlongLongest,
@@ -297,8 +297,8 @@ pub(super) enum How {
 /// known of both sides.
 pub(super) fn split(refs: &mut [Ref], bounds: &Bounds, how: How) -> (usize, Bounds, Bounds) {
     let axes = match how {
-        How::ByArea => 0..3,
-        How::AlongLongest => {
+        How::ByArea if refs.len() >= MANY => 0..3,
+        How::ByArea | How::AlongLongest => {
             let axis = bounds.centers.extent().max_position();
             axis..axis + 1
         }
@@ -355,6 +355,9 @@ fn count<const N: usize>(
 
 /// So few are sorted rather than counted in bins.
 const FEW_ENOUGH_TO_SORT: usize = 12;
+
+/// From so many on all axes are looked at: below, the longest is the best nearly always.
+const MANY: usize = 64;
 
 /// Tries every cut along the axis on which the centres reach farthest.
 fn by_order(refs: &mut [Ref], bounds: &Bounds) -> Option<(usize, Bounds, Bounds)> {
