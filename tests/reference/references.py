@@ -125,7 +125,7 @@ def dragon(path, size=(320, 180)):
     low, high = p.min(0), p.max(0)
     scale = 2 / (high - low).max()
     middle = (low + high) / 2
-    place = T().translate([-scale * middle[0], -scale * low[1], -scale * middle[2]]) @ T().scale(scale)
+    place = T().translate([-scale * middle[0], -scale * low[1], -scale * middle[2]]) @ T().scale([scale] * 3)
     a = math.radians(38)
     floor = [[-10, 0, 10], [10, 0, 10], [10, 0, -10], [-10, 0, -10]]
     return 8, {
