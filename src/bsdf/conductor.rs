@@ -116,4 +116,8 @@ impl BsdfKind for Conductor {
     fn is_delta(&self) -> bool {
         self.facets.is_smooth()
     }
+
+    fn has_lobes(&self) -> bool {
+        false
+    }
 }

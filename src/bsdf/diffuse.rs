@@ -36,6 +36,10 @@ impl BsdfKind for Lambert {
             eta: 1.0,
         })
     }
+
+    fn has_lobes(&self) -> bool {
+        false
+    }
 }
 
 /// Lambert's law for a surface of small facets: rough, it looks flatter, as the moon does.
@@ -95,5 +99,9 @@ impl BsdfKind for OrenNayar {
             lobe: Lobe::Diffuse,
             eta: 1.0,
         })
+    }
+
+    fn has_lobes(&self) -> bool {
+        false
     }
 }

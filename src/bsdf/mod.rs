@@ -84,6 +84,11 @@ pub trait BsdfKind {
         false
     }
 
+    /// Whether [`BsdfKind::sample`] reads `uc`: there is more than one lobe.
+    fn has_lobes(&self) -> bool {
+        true
+    }
+
     /// Whether all lobes are delta: asking for [`BsdfKind::eval`] is in vain, so no light needs sampling.
     fn is_delta(&self) -> bool {
         false
@@ -119,6 +124,12 @@ macro_rules! bsdfs {
             #[inline]
             pub fn reads_tangent(&self) -> bool {
                 match self { $( Self::$Variant(bsdf) => bsdf.reads_tangent(), )* }
+            }
+
+            /// See [`BsdfKind::has_lobes`].
+            #[inline]
+            pub fn has_lobes(&self) -> bool {
+                match self { $( Self::$Variant(bsdf) => bsdf.has_lobes(), )* }
             }
 
             /// See [`BsdfKind::is_delta`].

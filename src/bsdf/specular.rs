@@ -31,6 +31,10 @@ impl BsdfKind for Mirror {
     fn is_delta(&self) -> bool {
         true
     }
+
+    fn has_lobes(&self) -> bool {
+        false
+    }
 }
 
 /// A smooth boundary of a clear medium: light is reflected or refracted, shared out by Fresnel's equations.

@@ -94,18 +94,19 @@ impl Shading<'_> {
     }
 }
 
-/// Asks one light, chosen at random, what it brings to `shading`; `clamp` bounds what a path through bounces may bring.
+/// Asks one light, chosen by `uc`, what it brings to `shading`; `clamp` bounds what a path through bounces may bring.
 #[inline]
 pub fn ask_light(
     visit: &Visit<'_>,
     shading: &Shading<'_>,
+    uc: impl Fn() -> f32,
     strategy: Strategy,
     clamp: impl Fn(Rgb) -> Rgb,
     out: &mut Departures,
 ) {
     let (scene, depth) = (visit.scene, visit.path.depth);
     let receiver = shading.receiver();
-    let u = visit.numbers.pair(Dimension::at(depth, Purpose::Choice)).x;
+    let u = if scene.lights.has_choice() { uc() } else { 0.0 };
     let Some(choice) = scene.lights.choose(&receiver, u) else {
         return;
     };

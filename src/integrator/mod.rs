@@ -14,7 +14,7 @@ use crate::{
     math::{Cone, Ray, Rgb, Vec3},
     sampler::Numbers,
     scene::{Scene, Surface},
-    value::{Problem, by_name},
+    value::{Problem, Spanned, Whole, by_name},
 };
 
 pub mod cost;
@@ -182,6 +182,17 @@ kinds! {
     fn shown(&self) -> Shown;
     /// See [`Integrator::layers`].
     fn layers(&self) -> &'static [Layer];
+}
+
+/// The depth that is said, or `default`.
+fn max_depth(said: &Option<Spanned<Whole>>, default: u32) -> Result<u32, Problem> {
+    match said {
+        None => Ok(default),
+        Some(depth) if depth.get_ref().0 == 0 => {
+            Err(Problem::at(depth.span(), "expected a depth of at least 1, found 0"))
+        }
+        Some(depth) => Ok(depth.get_ref().0),
+    }
 }
 
 impl IntegratorDesc {

@@ -20,16 +20,19 @@
 //! sampling see Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, chapter 9; for the roulette
 //! Arvo and Kirk, "Particle Transport and Image Synthesis", SIGGRAPH 1990, doi:10.1145/97880.97886.
 
+use std::cell::LazyCell;
+
 use serde::Deserialize;
 
 use super::{
-    Bounces, Departures, Integrator, Layer, Onward, Path, Vertex, Visit,
+    Bounces, Departures, Integrator, Onward, Path, Vertex, Visit,
     direct::{Shading, Strategy, ask_light},
+    max_depth,
 };
 use crate::{
-    accel::{Hit, RayCost},
+    accel::Hit,
     bsdf::{Bsdf, BsdfSample, Lobe},
-    material::Material,
+    material::{Material, MaterialId},
     math::{Frame, Rgb, Vec3, trig},
     sampler::{Dimension, Purpose},
     scene::{Receiver, Surface},
@@ -51,16 +54,9 @@ pub struct PathDesc {
 
 impl PathDesc {
     pub fn compile(&self) -> Result<PathTracer, Problem> {
-        let max_depth = match &self.max_depth {
-            None => 8,
-            Some(depth) if depth.get_ref().0 == 0 => {
-                return Err(Problem::at(depth.span(), "expected a depth of at least 1, found 0"));
-            }
-            Some(depth) => depth.get_ref().0,
-        };
         let limit = |said: Option<Whole>| said.map_or(u16::MAX, |n| n.0.min(u32::from(u16::MAX)) as u16);
         Ok(PathTracer {
-            max_depth,
+            max_depth: max_depth(&self.max_depth, 8)?,
             limits: Bounces {
                 diffuse: limit(self.max_diffuse),
                 specular: limit(self.max_specular),
@@ -89,22 +85,6 @@ const LIKELIEST: f32 = 0.95;
 
 impl Integrator for PathTracer {
     fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
-        Self::vertex(self, visit, out);
-    }
-}
-
-impl PathTracer {
-    pub fn reads_traversal(&self) -> bool {
-        false
-    }
-
-    pub fn traversal(&self, _cost: RayCost, _out: &mut Departures) {}
-
-    pub fn layers(&self) -> &'static [Layer] {
-        &[]
-    }
-
-    pub fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
         let (surface, hit) = match visit.vertex {
             Vertex::Surface(surface, hit) => (surface, hit),
             Vertex::Escape => return self.escape(visit, out),
@@ -127,14 +107,19 @@ impl PathTracer {
             bsdf: &bsdf,
             wo_local: frame.to_local(surface.wo),
         };
+        // Drawn once, and only where there is something to choose.
+        let choice = LazyCell::new(|| visit.numbers.pair(Dimension::at(path.depth, Purpose::Choice)));
         // What has but one direction is found this way alone.
-        if !bsdf.is_delta() {
+        if !bsdf.is_delta() && !scene.lights.is_empty() {
             let clamp = |l| self.clamped(path, path.depth + 1, l);
-            ask_light(visit, &shading, self.strategy, clamp, out);
+            ask_light(visit, &shading, || choice.x, self.strategy, clamp, out);
         }
-        self.go_on(visit, &shading, out);
+        let uc = if bsdf.has_lobes() { choice.y } else { 0.0 };
+        self.go_on(visit, &shading, uc, out);
     }
+}
 
+impl PathTracer {
     /// What lies behind everything.
     fn escape(&self, visit: &Visit<'_>, out: &mut Departures) {
         let (scene, path, w) = (visit.scene, visit.path, visit.ray.d);
@@ -172,10 +157,9 @@ impl PathTracer {
         out.add(self.clamped(path, path.depth, l * weight));
     }
 
-    /// Carries the path on in a direction that the surface chooses.
-    fn go_on(&self, visit: &Visit<'_>, shading: &Shading<'_>, out: &mut Departures) {
+    /// Carries the path on in a direction that the surface chooses, `uc` the lobe.
+    fn go_on(&self, visit: &Visit<'_>, shading: &Shading<'_>, uc: f32, out: &mut Departures) {
         let (path, surface) = (visit.path, shading.surface);
-        let uc = visit.numbers.pair(Dimension::at(path.depth, Purpose::Choice)).y;
         let u = visit.numbers.pair(Dimension::at(path.depth, Purpose::Bsdf));
         let Some(sample) = shading.bsdf.sample(shading.wo_local, uc, u) else {
             return;
@@ -237,7 +221,7 @@ fn receiver(visit: &Visit<'_>) -> Receiver {
 }
 
 /// The medium that the path is in behind `sample`.
-fn medium_after(visit: &Visit<'_>, shading: &Shading<'_>, sample: &BsdfSample) -> Option<crate::material::MaterialId> {
+fn medium_after(visit: &Visit<'_>, shading: &Shading<'_>, sample: &BsdfSample) -> Option<MaterialId> {
     if sample.lobe != Lobe::Transmission {
         return visit.path.last.medium;
     }

@@ -18,9 +18,8 @@
 
 use serde::Deserialize;
 
-use super::{Departures, Integrator, Layer, Onward, Vertex, Visit};
+use super::{Departures, Integrator, Onward, Vertex, Visit, max_depth};
 use crate::{
-    accel::RayCost,
     bsdf::fresnel::{dielectric, reflect, refract},
     light::{Light, LightSample},
     material::{Split, Terms},
@@ -39,15 +38,8 @@ pub struct WhittedDesc {
 
 impl WhittedDesc {
     pub fn compile(&self) -> Result<Whitted, Problem> {
-        let max_depth = match &self.max_depth {
-            None => 5,
-            Some(depth) if depth.get_ref().0 == 0 => {
-                return Err(Problem::at(depth.span(), "expected a depth of at least 1, found 0"));
-            }
-            Some(depth) => depth.get_ref().0,
-        };
         Ok(Whitted {
-            max_depth,
+            max_depth: max_depth(&self.max_depth, 5)?,
             ambient: self.ambient.map_or(Rgb::BLACK, |a| a.0),
         })
     }
@@ -61,22 +53,6 @@ pub struct Whitted {
 
 impl Integrator for Whitted {
     fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
-        Self::vertex(self, visit, out);
-    }
-}
-
-impl Whitted {
-    pub fn reads_traversal(&self) -> bool {
-        false
-    }
-
-    pub fn traversal(&self, _cost: RayCost, _out: &mut Departures) {}
-
-    pub fn layers(&self) -> &'static [Layer] {
-        &[]
-    }
-
-    pub fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
         let scene = visit.scene;
         let surface = match visit.vertex {
             Vertex::Surface(surface, _) => surface,

@@ -146,6 +146,15 @@ impl Lights {
         LightId(self.all.len() as u32 + emitter.0)
     }
 
+    pub fn is_empty(&self) -> bool {
+        self.count() == 0
+    }
+
+    /// Whether [`Lights::choose`] reads its number: there is more than one light.
+    pub fn has_choice(&self) -> bool {
+        self.only.is_none()
+    }
+
     /// How many there are.
     pub fn count(&self) -> u32 {
         self.all.len() as u32 + self.emitters.count() + u32::from(self.sky.is_some())

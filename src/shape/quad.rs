@@ -91,6 +91,8 @@ pub struct Quad {
     middle: DVec3,
     normal: DVec3,
     is_rectangle: bool,
+    /// Kept, since every hit is brought into it.
+    bounds: Aabb,
 }
 
 impl Quad {
@@ -107,11 +109,14 @@ impl Quad {
         let noise = f64::from(4.0 * f32::EPSILON);
         let largest = [a, b, c, d].iter().fold(0.0_f64, |m, c| m.max(c.abs().max_element()));
         let is_rectangle = skew.length() <= noise * largest && e.dot(f).abs() <= noise * e.length() * f.length();
+        let middle = (a + b + c + d) * 0.25;
+        let on_plane = [a, b, c, d].map(|c| (c - normal * (c - middle).dot(normal)).as_vec3());
         Self {
             corners,
-            middle: (a + b + c + d) * 0.25,
+            middle,
             normal,
             is_rectangle,
+            bounds: Aabb::from_points(corners.into_iter().chain(on_plane)).padded(1.0),
         }
     }
 
@@ -134,6 +139,11 @@ impl Quad {
         let (a, e, f, skew) = self.bilinear();
         let h = p - a;
         let cross = |x: DVec3, y: DVec3| x.cross(y).dot(self.normal);
+        if skew == DVec3::ZERO {
+            // A parallelogram: both are linear.
+            let v = (-cross(h, e) / cross(e, f)).clamp(0.0, 1.0);
+            return (((h - f * v).dot(e) / e.length_squared()).clamp(0.0, 1.0), v);
+        }
         let (k2, k1, k0) = (cross(skew, f), cross(e, f) + cross(h, skew), cross(h, e));
         let q = -0.5 * (k1 + (k1 * k1 - 4.0 * k2 * k0).max(0.0).sqrt().copysign(k1));
         let outside = |v: f64| (v - v.clamp(0.0, 1.0)).abs();
@@ -177,12 +187,9 @@ impl Quad {
 }
 
 impl ShapeKind for Quad {
+    #[inline]
     fn bounds(&self) -> Aabb {
-        let on_plane = self.corners.map(|c| {
-            let c = c.as_dvec3();
-            (c - self.normal * (c - self.middle).dot(self.normal)).as_vec3()
-        });
-        Aabb::from_points(self.corners.into_iter().chain(on_plane)).padded(1.0)
+        self.bounds
     }
 
     #[inline]
