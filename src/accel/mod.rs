@@ -41,7 +41,7 @@ pub use check::LARGEST;
 pub use edit::{Edit, TreeId, Updated};
 pub use geometry::{Geometry, Group, Placed, PlacedGroup};
 pub use instance::MOST_MAGNIFICATION;
-pub use simd::{Simd, VARIABLE as SIMD_VARIABLE};
+pub use simd::{Simd, VARIABLE as SIMD_VARIABLE, prefetch};
 
 /// Which accelerator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -41,6 +41,12 @@ pub trait CameraKind {
     /// of the aperture; a camera without one ignores them.
     fn ray(&self, film: Vec2, lens: Vec2) -> Option<Ray>;
 
+    /// [`CameraKind::ray`] for each place on the film with its numbers for the lens, in place of what `rays` held.
+    fn rays(&self, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Option<Ray>>) {
+        rays.clear();
+        rays.extend(film.iter().zip(lens).map(|(film, lens)| self.ray(*film, *lens)));
+    }
+
     /// Whether [`CameraKind::ray`] reads `lens`.
     fn has_lens(&self) -> bool;
 
@@ -117,6 +123,8 @@ macro_rules! cameras {
             described only {}
             /// See [`CameraKind::ray`].
             fn ray(&self, film: Vec2, lens: Vec2) -> Option<Ray>;
+            /// See [`CameraKind::rays`].
+            fn rays(&self, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Option<Ray>>);
             /// See [`CameraKind::has_lens`].
             fn has_lens(&self) -> bool;
             /// See [`CameraKind::fills_film`].

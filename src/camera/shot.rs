@@ -60,6 +60,14 @@ impl Shot {
         }
     }
 
+    /// Whether its rays read numbers for the lens, at some time, see [`CameraKind::has_lens`](super::CameraKind::has_lens).
+    pub fn has_lens(&self) -> bool {
+        match &self.0 {
+            Cameras::Still(camera) => camera.has_lens(),
+            Cameras::Moving(cameras) => cameras.iter().any(Camera::has_lens),
+        }
+    }
+
     /// Whether every place in the picture has a ray, see [`CameraKind::fills_film`](super::CameraKind::fills_film).
     pub fn fills_film(&self) -> bool {
         self.camera(0.0).fills_film()

@@ -2,7 +2,7 @@
 
 use super::{Onward, Path};
 use crate::{
-    math::{Ray, Rgb, Vec3},
+    math::{Cone, Ray, Rgb, Vec3},
     scene::Surface,
 };
 
@@ -18,8 +18,17 @@ pub struct Departures {
     pub(crate) shadow_light: Vec<(u32, Rgb)>,
     pub(crate) rays: Vec<Ray>,
     pub(crate) paths: Vec<Path>,
-    from: Option<Path>,
+    from: From,
     mirror: Mirror,
+}
+
+/// What departures need to know of the path whose vertex is answered for.
+#[derive(Clone, Copy, Debug, Default)]
+struct From {
+    slot: u32,
+    depth: u32,
+    throughput: Rgb,
+    cone: Cone,
 }
 
 /// What a surface does to the cones of the rays that it reflects.
@@ -49,15 +58,20 @@ impl Departures {
 
     /// The path whose vertex is answered for next.
     #[inline]
-    pub(crate) fn leave_from(&mut self, path: Path) {
-        self.from = Some(path);
+    pub(crate) fn leave_from(&mut self, path: &Path) {
+        self.from = From {
+            slot: path.slot,
+            depth: path.depth,
+            throughput: path.throughput,
+            cone: path.cone,
+        };
         self.mirror = Mirror::default();
     }
 
     /// The same, where the path has met a surface and textures want to know how wide it is.
     #[inline]
-    pub(crate) fn leave_surface(&mut self, path: Path, surface: &Surface) {
-        self.from = Some(path);
+    pub(crate) fn leave_surface(&mut self, path: &Path, surface: &Surface) {
+        self.leave_from(path);
         self.mirror = Mirror {
             n: if surface.ng.dot(surface.wo) < 0.0 {
                 -surface.ng
@@ -68,35 +82,24 @@ impl Departures {
         };
     }
 
-    #[inline]
-    fn path(&self) -> Path {
-        self.from
-            .expect("a wave names the path before it asks for its departures")
-    }
-
     /// Weakens all that the vertex is answered with from here on: the path came through a medium.
     #[inline]
     pub fn attenuate(&mut self, weight: Rgb) {
-        let path = self.path();
-        self.from = Some(Path {
-            throughput: path.throughput * weight,
-            ..path
-        });
+        self.from.throughput *= weight;
     }
 
     /// Adds radiance that leaves the vertex towards the path, in W m^-2 sr^-1.
     #[inline]
     pub fn add(&mut self, l: Rgb) {
-        let path = self.path();
-        self.radiance[path.slot as usize] += path.throughput * l;
+        self.radiance[self.from.slot as usize] += self.from.throughput * l;
     }
 
     /// Adds radiance that leaves the vertex if `ray` meets nothing.
     #[inline]
     pub fn shadow(&mut self, ray: Ray, l_if_visible: Rgb) {
-        let path = self.path();
         self.shadow_rays.push(ray);
-        self.shadow_light.push((path.slot, path.throughput * l_if_visible));
+        self.shadow_light
+            .push((self.from.slot, self.from.throughput * l_if_visible));
     }
 
     /// Carries the path on along `ray`, `last` says how; what it finds counts `weight` times.
@@ -105,7 +108,7 @@ impl Departures {
     /// is, and a direction that was drawn at random widens it by its density ([`Cone::scattered`](crate::math::Cone)).
     #[inline]
     pub fn go_on(&mut self, ray: Ray, weight: Rgb, last: Onward) {
-        let path = self.path();
+        let path = &self.from;
         let cone = match last.pdf {
             Some(pdf) => path.cone.scattered(pdf),
             None if ray.d.dot(self.mirror.n) > 0.0 => path.cone.mirrored(self.mirror.bend),

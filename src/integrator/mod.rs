@@ -12,7 +12,7 @@ use crate::{
     kind::kinds,
     material::MaterialId,
     math::{Cone, Ray, Rgb, Vec3},
-    sampler::Numbers,
+    sampler::{Numbers, Purpose},
     scene::{Scene, Surface},
     value::{Problem, Spanned, Whole, by_name},
 };
@@ -105,6 +105,12 @@ pub trait Integrator: Sync + Send {
     /// Answers for one vertex of a path.
     fn vertex(&self, visit: &Visit<'_>, out: &mut Departures);
 
+    /// What surely most of its vertices at the end of segment `depth` draw for: that is drawn for many at once. It may draw
+    /// for more, and what it does not ask for was drawn in vain.
+    fn draws(&self, _scene: &Scene, _depth: u32) -> Vec<Purpose> {
+        Vec::new()
+    }
+
     /// Whether it wants to know what tracing took, and is asked for [`Integrator::traversal`] only.
     fn reads_traversal(&self) -> bool {
         false
@@ -174,6 +180,8 @@ kinds! {
     compiled by fn compile(&self) -> Result<BuiltIn, Problem>;
     /// See [`Integrator::vertex`].
     fn vertex(&self, visit: &Visit<'_>, out: &mut Departures);
+    /// See [`Integrator::draws`].
+    fn draws(&self, scene: &Scene, depth: u32) -> Vec<Purpose>;
     /// See [`Integrator::reads_traversal`].
     fn reads_traversal(&self) -> bool;
     /// See [`Integrator::traversal`].
@@ -205,6 +213,10 @@ impl IntegratorDesc {
 impl Integrator for BuiltIn {
     fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
         Self::vertex(self, visit, out);
+    }
+
+    fn draws(&self, scene: &Scene, depth: u32) -> Vec<Purpose> {
+        Self::draws(self, scene, depth)
     }
 
     fn reads_traversal(&self) -> bool {

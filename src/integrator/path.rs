@@ -35,7 +35,7 @@ use crate::{
     material::{Material, MaterialId},
     math::{Frame, Rgb, Vec3, trig},
     sampler::{Dimension, Purpose},
-    scene::{Receiver, Surface},
+    scene::{Receiver, Scene, Surface},
     value::{Positive, Problem, Spanned, Whole},
 };
 
@@ -84,6 +84,17 @@ pub struct PathTracer {
 const LIKELIEST: f32 = 0.95;
 
 impl Integrator for PathTracer {
+    fn draws(&self, scene: &Scene, depth: u32) -> Vec<Purpose> {
+        let goes_on = depth < self.max_depth;
+        let drawn = [
+            (Purpose::Choice, goes_on && scene.lights.has_choice()),
+            (Purpose::Light, goes_on && !scene.lights.is_empty()),
+            (Purpose::Bsdf, goes_on),
+            (Purpose::Survival, goes_on && depth >= self.roulette_depth),
+        ];
+        drawn.into_iter().filter(|(_, drawn)| *drawn).map(|(p, _)| p).collect()
+    }
+
     fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
         let (surface, hit) = match visit.vertex {
             Vertex::Surface(surface, hit) => (surface, hit),

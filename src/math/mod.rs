@@ -3,6 +3,7 @@
 pub mod aabb;
 pub mod cone;
 pub mod distribution;
+mod divisor;
 pub mod float;
 pub mod frame;
 pub mod hash;
@@ -11,12 +12,15 @@ pub mod rgb;
 pub mod srgb;
 pub mod transform;
 pub mod trig;
+mod vector;
 pub mod warp;
 
 pub use aabb::Aabb;
 pub use cone::Cone;
+pub use divisor::Divisor;
 pub use frame::Frame;
 pub use glam::{DMat3, DVec3, Vec2, Vec3};
 pub use ray::Ray;
 pub use rgb::Rgb;
 pub use transform::Transform;
+pub use vector::{Loop, Runner};

@@ -1,33 +1,38 @@
 //! From the unit square to other domains, each with its density.
 
-use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, TAU};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, TAU};
 
 use super::{Vec2, Vec3, trig};
 
 /// A point of the unit disk, uniform by area; neighbours stay neighbours.
 ///
 /// Source: Shirley and Chiu, "A low distortion map between disk and square", JGT 2(3), 1997.
+#[inline]
 pub fn square_to_disk(u: Vec2) -> Vec2 {
     let o = 2.0 * u - Vec2::ONE;
-    if o == Vec2::ZERO {
-        return Vec2::ZERO;
-    }
-    let (r, angle) = if o.x.abs() > o.y.abs() {
-        (o.x, FRAC_PI_4 * (o.y / o.x))
+    // Nobody can predict which is the larger, so there is no branch.
+    let wide = o.x.abs() > o.y.abs();
+    let (major, minor) = if wide { (o.x, o.y) } else { (o.y, o.x) };
+    // In the middle both are 0, and so is the radius.
+    let ratio = if major == 0.0 { 0.0 } else { minor / major };
+    let (sin, cos) = trig::sin_cos_eighth(FRAC_PI_4 * ratio);
+    let (along, across) = (major * cos, major * sin);
+    if wide {
+        Vec2::new(along, across)
     } else {
-        (o.y, FRAC_PI_2 - FRAC_PI_4 * (o.x / o.y))
-    };
-    let (sin, cos) = trig::sin_cos(angle);
-    Vec2::new(r * cos, r * sin)
+        Vec2::new(across, along)
+    }
 }
 
 /// A unit direction about +z with a density proportional to its cosine.
+#[inline]
 pub fn square_to_cosine_hemisphere(u: Vec2) -> Vec3 {
     let d = square_to_disk(u);
     d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
 }
 
 /// The density of [`square_to_cosine_hemisphere`] for a direction whose z is `cos`, in sr^-1.
+#[inline]
 pub fn cosine_hemisphere_pdf(cos: f32) -> f32 {
     cos.max(0.0) * FRAC_1_PI
 }

@@ -11,6 +11,7 @@ use crate::{
     scene::Scene,
 };
 
+mod camera_rays;
 mod tiles;
 mod transparency;
 mod wave;

@@ -7,16 +7,17 @@ use std::ops::Range;
 
 use super::{
     Settings,
+    camera_rays::CameraRays,
     transparency::{Passing, pass, transmittance},
 };
 use crate::{
-    accel::{Hit, RayCost},
+    accel::{Hit, RayCost, Simd},
     camera::{Camera, Shot},
     film::{PixelSum, Window},
     integrator::{Departures, Integrator, Path, Vertex, Visit},
-    math::{Cone, Ray, Vec2},
-    sampler::{Dimension, Numbers, SampleKey},
-    scene::Scene,
+    math::{Cone, Divisor, Ray},
+    sampler::{Drawn, DrawnTogether, Numbers, SampleKey, SampleKeys},
+    scene::{Scene, Surface},
 };
 
 /// Paths that start together; more do not pay, fewer starve the tracer.
@@ -24,6 +25,12 @@ pub(super) const PATHS: usize = 16 * 1024;
 
 /// Paths that go on together, where each vertex sends out several rays.
 const MOST_PATHS: usize = 4 * PATHS;
+
+/// How many vertices are answered for in a turn: few enough for the smallest cache.
+const TURN: usize = 32;
+
+/// How many vertices in advance the memory of a surface is asked for.
+const AHEAD: usize = 8;
 
 /// What a wave works for.
 pub(super) struct Job<'a> {
@@ -35,6 +42,8 @@ pub(super) struct Job<'a> {
     pub settings: &'a Settings,
     /// Whether everything in the scene is.
     pub is_opaque: bool,
+    /// What loops run on.
+    pub simd: Simd,
     /// Of each camera ray, where a texture wants to know; `None` where all rays may be lines.
     pub cone: Option<Cone>,
 }
@@ -51,7 +60,20 @@ impl<'a> Job<'a> {
             integrator,
             settings,
             is_opaque: scene.is_opaque(),
+            simd: Simd::detect(),
             cone: scene.reads_footprints().then(cone),
+        }
+    }
+
+    #[inline]
+    fn visit<'b>(&'b self, path: &'b Path, ray: &'b Ray, vertex: Vertex<'b>, numbers: Numbers<'b>) -> Visit<'b> {
+        Visit {
+            scene: self.scene,
+            path,
+            ray,
+            vertex,
+            numbers,
+            camera: &self.camera,
         }
     }
 }
@@ -61,37 +83,40 @@ impl<'a> Job<'a> {
 struct Part {
     tile: Window,
     first: u32,
-    together: u32,
+    together: Divisor,
+    width: Divisor,
 }
 
 impl Part {
-    /// The address of the sample in `slot`.
-    #[inline]
-    fn key(&self, settings: &Settings, slot: u32) -> SampleKey {
-        let (pixel, sample) = (slot / self.together, slot % self.together);
-        let width = self.tile.x1 - self.tile.x0;
-        SampleKey {
-            seed: settings.seed,
-            frame: settings.frame,
-            pixel: [self.tile.x0 + pixel % width, self.tile.y0 + pixel / width],
-            sample: self.first + sample,
+    fn new(tile: Window, samples: &Range<u32>) -> Self {
+        Self {
+            tile,
+            first: samples.start,
+            together: Divisor::new(samples.len() as u32),
+            width: Divisor::new(tile.x1 - tile.x0),
         }
     }
 
+    /// The address of the sample in `slot`.
     #[inline]
-    fn visit<'a>(&self, job: &'a Job<'a>, path: &'a Path, ray: &'a Ray, vertex: Vertex<'a>) -> Visit<'a> {
-        Visit {
-            scene: job.scene,
-            path,
-            ray,
-            vertex,
-            numbers: Numbers {
-                sampler: &job.settings.sampler,
-                key: self.key(job.settings, path.slot),
-            },
-            camera: &job.camera,
+    fn key(&self, settings: &Settings, slot: u32) -> SampleKey {
+        let (pixel, sample) = self.together.divide(slot);
+        let (row, column) = self.width.divide(pixel);
+        SampleKey {
+            seed: settings.seed,
+            frame: settings.frame,
+            pixel: [self.tile.x0 + column, self.tile.y0 + row],
+            sample: self.first + sample,
         }
     }
+}
+
+/// Vertices that are answered for one after the other.
+#[derive(Default)]
+struct Turn {
+    surfaces: Vec<Surface>,
+    keys: SampleKeys,
+    drawn: DrawnTogether,
 }
 
 /// What running a wave took.
@@ -104,6 +129,7 @@ pub(super) struct Traced {
 /// The arrays of a wave; they keep their memory from tile to tile.
 #[derive(Default)]
 pub(super) struct Wave {
+    seen: CameraRays,
     rays: Vec<Ray>,
     paths: Vec<Path>,
     hits: Vec<Option<Hit>>,
@@ -111,6 +137,9 @@ pub(super) struct Wave {
     /// Of each shadow ray: the part of its light that arrives.
     arrives: Vec<f32>,
     passing: Passing,
+    turn: Turn,
+    /// The rays that met something, and those that did not.
+    met: Vec<u32>,
     escaped: Vec<u32>,
     out: Departures,
     /// Of each sample: its filter weight, and how much of it something covers.
@@ -124,11 +153,7 @@ impl Wave {
     /// Renders `samples` of every pixel of `tile` and adds them to `sums`.
     pub fn run(&mut self, job: &Job<'_>, tile: Window, samples: Range<u32>, sums: &mut [PixelSum]) -> Traced {
         let mut traced = Traced::default();
-        let part = Part {
-            tile,
-            first: samples.start,
-            together: samples.len() as u32,
-        };
+        let part = Part::new(tile, &samples);
         self.start(job, tile, &samples);
         while !self.rays.is_empty() {
             traced.rays += self.step(job, &part);
@@ -150,54 +175,22 @@ impl Wave {
 
     /// Camera rays for all samples of all pixels, a pixel's samples beside each other.
     fn start(&mut self, job: &Job<'_>, tile: Window, samples: &Range<u32>) {
-        let Settings {
-            seed,
-            frame,
-            sampler,
-            ref filter,
-            ..
-        } = *job.settings;
-        let measured = job.integrator.shown().is_measured();
         self.rays.clear();
         self.paths.clear();
         self.weights.clear();
         self.alpha.clear();
         for y in tile.y0..tile.y1 {
-            for x in tile.x0..tile.x1 {
-                for sample in samples.clone() {
-                    let key = SampleKey {
-                        seed,
-                        frame,
-                        pixel: [x, y],
-                        sample,
-                    };
-                    let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-                    let (film, weight) = match filter {
-                        None => (center, 1.0),
-                        Some(f) => {
-                            let s = f.sample(sampler.pair(&key, Dimension::FILM));
-                            (center + s.offset, s.weight)
-                        }
-                    };
-                    let moved =
-                        (job.shot.moves() && !measured).then(|| job.shot.camera(sampler.pair(&key, Dimension::TIME).x));
-                    let camera = moved.as_ref().unwrap_or(&job.camera);
-                    let lens = if camera.has_lens() && !measured {
-                        sampler.pair(&key, Dimension::LENS)
-                    } else {
-                        Vec2::splat(0.5)
-                    };
-                    let ray = camera.ray(film, lens);
-                    if let Some(ray) = ray {
-                        self.rays.push(ray);
-                        self.paths.push(Path {
-                            cone: job.cone.unwrap_or_default(),
-                            ..Path::start(self.weights.len() as u32)
-                        });
-                    }
-                    self.weights.push(weight);
-                    self.alpha.push(if ray.is_some() { 1.0 } else { 0.0 });
+            self.seen.look(job, y, tile.x0..tile.x1, samples);
+            for (ray, &weight) in self.seen.rays.iter().zip(&self.seen.weights) {
+                if let Some(ray) = ray {
+                    self.rays.push(*ray);
+                    self.paths.push(Path {
+                        cone: job.cone.unwrap_or_default(),
+                        ..Path::start(self.weights.len() as u32)
+                    });
                 }
+                self.weights.push(weight);
+                self.alpha.push(if ray.is_some() { 1.0 } else { 0.0 });
             }
         }
         self.out.start(self.weights.len());
@@ -205,8 +198,8 @@ impl Wave {
 
     /// Traces all rays, answers for all vertices, and leaves the rays that go on in `out`. Returns how many it traced.
     fn step(&mut self, job: &Job<'_>, part: &Part) -> u64 {
-        let (scene, integrator) = (job.scene, job.integrator);
-        if integrator.reads_traversal() {
+        let scene = job.scene;
+        if job.integrator.reads_traversal() {
             return self.step_costs(job);
         }
         self.hits.clear();
@@ -219,38 +212,97 @@ impl Wave {
             traced += pass(scene, &mut self.rays, &mut self.hits, sample, &mut self.passing);
         }
         self.out.forget_rays();
-        self.escaped.clear();
-        let measured = integrator.shown().is_measured();
+        self.part_hits();
+        self.answer_surfaces(job, part);
+        self.answer_escapes(job, part);
+        traced + self.add_unblocked(job)
+    }
+
+    /// Parts rays that met something from those that did not. Nobody can predict which do, so there is no branch.
+    fn part_hits(&mut self) {
+        let n = self.hits.len();
+        self.met.resize(n, 0);
+        self.escaped.resize(n, 0);
+        let (mut met, mut escaped) = (0, 0);
         for (i, hit) in self.hits.iter().enumerate() {
-            match hit {
-                Some(hit) => {
-                    let (ray, mut path) = (&self.rays[i], self.paths[i]);
-                    let mut surface = scene.surface(ray, hit);
-                    if job.cone.is_some() {
-                        path.cone = path.cone.moved(surface.t * ray.d.length());
-                        surface.cover(path.cone.width.abs());
-                        self.out.leave_surface(path, &surface);
-                    } else {
-                        self.out.leave_from(path);
-                    }
-                    let vertex = Vertex::Surface(&surface, hit);
-                    integrator.vertex(&part.visit(job, &path, ray, vertex), &mut self.out);
+            self.met[met] = i as u32;
+            self.escaped[escaped] = i as u32;
+            met += usize::from(hit.is_some());
+            escaped += usize::from(hit.is_none());
+        }
+        self.met.truncate(met);
+        self.escaped.truncate(escaped);
+    }
+
+    /// Answers for all vertices on surfaces.
+    ///
+    /// In turns of a few vertices, each of which is found, then drawn for, then answered for: steps that need not wait for
+    /// each other.
+    fn answer_surfaces(&mut self, job: &Job<'_>, part: &Part) {
+        let (scene, integrator) = (job.scene, job.integrator);
+        let Some(depth) = self.paths.first().map(|path| path.depth) else {
+            return;
+        };
+        let purposes = integrator.draws(scene, depth);
+        let hit_of = |k: usize| self.met.get(k).and_then(|&i| self.hits[i as usize].as_ref());
+        let Turn { surfaces, keys, drawn } = &mut self.turn;
+        for first in (0..self.met.len()).step_by(TURN) {
+            let turn = first..self.met.len().min(first + TURN);
+            surfaces.clear();
+            keys.start(job.settings.seed, job.settings.frame);
+            for k in turn.clone() {
+                hit_of(k + 2 * AHEAD).inspect(|hit| scene.expect_corners(hit));
+                hit_of(k + AHEAD).inspect(|hit| scene.expect_surface(hit));
+                let Some(hit) = hit_of(k) else { continue };
+                let i = self.met[k] as usize;
+                surfaces.push(scene.surface(&self.rays[i], hit));
+                let key = part.key(job.settings, self.paths[i].slot);
+                keys.push(key.pixel, key.sample);
+            }
+            drawn.draw(job.simd, &job.settings.sampler, keys, depth, &purposes);
+            for k in turn {
+                let Some(hit) = hit_of(k) else { continue };
+                let i = self.met[k] as usize;
+                let (ray, path) = (&self.rays[i], &mut self.paths[i]);
+                let surface = &mut surfaces[k - first];
+                if job.cone.is_some() {
+                    path.cone = path.cone.moved(surface.t * ray.d.length());
+                    surface.cover(path.cone.width.abs());
+                    self.out.leave_surface(path, surface);
+                } else {
+                    self.out.leave_from(path);
                 }
-                None => self.escaped.push(i as u32),
+                let numbers = Numbers {
+                    sampler: &job.settings.sampler,
+                    key: keys.get(k - first),
+                    drawn: drawn.of(k - first),
+                };
+                let vertex = Vertex::Surface(surface, hit);
+                integrator.vertex(&job.visit(path, ray, vertex, numbers), &mut self.out);
             }
         }
+    }
+
+    /// Answers for all paths that met nothing.
+    fn answer_escapes(&mut self, job: &Job<'_>, part: &Part) {
+        let measured = job.integrator.shown().is_measured();
         for &i in &self.escaped {
-            let (ray, path) = (&self.rays[i as usize], self.paths[i as usize]);
-            if path.depth == 1 && (measured || !scene.background.visible) {
+            let (ray, path) = (&self.rays[i as usize], &self.paths[i as usize]);
+            if path.depth == 1 && (measured || !job.scene.background.visible) {
                 self.alpha[path.slot as usize] = 0.0;
                 if !measured {
                     continue;
                 }
             }
             self.out.leave_from(path);
-            integrator.vertex(&part.visit(job, &path, ray, Vertex::Escape), &mut self.out);
+            let numbers = Numbers {
+                sampler: &job.settings.sampler,
+                key: part.key(job.settings, path.slot),
+                drawn: Drawn::default(),
+            };
+            job.integrator
+                .vertex(&job.visit(path, ray, Vertex::Escape, numbers), &mut self.out);
         }
-        traced + self.add_unblocked(job)
     }
 
     /// Adds the light that shadow rays bring. Returns how many rays it traced.
@@ -285,7 +337,7 @@ impl Wave {
         job.scene.accel.cost(&self.rays, &mut costs);
         self.out.forget_rays();
         for (path, cost) in self.paths.iter().zip(costs) {
-            self.out.leave_from(*path);
+            self.out.leave_from(path);
             job.integrator.traversal(cost, &mut self.out);
         }
         self.rays.len() as u64

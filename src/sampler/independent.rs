@@ -9,10 +9,10 @@
 
 use serde::Deserialize;
 
-use super::{Dimension, SampleKey};
+use super::{Dimension, SampleKey, SampleKeys};
 use crate::{
     math::{
-        Vec2,
+        Runner, Vec2,
         hash::{mix32, pcg4d, unit_f32},
     },
     value::Problem,
@@ -39,5 +39,11 @@ impl Independent {
         let picture = mix32(key.seed) ^ (key.frame as u32).wrapping_mul(0x9e37_79b9);
         let [a, b, _, _] = pcg4d([key.pixel[0] ^ mix32(picture), key.pixel[1], key.sample, dimension.0]);
         Vec2::new(unit_f32(a), unit_f32(b))
+    }
+
+    /// The same for each of `keys`, in place of what `out` held.
+    pub fn pairs(self, _on: impl Runner, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>) {
+        out.clear();
+        out.extend((0..keys.len()).map(|i| self.pair(&keys.get(i), dimension)));
     }
 }

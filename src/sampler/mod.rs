@@ -5,7 +5,11 @@
 
 use serde::Deserialize;
 
-use crate::{kind::kinds, math::Vec2, value::Problem};
+use crate::{
+    kind::kinds,
+    math::{Runner, Vec2},
+    value::Problem,
+};
 
 pub mod independent;
 pub mod sobol;
@@ -53,6 +57,52 @@ pub struct SampleKey {
     pub sample: u32,
 }
 
+/// Many samples of one picture, as arrays.
+#[derive(Clone, Debug, Default)]
+pub struct SampleKeys {
+    pub seed: u32,
+    pub frame: i32,
+    pub columns: Vec<u32>,
+    pub rows: Vec<u32>,
+    pub samples: Vec<u32>,
+}
+
+impl SampleKeys {
+    /// Begins anew with samples of the picture of `seed` and `frame`.
+    pub fn start(&mut self, seed: u32, frame: i32) {
+        (self.seed, self.frame) = (seed, frame);
+        self.columns.clear();
+        self.rows.clear();
+        self.samples.clear();
+    }
+
+    #[inline]
+    pub fn push(&mut self, [column, row]: [u32; 2], sample: u32) {
+        self.columns.push(column);
+        self.rows.push(row);
+        self.samples.push(sample);
+    }
+
+    pub fn len(&self) -> usize {
+        self.samples.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+
+    /// The `i`th.
+    #[inline]
+    pub fn get(&self, i: usize) -> SampleKey {
+        SampleKey {
+            seed: self.seed,
+            frame: self.frame,
+            pixel: [self.columns[i], self.rows[i]],
+            sample: self.samples[i],
+        }
+    }
+}
+
 /// A pair of dimensions of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dimension(pub u32);
@@ -93,6 +143,9 @@ pub enum Purpose {
 
 impl Purpose {
     const COUNT: u32 = 4;
+
+    /// All, in their order.
+    pub const ALL: [Self; Self::COUNT as usize] = [Self::Choice, Self::Light, Self::Bsdf, Self::Survival];
 }
 
 /// The random numbers of one sample.
@@ -100,13 +153,76 @@ impl Purpose {
 pub struct Numbers<'a> {
     pub sampler: &'a Sampler,
     pub key: SampleKey,
+    pub drawn: Drawn,
 }
 
 impl Numbers<'_> {
     /// Two numbers in `[0, 1)`.
     #[inline]
     pub fn pair(&self, dimension: Dimension) -> Vec2 {
-        self.sampler.pair(&self.key, dimension)
+        match self.drawn.get(dimension) {
+            Some(pair) => pair,
+            None => self.sampler.pair(&self.key, dimension),
+        }
+    }
+}
+
+/// What of a vertex's numbers is drawn already.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Drawn {
+    /// The vertex's first dimension, and the pairs from there on.
+    first: u32,
+    pairs: [Vec2; Purpose::COUNT as usize],
+    /// One bit for each pair that there is.
+    known: u8,
+}
+
+impl Drawn {
+    #[inline]
+    fn get(&self, dimension: Dimension) -> Option<Vec2> {
+        let i = dimension.0.wrapping_sub(self.first);
+        (i < Purpose::COUNT && self.known >> i & 1 == 1).then(|| self.pairs[i as usize])
+    }
+}
+
+/// Numbers of many vertices, drawn at once: so the steps of one need not wait for those of another.
+#[derive(Debug, Default)]
+pub struct DrawnTogether {
+    first: u32,
+    pairs: [Vec<Vec2>; Purpose::COUNT as usize],
+    known: u8,
+}
+
+impl DrawnTogether {
+    /// Draws for `purposes` at the end of segment `depth` of the paths of all samples in `keys`.
+    pub fn draw(&mut self, on: impl Runner, sampler: &Sampler, keys: &SampleKeys, depth: u32, purposes: &[Purpose]) {
+        self.first = Dimension::at(depth, Purpose::ALL[0]).0;
+        self.known = 0;
+        for &purpose in purposes {
+            self.known |= 1 << purpose as u32;
+            sampler.pairs(
+                on,
+                keys,
+                Dimension::at(depth, purpose),
+                &mut self.pairs[purpose as usize],
+            );
+        }
+    }
+
+    /// What was drawn for the `i`th of the samples.
+    #[inline]
+    pub fn of(&self, i: usize) -> Drawn {
+        let mut pairs = [Vec2::ZERO; Purpose::COUNT as usize];
+        for (k, pair) in pairs.iter_mut().enumerate() {
+            if self.known >> k & 1 == 1 {
+                *pair = self.pairs[k][i];
+            }
+        }
+        Drawn {
+            first: self.first,
+            pairs,
+            known: self.known,
+        }
     }
 }
 
@@ -120,6 +236,8 @@ kinds! {
     compiled by fn compile(&self, samples: u32) -> Result<Sampler, Problem>;
     /// Two numbers in `[0, 1)`.
     fn pair(&self, key: &SampleKey, dimension: Dimension) -> Vec2;
+    /// The same for each of `keys`, in place of what `out` held.
+    fn pairs(&self, on: impl Runner, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>);
 }
 
 impl Sampler {

@@ -31,10 +31,10 @@
 
 use serde::Deserialize;
 
-use super::{Dimension, SampleKey};
+use super::{Dimension, SampleKey, SampleKeys};
 use crate::{
     math::{
-        Vec2,
+        Loop, Runner, Vec2,
         hash::{mix32, mix64, owen_reversed, unit_f32},
     },
     value::Problem,
@@ -78,19 +78,51 @@ impl Sobol {
     /// Two numbers in `[0, 1)`.
     #[inline]
     pub fn pair(self, key: &SampleKey, dimension: Dimension) -> Vec2 {
-        let [order, axes, scramble_x, scramble_y] = self.seeds(key, dimension);
-        let samples = (1 << self.sample_bits) - 1;
-        let reversed = (u64::from(key.sample & samples) << 32 | u64::from(morton(key.pixel))).reverse_bits();
-        // The lowest bits are the coarsest level now, whose digits decide about those above them.
-        let pixel = (reversed >> 32) as u32 >> (32 - 2 * self.levels);
+        self.point(self.seeds(key, dimension), key.pixel, key.sample)
+    }
+
+    /// The same for each of `keys`, in place of what `out` held.
+    pub fn pairs(self, on: impl Runner, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>) {
+        out.clear();
+        if keys.is_empty() {
+            return;
+        }
+        if self.share_sequence(keys) {
+            out.resize(keys.len(), Vec2::ZERO);
+            let seeds = self.seeds(&keys.get(0), dimension);
+            on.run(Points {
+                sobol: self,
+                seeds,
+                keys,
+                out,
+            });
+        } else {
+            out.extend((0..keys.len()).map(|i| self.pair(&keys.get(i), dimension)));
+        }
+    }
+
+    /// Whether the points of all of them have the same seeds.
+    fn share_sequence(self, keys: &SampleKeys) -> bool {
+        let same = |values: &[u32], bits: u32| {
+            let differ = values.iter().fold(0, |all, v| all | (v ^ values[0]));
+            differ >> bits == 0
+        };
+        same(&keys.columns, self.levels) && same(&keys.rows, self.levels) && same(&keys.samples, self.sample_bits)
+    }
+
+    /// The point of a sample whose sequence has `seeds`.
+    #[inline(always)]
+    fn point(self, [order, axes, scramble_x, scramble_y]: [u32; 4], pixel: [u32; 2], sample: u32) -> Vec2 {
+        let sample = sample & ((1 << self.sample_bits) - 1);
+        // The lowest bits are the coarsest level, whose digits decide about those above them.
+        let pixel = morton_reversed(pixel) >> (32 - 2 * self.levels);
         let pixel = turn_axes(pixel, axes);
         let run = pixel << (32 - self.sample_bits - 2 * self.levels);
-        let index = owen_reversed(run | reversed as u32, order).reverse_bits();
+        let index = owen_reversed(run | sample.reverse_bits(), order).reverse_bits();
         // With its bits reversed, the first coordinate of a Sobol point is its index.
         let x = owen_reversed(index, scramble_x);
         let y = owen_reversed(second_coordinate_reversed(index), scramble_y);
-        let point = (u64::from(x) << 32 | u64::from(y)).reverse_bits();
-        Vec2::new(unit_f32(point as u32), unit_f32((point >> 32) as u32))
+        Vec2::new(unit_f32(x.reverse_bits()), unit_f32(y.reverse_bits()))
     }
 
     /// Four random words, each pair of them independent, for all points that share a sequence.
@@ -107,15 +139,42 @@ impl Sobol {
     }
 }
 
-/// The lower 16 bits of column (even bits) and row (odd bits), interleaved.
+/// The points of samples that share a sequence.
+struct Points<'a> {
+    sobol: Sobol,
+    seeds: [u32; 4],
+    keys: &'a SampleKeys,
+    /// As long as `keys`.
+    out: &'a mut [Vec2],
+}
+
+impl Loop for Points<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            sobol,
+            seeds,
+            keys,
+            out,
+        } = self;
+        let pixels = keys.columns.iter().zip(&keys.rows);
+        for ((out, (&column, &row)), &sample) in out.iter_mut().zip(pixels).zip(&keys.samples) {
+            *out = sobol.point(seeds, [column, row], sample);
+        }
+    }
+}
+
+/// The lower 16 bits of column and row, interleaved with the column lower, then all bits in reverse.
 #[inline]
-fn morton([x, y]: [u32; 2]) -> u32 {
-    let mut v = u64::from(y & 0xffff) << 32 | u64::from(x & 0xffff);
-    v = (v | v << 8) & 0x00ff_00ff_00ff_00ff;
-    v = (v | v << 4) & 0x0f0f_0f0f_0f0f_0f0f;
-    v = (v | v << 2) & 0x3333_3333_3333_3333;
-    v = (v | v << 1) & 0x5555_5555_5555_5555;
-    v as u32 | (v >> 31) as u32
+fn morton_reversed([x, y]: [u32; 2]) -> u32 {
+    let spread = |v: u32| {
+        let v = v.reverse_bits() >> 16;
+        let v = (v | v << 8) & 0x00ff_00ff;
+        let v = (v | v << 4) & 0x0f0f_0f0f;
+        let v = (v | v << 2) & 0x3333_3333;
+        (v | v << 1) & 0x5555_5555
+    };
+    spread(y) | spread(x) << 1
 }
 
 /// Parts the quarters of each square of a Morton code with reversed bits into pairs at random: side by side, above each
@@ -153,6 +212,15 @@ fn second_coordinate_reversed(index: u32) -> u32 {
 mod tests {
     use super::*;
 
+    #[derive(Clone, Copy)]
+    struct Plain;
+
+    impl Runner for Plain {
+        fn run(self, task: impl Loop) {
+            task.run();
+        }
+    }
+
     #[test]
     fn the_second_coordinate_has_the_direction_numbers_of_sobol() {
         // Of the primitive polynomial x + 1: each is the one before, xor itself shifted by one.
@@ -185,10 +253,39 @@ mod tests {
 
     #[test]
     fn morton_codes_interleave_columns_and_rows() {
+        let morton = |pixel| morton_reversed(pixel).reverse_bits();
         assert_eq!(morton([0b11, 0b00]), 0b0101);
         assert_eq!(morton([0b01, 0b10]), 0b1001);
         assert_eq!(morton([0xffff, 0]), 0x5555_5555);
         assert_eq!(morton([0, 0xffff]), 0xaaaa_aaaa);
+    }
+
+    #[test]
+    fn many_points_are_those_of_each_alone() {
+        for samples in [1, 5, 64, 65_536, 1 << 20] {
+            let mut keys = SampleKeys::default();
+            keys.start(7, -3);
+            for i in 0..1000 {
+                // First of a few neighbours, then from all over a large picture.
+                let pixel = if i < 500 {
+                    [i / 16, 3]
+                } else {
+                    [mix32(i) >> 12, mix32(i + 1) >> 12]
+                };
+                keys.push(pixel, mix32(i + 2) % samples);
+            }
+            for part in [0..500, 0..1000] {
+                let mut keys = keys.clone();
+                keys.columns.truncate(part.end);
+                keys.rows.truncate(part.end);
+                keys.samples.truncate(part.end);
+                let (sobol, dimension) = (Sobol::new(samples), Dimension(12));
+                let mut many = Vec::new();
+                sobol.pairs(Plain, &keys, dimension, &mut many);
+                let each: Vec<_> = (0..part.end).map(|i| sobol.pair(&keys.get(i), dimension)).collect();
+                assert_eq!(many, each);
+            }
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@
 use std::ops::Range;
 
 use crate::{
-    accel::{Accelerator, Hit, Instance, PrimRef},
+    accel::{Accelerator, Hit, Instance, PrimRef, prefetch},
     light::{Light, LightSample},
     material::{Material, MaterialId},
     math::{Ray, Rgb, Transform, Vec2, Vec3},
@@ -192,6 +192,29 @@ impl Scene {
     fn mesh_of(&self, prim: PrimRef) -> &MeshRecord {
         let after = self.meshes.partition_point(|m| m.triangles.start <= prim.index());
         &self.meshes[after - 1]
+    }
+
+    /// Asks for what tells where the corners of a hit's triangle are, and [`Scene::expect_surface`] for the corners:
+    /// [`Scene::surface`] is about to be asked about it, and a while passes between each two of the three.
+    #[inline]
+    pub fn expect_corners(&self, hit: &Hit) {
+        prefetch(&self.accel.geometry().triangles, hit.prim.index() as usize);
+    }
+
+    /// See [`Scene::expect_corners`].
+    #[inline]
+    pub fn expect_surface(&self, hit: &Hit) {
+        let geometry = self.accel.geometry();
+        let Some(corners) = geometry.triangles.get(hit.prim.index() as usize) else {
+            return;
+        };
+        let mesh = self.mesh_of(hit.prim);
+        for &v in corners {
+            prefetch(&geometry.vertices, v as usize);
+            let own = (v - mesh.vertices.start) as usize;
+            prefetch(&mesh.normals, own);
+            prefetch(&mesh.uvs, own);
+        }
     }
 
     /// All that shading needs to know of a hit.

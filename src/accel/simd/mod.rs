@@ -13,12 +13,14 @@ use std::{fmt, str::FromStr};
 use super::{Geometry, Hit, UnknownName};
 use crate::math::Ray;
 
+mod ahead;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 mod inflight;
 mod lanes;
+mod loops;
 mod packet;
 pub mod pages;
 mod portable;
@@ -29,6 +31,7 @@ mod tree;
 mod triangle;
 mod waiting;
 
+pub use ahead::prefetch;
 pub use inflight::{Pick, Scratch};
 pub use packet::RAYS as PACKET;
 pub use tree::{Grown, Numbers, Tree};
