@@ -83,19 +83,19 @@ impl Departures {
     }
 
     /// Weakens all that the vertex is answered with from here on: the path came through a medium.
-    #[inline]
+    #[inline(always)]
     pub fn attenuate(&mut self, weight: Rgb) {
         self.from.throughput *= weight;
     }
 
     /// Adds radiance that leaves the vertex towards the path, in W m^-2 sr^-1.
-    #[inline]
+    #[inline(always)]
     pub fn add(&mut self, l: Rgb) {
         self.radiance[self.from.slot as usize] += self.from.throughput * l;
     }
 
     /// Adds radiance that leaves the vertex if `ray` meets nothing.
-    #[inline]
+    #[inline(always)]
     pub fn shadow(&mut self, ray: Ray, l_if_visible: Rgb) {
         self.shadow_rays.push(ray);
         self.shadow_light
@@ -106,7 +106,7 @@ impl Departures {
     ///
     /// A mirror keeps the path's cone but for what its own curvature adds, a surface that lets the ray through keeps it as it
     /// is, and a direction that was drawn at random widens it by its density ([`Cone::scattered`](crate::math::Cone)).
-    #[inline]
+    #[inline(always)]
     pub fn go_on(&mut self, ray: Ray, weight: Rgb, last: Onward) {
         let path = &self.from;
         let cone = match last.pdf {

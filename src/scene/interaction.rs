@@ -38,6 +38,7 @@ pub struct Surface {
 }
 
 impl Surface {
+    #[inline]
     pub(super) fn of_shape(
         placed: &Placed,
         transform: Option<&Transform>,
@@ -51,10 +52,8 @@ impl Surface {
             u: hit.u,
             v: hit.v,
         };
-        let local = match transform {
-            None => placed.shape.surface(ray, &shape_hit),
-            Some(t) => placed.shape.surface(&t.ray_to_local(ray), &shape_hit),
-        };
+        let local_ray = transform.map_or(*ray, |t| t.ray_to_local(ray));
+        let local = placed.shape.surface(&local_ray, &shape_hit);
         let (p, p_error, ng, [dpdu, dpdv]) = match transform {
             None => (local.p, local.p_error, local.ng, [local.dpdu, local.dpdv]),
             Some(t) => (
@@ -86,6 +85,7 @@ impl Surface {
     }
 
     /// Of an instanced triangle `place` says where it stands; the place on the texture is in the mesh's space then.
+    #[inline]
     pub(super) fn of_triangle(
         corners: [Vec3; 3],
         vertices: [u32; 3],
@@ -188,13 +188,13 @@ impl Surface {
     }
 
     /// The ray that leaves along the unit direction `w`.
-    #[inline]
+    #[inline(always)]
     pub fn spawn_ray(&self, w: Vec3) -> Ray {
         Ray::new(float::offset_origin(self.p, self.p_error, self.ng, w), w)
     }
 
     /// The ray towards a light `distance` away along the unit direction `w`, up to the light.
-    #[inline]
+    #[inline(always)]
     pub fn shadow_ray(&self, w: Vec3, distance: f32) -> Ray {
         let o = float::offset_origin(self.p, self.p_error, self.ng, w);
         if distance.is_finite() {

@@ -189,6 +189,7 @@ impl Scene {
     }
 
     /// The mesh that triangle `prim` is of.
+    #[inline]
     fn mesh_of(&self, prim: PrimRef) -> &MeshRecord {
         let after = self.meshes.partition_point(|m| m.triangles.start <= prim.index());
         &self.meshes[after - 1]
@@ -218,6 +219,7 @@ impl Scene {
     }
 
     /// All that shading needs to know of a hit.
+    #[inline]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
         let geometry = self.accel.geometry();
         match geometry.shape(hit.prim) {

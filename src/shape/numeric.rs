@@ -21,6 +21,7 @@ pub(super) fn hit_at(ray: &Ray, t: f64, part: f32) -> Option<ShapeHit> {
 }
 
 /// Where the ray met the shape, in double precision.
+#[inline]
 pub(super) fn point_of(ray: &Ray, hit: &ShapeHit) -> DVec3 {
     ray.o.as_dvec3() + ray.d.as_dvec3() * (f64::from(hit.t) + f64::from(hit.v))
 }
@@ -30,6 +31,7 @@ pub(super) fn point_of(ray: &Ray, hit: &ShapeHit) -> DVec3 {
 /// The bound is a whole unit in the last place, twice what rounding can do: the other half pays for a normal that is
 /// rounded as well. `extent` is the largest number that was added up to `p` in double precision; its share is above
 /// 0, so that a ray leaves even a coordinate of exactly 0.
+#[inline]
 pub(super) fn rounded(p: DVec3, extent: f64) -> (Vec3, Vec3) {
     const OPERATIONS: f64 = 32.0;
     let single = p.as_vec3();

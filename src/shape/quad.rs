@@ -91,6 +91,12 @@ pub struct Quad {
     middle: DVec3,
     normal: DVec3,
     is_rectangle: bool,
+    /// The edges from A to B and to D, and how far C is from completing a parallelogram.
+    edges: [DVec3; 3],
+    /// Of a parallelogram: what u and v are the products with, from A.
+    inverse: Option<[DVec3; 2]>,
+    /// The largest coordinate.
+    extent: f32,
     /// Kept, since every hit is brought into it.
     bounds: Aabb,
 }
@@ -110,12 +116,16 @@ impl Quad {
         let largest = [a, b, c, d].iter().fold(0.0_f64, |m, c| m.max(c.abs().max_element()));
         let is_rectangle = skew.length() <= noise * largest && e.dot(f).abs() <= noise * e.length() * f.length();
         let middle = (a + b + c + d) * 0.25;
+        let across = |x: DVec3, y: DVec3| x.cross(normal) / x.cross(normal).dot(y);
         let on_plane = [a, b, c, d].map(|c| (c - normal * (c - middle).dot(normal)).as_vec3());
         Self {
             corners,
             middle,
             normal,
             is_rectangle,
+            edges: [e, f, skew],
+            inverse: (skew == DVec3::ZERO).then(|| [across(f, e), across(e, f)]),
+            extent: largest as f32,
             bounds: Aabb::from_points(corners.into_iter().chain(on_plane)).padded(1.0),
         }
     }
@@ -128,22 +138,22 @@ impl Quad {
 
     /// Corner A, the edges AB and AD, and how far C is from completing a parallelogram.
     fn bilinear(&self) -> (DVec3, DVec3, DVec3, DVec3) {
-        let [a, b, c, d] = self.corners.map(|c| c.as_dvec3());
-        (a, b - a, d - a, a - b + c - d)
+        let [e, f, skew] = self.edges;
+        (self.corners[0].as_dvec3(), e, f, skew)
     }
 
     /// The u and v of a point of the plane: the inverse of A + u e + v f + u v skew, each in `[0, 1]`.
     ///
     /// Both sides' cross product with e + v skew, along the normal, leaves a quadratic equation for v.
+    #[inline]
     fn inverse_bilinear(&self, p: DVec3) -> (f64, f64) {
         let (a, e, f, skew) = self.bilinear();
         let h = p - a;
-        let cross = |x: DVec3, y: DVec3| x.cross(y).dot(self.normal);
-        if skew == DVec3::ZERO {
-            // A parallelogram: both are linear.
-            let v = (-cross(h, e) / cross(e, f)).clamp(0.0, 1.0);
-            return (((h - f * v).dot(e) / e.length_squared()).clamp(0.0, 1.0), v);
+        if let Some(inverse) = self.inverse {
+            let [u, v] = inverse.map(|w| h.dot(w).clamp(0.0, 1.0));
+            return (u, v);
         }
+        let cross = |x: DVec3, y: DVec3| x.cross(y).dot(self.normal);
         let (k2, k1, k0) = (cross(skew, f), cross(e, f) + cross(h, skew), cross(h, e));
         let q = -0.5 * (k1 + (k1 * k1 - 4.0 * k2 * k0).max(0.0).sqrt().copysign(k1));
         let outside = |v: f64| (v - v.clamp(0.0, 1.0)).abs();
@@ -160,6 +170,7 @@ impl Quad {
     }
 
     /// The place of the quad nearest to where the ray met it: u, v and the point.
+    #[inline]
     fn place(&self, ray: &Ray, hit: &ShapeHit) -> (f64, f64, DVec3) {
         let (u, v) = self.inverse_bilinear(point_of(ray, hit));
         let (a, e, f, skew) = self.bilinear();
@@ -196,10 +207,11 @@ impl ShapeKind for Quad {
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         // The edge test of [`triangle::intersect`].
         let shear = Shear::new(&ray.d);
-        let [a, b, c, d] = self.corners.map(|c| shear.flat(shear.turn(&(c - ray.o))));
+        let corner = |i: usize| shear.flat(shear.turn(&(self.corners[i] - ray.o)));
+        let (a, b, c, d) = (corner(0), corner(1), corner(2), corner(3));
         let edge = Shear::edge;
-        let sides = [edge(a, b), edge(b, c), edge(c, d), edge(d, a)];
-        let inside = sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0);
+        let (ab, bc, cd, da) = (edge(a, b), edge(b, c), edge(c, d), edge(d, a));
+        let inside = ab.min(bc).min(cd.min(da)) >= 0.0 || ab.max(bc).max(cd.max(da)) <= 0.0;
         if !inside {
             return None;
         }
@@ -208,10 +220,10 @@ impl ShapeKind for Quad {
         hit_at(ray, t, 0.0)
     }
 
+    #[inline]
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {
         let (u, v, p) = self.place(ray, hit);
-        let extent = self.corners.iter().fold(0.0_f32, |m, c| m.max(c.abs().max_element()));
-        let (p, p_error) = rounded(p, extent.into());
+        let (p, p_error) = rounded(p, self.extent.into());
         let (_, e, f, skew) = self.bilinear();
         LocalSurface {
             p,

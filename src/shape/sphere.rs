@@ -143,6 +143,7 @@ impl ShapeKind for Sphere {
         hit_at(ray, closest_t - half, 0.0).or_else(|| hit_at(ray, closest_t + half, 0.0))
     }
 
+    #[inline]
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {
         let r = f64::from(self.radius);
         let n = self.normal_at(point_of(ray, hit));

@@ -18,7 +18,7 @@ pub struct Shear {
 }
 
 impl Shear {
-    #[inline]
+    #[inline(always)]
     pub fn new(d: &Vec3) -> Self {
         let [x, y, z] = d.abs().to_array();
         // Nobody can predict which it is, so there is no branch.
@@ -109,6 +109,7 @@ pub fn intersect(ray: &Ray, a: Vec3, b: Vec3, c: Vec3) -> Option<ShapeHit> {
 /// The error has two parts: that of the point, from Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed.,
 /// section 6.8.4, and along the normal that of the distance to the plane which [`intersect`] finds from there, so that a
 /// ray that leaves the triangle does not meet it again. Of a needle the second part ends at the needle's width.
+#[inline]
 pub fn surface(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> LocalSurface {
     let [a, b, c] = corners;
     let (wa, wb, wc) = ((1.0 - u - v).max(0.0), u, v);
@@ -117,10 +118,10 @@ pub fn surface(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> Lo
     let own = (Vec2::new(u, v), b - a, c - a);
     let (uv, dpdu, dpdv) = uvs.and_then(|uvs| mapped(corners, uvs, [wa, wb, wc])).unwrap_or(own);
     let p = pa + pb + pc;
-    let ng = n.normalize_or(DVec3::Y).as_vec3();
+    let (ng, twice_area) = unit_and_length(n);
     LocalSurface {
         p,
-        p_error: (pa.abs() + pb.abs() + pc.abs()) * gamma(7) + ng.abs() * plane_error(corners, p, n.length() as f32),
+        p_error: (pa.abs() + pb.abs() + pc.abs()) * gamma(7) + ng.abs() * plane_error(corners, p, twice_area),
         ng,
         uv,
         dpdu,
@@ -128,8 +129,23 @@ pub fn surface(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> Lo
     }
 }
 
+/// The direction of `n`, or +y where it has none, and its length. In single precision where that neither over- nor
+/// underflows.
+#[inline]
+fn unit_and_length(n: DVec3) -> (Vec3, f32) {
+    let single = n.as_vec3();
+    let length2 = single.length_squared();
+    if length2 > 1e-30 && length2 < 1e30 {
+        let length = length2.sqrt();
+        (single / length, length)
+    } else {
+        (n.normalize_or(DVec3::Y).as_vec3(), n.length() as f32)
+    }
+}
+
 /// Bound on the error of the distance between `p`, a point of the triangle, and its plane, as the operations of
 /// [`intersect`] find it: ten of them in a row, from the corners relative to the origin to the product with the normal.
+#[inline]
 fn plane_error([a, b, c]: [Vec3; 3], p: Vec3, twice_area: f32) -> f32 {
     let (ra, rb, rc) = ((a - p).abs(), (b - p).abs(), (c - p).abs());
     let (e1, e2) = (ra + rc, rb + ra);
@@ -138,14 +154,16 @@ fn plane_error([a, b, c]: [Vec3; 3], p: Vec3, twice_area: f32) -> f32 {
         e1.z * e2.x + e1.x * e2.z,
         e1.x * e2.y + e1.y * e2.x,
     );
+    let error = normal.dot(ra) * gamma(10) / twice_area;
     let longest2 = (b - a)
         .length_squared()
         .max((c - b).length_squared())
         .max((a - c).length_squared());
-    let width = twice_area / longest2.sqrt();
-    let error = normal.dot(ra) * gamma(10) / twice_area;
-    // Where there is no area both are NaN or infinite.
-    let error = error.min(width);
+    if error * error * longest2 < twice_area * twice_area {
+        return error;
+    }
+    // Wider than the needle; and where there is no area both are NaN or infinite.
+    let error = error.min(twice_area / longest2.sqrt());
     if error.is_finite() { error } else { 0.0 }
 }
 
