@@ -110,7 +110,7 @@ impl BsdfKind for Conductor {
     }
 
     fn reads_tangent(&self) -> bool {
-        self.facets.alpha.x != self.facets.alpha.y
+        !self.facets.is_even()
     }
 
     fn is_delta(&self) -> bool {

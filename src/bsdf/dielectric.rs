@@ -13,7 +13,7 @@ use crate::math::{Rgb, Vec2, Vec3};
 /// A rough boundary of a clear medium: each facet reflects and refracts, shared out by Fresnel's equations.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughGlass {
-    /// Not smooth: [`super::specular::Glass`] is.
+    /// Even, and not smooth: [`super::specular::Glass`] is.
     pub facets: Ggx,
     /// Index of refraction behind the surface over that in front; not 1.
     pub ior: f32,
@@ -76,7 +76,7 @@ impl BsdfKind for RoughGlass {
         let Some((facet, shares)) = facet.and_then(|f| Some((f, self.shares(f.cos, eta)?))) else {
             return BsdfEval::default();
         };
-        let gain = 1.0 / albedo::boundary(&self.facets, o, eta);
+        let gain = 1.0 / albedo::boundary(&self.facets, o, eta).fresnel;
         if i.z > 0.0 {
             eval_facet(facet, shares.reflect * gain, shares.chance)
         } else {
@@ -111,10 +111,6 @@ impl BsdfKind for RoughGlass {
 
     fn transmits(&self) -> bool {
         true
-    }
-
-    fn reads_tangent(&self) -> bool {
-        self.facets.alpha.x != self.facets.alpha.y
     }
 }
 
@@ -217,7 +213,7 @@ impl BsdfKind for Pane {
     }
 
     fn reads_tangent(&self) -> bool {
-        self.facets.alpha.x != self.facets.alpha.y
+        !self.facets.is_even()
     }
 
     fn is_delta(&self) -> bool {

@@ -39,7 +39,7 @@ pub struct Layered {
     pub metallic: f32,
     /// The part of the rest that is clear.
     pub transmission: f32,
-    /// Of metal and of boundaries.
+    /// Of metal and of boundaries; even where light passes into a solid.
     pub facets: Ggx,
     /// Cosine and sine of the angle from the frame's tangent to that of the facets.
     pub turn: Vec2,
@@ -92,6 +92,12 @@ struct Chances {
     blind: f32,
 }
 
+/// How the reflectance of a clear facet differs from Fresnel's: it is scaled, and a part of the rest is reflected too.
+struct Shine {
+    scale: Rgb,
+    more: Rgb,
+}
+
 /// All that depends on `wo` alone.
 struct View {
     /// `wo`, above the surface, in the frame of the facets.
@@ -107,7 +113,8 @@ struct View {
     under_coat: f32,
     metal_f0: Rgb,
     metal_gain: Rgb,
-    clear_gain: f32,
+    shine: Shine,
+    clear_gain: Rgb,
     /// Reflectance over chalk at normal incidence.
     over_f0: Rgb,
     /// Factor of `1 - over_albedo(wi)` for chalk.
@@ -133,23 +140,66 @@ impl Layered {
         (f0.max_component() * a + self.specular * b).min(1.0)
     }
 
-    /// What a clear facet reflects and what it lets pass.
-    fn clear_shares(&self, cos: f32, eta: f32) -> (Rgb, Rgb) {
+    /// What the walls reflect by Fresnel's equations at the cosine `cos`.
+    fn fresnel(&self, cos: f32, eta: f32) -> f32 {
         let once = dielectric(cos, eta);
-        let all = match self.walls {
+        match self.walls {
             Walls::Thin => of_two_boundaries(once),
             Walls::Solid => once,
+        }
+    }
+
+    /// The shine of clear facets: where a film lies on them, all reflect as much more or less as one does that faces the viewer's
+    /// cosine `cos` from the surface's own normal.
+    fn shine(&self, cos: f32, eta: f32) -> Shine {
+        let plain = Shine {
+            scale: Rgb::gray(self.specular),
+            more: Rgb::BLACK,
         };
+        let all = self.fresnel(cos, eta);
+        let bare = self.specular * all;
+        if self.film.weight == 0.0 || all >= 1.0 {
+            return plain;
+        }
+        let film = self.film.reflectance(Rgb::gray(self.normal_reflectance()), cos);
+        let covered = film * self.film.weight + Rgb::gray(bare * (1.0 - self.film.weight));
+        Shine {
+            scale: covered.map(|r| {
+                if r < bare {
+                    self.specular * r / bare
+                } else {
+                    self.specular
+                }
+            }),
+            more: covered.map(|r| ((r - bare) / (1.0 - bare)).max(0.0)),
+        }
+    }
+
+    /// What clear facets of the shine `shine` lose between them, as a factor that makes up for it.
+    fn clear_gain(&self, shine: &Shine, o: Vec3, mirrors: f32, eta: f32) -> Rgb {
+        match self.walls {
+            Walls::Thin => Rgb::gray(1.0 / mirrors),
+            Walls::Solid => {
+                let clear = albedo::boundary(&self.facets, o, eta);
+                let scaled = shine.scale * clear.fresnel + (Rgb::WHITE - shine.scale) * clear.passing;
+                let all = scaled * (Rgb::WHITE - shine.more) + shine.more * mirrors;
+                all.map(|a| 1.0 / a)
+            }
+        }
+    }
+
+    /// What a clear facet reflects and what it lets pass.
+    fn clear_shares(&self, shine: &Shine, cos: f32, eta: f32) -> (Rgb, Rgb) {
+        let all = self.fresnel(cos, eta);
+        if all >= 1.0 {
+            return (Rgb::WHITE, Rgb::BLACK);
+        }
         let grazing = schlick_term(cos);
         let color = self.specular_color.map(|c| c.min(1.0));
         let tint = color + (Rgb::WHITE - color) * grazing;
-        let (mut reflect, mut pass) = (tint * (self.specular * all), Rgb::gray(1.0 - self.specular * all));
-        if self.film.weight > 0.0 && all < 1.0 {
-            let film = self.film.reflectance(Rgb::gray(self.normal_reflectance()), cos);
-            reflect = reflect * (1.0 - self.film.weight) + film * self.film.weight;
-            pass = pass * (1.0 - self.film.weight) + (Rgb::WHITE - film) * self.film.weight;
-        }
-        (reflect, pass)
+        let bare = shine.scale * all;
+        let rest = Rgb::WHITE - shine.more;
+        (tint * bare * rest + shine.more, (Rgb::WHITE - bare) * rest)
     }
 
     /// All that depends on `wo` alone; `None` where it lies in the surface.
@@ -178,21 +228,26 @@ impl Layered {
         }
         let under_coat = under_sheen * (1.0 - coat);
 
-        let all = albedo::mirrors(&self.facets, o);
         let [a, b] = albedo::schlick(&self.facets, o);
+        let all = a + b;
         let metal_f0 = self.film.f0(self.base_color, o.z);
         let metal_gain = bounced(metal_f0, all);
         let f0 = self.reflectance_of_boundary();
-        let over_f0 = if chalk > 0.0 { self.film.f0(f0, o.z) } else { f0 };
+        let over_f0 = if chalk > 0.0 {
+            self.film.f0(f0, o.z).map(|r| r.min(self.specular))
+        } else {
+            f0
+        };
         let over = (over_f0.max_component() * a + self.specular * b).min(1.0);
         let mean = {
             let [a, b] = albedo::schlick_mean(&self.facets);
             (over_f0.max_component() * a + self.specular * b).min(0.999)
         };
-        let clear_gain = match (clear > 0.0, self.walls) {
-            (false, _) => 1.0,
-            (true, Walls::Thin) => 1.0 / all,
-            (true, Walls::Solid) => 1.0 / albedo::boundary(&self.facets, o, eta),
+        let shine = self.shine(o.z, eta);
+        let clear_gain = if clear > 0.0 {
+            self.clear_gain(&shine, o, all, eta)
+        } else {
+            Rgb::WHITE
         };
 
         let color = self.base_color.max_component();
@@ -218,6 +273,7 @@ impl Layered {
             under_coat,
             metal_f0,
             metal_gain,
+            shine,
             clear_gain,
             over_f0,
             chalk_gain: (1.0 - over) / (1.0 - mean),
@@ -255,7 +311,7 @@ impl Layered {
             weight += blend(view.over_f0, self.specular) * view.chalk;
         }
         if view.clear > 0.0 {
-            weight += self.clear_shares(cos, view.eta).0 * (view.clear_gain * view.clear);
+            weight += self.clear_shares(&view.shine, cos, view.eta).0 * (view.clear_gain * view.clear);
         }
         weight * view.under_coat
     }
@@ -265,7 +321,7 @@ impl Layered {
         if view.clear == 0.0 {
             return 1.0;
         }
-        let (reflect, pass) = self.clear_shares(cos, view.eta);
+        let (reflect, pass) = self.clear_shares(&view.shine, cos, view.eta);
         let (reflect, pass) = (reflect.max_component(), (self.base_color * pass).max_component());
         let reflects = if reflect > 0.0 { reflect / (reflect + pass) } else { 0.0 };
         view.chances.blind + (1.0 - view.chances.blind) * reflects
@@ -273,7 +329,7 @@ impl Layered {
 
     /// What clear facets let pass at the cosine `cos`, before it is hidden.
     fn passing_weight(&self, view: &View, cos: f32) -> Rgb {
-        let passed = self.clear_shares(cos, view.eta).1;
+        let passed = self.clear_shares(&view.shine, cos, view.eta).1;
         self.base_color * passed * (view.clear_gain * view.clear * view.under_coat)
     }
 
@@ -463,7 +519,7 @@ impl BsdfKind for Layered {
     }
 
     fn reads_tangent(&self) -> bool {
-        self.facets.alpha.x != self.facets.alpha.y
+        !self.facets.is_even()
     }
 
     fn is_delta(&self) -> bool {

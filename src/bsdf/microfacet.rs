@@ -62,6 +62,17 @@ impl Ggx {
         self.alpha.x == 0.0
     }
 
+    /// Whether facets are as steep along the tangent as along the bitangent.
+    #[inline]
+    pub fn is_even(&self) -> bool {
+        self.alpha.x == self.alpha.y
+    }
+
+    /// Facets that are as steep on the mean along every axis.
+    pub fn evened(&self) -> Self {
+        Self::new(Vec2::splat((0.5 * self.alpha.length_squared()).sqrt()))
+    }
+
     /// Area of facets with the unit normal `h`, per area and steradian.
     #[inline]
     pub fn density(&self, h: Vec3) -> f32 {

@@ -31,47 +31,6 @@ fn albedo_of(bsdf: &Bsdf, wo: Vec3, count: u32) -> (Rgb, Rgb) {
 }
 
 #[test]
-fn white_surfaces_lose_less_than_two_percent_and_gain_nothing_at_any_angle() {
-    let mut wrong = Vec::new();
-    for Example { name, bsdf, .. } in white_examples() {
-        let back: &[f32] = if bsdf.transmits() {
-            &[-0.9, -0.6, -0.2, -0.02]
-        } else {
-            &[]
-        };
-        for cos in [1.0, 0.8, 0.5, 0.25, 0.1, 0.03, 0.005].iter().chain(back) {
-            let wo = direction(*cos, 0.7);
-            let mut all = albedo_of(&bsdf, wo, 600).0.g;
-            if !(0.99..=1.005).contains(&all) {
-                // Too few samples to be sure.
-                all = albedo_of(&bsdf, wo, 10_000).0.g;
-            }
-            // Tables of clear facets are a little less exact at grazing angles.
-            let most = if bsdf.transmits() { 1.015 } else { 1.01 };
-            if !(0.98..=most).contains(&all) {
-                wrong.push(format!("{name} from {cos}: {all}"));
-            }
-        }
-    }
-    assert!(wrong.is_empty(), "{}\n{}", wrong.len(), wrong.join("\n"));
-}
-
-#[test]
-fn brushed_surfaces_lose_and_gain_less_than_seven_percent() {
-    for (along, across) in [(0.3, 0.1), (0.3, 0.01), (0.5, 0.25), (1.0, 0.3), (1.0, 0.0)] {
-        let facets = Ggx::new(Vec2::new(along, across));
-        let reflectance = Reflectance::colored(Rgb::WHITE, Rgb::WHITE);
-        let metal = Bsdf::Conductor(Conductor { facets, reflectance });
-        for cos in [1.0, 0.5, 0.1, 0.01] {
-            for turn in [0.0, 0.8, 1.57] {
-                let all = albedo_of(&metal, direction(cos, turn), 4000).0.g;
-                assert!((all - 1.0).abs() < 0.07, "{along} {across} from {cos} {turn}: {all}");
-            }
-        }
-    }
-}
-
-#[test]
 fn no_surface_sends_back_more_than_arrives() {
     for Example { name, bsdf, .. } in examples() {
         for wo in views(&bsdf) {
@@ -81,34 +40,93 @@ fn no_surface_sends_back_more_than_arrives() {
     }
 }
 
+/// What `f` says at each of many facets that are seen from `wo`, on the mean; `points` along each axis.
+fn mean_over_facets(ggx: &Ggx, wo: Vec3, points: u32, f: impl Fn(Vec3) -> [f32; 4]) -> [f32; 4] {
+    let mut sum = [0.0_f64; 4];
+    for i in 0..points * points {
+        let q = ((i / points) as f32 + 0.5) / points as f32;
+        let u = Vec2::new(((i % points) as f32 + 0.5) / points as f32, 1.0 - q * q);
+        for (sum, v) in sum.iter_mut().zip(f(ggx.sample_normal(wo, u))) {
+            *sum += f64::from(v * 2.0 * q);
+        }
+    }
+    sum.map(|s| (s / f64::from(points * points)) as f32)
+}
+
+fn seen(facet: Option<super::super::microfacet::Facet>) -> f32 {
+    facet.map_or(0.0, |f| f.seen)
+}
+
 #[test]
-fn the_tables_are_as_exact_as_they_say() {
-    let points = 64;
-    for roughness in [0.045, 0.12, 0.33, 0.61, 0.88, 1.0] {
+fn the_tables_say_no_less_than_the_truth_and_little_more() {
+    let mut wrong = Vec::new();
+    for roughness in [0.033, 0.045, 0.12, 0.33, 0.47, 0.61, 0.76, 0.88, 1.0] {
         let ggx = Ggx::from_roughness(roughness, 0.0);
-        for cos in [0.002, 0.02, 0.13, 0.4, 0.77, 1.0] {
+        for cos in [0.002, 0.02, 0.06, 0.13, 0.25, 0.4, 0.62, 0.77, 0.92, 1.0] {
             let wo = direction(cos, 0.0);
-            let mut sum = [0.0_f64; 3];
-            for i in 0..points * points {
-                let q = ((i / points) as f32 + 0.5) / points as f32;
-                let u = Vec2::new(((i % points) as f32 + 0.5) / points as f32, 1.0 - q * q);
-                let h = ggx.sample_normal(wo, u);
-                let seen = |facet: Option<super::super::microfacet::Facet>| facet.map_or(0.0, |f| f.seen * 2.0 * q);
-                let mirrored = seen(ggx.reflection(wo, fresnel::reflect(wo, h)));
-                let passed = fresnel::refract(wo, h, 1.6).and_then(|wi| ggx.transmission(wo, wi, 1.6));
-                let reflected = fresnel::dielectric(wo.dot(h), 1.6);
-                sum[0] += f64::from(mirrored);
-                sum[1] += f64::from(mirrored * fresnel::schlick_term(wo.dot(h)));
-                sum[2] += f64::from(reflected * mirrored + (1.0 - reflected) * seen(passed));
-            }
-            let [all, grazing, boundary] = sum.map(|s| (s / f64::from(points * points)) as f32);
-            let schlick = albedo::schlick(&ggx, wo);
-            let said = [albedo::mirrors(&ggx, wo), schlick[1], albedo::boundary(&ggx, wo, 1.6)];
-            for (is, said) in [all, grazing, boundary].into_iter().zip(said) {
-                assert!((is - said).abs() < 0.01, "{roughness} {cos}: {is} {said}");
+            for eta in [1.1, 1.45, 1.6, 2.7, 1.0 / 1.1, 0.69, 0.4] {
+                let [all, grazing, fresnel, passing] = mean_over_facets(&ggx, wo, 160, |h| {
+                    let mirrored = seen(ggx.reflection(wo, fresnel::reflect(wo, h)));
+                    let passed = fresnel::refract(wo, h, eta).map(|wi| seen(ggx.transmission(wo, wi, eta)));
+                    let reflected = fresnel::dielectric(wo.dot(h), eta);
+                    [
+                        mirrored,
+                        mirrored * fresnel::schlick_term(wo.dot(h)),
+                        reflected * mirrored + (1.0 - reflected) * passed.unwrap_or(0.0),
+                        passed.unwrap_or(mirrored),
+                    ]
+                });
+                let schlick = albedo::schlick(&ggx, wo);
+                let clear = albedo::boundary(&ggx, wo, eta);
+                for (what, is, said, most) in [
+                    ("mirrors", all, albedo::mirrors(&ggx, wo), 0.004),
+                    ("grazing", grazing, schlick[1], 0.008),
+                    ("fresnel", fresnel, clear.fresnel, 0.01),
+                    ("passing", passing, clear.passing, 0.01),
+                ] {
+                    if !(-2e-4..most).contains(&(said - is)) {
+                        wrong.push(format!("{what} {roughness} {cos} {eta}: {is} {said} {}", said - is));
+                    }
+                }
             }
         }
     }
+    assert!(wrong.is_empty(), "{}\n{}", wrong.len(), wrong.join("\n"));
+}
+
+#[test]
+fn the_tables_of_brushed_facets_say_no_less_than_the_truth_and_little_more() {
+    let mut wrong = Vec::new();
+    for (roughness, anisotropy) in [
+        (0.0, 1.0),
+        (0.0, 0.5),
+        (0.1, 0.3),
+        (0.15, 0.9),
+        (0.3, 0.6),
+        (0.5, 0.8),
+        (0.7, 0.4),
+    ] {
+        let ggx = Ggx::from_roughness(roughness, anisotropy);
+        for cos in [0.002, 0.01, 0.05, 0.13, 0.3, 0.6, 0.85, 1.0] {
+            for turn in [0.0, 0.4, 0.9, 1.2, 1.4, 1.5, 1.57] {
+                let wo = direction(cos, turn);
+                let [all, grazing, ..] = mean_over_facets(&ggx, wo, 160, |h| {
+                    let mirrored = seen(ggx.reflection(wo, fresnel::reflect(wo, h)));
+                    [mirrored, mirrored * fresnel::schlick_term(wo.dot(h)), 0.0, 0.0]
+                });
+                let [a, b] = albedo::schlick(&ggx, wo);
+                for (what, is, said, most) in [("mirrors", all, a + b, 0.01), ("grazing", grazing, b, 0.025)] {
+                    if !(-2e-4..most).contains(&(said - is)) {
+                        wrong.push(format!(
+                            "{what} {roughness} {anisotropy} {cos} {turn}: {is} {said} {}",
+                            said - is
+                        ));
+                    }
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}\n{}", wrong.len(), wrong.join("\n"));
 }
 
 #[test]

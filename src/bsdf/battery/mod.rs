@@ -6,6 +6,7 @@ use crate::math::{Rgb, Vec2, Vec3, hash};
 mod chi_square;
 mod energy;
 mod examples;
+mod furnace;
 mod reciprocity;
 
 use examples::{Example, examples, white_examples};

@@ -64,9 +64,9 @@ fn what_passes_a_facet_passes_back_but_for_the_square_of_the_index() {
         };
         for (a, b, turn) in PAIRS {
             let (wo, wi) = (direction(a, 0.0), direction(-b, turn));
-            let there = glass.eval(wo, wi).glossy.g * albedo::boundary(&facets, wo, eta) / b;
+            let there = glass.eval(wo, wi).glossy.g * albedo::boundary(&facets, wo, eta).fresnel / b;
             let inside = fresnel::mirrored(wi);
-            let back = glass.eval(wi, wo).glossy.g * albedo::boundary(&facets, inside, 1.0 / eta) / a;
+            let back = glass.eval(wi, wo).glossy.g * albedo::boundary(&facets, inside, 1.0 / eta).fresnel / a;
             assert!((there - back * eta * eta).abs() <= 1e-3 * there, "{there} {back}");
         }
     }

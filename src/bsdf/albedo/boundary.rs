@@ -1,0 +1,107 @@
+//! Clear facets: what they reflect and what they let pass, together.
+
+use std::sync::OnceLock;
+
+use super::{Points, along, column, direction, even, facets, mean_over_facets, mix, node, place, reflected, seen};
+use crate::{
+    bsdf::{fresnel, microfacet::Ggx},
+    math::{Vec3, trig},
+};
+
+/// Slices by index, even in the root of its logarithm: denser towards 1, where no boundary is.
+const SLICES: usize = 48;
+const ROWS: usize = 32;
+const COLUMNS: usize = 48;
+/// The highest index of the table; the lowest is its inverse. Beyond them a little light is lost.
+const HIGHEST: f32 = 4.0;
+const POINTS: Points = Points {
+    turns: 32,
+    slopes: 64,
+    turn: 0.5,
+    shift: 0.618_034,
+};
+/// What is added so that no value is less than the truth.
+const ABOVE: Clear = Clear {
+    fresnel: 0.003,
+    passing: 0.004,
+};
+
+/// Albedo of clear facets, by reflection and by transmission together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clear {
+    /// Where light is shared out by Fresnel's equations.
+    pub fresnel: f32,
+    /// Where all passes that can.
+    pub passing: f32,
+}
+
+/// Of one index and one roughness, by the root of the cosine, over the albedo of mirrors: at grazing angles all is reflected.
+struct Row {
+    fresnel: [f32; COLUMNS],
+    /// Over nothing where all can pass.
+    passing: [f32; COLUMNS],
+}
+
+static TABLE: [[OnceLock<Box<Row>>; ROWS]; SLICES] = [const { [const { OnceLock::new() }; ROWS] }; SLICES];
+
+fn eta(k: usize) -> f32 {
+    let x = 2.0 * node(k, SLICES) - 1.0;
+    trig::pow(HIGHEST, x * x.abs())
+}
+
+fn row(k: usize, i: usize) -> &'static Row {
+    TABLE[k][i].get_or_init(|| {
+        let (eta, ggx) = (eta(k), facets(node(i, ROWS)));
+        let mut row = Row {
+            fresnel: [0.0; COLUMNS],
+            passing: [0.0; COLUMNS],
+        };
+        for j in 0..COLUMNS {
+            let root: f32 = node(j, COLUMNS);
+            let wo = direction((root * root).max(1e-3));
+            let [shared, passing] = mean_over_facets(POINTS, &ggx, wo, |h| {
+                let part = fresnel::dielectric(wo.dot(h), eta);
+                let passed = fresnel::refract(wo, h, eta);
+                let all_of_it = passed
+                    .and_then(|wi| ggx.transmission(wo, wi, eta))
+                    .map_or(0.0, |f| f.seen);
+                let reflected = seen(&ggx, wo, h);
+                let passing = if part < 1.0 { all_of_it } else { reflected };
+                [part * reflected + (1.0 - part) * all_of_it, passing]
+            });
+            let mirrors = reflected(POINTS, &ggx, wo)[0];
+            row.fresnel[j] = shared - mirrors;
+            row.passing[j] = if eta < 1.0 { passing - mirrors } else { passing };
+        }
+        Box::new(row)
+    })
+}
+
+/// The albedo of clear facets seen from `wo`; `eta` is the index on the other side over the one on the side of `wo`. The facets
+/// are even, or taken for it.
+pub fn boundary(ggx: &Ggx, wo: Vec3, index: f32) -> Clear {
+    if ggx.is_smooth() {
+        return Clear {
+            fresnel: 1.0,
+            passing: 1.0,
+        };
+    }
+    let log = trig::ln(index) / trig::ln(HIGHEST);
+    let (k, f) = place(0.5 + 0.5 * log.abs().sqrt().copysign(log), SLICES);
+    let (i, g) = place(ggx.alpha.x.sqrt(), ROWS);
+    let column = column(wo.z.abs());
+    let mirrors = even::mirrors(ggx, wo);
+    let at = |k: usize| {
+        let (a, b) = (row(k, i), row(k, i + 1));
+        let over = if k < SLICES / 2 { mirrors } else { 0.0 };
+        Clear {
+            fresnel: mirrors + mix(along(&a.fresnel, column), along(&b.fresnel, column), g),
+            passing: over + mix(along(&a.passing, column), along(&b.passing, column), g),
+        }
+    };
+    let (a, b) = (at(k), at(k + 1));
+    Clear {
+        fresnel: (mix(a.fresnel, b.fresnel, f) + ABOVE.fresnel).min(1.0),
+        passing: (mix(a.passing, b.passing, f) + ABOVE.passing).min(1.0),
+    }
+}

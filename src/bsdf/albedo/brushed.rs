@@ -1,0 +1,191 @@
+//! Facets that are steeper along one axis than along the other: how far they are from even ones.
+//!
+//! The albedo is about that of even facets of the same mean square alpha, seen from where they hide each other as far; and what is
+//! reflected at grazing angles about that of even facets as steep as these are towards the viewer. A table has the rest, for
+//! each pair of a roughness and of a ratio of the alphas by the direction.
+
+use std::sync::OnceLock;
+
+use super::{Points, column, even, mean_over_directions, mix, node, place, reflected};
+use crate::{
+    bsdf::microfacet::Ggx,
+    math::{Vec2, Vec3},
+};
+
+/// Nodes by roughness, and by the root of the ratio of the smaller alpha to the larger one.
+const ROUGHNESSES: usize = 12;
+const RATIOS: usize = 8;
+/// Nodes by the root of a cosine, and by turn: of the albedo, and of what is grazing.
+const MIRRORS: [usize; 2] = [24, 8];
+const GRAZING: [usize; 2] = [16, 16];
+const POINTS: Points = Points {
+    turns: 48,
+    slopes: 48,
+    turn: 1.0,
+    shift: 0.0,
+};
+
+type Mirrors = [[f32; MIRRORS[1]]; MIRRORS[0]];
+type Grazing = [[f32; GRAZING[1]]; GRAZING[0]];
+
+/// What is off for one pair; each part is integrated when it is first asked.
+struct Pair {
+    mirrors: OnceLock<Box<Mirrors>>,
+    grazing: OnceLock<Box<Grazing>>,
+    mean: OnceLock<[f32; 2]>,
+}
+
+static TABLE: [[Pair; RATIOS]; ROUGHNESSES] = [const {
+    [const {
+        Pair {
+            mirrors: OnceLock::new(),
+            grazing: OnceLock::new(),
+            mean: OnceLock::new(),
+        }
+    }; RATIOS]
+}; ROUGHNESSES];
+
+/// Facets, turned so that they are steeper along x, and a direction with them.
+struct View {
+    ggx: Ggx,
+    wo: Vec3,
+}
+
+impl View {
+    fn new(ggx: &Ggx, wo: Vec3) -> Self {
+        let (a, wo) = if ggx.alpha.x < ggx.alpha.y {
+            (Vec2::new(ggx.alpha.y, ggx.alpha.x), Vec3::new(wo.y, wo.x, wo.z))
+        } else {
+            (ggx.alpha, wo)
+        };
+        Self {
+            ggx: Ggx { alpha: a },
+            wo: wo.abs(),
+        }
+    }
+
+    fn stretched(&self) -> Vec3 {
+        (self.wo * self.ggx.alpha.extend(1.0)).normalize()
+    }
+
+    /// The albedo as that of even facets.
+    fn mirrors(&self) -> f32 {
+        even::mirrors_at(roughness(&self.ggx), self.ggx.stretched_cos(self.wo))
+    }
+
+    /// The mean of Schlick's term as that of even facets.
+    fn grazing(&self) -> f32 {
+        let across = Vec2::new(self.wo.x, self.wo.y);
+        let length = across.length();
+        let alpha = if length > 0.0 {
+            (across * self.ggx.alpha).length() / length
+        } else {
+            (0.5 * self.ggx.alpha.length_squared()).sqrt()
+        };
+        even::grazing_at(alpha.sqrt(), self.wo.z)
+    }
+}
+
+/// The perceived roughness of even facets of the same mean square alpha.
+fn roughness(ggx: &Ggx) -> f32 {
+    (0.5 * ggx.alpha.length_squared()).sqrt().sqrt()
+}
+
+/// How far `x` is on the way from the second axis to the first.
+fn turn(x: f32, y: f32) -> f32 {
+    if x + y > 0.0 { x / (x + y) } else { 0.5 }
+}
+
+/// A unit vector in the plane for which [`turn`] is `v`.
+fn turned(v: f32) -> Vec2 {
+    Vec2::new(v, 1.0 - v).normalize()
+}
+
+/// The facets of a node. The larger alpha may be above 1, where no surface is.
+fn facets(i: usize, j: usize) -> Ggx {
+    let roughness = node(i, ROUGHNESSES).max(0.04);
+    let ratio = node(j, RATIOS) * node(j, RATIOS);
+    let along = roughness * roughness * (2.0 / (1.0 + ratio * ratio)).sqrt();
+    Ggx {
+        alpha: Vec2::new(along, (along * ratio).max(Ggx::SMOOTHEST)),
+    }
+}
+
+fn cos_of(k: usize, nodes: usize) -> f32 {
+    let root: f32 = node(k, nodes);
+    (root * root).max(1e-3)
+}
+
+fn mirrors_of(i: usize, j: usize) -> &'static Mirrors {
+    TABLE[i][j].mirrors.get_or_init(|| {
+        let ggx = facets(i, j);
+        let [columns, turns] = MIRRORS;
+        let table = std::array::from_fn(|k| {
+            let cos = cos_of(k, columns);
+            let sin = (1.0 - cos * cos).sqrt();
+            std::array::from_fn(|l| {
+                let stretched = (turned(node(l, turns)) * sin).extend(cos);
+                let wo = (stretched / ggx.alpha.extend(1.0)).normalize();
+                reflected(POINTS, &ggx, wo)[0] - View { ggx, wo }.mirrors()
+            })
+        });
+        Box::new(table)
+    })
+}
+
+fn grazing_of(i: usize, j: usize) -> &'static Grazing {
+    TABLE[i][j].grazing.get_or_init(|| {
+        let ggx = facets(i, j);
+        let [columns, turns] = GRAZING;
+        let table = std::array::from_fn(|k| {
+            let cos = cos_of(k, columns);
+            let sin = (1.0 - cos * cos).sqrt();
+            std::array::from_fn(|l| {
+                // Denser across the axis along which facets are steep.
+                let wo = (turned(node(l, turns) * node(l, turns)) * sin).extend(cos);
+                reflected(POINTS, &ggx, wo)[1] - View { ggx, wo }.grazing()
+            })
+        });
+        Box::new(table)
+    })
+}
+
+/// Linear between the four nodes about `ggx`.
+fn between<T>(ggx: &Ggx, of: impl Fn(usize, usize) -> T, value: impl Fn(T) -> f32) -> f32 {
+    let (i, f) = place(roughness(ggx), ROUGHNESSES);
+    let (j, g) = place((ggx.alpha.min_element() / ggx.alpha.max_element()).sqrt(), RATIOS);
+    let at = |i| mix(value(of(i, j)), value(of(i, j + 1)), g);
+    mix(at(i), at(i + 1), f)
+}
+
+/// Linear between the nodes of a table.
+fn lookup<const K: usize, const L: usize>(table: &[[f32; L]; K], column: f32, turn: f32) -> f32 {
+    let (k, f) = place(column, K);
+    mix(super::along(&table[k], turn), super::along(&table[k + 1], turn), f)
+}
+
+/// See [`super::mirrors`].
+pub(super) fn mirrors(ggx: &Ggx, wo: Vec3) -> f32 {
+    let view = View::new(ggx, wo);
+    let s = view.stretched();
+    let (column, turn) = (column(s.z), turn(s.x, s.y));
+    view.mirrors() + between(&view.ggx, mirrors_of, |table| lookup(table, column, turn))
+}
+
+/// The mean of Schlick's term over the light that is reflected.
+pub(super) fn grazing(ggx: &Ggx, wo: Vec3) -> f32 {
+    let view = View::new(ggx, wo);
+    let (column, turn) = (column(view.wo.z), turn(view.wo.x, view.wo.y).sqrt());
+    let off = between(&view.ggx, grazing_of, |table| lookup(table, column, turn));
+    (view.grazing() + off).clamp(0.0, 1.0)
+}
+
+/// See [`super::schlick_mean`].
+pub(super) fn schlick_mean(ggx: &Ggx) -> [f32; 2] {
+    let mean = |i: usize, j: usize| {
+        *TABLE[i][j]
+            .mean
+            .get_or_init(|| mean_over_directions(&facets(i, j), 32, 16))
+    };
+    [0, 1].map(|k| between(ggx, mean, |m| m[k]))
+}
