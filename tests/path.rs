@@ -133,3 +133,66 @@ fn a_clamp_darkens_indirect_light_alone() {
         "{clamped} {free}"
     );
 }
+
+/// What the header of `file` says under `name`.
+fn attribute(folder: &Folder, file: &str, name: &str) -> Option<exr::meta::attribute::AttributeValue> {
+    let meta = exr::meta::MetaData::read_from_file(folder.path(file), false).expect("an EXR");
+    let header = &meta.headers[0];
+    header
+        .own_attributes
+        .other
+        .get(&exr::meta::attribute::Text::from(name))
+        .cloned()
+}
+
+#[test]
+fn a_file_names_the_limits_that_are_set() {
+    use exr::meta::attribute::AttributeValue::{F32, I32};
+    let folder = Folder::new();
+    let scene = |keys: &str| format!("[render]\nwidth = 4\nheight = 4\nintegrator.path = {{ {keys} }}\n{CAMERA}");
+    folder.write("free.toml", &scene(""));
+    folder.write(
+        "s.toml",
+        &scene("max_depth = 6, clamp_indirect = 2.5, max_specular = 3"),
+    );
+    for name in ["free", "s"] {
+        let (scene, file) = (format!("{name}.toml"), format!("{name}.exr"));
+        folder.succeed(&[&scene, "--progress", "none", "-o", &file]);
+    }
+    let said = |file: &str, name: &str| attribute(&folder, file, &format!("batch-render/{name}"));
+    assert_eq!(said("s.exr", "clampIndirect"), Some(F32(2.5)));
+    assert_eq!(said("s.exr", "maxDepth"), Some(I32(6)));
+    assert_eq!(said("s.exr", "maxSpecular"), Some(I32(3)));
+    assert_eq!(said("s.exr", "maxDiffuse"), None);
+    assert_eq!(said("free.exr", "clampIndirect"), None);
+    assert_eq!(said("free.exr", "maxDepth"), Some(I32(8)));
+}
+
+#[test]
+fn infinite_samples_are_left_out_counted_and_reported_with_their_pixels_whatever_the_threads() {
+    let folder = Folder::new();
+    // What shines with 1e30 times 1e30 is seen in a few pixels left of the middle, and lights a wall behind it.
+    folder.write(
+        "s.toml",
+        &format!(
+            "[render]\nwidth = 24\nheight = 24\nsamples = 4\nintegrator.path = {{ max_depth = 1 }}\n{CAMERA}\
+             [background]\ncolor = 0.5\n\
+             [material.m]\nprincipled = {{ emissive = 1e30, emissive_strength = 1e30 }}\n\
+             [[object]]\nmaterial = \"m\"\nshape.sphere = {{ center = [-0.5, 0, 0], radius = 0.1 }}\n"
+        ),
+    );
+    let run = |threads: &str| {
+        let file = format!("{threads}.exr");
+        let output = folder.run(&["s.toml", "--progress", "none", "-t", threads, "-o", &file]);
+        assert!(output.status.success());
+        (common::stderr(&output), folder.read(&file))
+    };
+    let one = run("1");
+    assert!(
+        one.0.contains("frame 1: ") && one.0.contains(" left out (not a number, or infinite)"),
+        "{}",
+        one.0
+    );
+    assert!(one.0.contains("column and row: (8, 11), (9, 11)"), "{}", one.0);
+    assert!(one == run("2") && one == run("7"));
+}

@@ -15,8 +15,8 @@ use crate::{
     camera::Shot,
     error::Error,
     film::Film,
-    integrator::Layer,
-    output::{self, Channel, Coverage, FrameImage, OutputError, Plane, Samples, WriteReport},
+    integrator::{Layer, Limit, LimitValue},
+    output::{self, Attribute, Channel, Coverage, FrameImage, OutputError, Plane, Samples, WriteReport},
     render::{self, Watch},
     scene::Scene,
 };
@@ -64,7 +64,6 @@ pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, watch: &Watch) -
     })?;
     summary.wall = start.elapsed();
     summary.rays = watch.rays.load(Ordering::Relaxed);
-    summary.dropped_samples = watch.dropped.load(Ordering::Relaxed);
     Ok(summary)
 }
 
@@ -111,6 +110,10 @@ fn render_all<'a>(
         let film = render::shot(scene, shot, &plan.integrator, &settings, watch)?;
         let took = start.elapsed();
         observer.frame_rendered(frame.number, took);
+        let dropped = std::mem::take(&mut *watch.dropped.lock().expect("no thread panics while it holds a lock"));
+        if dropped.count > 0 {
+            summary.dropped.push((frame.number, dropped));
+        }
         summary.frame_times.push(took);
         summary.rendered += 1;
         summary.samples += settings.window.area() as u64 * u64::from(settings.samples);
@@ -130,9 +133,14 @@ fn write_all(
     observer: &dyn Observer,
 ) -> Result<u64, OutputError> {
     let mut clamped = 0;
+    let metadata = limits(plan);
     for Finished { frame, film } in frames {
         let layers = layers(plan.integrator.layers(), &film);
-        let image = image(plan, coverage, frame.number, &film, &layers);
+        let image = FrameImage {
+            layers: &layers,
+            metadata: &metadata,
+            ..image(plan, coverage, frame.number, &film)
+        };
         for file in &frame.files {
             let report: WriteReport = output::write(&file.path, file.format, &image, plan.encoding)?;
             clamped += report.clamped + report.nans;
@@ -159,19 +167,25 @@ fn layers<'a>(layers: &[Layer], film: &'a Film) -> Vec<Channel<'a>> {
         .collect()
 }
 
-fn image<'a>(
-    plan: &Plan,
-    coverage: Coverage,
-    number: i32,
-    film: &'a Film,
-    layers: &'a [Channel<'a>],
-) -> FrameImage<'a> {
+/// What the integrator leaves out, for the header of each file.
+fn limits(plan: &Plan) -> Vec<Attribute> {
+    let attribute = |limit: Limit| {
+        let name = format!("batch-render/{}", limit.name);
+        match limit.value {
+            LimitValue::Count(n) => Attribute::new(name, i32::try_from(n).unwrap_or(i32::MAX)),
+            LimitValue::Radiance(l) => Attribute::new(name, l),
+        }
+    };
+    plan.integrator.limits().into_iter().map(attribute).collect()
+}
+
+fn image<'a>(plan: &'a Plan, coverage: Coverage, number: i32, film: &'a Film) -> FrameImage<'a> {
     FrameImage {
         resolution: film.resolution,
         window: film.window.into(),
         rgba: &film.pixels,
         coverage,
-        layers,
+        layers: &[],
         layer_attributes: &[],
         frame: number,
         samples: plan.settings.samples,

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use crate::render::Dropped;
+
 /// The figures of a finished job.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
@@ -17,8 +19,8 @@ pub struct Summary {
     pub rays: u64,
     /// Samples of all frames.
     pub samples: u64,
-    /// Samples that came out as NaN or infinite, and were left out.
-    pub dropped_samples: u64,
+    /// Samples that came out as NaN or infinite, and were left out, of each frame that has such.
+    pub dropped: Vec<(i32, Dropped)>,
     /// Numbers beyond what a half float holds, and NaNs, in the files.
     pub clamped: u64,
 }

@@ -71,6 +71,9 @@ fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
     match done {
         Ok(figures) => {
             progress.finish(Some(&summary::lines(&figures, &scene, replaced)));
+            for line in summary::dropped(&figures) {
+                tracing::warn!("{line}");
+            }
             Ok(())
         }
         Err(e) => {

@@ -56,12 +56,6 @@ pub fn lines(summary: &Summary, scene: &Scene, replaced: usize) -> String {
     if replaced > 0 {
         lines.push(format!("placeholders shown: {}", plural(replaced, "image")));
     }
-    if summary.dropped_samples > 0 {
-        lines.push(format!(
-            "left out: {} (not a number, or infinite)",
-            plural(summary.dropped_samples as usize, "sample")
-        ));
-    }
     if summary.clamped > 0 {
         lines.push(format!(
             "clamped: {} beyond what a half float holds",
@@ -69,6 +63,30 @@ pub fn lines(summary: &Summary, scene: &Scene, replaced: usize) -> String {
         ));
     }
     lines.join("\n")
+}
+
+/// A line for each of the first frames that left samples out, with the pixels that they are of: those that left out none have none.
+pub fn dropped(summary: &Summary) -> Vec<String> {
+    const FRAMES: usize = 10;
+    let mut lines: Vec<String> = summary
+        .dropped
+        .iter()
+        .take(FRAMES)
+        .map(|(frame, dropped)| {
+            let samples = plural(dropped.count as usize, "sample");
+            let pixels: Vec<String> = dropped.pixels().map(|[x, y]| format!("({x}, {y})")).collect();
+            format!(
+                "frame {frame}: {samples} left out (not a number, or infinite); the first pixels, column and row: {}",
+                pixels.join(", ")
+            )
+        })
+        .collect();
+    if let Some(rest) = summary.dropped.get(FRAMES..).filter(|rest| !rest.is_empty()) {
+        let count: u64 = rest.iter().map(|(_, dropped)| dropped.count).sum();
+        let frames = plural(rest.len(), "more frame");
+        lines.push(format!("{frames}: {} left out", plural(count as usize, "sample")));
+    }
+    lines
 }
 
 fn plural(n: usize, what: &str) -> String {

@@ -128,6 +128,27 @@ pub trait Integrator: Sync + Send {
     fn layers(&self) -> &'static [Layer] {
         &[]
     }
+
+    /// How much of the light it looks for, for whoever wants to know what a picture lacks.
+    fn limits(&self) -> Vec<Limit> {
+        Vec::new()
+    }
+}
+
+/// What an integrator leaves out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    /// As metadata call it, in camel case.
+    pub name: &'static str,
+    pub value: LimitValue,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LimitValue {
+    /// A number of segments or of bounces.
+    Count(u32),
+    /// In W m^-2 sr^-1.
+    Radiance(f32),
 }
 
 /// What the numbers of a picture are, for whoever shows them.
@@ -190,6 +211,8 @@ kinds! {
     fn shown(&self) -> Shown;
     /// See [`Integrator::layers`].
     fn layers(&self) -> &'static [Layer];
+    /// See [`Integrator::limits`].
+    fn limits(&self) -> Vec<Limit>;
 }
 
 /// The depth that is said, or `default`.
@@ -233,5 +256,9 @@ impl Integrator for BuiltIn {
 
     fn layers(&self) -> &'static [Layer] {
         Self::layers(self)
+    }
+
+    fn limits(&self) -> Vec<Limit> {
+        Self::limits(self)
     }
 }

@@ -8,7 +8,8 @@
 //! | `clamp_indirect` | number above 0; what a path may bring by way of two surfaces or more. Trades rare bright pixels for lost light | W m^-2 sr^-1 | no limit |
 //! | `strategy` | `"mis"`, `"light"` or `"bsdf"`: how light is looked for. All give the same picture, with different noise | | `"mis"` |
 //!
-//! Materials are seen from both sides. Radiance is not scaled by the square of the index of refraction inside of media, as in
+//! Files name the limits that are set (`batch-render/maxDepth`, `/maxDiffuse`, `/maxSpecular`, `/maxTransmission`,
+//! `/clampIndirect`). Materials are seen from both sides. Radiance is not scaled by the square of the index of refraction inside of media, as in
 //! Whitted's integrator.
 //!
 //! ```toml
@@ -25,7 +26,7 @@ use std::cell::LazyCell;
 use serde::Deserialize;
 
 use super::{
-    Bounces, Departures, Integrator, Onward, Path, Vertex, Visit,
+    Bounces, Departures, Integrator, Limit, LimitValue, Onward, Path, Vertex, Visit,
     direct::{Shading, Strategy, ask_light},
     max_depth,
 };
@@ -127,6 +128,31 @@ impl Integrator for PathTracer {
         }
         let uc = if bsdf.has_lobes() { choice.y } else { 0.0 };
         self.go_on(visit, &shading, uc, out);
+    }
+
+    fn limits(&self) -> Vec<Limit> {
+        let bounces = |name, n: u16| {
+            (n < u16::MAX).then(|| Limit {
+                name,
+                value: LimitValue::Count(n.into()),
+            })
+        };
+        let depth = Limit {
+            name: "maxDepth",
+            value: LimitValue::Count(self.max_depth),
+        };
+        let clamp = self.clamp_indirect.map(|l| Limit {
+            name: "clampIndirect",
+            value: LimitValue::Radiance(l),
+        });
+        let all = [
+            Some(depth),
+            bounces("maxDiffuse", self.limits.diffuse),
+            bounces("maxSpecular", self.limits.specular),
+            bounces("maxTransmission", self.limits.transmission),
+            clamp,
+        ];
+        all.into_iter().flatten().collect()
     }
 }
 

@@ -18,7 +18,7 @@
 
 use serde::Deserialize;
 
-use super::{Departures, Integrator, Onward, Vertex, Visit, max_depth};
+use super::{Departures, Integrator, Limit, LimitValue, Onward, Vertex, Visit, max_depth};
 use crate::{
     bsdf::fresnel::{dielectric, reflect, refract},
     light::{Light, LightSample},
@@ -89,6 +89,13 @@ impl Integrator for Whitted {
         } else {
             reflect_and_refract(surface, &terms, out);
         }
+    }
+
+    fn limits(&self) -> Vec<Limit> {
+        vec![Limit {
+            name: "maxDepth",
+            value: LimitValue::Count(self.max_depth),
+        }]
     }
 }
 

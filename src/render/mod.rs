@@ -1,6 +1,9 @@
 //! Rendering: waves of paths over tiles of a film, on all threads.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{
+    Mutex,
+    atomic::{AtomicBool, AtomicU64, Ordering},
+};
 
 use crate::{
     camera::{Camera, Shot},
@@ -12,9 +15,12 @@ use crate::{
 };
 
 mod camera_rays;
+mod dropped;
 mod tiles;
 mod transparency;
 mod wave;
+
+pub use dropped::Dropped;
 
 /// What a frame is rendered with, beside its scene and its camera.
 #[derive(Clone, Debug)]
@@ -55,8 +61,8 @@ pub struct Watch {
     pub pixels: AtomicU64,
     /// Rays traced for nearest hits and for shadows.
     pub rays: AtomicU64,
-    /// Samples that came out as NaN or infinite, and were left out.
-    pub dropped: AtomicU64,
+    /// Samples that came out as NaN or infinite, and were left out, since somebody took them from here.
+    pub dropped: Mutex<Dropped>,
     /// Set by whoever watches: unfinished tiles are left.
     pub cancel: AtomicBool,
 }

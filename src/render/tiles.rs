@@ -54,7 +54,9 @@ fn render_tile(job: &Job<'_>, tile: Window, wave: &mut Wave, watch: &Watch) -> V
         let count = together.min(samples - first);
         let traced = wave.run(job, tile, first..first + count, &mut sums);
         watch.rays.fetch_add(traced.rays, Ordering::Relaxed);
-        watch.dropped.fetch_add(traced.dropped, Ordering::Relaxed);
+        if traced.dropped.count > 0 {
+            lock(&watch.dropped).add(&traced.dropped);
+        }
         first += count;
     }
     sums.iter().map(PixelSum::resolve).collect()

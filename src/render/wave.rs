@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use super::{
-    Settings,
+    Dropped, Settings,
     camera_rays::CameraRays,
     transparency::{Passing, pass, transmittance},
 };
@@ -120,10 +120,10 @@ struct Turn {
 }
 
 /// What running a wave took.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Traced {
     pub rays: u64,
-    pub dropped: u64,
+    pub dropped: Dropped,
 }
 
 /// The arrays of a wave; they keep their memory from tile to tile.
@@ -166,7 +166,7 @@ impl Wave {
                 if l.is_finite() {
                     sum.add(l, self.alpha[slot], self.weights[slot]);
                 } else {
-                    traced.dropped += 1;
+                    traced.dropped.note(part.key(job.settings, slot as u32).pixel);
                 }
             }
         }
