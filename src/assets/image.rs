@@ -61,10 +61,25 @@ fn decode_by_format(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Resul
     limits.max_alloc = Some(MAX_BYTES);
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     reader.limits(limits);
-    let decoder = reader.into_decoder()?;
+    let decoder = reader
+        .into_decoder()
+        .map_err(|e| empty(bytes, format).unwrap_or_else(|| e.into()))?;
     let (width, height) = decoder.dimensions();
     check_size([u64::from(width), u64::from(height)], decoder.total_bytes())?;
     Ok(image_of(DynamicImage::from_decoder(decoder)?, color_space))
+}
+
+/// The problem of a file whose header says that it has no pixels; decoders have many words for that.
+fn empty(bytes: &[u8], format: ImageFormat) -> Option<Problem> {
+    let number = |at: usize| bytes.get(at..at + 4)?.try_into().ok();
+    let [width, height] = match format {
+        ImageFormat::Png => [16, 20].map(|at| number(at).map(u32::from_be_bytes)),
+        // The height is negative where rows run from the top.
+        ImageFormat::Bmp => [18, 22].map(|at| number(at).map(|b| i32::from_le_bytes(b).unsigned_abs())),
+        _ => [None; 2],
+    };
+    let (width, height) = (u64::from(width?), u64::from(height?));
+    (width == 0 || height == 0).then_some(Problem::Size { width, height })
 }
 
 /// Refuses empty and absurd pictures before memory is asked for.

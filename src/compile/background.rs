@@ -40,11 +40,17 @@ pub(super) fn sky(desc: &BackgroundDesc, bitmaps: &mut Vec<Bitmap>) -> Sky {
     let file = said.file.get_ref();
     if picture.repaired > 0 {
         let count = picture.repaired;
-        tracing::warn!("{count} numbers that are not finite became 0 or 65504: {file}");
+        let are = if count == 1 {
+            "number that is"
+        } else {
+            "numbers that are"
+        };
+        tracing::warn!("{count} {are} not finite became 0 or 65504: {file}");
     }
     if environment.clamped > 0 {
         let count = environment.clamped;
-        tracing::warn!("{count} texels below 0 became 0: {file}");
+        let texels = if count == 1 { "texel" } else { "texels" };
+        tracing::warn!("{count} {texels} below 0 became 0: {file}");
     }
     Sky::environment(environment)
 }

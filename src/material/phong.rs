@@ -26,7 +26,7 @@
 
 use serde::Deserialize;
 
-use super::{FindColor, MaterialKind, Split, Terms};
+use super::{FindColor, MaterialKind, Split, Terms, brightness};
 use crate::{
     bsdf::{self, Bsdf, diffuse::Lambert, phong::Weights},
     math::Rgb,
@@ -142,5 +142,10 @@ impl MaterialKind for Phong {
             transmit: self.transmit,
         };
         Bsdf::Phong(bsdf::phong::Phong::new(weights, self.shininess, self.ior))
+    }
+
+    fn brightest(&self) -> f32 {
+        let weights = [self.specular, self.reflect, self.transmit].map(Rgb::max_component);
+        weights.into_iter().fold(brightness(&self.color), f32::max)
     }
 }
