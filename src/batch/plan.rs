@@ -199,6 +199,7 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
         frame: 0,
         sampler,
         filter: filter.map(|f: Filter| f),
+        layers: render::Layers::None,
     })
 }
 

@@ -10,7 +10,7 @@ use crate::{
     assets::{AssetError, Store, model::ImageSource, store::ImageRequest},
     describe::{Diagnostics, MaterialEntry, SceneDesc},
     material::{Material, MaterialId},
-    scene::{Background, Lights, Scene},
+    scene::{Background, LightGroups, Lights, Scene},
     texture::{BitmapId, Color, Texture, TextureId, image::ImageDesc, mipmap},
     value::{ColorSource, Problem, Spanned, did_you_mean},
 };
@@ -115,6 +115,7 @@ pub fn scene_sharing(desc: &SceneDesc, accel: AccelKind, store: &Store, sharing:
         textures: parts.textures,
         bitmaps,
         lights: Lights::default(),
+        light_groups: LightGroups::default(),
         background,
     }
     .lit(lights))

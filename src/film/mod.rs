@@ -58,6 +58,9 @@ pub struct Film {
     pub window: Window,
     /// R, G, B, A of each pixel of the window, row by row from the top, premultiplied, scene-linear.
     pub pixels: Vec<[f32; 4]>,
+    /// The same light sorted, where it was asked for: R, G, B of each pixel of the window, layer by layer. First the
+    /// components, then the groups of lights; each family sums up to the picture.
+    pub layers: Vec<Vec<[f32; 3]>>,
 }
 
 impl Film {
@@ -66,17 +69,30 @@ impl Film {
             resolution,
             window,
             pixels: vec![[0.0; 4]; window.area()],
+            layers: Vec::new(),
         }
     }
 
     /// Copies a finished part in.
     pub fn put(&mut self, part: Window, pixels: &[[f32; 4]]) {
-        let width = part.width() as usize;
-        for (row, source) in (part.y0..part.y1).zip(pixels.chunks_exact(width)) {
-            let at =
-                (row - self.window.y0) as usize * self.window.width() as usize + (part.x0 - self.window.x0) as usize;
-            self.pixels[at..at + width].copy_from_slice(source);
+        put(&mut self.pixels, self.window, part, pixels);
+    }
+
+    /// The same for a layer, which is there from then on.
+    pub fn put_layer(&mut self, layer: usize, part: Window, pixels: &[[f32; 3]]) {
+        while self.layers.len() <= layer {
+            self.layers.push(vec![[0.0; 3]; self.window.area()]);
         }
+        put(&mut self.layers[layer], self.window, part, pixels);
+    }
+}
+
+/// Copies the pixels of `part` to where they belong among `all` of `window`.
+fn put<T: Copy>(all: &mut [T], window: Window, part: Window, pixels: &[T]) {
+    let width = part.width() as usize;
+    for (row, source) in (part.y0..part.y1).zip(pixels.chunks_exact(width)) {
+        let at = (row - window.y0) as usize * window.width() as usize + (part.x0 - window.x0) as usize;
+        all[at..at + width].copy_from_slice(source);
     }
 }
 

@@ -1,9 +1,9 @@
 //! What leaves the vertices of a wave: radiance for samples, shadow rays, and rays that carry paths on.
 
-use super::{Onward, Path};
+use super::{Lobes, Onward, Path, Tag, components::Sorted};
 use crate::{
     math::{Cone, Ray, Rgb, Vec3},
-    scene::Surface,
+    scene::{LightGroup, Surface},
 };
 
 /// The answers of an integrator for all vertices of a wave, in order.
@@ -18,6 +18,8 @@ pub struct Departures {
     pub(crate) shadow_light: Vec<(u32, Rgb)>,
     pub(crate) rays: Vec<Ray>,
     pub(crate) paths: Vec<Path>,
+    /// The same light once more, by components and by groups, where somebody asks for it.
+    pub(crate) sorted: Option<Sorted>,
     from: From,
     mirror: Mirror,
 }
@@ -45,6 +47,9 @@ impl Departures {
     pub(crate) fn start(&mut self, samples: usize) {
         self.radiance.clear();
         self.radiance.resize(samples, Rgb::BLACK);
+        if let Some(sorted) = &mut self.sorted {
+            sorted.start(samples);
+        }
         self.forget_rays();
     }
 
@@ -54,6 +59,9 @@ impl Departures {
         self.shadow_light.clear();
         self.rays.clear();
         self.paths.clear();
+        if let Some(sorted) = &mut self.sorted {
+            sorted.forget_shadows();
+        }
     }
 
     /// The path whose vertex is answered for next.
@@ -88,18 +96,51 @@ impl Departures {
         self.from.throughput *= weight;
     }
 
-    /// Adds radiance that leaves the vertex towards the path, in W m^-2 sr^-1.
+    /// Adds radiance that leaves the vertex towards the path, in W m^-2 sr^-1, of lights that are in no group.
     #[inline(always)]
     pub fn add(&mut self, l: Rgb) {
-        self.radiance[self.from.slot as usize] += self.from.throughput * l;
+        self.add_of(l, LightGroup::default);
     }
 
-    /// Adds radiance that leaves the vertex if `ray` meets nothing.
+    /// The same of a light in the group that `group` tells, if it is asked.
+    #[inline(always)]
+    pub fn add_of(&mut self, l: Rgb, group: impl FnOnce() -> LightGroup) {
+        let (slot, l) = (self.from.slot, self.from.throughput * l);
+        self.radiance[slot as usize] += l;
+        if let Some(sorted) = &mut self.sorted {
+            sorted.add(slot, self.from.depth, l, group());
+        }
+    }
+
+    /// Adds radiance that leaves the vertex if `ray` meets nothing, of lights that are in no group and by diffuse lobes.
     #[inline(always)]
     pub fn shadow(&mut self, ray: Ray, l_if_visible: Rgb) {
+        self.shadow_of(ray, l_if_visible, || Tag {
+            group: LightGroup::default(),
+            lobes: Lobes::Above { diffuse: Rgb::WHITE },
+        });
+    }
+
+    /// The same of a light and by lobes that `tag` tells, if it is asked.
+    #[inline(always)]
+    pub fn shadow_of(&mut self, ray: Ray, l_if_visible: Rgb, tag: impl FnOnce() -> Tag) {
+        let (slot, l) = (self.from.slot, self.from.throughput * l_if_visible);
         self.shadow_rays.push(ray);
-        self.shadow_light
-            .push((self.from.slot, self.from.throughput * l_if_visible));
+        self.shadow_light.push((slot, l));
+        if let Some(sorted) = &mut self.sorted {
+            sorted.shadow(slot, self.from.depth, l, tag());
+        }
+    }
+
+    /// Says by which lobes the path leaves the vertex, as `lobes` tells if it is asked: what it finds is sorted by those of its
+    /// first surface.
+    #[inline(always)]
+    pub fn leave_by(&mut self, lobes: impl FnOnce() -> Lobes) {
+        if let Some(sorted) = &mut self.sorted
+            && self.from.depth == 1
+        {
+            sorted.set_first(self.from.slot, lobes());
+        }
     }
 
     /// Carries the path on along `ray`, `last` says how; what it finds counts `weight` times.

@@ -6,7 +6,7 @@
 
 use serde::Deserialize;
 
-use super::{Departures, Visit};
+use super::{Departures, Lobes, Tag, Visit};
 use crate::{
     bsdf::Bsdf,
     math::{Frame, Rgb, Vec3},
@@ -127,7 +127,15 @@ pub fn ask_light(
         }
     };
     if !l.is_black() {
-        out.shadow(shading.surface.shadow_ray(sample.wi, sample.distance), clamp(l));
+        let ray = shading.surface.shadow_ray(sample.wi, sample.distance);
+        out.shadow_of(ray, clamp(l), || Tag {
+            group: scene.group_of(choice.light),
+            lobes: if wi_local.z * shading.wo_local.z < 0.0 {
+                Lobes::Through
+            } else {
+                Lobes::above(eval.f_cos(), eval.diffuse)
+            },
+        });
     }
 }
 

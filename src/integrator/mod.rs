@@ -17,6 +17,7 @@ use crate::{
     value::{Problem, Spanned, Whole, by_name},
 };
 
+pub mod components;
 pub mod cost;
 pub mod departures;
 pub mod depth;
@@ -28,6 +29,7 @@ pub mod path;
 pub mod uv;
 pub mod whitted;
 
+pub use components::{Component, Lobes, Tag};
 pub use departures::Departures;
 
 /// Where a path stands.

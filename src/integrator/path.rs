@@ -26,7 +26,7 @@ use std::cell::LazyCell;
 use serde::Deserialize;
 
 use super::{
-    Bounces, Departures, Integrator, Limit, LimitValue, Onward, Path, Vertex, Visit,
+    Bounces, Departures, Integrator, Limit, LimitValue, Lobes, Onward, Path, Vertex, Visit,
     direct::{Shading, Strategy, ask_light},
     max_depth,
 };
@@ -169,13 +169,15 @@ impl PathTracer {
             let weight = self
                 .strategy
                 .weight_of_bsdf(path.last.pdf, || scene.pdf_escape(&receiver(visit), w));
-            out.add(self.clamped(path, path.depth, l * weight));
+            out.add_of(self.clamped(path, path.depth, l * weight), || {
+                scene.light_groups.of_sky()
+            });
         }
         if path.depth > 1 {
             // The camera does not see suns.
-            for (l, pdf) in scene.suns(&receiver(visit), w) {
+            for (sun, l, pdf) in scene.suns(&receiver(visit), w) {
                 let weight = self.strategy.weight_of_bsdf(path.last.pdf, || pdf);
-                out.add(self.clamped(path, path.depth, l * weight));
+                out.add_of(self.clamped(path, path.depth, l * weight), || scene.group_of(sun));
             }
         }
     }
@@ -191,7 +193,9 @@ impl PathTracer {
         let weight = self
             .strategy
             .weight_of_bsdf(path.last.pdf, || scene.pdf_hit(&receiver(visit), visit.ray.d, hit));
-        out.add(self.clamped(path, path.depth, l * weight));
+        out.add_of(self.clamped(path, path.depth, l * weight), || {
+            scene.light_groups.of_object(surface.object)
+        });
     }
 
     /// Carries the path on in a direction that the surface chooses, `uc` the lobe.
@@ -222,6 +226,10 @@ impl PathTracer {
             medium: medium_after(visit, shading, &sample),
             bounces,
         };
+        out.leave_by(|| match sample.lobe {
+            Lobe::Transmission => Lobes::Through,
+            Lobe::Diffuse | Lobe::Specular => Lobes::above(sample.weight, sample.diffuse),
+        });
         out.go_on(surface.spawn_ray(wi), weight, last);
     }
 

@@ -37,6 +37,17 @@ pub struct Settings {
     pub sampler: Sampler,
     /// `None`: every sample goes through its pixel's centre.
     pub filter: Option<Filter>,
+    /// Whether the film has layers too, see [`Film::layers`](crate::film::Film::layers).
+    pub layers: Layers,
+}
+
+/// What a film has beside the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Layers {
+    #[default]
+    None,
+    /// Its light by [`Component`](crate::integrator::Component) and by group of lights.
+    Light,
 }
 
 impl Settings {
@@ -50,6 +61,7 @@ impl Settings {
             frame: 1,
             sampler: Sampler::default_for(samples),
             filter: (samples > 1).then(Filter::default),
+            layers: Layers::None,
         }
     }
 }

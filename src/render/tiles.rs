@@ -5,10 +5,13 @@ use std::sync::{Mutex, atomic::Ordering};
 use rayon::prelude::*;
 
 use super::{
-    Cancelled, Watch,
-    wave::{Job, PATHS, Wave},
+    Cancelled, Layers, Watch,
+    wave::{Job, PATHS, Sums, Wave},
 };
-use crate::film::{Film, PixelSum, Window};
+use crate::{
+    film::{Film, PixelSum, Window},
+    integrator::Component,
+};
 
 /// Renders every tile of the window.
 pub(super) fn render(job: &Job<'_>, watch: &Watch) -> Result<Film, Cancelled> {
@@ -22,8 +25,8 @@ pub(super) fn render(job: &Job<'_>, watch: &Watch) -> Result<Film, Cancelled> {
             return Err(Cancelled);
         }
         let mut wave = lock(&idle).pop().unwrap_or_default();
-        let pixels = render_tile(job, *tile, &mut wave, watch);
-        lock(&film).put(*tile, &pixels);
+        let sums = render_tile(job, *tile, &mut wave, watch);
+        put(&film, *tile, &sums);
         lock(&idle).push(wave);
         watch.pixels.fetch_add(tile.area() as u64, Ordering::Relaxed);
         Ok(())
@@ -45,9 +48,16 @@ fn side(samples: u32, window: Window, threads: usize) -> u32 {
     pixels.isqrt()
 }
 
-fn render_tile(job: &Job<'_>, tile: Window, wave: &mut Wave, watch: &Watch) -> Vec<[f32; 4]> {
+fn render_tile(job: &Job<'_>, tile: Window, wave: &mut Wave, watch: &Watch) -> Sums {
     let samples = job.settings.samples;
-    let mut sums = vec![PixelSum::default(); tile.area()];
+    let layers = match job.settings.layers {
+        Layers::None => 0,
+        Layers::Light => Component::ALL.len() + job.scene.light_groups.names().len(),
+    };
+    let mut sums = Sums {
+        pixels: vec![PixelSum::default(); tile.area()],
+        layers: vec![PixelSum::default(); tile.area() * layers],
+    };
     let together = (PATHS / tile.area()).max(1) as u32;
     let mut first = 0;
     while first < samples {
@@ -59,7 +69,22 @@ fn render_tile(job: &Job<'_>, tile: Window, wave: &mut Wave, watch: &Watch) -> V
         }
         first += count;
     }
-    sums.iter().map(PixelSum::resolve).collect()
+    sums
+}
+
+/// Resolves what `tile` has come to into the film.
+fn put(film: &Mutex<Film>, tile: Window, sums: &Sums) {
+    let pixels: Vec<_> = sums.pixels.iter().map(PixelSum::resolve).collect();
+    lock(film).put(tile, &pixels);
+    let layers = sums.layers.len() / sums.pixels.len().max(1);
+    for layer in 0..layers {
+        let of_layer = sums.layers.iter().skip(layer).step_by(layers);
+        let pixels: Vec<_> = of_layer
+            .map(|sum| sum.resolve())
+            .map(|[r, g, b, _]| [r, g, b])
+            .collect();
+        lock(film).put_layer(layer, tile, &pixels);
+    }
 }
 
 #[cfg(test)]

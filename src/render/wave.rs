@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use super::{
-    Dropped, Settings,
+    Dropped, Layers, Settings,
     camera_rays::CameraRays,
     transparency::{Passing, pass, transmittance},
 };
@@ -14,7 +14,7 @@ use crate::{
     accel::{Hit, RayCost, Simd},
     camera::{Camera, Shot},
     film::{PixelSum, Window},
-    integrator::{Departures, Integrator, Path, Vertex, Visit},
+    integrator::{Departures, Integrator, Path, Vertex, Visit, components::Sorted},
     math::{Cone, Divisor, Ray},
     sampler::{Drawn, DrawnTogether, Numbers, SampleKey, SampleKeys},
     scene::{Scene, Surface},
@@ -119,6 +119,13 @@ struct Turn {
     drawn: DrawnTogether,
 }
 
+/// The samples of a tile's pixels so far.
+pub(super) struct Sums {
+    pub pixels: Vec<PixelSum>,
+    /// Layer by layer for each pixel; empty where nobody asks for them.
+    pub layers: Vec<PixelSum>,
+}
+
 /// What running a wave took.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Traced {
@@ -151,7 +158,7 @@ pub(super) struct Wave {
 
 impl Wave {
     /// Renders `samples` of every pixel of `tile` and adds them to `sums`.
-    pub fn run(&mut self, job: &Job<'_>, tile: Window, samples: Range<u32>, sums: &mut [PixelSum]) -> Traced {
+    pub fn run(&mut self, job: &Job<'_>, tile: Window, samples: Range<u32>, sums: &mut Sums) -> Traced {
         let mut traced = Traced::default();
         let part = Part::new(tile, &samples);
         self.start(job, tile, &samples);
@@ -160,11 +167,18 @@ impl Wave {
             self.carry_on();
         }
         let together = samples.len();
-        for (pixel, sum) in sums.iter_mut().enumerate() {
+        for (pixel, sum) in sums.pixels.iter_mut().enumerate() {
             for slot in pixel * together..(pixel + 1) * together {
                 let l = self.out.radiance[slot];
                 if l.is_finite() {
                     sum.add(l, self.alpha[slot], self.weights[slot]);
+                    if let Some(sorted) = &self.out.sorted {
+                        let layers = sorted.of_sample(slot);
+                        let of_pixel = &mut sums.layers[pixel * layers.len()..][..layers.len()];
+                        for (sum, l) in of_pixel.iter_mut().zip(layers) {
+                            sum.add(*l, 0.0, self.weights[slot]);
+                        }
+                    }
                 } else {
                     traced.dropped.note(part.key(job.settings, slot as u32).pixel);
                 }
@@ -193,6 +207,10 @@ impl Wave {
                 self.alpha.push(if ray.is_some() { 1.0 } else { 0.0 });
             }
         }
+        self.out.sorted = match job.settings.layers {
+            Layers::None => None,
+            Layers::Light => Some(Sorted::new(job.scene.light_groups.names().len())),
+        };
         self.out.start(self.weights.len());
     }
 
@@ -321,6 +339,7 @@ impl Wave {
             for (&(slot, l), _) in shadow_light.iter().zip(&self.blocked).filter(|(_, blocked)| !**blocked) {
                 radiance[slot as usize] += l;
             }
+            self.sort_arrived(|wave, ray| if wave.blocked[ray] { 0.0 } else { 1.0 });
             return traced;
         }
         let arrives = &mut self.arrives;
@@ -328,7 +347,22 @@ impl Wave {
         for (&(slot, l), &part) in shadow_light.iter().zip(&*arrives).filter(|(_, part)| **part > 0.0) {
             radiance[slot as usize] += l * part;
         }
+        self.sort_arrived(|wave, ray| wave.arrives[ray]);
         traced + more
+    }
+
+    /// The light of the shadow rays once more, where it is sorted; `part` tells what of each arrives.
+    fn sort_arrived(&mut self, part: impl Fn(&Self, usize) -> f32) {
+        let Some(mut sorted) = self.out.sorted.take() else {
+            return;
+        };
+        for ray in 0..self.blocked.len() {
+            let arrives = part(self, ray);
+            if arrives > 0.0 {
+                sorted.arrive(ray, arrives);
+            }
+        }
+        self.out.sorted = Some(sorted);
     }
 
     /// Asks what tracing takes, and answers for nothing else.

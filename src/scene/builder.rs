@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Background, InstanceRecord, Lights, MeshRecord, Object, ObjectFromGroup, ObjectId, Scene};
+use super::{Background, InstanceRecord, LightGroups, Lights, MeshRecord, Object, ObjectFromGroup, ObjectId, Scene};
 use crate::{
     accel::{self, AccelKind, BuildError, Geometry, Group, Placed, PlacedGroup},
     light::Light,
@@ -165,6 +165,7 @@ impl Builder {
             textures: self.textures,
             bitmaps: self.bitmaps,
             lights: Lights::default(),
+            light_groups: LightGroups::default(),
             background: self.background,
         }
         .lit(self.lights))

@@ -18,14 +18,16 @@ mod emitter_bounds;
 pub mod emitters;
 pub mod instance;
 pub mod interaction;
+pub mod light_groups;
 pub mod lights;
 pub mod motion;
 
 pub use background::{Background, Sky};
 pub use builder::{Builder, GroupId};
-pub use emitters::{EmitterId, Emitters};
+pub use emitters::{EmitterId, EmitterPart, Emitters};
 pub use instance::{InstanceRecord, ObjectFromGroup};
 pub use interaction::Surface;
+pub use light_groups::{LightGroup, LightGroups};
 pub use lights::{Choice, LightPart, Lights, Receiver};
 pub use motion::{MeshId, Motion, MotionError, Pose};
 
@@ -80,6 +82,7 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     pub bitmaps: Vec<Bitmap>,
     pub lights: Lights,
+    pub light_groups: LightGroups,
     pub background: Background,
 }
 
@@ -145,13 +148,13 @@ impl Scene {
         }
     }
 
-    /// The disks of suns that are seen along the unit direction `w`, beside [`Scene::escape`]: the radiance of each, in
+    /// The disks of suns that are seen along the unit direction `w`, beside [`Scene::escape`]: each with its radiance, in
     /// W m^-2 sr^-1, and the density with which light sampling at `at` finds `w` there, in sr^-1.
     #[inline]
-    pub fn suns(&self, at: &Receiver, w: Vec3) -> impl Iterator<Item = (Rgb, f32)> {
+    pub fn suns(&self, at: &Receiver, w: Vec3) -> impl Iterator<Item = (LightId, Rgb, f32)> {
         self.lights
             .suns(w)
-            .map(|(light, l, pdf)| (l, pdf * self.lights.pmf(at, light)))
+            .map(|(light, l, pdf)| (light, l, pdf * self.lights.pmf(at, light)))
     }
 
     /// The same for the unit direction `w` towards the surface that a ray from `at` met there with `hit`. 0 where no light is.

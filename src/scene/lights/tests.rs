@@ -119,7 +119,10 @@ fn met(scene: &Scene, at: &Receiver, w: Vec3) -> Vec<(f64, f64)> {
     scene.accel.nearest(&[ray], &mut hits);
     let Some(hit) = hits[0] else {
         let sky = (scene.escape(w), scene.pdf_escape(at, w));
-        return std::iter::once(sky).chain(scene.suns(at, w)).map(wide).collect();
+        return std::iter::once(sky)
+            .chain(scene.suns(at, w).map(|(_, l, pdf)| (l, pdf)))
+            .map(wide)
+            .collect();
     };
     let surface = scene.surface(&ray, &hit);
     let Some(emission) = scene.material(surface.material).emission() else {

@@ -1,0 +1,98 @@
+//! Names for lights that belong together, so that a picture can be parted by them.
+
+use super::{EmitterPart, LightId, LightPart, ObjectId, Scene};
+
+/// An index into the groups of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LightGroup(pub u16);
+
+/// The groups of a scene: what is in none is in the first, which has no name.
+#[derive(Clone, Debug)]
+pub struct LightGroups {
+    names: Vec<String>,
+    /// Of each light of its own, and of each object; those beyond the end are in none.
+    lights: Vec<LightGroup>,
+    objects: Vec<LightGroup>,
+    sky: LightGroup,
+}
+
+impl Default for LightGroups {
+    fn default() -> Self {
+        Self {
+            names: vec![String::new()],
+            lights: Vec::new(),
+            objects: Vec::new(),
+            sky: LightGroup::default(),
+        }
+    }
+}
+
+fn put(list: &mut Vec<LightGroup>, at: usize, group: LightGroup) {
+    if list.len() <= at {
+        list.resize(at + 1, LightGroup::default());
+    }
+    list[at] = group;
+}
+
+impl LightGroups {
+    /// The group of this name, which is a new one where there was none.
+    pub fn named(&mut self, name: &str) -> LightGroup {
+        let known = self.names.iter().position(|n| n == name);
+        let at = known.unwrap_or_else(|| {
+            self.names.push(name.to_owned());
+            self.names.len() - 1
+        });
+        LightGroup(u16::try_from(at).unwrap_or(0))
+    }
+
+    /// By their numbers.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Puts the `light`th of the scene's own lights into `group`.
+    pub fn put_light(&mut self, light: usize, group: LightGroup) {
+        put(&mut self.lights, light, group);
+    }
+
+    /// Puts what shines of an object into `group`.
+    pub fn put_object(&mut self, object: ObjectId, group: LightGroup) {
+        put(&mut self.objects, object.0 as usize, group);
+    }
+
+    /// Puts the sky into `group`.
+    pub fn put_sky(&mut self, group: LightGroup) {
+        self.sky = group;
+    }
+
+    /// That of the sky.
+    pub fn of_sky(&self) -> LightGroup {
+        self.sky
+    }
+
+    /// That of an object that shines.
+    pub fn of_object(&self, object: ObjectId) -> LightGroup {
+        self.objects.get(object.0 as usize).copied().unwrap_or_default()
+    }
+
+    fn of_own(&self, light: LightId) -> LightGroup {
+        self.lights.get(light.0 as usize).copied().unwrap_or_default()
+    }
+}
+
+impl Scene {
+    /// The group that `light` is in.
+    pub fn group_of(&self, light: LightId) -> LightGroup {
+        match self.lights.part(light) {
+            LightPart::Own(_) => self.light_groups.of_own(light),
+            LightPart::Sky => self.light_groups.of_sky(),
+            LightPart::Emitter(emitter) => {
+                let object = match self.lights.emitters().part(emitter, &self.meshes) {
+                    EmitterPart::Shape(shape) => self.shape_objects[shape as usize],
+                    EmitterPart::Triangle(_, mesh) => mesh.object,
+                };
+                self.light_groups.of_object(object)
+            }
+        }
+    }
+}

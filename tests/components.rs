@@ -1,0 +1,157 @@
+//! Light sorted by components and by groups of lights sums up to the picture, and asking for it changes nothing.
+
+mod common;
+
+use batch_render::{
+    batch::{Plan, Request},
+    compile, describe,
+    film::Film,
+    integrator::Component,
+    render::{self, Layers, Watch},
+    scene::Scene,
+};
+use common::Folder;
+
+/// All lobes: chalk, plastic with a coat and a sheen, metal, clear and frosted glass, a veil; a lamp, a sun, a point light, a sky.
+const SCENE: &str = r#"
+[render]
+width = 32
+height = 24
+samples = 16
+integrator.path = { max_depth = 6 }
+
+[camera]
+perspective = { eye = [0, 1.5, 6], target = [0, 0.6, 0], fov = 45 }
+
+[background]
+color = [0.2, 0.3, 0.5]
+
+[material]
+floor.matte = { albedo = [0.7, 0.6, 0.5], roughness = 0.5 }
+car.principled = { base_color = [0.6, 0.1, 0.1], roughness = 0.4, clearcoat = 1, sheen_color = 0.3 }
+gold.metal = { preset = "gold", roughness = 0.2 }
+clear.glass = {}
+frosted.glass = { roughness = 0.4 }
+veil.principled = { base_color = [0.2, 0.5, 0.2], opacity = 0.4 }
+lamp.emitter = { radiance = [9, 7, 5] }
+
+[[object]]
+material = "floor"
+shape.quad = { corners = [[-4, 0, -4], [-4, 0, 4], [4, 0, 4], [4, 0, -4]] }
+[[object]]
+material = "car"
+shape.sphere = { center = [-1.6, 0.6, 0], radius = 0.6 }
+[[object]]
+material = "gold"
+shape.sphere = { center = [-0.3, 0.6, -0.5], radius = 0.6 }
+[[object]]
+material = "clear"
+shape.sphere = { center = [0.8, 0.5, 0.8], radius = 0.5 }
+[[object]]
+material = "frosted"
+shape.sphere = { center = [1.7, 0.6, 0], radius = 0.6 }
+[[object]]
+material = "veil"
+shape.disk = { center = [-0.8, 0.8, 1.5], normal = [0, 0, 1], radius = 0.5 }
+[[object]]
+name = "lamp"
+material = "lamp"
+shape.sphere = { center = [0, 2.2, -1], radius = 0.3 }
+
+[[light]]
+sun = { direction = [-1, -2, -1], irradiance = 1, angle = 2 }
+[[light]]
+point = { position = [2, 3, 2], intensity = 4 }
+"#;
+
+fn film(scene: &Scene, plan: &Plan, layers: Layers) -> Film {
+    let settings = render::Settings {
+        layers,
+        ..plan.settings.clone()
+    };
+    render::shot(
+        scene,
+        &plan.frames[0].shot,
+        &plan.integrator,
+        &settings,
+        &Watch::default(),
+    )
+    .expect("not cancelled")
+}
+
+#[test]
+fn components_and_groups_of_lights_each_sum_up_to_the_picture_which_stays_the_same() {
+    let folder = Folder::new();
+    let path = folder.write("s.toml", SCENE);
+    let desc = describe::load(&path).expect("a scene");
+    let plan = Plan::new(&desc, &Request::default()).expect("a plan");
+    let mut scene = compile::scene(&desc, plan.accel).expect("a scene");
+    let plain = film(&scene, &plan, Layers::None);
+    assert!(plain.layers.is_empty());
+
+    let (warm, day) = (scene.light_groups.named("warm"), scene.light_groups.named("day"));
+    let lamp = scene.objects.iter().position(|o| o.name == "lamp").expect("a lamp");
+    scene
+        .light_groups
+        .put_object(batch_render::scene::ObjectId(lamp as u32), warm);
+    scene.light_groups.put_light(0, day);
+    scene.light_groups.put_sky(day);
+    let sorted = film(&scene, &plan, Layers::Light);
+    assert_eq!(sorted.pixels, plain.pixels, "asking changes the picture");
+
+    let count = Component::ALL.len();
+    assert_eq!(sorted.layers.len(), count + 3);
+    for (family, layers) in [
+        ("components", &sorted.layers[..count]),
+        ("groups", &sorted.layers[count..]),
+    ] {
+        for (i, pixel) in sorted.pixels.iter().enumerate() {
+            for c in 0..3 {
+                let sum: f32 = layers.iter().map(|l| l[i][c]).sum();
+                assert!(
+                    (sum - pixel[c]).abs() <= 2e-5 * pixel[c].max(0.1),
+                    "{family}, pixel {i}: {sum} is not {}",
+                    pixel[c]
+                );
+            }
+        }
+    }
+    for (k, layer) in sorted.layers.iter().enumerate() {
+        let mean = layer.iter().flatten().sum::<f32>() / (3 * layer.len()) as f32;
+        assert!(mean > 1e-3, "layer {k} is empty: {mean}");
+    }
+}
+
+#[test]
+fn each_light_is_in_its_own_group_and_chalk_alone_is_diffuse() {
+    let folder = Folder::new();
+    let path = folder.write(
+        "s.toml",
+        "[render]\nwidth = 8\nheight = 8\nsamples = 4\nintegrator.path = { max_depth = 2 }\n\
+         [camera]\northographic = { eye = [0, 0, 5], target = [0, 0, 0], height = 1 }\n\
+         [material.wall]\nmatte = { albedo = 0.5 }\n\
+         [[object]]\nmaterial = \"wall\"\nshape.quad = { corners = [[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]] }\n\
+         [[light]]\nsun = { direction = [0, 0, -1], irradiance = 2, angle = 0 }\n\
+         [[light]]\nsun = { direction = [0, 0, -1], irradiance = 4, angle = 0 }\n",
+    );
+    let desc = describe::load(&path).expect("a scene");
+    let plan = Plan::new(
+        &desc,
+        &Request {
+            samples: Some(256),
+            ..Request::default()
+        },
+    )
+    .expect("a plan");
+    let mut scene = compile::scene(&desc, plan.accel).expect("a scene");
+    let key = scene.light_groups.named("key");
+    scene.light_groups.put_light(1, key);
+    let film = film(&scene, &plan, Layers::Light);
+    let mean = |k: usize| film.layers[k].iter().map(|p| p[0]).sum::<f32>() / film.layers[k].len() as f32;
+    // Of one sun E rho / pi.
+    let of_sun = |irradiance: f32| irradiance * 0.5 / std::f32::consts::PI;
+    assert!((mean(Component::DiffuseDirect as usize) - of_sun(6.0)).abs() < 0.01);
+    assert!((mean(6) - of_sun(2.0)).abs() < 0.01, "{}", mean(6));
+    assert!((mean(7) - of_sun(4.0)).abs() < 0.01, "{}", mean(7));
+    assert!((1..6).all(|k| mean(k) == 0.0));
+}
