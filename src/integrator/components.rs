@@ -79,9 +79,19 @@ pub(crate) struct Sorted {
     radiance: Vec<Rgb>,
     /// The lobes of the first surface, of each sample whose path has left it.
     first: Vec<Lobes>,
-    /// Of each shadow ray: the sample, what it brings in two components at the most, and whence.
-    shadows: Vec<(u32, [(Component, Rgb); 2], LightGroup)>,
+    /// What each shadow ray brings.
+    shadows: Vec<Shadow>,
 }
+
+#[derive(Clone, Copy, Debug)]
+struct Shadow {
+    slot: u32,
+    parts: Parts,
+    group: LightGroup,
+}
+
+/// Light in two components at the most.
+type Parts = [(Component, Rgb); 2];
 
 impl Sorted {
     pub fn new(groups: usize) -> Self {
@@ -110,12 +120,14 @@ impl Sorted {
         &self.radiance[slot * self.layers..][..self.layers]
     }
 
+    #[cold]
+    #[inline(never)]
     pub fn set_first(&mut self, slot: u32, lobes: Lobes) {
         self.first[slot as usize] = lobes;
     }
 
     /// `l`, brought by a path of so many segments, by components.
-    fn parts(&self, slot: u32, segments: u32, own: Option<Lobes>, l: Rgb) -> [(Component, Rgb); 2] {
+    fn parts(&self, slot: u32, segments: u32, own: Option<Lobes>, l: Rgb) -> Parts {
         let nothing = (Component::Emission, Rgb::BLACK);
         if segments == 1 {
             return [(Component::Emission, l), nothing];
@@ -134,7 +146,7 @@ impl Sorted {
         }
     }
 
-    fn put(&mut self, slot: u32, parts: [(Component, Rgb); 2], group: LightGroup, arrives: f32) {
+    fn put(&mut self, slot: u32, parts: Parts, group: LightGroup, arrives: f32) {
         let layers = &mut self.radiance[slot as usize * self.layers..][..self.layers];
         let mut all = Rgb::BLACK;
         for (component, l) in parts {
@@ -145,21 +157,29 @@ impl Sorted {
     }
 
     /// Light of a vertex at the end of a path of so many segments.
+    #[cold]
+    #[inline(never)]
     pub fn add(&mut self, slot: u32, segments: u32, l: Rgb, group: LightGroup) {
         let parts = self.parts(slot, segments, None, l);
         self.put(slot, parts, group, 1.0);
     }
 
     /// Light that a shadow ray from the end of a path of so many segments brings, if it does.
+    #[cold]
+    #[inline(never)]
     pub fn shadow(&mut self, slot: u32, segments: u32, l: Rgb, tag: Tag) {
         let own = (segments == 1).then_some(tag.lobes);
         let parts = self.parts(slot, segments + 1, own, l);
-        self.shadows.push((slot, parts, tag.group));
+        self.shadows.push(Shadow {
+            slot,
+            parts,
+            group: tag.group,
+        });
     }
 
     /// The part `arrives` of the light of the `ray`th shadow ray has come.
     pub fn arrive(&mut self, ray: usize, arrives: f32) {
-        let (slot, parts, group) = self.shadows[ray];
+        let Shadow { slot, parts, group } = self.shadows[ray];
         self.put(slot, parts, group, arrives);
     }
 }

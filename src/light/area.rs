@@ -107,7 +107,7 @@ pub fn surface_at(shape: &Shape, from: Vec3, p: Vec3) -> Option<LocalSurface> {
     best.map(|hit| shape.surface(&ray, &hit))
 }
 
-/// A point of the triangle, uniform by area, as seen from `from`, and its texture coordinates; `None` where it is seen edge-on
+/// A point of the triangle as seen from `from`, and its texture coordinates; `None` where it is seen edge-on
 /// or has no area.
 #[inline]
 pub fn sample_triangle(
@@ -116,8 +116,7 @@ pub fn sample_triangle(
     from: Vec3,
     u: Vec2,
 ) -> Option<(AreaSample, LocalSurface)> {
-    let weights = triangle::sample_barycentric(u);
-    let pdf = triangle::pdf(corners, from, weights.x, weights.y);
+    let (weights, pdf) = triangle::sample(corners, from, u);
     let surface = triangle::surface(corners, uvs, weights.x, weights.y);
     let sample = AreaSample {
         p: surface.p,

@@ -27,6 +27,7 @@ pub mod plane;
 pub mod quad;
 mod rectangle;
 pub mod sphere;
+mod spherical;
 pub mod triangle;
 
 /// Where a ray meets a shape.

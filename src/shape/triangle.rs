@@ -1,9 +1,6 @@
 //! The triangle of a mesh: three corners that live in the mesh's arrays.
 
-use super::{
-    LocalSurface, ShapeHit, ShapeSample,
-    numeric::{area_sample, solid_angle_pdf},
-};
+use super::{LocalSurface, ShapeHit, numeric::solid_angle_pdf, spherical};
 use crate::math::{DVec3, Ray, Vec2, Vec3, float::gamma};
 
 /// How a direction is sheared onto the axis that it runs along most.
@@ -207,16 +204,30 @@ pub fn point([a, b, c]: [Vec3; 3], weights: Vec2) -> DVec3 {
     a + (b.as_dvec3() - a) * w.x + (c.as_dvec3() - a) * w.y
 }
 
-/// A point of the triangle, uniform by area, as seen from `from`; `None` where it is seen edge-on or has no area.
-pub fn sample(corners: [Vec3; 3], from: Vec3, u: Vec2) -> Option<ShapeSample> {
-    let n = normal_times_area(corners).try_normalize()?;
-    area_sample(1.0 / area(corners), from, point(corners, sample_barycentric(u)), n)
+/// The weights of b and c of a point as seen from `from`, from two uniform numbers in `[0, 1)`, and the density of its direction in
+/// sr^-1, 0 where it is seen edge-on or there is no area. Uniform by solid angle where the triangle is large to the eye, else by
+/// area; see [`super::spherical`].
+pub fn sample(corners: [Vec3; 3], from: Vec3, u: Vec2) -> (Vec2, f32) {
+    match spherical::sample(corners, from, u) {
+        Some((weights, solid_angle)) => (weights, (1.0 / solid_angle) as f32),
+        None => {
+            let weights = sample_barycentric(u);
+            (weights, pdf_by_area(corners, from, weights))
+        }
+    }
 }
 
 /// The density of [`sample`] to choose the point that the hit `u`, `v` is, in sr^-1 as seen from `from`.
 pub fn pdf(corners: [Vec3; 3], from: Vec3, u: f32, v: f32) -> f32 {
+    match spherical::solid_angle(corners, from) {
+        Some(solid_angle) => (1.0 / solid_angle) as f32,
+        None => pdf_by_area(corners, from, Vec2::new(u, v)),
+    }
+}
+
+fn pdf_by_area(corners: [Vec3; 3], from: Vec3, weights: Vec2) -> f32 {
     let n = normal_times_area(corners).normalize_or(DVec3::Y);
-    solid_angle_pdf(1.0 / area(corners), from.as_dvec3(), point(corners, Vec2::new(u, v)), n)
+    solid_angle_pdf(1.0 / area(corners), from.as_dvec3(), point(corners, weights), n)
 }
 
 #[cfg(test)]
@@ -373,24 +384,30 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_uniform_by_area_and_agree_with_pdf() {
+    fn the_density_of_samples_integrates_to_the_solid_angle_and_is_that_of_the_hit_near_and_far() {
         let corners = [Vec3::ZERO, Vec3::X * 2.0, Vec3::Y * 3.0];
-        let from = Vec3::new(0.3, -1.0, 2.0);
+        for from in [
+            Vec3::new(0.3, -1.0, 2.0),
+            Vec3::new(30.0, 10.0, 25.0),
+            Vec3::new(0.4, 0.6, 0.05),
+        ] {
+            agrees_with_pdf(corners, from);
+        }
+    }
+
+    fn agrees_with_pdf(corners: [Vec3; 3], from: Vec3) {
         let mut random = Random(53);
-        let (n, mut mean, mut solid_angle) = (100_000, DVec3::ZERO, 0.0);
+        let (n, mut solid_angle) = (100_000, 0.0);
         for _ in 0..n {
-            let s = sample(corners, from, random.square()).unwrap();
-            let ray = Ray::new(from, (s.p - from).normalize());
-            mean += s.p.as_dvec3();
-            solid_angle += 1.0 / f64::from(s.pdf);
+            let (weights, density) = sample(corners, from, random.square());
+            let ray = Ray::new(from, (point(corners, weights).as_vec3() - from).normalize());
+            solid_angle += 1.0 / f64::from(density);
             let [a, b, c] = corners;
             if let Some(hit) = intersect(&ray, a, b, c) {
                 let pdf = pdf(corners, from, hit.u, hit.v);
-                assert!((pdf / s.pdf - 1.0).abs() < 1e-4);
+                assert!((pdf / density - 1.0).abs() < 1e-4);
             }
         }
-        let centroid = point(corners, Vec2::splat(1.0 / 3.0));
-        assert!((mean / f64::from(n) - centroid).length() < 0.01);
         // Van Oosterom and Strackee, "The Solid Angle of a Plane Triangle", 1983.
         let [a, b, c] = corners.map(|p| (p - from).as_dvec3());
         let (la, lb, lc) = (a.length(), b.length(), c.length());
