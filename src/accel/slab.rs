@@ -84,11 +84,13 @@ impl Slabs {
         for axis in 0..3 {
             let (o, inv) = (self.o[axis], self.inv[axis]);
             let tiny = TINY.copysign(inv);
-            let a = ((own.min[axis] - o) - tiny) * inv;
-            let b = ((own.max[axis] - o) + tiny) * inv;
-            let a2 = ((own.max[axis] - o) - tiny) * inv;
-            let b2 = ((own.min[axis] - o) + tiny) * inv;
-            let (near, far) = if inv > 0.0 { (a, b) } else { (a2, b2) };
+            let (first, last) = if inv > 0.0 {
+                (own.min[axis], own.max[axis])
+            } else {
+                (own.max[axis], own.min[axis])
+            };
+            let near = ((first - o) - tiny) * inv;
+            let far = ((last - o) + tiny) * inv;
             enter = if near > enter { near } else { enter };
             leave = if far < leave { far } else { leave };
         }

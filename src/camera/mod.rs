@@ -105,7 +105,7 @@ fn plus_y() -> Point {
 }
 
 /// The ray from `o` along `d`, brought to unit length.
-#[inline]
+#[inline(always)]
 fn unit_ray(o: DVec3, d: DVec3) -> Ray {
     Ray::new(o.as_vec3(), (d * d.length_recip()).as_vec3())
 }

@@ -330,7 +330,7 @@ impl CameraKind for Perspective {
         Some(self.lens_axes[1].cross(self.lens_axes[0]).as_vec3())
     }
 
-    #[inline]
+    #[inline(always)]
     fn ray(&self, film: Vec2, lens: Vec2) -> Option<Ray> {
         let at_one = self.corner + self.right * f64::from(film.x) + self.down * f64::from(film.y);
         if self.lens_radius == 0.0 {

@@ -6,12 +6,14 @@
 //! `max_depth` means the same everywhere: the number of ray segments from the camera, shadow rays included. 1 sees only
 //! what is bright by itself (and ambient light), 2 also what is lit directly, 5 has a camera ray and four more.
 
+use turn::Answers;
+
 use crate::{
-    accel::{Hit, RayCost},
+    accel::{Hit, RayCost, Simd},
     camera::Camera,
     kind::kinds,
     material::MaterialId,
-    math::{Cone, Ray, Rgb, Vec3},
+    math::{Cone, Ray, Rgb, Runner, Vec3},
     sampler::{Numbers, Purpose},
     scene::{Scene, Surface},
     value::{Problem, Spanned, Whole, by_name},
@@ -26,11 +28,13 @@ pub mod normals;
 pub mod object_id;
 pub mod occlusion;
 pub mod path;
+mod turn;
 pub mod uv;
 pub mod whitted;
 
 pub use components::{Component, Lobes, Tag};
 pub use departures::Departures;
+pub use turn::Turn;
 
 /// Where a path stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,6 +110,15 @@ pub struct Visit<'a> {
 pub trait Integrator: Sync + Send {
     /// Answers for one vertex of a path.
     fn vertex(&self, visit: &Visit<'_>, out: &mut Departures);
+
+    /// Answers for a few vertices: [`Integrator::vertex`] for each in turn, compiled for the processor.
+    fn turn(&self, on: Simd, turn: &Turn<'_>, out: &mut Departures) {
+        on.run(Answers {
+            integrator: self,
+            turn,
+            out,
+        });
+    }
 
     /// What surely most of its vertices at the end of segment `depth` draw for: that is drawn for many at once. It may draw
     /// for more, and what it does not ask for was drawn in vain.
@@ -203,6 +216,8 @@ kinds! {
     compiled by fn compile(&self) -> Result<BuiltIn, Problem>;
     /// See [`Integrator::vertex`].
     fn vertex(&self, visit: &Visit<'_>, out: &mut Departures);
+    /// See [`Integrator::turn`].
+    fn turn(&self, on: Simd, turn: &Turn<'_>, out: &mut Departures);
     /// See [`Integrator::draws`].
     fn draws(&self, scene: &Scene, depth: u32) -> Vec<Purpose>;
     /// See [`Integrator::reads_traversal`].
@@ -238,6 +253,10 @@ impl IntegratorDesc {
 impl Integrator for BuiltIn {
     fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
         Self::vertex(self, visit, out);
+    }
+
+    fn turn(&self, on: Simd, turn: &Turn<'_>, out: &mut Departures) {
+        Self::turn(self, on, turn, out);
     }
 
     fn draws(&self, scene: &Scene, depth: u32) -> Vec<Purpose> {

@@ -96,6 +96,7 @@ impl Integrator for PathTracer {
         drawn.into_iter().filter(|(_, drawn)| *drawn).map(|(p, _)| p).collect()
     }
 
+    #[inline(always)]
     fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
         let (surface, hit) = match visit.vertex {
             Vertex::Surface(surface, hit) => (surface, hit),

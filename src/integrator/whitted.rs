@@ -52,6 +52,7 @@ pub struct Whitted {
 }
 
 impl Integrator for Whitted {
+    #[inline(always)]
     fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
         let scene = visit.scene;
         let surface = match visit.vertex {

@@ -16,6 +16,7 @@ use crate::{
 
 mod camera_rays;
 mod dropped;
+mod part;
 mod tiles;
 mod transparency;
 mod wave;

@@ -8,15 +8,16 @@ use std::ops::Range;
 use super::{
     Dropped, Layers, Settings,
     camera_rays::CameraRays,
+    part::Part,
     transparency::{Passing, pass, transmittance},
 };
 use crate::{
     accel::{Hit, RayCost, Simd},
     camera::{Camera, Shot},
     film::{PixelSum, Window},
-    integrator::{Departures, Integrator, Path, Vertex, Visit, components::Sorted},
-    math::{Cone, Divisor, Ray},
-    sampler::{Drawn, DrawnTogether, Numbers, SampleKey, SampleKeys},
+    integrator::{Departures, Integrator, Path, Turn, components::Sorted},
+    math::{Cone, Ray},
+    sampler::{Dimension, DrawnTogether, Purpose, SampleKeys},
     scene::{Scene, Surface},
 };
 
@@ -28,9 +29,6 @@ const MOST_PATHS: usize = 4 * PATHS;
 
 /// How many vertices are answered for in a turn: few enough for the smallest cache.
 const TURN: usize = 32;
-
-/// How many vertices in advance the memory of a surface is asked for.
-const AHEAD: usize = 8;
 
 /// What a wave works for.
 pub(super) struct Job<'a> {
@@ -64,59 +62,42 @@ impl<'a> Job<'a> {
             cone: scene.reads_footprints().then(cone),
         }
     }
-
-    #[inline]
-    fn visit<'b>(&'b self, path: &'b Path, ray: &'b Ray, vertex: Vertex<'b>, numbers: Numbers<'b>) -> Visit<'b> {
-        Visit {
-            scene: self.scene,
-            path,
-            ray,
-            vertex,
-            numbers,
-            camera: &self.camera,
-        }
-    }
 }
 
-/// The samples of a wave: `together` of each pixel of `tile` from `first` on, a pixel's beside each other.
-#[derive(Clone, Copy, Debug)]
-struct Part {
-    tile: Window,
-    first: u32,
-    together: Divisor,
-    width: Divisor,
-}
-
-impl Part {
-    fn new(tile: Window, samples: &Range<u32>) -> Self {
-        Self {
-            tile,
-            first: samples.start,
-            together: Divisor::new(samples.len() as u32),
-            width: Divisor::new(tile.x1 - tile.x0),
-        }
-    }
-
-    /// The address of the sample in `slot`.
-    #[inline]
-    fn key(&self, settings: &Settings, slot: u32) -> SampleKey {
-        let (pixel, sample) = self.together.divide(slot);
-        let (row, column) = self.width.divide(pixel);
-        SampleKey {
-            seed: settings.seed,
-            frame: settings.frame,
-            pixel: [self.tile.x0 + column, self.tile.y0 + row],
-            sample: self.first + sample,
-        }
-    }
-}
-
-/// Vertices that are answered for one after the other.
+/// What is found for vertices before they have their turn.
 #[derive(Default)]
-struct Turn {
+struct Found {
     surfaces: Vec<Surface>,
     keys: SampleKeys,
     drawn: DrawnTogether,
+}
+
+/// Where the paths of a wave have arrived.
+#[derive(Clone, Copy)]
+struct Arrived<'a> {
+    rays: &'a [Ray],
+    paths: &'a [Path],
+    hits: &'a [Option<Hit>],
+}
+
+impl Found {
+    /// The turn of `chosen`, for whom all this was found.
+    fn turn<'a>(&'a self, job: &'a Job<'_>, arrived: Arrived<'a>, chosen: &'a [u32]) -> Turn<'a> {
+        let Arrived { rays, paths, hits } = arrived;
+        Turn {
+            scene: job.scene,
+            camera: &job.camera,
+            sampler: &job.settings.sampler,
+            rays,
+            paths,
+            hits,
+            chosen,
+            surfaces: &self.surfaces,
+            keys: &self.keys,
+            drawn: &self.drawn,
+            has_cones: job.cone.is_some(),
+        }
+    }
 }
 
 /// The samples of a tile's pixels so far.
@@ -144,7 +125,7 @@ pub(super) struct Wave {
     /// Of each shadow ray: the part of its light that arrives.
     arrives: Vec<f32>,
     passing: Passing,
-    turn: Turn,
+    found: Found,
     /// The rays that met something, and those that did not.
     met: Vec<u32>,
     escaped: Vec<u32>,
@@ -257,69 +238,70 @@ impl Wave {
     /// In turns of a few vertices, each of which is found, then drawn for, then answered for: steps that need not wait for
     /// each other.
     fn answer_surfaces(&mut self, job: &Job<'_>, part: &Part) {
-        let (scene, integrator) = (job.scene, job.integrator);
         let Some(depth) = self.paths.first().map(|path| path.depth) else {
             return;
         };
-        let purposes = integrator.draws(scene, depth);
-        let hit_of = |k: usize| self.met.get(k).and_then(|&i| self.hits[i as usize].as_ref());
-        let Turn { surfaces, keys, drawn } = &mut self.turn;
-        for first in (0..self.met.len()).step_by(TURN) {
-            let turn = first..self.met.len().min(first + TURN);
-            surfaces.clear();
-            keys.start(job.settings.seed, job.settings.frame);
-            for k in turn.clone() {
-                hit_of(k + 2 * AHEAD).inspect(|hit| scene.expect_corners(hit));
-                hit_of(k + AHEAD).inspect(|hit| scene.expect_surface(hit));
-                let Some(hit) = hit_of(k) else { continue };
-                let i = self.met[k] as usize;
-                surfaces.push(scene.surface(&self.rays[i], hit));
-                let key = part.key(job.settings, self.paths[i].slot);
-                keys.push(key.pixel, key.sample);
-            }
-            drawn.draw(job.simd, &job.settings.sampler, keys, depth, &purposes);
-            for k in turn {
-                let Some(hit) = hit_of(k) else { continue };
-                let i = self.met[k] as usize;
-                let (ray, path) = (&self.rays[i], &mut self.paths[i]);
-                let surface = &mut surfaces[k - first];
-                if job.cone.is_some() {
+        let purposes = job.integrator.draws(job.scene, depth);
+        let Self {
+            rays,
+            paths,
+            hits,
+            met,
+            found,
+            out,
+            ..
+        } = self;
+        let hit = |k: usize| {
+            let i = *met.get(k)? as usize;
+            hits[i].as_ref().map(|hit| (&rays[i], hit))
+        };
+        for first in (0..met.len()).step_by(TURN) {
+            let numbers = first..met.len().min(first + TURN);
+            let chosen = &met[numbers.clone()];
+            job.scene.surfaces(numbers, hit, &mut found.surfaces);
+            if job.cone.is_some() {
+                for (surface, &i) in found.surfaces.iter_mut().zip(chosen) {
+                    let (ray, path) = (&rays[i as usize], &mut paths[i as usize]);
                     path.cone = path.cone.moved(surface.t * ray.d.length());
                     surface.cover(path.cone.width.abs());
-                    self.out.leave_surface(path, surface);
-                } else {
-                    self.out.leave_from(path);
                 }
-                let numbers = Numbers {
-                    sampler: &job.settings.sampler,
-                    key: keys.get(k - first),
-                    drawn: drawn.of(k - first),
-                };
-                let vertex = Vertex::Surface(surface, hit);
-                integrator.vertex(&job.visit(path, ray, vertex, numbers), &mut self.out);
             }
+            part.keys(job.settings, chosen, paths, &mut found.keys);
+            let dimension = Dimension::at(depth, Purpose::ALL[0]);
+            found
+                .drawn
+                .draw(job.simd, &job.settings.sampler, &found.keys, dimension, &purposes);
+            let turn = found.turn(job, Arrived { rays, paths, hits }, chosen);
+            job.integrator.turn(job.simd, &turn, out);
         }
     }
 
     /// Answers for all paths that met nothing.
     fn answer_escapes(&mut self, job: &Job<'_>, part: &Part) {
         let measured = job.integrator.shown().is_measured();
-        for &i in &self.escaped {
-            let (ray, path) = (&self.rays[i as usize], &self.paths[i as usize]);
-            if path.depth == 1 && (measured || !job.scene.background.visible) {
-                self.alpha[path.slot as usize] = 0.0;
-                if !measured {
-                    continue;
-                }
+        if self.paths.first().is_some_and(|path| path.depth == 1) && (measured || !job.scene.background.visible) {
+            for &i in &self.escaped {
+                self.alpha[self.paths[i as usize].slot as usize] = 0.0;
             }
-            self.out.leave_from(path);
-            let numbers = Numbers {
-                sampler: &job.settings.sampler,
-                key: part.key(job.settings, path.slot),
-                drawn: Drawn::default(),
-            };
-            job.integrator
-                .vertex(&job.visit(path, ray, Vertex::Escape, numbers), &mut self.out);
+            if !measured {
+                return;
+            }
+        }
+        let Self {
+            rays,
+            paths,
+            hits,
+            escaped,
+            found,
+            out,
+            ..
+        } = self;
+        found.surfaces.clear();
+        found.drawn.forget();
+        for chosen in escaped.chunks(TURN) {
+            part.keys(job.settings, chosen, paths, &mut found.keys);
+            let turn = found.turn(job, Arrived { rays, paths, hits }, chosen);
+            job.integrator.turn(job.simd, &turn, out);
         }
     }
 

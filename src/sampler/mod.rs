@@ -194,19 +194,27 @@ pub struct DrawnTogether {
 }
 
 impl DrawnTogether {
-    /// Draws for `purposes` at the end of segment `depth` of the paths of all samples in `keys`.
-    pub fn draw(&mut self, on: impl Runner, sampler: &Sampler, keys: &SampleKeys, depth: u32, purposes: &[Purpose]) {
-        self.first = Dimension::at(depth, Purpose::ALL[0]).0;
+    /// Draws for `purposes` at vertices whose first dimension is `first`, for all samples in `keys`.
+    pub fn draw(
+        &mut self,
+        on: impl Runner,
+        sampler: &Sampler,
+        keys: &SampleKeys,
+        first: Dimension,
+        purposes: &[Purpose],
+    ) {
+        self.first = first.0;
         self.known = 0;
         for &purpose in purposes {
-            self.known |= 1 << purpose as u32;
-            sampler.pairs(
-                on,
-                keys,
-                Dimension::at(depth, purpose),
-                &mut self.pairs[purpose as usize],
-            );
+            let k = purpose as u32;
+            self.known |= 1 << k;
+            sampler.pairs(on, keys, Dimension(first.0 + k), &mut self.pairs[k as usize]);
         }
+    }
+
+    /// Forgets what was drawn.
+    pub fn forget(&mut self) {
+        self.known = 0;
     }
 
     /// What was drawn for the `i`th of the samples.

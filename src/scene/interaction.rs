@@ -38,7 +38,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    #[inline]
+    #[inline(always)]
     pub(super) fn of_shape(
         placed: &Placed,
         transform: Option<&Transform>,
@@ -85,7 +85,7 @@ impl Surface {
     }
 
     /// Of an instanced triangle `place` says where it stands; the place on the texture is in the mesh's space then.
-    #[inline]
+    #[inline(always)]
     pub(super) fn of_triangle(
         corners: [Vec3; 3],
         vertices: [u32; 3],

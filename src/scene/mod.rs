@@ -5,7 +5,7 @@
 use std::ops::Range;
 
 use crate::{
-    accel::{Accelerator, Hit, Instance, PrimRef, prefetch},
+    accel::{Accelerator, Geometry, Hit, Instance, PrimRef, prefetch},
     light::{Light, LightSample},
     material::{Material, MaterialId},
     math::{Ray, Rgb, Transform, Vec2, Vec3},
@@ -65,6 +65,9 @@ pub struct MeshRecord {
     /// Per vertex; empty where the file has none.
     pub uvs: Vec<Vec2>,
 }
+
+/// How many hits in advance the memory of surfaces is asked for.
+const AHEAD: usize = 8;
 
 /// Everything that a frame is rendered from, but the camera.
 pub struct Scene {
@@ -198,17 +201,38 @@ impl Scene {
         &self.meshes[after - 1]
     }
 
-    /// Asks for what tells where the corners of a hit's triangle are, and [`Scene::expect_surface`] for the corners:
-    /// [`Scene::surface`] is about to be asked about it, and a while passes between each two of the three.
-    #[inline]
-    pub fn expect_corners(&self, hit: &Hit) {
-        prefetch(&self.accel.geometry().triangles, hit.prim.index() as usize);
+    /// All that shading needs to know of a hit.
+    pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+        self.find_surface(self.accel.geometry(), ray, hit)
     }
 
-    /// See [`Scene::expect_corners`].
+    /// The surfaces of a part of many hits, in place of what `surfaces` held: `hit` tells the hit of a number in `part` and the
+    /// ray that it is on, and of greater numbers too, whose memory is asked for ahead.
     #[inline]
-    pub fn expect_surface(&self, hit: &Hit) {
+    pub fn surfaces<'a>(
+        &self,
+        part: Range<usize>,
+        hit: impl Fn(usize) -> Option<(&'a Ray, &'a Hit)>,
+        surfaces: &mut Vec<Surface>,
+    ) {
         let geometry = self.accel.geometry();
+        surfaces.clear();
+        for i in part {
+            if let Some((_, later)) = hit(i + 2 * AHEAD) {
+                prefetch(&geometry.triangles, later.prim.index() as usize);
+            }
+            if let Some((_, later)) = hit(i + AHEAD) {
+                self.expect_corners(geometry, later);
+            }
+            if let Some((ray, hit)) = hit(i) {
+                surfaces.push(self.find_surface(geometry, ray, hit));
+            }
+        }
+    }
+
+    /// Asks for the corners of a hit's triangle, and for what is known of them.
+    #[inline(always)]
+    fn expect_corners(&self, geometry: &Geometry, hit: &Hit) {
         let Some(corners) = geometry.triangles.get(hit.prim.index() as usize) else {
             return;
         };
@@ -221,10 +245,8 @@ impl Scene {
         }
     }
 
-    /// All that shading needs to know of a hit.
-    #[inline]
-    pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
-        let geometry = self.accel.geometry();
+    #[inline(always)]
+    fn find_surface(&self, geometry: &Geometry, ray: &Ray, hit: &Hit) -> Surface {
         match geometry.shape(hit.prim) {
             Some(placed) => {
                 let object = self.shape_objects[hit.prim.index() as usize - geometry.triangles.len()];
