@@ -55,6 +55,7 @@ pub enum Lobes {
 
 impl Lobes {
     /// Of light of which `diffuse` is that of diffuse lobes.
+    #[cold]
     pub fn above(all: Rgb, diffuse: Rgb) -> Self {
         let part = |d: f32, a: f32| if a > 0.0 { (d / a).clamp(0.0, 1.0) } else { 0.0 };
         Self::Above {

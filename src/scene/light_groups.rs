@@ -66,11 +66,13 @@ impl LightGroups {
     }
 
     /// That of the sky.
+    #[cold]
     pub fn of_sky(&self) -> LightGroup {
         self.sky
     }
 
     /// That of an object that shines.
+    #[cold]
     pub fn of_object(&self, object: ObjectId) -> LightGroup {
         self.objects.get(object.0 as usize).copied().unwrap_or_default()
     }
@@ -81,7 +83,8 @@ impl LightGroups {
 }
 
 impl Scene {
-    /// The group that `light` is in.
+    /// The group that `light` is in. Few ask.
+    #[cold]
     pub fn group_of(&self, light: LightId) -> LightGroup {
         match self.lights.part(light) {
             LightPart::Own(_) => self.light_groups.of_own(light),
