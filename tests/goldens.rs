@@ -192,7 +192,7 @@ fn wrong(path: &Path, found: &Pixels) -> Option<String> {
         for c in 0..3 {
             let rounding = ROUNDING * expected[c].abs().max(0.01);
             let sigma = (noise + rounding * rounding).sqrt();
-            far += usize::from(!((found[c] - expected[c]).abs() <= FAR * sigma));
+            far += usize::from((found[c] - expected[c]).abs() > FAR * sigma || found[c].is_nan());
             off += found[c] - expected[c];
             light += expected[c];
         }

@@ -1,5 +1,6 @@
-//! How the time of a picture grows with the triangles of one and the same terrain: `cargo run --release --example growth -- OUT.svg
-//! [TRIANGLES]..`. Prints a row for each number of triangles and draws the times over the logarithm of the triangles.
+//! How the time of a picture grows with the triangles of one and the same terrain:
+//! `cargo bench --bench growth -- OUT.svg 10000 100000 1000000 10000000`. Prints a row for each number of triangles, the best of
+//! three pictures, and draws the times over the logarithm of the triangles. Without arguments it prints up to a million.
 
 use std::{error::Error, fmt::Write, sync::atomic::Ordering, time::Instant};
 
@@ -33,11 +34,11 @@ fn terrain(side: u32) -> Mesh {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut args = std::env::args().skip(1);
-    let out = args.next().ok_or("name a file for the plot")?;
+    let mut args = std::env::args().skip(1).filter(|a| a != "--bench");
+    let out = args.next();
     let mut counts: Vec<u32> = args.map(|n| n.parse()).collect::<Result<_, _>>()?;
     if counts.is_empty() {
-        counts = vec![10_000, 100_000, 1_000_000, 10_000_000];
+        counts = vec![10_000, 100_000, 1_000_000];
     }
     let settings = Settings::new([640, 360], 16);
     let pose = Pose::look_at(DVec3::new(6.0, 4.0, 9.0), &LookAt::new(DVec3::new(0.0, 0.0, 0.0)))?;
@@ -72,7 +73,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
         points.push((triangles as f64, seconds));
     }
-    std::fs::write(out, plot(&points)?)?;
+    if let Some(out) = out {
+        std::fs::write(out, plot(&points)?)?;
+    }
     Ok(())
 }
 
