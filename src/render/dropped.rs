@@ -13,6 +13,7 @@ impl Dropped {
     pub const NAMED: usize = 4;
 
     /// Notes a sample of `pixel` (column, row).
+    #[cold]
     pub fn note(&mut self, [x, y]: [u32; 2]) {
         self.count += 1;
         self.name([y, x]);

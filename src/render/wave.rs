@@ -149,19 +149,24 @@ impl Wave {
         }
         let together = samples.len();
         for (pixel, sum) in sums.pixels.iter_mut().enumerate() {
-            for slot in pixel * together..(pixel + 1) * together {
-                let l = self.out.radiance[slot];
+            let slots = pixel * together..(pixel + 1) * together;
+            let samples = self.out.radiance[slots.clone()].iter().zip(&self.alpha[slots.clone()]);
+            let mut so_far = *sum;
+            for (((l, alpha), weight), slot) in samples.zip(&self.weights[slots.clone()]).zip(slots) {
                 if l.is_finite() {
-                    sum.add(l, self.alpha[slot], self.weights[slot]);
-                    if let Some(sorted) = &self.out.sorted {
-                        let layers = sorted.of_sample(slot);
-                        let of_pixel = &mut sums.layers[pixel * layers.len()..][..layers.len()];
-                        for (sum, l) in of_pixel.iter_mut().zip(layers) {
-                            sum.add(*l, 0.0, self.weights[slot]);
-                        }
-                    }
+                    so_far.add(*l, *alpha, *weight);
                 } else {
                     traced.dropped.note(part.key(job.settings, slot as u32).pixel);
+                }
+            }
+            *sum = so_far;
+        }
+        if let Some(sorted) = &self.out.sorted {
+            for slot in (0..self.weights.len()).filter(|slot| self.out.radiance[*slot].is_finite()) {
+                let layers = sorted.of_sample(slot);
+                let of_pixel = &mut sums.layers[slot / together * layers.len()..][..layers.len()];
+                for (sum, l) in of_pixel.iter_mut().zip(layers) {
+                    sum.add(*l, 0.0, self.weights[slot]);
                 }
             }
         }
