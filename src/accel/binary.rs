@@ -1,37 +1,26 @@
-//! The binary tree that the others are made of, grown from the top in parallel.
+//! The binary tree that the others are made of, built by obvhs in parallel.
 //!
-//! A set of boxes is cut in two ([`super::split`]) until what is left fits a leaf. Sets of some thousand boxes are
-//! *pieces*: each is grown by one thread, with arrays and numbers of its own, and handed to what is to be made of it
-//! while it lies in the cache. Where the cuts are depends on the boxes alone.
+//! Boxes are parted into *plots* of some thousand that lie together ([`super::plots`]); obvhs builds a tree over each, on one
+//! thread and in the cache ([`super::ploc`]). What is above them obvhs improves as one tree ([`super::crown`]). What lies
+//! below a node of that, up to some thousand primitives, is a *piece*: one thread brings it into depth-first
+//! order, with arrays and numbers of its own, and hands it to what is to be made of it while it lies in the cache.
 //!
-//! Time is linear in the number of primitives for each level, and there are at most some hundred levels: below
-//! [`DEEP`] sets are cut by count. Triangles that equal an earlier one corner for corner are left out where many share a
-//! centre: the earlier one wins at the same `t` anyway.
+//! Time is linear in the number of boxes but for the halving's few levels, whatever the boxes are. The tree depends on
+//! the boxes alone, not on the number of threads.
 
+use obvhs::bvh2::node::Bvh2Node;
 use rayon::prelude::*;
 
 use super::{
     Geometry, Quality,
+    crown::Crown,
+    ploc::Effort,
+    plots::{Ground, Plot, part},
     prims::{Fate, Prims},
-    spatial::{Cutter, Side},
-    split::{Bounds, How, Ref, cost, split},
+    sets::{Bounds, Ref},
+    spatial::Cutter,
 };
 use crate::math::Aabb;
-
-/// The most primitives of a piece.
-const PIECE_PRIMS: usize = 1 << 14;
-
-/// From this level on sets are cut by count.
-const DEEP: u32 = 64;
-
-/// Fewer primitives are not cut through.
-const MIN_CUT: usize = 8;
-
-/// How many more places in leaves there may be than primitives, as a part of these.
-const SPARE: f32 = 0.5;
-
-/// Cuts through primitives are tried where the two sides share so much of the surface around all.
-const LEAST_OVERLAP: f32 = 1e-5;
 
 /// A node of a tree in depth-first order: a node's first child follows it, and all children come after their parents.
 #[derive(Clone, Copy, Debug)]
@@ -48,8 +37,24 @@ impl Flat {
     pub const INNER: u32 = 0;
     pub const PIECE: u32 = u32::MAX;
 
+    /// With children, which come later, as the box does.
+    pub const OPEN: Self = Self {
+        bounds: Aabb::EMPTY,
+        link: 0,
+        count: Self::INNER,
+    };
+
     pub fn is_leaf(&self) -> bool {
         self.count != Self::INNER
+    }
+
+    /// Gives every node with children the box around theirs.
+    pub fn enclose(nodes: &mut [Self]) {
+        for i in (0..nodes.len()).rev() {
+            if !nodes[i].is_leaf() {
+                nodes[i].bounds = nodes[i + 1].bounds.union(nodes[nodes[i].link as usize].bounds);
+            }
+        }
     }
 }
 
@@ -82,34 +87,40 @@ pub(super) fn build<T: Send>(
     leaves: Leaves,
     finish: impl Fn(Tree) -> T + Sync,
 ) -> Option<Forest<T>> {
-    let (mut refs, bounds) = (prims.refs, prims.around);
+    let (mut refs, bounds, fate) = (prims.refs, prims.around, prims.fate);
     if refs.is_empty() {
         return None;
     }
-    let cutter = Cutter {
+    let mut parts = Vec::new();
+    if quality == Quality::High && fate == Fate::Fixed {
+        let reach = prims.reach;
+        parts = Cutter { geometry, reach }.cut(&refs, &bounds);
+    }
+    let ground = Ground {
         geometry,
-        reach: prims.reach,
+        fate,
+        scale: 1.0 / prims.reach.max(f32::MIN_POSITIVE),
+        effort: Effort::new(quality),
     };
-    let grower = Grower {
-        geometry,
-        fate: prims.fate,
-        quality,
-        leaves,
-        cutter,
-        least_overlap: LEAST_OVERLAP * bounds.boxes.aabb().half_area(),
-    };
-    let mut forest = Forest {
-        top: Vec::new(),
-        pieces: Vec::new(),
-    };
-    let top = if quality == Quality::High && prims.fate == Fate::Fixed {
-        let spare = (refs.len() as f32 * SPARE) as usize;
-        grower.top_cutting(Set { refs, bounds, spare }, 0, &finish)
+    let crown = Crown::new(plots(&mut refs, bounds, &ground), geometry, leaves);
+    if parts.is_empty() {
+        return Some(crown.pieces(finish));
+    }
+    // Whether cutting has made the tree better shows when it is there.
+    let of_parts = Crown::new(plots(&mut parts, bounds, &ground), geometry, leaves);
+    let better = if of_parts.cost() < crown.cost() {
+        of_parts
     } else {
-        grower.top(&mut refs, bounds, 0, &finish)
+        crown
     };
-    top.flatten(&mut forest);
-    Some(forest)
+    Some(better.pieces(finish))
+}
+
+/// Parts boxes into plots; the tree that these are the leaves of comes second.
+fn plots<'a>(refs: &'a mut [Ref], bounds: Bounds, ground: &Ground<'_>) -> (Vec<Plot<'a>>, Vec<Bvh2Node>) {
+    let (sets, above) = part(refs, bounds).flatten();
+    let plots = sets.into_par_iter().with_max_len(1).map(|set| Plot::new(set, ground));
+    (plots.collect(), above)
 }
 
 /// The same in one piece.
@@ -146,221 +157,4 @@ fn join(forest: Forest<Tree>) -> Tree {
         whole.ids.extend_from_slice(&piece.ids);
     }
     whole
-}
-
-/// The part of a tree above the pieces.
-enum Top<T> {
-    Piece(Aabb, T),
-    Inner(Aabb, Box<[Top<T>; 2]>),
-}
-
-impl<T> Top<T> {
-    fn flatten(self, forest: &mut Forest<T>) {
-        let at = forest.top.len();
-        match self {
-            Self::Piece(bounds, piece) => {
-                forest.top.push(Flat {
-                    bounds,
-                    link: forest.pieces.len() as u32,
-                    count: Flat::PIECE,
-                });
-                forest.pieces.push(piece);
-            }
-            Self::Inner(bounds, children) => {
-                forest.top.push(Flat {
-                    bounds,
-                    link: 0,
-                    count: Flat::INNER,
-                });
-                let [first, second] = *children;
-                first.flatten(forest);
-                forest.top[at].link = forest.top.len() as u32;
-                second.flatten(forest);
-            }
-        }
-    }
-}
-
-/// A set that may grow by `spare` as its primitives are cut.
-struct Set {
-    refs: Vec<Ref>,
-    bounds: Bounds,
-    spare: usize,
-}
-
-struct Grower<'a> {
-    geometry: &'a Geometry,
-    fate: Fate,
-    quality: Quality,
-    leaves: Leaves,
-    cutter: Cutter<'a>,
-    least_overlap: f32,
-}
-
-impl Grower<'_> {
-    fn top<T: Send>(
-        &self,
-        mut refs: &mut [Ref],
-        bounds: Bounds,
-        level: u32,
-        finish: &(impl Fn(Tree) -> T + Sync),
-    ) -> Top<T> {
-        let (level, kept) = self.look(refs, &bounds, level);
-        refs = &mut refs[..kept];
-        let aabb = bounds.boxes.aabb();
-        if refs.len() <= PIECE_PRIMS {
-            let mut tree = Tree {
-                nodes: Vec::with_capacity(refs.len()),
-                ids: Vec::with_capacity(refs.len()),
-            };
-            self.grow(refs, bounds, level, &mut tree);
-            return Top::Piece(aabb, finish(tree));
-        }
-        let (middle, a, b) = split(refs, &bounds, self.how(level));
-        let (left, right) = refs.split_at_mut(middle);
-        let (left, right) = rayon::join(
-            || self.top(left, a, level + 1, finish),
-            || self.top(right, b, level + 1, finish),
-        );
-        Top::Inner(aabb, Box::new([left, right]))
-    }
-
-    fn grow(&self, refs: &mut [Ref], bounds: Bounds, level: u32, tree: &mut Tree) {
-        let (level, kept) = self.look(refs, &bounds, level);
-        let refs = &mut refs[..kept];
-        let at = tree.nodes.len();
-        let mut node = Flat {
-            bounds: bounds.boxes.aabb(),
-            link: tree.ids.len() as u32,
-            count: Flat::INNER,
-        };
-        if self.is_leaf(refs) {
-            node.count = refs.len() as u32;
-            tree.ids.extend(refs.iter().map(Ref::index));
-            tree.nodes.push(node);
-            return;
-        }
-        tree.nodes.push(node);
-        let (middle, a, b) = split(refs, &bounds, self.how(level));
-        let (left, right) = refs.split_at_mut(middle);
-        self.grow(left, a, level + 1, tree);
-        tree.nodes[at].link = tree.nodes.len() as u32;
-        self.grow(right, b, level + 1, tree);
-    }
-
-    fn top_cutting<T: Send>(&self, mut set: Set, level: u32, finish: &(impl Fn(Tree) -> T + Sync)) -> Top<T> {
-        let aabb = set.bounds.boxes.aabb();
-        let (level, kept) = self.look(&mut set.refs, &set.bounds, level);
-        set.refs.truncate(kept);
-        if set.refs.len() <= PIECE_PRIMS {
-            let mut tree = Tree::default();
-            self.grow_cutting(set, level, &mut tree);
-            return Top::Piece(aabb, finish(tree));
-        }
-        let [left, right] = self.cut(set, level);
-        let (left, right) = rayon::join(
-            || self.top_cutting(left, level + 1, finish),
-            || self.top_cutting(right, level + 1, finish),
-        );
-        Top::Inner(aabb, Box::new([left, right]))
-    }
-
-    fn grow_cutting(&self, mut set: Set, level: u32, tree: &mut Tree) {
-        if set.spare == 0 || set.refs.len() <= MIN_CUT || level >= DEEP || set.bounds.is_point() {
-            return self.grow(&mut set.refs, set.bounds, level, tree);
-        }
-        let at = tree.nodes.len();
-        tree.nodes.push(Flat {
-            bounds: set.bounds.boxes.aabb(),
-            link: 0,
-            count: Flat::INNER,
-        });
-        let [left, right] = self.cut(set, level);
-        self.grow_cutting(left, level + 1, tree);
-        tree.nodes[at].link = tree.nodes.len() as u32;
-        self.grow_cutting(right, level + 1, tree);
-    }
-
-    /// Cuts between primitives or through them, whichever is better.
-    fn cut(&self, mut set: Set, level: u32) -> [Set; 2] {
-        let (middle, a, b) = split(&mut set.refs, &set.bounds, self.how(level));
-        let overlap = a.boxes.aabb().intersection(b.boxes.aabb());
-        let mut sides = None;
-        if level < DEEP && set.spare > 0 && !overlap.is_empty() && overlap.half_area() > self.least_overlap {
-            let thin = set.bounds.thin();
-            let between = cost(&a.boxes, middle as u32, thin) + cost(&b.boxes, (set.refs.len() - middle) as u32, thin);
-            let through = self.cutter.find(&set.refs, &set.bounds, thin);
-            if let Some(plane) = through.filter(|plane| plane.cost < between) {
-                let cut = self.cutter.cut(&set.refs, &plane);
-                let total = cut[0].refs.len() + cut[1].refs.len();
-                let sound = cut.iter().all(|side| !side.refs.is_empty());
-                if sound && total <= set.refs.len() + set.spare {
-                    set.spare = set.refs.len() + set.spare - total;
-                    sides = Some(cut);
-                }
-            }
-        }
-        let [left, right] = sides.unwrap_or_else(|| {
-            let right = set.refs.split_off(middle);
-            [
-                Side {
-                    refs: set.refs,
-                    bounds: a,
-                },
-                Side { refs: right, bounds: b },
-            ]
-        });
-        let total = left.refs.len() + right.refs.len();
-        let share = (set.spare as f64 * left.refs.len() as f64 / total as f64) as usize;
-        [(left, share), (right, set.spare - share)].map(|(Side { refs, bounds }, spare)| Set { refs, bounds, spare })
-    }
-
-    fn is_leaf(&self, refs: &[Ref]) -> bool {
-        let is_triangle = |r: &Ref| (r.index() as usize) < self.geometry.triangles.len();
-        refs.len() == 1 || refs.len() <= self.leaves.triangles && refs.iter().all(is_triangle)
-    }
-
-    /// Which level to go on with, and how many primitives, where many have the same centre.
-    fn look(&self, refs: &mut [Ref], bounds: &Bounds, level: u32) -> (u32, usize) {
-        if level < DEEP && refs.len() > self.leaves.triangles && bounds.is_point() {
-            let kept = match self.fate {
-                Fate::Fixed => self.drop_copies(refs),
-                Fate::Moving => refs.len(),
-            };
-            (DEEP, kept)
-        } else {
-            (level, refs.len())
-        }
-    }
-
-    /// Moves triangles that equal one with a lower number to the end; how many others there are.
-    fn drop_copies(&self, refs: &mut [Ref]) -> usize {
-        let key = |r: &Ref| {
-            let index = r.index() as usize;
-            let corners = (index < self.geometry.triangles.len()).then(|| {
-                self.geometry
-                    .corners(index)
-                    .map(|corner| corner.to_array().map(f32::to_bits))
-            });
-            (corners, index)
-        };
-        refs.par_sort_unstable_by_key(key);
-        let mut kept = 1;
-        for i in 1..refs.len() {
-            let (corners, _) = key(&refs[i]);
-            if corners.is_none() || corners != key(&refs[kept - 1]).0 {
-                refs.swap(kept, i);
-                kept += 1;
-            }
-        }
-        kept
-    }
-
-    fn how(&self, level: u32) -> How {
-        match self.quality {
-            _ if level >= DEEP => How::ByCount,
-            Quality::Fast => How::AlongLongest,
-            Quality::Medium | Quality::High => How::ByArea,
-        }
-    }
 }

@@ -22,17 +22,20 @@ use crate::math::Ray;
 mod binary;
 mod bvh2;
 mod check;
+mod crown;
 mod cwbvh;
 pub mod edit;
 pub mod geometry;
 mod instance;
 mod levels;
 mod linear;
+mod ploc;
+mod plots;
 mod prims;
+mod sets;
 mod simd;
 mod slab;
 mod spatial;
-mod split;
 #[cfg(test)]
 mod tests;
 mod wide;
@@ -217,6 +220,18 @@ pub fn build_with(
 /// Builds the wide accelerator with the kernels of one level: for tests and benches, which compare them.
 pub fn build_wide(simd: Simd, quality: Quality, geometry: Arc<Geometry>) -> Result<Box<dyn Accelerator>, BuildError> {
     Ok(Box::new(wide::Wide::build(geometry, quality, simd)?))
+}
+
+/// The wide accelerator with the kernels of one level.
+pub type AtLevel = (Simd, Box<dyn Accelerator>);
+
+/// One tree with the kernels of every level that this processor has.
+pub fn build_wide_levels(quality: Quality, geometry: &Arc<Geometry>) -> Result<Vec<AtLevel>, BuildError> {
+    let tree = wide::Wide::build(Arc::clone(geometry), quality, Simd::detect())?;
+    let levels = Simd::available().into_iter();
+    Ok(levels
+        .map(|simd| (simd, Box::new(tree.with(simd)) as Box<dyn Accelerator>))
+        .collect())
 }
 
 /// Tests what lies outside every tree.

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::{
     BuildError, Geometry, Instance, PrimRef, check,
-    split::{Bounds, Ref},
+    sets::{Bounds, Ref},
 };
 use crate::math::Aabb;
 

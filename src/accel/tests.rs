@@ -201,7 +201,8 @@ fn every_accelerator_equals_the_linear_scan_on_slivers() {
     compare(g, &rays);
 }
 
-/// Rooms: walls and floors of two triangles each, planks a hundred times as long as wide, and clutter between them.
+/// Rooms: walls and floors of two triangles each, planks a hundred times as long as wide, some of them leaning, and clutter
+/// between them.
 fn rooms() -> Geometry {
     let mut g = soup(1500, 0, 0.04);
     let mut r = Random(17);
@@ -219,6 +220,10 @@ fn rooms() -> Geometry {
         for _ in 0..6 {
             quad(r.vec(0.9) - b, b * 2.0, c * 0.02);
         }
+        for i in 0..40 {
+            let along = if i % 2 == 0 { b + c } else { b - c };
+            quad(r.vec(0.9) - along * 0.5, along, b * 0.01);
+        }
     }
     g
 }
@@ -230,7 +235,7 @@ fn every_accelerator_equals_the_linear_scan_on_walls_that_are_cut() {
     let mut rays = rays(&g, 60_000);
     // Along the walls, in them and hardly above, from near and from far.
     for i in 0..40_000 {
-        let corners = g.corners(1500 + r.below(54));
+        let corners = g.corners(1500 + r.below(g.triangles.len() - 1500));
         let [a, b, c] = corners;
         let normal = (b - a).cross(c - a).normalize();
         let inside = |r: &mut Random| a + (b - a) * r.unit() + (c - b) * r.unit();

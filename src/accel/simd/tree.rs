@@ -14,7 +14,7 @@ use super::super::{
 /// afterwards but for its boxes: an inner child comes after its node (so there are no cycles, and [`Tree::stack_len`]
 /// holds) or is the root of the still triangles, a leaf's blocks exist, a shape's number is below the number of primitives
 /// and an instance's below that of instances.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Tree {
     pub(super) nodes: Vec<Node>,
     pub(super) blocks: Vec<Block>,

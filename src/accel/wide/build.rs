@@ -28,7 +28,7 @@ fn leaves(quality: Quality) -> Leaves {
 /// The nodes and blocks of the wide tree over `prims`; the first node is the root. `None` where there are none.
 pub(super) fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Option<(Vec<Node>, Vec<Block>)> {
     let finish = |tree: Tree| {
-        let no_pieces = |_| f32::INFINITY;
+        let no_pieces = |_| [f32::INFINITY; 2];
         collapse(&tree, geometry, no_pieces)
     };
     let Forest { top, mut pieces } = binary::build(prims, geometry, quality, leaves(quality), finish)?;
@@ -51,7 +51,9 @@ pub(super) fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Opti
             nodes: top,
             ids: Vec::new(),
         };
-        collapse(&tree, geometry, |number| pieces[number as usize].cost)
+        collapse(&tree, geometry, |number| {
+            [pieces[number as usize].cost, pieces[number as usize].surface]
+        })
     };
     Some(join(top, pieces))
 }

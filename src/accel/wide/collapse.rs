@@ -29,6 +29,8 @@ pub(super) struct Piece {
     /// What stands for all of it: node 0 or a leaf.
     pub root: u32,
     pub cost: f32,
+    /// Of everything in it, doubled where it is of triangles.
+    pub surface: f32,
     /// Children that are other pieces: the node, its lane, and the piece's number.
     pub joints: Vec<(u32, u8, u32)>,
 }
@@ -42,6 +44,8 @@ struct Plan {
     first: [u8; 8],
     /// Triangles below; more than fit where there is anything else.
     triangles: u32,
+    /// See [`Piece::surface`].
+    surface: f32,
 }
 
 /// All of it in one leaf.
@@ -62,12 +66,14 @@ fn leaf_cost(area: f32, triangles: u32) -> f32 {
     area * BLOCK_COST * blocks as f32
 }
 
-fn plan(tree: &Tree, triangles: u32, piece_cost: impl Fn(u32) -> f32) -> Vec<Plan> {
+fn plan(tree: &Tree, geometry: &Geometry, piece_cost: impl Fn(u32) -> [f32; 2]) -> Vec<Plan> {
+    let triangles = geometry.triangles.len() as u32;
     let flat = &tree.nodes;
     let empty = Plan {
         cost: [0.0; 8],
         first: [0; 8],
         triangles: 0,
+        surface: 0.0,
     };
     let mut plans = vec![empty; flat.len()];
     for i in (0..flat.len()).rev() {
@@ -76,21 +82,28 @@ fn plan(tree: &Tree, triangles: u32, piece_cost: impl Fn(u32) -> f32) -> Vec<Pla
         plans[i] = if !node.is_leaf() {
             inner_plan(area, &plans[i + 1], &plans[node.link as usize])
         } else if node.count == Flat::PIECE {
-            leaf_plan(piece_cost(node.link), TOO_MANY)
+            let [cost, surface] = piece_cost(node.link);
+            leaf_plan(cost, TOO_MANY, surface)
         } else if tree.ids[node.link as usize] < triangles {
-            leaf_plan(leaf_cost(area, node.count), node.count)
+            let ids = &tree.ids[node.link as usize..][..node.count as usize];
+            let surface = ids.iter().map(|&id| {
+                let [a, b, c] = geometry.corners(id as usize);
+                (b - a).cross(c - a).length()
+            });
+            leaf_plan(leaf_cost(area, node.count), node.count, surface.sum())
         } else {
-            leaf_plan(area * SHAPE_COST, TOO_MANY)
+            leaf_plan(area * SHAPE_COST, TOO_MANY, area)
         };
     }
     plans
 }
 
-fn leaf_plan(cost: f32, triangles: u32) -> Plan {
+fn leaf_plan(cost: f32, triangles: u32, surface: f32) -> Plan {
     Plan {
         cost: [cost; 8],
         first: [AS_LEAF; 8],
         triangles,
+        surface,
     }
 }
 
@@ -108,6 +121,7 @@ fn inner_plan(area: f32, a: &Plan, b: &Plan) -> Plan {
         cost: [0.0; 8],
         first: [FEWER; 8],
         triangles,
+        surface: a.surface + b.surface,
     };
     (plan.cost[0], plan.first[0]) = (f32::from_bits(best[8] & !7), (best[8] & 7) as u8);
     let (as_node, as_leaf) = (area + plan.cost[0], leaf_cost(area, triangles));
@@ -128,10 +142,9 @@ fn inner_plan(area: f32, a: &Plan, b: &Plan) -> Plan {
 }
 
 /// The wide tree over `tree`.
-pub(super) fn collapse(tree: &Tree, geometry: &Geometry, piece_cost: impl Fn(u32) -> f32) -> Piece {
+pub(super) fn collapse(tree: &Tree, geometry: &Geometry, piece_cost: impl Fn(u32) -> [f32; 2]) -> Piece {
     let flat = &tree.nodes[..];
-    let triangles = geometry.triangles.len() as u32;
-    let plans = plan(tree, triangles, piece_cost);
+    let plans = plan(tree, geometry, piece_cost);
     let mut emitter = Emitter {
         flat,
         ids: &tree.ids,
@@ -141,6 +154,7 @@ pub(super) fn collapse(tree: &Tree, geometry: &Geometry, piece_cost: impl Fn(u32
             nodes: Vec::with_capacity(tree.ids.len() / 16 + 1),
             blocks: Vec::with_capacity(tree.ids.len() / 3 + 1),
             cost: plans[0].cost[1],
+            surface: plans[0].surface,
             ..Piece::default()
         },
     };
@@ -168,6 +182,7 @@ impl Emitter<'_> {
         while let Some((from, to)) = open.pop() {
             let mut children = [0; 8];
             let count = self.children(from, &mut children);
+            self.order_for_occlusion(&mut children[..count]);
             let mut node = Node::NOTHING;
             let first_inner = open.len();
             for (lane, &child) in children[..count].iter().enumerate() {
@@ -188,6 +203,20 @@ impl Emitter<'_> {
             order_children(&mut node, count);
             self.piece.nodes[to] = node;
         }
+    }
+
+    /// Sorts children so that the one comes last, which a ray that asks whether anything is in its way had best try first:
+    /// that with much surface behind its box, and little to go through. Lanes have no other order.
+    ///
+    /// After Nah and Manocha, "SATO: Surface Area Traversal Order for Shadow Ray Tracing", 2014,
+    /// <https://doi.org/10.1111/cgf.12426>. The root and the cost are by trial: the surface alone sends rays into trees
+    /// that take long.
+    fn order_for_occlusion(&self, children: &mut [usize]) {
+        let promise = |&child: &usize| {
+            let Plan { surface, cost, .. } = &self.plans[child];
+            surface.sqrt() * self.flat[child].bounds.half_area() / cost[1].max(f32::MIN_POSITIVE)
+        };
+        children.sort_by(|a, b| promise(a).total_cmp(&promise(b)));
     }
 
     /// The binary nodes that become the children of the wide one at `from`; how many there are.

@@ -36,12 +36,13 @@ struct Lower {
 }
 
 /// Eight-wide trees.
+#[derive(Clone)]
 pub struct Wide {
     geometry: Arc<Geometry>,
     quality: Quality,
     /// One tree where nothing was ever an instance or moved; otherwise those of groups, of the still triangles, and the
     /// top. Nothing at all where nothing has a box.
-    tree: Tree,
+    tree: Arc<Tree>,
     /// Of each group, then of the still triangles; empty where there is one tree.
     lower: Vec<Lower>,
     unbounded: Vec<PrimRef>,
@@ -62,7 +63,7 @@ impl Wide {
         let mut wide = Self {
             geometry,
             quality,
-            tree: Tree::default(),
+            tree: Arc::default(),
             lower: Vec::new(),
             unbounded: Vec::new(),
             size: 0.0,
@@ -83,6 +84,15 @@ impl Wide {
         Ok(wide)
     }
 
+    /// The same tree for the kernels of another level.
+    pub fn with(&self, simd: Simd) -> Self {
+        Self { simd, ..self.clone() }
+    }
+
+    fn tree_mut(&mut self) -> &mut Tree {
+        Arc::make_mut(&mut self.tree)
+    }
+
     fn grow(&self, prims: Prims) -> Grown {
         build::build(prims, &self.geometry, self.quality).unwrap_or_default()
     }
@@ -97,7 +107,7 @@ impl Wide {
         self.lower.push(Lower::of(&prims));
         let grown = self.grow(prims);
         let numbers = Numbers::prims(self.geometry.prim_count());
-        self.tree.push(grown, numbers).ok_or_else(|| self.too_many())
+        self.tree_mut().push(grown, numbers).ok_or_else(|| self.too_many())
     }
 
     fn build_top(&mut self) -> Result<(), BuildError> {
@@ -110,7 +120,7 @@ impl Wide {
     fn push_top(&mut self, mut prims: Prims) -> Result<(), BuildError> {
         self.size = prims.bounds().extent().max_element().max(0.0);
         let reach = self.lower.iter().map(|lower| lower.reach).fold(prims.reach, f32::max);
-        self.tree.spread = Spread::new(&self.geometry, reach);
+        self.tree_mut().spread = Spread::new(&self.geometry, reach);
         self.unbounded = std::mem::take(&mut prims.unbounded);
         let grown = self.grow(prims);
         let numbers = Numbers {
@@ -118,21 +128,21 @@ impl Wide {
             instances: self.geometry.instances.len(),
             still: self.lower.len().checked_sub(1),
         };
-        self.tree.push(grown, numbers).ok_or_else(|| self.too_many())
+        self.tree_mut().push(grown, numbers).ok_or_else(|| self.too_many())
     }
 
     /// Gives the boxes of a tree's triangles to the nodes above them, or builds it anew where that makes rays much
     /// slower or where a triangle has come in.
     fn renew(&mut self, section: usize, prims: Prims, id: TreeId, updated: &mut Updated) -> Result<(), BuildError> {
         self.lower[section] = Lower::of(&prims);
-        if self.tree.refit(section, &self.geometry, prims.refs.len()) {
+        if Arc::make_mut(&mut self.tree).refit(section, &self.geometry, prims.refs.len()) {
             updated.refitted.push(id);
             return Ok(());
         }
         let grown = self.grow(prims);
         let numbers = Numbers::prims(self.geometry.prim_count());
         updated.built.push(id);
-        self.tree
+        self.tree_mut()
             .replace(section, grown, numbers)
             .ok_or_else(|| self.too_many())
     }
@@ -216,7 +226,7 @@ impl Accelerator for Wide {
         let boxes: Vec<Aabb> = self.lower.iter().take(groups).map(|lower| lower.bounds).collect();
         let changed = edit.apply(&mut self.geometry, &boxes)?;
         let mut updated = Updated::default();
-        self.tree.pop();
+        self.tree_mut().pop();
         // What was one tree becomes two, so that the next change finds what moves apart from what does not.
         if self.lower.is_empty() {
             for group in 0..groups {

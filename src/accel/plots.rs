@@ -1,0 +1,193 @@
+//! Plots: boxes that lie together, some thousand at a time, with a tree by obvhs over each.
+//!
+//! Sets are halved by count along the axis on which their centres reach farthest, until they are small enough for the
+//! cache. So whatever the boxes are, obvhs sees a bounded number of them at once. A set of boxes that all have one
+//! centre, which obvhs could take long for, is halved by size down to its leaves instead. Triangles that equal an
+//! earlier one corner for corner are left out there: the earlier one wins at the same `t` anyway.
+
+use obvhs::{
+    aabb::Aabb as Box3,
+    bvh2::{Bvh2, node::Bvh2Node},
+};
+use rayon::prelude::*;
+
+use super::{
+    Geometry,
+    ploc::{self, Effort},
+    prims::Fate,
+    sets::{Bounds, Ref, halve},
+};
+
+/// The most boxes of a plot.
+const MOST: usize = 1 << 14;
+
+/// How boxes are parted.
+pub(super) enum Parted<'a> {
+    Set(Set<'a>),
+    Halves(Box<[Parted<'a>; 2]>),
+}
+
+/// Boxes that lie together.
+pub(super) struct Set<'a> {
+    refs: &'a mut [Ref],
+    /// Whether they all have the same centre.
+    same: bool,
+}
+
+/// Parts boxes into sets of at most [`MOST`], or of one centre.
+pub(super) fn part(refs: &mut [Ref], bounds: Bounds) -> Parted<'_> {
+    let same = refs.len() > 2 && bounds.is_point();
+    if same || refs.len() <= MOST {
+        return Parted::Set(Set { refs, same });
+    }
+    let middle = halve(refs, &bounds);
+    let (left, right) = refs.split_at_mut(middle);
+    let (a, b) = (Bounds::of(left), Bounds::of(right));
+    let (left, right) = rayon::join(|| part(left, a), || part(right, b));
+    Parted::Halves(Box::new([left, right]))
+}
+
+impl<'a> Parted<'a> {
+    /// The sets, and the tree above them whose leaves hold their numbers; it has no boxes yet.
+    pub fn flatten(self) -> (Vec<Set<'a>>, Vec<Bvh2Node>) {
+        let nothing = Bvh2Node::new(Box3::INVALID, 0, 0);
+        let (mut sets, mut nodes) = (Vec::new(), vec![nothing]);
+        let mut open = vec![(self, 0)];
+        while let Some((parted, at)) = open.pop() {
+            match parted {
+                Self::Set(set) => {
+                    nodes[at] = Bvh2Node::new(Box3::INVALID, 1, sets.len() as u32);
+                    sets.push(set);
+                }
+                Self::Halves(halves) => {
+                    let first = nodes.len();
+                    nodes[at].first_index = first as u32;
+                    nodes.extend([nothing; 2]);
+                    let [left, right] = *halves;
+                    open.extend([(right, first + 1), (left, first)]);
+                }
+            }
+        }
+        (sets, nodes)
+    }
+}
+
+/// A tree over a part of the boxes.
+pub(super) struct Plot<'a> {
+    pub refs: &'a [Ref],
+    /// As obvhs has them, over proxies: two children lie side by side, leaves hold a number in `refs`.
+    pub nodes: Vec<Bvh2Node>,
+    /// How many leaves are below each node.
+    pub sizes: Vec<u32>,
+    /// Whether all boxes have one centre.
+    pub same: bool,
+}
+
+/// What plots must know.
+pub(super) struct Ground<'a> {
+    pub geometry: &'a Geometry,
+    pub fate: Fate,
+    /// What brings the scene to unit size.
+    pub scale: f32,
+    pub effort: Effort,
+}
+
+impl<'a> Plot<'a> {
+    pub fn new(set: Set<'a>, ground: &Ground<'_>) -> Self {
+        if set.same {
+            return Self::halved(set.refs, ground);
+        }
+        let refs = &*set.refs;
+        let proxy = |r: &Ref| ploc::proxy(&r.bounds(), ground.scale, r.index());
+        let proxies: Vec<Box3> = refs.iter().map(proxy).collect();
+        let mut tree = ploc::build(&proxies, &ground.effort);
+        Self {
+            refs,
+            sizes: resolve(&mut tree, |_| 1),
+            nodes: tree.nodes,
+            same: false,
+        }
+    }
+
+    /// Of boxes with one centre, by size.
+    fn halved(refs: &'a mut [Ref], ground: &Ground<'_>) -> Self {
+        let kept = match ground.fate {
+            Fate::Fixed => drop_copies(refs, ground.geometry),
+            Fate::Moving => refs.len(),
+        };
+        let refs = &mut refs[..kept];
+        let bounds = Bounds::of(refs);
+        let around = ploc::proxy(&bounds.boxes.aabb(), ground.scale, 0);
+        let mut nodes = vec![Bvh2Node::new(around, 0, 0)];
+        let mut open = vec![(0, 0..refs.len())];
+        while let Some((at, range)) = open.pop() {
+            if range.len() == 1 {
+                nodes[at] = Bvh2Node::new(around, 1, range.start as u32);
+                continue;
+            }
+            let middle = range.start + halve(&mut refs[range.clone()], &bounds);
+            let first = nodes.len();
+            nodes[at].first_index = first as u32;
+            nodes.extend([Bvh2Node::new(around, 0, 0); 2]);
+            open.extend([(first, range.start..middle), (first + 1, middle..range.end)]);
+        }
+        let mut tree = Bvh2 {
+            nodes,
+            primitive_indices: (0..kept as u32).collect(),
+            ..Bvh2::default()
+        };
+        Self {
+            refs,
+            sizes: resolve(&mut tree, |_| 1),
+            nodes: tree.nodes,
+            same: true,
+        }
+    }
+}
+
+/// Puts what leaves hold, one number each, into the leaves themselves; returns how much is below each node, of whose leaves
+/// `size` tells it by that number.
+pub(super) fn resolve(tree: &mut Bvh2, size: impl Fn(u32) -> u32) -> Vec<u32> {
+    let nodes = &mut tree.nodes;
+    let mut sizes = vec![0; nodes.len()];
+    let mut inner = Vec::with_capacity(nodes.len() / 2);
+    let mut open = vec![0];
+    while let Some(index) = open.pop() {
+        let node = &mut nodes[index as usize];
+        if node.is_leaf() {
+            node.first_index = tree.primitive_indices[node.first_index as usize];
+            sizes[index as usize] = size(node.first_index);
+        } else {
+            inner.push(index);
+            open.extend([node.first_index + 1, node.first_index]);
+        }
+    }
+    for index in inner.into_iter().rev() {
+        let first = nodes[index as usize].first_index as usize;
+        sizes[index as usize] = sizes[first] + sizes[first + 1];
+    }
+    sizes
+}
+
+/// Moves triangles that equal one with a lower number to the end; how many others there are.
+fn drop_copies(refs: &mut [Ref], geometry: &Geometry) -> usize {
+    let key = |r: &Ref| {
+        let index = r.index() as usize;
+        let corners = (index < geometry.triangles.len()).then(|| {
+            geometry
+                .corners(index)
+                .map(|corner| corner.to_array().map(f32::to_bits))
+        });
+        (corners, index)
+    };
+    refs.par_sort_unstable_by_key(key);
+    let mut kept = 1;
+    for i in 1..refs.len() {
+        let (corners, _) = key(&refs[i]);
+        if corners.is_none() || corners != key(&refs[kept - 1]).0 {
+            refs.swap(kept, i);
+            kept += 1;
+        }
+    }
+    kept
+}
