@@ -2,6 +2,9 @@
 
 use std::f32::consts::TAU;
 
+use rayon::prelude::*;
+
+use super::tracer::BATCH;
 use crate::{
     accel::{Accelerator, Hit},
     camera::Camera,
@@ -126,8 +129,10 @@ fn uniform([a, b, c]: [u32; 3]) -> Vec2 {
 /// The surfaces that rays end at.
 fn ends(scene: &Scene, accel: &dyn Accelerator, rays: &[Ray]) -> Vec<Surface> {
     let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
-    accel.nearest(rays, &mut hits);
-    rays.iter()
+    rays.par_chunks(BATCH)
+        .zip(hits.par_chunks_mut(BATCH))
+        .for_each(|(rays, hits)| accel.nearest(rays, hits));
+    rays.par_iter()
         .zip(&hits)
         .filter_map(|(ray, hit)| hit.map(|hit| scene.surface(ray, &hit)))
         .collect()

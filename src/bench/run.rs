@@ -1,6 +1,8 @@
 //! The measurement: every cell in turn, over and over, so that drift hits all alike.
 
-use std::{path::PathBuf, sync::Arc, time::Instant};
+use std::{borrow::Cow, path::PathBuf, sync::Arc, time::Instant};
+
+use rayon::prelude::*;
 
 use super::{
     Buffers, BuildRow, Cell, Embree, Kind, Report,
@@ -43,17 +45,25 @@ pub enum Error {
 }
 
 /// Primitive tests that a linear cell may take in one repetition: some tenths of a second.
-const LINEAR_TESTS: usize = 100_000_000;
+const LINEAR_TESTS: usize = 30_000_000;
+
+/// So many times as many rays of a linear cell are compared with the others' answers, once.
+const LINEAR_COMPARED: usize = 8;
 
 /// Rays whose cost is counted.
-const COUNTED: usize = 1 << 16;
+const COUNTED: usize = 1 << 14;
+
+/// Of these so many at a time by one thread.
+const COUNTED_TOGETHER: usize = 1 << 8;
 
 /// A column of the table.
 struct Contestant<'a> {
     name: String,
     tracer: Tracer<'a>,
-    /// It traces every `stride`th ray of a kind.
+    /// It is compared on every `stride`th ray of a kind.
     stride: usize,
+    /// It is timed on every `timed`th ray of a kind.
+    timed: usize,
 }
 
 /// Measures all accelerators over `geometry` with the rays of `buffers`, on the threads of the current rayon pool.
@@ -63,52 +73,87 @@ pub fn run(
     options: &Options,
     observer: &dyn Observer,
 ) -> Result<Report, Error> {
-    let threads = rayon::current_num_threads();
-    let builds = builders(geometry, options, threads);
-    let mut times = vec![Vec::new(); builds.len()];
-    let mut bytes = vec![None; builds.len()];
-    let steps = options.builds * builds.len();
-    for repetition in 0..options.builds {
-        for (i, (name, build)) in builds.iter().enumerate() {
-            observer.step(repetition * builds.len() + i, steps, &format!("building {name}"));
-            let (ms, size) = build()?;
-            times[i].push(ms);
-            bytes[i] = size;
-        }
+    if buffers.of(Kind::Diffuse1).is_empty() {
+        return Err(Error::NothingSeen);
     }
-    let triangles = geometry.triangles.len();
-    let per_triangle = |v: f64| v / triangles.max(1) as f64;
-    let build = builds
-        .iter()
-        .zip(times.iter_mut().zip(&bytes))
-        .map(|((name, _), (times, bytes))| {
-            let ms = median(times);
-            BuildRow {
-                accel: name.clone(),
-                ms,
-                ns_per_triangle: per_triangle(ms * 1e6),
-                bytes_per_triangle: bytes.map(|b| per_triangle(b as f64)),
-            }
-        })
-        .collect();
-    let cells = trace(geometry, buffers, options, observer, threads)?;
+    let (build, built) = build(geometry, options, observer)?;
+    let cells = trace(geometry, buffers, options, observer, &built)?;
     Ok(Report {
         scene: options.scene.clone(),
-        triangles,
+        triangles: geometry.triangles.len(),
         primitives: geometry.prim_count(),
         instances: geometry.instances.len(),
         seen: geometry.seen_prim_count(),
-        threads,
+        threads: rayon::current_num_threads(),
         simd: Simd::available().last().map_or("portable", |s| s.name()).to_owned(),
         cells,
         build,
     })
 }
 
-/// Builds once and says how long it took, in ms, and how large the result is.
-type Builder<'a> = Box<dyn Fn() -> Result<(f64, Option<usize>), Error> + 'a>;
+/// What was built.
+enum Built {
+    Ours(Box<dyn Accelerator>),
+    Theirs(Embree),
+}
 
-fn builders<'a>(geometry: &'a Arc<Geometry>, options: &'a Options, threads: usize) -> Vec<(String, Builder<'a>)> {
+/// What the last build of each name gave, as far as it traces.
+#[derive(Default)]
+struct AllBuilt {
+    ours: Vec<(String, Box<dyn Accelerator>)>,
+    embree: Option<Embree>,
+}
+
+/// Builds everything over and over, and keeps what traces.
+fn build(
+    geometry: &Arc<Geometry>,
+    options: &Options,
+    observer: &dyn Observer,
+) -> Result<(Vec<BuildRow>, AllBuilt), Error> {
+    let builders = builders(geometry, options, rayon::current_num_threads());
+    let mut times = vec![Vec::new(); builders.len()];
+    let mut bytes = vec![None; builders.len()];
+    let mut kept = AllBuilt::default();
+    let steps = options.builds * builders.len();
+    for repetition in 0..options.builds {
+        let is_last = repetition + 1 == options.builds;
+        for (i, (name, build)) in builders.iter().enumerate() {
+            observer.step(repetition * builders.len() + i, steps, &format!("building {name}"));
+            let start = Instant::now();
+            match build()? {
+                Built::Ours(accel) => {
+                    times[i].push(start.elapsed().as_secs_f64() * 1e3);
+                    bytes[i] = Some(accel.stats().bytes);
+                    if is_last && ["bvh2", "cwbvh"].contains(name) {
+                        kept.ours.push(((*name).to_owned(), accel));
+                    }
+                }
+                Built::Theirs(embree) => {
+                    times[i].push(embree.build_time.as_secs_f64() * 1e3);
+                    if is_last && *name == "embree-medium" {
+                        kept.embree = Some(embree);
+                    }
+                }
+            }
+        }
+    }
+    let per_triangle = |v: f64| v / geometry.triangles.len().max(1) as f64;
+    let rows = builders.iter().zip(times.iter_mut().zip(&bytes));
+    let rows = rows.map(|((name, _), (times, bytes))| {
+        let ms = median(times);
+        BuildRow {
+            accel: (*name).to_owned(),
+            ms,
+            ns_per_triangle: per_triangle(ms * 1e6),
+            bytes_per_triangle: bytes.map(|b| per_triangle(b as f64)),
+        }
+    });
+    Ok((rows.collect(), kept))
+}
+
+type Builder<'a> = Box<dyn Fn() -> Result<Built, Error> + 'a>;
+
+fn builders<'a>(geometry: &'a Arc<Geometry>, options: &'a Options, threads: usize) -> Vec<(&'static str, Builder<'a>)> {
     let ours = [
         ("bvh2", AccelKind::Bvh2, Quality::default()),
         ("cwbvh", AccelKind::CwBvh, Quality::default()),
@@ -116,14 +161,10 @@ fn builders<'a>(geometry: &'a Arc<Geometry>, options: &'a Options, threads: usiz
         ("wide-fast", AccelKind::Wide, Quality::Fast),
         ("wide-high", AccelKind::Wide, Quality::High),
     ];
-    let mut builders: Vec<(String, Builder<'a>)> = Vec::new();
+    let mut builders: Vec<(&'static str, Builder<'a>)> = Vec::new();
     for (name, kind, quality) in ours {
-        let build = move || {
-            let start = Instant::now();
-            let accel = accel::build_with(kind, quality, Arc::clone(geometry))?;
-            Ok((start.elapsed().as_secs_f64() * 1e3, Some(accel.stats().bytes)))
-        };
-        builders.push((name.to_owned(), Box::new(build)));
+        let build = move || Ok(Built::Ours(accel::build_with(kind, quality, Arc::clone(geometry))?));
+        builders.push((name, Box::new(build)));
     }
     let theirs = [
         ("embree-low", EmbreeQuality::Low),
@@ -132,11 +173,8 @@ fn builders<'a>(geometry: &'a Arc<Geometry>, options: &'a Options, threads: usiz
     ];
     for (name, quality) in theirs {
         let Some(library) = &options.embree else { break };
-        let build = move || {
-            let embree = Embree::build(library, geometry, quality, threads)?;
-            Ok((embree.build_time.as_secs_f64() * 1e3, None))
-        };
-        builders.push((name.to_owned(), Box::new(build)));
+        let build = move || Ok(Built::Theirs(Embree::build(library, geometry, quality, threads)?));
+        builders.push((name, Box::new(build)));
     }
     builders
 }
@@ -146,47 +184,36 @@ fn trace(
     buffers: &Buffers,
     options: &Options,
     observer: &dyn Observer,
-    threads: usize,
+    built: &AllBuilt,
 ) -> Result<Vec<Cell>, Error> {
     let all = buffers.of(Kind::Primary).len();
-    if buffers.of(Kind::Diffuse1).is_empty() {
-        return Err(Error::NothingSeen);
-    }
-    let build = |kind| accel::build(kind, Arc::clone(geometry));
-    let (linear, bvh2, cwbvh) = (
-        build(AccelKind::Linear)?,
-        build(AccelKind::Bvh2)?,
-        build(AccelKind::CwBvh)?,
-    );
-    let wide: Vec<(String, Box<dyn Accelerator>)> = Simd::available()
-        .into_iter()
-        .map(|simd| {
-            let accel = accel::build_wide(simd, Quality::default(), Arc::clone(geometry))?;
-            Ok((format!("wide-{}", simd.name()), accel))
-        })
-        .collect::<Result<_, BuildError>>()?;
-    let embree = match &options.embree {
-        Some(library) => Some(Embree::build(library, geometry, EmbreeQuality::Medium, threads)?),
-        None => None,
-    };
+    let linear = accel::build(AccelKind::Linear, Arc::clone(geometry))?;
+    let wide = accel::build_wide_levels(Quality::default(), geometry)?;
     let tests = usize::try_from(geometry.seen_prim_count()).unwrap_or(usize::MAX);
-    let linear_rays = (LINEAR_TESTS / tests.max(1)).clamp(256, all);
-    let ours = |name: &str, accel, stride| Contestant {
+    let timed = (LINEAR_TESTS / tests.max(1)).clamp(16, all);
+    let compared = (timed * LINEAR_COMPARED).min(all);
+    let ours = |name: &str, accel| Contestant {
         name: name.to_owned(),
         tracer: Tracer::Ours(accel),
-        stride,
+        stride: 1,
+        timed: 1,
     };
-    let mut contestants = vec![
-        ours("linear", &*linear, all / linear_rays),
-        ours("bvh2", &*bvh2, 1),
-        ours("cwbvh", &*cwbvh, 1),
-    ];
-    contestants.extend(wide.iter().map(|(name, accel)| ours(name, &**accel, 1)));
-    for embree in embree.iter() {
+    let mut contestants = vec![Contestant {
+        stride: all / compared,
+        timed: all / timed,
+        ..ours("linear", &*linear)
+    }];
+    contestants.extend(built.ours.iter().map(|(name, accel)| ours(name, &**accel)));
+    contestants.extend(
+        wide.iter()
+            .map(|(simd, accel)| ours(&format!("wide-{}", simd.name()), &**accel)),
+    );
+    for embree in built.embree.iter() {
         let theirs = |name: &str, tracer| Contestant {
             name: name.to_owned(),
             tracer,
             stride: 1,
+            timed: 1,
         };
         contestants.push(theirs("embree1", Tracer::Embree1(embree)));
         contestants.push(theirs("embree16", Tracer::Embree16(embree)));
@@ -217,49 +244,35 @@ fn measure(
     repetitions: usize,
     step: impl Fn(usize),
 ) -> Vec<Cell> {
+    step(0);
+    let mismatches = compare(kind, rays, contestants);
     let mut rates = vec![Vec::new(); contestants.len()];
-    let mut mismatches = vec![0; contestants.len()];
-    // One round more than is counted, for warm caches; in it the answers are compared.
-    for repetition in 0..=repetitions {
-        step(repetition.saturating_sub(1));
-        let mut truth: Vec<Answers> = Vec::new();
-        for (i, c) in contestants.iter().enumerate() {
-            let own: Vec<Ray>;
-            let rays = if c.stride == 1 {
-                rays
-            } else {
-                own = rays.iter().step_by(c.stride).copied().collect();
-                &own
-            };
+    for repetition in 0..repetitions {
+        step(repetition);
+        for (c, rates) in contestants.iter().zip(&mut rates) {
+            let rays = &every(c.timed, rays)[..];
             let mut prepared = c.tracer.prepare(kind, rays);
             let start = Instant::now();
             c.tracer.trace(kind, &mut prepared);
-            let seconds = start.elapsed().as_secs_f64();
-            if repetition > 0 {
-                rates[i].push(rays.len() as f64 / seconds / 1e6);
-                continue;
-            }
-            let answers = Answers {
-                stride: c.stride,
-                distances: (0..rays.len()).map(|i| prepared.distance(kind, i)).collect(),
-            };
-            mismatches[i] = truth.iter().map(|t| differences(t, &answers)).max().unwrap_or(0);
-            // The linear scan is the truth for its share, and the binary tree, held to it, for all rays.
-            if truth.len() < 2 {
-                truth.push(answers);
-            }
+            rates.push(rays.len() as f64 / start.elapsed().as_secs_f64() / 1e6);
         }
     }
     let embree = contestants
         .iter()
         .position(|c| c.name == "embree1")
         .map(|i| median(&mut rates[i].clone()));
+    // The wide trees of all levels are one tree.
+    let mut of_wide = None;
     contestants
         .iter()
         .zip(rates.iter_mut().zip(mismatches))
         .map(|(c, (rates, mismatches))| {
             let mrays_per_s = median(rates);
-            let (nodes, prims) = count(c, rays);
+            let (nodes, prims) = if c.name.starts_with("wide-") {
+                *of_wide.get_or_insert_with(|| count(c, rays))
+            } else {
+                count(c, rays)
+            };
             Cell {
                 accel: c.name.clone(),
                 rays: kind.name().to_owned(),
@@ -273,6 +286,38 @@ fn measure(
             }
         })
         .collect()
+}
+
+/// On how many rays the answers of each contestant differ; all of them are traced once, which also warms the caches.
+fn compare(kind: Kind, rays: &[Ray], contestants: &[Contestant<'_>]) -> Vec<u64> {
+    let mut truth: Vec<Answers> = Vec::new();
+    contestants
+        .iter()
+        .map(|c| {
+            let rays = &every(c.stride, rays)[..];
+            let mut prepared = c.tracer.prepare(kind, rays);
+            c.tracer.trace(kind, &mut prepared);
+            let answers = Answers {
+                stride: c.stride,
+                distances: (0..rays.len()).map(|i| prepared.distance(kind, i)).collect(),
+            };
+            let mismatches = truth.iter().map(|t| differences(t, &answers)).max().unwrap_or(0);
+            // The linear scan is the truth for its share, and the binary tree, held to it, for all rays.
+            if truth.len() < 2 {
+                truth.push(answers);
+            }
+            mismatches
+        })
+        .collect()
+}
+
+/// Every `stride`th ray.
+fn every(stride: usize, rays: &[Ray]) -> Cow<'_, [Ray]> {
+    if stride == 1 {
+        Cow::Borrowed(rays)
+    } else {
+        Cow::Owned(rays.iter().step_by(stride).copied().collect())
+    }
 }
 
 /// What a contestant found of every `stride`th ray.
@@ -296,17 +341,16 @@ fn agree(a: f32, b: f32) -> bool {
     a == b || (a.is_finite() && b.is_finite() && (a - b).abs() <= 1e-5 * a.abs().max(b.abs()))
 }
 
+/// Nodes and primitives tested for a ray, where the contestant tells.
 fn count(c: &Contestant<'_>, rays: &[Ray]) -> (Option<f64>, Option<f64>) {
     let Tracer::Ours(accel) = c.tracer else {
         return (None, None);
     };
-    let rays: Vec<Ray> = rays
-        .iter()
-        .step_by((rays.len() / COUNTED).max(c.stride).max(1))
-        .copied()
-        .collect();
+    let rays = every((rays.len() / COUNTED).max(c.timed).max(1), rays);
     let mut costs = vec![RayCost::default(); rays.len()];
-    accel.cost(&rays, &mut costs);
+    rays.par_chunks(COUNTED_TOGETHER)
+        .zip(costs.par_chunks_mut(COUNTED_TOGETHER))
+        .for_each(|(rays, costs)| accel.cost(rays, costs));
     let mean = |f: fn(&RayCost) -> u32| costs.iter().map(|c| f64::from(f(c))).sum::<f64>() / rays.len().max(1) as f64;
     (Some(mean(|c| c.nodes)), Some(mean(|c| c.prims)))
 }

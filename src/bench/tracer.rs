@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// Rays that one thread takes at a time; what a wave holds.
-const BATCH: usize = 16 * 1024;
+pub const BATCH: usize = 16 * 1024;
 
 /// A contestant.
 #[derive(Clone, Copy)]
