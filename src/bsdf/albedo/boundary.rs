@@ -10,8 +10,8 @@ use crate::{
 
 /// Slices by index, even in the root of its logarithm: denser towards 1, where no boundary is.
 const SLICES: usize = 48;
-const ROWS: usize = 32;
-const COLUMNS: usize = 48;
+const ROWS: usize = 48;
+const COLUMNS: usize = 64;
 /// The highest index of the table; the lowest is its inverse. Beyond them a little light is lost.
 const HIGHEST: f32 = 4.0;
 const POINTS: Points = Points {
@@ -20,11 +20,18 @@ const POINTS: Points = Points {
     turn: 0.5,
     shift: 0.618_034,
 };
-/// What is added so that no value is less than the truth.
-const ABOVE: Clear = Clear {
-    fresnel: 0.003,
-    passing: 0.004,
-};
+/// What is added so that no value is less than the truth: towards the denser side, and towards the thinner one, where some facets
+/// let nothing pass.
+const ABOVE: [Clear; 2] = [
+    Clear {
+        fresnel: 0.001,
+        passing: 0.004,
+    },
+    Clear {
+        fresnel: 0.0019,
+        passing: 0.004,
+    },
+];
 
 /// Albedo of clear facets, by reflection and by transmission together.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,8 +107,9 @@ pub fn boundary(ggx: &Ggx, wo: Vec3, index: f32) -> Clear {
         }
     };
     let (a, b) = (at(k), at(k + 1));
+    let above = ABOVE[usize::from(index < 1.0)];
     Clear {
-        fresnel: (mix(a.fresnel, b.fresnel, f) + ABOVE.fresnel).min(1.0),
-        passing: (mix(a.passing, b.passing, f) + ABOVE.passing).min(1.0),
+        fresnel: (mix(a.fresnel, b.fresnel, f) + above.fresnel).min(1.0),
+        passing: (mix(a.passing, b.passing, f) + above.passing).min(1.0),
     }
 }
