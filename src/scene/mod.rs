@@ -67,7 +67,7 @@ pub struct MeshRecord {
 }
 
 /// How many hits in advance the memory of surfaces is asked for.
-const AHEAD: usize = 8;
+const AHEAD: usize = 12;
 
 /// Everything that a frame is rendered from, but the camera.
 pub struct Scene {

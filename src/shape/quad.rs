@@ -205,6 +205,10 @@ impl ShapeKind for Quad {
 
     #[inline]
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
+        // The plane first: a ray that leaves the quad, or one beside it, ends here.
+        let along = dot_direction(ray.d, self.normal);
+        let t = (self.middle - ray.o.as_dvec3()).dot(self.normal) / along;
+        let hit = hit_at(ray, t, 0.0)?;
         // The edge test of [`triangle::intersect`].
         let shear = Shear::new(&ray.d);
         let corner = |i: usize| shear.flat(shear.turn(&(self.corners[i] - ray.o)));
@@ -212,12 +216,7 @@ impl ShapeKind for Quad {
         let edge = Shear::edge;
         let (ab, bc, cd, da) = (edge(a, b), edge(b, c), edge(c, d), edge(d, a));
         let inside = ab.min(bc).min(cd.min(da)) >= 0.0 || ab.max(bc).max(cd.max(da)) <= 0.0;
-        if !inside {
-            return None;
-        }
-        let along = dot_direction(ray.d, self.normal);
-        let t = (self.middle - ray.o.as_dvec3()).dot(self.normal) / along;
-        hit_at(ray, t, 0.0)
+        inside.then_some(hit)
     }
 
     #[inline]
