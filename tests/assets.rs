@@ -1,6 +1,6 @@
 //! Real model files, which are not part of the project: none makes the program panic, the sound ones render.
 //!
-//! They are found at `BATCH_RENDER_ASSETS` or at `../shared/assets`; where there are none, nothing is tested.
+//! They are in the folder that `BATCH_RENDER_ASSETS` names; where there is none, nothing is tested.
 
 mod common;
 
@@ -22,18 +22,6 @@ use batch_render::{
     math::Ray,
 };
 use rayon::prelude::*;
-
-fn folder() -> Option<PathBuf> {
-    let folder = match std::env::var_os("BATCH_RENDER_ASSETS") {
-        Some(folder) => folder.into(),
-        None => common::repo("../shared/assets"),
-    };
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    println!("skipped: there are no assets at {}", folder.display());
-    None
-}
 
 fn models(folder: &Path, out: &mut Vec<PathBuf>) {
     let mut entries: Vec<PathBuf> = fs::read_dir(folder)
@@ -64,7 +52,7 @@ fn load(path: &Path) -> Result<Model, String> {
 
 #[test]
 fn no_model_file_makes_a_loader_panic() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = common::assets() else { return };
     let mut files = Vec::new();
     models(&folder, &mut files);
     let loaded = files.par_iter().filter(|path| match load(path) {
@@ -101,7 +89,7 @@ const PLAIN: [&str; 14] = [
 
 #[test]
 fn plain_models_are_scenes_with_something_to_see() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = common::assets() else { return };
     for file in PLAIN {
         let path = folder.join(file);
         if !path.is_file() {
@@ -132,7 +120,7 @@ fn plain_models_are_scenes_with_something_to_see() {
 
 #[test]
 fn a_model_without_its_textures_renders_with_placeholders() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = common::assets() else { return };
     let path = folder.join("obj/cornell/cornell_box.obj");
     if !path.is_file() {
         println!("skipped: cornell_box.obj is not there");

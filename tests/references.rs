@@ -2,32 +2,42 @@
 
 mod common;
 
-use std::fs;
+use std::{fmt::Write, fs, path::Path};
 
-use common::{Folder, repo, repo_str};
+use common::{Folder, assets, repo, repo_str};
 
 const BLOCK: usize = 8;
 
 /// Means of blocks of 8x8 pixels, each red, green and blue.
 type Blocks = Vec<[f64; 3]>;
 
-fn render(scene: &str, seed: &str, samples: &str) -> Blocks {
+/// Renders a scene of `reference/` with each of the seeds 1, 2, 3...
+fn render_runs(scene: &str, samples: &str) -> Vec<Blocks> {
     let folder = Folder::new();
     let file = repo_str(&format!("tests/reference/{scene}.toml"));
-    let args = [
-        &file,
-        "--seed",
-        seed,
-        "--samples",
-        samples,
-        "--progress",
-        "none",
-        "-o",
-        "f.exr",
-    ];
-    folder.succeed(&args);
+    let render = |seed: usize| {
+        let seed = seed.to_string();
+        let args = [
+            &file,
+            "--seed",
+            &seed,
+            "--samples",
+            samples,
+            "--progress",
+            "none",
+            "-o",
+            "f.exr",
+        ];
+        folder.succeed(&args);
+        blocks(&folder.path("f.exr"))
+    };
+    (1..=RUNS).map(render).collect()
+}
+
+/// The blocks of a picture.
+fn blocks(file: &Path) -> Blocks {
     let image = exr::prelude::read_first_rgba_layer_from_file(
-        folder.path("f.exr"),
+        file,
         |size, _| (size.width(), vec![[0.0_f64; 3]; size.area()]),
         |(width, pixels), at, (r, g, b, _): (f32, f32, f32, f32)| {
             pixels[at.y() * *width + at.x()] = [r, g, b].map(f64::from);
@@ -64,11 +74,8 @@ const RUNS: usize = 12;
 const SURE: f64 = 5.0;
 
 /// Every block is within 1 % or what noise explains, whichever is larger, and the whole picture within half a percent.
-fn agrees(scene: &str, samples: &str) {
+fn agree(scene: &str, runs: &[Blocks]) {
     let expected = reference(scene);
-    let runs: Vec<Blocks> = (1..=RUNS)
-        .map(|seed| render(scene, &seed.to_string(), samples))
-        .collect();
     assert_eq!(runs[0].len(), expected.len());
     let mean = |at: usize, c: usize| runs.iter().map(|r| r[at][c]).sum::<f64>() / RUNS as f64;
     let variance = |at: usize, c: usize| {
@@ -107,10 +114,41 @@ fn agrees(scene: &str, samples: &str) {
 
 #[test]
 fn a_cornell_box_with_glass_and_metal_balls_is_as_mitsuba_has_it() {
-    agrees("cornell", "64");
+    agree("cornell", &render_runs("cornell", "64"));
 }
 
 #[test]
 fn a_rough_metal_ball_under_a_sky_is_as_mitsuba_has_it() {
-    agrees("metal", "16");
+    agree("metal", &render_runs("metal", "16"));
+}
+
+#[test]
+fn the_dragon_under_a_white_sky_is_as_mitsuba_has_it() {
+    let Some(assets) = assets() else { return };
+    let folder = Folder::new();
+    let mesh = assets.join("obj/dragon/dragon_871k.obj");
+    let scene = fs::read_to_string(repo("tests/reference/dragon.toml")).expect("a scene");
+    folder.write(
+        "dragon.toml",
+        &scene.replace("dragon_871k.obj", &mesh.to_string_lossy()),
+    );
+    // The mesh is large, so one process renders all: frames have seeds of their own.
+    let (sin, cos) = libm::sincos(38.0_f64.to_radians());
+    let mut path = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n".to_owned();
+    for frame in 1..=RUNS {
+        writeln!(path, "{frame},{},1.6,{},0,0.6,0", 3.56 * sin, 3.56 * cos).expect("a string takes all");
+    }
+    folder.write("path.csv", &path);
+    folder.succeed(&[
+        "dragon.toml",
+        "--frames",
+        "path.csv",
+        "--progress",
+        "none",
+        "-o",
+        "f.##.exr",
+    ]);
+    let file = |frame: usize| folder.path(&format!("f.{frame:02}.exr"));
+    let runs: Vec<Blocks> = (1..=RUNS).map(|frame| blocks(&file(frame))).collect();
+    agree("dragon", &runs);
 }

@@ -206,7 +206,7 @@ pub fn point([a, b, c]: [Vec3; 3], weights: Vec2) -> DVec3 {
 
 /// The weights of b and c of a point as seen from `from`, from two uniform numbers in `[0, 1)`, and the density of its direction in
 /// sr^-1, 0 where it is seen edge-on or there is no area. Uniform by solid angle where the triangle is large to the eye, else by
-/// area; see [`super::spherical`].
+/// area; see the module `spherical`.
 pub fn sample(corners: [Vec3; 3], from: Vec3, u: Vec2) -> (Vec2, f32) {
     match spherical::sample(corners, from, u) {
         Some((weights, solid_angle)) => (weights, (1.0 / solid_angle) as f32),

@@ -133,3 +133,13 @@ spot = { position = [0, 4, 2], target = [0, 0, 0], cone_angle = 30, penumbra_ang
 
 /// Five frames, the middle three between keys.
 pub const SMALL_PATH: &str = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n1,0,2,6,0,0.8,0\n5,2,2,5,0,0.8,0\n";
+
+/// Files that may not be part of the project, where the variable `BATCH_RENDER_ASSETS` names their folder.
+pub fn assets() -> Option<PathBuf> {
+    let folder = std::env::var_os("BATCH_RENDER_ASSETS").map(PathBuf::from);
+    let found = folder.filter(|f| f.is_dir());
+    if found.is_none() {
+        println!("skipped: BATCH_RENDER_ASSETS names no folder");
+    }
+    found
+}

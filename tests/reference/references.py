@@ -120,7 +120,7 @@ def vertices(path):
         return np.array([line.split()[1:4] for line in lines if line.startswith("v ")], dtype=float)
 
 
-def dragon(path, size=(320, 180)):
+def dragon(path, size=(160, 96)):
     p = vertices(path)
     low, high = p.min(0), p.max(0)
     scale = 2 / (high - low).max()
