@@ -8,20 +8,11 @@ const SIDE: usize = 24;
 
 /// The pixels of a scene that is seen by a camera at (0, 0, 5) and stands in a white furnace.
 fn render(samples: u32, scene: &str) -> Vec<[f32; 3]> {
-    let folder = Folder::new();
-    let whole = format!(
+    Folder::new().render(&format!(
         "[render]\nwidth = {SIDE}\nheight = {SIDE}\nsamples = {samples}\nintegrator.path = {{ max_depth = 60 }}\n\
          [camera]\nperspective = {{ eye = [0, 0, 5], target = [0, 0, 0], fov = 24 }}\n\
          [background]\ncolor = [1, 1, 1]\n{scene}"
-    );
-    folder.write("s.toml", &whole);
-    folder.succeed(&["s.toml", "--progress", "none", "-o", "f.exr"]);
-    let image = exr::prelude::read_first_rgba_layer_from_file(
-        folder.path("f.exr"),
-        |size, _| vec![[0.0_f32; 3]; size.area()],
-        |pixels, at, (r, g, b, _): (f32, f32, f32, f32)| pixels[at.y() * SIDE + at.x()] = [r, g, b],
-    );
-    image.expect("an EXR").layer_data.channel_data.pixels
+    ))
 }
 
 fn ball(material: &str) -> String {

@@ -10,18 +10,9 @@ const CAMERA: &str = "[camera]\nperspective = { eye = [0, 0, 5], target = [0, 0,
 
 /// The pixels of a scene.
 fn render(settings: &str, scene: &str) -> Vec<[f32; 3]> {
-    let folder = Folder::new();
-    folder.write(
-        "s.toml",
-        &format!("[render]\nwidth = {SIDE}\nheight = {SIDE}\n{settings}\n{scene}"),
-    );
-    folder.succeed(&["s.toml", "--progress", "none", "-o", "f.exr"]);
-    let image = exr::prelude::read_first_rgba_layer_from_file(
-        folder.path("f.exr"),
-        |size, _| vec![[0.0_f32; 3]; size.area()],
-        |pixels, at, (r, g, b, _): (f32, f32, f32, f32)| pixels[at.y() * SIDE + at.x()] = [r, g, b],
-    );
-    image.expect("an EXR").layer_data.channel_data.pixels
+    Folder::new().render(&format!(
+        "[render]\nwidth = {SIDE}\nheight = {SIDE}\n{settings}\n{scene}"
+    ))
 }
 
 fn mean(pixels: &[[f32; 3]]) -> f32 {

@@ -4,7 +4,7 @@ mod common;
 
 use std::{fmt::Write, fs, path::Path};
 
-use common::{Folder, assets, repo, repo_str};
+use common::{Folder, assets, pixels, repo, repo_str};
 
 const BLOCK: usize = 8;
 
@@ -36,20 +36,13 @@ fn render_runs(scene: &str, samples: &str) -> Vec<Blocks> {
 
 /// The blocks of a picture.
 fn blocks(file: &Path) -> Blocks {
-    let image = exr::prelude::read_first_rgba_layer_from_file(
-        file,
-        |size, _| (size.width(), vec![[0.0_f64; 3]; size.area()]),
-        |(width, pixels), at, (r, g, b, _): (f32, f32, f32, f32)| {
-            pixels[at.y() * *width + at.x()] = [r, g, b].map(f64::from);
-        },
-    );
-    let (width, pixels) = image.expect("an EXR").layer_data.channel_data.pixels;
+    let (width, pixels) = pixels(file);
     let columns = width / BLOCK;
     let mut blocks = vec![[0.0; 3]; pixels.len() / (BLOCK * BLOCK)];
     for (i, pixel) in pixels.iter().enumerate() {
         let (x, y) = (i % width / BLOCK, i / width / BLOCK);
         for c in 0..3 {
-            blocks[y * columns + x][c] += pixel[c] / (BLOCK * BLOCK) as f64;
+            blocks[y * columns + x][c] += f64::from(pixel[c]) / (BLOCK * BLOCK) as f64;
         }
     }
     blocks

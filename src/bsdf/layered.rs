@@ -178,11 +178,12 @@ impl Layered {
             let [a, b] = albedo::schlick_mean(&self.facets);
             (over_f0.max_component() * a + self.specular * b).min(0.999)
         };
-        let shine = self.shine(o.z, eta);
-        let clear_gain = if clear > 0.0 {
-            self.clear_gain(&shine, o, all, eta)
+        let (shine, clear_gain) = if clear > 0.0 {
+            let shine = self.shine(o.z, eta);
+            let gain = self.clear_gain(&shine, o, all, eta);
+            (shine, gain)
         } else {
-            Rgb::WHITE
+            (Shine::NONE, Rgb::WHITE)
         };
 
         let color = self.base_color.max_component();

@@ -20,13 +20,13 @@ pub struct Departures {
     pub(crate) paths: Vec<Path>,
     /// The same light once more, by components and by groups, where somebody asks for it.
     pub(crate) sorted: Option<Sorted>,
-    from: From,
+    from: Origin,
     mirror: Mirror,
 }
 
 /// What departures need to know of the path whose vertex is answered for.
 #[derive(Clone, Copy, Debug, Default)]
-struct From {
+struct Origin {
     slot: u32,
     depth: u32,
     throughput: Rgb,
@@ -67,7 +67,7 @@ impl Departures {
     /// The path whose vertex is answered for next.
     #[inline]
     pub(crate) fn leave_from(&mut self, path: &Path) {
-        self.from = From {
+        self.from = Origin {
             slot: path.slot,
             depth: path.depth,
             throughput: path.throughput,

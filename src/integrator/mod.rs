@@ -6,14 +6,12 @@
 //! `max_depth` means the same everywhere: the number of ray segments from the camera, shadow rays included. 1 sees only
 //! what is bright by itself (and ambient light), 2 also what is lit directly, 5 has a camera ray and four more.
 
-use turn::Answers;
-
 use crate::{
-    accel::{Hit, RayCost, Simd},
+    accel::{Hit, RayCost},
     camera::Camera,
     kind::kinds,
     material::MaterialId,
-    math::{Cone, Ray, Rgb, Runner, Vec3},
+    math::{Cone, Ray, Rgb, Vec3},
     sampler::{Numbers, Purpose},
     scene::{Scene, Surface},
     value::{Problem, Spanned, Whole, by_name},
@@ -111,13 +109,9 @@ pub trait Integrator: Sync + Send {
     /// Answers for one vertex of a path.
     fn vertex(&self, visit: &Visit<'_>, out: &mut Departures);
 
-    /// Answers for a few vertices: [`Integrator::vertex`] for each in turn, compiled for the processor.
-    fn turn(&self, on: Simd, turn: &Turn<'_>, out: &mut Departures) {
-        on.run(Answers {
-            integrator: self,
-            turn,
-            out,
-        });
+    /// Answers for a few vertices: [`Integrator::vertex`] for each in turn.
+    fn turn(&self, turn: &Turn<'_>, out: &mut Departures) {
+        turn.answer(self, out);
     }
 
     /// What surely most of its vertices at the end of segment `depth` draw for: that is drawn for many at once. It may draw
@@ -217,7 +211,7 @@ kinds! {
     /// See [`Integrator::vertex`].
     fn vertex(&self, visit: &Visit<'_>, out: &mut Departures);
     /// See [`Integrator::turn`].
-    fn turn(&self, on: Simd, turn: &Turn<'_>, out: &mut Departures);
+    fn turn(&self, turn: &Turn<'_>, out: &mut Departures);
     /// See [`Integrator::draws`].
     fn draws(&self, scene: &Scene, depth: u32) -> Vec<Purpose>;
     /// See [`Integrator::reads_traversal`].
@@ -255,8 +249,8 @@ impl Integrator for BuiltIn {
         Self::vertex(self, visit, out);
     }
 
-    fn turn(&self, on: Simd, turn: &Turn<'_>, out: &mut Departures) {
-        Self::turn(self, on, turn, out);
+    fn turn(&self, turn: &Turn<'_>, out: &mut Departures) {
+        Self::turn(self, turn, out);
     }
 
     fn draws(&self, scene: &Scene, depth: u32) -> Vec<Purpose> {

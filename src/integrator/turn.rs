@@ -4,7 +4,7 @@ use super::{Departures, Integrator, Path, Vertex, Visit};
 use crate::{
     accel::Hit,
     camera::Camera,
-    math::{Loop, Ray},
+    math::Ray,
     sampler::{DrawnTogether, Numbers, SampleKeys, Sampler},
     scene::{Scene, Surface},
 };
@@ -63,19 +63,5 @@ impl Turn<'_> {
             }
             integrator.vertex(&visit, out);
         }
-    }
-}
-
-/// An integrator's answers for a turn.
-pub(super) struct Answers<'a, 'b, I: ?Sized> {
-    pub integrator: &'a I,
-    pub turn: &'a Turn<'b>,
-    pub out: &'a mut Departures,
-}
-
-impl<I: Integrator + ?Sized> Loop for Answers<'_, '_, I> {
-    #[inline(always)]
-    fn run(self) {
-        self.turn.answer(self.integrator, self.out);
     }
 }

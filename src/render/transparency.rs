@@ -16,6 +16,8 @@ use crate::{
 /// The arrays that passing takes; they keep their memory.
 #[derive(Debug, Default)]
 pub(super) struct Passing {
+    /// Which hits are asked whether they let their ray pass.
+    asked: Vec<u32>,
     /// Which rays go on, and the rays.
     which: Vec<u32>,
     rays: Vec<Ray>,
@@ -33,10 +35,11 @@ pub(super) fn pass(
 ) -> u64 {
     let mut traced = 0;
     let mut passes = HashMap::<u32, u32>::new();
-    let mut asked: Vec<u32> = (0..rays.len() as u32).collect();
-    while !asked.is_empty() {
+    passing.asked.clear();
+    passing.asked.extend(0..rays.len() as u32);
+    while !passing.asked.is_empty() {
         passing.which.clear();
-        for &i in &asked {
+        for &i in &passing.asked {
             let at = i as usize;
             let Some(hit) = &hits[at] else { continue };
             let opacity = scene.opacity(&rays[at], hit);
@@ -57,7 +60,7 @@ pub(super) fn pass(
         for (&i, hit) in passing.which.iter().zip(&passing.hits) {
             hits[i as usize] = *hit;
         }
-        std::mem::swap(&mut asked, &mut passing.which);
+        std::mem::swap(&mut passing.asked, &mut passing.which);
     }
     traced
 }

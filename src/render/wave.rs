@@ -193,10 +193,10 @@ impl Wave {
                 self.alpha.push(if ray.is_some() { 1.0 } else { 0.0 });
             }
         }
-        self.out.sorted = match job.settings.layers {
-            Layers::None => None,
-            Layers::Light => Some(Sorted::new(job.scene.light_groups.names().len())),
-        };
+        if job.settings.layers == Layers::Light {
+            let groups = job.scene.light_groups.names().len();
+            self.out.sorted.get_or_insert_with(|| Sorted::new(groups));
+        }
         self.out.start(self.weights.len());
     }
 
@@ -277,7 +277,7 @@ impl Wave {
                 .drawn
                 .draw(job.simd, &job.settings.sampler, &found.keys, dimension, &purposes);
             let turn = found.turn(job, Arrived { rays, paths, hits }, chosen);
-            job.integrator.turn(job.simd, &turn, out);
+            job.integrator.turn(&turn, out);
         }
     }
 
@@ -306,7 +306,7 @@ impl Wave {
         for chosen in escaped.chunks(TURN) {
             part.keys(job.settings, chosen, paths, &mut found.keys);
             let turn = found.turn(job, Arrived { rays, paths, hits }, chosen);
-            job.integrator.turn(job.simd, &turn, out);
+            job.integrator.turn(&turn, out);
         }
     }
 

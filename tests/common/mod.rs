@@ -30,6 +30,13 @@ impl Folder {
         fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
+    /// The pixels of the one picture that the program makes of a scene, row by row from the top.
+    pub fn render(&self, scene: &str) -> Vec<[f32; 3]> {
+        self.write("s.toml", scene);
+        self.succeed(&["s.toml", "--progress", "none", "-o", "f.exr"]);
+        pixels(&self.path("f.exr")).1
+    }
+
     /// The names in it, sorted.
     pub fn names(&self) -> Vec<String> {
         names(self.0.path())
@@ -142,4 +149,14 @@ pub fn assets() -> Option<PathBuf> {
         println!("skipped: BATCH_RENDER_ASSETS names no folder");
     }
     found
+}
+
+/// The width of an EXR, and red, green and blue of its pixels, row by row from the top.
+pub fn pixels(file: &Path) -> (usize, Vec<[f32; 3]>) {
+    let image = exr::prelude::read_first_rgba_layer_from_file(
+        file,
+        |size, _| (size.width(), vec![[0.0; 3]; size.area()]),
+        |(width, pixels), at, (r, g, b, _): (f32, f32, f32, f32)| pixels[at.y() * *width + at.x()] = [r, g, b],
+    );
+    image.expect("an EXR").layer_data.channel_data.pixels
 }

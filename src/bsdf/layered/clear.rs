@@ -16,6 +16,14 @@ pub(super) struct Shine {
     more: Rgb,
 }
 
+impl Shine {
+    /// Of what is not clear.
+    pub const NONE: Self = Self {
+        scale: Rgb::BLACK,
+        more: Rgb::BLACK,
+    };
+}
+
 impl Layered {
     /// What the walls reflect by Fresnel's equations at the cosine `cos`.
     fn fresnel(&self, cos: f32, eta: f32) -> f32 {
