@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use batch_render::{
-    accel::{self, AccelKind, Accelerator, Geometry, Hit, Placed, PrimRef, Quality, Simd},
+    accel::{self, AccelKind, Accelerator, Geometry, Hit, PrimRef, Quality, Simd},
     math::{
         DVec3, Ray, Transform, Vec3,
         hash::{pcg4d, unit_f32},
@@ -59,11 +59,7 @@ fn mixed_scene() -> Geometry {
         let wide = |v: Vec3| -> DVec3 { v.as_dvec3() };
         let transform =
             Transform::from_parts(wide(random(i, 3) * 2.0), wide(turn), wide(scale)).expect("it has an inverse");
-        g.transforms.push(transform);
-        g.shapes.push(Placed {
-            shape,
-            transform: Some(i),
-        });
+        g.add_shape(shape, Some(transform));
     }
     for i in 0..2000 {
         let a = random(i, 4) * 2.0;

@@ -54,14 +54,7 @@ impl Edit {
             geometry.transforms[at as usize] = transform;
         }
         for &(shape, transform) in &self.shapes {
-            let placed = &mut geometry.shapes[shape as usize];
-            match placed.transform {
-                Some(at) => geometry.transforms[at as usize] = transform,
-                None => {
-                    placed.transform = Some(geometry.transforms.len() as u32);
-                    geometry.transforms.push(transform);
-                }
-            }
+            geometry.place_shape(shape, transform);
         }
         for (first, positions) in &self.vertices {
             let first = *first as usize;

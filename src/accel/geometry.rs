@@ -8,12 +8,17 @@ use crate::{
     shape::{Shape, ShapeHit, triangle},
 };
 
+/// By how many units in the last place boxes are larger than what is in them.
+const PADDING: f32 = 4.0;
+
 /// A shape at its place in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed {
     pub shape: Shape,
     /// An index into [`Geometry::transforms`]; `None` where local space is the world.
     pub transform: Option<u32>,
+    /// Its box in the world, a little larger than it; kept, since every hit is brought into it.
+    bounds: Aabb,
 }
 
 /// Triangles in a space of their own: they are stored once, and met wherever an instance puts them.
@@ -72,6 +77,33 @@ impl Geometry {
         starts.zip(ends).map(|(a, b)| a..b).filter(|r| !r.is_empty()).collect()
     }
 
+    /// Adds a shape, whose number among shapes is returned; `transform` takes it to its place.
+    pub fn add_shape(&mut self, shape: Shape, transform: Option<Transform>) -> u32 {
+        self.shapes.push(Placed {
+            shape,
+            transform: None,
+            bounds: shape.bounds().padded(PADDING),
+        });
+        let index = self.shapes.len() as u32 - 1;
+        if let Some(transform) = transform {
+            self.place_shape(index, transform);
+        }
+        index
+    }
+
+    /// Takes a shape to another place.
+    pub fn place_shape(&mut self, index: u32, transform: Transform) {
+        let placed = &mut self.shapes[index as usize];
+        placed.bounds = transform.bounds_to_world(&placed.shape.bounds()).padded(PADDING);
+        match placed.transform {
+            Some(at) => self.transforms[at as usize] = transform,
+            None => {
+                placed.transform = Some(self.transforms.len() as u32);
+                self.transforms.push(transform);
+            }
+        }
+    }
+
     /// The corners of triangle `i`.
     #[inline]
     pub fn corners(&self, i: usize) -> [Vec3; 3] {
@@ -106,14 +138,10 @@ impl Geometry {
 
     /// A box around `prim` in its space, a little larger than it, so that rounding in a box test never loses a hit.
     pub fn bounds(&self, prim: PrimRef) -> Aabb {
-        let bounds = match self.shape(prim) {
-            None => Aabb::from_points(self.corners(prim.index() as usize)),
-            Some(placed) => {
-                let local = placed.shape.bounds();
-                self.transform(placed).map_or(local, |t| t.bounds_to_world(&local))
-            }
-        };
-        bounds.padded(4.0)
+        match self.shape(prim) {
+            None => Aabb::from_points(self.corners(prim.index() as usize)).padded(PADDING),
+            Some(placed) => placed.bounds,
+        }
     }
 
     /// The box around all of a group's triangles, in its own space.
@@ -170,32 +198,33 @@ impl Geometry {
     /// before it is compared with the ray's bounds, so that the answer does not depend on how much of the ray was left.
     #[inline]
     pub fn intersect(&self, prim: PrimRef, ray: &Ray) -> Option<ShapeHit> {
-        let hit = match self.shape(prim) {
-            None => {
-                let [a, b, c] = self.corners(prim.index() as usize);
-                let line = Ray {
-                    tmin: f32::NEG_INFINITY,
-                    tmax: f32::INFINITY,
-                    ..*ray
-                };
-                triangle::intersect(&line, a, b, c).filter(|h| !(h.u.is_nan() || h.v.is_nan()))?
-            }
-            Some(placed) => {
-                let line = Ray {
-                    tmax: f32::INFINITY,
-                    ..*ray
-                };
-                match self.transform(placed) {
-                    None => placed.shape.intersect(&line)?,
-                    Some(t) => placed.shape.intersect(&t.ray_to_local(&line))?,
-                }
-            }
+        let Some(placed) = self.shape(prim) else {
+            let [a, b, c] = self.corners(prim.index() as usize);
+            let line = Ray {
+                tmin: f32::NEG_INFINITY,
+                tmax: f32::INFINITY,
+                ..*ray
+            };
+            let hit = triangle::intersect(&line, a, b, c).filter(|h| !(h.u.is_nan() || h.v.is_nan()))?;
+            let t = Slabs::new(ray).clip_triangle(hit.t, &self.bounds(prim))?;
+            return (t > ray.tmin && t <= ray.tmax).then_some(ShapeHit { t, ..hit });
         };
-        let own = self.bounds(prim);
-        let t = if self.shape(prim).is_none() {
-            Slabs::new(ray).clip_triangle(hit.t, &own)?
-        } else if own.is_finite() {
-            Slabs::new(ray).clip(hit.t, &own)?
+        self.intersect_shape(placed, ray, || Slabs::new(ray))
+    }
+
+    /// The same for a shape; `slabs` are the ray's.
+    #[inline]
+    pub(super) fn intersect_shape(&self, placed: &Placed, ray: &Ray, slabs: impl FnOnce() -> Slabs) -> Option<ShapeHit> {
+        let line = Ray {
+            tmax: f32::INFINITY,
+            ..*ray
+        };
+        let hit = match self.transform(placed) {
+            None => placed.shape.intersect(&line)?,
+            Some(t) => placed.shape.intersect(&t.ray_to_local(&line))?,
+        };
+        let t = if placed.bounds.is_finite() {
+            slabs().clip(hit.t, &placed.bounds)?
         } else {
             hit.t
         };

@@ -61,8 +61,9 @@ pub(super) const FAR: f32 = 64.0;
 /// A ray as the rule about a primitive's own box wants it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slabs {
-    o: Vec3,
-    inv: Vec3,
+    pub o: Vec3,
+    /// [`reciprocal`].
+    pub inv: Vec3,
 }
 
 impl Slabs {

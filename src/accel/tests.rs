@@ -40,16 +40,13 @@ fn soup(triangles: usize, spheres: usize, size: f32) -> Geometry {
         g.triangles.push([0, 1, 2].map(|k| (3 * i + k) as u32));
     }
     for _ in 0..spheres {
-        g.shapes.push(sphere(r.vec(1.0), 0.2 * size * (0.1 + r.unit())));
+        g.add_shape(sphere(r.vec(1.0), 0.2 * size * (0.1 + r.unit())), None);
     }
     g
 }
 
-fn sphere(center: Vec3, radius: f32) -> Placed {
-    Placed {
-        shape: Shape::Sphere(Sphere { center, radius }),
-        transform: None,
-    }
+fn sphere(center: Vec3, radius: f32) -> Shape {
+    Shape::Sphere(Sphere { center, radius })
 }
 
 /// A square of `n` by `n` cells in y = 0 with bumps of `height`, so that edges are shared and many boxes are alike.
@@ -364,12 +361,14 @@ proptest! {
         origins in prop::collection::vec((coarse_point(), coarse_point()), 30..60),
     ) {
         let n = vertices.len() as u32;
-        let g = Geometry {
+        let mut g = Geometry {
             vertices,
             triangles: corners.into_iter().map(|t| t.map(|i| i % n)).collect(),
-            shapes: spheres.into_iter().map(|(c, r)| sphere(c, r)).collect(),
             ..Geometry::default()
         };
+        for (center, radius) in spheres {
+            g.add_shape(sphere(center, radius), None);
+        }
         let mut rays = rays(&g, 120);
         rays.extend(origins.into_iter().map(|(o, d)| Ray::new(o, d)));
         compare(g, &rays);

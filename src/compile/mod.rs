@@ -117,6 +117,7 @@ pub fn scene_sharing(desc: &SceneDesc, accel: AccelKind, store: &Store, sharing:
         lights: Lights::default(),
         light_groups: LightGroups::default(),
         background,
+        varying: Vec::new(),
     }
     .lit(lights))
 }

@@ -2,7 +2,7 @@
 
 use super::{Compiler, meshes::PlacedModel};
 use crate::{
-    accel::{Geometry, Placed},
+    accel::Geometry,
     describe::ObjectDesc,
     material::MaterialId,
     math::Transform,
@@ -50,11 +50,7 @@ impl Compiler<'_> {
             let (Some(Some(material)), Some(shape), Some(transform)) = (material, shape, transform) else {
                 continue;
             };
-            let transform = transform.map(|t| {
-                out.geometry.transforms.push(t);
-                out.geometry.transforms.len() as u32 - 1
-            });
-            out.geometry.shapes.push(Placed { shape, transform });
+            out.geometry.add_shape(shape, transform);
             out.shape_objects.push(id);
             out.objects.push(named(object, i, material));
         }

@@ -70,4 +70,8 @@ impl MaterialKind for Emitter {
             sides: self.sides,
         })
     }
+
+    fn varies(&self) -> bool {
+        !self.radiance.is_constant()
+    }
 }

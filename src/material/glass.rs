@@ -182,4 +182,8 @@ impl MaterialKind for Glass {
     fn brightest(&self) -> f32 {
         self.reflectance.max_component().max(self.transmittance.max_component())
     }
+
+    fn varies(&self) -> bool {
+        !self.roughness.is_constant()
+    }
 }

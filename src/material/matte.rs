@@ -90,4 +90,8 @@ impl MaterialKind for Matte {
     fn brightest(&self) -> f32 {
         brightness(&self.albedo)
     }
+
+    fn varies(&self) -> bool {
+        !(self.albedo.is_constant() && self.roughness.is_constant())
+    }
 }

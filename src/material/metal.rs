@@ -190,6 +190,14 @@ impl MaterialKind for Metal {
             Look::Colored { color, .. } => brightness(color),
         }
     }
+
+    fn varies(&self) -> bool {
+        let tint = match &self.look {
+            Look::Measured(_) => None,
+            Look::Colored { color, .. } => Some(color),
+        };
+        !(self.roughness.is_constant() && tint.is_none_or(Color::is_constant))
+    }
 }
 
 #[cfg(test)]

@@ -62,4 +62,8 @@ impl MaterialKind for Mirror {
     fn brightest(&self) -> f32 {
         self.reflectance.max_component()
     }
+
+    fn varies(&self) -> bool {
+        false
+    }
 }

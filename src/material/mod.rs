@@ -108,6 +108,11 @@ pub trait MaterialKind {
     fn brightest(&self) -> f32 {
         0.0
     }
+
+    /// Whether it may differ from place to place: where it does not, no place is found for it.
+    fn varies(&self) -> bool {
+        true
+    }
 }
 
 /// The largest channel of a constant colour.
@@ -211,4 +216,6 @@ kinds! {
     fn absorption(&self) -> Rgb;
     /// See [`MaterialKind::brightest`].
     fn brightest(&self) -> f32;
+    /// See [`MaterialKind::varies`].
+    fn varies(&self) -> bool;
 }

@@ -148,4 +148,8 @@ impl MaterialKind for Phong {
         let weights = [self.specular, self.reflect, self.transmit].map(Rgb::max_component);
         weights.into_iter().fold(brightness(&self.color), f32::max)
     }
+
+    fn varies(&self) -> bool {
+        !self.color.is_constant()
+    }
 }

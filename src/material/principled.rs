@@ -379,4 +379,23 @@ impl MaterialKind for Principled {
     fn brightest(&self) -> f32 {
         brightness(&self.base_color)
     }
+
+    fn varies(&self) -> bool {
+        let colors = [&self.base_color, &self.specular_color, &self.sheen_color, &self.emissive];
+        let scalars = [
+            self.metallic,
+            self.roughness,
+            self.specular,
+            self.transmission,
+            self.clearcoat,
+            self.clearcoat_roughness,
+            self.sheen_roughness,
+            self.iridescence,
+            self.iridescence_place,
+            self.anisotropy,
+            self.opacity,
+        ];
+        let is_constant = colors.into_iter().chain(&self.normal).all(Color::is_constant) && scalars.iter().all(Scalar::is_constant);
+        !is_constant
+    }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Background, InstanceRecord, LightGroups, Lights, MeshRecord, Object, ObjectFromGroup, ObjectId, Scene};
 use crate::{
-    accel::{self, AccelKind, BuildError, Geometry, Group, Placed, PlacedGroup},
+    accel::{self, AccelKind, BuildError, Geometry, Group, PlacedGroup},
     light::Light,
     material::{Material, MaterialId},
     math::Transform,
@@ -71,12 +71,8 @@ impl Builder {
 
     /// A shape at its place.
     pub fn shape(&mut self, name: &str, shape: Shape, transform: Option<Transform>, material: MaterialId) -> ObjectId {
-        let transform = transform.map(|t| {
-            self.geometry.transforms.push(t);
-            self.geometry.transforms.len() as u32 - 1
-        });
         let object = self.object(name, material);
-        self.geometry.shapes.push(Placed { shape, transform });
+        self.geometry.add_shape(shape, transform);
         self.shape_objects.push(object);
         object
     }
@@ -167,6 +163,7 @@ impl Builder {
             lights: Lights::default(),
             light_groups: LightGroups::default(),
             background: self.background,
+            varying: Vec::new(),
         }
         .lit(self.lights))
     }

@@ -181,7 +181,7 @@ pub(super) fn nowhere() -> TexturePoint {
 }
 
 pub(super) fn is_plain(emission: &Emission) -> bool {
-    matches!(emission.radiance, Color::Constant(_))
+    emission.radiance.is_constant()
 }
 
 /// Whether light from it is the same everywhere.

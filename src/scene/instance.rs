@@ -24,10 +24,8 @@ pub struct InstanceRecord {
 }
 
 impl InstanceRecord {
-    /// Makes a surface of the mesh, in world space but for its place on the texture, one of this instance.
-    pub(super) fn claim(&self, surface: &mut Surface, object_places: &[Transform]) {
-        surface.object = self.object;
-        surface.material = self.material.unwrap_or(surface.material);
+    /// Brings the place on the texture of a surface of the mesh, which is in world space otherwise, into the object's space.
+    pub(super) fn place_texture(&self, surface: &mut Surface, object_places: &[Transform]) {
         let texture = &mut surface.texture;
         match self.object_from_group {
             ObjectFromGroup::Identity => {}

@@ -14,6 +14,14 @@ use crate::{
 /// A grazing ray counts as one of this cosine: beyond it the ellipse that it covers grows without bound.
 const LEAST_COS: f32 = 1.0 / 64.0;
 
+/// A place that nobody asks for.
+fn anywhere(uv: Vec2) -> TexturePoint {
+    TexturePoint {
+        uv,
+        ..TexturePoint::new(Vec3::ZERO, Vec3::Y)
+    }
+}
+
 /// A surface where a ray met it, in world space. Normals are as authored.
 #[derive(Clone, Copy, Debug)]
 pub struct Surface {
@@ -31,21 +39,21 @@ pub struct Surface {
     pub dpdv: Vec3,
     /// Unit direction back along the ray.
     pub wo: Vec3,
-    /// The place in the object's own space.
+    /// The place in the object's own space; of one whose material is the same everywhere `uv` alone.
     pub texture: TexturePoint,
     pub object: ObjectId,
     pub material: MaterialId,
 }
 
 impl Surface {
+    /// Of object and material 0. `varies` says whether the place on textures is asked for.
     #[inline(always)]
     pub(super) fn of_shape(
         placed: &Placed,
         transform: Option<&Transform>,
         ray: &Ray,
         hit: &Hit,
-        object: ObjectId,
-        material: MaterialId,
+        varies: bool,
     ) -> Self {
         let shape_hit = ShapeHit {
             t: hit.t,
@@ -72,19 +80,24 @@ impl Surface {
             dpdu,
             dpdv,
             wo: -ray.d.normalize(),
-            texture: TexturePoint {
-                uv: local.uv,
-                dpdu: local.dpdu,
-                dpdv: local.dpdv,
-                curvature: placed.shape.curvature(),
-                ..TexturePoint::new(local.p, local.ng)
+            texture: if varies {
+                TexturePoint {
+                    uv: local.uv,
+                    dpdu: local.dpdu,
+                    dpdv: local.dpdv,
+                    curvature: placed.shape.curvature(),
+                    ..TexturePoint::new(local.p, local.ng)
+                }
+            } else {
+                anywhere(local.uv)
             },
-            object,
-            material,
+            object: ObjectId(0),
+            material: MaterialId(0),
         }
     }
 
-    /// Of an instanced triangle `place` says where it stands; the place on the texture is in the mesh's space then.
+    /// Of an instanced triangle `place` says where it stands; the place on the texture, which `varies` asks for, is in the mesh's
+    /// space then.
     #[inline(always)]
     pub(super) fn of_triangle(
         corners: [Vec3; 3],
@@ -93,6 +106,7 @@ impl Surface {
         place: Option<&Transform>,
         ray: &Ray,
         hit: &Hit,
+        varies: bool,
     ) -> Self {
         let at = vertices.map(|v| (v - mesh.vertices.start) as usize);
         let uvs = (!mesh.uvs.is_empty()).then(|| at.map(|i| mesh.uvs[i]));
@@ -132,6 +146,7 @@ impl Surface {
             dpdv,
             wo: -ray.d.normalize(),
             texture: match &mesh.transform {
+                _ if !varies => anywhere(local.uv),
                 None => TexturePoint {
                     uv: local.uv,
                     dpdu: local.dpdu,

@@ -5,7 +5,7 @@
 use std::ops::Range;
 
 use crate::{
-    accel::{Accelerator, Geometry, Hit, Instance, PrimRef, prefetch},
+    accel::{Accelerator, Geometry, Hit, PrimRef, prefetch},
     light::{Light, LightSample},
     material::{Material, MaterialId},
     math::{Ray, Rgb, Transform, Vec2, Vec3},
@@ -87,11 +87,16 @@ pub struct Scene {
     pub lights: Lights,
     pub light_groups: LightGroups,
     pub background: Background,
+    /// Of each material, whether places on textures are found for it.
+    pub(crate) varying: Vec<bool>,
 }
 
 impl Scene {
     /// The same scene, lit by `own`, the lights of their own, and by all of its surfaces that shine.
     pub fn lit(mut self, own: Vec<Light>) -> Self {
+        // Where textures look at more than points even a mirror bends what is seen in it, by the place's curvature.
+        let all = self.reads_footprints();
+        self.varying = self.materials.iter().map(|m| all || m.varies()).collect();
         self.light_up(own);
         self
     }
@@ -217,17 +222,16 @@ impl Scene {
     ) {
         let geometry = self.accel.geometry();
         surfaces.clear();
-        for i in part {
+        surfaces.extend(part.map(|i| {
             if let Some((_, later)) = hit(i + 2 * AHEAD) {
                 prefetch(&geometry.triangles, later.prim.index() as usize);
             }
             if let Some((_, later)) = hit(i + AHEAD) {
                 self.expect_corners(geometry, later);
             }
-            if let Some((ray, hit)) = hit(i) {
-                surfaces.push(self.find_surface(geometry, ray, hit));
-            }
-        }
+            let (ray, hit) = hit(i).expect("every number of the part has a hit");
+            self.find_surface(geometry, ray, hit)
+        }));
     }
 
     /// Asks for the corners of a hit's triangle, and for what is known of them.
@@ -251,24 +255,34 @@ impl Scene {
             Some(placed) => {
                 let object = self.shape_objects[hit.prim.index() as usize - geometry.triangles.len()];
                 let material = self.objects[object.0 as usize].material;
-                Surface::of_shape(placed, geometry.transform(placed), ray, hit, object, material)
+                let mut surface = Surface::of_shape(placed, geometry.transform(placed), ray, hit, self.varies(material));
+                (surface.object, surface.material) = (object, material);
+                surface
             }
             None => {
                 let index = hit.prim.index() as usize;
+                let mesh = self.mesh_of(hit.prim);
+                let instance = self.instances.get(hit.instance.0 as usize);
+                let material = instance.and_then(|i| i.material).unwrap_or(mesh.material);
+                let varies = self.varies(material);
+                let (corners, vertices) = (geometry.corners(index), geometry.triangles[index]);
                 let place = geometry.place(hit.instance);
-                let mut surface = Surface::of_triangle(
-                    geometry.corners(index),
-                    geometry.triangles[index],
-                    self.mesh_of(hit.prim),
-                    place,
-                    ray,
-                    hit,
-                );
-                if hit.instance != Instance::NONE {
-                    self.instances[hit.instance.0 as usize].claim(&mut surface, &self.object_places);
+                let mut surface = Surface::of_triangle(corners, vertices, mesh, place, ray, hit, varies);
+                surface.material = material;
+                if let Some(instance) = instance {
+                    surface.object = instance.object;
+                    if varies {
+                        instance.place_texture(&mut surface, &self.object_places);
+                    }
                 }
                 surface
             }
         }
+    }
+
+    /// Whether `material` looks at places on textures.
+    #[inline]
+    fn varies(&self, material: MaterialId) -> bool {
+        self.varying.get(material.0 as usize).is_none_or(|varies| *varies)
     }
 }

@@ -95,11 +95,25 @@ pub struct Quad {
     edges: [DVec3; 3],
     /// Of a parallelogram: what u and v are the products with, from A.
     inverse: Option<[DVec3; 2]>,
+    /// Of a parallelogram: see [`Quad::is_within`].
+    blur: Blur,
     /// The largest coordinate.
     extent: f32,
     /// Kept, since every hit is brought into it.
     bounds: Aabb,
 }
+
+/// By how much of a parallelogram's size the rounding in the edge test may move a corner, at most: by `each` for every metre
+/// that the corner is away, if the ray meets the plane head on.
+#[derive(Clone, Copy, Debug)]
+struct Blur {
+    each: f64,
+    /// That of the quad's own size.
+    own: f64,
+}
+
+/// Nearer to an edge than this part of the quad the edge test decides.
+const MARGIN: f64 = 1.0 / 64.0;
 
 impl Quad {
     /// Unit.
@@ -117,6 +131,10 @@ impl Quad {
         let is_rectangle = skew.length() <= noise * largest && e.dot(f).abs() <= noise * e.length() * f.length();
         let middle = (a + b + c + d) * 0.25;
         let across = |x: DVec3, y: DVec3| x.cross(normal) / x.cross(normal).dot(y);
+        let inverse = (skew == DVec3::ZERO).then(|| [across(f, e), across(e, f)]);
+        // Each coordinate of a corner is rounded a few times, each time by half a unit in the last place.
+        let steepest = inverse.map_or(f64::INFINITY, |[u, v]| u.length().max(v.length()));
+        let each = 64.0 * f64::from(f32::EPSILON) * steepest;
         let on_plane = [a, b, c, d].map(|c| (c - normal * (c - middle).dot(normal)).as_vec3());
         Self {
             corners,
@@ -124,7 +142,11 @@ impl Quad {
             normal,
             is_rectangle,
             edges: [e, f, skew],
-            inverse: (skew == DVec3::ZERO).then(|| [across(f, e), across(e, f)]),
+            inverse,
+            blur: Blur {
+                each,
+                own: each * (c - a).length().max((d - b).length()),
+            },
             extent: largest as f32,
             bounds: Aabb::from_points(corners.into_iter().chain(on_plane)).padded(1.0),
         }
@@ -169,6 +191,35 @@ impl Quad {
         (if u.is_nan() { 0.0 } else { u.clamp(0.0, 1.0) }, v)
     }
 
+    /// Whether a ray passes between the edges, by the edge test of [`triangle::intersect`].
+    #[inline]
+    fn has_edges_around(&self, ray: &Ray) -> bool {
+        let shear = Shear::new(&ray.d);
+        let corner = |i: usize| shear.flat(shear.turn(&(self.corners[i] - ray.o)));
+        let (a, b, c, d) = (corner(0), corner(1), corner(2), corner(3));
+        let edge = Shear::edge;
+        let (ab, bc, cd, da) = (edge(a, b), edge(b, c), edge(c, d), edge(d, a));
+        ab.min(bc).min(cd.min(da)) >= 0.0 || ab.max(bc).max(cd.max(da)) <= 0.0
+    }
+
+    /// The same for a ray that meets the plane at `t`, `along` the normal, where u and v alone tell: `None` near an edge, and
+    /// where the edge test's rounding may reach as far as that.
+    ///
+    /// Seen from the ray a corner is moved by a few units in the last place of its distance, and on the plane by so much over
+    /// the cosine.
+    #[inline]
+    fn is_within(&self, ray: &Ray, t: f64, along: f64) -> Option<bool> {
+        let [to_u, to_v] = self.inverse?;
+        let d = ray.d.as_dvec3();
+        let length = d.x.abs() + d.y.abs() + d.z.abs();
+        if (t * length * self.blur.each + self.blur.own) * length > MARGIN * along.abs() {
+            return None;
+        }
+        let h = ray.o.as_dvec3() + d * t - self.corners[0].as_dvec3();
+        let off = (h.dot(to_u) - 0.5).abs().max((h.dot(to_v) - 0.5).abs());
+        if (off - 0.5).abs() < MARGIN { None } else { Some(off < 0.5) }
+    }
+
     /// The place of the quad nearest to where the ray met it: u, v and the point.
     #[inline]
     fn place(&self, ray: &Ray, hit: &ShapeHit) -> (f64, f64, DVec3) {
@@ -209,14 +260,8 @@ impl ShapeKind for Quad {
         let along = dot_direction(ray.d, self.normal);
         let t = (self.middle - ray.o.as_dvec3()).dot(self.normal) / along;
         let hit = hit_at(ray, t, 0.0)?;
-        // The edge test of [`triangle::intersect`].
-        let shear = Shear::new(&ray.d);
-        let corner = |i: usize| shear.flat(shear.turn(&(self.corners[i] - ray.o)));
-        let (a, b, c, d) = (corner(0), corner(1), corner(2), corner(3));
-        let edge = Shear::edge;
-        let (ab, bc, cd, da) = (edge(a, b), edge(b, c), edge(c, d), edge(d, a));
-        let inside = ab.min(bc).min(cd.min(da)) >= 0.0 || ab.max(bc).max(cd.max(da)) <= 0.0;
-        inside.then_some(hit)
+        let is_within = self.is_within(ray, t, along).unwrap_or_else(|| self.has_edges_around(ray));
+        is_within.then_some(hit)
     }
 
     #[inline]

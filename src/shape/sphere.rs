@@ -131,15 +131,15 @@ impl ShapeKind for Sphere {
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         let d = ray.d.as_dvec3();
         let oc = ray.o.as_dvec3() - self.center.as_dvec3();
-        let a = d.length_squared();
-        let closest_t = -oc.dot(d) / a;
+        let inv_a = d.length_squared().recip();
+        let closest_t = -oc.dot(d) * inv_a;
         let closest = oc + d * closest_t;
         let r = f64::from(self.radius);
         let h2 = r * r - closest.length_squared();
         if h2.is_nan() || h2 < 0.0 {
             return None;
         }
-        let half = (h2 / a).sqrt();
+        let half = (h2 * inv_a).sqrt();
         hit_at(ray, closest_t - half, 0.0).or_else(|| hit_at(ray, closest_t + half, 0.0))
     }
 

@@ -130,12 +130,26 @@ pub enum Color {
     Tinted(TextureId, Rgb),
 }
 
+impl Color {
+    /// Whether it is the same everywhere.
+    pub fn is_constant(&self) -> bool {
+        matches!(self, Self::Constant(_))
+    }
+}
+
 /// A number of a material: one, or one for every place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scalar {
     Constant(f32),
     /// A channel of a texture, times a number.
     Texture(TextureId, Channel, f32),
+}
+
+impl Scalar {
+    /// Whether it is the same everywhere.
+    pub fn is_constant(&self) -> bool {
+        matches!(self, Self::Constant(_))
+    }
 }
 
 /// The tables that colours are looked up in.

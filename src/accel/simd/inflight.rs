@@ -13,11 +13,12 @@
 
 use super::{
     super::{
-        Geometry, Instance, PrimRef,
+        Geometry, Instance,
         instance::Spread,
         slab::LEAVE,
         wide::node::{Block, DONE, EMPTY, EXIT, INSTANCE, LEAF, Node, SHAPE, blocks},
     },
+    analytic,
     lanes::{Floats, Level, Mask, Top},
     query::{Best, Query},
     slot::{BASE, SIDE, Slot},
@@ -207,7 +208,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
                 unsafe { instance_step(level, slot, next[id], inside, tree, geometry, ray, stacks.of(id)) };
             } else {
                 // SAFETY: the slot waits at a leaf of this tree.
-                unsafe { leaf_step::<L, Q, INSTANCES>(level, slot, next[id], inside, tree, geometry) };
+                unsafe { leaf_step::<L, Q, INSTANCES>(level, slot, next[id], inside, tree, geometry, rays) };
             }
         }
         let mut waiting = at_node | at_leaf;
@@ -339,9 +340,13 @@ unsafe fn leaf_step<L: Level, Q: Query, const INSTANCES: bool>(
     inside: &mut Inside,
     tree: &Tree,
     geometry: &Geometry,
+    rays: &[Ray],
 ) {
     if leaf & SHAPE != 0 {
-        shape_step::<Q>(slot, leaf, inside, geometry);
+        if leaf != EMPTY {
+            let placed = analytic::test::<Q>(slot, leaf & !(LEAF | SHAPE), geometry, rays);
+            inside.best = if placed { Instance::NONE } else { inside.best };
+        }
         return;
     }
     for index in blocks(leaf) {
@@ -425,35 +430,6 @@ fn splat3<L: Level>(level: L, v: &[f32; 3]) -> [L::F4; 3] {
 #[inline(always)]
 pub fn load3<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3]) -> [L::F4; 3] {
     [level.load4(x), level.load4(y), level.load4(z)]
-}
-
-/// Tests an analytic primitive by its own scalar routine.
-fn shape_step<Q: Query>(slot: &mut Slot, leaf: u32, inside: &mut Inside, geometry: &Geometry) {
-    if leaf == EMPTY {
-        return;
-    }
-    let index = leaf & !(LEAF | SHAPE);
-    let ray = Ray {
-        o: slot.turn_back(&slot.o),
-        tmin: slot.tmin,
-        d: slot.turn_back(&slot.d),
-        tmax: slot.best.t,
-    };
-    let Some(hit) = geometry.intersect(PrimRef::new(index), &ray) else {
-        return;
-    };
-    if slot.best.loses_to(hit.t, index + 1) {
-        slot.set_best(Best {
-            t: hit.t,
-            u: hit.u,
-            v: hit.v,
-            id: index + 1,
-        });
-        inside.best = Instance::NONE;
-    }
-    if Q::ANY {
-        slot.len = BASE as u32;
-    }
 }
 
 /// Takes a ray into an instance, or out of one.

@@ -14,6 +14,7 @@ use super::{Geometry, Hit, UnknownName};
 use crate::math::Ray;
 
 mod ahead;
+mod analytic;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]

@@ -1,0 +1,42 @@
+//! Analytic primitives of rays in flight, tested by their own scalar routines.
+
+use super::{
+    super::{Geometry, PrimRef, slab::Slabs},
+    query::{Best, Query},
+    slot::{BASE, Slot},
+};
+use crate::math::{Ray, Vec3};
+
+/// Tests shape `index` of the geometry's primitives; whether it is the nearest hit now. Where the ray needs to go no further
+/// its stack is left empty.
+pub fn test<Q: Query>(slot: &mut Slot, index: u32, geometry: &Geometry, rays: &[Ray]) -> bool {
+    let Some(placed) = geometry.shape(PrimRef::new(index)) else {
+        return false;
+    };
+    let ray = Ray {
+        tmax: slot.best.t,
+        ..rays[slot.ray as usize]
+    };
+    // Shapes stand in the world, and so does the slot's line here.
+    let [x, y, z, _] = slot.inv;
+    let slabs = Slabs {
+        o: ray.o,
+        inv: Vec3::new(x, y, z),
+    };
+    let Some(hit) = geometry.intersect_shape(placed, &ray, || slabs) else {
+        return false;
+    };
+    let nearer = slot.best.loses_to(hit.t, index + 1);
+    if nearer {
+        slot.set_best(Best {
+            t: hit.t,
+            u: hit.u,
+            v: hit.v,
+            id: index + 1,
+        });
+    }
+    if Q::ANY {
+        slot.len = BASE as u32;
+    }
+    nearer
+}
