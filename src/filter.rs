@@ -17,7 +17,7 @@ use std::f32::consts::PI;
 use serde::Deserialize;
 
 use crate::{
-    math::{Vec2, trig},
+    math::{Loop, Runner, Vec2, trig},
     value::Positive,
 };
 
@@ -93,7 +93,7 @@ const STEPS: usize = 1024;
 pub struct Filter {
     radius: f32,
     /// The inverse of the cumulative |filter| over [-1, 1] at even steps, in radii.
-    inverse: Vec<f32>,
+    inverse: Box<[f32; STEPS + 1]>,
     /// |x| beyond which the filter is negative, in radii.
     negative_beyond: f32,
 }
@@ -116,21 +116,19 @@ impl Filter {
         }
         let total = cumulative[FINE];
         let mut bin = 0;
-        let inverse = (0..=STEPS)
-            .map(|k| {
-                let want = total * k as f64 / STEPS as f64;
-                while bin + 1 < FINE && cumulative[bin + 1] < want {
-                    bin += 1;
-                }
-                let width = cumulative[bin + 1] - cumulative[bin];
-                let f = if width > 0.0 {
-                    ((want - cumulative[bin]) / width) as f32
-                } else {
-                    0.0
-                };
-                at(bin) + f * 2.0 / FINE as f32
-            })
-            .collect();
+        let inverse = Box::new(std::array::from_fn(|k| {
+            let want = total * k as f64 / STEPS as f64;
+            while bin + 1 < FINE && cumulative[bin + 1] < want {
+                bin += 1;
+            }
+            let width = cumulative[bin + 1] - cumulative[bin];
+            let f = if width > 0.0 {
+                ((want - cumulative[bin]) / width) as f32
+            } else {
+                0.0
+            };
+            at(bin) + f * 2.0 / FINE as f32
+        }));
         let negative = (0..=FINE / 2).find(|&i| profile(i as f32 * 2.0 / FINE as f32) < 0.0);
         Self {
             radius: radius.radius.map_or(default_radius, f32::from),
@@ -140,7 +138,7 @@ impl Filter {
     }
 
     /// By two uniform numbers in `[0, 1)`.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, u: Vec2) -> FilterSample {
         let (x, y) = (self.axis(u.x), self.axis(u.y));
         let sign = |v: f32| if v.abs() > self.negative_beyond { -1.0 } else { 1.0 };
@@ -150,12 +148,41 @@ impl Filter {
         }
     }
 
-    #[inline]
+    /// Moves `places`, the centres of pixels, to those of the samples of `u`, whose signs are in `weights` then.
+    pub fn samples(&self, on: impl Runner, u: &[Vec2], places: &mut [Vec2], weights: &mut [f32]) {
+        on.run(Samples {
+            filter: self,
+            u,
+            places,
+            weights,
+        });
+    }
+
+    #[inline(always)]
     fn axis(&self, u: f32) -> f32 {
         let at = u * STEPS as f32;
         let i = (at as usize).min(STEPS - 1);
         let f = at - i as f32;
         self.inverse[i] * (1.0 - f) + self.inverse[i + 1] * f
+    }
+}
+
+/// [`Filter::samples`].
+struct Samples<'a> {
+    filter: &'a Filter,
+    u: &'a [Vec2],
+    places: &'a mut [Vec2],
+    weights: &'a mut [f32],
+}
+
+impl Loop for Samples<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for ((u, place), weight) in self.u.iter().zip(self.places).zip(self.weights) {
+            let sample = self.filter.sample(*u);
+            *place += sample.offset;
+            *weight = sample.weight;
+        }
     }
 }
 

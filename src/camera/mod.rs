@@ -9,7 +9,7 @@
 
 use crate::{
     kind::kinds,
-    math::{Cone, DVec3, Ray, Vec2, Vec3},
+    math::{Cone, DVec3, Ray, Runner, Vec2, Vec3},
     value::{Point, Problem, Spanned},
 };
 
@@ -41,10 +41,11 @@ pub trait CameraKind {
     /// of the aperture; a camera without one ignores them.
     fn ray(&self, film: Vec2, lens: Vec2) -> Option<Ray>;
 
-    /// [`CameraKind::ray`] for each place on the film with its numbers for the lens, in place of what `rays` held.
-    fn rays(&self, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Option<Ray>>) {
-        rays.clear();
-        rays.extend(film.iter().zip(lens).map(|(film, lens)| self.ray(*film, *lens)));
+    /// Appends [`CameraKind::ray`] for each place on the film with its numbers for the lens; where there is none,
+    /// [`Ray::NOWHERE`].
+    fn rays(&self, _on: impl Runner, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>) {
+        let places = film.iter().zip(lens);
+        rays.extend(places.map(|(film, lens)| self.ray(*film, *lens).unwrap_or(Ray::NOWHERE)));
     }
 
     /// Whether [`CameraKind::ray`] reads `lens`.
@@ -107,7 +108,13 @@ fn plus_y() -> Point {
 /// The ray from `o` along `d`, brought to unit length.
 #[inline(always)]
 fn unit_ray(o: DVec3, d: DVec3) -> Ray {
-    Ray::new(o.as_vec3(), (d * d.length_recip()).as_vec3())
+    Ray::new(o.as_vec3(), unit(d))
+}
+
+/// `d`, brought to unit length.
+#[inline(always)]
+fn unit(d: DVec3) -> Vec3 {
+    (d * d.length_recip()).as_vec3()
 }
 
 /// `a` at 0 and `b` at 1; `a` itself where the two are the same.
@@ -124,7 +131,7 @@ macro_rules! cameras {
             /// See [`CameraKind::ray`].
             fn ray(&self, film: Vec2, lens: Vec2) -> Option<Ray>;
             /// See [`CameraKind::rays`].
-            fn rays(&self, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Option<Ray>>);
+            fn rays(&self, on: impl Runner, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>);
             /// See [`CameraKind::has_lens`].
             fn has_lens(&self) -> bool;
             /// See [`CameraKind::fills_film`].

@@ -35,10 +35,10 @@ use super::{
     lens::{Aperture, Focus, Sensor, View},
     look, mix,
     opening::Opening,
-    plus_y, unit_ray,
+    plus_y, unit, unit_ray,
 };
 use crate::{
-    math::{Cone, Ray, Vec2, Vec3, trig},
+    math::{Cone, Loop, Ray, Runner, Vec2, Vec3, trig},
     value::{NonNegative, Point, Positive, Problem, Real, Spanned, Whole},
 };
 
@@ -325,6 +325,30 @@ pub struct Perspective {
     focus_distance: f64,
 }
 
+/// Directions through a pinhole.
+struct Pinhole<'a> {
+    camera: &'a Perspective,
+    film: &'a [Vec2],
+    rays: &'a mut [Ray],
+}
+
+impl Loop for Pinhole<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for (film, ray) in self.film.iter().zip(self.rays) {
+            ray.d = unit(self.camera.at_one(*film));
+        }
+    }
+}
+
+impl Perspective {
+    /// Where a place on the film is seen, from the eye to the plane at distance 1.
+    #[inline(always)]
+    fn at_one(&self, film: Vec2) -> DVec3 {
+        self.corner + self.right * f64::from(film.x) + self.down * f64::from(film.y)
+    }
+}
+
 impl CameraKind for Perspective {
     fn axis(&self) -> Option<Vec3> {
         Some(self.lens_axes[1].cross(self.lens_axes[0]).as_vec3())
@@ -332,13 +356,28 @@ impl CameraKind for Perspective {
 
     #[inline(always)]
     fn ray(&self, film: Vec2, lens: Vec2) -> Option<Ray> {
-        let at_one = self.corner + self.right * f64::from(film.x) + self.down * f64::from(film.y);
+        let at_one = self.at_one(film);
         if self.lens_radius == 0.0 {
             return Some(unit_ray(self.eye, at_one));
         }
         let p = self.opening.sample(lens).as_dvec2() * self.lens_radius;
         let on_lens = self.lens_axes[0] * p.x + self.lens_axes[1] * p.y;
         Some(unit_ray(self.eye + on_lens, at_one * self.focus_distance - on_lens))
+    }
+
+    fn rays(&self, on: impl Runner, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>) {
+        if self.lens_radius > 0.0 {
+            let places = film.iter().zip(lens);
+            rays.extend(places.map(|(film, lens)| self.ray(*film, *lens).unwrap_or(Ray::NOWHERE)));
+            return;
+        }
+        let first = rays.len();
+        rays.resize(first + film.len(), Ray::new(self.eye.as_vec3(), Vec3::ZERO));
+        on.run(Pinhole {
+            camera: self,
+            film,
+            rays: &mut rays[first..],
+        });
     }
 
     fn has_lens(&self) -> bool {

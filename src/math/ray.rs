@@ -15,6 +15,19 @@ pub struct Ray {
 }
 
 impl Ray {
+    /// A ray that goes nowhere, and meets nothing.
+    pub const NOWHERE: Self = Self {
+        o: Vec3::ZERO,
+        tmin: 0.0,
+        d: Vec3::ZERO,
+        tmax: 0.0,
+    };
+
+    /// Whether it goes nowhere.
+    pub fn is_nowhere(&self) -> bool {
+        self.d == Vec3::ZERO
+    }
+
     /// The half line from `o` along `d`.
     pub fn new(o: Vec3, d: Vec3) -> Self {
         Self {

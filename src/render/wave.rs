@@ -42,6 +42,8 @@ pub(super) struct Job<'a> {
     pub is_opaque: bool,
     /// What loops run on.
     pub simd: Simd,
+    /// Whether every sample has a camera ray.
+    pub fills_film: bool,
     /// Of each camera ray, where a texture wants to know; `None` where all rays may be lines.
     pub cone: Option<Cone>,
 }
@@ -59,6 +61,7 @@ impl<'a> Job<'a> {
             settings,
             is_opaque: scene.is_opaque(),
             simd: Simd::detect(),
+            fills_film: shot.fills_film(),
             cone: scene.reads_footprints().then(cone),
         }
     }
@@ -179,19 +182,33 @@ impl Wave {
         self.paths.clear();
         self.weights.clear();
         self.alpha.clear();
+        let cone = job.cone.unwrap_or_default();
+        let path = |slot| Path {
+            cone,
+            ..Path::start(slot)
+        };
         for y in tile.y0..tile.y1 {
-            self.seen.look(job, y, tile.x0..tile.x1, samples);
-            for (ray, &weight) in self.seen.rays.iter().zip(&self.seen.weights) {
-                if let Some(ray) = ray {
-                    self.rays.push(*ray);
-                    self.paths.push(Path {
-                        cone: job.cone.unwrap_or_default(),
-                        ..Path::start(self.weights.len() as u32)
-                    });
-                }
-                self.weights.push(weight);
-                self.alpha.push(if ray.is_some() { 1.0 } else { 0.0 });
+            let (first, slot) = (self.rays.len(), self.weights.len() as u32);
+            self.seen
+                .look(job, y, tile.x0..tile.x1, samples, &mut self.rays);
+            self.weights.extend_from_slice(&self.seen.weights);
+            let slots = slot..self.weights.len() as u32;
+            if job.fills_film {
+                self.alpha.resize(self.weights.len(), 1.0);
+                self.paths.extend(slots.map(path));
+                continue;
             }
+            let mut seen = first;
+            for (i, slot) in (first..).zip(slots) {
+                let ray = self.rays[i];
+                self.alpha.push(if ray.is_nowhere() { 0.0 } else { 1.0 });
+                if !ray.is_nowhere() {
+                    self.rays[seen] = ray;
+                    self.paths.push(path(slot));
+                    seen += 1;
+                }
+            }
+            self.rays.truncate(seen);
         }
         if job.settings.layers == Layers::Light {
             let groups = job.scene.light_groups.names().len();

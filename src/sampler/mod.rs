@@ -3,6 +3,8 @@
 //! A number is addressed by (seed, frame, pixel, sample, dimension). Nothing is drawn in turn, so threads, tiles,
 //! crops, chunks of frames and resumed frames see the same numbers.
 
+use std::ops::Range;
+
 use serde::Deserialize;
 
 use crate::{
@@ -81,6 +83,13 @@ impl SampleKeys {
         self.columns.push(column);
         self.rows.push(row);
         self.samples.push(sample);
+    }
+
+    /// Many samples of one pixel.
+    pub fn push_all(&mut self, [column, row]: [u32; 2], samples: Range<u32>) {
+        self.samples.extend(samples);
+        self.columns.resize(self.samples.len(), column);
+        self.rows.resize(self.samples.len(), row);
     }
 
     pub fn len(&self) -> usize {
