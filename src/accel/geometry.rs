@@ -19,6 +19,7 @@ pub struct Placed {
     pub transform: Option<u32>,
     /// Its box in the world, a little larger than it; kept, since every hit is brought into it.
     bounds: Aabb,
+    is_bounded: bool,
 }
 
 /// Triangles in a space of their own: they are stored once, and met wherever an instance puts them.
@@ -79,10 +80,12 @@ impl Geometry {
 
     /// Adds a shape, whose number among shapes is returned; `transform` takes it to its place.
     pub fn add_shape(&mut self, shape: Shape, transform: Option<Transform>) -> u32 {
+        let bounds = shape.bounds().padded(PADDING);
         self.shapes.push(Placed {
             shape,
             transform: None,
-            bounds: shape.bounds().padded(PADDING),
+            bounds,
+            is_bounded: bounds.is_finite(),
         });
         let index = self.shapes.len() as u32 - 1;
         if let Some(transform) = transform {
@@ -95,6 +98,7 @@ impl Geometry {
     pub fn place_shape(&mut self, index: u32, transform: Transform) {
         let placed = &mut self.shapes[index as usize];
         placed.bounds = transform.bounds_to_world(&placed.shape.bounds()).padded(PADDING);
+        placed.is_bounded = placed.bounds.is_finite();
         match placed.transform {
             Some(at) => self.transforms[at as usize] = transform,
             None => {
@@ -105,9 +109,12 @@ impl Geometry {
     }
 
     /// The corners of triangle `i`.
-    #[inline]
+    #[inline(always)]
     pub fn corners(&self, i: usize) -> [Vec3; 3] {
-        self.triangles[i].map(|v| self.vertices[v as usize])
+        // One by one, so that they stay in registers.
+        let [a, b, c] = self.triangles[i];
+        let at = |v: u32| self.vertices[v as usize];
+        [at(a), at(b), at(c)]
     }
 
     /// The shape that `prim` is, `None` for a triangle.
@@ -223,7 +230,7 @@ impl Geometry {
             None => placed.shape.intersect(&line)?,
             Some(t) => placed.shape.intersect(&t.ray_to_local(&line))?,
         };
-        let t = if placed.bounds.is_finite() {
+        let t = if placed.is_bounded {
             slabs().clip(hit.t, &placed.bounds)?
         } else {
             hit.t

@@ -17,11 +17,12 @@ pub fn square_to_disk(u: Vec2) -> Vec2 {
     let ratio = if major == 0.0 { 0.0 } else { minor / major };
     let (sin, cos) = trig::sin_cos_eighth(FRAC_PI_4 * ratio);
     let (along, across) = (major * cos, major * sin);
-    if wide {
-        Vec2::new(along, across)
-    } else {
-        Vec2::new(across, along)
-    }
+    // The compiler would make a branch of it.
+    let select = |a: f32, b: f32| {
+        let mask = u32::from(wide).wrapping_neg();
+        f32::from_bits(a.to_bits() & mask | b.to_bits() & !mask)
+    };
+    Vec2::new(select(along, across), select(across, along))
 }
 
 /// A unit direction about +z with a density proportional to its cosine.

@@ -106,7 +106,7 @@ pub fn intersect(ray: &Ray, a: Vec3, b: Vec3, c: Vec3) -> Option<ShapeHit> {
 /// The error has two parts: that of the point, from Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed.,
 /// section 6.8.4, and along the normal that of the distance to the plane which [`intersect`] finds from there, so that a
 /// ray that leaves the triangle does not meet it again. Of a needle the second part ends at the needle's width.
-#[inline]
+#[inline(always)]
 pub fn surface(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> LocalSurface {
     let [a, b, c] = corners;
     let (wa, wb, wc) = ((1.0 - u - v).max(0.0), u, v);
@@ -128,7 +128,7 @@ pub fn surface(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> Lo
 
 /// The direction of `n`, or +y where it has none, and its length. In single precision where that neither over- nor
 /// underflows.
-#[inline]
+#[inline(always)]
 fn unit_and_length(n: DVec3) -> (Vec3, f32) {
     let single = n.as_vec3();
     let length2 = single.length_squared();
@@ -142,7 +142,7 @@ fn unit_and_length(n: DVec3) -> (Vec3, f32) {
 
 /// Bound on the error of the distance between `p`, a point of the triangle, and its plane, as the operations of
 /// [`intersect`] find it: ten of them in a row, from the corners relative to the origin to the product with the normal.
-#[inline]
+#[inline(always)]
 fn plane_error([a, b, c]: [Vec3; 3], p: Vec3, twice_area: f32) -> f32 {
     let (ra, rb, rc) = ((a - p).abs(), (b - p).abs(), (c - p).abs());
     let (e1, e2) = (ra + rc, rb + ra);
