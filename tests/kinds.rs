@@ -1,4 +1,4 @@
-//! Every kind has a scene in `scenes/kinds`, which renders, and a manual page whose examples compile.
+//! Every kind has a scene in `scenes/kinds`, which renders the same on any threads, and a manual page whose examples compile.
 
 mod common;
 
@@ -75,21 +75,20 @@ fn main() {
 fn scene_renders(kind: &str) -> Result<(), Failed> {
     let scene = repo(&format!("scenes/kinds/{kind}.toml"));
     let folder = Folder::new();
-    let args = [
-        "--resolution",
-        "48x27",
-        "--samples",
-        "2",
-        "--progress",
-        "none",
-        "-o",
-        "k.png",
-    ];
-    let output = folder.program().arg(scene).args(args).output()?;
-    if !output.status.success() {
-        return Err(common::stderr(&output).into());
+    let small = ["--resolution", "48x27", "--samples", "2", "--progress", "none"];
+    // Pictures are cut into other tiles for more threads, and each thread renders several.
+    for threads in ["1", "7"] {
+        let (png, exr) = (format!("{threads}.png"), format!("{threads}.exr"));
+        let files = ["--threads", threads, "-o", &png, "-o", &exr];
+        let output = folder.program().arg(&scene).args(small).args(files).output()?;
+        if !output.status.success() {
+            return Err(common::stderr(&output).into());
+        }
     }
-    let image = image::load_from_memory(&folder.read("k.png"))?.into_rgb8();
+    if folder.read("1.exr") != folder.read("7.exr") {
+        return Err("seven threads make another picture than one".into());
+    }
+    let image = image::load_from_memory(&folder.read("1.png"))?.into_rgb8();
     let first = image.get_pixel(0, 0);
     if image.pixels().all(|p| p == first) {
         return Err("the picture is of one colour".into());

@@ -121,8 +121,11 @@ pub(super) struct Traced {
 #[derive(Default)]
 pub(super) struct Wave {
     seen: CameraRays,
+    /// With a path for each, or more paths.
     rays: Vec<Ray>,
     paths: Vec<Path>,
+    /// The paths of camera rays.
+    untouched: Vec<Path>,
     hits: Vec<Option<Hit>>,
     blocked: Vec<bool>,
     /// Of each shadow ray: the part of its light that arrives.
@@ -146,6 +149,13 @@ impl Wave {
         let mut traced = Traced::default();
         let part = Part::new(tile, &samples);
         self.start(job, tile, &samples);
+        if job.fills_film {
+            // Before anything is met all paths are alike but for their samples, and the same for every tile.
+            std::mem::swap(&mut self.paths, &mut self.untouched);
+            traced.rays += self.step(job, &part);
+            std::mem::swap(&mut self.paths, &mut self.untouched);
+            self.carry_on();
+        }
         while !self.rays.is_empty() {
             traced.rays += self.step(job, &part);
             self.carry_on();
@@ -194,8 +204,6 @@ impl Wave {
             self.weights.extend_from_slice(&self.seen.weights);
             let slots = slot..self.weights.len() as u32;
             if job.fills_film {
-                self.alpha.resize(self.weights.len(), 1.0);
-                self.paths.extend(slots.map(path));
                 continue;
             }
             let mut seen = first;
@@ -209,6 +217,15 @@ impl Wave {
                 }
             }
             self.rays.truncate(seen);
+        }
+        if job.fills_film {
+            self.alpha.resize(self.weights.len(), 1.0);
+            // Where textures want to know them, the cones of arrived paths have grown.
+            if job.cone.is_some() || self.untouched.first().is_some_and(|other| *other != path(0)) {
+                self.untouched.clear();
+            }
+            let more = self.untouched.len() as u32..self.weights.len() as u32;
+            self.untouched.extend(more.map(path));
         }
         if job.settings.layers == Layers::Light {
             let groups = job.scene.light_groups.names().len();
