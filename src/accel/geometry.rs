@@ -221,7 +221,12 @@ impl Geometry {
 
     /// The same for a shape; `slabs` are the ray's.
     #[inline]
-    pub(super) fn intersect_shape(&self, placed: &Placed, ray: &Ray, slabs: impl FnOnce() -> Slabs) -> Option<ShapeHit> {
+    pub(super) fn intersect_shape(
+        &self,
+        placed: &Placed,
+        ray: &Ray,
+        slabs: impl FnOnce() -> Slabs,
+    ) -> Option<ShapeHit> {
         let line = Ray {
             tmax: f32::INFINITY,
             ..*ray

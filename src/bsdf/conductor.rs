@@ -5,7 +5,7 @@ use super::{
     fresnel::{self, schlick_term},
     microfacet::Ggx,
 };
-use crate::math::{Rgb, Vec2, Vec3};
+use crate::math::{Draw, Rgb, Vec3};
 
 /// How much of each colour a metal reflects.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,14 +87,14 @@ impl BsdfKind for Conductor {
         }
     }
 
-    fn sample(&self, wo: Vec3, _uc: f32, u: Vec2) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, _uc: f32, u: Draw) -> Option<BsdfSample> {
         if wo.z <= 0.0 {
             return None;
         }
         let (wi, weight, pdf) = if self.facets.is_smooth() {
             (Vec3::new(-wo.x, -wo.y, wo.z), self.reflectance.at(wo.z), None)
         } else {
-            let wi = self.facets.sample_reflection(wo, u)?;
+            let wi = self.facets.sample_reflection(wo, u.square)?;
             let facet = self.facets.reflection(wo, wi)?;
             let gain = bounced(self.reflectance.normal(), albedo::mirrors(&self.facets, wo));
             (wi, self.reflectance.at(facet.cos) * gain * facet.seen, Some(facet.pdf))

@@ -8,7 +8,7 @@ use super::{
     fresnel::{dielectric, mirrored},
     microfacet::{Facet, Ggx},
 };
-use crate::math::{Rgb, Vec2, Vec3};
+use crate::math::{Draw, Rgb, Vec3};
 
 /// A rough boundary of a clear medium: each facet reflects and refracts, shared out by Fresnel's equations.
 #[derive(Clone, Copy, Debug)]
@@ -84,18 +84,18 @@ impl BsdfKind for RoughGlass {
         }
     }
 
-    fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, uc: f32, u: Draw) -> Option<BsdfSample> {
         let (o, _, eta) = self.turned(wo, wo);
         if o.z <= 0.0 {
             return None;
         }
-        let h = self.facets.sample_normal(o, u);
+        let h = self.facets.sample_normal(o, u.square);
         let shares = self.shares(o.dot(h), eta)?;
         let reflects = uc < shares.chance;
         let i = if reflects {
-            self.facets.sample_reflection(o, u)?
+            self.facets.sample_reflection(o, u.square)?
         } else {
-            self.facets.sample_transmission(o, u, eta)?
+            self.facets.sample_transmission(o, u.square, eta)?
         };
         let wi = if wo.z < 0.0 { mirrored(i) } else { i };
         let eval = self.eval(wo, wi);
@@ -164,7 +164,7 @@ impl BsdfKind for Pane {
         }
     }
 
-    fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, uc: f32, u: Draw) -> Option<BsdfSample> {
         let below = wo.z < 0.0;
         let o = if below { mirrored(wo) } else { wo };
         if o.z <= 0.0 {
@@ -174,14 +174,14 @@ impl BsdfKind for Pane {
         let h = if smooth {
             Vec3::Z
         } else {
-            self.facets.sample_normal(o, u)
+            self.facets.sample_normal(o, u.square)
         };
         let shares = self.shares(o.dot(h))?;
         let reflects = uc < shares.chance;
         let above = if smooth {
             Vec3::new(-o.x, -o.y, o.z)
         } else {
-            self.facets.sample_reflection(o, u)?
+            self.facets.sample_reflection(o, u.square)?
         };
         let i = if reflects { above } else { mirrored(above) };
         let (weight, pdf) = if smooth {

@@ -3,7 +3,7 @@
 use std::f32::consts::{FRAC_1_PI, PI};
 
 use super::{BsdfEval, BsdfKind, BsdfSample, Lobe};
-use crate::math::{Rgb, Vec2, Vec3, warp};
+use crate::math::{Draw, Rgb, Vec3, warp};
 
 /// Lambert's law: the radiance is `albedo / pi` times the irradiance.
 #[derive(Clone, Copy, Debug)]
@@ -25,8 +25,8 @@ impl BsdfKind for Lambert {
     }
 
     #[inline]
-    fn sample(&self, wo: Vec3, _uc: f32, u: Vec2) -> Option<BsdfSample> {
-        let wi = warp::square_to_cosine_hemisphere(u);
+    fn sample(&self, wo: Vec3, _uc: f32, u: Draw) -> Option<BsdfSample> {
+        let wi = u.cosine_hemisphere();
         (wo.z > 0.0 && wi.z > 0.0 && !self.albedo.is_black()).then_some(BsdfSample {
             wi,
             weight: self.albedo,
@@ -88,8 +88,8 @@ impl BsdfKind for OrenNayar {
         }
     }
 
-    fn sample(&self, wo: Vec3, _uc: f32, u: Vec2) -> Option<BsdfSample> {
-        let wi = warp::square_to_cosine_hemisphere(u);
+    fn sample(&self, wo: Vec3, _uc: f32, u: Draw) -> Option<BsdfSample> {
+        let wi = u.cosine_hemisphere();
         let eval = self.eval(wo, wi);
         (eval.pdf > 0.0 && !self.albedo.is_black()).then(|| BsdfSample {
             wi,

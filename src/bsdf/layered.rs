@@ -19,7 +19,7 @@ use super::{
     microfacet::Ggx,
     sheen,
 };
-use crate::math::{Rgb, Vec2, Vec3, warp};
+use crate::math::{Draw, Rgb, Vec2, Vec3, warp};
 
 /// Whether there is a medium behind the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -331,19 +331,19 @@ impl Layered {
     }
 
     /// A direction, seen from the side of `view.o`.
-    fn sample_upright(&self, view: &View, uc: f32, u: Vec2) -> Option<BsdfSample> {
+    fn sample_upright(&self, view: &View, uc: f32, u: Draw) -> Option<BsdfSample> {
         let o = view.o;
         let (i, lobe, eta) = match view.chances.choose(uc) {
-            Choice::Sheen => (warp::square_to_hemisphere(u), Lobe::Diffuse, 1.0),
-            Choice::Diffuse => (warp::square_to_cosine_hemisphere(u), Lobe::Diffuse, 1.0),
+            Choice::Sheen => (warp::square_to_hemisphere(u.square), Lobe::Diffuse, 1.0),
+            Choice::Diffuse => (u.cosine_hemisphere(), Lobe::Diffuse, 1.0),
             Choice::Coat if self.coat_facets.is_smooth() => {
                 let weight = Rgb::gray(self.coat_weight(view, o.z));
                 return Some(self.delta(mirror_image(o), weight, view.chances.coat, Lobe::Specular));
             }
-            Choice::Coat => (self.coat_facets.sample_reflection(o, u)?, Lobe::Specular, 1.0),
+            Choice::Coat => (self.coat_facets.sample_reflection(o, u.square)?, Lobe::Specular, 1.0),
             Choice::Base(uc) if self.facets.is_smooth() => return self.sample_smooth(view, uc),
             Choice::Base(uc) => {
-                let h = self.facets.sample_normal(o, u);
+                let h = self.facets.sample_normal(o, u.square);
                 let above = reflect(o, h);
                 match (uc < self.share_of_mirrors(view, o.dot(h)), self.walls) {
                     (true, _) => (above, Lobe::Specular, 1.0),
@@ -442,7 +442,7 @@ impl BsdfKind for Layered {
         self.eval_upright(&view, i)
     }
 
-    fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, uc: f32, u: Draw) -> Option<BsdfSample> {
         let view = self.view(wo)?;
         let sample = self.sample_upright(&view, uc, u)?;
         let i = self.turned_back(sample.wi);

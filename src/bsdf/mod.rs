@@ -5,7 +5,7 @@
 //! to the viewer, `wi` to the light. For a BSDF that lets nothing through the frame is turned so that `wo.z > 0`; for one
 //! that does, the sign of `wo.z` tells the side it is seen from.
 
-use crate::math::{Rgb, Vec2, Vec3};
+use crate::math::{Draw, Rgb, Vec3};
 
 pub mod albedo;
 #[cfg(test)]
@@ -72,7 +72,7 @@ pub trait BsdfKind {
     fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval;
 
     /// A direction, by `uc`, which chooses the lobe, and `u`, all uniform in `[0, 1)`; `None` where light ends here.
-    fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample>;
+    fn sample(&self, wo: Vec3, uc: f32, u: Draw) -> Option<BsdfSample>;
 
     /// Whether light passes through.
     fn transmits(&self) -> bool {
@@ -110,7 +110,7 @@ macro_rules! bsdfs {
 
             /// See [`BsdfKind::sample`].
             #[inline]
-            pub fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
+            pub fn sample(&self, wo: Vec3, uc: f32, u: Draw) -> Option<BsdfSample> {
                 match self { $( Self::$Variant(bsdf) => bsdf.sample(wo, uc, u), )* }
             }
 

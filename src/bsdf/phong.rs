@@ -10,7 +10,7 @@ use super::{
     BsdfEval, BsdfKind, BsdfSample, Lobe,
     fresnel::{mirrored, refract},
 };
-use crate::math::{Frame, Rgb, Vec2, Vec3, trig, warp};
+use crate::math::{Draw, Frame, Rgb, Vec3, trig, warp};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Phong {
@@ -105,7 +105,7 @@ impl BsdfKind for Phong {
         self.eval_upright(o, upright(wo, wi), &chances)
     }
 
-    fn sample(&self, wo: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, uc: f32, u: Draw) -> Option<BsdfSample> {
         let (o, eta) = (upright(wo, wo), self.eta(wo));
         if o.z <= 0.0 {
             return None;
@@ -123,9 +123,9 @@ impl BsdfKind for Phong {
         };
         let [diffuse, specular, mirrored_chance, _] = chances;
         let (i, lobe) = if uc < diffuse {
-            (warp::square_to_cosine_hemisphere(u), Lobe::Diffuse)
+            (u.cosine_hemisphere(), Lobe::Diffuse)
         } else if uc < diffuse + specular {
-            let about = warp::square_to_power_cosine(u, self.shininess);
+            let about = warp::square_to_power_cosine(u.square, self.shininess);
             (Frame::from_normal(mirror).to_world(about), Lobe::Specular)
         } else if let Some((i, weight)) = transmitted
             && uc >= diffuse + specular + mirrored_chance

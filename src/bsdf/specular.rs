@@ -4,7 +4,7 @@ use super::{
     BsdfEval, BsdfKind, BsdfSample, Lobe,
     fresnel::{dielectric, reflect, refract},
 };
-use crate::math::{Rgb, Vec2, Vec3};
+use crate::math::{Draw, Rgb, Vec3};
 
 /// All light leaves along the mirror direction.
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +17,7 @@ impl BsdfKind for Mirror {
         BsdfEval::default()
     }
 
-    fn sample(&self, wo: Vec3, _uc: f32, _u: Vec2) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, _uc: f32, _u: Draw) -> Option<BsdfSample> {
         (wo.z > 0.0 && !self.reflectance.is_black()).then_some(BsdfSample {
             wi: Vec3::new(-wo.x, -wo.y, wo.z),
             weight: self.reflectance,
@@ -51,7 +51,7 @@ impl BsdfKind for Glass {
         BsdfEval::default()
     }
 
-    fn sample(&self, wo: Vec3, uc: f32, _u: Vec2) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, uc: f32, _u: Draw) -> Option<BsdfSample> {
         let (n, eta) = if wo.z < 0.0 {
             (-Vec3::Z, 1.0 / self.ior)
         } else {

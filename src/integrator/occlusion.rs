@@ -20,7 +20,7 @@ use serde::Deserialize;
 
 use super::{Departures, Integrator, Vertex, Visit};
 use crate::{
-    math::{Frame, Rgb, warp},
+    math::{Frame, Rgb},
     sampler::{Dimension, Purpose},
     value::{NonNegative, Problem, Spanned, Whole},
 };
@@ -67,8 +67,8 @@ impl Integrator for Occlusion {
         let share = Rgb::gray(1.0 / self.samples as f32);
         for i in 0..self.samples {
             // No path goes on, so the numbers of its later vertices are free.
-            let u = visit.numbers.pair(Dimension::at(1 + i, Purpose::Bsdf));
-            let wi = frame.to_world(warp::square_to_cosine_hemisphere(u));
+            let u = visit.numbers.draw(Dimension::at(1 + i, Purpose::Bsdf));
+            let wi = frame.to_world(u.cosine_hemisphere());
             // Smooth normals lean over the true surface, which hides what lies behind it.
             if (surface.ng.dot(wi) > 0.0) == front {
                 out.shadow(surface.shadow_ray(wi, self.distance), share);

@@ -202,7 +202,7 @@ impl PathTracer {
     /// Carries the path on in a direction that the surface chooses, `uc` the lobe.
     fn go_on(&self, visit: &Visit<'_>, shading: &Shading<'_>, uc: f32, out: &mut Departures) {
         let (path, surface) = (visit.path, shading.surface);
-        let u = visit.numbers.pair(Dimension::at(path.depth, Purpose::Bsdf));
+        let u = visit.numbers.draw(Dimension::at(path.depth, Purpose::Bsdf));
         let Some(sample) = shading.bsdf.sample(shading.wo_local, uc, u) else {
             return;
         };

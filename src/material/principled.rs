@@ -381,7 +381,12 @@ impl MaterialKind for Principled {
     }
 
     fn varies(&self) -> bool {
-        let colors = [&self.base_color, &self.specular_color, &self.sheen_color, &self.emissive];
+        let colors = [
+            &self.base_color,
+            &self.specular_color,
+            &self.sheen_color,
+            &self.emissive,
+        ];
         let scalars = [
             self.metallic,
             self.roughness,
@@ -395,7 +400,8 @@ impl MaterialKind for Principled {
             self.anisotropy,
             self.opacity,
         ];
-        let is_constant = colors.into_iter().chain(&self.normal).all(Color::is_constant) && scalars.iter().all(Scalar::is_constant);
+        let is_constant =
+            colors.into_iter().chain(&self.normal).all(Color::is_constant) && scalars.iter().all(Scalar::is_constant);
         !is_constant
     }
 }

@@ -24,3 +24,4 @@ pub use ray::Ray;
 pub use rgb::Rgb;
 pub use transform::Transform;
 pub use vector::{Loop, Runner};
+pub use warp::Draw;

@@ -19,7 +19,7 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
 ///
 /// Polynomials through the Chebyshev nodes of the square, for what is drawn for every path; [`sin_cos`] takes five
 /// times as long.
-#[inline]
+#[inline(always)]
 pub fn sin_cos_eighth(x: f32) -> (f32, f32) {
     let x2 = x * x;
     let sin = 1.0 + x2 * (-0.166_666_67 + x2 * (0.008_333_329 + x2 * (-0.000_198_392_02 + x2 * 2.717_345_8e-6)));

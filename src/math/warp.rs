@@ -2,12 +2,57 @@
 
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, TAU};
 
-use super::{Vec2, Vec3, trig};
+use super::{Loop, Runner, Vec2, Vec3, trig};
+
+/// Two uniform numbers in `[0, 1)`, and the point of the unit disk that they are.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Draw {
+    pub square: Vec2,
+    /// [`square_to_disk`].
+    pub disk: Vec2,
+}
+
+impl From<Vec2> for Draw {
+    fn from(square: Vec2) -> Self {
+        Self {
+            square,
+            disk: square_to_disk(square),
+        }
+    }
+}
+
+impl Draw {
+    /// [`square_to_cosine_hemisphere`].
+    #[inline]
+    pub fn cosine_hemisphere(&self) -> Vec3 {
+        over_disk(self.disk)
+    }
+}
+
+/// [`square_to_disk`] for each of `squares`, in place of what `disks` held.
+pub fn squares_to_disk(on: impl Runner, squares: &[Vec2], disks: &mut Vec<Vec2>) {
+    disks.resize(squares.len(), Vec2::ZERO);
+    on.run(Disks { squares, disks });
+}
+
+struct Disks<'a> {
+    squares: &'a [Vec2],
+    disks: &'a mut [Vec2],
+}
+
+impl Loop for Disks<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for (square, disk) in self.squares.iter().zip(self.disks) {
+            *disk = square_to_disk(*square);
+        }
+    }
+}
 
 /// A point of the unit disk, uniform by area; neighbours stay neighbours.
 ///
 /// Source: Shirley and Chiu, "A low distortion map between disk and square", JGT 2(3), 1997.
-#[inline]
+#[inline(always)]
 pub fn square_to_disk(u: Vec2) -> Vec2 {
     let o = 2.0 * u - Vec2::ONE;
     // Nobody can predict which is the larger, so there is no branch.
@@ -28,7 +73,12 @@ pub fn square_to_disk(u: Vec2) -> Vec2 {
 /// A unit direction about +z with a density proportional to its cosine.
 #[inline]
 pub fn square_to_cosine_hemisphere(u: Vec2) -> Vec3 {
-    let d = square_to_disk(u);
+    over_disk(square_to_disk(u))
+}
+
+/// The unit direction of positive z over a point of the unit disk.
+#[inline]
+fn over_disk(d: Vec2) -> Vec3 {
     d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
 }
 

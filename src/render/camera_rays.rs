@@ -23,14 +23,7 @@ pub(super) struct CameraRays {
 impl CameraRays {
     /// Appends the rays of `samples` of each pixel in `columns` of row `y` to `rays`, [`Ray::NOWHERE`] where no light reaches the
     /// film. Each step is taken for all of them before the next.
-    pub fn look(
-        &mut self,
-        job: &Job<'_>,
-        y: u32,
-        columns: Range<u32>,
-        samples: &Range<u32>,
-        rays: &mut Vec<Ray>,
-    ) {
+    pub fn look(&mut self, job: &Job<'_>, y: u32, columns: Range<u32>, samples: &Range<u32>, rays: &mut Vec<Ray>) {
         let settings = job.settings;
         let sampler = &settings.sampler;
         let measured = job.integrator.shown().is_measured();
@@ -38,7 +31,8 @@ impl CameraRays {
         self.film.clear();
         for x in columns {
             self.keys.push_all([x, y], samples.clone());
-            self.film.resize(self.keys.len(), Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
+            self.film
+                .resize(self.keys.len(), Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
         }
         self.weights.clear();
         self.weights.resize(self.keys.len(), 1.0);

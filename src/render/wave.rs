@@ -199,8 +199,7 @@ impl Wave {
         };
         for y in tile.y0..tile.y1 {
             let (first, slot) = (self.rays.len(), self.weights.len() as u32);
-            self.seen
-                .look(job, y, tile.x0..tile.x1, samples, &mut self.rays);
+            self.seen.look(job, y, tile.x0..tile.x1, samples, &mut self.rays);
             self.weights.extend_from_slice(&self.seen.weights);
             let slots = slot..self.weights.len() as u32;
             if job.fills_film {

@@ -9,7 +9,10 @@ use serde::Deserialize;
 
 use crate::{
     kind::kinds,
-    math::{Runner, Vec2},
+    math::{
+        Runner, Vec2,
+        warp::{self, Draw},
+    },
     value::Problem,
 };
 
@@ -174,6 +177,18 @@ impl Numbers<'_> {
             None => self.sampler.pair(&self.key, dimension),
         }
     }
+
+    /// Two numbers in `[0, 1)` for a direction.
+    #[inline]
+    pub fn draw(&self, dimension: Dimension) -> Draw {
+        match self.drawn.get(dimension) {
+            Some(square) if dimension.0 == self.drawn.first + Purpose::Bsdf as u32 => Draw {
+                square,
+                disk: self.drawn.disk,
+            },
+            _ => self.pair(dimension).into(),
+        }
+    }
 }
 
 /// What of a vertex's numbers is drawn already.
@@ -182,6 +197,8 @@ pub struct Drawn {
     /// The vertex's first dimension, and the pairs from there on.
     first: u32,
     pairs: [Vec2; Purpose::COUNT as usize],
+    /// Of the pair for a direction: the point of the unit disk that it is.
+    disk: Vec2,
     /// One bit for each pair that there is.
     known: u8,
 }
@@ -199,6 +216,7 @@ impl Drawn {
 pub struct DrawnTogether {
     first: u32,
     pairs: [Vec<Vec2>; Purpose::COUNT as usize],
+    disks: Vec<Vec2>,
     known: u8,
 }
 
@@ -218,6 +236,9 @@ impl DrawnTogether {
             let k = purpose as u32;
             self.known |= 1 << k;
             sampler.pairs(on, keys, Dimension(first.0 + k), &mut self.pairs[k as usize]);
+            if purpose == Purpose::Bsdf {
+                warp::squares_to_disk(on, &self.pairs[k as usize], &mut self.disks);
+            }
         }
     }
 
@@ -235,9 +256,11 @@ impl DrawnTogether {
                 *pair = self.pairs[k][i];
             }
         }
+        let drawn_disk = self.known >> Purpose::Bsdf as u32 & 1 == 1;
         Drawn {
             first: self.first,
             pairs,
+            disk: if drawn_disk { self.disks[i] } else { Vec2::ZERO },
             known: self.known,
         }
     }

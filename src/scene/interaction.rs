@@ -48,13 +48,7 @@ pub struct Surface {
 impl Surface {
     /// Of object and material 0. `varies` says whether the place on textures is asked for.
     #[inline(always)]
-    pub(super) fn of_shape(
-        placed: &Placed,
-        transform: Option<&Transform>,
-        ray: &Ray,
-        hit: &Hit,
-        varies: bool,
-    ) -> Self {
+    pub(super) fn of_shape(placed: &Placed, transform: Option<&Transform>, ray: &Ray, hit: &Hit, varies: bool) -> Self {
         let shape_hit = ShapeHit {
             t: hit.t,
             u: hit.u,

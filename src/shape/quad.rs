@@ -217,7 +217,11 @@ impl Quad {
         }
         let h = ray.o.as_dvec3() + d * t - self.corners[0].as_dvec3();
         let off = (h.dot(to_u) - 0.5).abs().max((h.dot(to_v) - 0.5).abs());
-        if (off - 0.5).abs() < MARGIN { None } else { Some(off < 0.5) }
+        if (off - 0.5).abs() < MARGIN {
+            None
+        } else {
+            Some(off < 0.5)
+        }
     }
 
     /// The place of the quad nearest to where the ray met it: u, v and the point.
@@ -260,7 +264,9 @@ impl ShapeKind for Quad {
         let along = dot_direction(ray.d, self.normal);
         let t = (self.middle - ray.o.as_dvec3()).dot(self.normal) / along;
         let hit = hit_at(ray, t, 0.0)?;
-        let is_within = self.is_within(ray, t, along).unwrap_or_else(|| self.has_edges_around(ray));
+        let is_within = self
+            .is_within(ray, t, along)
+            .unwrap_or_else(|| self.has_edges_around(ray));
         is_within.then_some(hit)
     }
 

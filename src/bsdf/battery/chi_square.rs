@@ -92,7 +92,7 @@ fn samples_fall_where_the_density_says() {
         for wo in [0.35, back, 0.8].into_iter().take(views).map(|cos| direction(cos, 0.4)) {
             let sample = |i| {
                 let (uc, u) = numbers(i);
-                bsdf.sample(wo, uc, u).filter(|s| s.pdf.is_some()).map(|s| s.wi)
+                bsdf.sample(wo, uc, u.into()).filter(|s| s.pdf.is_some()).map(|s| s.wi)
             };
             // What passes rough glass ends abruptly at the horizon.
             let points = if bsdf.transmits() { 14 } else { 8 };
@@ -114,7 +114,7 @@ fn a_bias_of_one_percent_is_found_and_none_is_not() {
     let wo = direction(0.7, 0.0);
     let sample = |i| {
         let (uc, u) = numbers(i);
-        lambert.sample(wo, uc, u).map(|s| s.wi)
+        lambert.sample(wo, uc, u.into()).map(|s| s.wi)
     };
     let biased = |wi: Vec3| lambert.eval(wo, wi).pdf * if wi.x > 0.0 { 1.01 } else { 0.99 };
     assert!(deviation("lambert", [1_000_000, 10], sample, |wi| lambert.eval(wo, wi).pdf) < LIMIT);

@@ -17,7 +17,7 @@ fn albedo_of(bsdf: &Bsdf, wo: Vec3, count: u32) -> (Rgb, Rgb) {
     let (mut all, mut passed) = ([0.0_f64; 3], [0.0_f64; 3]);
     for i in 0..count {
         let [a, b, c] = step.map(|s| ((f64::from(i) + 0.5) * s).fract() as f32);
-        if let Some(sample) = bsdf.sample(wo, a, Vec2::new(b, c)) {
+        if let Some(sample) = bsdf.sample(wo, a, Vec2::new(b, c).into()) {
             for (k, w) in sample.weight.to_array().into_iter().enumerate() {
                 all[k] += f64::from(w);
                 if sample.lobe == Lobe::Transmission {
@@ -151,7 +151,7 @@ fn facets_that_become_smooth_become_a_mirror_and_glass() {
             let (a, b) = (albedo_of(&rough, wo, 4000).1, albedo_of(&smooth, wo, 4000).1);
             assert!((a - b).map(f32::abs).max_component() < 4e-3, "{wo}: {a:?} {b:?}");
         }
-        let along = metal.sample(wo, 0.5, Vec2::splat(0.5)).unwrap().wi;
+        let along = metal.sample(wo, 0.5, Vec2::splat(0.5).into()).unwrap().wi;
         assert!((along - Vec3::new(-wo.x, -wo.y, wo.z)).length() < 0.01);
     }
 }

@@ -36,7 +36,7 @@ pub fn albedo_of(bsdf: &Bsdf, wo: Vec3, samples: u32) -> Estimate {
             let mut sum = [0.0; 3];
             for i in 0..count {
                 let at = |k: usize| ((start[k] + f64::from(i) * step[k]).fract() as f32).min(1.0 - f32::EPSILON);
-                if let Some(sample) = bsdf.sample(wo, at(0), Vec2::new(at(1), at(2))) {
+                if let Some(sample) = bsdf.sample(wo, at(0), Vec2::new(at(1), at(2)).into()) {
                     for (sum, w) in sum.iter_mut().zip(sample.weight.to_array()) {
                         *sum += f64::from(w) / f64::from(count);
                     }

@@ -49,7 +49,9 @@ fn a_sample_weighs_what_eval_says_over_its_density() {
             let mut taken = 0;
             for i in 0..600 {
                 let (uc, u) = numbers(i);
-                let Some(sample) = bsdf.sample(wo, uc, u) else { continue };
+                let Some(sample) = bsdf.sample(wo, uc, u.into()) else {
+                    continue;
+                };
                 taken += 1;
                 check_sample(&name, &bsdf, wo, &sample);
             }
@@ -92,7 +94,9 @@ fn delta_lobes_are_zero_in_eval() {
         for wo in views(&bsdf) {
             for i in 0..50 {
                 let (uc, u) = numbers(i);
-                let Some(sample) = bsdf.sample(wo, uc, u) else { continue };
+                let Some(sample) = bsdf.sample(wo, uc, u.into()) else {
+                    continue;
+                };
                 assert_eq!(sample.pdf, None, "{name}");
                 assert_eq!(bsdf.eval(wo, sample.wi), BsdfEval::default(), "{name}");
             }
@@ -106,7 +110,7 @@ fn light_in_the_plane_of_the_surface_does_no_harm() {
         for wo in [direction(0.0, 0.3), direction(1e-6, 0.0), direction(-1e-6, 0.0)] {
             for i in 0..20 {
                 let (uc, u) = numbers(i);
-                if let Some(sample) = bsdf.sample(wo, uc, u) {
+                if let Some(sample) = bsdf.sample(wo, uc, u.into()) {
                     assert!(sample.weight.is_finite() && sample.wi.is_finite(), "{name}: {sample:?}");
                 }
             }
