@@ -45,8 +45,9 @@ impl Turn<'_> {
             vertex,
             numbers: Numbers {
                 sampler: self.sampler,
-                key: self.keys.get(k),
-                drawn: self.drawn.of(k),
+                keys: self.keys,
+                drawn: self.drawn,
+                index: k,
             },
             camera: self.camera,
         }

@@ -164,8 +164,11 @@ impl Purpose {
 #[derive(Clone, Copy, Debug)]
 pub struct Numbers<'a> {
     pub sampler: &'a Sampler,
-    pub key: SampleKey,
-    pub drawn: Drawn,
+    /// Of some samples, and what is drawn for them already.
+    pub keys: &'a SampleKeys,
+    pub drawn: &'a DrawnTogether,
+    /// Which of them.
+    pub index: usize,
 }
 
 impl Numbers<'_> {
@@ -173,8 +176,8 @@ impl Numbers<'_> {
     #[inline]
     pub fn pair(&self, dimension: Dimension) -> Vec2 {
         match self.drawn.get(dimension) {
-            Some(pair) => pair,
-            None => self.sampler.pair(&self.key, dimension),
+            Some(pairs) => pairs[self.index],
+            None => self.sampler.pair(&self.keys.get(self.index), dimension),
         }
     }
 
@@ -182,41 +185,24 @@ impl Numbers<'_> {
     #[inline]
     pub fn draw(&self, dimension: Dimension) -> Draw {
         match self.drawn.get(dimension) {
-            Some(square) if dimension.0 == self.drawn.first + Purpose::Bsdf as u32 => Draw {
-                square,
-                disk: self.drawn.disk,
+            Some(squares) if dimension.0 == self.drawn.first + Purpose::Bsdf as u32 => Draw {
+                square: squares[self.index],
+                disk: self.drawn.disks[self.index],
             },
             _ => self.pair(dimension).into(),
         }
     }
 }
 
-/// What of a vertex's numbers is drawn already.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Drawn {
-    /// The vertex's first dimension, and the pairs from there on.
-    first: u32,
-    pairs: [Vec2; Purpose::COUNT as usize],
-    /// Of the pair for a direction: the point of the unit disk that it is.
-    disk: Vec2,
-    /// One bit for each pair that there is.
-    known: u8,
-}
-
-impl Drawn {
-    #[inline]
-    fn get(&self, dimension: Dimension) -> Option<Vec2> {
-        let i = dimension.0.wrapping_sub(self.first);
-        (i < Purpose::COUNT && self.known >> i & 1 == 1).then(|| self.pairs[i as usize])
-    }
-}
-
 /// Numbers of many vertices, drawn at once: so the steps of one need not wait for those of another.
 #[derive(Debug, Default)]
 pub struct DrawnTogether {
+    /// The vertices' first dimension, and the pairs from there on.
     first: u32,
     pairs: [Vec<Vec2>; Purpose::COUNT as usize],
+    /// Of the pairs for directions: the points of the unit disk that they are.
     disks: Vec<Vec2>,
+    /// One bit for each dimension that was drawn for.
     known: u8,
 }
 
@@ -247,22 +233,11 @@ impl DrawnTogether {
         self.known = 0;
     }
 
-    /// What was drawn for the `i`th of the samples.
+    /// What was drawn for `dimension`.
     #[inline]
-    pub fn of(&self, i: usize) -> Drawn {
-        let mut pairs = [Vec2::ZERO; Purpose::COUNT as usize];
-        for (k, pair) in pairs.iter_mut().enumerate() {
-            if self.known >> k & 1 == 1 {
-                *pair = self.pairs[k][i];
-            }
-        }
-        let drawn_disk = self.known >> Purpose::Bsdf as u32 & 1 == 1;
-        Drawn {
-            first: self.first,
-            pairs,
-            disk: if drawn_disk { self.disks[i] } else { Vec2::ZERO },
-            known: self.known,
-        }
+    fn get(&self, dimension: Dimension) -> Option<&[Vec2]> {
+        let i = dimension.0.wrapping_sub(self.first);
+        (i < Purpose::COUNT && self.known >> i & 1 == 1).then(|| &*self.pairs[i as usize])
     }
 }
 
