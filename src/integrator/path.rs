@@ -200,6 +200,7 @@ impl PathTracer {
     }
 
     /// Carries the path on in a direction that the surface chooses, `uc` the lobe.
+    #[inline(always)]
     fn go_on(&self, visit: &Visit<'_>, shading: &Shading<'_>, uc: f32, out: &mut Departures) {
         let (path, surface) = (visit.path, shading.surface);
         let u = visit.numbers.draw(Dimension::at(path.depth, Purpose::Bsdf));
@@ -277,22 +278,17 @@ fn medium_after(visit: &Visit<'_>, shading: &Shading<'_>, sample: &BsdfSample) -
 }
 
 /// The shading frame: about the normal on the side of the viewer, or as authored where light passes through.
+#[inline(always)]
 fn shading_frame(visit: &Visit<'_>, surface: &Surface, material: &Material, bsdf: &Bsdf) -> Frame {
     let front = surface.ng.dot(surface.wo) >= 0.0;
     // At the rim of a smooth mesh the shading normal may point away from a viewer in front: there the true one stands in.
     let seen = |n: Vec3| (n.dot(surface.wo) > 0.0) == front;
     let authored = if seen(surface.ns) { surface.ns } else { surface.ng };
     let mapped = material.normal(&visit.scene.textures(), &surface.texture);
-    let frame = match mapped {
-        None if !bsdf.reads_tangent() => Frame::from_normal(authored),
-        None => tangent_frame(surface, authored),
-        Some(n) => {
-            let base = tangent_frame(surface, authored);
-            let handed = base.t.dot(surface.dpdv) < 0.0;
-            let n = Vec3::new(n.x, if handed { -n.y } else { n.y }, n.z);
-            let world = base.to_world(n).normalize_or(authored);
-            tangent_frame(surface, if seen(world) { world } else { authored })
-        }
+    let frame = if mapped.is_none() && !bsdf.reads_tangent() {
+        Frame::from_normal(authored)
+    } else {
+        turned_frame(surface, authored, mapped, seen)
     };
     if front || bsdf.transmits() {
         frame
@@ -303,6 +299,17 @@ fn shading_frame(visit: &Visit<'_>, surface: &Surface, material: &Material, bsdf
             n: -frame.n,
         }
     }
+}
+
+/// A frame about `authored`, or about the normal that a map tells where it is `seen`; its first axis follows the texture's.
+#[inline(never)]
+fn turned_frame(surface: &Surface, authored: Vec3, mapped: Option<Vec3>, seen: impl Fn(Vec3) -> bool) -> Frame {
+    let base = tangent_frame(surface, authored);
+    let Some(n) = mapped else { return base };
+    let handed = base.t.dot(surface.dpdv) < 0.0;
+    let n = Vec3::new(n.x, if handed { -n.y } else { n.y }, n.z);
+    let world = base.to_world(n).normalize_or(authored);
+    tangent_frame(surface, if seen(world) { world } else { authored })
 }
 
 /// A frame about `n` whose first axis follows the texture's.

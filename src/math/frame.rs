@@ -14,6 +14,7 @@ impl Frame {
     /// A frame around the unit vector `n`, without branches or square roots.
     ///
     /// Source: Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
+    #[inline(always)]
     pub fn from_normal(n: Vec3) -> Self {
         let sign = 1.0_f32.copysign(n.z);
         let a = -1.0 / (sign + n.z);
@@ -26,11 +27,13 @@ impl Frame {
     }
 
     /// World coordinates of `v`, given in this frame.
+    #[inline(always)]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         self.s * v.x + self.t * v.y + self.n * v.z
     }
 
     /// Coordinates in this frame of `v`, given in world space.
+    #[inline(always)]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.s), v.dot(self.t), v.dot(self.n))
     }

@@ -164,17 +164,13 @@ impl Quad {
         (self.corners[0].as_dvec3(), e, f, skew)
     }
 
-    /// The u and v of a point of the plane: the inverse of A + u e + v f + u v skew, each in `[0, 1]`.
+    /// The u and v of a point of the plane of a quad that is no parallelogram: the inverse of A + u e + v f + u v skew, each in `[0, 1]`.
     ///
     /// Both sides' cross product with e + v skew, along the normal, leaves a quadratic equation for v.
     #[inline]
     fn inverse_bilinear(&self, p: DVec3) -> (f64, f64) {
         let (a, e, f, skew) = self.bilinear();
         let h = p - a;
-        if let Some(inverse) = self.inverse {
-            let [u, v] = inverse.map(|w| h.dot(w).clamp(0.0, 1.0));
-            return (u, v);
-        }
         let cross = |x: DVec3, y: DVec3| x.cross(y).dot(self.normal);
         let (k2, k1, k0) = (cross(skew, f), cross(e, f) + cross(h, skew), cross(h, e));
         let q = -0.5 * (k1 + (k1 * k1 - 4.0 * k2 * k0).max(0.0).sqrt().copysign(k1));
@@ -227,8 +223,15 @@ impl Quad {
     /// The place of the quad nearest to where the ray met it: u, v and the point.
     #[inline]
     fn place(&self, ray: &Ray, hit: &ShapeHit) -> (f64, f64, DVec3) {
-        let (u, v) = self.inverse_bilinear(point_of(ray, hit));
+        let on_ray = point_of(ray, hit);
         let (a, e, f, skew) = self.bilinear();
+        if let Some([to_u, to_v]) = self.inverse {
+            // A parallelogram has no corner off its plane.
+            let h = on_ray - a;
+            let (u, v) = (h.dot(to_u).clamp(0.0, 1.0), h.dot(to_v).clamp(0.0, 1.0));
+            return (u, v, a + e * u + f * v);
+        }
+        let (u, v) = self.inverse_bilinear(on_ray);
         let p = a + e * u + f * v + skew * (u * v);
         (u, v, p - self.normal * (p - self.middle).dot(self.normal))
     }
