@@ -189,6 +189,7 @@ impl Loop for Samples<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Plain;
 
     /// A profile over one axis, in radii.
     type Profile = fn(f32) -> f32;
@@ -238,6 +239,22 @@ mod tests {
                 let u = i as f32 / 100.0;
                 let (a, b) = (filter.axis(u), filter.axis(1.0 - u));
                 assert!((a + b).abs() < 2e-3 && a.abs() <= 1.0, "{desc:?} {u} {a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn many_samples_are_those_of_each_number() {
+        for (desc, _) in filters() {
+            let filter = desc.compile();
+            let u: Vec<Vec2> = (0..257)
+                .map(|i| Vec2::new(i as f32 / 257.0, (i as f32 * 0.37).fract()))
+                .collect();
+            let (mut places, mut weights) = (vec![Vec2::new(7.5, 3.5); u.len()], vec![0.0; u.len()]);
+            filter.samples(Plain, &u, &mut places, &mut weights);
+            for ((u, place), weight) in u.iter().zip(places).zip(weights) {
+                let sample = filter.sample(*u);
+                assert_eq!((place, weight), (Vec2::new(7.5, 3.5) + sample.offset, sample.weight));
             }
         }
     }

@@ -23,5 +23,7 @@ pub use glam::{DMat3, DVec3, Vec2, Vec3};
 pub use ray::Ray;
 pub use rgb::Rgb;
 pub use transform::Transform;
+#[cfg(test)]
+pub use vector::Plain;
 pub use vector::{Loop, Runner};
 pub use warp::Draw;

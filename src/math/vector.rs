@@ -10,3 +10,15 @@ pub trait Loop {
 pub trait Runner: Copy {
     fn run(self, task: impl Loop);
 }
+
+/// Runs loops as they are.
+#[cfg(test)]
+#[derive(Clone, Copy)]
+pub struct Plain;
+
+#[cfg(test)]
+impl Runner for Plain {
+    fn run(self, task: impl Loop) {
+        task.run();
+    }
+}

@@ -211,15 +211,7 @@ fn second_coordinate_reversed(index: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[derive(Clone, Copy)]
-    struct Plain;
-
-    impl Runner for Plain {
-        fn run(self, task: impl Loop) {
-            task.run();
-        }
-    }
+    use crate::math::Plain;
 
     #[test]
     fn the_second_coordinate_has_the_direction_numbers_of_sobol() {

@@ -316,3 +316,60 @@ impl ShapeKind for Quad {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn vec(range: std::ops::Range<f32>) -> impl Strategy<Value = Vec3> {
+        [range.clone(), range.clone(), range].prop_map(Vec3::from_array)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// From near and far, head on and all but along the plane, through the middle and next to corners and edges.
+        #[test]
+        fn what_u_and_v_tell_is_what_the_edge_test_tells(
+            (a, e, f) in (vec(-8.0..8.0), vec(-2.0..2.0), vec(-2.0..2.0)),
+            (u, v) in (-0.2_f32..1.2, -0.2_f32..1.2),
+            (side, away) in (vec(-1.0..1.0), 0_i32..24),
+            (tilt, length) in (prop::sample::select(vec![1.0_f32, 0.1, 1e-2, 1e-3, 1e-4]), -4_i32..4),
+        ) {
+            // Multiples of 2^-10, so that the corners are a parallelogram's to the last bit.
+            let [a, e, f] = [a, e, f].map(|v| (v * 1024.0).round() / 1024.0);
+            prop_assume!(e.cross(f).length() > 1e-2);
+            let quad = Quad::from_corners([a, a + e, a + e + f, a + f]);
+            prop_assert!(quad.inverse.is_some());
+            let n = quad.normal();
+            let to = a + e * u + f * v;
+            let across = side - n * n.dot(side);
+            let d = (across + n * (tilt * side.dot(n).signum())).normalize_or(n);
+            let o = to - d * 2.0_f32.powi(away - 6);
+            let ray = Ray::new(o, d * 10.0_f32.powi(length));
+            let along = dot_direction(ray.d, quad.normal);
+            let t = (quad.middle - ray.o.as_dvec3()).dot(quad.normal) / along;
+            if let (Some(_), Some(told)) = (hit_at(&ray, t, 0.0), quad.is_within(&ray, t, along)) {
+                prop_assert_eq!(told, quad.has_edges_around(&ray));
+            }
+        }
+    }
+
+    #[test]
+    fn u_and_v_tell_nearly_always() {
+        let quad = Quad::from_corners([Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y]);
+        let told = (0..10_000).filter(|i| {
+            let at = |k: i32| (i % k) as f32 / k as f32;
+            let ray = Ray::new(
+                Vec3::new(at(100) * 3.0, 2.0, 1.0 + at(7)),
+                Vec3::new(at(11) - 0.5, at(13) - 0.9, -0.5),
+            );
+            let along = dot_direction(ray.d, quad.normal);
+            let t = (quad.middle - ray.o.as_dvec3()).dot(quad.normal) / along;
+            quad.is_within(&ray, t, along).is_some()
+        });
+        assert!(told.count() > 9_500);
+    }
+}

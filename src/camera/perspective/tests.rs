@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::{
     camera::{Camera, CameraDesc, Lens},
-    math::{Vec3, warp},
+    math::{Plain, Vec3, warp},
 };
 
 const CENTER: Vec2 = Vec2::splat(0.5);
@@ -251,5 +251,18 @@ fn blades_give_the_opening_corners() {
         ("blade_rotation = 9", "`blade_rotation` has no effect without `blades`"),
     ] {
         assert_eq!(compile(keys).unwrap_err()[0].message, message);
+    }
+}
+
+#[test]
+fn many_rays_are_those_of_each_place() {
+    for keys in ["fov = 40", "fov = 40, fstop = 2.8, focus_distance = 3"] {
+        let camera = camera(keys, [64, 48]);
+        let places: Vec<Vec2> = (0..333).map(|i| Vec2::new(i as f32 * 0.19, i as f32 * 0.14)).collect();
+        let lens: Vec<Vec2> = places.iter().map(|p| (*p * 0.37).fract()).collect();
+        let mut many = vec![Ray::NOWHERE];
+        camera.rays(Plain, &places, &lens, &mut many);
+        let each = places.iter().zip(&lens).map(|(place, lens)| camera.ray(*place, *lens));
+        assert!(many.iter().skip(1).copied().map(Some).eq(each));
     }
 }
