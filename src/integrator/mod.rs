@@ -98,7 +98,7 @@ pub struct Visit<'a> {
     /// The ray that arrived.
     pub ray: &'a Ray,
     pub vertex: Vertex<'a>,
-    /// The random numbers of the path's sample.
+    /// The random numbers of the path's sample. For [`Vertex::Escape`] there are none: nothing is left to choose there.
     pub numbers: Numbers<'a>,
     /// Where the path began.
     pub camera: &'a Camera,

@@ -23,7 +23,7 @@ impl Divisor {
     ///
     /// The reciprocal is too large by less than 1, so the quotient by less than 2^20 / 2^40 before it is rounded down; it is
     /// a multiple of 1 / `by` above or on a whole number.
-    #[inline]
+    #[inline(always)]
     pub fn divide(self, n: u32) -> (u32, u32) {
         debug_assert!(n <= MOST);
         let quotient = ((u64::from(n) * self.reciprocal) >> 40) as u32;

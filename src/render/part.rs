@@ -6,7 +6,7 @@ use super::Settings;
 use crate::{
     film::Window,
     integrator::Path,
-    math::Divisor,
+    math::{Divisor, Loop, Runner},
     sampler::{SampleKey, SampleKeys},
 };
 
@@ -32,23 +32,52 @@ impl Part {
     /// The address of the sample in `slot`.
     #[inline]
     pub fn key(&self, settings: &Settings, slot: u32) -> SampleKey {
-        let (pixel, sample) = self.together.divide(slot);
-        let (row, column) = self.width.divide(pixel);
+        let (pixel, sample) = self.place(slot);
         SampleKey {
             seed: settings.seed,
             frame: settings.frame,
-            pixel: [self.tile.x0 + column, self.tile.y0 + row],
-            sample: self.first + sample,
+            pixel,
+            sample,
         }
     }
 
     /// The addresses of the samples of the `chosen` paths, in place of what `keys` held.
-    #[inline]
-    pub fn keys(&self, settings: &Settings, chosen: &[u32], paths: &[Path], keys: &mut SampleKeys) {
+    pub fn keys(&self, on: impl Runner, settings: &Settings, chosen: &[u32], paths: &[Path], keys: &mut SampleKeys) {
         keys.start(settings.seed, settings.frame);
-        for &i in chosen {
-            let key = self.key(settings, paths[i as usize].slot);
-            keys.push(key.pixel, key.sample);
+        keys.samples.extend(chosen.iter().map(|&i| paths[i as usize].slot));
+        keys.columns.resize(chosen.len(), 0);
+        keys.rows.resize(chosen.len(), 0);
+        on.run(Addresses {
+            part: self,
+            columns: &mut keys.columns,
+            rows: &mut keys.rows,
+            samples: &mut keys.samples,
+        });
+    }
+
+    /// The pixel of the sample in `slot`, and its number.
+    #[inline(always)]
+    fn place(&self, slot: u32) -> ([u32; 2], u32) {
+        let (pixel, sample) = self.together.divide(slot);
+        let (row, column) = self.width.divide(pixel);
+        ([self.tile.x0 + column, self.tile.y0 + row], self.first + sample)
+    }
+}
+
+/// Makes addresses of slots.
+struct Addresses<'a> {
+    part: &'a Part,
+    columns: &'a mut [u32],
+    rows: &'a mut [u32],
+    /// The slots so far.
+    samples: &'a mut [u32],
+}
+
+impl Loop for Addresses<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for ((column, row), sample) in self.columns.iter_mut().zip(self.rows).zip(self.samples) {
+            ([*column, *row], *sample) = self.part.place(*sample);
         }
     }
 }

@@ -251,7 +251,7 @@ impl Wave {
         self.out.forget_rays();
         self.part_hits();
         self.answer_surfaces(job, part);
-        self.answer_escapes(job, part);
+        self.answer_escapes(job);
         traced + self.add_unblocked(job)
     }
 
@@ -304,7 +304,7 @@ impl Wave {
                     surface.cover(path.cone.width.abs());
                 }
             }
-            part.keys(job.settings, chosen, paths, &mut found.keys);
+            part.keys(job.simd, job.settings, chosen, paths, &mut found.keys);
             let dimension = Dimension::at(depth, Purpose::ALL[0]);
             found
                 .drawn
@@ -315,7 +315,7 @@ impl Wave {
     }
 
     /// Answers for all paths that met nothing.
-    fn answer_escapes(&mut self, job: &Job<'_>, part: &Part) {
+    fn answer_escapes(&mut self, job: &Job<'_>) {
         let measured = job.integrator.shown().is_measured();
         if self.paths.first().is_some_and(|path| path.depth == 1) && (measured || !job.scene.background.visible) {
             for &i in &self.escaped {
@@ -335,9 +335,9 @@ impl Wave {
             ..
         } = self;
         found.surfaces.clear();
+        found.keys.start(job.settings.seed, job.settings.frame);
         found.drawn.forget();
         for chosen in escaped.chunks(TURN) {
-            part.keys(job.settings, chosen, paths, &mut found.keys);
             let turn = found.turn(job, Arrived { rays, paths, hits }, chosen);
             job.integrator.turn(&turn, out);
         }
