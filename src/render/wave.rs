@@ -22,7 +22,7 @@ use crate::{
 };
 
 /// Paths that start together; more do not pay, fewer starve the tracer.
-pub(super) const PATHS: usize = 8 * 1024;
+pub(super) const PATHS: usize = 4 * 1024;
 
 /// Paths that go on together, where each vertex sends out several rays.
 const MOST_PATHS: usize = 4 * PATHS;
