@@ -3,8 +3,8 @@
 /// Declares a closed set of kinds from one table.
 ///
 /// `Kind` becomes the enum of what is rendered, `Desc` the enum of what a scene file says (externally tagged by the
-/// row's name); each method listed is answered by the row that `self` is. Rows of `described only` have a
-/// description but no compiled form of their own.
+/// row's name); each method listed is answered by the row that `self` is, right where it is called: what a row returns
+/// does not go through memory once more. Rows of `described only` have a description but no compiled form of their own.
 ///
 /// With a line `compiled by`, `Desc` gets the method of that name, answered by the same method of the row's
 /// description. Rows of `described only` answer it with a [`Problem`](crate::value::Problem): whoever compiles takes
@@ -42,7 +42,7 @@ macro_rules! kinds {
         impl $Kind {
             $(
                 $(#[$doc])*
-                #[inline]
+                #[inline(always)]
                 pub fn $method(&self $(, $arg: $ty)*) $(-> $ret)? {
                     kinds!(@answer self $rows; kind => kind.$method($($arg),*))
                 }
