@@ -11,6 +11,7 @@ use crate::{
 };
 
 mod instances;
+mod packets;
 mod trees;
 
 /// Reproducible numbers.

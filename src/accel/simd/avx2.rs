@@ -328,6 +328,40 @@ impl Level for Avx2 {
         )
     }
     #[inline(always)]
+    fn transpose(self, rows: [F8; 8]) -> [F8; 8] {
+        let [a, b, c, d, e, f, g, h] = rows;
+        // In each half of the rows: pairs, then fours, then eights.
+        // SAFETY: the token says that the processor has AVX2.
+        unsafe {
+            let (ab, ab_high) = (_mm256_unpacklo_ps(a.0, b.0), _mm256_unpackhi_ps(a.0, b.0));
+            let (cd, cd_high) = (_mm256_unpacklo_ps(c.0, d.0), _mm256_unpackhi_ps(c.0, d.0));
+            let (ef, ef_high) = (_mm256_unpacklo_ps(e.0, f.0), _mm256_unpackhi_ps(e.0, f.0));
+            let (gh, gh_high) = (_mm256_unpacklo_ps(g.0, h.0), _mm256_unpackhi_ps(g.0, h.0));
+            let first0 = _mm256_shuffle_ps::<0x44>(ab, cd);
+            let first1 = _mm256_shuffle_ps::<0xee>(ab, cd);
+            let first2 = _mm256_shuffle_ps::<0x44>(ab_high, cd_high);
+            let first3 = _mm256_shuffle_ps::<0xee>(ab_high, cd_high);
+            let second0 = _mm256_shuffle_ps::<0x44>(ef, gh);
+            let second1 = _mm256_shuffle_ps::<0xee>(ef, gh);
+            let second2 = _mm256_shuffle_ps::<0x44>(ef_high, gh_high);
+            let second3 = _mm256_shuffle_ps::<0xee>(ef_high, gh_high);
+            [
+                F8(_mm256_permute2f128_ps::<0x20>(first0, second0)),
+                F8(_mm256_permute2f128_ps::<0x20>(first1, second1)),
+                F8(_mm256_permute2f128_ps::<0x20>(first2, second2)),
+                F8(_mm256_permute2f128_ps::<0x20>(first3, second3)),
+                F8(_mm256_permute2f128_ps::<0x31>(first0, second0)),
+                F8(_mm256_permute2f128_ps::<0x31>(first1, second1)),
+                F8(_mm256_permute2f128_ps::<0x31>(first2, second2)),
+                F8(_mm256_permute2f128_ps::<0x31>(first3, second3)),
+            ]
+        }
+    }
+    #[inline(always)]
+    fn join(self, first: F8, second: F8) -> F8x2 {
+        F8x2(first, second)
+    }
+    #[inline(always)]
     fn mask16(self, bits: u32) -> M8x2 {
         let half = |bits: u32| {
             // SAFETY: the token says that the processor has AVX2.
@@ -370,7 +404,7 @@ impl Level for Avx2 {
     }
 
     #[inline(always)]
-    fn top_bits(self, words: &[u32; 64]) -> [u64; 2] {
+    fn top_bits<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
         let mut bits = [0; 2];
         for (i, eight) in words.as_chunks::<8>().0.iter().enumerate() {
             // SAFETY: the token says that the processor has AVX2; the array is as long as the vector.

@@ -150,6 +150,15 @@ impl Level for Avx512 {
         F16(unsafe { _mm512_loadu_ps(x.as_ptr()) })
     }
     #[inline(always)]
+    fn transpose(self, rows: [F8; 8]) -> [F8; 8] {
+        self.0.transpose(rows)
+    }
+    #[inline(always)]
+    fn join(self, first: F8, second: F8) -> F16 {
+        // SAFETY: the token says that the processor has AVX-512.
+        F16(unsafe { _mm512_insertf32x8::<1>(_mm512_castps256_ps512(first.0), second.0) })
+    }
+    #[inline(always)]
     fn mask16(self, bits: u32) -> __mmask16 {
         bits as __mmask16
     }
@@ -165,7 +174,7 @@ impl Level for Avx512 {
     }
 
     #[inline(always)]
-    fn top_bits(self, words: &[u32; 64]) -> [u64; 2] {
+    fn top_bits<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
         self.0.top_bits(words)
     }
 

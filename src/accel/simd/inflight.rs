@@ -16,14 +16,15 @@ use super::{
         Geometry, Instance,
         instance::Spread,
         slab::LEAVE,
-        wide::node::{Block, DONE, EMPTY, EXIT, INSTANCE, LEAF, Node, SHAPE, blocks},
+        wide::node::{Block, EMPTY, EXIT, INSTANCE, LEAF, Node, SHAPE, blocks},
     },
     analytic,
     lanes::{Floats, Level, Mask, Top},
     query::{Best, Query},
+    scratch::{Scratch, Stack},
     slot::{BASE, SIDE, Slot},
     tree::Tree,
-    triangle::{self, Candidates, Line, each},
+    triangle::{self, Candidates, each},
     waiting::{SLOTS, take},
 };
 use crate::math::Ray;
@@ -31,63 +32,20 @@ use crate::math::Ray;
 /// How many rays before its turn one is fetched.
 const AHEAD: usize = 16;
 
-/// The memory of the kernel, kept between batches.
-pub struct Scratch {
-    slots: Box<[Slot; SLOTS]>,
-    /// What comes next for each slot.
-    next: Box<[u32; SLOTS]>,
-    /// Where children on the stacks are entered, then the children: [`Scratch::stride`] of each for every slot.
-    enter: Vec<f32>,
-    child: Vec<u32>,
-    stride: usize,
-    inside: Box<[Inside; SLOTS]>,
-}
-
 /// Which instances a slot's ray has to do with.
 #[derive(Clone, Copy)]
-struct Inside {
+pub struct Inside {
     /// In which it is under way.
-    current: Instance,
+    pub current: Instance,
     /// Of its nearest hit so far.
-    best: Instance,
+    pub best: Instance,
 }
 
 impl Inside {
-    const NOTHING: Self = Self {
+    pub const NOTHING: Self = Self {
         current: Instance::NONE,
         best: Instance::NONE,
     };
-}
-
-impl Scratch {
-    pub fn new() -> Self {
-        Self {
-            slots: Box::new(std::array::from_fn(|_| Slot::default())),
-            next: Box::new([DONE; SLOTS]),
-            enter: Vec::new(),
-            child: Vec::new(),
-            stride: 0,
-            inside: Box::new([Inside::NOTHING; SLOTS]),
-        }
-    }
-
-    /// Makes room for the stacks of `tree`, and marks their ends.
-    fn prepare(&mut self, tree: &Tree) {
-        // An odd number of cache lines, so that the ends of all stacks do not share a few sets of the cache.
-        let stride = 16 * ((BASE + tree.stack_len()).div_ceil(16) | 1);
-        if self.stride < stride {
-            self.stride = stride;
-            self.enter = vec![f32::NEG_INFINITY; SLOTS * stride];
-            self.child = vec![DONE; SLOTS * stride];
-        }
-    }
-
-    /// One stack, for a packet.
-    pub fn stack(&mut self, tree: &Tree) -> (&mut [f32], &mut [u32]) {
-        self.prepare(tree);
-        let stride = self.stride;
-        (&mut self.enter[BASE..stride], &mut self.child[BASE..stride])
-    }
 }
 
 /// The rays of a batch that are asked for: all, or some of them by number.
@@ -152,12 +110,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
     scratch: &mut Scratch,
 ) {
     scratch.prepare(tree);
-    let stride = scratch.stride;
-    let stacks = Stacks {
-        enter: scratch.enter.as_mut_ptr(),
-        child: scratch.child.as_mut_ptr(),
-        stride,
-    };
+    let stacks = scratch.stacks();
     let (slots, next, inside) = (&mut *scratch.slots, &mut *scratch.next, &mut *scratch.inside);
     let mut feed = Feed {
         rays,
@@ -176,7 +129,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
         active |= 1 << id;
     }
     while active != 0 {
-        let [leaf, shape_or_done] = level.top_bits(next);
+        let [leaf, shape_or_done] = level.top_bits(&*next);
         let mut done = active & shape_or_done & !leaf;
         while done != 0 {
             let id = take(&mut done);
@@ -215,39 +168,9 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
         while waiting != 0 {
             let id = take(&mut waiting);
             // SAFETY: the stack is the slot's own, with its base.
-            let child = unsafe { pop::<L, Q>(level, &mut slots[id], stacks.of(id)) };
+            let child = unsafe { pop(level, &mut slots[id].len, slots[id].end, Q::ANY, stacks.of(id)) };
             next[id] = child;
             level.prefetch::<4>(tree.address(child));
-        }
-    }
-}
-
-/// The stacks of all slots.
-#[derive(Clone, Copy)]
-struct Stacks {
-    enter: *mut f32,
-    child: *mut u32,
-    stride: usize,
-}
-
-/// The stack of one slot.
-#[derive(Clone, Copy)]
-struct Stack {
-    enter: *mut f32,
-    child: *mut u32,
-}
-
-impl Stacks {
-    /// # Safety
-    /// `slot` is below [`SLOTS`].
-    #[inline(always)]
-    unsafe fn of(&self, slot: usize) -> Stack {
-        // SAFETY: both arrays hold a stride for every slot.
-        unsafe {
-            Stack {
-                enter: self.enter.add(slot * self.stride),
-                child: self.child.add(slot * self.stride),
-            }
         }
     }
 }
@@ -294,38 +217,38 @@ unsafe fn node_step<L: Level, Q: Query>(level: L, slot: &mut Slot, node: &Node, 
 
 /// Where a ray meets one of the planes of each box; `at` is where in the node the plane lies, in bytes.
 #[inline(always)]
-fn distance<L: Level>(level: L, node: &Node, at: usize, inv: L::F8, shift: f32) -> L::F8 {
+pub fn distance<L: Level>(level: L, node: &Node, at: usize, inv: L::F8, shift: f32) -> L::F8 {
     debug_assert!(at.is_multiple_of(SIDE) && at < size_of_val(&node.planes));
     // SAFETY: there are six planes, and the caller's number is twice an axis plus a side.
     let planes = unsafe { &*node.planes.as_ptr().byte_add(at) };
     level.load8(planes).mul_sub(inv, level.splat8(shift))
 }
 
-/// Takes the topmost child that is not farther than the nearest hit.
+/// Takes the topmost child that is not farther than `end` from a stack of length `len`.
 ///
 /// # Safety
-/// `stack` belongs to `slot`.
+/// `stack` has at least that length, which is beyond its base.
 #[inline(always)]
-unsafe fn pop<L: Level, Q: Query>(level: L, slot: &mut Slot, stack: Stack) -> u32 {
-    let mut len = slot.len as usize;
-    if Q::ANY {
-        len -= 1;
+pub unsafe fn pop<L: Level>(level: L, len: &mut u32, end: f32, any: bool, stack: Stack) -> u32 {
+    let mut top = *len as usize;
+    if any {
+        top -= 1;
     } else {
-        let end = level.splat8(slot.end);
+        let end = level.splat8(end);
         loop {
             // SAFETY: there are eight entries below the first, the last of them never farther than anything.
-            let enter = level.load8(unsafe { &*stack.enter.add(len - 8).cast() });
+            let enter = level.load8(unsafe { &*stack.enter.add(top - 8).cast() });
             let nearer = enter.le(end).bits();
             if nearer != 0 {
-                len -= (nearer << 24).leading_zeros() as usize + 1;
+                top -= (nearer << 24).leading_zeros() as usize + 1;
                 break;
             }
-            len -= 8;
+            top -= 8;
         }
     }
-    slot.len = len as u32;
+    *len = top as u32;
     // SAFETY: what is popped was pushed, or is the base.
-    unsafe { *stack.child.add(len) }
+    unsafe { *stack.child.add(top) }
 }
 
 /// Tests what is in a leaf; where the ray needs to go no further its stack is left empty.
@@ -382,18 +305,15 @@ fn block_step<L: Level, Q: Query, const INSTANCES: bool>(
     candidates: &Candidates<L::F4>,
 ) {
     let [x, y, z, _] = slot.inv;
-    let line = Line {
-        o: splat3(level, &slot.turn_back(&slot.o).to_array()),
-        inv: splat3(level, &[x, y, z]),
-        negative: slot.negative(),
-    };
+    let o = splat3(level, &slot.turn_back(&slot.o).to_array());
     let [a, b, c] = &block.corners;
     let corners = [
         load3(level, a.each_ref()),
         load3(level, b.each_ref()),
         load3(level, c.each_ref()),
     ];
-    let meets = triangle::meet(&line, &corners, candidates);
+    let faces = triangle::faces(&o, slot.negative(), &corners);
+    let meets = triangle::meet(&splat3(level, &[x, y, z]), &faces, candidates);
     let (tmin, tmax) = (level.splat4(slot.tmin), level.splat4(slot.best.t));
     let within = tmin.lt(meets.t).and(meets.t.le(tmax));
     let mut hits = within.and(meets.valid).bits();

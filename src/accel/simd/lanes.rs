@@ -65,6 +65,9 @@ pub trait Level: Copy {
     fn load4(self, x: &[f32; 4]) -> Self::F4;
     fn load8(self, x: &[f32; 8]) -> Self::F8;
     fn load16(self, x: &[f32; 16]) -> Self::F16;
+    /// Eight vectors' first lanes in one, then their second ones and so on.
+    fn transpose(self, rows: [Self::F8; 8]) -> [Self::F8; 8];
+    fn join(self, first: Self::F8, second: Self::F8) -> Self::F16;
     /// The lanes whose bits are set.
     fn mask16(self, bits: u32) -> <Self::F16 as Floats>::Mask;
 
@@ -83,8 +86,9 @@ pub trait Level: Copy {
     /// Writes those of `child` whose `enter` is at most `leave`, as they come.
     fn push_any(self, enter: Self::F8, leave: Self::F8, child: &[u32; 8], to: &mut [u32; 8]) -> usize;
 
-    /// The sets of those `words` whose highest bit, and whose second highest one, is set.
-    fn top_bits(self, words: &[u32; 64]) -> [u64; 2];
+    /// The sets of those `words` whose highest bit, and whose second highest one, is set; a multiple of eight of them, at
+    /// most 64.
+    fn top_bits<const N: usize>(self, words: &[u32; N]) -> [u64; 2];
 
     /// Asks for the cache lines at `p`, 64 bytes each.
     fn prefetch<const LINES: usize>(self, p: *const u8);

@@ -27,14 +27,16 @@ pub mod pages;
 mod portable;
 mod query;
 mod refit;
+mod scratch;
 mod slot;
 mod tree;
 mod triangle;
 mod waiting;
 
 pub use ahead::prefetch;
-pub use inflight::{Pick, Scratch};
-pub use packet::RAYS as PACKET;
+pub use inflight::Pick;
+pub use packet::{Order, RAYS as PACKET};
+pub use scratch::Scratch;
 pub use tree::{Grown, Numbers, Tree};
 
 use portable::Portable;
@@ -212,24 +214,37 @@ kernel! {
         tree: &Tree,
         geometry: &Geometry,
         rays: &[Ray],
+        pick: Pick,
         blocked: &mut [bool],
         scratch: &mut Scratch,
     ) = |level| if tree.has_instances() {
-        inflight::trace::<_, Occluded, true>(level, tree, geometry, rays, Pick::All, blocked, scratch);
+        inflight::trace::<_, Occluded, true>(level, tree, geometry, rays, pick, blocked, scratch);
     } else {
-        inflight::trace::<_, Occluded, false>(level, tree, geometry, rays, Pick::All, blocked, scratch);
+        inflight::trace::<_, Occluded, false>(level, tree, geometry, rays, pick, blocked, scratch);
     }
 }
 
 kernel! {
-    /// The nearest hits of rays in packets of [`PACKET`], if nearer than what `hits` has for them already. The numbers of
-    /// rays that make no packet are added to `left`.
+    /// The nearest hits of rays in packets of [`PACKET`], if nearer than what `hits` has for them already; `order` says which
+    /// rays make a packet. The numbers of rays that are in none are left in [`Scratch::left`].
     nearest_packets(
         tree: &Tree,
         geometry: &Geometry,
         rays: &[Ray],
+        order: Order,
         hits: &mut [Option<Hit>],
         scratch: &mut Scratch,
-        left: &mut Vec<u32>,
-    ) = |level| packet::trace(level, tree, geometry, rays, hits, scratch, left)
+    ) = |level| packet::trace::<_, Nearest>(level, tree, geometry, rays, order, hits, scratch)
+}
+
+kernel! {
+    /// The same for whether the rays meet anything; those that `blocked` says of are not asked.
+    occluded_packets(
+        tree: &Tree,
+        geometry: &Geometry,
+        rays: &[Ray],
+        order: Order,
+        blocked: &mut [bool],
+        scratch: &mut Scratch,
+    ) = |level| packet::trace::<_, Occluded>(level, tree, geometry, rays, order, blocked, scratch)
 }

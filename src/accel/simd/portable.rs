@@ -149,6 +149,16 @@ impl Level for Portable {
         Array(*x)
     }
     #[inline(always)]
+    fn transpose(self, rows: [Array<8>; 8]) -> [Array<8>; 8] {
+        std::array::from_fn(|i| Array(rows.map(|row| row.0[i])))
+    }
+    #[inline(always)]
+    fn join(self, first: Array<8>, second: Array<8>) -> Array<16> {
+        Array(std::array::from_fn(
+            |i| if i < 8 { first.0[i] } else { second.0[i - 8] },
+        ))
+    }
+    #[inline(always)]
     fn mask16(self, bits: u32) -> Bits<16> {
         Bits(std::array::from_fn(|i| bits >> i & 1 == 1))
     }
@@ -186,7 +196,7 @@ impl Level for Portable {
     }
 
     #[inline(always)]
-    fn top_bits(self, words: &[u32; 64]) -> [u64; 2] {
+    fn top_bits<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
         let mut bits = [0; 2];
         for (i, word) in words.iter().enumerate() {
             bits[0] |= u64::from(word >> 31) << i;

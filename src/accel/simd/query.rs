@@ -39,6 +39,8 @@ pub trait Query {
     /// Whether any hit will do.
     const ANY: bool;
 
+    /// Whether anything is known already.
+    fn is_known(answer: &Self::Answer) -> bool;
     /// The instance of what is known already.
     fn instance(answer: &Self::Answer) -> Instance;
     /// What is known of a ray that ends at `tmax`; `None` where there is nothing left to ask.
@@ -52,6 +54,11 @@ pub enum Nearest {}
 impl Query for Nearest {
     type Answer = Option<Hit>;
     const ANY: bool = false;
+
+    #[inline(always)]
+    fn is_known(answer: &Option<Hit>) -> bool {
+        answer.is_some()
+    }
 
     #[inline(always)]
     fn instance(answer: &Option<Hit>) -> Instance {
@@ -89,6 +96,11 @@ pub enum Occluded {}
 impl Query for Occluded {
     type Answer = bool;
     const ANY: bool = true;
+
+    #[inline(always)]
+    fn is_known(answer: &bool) -> bool {
+        *answer
+    }
 
     #[inline(always)]
     fn instance(_answer: &bool) -> Instance {

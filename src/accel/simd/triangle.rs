@@ -16,14 +16,12 @@ pub type Vec3s<F> = [F; 3];
 /// [`Shear::axes`]: crate::shape::triangle::Shear::axes
 pub type Corners<F> = [Vec3s<F>; 3];
 
-/// What the rule about a triangle's own box needs of a ray, or of sixteen that enter boxes through the same sides; in
-/// the order of the world's axes.
+/// The distances from a ray's origin to the planes of triangles' own boxes, those first that it enters through; in the
+/// order of the world's axes.
 #[derive(Clone, Copy)]
-pub struct Line<F> {
-    pub o: Vec3s<F>,
-    /// [`super::super::slab::reciprocal`] of the direction.
-    pub inv: Vec3s<F>,
-    pub negative: [bool; 3],
+pub struct Faces<F> {
+    pub near: Vec3s<F>,
+    pub far: Vec3s<F>,
 }
 
 /// On which sides of the edges lines pass.
@@ -133,9 +131,32 @@ pub fn candidates<F: Floats>(d: Vec3s<F>, plane: &Plane<F>, sides: Sides<F>, beg
     }
 }
 
-/// Where the candidates meet the planes, brought into the triangles' own boxes; `corners` as they are in the world.
+/// For `corners` as they are in the world, and rays that enter boxes through the larger side where it is `negative`.
 #[inline(always)]
-pub fn meet<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3], candidates: &Candidates<F>) -> Meets<F> {
+pub fn faces<F: Floats>(o: &Vec3s<F>, negative: [bool; 3], corners: &[Vec3s<F>; 3]) -> Faces<F> {
+    let tiny = o[0].fill(TINY);
+    let padding = o[0].fill(4.0 * f32::EPSILON);
+    let [a, b, c] = *corners;
+    let least = each(each(a, b, F::min), c, F::min);
+    let most = each(each(a, b, F::max), c, F::max);
+    let (mut near, mut far) = (*o, *o);
+    for axis in 0..3 {
+        let (min, max, o) = (least[axis], most[axis], o[axis]);
+        let pad = min.abs().max(max.abs()).mul(padding);
+        let (min, max) = (min.sub(pad), max.add(pad));
+        (near[axis], far[axis]) = if negative[axis] {
+            (max.sub(o).add(tiny), min.sub(o).sub(tiny))
+        } else {
+            (min.sub(o).sub(tiny), max.sub(o).add(tiny))
+        };
+    }
+    Faces { near, far }
+}
+
+/// Where the candidates meet the planes, brought into the triangles' own boxes; `inv` is
+/// [`super::super::slab::reciprocal`] of the direction.
+#[inline(always)]
+pub fn meet<F: Floats>(inv: &Vec3s<F>, faces: &Faces<F>, candidates: &Candidates<F>) -> Meets<F> {
     let zero = candidates.sides.u.fill(0.0);
     let infinity = candidates.sides.u.fill(f32::INFINITY);
     let raw = candidates.t_det.div(candidates.det);
@@ -149,26 +170,12 @@ pub fn meet<F: Floats>(line: &Line<F>, corners: &[Vec3s<F>; 3], candidates: &Can
         .and(numbers)
         .and(candidates.mask);
 
-    let tiny = candidates.sides.u.fill(TINY);
     let slack = candidates.sides.u.fill(CLIP_SLACK);
-    let padding = candidates.sides.u.fill(4.0 * f32::EPSILON);
     let mut enter = candidates.sides.u.fill(f32::NEG_INFINITY);
     let mut leave = infinity;
-    let [a, b, c] = *corners;
-    let least = each(each(a, b, F::min), c, F::min);
-    let most = each(each(a, b, F::max), c, F::max);
-    for axis in 0..3 {
-        let (min, max) = (least[axis], most[axis]);
-        let pad = min.abs().max(max.abs()).mul(padding);
-        let (min, max) = (min.sub(pad), max.add(pad));
-        let (o, inv) = (line.o[axis], line.inv[axis]);
-        let (near, far) = if line.negative[axis] {
-            (max.sub(o).add(tiny), min.sub(o).sub(tiny))
-        } else {
-            (min.sub(o).sub(tiny), max.sub(o).add(tiny))
-        };
-        enter = near.mul(inv).max(enter);
-        leave = far.mul(inv).min(leave);
+    for (axis, inv) in inv.iter().enumerate() {
+        enter = faces.near[axis].mul(*inv).max(enter);
+        leave = faces.far[axis].mul(*inv).min(leave);
     }
     let enter = enter.sub(enter.abs().mul(slack));
     let leave = leave.add(leave.abs().mul(slack));

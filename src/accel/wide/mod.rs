@@ -17,7 +17,7 @@ use super::{
 };
 use crate::math::{Aabb, Ray};
 
-mod batch;
+pub(super) mod batch;
 mod build;
 mod collapse;
 mod cost;
@@ -25,7 +25,7 @@ pub(super) mod node;
 
 thread_local! {
     /// The kernels' memory. One for a thread, since allocating it for a batch of a thousand rays costs 6 %.
-    static SCRATCH: RefCell<(Scratch, Vec<u32>)> = RefCell::new((Scratch::new(), Vec::new()));
+    static SCRATCH: RefCell<Scratch> = RefCell::new(Scratch::new());
 }
 
 /// What the top must know of a tree below it.
@@ -177,13 +177,14 @@ impl Accelerator for Wide {
         if tree.nodes().is_empty() {
             return;
         }
-        let coherent = !tree.has_instances() && batch::is_coherent(rays, self.size);
-        SCRATCH.with_borrow_mut(|(scratch, left)| {
+        let order = batch::order(rays, self.size).filter(|_| !tree.has_instances());
+        SCRATCH.with_borrow_mut(|scratch| {
             let (simd, geometry) = (self.simd, &*self.geometry);
-            if coherent {
-                left.clear();
-                simd::nearest_packets(simd, tree, geometry, rays, hits, scratch, left);
-                simd::nearest_inflight(simd, tree, geometry, rays, Pick::Some(left), hits, scratch);
+            if let Some(order) = order {
+                simd::nearest_packets(simd, tree, geometry, rays, order, hits, scratch);
+                let left = std::mem::take(&mut scratch.left);
+                simd::nearest_inflight(simd, tree, geometry, rays, Pick::Some(&left), hits, scratch);
+                scratch.left = left;
             } else {
                 simd::nearest_inflight(simd, tree, geometry, rays, Pick::All, hits, scratch);
             }
@@ -202,8 +203,17 @@ impl Accelerator for Wide {
         if tree.nodes().is_empty() {
             return;
         }
-        SCRATCH.with_borrow_mut(|(scratch, _)| {
-            simd::occluded_inflight(self.simd, tree, &self.geometry, rays, blocked, scratch);
+        let order = batch::occlusion_order(rays, self.size).filter(|_| !tree.has_instances());
+        SCRATCH.with_borrow_mut(|scratch| {
+            let (simd, geometry) = (self.simd, &*self.geometry);
+            if let Some(order) = order.filter(|_| scratch.doubt.tries()) {
+                simd::occluded_packets(simd, tree, geometry, rays, order, blocked, scratch);
+                let left = std::mem::take(&mut scratch.left);
+                simd::occluded_inflight(simd, tree, geometry, rays, Pick::Some(&left), blocked, scratch);
+                scratch.left = left;
+            } else {
+                simd::occluded_inflight(simd, tree, geometry, rays, Pick::All, blocked, scratch);
+            }
         });
     }
 

@@ -1,0 +1,306 @@
+//! Sixteen rays together, several such packets in flight: the kernel for rays that leave one place in nearly one direction,
+//! as camera rays do.
+//!
+//! A node's boxes are tested once for all rays of a packet, with what encloses them ([`rays::Packet`]), which takes no
+//! longer than one ray does; and so packets go through the tree as [`super::inflight`]'s rays do, in passes without
+//! branches that cover one another's latency. At a leaf four triangles at a time are tested against what encloses the
+//! rays, and each that may be met with sixteen rays.
+//!
+//! Rays of different octants or main axes go into packets of their own; those that are few, have a component of nearly
+//! zero or a negative `tmin` are left to the other kernel.
+
+use super::{
+    super::{
+        Geometry,
+        slab::LEAVE,
+        wide::node::{DONE, Node},
+    },
+    inflight::{distance, pop},
+    lanes::{Floats, Level, Top},
+    query::Query,
+    scratch::{PACKETS, Scratch, Stack},
+    slot::{BASE, SIDE},
+    tree::Tree,
+    waiting::take,
+};
+use crate::math::Ray;
+use leaf::leaf_step;
+use order::List;
+use rays::Gathered;
+
+mod leaf;
+mod order;
+mod rays;
+mod shape;
+
+pub use order::Order;
+pub use rays::Packet;
+
+/// Rays in a packet.
+pub const RAYS: usize = 16;
+
+/// Fewer rays than these are faster one by one.
+const FEW: u32 = 4;
+
+/// How many packets before its turn one is fetched.
+const AHEAD: usize = 4;
+
+/// Packets of a batch after which it is seen whether they pay, where that is asked.
+const TRIALS: u32 = 8;
+
+/// What a packet may cost on average, in tests of a node, so that its rays are no faster one by one.
+const FAIR: u32 = 280;
+
+/// What a packet may cost before it is given up.
+const DEAR: u32 = 300;
+
+/// The packets that are not under way yet.
+struct Feed<'a> {
+    rays: &'a [Ray],
+    order: Order,
+    upcoming: usize,
+    /// What is left of a list whose rays do not all go together.
+    rest: Option<List>,
+    reach: f32,
+    left: &'a mut Vec<u32>,
+    /// How many packets are done, and what they took together.
+    done: u32,
+    cost: u32,
+}
+
+impl Feed<'_> {
+    #[inline(always)]
+    fn next<L: Level>(&mut self, level: L) -> Option<List> {
+        if let Some(rest) = self.rest.take() {
+            return Some(rest);
+        }
+        if self.upcoming * RAYS >= self.rays.len() {
+            return None;
+        }
+        self.upcoming += 1;
+        // Rays of a block lie in several places, which no processor expects.
+        let soon = self.order.list(self.upcoming - 1 + AHEAD, self.rays.len());
+        for id in soon.ids.into_iter().step_by(2) {
+            level.prefetch::<1>(self.rays.as_ptr().wrapping_add(id as usize).cast());
+        }
+        Some(self.order.list(self.upcoming - 1, self.rays.len()))
+    }
+
+    /// Which packets may be under way: for occlusion not many until it is seen whether they pay. Rays that start all over a
+    /// surface may have so much around them that packets take longer than rays do.
+    fn room<Q: Query>(&self) -> u64 {
+        let few = Q::ANY && self.done < TRIALS;
+        u64::MAX >> (64 - if few { TRIALS as usize } else { PACKETS })
+    }
+
+    fn pays(&self) -> bool {
+        self.done < TRIALS || self.cost <= FAIR * self.done
+    }
+
+    /// After a packet is done.
+    fn note(&mut self, packet: &Packet) {
+        self.cost += packet.cost;
+        self.done += 1;
+        if packet.cost > DEAR {
+            // Its rays begin again, each by itself.
+            self.cost += FAIR;
+            self.left.extend(packet.rays().map(|(_, id)| id));
+        }
+    }
+
+    /// Puts the next rays into `packet`; whether there are any.
+    #[inline(always)]
+    fn refill<L: Level, Q: Query>(&mut self, level: L, packet: &mut Packet, answers: &[Q::Answer]) -> bool {
+        if Q::ANY && !self.pays() {
+            while let Some(list) = self.next(level) {
+                self.left.extend(list.as_slice());
+            }
+        }
+        let mut next = self.next(level);
+        while let Some(list) = next {
+            next = match packet.gather::<L, Q>(level, self.rays, &list, answers, self.reach) {
+                Gathered::All => return true,
+                Gathered::Some { together, alone } => self.part(&list, together, alone).or_else(|| self.next(level)),
+            };
+        }
+        false
+    }
+
+    /// Parts a list whose rays do not all go together; those that do if they are enough.
+    #[cold]
+    #[inline(never)]
+    fn part(&mut self, list: &List, together: u32, mut alone: u32) -> Option<List> {
+        let others = list.lanes() & !(together | alone);
+        // Those that go together may yet be too far apart: what is left of a list before is kept.
+        if others != 0 {
+            self.rest = Some(list.only(others));
+        }
+        let enough = together.count_ones() >= FEW;
+        if !enough {
+            alone |= together;
+        }
+        self.left.extend(list.only(alone).as_slice());
+        enough.then(|| list.only(together))
+    }
+}
+
+/// Asks `rays`; `answers` holds what is known already, and then the answers; puts the numbers of the rays that make
+/// no packet into [`Scratch::left`].
+#[inline(always)]
+pub fn trace<L: Level, Q: Query>(
+    level: L,
+    tree: &Tree,
+    geometry: &Geometry,
+    rays: &[Ray],
+    order: Order,
+    answers: &mut [Q::Answer],
+    scratch: &mut Scratch,
+) {
+    scratch.prepare(tree);
+    let stacks = scratch.stacks();
+    let packets = &mut *scratch.packets;
+    scratch.left.clear();
+    let mut next = [DONE; PACKETS];
+    let mut feed = Feed {
+        rays,
+        order,
+        upcoming: 0,
+        rest: None,
+        reach: tree.spread.reach,
+        left: &mut scratch.left,
+        done: 0,
+        cost: 0,
+    };
+    // Sets of packets, a bit for each.
+    let mut active = 0_u64;
+    loop {
+        let [leaf, shape_or_done] = level.top_bits(&next);
+        let mut done = active & shape_or_done & !leaf;
+        active ^= done;
+        while done != 0 {
+            let packet = &packets[take(&mut done) % PACKETS];
+            packet.scatter::<Q>(answers);
+            if Q::ANY {
+                feed.note(packet);
+            }
+        }
+        let mut free = feed.room::<Q>() & !active;
+        while free != 0 {
+            let id = take(&mut free) % PACKETS;
+            if !feed.refill::<L, Q>(level, &mut packets[id], answers) {
+                break;
+            }
+            next[id] = tree.root();
+            active |= 1 << id;
+        }
+        if active == 0 {
+            break;
+        }
+        let at_leaf = active & leaf;
+        let mut at_node = active ^ at_leaf;
+        while at_node != 0 {
+            let id = take(&mut at_node) % PACKETS;
+            // SAFETY: the packet waits at a node, and its stack is its own.
+            unsafe { node_step::<L, Q>(level, &mut packets[id], tree.node(next[id]), stacks.of(id)) };
+        }
+        let mut at_leaf = at_leaf;
+        while at_leaf != 0 {
+            let id = take(&mut at_leaf) % PACKETS;
+            // SAFETY: the packet waits at a leaf of this tree.
+            unsafe { leaf_step::<L, Q>(level, &mut packets[id], next[id], tree, geometry, rays) };
+            if Q::ANY && packets[id].cost > DEAR {
+                packets[id].len = BASE as u32;
+            }
+        }
+        let mut waiting = active;
+        while waiting != 0 {
+            let id = take(&mut waiting) % PACKETS;
+            let packet = &mut packets[id];
+            // SAFETY: the stack is the packet's own, with its base.
+            let child = unsafe { pop(level, &mut packet.len, packet.end, Q::ANY, stacks.of(id)) };
+            next[id] = child;
+            level.prefetch::<4>(tree.address(child));
+        }
+    }
+    let pays = feed.pays();
+    if Q::ANY {
+        scratch.doubt.learn(pays);
+    }
+}
+
+/// Tests a node's boxes and puts the children that rays may meet on the packet's stack.
+///
+/// # Safety
+/// `stack` belongs to `packet` and was made for the node's tree.
+#[inline(always)]
+unsafe fn node_step<L: Level, Q: Query>(level: L, packet: &mut Packet, node: &Node, stack: Stack) {
+    let mut enter = level.splat8(packet.tmin);
+    let mut leave = level.splat8(packet.end);
+    for axis in [2, 1, 0] {
+        let near = usize::from(packet.near[axis]);
+        let inv = level.splat8(packet.inv_near[axis]);
+        // A plane whose distance is not a number comes first in these, so that it does not count.
+        enter = distance(level, node, near, inv, packet.shift_near[axis]).max(enter);
+        let inv = level.splat8(packet.inv_far[axis]);
+        leave = distance(level, node, near ^ SIDE, inv, packet.shift_far[axis]).min(leave);
+    }
+    let leave = leave.mul(level.splat8(LEAVE));
+    let len = packet.len as usize;
+    // SAFETY: a stack has room for all that may wait and for a store of eight above it.
+    let to = unsafe {
+        Top {
+            enter: &mut *stack.enter.add(len).cast(),
+            child: &mut *stack.child.add(len).cast(),
+        }
+    };
+    let pushed = if Q::ANY {
+        level.push_any(enter, leave, &node.child, to.child)
+    } else {
+        level.push_ordered(enter, leave, &node.child, &node.order, u32::from(packet.octant), to)
+    };
+    packet.len += pushed as u32;
+    packet.cost += 1;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        super::{portable::Portable, query::Occluded},
+        *,
+    };
+    use crate::math::{Vec3, hash};
+
+    #[test]
+    fn every_ray_is_in_one_packet_or_left() {
+        let unit = |i: u32, k: usize| hash::unit_f32(hash::pcg4d([i, 3, 5, 7])[k]) - 0.5;
+        let ray = |i: u32| {
+            let apart = if i / 64 % 2 == 0 { 0.0 } else { 3.0 };
+            let d = Vec3::new(unit(i / 5, 0), unit(i / 7, 1), 0.3);
+            let mut ray = Ray::new(Vec3::new(apart * unit(i / 3, 2), 0.0, 0.0), d);
+            if i % 37 == 0 {
+                ray.d.x = 0.0;
+            }
+            ray
+        };
+        let rays: Vec<Ray> = (0..1000).map(ray).collect();
+        let mut left = Vec::new();
+        let mut feed = Feed {
+            rays: &rays,
+            order: Order::blocks(4, 16),
+            upcoming: 0,
+            rest: None,
+            reach: 1.0,
+            left: &mut left,
+            done: 0,
+            cost: 0,
+        };
+        let mut seen = vec![0; rays.len()];
+        let mut packet = Packet::default();
+        while feed.refill::<_, Occluded>(Portable, &mut packet, &vec![false; rays.len()]) {
+            packet.rays().for_each(|(_, ray)| seen[ray as usize] += 1);
+        }
+        assert!(left.len() > 100 && left.len() < 900);
+        left.iter().for_each(|&ray| seen[ray as usize] += 1);
+        assert!(seen.iter().all(|&n| n == 1));
+    }
+}

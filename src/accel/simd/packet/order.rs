@@ -1,0 +1,114 @@
+//! Which rays of a batch go together.
+
+use super::RAYS;
+
+/// How the rays of a packet lie in their batch: in rows of two to the power of `run` rays, two to the power of `stride`
+/// from one to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Order {
+    run: u32,
+    stride: u32,
+}
+
+/// The numbers of up to [`RAYS`] rays; the last of them again where there are fewer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct List {
+    pub ids: [u32; RAYS],
+    pub len: usize,
+}
+
+impl Order {
+    /// Sixteen rays that follow one another.
+    pub const ROWS: Self = Self { run: 4, stride: 4 };
+
+    /// Two rows of eight rays, or four of four: a block of a picture whose rows are `stride` rays long, a power of two and
+    /// at least eight.
+    pub fn blocks(run: usize, stride: usize) -> Self {
+        debug_assert!((run == 4 || run == 8) && stride.is_power_of_two() && stride >= 8);
+        Self {
+            run: run.trailing_zeros(),
+            stride: stride.trailing_zeros(),
+        }
+    }
+
+    /// How many rays make packets among themselves.
+    pub fn band(&self) -> usize {
+        RAYS << self.stride >> self.run
+    }
+
+    /// The rays of a packet, of `count` rays in a batch.
+    #[inline(always)]
+    pub fn list(&self, packet: usize, count: usize) -> List {
+        let (first, band) = (packet * RAYS, self.band());
+        let start = first & !(band - 1);
+        let mut ids = [0; RAYS];
+        if start + band <= count {
+            let start = start + ((first - start) >> 4 << self.run);
+            for (k, id) in ids.iter_mut().enumerate() {
+                *id = (start + (k >> self.run << self.stride) + (k & ((1 << self.run) - 1))) as u32;
+            }
+        } else {
+            for (k, id) in ids.iter_mut().enumerate() {
+                *id = (first + k).min(count - 1) as u32;
+            }
+        }
+        List {
+            ids,
+            len: count.saturating_sub(first).min(RAYS),
+        }
+    }
+}
+
+impl List {
+    /// Those whose bits are set in `lanes`.
+    pub fn only(&self, lanes: u32) -> Self {
+        let mut list = Self { len: 0, ..*self };
+        for (_, &id) in (0..RAYS).zip(&self.ids).filter(|(k, _)| lanes >> k & 1 == 1) {
+            list.ids[list.len..].fill(id);
+            list.len += 1;
+        }
+        list
+    }
+
+    pub fn as_slice(&self) -> &[u32] {
+        &self.ids[..self.len]
+    }
+
+    /// The bits of its members.
+    pub fn lanes(&self) -> u32 {
+        (1 << self.len) - 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_ray_is_in_one_packet() {
+        for order in [
+            Order::ROWS,
+            Order::blocks(4, 16),
+            Order::blocks(8, 32),
+            Order::blocks(4, 8),
+        ] {
+            for count in [1, 15, 16, 100, 256, 300] {
+                let mut seen = vec![0; count];
+                for packet in 0..count.div_ceil(RAYS) {
+                    for &id in order.list(packet, count).as_slice() {
+                        seen[id as usize] += 1;
+                    }
+                }
+                assert!(seen.iter().all(|&n| n == 1), "{order:?} {count}");
+            }
+        }
+    }
+
+    #[test]
+    fn blocks_are_blocks() {
+        let list = Order::blocks(4, 16).list(5, 256);
+        assert_eq!(list.ids[..6], [68, 69, 70, 71, 84, 85]);
+        let some = list.only(0b10_0010);
+        assert_eq!((some.as_slice(), some.ids[15]), (&[69, 85][..], 85));
+    }
+}

@@ -1,0 +1,323 @@
+//! The rays of a packet, and what encloses them.
+
+use super::{
+    super::{
+        super::{
+            Instance,
+            slab::{END, FAR, PAD, STEEPEST, TINY},
+        },
+        lanes::{Floats, Level, Mask},
+        query::{Best, NOTHING, Query},
+        slot::{BASE, BEYOND, SIDE},
+        triangle::{Vec3s, each},
+    },
+    RAYS,
+    order::List,
+};
+use crate::{math::Ray, shape::triangle::Shear};
+
+/// A number of each ray.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Default)]
+pub struct Each(pub [f32; RAYS]);
+
+/// A packet under way. What encloses its rays comes first, in two cache lines: together they enter a box no sooner, and
+/// leave it no later, than two rays would that meet a plane `x = b` at `b * inv - shift`. The last of four numbers is not
+/// used.
+#[repr(C, align(64))]
+#[derive(Clone, Default)]
+pub struct Packet {
+    /// The reciprocals next to zero, of the ray that enters, and farthest from it, of the ray that leaves.
+    pub inv_near: [f32; 4],
+    pub inv_far: [f32; 4],
+    pub shift_near: [f32; 4],
+    pub shift_far: [f32; 4],
+    /// See [`super::super::slot::Slot`].
+    pub near: [u8; 3],
+    pub octant: u8,
+    pub len: u32,
+    pub tmin: f32,
+    /// What is farther is passed over by all.
+    pub end: f32,
+    /// Whether all rays start in one place.
+    pub shared: bool,
+    /// See [`Shear`]: the order of the axes, which is the same for all rays; each below three.
+    pub axes: [u8; 3],
+    /// The first ray's origin.
+    pub origin: [f32; 4],
+    /// The shears of all rays lie within `half` of `middle`.
+    pub middle: [f32; 2],
+    pub half: [f32; 2],
+    /// In the order of [`Packet::axes`].
+    pub d: [Each; 3],
+    pub shear: [Each; 2],
+    pub begin: Each,
+    pub until: Each,
+    /// The nearest hits so far; the numbers of primitives as bits.
+    pub t: Each,
+    pub u: Each,
+    pub v: Each,
+    pub id: Each,
+    pub tmins: Each,
+    /// In the order of the world's axes.
+    pub o: [Each; 3],
+    pub inv: [Each; 3],
+    list: [u32; RAYS],
+    count: usize,
+    /// What it took so far, in tests of a node.
+    pub cost: u32,
+}
+
+/// How far from the first ray of a packet others may start, relative to where the farthest thing is.
+const WIDE: f32 = 0.1;
+
+/// What is known of a ray that is blocked: it meets nothing any more.
+pub const NO_MORE: Best = Best {
+    t: f32::NEG_INFINITY,
+    u: 0.0,
+    v: 0.0,
+    id: 0,
+};
+
+/// Which rays make a packet.
+pub enum Gathered {
+    All,
+    /// These together; and these each by itself.
+    Some {
+        together: u32,
+        alone: u32,
+    },
+}
+
+/// A ray as eight numbers.
+#[inline(always)]
+fn load<L: Level>(level: L, ray: &Ray) -> L::F8 {
+    const { assert!(size_of::<Ray>() == 32) };
+    // SAFETY: a ray is eight floats: origin, `tmin`, direction, `tmax`.
+    level.load8(unsafe { &*std::ptr::from_ref(ray).cast() })
+}
+
+#[inline(always)]
+fn load_eight<L: Level>(level: L, rays: &[Ray], ids: &[u32]) -> [L::F8; 8] {
+    level.transpose([
+        load(level, &rays[ids[0] as usize]),
+        load(level, &rays[ids[1] as usize]),
+        load(level, &rays[ids[2] as usize]),
+        load(level, &rays[ids[3] as usize]),
+        load(level, &rays[ids[4] as usize]),
+        load(level, &rays[ids[5] as usize]),
+        load(level, &rays[ids[6] as usize]),
+        load(level, &rays[ids[7] as usize]),
+    ])
+}
+
+/// What rays have in common: bits of lanes.
+struct Sorted {
+    /// Whose numbers are no reason to treat them alone.
+    ordinary: u32,
+    /// Which have the signs and the main axis of the first ordinary one.
+    alike: u32,
+    /// Whose directions are negative.
+    below: [u32; 3],
+}
+
+#[inline(always)]
+fn sort<L: Level>(
+    level: L,
+    o: &Vec3s<L::F16>,
+    d: &Vec3s<L::F16>,
+    inv: &Vec3s<L::F16>,
+    tmin: L::F16,
+    reach: f32,
+) -> Sorted {
+    let zero = level.splat16(0.0);
+    let most = level.splat16(f32::MAX);
+    let length = [d[0].abs(), d[1].abs(), d[2].abs()];
+    let longest = length[0].max(length[1]).max(length[2]);
+    let steep = longest.mul(level.splat16(2.0 / STEEPEST));
+    let away = level.splat16(FAR * reach);
+    let mut ordinary = zero.le(tmin);
+    for axis in 0..3 {
+        // Finite, and so is what planes are shifted by.
+        let start = o[axis].abs();
+        ordinary = ordinary
+            .and(start.le(away))
+            .and(length[axis].le(most))
+            .and(steep.lt(length[axis]))
+            .and(start.add(start).mul(inv[axis]).abs().le(most));
+    }
+    let below = [d[0].lt(zero).bits(), d[1].lt(zero).bits(), d[2].lt(zero).bits()];
+    // The main axis, by the comparisons of [`Shear::new`].
+    let first = length[1].lt(length[0]).and(length[2].lt(length[0])).bits();
+    let second = length[2].lt(length[1]).bits() & !first;
+    let ordinary = ordinary.bits();
+    let leader = ordinary.trailing_zeros() % RAYS as u32;
+    let alike = like(below[0], leader) & like(below[1], leader) & like(below[2], leader);
+    Sorted {
+        ordinary,
+        alike: alike & like(first, leader) & like(second, leader),
+        below,
+    }
+}
+
+/// The lanes of `mask` if lane `leader` is in it, otherwise those that are not.
+fn like(mask: u32, leader: u32) -> u32 {
+    if mask >> leader & 1 == 1 { mask } else { !mask }
+}
+
+impl Packet {
+    /// Takes the rays of `list`, all or none.
+    #[inline(always)]
+    pub fn gather<L: Level, Q: Query>(
+        &mut self,
+        level: L,
+        rays: &[Ray],
+        list: &List,
+        answers: &[Q::Answer],
+        reach: f32,
+    ) -> Gathered {
+        let [ox, oy, oz, tmin, dx, dy, dz, tmax] = load_eight(level, rays, &list.ids[..8]);
+        let [ox2, oy2, oz2, tmin2, dx2, dy2, dz2, tmax2] = load_eight(level, rays, &list.ids[8..]);
+        let o = [level.join(ox, ox2), level.join(oy, oy2), level.join(oz, oz2)];
+        let d = [level.join(dx, dx2), level.join(dy, dy2), level.join(dz, dz2)];
+        let (tmin, tmax) = (level.join(tmin, tmin2), level.join(tmax, tmax2));
+
+        let one = level.splat16(1.0);
+        let inv = [one.div(d[0]), one.div(d[1]), one.div(d[2])];
+        let ends = tmin.le(tmax).bits();
+        let sorted = sort(level, &o, &d, &inv, tmin, reach);
+        let (alike, ordinary) = (sorted.alike, sorted.ordinary & ends);
+        if ordinary & alike & 0xffff != 0xffff {
+            return Gathered::Some {
+                together: ordinary & alike & list.lanes(),
+                alone: !ordinary & list.lanes(),
+            };
+        }
+        let ray = &rays[list.ids[0] as usize];
+        self.origin = [ray.o.x, ray.o.y, ray.o.z, 0.0];
+        let first = [
+            level.splat16(self.origin[0]),
+            level.splat16(self.origin[1]),
+            level.splat16(self.origin[2]),
+        ];
+        let [x, y, z] = each(o, first, L::F16::sub);
+        let apart = x.abs().max(y.abs()).max(z.abs()).highest();
+        if apart > WIDE * reach {
+            return Gathered::Some {
+                together: 0,
+                alone: list.lanes(),
+            };
+        }
+        self.shared = apart == 0.0;
+        self.enclose(&o, &inv, sorted.below);
+        self.aim(&d, &inv, Shear::new(&ray.d).axes);
+        self.len = BASE as u32;
+        self.cost = 0;
+        self.list = list.ids;
+        self.count = list.len;
+        self.tmins.0 = tmin.to_array();
+        self.tmin = tmin.lowest();
+        self.begin.0 = tmin.mul(level.splat16(1.0 - BEYOND)).to_array();
+        self.t.0 = tmax.to_array();
+        self.u = Each([0.0; RAYS]);
+        self.v = Each([0.0; RAYS]);
+        self.id = Each([f32::from_bits(NOTHING); RAYS]);
+        if list.ids.iter().any(|&id| Q::is_known(&answers[id as usize])) {
+            self.recall::<Q>(rays, answers);
+        }
+        self.set_ends(level);
+        Gathered::All
+    }
+
+    /// Keeps the lines, and how all of them together meet planes.
+    #[inline(always)]
+    fn enclose<F: Floats<Array = [f32; RAYS]>>(&mut self, o: &Vec3s<F>, inv: &Vec3s<F>, below: [u32; 3]) {
+        for (axis, (o, inv)) in o.iter().zip(inv).enumerate() {
+            let negative = below[axis] != 0;
+            let (low, high) = if self.shared {
+                (self.origin[axis], self.origin[axis])
+            } else {
+                (o.lowest(), o.highest())
+            };
+            let (low, high) = (
+                low - (low.abs() * PAD + 4.0 * TINY),
+                high + (high.abs() * PAD + 4.0 * TINY),
+            );
+            let (least, most) = (inv.lowest(), inv.highest());
+            let (near, far) = if negative {
+                ((low, most), (high, least))
+            } else {
+                ((high, least), (low, most))
+            };
+            (self.inv_near[axis], self.shift_near[axis]) = (near.1, near.0 * near.1);
+            (self.inv_far[axis], self.shift_far[axis]) = (far.1, far.0 * far.1);
+            self.near[axis] = (2 * axis * SIDE + usize::from(negative) * SIDE) as u8;
+            self.o[axis].0 = o.to_array();
+            self.inv[axis].0 = inv.to_array();
+        }
+        self.octant = 3 * (below[0] & 1 | below[1] & 2 | below[2] & 4) as u8;
+    }
+
+    /// Keeps the directions, and what shears them.
+    #[inline(always)]
+    fn aim<F: Floats<Array = [f32; RAYS]>>(&mut self, d: &Vec3s<F>, inv: &Vec3s<F>, axes: [usize; 3]) {
+        self.axes = axes.map(|axis| axis as u8);
+        for (k, axis) in axes.into_iter().enumerate() {
+            self.d[k].0 = d[axis].to_array();
+        }
+        for (k, axis) in axes.into_iter().take(2).enumerate() {
+            let shear = d[axis].mul(inv[axes[2]]);
+            self.shear[k].0 = shear.to_array();
+            let (low, high) = (shear.lowest(), shear.highest());
+            self.middle[k] = (low + high) * 0.5;
+            self.half[k] = (high - self.middle[k]).max(self.middle[k] - low) * (1.0 + 4.0 * f32::EPSILON);
+        }
+    }
+
+    /// What is known already.
+    #[cold]
+    #[inline(never)]
+    fn recall<Q: Query>(&mut self, rays: &[Ray], answers: &[Q::Answer]) {
+        for (k, &id) in self.list.iter().enumerate() {
+            let tmax = rays[id as usize].tmax;
+            let known = Q::begin(&answers[id as usize], tmax).unwrap_or(NO_MORE);
+            (self.t.0[k], self.u.0[k], self.v.0[k]) = (known.t, known.u, known.v);
+            self.id.0[k] = f32::from_bits(known.id);
+        }
+    }
+
+    /// After `t` has changed.
+    #[inline(always)]
+    pub fn set_ends<L: Level>(&mut self, level: L) {
+        let t = level.load16(&self.t.0);
+        self.until.0 = t.add(t.abs().mul(level.splat16(BEYOND))).to_array();
+        self.end = t.highest() * END;
+    }
+
+    /// Writes the answers.
+    #[inline(always)]
+    pub fn scatter<Q: Query>(&self, answers: &mut [Q::Answer]) {
+        for (k, &id) in self.list.iter().enumerate().take(self.count) {
+            answers[id as usize] = Q::end(
+                &Best {
+                    t: self.t.0[k],
+                    u: self.u.0[k],
+                    v: self.v.0[k],
+                    id: self.id.0[k].to_bits(),
+                },
+                Instance::NONE,
+            );
+        }
+    }
+
+    /// The numbers of the rays, with their lanes.
+    pub fn rays(&self) -> impl Iterator<Item = (usize, u32)> + use<> {
+        self.list.into_iter().enumerate().take(self.count)
+    }
+
+    /// On which axes the rays enter boxes through their larger side.
+    #[inline(always)]
+    pub fn negative(&self) -> [bool; 3] {
+        self.near.map(|at| usize::from(at) & SIDE != 0)
+    }
+}

@@ -1,0 +1,96 @@
+//! A packet at an analytic primitive: its box and sixteen rays, then the primitive's own scalar routine.
+
+use super::{
+    super::{
+        super::{
+            Geometry, PrimRef,
+            slab::{END, LEAVE, PAD, Slabs, TINY},
+        },
+        lanes::{Floats, Level, Mask},
+        query::{Best, Query},
+    },
+    leaf::load16s,
+    rays::{NO_MORE, Packet},
+};
+use crate::math::{Aabb, Ray, Vec3};
+
+/// Tests shape `index` of the geometry's primitives; whether it is the nearest hit of any ray now.
+#[inline(always)]
+pub fn shape_step<L: Level, Q: Query>(
+    level: L,
+    packet: &mut Packet,
+    index: u32,
+    geometry: &Geometry,
+    rays: &[Ray],
+) -> bool {
+    let asked = packet.meets(level, &geometry.bounds(PrimRef::new(index)));
+    asked != 0 && test::<Q>(packet, index, asked, geometry, rays)
+}
+
+impl Packet {
+    /// Which rays may meet a box.
+    #[inline(always)]
+    fn meets<L: Level>(&self, level: L, bounds: &Aabb) -> u32 {
+        let (o, inv) = (load16s(level, &self.o), load16s(level, &self.inv));
+        let negative = self.negative();
+        let mut enter = level.load16(&self.tmins.0);
+        let mut leave = level.load16(&self.t.0).mul(level.splat16(END));
+        for axis in 0..3 {
+            let (least, most) = (level.splat16(bounds.min[axis]), level.splat16(bounds.max[axis]));
+            let pad = o[axis].abs().mul(level.splat16(PAD)).add(level.splat16(4.0 * TINY));
+            let (less, more) = (o[axis].sub(pad), o[axis].add(pad));
+            let (near, far) = if negative[axis] {
+                (most.sub(less), least.sub(more))
+            } else {
+                (least.sub(more), most.sub(less))
+            };
+            enter = near.mul(inv[axis]).max(enter);
+            leave = far.mul(inv[axis]).min(leave);
+        }
+        enter.le(leave.mul(level.splat16(LEAVE))).bits()
+    }
+}
+
+/// Tests it with the rays whose bits are set; apart from the kernel, so that none of its vectors are used where the level's
+/// instructions are not enabled.
+#[inline(never)]
+fn test<Q: Query>(packet: &mut Packet, index: u32, asked: u32, geometry: &Geometry, rays: &[Ray]) -> bool {
+    let Some(placed) = geometry.shape(PrimRef::new(index)) else {
+        return false;
+    };
+    let mut nearer = false;
+    for (k, ray) in packet.rays().filter(|(k, _)| asked >> k & 1 == 1) {
+        let best = Best {
+            t: packet.t.0[k],
+            u: packet.u.0[k],
+            v: packet.v.0[k],
+            id: packet.id.0[k].to_bits(),
+        };
+        let ray = Ray {
+            tmax: best.t,
+            ..rays[ray as usize]
+        };
+        let slabs = || Slabs {
+            o: ray.o,
+            inv: Vec3::new(packet.inv[0].0[k], packet.inv[1].0[k], packet.inv[2].0[k]),
+        };
+        if let Some(hit) = geometry.intersect_shape(placed, &ray, slabs)
+            && best.loses_to(hit.t, index + 1)
+        {
+            let best = if Q::ANY {
+                NO_MORE
+            } else {
+                Best {
+                    t: hit.t,
+                    u: hit.u,
+                    v: hit.v,
+                    id: index + 1,
+                }
+            };
+            (packet.t.0[k], packet.u.0[k], packet.v.0[k]) = (best.t, best.u, best.v);
+            packet.id.0[k] = f32::from_bits(best.id);
+            nearer = true;
+        }
+    }
+    nearer
+}

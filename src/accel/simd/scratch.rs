@@ -1,0 +1,120 @@
+//! The memory of the kernels, kept between batches.
+
+use super::{
+    inflight::Inside,
+    packet::Packet,
+    slot::{BASE, Slot},
+    tree::Tree,
+    waiting::SLOTS,
+};
+use crate::accel::wide::node::DONE;
+
+/// Packets in flight: each covers the others' latency as rays do, and more would not stay in the first cache.
+pub const PACKETS: usize = 32;
+
+/// What is under way, with its stacks.
+pub struct Scratch {
+    pub slots: Box<[Slot; SLOTS]>,
+    pub packets: Box<[Packet; PACKETS]>,
+    /// What comes next for each slot.
+    pub next: Box<[u32; SLOTS]>,
+    pub inside: Box<[Inside; SLOTS]>,
+    pub doubt: Doubt,
+    /// The numbers of rays that were in no packet.
+    pub left: Vec<u32>,
+    /// Where children on the stacks are entered, then the children: [`Scratch::stride`] of each for every slot.
+    enter: Vec<f32>,
+    child: Vec<u32>,
+    stride: usize,
+}
+
+impl Scratch {
+    pub fn new() -> Self {
+        Self {
+            slots: Box::new(std::array::from_fn(|_| Slot::default())),
+            packets: Box::new(std::array::from_fn(|_| Packet::default())),
+            next: Box::new([DONE; SLOTS]),
+            inside: Box::new([Inside::NOTHING; SLOTS]),
+            doubt: Doubt::default(),
+            left: Vec::new(),
+            enter: Vec::new(),
+            child: Vec::new(),
+            stride: 0,
+        }
+    }
+
+    /// Makes room for the stacks of `tree`, and marks their ends.
+    pub fn prepare(&mut self, tree: &Tree) {
+        // An odd number of cache lines, so that the ends of all stacks do not share a few sets of the cache.
+        let stride = 16 * ((BASE + tree.stack_len()).div_ceil(16) | 1);
+        if self.stride < stride {
+            self.stride = stride;
+            self.enter = vec![f32::NEG_INFINITY; SLOTS * stride];
+            self.child = vec![DONE; SLOTS * stride];
+        }
+    }
+
+    pub fn stacks(&mut self) -> Stacks {
+        Stacks {
+            enter: self.enter.as_mut_ptr(),
+            child: self.child.as_mut_ptr(),
+            stride: self.stride,
+        }
+    }
+}
+
+/// The stacks of all slots.
+#[derive(Clone, Copy)]
+pub struct Stacks {
+    enter: *mut f32,
+    child: *mut u32,
+    stride: usize,
+}
+
+/// The stack of one slot.
+#[derive(Clone, Copy)]
+pub struct Stack {
+    pub enter: *mut f32,
+    pub child: *mut u32,
+}
+
+impl Stacks {
+    /// # Safety
+    /// `slot` is below [`SLOTS`].
+    #[inline(always)]
+    pub unsafe fn of(&self, slot: usize) -> Stack {
+        // SAFETY: both arrays hold a stride for every slot.
+        unsafe {
+            Stack {
+                enter: self.enter.add(slot * self.stride),
+                child: self.child.add(slot * self.stride),
+            }
+        }
+    }
+}
+
+/// Whether packets are tried for occlusion: where they did not pay, the next batches do without, up to 16 of them.
+#[derive(Default)]
+pub struct Doubt {
+    without: u32,
+    next: u32,
+}
+
+impl Doubt {
+    /// Whether to try packets with this batch.
+    pub fn tries(&mut self) -> bool {
+        let tries = self.without == 0;
+        self.without = self.without.saturating_sub(1);
+        tries
+    }
+
+    /// After a batch with packets.
+    pub fn learn(&mut self, pays: bool) {
+        if pays {
+            self.next = 0;
+        } else {
+            self.without = self.next;
+            self.next = (2 * self.next + 1).min(16);
+        }
+    }
+}
