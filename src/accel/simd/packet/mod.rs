@@ -46,10 +46,11 @@ const FEW: u32 = 4;
 const AHEAD: usize = 4;
 
 /// Packets of a batch after which it is seen whether they pay, where that is asked.
-const TRIALS: u32 = 8;
+const TRIALS: u64 = 8;
 
-/// What a packet may cost on average, in tests of a node, so that its rays are no faster one by one.
-const FAIR: u32 = 280;
+/// What a packet may cost on average, in tests of a node, so that its rays are no faster one by one; with those that were
+/// given up.
+const FAIR: u64 = 280;
 
 /// What a packet may cost before it is given up.
 const DEAR: u32 = 300;
@@ -64,8 +65,8 @@ struct Feed<'a> {
     reach: f32,
     left: &'a mut Vec<u32>,
     /// How many packets are done, and what they took together.
-    done: u32,
-    cost: u32,
+    done: u64,
+    cost: u64,
 }
 
 impl Feed<'_> {
@@ -99,7 +100,7 @@ impl Feed<'_> {
 
     /// After a packet is done.
     fn note(&mut self, packet: &Packet) {
-        self.cost += packet.cost;
+        self.cost += u64::from(packet.cost);
         self.done += 1;
         if packet.cost > DEAR {
             // Its rays begin again, each by itself.
@@ -274,10 +275,10 @@ mod tests {
     fn every_ray_is_in_one_packet_or_left() {
         let unit = |i: u32, k: usize| hash::unit_f32(hash::pcg4d([i, 3, 5, 7])[k]) - 0.5;
         let ray = |i: u32| {
-            let apart = if i / 64 % 2 == 0 { 0.0 } else { 3.0 };
+            let apart = if (i / 64).is_multiple_of(2) { 0.0 } else { 3.0 };
             let d = Vec3::new(unit(i / 5, 0), unit(i / 7, 1), 0.3);
             let mut ray = Ray::new(Vec3::new(apart * unit(i / 3, 2), 0.0, 0.0), d);
-            if i % 37 == 0 {
+            if i.is_multiple_of(37) {
                 ray.d.x = 0.0;
             }
             ray
