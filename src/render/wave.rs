@@ -28,7 +28,7 @@ pub(super) const PATHS: usize = 4 * 1024;
 const MOST_PATHS: usize = 4 * PATHS;
 
 /// How many vertices are answered for in a turn: few enough for the smallest cache.
-const TURN: usize = 32;
+const TURN: usize = 64;
 
 /// What a wave works for.
 pub(super) struct Job<'a> {
