@@ -44,8 +44,7 @@ pub trait CameraKind {
     /// Appends [`CameraKind::ray`] for each place on the film with its numbers for the lens; where there is none,
     /// [`Ray::NOWHERE`].
     fn rays(&self, _on: impl Runner, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>) {
-        let places = film.iter().zip(lens);
-        rays.extend(places.map(|(film, lens)| self.ray(*film, *lens).unwrap_or(Ray::NOWHERE)));
+        one_by_one(self, film, lens, rays);
     }
 
     /// Whether [`CameraKind::ray`] reads `lens`.
@@ -109,6 +108,13 @@ fn plus_y() -> Point {
 #[inline(always)]
 fn unit_ray(o: DVec3, d: DVec3) -> Ray {
     Ray::new(o.as_vec3(), unit(d))
+}
+
+/// [`CameraKind::rays`] of a camera that has no faster way.
+#[inline]
+fn one_by_one<C: CameraKind + ?Sized>(camera: &C, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>) {
+    let places = film.iter().zip(lens);
+    rays.extend(places.map(|(film, lens)| camera.ray(*film, *lens).unwrap_or(Ray::NOWHERE)));
 }
 
 /// `d`, brought to unit length.

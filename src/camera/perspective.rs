@@ -33,7 +33,7 @@ use serde::{Deserialize, Deserializer, de};
 use super::{
     CameraKind, Compiled, FilmSize, LensKind, LensOverrides, Pose,
     lens::{Aperture, Focus, Sensor, View},
-    look, mix,
+    look, mix, one_by_one,
     opening::Opening,
     plus_y, unit, unit_ray,
 };
@@ -367,9 +367,7 @@ impl CameraKind for Perspective {
 
     fn rays(&self, on: impl Runner, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>) {
         if self.lens_radius > 0.0 {
-            let places = film.iter().zip(lens);
-            rays.extend(places.map(|(film, lens)| self.ray(*film, *lens).unwrap_or(Ray::NOWHERE)));
-            return;
+            return one_by_one(self, film, lens, rays);
         }
         let first = rays.len();
         rays.resize(first + film.len(), Ray::new(self.eye.as_vec3(), Vec3::ZERO));

@@ -22,10 +22,11 @@ impl From<Vec2> for Draw {
 }
 
 impl Draw {
-    /// [`square_to_cosine_hemisphere`].
+    /// A unit direction about +z with a density proportional to its cosine: it lies over the point of the disk.
     #[inline]
     pub fn cosine_hemisphere(&self) -> Vec3 {
-        over_disk(self.disk)
+        let d = self.disk;
+        d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
     }
 }
 
@@ -70,19 +71,7 @@ pub fn square_to_disk(u: Vec2) -> Vec2 {
     Vec2::new(select(along, across), select(across, along))
 }
 
-/// A unit direction about +z with a density proportional to its cosine.
-#[inline]
-pub fn square_to_cosine_hemisphere(u: Vec2) -> Vec3 {
-    over_disk(square_to_disk(u))
-}
-
-/// The unit direction of positive z over a point of the unit disk.
-#[inline]
-fn over_disk(d: Vec2) -> Vec3 {
-    d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
-}
-
-/// The density of [`square_to_cosine_hemisphere`] for a direction whose z is `cos`, in sr^-1.
+/// The density of [`Draw::cosine_hemisphere`] for a direction whose z is `cos`, in sr^-1.
 #[inline]
 pub fn cosine_hemisphere_pdf(cos: f32) -> f32 {
     cos.max(0.0) * FRAC_1_PI
@@ -118,7 +107,7 @@ mod tests {
             let d = square_to_disk(u);
             assert!(d.length() <= 1.0);
             inner += i32::from(d.length_squared() < 0.5);
-            cos += f64::from(square_to_cosine_hemisphere(u).z);
+            cos += f64::from(Draw::from(u).cosine_hemisphere().z);
         }
         let all = f64::from(n * n);
         assert!((f64::from(inner) / all - 0.5).abs() < 0.005);

@@ -30,7 +30,7 @@ impl CameraRays {
         self.keys.start(settings.seed, settings.frame);
         self.film.clear();
         for x in columns {
-            self.keys.push_all([x, y], samples.clone());
+            self.keys.push([x, y], samples.clone());
             self.film
                 .resize(self.keys.len(), Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
         }

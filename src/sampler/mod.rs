@@ -81,15 +81,8 @@ impl SampleKeys {
         self.samples.clear();
     }
 
-    #[inline]
-    pub fn push(&mut self, [column, row]: [u32; 2], sample: u32) {
-        self.columns.push(column);
-        self.rows.push(row);
-        self.samples.push(sample);
-    }
-
-    /// Many samples of one pixel.
-    pub fn push_all(&mut self, [column, row]: [u32; 2], samples: Range<u32>) {
+    /// Adds samples of one pixel.
+    pub fn push(&mut self, [column, row]: [u32; 2], samples: Range<u32>) {
         self.samples.extend(samples);
         self.columns.resize(self.samples.len(), column);
         self.rows.resize(self.samples.len(), row);

@@ -264,7 +264,8 @@ mod tests {
                 } else {
                     [mix32(i) >> 12, mix32(i + 1) >> 12]
                 };
-                keys.push(pixel, mix32(i + 2) % samples);
+                let sample = mix32(i + 2) % samples;
+                keys.push(pixel, sample..sample + 1);
             }
             for part in [0..500, 0..1000] {
                 let mut keys = keys.clone();

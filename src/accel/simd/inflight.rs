@@ -198,21 +198,39 @@ unsafe fn node_step<L: Level, Q: Query>(level: L, slot: &mut Slot, node: &Node, 
     let leave = distance(level, node, far[2], inv[2], slot.shift_far[2]).min(leave);
     let leave = distance(level, node, far[1], inv[1], slot.shift_far[1]).min(leave);
     let leave = distance(level, node, far[0], inv[0], slot.shift_far[0]).min(leave);
+    // SAFETY: by this function's own contract.
+    unsafe { push::<L, Q>(level, (enter, leave), node, slot.octant, &mut slot.len, stack) };
+}
+
+/// Puts the children whose boxes are met from `enter` to `leave` on a stack of length `len`, for rays of three times this
+/// octant.
+///
+/// # Safety
+/// `stack` was made for the node's tree and has at least that length.
+#[inline(always)]
+pub unsafe fn push<L: Level, Q: Query>(
+    level: L,
+    (enter, leave): (L::F8, L::F8),
+    node: &Node,
+    octant: u8,
+    len: &mut u32,
+    stack: Stack,
+) {
     let leave = leave.mul(level.splat8(LEAVE));
-    let len = slot.len as usize;
+    let top = *len as usize;
     // SAFETY: a stack has room for all that may wait and for a store of eight above it.
     let to = unsafe {
         Top {
-            enter: &mut *stack.enter.add(len).cast(),
-            child: &mut *stack.child.add(len).cast(),
+            enter: &mut *stack.enter.add(top).cast(),
+            child: &mut *stack.child.add(top).cast(),
         }
     };
     let pushed = if Q::ANY {
         level.push_any(enter, leave, &node.child, to.child)
     } else {
-        level.push_ordered(enter, leave, &node.child, &node.order, u32::from(slot.octant), to)
+        level.push_ordered(enter, leave, &node.child, &node.order, u32::from(octant), to)
     };
-    slot.len += pushed as u32;
+    *len += pushed as u32;
 }
 
 /// Where a ray meets one of the planes of each box; `at` is where in the node the plane lies, in bytes.

@@ -146,7 +146,7 @@ pub fn irradiances(scene: &Scene, at: &Receiver, n: u32) -> [Estimate; 3] {
         }
         estimates[0].add(of_light);
         let [u, _] = numbers(92, i);
-        let w = frame.to_world(warp::square_to_cosine_hemisphere(u)).normalize();
+        let w = frame.to_world(warp::Draw::from(u).cosine_hemisphere()).normalize();
         let own = f64::from(warp::cosine_hemisphere_pdf(at.n.dot(w)));
         let mut of_cosine = 0.0;
         for (l, pdf) in met(scene, at, w) {

@@ -12,11 +12,10 @@
 use super::{
     super::{
         Geometry,
-        slab::LEAVE,
         wide::node::{DONE, Node},
     },
-    inflight::{distance, pop},
-    lanes::{Floats, Level, Top},
+    inflight::{distance, pop, push},
+    lanes::{Floats, Level},
     query::Query,
     scratch::{PACKETS, Scratch, Stack},
     slot::{BASE, SIDE},
@@ -245,21 +244,8 @@ unsafe fn node_step<L: Level, Q: Query>(level: L, packet: &mut Packet, node: &No
         let inv = level.splat8(packet.inv_far[axis]);
         leave = distance(level, node, near ^ SIDE, inv, packet.shift_far[axis]).min(leave);
     }
-    let leave = leave.mul(level.splat8(LEAVE));
-    let len = packet.len as usize;
-    // SAFETY: a stack has room for all that may wait and for a store of eight above it.
-    let to = unsafe {
-        Top {
-            enter: &mut *stack.enter.add(len).cast(),
-            child: &mut *stack.child.add(len).cast(),
-        }
-    };
-    let pushed = if Q::ANY {
-        level.push_any(enter, leave, &node.child, to.child)
-    } else {
-        level.push_ordered(enter, leave, &node.child, &node.order, u32::from(packet.octant), to)
-    };
-    packet.len += pushed as u32;
+    // SAFETY: by this function's own contract.
+    unsafe { push::<L, Q>(level, (enter, leave), node, packet.octant, &mut packet.len, stack) };
     packet.cost += 1;
 }
 
