@@ -46,9 +46,17 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Of object and material 0. `varies` says whether the place on textures is asked for.
+    /// `varies` says whether the place on textures is asked for.
     #[inline(always)]
-    pub(super) fn of_shape(placed: &Placed, transform: Option<&Transform>, ray: &Ray, hit: &Hit, varies: bool) -> Self {
+    pub(super) fn of_shape(
+        placed: &Placed,
+        transform: Option<&Transform>,
+        ray: &Ray,
+        hit: &Hit,
+        object: ObjectId,
+        material: MaterialId,
+        varies: bool,
+    ) -> Self {
         let shape_hit = ShapeHit {
             t: hit.t,
             u: hit.u,
@@ -85,8 +93,8 @@ impl Surface {
             } else {
                 anywhere(local.uv)
             },
-            object: ObjectId(0),
-            material: MaterialId(0),
+            object,
+            material,
         }
     }
 

@@ -255,10 +255,8 @@ impl Scene {
             Some(placed) => {
                 let object = self.shape_objects[hit.prim.index() as usize - geometry.triangles.len()];
                 let material = self.objects[object.0 as usize].material;
-                let mut surface =
-                    Surface::of_shape(placed, geometry.transform(placed), ray, hit, self.varies(material));
-                (surface.object, surface.material) = (object, material);
-                surface
+                let varies = self.varies(material);
+                Surface::of_shape(placed, geometry.transform(placed), ray, hit, object, material, varies)
             }
             None => {
                 let index = hit.prim.index() as usize;

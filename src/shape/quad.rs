@@ -208,7 +208,8 @@ impl Quad {
         let [to_u, to_v] = self.inverse?;
         let d = ray.d.as_dvec3();
         let length = d.x.abs() + d.y.abs() + d.z.abs();
-        if (t * length * self.blur.each + self.blur.own) * length > MARGIN * along.abs() {
+        let blur = (t.abs() * length * self.blur.each + self.blur.own) * length;
+        if blur.is_nan() || blur > MARGIN * along.abs() {
             return None;
         }
         let h = ray.o.as_dvec3() + d * t - self.corners[0].as_dvec3();
@@ -337,6 +338,7 @@ mod tests {
             (u, v) in (-0.2_f32..1.2, -0.2_f32..1.2),
             (side, away) in (vec(-1.0..1.0), 0_i32..24),
             (tilt, length) in (prop::sample::select(vec![1.0_f32, 0.1, 1e-2, 1e-3, 1e-4]), -4_i32..4),
+            behind in prop::bool::ANY,
         ) {
             // Multiples of 2^-10, so that the corners are a parallelogram's to the last bit.
             let [a, e, f] = [a, e, f].map(|v| (v * 1024.0).round() / 1024.0);
@@ -348,7 +350,11 @@ mod tests {
             let across = side - n * n.dot(side);
             let d = (across + n * (tilt * side.dot(n).signum())).normalize_or(n);
             let o = to - d * 2.0_f32.powi(away - 6);
-            let ray = Ray::new(o, d * 10.0_f32.powi(length));
+            let scale = 10.0_f32.powi(length);
+            let ray = Ray {
+                tmin: f32::MIN,
+                ..Ray::new(o, d * if behind { -scale } else { scale })
+            };
             let along = dot_direction(ray.d, quad.normal);
             let t = (quad.middle - ray.o.as_dvec3()).dot(quad.normal) / along;
             if let (Some(_), Some(told)) = (hit_at(&ray, t, 0.0), quad.is_within(&ray, t, along)) {
