@@ -5,6 +5,8 @@
 //! to the viewer, `wi` to the light. For a BSDF that lets nothing through the frame is turned so that `wo.z > 0`; for one
 //! that does, the sign of `wo.z` tells the side it is seen from.
 
+use std::ops::Deref;
+
 use crate::math::{Draw, Rgb, Vec3};
 
 pub mod albedo;
@@ -95,6 +97,14 @@ pub trait BsdfKind {
     }
 }
 
+/// What is done with a BSDF of whatever kind.
+pub trait BsdfTask {
+    type Answer;
+
+    /// Compiled for each kind by itself: what that kind never does costs nothing.
+    fn run<B: BsdfKind>(self, bsdf: &B) -> Self::Answer;
+}
+
 macro_rules! bsdfs {
     ($( $(#[$doc:meta])* $Variant:ident($Kind:ty), )*) => {
         /// The scattering at one place, flat and without pointers.
@@ -102,40 +112,19 @@ macro_rules! bsdfs {
         pub enum Bsdf { $( $(#[$doc])* $Variant($Kind), )* }
 
         impl Bsdf {
-            /// See [`BsdfKind::eval`].
-            #[inline]
-            pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
-                match self { $( Self::$Variant(bsdf) => bsdf.eval(wo, wi), )* }
+            /// Does `task` with the kind that this is.
+            #[inline(always)]
+            pub fn give<T: BsdfTask>(&self, task: T) -> T::Answer {
+                match self { $( Self::$Variant(bsdf) => task.run(bsdf), )* }
             }
+        }
 
-            /// See [`BsdfKind::sample`].
-            #[inline]
-            pub fn sample(&self, wo: Vec3, uc: f32, u: Draw) -> Option<BsdfSample> {
-                match self { $( Self::$Variant(bsdf) => bsdf.sample(wo, uc, u), )* }
-            }
+        /// For who asks little; [`Bsdf::give`] is faster.
+        impl Deref for Bsdf {
+            type Target = dyn BsdfKind;
 
-            /// See [`BsdfKind::transmits`].
-            #[inline]
-            pub fn transmits(&self) -> bool {
-                match self { $( Self::$Variant(bsdf) => bsdf.transmits(), )* }
-            }
-
-            /// See [`BsdfKind::reads_tangent`].
-            #[inline]
-            pub fn reads_tangent(&self) -> bool {
-                match self { $( Self::$Variant(bsdf) => bsdf.reads_tangent(), )* }
-            }
-
-            /// See [`BsdfKind::has_lobes`].
-            #[inline]
-            pub fn has_lobes(&self) -> bool {
-                match self { $( Self::$Variant(bsdf) => bsdf.has_lobes(), )* }
-            }
-
-            /// See [`BsdfKind::is_delta`].
-            #[inline]
-            pub fn is_delta(&self) -> bool {
-                match self { $( Self::$Variant(bsdf) => bsdf.is_delta(), )* }
+            fn deref(&self) -> &Self::Target {
+                match self { $( Self::$Variant(bsdf) => bsdf, )* }
             }
         }
     };

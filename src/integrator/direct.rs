@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use super::{Departures, Lobes, Tag, Visit};
 use crate::{
-    bsdf::Bsdf,
+    bsdf::BsdfKind,
     math::{Frame, Rgb, Vec3},
     sampler::{Dimension, Purpose},
     scene::{Receiver, Surface},
@@ -63,25 +63,24 @@ fn power_heuristic(a: f32, b: f32) -> f32 {
 }
 
 /// A surface, seen in its shading frame.
-#[derive(Clone, Copy, Debug)]
-pub struct Shading<'a> {
+pub struct Shading<'a, B> {
     pub surface: &'a Surface,
     pub frame: Frame,
-    pub bsdf: &'a Bsdf,
+    pub bsdf: &'a B,
     pub wo_local: Vec3,
 }
 
-impl Shading<'_> {
+impl<B: BsdfKind> Shading<'_, B> {
     /// Whether `wi` (world) lies on the side of the surface that the frame says it does: shading normals and true ones
     /// disagree at the rim of smooth meshes, where light would leak through.
-    #[inline]
+    #[inline(always)]
     pub fn agrees(&self, wi: Vec3, wi_local: Vec3) -> bool {
         let same_side = self.surface.ng.dot(wi) * self.surface.ng.dot(self.surface.wo) > 0.0;
         same_side == (wi_local.z * self.wo_local.z > 0.0)
     }
 
     /// Where light is asked for.
-    #[inline]
+    #[inline(always)]
     pub fn receiver(&self) -> Receiver {
         Receiver {
             p: self.surface.p,
@@ -95,10 +94,10 @@ impl Shading<'_> {
 }
 
 /// Asks one light, chosen by `uc`, what it brings to `shading`; `clamp` bounds what a path through bounces may bring.
-#[inline]
+#[inline(always)]
 pub fn ask_light(
     visit: &Visit<'_>,
-    shading: &Shading<'_>,
+    shading: &Shading<'_, impl BsdfKind>,
     uc: impl Fn() -> f32,
     strategy: Strategy,
     clamp: impl Fn(Rgb) -> Rgb,

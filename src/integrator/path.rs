@@ -32,7 +32,7 @@ use super::{
 };
 use crate::{
     accel::Hit,
-    bsdf::{Bsdf, BsdfSample, Lobe},
+    bsdf::{BsdfKind, BsdfSample, BsdfTask, Lobe},
     material::{Material, MaterialId},
     math::{Frame, Rgb, Vec3, trig},
     sampler::{Dimension, Purpose},
@@ -113,22 +113,13 @@ impl Integrator for PathTracer {
             return;
         }
         let bsdf = material.bsdf(&scene.textures(), &surface.texture);
-        let frame = shading_frame(visit, surface, material, &bsdf);
-        let shading = Shading {
+        bsdf.give(Scatter {
+            tracer: self,
+            visit,
             surface,
-            frame,
-            bsdf: &bsdf,
-            wo_local: frame.to_local(surface.wo),
-        };
-        // Drawn once, and only where there is something to choose.
-        let choice = LazyCell::new(|| visit.numbers.pair(Dimension::at(path.depth, Purpose::Choice)));
-        // What has but one direction is found this way alone.
-        if !bsdf.is_delta() && !scene.lights.is_empty() {
-            let clamp = |l| self.clamped(path, path.depth + 1, l);
-            ask_light(visit, &shading, || choice.x, self.strategy, clamp, out);
-        }
-        let uc = if bsdf.has_lobes() { choice.y } else { 0.0 };
-        self.go_on(visit, &shading, uc, out);
+            material,
+            out,
+        });
     }
 
     fn limits(&self) -> Vec<Limit> {
@@ -157,7 +148,54 @@ impl Integrator for PathTracer {
     }
 }
 
+/// What a path does at a surface, whose BSDF is all that is left to know.
+struct Scatter<'a, 'b> {
+    tracer: &'a PathTracer,
+    visit: &'a Visit<'b>,
+    surface: &'a Surface,
+    material: &'a Material,
+    out: &'a mut Departures,
+}
+
+impl BsdfTask for Scatter<'_, '_> {
+    type Answer = ();
+
+    fn run<B: BsdfKind>(self, bsdf: &B) {
+        self.tracer
+            .scatter(self.visit, self.surface, self.material, bsdf, self.out);
+    }
+}
+
 impl PathTracer {
+    /// Asks for light, and carries the path on.
+    #[inline(always)]
+    fn scatter(
+        &self,
+        visit: &Visit<'_>,
+        surface: &Surface,
+        material: &Material,
+        bsdf: &impl BsdfKind,
+        out: &mut Departures,
+    ) {
+        let (scene, path) = (visit.scene, visit.path);
+        let frame = shading_frame(visit, surface, material, bsdf);
+        let shading = Shading {
+            surface,
+            frame,
+            bsdf,
+            wo_local: frame.to_local(surface.wo),
+        };
+        // Drawn once, and only where there is something to choose.
+        let choice = LazyCell::new(|| visit.numbers.pair(Dimension::at(path.depth, Purpose::Choice)));
+        // What has but one direction is found this way alone.
+        if !bsdf.is_delta() && !scene.lights.is_empty() {
+            let clamp = |l| self.clamped(path, path.depth + 1, l);
+            ask_light(visit, &shading, || choice.x, self.strategy, clamp, out);
+        }
+        let uc = if bsdf.has_lobes() { choice.y } else { 0.0 };
+        self.go_on(visit, &shading, uc, out);
+    }
+
     /// What lies behind everything.
     fn escape(&self, visit: &Visit<'_>, out: &mut Departures) {
         let (scene, path, w) = (visit.scene, visit.path, visit.ray.d);
@@ -201,7 +239,7 @@ impl PathTracer {
 
     /// Carries the path on in a direction that the surface chooses, `uc` the lobe.
     #[inline(always)]
-    fn go_on(&self, visit: &Visit<'_>, shading: &Shading<'_>, uc: f32, out: &mut Departures) {
+    fn go_on(&self, visit: &Visit<'_>, shading: &Shading<'_, impl BsdfKind>, uc: f32, out: &mut Departures) {
         let (path, surface) = (visit.path, shading.surface);
         let u = visit.numbers.draw(Dimension::at(path.depth, Purpose::Bsdf));
         let Some(sample) = shading.bsdf.sample(shading.wo_local, uc, u) else {
@@ -268,7 +306,8 @@ fn receiver(visit: &Visit<'_>) -> Receiver {
 }
 
 /// The medium that the path is in behind `sample`.
-fn medium_after(visit: &Visit<'_>, shading: &Shading<'_>, sample: &BsdfSample) -> Option<MaterialId> {
+#[inline(always)]
+fn medium_after(visit: &Visit<'_>, shading: &Shading<'_, impl BsdfKind>, sample: &BsdfSample) -> Option<MaterialId> {
     if sample.lobe != Lobe::Transmission {
         return visit.path.last.medium;
     }
@@ -279,37 +318,51 @@ fn medium_after(visit: &Visit<'_>, shading: &Shading<'_>, sample: &BsdfSample) -
 
 /// The shading frame: about the normal on the side of the viewer, or as authored where light passes through.
 #[inline(always)]
-fn shading_frame(visit: &Visit<'_>, surface: &Surface, material: &Material, bsdf: &Bsdf) -> Frame {
+fn shading_frame(visit: &Visit<'_>, surface: &Surface, material: &Material, bsdf: &impl BsdfKind) -> Frame {
     let front = surface.ng.dot(surface.wo) >= 0.0;
-    // At the rim of a smooth mesh the shading normal may point away from a viewer in front: there the true one stands in.
-    let seen = |n: Vec3| (n.dot(surface.wo) > 0.0) == front;
-    let authored = if seen(surface.ns) { surface.ns } else { surface.ng };
-    let mapped = material.normal(&visit.scene.textures(), &surface.texture);
-    let frame = if mapped.is_none() && !bsdf.reads_tangent() {
-        Frame::from_normal(authored)
+    let frame = if material.has_normals() || bsdf.reads_tangent() {
+        let Frame { s, t, n } = turned_frame(visit.scene, surface, material);
+        // Number by number: what a call has left in memory as a whole would keep the frame there.
+        let [s, t, n] = [s, t, n].map(|v| Vec3::new(v.x, v.y, v.z));
+        Frame { s, t, n }
     } else {
-        turned_frame(surface, authored, mapped, seen)
+        Frame::from_normal(authored_normal(surface))
     };
-    if front || bsdf.transmits() {
-        frame
-    } else {
-        Frame {
-            s: frame.s,
-            t: -frame.t,
-            n: -frame.n,
-        }
+    let sign = if front || bsdf.transmits() { 1.0 } else { -1.0 };
+    Frame {
+        s: frame.s,
+        t: frame.t * sign,
+        n: frame.n * sign,
     }
 }
 
-/// A frame about `authored`, or about the normal that a map tells where it is `seen`; its first axis follows the texture's.
+/// The shading normal; at the rim of a smooth mesh it may point away from a viewer in front: there the true one stands in.
+#[inline(always)]
+fn authored_normal(surface: &Surface) -> Vec3 {
+    let (ns, ng) = (surface.ns, surface.ng);
+    let seen = is_seen(surface, ns);
+    let either = |s: f32, g: f32| if seen { s } else { g };
+    Vec3::new(either(ns.x, ng.x), either(ns.y, ng.y), either(ns.z, ng.z))
+}
+
+/// Whether `n` says that the viewer is on the side that he is on.
+#[inline(always)]
+fn is_seen(surface: &Surface, n: Vec3) -> bool {
+    (n.dot(surface.wo) > 0.0) == (surface.ng.dot(surface.wo) >= 0.0)
+}
+
+/// A frame about the shading normal, or about the one that a map tells where it is seen; its first axis follows the texture's.
 #[inline(never)]
-fn turned_frame(surface: &Surface, authored: Vec3, mapped: Option<Vec3>, seen: impl Fn(Vec3) -> bool) -> Frame {
+fn turned_frame(scene: &Scene, surface: &Surface, material: &Material) -> Frame {
+    let authored = authored_normal(surface);
     let base = tangent_frame(surface, authored);
-    let Some(n) = mapped else { return base };
+    let Some(n) = material.normal(&scene.textures(), &surface.texture) else {
+        return base;
+    };
     let handed = base.t.dot(surface.dpdv) < 0.0;
     let n = Vec3::new(n.x, if handed { -n.y } else { n.y }, n.z);
     let world = base.to_world(n).normalize_or(authored);
-    tangent_frame(surface, if seen(world) { world } else { authored })
+    tangent_frame(surface, if is_seen(surface, world) { world } else { authored })
 }
 
 /// A frame about `n` whose first axis follows the texture's.

@@ -94,6 +94,11 @@ pub trait MaterialKind {
         true
     }
 
+    /// Whether a map tells its normals.
+    fn has_normals(&self) -> bool {
+        false
+    }
+
     /// The normal that a map tells, in the frame of tangent, bitangent and shading normal; need not be unit.
     fn normal(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Option<Vec3> {
         None
@@ -210,6 +215,8 @@ kinds! {
     fn opacity(&self, textures: &Textures<'_>, at: &TexturePoint) -> f32;
     /// See [`MaterialKind::is_opaque`].
     fn is_opaque(&self) -> bool;
+    /// See [`MaterialKind::has_normals`].
+    fn has_normals(&self) -> bool;
     /// See [`MaterialKind::normal`].
     fn normal(&self, textures: &Textures<'_>, at: &TexturePoint) -> Option<Vec3>;
     /// See [`MaterialKind::absorption`].

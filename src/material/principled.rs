@@ -364,6 +364,10 @@ impl MaterialKind for Principled {
         self.alpha == Alpha::Opaque || matches!(self.opacity, Scalar::Constant(v) if everywhere(v))
     }
 
+    fn has_normals(&self) -> bool {
+        self.normal.is_some()
+    }
+
     fn normal(&self, textures: &Textures<'_>, at: &TexturePoint) -> Option<Vec3> {
         let n = textures.color(self.normal.as_ref()?, at) * 2.0 - Rgb::WHITE;
         Some(Vec3::new(n.r * self.normal_scale, n.g * self.normal_scale, n.b))
