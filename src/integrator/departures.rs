@@ -21,6 +21,8 @@ pub struct Departures {
     /// The same light once more, by components and by groups, where somebody asks for it.
     pub(crate) sorted: Option<Sorted>,
     from: Origin,
+    has_cones: bool,
+    /// Of the last surface, where paths have cones.
     mirror: Mirror,
 }
 
@@ -43,8 +45,9 @@ struct Mirror {
 }
 
 impl Departures {
-    /// Starts a wave of `samples` samples.
-    pub(crate) fn start(&mut self, samples: usize) {
+    /// Starts a wave of `samples` samples; `has_cones` says whether textures want to know how wide paths are.
+    pub(crate) fn start(&mut self, samples: usize, has_cones: bool) {
+        self.has_cones = has_cones;
         self.radiance.clear();
         self.radiance.resize(samples, Rgb::BLACK);
         if let Some(sorted) = &mut self.sorted {
@@ -73,7 +76,6 @@ impl Departures {
             throughput: path.throughput,
             cone: path.cone,
         };
-        self.mirror = Mirror::default();
     }
 
     /// The same, where the path has met a surface and textures want to know how wide it is.
@@ -151,6 +153,7 @@ impl Departures {
     pub fn go_on(&mut self, ray: Ray, weight: Rgb, last: Onward) {
         let path = &self.from;
         let cone = match last.pdf {
+            _ if !self.has_cones => path.cone,
             Some(pdf) => path.cone.scattered(pdf),
             None if ray.d.dot(self.mirror.n) > 0.0 => path.cone.mirrored(self.mirror.bend),
             None => path.cone,

@@ -33,7 +33,7 @@ use super::{
 use crate::{
     accel::Hit,
     bsdf::{BsdfKind, BsdfSample, BsdfTask, Lobe},
-    material::{Material, MaterialId},
+    material::{Emission, Material, MaterialId},
     math::{Frame, Rgb, Vec3, trig},
     sampler::{Dimension, Purpose},
     scene::{Receiver, Scene, Surface},
@@ -108,7 +108,9 @@ impl Integrator for PathTracer {
             out.attenuate(absorption.map(|a| trig::exp(-a * surface.t)));
         }
         let material = scene.material(surface.material);
-        self.emission(visit, surface, hit, material, out);
+        if let Some(emission) = material.emission() {
+            self.emission(visit, surface, hit, &emission, out);
+        }
         if path.depth >= self.max_depth {
             return;
         }
@@ -222,8 +224,7 @@ impl PathTracer {
     }
 
     /// What the surface shines with of its own.
-    fn emission(&self, visit: &Visit<'_>, surface: &Surface, hit: &Hit, material: &Material, out: &mut Departures) {
-        let Some(emission) = material.emission() else { return };
+    fn emission(&self, visit: &Visit<'_>, surface: &Surface, hit: &Hit, emission: &Emission, out: &mut Departures) {
         let (scene, path) = (visit.scene, visit.path);
         let l = emission.radiance(&scene.textures(), &surface.texture, surface.ng.dot(surface.wo));
         if l.is_black() {
@@ -326,7 +327,7 @@ fn shading_frame(visit: &Visit<'_>, surface: &Surface, material: &Material, bsdf
         let [s, t, n] = [s, t, n].map(|v| Vec3::new(v.x, v.y, v.z));
         Frame { s, t, n }
     } else {
-        Frame::from_normal(authored_normal(surface))
+        surface.frame
     };
     let sign = if front || bsdf.transmits() { 1.0 } else { -1.0 };
     Frame {
@@ -336,25 +337,10 @@ fn shading_frame(visit: &Visit<'_>, surface: &Surface, material: &Material, bsdf
     }
 }
 
-/// The shading normal; at the rim of a smooth mesh it may point away from a viewer in front: there the true one stands in.
-#[inline(always)]
-fn authored_normal(surface: &Surface) -> Vec3 {
-    let (ns, ng) = (surface.ns, surface.ng);
-    let seen = is_seen(surface, ns);
-    let either = |s: f32, g: f32| if seen { s } else { g };
-    Vec3::new(either(ns.x, ng.x), either(ns.y, ng.y), either(ns.z, ng.z))
-}
-
-/// Whether `n` says that the viewer is on the side that he is on.
-#[inline(always)]
-fn is_seen(surface: &Surface, n: Vec3) -> bool {
-    (n.dot(surface.wo) > 0.0) == (surface.ng.dot(surface.wo) >= 0.0)
-}
-
 /// A frame about the shading normal, or about the one that a map tells where it is seen; its first axis follows the texture's.
 #[inline(never)]
 fn turned_frame(scene: &Scene, surface: &Surface, material: &Material) -> Frame {
-    let authored = authored_normal(surface);
+    let authored = surface.frame.n;
     let base = tangent_frame(surface, authored);
     let Some(n) = material.normal(&scene.textures(), &surface.texture) else {
         return base;
@@ -362,7 +348,7 @@ fn turned_frame(scene: &Scene, surface: &Surface, material: &Material) -> Frame 
     let handed = base.t.dot(surface.dpdv) < 0.0;
     let n = Vec3::new(n.x, if handed { -n.y } else { n.y }, n.z);
     let world = base.to_world(n).normalize_or(authored);
-    tangent_frame(surface, if is_seen(surface, world) { world } else { authored })
+    tangent_frame(surface, if surface.is_seen(world) { world } else { authored })
 }
 
 /// A frame about `n` whose first axis follows the texture's.

@@ -196,7 +196,8 @@ impl MaterialKind for Metal {
             Look::Measured(_) => None,
             Look::Colored { color, .. } => Some(color),
         };
-        !(self.roughness.is_constant() && tint.is_none_or(Color::is_constant))
+        let is_constant = self.roughness.is_constant() && tint.is_none_or(Color::is_constant);
+        !is_constant || self.anisotropy > 0.0
     }
 }
 

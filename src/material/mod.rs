@@ -114,7 +114,7 @@ pub trait MaterialKind {
         0.0
     }
 
-    /// Whether it may differ from place to place: where it does not, no place is found for it.
+    /// Whether it may differ from place to place or with the tangent: where it does not, no place on textures is found for it.
     fn varies(&self) -> bool {
         true
     }

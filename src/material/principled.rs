@@ -406,6 +406,7 @@ impl MaterialKind for Principled {
         ];
         let is_constant =
             colors.into_iter().chain(&self.normal).all(Color::is_constant) && scalars.iter().all(Scalar::is_constant);
-        !is_constant
+        let is_brushed = matches!(self.anisotropy, Scalar::Constant(a) if a > 0.0);
+        !is_constant || is_brushed
     }
 }

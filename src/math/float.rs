@@ -10,35 +10,29 @@ pub const fn gamma(n: u32) -> f32 {
     nu / (1.0 - nu)
 }
 
-/// The origin of a ray that leaves the surface point `p` towards `w`: `p` moved along `ng` just past the box of
-/// its own rounding error, on the side that `w` points to.
+/// The origins of rays that leave the surface point `p`: `p` moved just past the box of its own rounding error, along `ng`
+/// and against it.
 ///
 /// `p_error` bounds the absolute error of each coordinate of `p`, `ng` is the unit geometric normal.
-#[inline]
-pub fn offset_origin(p: Vec3, p_error: Vec3, ng: Vec3, w: Vec3) -> Vec3 {
-    let distance = ng.abs().dot(p_error);
-    let side = if w.dot(ng) < 0.0 { -1.0 } else { 1.0 };
-    let offset = ng * (side * distance);
-    Vec3::new(
-        next_after(p.x, offset.x),
-        next_after(p.y, offset.y),
-        next_after(p.z, offset.z),
-    )
+#[inline(always)]
+pub fn offset_origins(p: Vec3, p_error: Vec3, ng: Vec3) -> [Vec3; 2] {
+    let offset = ng * ng.abs().dot(p_error);
+    let moved = |d: Vec3| Vec3::new(next_after(p.x, d.x), next_after(p.y, d.y), next_after(p.z, d.z));
+    [moved(offset), moved(-offset)]
 }
 
 /// `p + d`, and from there the next number in the direction of `d`; `p` itself where `d` is 0. Finite numbers only.
 ///
 /// Nobody can predict signs of directions, so none is branched on.
-#[inline]
+#[inline(always)]
 fn next_after(p: f32, d: f32) -> f32 {
     let moved = p + d;
-    if moved == 0.0 {
-        return f32::from_bits(1).copysign(d) * f32::from(u8::from(d != 0.0));
-    }
-    // In the order of their bits numbers of one sign grow away from zero.
+    // In the order of their bits numbers of one sign grow away from zero; from zero itself they grow either way.
     let inwards = ((moved.to_bits() ^ d.to_bits()) >> 31) as i32;
-    let step = if d == 0.0 { 0 } else { 1 - 2 * inwards };
-    f32::from_bits(moved.to_bits().wrapping_add_signed(step))
+    let next = moved.to_bits().wrapping_add_signed(1 - 2 * inwards);
+    let from_zero = 1 | d.to_bits() & (1 << 31);
+    let next = if moved == 0.0 { from_zero } else { next };
+    if d == 0.0 { moved } else { f32::from_bits(next) }
 }
 
 #[cfg(test)]
@@ -62,11 +56,10 @@ mod tests {
     }
 
     #[test]
-    fn offset_origin_leaves_the_error_box_on_the_side_of_the_direction() {
+    fn offset_origins_leave_the_error_box_on_their_sides() {
         let (p, e) = (Vec3::new(100.0, -3.0, 0.5), Vec3::splat(1e-5));
         for ng in [Vec3::X, Vec3::new(0.6, 0.0, -0.8)] {
-            for w in [ng, -ng] {
-                let o = offset_origin(p, e, ng, w);
+            for (o, w) in offset_origins(p, e, ng).into_iter().zip([ng, -ng]) {
                 assert!((o - p).dot(w) >= e.dot(ng.abs()));
                 assert!((o - p).length() < 1e-4);
             }

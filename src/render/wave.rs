@@ -12,13 +12,13 @@ use super::{
     transparency::{Passing, pass, transmittance},
 };
 use crate::{
-    accel::{Hit, RayCost, Simd},
+    accel::{Hit, PrimRef, RayCost, Simd},
     camera::{Camera, Shot},
     film::{PixelSum, Window},
     integrator::{Departures, Integrator, Path, Turn, components::Sorted},
     math::{Cone, Ray},
     sampler::{Dimension, DrawnTogether, Purpose, SampleKeys},
-    scene::{Scene, Surface},
+    scene::{Scene, Surfaces},
 };
 
 /// Paths that start together; more do not pay, fewer starve the tracer.
@@ -70,7 +70,7 @@ impl<'a> Job<'a> {
 /// What is found for vertices before they have their turn.
 #[derive(Default)]
 struct Found {
-    surfaces: Vec<Surface>,
+    surfaces: Surfaces,
     keys: SampleKeys,
     drawn: DrawnTogether,
 }
@@ -95,7 +95,7 @@ impl Found {
             paths,
             hits,
             chosen,
-            surfaces: &self.surfaces,
+            surfaces: &self.surfaces.found,
             keys: &self.keys,
             drawn: &self.drawn,
             has_cones: job.cone.is_some(),
@@ -135,6 +135,8 @@ pub(super) struct Wave {
     /// The rays that met something, and those that did not.
     met: Vec<u32>,
     escaped: Vec<u32>,
+    /// What was met.
+    prims: Vec<PrimRef>,
     out: Departures,
     /// Of each sample: its filter weight, and how much of it something covers.
     weights: Vec<f32>,
@@ -230,7 +232,7 @@ impl Wave {
             let groups = job.scene.light_groups.names().len();
             self.out.sorted.get_or_insert_with(|| Sorted::new(groups));
         }
-        self.out.start(self.weights.len());
+        self.out.start(self.weights.len(), job.cone.is_some());
     }
 
     /// Traces all rays, answers for all vertices, and leaves the rays that go on in `out`. Returns how many it traced.
@@ -259,15 +261,18 @@ impl Wave {
     fn part_hits(&mut self) {
         let n = self.hits.len();
         self.met.resize(n, 0);
+        self.prims.resize(n, PrimRef::new(0));
         self.escaped.resize(n, 0);
         let (mut met, mut escaped) = (0, 0);
         for (i, hit) in self.hits.iter().enumerate() {
             self.met[met] = i as u32;
+            self.prims[met] = hit.map_or(PrimRef::new(0), |hit| hit.prim);
             self.escaped[escaped] = i as u32;
             met += usize::from(hit.is_some());
             escaped += usize::from(hit.is_none());
         }
         self.met.truncate(met);
+        self.prims.truncate(met);
         self.escaped.truncate(escaped);
     }
 
@@ -285,20 +290,21 @@ impl Wave {
             paths,
             hits,
             met,
+            prims,
             found,
             out,
             ..
         } = self;
         let hit = |k: usize| {
-            let i = *met.get(k)? as usize;
-            hits[i].as_ref().map(|hit| (&rays[i], hit))
+            let i = met[k] as usize;
+            (&rays[i], hits[i].as_ref().expect("something was met"))
         };
         for first in (0..met.len()).step_by(TURN) {
             let numbers = first..met.len().min(first + TURN);
             let chosen = &met[numbers.clone()];
-            job.scene.surfaces(numbers, hit, &mut found.surfaces);
+            job.scene.surfaces(job.simd, numbers, prims, hit, &mut found.surfaces);
             if job.cone.is_some() {
-                for (surface, &i) in found.surfaces.iter_mut().zip(chosen) {
+                for (surface, &i) in found.surfaces.found.iter_mut().zip(chosen) {
                     let (ray, path) = (&rays[i as usize], &mut paths[i as usize]);
                     path.cone = path.cone.moved(surface.t * ray.d.length());
                     surface.cover(path.cone.width.abs());
@@ -334,7 +340,7 @@ impl Wave {
             out,
             ..
         } = self;
-        found.surfaces.clear();
+        found.surfaces.found.clear();
         found.keys.start(job.settings.seed, job.settings.frame);
         found.drawn.forget();
         for chosen in escaped.chunks(TURN) {

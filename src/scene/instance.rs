@@ -1,6 +1,6 @@
 //! What an instance of a mesh is: which object, of which material.
 
-use super::{ObjectId, Surface};
+use super::{ObjectId, Surface, interaction::Spot};
 use crate::{material::MaterialId, math::Transform};
 
 /// From the space of an instance's mesh to that of its object, which textures stick to.
@@ -24,13 +24,13 @@ pub struct InstanceRecord {
 }
 
 impl InstanceRecord {
-    /// Brings the place on the texture of a surface of the mesh, which is in world space otherwise, into the object's space.
-    pub(super) fn place_texture(&self, surface: &mut Surface, object_places: &[Transform]) {
+    /// Brings the place on the texture of a surface of the mesh at `spot` into the object's space.
+    pub(super) fn place_texture(&self, surface: &mut Surface, spot: &Spot, object_places: &[Transform]) {
         let texture = &mut surface.texture;
         match self.object_from_group {
             ObjectFromGroup::Identity => {}
             ObjectFromGroup::WorldFromGroup => {
-                (texture.p, texture.n) = (surface.p, surface.ng);
+                (texture.p, texture.n) = (spot.p, spot.ng);
                 (texture.dpdu, texture.dpdv) = (surface.dpdu, surface.dpdv);
             }
             ObjectFromGroup::At(place) => {

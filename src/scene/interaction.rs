@@ -1,26 +1,14 @@
-//! From a hit to the surface around it, and the rays that leave it.
+//! The surface around a hit, and the rays that leave it.
 
-use glam::Vec2Swizzles;
-
-use super::{MeshRecord, ObjectId};
+use super::ObjectId;
 use crate::{
-    accel::{Hit, Placed},
     material::MaterialId,
-    math::{Frame, Ray, Transform, Vec2, Vec3, float},
-    shape::{ShapeHit, triangle},
+    math::{Frame, Ray, Vec2, Vec3, float},
     texture::TexturePoint,
 };
 
 /// A grazing ray counts as one of this cosine: beyond it the ellipse that it covers grows without bound.
 const LEAST_COS: f32 = 1.0 / 64.0;
-
-/// A place that nobody asks for.
-fn anywhere(uv: Vec2) -> TexturePoint {
-    TexturePoint {
-        uv,
-        ..TexturePoint::new(Vec3::ZERO, Vec3::Y)
-    }
-}
 
 /// A surface where a ray met it, in world space. Normals are as authored.
 #[derive(Clone, Copy, Debug)]
@@ -28,143 +16,105 @@ pub struct Surface {
     /// In lengths of the ray's direction.
     pub t: f32,
     pub p: Vec3,
-    /// Bound on the absolute error of each coordinate of `p`.
-    pub p_error: Vec3,
+    /// Where rays leave from: `p` moved to the side that `ng` points to, and to the other, beyond what rounding has done to it.
+    pub sides: [Vec3; 2],
     /// Unit geometric normal.
     pub ng: Vec3,
     /// Unit shading normal.
     pub ns: Vec3,
-    /// How `p` moves with the texture coordinates; zero where there are none.
+    /// About the shading normal; at the rim of a smooth mesh, where that points away from a viewer in front or the other way
+    /// round, about the geometric one. Its first axis points anywhere.
+    pub frame: Frame,
+    /// How `p` moves with the texture coordinates, zero where there are none; of one whose material is the same everywhere not
+    /// known.
     pub dpdu: Vec3,
     pub dpdv: Vec3,
     /// Unit direction back along the ray.
     pub wo: Vec3,
-    /// The place in the object's own space; of one whose material is the same everywhere `uv` alone.
+    /// The place in the object's own space; of one whose material is the same everywhere `uv` alone is known.
     pub texture: TexturePoint,
     pub object: ObjectId,
     pub material: MaterialId,
 }
 
-impl Surface {
-    /// `varies` says whether the place on textures is asked for.
+/// What all that depends on the viewer follows from.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Spot {
+    pub p: Vec3,
+    /// Bound on the absolute error of each coordinate of `p`.
+    pub p_error: Vec3,
+    /// Unit geometric normal.
+    pub ng: Vec3,
+    /// In the direction of the shading normal; zero where that is the geometric one.
+    pub smooth: Vec3,
+}
+
+/// What follows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct View {
+    pub wo: Vec3,
+    pub ns: Vec3,
+    pub sides: [Vec3; 2],
+    pub frame: Frame,
+}
+
+impl Spot {
+    /// Seen by a ray along `d`.
     #[inline(always)]
-    pub(super) fn of_shape(
-        placed: &Placed,
-        transform: Option<&Transform>,
-        ray: &Ray,
-        hit: &Hit,
-        object: ObjectId,
-        material: MaterialId,
-        varies: bool,
-    ) -> Self {
-        let shape_hit = ShapeHit {
-            t: hit.t,
-            u: hit.u,
-            v: hit.v,
-        };
-        let local_ray = transform.map_or(*ray, |t| t.ray_to_local(ray));
-        let local = placed.shape.surface(&local_ray, &shape_hit);
-        let (p, p_error, ng, [dpdu, dpdv]) = match transform {
-            None => (local.p, local.p_error, local.ng, [local.dpdu, local.dpdv]),
-            Some(t) => (
-                t.point_to_world(local.p),
-                t.point_error_to_world(local.p, local.p_error),
-                t.normal_to_world(local.ng).normalize(),
-                [local.dpdu, local.dpdv].map(|d| t.vector_to_world(d)),
-            ),
-        };
+    pub fn seen_along(&self, d: Vec3) -> View {
+        let wo = -d.normalize();
+        let ns = self.smooth.normalize_or(self.ng);
+        let authored = if is_seen(ns, self.ng, wo) { ns } else { self.ng };
+        View {
+            wo,
+            ns,
+            sides: float::offset_origins(self.p, self.p_error, self.ng),
+            frame: Frame::from_normal(authored),
+        }
+    }
+}
+
+/// Whether a viewer in the direction `wo` is on the same side of a surface by `n` as by its geometric normal.
+#[inline(always)]
+fn is_seen(n: Vec3, ng: Vec3, wo: Vec3) -> bool {
+    (n.dot(wo) > 0.0) == (ng.dot(wo) >= 0.0)
+}
+
+impl Surface {
+    /// Of which nothing is known yet.
+    pub(super) fn nowhere() -> Self {
         Self {
-            t: hit.t,
-            p,
-            p_error,
-            ng,
-            ns: ng,
-            dpdu,
-            dpdv,
-            wo: -ray.d.normalize(),
-            texture: if varies {
-                TexturePoint {
-                    uv: local.uv,
-                    dpdu: local.dpdu,
-                    dpdv: local.dpdv,
-                    curvature: placed.shape.curvature(),
-                    ..TexturePoint::new(local.p, local.ng)
-                }
-            } else {
-                anywhere(local.uv)
+            t: 0.0,
+            p: Vec3::ZERO,
+            sides: [Vec3::ZERO; 2],
+            ng: Vec3::ZERO,
+            ns: Vec3::ZERO,
+            frame: Frame {
+                s: Vec3::ZERO,
+                t: Vec3::ZERO,
+                n: Vec3::ZERO,
             },
-            object,
-            material,
+            dpdu: Vec3::ZERO,
+            dpdv: Vec3::ZERO,
+            wo: Vec3::ZERO,
+            texture: TexturePoint::new(Vec3::ZERO, Vec3::Y),
+            object: ObjectId(0),
+            material: MaterialId(0),
         }
     }
 
-    /// Of an instanced triangle `place` says where it stands; the place on the texture, which `varies` asks for, is in the mesh's
-    /// space then.
+    /// Says where it is, and how it is seen.
     #[inline(always)]
-    pub(super) fn of_triangle(
-        corners: [Vec3; 3],
-        vertices: [u32; 3],
-        mesh: &MeshRecord,
-        place: Option<&Transform>,
-        ray: &Ray,
-        hit: &Hit,
-        varies: bool,
-    ) -> Self {
-        let at = vertices.map(|v| (v - mesh.vertices.start) as usize);
-        let uvs = (!mesh.uvs.is_empty()).then(|| at.map(|i| mesh.uvs[i]));
-        let mut local = triangle::surface(corners, uvs, hit.u, hit.v);
-        if uvs.is_none() && place.is_some_and(Transform::is_mirroring) {
-            // A copy in world space would have its last two corners in the other order.
-            local.uv = local.uv.yx();
-            (local.dpdu, local.dpdv) = (local.dpdv, local.dpdu);
-        }
-        let (p, p_error, ng, [dpdu, dpdv]) = match place {
-            None => (local.p, local.p_error, local.ng, [local.dpdu, local.dpdv]),
-            Some(t) => {
-                let p = t.point_to_world(local.p);
-                let p_error = t.point_error_to_world(local.p, local.p_error) + t.return_error(p);
-                let ng = t.normal_to_world(local.ng).normalize();
-                (p, p_error, ng, [local.dpdu, local.dpdv].map(|d| t.vector_to_world(d)))
-            }
-        };
-        let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-        let ns = if mesh.normals.is_empty() {
-            ng
-        } else {
-            let normal = |k: usize| match place {
-                None => mesh.normals[at[k]],
-                Some(t) => t.normal_to_world(mesh.normals[at[k]]).normalize_or_zero(),
-            };
-            let sum: Vec3 = (0..3).map(|k| normal(k) * weights[k]).sum();
-            sum.try_normalize().unwrap_or(ng)
-        };
-        Self {
-            t: hit.t,
-            p,
-            p_error,
-            ng,
-            ns,
-            dpdu,
-            dpdv,
-            wo: -ray.d.normalize(),
-            texture: match &mesh.transform {
-                _ if !varies => anywhere(local.uv),
-                None => TexturePoint {
-                    uv: local.uv,
-                    dpdu: local.dpdu,
-                    dpdv: local.dpdv,
-                    ..TexturePoint::new(local.p, local.ng)
-                },
-                Some(t) => TexturePoint {
-                    uv: local.uv,
-                    dpdu: t.vector_to_local(local.dpdu),
-                    dpdv: t.vector_to_local(local.dpdv),
-                    ..TexturePoint::new(t.point_to_local(local.p), t.normal_to_local(local.ng).normalize())
-                },
-            },
-            object: mesh.object,
-            material: mesh.material,
-        }
+    pub(super) fn stand(&mut self, spot: &Spot, view: &View) {
+        (self.p, self.ng) = (spot.p, spot.ng);
+        (self.wo, self.ns) = (view.wo, view.ns);
+        (self.sides, self.frame) = (view.sides, view.frame);
+    }
+
+    /// Whether `n` says that the viewer is on the side that he is on.
+    #[inline]
+    pub fn is_seen(&self, n: Vec3) -> bool {
+        is_seen(n, self.ng, self.wo)
     }
 
     /// Says how wide the bundle of rays is that arrives here, in m: what of the surface textures look at.
@@ -207,13 +157,13 @@ impl Surface {
     /// The ray that leaves along the unit direction `w`.
     #[inline(always)]
     pub fn spawn_ray(&self, w: Vec3) -> Ray {
-        Ray::new(float::offset_origin(self.p, self.p_error, self.ng, w), w)
+        Ray::new(self.origin(w), w)
     }
 
     /// The ray towards a light `distance` away along the unit direction `w`, up to the light.
     #[inline(always)]
     pub fn shadow_ray(&self, w: Vec3, distance: f32) -> Ray {
-        let o = float::offset_origin(self.p, self.p_error, self.ng, w);
+        let o = self.origin(w);
         if distance.is_finite() {
             // From the moved origin to the same point: neither short of the light nor past it.
             let d = self.p + w * distance - o;
@@ -221,5 +171,17 @@ impl Surface {
         } else {
             Ray::new(o, w)
         }
+    }
+
+    #[inline(always)]
+    fn origin(&self, w: Vec3) -> Vec3 {
+        let ([above, below], is_below) = (self.sides, w.dot(self.ng) < 0.0);
+        // Nobody can predict the side, so it is not branched on.
+        let either = |above: f32, below: f32| if is_below { below } else { above };
+        Vec3::new(
+            either(above.x, below.x),
+            either(above.y, below.y),
+            either(above.z, below.z),
+        )
     }
 }

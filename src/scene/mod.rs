@@ -5,7 +5,7 @@
 use std::ops::Range;
 
 use crate::{
-    accel::{Accelerator, Geometry, Hit, PrimRef, prefetch},
+    accel::{Accelerator, Hit, PrimRef},
     light::{Light, LightSample},
     material::{Material, MaterialId},
     math::{Ray, Rgb, Transform, Vec2, Vec3},
@@ -14,6 +14,7 @@ use crate::{
 
 pub mod background;
 pub mod builder;
+mod columns;
 mod emitter_bounds;
 pub mod emitters;
 pub mod instance;
@@ -21,6 +22,7 @@ pub mod interaction;
 pub mod light_groups;
 pub mod lights;
 pub mod motion;
+pub mod surfaces;
 
 pub use background::{Background, Sky};
 pub use builder::{Builder, GroupId};
@@ -30,6 +32,7 @@ pub use interaction::Surface;
 pub use light_groups::{LightGroup, LightGroups};
 pub use lights::{Choice, LightPart, Lights, Receiver};
 pub use motion::{MeshId, Motion, MotionError, Pose};
+pub use surfaces::Surfaces;
 
 /// An index into the scene's objects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,9 +68,6 @@ pub struct MeshRecord {
     /// Per vertex; empty where the file has none.
     pub uvs: Vec<Vec2>,
 }
-
-/// How many hits in advance the memory of surfaces is asked for.
-const AHEAD: usize = 12;
 
 /// Everything that a frame is rendered from, but the camera.
 pub struct Scene {
@@ -204,84 +204,5 @@ impl Scene {
     fn mesh_of(&self, prim: PrimRef) -> &MeshRecord {
         let after = self.meshes.partition_point(|m| m.triangles.start <= prim.index());
         &self.meshes[after - 1]
-    }
-
-    /// All that shading needs to know of a hit.
-    pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
-        self.find_surface(self.accel.geometry(), ray, hit)
-    }
-
-    /// The surfaces of a part of many hits, in place of what `surfaces` held: `hit` tells the hit of a number in `part` and the
-    /// ray that it is on, and of greater numbers too, whose memory is asked for ahead.
-    #[inline]
-    pub fn surfaces<'a>(
-        &self,
-        part: Range<usize>,
-        hit: impl Fn(usize) -> Option<(&'a Ray, &'a Hit)>,
-        surfaces: &mut Vec<Surface>,
-    ) {
-        let geometry = self.accel.geometry();
-        surfaces.clear();
-        surfaces.extend(part.map(|i| {
-            if let Some((_, later)) = hit(i + 2 * AHEAD) {
-                prefetch(&geometry.triangles, later.prim.index() as usize);
-            }
-            if let Some((_, later)) = hit(i + AHEAD) {
-                self.expect_corners(geometry, later);
-            }
-            let (ray, hit) = hit(i).expect("every number of the part has a hit");
-            self.find_surface(geometry, ray, hit)
-        }));
-    }
-
-    /// Asks for the corners of a hit's triangle, and for what is known of them.
-    #[inline(always)]
-    fn expect_corners(&self, geometry: &Geometry, hit: &Hit) {
-        let Some(corners) = geometry.triangles.get(hit.prim.index() as usize) else {
-            return;
-        };
-        let mesh = self.mesh_of(hit.prim);
-        for &v in corners {
-            prefetch(&geometry.vertices, v as usize);
-            let own = (v - mesh.vertices.start) as usize;
-            prefetch(&mesh.normals, own);
-            prefetch(&mesh.uvs, own);
-        }
-    }
-
-    #[inline(always)]
-    fn find_surface(&self, geometry: &Geometry, ray: &Ray, hit: &Hit) -> Surface {
-        match geometry.shape(hit.prim) {
-            Some(placed) => {
-                let object = self.shape_objects[hit.prim.index() as usize - geometry.triangles.len()];
-                let material = self.objects[object.0 as usize].material;
-                let varies = self.varies(material);
-                Surface::of_shape(placed, geometry.transform(placed), ray, hit, object, material, varies)
-            }
-            None => {
-                let index = hit.prim.index() as usize;
-                let mesh = self.mesh_of(hit.prim);
-                let instance = self.instances.get(hit.instance.0 as usize);
-                let material = instance.and_then(|i| i.material).unwrap_or(mesh.material);
-                let varies = self.varies(material);
-                let (corners, vertices) = (geometry.corners(index), geometry.triangles[index]);
-                let place = geometry.place(hit.instance);
-                let mut surface = Surface::of_triangle(corners, vertices, mesh, place, ray, hit, varies);
-                surface.material = material;
-                if let Some(instance) = instance {
-                    surface.object = instance.object;
-                    if varies {
-                        instance.place_texture(&mut surface, &self.object_places);
-                    }
-                }
-                surface
-            }
-        }
-    }
-
-    /// Whether `material` looks at places on textures.
-    #[inline]
-    fn varies(&self, material: MaterialId) -> bool {
-        self.varying.get(material.0 as usize).is_none_or(|varies| *varies)
     }
 }

@@ -40,7 +40,7 @@ pub(super) fn rounded(p: DVec3, extent: f64) -> (Vec3, Vec3) {
 }
 
 /// `d . n`, or 0 where the same product in single precision, as
-/// [`offset_origin`](crate::math::float::offset_origin) computes it, has another sign.
+/// [`offset_origins`](crate::math::float::offset_origins) computes it, has another sign.
 ///
 /// So a ray that left a flat surface to one side never comes back to it, not even one that all but grazes it.
 #[inline]

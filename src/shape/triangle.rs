@@ -98,45 +98,65 @@ pub fn intersect(ray: &Ray, a: Vec3, b: Vec3, c: Vec3) -> Option<ShapeHit> {
     })
 }
 
-/// The surface at a hit that [`intersect`] found, by the weights `u` of b and `v` of c.
-///
-/// The normal is that of (b - a) x (c - a). `uvs` are the parameters at the corners; where there are none, or where
-/// they do not span the triangle, `u` and `v` themselves take their place.
-///
-/// The error has two parts: that of the point, from Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed.,
-/// section 6.8.4, and along the normal that of the distance to the plane which [`intersect`] finds from there, so that a
-/// ray that leaves the triangle does not meet it again. Of a needle the second part ends at the needle's width.
-#[inline(always)]
+/// The surface at a hit that [`intersect`] found, by the weights `u` of b and `v` of c; see [`parameters`] for `uvs`.
 pub fn surface(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> LocalSurface {
-    let [a, b, c] = corners;
-    let (wa, wb, wc) = ((1.0 - u - v).max(0.0), u, v);
-    let (pa, pb, pc) = (a * wa, b * wb, c * wc);
-    let n = normal_times_area(corners);
-    let own = (Vec2::new(u, v), b - a, c - a);
-    let (uv, dpdu, dpdv) = uvs.and_then(|uvs| mapped(corners, uvs, [wa, wb, wc])).unwrap_or(own);
-    let p = pa + pb + pc;
-    let (ng, twice_area) = unit_and_length(n);
+    let place = place(corners, u, v);
+    let (uv, dpdu, dpdv) = parameters(corners, uvs, u, v);
     LocalSurface {
-        p,
-        p_error: (pa.abs() + pb.abs() + pc.abs()) * gamma(7) + ng.abs() * plane_error(corners, p, twice_area),
-        ng,
+        p: place.p,
+        p_error: place.p_error,
+        ng: place.ng,
         uv,
         dpdu,
         dpdv,
     }
 }
 
-/// The direction of `n`, or +y where it has none, and its length. In single precision where that neither over- nor
-/// underflows.
+/// A point of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    pub p: Vec3,
+    /// Bound on the absolute error of each coordinate of `p`.
+    ///
+    /// It has two parts: that of the point, from Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed., section 6.8.4,
+    /// and along the normal that of the distance to the plane which [`intersect`] finds from there, so that a ray that leaves
+    /// the triangle does not meet it again. Of a needle the second part ends at the needle's width.
+    pub p_error: Vec3,
+    /// The direction of (b - a) x (c - a); +y where there is no area.
+    pub ng: Vec3,
+}
+
+/// The place at the weights `u` of b and `v` of c.
+#[inline]
+pub fn place(corners: [Vec3; 3], u: f32, v: f32) -> Place {
+    let (place, is_exact) = place_in_single(corners, u, v);
+    if is_exact {
+        return place;
+    }
+    let n = normal_times_area(corners);
+    place_along(corners, u, v, n.normalize_or(DVec3::Y).as_vec3(), n.length() as f32)
+}
+
+/// The same for the most part: whether it is says the second answer. It is not where single precision cannot hold the
+/// square of the area.
 #[inline(always)]
-fn unit_and_length(n: DVec3) -> (Vec3, f32) {
-    let single = n.as_vec3();
-    let length2 = single.length_squared();
-    if length2 > 1e-30 && length2 < 1e30 {
-        let length = length2.sqrt();
-        (single / length, length)
-    } else {
-        (n.normalize_or(DVec3::Y).as_vec3(), n.length() as f32)
+pub fn place_in_single(corners: [Vec3; 3], u: f32, v: f32) -> (Place, bool) {
+    let n = normal_times_area(corners).as_vec3();
+    let length2 = n.length_squared();
+    let length = length2.sqrt();
+    let is_exact = (length2 > 1e-30) & (length2 < 1e30);
+    (place_along(corners, u, v, n / length, length), is_exact)
+}
+
+#[inline(always)]
+fn place_along(corners: [Vec3; 3], u: f32, v: f32, ng: Vec3, twice_area: f32) -> Place {
+    let [a, b, c] = corners;
+    let (pa, pb, pc) = (a * (1.0 - u - v).max(0.0), b * u, c * v);
+    let p = pa + pb + pc;
+    Place {
+        p,
+        p_error: (pa.abs() + pb.abs() + pc.abs()) * gamma(7) + ng.abs() * plane_error(corners, p, twice_area),
+        ng,
     }
 }
 
@@ -156,12 +176,24 @@ fn plane_error([a, b, c]: [Vec3; 3], p: Vec3, twice_area: f32) -> f32 {
         .length_squared()
         .max((c - b).length_squared())
         .max((a - c).length_squared());
-    if error * error * longest2 < twice_area * twice_area {
-        return error;
-    }
     // Wider than the needle; and where there is no area both are NaN or infinite.
-    let error = error.min(twice_area / longest2.sqrt());
+    let of_needle = error.min(twice_area / longest2.sqrt());
+    let error = if error * error * longest2 < twice_area * twice_area {
+        error
+    } else {
+        of_needle
+    };
     if error.is_finite() { error } else { 0.0 }
+}
+
+/// Parameters at the weights `u` of b and `v` of c, and how the point moves with them: by those at the corners, `uvs`, or the
+/// weights themselves where there are none or they do not span the triangle.
+#[inline(always)]
+pub fn parameters(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> (Vec2, Vec3, Vec3) {
+    let [a, b, c] = corners;
+    let weights = [(1.0 - u - v).max(0.0), u, v];
+    let own = (Vec2::new(u, v), b - a, c - a);
+    uvs.and_then(|uvs| mapped(corners, uvs, weights)).unwrap_or(own)
 }
 
 /// Parameters by the corners' `uvs`, and how the point moves with them; `None` where they do not span the triangle.
@@ -175,6 +207,7 @@ fn mapped([a, b, c]: [Vec3; 3], [ta, tb, tc]: [Vec2; 3], [wa, wb, wc]: [f32; 3])
     (spans && dpdu.is_finite() && dpdv.is_finite()).then_some((ta * wa + tb * wb + tc * wc, dpdu, dpdv))
 }
 
+#[inline(always)]
 fn normal_times_area([a, b, c]: [Vec3; 3]) -> DVec3 {
     let a = a.as_dvec3();
     (b.as_dvec3() - a).cross(c.as_dvec3() - a)
@@ -234,7 +267,7 @@ fn pdf_by_area(corners: [Vec3; 3], from: Vec3, weights: Vec2) -> f32 {
 mod tests {
     use super::*;
     use crate::{
-        math::{float::offset_origin, trig},
+        math::{float::offset_origins, trig},
         shape::battery::Random,
     };
 
@@ -262,7 +295,8 @@ mod tests {
             let d = random.direction();
             let grazing = d - s.ng * (d.dot(s.ng) * 0.999);
             for w in [d, grazing] {
-                let ray = Ray::new(offset_origin(s.p, s.p_error, s.ng, w), w);
+                let [above, below] = offset_origins(s.p, s.p_error, s.ng);
+                let ray = Ray::new(if w.dot(s.ng) < 0.0 { below } else { above }, w);
                 assert_eq!(intersect(&ray, a, b, c), None, "{corners:?} {s:?} {ray:?}");
             }
         }

@@ -160,29 +160,33 @@ pub struct Textures<'a> {
 }
 
 impl Textures<'_> {
-    #[inline]
+    #[inline(always)]
     pub fn color(&self, color: &Color, at: &TexturePoint) -> Rgb {
         match color {
             Color::Constant(c) => *c,
-            Color::Texture(id) => self.textures[id.0 as usize].eval(self.bitmaps, at),
-            Color::Tinted(id, tint) => self.textures[id.0 as usize].eval(self.bitmaps, at) * *tint,
+            Color::Texture(id) => self.look_up(*id, at),
+            Color::Tinted(id, tint) => self.look_up(*id, at) * *tint,
         }
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn scalar(&self, scalar: &Scalar, at: &TexturePoint) -> f32 {
         match scalar {
             Scalar::Constant(v) => *v,
-            Scalar::Texture(id, channel, scale) => {
-                let texture = &self.textures[id.0 as usize];
-                let value = match channel {
-                    Channel::R => texture.eval(self.bitmaps, at).r,
-                    Channel::G => texture.eval(self.bitmaps, at).g,
-                    Channel::B => texture.eval(self.bitmaps, at).b,
-                    Channel::A => texture.alpha(self.bitmaps, at),
-                };
-                value * scale
-            }
+            Scalar::Texture(id, channel, scale) => self.channel(*id, *channel, at) * scale,
+        }
+    }
+
+    fn look_up(&self, id: TextureId, at: &TexturePoint) -> Rgb {
+        self.textures[id.0 as usize].eval(self.bitmaps, at)
+    }
+
+    fn channel(&self, id: TextureId, channel: Channel, at: &TexturePoint) -> f32 {
+        match channel {
+            Channel::R => self.look_up(id, at).r,
+            Channel::G => self.look_up(id, at).g,
+            Channel::B => self.look_up(id, at).b,
+            Channel::A => self.textures[id.0 as usize].alpha(self.bitmaps, at),
         }
     }
 }

@@ -1,0 +1,286 @@
+//! From hits to the surfaces around them.
+
+use std::ops::Range;
+
+use glam::Vec2Swizzles;
+
+use super::{MeshRecord, Scene, Surface, columns::Columns, interaction::Spot};
+use crate::{
+    accel::{Geometry, Hit, Instance, Placed, PrimRef, prefetch},
+    material::MaterialId,
+    math::{Ray, Runner, Transform, Vec2, Vec3},
+    shape::{LocalSurface, ShapeHit, triangle},
+    texture::TexturePoint,
+};
+
+/// How many hits in advance the memory of surfaces is asked for.
+const AHEAD: usize = 12;
+
+/// Surfaces that were found together.
+#[derive(Debug, Default)]
+pub struct Surfaces {
+    pub found: Vec<Surface>,
+    columns: Columns,
+}
+
+/// What a hit is on.
+enum Found<'a> {
+    Spot(Spot),
+    /// A triangle that is in the world.
+    Face(Face<'a>),
+}
+
+/// A mesh, and one of its triangles.
+struct Face<'a> {
+    mesh: &'a MeshRecord,
+    corners: [Vec3; 3],
+    /// Numbers of the corners in the mesh's own arrays.
+    own: [usize; 3],
+}
+
+impl Face<'_> {
+    #[inline(always)]
+    fn uvs(&self) -> Option<[Vec2; 3]> {
+        (!self.mesh.uvs.is_empty()).then(|| self.own.map(|i| self.mesh.uvs[i]))
+    }
+
+    /// The shading normals of the corners as `map` leaves them, summed by their weights at a hit; zero where there are none.
+    #[inline(always)]
+    fn smooth(&self, hit: &Hit, map: impl Fn(Vec3) -> Vec3) -> Vec3 {
+        if self.mesh.normals.is_empty() {
+            return Vec3::ZERO;
+        }
+        let [a, b, c] = self.own;
+        let normal = |i: usize| map(self.mesh.normals[i]);
+        normal(a) * (1.0 - hit.u - hit.v) + normal(b) * hit.u + normal(c) * hit.v
+    }
+}
+
+impl Scene {
+    /// All that shading needs to know of a hit.
+    pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+        let geometry = self.accel.geometry();
+        let mut surface = Surface::nowhere();
+        let spot = match self.enter(geometry, ray, hit, &mut surface) {
+            Found::Spot(spot) => spot,
+            Found::Face(face) => {
+                let place = triangle::place(face.corners, hit.u, hit.v);
+                Spot {
+                    p: place.p,
+                    p_error: place.p_error,
+                    ng: place.ng,
+                    smooth: face.smooth(hit, |n| n),
+                }
+            }
+        };
+        surface.stand(&spot, &spot.seen_along(ray.d));
+        self.finish(|| hit, &mut surface);
+        surface
+    }
+
+    /// The surfaces of a part of many hits, in place of what `surfaces` held: `hit` tells the hit of a number in `part` and the
+    /// ray that it is on. The memory of later ones is asked for ahead: `prims` are the primitives of all.
+    #[inline]
+    pub fn surfaces<'a>(
+        &self,
+        on: impl Runner,
+        part: Range<usize>,
+        prims: &[PrimRef],
+        hit: impl Fn(usize) -> (&'a Ray, &'a Hit),
+        surfaces: &mut Surfaces,
+    ) {
+        let geometry = self.accel.geometry();
+        let Surfaces { found, columns } = surfaces;
+        found.resize(part.len(), Surface::nowhere());
+        columns.clear();
+        for (surface, i) in found.iter_mut().zip(part.clone()) {
+            if let Some(later) = prims.get(i + 2 * AHEAD) {
+                prefetch(&geometry.triangles, later.index() as usize);
+            }
+            if let Some(later) = prims.get(i + AHEAD) {
+                self.expect_corners(geometry, *later);
+            }
+            let (ray, hit) = hit(i);
+            match self.enter(geometry, ray, hit, surface) {
+                Found::Spot(spot) => columns.push_spot(&spot, ray.d),
+                Found::Face(face) => {
+                    columns.push_triangle(face.corners, [hit.u, hit.v], face.smooth(hit, |n| n), ray.d);
+                }
+            }
+        }
+        columns.find(on);
+        for (k, surface) in found.iter_mut().enumerate() {
+            columns.stand(k, surface);
+            self.finish(|| hit(part.start + k).1, surface);
+        }
+    }
+
+    /// Asks for the corners of a hit's triangle, and for what is known of them.
+    #[inline(always)]
+    fn expect_corners(&self, geometry: &Geometry, prim: PrimRef) {
+        let Some(corners) = geometry.triangles.get(prim.index() as usize) else {
+            return;
+        };
+        for &v in corners {
+            prefetch(&geometry.vertices, v as usize);
+        }
+        let mesh = self.mesh_of(prim);
+        for &v in corners.iter().filter(|_| !mesh.normals.is_empty()) {
+            prefetch(&mesh.normals, (v - mesh.vertices.start) as usize);
+        }
+        for &v in corners.iter().filter(|_| !mesh.uvs.is_empty()) {
+            prefetch(&mesh.uvs, (v - mesh.vertices.start) as usize);
+        }
+    }
+
+    /// The triangle `prim`.
+    #[inline(always)]
+    fn face<'a>(&'a self, geometry: &Geometry, prim: PrimRef) -> Face<'a> {
+        let mesh = self.mesh_of(prim);
+        let index = prim.index() as usize;
+        let own = geometry.triangles[index].map(|v| (v - mesh.vertices.start) as usize);
+        Face {
+            mesh,
+            corners: geometry.corners(index),
+            own,
+        }
+    }
+
+    /// Enters in `surface` what is known of a hit but where it is, and tells that.
+    #[inline(always)]
+    fn enter<'a>(&'a self, geometry: &Geometry, ray: &Ray, hit: &Hit, surface: &mut Surface) -> Found<'a> {
+        surface.t = hit.t;
+        match geometry.shape(hit.prim) {
+            Some(placed) => Found::Spot(self.enter_shape(geometry, placed, ray, hit, surface)),
+            None if hit.instance != Instance::NONE => Found::Spot(self.enter_instance(geometry, hit, surface)),
+            None => {
+                let face = self.face(geometry, hit.prim);
+                (surface.object, surface.material) = (face.mesh.object, face.mesh.material);
+                surface.texture.uv = Vec2::new(hit.u, hit.v);
+                if self.varies(surface.material) || !face.mesh.uvs.is_empty() {
+                    let (uv, dpdu, dpdv) = triangle::parameters(face.corners, face.uvs(), hit.u, hit.v);
+                    surface.texture.uv = uv;
+                    (surface.dpdu, surface.dpdv) = (dpdu, dpdv);
+                }
+                Found::Face(face)
+            }
+        }
+    }
+
+    /// Finds the place on textures of what is a triangle in the world, if it is asked for.
+    #[inline(always)]
+    fn finish<'a>(&self, hit: impl FnOnce() -> &'a Hit, surface: &mut Surface) {
+        if self.varies(surface.material) {
+            self.place_texture(hit(), surface);
+        }
+    }
+
+    /// The same for one whose material varies.
+    #[inline(never)]
+    fn place_texture(&self, hit: &Hit, surface: &mut Surface) {
+        if hit.instance != Instance::NONE || self.accel.geometry().shape(hit.prim).is_some() {
+            return;
+        }
+        let mesh = self.mesh_of(hit.prim);
+        let (p, n, u, v) = (surface.p, surface.ng, surface.dpdu, surface.dpdv);
+        let (p, n, dpdu, dpdv) = match &mesh.transform {
+            None => (p, n, u, v),
+            Some(t) => (
+                t.point_to_local(p),
+                t.normal_to_local(n).normalize(),
+                t.vector_to_local(u),
+                t.vector_to_local(v),
+            ),
+        };
+        surface.texture = TexturePoint {
+            uv: surface.texture.uv,
+            dpdu,
+            dpdv,
+            ..TexturePoint::new(p, n)
+        };
+    }
+
+    #[inline(always)]
+    fn enter_shape(&self, geometry: &Geometry, placed: &Placed, ray: &Ray, hit: &Hit, surface: &mut Surface) -> Spot {
+        let object = self.shape_objects[hit.prim.index() as usize - geometry.triangles.len()];
+        let material = self.objects[object.0 as usize].material;
+        (surface.object, surface.material) = (object, material);
+        let transform = geometry.transform(placed);
+        let shape_hit = ShapeHit {
+            t: hit.t,
+            u: hit.u,
+            v: hit.v,
+        };
+        let local = match transform {
+            None => placed.shape.surface(ray, &shape_hit),
+            Some(t) => placed.shape.surface(&t.ray_to_local(ray), &shape_hit),
+        };
+        surface.texture.uv = local.uv;
+        if self.varies(material) {
+            surface.texture = TexturePoint {
+                curvature: placed.shape.curvature(),
+                ..texture_point(&local)
+            };
+            let in_world = |d: Vec3| transform.map_or(d, |t| t.vector_to_world(d));
+            (surface.dpdu, surface.dpdv) = (in_world(local.dpdu), in_world(local.dpdv));
+        }
+        match transform {
+            None => Spot {
+                p: local.p,
+                p_error: local.p_error,
+                ng: local.ng,
+                smooth: Vec3::ZERO,
+            },
+            Some(t) => in_world(&local, t),
+        }
+    }
+
+    fn enter_instance(&self, geometry: &Geometry, hit: &Hit, surface: &mut Surface) -> Spot {
+        let face = self.face(geometry, hit.prim);
+        let instance = &self.instances[hit.instance.0 as usize];
+        let t = &geometry.transforms[geometry.instances[hit.instance.0 as usize].transform as usize];
+        let uvs = face.uvs();
+        let mut local = triangle::surface(face.corners, uvs, hit.u, hit.v);
+        if uvs.is_none() && t.is_mirroring() {
+            // A copy in world space would have its last two corners in the other order.
+            local.uv = local.uv.yx();
+            (local.dpdu, local.dpdv) = (local.dpdv, local.dpdu);
+        }
+        let mut spot = in_world(&local, t);
+        spot.p_error += t.return_error(spot.p);
+        spot.smooth = face.smooth(hit, |n| t.normal_to_world(n).normalize_or_zero());
+        (surface.object, surface.material) = (instance.object, instance.material.unwrap_or(face.mesh.material));
+        surface.texture.uv = local.uv;
+        if self.varies(surface.material) {
+            (surface.dpdu, surface.dpdv) = (t.vector_to_world(local.dpdu), t.vector_to_world(local.dpdv));
+            surface.texture = texture_point(&local);
+            instance.place_texture(surface, &spot, &self.object_places);
+        }
+        spot
+    }
+
+    /// Whether `material` looks at places on textures.
+    #[inline]
+    fn varies(&self, material: MaterialId) -> bool {
+        self.varying.get(material.0 as usize).is_none_or(|varies| *varies)
+    }
+}
+
+#[inline(always)]
+fn in_world(local: &LocalSurface, t: &Transform) -> Spot {
+    Spot {
+        p: t.point_to_world(local.p),
+        p_error: t.point_error_to_world(local.p, local.p_error),
+        ng: t.normal_to_world(local.ng).normalize(),
+        smooth: Vec3::ZERO,
+    }
+}
+
+fn texture_point(local: &LocalSurface) -> TexturePoint {
+    TexturePoint {
+        uv: local.uv,
+        dpdu: local.dpdu,
+        dpdv: local.dpdv,
+        ..TexturePoint::new(local.p, local.ng)
+    }
+}
