@@ -57,11 +57,11 @@ impl Face<'_> {
 }
 
 impl Scene {
-    /// All that shading needs to know of a hit.
+    /// All that is to be known of a hit.
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
         let geometry = self.accel.geometry();
         let mut surface = Surface::nowhere();
-        let spot = match self.enter(geometry, ray, hit, &mut surface) {
+        let spot = match self.enter(geometry, ray, hit, &mut surface, |_| true) {
             Found::Spot(spot) => spot,
             Found::Face(face) => {
                 let place = triangle::place(face.corners, hit.u, hit.v);
@@ -74,7 +74,7 @@ impl Scene {
             }
         };
         surface.stand(&spot, &spot.seen_along(ray.d));
-        self.finish(|| hit, &mut surface);
+        self.place_texture(hit, &mut surface);
         surface
     }
 
@@ -101,7 +101,7 @@ impl Scene {
                 self.expect_corners(geometry, *later);
             }
             let (ray, hit) = hit(i);
-            match self.enter(geometry, ray, hit, surface) {
+            match self.enter(geometry, ray, hit, surface, |material| self.varies(material)) {
                 Found::Spot(spot) => columns.push_spot(&spot, ray.d),
                 Found::Face(face) => {
                     columns.push_triangle(face.corners, [hit.u, hit.v], face.smooth(hit, |n| n), ray.d);
@@ -111,7 +111,9 @@ impl Scene {
         columns.find(on);
         for (k, surface) in found.iter_mut().enumerate() {
             columns.stand(k, surface);
-            self.finish(|| hit(part.start + k).1, surface);
+            if self.varies(surface.material) {
+                self.place_texture(hit(part.start + k).1, surface);
+            }
         }
     }
 
@@ -146,18 +148,26 @@ impl Scene {
         }
     }
 
-    /// Enters in `surface` what is known of a hit but where it is, and tells that.
+    /// Enters in `surface` what is known of a hit but where it is, and tells that; `asks` says for which materials more than u and
+    /// v is to be known of the place on textures.
     #[inline(always)]
-    fn enter<'a>(&'a self, geometry: &Geometry, ray: &Ray, hit: &Hit, surface: &mut Surface) -> Found<'a> {
+    fn enter<'a>(
+        &'a self,
+        geometry: &Geometry,
+        ray: &Ray,
+        hit: &Hit,
+        surface: &mut Surface,
+        asks: impl Fn(MaterialId) -> bool,
+    ) -> Found<'a> {
         surface.t = hit.t;
         match geometry.shape(hit.prim) {
-            Some(placed) => Found::Spot(self.enter_shape(geometry, placed, ray, hit, surface)),
-            None if hit.instance != Instance::NONE => Found::Spot(self.enter_instance(geometry, hit, surface)),
+            Some(placed) => Found::Spot(self.enter_shape(geometry, placed, ray, hit, surface, asks)),
+            None if hit.instance != Instance::NONE => Found::Spot(self.enter_instance(geometry, hit, surface, asks)),
             None => {
                 let face = self.face(geometry, hit.prim);
                 (surface.object, surface.material) = (face.mesh.object, face.mesh.material);
                 surface.texture.uv = Vec2::new(hit.u, hit.v);
-                if self.varies(surface.material) || !face.mesh.uvs.is_empty() {
+                if asks(surface.material) || !face.mesh.uvs.is_empty() {
                     let (uv, dpdu, dpdv) = triangle::parameters(face.corners, face.uvs(), hit.u, hit.v);
                     surface.texture.uv = uv;
                     (surface.dpdu, surface.dpdv) = (dpdu, dpdv);
@@ -167,15 +177,7 @@ impl Scene {
         }
     }
 
-    /// Finds the place on textures of what is a triangle in the world, if it is asked for.
-    #[inline(always)]
-    fn finish<'a>(&self, hit: impl FnOnce() -> &'a Hit, surface: &mut Surface) {
-        if self.varies(surface.material) {
-            self.place_texture(hit(), surface);
-        }
-    }
-
-    /// The same for one whose material varies.
+    /// Finds the place on textures of what is a triangle in the world.
     #[inline(never)]
     fn place_texture(&self, hit: &Hit, surface: &mut Surface) {
         if hit.instance != Instance::NONE || self.accel.geometry().shape(hit.prim).is_some() {
@@ -201,7 +203,15 @@ impl Scene {
     }
 
     #[inline(always)]
-    fn enter_shape(&self, geometry: &Geometry, placed: &Placed, ray: &Ray, hit: &Hit, surface: &mut Surface) -> Spot {
+    fn enter_shape(
+        &self,
+        geometry: &Geometry,
+        placed: &Placed,
+        ray: &Ray,
+        hit: &Hit,
+        surface: &mut Surface,
+        asks: impl Fn(MaterialId) -> bool,
+    ) -> Spot {
         let object = self.shape_objects[hit.prim.index() as usize - geometry.triangles.len()];
         let material = self.objects[object.0 as usize].material;
         (surface.object, surface.material) = (object, material);
@@ -216,7 +226,7 @@ impl Scene {
             Some(t) => placed.shape.surface(&t.ray_to_local(ray), &shape_hit),
         };
         surface.texture.uv = local.uv;
-        if self.varies(material) {
+        if asks(material) {
             surface.texture = TexturePoint {
                 curvature: placed.shape.curvature(),
                 ..texture_point(&local)
@@ -235,7 +245,13 @@ impl Scene {
         }
     }
 
-    fn enter_instance(&self, geometry: &Geometry, hit: &Hit, surface: &mut Surface) -> Spot {
+    fn enter_instance(
+        &self,
+        geometry: &Geometry,
+        hit: &Hit,
+        surface: &mut Surface,
+        asks: impl Fn(MaterialId) -> bool,
+    ) -> Spot {
         let face = self.face(geometry, hit.prim);
         let instance = &self.instances[hit.instance.0 as usize];
         let t = &geometry.transforms[geometry.instances[hit.instance.0 as usize].transform as usize];
@@ -251,7 +267,7 @@ impl Scene {
         spot.smooth = face.smooth(hit, |n| t.normal_to_world(n).normalize_or_zero());
         (surface.object, surface.material) = (instance.object, instance.material.unwrap_or(face.mesh.material));
         surface.texture.uv = local.uv;
-        if self.varies(surface.material) {
+        if asks(surface.material) {
             (surface.dpdu, surface.dpdv) = (t.vector_to_world(local.dpdu), t.vector_to_world(local.dpdv));
             surface.texture = texture_point(&local);
             instance.place_texture(surface, &spot, &self.object_places);
