@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use super::{Hit, Instance, PrimRef, instance, slab::Slabs};
 use crate::{
-    math::{Aabb, Ray, Transform, Vec3},
-    shape::{Shape, ShapeHit, triangle},
+    math::{Aabb, Loop, Ray, Runner, Transform, Vec3},
+    shape::{Attempt, Shape, ShapeHit, triangle},
 };
 
 /// By how many units in the last place boxes are larger than what is in them.
@@ -54,6 +54,24 @@ pub struct Geometry {
     pub transforms: Vec<Transform>,
     pub groups: Vec<Group>,
     pub instances: Vec<PlacedGroup>,
+}
+
+/// Brings attempts into a shape's own box.
+struct Clips<'a> {
+    slabs: &'a [Slabs],
+    own: Aabb,
+    attempts: &'a mut [Attempt],
+}
+
+impl Loop for Clips<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for (slabs, attempt) in self.slabs.iter().zip(self.attempts) {
+            let (t, meets) = slabs.bring(attempt.hit.t, &self.own);
+            attempt.hit.t = t;
+            attempt.answer = if meets { attempt.answer } else { Attempt::MISSES };
+        }
+    }
 }
 
 impl Geometry {
@@ -241,6 +259,31 @@ impl Geometry {
             hit.t
         };
         (t > ray.tmin && t <= ray.tmax).then_some(ShapeHit { t, ..hit })
+    }
+
+    /// What can be told of [`Geometry::intersect_shape`] for many rays at once; `slabs` are the rays'.
+    #[inline(always)]
+    pub(super) fn attempt_shape(
+        &self,
+        on: impl Runner,
+        placed: &Placed,
+        rays: &mut [Ray],
+        slabs: &[Slabs],
+        attempts: &mut [Attempt],
+    ) {
+        if let Some(t) = self.transform(placed) {
+            for ray in &mut *rays {
+                *ray = t.ray_to_local(ray);
+            }
+        }
+        placed.shape.attempt(on, rays, attempts);
+        if placed.is_bounded {
+            on.run(Clips {
+                slabs,
+                own: placed.bounds,
+                attempts,
+            });
+        }
     }
 
     /// Tests `prim` of `instance` with a ray in its space and keeps it in `best` where it is nearer, or as near and

@@ -80,6 +80,13 @@ impl Slabs {
     /// The kernels do the same operations in the same order, see [`super::simd`].
     #[inline]
     pub fn clip(&self, t: f32, own: &Aabb) -> Option<f32> {
+        let (t, meets) = self.bring(t, own);
+        meets.then_some(t)
+    }
+
+    /// The same without branches; the second answer says whether the ray meets `own`.
+    #[inline(always)]
+    pub fn bring(&self, t: f32, own: &Aabb) -> (f32, bool) {
         let mut enter = f32::NEG_INFINITY;
         let mut leave = f32::INFINITY;
         for axis in 0..3 {
@@ -97,13 +104,11 @@ impl Slabs {
         }
         let enter = enter - enter.abs() * CLIP_SLACK;
         let leave = leave + leave.abs() * CLIP_SLACK;
-        if !(enter <= leave && self.inv.x.is_finite()) {
-            return None;
-        }
+        let meets = (enter <= leave) & self.inv.x.is_finite();
         let t = if t > enter { t } else { enter };
         let t = if t < leave { t } else { leave };
         // Not a negative zero, which would equal the positive one and yet have other bits.
-        Some(t + 0.0)
+        (t + 0.0, meets)
     }
 
     /// The same for a triangle, whose `t` may be noise.

@@ -10,10 +10,11 @@
 
 use crate::{
     kind::kinds,
-    math::{Aabb, Ray, Vec2, Vec3},
+    math::{Aabb, Ray, Runner, Vec2, Vec3},
     value::Problem,
 };
 
+pub mod attempt;
 mod axis;
 #[cfg(test)]
 mod battery;
@@ -29,6 +30,8 @@ mod rectangle;
 pub mod sphere;
 mod spherical;
 pub mod triangle;
+
+pub use attempt::Attempt;
 
 /// Where a ray meets a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,6 +77,11 @@ pub trait ShapeKind {
     /// The nearest hit with `ray.tmin < t <= ray.tmax`. The direction need not be a unit vector. Never NaN.
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit>;
 
+    /// What can be told of many rays at once of [`ShapeKind::intersect`], one attempt for each; by default nothing.
+    fn attempt(&self, _on: impl Runner, _rays: &[Ray], attempts: &mut [Attempt]) {
+        attempts.fill(Attempt::NOTHING);
+    }
+
     /// The surface at a hit that [`ShapeKind::intersect`] returned for `ray`.
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface;
 
@@ -111,6 +119,8 @@ kinds! {
     fn bounds(&self) -> Aabb;
     /// See [`ShapeKind::intersect`].
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit>;
+    /// See [`ShapeKind::attempt`].
+    fn attempt(&self, on: impl Runner, rays: &[Ray], attempts: &mut [Attempt]);
     /// See [`ShapeKind::surface`].
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface;
     /// See [`ShapeKind::area`].

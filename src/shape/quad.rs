@@ -24,12 +24,13 @@ use serde::Deserialize;
 
 use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
+    attempt::Attempt,
     numeric::{area_sample, choose, dot_direction, hit_at, point_of, rounded, solid_angle_pdf},
     rectangle::SeenRectangle,
     triangle::{self, Shear},
 };
 use crate::{
-    math::{Aabb, DVec3, Ray, Vec2, Vec3},
+    math::{Aabb, DVec3, Loop, Ray, Runner, Vec2, Vec3},
     value::{Point, Problem, Spanned},
 };
 
@@ -95,7 +96,7 @@ pub struct Quad {
     edges: [DVec3; 3],
     /// Of a parallelogram: what u and v are the products with, from A.
     inverse: Option<[DVec3; 2]>,
-    /// Of a parallelogram: see [`Quad::is_within`].
+    /// Of a parallelogram: see [`Quad::attempt_one`].
     blur: Blur,
     /// The largest coordinate.
     extent: f32,
@@ -198,26 +199,32 @@ impl Quad {
         ab.min(bc).min(cd.min(da)) >= 0.0 || ab.max(bc).max(cd.max(da)) <= 0.0
     }
 
-    /// The same for a ray that meets the plane at `t`, `along` the normal, where u and v alone tell: `None` near an edge, and
-    /// where the edge test's rounding may reach as far as that.
+    /// Where the ray meets the plane, and whether that is within the quad where u and v of a parallelogram alone tell: not near
+    /// an edge, and not where the edge test's rounding may reach as far as that.
     ///
     /// Seen from the ray a corner is moved by a few units in the last place of its distance, and on the plane by so much over
     /// the cosine.
-    #[inline]
-    fn is_within(&self, ray: &Ray, t: f64, along: f64) -> Option<bool> {
-        let [to_u, to_v] = self.inverse?;
+    #[inline(always)]
+    fn attempt_one(&self, ray: &Ray, [to_u, to_v]: [DVec3; 2]) -> Attempt {
         let d = ray.d.as_dvec3();
+        let along = dot_direction(ray.d, self.normal);
+        let t = (self.middle - ray.o.as_dvec3()).dot(self.normal) / along;
+        let rounded = t as f32;
+        let on_ray = (rounded > ray.tmin) & (rounded <= ray.tmax) & rounded.is_finite();
         let length = d.x.abs() + d.y.abs() + d.z.abs();
         let blur = (t.abs() * length * self.blur.each + self.blur.own) * length;
-        if blur.is_nan() || blur > MARGIN * along.abs() {
-            return None;
-        }
         let h = ray.o.as_dvec3() + d * t - self.corners[0].as_dvec3();
         let off = (h.dot(to_u) - 0.5).abs().max((h.dot(to_v) - 0.5).abs());
-        if (off - 0.5).abs() < MARGIN {
-            None
-        } else {
-            Some(off < 0.5)
+        let is_clear = (blur <= MARGIN * along.abs()) & ((off - 0.5).abs() >= MARGIN);
+        let within = if off < 0.5 { Attempt::MEETS } else { Attempt::MISSES };
+        let answer = if is_clear { within } else { Attempt::UNKNOWN };
+        Attempt {
+            hit: ShapeHit {
+                t: rounded,
+                u: 0.0,
+                v: (t - f64::from(rounded)) as f32,
+            },
+            answer: if on_ray { answer } else { Attempt::MISSES },
         }
     }
 
@@ -256,6 +263,23 @@ impl Quad {
     }
 }
 
+/// Attempts at a parallelogram.
+struct Attempts<'a> {
+    quad: &'a Quad,
+    inverse: [DVec3; 2],
+    rays: &'a [Ray],
+    attempts: &'a mut [Attempt],
+}
+
+impl Loop for Attempts<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for (ray, attempt) in self.rays.iter().zip(self.attempts) {
+            *attempt = self.quad.attempt_one(ray, self.inverse);
+        }
+    }
+}
+
 impl ShapeKind for Quad {
     #[inline]
     fn bounds(&self) -> Aabb {
@@ -264,14 +288,32 @@ impl ShapeKind for Quad {
 
     #[inline]
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
+        if let Some(inverse) = self.inverse {
+            let attempt = self.attempt_one(ray, inverse);
+            let meets = match attempt.answer {
+                Attempt::MISSES => false,
+                Attempt::MEETS => true,
+                _ => self.has_edges_around(ray),
+            };
+            return meets.then_some(attempt.hit);
+        }
         // The plane first: a ray that leaves the quad, or one beside it, ends here.
         let along = dot_direction(ray.d, self.normal);
         let t = (self.middle - ray.o.as_dvec3()).dot(self.normal) / along;
         let hit = hit_at(ray, t, 0.0)?;
-        let is_within = self
-            .is_within(ray, t, along)
-            .unwrap_or_else(|| self.has_edges_around(ray));
-        is_within.then_some(hit)
+        self.has_edges_around(ray).then_some(hit)
+    }
+
+    fn attempt(&self, on: impl Runner, rays: &[Ray], attempts: &mut [Attempt]) {
+        match self.inverse {
+            None => attempts.fill(Attempt::NOTHING),
+            Some(inverse) => on.run(Attempts {
+                quad: self,
+                inverse,
+                rays,
+                attempts,
+            }),
+        }
     }
 
     #[inline]
@@ -323,6 +365,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::math::Plain;
 
     fn vec(range: std::ops::Range<f32>) -> impl Strategy<Value = Vec3> {
         [range.clone(), range.clone(), range].prop_map(Vec3::from_array)
@@ -355,10 +398,17 @@ mod tests {
                 tmin: f32::MIN,
                 ..Ray::new(o, d * if behind { -scale } else { scale })
             };
-            let along = dot_direction(ray.d, quad.normal);
-            let t = (quad.middle - ray.o.as_dvec3()).dot(quad.normal) / along;
-            if let (Some(_), Some(told)) = (hit_at(&ray, t, 0.0), quad.is_within(&ray, t, along)) {
-                prop_assert_eq!(told, quad.has_edges_around(&ray));
+            let attempt = quad.attempt_one(&ray, quad.inverse.unwrap());
+            let is_on_ray = hit_at(&ray, f64::from(attempt.hit.t), 0.0).is_some();
+            if is_on_ray && attempt.answer != Attempt::UNKNOWN {
+                prop_assert_eq!(attempt.answer == Attempt::MEETS, quad.has_edges_around(&ray));
+            }
+            // And the same of many.
+            let mut attempts = [Attempt::NOTHING; 16];
+            quad.attempt(Plain, &[ray; 16], &mut attempts);
+            let (t, v) = (attempt.hit.t.to_bits(), attempt.hit.v.to_bits());
+            for one in attempts {
+                prop_assert_eq!((one.hit.t.to_bits(), one.hit.v.to_bits(), one.answer), (t, v, attempt.answer));
             }
         }
     }
@@ -372,9 +422,7 @@ mod tests {
                 Vec3::new(at(100) * 3.0, 2.0, 1.0 + at(7)),
                 Vec3::new(at(11) - 0.5, at(13) - 0.9, -0.5),
             );
-            let along = dot_direction(ray.d, quad.normal);
-            let t = (quad.middle - ray.o.as_dvec3()).dot(quad.normal) / along;
-            quad.is_within(&ray, t, along).is_some()
+            quad.attempt_one(&ray, quad.inverse.unwrap()).answer != Attempt::UNKNOWN
         });
         assert!(told.count() > 9_500);
     }

@@ -4,6 +4,8 @@
 //! instructions. A level's type is a token: to have one is to know that the processor can do it, so the operations
 //! themselves are safe.
 
+use crate::math::Runner;
+
 /// Floats side by side.
 ///
 /// Every operation rounds as the scalar one does, so all levels give the same bits; [`Floats::mul_sub`] alone may or
@@ -54,7 +56,7 @@ pub struct Top<'a> {
 }
 
 /// What a processor can do.
-pub trait Level: Copy {
+pub trait Level: Runner {
     type F4: Floats<Array = [f32; 4]>;
     type F8: Floats<Array = [f32; 8]>;
     type F16: Floats<Array = [f32; 16]>;

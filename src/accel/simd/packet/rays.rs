@@ -310,6 +310,11 @@ impl Packet {
         }
     }
 
+    /// The ray of each lane; lanes beyond the last ray have some ray of the batch.
+    pub fn lanes(&self) -> [u32; RAYS] {
+        self.list
+    }
+
     /// The numbers of the rays, with their lanes.
     pub fn rays(&self) -> impl Iterator<Item = (usize, u32)> + use<> {
         self.list.into_iter().enumerate().take(self.count)

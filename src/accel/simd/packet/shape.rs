@@ -1,4 +1,5 @@
-//! A packet at an analytic primitive: its box and sixteen rays, then the primitive's own scalar routine.
+//! A packet at an analytic primitive: its box and sixteen rays, then what can be told of all at once, then the primitive's own
+//! scalar routine for the rest.
 
 use super::{
     super::{
@@ -9,10 +10,17 @@ use super::{
         lanes::{Floats, Level, Mask},
         query::{Best, Query},
     },
+    RAYS,
     leaf::load16s,
     rays::{NO_MORE, Packet},
 };
-use crate::math::{Aabb, Ray, Vec3};
+use crate::{
+    math::{Aabb, Ray, Vec3},
+    shape::Attempt,
+};
+
+/// Fewer rays are tested one by one.
+const FEW: u32 = 3;
 
 /// Tests shape `index` of the geometry's primitives; whether it is the nearest hit of any ray now.
 #[inline(always)]
@@ -24,7 +32,7 @@ pub fn shape_step<L: Level, Q: Query>(
     rays: &[Ray],
 ) -> bool {
     let asked = packet.meets(level, &geometry.bounds(PrimRef::new(index)));
-    asked != 0 && test::<Q>(packet, index, asked, geometry, rays)
+    asked != 0 && test::<L, Q>(level, packet, index, asked, geometry, rays)
 }
 
 impl Packet {
@@ -54,10 +62,29 @@ impl Packet {
 /// Tests it with the rays whose bits are set; apart from the kernel, so that none of its vectors are used where the level's
 /// instructions are not enabled.
 #[inline(never)]
-fn test<Q: Query>(packet: &mut Packet, index: u32, asked: u32, geometry: &Geometry, rays: &[Ray]) -> bool {
+fn test<L: Level, Q: Query>(
+    level: L,
+    packet: &mut Packet,
+    index: u32,
+    asked: u32,
+    geometry: &Geometry,
+    rays: &[Ray],
+) -> bool {
     let Some(placed) = geometry.shape(PrimRef::new(index)) else {
         return false;
     };
+    let slabs: [Slabs; RAYS] = std::array::from_fn(|k| Slabs {
+        o: Vec3::new(packet.o[0].0[k], packet.o[1].0[k], packet.o[2].0[k]),
+        inv: Vec3::new(packet.inv[0].0[k], packet.inv[1].0[k], packet.inv[2].0[k]),
+    });
+    let mut attempts = [Attempt::NOTHING; RAYS];
+    if asked.count_ones() >= FEW {
+        let mut lines = packet.lanes().map(|ray| Ray {
+            tmax: f32::INFINITY,
+            ..rays[ray as usize]
+        });
+        geometry.attempt_shape(level, placed, &mut lines, &slabs, &mut attempts);
+    }
     let mut nearer = false;
     for (k, ray) in packet.rays().filter(|(k, _)| asked >> k & 1 == 1) {
         let best = Best {
@@ -66,15 +93,21 @@ fn test<Q: Query>(packet: &mut Packet, index: u32, asked: u32, geometry: &Geomet
             v: packet.v.0[k],
             id: packet.id.0[k].to_bits(),
         };
-        let ray = Ray {
-            tmax: best.t,
-            ..rays[ray as usize]
+        let hit = match attempts[k].answer {
+            Attempt::MISSES => None,
+            Attempt::MEETS => {
+                let hit = attempts[k].hit;
+                (hit.t > packet.tmins.0[k] && hit.t <= best.t).then_some(hit)
+            }
+            _ => {
+                let ray = Ray {
+                    tmax: best.t,
+                    ..rays[ray as usize]
+                };
+                geometry.intersect_shape(placed, &ray, || slabs[k])
+            }
         };
-        let slabs = || Slabs {
-            o: ray.o,
-            inv: Vec3::new(packet.inv[0].0[k], packet.inv[1].0[k], packet.inv[2].0[k]),
-        };
-        if let Some(hit) = geometry.intersect_shape(placed, &ray, slabs)
+        if let Some(hit) = hit
             && best.loses_to(hit.t, index + 1)
         {
             let best = if Q::ANY {

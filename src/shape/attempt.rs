@@ -1,0 +1,25 @@
+//! What can be told of a ray and a shape without branches, and so of many rays on vectors.
+
+use super::ShapeHit;
+
+/// What is known of a ray and a shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Attempt {
+    /// Counts where the ray meets the shape, and where that is not known but the shape is met here or nowhere.
+    pub hit: ShapeHit,
+    /// [`Attempt::MISSES`], [`Attempt::MEETS`] or [`Attempt::UNKNOWN`]; a number, for vectors of them.
+    pub answer: u32,
+}
+
+impl Attempt {
+    pub const MISSES: u32 = 0;
+    pub const MEETS: u32 = 1;
+    /// [`ShapeKind::intersect`](super::ShapeKind::intersect) has to be asked.
+    pub const UNKNOWN: u32 = 2;
+
+    /// Nothing is known.
+    pub const NOTHING: Self = Self {
+        hit: ShapeHit { t: 0.0, u: 0.0, v: 0.0 },
+        answer: Self::UNKNOWN,
+    };
+}
