@@ -44,15 +44,19 @@ const FEW: u32 = 4;
 /// How many packets before its turn one is fetched.
 const AHEAD: usize = 4;
 
-/// Packets of a batch after which it is seen whether they pay, where that is asked.
+/// Packets of a batch after which all may be under way, where it is asked whether they pay.
 const TRIALS: u64 = 8;
 
 /// What a packet may cost on average, in tests of a node, so that its rays are no faster one by one; with those that were
 /// given up.
 const FAIR: u64 = 280;
 
+/// How many fair packets' cost may be lost in a batch before the rest goes without: dear packets lie next to one another, so
+/// the first few say little about all.
+const PATIENCE: u64 = 32;
+
 /// What a packet may cost before it is given up.
-const DEAR: u32 = 300;
+const DEAR: u32 = 400;
 
 /// The packets that are not under way yet.
 struct Feed<'a> {
@@ -94,7 +98,7 @@ impl Feed<'_> {
     }
 
     fn pays(&self) -> bool {
-        self.done < TRIALS || self.cost <= FAIR * self.done
+        self.cost <= FAIR * (self.done + PATIENCE)
     }
 
     /// After a packet is done.
