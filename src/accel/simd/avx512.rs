@@ -175,7 +175,20 @@ impl Level for Avx512 {
 
     #[inline(always)]
     fn top_bits<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
-        self.0.top_bits(words)
+        let mut bits = [0; 2];
+        for (i, sixteen) in words.as_chunks::<16>().0.iter().enumerate() {
+            // SAFETY: the token says that the processor has AVX-512; the array is as long as the vector.
+            let [first, second] = unsafe {
+                let sixteen = _mm512_loadu_si512(sixteen.as_ptr().cast());
+                [
+                    _mm512_movepi32_mask(sixteen),
+                    _mm512_movepi32_mask(_mm512_slli_epi32::<1>(sixteen)),
+                ]
+            };
+            bits[0] |= u64::from(first) << (16 * i);
+            bits[1] |= u64::from(second) << (16 * i);
+        }
+        bits
     }
 
     #[inline(always)]

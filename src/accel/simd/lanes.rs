@@ -88,7 +88,7 @@ pub trait Level: Runner {
     /// Writes those of `child` whose `enter` is at most `leave`, as they come.
     fn push_any(self, enter: Self::F8, leave: Self::F8, child: &[u32; 8], to: &mut [u32; 8]) -> usize;
 
-    /// The sets of those `words` whose highest bit, and whose second highest one, is set; a multiple of eight of them, at
+    /// The sets of those `words` whose highest bit, and whose second highest one, is set; a multiple of sixteen of them, at
     /// most 64.
     fn top_bits<const N: usize>(self, words: &[u32; N]) -> [u64; 2];
 
