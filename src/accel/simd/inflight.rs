@@ -32,6 +32,9 @@ use crate::math::Ray;
 /// How many rays before its turn one is fetched.
 const AHEAD: usize = 16;
 
+/// As long as fewer rays wait at leaves, and at least as many are at nodes, those at leaves go on waiting.
+const ENOUGH: u32 = SLOTS as u32 / 4;
+
 /// Which instances a slot's ray has to do with.
 #[derive(Clone, Copy)]
 pub struct Inside {
@@ -142,7 +145,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
         }
         let at_node = active & !leaf;
         let mut at_leaf = active & leaf;
-        if at_leaf.count_ones() < SLOTS as u32 / 2 && at_node.count_ones() >= SLOTS as u32 / 4 {
+        if at_leaf.count_ones() < ENOUGH && at_node.count_ones() >= ENOUGH {
             at_leaf = 0;
         }
         let mut waiting = at_node;
