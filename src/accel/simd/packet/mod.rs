@@ -28,6 +28,7 @@ use order::List;
 use rays::Gathered;
 
 mod leaf;
+mod lone;
 mod order;
 mod rays;
 mod shape;
