@@ -295,8 +295,6 @@ impl Level for Avx2 {
     type F8 = F8;
     type F16 = F8x2;
 
-    const LONE: u32 = 4;
-
     #[inline(always)]
     fn splat4(self, x: f32) -> F4 {
         // SAFETY: the token says that the processor has AVX2.

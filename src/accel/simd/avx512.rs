@@ -123,8 +123,6 @@ impl Level for Avx512 {
     type F8 = F8;
     type F16 = F16;
 
-    const LONE: u32 = 0;
-
     #[inline(always)]
     fn splat4(self, x: f32) -> F4 {
         self.0.splat4(x)

@@ -61,9 +61,6 @@ pub trait Level: Runner {
     type F8: Floats<Array = [f32; 8]>;
     type F16: Floats<Array = [f32; 16]>;
 
-    /// So many rays of a packet at most are faster one by one at a block of triangles; 0 where it does not pay to count them.
-    const LONE: u32;
-
     fn splat4(self, x: f32) -> Self::F4;
     fn splat8(self, x: f32) -> Self::F8;
     fn splat16(self, x: f32) -> Self::F16;

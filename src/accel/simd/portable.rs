@@ -124,8 +124,6 @@ impl Level for Portable {
     type F8 = Array<8>;
     type F16 = Array<16>;
 
-    const LONE: u32 = 4;
-
     #[inline(always)]
     fn splat4(self, x: f32) -> Array<4> {
         Array([x; 4])

@@ -88,12 +88,6 @@ impl Packet {
             each(load3(level, self.turn(b)), o, L::F4::sub),
             each(load3(level, self.turn(c)), o, L::F4::sub),
         ];
-        if L::LONE > 0 {
-            let asked = self.near(level, &corners);
-            if asked.count_ones() <= L::LONE {
-                return asked != 0 && self.lone_rays::<L, Q>(level, block, &corners, asked);
-            }
-        }
         let mut seen = self.seen(level, &corners);
         if seen == 0 {
             return false;

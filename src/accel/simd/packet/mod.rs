@@ -28,7 +28,6 @@ use order::List;
 use rays::Gathered;
 
 mod leaf;
-mod lone;
 mod order;
 mod rays;
 mod shape;
