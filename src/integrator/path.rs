@@ -321,7 +321,7 @@ fn medium_after(visit: &Visit<'_>, shading: &Shading<'_, impl BsdfKind>, sample:
 #[inline(always)]
 fn shading_frame(visit: &Visit<'_>, surface: &Surface, material: &Material, bsdf: &impl BsdfKind) -> Frame {
     let front = surface.ng.dot(surface.wo) >= 0.0;
-    let frame = if material.has_normals() || bsdf.reads_tangent() {
+    let frame = if material.normal_map().is_some() || bsdf.reads_tangent() {
         let Frame { s, t, n } = turned_frame(visit.scene, surface, material);
         // Number by number: what a call has left in memory as a whole would keep the frame there.
         let [s, t, n] = [s, t, n].map(|v| Vec3::new(v.x, v.y, v.z));
@@ -342,9 +342,10 @@ fn shading_frame(visit: &Visit<'_>, surface: &Surface, material: &Material, bsdf
 fn turned_frame(scene: &Scene, surface: &Surface, material: &Material) -> Frame {
     let authored = surface.frame.n;
     let base = tangent_frame(surface, authored);
-    let Some(n) = material.normal(&scene.textures(), &surface.texture) else {
+    let Some(map) = material.normal_map() else {
         return base;
     };
+    let n = map.normal(&scene.textures(), &surface.texture);
     let handed = base.t.dot(surface.dpdv) < 0.0;
     let n = Vec3::new(n.x, if handed { -n.y } else { n.y }, n.z);
     let world = base.to_world(n).normalize_or(authored);

@@ -94,13 +94,8 @@ pub trait MaterialKind {
         true
     }
 
-    /// Whether a map tells its normals.
-    fn has_normals(&self) -> bool {
-        false
-    }
-
-    /// The normal that a map tells, in the frame of tangent, bitangent and shading normal; need not be unit.
-    fn normal(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Option<Vec3> {
+    /// What tells its normals, where that is not the shape.
+    fn normal_map(&self) -> Option<NormalMap> {
         None
     }
 
@@ -146,6 +141,23 @@ impl Emission {
         } else {
             Rgb::BLACK
         }
+    }
+}
+
+/// Normals from a texture, as glTF has them.
+#[derive(Clone, Copy, Debug)]
+pub struct NormalMap {
+    /// 0 to 1 stands for -1 to 1.
+    pub color: Color,
+    /// Of x and y.
+    pub scale: f32,
+}
+
+impl NormalMap {
+    /// In the frame of tangent, bitangent and shading normal; need not be unit.
+    pub fn normal(&self, textures: &Textures<'_>, at: &TexturePoint) -> Vec3 {
+        let n = textures.color(&self.color, at) * 2.0 - Rgb::WHITE;
+        Vec3::new(n.r * self.scale, n.g * self.scale, n.b)
     }
 }
 
@@ -215,10 +227,8 @@ kinds! {
     fn opacity(&self, textures: &Textures<'_>, at: &TexturePoint) -> f32;
     /// See [`MaterialKind::is_opaque`].
     fn is_opaque(&self) -> bool;
-    /// See [`MaterialKind::has_normals`].
-    fn has_normals(&self) -> bool;
-    /// See [`MaterialKind::normal`].
-    fn normal(&self, textures: &Textures<'_>, at: &TexturePoint) -> Option<Vec3>;
+    /// See [`MaterialKind::normal_map`].
+    fn normal_map(&self) -> Option<NormalMap>;
     /// See [`MaterialKind::absorption`].
     fn absorption(&self) -> Rgb;
     /// See [`MaterialKind::brightest`].

@@ -63,7 +63,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use serde::Deserialize;
 
-use super::{Emission, FindColor, MaterialKind, Sides, Split, Terms, brightness, medium, part};
+use super::{Emission, FindColor, MaterialKind, NormalMap, Sides, Split, Terms, brightness, medium, part};
 use crate::{
     bsdf::{
         Bsdf,
@@ -71,7 +71,7 @@ use crate::{
         layered::{Layered, Walls},
         microfacet::Ggx,
     },
-    math::{Rgb, Vec2, Vec3, trig},
+    math::{Rgb, Vec2, trig},
     texture::{Color, Scalar, TexturePoint, Textures},
     value::{Channel, ColorSource, NonNegative, Positive, Problem, Real, ScalarSource, Spanned, Tint, Unit},
 };
@@ -364,13 +364,12 @@ impl MaterialKind for Principled {
         self.alpha == Alpha::Opaque || matches!(self.opacity, Scalar::Constant(v) if everywhere(v))
     }
 
-    fn has_normals(&self) -> bool {
-        self.normal.is_some()
-    }
-
-    fn normal(&self, textures: &Textures<'_>, at: &TexturePoint) -> Option<Vec3> {
-        let n = textures.color(self.normal.as_ref()?, at) * 2.0 - Rgb::WHITE;
-        Some(Vec3::new(n.r * self.normal_scale, n.g * self.normal_scale, n.b))
+    #[inline]
+    fn normal_map(&self) -> Option<NormalMap> {
+        Some(NormalMap {
+            color: self.normal?,
+            scale: self.normal_scale,
+        })
     }
 
     fn absorption(&self) -> Rgb {
