@@ -11,7 +11,7 @@ use crate::{
     describe::{Diagnostics, MaterialEntry, SceneDesc},
     material::{Material, MaterialId},
     scene::{Background, LightGroups, Lights, Scene},
-    texture::{BitmapId, Color, Texture, TextureId, image::ImageDesc, mipmap},
+    texture::{BitmapId, Color, Texture, TextureId, Textures, image::ImageDesc, mipmap},
     value::{ColorSource, Problem, Spanned, did_you_mean},
 };
 
@@ -99,6 +99,11 @@ pub fn scene_sharing(desc: &SceneDesc, accel: AccelKind, store: &Store, sharing:
             return Err(Error::Assets(errors.collect()));
         }
     };
+    let textures = Textures {
+        textures: &parts.textures,
+        bitmaps: &bitmaps,
+    };
+    warn_of_the_bright(&desc.materials, &parts.materials, &textures);
     mipmap::add_levels(&parts.textures, &mut bitmaps);
     let background = Background {
         sky: background::sky(&desc.background, &mut bitmaps),
@@ -189,18 +194,11 @@ impl Compiler<'_> {
         };
         let compile = |entry: &MaterialEntry| {
             let name = &entry.name;
-            let compiled = entry.material.compile(&find).map_err(|problem| {
+            entry.material.compile(&find).map_err(|problem| {
                 // A kind that has no better place for its problem means the whole material.
                 let span = problem.span.clone().or_else(|| Some(name.span()));
                 Problem { span, ..problem }
-            });
-            if let Some(brightest) = compiled.as_ref().ok().map(Material::brightest).filter(|b| *b > 1.0) {
-                tracing::warn!(
-                    "material `{}` sends back more light than arrives, {brightest} of it",
-                    name.get_ref()
-                );
-            }
-            compiled
+            })
         };
         let compiled: Vec<_> = desc.materials.iter().map(compile).collect();
         compiled.into_iter().filter_map(|m| self.keep(m)).collect()
@@ -215,6 +213,17 @@ impl Compiler<'_> {
                 name.span(),
                 self.desc.materials.iter().map(|m| &m.name),
             )),
+        }
+    }
+}
+
+/// Says which of the materials that the scene file names send back more light than arrives.
+fn warn_of_the_bright(named: &[MaterialEntry], materials: &[Material], textures: &Textures<'_>) {
+    for (entry, material) in named.iter().zip(materials) {
+        let brightest = material.brightest(textures);
+        if brightest > 1.0 {
+            let name = entry.name.get_ref();
+            tracing::warn!("material `{name}` sends back more light than arrives, {brightest} of it");
         }
     }
 }

@@ -179,7 +179,7 @@ impl MaterialKind for Glass {
         self.absorption
     }
 
-    fn brightest(&self) -> f32 {
+    fn brightest(&self, _textures: &Textures<'_>) -> f32 {
         self.reflectance.max_component().max(self.transmittance.max_component())
     }
 

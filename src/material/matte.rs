@@ -21,7 +21,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use serde::Deserialize;
 
-use super::{FindColor, MaterialKind, Terms, brightness, part};
+use super::{FindColor, MaterialKind, Terms, part};
 use crate::{
     bsdf::{
         Bsdf,
@@ -87,8 +87,8 @@ impl MaterialKind for Matte {
         }
     }
 
-    fn brightest(&self) -> f32 {
-        brightness(&self.albedo)
+    fn brightest(&self, textures: &Textures<'_>) -> f32 {
+        textures.brightest(&self.albedo)
     }
 
     fn varies(&self) -> bool {

@@ -30,7 +30,7 @@
 
 use serde::Deserialize;
 
-use super::{FindColor, MaterialKind, Terms, brightness, part};
+use super::{FindColor, MaterialKind, Terms, part};
 use crate::{
     bsdf::{
         Bsdf,
@@ -184,10 +184,10 @@ impl MaterialKind for Metal {
         })
     }
 
-    fn brightest(&self) -> f32 {
+    fn brightest(&self, textures: &Textures<'_>) -> f32 {
         match &self.look {
             Look::Measured(_) => 0.0,
-            Look::Colored { color, .. } => brightness(color),
+            Look::Colored { color, .. } => textures.brightest(color),
         }
     }
 

@@ -59,7 +59,7 @@ impl MaterialKind for Mirror {
         })
     }
 
-    fn brightest(&self) -> f32 {
+    fn brightest(&self, _textures: &Textures<'_>) -> f32 {
         self.reflectance.max_component()
     }
 

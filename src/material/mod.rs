@@ -104,22 +104,14 @@ pub trait MaterialKind {
         Rgb::BLACK
     }
 
-    /// The brightest of its constant colours that tell a part of the light; above 1 more would leave than arrives.
-    fn brightest(&self) -> f32 {
+    /// The brightest of its colours that tell a part of the light; above 1 more would leave than arrives.
+    fn brightest(&self, _textures: &Textures<'_>) -> f32 {
         0.0
     }
 
     /// Whether it may differ from place to place or with the tangent: where it does not, no place on textures is found for it.
     fn varies(&self) -> bool {
         true
-    }
-}
-
-/// The largest channel of a constant colour.
-fn brightness(color: &Color) -> f32 {
-    match color {
-        Color::Constant(c) => c.max_component(),
-        Color::Texture(_) | Color::Tinted(..) => 0.0,
     }
 }
 
@@ -232,7 +224,7 @@ kinds! {
     /// See [`MaterialKind::absorption`].
     fn absorption(&self) -> Rgb;
     /// See [`MaterialKind::brightest`].
-    fn brightest(&self) -> f32;
+    fn brightest(&self, textures: &Textures<'_>) -> f32;
     /// See [`MaterialKind::varies`].
     fn varies(&self) -> bool;
 }

@@ -26,7 +26,7 @@
 
 use serde::Deserialize;
 
-use super::{FindColor, MaterialKind, Split, Terms, brightness};
+use super::{FindColor, MaterialKind, Split, Terms};
 use crate::{
     bsdf::{self, Bsdf, diffuse::Lambert, phong::Weights},
     math::Rgb,
@@ -144,9 +144,9 @@ impl MaterialKind for Phong {
         Bsdf::Phong(bsdf::phong::Phong::new(weights, self.shininess, self.ior))
     }
 
-    fn brightest(&self) -> f32 {
+    fn brightest(&self, textures: &Textures<'_>) -> f32 {
         let weights = [self.specular, self.reflect, self.transmit].map(Rgb::max_component);
-        weights.into_iter().fold(brightness(&self.color), f32::max)
+        weights.into_iter().fold(textures.brightest(&self.color), f32::max)
     }
 
     fn varies(&self) -> bool {

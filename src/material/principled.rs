@@ -63,7 +63,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use serde::Deserialize;
 
-use super::{Emission, FindColor, MaterialKind, NormalMap, Sides, Split, Terms, brightness, medium, part};
+use super::{Emission, FindColor, MaterialKind, NormalMap, Sides, Split, Terms, medium, part};
 use crate::{
     bsdf::{
         Bsdf,
@@ -379,8 +379,8 @@ impl MaterialKind for Principled {
         }
     }
 
-    fn brightest(&self) -> f32 {
-        brightness(&self.base_color)
+    fn brightest(&self, textures: &Textures<'_>) -> f32 {
+        textures.brightest(&self.base_color)
     }
 
     fn varies(&self) -> bool {

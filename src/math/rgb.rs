@@ -36,6 +36,11 @@ impl Rgb {
         Self::new(f(self.r), f(self.g), f(self.b))
     }
 
+    /// The larger of each channel.
+    pub fn max(self, other: Self) -> Self {
+        Self::new(self.r.max(other.r), self.g.max(other.g), self.b.max(other.b))
+    }
+
     /// The largest channel.
     pub fn max_component(self) -> f32 {
         self.r.max(self.g).max(self.b)

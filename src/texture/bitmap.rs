@@ -57,6 +57,17 @@ impl Bitmap {
         Rgb::new(self.linear(i), self.linear(i + 1), self.linear(i + 2))
     }
 
+    /// The largest number of each channel, at least of white where none can be larger.
+    pub fn brightest(&self) -> Rgb {
+        match &self.storage {
+            Storage::Srgb8(_) | Storage::Linear8(_) => Rgb::WHITE,
+            Storage::Float(_) => {
+                let texels = (0..self.height).flat_map(|y| (0..self.width).map(move |x| (x, y)));
+                texels.fold(Rgb::BLACK, |most, (x, y)| most.max(self.rgb(x, y)))
+            }
+        }
+    }
+
     /// The linear colour of column `i` from the left and row `j` from the bottom, as textures count.
     #[inline]
     pub fn texel_from_bottom(&self, i: u32, j: u32) -> Rgb {

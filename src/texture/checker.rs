@@ -54,6 +54,11 @@ impl PatternKind for Checker {
         let odd = (square.x + square.y).rem_euclid(2.0) == 1.0;
         self.colors[usize::from(odd)]
     }
+
+    fn brightest(&self, _bitmaps: &[Bitmap]) -> Rgb {
+        let [a, b] = self.colors;
+        a.max(b)
+    }
 }
 
 #[cfg(test)]

@@ -38,4 +38,8 @@ impl PatternKind for Constant {
     fn eval(&self, _bitmaps: &[Bitmap], _st: Vec2) -> Rgb {
         self.color
     }
+
+    fn brightest(&self, _bitmaps: &[Bitmap]) -> Rgb {
+        self.color
+    }
 }

@@ -206,6 +206,10 @@ impl Footprint {
 }
 
 impl PatternKind for ImagePattern {
+    fn brightest(&self, bitmaps: &[Bitmap]) -> Rgb {
+        bitmaps[self.bitmap.0 as usize].brightest()
+    }
+
     fn alpha(&self, bitmaps: &[Bitmap], st: Vec2) -> f32 {
         let bitmap = &bitmaps[self.bitmap.0 as usize];
         let (w, h) = (i64::from(bitmap.width), i64::from(bitmap.height));

@@ -67,6 +67,9 @@ pub trait PatternKind {
     /// The colour at `st`.
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb;
 
+    /// The largest number of each channel, wherever that is.
+    fn brightest(&self, bitmaps: &[Bitmap]) -> Rgb;
+
     /// The opacity at `st`, from 0 to 1.
     fn alpha(&self, _bitmaps: &[Bitmap], _st: Vec2) -> f32 {
         1.0
@@ -88,6 +91,8 @@ kinds! {
     compiled by fn compile(&self, find: &FindBitmap<'_>) -> Result<Pattern, Problem>;
     /// See [`PatternKind::eval`].
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb;
+    /// See [`PatternKind::brightest`].
+    fn brightest(&self, bitmaps: &[Bitmap]) -> Rgb;
     /// See [`PatternKind::alpha`].
     fn alpha(&self, bitmaps: &[Bitmap], st: Vec2) -> f32;
 }
@@ -175,6 +180,17 @@ impl Textures<'_> {
             Scalar::Constant(v) => *v,
             Scalar::Texture(id, channel, scale) => self.channel(*id, *channel, at) * scale,
         }
+    }
+
+    /// The largest channel of a colour, wherever that is.
+    pub fn brightest(&self, color: &Color) -> f32 {
+        let of = |id: &TextureId| self.textures[id.0 as usize].pattern.brightest(self.bitmaps);
+        let brightest = match color {
+            Color::Constant(c) => *c,
+            Color::Texture(id) => of(id),
+            Color::Tinted(id, tint) => of(id) * *tint,
+        };
+        brightest.max_component()
     }
 
     fn look_up(&self, id: TextureId, at: &TexturePoint) -> Rgb {

@@ -49,4 +49,9 @@ impl PatternKind for Stripes {
         let odd = (st.x / self.width).floor().rem_euclid(2.0) == 1.0;
         self.colors[usize::from(odd)]
     }
+
+    fn brightest(&self, _bitmaps: &[Bitmap]) -> Rgb {
+        let [a, b] = self.colors;
+        a.max(b)
+    }
 }
