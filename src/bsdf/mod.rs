@@ -99,10 +99,8 @@ pub trait BsdfKind {
 
 /// What is done with a BSDF of whatever kind.
 pub trait BsdfTask {
-    type Answer;
-
     /// Compiled for each kind by itself: what that kind never does costs nothing.
-    fn run<B: BsdfKind>(self, bsdf: &B) -> Self::Answer;
+    fn run(self, bsdf: &impl BsdfKind);
 }
 
 macro_rules! bsdfs {
@@ -114,7 +112,7 @@ macro_rules! bsdfs {
         impl Bsdf {
             /// Does `task` with the kind that this is.
             #[inline(always)]
-            pub fn give<T: BsdfTask>(&self, task: T) -> T::Answer {
+            pub fn give(&self, task: impl BsdfTask) {
                 match self { $( Self::$Variant(bsdf) => task.run(bsdf), )* }
             }
         }

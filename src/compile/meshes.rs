@@ -54,6 +54,8 @@ pub(super) struct Parts {
     pub instances: Vec<InstanceRecord>,
     pub object_places: Vec<Transform>,
     pub materials: Vec<Material>,
+    /// What scene files and models call them.
+    pub names: Vec<String>,
     pub textures: Vec<Texture>,
     pub images: Vec<ImageRequest>,
 }
@@ -245,6 +247,7 @@ impl Parts {
         for surfacing in &model.materials {
             let albedo = self.color(surfacing, first_image);
             self.materials.push(Material::Matte(Matte::smooth(albedo)));
+            self.names.push(surfacing.name.clone());
         }
         first_material
     }

@@ -85,6 +85,7 @@ pub fn scene_sharing(desc: &SceneDesc, accel: AccelKind, store: &Store, sharing:
         instances: Vec::new(),
         object_places: Vec::new(),
         materials,
+        names: desc.materials.iter().map(|m| m.name.get_ref().clone()).collect(),
         textures,
         images: wanted,
     };
@@ -103,7 +104,7 @@ pub fn scene_sharing(desc: &SceneDesc, accel: AccelKind, store: &Store, sharing:
         textures: &parts.textures,
         bitmaps: &bitmaps,
     };
-    warn_of_the_bright(&desc.materials, &parts.materials, &textures);
+    warn_of_the_bright(&parts.names, &parts.materials, &textures);
     mipmap::add_levels(&parts.textures, &mut bitmaps);
     let background = Background {
         sky: background::sky(&desc.background, &mut bitmaps),
@@ -217,12 +218,11 @@ impl Compiler<'_> {
     }
 }
 
-/// Says which of the materials that the scene file names send back more light than arrives.
-fn warn_of_the_bright(named: &[MaterialEntry], materials: &[Material], textures: &Textures<'_>) {
-    for (entry, material) in named.iter().zip(materials) {
+/// Says which materials send back more light than arrives.
+fn warn_of_the_bright(names: &[String], materials: &[Material], textures: &Textures<'_>) {
+    for (name, material) in names.iter().zip(materials) {
         let brightest = material.brightest(textures);
         if brightest > 1.0 {
-            let name = entry.name.get_ref();
             tracing::warn!("material `{name}` sends back more light than arrives, {brightest} of it");
         }
     }

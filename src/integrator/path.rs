@@ -160,25 +160,15 @@ struct Scatter<'a, 'b> {
 }
 
 impl BsdfTask for Scatter<'_, '_> {
-    type Answer = ();
-
-    fn run<B: BsdfKind>(self, bsdf: &B) {
-        self.tracer
-            .scatter(self.visit, self.surface, self.material, bsdf, self.out);
-    }
-}
-
-impl PathTracer {
     /// Asks for light, and carries the path on.
-    #[inline(always)]
-    fn scatter(
-        &self,
-        visit: &Visit<'_>,
-        surface: &Surface,
-        material: &Material,
-        bsdf: &impl BsdfKind,
-        out: &mut Departures,
-    ) {
+    fn run(self, bsdf: &impl BsdfKind) {
+        let Self {
+            tracer,
+            visit,
+            surface,
+            material,
+            out,
+        } = self;
         let (scene, path) = (visit.scene, visit.path);
         let frame = shading_frame(visit, surface, material, bsdf);
         let shading = Shading {
@@ -191,13 +181,15 @@ impl PathTracer {
         let choice = LazyCell::new(|| visit.numbers.pair(Dimension::at(path.depth, Purpose::Choice)));
         // What has but one direction is found this way alone.
         if !bsdf.is_delta() && !scene.lights.is_empty() {
-            let clamp = |l| self.clamped(path, path.depth + 1, l);
-            ask_light(visit, &shading, || choice.x, self.strategy, clamp, out);
+            let clamp = |l| tracer.clamped(path, path.depth + 1, l);
+            ask_light(visit, &shading, || choice.x, tracer.strategy, clamp, out);
         }
         let uc = if bsdf.has_lobes() { choice.y } else { 0.0 };
-        self.go_on(visit, &shading, uc, out);
+        tracer.go_on(visit, &shading, uc, out);
     }
+}
 
+impl PathTracer {
     /// What lies behind everything.
     fn escape(&self, visit: &Visit<'_>, out: &mut Departures) {
         let (scene, path, w) = (visit.scene, visit.path, visit.ray.d);

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 /// A right-handed orthonormal frame whose third axis is a given normal.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Frame {
     pub s: Vec3,
     pub t: Vec3,

@@ -14,7 +14,7 @@ type Column = [f32; LANES];
 type Column3 = [Column; 3];
 
 /// Sixteen surfaces, number by number.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 #[repr(align(64))]
 struct Block {
     /// Not 0 for triangles in the world, which are placed by their corners and the weights of the last two.
@@ -33,28 +33,6 @@ struct Block {
     ns: Column3,
     sides: [Column3; 2],
     frame: [Column3; 3],
-}
-
-const EMPTY: Column3 = [[0.0; LANES]; 3];
-
-impl Default for Block {
-    fn default() -> Self {
-        Self {
-            is_triangle: [0; LANES],
-            corners: [EMPTY; 3],
-            weights: [[0.0; LANES]; 2],
-            failed: [0; LANES],
-            p: EMPTY,
-            p_error: EMPTY,
-            ng: EMPTY,
-            smooth: EMPTY,
-            d: EMPTY,
-            wo: EMPTY,
-            ns: EMPTY,
-            sides: [EMPTY; 2],
-            frame: [EMPTY; 3],
-        }
-    }
 }
 
 #[inline(always)]

@@ -38,7 +38,7 @@ pub struct Surface {
 }
 
 /// What all that depends on the viewer follows from.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Spot {
     pub p: Vec3,
     /// Bound on the absolute error of each coordinate of `p`.
@@ -50,7 +50,7 @@ pub(super) struct Spot {
 }
 
 /// What follows.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct View {
     pub wo: Vec3,
     pub ns: Vec3,

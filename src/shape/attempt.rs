@@ -5,7 +5,7 @@ use super::ShapeHit;
 /// What is known of a ray and a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Attempt {
-    /// Counts where the ray meets the shape, and where that is not known but the shape is met here or nowhere.
+    /// Where the ray meets the shape, if it does.
     pub hit: ShapeHit,
     /// [`Attempt::MISSES`], [`Attempt::MEETS`] or [`Attempt::UNKNOWN`]; a number, for vectors of them.
     pub answer: u32,

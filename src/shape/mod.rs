@@ -77,6 +77,11 @@ pub trait ShapeKind {
     /// The nearest hit with `ray.tmin < t <= ray.tmax`. The direction need not be a unit vector. Never NaN.
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit>;
 
+    /// Whether [`ShapeKind::attempt`] tells anything.
+    fn attempts(&self) -> bool {
+        false
+    }
+
     /// What can be told of many rays at once of [`ShapeKind::intersect`], one attempt for each; by default nothing.
     fn attempt(&self, _on: impl Runner, _rays: &[Ray], attempts: &mut [Attempt]) {
         attempts.fill(Attempt::NOTHING);
@@ -119,6 +124,8 @@ kinds! {
     fn bounds(&self) -> Aabb;
     /// See [`ShapeKind::intersect`].
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit>;
+    /// See [`ShapeKind::attempts`].
+    fn attempts(&self) -> bool;
     /// See [`ShapeKind::attempt`].
     fn attempt(&self, on: impl Runner, rays: &[Ray], attempts: &mut [Attempt]);
     /// See [`ShapeKind::surface`].

@@ -11,13 +11,21 @@ use crate::math::{DVec3, Ray, Vec3};
 /// The hit of part `part` at `t`, where its rounded value lies on the ray.
 #[inline]
 pub(super) fn hit_at(ray: &Ray, t: f64, part: f32) -> Option<ShapeHit> {
+    let (hit, on_ray) = rounded_hit(ray, t, part);
+    on_ray.then_some(hit)
+}
+
+/// The same without branches; the second answer says whether it lies on the ray.
+#[inline(always)]
+pub(super) fn rounded_hit(ray: &Ray, t: f64, part: f32) -> (ShapeHit, bool) {
     let rounded = t as f32;
-    let on_ray = rounded > ray.tmin && rounded <= ray.tmax && rounded.is_finite();
-    on_ray.then(|| ShapeHit {
+    let hit = ShapeHit {
         t: rounded,
         u: part,
         v: (t - f64::from(rounded)) as f32,
-    })
+    };
+    let on_ray = (rounded > ray.tmin) & (rounded <= ray.tmax) & rounded.is_finite();
+    (hit, on_ray)
 }
 
 /// Where the ray met the shape, in double precision.

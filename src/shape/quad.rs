@@ -25,7 +25,7 @@ use serde::Deserialize;
 use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
     attempt::Attempt,
-    numeric::{area_sample, choose, dot_direction, hit_at, point_of, rounded, solid_angle_pdf},
+    numeric::{area_sample, choose, dot_direction, point_of, rounded, rounded_hit, solid_angle_pdf},
     rectangle::SeenRectangle,
     triangle::{self, Shear},
 };
@@ -205,12 +205,13 @@ impl Quad {
     /// Seen from the ray a corner is moved by a few units in the last place of its distance, and on the plane by so much over
     /// the cosine.
     #[inline(always)]
-    fn attempt_one(&self, ray: &Ray, [to_u, to_v]: [DVec3; 2]) -> Attempt {
+    fn attempt_one(&self, ray: &Ray) -> Attempt {
         let d = ray.d.as_dvec3();
         let along = dot_direction(ray.d, self.normal);
         let t = (self.middle - ray.o.as_dvec3()).dot(self.normal) / along;
-        let rounded = t as f32;
-        let on_ray = (rounded > ray.tmin) & (rounded <= ray.tmax) & rounded.is_finite();
+        let (hit, on_ray) = rounded_hit(ray, t, 0.0);
+        // Of no parallelogram the blur is infinite, and nothing is clear.
+        let [to_u, to_v] = self.inverse.unwrap_or_default();
         let length = d.x.abs() + d.y.abs() + d.z.abs();
         let blur = (t.abs() * length * self.blur.each + self.blur.own) * length;
         let h = ray.o.as_dvec3() + d * t - self.corners[0].as_dvec3();
@@ -219,11 +220,7 @@ impl Quad {
         let within = if off < 0.5 { Attempt::MEETS } else { Attempt::MISSES };
         let answer = if is_clear { within } else { Attempt::UNKNOWN };
         Attempt {
-            hit: ShapeHit {
-                t: rounded,
-                u: 0.0,
-                v: (t - f64::from(rounded)) as f32,
-            },
+            hit,
             answer: if on_ray { answer } else { Attempt::MISSES },
         }
     }
@@ -263,10 +260,9 @@ impl Quad {
     }
 }
 
-/// Attempts at a parallelogram.
+/// Attempts at a quad.
 struct Attempts<'a> {
     quad: &'a Quad,
-    inverse: [DVec3; 2],
     rays: &'a [Ray],
     attempts: &'a mut [Attempt],
 }
@@ -275,7 +271,7 @@ impl Loop for Attempts<'_> {
     #[inline(always)]
     fn run(self) {
         for (ray, attempt) in self.rays.iter().zip(self.attempts) {
-            *attempt = self.quad.attempt_one(ray, self.inverse);
+            *attempt = self.quad.attempt_one(ray);
         }
     }
 }
@@ -288,32 +284,25 @@ impl ShapeKind for Quad {
 
     #[inline]
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
-        if let Some(inverse) = self.inverse {
-            let attempt = self.attempt_one(ray, inverse);
-            let meets = match attempt.answer {
-                Attempt::MISSES => false,
-                Attempt::MEETS => true,
-                _ => self.has_edges_around(ray),
-            };
-            return meets.then_some(attempt.hit);
-        }
-        // The plane first: a ray that leaves the quad, or one beside it, ends here.
-        let along = dot_direction(ray.d, self.normal);
-        let t = (self.middle - ray.o.as_dvec3()).dot(self.normal) / along;
-        let hit = hit_at(ray, t, 0.0)?;
-        self.has_edges_around(ray).then_some(hit)
+        let attempt = self.attempt_one(ray);
+        let meets = match attempt.answer {
+            Attempt::MISSES => false,
+            Attempt::MEETS => true,
+            _ => self.has_edges_around(ray),
+        };
+        meets.then_some(attempt.hit)
+    }
+
+    fn attempts(&self) -> bool {
+        self.inverse.is_some()
     }
 
     fn attempt(&self, on: impl Runner, rays: &[Ray], attempts: &mut [Attempt]) {
-        match self.inverse {
-            None => attempts.fill(Attempt::NOTHING),
-            Some(inverse) => on.run(Attempts {
-                quad: self,
-                inverse,
-                rays,
-                attempts,
-            }),
-        }
+        on.run(Attempts {
+            quad: self,
+            rays,
+            attempts,
+        });
     }
 
     #[inline]
@@ -398,8 +387,8 @@ mod tests {
                 tmin: f32::MIN,
                 ..Ray::new(o, d * if behind { -scale } else { scale })
             };
-            let attempt = quad.attempt_one(&ray, quad.inverse.unwrap());
-            let is_on_ray = hit_at(&ray, f64::from(attempt.hit.t), 0.0).is_some();
+            let attempt = quad.attempt_one(&ray);
+            let (_, is_on_ray) = rounded_hit(&ray, f64::from(attempt.hit.t), 0.0);
             if is_on_ray && attempt.answer != Attempt::UNKNOWN {
                 prop_assert_eq!(attempt.answer == Attempt::MEETS, quad.has_edges_around(&ray));
             }
@@ -422,7 +411,7 @@ mod tests {
                 Vec3::new(at(100) * 3.0, 2.0, 1.0 + at(7)),
                 Vec3::new(at(11) - 0.5, at(13) - 0.9, -0.5),
             );
-            quad.attempt_one(&ray, quad.inverse.unwrap()).answer != Attempt::UNKNOWN
+            quad.attempt_one(&ray).answer != Attempt::UNKNOWN
         });
         assert!(told.count() > 9_500);
     }

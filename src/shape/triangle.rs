@@ -113,7 +113,7 @@ pub fn surface(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> Lo
 }
 
 /// A point of a triangle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Place {
     pub p: Vec3,
     /// Bound on the absolute error of each coordinate of `p`.

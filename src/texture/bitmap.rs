@@ -57,7 +57,7 @@ impl Bitmap {
         Rgb::new(self.linear(i), self.linear(i + 1), self.linear(i + 2))
     }
 
-    /// The largest number of each channel, at least of white where none can be larger.
+    /// The largest number of each channel; white for formats that hold nothing larger.
     pub fn brightest(&self) -> Rgb {
         match &self.storage {
             Storage::Srgb8(_) | Storage::Linear8(_) => Rgb::WHITE,

@@ -36,6 +36,15 @@ pub fn shape_step<L: Level, Q: Query>(
 }
 
 impl Packet {
+    /// Ray `k` as the rule about a shape's own box wants it.
+    #[inline(always)]
+    fn slabs(&self, k: usize) -> Slabs {
+        Slabs {
+            o: Vec3::new(self.o[0].0[k], self.o[1].0[k], self.o[2].0[k]),
+            inv: Vec3::new(self.inv[0].0[k], self.inv[1].0[k], self.inv[2].0[k]),
+        }
+    }
+
     /// Which rays may meet a box.
     #[inline(always)]
     fn meets<L: Level>(&self, level: L, bounds: &Aabb) -> u32 {
@@ -73,12 +82,9 @@ fn test<L: Level, Q: Query>(
     let Some(placed) = geometry.shape(PrimRef::new(index)) else {
         return false;
     };
-    let slabs: [Slabs; RAYS] = std::array::from_fn(|k| Slabs {
-        o: Vec3::new(packet.o[0].0[k], packet.o[1].0[k], packet.o[2].0[k]),
-        inv: Vec3::new(packet.inv[0].0[k], packet.inv[1].0[k], packet.inv[2].0[k]),
-    });
     let mut attempts = [Attempt::NOTHING; RAYS];
-    if asked.count_ones() >= FEW {
+    if asked.count_ones() >= FEW && placed.shape.attempts() {
+        let slabs: [Slabs; RAYS] = std::array::from_fn(|k| packet.slabs(k));
         let mut lines = packet.lanes().map(|ray| Ray {
             tmax: f32::INFINITY,
             ..rays[ray as usize]
@@ -104,7 +110,7 @@ fn test<L: Level, Q: Query>(
                     tmax: best.t,
                     ..rays[ray as usize]
                 };
-                geometry.intersect_shape(placed, &ray, || slabs[k])
+                geometry.intersect_shape(placed, &ray, || packet.slabs(k))
             }
         };
         if let Some(hit) = hit
