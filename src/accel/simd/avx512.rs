@@ -192,6 +192,11 @@ impl Level for Avx512 {
     }
 
     #[inline(always)]
+    fn places<const N: usize>(self, keys: &[i16; N]) -> [i16; N] {
+        self.0.places(keys)
+    }
+
+    #[inline(always)]
     fn prefetch<const LINES: usize>(self, p: *const u8) {
         self.0.prefetch::<LINES>(p);
     }

@@ -92,6 +92,10 @@ pub trait Level: Runner {
     /// most 64.
     fn top_bits<const N: usize>(self, words: &[u32; N]) -> [u64; 2];
 
+    /// The place of each of the `keys`, of which no two are the same, in their order; a multiple of sixteen of them, at most
+    /// 64.
+    fn places<const N: usize>(self, keys: &[i16; N]) -> [i16; N];
+
     /// Asks for the cache lines at `p`, 64 bytes each.
     fn prefetch<const LINES: usize>(self, p: *const u8);
 }

@@ -205,6 +205,11 @@ impl Level for Portable {
         bits
     }
 
+    #[inline(always)]
+    fn places<const N: usize>(self, keys: &[i16; N]) -> [i16; N] {
+        keys.map(|own| keys.iter().map(|key| i16::from(*key < own)).sum())
+    }
+
     /// There is no such instruction that every processor has.
     #[inline(always)]
     fn prefetch<const LINES: usize>(self, _p: *const u8) {}

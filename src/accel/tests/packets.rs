@@ -6,8 +6,8 @@ use crate::accel::wide::batch;
 /// Pixels on a side of a picture.
 const SIDE: usize = 16;
 
-/// Rays of many small pictures, one after another, from random places to random ones: from one point each, from a lens, or
-/// side by side. Every 16th ray goes to a point of a triangle. Some rays are short, begin later, or are to be left alone.
+/// Rays of many small pictures, one after another, from random places to random ones: from one point each, from a lens,
+/// side by side, or to a lamp. Every 16th ray goes to a point of a triangle. Some rays are short, begin later, or are to be left alone.
 /// Every twentieth picture is plain: of 61 these are looked at to find that all go in packets.
 fn pictures(g: &Geometry, count: usize, size: f32) -> Vec<Ray> {
     let mut r = Random(23);
@@ -39,6 +39,12 @@ fn pictures(g: &Geometry, count: usize, size: f32) -> Vec<Ray> {
             let y = (i / SIDE) as f32 / SIDE as f32 - 0.5;
             let o = eye + r.vec(lens) + (right * x + up * y) * (apart * SIDE as f32);
             let mut ray = Ray::new(o, (forward + (right * x + up * y) * width).normalize());
+            if picture % 6 == 5 {
+                // From all over a surface to a lamp.
+                let lamp = eye + forward * (3.0 * size);
+                let o = o + right * (4.0 * apart * SIDE as f32 * x) + r.vec(0.02 * size);
+                ray = Ray::segment(o, lamp - o, 0.999);
+            }
             if i % 16 == 5 && !plain && !g.triangles.is_empty() {
                 let [a, b, c] = g.corners(r.below(g.triangles.len()));
                 let to = [a, (a + b) * 0.5, (a + b + c) / 3.0][i / 16 % 3];

@@ -6,6 +6,9 @@
 //! branches that cover one another's latency. At a leaf four triangles at a time are tested against what encloses the
 //! rays, and each that may be met with sixteen rays.
 //!
+//! Rays that ask whether anything is in their way are put in order before ([`group`]): what a picture's rows gave away is lost
+//! where some of its paths have ended.
+//!
 //! Rays of different octants or main axes go into packets of their own; those that are few, have a component of nearly
 //! zero or a negative `tmin` are left to the other kernel.
 
@@ -23,10 +26,12 @@ use super::{
     waiting::take,
 };
 use crate::math::Ray;
+use group::{BAND, group};
 use leaf::leaf_step;
 use order::List;
 use rays::Gathered;
 
+mod group;
 mod leaf;
 mod order;
 mod rays;
@@ -49,14 +54,18 @@ const TRIALS: u64 = 8;
 
 /// What a packet may cost on average, in tests of a node, so that its rays are no faster one by one; with those that were
 /// given up.
-const FAIR: u64 = 280;
+const FAIR: u64 = 160;
 
 /// How many fair packets' cost may be lost in a batch before the rest goes without: dear packets lie next to one another, so
 /// the first few say little about all.
 const PATIENCE: u64 = 32;
 
+/// What packets must cost on average so that it pays to look for rays that start nearer to one another: five nanoseconds a
+/// ray, which is half of what rays in an empty room take.
+const WORTH: u64 = 40;
+
 /// What a packet may cost before it is given up.
-const DEAR: u32 = 400;
+const DEAR: u32 = 300;
 
 /// The packets that are not under way yet.
 struct Feed<'a> {
@@ -65,6 +74,9 @@ struct Feed<'a> {
     upcoming: usize,
     /// What is left of a list whose rays do not all go together.
     rest: Option<List>,
+    /// The rays of four packets, if they were put in order.
+    band: [u32; BAND],
+    is_grouped: bool,
     reach: f32,
     left: &'a mut Vec<u32>,
     /// How many packets are done, and what they took together.
@@ -74,20 +86,36 @@ struct Feed<'a> {
 
 impl Feed<'_> {
     #[inline(always)]
-    fn next<L: Level>(&mut self, level: L) -> Option<List> {
+    fn next<L: Level, Q: Query>(&mut self, level: L) -> Option<List> {
         if let Some(rest) = self.rest.take() {
             return Some(rest);
         }
-        if self.upcoming * RAYS >= self.rays.len() {
+        let (packet, count) = (self.upcoming, self.rays.len());
+        if packet * RAYS >= count {
             return None;
         }
         self.upcoming += 1;
         // Rays of a block lie in several places, which no processor expects.
-        let soon = self.order.list(self.upcoming - 1 + AHEAD, self.rays.len());
+        let soon = self.order.list(packet + AHEAD, count);
         for id in soon.ids.into_iter().step_by(2) {
             level.prefetch::<1>(self.rays.as_ptr().wrapping_add(id as usize).cast());
         }
-        Some(self.order.list(self.upcoming - 1, self.rays.len()))
+        let first = packet & !3;
+        if packet == first {
+            self.is_grouped = Q::ANY && first * RAYS + BAND <= count && self.cost >= WORTH * self.done;
+        }
+        if !self.is_grouped {
+            return Some(self.order.list(packet, count));
+        }
+        if packet == first {
+            let mut ids = [0; BAND];
+            for (k, ids) in ids.as_chunks_mut::<RAYS>().0.iter_mut().enumerate() {
+                *ids = self.order.list(first + k, count).ids;
+            }
+            self.band = group(level, self.rays, &ids);
+        }
+        let ids = self.band.as_chunks().0[packet - first];
+        Some(List { ids, len: RAYS })
     }
 
     /// Which packets may be under way: for occlusion not many until it is seen whether they pay. Rays that start all over a
@@ -116,15 +144,17 @@ impl Feed<'_> {
     #[inline(always)]
     fn refill<L: Level, Q: Query>(&mut self, level: L, packet: &mut Packet, answers: &[Q::Answer]) -> bool {
         if Q::ANY && !self.pays() {
-            while let Some(list) = self.next(level) {
+            while let Some(list) = self.next::<L, Q>(level) {
                 self.left.extend(list.as_slice());
             }
         }
-        let mut next = self.next(level);
+        let mut next = self.next::<L, Q>(level);
         while let Some(list) = next {
             next = match packet.gather::<L, Q>(level, self.rays, &list, answers, self.reach) {
                 Gathered::All => return true,
-                Gathered::Some { together, alone } => self.part(&list, together, alone).or_else(|| self.next(level)),
+                Gathered::Some { together, alone } => {
+                    self.part(&list, together, alone).or_else(|| self.next::<L, Q>(level))
+                }
             };
         }
         false
@@ -170,6 +200,8 @@ pub fn trace<L: Level, Q: Query>(
         order,
         upcoming: 0,
         rest: None,
+        band: [0; BAND],
+        is_grouped: false,
         reach: tree.spread.reach,
         left: &mut scratch.left,
         done: 0,
@@ -280,6 +312,8 @@ mod tests {
             order: Order::blocks(4, 16),
             upcoming: 0,
             rest: None,
+            band: [0; BAND],
+            is_grouped: false,
             reach: 1.0,
             left: &mut left,
             done: 0,

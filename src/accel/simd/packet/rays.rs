@@ -22,8 +22,8 @@ use crate::{math::Ray, shape::triangle::Shear};
 pub struct Each(pub [f32; RAYS]);
 
 /// A packet under way. What encloses its rays comes first, in two cache lines: together they enter a box no sooner, and
-/// leave it no later, than two rays would that meet a plane `x = b` at `b * inv - shift`. The last of four numbers is not
-/// used.
+/// leave it no later, than two rays would that come to a plane `x = b` after a way of `b * inv - shift` along the main axis.
+/// The last of four numbers is not used.
 #[repr(C, align(64))]
 #[derive(Clone, Default)]
 pub struct Packet {
@@ -36,8 +36,9 @@ pub struct Packet {
     pub near: [u8; 3],
     pub octant: u8,
     pub len: u32,
+    /// The least way along the main axis at which a ray begins.
     pub tmin: f32,
-    /// What is farther is passed over by all.
+    /// What is farther along is passed over by all.
     pub end: f32,
     /// Whether all rays start in one place.
     pub shared: bool,
@@ -59,6 +60,8 @@ pub struct Packet {
     pub v: Each,
     pub id: Each,
     pub tmins: Each,
+    /// How far along the main axis the rays' origins lie.
+    ahead: Each,
     /// In the order of the world's axes.
     pub o: [Each; 3],
     pub inv: [Each; 3],
@@ -70,6 +73,13 @@ pub struct Packet {
 
 /// How far from the first ray of a packet others may start, relative to where the farthest thing is.
 const WIDE: f32 = 0.1;
+
+/// Chords reach so much beyond the rays' ends, and at least so far relative to the coordinates.
+const MORE: f32 = 1.0 + 1e-4;
+const LEAST: f32 = 1e-7;
+
+/// How far off the ways to a plane may be, relative to what they are sums of.
+const BLUR: f32 = 8.0 * f32::EPSILON;
 
 /// What is known of a ray that is blocked: it meets nothing any more.
 pub const NO_MORE: Best = Best {
@@ -209,14 +219,20 @@ impl Packet {
             };
         }
         self.shared = apart == 0.0;
-        self.enclose(&o, &inv, sorted.below);
+        for (axis, below) in sorted.below.into_iter().enumerate() {
+            self.near[axis] = ((2 * axis + usize::from(below != 0)) * SIDE) as u8;
+        }
+        self.octant = 3 * (sorted.below[0] & 1 | sorted.below[1] & 2 | sorted.below[2] & 4) as u8;
         self.aim(&d, &inv, Shear::new(&ray.d).axes);
+        let speed = level.load16(&self.d[2].0).abs();
+        let ends = each(d, o, |d, o| tmax.mul(d).add(o));
+        self.enclose(&o, &inv, &ends, speed, reach);
         self.len = BASE as u32;
         self.cost = 0;
         self.list = list.ids;
         self.count = list.len;
         self.tmins.0 = tmin.to_array();
-        self.tmin = tmin.lowest();
+        self.tmin = tmin.mul(speed).add(level.load16(&self.ahead.0)).lowest();
         self.begin.0 = tmin.mul(level.splat16(1.0 - BEYOND)).to_array();
         self.t.0 = tmax.to_array();
         self.u = Each([0.0; RAYS]);
@@ -229,33 +245,75 @@ impl Packet {
         Gathered::All
     }
 
-    /// Keeps the lines, and how all of them together meet planes.
+    /// Keeps the lines, and how all of them together meet planes; `ends` is where they end.
+    ///
+    /// How far a ray has come is told by the main axis, so that rays side by side meet a box at once, wherever they start. The
+    /// least of the ways to a plane is concave over the plane's place, and so lies above its chord between where the first ray
+    /// starts and the last one ends; before and behind no box is met. The greatest lies below its own.
     #[inline(always)]
-    fn enclose<F: Floats<Array = [f32; RAYS]>>(&mut self, o: &Vec3s<F>, inv: &Vec3s<F>, below: [u32; 3]) {
-        for (axis, (o, inv)) in o.iter().zip(inv).enumerate() {
-            let negative = below[axis] != 0;
-            let (low, high) = if self.shared {
-                (self.origin[axis], self.origin[axis])
-            } else {
-                (o.lowest(), o.highest())
-            };
-            let (low, high) = (
-                low - (low.abs() * PAD + 4.0 * TINY),
-                high + (high.abs() * PAD + 4.0 * TINY),
-            );
-            let (least, most) = (inv.lowest(), inv.highest());
-            let (near, far) = if negative {
-                ((low, most), (high, least))
-            } else {
-                ((high, least), (low, most))
-            };
-            (self.inv_near[axis], self.shift_near[axis]) = (near.1, near.0 * near.1);
-            (self.inv_far[axis], self.shift_far[axis]) = (far.1, far.0 * far.1);
-            self.near[axis] = (2 * axis * SIDE + usize::from(negative) * SIDE) as u8;
-            self.o[axis].0 = o.to_array();
-            self.inv[axis].0 = inv.to_array();
+    fn enclose<F: Floats<Array = [f32; RAYS]>>(
+        &mut self,
+        o: &Vec3s<F>,
+        inv: &Vec3s<F>,
+        ends: &Vec3s<F>,
+        speed: F,
+        reach: f32,
+    ) {
+        for axis in 0..3 {
+            self.o[axis].0 = o[axis].to_array();
+            self.inv[axis].0 = inv[axis].to_array();
         }
-        self.octant = 3 * (below[0] & 1 | below[1] & 2 | below[2] & 4) as u8;
+        let [x, y, main] = self.axes.map(usize::from);
+        let negative = self.negative();
+        let start = self.first(o, main);
+        let ahead = o[main].sub(speed.fill(start)).abs();
+        self.ahead.0 = ahead.to_array();
+        let most = ahead.highest();
+        self.set_line(main, start, [0.0, 1.0, 0.0, 1.0]);
+        for axis in [x, y] {
+            let from = self.first(o, axis);
+            let per = inv[axis].mul(speed).abs();
+            if self.shared {
+                self.set_line(axis, from, [0.0, per.lowest(), 0.0, per.highest()]);
+                continue;
+            }
+            let way = if negative[axis] {
+                from - ends[axis].lowest().max(-reach)
+            } else {
+                ends[axis].highest().min(reach) - from
+            };
+            let way = (way * MORE).max((from.abs() + reach) * LEAST);
+            let begin = ahead.sub(o[axis].sub(speed.fill(from)).abs().mul(per));
+            let end = speed.fill(way).mul(per).add(begin);
+            let (first, last) = (begin.lowest(), begin.highest());
+            let blur = (2.0 * most - first) * BLUR;
+            let (first, last) = (first - blur, last + blur);
+            let slope = |rise: f32| rise.max(0.0) / way;
+            let (near, far) = (slope(end.lowest() - blur - first), slope(end.highest() + blur - last));
+            self.set_line(axis, from, [first, near, last, far]);
+        }
+    }
+
+    /// The smallest coordinate as seen by the rays.
+    #[inline(always)]
+    fn first<F: Floats>(&self, o: &Vec3s<F>, axis: usize) -> f32 {
+        if self.shared {
+            self.origin[axis]
+        } else if self.negative()[axis] {
+            o[axis].highest()
+        } else {
+            o[axis].lowest()
+        }
+    }
+
+    /// How far along the rays meet planes across an axis: at `from` and then per way, the ray that meets it first and the one
+    /// that does last.
+    #[inline(always)]
+    fn set_line(&mut self, axis: usize, from: f32, [first, near, last, far]: [f32; 4]) {
+        let sign = if self.negative()[axis] { -1.0 } else { 1.0 };
+        let (from, pad) = (from * sign, from.abs() * (2.0 * PAD) + 4.0 * TINY);
+        (self.inv_near[axis], self.shift_near[axis]) = (sign * near, (from + pad) * near - first);
+        (self.inv_far[axis], self.shift_far[axis]) = (sign * far, (from - pad) * far - last);
     }
 
     /// Keeps the directions, and what shears them.
@@ -291,7 +349,8 @@ impl Packet {
     pub fn set_ends<L: Level>(&mut self, level: L) {
         let t = level.load16(&self.t.0);
         self.until.0 = t.add(t.abs().mul(level.splat16(BEYOND))).to_array();
-        self.end = t.highest() * END;
+        let along = t.mul(level.load16(&self.d[2].0).abs());
+        self.end = along.add(level.load16(&self.ahead.0)).highest() * END;
     }
 
     /// Writes the answers.
