@@ -375,7 +375,15 @@ impl Level for Avx2 {
     }
 
     #[inline(always)]
-    fn push_ordered(self, enter: F8, leave: F8, child: &[u32; 8], order: &[u32; 8], shift: u32, to: Top) -> usize {
+    fn push_ordered(
+        self,
+        enter: F8,
+        leave: F8,
+        child: &[u32; 8],
+        order: &[u32; 8],
+        shift: u32,
+        to: Top,
+    ) -> (usize, u32) {
         // SAFETY: the token says that the processor has AVX2; all arrays are as long as a vector, and the mask of eight
         // lanes is below 256.
         unsafe {
@@ -385,9 +393,13 @@ impl Level for Avx2 {
             let hit = _mm256_movemask_ps(_mm256_permutevar8x32_ps(hit, order)) as usize;
             let from = _mm256_permutevar8x32_epi32(order, together(hit));
             let child = _mm256_loadu_si256(child.as_ptr().cast());
+            let child = _mm256_permutevar8x32_epi32(child, from);
             _mm256_storeu_ps(to.enter.as_mut_ptr(), _mm256_permutevar8x32_ps(enter.0, from));
-            _mm256_storeu_si256(to.child.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(child, from));
-            hit.count_ones() as usize
+            _mm256_storeu_si256(to.child.as_mut_ptr().cast(), child);
+            let count = hit.count_ones();
+            let last = _mm256_castsi128_si256(_mm_cvtsi32_si128(count as i32 - 1));
+            let last = _mm256_cvtsi256_si32(_mm256_permutevar8x32_epi32(child, last));
+            (count as usize, last as u32)
         }
     }
 

@@ -164,7 +164,15 @@ impl Level for Avx512 {
     }
 
     #[inline(always)]
-    fn push_ordered(self, enter: F8, leave: F8, child: &[u32; 8], order: &[u32; 8], shift: u32, to: Top) -> usize {
+    fn push_ordered(
+        self,
+        enter: F8,
+        leave: F8,
+        child: &[u32; 8],
+        order: &[u32; 8],
+        shift: u32,
+        to: Top,
+    ) -> (usize, u32) {
         self.0.push_ordered(enter, leave, child, order, shift, to)
     }
 

@@ -74,7 +74,7 @@ pub trait Level: Runner {
     fn mask16(self, bits: u32) -> <Self::F16 as Floats>::Mask;
 
     /// Writes those of `child` whose `enter` is at most `leave`, in the order that `order >> shift` gives, with their
-    /// `enter`; what is behind them in `to` is undefined. Returns how many there are.
+    /// `enter`; what is behind them in `to` is undefined. Returns how many there are, and the last of them.
     fn push_ordered(
         self,
         enter: Self::F8,
@@ -83,7 +83,7 @@ pub trait Level: Runner {
         order: &[u32; 8],
         shift: u32,
         to: Top,
-    ) -> usize;
+    ) -> (usize, u32);
 
     /// Writes those of `child` whose `enter` is at most `leave`, as they come.
     fn push_any(self, enter: Self::F8, leave: Self::F8, child: &[u32; 8], to: &mut [u32; 8]) -> usize;

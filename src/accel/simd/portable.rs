@@ -172,7 +172,7 @@ impl Level for Portable {
         order: &[u32; 8],
         shift: u32,
         to: Top,
-    ) -> usize {
+    ) -> (usize, u32) {
         let hit = enter.le(leave).0;
         let mut n = 0;
         for place in order {
@@ -181,7 +181,7 @@ impl Level for Portable {
             to.child[n & 7] = child[lane];
             n += usize::from(hit[lane]);
         }
-        n
+        (n, to.child[n.wrapping_sub(1) & 7])
     }
 
     #[inline(always)]

@@ -17,7 +17,7 @@ use super::{
         Geometry,
         wide::node::{DONE, Node},
     },
-    inflight::{distance, pop, push},
+    inflight::{Child, distance, pop, push},
     lanes::{Floats, Level},
     query::Query,
     scratch::{PACKETS, Scratch, Stack},
@@ -234,23 +234,31 @@ pub fn trace<L: Level, Q: Query>(
         }
         let at_leaf = active & leaf;
         let mut at_node = active ^ at_leaf;
+        // A copy to read from. The last rays of a batch read soon what was written for them, and a processor that has learnt to
+        // wait for that does so with all rays of the next batch: half the speed on Zen 5.
+        let now = next;
+        let mut popping = active;
         while at_node != 0 {
             let id = take(&mut at_node) % PACKETS;
             // SAFETY: the packet waits at a node, and its stack is its own.
-            unsafe { node_step::<L, Q>(level, &mut packets[id], tree.node(next[id]), stacks.of(id)) };
+            let child = unsafe { node_step::<L, Q>(level, &mut packets[id], tree.node(now[id]), stacks.of(id)) };
+            if !Q::ANY {
+                popping ^= child.met() << id;
+                next[id] = child.number();
+                level.prefetch::<4>(tree.address(next[id]));
+            }
         }
         let mut at_leaf = at_leaf;
         while at_leaf != 0 {
             let id = take(&mut at_leaf) % PACKETS;
             // SAFETY: the packet waits at a leaf of this tree.
-            unsafe { leaf_step::<L, Q>(level, &mut packets[id], next[id], tree, geometry, rays) };
+            unsafe { leaf_step::<L, Q>(level, &mut packets[id], now[id], tree, geometry, rays) };
             if Q::ANY && packets[id].cost > DEAR {
                 packets[id].len = BASE as u32;
             }
         }
-        let mut waiting = active;
-        while waiting != 0 {
-            let id = take(&mut waiting) % PACKETS;
+        while popping != 0 {
+            let id = take(&mut popping) % PACKETS;
             let packet = &mut packets[id];
             // SAFETY: the stack is the packet's own, with its base.
             let child = unsafe { pop(level, &mut packet.len, packet.end, Q::ANY, stacks.of(id)) };
@@ -264,12 +272,12 @@ pub fn trace<L: Level, Q: Query>(
     }
 }
 
-/// Tests a node's boxes and puts the children that rays may meet on the packet's stack.
+/// Tests a node's boxes; see [`push`].
 ///
 /// # Safety
 /// `stack` belongs to `packet` and was made for the node's tree.
 #[inline(always)]
-unsafe fn node_step<L: Level, Q: Query>(level: L, packet: &mut Packet, node: &Node, stack: Stack) {
+unsafe fn node_step<L: Level, Q: Query>(level: L, packet: &mut Packet, node: &Node, stack: Stack) -> Child {
     let mut enter = level.splat8(packet.tmin);
     let mut leave = level.splat8(packet.end);
     for axis in [2, 1, 0] {
@@ -280,9 +288,9 @@ unsafe fn node_step<L: Level, Q: Query>(level: L, packet: &mut Packet, node: &No
         let inv = level.splat8(packet.inv_far[axis]);
         leave = distance(level, node, near ^ SIDE, inv, packet.shift_far[axis]).min(leave);
     }
-    // SAFETY: by this function's own contract.
-    unsafe { push::<L, Q>(level, (enter, leave), node, packet.octant, &mut packet.len, stack) };
     packet.cost += 1;
+    // SAFETY: by this function's own contract.
+    unsafe { push::<L, Q>(level, (enter, leave), node, packet.octant, &mut packet.len, stack) }
 }
 
 #[cfg(test)]
