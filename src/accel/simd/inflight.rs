@@ -18,7 +18,7 @@ use super::{
         Geometry, Instance,
         instance::Spread,
         slab::LEAVE,
-        wide::node::{Block, EMPTY, EXIT, INSTANCE, LEAF, Node, SHAPE, blocks},
+        wide::node::{Block, EMPTY, EXIT, INSTANCE, LEAF, Node, SHAPE},
     },
     analytic,
     lanes::{Floats, Level, Mask, Top},
@@ -36,6 +36,11 @@ const AHEAD: usize = 16;
 
 /// As long as fewer rays wait at leaves, and at least as many are at nodes, those at leaves go on waiting.
 const ENOUGH: u32 = SLOTS as u32 / 4;
+
+/// With at least as many rays at nodes the nearest child comes next without a pop. Where fewer are it is read so soon after it is
+/// written that the processor learns to wait for it, and then does so for all rays of the next batch: half the speed on
+/// Zen 5.
+const MANY: u32 = SLOTS as u32 / 2;
 
 /// Which instances a slot's ray has to do with.
 #[derive(Clone, Copy)]
@@ -150,32 +155,36 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
         if at_leaf.count_ones() < ENOUGH && at_node.count_ones() >= ENOUGH {
             at_leaf = 0;
         }
-        // A copy to read from. The last rays of a batch read soon what was written for them, and a processor that has learnt to
-        // wait for that does so with all rays of the next batch: half the speed on Zen 5.
-        let now = *next;
         let mut popping = at_node | at_leaf;
         let mut waiting = at_node;
-        while waiting != 0 {
-            let id = take(&mut waiting);
-            // SAFETY: the slot waits at a node, and its stack is its own.
-            let child = unsafe { node_step::<L, Q>(level, &mut slots[id], tree.node(now[id]), stacks.of(id)) };
-            if !Q::ANY {
+        if !Q::ANY && at_node.count_ones() >= MANY {
+            while waiting != 0 {
+                let id = take(&mut waiting);
+                // SAFETY: the slot waits at a node, and its stack is its own.
+                let child =
+                    unsafe { node_step::<L, Q, true>(level, &mut slots[id], tree.node(next[id]), stacks.of(id)) };
                 popping ^= child.met() << id;
                 next[id] = child.number();
                 level.prefetch::<4>(tree.address(next[id]));
+            }
+        } else {
+            while waiting != 0 {
+                let id = take(&mut waiting);
+                // SAFETY: the slot waits at a node, and its stack is its own.
+                unsafe { node_step::<L, Q, false>(level, &mut slots[id], tree.node(next[id]), stacks.of(id)) };
             }
         }
         let mut waiting = at_leaf;
         while waiting != 0 {
             let id = take(&mut waiting);
             let (slot, inside) = (&mut slots[id], &mut inside[id]);
-            if INSTANCES && now[id] & (SHAPE | INSTANCE) == SHAPE | INSTANCE {
+            if INSTANCES && next[id] & (SHAPE | INSTANCE) == SHAPE | INSTANCE {
                 let ray = &rays[slot.ray as usize];
                 // SAFETY: the stack is the slot's own.
-                unsafe { instance_step(level, slot, now[id], inside, tree, geometry, ray, stacks.of(id)) };
+                unsafe { instance_step(level, slot, next[id], inside, tree, geometry, ray, stacks.of(id)) };
             } else {
                 // SAFETY: the slot waits at a leaf of this tree.
-                unsafe { leaf_step::<L, Q, INSTANCES>(level, slot, now[id], inside, tree, geometry, rays) };
+                unsafe { leaf_step::<L, Q, INSTANCES>(level, slot, next[id], inside, tree, geometry, rays) };
             }
         }
         while popping != 0 {
@@ -215,7 +224,12 @@ impl Child {
 /// # Safety
 /// `stack` belongs to `slot` and was made for the node's tree.
 #[inline(always)]
-unsafe fn node_step<L: Level, Q: Query>(level: L, slot: &mut Slot, node: &Node, stack: Stack) -> Child {
+unsafe fn node_step<L: Level, Q: Query, const NEXT: bool>(
+    level: L,
+    slot: &mut Slot,
+    node: &Node,
+    stack: Stack,
+) -> Child {
     let [x, y, z] = slot.near;
     let near = [usize::from(x), usize::from(y), usize::from(z)];
     let far = [near[0] ^ SIDE, near[1] ^ SIDE, near[2] ^ SIDE];
@@ -234,7 +248,7 @@ unsafe fn node_step<L: Level, Q: Query>(level: L, slot: &mut Slot, node: &Node, 
     let leave = distance(level, node, far[1], inv[1], slot.shift_far[1]).min(leave);
     let leave = distance(level, node, far[0], inv[0], slot.shift_far[0]).min(leave);
     // SAFETY: by this function's own contract.
-    unsafe { push::<L, Q>(level, (enter, leave), node, slot.octant, &mut slot.len, stack) }
+    unsafe { push::<L, Q, NEXT>(level, (enter, leave), node, slot.octant, &mut slot.len, stack) }
 }
 
 /// Puts the children whose boxes are met from `enter` to `leave` on a stack of length `len`, for rays of three times this
@@ -244,7 +258,7 @@ unsafe fn node_step<L: Level, Q: Query>(level: L, slot: &mut Slot, node: &Node, 
 /// # Safety
 /// `stack` was made for the node's tree and has at least that length.
 #[inline(always)]
-pub unsafe fn push<L: Level, Q: Query>(
+pub unsafe fn push<L: Level, Q: Query, const NEXT: bool>(
     level: L,
     (enter, leave): (L::F8, L::F8),
     node: &Node,
@@ -267,7 +281,7 @@ pub unsafe fn push<L: Level, Q: Query>(
     } else {
         let (count, last) = level.push_ordered(enter, leave, &node.child, &node.order, u32::from(octant), to);
         let child = Child { count, last };
-        *len += count as u32 - child.met() as u32;
+        *len += count as u32 - if NEXT { child.met() as u32 } else { 0 };
         child
     }
 }
@@ -329,11 +343,10 @@ unsafe fn leaf_step<L: Level, Q: Query, const INSTANCES: bool>(
         }
         return;
     }
-    for index in blocks(leaf) {
+    // SAFETY: by this function's own contract.
+    for block in unsafe { tree.leaf(leaf) } {
         let (o, d) = (splat3(level, &slot.o), splat3(level, &slot.d));
         let shear = [level.splat4(slot.shear[0]), level.splat4(slot.shear[1])];
-        // SAFETY: by this function's own contract.
-        let block = unsafe { tree.block(index) };
         let [a, b, c] = &block.corners;
         let corners = [
             each(load3(level, slot.turn(a)), o, L::F4::sub),

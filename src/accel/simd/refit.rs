@@ -7,7 +7,7 @@
 use super::{
     super::{
         Geometry, PrimRef,
-        wide::node::{EMPTY, LEAF, Node, SHAPE, blocks},
+        wide::node::{self, EMPTY, LEAF, Node, SHAPE, blocks},
     },
     tree::{Section, Tree},
 };
@@ -33,7 +33,7 @@ impl Tree {
                 let bounds = if child == EMPTY {
                     continue;
                 } else if child & LEAF == 0 {
-                    around(&self.nodes[child as usize])
+                    around(&self.nodes[node::index(child)])
                 } else if child & SHAPE == 0 {
                     let ids = self.blocks[blocks(child)].iter().flat_map(|block| block.ids);
                     let prims = ids.filter(|&id| id != u32::MAX).map(|id| PrimRef::new(id - 1));

@@ -1,10 +1,10 @@
 //! Wide trees that were checked: what the kernels index without asking.
 
-use std::ops::Range;
+use std::{ops::Range, slice};
 
 use super::super::{
     instance::Spread,
-    wide::node::{self, Block, DONE, EMPTY, INSTANCE, LEAF, Node, SHAPE},
+    wide::node::{self, Block, EMPTY, INSTANCE, LEAF, Node, SHAPE, UNIT},
 };
 
 /// Nodes and blocks whose every child exists.
@@ -61,7 +61,7 @@ impl Tree {
     /// Adds a tree behind the others; the last one is the top. `None` where the arrays do not make a tree.
     pub fn push(&mut self, (mut nodes, blocks): Grown, numbers: Numbers) -> Option<()> {
         let (first_node, first_block) = (self.nodes.len(), self.blocks.len());
-        if first_node + nodes.len() >= DONE as usize >> 3 || first_block + blocks.len() >= DONE as usize >> 2 {
+        if first_node + nodes.len() > node::MAX_NODES || first_block + blocks.len() > node::MAX_BLOCKS {
             return None;
         }
         let mut levels = vec![1_usize; nodes.len()];
@@ -71,21 +71,22 @@ impl Tree {
             for child in &mut nodes[i].child {
                 if *child == EMPTY {
                 } else if *child & LEAF == 0 {
-                    let inner = *child as usize;
-                    if inner <= i || inner >= levels.len() {
+                    let inner = node::index(*child);
+                    if inner <= i || inner >= levels.len() || *child != node::inner(inner) {
                         return None;
                     }
                     levels[inner] = levels[inner].max(level);
                     depth = depth.max(level);
-                    *child += first_node as u32;
                 } else if *child & SHAPE == 0 {
-                    if node::blocks(*child).end > blocks.len() {
+                    let range = node::blocks(*child);
+                    if range.end > blocks.len() || *child != node::leaf(range.start, range.len()) {
                         return None;
                     }
-                    *child += (first_block as u32) << 2;
                 } else {
                     *child = self.item((*child & !(LEAF | SHAPE)) as usize, &numbers)?;
+                    continue;
                 }
+                *child = node::moved(*child, first_node as isize, first_block as isize);
             }
         }
         let (node_count, block_count) = (nodes.len(), blocks.len());
@@ -115,7 +116,7 @@ impl Tree {
             return Some(LEAF | SHAPE | INSTANCE | instance as u32);
         }
         let still = self.sections.get(numbers.still?)?;
-        (!still.nodes.is_empty()).then_some(still.nodes.start as u32)
+        (!still.nodes.is_empty()).then(|| node::inner(still.nodes.start))
     }
 
     /// Takes the last tree away.
@@ -149,11 +150,7 @@ impl Tree {
         };
         let mut nodes = self.nodes[last.nodes.clone()].to_vec();
         for child in nodes.iter_mut().flat_map(|node| &mut node.child) {
-            if *child & LEAF == 0 {
-                *child -= last.nodes.start as u32;
-            } else if *child & SHAPE == 0 {
-                *child -= (last.blocks.start as u32) << 2;
-            }
+            *child = node::moved(*child, -(last.nodes.start as isize), -(last.blocks.start as isize));
         }
         (nodes, self.blocks[last.blocks.clone()].to_vec())
     }
@@ -161,13 +158,13 @@ impl Tree {
     /// The root of the top.
     #[inline(always)]
     pub fn root(&self) -> u32 {
-        self.sections.last().map_or(0, |top| top.nodes.start as u32)
+        self.sections.last().map_or(0, |top| node::inner(top.nodes.start))
     }
 
     /// The root of a group's tree.
     #[inline(always)]
     pub fn group_root(&self, group: u32) -> u32 {
-        self.sections[group as usize].nodes.start as u32
+        node::inner(self.sections[group as usize].nodes.start)
     }
 
     pub fn has_instances(&self) -> bool {
@@ -198,27 +195,29 @@ impl Tree {
     /// `child` is a root or an inner child of one of this tree's nodes.
     #[inline(always)]
     pub unsafe fn node(&self, child: u32) -> &Node {
-        debug_assert!((child as usize) < self.nodes.len());
+        debug_assert!(node::index(child) < self.nodes.len());
         // SAFETY: there is a first node, and inner children exist.
-        unsafe { self.nodes.get_unchecked(child as usize) }
+        unsafe { &*self.nodes.as_ptr().byte_add(child as usize * UNIT) }
     }
 
     /// # Safety
-    /// `index` comes from [`node::blocks`] of a leaf of one of this tree's nodes.
+    /// `child` is a leaf of one of this tree's nodes.
     #[inline(always)]
-    pub unsafe fn block(&self, index: usize) -> &Block {
-        debug_assert!(index < self.blocks.len());
+    pub unsafe fn leaf(&self, child: u32) -> &[Block] {
+        debug_assert!(node::blocks(child).end <= self.blocks.len());
         // SAFETY: leaves' blocks exist.
-        unsafe { self.blocks.get_unchecked(index) }
+        unsafe {
+            let first = self.blocks.as_ptr().byte_add(node::units(child) * UNIT);
+            slice::from_raw_parts(first, node::count(child))
+        }
     }
 
     /// Where the child's data begins, for a prefetch; nothing may be read there.
     #[inline(always)]
     pub fn address(&self, child: u32) -> *const u8 {
-        let index = (child & !(LEAF | SHAPE)) as usize;
-        let node = self.nodes.as_ptr().wrapping_add(index).cast::<u8>();
-        let block = self.blocks.as_ptr().wrapping_add(index >> 2).cast::<u8>();
-        if child & LEAF == 0 { node } else { block }
+        let (nodes, blocks) = (self.nodes.as_ptr().cast::<u8>(), self.blocks.as_ptr().cast());
+        let first = if child & LEAF == 0 { nodes } else { blocks };
+        first.wrapping_add(node::units(child) * UNIT)
     }
 }
 
@@ -234,14 +233,20 @@ mod tests {
             let grown = (vec![first, Node::NOTHING], vec![Block::NOTHING; 3]);
             Tree::default().push(grown, Numbers::prims(5)).is_some()
         };
-        assert!(with(1) && with(node::leaf(0, 3)) && with(LEAF | SHAPE | 4) && with(EMPTY));
-        assert!(!with(0) && !with(2) && !with(node::leaf(1, 3)) && !with(LEAF | SHAPE | 5));
+        assert!(with(node::inner(1)) && with(node::leaf(0, 3)) && with(LEAF | SHAPE | 4) && with(EMPTY));
+        assert!(
+            !with(node::inner(0))
+                && !with(node::inner(2))
+                && !with(1)
+                && !with(node::leaf(1, 3))
+                && !with(LEAF | SHAPE | 5)
+        );
     }
 
     /// A root with an inner child and a leaf.
     fn grown(blocks: usize) -> Grown {
         let mut first = Node::NOTHING;
-        first.child[0] = 1;
+        first.child[0] = node::inner(1);
         first.child[1] = node::leaf(blocks - 1, 1);
         (vec![first, Node::NOTHING], vec![Block::NOTHING; blocks])
     }
@@ -256,15 +261,26 @@ mod tests {
         let children = |tree: &Tree| [0, 2, 4].map(|i| [tree.nodes[i].child[0], tree.nodes[i].child[1]]);
         assert_eq!(
             children(&tree),
-            [[1, node::leaf(0, 1)], [3, node::leaf(2, 1)], [5, node::leaf(5, 1)]]
+            [
+                [node::inner(1), node::leaf(0, 1)],
+                [node::inner(3), node::leaf(2, 1)],
+                [node::inner(5), node::leaf(5, 1)]
+            ]
         );
         tree.replace(1, grown(4), numbers).expect("a tree");
         assert_eq!(
             children(&tree),
-            [[1, node::leaf(0, 1)], [3, node::leaf(4, 1)], [5, node::leaf(7, 1)]]
+            [
+                [node::inner(1), node::leaf(0, 1)],
+                [node::inner(3), node::leaf(4, 1)],
+                [node::inner(5), node::leaf(7, 1)]
+            ]
         );
         tree.pop();
-        assert_eq!((tree.nodes.len(), tree.blocks.len(), tree.root()), (4, 5, 2));
+        assert_eq!(
+            (tree.nodes.len(), tree.blocks.len(), tree.root()),
+            (4, 5, node::inner(2))
+        );
     }
 
     #[test]

@@ -14,7 +14,7 @@ use super::{
         simd::pages,
     },
     collapse::{Piece, collapse, order_children},
-    node::{Block, EMPTY, LEAF, Node, SHAPE},
+    node::{self, Block, EMPTY, Node},
 };
 
 /// The most triangles of a leaf of the binary tree. With four of them, a block, there is less to plan; with two the
@@ -68,6 +68,7 @@ fn join(mut top: Piece, pieces: Vec<Piece>) -> (Vec<Node>, Vec<Block>) {
             Some(start)
         })
         .collect();
+    let moved = |child: u32, (nodes, blocks): (usize, usize)| node::moved(child, nodes as isize, blocks as isize);
     for &(node, lane, number) in &top.joints {
         let number = number as usize;
         top.nodes[node as usize].child[usize::from(lane)] = moved(pieces[number].root, starts[number]);
@@ -95,15 +96,4 @@ fn join(mut top: Piece, pieces: Vec<Piece>) -> (Vec<Node>, Vec<Block>) {
         pieces[piece].blocks[i - starts[piece].1]
     }));
     (nodes, blocks)
-}
-
-/// A child's number after its piece's nodes and blocks were moved to `start`.
-fn moved(child: u32, (nodes, blocks): (usize, usize)) -> u32 {
-    if child & LEAF == 0 {
-        child + nodes as u32
-    } else if child & SHAPE == 0 {
-        child + ((blocks as u32) << 2)
-    } else {
-        child
-    }
 }

@@ -12,7 +12,7 @@ use super::{
         Geometry,
         binary::{Flat, Tree},
     },
-    node::{Block, LEAF, MAX_BLOCKS, Node, SHAPE, leaf},
+    node::{Block, LEAF, MAX_LEAF, Node, SHAPE, inner, leaf},
 };
 
 /// What a block of four triangles costs, in tests of a node.
@@ -60,7 +60,7 @@ const TOO_MANY: u32 = 1 << 20;
 /// What a leaf costs, infinite for one that cannot be.
 fn leaf_cost(area: f32, triangles: u32) -> f32 {
     let blocks = triangles.div_ceil(4);
-    if blocks as usize > MAX_BLOCKS {
+    if blocks as usize > MAX_LEAF {
         return f32::INFINITY;
     }
     area * BLOCK_COST * blocks as f32
@@ -195,7 +195,7 @@ impl Emitter<'_> {
                 } else {
                     open.push((child, self.piece.nodes.len()));
                     self.piece.nodes.push(Node::NOTHING);
-                    (self.piece.nodes.len() - 1) as u32
+                    inner(self.piece.nodes.len() - 1)
                 };
                 node.set(lane, &bounds, number);
             }
@@ -258,7 +258,7 @@ impl Emitter<'_> {
             return LEAF | SHAPE | id;
         }
         // In depth-first order what the leaves below a node hold lies side by side.
-        let mut ids = [0; 4 * MAX_BLOCKS];
+        let mut ids = [0; 4 * MAX_LEAF];
         let mut count = 0;
         for &id in &self.ids[place..place + self.plans[from].triangles as usize] {
             if !ids[..count].contains(&id) {

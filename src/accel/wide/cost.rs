@@ -2,7 +2,7 @@
 
 use super::{
     super::{Geometry, Hit, Instance, PrimRef, RayCost, instance::Spread, simd::Tree, slab::Planes},
-    node::{EMPTY, INSTANCE, LEAF, SHAPE, blocks},
+    node::{self, EMPTY, INSTANCE, LEAF, SHAPE, blocks},
 };
 use crate::math::Ray;
 
@@ -43,7 +43,7 @@ impl Inside<'_> {
                 continue;
             }
             if child & LEAF == 0 {
-                let node = &self.tree.nodes()[child as usize];
+                let node = &self.tree.nodes()[node::index(child)];
                 cost.nodes += 1;
                 for place in node.order {
                     let lane = (place >> (3 * octant) & 7) as usize;

@@ -21,7 +21,21 @@ pub const EMPTY: u32 = u32::MAX;
 pub const DONE: u32 = SHAPE;
 
 /// The most blocks in a leaf.
-pub const MAX_BLOCKS: usize = 4;
+pub const MAX_LEAF: usize = 4;
+
+/// Bytes that nodes and blocks are multiples of: in these they are numbered, so that where they lie takes no time to
+/// find.
+pub const UNIT: usize = 32;
+
+const NODE_UNITS: usize = size_of::<Node>() / UNIT;
+const BLOCK_UNITS: usize = size_of::<Block>() / UNIT;
+
+/// Where the number of a leaf's blocks begins, less one; the lower bits are of its first one's place.
+const COUNT: u32 = 28;
+
+/// The most nodes and blocks of all trees.
+pub const MAX_NODES: usize = (1 << COUNT) / NODE_UNITS;
+pub const MAX_BLOCKS: usize = (1 << COUNT) / BLOCK_UNITS;
 
 /// The most primitives and instances that children's numbers have room for.
 pub const MAX_PRIMS: usize = 1 << 28;
@@ -32,8 +46,7 @@ pub const MAX_PRIMS: usize = 1 << 28;
 pub struct Node {
     /// Minima and maxima in turn: x, y, z.
     pub planes: [[f32; 8]; 6],
-    /// An inner node's number; a leaf's first block times four and its number of blocks less one; a shape; or
-    /// an instance.
+    /// An [`inner`] node, a [`leaf`], a shape or an instance.
     pub child: [u32; 8],
     /// For each octant of directions, three bits that say which child comes at this place, the farthest first. Bit k of
     /// an octant's number is set where directions are negative on axis k.
@@ -97,14 +110,68 @@ impl Block {
     }
 }
 
+/// A child that is the inner node `index`.
+pub fn inner(index: usize) -> u32 {
+    (index * NODE_UNITS) as u32
+}
+
 /// A child that is the blocks `first .. first + count`.
 pub fn leaf(first: usize, count: usize) -> u32 {
-    LEAF | (first as u32) << 2 | (count as u32 - 1)
+    LEAF | (count as u32 - 1) << COUNT | (first * BLOCK_UNITS) as u32
+}
+
+/// Which node an inner child is.
+pub fn index(child: u32) -> usize {
+    child as usize / NODE_UNITS
 }
 
 /// The blocks of a leaf.
-#[inline(always)]
 pub fn blocks(child: u32) -> std::ops::Range<usize> {
-    let first = (child & !LEAF) as usize >> 2;
-    first..first + (child as usize & 3) + 1
+    let first = units(child) / BLOCK_UNITS;
+    first..first + count(child)
+}
+
+/// How many blocks a leaf has.
+#[inline(always)]
+pub fn count(child: u32) -> usize {
+    (child >> COUNT & 3) as usize + 1
+}
+
+/// How many [`UNIT`]s before a child's node or blocks the tree's begin.
+#[inline(always)]
+pub fn units(child: u32) -> usize {
+    (child & ((1 << COUNT) - 1)) as usize
+}
+
+/// A child after its tree's nodes and blocks were moved by so many.
+pub fn moved(child: u32, nodes: isize, blocks: isize) -> u32 {
+    let units = if child & LEAF == 0 {
+        nodes * NODE_UNITS as isize
+    } else if child & SHAPE == 0 {
+        blocks * BLOCK_UNITS as isize
+    } else {
+        0
+    };
+    child.wrapping_add_signed(units as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_what_was_put_in() {
+        for i in [0, 1, 1000, MAX_NODES - 1] {
+            assert_eq!(index(inner(i)), i);
+            assert_eq!(index(moved(inner(i), -(i as isize), 7)), 0);
+        }
+        for first in [0, 1, 1000, MAX_BLOCKS - MAX_LEAF] {
+            for count in 1..=MAX_LEAF {
+                assert_eq!(blocks(leaf(first, count)), first..first + count);
+                let moved = moved(leaf(0, count), 7, first as isize);
+                assert_eq!(blocks(moved), first..first + count);
+            }
+        }
+        assert!(leaf(MAX_BLOCKS - MAX_LEAF, MAX_LEAF) & SHAPE == 0);
+    }
 }

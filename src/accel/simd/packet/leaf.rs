@@ -4,7 +4,7 @@ use super::{
     super::{
         super::{
             Geometry,
-            wide::node::{Block, EMPTY, LEAF, SHAPE, blocks},
+            wide::node::{Block, EMPTY, LEAF, SHAPE, count},
         },
         inflight::load3,
         lanes::{Floats, Level, Mask},
@@ -42,15 +42,14 @@ pub unsafe fn leaf_step<L: Level, Q: Query>(
     rays: &[Ray],
 ) {
     let mut nearer = false;
-    packet.cost += BLOCK_COST * (1 + (leaf & 3));
+    packet.cost += BLOCK_COST * count(leaf) as u32;
     if leaf & SHAPE != 0 {
         if leaf != EMPTY {
             nearer = shape_step::<L, Q>(level, packet, leaf & !(LEAF | SHAPE), geometry, rays);
         }
     } else {
-        for index in blocks(leaf) {
-            // SAFETY: by this function's own contract.
-            let block = unsafe { tree.block(index) };
+        // SAFETY: by this function's own contract.
+        for block in unsafe { tree.leaf(leaf) } {
             nearer |= if packet.shared {
                 packet.seen_block::<L, Q>(level, block)
             } else {

@@ -67,6 +67,9 @@ const WORTH: u64 = 40;
 /// What a packet may cost before it is given up.
 const DEAR: u32 = 300;
 
+/// See [`super::inflight`].
+const MANY: u32 = PACKETS as u32 / 2;
+
 /// The packets that are not under way yet.
 struct Feed<'a> {
     rays: &'a [Ray],
@@ -234,25 +237,29 @@ pub fn trace<L: Level, Q: Query>(
         }
         let at_leaf = active & leaf;
         let mut at_node = active ^ at_leaf;
-        // A copy to read from. The last rays of a batch read soon what was written for them, and a processor that has learnt to
-        // wait for that does so with all rays of the next batch: half the speed on Zen 5.
-        let now = next;
         let mut popping = active;
-        while at_node != 0 {
-            let id = take(&mut at_node) % PACKETS;
-            // SAFETY: the packet waits at a node, and its stack is its own.
-            let child = unsafe { node_step::<L, Q>(level, &mut packets[id], tree.node(now[id]), stacks.of(id)) };
-            if !Q::ANY {
+        if !Q::ANY && at_node.count_ones() >= MANY {
+            while at_node != 0 {
+                let id = take(&mut at_node) % PACKETS;
+                // SAFETY: the packet waits at a node, and its stack is its own.
+                let child =
+                    unsafe { node_step::<L, Q, true>(level, &mut packets[id], tree.node(next[id]), stacks.of(id)) };
                 popping ^= child.met() << id;
                 next[id] = child.number();
                 level.prefetch::<4>(tree.address(next[id]));
+            }
+        } else {
+            while at_node != 0 {
+                let id = take(&mut at_node) % PACKETS;
+                // SAFETY: the packet waits at a node, and its stack is its own.
+                unsafe { node_step::<L, Q, false>(level, &mut packets[id], tree.node(next[id]), stacks.of(id)) };
             }
         }
         let mut at_leaf = at_leaf;
         while at_leaf != 0 {
             let id = take(&mut at_leaf) % PACKETS;
             // SAFETY: the packet waits at a leaf of this tree.
-            unsafe { leaf_step::<L, Q>(level, &mut packets[id], now[id], tree, geometry, rays) };
+            unsafe { leaf_step::<L, Q>(level, &mut packets[id], next[id], tree, geometry, rays) };
             if Q::ANY && packets[id].cost > DEAR {
                 packets[id].len = BASE as u32;
             }
@@ -277,7 +284,12 @@ pub fn trace<L: Level, Q: Query>(
 /// # Safety
 /// `stack` belongs to `packet` and was made for the node's tree.
 #[inline(always)]
-unsafe fn node_step<L: Level, Q: Query>(level: L, packet: &mut Packet, node: &Node, stack: Stack) -> Child {
+unsafe fn node_step<L: Level, Q: Query, const NEXT: bool>(
+    level: L,
+    packet: &mut Packet,
+    node: &Node,
+    stack: Stack,
+) -> Child {
     let mut enter = level.splat8(packet.tmin);
     let mut leave = level.splat8(packet.end);
     for axis in [2, 1, 0] {
@@ -290,7 +302,7 @@ unsafe fn node_step<L: Level, Q: Query>(level: L, packet: &mut Packet, node: &No
     }
     packet.cost += 1;
     // SAFETY: by this function's own contract.
-    unsafe { push::<L, Q>(level, (enter, leave), node, packet.octant, &mut packet.len, stack) }
+    unsafe { push::<L, Q, NEXT>(level, (enter, leave), node, packet.octant, &mut packet.len, stack) }
 }
 
 #[cfg(test)]
