@@ -60,8 +60,8 @@ pub struct Packet {
     pub v: Each,
     pub id: Each,
     pub tmins: Each,
-    /// How far along the main axis the rays' origins lie.
-    ahead: Each,
+    /// How far back along the main axis the rays' origins lie: nothing for the last one, otherwise negative.
+    behind: Each,
     /// In the order of the world's axes.
     pub o: [Each; 3],
     pub inv: [Each; 3],
@@ -225,14 +225,13 @@ impl Packet {
         self.octant = 3 * (sorted.below[0] & 1 | sorted.below[1] & 2 | sorted.below[2] & 4) as u8;
         self.aim(&d, &inv, Shear::new(&ray.d).axes);
         let speed = level.load16(&self.d[2].0).abs();
-        let ends = each(d, o, |d, o| tmax.mul(d).add(o));
-        self.enclose(&o, &inv, &ends, speed, reach);
+        self.enclose([&o, &d, &inv], tmax, speed, reach);
         self.len = BASE as u32;
         self.cost = 0;
         self.list = list.ids;
         self.count = list.len;
         self.tmins.0 = tmin.to_array();
-        self.tmin = tmin.mul(speed).add(level.load16(&self.ahead.0)).lowest();
+        self.tmin = tmin.mul_sub(speed, level.load16(&self.behind.0)).lowest();
         self.begin.0 = tmin.mul(level.splat16(1.0 - BEYOND)).to_array();
         self.t.0 = tmax.to_array();
         self.u = Each([0.0; RAYS]);
@@ -245,20 +244,13 @@ impl Packet {
         Gathered::All
     }
 
-    /// Keeps the lines, and how all of them together meet planes; `ends` is where they end.
+    /// Keeps the lines, and how all of them together meet planes; `speed` is how fast they go along the main axis.
     ///
     /// How far a ray has come is told by the main axis, so that rays side by side meet a box at once, wherever they start. The
     /// least of the ways to a plane is concave over the plane's place, and so lies above its chord between where the first ray
     /// starts and the last one ends; before and behind no box is met. The greatest lies below its own.
     #[inline(always)]
-    fn enclose<F: Floats<Array = [f32; RAYS]>>(
-        &mut self,
-        o: &Vec3s<F>,
-        inv: &Vec3s<F>,
-        ends: &Vec3s<F>,
-        speed: F,
-        reach: f32,
-    ) {
+    fn enclose<F: Floats<Array = [f32; RAYS]>>(&mut self, [o, d, inv]: [&Vec3s<F>; 3], tmax: F, speed: F, reach: f32) {
         for axis in 0..3 {
             self.o[axis].0 = o[axis].to_array();
             self.inv[axis].0 = inv[axis].to_array();
@@ -266,9 +258,10 @@ impl Packet {
         let [x, y, main] = self.axes.map(usize::from);
         let negative = self.negative();
         let start = self.first(o, main);
-        let ahead = o[main].sub(speed.fill(start)).abs();
-        self.ahead.0 = ahead.to_array();
-        let most = ahead.highest();
+        let sign = if negative[main] { -1.0 } else { 1.0 };
+        let behind = speed.fill(start).sub(o[main]).mul(speed.fill(sign));
+        self.behind.0 = behind.to_array();
+        let most = if self.shared { 0.0 } else { -behind.lowest() };
         self.set_line(main, start, [0.0, 1.0, 0.0, 1.0]);
         for axis in [x, y] {
             let from = self.first(o, axis);
@@ -277,13 +270,15 @@ impl Packet {
                 self.set_line(axis, from, [0.0, per.lowest(), 0.0, per.highest()]);
                 continue;
             }
+            let ends = tmax.mul(d[axis]).add(o[axis]);
             let way = if negative[axis] {
-                from - ends[axis].lowest().max(-reach)
+                from - ends.lowest().max(-reach)
             } else {
-                ends[axis].highest().min(reach) - from
+                ends.highest().min(reach) - from
             };
             let way = (way * MORE).max((from.abs() + reach) * LEAST);
-            let begin = ahead.sub(o[axis].sub(speed.fill(from)).abs().mul(per));
+            let begin = o[axis].sub(speed.fill(from)).abs().mul(per).add(behind);
+            let begin = speed.fill(0.0).sub(begin);
             let end = speed.fill(way).mul(per).add(begin);
             let (first, last) = (begin.lowest(), begin.highest());
             let blur = (2.0 * most - first) * BLUR;
@@ -349,8 +344,8 @@ impl Packet {
     pub fn set_ends<L: Level>(&mut self, level: L) {
         let t = level.load16(&self.t.0);
         self.until.0 = t.add(t.abs().mul(level.splat16(BEYOND))).to_array();
-        let along = t.mul(level.load16(&self.d[2].0).abs());
-        self.end = along.add(level.load16(&self.ahead.0)).highest() * END;
+        let speed = level.load16(&self.d[2].0).abs();
+        self.end = t.mul_sub(speed, level.load16(&self.behind.0)).highest() * END;
     }
 
     /// Writes the answers.
