@@ -105,7 +105,8 @@ impl Feed<'_> {
         }
         let first = packet & !3;
         if packet == first {
-            self.is_grouped = Q::ANY && first * RAYS + BAND <= count && self.cost >= WORTH * self.done;
+            let worth = self.cost >= WORTH * self.done && self.pays();
+            self.is_grouped = Q::ANY && worth && first * RAYS + BAND <= count;
         }
         if !self.is_grouped {
             return Some(self.order.list(packet, count));
