@@ -3,7 +3,7 @@
 use super::{
     super::{Geometry, PrimRef, slab::Slabs},
     query::{Best, Query},
-    slot::{BASE, Slot},
+    slot::Slot,
 };
 use crate::math::{Ray, Vec3};
 
@@ -18,7 +18,7 @@ pub fn test<Q: Query>(slot: &mut Slot, index: u32, geometry: &Geometry, rays: &[
         ..rays[slot.ray as usize]
     };
     // Shapes stand in the world, and so does the slot's line here.
-    let [x, y, z, _] = slot.inv;
+    let [x, y, z] = slot.inv;
     let slabs = Slabs {
         o: ray.o,
         inv: Vec3::new(x, y, z),
@@ -36,7 +36,7 @@ pub fn test<Q: Query>(slot: &mut Slot, index: u32, geometry: &Geometry, rays: &[
         });
     }
     if Q::ANY {
-        slot.len = BASE as u32;
+        slot.stack.clear();
     }
     nearer
 }

@@ -1,8 +1,8 @@
 //! The level of processors with AVX2 and FMA.
 
-use std::arch::x86_64::*;
+use std::arch::{asm, x86_64::*};
 
-use super::lanes::{Floats, Level, Mask, Top};
+use super::lanes::{Eight, Floats, Level, Mask, Top};
 
 /// Known to run on a processor with AVX2 and FMA.
 #[derive(Clone, Copy)]
@@ -257,16 +257,25 @@ impl Mask for M8x2 {
     }
 }
 
-/// For each set of lanes the lanes in it, lowest first, four bits each: what moves them together. One KiB, so that it
-/// does not drive the tree from the first cache.
-static TOGETHER: [u32; 256] = {
+/// For each set of lanes the lanes in it, four bits each: what moves them. One KiB, so that it does not drive the tree from
+/// the first cache.
+type Moves = [u32; 256];
+
+/// Lowest first.
+static TOGETHER: Moves = moves(false);
+
+/// The highest in the last place, the others lowest first.
+static OTHERS: Moves = moves(true);
+
+const fn moves(is_highest_last: bool) -> Moves {
     let mut table = [0; 256];
-    let mut set = 0;
+    let mut set: usize = 0;
     while set < 256 {
         let (mut n, mut lane) = (0, 0);
         while lane < 8 {
             if set >> lane & 1 == 1 {
-                table[set] |= (lane as u32) << (4 * n);
+                let place = if is_highest_last && set >> lane == 1 { 7 } else { n };
+                table[set] |= (lane as u32) << (4 * place);
                 n += 1;
             }
             lane += 1;
@@ -274,26 +283,48 @@ static TOGETHER: [u32; 256] = {
         set += 1;
     }
     table
-};
+}
 
 /// What moves the lanes of `set` together.
 ///
 /// # Safety
-/// The processor has AVX2, and `set` is below 256.
+/// The processor has AVX2.
 #[inline(always)]
-unsafe fn together(set: usize) -> __m256i {
+unsafe fn together(moves: &Moves, set: Eight) -> __m256i {
     // SAFETY: by this function's own contract.
     unsafe {
-        let lanes = _mm256_set1_epi32(*TOGETHER.get_unchecked(set) as i32);
+        let lanes = _mm256_set1_epi32(moves[set.bits() as usize] as i32);
         // What is left above the lowest three bits, permutations do not look at.
         _mm256_srlv_epi32(lanes, _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28))
     }
 }
 
+/// Writes the children at these places, moved by `moves`; which one came into the last place.
+///
+/// # Safety
+/// The processor has AVX2.
+#[inline(always)]
+unsafe fn push(moves: &Moves, places: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) -> u32 {
+    // SAFETY: by this function's own contract; all arrays are as long as a vector.
+    unsafe {
+        let from = _mm256_permutevar8x32_epi32(order.0, together(moves, places));
+        let child = _mm256_loadu_si256(child.as_ptr().cast());
+        let child = _mm256_permutevar8x32_epi32(child, from);
+        _mm256_storeu_ps(to.enter.as_mut_ptr(), _mm256_permutevar8x32_ps(enter.0, from));
+        _mm256_storeu_si256(to.child.as_mut_ptr().cast(), child);
+        _mm256_extract_epi32::<7>(child) as u32
+    }
+}
+
+/// The children's order, in the lowest three bits of each lane.
+#[derive(Clone, Copy)]
+pub struct Order(__m256i);
+
 impl Level for Avx2 {
     type F4 = F4;
     type F8 = F8;
     type F16 = F8x2;
+    type Order = Order;
 
     #[inline(always)]
     fn splat4(self, x: f32) -> F4 {
@@ -358,6 +389,13 @@ impl Level for Avx2 {
         }
     }
     #[inline(always)]
+    fn turn4(self, v: F4, last: usize) -> F4 {
+        static TURNS: [[i32; 4]; 4] = [[0, 1, 2, 3], [1, 2, 0, 3], [2, 0, 1, 3], [0, 1, 2, 3]];
+        let lanes = TURNS[last & 3].as_ptr().cast();
+        // SAFETY: the token says that the processor has AVX2; the lanes are as many as the vector's.
+        F4(unsafe { _mm_permutevar_ps(v.0, _mm_loadu_si128(lanes)) })
+    }
+    #[inline(always)]
     fn join(self, first: F8, second: F8) -> F8x2 {
         F8x2(first, second)
     }
@@ -375,43 +413,48 @@ impl Level for Avx2 {
     }
 
     #[inline(always)]
-    fn push_ordered(
-        self,
-        enter: F8,
-        leave: F8,
-        child: &[u32; 8],
-        order: &[u32; 8],
-        shift: u32,
-        to: Top,
-    ) -> (usize, u32) {
-        // SAFETY: the token says that the processor has AVX2; all arrays are as long as a vector, and the mask of eight
-        // lanes is below 256.
-        unsafe {
+    fn order(self, order: &[u32; 8], shift: u32) -> Order {
+        // SAFETY: the token says that the processor has AVX2; the array is as long as the vector.
+        Order(unsafe {
             let order = _mm256_loadu_si256(order.as_ptr().cast());
-            let order = _mm256_srl_epi32(order, _mm_cvtsi32_si128(shift as i32));
-            let hit = _mm256_cmp_ps::<_CMP_LE_OQ>(enter.0, leave.0);
-            let hit = _mm256_movemask_ps(_mm256_permutevar8x32_ps(hit, order)) as usize;
-            let from = _mm256_permutevar8x32_epi32(order, together(hit));
-            let child = _mm256_loadu_si256(child.as_ptr().cast());
-            let child = _mm256_permutevar8x32_epi32(child, from);
-            _mm256_storeu_ps(to.enter.as_mut_ptr(), _mm256_permutevar8x32_ps(enter.0, from));
-            _mm256_storeu_si256(to.child.as_mut_ptr().cast(), child);
-            let count = hit.count_ones();
-            let last = _mm256_castsi128_si256(_mm_cvtsi32_si128(count as i32 - 1));
-            let last = _mm256_cvtsi256_si32(_mm256_permutevar8x32_epi32(child, last));
-            (count as usize, last as u32)
+            _mm256_srl_epi32(order, _mm_cvtsi32_si128(shift as i32))
+        })
+    }
+
+    #[inline(always)]
+    fn met(self, enter: F8, leave: F8) -> Eight {
+        // SAFETY: there are eight lanes.
+        unsafe { Eight::new(enter.le(leave).bits()) }
+    }
+
+    #[inline(always)]
+    fn met_in(self, order: Order, enter: F8, leave: F8) -> Eight {
+        // SAFETY: the token says that the processor has AVX2; there are eight lanes.
+        unsafe {
+            let met = _mm256_permutevar8x32_ps(enter.le(leave).0, order.0);
+            Eight::new(_mm256_movemask_ps(met) as u32)
         }
     }
 
     #[inline(always)]
-    fn push_any(self, enter: F8, leave: F8, child: &[u32; 8], to: &mut [u32; 8]) -> usize {
-        // SAFETY: as above.
+    fn push_all(self, places: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) {
+        // SAFETY: the token says that the processor has AVX2.
+        unsafe { push(&TOGETHER, places, order, enter, child, to) };
+    }
+
+    #[inline(always)]
+    fn push_others(self, places: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) -> u32 {
+        // SAFETY: the token says that the processor has AVX2.
+        unsafe { push(&OTHERS, places, order, enter, child, to) }
+    }
+
+    #[inline(always)]
+    fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) {
+        // SAFETY: the token says that the processor has AVX2; both arrays are as long as a vector.
         unsafe {
-            let hit = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter.0, leave.0)) as usize;
             let child = _mm256_loadu_si256(child.as_ptr().cast());
-            let child = _mm256_permutevar8x32_epi32(child, together(hit));
+            let child = _mm256_permutevar8x32_epi32(child, together(&TOGETHER, lanes));
             _mm256_storeu_si256(to.as_mut_ptr().cast(), child);
-            hit.count_ones() as usize
         }
     }
 
@@ -456,6 +499,14 @@ impl Level for Avx2 {
             }
         }
         places
+    }
+
+    #[expect(clippy::pointers_in_nomem_asm_block, reason = "nothing looks at what is there")]
+    #[inline(always)]
+    fn settle<T>(self, mut p: *mut T) -> *mut T {
+        // SAFETY: there is no instruction.
+        unsafe { asm!("/* {0} */", inout(reg) p, options(pure, nomem, nostack, preserves_flags)) };
+        p
     }
 
     #[inline(always)]

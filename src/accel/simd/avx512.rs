@@ -6,8 +6,8 @@
 use std::arch::x86_64::*;
 
 use super::{
-    avx2::{Avx2, F4, F8},
-    lanes::{Floats, Level, Mask, Top},
+    avx2::{Avx2, F4, F8, Order},
+    lanes::{Eight, Floats, Level, Mask, Top},
 };
 
 /// Known to run on a processor with AVX-512, and with what [`Avx2`] needs.
@@ -122,6 +122,7 @@ impl Level for Avx512 {
     type F4 = F4;
     type F8 = F8;
     type F16 = F16;
+    type Order = Order;
 
     #[inline(always)]
     fn splat4(self, x: f32) -> F4 {
@@ -154,6 +155,10 @@ impl Level for Avx512 {
         self.0.transpose(rows)
     }
     #[inline(always)]
+    fn turn4(self, v: F4, last: usize) -> F4 {
+        self.0.turn4(v, last)
+    }
+    #[inline(always)]
     fn join(self, first: F8, second: F8) -> F16 {
         // SAFETY: the token says that the processor has AVX-512.
         F16(unsafe { _mm512_insertf32x8::<1>(_mm512_castps256_ps512(first.0), second.0) })
@@ -164,21 +169,33 @@ impl Level for Avx512 {
     }
 
     #[inline(always)]
-    fn push_ordered(
-        self,
-        enter: F8,
-        leave: F8,
-        child: &[u32; 8],
-        order: &[u32; 8],
-        shift: u32,
-        to: Top,
-    ) -> (usize, u32) {
-        self.0.push_ordered(enter, leave, child, order, shift, to)
+    fn order(self, order: &[u32; 8], shift: u32) -> Order {
+        self.0.order(order, shift)
     }
 
     #[inline(always)]
-    fn push_any(self, enter: F8, leave: F8, child: &[u32; 8], to: &mut [u32; 8]) -> usize {
-        self.0.push_any(enter, leave, child, to)
+    fn met(self, enter: F8, leave: F8) -> Eight {
+        self.0.met(enter, leave)
+    }
+
+    #[inline(always)]
+    fn met_in(self, order: Order, enter: F8, leave: F8) -> Eight {
+        self.0.met_in(order, enter, leave)
+    }
+
+    #[inline(always)]
+    fn push_all(self, places: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) {
+        self.0.push_all(places, order, enter, child, to);
+    }
+
+    #[inline(always)]
+    fn push_others(self, places: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) -> u32 {
+        self.0.push_others(places, order, enter, child, to)
+    }
+
+    #[inline(always)]
+    fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) {
+        self.0.push_any(lanes, child, to);
     }
 
     #[inline(always)]
@@ -202,6 +219,11 @@ impl Level for Avx512 {
     #[inline(always)]
     fn places<const N: usize>(self, keys: &[i16; N]) -> [i16; N] {
         self.0.places(keys)
+    }
+
+    #[inline(always)]
+    fn settle<T>(self, p: *mut T) -> *mut T {
+        self.0.settle(p)
     }
 
     #[inline(always)]

@@ -11,20 +11,18 @@
 //!
 //! Sixty-four cover the latency of memory; with 128 the rays' own state no longer fits the first cache.
 
-use std::hint::select_unpredictable;
-
 use super::{
     super::{
         Geometry, Instance,
         instance::Spread,
-        slab::LEAVE,
-        wide::node::{Block, EMPTY, EXIT, INSTANCE, LEAF, Node, SHAPE},
+        wide::node::{Block, DONE, EMPTY, EXIT, INSTANCE, LEAF, Node, SHAPE},
     },
     analytic,
-    lanes::{Floats, Level, Mask, Top},
+    lanes::{Floats, Level, Mask},
+    nodes::{self, Flight, Traveller, distance, enter, leave},
     query::{Best, Query},
-    scratch::{Scratch, Stack},
-    slot::{BASE, SIDE, Slot},
+    scratch::{Ends, Scratch, Stacks},
+    slot::{SIDE, Slot},
     tree::Tree,
     triangle::{self, Candidates, each},
     waiting::{SLOTS, take},
@@ -121,7 +119,11 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
 ) {
     scratch.prepare(tree);
     let stacks = scratch.stacks();
-    let (slots, next, inside) = (&mut *scratch.slots, &mut *scratch.next, &mut *scratch.inside);
+    let inside = &mut *scratch.inside;
+    let mut flight = Flight {
+        all: &mut scratch.slots,
+        next: &mut [DONE; SLOTS],
+    };
     let mut feed = Feed {
         rays,
         pick,
@@ -131,22 +133,22 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
     };
     // Sets of slots, a bit for each: those under way, and of these those that wait at a leaf or for the next ray.
     let mut active = 0;
-    for id in 0..SLOTS {
-        let Some(root) = feed.refill::<L, Q>(level, &mut slots[id], &mut inside[id], answers) else {
+    for (id, inside) in inside.iter_mut().enumerate() {
+        let Some(root) = feed.refill::<L, Q>(level, &mut flight.all[id], inside, answers) else {
             break;
         };
-        next[id] = root;
+        flight.next[id] = root;
         active |= 1 << id;
     }
     while active != 0 {
-        let [leaf, shape_or_done] = level.top_bits(&*next);
+        let [leaf, shape_or_done] = level.top_bits(flight.next);
         let mut done = active & shape_or_done & !leaf;
         while done != 0 {
             let id = take(&mut done);
-            let slot = &mut slots[id];
+            let slot = &mut flight.all[id];
             answers[slot.ray as usize] = Q::end(&slot.best, inside[id].best);
             match feed.refill::<L, Q>(level, slot, &mut inside[id], answers) {
-                Some(root) => next[id] = root,
+                Some(root) => flight.next[id] = root,
                 None => active ^= 1 << id,
             }
         }
@@ -156,170 +158,64 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
             at_leaf = 0;
         }
         let mut popping = at_node | at_leaf;
-        let mut waiting = at_node;
-        if !Q::ANY && at_node.count_ones() >= MANY {
-            while waiting != 0 {
-                let id = take(&mut waiting);
-                // SAFETY: the slot waits at a node, and its stack is its own.
-                let child =
-                    unsafe { node_step::<L, Q, true>(level, &mut slots[id], tree.node(next[id]), stacks.of(id)) };
-                popping ^= child.met() << id;
-                next[id] = child.number();
-                level.prefetch::<4>(tree.address(next[id]));
-            }
-        } else {
-            while waiting != 0 {
-                let id = take(&mut waiting);
-                // SAFETY: the slot waits at a node, and its stack is its own.
-                unsafe { node_step::<L, Q, false>(level, &mut slots[id], tree.node(next[id]), stacks.of(id)) };
+        // SAFETY: these slots wait at nodes, and the stacks are theirs.
+        unsafe {
+            if !Q::ANY && at_node.count_ones() >= MANY {
+                popping ^= nodes::step::<L, Q, _, true, SLOTS>(level, tree, &mut flight, at_node, stacks);
+            } else {
+                nodes::step::<L, Q, _, false, SLOTS>(level, tree, &mut flight, at_node, stacks);
             }
         }
         let mut waiting = at_leaf;
         while waiting != 0 {
             let id = take(&mut waiting);
-            let (slot, inside) = (&mut slots[id], &mut inside[id]);
-            if INSTANCES && next[id] & (SHAPE | INSTANCE) == SHAPE | INSTANCE {
+            let (slot, leaf, inside) = (&mut flight.all[id], flight.next[id], &mut inside[id]);
+            if INSTANCES && leaf & (SHAPE | INSTANCE) == SHAPE | INSTANCE {
                 let ray = &rays[slot.ray as usize];
                 // SAFETY: the stack is the slot's own.
-                unsafe { instance_step(level, slot, next[id], inside, tree, geometry, ray, stacks.of(id)) };
+                unsafe { instance_step(level, slot, leaf, inside, tree, geometry, ray, stacks) };
             } else {
                 // SAFETY: the slot waits at a leaf of this tree.
-                unsafe { leaf_step::<L, Q, INSTANCES>(level, slot, next[id], inside, tree, geometry, rays) };
+                unsafe { leaf_step::<L, Q, INSTANCES>(level, slot, leaf, inside, tree, geometry, rays) };
             }
         }
-        while popping != 0 {
-            let id = take(&mut popping);
-            // SAFETY: the stack is the slot's own, with its base.
-            let child = unsafe { pop(level, &mut slots[id].len, slots[id].end, Q::ANY, stacks.of(id)) };
-            next[id] = child;
-            level.prefetch::<4>(tree.address(child));
-        }
+        // SAFETY: the stacks are theirs.
+        unsafe { nodes::pop::<L, Q, _, SLOTS>(level, tree, &mut flight, popping, stacks) };
     }
 }
 
-/// What comes next for a ray.
-#[derive(Clone, Copy, Default)]
-pub struct Child {
-    /// How many children the ray meets, and the nearest of them.
-    count: usize,
-    last: u32,
-}
-
-impl Child {
-    /// 1 where there is one.
+impl Traveller for Slot {
     #[inline(always)]
-    pub fn met(self) -> u64 {
-        u64::from(self.count != 0)
+    fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8) {
+        let [x, y, z] = self.near;
+        let near = [usize::from(x), usize::from(y), usize::from(z)];
+        let far = [near[0] ^ SIDE, near[1] ^ SIDE, near[2] ^ SIDE];
+        let inv = [
+            level.splat8(self.inv[0]),
+            level.splat8(self.inv[1]),
+            level.splat8(self.inv[2]),
+        ];
+        let near = |axis: usize| distance(level, node, near[axis], inv[axis], self.shift_near[axis]);
+        let far = |axis: usize| distance(level, node, far[axis], inv[axis], self.shift_far[axis]);
+        let enter = enter(level, [near(0), near(1), near(2)], self.tmin);
+        let leave = leave(level, [far(0), far(1), far(2)], self.end);
+        (enter, leave)
     }
 
-    /// Which it is; any one where there is none. Without a branch, which nobody could predict.
     #[inline(always)]
-    pub fn number(self) -> u32 {
-        select_unpredictable(self.count != 0, self.last, 0)
+    fn octant(&self) -> u8 {
+        self.octant
     }
-}
 
-/// Tests a node's boxes; see [`push`].
-///
-/// # Safety
-/// `stack` belongs to `slot` and was made for the node's tree.
-#[inline(always)]
-unsafe fn node_step<L: Level, Q: Query, const NEXT: bool>(
-    level: L,
-    slot: &mut Slot,
-    node: &Node,
-    stack: Stack,
-) -> Child {
-    let [x, y, z] = slot.near;
-    let near = [usize::from(x), usize::from(y), usize::from(z)];
-    let far = [near[0] ^ SIDE, near[1] ^ SIDE, near[2] ^ SIDE];
-    let inv = [
-        level.splat8(slot.inv[0]),
-        level.splat8(slot.inv[1]),
-        level.splat8(slot.inv[2]),
-    ];
-    // A plane whose distance is not a number comes first in these, so that it does not count.
-    let enter = level.splat8(slot.tmin);
-    let enter = distance(level, node, near[2], inv[2], slot.shift_near[2]).max(enter);
-    let enter = distance(level, node, near[1], inv[1], slot.shift_near[1]).max(enter);
-    let enter = distance(level, node, near[0], inv[0], slot.shift_near[0]).max(enter);
-    let leave = level.splat8(slot.end);
-    let leave = distance(level, node, far[2], inv[2], slot.shift_far[2]).min(leave);
-    let leave = distance(level, node, far[1], inv[1], slot.shift_far[1]).min(leave);
-    let leave = distance(level, node, far[0], inv[0], slot.shift_far[0]).min(leave);
-    // SAFETY: by this function's own contract.
-    unsafe { push::<L, Q, NEXT>(level, (enter, leave), node, slot.octant, &mut slot.len, stack) }
-}
-
-/// Puts the children whose boxes are met from `enter` to `leave` on a stack of length `len`, for rays of three times this
-/// octant; but for the nearest one, which is what comes next. Where any hit will do all go there, since taking one back is a
-/// single load.
-///
-/// # Safety
-/// `stack` was made for the node's tree and has at least that length.
-#[inline(always)]
-pub unsafe fn push<L: Level, Q: Query, const NEXT: bool>(
-    level: L,
-    (enter, leave): (L::F8, L::F8),
-    node: &Node,
-    octant: u8,
-    len: &mut u32,
-    stack: Stack,
-) -> Child {
-    let leave = leave.mul(level.splat8(LEAVE));
-    let top = *len as usize;
-    // SAFETY: a stack has room for all that may wait and for a store of eight above it.
-    let to = unsafe {
-        Top {
-            enter: &mut *stack.enter.add(top).cast(),
-            child: &mut *stack.child.add(top).cast(),
-        }
-    };
-    if Q::ANY {
-        *len += level.push_any(enter, leave, &node.child, to.child) as u32;
-        Child::default()
-    } else {
-        let (count, last) = level.push_ordered(enter, leave, &node.child, &node.order, u32::from(octant), to);
-        let child = Child { count, last };
-        *len += count as u32 - if NEXT { child.met() as u32 } else { 0 };
-        child
+    #[inline(always)]
+    fn end(&self) -> f32 {
+        self.end
     }
-}
 
-/// Where a ray meets one of the planes of each box; `at` is where in the node the plane lies, in bytes.
-#[inline(always)]
-pub fn distance<L: Level>(level: L, node: &Node, at: usize, inv: L::F8, shift: f32) -> L::F8 {
-    debug_assert!(at.is_multiple_of(SIDE) && at < size_of_val(&node.planes));
-    // SAFETY: there are six planes, and the caller's number is twice an axis plus a side.
-    let planes = unsafe { &*node.planes.as_ptr().byte_add(at) };
-    level.load8(planes).mul_sub(inv, level.splat8(shift))
-}
-
-/// Takes the topmost child that is not farther than `end` from a stack of length `len`.
-///
-/// # Safety
-/// `stack` has at least that length, which is beyond its base.
-#[inline(always)]
-pub unsafe fn pop<L: Level>(level: L, len: &mut u32, end: f32, any: bool, stack: Stack) -> u32 {
-    let mut top = *len as usize;
-    if any {
-        top -= 1;
-    } else {
-        let end = level.splat8(end);
-        loop {
-            // SAFETY: there are eight entries below the first, the last of them never farther than anything.
-            let enter = level.load8(unsafe { &*stack.enter.add(top - 8).cast() });
-            let nearer = enter.le(end).bits();
-            if nearer != 0 {
-                top -= (nearer << 24).leading_zeros() as usize + 1;
-                break;
-            }
-            top -= 8;
-        }
+    #[inline(always)]
+    fn stack(&mut self) -> &mut Ends {
+        &mut self.stack
     }
-    *len = top as u32;
-    // SAFETY: what is popped was pushed, or is the base.
-    unsafe { *stack.child.add(top) }
 }
 
 /// Tests what is in a leaf; where the ray needs to go no further its stack is left empty.
@@ -374,7 +270,7 @@ fn block_step<L: Level, Q: Query, const INSTANCES: bool>(
     block: &Block,
     candidates: &Candidates<L::F4>,
 ) {
-    let [x, y, z, _] = slot.inv;
+    let [x, y, z] = slot.inv;
     let o = splat3(level, &slot.turn_back(&slot.o).to_array());
     let [a, b, c] = &block.corners;
     let corners = [
@@ -389,7 +285,7 @@ fn block_step<L: Level, Q: Query, const INSTANCES: bool>(
     let mut hits = within.and(meets.valid).bits();
     if Q::ANY && hits != 0 {
         slot.best.id = 0;
-        slot.len = BASE as u32;
+        slot.stack.clear();
         return;
     }
     let (t, u, v) = (meets.t.to_array(), meets.u.to_array(), meets.v.to_array());
@@ -425,7 +321,7 @@ pub fn load3<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3]) -> [L::F4; 3] {
 /// Takes a ray into an instance, or out of one.
 ///
 /// # Safety
-/// `stack` belongs to `slot` and was made for `tree`.
+/// `stacks` hold the slot's and were made for `tree`.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "all of a step's state, in registers")]
 unsafe fn instance_step<L: Level>(
@@ -436,7 +332,7 @@ unsafe fn instance_step<L: Level>(
     tree: &Tree,
     geometry: &Geometry,
     ray: &Ray,
-    stack: Stack,
+    stacks: Stacks,
 ) {
     if leaf == EMPTY {
         return;
@@ -446,15 +342,15 @@ unsafe fn instance_step<L: Level>(
         let placed = &geometry.instances[number as usize];
         if slot.set_line(level, &geometry.enter(placed, ray), tree.spread.inside()) {
             inside.current = Instance(number);
-            let len = slot.len as usize;
-            for (at, child) in [(len, EXIT), (len + 1, tree.group_root(placed.group))] {
+            let top = slot.stack.top as usize;
+            for (at, child) in [(top, EXIT), (top + 1, tree.group_root(placed.group))] {
                 // SAFETY: a stack has room for these two besides all that may wait.
                 unsafe {
-                    *stack.enter.add(at) = f32::NEG_INFINITY;
-                    *stack.child.add(at) = child;
+                    *stacks.enter.add(at) = f32::NEG_INFINITY;
+                    *stacks.child.add(at) = child;
                 }
             }
-            slot.len += 2;
+            slot.stack.top += 2;
             return;
         }
     }

@@ -4,6 +4,8 @@
 //! instructions. A level's type is a token: to have one is to know that the processor can do it, so the operations
 //! themselves are safe.
 
+use std::hint::assert_unchecked;
+
 use crate::math::Runner;
 
 /// Floats side by side.
@@ -49,6 +51,42 @@ pub trait Mask: Copy {
     fn bits(self) -> u32;
 }
 
+/// A set of eight: a bit for each.
+#[derive(Clone, Copy)]
+pub struct Eight(u32);
+
+impl Eight {
+    /// # Safety
+    /// Only the lowest eight bits are set.
+    #[inline(always)]
+    pub unsafe fn new(bits: u32) -> Self {
+        Self(bits)
+    }
+
+    #[inline(always)]
+    pub fn bits(self) -> u32 {
+        // SAFETY: by the contract of its constructor.
+        unsafe { assert_unchecked(self.0 < 256) };
+        self.0
+    }
+
+    #[inline(always)]
+    pub fn any(self) -> bool {
+        self.0 != 0
+    }
+
+    #[inline(always)]
+    pub fn count(self) -> u32 {
+        self.0.count_ones()
+    }
+
+    /// One less; none of none.
+    #[inline(always)]
+    pub fn others(self) -> u32 {
+        (self.0 & self.0.wrapping_sub(1)).count_ones()
+    }
+}
+
 /// Where the children that a ray meets go: the ends of its two lists.
 pub struct Top<'a> {
     pub enter: &'a mut [f32; 8],
@@ -60,6 +98,7 @@ pub trait Level: Runner {
     type F4: Floats<Array = [f32; 4]>;
     type F8: Floats<Array = [f32; 8]>;
     type F16: Floats<Array = [f32; 16]>;
+    type Order: Copy;
 
     fn splat4(self, x: f32) -> Self::F4;
     fn splat8(self, x: f32) -> Self::F8;
@@ -69,24 +108,29 @@ pub trait Level: Runner {
     fn load16(self, x: &[f32; 16]) -> Self::F16;
     /// Eight vectors' first lanes in one, then their second ones and so on.
     fn transpose(self, rows: [Self::F8; 8]) -> [Self::F8; 8];
+    /// The first three lanes, turned so that lane `last - 1` comes last; as they are for a `last` of zero.
+    fn turn4(self, v: Self::F4, last: usize) -> Self::F4;
     fn join(self, first: Self::F8, second: Self::F8) -> Self::F16;
     /// The lanes whose bits are set.
     fn mask16(self, bits: u32) -> <Self::F16 as Floats>::Mask;
 
-    /// Writes those of `child` whose `enter` is at most `leave`, in the order that `order >> shift` gives, with their
-    /// `enter`; what is behind them in `to` is undefined. Returns how many there are, and the last of them.
-    fn push_ordered(
-        self,
-        enter: Self::F8,
-        leave: Self::F8,
-        child: &[u32; 8],
-        order: &[u32; 8],
-        shift: u32,
-        to: Top,
-    ) -> (usize, u32);
+    /// Which child comes at each place, of a node's `order` from bit `shift` on.
+    fn order(self, order: &[u32; 8], shift: u32) -> Self::Order;
 
-    /// Writes those of `child` whose `enter` is at most `leave`, as they come.
-    fn push_any(self, enter: Self::F8, leave: Self::F8, child: &[u32; 8], to: &mut [u32; 8]) -> usize;
+    /// The lanes in which `enter` is at most `leave`.
+    fn met(self, enter: Self::F8, leave: Self::F8) -> Eight;
+
+    /// The places in the order of the lanes in which `enter` is at most `leave`.
+    fn met_in(self, order: Self::Order, enter: Self::F8, leave: Self::F8) -> Eight;
+
+    /// Writes the children at these places, with their `enter`; what is behind them in `to` is undefined.
+    fn push_all(self, places: Eight, order: Self::Order, enter: Self::F8, child: &[u32; 8], to: Top);
+
+    /// The same but for the last of them, which is returned; any one where there is none.
+    fn push_others(self, places: Eight, order: Self::Order, enter: Self::F8, child: &[u32; 8], to: Top) -> u32;
+
+    /// Writes the children of these lanes, as they come.
+    fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]);
 
     /// The sets of those `words` whose highest bit, and whose second highest one, is set; a multiple of sixteen of them, at
     /// most 64.
@@ -95,6 +139,10 @@ pub trait Level: Runner {
     /// The place of each of the `keys`, of which no two are the same, in their order; a multiple of sixteen of them, at most
     /// 64.
     fn places<const N: usize>(self, keys: &[i16; N]) -> [i16; N];
+
+    /// The same address, in a register of its own: the compiler would rather add up its parts at every use, and lacks
+    /// registers for them.
+    fn settle<T>(self, p: *mut T) -> *mut T;
 
     /// Asks for the cache lines at `p`, 64 bytes each.
     fn prefetch<const LINES: usize>(self, p: *const u8);

@@ -22,6 +22,7 @@ mod avx512;
 mod inflight;
 mod lanes;
 mod loops;
+mod nodes;
 mod packet;
 pub mod pages;
 mod portable;

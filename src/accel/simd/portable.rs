@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use super::lanes::{Floats, Level, Mask, Top};
+use super::lanes::{Eight, Floats, Level, Mask, Top};
 
 /// Nothing is required.
 #[derive(Clone, Copy)]
@@ -123,6 +123,7 @@ impl Level for Portable {
     type F4 = Array<4>;
     type F8 = Array<8>;
     type F16 = Array<16>;
+    type Order = [u8; 8];
 
     #[inline(always)]
     fn splat4(self, x: f32) -> Array<4> {
@@ -153,6 +154,15 @@ impl Level for Portable {
         std::array::from_fn(|i| Array(rows.map(|row| row.0[i])))
     }
     #[inline(always)]
+    fn turn4(self, v: Array<4>, last: usize) -> Array<4> {
+        let [x, y, z, w] = v.0;
+        Array(match last {
+            1 => [y, z, x, w],
+            2 => [z, x, y, w],
+            _ => v.0,
+        })
+    }
+    #[inline(always)]
     fn join(self, first: Array<8>, second: Array<8>) -> Array<16> {
         Array(std::array::from_fn(
             |i| if i < 8 { first.0[i] } else { second.0[i - 8] },
@@ -164,35 +174,49 @@ impl Level for Portable {
     }
 
     #[inline(always)]
-    fn push_ordered(
-        self,
-        enter: Array<8>,
-        leave: Array<8>,
-        child: &[u32; 8],
-        order: &[u32; 8],
-        shift: u32,
-        to: Top,
-    ) -> (usize, u32) {
-        let hit = enter.le(leave).0;
-        let mut n = 0;
-        for place in order {
-            let lane = (place >> shift) as usize & 7;
-            to.enter[n & 7] = enter.0[lane];
-            to.child[n & 7] = child[lane];
-            n += usize::from(hit[lane]);
-        }
-        (n, to.child[n.wrapping_sub(1) & 7])
+    fn order(self, order: &[u32; 8], shift: u32) -> [u8; 8] {
+        order.map(|place| (place >> shift & 7) as u8)
     }
 
     #[inline(always)]
-    fn push_any(self, enter: Array<8>, leave: Array<8>, child: &[u32; 8], to: &mut [u32; 8]) -> usize {
-        let hit = enter.le(leave).0;
+    fn met(self, enter: Array<8>, leave: Array<8>) -> Eight {
+        // SAFETY: there are eight lanes.
+        unsafe { Eight::new(enter.le(leave).bits()) }
+    }
+
+    #[inline(always)]
+    fn met_in(self, order: [u8; 8], enter: Array<8>, leave: Array<8>) -> Eight {
+        let met = enter.le(leave).0;
+        let met = Bits(order.map(|lane| met[usize::from(lane & 7)]));
+        // SAFETY: there are eight lanes.
+        unsafe { Eight::new(met.bits()) }
+    }
+
+    #[inline(always)]
+    fn push_all(self, places: Eight, order: [u8; 8], enter: Array<8>, child: &[u32; 8], to: Top) {
         let mut n = 0;
-        for lane in 0..8 {
-            to[n & 7] = child[lane];
-            n += usize::from(hit[lane]);
+        for (place, lane) in order.into_iter().enumerate() {
+            let lane = usize::from(lane & 7);
+            to.enter[n & 7] = enter.0[lane];
+            to.child[n & 7] = child[lane];
+            n += (places.bits() >> place & 1) as usize;
         }
-        n
+    }
+
+    #[inline(always)]
+    fn push_others(self, places: Eight, order: [u8; 8], enter: Array<8>, child: &[u32; 8], to: Top) -> u32 {
+        self.push_all(places, order, enter, child, to);
+        let last = places.bits().checked_ilog2().unwrap_or(0) as usize & 7;
+        child[usize::from(order[last] & 7)]
+    }
+
+    #[inline(always)]
+    fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) {
+        let mut n = 0;
+        for (lane, child) in child.iter().enumerate() {
+            to[n & 7] = *child;
+            n += (lanes.bits() >> lane & 1) as usize;
+        }
     }
 
     #[inline(always)]
@@ -208,6 +232,11 @@ impl Level for Portable {
     #[inline(always)]
     fn places<const N: usize>(self, keys: &[i16; N]) -> [i16; N] {
         keys.map(|own| keys.iter().map(|key| i16::from(*key < own)).sum())
+    }
+
+    #[inline(always)]
+    fn settle<T>(self, p: *mut T) -> *mut T {
+        p
     }
 
     /// There is no such instruction that every processor has.

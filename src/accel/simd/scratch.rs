@@ -1,13 +1,10 @@
 //! The memory of the kernels, kept between batches.
 
-use super::{
-    inflight::Inside,
-    packet::Packet,
-    slot::{BASE, Slot},
-    tree::Tree,
-    waiting::SLOTS,
-};
+use super::{inflight::Inside, packet::Packet, slot::Slot, tree::Tree, waiting::SLOTS};
 use crate::accel::wide::node::DONE;
+
+/// Entries below a stack's first: popping looks at eight at once. All say that the ray is done.
+const BASE: usize = 8;
 
 /// Packets in flight: each covers the others' latency as rays do, and more would not stay in the first cache.
 pub const PACKETS: usize = 32;
@@ -16,8 +13,6 @@ pub const PACKETS: usize = 32;
 pub struct Scratch {
     pub slots: Box<[Slot; SLOTS]>,
     pub packets: Box<[Packet; PACKETS]>,
-    /// What comes next for each slot.
-    pub next: Box<[u32; SLOTS]>,
     pub inside: Box<[Inside; SLOTS]>,
     pub doubt: Doubt,
     /// The numbers of rays that were in no packet.
@@ -28,12 +23,28 @@ pub struct Scratch {
     stride: usize,
 }
 
+/// Where stacks begin and end in [`Stacks`].
+#[derive(Clone, Default)]
+pub struct Ends {
+    /// Where the next child goes.
+    pub top: u32,
+    /// Where the first one goes, or went.
+    base: u32,
+}
+
+impl Ends {
+    /// Takes everything off.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.top = self.base;
+    }
+}
+
 impl Scratch {
     pub fn new() -> Self {
         Self {
             slots: Box::new(std::array::from_fn(|_| Slot::default())),
             packets: Box::new(std::array::from_fn(|_| Packet::default())),
-            next: Box::new([DONE; SLOTS]),
             inside: Box::new([Inside::NOTHING; SLOTS]),
             doubt: Doubt::default(),
             left: Vec::new(),
@@ -51,6 +62,11 @@ impl Scratch {
             self.stride = stride;
             self.enter = vec![f32::NEG_INFINITY; SLOTS * stride];
             self.child = vec![DONE; SLOTS * stride];
+            let of_slots = self.slots.iter_mut().map(|slot| &mut slot.stack);
+            let of_packets = self.packets.iter_mut().map(|packet| &mut packet.stack);
+            for (id, ends) in of_slots.enumerate().chain(of_packets.enumerate()) {
+                ends.base = (id * stride + BASE) as u32;
+            }
         }
     }
 
@@ -58,39 +74,15 @@ impl Scratch {
         Stacks {
             enter: self.enter.as_mut_ptr(),
             child: self.child.as_mut_ptr(),
-            stride: self.stride,
         }
     }
 }
 
-/// The stacks of all slots.
+/// The stacks of all slots, behind one another; [`Ends`] say where.
 #[derive(Clone, Copy)]
 pub struct Stacks {
-    enter: *mut f32,
-    child: *mut u32,
-    stride: usize,
-}
-
-/// The stack of one slot.
-#[derive(Clone, Copy)]
-pub struct Stack {
     pub enter: *mut f32,
     pub child: *mut u32,
-}
-
-impl Stacks {
-    /// # Safety
-    /// `slot` is below [`SLOTS`].
-    #[inline(always)]
-    pub unsafe fn of(&self, slot: usize) -> Stack {
-        // SAFETY: both arrays hold a stride for every slot.
-        unsafe {
-            Stack {
-                enter: self.enter.add(slot * self.stride),
-                child: self.child.add(slot * self.stride),
-            }
-        }
-    }
 }
 
 /// Whether packets are tried for occlusion: where they did not pay, the next batches do without, up to 16 of them.

@@ -7,14 +7,9 @@ use super::{
     },
     lanes::{Floats, Level, Mask},
     query::Best,
+    scratch::Ends,
 };
-use crate::{
-    math::{Ray, Vec3},
-    shape::triangle::Shear,
-};
-
-/// Entries below a stack's first: popping looks at eight at once. All say that the ray is done.
-pub const BASE: usize = 8;
+use crate::math::{Ray, Vec3};
 
 /// Bytes between the minima and the maxima of an axis in a node.
 pub const SIDE: usize = 32;
@@ -23,20 +18,19 @@ pub const SIDE: usize = 32;
 /// a division that is not done.
 pub const BEYOND: f32 = 4.0 * NOISE;
 
-/// A ray under way, in two cache lines. The last of four numbers is not used.
+/// A ray under way, in two cache lines; passing a node takes the first.
 #[repr(C, align(64))]
 #[derive(Clone, Default)]
 pub struct Slot {
     /// See [`Planes`].
-    pub inv: [f32; 4],
-    pub shift_near: [f32; 4],
-    pub shift_far: [f32; 4],
+    pub inv: [f32; 3],
+    pub shift_near: [f32; 3],
+    pub shift_far: [f32; 3],
     /// Where in a node the planes lie that the ray enters boxes through, in bytes; [`SIDE`] tells the opposite ones.
     pub near: [u8; 3],
     /// Three times the octant of the direction.
     pub octant: u8,
-    /// The stack's length, its base included.
-    pub len: u32,
+    pub stack: Ends,
     pub tmin: f32,
     /// What is farther is passed over.
     pub end: f32,
@@ -49,10 +43,35 @@ pub struct Slot {
     /// The origin and the direction, in the order of [`Slot::axes`].
     pub o: [f32; 3],
     pub d: [f32; 3],
-    /// See [`Shear`].
+    /// See [`crate::shape::triangle::Shear`].
     pub shear: [f32; 2],
     /// The order of the axes, the main one last; each below three.
     axes: [u8; 3],
+}
+
+/// The order of the axes for one more than the main one, which comes last.
+const AXES: [[u8; 3]; 4] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 1, 2]];
+
+/// [`Slot::near`] and [`Slot::octant`] for each set of axes on which the direction is negative.
+static SIDES: [[u8; 4]; 8] = {
+    let mut sides = [[0; 4]; 8];
+    let mut set: usize = 0;
+    while set < 8 {
+        let mut axis = 0;
+        while axis < 3 {
+            sides[set][axis] = ((2 * axis + (set >> axis & 1)) * SIDE) as u8;
+            axis += 1;
+        }
+        sides[set][3] = 3 * set as u8;
+        set += 1;
+    }
+    sides
+};
+
+#[inline(always)]
+fn three<F: Floats<Array = [f32; 4]>>(v: F) -> [f32; 3] {
+    let [x, y, z, _] = v.to_array();
+    [x, y, z]
 }
 
 impl Slot {
@@ -63,7 +82,7 @@ impl Slot {
         self.begin = ray.tmin - ray.tmin.abs() * BEYOND;
         self.set_best(best);
         self.ray = number as u32;
-        self.len = BASE as u32;
+        self.stack.clear();
         ray.tmin <= best.t && self.set_line(level, ray, spread)
     }
 
@@ -71,11 +90,6 @@ impl Slot {
     /// anything.
     #[inline(always)]
     pub fn set_line<L: Level>(&mut self, level: L, ray: &Ray, spread: Spread) -> bool {
-        let shear = Shear::new(&ray.d);
-        self.axes = shear.axes.map(|axis| axis as u8);
-        self.shear = [shear.x, shear.y];
-        self.o = shear.turn(&ray.o).to_array();
-        self.d = shear.turn(&ray.d).to_array();
         self.set_planes(level, ray, spread) || self.set_any_planes(ray, spread)
     }
 
@@ -86,58 +100,63 @@ impl Slot {
         self.until = best.t + best.t.abs() * BEYOND;
     }
 
-    /// Does what [`Planes::new`] does, for a ray whose numbers are ordinary; whether this one's are.
+    /// Does what [`Shear::new`] does, and for a ray whose numbers are ordinary what [`Planes::new`] does; whether this one's
+    /// are.
+    ///
+    /// [`Shear::new`]: crate::shape::triangle::Shear::new
     #[inline(always)]
     fn set_planes<L: Level>(&mut self, level: L, ray: &Ray, spread: Spread) -> bool {
         let o = level.load4(&[ray.o.x, ray.o.y, ray.o.z, ray.tmin]);
         let d = level.load4(&[ray.d.x, ray.d.y, ray.d.z, ray.d.x]);
-        let length = d.abs();
+        let (away, length) = (o.abs(), d.abs());
         let inv = level.splat4(1.0).div(d);
+        self.inv = three(inv);
+
+        // The last of the axes that it runs along most.
+        let longest = level.splat4(length.highest());
+        let main = ((length.eq(longest).bits() & 0b111) << 1 | 1).ilog2() as usize & 3;
+        self.axes = AXES[main];
+        self.o = three(level.turn4(o, main));
+        let turned = level.turn4(d, main);
+        self.d = three(turned);
+        let [x, y, _] = three(turned.mul(level.splat4(self.inv[usize::from(AXES[main][2])])));
+        self.shear = [x, y];
+
         let negative = d.lt(level.splat4(0.0));
-        let mut pad = o.abs().mul(level.splat4(PAD)).add(level.splat4(4.0 * TINY));
+        let mut pad = away.mul(level.splat4(PAD)).add(level.splat4(4.0 * TINY));
         if spread.origin != 0.0 {
-            pad = pad.add(level.splat4(o.abs().highest() * spread.origin));
+            pad = pad.add(level.splat4(away.highest() * spread.origin));
         }
         let (less, more) = (o.sub(pad), o.add(pad));
         let shift_near = less.select(negative, more).mul(inv);
         let shift_far = more.select(negative, less).mul(inv);
+        self.shift_near = three(shift_near);
+        self.shift_far = three(shift_far);
+        self.set_octant(negative.bits());
 
-        let steep = level.splat4(length.highest() * (2.0 / STEEPEST));
-        let most = level.splat4(f32::MAX);
-        let finite = length
-            .le(most)
-            .and(shift_near.abs().le(most))
-            .and(shift_far.abs().le(most));
-        let ordinary = steep
-            .lt(length)
-            .and(finite)
-            .and(o.abs().le(level.splat4(FAR * spread.reach)));
-
-        self.inv = inv.to_array();
-        self.shift_near = shift_near.to_array();
-        self.shift_far = shift_far.to_array();
-        let negative = negative.bits();
-        self.set_octant([negative & 1, negative >> 1 & 1, negative >> 2 & 1]);
-        ordinary.bits() == 0b1111 && ray.tmin >= 0.0
+        let steep = longest.mul(level.splat4(2.0 / STEEPEST)).lt(length);
+        let finite = length.max(shift_near.abs().add(shift_far.abs()));
+        let finite = finite.le(level.splat4(f32::MAX));
+        let near = away.le(level.splat4(FAR * spread.reach));
+        steep.and(finite).and(near).bits() == 0b1111 && ray.tmin >= 0.0
     }
 
-    /// Does it for any ray; whether the ray can meet anything.
+    /// Does for any ray what [`Planes::new`] does; whether the ray can meet anything.
     #[cold]
     fn set_any_planes(&mut self, ray: &Ray, spread: Spread) -> bool {
         let planes = Planes::new(ray, spread);
-        self.inv = planes.inv.extend(0.0).to_array();
-        self.shift_near = planes.shift_near.extend(0.0).to_array();
-        self.shift_far = planes.shift_far.extend(0.0).to_array();
-        self.set_octant(planes.negative.map(u32::from));
+        self.inv = planes.inv.to_array();
+        self.shift_near = planes.shift_near.to_array();
+        self.shift_far = planes.shift_far.to_array();
+        self.set_octant((0..3).map(|axis| u32::from(planes.negative[axis]) << axis).sum());
         planes.alive
     }
 
     #[inline(always)]
-    fn set_octant(&mut self, negative: [u32; 3]) {
-        let [x, y, z] = negative;
-        let side = SIDE as u32;
-        self.near = [x * side, (2 + y) * side, (4 + z) * side].map(|at| at as u8);
-        self.octant = 3 * (x | y << 1 | z << 2) as u8;
+    fn set_octant(&mut self, negative: u32) {
+        let [x, y, z, octant] = SIDES[negative as usize & 7];
+        self.near = [x, y, z];
+        self.octant = octant;
     }
 
     /// `rows` of a corner in the order of the axes.
@@ -145,7 +164,7 @@ impl Slot {
     pub fn turn<'a, T>(&self, rows: &'a [T; 3]) -> [&'a T; 3] {
         let [x, y, z] = self.axes;
         debug_assert!(x < 3 && y < 3 && z < 3);
-        // SAFETY: [`Shear`]'s axes are below three.
+        // SAFETY: [`AXES`] are below three.
         unsafe {
             [
                 rows.get_unchecked(usize::from(x)),

@@ -9,7 +9,6 @@ use super::{
         inflight::load3,
         lanes::{Floats, Level, Mask},
         query::{NOTHING, Query},
-        slot::BASE,
         tree::Tree,
         triangle::{Faces, Plane, Vec3s, candidates, each, faces, meet, plane, sides},
     },
@@ -61,7 +60,7 @@ pub unsafe fn leaf_step<L: Level, Q: Query>(
         packet.set_ends(level);
         // Nothing is left to ask.
         if Q::ANY && packet.end == f32::NEG_INFINITY {
-            packet.len = BASE as u32;
+            packet.stack.clear();
         }
     }
 }

@@ -17,11 +17,11 @@ use super::{
         Geometry,
         wide::node::{DONE, Node},
     },
-    inflight::{Child, distance, pop, push},
-    lanes::{Floats, Level},
+    lanes::Level,
+    nodes::{self, Flight, Traveller, distance, enter, leave},
     query::Query,
-    scratch::{PACKETS, Scratch, Stack},
-    slot::{BASE, SIDE},
+    scratch::{Ends, PACKETS, Scratch},
+    slot::SIDE,
     tree::Tree,
     waiting::take,
 };
@@ -196,9 +196,11 @@ pub fn trace<L: Level, Q: Query>(
 ) {
     scratch.prepare(tree);
     let stacks = scratch.stacks();
-    let packets = &mut *scratch.packets;
+    let mut flight = Flight {
+        all: &mut scratch.packets,
+        next: &mut [DONE; PACKETS],
+    };
     scratch.left.clear();
-    let mut next = [DONE; PACKETS];
     let mut feed = Feed {
         rays,
         order,
@@ -214,11 +216,11 @@ pub fn trace<L: Level, Q: Query>(
     // Sets of packets, a bit for each.
     let mut active = 0_u64;
     loop {
-        let [leaf, shape_or_done] = level.top_bits(&next);
+        let [leaf, shape_or_done] = level.top_bits(flight.next);
         let mut done = active & shape_or_done & !leaf;
         active ^= done;
         while done != 0 {
-            let packet = &packets[take(&mut done) % PACKETS];
+            let packet = &flight.all[take(&mut done) % PACKETS];
             packet.scatter::<Q>(answers);
             if Q::ANY {
                 feed.note(packet);
@@ -227,52 +229,37 @@ pub fn trace<L: Level, Q: Query>(
         let mut free = feed.room::<Q>() & !active;
         while free != 0 {
             let id = take(&mut free) % PACKETS;
-            if !feed.refill::<L, Q>(level, &mut packets[id], answers) {
+            if !feed.refill::<L, Q>(level, &mut flight.all[id], answers) {
                 break;
             }
-            next[id] = tree.root();
+            flight.next[id] = tree.root();
             active |= 1 << id;
         }
         if active == 0 {
             break;
         }
         let at_leaf = active & leaf;
-        let mut at_node = active ^ at_leaf;
+        let at_node = active ^ at_leaf;
         let mut popping = active;
-        if !Q::ANY && at_node.count_ones() >= MANY {
-            while at_node != 0 {
-                let id = take(&mut at_node) % PACKETS;
-                // SAFETY: the packet waits at a node, and its stack is its own.
-                let child =
-                    unsafe { node_step::<L, Q, true>(level, &mut packets[id], tree.node(next[id]), stacks.of(id)) };
-                popping ^= child.met() << id;
-                next[id] = child.number();
-                level.prefetch::<4>(tree.address(next[id]));
-            }
-        } else {
-            while at_node != 0 {
-                let id = take(&mut at_node) % PACKETS;
-                // SAFETY: the packet waits at a node, and its stack is its own.
-                unsafe { node_step::<L, Q, false>(level, &mut packets[id], tree.node(next[id]), stacks.of(id)) };
+        // SAFETY: these packets wait at nodes, and the stacks are theirs.
+        unsafe {
+            if !Q::ANY && at_node.count_ones() >= MANY {
+                popping ^= nodes::step::<L, Q, _, true, PACKETS>(level, tree, &mut flight, at_node, stacks);
+            } else {
+                nodes::step::<L, Q, _, false, PACKETS>(level, tree, &mut flight, at_node, stacks);
             }
         }
         let mut at_leaf = at_leaf;
         while at_leaf != 0 {
             let id = take(&mut at_leaf) % PACKETS;
             // SAFETY: the packet waits at a leaf of this tree.
-            unsafe { leaf_step::<L, Q>(level, &mut packets[id], next[id], tree, geometry, rays) };
-            if Q::ANY && packets[id].cost > DEAR {
-                packets[id].len = BASE as u32;
+            unsafe { leaf_step::<L, Q>(level, &mut flight.all[id], flight.next[id], tree, geometry, rays) };
+            if Q::ANY && flight.all[id].cost > DEAR {
+                flight.all[id].stack.clear();
             }
         }
-        while popping != 0 {
-            let id = take(&mut popping) % PACKETS;
-            let packet = &mut packets[id];
-            // SAFETY: the stack is the packet's own, with its base.
-            let child = unsafe { pop(level, &mut packet.len, packet.end, Q::ANY, stacks.of(id)) };
-            next[id] = child;
-            level.prefetch::<4>(tree.address(child));
-        }
+        // SAFETY: the stacks are theirs.
+        unsafe { nodes::pop::<L, Q, _, PACKETS>(level, tree, &mut flight, popping, stacks) };
     }
     let pays = feed.pays();
     if Q::ANY {
@@ -280,30 +267,43 @@ pub fn trace<L: Level, Q: Query>(
     }
 }
 
-/// Tests a node's boxes; see [`push`].
-///
-/// # Safety
-/// `stack` belongs to `packet` and was made for the node's tree.
-#[inline(always)]
-unsafe fn node_step<L: Level, Q: Query, const NEXT: bool>(
-    level: L,
-    packet: &mut Packet,
-    node: &Node,
-    stack: Stack,
-) -> Child {
-    let mut enter = level.splat8(packet.tmin);
-    let mut leave = level.splat8(packet.end);
-    for axis in [2, 1, 0] {
-        let near = usize::from(packet.near[axis]);
-        let inv = level.splat8(packet.inv_near[axis]);
-        // A plane whose distance is not a number comes first in these, so that it does not count.
-        enter = distance(level, node, near, inv, packet.shift_near[axis]).max(enter);
-        let inv = level.splat8(packet.inv_far[axis]);
-        leave = distance(level, node, near ^ SIDE, inv, packet.shift_far[axis]).min(leave);
+impl Traveller for Packet {
+    #[inline(always)]
+    fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8) {
+        let near = |axis: usize| {
+            let inv = level.splat8(self.inv_near[axis]);
+            distance(level, node, usize::from(self.near[axis]), inv, self.shift_near[axis])
+        };
+        let far = |axis: usize| {
+            let inv = level.splat8(self.inv_far[axis]);
+            distance(
+                level,
+                node,
+                usize::from(self.near[axis]) ^ SIDE,
+                inv,
+                self.shift_far[axis],
+            )
+        };
+        let enter = enter(level, [near(0), near(1), near(2)], self.tmin);
+        let leave = leave(level, [far(0), far(1), far(2)], self.end);
+        self.cost += 1;
+        (enter, leave)
     }
-    packet.cost += 1;
-    // SAFETY: by this function's own contract.
-    unsafe { push::<L, Q, NEXT>(level, (enter, leave), node, packet.octant, &mut packet.len, stack) }
+
+    #[inline(always)]
+    fn octant(&self) -> u8 {
+        self.octant
+    }
+
+    #[inline(always)]
+    fn end(&self) -> f32 {
+        self.end
+    }
+
+    #[inline(always)]
+    fn stack(&mut self) -> &mut Ends {
+        &mut self.stack
+    }
 }
 
 #[cfg(test)]

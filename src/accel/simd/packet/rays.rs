@@ -8,7 +8,8 @@ use super::{
         },
         lanes::{Floats, Level, Mask},
         query::{Best, NOTHING, Query},
-        slot::{BASE, BEYOND, SIDE},
+        scratch::Ends,
+        slot::{BEYOND, SIDE},
         triangle::{Vec3s, each},
     },
     RAYS,
@@ -35,7 +36,7 @@ pub struct Packet {
     /// See [`super::super::slot::Slot`].
     pub near: [u8; 3],
     pub octant: u8,
-    pub len: u32,
+    pub stack: Ends,
     /// The least way along the main axis at which a ray begins.
     pub tmin: f32,
     /// What is farther along is passed over by all.
@@ -226,7 +227,7 @@ impl Packet {
         self.aim(&d, &inv, Shear::new(&ray.d).axes);
         let speed = level.load16(&self.d[2].0).abs();
         self.enclose([&o, &d, &inv], tmax, speed, reach);
-        self.len = BASE as u32;
+        self.stack.clear();
         self.cost = 0;
         self.list = list.ids;
         self.count = list.len;

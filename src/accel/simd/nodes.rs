@@ -1,0 +1,229 @@
+//! The passes of what is in flight, rays or packets, over the nodes of the tree: all that wait at one are tested against its
+//! boxes, and what is nearest comes next; those that met nothing take what waits on their stacks.
+
+use std::{
+    hint::{assert_unchecked, select_unpredictable},
+    ptr,
+};
+
+use super::{
+    super::{slab::LEAVE, wide::node::Node},
+    lanes::{Eight, Floats, Level, Mask, Top},
+    query::Query,
+    scratch::{Ends, Stacks},
+    slot::SIDE,
+    tree::{Data, Tree},
+    waiting::take,
+};
+
+/// What is under way, and what comes next for each. That lies on the stack of the kernel, so that no register is needed to find
+/// it.
+pub struct Flight<'s, T, const N: usize> {
+    pub all: &'s mut [T; N],
+    pub next: &'s mut [u32; N],
+}
+
+/// What goes through the tree.
+pub trait Traveller {
+    /// From where to where it is in each of a node's boxes.
+    fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8);
+    /// Three times the octant of its direction.
+    fn octant(&self) -> u8;
+    /// What is farther is passed over.
+    fn end(&self) -> f32;
+    fn stack(&mut self) -> &mut Ends;
+}
+
+/// Which of a node's boxes are met.
+struct Met<'t, L: Level> {
+    id: usize,
+    stack: *mut Ends,
+    children: &'t [u32; 8],
+    /// Their order, and which places in it; where any hit will do, which lanes.
+    order: L::Order,
+    places: Eight,
+    enter: L::F8,
+}
+
+/// Tests all that `waiting` says of, each at the node that `next` says. Children that are met go on the stacks; with `NEXT` the
+/// nearest of each is what comes next, and the answer is the set of those that met any.
+///
+/// A test is a long chain of operations, each of which waits for the one before. So what one has found goes on the stack only
+/// when the next one is under way: the processor, which looks no more than some hundreds of instructions ahead (half as many
+/// where two threads share a core), finds more to do at once.
+///
+/// # Safety
+/// All in `waiting` are at nodes of `tree`, and `stacks` are theirs and were made for it.
+#[inline(always)]
+pub unsafe fn step<L: Level, Q: Query, T: Traveller, const NEXT: bool, const N: usize>(
+    level: L,
+    tree: &Tree,
+    flight: &mut Flight<'_, T, N>,
+    mut waiting: u64,
+    stacks: Stacks,
+) -> u64 {
+    if waiting == 0 {
+        return 0;
+    }
+    let all = flight.all.as_mut_ptr();
+    let (next, data) = (&mut *flight.next, tree.data());
+    let mut any = 0;
+    // SAFETY: by this function's own contract.
+    unsafe {
+        let mut before = meet::<L, Q, T, N>(level, tree, all, next, take(&mut waiting));
+        while waiting != 0 {
+            let met = meet::<L, Q, T, N>(level, tree, all, next, take(&mut waiting));
+            any |= keep::<L, Q, NEXT, N>(level, data, &before, next, stacks);
+            before = met;
+        }
+        any | keep::<L, Q, NEXT, N>(level, data, &before, next, stacks)
+    }
+}
+
+/// # Safety
+/// There are `N` of `all`, and `id` is at a node of `tree`.
+#[inline(always)]
+unsafe fn meet<'t, L: Level, Q: Query, T: Traveller, const N: usize>(
+    level: L,
+    tree: &'t Tree,
+    all: *mut T,
+    next: &[u32; N],
+    id: usize,
+) -> Met<'t, L> {
+    // SAFETY: by this function's own contract; what is settled is what it was.
+    let (node, traveller) = unsafe {
+        let node = ptr::from_ref(tree.node(next[id % N])).cast_mut();
+        (&*level.settle(node), &mut *level.settle(all.add(id % N)))
+    };
+    let (enter, leave) = traveller.cross(level, node);
+    let leave = leave.mul(level.splat8(LEAVE));
+    let order = level.order(&node.order, u32::from(traveller.octant()));
+    let places = if Q::ANY {
+        level.met(enter, leave)
+    } else {
+        level.met_in(order, enter, leave)
+    };
+    Met {
+        id,
+        stack: traveller.stack(),
+        children: &node.child,
+        order,
+        places,
+        enter,
+    }
+}
+
+/// Puts the children that are met on the stack; with `NEXT` but for the nearest one, which comes next. Where any hit will do
+/// all go there, since taking one back is a single load. The answer has the traveller's bit if there are any.
+///
+/// # Safety
+/// There is an entry of `next` for the traveller, whose stack exists and is among `stacks`, which were made for the node's
+/// tree.
+#[inline(always)]
+unsafe fn keep<L: Level, Q: Query, const NEXT: bool, const N: usize>(
+    level: L,
+    data: Data,
+    met: &Met<'_, L>,
+    next: &mut [u32; N],
+    stacks: Stacks,
+) -> u64 {
+    let &Met {
+        id,
+        stack,
+        children,
+        order,
+        places,
+        enter,
+    } = met;
+    // SAFETY: by this function's own contract; a stack has room for all that may wait and for a store of eight above it.
+    let (stack, to) = unsafe {
+        assert_unchecked(id < N);
+        let top = (*stack).top as usize;
+        let to = Top {
+            enter: &mut *stacks.enter.add(top).cast(),
+            child: &mut *stacks.child.add(top).cast(),
+        };
+        (&mut *stack, to)
+    };
+    if NEXT {
+        stack.top += places.others();
+        let nearest = level.push_others(places, order, enter, children, to);
+        // Without a branch, which nobody could predict.
+        let child = select_unpredictable(places.any(), nearest, 0);
+        next[id] = child;
+        level.prefetch::<4>(data.of(child));
+        return u64::from(places.any()) << id;
+    }
+    stack.top += places.count();
+    if Q::ANY {
+        level.push_any(places, children, to.child);
+    } else {
+        level.push_all(places, order, enter, children, to);
+    }
+    0
+}
+
+/// Where a ray meets one of the planes of each box; `at` is where in the node the plane lies, in bytes.
+#[inline(always)]
+pub fn distance<L: Level>(level: L, node: &Node, at: usize, inv: L::F8, shift: f32) -> L::F8 {
+    debug_assert!(at.is_multiple_of(SIDE) && at < size_of_val(&node.planes));
+    // SAFETY: there are six planes, and the caller's number is twice an axis plus a side.
+    let planes = unsafe { &*node.planes.as_ptr().byte_add(at) };
+    level.load8(planes).mul_sub(inv, level.splat8(shift))
+}
+
+/// The last of three distances, and not before `begin`. One that is not a number does not count.
+#[inline(always)]
+pub fn enter<L: Level>(level: L, [x, y, z]: [L::F8; 3], begin: f32) -> L::F8 {
+    x.max(y.max(z.max(level.splat8(begin))))
+}
+
+/// The first of three distances, and not after `end`; as [`enter`].
+#[inline(always)]
+pub fn leave<L: Level>(level: L, [x, y, z]: [L::F8; 3], end: f32) -> L::F8 {
+    x.min(y.min(z.min(level.splat8(end))))
+}
+
+/// Takes for all that `waiting` says of the topmost child that is not too far from its stack: that comes next.
+///
+/// # Safety
+/// `stacks` are theirs.
+#[inline(always)]
+pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
+    level: L,
+    tree: &Tree,
+    flight: &mut Flight<'_, T, N>,
+    mut waiting: u64,
+    stacks: Stacks,
+) {
+    let data = tree.data();
+    while waiting != 0 {
+        let id = take(&mut waiting) % N;
+        // SAFETY: what is settled is what it was.
+        let traveller = unsafe { &mut *level.settle(&mut flight.all[id]) };
+        let end = traveller.end();
+        let stack = traveller.stack();
+        let mut top = stack.top as usize;
+        if Q::ANY {
+            top -= 1;
+        } else {
+            // SAFETY: there are eight entries below the first, the last of them never farther than anything.
+            let last = level.load8(unsafe { &*stacks.enter.add(top).sub(8).cast() });
+            let nearer = last.le(level.splat8(end)).bits();
+            if nearer != 0 {
+                top = top + 23 - nearer.leading_zeros() as usize;
+            } else {
+                top -= 9;
+                // SAFETY: as above.
+                while unsafe { *stacks.enter.add(top) } > end {
+                    top -= 1;
+                }
+            }
+        }
+        stack.top = top as u32;
+        // SAFETY: what is popped was pushed, or is the base.
+        let child = unsafe { *stacks.child.add(top) };
+        flight.next[id] = child;
+        level.prefetch::<4>(data.of(child));
+    }
+}
