@@ -208,17 +208,16 @@ pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
             top -= 1;
         } else {
             // SAFETY: there are eight entries below the first, the last of them never farther than anything.
-            let last = level.load8(unsafe { &*stacks.enter.add(top).sub(8).cast() });
-            let nearer = last.le(level.splat8(end)).bits();
-            if nearer != 0 {
-                top = top + 23 - nearer.leading_zeros() as usize;
-            } else {
-                top -= 9;
-                // SAFETY: as above.
-                while unsafe { *stacks.enter.add(top) } > end {
-                    top -= 1;
-                }
+            let nearer = |top: usize| unsafe {
+                let last = level.load8(&*stacks.enter.add(top).sub(8).cast());
+                last.le(level.splat8(end)).bits()
+            };
+            let mut those = nearer(top);
+            while those == 0 {
+                top -= 8;
+                those = nearer(top);
             }
+            top = top + 23 - those.leading_zeros() as usize;
         }
         stack.top = top as u32;
         // SAFETY: what is popped was pushed, or is the base.
