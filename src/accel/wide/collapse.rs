@@ -16,7 +16,7 @@ use super::{
 };
 
 /// What a block of four triangles costs, in tests of a node.
-const BLOCK_COST: f32 = 0.7;
+const BLOCK_COST: f32 = 0.85;
 
 /// What an analytic primitive costs.
 const SHAPE_COST: f32 = 1.0;
