@@ -257,25 +257,16 @@ impl Mask for M8x2 {
     }
 }
 
-/// For each set of lanes the lanes in it, four bits each: what moves them. One KiB, so that it does not drive the tree from
-/// the first cache.
-type Moves = [u32; 256];
-
-/// Lowest first.
-static TOGETHER: Moves = moves(false);
-
-/// The highest in the last place, the others lowest first.
-static OTHERS: Moves = moves(true);
-
-const fn moves(is_highest_last: bool) -> Moves {
+/// For each set of lanes the lanes in it, lowest first, four bits each: what moves them together. One KiB, so that it
+/// does not drive the tree from the first cache.
+static TOGETHER: [u32; 256] = {
     let mut table = [0; 256];
-    let mut set: usize = 0;
+    let mut set = 0;
     while set < 256 {
         let (mut n, mut lane) = (0, 0);
         while lane < 8 {
             if set >> lane & 1 == 1 {
-                let place = if is_highest_last && set >> lane == 1 { 7 } else { n };
-                table[set] |= (lane as u32) << (4 * place);
+                table[set] |= (lane as u32) << (4 * n);
                 n += 1;
             }
             lane += 1;
@@ -283,36 +274,19 @@ const fn moves(is_highest_last: bool) -> Moves {
         set += 1;
     }
     table
-}
+};
 
 /// What moves the lanes of `set` together.
 ///
 /// # Safety
 /// The processor has AVX2.
 #[inline(always)]
-unsafe fn together(moves: &Moves, set: Eight) -> __m256i {
+unsafe fn together(set: Eight) -> __m256i {
     // SAFETY: by this function's own contract.
     unsafe {
-        let lanes = _mm256_set1_epi32(moves[set.bits() as usize] as i32);
+        let lanes = _mm256_set1_epi32(TOGETHER[set.bits() as usize] as i32);
         // What is left above the lowest three bits, permutations do not look at.
         _mm256_srlv_epi32(lanes, _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28))
-    }
-}
-
-/// Writes the children at these places, moved by `moves`; which one came into the last place.
-///
-/// # Safety
-/// The processor has AVX2.
-#[inline(always)]
-unsafe fn push(moves: &Moves, places: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) -> u32 {
-    // SAFETY: by this function's own contract; all arrays are as long as a vector.
-    unsafe {
-        let from = _mm256_permutevar8x32_epi32(order.0, together(moves, places));
-        let child = _mm256_loadu_si256(child.as_ptr().cast());
-        let child = _mm256_permutevar8x32_epi32(child, from);
-        _mm256_storeu_ps(to.enter.as_mut_ptr(), _mm256_permutevar8x32_ps(enter.0, from));
-        _mm256_storeu_si256(to.child.as_mut_ptr().cast(), child);
-        _mm256_extract_epi32::<7>(child) as u32
     }
 }
 
@@ -437,15 +411,15 @@ impl Level for Avx2 {
     }
 
     #[inline(always)]
-    fn push_all(self, places: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) {
-        // SAFETY: the token says that the processor has AVX2.
-        unsafe { push(&TOGETHER, places, order, enter, child, to) };
-    }
-
-    #[inline(always)]
-    fn push_others(self, places: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) -> u32 {
-        // SAFETY: the token says that the processor has AVX2.
-        unsafe { push(&OTHERS, places, order, enter, child, to) }
+    fn push(self, places: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) {
+        // SAFETY: the token says that the processor has AVX2; all arrays are as long as a vector.
+        unsafe {
+            let from = _mm256_permutevar8x32_epi32(order.0, together(places));
+            let child = _mm256_loadu_si256(child.as_ptr().cast());
+            let child = _mm256_permutevar8x32_epi32(child, from);
+            _mm256_storeu_ps(to.enter.as_mut_ptr(), _mm256_permutevar8x32_ps(enter.0, from));
+            _mm256_storeu_si256(to.child.as_mut_ptr().cast(), child);
+        }
     }
 
     #[inline(always)]
@@ -453,7 +427,7 @@ impl Level for Avx2 {
         // SAFETY: the token says that the processor has AVX2; both arrays are as long as a vector.
         unsafe {
             let child = _mm256_loadu_si256(child.as_ptr().cast());
-            let child = _mm256_permutevar8x32_epi32(child, together(&TOGETHER, lanes));
+            let child = _mm256_permutevar8x32_epi32(child, together(lanes));
             _mm256_storeu_si256(to.as_mut_ptr().cast(), child);
         }
     }

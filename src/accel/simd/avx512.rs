@@ -184,13 +184,8 @@ impl Level for Avx512 {
     }
 
     #[inline(always)]
-    fn push_all(self, places: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) {
-        self.0.push_all(places, order, enter, child, to);
-    }
-
-    #[inline(always)]
-    fn push_others(self, places: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) -> u32 {
-        self.0.push_others(places, order, enter, child, to)
+    fn push(self, places: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) {
+        self.0.push(places, order, enter, child, to);
     }
 
     #[inline(always)]

@@ -35,11 +35,6 @@ const AHEAD: usize = 16;
 /// As long as fewer rays wait at leaves, and at least as many are at nodes, those at leaves go on waiting.
 const ENOUGH: u32 = SLOTS as u32 / 4;
 
-/// With at least as many rays at nodes the nearest child comes next without a pop. Where fewer are it is read so soon after it is
-/// written that the processor learns to wait for it, and then does so for all rays of the next batch: half the speed on
-/// Zen 5.
-const MANY: u32 = SLOTS as u32 / 2;
-
 /// Which instances a slot's ray has to do with.
 #[derive(Clone, Copy)]
 pub struct Inside {
@@ -157,15 +152,8 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
         if at_leaf.count_ones() < ENOUGH && at_node.count_ones() >= ENOUGH {
             at_leaf = 0;
         }
-        let mut popping = at_node | at_leaf;
         // SAFETY: these slots wait at nodes, and the stacks are theirs.
-        unsafe {
-            if !Q::ANY && at_node.count_ones() >= MANY {
-                popping ^= nodes::step::<L, Q, _, true, SLOTS>(level, tree, &mut flight, at_node, stacks);
-            } else {
-                nodes::step::<L, Q, _, false, SLOTS>(level, tree, &mut flight, at_node, stacks);
-            }
-        }
+        unsafe { nodes::step::<L, Q, _, SLOTS>(level, tree, &mut flight, at_node, stacks) };
         let mut waiting = at_leaf;
         while waiting != 0 {
             let id = take(&mut waiting);
@@ -180,7 +168,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
             }
         }
         // SAFETY: the stacks are theirs.
-        unsafe { nodes::pop::<L, Q, _, SLOTS>(level, tree, &mut flight, popping, stacks) };
+        unsafe { nodes::pop::<L, Q, _, SLOTS>(level, tree, &mut flight, at_node | at_leaf, stacks) };
     }
 }
 

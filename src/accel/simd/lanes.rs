@@ -71,19 +71,8 @@ impl Eight {
     }
 
     #[inline(always)]
-    pub fn any(self) -> bool {
-        self.0 != 0
-    }
-
-    #[inline(always)]
     pub fn count(self) -> u32 {
         self.0.count_ones()
-    }
-
-    /// One less; none of none.
-    #[inline(always)]
-    pub fn others(self) -> u32 {
-        (self.0 & self.0.wrapping_sub(1)).count_ones()
     }
 }
 
@@ -124,10 +113,7 @@ pub trait Level: Runner {
     fn met_in(self, order: Self::Order, enter: Self::F8, leave: Self::F8) -> Eight;
 
     /// Writes the children at these places, with their `enter`; what is behind them in `to` is undefined.
-    fn push_all(self, places: Eight, order: Self::Order, enter: Self::F8, child: &[u32; 8], to: Top);
-
-    /// The same but for the last of them, which is returned; any one where there is none.
-    fn push_others(self, places: Eight, order: Self::Order, enter: Self::F8, child: &[u32; 8], to: Top) -> u32;
+    fn push(self, places: Eight, order: Self::Order, enter: Self::F8, child: &[u32; 8], to: Top);
 
     /// Writes the children of these lanes, as they come.
     fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]);

@@ -1,10 +1,7 @@
 //! The passes of what is in flight, rays or packets, over the nodes of the tree: all that wait at one are tested against its
-//! boxes, and what is nearest comes next; those that met nothing take what waits on their stacks.
+//! boxes; then all take what comes next from their stacks.
 
-use std::{
-    hint::{assert_unchecked, select_unpredictable},
-    ptr,
-};
+use std::ptr;
 
 use super::{
     super::{slab::LEAVE, wide::node::Node},
@@ -12,7 +9,7 @@ use super::{
     query::Query,
     scratch::{Ends, Stacks},
     slot::SIDE,
-    tree::{Data, Tree},
+    tree::Tree,
     waiting::take,
 };
 
@@ -36,7 +33,6 @@ pub trait Traveller {
 
 /// Which of a node's boxes are met.
 struct Met<'t, L: Level> {
-    id: usize,
     stack: *mut Ends,
     children: &'t [u32; 8],
     /// Their order, and which places in it; where any hit will do, which lanes.
@@ -45,55 +41,52 @@ struct Met<'t, L: Level> {
     enter: L::F8,
 }
 
-/// Tests all that `waiting` says of, each at the node that `next` says. Children that are met go on the stacks; with `NEXT` the
-/// nearest of each is what comes next, and the answer is the set of those that met any.
+/// Tests all that `waiting` says of, each at the node that `next` says, and puts the children that are met on their stacks.
 ///
-/// A test is a long chain of operations, each of which waits for the one before. So what one has found goes on the stack only
-/// when the next one is under way: the processor, which looks no more than some hundreds of instructions ahead (half as many
-/// where two threads share a core), finds more to do at once.
+/// Where any hit will do, what one has found goes on the stack only when the next one's test is under way, so that the processor
+/// has more to do at once. It is too much to keep in registers where the order counts.
 ///
 /// # Safety
 /// All in `waiting` are at nodes of `tree`, and `stacks` are theirs and were made for it.
 #[inline(always)]
-pub unsafe fn step<L: Level, Q: Query, T: Traveller, const NEXT: bool, const N: usize>(
+pub unsafe fn step<L: Level, Q: Query, T: Traveller, const N: usize>(
     level: L,
     tree: &Tree,
     flight: &mut Flight<'_, T, N>,
     mut waiting: u64,
     stacks: Stacks,
-) -> u64 {
-    if waiting == 0 {
-        return 0;
-    }
-    let all = flight.all.as_mut_ptr();
-    let (next, data) = (&mut *flight.next, tree.data());
-    let mut any = 0;
+) {
     // SAFETY: by this function's own contract.
     unsafe {
-        let mut before = meet::<L, Q, T, N>(level, tree, all, next, take(&mut waiting));
-        while waiting != 0 {
-            let met = meet::<L, Q, T, N>(level, tree, all, next, take(&mut waiting));
-            any |= keep::<L, Q, NEXT, N>(level, data, &before, next, stacks);
-            before = met;
+        if Q::ANY && waiting != 0 {
+            let mut before = meet::<L, Q, T, N>(level, tree, flight, take(&mut waiting));
+            while waiting != 0 {
+                let met = meet::<L, Q, T, N>(level, tree, flight, take(&mut waiting));
+                keep::<L, Q>(level, &before, stacks);
+                before = met;
+            }
+            keep::<L, Q>(level, &before, stacks);
         }
-        any | keep::<L, Q, NEXT, N>(level, data, &before, next, stacks)
+        while waiting != 0 {
+            let met = meet::<L, Q, T, N>(level, tree, flight, take(&mut waiting));
+            keep::<L, Q>(level, &met, stacks);
+        }
     }
 }
 
 /// # Safety
-/// There are `N` of `all`, and `id` is at a node of `tree`.
+/// `id` is at a node of `tree`.
 #[inline(always)]
 unsafe fn meet<'t, L: Level, Q: Query, T: Traveller, const N: usize>(
     level: L,
     tree: &'t Tree,
-    all: *mut T,
-    next: &[u32; N],
+    flight: &mut Flight<'_, T, N>,
     id: usize,
 ) -> Met<'t, L> {
     // SAFETY: by this function's own contract; what is settled is what it was.
     let (node, traveller) = unsafe {
-        let node = ptr::from_ref(tree.node(next[id % N])).cast_mut();
-        (&*level.settle(node), &mut *level.settle(all.add(id % N)))
+        let node = ptr::from_ref(tree.node(flight.next[id % N])).cast_mut();
+        (&*level.settle(node), &mut *level.settle(&mut flight.all[id % N]))
     };
     let (enter, leave) = traveller.cross(level, node);
     let leave = leave.mul(level.splat8(LEAVE));
@@ -104,7 +97,6 @@ unsafe fn meet<'t, L: Level, Q: Query, T: Traveller, const N: usize>(
         level.met_in(order, enter, leave)
     };
     Met {
-        id,
         stack: traveller.stack(),
         children: &node.child,
         order,
@@ -113,54 +105,27 @@ unsafe fn meet<'t, L: Level, Q: Query, T: Traveller, const N: usize>(
     }
 }
 
-/// Puts the children that are met on the stack; with `NEXT` but for the nearest one, which comes next. Where any hit will do
-/// all go there, since taking one back is a single load. The answer has the traveller's bit if there are any.
+/// Puts the children that are met on the stack.
 ///
 /// # Safety
-/// There is an entry of `next` for the traveller, whose stack exists and is among `stacks`, which were made for the node's
-/// tree.
+/// The stack exists and is among `stacks`, which were made for the node's tree.
 #[inline(always)]
-unsafe fn keep<L: Level, Q: Query, const NEXT: bool, const N: usize>(
-    level: L,
-    data: Data,
-    met: &Met<'_, L>,
-    next: &mut [u32; N],
-    stacks: Stacks,
-) -> u64 {
-    let &Met {
-        id,
-        stack,
-        children,
-        order,
-        places,
-        enter,
-    } = met;
+unsafe fn keep<L: Level, Q: Query>(level: L, met: &Met<'_, L>, stacks: Stacks) {
     // SAFETY: by this function's own contract; a stack has room for all that may wait and for a store of eight above it.
     let (stack, to) = unsafe {
-        assert_unchecked(id < N);
-        let top = (*stack).top as usize;
+        let top = (*met.stack).top as usize;
         let to = Top {
             enter: &mut *stacks.enter.add(top).cast(),
             child: &mut *stacks.child.add(top).cast(),
         };
-        (&mut *stack, to)
+        (&mut *met.stack, to)
     };
-    if NEXT {
-        stack.top += places.others();
-        let nearest = level.push_others(places, order, enter, children, to);
-        // Without a branch, which nobody could predict.
-        let child = select_unpredictable(places.any(), nearest, 0);
-        next[id] = child;
-        level.prefetch::<4>(data.of(child));
-        return u64::from(places.any()) << id;
-    }
-    stack.top += places.count();
+    stack.top += met.places.count();
     if Q::ANY {
-        level.push_any(places, children, to.child);
+        level.push_any(met.places, met.children, to.child);
     } else {
-        level.push_all(places, order, enter, children, to);
+        level.push(met.places, met.order, met.enter, met.children, to);
     }
-    0
 }
 
 /// Where a ray meets one of the planes of each box; `at` is where in the node the plane lies, in bytes.
@@ -196,7 +161,6 @@ pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
     mut waiting: u64,
     stacks: Stacks,
 ) {
-    let data = tree.data();
     while waiting != 0 {
         let id = take(&mut waiting) % N;
         // SAFETY: what is settled is what it was.
@@ -223,6 +187,6 @@ pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
         // SAFETY: what is popped was pushed, or is the base.
         let child = unsafe { *stacks.child.add(top) };
         flight.next[id] = child;
-        level.prefetch::<4>(data.of(child));
+        level.prefetch::<4>(tree.address(child));
     }
 }

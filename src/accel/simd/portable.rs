@@ -193,7 +193,7 @@ impl Level for Portable {
     }
 
     #[inline(always)]
-    fn push_all(self, places: Eight, order: [u8; 8], enter: Array<8>, child: &[u32; 8], to: Top) {
+    fn push(self, places: Eight, order: [u8; 8], enter: Array<8>, child: &[u32; 8], to: Top) {
         let mut n = 0;
         for (place, lane) in order.into_iter().enumerate() {
             let lane = usize::from(lane & 7);
@@ -201,13 +201,6 @@ impl Level for Portable {
             to.child[n & 7] = child[lane];
             n += (places.bits() >> place & 1) as usize;
         }
-    }
-
-    #[inline(always)]
-    fn push_others(self, places: Eight, order: [u8; 8], enter: Array<8>, child: &[u32; 8], to: Top) -> u32 {
-        self.push_all(places, order, enter, child, to);
-        let last = places.bits().checked_ilog2().unwrap_or(0) as usize & 7;
-        child[usize::from(order[last] & 7)]
     }
 
     #[inline(always)]

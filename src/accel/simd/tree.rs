@@ -212,20 +212,12 @@ impl Tree {
         }
     }
 
-    pub fn data(&self) -> Data {
-        Data([self.nodes.as_ptr().cast(), self.blocks.as_ptr().cast()])
-    }
-}
-
-/// Where nodes begin, and blocks.
-#[derive(Clone, Copy)]
-pub struct Data([*const u8; 2]);
-
-impl Data {
     /// Where the child's data begins, for a prefetch; nothing may be read there.
     #[inline(always)]
-    pub fn of(self, child: u32) -> *const u8 {
-        self.0[usize::from(child & LEAF != 0)].wrapping_add(node::units(child) * UNIT)
+    pub fn address(&self, child: u32) -> *const u8 {
+        let (nodes, blocks) = (self.nodes.as_ptr().cast::<u8>(), self.blocks.as_ptr().cast());
+        let first = if child & LEAF == 0 { nodes } else { blocks };
+        first.wrapping_add(node::units(child) * UNIT)
     }
 }
 

@@ -67,9 +67,6 @@ const WORTH: u64 = 40;
 /// What a packet may cost before it is given up.
 const DEAR: u32 = 300;
 
-/// See [`super::inflight`].
-const MANY: u32 = PACKETS as u32 / 2;
-
 /// The packets that are not under way yet.
 struct Feed<'a> {
     rays: &'a [Ray],
@@ -240,15 +237,8 @@ pub fn trace<L: Level, Q: Query>(
         }
         let at_leaf = active & leaf;
         let at_node = active ^ at_leaf;
-        let mut popping = active;
         // SAFETY: these packets wait at nodes, and the stacks are theirs.
-        unsafe {
-            if !Q::ANY && at_node.count_ones() >= MANY {
-                popping ^= nodes::step::<L, Q, _, true, PACKETS>(level, tree, &mut flight, at_node, stacks);
-            } else {
-                nodes::step::<L, Q, _, false, PACKETS>(level, tree, &mut flight, at_node, stacks);
-            }
-        }
+        unsafe { nodes::step::<L, Q, _, PACKETS>(level, tree, &mut flight, at_node, stacks) };
         let mut at_leaf = at_leaf;
         while at_leaf != 0 {
             let id = take(&mut at_leaf) % PACKETS;
@@ -259,7 +249,7 @@ pub fn trace<L: Level, Q: Query>(
             }
         }
         // SAFETY: the stacks are theirs.
-        unsafe { nodes::pop::<L, Q, _, PACKETS>(level, tree, &mut flight, popping, stacks) };
+        unsafe { nodes::pop::<L, Q, _, PACKETS>(level, tree, &mut flight, active, stacks) };
     }
     let pays = feed.pays();
     if Q::ANY {
