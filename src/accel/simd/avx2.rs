@@ -411,25 +411,32 @@ impl Level for Avx2 {
     }
 
     #[inline(always)]
-    fn push(self, places: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) {
+    fn push(self, met: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) -> u32 {
         // SAFETY: the token says that the processor has AVX2; all arrays are as long as a vector.
         unsafe {
-            let from = _mm256_permutevar8x32_epi32(order.0, together(places));
+            let from = _mm256_permutevar8x32_epi32(order.0, together(met));
             let child = _mm256_loadu_si256(child.as_ptr().cast());
             let child = _mm256_permutevar8x32_epi32(child, from);
             _mm256_storeu_ps(to.enter.as_mut_ptr(), _mm256_permutevar8x32_ps(enter.0, from));
             _mm256_storeu_si256(to.child.as_mut_ptr().cast(), child);
         }
+        met.bits().count_ones()
     }
 
     #[inline(always)]
-    fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) {
+    fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) -> u32 {
         // SAFETY: the token says that the processor has AVX2; both arrays are as long as a vector.
         unsafe {
             let child = _mm256_loadu_si256(child.as_ptr().cast());
             let child = _mm256_permutevar8x32_epi32(child, together(lanes));
             _mm256_storeu_si256(to.as_mut_ptr().cast(), child);
         }
+        lanes.bits().count_ones()
+    }
+
+    #[inline(always)]
+    fn up_to(self, enter: &[f32; 8], end: f32) -> u32 {
+        32 - self.load8(enter).le(self.splat8(end)).bits().leading_zeros()
     }
 
     #[inline(always)]

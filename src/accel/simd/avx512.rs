@@ -184,13 +184,18 @@ impl Level for Avx512 {
     }
 
     #[inline(always)]
-    fn push(self, places: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) {
-        self.0.push(places, order, enter, child, to);
+    fn push(self, met: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) -> u32 {
+        self.0.push(met, order, enter, child, to)
     }
 
     #[inline(always)]
-    fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) {
-        self.0.push_any(lanes, child, to);
+    fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) -> u32 {
+        self.0.push_any(lanes, child, to)
+    }
+
+    #[inline(always)]
+    fn up_to(self, enter: &[f32; 8], end: f32) -> u32 {
+        self.0.up_to(enter, end)
     }
 
     #[inline(always)]

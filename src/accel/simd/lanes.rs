@@ -69,11 +69,6 @@ impl Eight {
         unsafe { assert_unchecked(self.0 < 256) };
         self.0
     }
-
-    #[inline(always)]
-    pub fn count(self) -> u32 {
-        self.0.count_ones()
-    }
 }
 
 /// Where the children that a ray meets go: the ends of its two lists.
@@ -109,14 +104,18 @@ pub trait Level: Runner {
     /// The lanes in which `enter` is at most `leave`.
     fn met(self, enter: Self::F8, leave: Self::F8) -> Eight;
 
-    /// The places in the order of the lanes in which `enter` is at most `leave`.
+    /// The lanes in which `enter` is at most `leave`, as [`Level::push`] wants them: themselves or their places in the order.
     fn met_in(self, order: Self::Order, enter: Self::F8, leave: Self::F8) -> Eight;
 
-    /// Writes the children at these places, with their `enter`; what is behind them in `to` is undefined.
-    fn push(self, places: Eight, order: Self::Order, enter: Self::F8, child: &[u32; 8], to: Top);
+    /// Writes the children that are met in their order, with their `enter`; what is behind them in `to` is undefined. Returns
+    /// how many there are.
+    fn push(self, met: Eight, order: Self::Order, enter: Self::F8, child: &[u32; 8], to: Top) -> u32;
 
-    /// Writes the children of these lanes, as they come.
-    fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]);
+    /// Writes the children of these lanes, as they come; returns how many there are.
+    fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) -> u32;
+
+    /// How many of `enter` there are up to the last that is at most `end`.
+    fn up_to(self, enter: &[f32; 8], end: f32) -> u32;
 
     /// The sets of those `words` whose highest bit, and whose second highest one, is set; a multiple of sixteen of them, at
     /// most 64.

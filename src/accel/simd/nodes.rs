@@ -5,7 +5,7 @@ use std::ptr;
 
 use super::{
     super::{slab::LEAVE, wide::node::Node},
-    lanes::{Eight, Floats, Level, Mask, Top},
+    lanes::{Eight, Floats, Level, Top},
     query::Query,
     scratch::{Ends, Stacks},
     slot::SIDE,
@@ -35,9 +35,8 @@ pub trait Traveller {
 struct Met<'t, L: Level> {
     stack: *mut Ends,
     children: &'t [u32; 8],
-    /// Their order, and which places in it; where any hit will do, which lanes.
     order: L::Order,
-    places: Eight,
+    met: Eight,
     enter: L::F8,
 }
 
@@ -91,7 +90,7 @@ unsafe fn meet<'t, L: Level, Q: Query, T: Traveller, const N: usize>(
     let (enter, leave) = traveller.cross(level, node);
     let leave = leave.mul(level.splat8(LEAVE));
     let order = level.order(&node.order, u32::from(traveller.octant()));
-    let places = if Q::ANY {
+    let met = if Q::ANY {
         level.met(enter, leave)
     } else {
         level.met_in(order, enter, leave)
@@ -100,7 +99,7 @@ unsafe fn meet<'t, L: Level, Q: Query, T: Traveller, const N: usize>(
         stack: traveller.stack(),
         children: &node.child,
         order,
-        places,
+        met,
         enter,
     }
 }
@@ -120,12 +119,11 @@ unsafe fn keep<L: Level, Q: Query>(level: L, met: &Met<'_, L>, stacks: Stacks) {
         };
         (&mut *met.stack, to)
     };
-    stack.top += met.places.count();
-    if Q::ANY {
-        level.push_any(met.places, met.children, to.child);
+    stack.top += if Q::ANY {
+        level.push_any(met.met, met.children, to.child)
     } else {
-        level.push(met.places, met.order, met.enter, met.children, to);
-    }
+        level.push(met.met, met.order, met.enter, met.children, to)
+    };
 }
 
 /// Where a ray meets one of the planes of each box; `at` is where in the node the plane lies, in bytes.
@@ -172,16 +170,13 @@ pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
             top -= 1;
         } else {
             // SAFETY: there are eight entries below the first, the last of them never farther than anything.
-            let nearer = |top: usize| unsafe {
-                let last = level.load8(&*stacks.enter.add(top).sub(8).cast());
-                last.le(level.splat8(end)).bits()
-            };
-            let mut those = nearer(top);
-            while those == 0 {
+            let last = |top: usize| level.up_to(unsafe { &*stacks.enter.add(top).sub(8).cast() }, end) as usize;
+            let mut found = last(top);
+            while found == 0 {
                 top -= 8;
-                those = nearer(top);
+                found = last(top);
             }
-            top = top + 23 - those.leading_zeros() as usize;
+            top = top + found - 9;
         }
         stack.top = top as u32;
         // SAFETY: what is popped was pushed, or is the base.

@@ -123,7 +123,7 @@ impl Level for Portable {
     type F4 = Array<4>;
     type F8 = Array<8>;
     type F16 = Array<16>;
-    type Order = [u8; 8];
+    type Order = [u32; 8];
 
     #[inline(always)]
     fn splat4(self, x: f32) -> Array<4> {
@@ -174,8 +174,8 @@ impl Level for Portable {
     }
 
     #[inline(always)]
-    fn order(self, order: &[u32; 8], shift: u32) -> [u8; 8] {
-        order.map(|place| (place >> shift & 7) as u8)
+    fn order(self, order: &[u32; 8], shift: u32) -> [u32; 8] {
+        order.map(|place| place >> shift)
     }
 
     #[inline(always)]
@@ -185,31 +185,38 @@ impl Level for Portable {
     }
 
     #[inline(always)]
-    fn met_in(self, order: [u8; 8], enter: Array<8>, leave: Array<8>) -> Eight {
-        let met = enter.le(leave).0;
-        let met = Bits(order.map(|lane| met[usize::from(lane & 7)]));
-        // SAFETY: there are eight lanes.
-        unsafe { Eight::new(met.bits()) }
+    fn met_in(self, _order: [u32; 8], enter: Array<8>, leave: Array<8>) -> Eight {
+        self.met(enter, leave)
     }
 
     #[inline(always)]
-    fn push(self, places: Eight, order: [u8; 8], enter: Array<8>, child: &[u32; 8], to: Top) {
+    fn push(self, met: Eight, order: [u32; 8], enter: Array<8>, child: &[u32; 8], to: Top) -> u32 {
         let mut n = 0;
-        for (place, lane) in order.into_iter().enumerate() {
-            let lane = usize::from(lane & 7);
+        for lane in order {
+            let lane = lane as usize & 7;
             to.enter[n & 7] = enter.0[lane];
             to.child[n & 7] = child[lane];
-            n += (places.bits() >> place & 1) as usize;
+            n += (met.bits() >> lane & 1) as usize;
         }
+        n as u32
     }
 
     #[inline(always)]
-    fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) {
+    fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) -> u32 {
         let mut n = 0;
         for (lane, child) in child.iter().enumerate() {
             to[n & 7] = *child;
             n += (lanes.bits() >> lane & 1) as usize;
         }
+        n as u32
+    }
+
+    #[inline(always)]
+    fn up_to(self, enter: &[f32; 8], end: f32) -> u32 {
+        enter
+            .iter()
+            .rposition(|&enter| enter <= end)
+            .map_or(0, |last| last as u32 + 1)
     }
 
     #[inline(always)]
