@@ -55,37 +55,40 @@ pub unsafe fn step<L: Level, Q: Query, T: Traveller, const N: usize>(
     mut waiting: u64,
     stacks: Stacks,
 ) {
+    // What one has found is kept while the next one is tested, so each is borrowed by itself.
+    let (all, next) = (flight.all.as_mut_ptr(), &*flight.next);
     // SAFETY: by this function's own contract.
     unsafe {
         if Q::ANY && waiting != 0 {
-            let mut before = meet::<L, Q, T, N>(level, tree, flight, take(&mut waiting));
+            let mut before = meet::<L, Q, T, N>(level, tree, all, next, take(&mut waiting));
             while waiting != 0 {
-                let met = meet::<L, Q, T, N>(level, tree, flight, take(&mut waiting));
+                let met = meet::<L, Q, T, N>(level, tree, all, next, take(&mut waiting));
                 keep::<L, Q>(level, &before, stacks);
                 before = met;
             }
             keep::<L, Q>(level, &before, stacks);
         }
         while waiting != 0 {
-            let met = meet::<L, Q, T, N>(level, tree, flight, take(&mut waiting));
+            let met = meet::<L, Q, T, N>(level, tree, all, next, take(&mut waiting));
             keep::<L, Q>(level, &met, stacks);
         }
     }
 }
 
 /// # Safety
-/// `id` is at a node of `tree`.
+/// There are `N` of `all`, and `id` is at a node of `tree`.
 #[inline(always)]
 unsafe fn meet<'t, L: Level, Q: Query, T: Traveller, const N: usize>(
     level: L,
     tree: &'t Tree,
-    flight: &mut Flight<'_, T, N>,
+    all: *mut T,
+    next: &[u32; N],
     id: usize,
 ) -> Met<'t, L> {
     // SAFETY: by this function's own contract; what is settled is what it was.
     let (node, traveller) = unsafe {
-        let node = ptr::from_ref(tree.node(flight.next[id % N])).cast_mut();
-        (&*level.settle(node), &mut *level.settle(&mut flight.all[id % N]))
+        let node = ptr::from_ref(tree.node(next[id % N])).cast_mut();
+        (&*level.settle(node), &mut *level.settle(all.add(id % N)))
     };
     let (enter, leave) = traveller.cross(level, node);
     let leave = leave.mul(level.splat8(LEAVE));

@@ -190,3 +190,36 @@ impl Slot {
         self.near.map(|at| usize::from(at) & SIDE != 0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{super::portable::Portable, *};
+    use crate::shape::triangle::Shear;
+
+    #[test]
+    fn lines_are_sheared_as_by_the_scalar_routine_whatever_axes_tie() {
+        let spread = Spread {
+            reach: 1.0,
+            origin: 0.0,
+        };
+        let numbers = [-2.0, -1.0, -1e-30, -0.0, 0.0, 0.3, 1.0, 2.0];
+        for d in numbers.iter().flat_map(|&x| {
+            let with_y = move |&y| numbers.map(|z| Vec3::new(x, y, z));
+            numbers.iter().flat_map(with_y).collect::<Vec<_>>()
+        }) {
+            let mut slot = Slot::default();
+            let ray = Ray::new(Vec3::new(0.1, 0.2, 0.3), d);
+            if !slot.set_line(Portable, &ray, spread) {
+                assert!(d.abs().max_element() == 0.0, "{d}");
+                continue;
+            }
+            let shear = Shear::new(&d);
+            assert_eq!(slot.axes.map(usize::from), shear.axes, "{d}");
+            assert_eq!(slot.shear, [shear.x, shear.y], "{d}");
+            assert_eq!(slot.o, shear.turn(&ray.o).to_array());
+            assert_eq!(slot.d, shear.turn(&d).to_array());
+            assert_eq!(slot.turn_back(&slot.d), d);
+            assert_eq!(slot.negative(), [d.x, d.y, d.z].map(f32::is_sign_negative), "{d}");
+        }
+    }
+}
