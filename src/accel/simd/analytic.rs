@@ -36,7 +36,7 @@ pub fn test<Q: Query>(slot: &mut Slot, index: u32, geometry: &Geometry, rays: &[
         });
     }
     if Q::ANY {
-        slot.stack.clear();
+        slot.course.stack.clear();
     }
     nearer
 }

@@ -2,7 +2,10 @@
 
 use std::arch::{asm, x86_64::*};
 
-use super::lanes::{Eight, Floats, Level, Mask, Top};
+use super::{
+    lanes::{Eight, Floats, Level, Mask, Top},
+    together::TOGETHER,
+};
 
 /// Known to run on a processor with AVX2 and FMA.
 #[derive(Clone, Copy)]
@@ -256,25 +259,6 @@ impl Mask for M8x2 {
         self.0.bits() | self.1.bits() << 8
     }
 }
-
-/// For each set of lanes the lanes in it, lowest first, four bits each: what moves them together. One KiB, so that it
-/// does not drive the tree from the first cache.
-static TOGETHER: [u32; 256] = {
-    let mut table = [0; 256];
-    let mut set = 0;
-    while set < 256 {
-        let (mut n, mut lane) = (0, 0);
-        while lane < 8 {
-            if set >> lane & 1 == 1 {
-                table[set] |= (lane as u32) << (4 * n);
-                n += 1;
-            }
-            lane += 1;
-        }
-        set += 1;
-    }
-    table
-};
 
 /// What moves the lanes of `set` together.
 ///

@@ -18,11 +18,12 @@ use super::{
         wide::node::{Block, DONE, EMPTY, EXIT, INSTANCE, LEAF, Node, SHAPE},
     },
     analytic,
+    course::Course,
     lanes::{Floats, Level, Mask},
     nodes::{self, Flight, Traveller, distance, enter, leave},
     query::{Best, Query},
-    scratch::{Ends, Scratch, Stacks},
-    slot::{SIDE, Slot},
+    scratch::{Scratch, Stacks},
+    slot::Slot,
     tree::Tree,
     triangle::{self, Candidates, each},
     waiting::{SLOTS, take},
@@ -175,34 +176,22 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
 impl Traveller for Slot {
     #[inline(always)]
     fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8) {
-        let [x, y, z] = self.near;
-        let near = [usize::from(x), usize::from(y), usize::from(z)];
-        let far = [near[0] ^ SIDE, near[1] ^ SIDE, near[2] ^ SIDE];
+        let course = &self.course;
         let inv = [
             level.splat8(self.inv[0]),
             level.splat8(self.inv[1]),
             level.splat8(self.inv[2]),
         ];
-        let near = |axis: usize| distance(level, node, near[axis], inv[axis], self.shift_near[axis]);
-        let far = |axis: usize| distance(level, node, far[axis], inv[axis], self.shift_far[axis]);
-        let enter = enter(level, [near(0), near(1), near(2)], self.tmin);
-        let leave = leave(level, [far(0), far(1), far(2)], self.end);
+        let near = |axis: usize| distance(level, node, course.near(axis), inv[axis], self.shift_near[axis]);
+        let far = |axis: usize| distance(level, node, course.far(axis), inv[axis], self.shift_far[axis]);
+        let enter = enter(level, [near(0), near(1), near(2)], course.tmin);
+        let leave = leave(level, [far(0), far(1), far(2)], course.end);
         (enter, leave)
     }
 
     #[inline(always)]
-    fn octant(&self) -> u8 {
-        self.octant
-    }
-
-    #[inline(always)]
-    fn end(&self) -> f32 {
-        self.end
-    }
-
-    #[inline(always)]
-    fn stack(&mut self) -> &mut Ends {
-        &mut self.stack
+    fn course(&mut self) -> &mut Course {
+        &mut self.course
     }
 }
 
@@ -266,14 +255,14 @@ fn block_step<L: Level, Q: Query, const INSTANCES: bool>(
         load3(level, b.each_ref()),
         load3(level, c.each_ref()),
     ];
-    let faces = triangle::faces(&o, slot.negative(), &corners);
+    let faces = triangle::faces(&o, slot.course.negative(), &corners);
     let meets = triangle::meet(&splat3(level, &[x, y, z]), &faces, candidates);
-    let (tmin, tmax) = (level.splat4(slot.tmin), level.splat4(slot.best.t));
+    let (tmin, tmax) = (level.splat4(slot.course.tmin), level.splat4(slot.best.t));
     let within = tmin.lt(meets.t).and(meets.t.le(tmax));
     let mut hits = within.and(meets.valid).bits();
     if Q::ANY && hits != 0 {
         slot.best.id = 0;
-        slot.stack.clear();
+        slot.course.stack.clear();
         return;
     }
     let (t, u, v) = (meets.t.to_array(), meets.u.to_array(), meets.v.to_array());
@@ -330,7 +319,7 @@ unsafe fn instance_step<L: Level>(
         let placed = &geometry.instances[number as usize];
         if slot.set_line(level, &geometry.enter(placed, ray), tree.spread.inside()) {
             inside.current = Instance(number);
-            let top = slot.stack.top as usize;
+            let top = slot.course.stack.top as usize;
             for (at, child) in [(top, EXIT), (top + 1, tree.group_root(placed.group))] {
                 // SAFETY: a stack has room for these two besides all that may wait.
                 unsafe {
@@ -338,7 +327,7 @@ unsafe fn instance_step<L: Level>(
                     *stacks.child.add(at) = child;
                 }
             }
-            slot.stack.top += 2;
+            slot.course.stack.top += 2;
             return;
         }
     }

@@ -82,6 +82,7 @@ pub trait Level: Runner {
     type F4: Floats<Array = [f32; 4]>;
     type F8: Floats<Array = [f32; 8]>;
     type F16: Floats<Array = [f32; 16]>;
+    /// Which of a node's children comes at each place.
     type Order: Copy;
 
     fn splat4(self, x: f32) -> Self::F4;
@@ -98,7 +99,7 @@ pub trait Level: Runner {
     /// The lanes whose bits are set.
     fn mask16(self, bits: u32) -> <Self::F16 as Floats>::Mask;
 
-    /// Which child comes at each place, of a node's `order` from bit `shift` on.
+    /// That of a node's `order` from bit `shift` on.
     fn order(self, order: &[u32; 8], shift: u32) -> Self::Order;
 
     /// The lanes in which `enter` is at most `leave`.

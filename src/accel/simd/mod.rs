@@ -19,6 +19,7 @@ mod analytic;
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+mod course;
 mod inflight;
 mod lanes;
 mod loops;
@@ -30,6 +31,8 @@ mod query;
 mod refit;
 mod scratch;
 mod slot;
+#[cfg(target_arch = "x86_64")]
+mod together;
 mod tree;
 mod triangle;
 mod waiting;

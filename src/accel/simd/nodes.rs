@@ -5,6 +5,7 @@ use std::ptr;
 
 use super::{
     super::{slab::LEAVE, wide::node::Node},
+    course::Course,
     lanes::{Eight, Floats, Level, Top},
     query::Query,
     scratch::{Ends, Stacks},
@@ -24,11 +25,7 @@ pub struct Flight<'s, T, const N: usize> {
 pub trait Traveller {
     /// From where to where it is in each of a node's boxes.
     fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8);
-    /// Three times the octant of its direction.
-    fn octant(&self) -> u8;
-    /// What is farther is passed over.
-    fn end(&self) -> f32;
-    fn stack(&mut self) -> &mut Ends;
+    fn course(&mut self) -> &mut Course;
 }
 
 /// Which of a node's boxes are met.
@@ -92,14 +89,15 @@ unsafe fn meet<'t, L: Level, Q: Query, T: Traveller, const N: usize>(
     };
     let (enter, leave) = traveller.cross(level, node);
     let leave = leave.mul(level.splat8(LEAVE));
-    let order = level.order(&node.order, u32::from(traveller.octant()));
+    let course = traveller.course();
+    let order = level.order(&node.order, course.octant());
     let met = if Q::ANY {
         level.met(enter, leave)
     } else {
         level.met_in(order, enter, leave)
     };
     Met {
-        stack: traveller.stack(),
+        stack: &mut course.stack,
         children: &node.child,
         order,
         met,
@@ -165,10 +163,9 @@ pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
     while waiting != 0 {
         let id = take(&mut waiting) % N;
         // SAFETY: what is settled is what it was.
-        let traveller = unsafe { &mut *level.settle(&mut flight.all[id]) };
-        let end = traveller.end();
-        let stack = traveller.stack();
-        let mut top = stack.top as usize;
+        let course = unsafe { (*level.settle(&mut flight.all[id])).course() };
+        let end = course.end;
+        let mut top = course.stack.top as usize;
         if Q::ANY {
             top -= 1;
         } else {
@@ -181,7 +178,7 @@ pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
             }
             top = top + found - 9;
         }
-        stack.top = top as u32;
+        course.stack.top = top as u32;
         // SAFETY: what is popped was pushed, or is the base.
         let child = unsafe { *stacks.child.add(top) };
         flight.next[id] = child;

@@ -62,8 +62,8 @@ impl Scratch {
             self.stride = stride;
             self.enter = vec![f32::NEG_INFINITY; SLOTS * stride];
             self.child = vec![DONE; SLOTS * stride];
-            let of_slots = self.slots.iter_mut().map(|slot| &mut slot.stack);
-            let of_packets = self.packets.iter_mut().map(|packet| &mut packet.stack);
+            let of_slots = self.slots.iter_mut().map(|slot| &mut slot.course.stack);
+            let of_packets = self.packets.iter_mut().map(|packet| &mut packet.course.stack);
             for (id, ends) in of_slots.enumerate().chain(of_packets.enumerate()) {
                 ends.base = (id * stride + BASE) as u32;
             }

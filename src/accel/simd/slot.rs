@@ -5,9 +5,9 @@ use super::{
         instance::Spread,
         slab::{END, FAR, NOISE, PAD, Planes, STEEPEST, TINY},
     },
+    course::Course,
     lanes::{Floats, Level, Mask},
     query::Best,
-    scratch::Ends,
 };
 use crate::math::{Ray, Vec3};
 
@@ -26,14 +26,7 @@ pub struct Slot {
     pub inv: [f32; 3],
     pub shift_near: [f32; 3],
     pub shift_far: [f32; 3],
-    /// Where in a node the planes lie that the ray enters boxes through, in bytes; [`SIDE`] tells the opposite ones.
-    pub near: [u8; 3],
-    /// Three times the octant of the direction.
-    pub octant: u8,
-    pub stack: Ends,
-    pub tmin: f32,
-    /// What is farther is passed over.
-    pub end: f32,
+    pub course: Course,
     pub best: Best,
     /// Beyond these no triangle's raw `t` belongs to a hit.
     pub begin: f32,
@@ -52,22 +45,6 @@ pub struct Slot {
 /// The order of the axes for one more than the main one, which comes last.
 const AXES: [[u8; 3]; 4] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
-/// [`Slot::near`] and [`Slot::octant`] for each set of axes on which the direction is negative.
-static SIDES: [[u8; 4]; 8] = {
-    let mut sides = [[0; 4]; 8];
-    let mut set: usize = 0;
-    while set < 8 {
-        let mut axis = 0;
-        while axis < 3 {
-            sides[set][axis] = ((2 * axis + (set >> axis & 1)) * SIDE) as u8;
-            axis += 1;
-        }
-        sides[set][3] = 3 * set as u8;
-        set += 1;
-    }
-    sides
-};
-
 #[inline(always)]
 fn three<F: Floats<Array = [f32; 4]>>(v: F) -> [f32; 3] {
     let [x, y, z, _] = v.to_array();
@@ -78,11 +55,11 @@ impl Slot {
     /// Whether there is anything to do for the ray.
     #[inline(always)]
     pub fn start<L: Level>(&mut self, level: L, ray: &Ray, number: usize, best: Best, spread: Spread) -> bool {
-        self.tmin = ray.tmin;
+        self.course.tmin = ray.tmin;
         self.begin = ray.tmin - ray.tmin.abs() * BEYOND;
         self.set_best(best);
         self.ray = number as u32;
-        self.stack.clear();
+        self.course.stack.clear();
         ray.tmin <= best.t && self.set_line(level, ray, spread)
     }
 
@@ -96,7 +73,7 @@ impl Slot {
     #[inline(always)]
     pub fn set_best(&mut self, best: Best) {
         self.best = best;
-        self.end = best.t * END;
+        self.course.end = best.t * END;
         self.until = best.t + best.t.abs() * BEYOND;
     }
 
@@ -132,7 +109,7 @@ impl Slot {
         let shift_far = more.select(negative, less).mul(inv);
         self.shift_near = three(shift_near);
         self.shift_far = three(shift_far);
-        self.set_octant(negative.bits());
+        self.course.set_octant(negative.bits());
 
         let steep = longest.mul(level.splat4(2.0 / STEEPEST)).lt(length);
         let finite = length.max(shift_near.abs().add(shift_far.abs()));
@@ -148,15 +125,9 @@ impl Slot {
         self.inv = planes.inv.to_array();
         self.shift_near = planes.shift_near.to_array();
         self.shift_far = planes.shift_far.to_array();
-        self.set_octant((0..3).map(|axis| u32::from(planes.negative[axis]) << axis).sum());
+        self.course
+            .set_octant((0..3).map(|axis| u32::from(planes.negative[axis]) << axis).sum());
         planes.alive
-    }
-
-    #[inline(always)]
-    fn set_octant(&mut self, negative: u32) {
-        let [x, y, z, octant] = SIDES[negative as usize & 7];
-        self.near = [x, y, z];
-        self.octant = octant;
     }
 
     /// `rows` of a corner in the order of the axes.
@@ -182,12 +153,6 @@ impl Slot {
             world[usize::from(*axis)] = *x;
         }
         Vec3::from_array(world)
-    }
-
-    /// On which axes the ray enters boxes through their larger side.
-    #[inline(always)]
-    pub fn negative(&self) -> [bool; 3] {
-        self.near.map(|at| usize::from(at) & SIDE != 0)
     }
 }
 
@@ -219,7 +184,11 @@ mod tests {
             assert_eq!(slot.o, shear.turn(&ray.o).to_array());
             assert_eq!(slot.d, shear.turn(&d).to_array());
             assert_eq!(slot.turn_back(&slot.d), d);
-            assert_eq!(slot.negative(), [d.x, d.y, d.z].map(f32::is_sign_negative), "{d}");
+            assert_eq!(
+                slot.course.negative(),
+                [d.x, d.y, d.z].map(f32::is_sign_negative),
+                "{d}"
+            );
         }
     }
 }

@@ -59,8 +59,8 @@ pub unsafe fn leaf_step<L: Level, Q: Query>(
     if nearer {
         packet.set_ends(level);
         // Nothing is left to ask.
-        if Q::ANY && packet.end == f32::NEG_INFINITY {
-            packet.stack.clear();
+        if Q::ANY && packet.course.end == f32::NEG_INFINITY {
+            packet.course.stack.clear();
         }
     }
 }
@@ -100,7 +100,7 @@ impl Packet {
             load3(level, b.each_ref()),
             load3(level, c.each_ref()),
         ];
-        let own = faces(&o, self.negative(), &world);
+        let own = faces(&o, self.course.negative(), &world);
         let (near, far) = (arrays(own.near), arrays(own.far));
         let mut met = false;
         while seen != 0 {
@@ -141,7 +141,7 @@ impl Packet {
                 each(spread(level, self.turn(b), k), turned, L::F16::sub),
                 each(spread(level, self.turn(c), k), turned, L::F16::sub),
             ];
-            let negative = self.negative();
+            let negative = self.course.negative();
             let faces = || {
                 let world = [
                     spread(level, a.each_ref(), k),

@@ -17,11 +17,11 @@ use super::{
         Geometry,
         wide::node::{DONE, Node},
     },
+    course::Course,
     lanes::Level,
     nodes::{self, Flight, Traveller, distance, enter, leave},
     query::Query,
-    scratch::{Ends, PACKETS, Scratch},
-    slot::SIDE,
+    scratch::{PACKETS, Scratch},
     tree::Tree,
     waiting::take,
 };
@@ -245,7 +245,7 @@ pub fn trace<L: Level, Q: Query>(
             // SAFETY: the packet waits at a leaf of this tree.
             unsafe { leaf_step::<L, Q>(level, &mut flight.all[id], flight.next[id], tree, geometry, rays) };
             if Q::ANY && flight.all[id].cost > DEAR {
-                flight.all[id].stack.clear();
+                flight.all[id].course.stack.clear();
             }
         }
         // SAFETY: the stacks are theirs.
@@ -260,39 +260,24 @@ pub fn trace<L: Level, Q: Query>(
 impl Traveller for Packet {
     #[inline(always)]
     fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8) {
+        let course = &self.course;
         let near = |axis: usize| {
             let inv = level.splat8(self.inv_near[axis]);
-            distance(level, node, usize::from(self.near[axis]), inv, self.shift_near[axis])
+            distance(level, node, course.near(axis), inv, self.shift_near[axis])
         };
         let far = |axis: usize| {
             let inv = level.splat8(self.inv_far[axis]);
-            distance(
-                level,
-                node,
-                usize::from(self.near[axis]) ^ SIDE,
-                inv,
-                self.shift_far[axis],
-            )
+            distance(level, node, course.far(axis), inv, self.shift_far[axis])
         };
-        let enter = enter(level, [near(0), near(1), near(2)], self.tmin);
-        let leave = leave(level, [far(0), far(1), far(2)], self.end);
+        let enter = enter(level, [near(0), near(1), near(2)], course.tmin);
+        let leave = leave(level, [far(0), far(1), far(2)], course.end);
         self.cost += 1;
         (enter, leave)
     }
 
     #[inline(always)]
-    fn octant(&self) -> u8 {
-        self.octant
-    }
-
-    #[inline(always)]
-    fn end(&self) -> f32 {
-        self.end
-    }
-
-    #[inline(always)]
-    fn stack(&mut self) -> &mut Ends {
-        &mut self.stack
+    fn course(&mut self) -> &mut Course {
+        &mut self.course
     }
 }
 

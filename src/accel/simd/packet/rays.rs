@@ -6,10 +6,10 @@ use super::{
             Instance,
             slab::{END, FAR, PAD, STEEPEST, TINY},
         },
+        course::Course,
         lanes::{Floats, Level, Mask},
         query::{Best, NOTHING, Query},
-        scratch::Ends,
-        slot::{BEYOND, SIDE},
+        slot::BEYOND,
         triangle::{Vec3s, each},
     },
     RAYS,
@@ -33,14 +33,8 @@ pub struct Packet {
     pub inv_far: [f32; 4],
     pub shift_near: [f32; 4],
     pub shift_far: [f32; 4],
-    /// See [`super::super::slot::Slot`].
-    pub near: [u8; 3],
-    pub octant: u8,
-    pub stack: Ends,
-    /// The least way along the main axis at which a ray begins.
-    pub tmin: f32,
-    /// What is farther along is passed over by all.
-    pub end: f32,
+    /// It begins and ends by ways along the main axis, the least and the greatest of all rays.
+    pub course: Course,
     /// Whether all rays start in one place.
     pub shared: bool,
     /// See [`Shear`]: the order of the axes, which is the same for all rays; each below three.
@@ -220,19 +214,17 @@ impl Packet {
             };
         }
         self.shared = apart == 0.0;
-        for (axis, below) in sorted.below.into_iter().enumerate() {
-            self.near[axis] = ((2 * axis + usize::from(below != 0)) * SIDE) as u8;
-        }
-        self.octant = 3 * (sorted.below[0] & 1 | sorted.below[1] & 2 | sorted.below[2] & 4) as u8;
+        let [x, y, z] = sorted.below;
+        self.course.set_octant(x & 1 | y & 2 | z & 4);
         self.aim(&d, &inv, Shear::new(&ray.d).axes);
         let speed = level.load16(&self.d[2].0).abs();
         self.enclose([&o, &d, &inv], tmax, speed, reach);
-        self.stack.clear();
+        self.course.stack.clear();
         self.cost = 0;
         self.list = list.ids;
         self.count = list.len;
         self.tmins.0 = tmin.to_array();
-        self.tmin = tmin.mul_sub(speed, level.load16(&self.behind.0)).lowest();
+        self.course.tmin = tmin.mul_sub(speed, level.load16(&self.behind.0)).lowest();
         self.begin.0 = tmin.mul(level.splat16(1.0 - BEYOND)).to_array();
         self.t.0 = tmax.to_array();
         self.u = Each([0.0; RAYS]);
@@ -257,7 +249,7 @@ impl Packet {
             self.inv[axis].0 = inv[axis].to_array();
         }
         let [x, y, main] = self.axes.map(usize::from);
-        let negative = self.negative();
+        let negative = self.course.negative();
         let start = self.first(o, main);
         let sign = if negative[main] { -1.0 } else { 1.0 };
         let behind = speed.fill(start).sub(o[main]).mul(speed.fill(sign));
@@ -295,7 +287,7 @@ impl Packet {
     fn first<F: Floats>(&self, o: &Vec3s<F>, axis: usize) -> f32 {
         if self.shared {
             self.origin[axis]
-        } else if self.negative()[axis] {
+        } else if self.course.negative()[axis] {
             o[axis].highest()
         } else {
             o[axis].lowest()
@@ -306,7 +298,7 @@ impl Packet {
     /// that does last.
     #[inline(always)]
     fn set_line(&mut self, axis: usize, from: f32, [first, near, last, far]: [f32; 4]) {
-        let sign = if self.negative()[axis] { -1.0 } else { 1.0 };
+        let sign = if self.course.negative()[axis] { -1.0 } else { 1.0 };
         let (from, pad) = (from * sign, from.abs() * (2.0 * PAD) + 4.0 * TINY);
         (self.inv_near[axis], self.shift_near[axis]) = (sign * near, (from + pad) * near - first);
         (self.inv_far[axis], self.shift_far[axis]) = (sign * far, (from - pad) * far - last);
@@ -346,7 +338,7 @@ impl Packet {
         let t = level.load16(&self.t.0);
         self.until.0 = t.add(t.abs().mul(level.splat16(BEYOND))).to_array();
         let speed = level.load16(&self.d[2].0).abs();
-        self.end = t.mul_sub(speed, level.load16(&self.behind.0)).highest() * END;
+        self.course.end = t.mul_sub(speed, level.load16(&self.behind.0)).highest() * END;
     }
 
     /// Writes the answers.
@@ -373,11 +365,5 @@ impl Packet {
     /// The numbers of the rays, with their lanes.
     pub fn rays(&self) -> impl Iterator<Item = (usize, u32)> + use<> {
         self.list.into_iter().enumerate().take(self.count)
-    }
-
-    /// On which axes the rays enter boxes through their larger side.
-    #[inline(always)]
-    pub fn negative(&self) -> [bool; 3] {
-        self.near.map(|at| usize::from(at) & SIDE != 0)
     }
 }
