@@ -18,7 +18,7 @@ pub fn test<Q: Query>(slot: &mut Slot, index: u32, geometry: &Geometry, rays: &[
         ..rays[slot.ray as usize]
     };
     // Shapes stand in the world, and so does the slot's line here.
-    let [x, y, z] = slot.inv;
+    let [x, y, z] = slot.course.inv;
     let slabs = Slabs {
         o: ray.o,
         inv: Vec3::new(x, y, z),

@@ -4,6 +4,7 @@ use std::arch::{asm, x86_64::*};
 
 use super::{
     lanes::{Eight, Floats, Level, Mask, Top},
+    pair::Pair,
     together::TOGETHER,
 };
 
@@ -27,7 +28,7 @@ macro_rules! floats {
         $and:ident, $or:ident, $xor:ident, $andnot:ident, $splat:ident, $cmp:ident,
         { $( $op:ident = $intrinsic:ident; )* }
         { $( $test:ident = $predicate:ident; )* }
-        $fmsub:ident $lowest:ident $highest:ident
+        $fmadd:ident $fmsub:ident $lowest:ident $highest:ident
     ) => {
         #[derive(Clone, Copy)]
         pub struct $floats(pub(super) $raw);
@@ -64,6 +65,11 @@ macro_rules! floats {
             fn fill(self, x: f32) -> Self {
                 // SAFETY: the value came from a level's token.
                 Self(unsafe { $splat(x) })
+            }
+            #[inline(always)]
+            fn mul_add(self, b: Self, c: Self) -> Self {
+                // SAFETY: the values came from a level's token.
+                Self(unsafe { $fmadd(self.0, b.0, c.0) })
             }
             #[inline(always)]
             fn mul_sub(self, b: Self, c: Self) -> Self {
@@ -122,7 +128,7 @@ floats! {
     _mm_and_ps, _mm_or_ps, _mm_xor_ps, _mm_andnot_ps, _mm_set1_ps, _mm_cmp_ps,
     { add = _mm_add_ps; sub = _mm_sub_ps; mul = _mm_mul_ps; div = _mm_div_ps; min = _mm_min_ps; max = _mm_max_ps; }
     { le = _CMP_LE_OQ; lt = _CMP_LT_OQ; eq = _CMP_EQ_OQ; differs = _CMP_NEQ_OQ; }
-    _mm_fmsub_ps lowest4 highest4
+    _mm_fmadd_ps _mm_fmsub_ps lowest4 highest4
 }
 
 floats! {
@@ -133,7 +139,7 @@ floats! {
         min = _mm256_min_ps; max = _mm256_max_ps;
     }
     { le = _CMP_LE_OQ; lt = _CMP_LT_OQ; eq = _CMP_EQ_OQ; differs = _CMP_NEQ_OQ; }
-    _mm256_fmsub_ps lowest8 highest8
+    _mm256_fmadd_ps _mm256_fmsub_ps lowest8 highest8
 }
 
 /// Declares a horizontal minimum or maximum.
@@ -159,107 +165,6 @@ macro_rules! reductions {
 reductions!(lowest4, lowest8, _mm_min_ps);
 reductions!(highest4, highest8, _mm_max_ps);
 
-/// Sixteen floats in two registers.
-#[derive(Clone, Copy)]
-pub struct F8x2(F8, F8);
-
-#[derive(Clone, Copy)]
-pub struct M8x2(M8, M8);
-
-impl Floats for F8x2 {
-    type Mask = M8x2;
-    type Array = [f32; 16];
-
-    #[inline(always)]
-    fn to_array(self) -> [f32; 16] {
-        let (a, b) = (self.0.to_array(), self.1.to_array());
-        std::array::from_fn(|i| if i < 8 { a[i] } else { b[i - 8] })
-    }
-    #[inline(always)]
-    fn fill(self, x: f32) -> Self {
-        Self(self.0.fill(x), self.1.fill(x))
-    }
-    #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        Self(self.0.add(b.0), self.1.add(b.1))
-    }
-    #[inline(always)]
-    fn sub(self, b: Self) -> Self {
-        Self(self.0.sub(b.0), self.1.sub(b.1))
-    }
-    #[inline(always)]
-    fn mul(self, b: Self) -> Self {
-        Self(self.0.mul(b.0), self.1.mul(b.1))
-    }
-    #[inline(always)]
-    fn div(self, b: Self) -> Self {
-        Self(self.0.div(b.0), self.1.div(b.1))
-    }
-    #[inline(always)]
-    fn mul_sub(self, b: Self, c: Self) -> Self {
-        Self(self.0.mul_sub(b.0, c.0), self.1.mul_sub(b.1, c.1))
-    }
-    #[inline(always)]
-    fn min(self, b: Self) -> Self {
-        Self(self.0.min(b.0), self.1.min(b.1))
-    }
-    #[inline(always)]
-    fn max(self, b: Self) -> Self {
-        Self(self.0.max(b.0), self.1.max(b.1))
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        Self(self.0.abs(), self.1.abs())
-    }
-    #[inline(always)]
-    fn with_sign_of(self, b: Self) -> Self {
-        Self(self.0.with_sign_of(b.0), self.1.with_sign_of(b.1))
-    }
-    #[inline(always)]
-    fn le(self, b: Self) -> M8x2 {
-        M8x2(self.0.le(b.0), self.1.le(b.1))
-    }
-    #[inline(always)]
-    fn lt(self, b: Self) -> M8x2 {
-        M8x2(self.0.lt(b.0), self.1.lt(b.1))
-    }
-    #[inline(always)]
-    fn eq(self, b: Self) -> M8x2 {
-        M8x2(self.0.eq(b.0), self.1.eq(b.1))
-    }
-    #[inline(always)]
-    fn differs(self, b: Self) -> M8x2 {
-        M8x2(self.0.differs(b.0), self.1.differs(b.1))
-    }
-    #[inline(always)]
-    fn select(self, mask: M8x2, b: Self) -> Self {
-        Self(self.0.select(mask.0, b.0), self.1.select(mask.1, b.1))
-    }
-    #[inline(always)]
-    fn lowest(self) -> f32 {
-        self.0.min(self.1).lowest()
-    }
-    #[inline(always)]
-    fn highest(self) -> f32 {
-        self.0.max(self.1).highest()
-    }
-}
-
-impl Mask for M8x2 {
-    #[inline(always)]
-    fn and(self, b: Self) -> Self {
-        Self(self.0.and(b.0), self.1.and(b.1))
-    }
-    #[inline(always)]
-    fn or(self, b: Self) -> Self {
-        Self(self.0.or(b.0), self.1.or(b.1))
-    }
-    #[inline(always)]
-    fn bits(self) -> u32 {
-        self.0.bits() | self.1.bits() << 8
-    }
-}
-
 /// What moves the lanes of `set` together.
 ///
 /// # Safety
@@ -268,10 +173,29 @@ impl Mask for M8x2 {
 unsafe fn together(set: Eight) -> __m256i {
     // SAFETY: by this function's own contract.
     unsafe {
-        let lanes = _mm256_set1_epi32(TOGETHER[set.bits() as usize] as i32);
+        let lanes = _mm256_set1_epi32(*TOGETHER.get_unchecked(set.bits() as usize) as i32);
         // What is left above the lowest three bits, permutations do not look at.
         _mm256_srlv_epi32(lanes, _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28))
     }
+}
+
+/// The same, which the compiler does not know: it would rather load each number into all lanes by itself.
+/// The same, of which the compiler no longer knows where it came from: it would load each number into all lanes by itself,
+/// and the processor loads half as many vectors in a cycle as it shuffles.
+#[inline(always)]
+fn opaque4(mut v: __m128) -> __m128 {
+    // SAFETY: there is no instruction.
+    unsafe { asm!("/* {0} */", inout(xmm_reg) v, options(pure, nomem, nostack, preserves_flags)) };
+    v
+}
+
+/// As [`opaque4`].
+#[inline]
+#[target_feature(enable = "avx")]
+fn opaque8(mut v: __m256) -> __m256 {
+    // SAFETY: there is no instruction.
+    unsafe { asm!("/* {0} */", inout(ymm_reg) v, options(pure, nomem, nostack, preserves_flags)) };
+    v
 }
 
 /// The children's order, in the lowest three bits of each lane.
@@ -281,7 +205,7 @@ pub struct Order(__m256i);
 impl Level for Avx2 {
     type F4 = F4;
     type F8 = F8;
-    type F16 = F8x2;
+    type F16 = Pair<F8>;
     type Order = Order;
 
     #[inline(always)]
@@ -295,8 +219,34 @@ impl Level for Avx2 {
         F8(unsafe { _mm256_set1_ps(x) })
     }
     #[inline(always)]
-    fn splat16(self, x: f32) -> F8x2 {
-        F8x2(self.splat8(x), self.splat8(x))
+    fn splat16(self, x: f32) -> Pair<F8> {
+        Pair(self.splat8(x), self.splat8(x))
+    }
+    #[inline(always)]
+    fn four4(self, x: &[f32; 4]) -> [F4; 4] {
+        // SAFETY: the token says that the processor has AVX2; the array is as long as the vector.
+        unsafe {
+            let v = opaque4(_mm_loadu_ps(x.as_ptr()));
+            [
+                F4(_mm_permute_ps::<0x00>(v)),
+                F4(_mm_permute_ps::<0x55>(v)),
+                F4(_mm_permute_ps::<0xaa>(v)),
+                F4(_mm_permute_ps::<0xff>(v)),
+            ]
+        }
+    }
+    #[inline(always)]
+    fn four8(self, x: &[f32; 4]) -> [F8; 4] {
+        // SAFETY: the token says that the processor has AVX2; the array is as long as half a vector.
+        unsafe {
+            let v = opaque8(_mm256_broadcast_ps(&*x.as_ptr().cast()));
+            [
+                F8(_mm256_permute_ps::<0x00>(v)),
+                F8(_mm256_permute_ps::<0x55>(v)),
+                F8(_mm256_permute_ps::<0xaa>(v)),
+                F8(_mm256_permute_ps::<0xff>(v)),
+            ]
+        }
     }
     #[inline(always)]
     fn load4(self, x: &[f32; 4]) -> F4 {
@@ -309,9 +259,9 @@ impl Level for Avx2 {
         F8(unsafe { _mm256_loadu_ps(x.as_ptr()) })
     }
     #[inline(always)]
-    fn load16(self, x: &[f32; 16]) -> F8x2 {
+    fn load16(self, x: &[f32; 16]) -> Pair<F8> {
         // SAFETY: the token says that the processor has AVX2; the array is as long as two vectors.
-        F8x2(
+        Pair(
             F8(unsafe { _mm256_loadu_ps(x.as_ptr()) }),
             F8(unsafe { _mm256_loadu_ps(x[8..].as_ptr()) }),
         )
@@ -354,11 +304,11 @@ impl Level for Avx2 {
         F4(unsafe { _mm_permutevar_ps(v.0, _mm_loadu_si128(lanes)) })
     }
     #[inline(always)]
-    fn join(self, first: F8, second: F8) -> F8x2 {
-        F8x2(first, second)
+    fn join(self, first: F8, second: F8) -> Pair<F8> {
+        Pair(first, second)
     }
     #[inline(always)]
-    fn mask16(self, bits: u32) -> M8x2 {
+    fn mask16(self, bits: u32) -> Pair<M8> {
         let half = |bits: u32| {
             // SAFETY: the token says that the processor has AVX2.
             unsafe {
@@ -367,15 +317,15 @@ impl Level for Avx2 {
                 M8(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lanes)))
             }
         };
-        M8x2(half(bits & 0xff), half(bits >> 8))
+        Pair(half(bits & 0xff), half(bits >> 8))
     }
 
     #[inline(always)]
-    fn order(self, order: &[u32; 8], shift: u32) -> Order {
-        // SAFETY: the token says that the processor has AVX2; the array is as long as the vector.
+    fn order(self, order: &[u32; 8], shift: &[u32; 4]) -> Order {
+        // SAFETY: the token says that the processor has AVX2; the arrays are as long as the vectors.
         Order(unsafe {
             let order = _mm256_loadu_si256(order.as_ptr().cast());
-            _mm256_srl_epi32(order, _mm_cvtsi32_si128(shift as i32))
+            _mm256_srl_epi32(order, _mm_loadu_si128(shift.as_ptr().cast()))
         })
     }
 
@@ -420,20 +370,20 @@ impl Level for Avx2 {
 
     #[inline(always)]
     fn up_to(self, enter: &[f32; 8], end: f32) -> u32 {
-        32 - self.load8(enter).le(self.splat8(end)).bits().leading_zeros()
+        self.load8(enter).le(self.splat8(end)).bits()
     }
 
     #[inline(always)]
-    fn top_bits<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
+    fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
         let mut bits = [0; 2];
         for (i, eight) in words.as_chunks::<8>().0.iter().enumerate() {
             // SAFETY: the token says that the processor has AVX2; the array is as long as the vector.
             let [first, second] = unsafe {
                 let eight = _mm256_loadu_si256(eight.as_ptr().cast());
-                let shifted = _mm256_slli_epi32::<1>(eight);
+                let [first, second] = [_mm256_slli_epi32::<31>(eight), _mm256_slli_epi32::<30>(eight)];
                 [
-                    _mm256_movemask_ps(_mm256_castsi256_ps(eight)) as u64,
-                    _mm256_movemask_ps(_mm256_castsi256_ps(shifted)) as u64,
+                    _mm256_movemask_ps(_mm256_castsi256_ps(first)) as u64,
+                    _mm256_movemask_ps(_mm256_castsi256_ps(second)) as u64,
                 ]
             };
             bits[0] |= first << (8 * i);

@@ -87,6 +87,11 @@ impl Floats for F16 {
         Self(unsafe { _mm512_set1_ps(x) })
     }
     #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        // SAFETY: the values came from a level's token.
+        Self(unsafe { _mm512_fmadd_ps(self.0, b.0, c.0) })
+    }
+    #[inline(always)]
     fn mul_sub(self, b: Self, c: Self) -> Self {
         // SAFETY: the values came from a level's token.
         Self(unsafe { _mm512_fmsub_ps(self.0, b.0, c.0) })
@@ -138,6 +143,14 @@ impl Level for Avx512 {
         F16(unsafe { _mm512_set1_ps(x) })
     }
     #[inline(always)]
+    fn four4(self, x: &[f32; 4]) -> [F4; 4] {
+        self.0.four4(x)
+    }
+    #[inline(always)]
+    fn four8(self, x: &[f32; 4]) -> [F8; 4] {
+        self.0.four8(x)
+    }
+    #[inline(always)]
     fn load4(self, x: &[f32; 4]) -> F4 {
         self.0.load4(x)
     }
@@ -169,7 +182,7 @@ impl Level for Avx512 {
     }
 
     #[inline(always)]
-    fn order(self, order: &[u32; 8], shift: u32) -> Order {
+    fn order(self, order: &[u32; 8], shift: &[u32; 4]) -> Order {
         self.0.order(order, shift)
     }
 
@@ -199,15 +212,15 @@ impl Level for Avx512 {
     }
 
     #[inline(always)]
-    fn top_bits<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
+    fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
         let mut bits = [0; 2];
         for (i, sixteen) in words.as_chunks::<16>().0.iter().enumerate() {
             // SAFETY: the token says that the processor has AVX-512; the array is as long as the vector.
             let [first, second] = unsafe {
                 let sixteen = _mm512_loadu_si512(sixteen.as_ptr().cast());
                 [
-                    _mm512_movepi32_mask(sixteen),
-                    _mm512_movepi32_mask(_mm512_slli_epi32::<1>(sixteen)),
+                    _mm512_test_epi32_mask(sixteen, _mm512_set1_epi32(1)),
+                    _mm512_test_epi32_mask(sixteen, _mm512_set1_epi32(2)),
                 ]
             };
             bits[0] |= u64::from(first) << (16 * i);

@@ -15,12 +15,12 @@ use super::{
     super::{
         Geometry, Instance,
         instance::Spread,
-        wide::node::{Block, DONE, EMPTY, EXIT, INSTANCE, LEAF, Node, SHAPE},
+        wide::node::{Block, DONE, EMPTY, EXIT, INSTANCE, Node, SHAPE, number},
     },
     analytic,
     course::Course,
     lanes::{Floats, Level, Mask},
-    nodes::{self, Flight, Traveller, distance, enter, leave},
+    nodes::{self, Flight, Traveller},
     query::{Best, Query},
     scratch::{Scratch, Stacks},
     slot::Slot,
@@ -114,7 +114,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
     scratch: &mut Scratch,
 ) {
     scratch.prepare(tree);
-    let stacks = scratch.stacks();
+    let (starts, stacks) = (tree.starts(), scratch.stacks());
     let inside = &mut *scratch.inside;
     let mut flight = Flight {
         all: &mut scratch.slots,
@@ -137,7 +137,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
         active |= 1 << id;
     }
     while active != 0 {
-        let [leaf, shape_or_done] = level.top_bits(flight.next);
+        let [leaf, shape_or_done] = level.flags(flight.next);
         let mut done = active & shape_or_done & !leaf;
         while done != 0 {
             let id = take(&mut done);
@@ -169,24 +169,14 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
             }
         }
         // SAFETY: the stacks are theirs.
-        unsafe { nodes::pop::<L, Q, _, SLOTS>(level, tree, &mut flight, at_node | at_leaf, stacks) };
+        unsafe { nodes::pop::<L, Q, _, SLOTS>(level, &starts, &mut flight, at_node | at_leaf, stacks) };
     }
 }
 
 impl Traveller for Slot {
     #[inline(always)]
     fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8) {
-        let course = &self.course;
-        let inv = [
-            level.splat8(self.inv[0]),
-            level.splat8(self.inv[1]),
-            level.splat8(self.inv[2]),
-        ];
-        let near = |axis: usize| distance(level, node, course.near(axis), inv[axis], self.shift_near[axis]);
-        let far = |axis: usize| distance(level, node, course.far(axis), inv[axis], self.shift_far[axis]);
-        let enter = enter(level, [near(0), near(1), near(2)], course.tmin);
-        let leave = leave(level, [far(0), far(1), far(2)], course.end);
-        (enter, leave)
+        self.course.cross(level, node, None)
     }
 
     #[inline(always)]
@@ -211,14 +201,15 @@ unsafe fn leaf_step<L: Level, Q: Query, const INSTANCES: bool>(
 ) {
     if leaf & SHAPE != 0 {
         if leaf != EMPTY {
-            let placed = analytic::test::<Q>(slot, leaf & !(LEAF | SHAPE), geometry, rays);
+            let placed = analytic::test::<Q>(slot, number(leaf), geometry, rays);
             inside.best = if placed { Instance::NONE } else { inside.best };
         }
         return;
     }
     // SAFETY: by this function's own contract.
     for block in unsafe { tree.leaf(leaf) } {
-        let (o, d) = (splat3(level, &slot.o), splat3(level, &slot.d));
+        let [[x, y, z, begin], [dx, dy, dz, until]] = slot.line(level);
+        let (o, d) = ([x, y, z], [dx, dy, dz]);
         let shear = [level.splat4(slot.shear[0]), level.splat4(slot.shear[1])];
         let [a, b, c] = &block.corners;
         let corners = [
@@ -230,7 +221,6 @@ unsafe fn leaf_step<L: Level, Q: Query, const INSTANCES: bool>(
         // Often one of the triangles is met somewhere, seldom between the ray's ends: one branch that can be foretold is
         // faster than two.
         let plane = triangle::plane(&corners);
-        let (begin, until) = (level.splat4(slot.begin), level.splat4(slot.until));
         let candidates = triangle::candidates(d, &plane, sides, begin, until);
         if candidates.mask.bits() != 0 {
             block_step::<L, Q, INSTANCES>(level, slot, inside, block, &candidates);
@@ -247,7 +237,7 @@ fn block_step<L: Level, Q: Query, const INSTANCES: bool>(
     block: &Block,
     candidates: &Candidates<L::F4>,
 ) {
-    let [x, y, z] = slot.inv;
+    let [x, y, z] = slot.course.inv;
     let o = splat3(level, &slot.turn_back(&slot.o).to_array());
     let [a, b, c] = &block.corners;
     let corners = [
@@ -315,19 +305,19 @@ unsafe fn instance_step<L: Level>(
         return;
     }
     if leaf != EXIT {
-        let number = leaf & !(LEAF | SHAPE | INSTANCE);
+        let number = number(leaf);
         let placed = &geometry.instances[number as usize];
         if slot.set_line(level, &geometry.enter(placed, ray), tree.spread.inside()) {
             inside.current = Instance(number);
             let top = slot.course.stack.top as usize;
-            for (at, child) in [(top, EXIT), (top + 1, tree.group_root(placed.group))] {
+            for (at, child) in [(top, EXIT), (top - 1, tree.group_root(placed.group))] {
                 // SAFETY: a stack has room for these two besides all that may wait.
                 unsafe {
                     *stacks.enter.add(at) = f32::NEG_INFINITY;
                     *stacks.child.add(at) = child;
                 }
             }
-            slot.course.stack.top += 2;
+            slot.course.stack.top -= 2;
             return;
         }
     }

@@ -4,8 +4,6 @@
 //! instructions. A level's type is a token: to have one is to know that the processor can do it, so the operations
 //! themselves are safe.
 
-use std::hint::assert_unchecked;
-
 use crate::math::Runner;
 
 /// Floats side by side.
@@ -24,6 +22,8 @@ pub trait Floats: Copy {
     fn sub(self, b: Self) -> Self;
     fn mul(self, b: Self) -> Self;
     fn div(self, b: Self) -> Self;
+    /// `self * b + c`.
+    fn mul_add(self, b: Self, c: Self) -> Self;
     /// `self * b - c`.
     fn mul_sub(self, b: Self, c: Self) -> Self;
     /// The smaller one; `b` where either is NaN.
@@ -65,13 +65,11 @@ impl Eight {
 
     #[inline(always)]
     pub fn bits(self) -> u32 {
-        // SAFETY: by the contract of its constructor.
-        unsafe { assert_unchecked(self.0 < 256) };
         self.0
     }
 }
 
-/// Where the children that a ray meets go: the ends of its two lists.
+/// Where the children that a ray meets go: before those in its two lists.
 pub struct Top<'a> {
     pub enter: &'a mut [f32; 8],
     pub child: &'a mut [u32; 8],
@@ -88,6 +86,10 @@ pub trait Level: Runner {
     fn splat4(self, x: f32) -> Self::F4;
     fn splat8(self, x: f32) -> Self::F8;
     fn splat16(self, x: f32) -> Self::F16;
+    /// Each of them in all lanes.
+    fn four4(self, x: &[f32; 4]) -> [Self::F4; 4];
+    /// Each of them in all lanes.
+    fn four8(self, x: &[f32; 4]) -> [Self::F8; 4];
     fn load4(self, x: &[f32; 4]) -> Self::F4;
     fn load8(self, x: &[f32; 8]) -> Self::F8;
     fn load16(self, x: &[f32; 16]) -> Self::F16;
@@ -99,8 +101,8 @@ pub trait Level: Runner {
     /// The lanes whose bits are set.
     fn mask16(self, bits: u32) -> <Self::F16 as Floats>::Mask;
 
-    /// That of a node's `order` from bit `shift` on.
-    fn order(self, order: &[u32; 8], shift: u32) -> Self::Order;
+    /// That of a node's `order` from bit `shift` on; the first two of which are one number of 64 bits.
+    fn order(self, order: &[u32; 8], shift: &[u32; 4]) -> Self::Order;
 
     /// The lanes in which `enter` is at most `leave`.
     fn met(self, enter: Self::F8, leave: Self::F8) -> Eight;
@@ -108,19 +110,19 @@ pub trait Level: Runner {
     /// The lanes in which `enter` is at most `leave`, as [`Level::push`] wants them: themselves or their places in the order.
     fn met_in(self, order: Self::Order, enter: Self::F8, leave: Self::F8) -> Eight;
 
-    /// Writes the children that are met in their order, with their `enter`; what is behind them in `to` is undefined. Returns
-    /// how many there are.
+    /// Writes the children that are met in their order to the end of `to`, with their `enter`; what is before them is undefined.
+    /// Returns how many there are.
     fn push(self, met: Eight, order: Self::Order, enter: Self::F8, child: &[u32; 8], to: Top) -> u32;
 
-    /// Writes the children of these lanes, as they come; returns how many there are.
+    /// Writes the children of these lanes to the end of `to`, as they come; returns how many there are.
     fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) -> u32;
 
-    /// How many of `enter` there are up to the last that is at most `end`.
+    /// A set of which the lowest is the first of `enter` that is at most `end`.
     fn up_to(self, enter: &[f32; 8], end: f32) -> u32;
 
-    /// The sets of those `words` whose highest bit, and whose second highest one, is set; a multiple of sixteen of them, at
+    /// The sets of those `words` whose lowest bit, and whose second lowest one, is set; a multiple of sixteen of them, at
     /// most 64.
-    fn top_bits<const N: usize>(self, words: &[u32; N]) -> [u64; 2];
+    fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2];
 
     /// The place of each of the `keys`, of which no two are the same, in their order; a multiple of sixteen of them, at most
     /// 64.

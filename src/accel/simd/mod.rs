@@ -26,6 +26,8 @@ mod loops;
 mod nodes;
 mod packet;
 pub mod pages;
+#[cfg(target_arch = "x86_64")]
+mod pair;
 mod portable;
 mod query;
 mod refit;

@@ -9,8 +9,7 @@ use super::{
     lanes::{Eight, Floats, Level, Top},
     query::Query,
     scratch::{Ends, Stacks},
-    slot::SIDE,
-    tree::Tree,
+    tree::{Starts, Tree},
     waiting::take,
 };
 
@@ -111,41 +110,21 @@ unsafe fn meet<'t, L: Level, Q: Query, T: Traveller, const N: usize>(
 /// The stack exists and is among `stacks`, which were made for the node's tree.
 #[inline(always)]
 unsafe fn keep<L: Level, Q: Query>(level: L, met: &Met<'_, L>, stacks: Stacks) {
-    // SAFETY: by this function's own contract; a stack has room for all that may wait and for a store of eight above it.
-    let (stack, to) = unsafe {
-        let top = (*met.stack).top as usize;
+    // SAFETY: by this function's own contract; a stack has room for all that may wait and for a store of eight before it.
+    let (stack, top, to) = unsafe {
+        let top = (*met.stack).top;
         let to = Top {
-            enter: &mut *stacks.enter.add(top).cast(),
-            child: &mut *stacks.child.add(top).cast(),
+            enter: &mut *stacks.enter.add(top as usize).sub(7).cast(),
+            child: &mut *stacks.child.add(top as usize).sub(7).cast(),
         };
-        (&mut *met.stack, to)
+        (&mut *met.stack, top, to)
     };
-    stack.top += if Q::ANY {
+    let count = if Q::ANY {
         level.push_any(met.met, met.children, to.child)
     } else {
         level.push(met.met, met.order, met.enter, met.children, to)
     };
-}
-
-/// Where a ray meets one of the planes of each box; `at` is where in the node the plane lies, in bytes.
-#[inline(always)]
-pub fn distance<L: Level>(level: L, node: &Node, at: usize, inv: L::F8, shift: f32) -> L::F8 {
-    debug_assert!(at.is_multiple_of(SIDE) && at < size_of_val(&node.planes));
-    // SAFETY: there are six planes, and the caller's number is twice an axis plus a side.
-    let planes = unsafe { &*node.planes.as_ptr().byte_add(at) };
-    level.load8(planes).mul_sub(inv, level.splat8(shift))
-}
-
-/// The last of three distances, and not before `begin`. One that is not a number does not count.
-#[inline(always)]
-pub fn enter<L: Level>(level: L, [x, y, z]: [L::F8; 3], begin: f32) -> L::F8 {
-    x.max(y.max(z.max(level.splat8(begin))))
-}
-
-/// The first of three distances, and not after `end`; as [`enter`].
-#[inline(always)]
-pub fn leave<L: Level>(level: L, [x, y, z]: [L::F8; 3], end: f32) -> L::F8 {
-    x.min(y.min(z.min(level.splat8(end))))
+    stack.top = top - count;
 }
 
 /// Takes for all that `waiting` says of the topmost child that is not too far from its stack: that comes next.
@@ -155,7 +134,7 @@ pub fn leave<L: Level>(level: L, [x, y, z]: [L::F8; 3], end: f32) -> L::F8 {
 #[inline(always)]
 pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
     level: L,
-    tree: &Tree,
+    starts: &Starts,
     flight: &mut Flight<'_, T, N>,
     mut waiting: u64,
     stacks: Stacks,
@@ -167,21 +146,21 @@ pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
         let end = course.end;
         let mut top = course.stack.top as usize;
         if Q::ANY {
-            top -= 1;
+            top += 1;
         } else {
-            // SAFETY: there are eight entries below the first, the last of them never farther than anything.
-            let last = |top: usize| level.up_to(unsafe { &*stacks.enter.add(top).sub(8).cast() }, end) as usize;
-            let mut found = last(top);
+            // SAFETY: there are eight entries behind the last, which are never farther than anything.
+            let near = |top: usize| level.up_to(unsafe { &*stacks.enter.add(top + 1).cast() }, end);
+            let mut found = near(top);
             while found == 0 {
-                top -= 8;
-                found = last(top);
+                top += 8;
+                found = near(top);
             }
-            top = top + found - 9;
+            top += 1 + found.trailing_zeros() as usize;
         }
         course.stack.top = top as u32;
         // SAFETY: what is popped was pushed, or is the base.
         let child = unsafe { *stacks.child.add(top) };
         flight.next[id] = child;
-        level.prefetch::<4>(tree.address(child));
+        level.prefetch::<4>(starts.of(child));
     }
 }

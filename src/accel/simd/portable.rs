@@ -55,6 +55,10 @@ impl<const N: usize> Floats for Array<N> {
         self.zip(b, |a, b| a / b)
     }
     #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        self.mul(b).add(c)
+    }
+    #[inline(always)]
     fn mul_sub(self, b: Self, c: Self) -> Self {
         self.mul(b).sub(c)
     }
@@ -138,6 +142,14 @@ impl Level for Portable {
         Array([x; 16])
     }
     #[inline(always)]
+    fn four4(self, x: &[f32; 4]) -> [Array<4>; 4] {
+        x.map(|x| self.splat4(x))
+    }
+    #[inline(always)]
+    fn four8(self, x: &[f32; 4]) -> [Array<8>; 4] {
+        x.map(|x| self.splat8(x))
+    }
+    #[inline(always)]
     fn load4(self, x: &[f32; 4]) -> Array<4> {
         Array(*x)
     }
@@ -174,8 +186,8 @@ impl Level for Portable {
     }
 
     #[inline(always)]
-    fn order(self, order: &[u32; 8], shift: u32) -> [u32; 8] {
-        order.map(|place| place >> shift)
+    fn order(self, order: &[u32; 8], shift: &[u32; 4]) -> [u32; 8] {
+        order.map(|place| place >> shift[0])
     }
 
     #[inline(always)]
@@ -192,10 +204,10 @@ impl Level for Portable {
     #[inline(always)]
     fn push(self, met: Eight, order: [u32; 8], enter: Array<8>, child: &[u32; 8], to: Top) -> u32 {
         let mut n = 0;
-        for lane in order {
+        for lane in order.into_iter().rev() {
             let lane = lane as usize & 7;
-            to.enter[n & 7] = enter.0[lane];
-            to.child[n & 7] = child[lane];
+            to.enter[(7 - n) & 7] = enter.0[lane];
+            to.child[(7 - n) & 7] = child[lane];
             n += (met.bits() >> lane & 1) as usize;
         }
         n as u32
@@ -204,8 +216,8 @@ impl Level for Portable {
     #[inline(always)]
     fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) -> u32 {
         let mut n = 0;
-        for (lane, child) in child.iter().enumerate() {
-            to[n & 7] = *child;
+        for (lane, child) in child.iter().enumerate().rev() {
+            to[(7 - n) & 7] = *child;
             n += (lanes.bits() >> lane & 1) as usize;
         }
         n as u32
@@ -215,16 +227,16 @@ impl Level for Portable {
     fn up_to(self, enter: &[f32; 8], end: f32) -> u32 {
         enter
             .iter()
-            .rposition(|&enter| enter <= end)
-            .map_or(0, |last| last as u32 + 1)
+            .position(|&enter| enter <= end)
+            .map_or(0, |first| 1 << first)
     }
 
     #[inline(always)]
-    fn top_bits<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
+    fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
         let mut bits = [0; 2];
         for (i, word) in words.iter().enumerate() {
-            bits[0] |= u64::from(word >> 31) << i;
-            bits[1] |= u64::from(word >> 30 & 1) << i;
+            bits[0] |= u64::from(word & 1) << i;
+            bits[1] |= u64::from(word >> 1 & 1) << i;
         }
         bits
     }

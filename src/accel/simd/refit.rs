@@ -39,7 +39,7 @@ impl Tree {
                     let prims = ids.filter(|&id| id != u32::MAX).map(|id| PrimRef::new(id - 1));
                     prims.map(|prim| geometry.bounds(prim)).fold(Aabb::EMPTY, Aabb::union)
                 } else {
-                    geometry.bounds(PrimRef::new(child & !(LEAF | SHAPE)))
+                    geometry.bounds(PrimRef::new(node::number(child)))
                 };
                 self.nodes[i].set(lane, &bounds, child);
             }

@@ -3,7 +3,7 @@
 use super::{inflight::Inside, packet::Packet, slot::Slot, tree::Tree, waiting::SLOTS};
 use crate::accel::wide::node::DONE;
 
-/// Entries below a stack's first: popping looks at eight at once. All say that the ray is done.
+/// Entries behind a stack's last: popping looks at eight at once. All say that the ray is done.
 const BASE: usize = 8;
 
 /// Packets in flight: each covers the others' latency as rays do, and more would not stay in the first cache.
@@ -23,7 +23,8 @@ pub struct Scratch {
     stride: usize,
 }
 
-/// Where stacks begin and end in [`Stacks`].
+/// Where stacks begin and end in [`Stacks`]. They grow towards smaller places.
+#[repr(C)]
 #[derive(Clone, Default)]
 pub struct Ends {
     /// Where the next child goes.
@@ -65,7 +66,7 @@ impl Scratch {
             let of_slots = self.slots.iter_mut().map(|slot| &mut slot.course.stack);
             let of_packets = self.packets.iter_mut().map(|packet| &mut packet.course.stack);
             for (id, ends) in of_slots.enumerate().chain(of_packets.enumerate()) {
-                ends.base = (id * stride + BASE) as u32;
+                ends.base = ((id + 1) * stride - BASE - 1) as u32;
             }
         }
     }

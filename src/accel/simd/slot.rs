@@ -1,5 +1,7 @@
 //! A ray under way, and how it begins.
 
+use std::{mem::offset_of, ptr};
+
 use super::{
     super::{
         instance::Spread,
@@ -22,25 +24,24 @@ pub const BEYOND: f32 = 4.0 * NOISE;
 #[repr(C, align(64))]
 #[derive(Clone, Default)]
 pub struct Slot {
-    /// See [`Planes`].
-    pub inv: [f32; 3],
-    pub shift_near: [f32; 3],
-    pub shift_far: [f32; 3],
+    /// See [`Planes`], of which distances are negated.
     pub course: Course,
     pub best: Best,
-    /// Beyond these no triangle's raw `t` belongs to a hit.
-    pub begin: f32,
-    pub until: f32,
-    /// Which ray it is.
-    pub ray: u32,
-    /// The origin and the direction, in the order of [`Slot::axes`].
+    /// The origin and the direction, in the order of [`Slot::axes`]. Beyond `begin` and `until` no triangle's raw `t` belongs
+    /// to a hit.
     pub o: [f32; 3],
+    pub begin: f32,
     pub d: [f32; 3],
+    pub until: f32,
     /// See [`crate::shape::triangle::Shear`].
     pub shear: [f32; 2],
+    /// Which ray it is.
+    pub ray: u32,
     /// The order of the axes, the main one last; each below three.
     axes: [u8; 3],
 }
+
+const _: () = assert!(size_of::<Slot>() == 128 && offset_of!(Slot, o) == 80 && offset_of!(Slot, shear) == 112);
 
 /// The order of the axes for one more than the main one, which comes last.
 const AXES: [[u8; 3]; 4] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 1, 2]];
@@ -87,7 +88,7 @@ impl Slot {
         let d = level.load4(&[ray.d.x, ray.d.y, ray.d.z, ray.d.x]);
         let (away, length) = (o.abs(), d.abs());
         let inv = level.splat4(1.0).div(d);
-        self.inv = three(inv);
+        self.course.inv = three(inv);
 
         // The last of the axes that it runs along most.
         let longest = level.splat4(length.highest());
@@ -96,7 +97,7 @@ impl Slot {
         self.o = three(level.turn4(o, main));
         let turned = level.turn4(d, main);
         self.d = three(turned);
-        let [x, y, _] = three(turned.mul(level.splat4(self.inv[usize::from(AXES[main][2])])));
+        let [x, y, _] = three(turned.mul(level.splat4(self.course.inv[usize::from(AXES[main][2])])));
         self.shear = [x, y];
 
         let negative = d.lt(level.splat4(0.0));
@@ -105,29 +106,38 @@ impl Slot {
             pad = pad.add(level.splat4(away.highest() * spread.origin));
         }
         let (less, more) = (o.sub(pad), o.add(pad));
-        let shift_near = less.select(negative, more).mul(inv);
-        let shift_far = more.select(negative, less).mul(inv);
-        self.shift_near = three(shift_near);
-        self.shift_far = three(shift_far);
+        let back = inv.mul(level.splat4(-1.0));
+        let near = less.select(negative, more).mul(back);
+        let far = more.select(negative, less).mul(back);
+        self.course.near = three(near);
+        self.course.far = three(far);
         self.course.set_octant(negative.bits());
 
         let steep = longest.mul(level.splat4(2.0 / STEEPEST)).lt(length);
-        let finite = length.max(shift_near.abs().add(shift_far.abs()));
+        let finite = length.max(near.abs().add(far.abs()));
         let finite = finite.le(level.splat4(f32::MAX));
-        let near = away.le(level.splat4(FAR * spread.reach));
-        steep.and(finite).and(near).bits() == 0b1111 && ray.tmin >= 0.0
+        let at_hand = away.le(level.splat4(FAR * spread.reach));
+        steep.and(finite).and(at_hand).bits() == 0b1111 && ray.tmin >= 0.0
     }
 
     /// Does for any ray what [`Planes::new`] does; whether the ray can meet anything.
     #[cold]
     fn set_any_planes(&mut self, ray: &Ray, spread: Spread) -> bool {
         let planes = Planes::new(ray, spread);
-        self.inv = planes.inv.to_array();
-        self.shift_near = planes.shift_near.to_array();
-        self.shift_far = planes.shift_far.to_array();
+        self.course.inv = planes.inv.to_array();
+        self.course.near = (-planes.shift_near).to_array();
+        self.course.far = (-planes.shift_far).to_array();
         self.course
             .set_octant((0..3).map(|axis| u32::from(planes.negative[axis]) << axis).sum());
         planes.alive
+    }
+
+    /// [`Slot::o`] and [`Slot::begin`], [`Slot::d`] and [`Slot::until`], each in all lanes.
+    #[inline(always)]
+    pub fn line<L: Level>(&self, level: L) -> [[L::F4; 4]; 2] {
+        // SAFETY: so the fields lie.
+        let [o, d] = unsafe { &*ptr::from_ref(&self.o).cast::<[[f32; 4]; 2]>() };
+        [level.four4(o), level.four4(d)]
     }
 
     /// `rows` of a corner in the order of the axes.

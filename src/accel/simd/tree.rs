@@ -4,7 +4,7 @@ use std::{ops::Range, slice};
 
 use super::super::{
     instance::Spread,
-    wide::node::{self, Block, EMPTY, INSTANCE, LEAF, Node, SHAPE, UNIT},
+    wide::node::{self, Block, EMPTY, LEAF, Node, SHAPE},
 };
 
 /// Nodes and blocks whose every child exists.
@@ -83,7 +83,7 @@ impl Tree {
                         return None;
                     }
                 } else {
-                    *child = self.item((*child & !(LEAF | SHAPE)) as usize, &numbers)?;
+                    *child = self.item(node::number(*child) as usize, &numbers)?;
                     continue;
                 }
                 *child = node::moved(*child, first_node as isize, first_block as isize);
@@ -109,11 +109,11 @@ impl Tree {
     /// The child that an item becomes.
     fn item(&self, item: usize, numbers: &Numbers) -> Option<u32> {
         if item < numbers.prims {
-            return Some(LEAF | SHAPE | item as u32);
+            return Some(node::shape(item as u32));
         }
         let instance = item - numbers.prims;
         if instance < numbers.instances {
-            return Some(LEAF | SHAPE | INSTANCE | instance as u32);
+            return Some(node::instance(instance as u32));
         }
         let still = self.sections.get(numbers.still?)?;
         (!still.nodes.is_empty()).then(|| node::inner(still.nodes.start))
@@ -197,7 +197,7 @@ impl Tree {
     pub unsafe fn node(&self, child: u32) -> &Node {
         debug_assert!(node::index(child) < self.nodes.len());
         // SAFETY: there is a first node, and inner children exist.
-        unsafe { &*self.nodes.as_ptr().byte_add(child as usize * UNIT) }
+        unsafe { &*self.nodes.as_ptr().byte_add(node::node_offset(child)) }
     }
 
     /// # Safety
@@ -207,17 +207,24 @@ impl Tree {
         debug_assert!(node::blocks(child).end <= self.blocks.len());
         // SAFETY: leaves' blocks exist.
         unsafe {
-            let first = self.blocks.as_ptr().byte_add(node::units(child) * UNIT);
+            let first = self.blocks.as_ptr().byte_add(node::offset(child));
             slice::from_raw_parts(first, node::count(child))
         }
     }
 
+    pub fn starts(&self) -> Starts {
+        Starts([self.nodes.as_ptr().cast(), self.blocks.as_ptr().cast()])
+    }
+}
+
+/// Where the nodes and the blocks of a tree begin.
+pub struct Starts([*const u8; 2]);
+
+impl Starts {
     /// Where the child's data begins, for a prefetch; nothing may be read there.
     #[inline(always)]
-    pub fn address(&self, child: u32) -> *const u8 {
-        let (nodes, blocks) = (self.nodes.as_ptr().cast::<u8>(), self.blocks.as_ptr().cast());
-        let first = if child & LEAF == 0 { nodes } else { blocks };
-        first.wrapping_add(node::units(child) * UNIT)
+    pub fn of(&self, child: u32) -> *const u8 {
+        self.0[(child & LEAF) as usize].wrapping_add(node::offset(child))
     }
 }
 
@@ -233,13 +240,14 @@ mod tests {
             let grown = (vec![first, Node::NOTHING], vec![Block::NOTHING; 3]);
             Tree::default().push(grown, Numbers::prims(5)).is_some()
         };
-        assert!(with(node::inner(1)) && with(node::leaf(0, 3)) && with(LEAF | SHAPE | 4) && with(EMPTY));
+        assert!(with(node::inner(1)) && with(node::leaf(0, 3)) && with(node::shape(4)) && with(EMPTY));
         assert!(
             !with(node::inner(0))
                 && !with(node::inner(2))
-                && !with(1)
+                && !with(node::inner(1) | node::INSTANCE)
+                && !with(node::inner(1) / 2)
                 && !with(node::leaf(1, 3))
-                && !with(LEAF | SHAPE | 5)
+                && !with(node::shape(5))
         );
     }
 
@@ -289,7 +297,7 @@ mod tests {
         tree.push(grown(1), Numbers::prims(5)).expect("a tree");
         let mut top = Node::NOTHING;
         for (lane, item) in [4, 5, 7].into_iter().enumerate() {
-            top.child[lane] = LEAF | SHAPE | item;
+            top.child[lane] = node::shape(item);
         }
         let numbers = |instances, still| Numbers {
             prims: 5,
@@ -298,7 +306,7 @@ mod tests {
         };
         assert!(tree.push((vec![top], vec![]), numbers(2, None)).is_none());
         tree.push((vec![top], vec![]), numbers(2, Some(0))).expect("a tree");
-        assert_eq!(tree.nodes[2].child[..3], [LEAF | SHAPE | 4, LEAF | SHAPE | INSTANCE, 0]);
+        assert_eq!(tree.nodes[2].child[..3], [node::shape(4), node::instance(0), 0]);
         assert!(tree.has_instances());
     }
 }

@@ -12,7 +12,7 @@ use super::{
         Geometry,
         binary::{Flat, Tree},
     },
-    node::{Block, LEAF, MAX_LEAF, Node, SHAPE, inner, leaf},
+    node::{Block, MAX_LEAF, Node, inner, leaf, shape},
 };
 
 /// What a block of four triangles costs, in tests of a node.
@@ -205,7 +205,7 @@ impl Emitter<'_> {
         }
     }
 
-    /// Sorts children so that the one comes last, which a ray that asks whether anything is in its way had best try first:
+    /// Sorts children so that the one comes first which a ray that asks whether anything is in its way had best try first:
     /// that with much surface behind its box, and little to go through. Lanes have no other order.
     ///
     /// After Nah and Manocha, "SATO: Surface Area Traversal Order for Shadow Ray Tracing", 2014,
@@ -216,7 +216,7 @@ impl Emitter<'_> {
             let Plan { surface, cost, .. } = &self.plans[child];
             surface.sqrt() * self.flat[child].bounds.half_area() / cost[1].max(f32::MIN_POSITIVE)
         };
-        children.sort_by(|a, b| promise(a).total_cmp(&promise(b)));
+        children.sort_by(|a, b| promise(b).total_cmp(&promise(a)));
     }
 
     /// The binary nodes that become the children of the wide one at `from`; how many there are.
@@ -255,7 +255,7 @@ impl Emitter<'_> {
         let place = self.flat[node].link as usize;
         let id = self.ids[place];
         if id as usize >= self.geometry.triangles.len() {
-            return LEAF | SHAPE | id;
+            return shape(id);
         }
         // In depth-first order what the leaves below a node hold lies side by side.
         let mut ids = [0; 4 * MAX_LEAF];
@@ -278,7 +278,7 @@ impl Emitter<'_> {
     }
 }
 
-/// Sorts children for each octant of directions by how far along its diagonal their centres lie, the farthest first.
+/// Sorts children for each octant of directions by how far along its diagonal their centres lie, the nearest first.
 pub(super) fn order_children(node: &mut Node, count: usize) {
     let mut centers = [[0.0_f32; 3]; 8];
     for (lane, center) in centers[..count].iter_mut().enumerate() {
@@ -297,8 +297,8 @@ pub(super) fn order_children(node: &mut Node, count: usize) {
         keys.sort_unstable();
         for (place, key) in keys.iter().enumerate() {
             let lane = key & 7;
-            node.order[7 - place] |= lane << (3 * octant);
-            node.order[place] |= lane << (3 * (7 - octant));
+            node.order[place] |= lane << (3 * octant);
+            node.order[7 - place] |= lane << (3 * (7 - octant));
         }
     }
 }
@@ -309,7 +309,7 @@ mod tests {
     use crate::math::{Aabb, Vec3};
 
     #[test]
-    fn children_come_farthest_first_in_every_octant() {
+    fn children_come_nearest_first_in_every_octant() {
         let mut node = Node::NOTHING;
         for lane in 0..8 {
             let p = Vec3::new(
@@ -330,7 +330,7 @@ mod tests {
                         .dot(d)
                 })
                 .collect();
-            assert!(along.is_sorted_by(|a, b| *a >= *b - 1e-5), "{octant}: {along:?}");
+            assert!(along.is_sorted_by(|a, b| *a <= *b + 1e-5), "{octant}: {along:?}");
         }
     }
 }

@@ -45,7 +45,7 @@ impl Inside<'_> {
             if child & LEAF == 0 {
                 let node = &self.tree.nodes()[node::index(child)];
                 cost.nodes += 1;
-                for place in node.order {
+                for place in node.order.into_iter().rev() {
                     let lane = (place >> (3 * octant) & 7) as usize;
                     if let Some(enter) = planes.enter(&node.bounds(lane), ray.tmin, ray.tmax) {
                         open.push((node.child[lane], enter));
@@ -54,7 +54,7 @@ impl Inside<'_> {
                 continue;
             }
             if child & SHAPE != 0 && child & INSTANCE != 0 {
-                let instance = Instance(child & !(LEAF | SHAPE | INSTANCE));
+                let instance = Instance(node::number(child));
                 let placed = &self.geometry.instances[instance.0 as usize];
                 let mut local = self.geometry.enter(placed, ray);
                 let group = Self {
@@ -73,7 +73,7 @@ impl Inside<'_> {
                     .keep_nearest(PrimRef::new(index), self.instance, ray, best);
             };
             if child & SHAPE != 0 {
-                test(child & !(LEAF | SHAPE));
+                test(node::number(child));
             } else {
                 let ids = self.tree.blocks()[blocks(child)].iter().flat_map(|block| block.ids);
                 ids.filter(|&id| id != u32::MAX).for_each(|id| test(id - 1));

@@ -2,17 +2,17 @@
 
 use crate::math::{Aabb, Vec3};
 
-/// What a child is; its number is in the lower bits.
-pub const LEAF: u32 = 1 << 31;
+/// What a child is, in the lowest four bits; its number is above them.
+pub const LEAF: u32 = 1;
 
 /// With [`LEAF`]: one analytic primitive, whose number follows. Without: the end of a ray's stack.
-pub const SHAPE: u32 = 1 << 30;
+pub const SHAPE: u32 = 1 << 1;
 
 /// With [`LEAF`] and [`SHAPE`]: an instance, whose number follows, or [`EXIT`].
-pub const INSTANCE: u32 = 1 << 29;
+pub const INSTANCE: u32 = 1 << 2;
 
 /// On a ray's stack: the end of what is in an instance.
-pub const EXIT: u32 = LEAF | SHAPE | INSTANCE | (INSTANCE - 2);
+pub const EXIT: u32 = instance(MAX_PRIMS as u32 - 2);
 
 /// No child. Its box is inside out, so it is met only by a ray for which no plane has a finite distance.
 pub const EMPTY: u32 = u32::MAX;
@@ -30,15 +30,18 @@ pub const UNIT: usize = 32;
 const NODE_UNITS: usize = size_of::<Node>() / UNIT;
 const BLOCK_UNITS: usize = size_of::<Block>() / UNIT;
 
-/// Where the number of a leaf's blocks begins, less one; the lower bits are of its first one's place.
-const COUNT: u32 = 28;
+/// Where the number of a leaf's blocks begins, less one: above [`SHAPE`].
+const COUNT: u32 = 2;
+
+/// Where a child's number begins: of [`UNIT`]s for nodes and blocks.
+const NUMBER: u32 = 4;
 
 /// The most nodes and blocks of all trees.
-pub const MAX_NODES: usize = (1 << COUNT) / NODE_UNITS;
-pub const MAX_BLOCKS: usize = (1 << COUNT) / BLOCK_UNITS;
+pub const MAX_NODES: usize = MAX_PRIMS / NODE_UNITS;
+pub const MAX_BLOCKS: usize = MAX_PRIMS / BLOCK_UNITS;
 
 /// The most primitives and instances that children's numbers have room for.
-pub const MAX_PRIMS: usize = 1 << 28;
+pub const MAX_PRIMS: usize = 1 << (32 - NUMBER);
 
 /// Up to eight boxes with what is in them: four cache lines.
 #[repr(C, align(64))]
@@ -48,7 +51,7 @@ pub struct Node {
     pub planes: [[f32; 8]; 6],
     /// An [`inner`] node, a [`leaf`], a shape or an instance.
     pub child: [u32; 8],
-    /// For each octant of directions, three bits that say which child comes at this place, the farthest first. Bit k of
+    /// For each octant of directions, three bits that say which child comes at this place, the nearest first. Bit k of
     /// an octant's number is set where directions are negative on axis k.
     pub order: [u32; 8],
 }
@@ -112,22 +115,38 @@ impl Block {
 
 /// A child that is the inner node `index`.
 pub fn inner(index: usize) -> u32 {
-    (index * NODE_UNITS) as u32
+    ((index * NODE_UNITS) as u32) << NUMBER
 }
 
 /// A child that is the blocks `first .. first + count`.
 pub fn leaf(first: usize, count: usize) -> u32 {
-    LEAF | (count as u32 - 1) << COUNT | (first * BLOCK_UNITS) as u32
+    LEAF | (count as u32 - 1) << COUNT | ((first * BLOCK_UNITS) as u32) << NUMBER
+}
+
+/// A child that is an analytic primitive.
+pub const fn shape(number: u32) -> u32 {
+    LEAF | SHAPE | number << NUMBER
+}
+
+/// A child that is an instance.
+pub const fn instance(number: u32) -> u32 {
+    LEAF | SHAPE | INSTANCE | number << NUMBER
+}
+
+/// The number of a shape or an instance.
+#[inline(always)]
+pub fn number(child: u32) -> u32 {
+    child >> NUMBER
 }
 
 /// Which node an inner child is.
 pub fn index(child: u32) -> usize {
-    child as usize / NODE_UNITS
+    number(child) as usize / NODE_UNITS
 }
 
 /// The blocks of a leaf.
 pub fn blocks(child: u32) -> std::ops::Range<usize> {
-    let first = units(child) / BLOCK_UNITS;
+    let first = number(child) as usize / BLOCK_UNITS;
     first..first + count(child)
 }
 
@@ -137,10 +156,20 @@ pub fn count(child: u32) -> usize {
     (child >> COUNT & 3) as usize + 1
 }
 
-/// How many [`UNIT`]s before a child's node or blocks the tree's begin.
+/// How many bytes there are in one of a child's numbers.
+const STEP: usize = UNIT >> NUMBER;
+
+/// How many bytes before a child's node or blocks the tree's begin.
 #[inline(always)]
-pub fn units(child: u32) -> usize {
-    (child & ((1 << COUNT) - 1)) as usize
+pub fn offset(child: u32) -> usize {
+    (child & !((1 << NUMBER) - 1)) as usize * STEP
+}
+
+/// The same of an inner node, which has no flags.
+#[inline(always)]
+pub fn node_offset(child: u32) -> usize {
+    debug_assert_eq!(child, inner(index(child)));
+    child as usize * STEP
 }
 
 /// A child after its tree's nodes and blocks were moved by so many.
@@ -152,7 +181,7 @@ pub fn moved(child: u32, nodes: isize, blocks: isize) -> u32 {
     } else {
         0
     };
-    child.wrapping_add_signed(units as i32)
+    child.wrapping_add_signed((units as i32) << NUMBER)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use super::{
     super::{
         super::{
             Geometry,
-            wide::node::{Block, EMPTY, LEAF, SHAPE, count},
+            wide::node::{Block, EMPTY, SHAPE, count, number},
         },
         inflight::load3,
         lanes::{Floats, Level, Mask},
@@ -44,7 +44,7 @@ pub unsafe fn leaf_step<L: Level, Q: Query>(
     packet.cost += BLOCK_COST * count(leaf) as u32;
     if leaf & SHAPE != 0 {
         if leaf != EMPTY {
-            nearer = shape_step::<L, Q>(level, packet, leaf & !(LEAF | SHAPE), geometry, rays);
+            nearer = shape_step::<L, Q>(level, packet, number(leaf), geometry, rays);
         }
     } else {
         // SAFETY: by this function's own contract.

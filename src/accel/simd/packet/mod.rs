@@ -19,7 +19,7 @@ use super::{
     },
     course::Course,
     lanes::Level,
-    nodes::{self, Flight, Traveller, distance, enter, leave},
+    nodes::{self, Flight, Traveller},
     query::Query,
     scratch::{PACKETS, Scratch},
     tree::Tree,
@@ -192,7 +192,7 @@ pub fn trace<L: Level, Q: Query>(
     scratch: &mut Scratch,
 ) {
     scratch.prepare(tree);
-    let stacks = scratch.stacks();
+    let (starts, stacks) = (tree.starts(), scratch.stacks());
     let mut flight = Flight {
         all: &mut scratch.packets,
         next: &mut [DONE; PACKETS],
@@ -213,7 +213,7 @@ pub fn trace<L: Level, Q: Query>(
     // Sets of packets, a bit for each.
     let mut active = 0_u64;
     loop {
-        let [leaf, shape_or_done] = level.top_bits(flight.next);
+        let [leaf, shape_or_done] = level.flags(flight.next);
         let mut done = active & shape_or_done & !leaf;
         active ^= done;
         while done != 0 {
@@ -249,7 +249,7 @@ pub fn trace<L: Level, Q: Query>(
             }
         }
         // SAFETY: the stacks are theirs.
-        unsafe { nodes::pop::<L, Q, _, PACKETS>(level, tree, &mut flight, active, stacks) };
+        unsafe { nodes::pop::<L, Q, _, PACKETS>(level, &starts, &mut flight, active, stacks) };
     }
     let pays = feed.pays();
     if Q::ANY {
@@ -260,19 +260,8 @@ pub fn trace<L: Level, Q: Query>(
 impl Traveller for Packet {
     #[inline(always)]
     fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8) {
-        let course = &self.course;
-        let near = |axis: usize| {
-            let inv = level.splat8(self.inv_near[axis]);
-            distance(level, node, course.near(axis), inv, self.shift_near[axis])
-        };
-        let far = |axis: usize| {
-            let inv = level.splat8(self.inv_far[axis]);
-            distance(level, node, course.far(axis), inv, self.shift_far[axis])
-        };
-        let enter = enter(level, [near(0), near(1), near(2)], course.tmin);
-        let leave = leave(level, [far(0), far(1), far(2)], course.end);
         self.cost += 1;
-        (enter, leave)
+        self.course.cross(level, node, Some(&self.inv_far))
     }
 
     #[inline(always)]

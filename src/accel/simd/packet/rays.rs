@@ -23,18 +23,16 @@ use crate::{math::Ray, shape::triangle::Shear};
 pub struct Each(pub [f32; RAYS]);
 
 /// A packet under way. What encloses its rays comes first, in two cache lines: together they enter a box no sooner, and
-/// leave it no later, than two rays would that come to a plane `x = b` after a way of `b * inv - shift` along the main axis.
-/// The last of four numbers is not used.
+/// leave it no later, than two rays would that come to a plane `x = b` after a way of `b * inv + near` and `b * inv_far + far`
+/// along the main axis.
 #[repr(C, align(64))]
 #[derive(Clone, Default)]
 pub struct Packet {
-    /// The reciprocals next to zero, of the ray that enters, and farthest from it, of the ray that leaves.
-    pub inv_near: [f32; 4],
-    pub inv_far: [f32; 4],
-    pub shift_near: [f32; 4],
-    pub shift_far: [f32; 4],
-    /// It begins and ends by ways along the main axis, the least and the greatest of all rays.
+    /// It begins and ends by ways along the main axis, the least and the greatest of all rays; the reciprocals are those next
+    /// to zero, of the ray that enters.
     pub course: Course,
+    /// The reciprocals farthest from zero, of the ray that leaves; then nothing.
+    pub inv_far: [f32; 4],
     /// Whether all rays start in one place.
     pub shared: bool,
     /// See [`Shear`]: the order of the axes, which is the same for all rays; each below three.
@@ -300,8 +298,8 @@ impl Packet {
     fn set_line(&mut self, axis: usize, from: f32, [first, near, last, far]: [f32; 4]) {
         let sign = if self.course.negative()[axis] { -1.0 } else { 1.0 };
         let (from, pad) = (from * sign, from.abs() * (2.0 * PAD) + 4.0 * TINY);
-        (self.inv_near[axis], self.shift_near[axis]) = (sign * near, (from + pad) * near - first);
-        (self.inv_far[axis], self.shift_far[axis]) = (sign * far, (from - pad) * far - last);
+        (self.course.inv[axis], self.course.near[axis]) = (sign * near, first - (from + pad) * near);
+        (self.inv_far[axis], self.course.far[axis]) = (sign * far, last - (from - pad) * far);
     }
 
     /// Keeps the directions, and what shears them.

@@ -1,0 +1,81 @@
+//! Sixteen floats as two vectors of eight.
+
+use super::lanes::{Floats, Mask};
+
+/// The first half and the second one, of floats or of a mask.
+#[derive(Clone, Copy)]
+pub struct Pair<T>(pub T, pub T);
+
+/// Does the same with both halves.
+macro_rules! both {
+    ({ $( $op:ident )* } { $( $test:ident )* }) => {
+        $(
+            #[inline(always)]
+            fn $op(self, b: Self) -> Self {
+                Self(self.0.$op(b.0), self.1.$op(b.1))
+            }
+        )*
+        $(
+            #[inline(always)]
+            fn $test(self, b: Self) -> Self::Mask {
+                Pair(self.0.$test(b.0), self.1.$test(b.1))
+            }
+        )*
+    };
+}
+
+impl<F: Floats<Array = [f32; 8]>> Floats for Pair<F> {
+    type Mask = Pair<F::Mask>;
+    type Array = [f32; 16];
+
+    both! { { add sub mul div min max with_sign_of } { le lt eq differs } }
+
+    #[inline(always)]
+    fn to_array(self) -> [f32; 16] {
+        let (a, b) = (self.0.to_array(), self.1.to_array());
+        std::array::from_fn(|i| if i < 8 { a[i] } else { b[i - 8] })
+    }
+    #[inline(always)]
+    fn fill(self, x: f32) -> Self {
+        Self(self.0.fill(x), self.1.fill(x))
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        Self(self.0.mul_add(b.0, c.0), self.1.mul_add(b.1, c.1))
+    }
+    #[inline(always)]
+    fn mul_sub(self, b: Self, c: Self) -> Self {
+        Self(self.0.mul_sub(b.0, c.0), self.1.mul_sub(b.1, c.1))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.abs(), self.1.abs())
+    }
+    #[inline(always)]
+    fn select(self, mask: Self::Mask, b: Self) -> Self {
+        Self(self.0.select(mask.0, b.0), self.1.select(mask.1, b.1))
+    }
+    #[inline(always)]
+    fn lowest(self) -> f32 {
+        self.0.min(self.1).lowest()
+    }
+    #[inline(always)]
+    fn highest(self) -> f32 {
+        self.0.max(self.1).highest()
+    }
+}
+
+impl<M: Mask> Mask for Pair<M> {
+    #[inline(always)]
+    fn and(self, b: Self) -> Self {
+        Self(self.0.and(b.0), self.1.and(b.1))
+    }
+    #[inline(always)]
+    fn or(self, b: Self) -> Self {
+        Self(self.0.or(b.0), self.1.or(b.1))
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self.0.bits() | self.1.bits() << 8
+    }
+}
