@@ -4,7 +4,7 @@
 use std::ptr;
 
 use super::{
-    super::{slab::LEAVE, wide::node::Node},
+    super::{slab::LEAVE, wide::node::{DONE, Node}},
     course::Course,
     lanes::{Eight, Floats, Level, Top},
     query::Query,
@@ -129,6 +129,8 @@ unsafe fn keep<L: Level, Q: Query>(level: L, met: &Met<'_, L>, stacks: Stacks) {
 
 /// Takes for all that `waiting` says of the topmost child that is not too far from its stack: that comes next.
 ///
+/// Memory is asked for two turns late: four requests that wait for a child's number keep others out of the queue.
+///
 /// # Safety
 /// `stacks` are theirs.
 #[inline(always)]
@@ -139,6 +141,7 @@ pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
     mut waiting: u64,
     stacks: Stacks,
 ) {
+    let mut late = [DONE; 2];
     while waiting != 0 {
         let id = take(&mut waiting) % N;
         // SAFETY: what is settled is what it was.
@@ -161,6 +164,10 @@ pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
         // SAFETY: what is popped was pushed, or is the base.
         let child = unsafe { *stacks.child.add(top) };
         flight.next[id] = child;
+        level.prefetch::<4>(starts.of(late[0]));
+        late = [late[1], child];
+    }
+    for child in late {
         level.prefetch::<4>(starts.of(child));
     }
 }
