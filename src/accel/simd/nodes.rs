@@ -4,7 +4,10 @@
 use std::ptr;
 
 use super::{
-    super::{slab::LEAVE, wide::node::{DONE, Node}},
+    super::{
+        slab::LEAVE,
+        wide::node::{DONE, Node},
+    },
     course::Course,
     lanes::{Eight, Floats, Level, Top},
     query::Query,
