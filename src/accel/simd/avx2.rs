@@ -165,6 +165,20 @@ macro_rules! reductions {
 reductions!(lowest4, lowest8, _mm_min_ps);
 reductions!(highest4, highest8, _mm_max_ps);
 
+/// # Safety
+/// The processor has AVX2.
+#[inline(always)]
+unsafe fn half<const LAST: usize>(v: __m256) -> __m128 {
+    // SAFETY: by this function's own contract.
+    unsafe {
+        if LAST == 0 {
+            _mm256_castps256_ps128(v)
+        } else {
+            _mm256_extractf128_ps::<1>(v)
+        }
+    }
+}
+
 /// What moves the lanes of `set` together.
 ///
 /// # Safety
@@ -182,17 +196,9 @@ unsafe fn together(set: Eight) -> __m256i {
 /// The same, which the compiler does not know: it would rather load each number into all lanes by itself.
 /// The same, of which the compiler no longer knows where it came from: it would load each number into all lanes by itself,
 /// and the processor loads half as many vectors in a cycle as it shuffles.
-#[inline(always)]
-fn opaque4(mut v: __m128) -> __m128 {
-    // SAFETY: there is no instruction.
-    unsafe { asm!("/* {0} */", inout(xmm_reg) v, options(pure, nomem, nostack, preserves_flags)) };
-    v
-}
-
-/// As [`opaque4`].
 #[inline]
 #[target_feature(enable = "avx")]
-fn opaque8(mut v: __m256) -> __m256 {
+fn opaque(mut v: __m256) -> __m256 {
     // SAFETY: there is no instruction.
     unsafe { asm!("/* {0} */", inout(ymm_reg) v, options(pure, nomem, nostack, preserves_flags)) };
     v
@@ -223,30 +229,9 @@ impl Level for Avx2 {
         Pair(self.splat8(x), self.splat8(x))
     }
     #[inline(always)]
-    fn four4(self, x: &[f32; 4]) -> [F4; 4] {
-        // SAFETY: the token says that the processor has AVX2; the array is as long as the vector.
-        unsafe {
-            let v = opaque4(_mm_loadu_ps(x.as_ptr()));
-            [
-                F4(_mm_permute_ps::<0x00>(v)),
-                F4(_mm_permute_ps::<0x55>(v)),
-                F4(_mm_permute_ps::<0xaa>(v)),
-                F4(_mm_permute_ps::<0xff>(v)),
-            ]
-        }
-    }
-    #[inline(always)]
     fn four8(self, x: &[f32; 4]) -> [F8; 4] {
         // SAFETY: the token says that the processor has AVX2; the array is as long as half a vector.
-        unsafe {
-            let v = opaque8(_mm256_broadcast_ps(&*x.as_ptr().cast()));
-            [
-                F8(_mm256_permute_ps::<0x00>(v)),
-                F8(_mm256_permute_ps::<0x55>(v)),
-                F8(_mm256_permute_ps::<0xaa>(v)),
-                F8(_mm256_permute_ps::<0xff>(v)),
-            ]
-        }
+        self.quads(F8(unsafe { opaque(_mm256_broadcast_ps(&*x.as_ptr().cast())) }))
     }
     #[inline(always)]
     fn load4(self, x: &[f32; 4]) -> F4 {
@@ -306,6 +291,33 @@ impl Level for Avx2 {
     #[inline(always)]
     fn join(self, first: F8, second: F8) -> Pair<F8> {
         Pair(first, second)
+    }
+    #[inline(always)]
+    fn join4(self, first: F4, second: F4) -> F8 {
+        // SAFETY: the token says that the processor has AVX2.
+        F8(unsafe { _mm256_set_m128(second.0, first.0) })
+    }
+    #[inline(always)]
+    fn quads(self, v: F8) -> [F8; 4] {
+        // SAFETY: the token says that the processor has AVX2.
+        unsafe {
+            [
+                F8(_mm256_permute_ps::<0x00>(v.0)),
+                F8(_mm256_permute_ps::<0x55>(v.0)),
+                F8(_mm256_permute_ps::<0xaa>(v.0)),
+                F8(_mm256_permute_ps::<0xff>(v.0)),
+            ]
+        }
+    }
+    #[inline(always)]
+    fn half<const LAST: usize>(self, v: F8) -> F4 {
+        // SAFETY: the token says that the processor has AVX2.
+        F4(unsafe { half::<LAST>(v.0) })
+    }
+    #[inline(always)]
+    fn half_mask<const LAST: usize>(self, v: M8) -> M4 {
+        // SAFETY: the token says that the processor has AVX2.
+        M4(unsafe { half::<LAST>(v.0) })
     }
     #[inline(always)]
     fn mask16(self, bits: u32) -> Pair<M8> {

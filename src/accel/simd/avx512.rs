@@ -6,7 +6,7 @@
 use std::arch::x86_64::*;
 
 use super::{
-    avx2::{Avx2, F4, F8, Order},
+    avx2::{Avx2, F4, F8, M4, M8, Order},
     lanes::{Eight, Floats, Level, Mask, Top},
 };
 
@@ -143,10 +143,6 @@ impl Level for Avx512 {
         F16(unsafe { _mm512_set1_ps(x) })
     }
     #[inline(always)]
-    fn four4(self, x: &[f32; 4]) -> [F4; 4] {
-        self.0.four4(x)
-    }
-    #[inline(always)]
     fn four8(self, x: &[f32; 4]) -> [F8; 4] {
         self.0.four8(x)
     }
@@ -175,6 +171,22 @@ impl Level for Avx512 {
     fn join(self, first: F8, second: F8) -> F16 {
         // SAFETY: the token says that the processor has AVX-512.
         F16(unsafe { _mm512_insertf32x8::<1>(_mm512_castps256_ps512(first.0), second.0) })
+    }
+    #[inline(always)]
+    fn join4(self, first: F4, second: F4) -> F8 {
+        self.0.join4(first, second)
+    }
+    #[inline(always)]
+    fn quads(self, v: F8) -> [F8; 4] {
+        self.0.quads(v)
+    }
+    #[inline(always)]
+    fn half<const LAST: usize>(self, v: F8) -> F4 {
+        self.0.half::<LAST>(v)
+    }
+    #[inline(always)]
+    fn half_mask<const LAST: usize>(self, v: M8) -> M4 {
+        self.0.half_mask::<LAST>(v)
     }
     #[inline(always)]
     fn mask16(self, bits: u32) -> __mmask16 {

@@ -15,17 +15,17 @@ use super::{
     super::{
         Geometry, Instance,
         instance::Spread,
-        wide::node::{Block, DONE, EMPTY, EXIT, INSTANCE, Node, SHAPE, number},
+        wide::node::{DONE, EMPTY, EXIT, INSTANCE, Node, SHAPE, number},
     },
     analytic,
     course::Course,
-    lanes::{Floats, Level, Mask},
+    lanes::Level,
     nodes::{self, Flight, Traveller},
-    query::{Best, Query},
+    query::Query,
     scratch::{Scratch, Stacks},
     slot::Slot,
     tree::Tree,
-    triangle::{self, Candidates, each},
+    visits::Visits,
     waiting::{SLOTS, take},
 };
 use crate::math::Ray;
@@ -127,6 +127,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
         root: tree.root(),
         spread: tree.spread,
     };
+    let mut visits = Visits::new();
     // Sets of slots, a bit for each: those under way, and of these those that wait at a leaf or for the next ray.
     let mut active = 0;
     for (id, inside) in inside.iter_mut().enumerate() {
@@ -156,18 +157,27 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
         // SAFETY: these slots wait at nodes, and the stacks are theirs.
         unsafe { nodes::step::<L, Q, _, SLOTS>(level, tree, &mut flight, at_node, stacks) };
         let mut waiting = at_leaf;
+        visits.clear();
         while waiting != 0 {
             let id = take(&mut waiting);
-            let (slot, leaf, inside) = (&mut flight.all[id], flight.next[id], &mut inside[id]);
-            if INSTANCES && leaf & (SHAPE | INSTANCE) == SHAPE | INSTANCE {
+            let leaf = flight.next[id];
+            if leaf & SHAPE == 0 {
+                // SAFETY: the slot waits at a leaf of this tree.
+                visits.add(level, id, unsafe { tree.leaf(leaf) });
+                continue;
+            }
+            let (slot, inside) = (&mut flight.all[id], &mut inside[id]);
+            if INSTANCES && leaf & INSTANCE != 0 {
                 let ray = &rays[slot.ray as usize];
                 // SAFETY: the stack is the slot's own.
                 unsafe { instance_step(level, slot, leaf, inside, tree, geometry, ray, stacks) };
-            } else {
-                // SAFETY: the slot waits at a leaf of this tree.
-                unsafe { leaf_step::<L, Q, INSTANCES>(level, slot, leaf, inside, tree, geometry, rays) };
+            } else if leaf != EMPTY {
+                let placed = analytic::test::<Q>(slot, number(leaf), geometry, rays);
+                inside.best = if placed { Instance::NONE } else { inside.best };
             }
         }
+        // SAFETY: the tree has not changed.
+        unsafe { visits.test::<L, Q, INSTANCES>(level, flight.all, inside) };
         // SAFETY: the stacks are theirs.
         unsafe { nodes::pop::<L, Q, _, SLOTS>(level, &starts, &mut flight, at_node | at_leaf, stacks) };
     }
@@ -183,106 +193,6 @@ impl Traveller for Slot {
     fn course(&mut self) -> &mut Course {
         &mut self.course
     }
-}
-
-/// Tests what is in a leaf; where the ray needs to go no further its stack is left empty.
-///
-/// # Safety
-/// `leaf` is a leaf of `tree`.
-#[inline(always)]
-unsafe fn leaf_step<L: Level, Q: Query, const INSTANCES: bool>(
-    level: L,
-    slot: &mut Slot,
-    leaf: u32,
-    inside: &mut Inside,
-    tree: &Tree,
-    geometry: &Geometry,
-    rays: &[Ray],
-) {
-    if leaf & SHAPE != 0 {
-        if leaf != EMPTY {
-            let placed = analytic::test::<Q>(slot, number(leaf), geometry, rays);
-            inside.best = if placed { Instance::NONE } else { inside.best };
-        }
-        return;
-    }
-    // SAFETY: by this function's own contract.
-    for block in unsafe { tree.leaf(leaf) } {
-        let [[x, y, z, begin], [dx, dy, dz, until]] = slot.line(level);
-        let (o, d) = ([x, y, z], [dx, dy, dz]);
-        let shear = [level.splat4(slot.shear[0]), level.splat4(slot.shear[1])];
-        let [a, b, c] = &block.corners;
-        let corners = [
-            each(load3(level, slot.turn(a)), o, L::F4::sub),
-            each(load3(level, slot.turn(b)), o, L::F4::sub),
-            each(load3(level, slot.turn(c)), o, L::F4::sub),
-        ];
-        let sides = triangle::sides(&corners, shear);
-        // Often one of the triangles is met somewhere, seldom between the ray's ends: one branch that can be foretold is
-        // faster than two.
-        let plane = triangle::plane(&corners);
-        let candidates = triangle::candidates(d, &plane, sides, begin, until);
-        if candidates.mask.bits() != 0 {
-            block_step::<L, Q, INSTANCES>(level, slot, inside, block, &candidates);
-        }
-    }
-}
-
-/// Keeps the nearest hit among the candidates of a block.
-#[inline(always)]
-fn block_step<L: Level, Q: Query, const INSTANCES: bool>(
-    level: L,
-    slot: &mut Slot,
-    inside: &mut Inside,
-    block: &Block,
-    candidates: &Candidates<L::F4>,
-) {
-    let [x, y, z] = slot.course.inv;
-    let o = splat3(level, &slot.turn_back(&slot.o).to_array());
-    let [a, b, c] = &block.corners;
-    let corners = [
-        load3(level, a.each_ref()),
-        load3(level, b.each_ref()),
-        load3(level, c.each_ref()),
-    ];
-    let faces = triangle::faces(&o, slot.course.negative(), &corners);
-    let meets = triangle::meet(&splat3(level, &[x, y, z]), &faces, candidates);
-    let (tmin, tmax) = (level.splat4(slot.course.tmin), level.splat4(slot.best.t));
-    let within = tmin.lt(meets.t).and(meets.t.le(tmax));
-    let mut hits = within.and(meets.valid).bits();
-    if Q::ANY && hits != 0 {
-        slot.best.id = 0;
-        slot.course.stack.clear();
-        return;
-    }
-    let (t, u, v) = (meets.t.to_array(), meets.u.to_array(), meets.v.to_array());
-    while hits != 0 {
-        let k = hits.trailing_zeros() as usize & 3;
-        hits &= hits - 1;
-        let again = INSTANCES && t[k] == slot.best.t && block.ids[k] == slot.best.id && inside.current < inside.best;
-        if slot.best.loses_to(t[k], block.ids[k]) || again {
-            slot.set_best(Best {
-                t: t[k],
-                u: u[k],
-                v: v[k],
-                id: block.ids[k],
-            });
-            if INSTANCES {
-                inside.best = inside.current;
-            }
-        }
-    }
-}
-
-#[inline(always)]
-fn splat3<L: Level>(level: L, v: &[f32; 3]) -> [L::F4; 3] {
-    [level.splat4(v[0]), level.splat4(v[1]), level.splat4(v[2])]
-}
-
-/// Three rows of four triangles.
-#[inline(always)]
-pub fn load3<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3]) -> [L::F4; 3] {
-    [level.load4(x), level.load4(y), level.load4(z)]
 }
 
 /// Takes a ray into an instance, or out of one.

@@ -87,8 +87,6 @@ pub trait Level: Runner {
     fn splat8(self, x: f32) -> Self::F8;
     fn splat16(self, x: f32) -> Self::F16;
     /// Each of them in all lanes.
-    fn four4(self, x: &[f32; 4]) -> [Self::F4; 4];
-    /// Each of them in all lanes.
     fn four8(self, x: &[f32; 4]) -> [Self::F8; 4];
     fn load4(self, x: &[f32; 4]) -> Self::F4;
     fn load8(self, x: &[f32; 8]) -> Self::F8;
@@ -98,6 +96,12 @@ pub trait Level: Runner {
     /// The first three lanes, turned so that lane `last - 1` comes last; as they are for a `last` of zero.
     fn turn4(self, v: Self::F4, last: usize) -> Self::F4;
     fn join(self, first: Self::F8, second: Self::F8) -> Self::F16;
+    fn join4(self, first: Self::F4, second: Self::F4) -> Self::F8;
+    /// Of both halves the first number in all lanes of that half, then the second one and so on.
+    fn quads(self, v: Self::F8) -> [Self::F8; 4];
+    /// The first half (0) or the last one (1).
+    fn half<const LAST: usize>(self, v: Self::F8) -> Self::F4;
+    fn half_mask<const LAST: usize>(self, v: <Self::F8 as Floats>::Mask) -> <Self::F4 as Floats>::Mask;
     /// The lanes whose bits are set.
     fn mask16(self, bits: u32) -> <Self::F16 as Floats>::Mask;
 

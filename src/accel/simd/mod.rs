@@ -37,6 +37,7 @@ mod slot;
 mod together;
 mod tree;
 mod triangle;
+mod visits;
 mod waiting;
 
 pub use ahead::prefetch;

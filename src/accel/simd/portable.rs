@@ -142,10 +142,6 @@ impl Level for Portable {
         Array([x; 16])
     }
     #[inline(always)]
-    fn four4(self, x: &[f32; 4]) -> [Array<4>; 4] {
-        x.map(|x| self.splat4(x))
-    }
-    #[inline(always)]
     fn four8(self, x: &[f32; 4]) -> [Array<8>; 4] {
         x.map(|x| self.splat8(x))
     }
@@ -179,6 +175,24 @@ impl Level for Portable {
         Array(std::array::from_fn(
             |i| if i < 8 { first.0[i] } else { second.0[i - 8] },
         ))
+    }
+    #[inline(always)]
+    fn join4(self, first: Array<4>, second: Array<4>) -> Array<8> {
+        Array(std::array::from_fn(
+            |i| if i < 4 { first.0[i] } else { second.0[i - 4] },
+        ))
+    }
+    #[inline(always)]
+    fn quads(self, v: Array<8>) -> [Array<8>; 4] {
+        std::array::from_fn(|k| Array(std::array::from_fn(|i| v.0[(i & 4) + k])))
+    }
+    #[inline(always)]
+    fn half<const LAST: usize>(self, v: Array<8>) -> Array<4> {
+        Array(std::array::from_fn(|i| v.0[4 * LAST + i]))
+    }
+    #[inline(always)]
+    fn half_mask<const LAST: usize>(self, v: Bits<8>) -> Bits<4> {
+        Bits(std::array::from_fn(|i| v.0[4 * LAST + i]))
     }
     #[inline(always)]
     fn mask16(self, bits: u32) -> Bits<16> {

@@ -37,14 +37,14 @@ pub struct Slot {
     pub shear: [f32; 2],
     /// Which ray it is.
     pub ray: u32,
-    /// The order of the axes, the main one last; each below three.
-    axes: [u8; 3],
+    /// The order of the axes, the main one last, each below three; then nothing.
+    axes: [u8; 4],
 }
 
 const _: () = assert!(size_of::<Slot>() == 128 && offset_of!(Slot, o) == 80 && offset_of!(Slot, shear) == 112);
 
 /// The order of the axes for one more than the main one, which comes last.
-const AXES: [[u8; 3]; 4] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 1, 2]];
+const AXES: [[u8; 4]; 4] = [[0, 1, 2, 0], [1, 2, 0, 0], [2, 0, 1, 0], [0, 1, 2, 0]];
 
 #[inline(always)]
 fn three<F: Floats<Array = [f32; 4]>>(v: F) -> [f32; 3] {
@@ -132,18 +132,17 @@ impl Slot {
         planes.alive
     }
 
-    /// [`Slot::o`] and [`Slot::begin`], [`Slot::d`] and [`Slot::until`], each in all lanes.
+    /// [`Slot::o`] and [`Slot::begin`], [`Slot::d`] and [`Slot::until`], [`Slot::shear`] and what follows it.
     #[inline(always)]
-    pub fn line<L: Level>(&self, level: L) -> [[L::F4; 4]; 2] {
-        // SAFETY: so the fields lie.
-        let [o, d] = unsafe { &*ptr::from_ref(&self.o).cast::<[[f32; 4]; 2]>() };
-        [level.four4(o), level.four4(d)]
+    pub fn line(&self) -> &[[f32; 4]; 3] {
+        // SAFETY: so the fields lie, and any bits are a number.
+        unsafe { &*ptr::from_ref(&self.o).cast() }
     }
 
     /// `rows` of a corner in the order of the axes.
     #[inline(always)]
     pub fn turn<'a, T>(&self, rows: &'a [T; 3]) -> [&'a T; 3] {
-        let [x, y, z] = self.axes;
+        let [x, y, z, _] = self.axes;
         debug_assert!(x < 3 && y < 3 && z < 3);
         // SAFETY: [`AXES`] are below three.
         unsafe {
@@ -189,7 +188,7 @@ mod tests {
                 continue;
             }
             let shear = Shear::new(&d);
-            assert_eq!(slot.axes.map(usize::from), shear.axes, "{d}");
+            assert_eq!(slot.axes.map(usize::from)[..3], shear.axes, "{d}");
             assert_eq!(slot.shear, [shear.x, shear.y], "{d}");
             assert_eq!(slot.o, shear.turn(&ray.o).to_array());
             assert_eq!(slot.d, shear.turn(&d).to_array());

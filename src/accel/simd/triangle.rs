@@ -6,7 +6,7 @@
 
 use super::{
     super::slab::{CLIP_SLACK, NOISE, TINY},
-    lanes::{Floats, Mask},
+    lanes::{Floats, Level, Mask},
 };
 
 pub type Vec3s<F> = [F; 3];
@@ -40,6 +40,26 @@ pub struct Candidates<F: Floats> {
     det: F,
     /// `t` times [`Candidates::det`].
     t_det: F,
+}
+
+impl<F: Floats> Candidates<F> {
+    /// The first four of eight, or the last.
+    #[inline(always)]
+    pub fn half<L: Level<F8 = F>, const LAST: usize>(&self, level: L) -> Candidates<L::F4> {
+        let half = |all: F| level.half::<LAST>(all);
+        let Sides { inside, u, v, w } = self.sides;
+        Candidates {
+            mask: level.half_mask::<LAST>(self.mask),
+            sides: Sides {
+                inside: level.half_mask::<LAST>(inside),
+                u: half(u),
+                v: half(v),
+                w: half(w),
+            },
+            det: half(self.det),
+            t_det: half(self.t_det),
+        }
+    }
 }
 
 /// Where lines meet triangles.
