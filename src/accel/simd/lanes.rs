@@ -8,8 +8,8 @@ use crate::math::Runner;
 
 /// Floats side by side.
 ///
-/// Every operation rounds as the scalar one does, so all levels give the same bits; [`Floats::mul_sub`] alone may or
-/// may not round in between.
+/// Every operation rounds as the scalar one does, so all levels give the same bits; [`Floats::mul_add`] and
+/// [`Floats::mul_sub`] alone may or may not round in between.
 pub trait Floats: Copy {
     type Mask: Mask;
     /// `[f32; lanes]`.
