@@ -104,6 +104,8 @@ macro_rules! floats {
         }
 
         impl Mask for $mask {
+            const LANES: u32 = size_of::<$raw>() as u32 / 4;
+
             #[inline(always)]
             fn and(self, b: Self) -> Self {
                 // SAFETY: the values came from a level's token.

@@ -28,6 +28,8 @@ impl Avx512 {
 pub struct F16(__m512);
 
 impl Mask for __mmask16 {
+    const LANES: u32 = 16;
+
     #[inline(always)]
     fn and(self, b: Self) -> Self {
         self & b

@@ -46,6 +46,8 @@ pub trait Floats: Copy {
 
 /// One bit for each lane.
 pub trait Mask: Copy {
+    const LANES: u32;
+
     fn and(self, b: Self) -> Self;
     fn or(self, b: Self) -> Self;
     fn bits(self) -> u32;

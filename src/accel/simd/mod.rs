@@ -26,7 +26,6 @@ mod loops;
 mod nodes;
 mod packet;
 pub mod pages;
-#[cfg(target_arch = "x86_64")]
 mod pair;
 mod portable;
 mod query;

@@ -1,10 +1,36 @@
-//! Sixteen floats as two vectors of eight.
+//! Floats as two vectors of half as many.
 
 use super::lanes::{Floats, Mask};
 
 /// The first half and the second one, of floats or of a mask.
 #[derive(Clone, Copy)]
 pub struct Pair<T>(pub T, pub T);
+
+/// An array, and another behind it.
+pub trait Double {
+    type Twice: Copy;
+    fn followed_by(self, next: Self) -> Self::Twice;
+}
+
+impl Double for [f32; 4] {
+    type Twice = [f32; 8];
+
+    #[inline(always)]
+    fn followed_by(self, next: Self) -> [f32; 8] {
+        let ([a, b, c, d], [e, f, g, h]) = (self, next);
+        [a, b, c, d, e, f, g, h]
+    }
+}
+
+impl Double for [f32; 8] {
+    type Twice = [f32; 16];
+
+    #[inline(always)]
+    fn followed_by(self, next: Self) -> [f32; 16] {
+        let ([a, b, c, d, e, f, g, h], [i, j, k, l, m, n, o, p]) = (self, next);
+        [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p]
+    }
+}
 
 /// Does the same with both halves.
 macro_rules! both {
@@ -24,16 +50,15 @@ macro_rules! both {
     };
 }
 
-impl<F: Floats<Array = [f32; 8]>> Floats for Pair<F> {
+impl<F: Floats<Array: Double>> Floats for Pair<F> {
     type Mask = Pair<F::Mask>;
-    type Array = [f32; 16];
+    type Array = <F::Array as Double>::Twice;
 
     both! { { add sub mul div min max with_sign_of } { le lt eq differs } }
 
     #[inline(always)]
-    fn to_array(self) -> [f32; 16] {
-        let (a, b) = (self.0.to_array(), self.1.to_array());
-        std::array::from_fn(|i| if i < 8 { a[i] } else { b[i - 8] })
+    fn to_array(self) -> Self::Array {
+        self.0.to_array().followed_by(self.1.to_array())
     }
     #[inline(always)]
     fn fill(self, x: f32) -> Self {
@@ -66,6 +91,8 @@ impl<F: Floats<Array = [f32; 8]>> Floats for Pair<F> {
 }
 
 impl<M: Mask> Mask for Pair<M> {
+    const LANES: u32 = 2 * M::LANES;
+
     #[inline(always)]
     fn and(self, b: Self) -> Self {
         Self(self.0.and(b.0), self.1.and(b.1))
@@ -76,6 +103,6 @@ impl<M: Mask> Mask for Pair<M> {
     }
     #[inline(always)]
     fn bits(self) -> u32 {
-        self.0.bits() | self.1.bits() << 8
+        self.0.bits() | self.1.bits() << M::LANES
     }
 }

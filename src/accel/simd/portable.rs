@@ -1,8 +1,12 @@
-//! The level that every processor has: arrays, which the compiler may or may not make vectors of.
+//! The level that every processor has: arrays, which the compiler may or may not make vectors of. It finds them in arrays of
+//! four and of sixteen, so eight are two of four.
 
 use std::cmp::Ordering;
 
-use super::lanes::{Eight, Floats, Level, Mask, Top};
+use super::{
+    lanes::{Eight, Floats, Level, Mask, Top},
+    pair::Pair,
+};
 
 /// Nothing is required.
 #[derive(Clone, Copy)]
@@ -109,6 +113,8 @@ impl<const N: usize> Floats for Array<N> {
 }
 
 impl<const N: usize> Mask for Bits<N> {
+    const LANES: u32 = N as u32;
+
     #[inline(always)]
     fn and(self, b: Self) -> Self {
         Self(std::array::from_fn(|i| self.0[i] & b.0[i]))
@@ -125,7 +131,7 @@ impl<const N: usize> Mask for Bits<N> {
 
 impl Level for Portable {
     type F4 = Array<4>;
-    type F8 = Array<8>;
+    type F8 = Pair<Array<4>>;
     type F16 = Array<16>;
     type Order = [u32; 8];
 
@@ -134,32 +140,39 @@ impl Level for Portable {
         Array([x; 4])
     }
     #[inline(always)]
-    fn splat8(self, x: f32) -> Array<8> {
-        Array([x; 8])
+    fn splat8(self, x: f32) -> Pair<Array<4>> {
+        Pair(self.splat4(x), self.splat4(x))
     }
     #[inline(always)]
     fn splat16(self, x: f32) -> Array<16> {
         Array([x; 16])
     }
     #[inline(always)]
-    fn four8(self, x: &[f32; 4]) -> [Array<8>; 4] {
-        x.map(|x| self.splat8(x))
+    fn four8(self, x: &[f32; 4]) -> [Pair<Array<4>>; 4] {
+        [
+            self.splat8(x[0]),
+            self.splat8(x[1]),
+            self.splat8(x[2]),
+            self.splat8(x[3]),
+        ]
     }
     #[inline(always)]
     fn load4(self, x: &[f32; 4]) -> Array<4> {
         Array(*x)
     }
     #[inline(always)]
-    fn load8(self, x: &[f32; 8]) -> Array<8> {
-        Array(*x)
+    fn load8(self, x: &[f32; 8]) -> Pair<Array<4>> {
+        let [a, b, c, d, e, f, g, h] = *x;
+        Pair(Array([a, b, c, d]), Array([e, f, g, h]))
     }
     #[inline(always)]
     fn load16(self, x: &[f32; 16]) -> Array<16> {
         Array(*x)
     }
     #[inline(always)]
-    fn transpose(self, rows: [Array<8>; 8]) -> [Array<8>; 8] {
-        std::array::from_fn(|i| Array(rows.map(|row| row.0[i])))
+    fn transpose(self, rows: [Pair<Array<4>>; 8]) -> [Pair<Array<4>>; 8] {
+        let rows = rows.map(Floats::to_array);
+        std::array::from_fn(|i| self.load8(&rows.map(|row| row[i])))
     }
     #[inline(always)]
     fn turn4(self, v: Array<4>, last: usize) -> Array<4> {
@@ -171,28 +184,26 @@ impl Level for Portable {
         })
     }
     #[inline(always)]
-    fn join(self, first: Array<8>, second: Array<8>) -> Array<16> {
-        Array(std::array::from_fn(
-            |i| if i < 8 { first.0[i] } else { second.0[i - 8] },
-        ))
+    fn join(self, first: Pair<Array<4>>, second: Pair<Array<4>>) -> Array<16> {
+        Array(Pair(first, second).to_array())
     }
     #[inline(always)]
-    fn join4(self, first: Array<4>, second: Array<4>) -> Array<8> {
-        Array(std::array::from_fn(
-            |i| if i < 4 { first.0[i] } else { second.0[i - 4] },
-        ))
+    fn join4(self, first: Array<4>, second: Array<4>) -> Pair<Array<4>> {
+        Pair(first, second)
     }
     #[inline(always)]
-    fn quads(self, v: Array<8>) -> [Array<8>; 4] {
-        std::array::from_fn(|k| Array(std::array::from_fn(|i| v.0[(i & 4) + k])))
+    fn quads(self, v: Pair<Array<4>>) -> [Pair<Array<4>>; 4] {
+        let (a, b) = (v.0.0, v.1.0);
+        let quad = |k: usize| Pair(self.splat4(a[k]), self.splat4(b[k]));
+        [quad(0), quad(1), quad(2), quad(3)]
     }
     #[inline(always)]
-    fn half<const LAST: usize>(self, v: Array<8>) -> Array<4> {
-        Array(std::array::from_fn(|i| v.0[4 * LAST + i]))
+    fn half<const LAST: usize>(self, v: Pair<Array<4>>) -> Array<4> {
+        if LAST == 0 { v.0 } else { v.1 }
     }
     #[inline(always)]
-    fn half_mask<const LAST: usize>(self, v: Bits<8>) -> Bits<4> {
-        Bits(std::array::from_fn(|i| v.0[4 * LAST + i]))
+    fn half_mask<const LAST: usize>(self, v: Pair<Bits<4>>) -> Bits<4> {
+        if LAST == 0 { v.0 } else { v.1 }
     }
     #[inline(always)]
     fn mask16(self, bits: u32) -> Bits<16> {
@@ -205,22 +216,22 @@ impl Level for Portable {
     }
 
     #[inline(always)]
-    fn met(self, enter: Array<8>, leave: Array<8>) -> Eight {
+    fn met(self, enter: Pair<Array<4>>, leave: Pair<Array<4>>) -> Eight {
         // SAFETY: there are eight lanes.
         unsafe { Eight::new(enter.le(leave).bits()) }
     }
 
     #[inline(always)]
-    fn met_in(self, _order: [u32; 8], enter: Array<8>, leave: Array<8>) -> Eight {
+    fn met_in(self, _order: [u32; 8], enter: Pair<Array<4>>, leave: Pair<Array<4>>) -> Eight {
         self.met(enter, leave)
     }
 
     #[inline(always)]
-    fn push(self, met: Eight, order: [u32; 8], enter: Array<8>, child: &[u32; 8], to: Top) -> u32 {
-        let mut n = 0;
+    fn push(self, met: Eight, order: [u32; 8], enter: Pair<Array<4>>, child: &[u32; 8], to: Top) -> u32 {
+        let (mut n, enter) = (0, enter.to_array());
         for lane in order.into_iter().rev() {
             let lane = lane as usize & 7;
-            to.enter[(7 - n) & 7] = enter.0[lane];
+            to.enter[(7 - n) & 7] = enter[lane];
             to.child[(7 - n) & 7] = child[lane];
             n += (met.bits() >> lane & 1) as usize;
         }
