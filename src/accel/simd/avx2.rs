@@ -187,7 +187,7 @@ unsafe fn half<const LAST: usize>(v: __m256) -> __m128 {
 /// The processor has AVX2.
 #[inline(always)]
 unsafe fn together(set: Eight) -> __m256i {
-    // SAFETY: by this function's own contract.
+    // SAFETY: by this function's own contract; sets of eight are as many as the table has entries.
     unsafe {
         let lanes = _mm256_set1_epi32(*TOGETHER.get_unchecked(set.bits() as usize) as i32);
         // What is left above the lowest three bits, permutations do not look at.
@@ -195,7 +195,6 @@ unsafe fn together(set: Eight) -> __m256i {
     }
 }
 
-/// The same, which the compiler does not know: it would rather load each number into all lanes by itself.
 /// The same, of which the compiler no longer knows where it came from: it would load each number into all lanes by itself,
 /// and the processor loads half as many vectors in a cycle as it shuffles.
 #[inline]

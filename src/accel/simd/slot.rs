@@ -24,7 +24,7 @@ pub const BEYOND: f32 = 4.0 * NOISE;
 #[repr(C, align(64))]
 #[derive(Clone, Default)]
 pub struct Slot {
-    /// See [`Planes`], of which distances are negated.
+    /// See [`Planes`], of which the shifts are negated.
     pub course: Course,
     pub best: Best,
     /// The origin and the direction, in the order of [`Slot::axes`]. Beyond `begin` and `until` no triangle's raw `t` belongs

@@ -75,6 +75,12 @@ pub fn each<F: Floats>(a: Vec3s<F>, b: Vec3s<F>, f: impl Fn(F, F) -> F) -> Vec3s
     [f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2])]
 }
 
+/// Three rows of four triangles.
+#[inline(always)]
+pub fn load3<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3]) -> Vec3s<L::F4> {
+    [level.load4(x), level.load4(y), level.load4(z)]
+}
+
 #[inline(always)]
 fn cross<F: Floats>(a: Vec3s<F>, b: Vec3s<F>) -> Vec3s<F> {
     [

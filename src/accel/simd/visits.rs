@@ -10,7 +10,7 @@ use super::{
     lanes::{Floats, Level, Mask},
     query::{Best, Query},
     slot::Slot,
-    triangle::{self, Candidates, Vec3s, each},
+    triangle::{self, Candidates, Vec3s, each, load3},
     waiting::SLOTS,
 };
 
@@ -158,10 +158,4 @@ fn keep<L: Level, Q: Query, const INSTANCES: bool>(
 #[inline(always)]
 fn splat3<L: Level>(level: L, v: &[f32; 3]) -> Vec3s<L::F4> {
     [level.splat4(v[0]), level.splat4(v[1]), level.splat4(v[2])]
-}
-
-/// Three rows of four triangles.
-#[inline(always)]
-pub fn load3<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3]) -> Vec3s<L::F4> {
-    [level.load4(x), level.load4(y), level.load4(z)]
 }

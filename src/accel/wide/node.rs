@@ -12,7 +12,7 @@ pub const SHAPE: u32 = 1 << 1;
 pub const INSTANCE: u32 = 1 << 2;
 
 /// On a ray's stack: the end of what is in an instance.
-pub const EXIT: u32 = instance(MAX_PRIMS as u32 - 2);
+pub const EXIT: u32 = LEAF | SHAPE | INSTANCE | 1 << 3;
 
 /// No child. Its box is inside out, so it is met only by a ray for which no plane has a finite distance.
 pub const EMPTY: u32 = u32::MAX;
