@@ -382,11 +382,6 @@ impl Level for Avx2 {
     }
 
     #[inline(always)]
-    fn up_to(self, enter: &[f32; 8], end: f32) -> u32 {
-        self.load8(enter).le(self.splat8(end)).bits()
-    }
-
-    #[inline(always)]
     fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
         let mut bits = [0; 2];
         for (i, eight) in words.as_chunks::<8>().0.iter().enumerate() {

@@ -221,11 +221,6 @@ impl Level for Avx512 {
     }
 
     #[inline(always)]
-    fn up_to(self, enter: &[f32; 8], end: f32) -> u32 {
-        self.0.up_to(enter, end)
-    }
-
-    #[inline(always)]
     fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
         let mut bits = [0; 2];
         for (i, sixteen) in words.as_chunks::<16>().0.iter().enumerate() {

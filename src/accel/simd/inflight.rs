@@ -157,6 +157,8 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
         // SAFETY: these slots wait at nodes, and the stacks are theirs.
         unsafe { nodes::step::<L, Q, _, SLOTS>(level, tree, &mut flight, at_node, stacks) };
         let mut waiting = at_leaf;
+        // Those whose rays have come to end nearer.
+        let mut nearer = 0_u64;
         visits.clear();
         while waiting != 0 {
             let id = take(&mut waiting);
@@ -174,16 +176,23 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
             } else if leaf != EMPTY {
                 let placed = analytic::test::<Q>(slot, number(leaf), geometry, rays);
                 inside.best = if placed { Instance::NONE } else { inside.best };
+                nearer |= u64::from(placed) << id;
             }
         }
         // SAFETY: the tree has not changed.
-        unsafe { visits.test::<L, Q, INSTANCES>(level, flight.all, inside) };
+        nearer |= unsafe { visits.test::<L, Q, INSTANCES>(level, flight.all, inside) };
+        while !Q::ANY && nearer != 0 {
+            // SAFETY: the stacks are theirs.
+            unsafe { nodes::drop_far(level, &mut flight.all[take(&mut nearer)].course, stacks) };
+        }
         // SAFETY: the stacks are theirs.
         unsafe { nodes::pop::<L, Q, _, SLOTS>(level, &starts, &mut flight, at_node | at_leaf, stacks) };
     }
 }
 
 impl Traveller for Slot {
+    const DROPS: bool = true;
+
     #[inline(always)]
     fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8) {
         self.course.cross(level, node, None)

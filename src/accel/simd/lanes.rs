@@ -123,9 +123,6 @@ pub trait Level: Runner {
     /// Writes the children of these lanes to the end of `to`, as they come; returns how many there are.
     fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) -> u32;
 
-    /// A set of which the lowest is the first of `enter` that is at most `end`.
-    fn up_to(self, enter: &[f32; 8], end: f32) -> u32;
-
     /// The sets of those `words` whose lowest bit, and whose second lowest one, is set; a multiple of sixteen of them, at
     /// most 64.
     fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2];

@@ -28,6 +28,10 @@ pub trait Traveller {
     /// From where to where it is in each of a node's boxes.
     fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8);
     fn course(&mut self) -> &mut Course;
+
+    /// Whether children that are too far by now are taken off its stack by [`drop_far`] when its end has come nearer, or passed
+    /// over when they are popped. Dropping pays where many are popped for each time that the end comes nearer.
+    const DROPS: bool;
 }
 
 /// Which of a node's boxes are met.
@@ -149,13 +153,16 @@ pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
         let id = take(&mut waiting) % N;
         // SAFETY: what is settled is what it was.
         let course = unsafe { (*level.settle(&mut flight.all[id])).course() };
-        let end = course.end;
         let mut top = course.stack.top as usize;
-        if Q::ANY {
+        if Q::ANY || T::DROPS {
             top += 1;
         } else {
-            // SAFETY: there are eight entries behind the last, which are never farther than anything.
-            let near = |top: usize| level.up_to(unsafe { &*stacks.enter.add(top + 1).cast() }, end);
+            let end = level.splat8(course.end);
+            let near = |top: usize| {
+                // SAFETY: there are eight entries behind the last, which are never farther than anything.
+                let enter = level.load8(unsafe { &*stacks.enter.add(top + 1).cast() });
+                level.met(enter, end).bits()
+            };
             let mut found = near(top);
             while found == 0 {
                 top += 8;
@@ -172,5 +179,75 @@ pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
     }
     for child in late {
         level.prefetch::<4>(starts.of(child));
+    }
+}
+
+/// Takes what lies too far off the stack, after what goes through the tree has come to end nearer.
+///
+/// # Safety
+/// `course` has its stack among `stacks`.
+#[inline(always)]
+pub unsafe fn drop_far<L: Level>(level: L, course: &mut Course, stacks: Stacks) {
+    let end = level.splat8(course.end);
+    let (top, base) = course.stack.places();
+    let (mut from, mut to) = (base, base);
+    while from > top {
+        // SAFETY: by this function's own contract; before a stack there is room for eight. What is kept moves towards the base,
+        // over what was read.
+        to -= unsafe {
+            let enter: [u32; 8] = *stacks.enter.add(from - 7).cast();
+            let child: [u32; 8] = *stacks.child.add(from - 7).cast();
+            // Below the top nothing is meant.
+            let meant = 0xff00 >> (from - top).min(8) & 0xff;
+            let kept = level.met(level.load8(&enter.map(f32::from_bits)), end);
+            let kept = Eight::new(kept.bits() & meant);
+            level.push_any(kept, &enter, &mut *stacks.enter.add(to - 7).cast());
+            level.push_any(kept, &child, &mut *stacks.child.add(to - 7).cast()) as usize
+        };
+        from -= 8;
+    }
+    course.stack.top = to as u32;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        super::{portable::Portable, scratch::Scratch},
+        *,
+    };
+
+    #[test]
+    fn what_is_too_far_leaves_the_stack_and_the_rest_keeps_its_order() {
+        let mut scratch = Scratch::new();
+        scratch.prepare(&Tree::default());
+        let stacks = scratch.stacks();
+        let course = &mut scratch.slots[1].course;
+        let (_, base) = course.stack.places();
+        for count in 0..=30_u32 {
+            for far in [0, 1, 0b1010_0110_1111_0000_0110_0101_1101, u32::MAX] {
+                let is_far = |child: &u32| far >> child & 1 == 1;
+                course.end = 1.0;
+                course.stack.clear();
+                for child in 0..count {
+                    let at = course.stack.top as usize;
+                    // SAFETY: a stack has room for more.
+                    unsafe {
+                        *stacks.enter.add(at) = if is_far(&child) { 1.5 } else { 1.0 };
+                        *stacks.child.add(at) = child;
+                    }
+                    course.stack.top -= 1;
+                }
+                // SAFETY: the stack is the slot's own.
+                let left: Vec<u32> = unsafe {
+                    drop_far(Portable, course, stacks);
+                    let (top, base) = course.stack.places();
+                    (top + 1..=base).rev().map(|at| *stacks.child.add(at)).collect()
+                };
+                let near: Vec<u32> = (0..count).filter(|child| !is_far(child)).collect();
+                assert_eq!(left, near);
+                // SAFETY: behind a stack is its end.
+                assert_eq!(unsafe { *stacks.child.add(base + 1) }, DONE);
+            }
+        }
     }
 }

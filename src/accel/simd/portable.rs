@@ -249,14 +249,6 @@ impl Level for Portable {
     }
 
     #[inline(always)]
-    fn up_to(self, enter: &[f32; 8], end: f32) -> u32 {
-        enter
-            .iter()
-            .position(|&enter| enter <= end)
-            .map_or(0, |first| 1 << first)
-    }
-
-    #[inline(always)]
     fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
         let mut bits = [0; 2];
         for (i, word) in words.iter().enumerate() {

@@ -3,7 +3,7 @@
 use super::{inflight::Inside, packet::Packet, slot::Slot, tree::Tree, waiting::SLOTS};
 use crate::accel::wide::node::DONE;
 
-/// Entries behind a stack's last: popping looks at eight at once. All say that the ray is done.
+/// Entries behind a stack's last: popping may look at eight at once. All say that the ray is done.
 const BASE: usize = 8;
 
 /// Packets in flight: each covers the others' latency as rays do, and more would not stay in the first cache.
@@ -38,6 +38,12 @@ impl Ends {
     #[inline(always)]
     pub fn clear(&mut self) {
         self.top = self.base;
+    }
+
+    /// Where the next child goes, and the first one.
+    #[inline(always)]
+    pub fn places(&self) -> (usize, usize) {
+        (self.top as usize, self.base as usize)
     }
 }
 

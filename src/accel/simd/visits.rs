@@ -57,7 +57,8 @@ impl Visits {
         }
     }
 
-    /// Tests all of them. Of a slot whose ray needs to go no further the stack is left empty.
+    /// Tests all of them; the set of slots whose rays end nearer now. Of one whose ray needs to go no further the stack is left
+    /// empty.
     ///
     /// # Safety
     /// The blocks that were added still exist.
@@ -67,7 +68,8 @@ impl Visits {
         level: L,
         slots: &mut [Slot; SLOTS],
         inside: &mut [Inside; SLOTS],
-    ) {
+    ) -> u64 {
+        let mut nearer = 0;
         let visits = &self.list[..self.count.min(MOST)];
         for pair in visits.chunks(2) {
             // One that is left over is tested twice.
@@ -79,13 +81,18 @@ impl Visits {
             let bits = candidates.mask.bits();
             if bits & 0b1111 != 0 {
                 let half = candidates.half::<L, 0>(level);
-                keep::<L, Q, INSTANCES>(level, &mut slots[ids[0]], &mut inside[ids[0]], blocks[0], &half);
+                let [id, _] = ids;
+                let found = keep::<L, Q, INSTANCES>(level, &mut slots[id], &mut inside[id], blocks[0], &half);
+                nearer |= u64::from(found) << id;
             }
             if bits >> 4 != 0 {
                 let half = candidates.half::<L, 1>(level);
-                keep::<L, Q, INSTANCES>(level, &mut slots[ids[1]], &mut inside[ids[1]], blocks[1], &half);
+                let [_, id] = ids;
+                let found = keep::<L, Q, INSTANCES>(level, &mut slots[id], &mut inside[id], blocks[1], &half);
+                nearer |= u64::from(found) << id;
             }
         }
+        nearer
     }
 }
 
@@ -109,7 +116,7 @@ fn candidates<L: Level>(level: L, slots: [&Slot; 2], blocks: [&Block; 2]) -> Can
     triangle::candidates([dx, dy, dz], &plane, sides, begin, until)
 }
 
-/// Keeps the nearest hit among the candidates of a block.
+/// Keeps the nearest hit among the candidates of a block; whether there is one.
 #[inline(always)]
 fn keep<L: Level, Q: Query, const INSTANCES: bool>(
     level: L,
@@ -117,7 +124,7 @@ fn keep<L: Level, Q: Query, const INSTANCES: bool>(
     inside: &mut Inside,
     block: &Block,
     candidates: &Candidates<L::F4>,
-) {
+) -> bool {
     let [x, y, z] = slot.course.inv;
     let o = splat3(level, &slot.turn_back(&slot.o).to_array());
     let [a, b, c] = &block.corners;
@@ -134,8 +141,9 @@ fn keep<L: Level, Q: Query, const INSTANCES: bool>(
     if Q::ANY && hits != 0 {
         slot.best.id = 0;
         slot.course.stack.clear();
-        return;
+        return true;
     }
+    let found = hits != 0;
     let (t, u, v) = (meets.t.to_array(), meets.u.to_array(), meets.v.to_array());
     while hits != 0 {
         let k = hits.trailing_zeros() as usize & 3;
@@ -153,6 +161,7 @@ fn keep<L: Level, Q: Query, const INSTANCES: bool>(
             }
         }
     }
+    found
 }
 
 #[inline(always)]

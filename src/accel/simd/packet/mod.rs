@@ -258,6 +258,8 @@ pub fn trace<L: Level, Q: Query>(
 }
 
 impl Traveller for Packet {
+    const DROPS: bool = false;
+
     #[inline(always)]
     fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8) {
         self.cost += 1;
