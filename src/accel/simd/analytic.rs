@@ -2,14 +2,13 @@
 
 use super::{
     super::{Geometry, PrimRef, slab::Slabs},
-    query::{Best, Query},
+    query::Best,
     slot::Slot,
 };
 use crate::math::{Ray, Vec3};
 
-/// Tests shape `index` of the geometry's primitives; whether it is the nearest hit now. Where the ray needs to go no further
-/// its stack is left empty.
-pub fn test<Q: Query>(slot: &mut Slot, index: u32, geometry: &Geometry, rays: &[Ray]) -> bool {
+/// Tests shape `index` of the geometry's primitives; whether it is the nearest hit now.
+pub fn test(slot: &mut Slot, index: u32, geometry: &Geometry, rays: &[Ray]) -> bool {
     let Some(placed) = geometry.shape(PrimRef::new(index)) else {
         return false;
     };
@@ -34,9 +33,6 @@ pub fn test<Q: Query>(slot: &mut Slot, index: u32, geometry: &Geometry, rays: &[
             v: hit.v,
             id: index + 1,
         });
-    }
-    if Q::ANY {
-        slot.course.stack.clear();
     }
     nearer
 }

@@ -1,9 +1,9 @@
 //! Sixty-four rays in flight: the kernel for rays that have nothing in common.
 //!
 //! A single ray waits: for the node it will test, and for the outcome of branches nobody can predict. So many are
-//! under way at once. All node tests are done in one pass and all pops in a second, both without branches; each asks
-//! for the memory that its ray will touch when its turn comes again. Rays at leaves wait until there are enough of them.
-//! A ray that is done makes room for the next.
+//! under way at once. All that are at nodes are tested in one pass without branches, which takes what comes next for each
+//! from its stack and asks for the memory that it will touch when its turn comes again. Rays at leaves wait until there are
+//! enough of them. A ray that is done makes room for the next.
 //!
 //! At an instance a ray goes on in the space of its group: its line is mapped, the end of the instance goes on its stack
 //! and then the group's root. At the end it takes its line in the world again. Kernels for scenes without instances are
@@ -155,7 +155,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
             at_leaf = 0;
         }
         // SAFETY: these slots wait at nodes, and the stacks are theirs.
-        unsafe { nodes::step::<L, Q, _, SLOTS>(level, tree, &mut flight, at_node, stacks) };
+        unsafe { nodes::step::<L, Q, _, SLOTS>(level, tree, &starts, &mut flight, at_node, stacks) };
         let mut waiting = at_leaf;
         // Those whose rays have come to end nearer.
         let mut nearer = 0_u64;
@@ -163,35 +163,46 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
         while waiting != 0 {
             let id = take(&mut waiting);
             let leaf = flight.next[id];
+            let (slot, inside) = (&mut flight.all[id], &mut inside[id]);
             if leaf & SHAPE == 0 {
                 // SAFETY: the slot waits at a leaf of this tree.
                 visits.add(level, id, unsafe { tree.leaf(leaf) });
-                continue;
-            }
-            let (slot, inside) = (&mut flight.all[id], &mut inside[id]);
-            if INSTANCES && leaf & INSTANCE != 0 {
+            } else if INSTANCES && leaf & INSTANCE != 0 {
                 let ray = &rays[slot.ray as usize];
                 // SAFETY: the stack is the slot's own.
                 unsafe { instance_step(level, slot, leaf, inside, tree, geometry, ray, stacks) };
             } else if leaf != EMPTY {
-                let placed = analytic::test::<Q>(slot, number(leaf), geometry, rays);
+                let placed = analytic::test(slot, number(leaf), geometry, rays);
                 inside.best = if placed { Instance::NONE } else { inside.best };
                 nearer |= u64::from(placed) << id;
             }
+            // SAFETY: the stack is the slot's own.
+            let next = unsafe { nodes::pop_one(&mut slot.course, stacks) };
+            level.prefetch::<4>(starts.of(next));
+            flight.next[id] = next;
         }
         // SAFETY: the tree has not changed.
         nearer |= unsafe { visits.test::<L, Q, INSTANCES>(level, flight.all, inside) };
-        while !Q::ANY && nearer != 0 {
-            // SAFETY: the stacks are theirs.
-            unsafe { nodes::drop_far(level, &mut flight.all[take(&mut nearer)].course, stacks) };
+        while nearer != 0 {
+            let id = take(&mut nearer);
+            flight.next[id] = if Q::ANY {
+                DONE
+            } else {
+                let course = &mut flight.all[id].course;
+                // What was popped meanwhile may be too far as well.
+                course.stack.top -= 1;
+                // SAFETY: the stack is the slot's own.
+                unsafe {
+                    nodes::drop_far(level, course, stacks);
+                    nodes::pop_one(course, stacks)
+                }
+            };
         }
-        // SAFETY: the stacks are theirs.
-        unsafe { nodes::pop::<L, Q, _, SLOTS>(level, &starts, &mut flight, at_node | at_leaf, stacks) };
     }
 }
 
 impl Traveller for Slot {
-    const DROPS: bool = true;
+    const IN_PASSING: bool = true;
 
     #[inline(always)]
     fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8) {

@@ -29,9 +29,10 @@ pub trait Traveller {
     fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8);
     fn course(&mut self) -> &mut Course;
 
-    /// Whether children that are too far by now are taken off its stack by [`drop_far`] when its end has come nearer, or passed
-    /// over when they are popped. Dropping pays where many are popped for each time that the end comes nearer.
-    const DROPS: bool;
+    /// Whether what it has on its stack is never too far, since [`drop_far`] takes such children off when its end has come nearer:
+    /// then the next one is popped in passing. Otherwise [`pop`] passes over them. Dropping pays where many are popped for each
+    /// time that the end comes nearer.
+    const IN_PASSING: bool;
 }
 
 /// Which of a node's boxes are met.
@@ -44,9 +45,7 @@ struct Met<'t, L: Level> {
 }
 
 /// Tests all that `waiting` says of, each at the node that `next` says, and puts the children that are met on their stacks.
-///
-/// Where any hit will do, what one has found goes on the stack only when the next one's test is under way, so that the processor
-/// has more to do at once. It is too much to keep in registers where the order counts.
+/// What is popped in passing has its next child then.
 ///
 /// # Safety
 /// All in `waiting` are at nodes of `tree`, and `stacks` are theirs and were made for it.
@@ -54,27 +53,37 @@ struct Met<'t, L: Level> {
 pub unsafe fn step<L: Level, Q: Query, T: Traveller, const N: usize>(
     level: L,
     tree: &Tree,
+    starts: &Starts,
     flight: &mut Flight<'_, T, N>,
     mut waiting: u64,
     stacks: Stacks,
 ) {
-    // What one has found is kept while the next one is tested, so each is borrowed by itself.
-    let (all, next) = (flight.all.as_mut_ptr(), &*flight.next);
-    // SAFETY: by this function's own contract.
-    unsafe {
-        if Q::ANY && waiting != 0 {
-            let mut before = meet::<L, Q, T, N>(level, tree, all, next, take(&mut waiting));
-            while waiting != 0 {
-                let met = meet::<L, Q, T, N>(level, tree, all, next, take(&mut waiting));
-                keep::<L, Q>(level, &before, stacks);
-                before = met;
-            }
-            keep::<L, Q>(level, &before, stacks);
+    if waiting == 0 {
+        return;
+    }
+    // A child is popped a turn after it was pushed. The first turn has none before it and pops anything, which the next turn
+    // makes good.
+    let mut before = (waiting.trailing_zeros() as usize, 0);
+    let pop = |next: &mut [u32; N], (id, place): (usize, usize)| {
+        // SAFETY: what lies there was pushed, or is the base; or it is the first place of all.
+        let child = unsafe { *stacks.child.add(place) };
+        next[id % N] = child;
+        level.prefetch::<4>(starts.of(child));
+    };
+    while waiting != 0 {
+        let id = take(&mut waiting);
+        // SAFETY: by this function's own contract.
+        let place = unsafe {
+            let met = meet::<L, Q, T, N>(level, tree, flight.all.as_mut_ptr(), flight.next, id);
+            keep::<L, Q, T>(level, &met, stacks)
+        };
+        if T::IN_PASSING {
+            pop(flight.next, before);
+            before = (id, place);
         }
-        while waiting != 0 {
-            let met = meet::<L, Q, T, N>(level, tree, all, next, take(&mut waiting));
-            keep::<L, Q>(level, &met, stacks);
-        }
+    }
+    if T::IN_PASSING {
+        pop(flight.next, before);
     }
 }
 
@@ -111,12 +120,12 @@ unsafe fn meet<'t, L: Level, Q: Query, T: Traveller, const N: usize>(
     }
 }
 
-/// Puts the children that are met on the stack.
+/// Puts the children that are met on the stack. Where the topmost one lies if it is popped in passing.
 ///
 /// # Safety
 /// The stack exists and is among `stacks`, which were made for the node's tree.
 #[inline(always)]
-unsafe fn keep<L: Level, Q: Query>(level: L, met: &Met<'_, L>, stacks: Stacks) {
+unsafe fn keep<L: Level, Q: Query, T: Traveller>(level: L, met: &Met<'_, L>, stacks: Stacks) -> usize {
     // SAFETY: by this function's own contract; a stack has room for all that may wait and for a store of eight before it.
     let (stack, top, to) = unsafe {
         let top = (*met.stack).top;
@@ -131,7 +140,8 @@ unsafe fn keep<L: Level, Q: Query>(level: L, met: &Met<'_, L>, stacks: Stacks) {
     } else {
         level.push(met.met, met.order, met.enter, met.children, to)
     };
-    stack.top = top - count;
+    stack.top = top - count + u32::from(T::IN_PASSING);
+    stack.top as usize
 }
 
 /// Takes for all that `waiting` says of the topmost child that is not too far from its stack: that comes next.
@@ -154,7 +164,7 @@ pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
         // SAFETY: what is settled is what it was.
         let course = unsafe { (*level.settle(&mut flight.all[id])).course() };
         let mut top = course.stack.top as usize;
-        if Q::ANY || T::DROPS {
+        if Q::ANY {
             top += 1;
         } else {
             let end = level.splat8(course.end);
@@ -180,6 +190,17 @@ pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
     for child in late {
         level.prefetch::<4>(starts.of(child));
     }
+}
+
+/// Takes the topmost child from a stack.
+///
+/// # Safety
+/// `course` has its stack among `stacks`.
+#[inline(always)]
+pub unsafe fn pop_one(course: &mut Course, stacks: Stacks) -> u32 {
+    course.stack.top += 1;
+    // SAFETY: what is popped was pushed, or is the base.
+    unsafe { *stacks.child.add(course.stack.top as usize) }
 }
 
 /// Takes what lies too far off the stack, after what goes through the tree has come to end nearer.

@@ -221,10 +221,10 @@ impl Tree {
 pub struct Starts([*const u8; 2]);
 
 impl Starts {
-    /// Where the child's data begins, for a prefetch; nothing may be read there.
+    /// A place in the cache line in which the child's data begins, for a prefetch; nothing may be read there.
     #[inline(always)]
     pub fn of(&self, child: u32) -> *const u8 {
-        self.0[(child & LEAF) as usize].wrapping_add(node::offset(child))
+        self.0[(child & LEAF) as usize].wrapping_add(node::offset_nearly(child))
     }
 }
 

@@ -57,8 +57,7 @@ impl Visits {
         }
     }
 
-    /// Tests all of them; the set of slots whose rays end nearer now. Of one whose ray needs to go no further the stack is left
-    /// empty.
+    /// Tests all of them; the set of slots whose rays end nearer now, or are done where any hit will do.
     ///
     /// # Safety
     /// The blocks that were added still exist.
@@ -140,7 +139,6 @@ fn keep<L: Level, Q: Query, const INSTANCES: bool>(
     let mut hits = within.and(meets.valid).bits();
     if Q::ANY && hits != 0 {
         slot.best.id = 0;
-        slot.course.stack.clear();
         return true;
     }
     let found = hits != 0;

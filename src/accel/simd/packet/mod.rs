@@ -238,7 +238,7 @@ pub fn trace<L: Level, Q: Query>(
         let at_leaf = active & leaf;
         let at_node = active ^ at_leaf;
         // SAFETY: these packets wait at nodes, and the stacks are theirs.
-        unsafe { nodes::step::<L, Q, _, PACKETS>(level, tree, &mut flight, at_node, stacks) };
+        unsafe { nodes::step::<L, Q, _, PACKETS>(level, tree, &starts, &mut flight, at_node, stacks) };
         let mut at_leaf = at_leaf;
         while at_leaf != 0 {
             let id = take(&mut at_leaf) % PACKETS;
@@ -258,7 +258,7 @@ pub fn trace<L: Level, Q: Query>(
 }
 
 impl Traveller for Packet {
-    const DROPS: bool = false;
+    const IN_PASSING: bool = false;
 
     #[inline(always)]
     fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8) {
