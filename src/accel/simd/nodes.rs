@@ -1,5 +1,5 @@
 //! The passes of what is in flight, rays or packets, over the nodes of the tree: all that wait at one are tested against its
-//! boxes; then all take what comes next from their stacks.
+//! boxes, and take what comes next from their stacks, rays in the same pass and packets in one of its own.
 
 use std::ptr;
 
@@ -25,14 +25,14 @@ pub struct Flight<'s, T, const N: usize> {
 
 /// What goes through the tree.
 pub trait Traveller {
-    /// From where to where it is in each of a node's boxes.
-    fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8);
-    fn course(&mut self) -> &mut Course;
-
     /// Whether what it has on its stack is never too far, since [`drop_far`] takes such children off when its end has come nearer:
     /// then the next one is popped in passing. Otherwise [`pop`] passes over them. Dropping pays where many are popped for each
     /// time that the end comes nearer.
     const IN_PASSING: bool;
+
+    /// From where to where it is in each of a node's boxes.
+    fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8);
+    fn course(&mut self) -> &mut Course;
 }
 
 /// Which of a node's boxes are met.
@@ -144,7 +144,8 @@ unsafe fn keep<L: Level, Q: Query, T: Traveller>(level: L, met: &Met<'_, L>, sta
     stack.top as usize
 }
 
-/// Takes for all that `waiting` says of the topmost child that is not too far from its stack: that comes next.
+/// Takes for all that `waiting` says of the topmost child that is not too far from its stack: that comes next. For what is
+/// not popped in passing.
 ///
 /// Memory is asked for two turns late: four requests that wait for a child's number keep others out of the queue.
 ///
@@ -158,6 +159,7 @@ pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
     mut waiting: u64,
     stacks: Stacks,
 ) {
+    const { assert!(!T::IN_PASSING) };
     let mut late = [DONE; 2];
     while waiting != 0 {
         let id = take(&mut waiting) % N;
