@@ -1,66 +1,228 @@
-//! A packet at a leaf: four triangles and what encloses all rays, then a triangle and sixteen rays.
+//! Packets at leaves with triangles.
+//!
+//! Whether anything is met there cannot be foretold, and a processor that guesses wrongly stands still until it knows. So each
+//! step is a pass of its own over all packets that are at leaves, and keeps what is left of a list without branches: triangles
+//! that what encloses a packet may meet, four at a time; of these, those that the line of any of its rays goes through; and
+//! hits.
+
+use std::ptr;
 
 use super::{
     super::{
-        super::{
-            Geometry,
-            wide::node::{Block, EMPTY, SHAPE, count, number},
-        },
+        super::wide::node::{Block, MAX_LEAF},
         lanes::{Floats, Level, Mask},
         query::{NOTHING, Query},
-        tree::Tree,
-        triangle::{Faces, Plane, Vec3s, candidates, each, faces, load3, meet, plane, sides},
+        scratch::PACKETS,
+        triangle::{Vec3s, candidates, each, faces, load3, meet, plane, sides},
     },
+    RAYS,
     rays::{Each, NO_MORE, Packet},
-    shape::shape_step,
+    singles::{self, Single},
 };
 use crate::math::Ray;
 
-/// What a block of triangles costs, in tests of a node.
-const BLOCK_COST: u32 = 6;
+/// Rays that go through a triangle are tested all sixteen together where they are so many, otherwise each for itself.
+const MANY: u32 = 6;
 
-/// How far, relative to the square of the largest coordinate, an edge's side may be wrong: the routine for rays rounds it
-/// by less than 20 units of [`f32::EPSILON`], [`Packet::seen`] by less than 20 as well.
+/// The most that are tested for themselves.
+const SINGLES: usize = MOST * FOUR * (MANY as usize - 1);
+
+/// The most blocks that packets can come to at once, a power of two.
+const MOST: usize = PACKETS * MAX_LEAF;
+
+/// Triangles in a block.
+const FOUR: usize = 4;
+
+/// How far an edge's side may be wrong, relative to how far the triangle reaches from where rays start and from their lines: the
+/// routine for rays rounds it by less than 12 units of [`f32::EPSILON`], [`Edges`] by less than 16.
 const MARGIN: f32 = 64.0 * f32::EPSILON;
 
 /// The same for numbers so small that they have lost their digits.
 const LEAST: f32 = 64.0 * f32::MIN_POSITIVE;
 
-/// Tests what is in a leaf.
-///
-/// # Safety
-/// `leaf` is a leaf of `tree`.
-#[inline(always)]
-pub unsafe fn leaf_step<L: Level, Q: Query>(
-    level: L,
-    packet: &mut Packet,
-    leaf: u32,
-    tree: &Tree,
-    geometry: &Geometry,
-    rays: &[Ray],
-) {
-    let mut nearer = false;
-    packet.cost += BLOCK_COST * count(leaf) as u32;
-    if leaf & SHAPE != 0 {
-        if leaf != EMPTY {
-            nearer = shape_step::<L, Q>(level, packet, number(leaf), geometry, rays);
-        }
-    } else {
-        // SAFETY: by this function's own contract.
-        for block in unsafe { tree.leaf(leaf) } {
-            nearer |= if packet.shared {
-                packet.seen_block::<L, Q>(level, block)
-            } else {
-                packet.block::<L, Q>(level, block)
-            };
+/// The edges of a block's triangles as seen from one place.
+#[derive(Clone, Copy)]
+struct Edges {
+    /// A line sheared by `[s, t]` passes each triangle's first edge on the side that the sign of `x * s + y * t + z` tells,
+    /// and so the others.
+    sides: [[[f32; FOUR]; 3]; 3],
+    /// How wrong that may be.
+    margin: [f32; FOUR],
+}
+
+/// A block that a packet has come to.
+#[derive(Clone, Copy)]
+struct Visit {
+    /// Where all rays start in one place.
+    edges: Edges,
+    block: *const Block,
+    packet: usize,
+}
+
+/// The blocks that packets have come to, and which of their triangles may be met.
+pub struct Visits {
+    blocks: [Visit; MOST],
+    block_count: usize,
+    /// [`FOUR`] times a place in `blocks`, and which triangle of it.
+    triangles: [u32; MOST * FOUR],
+    /// Whose lines go through each.
+    lanes: [u32; MOST * FOUR],
+    count: usize,
+    /// [`RAYS`] times a member of `triangles`, and which ray.
+    singles: [u32; SINGLES],
+}
+
+impl Visits {
+    pub fn new() -> Self {
+        let edges = Edges {
+            sides: [[[0.0; FOUR]; 3]; 3],
+            margin: [0.0; FOUR],
+        };
+        let nothing = Visit {
+            edges,
+            block: ptr::null(),
+            packet: 0,
+        };
+        Self {
+            blocks: [nothing; MOST],
+            block_count: 0,
+            triangles: [0; MOST * FOUR],
+            lanes: [0; MOST * FOUR],
+            count: 0,
+            singles: [0; SINGLES],
         }
     }
-    if nearer {
-        packet.set_ends(level);
-        // Nothing is left to ask.
-        if Q::ANY && packet.course.end == f32::NEG_INFINITY {
-            packet.course.stack.clear();
+
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.block_count = 0;
+    }
+
+    /// Adds the blocks of a leaf that a packet has come to; of each packet one leaf at most.
+    #[inline(always)]
+    pub fn add<L: Level>(&mut self, level: L, packet: usize, blocks: &[Block]) {
+        for block in blocks {
+            // Asked for a second time: what was there may have had to go since.
+            level.prefetch::<3>(ptr::from_ref(block).cast());
+            let visit = &mut self.blocks[self.block_count % MOST];
+            (visit.block, visit.packet) = (block, packet);
+            self.block_count += 1;
         }
+    }
+
+    /// Tests what was added; the set of packets some of whose rays end nearer now, or are blocked.
+    ///
+    /// # Safety
+    /// The blocks that were added still exist.
+    #[inline(always)]
+    pub unsafe fn test<L: Level, Q: Query>(&mut self, level: L, packets: &mut [Packet; PACKETS], rays: &[Ray]) -> u64 {
+        // SAFETY: by this function's own contract.
+        unsafe {
+            self.see(level, packets);
+            self.pass(level, packets);
+            self.meet::<L, Q>(level, packets, rays)
+        }
+    }
+
+    /// Lists the triangles that may be met.
+    #[inline(always)]
+    unsafe fn see<L: Level>(&mut self, level: L, packets: &[Packet; PACKETS]) {
+        self.count = 0;
+        for at in 0..self.block_count.min(MOST) {
+            let visit = &mut self.blocks[at];
+            let packet = &packets[visit.packet % PACKETS];
+            // SAFETY: by this function's own contract.
+            let block = unsafe { &*visit.block };
+            let seen = if packet.shared {
+                packet.see(level, block, &mut visit.edges)
+            } else {
+                (0..FOUR).fold(0, |set, k| set | u32::from(block.ids[k] != NOTHING) << k)
+            };
+            for k in 0..FOUR {
+                self.triangles[self.count % (MOST * FOUR)] = (at * FOUR + k) as u32;
+                self.count += (seen >> k & 1) as usize;
+            }
+        }
+    }
+
+    /// Keeps those in the list that the line of any ray goes through, and says of which.
+    #[inline(always)]
+    unsafe fn pass<L: Level>(&mut self, level: L, packets: &[Packet; PACKETS]) {
+        let seen = self.count;
+        self.count = 0;
+        for i in 0..seen {
+            let triangle = self.triangles[i % (MOST * FOUR)];
+            let (visit, k) = self.visit(triangle);
+            let packet = &packets[visit.packet % PACKETS];
+            let lanes = if packet.shared {
+                packet.may_pass(level, &visit.edges, k)
+            } else {
+                // SAFETY: by this function's own contract.
+                packet.passes(level, unsafe { &*visit.block }, k)
+            };
+            let at = self.count % (MOST * FOUR);
+            (self.triangles[at], self.lanes[at]) = (triangle, lanes);
+            self.count += usize::from(lanes != 0);
+        }
+    }
+
+    /// Keeps the hits of those in the list.
+    #[inline(always)]
+    unsafe fn meet<L: Level, Q: Query>(&mut self, level: L, packets: &mut [Packet; PACKETS], rays: &[Ray]) -> u64 {
+        let mut nearer = 0;
+        let mut singles = 0;
+        for i in 0..self.count {
+            let i = i % (MOST * FOUR);
+            let (triangle, mut lanes) = (self.triangles[i], self.lanes[i]);
+            let (visit, k) = self.visit(triangle);
+            if lanes.count_ones() < MANY {
+                while lanes != 0 {
+                    self.singles[singles % SINGLES] = triangle * RAYS as u32 + lanes.trailing_zeros();
+                    singles += 1;
+                    lanes &= lanes - 1;
+                }
+            } else {
+                let id = visit.packet % PACKETS;
+                // SAFETY: by this function's own contract.
+                let found = packets[id].triangle::<L, Q>(level, unsafe { &*visit.block }, k);
+                nearer |= u64::from(found) << id;
+            }
+        }
+        let mut from = 0;
+        while from < singles {
+            let mut group = [self.single(self.singles[from % SINGLES]); singles::EIGHT];
+            let way = packets[group[0].packet].way();
+            let mut count = 1;
+            while count < singles::EIGHT && from + count < singles {
+                let next = self.single(self.singles[(from + count) % SINGLES]);
+                if packets[next.packet].way() != way {
+                    break;
+                }
+                group[count] = next;
+                count += 1;
+            }
+            from += count;
+            // SAFETY: by this function's own contract.
+            nearer |= unsafe { singles::test::<L, Q>(level, &group, packets, rays) };
+        }
+        nearer
+    }
+
+    #[inline(always)]
+    fn single(&self, single: u32) -> Single {
+        let (visit, k) = self.visit(single / RAYS as u32);
+        Single {
+            packet: visit.packet % PACKETS,
+            lane: single as usize % RAYS,
+            block: visit.block,
+            k,
+        }
+    }
+
+    /// Where a triangle is: in which block, and which of that.
+    #[inline(always)]
+    fn visit(&self, triangle: u32) -> (&Visit, usize) {
+        (&self.blocks[triangle as usize / FOUR % MOST], triangle as usize % FOUR)
     }
 }
 
@@ -72,139 +234,98 @@ impl Packet {
         [&rows[x], &rows[y], &rows[z]]
     }
 
-    /// Tests the triangles of a block where all rays see them from one place; whether one of them is met.
-    ///
-    /// What does not depend on directions is calculated once, for four triangles at a time.
-    #[inline(always)]
-    fn seen_block<L: Level, Q: Query>(&mut self, level: L, block: &Block) -> bool {
-        let [x, y, z] = self.turn(self.origin.first_chunk().expect("there are four"));
-        let o = [level.splat4(*x), level.splat4(*y), level.splat4(*z)];
-        let [a, b, c] = &block.corners;
-        let corners = [
-            each(load3(level, self.turn(a)), o, L::F4::sub),
-            each(load3(level, self.turn(b)), o, L::F4::sub),
-            each(load3(level, self.turn(c)), o, L::F4::sub),
-        ];
-        let mut seen = self.seen(level, &corners);
-        if seen == 0 {
-            return false;
-        }
-        let planes = plane(&corners);
-        let (normals, distances) = (arrays(planes.normal), planes.distance.to_array());
-        let relative = [arrays(corners[0]), arrays(corners[1]), arrays(corners[2])];
-        let [x, y, z, _] = self.origin;
-        let o = [level.splat4(x), level.splat4(y), level.splat4(z)];
-        let world = [
-            load3(level, a.each_ref()),
-            load3(level, b.each_ref()),
-            load3(level, c.each_ref()),
-        ];
-        let own = faces(&o, self.course.negative(), &world);
-        let (near, far) = (arrays(own.near), arrays(own.far));
-        let mut met = false;
-        while seen != 0 {
-            let k = seen.trailing_zeros() as usize & 3;
-            seen &= seen - 1;
-            let corners = [
-                spread(level, relative[0].each_ref(), k),
-                spread(level, relative[1].each_ref(), k),
-                spread(level, relative[2].each_ref(), k),
-            ];
-            let plane = || Plane {
-                normal: spread(level, normals.each_ref(), k),
-                distance: level.splat16(distances[k]),
-            };
-            let faces = || Faces {
-                near: spread(level, near.each_ref(), k),
-                far: spread(level, far.each_ref(), k),
-            };
-            met |= self.triangle::<L, Q>(level, &corners, plane, faces, block.ids[k]);
-        }
-        met
-    }
-
-    /// Tests the triangles of a block; whether one of them is met.
-    #[inline(always)]
-    fn block<L: Level, Q: Query>(&mut self, level: L, block: &Block) -> bool {
-        let o = load16s(level, &self.o);
-        let [x, y, z] = self.turn(&o);
-        let turned = [*x, *y, *z];
-        let [a, b, c] = &block.corners;
-        let mut met = false;
-        for k in 0..4 {
-            if block.ids[k] == NOTHING {
-                break;
-            }
-            let corners = [
-                each(spread(level, self.turn(a), k), turned, L::F16::sub),
-                each(spread(level, self.turn(b), k), turned, L::F16::sub),
-                each(spread(level, self.turn(c), k), turned, L::F16::sub),
-            ];
-            let negative = self.course.negative();
-            let faces = || {
-                let world = [
-                    spread(level, a.each_ref(), k),
-                    spread(level, b.each_ref(), k),
-                    spread(level, c.each_ref(), k),
-                ];
-                faces(&o, negative, &world)
-            };
-            met |= self.triangle::<L, Q>(level, &corners, || plane(&corners), faces, block.ids[k]);
-        }
-        met
-    }
-
-    /// Which of four triangles any ray may meet, given relative to the origin of all.
+    /// Looks at a block where all rays start in one place; which of its triangles any of them may meet.
     ///
     /// The side on which a ray passes an edge is linear in its shear, so over all shears that lie around the rays' own it
     /// has its extremes in the corners.
     #[inline(always)]
-    fn seen<L: Level>(&self, level: L, corners: &[Vec3s<L::F4>; 3]) -> u32 {
-        let middle = [level.splat4(self.middle[0]), level.splat4(-self.middle[1])];
-        let half = [level.splat4(self.half[0]), level.splat4(-self.half[1])];
-        let edge = |p: &Vec3s<L::F4>, q: &Vec3s<L::F4>| {
-            let x = p[1].mul_sub(q[2], p[2].mul(q[1]));
-            let y = p[2].mul_sub(q[0], p[0].mul(q[2]));
-            let z = p[0].mul_sub(q[1], p[1].mul(q[0]));
-            let at = middle[0].mul_sub(x, middle[1].mul_sub(y, z));
-            let around = half[0].mul_sub(x.abs(), half[1].mul(y.abs()));
-            (at.sub(around), at.add(around))
-        };
-        let [a, b, c] = corners;
-        let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
-        let largest = |p: &Vec3s<L::F4>| p[0].abs().max(p[1].abs()).max(p[2].abs());
-        let largest = largest(a).max(largest(b)).max(largest(c));
-        let margin = largest.mul(largest).mul(level.splat4(MARGIN)).max(level.splat4(LEAST));
+    fn see<L: Level>(&self, level: L, block: &Block, edges: &mut Edges) -> u32 {
+        let [x, y, z] = self.turn(self.origin.first_chunk().expect("there are four"));
+        let o = [level.splat4(*x), level.splat4(*y), level.splat4(*z)];
+        let [a, b, c] = &block.corners;
+        let a = each(load3(level, self.turn(a)), o, L::F4::sub);
+        let b = each(load3(level, self.turn(b)), o, L::F4::sub);
+        let c = each(load3(level, self.turn(c)), o, L::F4::sub);
+        // Near the packet's middle they are small, and so is what is lost when they are multiplied.
+        let back = [level.splat4(-self.middle[0]), level.splat4(-self.middle[1])];
+        let (a, b, c) = (flat(a, back), flat(b, back), flat(c, back));
+        let mut sides = [side(c, b), side(a, c), side(b, a)];
+        let half = [level.splat4(self.half[0]), level.splat4(self.half[1])];
+        let [u, v, w] = [range(sides[0], half), range(sides[1], half), range(sides[2], half)];
+        for side in &mut sides {
+            side[2] = passed(*side, back);
+        }
+        for (to, from) in edges.sides.iter_mut().zip(sides) {
+            *to = [from[0].to_array(), from[1].to_array(), from[2].to_array()];
+        }
+        let wide = |p: Vec3s<L::F4>| p[0].abs().max(p[1].abs());
+        let wide = wide(a).max(wide(b)).max(wide(c));
+        let reach = a[2].abs().max(b[2].abs()).max(c[2].abs()).add(wide);
+        let wide = reach.mul(half[0].max(half[1])).add(wide);
+        let margin = reach.mul(wide).mul(level.splat4(MARGIN)).max(level.splat4(LEAST));
+        edges.margin = margin.to_array();
         let zero = level.splat4(0.0);
         let front = zero.le(u.1.min(v.1).min(w.1).add(margin));
         let back = u.0.max(v.0).max(w.0).le(margin);
         front.or(back).bits()
     }
 
+    /// Whose lines may go through a triangle, where all start in one place.
+    #[inline(always)]
+    fn may_pass<L: Level>(&self, level: L, edges: &Edges, k: usize) -> u32 {
+        let shear = self.shears(level);
+        let [u, v, w] = edges.sides.each_ref();
+        let u = passed(spread(level, u.each_ref(), k), shear);
+        let v = passed(spread(level, v.each_ref(), k), shear);
+        let w = passed(spread(level, w.each_ref(), k), shear);
+        let margin = edges.margin[k];
+        let front = level.splat16(-margin).le(u.min(v).min(w));
+        let back = u.max(v).max(w).le(level.splat16(margin));
+        front.or(back).bits()
+    }
+
+    /// Whose lines go through a triangle.
+    #[inline(always)]
+    fn passes<L: Level>(&self, level: L, block: &Block, k: usize) -> u32 {
+        sides(&self.corners(level, block, k), self.shears(level)).inside.bits()
+    }
+
+    #[inline(always)]
+    fn shears<L: Level>(&self, level: L) -> [L::F16; 2] {
+        [level.load16(&self.shear[0].0), level.load16(&self.shear[1].0)]
+    }
+
+    /// A triangle's corners relative to the rays' origins, in the order of the axes.
+    #[inline(always)]
+    fn corners<L: Level>(&self, level: L, block: &Block, k: usize) -> [Vec3s<L::F16>; 3] {
+        let [x, y, z] = self.turn(&self.o);
+        let o = [level.load16(&x.0), level.load16(&y.0), level.load16(&z.0)];
+        let [a, b, c] = &block.corners;
+        [
+            each(spread(level, self.turn(a), k), o, L::F16::sub),
+            each(spread(level, self.turn(b), k), o, L::F16::sub),
+            each(spread(level, self.turn(c), k), o, L::F16::sub),
+        ]
+    }
+
     /// Keeps the hits of a triangle that are nearer; whether there is one.
     #[inline(always)]
-    fn triangle<L: Level, Q: Query>(
-        &mut self,
-        level: L,
-        corners: &[Vec3s<L::F16>; 3],
-        plane: impl FnOnce() -> Plane<L::F16>,
-        faces: impl FnOnce() -> Faces<L::F16>,
-        id: u32,
-    ) -> bool {
-        let sides = sides(
-            corners,
-            [level.load16(&self.shear[0].0), level.load16(&self.shear[1].0)],
-        );
-        // Whose lines are inside seldom meets nothing, where all that can be foretold has been.
-        if !self.shared && sides.inside.bits() == 0 {
-            return false;
-        }
+    fn triangle<L: Level, Q: Query>(&mut self, level: L, block: &Block, k: usize) -> bool {
+        let corners = self.corners(level, block, k);
+        let sides = sides(&corners, self.shears(level));
         let (begin, until) = (level.load16(&self.begin.0), level.load16(&self.until.0));
-        let candidates = candidates(load16s(level, &self.d), &plane(), sides, begin, until);
+        let candidates = candidates(load16s(level, &self.d), &plane(&corners), sides, begin, until);
         if candidates.mask.bits() == 0 {
             return false;
         }
-        let meets = meet(&load16s(level, &self.inv), &faces(), &candidates);
+        let [a, b, c] = &block.corners;
+        let world = [
+            spread(level, a.each_ref(), k),
+            spread(level, b.each_ref(), k),
+            spread(level, c.each_ref(), k),
+        ];
+        let faces = faces(&load16s(level, &self.o), self.course.negative(), &world);
+        let meets = meet(&load16s(level, &self.inv), &faces, &candidates);
         let t = level.load16(&self.t.0);
         let valid = meets.valid.and(level.load16(&self.tmins.0).lt(meets.t));
         if Q::ANY {
@@ -214,6 +335,7 @@ impl Packet {
             self.id.0 = ids.select(blocked, level.load16(&self.id.0)).to_array();
             return blocked.bits() != 0;
         }
+        let id = block.ids[k];
         let mut nearer = valid.and(meets.t.lt(t));
         let equal = valid.and(meets.t.eq(t)).bits();
         if equal != 0 {
@@ -236,6 +358,35 @@ impl Packet {
     }
 }
 
+/// The edge from `q` to `p` for [`Edges::sides`].
+#[inline(always)]
+fn side<F: Floats>(p: Vec3s<F>, q: Vec3s<F>) -> Vec3s<F> {
+    [
+        p[1].mul_sub(q[2], p[2].mul(q[1])),
+        p[2].mul_sub(q[0], p[0].mul(q[2])),
+        p[0].mul_sub(q[1], p[1].mul(q[0])),
+    ]
+}
+
+/// On which side lines pass an edge.
+#[inline(always)]
+fn passed<F: Floats>([x, y, z]: Vec3s<F>, shear: [F; 2]) -> F {
+    shear[0].mul_add(x, shear[1].mul_add(y, z))
+}
+
+/// The least and the greatest that it can be for shears at most `half`.
+#[inline(always)]
+fn range<F: Floats>([x, y, z]: Vec3s<F>, half: [F; 2]) -> (F, F) {
+    let around = half[0].mul_add(x.abs(), half[1].mul(y.abs()));
+    (z.sub(around), z.add(around))
+}
+
+/// A corner sheared.
+#[inline(always)]
+fn flat<F: Floats>([x, y, z]: Vec3s<F>, back: [F; 2]) -> Vec3s<F> {
+    [back[0].mul_add(z, x), back[1].mul_add(z, y), z]
+}
+
 #[inline(always)]
 pub fn load16s<L: Level>(level: L, v: &[Each; 3]) -> Vec3s<L::F16> {
     [level.load16(&v[0].0), level.load16(&v[1].0), level.load16(&v[2].0)]
@@ -245,10 +396,4 @@ pub fn load16s<L: Level>(level: L, v: &[Each; 3]) -> Vec3s<L::F16> {
 #[inline(always)]
 fn spread<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3], k: usize) -> Vec3s<L::F16> {
     [level.splat16(x[k]), level.splat16(y[k]), level.splat16(z[k])]
-}
-
-/// Three numbers of four triangles, as they are needed to spread each over all rays.
-#[inline(always)]
-fn arrays<F: Floats<Array = [f32; 4]>>(v: Vec3s<F>) -> [[f32; 4]; 3] {
-    [v[0].to_array(), v[1].to_array(), v[2].to_array()]
 }

@@ -15,7 +15,7 @@
 use super::{
     super::{
         Geometry,
-        wide::node::{DONE, Node},
+        wide::node::{DONE, EMPTY, Node, SHAPE, count, number},
     },
     course::Course,
     lanes::Level,
@@ -27,15 +27,17 @@ use super::{
 };
 use crate::math::Ray;
 use group::{BAND, group};
-use leaf::leaf_step;
+use leaf::Visits;
 use order::List;
 use rays::Gathered;
+use shape::shape_step;
 
 mod group;
 mod leaf;
 mod order;
 mod rays;
 mod shape;
+mod singles;
 
 pub use order::Order;
 pub use rays::Packet;
@@ -66,6 +68,9 @@ const WORTH: u64 = 40;
 
 /// What a packet may cost before it is given up.
 const DEAR: u32 = 300;
+
+/// What a block of triangles costs, in tests of a node.
+const BLOCK_COST: u32 = 6;
 
 /// The packets that are not under way yet.
 struct Feed<'a> {
@@ -210,6 +215,7 @@ pub fn trace<L: Level, Q: Query>(
         done: 0,
         cost: 0,
     };
+    let mut visits = Visits::new();
     // Sets of packets, a bit for each.
     let mut active = 0_u64;
     loop {
@@ -240,12 +246,32 @@ pub fn trace<L: Level, Q: Query>(
         // SAFETY: these packets wait at nodes, and the stacks are theirs.
         unsafe { nodes::step::<L, Q, _, PACKETS>(level, tree, &starts, &mut flight, at_node, stacks) };
         let mut at_leaf = at_leaf;
+        // Those whose rays have come to end nearer.
+        let mut nearer = 0;
+        visits.clear();
         while at_leaf != 0 {
             let id = take(&mut at_leaf) % PACKETS;
-            // SAFETY: the packet waits at a leaf of this tree.
-            unsafe { leaf_step::<L, Q>(level, &mut flight.all[id], flight.next[id], tree, geometry, rays) };
-            if Q::ANY && flight.all[id].cost > DEAR {
-                flight.all[id].course.stack.clear();
+            let (leaf, packet) = (flight.next[id], &mut flight.all[id]);
+            packet.cost += BLOCK_COST * count(leaf) as u32;
+            if leaf & SHAPE == 0 {
+                // SAFETY: the packet waits at a leaf of this tree.
+                visits.add(level, id, unsafe { tree.leaf(leaf) });
+            } else if leaf != EMPTY {
+                let met = shape_step::<L, Q>(level, packet, number(leaf), geometry, rays);
+                nearer |= u64::from(met) << id;
+            }
+            if Q::ANY && packet.cost > DEAR {
+                packet.course.stack.clear();
+            }
+        }
+        // SAFETY: the tree has not changed.
+        nearer |= unsafe { visits.test::<L, Q>(level, flight.all, rays) };
+        while nearer != 0 {
+            let packet = &mut flight.all[take(&mut nearer) % PACKETS];
+            packet.set_ends(level);
+            // Nothing is left to ask.
+            if Q::ANY && packet.course.end == f32::NEG_INFINITY {
+                packet.course.stack.clear();
             }
         }
         // SAFETY: the stacks are theirs.

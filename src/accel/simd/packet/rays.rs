@@ -101,7 +101,7 @@ fn load<L: Level>(level: L, ray: &Ray) -> L::F8 {
 }
 
 #[inline(always)]
-fn load_eight<L: Level>(level: L, rays: &[Ray], ids: &[u32]) -> [L::F8; 8] {
+pub fn load_eight<L: Level>(level: L, rays: &[Ray], ids: &[u32]) -> [L::F8; 8] {
     level.transpose([
         load(level, &rays[ids[0] as usize]),
         load(level, &rays[ids[1] as usize]),
@@ -358,6 +358,19 @@ impl Packet {
     /// The ray of each lane; lanes beyond the last ray have some ray of the batch.
     pub fn lanes(&self) -> [u32; RAYS] {
         self.list
+    }
+
+    /// The number of the ray in a lane.
+    #[inline(always)]
+    pub fn ray(&self, lane: usize) -> u32 {
+        self.list[lane % RAYS]
+    }
+
+    /// The same for packets with the same order of axes and the same octant.
+    #[inline(always)]
+    pub fn way(&self) -> u32 {
+        let [x, y, z] = self.axes;
+        u32::from_le_bytes([x, y, z, self.course.octant()[0] as u8])
     }
 
     /// The numbers of the rays, with their lanes.
