@@ -13,25 +13,24 @@ use super::{
         lanes::{Floats, Level, Mask},
         query::{NOTHING, Query},
         scratch::PACKETS,
-        triangle::{Vec3s, candidates, each, faces, load3, meet, plane, sides},
+        triangle::{Faces, Plane, Vec3s, candidates, each, faces, load3, meet, plane, sides},
     },
-    RAYS,
     rays::{Each, NO_MORE, Packet},
-    singles::{self, Single},
+    singles::Singles,
 };
 use crate::math::Ray;
 
 /// Rays that go through a triangle are tested all sixteen together where they are so many, otherwise each for itself.
-const MANY: u32 = 6;
+pub const MANY: u32 = 9;
 
-/// The most that are tested for themselves.
-const SINGLES: usize = MOST * FOUR * (MANY as usize - 1);
+/// All rays.
+const ALL: u32 = 0xffff;
 
 /// The most blocks that packets can come to at once, a power of two.
 const MOST: usize = PACKETS * MAX_LEAF;
 
 /// Triangles in a block.
-const FOUR: usize = 4;
+pub const FOUR: usize = 4;
 
 /// How far an edge's side may be wrong, relative to how far the triangle reaches from where rays start and from their lines: the
 /// routine for rays rounds it by less than 12 units of [`f32::EPSILON`], [`Edges`] by less than 16.
@@ -48,6 +47,17 @@ struct Edges {
     sides: [[[f32; FOUR]; 3]; 3],
     /// How wrong that may be.
     margin: [f32; FOUR],
+}
+
+/// What of a block's triangles does not depend on directions, where all rays start in one place: what [`Plane`] and [`Faces`]
+/// say, and where the corners lie from there.
+#[derive(Default)]
+struct Look {
+    corners: [[[f32; FOUR]; 3]; 3],
+    normal: [[f32; FOUR]; 3],
+    distance: [f32; FOUR],
+    near: [[f32; FOUR]; 3],
+    far: [[f32; FOUR]; 3],
 }
 
 /// A block that a packet has come to.
@@ -68,8 +78,7 @@ pub struct Visits {
     /// Whose lines go through each.
     lanes: [u32; MOST * FOUR],
     count: usize,
-    /// [`RAYS`] times a member of `triangles`, and which ray.
-    singles: [u32; SINGLES],
+    singles: Singles,
 }
 
 impl Visits {
@@ -89,7 +98,7 @@ impl Visits {
             triangles: [0; MOST * FOUR],
             lanes: [0; MOST * FOUR],
             count: 0,
-            singles: [0; SINGLES],
+            singles: Singles::new(),
         }
     }
 
@@ -118,31 +127,35 @@ impl Visits {
     pub unsafe fn test<L: Level, Q: Query>(&mut self, level: L, packets: &mut [Packet; PACKETS], rays: &[Ray]) -> u64 {
         // SAFETY: by this function's own contract.
         unsafe {
-            self.see(level, packets);
+            let nearer = self.see::<L, Q>(level, packets);
             self.pass(level, packets);
-            self.meet::<L, Q>(level, packets, rays)
+            nearer | self.meet::<L, Q>(level, packets, rays)
         }
     }
 
     /// Lists the triangles that may be met.
     #[inline(always)]
-    unsafe fn see<L: Level>(&mut self, level: L, packets: &[Packet; PACKETS]) {
+    unsafe fn see<L: Level, Q: Query>(&mut self, level: L, packets: &mut [Packet; PACKETS]) -> u64 {
         self.count = 0;
+        let mut nearer = 0;
         for at in 0..self.block_count.min(MOST) {
             let visit = &mut self.blocks[at];
-            let packet = &packets[visit.packet % PACKETS];
+            let packet = &mut packets[visit.packet % PACKETS];
             // SAFETY: by this function's own contract.
             let block = unsafe { &*visit.block };
-            let seen = if packet.shared {
-                packet.see(level, block, &mut visit.edges)
-            } else {
-                (0..FOUR).fold(0, |set, k| set | u32::from(block.ids[k] != NOTHING) << k)
-            };
+            if !packet.shared {
+                nearer |= u64::from(packet.block::<L, Q>(level, block)) << visit.packet;
+                continue;
+            }
+            let (seen, covered) = packet.see(level, block, &mut visit.edges);
             for k in 0..FOUR {
-                self.triangles[self.count % (MOST * FOUR)] = (at * FOUR + k) as u32;
+                let at_most = self.count % (MOST * FOUR);
+                self.triangles[at_most] = (at * FOUR + k) as u32;
+                self.lanes[at_most] = covered >> k & 1;
                 self.count += (seen >> k & 1) as usize;
             }
         }
+        nearer
     }
 
     /// Keeps those in the list that the line of any ray goes through, and says of which.
@@ -152,13 +165,13 @@ impl Visits {
         self.count = 0;
         for i in 0..seen {
             let triangle = self.triangles[i % (MOST * FOUR)];
-            let (visit, k) = self.visit(triangle);
+            let (at, k) = place(triangle);
+            let visit = &self.blocks[at];
             let packet = &packets[visit.packet % PACKETS];
-            let lanes = if packet.shared {
+            let lanes = if self.lanes[i % (MOST * FOUR)] == 0 {
                 packet.may_pass(level, &visit.edges, k)
             } else {
-                // SAFETY: by this function's own contract.
-                packet.passes(level, unsafe { &*visit.block }, k)
+                ALL
             };
             let at = self.count % (MOST * FOUR);
             (self.triangles[at], self.lanes[at]) = (triangle, lanes);
@@ -170,60 +183,42 @@ impl Visits {
     #[inline(always)]
     unsafe fn meet<L: Level, Q: Query>(&mut self, level: L, packets: &mut [Packet; PACKETS], rays: &[Ray]) -> u64 {
         let mut nearer = 0;
-        let mut singles = 0;
-        for i in 0..self.count {
-            let i = i % (MOST * FOUR);
-            let (triangle, mut lanes) = (self.triangles[i], self.lanes[i]);
-            let (visit, k) = self.visit(triangle);
-            if lanes.count_ones() < MANY {
-                while lanes != 0 {
-                    self.singles[singles % SINGLES] = triangle * RAYS as u32 + lanes.trailing_zeros();
-                    singles += 1;
-                    lanes &= lanes - 1;
-                }
-            } else {
+        let (mut looked_at, mut look) = (MOST, Look::default());
+        let mut next = 0;
+        while next < self.count {
+            self.singles.clear();
+            while next < self.count && self.singles.has_room() {
+                let i = next % (MOST * FOUR);
+                next += 1;
+                let lanes = self.lanes[i];
+                let (at, k) = place(self.triangles[i]);
+                let visit = &self.blocks[at];
                 let id = visit.packet % PACKETS;
+                let packet = &mut packets[id];
                 // SAFETY: by this function's own contract.
-                let found = packets[id].triangle::<L, Q>(level, unsafe { &*visit.block }, k);
+                let block = unsafe { &*visit.block };
+                if lanes.count_ones() < MANY {
+                    self.singles.add(id, packet, lanes, block, k);
+                    continue;
+                }
+                if looked_at != at {
+                    looked_at = at;
+                    packet.look(level, block, &mut look);
+                }
+                let found = packet.seen_triangle::<L, Q>(level, &look, k, block.ids[k]);
                 nearer |= u64::from(found) << id;
             }
-        }
-        let mut from = 0;
-        while from < singles {
-            let mut group = [self.single(self.singles[from % SINGLES]); singles::EIGHT];
-            let way = packets[group[0].packet].way();
-            let mut count = 1;
-            while count < singles::EIGHT && from + count < singles {
-                let next = self.single(self.singles[(from + count) % SINGLES]);
-                if packets[next.packet].way() != way {
-                    break;
-                }
-                group[count] = next;
-                count += 1;
-            }
-            from += count;
             // SAFETY: by this function's own contract.
-            nearer |= unsafe { singles::test::<L, Q>(level, &group, packets, rays) };
+            nearer |= unsafe { self.singles.test::<L, Q>(level, packets, rays) };
         }
         nearer
     }
+}
 
-    #[inline(always)]
-    fn single(&self, single: u32) -> Single {
-        let (visit, k) = self.visit(single / RAYS as u32);
-        Single {
-            packet: visit.packet % PACKETS,
-            lane: single as usize % RAYS,
-            block: visit.block,
-            k,
-        }
-    }
-
-    /// Where a triangle is: in which block, and which of that.
-    #[inline(always)]
-    fn visit(&self, triangle: u32) -> (&Visit, usize) {
-        (&self.blocks[triangle as usize / FOUR % MOST], triangle as usize % FOUR)
-    }
+/// Where a triangle of the list is: in which block, and which of that.
+#[inline(always)]
+fn place(triangle: u32) -> (usize, usize) {
+    (triangle as usize / FOUR % MOST, triangle as usize % FOUR)
 }
 
 impl Packet {
@@ -239,7 +234,7 @@ impl Packet {
     /// The side on which a ray passes an edge is linear in its shear, so over all shears that lie around the rays' own it
     /// has its extremes in the corners.
     #[inline(always)]
-    fn see<L: Level>(&self, level: L, block: &Block, edges: &mut Edges) -> u32 {
+    fn see<L: Level>(&self, level: L, block: &Block, edges: &mut Edges) -> (u32, u32) {
         let [x, y, z] = self.turn(self.origin.first_chunk().expect("there are four"));
         let o = [level.splat4(*x), level.splat4(*y), level.splat4(*z)];
         let [a, b, c] = &block.corners;
@@ -267,13 +262,15 @@ impl Packet {
         let zero = level.splat4(0.0);
         let front = zero.le(u.1.min(v.1).min(w.1).add(margin));
         let back = u.0.max(v.0).max(w.0).le(margin);
-        front.or(back).bits()
+        let in_front = margin.le(u.0.min(v.0).min(w.0));
+        let behind = u.1.max(v.1).max(w.1).add(margin).le(zero);
+        (front.or(back).bits(), in_front.or(behind).bits())
     }
 
     /// Whose lines may go through a triangle, where all start in one place.
     #[inline(always)]
     fn may_pass<L: Level>(&self, level: L, edges: &Edges, k: usize) -> u32 {
-        let shear = self.shears(level);
+        let shear = [level.load16(&self.shear[0].0), level.load16(&self.shear[1].0)];
         let [u, v, w] = edges.sides.each_ref();
         let u = passed(spread(level, u.each_ref(), k), shear);
         let v = passed(spread(level, v.each_ref(), k), shear);
@@ -284,48 +281,108 @@ impl Packet {
         front.or(back).bits()
     }
 
-    /// Whose lines go through a triangle.
+    /// Tests the triangles of a block; whether one of them is met.
     #[inline(always)]
-    fn passes<L: Level>(&self, level: L, block: &Block, k: usize) -> u32 {
-        sides(&self.corners(level, block, k), self.shears(level)).inside.bits()
-    }
-
-    #[inline(always)]
-    fn shears<L: Level>(&self, level: L) -> [L::F16; 2] {
-        [level.load16(&self.shear[0].0), level.load16(&self.shear[1].0)]
-    }
-
-    /// A triangle's corners relative to the rays' origins, in the order of the axes.
-    #[inline(always)]
-    fn corners<L: Level>(&self, level: L, block: &Block, k: usize) -> [Vec3s<L::F16>; 3] {
-        let [x, y, z] = self.turn(&self.o);
-        let o = [level.load16(&x.0), level.load16(&y.0), level.load16(&z.0)];
+    fn block<L: Level, Q: Query>(&mut self, level: L, block: &Block) -> bool {
+        let o = load16s(level, &self.o);
+        let [x, y, z] = self.turn(&o);
+        let turned = [*x, *y, *z];
         let [a, b, c] = &block.corners;
-        [
-            each(spread(level, self.turn(a), k), o, L::F16::sub),
-            each(spread(level, self.turn(b), k), o, L::F16::sub),
-            each(spread(level, self.turn(c), k), o, L::F16::sub),
-        ]
-    }
-
-    /// Keeps the hits of a triangle that are nearer; whether there is one.
-    #[inline(always)]
-    fn triangle<L: Level, Q: Query>(&mut self, level: L, block: &Block, k: usize) -> bool {
-        let corners = self.corners(level, block, k);
-        let sides = sides(&corners, self.shears(level));
-        let (begin, until) = (level.load16(&self.begin.0), level.load16(&self.until.0));
-        let candidates = candidates(load16s(level, &self.d), &plane(&corners), sides, begin, until);
-        if candidates.mask.bits() == 0 {
-            return false;
+        let mut met = false;
+        for k in 0..FOUR {
+            if block.ids[k] == NOTHING {
+                break;
+            }
+            let corners = [
+                each(spread(level, self.turn(a), k), turned, L::F16::sub),
+                each(spread(level, self.turn(b), k), turned, L::F16::sub),
+                each(spread(level, self.turn(c), k), turned, L::F16::sub),
+            ];
+            let negative = self.course.negative();
+            let faces = || {
+                let world = [
+                    spread(level, a.each_ref(), k),
+                    spread(level, b.each_ref(), k),
+                    spread(level, c.each_ref(), k),
+                ];
+                faces(&o, negative, &world)
+            };
+            met |= self.triangle::<L, Q>(level, &corners, || plane(&corners), faces, block.ids[k]);
         }
+        met
+    }
+
+    /// What does not depend on directions, of a block that all rays see from one place.
+    #[inline(always)]
+    fn look<L: Level>(&self, level: L, block: &Block, look: &mut Look) {
+        let [x, y, z] = self.turn(self.origin.first_chunk().expect("there are four"));
+        let o = [level.splat4(*x), level.splat4(*y), level.splat4(*z)];
         let [a, b, c] = &block.corners;
+        let corners = [
+            each(load3(level, self.turn(a)), o, L::F4::sub),
+            each(load3(level, self.turn(b)), o, L::F4::sub),
+            each(load3(level, self.turn(c)), o, L::F4::sub),
+        ];
+        let plane = plane(&corners);
+        let [x, y, z, _] = self.origin;
+        let o = [level.splat4(x), level.splat4(y), level.splat4(z)];
         let world = [
+            load3(level, a.each_ref()),
+            load3(level, b.each_ref()),
+            load3(level, c.each_ref()),
+        ];
+        let faces = faces(&o, self.course.negative(), &world);
+        look.corners = [arrays(corners[0]), arrays(corners[1]), arrays(corners[2])];
+        look.normal = arrays(plane.normal);
+        look.distance = plane.distance.to_array();
+        look.near = arrays(faces.near);
+        look.far = arrays(faces.far);
+    }
+
+    /// Keeps the hits of a triangle of such a block that are nearer; whether there is one.
+    #[inline(always)]
+    fn seen_triangle<L: Level, Q: Query>(&mut self, level: L, look: &Look, k: usize, id: u32) -> bool {
+        let [a, b, c] = look.corners.each_ref();
+        let corners = [
             spread(level, a.each_ref(), k),
             spread(level, b.each_ref(), k),
             spread(level, c.each_ref(), k),
         ];
-        let faces = faces(&load16s(level, &self.o), self.course.negative(), &world);
-        let meets = meet(&load16s(level, &self.inv), &faces, &candidates);
+        let plane = || Plane {
+            normal: spread(level, look.normal.each_ref(), k),
+            distance: level.splat16(look.distance[k]),
+        };
+        let faces = || Faces {
+            near: spread(level, look.near.each_ref(), k),
+            far: spread(level, look.far.each_ref(), k),
+        };
+        self.triangle::<L, Q>(level, &corners, plane, faces, id)
+    }
+
+    /// Keeps the hits of a triangle that are nearer; whether there is one.
+    #[inline(always)]
+    fn triangle<L: Level, Q: Query>(
+        &mut self,
+        level: L,
+        corners: &[Vec3s<L::F16>; 3],
+        plane: impl FnOnce() -> Plane<L::F16>,
+        faces: impl FnOnce() -> Faces<L::F16>,
+        id: u32,
+    ) -> bool {
+        let sides = sides(
+            corners,
+            [level.load16(&self.shear[0].0), level.load16(&self.shear[1].0)],
+        );
+        // Whose lines are inside seldom meets nothing, where all that can be foretold has been.
+        if !self.shared && sides.inside.bits() == 0 {
+            return false;
+        }
+        let (begin, until) = (level.load16(&self.begin.0), level.load16(&self.until.0));
+        let candidates = candidates(load16s(level, &self.d), &plane(), sides, begin, until);
+        if candidates.mask.bits() == 0 {
+            return false;
+        }
+        let meets = meet(&load16s(level, &self.inv), &faces(), &candidates);
         let t = level.load16(&self.t.0);
         let valid = meets.valid.and(level.load16(&self.tmins.0).lt(meets.t));
         if Q::ANY {
@@ -335,7 +392,6 @@ impl Packet {
             self.id.0 = ids.select(blocked, level.load16(&self.id.0)).to_array();
             return blocked.bits() != 0;
         }
-        let id = block.ids[k];
         let mut nearer = valid.and(meets.t.lt(t));
         let equal = valid.and(meets.t.eq(t)).bits();
         if equal != 0 {
@@ -396,4 +452,10 @@ pub fn load16s<L: Level>(level: L, v: &[Each; 3]) -> Vec3s<L::F16> {
 #[inline(always)]
 fn spread<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3], k: usize) -> Vec3s<L::F16> {
     [level.splat16(x[k]), level.splat16(y[k]), level.splat16(z[k])]
+}
+
+/// Three numbers of four triangles, as they are needed to spread each over all rays.
+#[inline(always)]
+fn arrays<F: Floats<Array = [f32; 4]>>(v: Vec3s<F>) -> [[f32; 4]; 3] {
+    [v[0].to_array(), v[1].to_array(), v[2].to_array()]
 }

@@ -8,6 +8,8 @@ use super::RAYS;
 pub struct Order {
     run: u32,
     stride: u32,
+    /// How far behind a packet's first ray each lies.
+    steps: [u32; RAYS],
 }
 
 /// The numbers of up to [`RAYS`] rays; the last of them again where there are fewer.
@@ -19,16 +21,23 @@ pub struct List {
 
 impl Order {
     /// Sixteen rays that follow one another.
-    pub const ROWS: Self = Self { run: 4, stride: 4 };
+    pub const ROWS: Self = Self::new(4, 4);
+
+    const fn new(run: u32, stride: u32) -> Self {
+        let mut steps = [0; RAYS];
+        let mut k = 0;
+        while k < RAYS {
+            steps[k] = ((k >> run << stride) + (k & ((1 << run) - 1))) as u32;
+            k += 1;
+        }
+        Self { run, stride, steps }
+    }
 
     /// Two rows of eight rays, or four of four: a block of a picture whose rows are `stride` rays long, a power of two and
     /// at least eight.
     pub fn blocks(run: usize, stride: usize) -> Self {
         debug_assert!((run == 4 || run == 8) && stride.is_power_of_two() && stride >= 8);
-        Self {
-            run: run.trailing_zeros(),
-            stride: stride.trailing_zeros(),
-        }
+        Self::new(run.trailing_zeros(), stride.trailing_zeros())
     }
 
     /// How many rays make packets among themselves.
@@ -41,17 +50,12 @@ impl Order {
     pub fn list(&self, packet: usize, count: usize) -> List {
         let (first, band) = (packet * RAYS, self.band());
         let start = first & !(band - 1);
-        let mut ids = [0; RAYS];
-        if start + band <= count {
-            let start = start + ((first - start) >> 4 << self.run);
-            for (k, id) in ids.iter_mut().enumerate() {
-                *id = (start + (k >> self.run << self.stride) + (k & ((1 << self.run) - 1))) as u32;
-            }
+        let ids = if start + band <= count {
+            let start = (start + ((first - start) >> 4 << self.run)) as u32;
+            self.steps.map(|step| start + step)
         } else {
-            for (k, id) in ids.iter_mut().enumerate() {
-                *id = (first + k).min(count - 1) as u32;
-            }
-        }
+            std::array::from_fn(|k| (first + k).min(count - 1) as u32)
+        };
         List {
             ids,
             len: count.saturating_sub(first).min(RAYS),

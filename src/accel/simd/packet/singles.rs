@@ -2,6 +2,8 @@
 //!
 //! Where triangles are as small as what lies between a packet's rays, few of sixteen go through each.
 
+use std::ptr;
+
 use super::{
     super::{
         super::wide::node::Block,
@@ -12,53 +14,138 @@ use super::{
         triangle::{Vec3s, candidates, each, faces, meet, plane, sides},
     },
     RAYS,
+    leaf::{FOUR, MANY},
     rays::{NO_MORE, Packet, load_eight},
 };
 use crate::math::Ray;
 
 /// How many are tested together.
-pub const EIGHT: usize = 8;
+const EIGHT: usize = 8;
 
-/// A ray of a packet, and a triangle of a block.
-#[derive(Clone, Copy)]
-pub struct Single {
-    pub packet: usize,
-    pub lane: usize,
-    pub block: *const Block,
-    pub k: usize,
+/// How many may wait.
+const PAIRS: usize = 256;
+
+/// Rays and triangles that wait to be tested. Of eight that follow one another, all packets have the same [`Packet::way`].
+pub struct Singles {
+    rays: [u32; PAIRS],
+    /// The first number of each triangle in its block; the others are [`FOUR`] from one to the next.
+    triangles: [*const f32; PAIRS],
+    /// [`RAYS`] times a packet's number, and which of its rays.
+    lanes: [u32; PAIRS],
+    count: usize,
+    way: u32,
 }
 
-/// Keeps the hits that are nearer; the set of packets some of whose rays end nearer now, or are blocked.
+impl Singles {
+    pub fn new() -> Self {
+        Self {
+            rays: [0; PAIRS],
+            triangles: [ptr::null(); PAIRS],
+            lanes: [0; PAIRS],
+            count: 0,
+            way: 0,
+        }
+    }
+
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// Whether there is room for the rays of one more triangle, and to fill groups up.
+    #[inline(always)]
+    pub fn has_room(&self) -> bool {
+        self.count + MANY as usize + 2 * EIGHT <= PAIRS
+    }
+
+    /// Adds rays of the packet with number `id`, and triangle `k` of a block.
+    #[inline(always)]
+    pub fn add(&mut self, id: usize, packet: &Packet, mut lanes: u32, block: &Block, k: usize) {
+        let way = packet.way();
+        if way != self.way {
+            self.fill();
+            self.way = way;
+        }
+        let triangle = &raw const block.corners[0][0][k % FOUR];
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize % RAYS;
+            lanes &= lanes - 1;
+            let at = self.count % PAIRS;
+            self.rays[at] = packet.ray(lane);
+            self.triangles[at] = triangle;
+            self.lanes[at] = (id * RAYS + lane) as u32;
+            self.count += 1;
+        }
+    }
+
+    /// Fills the last group with its last pair, which is tested several times then.
+    #[inline(always)]
+    fn fill(&mut self) {
+        while !self.count.is_multiple_of(EIGHT) {
+            let (last, at) = ((self.count - 1) % PAIRS, self.count % PAIRS);
+            self.rays[at] = self.rays[last];
+            self.triangles[at] = self.triangles[last];
+            self.lanes[at] = self.lanes[last];
+            self.count += 1;
+        }
+    }
+
+    /// Keeps the hits that are nearer; the set of packets some of whose rays end nearer now, or are blocked.
+    ///
+    /// # Safety
+    /// The blocks of all that were added still exist.
+    #[inline(always)]
+    pub unsafe fn test<L: Level, Q: Query>(
+        &mut self,
+        level: L,
+        packets: &mut [Packet; PACKETS],
+        rays: &[Ray],
+    ) -> u64 {
+        self.fill();
+        let mut nearer = 0;
+        for group in 0..self.count.min(PAIRS) / EIGHT {
+            let ids = &self.rays.as_chunks::<EIGHT>().0[group];
+            let lanes = &self.lanes.as_chunks::<EIGHT>().0[group];
+            let triangles = &self.triangles.as_chunks::<EIGHT>().0[group];
+            // SAFETY: by this function's own contract.
+            nearer |= unsafe { test::<L, Q>(level, rays, ids, triangles, lanes, packets) };
+        }
+        nearer
+    }
+}
+
+/// Tests eight pairs.
 ///
 /// # Safety
-/// All blocks exist, and all packets have the same [`Packet::way`].
+/// The triangles exist.
 #[inline(always)]
-pub unsafe fn test<L: Level, Q: Query>(
+unsafe fn test<L: Level, Q: Query>(
     level: L,
-    singles: &[Single; EIGHT],
-    packets: &mut [Packet; PACKETS],
     rays: &[Ray],
+    ids: &[u32; EIGHT],
+    triangles: &[*const f32; EIGHT],
+    lanes: &[u32; EIGHT],
+    packets: &mut [Packet; PACKETS],
 ) -> u64 {
-    let first = &packets[singles[0].packet % PACKETS];
+    let first = &packets[lanes[0] as usize / RAYS % PACKETS];
     let [x, y, z] = first.axes.map(|axis| usize::from(axis) % 3);
     let negative = first.course.negative();
     let negative = [negative[x], negative[y], negative[z]];
 
-    let ids = singles.each_ref().map(|one| packets[one.packet % PACKETS].ray(one.lane));
-    let [ox, oy, oz, tmin, dx, dy, dz, tmax] = load_eight(level, rays, &ids);
+    let [ox, oy, oz, tmin, dx, dy, dz, tmax] = load_eight(level, rays, ids);
     let o = [ox.to_array(), oy.to_array(), oz.to_array()];
     let o = [level.load8(&o[x]), level.load8(&o[y]), level.load8(&o[z])];
     let d = [dx.to_array(), dy.to_array(), dz.to_array()];
     let d = [level.load8(&d[x]), level.load8(&d[y]), level.load8(&d[z])];
 
     // SAFETY: by this function's own contract.
-    let blocks = unsafe { singles.each_ref().map(|one| &*one.block) };
-    let ks = singles.each_ref().map(|one| one.k % 4);
-    let corners = [
-        corner(level, &blocks, &ks, 0, [x, y, z]),
-        corner(level, &blocks, &ks, 1, [x, y, z]),
-        corner(level, &blocks, &ks, 2, [x, y, z]),
-    ];
+    let corners = unsafe {
+        [
+            corner(level, triangles, 0, [x, y, z]),
+            corner(level, triangles, 1, [x, y, z]),
+            corner(level, triangles, 2, [x, y, z]),
+        ]
+    };
     let relative = [
         each(corners[0], o, L::F8::sub),
         each(corners[1], o, L::F8::sub),
@@ -78,48 +165,54 @@ pub unsafe fn test<L: Level, Q: Query>(
     while valid != 0 {
         let i = valid.trailing_zeros() as usize % EIGHT;
         valid &= valid - 1;
-        let packet = singles[i].packet % PACKETS;
-        let found = packets[packet].keep::<Q>(singles[i].lane, [t[i], u[i], v[i]], blocks[i].ids[ks[i]]);
-        nearer |= u64::from(found) << packet;
+        let (id, lane) = (lanes[i] as usize / RAYS % PACKETS, lanes[i] as usize % RAYS);
+        // SAFETY: numbers lie behind the corners of a block.
+        let prim = unsafe { *triangles[i].add(9 * FOUR) }.to_bits();
+        let found = packets[id].keep::<Q>(lane, [t[i], u[i], v[i]], prim);
+        nearer |= u64::from(found) << id;
     }
     nearer
 }
 
 /// A corner of the triangles, in the order of the axes.
 #[inline(always)]
-fn corner<L: Level>(
+unsafe fn corner<L: Level>(
     level: L,
-    blocks: &[&Block; EIGHT],
-    ks: &[usize; EIGHT],
+    triangles: &[*const f32; EIGHT],
     corner: usize,
     [x, y, z]: [usize; 3],
 ) -> Vec3s<L::F8> {
-    [
-        row(level, blocks, ks, corner, x),
-        row(level, blocks, ks, corner, y),
-        row(level, blocks, ks, corner, z),
-    ]
+    // SAFETY: by this function's own contract.
+    unsafe {
+        [
+            row(level, triangles, (3 * corner + x) * FOUR),
+            row(level, triangles, (3 * corner + y) * FOUR),
+            row(level, triangles, (3 * corner + z) * FOUR),
+        ]
+    }
 }
 
 #[inline(always)]
-fn row<L: Level>(level: L, blocks: &[&Block; EIGHT], ks: &[usize; EIGHT], corner: usize, axis: usize) -> L::F8 {
-    level.load8(&[
-        blocks[0].corners[corner][axis][ks[0]],
-        blocks[1].corners[corner][axis][ks[1]],
-        blocks[2].corners[corner][axis][ks[2]],
-        blocks[3].corners[corner][axis][ks[3]],
-        blocks[4].corners[corner][axis][ks[4]],
-        blocks[5].corners[corner][axis][ks[5]],
-        blocks[6].corners[corner][axis][ks[6]],
-        blocks[7].corners[corner][axis][ks[7]],
-    ])
+unsafe fn row<L: Level>(level: L, [a, b, c, d, e, f, g, h]: &[*const f32; EIGHT], at: usize) -> L::F8 {
+    // SAFETY: by this function's own contract.
+    unsafe {
+        level.load8(&[
+            *a.add(at),
+            *b.add(at),
+            *c.add(at),
+            *d.add(at),
+            *e.add(at),
+            *f.add(at),
+            *g.add(at),
+            *h.add(at),
+        ])
+    }
 }
 
 impl Packet {
     /// Keeps a hit of one ray if it is nearer; whether it is.
     #[inline(always)]
     fn keep<Q: Query>(&mut self, lane: usize, [t, u, v]: [f32; 3], id: u32) -> bool {
-        let lane = lane % RAYS;
         let (best, number) = (self.t.0[lane], self.id.0[lane].to_bits());
         if Q::ANY {
             if t <= best {
