@@ -107,16 +107,25 @@ impl Visits {
         self.block_count = 0;
     }
 
-    /// Adds the blocks of a leaf that a packet has come to; of each packet one leaf at most.
+    /// Adds the blocks of a leaf that a packet has come to; of each packet one leaf at most. Where its rays start in several places
+    /// there is nothing to prepare, and they are tested at once; whether some of them end nearer then, or are blocked.
     #[inline(always)]
-    pub fn add<L: Level>(&mut self, level: L, packet: usize, blocks: &[Block]) {
+    pub fn add<L: Level, Q: Query>(&mut self, level: L, id: usize, packet: &mut Packet, blocks: &[Block]) -> bool {
+        if !packet.shared {
+            let mut nearer = false;
+            for block in blocks {
+                nearer |= packet.block::<L, Q>(level, block);
+            }
+            return nearer;
+        }
         for block in blocks {
             // Asked for a second time: what was there may have had to go since.
             level.prefetch::<3>(ptr::from_ref(block).cast());
             let visit = &mut self.blocks[self.block_count % MOST];
-            (visit.block, visit.packet) = (block, packet);
+            (visit.block, visit.packet) = (block, id);
             self.block_count += 1;
         }
+        false
     }
 
     /// Tests what was added; the set of packets some of whose rays end nearer now, or are blocked.
@@ -127,35 +136,29 @@ impl Visits {
     pub unsafe fn test<L: Level, Q: Query>(&mut self, level: L, packets: &mut [Packet; PACKETS], rays: &[Ray]) -> u64 {
         // SAFETY: by this function's own contract.
         unsafe {
-            let nearer = self.see::<L, Q>(level, packets);
+            self.see(level, packets);
             self.pass(level, packets);
-            nearer | self.meet::<L, Q>(level, packets, rays)
+            self.meet::<L, Q>(level, packets, rays)
         }
     }
 
     /// Lists the triangles that may be met.
     #[inline(always)]
-    unsafe fn see<L: Level, Q: Query>(&mut self, level: L, packets: &mut [Packet; PACKETS]) -> u64 {
+    unsafe fn see<L: Level>(&mut self, level: L, packets: &[Packet; PACKETS]) {
         self.count = 0;
-        let mut nearer = 0;
         for at in 0..self.block_count.min(MOST) {
             let visit = &mut self.blocks[at];
-            let packet = &mut packets[visit.packet % PACKETS];
+            let packet = &packets[visit.packet % PACKETS];
             // SAFETY: by this function's own contract.
             let block = unsafe { &*visit.block };
-            if !packet.shared {
-                nearer |= u64::from(packet.block::<L, Q>(level, block)) << visit.packet;
-                continue;
-            }
             let (seen, covered) = packet.see(level, block, &mut visit.edges);
             for k in 0..FOUR {
-                let at_most = self.count % (MOST * FOUR);
-                self.triangles[at_most] = (at * FOUR + k) as u32;
-                self.lanes[at_most] = covered >> k & 1;
+                let next = self.count % (MOST * FOUR);
+                self.triangles[next] = (at * FOUR + k) as u32;
+                self.lanes[next] = covered >> k & 1;
                 self.count += (seen >> k & 1) as usize;
             }
         }
-        nearer
     }
 
     /// Keeps those in the list that the line of any ray goes through, and says of which.

@@ -255,7 +255,7 @@ pub fn trace<L: Level, Q: Query>(
             packet.cost += BLOCK_COST * count(leaf) as u32;
             if leaf & SHAPE == 0 {
                 // SAFETY: the packet waits at a leaf of this tree.
-                visits.add(level, id, unsafe { tree.leaf(leaf) });
+                nearer |= u64::from(visits.add::<L, Q>(level, id, packet, unsafe { tree.leaf(leaf) })) << id;
             } else if leaf != EMPTY {
                 let met = shape_step::<L, Q>(level, packet, number(leaf), geometry, rays);
                 nearer |= u64::from(met) << id;
