@@ -37,14 +37,27 @@ pub struct Slot {
     pub shear: [f32; 2],
     /// Which ray it is.
     pub ray: u32,
-    /// The order of the axes, the main one last, each below three; then nothing.
+    /// The order of the axes, the main one last: where in a corner their rows begin, in bytes; then nothing.
     axes: [u8; 4],
 }
 
 const _: () = assert!(size_of::<Slot>() == 128 && offset_of!(Slot, o) == 80 && offset_of!(Slot, shear) == 112);
 
-/// The order of the axes for one more than the main one, which comes last.
-const AXES: [[u8; 4]; 4] = [[0, 1, 2, 0], [1, 2, 0, 0], [2, 0, 1, 0], [0, 1, 2, 0]];
+/// A row of a corner: one coordinate of four triangles.
+type Row = [f32; 4];
+
+const ROW: u8 = size_of::<Row>() as u8;
+
+/// [`Slot::axes`] for one more than the main one.
+const AXES: [[u8; 4]; 4] = {
+    let [x, y, z] = [0, ROW, 2 * ROW];
+    [[x, y, z, 0], [y, z, x, 0], [z, x, y, 0], [x, y, z, 0]]
+};
+
+/// Which axis an entry of [`Slot::axes`] is.
+fn axis(entry: u8) -> usize {
+    usize::from(entry / ROW)
+}
 
 #[inline(always)]
 fn three<F: Floats<Array = [f32; 4]>>(v: F) -> [f32; 3] {
@@ -97,7 +110,7 @@ impl Slot {
         self.o = three(level.turn4(o, main));
         let turned = level.turn4(d, main);
         self.d = three(turned);
-        let [x, y, _] = three(turned.mul(level.splat4(self.course.inv[usize::from(AXES[main][2])])));
+        let [x, y, _] = three(turned.mul(level.splat4(self.course.inv[axis(AXES[main][2])])));
         self.shear = [x, y];
 
         let negative = d.lt(level.splat4(0.0));
@@ -141,25 +154,23 @@ impl Slot {
 
     /// `rows` of a corner in the order of the axes.
     #[inline(always)]
-    pub fn turn<'a, T>(&self, rows: &'a [T; 3]) -> [&'a T; 3] {
-        let [x, y, z, _] = self.axes;
-        debug_assert!(x < 3 && y < 3 && z < 3);
-        // SAFETY: [`AXES`] are below three.
-        unsafe {
-            [
-                rows.get_unchecked(usize::from(x)),
-                rows.get_unchecked(usize::from(y)),
-                rows.get_unchecked(usize::from(z)),
-            ]
-        }
+    pub fn turn<'a>(&self, rows: &'a [Row; 3]) -> [&'a Row; 3] {
+        // SAFETY: an ordinary read, of which the compiler shall not make one of a vector, and then parts of that; and a corner
+        // has three rows.
+        let row = |k: usize| unsafe {
+            let place = usize::from(ptr::read_volatile(&self.axes[k]));
+            debug_assert!(place.is_multiple_of(ROW.into()) && axis(place as u8) < 3);
+            &*rows.as_ptr().byte_add(place)
+        };
+        [row(0), row(1), row(2)]
     }
 
     /// The origin or the direction in the order of the world's axes.
     #[inline(always)]
     pub fn turn_back(&self, v: &[f32; 3]) -> Vec3 {
         let mut world = [0.0; 3];
-        for (axis, x) in self.axes.iter().zip(v) {
-            world[usize::from(*axis)] = *x;
+        for (entry, x) in self.axes.iter().zip(v) {
+            world[axis(*entry)] = *x;
         }
         Vec3::from_array(world)
     }
@@ -188,7 +199,7 @@ mod tests {
                 continue;
             }
             let shear = Shear::new(&d);
-            assert_eq!(slot.axes.map(usize::from)[..3], shear.axes, "{d}");
+            assert_eq!(slot.axes.map(axis)[..3], shear.axes, "{d}");
             assert_eq!(slot.shear, [shear.x, shear.y], "{d}");
             assert_eq!(slot.o, shear.turn(&ray.o).to_array());
             assert_eq!(slot.d, shear.turn(&d).to_array());

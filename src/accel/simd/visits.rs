@@ -28,6 +28,8 @@ struct Visit {
 pub struct Visits {
     list: [Visit; MOST],
     count: usize,
+    /// Where pairs of which something may be met begin in the list.
+    met: [usize; MOST / 2],
 }
 
 impl Visits {
@@ -39,6 +41,7 @@ impl Visits {
         Self {
             list: [nothing; MOST],
             count: 0,
+            met: [0; MOST / 2],
         }
     }
 
@@ -57,22 +60,37 @@ impl Visits {
         }
     }
 
+    /// A block and the one behind it; the last one twice where it is left over.
+    #[inline(always)]
+    fn pair(&self, at: usize) -> [Visit; 2] {
+        let last = (self.count - 1).min(at + 1);
+        [self.list[at % MOST], self.list[last % MOST]]
+    }
+
     /// Tests all of them; the set of slots whose rays end nearer now, or are done where any hit will do.
     ///
     /// # Safety
     /// The blocks that were added still exist.
     #[inline(always)]
     pub unsafe fn test<L: Level, Q: Query, const INSTANCES: bool>(
-        &self,
+        &mut self,
         level: L,
         slots: &mut [Slot; SLOTS],
         inside: &mut [Inside; SLOTS],
     ) -> u64 {
+        // Whether anything is met cannot be foretold, so pairs of blocks with something first go into a list, without a branch.
+        let mut count = 0;
+        for at in (0..self.count.min(MOST)).step_by(2) {
+            let pair = self.pair(at);
+            // SAFETY: by this function's own contract.
+            let blocks = pair.map(|visit| unsafe { &*visit.block });
+            let candidates = candidates(level, pair.map(|visit| &slots[visit.slot % SLOTS]), blocks);
+            self.met[count % (MOST / 2)] = at;
+            count += usize::from(candidates.mask.bits() != 0);
+        }
         let mut nearer = 0;
-        let visits = &self.list[..self.count.min(MOST)];
-        for pair in visits.chunks(2) {
-            // One that is left over is tested twice.
-            let pair = [pair[0], pair[pair.len() - 1]];
+        for &at in &self.met[..count.min(MOST / 2)] {
+            let pair = self.pair(at);
             let ids = pair.map(|visit| visit.slot % SLOTS);
             // SAFETY: by this function's own contract.
             let blocks = pair.map(|visit| unsafe { &*visit.block });
