@@ -81,6 +81,8 @@ fn packets_equal_the_linear_scan() {
         (soup(300, 40, 0.3), 2_500),
         (grid(16, 0.1), 2_500),
         (grid(12, 0.0), 1_000),
+        // Smaller than what lies between rays.
+        (grid(48, 0.02), 2_500),
         (rooms(), 5_000),
     ] {
         let rays = pictures(&g, 61, 1.0);

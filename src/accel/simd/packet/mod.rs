@@ -3,8 +3,9 @@
 //!
 //! A node's boxes are tested once for all rays of a packet, with what encloses them ([`rays::Packet`]), which takes no
 //! longer than one ray does; and so packets go through the tree as [`super::inflight`]'s rays do, in passes without
-//! branches that cover one another's latency. At a leaf four triangles at a time are tested against what encloses the
-//! rays, and each that may be met with sixteen rays.
+//! branches that cover one another's latency. So do the triangles of the leaves that they come to: four at a time against what
+//! encloses the rays, each that may be met against sixteen lines, and where few of them go through it, these rays alone
+//! ([`leaf`], [`singles`]).
 //!
 //! Rays that ask whether anything is in their way are put in order before ([`group`]): what a picture's rows gave away is lost
 //! where some of its paths have ended.

@@ -95,12 +95,7 @@ impl Singles {
     /// # Safety
     /// The blocks of all that were added still exist.
     #[inline(always)]
-    pub unsafe fn test<L: Level, Q: Query>(
-        &mut self,
-        level: L,
-        packets: &mut [Packet; PACKETS],
-        rays: &[Ray],
-    ) -> u64 {
+    pub unsafe fn test<L: Level, Q: Query>(&mut self, level: L, packets: &mut [Packet; PACKETS], rays: &[Ray]) -> u64 {
         self.fill();
         let mut nearer = 0;
         for group in 0..self.count.min(PAIRS) / EIGHT {
