@@ -33,7 +33,7 @@ const MOST: usize = PACKETS * MAX_LEAF;
 pub const FOUR: usize = 4;
 
 /// How far an edge's side may be wrong, relative to how far the triangle reaches from where rays start and from their lines: the
-/// routine for rays rounds it by less than 12 units of [`f32::EPSILON`], [`Edges`] by less than 16.
+/// routine for rays rounds it by less than 12 units of [`f32::EPSILON`], [`Edges`] by less than 32.
 const MARGIN: f32 = 64.0 * f32::EPSILON;
 
 /// The same for numbers so small that they have lost their digits.
@@ -143,6 +143,9 @@ impl Visits {
     }
 
     /// Lists the triangles that may be met.
+    ///
+    /// # Safety
+    /// As for [`Visits::test`]; so for the passes after it.
     #[inline(always)]
     unsafe fn see<L: Level>(&mut self, level: L, packets: &[Packet; PACKETS]) {
         self.count = 0;
@@ -235,7 +238,10 @@ impl Packet {
     /// Looks at a block where all rays start in one place; which of its triangles any of them may meet.
     ///
     /// The side on which a ray passes an edge is linear in its shear, so over all shears that lie around the rays' own it
-    /// has its extremes in the corners.
+    /// has its extremes in the corners. What is so far away that this is no number, no ray meets: where triangles lie is rounded to
+    /// so much there that the distance to their planes is none.
+    ///
+    /// Returns these, and those that all of them go through.
     #[inline(always)]
     fn see<L: Level>(&self, level: L, block: &Block, edges: &mut Edges) -> (u32, u32) {
         let [x, y, z] = self.turn(self.origin.first_chunk().expect("there are four"));

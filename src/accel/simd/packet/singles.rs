@@ -66,7 +66,7 @@ impl Singles {
             self.fill();
             self.way = way;
         }
-        let triangle = &raw const block.corners[0][0][k % FOUR];
+        let triangle = ptr::from_ref(block).cast::<f32>().wrapping_add(k);
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize % RAYS;
             lanes &= lanes - 1;
@@ -109,10 +109,10 @@ impl Singles {
     }
 }
 
-/// Tests eight pairs.
+/// Tests eight pairs; whose packets' rays end nearer now, or are blocked.
 ///
 /// # Safety
-/// The triangles exist.
+/// The triangles exist, and their packets have the same [`Packet::way`].
 #[inline(always)]
 unsafe fn test<L: Level, Q: Query>(
     level: L,
