@@ -235,6 +235,19 @@ impl Packet {
         [&rows[x], &rows[y], &rows[z]]
     }
 
+    /// The corners of a block's triangles relative to where all rays start, in the order of the axes.
+    #[inline(always)]
+    fn relative<L: Level>(&self, level: L, block: &Block) -> [Vec3s<L::F4>; 3] {
+        let [x, y, z] = self.turn(self.origin.first_chunk().expect("there are four"));
+        let o = [level.splat4(*x), level.splat4(*y), level.splat4(*z)];
+        let [a, b, c] = &block.corners;
+        [
+            each(load3(level, self.turn(a)), o, L::F4::sub),
+            each(load3(level, self.turn(b)), o, L::F4::sub),
+            each(load3(level, self.turn(c)), o, L::F4::sub),
+        ]
+    }
+
     /// Looks at a block where all rays start in one place; which of its triangles any of them may meet.
     ///
     /// The side on which a ray passes an edge is linear in its shear, so over all shears that lie around the rays' own it
@@ -244,12 +257,7 @@ impl Packet {
     /// Returns these, and those that all of them go through.
     #[inline(always)]
     fn see<L: Level>(&self, level: L, block: &Block, edges: &mut Edges) -> (u32, u32) {
-        let [x, y, z] = self.turn(self.origin.first_chunk().expect("there are four"));
-        let o = [level.splat4(*x), level.splat4(*y), level.splat4(*z)];
-        let [a, b, c] = &block.corners;
-        let a = each(load3(level, self.turn(a)), o, L::F4::sub);
-        let b = each(load3(level, self.turn(b)), o, L::F4::sub);
-        let c = each(load3(level, self.turn(c)), o, L::F4::sub);
+        let [a, b, c] = self.relative(level, block);
         // Near the packet's middle they are small, and so is what is lost when they are multiplied.
         let back = [level.splat4(-self.middle[0]), level.splat4(-self.middle[1])];
         let (a, b, c) = (flat(a, back), flat(b, back), flat(c, back));
@@ -324,15 +332,9 @@ impl Packet {
     /// What does not depend on directions, of a block that all rays see from one place.
     #[inline(always)]
     fn look<L: Level>(&self, level: L, block: &Block, look: &mut Look) {
-        let [x, y, z] = self.turn(self.origin.first_chunk().expect("there are four"));
-        let o = [level.splat4(*x), level.splat4(*y), level.splat4(*z)];
-        let [a, b, c] = &block.corners;
-        let corners = [
-            each(load3(level, self.turn(a)), o, L::F4::sub),
-            each(load3(level, self.turn(b)), o, L::F4::sub),
-            each(load3(level, self.turn(c)), o, L::F4::sub),
-        ];
+        let corners = self.relative(level, block);
         let plane = plane(&corners);
+        let [a, b, c] = &block.corners;
         let [x, y, z, _] = self.origin;
         let o = [level.splat4(x), level.splat4(y), level.splat4(z)];
         let world = [
