@@ -253,6 +253,12 @@ impl PrimRef {
         Self(NonZeroU32::new(index.wrapping_add(1)).expect("a primitive's number is below 2^32 - 1"))
     }
 
+    /// The primitive whose number is one less, `None` for the largest there is.
+    #[inline(always)]
+    fn one_below(number: u32) -> Option<Self> {
+        NonZeroU32::new(if number == u32::MAX { 0 } else { number }).map(Self)
+    }
+
     pub fn index(self) -> u32 {
         self.0.get() - 1
     }

@@ -71,7 +71,7 @@ struct Feed<'a> {
 impl Feed<'_> {
     /// Puts the next ray that has anything to ask into `slot`; what comes next for the slot, `None` where no ray is left.
     #[inline(always)]
-    fn refill<L: Level, Q: Query>(
+    fn refill<L: Level, Q: Query, const INSTANCES: bool>(
         &mut self,
         level: L,
         slot: &mut Slot,
@@ -89,15 +89,22 @@ impl Feed<'_> {
             let ahead = ray + AHEAD;
             level.prefetch::<1>(self.rays.as_ptr().wrapping_add(ahead).cast());
             level.prefetch::<1>(answers.as_ptr().wrapping_add(ahead).cast());
-            if let Some(best) = Q::begin(&answers[ray], self.rays[ray].tmax)
-                && slot.start(level, &self.rays[ray], ray, best, self.spread)
-            {
+            if !slot.start(level, &self.rays[ray], ray, self.spread) {
+                continue;
+            }
+            if Q::is_known(&answers[ray]) {
+                match Q::begin(&answers[ray], self.rays[ray].tmax) {
+                    Some(best) => slot.set_best(best),
+                    None => continue,
+                }
+            }
+            if INSTANCES {
                 *inside = Inside {
                     current: Instance::NONE,
                     best: Q::instance(&answers[ray]),
                 };
-                return Some(self.root);
             }
+            return Some(self.root);
         }
     }
 }
@@ -131,7 +138,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
     // Sets of slots, a bit for each: those under way, and of these those that wait at a leaf or for the next ray.
     let mut active = 0;
     for (id, inside) in inside.iter_mut().enumerate() {
-        let Some(root) = feed.refill::<L, Q>(level, &mut flight.all[id], inside, answers) else {
+        let Some(root) = feed.refill::<L, Q, INSTANCES>(level, &mut flight.all[id], inside, answers) else {
             break;
         };
         flight.next[id] = root;
@@ -143,8 +150,9 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
         while done != 0 {
             let id = take(&mut done);
             let slot = &mut flight.all[id];
-            answers[slot.ray as usize] = Q::end(&slot.best, inside[id].best);
-            match feed.refill::<L, Q>(level, slot, &mut inside[id], answers) {
+            let instance = if INSTANCES { inside[id].best } else { Instance::NONE };
+            answers[slot.ray as usize] = Q::end(&slot.best, instance);
+            match feed.refill::<L, Q, INSTANCES>(level, slot, &mut inside[id], answers) {
                 Some(root) => flight.next[id] = root,
                 None => active ^= 1 << id,
             }

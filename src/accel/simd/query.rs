@@ -80,11 +80,12 @@ impl Query for Nearest {
 
     #[inline(always)]
     fn end(best: &Best, instance: Instance) -> Option<Hit> {
-        (best.id != NOTHING).then(|| Hit {
+        // Chosen without a branch, which nobody could foretell.
+        PrimRef::one_below(best.id).map(|prim| Hit {
             t: best.t,
             u: best.u,
             v: best.v,
-            prim: PrimRef::new(best.id - 1),
+            prim,
             instance,
         })
     }

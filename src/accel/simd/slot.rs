@@ -20,6 +20,13 @@ pub const SIDE: usize = 32;
 /// a division that is not done.
 pub const BEYOND: f32 = 4.0 * NOISE;
 
+/// Components of ordinary directions are longer than this part of the longest one, and coordinates of their origins less than so
+/// many times that: then no plane's distance is more than a number can be.
+const ORDINARY: f32 = 1e-20;
+const ORDINARY_REACH: f32 = 1e18;
+
+const _: () = assert!(ORDINARY >= 2.0 / STEEPEST && ORDINARY_REACH / ORDINARY <= 0.5 * f32::MAX);
+
 /// A ray under way, in two cache lines; passing a node takes the first.
 #[repr(C, align(64))]
 #[derive(Clone, Default)]
@@ -54,6 +61,14 @@ const AXES: [[u8; 4]; 4] = {
     [[x, y, z, 0], [y, z, x, 0], [z, x, y, 0], [x, y, z, 0]]
 };
 
+/// A ray's origin and `tmin`, its direction and `tmax`.
+#[inline(always)]
+fn numbers(ray: &Ray) -> &[[f32; 4]; 2] {
+    const { assert!(size_of::<Ray>() == 32 && offset_of!(Ray, d) == 16) };
+    // SAFETY: so the eight floats lie.
+    unsafe { &*ptr::from_ref(ray).cast() }
+}
+
 /// Which axis an entry of [`Slot::axes`] is.
 fn axis(entry: u8) -> usize {
     usize::from(entry / ROW)
@@ -66,15 +81,15 @@ fn three<F: Floats<Array = [f32; 4]>>(v: F) -> [f32; 3] {
 }
 
 impl Slot {
-    /// Whether there is anything to do for the ray.
+    /// Whether there is anything to do for the ray, of which nothing is known yet.
     #[inline(always)]
-    pub fn start<L: Level>(&mut self, level: L, ray: &Ray, number: usize, best: Best, spread: Spread) -> bool {
+    pub fn start<L: Level>(&mut self, level: L, ray: &Ray, number: usize, spread: Spread) -> bool {
         self.course.tmin = ray.tmin;
         self.begin = ray.tmin - ray.tmin.abs() * BEYOND;
-        self.set_best(best);
+        self.set_best(Best::none(ray.tmax));
         self.ray = number as u32;
         self.course.stack.clear();
-        ray.tmin <= best.t && self.set_line(level, ray, spread)
+        ray.tmin <= ray.tmax && self.set_line(level, ray, spread)
     }
 
     /// Goes on along the line of `ray`, which is that of the slot's ray in one space or another; whether it can meet
@@ -97,14 +112,15 @@ impl Slot {
     /// [`Shear::new`]: crate::shape::triangle::Shear::new
     #[inline(always)]
     fn set_planes<L: Level>(&mut self, level: L, ray: &Ray, spread: Spread) -> bool {
-        let o = level.load4(&[ray.o.x, ray.o.y, ray.o.z, ray.tmin]);
-        let d = level.load4(&[ray.d.x, ray.d.y, ray.d.z, ray.d.x]);
+        // The fourth numbers go along and are not looked at.
+        let [o, d] = numbers(ray);
+        let (o, d) = (level.load4(o), level.load4(d));
         let (away, length) = (o.abs(), d.abs());
         let inv = level.splat4(1.0).div(d);
         self.course.inv = three(inv);
 
         // The last of the axes that it runs along most.
-        let longest = level.splat4(length.highest());
+        let longest = length.max(level.turn4(length, 1)).max(level.turn4(length, 2));
         let main = ((length.eq(longest).bits() & 0b111) << 1 | 1).ilog2() as usize & 3;
         self.axes = AXES[main];
         self.o = three(level.turn4(o, main));
@@ -116,7 +132,8 @@ impl Slot {
         let negative = d.lt(level.splat4(0.0));
         let mut pad = away.mul(level.splat4(PAD)).add(level.splat4(4.0 * TINY));
         if spread.origin != 0.0 {
-            pad = pad.add(level.splat4(away.highest() * spread.origin));
+            let most = away.max(level.turn4(away, 1)).max(level.turn4(away, 2));
+            pad = pad.add(most.mul(level.splat4(spread.origin)));
         }
         let (less, more) = (o.sub(pad), o.add(pad));
         let back = inv.mul(level.splat4(-1.0));
@@ -126,11 +143,12 @@ impl Slot {
         self.course.far = three(far);
         self.course.set_octant(negative.bits());
 
-        let steep = longest.mul(level.splat4(2.0 / STEEPEST)).lt(length);
-        let finite = length.max(near.abs().add(far.abs()));
-        let finite = finite.le(level.splat4(f32::MAX));
-        let at_hand = away.le(level.splat4(FAR * spread.reach));
-        steep.and(finite).and(at_hand).bits() == 0b1111 && ray.tmin >= 0.0
+        let steep = longest.mul(level.splat4(ORDINARY)).max(level.splat4(f32::MIN_POSITIVE));
+        let reach = longest
+            .mul(level.splat4(ORDINARY_REACH))
+            .min(level.splat4(FAR * spread.reach));
+        let ordinary = steep.lt(length).and(away.le(reach)).bits();
+        ordinary & 0b111 == 0b111 && ray.tmin >= 0.0
     }
 
     /// Does for any ray what [`Planes::new`] does; whether the ray can meet anything.
@@ -152,17 +170,19 @@ impl Slot {
         unsafe { &*ptr::from_ref(&self.o).cast() }
     }
 
-    /// `rows` of a corner in the order of the axes.
+    /// The rows of corners in the order of the axes.
     #[inline(always)]
-    pub fn turn<'a>(&self, rows: &'a [Row; 3]) -> [&'a Row; 3] {
-        // SAFETY: an ordinary read, of which the compiler shall not make one of a vector, and then parts of that; and a corner
-        // has three rows.
-        let row = |k: usize| unsafe {
-            let place = usize::from(ptr::read_volatile(&self.axes[k]));
-            debug_assert!(place.is_multiple_of(ROW.into()) && axis(place as u8) < 3);
-            &*rows.as_ptr().byte_add(place)
-        };
-        [row(0), row(1), row(2)]
+    pub fn turn<'a>(&self, [a, b, c]: &'a [[Row; 3]; 3]) -> [[&'a Row; 3]; 3] {
+        // SAFETY: an ordinary read, of which the compiler shall not make one of a vector, and then parts of that.
+        let place = |k: usize| usize::from(unsafe { ptr::read_volatile(&self.axes[k]) });
+        let places = [place(0), place(1), place(2)];
+        [a, b, c].map(|rows| {
+            places.map(|place| {
+                debug_assert!(place.is_multiple_of(ROW.into()) && axis(place as u8) < 3);
+                // SAFETY: a corner has three rows.
+                unsafe { &*rows.as_ptr().byte_add(place) }
+            })
+        })
     }
 
     /// The origin or the direction in the order of the world's axes.

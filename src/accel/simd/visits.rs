@@ -120,9 +120,9 @@ fn candidates<L: Level>(level: L, slots: [&Slot; 2], blocks: [&Block; 2]) -> Can
     let [a, b] = slots.map(Slot::line);
     let row = |k: usize| level.quads(join([&a[k], &b[k]]));
     let ([x, y, z, begin], [dx, dy, dz, until], [sx, sy, ..]) = (row(0), row(1), row(2));
+    let (a, b) = (slots[0].turn(&blocks[0].corners), slots[1].turn(&blocks[1].corners));
     let corner = |k: usize| -> Vec3s<L::F8> {
-        let [a0, a1, a2] = slots[0].turn(&blocks[0].corners[k]);
-        let [b0, b1, b2] = slots[1].turn(&blocks[1].corners[k]);
+        let ([a0, a1, a2], [b0, b1, b2]) = (a[k], b[k]);
         each([join([a0, b0]), join([a1, b1]), join([a2, b2])], [x, y, z], L::F8::sub)
     };
     let corners = [corner(0), corner(1), corner(2)];
