@@ -15,7 +15,7 @@ use super::{
     super::{
         Geometry, Instance,
         instance::Spread,
-        wide::node::{DONE, EMPTY, EXIT, INSTANCE, Node, SHAPE, number},
+        wide::node::{DONE, EMPTY, EXIT, INSTANCE, Node, number},
     },
     analytic,
     course::Course,
@@ -24,7 +24,7 @@ use super::{
     query::Query,
     scratch::{Scratch, Stacks},
     slot::Slot,
-    tree::Tree,
+    tree::{Starts, Tree},
     visits::Visits,
     waiting::{SLOTS, take},
 };
@@ -164,18 +164,14 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
         }
         // SAFETY: these slots wait at nodes, and the stacks are theirs.
         unsafe { nodes::step::<L, Q, _, SLOTS>(level, tree, &starts, &mut flight, at_node, stacks) };
-        let mut waiting = at_leaf;
         // Those whose rays have come to end nearer.
         let mut nearer = 0_u64;
-        visits.clear();
-        while waiting != 0 {
-            let id = take(&mut waiting);
+        let mut at_shape = at_leaf & shape_or_done;
+        while at_shape != 0 {
+            let id = take(&mut at_shape);
             let leaf = flight.next[id];
             let (slot, inside) = (&mut flight.all[id], &mut inside[id]);
-            if leaf & SHAPE == 0 {
-                // SAFETY: the slot waits at a leaf of this tree.
-                visits.add(level, id, unsafe { tree.leaf(leaf) });
-            } else if INSTANCES && leaf & INSTANCE != 0 {
+            if INSTANCES && leaf & INSTANCE != 0 {
                 let ray = &rays[slot.ray as usize];
                 // SAFETY: the stack is the slot's own.
                 unsafe { instance_step(level, slot, leaf, inside, tree, geometry, ray, stacks) };
@@ -185,9 +181,17 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
                 nearer |= u64::from(placed) << id;
             }
             // SAFETY: the stack is the slot's own.
-            let next = unsafe { nodes::pop_one(&mut slot.course, stacks) };
-            level.prefetch::<4>(starts.of(next));
-            flight.next[id] = next;
+            unsafe { advance(level, &starts, &mut flight, id, stacks) };
+        }
+        visits.clear();
+        let mut at_triangles = at_leaf & !shape_or_done;
+        while at_triangles != 0 {
+            let id = take(&mut at_triangles);
+            // SAFETY: the slot waits at a leaf of this tree, and the stack is its own.
+            unsafe {
+                visits.add(level, id, tree.leaf(flight.next[id]));
+                advance(level, &starts, &mut flight, id, stacks);
+            }
         }
         // SAFETY: the tree has not changed.
         nearer |= unsafe { visits.test::<L, Q, INSTANCES>(level, flight.all, inside) };
@@ -207,6 +211,24 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
             };
         }
     }
+}
+
+/// Pops what comes next for a slot, and asks for it.
+///
+/// # Safety
+/// `stacks` hold the slot's.
+#[inline(always)]
+unsafe fn advance<L: Level>(
+    level: L,
+    starts: &Starts,
+    flight: &mut Flight<'_, Slot, SLOTS>,
+    id: usize,
+    stacks: Stacks,
+) {
+    // SAFETY: by this function's own contract.
+    let next = unsafe { nodes::pop_one(&mut flight.all[id].course, stacks) };
+    level.prefetch::<4>(starts.of(next));
+    flight.next[id] = next;
 }
 
 impl Traveller for Slot {
