@@ -89,14 +89,12 @@ impl Feed<'_> {
             let ahead = ray + AHEAD;
             level.prefetch::<1>(self.rays.as_ptr().wrapping_add(ahead).cast());
             level.prefetch::<1>(answers.as_ptr().wrapping_add(ahead).cast());
-            if !slot.start(level, &self.rays[ray], ray, self.spread) {
+            let is_known = Q::is_known(&answers[ray]);
+            if Q::ANY && is_known || !slot.start(level, &self.rays[ray], ray, self.spread) {
                 continue;
             }
-            if Q::is_known(&answers[ray]) {
-                match Q::begin(&answers[ray], self.rays[ray].tmax) {
-                    Some(best) => slot.set_best(best),
-                    None => continue,
-                }
+            if is_known && let Some(best) = Q::begin(&answers[ray], self.rays[ray].tmax) {
+                slot.set_best(best);
             }
             if INSTANCES {
                 *inside = Inside {
