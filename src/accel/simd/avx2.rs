@@ -1,6 +1,9 @@
 //! The level of processors with AVX2 and FMA.
 
-use std::arch::{asm, x86_64::*};
+use std::{
+    arch::{asm, x86_64::*},
+    ptr,
+};
 
 use super::{
     lanes::{Eight, Floats, Level, Mask, Top},
@@ -167,20 +170,6 @@ macro_rules! reductions {
 reductions!(lowest4, lowest8, _mm_min_ps);
 reductions!(highest4, highest8, _mm_max_ps);
 
-/// # Safety
-/// The processor has AVX2.
-#[inline(always)]
-unsafe fn half<const LAST: usize>(v: __m256) -> __m128 {
-    // SAFETY: by this function's own contract.
-    unsafe {
-        if LAST == 0 {
-            _mm256_castps256_ps128(v)
-        } else {
-            _mm256_extractf128_ps::<1>(v)
-        }
-    }
-}
-
 /// What moves the lanes of `set` together.
 ///
 /// # Safety
@@ -189,9 +178,8 @@ unsafe fn half<const LAST: usize>(v: __m256) -> __m128 {
 unsafe fn together(set: Eight) -> __m256i {
     // SAFETY: by this function's own contract; sets of eight are as many as the table has entries.
     unsafe {
-        let lanes = _mm256_set1_epi32(*TOGETHER.get_unchecked(set.bits() as usize) as i32);
-        // What is left above the lowest three bits, permutations do not look at.
-        _mm256_srlv_epi32(lanes, _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28))
+        let lanes = TOGETHER.get_unchecked(set.bits() as usize);
+        _mm256_cvtepu8_epi32(_mm_loadl_epi64(ptr::from_ref(lanes).cast()))
     }
 }
 
@@ -309,16 +297,6 @@ impl Level for Avx2 {
                 F8(_mm256_permute_ps::<0xff>(v.0)),
             ]
         }
-    }
-    #[inline(always)]
-    fn half<const LAST: usize>(self, v: F8) -> F4 {
-        // SAFETY: the token says that the processor has AVX2.
-        F4(unsafe { half::<LAST>(v.0) })
-    }
-    #[inline(always)]
-    fn half_mask<const LAST: usize>(self, v: M8) -> M4 {
-        // SAFETY: the token says that the processor has AVX2.
-        M4(unsafe { half::<LAST>(v.0) })
     }
     #[inline(always)]
     fn mask16(self, bits: u32) -> Pair<M8> {

@@ -6,7 +6,7 @@
 use std::arch::x86_64::*;
 
 use super::{
-    avx2::{Avx2, F4, F8, M4, M8, Order},
+    avx2::{Avx2, F4, F8, Order},
     lanes::{Eight, Floats, Level, Mask, Top},
 };
 
@@ -181,14 +181,6 @@ impl Level for Avx512 {
     #[inline(always)]
     fn quads(self, v: F8) -> [F8; 4] {
         self.0.quads(v)
-    }
-    #[inline(always)]
-    fn half<const LAST: usize>(self, v: F8) -> F4 {
-        self.0.half::<LAST>(v)
-    }
-    #[inline(always)]
-    fn half_mask<const LAST: usize>(self, v: M8) -> M4 {
-        self.0.half_mask::<LAST>(v)
     }
     #[inline(always)]
     fn mask16(self, bits: u32) -> __mmask16 {

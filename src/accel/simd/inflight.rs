@@ -179,20 +179,22 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
                 nearer |= u64::from(placed) << id;
             }
             // SAFETY: the stack is the slot's own.
-            unsafe { advance(level, &starts, &mut flight, id, stacks) };
+            flight.next[id] = unsafe { advance(level, &starts, &mut slot.course, stacks) };
         }
-        visits.clear();
+        let mut visited = 0;
         let mut at_triangles = at_leaf & !shape_or_done;
         while at_triangles != 0 {
             let id = take(&mut at_triangles);
-            // SAFETY: the slot waits at a leaf of this tree, and the stack is its own.
+            let next = &mut flight.next[id];
+            // SAFETY: the slot waits at a leaf of this tree, and the stack is its own; what is settled is what it was.
             unsafe {
-                visits.add(level, id, tree.leaf(flight.next[id]));
-                advance(level, &starts, &mut flight, id, stacks);
+                let slot = level.settle(&mut flight.all[id]);
+                visited = visits.add(level, visited, slot.addr(), tree.leaf(*next));
+                *next = advance(level, &starts, &mut (*slot).course, stacks);
             }
         }
         // SAFETY: the tree has not changed.
-        nearer |= unsafe { visits.test::<L, Q, INSTANCES>(level, flight.all, inside) };
+        nearer |= unsafe { visits.test::<L, Q, INSTANCES>(level, visited, flight.all, inside) };
         while nearer != 0 {
             let id = take(&mut nearer);
             flight.next[id] = if Q::ANY {
@@ -211,22 +213,16 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
     }
 }
 
-/// Pops what comes next for a slot, and asks for it.
+/// Pops what comes next, and asks for it.
 ///
 /// # Safety
-/// `stacks` hold the slot's.
+/// `course` has its stack among `stacks`.
 #[inline(always)]
-unsafe fn advance<L: Level>(
-    level: L,
-    starts: &Starts,
-    flight: &mut Flight<'_, Slot, SLOTS>,
-    id: usize,
-    stacks: Stacks,
-) {
+unsafe fn advance<L: Level>(level: L, starts: &Starts, course: &mut Course, stacks: Stacks) -> u32 {
     // SAFETY: by this function's own contract.
-    let next = unsafe { nodes::pop_one(&mut flight.all[id].course, stacks) };
+    let next = unsafe { nodes::pop_one(course, stacks) };
     level.prefetch::<4>(starts.of(next));
-    flight.next[id] = next;
+    next
 }
 
 impl Traveller for Slot {

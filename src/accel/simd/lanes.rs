@@ -101,9 +101,6 @@ pub trait Level: Runner {
     fn join4(self, first: Self::F4, second: Self::F4) -> Self::F8;
     /// Of both halves the first number in all lanes of that half, then the second one and so on.
     fn quads(self, v: Self::F8) -> [Self::F8; 4];
-    /// The first half (0) or the last one (1).
-    fn half<const LAST: usize>(self, v: Self::F8) -> Self::F4;
-    fn half_mask<const LAST: usize>(self, v: <Self::F8 as Floats>::Mask) -> <Self::F4 as Floats>::Mask;
     /// The lanes whose bits are set.
     fn mask16(self, bits: u32) -> <Self::F16 as Floats>::Mask;
 

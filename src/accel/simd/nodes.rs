@@ -62,28 +62,66 @@ pub unsafe fn step<L: Level, Q: Query, T: Traveller, const N: usize>(
         return;
     }
     // A child is popped a turn after it was pushed. The first turn has none before it and pops anything, which the next turn
-    // makes good.
-    let mut before = (waiting.trailing_zeros() as usize, 0);
-    let pop = |next: &mut [u32; N], (id, place): (usize, usize)| {
-        // SAFETY: what lies there was pushed, or is the base; or it is the first place of all.
-        let child = unsafe { *stacks.child.add(place) };
-        next[id % N] = child;
-        level.prefetch::<4>(starts.of(child));
-    };
-    while waiting != 0 {
-        let id = take(&mut waiting);
+    // makes good. Two turns in a row, so that nothing is moved from the one to the other.
+    let mut last = (waiting.trailing_zeros() as usize, 0);
+    loop {
         // SAFETY: by this function's own contract.
-        let place = unsafe {
-            let met = meet::<L, Q, T, N>(level, tree, flight.all.as_mut_ptr(), flight.next, id);
-            keep::<L, Q, T>(level, &met, stacks)
-        };
-        if T::IN_PASSING {
-            pop(flight.next, before);
-            before = (id, place);
+        unsafe {
+            let first = visit::<L, Q, T, N>(level, tree, flight, &mut waiting, stacks);
+            pop_late::<L, T, N>(level, starts, flight, last, stacks);
+            last = first;
+            if waiting == 0 {
+                break;
+            }
+            let second = visit::<L, Q, T, N>(level, tree, flight, &mut waiting, stacks);
+            pop_late::<L, T, N>(level, starts, flight, first, stacks);
+            last = second;
+            if waiting == 0 {
+                break;
+            }
         }
     }
+    // SAFETY: by this function's own contract.
+    unsafe { pop_late::<L, T, N>(level, starts, flight, last, stacks) };
+}
+
+/// Tests the first of those that are `waiting`; which it is and where the topmost child of its stack lies.
+///
+/// # Safety
+/// That of [`step`]; there is one.
+#[inline(always)]
+unsafe fn visit<L: Level, Q: Query, T: Traveller, const N: usize>(
+    level: L,
+    tree: &Tree,
+    flight: &mut Flight<'_, T, N>,
+    waiting: &mut u64,
+    stacks: Stacks,
+) -> (usize, usize) {
+    let id = take(waiting);
+    // SAFETY: by this function's own contract.
+    unsafe {
+        let met = meet::<L, Q, T, N>(level, tree, flight.all.as_mut_ptr(), flight.next, id);
+        (id, keep::<L, Q, T>(level, &met, stacks))
+    }
+}
+
+/// Takes the child in a `place` of the stacks as that which comes next, if that happens in passing.
+///
+/// # Safety
+/// What lies there was pushed, or is the base; or it is the first place of all.
+#[inline(always)]
+unsafe fn pop_late<L: Level, T: Traveller, const N: usize>(
+    level: L,
+    starts: &Starts,
+    flight: &mut Flight<'_, T, N>,
+    (id, place): (usize, usize),
+    stacks: Stacks,
+) {
     if T::IN_PASSING {
-        pop(flight.next, before);
+        // SAFETY: by this function's own contract.
+        let child = unsafe { *stacks.child.add(place) };
+        flight.next[id % N] = child;
+        level.prefetch::<4>(starts.of(child));
     }
 }
 

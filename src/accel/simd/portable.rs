@@ -198,14 +198,6 @@ impl Level for Portable {
         [quad(0), quad(1), quad(2), quad(3)]
     }
     #[inline(always)]
-    fn half<const LAST: usize>(self, v: Pair<Array<4>>) -> Array<4> {
-        if LAST == 0 { v.0 } else { v.1 }
-    }
-    #[inline(always)]
-    fn half_mask<const LAST: usize>(self, v: Pair<Bits<4>>) -> Bits<4> {
-        if LAST == 0 { v.0 } else { v.1 }
-    }
-    #[inline(always)]
     fn mask16(self, bits: u32) -> Bits<16> {
         Bits(std::array::from_fn(|i| bits >> i & 1 == 1))
     }

@@ -74,6 +74,19 @@ fn axis(entry: u8) -> usize {
     usize::from(entry / ROW)
 }
 
+/// Written out, as a closure for a part of an array is not always compiled with its caller's instructions.
+#[inline(always)]
+fn turn(corner: &[Row; 3], [x, y, z]: [usize; 3]) -> [&Row; 3] {
+    [row(corner, x), row(corner, y), row(corner, z)]
+}
+
+#[inline(always)]
+fn row(corner: &[Row; 3], place: usize) -> &Row {
+    debug_assert!(place.is_multiple_of(ROW.into()) && axis(place as u8) < 3);
+    // SAFETY: a corner has three rows, and places are of [`AXES`].
+    unsafe { &*corner.as_ptr().byte_add(place) }
+}
+
 #[inline(always)]
 fn three<F: Floats<Array = [f32; 4]>>(v: F) -> [f32; 3] {
     let [x, y, z, _] = v.to_array();
@@ -173,16 +186,15 @@ impl Slot {
     /// The rows of corners in the order of the axes.
     #[inline(always)]
     pub fn turn<'a>(&self, [a, b, c]: &'a [[Row; 3]; 3]) -> [[&'a Row; 3]; 3] {
+        let places = [self.place(0), self.place(1), self.place(2)];
+        [turn(a, places), turn(b, places), turn(c, places)]
+    }
+
+    /// Where in a corner the row of an axis begins.
+    #[inline(always)]
+    fn place(&self, k: usize) -> usize {
         // SAFETY: an ordinary read, of which the compiler shall not make one of a vector, and then parts of that.
-        let place = |k: usize| usize::from(unsafe { ptr::read_volatile(&self.axes[k]) });
-        let places = [place(0), place(1), place(2)];
-        [a, b, c].map(|rows| {
-            places.map(|place| {
-                debug_assert!(place.is_multiple_of(ROW.into()) && axis(place as u8) < 3);
-                // SAFETY: a corner has three rows.
-                unsafe { &*rows.as_ptr().byte_add(place) }
-            })
-        })
+        usize::from(unsafe { ptr::read_volatile(&self.axes[k]) })
     }
 
     /// The origin or the direction in the order of the world's axes.

@@ -33,33 +33,53 @@ pub struct Sides<F: Floats> {
     w: F,
 }
 
-/// Triangles that may be hit, with what tells where.
-pub struct Candidates<F: Floats> {
-    pub mask: F::Mask,
-    sides: Sides<F>,
-    det: F,
-    /// `t` times [`Candidates::det`].
-    t_det: F,
+/// What tells where lines meet triangles.
+#[derive(Clone, Copy)]
+pub struct Crossing<T> {
+    u: T,
+    v: T,
+    w: T,
+    det: T,
+    /// `t` times [`Crossing::det`].
+    t_det: T,
 }
 
-impl<F: Floats> Candidates<F> {
-    /// The first four of eight, or the last.
+impl<F: Floats<Array = [f32; 8]>> Crossing<F> {
     #[inline(always)]
-    pub fn half<L: Level<F8 = F>, const LAST: usize>(&self, level: L) -> Candidates<L::F4> {
-        let half = |all: F| level.half::<LAST>(all);
-        let Sides { inside, u, v, w } = self.sides;
-        Candidates {
-            mask: level.half_mask::<LAST>(self.mask),
-            sides: Sides {
-                inside: level.half_mask::<LAST>(inside),
-                u: half(u),
-                v: half(v),
-                w: half(w),
-            },
-            det: half(self.det),
-            t_det: half(self.t_det),
+    pub fn to_arrays(self) -> Crossing<[f32; 8]> {
+        Crossing {
+            u: self.u.to_array(),
+            v: self.v.to_array(),
+            w: self.w.to_array(),
+            det: self.det.to_array(),
+            t_det: self.t_det.to_array(),
         }
     }
+}
+
+impl Crossing<[f32; 8]> {
+    /// The first four (0), or the last (1).
+    #[inline(always)]
+    pub fn half<L: Level>(&self, level: L, last: usize) -> Crossing<L::F4> {
+        Crossing {
+            u: half(level, &self.u, last),
+            v: half(level, &self.v, last),
+            w: half(level, &self.w, last),
+            det: half(level, &self.det, last),
+            t_det: half(level, &self.t_det, last),
+        }
+    }
+}
+
+#[inline(always)]
+fn half<L: Level>(level: L, eight: &[f32; 8], last: usize) -> L::F4 {
+    level.load4(&eight.as_chunks().0[last & 1])
+}
+
+/// Triangles that may be hit.
+pub struct Candidates<F: Floats> {
+    pub mask: F::Mask,
+    pub crossing: Crossing<F>,
 }
 
 /// Where lines meet triangles.
@@ -149,11 +169,10 @@ pub fn candidates<F: Floats>(d: Vec3s<F>, plane: &Plane<F>, sides: Sides<F>, beg
     let t = t_det.with_sign_of(det);
     let begun = begin.mul(scale).le(t);
     let ended = t.le(until.mul(scale));
+    let Sides { inside, u, v, w } = sides;
     Candidates {
-        mask: sides.inside.and(begun).and(ended),
-        sides,
-        det,
-        t_det,
+        mask: inside.and(begun).and(ended),
+        crossing: Crossing { u, v, w, det, t_det },
     }
 }
 
@@ -179,25 +198,21 @@ pub fn faces<F: Floats>(o: &Vec3s<F>, negative: [bool; 3], corners: &[Vec3s<F>; 
     Faces { near, far }
 }
 
-/// Where the candidates meet the planes, brought into the triangles' own boxes; `inv` is
+/// Where lines that are candidates meet the planes, brought into the triangles' own boxes; `inv` is
 /// [`super::super::slab::reciprocal`] of the direction.
 #[inline(always)]
-pub fn meet<F: Floats>(inv: &Vec3s<F>, faces: &Faces<F>, candidates: &Candidates<F>) -> Meets<F> {
-    let zero = candidates.sides.u.fill(0.0);
-    let infinity = candidates.sides.u.fill(f32::INFINITY);
-    let raw = candidates.t_det.div(candidates.det);
-    let sum = candidates.sides.u.add(candidates.sides.v).add(candidates.sides.w);
-    let (u, v) = (candidates.sides.v.div(sum), candidates.sides.w.div(sum));
+pub fn meet<F: Floats>(inv: &Vec3s<F>, faces: &Faces<F>, crossing: &Crossing<F>) -> Meets<F> {
+    let Crossing { u, v, w, det, t_det } = *crossing;
+    let zero = u.fill(0.0);
+    let infinity = u.fill(f32::INFINITY);
+    let raw = t_det.div(det);
+    let sum = u.add(v).add(w);
+    let (u, v) = (v.div(sum), w.div(sum));
     let numbers = u.eq(u).and(v.eq(v)).and(raw.abs().lt(infinity));
-    let valid = candidates
-        .det
-        .differs(zero)
-        .and(sum.differs(zero))
-        .and(numbers)
-        .and(candidates.mask);
+    let valid = det.differs(zero).and(sum.differs(zero)).and(numbers);
 
-    let slack = candidates.sides.u.fill(CLIP_SLACK);
-    let mut enter = candidates.sides.u.fill(f32::NEG_INFINITY);
+    let slack = u.fill(CLIP_SLACK);
+    let mut enter = u.fill(f32::NEG_INFINITY);
     let mut leave = infinity;
     for (axis, inv) in inv.iter().enumerate() {
         enter = faces.near[axis].mul(*inv).max(enter);

@@ -2,7 +2,7 @@
 //!
 //! Triangles lie in blocks of four, and vectors hold eight: two blocks are tested at once, each with its own ray.
 
-use std::ptr;
+use std::{mem::MaybeUninit, ptr};
 
 use super::{
     super::wide::node::{Block, MAX_LEAF},
@@ -10,102 +10,135 @@ use super::{
     lanes::{Floats, Level, Mask},
     query::{Best, Query},
     slot::Slot,
-    triangle::{self, Candidates, Vec3s, each, load3},
+    triangle::{self, Candidates, Crossing, Vec3s, each, load3},
     waiting::SLOTS,
 };
 
 /// The most blocks that the rays of a pass can come to.
 const MOST: usize = SLOTS * MAX_LEAF;
 
-/// A block that a slot's ray has come to.
-#[derive(Clone, Copy)]
-struct Visit {
-    slot: usize,
-    block: *const Block,
+/// A pair of blocks of which something may be met.
+struct Met {
+    /// Where it begins in the list.
+    at: usize,
+    /// Which triangles, a bit for each.
+    lanes: u32,
+    crossing: Crossing<[f32; 8]>,
 }
 
 /// The blocks that rays have come to in a pass.
 pub struct Visits {
-    list: [Visit; MOST],
-    count: usize,
-    /// Where pairs of which something may be met begin in the list.
-    met: [usize; MOST / 2],
+    /// Where the rays' slots lie.
+    slots: [usize; MOST],
+    blocks: [*const Block; MOST],
+    met: [MaybeUninit<Met>; MOST / 2],
 }
 
 impl Visits {
     pub fn new() -> Self {
-        let nothing = Visit {
-            slot: 0,
-            block: ptr::null(),
-        };
         Self {
-            list: [nothing; MOST],
-            count: 0,
-            met: [0; MOST / 2],
+            slots: [0; MOST],
+            blocks: [ptr::null(); MOST],
+            met: [const { MaybeUninit::uninit() }; MOST / 2],
         }
     }
 
-    #[inline(always)]
-    pub fn clear(&mut self) {
-        self.count = 0;
-    }
-
-    /// Adds the blocks of a leaf; of each slot one leaf at most.
-    #[inline(always)]
-    pub fn add<L: Level>(&mut self, level: L, slot: usize, blocks: &[Block]) {
-        level.prefetch::<3>(blocks.as_ptr().cast());
-        for block in blocks {
-            self.list[self.count % MOST] = Visit { slot, block };
-            self.count += 1;
-        }
-    }
-
-    /// A block and the one behind it; the last one twice where it is left over.
-    #[inline(always)]
-    fn pair(&self, at: usize) -> [Visit; 2] {
-        let last = (self.count - 1).min(at + 1);
-        [self.list[at % MOST], self.list[last % MOST]]
-    }
-
-    /// Tests all of them; the set of slots whose rays end nearer now, or are done where any hit will do.
+    /// Adds the blocks of a leaf to so many others; how many there are then. The slot is told by where it lies.
     ///
     /// # Safety
-    /// The blocks that were added still exist.
+    /// There is such a slot, and of each slot there is one leaf. A leaf has as many blocks as [`MAX_LEAF`] at most.
+    #[inline(always)]
+    pub unsafe fn add<L: Level>(&mut self, level: L, mut count: usize, slot: usize, blocks: &[Block]) -> usize {
+        level.prefetch::<3>(blocks.as_ptr().cast());
+        let Some((first, others)) = blocks.split_first() else {
+            return count;
+        };
+        // SAFETY: there is room for all blocks that a leaf of each slot can have.
+        unsafe { self.put(count, slot, first) };
+        count += 1;
+        for block in others {
+            // SAFETY: as above.
+            unsafe { self.put(count, slot, block) };
+            count += 1;
+        }
+        count
+    }
+
+    /// # Safety
+    /// `at` is below [`MOST`].
+    #[inline(always)]
+    unsafe fn put(&mut self, at: usize, slot: usize, block: *const Block) {
+        debug_assert!(at < MOST);
+        // SAFETY: by this function's own contract.
+        unsafe {
+            *self.slots.get_unchecked_mut(at) = slot;
+            *self.blocks.get_unchecked_mut(at) = block;
+        }
+    }
+
+    /// A block with the slot whose ray has come to it.
+    ///
+    /// # Safety
+    /// One was added as the `at`-th, of a slot among `slots`, and still exists.
+    #[inline(always)]
+    unsafe fn visit<'s>(&'s self, slots: &'s [Slot; SLOTS], at: usize) -> (&'s Slot, &'s Block) {
+        // SAFETY: by this function's own contract.
+        unsafe {
+            let slot = slots.as_ptr().with_addr(*self.slots.get_unchecked(at));
+            (&*slot, &**self.blocks.get_unchecked(at))
+        }
+    }
+
+    /// Tests so many of them, all that were added; the set of slots whose rays end nearer now, or are done where any hit will do.
+    ///
+    /// # Safety
+    /// So many were added, and still exist.
     #[inline(always)]
     pub unsafe fn test<L: Level, Q: Query, const INSTANCES: bool>(
         &mut self,
         level: L,
+        count: usize,
         slots: &mut [Slot; SLOTS],
         inside: &mut [Inside; SLOTS],
     ) -> u64 {
+        if count % 2 == 1 {
+            // The last one twice: there is room, since there is for an even number of blocks.
+            (self.slots[count % MOST], self.blocks[count % MOST]) = (self.slots[count - 1], self.blocks[count - 1]);
+        }
         // Whether anything is met cannot be foretold, so pairs of blocks with something first go into a list, without a branch.
-        let mut count = 0;
-        for at in (0..self.count.min(MOST)).step_by(2) {
-            let pair = self.pair(at);
-            // SAFETY: by this function's own contract.
-            let blocks = pair.map(|visit| unsafe { &*visit.block });
-            let candidates = candidates(level, pair.map(|visit| &slots[visit.slot % SLOTS]), blocks);
-            self.met[count % (MOST / 2)] = at;
-            count += usize::from(candidates.mask.bits() != 0);
+        let mut found = 0;
+        let mut at = 0;
+        while at < count {
+            // SAFETY: so many were added, by this function's own contract, and are in slots; each pair is found once at most.
+            unsafe {
+                let first = self.visit(slots, at);
+                let second = self.visit(slots, at + 1);
+                let Candidates { mask, crossing } = candidates(level, first, second);
+                let lanes = mask.bits();
+                self.met.get_unchecked_mut(found).write(Met {
+                    at,
+                    lanes,
+                    crossing: crossing.to_arrays(),
+                });
+                found += usize::from(lanes != 0);
+            }
+            at += 2;
         }
         let mut nearer = 0;
-        for &at in &self.met[..count.min(MOST / 2)] {
-            let pair = self.pair(at);
-            let ids = pair.map(|visit| visit.slot % SLOTS);
-            // SAFETY: by this function's own contract.
-            let blocks = pair.map(|visit| unsafe { &*visit.block });
-            let candidates = candidates(level, ids.map(|id| &slots[id]), blocks);
-            let bits = candidates.mask.bits();
-            if bits & 0b1111 != 0 {
-                let half = candidates.half::<L, 0>(level);
-                let [id, _] = ids;
-                let found = keep::<L, Q, INSTANCES>(level, &mut slots[id], &mut inside[id], blocks[0], &half);
-                nearer |= u64::from(found) << id;
-            }
-            if bits >> 4 != 0 {
-                let half = candidates.half::<L, 1>(level);
-                let [_, id] = ids;
-                let found = keep::<L, Q, INSTANCES>(level, &mut slots[id], &mut inside[id], blocks[1], &half);
+        for met in &self.met[..found.min(MOST / 2)] {
+            // SAFETY: so many were written.
+            let Met { at, lanes, crossing } = unsafe { met.assume_init_ref() };
+            for k in 0..2 {
+                let lanes = lanes >> (4 * k) & 0b1111;
+                if lanes == 0 {
+                    continue;
+                }
+                let at = (at + k) % MOST;
+                let id = (self.slots[at] - slots.as_ptr().addr()) / size_of::<Slot>() % SLOTS;
+                // SAFETY: by this function's own contract.
+                let block = unsafe { &*self.blocks[at] };
+                let crossing = crossing.half(level, k);
+                let found = keep::<L, Q, INSTANCES>(level, &mut slots[id], &mut inside[id], block, lanes, &crossing);
                 nearer |= u64::from(found) << id;
             }
         }
@@ -115,17 +148,17 @@ impl Visits {
 
 /// Which triangles of two blocks the rays of two slots may hit, those of the first in the first half.
 #[inline(always)]
-fn candidates<L: Level>(level: L, slots: [&Slot; 2], blocks: [&Block; 2]) -> Candidates<L::F8> {
-    let join = |[a, b]: [&[f32; 4]; 2]| level.join4(level.load4(a), level.load4(b));
-    let [a, b] = slots.map(Slot::line);
-    let row = |k: usize| level.quads(join([&a[k], &b[k]]));
-    let ([x, y, z, begin], [dx, dy, dz, until], [sx, sy, ..]) = (row(0), row(1), row(2));
-    let (a, b) = (slots[0].turn(&blocks[0].corners), slots[1].turn(&blocks[1].corners));
-    let corner = |k: usize| -> Vec3s<L::F8> {
-        let ([a0, a1, a2], [b0, b1, b2]) = (a[k], b[k]);
-        each([join([a0, b0]), join([a1, b1]), join([a2, b2])], [x, y, z], L::F8::sub)
-    };
-    let corners = [corner(0), corner(1), corner(2)];
+fn candidates<L: Level>(level: L, first: (&Slot, &Block), second: (&Slot, &Block)) -> Candidates<L::F8> {
+    let ([o, d, shear], [o2, d2, shear2]) = (first.0.line(), second.0.line());
+    let [x, y, z, begin] = level.quads(join(level, o, o2));
+    let [dx, dy, dz, until] = level.quads(join(level, d, d2));
+    let [sx, sy, ..] = level.quads(join(level, shear, shear2));
+    let ([a, b, c], [a2, b2, c2]) = (first.0.turn(&first.1.corners), second.0.turn(&second.1.corners));
+    let corners = [
+        each(join3(level, a, a2), [x, y, z], L::F8::sub),
+        each(join3(level, b, b2), [x, y, z], L::F8::sub),
+        each(join3(level, c, c2), [x, y, z], L::F8::sub),
+    ];
     let sides = triangle::sides(&corners, [sx, sy]);
     // Often one of the triangles is met somewhere, seldom between the ray's ends: one branch that can be foretold is
     // faster than two.
@@ -133,14 +166,25 @@ fn candidates<L: Level>(level: L, slots: [&Slot; 2], blocks: [&Block; 2]) -> Can
     triangle::candidates([dx, dy, dz], &plane, sides, begin, until)
 }
 
-/// Keeps the nearest hit among the candidates of a block; whether there is one.
+#[inline(always)]
+fn join<L: Level>(level: L, first: &[f32; 4], second: &[f32; 4]) -> L::F8 {
+    level.join4(level.load4(first), level.load4(second))
+}
+
+#[inline(always)]
+fn join3<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3], [x2, y2, z2]: [&[f32; 4]; 3]) -> Vec3s<L::F8> {
+    [join(level, x, x2), join(level, y, y2), join(level, z, z2)]
+}
+
+/// Keeps the nearest hit among the candidates of a block, the triangles in `lanes`; whether there is one.
 #[inline(always)]
 fn keep<L: Level, Q: Query, const INSTANCES: bool>(
     level: L,
     slot: &mut Slot,
     inside: &mut Inside,
     block: &Block,
-    candidates: &Candidates<L::F4>,
+    lanes: u32,
+    crossing: &Crossing<L::F4>,
 ) -> bool {
     let [x, y, z] = slot.course.inv;
     let o = splat3(level, &slot.turn_back(&slot.o).to_array());
@@ -151,10 +195,10 @@ fn keep<L: Level, Q: Query, const INSTANCES: bool>(
         load3(level, c.each_ref()),
     ];
     let faces = triangle::faces(&o, slot.course.negative(), &corners);
-    let meets = triangle::meet(&splat3(level, &[x, y, z]), &faces, candidates);
+    let meets = triangle::meet(&splat3(level, &[x, y, z]), &faces, crossing);
     let (tmin, tmax) = (level.splat4(slot.course.tmin), level.splat4(slot.best.t));
     let within = tmin.lt(meets.t).and(meets.t.le(tmax));
-    let mut hits = within.and(meets.valid).bits();
+    let mut hits = within.and(meets.valid).bits() & lanes;
     if Q::ANY && hits != 0 {
         slot.best.id = 0;
         return true;

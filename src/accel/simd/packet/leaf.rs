@@ -393,9 +393,10 @@ impl Packet {
         if candidates.mask.bits() == 0 {
             return false;
         }
-        let meets = meet(&load16s(level, &self.inv), &faces(), &candidates);
+        let meets = meet(&load16s(level, &self.inv), &faces(), &candidates.crossing);
         let t = level.load16(&self.t.0);
-        let valid = meets.valid.and(level.load16(&self.tmins.0).lt(meets.t));
+        let begun = level.load16(&self.tmins.0).lt(meets.t);
+        let valid = candidates.mask.and(meets.valid).and(begun);
         if Q::ANY {
             let blocked = valid.and(meets.t.le(t));
             self.t.0 = level.splat16(NO_MORE.t).select(blocked, t).to_array();
