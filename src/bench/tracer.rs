@@ -43,26 +43,30 @@ impl Tracer<'_> {
         }
     }
 
-    /// Traces all rays.
+    /// Traces all rays. Batches are dealt out one by one, whoever's they are: a thread whose core others use too takes fewer.
     pub fn trace(&self, kind: Kind, prepared: &mut Prepared<'_>) {
         match (self, prepared) {
             (Self::Ours(accel), Prepared::Occlusion(rays, blocked)) => rays
                 .par_chunks(BATCH)
                 .zip(blocked.par_chunks_mut(BATCH))
+                .with_max_len(1)
                 .for_each(|(rays, blocked)| accel.occluded(rays, blocked)),
             (Self::Ours(accel), Prepared::Nearest(rays, hits)) => rays
                 .par_chunks(BATCH)
                 .zip(hits.par_chunks_mut(BATCH))
+                .with_max_len(1)
                 .for_each(|(rays, hits)| accel.nearest(rays, hits)),
             (Self::Embree1(embree), Prepared::Singles(queries)) => {
                 let occlusion = kind.is_occlusion();
                 queries
                     .par_chunks_mut(BATCH)
+                    .with_max_len(1)
                     .for_each(|q| embree.trace_single(occlusion, q));
             }
             (Self::Embree16(embree), Prepared::Packets(queries)) => {
                 queries
                     .par_chunks_mut(BATCH / 16)
+                    .with_max_len(1)
                     .for_each(|q| embree.trace_packets(kind, q));
             }
             _ => unreachable!("a tracer gets what it has prepared"),
