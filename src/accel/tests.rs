@@ -10,6 +10,7 @@ use crate::{
     shape::{Shape, sphere::Sphere},
 };
 
+mod heads;
 mod instances;
 mod packets;
 mod trees;

@@ -9,18 +9,21 @@
 //! and then the group's root. At the end it takes its line in the world again. Kernels for scenes without instances are
 //! compiled without any of this.
 //!
+//! Rays to one light, of which any hit will do, may begin together ([`super::heads`]).
+//!
 //! Sixty-four cover the latency of memory; with 128 the rays' own state no longer fits the first cache.
 
 use super::{
     super::{
         Geometry, Instance,
-        instance::Spread,
         wide::node::{DONE, EMPTY, EXIT, INSTANCE, Node, number},
     },
     analytic,
     course::Course,
+    heads::Heads,
     lanes::Level,
     nodes::{self, Flight, Traveller},
+    packet::Order,
     query::Query,
     scratch::{Scratch, Stacks},
     slot::Slot,
@@ -35,6 +38,9 @@ const AHEAD: usize = 16;
 
 /// As long as fewer rays wait at leaves, and at least as many are at nodes, those at leaves go on waiting.
 const ENOUGH: u32 = SLOTS as u32 / 4;
+
+/// That of a slot which has had none.
+const NO_RAY: u32 = u32::MAX;
 
 /// Which instances a slot's ray has to do with.
 #[derive(Clone, Copy)]
@@ -52,10 +58,12 @@ impl Inside {
     };
 }
 
-/// The rays of a batch that are asked for: all, or some of them by number.
+/// The rays of a batch that are asked for: all, also in an order in which those that follow one another begin together, or some
+/// of them by number.
 #[derive(Clone, Copy)]
 pub enum Pick<'a> {
     All,
+    Together(Order),
     Some(&'a [u32]),
 }
 
@@ -64,14 +72,16 @@ struct Feed<'a> {
     rays: &'a [Ray],
     pick: Pick<'a>,
     upcoming: usize,
+    tree: &'a Tree,
     root: u32,
-    spread: Spread,
+    heads: &'a mut Heads,
 }
 
 impl Feed<'_> {
-    /// Puts the next ray that has anything to ask into `slot`; what comes next for the slot, `None` where no ray is left.
+    /// Puts the next ray that has anything to ask into `slot`; where it begins, the root or the number of a head; `None` where
+    /// no ray is left.
     #[inline(always)]
-    fn refill<L: Level, Q: Query, const INSTANCES: bool>(
+    fn refill<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         &mut self,
         level: L,
         slot: &mut Slot,
@@ -79,18 +89,29 @@ impl Feed<'_> {
         answers: &[Q::Answer],
     ) -> Option<u32> {
         loop {
-            let ray = match self.pick {
-                Pick::All if self.upcoming < self.rays.len() => self.upcoming,
-                Pick::Some(list) if self.upcoming < list.len() => list[self.upcoming] as usize,
+            let mut first = self.root;
+            // Rays are read one after another, but so seldom that the processor does not notice.
+            let (ray, soon) = match self.pick {
+                Pick::Together(order) if HEADS && self.upcoming < self.rays.len() => {
+                    let next = self.heads.next(level, self.tree, self.rays, order, self.upcoming);
+                    level.prefetch::<1>(self.rays.as_ptr().wrapping_add(next.soon[1]).cast());
+                    first = next.head;
+                    (next.ray, next.soon[0])
+                }
+                Pick::All | Pick::Together(_) if self.upcoming < self.rays.len() => {
+                    (self.upcoming, self.upcoming + AHEAD)
+                }
+                Pick::Some(list) if self.upcoming < list.len() => {
+                    let ray = list[self.upcoming] as usize;
+                    (ray, ray + AHEAD)
+                }
                 _ => return None,
             };
             self.upcoming += 1;
-            // Rays are read one after another, but so seldom that the processor does not notice.
-            let ahead = ray + AHEAD;
-            level.prefetch::<1>(self.rays.as_ptr().wrapping_add(ahead).cast());
-            level.prefetch::<1>(answers.as_ptr().wrapping_add(ahead).cast());
+            level.prefetch::<1>(self.rays.as_ptr().wrapping_add(soon).cast());
+            level.prefetch::<1>(answers.as_ptr().wrapping_add(soon).cast());
             let is_known = Q::is_known(&answers[ray]);
-            if Q::ANY && is_known || !slot.start(level, &self.rays[ray], ray, self.spread) {
+            if Q::ANY && is_known || !slot.start(level, &self.rays[ray], ray, self.tree.spread) {
                 continue;
             }
             if is_known && let Some(best) = Q::begin(&answers[ray], self.rays[ray].tmax) {
@@ -102,14 +123,15 @@ impl Feed<'_> {
                     best: Q::instance(&answers[ray]),
                 };
             }
-            return Some(self.root);
+            return Some(first);
         }
     }
 }
 
-/// Asks `rays`; `answers` holds what is known already, and then the answers.
+/// Asks `rays`; `answers` holds what is known already, and then the answers. Rays begin together only with `HEADS`, and where
+/// any hit will do.
 #[inline(always)]
-pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
+pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
     level: L,
     tree: &Tree,
     geometry: &Geometry,
@@ -129,39 +151,53 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
         rays,
         pick,
         upcoming: 0,
+        tree,
         root: tree.root(),
-        spread: tree.spread,
+        heads: &mut scratch.heads,
     };
     let mut visits = Visits::new();
-    // Sets of slots, a bit for each: those under way, and of these those that wait at a leaf or for the next ray.
-    let mut active = 0;
-    for (id, inside) in inside.iter_mut().enumerate() {
-        let Some(root) = feed.refill::<L, Q, INSTANCES>(level, &mut flight.all[id], inside, answers) else {
-            break;
-        };
-        flight.next[id] = root;
-        active |= 1 << id;
+    // No ray is under way yet, so that all have come to their ends.
+    for slot in &mut *flight.all {
+        slot.ray = NO_RAY;
     }
+    if HEADS && let Pick::Together(order) = pick {
+        const { assert!(Q::ANY || !HEADS) };
+        feed.heads.begin(tree, order, rays.len());
+    }
+    // Sets of slots, a bit for each: those under way, and of these those that wait at a leaf or for the next ray.
+    let mut active = u64::MAX;
     while active != 0 {
         let [leaf, shape_or_done] = level.flags(flight.next);
         let mut done = active & shape_or_done & !leaf;
+        // Those that begin at a head.
+        let mut fresh = 0;
         while done != 0 {
             let id = take(&mut done);
             let slot = &mut flight.all[id];
             let instance = if INSTANCES { inside[id].best } else { Instance::NONE };
-            answers[slot.ray as usize] = Q::end(&slot.best, instance);
-            match feed.refill::<L, Q, INSTANCES>(level, slot, &mut inside[id], answers) {
-                Some(root) => flight.next[id] = root,
+            if let Some(answer) = answers.get_mut(slot.ray as usize) {
+                *answer = Q::end(&slot.best, instance);
+            }
+            match feed.refill::<L, Q, INSTANCES, HEADS>(level, slot, &mut inside[id], answers) {
+                Some(first) => {
+                    flight.next[id] = first;
+                    fresh |= u64::from(HEADS) << id;
+                }
                 None => active ^= 1 << id,
             }
         }
-        let at_node = active & !leaf;
-        let mut at_leaf = active & leaf;
+        let at_node = active & !leaf & !fresh;
+        let mut at_leaf = active & leaf & !fresh;
         if at_leaf.count_ones() < ENOUGH && at_node.count_ones() >= ENOUGH {
             at_leaf = 0;
         }
-        // SAFETY: these slots wait at nodes, and the stacks are theirs.
-        unsafe { nodes::step::<L, Q, _, SLOTS>(level, tree, &starts, &mut flight, at_node, stacks) };
+        // SAFETY: these slots begin at heads or wait at nodes, and the stacks are theirs.
+        unsafe {
+            if HEADS {
+                nodes::step::<L, Q, _, SLOTS>(level, &*feed.heads, &starts, &mut flight, fresh, stacks);
+            }
+            nodes::step::<L, Q, _, SLOTS>(level, tree, &starts, &mut flight, at_node, stacks);
+        }
         // Those whose rays have come to end nearer.
         let mut nearer = 0_u64;
         let mut at_shape = at_leaf & shape_or_done;
@@ -210,6 +246,9 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool>(
                 }
             };
         }
+    }
+    if HEADS {
+        scratch.doubts[1].learn(feed.heads.pays());
     }
 }
 

@@ -20,6 +20,7 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 mod course;
+mod heads;
 mod inflight;
 mod lanes;
 mod loops;
@@ -208,9 +209,9 @@ kernel! {
         hits: &mut [Option<Hit>],
         scratch: &mut Scratch,
     ) = |level| if tree.has_instances() {
-        inflight::trace::<_, Nearest, true>(level, tree, geometry, rays, pick, hits, scratch);
+        inflight::trace::<_, Nearest, true, false>(level, tree, geometry, rays, pick, hits, scratch);
     } else {
-        inflight::trace::<_, Nearest, false>(level, tree, geometry, rays, pick, hits, scratch);
+        inflight::trace::<_, Nearest, false, false>(level, tree, geometry, rays, pick, hits, scratch);
     }
 }
 
@@ -223,10 +224,14 @@ kernel! {
         pick: Pick,
         blocked: &mut [bool],
         scratch: &mut Scratch,
-    ) = |level| if tree.has_instances() {
-        inflight::trace::<_, Occluded, true>(level, tree, geometry, rays, pick, blocked, scratch);
-    } else {
-        inflight::trace::<_, Occluded, false>(level, tree, geometry, rays, pick, blocked, scratch);
+    ) = |level| match pick {
+        _ if tree.has_instances() => {
+            inflight::trace::<_, Occluded, true, false>(level, tree, geometry, rays, pick, blocked, scratch);
+        }
+        Pick::Together(_) => {
+            inflight::trace::<_, Occluded, false, true>(level, tree, geometry, rays, pick, blocked, scratch);
+        }
+        _ => inflight::trace::<_, Occluded, false, false>(level, tree, geometry, rays, pick, blocked, scratch),
     }
 }
 

@@ -35,6 +35,21 @@ pub trait Traveller {
     fn course(&mut self) -> &mut Course;
 }
 
+/// Where nodes lie.
+pub trait Nodes {
+    /// # Safety
+    /// There is a node of that number.
+    unsafe fn node(&self, number: u32) -> &Node;
+}
+
+impl Nodes for Tree {
+    #[inline(always)]
+    unsafe fn node(&self, child: u32) -> &Node {
+        // SAFETY: by this function's own contract.
+        unsafe { self.node(child) }
+    }
+}
+
 /// Which of a node's boxes are met.
 struct Met<'t, L: Level> {
     stack: *mut Ends,
@@ -44,15 +59,15 @@ struct Met<'t, L: Level> {
     enter: L::F8,
 }
 
-/// Tests all that `waiting` says of, each at the node that `next` says, and puts the children that are met on their stacks.
+/// Tests all that `waiting` says of, each at that of the `nodes` that `next` says, and puts the children that are met on their stacks.
 /// What is popped in passing has its next child then.
 ///
 /// # Safety
-/// All in `waiting` are at nodes of `tree`, and `stacks` are theirs and were made for it.
+/// All in `waiting` are at one of the `nodes`, and `stacks` are theirs and were made for the tree.
 #[inline(always)]
 pub unsafe fn step<L: Level, Q: Query, T: Traveller, const N: usize>(
     level: L,
-    tree: &Tree,
+    nodes: &impl Nodes,
     starts: &Starts,
     flight: &mut Flight<'_, T, N>,
     mut waiting: u64,
@@ -67,13 +82,13 @@ pub unsafe fn step<L: Level, Q: Query, T: Traveller, const N: usize>(
     loop {
         // SAFETY: by this function's own contract.
         unsafe {
-            let first = visit::<L, Q, T, N>(level, tree, flight, &mut waiting, stacks);
+            let first = visit::<L, Q, T, N>(level, nodes, flight, &mut waiting, stacks);
             pop_late::<L, T, N>(level, starts, flight, last, stacks);
             last = first;
             if waiting == 0 {
                 break;
             }
-            let second = visit::<L, Q, T, N>(level, tree, flight, &mut waiting, stacks);
+            let second = visit::<L, Q, T, N>(level, nodes, flight, &mut waiting, stacks);
             pop_late::<L, T, N>(level, starts, flight, first, stacks);
             last = second;
             if waiting == 0 {
@@ -92,7 +107,7 @@ pub unsafe fn step<L: Level, Q: Query, T: Traveller, const N: usize>(
 #[inline(always)]
 unsafe fn visit<L: Level, Q: Query, T: Traveller, const N: usize>(
     level: L,
-    tree: &Tree,
+    nodes: &impl Nodes,
     flight: &mut Flight<'_, T, N>,
     waiting: &mut u64,
     stacks: Stacks,
@@ -100,7 +115,7 @@ unsafe fn visit<L: Level, Q: Query, T: Traveller, const N: usize>(
     let id = take(waiting);
     // SAFETY: by this function's own contract.
     unsafe {
-        let met = meet::<L, Q, T, N>(level, tree, flight.all.as_mut_ptr(), flight.next, id);
+        let met = meet::<L, Q, T, N>(level, nodes, flight.all.as_mut_ptr(), flight.next, id);
         (id, keep::<L, Q, T>(level, &met, stacks))
     }
 }
@@ -126,18 +141,18 @@ unsafe fn pop_late<L: Level, T: Traveller, const N: usize>(
 }
 
 /// # Safety
-/// There are `N` of `all`, and `id` is at a node of `tree`.
+/// There are `N` of `all`, and `id` is at one of the `nodes`.
 #[inline(always)]
 unsafe fn meet<'t, L: Level, Q: Query, T: Traveller, const N: usize>(
     level: L,
-    tree: &'t Tree,
+    nodes: &'t impl Nodes,
     all: *mut T,
     next: &[u32; N],
     id: usize,
 ) -> Met<'t, L> {
     // SAFETY: by this function's own contract; what is settled is what it was.
     let (node, traveller) = unsafe {
-        let node = ptr::from_ref(tree.node(next[id % N])).cast_mut();
+        let node = ptr::from_ref(nodes.node(next[id % N])).cast_mut();
         (&*level.settle(node), &mut *level.settle(all.add(id % N)))
     };
     let (enter, leave) = traveller.cross(level, node);

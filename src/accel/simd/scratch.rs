@@ -1,6 +1,6 @@
 //! The memory of the kernels, kept between batches.
 
-use super::{inflight::Inside, packet::Packet, slot::Slot, tree::Tree, waiting::SLOTS};
+use super::{heads::Heads, inflight::Inside, packet::Packet, slot::Slot, tree::Tree, waiting::SLOTS};
 use crate::accel::wide::node::DONE;
 
 /// Entries behind a stack's last: popping may look at eight at once. All say that the ray is done.
@@ -14,7 +14,9 @@ pub struct Scratch {
     pub slots: Box<[Slot; SLOTS]>,
     pub packets: Box<[Packet; PACKETS]>,
     pub inside: Box<[Inside; SLOTS]>,
-    pub doubt: Doubt,
+    pub heads: Box<Heads>,
+    /// Of packets for occlusion, and of heads.
+    pub doubts: [Doubt; 2],
     /// The numbers of rays that were in no packet.
     pub left: Vec<u32>,
     /// Where children on the stacks are entered, then the children: [`Scratch::stride`] of each for every slot.
@@ -53,7 +55,8 @@ impl Scratch {
             slots: Box::new(std::array::from_fn(|_| Slot::default())),
             packets: Box::new(std::array::from_fn(|_| Packet::default())),
             inside: Box::new([Inside::NOTHING; SLOTS]),
-            doubt: Doubt::default(),
+            heads: Box::new(Heads::new()),
+            doubts: Default::default(),
             left: Vec::new(),
             enter: Vec::new(),
             child: Vec::new(),
@@ -92,7 +95,7 @@ pub struct Stacks {
     pub child: *mut u32,
 }
 
-/// Whether packets are tried for occlusion: where they did not pay, the next batches do without, up to 16 of them.
+/// Whether something is tried: where it did not pay, the next batches do without, up to 16 of them.
 #[derive(Default)]
 pub struct Doubt {
     without: u32,
@@ -100,14 +103,14 @@ pub struct Doubt {
 }
 
 impl Doubt {
-    /// Whether to try packets with this batch.
+    /// Whether to try it with this batch.
     pub fn tries(&mut self) -> bool {
         let tries = self.without == 0;
         self.without = self.without.saturating_sub(1);
         tries
     }
 
-    /// After a batch with packets.
+    /// After a batch with it.
     pub fn learn(&mut self, pays: bool) {
         if pays {
             self.next = 0;

@@ -63,7 +63,7 @@ const AXES: [[u8; 4]; 4] = {
 
 /// A ray's origin and `tmin`, its direction and `tmax`.
 #[inline(always)]
-fn numbers(ray: &Ray) -> &[[f32; 4]; 2] {
+pub fn numbers(ray: &Ray) -> &[f32; 8] {
     const { assert!(size_of::<Ray>() == 32 && offset_of!(Ray, d) == 16) };
     // SAFETY: so the eight floats lie.
     unsafe { &*ptr::from_ref(ray).cast() }
@@ -88,7 +88,15 @@ fn row(corner: &[Row; 3], place: usize) -> &Row {
 }
 
 #[inline(always)]
-fn three<F: Floats<Array = [f32; 4]>>(v: F) -> [f32; 3] {
+pub fn fours<L: Level>(level: L, x: &[f32; 8]) -> [L::F4; 2] {
+    let [a, b] = x.as_chunks().0 else {
+        unreachable!("eight are twice four")
+    };
+    [level.load4(a), level.load4(b)]
+}
+
+#[inline(always)]
+pub fn three<F: Floats<Array = [f32; 4]>>(v: F) -> [f32; 3] {
     let [x, y, z, _] = v.to_array();
     [x, y, z]
 }
@@ -126,8 +134,7 @@ impl Slot {
     #[inline(always)]
     fn set_planes<L: Level>(&mut self, level: L, ray: &Ray, spread: Spread) -> bool {
         // The fourth numbers go along and are not looked at.
-        let [o, d] = numbers(ray);
-        let (o, d) = (level.load4(o), level.load4(d));
+        let [o, d] = fours(level, numbers(ray));
         let (away, length) = (o.abs(), d.abs());
         let inv = level.splat4(1.0).div(d);
         self.course.inv = three(inv);

@@ -42,7 +42,7 @@ pub struct Wide {
     quality: Quality,
     /// One tree where nothing was ever an instance or moved; otherwise those of groups, of the still triangles, and the
     /// top. Nothing at all where nothing has a box.
-    tree: Arc<Tree>,
+    pub(super) tree: Arc<Tree>,
     /// Of each group, then of the still triangles; empty where there is one tree.
     lower: Vec<Lower>,
     unbounded: Vec<PrimRef>,
@@ -206,13 +206,15 @@ impl Accelerator for Wide {
         let order = batch::occlusion_order(rays, self.size).filter(|_| !tree.has_instances());
         SCRATCH.with_borrow_mut(|scratch| {
             let (simd, geometry) = (self.simd, &*self.geometry);
-            if let Some(order) = order.filter(|_| scratch.doubt.tries()) {
+            if let Some(order) = order.filter(|_| scratch.doubts[0].tries()) {
                 simd::occluded_packets(simd, tree, geometry, rays, order, blocked, scratch);
                 let left = std::mem::take(&mut scratch.left);
                 simd::occluded_inflight(simd, tree, geometry, rays, Pick::Some(&left), blocked, scratch);
                 scratch.left = left;
             } else {
-                simd::occluded_inflight(simd, tree, geometry, rays, Pick::All, blocked, scratch);
+                let order = order.filter(|_| scratch.doubts[1].tries());
+                let pick = order.map_or(Pick::All, Pick::Together);
+                simd::occluded_inflight(simd, tree, geometry, rays, pick, blocked, scratch);
             }
         });
     }

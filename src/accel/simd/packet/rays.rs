@@ -9,7 +9,7 @@ use super::{
         course::Course,
         lanes::{Floats, Level, Mask},
         query::{Best, NOTHING, Query},
-        slot::BEYOND,
+        slot::{BEYOND, numbers},
         triangle::{Vec3s, each},
     },
     RAYS,
@@ -95,9 +95,7 @@ pub enum Gathered {
 /// A ray as eight numbers.
 #[inline(always)]
 fn load<L: Level>(level: L, ray: &Ray) -> L::F8 {
-    const { assert!(size_of::<Ray>() == 32) };
-    // SAFETY: a ray is eight floats: origin, `tmin`, direction, `tmax`.
-    level.load8(unsafe { &*std::ptr::from_ref(ray).cast() })
+    level.load8(numbers(ray))
 }
 
 #[inline(always)]

@@ -1,0 +1,342 @@
+//! Where rays begin that start next to one another and go the same way, as those to one light do.
+//!
+//! Near the root they meet the same nodes, so a group of them goes there together: of the boxes that what encloses the
+//! rays meets, the largest is opened again and again as long as no more than eight are left. These make a node of its own,
+//! the head, at which each of the rays begins.
+//!
+//! Looking for a head is one long chain of steps, so several are made at once and each waits while others go on. Rays
+//! that do not go the same way begin at the root, and so do the rest of a batch where too little is opened to pay.
+
+use std::hint::select_unpredictable;
+
+use super::{
+    super::{
+        instance::Spread,
+        slab::{END, FAR, LEAVE, PAD, TINY},
+        wide::node::{EMPTY, LEAF, Node},
+    },
+    course::Course,
+    lanes::{Eight, Floats, Level, Mask},
+    nodes::Nodes,
+    packet::{Order, RAYS},
+    slot::{fours, numbers, three},
+    tree::Tree,
+};
+use crate::math::Ray;
+
+/// Packets that have a head in common, and rays.
+const PACKETS: usize = 4;
+const GROUP: usize = PACKETS * RAYS;
+
+/// Heads that are made at once.
+const AT_ONCE: usize = 4;
+
+/// Boxes that are tried for a head.
+const TRIES: usize = 8;
+
+/// How many of them must be opened on average so that it pays, as parts of eight: what is saved are as many tests of a node for
+/// most of the rays, less one.
+const WORTH: usize = 43;
+
+/// Heads after which it is seen whether they pay.
+const TRIALS: usize = 8;
+
+/// The shortest component that directions of a group may have: what is computed from its reciprocal stays finite.
+const SHORTEST: f32 = 1e-12;
+
+/// How many rays before its turn one is fetched.
+const AHEAD: usize = 16;
+
+/// The heads of the rays that begin next, and of those that have begun last.
+pub struct Heads {
+    /// Behind them the root.
+    nodes: [Node; 2 * AT_ONCE + 1],
+    /// Which rays begin at each; behind those that were made last, or before the first, those of the next ones.
+    rays: [u32; 2 * Self::RAYS],
+    /// The number of each group's head.
+    numbers: [u32; 2 * AT_ONCE],
+    growing: [Growing; AT_ONCE],
+    /// How many were made of a batch, and how many boxes were opened for them.
+    made: usize,
+    opened: usize,
+}
+
+/// That of the root.
+const ROOT: u32 = 2 * AT_ONCE as u32;
+
+/// A ray that is to begin.
+pub struct Next {
+    pub ray: usize,
+    /// The number of its head.
+    pub head: u32,
+    /// Rays that will begin soon, and those of which a head will be made.
+    pub soon: [usize; 2],
+}
+
+/// A head that is being made.
+#[derive(Clone, Default)]
+struct Growing {
+    around: Around,
+    /// Whether its rays go the same way.
+    goes_together: bool,
+    boxes: Boxes,
+}
+
+/// What encloses the rays of a group: they enter a box no sooner, and leave it no later, than the two rays would that come to a
+/// plane `x = b` at `b * inv + near` and `b * inv_far + far`.
+#[derive(Clone, Default)]
+struct Around {
+    course: Course,
+    inv_far: [f32; 4],
+}
+
+/// The boxes that are met and not opened, as a node has them: `count` at the end of each row.
+#[repr(C, align(64))]
+#[derive(Clone, Default)]
+struct Boxes {
+    /// As bits.
+    planes: [Row; 6],
+    child: Row,
+    /// Half of each box's surface, as bits.
+    area: Row,
+    count: usize,
+}
+
+/// The area of what is not opened, as bits: a negative one.
+const NEVER: u32 = 1 << 31;
+
+/// A node's eight, and before them room for a store of eight.
+type Row = [u32; 16];
+
+impl Heads {
+    /// How many rays' heads are made at once.
+    const RAYS: usize = AT_ONCE * GROUP;
+
+    pub fn new() -> Self {
+        Self {
+            nodes: [Node::NOTHING; 2 * AT_ONCE + 1],
+            rays: [0; 2 * Self::RAYS],
+            numbers: [ROOT; 2 * AT_ONCE],
+            growing: std::array::from_fn(|_| Growing::default()),
+            made: 0,
+            opened: 0,
+        }
+    }
+
+    /// For the first rays of a batch.
+    #[inline(always)]
+    pub fn begin(&mut self, tree: &Tree, order: Order, count: usize) {
+        // SAFETY: there is a root.
+        self.nodes[ROOT as usize] = *unsafe { tree.node(tree.root()) };
+        (self.made, self.opened) = (0, 0);
+        self.list(order, 0, count);
+    }
+
+    /// Whether it pays to look for heads.
+    pub fn pays(&self) -> bool {
+        self.made < TRIALS || 8 * self.opened >= WORTH * self.made
+    }
+
+    /// Ray number `upcoming` of a batch in its `order`. They are asked for one after another.
+    #[inline(always)]
+    pub fn next<L: Level>(&mut self, level: L, tree: &Tree, rays: &[Ray], order: Order, upcoming: usize) -> Next {
+        if upcoming.is_multiple_of(Self::RAYS) {
+            self.list(order, upcoming + Self::RAYS, rays.len());
+            let first = upcoming / GROUP % (2 * AT_ONCE);
+            if self.pays() {
+                self.make(level, tree, rays, first);
+            } else {
+                self.numbers = [ROOT; 2 * AT_ONCE];
+            }
+        }
+        let ray = |number: usize| self.rays[number % (2 * Self::RAYS)] as usize;
+        Next {
+            ray: ray(upcoming),
+            head: self.numbers[upcoming / GROUP % (2 * AT_ONCE)],
+            soon: [ray(upcoming + AHEAD), ray(upcoming + Self::RAYS)],
+        }
+    }
+
+    /// Notes which rays come from number `upcoming` on.
+    #[inline(always)]
+    fn list(&mut self, order: Order, upcoming: usize, count: usize) {
+        for packet in 0..AT_ONCE * PACKETS {
+            let first = upcoming + packet * RAYS;
+            let ids = order.list(first / RAYS, count).ids;
+            *self.rays[first % (2 * Self::RAYS)..]
+                .first_chunk_mut()
+                .expect("a packet") = ids;
+        }
+    }
+
+    /// Makes the heads of the groups from the `first` on.
+    #[inline(always)]
+    fn make<L: Level>(&mut self, level: L, tree: &Tree, rays: &[Ray], first: usize) {
+        let groups = &self.rays.as_chunks::<GROUP>().0[first..];
+        for (growing, ids) in self.growing.iter_mut().zip(groups) {
+            growing.goes_together = growing.around.enclose(level, rays, ids, tree.spread);
+            growing.boxes.begin(tree.root());
+        }
+        for _ in 0..TRIES {
+            for growing in &mut self.growing {
+                // SAFETY: its boxes are of this tree.
+                let is_open = unsafe { growing.open(level, tree) };
+                self.opened += usize::from(is_open & growing.goes_together);
+            }
+        }
+        self.made += AT_ONCE;
+        for (k, growing) in (first..).zip(&self.growing) {
+            self.numbers[k] = if growing.goes_together { k as u32 } else { ROOT };
+            growing.boxes.write(level, &mut self.nodes[k]);
+        }
+    }
+}
+
+impl Nodes for Heads {
+    #[inline(always)]
+    unsafe fn node(&self, number: u32) -> &Node {
+        &self.nodes[number.min(ROOT) as usize]
+    }
+}
+
+impl Around {
+    /// Encloses these rays; whether they go the same way and nothing about them is out of the ordinary.
+    ///
+    /// The foremost origin and the reciprocal next to zero give the least way to a plane ahead of them all, the hindmost origin and
+    /// the reciprocal farthest from zero the greatest. Where such a way is negative, it says of a plane through which a box is
+    /// entered no more than that the ray may begin in it, and of one through which it is left that the box is behind all rays.
+    #[inline(always)]
+    fn enclose<L: Level>(&mut self, level: L, rays: &[Ray], ids: &[u32; GROUP], spread: Spread) -> bool {
+        let mut low = level.load8(numbers(&rays[ids[0] as usize]));
+        let mut high = low;
+        for &id in &ids[1..] {
+            // What is not a number is passed over: such a ray meets nothing.
+            let x = level.load8(numbers(&rays[id as usize]));
+            (low, high) = (x.min(low), x.max(high));
+        }
+        let (low, high) = (low.to_array(), high.to_array());
+        let (tmin, tmax) = (low[3], high[7]);
+        let ([o_low, d_low], [o_high, d_high]) = (fours(level, &low), fours(level, &high));
+        let zero = level.splat4(0.0);
+        let (negative, positive) = (d_high.lt(zero), zero.lt(d_low));
+        let one = level.splat4(1.0);
+        let inv_near = one.div(d_low.select(negative, d_high));
+        let inv_far = one.div(d_high.select(negative, d_low));
+
+        // Twice as much as for one ray.
+        let away = o_low.abs().max(o_high.abs());
+        let most = away.max(level.turn4(away, 1)).max(level.turn4(away, 2));
+        let pad = away.mul(level.splat4(2.0 * PAD)).add(level.splat4(4.0 * TINY));
+        let pad = pad.add(most.mul(level.splat4(2.0 * spread.origin)));
+        let (less, more) = (o_low.sub(pad), o_high.add(pad));
+        let back = level.splat4(-1.0);
+        let near = less.select(negative, more).mul(inv_near).mul(back);
+        let far = more.select(negative, less).mul(inv_far).mul(back);
+        self.course.inv = three(inv_near);
+        self.course.near = three(near);
+        self.course.far = three(far);
+        self.inv_far = inv_far.to_array();
+        self.course.tmin = tmin;
+        self.course.end = tmax * END;
+        self.course.set_octant(negative.bits());
+
+        let shortest = d_low.abs().min(d_high.abs());
+        let ordinary = level.splat4(SHORTEST).lt(shortest);
+        let reach = level.splat4(FAR * spread.reach);
+        let fits = negative.or(positive).and(ordinary).and(away.le(reach)).bits();
+        fits & 0b111 == 0b111 && tmin >= 0.0 && tmax >= tmin
+    }
+}
+
+impl Growing {
+    /// Opens the largest box of an inner node, if what is in it fits; otherwise it is not tried again. Whether it does. All without
+    /// a branch, since none can be foretold.
+    ///
+    /// # Safety
+    /// The boxes are of `tree`'s nodes.
+    #[inline(always)]
+    unsafe fn open<L: Level>(&mut self, level: L, tree: &Tree) -> bool {
+        let boxes = &mut self.boxes;
+        let (lane, is_inner) = boxes.largest(level);
+        let child = select_unpredictable(is_inner, boxes.child[lane], tree.root());
+        // SAFETY: this is an inner child of one of the nodes, or the root.
+        let node = unsafe { tree.node(child) };
+        let (enter, leave) = self.around.course.cross(level, node, Some(&self.around.inv_far));
+        let met = level.met(enter, leave.mul(level.splat8(LEAVE))).bits();
+        let fits = is_inner & (boxes.count + met.count_ones() as usize <= 8 + 1);
+        boxes.area[lane] = NEVER;
+        // Where it does not fit, all are others, and what is moved comes to where nothing counts.
+        let others = boxes.count - usize::from(fits);
+        let lane = select_unpredictable(fits, lane, 0);
+        let met = select_unpredictable(fits, met, 0);
+        // SAFETY: these are of eight lanes.
+        let met = unsafe { Eight::new(met) };
+        let [x, y, z] = [extent(level, node, 0), extent(level, node, 1), extent(level, node, 2)];
+        let area = x.mul_add(y.add(z), y.mul(z)).to_array();
+        for (row, planes) in boxes.planes.iter_mut().zip(&node.planes) {
+            replace(level, row, lane, others, met, bytemuck::cast_ref(planes));
+        }
+        replace(level, &mut boxes.child, lane, others, met, &node.child);
+        replace(level, &mut boxes.area, lane, others, met, bytemuck::cast_ref(&area));
+        boxes.count = others + met.bits().count_ones() as usize;
+        fits
+    }
+}
+
+/// The first of a row's numbers comes to `lane`, and those of `lanes` come before the `others`, of which there are eight at most.
+#[inline(always)]
+fn replace<L: Level>(level: L, row: &mut Row, lane: usize, others: usize, lanes: Eight, from: &[u32; 8]) {
+    row[lane % 16] = row[(15 - others) % 16];
+    let to = row[(8 - others) % 9..]
+        .first_chunk_mut()
+        .expect("there is room for eight");
+    level.push_any(lanes, from, to);
+}
+
+#[inline(always)]
+fn extent<L: Level>(level: L, node: &Node, axis: usize) -> L::F8 {
+    level
+        .load8(&node.planes[2 * axis + 1])
+        .sub(level.load8(&node.planes[2 * axis]))
+}
+
+impl Boxes {
+    /// The root alone, of which no box is known.
+    fn begin(&mut self, root: u32) {
+        self.child[15] = root;
+        self.area[15] = 1.0_f32.to_bits();
+        self.count = 1;
+    }
+
+    /// The lane of the largest box of an inner node, and whether there is one.
+    #[inline(always)]
+    fn largest<L: Level>(&self, level: L) -> (usize, bool) {
+        // Leaves, and what does not count, get a sign.
+        let area: [u32; 8] = std::array::from_fn(|k| {
+            let counts = k + self.count >= 8;
+            self.area[8 + k] | (self.child[8 + k] & LEAF | u32::from(!counts)) << 31
+        });
+        let area = level.load8(bytemuck::cast_ref(&area));
+        let largest = area.highest();
+        let lanes = area.eq(level.splat8(largest)).bits();
+        (8 + lanes.trailing_zeros() as usize % 8, largest > 0.0)
+    }
+
+    /// Makes them a node's.
+    #[inline(always)]
+    fn write<L: Level>(&self, level: L, node: &mut Node) {
+        for (k, (planes, row)) in node.planes.iter_mut().zip(&self.planes).enumerate() {
+            *planes = self.last(level, row, Node::NOTHING.planes[k][0]);
+        }
+        node.child = bytemuck::cast(self.last(level, &self.child, f32::from_bits(EMPTY)));
+    }
+
+    /// What counts of a row, and before it the same number.
+    #[inline(always)]
+    fn last<L: Level>(&self, level: L, row: &Row, before: f32) -> [f32; 8] {
+        let counts = level.mask16(0xffff_0000 >> self.count & 0xffff);
+        let row = level.load16(bytemuck::cast_ref(row));
+        let row = row.select(counts, level.splat16(before)).to_array();
+        row.as_chunks().0[1]
+    }
+}
