@@ -6,7 +6,8 @@ use crate::accel::{
     wide::Wide,
 };
 
-/// Rays of groups that start next to one another and go to a lamp of their own: 64 each, from a corner of the scene's or anywhere.
+/// Rays of groups that start next to one another and go to a lamp of their own, a point or wide: 64 each, from a corner of the
+/// scene's or anywhere.
 /// `odd` are those among them that are unlike the others, one in so many.
 fn groups(g: &Geometry, count: usize, size: f32, odd: usize) -> Vec<Ray> {
     let mut r = Random(41);
@@ -22,9 +23,10 @@ fn groups(g: &Geometry, count: usize, size: f32, odd: usize) -> Vec<Ray> {
             _ => r.vec(2.0 * size),
         };
         let apart = [0.0, 1e-4, 0.02, 0.3][group / 3 % 4] * size;
+        let wide = [0.0, 0.3, 1.0][group / 5 % 3] * size;
         for _ in 0..64 {
             let o = at + r.vec(apart);
-            let mut ray = Ray::segment(o, lamp - o, 0.999);
+            let mut ray = Ray::segment(o, lamp + r.vec(wide) - o, 0.999);
             match r.below(8 * odd) {
                 0 => ray.d = r.vec(1.0),
                 1 => ray.d.y = 0.0,
