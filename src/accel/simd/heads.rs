@@ -34,8 +34,8 @@ const AT_ONCE: usize = 4;
 /// Boxes that are tried for a head.
 const TRIES: usize = 8;
 
-/// How many of them must be opened on average so that it pays, as parts of eight: what is saved are as many tests of a node for
-/// most of the rays, less one.
+/// How many of them must be opened on average so that it pays, as parts of eight: what is saved are as many tests of a node
+/// for most of the rays, less one.
 const WORTH: usize = 43;
 
 /// Heads after which it is seen whether they pay.

@@ -59,8 +59,8 @@ struct Met<'t, L: Level> {
     enter: L::F8,
 }
 
-/// Tests all that `waiting` says of, each at that of the `nodes` that `next` says, and puts the children that are met on their stacks.
-/// What is popped in passing has its next child then.
+/// Tests all that `waiting` says of, each at that of the `nodes` that `next` says, and puts the children that are met on
+/// their stacks. What is popped in passing has its next child then.
 ///
 /// # Safety
 /// All in `waiting` are at one of the `nodes`, and `stacks` are theirs and were made for the tree.
