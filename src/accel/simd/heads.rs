@@ -6,16 +6,17 @@
 //!
 //! Looking for a head is one long chain of steps, so several are made at once and each waits while others go on. Rays
 //! that do not go the same way begin at the root, and so do the rest of a batch where too little is opened to pay.
+//! Scenes with instances, where boxes are widened for a ray's origin, go without.
 
 use std::hint::select_unpredictable;
 
 use super::{
     super::{
-        instance::Spread,
         slab::{END, FAR, LEAVE, PAD, TINY},
         wide::node::{EMPTY, LEAF, Node},
     },
     course::Course,
+    inflight::AHEAD,
     lanes::{Eight, Floats, Level, Mask},
     nodes::Nodes,
     packet::{Order, RAYS},
@@ -43,9 +44,6 @@ const TRIALS: usize = 8;
 
 /// The shortest component that directions of a group may have: what is computed from its reciprocal stays finite.
 const SHORTEST: f32 = 1e-12;
-
-/// How many rays before its turn one is fetched.
-const AHEAD: usize = 16;
 
 /// The heads of the rays that begin next, and of those that have begun last.
 pub struct Heads {
@@ -174,7 +172,7 @@ impl Heads {
     fn make<L: Level>(&mut self, level: L, tree: &Tree, rays: &[Ray], first: usize) {
         let groups = &self.rays.as_chunks::<GROUP>().0[first..];
         for (growing, ids) in self.growing.iter_mut().zip(groups) {
-            growing.goes_together = growing.around.enclose(level, rays, ids, tree.spread);
+            growing.goes_together = growing.around.enclose(level, rays, ids, tree.spread.reach);
             growing.boxes.begin(tree.root());
         }
         for _ in 0..TRIES {
@@ -206,7 +204,7 @@ impl Around {
     /// the reciprocal farthest from zero the greatest. Where such a way is negative, it says of a plane through which a box is
     /// entered no more than that the ray may begin in it, and of one through which it is left that the box is behind all rays.
     #[inline(always)]
-    fn enclose<L: Level>(&mut self, level: L, rays: &[Ray], ids: &[u32; GROUP], spread: Spread) -> bool {
+    fn enclose<L: Level>(&mut self, level: L, rays: &[Ray], ids: &[u32; GROUP], reach: f32) -> bool {
         let mut low = level.load8(numbers(&rays[ids[0] as usize]));
         let mut high = low;
         for &id in &ids[1..] {
@@ -225,9 +223,7 @@ impl Around {
 
         // Twice as much as for one ray.
         let away = o_low.abs().max(o_high.abs());
-        let most = away.max(level.turn4(away, 1)).max(level.turn4(away, 2));
         let pad = away.mul(level.splat4(2.0 * PAD)).add(level.splat4(4.0 * TINY));
-        let pad = pad.add(most.mul(level.splat4(2.0 * spread.origin)));
         let (less, more) = (o_low.sub(pad), o_high.add(pad));
         let back = level.splat4(-1.0);
         let near = less.select(negative, more).mul(inv_near).mul(back);
@@ -242,8 +238,8 @@ impl Around {
 
         let shortest = d_low.abs().min(d_high.abs());
         let ordinary = level.splat4(SHORTEST).lt(shortest);
-        let reach = level.splat4(FAR * spread.reach);
-        let fits = negative.or(positive).and(ordinary).and(away.le(reach)).bits();
+        let near_enough = away.le(level.splat4(FAR * reach));
+        let fits = negative.or(positive).and(ordinary).and(near_enough).bits();
         fits & 0b111 == 0b111 && tmin >= 0.0 && tmax >= tmin
     }
 }
@@ -347,7 +343,10 @@ mod tests {
         super::{portable::Portable, slot::Slot},
         *,
     };
-    use crate::math::{Aabb, Vec3, hash};
+    use crate::{
+        accel::instance::Spread,
+        math::{Aabb, Vec3, hash},
+    };
 
     fn unit(i: u32, k: u32) -> f32 {
         hash::unit_f32(hash::pcg4d([i, k, 5, 7])[0])
@@ -404,7 +403,7 @@ mod tests {
                 })
                 .collect();
             let mut around = Around::default();
-            if !around.enclose(Portable, &rays, &ids, spread) {
+            if !around.enclose(Portable, &rays, &ids, spread.reach) {
                 continue;
             }
             together += 1;

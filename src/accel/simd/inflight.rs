@@ -34,7 +34,7 @@ use super::{
 use crate::math::Ray;
 
 /// How many rays before its turn one is fetched.
-const AHEAD: usize = 16;
+pub const AHEAD: usize = 16;
 
 /// As long as fewer rays wait at leaves, and at least as many are at nodes, those at leaves go on waiting.
 const ENOUGH: u32 = SLOTS as u32 / 4;
@@ -248,7 +248,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         }
     }
     if HEADS {
-        scratch.doubts[1].learn(feed.heads.pays());
+        scratch.head_doubt.learn(feed.heads.pays());
     }
 }
 

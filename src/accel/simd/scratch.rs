@@ -15,8 +15,9 @@ pub struct Scratch {
     pub packets: Box<[Packet; PACKETS]>,
     pub inside: Box<[Inside; SLOTS]>,
     pub heads: Box<Heads>,
-    /// Of packets for occlusion, and of heads.
-    pub doubts: [Doubt; 2],
+    /// Of packets for occlusion.
+    pub packet_doubt: Doubt,
+    pub head_doubt: Doubt,
     /// The numbers of rays that were in no packet.
     pub left: Vec<u32>,
     /// Where children on the stacks are entered, then the children: [`Scratch::stride`] of each for every slot.
@@ -56,7 +57,8 @@ impl Scratch {
             packets: Box::new(std::array::from_fn(|_| Packet::default())),
             inside: Box::new([Inside::NOTHING; SLOTS]),
             heads: Box::new(Heads::new()),
-            doubts: Default::default(),
+            packet_doubt: Doubt::default(),
+            head_doubt: Doubt::default(),
             left: Vec::new(),
             enter: Vec::new(),
             child: Vec::new(),

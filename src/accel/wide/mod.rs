@@ -206,13 +206,13 @@ impl Accelerator for Wide {
         let order = batch::occlusion_order(rays, self.size).filter(|_| !tree.has_instances());
         SCRATCH.with_borrow_mut(|scratch| {
             let (simd, geometry) = (self.simd, &*self.geometry);
-            if let Some(order) = order.filter(|_| scratch.doubts[0].tries()) {
+            if let Some(order) = order.filter(|_| scratch.packet_doubt.tries()) {
                 simd::occluded_packets(simd, tree, geometry, rays, order, blocked, scratch);
                 let left = std::mem::take(&mut scratch.left);
                 simd::occluded_inflight(simd, tree, geometry, rays, Pick::Some(&left), blocked, scratch);
                 scratch.left = left;
             } else {
-                let order = order.filter(|_| scratch.doubts[1].tries());
+                let order = order.filter(|_| scratch.head_doubt.tries());
                 let pick = order.map_or(Pick::All, Pick::Together);
                 simd::occluded_inflight(simd, tree, geometry, rays, pick, blocked, scratch);
             }

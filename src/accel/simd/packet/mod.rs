@@ -280,7 +280,7 @@ pub fn trace<L: Level, Q: Query>(
     }
     let pays = feed.pays();
     if Q::ANY {
-        scratch.doubts[0].learn(pays);
+        scratch.packet_doubt.learn(pays);
     }
 }
 
