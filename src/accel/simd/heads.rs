@@ -19,15 +19,13 @@ use super::{
     inflight::AHEAD,
     lanes::{Eight, Floats, Level, Mask},
     nodes::Nodes,
-    packet::{Order, RAYS},
     slot::{fours, numbers, three},
     tree::Tree,
 };
 use crate::math::Ray;
 
-/// Packets that have a head in common, and rays.
-const PACKETS: usize = 4;
-const GROUP: usize = PACKETS * RAYS;
+/// Rays that have a head in common.
+const GROUP: usize = 64;
 
 /// Heads that are made at once.
 const AT_ONCE: usize = 4;
@@ -49,8 +47,6 @@ const SHORTEST: f32 = 1e-12;
 pub struct Heads {
     /// Behind them the root.
     nodes: [Node; 2 * AT_ONCE + 1],
-    /// Which rays begin at each; behind those that were made last, or before the first, those of the next ones.
-    rays: [u32; 2 * Self::RAYS],
     /// The number of each group's head.
     numbers: [u32; 2 * AT_ONCE],
     growing: [Growing; AT_ONCE],
@@ -113,7 +109,6 @@ impl Heads {
     pub fn new() -> Self {
         Self {
             nodes: [Node::NOTHING; 2 * AT_ONCE + 1],
-            rays: [0; 2 * Self::RAYS],
             numbers: [ROOT; 2 * AT_ONCE],
             growing: std::array::from_fn(|_| Growing::default()),
             made: 0,
@@ -121,33 +116,31 @@ impl Heads {
         }
     }
 
-    /// For the first rays of a batch.
+    /// For a batch.
     #[inline(always)]
-    pub fn begin(&mut self, tree: &Tree, order: Order, count: usize) {
+    pub fn begin(&mut self, tree: &Tree) {
         // SAFETY: there is a root.
         self.nodes[ROOT as usize] = *unsafe { tree.node(tree.root()) };
         (self.made, self.opened) = (0, 0);
-        self.list(order, 0, count);
     }
 
-    /// Whether it pays to look for heads.
-    pub fn pays(&self) -> bool {
-        self.made < TRIALS || 8 * self.opened >= WORTH * self.made
+    /// Whether it pays to look for heads, if that is known.
+    pub fn verdict(&self) -> Option<bool> {
+        (self.made >= TRIALS).then_some(8 * self.opened >= WORTH * self.made)
     }
 
-    /// Ray number `upcoming` of a batch in its `order`. They are asked for one after another.
+    /// The one of the rays in `list` whose turn it is, the `upcoming`-th. They are asked for one after another.
     #[inline(always)]
-    pub fn next<L: Level>(&mut self, level: L, tree: &Tree, rays: &[Ray], order: Order, upcoming: usize) -> Next {
+    pub fn next<L: Level>(&mut self, level: L, tree: &Tree, rays: &[Ray], list: &[u32], upcoming: usize) -> Next {
         if upcoming.is_multiple_of(Self::RAYS) {
-            self.list(order, upcoming + Self::RAYS, rays.len());
             let first = upcoming / GROUP % (2 * AT_ONCE);
-            if self.pays() {
-                self.make(level, tree, rays, first);
-            } else {
+            if self.verdict() == Some(false) {
                 self.numbers = [ROOT; 2 * AT_ONCE];
+            } else {
+                self.make(level, tree, rays, &list[upcoming..], first);
             }
         }
-        let ray = |number: usize| self.rays[number % (2 * Self::RAYS)] as usize;
+        let ray = |at: usize| list[at.min(list.len() - 1)] as usize;
         Next {
             ray: ray(upcoming),
             head: self.numbers[upcoming / GROUP % (2 * AT_ONCE)],
@@ -155,24 +148,14 @@ impl Heads {
         }
     }
 
-    /// Notes which rays come from number `upcoming` on.
+    /// Makes the heads of the groups that come next, from the `first` on.
     #[inline(always)]
-    fn list(&mut self, order: Order, upcoming: usize, count: usize) {
-        for packet in 0..AT_ONCE * PACKETS {
-            let first = upcoming + packet * RAYS;
-            let ids = order.list(first / RAYS, count).ids;
-            *self.rays[first % (2 * Self::RAYS)..]
-                .first_chunk_mut()
-                .expect("a packet") = ids;
-        }
-    }
-
-    /// Makes the heads of the groups from the `first` on.
-    #[inline(always)]
-    fn make<L: Level>(&mut self, level: L, tree: &Tree, rays: &[Ray], first: usize) {
-        let groups = &self.rays.as_chunks::<GROUP>().0[first..];
-        for (growing, ids) in self.growing.iter_mut().zip(groups) {
-            growing.goes_together = growing.around.enclose(level, rays, ids, tree.spread.reach);
+    fn make<L: Level>(&mut self, level: L, tree: &Tree, rays: &[Ray], list: &[u32], first: usize) {
+        for (k, growing) in self.growing.iter_mut().enumerate() {
+            // Nothing is left of the last groups, and then any ray will do.
+            let group = list.get(k * GROUP..).filter(|rest| !rest.is_empty()).unwrap_or(list);
+            let group = &group[..group.len().min(GROUP)];
+            growing.goes_together = growing.around.enclose(level, rays, group, tree.spread.reach);
             growing.boxes.begin(tree.root());
         }
         for _ in 0..TRIES {
@@ -198,13 +181,13 @@ impl Nodes for Heads {
 }
 
 impl Around {
-    /// Encloses these rays; whether they go the same way and nothing about them is out of the ordinary.
+    /// Encloses these rays, of which there is one at least; whether they go the same way and nothing about them is out of the ordinary.
     ///
     /// The foremost origin and the reciprocal next to zero give the least way to a plane ahead of them all, the hindmost origin and
     /// the reciprocal farthest from zero the greatest. Where such a way is negative, it says of a plane through which a box is
     /// entered no more than that the ray may begin in it, and of one through which it is left that the box is behind all rays.
     #[inline(always)]
-    fn enclose<L: Level>(&mut self, level: L, rays: &[Ray], ids: &[u32; GROUP], reach: f32) -> bool {
+    fn enclose<L: Level>(&mut self, level: L, rays: &[Ray], ids: &[u32], reach: f32) -> bool {
         let mut low = level.load8(numbers(&rays[ids[0] as usize]));
         let mut high = low;
         for &id in &ids[1..] {
@@ -379,7 +362,7 @@ mod tests {
             reach: 1.0,
             origin: 0.0,
         };
-        let ids = std::array::from_fn(|k| k as u32);
+        let ids: Vec<u32> = (0..GROUP as u32).collect();
         let (mut together, mut met_alone, mut met_together) = (0, 0, 0);
         for i in 0..4000 {
             let (at, to) = (vec(i, 100) * 2.0, vec(i, 103) * 3.0);
@@ -438,17 +421,15 @@ mod tests {
         let numbers = super::super::Numbers::prims(0);
         tree.push((vec![Node::NOTHING], vec![]), numbers).expect("a tree");
         let mut heads = Heads::new();
-        for order in [Order::ROWS, Order::blocks(4, 16), Order::blocks(8, 512)] {
-            for count in [1, 16, 100, 255, 256, 5000] {
-                let rays = vec![Ray::NOWHERE; count];
-                let mut seen = vec![0; count];
-                heads.begin(&tree, order, count);
-                for upcoming in 0..count {
-                    seen[heads.next(Portable, &tree, &rays, order, upcoming).ray] += 1;
-                }
-                assert!(seen.iter().all(|&n| n == 1), "{order:?}, {count}");
-            }
+        for count in [1, 16, 100, 255, 256, 257, 5000] {
+            let rays = vec![Ray::NOWHERE; count];
+            let list: Vec<u32> = (0..count as u32).rev().collect();
+            heads.begin(&tree);
+            let begun: Vec<u32> = (0..count)
+                .map(|at| heads.next(Portable, &tree, &rays, &list, at).ray as u32)
+                .collect();
+            assert_eq!(begun, list);
         }
-        assert!(!heads.pays());
+        assert_eq!(heads.verdict(), Some(false));
     }
 }

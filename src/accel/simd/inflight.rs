@@ -23,7 +23,6 @@ use super::{
     heads::Heads,
     lanes::Level,
     nodes::{self, Flight, Traveller},
-    packet::Order,
     query::Query,
     scratch::{Scratch, Stacks},
     slot::Slot,
@@ -58,13 +57,12 @@ impl Inside {
     };
 }
 
-/// The rays of a batch that are asked for: all, also in an order in which those that follow one another begin together, or some
-/// of them by number.
+/// The rays of a batch that are asked for: all, or some of them by number; those that follow one another may begin together.
 #[derive(Clone, Copy)]
 pub enum Pick<'a> {
     All,
-    Together(Order),
     Some(&'a [u32]),
+    Together(&'a [u32]),
 }
 
 /// The rays that are not under way yet.
@@ -92,16 +90,14 @@ impl Feed<'_> {
             let mut first = self.root;
             // Rays are read one after another, but so seldom that the processor does not notice.
             let (ray, soon) = match self.pick {
-                Pick::Together(order) if HEADS && self.upcoming < self.rays.len() => {
-                    let next = self.heads.next(level, self.tree, self.rays, order, self.upcoming);
+                Pick::Together(list) if HEADS && self.upcoming < list.len() => {
+                    let next = self.heads.next(level, self.tree, self.rays, list, self.upcoming);
                     level.prefetch::<1>(self.rays.as_ptr().wrapping_add(next.soon[1]).cast());
                     first = next.head;
                     (next.ray, next.soon[0])
                 }
-                Pick::All | Pick::Together(_) if self.upcoming < self.rays.len() => {
-                    (self.upcoming, self.upcoming + AHEAD)
-                }
-                Pick::Some(list) if self.upcoming < list.len() => {
+                Pick::All if self.upcoming < self.rays.len() => (self.upcoming, self.upcoming + AHEAD),
+                Pick::Some(list) | Pick::Together(list) if !HEADS && self.upcoming < list.len() => {
                     let ray = list[self.upcoming] as usize;
                     (ray, ray + AHEAD)
                 }
@@ -128,8 +124,8 @@ impl Feed<'_> {
     }
 }
 
-/// Asks `rays`; `answers` holds what is known already, and then the answers. Rays begin together only with `HEADS`, and where
-/// any hit will do.
+/// Asks `rays`; `answers` holds what is known already, and then the answers. Rays begin together with `HEADS`, which is for
+/// [`Pick::Together`] and where any hit will do.
 #[inline(always)]
 pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
     level: L,
@@ -160,9 +156,9 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
     for slot in &mut *flight.all {
         slot.ray = NO_RAY;
     }
-    if HEADS && let Pick::Together(order) = pick {
+    if HEADS {
         const { assert!(Q::ANY || !HEADS) };
-        feed.heads.begin(tree, order, rays.len());
+        feed.heads.begin(tree);
     }
     // Sets of slots, a bit for each: those under way, and of these those that wait at a leaf or for the next ray.
     let mut active = u64::MAX;
@@ -247,8 +243,8 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
             };
         }
     }
-    if HEADS {
-        scratch.head_doubt.learn(feed.heads.pays());
+    if HEADS && let Some(pays) = feed.heads.verdict() {
+        scratch.head_doubt.learn(pays);
     }
 }
 

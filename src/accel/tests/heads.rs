@@ -54,7 +54,9 @@ fn compare_with_scan(g: Geometry, rays: &[Ray]) -> usize {
         let wide = Wide::build(g.clone(), Quality::default(), simd).expect("the scene is valid");
         for order in [Order::ROWS, Order::blocks(4, 16), Order::blocks(8, 1024)] {
             let mut blocked = vec![false; rays.len()];
-            let pick = Pick::Together(order);
+            let mut list = vec![];
+            order.put(rays.len(), &mut list);
+            let pick = Pick::Together(&list);
             occluded_inflight(simd, &wide.tree, &g, rays, pick, &mut blocked, &mut Scratch::new());
             for (i, ray) in rays.iter().enumerate() {
                 assert_eq!(blocked[i], truth[i], "{simd}, {order:?}, ray {i}: {ray:?}");

@@ -206,16 +206,21 @@ impl Accelerator for Wide {
         let order = batch::occlusion_order(rays, self.size).filter(|_| !tree.has_instances());
         SCRATCH.with_borrow_mut(|scratch| {
             let (simd, geometry) = (self.simd, &*self.geometry);
-            if let Some(order) = order.filter(|_| scratch.packet_doubt.tries()) {
-                simd::occluded_packets(simd, tree, geometry, rays, order, blocked, scratch);
-                let left = std::mem::take(&mut scratch.left);
-                simd::occluded_inflight(simd, tree, geometry, rays, Pick::Some(&left), blocked, scratch);
-                scratch.left = left;
-            } else {
-                let order = order.filter(|_| scratch.head_doubt.tries());
-                let pick = order.map_or(Pick::All, Pick::Together);
-                simd::occluded_inflight(simd, tree, geometry, rays, pick, blocked, scratch);
+            let in_packets = order.filter(|_| scratch.packet_doubt.tries());
+            let together = order.filter(|_| scratch.head_doubt.tries());
+            match (in_packets, together) {
+                (Some(order), _) => simd::occluded_packets(simd, tree, geometry, rays, order, blocked, scratch),
+                (None, Some(order)) => order.put(rays.len(), &mut scratch.left),
+                (None, None) => {}
             }
+            let left = std::mem::take(&mut scratch.left);
+            let pick = match (in_packets, together) {
+                (_, Some(_)) => Pick::Together(&left),
+                (Some(_), None) => Pick::Some(&left),
+                (None, None) => Pick::All,
+            };
+            simd::occluded_inflight(simd, tree, geometry, rays, pick, blocked, scratch);
+            scratch.left = left;
         });
     }
 

@@ -57,7 +57,7 @@ const TRIALS: u64 = 8;
 
 /// What a packet may cost on average, in tests of a node, so that its rays are no faster one by one; with those that were
 /// given up.
-const FAIR: u64 = 160;
+const FAIR: u64 = 130;
 
 /// How many fair packets' cost may be lost in a batch before the rest goes without: dear packets lie next to one another, so
 /// the first few say little about all.

@@ -61,6 +61,16 @@ impl Order {
             len: count.saturating_sub(first).min(RAYS),
         }
     }
+
+    /// The rays of all packets of `count` rays, one packet after another.
+    pub fn put(&self, count: usize, list: &mut Vec<u32>) {
+        list.clear();
+        list.reserve(count.next_multiple_of(RAYS));
+        for packet in 0..count.div_ceil(RAYS) {
+            list.extend(self.list(packet, count).ids);
+        }
+        list.truncate(count);
+    }
 }
 
 impl List {
@@ -96,14 +106,14 @@ mod tests {
             Order::blocks(8, 32),
             Order::blocks(4, 8),
         ] {
-            for count in [1, 15, 16, 100, 256, 300] {
-                let mut seen = vec![0; count];
-                for packet in 0..count.div_ceil(RAYS) {
-                    for &id in order.list(packet, count).as_slice() {
-                        seen[id as usize] += 1;
-                    }
-                }
-                assert!(seen.iter().all(|&n| n == 1), "{order:?} {count}");
+            for count in [1_usize, 15, 16, 100, 256, 300] {
+                let lists = (0..count.div_ceil(RAYS)).map(|packet| order.list(packet, count));
+                let mut listed: Vec<u32> = lists.flat_map(|list| list.as_slice().to_vec()).collect();
+                let mut put = vec![7; 3];
+                order.put(count, &mut put);
+                assert_eq!(put, listed, "{order:?}");
+                listed.sort_unstable();
+                assert!(listed.into_iter().eq(0..count as u32), "{order:?} {count}");
             }
         }
     }
