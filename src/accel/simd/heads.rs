@@ -181,7 +181,7 @@ impl Nodes for Heads {
 }
 
 impl Around {
-    /// Encloses these rays, of which there is one at least; whether they go the same way and nothing about them is out of the ordinary.
+    /// Encloses these rays, one at least; whether they go the same way and nothing about them is out of the ordinary.
     ///
     /// The foremost origin and the reciprocal next to zero give the least way to a plane ahead of them all, the hindmost origin and
     /// the reciprocal farthest from zero the greatest. Where such a way is negative, it says of a plane through which a box is
