@@ -53,6 +53,8 @@ pub struct Heads {
     /// How many were made of a batch, and how many boxes were opened for them.
     made: usize,
     opened: usize,
+    /// Whether some were made that no pass has come to yet.
+    is_ahead: bool,
 }
 
 /// That of the root.
@@ -113,6 +115,7 @@ impl Heads {
             growing: std::array::from_fn(|_| Growing::default()),
             made: 0,
             opened: 0,
+            is_ahead: false,
         }
     }
 
@@ -122,6 +125,7 @@ impl Heads {
         // SAFETY: there is a root.
         self.nodes[ROOT as usize] = *unsafe { tree.node(tree.root()) };
         (self.made, self.opened) = (0, 0);
+        self.is_ahead = false;
     }
 
     /// Whether it pays to look for heads, if that is known.
@@ -129,10 +133,29 @@ impl Heads {
         (self.made >= TRIALS).then_some(8 * self.opened >= WORTH * self.made)
     }
 
-    /// The one of the rays in `list` whose turn it is, the `upcoming`-th. They are asked for one after another.
+    /// After all rays that have begun have passed their heads.
     #[inline(always)]
-    pub fn next<L: Level>(&mut self, level: L, tree: &Tree, rays: &[Ray], list: &[u32], upcoming: usize) -> Next {
+    pub fn passed(&mut self) {
+        self.is_ahead = false;
+    }
+
+    /// The one of the rays in `list` whose turn it is, the `upcoming`-th. They are asked for one after another. `None` where
+    /// rays that have begun must pass their heads first, as these would be made anew: that happens where many rays of a pass have
+    /// nothing to ask.
+    #[inline(always)]
+    pub fn next<L: Level>(
+        &mut self,
+        level: L,
+        tree: &Tree,
+        rays: &[Ray],
+        list: &[u32],
+        upcoming: usize,
+    ) -> Option<Next> {
         if upcoming.is_multiple_of(Self::RAYS) {
+            if self.is_ahead {
+                return None;
+            }
+            self.is_ahead = true;
             let first = upcoming / GROUP % (2 * AT_ONCE);
             if self.verdict() == Some(false) {
                 self.numbers = [ROOT; 2 * AT_ONCE];
@@ -141,11 +164,11 @@ impl Heads {
             }
         }
         let ray = |at: usize| list[at.min(list.len() - 1)] as usize;
-        Next {
+        Some(Next {
             ray: ray(upcoming),
             head: self.numbers[upcoming / GROUP % (2 * AT_ONCE)],
             soon: [ray(upcoming + AHEAD), ray(upcoming + Self::RAYS)],
-        }
+        })
     }
 
     /// Makes the heads of the groups that come next, from the `first` on.
@@ -426,7 +449,13 @@ mod tests {
             let list: Vec<u32> = (0..count as u32).rev().collect();
             heads.begin(&tree);
             let begun: Vec<u32> = (0..count)
-                .map(|at| heads.next(Portable, &tree, &rays, &list, at).ray as u32)
+                .map(|at| {
+                    let next = heads.next(Portable, &tree, &rays, &list, at).or_else(|| {
+                        heads.passed();
+                        heads.next(Portable, &tree, &rays, &list, at)
+                    });
+                    next.expect("nothing is in its way").ray as u32
+                })
                 .collect();
             assert_eq!(begun, list);
         }

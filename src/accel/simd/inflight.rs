@@ -65,6 +65,16 @@ pub enum Pick<'a> {
     Together(&'a [u32]),
 }
 
+/// What becomes of a slot that has room.
+enum Turn {
+    /// A ray begins at the root, or at the head of that number.
+    Begins(u32),
+    /// The next ray cannot begin before the others have passed their heads.
+    Waits,
+    /// No ray is left.
+    Ends,
+}
+
 /// The rays that are not under way yet.
 struct Feed<'a> {
     rays: &'a [Ray],
@@ -76,8 +86,7 @@ struct Feed<'a> {
 }
 
 impl Feed<'_> {
-    /// Puts the next ray that has anything to ask into `slot`; where it begins, the root or the number of a head; `None` where
-    /// no ray is left.
+    /// Puts the next ray that has anything to ask into `slot`.
     #[inline(always)]
     fn refill<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         &mut self,
@@ -85,13 +94,15 @@ impl Feed<'_> {
         slot: &mut Slot,
         inside: &mut Inside,
         answers: &[Q::Answer],
-    ) -> Option<u32> {
+    ) -> Turn {
         loop {
             let mut first = self.root;
             // Rays are read one after another, but so seldom that the processor does not notice.
             let (ray, soon) = match self.pick {
                 Pick::Together(list) if HEADS && self.upcoming < list.len() => {
-                    let next = self.heads.next(level, self.tree, self.rays, list, self.upcoming);
+                    let Some(next) = self.heads.next(level, self.tree, self.rays, list, self.upcoming) else {
+                        return Turn::Waits;
+                    };
                     level.prefetch::<1>(self.rays.as_ptr().wrapping_add(next.soon[1]).cast());
                     first = next.head;
                     (next.ray, next.soon[0])
@@ -101,7 +112,7 @@ impl Feed<'_> {
                     let ray = list[self.upcoming] as usize;
                     (ray, ray + AHEAD)
                 }
-                _ => return None,
+                _ => return Turn::Ends,
             };
             self.upcoming += 1;
             level.prefetch::<1>(self.rays.as_ptr().wrapping_add(soon).cast());
@@ -119,7 +130,7 @@ impl Feed<'_> {
                     best: Q::instance(&answers[ray]),
                 };
             }
-            return Some(first);
+            return Turn::Begins(first);
         }
     }
 }
@@ -175,14 +186,19 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
                 *answer = Q::end(&slot.best, instance);
             }
             match feed.refill::<L, Q, INSTANCES, HEADS>(level, slot, &mut inside[id], answers) {
-                Some(first) => {
+                Turn::Begins(first) => {
                     flight.next[id] = first;
                     fresh |= u64::from(HEADS) << id;
                 }
-                None => active ^= 1 << id,
+                Turn::Waits => {
+                    slot.ray = NO_RAY;
+                    done |= 1 << id;
+                    break;
+                }
+                Turn::Ends => active ^= 1 << id,
             }
         }
-        let at_node = active & !leaf & !fresh;
+        let at_node = active & !leaf & !fresh & !done;
         let mut at_leaf = active & leaf & !fresh;
         if at_leaf.count_ones() < ENOUGH && at_node.count_ones() >= ENOUGH {
             at_leaf = 0;
@@ -191,6 +207,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         unsafe {
             if HEADS {
                 nodes::step::<L, Q, _, SLOTS>(level, &*feed.heads, &starts, &mut flight, fresh, stacks);
+                feed.heads.passed();
             }
             nodes::step::<L, Q, _, SLOTS>(level, tree, &starts, &mut flight, at_node, stacks);
         }

@@ -108,3 +108,37 @@ fn any_number_of_rays_begins_together() {
         compare_with_scan(g, &rays);
     }
 }
+
+#[test]
+fn rays_begin_at_their_own_heads_however_many_between_them_are_known() {
+    let g = Arc::new(grid(300, 0.05));
+    let mut r = Random(7);
+    let mut rays = Vec::new();
+    for _ in 0..1500 {
+        let at = g.corners(r.below(g.triangles.len()))[0];
+        let lamp = at + r.vec(1.0) + Vec3::new(0.0, 0.2, 0.0);
+        for _ in 0..64 {
+            let o = at + r.vec(1e-3);
+            rays.push(Ray::segment(o, lamp - o, 0.999));
+        }
+    }
+    let mut list = vec![];
+    Order::ROWS.put(rays.len(), &mut list);
+    for simd in Simd::available() {
+        let wide = Wide::build(g.clone(), Quality::default(), simd).expect("the scene is valid");
+        let mut scratch = Scratch::new();
+        let mut alone = vec![false; rays.len()];
+        occluded_inflight(simd, &wide.tree, &g, &rays, Pick::All, &mut alone, &mut scratch);
+        // Of every so many groups a few rays are asked, of the others it is known.
+        for apart in [1, 4, 5, 8, 9, 13] {
+            let is_known = |i: usize| !(i / 64).is_multiple_of(apart) || i % 64 > 20;
+            let mut blocked: Vec<bool> = (0..rays.len()).map(is_known).collect();
+            let pick = Pick::Together(&list);
+            occluded_inflight(simd, &wide.tree, &g, &rays, pick, &mut blocked, &mut scratch);
+            assert_eq!(scratch.heads.verdict(), Some(true), "otherwise rays begin at the root");
+            for i in (0..rays.len()).filter(|&i| !is_known(i)) {
+                assert_eq!(blocked[i], alone[i], "{simd}, {apart} apart, ray {i}: {:?}", rays[i]);
+            }
+        }
+    }
+}
