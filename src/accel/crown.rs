@@ -15,8 +15,8 @@ use rayon::prelude::*;
 use super::{
     Geometry,
     binary::{Flat, Forest, Leaves, Tree},
-    ploc,
     plots::{Plot, resolve},
+    reinsert::reinsert_all,
     sets::{Bounds, Ref, cut_few},
 };
 use crate::math::Aabb;
@@ -80,7 +80,7 @@ impl<'a> Crown<'a> {
             ..Bvh2::default()
         };
         if plots.len() > 1 {
-            ploc::improve(&mut tree, &[1.0; PASSES]);
+            reinsert_all(&mut tree, PASSES);
         }
         let sizes = resolve(&mut tree, |leaf| {
             let Place { plot, node } = places[leaf as usize];

@@ -32,6 +32,7 @@ mod linear;
 mod ploc;
 mod plots;
 mod prims;
+mod reinsert;
 mod sets;
 mod simd;
 mod slab;

@@ -34,7 +34,7 @@ const SMALLEST: f32 = 1.0 / (1_u64 << 40) as f32;
 pub(super) struct Effort {
     /// How many neighbours PLOC looks at on either side.
     search: PlocSearchDistance,
-    /// Which part of the nodes is reinserted in each pass, the largest ones.
+    /// So large a part of the nodes is reinserted in each pass, the largest ones.
     passes: Vec<f32>,
 }
 
@@ -57,13 +57,8 @@ pub(super) fn build(proxies: &[Box3], effort: &Effort) -> Bvh2 {
         PlocBuilder::with_capacity(proxies.len()).build(effort.search, proxies, numbers, SortPrecision::U64, 0);
     // Its stack on the heap panics when it is full; the fixed one, which this asks for, only forgoes a candidate.
     tree.max_depth = DEFAULT_MAX_STACK_DEPTH;
-    improve(&mut tree, &effort.passes);
+    ReinsertionOptimizer::default().run(&mut tree, 1.0, Some(effort.passes.clone()));
     tree
-}
-
-/// Reinserts the largest nodes, in each pass so large a part of all.
-pub(super) fn improve(tree: &mut Bvh2, passes: &[f32]) {
-    ReinsertionOptimizer::default().run(tree, 1.0, Some(passes.to_vec()));
 }
 
 /// What obvhs sees of box `number` in a scene that `scale` brings to unit size.

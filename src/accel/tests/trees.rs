@@ -126,21 +126,24 @@ fn copies_of_a_triangle_are_tested_once() {
 
 #[test]
 fn trees_do_not_depend_on_the_number_of_threads() {
-    let g = rooms();
-    let build = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .expect("threads");
-        let prims = prims::Prims::whole(&g).expect("the scene is valid");
-        let leaves = binary::Leaves { triangles: 2 };
-        let tree = pool.install(|| binary::build_whole(prims, &g, Quality::High, leaves));
-        tree.expect("there are triangles")
-    };
-    let (one, three) = (build(1), build(3));
-    assert_eq!(one.ids, three.ids);
-    let same = |(a, b): (&binary::Flat, &binary::Flat)| a.bounds == b.bounds && (a.link, a.count) == (b.link, b.count);
-    assert!(one.nodes.len() == three.nodes.len() && one.nodes.iter().zip(&three.nodes).all(same));
+    // The second is more than one plot.
+    for g in [rooms(), grid(160, 0.05)] {
+        let build = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .expect("threads");
+            let prims = prims::Prims::whole(&g).expect("the scene is valid");
+            let leaves = binary::Leaves { triangles: 2 };
+            let tree = pool.install(|| binary::build_whole(prims, &g, Quality::High, leaves));
+            tree.expect("there are triangles")
+        };
+        let (one, three) = (build(1), build(3));
+        assert_eq!(one.ids, three.ids);
+        let same =
+            |(a, b): (&binary::Flat, &binary::Flat)| a.bounds == b.bounds && (a.link, a.count) == (b.link, b.count);
+        assert!(one.nodes.len() == three.nodes.len() && one.nodes.iter().zip(&three.nodes).all(same));
+    }
 }
 
 #[test]
