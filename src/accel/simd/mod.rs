@@ -21,6 +21,7 @@ mod avx2;
 mod avx512;
 mod course;
 mod heads;
+mod hits;
 mod inflight;
 mod lanes;
 mod loops;

@@ -29,7 +29,7 @@ impl Best {
     /// Whether a hit at `t` of the primitive with number `id - 1` is nearer, or as near and has the lower number.
     #[inline(always)]
     pub fn loses_to(&self, t: f32, id: u32) -> bool {
-        t < self.t || (t == self.t && id < self.id)
+        (t < self.t) | ((t == self.t) & (id < self.id))
     }
 }
 

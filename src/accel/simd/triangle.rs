@@ -58,17 +58,33 @@ impl<F: Floats<Array = [f32; 8]>> Crossing<F> {
 }
 
 impl Crossing<[f32; 8]> {
-    /// The first four (0), or the last (1).
     #[inline(always)]
-    pub fn half<L: Level>(&self, level: L, last: usize) -> Crossing<L::F4> {
+    pub fn load<L: Level>(&self, level: L) -> Crossing<L::F8> {
         Crossing {
-            u: half(level, &self.u, last),
-            v: half(level, &self.v, last),
-            w: half(level, &self.w, last),
-            det: half(level, &self.det, last),
-            t_det: half(level, &self.t_det, last),
+            u: level.load8(&self.u),
+            v: level.load8(&self.v),
+            w: level.load8(&self.w),
+            det: level.load8(&self.det),
+            t_det: level.load8(&self.t_det),
         }
     }
+
+    /// The first four of one (0), or the last (1), and the same of another.
+    #[inline(always)]
+    pub fn join<L: Level>(level: L, [a, b]: [&Self; 2], halves: [usize; 2]) -> Crossing<L::F8> {
+        Crossing {
+            u: join(level, &a.u, &b.u, halves),
+            v: join(level, &a.v, &b.v, halves),
+            w: join(level, &a.w, &b.w, halves),
+            det: join(level, &a.det, &b.det, halves),
+            t_det: join(level, &a.t_det, &b.t_det, halves),
+        }
+    }
+}
+
+#[inline(always)]
+fn join<L: Level>(level: L, a: &[f32; 8], b: &[f32; 8], halves: [usize; 2]) -> L::F8 {
+    level.join4(half(level, a, halves[0]), half(level, b, halves[1]))
 }
 
 #[inline(always)]
@@ -179,29 +195,65 @@ pub fn candidates<F: Floats>(d: Vec3s<F>, plane: &Plane<F>, sides: Sides<F>, beg
 /// For `corners` as they are in the world, and rays that enter boxes through the larger side where it is `negative`.
 #[inline(always)]
 pub fn faces<F: Floats>(o: &Vec3s<F>, negative: [bool; 3], corners: &[Vec3s<F>; 3]) -> Faces<F> {
+    let [low, high] = spans(o, corners);
+    let (mut near, mut far) = (low, high);
+    for axis in 0..3 {
+        if negative[axis] {
+            (near[axis], far[axis]) = (high[axis], low[axis]);
+        }
+    }
+    Faces { near, far }
+}
+
+/// From where to where triangles reach, on each axis, from a ray's origin.
+#[inline(always)]
+fn spans<F: Floats>(o: &Vec3s<F>, corners: &[Vec3s<F>; 3]) -> [Vec3s<F>; 2] {
     let tiny = o[0].fill(TINY);
     let padding = o[0].fill(4.0 * f32::EPSILON);
     let [a, b, c] = *corners;
     let least = each(each(a, b, F::min), c, F::min);
     let most = each(each(a, b, F::max), c, F::max);
-    let (mut near, mut far) = (*o, *o);
+    let (mut low, mut high) = (*o, *o);
     for axis in 0..3 {
         let (min, max, o) = (least[axis], most[axis], o[axis]);
         let pad = min.abs().max(max.abs()).mul(padding);
-        let (min, max) = (min.sub(pad), max.add(pad));
-        (near[axis], far[axis]) = if negative[axis] {
-            (max.sub(o).add(tiny), min.sub(o).sub(tiny))
-        } else {
-            (min.sub(o).sub(tiny), max.sub(o).add(tiny))
-        };
+        low[axis] = min.sub(pad).sub(o).sub(tiny);
+        high[axis] = max.add(pad).sub(o).add(tiny);
     }
-    Faces { near, far }
+    [low, high]
 }
 
-/// Where lines that are candidates meet the planes, brought into the triangles' own boxes; `inv` is
-/// [`super::super::slab::reciprocal`] of the direction.
+/// From where to where lines are in the triangles' own boxes; `inv` is [`super::super::slab::reciprocal`] of the direction.
 #[inline(always)]
-pub fn meet<F: Floats>(inv: &Vec3s<F>, faces: &Faces<F>, crossing: &Crossing<F>) -> Meets<F> {
+pub fn stretch<F: Floats>(inv: &Vec3s<F>, faces: &Faces<F>) -> [F; 2] {
+    let near = each(faces.near, *inv, F::mul);
+    let far = each(faces.far, *inv, F::mul);
+    within(&near, &far)
+}
+
+/// The same for lines of any octant, without asking which. Reciprocals are neither zero nor infinite, so that of two
+/// products the one with the nearer face is not larger.
+#[inline(always)]
+pub fn stretch_any<F: Floats>(o: &Vec3s<F>, inv: &Vec3s<F>, corners: &[Vec3s<F>; 3]) -> [F; 2] {
+    let [low, high] = spans(o, corners);
+    let (a, b) = (each(low, *inv, F::mul), each(high, *inv, F::mul));
+    within(&each(a, b, F::min), &each(a, b, F::max))
+}
+
+#[inline(always)]
+fn within<F: Floats>(near: &Vec3s<F>, far: &Vec3s<F>) -> [F; 2] {
+    let mut enter = near[0].fill(f32::NEG_INFINITY);
+    let mut leave = far[0].fill(f32::INFINITY);
+    for axis in 0..3 {
+        enter = near[axis].max(enter);
+        leave = far[axis].min(leave);
+    }
+    [enter, leave]
+}
+
+/// Where lines that are candidates meet the planes, brought into the triangles' own boxes.
+#[inline(always)]
+pub fn meet<F: Floats>([enter, leave]: [F; 2], crossing: &Crossing<F>) -> Meets<F> {
     let Crossing { u, v, w, det, t_det } = *crossing;
     let zero = u.fill(0.0);
     let infinity = u.fill(f32::INFINITY);
@@ -212,12 +264,6 @@ pub fn meet<F: Floats>(inv: &Vec3s<F>, faces: &Faces<F>, crossing: &Crossing<F>)
     let valid = det.differs(zero).and(sum.differs(zero)).and(numbers);
 
     let slack = u.fill(CLIP_SLACK);
-    let mut enter = u.fill(f32::NEG_INFINITY);
-    let mut leave = infinity;
-    for (axis, inv) in inv.iter().enumerate() {
-        enter = faces.near[axis].mul(*inv).max(enter);
-        leave = faces.far[axis].mul(*inv).min(leave);
-    }
     let enter = enter.sub(enter.abs().mul(slack));
     let leave = leave.add(leave.abs().mul(slack));
     let t = raw.max(enter).min(leave).add(zero);

@@ -6,11 +6,12 @@ use std::{mem::MaybeUninit, ptr};
 
 use super::{
     super::wide::node::{Block, MAX_LEAF},
+    hits,
     inflight::Inside,
     lanes::{Floats, Level, Mask},
-    query::{Best, Query},
+    query::Query,
     slot::Slot,
-    triangle::{self, Candidates, Crossing, Vec3s, each, load3},
+    triangle::{self, Candidates, Crossing, Vec3s, each},
     waiting::SLOTS,
 };
 
@@ -26,12 +27,19 @@ struct Met {
     crossing: Crossing<[f32; 8]>,
 }
 
+/// A block of such a pair: twice the pair's place among them, and one more for the second block.
+type Half = u8;
+
+const _: () = assert!(MOST <= 1 << Half::BITS);
+
 /// The blocks that rays have come to in a pass.
 pub struct Visits {
     /// Where the rays' slots lie.
     slots: [usize; MOST],
     blocks: [*const Block; MOST],
     met: [MaybeUninit<Met>; MOST / 2],
+    /// One more may be written than counts.
+    halves: [Half; MOST + 1],
 }
 
 impl Visits {
@@ -40,6 +48,7 @@ impl Visits {
             slots: [0; MOST],
             blocks: [ptr::null(); MOST],
             met: [const { MaybeUninit::uninit() }; MOST / 2],
+            halves: [0; MOST + 1],
         }
     }
 
@@ -81,7 +90,7 @@ impl Visits {
     /// # Safety
     /// One was added as the `at`-th, of a slot among `slots`, and still exists.
     #[inline(always)]
-    unsafe fn visit<'s>(&'s self, slots: &'s [Slot; SLOTS], at: usize) -> (&'s Slot, &'s Block) {
+    unsafe fn visit<'s>(&self, slots: &'s [Slot; SLOTS], at: usize) -> (&'s Slot, &Block) {
         // SAFETY: by this function's own contract.
         unsafe {
             let slot = slots.as_ptr().with_addr(*self.slots.get_unchecked(at));
@@ -106,7 +115,7 @@ impl Visits {
             (self.slots[count % MOST], self.blocks[count % MOST]) = (self.slots[count - 1], self.blocks[count - 1]);
         }
         // Whether anything is met cannot be foretold, so pairs of blocks with something first go into a list, without a branch.
-        let mut found = 0;
+        let mut pairs = 0;
         let mut at = 0;
         while at < count {
             // SAFETY: so many were added, by this function's own contract, and are in slots; each pair is found once at most.
@@ -115,35 +124,95 @@ impl Visits {
                 let second = self.visit(slots, at + 1);
                 let Candidates { mask, crossing } = candidates(level, first, second);
                 let lanes = mask.bits();
-                self.met.get_unchecked_mut(found).write(Met {
+                self.met.get_unchecked_mut(pairs).write(Met {
                     at,
                     lanes,
                     crossing: crossing.to_arrays(),
                 });
-                found += usize::from(lanes != 0);
+                pairs += usize::from(lanes != 0);
             }
             at += 2;
         }
         let mut nearer = 0;
-        for met in &self.met[..found.min(MOST / 2)] {
-            // SAFETY: so many were written.
-            let Met { at, lanes, crossing } = unsafe { met.assume_init_ref() };
-            for k in 0..2 {
-                let lanes = lanes >> (4 * k) & 0b1111;
-                if lanes == 0 {
-                    continue;
-                }
-                let at = (at + k) % MOST;
-                let id = (self.slots[at] - slots.as_ptr().addr()) / size_of::<Slot>() % SLOTS;
-                // SAFETY: by this function's own contract.
-                let block = unsafe { &*self.blocks[at] };
-                let crossing = crossing.half(level, k);
-                let found = keep::<L, Q, INSTANCES>(level, &mut slots[id], &mut inside[id], block, lanes, &crossing);
-                nearer |= u64::from(found) << id;
+        if Q::ANY {
+            for met in &self.met[..pairs.min(MOST / 2)] {
+                // SAFETY: so many were written, and what they say of was added.
+                nearer |= unsafe {
+                    let Met { at, lanes, crossing } = met.assume_init_ref();
+                    self.decide::<L, Q, INSTANCES>(level, [*at, at + 1], *lanes, &crossing.load(level), slots, inside)
+                };
             }
+            return nearer;
+        }
+        // Of most pairs one block is met, and what follows is longer than where any hit will do: two of those at once.
+        let mut halves = 0;
+        for (pair, met) in self.met[..pairs.min(MOST / 2)].iter().enumerate() {
+            // SAFETY: so many were written, and there are two halves of each.
+            unsafe {
+                let lanes = met.assume_init_ref().lanes;
+                *self.halves.get_unchecked_mut(halves) = 2 * pair as Half;
+                halves += usize::from(lanes & 0b1111 != 0);
+                *self.halves.get_unchecked_mut(halves) = 2 * pair as Half + 1;
+                halves += usize::from(lanes > 0b1111);
+            }
+        }
+        if halves % 2 == 1 {
+            // Here as well the last one twice: what is kept already is not nearer.
+            self.halves[halves % MOST] = self.halves[halves - 1];
+        }
+        let mut next = 0;
+        while next < halves {
+            // SAFETY: so many were written, and what they say of was as well.
+            nearer |= unsafe {
+                let (first, i) = self.half(*self.halves.get_unchecked(next));
+                let (second, j) = self.half(*self.halves.get_unchecked(next + 1));
+                let lanes = first.lanes >> (4 * i) & 0b1111 | second.lanes >> (4 * j) << 4;
+                let crossing = Crossing::join(level, [&first.crossing, &second.crossing], [i, j]);
+                self.decide::<L, Q, INSTANCES>(level, [first.at + i, second.at + j], lanes, &crossing, slots, inside)
+            };
+            next += 2;
         }
         nearer
     }
+
+    /// # Safety
+    /// There is such a half of a pair that was written.
+    #[inline(always)]
+    unsafe fn half(&self, half: Half) -> (&Met, usize) {
+        let (pair, half) = (usize::from(half / 2), usize::from(half % 2));
+        // SAFETY: by this function's own contract.
+        (unsafe { self.met.get_unchecked(pair).assume_init_ref() }, half)
+    }
+
+    /// Keeps what of two blocks in the list is hit among these `lanes`; the set of slots of whose rays that is.
+    ///
+    /// # Safety
+    /// The blocks were added, and still exist.
+    #[inline(always)]
+    unsafe fn decide<L: Level, Q: Query, const INSTANCES: bool>(
+        &self,
+        level: L,
+        at: [usize; 2],
+        lanes: u32,
+        crossing: &Crossing<L::F8>,
+        slots: &mut [Slot; SLOTS],
+        inside: &mut [Inside; SLOTS],
+    ) -> u64 {
+        // SAFETY: by this function's own contract.
+        let [first, second] = unsafe { [self.visit(slots, at[0]), self.visit(slots, at[1])] };
+        let hits = hits::decide::<L, Q>(level, [first, second], lanes, crossing);
+        let (a, b) = (number(slots, first.0), number(slots, second.0));
+        let blocks = [first.1, second.1];
+        let first = hits::keep::<Q, INSTANCES>(&hits, 0, &mut slots[a], &mut inside[a], blocks[0]);
+        let second = hits::keep::<Q, INSTANCES>(&hits, 1, &mut slots[b], &mut inside[b], blocks[1]);
+        u64::from(first) << a | u64::from(second) << b
+    }
+}
+
+/// Which of the `slots` it is.
+#[inline(always)]
+fn number(slots: &[Slot; SLOTS], slot: &Slot) -> usize {
+    (ptr::from_ref(slot).addr() - slots.as_ptr().addr()) / size_of::<Slot>() % SLOTS
 }
 
 /// Which triangles of two blocks the rays of two slots may hit, those of the first in the first half.
@@ -174,57 +243,4 @@ fn join<L: Level>(level: L, first: &[f32; 4], second: &[f32; 4]) -> L::F8 {
 #[inline(always)]
 fn join3<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3], [x2, y2, z2]: [&[f32; 4]; 3]) -> Vec3s<L::F8> {
     [join(level, x, x2), join(level, y, y2), join(level, z, z2)]
-}
-
-/// Keeps the nearest hit among the candidates of a block, the triangles in `lanes`; whether there is one.
-#[inline(always)]
-fn keep<L: Level, Q: Query, const INSTANCES: bool>(
-    level: L,
-    slot: &mut Slot,
-    inside: &mut Inside,
-    block: &Block,
-    lanes: u32,
-    crossing: &Crossing<L::F4>,
-) -> bool {
-    let [x, y, z] = slot.course.inv;
-    let o = splat3(level, &slot.turn_back(&slot.o).to_array());
-    let [a, b, c] = &block.corners;
-    let corners = [
-        load3(level, a.each_ref()),
-        load3(level, b.each_ref()),
-        load3(level, c.each_ref()),
-    ];
-    let faces = triangle::faces(&o, slot.course.negative(), &corners);
-    let meets = triangle::meet(&splat3(level, &[x, y, z]), &faces, crossing);
-    let (tmin, tmax) = (level.splat4(slot.course.tmin), level.splat4(slot.best.t));
-    let within = tmin.lt(meets.t).and(meets.t.le(tmax));
-    let mut hits = within.and(meets.valid).bits() & lanes;
-    if Q::ANY && hits != 0 {
-        slot.best.id = 0;
-        return true;
-    }
-    let found = hits != 0;
-    let (t, u, v) = (meets.t.to_array(), meets.u.to_array(), meets.v.to_array());
-    while hits != 0 {
-        let k = hits.trailing_zeros() as usize & 3;
-        hits &= hits - 1;
-        let again = INSTANCES && t[k] == slot.best.t && block.ids[k] == slot.best.id && inside.current < inside.best;
-        if slot.best.loses_to(t[k], block.ids[k]) || again {
-            slot.set_best(Best {
-                t: t[k],
-                u: u[k],
-                v: v[k],
-                id: block.ids[k],
-            });
-            if INSTANCES {
-                inside.best = inside.current;
-            }
-        }
-    }
-    found
-}
-
-#[inline(always)]
-fn splat3<L: Level>(level: L, v: &[f32; 3]) -> Vec3s<L::F4> {
-    [level.splat4(v[0]), level.splat4(v[1]), level.splat4(v[2])]
 }

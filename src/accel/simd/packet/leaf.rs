@@ -13,7 +13,7 @@ use super::{
         lanes::{Floats, Level, Mask},
         query::{NOTHING, Query},
         scratch::PACKETS,
-        triangle::{Faces, Plane, Vec3s, candidates, each, faces, load3, meet, plane, sides},
+        triangle::{Faces, Plane, Vec3s, candidates, each, faces, load3, meet, plane, sides, stretch},
     },
     rays::{Each, NO_MORE, Packet},
     singles::Singles,
@@ -393,7 +393,7 @@ impl Packet {
         if candidates.mask.bits() == 0 {
             return false;
         }
-        let meets = meet(&load16s(level, &self.inv), &faces(), &candidates.crossing);
+        let meets = meet(stretch(&load16s(level, &self.inv), &faces()), &candidates.crossing);
         let t = level.load16(&self.t.0);
         let begun = level.load16(&self.tmins.0).lt(meets.t);
         let valid = candidates.mask.and(meets.valid).and(begun);

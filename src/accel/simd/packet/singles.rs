@@ -11,7 +11,7 @@ use super::{
         query::Query,
         scratch::PACKETS,
         slot::BEYOND,
-        triangle::{Vec3s, candidates, each, faces, meet, plane, sides},
+        triangle::{Vec3s, candidates, each, faces, meet, plane, sides, stretch},
     },
     RAYS,
     leaf::{FOUR, MANY},
@@ -152,7 +152,7 @@ unsafe fn test<L: Level, Q: Query>(
     let begin = tmin.mul(level.splat8(1.0 - BEYOND));
     let until = tmax.add(tmax.abs().mul(level.splat8(BEYOND)));
     let candidates = candidates(d, &plane(&relative), sides, begin, until);
-    let meets = meet(&inv, &faces(&o, negative, &corners), &candidates.crossing);
+    let meets = meet(stretch(&inv, &faces(&o, negative, &corners)), &candidates.crossing);
     let mut valid = candidates.mask.and(meets.valid).and(tmin.lt(meets.t)).bits();
     let (t, u, v) = (meets.t.to_array(), meets.u.to_array(), meets.v.to_array());
 
