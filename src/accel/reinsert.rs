@@ -2,7 +2,8 @@
 //!
 //! obvhs's own passes run on one thread, which suits plots, of which there are many. Here the best place for each node is
 //! looked for in parallel, in the tree as it is before the pass; then nodes move one after another, those that gain most
-//! first, as long as none is in the way of an earlier one. The outcome does not depend on the number of threads.
+//! first, as long as none is in the way of an earlier one. The outcome does not depend on the number of threads: that is
+//! what obvhs's feature `parallel` does not promise, which leaves the order of equal gains to the threads.
 //!
 //! Source: Meister and Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization", 2018,
 //! <https://doi.org/10.1111/cgf.13350>.

@@ -1,7 +1,7 @@
 //! Which of the triangles that rays in flight may hit they hit.
 //!
 //! Whether they do can hardly be foretold, so nothing here branches on it: of a block the nearest hit is found on vectors, two
-//! blocks at a time, and kept or not by selection.
+//! blocks at a time, and kept or not by selection. Only where several triangles are equally near is there a branch.
 
 use std::hint::select_unpredictable;
 
@@ -11,7 +11,7 @@ use super::{
     lanes::{Floats, Level, Mask},
     query::{Best, Query},
     slot::Slot,
-    triangle::{self, Crossing, Vec3s},
+    triangle::{self, Crossing, Vec3s, join, join3},
 };
 
 /// What of two blocks is hit.
@@ -31,16 +31,17 @@ pub fn decide<L: Level, Q: Query>(
     lanes: u32,
     crossing: &Crossing<L::F8>,
 ) -> Hits {
+    let ([a, b, c], [a2, b2, c2]) = (&block.corners, &block2.corners);
     let corners = [
-        corner(level, &block.corners[0], &block2.corners[0]),
-        corner(level, &block.corners[1], &block2.corners[1]),
-        corner(level, &block.corners[2], &block2.corners[2]),
+        join3(level, a.each_ref(), a2.each_ref()),
+        join3(level, b.each_ref(), b2.each_ref()),
+        join3(level, c.each_ref(), c2.each_ref()),
     ];
     let o = three(level, &slot.origin(), &slot2.origin());
     let inv = three(level, &slot.course.inv, &slot2.course.inv);
     let meets = triangle::meet(triangle::stretch_any(&o, &inv, &corners), crossing);
     let tmin = both(level, slot.course.tmin, slot2.course.tmin);
-    let lanes = level.join4(level.load4(set(lanes)), level.load4(set(lanes >> 4)));
+    let lanes = join(level, set(lanes), set(lanes >> 4));
     let within = tmin.lt(meets.t).and(meets.valid).and(lanes.lt(level.splat8(0.0)));
     let nearest = if Q::ANY {
         within.and(meets.t.le(both(level, slot.best.t, slot2.best.t)))
@@ -57,7 +58,7 @@ pub fn decide<L: Level, Q: Query>(
     }
 }
 
-/// Keeps the nearest hit of the first block (0), or of the second (1); whether there is one.
+/// Keeps the nearest hit of the first block (0), or of the second (1), if it is nearer than what its ray has; whether it is.
 #[inline(always)]
 pub fn keep<Q: Query, const INSTANCES: bool>(
     hits: &Hits,
@@ -117,15 +118,6 @@ fn three<L: Level>(level: L, a: &[f32; 3], b: &[f32; 3]) -> Vec3s<L::F8> {
         both(level, a[0], b[0]),
         both(level, a[1], b[1]),
         both(level, a[2], b[2]),
-    ]
-}
-
-#[inline(always)]
-fn corner<L: Level>(level: L, a: &[[f32; 4]; 3], b: &[[f32; 4]; 3]) -> Vec3s<L::F8> {
-    [
-        level.join4(level.load4(&a[0]), level.load4(&b[0])),
-        level.join4(level.load4(&a[1]), level.load4(&b[1])),
-        level.join4(level.load4(&a[2]), level.load4(&b[2])),
     ]
 }
 

@@ -71,25 +71,21 @@ impl Crossing<[f32; 8]> {
 
     /// The first four of one (0), or the last (1), and the same of another.
     #[inline(always)]
-    pub fn join<L: Level>(level: L, [a, b]: [&Self; 2], halves: [usize; 2]) -> Crossing<L::F8> {
+    pub fn join<L: Level>(level: L, [a, b]: [&Self; 2], [i, j]: [usize; 2]) -> Crossing<L::F8> {
         Crossing {
-            u: join(level, &a.u, &b.u, halves),
-            v: join(level, &a.v, &b.v, halves),
-            w: join(level, &a.w, &b.w, halves),
-            det: join(level, &a.det, &b.det, halves),
-            t_det: join(level, &a.t_det, &b.t_det, halves),
+            u: join(level, half(&a.u, i), half(&b.u, j)),
+            v: join(level, half(&a.v, i), half(&b.v, j)),
+            w: join(level, half(&a.w, i), half(&b.w, j)),
+            det: join(level, half(&a.det, i), half(&b.det, j)),
+            t_det: join(level, half(&a.t_det, i), half(&b.t_det, j)),
         }
     }
 }
 
+/// The first four (0), or the last (1).
 #[inline(always)]
-fn join<L: Level>(level: L, a: &[f32; 8], b: &[f32; 8], halves: [usize; 2]) -> L::F8 {
-    level.join4(half(level, a, halves[0]), half(level, b, halves[1]))
-}
-
-#[inline(always)]
-fn half<L: Level>(level: L, eight: &[f32; 8], last: usize) -> L::F4 {
-    level.load4(&eight.as_chunks().0[last & 1])
+fn half(eight: &[f32; 8], last: usize) -> &[f32; 4] {
+    &eight.as_chunks().0[last & 1]
 }
 
 /// Triangles that may be hit.
@@ -115,6 +111,18 @@ pub fn each<F: Floats>(a: Vec3s<F>, b: Vec3s<F>, f: impl Fn(F, F) -> F) -> Vec3s
 #[inline(always)]
 pub fn load3<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3]) -> Vec3s<L::F4> {
     [level.load4(x), level.load4(y), level.load4(z)]
+}
+
+/// Four numbers of one block and four of another.
+#[inline(always)]
+pub fn join<L: Level>(level: L, first: &[f32; 4], second: &[f32; 4]) -> L::F8 {
+    level.join4(level.load4(first), level.load4(second))
+}
+
+/// Three rows of each of two blocks.
+#[inline(always)]
+pub fn join3<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3], [x2, y2, z2]: [&[f32; 4]; 3]) -> Vec3s<L::F8> {
+    [join(level, x, x2), join(level, y, y2), join(level, z, z2)]
 }
 
 #[inline(always)]

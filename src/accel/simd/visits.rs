@@ -11,7 +11,7 @@ use super::{
     lanes::{Floats, Level, Mask},
     query::Query,
     slot::Slot,
-    triangle::{self, Candidates, Crossing, Vec3s, each},
+    triangle::{self, Candidates, Crossing, each, join, join3},
     waiting::SLOTS,
 };
 
@@ -233,14 +233,4 @@ fn candidates<L: Level>(level: L, first: (&Slot, &Block), second: (&Slot, &Block
     // faster than two.
     let plane = triangle::plane(&corners);
     triangle::candidates([dx, dy, dz], &plane, sides, begin, until)
-}
-
-#[inline(always)]
-fn join<L: Level>(level: L, first: &[f32; 4], second: &[f32; 4]) -> L::F8 {
-    level.join4(level.load4(first), level.load4(second))
-}
-
-#[inline(always)]
-fn join3<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3], [x2, y2, z2]: [&[f32; 4]; 3]) -> Vec3s<L::F8> {
-    [join(level, x, x2), join(level, y, y2), join(level, z, z2)]
 }
