@@ -5,7 +5,8 @@
 //! the head, at which each of the rays begins.
 //!
 //! Looking for a head is one long chain of steps, so several are made at once and each waits while others go on. Rays
-//! that do not go the same way begin at the root, and so do the rest of a batch where too little is opened to pay.
+//! that do not go the same way begin at the root, and so do the rest of a batch where too little is saved to pay: for a
+//! wide group, nodes are opened that few of its rays come to.
 //! Scenes with instances, where boxes are widened for a ray's origin, go without.
 
 use std::hint::select_unpredictable;
@@ -19,7 +20,7 @@ use super::{
     inflight::AHEAD,
     lanes::{Eight, Floats, Level, Mask},
     nodes::Nodes,
-    slot::{fours, numbers, three},
+    slot::{Slot, fours, numbers, three},
     tree::Tree,
 };
 use crate::math::Ray;
@@ -33,12 +34,12 @@ const AT_ONCE: usize = 4;
 /// Boxes that are tried for a head.
 const TRIES: usize = 8;
 
-/// How many of them must be opened on average so that it pays, as parts of eight: what is saved are as many tests of a node
-/// for most of the rays, less one.
-const WORTH: usize = 43;
+/// How many of the nodes opened for a head a ray must come to by itself, as parts of eight, so that the head pays: so many
+/// tests are saved, less that of the head, and making it takes about one more.
+const WORTH: usize = 22;
 
-/// Heads after which it is seen whether they pay.
-const TRIALS: usize = 8;
+/// The first heads of a batch, of which that is found out.
+const TRIALS: usize = 16;
 
 /// The shortest component that directions of a group may have: what is computed from its reciprocal stays finite.
 const SHORTEST: f32 = 1e-12;
@@ -50,9 +51,10 @@ pub struct Heads {
     /// The number of each group's head.
     numbers: [u32; 2 * AT_ONCE],
     growing: [Growing; AT_ONCE],
-    /// How many were made of a batch, and how many boxes were opened for them.
+    /// How many were made of a batch.
     made: usize,
-    opened: usize,
+    /// Of the nodes opened for the first [`TRIALS`], how many one ray of each head comes to.
+    saved: usize,
     /// Whether some were made that no pass has come to yet.
     is_ahead: bool,
 }
@@ -76,6 +78,8 @@ struct Growing {
     /// Whether its rays go the same way.
     goes_together: bool,
     boxes: Boxes,
+    /// In a trial, one of its rays.
+    example: Slot,
 }
 
 /// What encloses the rays of a group: they enter a box no sooner, and leave it no later, than the two rays would that come to a
@@ -95,6 +99,8 @@ struct Boxes {
     child: Row,
     /// Half of each box's surface, as bits.
     area: Row,
+    /// In a trial, whether the example meets it.
+    is_met: Row,
     count: usize,
 }
 
@@ -114,7 +120,7 @@ impl Heads {
             numbers: [ROOT; 2 * AT_ONCE],
             growing: std::array::from_fn(|_| Growing::default()),
             made: 0,
-            opened: 0,
+            saved: 0,
             is_ahead: false,
         }
     }
@@ -124,13 +130,13 @@ impl Heads {
     pub fn begin(&mut self, tree: &Tree) {
         // SAFETY: there is a root.
         self.nodes[ROOT as usize] = *unsafe { tree.node(tree.root()) };
-        (self.made, self.opened) = (0, 0);
+        (self.made, self.saved) = (0, 0);
         self.is_ahead = false;
     }
 
     /// Whether it pays to look for heads, if that is known.
     pub fn verdict(&self) -> Option<bool> {
-        (self.made >= TRIALS).then_some(8 * self.opened >= WORTH * self.made)
+        (self.made >= TRIALS).then_some(8 * self.saved >= WORTH * TRIALS)
     }
 
     /// After all rays that have begun have passed their heads.
@@ -174,18 +180,24 @@ impl Heads {
     /// Makes the heads of the groups that come next, from the `first` on.
     #[inline(always)]
     fn make<L: Level>(&mut self, level: L, tree: &Tree, rays: &[Ray], list: &[u32], first: usize) {
+        let is_trial = self.made < TRIALS;
         for (k, growing) in self.growing.iter_mut().enumerate() {
             // Nothing is left of the last groups, and then any ray will do.
             let group = list.get(k * GROUP..).filter(|rest| !rest.is_empty()).unwrap_or(list);
             let group = &group[..group.len().min(GROUP)];
             growing.goes_together = growing.around.enclose(level, rays, group, tree.spread.reach);
+            if is_trial {
+                // If it cannot meet anything, the one before stays: all that it says is whether heads pay.
+                let example = group[group.len() / 2] as usize;
+                growing.example.start(level, &rays[example], example, tree.spread);
+            }
             growing.boxes.begin(tree.root());
         }
         for _ in 0..TRIES {
             for growing in &mut self.growing {
                 // SAFETY: its boxes are of this tree.
-                let is_open = unsafe { growing.open(level, tree) };
-                self.opened += usize::from(is_open & growing.goes_together);
+                let saves = unsafe { growing.open(level, tree, is_trial) };
+                self.saved += usize::from(saves & growing.goes_together);
             }
         }
         self.made += AT_ONCE;
@@ -251,13 +263,13 @@ impl Around {
 }
 
 impl Growing {
-    /// Opens the largest box of an inner node, if what is in it fits; otherwise it is not tried again. Whether it does. All without
-    /// a branch, since none can be foretold.
+    /// Opens the largest box of an inner node, if what is in it fits; otherwise it is not tried again. In a trial, whether it
+    /// does and the example comes to that node. All without a branch that cannot be foretold.
     ///
     /// # Safety
     /// The boxes are of `tree`'s nodes.
     #[inline(always)]
-    unsafe fn open<L: Level>(&mut self, level: L, tree: &Tree) -> bool {
+    unsafe fn open<L: Level>(&mut self, level: L, tree: &Tree, is_trial: bool) -> bool {
         let boxes = &mut self.boxes;
         let (lane, is_inner) = boxes.largest(level);
         let child = select_unpredictable(is_inner, boxes.child[lane], tree.root());
@@ -267,6 +279,7 @@ impl Growing {
         let met = level.met(enter, leave.mul(level.splat8(LEAVE))).bits();
         let fits = is_inner & (boxes.count + met.count_ones() as usize <= 8 + 1);
         boxes.area[lane] = NEVER;
+        let saves = is_trial & fits & (boxes.is_met[lane] != 0);
         // Where it does not fit, all are others, and what is moved comes to where nothing counts.
         let others = boxes.count - usize::from(fits);
         let lane = select_unpredictable(fits, lane, 0);
@@ -280,8 +293,14 @@ impl Growing {
         }
         replace(level, &mut boxes.child, lane, others, met, &node.child);
         replace(level, &mut boxes.area, lane, others, met, bytemuck::cast_ref(&area));
+        if is_trial {
+            let (enter, leave) = self.example.course.cross(level, node, None);
+            let by_example = level.met(enter, leave.mul(level.splat8(LEAVE))).bits();
+            let is_met = std::array::from_fn(|k| by_example >> k & 1);
+            replace(level, &mut boxes.is_met, lane, others, met, &is_met);
+        }
         boxes.count = others + met.bits().count_ones() as usize;
-        fits
+        saves
     }
 }
 
@@ -307,6 +326,7 @@ impl Boxes {
     fn begin(&mut self, root: u32) {
         self.child[15] = root;
         self.area[15] = 1.0_f32.to_bits();
+        self.is_met[15] = 1;
         self.count = 1;
     }
 
@@ -344,121 +364,4 @@ impl Boxes {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::{
-        super::{portable::Portable, slot::Slot},
-        *,
-    };
-    use crate::{
-        accel::instance::Spread,
-        math::{Aabb, Vec3, hash},
-    };
-
-    fn unit(i: u32, k: u32) -> f32 {
-        hash::unit_f32(hash::pcg4d([i, k, 5, 7])[0])
-    }
-
-    fn vec(i: u32, k: u32) -> Vec3 {
-        Vec3::new(unit(i, k), unit(i, k + 1), unit(i, k + 2)) - 0.5
-    }
-
-    /// A node of boxes of many sizes around the origin.
-    fn node(i: u32) -> Node {
-        let mut node = Node::NOTHING;
-        for lane in 0..7 {
-            let (center, half) = (
-                vec(i, 10 * lane),
-                vec(i, 10 * lane + 3).abs() * unit(i, 10 * lane + 6).powi(3),
-            );
-            let bounds = Aabb {
-                min: center - half,
-                max: center + half,
-            };
-            node.set(lane as usize, &bounds, lane << 4);
-        }
-        node
-    }
-
-    #[test]
-    fn what_any_ray_of_a_group_meets_its_enclosure_meets() {
-        let spread = Spread {
-            reach: 1.0,
-            origin: 0.0,
-        };
-        let ids: Vec<u32> = (0..GROUP as u32).collect();
-        let (mut together, mut met_alone, mut met_together) = (0, 0, 0);
-        for i in 0..4000 {
-            let (at, to) = (vec(i, 100) * 2.0, vec(i, 103) * 3.0);
-            let is_narrow = i % 3 == 0;
-            let most = if is_narrow { 1e-3 } else { 0.5 };
-            let [apart, wide] = [unit(i, 106), unit(i, 107)].map(|x| most * x * x * x);
-            let rays: Vec<Ray> = (0..GROUP as u32)
-                .map(|k| {
-                    let (o, end) = (at + vec(i, 200 + 10 * k) * apart, to + vec(i, 203 + 10 * k) * wide);
-                    let mut ray = Ray::segment(o, end - o, unit(i, 206 + 10 * k));
-                    match (i + k) % 200 {
-                        0 => ray.tmax = f32::NAN,
-                        1 => ray.tmin = f32::NAN,
-                        2 => ray.o.x = f32::NAN,
-                        3 => ray.d.z = f32::NAN,
-                        4 => ray.tmax = f32::INFINITY,
-                        5 => ray.tmin = 0.5 * ray.tmax,
-                        _ => {}
-                    }
-                    ray
-                })
-                .collect();
-            let mut around = Around::default();
-            if !around.enclose(Portable, &rays, &ids, spread.reach) {
-                continue;
-            }
-            together += 1;
-            let node = node(i);
-            let (enter, leave) = around.course.cross(Portable, &node, Some(&around.inv_far));
-            let met = Portable.met(enter, leave.mul(Portable.splat8(LEAVE))).bits();
-            let mut any = 0;
-            for ray in &rays {
-                let mut slot = Slot::default();
-                if slot.start(Portable, ray, 0, spread) {
-                    let (enter, leave) = slot.course.cross(Portable, &node, None);
-                    any |= Portable.met(enter, leave.mul(Portable.splat8(LEAVE))).bits();
-                }
-            }
-            assert_eq!(any & !met, 0, "group {i}");
-            if is_narrow {
-                met_alone += any.count_ones();
-                met_together += met.count_ones();
-            }
-        }
-        assert!(together > 1000, "{together}");
-        // Narrow groups meet hardly anything that none of their rays does.
-        assert!(
-            met_alone > 50 && met_together < met_alone * 11 / 10,
-            "{met_together} {met_alone}"
-        );
-    }
-
-    #[test]
-    fn every_ray_begins_once() {
-        let mut tree = Tree::default();
-        let numbers = super::super::Numbers::prims(0);
-        tree.push((vec![Node::NOTHING], vec![]), numbers).expect("a tree");
-        let mut heads = Heads::new();
-        for count in [1, 16, 100, 255, 256, 257, 5000] {
-            let rays = vec![Ray::NOWHERE; count];
-            let list: Vec<u32> = (0..count as u32).rev().collect();
-            heads.begin(&tree);
-            let begun: Vec<u32> = (0..count)
-                .map(|at| {
-                    let next = heads.next(Portable, &tree, &rays, &list, at).or_else(|| {
-                        heads.passed();
-                        heads.next(Portable, &tree, &rays, &list, at)
-                    });
-                    next.expect("nothing is in its way").ray as u32
-                })
-                .collect();
-            assert_eq!(begun, list);
-        }
-        assert_eq!(heads.verdict(), Some(false));
-    }
-}
+mod tests;
