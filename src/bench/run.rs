@@ -260,7 +260,8 @@ fn measure(
     let embree = contestants
         .iter()
         .position(|c| c.name == "embree1")
-        .map(|i| median(&mut rates[i].clone()));
+        .map(|i| median(&mut rates[i].clone()))
+        .filter(|_| !rays.is_empty());
     // The wide trees of all levels are one tree.
     let mut of_wide = None;
     contestants
@@ -341,17 +342,20 @@ fn agree(a: f32, b: f32) -> bool {
     a == b || (a.is_finite() && b.is_finite() && (a - b).abs() <= 1e-5 * a.abs().max(b.abs()))
 }
 
-/// Nodes and primitives tested for a ray, where the contestant tells.
+/// Nodes and primitives tested for a ray, where there is any and the contestant tells.
 fn count(c: &Contestant<'_>, rays: &[Ray]) -> (Option<f64>, Option<f64>) {
     let Tracer::Ours(accel) = c.tracer else {
         return (None, None);
     };
+    if rays.is_empty() {
+        return (None, None);
+    }
     let rays = every((rays.len() / COUNTED).max(c.timed).max(1), rays);
     let mut costs = vec![RayCost::default(); rays.len()];
     rays.par_chunks(COUNTED_TOGETHER)
         .zip(costs.par_chunks_mut(COUNTED_TOGETHER))
         .for_each(|(rays, costs)| accel.cost(rays, costs));
-    let mean = |f: fn(&RayCost) -> u32| costs.iter().map(|c| f64::from(f(c))).sum::<f64>() / rays.len().max(1) as f64;
+    let mean = |f: fn(&RayCost) -> u32| costs.iter().map(|c| f64::from(f(c))).sum::<f64>() / rays.len() as f64;
     (Some(mean(|c| c.nodes)), Some(mean(|c| c.prims)))
 }
 
@@ -369,6 +373,23 @@ mod tests {
         assert!(agree(2.0, 2.0) && agree(f32::INFINITY, f32::INFINITY) && agree(1.0, 1.000_001));
         assert!(!agree(2.0, f32::INFINITY) && !agree(f32::INFINITY, 2.0) && !agree(1.0, 1.001));
         assert!(!agree(-1.0, f32::INFINITY));
+    }
+
+    #[test]
+    fn of_no_rays_there_are_no_figures() {
+        let geometry = Arc::new(Geometry::default());
+        let linear = accel::build(AccelKind::Linear, geometry).expect("nothing is a scene");
+        let contestants = ["linear", "embree1"].map(|name| Contestant {
+            name: name.to_owned(),
+            tracer: Tracer::Ours(&*linear),
+            stride: 1,
+            timed: 1,
+        });
+        for cell in measure(Kind::Diffuse2, &[], &contestants, 1, |_| {}) {
+            assert_eq!(cell.mrays_per_s, 0.0);
+            assert_eq!((cell.nodes_per_ray, cell.primitives_per_ray), (None, None));
+            assert_eq!(cell.ratio_to_embree1, None);
+        }
     }
 
     #[test]
