@@ -344,12 +344,10 @@ fn agree(a: f32, b: f32) -> bool {
 
 /// Nodes and primitives tested for a ray, where there is any and the contestant tells.
 fn count(c: &Contestant<'_>, rays: &[Ray]) -> (Option<f64>, Option<f64>) {
-    let Tracer::Ours(accel) = c.tracer else {
-        return (None, None);
+    let accel = match c.tracer {
+        Tracer::Ours(accel) if !rays.is_empty() => accel,
+        _ => return (None, None),
     };
-    if rays.is_empty() {
-        return (None, None);
-    }
     let rays = every((rays.len() / COUNTED).max(c.timed).max(1), rays);
     let mut costs = vec![RayCost::default(); rays.len()];
     rays.par_chunks(COUNTED_TOGETHER)
