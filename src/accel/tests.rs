@@ -14,6 +14,7 @@ mod heads;
 mod instances;
 mod packets;
 mod trees;
+mod umbra;
 
 /// Reproducible numbers.
 struct Random(u32);

@@ -220,7 +220,7 @@ impl Level for Avx2 {
     #[inline(always)]
     fn four8(self, x: &[f32; 4]) -> [F8; 4] {
         // SAFETY: the token says that the processor has AVX2; the array is as long as half a vector.
-        self.quads(F8(unsafe { opaque(_mm256_broadcast_ps(&*x.as_ptr().cast())) }))
+        self.quads(F8(unsafe { opaque(_mm256_broadcast_ps(&_mm_loadu_ps(x.as_ptr()))) }))
     }
     #[inline(always)]
     fn load4(self, x: &[f32; 4]) -> F4 {

@@ -13,14 +13,14 @@ use std::hint::select_unpredictable;
 
 use super::{
     super::{
-        slab::{END, FAR, LEAVE, PAD, TINY},
+        slab::LEAVE,
         wide::node::{EMPTY, LEAF, Node},
     },
-    course::Course,
     inflight::AHEAD,
     lanes::{Eight, Floats, Level, Mask},
     nodes::Nodes,
-    slot::{Slot, fours, numbers, three},
+    shaft::Shaft,
+    slot::Slot,
     tree::Tree,
 };
 use crate::math::Ray;
@@ -40,9 +40,6 @@ const WORTH: usize = 22;
 
 /// The first heads of a batch, of which that is found out.
 const TRIALS: usize = 16;
-
-/// The shortest component that directions of a group may have: what is computed from its reciprocal stays finite.
-const SHORTEST: f32 = 1e-12;
 
 /// The heads of the rays that begin next, and of those that have begun last.
 pub struct Heads {
@@ -74,20 +71,13 @@ pub struct Next {
 /// A head that is being made.
 #[derive(Clone, Default)]
 struct Growing {
-    around: Around,
+    /// What encloses its rays.
+    around: Shaft,
     /// Whether its rays go the same way.
     goes_together: bool,
     boxes: Boxes,
     /// In a trial, one of its rays.
     example: Slot,
-}
-
-/// What encloses the rays of a group: they enter a box no sooner, and leave it no later, than the two rays would that come to a
-/// plane `x = b` at `b * inv + near` and `b * inv_far + far`.
-#[derive(Clone, Default)]
-struct Around {
-    course: Course,
-    inv_far: [f32; 4],
 }
 
 /// The boxes that are met and not opened, as a node has them: `count` at the end of each row.
@@ -215,53 +205,6 @@ impl Nodes for Heads {
     }
 }
 
-impl Around {
-    /// Encloses these rays, one at least; whether they go the same way and nothing about them is out of the ordinary.
-    ///
-    /// The foremost origin and the reciprocal next to zero give the least way to a plane ahead of them all, the hindmost origin and
-    /// the reciprocal farthest from zero the greatest. Where such a way is negative, it says of a plane through which a box is
-    /// entered no more than that the ray may begin in it, and of one through which it is left that the box is behind all rays.
-    #[inline(always)]
-    fn enclose<L: Level>(&mut self, level: L, rays: &[Ray], ids: &[u32], reach: f32) -> bool {
-        let mut low = level.load8(numbers(&rays[ids[0] as usize]));
-        let mut high = low;
-        for &id in &ids[1..] {
-            // What is not a number is passed over: such a ray meets nothing.
-            let x = level.load8(numbers(&rays[id as usize]));
-            (low, high) = (x.min(low), x.max(high));
-        }
-        let (low, high) = (low.to_array(), high.to_array());
-        let (tmin, tmax) = (low[3], high[7]);
-        let ([o_low, d_low], [o_high, d_high]) = (fours(level, &low), fours(level, &high));
-        let zero = level.splat4(0.0);
-        let (negative, positive) = (d_high.lt(zero), zero.lt(d_low));
-        let one = level.splat4(1.0);
-        let inv_near = one.div(d_low.select(negative, d_high));
-        let inv_far = one.div(d_high.select(negative, d_low));
-
-        // Twice as much as for one ray.
-        let away = o_low.abs().max(o_high.abs());
-        let pad = away.mul(level.splat4(2.0 * PAD)).add(level.splat4(4.0 * TINY));
-        let (less, more) = (o_low.sub(pad), o_high.add(pad));
-        let back = level.splat4(-1.0);
-        let near = less.select(negative, more).mul(inv_near).mul(back);
-        let far = more.select(negative, less).mul(inv_far).mul(back);
-        self.course.inv = three(inv_near);
-        self.course.near = three(near);
-        self.course.far = three(far);
-        self.inv_far = inv_far.to_array();
-        self.course.tmin = tmin;
-        self.course.end = tmax * END;
-        self.course.set_octant(negative.bits());
-
-        let shortest = d_low.abs().min(d_high.abs());
-        let ordinary = level.splat4(SHORTEST).lt(shortest);
-        let near_enough = away.le(level.splat4(FAR * reach));
-        let fits = negative.or(positive).and(ordinary).and(near_enough).bits();
-        fits & 0b111 == 0b111 && tmin >= 0.0 && tmax >= tmin
-    }
-}
-
 impl Growing {
     /// Opens the largest box of an inner node, if what is in it fits; otherwise it is not tried again. In a trial, whether it
     /// does and the example comes to that node. All without a branch that cannot be foretold.
@@ -275,8 +218,7 @@ impl Growing {
         let child = select_unpredictable(is_inner, boxes.child[lane], tree.root());
         // SAFETY: this is an inner child of one of the nodes, or the root.
         let node = unsafe { tree.node(child) };
-        let (enter, leave) = self.around.course.cross(level, node, Some(&self.around.inv_far));
-        let met = level.met(enter, leave.mul(level.splat8(LEAVE))).bits();
+        let met = self.around.cross(level, node).bits();
         let fits = is_inner & (boxes.count + met.count_ones() as usize <= 8 + 1);
         boxes.area[lane] = NEVER;
         let saves = is_trial & fits & (boxes.is_met[lane] != 0);

@@ -33,17 +33,20 @@ mod portable;
 mod query;
 mod refit;
 mod scratch;
+mod shaft;
+mod sixteen;
 mod slot;
 #[cfg(target_arch = "x86_64")]
 mod together;
 mod tree;
 mod triangle;
+mod umbra;
 mod visits;
 mod waiting;
 
 pub use ahead::prefetch;
 pub use inflight::Pick;
-pub use packet::{Order, RAYS as PACKET};
+pub use packet::{Lineup, Order, RAYS as PACKET};
 pub use scratch::Scratch;
 pub use tree::{Grown, Numbers, Tree};
 
@@ -237,16 +240,28 @@ kernel! {
 }
 
 kernel! {
-    /// The nearest hits of rays in packets of [`PACKET`], if nearer than what `hits` has for them already; `order` says which
-    /// rays make a packet. The numbers of rays that are in none are left in [`Scratch::left`].
+    /// Whether the rays of `lineup`, all of `rays`, meet anything, as far as that can be said at once. Where it pays, the numbers of
+    /// the others are left in [`Scratch::unanswered`]. Not for scenes with instances.
+    occluded_at_once(
+        tree: &Tree,
+        rays: &[Ray],
+        lineup: Lineup,
+        blocked: &mut [bool],
+        scratch: &mut Scratch,
+    ) = |level| umbra::trace(level, tree, rays, lineup, blocked, scratch)
+}
+
+kernel! {
+    /// The nearest hits of the rays of `lineup` in packets of [`PACKET`], if nearer than what `hits` has for them already. The
+    /// numbers of rays that are in no packet are left in [`Scratch::left`].
     nearest_packets(
         tree: &Tree,
         geometry: &Geometry,
         rays: &[Ray],
-        order: Order,
+        lineup: Lineup,
         hits: &mut [Option<Hit>],
         scratch: &mut Scratch,
-    ) = |level| packet::trace::<_, Nearest>(level, tree, geometry, rays, order, hits, scratch)
+    ) = |level| packet::trace::<_, Nearest>(level, tree, geometry, rays, lineup, hits, scratch)
 }
 
 kernel! {
@@ -255,8 +270,8 @@ kernel! {
         tree: &Tree,
         geometry: &Geometry,
         rays: &[Ray],
-        order: Order,
+        lineup: Lineup,
         blocked: &mut [bool],
         scratch: &mut Scratch,
-    ) = |level| packet::trace::<_, Occluded>(level, tree, geometry, rays, order, blocked, scratch)
+    ) = |level| packet::trace::<_, Occluded>(level, tree, geometry, rays, lineup, blocked, scratch)
 }

@@ -20,6 +20,9 @@ pub struct Scratch {
     pub head_doubt: Doubt,
     /// The numbers of rays that were in no packet.
     pub left: Vec<u32>,
+    /// Those that are not answered at once, where that was tried; then its room is here again.
+    pub unanswered: Option<Vec<u32>>,
+    pub room: Vec<u32>,
     /// Where children on the stacks are entered, then the children: [`Scratch::stride`] of each for every slot.
     enter: Vec<f32>,
     child: Vec<u32>,
@@ -60,6 +63,8 @@ impl Scratch {
             packet_doubt: Doubt::default(),
             head_doubt: Doubt::default(),
             left: Vec::new(),
+            unanswered: None,
+            room: Vec::new(),
             enter: Vec::new(),
             child: Vec::new(),
             stride: 0,

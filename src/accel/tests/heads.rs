@@ -9,7 +9,7 @@ use crate::accel::{
 /// Rays of groups that start next to one another and go to a lamp of their own, a point or wide: 64 each, from a corner of the
 /// scene's or anywhere.
 /// `odd` are those among them that are unlike the others, one in so many.
-fn groups(g: &Geometry, count: usize, size: f32, odd: usize) -> Vec<Ray> {
+pub(super) fn groups(g: &Geometry, count: usize, size: f32, odd: usize) -> Vec<Ray> {
     let mut r = Random(41);
     let mut rays = Vec::new();
     for group in 0..count {

@@ -13,7 +13,7 @@ use super::{
     instance::Spread,
     nearest_unbounded,
     prims::Prims,
-    simd::{self, Grown, Numbers, Pick, Scratch, Simd, Tree},
+    simd::{self, Grown, Lineup, Numbers, Order, Pick, Scratch, Simd, Tree},
 };
 use crate::math::{Aabb, Ray};
 
@@ -181,7 +181,8 @@ impl Accelerator for Wide {
         SCRATCH.with_borrow_mut(|scratch| {
             let (simd, geometry) = (self.simd, &*self.geometry);
             if let Some(order) = order {
-                simd::nearest_packets(simd, tree, geometry, rays, order, hits, scratch);
+                let lineup = Lineup::All(order, rays.len());
+                simd::nearest_packets(simd, tree, geometry, rays, lineup, hits, scratch);
                 let left = std::mem::take(&mut scratch.left);
                 simd::nearest_inflight(simd, tree, geometry, rays, Pick::Some(&left), hits, scratch);
                 scratch.left = left;
@@ -206,21 +207,29 @@ impl Accelerator for Wide {
         let order = batch::occlusion_order(rays, self.size).filter(|_| !tree.has_instances());
         SCRATCH.with_borrow_mut(|scratch| {
             let (simd, geometry) = (self.simd, &*self.geometry);
-            let in_packets = order.filter(|_| scratch.packet_doubt.tries());
-            let together = order.filter(|_| scratch.head_doubt.tries());
-            match (in_packets, together) {
-                (Some(order), _) => simd::occluded_packets(simd, tree, geometry, rays, order, blocked, scratch),
-                (None, Some(order)) => order.put(rays.len(), &mut scratch.left),
-                (None, None) => {}
+            let all = Lineup::All(order.unwrap_or(Order::ROWS), rays.len());
+            if !tree.has_instances() {
+                simd::occluded_at_once(simd, tree, rays, all, blocked, scratch);
+            }
+            let unanswered = scratch.unanswered.take();
+            let lineup = unanswered.as_deref().map_or(all, Lineup::Some);
+            let in_packets = order.is_some() && scratch.packet_doubt.tries();
+            let together = order.is_some() && scratch.head_doubt.tries();
+            if in_packets {
+                simd::occluded_packets(simd, tree, geometry, rays, lineup, blocked, scratch);
+            } else if together {
+                lineup.put(&mut scratch.left);
             }
             let left = std::mem::take(&mut scratch.left);
-            let pick = match (in_packets, together) {
-                (_, Some(_)) => Pick::Together(&left),
-                (Some(_), None) => Pick::Some(&left),
-                (None, None) => Pick::All,
+            let pick = match (&unanswered, in_packets) {
+                _ if together => Pick::Together(&left),
+                (_, true) => Pick::Some(&left),
+                (Some(unanswered), _) => Pick::Some(unanswered),
+                (None, _) => Pick::All,
             };
             simd::occluded_inflight(simd, tree, geometry, rays, pick, blocked, scratch);
             scratch.left = left;
+            scratch.room = unanswered.unwrap_or_else(|| std::mem::take(&mut scratch.room));
         });
     }
 

@@ -40,11 +40,9 @@ mod rays;
 mod shape;
 mod singles;
 
-pub use order::Order;
+pub use super::sixteen::RAYS;
+pub use order::{Lineup, Order};
 pub use rays::Packet;
-
-/// Rays in a packet.
-pub const RAYS: usize = 16;
 
 /// Fewer rays than these are faster one by one.
 const FEW: u32 = 4;
@@ -76,7 +74,7 @@ const BLOCK_COST: u32 = 6;
 /// The packets that are not under way yet.
 struct Feed<'a> {
     rays: &'a [Ray],
-    order: Order,
+    lineup: Lineup<'a>,
     upcoming: usize,
     /// What is left of a list whose rays do not all go together.
     rest: Option<List>,
@@ -96,13 +94,13 @@ impl Feed<'_> {
         if let Some(rest) = self.rest.take() {
             return Some(rest);
         }
-        let (packet, count) = (self.upcoming, self.rays.len());
+        let (packet, count) = (self.upcoming, self.lineup.len());
         if packet * RAYS >= count {
             return None;
         }
         self.upcoming += 1;
         // Rays of a block lie in several places, which no processor expects.
-        let soon = self.order.list(packet + AHEAD, count);
+        let soon = self.lineup.list(packet + AHEAD);
         for id in soon.ids.into_iter().step_by(2) {
             level.prefetch::<1>(self.rays.as_ptr().wrapping_add(id as usize).cast());
         }
@@ -112,12 +110,12 @@ impl Feed<'_> {
             self.is_grouped = Q::ANY && worth && first * RAYS + BAND <= count;
         }
         if !self.is_grouped {
-            return Some(self.order.list(packet, count));
+            return Some(self.lineup.list(packet));
         }
         if packet == first {
             let mut ids = [0; BAND];
             for (k, ids) in ids.as_chunks_mut::<RAYS>().0.iter_mut().enumerate() {
-                *ids = self.order.list(first + k, count).ids;
+                *ids = self.lineup.list(first + k).ids;
             }
             self.band = group(level, self.rays, &ids);
         }
@@ -185,7 +183,7 @@ impl Feed<'_> {
     }
 }
 
-/// Asks `rays`; `answers` holds what is known already, and then the answers; puts the numbers of the rays that make
+/// Asks the rays of `lineup`; `answers` holds what is known already, and then the answers; puts the numbers of the rays that make
 /// no packet into [`Scratch::left`].
 #[inline(always)]
 pub fn trace<L: Level, Q: Query>(
@@ -193,7 +191,7 @@ pub fn trace<L: Level, Q: Query>(
     tree: &Tree,
     geometry: &Geometry,
     rays: &[Ray],
-    order: Order,
+    lineup: Lineup,
     answers: &mut [Q::Answer],
     scratch: &mut Scratch,
 ) {
@@ -206,7 +204,7 @@ pub fn trace<L: Level, Q: Query>(
     scratch.left.clear();
     let mut feed = Feed {
         rays,
-        order,
+        lineup,
         upcoming: 0,
         rest: None,
         band: [0; BAND],
@@ -323,7 +321,7 @@ mod tests {
         let mut left = Vec::new();
         let mut feed = Feed {
             rays: &rays,
-            order: Order::blocks(4, 16),
+            lineup: Lineup::All(Order::blocks(4, 16), rays.len()),
             upcoming: 0,
             rest: None,
             band: [0; BAND],

@@ -4,12 +4,13 @@ use super::{
     super::{
         super::{
             Instance,
-            slab::{END, FAR, PAD, STEEPEST, TINY},
+            slab::{END, PAD, TINY},
         },
         course::Course,
-        lanes::{Floats, Level, Mask},
+        lanes::{Floats, Level},
         query::{Best, NOTHING, Query},
-        slot::{BEYOND, numbers},
+        sixteen::{Sixteen, Sorted},
+        slot::BEYOND,
         triangle::{Vec3s, each},
     },
     RAYS,
@@ -92,80 +93,6 @@ pub enum Gathered {
     },
 }
 
-/// A ray as eight numbers.
-#[inline(always)]
-fn load<L: Level>(level: L, ray: &Ray) -> L::F8 {
-    level.load8(numbers(ray))
-}
-
-#[inline(always)]
-pub fn load_eight<L: Level>(level: L, rays: &[Ray], ids: &[u32]) -> [L::F8; 8] {
-    level.transpose([
-        load(level, &rays[ids[0] as usize]),
-        load(level, &rays[ids[1] as usize]),
-        load(level, &rays[ids[2] as usize]),
-        load(level, &rays[ids[3] as usize]),
-        load(level, &rays[ids[4] as usize]),
-        load(level, &rays[ids[5] as usize]),
-        load(level, &rays[ids[6] as usize]),
-        load(level, &rays[ids[7] as usize]),
-    ])
-}
-
-/// What rays have in common: bits of lanes.
-struct Sorted {
-    /// Whose numbers are no reason to treat them alone.
-    ordinary: u32,
-    /// Which have the signs and the main axis of the first ordinary one.
-    alike: u32,
-    /// Whose directions are negative.
-    below: [u32; 3],
-}
-
-#[inline(always)]
-fn sort<L: Level>(
-    level: L,
-    o: &Vec3s<L::F16>,
-    d: &Vec3s<L::F16>,
-    inv: &Vec3s<L::F16>,
-    tmin: L::F16,
-    reach: f32,
-) -> Sorted {
-    let zero = level.splat16(0.0);
-    let most = level.splat16(f32::MAX);
-    let length = [d[0].abs(), d[1].abs(), d[2].abs()];
-    let longest = length[0].max(length[1]).max(length[2]);
-    let steep = longest.mul(level.splat16(2.0 / STEEPEST));
-    let away = level.splat16(FAR * reach);
-    let mut ordinary = zero.le(tmin);
-    for axis in 0..3 {
-        // Finite, and so is what planes are shifted by.
-        let start = o[axis].abs();
-        ordinary = ordinary
-            .and(start.le(away))
-            .and(length[axis].le(most))
-            .and(steep.lt(length[axis]))
-            .and(start.add(start).mul(inv[axis]).abs().le(most));
-    }
-    let below = [d[0].lt(zero).bits(), d[1].lt(zero).bits(), d[2].lt(zero).bits()];
-    // The main axis, by the comparisons of [`Shear::new`].
-    let first = length[1].lt(length[0]).and(length[2].lt(length[0])).bits();
-    let second = length[2].lt(length[1]).bits() & !first;
-    let ordinary = ordinary.bits();
-    let leader = ordinary.trailing_zeros() % RAYS as u32;
-    let alike = like(below[0], leader) & like(below[1], leader) & like(below[2], leader);
-    Sorted {
-        ordinary,
-        alike: alike & like(first, leader) & like(second, leader),
-        below,
-    }
-}
-
-/// The lanes of `mask` if lane `leader` is in it, otherwise those that are not.
-fn like(mask: u32, leader: u32) -> u32 {
-    if mask >> leader & 1 == 1 { mask } else { !mask }
-}
-
 impl Packet {
     /// Takes the rays of `list`, all or none.
     #[inline(always)]
@@ -177,17 +104,11 @@ impl Packet {
         answers: &[Q::Answer],
         reach: f32,
     ) -> Gathered {
-        let [ox, oy, oz, tmin, dx, dy, dz, tmax] = load_eight(level, rays, &list.ids[..8]);
-        let [ox2, oy2, oz2, tmin2, dx2, dy2, dz2, tmax2] = load_eight(level, rays, &list.ids[8..]);
-        let o = [level.join(ox, ox2), level.join(oy, oy2), level.join(oz, oz2)];
-        let d = [level.join(dx, dx2), level.join(dy, dy2), level.join(dz, dz2)];
-        let (tmin, tmax) = (level.join(tmin, tmin2), level.join(tmax, tmax2));
-
-        let one = level.splat16(1.0);
-        let inv = [one.div(d[0]), one.div(d[1]), one.div(d[2])];
-        let ends = tmin.le(tmax).bits();
-        let sorted = sort(level, &o, &d, &inv, tmin, reach);
-        let (alike, ordinary) = (sorted.alike, sorted.ordinary & ends);
+        let sixteen = Sixteen::load(level, rays, &list.ids);
+        let Sorted {
+            ordinary, alike, below, ..
+        } = sixteen.sort(reach);
+        let Sixteen { o, d, inv, tmin, tmax } = sixteen;
         if ordinary & alike & 0xffff != 0xffff {
             return Gathered::Some {
                 together: ordinary & alike & list.lanes(),
@@ -210,7 +131,7 @@ impl Packet {
             };
         }
         self.shared = apart == 0.0;
-        let [x, y, z] = sorted.below;
+        let [x, y, z] = below;
         self.course.set_octant(x & 1 | y & 2 | z & 4);
         self.aim(&d, &inv, Shear::new(&ray.d).axes);
         let speed = level.load16(&self.d[2].0).abs();

@@ -10,12 +10,13 @@ use super::{
         lanes::{Floats, Level, Mask},
         query::Query,
         scratch::PACKETS,
+        sixteen::load_eight,
         slot::BEYOND,
         triangle::{Vec3s, candidates, each, faces, meet, plane, sides, stretch},
     },
     RAYS,
     leaf::{FOUR, MANY},
-    rays::{NO_MORE, Packet, load_eight},
+    rays::{NO_MORE, Packet},
 };
 use crate::math::Ray;
 

@@ -1,0 +1,240 @@
+//! Shadow rays that are answered before any of them goes through the tree.
+//!
+//! Groups of rays that start next to one another may have nothing in their way, as on a roof: then what encloses the group
+//! ([`Shaft`]) meets no box. And one leaf may block most of them, as a ceiling that the sun shines on: then it is tested with all
+//! rays, sixteen at a time, and when a group has seen nothing of it the next one looks for another.
+//!
+//! Some groups of a batch show whether that pays.
+
+use super::{
+    super::wide::node::{Block, EMPTY, LEAF, SHAPE},
+    lanes::{Floats, Level, Mask},
+    packet::{Lineup, RAYS},
+    query::NOTHING,
+    scratch::Scratch,
+    shaft::Shaft,
+    sixteen::Sixteen,
+    slot::BEYOND,
+    tree::Tree,
+    triangle::{Vec3s, candidates, each, meet, plane, sides, stretch_any},
+};
+use crate::{math::Ray, shape::triangle::Shear};
+
+/// Rays of a group.
+const GROUP: usize = 4 * RAYS;
+
+/// The groups of a batch that are tried.
+const TRIALS: usize = 8;
+
+/// One of so many of their rays must be answered so that it pays, which is more than the others take for it.
+const PAYS: usize = 8;
+
+/// A leaf that blocks one of so many of a group's rays is tested with the next group first.
+const KEPT: u32 = 4;
+
+/// Nodes that are looked at for a group.
+const NODES: usize = 8;
+
+/// Room for the children that wait: of each node but the last all but one, and the eight of the last.
+const STACK: usize = 7 * NODES + 8;
+
+struct Umbra<'a> {
+    tree: &'a Tree,
+    rays: &'a [Ray],
+    shaft: Shaft,
+    /// The leaf that blocked many of the last group, or [`EMPTY`].
+    leaf: u32,
+}
+
+/// What a shaft comes to.
+enum View {
+    Nothing,
+    /// A leaf with triangles, the first of those that are to be tried.
+    Leaf(u32),
+    Anything,
+}
+
+/// Answers the rays of `lineup`, all of `rays`, that can be answered at once where that pays: the others' numbers are in
+/// [`Scratch::unanswered`] then. Otherwise there is nothing in it.
+#[inline(always)]
+pub fn trace<L: Level>(
+    level: L,
+    tree: &Tree,
+    rays: &[Ray],
+    lineup: Lineup,
+    blocked: &mut [bool],
+    scratch: &mut Scratch,
+) {
+    scratch.unanswered = None;
+    let groups = lineup.len() / GROUP;
+    if groups < 2 * TRIALS {
+        return;
+    }
+    let mut umbra = Umbra {
+        tree,
+        rays,
+        shaft: Shaft::default(),
+        leaf: EMPTY,
+    };
+    let mut left = std::mem::take(&mut scratch.room);
+    left.clear();
+    for k in 0..TRIALS {
+        umbra.ask(
+            level,
+            &ids(&lineup, k * (groups - 1) / (TRIALS - 1)),
+            blocked,
+            &mut left,
+        );
+    }
+    let answered = TRIALS * GROUP - left.len();
+    left.clear();
+    if answered * PAYS >= TRIALS * GROUP {
+        for group in 0..groups {
+            umbra.ask(level, &ids(&lineup, group), blocked, &mut left);
+        }
+        for packet in groups * GROUP / RAYS..lineup.len().div_ceil(RAYS) {
+            left.extend(lineup.list(packet).as_slice());
+        }
+        scratch.unanswered = Some(left);
+    } else {
+        scratch.room = left;
+    }
+}
+
+/// The rays of a group that has as many as any.
+#[inline(always)]
+fn ids(lineup: &Lineup, group: usize) -> [u32; GROUP] {
+    let mut ids = [0; GROUP];
+    for (packet, ids) in (group * GROUP / RAYS..).zip(ids.as_chunks_mut().0) {
+        *ids = lineup.list(packet).ids;
+    }
+    ids
+}
+
+impl Umbra<'_> {
+    /// Answers what can be answered of a group at once, and adds the others to those that are `left`.
+    #[inline(always)]
+    fn ask<L: Level>(&mut self, level: L, ids: &[u32; GROUP], blocked: &mut [bool], left: &mut Vec<u32>) {
+        let before = left.len();
+        if self.leaf != EMPTY && self.test(level, ids, blocked, left) {
+            return;
+        }
+        let tested = std::mem::replace(&mut self.leaf, EMPTY);
+        let view = if self.shaft.enclose(level, self.rays, ids, self.tree.spread.reach) {
+            self.look(level)
+        } else {
+            View::Anything
+        };
+        match view {
+            View::Nothing => left.truncate(before),
+            View::Leaf(leaf) if leaf != tested => {
+                left.truncate(before);
+                self.leaf = leaf;
+                if !self.test(level, ids, blocked, left) {
+                    self.leaf = EMPTY;
+                }
+            }
+            _ if tested == EMPTY => left.extend(ids),
+            _ => {}
+        }
+    }
+
+    /// Tests the leaf with all of a group's rays and adds those to the `left` that it does not block; whether it blocks many.
+    #[inline(always)]
+    fn test<L: Level>(&self, level: L, ids: &[u32; GROUP], blocked: &mut [bool], left: &mut Vec<u32>) -> bool {
+        // SAFETY: it is a leaf of this tree.
+        let blocks = unsafe { self.tree.leaf(self.leaf) };
+        let (mut rest, mut count) = ([0; GROUP], 0);
+        for ids in ids.as_chunks::<RAYS>().0 {
+            let lanes = blocked_by(level, blocks, self.rays, ids, self.tree.spread.reach);
+            for (lane, &id) in ids.iter().enumerate() {
+                let is_blocked = lanes >> lane & 1 == 1;
+                blocked[id as usize] |= is_blocked;
+                rest[count % GROUP] = id;
+                count += usize::from(!is_blocked);
+            }
+        }
+        left.extend_from_slice(&rest[..count]);
+        (GROUP - count) as u32 * KEPT >= GROUP as u32
+    }
+
+    /// What the shaft comes to, children with the most promise first.
+    #[inline(always)]
+    fn look<L: Level>(&self, level: L) -> View {
+        let mut stack = [0; STACK];
+        stack[0] = self.tree.root();
+        let (mut count, mut nodes) = (1, 0);
+        while count > 0 {
+            count -= 1;
+            let child = stack[count];
+            if child & LEAF == 0 {
+                if nodes == NODES {
+                    return View::Anything;
+                }
+                nodes += 1;
+                // SAFETY: this is the root or an inner child.
+                let node = unsafe { self.tree.node(child) };
+                let mut met = self.shaft.cross(level, node).bits();
+                while met != 0 {
+                    let lane = met.ilog2();
+                    met ^= 1 << lane;
+                    stack[count] = node.child[lane as usize];
+                    count += 1;
+                }
+            } else if child & SHAPE == 0 {
+                // SAFETY: this is a leaf with triangles.
+                let blocks = unsafe { self.tree.leaf(child) };
+                if !blocks.iter().all(|block| self.shaft.has_left(level, block)) {
+                    return View::Leaf(child);
+                }
+            } else if child != EMPTY {
+                return View::Anything;
+            }
+        }
+        View::Nothing
+    }
+}
+
+/// Which of the rays triangles are in the way of, a bit for each.
+#[inline(always)]
+fn blocked_by<L: Level>(level: L, blocks: &[Block], rays: &[Ray], ids: &[u32; RAYS], reach: f32) -> u32 {
+    let sixteen = Sixteen::load(level, rays, ids);
+    let sorted = sixteen.sort(reach);
+    let Sixteen { o, d, inv, tmin, tmax } = sixteen;
+    let asked = level.mask16(sorted.ordinary & sorted.along);
+    let [x, y, z] = Shear::new(&rays[ids[sorted.leader] as usize].d).axes;
+    let turn = |v: &Vec3s<L::F16>| [v[x], v[y], v[z]];
+    let (turned_o, turned_d) = (turn(&o), turn(&d));
+    let shear = [turned_d[0].mul(inv[z]), turned_d[1].mul(inv[z])];
+    let begin = tmin.mul(level.splat16(1.0 - BEYOND));
+    let until = tmax.add(tmax.abs().mul(level.splat16(BEYOND)));
+    let mut blocked = 0;
+    for block in blocks {
+        for k in 0..block.ids.len() {
+            if block.ids[k] == NOTHING {
+                break;
+            }
+            let spread = |corner: &[[f32; 4]; 3]| corner.map(|row| level.splat16(row[k]));
+            let world = [
+                spread(&block.corners[0]),
+                spread(&block.corners[1]),
+                spread(&block.corners[2]),
+            ];
+            let [a, b, c] = &world;
+            let corners = [
+                each(turn(a), turned_o, L::F16::sub),
+                each(turn(b), turned_o, L::F16::sub),
+                each(turn(c), turned_o, L::F16::sub),
+            ];
+            let sides = sides(&corners, shear);
+            if sides.inside.and(asked).bits() == 0 {
+                continue;
+            }
+            let candidates = candidates(turned_d, &plane(&corners), sides, begin, until);
+            let meets = meet(stretch_any(&o, &inv, &world), &candidates.crossing);
+            let is_between = tmin.lt(meets.t).and(meets.t.le(tmax));
+            blocked |= candidates.mask.and(meets.valid).and(is_between).and(asked).bits();
+        }
+    }
+    blocked
+}
