@@ -46,7 +46,7 @@ mod waiting;
 
 pub use ahead::prefetch;
 pub use inflight::Pick;
-pub use packet::{Lineup, Order, RAYS as PACKET};
+pub use packet::{Order, RAYS as PACKET};
 pub use scratch::Scratch;
 pub use tree::{Grown, Numbers, Tree};
 
@@ -240,28 +240,28 @@ kernel! {
 }
 
 kernel! {
-    /// Whether the rays of `lineup`, all of `rays`, meet anything, as far as that can be said at once. Where it pays, the numbers of
-    /// the others are left in [`Scratch::unanswered`]. Not for scenes with instances.
+    /// Whether the rays meet anything, as far as that can be said at once; `order` says which start next to one another. Where it
+    /// pays, [`Scratch::is_sifted`], and the numbers of the others are left in [`Scratch::left`]. Not for scenes with instances.
     occluded_at_once(
         tree: &Tree,
         rays: &[Ray],
-        lineup: Lineup,
+        order: Order,
         blocked: &mut [bool],
         scratch: &mut Scratch,
-    ) = |level| umbra::trace(level, tree, rays, lineup, blocked, scratch)
+    ) = |level| umbra::trace(level, tree, rays, order, blocked, scratch)
 }
 
 kernel! {
-    /// The nearest hits of the rays of `lineup` in packets of [`PACKET`], if nearer than what `hits` has for them already. The
-    /// numbers of rays that are in no packet are left in [`Scratch::left`].
+    /// The nearest hits of rays in packets of [`PACKET`], if nearer than what `hits` has for them already; `order` says which
+    /// rays make a packet. The numbers of rays that are in none are left in [`Scratch::left`].
     nearest_packets(
         tree: &Tree,
         geometry: &Geometry,
         rays: &[Ray],
-        lineup: Lineup,
+        order: Order,
         hits: &mut [Option<Hit>],
         scratch: &mut Scratch,
-    ) = |level| packet::trace::<_, Nearest>(level, tree, geometry, rays, lineup, hits, scratch)
+    ) = |level| packet::trace::<_, Nearest>(level, tree, geometry, rays, order, hits, scratch)
 }
 
 kernel! {
@@ -270,8 +270,8 @@ kernel! {
         tree: &Tree,
         geometry: &Geometry,
         rays: &[Ray],
-        lineup: Lineup,
+        order: Order,
         blocked: &mut [bool],
         scratch: &mut Scratch,
-    ) = |level| packet::trace::<_, Occluded>(level, tree, geometry, rays, lineup, blocked, scratch)
+    ) = |level| packet::trace::<_, Occluded>(level, tree, geometry, rays, order, blocked, scratch)
 }

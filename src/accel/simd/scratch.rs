@@ -18,11 +18,10 @@ pub struct Scratch {
     /// Of packets for occlusion.
     pub packet_doubt: Doubt,
     pub head_doubt: Doubt,
-    /// The numbers of rays that were in no packet.
+    /// The numbers of rays that were in no packet, or not answered at once.
     pub left: Vec<u32>,
-    /// Those that are not answered at once, where that was tried; then its room is here again.
-    pub unanswered: Option<Vec<u32>>,
-    pub room: Vec<u32>,
+    /// Whether it is the latter.
+    pub is_sifted: bool,
     /// Where children on the stacks are entered, then the children: [`Scratch::stride`] of each for every slot.
     enter: Vec<f32>,
     child: Vec<u32>,
@@ -63,8 +62,7 @@ impl Scratch {
             packet_doubt: Doubt::default(),
             head_doubt: Doubt::default(),
             left: Vec::new(),
-            unanswered: None,
-            room: Vec::new(),
+            is_sifted: false,
             enter: Vec::new(),
             child: Vec::new(),
             stride: 0,

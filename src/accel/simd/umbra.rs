@@ -9,7 +9,7 @@
 use super::{
     super::wide::node::{Block, EMPTY, LEAF, SHAPE},
     lanes::{Floats, Level, Mask},
-    packet::{Lineup, RAYS},
+    packet::{Order, RAYS},
     query::NOTHING,
     scratch::Scratch,
     shaft::Shaft,
@@ -54,19 +54,13 @@ enum View {
     Anything,
 }
 
-/// Answers the rays of `lineup`, all of `rays`, that can be answered at once where that pays: the others' numbers are in
-/// [`Scratch::unanswered`] then. Otherwise there is nothing in it.
+/// Answers the rays that can be answered at once where that pays: [`Scratch::is_sifted`] then, and the others' numbers are in
+/// [`Scratch::left`].
 #[inline(always)]
-pub fn trace<L: Level>(
-    level: L,
-    tree: &Tree,
-    rays: &[Ray],
-    lineup: Lineup,
-    blocked: &mut [bool],
-    scratch: &mut Scratch,
-) {
-    scratch.unanswered = None;
-    let groups = lineup.len() / GROUP;
+pub fn trace<L: Level>(level: L, tree: &Tree, rays: &[Ray], order: Order, blocked: &mut [bool], scratch: &mut Scratch) {
+    let (count, left) = (rays.len(), &mut scratch.left);
+    let groups = count / GROUP;
+    scratch.is_sifted = false;
     if groups < 2 * TRIALS {
         return;
     }
@@ -76,37 +70,30 @@ pub fn trace<L: Level>(
         shaft: Shaft::default(),
         leaf: EMPTY,
     };
-    let mut left = std::mem::take(&mut scratch.room);
     left.clear();
     for k in 0..TRIALS {
-        umbra.ask(
-            level,
-            &ids(&lineup, k * (groups - 1) / (TRIALS - 1)),
-            blocked,
-            &mut left,
-        );
+        let group = k * (groups - 1) / (TRIALS - 1);
+        umbra.ask(level, &ids(order, group, count), blocked, left);
     }
     let answered = TRIALS * GROUP - left.len();
     left.clear();
-    if answered * PAYS >= TRIALS * GROUP {
+    scratch.is_sifted = answered * PAYS >= TRIALS * GROUP;
+    if scratch.is_sifted {
         for group in 0..groups {
-            umbra.ask(level, &ids(&lineup, group), blocked, &mut left);
+            umbra.ask(level, &ids(order, group, count), blocked, left);
         }
-        for packet in groups * GROUP / RAYS..lineup.len().div_ceil(RAYS) {
-            left.extend(lineup.list(packet).as_slice());
+        for packet in groups * GROUP / RAYS..count.div_ceil(RAYS) {
+            left.extend(order.list(packet, count).as_slice());
         }
-        scratch.unanswered = Some(left);
-    } else {
-        scratch.room = left;
     }
 }
 
-/// The rays of a group that has as many as any.
+/// The rays of a group, of `count` rays, that is full.
 #[inline(always)]
-fn ids(lineup: &Lineup, group: usize) -> [u32; GROUP] {
+fn ids(order: Order, group: usize, count: usize) -> [u32; GROUP] {
     let mut ids = [0; GROUP];
     for (packet, ids) in (group * GROUP / RAYS..).zip(ids.as_chunks_mut().0) {
-        *ids = lineup.list(packet).ids;
+        *ids = order.list(packet, count).ids;
     }
     ids
 }
@@ -227,7 +214,7 @@ fn blocked_by<L: Level>(level: L, blocks: &[Block], rays: &[Ray], ids: &[u32; RA
                 each(turn(c), turned_o, L::F16::sub),
             ];
             let sides = sides(&corners, shear);
-            if sides.inside.and(asked).bits() == 0 {
+            if sides.inside.and(asked).bits() & !blocked == 0 {
                 continue;
             }
             let candidates = candidates(turned_d, &plane(&corners), sides, begin, until);

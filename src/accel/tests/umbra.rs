@@ -2,7 +2,7 @@
 
 use super::{heads::groups, *};
 use crate::accel::{
-    simd::{Lineup, Order, Scratch, occluded_at_once},
+    simd::{Order, Scratch, occluded_at_once},
     wide::Wide,
 };
 
@@ -20,10 +20,9 @@ fn left(g: &Arc<Geometry>, rays: &[Ray]) -> Option<usize> {
         let mut scratch = Scratch::new();
         for order in [Order::ROWS, Order::blocks(4, 16), Order::blocks(8, 1024)] {
             let mut blocked = vec![false; rays.len()];
-            let lineup = Lineup::All(order, rays.len());
-            occluded_at_once(simd, &wide.tree, rays, lineup, &mut blocked, &mut scratch);
-            let mut is_left = vec![scratch.unanswered.is_none(); rays.len()];
-            for id in scratch.unanswered.iter().flatten() {
+            occluded_at_once(simd, &wide.tree, rays, order, &mut blocked, &mut scratch);
+            let mut is_left = vec![!scratch.is_sifted; rays.len()];
+            for id in scratch.left.iter().filter(|_| scratch.is_sifted) {
                 assert!(!is_left[*id as usize], "it is left twice");
                 is_left[*id as usize] = true;
             }
@@ -32,7 +31,7 @@ fn left(g: &Arc<Geometry>, rays: &[Ray]) -> Option<usize> {
                 assert!(right, "{simd}, {order:?}, ray {i}: {ray:?}");
             }
             if order == Order::ROWS {
-                counts.push(scratch.unanswered.take().map(|list| list.len()));
+                counts.push(scratch.is_sifted.then_some(scratch.left.len()));
             }
         }
     }

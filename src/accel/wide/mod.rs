@@ -13,7 +13,7 @@ use super::{
     instance::Spread,
     nearest_unbounded,
     prims::Prims,
-    simd::{self, Grown, Lineup, Numbers, Order, Pick, Scratch, Simd, Tree},
+    simd::{self, Grown, Numbers, Order, Pick, Scratch, Simd, Tree},
 };
 use crate::math::{Aabb, Ray};
 
@@ -181,8 +181,7 @@ impl Accelerator for Wide {
         SCRATCH.with_borrow_mut(|scratch| {
             let (simd, geometry) = (self.simd, &*self.geometry);
             if let Some(order) = order {
-                let lineup = Lineup::All(order, rays.len());
-                simd::nearest_packets(simd, tree, geometry, rays, lineup, hits, scratch);
+                simd::nearest_packets(simd, tree, geometry, rays, order, hits, scratch);
                 let left = std::mem::take(&mut scratch.left);
                 simd::nearest_inflight(simd, tree, geometry, rays, Pick::Some(&left), hits, scratch);
                 scratch.left = left;
@@ -207,29 +206,27 @@ impl Accelerator for Wide {
         let order = batch::occlusion_order(rays, self.size).filter(|_| !tree.has_instances());
         SCRATCH.with_borrow_mut(|scratch| {
             let (simd, geometry) = (self.simd, &*self.geometry);
-            let all = Lineup::All(order.unwrap_or(Order::ROWS), rays.len());
-            if !tree.has_instances() {
-                simd::occluded_at_once(simd, tree, rays, all, blocked, scratch);
-            }
-            let unanswered = scratch.unanswered.take();
-            let lineup = unanswered.as_deref().map_or(all, Lineup::Some);
-            let in_packets = order.is_some() && scratch.packet_doubt.tries();
-            let together = order.is_some() && scratch.head_doubt.tries();
-            if in_packets {
-                simd::occluded_packets(simd, tree, geometry, rays, lineup, blocked, scratch);
-            } else if together {
-                lineup.put(&mut scratch.left);
+            let is_sifted = !tree.has_instances() && {
+                let order = order.unwrap_or(Order::ROWS);
+                simd::occluded_at_once(simd, tree, rays, order, blocked, scratch);
+                scratch.is_sifted
+            };
+            // What is left of rays that lay side by side does not.
+            let in_packets = order.filter(|_| !is_sifted && scratch.packet_doubt.tries());
+            let together = order.filter(|_| scratch.head_doubt.tries());
+            match (in_packets, together) {
+                (Some(order), _) => simd::occluded_packets(simd, tree, geometry, rays, order, blocked, scratch),
+                (None, Some(order)) if !is_sifted => order.put(rays.len(), &mut scratch.left),
+                (None, _) => {}
             }
             let left = std::mem::take(&mut scratch.left);
-            let pick = match (&unanswered, in_packets) {
-                _ if together => Pick::Together(&left),
-                (_, true) => Pick::Some(&left),
-                (Some(unanswered), _) => Pick::Some(unanswered),
-                (None, _) => Pick::All,
+            let pick = match together {
+                Some(_) => Pick::Together(&left),
+                None if is_sifted || in_packets.is_some() => Pick::Some(&left),
+                None => Pick::All,
             };
             simd::occluded_inflight(simd, tree, geometry, rays, pick, blocked, scratch);
             scratch.left = left;
-            scratch.room = unanswered.unwrap_or_else(|| std::mem::take(&mut scratch.room));
         });
     }
 

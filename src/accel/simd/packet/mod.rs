@@ -41,7 +41,7 @@ mod shape;
 mod singles;
 
 pub use super::sixteen::RAYS;
-pub use order::{Lineup, Order};
+pub use order::Order;
 pub use rays::Packet;
 
 /// Fewer rays than these are faster one by one.
@@ -74,7 +74,7 @@ const BLOCK_COST: u32 = 6;
 /// The packets that are not under way yet.
 struct Feed<'a> {
     rays: &'a [Ray],
-    lineup: Lineup<'a>,
+    order: Order,
     upcoming: usize,
     /// What is left of a list whose rays do not all go together.
     rest: Option<List>,
@@ -94,13 +94,13 @@ impl Feed<'_> {
         if let Some(rest) = self.rest.take() {
             return Some(rest);
         }
-        let (packet, count) = (self.upcoming, self.lineup.len());
+        let (packet, count) = (self.upcoming, self.rays.len());
         if packet * RAYS >= count {
             return None;
         }
         self.upcoming += 1;
         // Rays of a block lie in several places, which no processor expects.
-        let soon = self.lineup.list(packet + AHEAD);
+        let soon = self.order.list(packet + AHEAD, count);
         for id in soon.ids.into_iter().step_by(2) {
             level.prefetch::<1>(self.rays.as_ptr().wrapping_add(id as usize).cast());
         }
@@ -110,12 +110,12 @@ impl Feed<'_> {
             self.is_grouped = Q::ANY && worth && first * RAYS + BAND <= count;
         }
         if !self.is_grouped {
-            return Some(self.lineup.list(packet));
+            return Some(self.order.list(packet, count));
         }
         if packet == first {
             let mut ids = [0; BAND];
             for (k, ids) in ids.as_chunks_mut::<RAYS>().0.iter_mut().enumerate() {
-                *ids = self.lineup.list(first + k).ids;
+                *ids = self.order.list(first + k, count).ids;
             }
             self.band = group(level, self.rays, &ids);
         }
@@ -183,7 +183,7 @@ impl Feed<'_> {
     }
 }
 
-/// Asks the rays of `lineup`; `answers` holds what is known already, and then the answers; puts the numbers of the rays that make
+/// Asks `rays`; `answers` holds what is known already, and then the answers; puts the numbers of the rays that make
 /// no packet into [`Scratch::left`].
 #[inline(always)]
 pub fn trace<L: Level, Q: Query>(
@@ -191,7 +191,7 @@ pub fn trace<L: Level, Q: Query>(
     tree: &Tree,
     geometry: &Geometry,
     rays: &[Ray],
-    lineup: Lineup,
+    order: Order,
     answers: &mut [Q::Answer],
     scratch: &mut Scratch,
 ) {
@@ -204,7 +204,7 @@ pub fn trace<L: Level, Q: Query>(
     scratch.left.clear();
     let mut feed = Feed {
         rays,
-        lineup,
+        order,
         upcoming: 0,
         rest: None,
         band: [0; BAND],
@@ -321,7 +321,7 @@ mod tests {
         let mut left = Vec::new();
         let mut feed = Feed {
             rays: &rays,
-            lineup: Lineup::All(Order::blocks(4, 16), rays.len()),
+            order: Order::blocks(4, 16),
             upcoming: 0,
             rest: None,
             band: [0; BAND],

@@ -73,55 +73,6 @@ impl Order {
     }
 }
 
-/// Rays of a batch, one packet after another.
-#[derive(Clone, Copy)]
-pub enum Lineup<'a> {
-    /// All, of which there are so many.
-    All(Order, usize),
-    /// Those of these numbers.
-    Some(&'a [u32]),
-}
-
-impl Lineup<'_> {
-    /// How many rays there are.
-    #[inline(always)]
-    pub fn len(&self) -> usize {
-        match self {
-            Self::All(_, count) => *count,
-            Self::Some(ids) => ids.len(),
-        }
-    }
-
-    /// The rays of a packet; of the last one beyond that.
-    #[inline(always)]
-    pub fn list(&self, packet: usize) -> List {
-        match self {
-            Self::All(order, count) => order.list(packet, *count),
-            Self::Some(ids) => {
-                let first = packet * RAYS;
-                let packet = ids.get(first..).and_then(|rest| rest.first_chunk());
-                List {
-                    ids: packet
-                        .copied()
-                        .unwrap_or_else(|| std::array::from_fn(|k| ids[(first + k).min(ids.len() - 1)])),
-                    len: ids.len().saturating_sub(first).min(RAYS),
-                }
-            }
-        }
-    }
-
-    /// The rays of all packets.
-    pub fn put(&self, list: &mut Vec<u32>) {
-        match self {
-            Self::All(order, count) => order.put(*count, list),
-            Self::Some(ids) => {
-                list.clear();
-                list.extend_from_slice(ids);
-            }
-        }
-    }
-}
-
 impl List {
     /// Those whose bits are set in `lanes`.
     pub fn only(&self, lanes: u32) -> Self {
@@ -164,18 +115,6 @@ mod tests {
                 listed.sort_unstable();
                 assert!(listed.into_iter().eq(0..count as u32), "{order:?} {count}");
             }
-        }
-    }
-
-    #[test]
-    fn some_rays_are_in_one_packet_each_as_they_come() {
-        let ids: Vec<u32> = (0..300).map(|k| 7 * k % 300).collect();
-        for count in [1, 15, 16, 17, 100, 300] {
-            let lineup = Lineup::Some(&ids[..count]);
-            assert_eq!(lineup.len(), count);
-            let lists = (0..count.div_ceil(RAYS) + 4).map(|packet| lineup.list(packet));
-            let listed: Vec<u32> = lists.flat_map(|list| list.as_slice().to_vec()).collect();
-            assert_eq!(listed, ids[..count]);
         }
     }
 
