@@ -26,8 +26,9 @@ const GROUP: usize = 4 * RAYS;
 /// The groups of a batch that are tried.
 const TRIALS: usize = 8;
 
-/// One of so many of their rays must be answered so that it pays, which is more than the others take for it.
-const PAYS: usize = 8;
+/// One of so many of their rays must be answered so that it pays: the others go through the tree without packets, which would
+/// take as long for all of them where packets suit them best.
+const PAYS: usize = 2;
 
 /// A leaf that blocks one of so many of a group's rays is tested with the next group first.
 const KEPT: u32 = 4;
