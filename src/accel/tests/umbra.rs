@@ -103,6 +103,32 @@ fn rays_that_end_before_a_roof_are_not_in_its_shadow() {
 }
 
 #[test]
+fn rays_through_a_roofs_edges_go_the_way_they_go_by_themselves() {
+    let g = Arc::new(under_a_roof(0));
+    let mut r = Random(17);
+    let roof = g.triangles.len() - 4;
+    let mut rays = Vec::new();
+    let lamp = to_a_lamp(200, 0.2, 0.999);
+    for (group, to_lamp) in lamp.chunks(64).enumerate() {
+        // So that the roof is found.
+        rays.extend_from_slice(to_lamp);
+        let at = Vec3::new(1.4 * r.unit(), 0.2, 1.4 * r.unit());
+        for k in 0..64 {
+            let o = at + r.vec(1e-3);
+            // Along x, y or z most.
+            let [a, b, c] = g.corners(roof + group % 2);
+            let edge = [(a, b), (b, c), (c, a)][group / 2 % 3];
+            let to = match k % 2 {
+                0 => edge.0 + (edge.1 - edge.0) * r.unit(),
+                _ => Vec3::new(0.3 * r.unit(), 0.5, 0.3 * r.unit()),
+            };
+            rays.push(Ray::segment(o, 1.5 * (to - o), 0.999));
+        }
+    }
+    assert!(left(&g, &rays).is_some_and(|left| left < rays.len() / 2));
+}
+
+#[test]
 fn it_is_not_tried_further_where_little_is_answered() {
     let g = Arc::new(soup(3000, 40, 0.3));
     assert_eq!(left(&g, &groups(&g, 100, 1.0, 1_000_000)), None);
