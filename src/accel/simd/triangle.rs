@@ -113,6 +113,12 @@ pub fn load3<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3]) -> Vec3s<L::F4> {
     [level.load4(x), level.load4(y), level.load4(z)]
 }
 
+/// One of four triangles' numbers, for all rays.
+#[inline(always)]
+pub fn spread<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3], k: usize) -> Vec3s<L::F16> {
+    [level.splat16(x[k]), level.splat16(y[k]), level.splat16(z[k])]
+}
+
 /// Four numbers of one block and four of another.
 #[inline(always)]
 pub fn join<L: Level>(level: L, first: &[f32; 4], second: &[f32; 4]) -> L::F8 {

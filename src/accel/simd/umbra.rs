@@ -2,21 +2,21 @@
 //!
 //! Groups of rays that start next to one another may have nothing in their way, as on a roof: then what encloses the group
 //! ([`Shaft`]) meets no box. And one leaf may block most of them, as a ceiling that the sun shines on: then it is tested with all
-//! rays, sixteen at a time, and when a group has seen nothing of it the next one looks for another.
+//! rays, sixteen at a time, and with the groups that follow. Where it blocks few of a group, that looks for another.
 //!
 //! Some groups of a batch show whether that pays.
 
 use super::{
     super::wide::node::{Block, EMPTY, LEAF, SHAPE},
     lanes::{Floats, Level, Mask},
-    packet::{Order, RAYS},
+    packet::Order,
     query::NOTHING,
     scratch::Scratch,
     shaft::Shaft,
-    sixteen::Sixteen,
+    sixteen::{RAYS, Sixteen},
     slot::BEYOND,
     tree::Tree,
-    triangle::{Vec3s, candidates, each, meet, plane, sides, stretch_any},
+    triangle::{Vec3s, candidates, each, meet, plane, sides, spread, stretch_any},
 };
 use crate::{math::Ray, shape::triangle::Shear};
 
@@ -202,11 +202,11 @@ fn blocked_by<L: Level>(level: L, blocks: &[Block], rays: &[Ray], ids: &[u32; RA
             if block.ids[k] == NOTHING {
                 break;
             }
-            let spread = |corner: &[[f32; 4]; 3]| corner.map(|row| level.splat16(row[k]));
+            let [a, b, c] = block.corners.each_ref();
             let world = [
-                spread(&block.corners[0]),
-                spread(&block.corners[1]),
-                spread(&block.corners[2]),
+                spread(level, a.each_ref(), k),
+                spread(level, b.each_ref(), k),
+                spread(level, c.each_ref(), k),
             ];
             let [a, b, c] = &world;
             let corners = [

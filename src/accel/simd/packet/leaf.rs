@@ -13,7 +13,7 @@ use super::{
         lanes::{Floats, Level, Mask},
         query::{NOTHING, Query},
         scratch::PACKETS,
-        triangle::{Faces, Plane, Vec3s, candidates, each, faces, load3, meet, plane, sides, stretch},
+        triangle::{Faces, Plane, Vec3s, candidates, each, faces, load3, meet, plane, sides, spread, stretch},
     },
     rays::{Each, NO_MORE, Packet},
     singles::Singles,
@@ -458,12 +458,6 @@ fn flat<F: Floats>([x, y, z]: Vec3s<F>, back: [F; 2]) -> Vec3s<F> {
 #[inline(always)]
 pub fn load16s<L: Level>(level: L, v: &[Each; 3]) -> Vec3s<L::F16> {
     [level.load16(&v[0].0), level.load16(&v[1].0), level.load16(&v[2].0)]
-}
-
-/// One of four triangles' numbers, for all rays.
-#[inline(always)]
-fn spread<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3], k: usize) -> Vec3s<L::F16> {
-    [level.splat16(x[k]), level.splat16(y[k]), level.splat16(z[k])]
 }
 
 /// Three numbers of four triangles, as they are needed to spread each over all rays.
