@@ -14,6 +14,7 @@ use super::{
     course::Course,
     lanes::{Eight, Floats, Level, Mask},
     slot::{fours, numbers, three},
+    triangle::{boxes, load3},
 };
 use crate::math::Ray;
 
@@ -105,29 +106,47 @@ impl Shaft {
         level.met(enter, leave.mul(level.splat8(LEAVE)))
     }
 
-    /// Whether it is certain that no ray meets any triangle of a block, since all of these are flat across an axis and behind where
-    /// rays start.
+    /// Which triangles of a block rays may meet, a bit for each: no ray meets the others, since it does not come to their boxes, or
+    /// since they are flat across an axis and behind where rays start.
     ///
     /// Boxes are a little larger than triangles, so that rays which leave a floor or a ceiling come to its box. Of a triangle that
     /// is flat across an axis the distance to its plane has the right sign, as it is a product, and what is behind is no hit.
     #[inline(always)]
-    pub fn has_left<L: Level>(&self, level: L, block: &Block) -> bool {
-        let [a, b, c] = &block.corners;
-        let [low, high] = &self.o;
+    pub fn in_the_way<L: Level>(&self, level: L, block: &Block) -> u32 {
+        let [a, b, c] = block.corners.each_ref();
+        let corners = [
+            load3(level, a.each_ref()),
+            load3(level, b.each_ref()),
+            load3(level, c.each_ref()),
+        ];
+        let [low, high] = boxes(&corners);
+        let [a, b, c] = corners;
         let negative = self.course.negative();
+        let (mut enter, mut leave) = (level.splat4(self.course.tmin), level.splat4(self.course.end));
         let mut left = 0;
         for axis in 0..3 {
-            let (a, b, c) = (level.load4(&a[axis]), level.load4(&b[axis]), level.load4(&c[axis]));
-            let is_behind = if negative[axis] {
-                level.splat4(high[axis]).le(a)
+            let (near, far) = if negative[axis] {
+                (high[axis], low[axis])
             } else {
-                a.le(level.splat4(low[axis]))
+                (low[axis], high[axis])
             };
-            left |= a.eq(b).and(a.eq(c)).and(is_behind).bits();
+            let (inv, inv_far) = (self.course.inv[axis], self.inv_far[axis]);
+            enter = near
+                .mul_add(level.splat4(inv), level.splat4(self.course.near[axis]))
+                .max(enter);
+            leave = far
+                .mul_add(level.splat4(inv_far), level.splat4(self.course.far[axis]))
+                .min(leave);
+            let is_behind = if negative[axis] {
+                level.splat4(self.o[1][axis]).le(a[axis])
+            } else {
+                a[axis].le(level.splat4(self.o[0][axis]))
+            };
+            left |= a[axis].eq(b[axis]).and(a[axis].eq(c[axis])).and(is_behind).bits();
         }
-        let some = level.load4(&a[0]);
-        let nothing = !some.eq(some).bits();
-        (left | nothing) & 0b1111 == 0b1111
+        let met = enter.le(leave.mul(level.splat4(LEAVE)));
+        let exists = a[0].eq(a[0]);
+        met.and(exists).bits() & !left & 0b1111
     }
 }
 
@@ -273,7 +292,7 @@ mod tests {
                 })
             };
             let count = rays.iter().filter(hits).count();
-            if shaft.has_left(Portable, &block) {
+            if shaft.in_the_way(Portable, &block) == 0 {
                 left += 1;
                 assert_eq!(count, 0, "group {i}");
             } else {

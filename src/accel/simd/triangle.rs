@@ -219,20 +219,29 @@ pub fn faces<F: Floats>(o: &Vec3s<F>, negative: [bool; 3], corners: &[Vec3s<F>; 
     Faces { near, far }
 }
 
+/// Triangles' own boxes, as [`super::super::Geometry::bounds`] gives them.
+#[inline(always)]
+pub fn boxes<F: Floats>(corners: &[Vec3s<F>; 3]) -> [Vec3s<F>; 2] {
+    let [a, b, c] = *corners;
+    let padding = a[0].fill(4.0 * f32::EPSILON);
+    let mut low = each(each(a, b, F::min), c, F::min);
+    let mut high = each(each(a, b, F::max), c, F::max);
+    for axis in 0..3 {
+        let (min, max) = (low[axis], high[axis]);
+        let pad = min.abs().max(max.abs()).mul(padding);
+        (low[axis], high[axis]) = (min.sub(pad), max.add(pad));
+    }
+    [low, high]
+}
+
 /// From where to where triangles reach, on each axis, from a ray's origin.
 #[inline(always)]
 fn spans<F: Floats>(o: &Vec3s<F>, corners: &[Vec3s<F>; 3]) -> [Vec3s<F>; 2] {
     let tiny = o[0].fill(TINY);
-    let padding = o[0].fill(4.0 * f32::EPSILON);
-    let [a, b, c] = *corners;
-    let least = each(each(a, b, F::min), c, F::min);
-    let most = each(each(a, b, F::max), c, F::max);
-    let (mut low, mut high) = (*o, *o);
+    let [mut low, mut high] = boxes(corners);
     for axis in 0..3 {
-        let (min, max, o) = (least[axis], most[axis], o[axis]);
-        let pad = min.abs().max(max.abs()).mul(padding);
-        low[axis] = min.sub(pad).sub(o).sub(tiny);
-        high[axis] = max.add(pad).sub(o).add(tiny);
+        low[axis] = low[axis].sub(o[axis]).sub(tiny);
+        high[axis] = high[axis].sub(o[axis]).add(tiny);
     }
     [low, high]
 }

@@ -10,13 +10,13 @@ use super::{
     super::wide::node::{Block, EMPTY, LEAF, SHAPE},
     lanes::{Floats, Level, Mask},
     packet::Order,
-    query::NOTHING,
     scratch::Scratch,
     shaft::Shaft,
     sixteen::{RAYS, Sixteen},
     slot::BEYOND,
     tree::Tree,
     triangle::{Vec3s, candidates, each, meet, plane, sides, spread, stretch_any},
+    waiting::take,
 };
 use crate::{math::Ray, shape::triangle::Shear};
 
@@ -36,6 +36,9 @@ const KEPT: u32 = 4;
 /// Nodes that are looked at for a group.
 const NODES: usize = 8;
 
+/// Triangles of a block.
+const BLOCK: usize = 4;
+
 /// Room for the children that wait: of each node but the last all but one, and the eight of the last.
 const STACK: usize = 7 * NODES + 8;
 
@@ -43,15 +46,23 @@ struct Umbra<'a> {
     tree: &'a Tree,
     rays: &'a [Ray],
     shaft: Shaft,
-    /// The leaf that blocked many of the last group, or [`EMPTY`].
+    /// What blocked many of the last group.
+    blocker: Option<Blocker>,
+}
+
+/// Some triangles of a leaf.
+#[derive(Clone, Copy, PartialEq)]
+struct Blocker {
     leaf: u32,
+    /// Which, a bit for each, in the order of the leaf's blocks.
+    triangles: u32,
 }
 
 /// What a shaft comes to.
 enum View {
     Nothing,
-    /// A leaf with triangles, the first of those that are to be tried.
-    Leaf(u32),
+    /// The first leaf with triangles of those that are to be tried.
+    Leaf(Blocker),
     Anything,
 }
 
@@ -69,7 +80,7 @@ pub fn trace<L: Level>(level: L, tree: &Tree, rays: &[Ray], order: Order, blocke
         tree,
         rays,
         shaft: Shaft::default(),
-        leaf: EMPTY,
+        blocker: None,
     };
     left.clear();
     for k in 0..TRIALS {
@@ -104,10 +115,12 @@ impl Umbra<'_> {
     #[inline(always)]
     fn ask<L: Level>(&mut self, level: L, ids: &[u32; GROUP], blocked: &mut [bool], left: &mut Vec<u32>) {
         let before = left.len();
-        if self.leaf != EMPTY && self.test(level, ids, blocked, left) {
+        let tested = self.blocker.take();
+        if let Some(blocker) = tested
+            && self.test(level, blocker, ids, blocked, left)
+        {
             return;
         }
-        let tested = std::mem::replace(&mut self.leaf, EMPTY);
         let view = if self.shaft.enclose(level, self.rays, ids, self.tree.spread.reach) {
             self.look(level)
         } else {
@@ -115,26 +128,31 @@ impl Umbra<'_> {
         };
         match view {
             View::Nothing => left.truncate(before),
-            View::Leaf(leaf) if leaf != tested => {
+            View::Leaf(blocker) if Some(blocker) != tested => {
                 left.truncate(before);
-                self.leaf = leaf;
-                if !self.test(level, ids, blocked, left) {
-                    self.leaf = EMPTY;
-                }
+                self.test(level, blocker, ids, blocked, left);
             }
-            _ if tested == EMPTY => left.extend(ids),
+            _ if tested.is_none() => left.extend(ids),
             _ => {}
         }
     }
 
-    /// Tests the leaf with all of a group's rays and adds those to the `left` that it does not block; whether it blocks many.
+    /// Tests these triangles with all of a group's rays and adds those to the `left` that they do not block; whether they block
+    /// many, and are kept.
     #[inline(always)]
-    fn test<L: Level>(&self, level: L, ids: &[u32; GROUP], blocked: &mut [bool], left: &mut Vec<u32>) -> bool {
+    fn test<L: Level>(
+        &mut self,
+        level: L,
+        blocker: Blocker,
+        ids: &[u32; GROUP],
+        blocked: &mut [bool],
+        left: &mut Vec<u32>,
+    ) -> bool {
         // SAFETY: it is a leaf of this tree.
-        let blocks = unsafe { self.tree.leaf(self.leaf) };
+        let blocks = unsafe { self.tree.leaf(blocker.leaf) };
         let (mut rest, mut count) = ([0; GROUP], 0);
         for ids in ids.as_chunks::<RAYS>().0 {
-            let lanes = blocked_by(level, blocks, self.rays, ids, self.tree.spread.reach);
+            let lanes = blocked_by(level, blocks, blocker.triangles, self.rays, ids, self.tree.spread.reach);
             for (lane, &id) in ids.iter().enumerate() {
                 let is_blocked = lanes >> lane & 1 == 1;
                 blocked[id as usize] |= is_blocked;
@@ -143,7 +161,9 @@ impl Umbra<'_> {
             }
         }
         left.extend_from_slice(&rest[..count]);
-        (GROUP - count) as u32 * KEPT >= GROUP as u32
+        let many = (GROUP - count) as u32 * KEPT >= GROUP as u32;
+        self.blocker = many.then_some(blocker);
+        many
     }
 
     /// What the shaft comes to, children with the most promise first.
@@ -172,8 +192,12 @@ impl Umbra<'_> {
             } else if child & SHAPE == 0 {
                 // SAFETY: this is a leaf with triangles.
                 let blocks = unsafe { self.tree.leaf(child) };
-                if !blocks.iter().all(|block| self.shaft.has_left(level, block)) {
-                    return View::Leaf(child);
+                let mut triangles = 0;
+                for (i, block) in blocks.iter().enumerate() {
+                    triangles |= self.shaft.in_the_way(level, block) << (BLOCK * i);
+                }
+                if triangles != 0 {
+                    return View::Leaf(Blocker { leaf: child, triangles });
                 }
             } else if child != EMPTY {
                 return View::Anything;
@@ -183,9 +207,16 @@ impl Umbra<'_> {
     }
 }
 
-/// Which of the rays triangles are in the way of, a bit for each.
+/// Which of the rays these triangles of the blocks are in the way of, a bit for each.
 #[inline(always)]
-fn blocked_by<L: Level>(level: L, blocks: &[Block], rays: &[Ray], ids: &[u32; RAYS], reach: f32) -> u32 {
+fn blocked_by<L: Level>(
+    level: L,
+    blocks: &[Block],
+    triangles: u32,
+    rays: &[Ray],
+    ids: &[u32; RAYS],
+    reach: f32,
+) -> u32 {
     let sixteen = Sixteen::load(level, rays, ids);
     let sorted = sixteen.sort(reach);
     let Sixteen { o, d, inv, tmin, tmax } = sixteen;
@@ -197,32 +228,30 @@ fn blocked_by<L: Level>(level: L, blocks: &[Block], rays: &[Ray], ids: &[u32; RA
     let begin = tmin.mul(level.splat16(1.0 - BEYOND));
     let until = tmax.add(tmax.abs().mul(level.splat16(BEYOND)));
     let mut blocked = 0;
-    for block in blocks {
-        for k in 0..block.ids.len() {
-            if block.ids[k] == NOTHING {
-                break;
-            }
-            let [a, b, c] = block.corners.each_ref();
-            let world = [
-                spread(level, a.each_ref(), k),
-                spread(level, b.each_ref(), k),
-                spread(level, c.each_ref(), k),
-            ];
-            let [a, b, c] = &world;
-            let corners = [
-                each(turn(a), turned_o, L::F16::sub),
-                each(turn(b), turned_o, L::F16::sub),
-                each(turn(c), turned_o, L::F16::sub),
-            ];
-            let sides = sides(&corners, shear);
-            if sides.inside.and(asked).bits() & !blocked == 0 {
-                continue;
-            }
-            let candidates = candidates(turned_d, &plane(&corners), sides, begin, until);
-            let meets = meet(stretch_any(&o, &inv, &world), &candidates.crossing);
-            let is_between = tmin.lt(meets.t).and(meets.t.le(tmax));
-            blocked |= candidates.mask.and(meets.valid).and(is_between).and(asked).bits();
+    let mut triangles = u64::from(triangles);
+    while triangles != 0 && blocked != asked.bits() {
+        let triangle = take(&mut triangles);
+        let (block, k) = (&blocks[triangle / BLOCK], triangle % BLOCK);
+        let [a, b, c] = block.corners.each_ref();
+        let world = [
+            spread(level, a.each_ref(), k),
+            spread(level, b.each_ref(), k),
+            spread(level, c.each_ref(), k),
+        ];
+        let [a, b, c] = &world;
+        let corners = [
+            each(turn(a), turned_o, L::F16::sub),
+            each(turn(b), turned_o, L::F16::sub),
+            each(turn(c), turned_o, L::F16::sub),
+        ];
+        let sides = sides(&corners, shear);
+        if sides.inside.and(asked).bits() & !blocked == 0 {
+            continue;
         }
+        let candidates = candidates(turned_d, &plane(&corners), sides, begin, until);
+        let meets = meet(stretch_any(&o, &inv, &world), &candidates.crossing);
+        let is_between = tmin.lt(meets.t).and(meets.t.le(tmax));
+        blocked |= candidates.mask.and(meets.valid).and(is_between).and(asked).bits();
     }
     blocked
 }
