@@ -66,9 +66,21 @@ pub(super) struct Tree {
     pub ids: Vec<u32>,
 }
 
-/// A tree whose leaves are pieces.
+impl Tree {
+    /// Adds another one behind it.
+    pub fn append(&mut self, other: &Self) {
+        let (nodes, ids) = (self.nodes.len() as u32, self.ids.len() as u32);
+        self.nodes.extend(other.nodes.iter().map(|node| Flat {
+            link: node.link + if node.is_leaf() { ids } else { nodes },
+            ..*node
+        }));
+        self.ids.extend_from_slice(&other.ids);
+    }
+}
+
+/// A tree among whose leaves are pieces.
 pub(super) struct Forest<T> {
-    pub top: Vec<Flat>,
+    pub top: Tree,
     pub pieces: Vec<T>,
 }
 
@@ -128,33 +140,35 @@ pub(super) fn build_whole(prims: Prims, geometry: &Geometry, quality: Quality, l
     build(prims, geometry, quality, leaves, |tree| tree).map(join)
 }
 
-fn join(forest: Forest<Tree>) -> Tree {
+fn join(Forest { top, pieces }: Forest<Tree>) -> Tree {
     let mut whole = Tree::default();
     // A piece takes the place of one node; what was behind that moves.
-    let mut starts = Vec::with_capacity(forest.top.len());
+    let mut starts = Vec::with_capacity(top.nodes.len());
     let mut next = 0;
-    for node in &forest.top {
+    for node in &top.nodes {
         starts.push(next as u32);
         next += if node.count == Flat::PIECE {
-            forest.pieces[node.link as usize].nodes.len()
+            pieces[node.link as usize].nodes.len()
         } else {
             1
         };
     }
     whole.nodes.reserve_exact(next);
-    for node in &forest.top {
-        if node.count != Flat::PIECE {
-            let link = starts[node.link as usize];
-            whole.nodes.push(Flat { link, ..*node });
-            continue;
+    for node in &top.nodes {
+        match node.count {
+            Flat::PIECE => whole.append(&pieces[node.link as usize]),
+            Flat::INNER => {
+                let link = starts[node.link as usize];
+                whole.nodes.push(Flat { link, ..*node });
+            }
+            count => {
+                let link = whole.ids.len() as u32;
+                whole.nodes.push(Flat { link, ..*node });
+                whole
+                    .ids
+                    .extend_from_slice(&top.ids[node.link as usize..][..count as usize]);
+            }
         }
-        let piece = &forest.pieces[node.link as usize];
-        let (nodes, ids) = (whole.nodes.len() as u32, whole.ids.len() as u32);
-        whole.nodes.extend(piece.nodes.iter().map(|node| Flat {
-            link: node.link + if node.is_leaf() { ids } else { nodes },
-            ..*node
-        }));
-        whole.ids.extend_from_slice(&piece.ids);
     }
     whole
 }

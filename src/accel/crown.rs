@@ -33,6 +33,9 @@ const PASSES: usize = 8;
 /// The most primitives of a piece.
 const PIECE_PRIMS: u32 = 1 << 14;
 
+/// So few primitives are no piece but belong to the tree above: walls as a piece would be one child, and their box the room.
+const SMALL: u32 = 64;
+
 /// The most triangles that are put in order again: two blocks.
 const FEW: usize = 8;
 
@@ -118,16 +121,18 @@ impl<'a> Crown<'a> {
     /// The tree above pieces, and what `finish` makes of these.
     pub fn pieces<T: Send>(&self, finish: impl Fn(Tree) -> T + Sync) -> Forest<T> {
         let mut roots = Vec::new();
-        let mut top: Vec<Flat> = Vec::new();
+        let mut top = Tree::default();
         let mut open = vec![(0_u32, None)];
         while let Some((index, parent)) = open.pop() {
-            let at = top.len();
+            let at = top.nodes.len();
             if let Some(parent) = parent {
-                top[parent as usize].link = at as u32;
+                top.nodes[parent as usize].link = at as u32;
             }
-            let node = &self.nodes[index as usize];
-            if node.is_leaf() || self.sizes[index as usize] <= PIECE_PRIMS {
-                top.push(Flat {
+            let (node, size) = (&self.nodes[index as usize], self.sizes[index as usize]);
+            if size <= SMALL && at > 0 {
+                top.append(&self.flatten(self.node(index)));
+            } else if node.is_leaf() || size <= PIECE_PRIMS {
+                top.nodes.push(Flat {
                     bounds: Aabb::EMPTY,
                     link: roots.len() as u32,
                     count: Flat::PIECE,
@@ -135,7 +140,7 @@ impl<'a> Crown<'a> {
                 roots.push(self.node(index));
             } else {
                 open.extend([(node.first_index + 1, Some(at as u32)), (node.first_index, None)]);
-                top.push(Flat::OPEN);
+                top.nodes.push(Flat::OPEN);
             }
         }
         let (boxes, pieces): (Vec<Aabb>, Vec<T>) = roots
@@ -146,12 +151,12 @@ impl<'a> Crown<'a> {
                 (tree.nodes[0].bounds, finish(tree))
             })
             .unzip();
-        for node in &mut top {
+        for node in &mut top.nodes {
             if node.count == Flat::PIECE {
                 node.bounds = boxes[node.link as usize];
             }
         }
-        Flat::enclose(&mut top);
+        Flat::enclose(&mut top.nodes);
         Forest { top, pieces }
     }
 

@@ -1,7 +1,7 @@
 //! The wide tree, built in parallel.
 //!
 //! Each piece of the binary tree is collapsed by itself, with arrays and numbers of its own; what is above the pieces is
-//! collapsed last, with the pieces as its leaves. Then all are copied behind one another. A piece is always a child of
+//! collapsed last, with the pieces among its leaves. Then all are copied behind one another. A piece is always a child of
 //! a wide node, which costs nothing that can be measured as pieces are large.
 
 use rayon::prelude::*;
@@ -37,7 +37,7 @@ pub(super) fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Opti
     {
         return Some((std::mem::take(&mut whole.nodes), std::mem::take(&mut whole.blocks)));
     }
-    let top = if let [only] = top[..] {
+    let top = if let [only] = top.nodes[..] {
         let mut root = Node::NOTHING;
         root.set(0, &only.bounds, EMPTY);
         order_children(&mut root, 1);
@@ -47,11 +47,7 @@ pub(super) fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Opti
             ..Piece::default()
         }
     } else {
-        let tree = Tree {
-            nodes: top,
-            ids: Vec::new(),
-        };
-        collapse(&tree, geometry, |number| {
+        collapse(&top, geometry, |number| {
             [pieces[number as usize].cost, pieces[number as usize].surface]
         })
     };
@@ -62,7 +58,7 @@ pub(super) fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Opti
 fn join(mut top: Piece, pieces: Vec<Piece>) -> (Vec<Node>, Vec<Block>) {
     let starts: Vec<(usize, usize)> = pieces
         .iter()
-        .scan((top.nodes.len(), 0), |next, piece| {
+        .scan((top.nodes.len(), top.blocks.len()), |next, piece| {
             let start = *next;
             *next = (start.0 + piece.nodes.len(), start.1 + piece.blocks.len());
             Some(start)
@@ -74,7 +70,7 @@ fn join(mut top: Piece, pieces: Vec<Piece>) -> (Vec<Node>, Vec<Block>) {
         top.nodes[node as usize].child[usize::from(lane)] = moved(pieces[number].root, starts[number]);
     }
     let node_count = top.nodes.len() + pieces.iter().map(|piece| piece.nodes.len()).sum::<usize>();
-    let block_count = pieces.iter().map(|piece| piece.blocks.len()).sum();
+    let block_count = top.blocks.len() + pieces.iter().map(|piece| piece.blocks.len()).sum::<usize>();
     let mut nodes = pages::reserve(node_count);
     nodes.extend_from_slice(&top.nodes);
     nodes.par_extend(
@@ -91,9 +87,15 @@ fn join(mut top: Piece, pieces: Vec<Piece>) -> (Vec<Node>, Vec<Block>) {
             }),
     );
     let mut blocks = pages::reserve(block_count);
-    blocks.par_extend((0..block_count).into_par_iter().with_min_len(1024).map(|i| {
-        let piece = starts.partition_point(|start| start.1 <= i) - 1;
-        pieces[piece].blocks[i - starts[piece].1]
-    }));
+    blocks.extend_from_slice(&top.blocks);
+    blocks.par_extend(
+        (top.blocks.len()..block_count)
+            .into_par_iter()
+            .with_min_len(1024)
+            .map(|i| {
+                let piece = starts.partition_point(|start| start.1 <= i) - 1;
+                pieces[piece].blocks[i - starts[piece].1]
+            }),
+    );
     (nodes, blocks)
 }
