@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{super::*, Random, compare, grid, rays, rooms, soup};
-use crate::math::Vec3;
+use crate::math::{Ray, Vec3};
 
 #[test]
 fn cut_triangles_are_covered_by_their_parts() {
@@ -122,6 +122,43 @@ fn copies_of_a_triangle_are_tested_once() {
     accel.cost(&rays, &mut costs);
     assert!(costs.iter().all(|cost| cost.prims <= 1));
     assert!(compare(g, &rays) > 50);
+}
+
+/// A room around more small triangles than a piece of the tree holds, and a sphere.
+fn room_around_a_cloud() -> Geometry {
+    let mut g = soup(40_000, 1, 0.01);
+    g.vertices.iter_mut().for_each(|p| *p *= 0.1);
+    for axis in 0..3 {
+        let [a, b, c] = [0, 1, 2].map(|k| Vec3::AXES[(axis + k) % 3]);
+        for at in [-1.0, 1.0] {
+            let first = g.vertices.len() as u32;
+            g.vertices
+                .extend([b + c, b - c, -b - c, c - b].map(|corner| a * at + corner));
+            g.triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|k| first + k)));
+        }
+    }
+    g
+}
+
+#[test]
+fn walls_are_no_leaf_that_is_the_room() {
+    let g = Arc::new(room_around_a_cloud());
+    let mut r = Random(41);
+    // Between the walls and the cloud, along neither.
+    let short = |_| Ray::segment(Vec3::splat(0.5) + r.vec(0.2), r.vec(0.2), 1.0);
+    let rays: Vec<Ray> = (0..500).map(short).collect();
+    let accel = build(AccelKind::Wide, g).expect("the scene is valid");
+    let mut costs = vec![RayCost::default(); rays.len()];
+    accel.cost(&rays, &mut costs);
+    let tested: u32 = costs.iter().map(|cost| cost.prims).sum();
+    assert!(tested < 500, "{tested} triangles by 500 rays");
+}
+
+#[test]
+fn few_primitives_beside_pieces_are_found_as_by_the_linear_scan() {
+    let g = room_around_a_cloud();
+    let rays = rays(&g, 500);
+    assert!(compare(g, &rays) > 250);
 }
 
 #[test]
