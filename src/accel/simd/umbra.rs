@@ -1,8 +1,9 @@
 //! Shadow rays that are answered before any of them goes through the tree.
 //!
 //! Groups of rays that start next to one another may have nothing in their way, as on a roof: then what encloses the group
-//! ([`Shaft`]) meets no box. And one leaf may block most of them, as a ceiling that the sun shines on: then it is tested with all
-//! rays, sixteen at a time, and with the groups that follow. Where it blocks few of a group, that looks for another.
+//! ([`Shaft`]) meets no box. And one leaf may block most of them, as a ceiling that the sun shines on: then those of its triangles
+//! that the shaft comes to are tested with all rays, sixteen at a time, and with the groups that follow. Where they block few of a
+//! group, that looks for others.
 //!
 //! Some groups of a batch show whether that pays.
 
@@ -30,7 +31,7 @@ const TRIALS: usize = 8;
 /// take as long for all of them where packets suit them best.
 const PAYS: usize = 2;
 
-/// A leaf that blocks one of so many of a group's rays is tested with the next group first.
+/// Triangles that block one of so many of a group's rays are tested with the next group first.
 const KEPT: u32 = 4;
 
 /// Nodes that are looked at for a group.
