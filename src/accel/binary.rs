@@ -3,7 +3,8 @@
 //! Boxes are parted into *plots* of some thousand that lie together ([`super::plots`]); obvhs builds a tree over each, on one
 //! thread and in the cache ([`super::ploc`]). What is above them obvhs improves as one tree ([`super::crown`]). What lies
 //! below a node of that, up to some thousand primitives, is a *piece*: one thread brings it into depth-first
-//! order, with arrays and numbers of its own, and hands it to what is to be made of it while it lies in the cache.
+//! order, with arrays and numbers of its own, and hands it to what is to be made of it while it lies in the cache. A few primitives
+//! are none, but belong to the tree above.
 //!
 //! Time is linear in the number of boxes but for the halving's few levels, whatever the boxes are. The tree depends on
 //! the boxes alone, not on the number of threads.

@@ -299,4 +299,39 @@ mod tests {
         }
         assert!(left > 1500 && met > 500, "{left} {met}");
     }
+
+    #[test]
+    fn only_a_ceiling_is_in_the_way_of_what_is_below_and_nothing_of_what_leaves_it() {
+        let mut block = Block::NOTHING;
+        let wall = Vec3::new(2.0, 1.0, -2.0);
+        let corners = [
+            [
+                Vec3::new(-2.0, 1.0, -2.0),
+                Vec3::new(2.0, 1.0, -2.0),
+                Vec3::new(2.0, 1.0, 2.0),
+            ],
+            [
+                Vec3::new(-2.0, 1.0, -2.0),
+                Vec3::new(2.0, 1.0, 2.0),
+                Vec3::new(-2.0, 1.0, 2.0),
+            ],
+            [wall, wall + Vec3::Z * 4.0, wall - Vec3::Y * 2.0],
+        ];
+        for (lane, corners) in corners.into_iter().enumerate() {
+            block.set(lane, corners, lane as u32);
+        }
+        let ids: Vec<u32> = (0..GROUP).collect();
+        for (height, expected) in [(1.0_f32.next_up(), 0), (-0.5, 0b11)] {
+            let rays: Vec<Ray> = (0..GROUP)
+                .map(|k| {
+                    let at = vec(k, 1) * 0.1;
+                    let o = Vec3::new(at.x, height, at.z);
+                    Ray::segment(o, Vec3::new(1.0, 9.0, 2.0) - o, 0.999)
+                })
+                .collect();
+            let mut shaft = Shaft::default();
+            assert!(shaft.enclose(Portable, &rays, &ids, 4.0));
+            assert_eq!(shaft.in_the_way(Portable, &block), expected, "from {height}");
+        }
+    }
 }

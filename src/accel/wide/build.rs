@@ -56,46 +56,46 @@ pub(super) fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Opti
 
 /// Puts all pieces behind one another and corrects their numbers.
 fn join(mut top: Piece, pieces: Vec<Piece>) -> (Vec<Node>, Vec<Block>) {
-    let starts: Vec<(usize, usize)> = pieces
-        .iter()
-        .scan((top.nodes.len(), top.blocks.len()), |next, piece| {
-            let start = *next;
-            *next = (start.0 + piece.nodes.len(), start.1 + piece.blocks.len());
-            Some(start)
-        })
-        .collect();
-    let moved = |child: u32, (nodes, blocks): (usize, usize)| node::moved(child, nodes as isize, blocks as isize);
+    let nodes: Vec<&[Node]> = pieces.iter().map(|piece| &piece.nodes[..]).collect();
+    let blocks: Vec<&[Block]> = pieces.iter().map(|piece| &piece.blocks[..]).collect();
+    let (node_starts, block_starts) = (starts(top.nodes.len(), &nodes), starts(top.blocks.len(), &blocks));
+    let moved =
+        |child: u32, piece: usize| node::moved(child, node_starts[piece] as isize, block_starts[piece] as isize);
     for &(node, lane, number) in &top.joints {
         let number = number as usize;
-        top.nodes[node as usize].child[usize::from(lane)] = moved(pieces[number].root, starts[number]);
+        top.nodes[node as usize].child[usize::from(lane)] = moved(pieces[number].root, number);
     }
-    let node_count = top.nodes.len() + pieces.iter().map(|piece| piece.nodes.len()).sum::<usize>();
-    let block_count = top.blocks.len() + pieces.iter().map(|piece| piece.blocks.len()).sum::<usize>();
-    let mut nodes = pages::reserve(node_count);
-    nodes.extend_from_slice(&top.nodes);
-    nodes.par_extend(
-        (top.nodes.len()..node_count)
-            .into_par_iter()
-            .with_min_len(1024)
-            .map(|i| {
-                let piece = starts.partition_point(|start| start.0 <= i) - 1;
-                let node = pieces[piece].nodes[i - starts[piece].0];
-                Node {
-                    child: node.child.map(|child| moved(child, starts[piece])),
-                    ..node
-                }
-            }),
-    );
-    let mut blocks = pages::reserve(block_count);
-    blocks.extend_from_slice(&top.blocks);
-    blocks.par_extend(
-        (top.blocks.len()..block_count)
-            .into_par_iter()
-            .with_min_len(1024)
-            .map(|i| {
-                let piece = starts.partition_point(|start| start.1 <= i) - 1;
-                pieces[piece].blocks[i - starts[piece].1]
-            }),
-    );
+    let nodes = behind(&top.nodes, &nodes, &node_starts, |node: &Node, piece| Node {
+        child: node.child.map(|child| moved(child, piece)),
+        ..*node
+    });
+    let blocks = behind(&top.blocks, &blocks, &block_starts, |block: &Block, _| *block);
     (nodes, blocks)
+}
+
+/// Where each of the parts begins behind the `first` ones and one another, and where the last ends.
+fn starts<T>(first: usize, parts: &[&[T]]) -> Vec<usize> {
+    let mut starts = vec![first];
+    starts.extend(parts.iter().scan(first, |next, part| {
+        *next += part.len();
+        Some(*next)
+    }));
+    starts
+}
+
+/// The `top`'s, and behind them those of all parts, `moved` to where their part begins.
+fn behind<T: Copy + Send + Sync>(
+    top: &[T],
+    parts: &[&[T]],
+    starts: &[usize],
+    moved: impl Fn(&T, usize) -> T + Sync,
+) -> Vec<T> {
+    let count = starts[parts.len()];
+    let mut all = pages::reserve(count);
+    all.extend_from_slice(top);
+    all.par_extend((top.len()..count).into_par_iter().with_min_len(1024).map(|i| {
+        let part = starts.partition_point(|&start| start <= i) - 1;
+        moved(&parts[part][i - starts[part]], part)
+    }));
+    all
 }
