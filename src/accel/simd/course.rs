@@ -51,6 +51,13 @@ static SIDES: [[u8; 4]; 8] = {
 };
 
 impl Course {
+    /// [`Course::inv`], and then [`Course::tmin`].
+    #[inline(always)]
+    pub fn reciprocals(&self) -> &[f32; 4] {
+        // SAFETY: so the fields lie.
+        unsafe { &*ptr::from_ref(&self.inv).cast() }
+    }
+
     /// Sets the axes on which the direction is negative, a bit for each.
     #[inline(always)]
     pub fn set_octant(&mut self, negative: u32) {

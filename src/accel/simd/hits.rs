@@ -1,90 +1,87 @@
 //! Which of the triangles that rays in flight may hit they hit.
 //!
-//! Whether they do can hardly be foretold, so nothing here branches on it: of a block the nearest hit is found on vectors, two
-//! blocks at a time, and kept or not by selection. Only where several triangles are equally near is there a branch.
+//! Of eight that were tested together seldom more than one is left, so each is decided by itself, with the three axes of its
+//! own box side by side. Whether it is hit can hardly be foretold, so nothing here branches on it: it is kept or not by
+//! selection.
 
 use std::hint::select_unpredictable;
 
 use super::{
-    super::wide::node::Block,
+    super::{slab::TINY, wide::node::Block},
     inflight::Inside,
     lanes::{Floats, Level, Mask},
     query::{Best, Query},
     slot::Slot,
-    triangle::{self, Crossing, Vec3s, join, join3},
+    triangle::{self, Crossing, PADDING},
 };
 
-/// What of two blocks is hit.
-pub struct Hits {
-    t: [f32; 8],
-    u: [f32; 8],
-    v: [f32; 8],
-    /// The nearest ones of each block, or all where any hit will do; a bit for each.
-    nearest: u32,
+/// Where a ray meets a triangle.
+pub struct Meet {
+    /// Whether that is behind where the ray begins, and where any hit will do before where it ends.
+    is_hit: bool,
+    t: f32,
+    u: f32,
+    v: f32,
 }
 
-/// Decides among these `lanes` of two blocks.
+/// Where a slot's ray meets triangle `k` of a block.
 #[inline(always)]
-pub fn decide<L: Level, Q: Query>(
-    level: L,
-    [(slot, block), (slot2, block2)]: [(&Slot, &Block); 2],
-    lanes: u32,
-    crossing: &Crossing<L::F8>,
-) -> Hits {
-    let ([a, b, c], [a2, b2, c2]) = (&block.corners, &block2.corners);
-    let corners = [
-        join3(level, a.each_ref(), a2.each_ref()),
-        join3(level, b.each_ref(), b2.each_ref()),
-        join3(level, c.each_ref(), c2.each_ref()),
-    ];
-    let o = three(level, &slot.origin(), &slot2.origin());
-    let inv = three(level, &slot.course.inv, &slot2.course.inv);
-    let meets = triangle::meet(triangle::stretch_any(&o, &inv, &corners), crossing);
-    let tmin = both(level, slot.course.tmin, slot2.course.tmin);
-    let lanes = join(level, set(lanes), set(lanes >> 4));
-    let within = tmin.lt(meets.t).and(meets.valid).and(lanes.lt(level.splat8(0.0)));
-    let nearest = if Q::ANY {
-        within.and(meets.t.le(both(level, slot.best.t, slot2.best.t)))
-    } else {
-        let t = meets.t.select(within, level.splat8(f32::INFINITY));
-        let [x, y, z, w] = level.quads(t);
-        within.and(t.eq(x.min(y).min(z.min(w))))
-    };
-    Hits {
-        t: meets.t.to_array(),
-        u: meets.u.to_array(),
-        v: meets.v.to_array(),
-        nearest: nearest.bits(),
-    }
-}
-
-/// Keeps the nearest hit of the first block (0), or of the second (1), if it is nearer than what its ray has; whether it is.
-#[inline(always)]
-pub fn keep<Q: Query, const INSTANCES: bool>(
-    hits: &Hits,
-    which: usize,
-    slot: &mut Slot,
-    inside: &mut Inside,
-    block: &Block,
-) -> bool {
-    let first = 4 * (which & 1);
-    let nearest = hits.nearest >> first & 0b1111;
-    let best = slot.best;
+pub fn meet<L: Level, Q: Query>(level: L, slot: &Slot, block: &Block, k: usize, crossing: &Crossing<L::F4>) -> Meet {
+    // All lanes are alike but those of the box, of which the first counts.
+    let meets = triangle::meet(stretch(level, slot, block, k), crossing);
+    let mut is_hit = meets.valid.and(level.splat4(slot.course.tmin).lt(meets.t));
     if Q::ANY {
-        slot.best.id = select_unpredictable(nearest != 0, 0, best.id);
-        return nearest != 0;
+        is_hit = is_hit.and(meets.t.le(level.splat4(slot.best.t)));
     }
-    let mut k = nearest.trailing_zeros() as usize & 3;
-    if nearest & nearest.wrapping_sub(1) != 0 {
-        k = lowest(nearest, block);
+    Meet {
+        is_hit: is_hit.bits() & 1 == 1,
+        t: meets.t.to_array()[0],
+        u: meets.u.to_array()[0],
+        v: meets.v.to_array()[0],
     }
-    let (t, id) = (hits.t[first + k], block.ids[k]);
+}
+
+/// What [`triangle::stretch`] gives, in the first lane. Which axis comes first does not matter.
+#[inline(always)]
+fn stretch<L: Level>(level: L, slot: &Slot, block: &Block, k: usize) -> [L::F4; 2] {
+    let [a, b, c] = slot.turn(&block.corners);
+    let (a, b, c) = (corner(level, a, k), corner(level, b, k), corner(level, c, k));
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    let pad = low.abs().max(high.abs()).mul(level.splat4(PADDING));
+    let (o, tiny) = (level.load4(&slot.line()[0]), level.splat4(TINY));
+    let low = low.sub(pad).sub(o).sub(tiny);
+    let high = high.add(pad).sub(o).add(tiny);
+    let inv = level.turn4(level.load4(slot.course.reciprocals()), slot.last());
+    // Reciprocals are neither zero nor infinite, so that of two products the one with the nearer face is not larger.
+    let (p, q) = (low.mul(inv), high.mul(inv));
+    let (near, far) = (p.min(q), p.max(q));
+    [
+        near.max(level.turn4(near, 1)).max(level.turn4(near, 2)),
+        far.min(level.turn4(far, 1)).min(level.turn4(far, 2)),
+    ]
+}
+
+/// A corner of one of four triangles.
+#[inline(always)]
+fn corner<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3], k: usize) -> L::F4 {
+    level.load4(&[x[k], y[k], z[k], 0.0])
+}
+
+/// Keeps a hit of the triangle with number `id` if it is nearer than what the slot's ray has; whether it is.
+#[inline(always)]
+pub fn keep<Q: Query, const INSTANCES: bool>(meet: &Meet, id: u32, slot: &mut Slot, inside: &mut Inside) -> bool {
+    let best = slot.best;
+    let Meet { is_hit, t, u, v } = *meet;
+    if Q::ANY {
+        slot.best.id = select_unpredictable(is_hit, 0, best.id);
+        return is_hit;
+    }
     let again = INSTANCES && t == best.t && id == best.id && inside.current < inside.best;
-    let found = (nearest != 0) & (best.loses_to(t, id) | again);
+    let found = is_hit & (best.loses_to(t, id) | again);
     slot.set_best(Best {
         t: choose(found, t, best.t),
-        u: choose(found, hits.u[first + k], best.u),
-        v: choose(found, hits.v[first + k], best.v),
+        u: choose(found, u, best.u),
+        v: choose(found, v, best.v),
         id: select_unpredictable(found, id, best.id),
     });
     if INSTANCES {
@@ -93,49 +90,7 @@ pub fn keep<Q: Query, const INSTANCES: bool>(
     found
 }
 
-/// Of those triangles of a block that are equally near, which happens along edges, the one with the lowest number.
-#[cold]
-#[inline(never)]
-fn lowest(lanes: u32, block: &Block) -> usize {
-    let lanes = (0..4).filter(|k| lanes >> k & 1 == 1);
-    lanes.min_by_key(|&k| block.ids[k]).unwrap_or(0)
-}
-
 #[inline(always)]
 fn choose(new: bool, a: f32, b: f32) -> f32 {
     f32::from_bits(select_unpredictable(new, a.to_bits(), b.to_bits()))
 }
-
-/// The first four lanes for the one block, the others for the other.
-#[inline(always)]
-fn both<L: Level>(level: L, a: f32, b: f32) -> L::F8 {
-    level.join4(level.splat4(a), level.splat4(b))
-}
-
-#[inline(always)]
-fn three<L: Level>(level: L, a: &[f32; 3], b: &[f32; 3]) -> Vec3s<L::F8> {
-    [
-        both(level, a[0], b[0]),
-        both(level, a[1], b[1]),
-        both(level, a[2], b[2]),
-    ]
-}
-
-/// Less than zero in these lanes.
-#[inline(always)]
-fn set(lanes: u32) -> &'static [f32; 4] {
-    &SETS[lanes as usize & 0b1111]
-}
-
-static SETS: [[f32; 4]; 16] = {
-    let mut sets = [[0.0; 4]; 16];
-    let mut bits = 0;
-    while bits < 64 {
-        let (set, lane) = (bits / 4, bits % 4);
-        if set >> lane & 1 == 1 {
-            sets[set][lane] = -1.0;
-        }
-        bits += 1;
-    }
-    sets
-};

@@ -61,9 +61,6 @@ const AXES: [[u8; 4]; 4] = {
     [[x, y, z, 0], [y, z, x, 0], [z, x, y, 0], [x, y, z, 0]]
 };
 
-/// Where the world's axes are in the orders that begin with x, y and z; the last is for no order.
-static BACK: [[usize; 3]; 4] = [[0, 1, 2], [2, 0, 1], [1, 2, 0], [0, 1, 2]];
-
 /// A ray's origin and `tmin`, its direction and `tmax`.
 #[inline(always)]
 pub fn numbers(ray: &Ray) -> &[f32; 8] {
@@ -207,12 +204,10 @@ impl Slot {
         usize::from(unsafe { ptr::read_volatile(&self.axes[k]) })
     }
 
-    /// The origin in the order of the world's axes.
+    /// For what [`Level::turn4`] brings numbers of the world's axes into the order of the slot's.
     #[inline(always)]
-    pub fn origin(&self) -> [f32; 3] {
-        let [o, ..] = self.line();
-        let [x, y, z] = BACK[axis(self.axes[0]) & 3];
-        [o[x & 3], o[y & 3], o[z & 3]]
+    pub fn last(&self) -> usize {
+        self.place(0) / size_of::<Row>()
     }
 }
 
@@ -243,7 +238,8 @@ mod tests {
             assert_eq!(slot.shear, [shear.x, shear.y], "{d}");
             assert_eq!(slot.o, shear.turn(&ray.o).to_array());
             assert_eq!(slot.d, shear.turn(&d).to_array());
-            assert_eq!(Vec3::from(slot.origin()), ray.o, "{d}");
+            let o = Portable.load4(&[ray.o.x, ray.o.y, ray.o.z, 0.0]);
+            assert_eq!(three(Portable.turn4(o, slot.last())), slot.o, "{d}");
             assert_eq!(
                 slot.course.negative(),
                 [d.x, d.y, d.z].map(f32::is_sign_negative),

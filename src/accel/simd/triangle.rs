@@ -9,6 +9,9 @@ use super::{
     lanes::{Floats, Level, Mask},
 };
 
+/// How far triangles' own boxes reach beyond them, relative to the larger coordinate.
+pub const PADDING: f32 = 4.0 * f32::EPSILON;
+
 pub type Vec3s<F> = [F; 3];
 
 /// Where the corners of triangles lie relative to a ray's origin, in the order of its [`Shear::axes`].
@@ -58,34 +61,17 @@ impl<F: Floats<Array = [f32; 8]>> Crossing<F> {
 }
 
 impl Crossing<[f32; 8]> {
+    /// One of the eight, in all lanes.
     #[inline(always)]
-    pub fn load<L: Level>(&self, level: L) -> Crossing<L::F8> {
+    pub fn spread<L: Level>(&self, level: L, k: usize) -> Crossing<L::F4> {
         Crossing {
-            u: level.load8(&self.u),
-            v: level.load8(&self.v),
-            w: level.load8(&self.w),
-            det: level.load8(&self.det),
-            t_det: level.load8(&self.t_det),
+            u: level.splat4(self.u[k]),
+            v: level.splat4(self.v[k]),
+            w: level.splat4(self.w[k]),
+            det: level.splat4(self.det[k]),
+            t_det: level.splat4(self.t_det[k]),
         }
     }
-
-    /// The first four of one (0), or the last (1), and the same of another.
-    #[inline(always)]
-    pub fn join<L: Level>(level: L, [a, b]: [&Self; 2], [i, j]: [usize; 2]) -> Crossing<L::F8> {
-        Crossing {
-            u: join(level, half(&a.u, i), half(&b.u, j)),
-            v: join(level, half(&a.v, i), half(&b.v, j)),
-            w: join(level, half(&a.w, i), half(&b.w, j)),
-            det: join(level, half(&a.det, i), half(&b.det, j)),
-            t_det: join(level, half(&a.t_det, i), half(&b.t_det, j)),
-        }
-    }
-}
-
-/// The first four (0), or the last (1).
-#[inline(always)]
-fn half(eight: &[f32; 8], last: usize) -> &[f32; 4] {
-    &eight.as_chunks().0[last & 1]
 }
 
 /// Triangles that may be hit.
@@ -223,7 +209,7 @@ pub fn faces<F: Floats>(o: &Vec3s<F>, negative: [bool; 3], corners: &[Vec3s<F>; 
 #[inline(always)]
 pub fn boxes<F: Floats>(corners: &[Vec3s<F>; 3]) -> [Vec3s<F>; 2] {
     let [a, b, c] = *corners;
-    let padding = a[0].fill(4.0 * f32::EPSILON);
+    let padding = a[0].fill(PADDING);
     let mut low = each(each(a, b, F::min), c, F::min);
     let mut high = each(each(a, b, F::max), c, F::max);
     for axis in 0..3 {
@@ -282,9 +268,8 @@ pub fn meet<F: Floats>([enter, leave]: [F; 2], crossing: &Crossing<F>) -> Meets<
     let infinity = u.fill(f32::INFINITY);
     let raw = t_det.div(det);
     let sum = u.add(v).add(w);
-    let (u, v) = (v.div(sum), w.div(sum));
-    let numbers = u.eq(u).and(v.eq(v)).and(raw.abs().lt(infinity));
-    let valid = det.differs(zero).and(sum.differs(zero)).and(numbers);
+    // So neither `raw` is infinite nor are the weights no numbers; told without them, as not everyone asks for them.
+    let valid = raw.abs().max(v.abs()).max(w.abs()).lt(infinity).and(sum.differs(zero));
 
     let slack = u.fill(CLIP_SLACK);
     let enter = enter.sub(enter.abs().mul(slack));
@@ -294,7 +279,7 @@ pub fn meet<F: Floats>([enter, leave]: [F; 2], crossing: &Crossing<F>) -> Meets<
     Meets {
         valid: valid.and(enter.le(leave)).and(near),
         t,
-        u,
-        v,
+        u: v.div(sum),
+        v: w.div(sum),
     }
 }

@@ -27,28 +27,20 @@ struct Met {
     crossing: Crossing<[f32; 8]>,
 }
 
-/// A block of such a pair: twice the pair's place among them, and one more for the second block.
-type Half = u8;
-
-const _: () = assert!(MOST <= 1 << Half::BITS);
-
 /// The blocks that rays have come to in a pass.
 pub struct Visits {
-    /// Where the rays' slots lie.
-    slots: [usize; MOST],
-    blocks: [*const Block; MOST],
+    /// Where the rays' slots lie. One more may be written than counts; so of the blocks.
+    slots: [usize; MOST + 1],
+    blocks: [*const Block; MOST + 1],
     met: [MaybeUninit<Met>; MOST / 2],
-    /// One more may be written than counts.
-    halves: [Half; MOST + 1],
 }
 
 impl Visits {
     pub fn new() -> Self {
         Self {
-            slots: [0; MOST],
-            blocks: [ptr::null(); MOST],
+            slots: [0; MOST + 1],
+            blocks: [ptr::null(); MOST + 1],
             met: [const { MaybeUninit::uninit() }; MOST / 2],
-            halves: [0; MOST + 1],
         }
     }
 
@@ -58,26 +50,27 @@ impl Visits {
     /// There is such a slot, and of each slot there is one leaf. A leaf has as many blocks as [`MAX_LEAF`] at most.
     #[inline(always)]
     pub unsafe fn add<L: Level>(&mut self, level: L, mut count: usize, slot: usize, blocks: &[Block]) -> usize {
-        level.prefetch::<3>(blocks.as_ptr().cast());
-        let Some((first, others)) = blocks.split_first() else {
-            return count;
-        };
-        // SAFETY: there is room for all blocks that a leaf of each slot can have.
-        unsafe { self.put(count, slot, first) };
-        count += 1;
-        for block in others {
-            // SAFETY: as above.
-            unsafe { self.put(count, slot, block) };
-            count += 1;
+        let first = blocks.as_ptr();
+        level.prefetch::<3>(first.cast());
+        // Whether there is a second one cannot be foretold; more are rare.
+        // SAFETY: there is room for all blocks that a leaf of each slot can have, and for one more.
+        unsafe {
+            self.put(count, slot, first);
+            self.put(count + 1, slot, first.wrapping_add(1));
         }
-        count
+        for block in blocks.iter().skip(2) {
+            count += 1;
+            // SAFETY: as above.
+            unsafe { self.put(count + 1, slot, block) };
+        }
+        count + blocks.len().min(2)
     }
 
     /// # Safety
-    /// `at` is below [`MOST`].
+    /// `at` is at most [`MOST`].
     #[inline(always)]
     unsafe fn put(&mut self, at: usize, slot: usize, block: *const Block) {
-        debug_assert!(at < MOST);
+        debug_assert!(at <= MOST);
         // SAFETY: by this function's own contract.
         unsafe {
             *self.slots.get_unchecked_mut(at) = slot;
@@ -134,78 +127,28 @@ impl Visits {
             at += 2;
         }
         let mut nearer = 0;
-        if Q::ANY {
-            for met in &self.met[..pairs.min(MOST / 2)] {
-                // SAFETY: so many were written, and what they say of was added.
-                nearer |= unsafe {
-                    let Met { at, lanes, crossing } = met.assume_init_ref();
-                    self.decide::<L, Q, INSTANCES>(level, [*at, at + 1], *lanes, &crossing.load(level), slots, inside)
-                };
+        for met in &self.met[..pairs.min(MOST / 2)] {
+            // SAFETY: so many were written.
+            let Met {
+                at,
+                mut lanes,
+                ref crossing,
+            } = *unsafe { met.assume_init_ref() };
+            loop {
+                let lane = lanes.trailing_zeros() as usize % 8;
+                lanes &= lanes - 1;
+                // SAFETY: what is in the list was added.
+                let (slot, block) = unsafe { self.visit(slots, at + lane / 4) };
+                let meet = hits::meet::<L, Q>(level, slot, block, lane % 4, &crossing.spread(level, lane));
+                let id = number(slots, slot);
+                let is_nearer = hits::keep::<Q, INSTANCES>(&meet, block.ids[lane % 4], &mut slots[id], &mut inside[id]);
+                nearer |= u64::from(is_nearer) << id;
+                if lanes == 0 {
+                    break;
+                }
             }
-            return nearer;
-        }
-        // Of most pairs one block is met, and what follows is longer than where any hit will do: two of those at once.
-        let mut halves = 0;
-        for (pair, met) in self.met[..pairs.min(MOST / 2)].iter().enumerate() {
-            // SAFETY: so many were written, and there are two halves of each.
-            unsafe {
-                let lanes = met.assume_init_ref().lanes;
-                *self.halves.get_unchecked_mut(halves) = 2 * pair as Half;
-                halves += usize::from(lanes & 0b1111 != 0);
-                *self.halves.get_unchecked_mut(halves) = 2 * pair as Half + 1;
-                halves += usize::from(lanes > 0b1111);
-            }
-        }
-        if halves % 2 == 1 {
-            // Here as well the last one twice: what is kept already is not nearer.
-            self.halves[halves % MOST] = self.halves[halves - 1];
-        }
-        let mut next = 0;
-        while next < halves {
-            // SAFETY: so many were written, and what they say of was as well.
-            nearer |= unsafe {
-                let (first, i) = self.half(*self.halves.get_unchecked(next));
-                let (second, j) = self.half(*self.halves.get_unchecked(next + 1));
-                let lanes = first.lanes >> (4 * i) & 0b1111 | second.lanes >> (4 * j) << 4;
-                let crossing = Crossing::join(level, [&first.crossing, &second.crossing], [i, j]);
-                self.decide::<L, Q, INSTANCES>(level, [first.at + i, second.at + j], lanes, &crossing, slots, inside)
-            };
-            next += 2;
         }
         nearer
-    }
-
-    /// # Safety
-    /// There is such a half of a pair that was written.
-    #[inline(always)]
-    unsafe fn half(&self, half: Half) -> (&Met, usize) {
-        let (pair, half) = (usize::from(half / 2), usize::from(half % 2));
-        // SAFETY: by this function's own contract.
-        (unsafe { self.met.get_unchecked(pair).assume_init_ref() }, half)
-    }
-
-    /// Keeps what of two blocks in the list is hit among these `lanes`; the set of slots of whose rays that is.
-    ///
-    /// # Safety
-    /// The blocks were added, and still exist.
-    #[inline(always)]
-    unsafe fn decide<L: Level, Q: Query, const INSTANCES: bool>(
-        &self,
-        level: L,
-        at: [usize; 2],
-        lanes: u32,
-        crossing: &Crossing<L::F8>,
-        slots: &mut [Slot; SLOTS],
-        inside: &mut [Inside; SLOTS],
-    ) -> u64 {
-        // SAFETY: by this function's own contract.
-        let [first, second] = unsafe { [self.visit(slots, at[0]), self.visit(slots, at[1])] };
-        let hits = hits::decide::<L, Q>(level, [first, second], lanes, crossing);
-        let (a, b) = (number(slots, first.0), number(slots, second.0));
-        let blocks = [first.1, second.1];
-        let first = hits::keep::<Q, INSTANCES>(&hits, 0, &mut slots[a], &mut inside[a], blocks[0]);
-        let second = hits::keep::<Q, INSTANCES>(&hits, 1, &mut slots[b], &mut inside[b], blocks[1]);
-        u64::from(first) << a | u64::from(second) << b
     }
 }
 
