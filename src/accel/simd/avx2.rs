@@ -198,6 +198,8 @@ fn opaque(mut v: __m256) -> __m256 {
 pub struct Order(__m256i);
 
 impl Level for Avx2 {
+    const SIXTEEN: bool = false;
+
     type F4 = F4;
     type F8 = F8;
     type F16 = Pair<F8>;

@@ -126,6 +126,8 @@ impl Floats for F16 {
 }
 
 impl Level for Avx512 {
+    const SIXTEEN: bool = true;
+
     type F4 = F4;
     type F8 = F8;
     type F16 = F16;

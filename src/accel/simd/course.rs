@@ -3,7 +3,7 @@
 use std::{mem::offset_of, ptr};
 
 use super::{
-    super::wide::node::Node,
+    super::{slab::LEAVE, wide::node::Node},
     lanes::{Floats, Level},
     scratch::Ends,
     slot::SIDE,
@@ -102,5 +102,23 @@ impl Course {
             enter(0).max(enter(1).max(enter(2).max(inv[3]))),
             leave(0).min(leave(1).min(leave(2).min(near[3]))),
         )
+    }
+
+    /// Which boxes it comes to, given as the least and the greatest on each axis; for what has reciprocals of its own for leaving.
+    #[inline(always)]
+    pub fn meets<F: Floats>(&self, [low, high]: &[[F; 3]; 2], inv_far: &[f32; 4]) -> F::Mask {
+        let negative = self.negative();
+        let (mut enter, mut leave) = (low[0].fill(self.tmin), low[0].fill(self.end));
+        for axis in 0..3 {
+            let (near, far) = if negative[axis] {
+                (high[axis], low[axis])
+            } else {
+                (low[axis], high[axis])
+            };
+            let (inv, inv_far) = (near.fill(self.inv[axis]), near.fill(inv_far[axis]));
+            enter = near.mul_add(inv, near.fill(self.near[axis])).max(enter);
+            leave = far.mul_add(inv_far, near.fill(self.far[axis])).min(leave);
+        }
+        enter.le(leave.mul(leave.fill(LEAVE)))
     }
 }

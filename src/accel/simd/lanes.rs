@@ -79,6 +79,9 @@ pub struct Top<'a> {
 
 /// What a processor can do.
 pub trait Level: Runner {
+    /// Whether sixteen floats are one vector.
+    const SIXTEEN: bool;
+
     type F4: Floats<Array = [f32; 4]>;
     type F8: Floats<Array = [f32; 8]>;
     type F16: Floats<Array = [f32; 16]>;

@@ -130,6 +130,8 @@ impl<const N: usize> Mask for Bits<N> {
 }
 
 impl Level for Portable {
+    const SIXTEEN: bool = false;
+
     type F4 = Array<4>;
     type F8 = Pair<Array<4>>;
     type F16 = Array<16>;

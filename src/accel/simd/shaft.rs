@@ -119,24 +119,11 @@ impl Shaft {
             load3(level, b.each_ref()),
             load3(level, c.each_ref()),
         ];
-        let [low, high] = boxes(&corners);
+        let met = self.course.meets(&boxes(&corners), &self.inv_far);
         let [a, b, c] = corners;
         let negative = self.course.negative();
-        let (mut enter, mut leave) = (level.splat4(self.course.tmin), level.splat4(self.course.end));
         let mut left = 0;
         for axis in 0..3 {
-            let (near, far) = if negative[axis] {
-                (high[axis], low[axis])
-            } else {
-                (low[axis], high[axis])
-            };
-            let (inv, inv_far) = (self.course.inv[axis], self.inv_far[axis]);
-            enter = near
-                .mul_add(level.splat4(inv), level.splat4(self.course.near[axis]))
-                .max(enter);
-            leave = far
-                .mul_add(level.splat4(inv_far), level.splat4(self.course.far[axis]))
-                .min(leave);
             let is_behind = if negative[axis] {
                 level.splat4(self.o[1][axis]).le(a[axis])
             } else {
@@ -144,7 +131,6 @@ impl Shaft {
             };
             left |= a[axis].eq(b[axis]).and(a[axis].eq(c[axis])).and(is_behind).bits();
         }
-        let met = enter.le(leave.mul(level.splat4(LEAVE)));
         let exists = a[0].eq(a[0]);
         met.and(exists).bits() & !left & 0b1111
     }
