@@ -51,11 +51,17 @@ static SIDES: [[u8; 4]; 8] = {
 };
 
 impl Course {
-    /// [`Course::inv`], and then [`Course::tmin`].
+    /// [`Course::inv`], [`Course::near`] and [`Course::far`], each with what follows it.
     #[inline(always)]
-    pub fn reciprocals(&self) -> &[f32; 4] {
-        // SAFETY: so the fields lie.
-        unsafe { &*ptr::from_ref(&self.inv).cast() }
+    pub fn rows(&self) -> &[[f32; 4]; 3] {
+        // SAFETY: so the fields lie, and any bits are a number.
+        unsafe { &*ptr::from_ref(self).cast() }
+    }
+
+    #[inline(always)]
+    pub fn rows_mut(&mut self) -> &mut [[f32; 4]; 3] {
+        // SAFETY: as above, and any number is four bytes.
+        unsafe { &mut *ptr::from_mut(self).cast() }
     }
 
     /// Sets the axes on which the direction is negative, a bit for each.
@@ -82,8 +88,7 @@ impl Course {
     /// left, where it has such. A distance that is not a number does not count.
     #[inline(always)]
     pub fn cross<L: Level>(&self, level: L, node: &Node, inv_far: Option<&[f32; 4]>) -> (L::F8, L::F8) {
-        // SAFETY: so the first fields lie, and any bits are a number.
-        let [inv, near, far] = unsafe { &*ptr::from_ref(self).cast::<[[f32; 4]; 3]>() };
+        let [inv, near, far] = self.rows();
         let [inv, near, far] = [level.four8(inv), level.four8(near), level.four8(far)];
         let inv_far = inv_far.map_or(inv, |inv| level.four8(inv));
         // SAFETY: an ordinary read, of which the compiler shall not make one of a vector, and then parts of that.

@@ -51,7 +51,7 @@ fn stretch<L: Level>(level: L, slot: &Slot, block: &Block, k: usize) -> [L::F4; 
     let (o, tiny) = (level.load4(&slot.line()[0]), level.splat4(TINY));
     let low = low.sub(pad).sub(o).sub(tiny);
     let high = high.add(pad).sub(o).add(tiny);
-    let inv = level.turn4(level.load4(slot.course.reciprocals()), slot.last());
+    let inv = level.turn4(level.load4(&slot.course.rows()[0]), slot.last());
     // Reciprocals are neither zero nor infinite, so that of two products the one with the nearer face is not larger.
     let (p, q) = (low.mul(inv), high.mul(inv));
     let (near, far) = (p.min(q), p.max(q));

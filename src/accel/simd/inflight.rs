@@ -313,7 +313,7 @@ unsafe fn instance_step<L: Level>(
     if leaf != EXIT {
         let number = number(leaf);
         let placed = &geometry.instances[number as usize];
-        if slot.set_line(level, &geometry.enter(placed, ray), tree.spread.inside()) {
+        if slot.turn_to(level, &geometry.enter(placed, ray), tree.spread.inside()) {
             inside.current = Instance(number);
             let top = slot.course.stack.top as usize;
             for (at, child) in [(top, EXIT), (top - 1, tree.group_root(placed.group))] {
@@ -328,5 +328,5 @@ unsafe fn instance_step<L: Level>(
         }
     }
     inside.current = Instance::NONE;
-    slot.set_line(level, ray, tree.spread);
+    slot.turn_to(level, ray, tree.spread);
 }

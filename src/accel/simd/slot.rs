@@ -101,23 +101,52 @@ pub fn three<F: Floats<Array = [f32; 4]>>(v: F) -> [f32; 3] {
     [x, y, z]
 }
 
+/// Where a ray begins and ends: [`Course::tmin`], [`Slot::begin`], [`Course::end`] and [`Slot::until`].
+struct Span {
+    tmin: f32,
+    begin: f32,
+    end: f32,
+    until: f32,
+}
+
+/// Three numbers and a fourth one, to be written at once.
+#[inline(always)]
+fn row_with<L: Level>(level: L, three: L::F4, fourth: f32) -> Row {
+    let of_three = level.load4(&[0.0, 0.0, 0.0, 1.0]).lt(level.splat4(0.5));
+    three.select(of_three, level.splat4(fourth)).to_array()
+}
+
 impl Slot {
     /// Whether there is anything to do for the ray, of which nothing is known yet.
     #[inline(always)]
     pub fn start<L: Level>(&mut self, level: L, ray: &Ray, number: usize, spread: Spread) -> bool {
-        self.course.tmin = ray.tmin;
-        self.begin = ray.tmin - ray.tmin.abs() * BEYOND;
-        self.set_best(Best::none(ray.tmax));
+        self.best = Best::none(ray.tmax);
         self.ray = number as u32;
         self.course.stack.clear();
-        ray.tmin <= ray.tmax && self.set_line(level, ray, spread)
+        let span = Span {
+            tmin: ray.tmin,
+            begin: ray.tmin - ray.tmin.abs() * BEYOND,
+            end: ray.tmax * END,
+            until: ray.tmax + ray.tmax.abs() * BEYOND,
+        };
+        ray.tmin <= ray.tmax && self.set_line(level, ray, span, spread)
     }
 
-    /// Goes on along the line of `ray`, which is that of the slot's ray in one space or another; whether it can meet
-    /// anything.
+    /// Goes on along the line of `ray`, which is that of the slot's ray in another space; whether it can meet anything.
     #[inline(always)]
-    pub fn set_line<L: Level>(&mut self, level: L, ray: &Ray, spread: Spread) -> bool {
-        self.set_planes(level, ray, spread) || self.set_any_planes(ray, spread)
+    pub fn turn_to<L: Level>(&mut self, level: L, ray: &Ray, spread: Spread) -> bool {
+        let span = Span {
+            tmin: self.course.tmin,
+            begin: self.begin,
+            end: self.course.end,
+            until: self.until,
+        };
+        self.set_line(level, ray, span, spread)
+    }
+
+    #[inline(always)]
+    fn set_line<L: Level>(&mut self, level: L, ray: &Ray, span: Span, spread: Spread) -> bool {
+        self.set_planes(level, ray, span, spread) || self.set_any_planes(ray, spread)
     }
 
     #[inline(always)]
@@ -132,22 +161,24 @@ impl Slot {
     ///
     /// [`Shear::new`]: crate::shape::triangle::Shear::new
     #[inline(always)]
-    fn set_planes<L: Level>(&mut self, level: L, ray: &Ray, spread: Spread) -> bool {
+    fn set_planes<L: Level>(&mut self, level: L, ray: &Ray, span: Span, spread: Spread) -> bool {
         // The fourth numbers go along and are not looked at.
         let [o, d] = fours(level, numbers(ray));
         let (away, length) = (o.abs(), d.abs());
         let inv = level.splat4(1.0).div(d);
-        self.course.inv = three(inv);
 
         // The last of the axes that it runs along most.
         let longest = length.max(level.turn4(length, 1)).max(level.turn4(length, 2));
         let main = ((length.eq(longest).bits() & 0b111) << 1 | 1).ilog2() as usize & 3;
         self.axes = AXES[main];
-        self.o = three(level.turn4(o, main));
         let turned = level.turn4(d, main);
-        self.d = three(turned);
-        let [x, y, _] = three(turned.mul(level.splat4(self.course.inv[axis(AXES[main][2])])));
+        // Not read from where it has just been written.
+        let [_, _, inv_main, _] = level.turn4(inv, main).to_array();
+        let [x, y, ..] = turned.mul(level.splat4(inv_main)).to_array();
         self.shear = [x, y];
+        let [line, ends] = self.line_mut();
+        *line = row_with(level, level.turn4(o, main), span.begin);
+        *ends = row_with(level, turned, span.until);
 
         let negative = d.lt(level.splat4(0.0));
         let mut pad = away.mul(level.splat4(PAD)).add(level.splat4(4.0 * TINY));
@@ -159,8 +190,11 @@ impl Slot {
         let back = inv.mul(level.splat4(-1.0));
         let near = less.select(negative, more).mul(back);
         let far = more.select(negative, less).mul(back);
-        self.course.near = three(near);
-        self.course.far = three(far);
+        *self.course.rows_mut() = [
+            row_with(level, inv, span.tmin),
+            row_with(level, near, span.end),
+            row_with(level, far, 0.0),
+        ];
         self.course.set_octant(negative.bits());
 
         let steep = longest.mul(level.splat4(ORDINARY)).max(level.splat4(f32::MIN_POSITIVE));
@@ -188,6 +222,14 @@ impl Slot {
     pub fn line(&self) -> &[[f32; 4]; 3] {
         // SAFETY: so the fields lie, and any bits are a number.
         unsafe { &*ptr::from_ref(&self.o).cast() }
+    }
+
+    /// The first two of [`Slot::line`].
+    #[inline(always)]
+    fn line_mut(&mut self) -> [&mut Row; 2] {
+        // SAFETY: so the fields lie.
+        let [o, d] = unsafe { &mut *ptr::from_mut(self).byte_add(offset_of!(Self, o)).cast::<[Row; 2]>() };
+        [o, d]
     }
 
     /// The rows of corners in the order of the axes.
@@ -229,7 +271,7 @@ mod tests {
         }) {
             let mut slot = Slot::default();
             let ray = Ray::new(Vec3::new(0.1, 0.2, 0.3), d);
-            if !slot.set_line(Portable, &ray, spread) {
+            if !slot.turn_to(Portable, &ray, spread) {
                 assert!(d.abs().max_element() == 0.0, "{d}");
                 continue;
             }
