@@ -3,8 +3,20 @@
 use super::{heads::Heads, inflight::Inside, packet::Packet, slot::Slot, tree::Tree, waiting::SLOTS};
 use crate::accel::wide::node::DONE;
 
-/// Entries behind a stack's last: popping may look at eight at once. All say that the ray is done.
-const BASE: usize = 8;
+/// Entries of a stack in a cache line.
+const LINE: usize = 16;
+
+/// Of a stack's entries the first and what is behind it end a cache line, so that stores of eight seldom lie in two: that
+/// takes twice as long, and all rays together need more of the first cache. What is behind says that the ray is done.
+const BASE: usize = 1;
+
+/// Popping may look at seven more, in which it finds nothing before.
+const MORE: usize = 7;
+
+/// A cache line of either.
+#[repr(C, align(64))]
+#[derive(Clone, Copy)]
+struct Line<T>([T; LINE]);
 
 /// Packets in flight: each covers the others' latency as rays do, and more would not stay in the first cache.
 pub const PACKETS: usize = 32;
@@ -23,8 +35,9 @@ pub struct Scratch {
     /// Whether it is the latter.
     pub is_sifted: bool,
     /// Where children on the stacks are entered, then the children: [`Scratch::stride`] of each for every slot.
-    enter: Vec<f32>,
-    child: Vec<u32>,
+    enter: Vec<Line<f32>>,
+    child: Vec<Line<u32>>,
+    /// In cache lines.
     stride: usize,
 }
 
@@ -72,23 +85,24 @@ impl Scratch {
     /// Makes room for the stacks of `tree`, and marks their ends.
     pub fn prepare(&mut self, tree: &Tree) {
         // An odd number of cache lines, so that the ends of all stacks do not share a few sets of the cache.
-        let stride = 16 * ((BASE + tree.stack_len()).div_ceil(16) | 1);
+        let stride = (BASE + tree.stack_len()).div_ceil(LINE) | 1;
         if self.stride < stride {
             self.stride = stride;
-            self.enter = vec![f32::NEG_INFINITY; SLOTS * stride];
-            self.child = vec![DONE; SLOTS * stride];
+            let lines = SLOTS * stride + MORE.div_ceil(LINE);
+            self.enter = vec![Line([f32::NEG_INFINITY; LINE]); lines];
+            self.child = vec![Line([DONE; LINE]); lines];
             let of_slots = self.slots.iter_mut().map(|slot| &mut slot.course.stack);
             let of_packets = self.packets.iter_mut().map(|packet| &mut packet.course.stack);
             for (id, ends) in of_slots.enumerate().chain(of_packets.enumerate()) {
-                ends.base = ((id + 1) * stride - BASE - 1) as u32;
+                ends.base = ((id + 1) * stride * LINE - BASE - 1) as u32;
             }
         }
     }
 
     pub fn stacks(&mut self) -> Stacks {
         Stacks {
-            enter: self.enter.as_mut_ptr(),
-            child: self.child.as_mut_ptr(),
+            enter: self.enter.as_mut_ptr().cast(),
+            child: self.child.as_mut_ptr().cast(),
         }
     }
 }
