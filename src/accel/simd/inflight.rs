@@ -279,6 +279,7 @@ unsafe fn advance<L: Level>(level: L, starts: &Starts, course: &mut Course, stac
 
 impl Traveller for Slot {
     const IN_PASSING: bool = true;
+    const SEVERAL: bool = false;
 
     #[inline(always)]
     fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8) {

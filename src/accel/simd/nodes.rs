@@ -6,7 +6,7 @@ use std::ptr;
 use super::{
     super::{
         slab::LEAVE,
-        wide::node::{DONE, Node},
+        wide::node::{DONE, Node, PACKETS},
     },
     course::Course,
     lanes::{Eight, Floats, Level, Top},
@@ -29,6 +29,9 @@ pub trait Traveller {
     /// then the next one is popped in passing. Otherwise [`pop`] passes over them. Dropping pays where many are popped for each
     /// time that the end comes nearer.
     const IN_PASSING: bool;
+
+    /// Whether it is several rays. Where any hit will do, they try children in an order of their own.
+    const SEVERAL: bool;
 
     /// From where to where it is in each of a node's boxes.
     fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8);
@@ -158,8 +161,8 @@ unsafe fn meet<'t, L: Level, Q: Query, T: Traveller, const N: usize>(
     let (enter, leave) = traveller.cross(level, node);
     let leave = leave.mul(level.splat8(LEAVE));
     let course = traveller.course();
-    let order = level.order(&node.order, course.octant());
-    let met = if Q::ANY {
+    let order = level.order(&node.order, if Q::ANY { &[PACKETS, 0, 0, 0] } else { course.octant() });
+    let met = if Q::ANY && !T::SEVERAL {
         level.met(enter, leave)
     } else {
         level.met_in(order, enter, leave)
@@ -188,7 +191,7 @@ unsafe fn keep<L: Level, Q: Query, T: Traveller>(level: L, met: &Met<'_, L>, sta
         };
         (&mut *met.stack, top, to)
     };
-    let count = if Q::ANY {
+    let count = if Q::ANY && !T::SEVERAL {
         level.push_any(met.met, met.children, to.child)
     } else {
         level.push(met.met, met.order, met.enter, met.children, to)

@@ -284,6 +284,7 @@ pub fn trace<L: Level, Q: Query>(
 
 impl Traveller for Packet {
     const IN_PASSING: bool = false;
+    const SEVERAL: bool = true;
 
     #[inline(always)]
     fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8) {
