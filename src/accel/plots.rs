@@ -21,6 +21,10 @@ use super::{
 /// The most boxes of a plot.
 const MOST: usize = 1 << 14;
 
+/// From so many boxes on plots are half as large: what a plot needs while it is built then fits the second cache, and the crown
+/// has enough plots to make up for their borders.
+const MANY: usize = 1 << 18;
+
 /// How boxes are parted.
 pub(super) enum Parted<'a> {
     Set(Set<'a>),
@@ -34,16 +38,21 @@ pub(super) struct Set<'a> {
     same: bool,
 }
 
-/// Parts boxes into sets of at most [`MOST`], or of one centre.
+/// Parts boxes into sets of at most [`MOST`] or half as many, or of one centre.
 pub(super) fn part(refs: &mut [Ref], bounds: Bounds) -> Parted<'_> {
+    let most = if refs.len() < MANY { MOST } else { MOST / 2 };
+    part_to(most, refs, bounds)
+}
+
+fn part_to(most: usize, refs: &mut [Ref], bounds: Bounds) -> Parted<'_> {
     let same = refs.len() > 2 && bounds.is_point();
-    if same || refs.len() <= MOST {
+    if same || refs.len() <= most {
         return Parted::Set(Set { refs, same });
     }
     let middle = halve(refs, &bounds);
     let (left, right) = refs.split_at_mut(middle);
     let (a, b) = (Bounds::of(left), Bounds::of(right));
-    let (left, right) = rayon::join(|| part(left, a), || part(right, b));
+    let (left, right) = rayon::join(|| part_to(most, left, a), || part_to(most, right, b));
     Parted::Halves(Box::new([left, right]))
 }
 
