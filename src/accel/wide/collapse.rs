@@ -333,8 +333,38 @@ pub(super) fn order_children(node: &mut Node, count: usize) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::math::{Aabb, Vec3};
+    use super::{
+        super::super::{LARGEST, Quality, binary, prims::Prims},
+        *,
+    };
+    use crate::math::{
+        Aabb, Vec3,
+        hash::{pcg4d, unit_f32},
+    };
+
+    #[test]
+    fn packets_come_to_every_child_also_where_surfaces_are_too_large_or_too_small_for_numbers() {
+        for size in [1.0, 1e-25, LARGEST] {
+            let corner = |i: u32| {
+                let [x, y, z, _] = pcg4d([i, i / 3, 5, 7]).map(unit_f32);
+                (Vec3::new(x, y, z) - 0.5) * size
+            };
+            let geometry = Geometry {
+                vertices: (0..600).map(corner).collect(),
+                triangles: (0..200).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+                ..Geometry::default()
+            };
+            let prims = Prims::whole(&geometry).expect("all is finite");
+            let leaves = binary::Leaves { triangles: 2 };
+            let tree = binary::build_whole(prims, &geometry, Quality::Medium, leaves).expect("there are triangles");
+            let piece = collapse(&tree, &geometry, |_| [f32::INFINITY; 2]);
+            assert!(piece.nodes.len() > 5);
+            for node in &piece.nodes {
+                let lanes = node.order.map(|order| order >> PACKETS);
+                assert_eq!(lanes.iter().fold(0, |set, lane| set | 1 << lane), 0xff, "{lanes:?}");
+            }
+        }
+    }
 
     #[test]
     fn children_come_nearest_first_in_every_octant() {
