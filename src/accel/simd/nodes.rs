@@ -6,7 +6,7 @@ use std::ptr;
 use super::{
     super::{
         slab::LEAVE,
-        wide::node::{DONE, Node, PACKETS},
+        wide::node::{DONE, FOR_PACKETS, Node},
     },
     course::Course,
     lanes::{Eight, Floats, Level, Top},
@@ -161,7 +161,14 @@ unsafe fn meet<'t, L: Level, Q: Query, T: Traveller, const N: usize>(
     let (enter, leave) = traveller.cross(level, node);
     let leave = leave.mul(level.splat8(LEAVE));
     let course = traveller.course();
-    let order = level.order(&node.order, if Q::ANY { &[PACKETS, 0, 0, 0] } else { course.octant() });
+    let order = level.order(
+        &node.order,
+        if Q::ANY {
+            &[FOR_PACKETS, 0, 0, 0]
+        } else {
+            course.octant()
+        },
+    );
     let met = if Q::ANY && !T::SEVERAL {
         level.met(enter, leave)
     } else {

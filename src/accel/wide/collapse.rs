@@ -12,7 +12,7 @@ use super::{
         Geometry,
         binary::{Flat, Tree},
     },
-    node::{Block, MAX_LEAF, Node, PACKETS, inner, leaf, shape},
+    node::{Block, FOR_PACKETS, MAX_LEAF, Node, inner, leaf, shape},
 };
 use crate::math::trig;
 
@@ -215,9 +215,10 @@ impl Emitter<'_> {
     /// box's own (Cauchy); through layers at random it gets by the chance that the exponential tells. Twice as many layers are by trial.
     fn order_for_occlusion(&self, children: &mut [usize]) {
         let sorted = self.sorted(children, |surface, area| 1.0 - trig::exp(-surface / area));
-        let sorted = sorted.map(|place| children.get(place).copied());
-        for (child, new) in children.iter_mut().zip(sorted.into_iter().flatten()) {
-            *child = new;
+        let mut before = [0; 8];
+        before[..children.len()].copy_from_slice(children);
+        for (child, place) in children.iter_mut().zip(sorted) {
+            *child = before[place];
         }
     }
 
@@ -229,7 +230,7 @@ impl Emitter<'_> {
     fn order_for_packets(&self, children: &[usize], node: &mut Node) {
         let lanes = self.sorted(children, |surface, _| surface.sqrt());
         for (order, lane) in node.order.iter_mut().zip(lanes) {
-            *order = (lane as u32) << PACKETS;
+            *order = (lane as u32) << FOR_PACKETS;
         }
     }
 
@@ -360,7 +361,7 @@ mod tests {
             let piece = collapse(&tree, &geometry, |_| [f32::INFINITY; 2]);
             assert!(piece.nodes.len() > 5);
             for node in &piece.nodes {
-                let lanes = node.order.map(|order| order >> PACKETS);
+                let lanes = node.order.map(|order| order >> FOR_PACKETS);
                 assert_eq!(lanes.iter().fold(0, |set, lane| set | 1 << lane), 0xff, "{lanes:?}");
             }
         }

@@ -44,7 +44,7 @@ pub const MAX_BLOCKS: usize = MAX_PRIMS / BLOCK_UNITS;
 pub const MAX_PRIMS: usize = 1 << (32 - NUMBER);
 
 /// Where in [`Node::order`] that of packets begins.
-pub const PACKETS: u32 = 24;
+pub const FOR_PACKETS: u32 = 24;
 
 /// Up to eight boxes with what is in them: four cache lines.
 #[repr(C, align(64))]
@@ -55,7 +55,7 @@ pub struct Node {
     /// An [`inner`] node, a [`leaf`], a shape or an instance.
     pub child: [u32; 8],
     /// For each octant of directions, three bits that say which child comes at this place, the nearest first. Bit k of
-    /// an octant's number is set where directions are negative on axis k. From bit [`PACKETS`] on the same for packets that
+    /// an octant's number is set where directions are negative on axis k. From bit [`FOR_PACKETS`] on the same for packets that
     /// ask whether anything is in their way; single rays that do try children as they lie.
     pub order: [u32; 8],
 }
@@ -75,7 +75,7 @@ impl Node {
             let mut order = [0; 8];
             let mut place = 0;
             while place < 8 {
-                order[place] = (place as u32) << PACKETS;
+                order[place] = (place as u32) << FOR_PACKETS;
                 place += 1;
             }
             order
