@@ -38,6 +38,10 @@ pub const AHEAD: usize = 16;
 /// As long as fewer rays wait at leaves, and at least as many are at nodes, those at leaves go on waiting.
 const ENOUGH: u32 = SLOTS as u32 / 4;
 
+/// What a block of triangles takes, and what else there is to do for a ray, in halves of a node's test.
+const BLOCK: u32 = 3;
+const RAY: u32 = 8;
+
 /// That of a slot which has had none.
 const NO_RAY: u32 = u32::MAX;
 
@@ -86,6 +90,14 @@ struct Feed<'a> {
 }
 
 impl Feed<'_> {
+    /// How many rays there are.
+    fn len(&self) -> usize {
+        match self.pick {
+            Pick::All => self.rays.len(),
+            Pick::Some(list) | Pick::Together(list) => list.len(),
+        }
+    }
+
     /// Puts the next ray that has anything to ask into `slot`.
     #[inline(always)]
     fn refill<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
@@ -173,6 +185,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
     }
     // Sets of slots, a bit for each: those under way, and of these those that wait at a leaf or for the next ray.
     let mut active = u64::MAX;
+    let mut halves = RAY * feed.len() as u32;
     while active != 0 {
         let [leaf, shape_or_done] = level.flags(flight.next);
         let mut done = active & shape_or_done & !leaf;
@@ -203,6 +216,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         if at_leaf.count_ones() < ENOUGH && at_node.count_ones() >= ENOUGH {
             at_leaf = 0;
         }
+        halves += 2 * (fresh | at_node).count_ones();
         // SAFETY: these slots begin at heads or wait at nodes, and the stacks are theirs.
         unsafe {
             if HEADS {
@@ -242,6 +256,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
                 *next = advance(level, &starts, &mut (*slot).course, stacks);
             }
         }
+        halves += BLOCK * visited as u32;
         // SAFETY: the tree has not changed.
         nearer |= unsafe { visits.test::<L, Q, INSTANCES>(level, visited, flight.all, inside) };
         while nearer != 0 {
@@ -260,6 +275,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
             };
         }
     }
+    scratch.taken = halves;
     if HEADS && let Some(pays) = feed.heads.verdict() {
         scratch.head_doubt.learn(pays);
     }

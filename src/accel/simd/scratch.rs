@@ -30,6 +30,10 @@ pub struct Scratch {
     /// Of packets for occlusion.
     pub packet_doubt: Doubt,
     pub head_doubt: Doubt,
+    /// What the rays took that were in flight last, in halves of a node's test.
+    pub taken: u32,
+    /// What some rays took each that might go in packets for occlusion.
+    pub alone: u32,
     /// The numbers of rays that were in no packet, or not answered at once.
     pub left: Vec<u32>,
     /// Whether it is the latter.
@@ -74,6 +78,8 @@ impl Scratch {
             heads: Box::new(Heads::new()),
             packet_doubt: Doubt::default(),
             head_doubt: Doubt::default(),
+            taken: 0,
+            alone: 40,
             left: Vec::new(),
             is_sifted: false,
             enter: Vec::new(),

@@ -23,6 +23,10 @@ mod collapse;
 mod cost;
 pub(super) mod node;
 
+/// Rays that tell what a batch's rays take by themselves, where they might go in packets. What that is differs from batch to batch
+/// by a factor of two.
+const SOME: usize = 64;
+
 thread_local! {
     /// The kernels' memory. One for a thread, since allocating it for a batch of a thousand rays costs 6 %.
     static SCRATCH: RefCell<Scratch> = RefCell::new(Scratch::new());
@@ -213,6 +217,11 @@ impl Accelerator for Wide {
             };
             // What is left of rays that lay side by side does not.
             let in_packets = order.filter(|_| !is_sifted && scratch.packet_doubt.tries());
+            if in_packets.is_some() && rays.len() >= SOME * SOME {
+                let some: [u32; SOME] = std::array::from_fn(|k| (k * rays.len() / SOME) as u32);
+                simd::occluded_inflight(simd, tree, geometry, rays, Pick::Some(&some), blocked, scratch);
+                scratch.alone = scratch.taken / SOME as u32;
+            }
             let together = order.filter(|_| scratch.head_doubt.tries());
             match (in_packets, together) {
                 (Some(order), _) => simd::occluded_packets(simd, tree, geometry, rays, order, blocked, scratch),
