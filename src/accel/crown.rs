@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use super::{
     Geometry,
     binary::{Flat, Forest, Leaves, Tree},
-    plots::{Plot, resolve},
+    plots::{Plot, depth_first, sizes},
     reinsert::reinsert_all,
     sets::{Bounds, Ref, cut_few},
 };
@@ -85,13 +85,14 @@ impl<'a> Crown<'a> {
         if plots.len() > 1 {
             reinsert_all(&mut tree, PASSES);
         }
-        let sizes = resolve(&mut tree, |leaf| {
+        let nodes = depth_first(&tree, |place| place);
+        let sizes = sizes(&nodes, |leaf| {
             let Place { plot, node } = places[leaf as usize];
             plots[plot as usize].sizes[node as usize]
         });
         Self {
             plots,
-            nodes: tree.nodes,
+            nodes,
             sizes,
             places,
             geometry,

@@ -84,7 +84,7 @@ impl<'a> Parted<'a> {
 /// A tree over a part of the boxes.
 pub(super) struct Plot<'a> {
     pub refs: &'a [Ref],
-    /// As obvhs has them, over proxies: two children lie side by side, leaves hold a number in `refs`.
+    /// As obvhs has them, over proxies, in depth-first order: two children lie side by side, leaves hold a number in `refs`.
     pub nodes: Vec<Bvh2Node>,
     /// How many leaves are below each node.
     pub sizes: Vec<u32>,
@@ -106,15 +106,25 @@ impl<'a> Plot<'a> {
         if set.same {
             return Self::halved(set.refs, ground);
         }
-        let refs = &*set.refs;
         let proxy = |r: &Ref| ploc::proxy(&r.bounds(), ground.scale, r.index());
-        let proxies: Vec<Box3> = refs.iter().map(proxy).collect();
-        let mut tree = ploc::build(&proxies, &ground.effort);
+        let proxies: Vec<Box3> = set.refs.iter().map(proxy).collect();
+        Self::over(set.refs, &ploc::build(&proxies, &ground.effort), false)
+    }
+
+    /// Puts the boxes in the order of the tree's leaves. That tree is in the cache still, and when it is read again it no longer is.
+    fn over(refs: &'a mut [Ref], tree: &Bvh2, same: bool) -> Self {
+        let before = refs.to_vec();
+        let mut next = 0..;
+        let nodes = depth_first(tree, |old| {
+            let new = next.next().expect("there is always another number");
+            refs[new as usize] = before[old as usize];
+            new
+        });
         Self {
             refs,
-            sizes: resolve(&mut tree, |_| 1),
-            nodes: tree.nodes,
-            same: false,
+            sizes: sizes(&nodes, |_| 1),
+            nodes,
+            same,
         }
     }
 
@@ -140,40 +150,46 @@ impl<'a> Plot<'a> {
             nodes.extend([Bvh2Node::new(around, 0, 0); 2]);
             open.extend([(first, range.start..middle), (first + 1, middle..range.end)]);
         }
-        let mut tree = Bvh2 {
+        let tree = Bvh2 {
             nodes,
             primitive_indices: (0..kept as u32).collect(),
             ..Bvh2::default()
         };
-        Self {
-            refs,
-            sizes: resolve(&mut tree, |_| 1),
-            nodes: tree.nodes,
-            same: true,
-        }
+        Self::over(refs, &tree, true)
     }
 }
 
-/// Puts what leaves hold, one number each, into the leaves themselves; returns how much is below each node, of whose leaves
-/// `size` tells it by that number.
-pub(super) fn resolve(tree: &mut Bvh2, size: impl Fn(u32) -> u32) -> Vec<u32> {
-    let nodes = &mut tree.nodes;
-    let mut sizes = vec![0; nodes.len()];
-    let mut inner = Vec::with_capacity(nodes.len() / 2);
+/// The nodes of a tree in depth-first order, two children side by side. What a leaf holds, one number, becomes what `leaf` makes of
+/// it, which is asked in the order of the leaves.
+pub(super) fn depth_first(tree: &Bvh2, mut leaf: impl FnMut(u32) -> u32) -> Vec<Bvh2Node> {
+    let mut nodes = Vec::with_capacity(tree.nodes.len());
+    nodes.push(tree.nodes[0]);
     let mut open = vec![0];
-    while let Some(index) = open.pop() {
-        let node = &mut nodes[index as usize];
+    while let Some(at) = open.pop() {
+        let next = nodes.len();
+        let node: &mut Bvh2Node = &mut nodes[at];
+        let first = node.first_index as usize;
         if node.is_leaf() {
-            node.first_index = tree.primitive_indices[node.first_index as usize];
-            sizes[index as usize] = size(node.first_index);
+            node.first_index = leaf(tree.primitive_indices[first]);
         } else {
-            inner.push(index);
-            open.extend([node.first_index + 1, node.first_index]);
+            node.first_index = next as u32;
+            nodes.extend_from_slice(&tree.nodes[first..first + 2]);
+            open.extend([next + 1, next]);
         }
     }
-    for index in inner.into_iter().rev() {
-        let first = nodes[index as usize].first_index as usize;
-        sizes[index as usize] = sizes[first] + sizes[first + 1];
+    nodes
+}
+
+/// How much is below each of the nodes, which come before their children; of leaves `size` tells it by their number.
+pub(super) fn sizes(nodes: &[Bvh2Node], size: impl Fn(u32) -> u32) -> Vec<u32> {
+    let mut sizes = vec![0; nodes.len()];
+    for (at, node) in nodes.iter().enumerate().rev() {
+        sizes[at] = if node.is_leaf() {
+            size(node.first_index)
+        } else {
+            let first = node.first_index as usize;
+            sizes[first] + sizes[first + 1]
+        };
     }
     sizes
 }
