@@ -29,7 +29,7 @@ const TRIALS: usize = 8;
 
 /// One of so many of their rays must be answered so that it pays: the others go through the tree without packets, which would
 /// take as long for all of them where packets suit them best.
-const PAYS: usize = 2;
+const PAYS: usize = 3;
 
 /// Triangles that block one of so many of a group's rays are tested with the next group first.
 const KEPT: u32 = 4;
