@@ -36,7 +36,8 @@ impl Tracer<'_> {
     /// Everything that is not tracing, done before the clock runs.
     pub fn prepare<'r>(&self, kind: Kind, rays: &'r [Ray]) -> Prepared<'r> {
         match self {
-            Self::Ours(_) if kind.is_occlusion() => Prepared::Occlusion(rays, vec![false; rays.len()]),
+            // Not false, which would be zeros: memory that the system has only promised, and gives while the clock runs.
+            Self::Ours(_) if kind.is_occlusion() => Prepared::Occlusion(rays, vec![true; rays.len()]),
             Self::Ours(_) => Prepared::Nearest(rays, vec![None; rays.len()]),
             Self::Embree1(_) => Prepared::Singles(rays.par_iter().map(RayHit::new).collect()),
             Self::Embree16(_) => Prepared::Packets(rays.par_chunks(16).map(RayHit16::new).collect()),

@@ -39,8 +39,8 @@ pub const AHEAD: usize = 16;
 const ENOUGH: u32 = SLOTS as u32 / 4;
 
 /// What a block of triangles takes, and what else there is to do for a ray, in halves of a node's test.
-const BLOCK: u32 = 3;
-const RAY: u32 = 8;
+const BLOCK: u64 = 3;
+const RAY: u64 = 8;
 
 /// That of a slot which has had none.
 const NO_RAY: u32 = u32::MAX;
@@ -185,7 +185,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
     }
     // Sets of slots, a bit for each: those under way, and of these those that wait at a leaf or for the next ray.
     let mut active = u64::MAX;
-    let mut halves = RAY * feed.len() as u32;
+    let mut halves = if Q::ANY { RAY * feed.len() as u64 } else { 0 };
     while active != 0 {
         let [leaf, shape_or_done] = level.flags(flight.next);
         let mut done = active & shape_or_done & !leaf;
@@ -216,7 +216,9 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         if at_leaf.count_ones() < ENOUGH && at_node.count_ones() >= ENOUGH {
             at_leaf = 0;
         }
-        halves += 2 * (fresh | at_node).count_ones();
+        if Q::ANY {
+            halves += 2 * u64::from((fresh | at_node).count_ones());
+        }
         // SAFETY: these slots begin at heads or wait at nodes, and the stacks are theirs.
         unsafe {
             if HEADS {
@@ -256,7 +258,9 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
                 *next = advance(level, &starts, &mut (*slot).course, stacks);
             }
         }
-        halves += BLOCK * visited as u32;
+        if Q::ANY {
+            halves += BLOCK * visited as u64;
+        }
         // SAFETY: the tree has not changed.
         nearer |= unsafe { visits.test::<L, Q, INSTANCES>(level, visited, flight.all, inside) };
         while nearer != 0 {
@@ -275,7 +279,9 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
             };
         }
     }
-    scratch.taken = halves;
+    if Q::ANY {
+        scratch.taken = halves;
+    }
     if HEADS && let Some(pays) = feed.heads.verdict() {
         scratch.head_doubt.learn(pays);
     }

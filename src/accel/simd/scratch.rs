@@ -30,10 +30,10 @@ pub struct Scratch {
     /// Of packets for occlusion.
     pub packet_doubt: Doubt,
     pub head_doubt: Doubt,
-    /// What the rays took that were in flight last, in halves of a node's test.
-    pub taken: u32,
+    /// What the rays took that were in flight last and asked whether anything is in their way, in halves of a node's test.
+    pub taken: u64,
     /// What some rays took each that might go in packets for occlusion.
-    pub alone: u32,
+    pub alone: u64,
     /// The numbers of rays that were in no packet, or not answered at once.
     pub left: Vec<u32>,
     /// Whether it is the latter.

@@ -4,7 +4,7 @@
 //! their corners, so that a leaf reads nothing else; an analytic primitive is a leaf of its own.
 //!
 //! [`super::simd`] traces: packets of 16 rays where [`batch`] finds that they stay together, 64 rays in flight where they
-//! have nothing in common. Shadow rays are looked at before, whether one look answers half of them.
+//! have nothing in common. Shadow rays are looked at before, whether one look answers many of them.
 
 use std::{cell::RefCell, sync::Arc, time::Instant};
 
@@ -220,7 +220,7 @@ impl Accelerator for Wide {
             if in_packets.is_some() && rays.len() >= SOME * SOME {
                 let some: [u32; SOME] = std::array::from_fn(|k| (k * rays.len() / SOME) as u32);
                 simd::occluded_inflight(simd, tree, geometry, rays, Pick::Some(&some), blocked, scratch);
-                scratch.alone = scratch.taken / SOME as u32;
+                scratch.alone = scratch.taken / SOME as u64;
             }
             let together = order.filter(|_| scratch.head_doubt.tries());
             match (in_packets, together) {

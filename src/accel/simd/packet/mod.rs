@@ -55,8 +55,8 @@ const TRIALS: u64 = 8;
 
 /// How many tests of a node a packet for occlusion may cost on average so that its rays are no faster one by one, with those that
 /// were given up: for each that one ray takes by itself, in halves. With vectors of sixteen packets are faster.
-const FAIR: u32 = 11;
-const FAIR_SIXTEEN: u32 = 13;
+const FAIR: u64 = 11;
+const FAIR_SIXTEEN: u64 = 13;
 
 /// How many fair packets' cost may be lost in a batch before the rest goes without: dear packets lie next to one another, so
 /// the first few say little about all.
@@ -204,6 +204,7 @@ pub fn trace<L: Level, Q: Query>(
         all: &mut scratch.packets,
         next: &mut [DONE; PACKETS],
     };
+    let fair = if L::SIXTEEN { FAIR_SIXTEEN } else { FAIR };
     scratch.left.clear();
     let mut feed = Feed {
         rays,
@@ -214,7 +215,7 @@ pub fn trace<L: Level, Q: Query>(
         is_grouped: false,
         reach: tree.spread.reach,
         left: &mut scratch.left,
-        fair: u64::from(scratch.alone * if L::SIXTEEN { FAIR_SIXTEEN } else { FAIR }) / 4,
+        fair: scratch.alone * fair / 4,
         done: 0,
         cost: 0,
     };
