@@ -216,3 +216,62 @@ fn drop_copies(refs: &mut [Ref], geometry: &Geometry) -> usize {
     }
     kept
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        accel::Quality,
+        math::{Aabb, Vec3, hash},
+    };
+
+    #[test]
+    fn boxes_lie_in_the_order_of_the_leaves_and_none_is_lost() {
+        let center = |i: u32| {
+            Vec3::from(
+                hash::pcg4d([i, 1, 2, 3])
+                    .map(hash::unit_f32)
+                    .first_chunk()
+                    .copied()
+                    .expect("four"),
+            )
+        };
+        let around = |i: u32| Aabb {
+            min: center(i),
+            max: center(i) + 0.01,
+        };
+        let geometry = Geometry::default();
+        let ground = Ground {
+            geometry: &geometry,
+            fate: Fate::Moving,
+            scale: 1.0,
+            effort: Effort::new(Quality::Medium),
+        };
+        for (count, same) in [(1, false), (2, false), (1000, false), (1000, true)] {
+            let mut refs: Vec<Ref> = (0..count)
+                .map(|i| Ref::new(&around(if same { 0 } else { i }), i))
+                .collect();
+            let plot = Plot::new(Set { refs: &mut refs, same }, &ground);
+            let (mut next, mut inner, mut open) = (0, 1, vec![0]);
+            while let Some(at) = open.pop() {
+                let node = &plot.nodes[at];
+                let first = node.first_index as usize;
+                if node.is_leaf() {
+                    assert_eq!((first, plot.sizes[at]), (next, 1));
+                    next += 1;
+                } else {
+                    assert_eq!(
+                        (first, plot.sizes[at]),
+                        (inner, plot.sizes[first] + plot.sizes[first + 1])
+                    );
+                    inner += 2;
+                    open.extend([first + 1, first]);
+                }
+            }
+            assert_eq!((next, plot.sizes[0]), (count as usize, count));
+            let mut left: Vec<u32> = plot.refs.iter().map(Ref::index).collect();
+            left.sort_unstable();
+            assert!(left.into_iter().eq(0..count));
+        }
+    }
+}

@@ -32,8 +32,10 @@ pub struct Scratch {
     pub head_doubt: Doubt,
     /// What the rays took that were in flight last and asked whether anything is in their way, in halves of a node's test.
     pub taken: u64,
-    /// What some rays took each that might go in packets for occlusion.
+    /// What some rays took each that might go in packets for occlusion, in the same unit.
     pub alone: u64,
+    /// How many might have since; none is known of before the first.
+    pub untold: usize,
     /// The numbers of rays that were in no packet, or not answered at once.
     pub left: Vec<u32>,
     /// Whether it is the latter.
@@ -80,6 +82,7 @@ impl Scratch {
             head_doubt: Doubt::default(),
             taken: 0,
             alone: 40,
+            untold: usize::MAX / 2,
             left: Vec::new(),
             is_sifted: false,
             enter: Vec::new(),

@@ -23,9 +23,12 @@ mod collapse;
 mod cost;
 pub(super) mod node;
 
-/// Rays that tell what a batch's rays take by themselves, where they might go in packets. What that is differs from batch to batch
-/// by a factor of two.
+/// Rays that tell what those around them take by themselves, where these might go in packets. What that is differs from one part
+/// of a picture to another by a factor of two.
 const SOME: usize = 64;
+
+/// For how many rays that holds.
+const AROUND: usize = SOME * SOME;
 
 thread_local! {
     /// The kernels' memory. One for a thread, since allocating it for a batch of a thousand rays costs 6 %.
@@ -160,6 +163,20 @@ impl Wide {
         };
     }
 
+    /// Asks some rays of a batch by themselves, so that it is known what they take, if so many have gone without since the last ones
+    /// that these say nothing of the batch.
+    fn ask_some(&self, rays: &[Ray], blocked: &mut [bool], scratch: &mut Scratch) {
+        scratch.untold += rays.len();
+        if scratch.untold < AROUND || rays.len() < SOME {
+            return;
+        }
+        let some: [u32; SOME] = std::array::from_fn(|k| (k * rays.len() / SOME) as u32);
+        let pick = Pick::Some(&some);
+        simd::occluded_inflight(self.simd, &self.tree, &self.geometry, rays, pick, blocked, scratch);
+        scratch.alone = scratch.taken / SOME as u64;
+        scratch.untold = 0;
+    }
+
     /// What lies outside the tree: the state that a ray enters the tree with.
     fn outside(&self, ray: &Ray) -> Option<Hit> {
         let mut hit = None;
@@ -217,10 +234,8 @@ impl Accelerator for Wide {
             };
             // What is left of rays that lay side by side does not.
             let in_packets = order.filter(|_| !is_sifted && scratch.packet_doubt.tries());
-            if in_packets.is_some() && rays.len() >= SOME * SOME {
-                let some: [u32; SOME] = std::array::from_fn(|k| (k * rays.len() / SOME) as u32);
-                simd::occluded_inflight(simd, tree, geometry, rays, Pick::Some(&some), blocked, scratch);
-                scratch.alone = scratch.taken / SOME as u64;
+            if in_packets.is_some() {
+                self.ask_some(rays, blocked, scratch);
             }
             let together = order.filter(|_| scratch.head_doubt.tries());
             match (in_packets, together) {

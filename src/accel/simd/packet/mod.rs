@@ -53,8 +53,8 @@ const AHEAD: usize = 4;
 /// Packets of a batch after which all may be under way, where it is asked whether they pay.
 const TRIALS: u64 = 8;
 
-/// How many tests of a node a packet for occlusion may cost on average so that its rays are no faster one by one, with those that
-/// were given up: for each that one ray takes by itself, in halves. With vectors of sixteen packets are faster.
+/// How many tests of a node, in halves, a packet for occlusion may cost on average for each that one ray takes by itself, so that its
+/// rays are no faster so; with those that were given up. With vectors of sixteen packets are faster.
 const FAIR: u64 = 11;
 const FAIR_SIXTEEN: u64 = 13;
 
@@ -215,6 +215,7 @@ pub fn trace<L: Level, Q: Query>(
         is_grouped: false,
         reach: tree.spread.reach,
         left: &mut scratch.left,
+        // Both are in halves.
         fair: scratch.alone * fair / 4,
         done: 0,
         cost: 0,
