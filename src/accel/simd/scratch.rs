@@ -34,7 +34,7 @@ pub struct Scratch {
     pub taken: u64,
     /// What some rays took each that might go in packets for occlusion, in the same unit.
     pub alone: u64,
-    /// How many might have since; none is known of before the first.
+    /// How many might have since; before the first, as many as there can be.
     pub untold: usize,
     /// The numbers of rays that were in no packet, or not answered at once.
     pub left: Vec<u32>,
@@ -82,7 +82,7 @@ impl Scratch {
             head_doubt: Doubt::default(),
             taken: 0,
             alone: 40,
-            untold: usize::MAX / 2,
+            untold: usize::MAX,
             left: Vec::new(),
             is_sifted: false,
             enter: Vec::new(),

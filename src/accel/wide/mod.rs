@@ -166,7 +166,7 @@ impl Wide {
     /// Asks some rays of a batch by themselves, so that it is known what they take, if so many have gone without since the last ones
     /// that these say nothing of the batch.
     fn ask_some(&self, rays: &[Ray], blocked: &mut [bool], scratch: &mut Scratch) {
-        scratch.untold += rays.len();
+        scratch.untold = scratch.untold.saturating_add(rays.len());
         if scratch.untold < AROUND || rays.len() < SOME {
             return;
         }
