@@ -27,7 +27,6 @@ use super::{
     scratch::{Scratch, Stacks},
     slot::Slot,
     tree::{Starts, Tree},
-    visits::Visits,
     waiting::{SLOTS, take},
 };
 use crate::math::Ray;
@@ -174,7 +173,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         root: tree.root(),
         heads: &mut scratch.heads,
     };
-    let mut visits = Visits::new();
+    let visits = &mut *scratch.visits;
     // No ray is under way yet, so that all have come to their ends.
     for slot in &mut *flight.all {
         slot.ray = NO_RAY;

@@ -1,6 +1,6 @@
 //! The memory of the kernels, kept between batches.
 
-use super::{heads::Heads, inflight::Inside, packet::Packet, slot::Slot, tree::Tree, waiting::SLOTS};
+use super::{heads::Heads, inflight::Inside, packet::Packet, slot::Slot, tree::Tree, visits::Visits, waiting::SLOTS};
 use crate::accel::wide::node::DONE;
 
 /// Entries of a stack in a cache line.
@@ -26,6 +26,8 @@ pub struct Scratch {
     pub slots: Box<[Slot; SLOTS]>,
     pub packets: Box<[Packet; PACKETS]>,
     pub inside: Box<[Inside; SLOTS]>,
+    /// Here and not on a thread's stack, where it depends on the caller which cache lines share a set with the slots' and the stacks'.
+    pub visits: Box<Visits>,
     pub heads: Box<Heads>,
     /// Of packets for occlusion.
     pub packet_doubt: Doubt,
@@ -77,6 +79,7 @@ impl Scratch {
             slots: Box::new(std::array::from_fn(|_| Slot::default())),
             packets: Box::new(std::array::from_fn(|_| Packet::default())),
             inside: Box::new([Inside::NOTHING; SLOTS]),
+            visits: Box::new(Visits::new()),
             heads: Box::new(Heads::new()),
             packet_doubt: Doubt::default(),
             head_doubt: Doubt::default(),
