@@ -26,7 +26,8 @@ pub struct Scratch {
     pub slots: Box<[Slot; SLOTS]>,
     pub packets: Box<[Packet; PACKETS]>,
     pub inside: Box<[Inside; SLOTS]>,
-    /// Here and not on a thread's stack, where it depends on the caller which cache lines share a set with the slots' and the stacks'.
+    /// Here and not on a thread's stack, where it depends on the caller with which of the slots' and the stacks' cache lines
+    /// it shares a set.
     pub visits: Box<Visits>,
     pub heads: Box<Heads>,
     /// Of packets for occlusion.
