@@ -27,6 +27,7 @@ use super::{
     scratch::{Scratch, Stacks},
     slot::Slot,
     tree::{Starts, Tree},
+    visits::Visits,
     waiting::{SLOTS, take},
 };
 use crate::math::Ray;
@@ -173,7 +174,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         root: tree.root(),
         heads: &mut scratch.heads,
     };
-    let visits = &mut *scratch.visits;
+    let visits = Visits::opposite(&mut scratch.visits, &*flight.next);
     // No ray is under way yet, so that all have come to their ends.
     for slot in &mut *flight.all {
         slot.ray = NO_RAY;

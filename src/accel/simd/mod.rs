@@ -32,6 +32,7 @@ mod pair;
 mod portable;
 mod query;
 mod refit;
+mod room;
 mod scratch;
 mod shaft;
 mod sixteen;

@@ -1,6 +1,8 @@
 //! The memory of the kernels, kept between batches.
 
-use super::{heads::Heads, inflight::Inside, packet::Packet, slot::Slot, tree::Tree, visits::Visits, waiting::SLOTS};
+use super::{
+    heads::Heads, inflight::Inside, packet::Packet, room::Room, slot::Slot, tree::Tree, visits::Visits, waiting::SLOTS,
+};
 use crate::accel::wide::node::DONE;
 
 /// Entries of a stack in a cache line.
@@ -26,9 +28,7 @@ pub struct Scratch {
     pub slots: Box<[Slot; SLOTS]>,
     pub packets: Box<[Packet; PACKETS]>,
     pub inside: Box<[Inside; SLOTS]>,
-    /// Here and not on a thread's stack, where it depends on the caller with which of the slots' and the stacks' cache lines
-    /// it shares a set.
-    pub visits: Box<Visits>,
+    pub visits: Room<Visits>,
     pub heads: Box<Heads>,
     /// Of packets for occlusion.
     pub packet_doubt: Doubt,
@@ -80,7 +80,7 @@ impl Scratch {
             slots: Box::new(std::array::from_fn(|_| Slot::default())),
             packets: Box::new(std::array::from_fn(|_| Packet::default())),
             inside: Box::new([Inside::NOTHING; SLOTS]),
-            visits: Box::new(Visits::new()),
+            visits: Room::new(),
             heads: Box::new(Heads::new()),
             packet_doubt: Doubt::default(),
             head_doubt: Doubt::default(),

@@ -2,7 +2,10 @@
 //!
 //! Triangles lie in blocks of four, and vectors hold eight: two blocks are tested at once, each with its own ray.
 
-use std::{mem::MaybeUninit, ptr};
+use std::{
+    mem::{MaybeUninit, offset_of},
+    ptr,
+};
 
 use super::{
     super::wide::node::{Block, MAX_LEAF},
@@ -10,6 +13,7 @@ use super::{
     inflight::Inside,
     lanes::{Floats, Level, Mask},
     query::Query,
+    room::{PAGE, Room},
     slot::Slot,
     triangle::{self, Candidates, Crossing, each, join, join3},
     waiting::SLOTS,
@@ -19,6 +23,7 @@ use super::{
 const MOST: usize = SLOTS * MAX_LEAF;
 
 /// A pair of blocks of which something may be met.
+#[repr(align(64))]
 struct Met {
     /// Where it begins in the list.
     at: usize,
@@ -27,21 +32,43 @@ struct Met {
     crossing: Crossing<[f32; 8]>,
 }
 
-/// The blocks that rays have come to in a pass.
+/// The blocks that rays have come to in a pass. Nothing is said of what is beyond their number.
+///
+/// The first of each list follow one another in a page, those of one behind those of the list before: see [`super::room`].
+#[repr(C)]
 pub struct Visits {
     /// Where the rays' slots lie. One more may be written than counts; so of the blocks.
-    slots: [usize; MOST + 1],
-    blocks: [*const Block; MOST + 1],
+    slots: [MaybeUninit<usize>; MOST + 1],
+    _before_blocks: [MaybeUninit<u8>; BEFORE_BLOCKS],
+    blocks: [MaybeUninit<*const Block>; MOST + 1],
+    _before_met: [MaybeUninit<u8>; BEFORE_MET],
     met: [MaybeUninit<Met>; MOST / 2],
 }
 
+/// In most passes there are no more blocks, and no more pairs of which something may be met.
+const USUAL: usize = 48;
+const USUAL_MET: usize = 4;
+
+/// Where in a page the lists end in most passes.
+const SLOTS_END: usize = USUAL * size_of::<usize>();
+const BLOCKS_END: usize = SLOTS_END + USUAL * size_of::<*const Block>();
+const MET_END: usize = BLOCKS_END + USUAL_MET * size_of::<Met>();
+
+const BEFORE_BLOCKS: usize = up_to(SLOTS_END, size_of::<[usize; MOST + 1]>());
+const BEFORE_MET: usize = up_to(BLOCKS_END, SLOTS_END + size_of::<[usize; MOST + 1]>());
+
+/// How far it is from a place to the next one that is in that `part` of a page.
+const fn up_to(part: usize, from: usize) -> usize {
+    (part + PAGE - from % PAGE) % PAGE
+}
+
+const _: () = assert!(offset_of!(Visits, blocks) % PAGE == SLOTS_END && offset_of!(Visits, met) % PAGE == BLOCKS_END);
+
 impl Visits {
-    pub fn new() -> Self {
-        Self {
-            slots: [0; MOST + 1],
-            blocks: [ptr::null(); MOST + 1],
-            met: [const { MaybeUninit::uninit() }; MOST / 2],
-        }
+    /// For a kernel that has `local` in its frame.
+    pub fn opposite<'r, F>(room: &'r mut Room<Self>, local: &F) -> &'r mut Self {
+        // SAFETY: it is all of what may be anything.
+        unsafe { room.opposite(local, MET_END).assume_init_mut() }
     }
 
     /// Adds the blocks of a leaf to so many others; how many there are then. The slot is told by where it lies.
@@ -73,8 +100,8 @@ impl Visits {
         debug_assert!(at <= MOST);
         // SAFETY: by this function's own contract.
         unsafe {
-            *self.slots.get_unchecked_mut(at) = slot;
-            *self.blocks.get_unchecked_mut(at) = block;
+            self.slots.get_unchecked_mut(at).write(slot);
+            self.blocks.get_unchecked_mut(at).write(block);
         }
     }
 
@@ -86,8 +113,8 @@ impl Visits {
     unsafe fn visit<'s>(&self, slots: &'s [Slot; SLOTS], at: usize) -> (&'s Slot, &Block) {
         // SAFETY: by this function's own contract.
         unsafe {
-            let slot = slots.as_ptr().with_addr(*self.slots.get_unchecked(at));
-            (&*slot, &**self.blocks.get_unchecked(at))
+            let slot = slots.as_ptr().with_addr(self.slots.get_unchecked(at).assume_init());
+            (&*slot, &*self.blocks.get_unchecked(at).assume_init())
         }
     }
 
