@@ -5,8 +5,8 @@
 //! once more where the next four do as well, which depends on the pages that the system happened to give. So what a kernel
 //! writes in every turn lies elsewhere in a page than what it reads then: its own frame, and the rest of such memory.
 //!
-//! That twelve bits decide first is in AMD, "Software Optimization Guide for the AMD Zen5 Microarchitecture", 2024, under load/store unit;
-//! what follows when they agree is measured (benches/history.md).
+//! That it is the place in a page which decides first: AMD, "Software Optimization Guide for AMD64 Processors", 25112, 2005, section 5.5,
+//! "False Dependencies"; the next four bits are measured (benches/history.md, "Where the rays' own memory lies").
 
 use std::{marker::PhantomData, mem::MaybeUninit, ptr};
 
