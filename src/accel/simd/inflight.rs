@@ -35,8 +35,9 @@ use crate::math::Ray;
 /// How many rays before its turn one is fetched.
 pub const AHEAD: usize = 16;
 
-/// As long as fewer rays wait at leaves, and at least as many are at nodes, those at leaves go on waiting.
-const ENOUGH: u32 = SLOTS as u32 / 4;
+/// As long as fewer rays wait at leaves, and at least so many are at nodes, those at leaves go on waiting.
+const AT_LEAVES: u32 = 3 * SLOTS as u32 / 8;
+const AT_NODES: u32 = SLOTS as u32 / 4;
 
 /// What a block of triangles takes, and what else there is to do for a ray, in halves of a node's test.
 const BLOCK: u64 = 3;
@@ -213,7 +214,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         }
         let at_node = active & !leaf & !fresh & !done;
         let mut at_leaf = active & leaf & !fresh;
-        if at_leaf.count_ones() < ENOUGH && at_node.count_ones() >= ENOUGH {
+        if at_leaf.count_ones() < AT_LEAVES && at_node.count_ones() >= AT_NODES {
             at_leaf = 0;
         }
         if Q::ANY {
