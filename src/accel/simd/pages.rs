@@ -3,6 +3,9 @@
 //! A ray that has nothing in common with its neighbours touches a new page at nearly every step; with pages of 4 KiB each
 //! of those looks up where it lies. Linux gives pages of 2 MiB to memory that asks for them.
 
+/// Bytes of a small page.
+pub const PAGE: usize = 4096;
+
 /// Room for `len` values in large pages where the system has them. The memory is not touched yet.
 pub fn reserve<T>(len: usize) -> Vec<T> {
     let vec = Vec::with_capacity(len);
@@ -13,7 +16,6 @@ pub fn reserve<T>(len: usize) -> Vec<T> {
 
 #[cfg(target_os = "linux")]
 fn advise<T>(vec: &Vec<T>) {
-    const PAGE: usize = 4096;
     const LARGE_PAGE: usize = 2 << 20;
     const MADV_HUGEPAGE: i32 = 14;
     unsafe extern "C" {

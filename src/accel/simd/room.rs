@@ -10,8 +10,7 @@
 
 use std::{marker::PhantomData, mem::MaybeUninit, ptr};
 
-/// Bytes of a page.
-pub const PAGE: usize = 4096;
+use super::pages::PAGE;
 
 /// A cache line.
 #[repr(C, align(64))]
@@ -38,9 +37,9 @@ impl<T> Room<T> {
 
     /// Where its first `length` bytes lie opposite to `local` in a page, which is in the frame of the kernel that asks.
     pub fn opposite<F>(&mut self, local: &F, length: usize) -> &mut MaybeUninit<T> {
-        let middle = ptr::from_ref(local).addr() + size_of::<F>() / 2 + PAGE / 2;
-        let begin = middle.wrapping_sub(length / 2);
-        let line = begin.wrapping_sub(self.lines.as_ptr().addr()) % PAGE / LINE;
+        // Of a place in a page alone, so that nothing comes of an address at the end of all.
+        let middle = ptr::from_ref(local).addr() % PAGE + size_of::<F>() / 2 + PAGE / 2;
+        let line = middle.wrapping_sub(length / 2).wrapping_sub(self.lines.as_ptr().addr()) % PAGE / LINE;
         let lines = &mut self.lines[line..line + Self::LINES];
         // SAFETY: so many lines are as long as the value or longer, and aligned as it is or more; nothing is said of what is in them.
         unsafe { &mut *lines.as_mut_ptr().cast() }
