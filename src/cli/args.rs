@@ -69,7 +69,7 @@ pub struct BenchArgs {
     pub repetitions: u16,
 
     /// Repetitions of each build
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
     pub builds: u16,
 }
 
