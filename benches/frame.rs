@@ -5,7 +5,7 @@ use std::path::Path;
 use batch_render::{
     batch::{Plan, Request},
     compile, describe,
-    render::{self, Watch},
+    render::{Control, Renderer},
 };
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
@@ -20,13 +20,21 @@ fn frame(c: &mut Criterion) {
     };
     let plan = Plan::new(&desc, &request).expect("a valid request");
     let scene = compile::scene(&desc, plan.accel).expect("the assignment's scene");
-    let watch = Watch::default();
+    let (renderer, integrator) = (Renderer::new(), plan.integrator.as_dyn());
     let mut group = c.benchmark_group("frame");
     group
         .sample_size(10)
         .throughput(Throughput::Elements(1280 * 720 * u64::from(samples)));
     group.bench_function("assignment", |b| {
-        b.iter(|| render::shot(&scene, &plan.frames[0].shot, &plan.integrator, &plan.settings, &watch));
+        b.iter(|| {
+            renderer.render(
+                &scene,
+                &plan.frames[0].shot,
+                integrator,
+                &plan.settings,
+                &Control::default(),
+            )
+        });
     });
     group.finish();
 }

@@ -2,7 +2,7 @@
 //! `cargo bench --bench growth -- OUT.svg 10000 100000 1000000 10000000`. Prints a row for each number of triangles, the best of
 //! three pictures, and draws the times over the logarithm of the triangles. Without arguments it prints up to a million.
 
-use std::{error::Error, fmt::Write, sync::atomic::Ordering, time::Instant};
+use std::{error::Error, fmt::Write, time::Instant};
 
 use batch_render::{
     accel::AccelKind,
@@ -10,7 +10,7 @@ use batch_render::{
     integrator::IntegratorDesc,
     material::{Material, matte::Matte},
     math::{DVec3, Rgb, Vec3, trig},
-    render::{self, Settings, Watch},
+    render::{Control, Counters, Renderer, Settings},
     scene::{Background, Builder},
     shape::mesh::Mesh,
     texture::Color,
@@ -57,9 +57,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         scene.mesh("terrain", mesh, gray)?;
         let scene = scene.build(AccelKind::default())?;
         let picture = || {
-            let (watch, start) = (Watch::default(), Instant::now());
-            render::frame(&scene, &camera, &path, &settings, &watch).expect("nobody cancels");
-            (start.elapsed().as_secs_f64(), watch.rays.load(Ordering::Relaxed) as f64)
+            let (counters, start) = (Counters::default(), Instant::now());
+            let control = Control {
+                counters: Some(&counters),
+                ..Control::default()
+            };
+            let film = Renderer::new().render(&scene, &camera.into(), path.as_dyn(), &settings, &control);
+            film.expect("nobody cancels");
+            (start.elapsed().as_secs_f64(), counters.rays() as f64)
         };
         let (seconds, rays) = (0..3)
             .map(|_| picture())

@@ -7,19 +7,18 @@ use std::path::Path;
 use batch_render::{
     batch::{Plan, Request},
     compile, describe,
-    film::view::View,
-    integrator::{Departures, Integrator, Vertex, Visit},
+    integrator::{Integrator, ShadingOutput, Vertex, VertexContext},
     math::Rgb,
-    output,
-    render::{self, Watch},
+    output::{self, DisplayTransform, FrameMetadata},
+    render::{Control, Renderer},
 };
 
 struct FacingRatio;
 
 impl Integrator for FacingRatio {
-    fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
-        // A vertex adds radiance and may send out rays: `out.shadow` and `out.go_on`. This one only adds.
-        if let Vertex::Surface(surface, _) = visit.vertex {
+    fn vertex(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
+        // A vertex adds radiance and may send out rays: `out.add_shadow` and `out.spawn_path`. This one only adds.
+        if let Vertex::Surface(surface, _) = context.vertex {
             out.add(Rgb::gray(surface.ns.dot(surface.wo).abs()));
         }
     }
@@ -38,15 +37,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let plan = Plan::new(&desc, &request)?;
     let scene = compile::scene(&desc, plan.accel)?;
-    let film = render::shot(
+    let film = Renderer::new().render(
         &scene,
         &plan.frames[0].shot,
         &FacingRatio,
         &plan.settings,
-        &Watch::default(),
+        &Control::default(),
     )?;
 
-    output::picture(Path::new(&out), &film, View::Raw)?;
+    let metadata = FrameMetadata {
+        view: DisplayTransform::Raw,
+        ..FrameMetadata::new(1, &plan.settings, &FacingRatio)
+    };
+    output::write_still(Path::new(&out), &film, &metadata)?;
     println!("wrote {out}");
     Ok(())
 }

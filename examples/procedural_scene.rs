@@ -5,13 +5,12 @@ use std::{error::Error, path::Path};
 use batch_render::{
     accel::AccelKind,
     camera::{Camera, Lens, LookAt, Pose, perspective::PerspectiveLens},
-    film::view::View,
     integrator::whitted::Whitted,
     light::{Light, point::PointLight},
     material::{Material, matte::Matte, phong::Phong},
     math::{DVec3, Rgb, Vec3},
-    output,
-    render::{self, Settings, Watch},
+    output::{self, FrameMetadata},
+    render::{self, Settings},
     scene::{Background, Builder, Scene},
     shape::mesh::Mesh,
     texture::Color,
@@ -73,7 +72,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     let (max_depth, ambient) = (5, Rgb::gray(0.2));
     let whitted = Whitted { max_depth, ambient };
-    let film = render::frame(&cube_scene()?, &camera, &whitted, &settings, &Watch::default())?;
-    output::picture(Path::new(&out), &film, View::Srgb)?;
+    let film = render::render(&cube_scene()?, &camera, &whitted, &settings)?;
+    output::write_still(Path::new(&out), &film, &FrameMetadata::new(1, &settings, &whitted))?;
     Ok(())
 }

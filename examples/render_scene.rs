@@ -5,7 +5,7 @@ use std::path::Path;
 use batch_render::{
     batch::{self, Observer, Plan, Request},
     compile, describe,
-    render::Watch,
+    render::Control,
 };
 
 /// Says what is written, and nothing else.
@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let plan = Plan::new(&desc, &request)?;
     // The scene itself, with its acceleration structure; it could render any number of frames.
     let scene = compile::scene(&desc, plan.accel)?;
-    let summary = batch::run(&plan, &scene, &Quiet, &Watch::default())?;
+    let summary = batch::run(&plan, &scene, &Quiet, &Control::default())?;
     println!("{} rays in {:.2} s", summary.rays, summary.wall.as_secs_f64());
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! The words of scene files: numbers, points, directions and colours that check themselves while they are read, so that
 //! an error points at the very value, and the problems that a closer look finds.
 
-use std::{fmt, marker::PhantomData, ops::Range};
+use std::{error, fmt, marker::PhantomData, ops::Range};
 
 use glam::Vec3;
 use serde::{Deserialize, Deserializer, de};
@@ -45,6 +45,81 @@ pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str
         .filter(|(distance, c)| *distance <= 1 + c.len().min(word.len()) / 4)
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, c)| c)
+}
+
+/// A name that is not known.
+///
+/// Displayed on one line: "unknown key `radus` (did you mean `radius`?)".
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnknownName {
+    /// The message, without the help.
+    message: String,
+    /// The name that was probably meant.
+    suggestion: Option<String>,
+    /// The help where no known name is similar.
+    fallback: Option<String>,
+}
+
+impl UnknownName {
+    /// A `name` that is not among the `known` ones. `what` says what it is the name of, such as "key" or "format".
+    pub fn new<'a>(what: &str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
+        let known: Vec<&str> = known.into_iter().collect();
+        Self {
+            message: format!("unknown {what} `{name}`"),
+            suggestion: did_you_mean(name, known.iter().copied()).map(str::to_owned),
+            fallback: Some(if known.is_empty() {
+                format!("no {what} is allowed here")
+            } else {
+                format!("expected {}", one_of(known))
+            }),
+        }
+    }
+
+    /// The same with another help text, or with none, where no known name is similar.
+    pub fn with_fallback(mut self, help: Option<String>) -> Self {
+        self.fallback = help;
+        self
+    }
+
+    /// The known name that was probably meant.
+    pub fn suggestion(&self) -> Option<&str> {
+        self.suggestion.as_deref()
+    }
+
+    /// How to correct the name.
+    pub fn help(&self) -> Option<String> {
+        match &self.suggestion {
+            Some(name) => Some(format!("did you mean `{name}`?")),
+            None => self.fallback.clone(),
+        }
+    }
+
+    /// The problem of the name at `span` in a scene file.
+    pub fn at(&self, span: Span) -> Problem {
+        Problem {
+            span: Some(span),
+            message: self.message.clone(),
+            help: self.help(),
+        }
+    }
+}
+
+impl fmt::Display for UnknownName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)?;
+        match self.help() {
+            Some(help) => write!(f, " ({help})"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl error::Error for UnknownName {}
+
+/// The text "one of `a`, `b`".
+pub fn one_of<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let quoted: Vec<_> = names.into_iter().map(|name| format!("`{name}`")).collect();
+    format!("one of {}", quoted.join(", "))
 }
 
 /// Any number, whole or not.

@@ -8,6 +8,7 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
+use batch_render::film::{PassSpec, passes::PASSES};
 use common::{Folder, repo, repo_str};
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, Layer, LayerAttributes, ReadChannels,
@@ -19,7 +20,21 @@ use libtest_mimic::{Arguments, Failed, Trial};
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     Light,
-    Data,
+    /// The pass of this name, rendered alone.
+    Pass(&'static str),
+}
+
+impl Kind {
+    /// The channels that a picture is compared by; a golden picture holds them as R, G and B.
+    fn channels(self) -> [String; 3] {
+        let Self::Pass(name) = self else {
+            return ["R", "G", "B"].map(str::to_owned);
+        };
+        let spec: &PassSpec = PASSES.iter().find(|spec| spec.name == name).expect("a pass");
+        // The last channel stands in for those that the pass does not have.
+        let channel = |i: usize| spec.channels[i.min(spec.channels.len() - 1)];
+        [0, 1, 2].map(|i| format!("{name}.{}", channel(i)))
+    }
 }
 
 /// The name of the picture, its scene and what it shows.
@@ -31,8 +46,8 @@ const PICTURES: &[(&str, &str, Kind)] = &[
     ("metal", "scenes/kinds/metal.toml", Kind::Light),
     ("mesh", "scenes/kinds/mesh.toml", Kind::Light),
     ("principled", "scenes/kinds/principled.toml", Kind::Light),
-    ("depth", "scenes/kinds/depth.toml", Kind::Data),
-    ("normals", "scenes/kinds/normals.toml", Kind::Data),
+    ("depth", "scenes/passes/scene.toml", Kind::Pass("depth")),
+    ("normals", "scenes/passes/scene.toml", Kind::Pass("N")),
 ];
 
 const SIZE: [usize; 2] = [48, 27];
@@ -94,8 +109,11 @@ fn render(scene: &str, kind: Kind, seed: usize) -> Pixels {
     if scene.contains("/kinds/") && kind == Kind::Light {
         args.extend(["--integrator", "path"]);
     }
+    if let Kind::Pass(name) = kind {
+        args.extend(["--show", name]);
+    }
     folder.succeed(&args);
-    read_channels(&folder.path("f.exr"), ["R", "G", "B"])
+    read_channels(&folder.path("f.exr"), kind.channels().each_ref().map(String::as_str))
 }
 
 /// Three channels of a file.
@@ -121,13 +139,13 @@ fn read_channels(path: &Path, names: [&str; 3]) -> Pixels {
 }
 
 fn bless(path: &Path, scene: &str, kind: Kind) -> Result<(), Failed> {
-    let count = if kind == Kind::Data { 1 } else { RUNS };
+    let count = if kind == Kind::Light { RUNS } else { 1 };
     let runs: Vec<Pixels> = (1..=count).map(|seed| render(scene, kind, 100 + seed)).collect();
     let mean = |i: usize, c: usize| runs.iter().map(|r| r[i][c]).sum::<f64>() / count as f64;
     let pixels = SIZE[0] * SIZE[1];
     let channel = |name: &str, value: &dyn Fn(usize) -> f64| {
         let samples = match kind {
-            Kind::Data => FlatSamples::F32((0..pixels).map(|i| value(i) as f32).collect()),
+            Kind::Pass(_) => FlatSamples::F32((0..pixels).map(|i| value(i) as f32).collect()),
             Kind::Light => FlatSamples::F16((0..pixels).map(|i| f16::from_f64(value(i))).collect()),
         };
         AnyChannel::new(name, samples)
@@ -160,7 +178,7 @@ fn bless(path: &Path, scene: &str, kind: Kind) -> Result<(), Failed> {
 fn compare(path: &Path, scene: &str, kind: Kind) -> Result<(), Failed> {
     let expected = read_channels(path, ["R", "G", "B"]);
     let found = render(scene, kind, 0);
-    if kind == Kind::Data {
+    if kind != Kind::Light {
         let off = expected.iter().zip(&found).filter(|(a, b)| a != b).count();
         return if off == 0 {
             Ok(())

@@ -17,7 +17,7 @@ use batch_render::{
         DVec3, Ray, Rgb, Transform, Vec2, Vec3,
         hash::{pcg4d, unit_f32},
     },
-    render::{self, Settings, Watch},
+    render::{self, Settings},
     scene::{Background, Builder, GroupId, MeshId, Motion, MotionError, ObjectId, Pose as MeshPose, Scene, Surface},
     shape::{Shape, mesh::Mesh, sphere::Sphere},
     texture::Color,
@@ -181,8 +181,8 @@ fn picture(scene: &Scene) -> Vec<[f32; 4]> {
         max_depth: 3,
         ambient: Rgb::gray(0.1),
     };
-    let film = render::frame(scene, &camera, &whitted, &settings, &Watch::default()).expect("nobody cancels");
-    film.pixels
+    let film = render::render(scene, &camera, &whitted, &settings).expect("a film");
+    film.beauty().to_vec()
 }
 
 #[test]

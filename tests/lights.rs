@@ -6,7 +6,7 @@ use batch_render::{
     batch::{Plan, Request},
     compile,
     describe::{self, Source},
-    render::{self, Watch},
+    render::{Control, Renderer},
 };
 
 const SIDE: u32 = 12;
@@ -108,15 +108,15 @@ fn render(lights: &str, strategy: &str, seed: u32) -> Vec<f64> {
     .expect("a scene");
     let plan = Plan::new(&desc, &Request::default()).expect("a plan");
     let scene = compile::scene(&desc, plan.accel).expect("compiles");
-    let film = render::shot(
+    let film = Renderer::new().render(
         &scene,
         &plan.frames[0].shot,
-        &plan.integrator,
+        plan.integrator.as_dyn(),
         &plan.settings,
-        &Watch::default(),
+        &Control::default(),
     );
     let film = film.expect("not cancelled");
-    film.pixels.iter().map(|p| f64::from(p[1])).collect()
+    film.beauty().iter().map(|p| f64::from(p[1])).collect()
 }
 
 /// The means of the whole picture and of its quarters.

@@ -7,7 +7,7 @@ use batch_render::{
     integrator::whitted::Whitted,
     material::{Material, matte::Matte},
     math::{DVec3, Rgb, Vec2, Vec3},
-    render::{self, Settings, Watch},
+    render::{self, Settings},
     scene::{Background, Builder, Scene},
     shape::{
         Shape,
@@ -63,7 +63,7 @@ fn shoot(scene: &Scene, eye: DVec3, target: DVec3, fov: f64, side: u32) -> Film 
         ambient: Rgb::WHITE,
     };
     let settings = Settings::new([side, side], 1);
-    render::frame(scene, &camera, &bare, &settings, &Watch::default()).expect("a picture")
+    render::render(scene, &camera, &bare, &settings).expect("a film")
 }
 
 /// A board whose squares are single texels.
@@ -99,7 +99,7 @@ fn a_far_board_at_a_grazing_angle_is_gray_with_one_sample() {
     let far = |filter| {
         let scene = scene(floor, board(256), filter, 4.0);
         let film = shoot(&scene, DVec3::new(0.0, 1.0, 45.0), DVec3::new(0.0, 1.0, 0.0), 10.0, 64);
-        let rows = &film.pixels[37 * 64..50 * 64];
+        let rows = &film.beauty()[37 * 64..50 * 64];
         mean_and_variance(&rows.iter().map(|p| p[0]).collect::<Vec<_>>())
     };
     let (mean, variance) = far(Filter::Trilinear);
@@ -123,7 +123,7 @@ fn a_pixel_that_is_four_texels_wide_sees_the_mean_of_sixteen() {
     batch_render::texture::mipmap::build(&mut bitmap);
     for [x, y] in [[7, 7], [8, 7], [7, 8], [8, 8]] {
         let expected = bitmap.level(2).rgb(x, y).r;
-        let found = film.pixels[(y * 16 + x) as usize][0];
+        let found = film.beauty()[(y * 16 + x) as usize][0];
         assert!((found - expected).abs() < 0.01, "{x} {y}: {found} for {expected}");
     }
 }
@@ -133,7 +133,9 @@ fn from_near_every_filter_but_nearest_gives_the_same_bits() {
     let wall = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[x, y]| Vec3::new(x, y, 0.0));
     let shot = |filter| {
         let scene = scene(wall, board(8), filter, 1.0);
-        shoot(&scene, DVec3::new(0.1, 0.05, 1.0), DVec3::ZERO, 40.0, 48).pixels
+        shoot(&scene, DVec3::new(0.1, 0.05, 1.0), DVec3::ZERO, 40.0, 48)
+            .beauty()
+            .to_vec()
     };
     assert_eq!(shot(Filter::Trilinear), shot(Filter::Linear));
     assert_ne!(shot(Filter::Trilinear), shot(Filter::Nearest));

@@ -5,6 +5,7 @@
 
 mod existing;
 mod open;
+mod passes;
 mod plan;
 mod run;
 mod summary;

@@ -5,20 +5,19 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{Existing, FrameRange, Turntable, range::MAX_FRAMES};
+use super::{Existing, FrameRange, Turntable, passes::PassChoice, range::MAX_FRAMES};
 use crate::{
     accel::AccelKind,
     assets::camera_path,
     camera::{Camera, Lens, RotationOrder, SceneCamera, Shot, path::CameraPath},
     describe::{Diagnostics, SceneDesc},
     error::Error,
-    film::{Window, view::View},
-    filter::Filter,
-    integrator::{BuiltIn, IntegratorDesc, Shown},
-    output::{self, Compression, Depth, Encoding, Format, Pattern},
-    render,
+    film::{FilmLayout, Window},
+    integrator::{BuiltIn, IntegratorDesc},
+    output::{self, Compression, DisplayTransform, Encoding, Format, FrameMetadata, Pattern, Shown},
+    render::{self, Content, SampleBudget},
     sampler::{Sampler, SeedMode},
-    value::{Problem, Spanned, did_you_mean},
+    value::{Problem, Spanned, UnknownName},
 };
 
 /// What somebody wants rendered; what is `None` is the scene's to say.
@@ -37,6 +36,10 @@ pub struct Request {
     pub seed: Option<u32>,
     pub seed_mode: Option<SeedMode>,
     pub integrator: Option<String>,
+    /// Names of passes that EXR files hold beside the beauty, in place of the scene's; empty for the scene's.
+    pub aovs: Vec<String>,
+    /// The name of a pass that files show in place of the beauty.
+    pub show: Option<String>,
     pub accel: AccelKind,
     pub fps: Option<f64>,
     pub rotation_order: Option<RotationOrder>,
@@ -69,9 +72,11 @@ pub struct Plan {
     pub integrator: BuiltIn,
     pub accel: AccelKind,
     pub existing: Existing,
-    pub view: View,
+    pub view: DisplayTransform,
     pub exposure: f32,
     pub encoding: Encoding,
+    /// The planes of each film that go into its files.
+    pub shown: Shown,
     /// Frames per second, as a fraction.
     pub fps: Option<(i32, u32)>,
     pub seed_mode: SeedMode,
@@ -95,27 +100,34 @@ impl Plan {
                 None
             }
         };
-        let view = named(&desc.output.view, View::from_name, View::names())
-            .map_err(&mut keep)
-            .ok();
-        let compression = named(
-            &desc.output.compression,
-            Compression::from_name,
-            Compression::ALL.iter().map(|c| c.name()),
+        let view = named(
+            "view",
+            &desc.output.view,
+            DisplayTransform::from_name,
+            DisplayTransform::names(),
         )
         .map_err(&mut keep)
         .ok();
+        let names = Compression::ALL.iter().map(|c| c.name());
+        let compression = named("compression", &desc.output.compression, Compression::from_name, names)
+            .map_err(&mut keep)
+            .ok();
+        let choice = match PassChoice::new(desc, request, &patterns)? {
+            Ok(choice) => Some(choice),
+            Err(several) => {
+                several.into_iter().for_each(&mut keep);
+                None
+            }
+        };
         if let Some(diagnostics) = Diagnostics::new(&desc.source, problems) {
             return Err(Error::Invalid(diagnostics));
         }
-        let (Some(integrator), Some(view), Some(compression)) = (integrator, view, compression) else {
+        let (Some(integrator), Some(view), Some(compression), Some(choice)) = (integrator, view, compression, choice)
+        else {
             unreachable!("what did not compile left a problem");
         };
-        let shown = integrator.shown();
-        if shown.is_measured() {
-            settings.samples = 1;
-            settings.filter = None;
-        }
+        let shown = set_passes(&mut settings, choice, &integrator)?;
+        check_memory(desc, &settings, &integrator, request.max_memory)?;
         let turntable = request
             .turntable
             .zip(camera)
@@ -137,33 +149,45 @@ impl Plan {
             integrator,
             accel: request.accel,
             existing: request.existing,
-            view: view_of(shown, view),
-            exposure: match shown {
-                Shown::Light | Shown::Counts | Shown::Distance => desc.output.exposure.map_or(0.0, f32::from),
-                Shown::Signed | Shown::Fraction | Shown::Id => 0.0,
-            },
+            view: view.unwrap_or_default(),
+            exposure: desc.output.exposure.map_or(0.0, f32::from),
             encoding: Encoding {
                 compression: compression.unwrap_or_default(),
-                // Halves would not hold distances and hashes.
-                depth: if shown.is_measured() { Depth::Float } else { Depth::Half },
             },
+            shown,
             fps: request.fps.map(rational),
             seed_mode: request.seed_mode.unwrap_or(desc.render.seed_mode),
             settings,
         })
     }
+
+    /// What the files of a frame say beside its pixels.
+    pub fn metadata(&self, frame: i32) -> FrameMetadata {
+        FrameMetadata {
+            view: self.view,
+            exposure: self.exposure,
+            fps: self.fps,
+            ..FrameMetadata::new(frame, &self.settings, self.integrator.as_dyn())
+        }
+    }
 }
 
-/// How a PNG shows the numbers: light as the scene says, all others in their own way.
-fn view_of(shown: Shown, said: Option<View>) -> View {
-    match shown {
-        Shown::Light => said.unwrap_or_default(),
-        Shown::Counts => View::Heat,
-        Shown::Signed => View::Signed,
-        Shown::Distance => View::Near,
-        Shown::Fraction => View::Fraction,
-        Shown::Id => View::Id,
+/// Lets films hold the chosen passes. Returns what of them files show.
+fn set_passes(settings: &mut render::Settings, choice: PassChoice, integrator: &BuiltIn) -> Result<Shown, Error> {
+    if let Some(pass) = choice.first_of_light().filter(|_| integrator.as_dyn().wants_cost()) {
+        let name = pass.spec().name;
+        return Err(Error::Usage(format!(
+            "the integrator `cost` has no light for the pass `{name}`"
+        )));
     }
+    settings.content = choice.content();
+    settings.passes = choice.passes;
+    if settings.content == Content::FirstHits {
+        settings.samples = SampleBudget::fixed(1);
+        settings.filter = None;
+    }
+    // The first plane is what the integrator computes.
+    Ok(if choice.is_shown { Shown::Plane(1) } else { Shown::All })
 }
 
 fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Error> {
@@ -172,7 +196,7 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
     let window = match request.crop {
         None => Window::full(resolution),
         Some([x0, y0, x1, y1]) if x1 <= resolution[0] && y1 <= resolution[1] && x0 < x1 && y0 < y1 => {
-            Window::new(x0, y0, x1, y1)
+            Window::sized([x0 as i32, y0 as i32], [x1 - x0, y1 - y0])
         }
         Some([x0, y0, x1, y1]) => {
             let [w, h] = resolution;
@@ -182,7 +206,7 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
         }
     };
     let samples = request.samples.unwrap_or(desc.render.samples.get_ref().0);
-    check_memory(resolution, window, request.max_memory)?;
+    check_size(resolution)?;
     let filter = match &desc.render.filter {
         None if samples == 1 => None,
         filter => Some(filter.clone().unwrap_or_default().compile()),
@@ -194,21 +218,36 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
     Ok(render::Settings {
         resolution,
         window,
-        samples,
+        samples: SampleBudget::fixed(samples),
         seed: request.seed.unwrap_or(desc.render.seed.0),
-        frame: 0,
+        noise_frame: 0,
         sampler,
-        filter: filter.map(|f: Filter| f),
-        layers: render::Layers::None,
+        filter,
+        content: Content::Light,
+        passes: Vec::new(),
     })
 }
 
-/// Frames in memory at once: one renders, one waits, one is written, encoded beside its pixels.
+/// The number of frames in memory at once: one renders, one waits, one is written, encoded beside its pixels.
 const FRAMES_IN_MEMORY: u64 = 4;
 
-fn check_memory([width, height]: [u32; 2], window: Window, limit: Option<u64>) -> Result<(), Error> {
-    let pixels = u64::from(window.width()) * u64::from(window.height());
-    let bytes = pixels.saturating_mul(FRAMES_IN_MEMORY * size_of::<[f32; 4]>() as u64);
+/// The names of the scene's light groups; what is in none is in the first.
+fn light_groups(_desc: &SceneDesc) -> Vec<String> {
+    vec![String::new()]
+}
+
+fn check_memory(
+    desc: &SceneDesc,
+    settings: &render::Settings,
+    integrator: &BuiltIn,
+    limit: Option<u64>,
+) -> Result<(), Error> {
+    let picture = render::picture_of(integrator.as_dyn());
+    let layout = FilmLayout::new(picture, &settings.passes, &light_groups(desc))
+        .map_err(|unknown| Error::Usage(unknown.to_string()))?;
+    let frame = (settings.window.area() as u64).saturating_mul(layout.bytes_per_pixel());
+    let bytes = frame.saturating_mul(FRAMES_IN_MEMORY);
+    let [width, height] = settings.resolution;
     match limit {
         Some(limit) if bytes > limit => Err(Error::Memory {
             width,
@@ -216,15 +255,20 @@ fn check_memory([width, height]: [u32; 2], window: Window, limit: Option<u64>) -
             bytes,
             limit,
         }),
-        _ if width > MOST_COLUMNS || height > MOST_COLUMNS => Err(Error::Usage(format!(
-            "a picture has at most {MOST_COLUMNS} columns and rows, not {width}x{height}"
-        ))),
         _ => Ok(()),
     }
 }
 
-/// What the coordinates of film and files can hold.
-const MOST_COLUMNS: u32 = 1 << 24;
+fn check_size([width, height]: [u32; 2]) -> Result<(), Error> {
+    if width > MAX_SIDE || height > MAX_SIDE {
+        let message = format!("a picture has at most {MAX_SIDE} columns and rows, not {width}x{height}");
+        return Err(Error::Usage(message));
+    }
+    Ok(())
+}
+
+/// The columns and rows that the coordinates of film and files can hold.
+const MAX_SIDE: u32 = 1 << 24;
 
 fn integrator(desc: &SceneDesc, request: &Request) -> Result<IntegratorDesc, Error> {
     let said = desc.render.integrator.clone();
@@ -239,27 +283,16 @@ fn integrator(desc: &SceneDesc, request: &Request) -> Result<IntegratorDesc, Err
     }
 }
 
-fn named<T, N: Iterator<Item = &'static str>>(
-    said: &Option<Spanned<String>>,
+fn named<T>(
+    what: &str,
+    given: &Option<Spanned<String>>,
     from_name: impl Fn(&str) -> Option<T>,
-    names: N,
+    known: impl Iterator<Item = &'static str>,
 ) -> Result<Option<T>, Problem> {
-    let Some(said) = said else { return Ok(None) };
-    match from_name(said.get_ref()) {
-        Some(value) => Ok(Some(value)),
-        None => {
-            let names: Vec<_> = names.collect();
-            let problem = Problem::at(said.span(), format!("unknown name `{}`", said.get_ref()));
-            let help = match did_you_mean(said.get_ref(), names.iter().copied()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!(
-                    "known are {}",
-                    names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")
-                ),
-            };
-            Err(problem.with_help(help))
-        }
-    }
+    let Some(given) = given else { return Ok(None) };
+    let name = given.get_ref();
+    let unknown = || UnknownName::new(what, name, known).at(given.span());
+    from_name(name).map(Some).ok_or_else(unknown)
 }
 
 fn patterns(desc: &SceneDesc, request: &Request) -> Result<Vec<Pattern>, Error> {

@@ -2,10 +2,7 @@
 
 use std::{
     path::Path,
-    sync::{
-        atomic::Ordering,
-        mpsc::{Receiver, SyncSender, sync_channel},
-    },
+    sync::mpsc::{Receiver, SyncSender, sync_channel},
     thread,
     time::{Duration, Instant},
 };
@@ -15,9 +12,8 @@ use crate::{
     camera::Shot,
     error::Error,
     film::Film,
-    integrator::{Layer, Limit, LimitValue},
-    output::{self, Attribute, Channel, Coverage, FrameImage, OutputError, Plane, Samples, WriteReport},
-    render::{self, Watch},
+    output::{self, Coverage, FrameImage, OutputError, WriteReport},
+    render::{self, Cancelled, Content, Control, Counters, RenderError, Renderer},
     scene::Scene,
 };
 
@@ -43,19 +39,25 @@ struct Finished<'a> {
 ///
 /// At most one finished frame waits while another is written. A disk that fails ends the job; whatever happens, a file
 /// under its own name is whole.
-pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, watch: &Watch) -> Result<Summary, Error> {
+pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, control: &Control<'_>) -> Result<Summary, Error> {
+    let own_counters = Counters::default();
+    let counters = control.counters.unwrap_or(&own_counters);
+    let control = Control {
+        counters: Some(counters),
+        ..*control
+    };
     check_targets(plan)?;
     let start = Instant::now();
     let (send, receive) = sync_channel(1);
     let filled = plan.frames.iter().all(|f| f.shot.fills_film());
-    let coverage = if scene.background.visible && filled && !plan.integrator.shown().is_measured() {
+    let coverage = if scene.background.visible && filled && plan.settings.content == Content::Light {
         Coverage::Full
     } else {
         Coverage::Partial
     };
     let mut summary = thread::scope(|scope| {
         let writer = scope.spawn(move || write_all(plan, coverage, receive, observer));
-        let rendered = render_all(plan, scene, observer, watch, &send);
+        let rendered = render_all(plan, scene, observer, &control, &send);
         drop(send);
         let written = writer.join().expect("the writing thread does not panic");
         // A file that cannot be written is why rendering stopped, so it speaks first.
@@ -63,7 +65,8 @@ pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, watch: &Watch) -
         rendered.map(|summary| Summary { clamped, ..summary })
     })?;
     summary.wall = start.elapsed();
-    summary.rays = watch.rays.load(Ordering::Relaxed);
+    summary.rays = counters.rays();
+    summary.samples = counters.samples();
     Ok(summary)
 }
 
@@ -88,10 +91,11 @@ fn render_all<'a>(
     plan: &'a Plan,
     scene: &Scene,
     observer: &dyn Observer,
-    watch: &Watch,
+    control: &Control<'_>,
     send: &SyncSender<Finished<'a>>,
 ) -> Result<Summary, Error> {
     let mut summary = Summary::default();
+    let renderer = Renderer::new();
     let orbit = plan.turntable.map(|t| t.around(scene));
     for (index, frame) in plan.frames.iter().enumerate() {
         if plan.existing == Existing::Skip && frame.is_on_disk() {
@@ -102,21 +106,25 @@ fn render_all<'a>(
         observer.frame_started(frame.number, index, plan.frames.len());
         let start = Instant::now();
         let settings = render::Settings {
-            frame: plan.seed_mode.frame(frame.number),
+            noise_frame: plan.seed_mode.frame(frame.number),
             ..plan.settings.clone()
         };
         let turned = orbit.map(|o| Shot::from(o.camera(frame.number, settings.resolution)));
         let shot = turned.as_ref().unwrap_or(&frame.shot);
-        let film = render::shot(scene, shot, &plan.integrator, &settings, watch)?;
+        let film = renderer
+            .render(scene, shot, plan.integrator.as_dyn(), &settings, control)
+            .map_err(|e| match e {
+                RenderError::Cancelled(Cancelled) => Error::Cancelled(Cancelled),
+                RenderError::Pass(unknown) => Error::Usage(unknown.to_string()),
+            })?;
         let took = start.elapsed();
         observer.frame_rendered(frame.number, took);
-        let dropped = std::mem::take(&mut *watch.dropped.lock().expect("no thread panics while it holds a lock"));
-        if dropped.count > 0 {
-            summary.dropped.push((frame.number, dropped));
+        let invalid = control.counters.map(Counters::take_invalid).unwrap_or_default();
+        if invalid.count > 0 {
+            summary.invalid.push((frame.number, invalid));
         }
         summary.frame_times.push(took);
         summary.rendered += 1;
-        summary.samples += settings.window.area() as u64 * u64::from(settings.samples);
         if send.send(Finished { frame, film }).is_err() {
             // The writer has given up; its error says why.
             break;
@@ -125,7 +133,7 @@ fn render_all<'a>(
     Ok(summary)
 }
 
-/// Writes frames as they come. Returns how many numbers did not fit into their files.
+/// Writes frames as they come. Returns the number of values that did not fit into their files.
 fn write_all(
     plan: &Plan,
     coverage: Coverage,
@@ -133,13 +141,12 @@ fn write_all(
     observer: &dyn Observer,
 ) -> Result<u64, OutputError> {
     let mut clamped = 0;
-    let metadata = limits(plan);
     for Finished { frame, film } in frames {
-        let layers = layers(plan.integrator.layers(), &film);
         let image = FrameImage {
-            layers: &layers,
-            metadata: &metadata,
-            ..image(plan, coverage, frame.number, &film)
+            film: &film,
+            shown: plan.shown,
+            coverage,
+            metadata: &plan.metadata(frame.number),
         };
         for file in &frame.files {
             let report: WriteReport = output::write(&file.path, file.format, &image, plan.encoding)?;
@@ -148,52 +155,4 @@ fn write_all(
         }
     }
     Ok(clamped)
-}
-
-/// The channels of the film that have names of their own.
-fn layers<'a>(layers: &[Layer], film: &'a Film) -> Vec<Channel<'a>> {
-    let step = film.pixels.first().map_or(1, |p| p.len());
-    let plane = |first| Plane {
-        values: film.pixels.as_flattened(),
-        first,
-        step,
-    };
-    layers
-        .iter()
-        .map(|l| Channel {
-            name: l.name,
-            samples: Samples::Float(plane(l.channel)),
-        })
-        .collect()
-}
-
-/// What the integrator leaves out, for the header of each file.
-fn limits(plan: &Plan) -> Vec<Attribute> {
-    let attribute = |limit: Limit| {
-        let name = format!("batch-render/{}", limit.name);
-        match limit.value {
-            LimitValue::Count(n) => Attribute::new(name, i32::try_from(n).unwrap_or(i32::MAX)),
-            LimitValue::Radiance(l) => Attribute::new(name, l),
-        }
-    };
-    plan.integrator.limits().into_iter().map(attribute).collect()
-}
-
-fn image<'a>(plan: &'a Plan, coverage: Coverage, number: i32, film: &'a Film) -> FrameImage<'a> {
-    FrameImage {
-        resolution: film.resolution,
-        window: film.window.into(),
-        rgba: &film.pixels,
-        coverage,
-        layers: &[],
-        layer_attributes: &[],
-        frame: number,
-        samples: plan.settings.samples,
-        seed: u64::from(plan.settings.seed),
-        sampler: plan.settings.sampler.name(),
-        view: plan.view,
-        exposure: plan.exposure,
-        fps: plan.fps,
-        metadata: &[],
-    }
 }

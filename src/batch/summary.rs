@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::render::Dropped;
+use crate::render::InvalidSamples;
 
 /// The figures of a finished job.
 #[derive(Clone, Debug, Default)]
@@ -20,7 +20,7 @@ pub struct Summary {
     /// Samples of all frames.
     pub samples: u64,
     /// Samples that came out as NaN or infinite, and were left out, of each frame that has such.
-    pub dropped: Vec<(i32, Dropped)>,
+    pub invalid: Vec<(i32, InvalidSamples)>,
     /// Numbers beyond what a half float holds, and NaNs, in the files.
     pub clamped: u64,
 }

@@ -134,6 +134,14 @@ pub struct RenderArgs {
     #[arg(long, value_name = "NAME")]
     pub integrator: Option<String>,
 
+    /// Passes that EXR files hold beside the beauty, in place of the scene's: depth,N,lightgroup or all
+    #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "show")]
+    pub aovs: Vec<String>,
+
+    /// Render one pass in place of the beauty, such as depth
+    #[arg(long, value_name = "PASS")]
+    pub show: Option<String>,
+
     /// What finds the nearest hits; all give the same picture
     #[arg(long, value_name = "NAME", default_value_t)]
     pub accel: batch_render::accel::AccelKind,

@@ -9,7 +9,7 @@ use batch_render::{
     batch::{self, Existing, FrameRange, Plan, Request},
     compile,
     error::Error,
-    render::Watch,
+    render::{Cancel, Control, Counters},
 };
 use clap::Parser;
 
@@ -63,15 +63,21 @@ fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
         }
         return Ok(());
     }
-    let watch = Arc::new(Watch::default());
-    signals::cancel_on_signal(Arc::clone(&watch))?;
+    let (cancel, counters) = (Arc::new(Cancel::default()), Arc::new(Counters::default()));
+    signals::cancel_on_signal(Arc::clone(&cancel))?;
     let kind = if quiet { ProgressKind::None } else { args.progress };
-    let progress = Progress::new(kind, plan.frames.len(), plan.settings.window.area() as u64, &watch);
-    let done = pool.install(|| batch::run(&plan, &scene, &progress, &watch));
+    let samples = plan.settings.window.area() as u64 * u64::from(plan.settings.samples.max);
+    let progress = Progress::new(kind, plan.frames.len(), samples, &counters);
+    let control = Control {
+        cancel: Some(&cancel),
+        counters: Some(&counters),
+        sink: None,
+    };
+    let done = pool.install(|| batch::run(&plan, &scene, &progress, &control));
     match done {
         Ok(figures) => {
             progress.finish(Some(&summary::lines(&figures, &scene, replaced)));
-            for line in summary::dropped(&figures) {
+            for line in summary::invalid(&figures) {
                 tracing::warn!("{line}");
             }
             Ok(())
@@ -134,6 +140,8 @@ fn request(args: &RenderArgs) -> Result<Request, Error> {
         seed: args.seed,
         seed_mode: args.seed_mode,
         integrator: args.integrator.clone(),
+        aovs: args.aovs.clone(),
+        show: args.show.clone(),
         accel: args.accel,
         fps: args.fps,
         rotation_order: args.rotation_order,

@@ -11,7 +11,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use batch_render::{batch::Observer, render::Watch};
+use batch_render::{batch::Observer, render::Counters};
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::{
@@ -30,15 +30,15 @@ pub enum Progress {
 }
 
 impl Progress {
-    /// `frames` frames of `pixels` pixels each.
-    pub fn new(kind: ProgressKind, frames: usize, pixels: u64, watch: &Arc<Watch>) -> Self {
+    /// `frames` frames of `samples` samples each.
+    pub fn new(kind: ProgressKind, frames: usize, samples: u64, counters: &Arc<Counters>) -> Self {
         let kind = match kind {
             ProgressKind::Auto if std::io::stdout().is_terminal() => ProgressKind::Bar,
             ProgressKind::Auto => ProgressKind::Plain,
             said => said,
         };
         match kind {
-            ProgressKind::Bar => Self::Bars(Bars::new(frames, pixels, Arc::clone(watch))),
+            ProgressKind::Bar => Self::Bars(Bars::new(frames, samples, Arc::clone(counters))),
             ProgressKind::Plain => Self::Lines(Lines::default()),
             _ => Self::Silent,
         }
@@ -116,14 +116,14 @@ pub struct Lines {
 pub struct Bars {
     sequence: ProgressBar,
     frame: ProgressBar,
-    /// Pixels that were finished when the frame started.
-    pixels_before: Arc<AtomicU64>,
+    /// Samples that were finished when the frame started.
+    samples_before: Arc<AtomicU64>,
     stop: Arc<AtomicBool>,
     ticker: JoinHandle<()>,
 }
 
 impl Bars {
-    fn new(frames: usize, pixels: u64, watch: Arc<Watch>) -> Self {
+    fn new(frames: usize, samples: u64, counters: Arc<Counters>) -> Self {
         let bars = MultiProgress::with_draw_target(ProgressDrawTarget::stdout());
         let style = |template: &str| {
             ProgressStyle::with_template(template)
@@ -134,22 +134,22 @@ impl Bars {
         sequence.set_style(style(
             "frames [{bar:30}] {pos}/{len}  {elapsed} elapsed, {eta} left  {wide_msg}",
         ));
-        let frame = bars.add(ProgressBar::new(pixels));
+        let frame = bars.add(ProgressBar::new(samples));
         frame.set_style(style("{prefix:>6} [{bar:30}] {percent:>3} %  {wide_msg}"));
-        let pixels_before = Arc::new(AtomicU64::new(0));
+        let samples_before = Arc::new(AtomicU64::new(0));
         let stop = Arc::new(AtomicBool::new(false));
         let ticker = {
             let (sequence, frame) = (sequence.clone(), frame.clone());
-            let (before, stop) = (Arc::clone(&pixels_before), Arc::clone(&stop));
+            let (before, stop) = (Arc::clone(&samples_before), Arc::clone(&stop));
             thread::spawn(move || {
                 let mut last = (Instant::now(), 0);
                 while !stop.load(Ordering::Relaxed) {
                     thread::park_timeout(TICK);
-                    let rays = watch.rays.load(Ordering::Relaxed);
+                    let rays = counters.rays();
                     let now = Instant::now();
                     let rate = (rays - last.1) as f64 / (now - last.0).as_secs_f64();
                     last = (now, rays);
-                    frame.set_position(watch.pixels.load(Ordering::Relaxed) - before.load(Ordering::Relaxed));
+                    frame.set_position(counters.samples() - before.load(Ordering::Relaxed));
                     frame.set_message(format!("{} rays/s", count(rate)));
                     sequence.tick();
                 }
@@ -158,7 +158,7 @@ impl Bars {
         Self {
             sequence,
             frame,
-            pixels_before,
+            samples_before,
             stop,
             ticker,
         }
@@ -169,7 +169,7 @@ impl Bars {
     }
 
     fn frame_done(&self) {
-        self.pixels_before
+        self.samples_before
             .fetch_add(self.frame.length().unwrap_or(0), Ordering::Relaxed);
         self.sequence.inc(1);
     }

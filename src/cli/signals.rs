@@ -6,7 +6,7 @@ use std::sync::{
 };
 
 use anyhow::Context;
-use batch_render::render::Watch;
+use batch_render::render::Cancel;
 use signal_hook::{
     consts::{SIGINT, SIGTERM},
     flag,
@@ -15,8 +15,8 @@ use signal_hook::{
 /// The signal that came first, 0 for none.
 static RECEIVED: AtomicUsize = AtomicUsize::new(0);
 
-/// From now on a signal sets `watch.cancel`.
-pub fn cancel_on_signal(watch: Arc<Watch>) -> anyhow::Result<()> {
+/// From now on a signal cancels what `cancel` is given to.
+pub fn cancel_on_signal(cancel: Arc<Cancel>) -> anyhow::Result<()> {
     let again = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         // In this order: the second signal finds `again` set and ends the process with the usual code.
@@ -28,7 +28,7 @@ pub fn cancel_on_signal(watch: Arc<Watch>) -> anyhow::Result<()> {
     std::thread::spawn(move || {
         for signal in signals.forever() {
             let _ = RECEIVED.compare_exchange(0, signal as usize, Ordering::SeqCst, Ordering::SeqCst);
-            watch.cancel.store(true, Ordering::SeqCst);
+            cancel.cancel();
         }
     });
     Ok(())

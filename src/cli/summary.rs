@@ -66,23 +66,23 @@ pub fn lines(summary: &Summary, scene: &Scene, replaced: usize) -> String {
 }
 
 /// A line for each of the first frames that left samples out, with the pixels that they are of: those that left out none have none.
-pub fn dropped(summary: &Summary) -> Vec<String> {
+pub fn invalid(summary: &Summary) -> Vec<String> {
     const FRAMES: usize = 10;
     let mut lines: Vec<String> = summary
-        .dropped
+        .invalid
         .iter()
         .take(FRAMES)
-        .map(|(frame, dropped)| {
-            let samples = plural(dropped.count as usize, "sample");
-            let pixels: Vec<String> = dropped.pixels().map(|[x, y]| format!("({x}, {y})")).collect();
+        .map(|(frame, invalid)| {
+            let samples = plural(invalid.count as usize, "sample");
+            let pixels: Vec<String> = invalid.pixels().map(|[x, y]| format!("({x}, {y})")).collect();
             format!(
                 "frame {frame}: {samples} left out (not a number, or infinite); the first pixels, column and row: {}",
                 pixels.join(", ")
             )
         })
         .collect();
-    if let Some(rest) = summary.dropped.get(FRAMES..).filter(|rest| !rest.is_empty()) {
-        let count: u64 = rest.iter().map(|(_, dropped)| dropped.count).sum();
+    if let Some(rest) = summary.invalid.get(FRAMES..).filter(|rest| !rest.is_empty()) {
+        let count: u64 = rest.iter().map(|(_, invalid)| invalid.count).sum();
         let frames = plural(rest.len(), "more frame");
         lines.push(format!("{frames}: {} left out", plural(count as usize, "sample")));
     }

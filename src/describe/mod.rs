@@ -11,4 +11,4 @@ mod settings;
 pub use diagnostics::{Diagnostics, Source};
 pub use read::{Error, load, parse};
 pub use scene::{BackgroundDesc, LightEntry, MaterialEntry, ObjectDesc, SceneDesc, TextureEntry, TransformDesc};
-pub use settings::{OutputDesc, Patterns, RenderDesc};
+pub use settings::{OneOrMany, OutputDesc, RenderDesc};

@@ -7,6 +7,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::{Diagnostics, OutputDesc, RenderDesc, SceneDesc, Source, scene::*};
 use crate::{
+    integrator::{IntegratorDesc, replacing_pass},
     light::LightDesc,
     material::MaterialDesc,
     texture::{MappingDesc, PatternDesc, StTransformDesc},
@@ -255,6 +256,10 @@ fn unknown_key(word: &str, span: Span, known: &[&str]) -> Problem {
 
 fn unknown(what: &str, word: &str, span: Span, known: &[&str]) -> Problem {
     let help = match did_you_mean(word, known.iter().copied()) {
+        _ if known == IntegratorDesc::NAMES && replacing_pass(word).is_some() => {
+            let pass = replacing_pass(word).unwrap_or_default();
+            format!("`{word}` is a pass and no integrator: `[output] show = \"{pass}\"` or `aovs = [\"{pass}\"]`")
+        }
         Some(near) => format!("did you mean `{near}`?"),
         None if known.is_empty() => "there are no keys here".to_owned(),
         None => format!(

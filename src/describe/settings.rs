@@ -75,37 +75,55 @@ fn some_named<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Result<Op
 /// | key | type | default |
 /// |---|---|---|
 /// | `files` | a pattern or a list of patterns, relative to the current folder | `<scene name>.####.exr` and `.png` |
-/// | `view` | how a PNG shows the picture: `"srgb"` or `"raw"` | `"srgb"` |
+/// | `aovs` | a pass or a list of passes that EXR files hold beside the beauty; `"all"` for every pass | none |
+/// | `show` | a pass that files show in place of the beauty | the beauty |
+/// | `view` | how a PNG shows light: `"srgb"` or `"raw"` | `"srgb"` |
 /// | `exposure` | stops, for the PNG | 0 |
 /// | `compression` | of the EXR: `"zips"`, `"zip"` or `"none"` | `"zips"` |
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputDesc {
-    pub files: Option<Patterns>,
+    pub files: Option<OneOrMany>,
+    pub aovs: Option<OneOrMany>,
+    pub show: Option<Spanned<String>>,
     pub view: Option<Spanned<String>>,
     pub exposure: Option<Real>,
     pub compression: Option<Spanned<String>>,
 }
 
-/// One pattern or several.
+/// One text or several.
 #[derive(Clone, Debug)]
-pub struct Patterns(pub Vec<Spanned<String>>);
+pub struct OneOrMany(pub Vec<Spanned<String>>);
 
-impl<'de> Deserialize<'de> for Patterns {
+impl<'de> Deserialize<'de> for OneOrMany {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        struct PatternsVisitor;
-        impl<'de> de::Visitor<'de> for PatternsVisitor {
-            type Value = Patterns;
+        struct OneOrManyVisitor;
+        impl<'de> de::Visitor<'de> for OneOrManyVisitor {
+            type Value = Vec<Spanned<String>>;
             fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("a file pattern or a list of them")
+                f.write_str("a text or a list of texts")
             }
-            fn visit_str<E: de::Error>(self, v: &str) -> Result<Patterns, E> {
-                Ok(Patterns(vec![Spanned::new(0..0, v.to_owned())]))
+            fn visit_str<E: de::Error>(self, v: &str) -> Result<Self::Value, E> {
+                Ok(vec![Spanned::new(0..0, v.to_owned())])
             }
-            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<Patterns, A::Error> {
-                Vec::deserialize(de::value::SeqAccessDeserializer::new(seq)).map(Patterns)
+            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<Self::Value, A::Error> {
+                Vec::deserialize(de::value::SeqAccessDeserializer::new(seq))
             }
         }
-        d.deserialize_any(PatternsVisitor)
+        // The span of the whole stands in for that of a single text.
+        let whole: Spanned<Texts> = Spanned::deserialize(d)?;
+        let span = whole.span();
+        let located = |text: Spanned<String>| match text.span().is_empty() {
+            true => Spanned::new(span.clone(), text.into_inner()),
+            false => text,
+        };
+        return Ok(Self(whole.into_inner().0.into_iter().map(located).collect()));
+
+        struct Texts(Vec<Spanned<String>>);
+        impl<'de> Deserialize<'de> for Texts {
+            fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+                d.deserialize_any(OneOrManyVisitor).map(Texts)
+            }
+        }
     }
 }

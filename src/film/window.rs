@@ -1,35 +1,51 @@
 //! Rectangles of pixels.
 
-/// Columns `x0..x1` and rows `y0..y1` of a picture, from its upper left corner.
+/// Columns `x0..x1` and rows `y0..y1` of a picture; the origin is its top left pixel, x runs to the right, y down. Overscan
+/// has negative coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Window {
-    pub x0: u32,
-    pub y0: u32,
-    pub x1: u32,
-    pub y1: u32,
+    pub x0: i32,
+    pub y0: i32,
+    pub x1: i32,
+    pub y1: i32,
 }
 
 impl Window {
-    pub const fn new(x0: u32, y0: u32, x1: u32, y1: u32) -> Self {
+    pub const fn new(x0: i32, y0: i32, x1: i32, y1: i32) -> Self {
         Self { x0, y0, x1, y1 }
     }
 
-    /// The whole of a picture.
+    /// The window of so many columns and rows from a top left pixel on.
+    pub const fn sized([x0, y0]: [i32; 2], [width, height]: [u32; 2]) -> Self {
+        Self::new(
+            x0,
+            y0,
+            x0.wrapping_add_unsigned(width),
+            y0.wrapping_add_unsigned(height),
+        )
+    }
+
+    /// The whole of a picture, which has fewer than 2^31 columns and rows.
     pub const fn full([width, height]: [u32; 2]) -> Self {
-        Self::new(0, 0, width, height)
+        Self::new(0, 0, width as i32, height as i32)
     }
 
     pub const fn width(&self) -> u32 {
-        self.x1 - self.x0
+        self.x1.abs_diff(self.x0)
     }
 
     pub const fn height(&self) -> u32 {
-        self.y1 - self.y0
+        self.y1.abs_diff(self.y0)
     }
 
-    /// How many pixels it has.
+    /// The number of its pixels.
     pub const fn area(&self) -> usize {
         self.width() as usize * self.height() as usize
+    }
+
+    /// The index of a pixel inside, counted by rows from the top left.
+    pub const fn index(&self, x: i32, y: i32) -> usize {
+        y.abs_diff(self.y0) as usize * self.width() as usize + x.abs_diff(self.x0) as usize
     }
 
     /// Squares of `side` pixels that cover it, row by row, smaller at its right and lower edge.
@@ -37,8 +53,9 @@ impl Window {
         let columns = self.width().div_ceil(side);
         let rows = self.height().div_ceil(side);
         (0..(columns * rows) as usize).map(move |i| {
-            let x0 = self.x0 + i as u32 % columns * side;
-            let y0 = self.y0 + i as u32 / columns * side;
+            let x0 = self.x0 + (i as u32 % columns * side) as i32;
+            let y0 = self.y0 + (i as u32 / columns * side) as i32;
+            let side = side as i32;
             Self::new(x0, y0, (x0 + side).min(self.x1), (y0 + side).min(self.y1))
         })
     }
@@ -50,18 +67,16 @@ mod tests {
 
     #[test]
     fn tiles_cover_every_pixel_once() {
-        let window = Window::new(3, 5, 20, 18);
-        let mut seen = vec![0; 400];
-        for t in window.tiles(8) {
-            for y in t.y0..t.y1 {
-                for x in t.x0..t.x1 {
-                    seen[(y * 20 + x) as usize] += 1;
+        for window in [Window::new(3, 5, 20, 18), Window::new(-7, -3, 10, 10)] {
+            let mut count = vec![0; window.area()];
+            for t in window.tiles(8) {
+                for y in t.y0..t.y1 {
+                    for x in t.x0..t.x1 {
+                        count[window.index(x, y)] += 1;
+                    }
                 }
             }
-        }
-        for (i, n) in seen.iter().enumerate() {
-            let inside = i % 20 >= 3 && (5..18).contains(&(i / 20));
-            assert_eq!(*n, i32::from(inside));
+            assert!(count.iter().all(|n| *n == 1));
         }
     }
 }

@@ -1,7 +1,7 @@
-//! Where a picture's time goes: how many boxes and primitives each camera ray tests.
+//! The cost of tracing: how many nodes and primitives each camera ray tests.
 //!
-//! No keys. R holds the nodes (all boxes of a wide node count as one), G the primitives; an EXR has them once more as the
-//! channels `cost.nodes` and `cost.primitives`, and a PNG shows their sum as heat (view `heat`).
+//! No keys. The picture is the pass `cost`: EXR files hold `cost.nodes` (all boxes of a wide node count as one) and
+//! `cost.primitives`, PNG files show their sum as colours from dark blue (0) over green (31) to red (1023 and more).
 //!
 //! ```toml
 //! [render]
@@ -10,7 +10,7 @@
 
 use serde::Deserialize;
 
-use super::{Departures, Integrator, Layer, Shown, Visit};
+use super::{Integrator, ShadingOutput, VertexContext};
 use crate::{accel::RayCost, math::Rgb, value::Problem};
 
 #[derive(Clone, Debug, Deserialize)]
@@ -26,35 +26,15 @@ impl CostDesc {
 #[derive(Clone, Copy, Debug)]
 pub struct Cost;
 
-/// What an EXR says beside R, G and B.
-const LAYERS: &[Layer] = &[
-    Layer {
-        name: "cost.nodes",
-        channel: 0,
-    },
-    Layer {
-        name: "cost.primitives",
-        channel: 1,
-    },
-];
-
 impl Integrator for Cost {
-    /// Never asked: the wave asks for [`Cost::traversal`] instead.
-    fn vertex(&self, _visit: &Visit<'_>, _out: &mut Departures) {}
+    /// Never called: the wave calls [`Cost::add_cost`] instead.
+    fn vertex(&self, _context: &VertexContext<'_>, _out: &mut ShadingOutput) {}
 
-    fn reads_traversal(&self) -> bool {
+    fn wants_cost(&self) -> bool {
         true
     }
 
-    fn traversal(&self, cost: RayCost, out: &mut Departures) {
+    fn add_cost(&self, cost: RayCost, out: &mut ShadingOutput) {
         out.add(Rgb::new(cost.nodes as f32, cost.prims as f32, 0.0));
-    }
-
-    fn shown(&self) -> Shown {
-        Shown::Counts
-    }
-
-    fn layers(&self) -> &'static [Layer] {
-        LAYERS
     }
 }

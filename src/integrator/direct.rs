@@ -6,7 +6,7 @@
 
 use serde::Deserialize;
 
-use super::{Departures, Lobes, Tag, Visit};
+use super::{Lobes, ShadingOutput, Tag, VertexContext};
 use crate::{
     bsdf::BsdfKind,
     math::{Frame, Rgb, Vec3},
@@ -63,18 +63,18 @@ fn power_heuristic(a: f32, b: f32) -> f32 {
 }
 
 /// A surface, seen in its shading frame.
-pub struct Shading<'a, B> {
+pub struct ShadingPoint<'a, B> {
     pub surface: &'a Surface,
     pub frame: Frame,
     pub bsdf: &'a B,
     pub wo_local: Vec3,
 }
 
-impl<B: BsdfKind> Shading<'_, B> {
+impl<B: BsdfKind> ShadingPoint<'_, B> {
     /// Whether `wi` (world) lies on the side of the surface that the frame says it does: shading normals and true ones
     /// disagree at the rim of smooth meshes, where light would leak through.
     #[inline(always)]
-    pub fn agrees(&self, wi: Vec3, wi_local: Vec3) -> bool {
+    pub fn is_consistent_side(&self, wi: Vec3, wi_local: Vec3) -> bool {
         let same_side = self.surface.ng.dot(wi) * self.surface.ng.dot(self.surface.wo) > 0.0;
         same_side == (wi_local.z * self.wo_local.z > 0.0)
     }
@@ -95,26 +95,26 @@ impl<B: BsdfKind> Shading<'_, B> {
 
 /// Asks one light, chosen by `uc`, what it brings to `shading`; `clamp` bounds what a path through bounces may bring.
 #[inline(always)]
-pub fn ask_light(
-    visit: &Visit<'_>,
-    shading: &Shading<'_, impl BsdfKind>,
+pub fn sample_direct(
+    context: &VertexContext<'_>,
+    shading: &ShadingPoint<'_, impl BsdfKind>,
     uc: impl Fn() -> f32,
     strategy: Strategy,
     clamp: impl Fn(Rgb) -> Rgb,
-    out: &mut Departures,
+    out: &mut ShadingOutput,
 ) {
-    let (scene, depth) = (visit.scene, visit.path.depth);
+    let (scene, depth) = (context.scene, context.path.depth);
     let receiver = shading.receiver();
     let u = if scene.lights.has_choice() { uc() } else { 0.0 };
     let Some(choice) = scene.lights.choose(&receiver, u) else {
         return;
     };
-    let u = visit.numbers.pair(Dimension::at(depth, Purpose::Light));
+    let u = context.numbers.pair(Dimension::at(depth, Purpose::Light));
     let Some(sample) = scene.sample_light(choice.light, receiver.p, u) else {
         return;
     };
     let wi_local = shading.frame.to_local(sample.wi);
-    if !shading.agrees(sample.wi, wi_local) {
+    if !shading.is_consistent_side(sample.wi, wi_local) {
         return;
     }
     let eval = shading.bsdf.eval(shading.wo_local, wi_local);
@@ -127,12 +127,12 @@ pub fn ask_light(
     };
     if !l.is_black() {
         let ray = shading.surface.shadow_ray(sample.wi, sample.distance);
-        out.shadow_of(ray, clamp(l), || Tag {
+        out.add_shadow_ray(ray, clamp(l), || Tag {
             group: scene.group_of(choice.light),
             lobes: if wi_local.z * shading.wo_local.z < 0.0 {
-                Lobes::Through
+                Lobes::Transmitted
             } else {
-                Lobes::above(eval.f_cos(), eval.diffuse)
+                Lobes::reflected(eval.f_cos(), eval.diffuse)
             },
         });
     }

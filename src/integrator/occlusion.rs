@@ -18,7 +18,7 @@
 
 use serde::Deserialize;
 
-use super::{Departures, Integrator, Vertex, Visit};
+use super::{Integrator, ShadingOutput, Vertex, VertexContext};
 use crate::{
     math::{Frame, Rgb},
     sampler::{Dimension, Purpose},
@@ -58,8 +58,8 @@ pub struct Occlusion {
 }
 
 impl Integrator for Occlusion {
-    fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
-        let Vertex::Surface(surface, _) = visit.vertex else {
+    fn vertex(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
+        let Vertex::Surface(surface, _) = context.vertex else {
             return out.add(Rgb::WHITE);
         };
         let front = surface.ng.dot(surface.wo) >= 0.0;
@@ -67,11 +67,11 @@ impl Integrator for Occlusion {
         let share = Rgb::gray(1.0 / self.samples as f32);
         for i in 0..self.samples {
             // No path goes on, so the numbers of its later vertices are free.
-            let u = visit.numbers.draw(Dimension::at(1 + i, Purpose::Bsdf));
+            let u = context.numbers.draw(Dimension::at(1 + i, Purpose::Bsdf));
             let wi = frame.to_world(u.cosine_hemisphere());
             // Smooth normals lean over the true surface, which hides what lies behind it.
             if (surface.ng.dot(wi) > 0.0) == front {
-                out.shadow(surface.shadow_ray(wi, self.distance), share);
+                out.add_shadow(surface.shadow_ray(wi, self.distance), share);
             }
         }
     }

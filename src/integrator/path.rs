@@ -1,4 +1,4 @@
-//! Path tracing: all light, by following paths from the camera.
+//! PathState tracing: all light, by following paths from the camera.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
@@ -26,8 +26,9 @@ use std::cell::LazyCell;
 use serde::Deserialize;
 
 use super::{
-    Bounces, Departures, Integrator, Limit, LimitValue, Lobes, Onward, Path, Vertex, Visit,
-    direct::{Shading, Strategy, ask_light},
+    BounceState, Bounces, FirstLobe, Integrator, Limit, LimitValue, Lobes, PathState, ShadingOutput, Vertex,
+    VertexContext,
+    direct::{ShadingPoint, Strategy, sample_direct},
     max_depth,
 };
 use crate::{
@@ -82,10 +83,10 @@ pub struct PathTracer {
 }
 
 /// The chance of survival in the roulette is never more, so that paths between mirrors end.
-const LIKELIEST: f32 = 0.95;
+const MAX_SURVIVAL: f32 = 0.95;
 
 impl Integrator for PathTracer {
-    fn draws(&self, scene: &Scene, depth: u32) -> Vec<Purpose> {
+    fn batched_dimensions(&self, scene: &Scene, depth: u32) -> Vec<Purpose> {
         let goes_on = depth < self.max_depth;
         let drawn = [
             (Purpose::Choice, goes_on && scene.lights.has_choice()),
@@ -97,19 +98,19 @@ impl Integrator for PathTracer {
     }
 
     #[inline(always)]
-    fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
-        let (surface, hit) = match visit.vertex {
+    fn vertex(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
+        let (surface, hit) = match context.vertex {
             Vertex::Surface(surface, hit) => (surface, hit),
-            Vertex::Escape => return self.escape(visit, out),
+            Vertex::Miss => return self.escape(context, out),
         };
-        let (scene, path) = (visit.scene, visit.path);
+        let (scene, path) = (context.scene, context.path);
         if let Some(medium) = path.last.medium {
             let absorption = scene.material(medium).absorption();
             out.attenuate(absorption.map(|a| trig::exp(-a * surface.t)));
         }
         let material = scene.material(surface.material);
         if let Some(emission) = material.emission() {
-            self.emission(visit, surface, hit, &emission, out);
+            self.emission(context, surface, hit, &emission, out);
         }
         if path.depth >= self.max_depth {
             return;
@@ -117,7 +118,7 @@ impl Integrator for PathTracer {
         let bsdf = material.bsdf(&scene.textures(), &surface.texture);
         bsdf.give(Scatter {
             tracer: self,
-            visit,
+            context,
             surface,
             material,
             out,
@@ -153,10 +154,10 @@ impl Integrator for PathTracer {
 /// What a path does at a surface, whose BSDF is all that is left to know.
 struct Scatter<'a, 'b> {
     tracer: &'a PathTracer,
-    visit: &'a Visit<'b>,
+    context: &'a VertexContext<'b>,
     surface: &'a Surface,
     material: &'a Material,
-    out: &'a mut Departures,
+    out: &'a mut ShadingOutput,
 }
 
 impl BsdfTask for Scatter<'_, '_> {
@@ -164,35 +165,35 @@ impl BsdfTask for Scatter<'_, '_> {
     fn run(self, bsdf: &impl BsdfKind) {
         let Self {
             tracer,
-            visit,
+            context,
             surface,
             material,
             out,
         } = self;
-        let (scene, path) = (visit.scene, visit.path);
-        let frame = shading_frame(visit, surface, material, bsdf);
-        let shading = Shading {
+        let (scene, path) = (context.scene, context.path);
+        let frame = shading_frame(context, surface, material, bsdf);
+        let shading = ShadingPoint {
             surface,
             frame,
             bsdf,
             wo_local: frame.to_local(surface.wo),
         };
         // Drawn once, and only where there is something to choose.
-        let choice = LazyCell::new(|| visit.numbers.pair(Dimension::at(path.depth, Purpose::Choice)));
+        let choice = LazyCell::new(|| context.numbers.pair(Dimension::at(path.depth, Purpose::Choice)));
         // What has but one direction is found this way alone.
         if !bsdf.is_delta() && !scene.lights.is_empty() {
             let clamp = |l| tracer.clamped(path, path.depth + 1, l);
-            ask_light(visit, &shading, || choice.x, tracer.strategy, clamp, out);
+            sample_direct(context, &shading, || choice.x, tracer.strategy, clamp, out);
         }
         let uc = if bsdf.has_lobes() { choice.y } else { 0.0 };
-        tracer.go_on(visit, &shading, uc, out);
+        tracer.go_on(context, &shading, uc, out);
     }
 }
 
 impl PathTracer {
     /// What lies behind everything.
-    fn escape(&self, visit: &Visit<'_>, out: &mut Departures) {
-        let (scene, path, w) = (visit.scene, visit.path, visit.ray.d);
+    fn escape(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
+        let (scene, path, w) = (context.scene, context.path, context.ray.d);
         if let Some(medium) = path.last.medium {
             let absorption = scene.material(medium).absorption();
             out.attenuate(absorption.map(|a| if a > 0.0 { 0.0 } else { 1.0 }));
@@ -201,40 +202,53 @@ impl PathTracer {
         if !l.is_black() {
             let weight = self
                 .strategy
-                .weight_of_bsdf(path.last.pdf, || scene.pdf_escape(&receiver(visit), w));
-            out.add_of(self.clamped(path, path.depth, l * weight), || {
+                .weight_of_bsdf(path.last.pdf, || scene.pdf_escape(&receiver(context), w));
+            out.add_radiance(self.clamped(path, path.depth, l * weight), || {
                 scene.light_groups.of_sky()
             });
         }
         if path.depth > 1 {
             // The camera does not see suns.
-            for (sun, l, pdf) in scene.suns(&receiver(visit), w) {
+            for (sun, l, pdf) in scene.suns(&receiver(context), w) {
                 let weight = self.strategy.weight_of_bsdf(path.last.pdf, || pdf);
-                out.add_of(self.clamped(path, path.depth, l * weight), || scene.group_of(sun));
+                out.add_radiance(self.clamped(path, path.depth, l * weight), || scene.group_of(sun));
             }
         }
     }
 
     /// What the surface shines with of its own.
-    fn emission(&self, visit: &Visit<'_>, surface: &Surface, hit: &Hit, emission: &Emission, out: &mut Departures) {
-        let (scene, path) = (visit.scene, visit.path);
+    fn emission(
+        &self,
+        context: &VertexContext<'_>,
+        surface: &Surface,
+        hit: &Hit,
+        emission: &Emission,
+        out: &mut ShadingOutput,
+    ) {
+        let (scene, path) = (context.scene, context.path);
         let l = emission.radiance(&scene.textures(), &surface.texture, surface.ng.dot(surface.wo));
         if l.is_black() {
             return;
         }
         let weight = self
             .strategy
-            .weight_of_bsdf(path.last.pdf, || scene.pdf_hit(&receiver(visit), visit.ray.d, hit));
-        out.add_of(self.clamped(path, path.depth, l * weight), || {
+            .weight_of_bsdf(path.last.pdf, || scene.pdf_hit(&receiver(context), context.ray.d, hit));
+        out.add_radiance(self.clamped(path, path.depth, l * weight), || {
             scene.light_groups.of_object(surface.object)
         });
     }
 
     /// Carries the path on in a direction that the surface chooses, `uc` the lobe.
     #[inline(always)]
-    fn go_on(&self, visit: &Visit<'_>, shading: &Shading<'_, impl BsdfKind>, uc: f32, out: &mut Departures) {
-        let (path, surface) = (visit.path, shading.surface);
-        let u = visit.numbers.draw(Dimension::at(path.depth, Purpose::Bsdf));
+    fn go_on(
+        &self,
+        context: &VertexContext<'_>,
+        shading: &ShadingPoint<'_, impl BsdfKind>,
+        uc: f32,
+        out: &mut ShadingOutput,
+    ) {
+        let (path, surface) = (context.path, shading.surface);
+        let u = context.numbers.draw(Dimension::at(path.depth, Purpose::Bsdf));
         let Some(sample) = shading.bsdf.sample(shading.wo_local, uc, u) else {
             return;
         };
@@ -242,28 +256,29 @@ impl PathTracer {
         let Some(bounces) = self.count(path.last.bounces, sample.lobe) else {
             return;
         };
-        if !shading.agrees(wi, sample.wi) {
+        if !shading.is_consistent_side(wi, sample.wi) {
             return;
         }
         let mut weight = sample.weight;
         if path.depth >= self.roulette_depth {
-            let survival = (path.throughput * weight).max_component().min(LIKELIEST);
-            if visit.numbers.pair(Dimension::at(path.depth, Purpose::Survival)).x >= survival {
+            let survival = (path.throughput * weight).max_component().min(MAX_SURVIVAL);
+            if context.numbers.pair(Dimension::at(path.depth, Purpose::Survival)).x >= survival {
                 return;
             }
             weight = weight / survival;
         }
-        let last = Onward {
+        let last = BounceState {
             pdf: sample.pdf,
             n: shading.receiver().n,
-            medium: medium_after(visit, shading, &sample),
+            medium: medium_after(context, shading, &sample),
             bounces,
+            first: FirstLobe::OfSample,
         };
-        out.leave_by(|| match sample.lobe {
-            Lobe::Transmission => Lobes::Through,
-            Lobe::Diffuse | Lobe::Specular => Lobes::above(sample.weight, sample.diffuse),
+        out.set_first_lobes(|| match sample.lobe {
+            Lobe::Transmission => Lobes::Transmitted,
+            Lobe::Diffuse | Lobe::Specular => Lobes::reflected(sample.weight, sample.diffuse),
         });
-        out.go_on(surface.spawn_ray(wi), weight, last);
+        out.spawn_path(surface.spawn_ray(wi), weight, last);
     }
 
     /// One more bounce, if it is allowed.
@@ -281,7 +296,7 @@ impl PathTracer {
     }
 
     /// `l`, that `path` brings by way of `segments` segments, scaled down where that is too much.
-    fn clamped(&self, path: &Path, segments: u32, l: Rgb) -> Rgb {
+    fn clamped(&self, path: &PathState, segments: u32, l: Rgb) -> Rgb {
         let Some(limit) = self.clamp_indirect.filter(|_| segments > 2) else {
             return l;
         };
@@ -291,30 +306,34 @@ impl PathTracer {
 }
 
 /// Where light would have been asked for at the path's last vertex.
-fn receiver(visit: &Visit<'_>) -> Receiver {
+fn receiver(context: &VertexContext<'_>) -> Receiver {
     Receiver {
-        p: visit.ray.o,
-        n: visit.path.last.n,
+        p: context.ray.o,
+        n: context.path.last.n,
     }
 }
 
 /// The medium that the path is in behind `sample`.
 #[inline(always)]
-fn medium_after(visit: &Visit<'_>, shading: &Shading<'_, impl BsdfKind>, sample: &BsdfSample) -> Option<MaterialId> {
+fn medium_after(
+    context: &VertexContext<'_>,
+    shading: &ShadingPoint<'_, impl BsdfKind>,
+    sample: &BsdfSample,
+) -> Option<MaterialId> {
     if sample.lobe != Lobe::Transmission {
-        return visit.path.last.medium;
+        return context.path.last.medium;
     }
     let material = shading.surface.material;
     let enters = sample.wi.z < 0.0;
-    (enters && !visit.scene.material(material).absorption().is_black()).then_some(material)
+    (enters && !context.scene.material(material).absorption().is_black()).then_some(material)
 }
 
 /// The shading frame: about the normal on the side of the viewer, or as authored where light passes through.
 #[inline(always)]
-fn shading_frame(visit: &Visit<'_>, surface: &Surface, material: &Material, bsdf: &impl BsdfKind) -> Frame {
+fn shading_frame(context: &VertexContext<'_>, surface: &Surface, material: &Material, bsdf: &impl BsdfKind) -> Frame {
     let front = surface.ng.dot(surface.wo) >= 0.0;
     let frame = if material.normal_map().is_some() || bsdf.reads_tangent() {
-        let Frame { s, t, n } = turned_frame(visit.scene, surface, material);
+        let Frame { s, t, n } = turned_frame(context.scene, surface, material);
         // Number by number: what a call has left in memory as a whole would keep the frame there.
         let [s, t, n] = [s, t, n].map(|v| Vec3::new(v.x, v.y, v.z));
         Frame { s, t, n }

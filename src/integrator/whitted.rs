@@ -18,14 +18,16 @@
 
 use serde::Deserialize;
 
-use super::{Departures, Integrator, Limit, LimitValue, Onward, Vertex, Visit, max_depth};
+use super::{
+    BounceState, FirstLobe, Integrator, Limit, LimitValue, Lobes, ShadingOutput, Tag, Vertex, VertexContext, max_depth,
+};
 use crate::{
     bsdf::fresnel::{dielectric, reflect, refract},
     light::{Light, LightSample},
     material::{Split, Terms},
     math::{Rgb, Vec2, Vec3, trig},
     sampler::{Dimension, Purpose},
-    scene::{Receiver, Surface},
+    scene::{LightGroup, LightId, Receiver, Surface},
     value::{Problem, Spanned, Tint, Whole},
 };
 
@@ -53,11 +55,13 @@ pub struct Whitted {
 
 impl Integrator for Whitted {
     #[inline(always)]
-    fn vertex(&self, visit: &Visit<'_>, out: &mut Departures) {
-        let scene = visit.scene;
-        let surface = match visit.vertex {
+    fn vertex(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
+        let scene = context.scene;
+        let surface = match context.vertex {
             Vertex::Surface(surface, _) => surface,
-            Vertex::Escape => return out.add(scene.escape(visit.ray.d)),
+            Vertex::Miss => {
+                return out.add_radiance(scene.escape(context.ray.d), || scene.light_groups.of_sky());
+            }
         };
         let terms = scene
             .material(surface.material)
@@ -68,27 +72,40 @@ impl Integrator for Whitted {
         } else {
             surface.ns
         };
-        out.add(self.ambient * terms.ambient);
+        // Ambient light stands for what other surfaces would send.
+        out.add_indirect(self.ambient * terms.ambient, || Tag {
+            group: LightGroup::default(),
+            lobes: Lobes::Reflected { diffuse: Rgb::WHITE },
+        });
         if let Some(emission) = scene.material(surface.material).emission() {
-            out.add(emission.radiance(&scene.textures(), &surface.texture, surface.ng.dot(surface.wo)));
+            let l = emission.radiance(&scene.textures(), &surface.texture, surface.ng.dot(surface.wo));
+            out.add_radiance(l, || scene.light_groups.of_object(surface.object));
         }
-        if visit.path.depth >= self.max_depth {
+        if context.path.depth >= self.max_depth {
             return;
         }
-        for light in scene.lights.all() {
+        let point = ShadedPoint {
+            context,
+            surface,
+            n,
+            terms: &terms,
+        };
+        for (light, id) in scene.lights.all().iter().zip(0..) {
             let u = match light {
-                Light::Sun(sun) if sun.has_size() => visit.numbers.pair(Dimension::at(visit.path.depth, Purpose::Bsdf)),
+                Light::Sun(sun) if sun.has_size() => {
+                    context.numbers.pair(Dimension::at(context.path.depth, Purpose::Bsdf))
+                }
                 _ => Vec2::splat(0.5),
             };
             if let Some(sample) = light.sample(surface.p, u) {
-                direct(&sample, surface, n, &terms, out);
+                point.add_direct(&sample, LightId(id), out);
             }
         }
-        shining_surface(visit, surface, n, &terms, out);
+        point.add_emitter(out);
         if terms.transmit.is_black() {
-            go_on(surface, reflect(surface.wo, n), terms.reflect, out);
+            point.spawn(reflect(surface.wo, n), terms.reflect, FirstLobe::Reflected, out);
         } else {
-            reflect_and_refract(surface, &terms, out);
+            point.reflect_and_refract(out);
         }
     }
 
@@ -100,73 +117,97 @@ impl Integrator for Whitted {
     }
 }
 
-/// Carries the path on along `wi`, if that counts at all.
-#[inline]
-fn go_on(surface: &Surface, wi: Vec3, weight: Rgb, out: &mut Departures) {
-    if !weight.is_black() {
-        out.go_on(surface.spawn_ray(wi), weight, Onward::default());
-    }
+/// A surface whose material is known.
+struct ShadedPoint<'a, 'b> {
+    context: &'a VertexContext<'b>,
+    surface: &'a Surface,
+    /// The shading normal on the side that is lit.
+    n: Vec3,
+    terms: &'a Terms,
 }
 
-/// The two rays that leave a clear surface; one under total reflection.
-fn reflect_and_refract(surface: &Surface, terms: &Terms, out: &mut Departures) {
-    let wo = surface.wo;
-    let (n, eta) = if surface.ns.dot(wo) < 0.0 {
-        (-surface.ns, 1.0 / terms.ior)
-    } else {
-        (surface.ns, terms.ior)
-    };
-    let through = refract(wo, n, eta);
-    let reflected = match (terms.split, through) {
-        (Split::Fixed, None) => terms.reflect + terms.transmit,
-        (Split::Fixed, Some(_)) => terms.reflect,
-        (Split::Fresnel, _) => terms.reflect * dielectric(n.dot(wo), eta),
-    };
-    go_on(surface, reflect(wo, n), reflected, out);
-    if let Some(wi) = through {
-        let passed = match terms.split {
-            Split::Fixed => terms.transmit,
-            Split::Fresnel => terms.transmit * (1.0 - dielectric(n.dot(wo), eta)),
+impl ShadedPoint<'_, '_> {
+    /// Continues the path along `wi`, if that counts at all.
+    #[inline]
+    fn spawn(&self, wi: Vec3, weight: Rgb, lobe: FirstLobe, out: &mut ShadingOutput) {
+        if weight.is_black() {
+            return;
+        }
+        let path = self.context.path;
+        let last = BounceState {
+            first: if path.depth == 1 { lobe } else { path.last.first },
+            ..BounceState::default()
         };
-        go_on(surface, wi, passed, out);
+        out.spawn_path(self.surface.spawn_ray(wi), weight, last);
     }
-}
 
-/// What one of the surfaces that shine brings for all of them.
-fn shining_surface(visit: &Visit<'_>, surface: &Surface, n: Vec3, terms: &Terms, out: &mut Departures) {
-    let (scene, depth) = (visit.scene, visit.path.depth);
-    if scene.lights.emitters().count() == 0 {
-        return;
+    /// Spawns the two rays that leave a clear surface; one under total reflection.
+    fn reflect_and_refract(&self, out: &mut ShadingOutput) {
+        let (surface, terms) = (self.surface, self.terms);
+        let wo = surface.wo;
+        let (n, eta) = if surface.ns.dot(wo) < 0.0 {
+            (-surface.ns, 1.0 / terms.ior)
+        } else {
+            (surface.ns, terms.ior)
+        };
+        let through = refract(wo, n, eta);
+        let reflected = match (terms.split, through) {
+            (Split::Fixed, None) => terms.reflect + terms.transmit,
+            (Split::Fixed, Some(_)) => terms.reflect,
+            (Split::Fresnel, _) => terms.reflect * dielectric(n.dot(wo), eta),
+        };
+        self.spawn(reflect(wo, n), reflected, FirstLobe::Reflected, out);
+        if let Some(wi) = through {
+            let transmitted = match terms.split {
+                Split::Fixed => terms.transmit,
+                Split::Fresnel => terms.transmit * (1.0 - dielectric(n.dot(wo), eta)),
+            };
+            self.spawn(wi, transmitted, FirstLobe::Transmitted, out);
+        }
     }
-    let receiver = Receiver { p: surface.p, n };
-    let u = visit.numbers.pair(Dimension::at(depth, Purpose::Choice)).x;
-    let Some(choice) = scene.lights.choose_emitter(&receiver, u) else {
-        return;
-    };
-    let u = visit.numbers.pair(Dimension::at(depth, Purpose::Light));
-    if let Some(mut sample) = scene.sample_light(choice.light, surface.p, u) {
-        sample.li = sample.li / choice.pmf;
-        direct(&sample, surface, n, terms, out);
-    }
-}
 
-/// What a light brings, if nothing is in the way.
-#[inline]
-fn direct(sample: &LightSample, surface: &Surface, n: Vec3, terms: &Terms, out: &mut Departures) {
-    let cos = n.dot(sample.wi);
-    if cos <= 0.0 {
-        return;
+    /// Adds the light of one emitting surface, which stands for all of them.
+    fn add_emitter(&self, out: &mut ShadingOutput) {
+        let (context, p) = (self.context, self.surface.p);
+        let (scene, depth) = (context.scene, context.path.depth);
+        if scene.lights.emitters().count() == 0 {
+            return;
+        }
+        let receiver = Receiver { p, n: self.n };
+        let u = context.numbers.pair(Dimension::at(depth, Purpose::Choice)).x;
+        let Some(choice) = scene.lights.choose_emitter(&receiver, u) else {
+            return;
+        };
+        let u = context.numbers.pair(Dimension::at(depth, Purpose::Light));
+        if let Some(mut sample) = scene.sample_light(choice.light, p, u) {
+            sample.li = sample.li / choice.pmf;
+            self.add_direct(&sample, choice.light, out);
+        }
     }
-    let mut weight = terms.diffuse * cos;
-    if !terms.specular.is_black() {
-        let highlight = reflect(sample.wi, n).dot(surface.wo).max(0.0);
-        weight += terms.specular * trig::pow(highlight, terms.shininess);
-    }
-    let l = match sample.pdf {
-        None => sample.li * weight,
-        Some(pdf) => sample.li * weight / pdf,
-    };
-    if !l.is_black() {
-        out.shadow(surface.shadow_ray(sample.wi, sample.distance), l);
+
+    /// Adds what a light brings, if nothing blocks it.
+    #[inline]
+    fn add_direct(&self, sample: &LightSample, light: LightId, out: &mut ShadingOutput) {
+        let (surface, terms) = (self.surface, self.terms);
+        let cos = self.n.dot(sample.wi);
+        if cos <= 0.0 {
+            return;
+        }
+        let diffuse = terms.diffuse * cos;
+        let mut weight = diffuse;
+        if !terms.specular.is_black() {
+            let highlight = reflect(sample.wi, self.n).dot(surface.wo).max(0.0);
+            weight += terms.specular * trig::pow(highlight, terms.shininess);
+        }
+        let l = match sample.pdf {
+            None => sample.li * weight,
+            Some(pdf) => sample.li * weight / pdf,
+        };
+        if !l.is_black() {
+            out.add_shadow_ray(surface.shadow_ray(sample.wi, sample.distance), l, || Tag {
+                group: self.context.scene.group_of(light),
+                lobes: Lobes::reflected(weight, diffuse),
+            });
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::Window;
+use crate::film::Window;
 
 /// A named value of a file's header.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,7 +100,7 @@ impl fmt::Display for Value {
                 let (h, m, s, fr) = (pair(24, 0x3f), pair(16, 0x7f), pair(8, 0x7f), pair(0, 0x3f));
                 write!(f, "{h:02x}:{m:02x}:{s:02x}:{fr:02x}")
             }
-            Self::Box2i(w) => write!(f, "{}x{}{:+}{:+}", w.width, w.height, w.x, w.y),
+            Self::Box2i(w) => write!(f, "{}x{}{:+}{:+}", w.width(), w.height(), w.x0, w.y0),
             Self::Strings(v) => f.write_str(&v.join(", ")),
         }
     }
@@ -116,12 +116,7 @@ mod tests {
             numerator: 24000,
             denominator: 1001,
         };
-        let window = Value::Box2i(Window {
-            x: -1,
-            y: 2,
-            width: 3,
-            height: 4,
-        });
+        let window = Value::Box2i(Window::sized([-1, 2], [3, 4]));
         assert_eq!(fps.to_string(), "24000/1001");
         assert_eq!(window.to_string(), "3x4-1+2");
         assert_eq!(Value::V2f([0.5, -1.0]).to_string(), "0.5 -1");

@@ -15,14 +15,15 @@ mod whole;
 use std::{io::Write, path::Path};
 
 use super::{
-    Attribute, Contents, Counting, Depth, EncodeError, Encoding, Format, FrameImage, Value, Window, WriteReport,
+    Attribute, Contents, Counting, DisplayTransform, EncodeError, Encoding, Format, FrameImage, Shown, Value,
+    WriteReport,
 };
-use crate::film::view::View;
+use crate::film::{self, PixelType, Window, passes::BEAUTY};
 
 /// The format, with the attributes that compositors look for.
 ///
-/// `R G B A` and the frame's layers; `chromaticities` and `colorInteropID` say Rec. 709 primaries and scene-linear light, unless
-/// the view is `raw`, whose numbers are display values and whose `comments` say so.
+/// `R G B A` and the frame's passes. Files with light say Rec. 709 primaries and scene-linear (`chromaticities`,
+/// `colorInteropID`), unless the view is `raw`, whose numbers are display values and whose `comments` say so.
 #[derive(Debug)]
 pub struct Exr;
 
@@ -36,23 +37,18 @@ impl Format for Exr {
     }
 
     fn encode(&self, frame: &FrameImage, encoding: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
-        let values: &[f32] = bytemuck::cast_slice(frame.rgba);
-        let beauty = |name, first| {
-            let plane = Plane { values, first, step: 4 };
-            Channel {
+        let channels = channels(frame);
+        let channels: Vec<Channel> = channels
+            .iter()
+            .map(|(name, samples)| Channel {
                 name,
-                samples: match encoding.depth {
-                    Depth::Half => Samples::Half(plane),
-                    Depth::Float => Samples::Float(plane),
-                },
-            }
-        };
-        let mut channels = vec![beauty("R", 0), beauty("G", 1), beauty("B", 2), beauty("A", 3)];
-        channels.extend_from_slice(frame.layers);
-        let [width, height] = frame.resolution;
+                samples: *samples,
+            })
+            .collect();
+        let film = frame.film;
         let image = Image {
-            display: Window::full(width, height),
-            data: frame.window,
+            display: Window::full(film.resolution),
+            data: film.window,
             channels: &channels,
             attributes: &attributes(frame),
             compression: encoding.compression,
@@ -65,33 +61,75 @@ impl Format for Exr {
     }
 }
 
+/// The channels of a frame with their names.
+fn channels<'a>(frame: &FrameImage<'a>) -> Vec<(String, Samples<'a>)> {
+    let planes = frame.film.planes();
+    let alpha = || ("A".to_owned(), samples(PixelType::Half, &planes[0], 3));
+    let of_plane = |plane: &'a film::Plane| {
+        let names = plane.spec.channel_names().enumerate();
+        names.map(|(i, name)| (name, samples(plane.spec.pass.pixel, plane, i)))
+    };
+    match frame.shown {
+        Shown::All => {
+            let has_alpha = planes[0].spec.pass == BEAUTY;
+            let all = planes.iter().flat_map(of_plane);
+            all.chain((!has_alpha).then(alpha)).collect()
+        }
+        Shown::Plane(shown) if planes[shown].spec.pass.is_light() => {
+            let plane = &planes[shown];
+            let channel = |(i, name): (usize, &str)| (name.to_owned(), samples(plane.spec.pass.pixel, plane, i));
+            let light = ["R", "G", "B"].into_iter().enumerate().map(channel);
+            light.chain([alpha()]).collect()
+        }
+        Shown::Plane(shown) => of_plane(&planes[shown]).chain([alpha()]).collect(),
+    }
+}
+
+/// One channel of a plane.
+fn samples(pixel: PixelType, plane: &film::Plane, channel: usize) -> Samples<'_> {
+    let (first, step) = (channel, plane.spec.width());
+    let values = plane.values.as_slice();
+    match pixel {
+        PixelType::Half => Samples::Half(Plane { values, first, step }),
+        PixelType::Float => Samples::Float(Plane { values, first, step }),
+        PixelType::Uint => Samples::Uint(Plane {
+            values: bytemuck::cast_slice(values),
+            first,
+            step,
+        }),
+    }
+}
+
 /// What a file says about a frame, besides what the format demands.
 fn attributes(frame: &FrameImage) -> Vec<Attribute> {
     const REC_709: [f32; 8] = [0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290];
     const DISPLAY_VALUES: &str = "the numbers are display values, not scene-linear light";
+    let metadata = frame.metadata;
     let version = env!("CARGO_PKG_VERSION");
     let mut list = vec![
         Attribute::new("software", format!("batch-render {version}")),
         Attribute::new("batch-render/version", version),
-        Attribute::new("batch-render/frame", frame.frame),
-        Attribute::new("batch-render/samples", count(u64::from(frame.samples))),
-        Attribute::new("batch-render/seed", count(frame.seed)),
-        Attribute::new("batch-render/sampler", frame.sampler),
-        Attribute::new("imageCounter", frame.frame),
+        Attribute::new("batch-render/frame", metadata.frame),
+        Attribute::new("batch-render/samples", count(metadata.samples)),
+        Attribute::new("batch-render/seed", count(metadata.seed)),
+        Attribute::new("batch-render/sampler", metadata.sampler),
+        Attribute::new("imageCounter", metadata.frame),
     ];
-    if let Some((numerator, denominator)) = frame.fps {
+    if let Some((numerator, denominator)) = metadata.fps {
         list.push(Attribute::new(
             "framesPerSecond",
             Value::Rational { numerator, denominator },
         ));
     }
-    if frame.view == View::Raw {
-        list.push(Attribute::new("comments", DISPLAY_VALUES));
-    } else {
-        list.push(Attribute::new("chromaticities", Value::Chromaticities(REC_709)));
-        list.push(Attribute::new("colorInteropID", "lin_rec709_scene"));
+    if frame.has_light() {
+        if metadata.view == DisplayTransform::Raw {
+            list.push(Attribute::new("comments", DISPLAY_VALUES));
+        } else {
+            list.push(Attribute::new("chromaticities", Value::Chromaticities(REC_709)));
+            list.push(Attribute::new("colorInteropID", "lin_rec709_scene"));
+        }
     }
-    for given in frame.metadata.iter().chain(frame.layer_attributes) {
+    for given in &metadata.attributes {
         match list.iter_mut().find(|a| a.name == given.name) {
             Some(own) if own.name == "comments" => own.value = format!("{}\n{DISPLAY_VALUES}", given.value).into(),
             Some(own) => own.value = given.value.clone(),
@@ -102,7 +140,7 @@ fn attributes(frame: &FrameImage) -> Vec<Attribute> {
 }
 
 /// A whole number as an `int`, or as a string where it is too large for one.
-fn count(n: u64) -> Value {
+fn count(n: u32) -> Value {
     i32::try_from(n).map_or_else(|_| n.to_string().into(), Value::Int)
 }
 
@@ -254,13 +292,14 @@ fn check(image: &Image, channels: &[Channel]) -> Result<(), EncodeError> {
     const FARTHEST: i64 = i32::MAX as i64 / 2;
     let unfit = |reason: String| Err(EncodeError::Unfit(reason));
     for window in [image.display, image.data] {
-        let Window { x, y, width, height } = window;
-        if width == 0 || height == 0 {
+        let Window { x0, y0, x1, y1 } = window;
+        let (width, height) = (window.width(), window.height());
+        if x0 >= x1 || y0 >= y1 {
             return unfit(format!("a window of {width} x {height} pixels"));
         }
-        for (min, size) in [(x, width), (y, height)] {
-            if i64::from(min) <= -FARTHEST || i64::from(min) + i64::from(size) > FARTHEST {
-                return unfit(format!("a window of {width} x {height} pixels from {x}, {y}"));
+        for (min, end) in [(x0, x1), (y0, y1)] {
+            if i64::from(min) <= -FARTHEST || i64::from(end) > FARTHEST {
+                return unfit(format!("a window of {width} x {height} pixels from {x0}, {y0}"));
             }
         }
     }
@@ -270,18 +309,18 @@ fn check(image: &Image, channels: &[Channel]) -> Result<(), EncodeError> {
     if let Some(pair) = channels.windows(2).find(|pair| pair[0].name == pair[1].name) {
         return unfit(format!("two channels '{}'", pair[0].name));
     }
-    if let Some(short) = channels.iter().find(|c| !c.samples.holds(image.data.pixels())) {
+    if let Some(short) = channels.iter().find(|c| !c.samples.holds(image.data.area())) {
         return unfit(format!("channel '{}' has fewer numbers than pixels", short.name));
     }
     let bytes_per_pixel: usize = channels.iter().map(|c| c.samples.bytes_per_sample()).sum();
-    let pixels = image.data.width as usize * image.compression.lines_per_block() as usize;
+    let pixels = image.data.width() as usize * image.compression.lines_per_block() as usize;
     if pixels
         .checked_mul(bytes_per_pixel)
         .is_none_or(|n| n > i32::MAX as usize)
     {
         return unfit(format!(
             "lines of {} pixels of {bytes_per_pixel} bytes",
-            image.data.width
+            image.data.width()
         ));
     }
     Ok(())

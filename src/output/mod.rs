@@ -4,7 +4,9 @@
 
 pub mod atomic;
 mod attribute;
+pub mod display;
 pub mod exr;
+mod metadata;
 pub mod png;
 pub mod sequence;
 
@@ -14,78 +16,50 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::film::{self, Film, view::View};
+use crate::film::{Film, Plane};
 
 pub use attribute::{Attribute, Value};
-pub use exr::{Channel, Compression, Plane, Samples};
+pub use display::DisplayTransform;
+pub use exr::Compression;
+pub use metadata::FrameMetadata;
 pub use sequence::{Pattern, PatternError};
-
-/// A rectangle of pixels; x to the right, y down, the origin is the top left pixel of the full frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Window {
-    /// The leftmost column; negative with overscan.
-    pub x: i32,
-    /// The top row; negative with overscan.
-    pub y: i32,
-    pub width: u32,
-    pub height: u32,
-}
-
-impl Window {
-    /// The window of a whole frame.
-    pub const fn full(width: u32, height: u32) -> Self {
-        let (x, y) = (0, 0);
-        Self { x, y, width, height }
-    }
-
-    /// How many pixels it holds.
-    pub const fn pixels(&self) -> usize {
-        self.width as usize * self.height as usize
-    }
-}
-
-impl From<film::Window> for Window {
-    /// Films are of fewer than 2^31 columns and rows.
-    fn from(w: film::Window) -> Self {
-        Self {
-            x: w.x0 as i32,
-            y: w.y0 as i32,
-            width: w.width(),
-            height: w.height(),
-        }
-    }
-}
 
 /// A finished frame, as every format receives it.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameImage<'a> {
-    /// The full frame, in pixels.
-    pub resolution: [u32; 2],
-    /// What of it was rendered: the frame, a crop, or more with overscan.
-    pub window: Window,
-    /// The beauty in `window`, the top row first: scene-linear RGB, premultiplied, and alpha.
-    pub rgba: &'a [[f32; 4]],
+    pub film: &'a Film,
+    pub shown: Shown,
     /// Whether its alpha says anything.
     pub coverage: Coverage,
-    /// More channels over `window`, for the formats that hold them.
-    pub layers: &'a [Channel<'a>],
-    /// What the readers of `layers` need to know, written with them.
-    pub layer_attributes: &'a [Attribute],
-    /// The number of the frame.
-    pub frame: i32,
-    /// Samples of each pixel.
-    pub samples: u32,
-    pub seed: u64,
-    /// Where the random numbers come from.
-    pub sampler: &'a str,
-    /// How 8-bit formats show the light.
-    pub view: View,
-    /// Stops, for 8-bit formats.
-    pub exposure: f32,
-    /// Frames per second as a fraction, where the job knows it.
-    pub fps: Option<(i32, u32)>,
-    /// What else files should say. A name that the renderer writes itself is replaced.
-    pub metadata: &'a [Attribute],
+    pub metadata: &'a FrameMetadata,
+}
+
+/// The planes of a film that go into its files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Shown {
+    /// All of them; formats for displays show the first, which the integrator computed.
+    #[default]
+    All,
+    /// The one with this index, in place of the picture.
+    Plane(usize),
+}
+
+impl<'a> FrameImage<'a> {
+    /// The plane that formats for displays show.
+    pub fn picture(&self) -> &'a Plane {
+        match self.shown {
+            Shown::All => &self.film.planes()[0],
+            Shown::Plane(plane) => &self.film.planes()[plane],
+        }
+    }
+
+    /// Whether a plane that goes into files holds light.
+    fn has_light(&self) -> bool {
+        match self.shown {
+            Shown::All => self.film.planes().iter().any(|plane| plane.spec.pass.is_light()),
+            Shown::Plane(_) => self.picture().spec.pass.is_light(),
+        }
+    }
 }
 
 /// Whether the alpha of a picture says anything. It belongs to the job and not to the frame's pixels, so that all files of a
@@ -98,19 +72,10 @@ pub enum Coverage {
     Partial,
 }
 
-/// How the beauty is stored where a format has a choice.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Depth {
-    #[default]
-    Half,
-    Float,
-}
-
-/// What the user chose about encoding.
+/// The user's choices about encoding.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Encoding {
     pub compression: Compression,
-    pub depth: Depth,
 }
 
 /// What was written.
@@ -166,28 +131,21 @@ pub fn write(
     atomic::write(path, |out| format.encode(image, encoding, out))
 }
 
-/// Writes one picture that belongs to no sequence; the name's ending chooses the format.
-pub fn picture(path: &Path, film: &Film, view: View) -> Result<WriteReport, OutputError> {
+/// Writes a film that belongs to no sequence; the name's ending chooses the format.
+///
+/// # Errors
+/// No format has this ending, or the file cannot be written.
+pub fn write_still(path: &Path, film: &Film, metadata: &FrameMetadata) -> Result<WriteReport, OutputError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
     let format = format(extension).ok_or_else(|| OutputError::Encode {
         reason: format!("no format is called '{extension}'"),
         path: path.to_owned(),
     })?;
     let image = FrameImage {
-        resolution: film.resolution,
-        window: film.window.into(),
-        rgba: &film.pixels,
+        film,
+        shown: Shown::All,
         coverage: Coverage::Partial,
-        layers: &[],
-        layer_attributes: &[],
-        frame: 1,
-        samples: 1,
-        seed: 0,
-        sampler: "sobol",
-        view,
-        exposure: 0.0,
-        fps: None,
-        metadata: &[],
+        metadata,
     };
     write(path, format, &image, Encoding::default())
 }

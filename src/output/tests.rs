@@ -8,37 +8,48 @@ use ::exr::{
 };
 
 use super::*;
+use crate::film::{FilmLayout, PassRequest, Window, passes::BEAUTY};
 
-const RGBA: [[f32; 4]; 6] = [[0.5, f32::NAN, 1e6, 1.0]; 6];
+fn film(passes: &[&str], size: [u32; 2]) -> Film {
+    let passes = PassRequest::parse_list(passes.iter().copied()).unwrap();
+    let layout = FilmLayout::new(BEAUTY, &passes, &[]).unwrap();
+    let mut film = Film::new([640, 480], Window::sized([10, 20], size), &layout);
+    let pixels = film.values_mut(0).as_chunks_mut().0;
+    pixels.fill([0.5, f32::NAN, 1e6, 1.0]);
+    film
+}
 
-fn frame() -> FrameImage<'static> {
-    FrameImage {
-        resolution: [640, 480],
-        window: Window {
-            x: 10,
-            y: 20,
-            width: 3,
-            height: 2,
-        },
-        rgba: &RGBA,
-        coverage: Coverage::Full,
-        layers: &[],
-        layer_attributes: &[],
+fn metadata() -> FrameMetadata {
+    FrameMetadata {
         frame: 7,
         samples: 64,
         seed: 5,
         sampler: "sobol",
-        view: View::Srgb,
+        view: DisplayTransform::Srgb,
         exposure: 0.0,
         fps: Some((24000, 1001)),
-        metadata: &[],
+        attributes: Vec::new(),
     }
 }
 
-fn header(frame: &FrameImage, encoding: Encoding) -> Header {
+fn image<'a>(film: &'a Film, metadata: &'a FrameMetadata) -> FrameImage<'a> {
+    FrameImage {
+        film,
+        shown: Shown::All,
+        coverage: Coverage::Full,
+        metadata,
+    }
+}
+
+fn header(frame: &FrameImage) -> Header {
     let mut out = Vec::new();
-    exr::Exr.encode(frame, encoding, &mut out).unwrap();
+    exr::Exr.encode(frame, Encoding::default(), &mut out).unwrap();
     MetaData::read_from_buffered(Cursor::new(out), true).unwrap().headers[0].clone()
+}
+
+/// The header of a frame that says this.
+fn header_of(metadata: &FrameMetadata) -> Header {
+    header(&image(&film(&[], [3, 2]), metadata))
 }
 
 #[test]
@@ -47,8 +58,10 @@ fn every_format_writes_the_same_whole_file_twice() {
     for &format in FORMATS {
         let path = |name: &str| home.path().join(name).with_extension(format.name());
         let (a, b) = (path("a"), path("new folder/b"));
-        let report = write(&a, format, &frame(), Encoding::default()).unwrap();
-        assert_eq!(report, write(&b, format, &frame(), Encoding::default()).unwrap());
+        let (film, metadata) = (film(&["depth"], [3, 2]), metadata());
+        let frame = image(&film, &metadata);
+        let report = write(&a, format, &frame, Encoding::default()).unwrap();
+        assert_eq!(report, write(&b, format, &frame, Encoding::default()).unwrap());
         assert_eq!(std::fs::read(&a).unwrap(), std::fs::read(&b).unwrap());
         assert_eq!(std::fs::metadata(&a).unwrap().len(), report.bytes);
         assert!(report.nans == 6 && format.is_whole(&a));
@@ -61,11 +74,8 @@ fn an_image_that_does_not_fit_is_an_error_with_the_path_last() {
     let home = tempfile::tempdir().unwrap();
     for &format in FORMATS {
         let path = home.path().join("f").with_extension(format.name());
-        let short = FrameImage {
-            rgba: &RGBA[..5],
-            ..frame()
-        };
-        let error = write(&path, format, &short, Encoding::default()).unwrap_err();
+        let (empty, metadata) = (film(&[], [0, 2]), metadata());
+        let error = write(&path, format, &image(&empty, &metadata), Encoding::default()).unwrap_err();
         assert!(matches!(error, OutputError::Encode { .. }));
         assert!(error.to_string().ends_with(&path.display().to_string()), "{error}");
         assert!(!path.exists());
@@ -74,7 +84,7 @@ fn an_image_that_does_not_fit_is_an_error_with_the_path_last() {
 
 #[test]
 fn an_exr_says_what_it_is_in_typed_attributes() {
-    let header = header(&frame(), Encoding::default());
+    let header = header_of(&metadata());
     let own = &header.own_attributes;
     let other = |name: &str| {
         let name = Text::new_or_panic(name);
@@ -103,13 +113,11 @@ fn an_exr_says_what_it_is_in_typed_attributes() {
 
 #[test]
 fn display_values_are_not_said_to_be_light() {
-    let metadata = [Attribute::new("comments", "take 2")];
-    let raw = FrameImage {
-        view: View::Raw,
-        metadata: &metadata,
-        ..frame()
-    };
-    let header = header(&raw, Encoding::default());
+    let header = header_of(&FrameMetadata {
+        view: DisplayTransform::Raw,
+        attributes: vec![Attribute::new("comments", "take 2")],
+        ..metadata()
+    });
     assert_eq!(header.shared_attributes.chromaticities, None);
     assert!(
         !header
@@ -126,42 +134,41 @@ fn display_values_are_not_said_to_be_light() {
 
 #[test]
 fn what_the_job_says_replaces_what_the_renderer_would() {
-    let metadata = [Attribute::new("software", "another"), Attribute::new("owner", "me")];
-    let header = header(
-        &FrameImage {
-            metadata: &metadata,
-            ..frame()
-        },
-        Encoding::default(),
-    );
+    let header = header_of(&FrameMetadata {
+        attributes: vec![Attribute::new("software", "another"), Attribute::new("owner", "me")],
+        ..metadata()
+    });
     assert_eq!(header.own_attributes.software_name, Some(Text::new_or_panic("another")));
     assert_eq!(header.own_attributes.owner, Some(Text::new_or_panic("me")));
 }
 
 #[test]
-fn layers_stand_beside_the_beauty() {
-    let depth = [1e10_f32; 6];
-    let layers = [Channel {
-        name: "depth.Z",
-        samples: Samples::Float(Plane::dense(&depth)),
-    }];
-    let encoding = Encoding {
-        depth: Depth::Float,
-        ..Encoding::default()
+fn passes_stand_beside_the_beauty_with_their_types() {
+    let film = film(&["depth", "objectId", "N"], [3, 2]);
+    let channels = |shown| {
+        let metadata = metadata();
+        let header = header(&FrameImage {
+            shown,
+            ..image(&film, &metadata)
+        });
+        let channels = header.channels.list.into_iter();
+        channels
+            .map(|c| (c.name.to_string(), c.sample_type))
+            .collect::<Vec<_>>()
     };
-    let header = header(
-        &FrameImage {
-            layers: &layers,
-            ..frame()
-        },
-        encoding,
-    );
-    let channels: Vec<_> = header
-        .channels
-        .list
-        .iter()
-        .map(|c| (c.name.to_string(), c.sample_type))
-        .collect();
-    let float = ::exr::meta::attribute::SampleType::F32;
-    assert_eq!(channels, ["A", "B", "G", "R", "depth.Z"].map(|n| (n.to_owned(), float)));
+    use ::exr::meta::attribute::SampleType::{F16, F32, U32};
+    let all = [
+        ("A", F16),
+        ("B", F16),
+        ("G", F16),
+        ("N.X", F16),
+        ("N.Y", F16),
+        ("N.Z", F16),
+        ("R", F16),
+        ("depth.Z", F32),
+        ("objectId.Y", U32),
+    ];
+    let named = |list: &[(&str, _)]| list.iter().map(|(n, t)| ((*n).to_owned(), *t)).collect::<Vec<_>>();
+    assert_eq!(channels(Shown::All), named(&all));
+    assert_eq!(channels(Shown::Plane(1)), named(&[("A", F16), ("depth.Z", F32)]));
 }

@@ -1,59 +1,69 @@
 //! The rays of a row of pixels: from random numbers by way of the filter and the lens to rays.
 
-use std::ops::Range;
-
-use super::wave::Job;
+use super::{Content, schedule::BlockSpec, wave::RenderContext};
 use crate::{
     math::{Ray, Vec2},
     sampler::{Dimension, SampleKeys},
 };
 
-/// The samples of a row of pixels, a pixel's beside each other.
+/// The camera rays of a row of pixels, the samples of a pixel beside each other.
 #[derive(Default)]
 pub(super) struct CameraRays {
-    /// What each sample weighs.
+    /// The filter weight of each sample.
     pub weights: Vec<f32>,
+    /// The film position of each sample, in pixels.
+    pub film: Vec<Vec2>,
     keys: SampleKeys,
     u: Vec<Vec2>,
-    /// Of each sample: where on the film, and the numbers that choose a point of the lens.
-    film: Vec<Vec2>,
+    /// The numbers that choose a point of the lens, of each sample.
     lens: Vec<Vec2>,
 }
 
 impl CameraRays {
-    /// Appends the rays of `samples` of each pixel in `columns` of row `y` to `rays`, [`Ray::NOWHERE`] where no light reaches the
-    /// film. Each step is taken for all of them before the next.
-    pub fn look(&mut self, job: &Job<'_>, y: u32, columns: Range<u32>, samples: &Range<u32>, rays: &mut Vec<Ray>) {
-        let settings = job.settings;
+    /// Appends the rays of the block's samples in row `y` to `rays`, [`Ray::NOWHERE`] where no light reaches the film. Each
+    /// step is taken for all samples before the next.
+    pub fn generate(&mut self, context: &RenderContext<'_>, block: &BlockSpec, y: i32, rays: &mut Vec<Ray>) {
+        let settings = context.settings;
         let sampler = &settings.sampler;
-        let measured = job.integrator.shown().is_measured();
-        self.keys.start(settings.seed, settings.frame);
+        let spread = settings.content == Content::Light;
+        self.keys.start(settings.seed, settings.noise_frame);
         self.film.clear();
-        for x in columns {
-            self.keys.push([x, y], samples.clone());
-            self.film
-                .resize(self.keys.len(), Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
+        for x in block.tile.x0..block.tile.x1 {
+            self.keys.push([x as u32, y as u32], block.samples.clone());
+            self.film.resize(self.keys.len(), pixel_center(x, y));
         }
         self.weights.clear();
         self.weights.resize(self.keys.len(), 1.0);
-        if let Some(filter) = &settings.filter {
-            sampler.pairs(job.simd, &self.keys, Dimension::FILM, &mut self.u);
-            filter.samples(job.simd, &self.u, &mut self.film, &mut self.weights);
+        if let Some(filter) = settings.filter.as_ref().filter(|_| spread) {
+            sampler.pairs(context.simd, &self.keys, Dimension::FILM, &mut self.u);
+            filter.samples(context.simd, &self.u, &mut self.film, &mut self.weights);
         }
         self.lens.clear();
-        if job.shot.has_lens() && !measured {
-            sampler.pairs(job.simd, &self.keys, Dimension::LENS, &mut self.lens);
+        if context.shot.has_lens() && spread {
+            sampler.pairs(context.simd, &self.keys, Dimension::LENS, &mut self.lens);
         } else {
             self.lens.resize(self.keys.len(), Vec2::splat(0.5));
         }
-        if job.shot.moves() && !measured {
-            sampler.pairs(job.simd, &self.keys, Dimension::TIME, &mut self.u);
+        if context.shot.moves() && spread {
+            sampler.pairs(context.simd, &self.keys, Dimension::TIME, &mut self.u);
             for ((time, film), lens) in self.u.iter().zip(&self.film).zip(&self.lens) {
-                let ray = job.shot.camera(time.x).ray(*film, *lens);
+                let ray = context.shot.camera(time.x).ray(*film, *lens);
                 rays.push(ray.unwrap_or(Ray::NOWHERE));
             }
         } else {
-            job.camera.rays(job.simd, &self.film, &self.lens, rays);
+            context.camera.rays(context.simd, &self.film, &self.lens, rays);
         }
     }
+
+    /// Appends the squared distances of the row's samples from their pixels' centres.
+    pub fn distances_squared(&self, block: &BlockSpec, y: i32, out: &mut Vec<f32>) {
+        let pixels = self.film.chunks_exact(block.samples.len());
+        for (x, samples) in (block.tile.x0..).zip(pixels) {
+            out.extend(samples.iter().map(|at| at.distance_squared(pixel_center(x, y))));
+        }
+    }
+}
+
+fn pixel_center(x: i32, y: i32) -> Vec2 {
+    Vec2::new(x as f32 + 0.5, y as f32 + 0.5)
 }

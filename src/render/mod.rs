@@ -1,27 +1,32 @@
-//! Rendering: waves of paths over tiles of a film, on all threads.
+//! Rendering: waves of paths over the tiles of a film, on all threads.
 
-use std::sync::{
-    Mutex,
-    atomic::{AtomicBool, AtomicU64, Ordering},
-};
+use std::sync::Mutex;
 
 use crate::{
     camera::{Camera, Shot},
-    film::{Film, Window},
+    film::{Film, FilmLayout, PassRequest, PassSpec, Window, passes},
     filter::Filter,
     integrator::Integrator,
     sampler::Sampler,
     scene::Scene,
+    value::UnknownName,
 };
 
 mod camera_rays;
-mod dropped;
-mod part;
+mod control;
+mod invalid_samples;
+mod sample_block;
+pub mod schedule;
 mod tiles;
 mod transparency;
 mod wave;
 
-pub use dropped::Dropped;
+pub use control::{Cancel, Cancelled, Control, Counters, TileSink};
+pub use invalid_samples::InvalidSamples;
+pub use schedule::SampleBudget;
+pub use tiles::TileResult;
+
+use wave::{RenderContext, Wave};
 
 /// What a frame is rendered with, beside its scene and its camera.
 #[derive(Clone, Debug)]
@@ -30,25 +35,27 @@ pub struct Settings {
     pub resolution: [u32; 2],
     /// The part of it to render.
     pub window: Window,
-    /// Samples of each pixel.
-    pub samples: u32,
+    pub samples: SampleBudget,
     pub seed: u32,
-    /// Which frame the random numbers are those of, see [`SeedMode`](crate::sampler::SeedMode).
-    pub frame: i32,
+    /// The frame whose random numbers are drawn, see [`SeedMode`](crate::sampler::SeedMode).
+    pub noise_frame: i32,
     pub sampler: Sampler,
     /// `None`: every sample goes through its pixel's centre.
     pub filter: Option<Filter>,
-    /// Whether the film has layers too, see [`Film::layers`](crate::film::Film::layers).
-    pub layers: Layers,
+    pub content: Content,
+    /// The passes of the film beside the beauty.
+    pub passes: Vec<PassRequest>,
 }
 
-/// What a film has beside the picture.
+/// What is rendered of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Layers {
+pub enum Content {
+    /// The picture of the integrator, and passes of what it is made of.
     #[default]
-    None,
-    /// Its light by [`Component`](crate::integrator::Component) and by group of lights.
     Light,
+    /// First hits alone, without light: rays go through the centres of pixels and of the lens when the shutter opens, and
+    /// alpha is 0 where they meet nothing.
+    FirstHits,
 }
 
 impl Settings {
@@ -57,60 +64,89 @@ impl Settings {
         Self {
             resolution,
             window: Window::full(resolution),
-            samples,
+            samples: SampleBudget::fixed(samples),
             seed: 0,
-            frame: 1,
+            noise_frame: 1,
             sampler: Sampler::default_for(samples),
             filter: (samples > 1).then(Filter::default),
-            layers: Layers::None,
+            content: Content::default(),
+            passes: Vec::new(),
         }
     }
 }
 
-/// What all threads of a frame are doing, for whoever watches, and the word to stop.
-#[derive(Debug, Default)]
-pub struct Watch {
-    /// Pixels that are finished.
-    pub pixels: AtomicU64,
-    /// Rays traced for nearest hits and for shadows.
-    pub rays: AtomicU64,
-    /// Samples that came out as NaN or infinite, and were left out, since somebody took them from here.
-    pub dropped: Mutex<Dropped>,
-    /// Set by whoever watches: unfinished tiles are left.
-    pub cancel: AtomicBool,
+/// Why a frame was not rendered.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RenderError {
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// A pass shows a light group that the scene does not have.
+    #[error(transparent)]
+    Pass(#[from] UnknownName),
 }
 
-impl Watch {
-    pub fn is_cancelled(&self) -> bool {
-        self.cancel.load(Ordering::Relaxed)
+/// Renders frames, and keeps the memory of its waves from one to the next.
+#[derive(Default)]
+pub struct Renderer {
+    waves: Mutex<Vec<Wave>>,
+}
+
+impl Renderer {
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Renders one frame on the threads of the current rayon pool.
+    ///
+    /// The film's bits depend on the scene, the camera and the settings; never on threads, tiles, rounds or crops.
+    ///
+    /// # Errors
+    /// The frame was cancelled, or a pass shows a light group that the scene does not have.
+    pub fn render(
+        &self,
+        scene: &Scene,
+        shot: &Shot,
+        integrator: &dyn Integrator,
+        settings: &Settings,
+        control: &Control<'_>,
+    ) -> Result<Film, RenderError> {
+        let picture = picture_of(integrator);
+        let layout = FilmLayout::new(picture, &settings.passes, scene.light_groups.names())?;
+        let context = RenderContext::new(scene, shot, integrator, settings, &layout);
+        Ok(tiles::render(&context, &layout, self, control)?)
+    }
+
+    fn take_wave(&self) -> Wave {
+        self.lock_waves().pop().unwrap_or_default()
+    }
+
+    fn put_wave(&self, wave: Wave) {
+        self.lock_waves().push(wave);
+    }
+
+    fn lock_waves(&self) -> std::sync::MutexGuard<'_, Vec<Wave>> {
+        self.waves.lock().expect("no thread panics while it holds the waves")
     }
 }
 
-/// The frame was given up because [`Watch::cancel`] was set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("cancelled")]
-pub struct Cancelled;
+/// The pass that an integrator computes.
+pub fn picture_of(integrator: &dyn Integrator) -> &'static PassSpec {
+    if integrator.wants_cost() {
+        passes::COST
+    } else {
+        passes::BEAUTY
+    }
+}
 
-/// Renders one frame on the threads of the current rayon pool.
+/// Renders one frame of a camera that stands still, with nobody watching.
 ///
-/// The film's bits depend on the scene, the camera and the settings; never on threads, tiles or what is cropped.
-pub fn frame(
+/// # Errors
+/// A pass shows a light group that the scene does not have.
+pub fn render(
     scene: &Scene,
     camera: &Camera,
     integrator: &dyn Integrator,
     settings: &Settings,
-    watch: &Watch,
-) -> Result<Film, Cancelled> {
-    shot(scene, &Shot::from(*camera), integrator, settings, watch)
-}
-
-/// The same for a camera that may move while its shutter is open.
-pub fn shot(
-    scene: &Scene,
-    shot: &Shot,
-    integrator: &dyn Integrator,
-    settings: &Settings,
-    watch: &Watch,
-) -> Result<Film, Cancelled> {
-    tiles::render(&wave::Job::new(scene, shot, integrator, settings), watch)
+) -> Result<Film, RenderError> {
+    Renderer::new().render(scene, &Shot::from(*camera), integrator, settings, &Control::default())
 }

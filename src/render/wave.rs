@@ -1,64 +1,75 @@
-//! A wave: thousands of paths that are traced, shaded and carried on together, until none is left.
+//! A wave: thousands of paths that are traced, shaded and continued together, until none is left.
 //!
 //! The order in which a sample's contributions are added depends on its own paths alone: paths stay sorted by sample,
 //! and a wave that outgrows its bounds is split between samples, never within one.
 
-use std::ops::Range;
-
 use super::{
-    Dropped, Layers, Settings,
+    Content, InvalidSamples, Settings,
     camera_rays::CameraRays,
-    part::Part,
+    sample_block::SampleBlock,
+    schedule::BlockSpec,
     transparency::{Passing, pass, transmittance},
 };
 use crate::{
     accel::{Hit, PrimRef, RayCost, Simd},
     camera::{Camera, Shot},
-    film::{PixelSum, Window},
-    integrator::{Departures, Integrator, Path, Turn, components::Sorted},
+    film::{
+        FilmLayout, SampleRecord, TileAccumulator, accumulator::AccumulatorLayout, layout::Needs, passes::PassContext,
+    },
+    integrator::{Integrator, PathState, ShadingOutput, VertexBatch, light_layers::LightLayers},
     math::{Cone, Ray},
     sampler::{Dimension, DrawnTogether, Purpose, SampleKeys},
-    scene::{Scene, Surfaces},
+    scene::{FirstHit, Scene, Surfaces},
 };
 
 /// Paths that start together; more do not pay, fewer starve the tracer.
-pub(super) const PATHS: usize = 4 * 1024;
+pub(super) const WAVE_SIZE: usize = 4 * 1024;
 
-/// Paths that go on together, where each vertex sends out several rays.
-const MOST_PATHS: usize = 4 * PATHS;
+/// Paths that are continued together, where each vertex sends out several rays.
+const MAX_PATHS: usize = 4 * WAVE_SIZE;
 
-/// How many vertices are answered for in a turn: few enough for the smallest cache.
-const TURN: usize = 64;
+/// How many vertices are shaded together: few enough for the smallest cache.
+const SHADE_BATCH: usize = 64;
 
-/// What a wave works for.
-pub(super) struct Job<'a> {
+/// What every wave of a frame reads.
+pub(super) struct RenderContext<'a> {
     pub scene: &'a Scene,
     pub shot: &'a Shot,
-    /// When the shutter opens.
+    /// The camera when the shutter opens.
     pub camera: Camera,
     pub integrator: &'a dyn Integrator,
     pub settings: &'a Settings,
+    pub needs: Needs,
+    pub accumulators: AccumulatorLayout,
     /// Whether everything in the scene is.
-    pub is_opaque: bool,
-    /// What loops run on.
+    is_opaque: bool,
+    /// The vectors that loops run on.
     pub simd: Simd,
     /// Whether every sample has a camera ray.
-    pub fills_film: bool,
-    /// Of each camera ray, where a texture wants to know; `None` where all rays may be lines.
-    pub cone: Option<Cone>,
+    fills_film: bool,
+    /// The cone of each camera ray, where a texture reads it; `None` where all rays may be lines.
+    cone: Option<Cone>,
 }
 
-impl<'a> Job<'a> {
-    pub fn new(scene: &'a Scene, shot: &'a Shot, integrator: &'a dyn Integrator, settings: &'a Settings) -> Self {
+impl<'a> RenderContext<'a> {
+    pub fn new(
+        scene: &'a Scene,
+        shot: &'a Shot,
+        integrator: &'a dyn Integrator,
+        settings: &'a Settings,
+        layout: &FilmLayout,
+    ) -> Self {
         // A sample has its share of the pixel in the middle; other pixels are seen under no larger an angle.
         let camera = shot.camera(0.0);
-        let cone = || camera.pixel_cone().shared(settings.samples);
+        let cone = || camera.pixel_cone().shared(settings.samples.max);
         Self {
             scene,
             shot,
             camera,
             integrator,
             settings,
+            needs: layout.needs(),
+            accumulators: AccumulatorLayout::new(layout),
             is_opaque: scene.is_opaque(),
             simd: Simd::detect(),
             fills_film: shot.fills_film(),
@@ -67,9 +78,9 @@ impl<'a> Job<'a> {
     }
 }
 
-/// What is found for vertices before they have their turn.
+/// What is prepared for vertices before they are shaded.
 #[derive(Default)]
-struct Found {
+struct BatchInputs {
     surfaces: Surfaces,
     keys: SampleKeys,
     drawn: DrawnTogether,
@@ -77,281 +88,324 @@ struct Found {
 
 /// Where the paths of a wave have arrived.
 #[derive(Clone, Copy)]
-struct Arrived<'a> {
+struct RayBatch<'a> {
     rays: &'a [Ray],
-    paths: &'a [Path],
+    paths: &'a [PathState],
     hits: &'a [Option<Hit>],
 }
 
-impl Found {
-    /// The turn of `chosen`, for whom all this was found.
-    fn turn<'a>(&'a self, job: &'a Job<'_>, arrived: Arrived<'a>, chosen: &'a [u32]) -> Turn<'a> {
-        let Arrived { rays, paths, hits } = arrived;
-        Turn {
-            scene: job.scene,
-            camera: &job.camera,
-            sampler: &job.settings.sampler,
+impl BatchInputs {
+    /// The batch of the paths with these indices, for whom all this was prepared.
+    fn batch<'a>(
+        &'a self,
+        context: &'a RenderContext<'_>,
+        arrived: RayBatch<'a>,
+        indices: &'a [u32],
+    ) -> VertexBatch<'a> {
+        let RayBatch { rays, paths, hits } = arrived;
+        VertexBatch {
+            scene: context.scene,
+            camera: &context.camera,
+            sampler: &context.settings.sampler,
             rays,
             paths,
             hits,
-            chosen,
+            indices,
             surfaces: &self.surfaces.found,
             keys: &self.keys,
             drawn: &self.drawn,
-            has_cones: job.cone.is_some(),
+            has_cones: context.cone.is_some(),
         }
     }
 }
 
-/// The samples of a tile's pixels so far.
-pub(super) struct Sums {
-    pub pixels: Vec<PixelSum>,
-    /// Layer by layer for each pixel; empty where nobody asks for them.
-    pub layers: Vec<PixelSum>,
-}
-
 /// What running a wave took.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Traced {
+pub(super) struct WaveStats {
     pub rays: u64,
-    pub dropped: Dropped,
+    pub invalid: InvalidSamples,
 }
 
 /// The arrays of a wave; they keep their memory from tile to tile.
 #[derive(Default)]
 pub(super) struct Wave {
-    seen: CameraRays,
-    /// With a path for each, or more paths.
+    camera_rays: CameraRays,
+    /// The rays in flight, and the path of each; there may be more paths.
     rays: Vec<Ray>,
-    paths: Vec<Path>,
+    paths: Vec<PathState>,
     /// The paths of camera rays.
-    untouched: Vec<Path>,
+    camera_paths: Vec<PathState>,
     hits: Vec<Option<Hit>>,
     blocked: Vec<bool>,
-    /// Of each shadow ray: the part of its light that arrives.
-    arrives: Vec<f32>,
+    /// The part of its light that arrives, of each shadow ray.
+    visible: Vec<f32>,
     passing: Passing,
-    found: Found,
-    /// The rays that met something, and those that did not.
-    met: Vec<u32>,
-    escaped: Vec<u32>,
-    /// What was met.
+    inputs: BatchInputs,
+    /// The indices of the rays that hit something, and of those that did not.
+    hit_indices: Vec<u32>,
+    miss_indices: Vec<u32>,
+    /// The primitives that were hit.
     prims: Vec<PrimRef>,
-    out: Departures,
-    /// Of each sample: its filter weight, and how much of it something covers.
+    out: ShadingOutput,
+    /// The filter weight of each sample, and how much of it something covers.
     weights: Vec<f32>,
     alpha: Vec<f32>,
+    /// The squared distance from its pixel's centre, and the first hit, of each sample; empty where no pass needs them.
+    distances_squared: Vec<f32>,
+    first_hits: Vec<Option<FirstHit>>,
     /// Paths that wait because the wave has outgrown its bounds.
-    waiting: Vec<(Vec<Ray>, Vec<Path>)>,
+    waiting: Vec<(Vec<Ray>, Vec<PathState>)>,
 }
 
 impl Wave {
-    /// Renders `samples` of every pixel of `tile` and adds them to `sums`.
-    pub fn run(&mut self, job: &Job<'_>, tile: Window, samples: Range<u32>, sums: &mut Sums) -> Traced {
-        let mut traced = Traced::default();
-        let part = Part::new(tile, &samples);
-        self.start(job, tile, &samples);
-        if job.fills_film {
+    /// Renders the samples of a block and adds them to the accumulator of its tile.
+    pub fn run(
+        &mut self,
+        context: &RenderContext<'_>,
+        spec: &BlockSpec,
+        accumulator: &mut TileAccumulator,
+    ) -> WaveStats {
+        let mut stats = WaveStats::default();
+        let block = SampleBlock::new(spec);
+        self.start(context, spec);
+        if context.fills_film {
             // Before anything is met all paths are alike but for their samples, and the same for every tile.
-            std::mem::swap(&mut self.paths, &mut self.untouched);
-            traced.rays += self.step(job, &part);
-            std::mem::swap(&mut self.paths, &mut self.untouched);
-            self.carry_on();
+            std::mem::swap(&mut self.paths, &mut self.camera_paths);
+            stats.rays += self.step(context, &block);
+            std::mem::swap(&mut self.paths, &mut self.camera_paths);
+            self.compact();
         }
         while !self.rays.is_empty() {
-            traced.rays += self.step(job, &part);
-            self.carry_on();
+            stats.rays += self.step(context, &block);
+            self.compact();
         }
-        let together = samples.len();
-        for (pixel, sum) in sums.pixels.iter_mut().enumerate() {
-            let slots = pixel * together..(pixel + 1) * together;
-            let samples = self.out.radiance[slots.clone()].iter().zip(&self.alpha[slots.clone()]);
-            let mut so_far = *sum;
-            for (((l, alpha), weight), slot) in samples.zip(&self.weights[slots.clone()]).zip(slots) {
-                if l.is_finite() {
-                    so_far.add(*l, *alpha, *weight);
-                } else {
-                    traced.dropped.note(part.key(job.settings, slot as u32).pixel);
-                }
-            }
-            *sum = so_far;
-        }
-        if let Some(sorted) = &self.out.sorted {
-            for slot in (0..self.weights.len()).filter(|slot| self.out.radiance[*slot].is_finite()) {
-                let layers = sorted.of_sample(slot);
-                let of_pixel = &mut sums.layers[slot / together * layers.len()..][..layers.len()];
-                for (sum, l) in of_pixel.iter_mut().zip(layers) {
-                    sum.add(*l, 0.0, self.weights[slot]);
-                }
-            }
-        }
-        traced
+        self.accumulate(context, spec, accumulator, &mut stats.invalid);
+        stats
     }
 
-    /// Camera rays for all samples of all pixels, a pixel's samples beside each other.
-    fn start(&mut self, job: &Job<'_>, tile: Window, samples: &Range<u32>) {
+    /// Adds the finished samples, pixel by pixel.
+    fn accumulate(
+        &self,
+        context: &RenderContext<'_>,
+        spec: &BlockSpec,
+        accumulator: &mut TileAccumulator,
+        invalid: &mut InvalidSamples,
+    ) {
+        let (tile, together) = (spec.tile, spec.samples.len());
+        let passes = PassContext {
+            camera: &context.camera,
+        };
+        let layers = self.out.layers.as_ref().filter(|_| context.needs.light_layers);
+        let record = |sample: usize| SampleRecord {
+            l: self.out.radiance[sample],
+            alpha: self.alpha[sample],
+            weight: self.weights[sample],
+            distance_squared: self.distances_squared.get(sample).copied().unwrap_or(0.0),
+            first: self.first_hits.get(sample).and_then(Option::as_ref),
+            light: layers.map_or(&[], |layers| layers.of_sample(sample)),
+        };
+        for pixel in 0..tile.area() {
+            let samples = (pixel * together..(pixel + 1) * together).map(record);
+            let count = accumulator.add(&context.accumulators, &passes, pixel, samples);
+            if count > 0 {
+                let (column, row) = (pixel as u32 % tile.width(), pixel as u32 / tile.width());
+                invalid.count_pixel([tile.x0 + column as i32, tile.y0 + row as i32], count);
+            }
+        }
+    }
+
+    /// Generates camera rays for all samples of all pixels, a pixel's samples beside each other.
+    fn start(&mut self, context: &RenderContext<'_>, spec: &BlockSpec) {
         self.rays.clear();
         self.paths.clear();
         self.weights.clear();
         self.alpha.clear();
-        let cone = job.cone.unwrap_or_default();
-        let path = |slot| Path {
+        self.distances_squared.clear();
+        let cone = context.cone.unwrap_or_default();
+        let path = |sample| PathState {
             cone,
-            ..Path::start(slot)
+            ..PathState::start(sample)
         };
-        for y in tile.y0..tile.y1 {
-            let (first, slot) = (self.rays.len(), self.weights.len() as u32);
-            self.seen.look(job, y, tile.x0..tile.x1, samples, &mut self.rays);
-            self.weights.extend_from_slice(&self.seen.weights);
-            let slots = slot..self.weights.len() as u32;
-            if job.fills_film {
+        for y in spec.tile.y0..spec.tile.y1 {
+            let (first, sample) = (self.rays.len(), self.weights.len() as u32);
+            self.camera_rays.generate(context, spec, y, &mut self.rays);
+            self.weights.extend_from_slice(&self.camera_rays.weights);
+            if context.needs.first_hits {
+                self.camera_rays.distances_squared(spec, y, &mut self.distances_squared);
+            }
+            let samples = sample..self.weights.len() as u32;
+            if context.fills_film {
                 continue;
             }
-            let mut seen = first;
-            for (i, slot) in (first..).zip(slots) {
+            let mut kept = first;
+            for (i, sample) in (first..).zip(samples) {
                 let ray = self.rays[i];
                 self.alpha.push(if ray.is_nowhere() { 0.0 } else { 1.0 });
                 if !ray.is_nowhere() {
-                    self.rays[seen] = ray;
-                    self.paths.push(path(slot));
-                    seen += 1;
+                    self.rays[kept] = ray;
+                    self.paths.push(path(sample));
+                    kept += 1;
                 }
             }
-            self.rays.truncate(seen);
+            self.rays.truncate(kept);
         }
-        if job.fills_film {
+        if context.fills_film {
             self.alpha.resize(self.weights.len(), 1.0);
-            // Where textures want to know them, the cones of arrived paths have grown.
-            if job.cone.is_some() || self.untouched.first().is_some_and(|other| *other != path(0)) {
-                self.untouched.clear();
+            // Where textures read them, the cones of arrived paths have grown.
+            if context.cone.is_some() || self.camera_paths.first().is_some_and(|other| *other != path(0)) {
+                self.camera_paths.clear();
             }
-            let more = self.untouched.len() as u32..self.weights.len() as u32;
-            self.untouched.extend(more.map(path));
+            let more = self.camera_paths.len() as u32..self.weights.len() as u32;
+            self.camera_paths.extend(more.map(path));
         }
-        if job.settings.layers == Layers::Light {
-            let groups = job.scene.light_groups.names().len();
-            self.out.sorted.get_or_insert_with(|| Sorted::new(groups));
-        }
-        self.out.start(self.weights.len(), job.cone.is_some());
+        self.start_passes(context);
+        self.out.start(self.weights.len(), context.cone.is_some());
     }
 
-    /// Traces all rays, answers for all vertices, and leaves the rays that go on in `out`. Returns how many it traced.
-    fn step(&mut self, job: &Job<'_>, part: &Part) -> u64 {
-        let scene = job.scene;
-        if job.integrator.reads_traversal() {
-            return self.step_costs(job);
+    /// Makes room for what the frame's passes need.
+    fn start_passes(&mut self, context: &RenderContext<'_>) {
+        self.first_hits.clear();
+        if context.needs.first_hits {
+            self.first_hits.resize(self.weights.len(), None);
+        }
+        let layer_count = context.scene.light_groups.layer_count();
+        let stays = self.out.layers.as_ref().is_some_and(|l| l.layer_count() == layer_count);
+        match (context.needs.light_layers, stays) {
+            (false, _) => self.out.layers = None,
+            (true, true) => {}
+            (true, false) => self.out.layers = Some(LightLayers::new(layer_count)),
+        }
+    }
+
+    /// Traces all rays, shades all vertices, and leaves the rays that they spawn in `out`. Returns how many it traced.
+    fn step(&mut self, context: &RenderContext<'_>, block: &SampleBlock) -> u64 {
+        let scene = context.scene;
+        if context.integrator.wants_cost() {
+            return self.step_costs(context);
         }
         self.hits.clear();
         self.hits.resize(self.rays.len(), None);
         scene.accel.nearest(&self.rays, &mut self.hits);
         let mut traced = self.rays.len() as u64;
-        if !job.is_opaque {
+        if !context.is_opaque {
             let paths = &self.paths;
-            let sample = |i: usize| (part.key(job.settings, paths[i].slot), paths[i].depth);
+            let sample = |i: usize| (block.key(context.settings, paths[i].sample), paths[i].depth);
             traced += pass(scene, &mut self.rays, &mut self.hits, sample, &mut self.passing);
         }
-        self.out.forget_rays();
-        self.part_hits();
-        self.answer_surfaces(job, part);
-        self.answer_escapes(job);
-        traced + self.add_unblocked(job)
+        self.out.clear_rays();
+        self.partition_hits();
+        self.shade_surfaces(context, block);
+        self.shade_misses(context);
+        traced + self.resolve_shadow_rays(context)
     }
 
-    /// Parts rays that met something from those that did not. Nobody can predict which do, so there is no branch.
-    fn part_hits(&mut self) {
+    /// Separates rays that hit something from those that did not. Nobody can predict which do, so there is no branch.
+    fn partition_hits(&mut self) {
         let n = self.hits.len();
-        self.met.resize(n, 0);
+        self.hit_indices.resize(n, 0);
         self.prims.resize(n, PrimRef::new(0));
-        self.escaped.resize(n, 0);
-        let (mut met, mut escaped) = (0, 0);
+        self.miss_indices.resize(n, 0);
+        let (mut hit_count, mut miss_count) = (0, 0);
         for (i, hit) in self.hits.iter().enumerate() {
-            self.met[met] = i as u32;
-            self.prims[met] = hit.map_or(PrimRef::new(0), |hit| hit.prim);
-            self.escaped[escaped] = i as u32;
-            met += usize::from(hit.is_some());
-            escaped += usize::from(hit.is_none());
+            self.hit_indices[hit_count] = i as u32;
+            self.prims[hit_count] = hit.map_or(PrimRef::new(0), |hit| hit.prim);
+            self.miss_indices[miss_count] = i as u32;
+            hit_count += usize::from(hit.is_some());
+            miss_count += usize::from(hit.is_none());
         }
-        self.met.truncate(met);
-        self.prims.truncate(met);
-        self.escaped.truncate(escaped);
+        self.hit_indices.truncate(hit_count);
+        self.prims.truncate(hit_count);
+        self.miss_indices.truncate(miss_count);
     }
 
-    /// Answers for all vertices on surfaces.
+    /// Shades all vertices on surfaces.
     ///
-    /// In turns of a few vertices, each of which is found, then drawn for, then answered for: steps that need not wait for
-    /// each other.
-    fn answer_surfaces(&mut self, job: &Job<'_>, part: &Part) {
+    /// In batches of a few vertices, whose surfaces are found, then their random numbers drawn, then they are shaded: steps
+    /// that need not wait for each other.
+    fn shade_surfaces(&mut self, context: &RenderContext<'_>, block: &SampleBlock) {
         let Some(depth) = self.paths.first().map(|path| path.depth) else {
             return;
         };
-        let purposes = job.integrator.draws(job.scene, depth);
+        let purposes = context.integrator.batched_dimensions(context.scene, depth);
         let Self {
             rays,
             paths,
             hits,
-            met,
+            hit_indices,
             prims,
-            found,
+            inputs,
             out,
+            first_hits,
             ..
         } = self;
         let hit = |k: usize| {
-            let i = met[k] as usize;
-            (&rays[i], hits[i].as_ref().expect("something was met"))
+            let i = hit_indices[k] as usize;
+            (&rays[i], hits[i].as_ref().expect("the ray hit something"))
         };
-        for first in (0..met.len()).step_by(TURN) {
-            let numbers = first..met.len().min(first + TURN);
-            let chosen = &met[numbers.clone()];
-            job.scene.surfaces(job.simd, numbers, prims, hit, &mut found.surfaces);
-            if job.cone.is_some() {
-                for (surface, &i) in found.surfaces.found.iter_mut().zip(chosen) {
+        for first in (0..hit_indices.len()).step_by(SHADE_BATCH) {
+            let numbers = first..hit_indices.len().min(first + SHADE_BATCH);
+            let indices = &hit_indices[numbers.clone()];
+            context
+                .scene
+                .surfaces(context.simd, numbers.clone(), prims, hit, &mut inputs.surfaces);
+            if depth == 1 && context.needs.first_hits {
+                for (surface, k) in inputs.surfaces.found.iter().zip(numbers) {
+                    let (ray, hit) = hit(k);
+                    let first = FirstHit::new(surface, hit.instance, surface.t * ray.d.length());
+                    first_hits[paths[hit_indices[k] as usize].sample as usize] = Some(first);
+                }
+            }
+            if context.settings.content == Content::FirstHits {
+                continue;
+            }
+            if context.cone.is_some() {
+                for (surface, &i) in inputs.surfaces.found.iter_mut().zip(indices) {
                     let (ray, path) = (&rays[i as usize], &mut paths[i as usize]);
                     path.cone = path.cone.moved(surface.t * ray.d.length());
                     surface.cover(path.cone.width.abs());
                 }
             }
-            part.keys(job.simd, job.settings, chosen, paths, &mut found.keys);
+            block.keys(context.simd, context.settings, indices, paths, &mut inputs.keys);
             let dimension = Dimension::at(depth, Purpose::ALL[0]);
-            found
+            let sampler = &context.settings.sampler;
+            inputs
                 .drawn
-                .draw(job.simd, &job.settings.sampler, &found.keys, dimension, &purposes);
-            let turn = found.turn(job, Arrived { rays, paths, hits }, chosen);
-            job.integrator.turn(&turn, out);
+                .draw(context.simd, sampler, &inputs.keys, dimension, &purposes);
+            let batch = inputs.batch(context, RayBatch { rays, paths, hits }, indices);
+            context.integrator.shade_batch(&batch, out);
         }
     }
 
-    /// Answers for all paths that met nothing.
-    fn answer_escapes(&mut self, job: &Job<'_>) {
-        let measured = job.integrator.shown().is_measured();
-        if self.paths.first().is_some_and(|path| path.depth == 1) && (measured || !job.scene.background.visible) {
-            for &i in &self.escaped {
-                self.alpha[self.paths[i as usize].slot as usize] = 0.0;
+    /// Shades all paths whose rays met nothing.
+    fn shade_misses(&mut self, context: &RenderContext<'_>) {
+        let shows_background = context.scene.background.visible && context.settings.content == Content::Light;
+        if !shows_background && self.paths.first().is_some_and(|path| path.depth == 1) {
+            for &i in &self.miss_indices {
+                self.alpha[self.paths[i as usize].sample as usize] = 0.0;
             }
-            if !measured {
-                return;
-            }
+            return;
         }
         let Self {
             rays,
             paths,
             hits,
-            escaped,
-            found,
+            miss_indices,
+            inputs,
             out,
             ..
         } = self;
-        found.surfaces.found.clear();
-        found.keys.start(job.settings.seed, job.settings.frame);
-        found.drawn.forget();
-        for chosen in escaped.chunks(TURN) {
-            let turn = found.turn(job, Arrived { rays, paths, hits }, chosen);
-            job.integrator.turn(&turn, out);
+        inputs.surfaces.found.clear();
+        inputs.keys.start(context.settings.seed, context.settings.noise_frame);
+        inputs.drawn.forget();
+        for indices in miss_indices.chunks(SHADE_BATCH) {
+            let batch = inputs.batch(context, RayBatch { rays, paths, hits }, indices);
+            context.integrator.shade_batch(&batch, out);
         }
     }
 
     /// Adds the light that shadow rays bring. Returns how many rays it traced.
-    fn add_unblocked(&mut self, job: &Job<'_>) -> u64 {
-        let Departures {
+    fn resolve_shadow_rays(&mut self, context: &RenderContext<'_>) -> u64 {
+        let ShadingOutput {
             shadow_rays,
             shadow_light,
             radiance,
@@ -359,52 +413,52 @@ impl Wave {
         } = &mut self.out;
         self.blocked.clear();
         self.blocked.resize(shadow_rays.len(), false);
-        job.scene.accel.occluded(shadow_rays, &mut self.blocked);
+        context.scene.accel.occluded(shadow_rays, &mut self.blocked);
         let traced = shadow_rays.len() as u64;
-        if job.is_opaque {
-            for (&(slot, l), _) in shadow_light.iter().zip(&self.blocked).filter(|(_, blocked)| !**blocked) {
-                radiance[slot as usize] += l;
+        if context.is_opaque {
+            for (&(sample, l), _) in shadow_light.iter().zip(&self.blocked).filter(|(_, blocked)| !**blocked) {
+                radiance[sample as usize] += l;
             }
-            self.sort_arrived(|wave, ray| if wave.blocked[ray] { 0.0 } else { 1.0 });
+            self.resolve_layers(|wave, ray| if wave.blocked[ray] { 0.0 } else { 1.0 });
             return traced;
         }
-        let arrives = &mut self.arrives;
-        let more = transmittance(job.scene, shadow_rays, &self.blocked, arrives, &mut self.passing);
-        for (&(slot, l), &part) in shadow_light.iter().zip(&*arrives).filter(|(_, part)| **part > 0.0) {
-            radiance[slot as usize] += l * part;
+        let visible = &mut self.visible;
+        let more = transmittance(context.scene, shadow_rays, &self.blocked, visible, &mut self.passing);
+        for (&(sample, l), &visible) in shadow_light.iter().zip(&*visible).filter(|(_, v)| **v > 0.0) {
+            radiance[sample as usize] += l * visible;
         }
-        self.sort_arrived(|wave, ray| wave.arrives[ray]);
+        self.resolve_layers(|wave, ray| wave.visible[ray]);
         traced + more
     }
 
-    /// The light of the shadow rays once more, where it is sorted; `part` tells what of each arrives.
-    fn sort_arrived(&mut self, part: impl Fn(&Self, usize) -> f32) {
-        let Some(mut sorted) = self.out.sorted.take() else {
+    /// Adds the light of the shadow rays to its layers, where there are any; `visible` returns the part that arrives.
+    fn resolve_layers(&mut self, visible: impl Fn(&Self, usize) -> f32) {
+        let Some(mut layers) = self.out.layers.take() else {
             return;
         };
         for ray in 0..self.blocked.len() {
-            let arrives = part(self, ray);
-            if arrives > 0.0 {
-                sorted.arrive(ray, arrives);
+            let visible = visible(self, ray);
+            if visible > 0.0 {
+                layers.resolve_shadow(ray, visible);
             }
         }
-        self.out.sorted = Some(sorted);
+        self.out.layers = Some(layers);
     }
 
-    /// Asks what tracing takes, and answers for nothing else.
-    fn step_costs(&mut self, job: &Job<'_>) -> u64 {
+    /// Adds what tracing the rays costs, and shades nothing.
+    fn step_costs(&mut self, context: &RenderContext<'_>) -> u64 {
         let mut costs = vec![RayCost::default(); self.rays.len()];
-        job.scene.accel.cost(&self.rays, &mut costs);
-        self.out.forget_rays();
+        context.scene.accel.cost(&self.rays, &mut costs);
+        self.out.clear_rays();
         for (path, cost) in self.paths.iter().zip(costs) {
-            self.out.leave_from(path);
-            job.integrator.traversal(cost, &mut self.out);
+            self.out.begin_vertex(path);
+            context.integrator.add_cost(cost, &mut self.out);
         }
         self.rays.len() as u64
     }
 
-    /// Makes the rays that go on the wave's own; where they are too many, those of the later samples wait.
-    fn carry_on(&mut self) {
+    /// Makes the spawned rays the wave's own; where they are too many, those of the later samples wait.
+    fn compact(&mut self) {
         std::mem::swap(&mut self.rays, &mut self.out.rays);
         std::mem::swap(&mut self.paths, &mut self.out.paths);
         if self.rays.is_empty()
@@ -412,9 +466,9 @@ impl Wave {
         {
             (self.rays, self.paths) = (rays, paths);
         }
-        if self.rays.len() > MOST_PATHS {
-            let slot = self.paths[MOST_PATHS / 2].slot;
-            let at = self.paths.partition_point(|p| p.slot <= slot);
+        if self.rays.len() > MAX_PATHS {
+            let sample = self.paths[MAX_PATHS / 2].sample;
+            let at = self.paths.partition_point(|p| p.sample <= sample);
             if at < self.paths.len() {
                 self.waiting.push((self.rays.split_off(at), self.paths.split_off(at)));
             }

@@ -23,11 +23,11 @@ pub(super) struct Block {
 /// All blocks of `image` from the top down, each packed by some thread; `channels` are its channels, sorted.
 pub(super) fn encode(image: &Image, channels: &[Channel]) -> Vec<Block> {
     let lines = image.compression.lines_per_block();
-    (0..image.data.height.div_ceil(lines))
+    (0..image.data.height().div_ceil(lines))
         .into_par_iter()
         .map_init(Scratch::new, |scratch, block| {
             let first = block * lines;
-            let end = (first + lines).min(image.data.height);
+            let end = (first + lines).min(image.data.height());
             scratch.pack(image, channels, first as usize..end as usize)
         })
         .collect()
@@ -57,8 +57,8 @@ impl Scratch {
 
     /// Packs `lines`, counted from the top of the data window.
     fn pack(&mut self, image: &Image, channels: &[Channel], lines: std::ops::Range<usize>) -> Block {
-        let width = image.data.width as usize;
-        let y = image.data.y + lines.start as i32;
+        let width = image.data.width() as usize;
+        let y = image.data.y0 + lines.start as i32;
         let (mut clamped, mut nans) = (0, 0);
         self.bytes.clear();
         for line in lines {

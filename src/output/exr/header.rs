@@ -1,7 +1,10 @@
 //! The header of a file: magic number, flags, attributes sorted by name.
 
 use super::{Channel, Image, Samples};
-use crate::output::{EncodeError, Value, Window};
+use crate::{
+    film::Window,
+    output::{EncodeError, Value},
+};
 
 pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 pub(super) const VERSION: u32 = 2;
@@ -116,9 +119,8 @@ fn entry<'a>(name: &'a str, value: &Value) -> Entry<'a> {
 }
 
 /// The first and the last pixel, both inclusive.
-fn corners(Window { x, y, width, height }: Window) -> [i32; 4] {
-    let last = |min: i32, size: u32| min.wrapping_add_unsigned(size).wrapping_sub(1);
-    [x, y, last(x, width), last(y, height)]
+fn corners(Window { x0, y0, x1, y1 }: Window) -> [i32; 4] {
+    [x0, y0, x1.wrapping_sub(1), y1.wrapping_sub(1)]
 }
 
 fn strings(list: &[String]) -> Vec<u8> {

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::{
-    film::view::View,
-    output::{Attribute, Window},
+    film::{Film, FilmLayout, PassRequest, Window, passes::BEAUTY},
+    output::{Attribute, DisplayTransform, FrameMetadata},
 };
 
 const RGBA: [[f32; 4]; 4] = [
@@ -13,27 +13,34 @@ const RGBA: [[f32; 4]; 4] = [
     [f32::NAN, 9.0, -1.0, f32::NAN],
 ];
 
-fn frame() -> FrameImage<'static> {
-    FrameImage {
-        resolution: [640, 480],
-        window: Window {
-            x: -1,
-            y: 7,
-            width: 2,
-            height: 2,
-        },
-        rgba: &RGBA,
-        coverage: Coverage::Partial,
-        layers: &[],
-        layer_attributes: &[],
+fn film() -> Film {
+    let passes = PassRequest::parse_list(["N"]).unwrap();
+    let layout = FilmLayout::new(BEAUTY, &passes, &[]).unwrap();
+    let mut film = Film::new([640, 480], Window::sized([-1, 7], [2, 2]), &layout);
+    film.values_mut(0).copy_from_slice(RGBA.as_flattened());
+    film.values_mut(1)[..3].copy_from_slice(&[-1.0, 1.0, 0.0]);
+    film
+}
+
+fn metadata() -> FrameMetadata {
+    FrameMetadata {
         frame: -3,
         samples: 64,
         seed: 5,
         sampler: "sobol",
-        view: View::Srgb,
+        view: DisplayTransform::Srgb,
         exposure: 0.0,
         fps: None,
-        metadata: &[],
+        attributes: Vec::new(),
+    }
+}
+
+fn image<'a>(film: &'a Film, metadata: &'a FrameMetadata) -> FrameImage<'a> {
+    FrameImage {
+        film,
+        shown: Shown::All,
+        coverage: Coverage::Partial,
+        metadata,
     }
 }
 
@@ -54,7 +61,8 @@ fn read(bytes: &[u8]) -> (::png::Info<'static>, Vec<u8>) {
 
 #[test]
 fn alpha_is_straight_and_light_is_divided_by_it() {
-    let (file, report) = bytes(&frame());
+    let (film, metadata) = (film(), metadata());
+    let (file, report) = bytes(&image(&film, &metadata));
     let (info, pixels) = read(&file);
     assert_eq!(
         (info.width, info.height, info.color_type),
@@ -69,13 +77,12 @@ fn alpha_is_straight_and_light_is_divided_by_it() {
 
 #[test]
 fn a_visible_background_leaves_alpha_out() {
-    let (info, pixels) = read(
-        &bytes(&FrameImage {
-            coverage: Coverage::Full,
-            ..frame()
-        })
-        .0,
-    );
+    let (film, metadata) = (film(), metadata());
+    let full = FrameImage {
+        coverage: Coverage::Full,
+        ..image(&film, &metadata)
+    };
+    let (info, pixels) = read(&bytes(&full).0);
     assert_eq!(info.color_type, ::png::ColorType::Rgb);
     assert_eq!(pixels[..6], [118, 118, 118, 85, 0, 188]);
 }
@@ -83,29 +90,28 @@ fn a_visible_background_leaves_alpha_out() {
 #[test]
 fn only_srgb_is_said_to_be_srgb() {
     for (view, intent) in [
-        (View::Srgb, Some(::png::SrgbRenderingIntent::Perceptual)),
-        (View::Raw, None),
+        (DisplayTransform::Srgb, Some(::png::SrgbRenderingIntent::Perceptual)),
+        (DisplayTransform::Raw, None),
     ] {
-        let (info, _) = read(&bytes(&FrameImage { view, ..frame() }).0);
+        let metadata = FrameMetadata { view, ..metadata() };
+        let (info, _) = read(&bytes(&image(&film(), &metadata)).0);
         assert_eq!(info.srgb, intent);
     }
 }
 
 #[test]
 fn texts_say_where_a_picture_comes_from() {
-    let metadata = [
+    let attributes = vec![
         Attribute::new("camera", "cam 1"),
         Attribute::new("title", "Zoë: равнина"),
         Attribute::new("n".repeat(80), "no keyword"),
         Attribute::new("lens", 35.5_f32),
     ];
-    let (info, _) = read(
-        &bytes(&FrameImage {
-            metadata: &metadata,
-            ..frame()
-        })
-        .0,
-    );
+    let metadata = FrameMetadata {
+        attributes,
+        ..metadata()
+    };
+    let (info, _) = read(&bytes(&image(&film(), &metadata)).0);
     let latin: Vec<_> = info
         .uncompressed_latin1_text
         .iter()
@@ -130,24 +136,34 @@ fn texts_say_where_a_picture_comes_from() {
 
 #[test]
 fn the_same_picture_gives_the_same_bytes() {
-    assert_eq!(bytes(&frame()), bytes(&frame()));
+    let (film, metadata) = (film(), metadata());
+    assert_eq!(bytes(&image(&film, &metadata)), bytes(&image(&film, &metadata)));
 }
 
 #[test]
-fn too_few_pixels_are_refused() {
-    let short = FrameImage {
-        rgba: &RGBA[..3],
-        ..frame()
+fn a_pass_of_data_is_shown_its_own_way_and_not_divided_by_alpha() {
+    let (film, metadata) = (film(), metadata());
+    let shown = FrameImage {
+        shown: Shown::Plane(1),
+        ..image(&film, &metadata)
     };
-    let result = Png.encode(&short, Encoding::default(), &mut Vec::new());
-    assert!(matches!(result, Err(EncodeError::Unfit(_))));
+    let (info, pixels) = read(&bytes(&shown).0);
+    assert_eq!(
+        (info.srgb, &pixels[..8]),
+        (None, &[0, 255, 128, 255, 128, 128, 128, 128][..])
+    );
+    assert!(
+        info.uncompressed_latin1_text
+            .iter()
+            .any(|t| t.keyword == "Pass" && t.text == "N")
+    );
 }
 
 #[test]
 fn a_file_is_whole_only_to_its_last_byte() {
     let home = tempfile::tempdir().unwrap();
     let path = home.path().join("f.png");
-    let (file, _) = bytes(&frame());
+    let (file, _) = bytes(&image(&film(), &metadata()));
     for length in 0..file.len() {
         std::fs::write(&path, &file[..length]).unwrap();
         assert!(!Png.is_whole(&path), "{length}");

@@ -1,0 +1,162 @@
+//! The planes of a film: which passes it holds, and what they need.
+
+use super::passes::{BEAUTY, Combine, PassRequest, PassSpec, Source, group_pass_name};
+use crate::{scene::LightGroup, value::UnknownName};
+
+/// One plane of a film: the values of a pass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaneSpec {
+    pub pass: &'static PassSpec,
+    /// The pass's name, for light groups with the group's.
+    pub name: String,
+    /// The layer of sorted light that it shows, where it does.
+    pub light_layer: Option<usize>,
+}
+
+impl PlaneSpec {
+    /// The number of values that a film holds for each pixel; the first are the pass's channels. What the integrator computes
+    /// has four, of which the last is alpha.
+    pub fn width(&self) -> usize {
+        match self.pass.source {
+            Source::Integrator => 4,
+            _ => self.pass.channels.len(),
+        }
+    }
+
+    /// The names of its channels in EXR files.
+    pub fn channel_names(&self) -> impl Iterator<Item = String> + '_ {
+        let name = |channel: &&str| match self.pass == BEAUTY {
+            true => (*channel).to_owned(),
+            false => format!("{}.{channel}", self.name),
+        };
+        self.pass.channels.iter().map(name)
+    }
+}
+
+/// The planes of a film. The first is what the integrator computes; the others are passes beside it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilmLayout {
+    planes: Vec<PlaneSpec>,
+}
+
+/// What the passes of a film ask of the renderer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Needs {
+    /// Light sorted by components and groups.
+    pub light_layers: bool,
+    pub first_hits: bool,
+}
+
+impl FilmLayout {
+    /// The layout for `passes`, each once, in a scene with these light groups. Its first plane is `picture`, which the integrator
+    /// computes: the beauty, or what stands in its place.
+    ///
+    /// # Errors
+    /// A pass names a light group that the scene does not have.
+    pub fn new(picture: &'static PassSpec, passes: &[PassRequest], groups: &[String]) -> Result<Self, UnknownName> {
+        let mut planes = vec![plane(picture, None)];
+        for request in passes {
+            let spec = request.spec();
+            match (&spec.source, request) {
+                (Source::Integrator, _) => {}
+                (Source::Light(component), _) => planes.push(plane(spec, Some(component.layer()))),
+                (Source::FirstHit(_), _) => planes.push(plane(spec, None)),
+                (Source::LightGroup, PassRequest::Pass(_)) => {
+                    planes.extend((0..groups.len()).map(|i| group_plane(spec, groups, i)));
+                }
+                (Source::LightGroup, PassRequest::LightGroup(name)) => {
+                    let pass = group_pass_name(name);
+                    let known: Vec<String> = groups.iter().map(|group| group_pass_name(group)).collect();
+                    let Some(i) = known.iter().position(|known| *known == pass) else {
+                        return Err(UnknownName::new("light group", &pass, known.iter().map(String::as_str)));
+                    };
+                    planes.push(group_plane(spec, groups, i));
+                }
+            }
+        }
+        let mut unique: Vec<PlaneSpec> = Vec::new();
+        for plane in planes {
+            if unique.iter().all(|other| other.name != plane.name) {
+                unique.push(plane);
+            }
+        }
+        Ok(Self { planes: unique })
+    }
+
+    pub fn planes(&self) -> &[PlaneSpec] {
+        &self.planes
+    }
+
+    /// The bytes that a finished film takes for each pixel.
+    pub fn bytes_per_pixel(&self) -> u64 {
+        let values: usize = self.planes.iter().map(PlaneSpec::width).sum();
+        (values * size_of::<f32>()) as u64
+    }
+
+    pub fn needs(&self) -> Needs {
+        Needs {
+            light_layers: self.planes.iter().any(|p| p.light_layer.is_some()),
+            first_hits: self.planes.iter().any(|p| p.pass.combine == Combine::Nearest),
+        }
+    }
+}
+
+fn plane(pass: &'static PassSpec, light_layer: Option<usize>) -> PlaneSpec {
+    PlaneSpec {
+        pass,
+        name: pass.name.to_owned(),
+        light_layer,
+    }
+}
+
+fn group_plane(pass: &'static PassSpec, groups: &[String], group: usize) -> PlaneSpec {
+    PlaneSpec {
+        pass,
+        name: group_pass_name(&groups[group]),
+        light_layer: Some(LightGroup(group as u16).layer()),
+    }
+}
+
+impl Default for FilmLayout {
+    /// The beauty alone.
+    fn default() -> Self {
+        Self {
+            planes: vec![plane(BEAUTY, None)],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layout(names: &[&str], groups: &[&str]) -> Result<FilmLayout, UnknownName> {
+        let groups: Vec<String> = groups.iter().map(|g| (*g).to_owned()).collect();
+        FilmLayout::new(BEAUTY, &PassRequest::parse_list(names.iter().copied())?, &groups)
+    }
+
+    #[test]
+    fn each_pass_is_there_once_and_lightgroup_stands_for_every_group() {
+        let layout = layout(&["N", "beauty", "lightgroup", "lightgroup_key", "N"], &["", "key"]).unwrap();
+        let names: Vec<_> = layout.planes().iter().map(|p| p.name.as_str()).collect();
+        assert_eq!(names, ["beauty", "N", "lightgroup_default", "lightgroup_key"]);
+        assert_eq!(layout.planes()[3].light_layer, Some(LightGroup(1).layer()));
+        assert_eq!(layout.bytes_per_pixel(), 4 * (4 + 3 + 3 + 3));
+        let channels: Vec<_> = layout.planes()[1].channel_names().collect();
+        assert_eq!(channels, ["N.X", "N.Y", "N.Z"]);
+    }
+
+    #[test]
+    fn a_group_that_is_not_there_is_an_error_with_the_nearest() {
+        let error = layout(&["lightgroup_kay"], &["", "key"]).unwrap_err();
+        assert_eq!(error.suggestion(), Some("lightgroup_key"));
+        assert!(layout(&["lightgroup_default"], &[""]).is_ok());
+    }
+
+    #[test]
+    fn a_film_of_the_beauty_alone_needs_nothing_more() {
+        assert_eq!(layout(&[], &[""]).unwrap().needs(), Needs::default());
+        assert!(layout(&["depth"], &[""]).unwrap().needs().first_hits);
+        assert!(layout(&["emission"], &[""]).unwrap().needs().light_layers);
+    }
+}

@@ -1,0 +1,347 @@
+//! The passes (AOVs): everything that a film can hold of a frame, one row each.
+//!
+//! Scene files (`[output] aovs`, `show`), the command line (`--aovs`, `--show`), the film, the writers and the documentation
+//! read this table. A new pass is one row; a pass of what the camera meets first is a function from [`FirstHit`] to numbers.
+
+use crate::{
+    camera::Camera,
+    scene::{Component, FirstHit},
+    value::UnknownName,
+};
+
+/// One pass.
+#[derive(Debug)]
+pub struct PassSpec {
+    /// Its name in scene files and on the command line, and the layer's name in EXR files.
+    pub name: &'static str,
+    /// The names of its channels; EXR files put the pass's name and a dot before them, but for the beauty.
+    pub channels: &'static [&'static str],
+    pub pixel: PixelType,
+    pub combine: Combine,
+    /// The value of all channels where no sample meets anything.
+    pub background: f32,
+    pub display: Display,
+    pub source: Source,
+    /// One line for the manual: what it holds, with its unit.
+    pub about: &'static str,
+}
+
+/// The type that EXR files store a pass as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PixelType {
+    Half,
+    Float,
+    /// 32-bit whole numbers; films hold their bits as those of an `f32`.
+    Uint,
+}
+
+/// How the samples of a pixel become its value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Combine {
+    /// The mean, weighted by the pixel filter.
+    Filtered,
+    /// The sample nearest to the pixel's centre; of equally near ones the first.
+    Nearest,
+}
+
+/// How an 8-bit picture shows a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Display {
+    /// Light, by the scene's view and exposure.
+    Light,
+    /// The sum of the first two channels as a colour from dark blue (0) over green (31) to red (1023 and more), by the
+    /// logarithm.
+    Heat,
+    /// Half of the values plus one half: -1 is black, 1 is white.
+    Signed,
+    /// The first channel as gray, from white (0) to black (1023 m and more), a tenth darker for every doubling of 1 + z.
+    Near,
+    /// The fractions of the values.
+    Fraction,
+    /// A colour for each whole number; 0 is black.
+    Id,
+}
+
+/// Where the values of a pass come from.
+#[derive(Clone, Copy, Debug)]
+pub enum Source {
+    /// What the integrator computes: light, or the cost of tracing.
+    Integrator,
+    /// A part of that light.
+    Light(Component),
+    /// The light of one group; the film has such a pass for each.
+    LightGroup,
+    /// What the camera ray of a sample meets first.
+    FirstHit(fn(&FirstHit, &PassContext<'_>) -> [f32; 3]),
+}
+
+/// What a pass may read beside the first hit.
+#[derive(Clone, Copy, Debug)]
+pub struct PassContext<'a> {
+    /// The camera when the shutter opens.
+    pub camera: &'a Camera,
+}
+
+const fn light(name: &'static str, component: Component, about: &'static str) -> PassSpec {
+    PassSpec {
+        name,
+        channels: &["R", "G", "B"],
+        pixel: PixelType::Half,
+        combine: Combine::Filtered,
+        background: 0.0,
+        display: Display::Light,
+        source: Source::Light(component),
+        about,
+    }
+}
+
+/// What the integrator computes, premultiplied, with its coverage.
+pub const BEAUTY: &PassSpec = &PASSES[0];
+
+/// What the integrator `cost` computes in place of light.
+pub const COST: &PassSpec = &PASSES[1];
+
+/// Every pass.
+pub const PASSES: &[PassSpec] = &[
+    PassSpec {
+        name: "beauty",
+        channels: &["R", "G", "B", "A"],
+        pixel: PixelType::Half,
+        combine: Combine::Filtered,
+        background: 0.0,
+        display: Display::Light,
+        source: Source::Integrator,
+        about: "the picture: premultiplied light, W m^-2 sr^-1, and alpha; always there",
+    },
+    PassSpec {
+        name: "cost",
+        channels: &["nodes", "primitives"],
+        pixel: PixelType::Float,
+        combine: Combine::Filtered,
+        background: 0.0,
+        display: Display::Heat,
+        source: Source::Integrator,
+        about: "nodes and primitives that a camera ray tests; in place of the beauty of the integrator `cost`",
+    },
+    light(
+        "diffuse_direct",
+        Component::DiffuseDirect,
+        "light that comes straight from lights by diffuse lobes of the first surface",
+    ),
+    light(
+        "diffuse_indirect",
+        Component::DiffuseIndirect,
+        "light from other surfaces by diffuse lobes of the first surface",
+    ),
+    light(
+        "specular_direct",
+        Component::SpecularDirect,
+        "light that comes straight from lights by the other reflecting lobes of the first surface",
+    ),
+    light(
+        "specular_indirect",
+        Component::SpecularIndirect,
+        "light from other surfaces by the other reflecting lobes of the first surface",
+    ),
+    light(
+        "transmission",
+        Component::Transmission,
+        "light that comes through the first surface",
+    ),
+    light(
+        "emission",
+        Component::Emission,
+        "light of emitters and of the background where the camera sees them",
+    ),
+    PassSpec {
+        name: "lightgroup",
+        channels: &["R", "G", "B"],
+        pixel: PixelType::Half,
+        combine: Combine::Filtered,
+        background: 0.0,
+        display: Display::Light,
+        source: Source::LightGroup,
+        about: "light of each group, as `lightgroup_NAME`; lights without a group are in `lightgroup_default`",
+    },
+    PassSpec {
+        name: "N",
+        channels: &["X", "Y", "Z"],
+        pixel: PixelType::Half,
+        combine: Combine::Nearest,
+        background: 0.0,
+        display: Display::Signed,
+        source: Source::FirstHit(|hit, _| hit.ns.to_array()),
+        about: "unit shading normal in world space, as authored: a face that points away from the camera shows it",
+    },
+    PassSpec {
+        name: "depth",
+        channels: &["Z"],
+        pixel: PixelType::Float,
+        combine: Combine::Nearest,
+        background: 1e10,
+        display: Display::Near,
+        source: Source::FirstHit(|hit, context| {
+            let along_axis = |axis| hit.distance * axis;
+            let cos = context.camera.axis().map(|axis| -hit.wo.dot(axis));
+            [cos.map_or(hit.distance, along_axis), 0.0, 0.0]
+        }),
+        about: "distance along the camera's line of sight, in metres; a panorama has the distance along the ray",
+    },
+    PassSpec {
+        name: "distance",
+        channels: &["Y"],
+        pixel: PixelType::Float,
+        combine: Combine::Nearest,
+        background: 1e10,
+        display: Display::Near,
+        source: Source::FirstHit(|hit, _| [hit.distance, 0.0, 0.0]),
+        about: "distance along the ray, in metres",
+    },
+    PassSpec {
+        name: "UV",
+        channels: &["U", "V"],
+        pixel: PixelType::Float,
+        combine: Combine::Nearest,
+        background: 0.0,
+        display: Display::Fraction,
+        source: Source::FirstHit(|hit, _| [hit.uv.x, hit.uv.y, 0.0]),
+        about: "surface parameters, which `mapping = \"uv\"` textures read",
+    },
+    PassSpec {
+        name: "objectId",
+        channels: &["Y"],
+        pixel: PixelType::Uint,
+        combine: Combine::Nearest,
+        background: 0.0,
+        display: Display::Id,
+        source: Source::FirstHit(|hit, _| [f32::from_bits(hit.object.0 + 1), 0.0, 0.0]),
+        about: "number of the object, 1 for the first of the scene file",
+    },
+];
+
+/// The name that lights without a group go by.
+pub const DEFAULT_GROUP: &str = "default";
+
+const GROUP_PREFIX: &str = "lightgroup_";
+
+impl PassSpec {
+    /// Whether its values are light, with a colour space, and not data.
+    pub fn is_light(&self) -> bool {
+        self.display == Display::Light
+    }
+
+    /// Whether `--aovs` may ask for it: not what stands in place of the beauty.
+    fn is_requestable(&self) -> bool {
+        !matches!(self.source, Source::Integrator) || self.name == BEAUTY.name
+    }
+}
+
+/// A pass that is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PassRequest {
+    /// A row of the table; `lightgroup` stands for all groups.
+    Pass(&'static PassSpec),
+    /// The light of the group of this name.
+    LightGroup(String),
+}
+
+impl PartialEq for PassSpec {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl PassRequest {
+    /// The passes of a list of names; `all` stands for every pass.
+    ///
+    /// # Errors
+    /// The first name that is none of a pass.
+    pub fn parse_list<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<Vec<Self>, UnknownName> {
+        let mut list = Vec::new();
+        for name in names {
+            if name == "all" {
+                list.extend(PASSES.iter().filter(|spec| spec.is_requestable()).map(Self::Pass));
+            } else {
+                list.push(Self::parse(name)?);
+            }
+        }
+        Ok(list)
+    }
+
+    /// The pass of this name.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn parse(name: &str) -> Result<Self, UnknownName> {
+        if let Some(spec) = PASSES.iter().find(|spec| spec.is_requestable() && spec.name == name) {
+            return Ok(Self::Pass(spec));
+        }
+        match name.strip_prefix(GROUP_PREFIX) {
+            Some(group) if !group.is_empty() => Ok(Self::LightGroup(group.to_owned())),
+            _ => Err(UnknownName::new("pass", name, Self::names())),
+        }
+    }
+
+    /// The names that [`PassRequest::parse_list`] reads, but for those of light groups.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        let requestable = PASSES.iter().filter(|spec| spec.is_requestable());
+        requestable.map(|spec| spec.name).chain(["all"])
+    }
+
+    pub fn spec(&self) -> &'static PassSpec {
+        match self {
+            Self::Pass(spec) => spec,
+            Self::LightGroup(_) => light_group(),
+        }
+    }
+}
+
+fn light_group() -> &'static PassSpec {
+    let spec = PASSES.iter().find(|spec| matches!(spec.source, Source::LightGroup));
+    spec.expect("the table has the row")
+}
+
+/// The name of the pass that shows the light of a group.
+pub fn group_pass_name(group: &str) -> String {
+    let group = if group.is_empty() { DEFAULT_GROUP } else { group };
+    format!("{GROUP_PREFIX}{group}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique_and_short_enough_for_every_reader_of_exr() {
+        for (i, spec) in PASSES.iter().enumerate() {
+            assert!(PASSES[..i].iter().all(|other| other.name != spec.name), "{}", spec.name);
+            for channel in spec.channels {
+                assert!(spec.name.len() + 1 + channel.len() <= 31, "{}", spec.name);
+            }
+            assert!((1..=4).contains(&spec.channels.len()) && !spec.about.is_empty());
+        }
+        assert_eq!((BEAUTY.name, COST.name), ("beauty", "cost"));
+    }
+
+    #[test]
+    fn data_is_never_filtered_and_light_always_is() {
+        for spec in PASSES.iter().filter(|spec| !matches!(spec.source, Source::Integrator)) {
+            let filtered = spec.combine == Combine::Filtered;
+            assert_eq!(spec.is_light(), filtered, "{}", spec.name);
+            assert_eq!(!filtered, matches!(spec.source, Source::FirstHit(_)), "{}", spec.name);
+        }
+    }
+
+    #[test]
+    fn a_list_names_passes_groups_and_all() {
+        let names = |list: &[&str]| -> Vec<String> {
+            let list = PassRequest::parse_list(list.iter().copied()).unwrap();
+            list.iter().map(|p| p.spec().name.to_owned()).collect()
+        };
+        assert_eq!(names(&["depth", "lightgroup_key"]), ["depth", "lightgroup"]);
+        assert_eq!(names(&["all"]).len(), PASSES.len() - 1);
+        let error = PassRequest::parse_list(["dept"]).unwrap_err();
+        assert_eq!(error.suggestion(), Some("depth"));
+        assert!(PassRequest::parse("cost").is_err() && PassRequest::parse("lightgroup_").is_err());
+    }
+}

@@ -1,0 +1,204 @@
+//! What leaves the vertices of a wave: radiance for samples, shadow rays, and rays that continue paths.
+
+use super::{
+    BounceState, Lobes, PathState, Tag,
+    light_layers::{Arrival, LightLayers},
+};
+use crate::{
+    math::{Cone, Ray, Rgb, Vec3},
+    scene::{LightGroup, Surface},
+};
+
+/// The output of an integrator for all vertices of a wave, in order.
+///
+/// Everything is given as seen from the vertex; the throughput of its path is applied here.
+#[derive(Debug, Default)]
+pub struct ShadingOutput {
+    /// Radiance of each sample of the wave, in W m^-2 sr^-1.
+    pub(crate) radiance: Vec<Rgb>,
+    pub(crate) shadow_rays: Vec<Ray>,
+    /// The sample that each shadow ray belongs to, and the light it brings if nothing blocks it.
+    pub(crate) shadow_light: Vec<(u32, Rgb)>,
+    pub(crate) rays: Vec<Ray>,
+    pub(crate) paths: Vec<PathState>,
+    /// The same light by components and by groups, where a pass shows them.
+    pub(crate) layers: Option<LightLayers>,
+    vertex: CurrentVertex,
+    has_cones: bool,
+    /// The last surface, where paths have cones.
+    mirror: Mirror,
+}
+
+/// What the output needs to know of the path whose vertex is shaded.
+#[derive(Clone, Copy, Debug)]
+struct CurrentVertex {
+    throughput: Rgb,
+    cone: Cone,
+    arrival: Arrival,
+}
+
+impl Default for CurrentVertex {
+    fn default() -> Self {
+        Self::of(&PathState::start(0))
+    }
+}
+
+impl CurrentVertex {
+    #[inline]
+    fn of(path: &PathState) -> Self {
+        Self {
+            throughput: path.throughput,
+            cone: path.cone,
+            arrival: Arrival::at_vertex(path),
+        }
+    }
+}
+
+/// What a surface does to the cones of the rays that it reflects.
+#[derive(Clone, Copy, Debug, Default)]
+struct Mirror {
+    /// On the side of the viewer.
+    n: Vec3,
+    /// See [`Surface::bend`].
+    bend: f32,
+}
+
+impl ShadingOutput {
+    /// Starts a wave of `samples` samples; `has_cones` tells whether textures read how wide paths are.
+    pub(crate) fn start(&mut self, samples: usize, has_cones: bool) {
+        self.has_cones = has_cones;
+        self.radiance.clear();
+        self.radiance.resize(samples, Rgb::BLACK);
+        if let Some(layers) = &mut self.layers {
+            layers.start(samples);
+        }
+        self.clear_rays();
+    }
+
+    /// Removes the rays and keeps the radiance.
+    pub(crate) fn clear_rays(&mut self) {
+        self.shadow_rays.clear();
+        self.shadow_light.clear();
+        self.rays.clear();
+        self.paths.clear();
+        if let Some(layers) = &mut self.layers {
+            layers.clear_shadows();
+        }
+    }
+
+    /// Starts the vertex at the end of `path`.
+    #[inline]
+    pub(crate) fn begin_vertex(&mut self, path: &PathState) {
+        self.vertex = CurrentVertex::of(path);
+    }
+
+    /// Starts the vertex at the end of `path` on `surface`, where textures read how wide paths are.
+    #[inline]
+    pub(crate) fn begin_surface_vertex(&mut self, path: &PathState, surface: &Surface) {
+        self.begin_vertex(path);
+        self.mirror = Mirror {
+            n: if surface.ng.dot(surface.wo) < 0.0 {
+                -surface.ng
+            } else {
+                surface.ng
+            },
+            bend: surface.bend(),
+        };
+    }
+
+    /// Scales everything that the vertex adds from here on: the path came through a medium.
+    #[inline(always)]
+    pub fn attenuate(&mut self, weight: Rgb) {
+        self.vertex.throughput *= weight;
+    }
+
+    /// Adds radiance that leaves the vertex towards the path, in W m^-2 sr^-1, of lights that are in no group.
+    #[inline(always)]
+    pub fn add(&mut self, l: Rgb) {
+        self.add_radiance(l, LightGroup::default);
+    }
+
+    /// Adds radiance of a light in the group that `group` returns; it is called only where a pass needs it.
+    #[inline(always)]
+    pub fn add_radiance(&mut self, l: Rgb, group: impl FnOnce() -> LightGroup) {
+        let l = self.add_to_sample(l);
+        if let Some(layers) = &mut self.layers {
+            layers.add(self.vertex.arrival, l, group());
+        }
+    }
+
+    /// Adds radiance that the vertex reflects of light which came by way of other surfaces; `tag` is called only where a pass
+    /// needs it.
+    #[inline(always)]
+    pub fn add_indirect(&mut self, l: Rgb, tag: impl FnOnce() -> Tag) {
+        let l = self.add_to_sample(l);
+        if let Some(layers) = &mut self.layers {
+            layers.add_reflected(self.vertex.arrival, 2, l, tag());
+        }
+    }
+
+    #[inline(always)]
+    fn add_to_sample(&mut self, l: Rgb) -> Rgb {
+        let l = self.vertex.throughput * l;
+        self.radiance[self.vertex.arrival.sample as usize] += l;
+        l
+    }
+
+    /// Adds radiance that leaves the vertex if nothing blocks `ray`, of lights in no group and by diffuse lobes.
+    #[inline(always)]
+    pub fn add_shadow(&mut self, ray: Ray, l_if_visible: Rgb) {
+        self.add_shadow_ray(ray, l_if_visible, || Tag {
+            group: LightGroup::default(),
+            lobes: Lobes::Reflected { diffuse: Rgb::WHITE },
+        });
+    }
+
+    /// Adds radiance that leaves the vertex if nothing blocks `ray`; `tag` is called only where a pass needs it.
+    #[inline(always)]
+    pub fn add_shadow_ray(&mut self, ray: Ray, l_if_visible: Rgb, tag: impl FnOnce() -> Tag) {
+        let l = self.vertex.throughput * l_if_visible;
+        self.shadow_rays.push(ray);
+        self.shadow_light.push((self.vertex.arrival.sample, l));
+        if let Some(layers) = &mut self.layers {
+            layers.add_shadow(self.vertex.arrival, l, tag());
+        }
+    }
+
+    /// Sets the lobes by which the path leaves its first surface; what it finds later is sorted by them. `lobes` is called only
+    /// at the first surface, and only where a pass needs it.
+    #[inline(always)]
+    pub fn set_first_lobes(&mut self, lobes: impl FnOnce() -> Lobes) {
+        if let Some(layers) = &mut self.layers
+            && self.vertex.arrival.segments == 1
+        {
+            layers.set_first(self.vertex.arrival.sample, lobes());
+        }
+    }
+
+    /// Continues the path along `ray`; what it finds counts `weight` times, and `last` tells the next vertex how it left.
+    ///
+    /// A mirror keeps the path's cone but for what its own curvature adds, a surface that lets the ray through keeps it as it
+    /// is, and a direction that was drawn at random widens it by its density ([`Cone::scattered`](crate::math::Cone)).
+    #[inline(always)]
+    pub fn spawn_path(&mut self, ray: Ray, weight: Rgb, last: BounceState) {
+        let CurrentVertex {
+            throughput,
+            cone,
+            arrival,
+        } = &self.vertex;
+        let cone = match last.pdf {
+            _ if !self.has_cones => *cone,
+            Some(pdf) => cone.scattered(pdf),
+            None if ray.d.dot(self.mirror.n) > 0.0 => cone.mirrored(self.mirror.bend),
+            None => *cone,
+        };
+        self.rays.push(ray);
+        self.paths.push(PathState {
+            sample: arrival.sample,
+            depth: arrival.segments + 1,
+            throughput: *throughput * weight,
+            last,
+            cone,
+        });
+    }
+}

@@ -1,0 +1,68 @@
+//! A batch of vertices, shaded one after the other.
+
+use super::{Integrator, PathState, ShadingOutput, Vertex, VertexContext};
+use crate::{
+    accel::Hit,
+    camera::Camera,
+    math::Ray,
+    sampler::{DrawnTogether, Numbers, SampleKeys, Sampler},
+    scene::{Scene, Surface},
+};
+
+/// Vertices that are shaded together: all of them on surfaces, or all of them misses.
+pub struct VertexBatch<'a> {
+    pub scene: &'a Scene,
+    /// The camera where the paths began.
+    pub camera: &'a Camera,
+    pub sampler: &'a Sampler,
+    /// All paths of the wave: the ray that arrived, the path, and the hit.
+    pub rays: &'a [Ray],
+    pub paths: &'a [PathState],
+    pub hits: &'a [Option<Hit>],
+    /// The indices of the batch's paths in the wave.
+    pub indices: &'a [u32],
+    /// The surface of each path of the batch (none for misses), its sample, and the random numbers that are drawn for it.
+    pub surfaces: &'a [Surface],
+    pub keys: &'a SampleKeys,
+    pub drawn: &'a DrawnTogether,
+    /// Whether textures read how wide the paths are.
+    pub has_cones: bool,
+}
+
+impl VertexBatch<'_> {
+    /// The context of the `k`th vertex.
+    #[inline(always)]
+    fn context(&self, k: usize) -> VertexContext<'_> {
+        let i = self.indices[k] as usize;
+        let vertex = match (self.surfaces.get(k), &self.hits[i]) {
+            (Some(surface), Some(hit)) => Vertex::Surface(surface, hit),
+            _ => Vertex::Miss,
+        };
+        VertexContext {
+            scene: self.scene,
+            path: &self.paths[i],
+            ray: &self.rays[i],
+            vertex,
+            numbers: Numbers {
+                sampler: self.sampler,
+                keys: self.keys,
+                drawn: self.drawn,
+                index: k,
+            },
+            camera: self.camera,
+        }
+    }
+
+    /// Shades each vertex by `integrator`.
+    #[inline(always)]
+    pub(super) fn shade(&self, integrator: &(impl Integrator + ?Sized), out: &mut ShadingOutput) {
+        for k in 0..self.indices.len() {
+            let context = self.context(k);
+            match context.vertex {
+                Vertex::Surface(surface, _) if self.has_cones => out.begin_surface_vertex(context.path, surface),
+                _ => out.begin_vertex(context.path),
+            }
+            integrator.vertex(&context, out);
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! Display values: the curves from the numbers of a film to the 8-bit values of a picture.
+//!
+//! Light is shown by a display transform, one row of a table: its name in scene files, its curve and whether the result is
+//! sRGB. Exposure, in stops, is applied to the light before the curve. NaN is black.
+//!
+//! | `view` | curve |
+//! |---|---|
+//! | `raw` | values as they are, clamped to `[0, 1]` |
+//! | `srgb` | the transfer function of IEC 61966-2-1, clamped to `[0, 1]` (the default) |
+//!
+//! Passes of data are shown as their row of the pass table says ([`Display`](crate::film::passes::Display)).
+
+use crate::{
+    film::passes::Display,
+    math::{Rgb, hash, srgb, trig},
+};
+
+/// How light becomes display values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DisplayTransform {
+    /// The scene's numbers are display values already.
+    Raw,
+    #[default]
+    Srgb,
+}
+
+/// The name and the curve of a display transform.
+struct Row {
+    transform: DisplayTransform,
+    name: &'static str,
+    curve: Curve,
+    encoding: DisplayEncoding,
+}
+
+/// From the channels of a pixel, exposure applied, to 8-bit display values.
+type Curve = fn([f32; 3]) -> [u8; 3];
+
+/// Whether a picture may declare that its values are sRGB.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DisplayEncoding {
+    Srgb,
+    Unspecified,
+}
+
+impl DisplayTransform {
+    const TABLE: &'static [Row; 2] = &[
+        Row {
+            transform: Self::Raw,
+            name: "raw",
+            curve: |c| c.map(quantize),
+            encoding: DisplayEncoding::Unspecified,
+        },
+        Row {
+            transform: Self::Srgb,
+            name: "srgb",
+            curve: |c| c.map(srgb::encode8),
+            encoding: DisplayEncoding::Srgb,
+        },
+    ];
+
+    /// The names of all display transforms, in the order of the table.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        Self::TABLE.iter().map(|row| row.name)
+    }
+
+    /// The display transform of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::TABLE.iter().find(|row| row.name == name).map(|row| row.transform)
+    }
+
+    /// Its name in scene files.
+    pub fn name(self) -> &'static str {
+        self.row().name
+    }
+
+    /// Whether its display values are sRGB.
+    pub fn encoding(self) -> DisplayEncoding {
+        self.row().encoding
+    }
+
+    fn row(self) -> &'static Row {
+        // The table is in the order of the enum; a test holds it to that.
+        &Self::TABLE[self as usize]
+    }
+}
+
+/// A curve with its exposure, ready for pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct PixelDisplay {
+    gain: f32,
+    curve: Curve,
+}
+
+impl PixelDisplay {
+    /// How `display` shows a pass: light by `transform`, made `2^exposure` times as bright; distances and counts scaled by the
+    /// same factor; other data as it is.
+    pub fn new(display: Display, transform: DisplayTransform, exposure: f32) -> Self {
+        let (curve, scaled): (Curve, _) = match display {
+            Display::Light => (transform.row().curve, true),
+            Display::Heat => (heat, true),
+            Display::Near => (|[z, ..]| [quantize(1.0 - trig::log2(1.0 + z.max(0.0)) / 10.0); 3], true),
+            Display::Signed => (|c| c.map(|v| quantize(0.5 + 0.5 * v)), false),
+            Display::Fraction => (|c| c.map(|v| quantize(v - v.floor())), false),
+            Display::Id => (id, false),
+        };
+        let gain = if scaled && exposure != 0.0 {
+            trig::pow(2.0, exposure)
+        } else {
+            1.0
+        };
+        Self { gain, curve }
+    }
+
+    /// The 8-bit display values of a pixel.
+    pub fn rgb8(&self, channels: [f32; 3]) -> [u8; 3] {
+        // Bits of whole numbers are not to be touched.
+        let scaled = if self.gain == 1.0 {
+            channels
+        } else {
+            channels.map(|v| v * self.gain)
+        };
+        (self.curve)(scaled)
+    }
+}
+
+/// `v` clamped to `[0, 1]` and rounded to 8 bits, NaN as 0.
+pub fn quantize(v: f32) -> u8 {
+    // The cast saturates and takes NaN to 0.
+    (v * 255.0).round() as u8
+}
+
+/// Dark blue, cyan, green, yellow, red: hue alone tells the order of magnitude, brightness is left to none.
+const HEAT: [[f32; 3]; 6] = [
+    [0.05, 0.05, 0.3],
+    [0.1, 0.35, 0.9],
+    [0.1, 0.75, 0.6],
+    [0.4, 0.85, 0.2],
+    [0.98, 0.8, 0.1],
+    [0.85, 0.1, 0.05],
+];
+
+/// Ten doublings from the first colour to the last.
+fn heat([a, b, _]: [f32; 3]) -> [u8; 3] {
+    let count = a + b;
+    if count.is_nan() || count <= 0.0 {
+        return HEAT[0].map(quantize);
+    }
+    let place = (trig::ln(1.0 + count) / (10.0 * std::f32::consts::LN_2)).min(1.0) * (HEAT.len() - 1) as f32;
+    let i = (place as usize).min(HEAT.len() - 2);
+    let f = place - i as f32;
+    let (a, b) = (Rgb::from_array(HEAT[i]), Rgb::from_array(HEAT[i + 1]));
+    (a * (1.0 - f) + b * f).to_array().map(quantize)
+}
+
+/// A colour for the whole number whose bits the first channel has, neither very dark nor very bright; black for 0.
+fn id([number, ..]: [f32; 3]) -> [u8; 3] {
+    if number.to_bits() == 0 {
+        return [0; 3];
+    }
+    let h = hash::mix32(number.to_bits());
+    [h, h >> 8, h >> 16].map(|v| 48 + ((v & 0xff) * 3 / 4) as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn light(transform: DisplayTransform, exposure: f32, l: f32) -> [u8; 3] {
+        PixelDisplay::new(Display::Light, transform, exposure).rgb8([l; 3])
+    }
+
+    #[test]
+    fn passes_of_data_have_their_own_curves() {
+        let show = |display, c| PixelDisplay::new(display, DisplayTransform::Srgb, 0.0).rgb8(c);
+        assert_eq!(show(Display::Signed, [-1.0, 1.0, 0.0]), [0, 255, 128]);
+        assert_eq!(show(Display::Fraction, [-0.75, 7.5, 0.0])[..2], [64, 128]);
+        let depth = [0.0, 1.0, 1e10].map(|z| show(Display::Near, [z, 0.0, 0.0])[0]);
+        assert_eq!(depth, [255, 230, 0]);
+        let number = |n| show(Display::Id, [f32::from_bits(n), 0.0, 0.0]);
+        assert_eq!(number(0), [0; 3]);
+        assert_ne!(number(5), number(6));
+    }
+
+    #[test]
+    fn the_table_is_in_the_order_of_the_enum() {
+        for row in DisplayTransform::TABLE {
+            assert_eq!(row.transform.name(), row.name);
+            assert_eq!(DisplayTransform::from_name(row.name), Some(row.transform));
+        }
+        assert_eq!(DisplayTransform::from_name("sRGB"), None);
+    }
+
+    #[test]
+    fn raw_rounds_to_the_nearest_code() {
+        let raw = PixelDisplay::new(Display::Light, DisplayTransform::Raw, 0.0);
+        assert_eq!(raw.rgb8([0.5, 127.4 / 255.0, 1.0]), [128, 127, 255]);
+        assert_eq!(raw.rgb8([-3.0, 9.0, f32::NAN]), [0, 255, 0]);
+        assert_eq!(raw.rgb8([f32::INFINITY, f32::NEG_INFINITY, 0.0]), [255, 0, 0]);
+    }
+
+    #[test]
+    fn srgb_shows_middle_gray_as_118() {
+        assert_eq!(light(DisplayTransform::Srgb, 0.0, 0.18), [118; 3]);
+        assert_eq!(light(DisplayTransform::Srgb, 0.0, f32::NAN), [0; 3]);
+    }
+
+    #[test]
+    fn one_stop_doubles_the_light() {
+        for transform in [DisplayTransform::Raw, DisplayTransform::Srgb] {
+            for l in [0.0, 0.01, 0.2, 0.5] {
+                assert_eq!(light(transform, 1.0, l), light(transform, 0.0, 2.0 * l));
+            }
+        }
+        assert_eq!(light(DisplayTransform::Raw, -2.0, 1.0), [64; 3]);
+    }
+}

@@ -1,0 +1,56 @@
+//! What files say about a frame beside its pixels.
+
+use super::{Attribute, display::DisplayTransform};
+use crate::{
+    integrator::{Integrator, LimitValue},
+    render::Settings,
+};
+
+/// What every format writes of a frame beside its pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameMetadata {
+    /// The number of the frame.
+    pub frame: i32,
+    /// Samples of each pixel.
+    pub samples: u32,
+    pub seed: u32,
+    /// The source of the random numbers.
+    pub sampler: &'static str,
+    /// How 8-bit formats show light.
+    pub view: DisplayTransform,
+    /// Stops, for 8-bit formats.
+    pub exposure: f32,
+    /// Frames per second as a fraction, where the job knows it.
+    pub fps: Option<(i32, u32)>,
+    /// More attributes. One with a name that the renderer writes itself replaces that.
+    pub attributes: Vec<Attribute>,
+}
+
+impl FrameMetadata {
+    /// The metadata of a frame that `integrator` renders with `settings`.
+    pub fn new(frame: i32, settings: &Settings, integrator: &dyn Integrator) -> Self {
+        Self {
+            frame,
+            samples: settings.samples.max,
+            seed: settings.seed,
+            sampler: settings.sampler.name(),
+            view: DisplayTransform::default(),
+            exposure: 0.0,
+            fps: None,
+            attributes: limits(integrator),
+        }
+    }
+}
+
+/// The light that the integrator leaves out.
+fn limits(integrator: &dyn Integrator) -> Vec<Attribute> {
+    let attribute = |name: &str, value: LimitValue| {
+        let name = format!("batch-render/{name}");
+        match value {
+            LimitValue::Count(n) => Attribute::new(name, i32::try_from(n).unwrap_or(i32::MAX)),
+            LimitValue::Radiance(l) => Attribute::new(name, l),
+        }
+    };
+    let limits = integrator.limits().into_iter();
+    limits.map(|limit| attribute(limit.name, limit.value)).collect()
+}

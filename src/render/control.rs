@@ -1,0 +1,87 @@
+//! What passes between a render and whoever started it: the word to stop, counters, and tiles as they get ready.
+
+use std::sync::{
+    Mutex, MutexGuard,
+    atomic::{AtomicBool, AtomicU64, Ordering},
+};
+
+use super::{InvalidSamples, TileResult};
+
+/// The word to stop. A render that sees it leaves its unfinished tiles.
+#[derive(Debug, Default)]
+pub struct Cancel(AtomicBool);
+
+impl Cancel {
+    pub fn cancel(&self) {
+        self.0.store(true, Ordering::SeqCst);
+    }
+
+    pub fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// The frame was given up because of [`Cancel::cancel`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("cancelled")]
+pub struct Cancelled;
+
+/// What all threads have done so far. Counters only rise, over all frames that they are given to.
+#[derive(Debug, Default)]
+pub struct Counters {
+    samples: AtomicU64,
+    rays: AtomicU64,
+    invalid: Mutex<InvalidSamples>,
+}
+
+impl Counters {
+    /// The samples that are finished.
+    pub fn samples(&self) -> u64 {
+        self.samples.load(Ordering::Relaxed)
+    }
+
+    /// The rays that were traced, for nearest hits and for shadows.
+    pub fn rays(&self) -> u64 {
+        self.rays.load(Ordering::Relaxed)
+    }
+
+    /// Takes the samples that were left out since the last call because they were NaN or infinite.
+    pub fn take_invalid(&self) -> InvalidSamples {
+        std::mem::take(&mut *lock(&self.invalid))
+    }
+
+    pub(super) fn add(&self, samples: u64, rays: u64) {
+        self.samples.fetch_add(samples, Ordering::Relaxed);
+        self.rays.fetch_add(rays, Ordering::Relaxed);
+    }
+
+    pub(super) fn add_invalid(&self, invalid: &InvalidSamples) {
+        if invalid.count > 0 {
+            lock(&self.invalid).add(invalid);
+        }
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().expect("no thread panics while it holds a counter")
+}
+
+/// Receives tiles as they get ready, on the threads that render.
+pub trait TileSink: Sync {
+    /// A tile has all samples of a round. It may get more in later rounds.
+    fn tile(&self, tile: &TileResult<'_>);
+}
+
+/// How a render is watched and stopped; by default it is neither.
+#[derive(Clone, Copy, Default)]
+pub struct Control<'a> {
+    pub cancel: Option<&'a Cancel>,
+    pub counters: Option<&'a Counters>,
+    pub sink: Option<&'a dyn TileSink>,
+}
+
+impl Control<'_> {
+    pub(super) fn is_cancelled(&self) -> bool {
+        self.cancel.is_some_and(Cancel::is_cancelled)
+    }
+}

@@ -1,0 +1,92 @@
+//! The samples of a wave, and where in it each lies.
+
+use super::{Settings, schedule::BlockSpec};
+use crate::{
+    film::Window,
+    integrator::PathState,
+    math::{Divisor, Loop, Runner},
+    sampler::{SampleKey, SampleKeys},
+};
+
+/// The samples of a wave: a range of samples of each pixel of a tile, a pixel's beside each other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SampleBlock {
+    tile: Window,
+    first_sample: u32,
+    samples_per_pixel: Divisor,
+    width: Divisor,
+}
+
+impl SampleBlock {
+    pub fn new(spec: &BlockSpec) -> Self {
+        Self {
+            tile: spec.tile,
+            first_sample: spec.samples.start,
+            samples_per_pixel: Divisor::new(spec.samples.len() as u32),
+            width: Divisor::new(spec.tile.width()),
+        }
+    }
+
+    /// The key of the sample with this index in the wave.
+    #[inline]
+    pub fn key(&self, settings: &Settings, index: u32) -> SampleKey {
+        let (pixel, sample) = self.pixel_and_sample(index);
+        SampleKey {
+            seed: settings.seed,
+            frame: settings.noise_frame,
+            pixel,
+            sample,
+        }
+    }
+
+    /// Sets `keys` to those of the samples of the paths with these indices.
+    pub fn keys(
+        &self,
+        on: impl Runner,
+        settings: &Settings,
+        indices: &[u32],
+        paths: &[PathState],
+        keys: &mut SampleKeys,
+    ) {
+        keys.start(settings.seed, settings.noise_frame);
+        keys.samples.extend(indices.iter().map(|&i| paths[i as usize].sample));
+        keys.columns.resize(indices.len(), 0);
+        keys.rows.resize(indices.len(), 0);
+        on.run(FillKeys {
+            block: self,
+            columns: &mut keys.columns,
+            rows: &mut keys.rows,
+            samples: &mut keys.samples,
+        });
+    }
+
+    /// The pixel of the sample with this index, and its number. Pixels of overscan have columns and rows modulo 2^32.
+    #[inline(always)]
+    fn pixel_and_sample(&self, index: u32) -> ([u32; 2], u32) {
+        let (pixel, sample) = self.samples_per_pixel.divide(index);
+        let (row, column) = self.width.divide(pixel);
+        let from = |start: i32, n: u32| (start as u32).wrapping_add(n);
+        (
+            [from(self.tile.x0, column), from(self.tile.y0, row)],
+            self.first_sample + sample,
+        )
+    }
+}
+
+/// Turns indices in the wave into keys.
+struct FillKeys<'a> {
+    block: &'a SampleBlock,
+    columns: &'a mut [u32],
+    rows: &'a mut [u32],
+    /// The indices at first.
+    samples: &'a mut [u32],
+}
+
+impl Loop for FillKeys<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for ((column, row), sample) in self.columns.iter_mut().zip(self.rows).zip(self.samples) {
+            ([*column, *row], *sample) = self.block.pixel_and_sample(*sample);
+        }
+    }
+}

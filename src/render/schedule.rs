@@ -1,0 +1,119 @@
+//! The order of a frame's work: which samples of which pixels are rendered next. Nothing here renders.
+//!
+//! A frame is rendered in rounds. A round gives every tile a range of samples; between rounds the tiles' accumulators live
+//! on, so that a picture of few samples is there early and gets better. The bits of the finished frame do not depend on how
+//! its samples are divided into rounds, tiles and blocks.
+
+use std::ops::Range;
+
+use super::wave::WAVE_SIZE;
+use crate::film::Window;
+
+/// How many samples each pixel gets, and in which steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SampleBudget {
+    /// The samples of the first round, at least 1.
+    pub min: u32,
+    /// The samples of the finished frame. Each round after the first doubles the samples until they are this many.
+    pub max: u32,
+}
+
+impl SampleBudget {
+    /// All samples in one round.
+    pub const fn fixed(samples: u32) -> Self {
+        Self {
+            min: samples,
+            max: samples,
+        }
+    }
+
+    /// A first picture of one sample, then twice as many in each round.
+    pub const fn progressive(samples: u32) -> Self {
+        Self { min: 1, max: samples }
+    }
+}
+
+/// The samples that each pixel gets next where it has the first `done`; `None` where the frame is finished.
+pub fn next_round(budget: &SampleBudget, done: u32) -> Option<Range<u32>> {
+    let end = match done {
+        0 => budget.min.max(1),
+        _ => done.saturating_mul(2),
+    };
+    let end = end.min(budget.max);
+    (done < end).then_some(done..end)
+}
+
+/// Samples of the pixels of a rectangle that are traced together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BlockSpec {
+    pub tile: Window,
+    pub samples: Range<u32>,
+}
+
+/// The blocks that give the pixels of `tile` these samples, in order: each is as large as a wave, or has one sample of each
+/// pixel.
+pub fn blocks(tile: Window, samples: Range<u32>) -> impl Iterator<Item = BlockSpec> {
+    let together = (WAVE_SIZE / tile.area().max(1)).max(1);
+    let end = samples.end;
+    samples.step_by(together).map(move |first| BlockSpec {
+        tile,
+        samples: first..end.min(first.saturating_add(together as u32)),
+    })
+}
+
+/// The tiles of a window: squares that hold a wave of 16 or more samples of each pixel, and so small that each of `threads`
+/// threads has several.
+pub fn tiles(window: Window, budget: &SampleBudget, threads: usize) -> impl ExactSizeIterator<Item = Window> + Clone {
+    window.tiles(tile_side(window, budget, threads))
+}
+
+fn tile_side(window: Window, budget: &SampleBudget, threads: usize) -> u32 {
+    const MIN_PIXELS: u32 = 64;
+    let together = budget.max.clamp(1, 16);
+    let pixels = WAVE_SIZE as u32 / together;
+    let share = (window.area() / (8 * threads.max(1))).max(MIN_PIXELS as usize);
+    pixels.min(share as u32).max(MIN_PIXELS).isqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rounds(budget: SampleBudget) -> Vec<Range<u32>> {
+        std::iter::successors(next_round(&budget, 0), |round| next_round(&budget, round.end)).collect()
+    }
+
+    #[test]
+    fn rounds_double_until_the_budget_is_spent_and_cover_every_sample_once() {
+        assert_eq!(rounds(SampleBudget::fixed(48)), [0..48]);
+        assert_eq!(rounds(SampleBudget::progressive(6)), [0..1, 1..2, 2..4, 4..6]);
+        assert_eq!(rounds(SampleBudget { min: 4, max: 9 }), [0..4, 4..8, 8..9]);
+        assert_eq!(rounds(SampleBudget { min: 9, max: 4 }), [0..4]);
+        assert_eq!(rounds(SampleBudget::fixed(u32::MAX)), [0..u32::MAX]);
+    }
+
+    #[test]
+    fn blocks_cover_the_samples_in_order_and_hold_a_wave_at_most() {
+        for (side, samples) in [(16, 0..40), (64, 3..5), (8, 0..1)] {
+            let tile = Window::full([side, side]);
+            let mut next = samples.start;
+            for block in blocks(tile, samples.clone()) {
+                assert_eq!((block.tile, block.samples.start), (tile, next));
+                assert!(block.samples.len() * tile.area() <= WAVE_SIZE || block.samples.len() == 1);
+                next = block.samples.end;
+            }
+            assert_eq!(next, samples.end);
+        }
+    }
+
+    #[test]
+    fn a_tile_holds_a_wave_of_sixteen_samples_and_every_thread_has_several() {
+        let full = Window::full([1280, 720]);
+        let side = |samples, window| tile_side(window, &SampleBudget::fixed(samples), 2);
+        let wave = (WAVE_SIZE as u32 / 16).isqrt();
+        assert_eq!((side(16, full), side(64, full)), (wave, wave));
+        assert_eq!(side(1, full), (WAVE_SIZE as u32).isqrt());
+        assert!(wave >= 16);
+        assert!(side(1, Window::full([64, 64])) <= 16);
+    }
+}

@@ -1,0 +1,43 @@
+//! What a camera ray meets first: the record that the render loop fills and the passes of a film read.
+
+use super::{ObjectId, Surface};
+use crate::{
+    accel::Instance,
+    material::MaterialId,
+    math::{Vec2, Vec3},
+};
+
+/// The first surface along a camera ray, in world space, after all that lets the ray pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstHit {
+    pub p: Vec3,
+    /// Unit geometric normal, as authored.
+    pub ng: Vec3,
+    /// Unit shading normal, as authored.
+    pub ns: Vec3,
+    /// Unit direction back to the camera.
+    pub wo: Vec3,
+    pub uv: Vec2,
+    /// Distance from the ray's origin, in metres.
+    pub distance: f32,
+    pub object: ObjectId,
+    pub instance: Instance,
+    pub material: MaterialId,
+}
+
+impl FirstHit {
+    /// The record of `surface`, which a ray met at `distance` metres.
+    pub fn new(surface: &Surface, instance: Instance, distance: f32) -> Self {
+        Self {
+            p: surface.p,
+            ng: surface.ng,
+            ns: surface.ns,
+            wo: surface.wo,
+            uv: surface.texture.uv,
+            distance,
+            object: surface.object,
+            instance,
+            material: surface.material,
+        }
+    }
+}

@@ -1,0 +1,230 @@
+//! Every row of the pass table, by way of the program: the channels, types and backgrounds of files, what a picture shows, and
+//! the same bits whatever else is rendered.
+
+mod common;
+
+use batch_render::film::{
+    PassSpec, PixelType,
+    passes::{PASSES, Source},
+};
+use common::{Folder, repo, repo_str};
+use exr::prelude::{FlatImage, FlatSamples, ReadChannels, ReadLayers, read};
+use libtest_mimic::{Arguments, Failed, Trial};
+
+const SMALL: [&str; 6] = ["--resolution", "48x27", "--samples", "4", "--progress", "none"];
+
+fn main() {
+    let requestable = |spec: &&PassSpec| spec.name != "cost";
+    let trials = PASSES.iter().filter(requestable).flat_map(|spec| {
+        [
+            Trial::test(format!("aovs_{}", spec.name), move || is_in_the_file(spec)),
+            Trial::test(format!("show_{}", spec.name), move || is_shown(spec)),
+        ]
+    });
+    let more = [
+        Trial::test("bits_do_not_depend_on_threads_or_crops", bits),
+        Trial::test("only_light_claims_a_colour_space", colour_space),
+        Trial::test("cost_is_the_picture_of_its_integrator", cost),
+        Trial::test("wrong_names_are_refused", wrong_names),
+    ];
+    libtest_mimic::run(&Arguments::from_args(), trials.chain(more).collect()).exit();
+}
+
+/// Renders `scenes/passes/scene.toml` small into `name`.
+fn render(folder: &Folder, name: &str, args: &[&str]) {
+    let scene = repo_str("scenes/passes/scene.toml");
+    folder.succeed(&[&[&scene, "-o", name], args, &SMALL[..]].concat());
+}
+
+fn open(folder: &Folder, name: &str) -> FlatImage {
+    read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .from_file(folder.path(name))
+        .expect("an EXR")
+}
+
+/// The names and the samples of a file's channels.
+fn channels(image: &FlatImage) -> Vec<(String, FlatSamples)> {
+    let list = &image.layer_data[0].channel_data.list;
+    list.iter()
+        .map(|c| (c.name.to_string(), c.sample_data.clone()))
+        .collect()
+}
+
+fn values<'a>(channels: &'a [(String, FlatSamples)], name: &str) -> &'a FlatSamples {
+    let found = channels.iter().find(|(n, _)| n == name);
+    &found.unwrap_or_else(|| panic!("no channel {name}")).1
+}
+
+fn pixel_type(samples: &FlatSamples) -> PixelType {
+    match samples {
+        FlatSamples::F16(_) => PixelType::Half,
+        FlatSamples::F32(_) => PixelType::Float,
+        FlatSamples::U32(_) => PixelType::Uint,
+    }
+}
+
+/// The names of the pass's channels in a file.
+fn channel_names(spec: &PassSpec) -> Vec<String> {
+    let layer = match spec.source {
+        Source::Integrator => return spec.channels.iter().map(|c| (*c).to_owned()).collect(),
+        Source::LightGroup => "lightgroup_default",
+        _ => spec.name,
+    };
+    spec.channels.iter().map(|c| format!("{layer}.{c}")).collect()
+}
+
+/// Beside the beauty, which stays what it is.
+fn is_in_the_file(spec: &PassSpec) -> Result<(), Failed> {
+    let folder = Folder::new();
+    let plain = folder.path("plain.exr");
+    std::fs::write(folder.path("none.toml"), without_aovs())?;
+    folder.succeed(&[&["none.toml", "-o", "plain.exr"], &SMALL[..]].concat());
+    render(&folder, "pass.exr", &["--aovs", spec.name]);
+    assert!(plain.is_file());
+    let (plain, with) = (
+        channels(&open(&folder, "plain.exr")),
+        channels(&open(&folder, "pass.exr")),
+    );
+    for (name, samples) in &plain {
+        assert_eq!(values(&with, name), samples, "{name} changes");
+    }
+    for name in channel_names(spec) {
+        let samples = values(&with, &name);
+        assert_eq!(pixel_type(samples), spec.pixel, "{name}");
+        let numbers: Vec<f32> = samples.values_as_f32().collect();
+        // Nothing is in the upper left corner, and something elsewhere.
+        assert_eq!(numbers[0], spec.background, "{name}");
+        assert!(numbers.iter().any(|v| *v != spec.background), "{name} is empty");
+    }
+    Ok(())
+}
+
+/// In place of the beauty.
+fn is_shown(spec: &PassSpec) -> Result<(), Failed> {
+    let folder = Folder::new();
+    let name = match spec.source {
+        Source::LightGroup => "lightgroup_default",
+        _ => spec.name,
+    };
+    render(&folder, "f.exr", &["--show", name, "-o", "f.png"]);
+    let mut found: Vec<String> = channels(&open(&folder, "f.exr")).into_iter().map(|(n, _)| n).collect();
+    let mut expected = match spec.is_light() {
+        true => ["R", "G", "B"].map(str::to_owned).to_vec(),
+        false => channel_names(spec),
+    };
+    expected.push("A".to_owned());
+    if spec.name == "beauty" {
+        // The scene's own passes stay beside it.
+        assert!(found.contains(&"depth.Z".to_owned()));
+        return Ok(());
+    }
+    (found.sort(), expected.sort());
+    assert_eq!(found, expected);
+    let picture = image::load_from_memory(&folder.read("f.png"))?.into_rgba8();
+    assert_eq!(picture.get_pixel(0, 0).0[3], 0, "nothing is transparent");
+    assert_eq!(picture.get_pixel(24, 20).0[3], 255, "the floor is opaque");
+    let floor = picture.get_pixel(24, 20);
+    assert!(picture.pixels().any(|p| p != floor), "the picture is of one colour");
+    Ok(())
+}
+
+/// The scene of all passes without its `aovs`.
+fn without_aovs() -> String {
+    let text = std::fs::read_to_string(repo("scenes/passes/scene.toml")).expect("the scene");
+    text.lines()
+        .filter(|l| !l.starts_with("aovs"))
+        .map(|l| format!("{l}\n"))
+        .collect()
+}
+
+fn bits() -> Result<(), Failed> {
+    let folder = Folder::new();
+    for threads in ["1", "7"] {
+        render(
+            &folder,
+            &format!("{threads}.exr"),
+            &["--aovs", "all", "--threads", threads],
+        );
+    }
+    assert_eq!(folder.read("1.exr"), folder.read("7.exr"));
+    let [x0, y0, x1, y1] = [9, 7, 33, 25];
+    render(&folder, "crop.exr", &["--aovs", "all", "--crop", "9,7,33,25"]);
+    let (full, crop) = (channels(&open(&folder, "1.exr")), channels(&open(&folder, "crop.exr")));
+    assert_eq!(full.len(), crop.len());
+    for (name, samples) in &full {
+        let all: Vec<u32> = samples.values_as_f32().map(f32::to_bits).collect();
+        let rows = (y0..y1).flat_map(|y| all[y * 48 + x0..y * 48 + x1].to_vec());
+        let part: Vec<u32> = values(&crop, name).values_as_f32().map(f32::to_bits).collect();
+        assert_eq!(rows.collect::<Vec<_>>(), part, "{name}");
+    }
+    Ok(())
+}
+
+fn colour_space() -> Result<(), Failed> {
+    let folder = Folder::new();
+    for (args, claims) in [
+        (["--show", "depth"], false),
+        (["--show", "objectId"], false),
+        (["--show", "diffuse_direct"], true),
+        (["--aovs", "depth"], true),
+        (["--integrator", "cost"], false),
+    ] {
+        let scene = folder.write("s.toml", &without_aovs());
+        folder.succeed(&[&[scene.to_str().expect("UTF-8"), "-o", "f.exr"], &args[..], &SMALL[..]].concat());
+        let found = open(&folder, "f.exr").attributes.chromaticities.is_some();
+        assert_eq!(found, claims, "{args:?}");
+    }
+    Ok(())
+}
+
+fn cost() -> Result<(), Failed> {
+    let folder = Folder::new();
+    folder.write("s.toml", &without_aovs());
+    let args = ["s.toml", "--integrator", "cost", "-o", "f.exr", "--aovs", "depth"];
+    folder.succeed(&[&args[..], &SMALL[..]].concat());
+    let names: Vec<String> = channels(&open(&folder, "f.exr")).into_iter().map(|(n, _)| n).collect();
+    assert_eq!(names, ["A", "cost.nodes", "cost.primitives", "depth.Z"]);
+    let args = ["s.toml", "--integrator", "cost", "-o", "f.exr", "--aovs", "emission"];
+    let error = folder.fail(2, &args);
+    assert!(
+        error.contains("the integrator `cost` has no light for the pass `emission`"),
+        "{error}"
+    );
+    Ok(())
+}
+
+fn wrong_names() -> Result<(), Failed> {
+    let folder = Folder::new();
+    folder.write("s.toml", &without_aovs());
+    for (args, code, message) in [
+        (&["--aovs", "depht"][..], 2, "did you mean `depth`?"),
+        (&["--show", "Normal"], 2, "--show: unknown pass `Normal`"),
+        (&["--show", "lightgroup"], 2, "stands for several passes"),
+        (&["--aovs", "lightgroup_kee"], 2, "unknown light group `lightgroup_kee`"),
+        (&["--integrator", "depth"], 2, "use --show depth"),
+        (&["--aovs", "N", "--show", "N"], 2, "cannot be used with"),
+    ] {
+        let error = folder.fail(code, &[&["s.toml", "-o", "f.exr"], args].concat());
+        assert!(error.contains(message), "{args:?}: {error}");
+    }
+    let error = folder.fail(2, &["s.toml", "-o", "f.png", "--aovs", "N"]);
+    assert!(error.contains("only EXR files hold passes"), "{error}");
+    for (text, message) in [
+        ("[output]\naovs = [\"depth\", \"nrm\"]\n", "unknown pass `nrm`"),
+        ("[output]\nshow = \"Depth\"\n", "did you mean `depth`?"),
+        (
+            "[render]\nintegrator = \"normals\"\n",
+            "`normals` is a pass and no integrator",
+        ),
+    ] {
+        folder.write("bad.toml", text);
+        let error = folder.fail(65, &["bad.toml", "-o", "f.exr"]);
+        assert!(error.contains(message), "{error}");
+    }
+    Ok(())
+}
