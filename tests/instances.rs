@@ -18,7 +18,9 @@ use batch_render::{
         hash::{pcg4d, unit_f32},
     },
     render::{self, Settings, Watch},
-    scene::{Background, Builder, GroupId, MeshId, Motion, MotionError, ObjectId, Pose as MeshPose, Scene, Surface},
+    scene::{
+        Background, GroupId, MeshId, Motion, MotionError, ObjectId, Pose as MeshPose, Scene, SceneBuilder, Surface,
+    },
     shape::{Shape, mesh::Mesh, sphere::Sphere},
     texture::Color,
 };
@@ -263,8 +265,8 @@ fn rays_that_leave_an_instance_do_not_meet_where_they_left() {
 }
 
 /// A builder with a matte material.
-fn builder() -> (Builder, MaterialId) {
-    let mut scene = Builder::new(Background::new(Rgb::gray(0.2)));
+fn builder() -> (SceneBuilder, MaterialId) {
+    let mut scene = SceneBuilder::new(Background::new(Rgb::gray(0.2)));
     let albedo = Color::Constant(Rgb::gray(0.7));
     let gray = scene.material(Material::Matte(Matte::smooth(albedo)));
     scene.light(Light::Point(PointLight::new(

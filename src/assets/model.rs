@@ -16,6 +16,8 @@ pub struct Model {
     /// Valid, none of them without triangles.
     pub meshes: Vec<Mesh>,
     pub parts: Vec<Part>,
+    /// The file's hierarchy; empty where its format has none.
+    pub nodes: Vec<ModelNode>,
     pub materials: Vec<Surfacing>,
     pub images: Vec<ImageSource>,
     pub cameras: Vec<ModelCamera>,
@@ -29,8 +31,19 @@ pub struct Part {
     pub mesh: usize,
     /// An index into [`Model::materials`].
     pub material: usize,
+    /// An index into [`Model::nodes`].
+    pub node: Option<usize>,
     /// May mirror, may even flatten.
     pub model_from_mesh: DAffine3,
+}
+
+/// A node of the file's hierarchy.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ModelNode {
+    /// May be empty.
+    pub name: String,
+    /// An index into [`Model::nodes`]; `None` at the top.
+    pub parent: Option<usize>,
 }
 
 /// What a surface of the model looks like.

@@ -3,23 +3,23 @@
 //! Every problem that a pass finds is reported together: first what contradicts itself or is not defined, then the
 //! files that are missing or broken.
 
-use std::{collections::HashMap, sync::Arc};
+use std::{cell::RefCell, collections::HashMap};
 
 use crate::{
     accel::{self, AccelKind},
     assets::{AssetError, Store, model::ImageSource, store::ImageRequest},
-    describe::{Diagnostics, MaterialEntry, SceneDesc},
-    material::{Material, MaterialId},
-    scene::{Background, LightGroups, Lights, Scene},
-    texture::{BitmapId, Color, Texture, TextureId, Textures, image::ImageDesc, mipmap},
+    describe::{Diagnostics, SceneDesc},
+    material::MaterialId,
+    math::Rgb,
+    scene::{Background, Scene, SceneBuilder},
+    texture::{BitmapId, Color, Texture, TextureId, image::ImageDesc},
     value::{ColorSource, Problem, Spanned, did_you_mean},
 };
 
 mod background;
-mod meshes;
 pub mod model;
+mod models;
 mod objects;
-mod place;
 mod sharing;
 
 pub use sharing::Sharing;
@@ -51,129 +51,111 @@ pub fn scene_with(desc: &SceneDesc, accel: AccelKind, store: &Store) -> Result<S
 
 /// The same with a say in which meshes are instances.
 pub fn scene_sharing(desc: &SceneDesc, accel: AccelKind, store: &Store, sharing: Sharing) -> Result<Scene, Error> {
-    let mut compiler = Compiler {
-        desc,
-        materials: desc
-            .materials
-            .iter()
-            .zip(0..)
-            .map(|(m, i)| (m.name.get_ref().as_str(), i))
-            .collect(),
-        problems: Vec::new(),
-    };
-    let (wanted, textures) = compiler.textures();
-    let materials = compiler.materials();
-    let objects::Objects {
-        geometry,
-        objects,
-        shape_objects,
-        meshes: placed,
-    } = compiler.objects();
-    let lights = desc
-        .lights
-        .iter()
-        .filter_map(|l| compiler.keep(l.light.compile()))
-        .collect();
+    Ok(assemble(desc, store, sharing)?.build(accel)?)
+}
+
+/// Everything of a scene but its acceleration structure and its tables of lights.
+fn assemble(desc: &SceneDesc, store: &Store, sharing: Sharing) -> Result<SceneBuilder, Error> {
+    let mut compiler = Compiler::new(desc);
+    compiler.textures();
+    compiler.materials();
+    let placed = compiler.objects();
+    compiler.lights();
     let environment = compiler.environment();
     if let Some(diagnostics) = Diagnostics::new(&desc.source, compiler.problems) {
         return Err(Error::Invalid(diagnostics));
     }
-    let mut parts = meshes::Parts {
-        geometry,
-        objects,
-        meshes: Vec::new(),
-        instances: Vec::new(),
-        object_places: Vec::new(),
-        materials,
-        names: desc.materials.iter().map(|m| m.name.get_ref().clone()).collect(),
-        textures,
-        images: wanted,
+    let (mut scene, mut images) = (compiler.scene, compiler.images);
+    // Problems of models and of images are reported together.
+    let mut models = models::ModelPlacer {
+        scene: &mut scene,
+        images: &mut images,
+        sharing,
     };
-    // What is wrong with models and with images is reported together.
-    let placed = parts.place(&placed, store, sharing);
-    parts.images.extend(environment);
-    let bitmaps = store.images(&parts.images);
-    let mut bitmaps = match (placed, bitmaps) {
+    let placed = models.place(&placed, store);
+    let has_environment = environment.is_some();
+    images.extend(environment);
+    let mut bitmaps = match (placed, store.images(&images)) {
         (Ok(()), Ok(bitmaps)) => bitmaps,
         (placed, bitmaps) => {
             let errors = placed.err().into_iter().chain(bitmaps.err()).flatten();
             return Err(Error::Assets(errors.collect()));
         }
     };
-    let textures = Textures {
-        textures: &parts.textures,
-        bitmaps: &bitmaps,
-    };
-    warn_of_the_bright(&parts.names, &parts.materials, &textures);
-    mipmap::add_levels(&parts.textures, &mut bitmaps);
-    let background = Background {
-        sky: background::sky(&desc.background, &mut bitmaps),
-        visible: desc.background.visible,
-    };
-    Ok(Scene {
-        accel: accel::build(accel, Arc::new(parts.geometry))?,
-        objects: parts.objects,
-        meshes: parts.meshes,
-        instances: parts.instances,
-        object_places: parts.object_places,
-        shape_objects,
-        materials: parts.materials,
-        textures: parts.textures,
-        bitmaps,
-        lights: Lights::default(),
-        light_groups: LightGroups::default(),
-        background,
-        varying: Vec::new(),
+    let picture = bitmaps.pop_if(|_| has_environment);
+    for bitmap in bitmaps {
+        scene.bitmap(bitmap);
     }
-    .lit(lights))
+    warn_of_the_bright(&scene);
+    scene.set_background(Background {
+        sky: background::sky(&desc.background, picture.as_ref()),
+        visible: desc.background.visible,
+    });
+    Ok(scene)
 }
-
-/// Files to be loaded, each once for each way to read it, in the order of their [`BitmapId`]s.
-type Wanted = Vec<ImageRequest>;
 
 struct Compiler<'a> {
     desc: &'a SceneDesc,
+    scene: SceneBuilder,
+    /// Files to be loaded, each once for each way to read it, in the order of their [`BitmapId`]s.
+    images: Vec<ImageRequest>,
     /// The numbers of materials by name.
-    materials: HashMap<&'a str, u32>,
+    material_ids: HashMap<&'a str, u32>,
     problems: Vec<Problem>,
 }
 
-impl Compiler<'_> {
-    /// What was compiled, or a problem more.
-    fn keep<T>(&mut self, result: Result<T, Problem>) -> Option<T> {
+impl<'a> Compiler<'a> {
+    fn new(desc: &'a SceneDesc) -> Self {
+        let names = desc.materials.iter().map(|m| m.name.get_ref().as_str());
+        Self {
+            desc,
+            scene: SceneBuilder::new(Background::new(Rgb::BLACK)),
+            images: Vec::new(),
+            material_ids: names.zip(0..).collect(),
+            problems: Vec::new(),
+        }
+    }
+
+    /// The compiled value, or one more problem.
+    fn record<T>(&mut self, result: Result<T, Problem>) -> Option<T> {
         result.map_err(|problem| self.problems.push(problem)).ok()
     }
 
-    fn textures(&mut self) -> (Wanted, Vec<Texture>) {
-        let mut wanted = Wanted::new();
+    fn lights(&mut self) {
+        for entry in &self.desc.lights {
+            if let Some(light) = self.record(entry.light.compile()) {
+                self.scene.light(light);
+            }
+        }
+    }
+
+    fn textures(&mut self) {
         let folder = self.desc.folder();
-        let mut textures = Vec::new();
         for entry in &self.desc.textures {
-            let found = std::cell::RefCell::new(&mut wanted);
+            let images = RefCell::new(&mut self.images);
             let find = |image: &ImageDesc| {
                 let file = ImageSource::File(folder.join(image.file.get_ref()));
-                let key = (file, image.color_space);
-                let mut wanted = found.borrow_mut();
-                let at = wanted.iter().position(|w| *w == key).unwrap_or_else(|| {
-                    wanted.push(key);
-                    wanted.len() - 1
+                let request = (file, image.color_space);
+                let mut images = images.borrow_mut();
+                let at = images.iter().position(|i| *i == request).unwrap_or_else(|| {
+                    images.push(request);
+                    images.len() - 1
                 });
                 Ok(BitmapId(at as u32))
             };
             let pattern = entry.pattern.compile(&find);
             let mapping = entry.mapping.compile();
-            if let (Some(pattern), Some(mapping)) = (self.keep(pattern), self.keep(mapping)) {
-                textures.push(Texture {
+            if let (Some(pattern), Some(mapping)) = (self.record(pattern), self.record(mapping)) {
+                self.scene.texture(Texture {
                     mapping,
                     transform: entry.transform.compile(),
                     pattern,
                 });
             }
         }
-        (wanted, textures)
     }
 
-    fn materials(&mut self) -> Vec<Material> {
+    fn materials(&mut self) {
         let desc = self.desc;
         let names: HashMap<&str, u32> = desc
             .textures
@@ -193,20 +175,21 @@ impl Compiler<'_> {
                 )),
             },
         };
-        let compile = |entry: &MaterialEntry| {
+        for entry in &desc.materials {
             let name = &entry.name;
-            entry.material.compile(&find).map_err(|problem| {
+            let material = entry.material.compile(&find).map_err(|problem| {
                 // A kind that has no better place for its problem means the whole material.
                 let span = problem.span.clone().or_else(|| Some(name.span()));
                 Problem { span, ..problem }
-            })
-        };
-        let compiled: Vec<_> = desc.materials.iter().map(compile).collect();
-        compiled.into_iter().filter_map(|m| self.keep(m)).collect()
+            });
+            if let Some(material) = self.record(material) {
+                self.scene.named_material(name.get_ref(), material);
+            }
+        }
     }
 
     fn material_id(&self, name: &Spanned<String>) -> Result<MaterialId, Problem> {
-        match self.materials.get(name.get_ref().as_str()) {
+        match self.material_ids.get(name.get_ref().as_str()) {
             Some(&at) => Ok(MaterialId(at)),
             None => Err(undefined(
                 "material",
@@ -218,10 +201,11 @@ impl Compiler<'_> {
     }
 }
 
-/// Says which materials send back more light than arrives.
-fn warn_of_the_bright(names: &[String], materials: &[Material], textures: &Textures<'_>) {
-    for (name, material) in names.iter().zip(materials) {
-        let brightest = material.brightest(textures);
+/// Warns of materials that send back more light than arrives.
+fn warn_of_the_bright(scene: &SceneBuilder) {
+    let textures = scene.textures();
+    for (name, material) in scene.materials() {
+        let brightest = material.brightest(&textures);
         if brightest > 1.0 {
             tracing::warn!("material `{name}` sends back more light than arrives, {brightest} of it");
         }

@@ -157,6 +157,7 @@ mod tests {
                 .map(|&(mesh, material, x)| Part {
                     mesh,
                     material,
+                    node: None,
                     model_from_mesh: DAffine3::from_translation(DVec3::X * x),
                 })
                 .collect(),

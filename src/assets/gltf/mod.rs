@@ -110,7 +110,9 @@ fn read(bytes: &[u8], path: &Path) -> Result<Model, Problem> {
     let mut model = Model::default();
     let mut meshes = primitive::Meshes::default();
     let mut looks = looks::Looks::default();
-    for (index, place) in nodes::placed(&document)? {
+    let hierarchy = nodes::Hierarchy::new(&document)?;
+    model.nodes = hierarchy.names();
+    for (index, place) in hierarchy.placed(&document)? {
         let node = &root.nodes[index];
         if let Some(mesh) = node.mesh {
             let primitives = &get(&root.meshes, mesh.value(), "mesh")?.primitives;
@@ -125,6 +127,7 @@ fn read(bytes: &[u8], path: &Path) -> Result<Model, Problem> {
                     model.parts.push(Part {
                         mesh,
                         material,
+                        node: Some(index),
                         model_from_mesh: place,
                     });
                 }

@@ -7,30 +7,52 @@ use super::{
     Problem,
     document::{Document, get},
 };
+use crate::assets::model::ModelNode;
 
-/// Nodes of the document's scene with their place in the world, parents first.
-pub(super) fn placed(document: &Document<'_>) -> Result<Vec<(usize, DAffine3)>, Problem> {
-    let nodes = &document.root.nodes;
-    let parents = parents(nodes)?;
-    let mut stack: Vec<(usize, DAffine3)> = Vec::new();
-    let roots = roots(document, &parents)?;
-    stack.extend(roots.into_iter().rev().map(|i| (i, DAffine3::IDENTITY)));
-    let mut seen = vec![false; nodes.len()];
-    let mut out = Vec::new();
-    while let Some((index, world_from_parent)) = stack.pop() {
-        // A scene may name a node twice, or a node and its parent.
-        if std::mem::replace(&mut seen[index], true) {
-            continue;
-        }
-        let world = world_from_parent * local(&nodes[index], index)?;
-        if !world.is_finite() {
-            return Err(Problem::broken(format!("node {index} is infinitely large or far away")));
-        }
-        out.push((index, world));
-        let children = nodes[index].children.iter().flatten();
-        stack.extend(children.rev().map(|c| (c.value(), world)));
+/// The nodes of a document and the parent of each.
+pub(super) struct Hierarchy<'a> {
+    nodes: &'a [Node],
+    parents: Vec<Option<usize>>,
+}
+
+impl<'a> Hierarchy<'a> {
+    pub fn new(document: &'a Document<'_>) -> Result<Self, Problem> {
+        let nodes = &document.root.nodes;
+        let parents = parents(nodes)?;
+        Ok(Self { nodes, parents })
     }
-    Ok(out)
+
+    /// All nodes by name, in the order of the document.
+    pub fn names(&self) -> Vec<ModelNode> {
+        let named = |(node, parent): (&Node, &Option<usize>)| ModelNode {
+            name: node.name.clone().unwrap_or_default(),
+            parent: *parent,
+        };
+        self.nodes.iter().zip(&self.parents).map(named).collect()
+    }
+
+    /// The nodes of the document's scene with their transforms to the world, parents first.
+    pub fn placed(&self, document: &Document<'_>) -> Result<Vec<(usize, DAffine3)>, Problem> {
+        let mut stack: Vec<(usize, DAffine3)> = Vec::new();
+        let roots = roots(document, &self.parents)?;
+        stack.extend(roots.into_iter().rev().map(|i| (i, DAffine3::IDENTITY)));
+        let mut seen = vec![false; self.nodes.len()];
+        let mut out = Vec::new();
+        while let Some((index, world_from_parent)) = stack.pop() {
+            // A scene may name a node twice, or a node and its parent.
+            if std::mem::replace(&mut seen[index], true) {
+                continue;
+            }
+            let world = world_from_parent * local(&self.nodes[index], index)?;
+            if !world.is_finite() {
+                return Err(Problem::broken(format!("node {index} is infinitely large or far away")));
+            }
+            out.push((index, world));
+            let children = self.nodes[index].children.iter().flatten();
+            stack.extend(children.rev().map(|c| (c.value(), world)));
+        }
+        Ok(out)
+    }
 }
 
 /// The parent of each node; every node has one at most, and none is its own ancestor.

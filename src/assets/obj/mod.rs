@@ -149,6 +149,7 @@ fn assemble(mut meshes: Vec<(&Run, Mesh)>, library: &mut mtl::Library, path: &Pa
         model.parts.push(Part {
             mesh: model.meshes.len(),
             material,
+            node: None,
             model_from_mesh: DAffine3::IDENTITY,
         });
         model.meshes.push(mesh);
