@@ -18,7 +18,8 @@ pub struct Model {
     pub parts: Vec<Part>,
     /// The file's hierarchy; empty where its format has none.
     pub nodes: Vec<ModelNode>,
-    pub materials: Vec<Surfacing>,
+    pub materials: Vec<ModelMaterial>,
+    pub textures: Vec<ModelTexture>,
     pub images: Vec<ImageSource>,
     pub cameras: Vec<ModelCamera>,
     pub lights: Vec<ModelLight>,
@@ -46,17 +47,19 @@ pub struct ModelNode {
     pub parent: Option<usize>,
 }
 
-/// What a surface of the model looks like.
+/// What a model file knows of a surface.
 #[derive(Clone, Debug)]
-pub struct Surfacing {
+pub struct ModelMaterial {
+    /// May be empty.
     pub name: String,
     /// Reflectance, times the texture's colour where there is one.
     pub base_color: Rgb,
-    pub base_texture: Option<ModelTexture>,
+    /// An index into [`Model::textures`].
+    pub base_texture: Option<usize>,
 }
 
-impl Default for Surfacing {
-    /// White, of which nothing else is said.
+impl Default for ModelMaterial {
+    /// White, without a texture.
     fn default() -> Self {
         Self {
             name: String::new(),
@@ -67,7 +70,7 @@ impl Default for Surfacing {
 }
 
 /// An image and how it is looked up with the mesh's texture coordinates.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ModelTexture {
     /// An index into [`Model::images`].
     pub image: usize,

@@ -29,6 +29,8 @@ pub enum AssetError {
     UnknownModel { path: PathBuf },
     #[error("the model has no triangles: {}", path.display())]
     NoTriangles { path: PathBuf },
+    #[error("broken material of a model: {cause}: {}", path.display())]
+    Material { cause: String, path: PathBuf },
     #[error("{triangles} triangles are more than the {limit} that there can be: {}", path.display())]
     TooManyTriangles { triangles: u64, limit: u64, path: PathBuf },
 }
@@ -40,7 +42,10 @@ impl AssetError {
             Self::Image(e) => e.is_missing(),
             Self::Obj(e) => e.is_missing(),
             Self::Gltf(e) => e.is_missing(),
-            Self::UnknownModel { .. } | Self::NoTriangles { .. } | Self::TooManyTriangles { .. } => false,
+            Self::UnknownModel { .. }
+            | Self::NoTriangles { .. }
+            | Self::Material { .. }
+            | Self::TooManyTriangles { .. } => false,
         }
     }
 }

@@ -12,11 +12,12 @@ use crate::{
     material::MaterialId,
     math::Rgb,
     scene::{Background, Scene, SceneBuilder},
-    texture::{BitmapId, Color, Texture, TextureId, image::ImageDesc},
-    value::{ColorSource, Problem, Spanned, did_you_mean},
+    texture::{BitmapId, Texture, image::ImageDesc},
+    value::{Problem, Spanned, did_you_mean},
 };
 
 mod background;
+mod materials;
 pub mod model;
 mod models;
 mod objects;
@@ -151,39 +152,6 @@ impl<'a> Compiler<'a> {
                     transform: entry.transform.compile(),
                     pattern,
                 });
-            }
-        }
-    }
-
-    fn materials(&mut self) {
-        let desc = self.desc;
-        let names: HashMap<&str, u32> = desc
-            .textures
-            .iter()
-            .zip(0..)
-            .map(|(t, i)| (t.name.get_ref().as_str(), i))
-            .collect();
-        let find = |source: &Spanned<ColorSource>| match source.get_ref() {
-            ColorSource::Constant(color) => Ok(Color::Constant(*color)),
-            ColorSource::Texture(name) => match names.get(name.as_str()) {
-                Some(id) => Ok(Color::Texture(TextureId(*id))),
-                None => Err(undefined(
-                    "texture",
-                    name,
-                    source.span(),
-                    desc.textures.iter().map(|t| &t.name),
-                )),
-            },
-        };
-        for entry in &desc.materials {
-            let name = &entry.name;
-            let material = entry.material.compile(&find).map_err(|problem| {
-                // A kind that has no better place for its problem means the whole material.
-                let span = problem.span.clone().or_else(|| Some(name.span()));
-                Problem { span, ..problem }
-            });
-            if let Some(material) = self.record(material) {
-                self.scene.named_material(name.get_ref(), material);
             }
         }
     }

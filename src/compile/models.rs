@@ -1,21 +1,28 @@
 //! Models from files to triangles in world space, and to instances where a mesh stands in many places.
 
-use std::{collections::HashMap, path::PathBuf, sync::Arc};
+use std::{
+    collections::HashMap,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use glam::DAffine3;
 
-use super::sharing::{Sharing, Units};
+use super::{
+    materials::add_model_materials,
+    sharing::{Sharing, Units},
+};
 use crate::{
     accel::MOST_MAGNIFICATION,
     assets::{
         AssetError, Store,
-        model::{Model, Part, Surfacing},
+        model::{Model, Part},
         store::ImageRequest,
     },
-    material::{Material, MaterialId, matte::Matte},
+    material::{Material, MaterialId},
     math::Transform,
     scene::{GroupId, InstanceRecord, MeshOwner, MeshTransform, NodeId, ObjectFromGroup, ObjectId, SceneBuilder},
-    texture::{BitmapId, Color, Mapping, Pattern, StTransform, Texture, bitmap::ColorSpace, image::ImagePattern},
+    texture::bitmap::ColorSpace,
 };
 
 /// The most triangles that a scene stores.
@@ -133,6 +140,7 @@ impl ModelPlacer<'_> {
     pub fn place(&mut self, placed: &[PlacedModel], store: &Store) -> Result<(), Vec<AssetError>> {
         let files: Vec<PathBuf> = placed.iter().map(|p| p.file.clone()).collect();
         let models = store.models(&files)?;
+        let mut errors = Vec::new();
         let mut uses: HashMap<*const Model, ModelUse> = HashMap::new();
         for (placed, model) in placed.iter().zip(&models) {
             let model_use = uses.entry(Arc::as_ptr(model)).or_default();
@@ -143,10 +151,12 @@ impl ModelPlacer<'_> {
             }
             if placed.material.is_none() && model_use.first_material.is_none() {
                 // Objects of one model share its materials.
-                model_use.first_material = Some(self.add_materials(model));
+                match self.add_materials(model, &placed.file) {
+                    Ok(first) => model_use.first_material = Some(first),
+                    Err(e) => errors.push(e),
+                }
             }
         }
-        let mut errors = Vec::new();
         let mut plans: HashMap<*const Model, InstancingPlan> = HashMap::new();
         for (placed, model) in placed.iter().zip(&models) {
             let at = Arc::as_ptr(model);
@@ -250,33 +260,16 @@ impl ModelPlacer<'_> {
     }
 
     /// Adds a model's materials, textures and images; returns its first material.
-    fn add_materials(&mut self, model: &Model) -> MaterialId {
+    fn add_materials(&mut self, model: &Model, file: &Path) -> Result<MaterialId, AssetError> {
         let first_material = self.scene.materials().len() as u32;
         let first_image = self.images.len();
         self.images
             .extend(model.images.iter().map(|i| (i.clone(), ColorSpace::Srgb)));
-        for surfacing in &model.materials {
-            let albedo = self.color(surfacing, first_image);
-            let material = Material::Matte(Matte::smooth(albedo));
-            self.scene.named_material(&surfacing.name, material);
-        }
-        MaterialId(first_material)
-    }
-
-    fn color(&mut self, surfacing: &Surfacing, first_image: usize) -> Color {
-        let Some(texture) = &surfacing.base_texture else {
-            return Color::Constant(surfacing.base_color);
-        };
-        let id = self.scene.texture(Texture {
-            mapping: Mapping::Uv,
-            transform: StTransform::IDENTITY,
-            pattern: Pattern::Image(ImagePattern {
-                bitmap: BitmapId((first_image + texture.image) as u32),
-                filter: texture.filter,
-                wrap: texture.wrap,
-            }),
-        });
-        Color::Tinted(id, surfacing.base_color)
+        add_model_materials(self.scene, model, first_image).map_err(|problem| AssetError::Material {
+            cause: problem.message,
+            path: file.to_owned(),
+        })?;
+        Ok(MaterialId(first_material))
     }
 
     /// Adds parts as an instance of `group`, which is made of them where there is none yet; or in world space, without

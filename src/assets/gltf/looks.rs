@@ -16,7 +16,7 @@ use super::{
     document::{Document, get},
 };
 use crate::{
-    assets::model::{ImageSource, Model, ModelLight, ModelLightKind, ModelTexture, ModelView, Surfacing},
+    assets::model::{ImageSource, Model, ModelLight, ModelLightKind, ModelMaterial, ModelTexture, ModelView},
     math::Rgb,
     texture::image::{Filter, Wrap},
 };
@@ -52,17 +52,17 @@ impl Looks {
         if let Some(known) = self.materials.get(&material) {
             return Ok(*known);
         }
-        let mut surfacing = Surfacing::default();
+        let mut made = ModelMaterial::default();
         if let Some(index) = material {
-            let said = get(&document.root.materials, index, "material")?;
-            let [r, g, b, _] = said.pbr_metallic_roughness.base_color_factor.0;
-            surfacing.name = said.name.clone().unwrap_or_default();
-            surfacing.base_color = Rgb::from_array([r, g, b].map(|v| if v.is_finite() { v.max(0.0) } else { 1.0 }));
+            let given = get(&document.root.materials, index, "material")?;
+            let [r, g, b, _] = given.pbr_metallic_roughness.base_color_factor.0;
+            made.name = given.name.clone().unwrap_or_default();
+            made.base_color = Rgb::from_array([r, g, b].map(|v| if v.is_finite() { v.max(0.0) } else { 1.0 }));
         }
         if let Some(info) = base_texture(document, material)? {
-            surfacing.base_texture = self.texture(document, info.index.value(), path, model)?;
+            made.base_texture = self.texture(document, info.index.value(), path, model)?;
         }
-        model.materials.push(surfacing);
+        model.materials.push(made);
         let at = model.materials.len() - 1;
         self.materials.insert(material, at);
         Ok(at)
@@ -74,7 +74,7 @@ impl Looks {
         index: usize,
         path: &Path,
         model: &mut Model,
-    ) -> Result<Option<ModelTexture>, Problem> {
+    ) -> Result<Option<usize>, Problem> {
         let texture = get(&document.root.textures, index, "texture")?;
         let source = texture.source.value();
         if source == u32::MAX as usize {
@@ -105,7 +105,8 @@ impl Looks {
             }
         };
         let wrap = [wrap(sampler.wrap_s)?, wrap(sampler.wrap_t)?];
-        Ok(Some(ModelTexture { image, filter, wrap }))
+        model.textures.push(ModelTexture { image, filter, wrap });
+        Ok(Some(model.textures.len() - 1))
     }
 }
 

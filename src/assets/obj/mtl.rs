@@ -7,7 +7,7 @@ use std::{
 
 use super::lines::{Lines, argument, decode, words};
 use crate::{
-    assets::model::{ImageSource, Model, ModelTexture, Surfacing},
+    assets::model::{ImageSource, Model, ModelMaterial, ModelTexture},
     math::Rgb,
     texture::image::{Filter, Wrap},
 };
@@ -68,31 +68,32 @@ impl Library {
                 obj.display()
             );
         }
-        let mut surfacing = Surfacing {
+        let mut made = ModelMaterial {
             name: name.unwrap_or_default().to_owned(),
             base_color: Rgb::gray(GRAY),
             base_texture: None,
         };
         if let Some((material, folder)) = found {
-            surfacing.base_color = material.diffuse.map_or(surfacing.base_color, Rgb::from_array);
+            made.base_color = material.diffuse.map_or(made.base_color, Rgb::from_array);
             if let Some(texture) = &material.diffuse_texture {
                 let (name, wrap) = file_and_wrap(texture);
                 let image = *self.images.entry(locate(folder, &name)).or_insert_with_key(|file| {
                     model.images.push(ImageSource::File(file.clone()));
                     model.images.len() - 1
                 });
-                surfacing.base_texture = Some(ModelTexture {
+                model.textures.push(ModelTexture {
                     image,
                     filter: Filter::Trilinear,
                     wrap: [wrap; 2],
                 });
+                made.base_texture = Some(model.textures.len() - 1);
                 // Exporters leave Kd black where a texture takes its place.
-                if surfacing.base_color.is_black() {
-                    surfacing.base_color = Rgb::WHITE;
+                if made.base_color.is_black() {
+                    made.base_color = Rgb::WHITE;
                 }
             }
         }
-        model.materials.push(surfacing);
+        model.materials.push(made);
         model.materials.len() - 1
     }
 }
