@@ -11,7 +11,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 fn frame(c: &mut Criterion) {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/assignment/scene.toml");
-    let desc = describe::load(&scene).expect("the assignment's scene");
+    let desc = describe::load(&scene, std::fs::read).expect("the assignment's scene");
     let samples = 16;
     let request = Request {
         resolution: Some([1280, 720]),

@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene_file = args.next().unwrap_or_else(|| "scenes/assignment/extended.toml".into());
     let out = args.next().unwrap_or_else(|| "out/custom_integrator.png".into());
 
-    let desc = describe::load(Path::new(&scene_file))?;
+    let desc = describe::load(Path::new(&scene_file), std::fs::read)?;
     let request = Request {
         resolution: Some([320, 320]),
         samples: Some(16),

@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let out = args.next().unwrap_or_else(|| "out/render_scene.png".into());
 
     // What the file says, checked.
-    let desc = describe::load(Path::new(&scene_file))?;
+    let desc = describe::load(Path::new(&scene_file), std::fs::read)?;
     // What is wanted of it: everything that is not said here is the scene's to say.
     let request = Request {
         outputs: vec![out],

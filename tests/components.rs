@@ -83,7 +83,7 @@ fn film(scene: &Scene, plan: &Plan, layers: Layers) -> Film {
 fn components_and_groups_of_lights_each_sum_up_to_the_picture_which_stays_the_same() {
     let folder = Folder::new();
     let path = folder.write("s.toml", SCENE);
-    let desc = describe::load(&path).expect("a scene");
+    let desc = describe::load(&path, std::fs::read).expect("a scene");
     let plan = Plan::new(&desc, &Request::default()).expect("a plan");
     let mut scene = compile::scene(&desc, plan.accel).expect("a scene");
     let plain = film(&scene, &plan, Layers::None);
@@ -134,7 +134,7 @@ fn each_light_is_in_its_own_group_and_chalk_alone_is_diffuse() {
          [[light]]\nsun = { direction = [0, 0, -1], irradiance = 2, angle = 0 }\n\
          [[light]]\nsun = { direction = [0, 0, -1], irradiance = 4, angle = 0 }\n",
     );
-    let desc = describe::load(&path).expect("a scene");
+    let desc = describe::load(&path, std::fs::read).expect("a scene");
     let plan = Plan::new(
         &desc,
         &Request {

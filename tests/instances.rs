@@ -155,7 +155,7 @@ point = { position = [3, 4, 6], intensity = 20 }
 ";
 
 fn scene(folder: &Folder, accel: AccelKind, sharing: Sharing) -> Scene {
-    let desc = describe::load(&folder.write("s.toml", OBJECTS)).unwrap_or_else(|e| panic!("{e}"));
+    let desc = describe::load(&folder.write("s.toml", OBJECTS), std::fs::read).unwrap_or_else(|e| panic!("{e}"));
     compile::scene_sharing(&desc, accel, &Store::default(), sharing).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -367,7 +367,7 @@ fn objects_of_many_instances_move_as_one() {
         "file = 'm.gltf' }\ntransform = { translate = [1, 2, 0.5], rotate = [0, 30, 0] }",
         1,
     );
-    let desc = describe::load(&folder.write("moved.toml", &text)).expect("a scene");
+    let desc = describe::load(&folder.write("moved.toml", &text), std::fs::read).expect("a scene");
     let built = compile::scene_sharing(&desc, AccelKind::Wide, &Store::default(), Sharing::Always).expect("sound");
     let rays = rays(10_000, 9.0);
     let mut odd = 0;

@@ -103,7 +103,7 @@ fn a_file_that_is_named_twice_is_placed_twice_and_brings_its_materials_once() {
     );
     let object = "[[object]]\nshape.mesh = { file = 'a.obj' }\n";
     let scene = format!("{object}{object}transform = {{ translate = [0, 0, 3] }}\n");
-    let desc = batch_render::describe::load(&folder.write("a.toml", &scene)).expect("a scene");
+    let desc = batch_render::describe::load(&folder.write("a.toml", &scene), std::fs::read).expect("a scene");
     let scene = batch_render::compile::scene(&desc, Default::default()).expect("sound");
     let geometry = scene.accel.geometry();
     // One of three triangles has no area.
@@ -130,7 +130,8 @@ fn materials_objects_and_nodes_keep_their_names() {
     );
     let object = "[[object]]\nname = 'guard'\nshape.mesh = { file = 'robot.gltf' }\n";
     let floor = "[material.tiles]\nmatte = { albedo = 0.5 }\n[[object]]\nname = 'floor'\nmaterial = 'tiles'\nshape.plane = { point = [0, 0, 0], normal = [0, 1, 0] }\n";
-    let desc = batch_render::describe::load(&folder.write("a.toml", &format!("{object}{floor}"))).expect("a scene");
+    let desc = batch_render::describe::load(&folder.write("a.toml", &format!("{object}{floor}")), std::fs::read)
+        .expect("a scene");
     for sharing in [Sharing::Never, Sharing::Always] {
         let scene = compile::scene_sharing(&desc, Default::default(), &Default::default(), sharing).expect("sound");
         assert_eq!(scene.material_names, ["tiles", "steel"]);

@@ -9,12 +9,12 @@
 mod exr;
 
 use std::{
-    fs,
     io::{self, Cursor},
     path::{Path, PathBuf},
     sync::LazyLock,
 };
 
+use super::Files;
 use crate::{
     math::srgb,
     texture::bitmap::{Bitmap, ColorSpace, Storage},
@@ -27,8 +27,8 @@ const MAX_SIDE: u32 = 1 << 16;
 const MAX_BYTES: u64 = 4 << 30;
 
 /// Decodes the file at `path`.
-pub fn load(path: &Path, color_space: ColorSpace) -> Result<Bitmap, ImageError> {
-    let bytes = fs::read(path).map_err(|source| ImageError::Read {
+pub fn load(path: &Path, color_space: ColorSpace, files: &Files) -> Result<Bitmap, ImageError> {
+    let bytes = files.read(path).map_err(|source| ImageError::Read {
         source,
         path: path.to_owned(),
     })?;

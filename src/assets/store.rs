@@ -9,7 +9,7 @@ use std::{
 use rayon::prelude::*;
 
 use super::{
-    GltfError,
+    Files, GltfError,
     image::{self, ImageError},
     model::{ImageSource, Model},
     obj::{self, ObjError},
@@ -62,10 +62,10 @@ pub fn is_model(path: &Path) -> bool {
     MODEL_EXTENSIONS.contains(&extension(path).as_str())
 }
 
-fn load_model(path: &Path) -> Result<Model, AssetError> {
+fn load_model(path: &Path, files: &Files) -> Result<Model, AssetError> {
     match extension(path).as_str() {
-        "obj" => Ok(obj::load(path)?),
-        "gltf" | "glb" => Ok(super::gltf::load(path)?),
+        "obj" => Ok(obj::load(path, files)?),
+        "gltf" | "glb" => Ok(super::gltf::load(path, files)?),
         _ => Err(AssetError::UnknownModel { path: path.to_owned() }),
     }
 }
@@ -83,9 +83,10 @@ pub enum MissingAssets {
     Placeholder,
 }
 
-/// Models that are loaded already, and what to do where images are not there.
+/// The files of a job: what was read, the models that are loaded already, and what to do where images are missing.
 #[derive(Default)]
 pub struct Store {
+    files: Files,
     models: Mutex<HashMap<PathBuf, Arc<Model>>>,
     missing: MissingAssets,
     replaced: Mutex<BTreeSet<PathBuf>>,
@@ -97,6 +98,11 @@ impl Store {
             missing,
             ..Self::default()
         }
+    }
+
+    /// The gate through which all files come in.
+    pub fn files(&self) -> &Files {
+        &self.files
     }
 
     /// How many image files a placeholder stands for.
@@ -122,7 +128,7 @@ impl Store {
         if let Some(known) = known {
             return Ok(known);
         }
-        let model = Arc::new(load_model(path)?);
+        let model = Arc::new(load_model(path, &self.files)?);
         models().insert(path.to_owned(), Arc::clone(&model));
         Ok(model)
     }
@@ -131,7 +137,7 @@ impl Store {
     /// where no placeholder is wanted.
     pub fn images(&self, requests: &[ImageRequest]) -> Result<Vec<Bitmap>, Vec<AssetError>> {
         let load = |(source, space): &ImageRequest| match source {
-            ImageSource::File(path) => image::load(path, *space),
+            ImageSource::File(path) => image::load(path, *space, &self.files),
             ImageSource::Bytes { name, bytes } => image::decode(bytes, name, *space),
         };
         let loaded: Vec<_> = requests.par_iter().map(load).collect();

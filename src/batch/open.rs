@@ -13,7 +13,7 @@ use crate::{
 /// The scene of a file: a scene file as it stands, or a model with all that it lacks. Models stay in `store`.
 pub fn open(path: &Path, request: &Request, store: &Store) -> Result<SceneDesc, Error> {
     if !is_model(path) {
-        return Ok(describe::load(path)?);
+        return Ok(describe::load(path, |p| store.files().read(p))?);
     }
     let default = RenderDesc::default();
     let [width, height] = request

@@ -8,7 +8,7 @@ use std::{
 use super::{Existing, FrameRange, Turntable, range::MAX_FRAMES};
 use crate::{
     accel::AccelKind,
-    assets::camera_path,
+    assets::{Files, camera_path},
     camera::{Camera, Lens, RotationOrder, SceneCamera, Shot, path::CameraPath},
     describe::{Diagnostics, SceneDesc},
     error::Error,
@@ -82,6 +82,11 @@ pub struct Plan {
 impl Plan {
     /// Decides what `request` means for the scene `desc`, and reads the camera path.
     pub fn new(desc: &SceneDesc, request: &Request) -> Result<Self, Error> {
+        Self::with_files(desc, request, &Files::default())
+    }
+
+    /// The same with a record of the files that are read.
+    pub fn with_files(desc: &SceneDesc, request: &Request, inputs: &Files) -> Result<Self, Error> {
         let mut settings = settings(desc, request)?;
         let patterns = patterns(desc, request)?;
         let mut problems = Vec::new();
@@ -120,7 +125,7 @@ impl Plan {
             .turntable
             .zip(camera)
             .map(|(frames, start)| Turntable { start, frames });
-        let cameras = cameras(desc, request, camera, settings.resolution)?;
+        let cameras = cameras(desc, request, camera, settings.resolution, inputs)?;
         let frames = cameras
             .into_iter()
             .map(|(number, shot)| PlannedFrame {
@@ -290,6 +295,7 @@ fn cameras(
     request: &Request,
     scene_camera: Option<SceneCamera>,
     resolution: [u32; 2],
+    inputs: &Files,
 ) -> Result<Vec<(i32, Shot)>, Error> {
     let Some(file) = &request.camera_path else {
         let camera = scene_camera.ok_or_else(|| Error::NoCamera {
@@ -309,7 +315,7 @@ fn cameras(
         fps: request.fps,
         rotation_order: request.rotation_order,
     };
-    let path = camera_path::load(file, None, &options)?;
+    let path = camera_path::load(file, None, &options, inputs)?;
     let all = path.frames();
     let what = format!("the camera path, which has frames {} to {}", all.start(), all.end());
     let lens = scene_camera.map_or_else(Lens::default, |c| c.lens);

@@ -26,7 +26,7 @@ pub fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<()> {
     let pool = threads(args.threads)?;
     let store = Store::default();
     let desc = pool.install(|| batch::open(&args.scene, &request, &store))?;
-    let plan = Plan::new(&desc, &request)?;
+    let plan = Plan::with_files(&desc, &request, store.files())?;
     let camera = plan
         .frames
         .first()

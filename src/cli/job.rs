@@ -44,7 +44,7 @@ fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
     let pool = threads(args.threads)?;
     let store = Store::new(args.missing_assets.into());
     let desc = pool.install(|| batch::open(path, &request, &store))?;
-    let plan = Plan::new(&desc, &request)?;
+    let plan = Plan::with_files(&desc, &request, store.files())?;
     if args.dry_run {
         list(&plan);
     }

@@ -1,6 +1,6 @@
 //! TOML to [`SceneDesc`], entity by entity, so that one wrong light does not hide a wrong sphere.
 
-use std::{collections::HashMap, path::Path, sync::Arc};
+use std::{collections::HashMap, io, path::Path, sync::Arc};
 
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
@@ -17,19 +17,22 @@ use crate::{
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     #[error("cannot read scene: {cause}: {path}")]
-    Read { path: String, cause: std::io::Error },
+    Read { path: String, cause: io::Error },
     #[error("the scene file is not UTF-8 text: {path}")]
     Encoding { path: String },
     #[error("{0}")]
     Invalid(Diagnostics),
 }
 
-/// Reads a scene file.
-pub fn load(path: &Path) -> Result<SceneDesc, Error> {
+/// Reads the scene file at `path`, whose bytes come from `read`.
+pub fn load<'p, B: AsRef<[u8]>>(
+    path: &'p Path,
+    read: impl FnOnce(&'p Path) -> io::Result<B>,
+) -> Result<SceneDesc, Error> {
     let shown = || path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|cause| Error::Read { path: shown(), cause })?;
-    let text = String::from_utf8(bytes).map_err(|_| Error::Encoding { path: shown() })?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    let bytes = read(path).map_err(|cause| Error::Read { path: shown(), cause })?;
+    let text = str::from_utf8(bytes.as_ref()).map_err(|_| Error::Encoding { path: shown() })?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     parse(Source {
         path: path.to_owned(),
         text: Arc::from(text),

@@ -1,8 +1,12 @@
 //! The bytes of a glTF asset: the GLB container, `data:` URIs, files beside the asset.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use super::Problem;
+use crate::assets::Files;
 
 /// A glTF file's JSON and the binary chunk of a GLB.
 #[derive(Debug)]
@@ -97,13 +101,13 @@ pub(super) fn locate(folder: &Path, uri: &str) -> Result<Location, Problem> {
 }
 
 /// The bytes of a file that a URI named.
-pub(super) fn read(path: &Path) -> Result<Vec<u8>, Problem> {
+pub(super) fn read(path: &Path, files: &Files) -> Result<Arc<[u8]>, Problem> {
     let missing = |source| Problem::Missing {
         source,
         file: path.to_owned(),
     };
     if path.metadata().map_err(missing)?.is_file() {
-        std::fs::read(path).map_err(missing)
+        files.read(path).map_err(missing)
     } else {
         Err(Problem::broken(format!("not a file: {}", path.display())))
     }

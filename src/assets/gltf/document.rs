@@ -3,6 +3,7 @@
 use std::{
     cell::{Cell, OnceCell},
     path::Path,
+    sync::Arc,
 };
 
 use ::gltf::json::{
@@ -15,6 +16,7 @@ use super::{
     Problem,
     container::{self, Container, Location},
 };
+use crate::assets::Files;
 
 /// Extensions that a file may require. Others that a file only uses are passed over.
 const SUPPORTED: [&str; 2] = ["KHR_lights_punctual", "KHR_mesh_quantization"];
@@ -30,13 +32,14 @@ pub(super) struct Document<'a> {
     /// The same with all extensions.
     pub raw: Value,
     pub folder: &'a Path,
+    files: &'a Files,
     binary: Option<&'a [u8]>,
-    buffers: Vec<OnceCell<Vec<u8>>>,
+    buffers: Vec<OnceCell<Arc<[u8]>>>,
     budget: Cell<u64>,
 }
 
 impl<'a> Document<'a> {
-    pub fn open(bytes: &'a [u8], folder: &'a Path) -> Result<Self, Problem> {
+    pub fn open(bytes: &'a [u8], folder: &'a Path, files: &'a Files) -> Result<Self, Problem> {
         let Container { json, binary } = Container::open(bytes)?;
         let syntax = |e: json::Error| Problem::broken(format!("its JSON is not understood: {e}"));
         let mut raw: Value = deserialize::from_slice(json).map_err(syntax)?;
@@ -50,6 +53,7 @@ impl<'a> Document<'a> {
             root,
             raw,
             folder,
+            files,
             binary,
             buffers,
             budget: Cell::new(ANYWAY + GROWTH * bytes.len() as u64),
@@ -75,8 +79,8 @@ impl<'a> Document<'a> {
                 let cell = &self.buffers[index];
                 if cell.get().is_none() {
                     let bytes = match container::locate(self.folder, uri)? {
-                        Location::Here(bytes) => bytes,
-                        Location::File(path) => container::read(&path)?,
+                        Location::Here(bytes) => bytes.into(),
+                        Location::File(path) => container::read(&path, self.files)?,
                     };
                     self.budget
                         .set(self.budget.get().saturating_add(GROWTH * bytes.len() as u64));

@@ -19,7 +19,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::model::{Model, ModelCamera, Part};
+use super::{
+    Files,
+    model::{Model, ModelCamera, Part},
+};
 use document::{Document, get};
 
 /// Why a glTF asset was not loaded.
@@ -90,22 +93,22 @@ impl Problem {
 }
 
 /// Loads the asset at `path`. One without triangles is a model without parts.
-pub fn load(path: &Path) -> Result<Model, GltfError> {
-    let bytes = std::fs::read(path).map_err(|source| GltfError::Read {
+pub fn load(path: &Path, files: &Files) -> Result<Model, GltfError> {
+    let bytes = files.read(path).map_err(|source| GltfError::Read {
         source,
         path: path.to_owned(),
     })?;
-    parse(&bytes, path)
+    parse(&bytes, path, files)
 }
 
 /// Reads an asset from the bytes of a file; what it names lies beside `path`.
-pub fn parse(bytes: &[u8], path: &Path) -> Result<Model, GltfError> {
-    read(bytes, path).map_err(|problem| problem.at(path))
+pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, GltfError> {
+    read(bytes, path, files).map_err(|problem| problem.at(path))
 }
 
-fn read(bytes: &[u8], path: &Path) -> Result<Model, Problem> {
+fn read(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, Problem> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let document = Document::open(bytes, folder)?;
+    let document = Document::open(bytes, folder, files)?;
     let root = &document.root;
     let mut model = Model::default();
     let mut meshes = primitive::Meshes::default();

@@ -22,7 +22,10 @@ use std::{
 
 use glam::DAffine3;
 
-use super::model::{Model, Part};
+use super::{
+    Files,
+    model::{Model, Part},
+};
 use crate::{
     math::{Vec2, Vec3},
     shape::mesh::{Mesh, MeshError},
@@ -48,16 +51,16 @@ impl ObjError {
 }
 
 /// Loads the model at `path`. A file without faces is a model without parts.
-pub fn load(path: &Path) -> Result<Model, ObjError> {
-    let bytes = std::fs::read(path).map_err(|source| ObjError::Read {
+pub fn load(path: &Path, files: &Files) -> Result<Model, ObjError> {
+    let bytes = files.read(path).map_err(|source| ObjError::Read {
         source,
         path: path.to_owned(),
     })?;
-    parse(&bytes, path)
+    parse(&bytes, path, files)
 }
 
 /// Reads a model from the bytes of a file; libraries and images are beside `path`.
-pub fn parse(bytes: &[u8], path: &Path) -> Result<Model, ObjError> {
+pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError> {
     let text = lines::decode(bytes);
     let at = |flaw: normalize::Flaw| ObjError::Line {
         line: flaw.line,
@@ -93,7 +96,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Model, ObjError> {
         })
         .collect::<Result<Vec<_>, _>>()
         .map_err(broken)?;
-    let mut library = mtl::Library::load(path, &normalized.libraries);
+    let mut library = mtl::Library::load(path, &normalized.libraries, files);
     Ok(assemble(meshes, &mut library, path))
 }
 

@@ -7,7 +7,10 @@ use std::{
 
 use super::lines::{Lines, argument, decode, words};
 use crate::{
-    assets::model::{ImageSource, Model, ModelMaterial, ModelTexture},
+    assets::{
+        Files,
+        model::{ImageSource, Model, ModelMaterial, ModelTexture},
+    },
     math::Rgb,
     texture::image::{Filter, Wrap},
 };
@@ -26,7 +29,7 @@ pub(super) struct Library {
 impl Library {
     /// Reads the libraries that the lines after `mtllib` name. One that is missing or broken is a warning: the faces are
     /// grey without it.
-    pub fn load(obj: &Path, lines: &[String]) -> Self {
+    pub fn load(obj: &Path, lines: &[String], files: &Files) -> Self {
         let mut library = Self {
             materials: HashMap::new(),
             images: HashMap::new(),
@@ -35,15 +38,15 @@ impl Library {
         let mut seen = HashSet::new();
         for path in lines.iter().flat_map(|line| candidates(folder, line)) {
             if seen.insert(path.clone()) {
-                library.add(obj, &path);
+                library.add(obj, &path, files);
             }
         }
         library
     }
 
-    fn add(&mut self, obj: &Path, path: &Path) {
+    fn add(&mut self, obj: &Path, path: &Path, files: &Files) {
         let (obj, shown) = (obj.display(), path.display());
-        let bytes = match std::fs::read(path) {
+        let bytes = match files.read(path) {
             Ok(bytes) => bytes,
             Err(e) => {
                 return tracing::warn!("{obj}: cannot read the material library, its surfaces are gray: {e}: {shown}");
