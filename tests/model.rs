@@ -3,7 +3,7 @@
 mod common;
 
 use batch_render::{
-    compile::{self, Sharing},
+    compile::{self, Instancing},
     scene::ObjectId,
 };
 use common::{Folder, repo_str};
@@ -132,8 +132,9 @@ fn materials_objects_and_nodes_keep_their_names() {
     let floor = "[material.tiles]\nmatte = { albedo = 0.5 }\n[[object]]\nname = 'floor'\nmaterial = 'tiles'\nshape.plane = { point = [0, 0, 0], normal = [0, 1, 0] }\n";
     let desc = batch_render::describe::load(&folder.write("a.toml", &format!("{object}{floor}")), std::fs::read)
         .expect("a scene");
-    for sharing in [Sharing::Never, Sharing::Always] {
-        let scene = compile::scene_sharing(&desc, Default::default(), &Default::default(), sharing).expect("sound");
+    for instancing in [Instancing::Never, Instancing::Always] {
+        let scene =
+            compile::scene_instancing(&desc, Default::default(), &Default::default(), instancing).expect("sound");
         assert_eq!(scene.material_names, ["tiles", "steel"]);
         let names: Vec<_> = scene.objects.iter().map(|o| o.name.as_str()).collect();
         assert_eq!(names, ["guard", "floor"]);
@@ -147,6 +148,10 @@ fn materials_objects_and_nodes_keep_their_names() {
             meshes.collect()
         };
         let assets: Vec<_> = nodes.iter().map(|node| scene.asset_name(guard, *node)).collect();
-        assert_eq!(assets, ["robot.gltf/arm/hand", "robot.gltf/arm/node 2"], "{sharing:?}");
+        assert_eq!(
+            assets,
+            ["robot.gltf/arm/hand", "robot.gltf/arm/node 2"],
+            "{instancing:?}"
+        );
     }
 }

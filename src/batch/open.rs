@@ -20,5 +20,5 @@ pub fn open(path: &Path, request: &Request, store: &Store) -> Result<SceneDesc, 
         .resolution
         .unwrap_or([default.width.get_ref().0, default.height.get_ref().0]);
     let aspect = f64::from(width.max(1)) / f64::from(height.max(1));
-    compile::model::describe(path, aspect, store).map_err(|e| compile::Error::Assets(vec![e]).into())
+    compile::default_scene::describe(path, aspect, store).map_err(|e| compile::Error::Assets(vec![e]).into())
 }

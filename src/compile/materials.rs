@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{Compiler, undefined};
+use super::load::{Compiler, undefined};
 use crate::{
     assets::model::{Model, ModelMaterial, ModelTexture},
     material::{Material, MaterialDesc, matte::MatteDesc},

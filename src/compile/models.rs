@@ -9,8 +9,8 @@ use std::{
 use glam::DAffine3;
 
 use super::{
+    instancing::{InstanceUnits, Instancing},
     materials::add_model_materials,
-    sharing::{Sharing, Units},
 };
 use crate::{
     accel::MOST_MAGNIFICATION,
@@ -67,8 +67,8 @@ impl ModelUse {
 
 /// Which meshes of a model become instances, and the groups that were made of them so far.
 struct InstancingPlan {
-    units: Units,
-    /// The parts of [`Units::rest`], where they are not all.
+    units: InstanceUnits,
+    /// The parts of [`InstanceUnits::rest`], where they are not all.
     rest_parts: Option<Vec<Part>>,
     shares_rest: bool,
     rest: Option<GroupId>,
@@ -78,13 +78,13 @@ struct InstancingPlan {
 }
 
 impl InstancingPlan {
-    fn new(model: &Model, model_use: &ModelUse, sharing: Sharing) -> Self {
-        let units = Units::new(model, model_use.objects, sharing);
+    fn new(model: &Model, model_use: &ModelUse, instancing: Instancing) -> Self {
+        let units = InstanceUnits::new(model, model_use.objects, instancing);
         let rest = &units.rest;
         let parts = || rest.iter().map(|&i| model.parts[i].clone()).collect();
         Self {
             rest_parts: (rest.len() < model.parts.len()).then(parts),
-            shares_rest: sharing.wants(units.triangles, model_use.objects),
+            shares_rest: instancing.wants(units.triangles, model_use.objects),
             rest: None,
             shared: vec![None; units.shared.len()],
             transforms: HashMap::new(),
@@ -132,7 +132,7 @@ pub(super) struct ModelPlacer<'a> {
     pub scene: &'a mut SceneBuilder,
     /// The images of the scene so far, in the order of their [`BitmapId`]s.
     pub images: &'a mut Vec<ImageRequest>,
-    pub sharing: Sharing,
+    pub instancing: Instancing,
 }
 
 impl ModelPlacer<'_> {
@@ -160,10 +160,10 @@ impl ModelPlacer<'_> {
         let mut plans: HashMap<*const Model, InstancingPlan> = HashMap::new();
         for (placed, model) in placed.iter().zip(&models) {
             let at = Arc::as_ptr(model);
-            let sharing = self.sharing;
+            let instancing = self.instancing;
             let plan = plans
                 .entry(at)
-                .or_insert_with(|| InstancingPlan::new(model, &uses[&at], sharing));
+                .or_insert_with(|| InstancingPlan::new(model, &uses[&at], instancing));
             match self.add(placed, model, &uses[&at], plan) {
                 Ok(0) => {}
                 Ok(dropped) => {

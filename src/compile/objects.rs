@@ -1,6 +1,6 @@
 //! Objects to geometry.
 
-use super::{Compiler, models::PlacedModel};
+use super::{load::Compiler, models::PlacedModel};
 use crate::{describe::ObjectDesc, material::MaterialId, math::Transform, shape::ShapeDesc, value::Problem};
 
 impl Compiler<'_> {
