@@ -25,6 +25,7 @@ perspective = { eye = [0, 1.5, 6], target = [0, 0.6, 0], fov = 45 }
 
 [background]
 color = [0.2, 0.3, 0.5]
+GROUP_DAY
 
 [material]
 floor.matte = { albedo = [0.7, 0.6, 0.5], roughness = 0.5 }
@@ -56,9 +57,11 @@ shape.disk = { center = [-0.8, 0.8, 1.5], normal = [0, 0, 1], radius = 0.5 }
 [[object]]
 name = "lamp"
 material = "lamp"
+GROUP_WARM
 shape.sphere = { center = [0, 2.2, -1], radius = 0.3 }
 
 [[light]]
+GROUP_DAY
 sun = { direction = [-1, -2, -1], irradiance = 1, angle = 2 }
 [[light]]
 point = { position = [2, 3, 2], intensity = 4 }
@@ -82,20 +85,18 @@ fn film(scene: &Scene, plan: &Plan, layers: Layers) -> Film {
 #[test]
 fn components_and_groups_of_lights_each_sum_up_to_the_picture_which_stays_the_same() {
     let folder = Folder::new();
-    let path = folder.write("s.toml", SCENE);
-    let desc = describe::load(&path, std::fs::read).expect("a scene");
-    let plan = Plan::new(&desc, &Request::default()).expect("a plan");
-    let mut scene = compile::scene(&desc, plan.accel).expect("a scene");
+    let scene_of = |name: &str, day: &str, warm: &str| {
+        let text = SCENE.replace("GROUP_DAY", day).replace("GROUP_WARM", warm);
+        let desc = describe::load(&folder.write(name, &text), std::fs::read).expect("a scene");
+        let plan = Plan::new(&desc, &Request::default()).expect("a plan");
+        (compile::scene(&desc, plan.accel).expect("a scene"), plan)
+    };
+    let (scene, plan) = scene_of("plain.toml", "", "");
     let plain = film(&scene, &plan, Layers::None);
     assert!(plain.layers.is_empty());
 
-    let (warm, day) = (scene.light_groups.named("warm"), scene.light_groups.named("day"));
-    let lamp = scene.objects.iter().position(|o| o.name == "lamp").expect("a lamp");
-    scene
-        .light_groups
-        .put_object(batch_render::scene::ObjectId(lamp as u32), warm);
-    scene.light_groups.put_light(0, day);
-    scene.light_groups.put_sky(day);
+    let (scene, plan) = scene_of("groups.toml", "group = 'day'", "group = 'warm'");
+    assert_eq!(scene.light_groups.names(), ["", "warm", "day"]);
     let sorted = film(&scene, &plan, Layers::Light);
     assert_eq!(sorted.pixels, plain.pixels, "asking changes the picture");
 
@@ -132,7 +133,7 @@ fn each_light_is_in_its_own_group_and_chalk_alone_is_diffuse() {
          [material.wall]\nmatte = { albedo = 0.5 }\n\
          [[object]]\nmaterial = \"wall\"\nshape.quad = { corners = [[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]] }\n\
          [[light]]\nsun = { direction = [0, 0, -1], irradiance = 2, angle = 0 }\n\
-         [[light]]\nsun = { direction = [0, 0, -1], irradiance = 4, angle = 0 }\n",
+         [[light]]\ngroup = \"key\"\nsun = { direction = [0, 0, -1], irradiance = 4, angle = 0 }\n",
     );
     let desc = describe::load(&path, std::fs::read).expect("a scene");
     let plan = Plan::new(
@@ -143,9 +144,7 @@ fn each_light_is_in_its_own_group_and_chalk_alone_is_diffuse() {
         },
     )
     .expect("a plan");
-    let mut scene = compile::scene(&desc, plan.accel).expect("a scene");
-    let key = scene.light_groups.named("key");
-    scene.light_groups.put_light(1, key);
+    let scene = compile::scene(&desc, plan.accel).expect("a scene");
     let film = film(&scene, &plan, Layers::Light);
     let mean = |k: usize| film.layers[k].iter().map(|p| p[0]).sum::<f32>() / film.layers[k].len() as f32;
     // Of one sun E rho / pi.

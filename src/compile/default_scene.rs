@@ -73,7 +73,11 @@ pub fn describe(path: &Path, aspect: f64, store: &Store) -> Result<SceneDesc, As
         objects,
         lights: if is_lit { lights } else { daylight() }
             .into_iter()
-            .map(|light| LightEntry { span: 0..0, light })
+            .map(|light| LightEntry {
+                span: 0..0,
+                group: None,
+                light,
+            })
             .collect(),
         output: OutputDesc::default(),
     })
@@ -88,6 +92,7 @@ fn object(path: &Path) -> ObjectDesc {
             file: unspanned(name(path.file_name())),
         })),
         transform: None,
+        group: None,
     }
 }
 

@@ -47,6 +47,9 @@ pub fn load(desc: &SceneDesc, store: &Store, instancing: Instancing) -> Result<S
         scene.bitmap(bitmap);
     }
     warn_energy_gain(&scene);
+    if let Some(group) = &desc.background.group {
+        scene.set_background_light_group(group.as_str());
+    }
     scene.set_background(Background {
         sky: background::sky(&desc.background, picture.as_ref()),
         visible: desc.background.visible,
@@ -84,8 +87,12 @@ impl<'a> Compiler<'a> {
 
     fn lights(&mut self) {
         for entry in &self.desc.lights {
-            if let Some(light) = self.record(entry.light.compile()) {
-                self.scene.light(light);
+            let Some(light) = self.record(entry.light.compile()) else {
+                continue;
+            };
+            match &entry.group {
+                Some(group) => self.scene.grouped_light(light, group.as_str()),
+                None => self.scene.light(light),
             }
         }
     }

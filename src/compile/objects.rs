@@ -1,7 +1,9 @@
 //! Objects to geometry.
 
 use super::{load::Compiler, models::PlacedModel};
-use crate::{describe::ObjectDesc, material::MaterialId, math::Transform, shape::ShapeDesc, value::Problem};
+use crate::{
+    describe::ObjectDesc, material::MaterialId, math::Transform, scene::ObjectId, shape::ShapeDesc, value::Problem,
+};
 
 impl Compiler<'_> {
     /// Adds all objects to the scene; returns those whose geometry is in files.
@@ -16,9 +18,10 @@ impl Compiler<'_> {
                     continue;
                 };
                 let file = mesh.file.get_ref();
-                let first = material.unwrap_or(MaterialId(0));
+                let id = self.scene.object(&name, Some(file), material.unwrap_or(MaterialId(0)));
+                self.light_group(object, id);
                 models.push(PlacedModel {
-                    object: self.scene.object(&name, Some(file), first),
+                    object: id,
                     file: self.desc.folder().join(file),
                     material,
                     transform,
@@ -33,9 +36,16 @@ impl Compiler<'_> {
             let (Some(Some(material)), Some(shape), Some(transform)) = (material, shape, transform) else {
                 continue;
             };
-            self.scene.shape(&name, shape, transform, material);
+            let id = self.scene.shape(&name, shape, transform, material);
+            self.light_group(object, id);
         }
         models
+    }
+
+    fn light_group(&mut self, object: &ObjectDesc, id: ObjectId) {
+        if let Some(group) = &object.group {
+            self.scene.set_object_light_group(id, group.as_str());
+        }
     }
 
     /// The object's material, `Some(None)` where a mesh has its own.

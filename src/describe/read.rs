@@ -106,10 +106,15 @@ impl Reader {
             Some(MaterialEntry { name, material })
         });
         let objects: Vec<ObjectDesc> = self.list(take("object"), "object", |r, v| r.entity(v));
-        let lights = self.list(take("light"), "light", |r, v| {
+        let lights = self.list(take("light"), "light", |r, mut v| {
             let span = v.span();
+            let group = match v.get_mut() {
+                DeValue::Table(table) => table.remove("group"),
+                _ => None,
+            };
+            let group = group.and_then(|g| r.entity(g));
             let light: LightDesc = r.kind(v, "light")?;
-            Some(LightEntry { span, light })
+            Some(LightEntry { span, group, light })
         });
         self.unique_names(&objects);
         SceneDesc {

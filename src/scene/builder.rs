@@ -103,6 +103,25 @@ impl SceneBuilder {
         self.lights.push(light);
     }
 
+    /// Adds a light of a light group.
+    pub fn grouped_light(&mut self, light: Light, group: &str) {
+        let group = self.light_groups.named(group);
+        self.light_groups.put_light(self.lights.len(), group);
+        self.light(light);
+    }
+
+    /// Puts the light that an object emits into a light group.
+    pub fn set_object_light_group(&mut self, object: ObjectId, group: &str) {
+        let group = self.light_groups.named(group);
+        self.light_groups.put_object(object, group);
+    }
+
+    /// Puts the light of the background into a light group.
+    pub fn set_background_light_group(&mut self, group: &str) {
+        let group = self.light_groups.named(group);
+        self.light_groups.put_sky(group);
+    }
+
     /// Adds an object that is a shape.
     pub fn shape(&mut self, name: &str, shape: Shape, transform: Option<Transform>, material: MaterialId) -> ObjectId {
         let object = self.object(name, None, material);
