@@ -15,7 +15,8 @@ mod whole;
 use std::{io::Write, path::Path};
 
 use super::{
-    Attribute, Contents, Counting, Depth, EncodeError, Encoding, Format, FrameImage, Value, Window, WriteReport,
+    Attribute, Contents, Counting, Depth, EncodeError, Encoding, FileFacts, Format, FrameImage, Value, Window,
+    WriteReport,
 };
 use crate::film::view::View;
 
@@ -60,8 +61,8 @@ impl Format for Exr {
         write(&image, out)
     }
 
-    fn is_whole(&self, path: &Path) -> bool {
-        whole::is_whole(path)
+    fn inspect(&self, path: &Path) -> Option<FileFacts> {
+        whole::inspect(path)
     }
 }
 

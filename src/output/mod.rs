@@ -5,6 +5,7 @@
 pub mod atomic;
 mod attribute;
 pub mod exr;
+mod facts;
 pub mod png;
 pub mod sequence;
 
@@ -18,6 +19,7 @@ use crate::film::{self, Film, view::View};
 
 pub use attribute::{Attribute, Value};
 pub use exr::{Channel, Compression, Plane, Samples};
+pub use facts::FileFacts;
 pub use sequence::{Pattern, PatternError};
 
 /// A rectangle of pixels; x to the right, y down, the origin is the top left pixel of the full frame.
@@ -135,8 +137,9 @@ pub trait Format: Debug + Sync {
     /// Writes `image` to `out`: the same bytes for the same image and encoding.
     fn encode(&self, image: &FrameImage, encoding: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError>;
 
-    /// Whether the file at `path` is one of this format with nothing missing at its end. A file that cannot be read is not.
-    fn is_whole(&self, path: &Path) -> bool;
+    /// Returns what the file at `path` says about itself; `None` where it cannot be read, is not of this format, or is not
+    /// complete to its last byte.
+    fn inspect(&self, path: &Path) -> Option<FileFacts>;
 }
 
 /// What a format keeps of a frame.
