@@ -5,8 +5,7 @@
 use std::path::Path;
 
 use batch_render::{
-    batch::{Plan, Request},
-    compile, describe,
+    batch::{Job, Request},
     film::view::View,
     integrator::{Departures, Integrator, Vertex, Visit},
     math::Rgb,
@@ -30,19 +29,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene_file = args.next().unwrap_or_else(|| "scenes/assignment/extended.toml".into());
     let out = args.next().unwrap_or_else(|| "out/custom_integrator.png".into());
 
-    let desc = describe::load(Path::new(&scene_file), std::fs::read)?;
     let request = Request {
         resolution: Some([320, 320]),
         samples: Some(16),
         ..Request::default()
     };
-    let plan = Plan::new(&desc, &request)?;
-    let scene = compile::scene(&desc, plan.accel)?;
+    let job = Job::open(Path::new(&scene_file), &request)?;
+    let scene = job.compile()?;
     let film = render::shot(
         &scene,
-        &plan.frames[0].shot,
+        &job.plan.frames[0].shot,
         &FacingRatio,
-        &plan.settings,
+        &job.plan.settings,
         &Watch::default(),
     )?;
 

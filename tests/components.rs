@@ -3,8 +3,7 @@
 mod common;
 
 use batch_render::{
-    batch::{Plan, Request},
-    compile, describe,
+    batch::{Job, Plan, Request},
     film::Film,
     integrator::Component,
     render::{self, Layers, Watch},
@@ -87,9 +86,8 @@ fn components_and_groups_of_lights_each_sum_up_to_the_picture_which_stays_the_sa
     let folder = Folder::new();
     let scene_of = |name: &str, day: &str, warm: &str| {
         let text = SCENE.replace("GROUP_DAY", day).replace("GROUP_WARM", warm);
-        let desc = describe::load(&folder.write(name, &text), std::fs::read).expect("a scene");
-        let plan = Plan::new(&desc, &Request::default()).expect("a plan");
-        (compile::scene(&desc, plan.accel).expect("a scene"), plan)
+        let job = Job::open(&folder.write(name, &text), &Request::default()).expect("a scene");
+        (job.compile().expect("a scene"), job.plan)
     };
     let (scene, plan) = scene_of("plain.toml", "", "");
     let plain = film(&scene, &plan, Layers::None);
@@ -135,17 +133,13 @@ fn each_light_is_in_its_own_group_and_chalk_alone_is_diffuse() {
          [[light]]\nsun = { direction = [0, 0, -1], irradiance = 2, angle = 0 }\n\
          [[light]]\ngroup = \"key\"\nsun = { direction = [0, 0, -1], irradiance = 4, angle = 0 }\n",
     );
-    let desc = describe::load(&path, std::fs::read).expect("a scene");
-    let plan = Plan::new(
-        &desc,
-        &Request {
-            samples: Some(256),
-            ..Request::default()
-        },
-    )
-    .expect("a plan");
-    let scene = compile::scene(&desc, plan.accel).expect("a scene");
-    let film = film(&scene, &plan, Layers::Light);
+    let request = Request {
+        samples: Some(256),
+        ..Request::default()
+    };
+    let job = Job::open(&path, &request).expect("a scene");
+    let scene = job.compile().expect("a scene");
+    let film = film(&scene, &job.plan, Layers::Light);
     let mean = |k: usize| film.layers[k].iter().map(|p| p[0]).sum::<f32>() / film.layers[k].len() as f32;
     // Of one sun E rho / pi.
     let of_sun = |irradiance: f32| irradiance * 0.5 / std::f32::consts::PI;

@@ -105,6 +105,11 @@ impl Store {
         &self.files
     }
 
+    /// Drops the models: those that are wanted later are loaded again.
+    pub fn forget_models(&self) {
+        self.models.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+
     /// How many image files a placeholder stands for.
     pub fn replaced(&self) -> usize {
         self.replaced.lock().unwrap_or_else(PoisonError::into_inner).len()

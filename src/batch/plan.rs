@@ -8,7 +8,7 @@ use std::{
 use super::{Existing, FrameRange, Turntable, range::MAX_FRAMES};
 use crate::{
     accel::AccelKind,
-    assets::{Files, camera_path},
+    assets::{Files, camera_path, store::MissingAssets},
     camera::{Camera, Lens, RotationOrder, SceneCamera, Shot, path::CameraPath},
     describe::{Diagnostics, SceneDesc},
     error::Error,
@@ -42,6 +42,7 @@ pub struct Request {
     pub rotation_order: Option<RotationOrder>,
     /// Bytes that pictures may take; `None` is no limit.
     pub max_memory: Option<u64>,
+    pub missing_assets: MissingAssets,
 }
 
 /// A file to be written.
