@@ -15,7 +15,7 @@ use crate::{
 pub struct Model {
     /// Valid, none of them without triangles.
     pub meshes: Vec<Mesh>,
-    pub parts: Vec<Part>,
+    pub instances: Vec<MeshInstance>,
     /// The file's hierarchy; empty where its format has none.
     pub nodes: Vec<ModelNode>,
     pub materials: Vec<ModelMaterial>,
@@ -25,9 +25,9 @@ pub struct Model {
     pub lights: Vec<ModelLight>,
 }
 
-/// A mesh at its place.
+/// A mesh under a transform.
 #[derive(Clone, Debug)]
-pub struct Part {
+pub struct MeshInstance {
     /// An index into [`Model::meshes`].
     pub mesh: usize,
     /// An index into [`Model::materials`].
@@ -130,14 +130,14 @@ pub enum ModelLightKind {
 impl Model {
     /// How many triangles all parts have.
     pub fn triangle_count(&self) -> u64 {
-        let of = |part: &Part| self.meshes[part.mesh].triangles.len() as u64;
-        self.parts.iter().map(of).sum()
+        let of = |part: &MeshInstance| self.meshes[part.mesh].triangles.len() as u64;
+        self.instances.iter().map(of).sum()
     }
 
     /// The box around all parts; empty without triangles.
     pub fn bounds(&self) -> Aabb {
         let corners: Vec<Aabb> = self.meshes.iter().map(Mesh::bounds).collect();
-        let points = self.parts.iter().flat_map(|part| {
+        let points = self.instances.iter().flat_map(|part| {
             let own = corners[part.mesh];
             (0..8).map(move |i| {
                 part.model_from_mesh

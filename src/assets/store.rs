@@ -105,7 +105,7 @@ impl Store {
         &self.files
     }
 
-    /// Drops the models: those that are wanted later are loaded again.
+    /// Drops the models: a model that is needed later is loaded again.
     pub fn forget_models(&self) {
         self.models.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
@@ -139,7 +139,7 @@ impl Store {
     }
 
     /// Decodes images, in order, on the threads of the current rayon pool; or says what is wrong with each that is broken,
-    /// where no placeholder is wanted.
+    /// unless a placeholder takes its place.
     pub fn images(&self, requests: &[ImageRequest]) -> Result<Vec<Bitmap>, Vec<AssetError>> {
         let load = |(source, space): &ImageRequest| match source {
             ImageSource::File(path) => image::load(path, *space, &self.files),

@@ -44,7 +44,7 @@ fn unspanned<T>(value: T) -> Spanned<T> {
 pub fn describe(path: &Path, aspect: f64, store: &Store) -> Result<SceneDesc, AssetError> {
     let model = store.model(path)?;
     let mut objects = Vec::new();
-    if model.parts.is_empty() {
+    if model.instances.is_empty() {
         tracing::warn!(
             "the model has no triangles, there is nothing to see: {}",
             path.display()

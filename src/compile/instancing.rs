@@ -11,7 +11,7 @@
 
 use std::{collections::HashMap, ops::Range};
 
-use crate::assets::model::{Model, Part};
+use crate::assets::model::{MeshInstance, Model};
 
 /// Copies of a mesh with so many triangles or fewer are never instances.
 const MAX_BAKED_TRIANGLES: u64 = 8;
@@ -49,7 +49,7 @@ impl Instancing {
 /// Parts that stand in one place, wherever they do so.
 #[derive(Clone, Debug)]
 pub(super) struct InstanceUnit {
-    /// For each place the parts, as a run of [`Model::parts`].
+    /// For each place the parts, as a run of [`Model::instances`].
     pub copies: Vec<Range<usize>>,
     pub triangles: u64,
 }
@@ -82,17 +82,17 @@ impl InstanceUnits {
 }
 
 fn triangles(model: &Model, part: usize) -> u64 {
-    model.meshes[model.parts[part].mesh].triangles.len() as u64
+    model.meshes[model.instances[part].mesh].triangles.len() as u64
 }
 
 /// What makes parts alike.
-fn key(part: &Part) -> (usize, usize) {
+fn key(part: &MeshInstance) -> (usize, usize) {
     (part.mesh, part.material)
 }
 
 /// All units, in the order of their first parts.
 fn repeated(model: &Model) -> Vec<InstanceUnit> {
-    let parts = &model.parts;
+    let parts = &model.instances;
     let mut runs: Vec<Range<usize>> = Vec::new();
     for (i, part) in parts.iter().enumerate() {
         match runs.last_mut() {
@@ -136,7 +136,7 @@ fn repeated(model: &Model) -> Vec<InstanceUnit> {
 }
 
 fn alike(model: &Model, a: &Range<usize>, b: &Range<usize>) -> bool {
-    let keys = |run: &Range<usize>| model.parts[run.clone()].iter().map(key);
+    let keys = |run: &Range<usize>| model.instances[run.clone()].iter().map(key);
     a == b || keys(a).eq(keys(b))
 }
 
@@ -156,9 +156,9 @@ mod tests {
         };
         Model {
             meshes: (0..4).map(mesh).collect(),
-            parts: parts
+            instances: parts
                 .iter()
-                .map(|&(mesh, material, x)| Part {
+                .map(|&(mesh, material, x)| MeshInstance {
                     mesh,
                     material,
                     node: None,

@@ -16,7 +16,7 @@ use crate::{
     accel::MOST_MAGNIFICATION,
     assets::{
         AssetError, Store,
-        model::{Model, Part},
+        model::{MeshInstance, Model},
         store::ImageRequest,
     },
     material::{Material, MaterialId},
@@ -54,12 +54,12 @@ struct ModelUse {
 }
 
 impl ModelUse {
-    fn material_of(&self, part: &Part, instead: Option<MaterialId>) -> MaterialId {
+    fn material_of(&self, part: &MeshInstance, instead: Option<MaterialId>) -> MaterialId {
         let first = self.first_material.map_or(0, |m| m.0);
         instead.unwrap_or(MaterialId(first + part.material as u32))
     }
 
-    fn node_of(&self, part: &Part) -> Option<NodeId> {
+    fn node_of(&self, part: &MeshInstance) -> Option<NodeId> {
         let first = self.first_node?;
         part.node.map(|node| NodeId(first.0 + node as u32))
     }
@@ -69,7 +69,7 @@ impl ModelUse {
 struct InstancingPlan {
     units: InstanceUnits,
     /// The parts of [`InstanceUnits::rest`], where they are not all.
-    rest_parts: Option<Vec<Part>>,
+    rest_parts: Option<Vec<MeshInstance>>,
     shares_rest: bool,
     rest: Option<GroupId>,
     shared: Vec<Option<GroupId>>,
@@ -81,9 +81,9 @@ impl InstancingPlan {
     fn new(model: &Model, model_use: &ModelUse, instancing: Instancing) -> Self {
         let units = InstanceUnits::new(model, model_use.objects, instancing);
         let rest = &units.rest;
-        let parts = || rest.iter().map(|&i| model.parts[i].clone()).collect();
+        let parts = || rest.iter().map(|&i| model.instances[i].clone()).collect();
         Self {
-            rest_parts: (rest.len() < model.parts.len()).then(parts),
+            rest_parts: (rest.len() < model.instances.len()).then(parts),
             shares_rest: instancing.wants(units.triangles, model_use.objects),
             rest: None,
             shared: vec![None; units.shared.len()],
@@ -113,7 +113,7 @@ struct PlacedParts<'a> {
     model: &'a Model,
     model_use: &'a ModelUse,
     /// Their transforms are relative to `world_from_group`.
-    parts: &'a [Part],
+    parts: &'a [MeshInstance],
     world_from_group: DAffine3,
     object_from_group: ObjectFromGroup,
     /// Of an instance of these parts.
@@ -184,7 +184,7 @@ impl ModelPlacer<'_> {
         model_use: &ModelUse,
         plan: &mut InstancingPlan,
     ) -> Result<usize, AssetError> {
-        let Some(first) = model.parts.first() else {
+        let Some(first) = model.instances.first() else {
             let path = placed.file.clone();
             return Err(AssetError::NoTriangles { path });
         };
@@ -195,7 +195,7 @@ impl ModelPlacer<'_> {
             placed,
             model,
             model_use,
-            parts: plan.rest_parts.as_ref().unwrap_or(&model.parts),
+            parts: plan.rest_parts.as_ref().unwrap_or(&model.instances),
             world_from_group: placed.world_from_model(),
             object_from_group: ObjectFromGroup::Identity,
             node: None,
@@ -206,12 +206,12 @@ impl ModelPlacer<'_> {
         }
         for (unit, group) in plan.units.shared.iter().zip(&mut plan.shared) {
             for run in &unit.copies {
-                let model_from_group = model.parts[run.start].model_from_mesh;
-                let in_group = |part: &Part| Part {
+                let model_from_group = model.instances[run.start].model_from_mesh;
+                let in_group = |part: &MeshInstance| MeshInstance {
                     model_from_mesh: DAffine3::IDENTITY,
                     ..part.clone()
                 };
-                let parts: Vec<Part> = model.parts[run.clone()].iter().map(in_group).collect();
+                let parts: Vec<MeshInstance> = model.instances[run.clone()].iter().map(in_group).collect();
                 let own = PlacedParts {
                     parts: &parts,
                     world_from_group: placed.world_from_model() * model_from_group,
@@ -276,7 +276,7 @@ impl ModelPlacer<'_> {
     /// a `group` and where an instance will not do. Returns how many triangles were left out.
     fn copy(&mut self, copy: &PlacedParts<'_>, group: Option<&mut Option<GroupId>>) -> Result<usize, AssetError> {
         let (placed, model_use) = (copy.placed, copy.model_use);
-        let emits = |part: &Part| {
+        let emits = |part: &MeshInstance| {
             let material = model_use.material_of(part, placed.material);
             matches!(self.scene.material_of(material), Material::Emitter(_))
         };
@@ -311,7 +311,7 @@ impl ModelPlacer<'_> {
     }
 
     /// Adds a part; returns how many of its triangles have no area and were left out.
-    fn bake(&mut self, copy: &PlacedParts<'_>, part: &Part, space: Space) -> Result<usize, AssetError> {
+    fn bake(&mut self, copy: &PlacedParts<'_>, part: &MeshInstance, space: Space) -> Result<usize, AssetError> {
         let mesh = &copy.model.meshes[part.mesh];
         self.check_capacity(mesh.triangles.len() as u64, mesh.positions.len() as u64, copy.placed)?;
         let (world_from_group, transform, instead) = match space {

@@ -162,15 +162,15 @@ impl Reader {
         let span = value.span();
         let mut mapping = MappingDesc::default();
         if let DeValue::Table(table) = value.get_mut()
-            && let Some(said) = table.remove("mapping")
+            && let Some(given) = table.remove("mapping")
         {
-            mapping = self.kind(said, "mapping")?;
+            mapping = self.kind(given, "mapping")?;
         }
         let mut transform = StTransformDesc::default();
         if let DeValue::Table(table) = value.get_mut()
-            && let Some(said) = table.remove("transform")
+            && let Some(given) = table.remove("transform")
         {
-            transform = self.entity(said)?;
+            transform = self.entity(given)?;
         }
         let pattern: PatternDesc = self.kind(Spanned::new(span, value.into_inner()), "texture")?;
         Some(TextureEntry {

@@ -8,9 +8,11 @@
 //! Source: Khronos, "glTF 2.0 Specification", version 2.0.1, 2021.
 
 mod accessor;
+mod cameras;
 mod container;
 mod document;
-mod looks;
+mod lights;
+mod materials;
 mod nodes;
 mod primitive;
 
@@ -21,7 +23,7 @@ use std::{
 
 use super::{
     Files,
-    model::{Model, ModelCamera, Part},
+    model::{MeshInstance, Model, ModelCamera},
 };
 use document::{Document, get};
 
@@ -51,7 +53,7 @@ impl GltfError {
 
 /// What is wrong inside a file.
 #[derive(Debug, thiserror::Error)]
-enum Problem {
+enum GltfProblem {
     #[error("{0}")]
     Broken(String),
     #[error("{0}")]
@@ -60,7 +62,7 @@ enum Problem {
     Missing { source: io::Error, file: PathBuf },
 }
 
-impl Problem {
+impl GltfProblem {
     fn broken(cause: impl ToString) -> Self {
         Self::Broken(cause.to_string())
     }
@@ -106,13 +108,13 @@ pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, GltfErro
     read(bytes, path, files).map_err(|problem| problem.at(path))
 }
 
-fn read(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, Problem> {
+fn read(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, GltfProblem> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let document = Document::open(bytes, folder, files)?;
     let root = &document.root;
     let mut model = Model::default();
     let mut meshes = primitive::Meshes::default();
-    let mut looks = looks::Looks::default();
+    let mut materials = materials::ModelMaterials::default();
     let hierarchy = nodes::Hierarchy::new(&document)?;
     model.nodes = hierarchy.names();
     for (index, place) in hierarchy.placed(&document)? {
@@ -121,13 +123,13 @@ fn read(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, Problem> {
             let primitives = &get(&root.meshes, mesh.value(), "mesh")?.primitives;
             for (i, primitive) in primitives.iter().enumerate() {
                 // Many nodes may name a mesh of many primitives.
-                document.spend(size_of::<Part>() as u64)?;
+                document.reserve(size_of::<MeshInstance>() as u64)?;
                 let what = format!("primitive {i} of mesh {}", mesh.value());
                 let material = primitive.material.map(|m| m.value());
-                let uv_set = looks::uv_set(&document, material)?;
+                let uv_set = materials::uv_set(&document, material)?;
                 if let Some(mesh) = meshes.place(&document, primitive, uv_set, &what)? {
-                    let material = looks.place(&document, material, path, &mut model)?;
-                    model.parts.push(Part {
+                    let material = materials.place(&document, material, path, &mut model)?;
+                    model.instances.push(MeshInstance {
                         mesh,
                         material,
                         node: Some(index),
@@ -138,7 +140,7 @@ fn read(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, Problem> {
         }
         if let Some(camera) = node.camera {
             let camera = get(&root.cameras, camera.value(), "camera")?;
-            match looks::view(camera) {
+            match cameras::view(camera) {
                 Some(view) => model.cameras.push(ModelCamera {
                     model_from_camera: place,
                     view,
@@ -149,7 +151,7 @@ fn read(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, Problem> {
                 ),
             }
         }
-        model.lights.extend(looks::light(&document, index, place)?);
+        model.lights.extend(lights::light(&document, index, place)?);
     }
     model.meshes = meshes.meshes;
     Ok(model)

@@ -40,14 +40,14 @@ fn nested_nodes_place_their_meshes_and_share_them() {
     let nodes = r#""nodes": [{"translation": [1, 0, 0], "children": [1, 2]}, {"mesh": 0, "scale": [-2, 2, 2]}, {"mesh": 0}],
         "scenes": [{"nodes": [0]}]"#;
     let model = scene(ACCESSORS, MESH, nodes).unwrap();
-    assert_eq!((model.meshes.len(), model.parts.len()), (1, 2));
+    assert_eq!((model.meshes.len(), model.instances.len()), (1, 2));
     let bounds = model.bounds();
     assert_eq!(
         (bounds.min, bounds.max),
         (Vec3::new(-1.0, 0.0, 0.0), Vec3::new(2.0, 2.0, 0.0))
     );
-    assert!(model.parts[0].model_from_mesh.matrix3.determinant() < 0.0);
-    assert_eq!(model.materials[model.parts[0].material].base_color, Rgb::WHITE);
+    assert!(model.instances[0].model_from_mesh.matrix3.determinant() < 0.0);
+    assert_eq!(model.materials[model.instances[0].material].base_color, Rgb::WHITE);
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn lights_and_cameras_are_found_with_their_place() {
     );
     assert_eq!(light.model_from_light.translation.y, 3.0);
     assert_eq!(model.cameras.len(), 1);
-    assert!(model.parts.is_empty());
+    assert!(model.instances.is_empty());
 }
 
 #[test]

@@ -131,9 +131,15 @@ fn absurd_sizes_are_refused() {
     for (bytes, name) in [(bmp, "a.bmp"), (hdr, "a.hdr")] {
         assert!(decode(&bytes, name).is_err(), "{name}");
     }
-    assert!(matches!(check_size([0, 1], 0), Err(Problem::Size { .. })));
-    assert!(matches!(check_size([1, MAX_BYTES + 1], 0), Err(Problem::Size { .. })));
-    assert!(matches!(check_size([1, 1], MAX_BYTES + 1), Err(Problem::Size { .. })));
+    assert!(matches!(check_size([0, 1], 0), Err(ImageProblem::Size { .. })));
+    assert!(matches!(
+        check_size([1, MAX_BYTES + 1], 0),
+        Err(ImageProblem::Size { .. })
+    ));
+    assert!(matches!(
+        check_size([1, 1], MAX_BYTES + 1),
+        Err(ImageProblem::Size { .. })
+    ));
 }
 
 #[test]

@@ -24,7 +24,7 @@ use glam::DAffine3;
 
 use super::{
     Files,
-    model::{Model, Part},
+    model::{MeshInstance, Model},
 };
 use crate::{
     math::{Vec2, Vec3},
@@ -149,7 +149,7 @@ fn assemble(mut meshes: Vec<(&Run, Mesh)>, library: &mut mtl::Library, path: &Pa
         let material = *materials
             .entry(name)
             .or_insert_with(|| library.place(name, path, &mut model));
-        model.parts.push(Part {
+        model.instances.push(MeshInstance {
             mesh: model.meshes.len(),
             material,
             node: None,

@@ -137,9 +137,9 @@ fn normalize(text: &[u8], path: &Path) -> Vec<u8> {
                 None => tracing::warn!("line {}: this Kd is not understood: {}", line.number, path.display()),
             },
             b"map_Kd" | b"map_kd" => {
-                let said = argument(&line.text);
-                if !said.is_empty() {
-                    out.extend_from_slice(format!("map_Kd {said}\n").as_bytes());
+                let given = argument(&line.text);
+                if !given.is_empty() {
+                    out.extend_from_slice(format!("map_Kd {given}\n").as_bytes());
                 }
             }
             _ => {}
@@ -160,12 +160,12 @@ fn color(text: &[u8]) -> Option<[f32; 3]> {
 }
 
 /// The file's name, which may hold spaces, after options such as `-s 1 1 1`, of which only `-clamp` is used.
-fn file_and_wrap(said: &str) -> (String, Wrap) {
+fn file_and_wrap(given: &str) -> (String, Wrap) {
     let split = |text: &'_ str| -> Option<(usize, usize)> {
         let end = text.find(char::is_whitespace)?;
         Some((end, end + text[end..].len() - text[end..].trim_start().len()))
     };
-    let (mut rest, mut wrap) = (said.trim(), Wrap::Repeat);
+    let (mut rest, mut wrap) = (given.trim(), Wrap::Repeat);
     while let Some((end, next)) = split(rest) {
         let option = &rest[..end];
         let (least, most) = match option {

@@ -73,7 +73,7 @@ fn files_without_faces_are_models_without_parts() {
         "v 0 0 0\nv 1 1 1\nl 1 2\nf 1 2\n",
         "\u{0}\u{1}",
     ] {
-        assert!(read(text).unwrap().parts.is_empty(), "{text:?}");
+        assert!(read(text).unwrap().instances.is_empty(), "{text:?}");
     }
 }
 

@@ -1,46 +1,43 @@
-//! Materials, textures, cameras and lights.
+//! Materials, textures and images.
 
 use std::{collections::HashMap, path::Path};
 
 use ::gltf::json::{
-    Value,
-    camera::Camera,
     texture::{Info, MagFilter, Sampler, WrappingMode},
     validation::Checked,
 };
-use glam::DAffine3;
 
 use super::{
-    Problem,
+    GltfProblem,
     container::{self, Location},
     document::{Document, get},
 };
 use crate::{
-    assets::model::{ImageSource, Model, ModelLight, ModelLightKind, ModelMaterial, ModelTexture, ModelView},
+    assets::model::{ImageSource, Model, ModelMaterial, ModelTexture},
     math::Rgb,
     texture::image::{Filter, Wrap},
 };
 
 /// The materials and images of the document that are used, each once.
 #[derive(Default)]
-pub(super) struct Looks {
+pub(super) struct ModelMaterials {
     materials: HashMap<Option<usize>, usize>,
     images: HashMap<usize, usize>,
 }
 
 /// The texture that gives a material its base colour.
-fn base_texture<'a>(document: &'a Document<'_>, material: Option<usize>) -> Result<Option<&'a Info>, Problem> {
+fn base_texture<'a>(document: &'a Document<'_>, material: Option<usize>) -> Result<Option<&'a Info>, GltfProblem> {
     let Some(index) = material else { return Ok(None) };
     let material = get(&document.root.materials, index, "material")?;
     Ok(material.pbr_metallic_roughness.base_color_texture.as_ref())
 }
 
 /// The set of texture coordinates that a material reads.
-pub(super) fn uv_set(document: &Document<'_>, material: Option<usize>) -> Result<u32, Problem> {
+pub(super) fn uv_set(document: &Document<'_>, material: Option<usize>) -> Result<u32, GltfProblem> {
     Ok(base_texture(document, material)?.map_or(0, |t| t.tex_coord))
 }
 
-impl Looks {
+impl ModelMaterials {
     /// Puts a material into `model`; returns its number there. Without a material a surface is white.
     pub fn place(
         &mut self,
@@ -48,7 +45,7 @@ impl Looks {
         material: Option<usize>,
         path: &Path,
         model: &mut Model,
-    ) -> Result<usize, Problem> {
+    ) -> Result<usize, GltfProblem> {
         if let Some(known) = self.materials.get(&material) {
             return Ok(*known);
         }
@@ -74,7 +71,7 @@ impl Looks {
         index: usize,
         path: &Path,
         model: &mut Model,
-    ) -> Result<Option<usize>, Problem> {
+    ) -> Result<Option<usize>, GltfProblem> {
         let texture = get(&document.root.textures, index, "texture")?;
         let source = texture.source.value();
         if source == u32::MAX as usize {
@@ -90,7 +87,9 @@ impl Looks {
             Checked::Valid(WrappingMode::ClampToEdge) => Ok(Wrap::Clamp),
             Checked::Valid(WrappingMode::MirroredRepeat) => Ok(Wrap::Mirror),
             Checked::Valid(WrappingMode::Repeat) => Ok(Wrap::Repeat),
-            Checked::Invalid => Err(Problem::broken(format!("texture {index} has an unknown wrapping mode"))),
+            Checked::Invalid => Err(GltfProblem::broken(format!(
+                "texture {index} has an unknown wrapping mode"
+            ))),
         };
         let filter = match sampler.mag_filter {
             Some(Checked::Valid(MagFilter::Nearest)) => Filter::Nearest,
@@ -110,7 +109,7 @@ impl Looks {
     }
 }
 
-fn image(document: &Document<'_>, index: usize, path: &Path) -> Result<ImageSource, Problem> {
+fn image(document: &Document<'_>, index: usize, path: &Path) -> Result<ImageSource, GltfProblem> {
     let image = get(&document.root.images, index, "image")?;
     let name = || path.with_file_name(format!("{} (image {index})", file_name(path)));
     let embedded = |bytes: Vec<u8>| ImageSource::Bytes {
@@ -124,10 +123,10 @@ fn image(document: &Document<'_>, index: usize, path: &Path) -> Result<ImageSour
         }),
         (None, Some(view)) => {
             let (bytes, _) = document.view(view.value())?;
-            document.spend(bytes.len() as u64)?;
+            document.reserve(bytes.len() as u64)?;
             Ok(embedded(bytes.to_vec()))
         }
-        (None, None) => Err(Problem::broken(format!(
+        (None, None) => Err(GltfProblem::broken(format!(
             "image {index} has neither a uri nor a buffer view"
         ))),
     }
@@ -135,64 +134,4 @@ fn image(document: &Document<'_>, index: usize, path: &Path) -> Result<ImageSour
 
 fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// What a camera sees, `None` where it makes no sense.
-pub(super) fn view(camera: &Camera) -> Option<ModelView> {
-    let view = match (&camera.perspective, &camera.orthographic) {
-        (Some(p), _) => ModelView::Perspective { fov: p.yfov.into() },
-        (None, Some(o)) => ModelView::Orthographic {
-            height: 2.0 * f64::from(o.ymag).abs(),
-        },
-        (None, None) => return None,
-    };
-    let sound = match view {
-        ModelView::Perspective { fov } => fov > 0.0 && fov < std::f64::consts::PI,
-        ModelView::Orthographic { height } => height > 0.0 && height.is_finite(),
-    };
-    sound.then_some(view)
-}
-
-/// The light of KHR_lights_punctual that a node carries.
-pub(super) fn light(document: &Document<'_>, node: usize, place: DAffine3) -> Result<Option<ModelLight>, Problem> {
-    const NAME: &str = "KHR_lights_punctual";
-    fn extension(value: &Value) -> Option<&Value> {
-        value.get("extensions").and_then(|e| e.get(NAME))
-    }
-    let carried = document.raw.get("nodes").and_then(|n| n.get(node)).and_then(extension);
-    let Some(index) = carried.and_then(|e| e.get("light").and_then(Value::as_u64)) else {
-        return Ok(None);
-    };
-    let lights = extension(&document.raw).and_then(|e| e.get("lights").and_then(Value::as_array));
-    let lights = lights.map_or(&[][..], Vec::as_slice);
-    let light = get(lights, usize::try_from(index).unwrap_or(usize::MAX), "light")?;
-    let number = |from: &Value, key: &str, default: f64| from.get(key).and_then(Value::as_f64).unwrap_or(default);
-    let intensity = number(light, "intensity", 1.0).max(0.0) as f32;
-    let channel = |i: usize| light.get("color").and_then(|c| c.get(i)).and_then(Value::as_f64);
-    let color = [0, 1, 2].map(|i| channel(i).unwrap_or(1.0).max(0.0) as f32 * intensity);
-    let kind = match light.get("type").and_then(Value::as_str) {
-        Some("point") => ModelLightKind::Point,
-        Some("directional") => ModelLightKind::Sun,
-        Some("spot") => {
-            let spot = light.get("spot").unwrap_or(&Value::Null);
-            let outer = number(spot, "outerConeAngle", std::f64::consts::FRAC_PI_4);
-            let outer = outer.clamp(1e-4, std::f64::consts::FRAC_PI_2);
-            let inner = number(spot, "innerConeAngle", 0.0).clamp(0.0, outer);
-            ModelLightKind::Spot { inner, outer }
-        }
-        other => {
-            return Err(Problem::broken(format!(
-                "light {index} is of an unknown type: {}",
-                other.unwrap_or("none")
-            )));
-        }
-    };
-    if !color.iter().all(|c| c.is_finite()) {
-        return Err(Problem::broken(format!("light {index} is infinitely bright")));
-    }
-    Ok(Some(ModelLight {
-        model_from_light: place,
-        strength: Rgb::from_array(color),
-        kind,
-    }))
 }
