@@ -3,23 +3,22 @@
 use std::path::Path;
 
 use batch_render::{
-    batch::{Plan, Request},
-    compile, describe,
+    batch::{Job, Request},
     render::{Control, Renderer},
 };
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 fn frame(c: &mut Criterion) {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/assignment/scene.toml");
-    let desc = describe::load(&scene).expect("the assignment's scene");
     let samples = 16;
     let request = Request {
         resolution: Some([1280, 720]),
         samples: Some(samples),
         ..Request::default()
     };
-    let plan = Plan::new(&desc, &request).expect("a valid request");
-    let scene = compile::scene(&desc, plan.accel).expect("the assignment's scene");
+    let job = Job::open(&scene, &request).expect("the assignment's scene and a valid request");
+    let scene = job.compile().expect("the assignment's scene");
+    let plan = &job.plan;
     let (renderer, integrator) = (Renderer::new(), plan.integrator.as_dyn());
     let mut group = c.benchmark_group("frame");
     group

@@ -11,7 +11,7 @@ use batch_render::{
     material::{Material, matte::Matte},
     math::{DVec3, Rgb, Vec3, trig},
     render::{Control, Counters, Renderer, Settings},
-    scene::{Background, Builder},
+    scene::{Background, SceneBuilder},
     shape::mesh::Mesh,
     texture::Color,
 };
@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut points = Vec::new();
     println!("| triangles | tree, s | picture, s | rays, M | ns a ray |\n|---|---|---|---|---|");
     for count in counts {
-        let mut scene = Builder::new(Background::new(Rgb::WHITE));
+        let mut scene = SceneBuilder::new(Background::new(Rgb::WHITE));
         let gray = scene.material(Material::Matte(Matte::smooth(Color::Constant(Rgb::gray(0.6)))));
         let mesh = terrain((f64::from(count) / 2.0).sqrt().round() as u32);
         let triangles = mesh.triangles.len();

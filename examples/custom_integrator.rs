@@ -5,8 +5,7 @@
 use std::path::Path;
 
 use batch_render::{
-    batch::{Plan, Request},
-    compile, describe,
+    batch::{Job, Request},
     integrator::{Integrator, ShadingOutput, Vertex, VertexContext},
     math::Rgb,
     output::{self, DisplayTransform, FrameMetadata},
@@ -29,25 +28,24 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene_file = args.next().unwrap_or_else(|| "scenes/assignment/extended.toml".into());
     let out = args.next().unwrap_or_else(|| "out/custom_integrator.png".into());
 
-    let desc = describe::load(Path::new(&scene_file))?;
     let request = Request {
         resolution: Some([320, 320]),
         samples: Some(16),
         ..Request::default()
     };
-    let plan = Plan::new(&desc, &request)?;
-    let scene = compile::scene(&desc, plan.accel)?;
+    let job = Job::open(Path::new(&scene_file), &request)?;
+    let scene = job.compile()?;
     let film = Renderer::new().render(
         &scene,
-        &plan.frames[0].shot,
+        &job.plan.frames[0].shot,
         &FacingRatio,
-        &plan.settings,
+        &job.plan.settings,
         &Control::default(),
     )?;
 
     let metadata = FrameMetadata {
         view: DisplayTransform::Raw,
-        ..FrameMetadata::new(1, &plan.settings, &FacingRatio)
+        ..FrameMetadata::new(1, &job.plan.settings, &FacingRatio)
     };
     output::write_still(Path::new(&out), &film, &metadata)?;
     println!("wrote {out}");

@@ -11,14 +11,14 @@ use batch_render::{
     math::{DVec3, Rgb, Vec3},
     output::{self, FrameMetadata},
     render::{self, Settings},
-    scene::{Background, Builder, Scene},
+    scene::{Background, Scene, SceneBuilder},
     shape::mesh::Mesh,
     texture::Color,
 };
 
 /// The cube and its floor.
 pub fn cube_scene() -> Result<Scene, Box<dyn Error>> {
-    let mut scene = Builder::new(Background::new(Rgb::new(0.6, 0.75, 0.95)));
+    let mut scene = SceneBuilder::new(Background::new(Rgb::new(0.6, 0.75, 0.95)));
     let red = scene.material(Material::Phong(Phong {
         color: Color::Constant(Rgb::new(0.8, 0.1, 0.06)),
         specular: Rgb::gray(0.4),

@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use batch_render::{
-    batch::{self, Observer, Plan, Request},
-    compile, describe,
+    batch::{Job, Observer, Request},
     render::Control,
 };
 
@@ -25,18 +24,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene_file = args.next().unwrap_or_else(|| "scenes/assignment/extended.toml".into());
     let out = args.next().unwrap_or_else(|| "out/render_scene.png".into());
 
-    // What the file says, checked.
-    let desc = describe::load(Path::new(&scene_file))?;
-    // What is wanted of it: everything that is not said here is the scene's to say.
+    // Everything that is None here is the scene's to decide.
     let request = Request {
         outputs: vec![out],
         resolution: Some([320, 320]),
         ..Request::default()
     };
-    let plan = Plan::new(&desc, &request)?;
-    // The scene itself, with its acceleration structure; it could render any number of frames.
-    let scene = compile::scene(&desc, plan.accel)?;
-    let summary = batch::run(&plan, &scene, &Quiet, &Control::default())?;
+    // The scene file and the request, checked: which frames there will be, and which files.
+    let job = Job::open(Path::new(&scene_file), &request)?;
+    // The scene's models and images.
+    let scene = job.load()?;
+    let summary = job.run(scene, &Quiet, &Control::default())?;
     println!("{} rays in {:.2} s", summary.rays, summary.wall.as_secs_f64());
     Ok(())
 }

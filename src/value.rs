@@ -292,6 +292,11 @@ pub enum ColorSource {
     Constant(Rgb),
     /// The name of a texture of the same file.
     Texture(String),
+    /// A texture times a colour: models have such, scene files cannot write it.
+    Tinted {
+        texture: String,
+        tint: Rgb,
+    },
 }
 
 impl<'de> Deserialize<'de> for ColorSource {

@@ -234,6 +234,38 @@ fn unsafe_lives_in_the_kernels_and_in_embrees_interface_only() {
     }
 }
 
+/// Files that read files: the gate itself, and those whose files are no inputs of a picture.
+const READERS: [(&str, &str); 5] = [
+    ("src/assets/files.rs", "the gate"),
+    ("src/output/atomic.rs", "folders of output"),
+    ("src/output/exr/whole.rs", "output of an earlier run"),
+    ("src/output/png.rs", "output of an earlier run"),
+    ("src/cli/memory.rs", "the process's own memory"),
+];
+
+#[test]
+fn input_files_are_read_through_one_gate() {
+    const READING: [&str; 6] = [
+        "fs::read",
+        "File::open",
+        "OpenOptions",
+        "read_to_string(",
+        "read_dir(",
+        "include_bytes!",
+    ];
+    for (file, text) in files(&["src"]) {
+        let body = code(text.split("#[cfg(test)]").next().unwrap_or_default());
+        let is_test = file.contains("/battery/") || file.contains("/tests");
+        let is_reader = READERS.iter().any(|(reader, _)| *reader == file);
+        let found = READING.iter().find(|r| body.contains(**r));
+        assert!(
+            is_test || is_reader || found.is_none(),
+            "{file} reads files ({}): inputs go through assets::Files",
+            found.expect("checked")
+        );
+    }
+}
+
 #[test]
 fn no_file_is_longer_than_a_reader_bears() {
     for (file, text) in files(&["src", "tests", "benches", "examples"]) {

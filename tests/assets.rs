@@ -11,14 +11,14 @@ use std::{
 };
 
 use batch_render::{
-    accel::AccelKind,
     assets::{
         Store,
         model::Model,
         store::{MissingAssets, is_model},
     },
-    batch::{self, Request},
+    batch::{Job, Request},
     compile,
+    error::Error,
     math::Ray,
 };
 use rayon::prelude::*;
@@ -96,15 +96,13 @@ fn plain_models_are_scenes_with_something_to_see() {
             println!("skipped: {file} is not there");
             continue;
         }
-        let store = Store::default();
         let request = Request {
             resolution: Some([32, 18]),
             ..Request::default()
         };
-        let desc = batch::open(&path, &request, &store).unwrap_or_else(|e| panic!("{e}"));
-        let plan = batch::Plan::new(&desc, &request).unwrap_or_else(|e| panic!("{e}"));
-        let scene = compile::scene_with(&desc, plan.accel, &store).unwrap_or_else(|e| panic!("{e}"));
-        let camera = plan.frames[0].shot.camera(0.0);
+        let job = Job::open(&path, &request).unwrap_or_else(|e| panic!("{e}"));
+        let scene = job.compile().unwrap_or_else(|e| panic!("{e}"));
+        let camera = job.plan.frames[0].shot.camera(0.0);
         let rays: Vec<Ray> = (0..32 * 18)
             .filter_map(|i| {
                 let film = batch_render::math::Vec2::new((i % 32) as f32 + 0.5, (i / 32) as f32 + 0.5);
@@ -126,15 +124,17 @@ fn a_model_without_its_textures_renders_with_placeholders() {
         println!("skipped: cornell_box.obj is not there");
         return;
     }
-    let open = |missing| {
-        let store = Store::new(missing);
-        let desc = batch::open(&path, &Request::default(), &store).unwrap_or_else(|e| panic!("{e}"));
-        let scene = compile::scene_with(&desc, AccelKind::default(), &store).map(|_| ());
-        (scene, store.replaced())
+    let open = |missing_assets| {
+        let request = Request {
+            missing_assets,
+            ..Request::default()
+        };
+        let job = Job::open(&path, &request).unwrap_or_else(|e| panic!("{e}"));
+        (job.compile().map(|_| ()), job.placeholders())
     };
     assert!(matches!(
         open(MissingAssets::Error),
-        (Err(compile::Error::Assets(_)), 0)
+        (Err(Error::Compile(compile::Error::Assets(_))), 0)
     ));
     let (scene, replaced) = open(MissingAssets::Placeholder);
     assert!(scene.is_ok() && replaced > 0, "{replaced}");

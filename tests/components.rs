@@ -3,8 +3,7 @@
 mod common;
 
 use batch_render::{
-    batch::{Plan, Request},
-    compile, describe,
+    batch::{Job, Plan, Request},
     film::{
         Film, PassRequest, PassSpec,
         passes::{PASSES, Source},
@@ -27,6 +26,7 @@ perspective = { eye = [0, 1.5, 6], target = [0, 0.6, 0], fov = 45 }
 
 [background]
 color = [0.2, 0.3, 0.5]
+GROUP_DAY
 
 [material]
 floor.matte = { albedo = [0.7, 0.6, 0.5], roughness = 0.5 }
@@ -58,9 +58,11 @@ shape.disk = { center = [-0.8, 0.8, 1.5], normal = [0, 0, 1], radius = 0.5 }
 [[object]]
 name = "lamp"
 material = "lamp"
+GROUP_WARM
 shape.sphere = { center = [0, 2.2, -1], radius = 0.3 }
 
 [[light]]
+GROUP_DAY
 sun = { direction = [-1, -2, -1], irradiance = 1, angle = 2 }
 [[light]]
 point = { position = [2, 3, 2], intensity = 4 }
@@ -110,24 +112,21 @@ fn light_components_and_light_groups_each_sum_to_the_beauty_which_stays_the_same
 
 fn each_family_sums_to_the_beauty(integrator: &str) {
     let folder = Folder::new();
-    let path = folder.write("s.toml", SCENE);
-    let desc = describe::load(&path).expect("a scene");
-    let request = Request {
-        integrator: Some(integrator.to_owned()),
-        ..Request::default()
+    let scene_of = |name: &str, day: &str, warm: &str| {
+        let text = SCENE.replace("GROUP_DAY", day).replace("GROUP_WARM", warm);
+        let request = Request {
+            integrator: Some(integrator.to_owned()),
+            ..Request::default()
+        };
+        let job = Job::open(&folder.write(name, &text), &request).expect("a scene");
+        (job.compile().expect("a scene"), job.plan)
     };
-    let plan = Plan::new(&desc, &request).expect("a plan");
-    let mut scene = compile::scene(&desc, plan.accel).expect("a scene");
+    let (scene, plan) = scene_of("plain.toml", "", "");
     let plain = film(&scene, &plan, &[]);
     assert_eq!(plain.planes().len(), 1);
 
-    let (warm, day) = (scene.light_groups.named("warm"), scene.light_groups.named("day"));
-    let lamp = scene.objects.iter().position(|o| o.name == "lamp").expect("a lamp");
-    scene
-        .light_groups
-        .put_object(batch_render::scene::ObjectId(lamp as u32), warm);
-    scene.light_groups.put_light(0, day);
-    scene.light_groups.put_sky(day);
+    let (scene, plan) = scene_of("groups.toml", "group = 'day'", "group = 'warm'");
+    assert_eq!(scene.light_groups.names(), ["", "warm", "day"]);
     let sorted = film(&scene, &plan, &["all"]);
     assert_eq!(sorted.beauty(), plain.beauty(), "passes change the picture");
 
@@ -164,21 +163,15 @@ fn each_light_is_in_its_own_group_and_chalk_alone_is_diffuse() {
          [material.wall]\nmatte = { albedo = 0.5 }\n\
          [[object]]\nmaterial = \"wall\"\nshape.quad = { corners = [[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]] }\n\
          [[light]]\nsun = { direction = [0, 0, -1], irradiance = 2, angle = 0 }\n\
-         [[light]]\nsun = { direction = [0, 0, -1], irradiance = 4, angle = 0 }\n",
+         [[light]]\ngroup = \"key\"\nsun = { direction = [0, 0, -1], irradiance = 4, angle = 0 }\n",
     );
-    let desc = describe::load(&path).expect("a scene");
-    let plan = Plan::new(
-        &desc,
-        &Request {
-            samples: Some(256),
-            ..Request::default()
-        },
-    )
-    .expect("a plan");
-    let mut scene = compile::scene(&desc, plan.accel).expect("a scene");
-    let key = scene.light_groups.named("key");
-    scene.light_groups.put_light(1, key);
-    let film = film(&scene, &plan, &["all"]);
+    let request = Request {
+        samples: Some(256),
+        ..Request::default()
+    };
+    let job = Job::open(&path, &request).expect("a scene");
+    let scene = job.compile().expect("a scene");
+    let film = film(&scene, &job.plan, &["all"]);
     let mean_of = |layer: &[[f32; 3]]| layer.iter().map(|p| p[0]).sum::<f32>() / layer.len() as f32;
     let mean = |name: &str| mean_of(plane(&film, name));
     // Of one sun E rho / pi.

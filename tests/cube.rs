@@ -18,7 +18,7 @@ use common::{Folder, repo, repo_str};
 const FORMS: [&str; 4] = ["quads", "obj", "gltf", "mirrored"];
 
 fn scene(path: &std::path::Path) -> Scene {
-    let desc = describe::load(path).unwrap_or_else(|e| panic!("{e}"));
+    let desc = describe::load(path, std::fs::read).unwrap_or_else(|e| panic!("{e}"));
     compile::scene(&desc, AccelKind::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 

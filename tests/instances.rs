@@ -8,7 +8,7 @@ use batch_render::{
     accel::{AccelKind, Hit, TreeId},
     assets::Store,
     camera::{Camera, Lens, LookAt, Pose, perspective::PerspectiveLens},
-    compile::{self, Sharing},
+    compile::{self, Instancing},
     describe,
     integrator::whitted::Whitted,
     light::{Light, point::PointLight},
@@ -18,7 +18,9 @@ use batch_render::{
         hash::{pcg4d, unit_f32},
     },
     render::{self, Settings},
-    scene::{Background, Builder, GroupId, MeshId, Motion, MotionError, ObjectId, Pose as MeshPose, Scene, Surface},
+    scene::{
+        Background, GroupId, MeshId, Motion, MotionError, ObjectId, Pose as MeshPose, Scene, SceneBuilder, Surface,
+    },
     shape::{Shape, mesh::Mesh, sphere::Sphere},
     texture::Color,
 };
@@ -152,9 +154,9 @@ sun = { direction = [-0.4, -1, -0.7], irradiance = 2 }
 point = { position = [3, 4, 6], intensity = 20 }
 ";
 
-fn scene(folder: &Folder, accel: AccelKind, sharing: Sharing) -> Scene {
-    let desc = describe::load(&folder.write("s.toml", OBJECTS)).unwrap_or_else(|e| panic!("{e}"));
-    compile::scene_sharing(&desc, accel, &Store::default(), sharing).unwrap_or_else(|e| panic!("{e}"))
+fn scene(folder: &Folder, accel: AccelKind, instancing: Instancing) -> Scene {
+    let desc = describe::load(&folder.write("s.toml", OBJECTS), std::fs::read).unwrap_or_else(|e| panic!("{e}"));
+    compile::scene_instancing(&desc, accel, &Store::default(), instancing).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn surfaces(scene: &Scene, rays: &[Ray]) -> Vec<Option<Surface>> {
@@ -189,8 +191,8 @@ fn picture(scene: &Scene) -> Vec<[f32; 4]> {
 fn instances_are_the_copies_that_they_stand_for() {
     let folder = Folder::new();
     write_gltf(&folder);
-    let baked = scene(&folder, AccelKind::Wide, Sharing::Never);
-    let shared = scene(&folder, AccelKind::Wide, Sharing::Always);
+    let baked = scene(&folder, AccelKind::Wide, Instancing::Never);
+    let shared = scene(&folder, AccelKind::Wide, Instancing::Always);
     let (a, b) = (baked.accel.stats(), shared.accel.stats());
     assert_eq!((a.instances, a.seen, a.prims as u64), (0, b.seen, b.seen));
     // Of each object five units: two meshes of one primitive that repeat, one of two primitives, one that stands alone.
@@ -225,8 +227,8 @@ fn instances_are_the_copies_that_they_stand_for() {
 fn instances_give_the_picture_that_copies_give() {
     let folder = Folder::new();
     write_gltf(&folder);
-    let baked = picture(&scene(&folder, AccelKind::Wide, Sharing::Never));
-    let shared = picture(&scene(&folder, AccelKind::Wide, Sharing::Always));
+    let baked = picture(&scene(&folder, AccelKind::Wide, Instancing::Never));
+    let shared = picture(&scene(&folder, AccelKind::Wide, Instancing::Always));
     let differ = |a: &[f32; 4], b: &[f32; 4]| (0..4).any(|k| (a[k] - b[k]).abs() > 1e-3 * (1.0 + a[k].abs()));
     let different = baked.iter().zip(&shared).filter(|(a, b)| differ(a, b)).count();
     assert!(different * 200 < baked.len(), "{different} of {} pixels", baked.len());
@@ -234,7 +236,7 @@ fn instances_give_the_picture_that_copies_give() {
     assert!(seen > 500, "{seen} pixels show something");
     // And to the bit whatever the accelerator.
     for kind in [AccelKind::Bvh2, AccelKind::CwBvh] {
-        assert!(picture(&scene(&folder, kind, Sharing::Always)) == shared, "{kind}");
+        assert!(picture(&scene(&folder, kind, Instancing::Always)) == shared, "{kind}");
     }
 }
 
@@ -242,7 +244,7 @@ fn instances_give_the_picture_that_copies_give() {
 fn rays_that_leave_an_instance_do_not_meet_where_they_left() {
     let folder = Folder::new();
     write_gltf(&folder);
-    let shared = scene(&folder, AccelKind::Wide, Sharing::Always);
+    let shared = scene(&folder, AccelKind::Wide, Instancing::Always);
     let (mut left, mut met) = (0, 0);
     for (i, surface) in surfaces(&shared, &rays(20_000, 9.0)).iter().enumerate() {
         let Some(surface) = surface else { continue };
@@ -263,8 +265,8 @@ fn rays_that_leave_an_instance_do_not_meet_where_they_left() {
 }
 
 /// A builder with a matte material.
-fn builder() -> (Builder, MaterialId) {
-    let mut scene = Builder::new(Background::new(Rgb::gray(0.2)));
+fn builder() -> (SceneBuilder, MaterialId) {
+    let mut scene = SceneBuilder::new(Background::new(Rgb::gray(0.2)));
     let albedo = Color::Constant(Rgb::gray(0.7));
     let gray = scene.material(Material::Matte(Matte::smooth(albedo)));
     scene.light(Light::Point(PointLight::new(
@@ -351,7 +353,7 @@ fn a_scene_in_motion_is_the_scene_that_is_built_for_the_frame() {
 fn objects_of_many_instances_move_as_one() {
     let folder = Folder::new();
     write_gltf(&folder);
-    let mut moving = scene(&folder, AccelKind::Wide, Sharing::Always);
+    let mut moving = scene(&folder, AccelKind::Wide, Instancing::Always);
     let t = Transform::from_parts(DVec3::new(1.0, 2.0, 0.5), DVec3::new(0.0, 30.0, 0.0), DVec3::ONE).expect("a move");
     let object = ObjectId(0);
     let motion = Motion {
@@ -365,8 +367,9 @@ fn objects_of_many_instances_move_as_one() {
         "file = 'm.gltf' }\ntransform = { translate = [1, 2, 0.5], rotate = [0, 30, 0] }",
         1,
     );
-    let desc = describe::load(&folder.write("moved.toml", &text)).expect("a scene");
-    let built = compile::scene_sharing(&desc, AccelKind::Wide, &Store::default(), Sharing::Always).expect("sound");
+    let desc = describe::load(&folder.write("moved.toml", &text), std::fs::read).expect("a scene");
+    let built =
+        compile::scene_instancing(&desc, AccelKind::Wide, &Store::default(), Instancing::Always).expect("sound");
     let rays = rays(10_000, 9.0);
     let mut odd = 0;
     let (a, b) = (surfaces(&moving, &rays), surfaces(&built, &rays));

@@ -2,6 +2,10 @@
 
 mod common;
 
+use batch_render::{
+    compile::{self, Instancing},
+    scene::ObjectId,
+};
 use common::{Folder, repo_str};
 
 fn pixels(folder: &Folder, name: &str) -> image::RgbImage {
@@ -99,7 +103,7 @@ fn a_file_that_is_named_twice_is_placed_twice_and_brings_its_materials_once() {
     );
     let object = "[[object]]\nshape.mesh = { file = 'a.obj' }\n";
     let scene = format!("{object}{object}transform = {{ translate = [0, 0, 3] }}\n");
-    let desc = batch_render::describe::load(&folder.write("a.toml", &scene)).expect("a scene");
+    let desc = batch_render::describe::load(&folder.write("a.toml", &scene), std::fs::read).expect("a scene");
     let scene = batch_render::compile::scene(&desc, Default::default()).expect("sound");
     let geometry = scene.accel.geometry();
     // One of three triangles has no area.
@@ -109,4 +113,45 @@ fn a_file_that_is_named_twice_is_placed_twice_and_brings_its_materials_once() {
     assert_eq!(materials, [0, 1, 0, 1]);
     let depths: Vec<f32> = (0..4).map(|i| geometry.corners(i)[0].z).collect();
     assert_eq!(depths, [0.0, 0.0, 3.0, 3.0]);
+}
+
+#[test]
+fn materials_objects_and_nodes_keep_their_names() {
+    let folder = Folder::new();
+    // Three corners: (0, 0, 0), (1, 0, 0) and (0, 1, 0).
+    folder.write(
+        "robot.gltf",
+        r#"{"asset": {"version": "2.0"}, "materials": [{"name": "steel"}],
+            "buffers": [{"byteLength": 36, "uri": "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
+            "bufferViews": [{"buffer": 0, "byteLength": 36}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+            "nodes": [{"name": "arm", "children": [1, 2]}, {"name": "hand", "mesh": 0}, {"mesh": 0, "translation": [0, 0, 1]}]}"#,
+    );
+    let object = "[[object]]\nname = 'guard'\nshape.mesh = { file = 'robot.gltf' }\n";
+    let floor = "[material.tiles]\nmatte = { albedo = 0.5 }\n[[object]]\nname = 'floor'\nmaterial = 'tiles'\nshape.plane = { point = [0, 0, 0], normal = [0, 1, 0] }\n";
+    let desc = batch_render::describe::load(&folder.write("a.toml", &format!("{object}{floor}")), std::fs::read)
+        .expect("a scene");
+    for instancing in [Instancing::Never, Instancing::Always] {
+        let scene =
+            compile::scene_instancing(&desc, Default::default(), &Default::default(), instancing).expect("sound");
+        assert_eq!(scene.material_names, ["tiles", "steel"]);
+        let names: Vec<_> = scene.objects.iter().map(|o| o.name.as_str()).collect();
+        assert_eq!(names, ["guard", "floor"]);
+        let (guard, floor) = (ObjectId(0), ObjectId(1));
+        assert_eq!(scene.asset_name(floor, None), "floor");
+        let instances = scene.instances.iter().map(|i| i.node);
+        let meshes = scene.meshes.iter().map(|m| m.node);
+        let nodes: Vec<_> = if instances.len() == 2 {
+            instances.collect()
+        } else {
+            meshes.collect()
+        };
+        let assets: Vec<_> = nodes.iter().map(|node| scene.asset_name(guard, *node)).collect();
+        assert_eq!(
+            assets,
+            ["robot.gltf/arm/hand", "robot.gltf/arm/node 2"],
+            "{instancing:?}"
+        );
+    }
 }

@@ -8,7 +8,7 @@ use batch_render::{
     material::{Material, matte::Matte},
     math::{DVec3, Rgb, Vec2, Vec3},
     render::{self, Settings},
-    scene::{Background, Builder, Scene},
+    scene::{Background, Scene, SceneBuilder},
     shape::{
         Shape,
         quad::{Quad, QuadDesc},
@@ -32,7 +32,7 @@ fn quad(corners: [Vec3; 4]) -> Shape {
 
 /// One quad with `bitmap` on it `repeat` times, in both directions.
 fn scene(corners: [Vec3; 4], bitmap: Bitmap, filter: Filter, repeat: f32) -> Scene {
-    let mut builder = Builder::new(Background::new(Rgb::BLACK));
+    let mut builder = SceneBuilder::new(Background::new(Rgb::BLACK));
     let bitmap = builder.bitmap(bitmap);
     let texture = builder.texture(Texture {
         mapping: Mapping::Uv,

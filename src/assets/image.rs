@@ -9,12 +9,12 @@
 mod exr;
 
 use std::{
-    fs,
     io::{self, Cursor},
     path::{Path, PathBuf},
     sync::LazyLock,
 };
 
+use super::Files;
 use crate::{
     math::srgb,
     texture::bitmap::{Bitmap, ColorSpace, Storage},
@@ -27,8 +27,8 @@ const MAX_SIDE: u32 = 1 << 16;
 const MAX_BYTES: u64 = 4 << 30;
 
 /// Decodes the file at `path`.
-pub fn load(path: &Path, color_space: ColorSpace) -> Result<Bitmap, ImageError> {
-    let bytes = fs::read(path).map_err(|source| ImageError::Read {
+pub fn load(path: &Path, color_space: ColorSpace, files: &Files) -> Result<Bitmap, ImageError> {
+    let bytes = files.read(path).map_err(|source| ImageError::Read {
         source,
         path: path.to_owned(),
     })?;
@@ -45,15 +45,15 @@ pub fn decode(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Result<Bitm
     decoded.map_err(|problem| problem.at(path))
 }
 
-fn decode_by_format(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Result<Bitmap, Problem> {
+fn decode_by_format(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Result<Bitmap, ImageProblem> {
     let format = ::image::guess_format(bytes).or_else(|_| ImageFormat::from_path(path));
     let format = format
         .ok()
         .filter(ImageFormat::reading_enabled)
-        .ok_or(Problem::Unknown)?;
+        .ok_or(ImageProblem::Unknown)?;
     if format == ImageFormat::Jpeg && !jpeg_has_an_end(bytes) {
         // The decoder would fill up with gray.
-        return Err(Problem::broken("unexpected end of file"));
+        return Err(ImageProblem::broken("unexpected end of file"));
     }
     let mut limits = Limits::default();
     limits.max_image_width = Some(MAX_SIDE);
@@ -70,7 +70,7 @@ fn decode_by_format(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Resul
 }
 
 /// The problem of a file whose header says that it has no pixels; decoders have many words for that.
-fn empty(bytes: &[u8], format: ImageFormat) -> Option<Problem> {
+fn empty(bytes: &[u8], format: ImageFormat) -> Option<ImageProblem> {
     let number = |at: usize| bytes.get(at..at + 4)?.try_into().ok();
     let [width, height] = match format {
         ImageFormat::Png => [16, 20].map(|at| number(at).map(u32::from_be_bytes)),
@@ -79,14 +79,14 @@ fn empty(bytes: &[u8], format: ImageFormat) -> Option<Problem> {
         _ => [None; 2],
     };
     let (width, height) = (u64::from(width?), u64::from(height?));
-    (width == 0 || height == 0).then_some(Problem::Size { width, height })
+    (width == 0 || height == 0).then_some(ImageProblem::Size { width, height })
 }
 
-/// Refuses empty and absurd pictures before memory is asked for.
-fn check_size([width, height]: [u64; 2], bytes: u64) -> Result<(), Problem> {
+/// Refuses empty and absurd pictures before memory is allocated.
+fn check_size([width, height]: [u64; 2], bytes: u64) -> Result<(), ImageProblem> {
     let side = u64::from(MAX_SIDE);
     if width == 0 || height == 0 || width > side || height > side || bytes > MAX_BYTES {
-        return Err(Problem::Size { width, height });
+        return Err(ImageProblem::Size { width, height });
     }
     Ok(())
 }
@@ -183,13 +183,13 @@ impl ImageError {
 
 /// What is wrong with the bytes of a file.
 #[derive(Debug)]
-enum Problem {
+enum ImageProblem {
     Unknown,
     Broken(String),
     Size { width: u64, height: u64 },
 }
 
-impl Problem {
+impl ImageProblem {
     fn broken(cause: impl ToString) -> Self {
         Self::Broken(cause.to_string())
     }
@@ -204,7 +204,7 @@ impl Problem {
     }
 }
 
-impl From<::image::ImageError> for Problem {
+impl From<::image::ImageError> for ImageProblem {
     fn from(error: ::image::ImageError) -> Self {
         Self::broken(error)
     }

@@ -15,35 +15,51 @@ use crate::{
 pub struct Model {
     /// Valid, none of them without triangles.
     pub meshes: Vec<Mesh>,
-    pub parts: Vec<Part>,
-    pub materials: Vec<Surfacing>,
+    pub instances: Vec<MeshInstance>,
+    /// The file's hierarchy; empty where its format has none.
+    pub nodes: Vec<ModelNode>,
+    pub materials: Vec<ModelMaterial>,
+    pub textures: Vec<ModelTexture>,
     pub images: Vec<ImageSource>,
     pub cameras: Vec<ModelCamera>,
     pub lights: Vec<ModelLight>,
 }
 
-/// A mesh at its place.
+/// A mesh under a transform.
 #[derive(Clone, Debug)]
-pub struct Part {
+pub struct MeshInstance {
     /// An index into [`Model::meshes`].
     pub mesh: usize,
     /// An index into [`Model::materials`].
     pub material: usize,
+    /// An index into [`Model::nodes`].
+    pub node: Option<usize>,
     /// May mirror, may even flatten.
     pub model_from_mesh: DAffine3,
 }
 
-/// What a surface of the model looks like.
+/// A node of the file's hierarchy.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ModelNode {
+    /// May be empty.
+    pub name: String,
+    /// An index into [`Model::nodes`]; `None` at the top.
+    pub parent: Option<usize>,
+}
+
+/// What a model file knows of a surface.
 #[derive(Clone, Debug)]
-pub struct Surfacing {
+pub struct ModelMaterial {
+    /// May be empty.
     pub name: String,
     /// Reflectance, times the texture's colour where there is one.
     pub base_color: Rgb,
-    pub base_texture: Option<ModelTexture>,
+    /// An index into [`Model::textures`].
+    pub base_texture: Option<usize>,
 }
 
-impl Default for Surfacing {
-    /// White, of which nothing else is said.
+impl Default for ModelMaterial {
+    /// White, without a texture.
     fn default() -> Self {
         Self {
             name: String::new(),
@@ -54,7 +70,7 @@ impl Default for Surfacing {
 }
 
 /// An image and how it is looked up with the mesh's texture coordinates.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ModelTexture {
     /// An index into [`Model::images`].
     pub image: usize,
@@ -114,14 +130,14 @@ pub enum ModelLightKind {
 impl Model {
     /// How many triangles all parts have.
     pub fn triangle_count(&self) -> u64 {
-        let of = |part: &Part| self.meshes[part.mesh].triangles.len() as u64;
-        self.parts.iter().map(of).sum()
+        let of = |part: &MeshInstance| self.meshes[part.mesh].triangles.len() as u64;
+        self.instances.iter().map(of).sum()
     }
 
     /// The box around all parts; empty without triangles.
     pub fn bounds(&self) -> Aabb {
         let corners: Vec<Aabb> = self.meshes.iter().map(Mesh::bounds).collect();
-        let points = self.parts.iter().flat_map(|part| {
+        let points = self.instances.iter().flat_map(|part| {
             let own = corners[part.mesh];
             (0..8).map(move |i| {
                 part.model_from_mesh

@@ -9,7 +9,7 @@ use std::{
 use rayon::prelude::*;
 
 use super::{
-    GltfError,
+    Files, GltfError,
     image::{self, ImageError},
     model::{ImageSource, Model},
     obj::{self, ObjError},
@@ -29,6 +29,8 @@ pub enum AssetError {
     UnknownModel { path: PathBuf },
     #[error("the model has no triangles: {}", path.display())]
     NoTriangles { path: PathBuf },
+    #[error("broken material of a model: {cause}: {}", path.display())]
+    Material { cause: String, path: PathBuf },
     #[error("{triangles} triangles are more than the {limit} that there can be: {}", path.display())]
     TooManyTriangles { triangles: u64, limit: u64, path: PathBuf },
 }
@@ -40,7 +42,10 @@ impl AssetError {
             Self::Image(e) => e.is_missing(),
             Self::Obj(e) => e.is_missing(),
             Self::Gltf(e) => e.is_missing(),
-            Self::UnknownModel { .. } | Self::NoTriangles { .. } | Self::TooManyTriangles { .. } => false,
+            Self::UnknownModel { .. }
+            | Self::NoTriangles { .. }
+            | Self::Material { .. }
+            | Self::TooManyTriangles { .. } => false,
         }
     }
 }
@@ -57,10 +62,10 @@ pub fn is_model(path: &Path) -> bool {
     MODEL_EXTENSIONS.contains(&extension(path).as_str())
 }
 
-fn load_model(path: &Path) -> Result<Model, AssetError> {
+fn load_model(path: &Path, files: &Files) -> Result<Model, AssetError> {
     match extension(path).as_str() {
-        "obj" => Ok(obj::load(path)?),
-        "gltf" | "glb" => Ok(super::gltf::load(path)?),
+        "obj" => Ok(obj::load(path, files)?),
+        "gltf" | "glb" => Ok(super::gltf::load(path, files)?),
         _ => Err(AssetError::UnknownModel { path: path.to_owned() }),
     }
 }
@@ -78,9 +83,10 @@ pub enum MissingAssets {
     Placeholder,
 }
 
-/// Models that are loaded already, and what to do where images are not there.
+/// The files of a job: what was read, the models that are loaded already, and what to do where images are missing.
 #[derive(Default)]
 pub struct Store {
+    files: Files,
     models: Mutex<HashMap<PathBuf, Arc<Model>>>,
     missing: MissingAssets,
     replaced: Mutex<BTreeSet<PathBuf>>,
@@ -92,6 +98,16 @@ impl Store {
             missing,
             ..Self::default()
         }
+    }
+
+    /// The gate through which all files come in.
+    pub fn files(&self) -> &Files {
+        &self.files
+    }
+
+    /// Drops the models: a model that is needed later is loaded again.
+    pub fn forget_models(&self) {
+        self.models.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
 
     /// How many image files a placeholder stands for.
@@ -117,16 +133,16 @@ impl Store {
         if let Some(known) = known {
             return Ok(known);
         }
-        let model = Arc::new(load_model(path)?);
+        let model = Arc::new(load_model(path, &self.files)?);
         models().insert(path.to_owned(), Arc::clone(&model));
         Ok(model)
     }
 
     /// Decodes images, in order, on the threads of the current rayon pool; or says what is wrong with each that is broken,
-    /// where no placeholder is wanted.
+    /// unless a placeholder takes its place.
     pub fn images(&self, requests: &[ImageRequest]) -> Result<Vec<Bitmap>, Vec<AssetError>> {
         let load = |(source, space): &ImageRequest| match source {
-            ImageSource::File(path) => image::load(path, *space),
+            ImageSource::File(path) => image::load(path, *space, &self.files),
             ImageSource::Bytes { name, bytes } => image::decode(bytes, name, *space),
         };
         let loaded: Vec<_> = requests.par_iter().map(load).collect();

@@ -17,6 +17,6 @@ pub enum Existing {
 impl PlannedFrame {
     /// Whether every file of the frame exists with nothing missing.
     pub(super) fn is_on_disk(&self) -> bool {
-        self.files.iter().all(|f| f.format.is_whole(&f.path))
+        self.files.iter().all(|f| f.format.inspect(&f.path).is_some())
     }
 }

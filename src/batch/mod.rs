@@ -1,10 +1,11 @@
 //! Jobs: a scene and a camera path become files, frame by frame.
 //!
-//! A [`Request`] is what somebody wants; [`Plan::new`] turns it into frames, files and settings, or says why not,
-//! without touching a pixel; [`run`] renders them, writing each frame while the next one renders.
+//! [`Job::open`] reads a scene and turns a [`Request`] into a [`Plan`], frames, files and settings, or says why not,
+//! without touching a pixel; [`Job::load`] loads what the scene is made of; [`Job::run`] renders the frames, writing each
+//! one while the next one renders.
 
 mod existing;
-mod open;
+mod job;
 mod passes;
 mod plan;
 mod run;
@@ -14,9 +15,9 @@ mod turntable;
 pub mod range;
 
 pub use existing::Existing;
-pub use open::open;
+pub use job::Job;
 pub use plan::{Plan, PlannedFrame, Request};
 pub use range::FrameRange;
 pub use run::{Observer, run};
-pub use summary::Summary;
+pub use summary::{SceneFigures, Summary};
 pub use turntable::Turntable;

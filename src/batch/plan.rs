@@ -8,7 +8,7 @@ use std::{
 use super::{Existing, FrameRange, Turntable, passes::PassChoice, range::MAX_FRAMES};
 use crate::{
     accel::AccelKind,
-    assets::camera_path,
+    assets::{Files, camera_path, store::MissingAssets},
     camera::{Camera, Lens, RotationOrder, SceneCamera, Shot, path::CameraPath},
     describe::{Diagnostics, SceneDesc},
     error::Error,
@@ -45,6 +45,7 @@ pub struct Request {
     pub rotation_order: Option<RotationOrder>,
     /// Bytes that pictures may take; `None` is no limit.
     pub max_memory: Option<u64>,
+    pub missing_assets: MissingAssets,
 }
 
 /// A file to be written.
@@ -87,6 +88,11 @@ pub struct Plan {
 impl Plan {
     /// Decides what `request` means for the scene `desc`, and reads the camera path.
     pub fn new(desc: &SceneDesc, request: &Request) -> Result<Self, Error> {
+        Self::with_files(desc, request, &Files::default())
+    }
+
+    /// The same with a record of the files that are read.
+    pub fn with_files(desc: &SceneDesc, request: &Request, inputs: &Files) -> Result<Self, Error> {
         let mut settings = settings(desc, request)?;
         let patterns = patterns(desc, request)?;
         let mut problems = Vec::new();
@@ -132,7 +138,7 @@ impl Plan {
             .turntable
             .zip(camera)
             .map(|(frames, start)| Turntable { start, frames });
-        let cameras = cameras(desc, request, camera, settings.resolution)?;
+        let cameras = cameras(desc, request, camera, settings.resolution, inputs)?;
         let frames = cameras
             .into_iter()
             .map(|(number, shot)| PlannedFrame {
@@ -231,11 +237,6 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
 /// The number of frames in memory at once: one renders, one waits, one is written, encoded beside its pixels.
 const FRAMES_IN_MEMORY: u64 = 4;
 
-/// The names of the scene's light groups; what is in none is in the first.
-fn light_groups(_desc: &SceneDesc) -> Vec<String> {
-    vec![String::new()]
-}
-
 fn check_memory(
     desc: &SceneDesc,
     settings: &render::Settings,
@@ -243,7 +244,7 @@ fn check_memory(
     limit: Option<u64>,
 ) -> Result<(), Error> {
     let picture = render::picture_of(integrator.as_dyn());
-    let layout = FilmLayout::new(picture, &settings.passes, &light_groups(desc))
+    let layout = FilmLayout::new(picture, &settings.passes, &desc.light_groups())
         .map_err(|unknown| Error::Usage(unknown.to_string()))?;
     let frame = (settings.window.area() as u64).saturating_mul(layout.bytes_per_pixel());
     let bytes = frame.saturating_mul(FRAMES_IN_MEMORY);
@@ -323,6 +324,7 @@ fn cameras(
     request: &Request,
     scene_camera: Option<SceneCamera>,
     resolution: [u32; 2],
+    inputs: &Files,
 ) -> Result<Vec<(i32, Shot)>, Error> {
     let Some(file) = &request.camera_path else {
         let camera = scene_camera.ok_or_else(|| Error::NoCamera {
@@ -342,7 +344,7 @@ fn cameras(
         fps: request.fps,
         rotation_order: request.rotation_order,
     };
-    let path = camera_path::load(file, None, &options)?;
+    let path = camera_path::load(file, None, &options, inputs)?;
     let all = path.frames();
     let what = format!("the camera path, which has frames {} to {}", all.start(), all.end());
     let lens = scene_camera.map_or_else(Lens::default, |c| c.lens);

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::render::InvalidSamples;
+use crate::{accel::Geometry, render::InvalidSamples};
 
 /// The figures of a finished job.
 #[derive(Clone, Debug, Default)]
@@ -23,6 +23,33 @@ pub struct Summary {
     pub invalid: Vec<(i32, InvalidSamples)>,
     /// Numbers beyond what a half float holds, and NaNs, in the files.
     pub clamped: u64,
+    pub scene: SceneFigures,
+}
+
+/// The size of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SceneFigures {
+    /// Triangles that are stored.
+    pub triangles: usize,
+    /// Primitives that are no triangles.
+    pub shapes: usize,
+    pub instances: usize,
+    /// All primitives, those of instanced meshes once for each instance.
+    pub instanced_primitives: u64,
+    /// The time that building the acceleration structure took; `None` where no frame needed one.
+    pub build_time: Option<Duration>,
+}
+
+impl SceneFigures {
+    pub(super) fn new(geometry: &Geometry, build_time: Option<Duration>) -> Self {
+        Self {
+            triangles: geometry.triangles.len(),
+            shapes: geometry.shapes.len(),
+            instances: geometry.instances.len(),
+            instanced_primitives: geometry.seen_prim_count(),
+            build_time,
+        }
+    }
 }
 
 impl Summary {

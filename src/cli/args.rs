@@ -73,6 +73,9 @@ pub struct BenchArgs {
     pub builds: u16,
 }
 
+/// The memory that pictures may take where `--max-memory` is not given, in bytes.
+pub const DEFAULT_MAX_MEMORY: u64 = 4 << 30;
+
 #[derive(Debug, ClapArgs)]
 pub struct RenderArgs {
     /// The scene file, or a model: OBJ, glTF or GLB
@@ -277,6 +280,10 @@ mod tests {
     #[test]
     fn sizes_and_windows_are_read_as_typed() {
         assert_eq!(size("8G"), Ok(8 << 30));
+        let render = Args::try_parse_from(["batch-render", "s.toml"])
+            .expect("a scene alone")
+            .render;
+        assert_eq!(render.max_memory, DEFAULT_MAX_MEMORY);
         assert_eq!(size("512MiB"), Ok(512 << 20));
         assert_eq!(size("100"), Ok(100));
         assert!(size("lots").is_err());

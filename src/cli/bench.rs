@@ -5,11 +5,8 @@ use std::{fs, io::IsTerminal, path::Path, sync::Arc};
 use anyhow::Context;
 use batch_render::{
     accel::{AccelKind, Geometry},
-    assets::Store,
-    batch::{self, Plan, Request},
+    batch::{Job, Request},
     bench::{self, Buffers, Observer, Options},
-    compile,
-    error::Error,
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -21,13 +18,13 @@ pub fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<()> {
     let request = Request {
         resolution: Some([side, side]),
         samples: Some(1),
+        accel: AccelKind::Wide,
         ..Request::default()
     };
     let pool = threads(args.threads)?;
-    let store = Store::default();
-    let desc = pool.install(|| batch::open(&args.scene, &request, &store))?;
-    let plan = Plan::new(&desc, &request)?;
-    let camera = plan
+    let job = pool.install(|| Job::open(&args.scene, &request))?;
+    let camera = job
+        .plan
         .frames
         .first()
         .context("there is no frame to take the camera from")?
@@ -35,11 +32,11 @@ pub fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<()> {
         .camera(0.0);
     let progress = Progress::new(quiet);
     let report = pool.install(|| {
-        let scene = compile::scene_with(&desc, AccelKind::Wide, &store).map_err(Error::from)?;
+        let scene = job.compile()?;
         let buffers = Buffers::new(&scene, &camera);
         let geometry = contest(scene.accel.geometry(), args.embree.as_deref());
         let options = Options {
-            scene: desc.name(),
+            scene: job.desc.name(),
             embree: args.embree.clone(),
             repetitions: args.repetitions.into(),
             builds: args.builds.into(),

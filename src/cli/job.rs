@@ -5,16 +5,13 @@ use std::{path::Path, sync::Arc};
 use anyhow::Context;
 use batch_render::{
     accel::{SIMD_VARIABLE, Simd},
-    assets::Store,
-    batch::{self, Existing, FrameRange, Plan, Request},
-    compile,
+    batch::{Existing, FrameRange, Job, Plan, Request},
     error::Error,
     render::{Cancel, Control, Counters},
 };
-use clap::Parser;
 
 use super::{
-    args::{Args, Command, ProgressKind, RenderArgs},
+    args::{Args, Command, DEFAULT_MAX_MEMORY, ProgressKind, RenderArgs},
     progress::{Progress, say},
     signals, summary,
 };
@@ -23,49 +20,43 @@ use super::{
 pub fn run(args: &Args) -> anyhow::Result<()> {
     Simd::requested().map_err(|e| Error::Usage(format!("{SIMD_VARIABLE}: {e}")))?;
     match &args.command {
-        Some(Command::Check { scene }) => {
-            let typed = [
-                "batch-render".as_ref(),
-                "--check".as_ref(),
-                "--".as_ref(),
-                scene.as_os_str(),
-            ];
-            let check = Args::try_parse_from(typed).context("--check takes any scene")?;
-            render_job(&check.render, args.quiet)
-        }
+        Some(Command::Check { scene }) => check(scene, args.quiet),
         Some(Command::Bench(bench)) => super::bench::run(bench, args.quiet),
-        None => render_job(&args.render, args.quiet),
+        None => render(&args.render, args.quiet),
     }
 }
 
-fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
+/// Validates a scene as it stands.
+fn check(scene: &Path, quiet: bool) -> anyhow::Result<()> {
+    let request = Request {
+        max_memory: Some(DEFAULT_MAX_MEMORY),
+        ..Request::default()
+    };
+    let pool = threads(None)?;
+    let job = pool.install(|| Job::open(scene, &request))?;
+    pool.install(|| job.compile())?;
+    report_valid(scene, &job, quiet);
+    Ok(())
+}
+
+fn render(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
     let path = args.scene.as_deref().expect("the scene is a required argument");
     let request = request(args)?;
     let pool = threads(args.threads)?;
-    let store = Store::new(args.missing_assets.into());
-    let desc = pool.install(|| batch::open(path, &request, &store))?;
-    let plan = Plan::new(&desc, &request)?;
+    let job = pool.install(|| Job::open(path, &request))?;
     if args.dry_run {
-        list(&plan);
+        list(&job.plan);
     }
-    let scene = pool
-        .install(|| compile::scene_with(&desc, plan.accel, &store))
-        .map_err(Error::from)?;
-    let replaced = store.replaced();
-    drop(store);
+    let scene = pool.install(|| job.load())?;
     if args.check || args.dry_run {
-        if !quiet {
-            say(&format!(
-                "{}: {} to render, nothing wrong",
-                path.display(),
-                frames(plan.frames.len())
-            ));
-        }
+        pool.install(|| job.build(scene))?;
+        report_valid(path, &job, quiet);
         return Ok(());
     }
     let (cancel, counters) = (Arc::new(Cancel::default()), Arc::new(Counters::default()));
     signals::cancel_on_signal(Arc::clone(&cancel))?;
     let kind = if quiet { ProgressKind::None } else { args.progress };
+    let plan = &job.plan;
     let samples = plan.settings.window.area() as u64 * u64::from(plan.settings.samples.max);
     let progress = Progress::new(kind, plan.frames.len(), samples, &counters);
     let control = Control {
@@ -73,10 +64,10 @@ fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
         counters: Some(&counters),
         sink: None,
     };
-    let done = pool.install(|| batch::run(&plan, &scene, &progress, &control));
+    let done = pool.install(|| job.run(scene, &progress, &control));
     match done {
         Ok(figures) => {
-            progress.finish(Some(&summary::lines(&figures, &scene, replaced)));
+            progress.finish(Some(&summary::lines(&figures, job.placeholders())));
             for line in summary::invalid(&figures) {
                 tracing::warn!("{line}");
             }
@@ -86,6 +77,13 @@ fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
             progress.finish(None);
             Err(e.into())
         }
+    }
+}
+
+fn report_valid(path: &Path, job: &Job, quiet: bool) {
+    if !quiet {
+        let frames = frames(job.plan.frames.len());
+        say(&format!("{}: {frames} to render, nothing wrong", path.display()));
     }
 }
 
@@ -146,5 +144,6 @@ fn request(args: &RenderArgs) -> Result<Request, Error> {
         fps: args.fps,
         rotation_order: args.rotation_order,
         max_memory: Some(args.max_memory),
+        missing_assets: args.missing_assets.into(),
     })
 }

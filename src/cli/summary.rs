@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use batch_render::{batch::Summary, scene::Scene};
+use batch_render::batch::Summary;
 
 use super::memory;
 
 /// What a finished job took, a line for each kind of figure; `replaced` images were not there.
-pub fn lines(summary: &Summary, scene: &Scene, replaced: usize) -> String {
+pub fn lines(summary: &Summary, replaced: usize) -> String {
     let mut lines = Vec::new();
     let skipped = match summary.skipped {
         0 => String::new(),
@@ -35,20 +35,23 @@ pub fn lines(summary: &Summary, scene: &Scene, replaced: usize) -> String {
             count(summary.samples as f64 / rendering),
         ));
     }
-    let (geometry, stats) = (scene.accel.geometry(), scene.accel.stats());
-    let instances = match stats.instances {
+    let scene = &summary.scene;
+    let instances = match scene.instances {
         0 => String::new(),
         n => format!(
             " and {}, {} primitives to the eye",
             plural(n, "instance"),
-            count(stats.seen as f64)
+            count(scene.instanced_primitives as f64)
         ),
     };
+    let tree = match scene.build_time {
+        Some(time) => format!("tree built in {}", seconds(time)),
+        None => "no tree needed".to_owned(),
+    };
     lines.push(format!(
-        "scene: {}, {}{instances}, tree built in {}",
-        plural(geometry.triangles.len(), "triangle"),
-        plural(geometry.shapes.len(), "other shape"),
-        seconds(stats.build_time),
+        "scene: {}, {}{instances}, {tree}",
+        plural(scene.triangles, "triangle"),
+        plural(scene.shapes, "other shape"),
     ));
     if let Some(peak) = memory::peak() {
         lines.push(format!("peak memory: {} MiB", peak.div_ceil(1 << 20)));

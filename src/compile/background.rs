@@ -1,6 +1,6 @@
 //! What lies behind everything: a colour, or a picture from a file.
 
-use super::Compiler;
+use super::load::Compiler;
 use crate::{
     assets::{model::ImageSource, store::ImageRequest},
     describe::BackgroundDesc,
@@ -12,7 +12,7 @@ use crate::{
 };
 
 impl Compiler<'_> {
-    /// The picture that the background wants.
+    /// The picture of the background's environment.
     pub(super) fn environment(&mut self) -> Option<ImageRequest> {
         let background = &self.desc.background;
         let environment = background.environment.as_ref()?;
@@ -25,19 +25,18 @@ impl Compiler<'_> {
     }
 }
 
-/// The background, which takes the last of `bitmaps` if it wanted one.
-pub(super) fn sky(desc: &BackgroundDesc, bitmaps: &mut Vec<Bitmap>) -> Sky {
-    let Some(said) = &desc.environment else {
+/// The background; `picture` is that of its environment.
+pub(super) fn sky(desc: &BackgroundDesc, picture: Option<&Bitmap>) -> Sky {
+    let (Some(environment_desc), Some(picture)) = (&desc.environment, picture) else {
         return Sky::Color(desc.color.map_or(Rgb::BLACK, |c| c.0));
     };
-    let said = said.get_ref();
-    let picture = bitmaps.pop().expect("the picture was the last that was loaded");
-    let rotation = said.rotate.map_or(DMat3::IDENTITY, |r| {
+    let environment_desc = environment_desc.get_ref();
+    let rotation = environment_desc.rotate.map_or(DMat3::IDENTITY, |r| {
         let r = r.0.as_dvec3();
         axis_rotation(2, r.z) * axis_rotation(1, r.y) * axis_rotation(0, r.x)
     });
-    let environment = Environment::new(&picture, said.intensity.0, rotation);
-    let file = said.file.get_ref();
+    let environment = Environment::new(picture, environment_desc.intensity.0, rotation);
+    let file = environment_desc.file.get_ref();
     if picture.repaired > 0 {
         let count = picture.repaired;
         let are = if count == 1 {

@@ -4,11 +4,13 @@
 //! for `compile` to say, in the same words: [`Diagnostics`] point into the file.
 
 mod diagnostics;
+mod light_group;
 mod read;
 mod scene;
 mod settings;
 
 pub use diagnostics::{Diagnostics, Source};
+pub use light_group::LightGroupName;
 pub use read::{Error, load, parse};
 pub use scene::{BackgroundDesc, LightEntry, MaterialEntry, ObjectDesc, SceneDesc, TextureEntry, TransformDesc};
 pub use settings::{OneOrMany, OutputDesc, RenderDesc};

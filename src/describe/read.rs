@@ -1,6 +1,6 @@
 //! TOML to [`SceneDesc`], entity by entity, so that one wrong light does not hide a wrong sphere.
 
-use std::{collections::HashMap, path::Path, sync::Arc};
+use std::{collections::HashMap, io, path::Path, sync::Arc};
 
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
@@ -18,19 +18,22 @@ use crate::{
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     #[error("cannot read scene: {cause}: {path}")]
-    Read { path: String, cause: std::io::Error },
+    Read { path: String, cause: io::Error },
     #[error("the scene file is not UTF-8 text: {path}")]
     Encoding { path: String },
     #[error("{0}")]
     Invalid(Diagnostics),
 }
 
-/// Reads a scene file.
-pub fn load(path: &Path) -> Result<SceneDesc, Error> {
+/// Reads the scene file at `path`, whose bytes come from `read`.
+pub fn load<'p, B: AsRef<[u8]>>(
+    path: &'p Path,
+    read: impl FnOnce(&'p Path) -> io::Result<B>,
+) -> Result<SceneDesc, Error> {
     let shown = || path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|cause| Error::Read { path: shown(), cause })?;
-    let text = String::from_utf8(bytes).map_err(|_| Error::Encoding { path: shown() })?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    let bytes = read(path).map_err(|cause| Error::Read { path: shown(), cause })?;
+    let text = str::from_utf8(bytes.as_ref()).map_err(|_| Error::Encoding { path: shown() })?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     parse(Source {
         path: path.to_owned(),
         text: Arc::from(text),
@@ -104,10 +107,15 @@ impl Reader {
             Some(MaterialEntry { name, material })
         });
         let objects: Vec<ObjectDesc> = self.list(take("object"), "object", |r, v| r.entity(v));
-        let lights = self.list(take("light"), "light", |r, v| {
+        let lights = self.list(take("light"), "light", |r, mut v| {
             let span = v.span();
+            let group = match v.get_mut() {
+                DeValue::Table(table) => table.remove("group"),
+                _ => None,
+            };
+            let group = group.and_then(|g| r.entity(g));
             let light: LightDesc = r.kind(v, "light")?;
-            Some(LightEntry { span, light })
+            Some(LightEntry { span, group, light })
         });
         self.unique_names(&objects);
         SceneDesc {
@@ -155,15 +163,15 @@ impl Reader {
         let span = value.span();
         let mut mapping = MappingDesc::default();
         if let DeValue::Table(table) = value.get_mut()
-            && let Some(said) = table.remove("mapping")
+            && let Some(given) = table.remove("mapping")
         {
-            mapping = self.kind(said, "mapping")?;
+            mapping = self.kind(given, "mapping")?;
         }
         let mut transform = StTransformDesc::default();
         if let DeValue::Table(table) = value.get_mut()
-            && let Some(said) = table.remove("transform")
+            && let Some(given) = table.remove("transform")
         {
-            transform = self.entity(said)?;
+            transform = self.entity(given)?;
         }
         let pattern: PatternDesc = self.kind(Spanned::new(span, value.into_inner()), "texture")?;
         Some(TextureEntry {

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 use serde::{Deserialize, Deserializer, de};
 
-use super::{OutputDesc, RenderDesc, Source};
+use super::{LightGroupName, OutputDesc, RenderDesc, Source};
 use crate::{
     camera::CameraDesc,
     light::{LightDesc, environment::EnvironmentDesc},
@@ -36,6 +36,19 @@ impl SceneDesc {
         self.source.path.parent().unwrap_or(Path::new(""))
     }
 
+    /// The names of the light groups, each once; the first has no name and holds the lights that are in no group.
+    pub fn light_groups(&self) -> Vec<String> {
+        let lights = self.lights.iter().map(|light| &light.group);
+        let objects = self.objects.iter().map(|object| &object.group);
+        let mut names = vec![String::new()];
+        for group in lights.chain(objects).chain([&self.background.group]).flatten() {
+            if names.iter().all(|name| name != group.as_str()) {
+                names.push(group.as_str().to_owned());
+            }
+        }
+        names
+    }
+
     /// The file's name without its ending.
     pub fn name(&self) -> String {
         let stem = self.source.path.file_stem();
@@ -50,12 +63,14 @@ impl SceneDesc {
 /// | `color` | `[r, g, b]` | W m^-2 sr^-1 | black |
 /// | `environment` | `{ file, intensity, rotate }`, see [`crate::light::environment`]; instead of `color` | | none |
 /// | `visible` | whether camera rays see it; where not, RGB and A are 0. It lights the scene all the same | | true |
+/// | `group` | the name of a light group: letters, digits, `_`, `-`, at most 18 | | none |
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BackgroundDesc {
     pub color: Option<Tint>,
     pub environment: Option<Spanned<EnvironmentDesc>>,
     pub visible: bool,
+    pub group: Option<LightGroupName>,
 }
 
 impl BackgroundDesc {
@@ -69,6 +84,7 @@ impl Default for BackgroundDesc {
             color: None,
             environment: None,
             visible: true,
+            group: None,
         }
     }
 }
@@ -90,9 +106,24 @@ pub struct MaterialEntry {
 }
 
 /// `[[light]]`.
+///
+/// | key | type | default |
+/// |---|---|---|
+/// | `point`, `spot`, `sun` or another kind | the light, see [`crate::light`] | one is required |
+/// | `group` | the name of a light group: letters, digits, `_`, `-`, at most 18 | none |
+///
+/// What lights of one group, objects that emit light and the background add to the picture can be written as a picture
+/// of its own.
+///
+/// ```toml
+/// [[light]]
+/// group = "key"
+/// sun = { direction = [-1, -2, -1], irradiance = 3 }
+/// ```
 #[derive(Clone, Debug)]
 pub struct LightEntry {
     pub span: Span,
+    pub group: Option<LightGroupName>,
     pub light: LightDesc,
 }
 
@@ -104,6 +135,7 @@ pub struct LightEntry {
 /// | `material` | the name of a `[material.NAME]` | required; a mesh has its own |
 /// | `shape` | a shape | required |
 /// | `transform` | `{ translate, rotate, scale }` or `{ matrix }` | none |
+/// | `group` | the name of the light group of the light that it emits: letters, digits, `_`, `-`, at most 18 | none |
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectDesc {
@@ -112,6 +144,7 @@ pub struct ObjectDesc {
     pub material: Option<Spanned<String>>,
     pub shape: Spanned<ShapeDesc>,
     pub transform: Option<Spanned<TransformDesc>>,
+    pub group: Option<LightGroupName>,
 }
 
 /// An object's place: `scale` first, then `rotate` (degrees about the fixed x, y and z axes in this order), then

@@ -15,8 +15,8 @@ mod whole;
 use std::{io::Write, path::Path};
 
 use super::{
-    Attribute, Contents, Counting, DisplayTransform, EncodeError, Encoding, Format, FrameImage, Shown, Value,
-    WriteReport,
+    Attribute, Contents, Counting, DisplayTransform, EncodeError, Encoding, FileFacts, Format, FrameImage, Shown,
+    Value, WriteReport,
 };
 use crate::film::{self, PixelType, Window, passes::BEAUTY};
 
@@ -56,8 +56,8 @@ impl Format for Exr {
         write(&image, out)
     }
 
-    fn is_whole(&self, path: &Path) -> bool {
-        whole::is_whole(path)
+    fn inspect(&self, path: &Path) -> Option<FileFacts> {
+        whole::inspect(path)
     }
 }
 

@@ -6,6 +6,7 @@ pub mod atomic;
 mod attribute;
 pub mod display;
 pub mod exr;
+mod facts;
 mod metadata;
 pub mod png;
 pub mod sequence;
@@ -21,6 +22,7 @@ use crate::film::{Film, Plane};
 pub use attribute::{Attribute, Value};
 pub use display::DisplayTransform;
 pub use exr::Compression;
+pub use facts::FileFacts;
 pub use metadata::FrameMetadata;
 pub use sequence::{Pattern, PatternError};
 
@@ -100,8 +102,9 @@ pub trait Format: Debug + Sync {
     /// Writes `image` to `out`: the same bytes for the same image and encoding.
     fn encode(&self, image: &FrameImage, encoding: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError>;
 
-    /// Whether the file at `path` is one of this format with nothing missing at its end. A file that cannot be read is not.
-    fn is_whole(&self, path: &Path) -> bool;
+    /// Returns what the file at `path` says about itself; `None` where it cannot be read, is not of this format, or is not
+    /// complete to its last byte.
+    fn inspect(&self, path: &Path) -> Option<FileFacts>;
 }
 
 /// What a format keeps of a frame.

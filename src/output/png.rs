@@ -6,14 +6,14 @@
 
 use std::{
     fs::File,
-    io::{self, Read, Seek, SeekFrom, Write},
+    io::{self, BufReader, Read, Seek, SeekFrom, Write},
     path::Path,
 };
 
 use rayon::prelude::*;
 
 use super::{
-    Contents, Counting, Coverage, EncodeError, Encoding, Format, FrameImage, Shown, WriteReport,
+    Attribute, Contents, Counting, Coverage, EncodeError, Encoding, FileFacts, Format, FrameImage, Shown, WriteReport,
     display::{DisplayEncoding, PixelDisplay, quantize},
 };
 use crate::film::Plane;
@@ -63,8 +63,8 @@ impl Format for Png {
         })
     }
 
-    fn is_whole(&self, path: &Path) -> bool {
-        ends_well(path).unwrap_or(false)
+    fn inspect(&self, path: &Path) -> Option<FileFacts> {
+        facts(path).ok().flatten()
     }
 }
 
@@ -160,16 +160,60 @@ fn error(error: ::png::EncodingError) -> EncodeError {
     }
 }
 
-/// Whether the file begins as a PNG and ends with the chunk that ends one.
-fn ends_well(path: &Path) -> io::Result<bool> {
+/// The facts of a file that begins as a PNG and ends with the chunk that ends one.
+fn facts(path: &Path) -> io::Result<Option<FileFacts>> {
     const BEGIN: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
     const END: [u8; 12] = *b"\0\0\0\0IEND\xaeB`\x82";
-    let mut file = File::open(path)?;
+    let mut file = BufReader::new(File::open(path)?);
     let (mut begin, mut end) = ([0; BEGIN.len()], [0; END.len()]);
     file.read_exact(&mut begin)?;
     file.seek(SeekFrom::End(-(END.len() as i64)))?;
     file.read_exact(&mut end)?;
-    Ok(begin == BEGIN && end == END)
+    if begin != BEGIN || end != END {
+        return Ok(None);
+    }
+    file.seek(SeekFrom::Start(BEGIN.len() as u64))?;
+    let (mut resolution, mut attributes) = (None, Vec::new());
+    loop {
+        let (mut size, mut kind, mut checksum) = ([0; 4], [0; 4], [0; 4]);
+        file.read_exact(&mut size)?;
+        file.read_exact(&mut kind)?;
+        let size = u32::from_be_bytes(size) as usize;
+        match &kind {
+            // Our texts come before the pixels.
+            b"IDAT" | b"IEND" => break,
+            b"IHDR" | b"tEXt" | b"iTXt" if size <= FileFacts::MAX_ATTRIBUTE => {
+                let mut bytes = vec![0; size];
+                file.read_exact(&mut bytes)?;
+                match bytes.as_chunks::<4>().0 {
+                    [width, height, ..] if &kind == b"IHDR" => {
+                        resolution = Some([width, height].map(|side| u32::from_be_bytes(*side)));
+                    }
+                    _ => attributes.extend(text_of(&kind, &bytes)),
+                }
+                file.read_exact(&mut checksum)?;
+            }
+            _ => file.seek_relative(size as i64 + 4)?,
+        }
+    }
+    Ok(resolution.map(|resolution| FileFacts { resolution, attributes }))
+}
+
+/// The text of a `tEXt` or of an uncompressed `iTXt` chunk under its keyword.
+fn text_of(kind: &[u8; 4], bytes: &[u8]) -> Option<Attribute> {
+    let (keyword, mut text) = split_at_zero(bytes)?;
+    if kind == b"iTXt" {
+        let rest = text.strip_prefix(&[0, 0])?;
+        let (_language, rest) = split_at_zero(rest)?;
+        (_, text) = split_at_zero(rest)?;
+    }
+    let (keyword, text) = (str::from_utf8(keyword).ok()?, str::from_utf8(text).ok()?);
+    Some(Attribute::new(keyword, text))
+}
+
+fn split_at_zero(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let end = bytes.iter().position(|b| *b == 0)?;
+    Some((&bytes[..end], &bytes[end + 1..]))
 }
 
 #[cfg(test)]

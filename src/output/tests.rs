@@ -64,8 +64,43 @@ fn every_format_writes_the_same_whole_file_twice() {
         assert_eq!(report, write(&b, format, &frame, Encoding::default()).unwrap());
         assert_eq!(std::fs::read(&a).unwrap(), std::fs::read(&b).unwrap());
         assert_eq!(std::fs::metadata(&a).unwrap().len(), report.bytes);
-        assert!(report.nans == 6 && format.is_whole(&a));
-        assert!(!format.is_whole(&home.path().join("absent")));
+        assert!(report.nans == 6 && format.inspect(&a).is_some());
+        assert!(format.inspect(&home.path().join("absent")).is_none());
+    }
+}
+
+#[test]
+fn a_whole_file_says_what_it_is() {
+    let home = tempfile::tempdir().unwrap();
+    let attributes = vec![
+        Attribute::new("look", "soft"),
+        Attribute::new("batch-render/clamp", 2.5),
+        Attribute::new("note", "blass, gr\u{fc}n"),
+        Attribute::new("long", "x".repeat(1 << 17)),
+    ];
+    let (film, metadata) = (
+        film(&[], [3, 2]),
+        FrameMetadata {
+            attributes,
+            ..metadata()
+        },
+    );
+    for &format in FORMATS {
+        let path = home.path().join("f").with_extension(format.name());
+        write(&path, format, &image(&film, &metadata), Encoding::default()).unwrap();
+        let facts = format.inspect(&path).unwrap();
+        assert_eq!(facts.frame(), Some(7));
+        assert_eq!(facts.version(), Some(env!("CARGO_PKG_VERSION")));
+        assert_eq!(facts.attribute("note"), Some(&metadata.attributes[2].value));
+        let text = |name| facts.attribute(name).map(ToString::to_string);
+        assert_eq!(
+            (text("look"), text("batch-render/clamp")),
+            (Some("soft".into()), Some("2.5".into()))
+        );
+        assert!(text("long").is_none());
+        // A PNG is a picture of the crop's size.
+        let full = format.contents() == Contents::Data;
+        assert_eq!(facts.resolution, if full { [640, 480] } else { [3, 2] });
     }
 }
 

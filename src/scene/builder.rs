@@ -1,8 +1,11 @@
-//! Scenes built in code, piece by piece.
+//! Assembly of a [`Scene`], piece by piece: by `compile` from a description, by programs in code.
 
 use std::sync::Arc;
 
-use super::{Background, InstanceRecord, LightGroups, Lights, MeshRecord, Object, ObjectFromGroup, ObjectId, Scene};
+use super::{
+    Background, InstanceRecord, LightGroups, Lights, MeshRecord, NodeId, NodeName, Object, ObjectFromGroup, ObjectId,
+    Scene, mesh_transform::MeshTransform,
+};
 use crate::{
     accel::{self, AccelKind, BuildError, Geometry, Group, PlacedGroup},
     light::Light,
@@ -12,42 +15,66 @@ use crate::{
         Shape,
         mesh::{Mesh, MeshError},
     },
-    texture::{Bitmap, BitmapId, Texture, TextureId, mipmap},
+    texture::{Bitmap, BitmapId, Texture, TextureId, Textures, mipmap},
 };
 
-/// Meshes that are stored once and stand in the scene as often as they are wanted.
+/// Meshes that are stored once for any number of instances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GroupId(pub u32);
 
-/// A scene in the making. What it gives out numbers for is named by them from then on.
+/// What a mesh belongs to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MeshOwner {
+    pub object: ObjectId,
+    pub material: MaterialId,
+    /// The object's, for the textures that stick to the object's own space.
+    pub transform: Option<Transform>,
+    pub node: Option<NodeId>,
+}
+
+/// A scene without its acceleration structure and its tables of lights. Ids that a method returns stay valid in the
+/// scene that [`SceneBuilder::build`] makes.
 #[derive(Clone, Debug)]
-pub struct Builder {
+pub struct SceneBuilder {
     geometry: Geometry,
     objects: Vec<Object>,
     meshes: Vec<MeshRecord>,
     instances: Vec<InstanceRecord>,
+    object_places: Vec<Transform>,
     shape_objects: Vec<ObjectId>,
+    nodes: Vec<NodeName>,
     materials: Vec<Material>,
+    material_names: Vec<String>,
     textures: Vec<Texture>,
     bitmaps: Vec<Bitmap>,
     lights: Vec<Light>,
+    light_groups: LightGroups,
     background: Background,
 }
 
-impl Builder {
+impl SceneBuilder {
     pub fn new(background: Background) -> Self {
         Self {
             geometry: Geometry::default(),
             objects: Vec::new(),
             meshes: Vec::new(),
             instances: Vec::new(),
+            object_places: Vec::new(),
             shape_objects: Vec::new(),
+            nodes: Vec::new(),
             materials: Vec::new(),
+            material_names: Vec::new(),
             textures: Vec::new(),
             bitmaps: Vec::new(),
             lights: Vec::new(),
+            light_groups: LightGroups::default(),
             background,
         }
+    }
+
+    /// Replaces the background.
+    pub fn set_background(&mut self, background: Background) {
+        self.background = background;
     }
 
     pub fn bitmap(&mut self, bitmap: Bitmap) -> BitmapId {
@@ -60,8 +87,15 @@ impl Builder {
         TextureId(self.textures.len() as u32 - 1)
     }
 
+    /// Adds a material, which is called `material N`, N from 1.
     pub fn material(&mut self, material: Material) -> MaterialId {
+        let name = format!("material {}", self.materials.len() + 1);
+        self.named_material(&name, material)
+    }
+
+    pub fn named_material(&mut self, name: &str, material: Material) -> MaterialId {
         self.materials.push(material);
+        self.material_names.push(name.to_owned());
         MaterialId(self.materials.len() as u32 - 1)
     }
 
@@ -69,38 +103,54 @@ impl Builder {
         self.lights.push(light);
     }
 
-    /// A shape at its place.
+    /// Adds a light of a light group.
+    pub fn grouped_light(&mut self, light: Light, group: &str) {
+        let group = self.light_groups.named(group);
+        self.light_groups.put_light(self.lights.len(), group);
+        self.light(light);
+    }
+
+    /// Puts the light that an object emits into a light group.
+    pub fn set_object_light_group(&mut self, object: ObjectId, group: &str) {
+        let group = self.light_groups.named(group);
+        self.light_groups.put_object(object, group);
+    }
+
+    /// Puts the light of the background into a light group.
+    pub fn set_background_light_group(&mut self, group: &str) {
+        let group = self.light_groups.named(group);
+        self.light_groups.put_sky(group);
+    }
+
+    /// Adds an object that is a shape.
     pub fn shape(&mut self, name: &str, shape: Shape, transform: Option<Transform>, material: MaterialId) -> ObjectId {
-        let object = self.object(name, material);
+        let object = self.object(name, None, material);
         self.geometry.add_shape(shape, transform);
         self.shape_objects.push(object);
         object
     }
 
-    /// A mesh whose corners and normals are in world space.
+    /// Adds an object that is a mesh; its corners and normals are in world space.
     pub fn mesh(&mut self, name: &str, mesh: Mesh, material: MaterialId) -> Result<ObjectId, MeshError> {
         mesh.validate()?;
-        let object = self.object(name, material);
+        let object = self.object(name, None, material);
         self.add_mesh(mesh, object, material);
         Ok(object)
     }
 
-    /// Meshes in a space of their own, each with its material, for [`Builder::instance`].
+    /// Adds meshes in a space of their own, each with its material, for [`SceneBuilder::instance`].
     pub fn group(&mut self, meshes: Vec<(Mesh, MaterialId)>) -> Result<GroupId, MeshError> {
         meshes.iter().try_for_each(|(mesh, _)| mesh.validate())?;
-        let (vertices, triangles) = (self.geometry.vertices.len(), self.geometry.triangles.len());
+        let first_triangle = self.geometry.triangles.len() as u32;
+        let first_vertex = self.geometry.vertices.len() as u32;
         for (mesh, material) in meshes {
             self.add_mesh(mesh, ObjectId(0), material);
         }
-        self.geometry.groups.push(Group {
-            triangles: triangles as u32..self.geometry.triangles.len() as u32,
-            vertices: vertices as u32..self.geometry.vertices.len() as u32,
-        });
-        Ok(GroupId(self.geometry.groups.len() as u32 - 1))
+        Ok(self.end_group(first_triangle, first_vertex))
     }
 
-    /// A group at a place, as an object of its own that can be moved. Its meshes have `material` instead of their own
-    /// where there is one.
+    /// Adds an object that is an instance of a group, and that can be moved. `material` replaces those of the group's
+    /// meshes.
     pub fn instance(
         &mut self,
         name: &str,
@@ -108,18 +158,87 @@ impl Builder {
         transform: Transform,
         material: Option<MaterialId>,
     ) -> ObjectId {
-        let object = self.object(name, material.unwrap_or(MaterialId(0)));
+        let object = self.object(name, None, material.unwrap_or(MaterialId(0)));
+        let record = InstanceRecord {
+            object,
+            material,
+            object_from_group: ObjectFromGroup::Identity,
+            node: None,
+        };
+        self.place_group(group, transform, record);
+        object
+    }
+
+    /// Adds an object without geometry. `asset` is the file that its geometry comes from.
+    pub(crate) fn object(&mut self, name: &str, asset: Option<&str>, material: MaterialId) -> ObjectId {
+        self.objects.push(Object {
+            name: name.to_owned(),
+            asset: asset.map(str::to_owned),
+            material,
+        });
+        ObjectId(self.objects.len() as u32 - 1)
+    }
+
+    /// Gives an object the material that it has where nothing else decides.
+    pub(crate) fn set_object_material(&mut self, object: ObjectId, material: MaterialId) {
+        self.objects[object.0 as usize].material = material;
+    }
+
+    /// Adds the nodes of a model; parents are indices into `nodes`. Returns the id of the first.
+    pub(crate) fn model_nodes<'a>(&mut self, nodes: impl Iterator<Item = (&'a str, Option<usize>)>) -> NodeId {
+        let first = self.nodes.len() as u32;
+        self.nodes.extend(nodes.map(|(name, parent)| NodeName {
+            name: name.to_owned(),
+            parent: parent.map(|p| NodeId(first + p as u32)),
+        }));
+        NodeId(first)
+    }
+
+    /// Adds a transform that [`ObjectFromGroup::At`] can name.
+    pub(crate) fn object_place(&mut self, transform: Transform) -> ObjectFromGroup {
+        self.object_places.push(transform);
+        ObjectFromGroup::At(self.object_places.len() as u32 - 1)
+    }
+
+    /// Adds a mesh of an object under a transform; returns how many of its triangles were left out because they have no
+    /// area.
+    pub(crate) fn transformed_mesh(&mut self, owner: &MeshOwner, mesh: &Mesh, transform: &MeshTransform) -> usize {
+        let first_vertex = self.geometry.vertices.len() as u32;
+        let first_triangle = self.geometry.triangles.len() as u32;
+        transform.append(mesh, &mut self.geometry.vertices, &mut self.geometry.triangles);
+        let end = self.geometry.triangles.len() as u32;
+        if end > first_triangle {
+            self.meshes.push(MeshRecord {
+                object: owner.object,
+                material: owner.material,
+                transform: owner.transform,
+                node: owner.node,
+                triangles: first_triangle..end,
+                vertices: first_vertex..self.geometry.vertices.len() as u32,
+                normals: mesh.normals.iter().map(|n| transform.normal(*n)).collect(),
+                uvs: mesh.uvs.clone(),
+            });
+        }
+        mesh.triangles.len() - (end - first_triangle) as usize
+    }
+
+    /// Makes a group of the triangles and vertices that were added from these numbers on.
+    pub(crate) fn end_group(&mut self, first_triangle: u32, first_vertex: u32) -> GroupId {
+        self.geometry.groups.push(Group {
+            triangles: first_triangle..self.geometry.triangles.len() as u32,
+            vertices: first_vertex..self.geometry.vertices.len() as u32,
+        });
+        GroupId(self.geometry.groups.len() as u32 - 1)
+    }
+
+    /// Adds an instance of a group to the object that `record` names.
+    pub(crate) fn place_group(&mut self, group: GroupId, transform: Transform, record: InstanceRecord) {
         self.geometry.instances.push(PlacedGroup {
             group: group.0,
             transform: self.geometry.transforms.len() as u32,
         });
         self.geometry.transforms.push(transform);
-        self.instances.push(InstanceRecord {
-            object,
-            material,
-            object_from_group: ObjectFromGroup::Identity,
-        });
-        object
+        self.instances.push(record);
     }
 
     fn add_mesh(&mut self, mesh: Mesh, object: ObjectId, material: MaterialId) {
@@ -132,6 +251,7 @@ impl Builder {
             object,
             material,
             transform: None,
+            node: None,
             triangles: first_triangle..self.geometry.triangles.len() as u32,
             vertices: first_vertex..self.geometry.vertices.len() as u32,
             normals: mesh.normals,
@@ -139,15 +259,34 @@ impl Builder {
         });
     }
 
-    fn object(&mut self, name: &str, material: MaterialId) -> ObjectId {
-        self.objects.push(Object {
-            name: name.to_owned(),
-            material,
-        });
-        ObjectId(self.objects.len() as u32 - 1)
+    /// What rays will meet.
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
     }
 
-    /// The scene, with its acceleration structure.
+    pub fn background(&self) -> &Background {
+        &self.background
+    }
+
+    pub fn material_of(&self, id: MaterialId) -> &Material {
+        &self.materials[id.0 as usize]
+    }
+
+    /// Each material with its name.
+    pub fn materials(&self) -> impl ExactSizeIterator<Item = (&str, &Material)> {
+        let names = self.material_names.iter().map(String::as_str);
+        names.zip(&self.materials)
+    }
+
+    /// The tables that material colours are looked up in.
+    pub fn textures(&self) -> Textures<'_> {
+        Textures {
+            textures: &self.textures,
+            bitmaps: &self.bitmaps,
+        }
+    }
+
+    /// Builds the acceleration structure and the tables of lights, on the threads of the current rayon pool.
     pub fn build(mut self, accel: AccelKind) -> Result<Scene, BuildError> {
         mipmap::add_levels(&self.textures, &mut self.bitmaps);
         Ok(Scene {
@@ -155,13 +294,15 @@ impl Builder {
             objects: self.objects,
             meshes: self.meshes,
             instances: self.instances,
-            object_places: Vec::new(),
+            object_places: self.object_places,
             shape_objects: self.shape_objects,
+            nodes: self.nodes,
             materials: self.materials,
+            material_names: self.material_names,
             textures: self.textures,
             bitmaps: self.bitmaps,
             lights: Lights::default(),
-            light_groups: LightGroups::default(),
+            light_groups: self.light_groups,
             background: self.background,
             varying: Vec::new(),
         }

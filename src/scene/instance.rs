@@ -1,6 +1,6 @@
 //! What an instance of a mesh is: which object, of which material.
 
-use super::{ObjectId, Surface, interaction::Spot};
+use super::{NodeId, ObjectId, Surface, interaction::Spot};
 use crate::{material::MaterialId, math::Transform};
 
 /// From the space of an instance's mesh to that of its object, which textures stick to.
@@ -21,6 +21,8 @@ pub struct InstanceRecord {
     /// Instead of those of the meshes.
     pub material: Option<MaterialId>,
     pub object_from_group: ObjectFromGroup,
+    /// The node of its file that the instance is, instead of those of the meshes.
+    pub node: Option<NodeId>,
 }
 
 impl InstanceRecord {

@@ -23,11 +23,14 @@ pub mod interaction;
 pub mod light_component;
 pub mod light_groups;
 pub mod lights;
+mod mesh_transform;
 pub mod motion;
+pub mod names;
 pub mod surfaces;
 
 pub use background::{Background, Sky};
-pub use builder::{Builder, GroupId};
+pub(crate) use builder::MeshOwner;
+pub use builder::{GroupId, SceneBuilder};
 pub use emitters::{EmitterId, EmitterPart, Emitters};
 pub use first_hit::FirstHit;
 pub use instance::{InstanceRecord, ObjectFromGroup};
@@ -35,7 +38,9 @@ pub use interaction::Surface;
 pub use light_component::Component;
 pub use light_groups::{LightGroup, LightGroups};
 pub use lights::{Choice, LightPart, Lights, Receiver};
+pub(crate) use mesh_transform::MeshTransform;
 pub use motion::{MeshId, Motion, MotionError, Pose};
+pub use names::{NodeId, NodeName};
 pub use surfaces::Surfaces;
 
 /// An index into the scene's objects.
@@ -46,10 +51,12 @@ pub struct ObjectId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightId(pub u32);
 
-/// What a scene file calls an object.
+/// An object of the scene file.
 #[derive(Clone, Debug)]
 pub struct Object {
     pub name: String,
+    /// The file that its geometry comes from, as the scene file names it.
+    pub asset: Option<String>,
     /// Of its shape; the parts of a mesh have their own.
     pub material: MaterialId,
 }
@@ -63,6 +70,8 @@ pub struct MeshRecord {
     pub material: MaterialId,
     /// The object's, where it has one: textures stick to the object's own space.
     pub transform: Option<Transform>,
+    /// The node of its file that it belongs to.
+    pub node: Option<NodeId>,
     /// Which of the geometry's triangles.
     pub triangles: Range<u32>,
     /// Which of the geometry's vertices its corners are.
@@ -85,7 +94,11 @@ pub struct Scene {
     pub object_places: Vec<Transform>,
     /// Object of each of the geometry's shapes.
     pub shape_objects: Vec<ObjectId>,
+    /// The nodes of all model files.
+    pub nodes: Vec<NodeName>,
     pub materials: Vec<Material>,
+    /// One for each material; models may have several of one name, or an empty one.
+    pub material_names: Vec<String>,
     pub textures: Vec<Texture>,
     pub bitmaps: Vec<Bitmap>,
     pub lights: Lights,

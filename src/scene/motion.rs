@@ -5,7 +5,7 @@
 //! a thousand costs what a thousand boxes do; a mesh that bends changes its own tree. The picture is that of a scene
 //! that was built for the frame from the start.
 //!
-//! What can be moved are shapes and instances ([`super::Builder::instance`]); a mesh that is baked into world space can only
+//! What can be moved are shapes and instances ([`super::SceneBuilder::instance`]); a mesh that is baked into world space can only
 //! bend.
 
 use std::collections::HashMap;

@@ -3,10 +3,11 @@
 //! A format is one file and one row of [`FORMATS`].
 
 use std::{
-    fs, io,
+    io,
     path::{Path, PathBuf},
 };
 
+use super::Files;
 use crate::camera::{RotationOrder, path::CameraPath};
 
 mod csv;
@@ -87,12 +88,17 @@ impl Format {
 ///
 /// # Errors
 /// The file is missing or cannot be read, its format is not known, or what it holds is wrong.
-pub fn load(path: &Path, format: Option<&Format>, options: &Options) -> Result<CameraPath, CameraPathError> {
+pub fn load(
+    path: &Path,
+    format: Option<&Format>,
+    options: &Options,
+    files: &Files,
+) -> Result<CameraPath, CameraPathError> {
     let owned = || path.to_owned();
     let format = format
         .or_else(|| Format::of_path(path))
         .ok_or_else(|| CameraPathError::UnknownFormat { path: owned() })?;
-    let bytes = fs::read(path).map_err(|source| match source.kind() {
+    let bytes = files.read(path).map_err(|source| match source.kind() {
         io::ErrorKind::NotFound => CameraPathError::NotFound { path: owned() },
         _ => CameraPathError::Io { path: owned(), source },
     })?;
@@ -106,13 +112,15 @@ pub fn load(path: &Path, format: Option<&Format>, options: &Options) -> Result<C
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]
     fn a_missing_file_is_told_from_one_that_cannot_be_read() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let missing = folder.path().join("path.csv");
-        let error = load(&missing, None, &Options::default()).unwrap_err();
+        let error = load(&missing, None, &Options::default(), &Files::default()).unwrap_err();
         assert!(matches!(error, CameraPathError::NotFound { .. }));
         assert_eq!(
             error.to_string(),
@@ -120,13 +128,13 @@ mod tests {
         );
 
         let csv = Format::by_name("CSV");
-        let error = load(folder.path(), csv, &Options::default()).unwrap_err();
+        let error = load(folder.path(), csv, &Options::default(), &Files::default()).unwrap_err();
         assert!(matches!(error, CameraPathError::Io { .. }));
     }
 
     #[test]
     fn an_unknown_ending_names_the_known_ones() {
-        let error = load(Path::new("shot.abc"), None, &Options::default()).unwrap_err();
+        let error = load(Path::new("shot.abc"), None, &Options::default(), &Files::default()).unwrap_err();
         assert_eq!(
             error.to_string(),
             "the name does not tell the format of the camera path, known are .csv .tsv: shot.abc"
@@ -139,11 +147,11 @@ mod tests {
         let path = folder.path().join("Shot.CSV");
         let header = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n";
         fs::write(&path, format!("{header}1,0,0,15,0,0,0\n")).expect("written");
-        let loaded = load(&path, None, &Options::default()).expect("a path");
+        let loaded = load(&path, None, &Options::default(), &Files::default()).expect("a path");
         assert_eq!(loaded.frames(), 1..=1);
 
         fs::write(&path, format!("{header}1,abc,0,15,0,0,0\n")).expect("written");
-        let error = load(&path, None, &Options::default()).unwrap_err();
+        let error = load(&path, None, &Options::default(), &Files::default()).unwrap_err();
         assert_eq!(
             error.to_string(),
             format!("{}:2: eye_x: 'abc' is not a number", path.display())

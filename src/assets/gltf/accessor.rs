@@ -6,7 +6,7 @@ use ::gltf::json::{
 };
 
 use super::{
-    Problem,
+    GltfProblem,
     document::{Document, get},
 };
 
@@ -24,12 +24,12 @@ struct Layout {
 }
 
 impl Layout {
-    fn of(accessor: &Accessor, index: usize) -> Result<Self, Problem> {
+    fn of(accessor: &Accessor, index: usize) -> Result<Self, GltfProblem> {
         let (Checked::Valid(component), Checked::Valid(kind)) = (accessor.component_type, accessor.type_) else {
-            return Err(Problem::broken(format!("accessor {index} has an unknown type")));
+            return Err(GltfProblem::broken(format!("accessor {index} has an unknown type")));
         };
         if matches!(kind, Type::Mat2 | Type::Mat3 | Type::Mat4) {
-            return Err(Problem::broken(format!("accessor {index} holds matrices")));
+            return Err(GltfProblem::broken(format!("accessor {index} holds matrices")));
         }
         let count = usize::try_from(accessor.count.0).unwrap_or(usize::MAX);
         Ok(Self {
@@ -64,10 +64,10 @@ fn elements(
     offset: u64,
     (count, size): (usize, usize),
     what: impl Fn() -> String,
-) -> Result<impl Iterator<Item = &[u8]>, Problem> {
+) -> Result<impl Iterator<Item = &[u8]>, GltfProblem> {
     let stride = stride.unwrap_or(size);
     if stride < size {
-        return Err(Problem::broken(format!(
+        return Err(GltfProblem::broken(format!(
             "{} has a stride of {stride} bytes for {size}",
             what()
         )));
@@ -81,7 +81,7 @@ fn elements(
         (Some(offset), Some(end)) if end <= bytes.len() => {
             Ok((0..count).map(move |i| &bytes[offset + i * stride..offset + i * stride + size]))
         }
-        _ => Err(Problem::broken(format!(
+        _ => Err(GltfProblem::broken(format!(
             "{} reaches past the end of its buffer view",
             what()
         ))),
@@ -90,18 +90,18 @@ fn elements(
 
 impl Document<'_> {
     /// How many elements an accessor has.
-    pub fn count(&self, index: usize) -> Result<usize, Problem> {
+    pub fn count(&self, index: usize) -> Result<usize, GltfProblem> {
         let accessor = get(&self.root.accessors, index, "accessor")?;
         Ok(usize::try_from(accessor.count.0).unwrap_or(usize::MAX))
     }
 
     /// An accessor of `N` numbers an element.
-    pub fn floats<const N: usize>(&self, index: usize) -> Result<Vec<[f32; N]>, Problem> {
+    pub fn floats<const N: usize>(&self, index: usize) -> Result<Vec<[f32; N]>, GltfProblem> {
         let accessor = get(&self.root.accessors, index, "accessor")?;
         let layout = Layout::of(accessor, index)?;
         if layout.width != N {
             let width = layout.width;
-            return Err(Problem::broken(format!(
+            return Err(GltfProblem::broken(format!(
                 "accessor {index} has {width} numbers an element instead of {N}"
             )));
         }
@@ -112,11 +112,11 @@ impl Document<'_> {
     }
 
     /// An accessor of vertex numbers.
-    pub fn indices(&self, index: usize) -> Result<Vec<u32>, Problem> {
+    pub fn indices(&self, index: usize) -> Result<Vec<u32>, GltfProblem> {
         let accessor = get(&self.root.accessors, index, "accessor")?;
         let layout = Layout::of(accessor, index)?;
         if layout.width != 1 || !is_unsigned(layout.component) {
-            return Err(Problem::broken(format!("accessor {index} cannot hold indices")));
+            return Err(GltfProblem::broken(format!("accessor {index} cannot hold indices")));
         }
         self.read(index, accessor, layout, 0, unsigned)
     }
@@ -128,9 +128,9 @@ impl Document<'_> {
         layout: Layout,
         zero: T,
         element: impl Fn(&[u8]) -> T,
-    ) -> Result<Vec<T>, Problem> {
+    ) -> Result<Vec<T>, GltfProblem> {
         let (count, size) = (layout.count, layout.element());
-        let memory = |count: usize| self.spend((count as u64).saturating_mul(size_of::<T>() as u64));
+        let memory = |count: usize| self.reserve((count as u64).saturating_mul(size_of::<T>() as u64));
         let mut values = match accessor.buffer_view {
             Some(view) => {
                 let offset = accessor.byte_offset.map_or(0, |o| o.0);
@@ -140,7 +140,7 @@ impl Document<'_> {
                 found.map(&element).collect()
             }
             None if count > MOST_ZEROS => {
-                return Err(Problem::broken(format!(
+                return Err(GltfProblem::broken(format!(
                     "accessor {index} has {count} elements but no buffer view"
                 )));
             }
@@ -163,10 +163,13 @@ impl Document<'_> {
         size: usize,
         values: &mut [T],
         element: impl Fn(&[u8]) -> T,
-    ) -> Result<(), Problem> {
+    ) -> Result<(), GltfProblem> {
         let what = || format!("the sparse part of accessor {index}");
         let Checked::Valid(component) = sparse.indices.component_type else {
-            return Err(Problem::broken(format!("{} has indices of an unknown type", what())));
+            return Err(GltfProblem::broken(format!(
+                "{} has indices of an unknown type",
+                what()
+            )));
         };
         let count = usize::try_from(sparse.count.0).unwrap_or(usize::MAX);
         let (indices, offset) = (&sparse.indices, sparse.indices.byte_offset.0);
@@ -182,7 +185,7 @@ impl Document<'_> {
             let at = unsigned(at) as usize;
             let place = values
                 .get_mut(at)
-                .ok_or_else(|| Problem::broken(format!("{} names element {at}, which is not there", what())))?;
+                .ok_or_else(|| GltfProblem::broken(format!("{} names element {at}, which is not there", what())))?;
             *place = element(new);
         }
         Ok(())

@@ -1,8 +1,12 @@
 //! The bytes of a glTF asset: the GLB container, `data:` URIs, files beside the asset.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
-use super::Problem;
+use super::GltfProblem;
+use crate::assets::Files;
 
 /// A glTF file's JSON and the binary chunk of a GLB.
 #[derive(Debug)]
@@ -12,25 +16,27 @@ pub(super) struct Container<'a> {
 }
 
 impl<'a> Container<'a> {
-    pub fn open(bytes: &'a [u8]) -> Result<Self, Problem> {
+    pub fn open(bytes: &'a [u8]) -> Result<Self, GltfProblem> {
         if !bytes.starts_with(b"glTF") {
             let json = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
             return Ok(Self { json, binary: None });
         }
-        let word = |at: usize| -> Result<usize, Problem> {
+        let word = |at: usize| -> Result<usize, GltfProblem> {
             let word = bytes
                 .get(at..at + 4)
-                .ok_or_else(|| Problem::broken("the GLB header ends early"))?;
-            let word = <[u8; 4]>::try_from(word).expect("four bytes were asked for");
+                .ok_or_else(|| GltfProblem::broken("the GLB header ends early"))?;
+            let word = <[u8; 4]>::try_from(word).expect("the slice has four bytes");
             Ok(u32::from_le_bytes(word) as usize)
         };
         let (version, length) = (word(4)?, word(8)?);
         if version != 2 {
-            return Err(Problem::unsupported(format!("version {version} of the GLB container")));
+            return Err(GltfProblem::unsupported(format!(
+                "version {version} of the GLB container"
+            )));
         }
         if length < 12 || length > bytes.len() {
             let found = bytes.len();
-            return Err(Problem::broken(format!(
+            return Err(GltfProblem::broken(format!(
                 "the GLB header says {length} bytes, the file has {found}"
             )));
         }
@@ -39,8 +45,8 @@ impl<'a> Container<'a> {
             let (size, kind) = (word(at)?, &bytes[at + 4..at + 8]);
             let chunk = (at + 8).checked_add(size).filter(|end| *end <= length);
             let chunk = chunk.map(|end| &bytes[at + 8..end]);
-            let chunk =
-                chunk.ok_or_else(|| Problem::broken(format!("a GLB chunk of {size} bytes reaches past the end")))?;
+            let chunk = chunk
+                .ok_or_else(|| GltfProblem::broken(format!("a GLB chunk of {size} bytes reaches past the end")))?;
             match kind {
                 b"JSON" if json.is_none() => json = Some(chunk),
                 b"BIN\0" if binary.is_none() => binary = Some(chunk),
@@ -49,7 +55,7 @@ impl<'a> Container<'a> {
             // Chunks are padded to whole words; where one is not, the next begins at once.
             at += 8 + size;
         }
-        let json = json.ok_or_else(|| Problem::broken("the GLB has no JSON chunk"))?;
+        let json = json.ok_or_else(|| GltfProblem::broken("the GLB has no JSON chunk"))?;
         Ok(Self { json, binary })
     }
 }
@@ -62,15 +68,18 @@ pub(super) enum Location {
 }
 
 /// What a URI of an asset in `folder` names. URIs are untrusted: only `data:` and files in the folder or below.
-pub(super) fn locate(folder: &Path, uri: &str) -> Result<Location, Problem> {
+pub(super) fn locate(folder: &Path, uri: &str) -> Result<Location, GltfProblem> {
     if let Some(data) = uri.strip_prefix("data:") {
         return data_uri(data).map(Location::Here);
     }
     let scheme = uri.split(['/', '?', '#']).next().unwrap_or_default();
     if scheme.contains(':') {
-        return Err(Problem::refused(uri, "only files beside the asset and data: are read"));
+        return Err(GltfProblem::refused(
+            uri,
+            "only files beside the asset and data: are read",
+        ));
     }
-    let decoded = percent_decoded(uri).ok_or_else(|| Problem::refused(uri, "it is not UTF-8"))?;
+    let decoded = percent_decoded(uri).ok_or_else(|| GltfProblem::refused(uri, "it is not UTF-8"))?;
     let mut depth = 0;
     for part in decoded.split(['/', '\\']) {
         match part {
@@ -79,15 +88,15 @@ pub(super) fn locate(folder: &Path, uri: &str) -> Result<Location, Problem> {
             _ => depth += 1,
         }
         if depth < 0 {
-            return Err(Problem::refused(uri, "it leaves the asset's folder"));
+            return Err(GltfProblem::refused(uri, "it leaves the asset's folder"));
         }
     }
     let has_drive = decoded.as_bytes().get(1) == Some(&b':');
     if decoded.starts_with(['/', '\\']) || has_drive || decoded.contains('\0') {
-        return Err(Problem::refused(uri, "it is not relative to the asset's folder"));
+        return Err(GltfProblem::refused(uri, "it is not relative to the asset's folder"));
     }
     if decoded.is_empty() {
-        return Err(Problem::refused(uri, "it is empty"));
+        return Err(GltfProblem::refused(uri, "it is empty"));
     }
     let path = folder.join(&decoded);
     // Names with a literal `%` are not escaped by every exporter.
@@ -97,15 +106,15 @@ pub(super) fn locate(folder: &Path, uri: &str) -> Result<Location, Problem> {
 }
 
 /// The bytes of a file that a URI named.
-pub(super) fn read(path: &Path) -> Result<Vec<u8>, Problem> {
-    let missing = |source| Problem::Missing {
+pub(super) fn read(path: &Path, files: &Files) -> Result<Arc<[u8]>, GltfProblem> {
+    let missing = |source| GltfProblem::Missing {
         source,
         file: path.to_owned(),
     };
     if path.metadata().map_err(missing)?.is_file() {
-        std::fs::read(path).map_err(missing)
+        files.read(path).map_err(missing)
     } else {
-        Err(Problem::broken(format!("not a file: {}", path.display())))
+        Err(GltfProblem::broken(format!("not a file: {}", path.display())))
     }
 }
 
@@ -130,16 +139,16 @@ fn percent_decoded(uri: &str) -> Option<String> {
 }
 
 /// What follows `data:`.
-fn data_uri(data: &str) -> Result<Vec<u8>, Problem> {
+fn data_uri(data: &str) -> Result<Vec<u8>, GltfProblem> {
     let (head, body) = data
         .split_once(',')
-        .ok_or_else(|| Problem::broken("a data: URI without a comma"))?;
+        .ok_or_else(|| GltfProblem::broken("a data: URI without a comma"))?;
     if head.ends_with(";base64") {
-        base64(body.as_bytes()).ok_or_else(|| Problem::broken("a data: URI is not base64"))
+        base64(body.as_bytes()).ok_or_else(|| GltfProblem::broken("a data: URI is not base64"))
     } else {
         percent_decoded(body)
             .map(String::into_bytes)
-            .ok_or_else(|| Problem::broken("a data: URI is not UTF-8"))
+            .ok_or_else(|| GltfProblem::broken("a data: URI is not UTF-8"))
     }
 }
 

@@ -3,6 +3,7 @@
 use std::{
     cell::{Cell, OnceCell},
     path::Path,
+    sync::Arc,
 };
 
 use ::gltf::json::{
@@ -12,17 +13,18 @@ use ::gltf::json::{
 };
 
 use super::{
-    Problem,
+    GltfProblem,
     container::{self, Container, Location},
 };
+use crate::assets::Files;
 
 /// Extensions that a file may require. Others that a file only uses are passed over.
 const SUPPORTED: [&str; 2] = ["KHR_lights_punctual", "KHR_mesh_quantization"];
 
 /// What arrays may take in all for each byte of the file, and what any file may have: repeated accessors of a small
 /// file must not fill the memory.
-const GROWTH: u64 = 64;
-const ANYWAY: u64 = 256 << 20;
+const BUDGET_PER_BYTE: u64 = 64;
+const MIN_BUDGET: u64 = 256 << 20;
 
 /// An open document.
 pub(super) struct Document<'a> {
@@ -30,19 +32,20 @@ pub(super) struct Document<'a> {
     /// The same with all extensions.
     pub raw: Value,
     pub folder: &'a Path,
+    files: &'a Files,
     binary: Option<&'a [u8]>,
-    buffers: Vec<OnceCell<Vec<u8>>>,
+    buffers: Vec<OnceCell<Arc<[u8]>>>,
     budget: Cell<u64>,
 }
 
 impl<'a> Document<'a> {
-    pub fn open(bytes: &'a [u8], folder: &'a Path) -> Result<Self, Problem> {
+    pub fn open(bytes: &'a [u8], folder: &'a Path, files: &'a Files) -> Result<Self, GltfProblem> {
         let Container { json, binary } = Container::open(bytes)?;
-        let syntax = |e: json::Error| Problem::broken(format!("its JSON is not understood: {e}"));
+        let syntax = |e: json::Error| GltfProblem::broken(format!("its JSON is not understood: {e}"));
         let mut raw: Value = deserialize::from_slice(json).map_err(syntax)?;
         check_version(&raw)?;
         check_extensions(&raw)?;
-        soften(&mut raw);
+        normalize(&mut raw);
         let root: Root = deserialize::from_value(raw.clone()).map_err(syntax)?;
         check_indices(&root)?;
         let buffers = root.buffers.iter().map(|_| OnceCell::new()).collect();
@@ -50,36 +53,37 @@ impl<'a> Document<'a> {
             root,
             raw,
             folder,
+            files,
             binary,
             buffers,
-            budget: Cell::new(ANYWAY + GROWTH * bytes.len() as u64),
+            budget: Cell::new(MIN_BUDGET + BUDGET_PER_BYTE * bytes.len() as u64),
         })
     }
 
-    /// Asks for memory for arrays, in bytes.
-    pub fn spend(&self, bytes: u64) -> Result<(), Problem> {
+    /// Takes bytes for arrays from the budget.
+    pub fn reserve(&self, bytes: u64) -> Result<(), GltfProblem> {
         let left = self.budget.get().checked_sub(bytes);
         self.budget
-            .set(left.ok_or_else(|| Problem::broken("its arrays are far larger than the file"))?);
+            .set(left.ok_or_else(|| GltfProblem::broken("its arrays are far larger than the file"))?);
         Ok(())
     }
 
-    fn buffer(&self, index: usize) -> Result<&[u8], Problem> {
+    fn buffer(&self, index: usize) -> Result<&[u8], GltfProblem> {
         let buffer = get(&self.root.buffers, index, "buffer")?;
         let bytes = match &buffer.uri {
             None if index == 0 => self
                 .binary
-                .ok_or_else(|| Problem::broken("buffer 0 has no uri, and there is no binary chunk"))?,
-            None => return Err(Problem::broken(format!("buffer {index} has no uri"))),
+                .ok_or_else(|| GltfProblem::broken("buffer 0 has no uri, and there is no binary chunk"))?,
+            None => return Err(GltfProblem::broken(format!("buffer {index} has no uri"))),
             Some(uri) => {
                 let cell = &self.buffers[index];
                 if cell.get().is_none() {
                     let bytes = match container::locate(self.folder, uri)? {
-                        Location::Here(bytes) => bytes,
-                        Location::File(path) => container::read(&path)?,
+                        Location::Here(bytes) => bytes.into(),
+                        Location::File(path) => container::read(&path, self.files)?,
                     };
                     self.budget
-                        .set(self.budget.get().saturating_add(GROWTH * bytes.len() as u64));
+                        .set(self.budget.get().saturating_add(BUDGET_PER_BYTE * bytes.len() as u64));
                     let _ = cell.set(bytes);
                 }
                 cell.get().expect("it was just set")
@@ -88,19 +92,19 @@ impl<'a> Document<'a> {
         let length = usize::try_from(buffer.byte_length.0).unwrap_or(usize::MAX);
         bytes.get(..length).ok_or_else(|| {
             let found = bytes.len();
-            Problem::broken(format!("buffer {index} should have {length} bytes, but has {found}"))
+            GltfProblem::broken(format!("buffer {index} should have {length} bytes, but has {found}"))
         })
     }
 
     /// The bytes of a view, and its stride.
-    pub fn view(&self, index: usize) -> Result<(&[u8], Option<usize>), Problem> {
+    pub fn view(&self, index: usize) -> Result<(&[u8], Option<usize>), GltfProblem> {
         let view = get(&self.root.buffer_views, index, "buffer view")?;
         let buffer = self.buffer(view.buffer.value())?;
         let start = view.byte_offset.map_or(0, |o| o.0);
         let end = start.checked_add(view.byte_length.0);
         let range = end.and_then(|end| Some(usize::try_from(start).ok()?..usize::try_from(end).ok()?));
         let bytes = range.and_then(|r| buffer.get(r)).ok_or_else(|| {
-            Problem::broken(format!(
+            GltfProblem::broken(format!(
                 "buffer view {index} reaches past the end of buffer {}",
                 view.buffer.value()
             ))
@@ -110,16 +114,16 @@ impl<'a> Document<'a> {
 }
 
 /// Element `index` of an array of the document.
-pub(super) fn get<'a, T>(array: &'a [T], index: usize, what: &str) -> Result<&'a T, Problem> {
+pub(super) fn get<'a, T>(array: &'a [T], index: usize, what: &str) -> Result<&'a T, GltfProblem> {
     let count = array.len();
     array
         .get(index)
-        .ok_or_else(|| Problem::broken(format!("there is no {what} {index}, there are {count}")))
+        .ok_or_else(|| GltfProblem::broken(format!("there is no {what} {index}, there are {count}")))
 }
 
 /// Refuses an index that names nothing, wherever it stands, used or not. What else the crate's check finds is left: much
 /// of it does no harm, some of it is allowed.
-fn check_indices(root: &Root) -> Result<(), Problem> {
+fn check_indices(root: &Root) -> Result<(), GltfProblem> {
     let mut wrong = None;
     for (i, mesh) in root.meshes.iter().enumerate() {
         // The check believes this one.
@@ -138,24 +142,24 @@ fn check_indices(root: &Root) -> Result<(), Problem> {
     wrong.map_or(Ok(()), |path| Err(nothing(&path)))
 }
 
-fn nothing(path: &str) -> Problem {
-    Problem::broken(format!("{path} names something that is not there"))
+fn nothing(path: &str) -> GltfProblem {
+    GltfProblem::broken(format!("{path} names something that is not there"))
 }
 
-fn check_version(raw: &Value) -> Result<(), Problem> {
+fn check_version(raw: &Value) -> Result<(), GltfProblem> {
     let text = |key: &str| raw.get("asset").and_then(|a| a.get(key)).and_then(Value::as_str);
-    let version = text("version").ok_or_else(|| Problem::broken("it has no asset.version"))?;
+    let version = text("version").ok_or_else(|| GltfProblem::broken("it has no asset.version"))?;
     let major = version.split('.').next().unwrap_or_default();
     if major != "2" {
-        return Err(Problem::unsupported(format!("version {version} of glTF")));
+        return Err(GltfProblem::unsupported(format!("version {version} of glTF")));
     }
     match text("minVersion") {
-        Some(least) if least != "2.0" => Err(Problem::unsupported(format!("version {least} of glTF"))),
+        Some(least) if least != "2.0" => Err(GltfProblem::unsupported(format!("version {least} of glTF"))),
         _ => Ok(()),
     }
 }
 
-fn check_extensions(raw: &Value) -> Result<(), Problem> {
+fn check_extensions(raw: &Value) -> Result<(), GltfProblem> {
     let required = raw.get("extensionsRequired").and_then(Value::as_array);
     let unknown: Vec<&str> = required
         .into_iter()
@@ -167,14 +171,14 @@ fn check_extensions(raw: &Value) -> Result<(), Problem> {
         return Ok(());
     }
     let plural = if unknown.len() == 1 { "extension" } else { "extensions" };
-    Err(Problem::unsupported(format!(
+    Err(GltfProblem::unsupported(format!(
         "it requires the {plural} {}",
         unknown.join(", ")
     )))
 }
 
 /// Makes what the format allows acceptable to its parser: whole numbers written as `1.0`, scenes without nodes.
-fn soften(value: &mut Value) {
+fn normalize(value: &mut Value) {
     if let Some(scenes) = value.get_mut("scenes").and_then(Value::as_array_mut) {
         for scene in scenes.iter_mut().filter_map(Value::as_object_mut) {
             scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));

@@ -8,9 +8,11 @@
 //! Source: Khronos, "glTF 2.0 Specification", version 2.0.1, 2021.
 
 mod accessor;
+mod cameras;
 mod container;
 mod document;
-mod looks;
+mod lights;
+mod materials;
 mod nodes;
 mod primitive;
 
@@ -19,7 +21,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::model::{Model, ModelCamera, Part};
+use super::{
+    Files,
+    model::{MeshInstance, Model, ModelCamera},
+};
 use document::{Document, get};
 
 /// Why a glTF asset was not loaded.
@@ -48,7 +53,7 @@ impl GltfError {
 
 /// What is wrong inside a file.
 #[derive(Debug, thiserror::Error)]
-enum Problem {
+enum GltfProblem {
     #[error("{0}")]
     Broken(String),
     #[error("{0}")]
@@ -57,7 +62,7 @@ enum Problem {
     Missing { source: io::Error, file: PathBuf },
 }
 
-impl Problem {
+impl GltfProblem {
     fn broken(cause: impl ToString) -> Self {
         Self::Broken(cause.to_string())
     }
@@ -90,41 +95,44 @@ impl Problem {
 }
 
 /// Loads the asset at `path`. One without triangles is a model without parts.
-pub fn load(path: &Path) -> Result<Model, GltfError> {
-    let bytes = std::fs::read(path).map_err(|source| GltfError::Read {
+pub fn load(path: &Path, files: &Files) -> Result<Model, GltfError> {
+    let bytes = files.read(path).map_err(|source| GltfError::Read {
         source,
         path: path.to_owned(),
     })?;
-    parse(&bytes, path)
+    parse(&bytes, path, files)
 }
 
 /// Reads an asset from the bytes of a file; what it names lies beside `path`.
-pub fn parse(bytes: &[u8], path: &Path) -> Result<Model, GltfError> {
-    read(bytes, path).map_err(|problem| problem.at(path))
+pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, GltfError> {
+    read(bytes, path, files).map_err(|problem| problem.at(path))
 }
 
-fn read(bytes: &[u8], path: &Path) -> Result<Model, Problem> {
+fn read(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, GltfProblem> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let document = Document::open(bytes, folder)?;
+    let document = Document::open(bytes, folder, files)?;
     let root = &document.root;
     let mut model = Model::default();
     let mut meshes = primitive::Meshes::default();
-    let mut looks = looks::Looks::default();
-    for (index, place) in nodes::placed(&document)? {
+    let mut materials = materials::ModelMaterials::default();
+    let hierarchy = nodes::Hierarchy::new(&document)?;
+    model.nodes = hierarchy.names();
+    for (index, place) in hierarchy.placed(&document)? {
         let node = &root.nodes[index];
         if let Some(mesh) = node.mesh {
             let primitives = &get(&root.meshes, mesh.value(), "mesh")?.primitives;
             for (i, primitive) in primitives.iter().enumerate() {
                 // Many nodes may name a mesh of many primitives.
-                document.spend(size_of::<Part>() as u64)?;
+                document.reserve(size_of::<MeshInstance>() as u64)?;
                 let what = format!("primitive {i} of mesh {}", mesh.value());
                 let material = primitive.material.map(|m| m.value());
-                let uv_set = looks::uv_set(&document, material)?;
+                let uv_set = materials::uv_set(&document, material)?;
                 if let Some(mesh) = meshes.place(&document, primitive, uv_set, &what)? {
-                    let material = looks.place(&document, material, path, &mut model)?;
-                    model.parts.push(Part {
+                    let material = materials.place(&document, material, path, &mut model)?;
+                    model.instances.push(MeshInstance {
                         mesh,
                         material,
+                        node: Some(index),
                         model_from_mesh: place,
                     });
                 }
@@ -132,7 +140,7 @@ fn read(bytes: &[u8], path: &Path) -> Result<Model, Problem> {
         }
         if let Some(camera) = node.camera {
             let camera = get(&root.cameras, camera.value(), "camera")?;
-            match looks::view(camera) {
+            match cameras::view(camera) {
                 Some(view) => model.cameras.push(ModelCamera {
                     model_from_camera: place,
                     view,
@@ -143,7 +151,7 @@ fn read(bytes: &[u8], path: &Path) -> Result<Model, Problem> {
                 ),
             }
         }
-        model.lights.extend(looks::light(&document, index, place)?);
+        model.lights.extend(lights::light(&document, index, place)?);
     }
     model.meshes = meshes.meshes;
     Ok(model)

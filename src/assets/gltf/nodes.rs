@@ -4,43 +4,67 @@ use ::gltf::json::scene::Node;
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 
 use super::{
-    Problem,
+    GltfProblem,
     document::{Document, get},
 };
+use crate::assets::model::ModelNode;
 
-/// Nodes of the document's scene with their place in the world, parents first.
-pub(super) fn placed(document: &Document<'_>) -> Result<Vec<(usize, DAffine3)>, Problem> {
-    let nodes = &document.root.nodes;
-    let parents = parents(nodes)?;
-    let mut stack: Vec<(usize, DAffine3)> = Vec::new();
-    let roots = roots(document, &parents)?;
-    stack.extend(roots.into_iter().rev().map(|i| (i, DAffine3::IDENTITY)));
-    let mut seen = vec![false; nodes.len()];
-    let mut out = Vec::new();
-    while let Some((index, world_from_parent)) = stack.pop() {
-        // A scene may name a node twice, or a node and its parent.
-        if std::mem::replace(&mut seen[index], true) {
-            continue;
-        }
-        let world = world_from_parent * local(&nodes[index], index)?;
-        if !world.is_finite() {
-            return Err(Problem::broken(format!("node {index} is infinitely large or far away")));
-        }
-        out.push((index, world));
-        let children = nodes[index].children.iter().flatten();
-        stack.extend(children.rev().map(|c| (c.value(), world)));
+/// The nodes of a document and the parent of each.
+pub(super) struct Hierarchy<'a> {
+    nodes: &'a [Node],
+    parents: Vec<Option<usize>>,
+}
+
+impl<'a> Hierarchy<'a> {
+    pub fn new(document: &'a Document<'_>) -> Result<Self, GltfProblem> {
+        let nodes = &document.root.nodes;
+        let parents = parents(nodes)?;
+        Ok(Self { nodes, parents })
     }
-    Ok(out)
+
+    /// All nodes by name, in the order of the document.
+    pub fn names(&self) -> Vec<ModelNode> {
+        let named = |(node, parent): (&Node, &Option<usize>)| ModelNode {
+            name: node.name.clone().unwrap_or_default(),
+            parent: *parent,
+        };
+        self.nodes.iter().zip(&self.parents).map(named).collect()
+    }
+
+    /// The nodes of the document's scene with their transforms to the world, parents first.
+    pub fn placed(&self, document: &Document<'_>) -> Result<Vec<(usize, DAffine3)>, GltfProblem> {
+        let mut stack: Vec<(usize, DAffine3)> = Vec::new();
+        let roots = roots(document, &self.parents)?;
+        stack.extend(roots.into_iter().rev().map(|i| (i, DAffine3::IDENTITY)));
+        let mut seen = vec![false; self.nodes.len()];
+        let mut out = Vec::new();
+        while let Some((index, world_from_parent)) = stack.pop() {
+            // A scene may name a node twice, or a node and its parent.
+            if std::mem::replace(&mut seen[index], true) {
+                continue;
+            }
+            let world = world_from_parent * local(&self.nodes[index], index)?;
+            if !world.is_finite() {
+                return Err(GltfProblem::broken(format!(
+                    "node {index} is infinitely large or far away"
+                )));
+            }
+            out.push((index, world));
+            let children = self.nodes[index].children.iter().flatten();
+            stack.extend(children.rev().map(|c| (c.value(), world)));
+        }
+        Ok(out)
+    }
 }
 
 /// The parent of each node; every node has one at most, and none is its own ancestor.
-fn parents(nodes: &[Node]) -> Result<Vec<Option<usize>>, Problem> {
+fn parents(nodes: &[Node]) -> Result<Vec<Option<usize>>, GltfProblem> {
     let mut parents = vec![None; nodes.len()];
     for (i, node) in nodes.iter().enumerate() {
         for child in node.children.iter().flatten().map(|c| c.value()) {
             get(nodes, child, "node").map_err(|e| e.within(&format!("node {i}")))?;
             if let Some(other) = parents[child].replace(i) {
-                return Err(Problem::broken(format!(
+                return Err(GltfProblem::broken(format!(
                     "node {child} is a child of both node {other} and node {i}"
                 )));
             }
@@ -58,13 +82,13 @@ fn parents(nodes: &[Node]) -> Result<Vec<Option<usize>>, Problem> {
         Some(below) => {
             // As many steps up as there are nodes end on the cycle.
             let on_cycle = (0..nodes.len()).fold(below, |i, _| parents[i].unwrap_or(i));
-            Err(Problem::broken(format!("node {on_cycle} is its own ancestor")))
+            Err(GltfProblem::broken(format!("node {on_cycle} is its own ancestor")))
         }
     }
 }
 
 /// The nodes at the top of the default scene, else of the first; of a document without scenes all without a parent.
-fn roots(document: &Document<'_>, parents: &[Option<usize>]) -> Result<Vec<usize>, Problem> {
+fn roots(document: &Document<'_>, parents: &[Option<usize>]) -> Result<Vec<usize>, GltfProblem> {
     let root = &document.root;
     let scene = match root.scene {
         Some(scene) => Some(get(&root.scenes, scene.value(), "scene")?),
@@ -77,12 +101,12 @@ fn roots(document: &Document<'_>, parents: &[Option<usize>]) -> Result<Vec<usize
     scene.nodes.iter().map(|n| index(n.value())).collect()
 }
 
-fn local(node: &Node, index: usize) -> Result<DAffine3, Problem> {
+fn local(node: &Node, index: usize) -> Result<DAffine3, GltfProblem> {
     let vec3 = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
     if let Some(m) = node.matrix {
         let m = DMat4::from_cols_array(&m.map(f64::from));
         if m.row(3) != glam::DVec4::W {
-            return Err(Problem::broken(format!("the matrix of node {index} is not affine")));
+            return Err(GltfProblem::broken(format!("the matrix of node {index} is not affine")));
         }
         return Ok(DAffine3::from_mat4(m));
     }

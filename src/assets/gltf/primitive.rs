@@ -7,7 +7,7 @@ use ::gltf::json::{
     validation::Checked,
 };
 
-use super::{Problem, document::Document};
+use super::{GltfProblem, document::Document};
 use crate::{
     math::{Vec2, Vec3},
     shape::mesh::Mesh,
@@ -39,9 +39,9 @@ impl Meshes {
         primitive: &Primitive,
         uv_set: u32,
         what: &str,
-    ) -> Result<Option<usize>, Problem> {
+    ) -> Result<Option<usize>, GltfProblem> {
         let Checked::Valid(mode) = primitive.mode else {
-            return Err(Problem::broken(format!("{what} has an unknown mode")));
+            return Err(GltfProblem::broken(format!("{what} has an unknown mode")));
         };
         let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(|a| a.value());
         let Some(positions) = attribute(Semantic::Positions) else {
@@ -68,22 +68,22 @@ impl Meshes {
     }
 }
 
-fn mesh(document: &Document<'_>, key: &Key, mode: Mode) -> Result<Mesh, Problem> {
+fn mesh(document: &Document<'_>, key: &Key, mode: Mode) -> Result<Mesh, GltfProblem> {
     let count = document.count(key.positions)?;
     let indices = match key.indices {
         Some(indices) => document.indices(indices)?,
         None => {
-            document.spend(4 * count as u64)?;
+            document.reserve(4 * count as u64)?;
             // An accessor's bytes are checked before their number is believed.
             let positions = document.floats::<3>(key.positions)?.len();
-            (0..u32::try_from(positions).map_err(|_| Problem::broken("more than 2^32 vertices"))?).collect()
+            (0..u32::try_from(positions).map_err(|_| GltfProblem::broken("more than 2^32 vertices"))?).collect()
         }
     };
     let triangles = triangles(mode, &indices);
     if triangles.is_empty() {
         return Ok(Mesh::default());
     }
-    let vec3 = |index| -> Result<Vec<Vec3>, Problem> {
+    let vec3 = |index| -> Result<Vec<Vec3>, GltfProblem> {
         Ok(document.floats::<3>(index)?.into_iter().map(Vec3::from_array).collect())
     };
     let normals = key.normals.map(vec3).transpose()?.unwrap_or_default();
@@ -103,7 +103,7 @@ fn mesh(document: &Document<'_>, key: &Key, mode: Mode) -> Result<Mesh, Problem>
         normals: normals.into_iter().map(Vec3::normalize_or_zero).collect(),
         uvs,
     };
-    mesh.validate().map_err(Problem::broken)?;
+    mesh.validate().map_err(GltfProblem::broken)?;
     Ok(mesh)
 }
 

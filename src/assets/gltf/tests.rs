@@ -28,7 +28,7 @@ const ACCESSORS: &str = r#""accessors": [{"bufferView": 0, "componentType": 5126
 const MESH: &str = r#""meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}]"#;
 
 fn read(rest: &str) -> Result<Model, String> {
-    parse(&glb(rest), Path::new("nowhere/a.glb")).map_err(|e| e.to_string())
+    parse(&glb(rest), Path::new("nowhere/a.glb"), &Files::default()).map_err(|e| e.to_string())
 }
 
 fn scene(accessors: &str, mesh: &str, nodes: &str) -> Result<Model, String> {
@@ -40,14 +40,14 @@ fn nested_nodes_place_their_meshes_and_share_them() {
     let nodes = r#""nodes": [{"translation": [1, 0, 0], "children": [1, 2]}, {"mesh": 0, "scale": [-2, 2, 2]}, {"mesh": 0}],
         "scenes": [{"nodes": [0]}]"#;
     let model = scene(ACCESSORS, MESH, nodes).unwrap();
-    assert_eq!((model.meshes.len(), model.parts.len()), (1, 2));
+    assert_eq!((model.meshes.len(), model.instances.len()), (1, 2));
     let bounds = model.bounds();
     assert_eq!(
         (bounds.min, bounds.max),
         (Vec3::new(-1.0, 0.0, 0.0), Vec3::new(2.0, 2.0, 0.0))
     );
-    assert!(model.parts[0].model_from_mesh.matrix3.determinant() < 0.0);
-    assert_eq!(model.materials[model.parts[0].material].base_color, Rgb::WHITE);
+    assert!(model.instances[0].model_from_mesh.matrix3.determinant() < 0.0);
+    assert_eq!(model.materials[model.instances[0].material].base_color, Rgb::WHITE);
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn lights_and_cameras_are_found_with_their_place() {
     );
     assert_eq!(light.model_from_light.translation.y, 3.0);
     assert_eq!(model.cameras.len(), 1);
-    assert!(model.parts.is_empty());
+    assert!(model.instances.is_empty());
 }
 
 #[test]
@@ -166,9 +166,17 @@ fn required_extensions_and_other_versions_are_refused_by_name() {
         read(r#""extensionsRequired": ["KHR_lights_punctual", "EXT_x", "KHR_y"]"#).unwrap_err(),
         "unsupported model: it requires the extensions EXT_x, KHR_y: nowhere/a.glb"
     );
-    let old = parse(br#"{"asset": {"version": "1.0"}}"#, Path::new("a.gltf")).unwrap_err();
+    let old = parse(
+        br#"{"asset": {"version": "1.0"}}"#,
+        Path::new("a.gltf"),
+        &Files::default(),
+    )
+    .unwrap_err();
     assert!(old.to_string().contains("version 1.0 of glTF"));
-    assert!(parse(b"", Path::new("a.gltf")).is_err() && parse(b"[]", Path::new("a.gltf")).is_err());
+    assert!(
+        parse(b"", Path::new("a.gltf"), &Files::default()).is_err()
+            && parse(b"[]", Path::new("a.gltf"), &Files::default()).is_err()
+    );
 }
 
 #[test]
@@ -176,11 +184,11 @@ fn cut_and_flipped_bytes_never_panic() {
     let nodes = r#""nodes": [{"mesh": 0, "children": [1]}, {"rotation": [0, 0, 0, 1], "mesh": 0}]"#;
     let whole = glb(&format!("{ACCESSORS}, {MESH}, {nodes}"));
     for i in 0..whole.len() {
-        let _ = parse(&whole[..i], Path::new("a.glb"));
+        let _ = parse(&whole[..i], Path::new("a.glb"), &Files::default());
         for bits in [1u8, 2, 16, 128, 255] {
             let mut flipped = whole.clone();
             flipped[i] ^= bits;
-            let _ = parse(&flipped, Path::new("a.glb"));
+            let _ = parse(&flipped, Path::new("a.glb"), &Files::default());
         }
     }
 }

@@ -8,7 +8,7 @@ use ::exr::{
     prelude::{ReadChannels as _, ReadLayers as _, read},
 };
 
-use super::{Problem, check_size};
+use super::{ImageProblem, check_size};
 use crate::texture::Bitmap;
 
 pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
@@ -16,7 +16,7 @@ pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 /// More than any of the format's codecs packs into a byte: deflate stops at 1,032.
 const MOST_GAIN: u64 = 4096;
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Bitmap, Problem> {
+pub(super) fn decode(bytes: &[u8]) -> Result<Bitmap, ImageProblem> {
     check_header(bytes)?;
     let image = read()
         .no_deep_data()
@@ -29,12 +29,12 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Bitmap, Problem> {
 }
 
 /// Refuses what the decoder would believe: it allocates for the size that the header claims.
-fn check_header(bytes: &[u8]) -> Result<(), Problem> {
+fn check_header(bytes: &[u8]) -> Result<(), ImageProblem> {
     let length = bytes.len() as u64;
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)?;
     for header in &meta.headers {
         if header.deep {
-            return Err(Problem::broken("deep data is not supported"));
+            return Err(ImageProblem::broken("deep data is not supported"));
         }
         let [width, height] = [header.layer_size.0 as u64, header.layer_size.1 as u64];
         let bytes_per_pixel = header.channels.bytes_per_pixel as u64;
@@ -45,7 +45,7 @@ fn check_header(bytes: &[u8]) -> Result<(), Problem> {
         // A place in the table of blocks, a position and a size.
         let blocks = header.chunk_count as u64;
         if blocks.saturating_mul(16) > length || size / MOST_GAIN > length {
-            return Err(Problem::broken(format!(
+            return Err(ImageProblem::broken(format!(
                 "{length} bytes cannot hold {width} x {height} pixels"
             )));
         }
@@ -55,13 +55,13 @@ fn check_header(bytes: &[u8]) -> Result<(), Problem> {
             .iter()
             .any(|c| c.sampling.0 != 1 || c.sampling.1 != 1)
         {
-            return Err(Problem::broken("subsampled channels are not supported"));
+            return Err(ImageProblem::broken("subsampled channels are not supported"));
         }
     }
     Ok(())
 }
 
-fn picture(layer: Layer<AnyChannels<FlatSamples>>) -> Result<Bitmap, Problem> {
+fn picture(layer: Layer<AnyChannels<FlatSamples>>) -> Result<Bitmap, ImageProblem> {
     let list = &layer.channel_data.list;
     let find = |name: &str| {
         let exact = list.iter().find(|c| c.name.eq_case_insensitive(name));
@@ -74,7 +74,7 @@ fn picture(layer: Layer<AnyChannels<FlatSamples>>) -> Result<Bitmap, Problem> {
         (Some(r), Some(g), Some(b), _) => vec![r, g, b],
         (_, _, _, Some(y)) => vec![y],
         _ if list.len() == 1 => vec![&list[0]],
-        _ => return Err(Problem::broken("no channels R, G, B or Y")),
+        _ => return Err(ImageProblem::broken("no channels R, G, B or Y")),
     };
     if planes.len() == 3 {
         planes.extend(find("A"));
@@ -98,7 +98,7 @@ fn last_part(name: &str) -> &str {
     name.rsplit('.').next().unwrap_or(name)
 }
 
-impl From<::exr::error::Error> for Problem {
+impl From<::exr::error::Error> for ImageProblem {
     fn from(error: ::exr::error::Error) -> Self {
         Self::broken(error)
     }

@@ -1,5 +1,7 @@
 //! Files of every format, whole, cut short and forged.
 
+use std::fs;
+
 use ::image::ImageFormat as F;
 use half::f16;
 
@@ -108,12 +110,16 @@ fn a_file_cut_short_is_an_error() {
 fn a_missing_file_is_told_from_a_broken_one() {
     let home = tempfile::tempdir().unwrap();
     for path in [home.path().join("absent.png"), home.path().to_owned()] {
-        let error = super::load(&path, ColorSpace::Srgb).unwrap_err();
+        let error = super::load(&path, ColorSpace::Srgb, &Files::default()).unwrap_err();
         assert!(error.is_missing(), "{error}");
     }
     let path = home.path().join("a.png");
     fs::write(&path, b"\x89PNG\r\n\x1a\n and no more").unwrap();
-    assert!(!super::load(&path, ColorSpace::Srgb).unwrap_err().is_missing());
+    assert!(
+        !super::load(&path, ColorSpace::Srgb, &Files::default())
+            .unwrap_err()
+            .is_missing()
+    );
 }
 
 #[test]
@@ -125,9 +131,15 @@ fn absurd_sizes_are_refused() {
     for (bytes, name) in [(bmp, "a.bmp"), (hdr, "a.hdr")] {
         assert!(decode(&bytes, name).is_err(), "{name}");
     }
-    assert!(matches!(check_size([0, 1], 0), Err(Problem::Size { .. })));
-    assert!(matches!(check_size([1, MAX_BYTES + 1], 0), Err(Problem::Size { .. })));
-    assert!(matches!(check_size([1, 1], MAX_BYTES + 1), Err(Problem::Size { .. })));
+    assert!(matches!(check_size([0, 1], 0), Err(ImageProblem::Size { .. })));
+    assert!(matches!(
+        check_size([1, MAX_BYTES + 1], 0),
+        Err(ImageProblem::Size { .. })
+    ));
+    assert!(matches!(
+        check_size([1, 1], MAX_BYTES + 1),
+        Err(ImageProblem::Size { .. })
+    ));
 }
 
 #[test]

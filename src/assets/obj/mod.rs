@@ -22,7 +22,10 @@ use std::{
 
 use glam::DAffine3;
 
-use super::model::{Model, Part};
+use super::{
+    Files,
+    model::{MeshInstance, Model},
+};
 use crate::{
     math::{Vec2, Vec3},
     shape::mesh::{Mesh, MeshError},
@@ -48,16 +51,16 @@ impl ObjError {
 }
 
 /// Loads the model at `path`. A file without faces is a model without parts.
-pub fn load(path: &Path) -> Result<Model, ObjError> {
-    let bytes = std::fs::read(path).map_err(|source| ObjError::Read {
+pub fn load(path: &Path, files: &Files) -> Result<Model, ObjError> {
+    let bytes = files.read(path).map_err(|source| ObjError::Read {
         source,
         path: path.to_owned(),
     })?;
-    parse(&bytes, path)
+    parse(&bytes, path, files)
 }
 
 /// Reads a model from the bytes of a file; libraries and images are beside `path`.
-pub fn parse(bytes: &[u8], path: &Path) -> Result<Model, ObjError> {
+pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError> {
     let text = lines::decode(bytes);
     let at = |flaw: normalize::Flaw| ObjError::Line {
         line: flaw.line,
@@ -93,7 +96,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Model, ObjError> {
         })
         .collect::<Result<Vec<_>, _>>()
         .map_err(broken)?;
-    let mut library = mtl::Library::load(path, &normalized.libraries);
+    let mut library = mtl::Library::load(path, &normalized.libraries, files);
     Ok(assemble(meshes, &mut library, path))
 }
 
@@ -146,9 +149,10 @@ fn assemble(mut meshes: Vec<(&Run, Mesh)>, library: &mut mtl::Library, path: &Pa
         let material = *materials
             .entry(name)
             .or_insert_with(|| library.place(name, path, &mut model));
-        model.parts.push(Part {
+        model.instances.push(MeshInstance {
             mesh: model.meshes.len(),
             material,
+            node: None,
             model_from_mesh: DAffine3::IDENTITY,
         });
         model.meshes.push(mesh);

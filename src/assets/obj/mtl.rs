@@ -7,7 +7,10 @@ use std::{
 
 use super::lines::{Lines, argument, decode, words};
 use crate::{
-    assets::model::{ImageSource, Model, ModelTexture, Surfacing},
+    assets::{
+        Files,
+        model::{ImageSource, Model, ModelMaterial, ModelTexture},
+    },
     math::Rgb,
     texture::image::{Filter, Wrap},
 };
@@ -26,7 +29,7 @@ pub(super) struct Library {
 impl Library {
     /// Reads the libraries that the lines after `mtllib` name. One that is missing or broken is a warning: the faces are
     /// grey without it.
-    pub fn load(obj: &Path, lines: &[String]) -> Self {
+    pub fn load(obj: &Path, lines: &[String], files: &Files) -> Self {
         let mut library = Self {
             materials: HashMap::new(),
             images: HashMap::new(),
@@ -35,15 +38,15 @@ impl Library {
         let mut seen = HashSet::new();
         for path in lines.iter().flat_map(|line| candidates(folder, line)) {
             if seen.insert(path.clone()) {
-                library.add(obj, &path);
+                library.add(obj, &path, files);
             }
         }
         library
     }
 
-    fn add(&mut self, obj: &Path, path: &Path) {
+    fn add(&mut self, obj: &Path, path: &Path, files: &Files) {
         let (obj, shown) = (obj.display(), path.display());
-        let bytes = match std::fs::read(path) {
+        let bytes = match files.read(path) {
             Ok(bytes) => bytes,
             Err(e) => {
                 return tracing::warn!("{obj}: cannot read the material library, its surfaces are gray: {e}: {shown}");
@@ -68,31 +71,32 @@ impl Library {
                 obj.display()
             );
         }
-        let mut surfacing = Surfacing {
+        let mut made = ModelMaterial {
             name: name.unwrap_or_default().to_owned(),
             base_color: Rgb::gray(GRAY),
             base_texture: None,
         };
         if let Some((material, folder)) = found {
-            surfacing.base_color = material.diffuse.map_or(surfacing.base_color, Rgb::from_array);
+            made.base_color = material.diffuse.map_or(made.base_color, Rgb::from_array);
             if let Some(texture) = &material.diffuse_texture {
                 let (name, wrap) = file_and_wrap(texture);
                 let image = *self.images.entry(locate(folder, &name)).or_insert_with_key(|file| {
                     model.images.push(ImageSource::File(file.clone()));
                     model.images.len() - 1
                 });
-                surfacing.base_texture = Some(ModelTexture {
+                model.textures.push(ModelTexture {
                     image,
                     filter: Filter::Trilinear,
                     wrap: [wrap; 2],
                 });
+                made.base_texture = Some(model.textures.len() - 1);
                 // Exporters leave Kd black where a texture takes its place.
-                if surfacing.base_color.is_black() {
-                    surfacing.base_color = Rgb::WHITE;
+                if made.base_color.is_black() {
+                    made.base_color = Rgb::WHITE;
                 }
             }
         }
-        model.materials.push(surfacing);
+        model.materials.push(made);
         model.materials.len() - 1
     }
 }
@@ -133,9 +137,9 @@ fn normalize(text: &[u8], path: &Path) -> Vec<u8> {
                 None => tracing::warn!("line {}: this Kd is not understood: {}", line.number, path.display()),
             },
             b"map_Kd" | b"map_kd" => {
-                let said = argument(&line.text);
-                if !said.is_empty() {
-                    out.extend_from_slice(format!("map_Kd {said}\n").as_bytes());
+                let given = argument(&line.text);
+                if !given.is_empty() {
+                    out.extend_from_slice(format!("map_Kd {given}\n").as_bytes());
                 }
             }
             _ => {}
@@ -156,12 +160,12 @@ fn color(text: &[u8]) -> Option<[f32; 3]> {
 }
 
 /// The file's name, which may hold spaces, after options such as `-s 1 1 1`, of which only `-clamp` is used.
-fn file_and_wrap(said: &str) -> (String, Wrap) {
+fn file_and_wrap(given: &str) -> (String, Wrap) {
     let split = |text: &'_ str| -> Option<(usize, usize)> {
         let end = text.find(char::is_whitespace)?;
         Some((end, end + text[end..].len() - text[end..].trim_start().len()))
     };
-    let (mut rest, mut wrap) = (said.trim(), Wrap::Repeat);
+    let (mut rest, mut wrap) = (given.trim(), Wrap::Repeat);
     while let Some((end, next)) = split(rest) {
         let option = &rest[..end];
         let (least, most) = match option {

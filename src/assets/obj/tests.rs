@@ -1,7 +1,7 @@
 use super::*;
 
 fn read(text: &str) -> Result<Model, ObjError> {
-    parse(text.as_bytes(), Path::new("nowhere/a.obj"))
+    parse(text.as_bytes(), Path::new("nowhere/a.obj"), &Files::default())
 }
 
 /// Two squares that meet at the z axis with a right angle between them.
@@ -73,7 +73,7 @@ fn files_without_faces_are_models_without_parts() {
         "v 0 0 0\nv 1 1 1\nl 1 2\nf 1 2\n",
         "\u{0}\u{1}",
     ] {
-        assert!(read(text).unwrap().parts.is_empty(), "{text:?}");
+        assert!(read(text).unwrap().instances.is_empty(), "{text:?}");
     }
 }
 
@@ -81,11 +81,11 @@ fn files_without_faces_are_models_without_parts() {
 fn cut_and_flipped_bytes_never_panic() {
     let whole = format!("{CORNER}vt 0 0\nvn 0 1 0\ns 1\nf 1/1/1 2/1/1 3/-1/-1 4//1\nusemtl a\nf 1 5 6 -5 \\\n 2\n");
     for i in 0..whole.len() {
-        let _ = parse(&whole.as_bytes()[..i], Path::new("a.obj"));
+        let _ = parse(&whole.as_bytes()[..i], Path::new("a.obj"), &Files::default());
         for byte in [b'\n', b'-', b'9', b'/', b' ', b'e', 0, 0xff] {
             let mut changed = whole.clone().into_bytes();
             changed[i] = byte;
-            let _ = parse(&changed, Path::new("a.obj"));
+            let _ = parse(&changed, Path::new("a.obj"), &Files::default());
         }
     }
 }

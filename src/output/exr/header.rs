@@ -118,6 +118,40 @@ fn entry<'a>(name: &'a str, value: &Value) -> Entry<'a> {
     raw(name, kind, bytes)
 }
 
+/// The value of an attribute of type `kind`; `None` where no [`Value`] has this type or `bytes` are not of it.
+pub(super) fn decode(kind: &[u8], bytes: &[u8]) -> Option<Value> {
+    let word = |i: usize| -> Option<[u8; 4]> { bytes.get(4 * i..4 * i + 4)?.try_into().ok() };
+    let int = |i: usize| word(i).map(i32::from_le_bytes);
+    let float = |i: usize| word(i).map(f32::from_le_bytes);
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).ok();
+    Some(match (kind, bytes.len()) {
+        (b"string", _) => Value::String(text(bytes)?),
+        (b"int", 4) => Value::Int(int(0)?),
+        (b"float", 4) => Value::Float(float(0)?),
+        (b"double", 8) => Value::Double(f64::from_le_bytes(bytes.try_into().ok()?)),
+        (b"v2f", 8) => Value::V2f([float(0)?, float(1)?]),
+        (b"rational", 8) => Value::Rational {
+            numerator: int(0)?,
+            denominator: word(1).map(u32::from_le_bytes)?,
+        },
+        (b"box2i", 16) => {
+            let end = |min: i32, max: i32| max.checked_add(1).filter(|end| *end >= min);
+            let (x0, y0) = (int(0)?, int(1)?);
+            Value::Box2i(Window::new(x0, y0, end(x0, int(2)?)?, end(y0, int(3)?)?))
+        }
+        (b"stringvector", _) => {
+            let (mut rest, mut list) = (bytes, Vec::new());
+            while let Some((length, after)) = rest.split_first_chunk::<4>() {
+                let length = usize::try_from(u32::from_le_bytes(*length)).ok()?;
+                list.push(text(after.get(..length)?)?);
+                rest = &after[length..];
+            }
+            Value::Strings(list)
+        }
+        _ => return None,
+    })
+}
+
 /// The first and the last pixel, both inclusive.
 fn corners(Window { x0, y0, x1, y1 }: Window) -> [i32; 4] {
     [x0, y0, x1.wrapping_sub(1), y1.wrapping_sub(1)]

@@ -438,16 +438,16 @@ fn a_file_is_whole_only_to_its_last_byte() {
         let file = bytes(&image);
         for length in (0..file.len()).step_by(7).chain([file.len() - 1]) {
             std::fs::write(&path, &file[..length]).unwrap();
-            assert!(!Exr.is_whole(&path), "{length} of {}", file.len());
+            assert!(Exr.inspect(&path).is_none(), "{length} of {}", file.len());
         }
         std::fs::write(&path, &file).unwrap();
-        assert!(Exr.is_whole(&path));
+        assert!(Exr.inspect(&path).is_some());
         let mut unfilled = file.clone();
         let table = header::encode(&image, &channels).unwrap().len();
         unfilled[table..table + 8].fill(0);
         std::fs::write(&path, &unfilled).unwrap();
-        assert!(!Exr.is_whole(&path), "an empty place in the table of blocks");
+        assert!(Exr.inspect(&path).is_none(), "an empty place in the table of blocks");
     }
-    assert!(!Exr.is_whole(&home.path().join("absent.exr")));
-    assert!(!Exr.is_whole(home.path()));
+    assert!(Exr.inspect(&home.path().join("absent.exr")).is_none());
+    assert!(Exr.inspect(home.path()).is_none());
 }

@@ -1,4 +1,4 @@
-//! Whether a file is complete, without decoding it.
+//! The facts of a complete file, without decoding its pixels.
 
 use std::{
     fs::File,
@@ -6,21 +6,23 @@ use std::{
     path::Path,
 };
 
-use super::header::{LONG_NAMES, MAGIC, VERSION};
+use super::header::{self, LONG_NAMES, MAGIC, VERSION};
+use crate::output::{Attribute, FileFacts, Value};
 
-/// Whether `path` is a single-part scanline file whose table of blocks is filled and whose last block lies wholly in it.
-pub(super) fn is_whole(path: &Path) -> bool {
-    File::open(path).and_then(check).is_ok_and(|found| found.is_some())
+/// The facts of a single-part scanline file whose table of blocks is filled and whose last block lies wholly in it.
+pub(super) fn inspect(path: &Path) -> Option<FileFacts> {
+    File::open(path).and_then(check).ok().flatten()
 }
 
 /// `None` or an error if anything is missing.
-fn check(file: File) -> io::Result<Option<()>> {
+fn check(file: File) -> io::Result<Option<FileFacts>> {
     let length = file.metadata()?.len();
     let mut file = BufReader::new(file);
     let Some(header) = read_header(&mut file)? else {
         return Ok(None);
     };
-    let lines = i64::from(header.y_max) - i64::from(header.y_min) + 1;
+    let (y_min, y_max) = header.lines;
+    let lines = i64::from(y_max) - i64::from(y_min) + 1;
     let Some(lines_per_block) = lines_per_block(header.compression) else {
         return Ok(None);
     };
@@ -41,14 +43,15 @@ fn check(file: File) -> io::Result<Option<()>> {
     file.seek(SeekFrom::Start(last))?;
     let y = i32::from_le_bytes(take(&mut file)?);
     let size = u64::from(u32::from_le_bytes(take(&mut file)?));
-    let is_there = (header.y_min..=header.y_max).contains(&y) && last + 8 + size <= length;
-    Ok(is_there.then_some(()))
+    let is_there = (y_min..=y_max).contains(&y) && last + 8 + size <= length;
+    Ok(is_there.then_some(header.facts))
 }
 
 struct Header {
     compression: u8,
-    y_min: i32,
-    y_max: i32,
+    /// The first and the last line of the data window.
+    lines: (i32, i32),
+    facts: FileFacts,
 }
 
 fn read_header(file: &mut BufReader<File>) -> io::Result<Option<Header>> {
@@ -58,28 +61,43 @@ fn read_header(file: &mut BufReader<File>) -> io::Result<Option<Header>> {
     if magic != MAGIC || version & !LONG_NAMES != VERSION {
         return Ok(None);
     }
-    let (mut compression, mut window) = (None, None);
+    let (mut compression, mut attributes) = (None, Vec::new());
     loop {
         let name = name(file)?;
         if name.is_empty() {
             break;
         }
-        let _kind = self::name(file)?;
+        let kind = self::name(file)?;
         let size = u32::from_le_bytes(take(file)?);
-        match name.as_slice() {
-            b"compression" if size == 1 => compression = Some(take::<1>(file)?[0]),
-            b"dataWindow" if size == 16 => window = Some(take::<16>(file)?),
-            _ => file.seek_relative(i64::from(size))?,
+        if name == b"compression" && size == 1 {
+            compression = Some(take::<1>(file)?[0]);
+        } else if size as usize <= FileFacts::MAX_ATTRIBUTE {
+            let mut bytes = vec![0; size as usize];
+            file.read_exact(&mut bytes)?;
+            if let (Ok(name), Some(value)) = (String::from_utf8(name), header::decode(&kind, &bytes)) {
+                attributes.push(Attribute { name, value });
+            }
+        } else {
+            file.seek_relative(i64::from(size))?;
         }
     }
-    let (Some(compression), Some(window)) = (compression, window) else {
+    let window = |name: &str| {
+        attributes.iter().find_map(|a| match a.value {
+            Value::Box2i(window) if a.name == name => Some(window),
+            _ => None,
+        })
+    };
+    let (Some(compression), Some(data), Some(display)) = (compression, window("dataWindow"), window("displayWindow"))
+    else {
         return Ok(None);
     };
-    let int = |i: usize| i32::from_le_bytes([window[i], window[i + 1], window[i + 2], window[i + 3]]);
     Ok(Some(Header {
         compression,
-        y_min: int(4),
-        y_max: int(12),
+        lines: (data.y0, data.y1.saturating_sub(1)),
+        facts: FileFacts {
+            resolution: [display.width(), display.height()],
+            attributes,
+        },
     }))
 }
 

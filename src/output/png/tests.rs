@@ -166,9 +166,9 @@ fn a_file_is_whole_only_to_its_last_byte() {
     let (file, _) = bytes(&image(&film(), &metadata()));
     for length in 0..file.len() {
         std::fs::write(&path, &file[..length]).unwrap();
-        assert!(!Png.is_whole(&path), "{length}");
+        assert!(Png.inspect(&path).is_none(), "{length}");
     }
     std::fs::write(&path, &file).unwrap();
-    assert!(Png.is_whole(&path));
-    assert!(!Png.is_whole(home.path()));
+    assert!(Png.inspect(&path).is_some());
+    assert!(Png.inspect(home.path()).is_none());
 }

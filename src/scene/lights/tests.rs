@@ -12,7 +12,7 @@ use crate::{
         hash::{pcg4d, unit_f32},
         warp,
     },
-    scene::{Background, Builder, LightId, Scene},
+    scene::{Background, LightId, Scene, SceneBuilder},
     shape::{ShapeDesc, mesh::Mesh},
     texture::{Color, Mapping, Pattern, StTransform, Texture, checker::Checker},
 };
@@ -38,8 +38,8 @@ pub fn lamp() -> Material {
     shining(Color::Constant(Rgb::gray(2.0)), Sides::Front)
 }
 
-pub fn dark() -> Builder {
-    Builder::new(Background::new(Rgb::BLACK))
+pub fn dark() -> SceneBuilder {
+    SceneBuilder::new(Background::new(Rgb::BLACK))
 }
 
 /// One shape that shines.
@@ -50,7 +50,12 @@ pub fn shape_scene(shape: &str, transform: Option<Transform>, material: Material
     builder.build(AccelKind::Linear).expect("a scene")
 }
 
-pub fn add(builder: &mut Builder, shape: &str, transform: Option<Transform>, material: crate::material::MaterialId) {
+pub fn add(
+    builder: &mut SceneBuilder,
+    shape: &str,
+    transform: Option<Transform>,
+    material: crate::material::MaterialId,
+) {
     let desc: ShapeDesc = toml::from_str(shape).expect("a shape");
     builder.shape("shape", desc.compile().expect("valid"), transform, material);
 }

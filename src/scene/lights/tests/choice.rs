@@ -17,7 +17,7 @@ fn sky() -> Background {
 
 /// Lights of every kind.
 fn all_kinds() -> Scene {
-    let mut builder = Builder::new(sky());
+    let mut builder = SceneBuilder::new(sky());
     let (lamp, both) = (
         builder.material(lamp()),
         builder.material(shining(Color::Constant(Rgb::gray(5.0)), Sides::Both)),
@@ -119,7 +119,7 @@ fn a_light_that_brings_something_always_has_a_chance() {
 
 #[test]
 fn the_sky_and_suns_with_size_bring_the_same_however_they_are_looked_for() {
-    let mut builder = Builder::new(sky());
+    let mut builder = SceneBuilder::new(sky());
     builder.light(Light::Sun(
         SunLight::new(Vec3::new(0.6, -0.8, 0.0), Rgb::gray(2.0)).with_angle(0.3),
     ));
@@ -136,7 +136,7 @@ fn the_sky_and_suns_with_size_bring_the_same_however_they_are_looked_for() {
 
 #[test]
 fn a_constant_sky_is_no_light() {
-    let scene = Builder::new(Background::new(Rgb::WHITE))
+    let scene = SceneBuilder::new(Background::new(Rgb::WHITE))
         .build(AccelKind::Linear)
         .expect("a scene");
     let at = floor(0.0);

@@ -1,27 +1,27 @@
 //! Which meshes of a model are stored once for many places.
 //!
-//! Every part of a model is a mesh at a place. Parts of one place belong together: they become one *unit*. What a
-//! model has once becomes one unit too, so a model that several objects name is an instance for each of them and not for
-//! each of its parts.
+//! Every part of a model is a mesh under a transform. Parts under one transform belong together: they become one
+//! *unit*. All parts that a model has once become one unit too, so a model that several objects name is one instance
+//! for each of them and not one for each of its parts.
 //!
-//! An instance costs rays 11 % and more, so what is small is baked into world space as often as it is seen: meshes of up
-//! to [`TINY`] triangles, whose copies take no more memory than instances do, and those whose copies have fewer than
-//! [`FEW`] triangles together. What emits light is baked, since lights are chosen triangle by triangle; and so are
-//! copies whose place is flat, or shears so much that roundings would show.
+//! An instance costs rays 11 % and more, so small meshes are baked into world space in every place: meshes of up to
+//! [`MAX_BAKED_TRIANGLES`], whose copies take no more memory than instances do, and meshes whose copies have fewer than
+//! [`MIN_SHARED_TRIANGLES`] together. Meshes that emit light are baked, since lights are chosen triangle by triangle;
+//! so are copies whose transform is flat, or shears so much that rounding would show.
 
 use std::{collections::HashMap, ops::Range};
 
-use crate::assets::model::{Model, Part};
+use crate::assets::model::{MeshInstance, Model};
 
 /// Copies of a mesh with so many triangles or fewer are never instances.
-const TINY: u64 = 8;
+const MAX_BAKED_TRIANGLES: u64 = 8;
 
 /// Copies that have fewer triangles than this together are not instances: they take some 10 MB.
-const FEW: u64 = 1 << 16;
+const MIN_SHARED_TRIANGLES: u64 = 1 << 16;
 
 /// When meshes are stored once for many places. Pictures do not depend on it, but for roundings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Sharing {
+pub enum Instancing {
     /// Where there is something to be gained.
     #[default]
     Auto,
@@ -31,11 +31,15 @@ pub enum Sharing {
     Always,
 }
 
-impl Sharing {
+impl Instancing {
     /// Whether a mesh of so many triangles is stored once.
     pub(super) fn wants(self, triangles: u64, copies: u64) -> bool {
         match self {
-            Self::Auto => copies > 1 && triangles > TINY && triangles.saturating_mul(copies) >= FEW,
+            Self::Auto => {
+                copies > 1
+                    && triangles > MAX_BAKED_TRIANGLES
+                    && triangles.saturating_mul(copies) >= MIN_SHARED_TRIANGLES
+            }
             Self::Never => false,
             Self::Always => true,
         }
@@ -44,27 +48,27 @@ impl Sharing {
 
 /// Parts that stand in one place, wherever they do so.
 #[derive(Clone, Debug)]
-pub(super) struct Unit {
-    /// For each place the parts, as a run of [`Model::parts`].
+pub(super) struct InstanceUnit {
+    /// For each place the parts, as a run of [`Model::instances`].
     pub copies: Vec<Range<usize>>,
     pub triangles: u64,
 }
 
 /// What a model is made of.
 #[derive(Clone, Debug)]
-pub(super) struct Units {
+pub(super) struct InstanceUnits {
     /// Parts that are not shared within the model, rising, and how many triangles they have.
     pub rest: Vec<usize>,
     pub triangles: u64,
-    pub shared: Vec<Unit>,
+    pub shared: Vec<InstanceUnit>,
 }
 
-impl Units {
+impl InstanceUnits {
     /// Of a model that `objects` objects are of.
-    pub fn new(model: &Model, objects: u64, sharing: Sharing) -> Self {
-        let (shared, once): (Vec<Unit>, Vec<Unit>) = repeated(model).into_iter().partition(|unit| {
+    pub fn new(model: &Model, objects: u64, instancing: Instancing) -> Self {
+        let (shared, once): (Vec<InstanceUnit>, Vec<InstanceUnit>) = repeated(model).into_iter().partition(|unit| {
             let copies = unit.copies.len() as u64;
-            copies > 1 && sharing.wants(unit.triangles, copies * objects)
+            copies > 1 && instancing.wants(unit.triangles, copies * objects)
         });
         let mut rest: Vec<usize> = once.into_iter().flat_map(|unit| unit.copies).flatten().collect();
         rest.sort_unstable();
@@ -78,17 +82,17 @@ impl Units {
 }
 
 fn triangles(model: &Model, part: usize) -> u64 {
-    model.meshes[model.parts[part].mesh].triangles.len() as u64
+    model.meshes[model.instances[part].mesh].triangles.len() as u64
 }
 
 /// What makes parts alike.
-fn key(part: &Part) -> (usize, usize) {
+fn key(part: &MeshInstance) -> (usize, usize) {
     (part.mesh, part.material)
 }
 
 /// All units, in the order of their first parts.
-fn repeated(model: &Model) -> Vec<Unit> {
-    let parts = &model.parts;
+fn repeated(model: &Model) -> Vec<InstanceUnit> {
+    let parts = &model.instances;
     let mut runs: Vec<Range<usize>> = Vec::new();
     for (i, part) in parts.iter().enumerate() {
         match runs.last_mut() {
@@ -111,7 +115,7 @@ fn repeated(model: &Model) -> Vec<Unit> {
         let step = if mixed(&run) { 1 } else { run.len() };
         run.clone().step_by(step).map(move |start| start..start + step)
     });
-    let mut units: Vec<Unit> = Vec::new();
+    let mut units: Vec<InstanceUnit> = Vec::new();
     let mut known: HashMap<Vec<(usize, usize)>, usize> = HashMap::new();
     let mut own = Vec::new();
     for run in whole {
@@ -121,7 +125,7 @@ fn repeated(model: &Model) -> Vec<Unit> {
             Some(&unit) => units[unit].copies.push(run),
             None => {
                 known.insert(own.clone(), units.len());
-                units.push(Unit {
+                units.push(InstanceUnit {
                     triangles: run.clone().map(|part| triangles(model, part)).sum(),
                     copies: vec![run],
                 });
@@ -132,7 +136,7 @@ fn repeated(model: &Model) -> Vec<Unit> {
 }
 
 fn alike(model: &Model, a: &Range<usize>, b: &Range<usize>) -> bool {
-    let keys = |run: &Range<usize>| model.parts[run.clone()].iter().map(key);
+    let keys = |run: &Range<usize>| model.instances[run.clone()].iter().map(key);
     a == b || keys(a).eq(keys(b))
 }
 
@@ -152,11 +156,12 @@ mod tests {
         };
         Model {
             meshes: (0..4).map(mesh).collect(),
-            parts: parts
+            instances: parts
                 .iter()
-                .map(|&(mesh, material, x)| Part {
+                .map(|&(mesh, material, x)| MeshInstance {
                     mesh,
                     material,
+                    node: None,
                     model_from_mesh: DAffine3::from_translation(DVec3::X * x),
                 })
                 .collect(),
@@ -164,14 +169,14 @@ mod tests {
         }
     }
 
-    fn copies(units: &Units) -> Vec<Vec<Range<usize>>> {
+    fn copies(units: &InstanceUnits) -> Vec<Vec<Range<usize>>> {
         units.shared.iter().map(|unit| unit.copies.clone()).collect()
     }
 
     #[test]
     fn parts_that_always_stand_together_are_one_unit() {
         let model = model(&[(1, 0, 0.0), (2, 0, 0.0), (3, 0, 1.0), (1, 0, 2.0), (2, 0, 2.0)]);
-        let units = Units::new(&model, 100, Sharing::Auto);
+        let units = InstanceUnits::new(&model, 100, Instancing::Auto);
         assert_eq!(copies(&units), [[0..2, 3..5]]);
         assert_eq!(
             (units.rest, units.triangles, units.shared[0].triangles),
@@ -182,7 +187,7 @@ mod tests {
     #[test]
     fn a_mesh_in_different_company_is_a_unit_by_itself() {
         let model = model(&[(1, 0, 0.0), (2, 0, 0.0), (1, 0, 2.0), (1, 1, 3.0)]);
-        let units = Units::new(&model, 100, Sharing::Auto);
+        let units = InstanceUnits::new(&model, 100, Instancing::Auto);
         assert_eq!(copies(&units), [[0..1, 2..3]]);
         assert_eq!(units.rest, [1, 3]);
     }
@@ -190,11 +195,14 @@ mod tests {
     #[test]
     fn what_is_small_or_once_is_not_shared() {
         let model = model(&[(1, 0, 0.0), (1, 0, 1.0), (2, 0, 2.0)]);
-        assert!(Units::new(&model, 30, Sharing::Auto).shared.is_empty());
-        assert!(Units::new(&model, 30, Sharing::Never).shared.is_empty());
-        assert_eq!(Units::new(&model, 33, Sharing::Auto).rest, [2]);
-        assert_eq!(Units::new(&model, 1, Sharing::Always).rest, [2]);
-        assert!(!Sharing::Auto.wants(TINY, 1 << 40) && Sharing::Auto.wants(TINY + 1, 1 << 40));
-        assert!(!Sharing::Auto.wants(1 << 40, 1) && Sharing::Always.wants(1, 1));
+        assert!(InstanceUnits::new(&model, 30, Instancing::Auto).shared.is_empty());
+        assert!(InstanceUnits::new(&model, 30, Instancing::Never).shared.is_empty());
+        assert_eq!(InstanceUnits::new(&model, 33, Instancing::Auto).rest, [2]);
+        assert_eq!(InstanceUnits::new(&model, 1, Instancing::Always).rest, [2]);
+        assert!(
+            !Instancing::Auto.wants(MAX_BAKED_TRIANGLES, 1 << 40)
+                && Instancing::Auto.wants(MAX_BAKED_TRIANGLES + 1, 1 << 40)
+        );
+        assert!(!Instancing::Auto.wants(1 << 40, 1) && Instancing::Always.wants(1, 1));
     }
 }

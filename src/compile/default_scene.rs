@@ -1,4 +1,4 @@
-//! A model file as a whole scene: everything that the file does not say has a default.
+//! The scene of a model file: what the file leaves open has a default.
 
 use std::{f64::consts::PI, path::Path, sync::Arc};
 
@@ -36,7 +36,7 @@ const SUN_ANGLE: f32 = 0.53;
 /// The sky: the same from everywhere, and what is seen behind the model. With the sun it makes white about 0.9 bright.
 const BACKGROUND: f32 = 0.25;
 
-fn unsaid<T>(value: T) -> Spanned<T> {
+fn unspanned<T>(value: T) -> Spanned<T> {
     Spanned::new(0..0, value)
 }
 
@@ -44,7 +44,7 @@ fn unsaid<T>(value: T) -> Spanned<T> {
 pub fn describe(path: &Path, aspect: f64, store: &Store) -> Result<SceneDesc, AssetError> {
     let model = store.model(path)?;
     let mut objects = Vec::new();
-    if model.parts.is_empty() {
+    if model.instances.is_empty() {
         tracing::warn!(
             "the model has no triangles, there is nothing to see: {}",
             path.display()
@@ -63,7 +63,7 @@ pub fn describe(path: &Path, aspect: f64, store: &Store) -> Result<SceneDesc, As
             text: Arc::from(""),
         },
         render: RenderDesc::default(),
-        camera: Some(unsaid(camera.unwrap_or_else(|| framing(&bounds, aspect)))),
+        camera: Some(unspanned(camera.unwrap_or_else(|| framing(&bounds, aspect)))),
         background: BackgroundDesc {
             color: Some(Tint(Rgb::gray(BACKGROUND))),
             ..BackgroundDesc::default()
@@ -73,7 +73,11 @@ pub fn describe(path: &Path, aspect: f64, store: &Store) -> Result<SceneDesc, As
         objects,
         lights: if is_lit { lights } else { daylight() }
             .into_iter()
-            .map(|light| LightEntry { span: 0..0, light })
+            .map(|light| LightEntry {
+                span: 0..0,
+                group: None,
+                light,
+            })
             .collect(),
         output: OutputDesc::default(),
     })
@@ -82,12 +86,13 @@ pub fn describe(path: &Path, aspect: f64, store: &Store) -> Result<SceneDesc, As
 fn object(path: &Path) -> ObjectDesc {
     let name = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
     ObjectDesc {
-        name: Some(unsaid(name(path.file_stem()))),
+        name: Some(unspanned(name(path.file_stem()))),
         material: None,
-        shape: unsaid(ShapeDesc::Mesh(MeshDesc {
-            file: unsaid(name(path.file_name())),
+        shape: unspanned(ShapeDesc::Mesh(MeshDesc {
+            file: unspanned(name(path.file_name())),
         })),
         transform: None,
+        group: None,
     }
 }
 
@@ -95,7 +100,7 @@ fn daylight() -> Vec<LightDesc> {
     vec![LightDesc::Sun(SunDesc {
         direction: Direction(SUN.normalize()),
         irradiance: Tint(Rgb::gray(SUN_IRRADIANCE)),
-        angle: Some(unsaid(NonNegative(SUN_ANGLE))),
+        angle: Some(unspanned(NonNegative(SUN_ANGLE))),
     })]
 }
 
@@ -103,9 +108,9 @@ fn daylight() -> Vec<LightDesc> {
 fn perspective(eye: DVec3, target: DVec3, up: DVec3, degrees: f64) -> CameraDesc {
     CameraDesc::Perspective(PerspectiveDesc {
         eye: Point(eye.as_vec3()),
-        target: unsaid(Point(target.as_vec3())),
+        target: unspanned(Point(target.as_vec3())),
         up: Point(up.as_vec3()),
-        fov: Some(unsaid(FieldOfView(degrees))),
+        fov: Some(unspanned(FieldOfView(degrees))),
         blades: None,
         blade_rotation: None,
         fov_x: None,
@@ -188,11 +193,11 @@ fn own_light(light: &ModelLight) -> Option<LightDesc> {
             falloff: Falloff::InverseSquare,
         }),
         ModelLightKind::Spot { inner, outer } => LightDesc::Spot(SpotDesc {
-            position: unsaid(position),
+            position: unspanned(position),
             target: None,
-            direction: Some(unsaid(direction?)),
-            cone_angle: unsaid(Positive(outer.to_degrees() as f32)),
-            penumbra_angle: Some(unsaid(NonNegative((outer - inner).to_degrees() as f32))),
+            direction: Some(unspanned(direction?)),
+            cone_angle: unspanned(Positive(outer.to_degrees() as f32)),
+            penumbra_angle: Some(unspanned(NonNegative((outer - inner).to_degrees() as f32))),
             intensity: strength,
             falloff: Falloff::InverseSquare,
         }),

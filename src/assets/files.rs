@@ -1,0 +1,97 @@
+//! The one gate through which the bytes of input files come in.
+//!
+//! Every file that a job reads, the scene file, models, images and the camera path, is read by [`Files::read`], which
+//! records the file's path and a hash of its content. Nothing else of the library opens an input file, so
+//! [`Files::manifest`] is all that a picture depends on beside the command line.
+
+use std::{
+    collections::BTreeMap,
+    fmt, fs, io,
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, PoisonError},
+};
+
+/// BLAKE3 of a file's bytes, the first 128 bits of it.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ContentHash([u8; 16]);
+
+impl ContentHash {
+    pub fn of(bytes: &[u8]) -> Self {
+        let mut hash = [0; 16];
+        hash.copy_from_slice(&blake3::hash(bytes).as_bytes()[..16]);
+        Self(hash)
+    }
+
+    pub fn as_bytes(&self) -> &[u8; 16] {
+        &self.0
+    }
+}
+
+/// 32 hexadecimal digits, as `b3sum --length 16` prints them.
+impl fmt::Display for ContentHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+impl fmt::Debug for ContentHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+/// Reads input files and keeps a record of them.
+#[derive(Debug, Default)]
+pub struct Files {
+    read: Mutex<BTreeMap<PathBuf, ContentHash>>,
+}
+
+impl Files {
+    /// The bytes of a file. A file that cannot be read is not recorded; of one that is read again the last content is.
+    pub fn read(&self, path: &Path) -> io::Result<Arc<[u8]>> {
+        let bytes: Arc<[u8]> = fs::read(path)?.into();
+        let hash = ContentHash::of(&bytes);
+        let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
+        read.insert(path.to_owned(), hash);
+        Ok(bytes)
+    }
+
+    /// Each file that was read, under the path by which it was read, sorted by that path.
+    pub fn manifest(&self) -> Vec<(PathBuf, ContentHash)> {
+        let read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
+        read.iter().map(|(path, hash)| (path.clone(), *hash)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hash_is_the_beginning_of_blake3() {
+        // The test vector of the empty input.
+        assert_eq!(ContentHash::of(b"").to_string(), "af1349b9f5f9a1a6a0404dea36dcc949");
+    }
+
+    #[test]
+    fn the_manifest_is_sorted_and_tells_contents_apart() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = |name: &str| folder.path().join(name);
+        for (name, text) in [("b", "one"), ("a", "one"), ("c", "two")] {
+            fs::write(path(name), text).expect("written");
+        }
+        let files = Files::default();
+        for name in ["c", "a", "b", "c"] {
+            files.read(&path(name)).expect("readable");
+        }
+        assert!(files.read(&path("absent")).is_err());
+        let manifest = files.manifest();
+        let paths: Vec<_> = manifest.iter().map(|(p, _)| p.clone()).collect();
+        assert_eq!(paths, ["a", "b", "c"].map(path));
+        assert!(manifest[0].1 == manifest[1].1 && manifest[1].1 != manifest[2].1);
+
+        fs::write(path("c"), "three").expect("written");
+        files.read(&path("c")).expect("readable");
+        assert_eq!(files.manifest()[2].1, ContentHash::of(b"three"));
+    }
+}

@@ -1,0 +1,96 @@
+//! A job from its scene file to its last frame: what the program, programs of others and tests use alike.
+
+use std::{path::Path, time::Instant};
+
+use super::{Existing, Observer, Plan, PlannedFrame, Request, SceneFigures, Summary, run};
+use crate::{
+    assets::{Files, Store, store::is_model},
+    compile::{self, Instancing, default_scene},
+    describe::{self, RenderDesc, SceneDesc},
+    error::Error,
+    render::Control,
+    scene::{Scene, SceneBuilder},
+};
+
+/// A scene and a request, checked against each other.
+pub struct Job {
+    store: Store,
+    pub desc: SceneDesc,
+    pub plan: Plan,
+}
+
+impl Job {
+    /// Reads the scene at `path`, a scene file or a model, and the camera path, and decides what `request` means for it.
+    pub fn open(path: &Path, request: &Request) -> Result<Self, Error> {
+        let store = Store::new(request.missing_assets);
+        let desc = if is_model(path) {
+            default_scene::describe(path, aspect(request), &store).map_err(|e| compile::Error::Assets(vec![e]))?
+        } else {
+            describe::load(path, |p| store.files().read(p))?
+        };
+        let plan = Plan::with_files(&desc, request, store.files())?;
+        Ok(Self { store, desc, plan })
+    }
+
+    /// The files that were read so far, with the hashes of their contents.
+    pub fn files(&self) -> &Files {
+        self.store.files()
+    }
+
+    /// How many image files are missing or broken, and replaced by a placeholder.
+    pub fn placeholders(&self) -> usize {
+        self.store.replaced()
+    }
+
+    /// Loads all files of the scene and finds everything that is wrong with them, on the threads of the current rayon
+    /// pool. Builds no acceleration structure.
+    pub fn load(&self) -> Result<SceneBuilder, Error> {
+        let scene = compile::load(&self.desc, &self.store, Instancing::default());
+        // The scene has its own copy of the models.
+        self.store.forget_models();
+        Ok(scene?)
+    }
+
+    /// Loads the scene and builds its acceleration structure.
+    pub fn compile(&self) -> Result<Scene, Error> {
+        self.build(self.load()?)
+    }
+
+    /// Builds the acceleration structure of the scene that [`Job::load`] returned.
+    pub fn build(&self, scene: SceneBuilder) -> Result<Scene, Error> {
+        Ok(scene.build(self.plan.accel).map_err(compile::Error::from)?)
+    }
+
+    /// Renders all frames of `scene`, which [`Job::load`] returned, as [`run`] does. Where the files of all frames are
+    /// whole and are to be kept, no acceleration structure is built.
+    pub fn run(&self, scene: SceneBuilder, observer: &dyn Observer, control: &Control<'_>) -> Result<Summary, Error> {
+        let start = Instant::now();
+        let frames = &self.plan.frames;
+        if self.plan.existing == Existing::Skip && frames.iter().all(PlannedFrame::is_on_disk) {
+            for frame in frames {
+                observer.frame_skipped(frame.number);
+            }
+            return Ok(Summary {
+                skipped: frames.len(),
+                wall: start.elapsed(),
+                scene: SceneFigures::new(scene.geometry(), None),
+                ..Summary::default()
+            });
+        }
+        let scene = self.build(scene)?;
+        let summary = run(&self.plan, &scene, observer, control)?;
+        Ok(Summary {
+            scene: SceneFigures::new(scene.accel.geometry(), Some(scene.accel.stats().build_time)),
+            ..summary
+        })
+    }
+}
+
+/// Width over height of the picture of a model.
+fn aspect(request: &Request) -> f64 {
+    let default = RenderDesc::default();
+    let [width, height] = request
+        .resolution
+        .unwrap_or([default.width.get_ref().0, default.height.get_ref().0]);
+    f64::from(width.max(1)) / f64::from(height.max(1))
+}

@@ -1,0 +1,335 @@
+//! Models from files to triangles in world space, and to instances where a mesh stands in many places.
+
+use std::{
+    collections::HashMap,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use glam::DAffine3;
+
+use super::{
+    instancing::{InstanceUnits, Instancing},
+    materials::add_model_materials,
+};
+use crate::{
+    accel::MOST_MAGNIFICATION,
+    assets::{
+        AssetError, Store,
+        model::{MeshInstance, Model},
+        store::ImageRequest,
+    },
+    material::{Material, MaterialId},
+    math::Transform,
+    scene::{GroupId, InstanceRecord, MeshOwner, MeshTransform, NodeId, ObjectFromGroup, ObjectId, SceneBuilder},
+    texture::bitmap::ColorSpace,
+};
+
+/// The most triangles that a scene stores.
+const MAX_TRIANGLES: u64 = 1 << 27;
+
+/// An object whose geometry is in a file.
+#[derive(Clone, Debug)]
+pub(super) struct PlacedModel {
+    pub object: ObjectId,
+    pub file: PathBuf,
+    /// Instead of the model's own.
+    pub material: Option<MaterialId>,
+    pub transform: Option<Transform>,
+}
+
+impl PlacedModel {
+    fn world_from_model(&self) -> DAffine3 {
+        self.transform.map_or(DAffine3::IDENTITY, |t| t.widened())
+    }
+}
+
+/// How the objects of a scene use a model.
+#[derive(Default)]
+struct ModelUse {
+    objects: u64,
+    /// The first of its materials, where an object has them.
+    first_material: Option<MaterialId>,
+    first_node: Option<NodeId>,
+}
+
+impl ModelUse {
+    fn material_of(&self, part: &MeshInstance, instead: Option<MaterialId>) -> MaterialId {
+        let first = self.first_material.map_or(0, |m| m.0);
+        instead.unwrap_or(MaterialId(first + part.material as u32))
+    }
+
+    fn node_of(&self, part: &MeshInstance) -> Option<NodeId> {
+        let first = self.first_node?;
+        part.node.map(|node| NodeId(first.0 + node as u32))
+    }
+}
+
+/// Which meshes of a model become instances, and the groups that were made of them so far.
+struct InstancingPlan {
+    units: InstanceUnits,
+    /// The parts of [`InstanceUnits::rest`], where they are not all.
+    rest_parts: Option<Vec<MeshInstance>>,
+    shares_rest: bool,
+    rest: Option<GroupId>,
+    shared: Vec<Option<GroupId>>,
+    /// The transforms of copies within the model, by the first part of each copy.
+    transforms: HashMap<usize, ObjectFromGroup>,
+}
+
+impl InstancingPlan {
+    fn new(model: &Model, model_use: &ModelUse, instancing: Instancing) -> Self {
+        let units = InstanceUnits::new(model, model_use.objects, instancing);
+        let rest = &units.rest;
+        let parts = || rest.iter().map(|&i| model.instances[i].clone()).collect();
+        Self {
+            rest_parts: (rest.len() < model.instances.len()).then(parts),
+            shares_rest: instancing.wants(units.triangles, model_use.objects),
+            rest: None,
+            shared: vec![None; units.shared.len()],
+            transforms: HashMap::new(),
+            units,
+        }
+    }
+
+    /// How many triangles the next object adds.
+    fn triangles(&self) -> u64 {
+        let rest = if self.shares_rest && self.rest.is_some() {
+            0
+        } else {
+            self.units.triangles
+        };
+        let shared = self.units.shared.iter().zip(&self.shared);
+        rest + shared
+            .filter(|(_, group)| group.is_none())
+            .map(|(unit, _)| unit.triangles)
+            .sum::<u64>()
+    }
+}
+
+/// Parts of a model that are added for an object.
+struct PlacedParts<'a> {
+    placed: &'a PlacedModel,
+    model: &'a Model,
+    model_use: &'a ModelUse,
+    /// Their transforms are relative to `world_from_group`.
+    parts: &'a [MeshInstance],
+    world_from_group: DAffine3,
+    object_from_group: ObjectFromGroup,
+    /// Of an instance of these parts.
+    node: Option<NodeId>,
+}
+
+/// The space that triangles are added in.
+#[derive(Clone, Copy)]
+enum Space {
+    World,
+    Group,
+}
+
+/// Adds models to a scene.
+pub(super) struct ModelPlacer<'a> {
+    pub scene: &'a mut SceneBuilder,
+    /// The images of the scene so far, in the order of their [`BitmapId`]s.
+    pub images: &'a mut Vec<ImageRequest>,
+    pub instancing: Instancing,
+}
+
+impl ModelPlacer<'_> {
+    /// Loads every file once and adds its model for each object that names it.
+    pub fn place(&mut self, placed: &[PlacedModel], store: &Store) -> Result<(), Vec<AssetError>> {
+        let files: Vec<PathBuf> = placed.iter().map(|p| p.file.clone()).collect();
+        let models = store.models(&files)?;
+        let mut errors = Vec::new();
+        let mut uses: HashMap<*const Model, ModelUse> = HashMap::new();
+        for (placed, model) in placed.iter().zip(&models) {
+            let model_use = uses.entry(Arc::as_ptr(model)).or_default();
+            model_use.objects += 1;
+            if model_use.objects == 1 && !model.nodes.is_empty() {
+                let nodes = model.nodes.iter().map(|n| (n.name.as_str(), n.parent));
+                model_use.first_node = Some(self.scene.model_nodes(nodes));
+            }
+            if placed.material.is_none() && model_use.first_material.is_none() {
+                // Objects of one model share its materials.
+                match self.add_materials(model, &placed.file) {
+                    Ok(first) => model_use.first_material = Some(first),
+                    Err(e) => errors.push(e),
+                }
+            }
+        }
+        let mut plans: HashMap<*const Model, InstancingPlan> = HashMap::new();
+        for (placed, model) in placed.iter().zip(&models) {
+            let at = Arc::as_ptr(model);
+            let instancing = self.instancing;
+            let plan = plans
+                .entry(at)
+                .or_insert_with(|| InstancingPlan::new(model, &uses[&at], instancing));
+            match self.add(placed, model, &uses[&at], plan) {
+                Ok(0) => {}
+                Ok(dropped) => {
+                    let plural = if dropped == 1 { "triangle" } else { "triangles" };
+                    tracing::warn!("{dropped} {plural} without area left out: {}", placed.file.display());
+                }
+                Err(e) => errors.push(e),
+            }
+        }
+        if errors.is_empty() { Ok(()) } else { Err(errors) }
+    }
+
+    /// Adds an object; returns how many triangles were left out because they have no area.
+    fn add(
+        &mut self,
+        placed: &PlacedModel,
+        model: &Model,
+        model_use: &ModelUse,
+        plan: &mut InstancingPlan,
+    ) -> Result<usize, AssetError> {
+        let Some(first) = model.instances.first() else {
+            let path = placed.file.clone();
+            return Err(AssetError::NoTriangles { path });
+        };
+        self.check_capacity(plan.triangles(), 0, placed)?;
+        let material = model_use.material_of(first, placed.material);
+        self.scene.set_object_material(placed.object, material);
+        let rest = PlacedParts {
+            placed,
+            model,
+            model_use,
+            parts: plan.rest_parts.as_ref().unwrap_or(&model.instances),
+            world_from_group: placed.world_from_model(),
+            object_from_group: ObjectFromGroup::Identity,
+            node: None,
+        };
+        let mut dropped = 0;
+        if !rest.parts.is_empty() {
+            dropped += self.copy(&rest, plan.shares_rest.then_some(&mut plan.rest))?;
+        }
+        for (unit, group) in plan.units.shared.iter().zip(&mut plan.shared) {
+            for run in &unit.copies {
+                let model_from_group = model.instances[run.start].model_from_mesh;
+                let in_group = |part: &MeshInstance| MeshInstance {
+                    model_from_mesh: DAffine3::IDENTITY,
+                    ..part.clone()
+                };
+                let parts: Vec<MeshInstance> = model.instances[run.clone()].iter().map(in_group).collect();
+                let own = PlacedParts {
+                    parts: &parts,
+                    world_from_group: placed.world_from_model() * model_from_group,
+                    object_from_group: self.object_from_group(
+                        placed,
+                        run.start,
+                        model_from_group,
+                        &mut plan.transforms,
+                    ),
+                    node: model_use.node_of(&parts[0]),
+                    ..rest
+                };
+                dropped += self.copy(&own, Some(group))?;
+            }
+        }
+        Ok(dropped)
+    }
+
+    /// The transform of a copy within its object.
+    fn object_from_group(
+        &mut self,
+        placed: &PlacedModel,
+        copy: usize,
+        model_from_group: DAffine3,
+        known: &mut HashMap<usize, ObjectFromGroup>,
+    ) -> ObjectFromGroup {
+        if placed.transform.is_none() {
+            return ObjectFromGroup::WorldFromGroup;
+        }
+        let Some(transform) = Transform::new(model_from_group) else {
+            // A flat copy is baked.
+            return ObjectFromGroup::Identity;
+        };
+        *known.entry(copy).or_insert_with(|| self.scene.object_place(transform))
+    }
+
+    fn check_capacity(&self, triangles: u64, vertices: u64, placed: &PlacedModel) -> Result<(), AssetError> {
+        let geometry = self.scene.geometry();
+        let triangles = geometry.triangles.len() as u64 + triangles;
+        let vertices = geometry.vertices.len() as u64 + vertices;
+        if triangles > MAX_TRIANGLES || vertices > u64::from(u32::MAX) {
+            let (limit, path) = (MAX_TRIANGLES, placed.file.clone());
+            return Err(AssetError::TooManyTriangles { triangles, limit, path });
+        }
+        Ok(())
+    }
+
+    /// Adds a model's materials, textures and images; returns its first material.
+    fn add_materials(&mut self, model: &Model, file: &Path) -> Result<MaterialId, AssetError> {
+        let first_material = self.scene.materials().len() as u32;
+        let first_image = self.images.len();
+        self.images
+            .extend(model.images.iter().map(|i| (i.clone(), ColorSpace::Srgb)));
+        add_model_materials(self.scene, model, first_image).map_err(|problem| AssetError::Material {
+            cause: problem.message,
+            path: file.to_owned(),
+        })?;
+        Ok(MaterialId(first_material))
+    }
+
+    /// Adds parts as an instance of `group`, which is made of them where there is none yet; or in world space, without
+    /// a `group` and where an instance will not do. Returns how many triangles were left out.
+    fn copy(&mut self, copy: &PlacedParts<'_>, group: Option<&mut Option<GroupId>>) -> Result<usize, AssetError> {
+        let (placed, model_use) = (copy.placed, copy.model_use);
+        let emits = |part: &MeshInstance| {
+            let material = model_use.material_of(part, placed.material);
+            matches!(self.scene.material_of(material), Material::Emitter(_))
+        };
+        let transform = Transform::new(copy.world_from_group).filter(|t| t.magnification().0 <= MOST_MAGNIFICATION);
+        let (Some(group), Some(transform)) = (group.filter(|_| !copy.parts.iter().any(emits)), transform) else {
+            let mut dropped = 0;
+            for part in copy.parts {
+                dropped += self.bake(copy, part, Space::World)?;
+            }
+            return Ok(dropped);
+        };
+        let mut dropped = 0;
+        let id = match *group {
+            Some(id) => id,
+            None => {
+                let first_triangle = self.scene.geometry().triangles.len() as u32;
+                let first_vertex = self.scene.geometry().vertices.len() as u32;
+                for part in copy.parts {
+                    dropped += self.bake(copy, part, Space::Group)?;
+                }
+                *group.insert(self.scene.end_group(first_triangle, first_vertex))
+            }
+        };
+        let record = InstanceRecord {
+            object: placed.object,
+            material: placed.material,
+            object_from_group: copy.object_from_group,
+            node: copy.node,
+        };
+        self.scene.place_group(id, transform, record);
+        Ok(dropped)
+    }
+
+    /// Adds a part; returns how many of its triangles have no area and were left out.
+    fn bake(&mut self, copy: &PlacedParts<'_>, part: &MeshInstance, space: Space) -> Result<usize, AssetError> {
+        let mesh = &copy.model.meshes[part.mesh];
+        self.check_capacity(mesh.triangles.len() as u64, mesh.positions.len() as u64, copy.placed)?;
+        let (world_from_group, transform, instead) = match space {
+            Space::World => (copy.world_from_group, copy.placed.transform, copy.placed.material),
+            // Its meshes keep their own materials, for the objects without one of their own.
+            Space::Group => (
+                DAffine3::IDENTITY,
+                None,
+                copy.placed.material.filter(|_| copy.model_use.first_material.is_none()),
+            ),
+        };
+        let owner = MeshOwner {
+            object: copy.placed.object,
+            material: copy.model_use.material_of(part, instead),
+            transform,
+            node: copy.model_use.node_of(part),
+        };
+        let transform = MeshTransform::new(world_from_group * part.model_from_mesh);
+        Ok(self.scene.transformed_mesh(&owner, mesh, &transform))
+    }
+}

@@ -1,0 +1,41 @@
+//! What a finished file says about itself.
+
+use super::{Attribute, Value};
+
+/// What a whole file says about itself. A file of another program has facts too, but no version.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FileFacts {
+    /// The size of the picture in pixels: of the full frame where the format knows it, else of the crop.
+    pub resolution: [u32; 2],
+    /// In the order of the file. Attributes of types that no [`Value`] has and very long ones are left out.
+    pub attributes: Vec<Attribute>,
+}
+
+impl FileFacts {
+    /// The longest attribute that is kept, in bytes.
+    pub(super) const MAX_ATTRIBUTE: usize = 1 << 16;
+
+    pub fn attribute(&self, name: &str) -> Option<&Value> {
+        self.attributes.iter().find(|a| a.name == name).map(|a| &a.value)
+    }
+
+    /// The number of the frame.
+    pub fn frame(&self) -> Option<i32> {
+        match self
+            .attribute("batch-render/frame")
+            .or_else(|| self.attribute("Frame"))?
+        {
+            Value::Int(frame) => Some(*frame),
+            Value::String(text) => text.parse().ok(),
+            _ => None,
+        }
+    }
+
+    /// The version of the renderer, if it was this one that wrote the file.
+    pub fn version(&self) -> Option<&str> {
+        match self.attribute("software").or_else(|| self.attribute("Software"))? {
+            Value::String(text) => text.strip_prefix("batch-render "),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! The transform of a mesh's corners and normals into another space.
+
+use glam::{DAffine3, DMat3};
+use rayon::prelude::*;
+
+use crate::{math::Vec3, shape::mesh::Mesh};
+
+/// Below so many items a task is not worth another thread.
+const PAR_MIN_LEN: usize = 16384;
+
+/// An affine map of a mesh, which may mirror and may even flatten it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MeshTransform {
+    world_from_mesh: DAffine3,
+    /// The inverse transpose times the determinant's magnitude: it exists for flattened meshes too.
+    normals: DMat3,
+    mirrors: bool,
+}
+
+impl MeshTransform {
+    pub fn new(world_from_mesh: DAffine3) -> Self {
+        let m = world_from_mesh.matrix3;
+        let mirrors = m.determinant() < 0.0;
+        let cofactors = DMat3::from_cols(
+            m.y_axis.cross(m.z_axis),
+            m.z_axis.cross(m.x_axis),
+            m.x_axis.cross(m.y_axis),
+        );
+        Self {
+            world_from_mesh,
+            normals: if mirrors { -cofactors } else { cofactors },
+            mirrors,
+        }
+    }
+
+    /// Appends the mesh's corners to `vertices` and its triangles to `triangles`, without those that have no area. The
+    /// front of a triangle stays its front.
+    pub fn append(&self, mesh: &Mesh, vertices: &mut Vec<Vec3>, triangles: &mut Vec<[u32; 3]>) {
+        let first = vertices.len() as u32;
+        vertices.par_extend(self.points(mesh));
+        let vertices = &vertices[..];
+        triangles.par_extend(mesh.triangles.par_iter().with_min_len(PAR_MIN_LEN).filter_map(|t| {
+            let [a, b, c] = t.map(|v| v + first);
+            let corners = [a, b, c].map(|v| vertices[v as usize]);
+            has_area(corners).then_some(if self.mirrors { [a, c, b] } else { [a, b, c] })
+        }));
+    }
+
+    fn points<'a>(&'a self, mesh: &'a Mesh) -> impl IndexedParallelIterator<Item = Vec3> + 'a {
+        let is_identity = self.world_from_mesh == DAffine3::IDENTITY;
+        mesh.positions.par_iter().with_min_len(PAR_MIN_LEN).map(move |p| {
+            if is_identity {
+                *p
+            } else {
+                self.world_from_mesh.transform_point3(p.as_dvec3()).as_vec3()
+            }
+        })
+    }
+
+    pub fn normal(&self, n: Vec3) -> Vec3 {
+        (self.normals * n.as_dvec3()).normalize_or_zero().as_vec3()
+    }
+}
+
+fn has_area([a, b, c]: [Vec3; 3]) -> bool {
+    let a = a.as_dvec3();
+    // A number that is not finite is for the acceleration structure to refuse.
+    (b.as_dvec3() - a).cross(c.as_dvec3() - a).length_squared() != 0.0
+}

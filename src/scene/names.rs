@@ -1,0 +1,47 @@
+//! The names that Cryptomatte shows: of objects, of materials, and of the nodes of model files.
+
+use super::{ObjectId, Scene};
+
+/// An index into the scene's nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NodeId(pub u32);
+
+/// A node of a model file's hierarchy.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NodeName {
+    /// May be empty.
+    pub name: String,
+    /// `None` at the top of the hierarchy.
+    pub parent: Option<NodeId>,
+}
+
+impl Scene {
+    /// The names of a node and of those above it, the topmost first, with a slash between two. An unnamed node is
+    /// called by its number.
+    pub fn node_path(&self, node: NodeId) -> String {
+        let mut path = Vec::new();
+        let mut next = Some(node);
+        while let Some(id) = next {
+            let node = &self.nodes[id.0 as usize];
+            path.push(if node.name.is_empty() {
+                format!("node {}", id.0)
+            } else {
+                node.name.clone()
+            });
+            next = node.parent;
+        }
+        path.reverse();
+        path.join("/")
+    }
+
+    /// The asset of an object, with the path of one of its nodes: `helmet.glb/Root/Visor`. An object without a file is
+    /// an asset of its own, under its own name.
+    pub fn asset_name(&self, object: ObjectId, node: Option<NodeId>) -> String {
+        let object = &self.objects[object.0 as usize];
+        let file = object.asset.as_ref().unwrap_or(&object.name);
+        match node {
+            Some(node) => format!("{file}/{}", self.node_path(node)),
+            None => file.clone(),
+        }
+    }
+}
