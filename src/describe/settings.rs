@@ -9,17 +9,28 @@ use crate::{
     value::{Problem, Real, Spanned, Whole, named},
 };
 
-/// `[render]`.
+/// How the picture is rendered.
 ///
 /// | key | type | default |
 /// |---|---|---|
-/// | `width`, `height` | whole numbers above 0, in pixels | 1280, 720 |
-/// | `samples` | whole number above 0, of each pixel | 64 |
-/// | `seed` | whole number | 0 |
-/// | `seed_mode` | `"frame"`: the noise changes from frame to frame, `"fixed"`: it stays | `"frame"` |
-/// | `sampler` | a sampler | `sobol` |
-/// | `filter` | a pixel filter | `blackman-harris`; with `samples = 1` one ray through the pixel's centre |
-/// | `integrator` | an integrator | `path` |
+/// | `width`, `height` | size of the picture in pixels | 1280, 720 |
+/// | `samples` | samples per pixel | 64 |
+/// | `seed` | seed of the random numbers, a whole number | 0 |
+/// | `seed_mode` | `"frame"`: every frame has its own noise, or `"fixed"`: all have the same | `"frame"` |
+/// | `sampler` | a sampler | `"sobol"` |
+/// | `filter` | a pixel filter | `"blackman-harris"`; with `samples = 1` one ray through the pixel's centre |
+/// | `integrator` | an integrator | `"path"` |
+///
+/// ```toml
+/// [render]
+/// width = 1920
+/// height = 1080
+/// samples = 256
+/// integrator.path = { max_depth = 12 }
+/// ```
+///
+/// The `max_depth` of an integrator counts ray segments from the camera, shadow rays included, as in Mitsuba: 1 shows only
+/// emitters and ambient light, 2 adds direct light, 5 is a camera ray and up to four more.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RenderDesc {
@@ -70,14 +81,33 @@ fn some_named<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Result<Op
     named(d).map(Some)
 }
 
-/// `[output]`.
+/// Which files are written, and how.
 ///
 /// | key | type | default |
 /// |---|---|---|
-/// | `files` | a pattern or a list of patterns, relative to the current folder | `<scene name>.####.exr` and `.png` |
-/// | `view` | how a PNG shows the picture: `"srgb"` or `"raw"` | `"srgb"` |
-/// | `exposure` | stops, for the PNG | 0 |
-/// | `compression` | of the EXR: `"zips"`, `"zip"` or `"none"` | `"zips"` |
+/// | `files` | a file pattern or a list of them, relative to the current folder | `<scene name>.####.exr` and `.png` |
+/// | `view` | how a PNG file shows the picture, see below | `"srgb"` |
+/// | `exposure` | exposure of PNG files, in stops | 0 |
+/// | `compression` | compression of EXR files: `"zips"`, `"zip"` or `"none"` | `"zips"` |
+///
+/// In a file pattern `####` is the frame number with four digits; `%04d` and `$F4` mean the same. The ending selects the
+/// format. An EXR file holds scene-linear light with the primaries of Rec. 709, a PNG file 8-bit display values.
+///
+/// | view | display values |
+/// |---|---|
+/// | `"srgb"` | light with the sRGB transfer function |
+/// | `"raw"` | values as they are, clamped to 0 and 1 |
+/// | `"heat"` | R + G as a colour from dark blue (0) to red (1023 and more), on a logarithmic scale |
+/// | `"signed"` | values from -1 (black) to 1 (white) |
+/// | `"near"` | R in metres as gray, from white (0) to black (1023 and more), on a logarithmic scale |
+/// | `"fraction"` | values without their whole part |
+/// | `"id"` | a random colour for each value of G; black where R is 0 |
+///
+/// ```toml
+/// [output]
+/// files = ["out/frame.####.exr", "out/preview.####.png"]
+/// exposure = -0.5
+/// ```
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputDesc {

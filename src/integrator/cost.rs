@@ -1,12 +1,14 @@
-//! Where a picture's time goes: how many boxes and primitives each camera ray tests.
+//! A heat map of the cost of tracing: how many boxes and primitives each camera ray tests.
 //!
-//! No keys. R holds the nodes (all boxes of a wide node count as one), G the primitives; an EXR has them once more as the
-//! channels `cost.nodes` and `cost.primitives`, and a PNG shows their sum as heat (view `heat`).
+//! No keys.
 //!
 //! ```toml
 //! [render]
 //! integrator = "cost"
 //! ```
+//!
+//! R counts the nodes (all boxes of a wide node count as one) and G the primitives. An EXR file also has them as the
+//! channels `cost.nodes` and `cost.primitives`; a PNG file shows their sum as a heat map (view `heat`).
 
 use serde::Deserialize;
 
