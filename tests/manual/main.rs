@@ -6,12 +6,13 @@
 mod common;
 mod pages;
 
-use std::{fs, path::Path, sync::Arc};
+use std::{collections::BTreeSet, fs, path::Path, sync::Arc};
 
 use batch_render::{
     accel::AccelKind,
     compile,
     describe::{self, Source},
+    film::view::View,
 };
 use common::repo;
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -30,6 +31,7 @@ fn main() {
     let mut trials = vec![
         Trial::test("no page without a table or a kind", move || no_stray_page(&files)),
         Trial::test("no example outside of the manual", move || no_stray_example(&sources)),
+        Trial::test("the page of the output shows every view", every_view_is_shown),
     ];
     for page in pages {
         // The index has no example of its own, and the table of a kind may leave it to the kind's page.
@@ -93,6 +95,20 @@ fn no_stray_example(sources: &[String]) -> Result<(), Failed> {
         }
     }
     Ok(())
+}
+
+/// The rows of the table of views are the views.
+fn every_view_is_shown() -> Result<(), Failed> {
+    let page = fs::read_to_string(repo(FOLDER).join("output.md"))?;
+    let table = page.split("| view |").nth(1).ok_or("there is no table of views")?;
+    let rows = table.lines().skip(2).map_while(|row| row.strip_prefix("| `\""));
+    let shown: BTreeSet<&str> = rows.filter_map(|row| Some(row.split_once("\"` |")?.0)).collect();
+    let known: BTreeSet<&str> = View::names().collect();
+    if shown == known {
+        Ok(())
+    } else {
+        Err(format!("the page shows {shown:?}, the views are {known:?}").into())
+    }
 }
 
 fn examples(text: &str) -> Vec<String> {
