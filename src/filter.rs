@@ -1,5 +1,4 @@
-//! Pixel filters, by importance: a sample is placed in proportion to the filter and belongs to its own pixel, so nothing
-//! is splatted into neighbours, and crops and tiles cannot differ.
+//! Pixel filters: how the samples around a pixel's centre are weighted.
 //!
 //! | kind | default `radius` (pixels) | source |
 //! |---|---|---|
@@ -9,8 +8,19 @@
 //! | `mitchell` | 2 | Mitchell and Netravali, "Reconstruction filters in computer graphics", 1988, B = C = 1/3 |
 //! | `blackman-harris` | 1.5 | Harris, "On the use of windows for harmonic analysis", 1978, 4 terms |
 //!
-//! Source: Shirley's filter importance sampling, see Ernst, Stamminger, Greiner, "Filter importance sampling", 2006,
-//! doi:10.1109/RT.2006.280223. A weight carries the sign where a filter is negative.
+//! The key `radius` is a number above 0. The default is `blackman-harris`, except for a scene with `samples = 1` and no
+//! `filter`, whose rays go through the centre of each pixel.
+//!
+//! ```toml
+//! [render]
+//! filter.mitchell = { radius = 2 }
+//! ```
+//!
+//! # Implementation
+//!
+//! Filters are importance-sampled: a sample is placed in proportion to the filter and belongs to its own pixel. Nothing is
+//! splatted into neighbours, so crops and tiles cannot differ. A weight carries the sign where a filter is negative. Source:
+//! Ernst, Stamminger, Greiner, "Filter importance sampling", 2006, doi:10.1109/RT.2006.280223.
 
 use std::f32::consts::PI;
 

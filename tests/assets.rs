@@ -1,13 +1,12 @@
 //! Real model files, which are not part of the project: none makes the program panic, the sound ones render.
 //!
-//! They are in the folder that `BATCH_RENDER_ASSETS` names; where there is none, nothing is tested.
+//! They are in the folder that `BATCH_RENDER_ASSETS` names; a test whose files are not there is ignored.
 
 mod common;
 
 use std::{
-    fs,
     panic::{AssertUnwindSafe, catch_unwind},
-    path::{Path, PathBuf},
+    path::Path,
 };
 
 use batch_render::{
@@ -19,25 +18,31 @@ use batch_render::{
     batch::{Job, Request},
     compile,
     error::Error,
-    math::Ray,
+    math::{Ray, Vec2},
 };
+use common::asset_trial;
+use libtest_mimic::{Arguments, Failed};
 use rayon::prelude::*;
 
-fn models(folder: &Path, out: &mut Vec<PathBuf>) {
-    let mut entries: Vec<PathBuf> = fs::read_dir(folder)
-        .into_iter()
-        .flatten()
-        .flatten()
-        .map(|e| e.path())
-        .collect();
-    entries.sort();
-    for path in entries {
-        if path.is_dir() {
-            models(&path, out);
-        } else if is_model(&path) {
-            out.push(path);
-        }
+fn main() {
+    let args = Arguments::from_args();
+    let cornell = "obj/cornell/cornell_box.obj";
+    let mut trials = vec![
+        asset_trial("no model file makes a loader panic", &[], loads_or_says_why),
+        asset_trial(
+            "a model without its textures renders with placeholders",
+            &[cornell],
+            move |folder| placeholders(&folder.join(cornell)),
+        ),
+    ];
+    for file in PLAIN {
+        trials.push(asset_trial(
+            format!("something to see in {file}"),
+            &[file],
+            move |folder| fills_the_picture(&folder.join(file)),
+        ));
     }
+    libtest_mimic::run(&args, trials).exit();
 }
 
 /// Loads a model; a panic is an error of this test.
@@ -50,11 +55,9 @@ fn load(path: &Path) -> Result<Model, String> {
     }
 }
 
-#[test]
-fn no_model_file_makes_a_loader_panic() {
-    let Some(folder) = common::assets() else { return };
-    let mut files = Vec::new();
-    models(&folder, &mut files);
+fn loads_or_says_why(folder: &Path) -> Result<(), Failed> {
+    let mut files = common::files(folder);
+    files.retain(|file| is_model(file));
     let loaded = files.par_iter().filter(|path| match load(path) {
         Ok(model) => {
             assert!(model.meshes.iter().all(|m| m.validate().is_ok()), "{}", path.display());
@@ -66,7 +69,12 @@ fn no_model_file_makes_a_loader_panic() {
             false
         }
     });
-    println!("{} of {} loaded", loaded.count(), files.len());
+    let loaded = loaded.count();
+    println!("{loaded} of {} loaded", files.len());
+    if loaded == 0 {
+        return Err("the folder has no model that loads".into());
+    }
+    Ok(())
 }
 
 /// Models of nothing but triangles, colours and textures.
@@ -87,55 +95,42 @@ const PLAIN: [&str; 14] = [
     "obj/dragon/dragon_res3.obj",
 ];
 
-#[test]
-fn plain_models_are_scenes_with_something_to_see() {
-    let Some(folder) = common::assets() else { return };
-    for file in PLAIN {
-        let path = folder.join(file);
-        if !path.is_file() {
-            println!("skipped: {file} is not there");
-            continue;
-        }
-        let request = Request {
-            resolution: Some([32, 18]),
-            ..Request::default()
-        };
-        let job = Job::open(&path, &request).unwrap_or_else(|e| panic!("{e}"));
-        let scene = job.compile().unwrap_or_else(|e| panic!("{e}"));
-        let camera = job.plan.frames[0].shot.camera(0.0);
-        let rays: Vec<Ray> = (0..32 * 18)
-            .filter_map(|i| {
-                let film = batch_render::math::Vec2::new((i % 32) as f32 + 0.5, (i / 32) as f32 + 0.5);
-                camera.ray(film, batch_render::math::Vec2::ZERO)
-            })
-            .collect();
-        let mut hits = vec![None; rays.len()];
-        scene.accel.nearest(&rays, &mut hits);
-        let share = hits.iter().flatten().count() as f32 / rays.len() as f32;
-        assert!(share > 0.03, "{file}: {share} of the picture shows the model");
+fn fills_the_picture(path: &Path) -> Result<(), Failed> {
+    let request = Request {
+        resolution: Some([32, 18]),
+        ..Request::default()
+    };
+    let job = Job::open(path, &request)?;
+    let scene = job.compile()?;
+    let camera = job.plan.frames[0].shot.camera(0.0);
+    let rays: Vec<Ray> = (0..32 * 18)
+        .filter_map(|i| {
+            let film = Vec2::new((i % 32) as f32 + 0.5, (i / 32) as f32 + 0.5);
+            camera.ray(film, Vec2::ZERO)
+        })
+        .collect();
+    let mut hits = vec![None; rays.len()];
+    scene.accel.nearest(&rays, &mut hits);
+    let share = hits.iter().flatten().count() as f32 / rays.len() as f32;
+    if share > 0.03 {
+        Ok(())
+    } else {
+        Err(format!("{share} of the picture shows the model").into())
     }
 }
 
-#[test]
-fn a_model_without_its_textures_renders_with_placeholders() {
-    let Some(folder) = common::assets() else { return };
-    let path = folder.join("obj/cornell/cornell_box.obj");
-    if !path.is_file() {
-        println!("skipped: cornell_box.obj is not there");
-        return;
-    }
+fn placeholders(path: &Path) -> Result<(), Failed> {
     let open = |missing_assets| {
         let request = Request {
             missing_assets,
             ..Request::default()
         };
-        let job = Job::open(&path, &request).unwrap_or_else(|e| panic!("{e}"));
-        (job.compile().map(|_| ()), job.placeholders())
+        let job = Job::open(path, &request)?;
+        Ok::<_, Failed>((job.compile().map(|_| ()), job.placeholders()))
     };
-    assert!(matches!(
-        open(MissingAssets::Error),
-        (Err(Error::Compile(compile::Error::Assets(_))), 0)
-    ));
-    let (scene, replaced) = open(MissingAssets::Placeholder);
+    let refused = open(MissingAssets::Error)?;
+    assert!(matches!(refused, (Err(Error::Compile(compile::Error::Assets(_))), 0)));
+    let (scene, replaced) = open(MissingAssets::Placeholder)?;
     assert!(scene.is_ok() && replaced > 0, "{replaced}");
+    Ok(())
 }

@@ -190,55 +190,6 @@ fn an_unwritable_folder_is_found_before_rendering() {
     assert_eq!(folder.read("occupied"), b"a file where a folder should be");
 }
 
-/// A shell in a mount namespace of its own with a small memory disk at `disk`, or `None` where that is not allowed.
-#[cfg(target_os = "linux")]
-fn with_small_disk(folder: &Folder, script: &str) -> Option<std::process::Output> {
-    fs::create_dir(folder.path("disk")).unwrap();
-    let unshared = |script: &str| {
-        Command::new("unshare")
-            .args(["--map-root-user", "--mount", "sh", "-c"])
-            .arg(format!("mount -t tmpfs -o size=64k none disk && {script}"))
-            .current_dir(folder.path(""))
-            .output()
-    };
-    match unshared("true") {
-        Ok(output) if output.status.success() => Some(unshared(script).unwrap()),
-        _ => {
-            eprintln!("skipped: no mount namespaces here");
-            None
-        }
-    }
-}
-
-#[test]
-#[cfg(target_os = "linux")]
-fn a_full_disk_ends_the_job_at_once_and_leaves_whole_files_only() {
-    let folder = prepared();
-    let script = format!(
-        "{} s.toml --frames path.csv --resolution 100x100 --samples 4 --progress none -o disk/f.####.exr; code=$?; \
-         ls -A disk; for f in disk/*; do cp $f kept.exr; done; exit $code",
-        env!("CARGO_BIN_EXE_batch-render")
-    );
-    let Some(output) = with_small_disk(&folder, &script) else {
-        return;
-    };
-    assert_eq!(output.status.code(), Some(74), "{}", stderr(&output));
-    let said = stderr(&output);
-    assert!(
-        said.starts_with("error: cannot write output: No space left on device (os error 28): disk/f.000"),
-        "{said}"
-    );
-    let left = String::from_utf8(output.stdout).unwrap();
-    assert!(left.lines().all(|l| l.starts_with("f.000")), "no temporaries: {left}");
-    // What is there is whole.
-    let kept = exr::prelude::read_first_rgba_layer_from_file(
-        folder.path("kept.exr"),
-        |_, _| (),
-        |_, _, _: (f32, f32, f32, f32)| (),
-    );
-    kept.unwrap();
-}
-
 /// Starts a job that takes long, and waits for its first file.
 fn long_job(folder: &Folder) -> std::process::Child {
     let mut path = String::from("frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n");

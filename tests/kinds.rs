@@ -1,14 +1,10 @@
-//! Every kind has a scene in `scenes/kinds`, which renders the same on any threads, and a manual page whose examples compile.
+//! Every kind has a scene in `scenes/kinds`, and it renders the same on any number of threads.
 
 mod common;
 
-use std::{fs, path::Path, sync::Arc};
-
 use batch_render::{
-    accel::AccelKind,
     camera::CameraDesc,
-    compile,
-    describe::{self, BackgroundDesc, Source},
+    describe::BackgroundDesc,
     filter::FilterDesc,
     integrator::IntegratorDesc,
     light::LightDesc,
@@ -53,22 +49,6 @@ fn main() {
             Err(format!("{stray:?}").into())
         }
     }));
-    for room in [
-        "shape",
-        "texture",
-        "material",
-        "light",
-        "camera",
-        "integrator",
-        "sampler",
-    ] {
-        for file in common::names(&repo(&format!("src/{room}"))) {
-            let path = format!("src/{room}/{file}");
-            if path.ends_with(".rs") {
-                trials.push(Trial::test(format!("manual {path}"), move || examples_compile(&path)));
-            }
-        }
-    }
     libtest_mimic::run(&args, trials).exit();
 }
 
@@ -92,35 +72,6 @@ fn scene_renders(kind: &str) -> Result<(), Failed> {
     let first = image.get_pixel(0, 0);
     if image.pixels().all(|p| p == first) {
         return Err("the picture is of one colour".into());
-    }
-    Ok(())
-}
-
-/// The TOML examples of a module's documentation, made whole.
-fn examples_compile(path: &str) -> Result<(), Failed> {
-    let text = fs::read_to_string(repo(path))?;
-    let doc: String = text
-        .lines()
-        .map_while(|l| l.strip_prefix("//!"))
-        .map(|l| format!("{}\n", l.strip_prefix(' ').unwrap_or(l)))
-        .collect();
-    for example in doc.split("```toml\n").skip(1) {
-        let example = example.split("```").next().unwrap_or_default();
-        let whole = match example.trim_start() {
-            e if e.starts_with("shape.") => {
-                format!("[material.m]\nmatte = {{ albedo = [1, 1, 1] }}\n[[object]]\nmaterial = \"m\"\n{e}")
-            }
-            e => e.to_owned(),
-        };
-        let source = Source {
-            path: Path::new("example.toml").into(),
-            text: Arc::from(whole.as_str()),
-        };
-        let desc = describe::parse(source).map_err(|e| format!("{e}\n{whole}"))?;
-        match compile::scene(&desc, AccelKind::Linear) {
-            Ok(_) | Err(compile::Error::Assets(_)) => {}
-            Err(e) => return Err(format!("{e}\n{whole}").into()),
-        }
     }
     Ok(())
 }

@@ -86,22 +86,54 @@ fn half_of_the_light_passes_what_is_half_opaque_and_so_does_its_shadow() {
     assert!((veiled / whole - 0.25).abs() < 0.04, "{veiled} of {whole}");
 }
 
-#[test]
-fn paths_agree_with_whitted_where_all_surfaces_are_mirrors_and_glass() {
-    let scene = format!(
+/// Two mirrors before a blue sky, and what else is there.
+fn mirrors(more: &str) -> String {
+    format!(
         "{CAMERA}[background]\ncolor = [0.3, 0.4, 0.5]\n[material.mirror]\nmirror = {{ reflectance = 0.8 }}\n\
-         [material.floor]\nmatte = {{ albedo = [0.5, 0.5, 0.5] }}\n\
          [[object]]\nmaterial = \"mirror\"\nshape.sphere = {{ center = [-0.6, 0, 0], radius = 0.6 }}\n\
-         [[object]]\nmaterial = \"mirror\"\nshape.sphere = {{ center = [0.7, 0, 0.2], radius = 0.6 }}\n"
-    );
-    let path = render(
-        "samples = 64\nintegrator.path = { max_depth = 9, roulette_depth = 20 }",
-        &scene,
-    );
-    let whitted = render("samples = 64\nintegrator.whitted = { max_depth = 9 }", &scene);
+         [[object]]\nmaterial = \"mirror\"\nshape.sphere = {{ center = [0.7, 0, 0.2], radius = 0.6 }}\n{more}"
+    )
+}
+
+/// A scene with `samples` by paths and by Whitted's integrator, as deep, and nothing left to chance but glass.
+fn by_path_and_whitted(samples: u32, scene: &str) -> [Vec<[f32; 3]>; 2] {
+    [
+        "path = { max_depth = 9, roulette_depth = 20 }",
+        "whitted = { max_depth = 9 }",
+    ]
+    .map(|integrator| render(&format!("samples = {samples}\nintegrator.{integrator}"), scene))
+}
+
+#[test]
+fn paths_agree_with_whitted_in_every_pixel_where_all_surfaces_are_mirrors() {
+    let [path, whitted] = by_path_and_whitted(64, &mirrors(""));
     for (a, b) in path.iter().zip(&whitted) {
         assert!((a[2] - b[2]).abs() < 2e-3, "{a:?} {b:?}");
     }
+}
+
+#[test]
+fn paths_agree_with_whitted_where_all_surfaces_are_mirrors_and_glass() {
+    let glass = "[material.glass]\nglass = { ior = 1.5 }\n\
+                 [[object]]\nmaterial = \"glass\"\nshape.sphere = { center = [0, 0.4, 1.4], radius = 0.5 }\n\
+                 [[object]]\nmaterial = \"glass\"\nshape.cuboid = { min = [-0.5, -0.9, 1], max = [0.4, -0.4, 1.3] }\n";
+    let [path, whitted] = by_path_and_whitted(1024, &mirrors(glass));
+    // A path reflects or refracts by chance where Whitted's integrator does both, so blocks of 4x4 pixels are compared.
+    const BLOCK: usize = 4;
+    let block = |pixels: &[[f32; 3]], x: usize, y: usize| {
+        let rows = (0..BLOCK).map(|row| &pixels[(y * BLOCK + row) * SIDE + x * BLOCK..][..BLOCK]);
+        rows.flatten().map(|p| p[2]).sum::<f32>() / (BLOCK * BLOCK) as f32
+    };
+    let [without, _] = by_path_and_whitted(16, &mirrors(""));
+    let mut changed = 0;
+    for y in 0..SIDE / BLOCK {
+        for x in 0..SIDE / BLOCK {
+            let [a, b, none] = [&path, &whitted, &without].map(|pixels| block(pixels, x, y));
+            assert!((a - b).abs() < 2e-3, "block {x}, {y}: {a} is not {b}");
+            changed += usize::from((b - none).abs() > 0.01);
+        }
+    }
+    assert!(changed >= 4, "the glass is seen in {changed} blocks");
 }
 
 #[test]

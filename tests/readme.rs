@@ -1,4 +1,4 @@
-//! The README is true: its commands run, its scene renders, its message is what one sees.
+//! The README and the guide are true: their commands run, their scenes render, the message is what one sees.
 
 #![cfg(feature = "cli")]
 
@@ -8,13 +8,9 @@ use std::fs;
 
 use common::{Folder, repo, stderr};
 
-fn readme() -> String {
-    fs::read_to_string(repo("README.md")).expect("there is a README")
-}
-
-/// The text of all code blocks in `language`.
-fn blocks(language: &str) -> Vec<String> {
-    let text = readme();
+/// The text of all code blocks in `language` of a document.
+fn blocks(document: &str, language: &str) -> Vec<String> {
+    let text = fs::read_to_string(repo(document)).expect("the document is there");
     let open = format!("```{language}\n");
     let blocks = text.split(&open).skip(1);
     blocks
@@ -39,24 +35,29 @@ fn with<'a>(mut args: Vec<&'a str>, flag: &'a str, value: &'a str) -> Vec<&'a st
     args
 }
 
+/// Runs a command as it is written, but with a small picture.
+fn run(folder: &Folder, args: &str) {
+    let mut args: Vec<&str> = args.split_whitespace().collect();
+    if args[0] == "bench" {
+        args = with(with(args, "--repetitions", "1"), "--builds", "1");
+    } else {
+        args = with(with(args, "--resolution", "24x16"), "--samples", "1");
+    }
+    folder.succeed(&args);
+}
+
 #[cfg(unix)]
 #[test]
-fn every_command_runs() {
+fn every_command_of_the_readme_runs() {
     let folder = folder();
-    let lines = blocks("sh").concat();
+    let lines = blocks("README.md", "sh").concat();
     let mut renders = 0;
     for line in lines.lines().filter(|l| !l.trim().is_empty()) {
         let Some(args) = line.strip_prefix("cargo run --release -- ") else {
             assert_eq!(line, "cargo test", "a command that is not tried");
             continue;
         };
-        let mut args: Vec<&str> = args.split_whitespace().collect();
-        if args[0] == "bench" {
-            args = with(with(args, "--repetitions", "1"), "--builds", "1");
-        } else {
-            args = with(with(args, "--resolution", "24x16"), "--samples", "1");
-        }
-        folder.succeed(&args);
+        run(&folder, args);
         renders += 1;
     }
     assert!(renders >= 6, "{renders}");
@@ -65,12 +66,35 @@ fn every_command_runs() {
     assert!(folder.path("out/bench/bench.html").exists());
 }
 
+#[cfg(unix)]
+#[test]
+fn every_command_of_the_guide_runs_on_its_scene_and_its_path() {
+    let folder = folder();
+    let [table, cube] = <[String; 2]>::try_from(blocks("docs/guide.md", "toml")).expect("two scenes");
+    folder.write("table.toml", &table);
+    folder.write("cube.toml", &cube);
+    folder.write("path.csv", &blocks("docs/guide.md", "csv").swap_remove(0));
+    let lines = blocks("docs/guide.md", "sh").concat();
+    for line in lines.lines().filter(|l| !l.trim().is_empty()) {
+        run(
+            &folder,
+            line.strip_prefix("batch-render ").expect("a command of the program"),
+        );
+    }
+    assert_eq!(common::names(&folder.path("turn")).len(), 8);
+    let frames = ["table.0001.exr", "table.0049.exr", "table.0097.exr"];
+    assert!(frames.iter().all(|frame| folder.path(frame).exists()));
+    // A scene with a camera, and a model in it.
+    folder.write("both.toml", &format!("{table}{cube}"));
+    folder.succeed(&["check", "both.toml"]);
+}
+
 #[test]
 fn the_scene_and_the_camera_path_render_and_the_message_is_as_shown() {
     let folder = folder();
-    let scene = blocks("toml").swap_remove(0);
+    let scene = blocks("README.md", "toml").swap_remove(0);
     folder.write("ball.toml", &scene);
-    folder.write("path.csv", &blocks("csv").swap_remove(0));
+    folder.write("path.csv", &blocks("README.md", "csv").swap_remove(0));
     let small = ["--resolution", "24x16", "--samples", "1"];
     folder.succeed(
         &[
@@ -86,5 +110,8 @@ fn the_scene_and_the_camera_path_render_and_the_message_is_as_shown() {
     folder.write("ball.toml", &wrong);
     let output = folder.run(&["ball.toml"]);
     assert_eq!(output.status.code(), Some(65));
-    assert_eq!(stderr(&output).trim_end(), blocks("text").swap_remove(0).trim_end());
+    assert_eq!(
+        stderr(&output).trim_end(),
+        blocks("README.md", "text").swap_remove(0).trim_end()
+    );
 }

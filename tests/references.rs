@@ -4,7 +4,8 @@ mod common;
 
 use std::{fmt::Write, fs, path::Path};
 
-use common::{Folder, assets, pixels, repo, repo_str};
+use common::{Folder, asset_trial, pixels, repo, repo_str};
+use libtest_mimic::{Arguments, Failed, Trial};
 
 const BLOCK: usize = 8;
 
@@ -105,21 +106,29 @@ fn agree(scene: &str, runs: &[Blocks]) {
     assert!((whole - 1.0).abs() < 0.005, "{whole}");
 }
 
-#[test]
-fn a_cornell_box_with_glass_and_metal_balls_is_as_mitsuba_has_it() {
-    agree("cornell", &render_runs("cornell", "64"));
+fn main() {
+    let args = Arguments::from_args();
+    let dragon = "obj/dragon/dragon_871k.obj";
+    let trials = vec![
+        Trial::test("a cornell box with glass and metal balls is as mitsuba has it", || {
+            agree("cornell", &render_runs("cornell", "64"));
+            Ok(())
+        }),
+        Trial::test("a rough metal ball under a sky is as mitsuba has it", || {
+            agree("metal", &render_runs("metal", "16"));
+            Ok(())
+        }),
+        asset_trial(
+            "the dragon under a white sky is as mitsuba has it",
+            &[dragon],
+            move |folder| the_dragon_agrees(&folder.join(dragon)),
+        ),
+    ];
+    libtest_mimic::run(&args, trials).exit();
 }
 
-#[test]
-fn a_rough_metal_ball_under_a_sky_is_as_mitsuba_has_it() {
-    agree("metal", &render_runs("metal", "16"));
-}
-
-#[test]
-fn the_dragon_under_a_white_sky_is_as_mitsuba_has_it() {
-    let Some(assets) = assets() else { return };
+fn the_dragon_agrees(mesh: &Path) -> Result<(), Failed> {
     let folder = Folder::new();
-    let mesh = assets.join("obj/dragon/dragon_871k.obj");
     let scene = fs::read_to_string(repo("tests/reference/dragon.toml")).expect("a scene");
     folder.write(
         "dragon.toml",
@@ -144,4 +153,5 @@ fn the_dragon_under_a_white_sky_is_as_mitsuba_has_it() {
     let file = |frame: usize| folder.path(&format!("f.{frame:02}.exr"));
     let runs: Vec<Blocks> = (1..=RUNS).map(|frame| blocks(&file(frame))).collect();
     agree("dragon", &runs);
+    Ok(())
 }

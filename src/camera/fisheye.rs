@@ -1,20 +1,19 @@
-//! A fisheye (equidistant): the distance from the middle of the picture is proportional to the angle from the line of sight.
+//! An equidistant fisheye: the distance from the middle of the picture is proportional to the angle from the line of sight.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `eye` | `[x, y, z]` | m | required |
-//! | `target` | `[x, y, z]`, not at the eye | m | required |
-//! | `up` | `[x, y, z]`, see [`Pose::look_at`] where it is parallel to the view | | `[0, 1, 0]` |
-//! | `fov` | angle over the image circle, above 0 and at most 360 | degrees | 180 |
+//! | `eye` | position, `[x, y, z]` | m | required |
+//! | `target` | point at the centre of view, `[x, y, z]`, not at the eye | m | required |
+//! | `up` | direction that points up in the picture, `[x, y, z]` | | `[0, 1, 0]` |
+//! | `fov` | angle across the image circle, above 0 and at most 360 | degrees | 180 |
 //!
 //! ```toml
 //! [camera]
 //! fisheye = { eye = [0, 1, 0], target = [0, 2, 0], fov = 180 }
 //! ```
 //!
-//! The image circle touches the shorter sides of the picture. No light reaches the film outside of it: there R, G, B and A
-//! are 0. There is no depth of field. Of a camera path it takes the pose and `fov`, which is below 180 there; other columns
-//! that describe a lens are errors.
+//! The image circle touches the shorter sides of the picture. Outside of the circle R, G, B and A are 0. There is no depth
+//! of field. A camera path may move this camera and set `fov`, below 180 there; other columns of a lens are errors.
 
 use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Deserializer, de};

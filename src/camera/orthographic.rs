@@ -1,20 +1,20 @@
-//! A camera without perspective: all rays are parallel, things have one size however far away.
+//! An orthographic camera: all rays are parallel, and objects have the same size at any distance.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `eye` | `[x, y, z]`: what is behind its plane is not seen | m | required |
-//! | `target` | `[x, y, z]`, not at the eye | m | required |
-//! | `up` | `[x, y, z]`, see [`Pose::look_at`] where it is parallel to the view | | `[0, 1, 0]` |
-//! | `height` | what the picture's height shows, above 0 | m | required |
-//! | `shift` | `[x, y]`: moves the picture to the right and up | picture widths | `[0, 0]` |
+//! | `eye` | position, `[x, y, z]`; nothing behind its plane is visible | m | required |
+//! | `target` | point at the centre of view, `[x, y, z]`, not at the eye | m | required |
+//! | `up` | direction that points up in the picture, `[x, y, z]` | | `[0, 1, 0]` |
+//! | `height` | height of the view, above 0 | m | required |
+//! | `shift` | `[x, y]`: moves the view to the right and up | picture widths | `[0, 0]` |
 //!
 //! ```toml
 //! [camera]
 //! orthographic = { eye = [0, 10, 0], target = [0, 0, 0], height = 6 }
 //! ```
 //!
-//! Pixels are square. There is no depth of field. Of a camera path it takes the pose, `shift_x` and `shift_y`; other
-//! columns that describe a lens are errors.
+//! Pixels are square. There is no depth of field. A camera path may move this camera and set `shift_x` and `shift_y`; other
+//! columns of a lens are errors.
 
 use glam::DVec3;
 use serde::Deserialize;

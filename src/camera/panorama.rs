@@ -1,19 +1,19 @@
-//! A camera that looks in all directions: longitude across the picture, latitude up it (equirectangular, 360 x 180).
+//! A panorama: an equirectangular picture of all directions, 360 x 180 degrees.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `eye` | `[x, y, z]` | m | required |
-//! | `target` | `[x, y, z]`, not at the eye: what the middle of the picture shows | m | required |
-//! | `up` | `[x, y, z]`, see [`Pose::look_at`] where it is parallel to the view | | `[0, 1, 0]` |
+//! | `eye` | position, `[x, y, z]` | m | required |
+//! | `target` | point at the middle of the picture, `[x, y, z]`, not at the eye | m | required |
+//! | `up` | direction that points up in the picture, `[x, y, z]` | | `[0, 1, 0]` |
 //!
 //! ```toml
 //! [camera]
 //! panorama = { eye = [0, 1.6, 0], target = [0, 1.6, -1] }
 //! ```
 //!
-//! A picture twice as wide as high has pixels that are square around the horizon; any other shape is stretched. The left
-//! and the right side look backwards. A target at the eye's height keeps the horizon level. There is no depth of field.
-//! Of a camera path it takes the pose; columns that describe a lens are errors.
+//! A picture that is twice as wide as high has square pixels at the horizon; any other shape is stretched. The left and the
+//! right edge show the direction behind the camera. A target at the height of the eye keeps the horizon level. There is no
+//! depth of field. A camera path may move this camera; columns of a lens are errors.
 
 use std::f64::consts::{PI, TAU};
 

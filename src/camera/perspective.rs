@@ -1,31 +1,35 @@
-//! A perspective camera, a pinhole or a thin lens.
+//! A perspective camera: a pinhole, or a thin lens with depth of field.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `eye` | `[x, y, z]` | m | required |
-//! | `target` | `[x, y, z]`, not at the eye | m | required |
-//! | `up` | `[x, y, z]`, see [`Pose::look_at`] where it is parallel to the view | | `[0, 1, 0]` |
-//! | `fov` | angle over the picture's height, above 0 and below 180 | degrees | 40 |
-//! | `fov_x` | instead of `fov`: the angle over the picture's width | degrees | |
+//! | `eye` | position, `[x, y, z]` | m | required |
+//! | `target` | point at the centre of view, `[x, y, z]`, not at the eye | m | required |
+//! | `up` | direction that points up in the picture, `[x, y, z]` | | `[0, 1, 0]` |
+//! | `fov` | vertical field of view, above 0 and below 180 | degrees | 40 |
+//! | `fov_x` | instead of `fov`: horizontal field of view | degrees | |
 //! | `focal_length` | instead of `fov`: number above 0 | mm | |
 //! | `sensor_width` | number above 0, with `focal_length` or `fstop` | mm | 36 |
 //! | `sensor_height` | instead of `sensor_width` | mm | |
 //! | `aperture_radius` | number of at least 0; 0 is a pinhole | m | 0 |
-//! | `fstop` | instead of `aperture_radius`: focal length over diameter, above 0 | | |
+//! | `fstop` | instead of `aperture_radius`: focal length over aperture diameter, above 0 | | |
 //! | `focus_distance` | distance of the sharp plane along the line of sight, above 0 | m | the distance to `target` |
-//! | `blades` | whole number: the opening's corners, at least 3; 0 is a round opening | | 0 |
-//! | `blade_rotation` | where the first corner is, counterclockwise from the right as seen from behind | degrees | 0 |
-//! | `shift` | `[x, y]`: moves the picture to the right and up without turning the camera | picture widths | `[0, 0]` |
+//! | `blades` | corners of the aperture, at least 3; 0 is a round aperture | | 0 |
+//! | `blade_rotation` | angle of the first corner, counterclockwise from the right as seen from behind the camera | degrees | 0 |
+//! | `shift` | `[x, y]`: moves the view to the right and up without turning the camera | picture widths | `[0, 0]` |
 //!
 //! ```toml
 //! [camera]
 //! perspective = { eye = [0, 1, 5], target = [0, 1, 0], focal_length = 50, fstop = 2.8 }
 //! ```
 //!
-//! Pixels are square. With a positive `shift` the picture shows what lies further to the right and further up.
-//! The thin lens: every ray of a film point passes through one point of the sharp plane, and its origin is uniform on the
-//! opening around the eye: a disk of the aperture's radius, or a regular polygon with its corners on that circle. Source: Kolb, Mitchell, Hanrahan, "A Realistic Camera Model for Computer Graphics", SIGGRAPH
-//! 1995, doi:10.1145/218380.218463, section 3.1.
+//! Pixels are square. Where `up` is parallel to the line of sight, another axis takes its place.
+//!
+//! # Implementation
+//!
+//! The thin lens: all rays of a film point meet in one point of the sharp plane, and their origins are uniform on the
+//! aperture around the eye: a disk of the aperture's radius, or a regular polygon with its corners on that circle. Source:
+//! Kolb, Mitchell, Hanrahan, "A Realistic Camera Model for Computer Graphics", SIGGRAPH 1995, doi:10.1145/218380.218463,
+//! section 3.1. [`Pose::look_at`] describes an `up` that is parallel to the line of sight.
 
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Deserializer, de};

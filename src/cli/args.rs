@@ -1,12 +1,24 @@
-//! What was typed.
+//! The command line: what was typed, before it means anything.
+//!
+//! Every flag stands under a heading. `-h` shows what most jobs need and fits on one screen; flags that few need have
+//! `hide_short_help` and appear in `--help`.
 
 use std::path::PathBuf;
 
 use batch_render::{assets::store::MissingAssets, sampler::SeedMode};
 use clap::{
-    Args as ClapArgs, Parser, Subcommand, ValueEnum,
+    ArgAction, Args as ClapArgs, Parser, Subcommand, ValueEnum,
     builder::{PossibleValuesParser, TypedValueParser},
 };
+
+/// The headings of the help, in the order in which they appear.
+mod heading {
+    pub const FRAMES: &str = "Frames";
+    pub const OUTPUT: &str = "Output";
+    pub const PICTURE: &str = "Picture";
+    pub const JOB: &str = "Job";
+    pub const GENERAL: &str = "General";
+}
 
 /// Renders a scene along a camera path into EXR and PNG sequences.
 #[derive(Debug, Parser)]
@@ -14,7 +26,9 @@ use clap::{
     name = "batch-render",
     version,
     args_conflicts_with_subcommands = true,
-    subcommand_negates_reqs = true
+    subcommand_negates_reqs = true,
+    disable_help_flag = true,
+    disable_version_flag = true
 )]
 pub struct Args {
     #[command(subcommand)]
@@ -23,23 +37,31 @@ pub struct Args {
     #[command(flatten)]
     pub render: RenderArgs,
 
-    /// Log more (-v: what is done, -vv: how)
-    #[arg(short, long, action = clap::ArgAction::Count, global = true)]
+    /// Log more; -vv also logs the details
+    #[arg(short, long, action = ArgAction::Count, global = true, help_heading = heading::GENERAL)]
     pub verbose: u8,
 
     /// Log errors only, and show no progress
-    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = heading::GENERAL)]
     pub quiet: bool,
+
+    /// Print this help; --help lists all flags
+    #[arg(short, long, action = ArgAction::Help, global = true, help_heading = heading::GENERAL)]
+    help: Option<bool>,
+
+    /// Print the version
+    #[arg(short = 'V', long, action = ArgAction::Version, help_heading = heading::GENERAL)]
+    version: Option<bool>,
 }
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Validate a scene and everything that it names, and stop
+    /// Validate a scene and every file that it names
     Check {
         /// The scene file
         scene: PathBuf,
     },
-    /// Measure what acceleration gains on a scene: accelerators side by side, on the same rays
+    /// Compare acceleration structures on the rays of a scene
     Bench(BenchArgs),
 }
 
@@ -48,7 +70,7 @@ pub struct BenchArgs {
     /// The scene file
     pub scene: PathBuf,
 
-    /// Embree 4's shared library, to be measured beside ours; one is in the Python package embreex
+    /// Shared library of Embree 4, to measure it as well; the Python package embreex has one
     #[arg(long, value_name = "LIB")]
     pub embree: Option<PathBuf>,
 
@@ -60,15 +82,15 @@ pub struct BenchArgs {
     #[arg(long, value_name = "FOLDER")]
     pub report: Option<PathBuf>,
 
-    /// Threads to measure with [default: one for each processor]
+    /// Threads to measure with [default: one per processor]
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
 
-    /// Repetitions of each cell
+    /// Runs of each measurement, of which the median counts
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
     pub repetitions: u16,
 
-    /// Repetitions of each build
+    /// Builds of each tree, of which the median counts
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
     pub builds: u16,
 }
@@ -82,116 +104,121 @@ pub struct RenderArgs {
     #[arg(required = true)]
     pub scene: Option<PathBuf>,
 
-    /// The camera path, a CSV file; without it, one frame is rendered from the scene's own camera
-    #[arg(long, value_name = "FILE")]
+    /// Camera path, a CSV file; without it, the scene's own camera renders one frame
+    #[arg(long, value_name = "FILE", help_heading = heading::FRAMES)]
     pub frames: Option<PathBuf>,
 
-    /// Instead of a camera path: N frames once around the scene, from its own camera
-    #[arg(long, value_name = "N", conflicts_with = "frames", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    /// Orbit the scene once in N frames instead, starting at its own camera
+    #[arg(long, value_name = "N", conflicts_with = "frames", value_parser = clap::value_parser!(u32).range(1..=1_000_000), help_heading = heading::FRAMES)]
     pub turntable: Option<u32>,
 
-    /// Only these frames: 1-100x2, 1,3,5-10 or 1-10:3 (x and : both mean step)
-    #[arg(short, long, value_name = "SPEC", allow_hyphen_values = true)]
+    /// Render only these frames: 1-100, 1,3,5-10 or 1-100x2
+    ///
+    /// The step follows x or a colon: 1-100x2 and 1-100:2 are every second frame. Negative frames need an equals sign:
+    /// --range=-5-5.
+    #[arg(short, long, value_name = "SPEC", allow_hyphen_values = true, help_heading = heading::FRAMES)]
     pub range: Option<String>,
 
-    /// Where frames go instead of the scene's `files`: out.####.exr, %04d or $F4; repeatable
-    #[arg(short, long, value_name = "PATTERN")]
+    /// Output files instead of the scene's: out.####.exr, %04d or $F4; repeatable
+    #[arg(short, long, value_name = "PATTERN", help_heading = heading::OUTPUT)]
     pub output: Vec<String>,
 
     #[command(flatten)]
     pub existing: ExistingArgs,
 
     /// Validate everything and stop
-    #[arg(long)]
+    #[arg(long, help_heading = heading::JOB)]
     pub check: bool,
 
-    /// Validate everything, print the frames and their files, and stop
-    #[arg(long)]
+    /// Validate everything, list the frames and their files, and stop
+    #[arg(long, help_heading = heading::JOB)]
     pub dry_run: bool,
 
-    /// Threads to render with [default: one for each processor]
-    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    /// Threads to render with [default: one per processor]
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), help_heading = heading::JOB)]
     pub threads: Option<u16>,
 
-    /// Samples of each pixel instead of the scene's
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    /// Samples per pixel
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = heading::PICTURE)]
     pub samples: Option<u32>,
 
-    /// Width and height instead of the scene's, in pixels
-    #[arg(long, value_name = "WxH", value_parser = resolution)]
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", value_parser = resolution, help_heading = heading::PICTURE)]
     pub resolution: Option<[u32; 2]>,
 
-    /// Render only the pixels from column X0 and row Y0 up to, not including, X1 and Y1
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop)]
+    /// Render only columns X0 to X1 - 1 and rows Y0 to Y1 - 1
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop, help_heading = heading::PICTURE)]
     pub crop: Option<[u32; 4]>,
 
-    /// Seed of the random numbers instead of the scene's
-    #[arg(long, value_name = "N")]
+    /// Seed of the random numbers
+    #[arg(long, value_name = "N", hide_short_help = true, help_heading = heading::PICTURE)]
     pub seed: Option<u32>,
 
-    /// Whether the noise changes from frame to frame or stays, instead of the scene's
-    #[arg(long, value_name = "MODE", value_parser = seed_mode())]
+    /// Whether the noise changes from frame to frame
+    #[arg(long, value_name = "MODE", value_parser = seed_mode(), hide_short_help = true, help_heading = heading::PICTURE)]
     pub seed_mode: Option<SeedMode>,
 
-    /// Integrator instead of the scene's, with its default settings unless the scene has the same
-    #[arg(long, value_name = "NAME")]
+    /// Integrator, such as path or whitted
+    ///
+    /// It keeps the scene's settings if the scene uses the same one, and has its default settings otherwise.
+    #[arg(long, value_name = "NAME", help_heading = heading::PICTURE)]
     pub integrator: Option<String>,
 
-    /// Passes that EXR files hold beside the beauty, in place of the scene's: depth,N,lightgroup or all
-    #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "show")]
+    /// Passes of EXR files beside the beauty: depth,N,lightgroup or all
+    #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "show", help_heading = heading::PICTURE)]
     pub aovs: Vec<String>,
 
-    /// Render one pass in place of the beauty, such as depth
-    #[arg(long, value_name = "PASS")]
+    /// One pass in place of the beauty, such as depth
+    #[arg(long, value_name = "PASS", help_heading = heading::PICTURE)]
     pub show: Option<String>,
 
-    /// What finds the nearest hits; all give the same picture
-    #[arg(long, value_name = "NAME", default_value_t)]
+    /// Acceleration structure; all give the same picture
+    #[arg(long, value_name = "NAME", default_value_t, hide_short_help = true, help_heading = heading::PICTURE)]
     pub accel: batch_render::accel::AccelKind,
 
-    /// Frames per second: makes frames of a camera path's times, and stands in the EXR
-    #[arg(long, value_name = "N")]
+    /// Frames per second, for camera paths that give times; EXR files record it
+    #[arg(long, value_name = "N", hide_short_help = true, help_heading = heading::FRAMES)]
     pub fps: Option<f64>,
 
-    /// Order of the rotations of a camera path's rot_x, rot_y and rot_z, such as ZXY
-    #[arg(long, value_name = "ORDER")]
+    /// Order of a camera path's rotations rot_x, rot_y and rot_z, such as ZXY
+    #[arg(long, value_name = "ORDER", hide_short_help = true, help_heading = heading::FRAMES)]
     pub rotation_order: Option<batch_render::camera::RotationOrder>,
 
     /// Memory that pictures may take, such as 512M or 8G; a larger job is refused
-    #[arg(long, value_name = "SIZE", default_value = "4G", value_parser = size)]
+    #[arg(long, value_name = "SIZE", default_value = "4G", value_parser = size, hide_short_help = true, help_heading = heading::JOB)]
     pub max_memory: u64,
 
-    /// What becomes of an image that is missing or broken
-    #[arg(long, value_enum, value_name = "WHAT", default_value_t = MissingKind::Error)]
+    /// What to do about an image that is missing or broken
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = MissingKind::Error, hide_short_help = true, help_heading = heading::JOB)]
     pub missing_assets: MissingKind,
 
-    /// How progress is shown, on standard output
-    #[arg(long, value_enum, default_value_t = ProgressKind::Auto)]
+    /// How to show progress, on standard output
+    #[arg(long, value_enum, value_name = "HOW", default_value_t = ProgressKind::Auto, hide_short_help = true, help_heading = heading::JOB)]
     pub progress: ProgressKind,
 }
 
 #[derive(Debug, ClapArgs)]
 #[group(multiple = false)]
 pub struct ExistingArgs {
-    /// Render frames whose files exist again (the default)
-    #[arg(long)]
+    /// Render frames again whose files exist (the default)
+    #[arg(long, hide_short_help = true, help_heading = heading::OUTPUT)]
     pub overwrite: bool,
 
-    /// Leave out frames whose files exist and are whole
-    #[arg(long)]
+    /// Skip frames whose files exist and are complete
+    #[arg(long, help_heading = heading::OUTPUT)]
     pub skip_existing: bool,
 
     /// Stop before rendering if a file exists
-    #[arg(long)]
+    #[arg(long, hide_short_help = true, help_heading = heading::OUTPUT)]
     pub fail_existing: bool,
 }
 
-/// What becomes of an image that is missing or broken.
+/// What to do about an image that is missing or broken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MissingKind {
-    /// The scene is refused
+    /// Refuse the scene
     Error,
-    /// Squares of magenta and black are shown in its place, and a warning says so
+    /// Show magenta and black squares in its place, with a warning
     Placeholder,
 }
 
@@ -204,14 +231,14 @@ impl From<MissingKind> for MissingAssets {
     }
 }
 
-/// How progress is shown.
+/// How to show progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ProgressKind {
     /// Bars on a terminal, plain lines elsewhere
     Auto,
-    /// A bar for the sequence and one for the frame
+    /// One bar for the sequence and one for the frame
     Bar,
-    /// A line for each frame
+    /// One line per frame
     Plain,
     /// Nothing
     None,
@@ -275,6 +302,24 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Args::command().debug_assert();
+    }
+
+    #[test]
+    fn the_short_help_fits_on_one_screen() {
+        let help = Args::command().term_width(100).render_help().to_string();
+        assert!(help.lines().count() <= 40, "{help}");
+        assert!(help.lines().all(|line| line.chars().count() <= 100), "{help}");
+    }
+
+    #[test]
+    fn the_long_help_has_every_flag_under_a_heading() {
+        let command = Args::command();
+        let help = command.clone().term_width(100).render_long_help().to_string();
+        for flag in command.get_arguments().filter(|a| !a.is_positional()) {
+            let name = format!("--{}", flag.get_long().expect("every flag has a long name"));
+            assert!(help.contains(&name), "{name} is not in the help");
+            assert!(flag.get_help_heading().is_some(), "{name} has no heading");
+        }
     }
 
     #[test]

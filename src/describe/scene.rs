@@ -1,4 +1,27 @@
-//! What a scene file says, as one value.
+//! A scene file describes everything that is rendered: materials, objects, lights, the camera and the output.
+//!
+//! It is a TOML file. A value whose kind can be chosen is named by a key: `shape.sphere = { radius = 1 }`. A kind without
+//! keys may be a word: `mapping = "asin"`. An unknown key is an error that suggests the nearest known one.
+//!
+//! - Lengths are in metres and angles in degrees. The space is right-handed; +y is up unless a camera says otherwise.
+//! - A colour is a number (gray) or `[r, g, b]`, scene-linear with the primaries of Rec. 709. Where a texture is allowed,
+//!   `"texture.NAME"` is its colour and `"texture.NAME.r"` one of its channels.
+//! - Files that are read are relative to the scene file; output files are relative to the current folder.
+//!
+//! ```toml
+//! [camera]
+//! perspective = { eye = [0, 1, 5], target = [0, 1, 0] }
+//!
+//! [material.red]
+//! matte = { albedo = [0.8, 0.1, 0.1] }
+//!
+//! [[object]]
+//! material = "red"
+//! shape.sphere = { center = [0, 1, 0], radius = 1 }
+//!
+//! [[light]]
+//! sun = { direction = [-1, -2, -1], irradiance = 3 }
+//! ```
 
 use std::path::Path;
 
@@ -21,6 +44,15 @@ use crate::{
 pub struct SceneDesc {
     pub source: Source,
     pub render: RenderDesc,
+    /// The scene's own camera. The table has one key, which names the kind of camera.
+    ///
+    /// A camera path moves this camera and may change its lens; without one it renders a single frame. The camera looks
+    /// along its own -z, with +y up and +x to the right.
+    ///
+    /// ```toml
+    /// [camera]
+    /// perspective = { eye = [0, 1, 5], target = [0, 1, 0], fov = 40 }
+    /// ```
     pub camera: Option<Spanned<CameraDesc>>,
     pub background: BackgroundDesc,
     pub textures: Vec<TextureEntry>,
@@ -56,14 +88,19 @@ impl SceneDesc {
     }
 }
 
-/// `[background]`.
+/// What a ray sees that meets nothing.
 ///
 /// | key | type | unit | default |
 /// |---|---|---|---|
-/// | `color` | `[r, g, b]` | W m^-2 sr^-1 | black |
-/// | `environment` | `{ file, intensity, rotate }`, see [`crate::light::environment`]; instead of `color` | | none |
-/// | `visible` | whether camera rays see it; where not, RGB and A are 0. It lights the scene all the same | | true |
-/// | `group` | the name of a light group: letters, digits, `_`, `-`, at most 18 | | none |
+/// | `color` | number or `[r, g, b]`: a constant radiance | W m^-2 sr^-1 | black |
+/// | `environment` | an environment map, instead of `color` | | none |
+/// | `visible` | whether the camera sees the background; if not, R, G, B and A are 0 there. It lights the scene all the same | | `true` |
+/// | `group` | the name of its light group, see `[[light]]` | | none |
+///
+/// ```toml
+/// [background]
+/// color = [0.3, 0.5, 0.8]
+/// ```
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BackgroundDesc {
@@ -89,7 +126,24 @@ impl Default for BackgroundDesc {
     }
 }
 
-/// `[texture.NAME]`.
+/// A texture: a colour that varies over a surface, used by materials as `"texture.NAME"`.
+///
+/// | key | type | default |
+/// |---|---|---|
+/// | one of the textures below | | required |
+/// | `mapping` | how a point gets its texture coordinates s and t | `"uv"` |
+/// | `transform` | scales, rotates and moves the texture | none |
+///
+/// A texture moves with its object: `mapping.planar` reads the object's own coordinates. The bottom row of an image is t = 0.
+///
+/// ```toml
+/// [texture.bricks]
+/// image = { file = "bricks.png" }
+/// transform = { scale = 4 }
+///
+/// [material.wall]
+/// matte = { albedo = "texture.bricks" }
+/// ```
 #[derive(Clone, Debug)]
 pub struct TextureEntry {
     pub name: Spanned<String>,
@@ -98,27 +152,43 @@ pub struct TextureEntry {
     pub transform: StTransformDesc,
 }
 
-/// `[material.NAME]`.
+/// A material: how a surface reflects, transmits and emits light.
+///
+/// The table has one key, which names the kind of material. Objects use the material by its NAME. Objects whose material
+/// emits light are area lights.
+///
+/// ```toml
+/// [material.wall]
+/// matte = { albedo = [0.7, 0.7, 0.7] }
+///
+/// [[object]]
+/// material = "wall"
+/// shape.cuboid = { min = [-1, 0, -1], max = [1, 2, 1] }
+/// ```
 #[derive(Clone, Debug)]
 pub struct MaterialEntry {
     pub name: Spanned<String>,
     pub material: MaterialDesc,
 }
 
-/// `[[light]]`.
+/// A light without a surface. The table has one key that names the kind of light, and may have another:
 ///
 /// | key | type | default |
 /// |---|---|---|
-/// | `point`, `spot`, `sun` or another kind | the light, see [`crate::light`] | one is required |
-/// | `group` | the name of a light group: letters, digits, `_`, `-`, at most 18 | none |
+/// | `group` | the name of a light group: letters, digits, `_` and `-`, at most 18 | none |
 ///
-/// What lights of one group, objects that emit light and the background add to the picture can be written as a picture
-/// of its own.
+/// The pass `lightgroup_NAME` shows what the lights, the emitting objects and the background of a group add to the picture.
+///
+/// Objects with a material that emits light, and an environment map, light the scene as well. Each shadow ray goes to one
+/// light, chosen by how much it may contribute, so thousands of lights cost about as much as ten. An infinite `plane` that
+/// emits light is found by chance only. The `whitted` integrator samples lights differently: see its page.
+///
+/// Light is radiometric: 1 cd is 1 W/sr and 1 lux is 1 W/m^2 per channel.
 ///
 /// ```toml
 /// [[light]]
+/// point = { position = [0, 3, 0], intensity = [40, 40, 36] }
 /// group = "key"
-/// sun = { direction = [-1, -2, -1], irradiance = 3 }
 /// ```
 #[derive(Clone, Debug)]
 pub struct LightEntry {
@@ -127,15 +197,29 @@ pub struct LightEntry {
     pub light: LightDesc,
 }
 
-/// `[[object]]`.
+/// An object: a shape with a material.
 ///
 /// | key | type | default |
 /// |---|---|---|
-/// | `name` | text, once in a file | `object N`, N from 1 |
-/// | `material` | the name of a `[material.NAME]` | required; a mesh has its own |
+/// | `name` | text, unique in the file | `object N`, N from 1 |
+/// | `material` | NAME of a `[material.NAME]` | required, but a mesh has its own |
 /// | `shape` | a shape | required |
 /// | `transform` | `{ translate, rotate, scale }` or `{ matrix }` | none |
-/// | `group` | the name of the light group of the light that it emits: letters, digits, `_`, `-`, at most 18 | none |
+/// | `group` | the name of the light group of the light that it emits, see `[[light]]` | none |
+///
+/// A transform scales first, then rotates about the fixed x, y and z axes in this order (degrees), then translates (m).
+/// `scale` is a number or `[x, y, z]`. A `matrix` has four rows of four numbers, the last of them `[0, 0, 0, 1]`.
+///
+/// ```toml
+/// [material.ball]
+/// matte = { albedo = 0.5 }
+///
+/// [[object]]
+/// name = "ball"
+/// material = "ball"
+/// shape.sphere = { radius = 1 }
+/// transform = { translate = [0, 1, 0], scale = [1, 2, 1] }
+/// ```
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectDesc {

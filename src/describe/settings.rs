@@ -9,17 +9,28 @@ use crate::{
     value::{Problem, Real, Spanned, Whole, named},
 };
 
-/// `[render]`.
+/// How the picture is rendered.
 ///
 /// | key | type | default |
 /// |---|---|---|
-/// | `width`, `height` | whole numbers above 0, in pixels | 1280, 720 |
-/// | `samples` | whole number above 0, of each pixel | 64 |
-/// | `seed` | whole number | 0 |
-/// | `seed_mode` | `"frame"`: the noise changes from frame to frame, `"fixed"`: it stays | `"frame"` |
-/// | `sampler` | a sampler | `sobol` |
-/// | `filter` | a pixel filter | `blackman-harris`; with `samples = 1` one ray through the pixel's centre |
-/// | `integrator` | an integrator | `path` |
+/// | `width`, `height` | size of the picture in pixels | 1280, 720 |
+/// | `samples` | samples per pixel | 64 |
+/// | `seed` | seed of the random numbers, a whole number | 0 |
+/// | `seed_mode` | `"frame"`: every frame has its own noise, or `"fixed"`: all have the same | `"frame"` |
+/// | `sampler` | a sampler | `"sobol"` |
+/// | `filter` | a pixel filter | `"blackman-harris"`; with `samples = 1` one ray through the pixel's centre |
+/// | `integrator` | an integrator | `"path"` |
+///
+/// ```toml
+/// [render]
+/// width = 1920
+/// height = 1080
+/// samples = 256
+/// integrator.path = { max_depth = 12 }
+/// ```
+///
+/// The `max_depth` of an integrator counts ray segments from the camera, shadow rays included, as in Mitsuba: 1 shows only
+/// emitters and ambient light, 2 adds direct light, 5 is a camera ray and up to four more.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RenderDesc {
@@ -70,16 +81,35 @@ fn some_named<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Result<Op
     named(d).map(Some)
 }
 
-/// `[output]`.
+/// Which files are written, and how.
 ///
 /// | key | type | default |
 /// |---|---|---|
-/// | `files` | a pattern or a list of patterns, relative to the current folder | `<scene name>.####.exr` and `.png` |
-/// | `aovs` | a pass or a list of passes that EXR files hold beside the beauty; `"all"` for every pass | none |
-/// | `show` | a pass that files show in place of the beauty | the beauty |
-/// | `view` | how a PNG shows light: `"srgb"` or `"raw"` | `"srgb"` |
-/// | `exposure` | stops, for the PNG | 0 |
-/// | `compression` | of the EXR: `"zips"`, `"zip"` or `"none"` | `"zips"` |
+/// | `files` | a file pattern or a list of them, relative to the current folder | `<scene name>.####.exr` and `.png` |
+/// | `aovs` | a pass or a list of passes, or `"all"` | none |
+/// | `show` | a pass | the beauty |
+/// | `view` | how a PNG file shows light, see below | `"srgb"` |
+/// | `exposure` | exposure of PNG files, in stops | 0 |
+/// | `compression` | compression of EXR files: `"zips"`, `"zip"` or `"none"` | `"zips"` |
+///
+/// In a file pattern `####` is the frame number with four digits; `%04d` and `$F4` mean the same. The ending selects the
+/// format. An EXR file holds scene-linear light with the primaries of Rec. 709, a PNG file 8-bit display values.
+///
+/// | view | display values |
+/// |---|---|
+/// | `"srgb"` | light with the sRGB transfer function |
+/// | `"raw"` | values as they are, clamped to 0 and 1 |
+///
+/// An EXR file holds the passes of `aovs` beside the picture. With `show` all files hold that pass alone; a pass of data is
+/// rendered with one ray through the centre of each pixel and of the lens, and a PNG file shows it in a way of its own, see
+/// the list of passes.
+///
+/// ```toml
+/// [output]
+/// files = ["out/frame.####.exr", "out/preview.####.png"]
+/// aovs = ["depth", "N", "lightgroup"]
+/// exposure = -0.5
+/// ```
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputDesc {

@@ -1,12 +1,14 @@
-//! The cost of tracing: how many nodes and primitives each camera ray tests.
+//! A heat map of the cost of tracing: how many boxes and primitives each camera ray tests.
 //!
-//! No keys. The picture is the pass `cost`: EXR files hold `cost.nodes` (all boxes of a wide node count as one) and
-//! `cost.primitives`, PNG files show their sum as colours from dark blue (0) over green (31) to red (1023 and more).
+//! No keys.
 //!
 //! ```toml
 //! [render]
 //! integrator = "cost"
 //! ```
+//!
+//! The picture is the pass `cost`: EXR files hold the channels `cost.nodes` (all boxes of a wide node count as one) and
+//! `cost.primitives`, PNG files show their sum as a colour from dark blue (0) over green (31) to red (1023 and more).
 
 use serde::Deserialize;
 

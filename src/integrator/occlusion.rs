@@ -1,18 +1,18 @@
-//! Ambient occlusion: how much of the sky a place would see, without any light, material or bounce.
+//! Ambient occlusion: how open to the sky each point is, without any light, material or bounce.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `distance` | number of at least 0; what is farther away hides nothing, 0 is no limit | m | 0 |
-//! | `samples` | whole number of at least 1; rays from each place that a camera ray meets | | 1 |
-//!
-//! White sees all, black nothing; rays are drawn by the cosine with the shading normal, on the side of the viewer, so that the
-//! value is the part of the irradiance of an even sky that arrives. A camera ray that meets nothing is white, or transparent
-//! where the background is invisible.
+//! | `distance` | farthest surface that occludes; 0 is no limit | m | 0 |
+//! | `samples` | occlusion rays for each camera ray, at least 1 | | 1 |
 //!
 //! ```toml
 //! [render]
 //! integrator.occlusion = { distance = 2, samples = 4 }
 //! ```
+//!
+//! White is open, black is enclosed. Rays are distributed by their cosine with the shading normal on the viewer's side, so
+//! the value is the fraction of a uniform sky's irradiance that arrives. A camera ray that meets nothing is white, or
+//! transparent where the background is invisible.
 //!
 //! Source: Zhukov, Iones, Kronin, "An Ambient Light Illumination Model", EGWR 1998, doi:10.1007/978-3-7091-6453-2_5.
 

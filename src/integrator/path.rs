@@ -1,25 +1,25 @@
-//! PathState tracing: all light, by following paths from the camera.
+//! A path tracer: all light, by following paths from the camera (the default).
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `max_depth` | whole number of at least 1; ray segments from the camera | | 8 |
-//! | `max_diffuse`, `max_specular`, `max_transmission` | whole number; how often a path may leave a surface by a lobe of the kind | | no limit but `max_depth` |
-//! | `roulette_depth` | whole number; segments from which on dim paths may end early, by chance and without bias | | 5 |
-//! | `clamp_indirect` | number above 0; what a path may bring by way of two surfaces or more. Trades rare bright pixels for lost light | W m^-2 sr^-1 | no limit |
-//! | `strategy` | `"mis"`, `"light"` or `"bsdf"`: how light is looked for. All give the same picture, with different noise | | `"mis"` |
-//!
-//! Files name the limits that are set (`batch-render/maxDepth`, `/maxDiffuse`, `/maxSpecular`, `/maxTransmission`,
-//! `/clampIndirect`). Materials are seen from both sides. Radiance is not scaled by the square of the index of refraction inside of media, as in
-//! Whitted's integrator.
+//! | `max_depth` | longest path, in ray segments from the camera, at least 1 | | 8 |
+//! | `max_diffuse`, `max_specular`, `max_transmission` | how many scattering events of the kind a path may have | | only `max_depth` |
+//! | `roulette_depth` | segments after which Russian roulette may end dim paths; this adds no bias | | 5 |
+//! | `clamp_indirect` | number above 0: limit of a path's light after two surfaces or more. It trades fireflies for lost light | W m^-2 sr^-1 | no limit |
+//! | `strategy` | `"mis"`, `"light"` or `"bsdf"`: how direct light is sampled. All converge to the same picture, with different noise | | `"mis"` |
 //!
 //! ```toml
 //! [render]
 //! integrator.path = { max_depth = 12 }
 //! ```
 //!
-//! Source: Kajiya, "The Rendering Equation", SIGGRAPH 1986, doi:10.1145/15922.15902; for the combination of light and BSDF
-//! sampling see Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, chapter 9; for the roulette
-//! Arvo and Kirk, "Particle Transport and Image Synthesis", SIGGRAPH 1990, doi:10.1145/97880.97886.
+//! EXR headers record the limits that are set (`batch-render/maxDepth`, `/maxDiffuse`, `/maxSpecular`, `/maxTransmission`,
+//! `/clampIndirect`). Both sides of a surface reflect. Radiance is not scaled by the square of the index of refraction
+//! inside of media, as in the `whitted` integrator.
+//!
+//! Sources: Kajiya, "The Rendering Equation", SIGGRAPH 1986, doi:10.1145/15922.15902; for multiple importance sampling
+//! Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, chapter 9; for Russian roulette Arvo and Kirk,
+//! "Particle Transport and Image Synthesis", SIGGRAPH 1990, doi:10.1145/97880.97886.
 
 use std::cell::LazyCell;
 

@@ -1,18 +1,19 @@
-//! Whitted's recursive ray tracing: local illumination, hard shadows, perfect mirrors, clear glass.
+//! Whitted's recursive ray tracer: local illumination, shadows, perfect mirrors and clear glass.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `max_depth` | whole number of at least 1; ray segments from the camera | | 5 |
-//! | `ambient` | number or `[r, g, b]`; light that arrives from everywhere alike | W m^-2 sr^-1 | 0 |
-//!
-//! Lights without size (points, spots, suns without an `angle`) cast hard shadows; each is asked at every surface. Of lights with
-//! size each sun is asked once, and so is one surface that shines, chosen by what it may bring, at a random place: soft shadows,
-//! with noise that `samples` average out. An environment is seen and mirrored, but sheds no light; that is what `ambient` is for.
+//! | `max_depth` | longest path, in ray segments from the camera, at least 1 | | 5 |
+//! | `ambient` | number or `[r, g, b]`: constant light from all directions | W m^-2 sr^-1 | 0 |
 //!
 //! ```toml
 //! [render]
 //! integrator.whitted = { max_depth = 5, ambient = 0.4 }
 //! ```
+//!
+//! Lights without size (points, spots, suns without an `angle`) cast hard shadows, and each of them is sampled at every
+//! surface. Of the others, each sun is sampled once, and so is one emitting surface, chosen by how much light it may
+//! contribute: soft shadows, with noise that `samples` average out. An environment is visible and appears in mirrors, but it
+//! does not light surfaces; `ambient` does that.
 //!
 //! Source: Whitted, "An improved illumination model for shaded display", CACM 23(6), 1980, doi:10.1145/358876.358882.
 

@@ -1,22 +1,25 @@
-//! Light from a picture of all directions, infinitely far away.
+//! Light from an equirectangular image of all directions, infinitely far away.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `file` | path of an HDR, EXR, PNG, .. file in equirectangular projection, relative to the scene file | W m^-2 sr^-1 | required |
-//! | `intensity` | number of at least 0; a factor | | 1 |
-//! | `rotate` | `[x, y, z]`, about the fixed x, y and z axes in this order | degrees | `[0, 0, 0]` |
-//!
-//! The picture's centre looks along -z, its right half towards +x, its top to +y. Between texels the radiance is linear; numbers
-//! that are not finite count as 0 or 65504 and negative ones as 0, with a warning.
+//! | `file` | path of an HDR, EXR or other image, relative to the scene file | W m^-2 sr^-1 | required |
+//! | `intensity` | factor of at least 0 | | 1 |
+//! | `rotate` | `[x, y, z]`: rotation about the fixed x, y and z axes, in this order | degrees | `[0, 0, 0]` |
 //!
 //! ```toml
 //! [background]
 //! environment = { file = "sky.exr", intensity = 1, rotate = [0, 90, 0] }
 //! ```
 //!
-//! Directions are chosen in proportion to what a texel is brighter than the mean: the rest is for surfaces to find by their own
-//! choice. Source: Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling",
-//! ACM TOG 38(6), 2019, doi:10.1145/3355089.3356565. A picture of one colour is not sampled at all.
+//! The centre of the image is in the direction -z, its right half towards +x, its top towards +y. The radiance is
+//! interpolated linearly between texels. Values that are not finite count as 0 or 65504 and negative ones as 0, with a
+//! warning.
+//!
+//! # Implementation
+//!
+//! Directions are sampled in proportion to how much brighter a texel is than the mean; BSDF sampling finds the rest. Source:
+//! Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", ACM TOG 38(6), 2019,
+//! doi:10.1145/3355089.3356565. An image of one colour is not sampled at all.
 
 use std::f32::consts::{PI, TAU};
 

@@ -1,4 +1,4 @@
-//! A light at a point, the same in all directions.
+//! A point light, the same in all directions.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|

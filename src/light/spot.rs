@@ -1,22 +1,22 @@
-//! A light at a point that shines into a cone.
+//! A spotlight: a point light that shines into a cone.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
 //! | `position` | `[x, y, z]` | m | required |
-//! | `target` | `[x, y, z]` | m | this or `direction` |
-//! | `direction` | `[x, y, z]`, where it shines to | | this or `target` |
-//! | `cone_angle` | number above 0, at most 180; from the axis to where the light ends | degrees | required |
-//! | `penumbra_angle` | number from 0 to `cone_angle`; the outer part of the cone in which light fades | degrees | 0 |
+//! | `target` | a point on the axis, `[x, y, z]` | m | this or `direction` |
+//! | `direction` | direction of the axis, `[x, y, z]` | | this or `target` |
+//! | `cone_angle` | angle from the axis to the edge of the cone, above 0 and at most 180 | degrees | required |
+//! | `penumbra_angle` | width of the soft edge inside the cone, from 0 to `cone_angle` | degrees | 0 |
 //! | `intensity` | number or `[r, g, b]`, along the axis | W sr^-1 | required |
 //! | `falloff` | `"inverse-square"` or `"none"` | | `"inverse-square"` |
-//!
-//! Within `cone_angle - penumbra_angle` of the axis the intensity is full; from there to `cone_angle` it falls by a
-//! smoothstep over the cosine, as in Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed., section 12.2.1.
 //!
 //! ```toml
 //! [[light]]
 //! spot = { position = [0, 5, 0], target = [0, 0, 0], cone_angle = 30, penumbra_angle = 5, intensity = 100 }
 //! ```
+//!
+//! Within `cone_angle - penumbra_angle` of the axis the intensity is full. From there to `cone_angle` it falls by a
+//! smoothstep over the cosine, as in Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed., section 12.2.1.
 
 use serde::Deserialize;
 

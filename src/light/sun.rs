@@ -1,18 +1,18 @@
-//! Parallel light from infinitely far away.
+//! A sun: parallel light from infinitely far away.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `direction` | `[x, y, z]`, where it shines to | | required |
-//! | `irradiance` | number or `[r, g, b]`, on a surface that faces it | W m^-2 | required |
-//! | `angle` | number from 0 to 90, the diameter of its disk; 0.53 for the sun of the earth | degrees | 0 |
-//!
-//! With an `angle` it is a disk of constant radiance in the sky, irradiance / (pi sin^2(angle / 2)), and shadows are soft.
-//! Mirrors show the disk in the path integrator. The camera does not see it, as it does not see a sun lamp in Blender.
+//! | `direction` | direction in which the light travels, `[x, y, z]` | | required |
+//! | `irradiance` | number or `[r, g, b]`, on a surface that faces the sun | W m^-2 | required |
+//! | `angle` | diameter of the sun's disk, from 0 to 90; the real sun has 0.53 | degrees | 0 |
 //!
 //! ```toml
 //! [[light]]
 //! sun = { direction = [-1, -2, -1], irradiance = [3, 3, 2.8], angle = 0.53 }
 //! ```
+//!
+//! With an `angle` the sun is a disk of constant radiance, irradiance / (pi sin^2(angle / 2)), and casts soft shadows. The
+//! camera does not see the disk, as in Blender; mirrors show it with the `path` integrator.
 
 use std::f32::consts::{PI, TAU};
 

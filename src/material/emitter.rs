@@ -1,17 +1,17 @@
-//! A surface that shines and does nothing else: objects of it are area lights.
+//! A surface that emits light and reflects none: its objects are area lights.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `radiance` | number, `[r, g, b]` or `"texture.NAME"`; at least 0, the same in all directions | W m^-2 sr^-1 | required |
-//! | `scale` | number of at least 0; a factor, for textures | | 1 |
-//! | `two_sided` | whether the back shines too, where the normal does not point | | false |
-//!
-//! A flat emitter of area A sends out pi A radiance watts from each side that shines.
+//! | `radiance` | number, `[r, g, b]` or `"texture.NAME"` of at least 0, the same in all directions | W m^-2 sr^-1 | required |
+//! | `scale` | factor of at least 0, for textures | | 1 |
+//! | `two_sided` | whether the back, to which the normal does not point, emits as well | | false |
 //!
 //! ```toml
 //! [material.lamp]
 //! emitter = { radiance = [12, 11, 9] }
 //! ```
+//!
+//! A flat emitter of area A has a power of pi A radiance watts on each side that emits.
 
 use serde::Deserialize;
 

@@ -1,19 +1,15 @@
-//! Clear glass, smooth or frosted: it reflects and refracts, shared out by Fresnel's equations.
+//! Clear glass, smooth or frosted, which reflects and refracts by Fresnel's equations.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `ior` | number above 0; index of refraction of the inside, where the normal does not point | | 1.5 |
-//! | `reflectance` | number or `[r, g, b]`; weight of the mirror image | | 1 |
-//! | `transmittance` | number or `[r, g, b]`; weight of what is seen through the surface | | 1 |
-//! | `roughness` | number from 0 to 1 or `"texture.NAME"` (channel g); perceived, its square is GGX's alpha | | 0 |
-//! | `absorption` | number or `[r, g, b]`; how strongly the inside absorbs | m^-1 | 0 |
-//! | `attenuation_color` | `[r, g, b]`; instead: what white light has become after `attenuation_distance` inside | | 1 |
+//! | `ior` | index of refraction of the inside, to which the normal does not point; above 0 | | 1.5 |
+//! | `reflectance` | number or `[r, g, b]`: tint of the mirror image | | 1 |
+//! | `transmittance` | number or `[r, g, b]`: tint of what is seen through the surface | | 1 |
+//! | `roughness` | number from 0 to 1 or `"texture.NAME"` (channel g); its square is GGX's alpha | | 0 |
+//! | `absorption` | number or `[r, g, b]`: absorption coefficient of the inside | m^-1 | 0 |
+//! | `attenuation_color` | `[r, g, b]`, instead of `absorption`: the colour of white light after `attenuation_distance` | | 1 |
 //! | `attenuation_distance` | number above 0 | m | no absorption |
-//! | `thin_walled` | whether the surface is a pane by itself: light goes straight on, and there is no inside | | false |
-//!
-//! Its shadow is black: a shadow ray does not bend. The light it gathers is found by paths that meet a lamp. Whitted's integrator
-//! knows neither roughness nor absorption. What is seen through the surface is as bright as what is behind: radiance is not
-//! scaled by the square of the index.
+//! | `thin_walled` | whether the surface is a thin pane: light goes straight through, and there is no inside | | false |
 //!
 //! ```toml
 //! [material.window]
@@ -23,7 +19,13 @@
 //! glass = { roughness = 0.3, attenuation_color = [0.2, 0.6, 0.3], attenuation_distance = 0.02 }
 //! ```
 //!
-//! Source: see [`crate::bsdf::fresnel`], [`crate::bsdf::microfacet`] and, for what bounces between facets,
+//! Shadow rays do not refract, so glass blocks them: light behind glass (caustics) is found only by paths that hit a light.
+//! Radiance is not scaled by the square of the index of refraction: what is seen through the surface is as bright as what
+//! is behind it. The `whitted` integrator ignores roughness and absorption.
+//!
+//! # Implementation
+//!
+//! Sources: see [`crate::bsdf::fresnel`], [`crate::bsdf::microfacet`] and, for light that bounces between microfacets,
 //! [`crate::bsdf::albedo`].
 
 use serde::Deserialize;

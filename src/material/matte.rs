@@ -1,13 +1,9 @@
-//! Chalk and clay: light leaves in all directions alike (Lambert), or as from small facets of chalk (Oren and Nayar).
+//! A diffuse surface such as paper or unglazed clay: Lambert's model, or Oren and Nayar's where it is rough.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `albedo` | number, `[r, g, b]` or `"texture.NAME"`; the part of the light that is reflected | | required |
-//! | `roughness` | number from 0 to 1 or `"texture.NAME"` (channel r); 0 is chalk, 1 as flat as the full moon | | 0 |
-//!
-//! Seen from both sides. A light of irradiance E leaves as E albedo max(n.l, 0) / pi; Whitted's integrator knows no roughness.
-//! A roughness r is about Oren and Nayar's standard deviation of slopes in units of pi / 2. Source:
-//! [`crate::bsdf::diffuse::OrenNayar`].
+//! | `albedo` | number, `[r, g, b]` or `"texture.NAME"`: the fraction of light that is reflected | | required |
+//! | `roughness` | number from 0 to 1 or `"texture.NAME"` (channel r): 0 is Lambert's model, 1 looks as flat as the full moon | | 0 |
 //!
 //! ```toml
 //! [material.wall]
@@ -16,6 +12,13 @@
 //! [material.clay]
 //! matte = { albedo = [0.6, 0.4, 0.3], roughness = 0.8 }
 //! ```
+//!
+//! Both sides reflect. Irradiance E leaves as the radiance E albedo max(n.l, 0) / pi. A roughness r is about Oren and
+//! Nayar's standard deviation of slopes in units of pi / 2. The `whitted` integrator ignores the roughness.
+//!
+//! # Implementation
+//!
+//! Source: [`crate::bsdf::diffuse::OrenNayar`].
 
 use std::f32::consts::FRAC_1_PI;
 

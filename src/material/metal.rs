@@ -1,18 +1,15 @@
-//! Metal, polished, rough or brushed.
+//! Metal: polished, rough or brushed.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
 //! | `preset` | `"aluminium"`, `"chromium"`, `"copper"`, `"gold"`, `"iron"`, `"nickel"`, `"platinum"`, `"silver"` or `"titanium"` | | |
-//! | `eta`, `k` | number or `[r, g, b]`; real and imaginary part of the index of refraction | | |
-//! | `color` | number, `[r, g, b]` or `"texture.NAME"`; the part of the light that is reflected at normal incidence | | |
-//! | `edge` | number or `[r, g, b]` of at most 1; with `color`: factor of what is reflected at 82 degrees | | 1 |
-//! | `roughness` | number from 0 to 1 or `"texture.NAME"` (channel g); perceived, its square is GGX's alpha | | 0 |
-//! | `anisotropy` | number from 0 to 1; stretches highlights along the tangent: it is brushed across | | 0 |
+//! | `eta`, `k` | number or `[r, g, b]`: real and imaginary part of the index of refraction | | |
+//! | `color` | number, `[r, g, b]` or `"texture.NAME"`: reflectance at normal incidence | | |
+//! | `edge` | number or `[r, g, b]` of at most 1, with `color`: tint of the reflectance at 82 degrees | | 1 |
+//! | `roughness` | number from 0 to 1 or `"texture.NAME"` (channel g); its square is GGX's alpha | | 0 |
+//! | `anisotropy` | number from 0 to 1: stretches highlights along the tangent, as on metal that is brushed across it | | 0 |
 //!
-//! One of `preset`, `eta` with `k`, and `color` is required. Seen from both sides. The facets along the tangent have
-//! alpha + (1 - alpha) anisotropy^2, as glTF's KHR_materials_anisotropy has it. What bounces between facets is counted: a white
-//! metal loses less than 2 % at any roughness and any anisotropy, and gains nothing. Whitted's integrator shows a mirror of the
-//! colour at normal incidence.
+//! One of `preset`, `eta` with `k`, or `color` is required.
 //!
 //! ```toml
 //! [material.ring]
@@ -22,10 +19,15 @@
 //! metal = { color = [0.9, 0.9, 0.92], roughness = 0.4, anisotropy = 0.7 }
 //! ```
 //!
-//! The numbers of the presets are those measured at 616.8, 548.6 and 450.9 nm by Johnson and Christy, "Optical constants of the
-//! noble metals", Phys. Rev. B 6, 1972, doi:10.1103/PhysRevB.6.4370 (silver, gold, copper), and "Optical constants of transition
-//! metals", Phys. Rev. B 9, 1974, doi:10.1103/PhysRevB.9.5056 (chromium, iron, nickel, titanium); by Rakic, Appl. Opt. 34, 1995,
-//! doi:10.1364/AO.34.004755 (aluminium, interpolated), and Rakic et al., Appl. Opt. 37, 1998, doi:10.1364/AO.37.005271
+//! Both sides reflect. Light that bounces several times between microfacets is included: a white metal loses less than 2 %
+//! of the light at any roughness and anisotropy, and gains none. Along the tangent the alpha is
+//! alpha + (1 - alpha) anisotropy^2, as in glTF's KHR_materials_anisotropy. The `whitted` integrator shows a mirror with the
+//! reflectance at normal incidence.
+//!
+//! The presets are measurements at 616.8, 548.6 and 450.9 nm. Sources: Johnson and Christy, "Optical constants of the noble
+//! metals", Phys. Rev. B 6, 1972, doi:10.1103/PhysRevB.6.4370 (silver, gold, copper), and "Optical constants of transition
+//! metals", Phys. Rev. B 9, 1974, doi:10.1103/PhysRevB.9.5056 (chromium, iron, nickel, titanium); Rakic, Appl. Opt. 34,
+//! 1995, doi:10.1364/AO.34.004755 (aluminium, interpolated); Rakic et al., Appl. Opt. 37, 1998, doi:10.1364/AO.37.005271
 //! (platinum, their model).
 
 use serde::Deserialize;

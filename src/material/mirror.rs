@@ -1,8 +1,8 @@
-//! A perfect mirror, seen from both sides.
+//! A perfect mirror on both sides.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `reflectance` | number or `[r, g, b]`; the part of the light that is reflected | | 1 |
+//! | `reflectance` | number or `[r, g, b]`: the fraction of light that is reflected | | 1 |
 //!
 //! ```toml
 //! [material.silver]

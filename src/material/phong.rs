@@ -1,28 +1,31 @@
-//! The plastic of the first ray tracers: ambient, diffuse and specular terms and a mirror.
+//! The classic Phong model: ambient, diffuse and specular terms, mirror reflection and transparency.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `color` | `[r, g, b]` or `"texture.NAME"`; ambient and diffuse | | required |
-//! | `specular` | number or `[r, g, b]` | | 0 |
-//! | `shininess` | number of at least 0; the exponent | | 32 |
-//! | `reflect` | number or `[r, g, b]`; weight of the mirror image | | 0 |
-//! | `transmit` | number or `[r, g, b]`; weight of what is seen through the surface | | 0 |
-//! | `ior` | number above 0; index of refraction of the inside, where the normal does not point | | 1.5 |
-//! | `two_sided` | whether the normal is turned towards the viewer first | | false |
-//!
-//! With Whitted's integrator a light of irradiance E adds E (color max(n.l, 0) + specular max(r.v, 0)^shininess): there
-//! is no 1/pi, so these are display values rather than reflectances. With `two_sided = false` the normal is used as
-//! authored: a face that is wound away from the viewer shows its ambient term only. Where light cannot leave the inside (total
-//! reflection), the weight of `transmit` goes to the mirror image.
-//!
-//! In all other integrators `color` and `specular` are the parts of the light that are reflected, widely and about the mirror
-//! direction; where all weights together make more than 1 they are scaled down to 1. It is then seen from both sides. See
-//! [`crate::bsdf::phong`].
+//! | `color` | `[r, g, b]` or `"texture.NAME"`: ambient and diffuse colour | | required |
+//! | `specular` | number or `[r, g, b]`: strength of the highlight | | 0 |
+//! | `shininess` | exponent of the highlight, at least 0 | | 32 |
+//! | `reflect` | number or `[r, g, b]`: weight of the mirror image | | 0 |
+//! | `transmit` | number or `[r, g, b]`: weight of what is seen through the surface | | 0 |
+//! | `ior` | index of refraction of the inside, to which the normal does not point; above 0 | | 1.5 |
+//! | `two_sided` | whether the normal is flipped towards the viewer | | false |
 //!
 //! ```toml
 //! [material.ball]
 //! phong = { color = [0, 0, 1], specular = 1, shininess = 4, reflect = 0.8 }
 //! ```
+//!
+//! With the `whitted` integrator a light of irradiance E adds E (color max(n.l, 0) + specular max(r.v, 0)^shininess). There
+//! is no factor 1/pi, so the numbers are display values rather than reflectances. With `two_sided = false` the normal is
+//! used as authored: a face that points away from the viewer shows its ambient term only. At total internal reflection the
+//! weight of `transmit` goes to the mirror image.
+//!
+//! In all other integrators `color` and `specular` are fractions of light, reflected diffusely and about the mirror
+//! direction. Where the weights add up to more than 1, they are scaled down to 1. Both sides reflect there.
+//!
+//! # Implementation
+//!
+//! The BSDF is [`crate::bsdf::phong`].
 
 use serde::Deserialize;
 

@@ -1,43 +1,36 @@
-//! The surface of all trades: glTF's metallic-roughness with its extensions.
+//! A physically based material for most surfaces: glTF's metallic-roughness model with its extensions.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `base_color` | colour; of metal at normal incidence, of chalk, and of what passes | | 0.8 |
-//! | `metallic` | part (b); how much is metal | | 0 |
-//! | `roughness` | part (g); perceived, its square is GGX's alpha | | 0.5 |
-//! | `ior` | number above 0; index of refraction of the inside | | 1.5 |
-//! | `specular` | part (a); strength of the reflection over chalk | | 1 |
-//! | `specular_color` | colour; of that reflection at normal incidence | | 1 |
-//! | `transmission` | part (r); how much of what is not metal is clear | | 0 |
-//! | `thickness` | number of at least 0; above 0 the surface encloses a body, which refracts | m | 0 |
-//! | `attenuation_color` | `[r, g, b]`; what white light has become after `attenuation_distance` in the body | | 1 |
-//! | `attenuation_distance` | number above 0; also makes a body | m | no absorption |
-//! | `clearcoat`, `clearcoat_roughness` | part (r, g); a clear coat of index 1.5 | | 0 |
-//! | `sheen_color` | colour; the shine of cloth and dust at the rim | | 0 |
-//! | `sheen_roughness` | part (a); from 0.15 on | | 0 |
-//! | `iridescence` | part (r); how much is covered by a thin film | | 0 |
-//! | `iridescence_ior` | number above 0; of the film | | 1.3 |
-//! | `iridescence_thickness` | number of at least 0; of the film | nm | 400 |
-//! | `anisotropy` | part (b); stretches highlights along the tangent | | 0 |
-//! | `anisotropy_rotation` | number; of the tangent, counterclockwise | degrees | 0 |
-//! | `emissive` | colour; what it shines with: objects of it are area lights | W m^-2 sr^-1 | 0 |
-//! | `emissive_strength` | number of at least 0; a factor | | 1 |
-//! | `normal` | `"texture.NAME"`, raw; a normal map, red along the tangent | | |
-//! | `normal_scale` | number; how strongly the map bends | | 1 |
-//! | `opacity` | part (a); of the surface as a whole | | 1 |
-//! | `alpha` | `"opaque"`, `"mask"` or `"blend"`; what `opacity` does: nothing, all or nothing, or let a part pass | | `"blend"` |
-//! | `alpha_cutoff` | number from 0 to 1; for `"mask"`: what is less opaque is not there | | 0.5 |
-//! | `two_sided` | whether the back shines too | | false |
+//! | `base_color` | colour: diffuse colour, metal's reflectance at normal incidence, tint of transmitted light | | 0.8 |
+//! | `metallic` | amount (b): how much of the surface is metal | | 0 |
+//! | `roughness` | amount (g); its square is GGX's alpha | | 0.5 |
+//! | `ior` | index of refraction of the inside, above 0 | | 1.5 |
+//! | `specular` | amount (a): strength of the reflection above the diffuse base | | 1 |
+//! | `specular_color` | colour: tint of that reflection at normal incidence | | 1 |
+//! | `transmission` | amount (r): how much of what is not metal is transparent | | 0 |
+//! | `thickness` | number of at least 0: above 0 the surface bounds a volume, which refracts | m | 0 |
+//! | `attenuation_color` | `[r, g, b]`: the colour of white light after `attenuation_distance` in the volume | | 1 |
+//! | `attenuation_distance` | number above 0; also makes the surface bound a volume | m | no absorption |
+//! | `clearcoat`, `clearcoat_roughness` | amounts (r, g): a clear coat of index 1.5 | | 0 |
+//! | `sheen_color` | colour: the sheen of cloth and dust at grazing angles | | 0 |
+//! | `sheen_roughness` | amount (a); the least is 0.15 | | 0 |
+//! | `iridescence` | amount (r): how much is covered by a thin film | | 0 |
+//! | `iridescence_ior` | index of refraction of the film, above 0 | | 1.3 |
+//! | `iridescence_thickness` | thickness of the film, at least 0 | nm | 400 |
+//! | `anisotropy` | amount (b): stretches highlights along the tangent | | 0 |
+//! | `anisotropy_rotation` | rotation of the tangent, counterclockwise | degrees | 0 |
+//! | `emissive` | colour: emitted radiance; its objects are area lights | W m^-2 sr^-1 | 0 |
+//! | `emissive_strength` | factor of at least 0 | | 1 |
+//! | `normal` | `"texture.NAME"`, raw: a tangent-space normal map | | |
+//! | `normal_scale` | strength of the normal map | | 1 |
+//! | `opacity` | amount (a), of the surface as a whole | | 1 |
+//! | `alpha` | how `opacity` counts: `"opaque"` ignores it, `"mask"` cuts out, `"blend"` is transparent by degrees | | `"blend"` |
+//! | `alpha_cutoff` | number from 0 to 1, for `"mask"`: less opacity than this is a hole | | 0.5 |
+//! | `two_sided` | whether the back emits as well | | false |
 //!
-//! A colour is a number, `[r, g, b]` or `"texture.NAME"`; a part is a number from 0 to 1, `"texture.NAME"` (the channel in
-//! brackets) or a channel of it, `"texture.NAME.r"`. Without a body light goes straight on through what is clear, as through
-//! a sheet. Layers from top: sheen, coat, then metal, chalk and glass mixed; each takes what it reflects, so that white loses less
-//! than 2 % of the light, at any roughness and from any angle, and gains none (up to an index of 4). Scattering is seen from
-//! both sides. Where light passes into a body, highlights are not stretched: the facets are those of the same mean square alpha.
-//! Radiance is not scaled by the square of the index where it passes. The coat has the normal of the base; it does not dim
-//! what shines.
-//!
-//! Whitted's integrator shows the chalk, a mirror of what is reflected at normal incidence, and smooth glass.
+//! A colour is a number, `[r, g, b]` or `"texture.NAME"`. An amount is a number from 0 to 1, `"texture.NAME"` (the channel
+//! in brackets) or a channel of a texture, `"texture.NAME.r"`.
 //!
 //! ```toml
 //! [material.car]
@@ -56,8 +49,23 @@
 //! checker = { a = [0, 0.2, 0], b = [1, 0.6, 0] }
 //! ```
 //!
-//! Source: Khronos Group, "glTF 2.0 Specification", appendix B, and its KHR_materials extensions; see [`crate::bsdf::layered`],
-//! [`crate::bsdf::film`] and [`crate::bsdf::sheen`]. Different from there: the sheen lies over the coat.
+//! The layers from the top are sheen, clear coat, and a mix of metal, diffuse base and glass. Each layer dims those below by
+//! what it reflects: a white material loses less than 2 % of the light at any roughness and angle, and gains none (up to an
+//! index of 4). Both sides scatter light.
+//!
+//! Without `thickness` and `attenuation_distance` the surface is a thin sheet, and transmitted light goes straight through.
+//! Where light is refracted into a volume, highlights are not stretched: the roughness has the same mean square alpha.
+//! Radiance is not scaled by the square of the index of refraction. The coat has the normal of the base, and it does not
+//! dim emitted light.
+//!
+//! The `whitted` integrator shows the diffuse base, a mirror with the reflectance at normal incidence, and smooth glass.
+//!
+//! Source: Khronos Group, "glTF 2.0 Specification", appendix B, and its KHR_materials extensions. One thing differs: the
+//! sheen lies above the coat.
+//!
+//! # Implementation
+//!
+//! The layers are in [`crate::bsdf::layered`], [`crate::bsdf::film`] and [`crate::bsdf::sheen`].
 
 use std::f32::consts::FRAC_1_PI;
 

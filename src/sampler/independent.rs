@@ -1,4 +1,4 @@
-//! Every number independent of every other: the baseline that others are measured by.
+//! Independent random numbers: a baseline for comparing samplers.
 //!
 //! No keys.
 //!
@@ -6,6 +6,8 @@
 //! [render]
 //! sampler = "independent"
 //! ```
+//!
+//! Noise is higher than with `sobol`.
 
 use serde::Deserialize;
 

@@ -1,29 +1,31 @@
-//! Owen-scrambled Sobol points, arranged over the picture so that the noise of neighbours cancels.
+//! Owen-scrambled Sobol points whose errors cancel between neighbouring pixels (the default).
 //!
-//! No keys. It is the default.
+//! No keys.
 //!
 //! ```toml
 //! [render]
 //! sampler = "sobol"
 //! ```
 //!
+//! Noise is lower than with independent samples, and fine-grained (blue). Any number of samples works; powers of two are
+//! best. Pictures with different numbers of samples do not share their samples.
+//!
+//! # Implementation
+//!
 //! Each pair of dimensions is the two-dimensional Sobol sequence, a (0,2)-sequence in base 2, under an Owen scramble of its
 //! own. All pixels share that sequence: a pixel has a run of 2^k of its points, `k` the logarithm of the samples of a pixel,
 //! rounded up, and runs follow each other in Morton order of the pixels, the four quarters of each square of the
-//! hierarchy in an order drawn at random. The samples of a run are shuffled within it in the same nested way.
+//! hierarchy in a random order. The samples of a run are shuffled within it in the same nested way.
 //!
 //! What holds, for every pair of dimensions:
 //! * Any `2^j` samples of a pixel from a multiple of `2^j` on (`j <= k`), so the first `2^j` too, are one in each elementary
-//!   interval: each of the boxes of `2^-i` by `2^-(j-i)` has one. Other numbers of samples are made of such runs, so every
-//!   number of samples may be asked for; powers of two are best.
+//!   interval: each of the boxes of `2^-i` by `2^-(j-i)` has one. Other numbers of samples are made of such runs.
 //! * So are all samples of each square of `2^m` by `2^m` pixels in the hierarchy: where the picture is smooth, the errors of
-//!   neighbours cancel, and what noise is left is fine-grained (blue). This is at its best once all samples are taken, and
-//!   for powers of two.
+//!   neighbours cancel. This is at its best once all samples are taken, and for powers of two.
 //! * Different pairs are independent of each other, by their scrambles and shuffles.
 //!
-//! `k` depends on the number of samples, so pictures of different numbers of samples do not share points. Up to 65,536
-//! samples of a pixel are one run; more come in independent runs. Pixels further apart than 256 (65,536 samples of each) to
-//! 65,536 (one) are independent of each other.
+//! Up to 65,536 samples of a pixel are one run; more come in independent runs. Pixels further apart than 256 (65,536 samples
+//! of each) to 65,536 (one) are independent of each other.
 //!
 //! Source: Owen, "Randomly Permuted (t,m,s)-Nets and (t,s)-Sequences", 1995, doi:10.1007/978-1-4612-2552-2_19; Burley,
 //! "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte

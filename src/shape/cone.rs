@@ -2,30 +2,30 @@
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `base` | `[x, y, z]` | m | `[0, 0, 0]` |
-//! | `axis` | direction | | `[0, 1, 0]` |
+//! | `base` | centre of the base, `[x, y, z]` | m | `[0, 0, 0]` |
+//! | `axis` | direction from the base to the apex | | `[0, 1, 0]` |
 //! | `radius` | number above 0 | m | required |
 //! | `height` | number above 0 | m | required |
-//! | `caps` | `true` or `false` | | `true` |
-//! | `outside_only` | `true` or `false` | | `false` |
+//! | `caps` | whether the base is closed | | `true` |
+//! | `outside_only` | whether only rays that enter the wall meet it; needs `caps = false` | | `false` |
 //!
 //! ```toml
 //! shape.cone = { base = [0, 0, 0], axis = [0, 1, 0], radius = 0.5, height = 2 }
 //! ```
 //!
-//! The base's centre is `base`, the apex `base + axis * height`. Normals point outwards, also where the wall is met from
-//! inside; at the apex itself the normal is one of the wall's. On the wall `u` runs around the axis in `[0, 1)`, for +y
-//! from +x towards +z, and `v` from the base (0) to the apex (1); on the cap `u` is the same and `v` runs from the centre
-//! (0) to the rim (1).
+//! The apex is at `base + axis * height`. Normals point outwards, also where a ray meets the wall from inside; at the apex
+//! itself the normal is one of the wall's. On the wall `u` runs around the axis in `[0, 1)`, for an axis of +y from +x
+//! towards +z, and `v` from the base (0) to the apex (1); on the cap `u` is the same and `v` runs from the centre (0) to the
+//! rim (1).
 //!
-//! With `outside_only`, which wants `caps = false`, rays meet the wall where they enter it and nowhere else: from inside
-//! it is not there.
+//! With `outside_only` the wall is invisible from inside.
 //!
-//! The part of a line inside an endless cone is one stretch, because the cone is convex; a cap cuts it off, and the hit
-//! is where the ray enters or leaves what is left. The quadratic is solved around the point of the line that is nearest
-//! to the apex, so it does not cancel however far the ray has come, and in the form that stays finite for lines
-//! parallel to the wall, where it is linear. Points are chosen uniformly by area; those on
-//! the far side of a closed cone are not seen.
+//! # Implementation
+//!
+//! A line is inside an infinite cone for one interval, because the cone is convex; the cap clips it, and a ray meets the
+//! cone where it enters or leaves the rest. The quadratic is solved around the point of the line that is nearest to the
+//! apex, so that it does not cancel however far the ray has come, and in the form that stays finite for lines parallel to
+//! the wall, where it is linear. Points are sampled uniformly by area; those on the far side of a closed cone are rejected.
 
 use std::f64::consts::{PI, TAU};
 

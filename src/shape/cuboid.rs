@@ -9,12 +9,14 @@
 //! shape.cuboid = { min = [-1, 0, -1], max = [1, 2, 1] }
 //! ```
 //!
-//! Normals point outwards. Every face has its own `uv` from 0 to 1, and `dpdu x dpdv` points outwards: on the four
-//! sides `v` runs up along +y and `u` to the right as seen from outside; on the top (+y) `u` runs along +x and `v` along
-//! -z, on the bottom `u` along +x and `v` along +z.
+//! Normals point outwards. Every face has its own `u` and `v` from 0 to 1. On the four sides `v` runs up along +y and `u` to
+//! the right as seen from outside; on the top (+y) `u` runs along +x and `v` along -z, on the bottom `u` along +x and `v`
+//! along +z.
 //!
-//! From outside, directions are chosen over the one to three faces that can be seen, from inside over all six,
-//! uniformly by solid angle.
+//! # Implementation
+//!
+//! `dpdu x dpdv` points outwards. From outside, directions are sampled over the one to three visible faces, from inside over
+//! all six, uniformly by solid angle.
 
 use serde::Deserialize;
 

@@ -2,27 +2,28 @@
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `base` | `[x, y, z]` | m | `[0, 0, 0]` |
-//! | `axis` | direction | | `[0, 1, 0]` |
+//! | `base` | centre of the base, `[x, y, z]` | m | `[0, 0, 0]` |
+//! | `axis` | direction from the base to the top | | `[0, 1, 0]` |
 //! | `radius` | number above 0 | m | required |
 //! | `height` | number above 0 | m | required |
-//! | `caps` | `true` or `false` | | `true` |
-//! | `outside_only` | `true` or `false` | | `false` |
+//! | `caps` | whether the base and the top are closed | | `true` |
+//! | `outside_only` | whether only rays that enter the wall meet it; needs `caps = false` | | `false` |
 //!
 //! ```toml
 //! shape.cylinder = { base = [0, 0, 0], axis = [0, 1, 0], radius = 0.5, height = 2 }
 //! ```
 //!
-//! It reaches from `base` to `base + axis * height`. Normals point outwards, also where the wall is met from inside.
-//! On the wall `u` runs around the axis in `[0, 1)`, for +y from +x towards +z, and `v` from the base (0) to the top (1);
-//! on the caps `u` is the same and `v` runs from the centre (0) to the rim (1).
+//! The cylinder reaches from `base` to `base + axis * height`. Normals point outwards, also where a ray meets the wall from
+//! inside. On the wall `u` runs around the axis in `[0, 1)`, for an axis of +y from +x towards +z, and `v` from the base (0)
+//! to the top (1); on the caps `u` is the same and `v` runs from the centre (0) to the rim (1).
 //!
-//! With `outside_only`, which wants `caps = false`, rays meet the wall where they enter it and nowhere else: from inside
-//! it is not there.
+//! With `outside_only` the wall is invisible from inside.
 //!
-//! With caps, a hit is where the ray enters or leaves the overlap of two stretches of it: the one inside the endless
-//! cylinder and the one between the two end planes; so there is no seam at the rims. Points are chosen uniformly by
-//! area; those on the far side of a closed cylinder are not seen.
+//! # Implementation
+//!
+//! With caps, a ray meets the cylinder where it enters or leaves the overlap of two intervals: the one inside the infinite
+//! cylinder and the one between the two end planes. So there is no seam at the rims. Points are sampled uniformly by area;
+//! those on the far side of a closed cylinder are rejected.
 
 use std::f64::consts::{PI, TAU};
 

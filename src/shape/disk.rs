@@ -10,8 +10,12 @@
 //! shape.disk = { center = [0, 3, 0], normal = [0, -1, 0], radius = 0.5 }
 //! ```
 //!
-//! The normal is the one given, on both sides. `u` runs around it in `[0, 1)`, for +y from +x towards +z; `v` from the
-//! centre (0) to the rim (1). Points are chosen uniformly by area.
+//! Both sides have the given normal. The parameter `u` runs around the normal in `[0, 1)`, for a normal of +y from +x
+//! towards +z, and `v` from the centre (0) to the rim (1).
+//!
+//! # Implementation
+//!
+//! Points are sampled uniformly by area.
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,11 +1,8 @@
-//! A model from a file: triangle meshes as indexed arrays, what loaders make and what a scene is compiled from.
+//! A triangle mesh from an OBJ, glTF or GLB file.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `file` | path of an OBJ, glTF or GLB file, relative to the scene file | | required |
-//!
-//! The model has its own materials unless its object has `material`; its cameras and lights count only
-//! where the model itself is the scene. A face's normal points to where its corners are seen counterclockwise. Where a model has no normals, it is flat.
+//! | `file` | path of the file, relative to the scene file | | required |
 //!
 //! ```toml
 //! [[object]]
@@ -13,6 +10,14 @@
 //! shape.mesh = { file = "cube.obj" }
 //! transform = { translate = [0, 1, 0] }
 //! ```
+//!
+//! The model keeps its own materials unless the object has a `material`. Its cameras and lights count only where the model
+//! itself is the scene. A triangle's normal points to the side from which its corners run counterclockwise. A model without
+//! normals is shaded flat.
+//!
+//! # Implementation
+//!
+//! Meshes are indexed arrays, which the loaders fill and from which a scene is compiled.
 
 use serde::Deserialize;
 use thiserror::Error;

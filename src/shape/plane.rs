@@ -1,17 +1,20 @@
-//! An endless plane.
+//! An infinite plane.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `point` | `[x, y, z]` | m | `[0, 0, 0]` |
+//! | `point` | a point of the plane, `[x, y, z]` | m | `[0, 0, 0]` |
 //! | `normal` | direction | | `[0, 1, 0]` |
 //!
 //! ```toml
 //! shape.plane = { point = [0, -1, 0], normal = [0, 1, 0] }
 //! ```
 //!
-//! The normal is the one given, on both sides. `uv` counts metres from `point`, along the frame of
-//! [`Frame::from_normal`]: for a normal of +y, `u` along +x and `v` along -z. A plane has no bounds and no area; it
-//! cannot be sampled.
+//! Both sides have the given normal. The parameters `u` and `v` count metres from `point`: for a normal of +y, `u` along +x
+//! and `v` along -z. A plane that emits light is found by chance only, because an infinite surface cannot be sampled.
+//!
+//! # Implementation
+//!
+//! The tangents are those of [`Frame::from_normal`]. A plane has neither bounds nor an area.
 
 use serde::Deserialize;
 

@@ -2,23 +2,24 @@
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `corners` | four of `[x, y, z]`, in order around it | m | required |
+//! | `corners` | four points `[x, y, z]`, in order around the quad | m | required |
 //!
 //! ```toml
 //! shape.quad = { corners = [[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]] }
 //! ```
 //!
-//! With corners A, B, C, D the normal is that of (B - A) x (D - A): it points to where the corners are seen to run
-//! counterclockwise. `uv` is bilinear: A = (0, 0), B = (1, 0), C = (1, 1), D = (0, 1), so `dpdu x dpdv` points along
-//! the normal.
+//! With corners A, B, C, D the normal is that of (B - A) x (D - A): it points to the side from which the corners run
+//! counterclockwise. The parameters `u` and `v` are bilinear: A = (0, 0), B = (1, 0), C = (1, 1), D = (0, 1).
 //!
-//! The corners must be in a plane: each may be off it by up to 1e-4 of the longer diagonal, and by what rounding does
-//! to numbers that large. The surface is then the plane that all four corners are equally far from.
+//! The corners must lie in a plane: each may be off by up to 1e-4 of the longer diagonal, and by the rounding of numbers
+//! that large. The surface is then the plane to which all four corners are equally close.
 //!
-//! Two quads that share an edge, or a quad and a triangle of a mesh, leave no gap: which side of an edge a ray passes
-//! depends on the edge's two corners alone, as in [`triangle`].
+//! # Implementation
 //!
-//! Directions towards a rectangle are chosen uniformly by solid angle, points of any other quad uniformly by area.
+//! Two quads that share an edge, or a quad and a triangle of a mesh, leave no gap: on which side of an edge a ray passes
+//! depends on the edge's two corners alone, as in [`triangle`]. `dpdu x dpdv` points along the normal.
+//!
+//! On a rectangle, directions are sampled uniformly by solid angle; on any other quad, points uniformly by area.
 
 use serde::Deserialize;
 

@@ -9,13 +9,15 @@
 //! shape.sphere = { center = [0, 1, 0], radius = 1 }
 //! ```
 //!
-//! Normals point outwards. `u` runs around the y axis from +x towards +z in `[0, 1)`, `v` from the south pole (0) to
-//! the north pole (1), in equal steps of latitude. At the poles, where `u` has no direction of its own, `dpdu` is
-//! that of u = 0 and very short, but not 0.
+//! Normals point outwards. The parameter `u` runs around the y axis from +x towards +z in `[0, 1)`, and `v` from the south
+//! pole (0) to the north pole (1) in equal steps of latitude.
 //!
-//! From outside, directions are chosen uniformly within the cone that the sphere fills; from inside, points uniformly
-//! by area. Source of the cone: Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed., section 6.2.4; here in
-//! terms of 1 - cos, which keeps its digits in the narrowest cones.
+//! # Implementation
+//!
+//! From outside, directions are sampled uniformly within the cone that the sphere subtends; from inside, points are sampled
+//! uniformly by area. Source of the cone: Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed., section 6.2.4;
+//! here it is computed from 1 - cos, which stays precise for the narrowest cones. At the poles, where `u` has no direction
+//! of its own, `dpdu` is that of u = 0: very short, but not 0.
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,16 +1,16 @@
-//! A chessboard of two colours.
+//! A checkerboard of two colours.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
 //! | `a`, `b` | `[r, g, b]`, scene-linear | | required |
 //! | `scale` | number above 0 | squares per unit of s and t | 1 |
 //!
-//! The square with s and t in `[0, 1/scale)` has colour `a`.
-//!
 //! ```toml
 //! [texture.board]
 //! checker = { a = [0.9, 0.9, 0.9], b = [0.1, 0.1, 0.1], scale = 8 }
 //! ```
+//!
+//! The square with s and t in `[0, 1/scale)` has the colour `a`.
 
 use serde::Deserialize;
 

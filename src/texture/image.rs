@@ -1,25 +1,29 @@
-//! A picture from a file.
+//! An image from a file.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
 //! | `file` | path of a PNG, JPEG, BMP, TGA, WebP, HDR or EXR file, relative to the scene file | | required |
-//! | `color_space` | `"srgb"`, or `"raw"`: the numbers are used as they are | | `"srgb"`; HDR and EXR are always raw |
+//! | `color_space` | `"srgb"`, or `"raw"` for data: the values are used as they are. HDR and EXR are always raw | | `"srgb"` |
 //! | `filter` | `"trilinear"`, `"linear"` or `"nearest"` | | `"trilinear"` |
 //! | `wrap` | `"repeat"`, `"clamp"`, `"mirror"` or `"black"` | | `"repeat"` |
-//!
-//! s runs to the right, t = 0 is the bottom of the picture. A texel (i, j) covers s from i/width to (i+1)/width; `nearest`
-//! takes the texel that holds the point, `linear` weighs the four nearest centres, of the picture as it is however far away.
-//!
-//! `trilinear` shows from near what `linear` shows, and from afar the mean of all texels that a ray stands for, by smaller copies
-//! of the picture (see [`super::mipmap`]): there the width of the footprint, in texels, tells between which two copies the
-//! colour lies. A footprint that is longer than wide, on a surface seen at a grazing angle, is taken apart into up to 8
-//! pieces along its length; beyond that it is looked up blurred. What a ray stands for is its cone, see
-//! [`crate::math::cone`]; a pixel's samples share the pixel.
 //!
 //! ```toml
 //! [texture.bricks]
 //! image = { file = "bricks.png", filter = "nearest" }
 //! ```
+//!
+//! The coordinate s runs to the right, and t = 0 is the bottom of the image. The texel (i, j) covers s from i/width to
+//! (i+1)/width. `nearest` takes the texel that contains the point; `linear` interpolates the four nearest texel centres at
+//! full resolution, at any distance.
+//!
+//! `trilinear` looks like `linear` from nearby. From afar it averages the texels that a pixel covers, by mip maps. A surface
+//! at a grazing angle is looked up in up to 8 pieces along the footprint of the pixel; where that is not enough, the texture
+//! is blurred.
+//!
+//! # Implementation
+//!
+//! The width of the ray's footprint, in texels, selects two levels of the mip map, see [`super::mipmap`]. The footprint is
+//! that of the ray's cone, see [`crate::math::cone`]; the samples of a pixel share the pixel's area.
 
 use serde::Deserialize;
 

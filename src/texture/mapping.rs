@@ -1,20 +1,24 @@
-//! Mappings: from a place on a surface to s and t.
+//! How a point of a surface gets the texture coordinates s and t.
 //!
 //! | kind | s, t |
 //! |---|---|
-//! | `uv` | the surface's own parameters (the default) |
-//! | `planar = { s = { axis, from, to }, t = { .. } }` | a coordinate of the object's own space, 0 at `from`, 1 at `to` |
-//! | `spherical` | longitude of the normal around y from +x towards +z over 360 degrees, latitude from the south pole |
-//! | `asin` | asin(n.x)/pi + 0.5, asin(n.y)/pi + 0.5, n the unit normal |
+//! | `uv` | the surface's own parameters u and v (the default) |
+//! | `planar = { s = { axis, from, to }, t = { axis, from, to } }` | a coordinate of the object's own space: 0 at `from`, 1 at `to` |
+//! | `spherical` | longitude of the normal around y, from +x towards +z over 360 degrees; latitude from the south pole |
+//! | `asin` | asin(n.x)/pi + 0.5 and asin(n.y)/pi + 0.5 for the unit normal n |
 //!
-//! A mapping also tells how far the footprint of a ray reaches in s and t; `spherical` and `asin` as on a sphere of the
-//! surface's curvature (meshes count as flat there).
+//! `axis` is `"x"`, `"y"` or `"z"`.
 //!
 //! ```toml
 //! [texture.floor]
 //! image = { file = "floor.bmp" }
 //! mapping.planar = { s = { axis = "x", from = -40, to = 40 }, t = { axis = "z", from = -40, to = -200 } }
 //! ```
+//!
+//! # Implementation
+//!
+//! A mapping also gives the size of a ray's footprint in s and t; for `spherical` and `asin` that is the footprint on a
+//! sphere of the surface's curvature (meshes count as flat there).
 
 use std::f32::consts::{PI, TAU};
 

@@ -1,17 +1,17 @@
-//! Stripes of two colours, across s.
+//! Stripes of two colours across s.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
 //! | `a`, `b` | `[r, g, b]`, scene-linear | | required |
-//! | `width` | number above 0 | of s | required |
-//!
-//! Where floor(s / width) is even the colour is `a`.
+//! | `width` | width of a stripe, above 0 | units of s | required |
 //!
 //! ```toml
 //! [texture.zebra]
 //! stripes = { a = [1, 1, 1], b = [0, 0, 0], width = 0.1 }
 //! mapping = "asin"
 //! ```
+//!
+//! The colour is `a` where floor(s / width) is even.
 
 use serde::Deserialize;
 

@@ -1,19 +1,19 @@
-//! Where a pattern lies on s and t: it is scaled, turned and moved before it is looked up.
+//! How a texture is scaled, rotated and moved before it is looked up.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `scale` | number or `[s, t]`; s and t are multiplied by it, so 2 shows the pattern twice | | 1 |
-//! | `rotate` | number; then (s, t) turns about (0, 0) from s towards t, which turns the pattern the other way | degrees | 0 |
-//! | `offset` | `[s, t]`; is added last | | `[0, 0]` |
-//!
-//! The order and the signs are those of glTF's KHR_texture_transform, on s and t (t = 0 is the bottom row). The mapping comes
-//! before, wrapping after.
+//! | `scale` | number or `[s, t]`: multiplies s and t, so 2 repeats the texture twice | | 1 |
+//! | `rotate` | number: rotates (s, t) about (0, 0) from s towards t, which rotates the texture the other way | degrees | 0 |
+//! | `offset` | `[s, t]`: is added last | | `[0, 0]` |
 //!
 //! ```toml
 //! [texture.tiles]
 //! image = { file = "tiles.png" }
 //! transform = { scale = 4, rotate = 45, offset = [0.5, 0] }
 //! ```
+//!
+//! The order and the signs are those of glTF's KHR_texture_transform, applied to s and t (t = 0 is the bottom row). The
+//! transform comes after the mapping and before wrapping.
 
 use serde::{Deserialize, Deserializer, de};
 

@@ -8,6 +8,8 @@ use std::{
     process::{Command, Output},
 };
 
+use libtest_mimic::{Failed, Trial};
+
 /// A temporary folder, gone at the end.
 pub struct Folder(tempfile::TempDir);
 
@@ -141,13 +143,45 @@ spot = { position = [0, 4, 2], target = [0, 0, 0], cone_angle = 30, penumbra_ang
 /// Five frames, the middle three between keys.
 pub const SMALL_PATH: &str = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n1,0,2,6,0,0.8,0\n5,2,2,5,0,0.8,0\n";
 
-/// Files that may not be part of the project, where the variable `BATCH_RENDER_ASSETS` names their folder.
-pub fn assets() -> Option<PathBuf> {
+/// A test of files that may not be part of the project, in the folder that the variable `BATCH_RENDER_ASSETS` names.
+/// Where one of `files` is not there the test is ignored, with the reason beside its name.
+pub fn asset_trial(
+    name: impl Into<String>,
+    files: &[&str],
+    test: impl FnOnce(&Path) -> Result<(), Failed> + Send + 'static,
+) -> Trial {
     let folder = std::env::var_os("BATCH_RENDER_ASSETS").map(PathBuf::from);
-    let found = folder.filter(|f| f.is_dir());
-    if found.is_none() {
-        println!("skipped: BATCH_RENDER_ASSETS names no folder");
+    let missing = match folder.as_deref().filter(|f| f.is_dir()) {
+        None => Some("needs the folder BATCH_RENDER_ASSETS".to_owned()),
+        Some(folder) => {
+            let file = files.iter().find(|file| !folder.join(file).is_file());
+            file.map(|file| format!("needs {file} in BATCH_RENDER_ASSETS"))
+        }
+    };
+    let kind = missing.clone().unwrap_or_default();
+    let ignored = missing.is_some();
+    let run = move || match (missing, folder) {
+        (None, Some(folder)) => test(&folder),
+        (missing, _) => Err(missing.unwrap_or_default().into()),
+    };
+    Trial::test(name, run).with_kind(kind).with_ignored_flag(ignored)
+}
+
+/// All files below a folder, sorted.
+pub fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop() {
+        let entries = fs::read_dir(&folder).into_iter().flatten();
+        for path in entries.map(|e| e.expect("readable").path()) {
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                found.push(path);
+            }
+        }
     }
+    found.sort();
     found
 }
 

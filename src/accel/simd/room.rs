@@ -6,7 +6,7 @@
 //! writes in every turn lies elsewhere in a page than what it reads then: its own frame, and the rest of such memory.
 //!
 //! That it is the place in a page which decides first: AMD, "Software Optimization Guide for AMD64 Processors", 25112, 2005, section 5.5,
-//! "False Dependencies"; the next four bits are measured (benches/history.md, "Where the rays' own memory lies").
+//! "False Dependencies"; the next four bits are measured (docs/notes/acceleration.md, "Memory").
 
 use std::{marker::PhantomData, mem::MaybeUninit, ptr};
 
