@@ -18,7 +18,7 @@ use crate::{
     output::{self, Compression, Depth, Encoding, Format, Pattern},
     render,
     sampler::{Sampler, SeedMode},
-    value::{Problem, Spanned, did_you_mean},
+    value::{Problem, Spanned, UnknownName},
 };
 
 /// What somebody wants rendered; what is `None` is the scene's to say.
@@ -95,10 +95,11 @@ impl Plan {
                 None
             }
         };
-        let view = named(&desc.output.view, View::from_name, View::names())
+        let view = named("view", &desc.output.view, View::from_name, View::names())
             .map_err(&mut keep)
             .ok();
         let compression = named(
+            "compression",
             &desc.output.compression,
             Compression::from_name,
             Compression::ALL.iter().map(|c| c.name()),
@@ -240,6 +241,7 @@ fn integrator(desc: &SceneDesc, request: &Request) -> Result<IntegratorDesc, Err
 }
 
 fn named<T, N: Iterator<Item = &'static str>>(
+    what: &str,
     said: &Option<Spanned<String>>,
     from_name: impl Fn(&str) -> Option<T>,
     names: N,
@@ -247,18 +249,7 @@ fn named<T, N: Iterator<Item = &'static str>>(
     let Some(said) = said else { return Ok(None) };
     match from_name(said.get_ref()) {
         Some(value) => Ok(Some(value)),
-        None => {
-            let names: Vec<_> = names.collect();
-            let problem = Problem::at(said.span(), format!("unknown name `{}`", said.get_ref()));
-            let help = match did_you_mean(said.get_ref(), names.iter().copied()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!(
-                    "known are {}",
-                    names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")
-                ),
-            };
-            Err(problem.with_help(help))
-        }
+        None => Err(UnknownName::new(what, said.get_ref(), names).at(said.span())),
     }
 }
 

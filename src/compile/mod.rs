@@ -12,7 +12,7 @@ use crate::{
     material::{Material, MaterialId},
     scene::{Background, LightGroups, Lights, Scene},
     texture::{BitmapId, Color, Texture, TextureId, Textures, image::ImageDesc, mipmap},
-    value::{ColorSource, Problem, Spanned, did_you_mean},
+    value::{ColorSource, Problem, Spanned, UnknownName},
 };
 
 mod background;
@@ -234,9 +234,7 @@ fn undefined<'a>(
     span: std::ops::Range<usize>,
     known: impl Iterator<Item = &'a Spanned<String>>,
 ) -> Problem {
-    let problem = Problem::at(span, format!("there is no {what} `{name}`"));
-    match did_you_mean(name, known.map(|n| n.get_ref().as_str())) {
-        Some(near) => problem.with_help(format!("did you mean `{near}`?")),
-        None => problem.with_help(format!("define it: [{what}.{name}]")),
-    }
+    UnknownName::new(what, name, known.map(|n| n.get_ref().as_str()))
+        .with_fallback(Some(format!("define it: [{what}.{name}]")))
+        .at(span)
 }

@@ -240,7 +240,7 @@ fn max_depth(said: &Option<Spanned<Whole>>, default: u32) -> Result<u32, Problem
 impl IntegratorDesc {
     /// The integrator of this name with its default settings, or why there is none.
     pub fn by_name(name: &str) -> Result<Self, String> {
-        by_name(name, Self::NAMES)
+        by_name("integrator", name, Self::NAMES)
     }
 }
 
