@@ -17,7 +17,7 @@ use std::{fmt, num::NonZeroU32, str::FromStr, sync::Arc, time::Duration};
 
 use thiserror::Error;
 
-use crate::math::Ray;
+use crate::{math::Ray, value::UnknownName};
 
 mod binary;
 mod bvh2;
@@ -83,25 +83,12 @@ impl Quality {
     pub const TABLE: &[(Self, &str)] = &[(Self::Fast, "fast"), (Self::Medium, "medium"), (Self::High, "high")];
 }
 
-/// A name that is not in a table.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("no such {what}: `{name}` (there are {known})")]
-pub struct UnknownName {
-    what: &'static str,
-    name: String,
-    known: String,
-}
-
 fn find<T: Copy>(what: &'static str, table: &[(T, &'static str)], name: &str) -> Result<T, UnknownName> {
     table
         .iter()
         .find(|row| row.1 == name)
         .map(|row| row.0)
-        .ok_or_else(|| UnknownName {
-            what,
-            name: name.to_owned(),
-            known: table.iter().map(|row| row.1).collect::<Vec<_>>().join(", "),
-        })
+        .ok_or_else(|| UnknownName::new(what, name, table.iter().map(|row| row.1)))
 }
 
 fn name<T: Copy + PartialEq>(table: &[(T, &'static str)], value: T) -> &'static str {

@@ -158,7 +158,7 @@ fn jpeg_has_an_end(bytes: &[u8]) -> bool {
 pub enum ImageError {
     #[error("cannot read image: {source}: {}", path.display())]
     Read { source: io::Error, path: PathBuf },
-    #[error("unknown image format (known are png, jpeg, bmp, tga, webp, hdr, exr): {}", path.display())]
+    #[error("unknown image format (expected one of `png`, `jpeg`, `bmp`, `tga`, `webp`, `hdr`, `exr`): {}", path.display())]
     Unknown { path: PathBuf },
     #[error("broken image: {cause}: {}", path.display())]
     Broken { cause: String, path: PathBuf },

@@ -14,7 +14,10 @@ use super::{
     model::{ImageSource, Model},
     obj::{self, ObjError},
 };
-use crate::texture::{Bitmap, bitmap::ColorSpace};
+use crate::{
+    texture::{Bitmap, bitmap::ColorSpace},
+    value::one_of,
+};
 
 /// Why a file was not loaded.
 #[derive(Debug, thiserror::Error)]
@@ -25,7 +28,7 @@ pub enum AssetError {
     Obj(#[from] ObjError),
     #[error(transparent)]
     Gltf(#[from] GltfError),
-    #[error("unknown model format (known are {}): {}", MODEL_EXTENSIONS.join(", "), path.display())]
+    #[error("unknown model format (expected {}): {}", one_of(MODEL_EXTENSIONS.iter().copied()), path.display())]
     UnknownModel { path: PathBuf },
     #[error("the model has no triangles: {}", path.display())]
     NoTriangles { path: PathBuf },

@@ -7,7 +7,7 @@ use std::{fmt, str::FromStr};
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use crate::math::transform::axis_rotation;
+use crate::{math::transform::axis_rotation, value::UnknownName};
 
 /// The sine of the angle between `up` and the line of sight below which the two count as parallel.
 const PARALLEL: f64 = 1e-6;
@@ -224,19 +224,14 @@ impl fmt::Display for RotationOrder {
     }
 }
 
-/// A word that is no rotation order.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("'{0}' is not a rotation order, expected one of XYZ XZY YXZ YZX ZXY ZYX")]
-pub struct RotationOrderError(String);
-
 impl FromStr for RotationOrder {
-    type Err = RotationOrderError;
+    type Err = UnknownName;
 
     fn from_str(word: &str) -> Result<Self, Self::Err> {
         Self::ALL
             .into_iter()
             .find(|order| order.name().eq_ignore_ascii_case(word))
-            .ok_or_else(|| RotationOrderError(word.to_owned()))
+            .ok_or_else(|| UnknownName::new("rotation order", word, Self::ALL.map(Self::name)))
     }
 }
 
@@ -311,7 +306,7 @@ mod tests {
         }
         assert_eq!(
             "ZXX".parse::<RotationOrder>().unwrap_err().to_string(),
-            "'ZXX' is not a rotation order, expected one of XYZ XZY YXZ YZX ZXY ZYX"
+            "unknown rotation order `ZXX` (did you mean `ZXY`?)"
         );
     }
 

@@ -10,7 +10,7 @@ use crate::{
     math::Rgb,
     scene::{Background, SceneBuilder},
     texture::{BitmapId, Texture, image::ImageDesc},
-    value::{Problem, Spanned, did_you_mean},
+    value::{Problem, Spanned, UnknownName},
 };
 
 /// Loads everything of a scene but its acceleration structure and its tables of lights, on the threads of the current
@@ -153,9 +153,7 @@ pub(super) fn undefined<'a>(
     span: std::ops::Range<usize>,
     known: impl Iterator<Item = &'a Spanned<String>>,
 ) -> Problem {
-    let problem = Problem::at(span, format!("there is no {what} `{name}`"));
-    match did_you_mean(name, known.map(|n| n.get_ref().as_str())) {
-        Some(near) => problem.with_help(format!("did you mean `{near}`?")),
-        None => problem.with_help(format!("define it: [{what}.{name}]")),
-    }
+    UnknownName::new(what, name, known.map(|n| n.get_ref().as_str()))
+        .with_fallback(Some(format!("define it: [{what}.{name}]")))
+        .at(span)
 }

@@ -11,7 +11,7 @@ use crate::{
     light::LightDesc,
     material::MaterialDesc,
     texture::{MappingDesc, PatternDesc, StTransformDesc},
-    value::{Problem, Span, Spanned, did_you_mean, named},
+    value::{Problem, Span, Spanned, UnknownName, named},
 };
 
 /// Why a scene file could not be read.
@@ -89,7 +89,8 @@ impl Reader {
     fn scene(&mut self, mut table: DeTable<'_>, source: Source) -> SceneDesc {
         for (key, _) in table.iter() {
             if !TABLES.contains(&key.get_ref().as_ref()) {
-                self.problems.push(unknown_key(key.get_ref(), key.span(), &TABLES));
+                let unknown = UnknownName::new("key", key.get_ref(), TABLES);
+                self.problems.push(unknown.at(key.span()));
             }
         }
         let mut take = |name: &str| table.remove(name);
@@ -239,7 +240,7 @@ impl Reader {
     }
 }
 
-/// Serde's words, with the nearest name where one was misspelt.
+/// Returns the problem that serde reports; unknown names are reworded as everywhere else.
 fn from_toml(e: &toml::de::Error) -> Problem {
     let message = e.message().trim_end();
     let mut quoted = message.split('`').skip(1).step_by(2);
@@ -248,7 +249,14 @@ fn from_toml(e: &toml::de::Error) -> Problem {
             let word = quoted.next().unwrap_or_default().to_owned();
             let known: Vec<&str> = quoted.collect();
             let span = e.span().unwrap_or(0..0);
-            return unknown(what, &word, span, &known);
+            let unknown = UnknownName::new(what, &word, known.iter().copied());
+            let problem = unknown.at(span);
+            return match replacing_pass(&word).filter(|_| known == IntegratorDesc::NAMES) {
+                Some(pass) => problem.with_help(format!(
+                    "it is a pass and no integrator: `[output] show = \"{pass}\"` or `aovs = [\"{pass}\"]`"
+                )),
+                None => problem,
+            };
         }
     }
     Problem {
@@ -256,24 +264,4 @@ fn from_toml(e: &toml::de::Error) -> Problem {
         message: message.to_owned(),
         help: None,
     }
-}
-
-fn unknown_key(word: &str, span: Span, known: &[&str]) -> Problem {
-    unknown("key", word, span, known)
-}
-
-fn unknown(what: &str, word: &str, span: Span, known: &[&str]) -> Problem {
-    let help = match did_you_mean(word, known.iter().copied()) {
-        _ if known == IntegratorDesc::NAMES && replacing_pass(word).is_some() => {
-            let pass = replacing_pass(word).unwrap_or_default();
-            format!("`{word}` is a pass and no integrator: `[output] show = \"{pass}\"` or `aovs = [\"{pass}\"]`")
-        }
-        Some(near) => format!("did you mean `{near}`?"),
-        None if known.is_empty() => "there are no keys here".to_owned(),
-        None => format!(
-            "known are {}",
-            known.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ")
-        ),
-    };
-    Problem::at(span, format!("unknown {what} `{word}`")).with_help(help)
 }

@@ -198,8 +198,8 @@ impl IntegratorDesc {
     /// The integrator of this name with its default settings, or why there is none.
     pub fn by_name(name: &str) -> Result<Self, String> {
         match replacing_pass(name) {
-            Some(pass) => Err(format!("'{name}' is a pass and no integrator: use --show {pass}")),
-            None => by_name(name, Self::NAMES),
+            Some(pass) => Err(format!("`{name}` is a pass and no integrator: use --show {pass}")),
+            None => by_name("integrator", name, Self::NAMES),
         }
     }
 }

@@ -14,7 +14,7 @@ use std::{
 };
 
 use super::{FORMATS, Format, format};
-use crate::value::did_you_mean;
+use crate::value::{UnknownName, one_of};
 
 /// More places than any frame number has.
 const MOST_PLACES: usize = 16;
@@ -167,8 +167,7 @@ fn format_of(text: &str, end: &str, places: Option<usize>) -> Result<&'static dy
         }
     };
     format(extension).ok_or_else(|| PatternError::UnknownFormat {
-        extension: extension.to_owned(),
-        suggestion: did_you_mean(extension, FORMATS.iter().map(|f| f.name())),
+        name: UnknownName::new("format", extension, names()),
         pattern: text.to_owned(),
     })
 }
@@ -180,14 +179,10 @@ pub enum PatternError {
     TwoFields { pattern: String },
     #[error("more than {MOST_PLACES} places for the frame's number: {pattern}")]
     TooManyPlaces { pattern: String },
-    #[error("no extension to tell the format by ({}): {pattern}", known())]
+    #[error("no extension to tell the format by (expected {}): {pattern}", one_of(names()))]
     NoExtension { pattern: String },
-    #[error("unknown format '{extension}'{} ({}): {pattern}", hint(.suggestion), known())]
-    UnknownFormat {
-        extension: String,
-        suggestion: Option<&'static str>,
-        pattern: String,
-    },
+    #[error("{name}: {pattern}")]
+    UnknownFormat { name: UnknownName, pattern: String },
     #[error("{frames} frames but no field for the frame's number, as in name.####.exr: {pattern}")]
     NoField { frames: usize, pattern: String },
     #[error("{first} and {second} write the same file: {}", path.display())]
@@ -198,13 +193,8 @@ pub enum PatternError {
     },
 }
 
-fn known() -> String {
-    let names: Vec<_> = FORMATS.iter().map(|f| f.name()).collect();
-    format!("known are {}", names.join(", "))
-}
-
-fn hint(suggestion: &Option<&str>) -> String {
-    suggestion.map_or_else(String::new, |s| format!(", did you mean '{s}'?"))
+fn names() -> impl Iterator<Item = &'static str> {
+    FORMATS.iter().map(|f| f.name())
 }
 
 #[cfg(test)]
@@ -264,19 +254,25 @@ mod tests {
             ),
             (
                 "out/####",
-                "no extension to tell the format by (known are exr, png): out/####",
+                "no extension to tell the format by (expected one of `exr`, `png`): out/####",
             ),
             (
                 "out.exr/",
-                "no extension to tell the format by (known are exr, png): out.exr/",
+                "no extension to tell the format by (expected one of `exr`, `png`): out.exr/",
             ),
-            (".exr", "no extension to tell the format by (known are exr, png): .exr"),
-            ("", "no extension to tell the format by (known are exr, png): "),
             (
-                "a.#.ext",
-                "unknown format 'ext', did you mean 'exr'? (known are exr, png): a.#.ext",
+                ".exr",
+                "no extension to tell the format by (expected one of `exr`, `png`): .exr",
             ),
-            ("a.#.tiff", "unknown format 'tiff' (known are exr, png): a.#.tiff"),
+            (
+                "",
+                "no extension to tell the format by (expected one of `exr`, `png`): ",
+            ),
+            ("a.#.ext", "unknown format `ext` (did you mean `exr`?): a.#.ext"),
+            (
+                "a.#.tiff",
+                "unknown format `tiff` (expected one of `exr`, `png`): a.#.tiff",
+            ),
         ] {
             assert_eq!(Pattern::parse(pattern).unwrap_err().to_string(), message);
         }

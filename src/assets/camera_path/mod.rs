@@ -8,7 +8,10 @@ use std::{
 };
 
 use super::Files;
-use crate::camera::{RotationOrder, path::CameraPath};
+use crate::{
+    camera::{RotationOrder, path::CameraPath},
+    value::one_of,
+};
 
 mod csv;
 mod problem;
@@ -47,20 +50,15 @@ pub enum CameraPathError {
     NotFound { path: PathBuf },
     #[error("cannot read the camera path: {source}: {}", path.display())]
     Io { path: PathBuf, source: io::Error },
-    #[error("the name does not tell the format of the camera path, known are {}: {}", endings(), path.display())]
+    #[error("unknown camera path format (expected {}): {}", one_of(extensions()), path.display())]
     UnknownFormat { path: PathBuf },
     /// One line for every problem.
     #[error("{}", problems.display(path))]
     Invalid { path: PathBuf, problems: PathProblems },
 }
 
-fn endings() -> String {
-    let all: Vec<_> = FORMATS
-        .iter()
-        .flat_map(|f| f.extensions)
-        .map(|e| format!(".{e}"))
-        .collect();
-    all.join(" ")
+fn extensions() -> impl Iterator<Item = &'static str> {
+    FORMATS.iter().flat_map(|f| f.extensions).copied()
 }
 
 impl Format {
@@ -137,7 +135,7 @@ mod tests {
         let error = load(Path::new("shot.abc"), None, &Options::default(), &Files::default()).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "the name does not tell the format of the camera path, known are .csv .tsv: shot.abc"
+            "unknown camera path format (expected one of `csv`, `tsv`): shot.abc"
         );
     }
 

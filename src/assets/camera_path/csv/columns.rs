@@ -2,7 +2,7 @@
 
 use crate::{
     assets::camera_path::{PathProblem, PathProblems},
-    value::did_you_mean,
+    value::UnknownName,
 };
 
 use super::table::Row;
@@ -149,14 +149,9 @@ impl Columns {
         let names: Vec<_> = all_names()
             .filter(|name| name.len() >= SHORTEST_SUGGESTION || canonical(name).as_ref() == Some(name))
             .collect();
-        let message = match did_you_mean(&plain(word), names.iter().map(String::as_str)) {
-            Some(near) => {
-                self.meant.extend(canonical(near));
-                format!("unknown column '{word}', did you mean '{near}'?")
-            }
-            None => format!("unknown column '{word}'"),
-        };
-        problems.push(PathProblem::of_line(line, message));
+        let unknown = UnknownName::new("column", word, names.iter().map(String::as_str)).with_fallback(None);
+        self.meant.extend(unknown.suggestion().and_then(canonical));
+        problems.push(PathProblem::of_line(line, unknown.to_string()));
     }
 
     /// The index of a column by its own name.

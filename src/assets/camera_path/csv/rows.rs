@@ -11,7 +11,7 @@ use crate::{
         lens::{Aperture, Sensor, View},
         path::{Facing, Interp, MAX_FRAME, PathKey, Rotation, Shutter},
     },
-    value::did_you_mean,
+    value::{UnknownName, one_of},
 };
 
 use super::{
@@ -305,11 +305,9 @@ impl<'a> Cells<'a> {
         if let Some((_, interp)) = INTERPS.iter().find(|(name, _)| name.eq_ignore_ascii_case(word)) {
             return *interp;
         }
-        let message = match did_you_mean(word, INTERPS.iter().map(|(name, _)| *name)) {
-            Some(near) => format!("unknown interpolation '{word}', did you mean '{near}'?"),
-            None => format!("unknown interpolation '{word}', expected smooth, linear or hold"),
-        };
-        self.problem(column, message);
+        let unknown = UnknownName::new("interpolation", word, INTERPS.iter().map(|(name, _)| *name))
+            .with_fallback(Some(format!("expected {}", one_of(["smooth", "linear", "hold"]))));
+        self.problem(column, unknown.to_string());
         Interp::default()
     }
 }

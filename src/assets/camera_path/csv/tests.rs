@@ -119,7 +119,7 @@ fn the_order_of_angles_must_be_said_and_the_option_goes_first() {
     assert_eq!(pose(&chosen, 1.0), turned(RotationOrder::Zyx));
     assert_eq!(
         parse(&format!("# rotation_order: YXX\n{text}")).unwrap_err(),
-        "camera_path.csv:1: 'YXX' is not a rotation order, expected one of XYZ XZY YXZ YZX ZXY ZYX"
+        "camera_path.csv:1: unknown rotation order `YXX` (did you mean `YXZ`?)"
     );
     assert_eq!(
         parse(&format!("{said}# rotation_order: XYZ\n")).unwrap_err(),
@@ -174,7 +174,7 @@ fn headers_are_told_what_they_lack() {
         ),
         (
             "frame,eye_x,eye_y,eye_zz,target_x,target_y,target_z\n",
-            "camera_path.csv:1: unknown column 'eye_zz', did you mean 'eye_z'?",
+            "camera_path.csv:1: unknown column `eye_zz` (did you mean `eye_z`?)",
         ),
         (
             "frame,x,y,z\n",
@@ -267,7 +267,7 @@ fn cells_are_told_what_is_wrong_with_them() {
         (
             ",interp",
             "1,0,0,5,0,0,0,liner",
-            "2: interp: unknown interpolation 'liner', did you mean 'linear'?",
+            "2: interp: unknown interpolation `liner` (did you mean `linear`?)",
         ),
         (
             ",interp",

@@ -1,0 +1,62 @@
+//! The values of scene files: numbers, points, directions and colours.
+//!
+//! Each type validates itself while it is deserialized, so that an error points at the value that is wrong. A [`Problem`] is an
+//! error that is found later, when a description is compiled.
+
+use std::ops::Range;
+
+pub use serde_spanned::Spanned;
+
+mod color;
+mod kinds;
+mod names;
+mod number;
+
+pub use color::{Channel, ColorSource, ScalarSource, Tint};
+pub use kinds::{by_name, named};
+pub use names::{UnknownName, one_of};
+pub use number::{Direction, NonNegative, Point, Positive, Real, Unit, Whole};
+
+/// Byte offsets into a scene file.
+pub type Span = Range<usize>;
+
+/// An error in a description, and where it is in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Problem {
+    pub span: Option<Span>,
+    pub message: String,
+    /// How to correct it, where that is known.
+    pub help: Option<String>,
+}
+
+impl Problem {
+    pub fn at(span: Span, message: impl Into<String>) -> Self {
+        Self {
+            span: Some(span),
+            message: message.into(),
+            help: None,
+        }
+    }
+
+    pub fn with_help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde::{Deserialize, de::DeserializeOwned};
+
+    #[derive(Debug, Deserialize)]
+    struct Entry<T> {
+        v: T,
+    }
+
+    /// The value of `v` in a TOML text, or the message of its error.
+    pub(super) fn read<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+        toml::from_str::<Entry<T>>(text)
+            .map(|entry| entry.v)
+            .map_err(|e| e.message().to_owned())
+    }
+}

@@ -1,0 +1,159 @@
+//! Numbers, points and directions.
+
+use std::fmt;
+
+use glam::Vec3;
+use serde::{Deserialize, Deserializer, de};
+
+/// Any number, whole or not.
+fn number<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
+    struct NumberVisitor;
+    impl de::Visitor<'_> for NumberVisitor {
+        type Value = f64;
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("a number")
+        }
+        fn visit_f64<E: de::Error>(self, v: f64) -> Result<f64, E> {
+            Ok(v)
+        }
+        fn visit_i64<E: de::Error>(self, v: i64) -> Result<f64, E> {
+            Ok(v as f64)
+        }
+    }
+    d.deserialize_any(NumberVisitor)
+}
+
+/// A whole number from 0 to 2^32 - 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Whole(pub u32);
+
+impl<'de> Deserialize<'de> for Whole {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        struct WholeVisitor;
+        impl de::Visitor<'_> for WholeVisitor {
+            type Value = Whole;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "a whole number from 0 to {}", u32::MAX)
+            }
+            fn visit_i64<E: de::Error>(self, v: i64) -> Result<Whole, E> {
+                let whole = u32::try_from(v).map_err(|_| E::invalid_value(de::Unexpected::Signed(v), &self))?;
+                Ok(Whole(whole))
+            }
+        }
+        d.deserialize_any(WholeVisitor)
+    }
+}
+
+pub(super) fn finite<E: de::Error>(v: f64) -> Result<f32, E> {
+    let single = v as f32;
+    if single.is_finite() {
+        Ok(single)
+    } else if v.is_finite() {
+        Err(E::custom(format_args!("{v:e} is too large")))
+    } else {
+        Err(E::custom(format_args!("expected a finite number, found {v}")))
+    }
+}
+
+macro_rules! number {
+    ($(#[$meta:meta])* $Name:ident, $what:literal, $ok:expr) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+        pub struct $Name(pub f32);
+
+        impl<'de> Deserialize<'de> for $Name {
+            fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+                let v = finite::<D::Error>(number(d)?)?;
+                let ok: fn(f32) -> bool = $ok;
+                if ok(v) {
+                    Ok(Self(v))
+                } else {
+                    Err(de::Error::custom(format_args!(concat!("expected ", $what, ", found {}"), v)))
+                }
+            }
+        }
+
+        impl From<$Name> for f32 {
+            fn from(v: $Name) -> f32 {
+                v.0
+            }
+        }
+    };
+}
+
+number!(
+    /// Any finite number.
+    Real,
+    "a finite number",
+    |_| true
+);
+number!(
+    /// A finite number above 0: a radius, a height, a width.
+    Positive,
+    "a number above 0",
+    |v| v > 0.0
+);
+number!(
+    /// A finite number of at least 0.
+    NonNegative,
+    "a number of at least 0",
+    |v| v >= 0.0
+);
+number!(
+    /// A finite number from 0 to 1.
+    Unit,
+    "a number from 0 to 1",
+    |v| (0.0..=1.0).contains(&v)
+);
+
+/// A point or an offset: three finite numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point(pub Vec3);
+
+impl<'de> Deserialize<'de> for Point {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        let [x, y, z] = <[Real; 3]>::deserialize(d)?;
+        Ok(Self(Vec3::new(x.0, y.0, z.0)))
+    }
+}
+
+/// A direction: three finite numbers, not all 0. Held as a unit vector.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Direction(pub Vec3);
+
+impl<'de> Deserialize<'de> for Direction {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        let Point(v) = Point::deserialize(d)?;
+        let unit = v.as_dvec3().try_normalize();
+        unit.map(|u| Self(u.as_vec3()))
+            .ok_or_else(|| de::Error::custom("expected a direction, found a vector of length 0"))
+    }
+}
+
+pub(super) fn not_negative<E: de::Error>(v: f32) -> Result<f32, E> {
+    if v >= 0.0 {
+        Ok(v)
+    } else {
+        Err(E::custom(format_args!("expected a number of at least 0, found {v}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::value::tests::read;
+
+    #[test]
+    fn numbers_say_what_they_expect() {
+        assert_eq!(read::<Positive>("v = 2"), Ok(Positive(2.0)));
+        assert_eq!(
+            read::<Positive>("v = -1"),
+            Err("expected a number above 0, found -1".into())
+        );
+        assert_eq!(
+            read::<Real>("v = nan"),
+            Err("expected a finite number, found NaN".into())
+        );
+        assert_eq!(read::<Real>("v = 1e300"), Err("1e300 is too large".into()));
+    }
+}
