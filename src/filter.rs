@@ -96,14 +96,14 @@ pub struct FilterSample {
 }
 
 /// Steps of the table; the step of the worst filter is off its density by less than 0.1 % of the peak.
-const STEPS: usize = 1024;
+const TABLE_STEPS: usize = 1024;
 
 /// A separable filter, ready to be sampled.
 #[derive(Clone, Debug)]
 pub struct Filter {
     radius: f32,
     /// The inverse of the cumulative |filter| over [-1, 1] at even steps, in radii.
-    inverse: Box<[f32; STEPS + 1]>,
+    inverse: Box<[f32; TABLE_STEPS + 1]>,
     /// |x| beyond which the filter is negative, in radii.
     negative_beyond: f32,
 }
@@ -117,33 +117,33 @@ impl Default for Filter {
 impl Filter {
     /// `profile(x)`, x from 0 to 1 in radii.
     fn new(radius: &RadiusDesc, default_radius: f32, profile: impl Fn(f32) -> f32) -> Self {
-        const FINE: usize = 8 * STEPS;
-        let at = |i: usize| (2 * i) as f32 / FINE as f32 - 1.0;
-        let mut cumulative = vec![0.0_f64; FINE + 1];
-        for i in 0..FINE {
+        const FINE_STEPS: usize = 8 * TABLE_STEPS;
+        let at = |i: usize| (2 * i) as f32 / FINE_STEPS as f32 - 1.0;
+        let mut cumulative = vec![0.0_f64; FINE_STEPS + 1];
+        for i in 0..FINE_STEPS {
             let x = (at(i) + at(i + 1)) * 0.5;
             cumulative[i + 1] = cumulative[i] + f64::from(profile(x.abs()).abs());
         }
-        let total = cumulative[FINE];
+        let total = cumulative[FINE_STEPS];
         let mut bin = 0;
         let inverse = Box::new(std::array::from_fn(|k| {
-            let want = total * k as f64 / STEPS as f64;
-            while bin + 1 < FINE && cumulative[bin + 1] < want {
+            let target = total * k as f64 / TABLE_STEPS as f64;
+            while bin + 1 < FINE_STEPS && cumulative[bin + 1] < target {
                 bin += 1;
             }
             let width = cumulative[bin + 1] - cumulative[bin];
             let f = if width > 0.0 {
-                ((want - cumulative[bin]) / width) as f32
+                ((target - cumulative[bin]) / width) as f32
             } else {
                 0.0
             };
-            at(bin) + f * 2.0 / FINE as f32
+            at(bin) + f * 2.0 / FINE_STEPS as f32
         }));
-        let negative = (0..=FINE / 2).find(|&i| profile(i as f32 * 2.0 / FINE as f32) < 0.0);
+        let negative = (0..=FINE_STEPS / 2).find(|&i| profile(i as f32 * 2.0 / FINE_STEPS as f32) < 0.0);
         Self {
             radius: radius.radius.map_or(default_radius, f32::from),
             inverse,
-            negative_beyond: negative.map_or(f32::INFINITY, |i| i as f32 * 2.0 / FINE as f32),
+            negative_beyond: negative.map_or(f32::INFINITY, |i| i as f32 * 2.0 / FINE_STEPS as f32),
         }
     }
 
@@ -158,20 +158,20 @@ impl Filter {
         }
     }
 
-    /// Moves `places`, the centres of pixels, to those of the samples of `u`, whose signs are in `weights` then.
-    pub fn samples(&self, on: impl Runner, u: &[Vec2], places: &mut [Vec2], weights: &mut [f32]) {
+    /// Moves `positions`, the centres of pixels, to those of the samples of `u`, whose signs are in `weights` then.
+    pub fn samples(&self, on: impl Runner, u: &[Vec2], positions: &mut [Vec2], weights: &mut [f32]) {
         on.run(Samples {
             filter: self,
             u,
-            places,
+            positions,
             weights,
         });
     }
 
     #[inline(always)]
     fn axis(&self, u: f32) -> f32 {
-        let at = u * STEPS as f32;
-        let i = (at as usize).min(STEPS - 1);
+        let at = u * TABLE_STEPS as f32;
+        let i = (at as usize).min(TABLE_STEPS - 1);
         let f = at - i as f32;
         self.inverse[i] * (1.0 - f) + self.inverse[i + 1] * f
     }
@@ -181,16 +181,16 @@ impl Filter {
 struct Samples<'a> {
     filter: &'a Filter,
     u: &'a [Vec2],
-    places: &'a mut [Vec2],
+    positions: &'a mut [Vec2],
     weights: &'a mut [f32],
 }
 
 impl Loop for Samples<'_> {
     #[inline(always)]
     fn run(self) {
-        for ((u, place), weight) in self.u.iter().zip(self.places).zip(self.weights) {
+        for ((u, position), weight) in self.u.iter().zip(self.positions).zip(self.weights) {
             let sample = self.filter.sample(*u);
-            *place += sample.offset;
+            *position += sample.offset;
             *weight = sample.weight;
         }
     }
@@ -236,8 +236,8 @@ mod tests {
                 total += f;
                 moment += f * (x * f64::from(filter.radius)).powi(2);
             }
-            let (got, want) = (second / sum, moment / total);
-            assert!((got - want).abs() < 2e-3, "{desc:?}: {got} {want}");
+            let (got, target) = (second / sum, moment / total);
+            assert!((got - target).abs() < 2e-3, "{desc:?}: {got} {target}");
         }
     }
 
@@ -260,11 +260,11 @@ mod tests {
             let u: Vec<Vec2> = (0..257)
                 .map(|i| Vec2::new(i as f32 / 257.0, (i as f32 * 0.37).fract()))
                 .collect();
-            let (mut places, mut weights) = (vec![Vec2::new(7.5, 3.5); u.len()], vec![0.0; u.len()]);
-            filter.samples(Plain, &u, &mut places, &mut weights);
-            for ((u, place), weight) in u.iter().zip(places).zip(weights) {
+            let (mut positions, mut weights) = (vec![Vec2::new(7.5, 3.5); u.len()], vec![0.0; u.len()]);
+            filter.samples(Plain, &u, &mut positions, &mut weights);
+            for ((u, position), weight) in u.iter().zip(positions).zip(weights) {
                 let sample = filter.sample(*u);
-                assert_eq!((place, weight), (Vec2::new(7.5, 3.5) + sample.offset, sample.weight));
+                assert_eq!((position, weight), (Vec2::new(7.5, 3.5) + sample.offset, sample.weight));
             }
         }
     }

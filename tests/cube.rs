@@ -10,7 +10,7 @@ use batch_render::{
     accel::{AccelKind, Hit},
     compile, describe,
     math::{Ray, Vec3},
-    scene::{Scene, Surface},
+    scene::{Scene, SurfaceInteraction},
 };
 use common::{Folder, repo, repo_str};
 
@@ -22,7 +22,7 @@ fn scene(path: &std::path::Path) -> Scene {
     compile::scene(&desc, AccelKind::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn surfaces(scene: &Scene, rays: &[Ray]) -> Vec<Option<Surface>> {
+fn surfaces(scene: &Scene, rays: &[Ray]) -> Vec<Option<SurfaceInteraction>> {
     let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
     scene.accel.nearest(rays, &mut hits);
     rays.iter()

@@ -19,7 +19,8 @@ use batch_render::{
     },
     render::{self, Settings},
     scene::{
-        Background, GroupId, MeshId, Motion, MotionError, ObjectId, Pose as MeshPose, Scene, SceneBuilder, Surface,
+        Background, GroupId, MeshId, MeshPose, ObjectId, Scene, SceneBuilder, SceneUpdate, SceneUpdateError,
+        SurfaceInteraction,
     },
     shape::{Shape, mesh::Mesh, sphere::Sphere},
     texture::Color,
@@ -159,7 +160,7 @@ fn scene(folder: &Folder, accel: AccelKind, instancing: Instancing) -> Scene {
     compile::scene_instancing(&desc, accel, &Store::default(), instancing).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn surfaces(scene: &Scene, rays: &[Ray]) -> Vec<Option<Surface>> {
+fn surfaces(scene: &Scene, rays: &[Ray]) -> Vec<Option<SurfaceInteraction>> {
     let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
     scene.accel.nearest(rays, &mut hits);
     let surface = |(ray, hit): (&Ray, &Option<Hit>)| hit.map(|hit| scene.surface(ray, &hit));
@@ -309,7 +310,7 @@ fn balls(count: u32, mesh: Mesh, places: impl Fn(u32) -> Transform) -> (Scene, G
 fn a_scene_in_motion_is_the_scene_that_is_built_for_the_frame() {
     let (mut moving, group, objects) = balls(1000, ball(4), place);
     let is_moved = |i: u32| i == 17 || i == 1000;
-    let motion = Motion {
+    let motion = SceneUpdate {
         transforms: [17, 1000].map(|i| (objects[i], place(5000 + i as u32))).to_vec(),
         poses: Vec::new(),
     };
@@ -332,7 +333,7 @@ fn a_scene_in_motion_is_the_scene_that_is_built_for_the_frame() {
         p.y += 0.3 * p.x * p.x;
     }
     bent.normals = bent.smooth_normals();
-    let motion = Motion {
+    let motion = SceneUpdate {
         transforms: Vec::new(),
         poses: vec![MeshPose {
             mesh,
@@ -356,7 +357,7 @@ fn objects_of_many_instances_move_as_one() {
     let mut moving = scene(&folder, AccelKind::Wide, Instancing::Always);
     let t = Transform::from_parts(DVec3::new(1.0, 2.0, 0.5), DVec3::new(0.0, 30.0, 0.0), DVec3::ONE).expect("a move");
     let object = ObjectId(0);
-    let motion = Motion {
+    let motion = SceneUpdate {
         transforms: vec![(object, t)],
         poses: Vec::new(),
     };
@@ -389,9 +390,9 @@ fn objects_of_many_instances_move_as_one() {
 #[test]
 fn what_cannot_be_moved_says_so() {
     let (mut scene, _, _) = balls(3, ball(4), place);
-    let mut refused = |transforms, poses| scene.apply(&Motion { transforms, poses }).expect_err("refused");
+    let mut refused = |transforms, poses| scene.apply(&SceneUpdate { transforms, poses }).expect_err("refused");
     let baked = refused(vec![(ObjectId(0), place(1))], vec![]);
-    assert_eq!(baked, MotionError::NotMovable(ObjectId(0)));
+    assert_eq!(baked, SceneUpdateError::NotMovable(ObjectId(0)));
     let pose = |mesh, positions: Vec<Vec3>| {
         let normals = Vec::new();
         vec![MeshPose {
@@ -402,12 +403,12 @@ fn what_cannot_be_moved_says_so() {
     };
     assert_eq!(
         refused(vec![], pose(MeshId(2), vec![])),
-        MotionError::NoSuchMesh(MeshId(2))
+        SceneUpdateError::NoSuchMesh(MeshId(2))
     );
     let short = refused(vec![], pose(MeshId(0), vec![Vec3::ZERO; 3]));
     assert_eq!(short.to_string(), "mesh 0 has 4 vertices, not 3 positions");
     let nowhere = refused(vec![], pose(MeshId(0), vec![Vec3::NAN; 4]));
-    assert!(matches!(nowhere, MotionError::Build(_)), "{nowhere}");
+    assert!(matches!(nowhere, SceneUpdateError::Build(_)), "{nowhere}");
 }
 
 /// The most memory that this process has had, in bytes; `None` where nobody knows.

@@ -9,7 +9,7 @@ use super::{Existing, FrameRange, Turntable, passes::PassChoice, range::MAX_FRAM
 use crate::{
     accel::AccelKind,
     assets::{Files, camera_path, store::MissingAssets},
-    camera::{Camera, Lens, RotationOrder, SceneCamera, Shot, path::CameraPath},
+    camera::{Camera, FrameCamera, Lens, RotationOrder, SceneCamera, path::CameraPath},
     describe::{Diagnostics, SceneDesc},
     error::Error,
     film::{FilmLayout, Window},
@@ -60,7 +60,7 @@ pub struct PlannedFile {
 pub struct PlannedFrame {
     pub number: i32,
     /// Of a turntable: where the orbit begins.
-    pub shot: Shot,
+    pub shot: FrameCamera,
     pub files: Vec<PlannedFile>,
 }
 
@@ -325,7 +325,7 @@ fn cameras(
     scene_camera: Option<SceneCamera>,
     resolution: [u32; 2],
     inputs: &Files,
-) -> Result<Vec<(i32, Shot)>, Error> {
+) -> Result<Vec<(i32, FrameCamera)>, Error> {
     let Some(file) = &request.camera_path else {
         let camera = scene_camera.ok_or_else(|| Error::NoCamera {
             path: desc.source.path.clone(),
@@ -337,7 +337,7 @@ fn cameras(
         };
         return frames(request, 1..=i64::from(last), &what)?
             .iter()
-            .map(|f| Ok((number(f), Shot::from(camera))))
+            .map(|f| Ok((number(f), FrameCamera::from(camera))))
             .collect();
     };
     let options = camera_path::Options {
@@ -352,7 +352,7 @@ fn cameras(
     frames(request, all, &what)?
         .iter()
         .map(|frame| {
-            let shot = path.shot(frame, &lens, resolution);
+            let shot = path.frame_camera(frame, &lens, resolution);
             shot.map(|shot| (number(frame), shot))
                 .map_err(|cause| Error::Pose { frame, cause })
         })
@@ -361,7 +361,7 @@ fn cameras(
 
 /// A path that says of the lens what the scene's camera has not is wrong about one of the two.
 fn check_columns(file: &Path, path: &CameraPath, lens: &Lens) -> Result<(), Error> {
-    let columns = lens.unknown_columns(&path.lens_at(path.first()));
+    let columns = lens.unsupported_columns(&path.lens_at(path.first()));
     if columns.is_empty() {
         return Ok(());
     }

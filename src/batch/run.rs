@@ -9,7 +9,7 @@ use std::{
 
 use super::{Existing, Plan, PlannedFrame, Summary};
 use crate::{
-    camera::Shot,
+    camera::FrameCamera,
     error::Error,
     film::Film,
     output::{self, Coverage, FrameImage, OutputError, WriteReport},
@@ -109,7 +109,7 @@ fn render_all<'a>(
             noise_frame: plan.seed_mode.frame(frame.number),
             ..plan.settings.clone()
         };
-        let turned = orbit.map(|o| Shot::from(o.camera(frame.number, settings.resolution)));
+        let turned = orbit.map(|o| FrameCamera::from(o.camera(frame.number, settings.resolution)));
         let shot = turned.as_ref().unwrap_or(&frame.shot);
         let film = renderer
             .render(scene, shot, plan.integrator.as_dyn(), &settings, control)

@@ -13,7 +13,7 @@ use crate::{
         hash::{pcg4d, unit_f32},
         trig,
     },
-    scene::{Scene, Surface},
+    scene::{Scene, SurfaceInteraction},
 };
 
 /// A kind of rays.
@@ -127,7 +127,7 @@ fn uniform([a, b, c]: [u32; 3]) -> Vec2 {
 }
 
 /// The surfaces that rays end at.
-fn ends(scene: &Scene, accel: &dyn Accelerator, rays: &[Ray]) -> Vec<Surface> {
+fn ends(scene: &Scene, accel: &dyn Accelerator, rays: &[Ray]) -> Vec<SurfaceInteraction> {
     let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
     rays.par_chunks(BATCH)
         .zip(hits.par_chunks_mut(BATCH))
@@ -139,7 +139,7 @@ fn ends(scene: &Scene, accel: &dyn Accelerator, rays: &[Ray]) -> Vec<Surface> {
 }
 
 /// A direction by the cosine, on the side that was seen.
-fn bounce(surface: &Surface, address: [u32; 3]) -> Ray {
+fn bounce(surface: &SurfaceInteraction, address: [u32; 3]) -> Ray {
     let n = if surface.ng.dot(surface.wo) < 0.0 {
         -surface.ng
     } else {
@@ -151,7 +151,7 @@ fn bounce(surface: &Surface, address: [u32; 3]) -> Ray {
     surface.spawn_ray(Frame::from_normal(n).to_world(local).normalize())
 }
 
-fn shadow_ray(surface: &Surface, light: Vec3) -> Ray {
+fn shadow_ray(surface: &SurfaceInteraction, light: Vec3) -> Ray {
     let to = light - surface.p;
     let distance = to.length();
     surface.shadow_ray(to / distance, distance)

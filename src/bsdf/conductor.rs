@@ -5,7 +5,7 @@ use super::{
     fresnel::{self, schlick_term},
     microfacet::Ggx,
 };
-use crate::math::{Draw, Rgb, Vec3};
+use crate::math::{Rgb, Sample2D, Vec3};
 
 /// How much of each colour a metal reflects.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +67,7 @@ pub struct Conductor {
 
 /// What white facets of albedo `all` gain where light bounces between facets that reflect `f0`.
 #[inline]
-pub(super) fn bounced(f0: Rgb, all: f32) -> Rgb {
+pub(super) fn multiscatter_gain(f0: Rgb, all: f32) -> Rgb {
     Rgb::WHITE + f0 * ((1.0 - all) / all)
 }
 
@@ -79,15 +79,15 @@ impl BsdfKind for Conductor {
         let Some(facet) = self.facets.reflection(wo, wi) else {
             return BsdfEval::default();
         };
-        let gain = bounced(self.reflectance.normal(), albedo::mirrors(&self.facets, wo));
+        let gain = multiscatter_gain(self.reflectance.normal(), albedo::mirrors(&self.facets, wo));
         BsdfEval {
             diffuse: Rgb::BLACK,
-            glossy: self.reflectance.at(facet.cos) * gain * (facet.pdf * facet.seen),
+            glossy: self.reflectance.at(facet.cos) * gain * (facet.pdf * facet.masking),
             pdf: facet.pdf,
         }
     }
 
-    fn sample(&self, wo: Vec3, _uc: f32, u: Draw) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, _uc: f32, u: Sample2D) -> Option<BsdfSample> {
         if wo.z <= 0.0 {
             return None;
         }
@@ -96,8 +96,12 @@ impl BsdfKind for Conductor {
         } else {
             let wi = self.facets.sample_reflection(wo, u.square)?;
             let facet = self.facets.reflection(wo, wi)?;
-            let gain = bounced(self.reflectance.normal(), albedo::mirrors(&self.facets, wo));
-            (wi, self.reflectance.at(facet.cos) * gain * facet.seen, Some(facet.pdf))
+            let gain = multiscatter_gain(self.reflectance.normal(), albedo::mirrors(&self.facets, wo));
+            (
+                wi,
+                self.reflectance.at(facet.cos) * gain * facet.masking,
+                Some(facet.pdf),
+            )
         };
         (!weight.is_black()).then_some(BsdfSample {
             wi,
@@ -110,7 +114,7 @@ impl BsdfKind for Conductor {
     }
 
     fn reads_tangent(&self) -> bool {
-        !self.facets.is_even()
+        !self.facets.is_isotropic()
     }
 
     fn is_delta(&self) -> bool {

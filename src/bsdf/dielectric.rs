@@ -8,12 +8,12 @@ use super::{
     fresnel::{dielectric, mirrored},
     microfacet::{Facet, Ggx},
 };
-use crate::math::{Draw, Rgb, Vec3};
+use crate::math::{Rgb, Sample2D, Vec3};
 
 /// A rough boundary of a clear medium: each facet reflects and refracts, shared out by Fresnel's equations.
 #[derive(Clone, Copy, Debug)]
-pub struct RoughGlass {
-    /// Even, and not smooth: [`super::specular::Glass`] is.
+pub struct RoughDielectric {
+    /// Even, and not smooth: [`super::specular::SmoothDielectric`] is.
     pub facets: Ggx,
     /// Index of refraction behind the surface over that in front; not 1.
     pub ior: f32,
@@ -23,27 +23,27 @@ pub struct RoughGlass {
 
 /// What facets make of light: reflect it or let it pass.
 #[derive(Clone, Copy)]
-struct Shares {
+struct FacetWeights {
     reflect: Rgb,
     transmit: Rgb,
     /// The chance to be reflected.
-    chance: f32,
+    probability: f32,
 }
 
 /// How facets that reflect the part `reflected` share light out.
-fn shares(reflected: f32, reflectance: Rgb, transmittance: Rgb) -> Option<Shares> {
+fn facet_weights(reflected: f32, reflectance: Rgb, transmittance: Rgb) -> Option<FacetWeights> {
     let (reflect, transmit) = (reflectance * reflected, transmittance * (1.0 - reflected));
     let all = reflect.max_component() + transmit.max_component();
-    (all > 0.0).then_some(Shares {
+    (all > 0.0).then_some(FacetWeights {
         reflect,
         transmit,
-        chance: reflect.max_component() / all,
+        probability: reflect.max_component() / all,
     })
 }
 
-impl RoughGlass {
+impl RoughDielectric {
     /// `wo` and `wi` as seen from the side of `wo`, and the index on the other side over that on this one.
-    fn turned(&self, wo: Vec3, wi: Vec3) -> (Vec3, Vec3, f32) {
+    fn upright(&self, wo: Vec3, wi: Vec3) -> (Vec3, Vec3, f32) {
         if wo.z < 0.0 {
             (mirrored(wo), mirrored(wi), 1.0 / self.ior)
         } else {
@@ -51,47 +51,47 @@ impl RoughGlass {
         }
     }
 
-    fn shares(&self, cos: f32, eta: f32) -> Option<Shares> {
-        shares(dielectric(cos, eta), self.reflectance, self.transmittance)
+    fn facet_weights(&self, cos: f32, eta: f32) -> Option<FacetWeights> {
+        facet_weights(dielectric(cos, eta), self.reflectance, self.transmittance)
     }
 }
 
 /// What leaves by a facet: weight, chance and facet to all that is said of a direction.
-fn eval_facet(facet: Facet, weight: Rgb, chance: f32) -> BsdfEval {
+fn eval_facet(facet: Facet, weight: Rgb, probability: f32) -> BsdfEval {
     BsdfEval {
         diffuse: Rgb::BLACK,
-        glossy: weight * (facet.pdf * facet.seen),
-        pdf: facet.pdf * chance,
+        glossy: weight * (facet.pdf * facet.masking),
+        pdf: facet.pdf * probability,
     }
 }
 
-impl BsdfKind for RoughGlass {
+impl BsdfKind for RoughDielectric {
     fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
-        let (o, i, eta) = self.turned(wo, wi);
+        let (o, i, eta) = self.upright(wo, wi);
         let facet = if i.z > 0.0 {
             self.facets.reflection(o, i)
         } else {
             self.facets.transmission(o, i, eta)
         };
-        let Some((facet, shares)) = facet.and_then(|f| Some((f, self.shares(f.cos, eta)?))) else {
+        let Some((facet, facet_weights)) = facet.and_then(|f| Some((f, self.facet_weights(f.cos, eta)?))) else {
             return BsdfEval::default();
         };
-        let gain = 1.0 / albedo::boundary(&self.facets, o, eta).fresnel;
+        let gain = 1.0 / albedo::clear(&self.facets, o, eta).fresnel;
         if i.z > 0.0 {
-            eval_facet(facet, shares.reflect * gain, shares.chance)
+            eval_facet(facet, facet_weights.reflect * gain, facet_weights.probability)
         } else {
-            eval_facet(facet, shares.transmit * gain, 1.0 - shares.chance)
+            eval_facet(facet, facet_weights.transmit * gain, 1.0 - facet_weights.probability)
         }
     }
 
-    fn sample(&self, wo: Vec3, uc: f32, u: Draw) -> Option<BsdfSample> {
-        let (o, _, eta) = self.turned(wo, wo);
+    fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
+        let (o, _, eta) = self.upright(wo, wo);
         if o.z <= 0.0 {
             return None;
         }
         let h = self.facets.sample_normal(o, u.square);
-        let shares = self.shares(o.dot(h), eta)?;
-        let reflects = uc < shares.chance;
+        let facet_weights = self.facet_weights(o.dot(h), eta)?;
+        let reflects = uc < facet_weights.probability;
         let i = if reflects {
             self.facets.sample_reflection(o, u.square)?
         } else {
@@ -118,7 +118,7 @@ impl BsdfKind for RoughGlass {
 ///
 /// Light that bounces between the boundaries is counted; none is absorbed but by the tints.
 #[derive(Clone, Copy, Debug)]
-pub struct Pane {
+pub struct ThinDielectric {
     pub facets: Ggx,
     pub ior: f32,
     pub reflectance: Rgb,
@@ -127,33 +127,33 @@ pub struct Pane {
 
 /// The part of the light that two boundaries reflect together, of which each reflects `once`.
 #[inline]
-pub fn of_two_boundaries(once: f32) -> f32 {
+pub fn double_boundary(once: f32) -> f32 {
     2.0 * once / (1.0 + once)
 }
 
-impl Pane {
-    fn shares(&self, cos: f32) -> Option<Shares> {
-        let reflected = of_two_boundaries(dielectric(cos, self.ior));
-        shares(reflected, self.reflectance, self.transmittance)
+impl ThinDielectric {
+    fn facet_weights(&self, cos: f32) -> Option<FacetWeights> {
+        let reflected = double_boundary(dielectric(cos, self.ior));
+        facet_weights(reflected, self.reflectance, self.transmittance)
     }
 
     /// Zero where smooth. What passes is scattered like the mirror image, on the other side.
     fn eval_upright(&self, o: Vec3, i: Vec3) -> BsdfEval {
         let above = Vec3::new(i.x, i.y, i.z.abs());
         let facet = self.facets.reflection(o, above);
-        let Some((facet, shares)) = facet.and_then(|f| Some((f, self.shares(f.cos)?))) else {
+        let Some((facet, facet_weights)) = facet.and_then(|f| Some((f, self.facet_weights(f.cos)?))) else {
             return BsdfEval::default();
         };
         let gain = 1.0 / albedo::mirrors(&self.facets, o);
         if i.z > 0.0 {
-            eval_facet(facet, shares.reflect * gain, shares.chance)
+            eval_facet(facet, facet_weights.reflect * gain, facet_weights.probability)
         } else {
-            eval_facet(facet, shares.transmit * gain, 1.0 - shares.chance)
+            eval_facet(facet, facet_weights.transmit * gain, 1.0 - facet_weights.probability)
         }
     }
 }
 
-impl BsdfKind for Pane {
+impl BsdfKind for ThinDielectric {
     fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
         if self.facets.is_smooth() {
             BsdfEval::default()
@@ -164,7 +164,7 @@ impl BsdfKind for Pane {
         }
     }
 
-    fn sample(&self, wo: Vec3, uc: f32, u: Draw) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
         let below = wo.z < 0.0;
         let o = if below { mirrored(wo) } else { wo };
         if o.z <= 0.0 {
@@ -176,8 +176,8 @@ impl BsdfKind for Pane {
         } else {
             self.facets.sample_normal(o, u.square)
         };
-        let shares = self.shares(o.dot(h))?;
-        let reflects = uc < shares.chance;
+        let facet_weights = self.facet_weights(o.dot(h))?;
+        let reflects = uc < facet_weights.probability;
         let above = if smooth {
             Vec3::new(-o.x, -o.y, o.z)
         } else {
@@ -185,12 +185,12 @@ impl BsdfKind for Pane {
         };
         let i = if reflects { above } else { mirrored(above) };
         let (weight, pdf) = if smooth {
-            let (weight, chance) = if reflects {
-                (shares.reflect, shares.chance)
+            let (weight, probability) = if reflects {
+                (facet_weights.reflect, facet_weights.probability)
             } else {
-                (shares.transmit, 1.0 - shares.chance)
+                (facet_weights.transmit, 1.0 - facet_weights.probability)
             };
-            (weight / chance, None)
+            (weight / probability, None)
         } else {
             let eval = self.eval_upright(o, i);
             if eval.pdf <= 0.0 {
@@ -213,7 +213,7 @@ impl BsdfKind for Pane {
     }
 
     fn reads_tangent(&self) -> bool {
-        !self.facets.is_even()
+        !self.facets.is_isotropic()
     }
 
     fn is_delta(&self) -> bool {

@@ -3,7 +3,7 @@
 use std::f32::consts::{FRAC_1_PI, PI};
 
 use super::{BsdfEval, BsdfKind, BsdfSample, Lobe};
-use crate::math::{Draw, Rgb, Vec3, warp};
+use crate::math::{Rgb, Sample2D, Vec3, warp};
 
 /// Lambert's law: the radiance is `albedo / pi` times the irradiance.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +25,7 @@ impl BsdfKind for Lambert {
     }
 
     #[inline]
-    fn sample(&self, wo: Vec3, _uc: f32, u: Draw) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, _uc: f32, u: Sample2D) -> Option<BsdfSample> {
         let wi = u.cosine_hemisphere();
         (wo.z > 0.0 && wi.z > 0.0 && !self.albedo.is_black()).then_some(BsdfSample {
             wi,
@@ -88,7 +88,7 @@ impl BsdfKind for OrenNayar {
         }
     }
 
-    fn sample(&self, wo: Vec3, _uc: f32, u: Draw) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, _uc: f32, u: Sample2D) -> Option<BsdfSample> {
         let wi = u.cosine_hemisphere();
         let eval = self.eval(wo, wi);
         (eval.pdf > 0.0 && !self.albedo.is_black()).then(|| BsdfSample {

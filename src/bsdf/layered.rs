@@ -9,23 +9,23 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 
 mod clear;
 
-use clear::Shine;
+use clear::ClearReflectance;
 
 use super::{
     BsdfEval, BsdfKind, BsdfSample, Lobe, albedo,
-    conductor::bounced,
-    film::Film,
+    conductor::multiscatter_gain,
     fresnel::{mirrored, reflect, refract, schlick_term},
     microfacet::Ggx,
     sheen,
+    thin_film::ThinFilm,
 };
-use crate::math::{Draw, Rgb, Vec2, Vec3, warp};
+use crate::math::{Rgb, Sample2D, Vec2, Vec3, warp};
 
 /// Whether there is a medium behind the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Walls {
+pub enum Boundary {
     /// No: the surface is a sheet, and light goes straight on.
-    Thin,
+    ThinWalled,
     /// Yes: light is refracted.
     Solid,
 }
@@ -45,15 +45,15 @@ pub struct Layered {
     /// Of metal and of boundaries; even where light passes into a solid.
     pub facets: Ggx,
     /// Cosine and sine of the angle from the frame's tangent to that of the facets.
-    pub turn: Vec2,
+    pub rotation: Vec2,
     /// Index of refraction behind the surface over that in front.
     pub ior: f32,
-    pub walls: Walls,
+    pub boundary: Boundary,
     /// Strength of the boundary's reflection.
     pub specular: f32,
     /// Colour of the boundary's reflection at normal incidence.
     pub specular_color: Rgb,
-    pub film: Film,
+    pub thin_film: ThinFilm,
     /// The part that is coated.
     pub coat: f32,
     pub coat_facets: Ggx,
@@ -69,12 +69,12 @@ impl Default for Layered {
             metallic: 0.0,
             transmission: 0.0,
             facets: Ggx::new(Vec2::ONE),
-            turn: Vec2::X,
+            rotation: Vec2::X,
             ior: 1.5,
-            walls: Walls::Thin,
+            boundary: Boundary::ThinWalled,
             specular: 1.0,
             specular_color: Rgb::WHITE,
-            film: Film::NONE,
+            thin_film: ThinFilm::NONE,
             coat: 0.0,
             coat_facets: Ggx::SMOOTH,
             sheen: Rgb::BLACK,
@@ -85,38 +85,38 @@ impl Default for Layered {
 
 /// The chances of the lobes.
 #[derive(Clone, Copy, Debug, Default)]
-struct Chances {
+struct LobeProbabilities {
     sheen: f32,
     coat: f32,
     diffuse: f32,
     /// The facets of the base.
     base: f32,
     /// The part of `base` that is of facets that let nothing pass.
-    blind: f32,
+    opaque: f32,
 }
 
 /// All that depends on `wo` alone.
-struct View {
+struct LobeState {
     /// `wo`, above the surface, in the frame of the facets.
     o: Vec3,
     /// Index on the other side over the one on this side.
     eta: f32,
     /// The parts of the three kinds of base.
     metal: f32,
-    chalk: f32,
+    diffuse: f32,
     clear: f32,
     /// What reaches the coat, and what reaches the base.
     under_sheen: f32,
     under_coat: f32,
     metal_f0: Rgb,
     metal_gain: Rgb,
-    shine: Shine,
+    clear_reflectance: ClearReflectance,
     clear_gain: Rgb,
     /// Reflectance over chalk at normal incidence.
     over_f0: Rgb,
     /// Factor of `1 - over_albedo(wi)` for chalk.
-    chalk_gain: f32,
-    chances: Chances,
+    diffuse_gain: f32,
+    probabilities: LobeProbabilities,
 }
 
 impl Layered {
@@ -138,17 +138,17 @@ impl Layered {
     }
 
     /// All that depends on `wo` alone; `None` where it lies in the surface.
-    fn view(&self, wo: Vec3) -> Option<View> {
+    fn lobe_state(&self, wo: Vec3) -> Option<LobeState> {
         let below = wo.z < 0.0;
-        let o = self.turned(if below { mirrored(wo) } else { wo });
+        let o = self.to_facet_frame(if below { mirrored(wo) } else { wo });
         if o.z <= 0.0 {
             return None;
         }
-        let inside = below && self.walls == Walls::Solid && self.transmission > 0.0;
+        let inside = below && self.boundary == Boundary::Solid && self.transmission > 0.0;
         let eta = if inside { 1.0 / self.ior } else { self.ior };
         let metal = self.metallic;
         let clear = (1.0 - metal) * self.transmission;
-        let chalk = (1.0 - metal - clear).max(0.0);
+        let diffuse = (1.0 - metal - clear).max(0.0);
 
         let (mut under_sheen, mut coat) = (1.0, 0.0);
         if !inside {
@@ -165,11 +165,11 @@ impl Layered {
 
         let [a, b] = albedo::schlick(&self.facets, o);
         let all = a + b;
-        let metal_f0 = self.film.f0(self.base_color, o.z);
-        let metal_gain = bounced(metal_f0, all);
+        let metal_f0 = self.thin_film.f0(self.base_color, o.z);
+        let metal_gain = multiscatter_gain(metal_f0, all);
         let f0 = self.reflectance_of_boundary();
-        let over_f0 = if chalk > 0.0 {
-            self.film.f0(f0, o.z).map(|r| r.min(self.specular))
+        let over_f0 = if diffuse > 0.0 {
+            self.thin_film.f0(f0, o.z).map(|r| r.min(self.specular))
         } else {
             f0
         };
@@ -178,151 +178,151 @@ impl Layered {
             let [a, b] = albedo::schlick_mean(&self.facets);
             (over_f0.max_component() * a + self.specular * b).min(0.999)
         };
-        let (shine, clear_gain) = if clear > 0.0 {
-            let shine = self.shine(o.z, eta);
-            let gain = self.clear_gain(&shine, o, all, eta);
-            (shine, gain)
+        let (clear_reflectance, clear_gain) = if clear > 0.0 {
+            let clear_reflectance = self.clear_reflectance(o.z, eta);
+            let gain = self.clear_gain(&clear_reflectance, o, all, eta);
+            (clear_reflectance, gain)
         } else {
-            (Shine::NONE, Rgb::WHITE)
+            (ClearReflectance::NONE, Rgb::WHITE)
         };
 
         let color = self.base_color.max_component();
         // What facets seen from here reflect at other angles is not nothing.
         let least = 0.05;
-        let blind =
-            metal * (metal_f0 * a + Rgb::gray(b)).max_component().max(least) + chalk * over.max(least * self.specular);
-        let mut chances = Chances {
+        let opaque = metal * (metal_f0 * a + Rgb::gray(b)).max_component().max(least)
+            + diffuse * over.max(least * self.specular);
+        let mut probabilities = LobeProbabilities {
             sheen: 1.0 - under_sheen,
             coat: under_sheen * coat,
-            diffuse: under_coat * chalk * color * (1.0 - over),
-            base: under_coat * (blind + clear),
-            blind: blind / (blind + clear).max(f32::MIN_POSITIVE),
+            diffuse: under_coat * diffuse * color * (1.0 - over),
+            base: under_coat * (opaque + clear),
+            opaque: opaque / (opaque + clear).max(f32::MIN_POSITIVE),
         };
-        chances.scale()?;
-        Some(View {
+        probabilities.scale()?;
+        Some(LobeState {
             o,
             eta,
             metal,
-            chalk,
+            diffuse,
             clear,
             under_sheen,
             under_coat,
             metal_f0,
             metal_gain,
-            shine,
+            clear_reflectance,
             clear_gain,
             over_f0,
-            chalk_gain: (1.0 - over) / (1.0 - mean),
-            chances,
+            diffuse_gain: (1.0 - over) / (1.0 - mean),
+            probabilities,
         })
     }
 
     /// `w` in the frame of the facets.
-    fn turned(&self, w: Vec3) -> Vec3 {
+    fn to_facet_frame(&self, w: Vec3) -> Vec3 {
         Vec3::new(
-            w.x * self.turn.x + w.y * self.turn.y,
-            w.y * self.turn.x - w.x * self.turn.y,
+            w.x * self.rotation.x + w.y * self.rotation.y,
+            w.y * self.rotation.x - w.x * self.rotation.y,
             w.z,
         )
     }
 
     /// `w`, given in the frame of the facets.
-    fn turned_back(&self, w: Vec3) -> Vec3 {
+    fn from_facet_frame(&self, w: Vec3) -> Vec3 {
         Vec3::new(
-            w.x * self.turn.x - w.y * self.turn.y,
-            w.y * self.turn.x + w.x * self.turn.y,
+            w.x * self.rotation.x - w.y * self.rotation.y,
+            w.y * self.rotation.x + w.x * self.rotation.y,
             w.z,
         )
     }
 
     /// What all facets of the base together reflect at the cosine `cos`, before it is hidden.
-    fn mirror_weight(&self, view: &View, cos: f32) -> Rgb {
+    fn mirror_weight(&self, state: &LobeState, cos: f32) -> Rgb {
         let grazing = schlick_term(cos);
         let blend = |f0: Rgb, f90: f32| f0 * (1.0 - grazing) + Rgb::gray(f90 * grazing);
         let mut weight = Rgb::BLACK;
-        if view.metal > 0.0 {
-            weight += blend(view.metal_f0, 1.0) * view.metal_gain * view.metal;
+        if state.metal > 0.0 {
+            weight += blend(state.metal_f0, 1.0) * state.metal_gain * state.metal;
         }
-        if view.chalk > 0.0 {
-            weight += blend(view.over_f0, self.specular) * view.chalk;
+        if state.diffuse > 0.0 {
+            weight += blend(state.over_f0, self.specular) * state.diffuse;
         }
-        if view.clear > 0.0 {
-            weight += self.clear_shares(&view.shine, cos, view.eta).0 * (view.clear_gain * view.clear);
+        if state.clear > 0.0 {
+            weight += self.clear_shares(&state.clear_reflectance, cos, state.eta).0 * (state.clear_gain * state.clear);
         }
-        weight * view.under_coat
+        weight * state.under_coat
     }
 
     /// The chance that a facet of the base, seen at the cosine `cos`, is sampled as a mirror.
-    fn share_of_mirrors(&self, view: &View, cos: f32) -> f32 {
-        if view.clear == 0.0 {
+    fn reflection_probability(&self, state: &LobeState, cos: f32) -> f32 {
+        if state.clear == 0.0 {
             return 1.0;
         }
-        let (reflect, pass) = self.clear_shares(&view.shine, cos, view.eta);
+        let (reflect, pass) = self.clear_shares(&state.clear_reflectance, cos, state.eta);
         let (reflect, pass) = (reflect.max_component(), (self.base_color * pass).max_component());
         let reflects = if reflect > 0.0 { reflect / (reflect + pass) } else { 0.0 };
-        view.chances.blind + (1.0 - view.chances.blind) * reflects
+        state.probabilities.opaque + (1.0 - state.probabilities.opaque) * reflects
     }
 
     /// What clear facets let pass at the cosine `cos`, before it is hidden.
-    fn passing_weight(&self, view: &View, cos: f32) -> Rgb {
-        let passed = self.clear_shares(&view.shine, cos, view.eta).1;
-        self.base_color * passed * (view.clear_gain * view.clear * view.under_coat)
+    fn passing_weight(&self, state: &LobeState, cos: f32) -> Rgb {
+        let passed = self.clear_shares(&state.clear_reflectance, cos, state.eta).1;
+        self.base_color * passed * (state.clear_gain * state.clear * state.under_coat)
     }
 
     /// All lobes that are not delta; `i` is seen from the side of `view.o`.
-    fn eval_upright(&self, view: &View, i: Vec3) -> BsdfEval {
-        let (o, chances) = (view.o, &view.chances);
+    fn eval_upright(&self, state: &LobeState, i: Vec3) -> BsdfEval {
+        let (o, probabilities) = (state.o, &state.probabilities);
         let mut eval = BsdfEval::default();
         if i.z < 0.0 {
-            if view.clear > 0.0 && !self.facets.is_smooth() {
-                let facet = match self.walls {
-                    Walls::Thin => self.facets.reflection(o, mirrored(i)),
-                    Walls::Solid => self.facets.transmission(o, i, view.eta),
+            if state.clear > 0.0 && !self.facets.is_smooth() {
+                let facet = match self.boundary {
+                    Boundary::ThinWalled => self.facets.reflection(o, mirrored(i)),
+                    Boundary::Solid => self.facets.transmission(o, i, state.eta),
                 };
                 if let Some(facet) = facet {
-                    eval.glossy = self.passing_weight(view, facet.cos) * (facet.pdf * facet.seen);
-                    eval.pdf = facet.pdf * chances.base * (1.0 - self.share_of_mirrors(view, facet.cos));
+                    eval.glossy = self.passing_weight(state, facet.cos) * (facet.pdf * facet.masking);
+                    eval.pdf = facet.pdf * probabilities.base * (1.0 - self.reflection_probability(state, facet.cos));
                 }
             }
             return eval;
         }
-        if view.chalk > 0.0 {
-            let passes = (1.0 - self.over_albedo(view.over_f0, i)) * view.chalk_gain;
-            eval.diffuse = self.base_color * (view.chalk * view.under_coat * passes * i.z * FRAC_1_PI);
-            eval.pdf += chances.diffuse * warp::cosine_hemisphere_pdf(i.z);
+        if state.diffuse > 0.0 {
+            let passes = (1.0 - self.over_albedo(state.over_f0, i)) * state.diffuse_gain;
+            eval.diffuse = self.base_color * (state.diffuse * state.under_coat * passes * i.z * FRAC_1_PI);
+            eval.pdf += probabilities.diffuse * warp::cosine_hemisphere_pdf(i.z);
         }
         if !self.facets.is_smooth()
             && let Some(facet) = self.facets.reflection(o, i)
         {
-            eval.glossy += self.mirror_weight(view, facet.cos) * (facet.pdf * facet.seen);
-            eval.pdf += facet.pdf * chances.base * self.share_of_mirrors(view, facet.cos);
+            eval.glossy += self.mirror_weight(state, facet.cos) * (facet.pdf * facet.masking);
+            eval.pdf += facet.pdf * probabilities.base * self.reflection_probability(state, facet.cos);
         }
-        if chances.coat > 0.0
+        if probabilities.coat > 0.0
             && !self.coat_facets.is_smooth()
             && let Some(facet) = self.coat_facets.reflection(o, i)
         {
-            let f = self.coat_weight(view, facet.cos);
-            eval.glossy += Rgb::gray(f * facet.pdf * facet.seen);
-            eval.pdf += chances.coat * facet.pdf;
+            let f = self.coat_weight(state, facet.cos);
+            eval.glossy += Rgb::gray(f * facet.pdf * facet.masking);
+            eval.pdf += probabilities.coat * facet.pdf;
         }
-        if chances.sheen > 0.0 {
+        if probabilities.sheen > 0.0 {
             eval.diffuse += self.sheen * sheen::f_cos(self.sheen_roughness, o, i);
-            eval.pdf += chances.sheen / TAU;
+            eval.pdf += probabilities.sheen / TAU;
         }
         eval
     }
 
     /// What the coat's facets reflect at the cosine `cos`.
-    fn coat_weight(&self, view: &View, cos: f32) -> f32 {
+    fn coat_weight(&self, state: &LobeState, cos: f32) -> f32 {
         let grazing = schlick_term(cos);
-        self.coat * view.under_sheen * (COAT_F0 * (1.0 - grazing) + grazing)
+        self.coat * state.under_sheen * (COAT_F0 * (1.0 - grazing) + grazing)
     }
 
     /// The one direction of a delta lobe; `i` is seen from the side of `view.o`.
-    fn delta(&self, i: Vec3, weight: Rgb, chance: f32, lobe: Lobe) -> BsdfSample {
+    fn delta(&self, i: Vec3, weight: Rgb, probability: f32, lobe: Lobe) -> BsdfSample {
         BsdfSample {
             wi: i,
-            weight: weight / chance,
+            weight: weight / probability,
             diffuse: Rgb::BLACK,
             pdf: None,
             lobe,
@@ -331,24 +331,24 @@ impl Layered {
     }
 
     /// A direction, seen from the side of `view.o`.
-    fn sample_upright(&self, view: &View, uc: f32, u: Draw) -> Option<BsdfSample> {
-        let o = view.o;
-        let (i, lobe, eta) = match view.chances.choose(uc) {
-            Choice::Sheen => (warp::square_to_hemisphere(u.square), Lobe::Diffuse, 1.0),
-            Choice::Diffuse => (u.cosine_hemisphere(), Lobe::Diffuse, 1.0),
-            Choice::Coat if self.coat_facets.is_smooth() => {
-                let weight = Rgb::gray(self.coat_weight(view, o.z));
-                return Some(self.delta(mirror_image(o), weight, view.chances.coat, Lobe::Specular));
+    fn sample_upright(&self, state: &LobeState, uc: f32, u: Sample2D) -> Option<BsdfSample> {
+        let o = state.o;
+        let (i, lobe, eta) = match state.probabilities.choose(uc) {
+            ChosenLobe::Sheen => (warp::square_to_hemisphere(u.square), Lobe::Diffuse, 1.0),
+            ChosenLobe::Diffuse => (u.cosine_hemisphere(), Lobe::Diffuse, 1.0),
+            ChosenLobe::Coat if self.coat_facets.is_smooth() => {
+                let weight = Rgb::gray(self.coat_weight(state, o.z));
+                return Some(self.delta(mirror_image(o), weight, state.probabilities.coat, Lobe::Specular));
             }
-            Choice::Coat => (self.coat_facets.sample_reflection(o, u.square)?, Lobe::Specular, 1.0),
-            Choice::Base(uc) if self.facets.is_smooth() => return self.sample_smooth(view, uc),
-            Choice::Base(uc) => {
+            ChosenLobe::Coat => (self.coat_facets.sample_reflection(o, u.square)?, Lobe::Specular, 1.0),
+            ChosenLobe::Base(uc) if self.facets.is_smooth() => return self.sample_smooth(state, uc),
+            ChosenLobe::Base(uc) => {
                 let h = self.facets.sample_normal(o, u.square);
                 let above = reflect(o, h);
-                match (uc < self.share_of_mirrors(view, o.dot(h)), self.walls) {
+                match (uc < self.reflection_probability(state, o.dot(h)), self.boundary) {
                     (true, _) => (above, Lobe::Specular, 1.0),
-                    (false, Walls::Thin) => (mirrored(above), Lobe::Transmission, 1.0),
-                    (false, Walls::Solid) => (refract(o, h, view.eta)?, Lobe::Transmission, view.eta),
+                    (false, Boundary::ThinWalled) => (mirrored(above), Lobe::Transmission, 1.0),
+                    (false, Boundary::Solid) => (refract(o, h, state.eta)?, Lobe::Transmission, state.eta),
                 }
             }
         };
@@ -356,7 +356,7 @@ impl Layered {
         if (i.z < 0.0) != (lobe == Lobe::Transmission) {
             return None;
         }
-        let eval = self.eval_upright(view, i);
+        let eval = self.eval_upright(state, i);
         (eval.pdf > 0.0).then(|| BsdfSample {
             wi: i,
             weight: eval.f_cos() / eval.pdf,
@@ -368,19 +368,24 @@ impl Layered {
     }
 
     /// One of the two directions of a smooth base, by a fresh uniform number.
-    fn sample_smooth(&self, view: &View, uc: f32) -> Option<BsdfSample> {
-        let o = view.o;
-        let share = self.share_of_mirrors(view, o.z);
+    fn sample_smooth(&self, state: &LobeState, uc: f32) -> Option<BsdfSample> {
+        let o = state.o;
+        let share = self.reflection_probability(state, o.z);
         if uc < share {
-            let weight = self.mirror_weight(view, o.z);
-            return Some(self.delta(mirror_image(o), weight, view.chances.base * share, Lobe::Specular));
+            let weight = self.mirror_weight(state, o.z);
+            return Some(self.delta(
+                mirror_image(o),
+                weight,
+                state.probabilities.base * share,
+                Lobe::Specular,
+            ));
         }
-        let (i, eta) = match self.walls {
-            Walls::Thin => (-o, 1.0),
-            Walls::Solid => (refract(o, Vec3::Z, view.eta)?, view.eta),
+        let (i, eta) = match self.boundary {
+            Boundary::ThinWalled => (-o, 1.0),
+            Boundary::Solid => (refract(o, Vec3::Z, state.eta)?, state.eta),
         };
-        let chance = view.chances.base * (1.0 - share);
-        let sample = self.delta(i, self.passing_weight(view, o.z), chance, Lobe::Transmission);
+        let probability = state.probabilities.base * (1.0 - share);
+        let sample = self.delta(i, self.passing_weight(state, o.z), probability, Lobe::Transmission);
         Some(BsdfSample { eta, ..sample })
     }
 }
@@ -390,7 +395,7 @@ fn mirror_image(o: Vec3) -> Vec3 {
     Vec3::new(-o.x, -o.y, o.z)
 }
 
-enum Choice {
+enum ChosenLobe {
     Sheen,
     Coat,
     Diffuse,
@@ -398,54 +403,54 @@ enum Choice {
     Base(f32),
 }
 
-impl Chances {
+impl LobeProbabilities {
     /// Makes their sum 1; `None` where it is 0.
     fn scale(&mut self) -> Option<()> {
         let sum = self.sheen + self.coat + self.diffuse + self.base;
         if sum <= 0.0 {
             return None;
         }
-        for chance in [&mut self.sheen, &mut self.coat, &mut self.diffuse, &mut self.base] {
-            *chance /= sum;
+        for probability in [&mut self.sheen, &mut self.coat, &mut self.diffuse, &mut self.base] {
+            *probability /= sum;
         }
         Some(())
     }
 
     /// The lobe of the uniform number `uc`.
-    fn choose(&self, uc: f32) -> Choice {
+    fn choose(&self, uc: f32) -> ChosenLobe {
         let mut rest = uc;
-        for (chance, choice) in [
-            (self.sheen, Choice::Sheen),
-            (self.coat, Choice::Coat),
-            (self.diffuse, Choice::Diffuse),
+        for (probability, choice) in [
+            (self.sheen, ChosenLobe::Sheen),
+            (self.coat, ChosenLobe::Coat),
+            (self.diffuse, ChosenLobe::Diffuse),
         ] {
-            if rest < chance {
+            if rest < probability {
                 return choice;
             }
-            rest -= chance;
+            rest -= probability;
         }
         if self.base > 0.0 {
-            Choice::Base((rest / self.base).min(1.0 - f32::EPSILON))
+            ChosenLobe::Base((rest / self.base).min(1.0 - f32::EPSILON))
         } else {
             // Rounding went past the last of them.
-            Choice::Diffuse
+            ChosenLobe::Diffuse
         }
     }
 }
 
 impl BsdfKind for Layered {
     fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
-        let Some(view) = self.view(wo) else {
+        let Some(state) = self.lobe_state(wo) else {
             return BsdfEval::default();
         };
-        let i = self.turned(if wo.z < 0.0 { mirrored(wi) } else { wi });
-        self.eval_upright(&view, i)
+        let i = self.to_facet_frame(if wo.z < 0.0 { mirrored(wi) } else { wi });
+        self.eval_upright(&state, i)
     }
 
-    fn sample(&self, wo: Vec3, uc: f32, u: Draw) -> Option<BsdfSample> {
-        let view = self.view(wo)?;
-        let sample = self.sample_upright(&view, uc, u)?;
-        let i = self.turned_back(sample.wi);
+    fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
+        let state = self.lobe_state(wo)?;
+        let sample = self.sample_upright(&state, uc, u)?;
+        let i = self.from_facet_frame(sample.wi);
         let wi = if wo.z < 0.0 { mirrored(i) } else { i };
         Some(BsdfSample { wi, ..sample })
     }
@@ -455,12 +460,12 @@ impl BsdfKind for Layered {
     }
 
     fn reads_tangent(&self) -> bool {
-        !self.facets.is_even()
+        !self.facets.is_isotropic()
     }
 
     fn is_delta(&self) -> bool {
-        let chalk = self.metallic < 1.0 && self.transmission < 1.0;
+        let diffuse = self.metallic < 1.0 && self.transmission < 1.0;
         let coated = self.coat > 0.0 && !self.coat_facets.is_smooth();
-        self.facets.is_smooth() && !chalk && !coated && self.sheen.is_black()
+        self.facets.is_smooth() && !diffuse && !coated && self.sheen.is_black()
     }
 }

@@ -15,7 +15,7 @@ use crate::math::{Vec2, Vec3, trig};
 /// The distribution of facets: how steep they are along the two axes of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ggx {
-    /// Roughness along the tangent and along the bitangent, from [`Ggx::SMOOTHEST`] to 1; 0 where smooth.
+    /// Roughness along the tangent and along the bitangent, from [`Ggx::MIN_ALPHA`] to 1; 0 where smooth.
     pub alpha: Vec2,
 }
 
@@ -28,23 +28,23 @@ pub struct Facet {
     pub pdf: f32,
     /// The part of the light from the facet that is not hidden by others on its way out: `f |cos| / pdf` of a facet that loses
     /// nothing.
-    pub seen: f32,
+    pub masking: f32,
 }
 
 impl Ggx {
     /// What is not rougher is smooth: a mirror image blurred by a twentieth of a degree.
-    pub const SMOOTHEST: f32 = 1e-3;
+    pub const MIN_ALPHA: f32 = 1e-3;
 
     /// Perfectly smooth.
     pub const SMOOTH: Self = Self { alpha: Vec2::ZERO };
 
     /// Facets of `alpha` along the tangent and the bitangent.
     pub fn new(alpha: Vec2) -> Self {
-        if alpha.max_element() < Self::SMOOTHEST {
+        if alpha.max_element() < Self::MIN_ALPHA {
             return Self::SMOOTH;
         }
         Self {
-            alpha: alpha.clamp(Vec2::splat(Self::SMOOTHEST), Vec2::ONE),
+            alpha: alpha.clamp(Vec2::splat(Self::MIN_ALPHA), Vec2::ONE),
         }
     }
 
@@ -64,12 +64,12 @@ impl Ggx {
 
     /// Whether facets are as steep along the tangent as along the bitangent.
     #[inline]
-    pub fn is_even(&self) -> bool {
+    pub fn is_isotropic(&self) -> bool {
         self.alpha.x == self.alpha.y
     }
 
     /// Facets that are as steep on the mean along every axis.
-    pub fn evened(&self) -> Self {
+    pub fn isotropic(&self) -> Self {
         Self::new(Vec2::splat((0.5 * self.alpha.length_squared()).sqrt()))
     }
 
@@ -121,7 +121,7 @@ impl Ggx {
         Some(Facet {
             cos,
             pdf: self.density(h) / (2.0 * (wo.z + lo)),
-            seen: wi.z * (wo.z + lo) / (lo * wi.z + li * wo.z),
+            masking: wi.z * (wo.z + lo) / (lo * wi.z + li * wo.z),
         })
     }
 
@@ -143,7 +143,7 @@ impl Ggx {
         Some(Facet {
             cos,
             pdf: self.density(h) * 2.0 * cos / (wo.z + lo) * spread,
-            seen: -wi.z * (wo.z + lo) / (lo * -wi.z + li * wo.z),
+            masking: -wi.z * (wo.z + lo) / (lo * -wi.z + li * wo.z),
         })
     }
 

@@ -7,7 +7,7 @@
 
 use std::ops::Deref;
 
-use crate::math::{Draw, Rgb, Vec3};
+use crate::math::{Rgb, Sample2D, Vec3};
 
 pub mod albedo;
 #[cfg(test)]
@@ -15,13 +15,13 @@ mod battery;
 pub mod conductor;
 pub mod dielectric;
 pub mod diffuse;
-pub mod film;
 pub mod fresnel;
 pub mod layered;
 pub mod microfacet;
 pub mod phong;
 pub mod sheen;
 pub mod specular;
+pub mod thin_film;
 
 /// How light left a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -74,7 +74,7 @@ pub trait BsdfKind {
     fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval;
 
     /// A direction, by `uc`, which chooses the lobe, and `u`, all uniform in `[0, 1)`; `None` where light ends here.
-    fn sample(&self, wo: Vec3, uc: f32, u: Draw) -> Option<BsdfSample>;
+    fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample>;
 
     /// Whether light passes through.
     fn transmits(&self) -> bool {
@@ -98,9 +98,9 @@ pub trait BsdfKind {
 }
 
 /// What is done with a BSDF of whatever kind.
-pub trait BsdfTask {
+pub trait BsdfVisitor {
     /// Compiled for each kind by itself: what that kind never does costs nothing.
-    fn run(self, bsdf: &impl BsdfKind);
+    fn visit(self, bsdf: &impl BsdfKind);
 }
 
 macro_rules! bsdfs {
@@ -110,14 +110,14 @@ macro_rules! bsdfs {
         pub enum Bsdf { $( $(#[$doc])* $Variant($Kind), )* }
 
         impl Bsdf {
-            /// Does `task` with the kind that this is.
+            /// Calls `visitor` with the kind that this is.
             #[inline(always)]
-            pub fn give(&self, task: impl BsdfTask) {
-                match self { $( Self::$Variant(bsdf) => task.run(bsdf), )* }
+            pub fn dispatch(&self, visitor: impl BsdfVisitor) {
+                match self { $( Self::$Variant(bsdf) => visitor.visit(bsdf), )* }
             }
         }
 
-        /// For who asks little; [`Bsdf::give`] is faster.
+        /// For who asks little; [`Bsdf::dispatch`] is faster.
         impl Deref for Bsdf {
             type Target = dyn BsdfKind;
 
@@ -134,15 +134,15 @@ bsdfs! {
     /// A perfect mirror.
     Mirror(specular::Mirror),
     /// Smooth clear glass.
-    Glass(specular::Glass),
+    SmoothDielectric(specular::SmoothDielectric),
     /// Clay.
     OrenNayar(diffuse::OrenNayar),
     /// Metal.
     Conductor(conductor::Conductor),
     /// Frosted glass.
-    RoughGlass(dielectric::RoughGlass),
+    RoughDielectric(dielectric::RoughDielectric),
     /// Window glass, and thin frosted sheets.
-    Pane(dielectric::Pane),
+    ThinDielectric(dielectric::ThinDielectric),
     /// Plastic.
     Phong(phong::Phong),
     /// Coats over metal, glass and chalk.

@@ -10,7 +10,7 @@ use super::{
     BsdfEval, BsdfKind, BsdfSample, Lobe,
     fresnel::{mirrored, refract},
 };
-use crate::math::{Draw, Frame, Rgb, Vec3, trig, warp};
+use crate::math::{Frame, Rgb, Sample2D, Vec3, trig, warp};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Phong {
@@ -25,7 +25,7 @@ pub struct Phong {
 
 /// The weights of the four lobes.
 #[derive(Clone, Copy, Debug)]
-pub struct Weights {
+pub struct PhongWeights {
     pub diffuse: Rgb,
     pub specular: Rgb,
     pub reflect: Rgb,
@@ -33,11 +33,11 @@ pub struct Weights {
 }
 
 /// The chances of the lobes: diffuse, specular, reflect and transmit.
-type Chances = [f32; 4];
+type PhongProbabilities = [f32; 4];
 
 impl Phong {
     /// `ior` is the index of refraction behind the surface over that in front.
-    pub fn new(weights: Weights, shininess: f32, ior: f32) -> Self {
+    pub fn new(weights: PhongWeights, shininess: f32, ior: f32) -> Self {
         let all = weights.diffuse + weights.specular + weights.reflect + weights.transmit;
         let scale = 1.0 / all.max_component().max(1.0);
         Self {
@@ -61,7 +61,7 @@ impl Phong {
         }
     }
 
-    fn chances(&self, reflect: Rgb, transmit: Rgb) -> Option<Chances> {
+    fn probabilities(&self, reflect: Rgb, transmit: Rgb) -> Option<PhongProbabilities> {
         let parts = [self.diffuse, self.specular, reflect, transmit].map(Rgb::max_component);
         let sum: f32 = parts.iter().sum();
         (sum > 0.0).then(|| parts.map(|p| p / sum))
@@ -72,7 +72,7 @@ impl Phong {
     }
 
     /// Of the lobes that are not delta, both directions above the surface.
-    fn eval_upright(&self, o: Vec3, i: Vec3, chances: &Chances) -> BsdfEval {
+    fn eval_upright(&self, o: Vec3, i: Vec3, probabilities: &PhongProbabilities) -> BsdfEval {
         if i.z <= 0.0 {
             return BsdfEval::default();
         }
@@ -85,7 +85,8 @@ impl Phong {
         BsdfEval {
             diffuse: self.diffuse * (i.z * FRAC_1_PI),
             glossy: self.specular * (power * (self.shininess + 2.0) / TAU * i.z),
-            pdf: chances[0] * warp::cosine_hemisphere_pdf(i.z) + chances[1] * power * (self.shininess + 1.0) / TAU,
+            pdf: probabilities[0] * warp::cosine_hemisphere_pdf(i.z)
+                + probabilities[1] * power * (self.shininess + 1.0) / TAU,
         }
     }
 }
@@ -99,19 +100,19 @@ impl BsdfKind for Phong {
     fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
         let o = upright(wo, wo);
         let (reflect, transmitted) = self.deltas(o, self.eta(wo));
-        let Some(chances) = self.chances(reflect, transmitted.map_or(Rgb::BLACK, |t| t.1)) else {
+        let Some(probabilities) = self.probabilities(reflect, transmitted.map_or(Rgb::BLACK, |t| t.1)) else {
             return BsdfEval::default();
         };
-        self.eval_upright(o, upright(wo, wi), &chances)
+        self.eval_upright(o, upright(wo, wi), &probabilities)
     }
 
-    fn sample(&self, wo: Vec3, uc: f32, u: Draw) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
         let (o, eta) = (upright(wo, wo), self.eta(wo));
         if o.z <= 0.0 {
             return None;
         }
         let (reflect, transmitted) = self.deltas(o, eta);
-        let chances = self.chances(reflect, transmitted.map_or(Rgb::BLACK, |t| t.1))?;
+        let probabilities = self.probabilities(reflect, transmitted.map_or(Rgb::BLACK, |t| t.1))?;
         let mirror = Vec3::new(-o.x, -o.y, o.z);
         let delta = |i: Vec3, weight: Rgb, lobe: Lobe, eta: f32| BsdfSample {
             wi: upright(wo, i),
@@ -121,22 +122,22 @@ impl BsdfKind for Phong {
             lobe,
             eta,
         };
-        let [diffuse, specular, mirrored_chance, _] = chances;
+        let [diffuse, specular, mirror_probability, _] = probabilities;
         let (i, lobe) = if uc < diffuse {
             (u.cosine_hemisphere(), Lobe::Diffuse)
         } else if uc < diffuse + specular {
             let about = warp::square_to_power_cosine(u.square, self.shininess);
             (Frame::from_normal(mirror).to_world(about), Lobe::Specular)
         } else if let Some((i, weight)) = transmitted
-            && uc >= diffuse + specular + mirrored_chance
+            && uc >= diffuse + specular + mirror_probability
         {
-            return Some(delta(i, weight / chances[3], Lobe::Transmission, eta));
-        } else if mirrored_chance > 0.0 {
-            return Some(delta(mirror, reflect / mirrored_chance, Lobe::Specular, 1.0));
+            return Some(delta(i, weight / probabilities[3], Lobe::Transmission, eta));
+        } else if mirror_probability > 0.0 {
+            return Some(delta(mirror, reflect / mirror_probability, Lobe::Specular, 1.0));
         } else {
             return None;
         };
-        let eval = self.eval_upright(o, i, &chances);
+        let eval = self.eval_upright(o, i, &probabilities);
         (eval.pdf > 0.0).then(|| BsdfSample {
             wi: upright(wo, i),
             weight: eval.f_cos() / eval.pdf,

@@ -12,12 +12,12 @@ use super::albedo;
 use crate::math::{Vec3, trig};
 
 /// The least roughness: below it the lobe is a rim too thin to see.
-pub(super) const LEAST_ROUGHNESS: f32 = 0.15;
+pub(super) const MIN_ROUGHNESS: f32 = 0.15;
 
 /// `f |cos|` of a white sheen, before it is scaled down where it would send back more light than arrives.
 pub(super) fn raw_f_cos(roughness: f32, wo: Vec3, wi: Vec3) -> f32 {
     let Some(h) = (wo + wi).try_normalize() else { return 0.0 };
-    let roughness = roughness.max(LEAST_ROUGHNESS);
+    let roughness = roughness.max(MIN_ROUGHNESS);
     let power = 1.0 / (roughness * roughness);
     let sin2 = (h.x * h.x + h.y * h.y).min(1.0);
     let density = (2.0 + power) * trig::pow(sin2, 0.5 * power) / (2.0 * PI);

@@ -4,7 +4,7 @@ use super::{
     BsdfEval, BsdfKind, BsdfSample, Lobe,
     fresnel::{dielectric, reflect, refract},
 };
-use crate::math::{Draw, Rgb, Vec3};
+use crate::math::{Rgb, Sample2D, Vec3};
 
 /// All light leaves along the mirror direction.
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +17,7 @@ impl BsdfKind for Mirror {
         BsdfEval::default()
     }
 
-    fn sample(&self, wo: Vec3, _uc: f32, _u: Draw) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, _uc: f32, _u: Sample2D) -> Option<BsdfSample> {
         (wo.z > 0.0 && !self.reflectance.is_black()).then_some(BsdfSample {
             wi: Vec3::new(-wo.x, -wo.y, wo.z),
             weight: self.reflectance,
@@ -39,19 +39,19 @@ impl BsdfKind for Mirror {
 
 /// A smooth boundary of a clear medium: light is reflected or refracted, shared out by Fresnel's equations.
 #[derive(Clone, Copy, Debug)]
-pub struct Glass {
+pub struct SmoothDielectric {
     /// Index of refraction behind the surface over that in front.
     pub ior: f32,
     pub reflectance: Rgb,
     pub transmittance: Rgb,
 }
 
-impl BsdfKind for Glass {
+impl BsdfKind for SmoothDielectric {
     fn eval(&self, _wo: Vec3, _wi: Vec3) -> BsdfEval {
         BsdfEval::default()
     }
 
-    fn sample(&self, wo: Vec3, uc: f32, _u: Draw) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, uc: f32, _u: Sample2D) -> Option<BsdfSample> {
         let (n, eta) = if wo.z < 0.0 {
             (-Vec3::Z, 1.0 / self.ior)
         } else {

@@ -5,7 +5,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::lens::{Aperture, Sensor, View, half_tan};
+use super::lens::{Aperture, FieldOfView, Sensor, half_tan};
 
 /// What a curve does from one key to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub enum Interp {
     /// Goes straight and at an even rate.
     Linear,
     /// Stays until the next key and then jumps: a cut.
-    Hold,
+    Step,
 }
 
 /// A curve. Before its first key and after its last one it keeps their values.
@@ -34,7 +34,7 @@ struct Knot<T> {
 }
 
 /// The stretch between two keys, with the keys before and after it that a smooth curve takes into account.
-pub(super) struct Stretch<T> {
+pub(super) struct Segment<T> {
     pub before: Option<(f64, T)>,
     pub from: (f64, T),
     pub to: (f64, T),
@@ -47,7 +47,7 @@ pub(super) trait Channel: Copy {
     fn linear(from: Self, to: Self, u: f64) -> Self;
 
     /// The value at `frame`, strictly between `from` and `to`.
-    fn smooth(stretch: &Stretch<Self>, frame: f64) -> Self;
+    fn smooth(segment: &Segment<Self>, frame: f64) -> Self;
 }
 
 impl<T: Channel> Track<T> {
@@ -73,18 +73,18 @@ impl<T: Channel> Track<T> {
             return Some(from.value);
         }
         Some(match from.interp {
-            Interp::Hold => from.value,
+            Interp::Step => from.value,
             Interp::Linear => T::linear(from.value, to.value, (frame - from.frame) / (to.frame - from.frame)),
-            Interp::Smooth => T::smooth(&self.stretch(i), frame),
+            Interp::Smooth => T::smooth(&self.segment(i), frame),
         })
     }
 
     /// The stretch from knot `i`, which has a knot after it.
-    fn stretch(&self, i: usize) -> Stretch<T> {
+    fn segment(&self, i: usize) -> Segment<T> {
         let knot = |k: &Knot<T>| (k.frame, k.value);
         let before = i.checked_sub(1).map(|k| &self.knots[k]);
         let after = self.knots.get(i + 2);
-        Stretch {
+        Segment {
             before: before.filter(|k| k.interp == Interp::Smooth).map(knot),
             from: knot(&self.knots[i]),
             to: knot(&self.knots[i + 1]),
@@ -93,10 +93,10 @@ impl<T: Channel> Track<T> {
     }
 }
 
-impl<T: Copy> Stretch<T> {
-    pub fn map<U>(&self, f: impl Fn(T) -> U) -> Stretch<U> {
+impl<T: Copy> Segment<T> {
+    pub fn map<U>(&self, f: impl Fn(T) -> U) -> Segment<U> {
         let f = |(t, v)| (t, f(v));
-        Stretch {
+        Segment {
             before: self.before.map(f),
             from: f(self.from),
             to: f(self.to),
@@ -122,8 +122,8 @@ where
 /// Source: Fritsch and Butland, "A Method for Constructing Local Monotone Piecewise Cubic Interpolants", SIAM J. Sci.
 /// Stat. Comput. 5(2), 1984, doi:10.1137/0905021, with the weights of their equation (5) for uneven keys. At an end the
 /// slope is that of the stretch.
-fn monotone(stretch: &Stretch<f64>, frame: f64) -> f64 {
-    let ((t1, v1), (t2, v2)) = (stretch.from, stretch.to);
+fn monotone(segment: &Segment<f64>, frame: f64) -> f64 {
+    let ((t1, v1), (t2, v2)) = (segment.from, segment.to);
     let h = t2 - t1;
     let secant = (v2 - v1) / h;
     // The slope at the key between two stretches, by their lengths and secants.
@@ -134,10 +134,10 @@ fn monotone(stretch: &Stretch<f64>, frame: f64) -> f64 {
         let (w_other, w) = (2.0 * h + h_other, h + 2.0 * h_other);
         (w_other + w) / (w_other / other + w / secant)
     };
-    let start = stretch
+    let start = segment
         .before
         .map_or(secant, |(t0, v0)| slope(t1 - t0, (v1 - v0) / (t1 - t0)));
-    let end = stretch
+    let end = segment
         .after
         .map_or(secant, |(t3, v3)| slope(t3 - t2, (v3 - v2) / (t3 - t2)));
     let v = v1 + hermite_rise(v2 - v1, [start * h, end * h], (frame - t1) / h);
@@ -157,19 +157,19 @@ fn monotone(stretch: &Stretch<f64>, frame: f64) -> f64 {
 /// Source: Barry and Goldman, "A Recursive Evaluation Algorithm for a Class of Catmull-Rom Splines", SIGGRAPH 1988,
 /// doi:10.1145/54852.378511; Yuksel, Schaefer, Keyser, "Parameterization and Applications of Catmull-Rom Curves",
 /// Computer-Aided Design 43(7), 2011, doi:10.1016/j.cad.2010.08.008.
-fn centripetal(stretch: &Stretch<DVec3>, frame: f64) -> DVec3 {
-    let (p1, p2) = (stretch.from.1, stretch.to.1);
+fn centripetal(segment: &Segment<DVec3>, frame: f64) -> DVec3 {
+    let (p1, p2) = (segment.from.1, segment.to.1);
     let d12 = p1.distance(p2).sqrt();
     if d12 == 0.0 {
         return p1;
     }
-    let before = stretch.before.map(|(t, p)| (t, p, p.distance(p1).sqrt()));
-    let after = stretch.after.map(|(t, p)| (t, p, p.distance(p2).sqrt()));
+    let before = segment.before.map(|(t, p)| (t, p, p.distance(p1).sqrt()));
+    let after = segment.after.map(|(t, p)| (t, p, p.distance(p2).sqrt()));
     let s = monotone(
-        &Stretch {
+        &Segment {
             before: before.map(|(t, _, d)| (t, -d)),
-            from: (stretch.from.0, 0.0),
-            to: (stretch.to.0, d12),
+            from: (segment.from.0, 0.0),
+            to: (segment.to.0, d12),
             after: after.map(|(t, _, d)| (t, d12 + d)),
         },
         frame,
@@ -205,8 +205,8 @@ impl Channel for f64 {
         (from + (to - from) * u).clamp(from.min(to), from.max(to))
     }
 
-    fn smooth(stretch: &Stretch<Self>, frame: f64) -> Self {
-        monotone(stretch, frame)
+    fn smooth(segment: &Segment<Self>, frame: f64) -> Self {
+        monotone(segment, frame)
     }
 }
 
@@ -215,8 +215,8 @@ impl Channel for DVec3 {
         from + (to - from) * u
     }
 
-    fn smooth(stretch: &Stretch<Self>, frame: f64) -> Self {
-        centripetal(stretch, frame)
+    fn smooth(segment: &Segment<Self>, frame: f64) -> Self {
+        centripetal(segment, frame)
     }
 }
 
@@ -233,13 +233,13 @@ impl<T: Amount> Channel for T {
         from.with_amount(f64::linear(from.amount(), to.amount(), u))
     }
 
-    fn smooth(stretch: &Stretch<Self>, frame: f64) -> Self {
-        stretch.from.1.with_amount(monotone(&stretch.map(T::amount), frame))
+    fn smooth(segment: &Segment<Self>, frame: f64) -> Self {
+        segment.from.1.with_amount(monotone(&segment.map(T::amount), frame))
     }
 }
 
 /// Angles move as the focal lengths that they stand for, so that a zoom goes the same way however it is written.
-impl Amount for View {
+impl Amount for FieldOfView {
     fn amount(self) -> f64 {
         match self {
             Self::Vertical(degrees) | Self::Horizontal(degrees) => 1.0 / half_tan(degrees),

@@ -18,9 +18,12 @@
 use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Deserializer, de};
 
-use super::{CameraKind, Compiled, FilmSize, LensKind, LensOverrides, Pose, lens::View, look, mix, plus_y, unit_ray};
+use super::{
+    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, default_up, lens::FieldOfView, lerp, look_at,
+    unit_ray,
+};
 use crate::{
-    math::{Cone, Ray, Vec2},
+    math::{Ray, RayCone, Vec2},
     value::{Point, Problem, Spanned},
 };
 
@@ -30,7 +33,7 @@ use crate::{
 pub struct FisheyeDesc {
     pub eye: Point,
     pub target: Spanned<Point>,
-    #[serde(default = "plus_y")]
+    #[serde(default = "default_up")]
     pub up: Point,
     pub fov: Option<CircleAngle>,
 }
@@ -55,12 +58,12 @@ impl<'de> Deserialize<'de> for CircleAngle {
 impl FisheyeDesc {
     /// # Errors
     /// The target is at the eye.
-    pub fn compile(&self) -> Result<Compiled<FisheyeLens>, Vec<Problem>> {
-        let pose = look(self.eye, &self.target, self.up).map_err(|e| vec![e])?;
+    pub fn compile(&self) -> Result<CameraSetup<FisheyeLens>, Vec<Problem>> {
+        let pose = look_at(self.eye, &self.target, self.up).map_err(|e| vec![e])?;
         let lens = FisheyeLens {
             fov: self.fov.map_or(180.0, |a| a.0),
         };
-        Ok(Compiled { pose, lens })
+        Ok(CameraSetup { pose, lens })
     }
 }
 
@@ -76,9 +79,9 @@ impl LensKind for FisheyeLens {
 
     const COLUMNS: &'static [&'static str] = &["fov"];
 
-    fn overridden(&self, overrides: &LensOverrides, _target_distance: Option<f64>) -> Self {
+    fn with_overrides(&self, overrides: &LensOverrides, _target_distance: Option<f64>) -> Self {
         match overrides.view {
-            Some(View::Vertical(fov)) => Self { fov },
+            Some(FieldOfView::Vertical(fov)) => Self { fov },
             _ => *self,
         }
     }
@@ -133,8 +136,8 @@ impl CameraKind for Fisheye {
         false
     }
 
-    fn pixel_cone(&self) -> Cone {
-        Cone {
+    fn pixel_cone(&self) -> RayCone {
+        RayCone {
             width: 0.0,
             spread: (self.half_fov / self.radius) as f32,
         }
@@ -142,7 +145,7 @@ impl CameraKind for Fisheye {
 
     fn between(&self, to: &Self, u: f64) -> Self {
         Self {
-            eye: mix(self.eye, to.eye, u),
+            eye: lerp(self.eye, to.eye, u),
             axes: self.axes + (to.axes - self.axes) * u,
             half_fov: self.half_fov + (to.half_fov - self.half_fov) * u,
             ..*self

@@ -5,7 +5,7 @@
 
 /// How much of the world the picture shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum View {
+pub enum FieldOfView {
     /// The angle over the picture's height, in degrees as it was written; above 0 and below 180.
     Vertical(f64),
     /// The angle over the picture's width, in degrees as it was written; above 0 and below 180.
@@ -60,7 +60,7 @@ impl Focus {
 /// What a camera path says of the lens; the scene's own camera keeps its say in all that is `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LensOverrides {
-    pub view: Option<View>,
+    pub view: Option<FieldOfView>,
     pub sensor: Option<Sensor>,
     pub aperture: Option<Aperture>,
     /// In m, above 0.
@@ -75,9 +75,9 @@ impl LensOverrides {
     /// The columns of a camera path that say something here.
     pub fn columns(&self) -> impl Iterator<Item = &'static str> {
         let view = self.view.map(|v| match v {
-            View::Vertical(_) => "fov",
-            View::Horizontal(_) => "fov_x",
-            View::FocalLength(_) => "focal_length",
+            FieldOfView::Vertical(_) => "fov",
+            FieldOfView::Horizontal(_) => "fov_x",
+            FieldOfView::FocalLength(_) => "focal_length",
         });
         let sensor = self.sensor.map(|s| match s {
             Sensor::Width(_) => "sensor_width",
@@ -104,8 +104,8 @@ impl LensOverrides {
     pub fn flaw(&self) -> Option<&'static str> {
         let above_0 = |v: f64| v > 0.0 && v.is_finite();
         let view = match self.view {
-            Some(View::Vertical(degrees) | View::Horizontal(degrees)) => degrees > 0.0 && degrees < 180.0,
-            Some(View::FocalLength(mm)) => above_0(mm),
+            Some(FieldOfView::Vertical(degrees) | FieldOfView::Horizontal(degrees)) => degrees > 0.0 && degrees < 180.0,
+            Some(FieldOfView::FocalLength(mm)) => above_0(mm),
             None => true,
         };
         let sensor = match self.sensor {
@@ -138,7 +138,7 @@ impl LensOverrides {
     }
 }
 
-impl View {
+impl FieldOfView {
     /// The tangent of half the angle over the picture's height, for a picture `aspect` times as wide as high.
     pub fn half_height(self, sensor: Sensor, aspect: f64) -> f64 {
         match (self, sensor) {

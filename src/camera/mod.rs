@@ -9,24 +9,24 @@
 
 use crate::{
     kind::kinds,
-    math::{Cone, DVec3, Ray, Runner, Vec2, Vec3},
+    math::{DVec3, Ray, RayCone, Runner, Vec2, Vec3},
     value::{Point, Problem, Spanned},
 };
 
+pub mod aperture_shape;
 mod curve;
 pub mod fisheye;
+pub mod frame_camera;
 pub mod lens;
-pub mod opening;
 pub mod orthographic;
 pub mod panorama;
 pub mod path;
 pub mod perspective;
 pub mod pose;
-pub mod shot;
 
+pub use frame_camera::FrameCamera;
 pub use lens::LensOverrides;
 pub use pose::{LookAt, Pose, PoseError, RotationOrder};
-pub use shot::Shot;
 
 /// A film's width and height, in pixels, both at least 1. Pixels are square.
 pub type FilmSize = [u32; 2];
@@ -42,9 +42,9 @@ pub trait CameraKind {
     fn ray(&self, film: Vec2, lens: Vec2) -> Option<Ray>;
 
     /// Appends [`CameraKind::ray`] for each place on the film with its numbers for the lens; where there is none,
-    /// [`Ray::NOWHERE`].
+    /// [`Ray::NONE`].
     fn rays(&self, _on: impl Runner, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>) {
-        one_by_one(self, film, lens, rays);
+        rays_one_by_one(self, film, lens, rays);
     }
 
     /// Whether [`CameraKind::ray`] reads `lens`.
@@ -54,7 +54,7 @@ pub trait CameraKind {
     fn fills_film(&self) -> bool;
 
     /// What the ray of a pixel in the middle of the picture stands for.
-    fn pixel_cone(&self) -> Cone;
+    fn pixel_cone(&self) -> RayCone;
 
     /// This camera at `u`, from 0 to 1, of a straight way to `to`, which differs from it by little.
     fn between(&self, to: &Self, u: f64) -> Self;
@@ -73,7 +73,7 @@ pub trait LensKind: Sized {
 
     /// This lens where `overrides` are silent. `target_distance` (m) is the distance to what is looked at now, if there
     /// is such a thing: a lens that focuses on the target follows it.
-    fn overridden(&self, overrides: &LensOverrides, target_distance: Option<f64>) -> Self;
+    fn with_overrides(&self, overrides: &LensOverrides, target_distance: Option<f64>) -> Self;
 
     /// The camera with this lens at `pose` before a film.
     fn camera(&self, pose: &Pose, film: FilmSize) -> Self::Camera;
@@ -81,16 +81,16 @@ pub trait LensKind: Sized {
 
 /// Where the scene's own camera stands, and through which lens it looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Compiled<L> {
+pub struct CameraSetup<L> {
     pub pose: Pose,
     pub lens: L,
 }
 
 /// The scene's own camera.
-pub type SceneCamera = Compiled<Lens>;
+pub type SceneCamera = CameraSetup<Lens>;
 
 /// The pose at `eye` that looks at `target`, as a scene file says them.
-fn look(eye: Point, target: &Spanned<Point>, up: Point) -> Result<Pose, Problem> {
+fn look_at(eye: Point, target: &Spanned<Point>, up: Point) -> Result<Pose, Problem> {
     let at = LookAt {
         target: target.as_ref().0.as_dvec3(),
         up: up.0.as_dvec3(),
@@ -100,7 +100,7 @@ fn look(eye: Point, target: &Spanned<Point>, up: Point) -> Result<Pose, Problem>
 }
 
 /// Upwards, where a scene file does not say.
-fn plus_y() -> Point {
+fn default_up() -> Point {
     Point(Vec3::Y)
 }
 
@@ -112,9 +112,9 @@ fn unit_ray(o: DVec3, d: DVec3) -> Ray {
 
 /// [`CameraKind::rays`] of a camera that has no faster way.
 #[inline]
-fn one_by_one<C: CameraKind + ?Sized>(camera: &C, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>) {
+fn rays_one_by_one<C: CameraKind + ?Sized>(camera: &C, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>) {
     let places = film.iter().zip(lens);
-    rays.extend(places.map(|(film, lens)| camera.ray(*film, *lens).unwrap_or(Ray::NOWHERE)));
+    rays.extend(places.map(|(film, lens)| camera.ray(*film, *lens).unwrap_or(Ray::NONE)));
 }
 
 /// `d`, brought to unit length.
@@ -124,7 +124,7 @@ fn unit(d: DVec3) -> Vec3 {
 }
 
 /// `a` at 0 and `b` at 1; `a` itself where the two are the same.
-fn mix(a: DVec3, b: DVec3, u: f64) -> DVec3 {
+fn lerp(a: DVec3, b: DVec3, u: f64) -> DVec3 {
     a + (b - a) * u
 }
 
@@ -143,7 +143,7 @@ macro_rules! cameras {
             /// See [`CameraKind::fills_film`].
             fn fills_film(&self) -> bool;
             /// See [`CameraKind::pixel_cone`].
-            fn pixel_cone(&self) -> Cone;
+            fn pixel_cone(&self) -> RayCone;
             /// See [`CameraKind::axis`].
             fn axis(&self) -> Option<Vec3>;
         }
@@ -166,14 +166,14 @@ macro_rules! cameras {
             }
 
             /// The columns that `overrides` come from and that mean nothing to this lens.
-            pub fn unknown_columns(&self, overrides: &LensOverrides) -> Vec<&'static str> {
+            pub fn unsupported_columns(&self, overrides: &LensOverrides) -> Vec<&'static str> {
                 let known = match self { $( Self::$Variant(_) => <$Lens as LensKind>::COLUMNS, )* };
                 overrides.columns().filter(|c| !known.contains(c)).collect()
             }
 
-            /// See [`LensKind::overridden`].
-            pub fn overridden(&self, overrides: &LensOverrides, target_distance: Option<f64>) -> Self {
-                match self { $( Self::$Variant(lens) => Self::$Variant(lens.overridden(overrides, target_distance)), )* }
+            /// See [`LensKind::with_overrides`].
+            pub fn with_overrides(&self, overrides: &LensOverrides, target_distance: Option<f64>) -> Self {
+                match self { $( Self::$Variant(lens) => Self::$Variant(lens.with_overrides(overrides, target_distance)), )* }
             }
         }
 
@@ -200,7 +200,7 @@ macro_rules! cameras {
             /// All that contradicts itself.
             pub fn compile(&self) -> Result<SceneCamera, Vec<Problem>> {
                 match self {
-                    $( Self::$Variant(desc) => desc.compile().map(|c| Compiled { pose: c.pose, lens: Lens::$Variant(c.lens) }), )*
+                    $( Self::$Variant(desc) => desc.compile().map(|c| CameraSetup { pose: c.pose, lens: Lens::$Variant(c.lens) }), )*
                 }
             }
         }

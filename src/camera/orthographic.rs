@@ -19,10 +19,10 @@
 use glam::DVec3;
 use serde::Deserialize;
 
-use super::{CameraKind, Compiled, FilmSize, LensKind, LensOverrides, Pose, look, mix, plus_y, unit_ray};
+use super::{CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, default_up, lerp, look_at, unit_ray};
 use crate::{
-    math::{Cone, Ray, Vec2, Vec3},
-    value::{Point, Positive, Problem, Real, Spanned},
+    math::{Ray, RayCone, Vec2, Vec3},
+    value::{Finite, Point, Positive, Problem, Spanned},
 };
 
 /// What a scene file says of an orthographic camera.
@@ -31,23 +31,23 @@ use crate::{
 pub struct OrthographicDesc {
     pub eye: Point,
     pub target: Spanned<Point>,
-    #[serde(default = "plus_y")]
+    #[serde(default = "default_up")]
     pub up: Point,
     pub height: Positive,
-    pub shift: Option<[Real; 2]>,
+    pub shift: Option<[Finite; 2]>,
 }
 
 impl OrthographicDesc {
     /// # Errors
     /// The target is at the eye.
-    pub fn compile(&self) -> Result<Compiled<OrthographicLens>, Vec<Problem>> {
-        let pose = look(self.eye, &self.target, self.up).map_err(|e| vec![e])?;
-        let [x, y] = self.shift.unwrap_or([Real(0.0); 2]);
+    pub fn compile(&self) -> Result<CameraSetup<OrthographicLens>, Vec<Problem>> {
+        let pose = look_at(self.eye, &self.target, self.up).map_err(|e| vec![e])?;
+        let [x, y] = self.shift.unwrap_or([Finite(0.0); 2]);
         let lens = OrthographicLens {
             height: self.height.0.into(),
             shift: [x.0.into(), y.0.into()],
         };
-        Ok(Compiled { pose, lens })
+        Ok(CameraSetup { pose, lens })
     }
 }
 
@@ -65,7 +65,7 @@ impl LensKind for OrthographicLens {
 
     const COLUMNS: &'static [&'static str] = &["shift_x", "shift_y"];
 
-    fn overridden(&self, overrides: &LensOverrides, _target_distance: Option<f64>) -> Self {
+    fn with_overrides(&self, overrides: &LensOverrides, _target_distance: Option<f64>) -> Self {
         Self {
             shift: [
                 overrides.shift_x.unwrap_or(self.shift[0]),
@@ -119,8 +119,8 @@ impl CameraKind for Orthographic {
         true
     }
 
-    fn pixel_cone(&self) -> Cone {
-        Cone {
+    fn pixel_cone(&self) -> RayCone {
+        RayCone {
             width: self.right.length() as f32,
             spread: 0.0,
         }
@@ -128,10 +128,10 @@ impl CameraKind for Orthographic {
 
     fn between(&self, to: &Self, u: f64) -> Self {
         Self {
-            corner: mix(self.corner, to.corner, u),
-            right: mix(self.right, to.right, u),
-            down: mix(self.down, to.down, u),
-            forward: mix(self.forward, to.forward, u),
+            corner: lerp(self.corner, to.corner, u),
+            right: lerp(self.right, to.right, u),
+            down: lerp(self.down, to.down, u),
+            forward: lerp(self.forward, to.forward, u),
         }
     }
 }

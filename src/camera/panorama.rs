@@ -20,9 +20,9 @@ use std::f64::consts::{PI, TAU};
 use glam::{DMat3, DVec3};
 use serde::Deserialize;
 
-use super::{CameraKind, Compiled, FilmSize, LensKind, LensOverrides, Pose, look, mix, plus_y, unit_ray};
+use super::{CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, default_up, lerp, look_at, unit_ray};
 use crate::{
-    math::{Cone, Ray, Vec2},
+    math::{Ray, RayCone, Vec2},
     value::{Point, Problem, Spanned},
 };
 
@@ -32,16 +32,16 @@ use crate::{
 pub struct PanoramaDesc {
     pub eye: Point,
     pub target: Spanned<Point>,
-    #[serde(default = "plus_y")]
+    #[serde(default = "default_up")]
     pub up: Point,
 }
 
 impl PanoramaDesc {
     /// # Errors
     /// The target is at the eye.
-    pub fn compile(&self) -> Result<Compiled<PanoramaLens>, Vec<Problem>> {
-        let pose = look(self.eye, &self.target, self.up).map_err(|e| vec![e])?;
-        Ok(Compiled {
+    pub fn compile(&self) -> Result<CameraSetup<PanoramaLens>, Vec<Problem>> {
+        let pose = look_at(self.eye, &self.target, self.up).map_err(|e| vec![e])?;
+        Ok(CameraSetup {
             pose,
             lens: PanoramaLens,
         })
@@ -57,7 +57,7 @@ impl LensKind for PanoramaLens {
 
     const COLUMNS: &'static [&'static str] = &[];
 
-    fn overridden(&self, _overrides: &LensOverrides, _target_distance: Option<f64>) -> Self {
+    fn with_overrides(&self, _overrides: &LensOverrides, _target_distance: Option<f64>) -> Self {
         *self
     }
 
@@ -98,8 +98,8 @@ impl CameraKind for Panorama {
         true
     }
 
-    fn pixel_cone(&self) -> Cone {
-        Cone {
+    fn pixel_cone(&self) -> RayCone {
+        RayCone {
             width: 0.0,
             spread: self.pixel[0].max(self.pixel[1]) as f32,
         }
@@ -107,7 +107,7 @@ impl CameraKind for Panorama {
 
     fn between(&self, to: &Self, u: f64) -> Self {
         Self {
-            eye: mix(self.eye, to.eye, u),
+            eye: lerp(self.eye, to.eye, u),
             axes: self.axes + (to.axes - self.axes) * u,
             pixel: self.pixel,
         }

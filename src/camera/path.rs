@@ -20,9 +20,9 @@ use glam::{DQuat, DVec3};
 
 pub use super::curve::Interp;
 use super::{
-    Camera, FilmSize, Lens, LensOverrides, LookAt, Pose, PoseError, RotationOrder, Shot,
-    curve::{Channel, Stretch, Track, slerp},
-    lens::{Aperture, Sensor, View},
+    Camera, FilmSize, FrameCamera, Lens, LensOverrides, LookAt, Pose, PoseError, RotationOrder,
+    curve::{Channel, Segment, Track, slerp},
+    lens::{Aperture, FieldOfView, Sensor},
 };
 
 /// Frame numbers lie between minus this and this.
@@ -39,7 +39,7 @@ pub enum Rotation {
 
 /// Which way the camera looks, as it was written.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Facing {
+pub enum Orientation {
     /// See [`LookAt`]; `up` is +y and `roll` 0 where no key says anything else.
     Target {
         target: DVec3,
@@ -59,7 +59,7 @@ pub struct Shutter {
 
 /// When the shutter is open for one picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Exposure {
+pub struct ShutterInterval {
     frame: f64,
     shutter: Shutter,
     /// Of the shot that the picture belongs to; the camera stands still before and after.
@@ -67,7 +67,7 @@ pub struct Exposure {
     end: f64,
 }
 
-impl Exposure {
+impl ShutterInterval {
     /// The time, in frames, when the part `u`, from 0 to 1, of the time between opening and closing has passed.
     pub fn time(&self, u: f64) -> f64 {
         let Shutter { open, close } = self.shutter;
@@ -82,7 +82,7 @@ pub struct PathKey {
     pub frame: f64,
     /// In m.
     pub eye: DVec3,
-    pub facing: Facing,
+    pub orientation: Orientation,
     pub lens: LensOverrides,
     pub shutter: Option<Shutter>,
     /// What happens from here to the next key.
@@ -108,7 +108,7 @@ pub struct CameraState {
 impl CameraState {
     /// The scene camera's lens with what the path says in its place.
     pub fn apply(&self, scene: &Lens) -> Lens {
-        scene.overridden(&self.lens, self.target_distance)
+        scene.with_overrides(&self.lens, self.target_distance)
     }
 
     /// The camera before a film, with what the path does not say from the scene's own lens.
@@ -137,7 +137,7 @@ pub enum PathError {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum FacingTrack {
+enum OrientationTrack {
     Target {
         target: Track<DVec3>,
         up: Track<DVec3>,
@@ -148,7 +148,7 @@ enum FacingTrack {
 
 #[derive(Clone, Debug, PartialEq)]
 struct LensTracks {
-    view: Track<View>,
+    view: Track<FieldOfView>,
     sensor: Track<Sensor>,
     aperture: Track<Aperture>,
     focus_distance: Track<f64>,
@@ -162,7 +162,7 @@ pub struct CameraPath {
     first: f64,
     last: f64,
     eye: Track<DVec3>,
-    facing: FacingTrack,
+    orientation: OrientationTrack,
     lens: LensTracks,
     shutter: Track<Shutter>,
     /// The times at which the camera jumps: those of the keys that follow a held one.
@@ -186,7 +186,7 @@ impl CameraPath {
             first: first.frame,
             last: last.frame,
             eye: track(keys, |k| Some(k.eye)),
-            facing: facing_track(keys),
+            orientation: orientation_track(keys),
             lens: LensTracks {
                 view: track(keys, |k| k.lens.view),
                 sensor: track(keys, |k| k.lens.sensor),
@@ -199,7 +199,7 @@ impl CameraPath {
             cuts: keys
                 .iter()
                 .zip(&keys[1..])
-                .filter(|(a, _)| a.interp == Interp::Hold)
+                .filter(|(a, _)| a.interp == Interp::Step)
                 .map(|(_, b)| b.frame)
                 .collect(),
             names: keys
@@ -271,19 +271,19 @@ impl CameraPath {
     /// # Errors
     /// As those of [`CameraPath::at`].
     pub fn over_shutter(&self, frame: i64, otherwise: Shutter) -> Result<[CameraState; 2], PathError> {
-        let exposure = self.exposure(frame, otherwise)?;
-        Ok([self.at(exposure.time(0.0))?, self.at(exposure.time(1.0))?])
+        let interval = self.shutter_interval(frame, otherwise)?;
+        Ok([self.at(interval.time(0.0))?, self.at(interval.time(1.0))?])
     }
 
     /// The times that the picture of `frame` sees, by the same rules.
     ///
     /// # Errors
     /// As those of [`CameraPath::at`].
-    pub fn exposure(&self, frame: i64, otherwise: Shutter) -> Result<Exposure, PathError> {
+    pub fn shutter_interval(&self, frame: i64, otherwise: Shutter) -> Result<ShutterInterval, PathError> {
         let frame = frame as f64;
         let shutter = self.at(frame)?.shutter.unwrap_or(otherwise);
         let next = self.cuts.partition_point(|cut| *cut <= frame);
-        Ok(Exposure {
+        Ok(ShutterInterval {
             frame,
             shutter,
             begin: next.checked_sub(1).map_or(self.first, |i| self.cuts[i]),
@@ -295,20 +295,20 @@ impl CameraPath {
     ///
     /// # Errors
     /// As those of [`CameraPath::at`].
-    pub fn shot(&self, frame: i64, scene: &Lens, film: FilmSize) -> Result<Shot, PathError> {
-        let exposure = self.exposure(frame, Shutter::default())?;
-        let camera = |u: f64| Ok(self.at(exposure.time(u))?.camera(scene, film));
-        if exposure.time(0.0) == exposure.time(1.0) {
-            return camera(0.0).map(Shot::from);
+    pub fn frame_camera(&self, frame: i64, scene: &Lens, film: FilmSize) -> Result<FrameCamera, PathError> {
+        let interval = self.shutter_interval(frame, Shutter::default())?;
+        let camera = |u: f64| Ok(self.at(interval.time(u))?.camera(scene, film));
+        if interval.time(0.0) == interval.time(1.0) {
+            return camera(0.0).map(FrameCamera::from);
         }
-        Shot::moving(camera)
+        FrameCamera::moving(camera)
     }
 
     /// The pose, and the distance to the target in m where there is one.
     fn pose(&self, frame: f64) -> Result<(Pose, Option<f64>), PathError> {
         let eye = self.eye.at(frame).expect("every key has an eye");
-        let posed = match &self.facing {
-            FacingTrack::Target { target, up, roll } => {
+        let posed = match &self.orientation {
+            OrientationTrack::Target { target, up, roll } => {
                 let at = LookAt {
                     target: target.at(frame).expect("every key has a target"),
                     up: up.at(frame).unwrap_or(DVec3::Y),
@@ -316,7 +316,7 @@ impl CameraPath {
                 };
                 Pose::look_at(eye, &at).map(|pose| (pose, Some(eye.distance(at.target))))
             }
-            FacingTrack::Rotation(rotation) => rotation
+            OrientationTrack::Rotation(rotation) => rotation
                 .at(frame)
                 .expect("every key has a rotation")
                 .pose(eye)
@@ -348,8 +348,8 @@ impl Channel for Rotation {
         Self::Quaternion(slerp(from.unit_quaternion(), to.unit_quaternion(), u))
     }
 
-    fn smooth(stretch: &Stretch<Self>, frame: f64) -> Self {
-        let ((t1, from), (t2, to)) = (stretch.from, stretch.to);
+    fn smooth(segment: &Segment<Self>, frame: f64) -> Self {
+        let ((t1, from), (t2, to)) = (segment.from, segment.to);
         Self::linear(from, to, (frame - t1) / (t2 - t1))
     }
 }
@@ -362,9 +362,9 @@ impl Channel for Shutter {
         }
     }
 
-    fn smooth(stretch: &Stretch<Self>, frame: f64) -> Self {
-        let open = f64::smooth(&stretch.map(|s| s.open), frame);
-        let close = f64::smooth(&stretch.map(|s| s.close), frame);
+    fn smooth(segment: &Segment<Self>, frame: f64) -> Self {
+        let open = f64::smooth(&segment.map(|s| s.open), frame);
+        let close = f64::smooth(&segment.map(|s| s.close), frame);
         Self {
             open,
             close: close.max(open),
@@ -387,7 +387,7 @@ fn check(keys: &[PathKey]) -> Result<(), PathError> {
     if let Some((frame, flaw)) = flawed {
         return Err(PathError::Lens { frame, flaw });
     }
-    uniform(keys, "the orientation", |k| Some(discriminant(&k.facing)))?;
+    uniform(keys, "the orientation", |k| Some(discriminant(&k.orientation)))?;
     uniform(keys, "the view", |k| k.lens.view.as_ref().map(discriminant))?;
     uniform(keys, "the sensor", |k| k.lens.sensor.as_ref().map(discriminant))?;
     uniform(keys, "the aperture", |k| k.lens.aperture.as_ref().map(discriminant))
@@ -399,9 +399,9 @@ fn uniform<T: PartialEq>(
     what: &'static str,
     kind: impl Fn(&PathKey) -> Option<T>,
 ) -> Result<(), PathError> {
-    let mut said = keys.iter().filter_map(|k| kind(k).map(|kind| (k.frame, kind)));
-    let Some((_, first)) = said.next() else { return Ok(()) };
-    match said.find(|(_, kind)| *kind != first) {
+    let mut given = keys.iter().filter_map(|k| kind(k).map(|kind| (k.frame, kind)));
+    let Some((_, first)) = given.next() else { return Ok(()) };
+    match given.find(|(_, kind)| *kind != first) {
         Some((frame, _)) => Err(PathError::Mixed { frame, what }),
         None => Ok(()),
     }
@@ -411,19 +411,19 @@ fn track<T: Channel>(keys: &[PathKey], value: impl Fn(&PathKey) -> Option<T>) ->
     Track::new(keys.iter().map(|k| (k.frame, value(k), k.interp)))
 }
 
-fn facing_track(keys: &[PathKey]) -> FacingTrack {
-    let rotation = |k: &PathKey| match k.facing {
-        Facing::Rotation(rotation) => Some(rotation),
-        Facing::Target { .. } => None,
+fn orientation_track(keys: &[PathKey]) -> OrientationTrack {
+    let rotation = |k: &PathKey| match k.orientation {
+        Orientation::Rotation(rotation) => Some(rotation),
+        Orientation::Target { .. } => None,
     };
     if keys.iter().any(|k| rotation(k).is_some()) {
-        return FacingTrack::Rotation(track(keys, rotation));
+        return OrientationTrack::Rotation(track(keys, rotation));
     }
-    let target = |k: &PathKey| match k.facing {
-        Facing::Target { target, up, roll } => Some((target, up, roll)),
-        Facing::Rotation(_) => None,
+    let target = |k: &PathKey| match k.orientation {
+        Orientation::Target { target, up, roll } => Some((target, up, roll)),
+        Orientation::Rotation(_) => None,
     };
-    FacingTrack::Target {
+    OrientationTrack::Target {
         target: track(keys, |k| target(k).map(|(at, ..)| at)),
         up: track(keys, |k| target(k).and_then(|(_, up, _)| up)),
         roll: track(keys, |k| target(k).and_then(|(.., roll)| roll)),

@@ -35,15 +35,15 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Deserializer, de};
 
 use super::{
-    CameraKind, Compiled, FilmSize, LensKind, LensOverrides, Pose,
-    lens::{Aperture, Focus, Sensor, View},
-    look, mix, one_by_one,
-    opening::Opening,
-    plus_y, unit, unit_ray,
+    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose,
+    aperture_shape::ApertureShape,
+    default_up,
+    lens::{Aperture, FieldOfView, Focus, Sensor},
+    lerp, look_at, rays_one_by_one, unit, unit_ray,
 };
 use crate::{
-    math::{Cone, Loop, Ray, Runner, Vec2, Vec3, trig},
-    value::{NonNegative, Point, Positive, Problem, Real, Spanned, Whole},
+    math::{Loop, Ray, RayCone, Runner, Vec2, Vec3, trig},
+    value::{Count, Finite, NonNegative, Point, Positive, Problem, Spanned},
 };
 
 /// The vertical angle where nothing is said, in degrees.
@@ -55,26 +55,26 @@ const DEFAULT_FOV: f64 = 40.0;
 pub struct PerspectiveDesc {
     pub eye: Point,
     pub target: Spanned<Point>,
-    #[serde(default = "plus_y")]
+    #[serde(default = "default_up")]
     pub up: Point,
-    pub fov: Option<Spanned<FieldOfView>>,
-    pub fov_x: Option<Spanned<FieldOfView>>,
+    pub fov: Option<Spanned<FovDegrees>>,
+    pub fov_x: Option<Spanned<FovDegrees>>,
     pub focal_length: Option<Spanned<Positive>>,
     pub sensor_width: Option<Spanned<Positive>>,
     pub sensor_height: Option<Spanned<Positive>>,
     pub aperture_radius: Option<Spanned<NonNegative>>,
     pub fstop: Option<Spanned<Positive>>,
     pub focus_distance: Option<Positive>,
-    pub blades: Option<Spanned<Whole>>,
-    pub blade_rotation: Option<Spanned<Real>>,
-    pub shift: Option<[Real; 2]>,
+    pub blades: Option<Spanned<Count>>,
+    pub blade_rotation: Option<Spanned<Finite>>,
+    pub shift: Option<[Finite; 2]>,
 }
 
 /// An angle across a picture, in degrees, above 0 and below 180.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FieldOfView(pub f64);
+pub struct FovDegrees(pub f64);
 
-impl<'de> Deserialize<'de> for FieldOfView {
+impl<'de> Deserialize<'de> for FovDegrees {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
         let degrees = f64::deserialize(d)?;
         if degrees > 0.0 && degrees < 180.0 {
@@ -124,16 +124,16 @@ impl PerspectiveDesc {
     /// # Errors
     /// The target is at the eye, two of a set of alternatives are given, a sensor or a rotation without anything that needs
     /// one, one or two blades.
-    pub fn compile(&self) -> Result<Compiled<PerspectiveLens>, Vec<Problem>> {
+    pub fn compile(&self) -> Result<CameraSetup<PerspectiveLens>, Vec<Problem>> {
         let mut problems = Vec::new();
         let eye = self.eye.0.as_dvec3();
-        let pose = look(self.eye, &self.target, self.up).unwrap_or_else(|e| {
+        let pose = look_at(self.eye, &self.target, self.up).unwrap_or_else(|e| {
             problems.push(e);
             Pose::at(eye)
         });
         let lens = self.lens(eye.distance(self.target.as_ref().0.as_dvec3()), &mut problems);
         if problems.is_empty() {
-            Ok(Compiled { pose, lens })
+            Ok(CameraSetup { pose, lens })
         } else {
             Err(problems)
         }
@@ -141,10 +141,10 @@ impl PerspectiveDesc {
 
     fn lens(&self, target_distance: f64, problems: &mut Vec<Problem>) -> PerspectiveLens {
         let view = OneOf::new()
-            .or("fov", self.fov.as_ref(), problems, |v| View::Vertical(v.0))
-            .or("fov_x", self.fov_x.as_ref(), problems, |v| View::Horizontal(v.0))
+            .or("fov", self.fov.as_ref(), problems, |v| FieldOfView::Vertical(v.0))
+            .or("fov_x", self.fov_x.as_ref(), problems, |v| FieldOfView::Horizontal(v.0))
             .or("focal_length", self.focal_length.as_ref(), problems, |v| {
-                View::FocalLength(v.0.into())
+                FieldOfView::FocalLength(v.0.into())
             });
         let sensor = OneOf::new()
             .or("sensor_width", self.sensor_width.as_ref(), problems, |v| {
@@ -172,37 +172,37 @@ impl PerspectiveDesc {
                 }
             }
         }
-        let opening = self.opening(problems);
-        let [x, y] = self.shift.unwrap_or([Real(0.0); 2]);
+        let aperture_shape = self.aperture_shape(problems);
+        let [x, y] = self.shift.unwrap_or([Finite(0.0); 2]);
         PerspectiveLens {
-            view: view.value().unwrap_or(View::Vertical(DEFAULT_FOV)),
+            view: view.value().unwrap_or(FieldOfView::Vertical(DEFAULT_FOV)),
             sensor: sensor.value().unwrap_or_default(),
             aperture: aperture.value().unwrap_or(Aperture::Radius(0.0)),
             focus: match self.focus_distance {
                 Some(m) => Focus::At(m.0.into()),
                 None => Focus::OnTarget(target_distance),
             },
-            opening,
+            aperture_shape,
             shift: [x.0.into(), y.0.into()],
         }
     }
 }
 
 impl PerspectiveDesc {
-    fn opening(&self, problems: &mut Vec<Problem>) -> Opening {
+    fn aperture_shape(&self, problems: &mut Vec<Problem>) -> ApertureShape {
         let blades = self.blades.as_ref().map_or(0, |b| b.get_ref().0);
-        if let (Some(said), 1 | 2) = (&self.blades, blades) {
+        if let (Some(given), 1 | 2) = (&self.blades, blades) {
             let message = format!("expected at least 3 blades, or 0 for a round opening, found {blades}");
-            problems.push(Problem::at(said.span(), message));
+            problems.push(Problem::at(given.span(), message));
         }
         match (&self.blade_rotation, blades) {
             (Some(rotation), 0) => {
                 let message = "`blade_rotation` has no effect without `blades`";
                 problems.push(Problem::at(rotation.span(), message));
-                Opening::Round
+                ApertureShape::Round
             }
-            (None, 0) => Opening::Round,
-            (rotation, blades) => Opening::Polygon {
+            (None, 0) => ApertureShape::Round,
+            (rotation, blades) => ApertureShape::Polygon {
                 blades,
                 rotation: rotation.as_ref().map_or(0.0, |r| trig::radians(r.get_ref().0)),
             },
@@ -213,11 +213,11 @@ impl PerspectiveDesc {
 /// A perspective lens, as it was described.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PerspectiveLens {
-    pub view: View,
+    pub view: FieldOfView,
     pub sensor: Sensor,
     pub aperture: Aperture,
     pub focus: Focus,
-    pub opening: Opening,
+    pub aperture_shape: ApertureShape,
     /// To the right and up, in picture widths.
     pub shift: [f64; 2],
 }
@@ -226,7 +226,7 @@ impl PerspectiveLens {
     /// A pinhole that sees so many degrees over the picture's height.
     pub fn vertical(degrees: f64) -> Self {
         Self {
-            view: View::Vertical(degrees),
+            view: FieldOfView::Vertical(degrees),
             ..Self::default()
         }
     }
@@ -235,11 +235,11 @@ impl PerspectiveLens {
 impl Default for PerspectiveLens {
     fn default() -> Self {
         Self {
-            view: View::Vertical(DEFAULT_FOV),
+            view: FieldOfView::Vertical(DEFAULT_FOV),
             sensor: Sensor::default(),
             aperture: Aperture::Radius(0.0),
             focus: Focus::OnTarget(1.0),
-            opening: Opening::Round,
+            aperture_shape: ApertureShape::Round,
             shift: [0.0; 2],
         }
     }
@@ -261,18 +261,18 @@ impl LensKind for PerspectiveLens {
         "shift_y",
     ];
 
-    fn overridden(&self, overrides: &LensOverrides, target_distance: Option<f64>) -> Self {
+    fn with_overrides(&self, overrides: &LensOverrides, target_distance: Option<f64>) -> Self {
         let focus = match (overrides.focus_distance, self.focus, target_distance) {
             (Some(m), ..) => Focus::At(m),
             (None, Focus::OnTarget(_), Some(m)) => Focus::OnTarget(m),
-            (None, said, _) => said,
+            (None, given, _) => given,
         };
         Self {
             view: overrides.view.unwrap_or(self.view),
             sensor: overrides.sensor.unwrap_or(self.sensor),
             aperture: overrides.aperture.unwrap_or(self.aperture),
             focus,
-            opening: self.opening,
+            aperture_shape: self.aperture_shape,
             shift: [
                 overrides.shift_x.unwrap_or(self.shift[0]),
                 overrides.shift_y.unwrap_or(self.shift[1]),
@@ -285,8 +285,8 @@ impl LensKind for PerspectiveLens {
         let aspect = width / height;
         let half_height = self.view.half_height(self.sensor, aspect);
         let focal_length = match self.view {
-            View::FocalLength(mm) => mm,
-            View::Vertical(_) | View::Horizontal(_) => 0.5 * self.sensor.height(aspect) / half_height,
+            FieldOfView::FocalLength(mm) => mm,
+            FieldOfView::Vertical(_) | FieldOfView::Horizontal(_) => 0.5 * self.sensor.height(aspect) / half_height,
         };
         // Where the line of sight meets the film, in pixels, and the side of a pixel on the plane at distance 1.
         let center = DVec2::new(
@@ -302,7 +302,7 @@ impl LensKind for PerspectiveLens {
             down,
             lens_axes: [pose.right(), pose.up()],
             lens_radius: self.aperture.radius(focal_length),
-            opening: self.opening,
+            aperture_shape: self.aperture_shape,
             focus_distance: self.focus.distance(),
         }
     }
@@ -324,7 +324,7 @@ pub struct Perspective {
     lens_axes: [DVec3; 2],
     /// In m; 0 is a pinhole.
     lens_radius: f64,
-    opening: Opening,
+    aperture_shape: ApertureShape,
     /// In m, along the line of sight.
     focus_distance: f64,
 }
@@ -364,14 +364,14 @@ impl CameraKind for Perspective {
         if self.lens_radius == 0.0 {
             return Some(unit_ray(self.eye, at_one));
         }
-        let p = self.opening.sample(lens).as_dvec2() * self.lens_radius;
+        let p = self.aperture_shape.sample(lens).as_dvec2() * self.lens_radius;
         let on_lens = self.lens_axes[0] * p.x + self.lens_axes[1] * p.y;
         Some(unit_ray(self.eye + on_lens, at_one * self.focus_distance - on_lens))
     }
 
     fn rays(&self, on: impl Runner, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>) {
         if self.lens_radius > 0.0 {
-            return one_by_one(self, film, lens, rays);
+            return rays_one_by_one(self, film, lens, rays);
         }
         let first = rays.len();
         rays.resize(first + film.len(), Ray::new(self.eye.as_vec3(), Vec3::ZERO));
@@ -390,8 +390,8 @@ impl CameraKind for Perspective {
         true
     }
 
-    fn pixel_cone(&self) -> Cone {
-        Cone {
+    fn pixel_cone(&self) -> RayCone {
+        RayCone {
             width: 0.0,
             spread: self.right.length() as f32,
         }
@@ -400,16 +400,16 @@ impl CameraKind for Perspective {
     fn between(&self, to: &Self, u: f64) -> Self {
         let number = |a: f64, b: f64| a + (b - a) * u;
         Self {
-            eye: mix(self.eye, to.eye, u),
-            corner: mix(self.corner, to.corner, u),
-            right: mix(self.right, to.right, u),
-            down: mix(self.down, to.down, u),
+            eye: lerp(self.eye, to.eye, u),
+            corner: lerp(self.corner, to.corner, u),
+            right: lerp(self.right, to.right, u),
+            down: lerp(self.down, to.down, u),
             lens_axes: [
-                mix(self.lens_axes[0], to.lens_axes[0], u),
-                mix(self.lens_axes[1], to.lens_axes[1], u),
+                lerp(self.lens_axes[0], to.lens_axes[0], u),
+                lerp(self.lens_axes[1], to.lens_axes[1], u),
             ],
             lens_radius: number(self.lens_radius, to.lens_radius),
-            opening: self.opening,
+            aperture_shape: self.aperture_shape,
             focus_distance: number(self.focus_distance, to.focus_distance),
         }
     }

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 use proptest::prelude::*;
 
 use super::*;
-use crate::camera::lens::View;
+use crate::camera::lens::FieldOfView;
 
 const LENS: Vec2 = Vec2::splat(0.5);
 
@@ -113,13 +113,16 @@ fn a_fisheyes_angle_grows_with_the_distance_from_the_middle_up_to_its_circle() {
 
 #[test]
 fn a_camera_path_may_say_of_a_lens_what_its_camera_has() {
-    let said = LensOverrides {
-        view: Some(View::Vertical(60.0)),
+    let given = LensOverrides {
+        view: Some(FieldOfView::Vertical(60.0)),
         focus_distance: Some(2.0),
         shift_x: Some(0.1),
         ..LensOverrides::default()
     };
-    let unknown: Vec<_> = every_kind().iter().map(|s| s.lens.unknown_columns(&said)).collect();
+    let unknown: Vec<_> = every_kind()
+        .iter()
+        .map(|s| s.lens.unsupported_columns(&given))
+        .collect();
     let none: &[&str] = &[];
     assert_eq!(
         unknown,
@@ -131,12 +134,12 @@ fn a_camera_path_may_say_of_a_lens_what_its_camera_has() {
         ]
     );
     let fisheye = scene("fisheye = { eye = [0, 0, 0], target = [0, 0, -1] }");
-    let Lens::Fisheye(lens) = fisheye.lens.overridden(&said, None) else {
+    let Lens::Fisheye(lens) = fisheye.lens.with_overrides(&given, None) else {
         unreachable!("it is a fisheye")
     };
     assert_eq!(lens.fov, 60.0);
     for scene in every_kind() {
-        assert_eq!(scene.lens.overridden(&LensOverrides::default(), None), scene.lens);
+        assert_eq!(scene.lens.with_overrides(&LensOverrides::default(), None), scene.lens);
     }
 }
 
@@ -177,7 +180,7 @@ fn a_moving_camera_strays_from_its_curve_by_no_more_than_it_says() {
     for scene in every_kind() {
         for angle in [0.01, 0.2, FRAC_PI_2] {
             let exact = orbit(&scene.lens, angle);
-            let shot = Shot::moving(&exact).expect("poses");
+            let shot = FrameCamera::moving(&exact).expect("poses");
             assert!(shot.moves());
             // Half of an ulp of 5 m, and of a unit direction, beside the chords.
             let eye = 5.0 * angle.powi(2) / 2048.0 + 1e-6;
@@ -198,9 +201,9 @@ fn a_moving_camera_strays_from_its_curve_by_no_more_than_it_says() {
 fn a_camera_that_stands_still_is_itself_at_all_times() {
     for scene in every_kind() {
         let camera = Camera::new(&scene.pose, &scene.lens, [200, 100]);
-        let still = Shot::from(camera);
+        let still = FrameCamera::from(camera);
         assert!(!still.moves());
-        let held = Shot::moving(|_| Ok::<_, PoseError>(camera)).expect("a shot");
+        let held = FrameCamera::moving(|_| Ok::<_, PoseError>(camera)).expect("a shot");
         for time in [0.0, 0.3, 0.99] {
             for shot in [&still, &held] {
                 assert_eq!(ray(&shot.camera(time), 120.5, 70.5), ray(&camera, 120.5, 70.5));

@@ -6,7 +6,7 @@ use crate::{
     describe::BackgroundDesc,
     light::environment::Environment,
     math::{DMat3, Rgb, transform::axis_rotation},
-    scene::Sky,
+    scene::BackgroundRadiance,
     texture::{Bitmap, bitmap::ColorSpace},
     value::Problem,
 };
@@ -26,9 +26,9 @@ impl Compiler<'_> {
 }
 
 /// The background; `picture` is that of its environment.
-pub(super) fn sky(desc: &BackgroundDesc, picture: Option<&Bitmap>) -> Sky {
+pub(super) fn radiance(desc: &BackgroundDesc, picture: Option<&Bitmap>) -> BackgroundRadiance {
     let (Some(environment_desc), Some(picture)) = (&desc.environment, picture) else {
-        return Sky::Color(desc.color.map_or(Rgb::BLACK, |c| c.0));
+        return BackgroundRadiance::Color(desc.color.map_or(Rgb::BLACK, |c| c.0));
     };
     let environment_desc = environment_desc.get_ref();
     let rotation = environment_desc.rotate.map_or(DMat3::IDENTITY, |r| {
@@ -51,5 +51,5 @@ pub(super) fn sky(desc: &BackgroundDesc, picture: Option<&Bitmap>) -> Sky {
         let texels = if count == 1 { "texel" } else { "texels" };
         tracing::warn!("{count} {texels} below 0 became 0: {file}");
     }
-    Sky::environment(environment)
+    BackgroundRadiance::environment(environment)
 }

@@ -11,13 +11,13 @@ use crate::{
     },
     camera::{
         CameraDesc,
-        perspective::{FieldOfView, PerspectiveDesc},
+        perspective::{FovDegrees, PerspectiveDesc},
     },
     describe::{BackgroundDesc, LightEntry, ObjectDesc, OutputDesc, RenderDesc, SceneDesc, Source},
     light::{Falloff, LightDesc, point::PointDesc, spot::SpotDesc, sun::SunDesc},
     math::{Aabb, Rgb, Vec3},
     shape::{ShapeDesc, mesh::MeshDesc},
-    value::{Direction, NonNegative, Point, Positive, Spanned, Tint},
+    value::{Direction, NonNegative, Point, Positive, RgbFactor, Spanned},
 };
 
 /// The angle over the height of a picture whose model has no camera, in degrees.
@@ -65,7 +65,7 @@ pub fn describe(path: &Path, aspect: f64, store: &Store) -> Result<SceneDesc, As
         render: RenderDesc::default(),
         camera: Some(unspanned(camera.unwrap_or_else(|| framing(&bounds, aspect)))),
         background: BackgroundDesc {
-            color: Some(Tint(Rgb::gray(BACKGROUND))),
+            color: Some(RgbFactor(Rgb::gray(BACKGROUND))),
             ..BackgroundDesc::default()
         },
         textures: Vec::new(),
@@ -99,7 +99,7 @@ fn object(path: &Path) -> ObjectDesc {
 fn daylight() -> Vec<LightDesc> {
     vec![LightDesc::Sun(SunDesc {
         direction: Direction(SUN.normalize()),
-        irradiance: Tint(Rgb::gray(SUN_IRRADIANCE)),
+        irradiance: RgbFactor(Rgb::gray(SUN_IRRADIANCE)),
         angle: Some(unspanned(NonNegative(SUN_ANGLE))),
     })]
 }
@@ -110,7 +110,7 @@ fn perspective(eye: DVec3, target: DVec3, up: DVec3, degrees: f64) -> CameraDesc
         eye: Point(eye.as_vec3()),
         target: unspanned(Point(target.as_vec3())),
         up: Point(up.as_vec3()),
-        fov: Some(unspanned(FieldOfView(degrees))),
+        fov: Some(unspanned(FovDegrees(degrees))),
         blades: None,
         blade_rotation: None,
         fov_x: None,
@@ -185,7 +185,7 @@ fn own_light(light: &ModelLight) -> Option<LightDesc> {
     let direction = (-light.model_from_light.matrix3.z_axis)
         .try_normalize()
         .map(|d| Direction(d.as_vec3()));
-    let strength = Tint(light.strength);
+    let strength = RgbFactor(light.strength);
     Some(match light.kind {
         ModelLightKind::Point => LightDesc::Point(PointDesc {
             position,

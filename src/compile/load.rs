@@ -51,7 +51,7 @@ pub fn load(desc: &SceneDesc, store: &Store, instancing: Instancing) -> Result<S
         scene.set_background_light_group(group.as_str());
     }
     scene.set_background(Background {
-        sky: background::sky(&desc.background, picture.as_ref()),
+        radiance: background::radiance(&desc.background, picture.as_ref()),
         visible: desc.background.visible,
     });
     Ok(scene)
@@ -140,9 +140,9 @@ impl<'a> Compiler<'a> {
 fn warn_energy_gain(scene: &SceneBuilder) {
     let textures = scene.textures();
     for (name, material) in scene.materials() {
-        let brightest = material.brightest(&textures);
-        if brightest > 1.0 {
-            tracing::warn!("material `{name}` sends back more light than arrives, {brightest} of it");
+        let max_reflectance = material.max_reflectance(&textures);
+        if max_reflectance > 1.0 {
+            tracing::warn!("material `{name}` sends back more light than arrives, {max_reflectance} of it");
         }
     }
 }

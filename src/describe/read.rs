@@ -11,7 +11,7 @@ use crate::{
     light::LightDesc,
     material::MaterialDesc,
     texture::{MappingDesc, PatternDesc, StTransformDesc},
-    value::{Problem, Span, Spanned, UnknownName, named},
+    value::{Problem, Span, Spanned, UnknownName, kind_or_name},
 };
 
 /// Why a scene file could not be read.
@@ -154,7 +154,7 @@ impl Reader {
                 self.problems.push(Problem::at(span, message));
                 None
             }
-            _ => named(ValueDeserializer::from(value))
+            _ => kind_or_name(ValueDeserializer::from(value))
                 .map_err(|e| self.problems.push(from_toml(&e)))
                 .ok(),
         }

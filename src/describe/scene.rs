@@ -36,7 +36,7 @@ use crate::{
     math::Transform,
     shape::ShapeDesc,
     texture::{MappingDesc, PatternDesc, StTransformDesc},
-    value::{Point, Problem, Real, Span, Spanned, Tint},
+    value::{Finite, Point, Problem, RgbFactor, Span, Spanned},
 };
 
 /// A scene file, read.
@@ -104,7 +104,7 @@ impl SceneDesc {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct BackgroundDesc {
-    pub color: Option<Tint>,
+    pub color: Option<RgbFactor>,
     pub environment: Option<Spanned<EnvironmentDesc>>,
     pub visible: bool,
     pub group: Option<LightGroupName>,
@@ -239,7 +239,7 @@ pub struct TransformDesc {
     translate: Option<Point>,
     rotate: Option<Point>,
     scale: Option<Scale>,
-    matrix: Option<[[Real; 4]; 4]>,
+    matrix: Option<[[Finite; 4]; 4]>,
 }
 
 impl TransformDesc {

@@ -6,7 +6,7 @@ use crate::{
     filter::FilterDesc,
     integrator::IntegratorDesc,
     sampler::{SamplerDesc, SeedMode},
-    value::{Problem, Real, Spanned, Whole, named},
+    value::{Count, Finite, Problem, Spanned, kind_or_name},
 };
 
 /// How the picture is rendered.
@@ -34,27 +34,27 @@ use crate::{
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RenderDesc {
-    pub width: Spanned<Whole>,
-    pub height: Spanned<Whole>,
-    pub samples: Spanned<Whole>,
-    pub seed: Whole,
+    pub width: Spanned<Count>,
+    pub height: Spanned<Count>,
+    pub samples: Spanned<Count>,
+    pub seed: Count,
     pub seed_mode: SeedMode,
-    #[serde(deserialize_with = "some_named")]
+    #[serde(deserialize_with = "some_kind_or_name")]
     pub sampler: Option<SamplerDesc>,
-    #[serde(deserialize_with = "some_named")]
+    #[serde(deserialize_with = "some_kind_or_name")]
     pub filter: Option<FilterDesc>,
-    #[serde(deserialize_with = "some_named")]
+    #[serde(deserialize_with = "some_kind_or_name")]
     pub integrator: Option<IntegratorDesc>,
 }
 
 impl Default for RenderDesc {
     fn default() -> Self {
-        let unsaid = |v| Spanned::new(0..0, Whole(v));
+        let unsaid = |v| Spanned::new(0..0, Count(v));
         Self {
             width: unsaid(1280),
             height: unsaid(720),
             samples: unsaid(64),
-            seed: Whole(0),
+            seed: Count(0),
             seed_mode: SeedMode::default(),
             sampler: None,
             filter: None,
@@ -77,8 +77,8 @@ impl RenderDesc {
     }
 }
 
-fn some_named<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Result<Option<T>, D::Error> {
-    named(d).map(Some)
+fn some_kind_or_name<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Result<Option<T>, D::Error> {
+    kind_or_name(d).map(Some)
 }
 
 /// Which files are written, and how.
@@ -117,7 +117,7 @@ pub struct OutputDesc {
     pub aovs: Option<OneOrMany>,
     pub show: Option<Spanned<String>>,
     pub view: Option<Spanned<String>>,
-    pub exposure: Option<Real>,
+    pub exposure: Option<Finite>,
     pub compression: Option<Spanned<String>>,
 }
 

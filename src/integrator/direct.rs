@@ -10,8 +10,8 @@ use super::{Lobes, ShadingOutput, Tag, VertexContext};
 use crate::{
     bsdf::BsdfKind,
     math::{Frame, Rgb, Vec3},
-    sampler::{Dimension, Purpose},
-    scene::{Receiver, Surface},
+    sampler::{Dimension, SampleUse},
+    scene::{LightSampleContext, SurfaceInteraction},
 };
 
 /// How light is looked for. All find the same light; they differ in noise.
@@ -64,7 +64,7 @@ fn power_heuristic(a: f32, b: f32) -> f32 {
 
 /// A surface, seen in its shading frame.
 pub struct ShadingPoint<'a, B> {
-    pub surface: &'a Surface,
+    pub surface: &'a SurfaceInteraction,
     pub frame: Frame,
     pub bsdf: &'a B,
     pub wo_local: Vec3,
@@ -81,8 +81,8 @@ impl<B: BsdfKind> ShadingPoint<'_, B> {
 
     /// Where light is asked for.
     #[inline(always)]
-    pub fn receiver(&self) -> Receiver {
-        Receiver {
+    pub fn receiver(&self) -> LightSampleContext {
+        LightSampleContext {
             p: self.surface.p,
             n: if self.bsdf.transmits() {
                 Vec3::ZERO
@@ -109,7 +109,7 @@ pub fn sample_direct(
     let Some(choice) = scene.lights.choose(&receiver, u) else {
         return;
     };
-    let u = context.numbers.pair(Dimension::at(depth, Purpose::Light));
+    let u = context.numbers.get_2d(Dimension::at(depth, SampleUse::Light));
     let Some(sample) = scene.sample_light(choice.light, receiver.p, u) else {
         return;
     };

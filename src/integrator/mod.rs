@@ -11,10 +11,10 @@ use crate::{
     camera::Camera,
     kind::kinds,
     material::MaterialId,
-    math::{Cone, Ray, Rgb, Vec3},
-    sampler::{Numbers, Purpose},
-    scene::{Scene, Surface},
-    value::{Problem, Spanned, Whole, by_name},
+    math::{Ray, RayCone, Rgb, Vec3},
+    sampler::{PathSampler, SampleUse},
+    scene::{Scene, SurfaceInteraction},
+    value::{Count, Problem, Spanned, kind_by_name},
 };
 
 pub mod cost;
@@ -41,7 +41,7 @@ pub struct PathState {
     pub throughput: Rgb,
     pub last: BounceState,
     /// How wide the bundle is that it stands for: at a vertex, where it has arrived; else where its ray begins.
-    pub cone: Cone,
+    pub cone: RayCone,
 }
 
 impl PathState {
@@ -52,7 +52,7 @@ impl PathState {
             depth: 1,
             throughput: Rgb::WHITE,
             last: BounceState::default(),
-            cone: Cone::default(),
+            cone: RayCone::default(),
         }
     }
 }
@@ -82,7 +82,7 @@ pub struct Bounces {
 /// Where a path has arrived.
 #[derive(Clone, Copy, Debug)]
 pub enum Vertex<'a> {
-    Surface(&'a Surface, &'a Hit),
+    Surface(&'a SurfaceInteraction, &'a Hit),
     /// The ray met nothing.
     Miss,
 }
@@ -96,7 +96,7 @@ pub struct VertexContext<'a> {
     pub ray: &'a Ray,
     pub vertex: Vertex<'a>,
     /// The random numbers of the path's sample. There are none for [`Vertex::Miss`], where nothing is left to choose.
-    pub numbers: Numbers<'a>,
+    pub numbers: PathSampler<'a>,
     /// The camera where the path began.
     pub camera: &'a Camera,
 }
@@ -113,7 +113,7 @@ pub trait Integrator: Sync + Send {
 
     /// The uses of random numbers that nearly all vertices at the end of segment `depth` have: they are drawn for many
     /// vertices at once. A vertex may draw for other uses too.
-    fn batched_dimensions(&self, _scene: &Scene, _depth: u32) -> Vec<Purpose> {
+    fn batched_dimensions(&self, _scene: &Scene, _depth: u32) -> Vec<SampleUse> {
         Vec::new()
     }
 
@@ -184,7 +184,7 @@ pub fn replacing_pass(name: &str) -> Option<&'static str> {
 }
 
 /// The given depth, or `default`.
-fn max_depth(given: &Option<Spanned<Whole>>, default: u32) -> Result<u32, Problem> {
+fn max_depth(given: &Option<Spanned<Count>>, default: u32) -> Result<u32, Problem> {
     match given {
         None => Ok(default),
         Some(depth) if depth.get_ref().0 == 0 => {
@@ -199,7 +199,7 @@ impl IntegratorDesc {
     pub fn by_name(name: &str) -> Result<Self, String> {
         match replacing_pass(name) {
             Some(pass) => Err(format!("`{name}` is a pass and no integrator: use --show {pass}")),
-            None => by_name("integrator", name, Self::NAMES),
+            None => kind_by_name("integrator", name, Self::NAMES),
         }
     }
 }

@@ -21,15 +21,15 @@ use serde::Deserialize;
 use super::{Integrator, ShadingOutput, Vertex, VertexContext};
 use crate::{
     math::{Frame, Rgb},
-    sampler::{Dimension, Purpose},
-    value::{NonNegative, Problem, Spanned, Whole},
+    sampler::{Dimension, SampleUse},
+    value::{Count, NonNegative, Problem, Spanned},
 };
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OcclusionDesc {
     pub distance: Option<NonNegative>,
-    pub samples: Option<Spanned<Whole>>,
+    pub samples: Option<Spanned<Count>>,
 }
 
 impl OcclusionDesc {
@@ -67,7 +67,7 @@ impl Integrator for Occlusion {
         let share = Rgb::gray(1.0 / self.samples as f32);
         for i in 0..self.samples {
             // No path goes on, so the numbers of its later vertices are free.
-            let u = context.numbers.draw(Dimension::at(1 + i, Purpose::Bsdf));
+            let u = context.numbers.get_sample_2d(Dimension::at(1 + i, SampleUse::Bsdf));
             let wi = frame.to_world(u.cosine_hemisphere());
             // Smooth normals lean over the true surface, which hides what lies behind it.
             if (surface.ng.dot(wi) > 0.0) == front {

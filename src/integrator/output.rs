@@ -5,8 +5,8 @@ use super::{
     light_layers::{Arrival, LightLayers},
 };
 use crate::{
-    math::{Cone, Ray, Rgb, Vec3},
-    scene::{LightGroup, Surface},
+    math::{Ray, RayCone, Rgb, Vec3},
+    scene::{LightGroup, SurfaceInteraction},
 };
 
 /// The output of an integrator for all vertices of a wave, in order.
@@ -33,7 +33,7 @@ pub struct ShadingOutput {
 #[derive(Clone, Copy, Debug)]
 struct CurrentVertex {
     throughput: Rgb,
-    cone: Cone,
+    cone: RayCone,
     arrival: Arrival,
 }
 
@@ -59,7 +59,7 @@ impl CurrentVertex {
 struct Mirror {
     /// On the side of the viewer.
     n: Vec3,
-    /// See [`Surface::bend`].
+    /// See [`SurfaceInteraction::signed_curvature`].
     bend: f32,
 }
 
@@ -94,7 +94,7 @@ impl ShadingOutput {
 
     /// Starts the vertex at the end of `path` on `surface`, where textures read how wide paths are.
     #[inline]
-    pub(crate) fn begin_surface_vertex(&mut self, path: &PathState, surface: &Surface) {
+    pub(crate) fn begin_surface_vertex(&mut self, path: &PathState, surface: &SurfaceInteraction) {
         self.begin_vertex(path);
         self.mirror = Mirror {
             n: if surface.ng.dot(surface.wo) < 0.0 {
@@ -102,7 +102,7 @@ impl ShadingOutput {
             } else {
                 surface.ng
             },
-            bend: surface.bend(),
+            bend: surface.signed_curvature(),
         };
     }
 
@@ -178,7 +178,7 @@ impl ShadingOutput {
     /// Continues the path along `ray`; what it finds counts `weight` times, and `last` tells the next vertex how it left.
     ///
     /// A mirror keeps the path's cone but for what its own curvature adds, a surface that lets the ray through keeps it as it
-    /// is, and a direction that was drawn at random widens it by its density ([`Cone::scattered`](crate::math::Cone)).
+    /// is, and a direction that was drawn at random widens it by its density ([`RayCone::scattered`](crate::math::RayCone)).
     #[inline(always)]
     pub fn spawn_path(&mut self, ray: Ray, weight: Rgb, last: BounceState) {
         let CurrentVertex {

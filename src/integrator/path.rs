@@ -33,22 +33,22 @@ use super::{
 };
 use crate::{
     accel::Hit,
-    bsdf::{BsdfKind, BsdfSample, BsdfTask, Lobe},
+    bsdf::{BsdfKind, BsdfSample, BsdfVisitor, Lobe},
     material::{Emission, Material, MaterialId},
     math::{Frame, Rgb, Vec3, trig},
-    sampler::{Dimension, Purpose},
-    scene::{Receiver, Scene, Surface},
-    value::{Positive, Problem, Spanned, Whole},
+    sampler::{Dimension, SampleUse},
+    scene::{LightSampleContext, Scene, SurfaceInteraction},
+    value::{Count, Positive, Problem, Spanned},
 };
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PathDesc {
-    pub max_depth: Option<Spanned<Whole>>,
-    pub max_diffuse: Option<Whole>,
-    pub max_specular: Option<Whole>,
-    pub max_transmission: Option<Whole>,
-    pub roulette_depth: Option<Whole>,
+    pub max_depth: Option<Spanned<Count>>,
+    pub max_diffuse: Option<Count>,
+    pub max_specular: Option<Count>,
+    pub max_transmission: Option<Count>,
+    pub roulette_depth: Option<Count>,
     pub clamp_indirect: Option<Positive>,
     #[serde(default)]
     pub strategy: Strategy,
@@ -56,7 +56,7 @@ pub struct PathDesc {
 
 impl PathDesc {
     pub fn compile(&self) -> Result<PathTracer, Problem> {
-        let limit = |said: Option<Whole>| said.map_or(u16::MAX, |n| n.0.min(u32::from(u16::MAX)) as u16);
+        let limit = |said: Option<Count>| said.map_or(u16::MAX, |n| n.0.min(u32::from(u16::MAX)) as u16);
         Ok(PathTracer {
             max_depth: max_depth(&self.max_depth, 8)?,
             limits: Bounces {
@@ -86,13 +86,13 @@ pub struct PathTracer {
 const MAX_SURVIVAL: f32 = 0.95;
 
 impl Integrator for PathTracer {
-    fn batched_dimensions(&self, scene: &Scene, depth: u32) -> Vec<Purpose> {
+    fn batched_dimensions(&self, scene: &Scene, depth: u32) -> Vec<SampleUse> {
         let goes_on = depth < self.max_depth;
         let drawn = [
-            (Purpose::Choice, goes_on && scene.lights.has_choice()),
-            (Purpose::Light, goes_on && !scene.lights.is_empty()),
-            (Purpose::Bsdf, goes_on),
-            (Purpose::Survival, goes_on && depth >= self.roulette_depth),
+            (SampleUse::Selection, goes_on && scene.lights.has_choice()),
+            (SampleUse::Light, goes_on && !scene.lights.is_empty()),
+            (SampleUse::Bsdf, goes_on),
+            (SampleUse::Roulette, goes_on && depth >= self.roulette_depth),
         ];
         drawn.into_iter().filter(|(_, drawn)| *drawn).map(|(p, _)| p).collect()
     }
@@ -116,7 +116,7 @@ impl Integrator for PathTracer {
             return;
         }
         let bsdf = material.bsdf(&scene.textures(), &surface.texture);
-        bsdf.give(Scatter {
+        bsdf.dispatch(Scatter {
             tracer: self,
             context,
             surface,
@@ -155,14 +155,14 @@ impl Integrator for PathTracer {
 struct Scatter<'a, 'b> {
     tracer: &'a PathTracer,
     context: &'a VertexContext<'b>,
-    surface: &'a Surface,
+    surface: &'a SurfaceInteraction,
     material: &'a Material,
     out: &'a mut ShadingOutput,
 }
 
-impl BsdfTask for Scatter<'_, '_> {
+impl BsdfVisitor for Scatter<'_, '_> {
     /// Asks for light, and carries the path on.
-    fn run(self, bsdf: &impl BsdfKind) {
+    fn visit(self, bsdf: &impl BsdfKind) {
         let Self {
             tracer,
             context,
@@ -179,7 +179,7 @@ impl BsdfTask for Scatter<'_, '_> {
             wo_local: frame.to_local(surface.wo),
         };
         // Drawn once, and only where there is something to choose.
-        let choice = LazyCell::new(|| context.numbers.pair(Dimension::at(path.depth, Purpose::Choice)));
+        let choice = LazyCell::new(|| context.numbers.get_2d(Dimension::at(path.depth, SampleUse::Selection)));
         // What has but one direction is found this way alone.
         if !bsdf.is_delta() && !scene.lights.is_empty() {
             let clamp = |l| tracer.clamped(path, path.depth + 1, l);
@@ -198,13 +198,13 @@ impl PathTracer {
             let absorption = scene.material(medium).absorption();
             out.attenuate(absorption.map(|a| if a > 0.0 { 0.0 } else { 1.0 }));
         }
-        let l = scene.escape(w);
+        let l = scene.background_radiance(w);
         if !l.is_black() {
             let weight = self
                 .strategy
-                .weight_of_bsdf(path.last.pdf, || scene.pdf_escape(&receiver(context), w));
+                .weight_of_bsdf(path.last.pdf, || scene.pdf_background(&receiver(context), w));
             out.add_radiance(self.clamped(path, path.depth, l * weight), || {
-                scene.light_groups.of_sky()
+                scene.light_groups.of_background()
             });
         }
         if path.depth > 1 {
@@ -220,7 +220,7 @@ impl PathTracer {
     fn emission(
         &self,
         context: &VertexContext<'_>,
-        surface: &Surface,
+        surface: &SurfaceInteraction,
         hit: &Hit,
         emission: &Emission,
         out: &mut ShadingOutput,
@@ -248,7 +248,9 @@ impl PathTracer {
         out: &mut ShadingOutput,
     ) {
         let (path, surface) = (context.path, shading.surface);
-        let u = context.numbers.draw(Dimension::at(path.depth, Purpose::Bsdf));
+        let u = context
+            .numbers
+            .get_sample_2d(Dimension::at(path.depth, SampleUse::Bsdf));
         let Some(sample) = shading.bsdf.sample(shading.wo_local, uc, u) else {
             return;
         };
@@ -262,7 +264,7 @@ impl PathTracer {
         let mut weight = sample.weight;
         if path.depth >= self.roulette_depth {
             let survival = (path.throughput * weight).max_component().min(MAX_SURVIVAL);
-            if context.numbers.pair(Dimension::at(path.depth, Purpose::Survival)).x >= survival {
+            if context.numbers.get_2d(Dimension::at(path.depth, SampleUse::Roulette)).x >= survival {
                 return;
             }
             weight = weight / survival;
@@ -306,8 +308,8 @@ impl PathTracer {
 }
 
 /// Where light would have been asked for at the path's last vertex.
-fn receiver(context: &VertexContext<'_>) -> Receiver {
-    Receiver {
+fn receiver(context: &VertexContext<'_>) -> LightSampleContext {
+    LightSampleContext {
         p: context.ray.o,
         n: context.path.last.n,
     }
@@ -330,7 +332,12 @@ fn medium_after(
 
 /// The shading frame: about the normal on the side of the viewer, or as authored where light passes through.
 #[inline(always)]
-fn shading_frame(context: &VertexContext<'_>, surface: &Surface, material: &Material, bsdf: &impl BsdfKind) -> Frame {
+fn shading_frame(
+    context: &VertexContext<'_>,
+    surface: &SurfaceInteraction,
+    material: &Material,
+    bsdf: &impl BsdfKind,
+) -> Frame {
     let front = surface.ng.dot(surface.wo) >= 0.0;
     let frame = if material.normal_map().is_some() || bsdf.reads_tangent() {
         let Frame { s, t, n } = turned_frame(context.scene, surface, material);
@@ -350,7 +357,7 @@ fn shading_frame(context: &VertexContext<'_>, surface: &Surface, material: &Mate
 
 /// A frame about the shading normal, or about the one that a map tells where it is seen; its first axis follows the texture's.
 #[inline(never)]
-fn turned_frame(scene: &Scene, surface: &Surface, material: &Material) -> Frame {
+fn turned_frame(scene: &Scene, surface: &SurfaceInteraction, material: &Material) -> Frame {
     let authored = surface.frame.n;
     let base = tangent_frame(surface, authored);
     let Some(map) = material.normal_map() else {
@@ -360,11 +367,18 @@ fn turned_frame(scene: &Scene, surface: &Surface, material: &Material) -> Frame 
     let handed = base.t.dot(surface.dpdv) < 0.0;
     let n = Vec3::new(n.x, if handed { -n.y } else { n.y }, n.z);
     let world = base.to_world(n).normalize_or(authored);
-    tangent_frame(surface, if surface.is_seen(world) { world } else { authored })
+    tangent_frame(
+        surface,
+        if surface.is_consistent_normal(world) {
+            world
+        } else {
+            authored
+        },
+    )
 }
 
 /// A frame about `n` whose first axis follows the texture's.
-fn tangent_frame(surface: &Surface, n: Vec3) -> Frame {
+fn tangent_frame(surface: &SurfaceInteraction, n: Vec3) -> Frame {
     let s = surface.dpdu - n * n.dot(surface.dpdu);
     match s.try_normalize() {
         Some(s) => Frame { s, t: n.cross(s), n },

@@ -5,8 +5,8 @@ use crate::{
     accel::Hit,
     camera::Camera,
     math::Ray,
-    sampler::{DrawnTogether, Numbers, SampleKeys, Sampler},
-    scene::{Scene, Surface},
+    sampler::{PathSampler, SampleBatch, SampleKeys, Sampler},
+    scene::{Scene, SurfaceInteraction},
 };
 
 /// Vertices that are shaded together: all of them on surfaces, or all of them misses.
@@ -22,9 +22,9 @@ pub struct VertexBatch<'a> {
     /// The indices of the batch's paths in the wave.
     pub indices: &'a [u32],
     /// The surface of each path of the batch (none for misses), its sample, and the random numbers that are drawn for it.
-    pub surfaces: &'a [Surface],
+    pub surfaces: &'a [SurfaceInteraction],
     pub keys: &'a SampleKeys,
-    pub drawn: &'a DrawnTogether,
+    pub samples: &'a SampleBatch,
     /// Whether textures read how wide the paths are.
     pub has_cones: bool,
 }
@@ -43,10 +43,10 @@ impl VertexBatch<'_> {
             path: &self.paths[i],
             ray: &self.rays[i],
             vertex,
-            numbers: Numbers {
+            numbers: PathSampler {
                 sampler: self.sampler,
                 keys: self.keys,
-                drawn: self.drawn,
+                batch: self.samples,
                 index: k,
             },
             camera: self.camera,

@@ -25,18 +25,18 @@ use super::{
 use crate::{
     bsdf::fresnel::{dielectric, reflect, refract},
     light::{Light, LightSample},
-    material::{Split, Terms},
+    material::{FresnelMode, WhittedTerms},
     math::{Rgb, Vec2, Vec3, trig},
-    sampler::{Dimension, Purpose},
-    scene::{LightGroup, LightId, Receiver, Surface},
-    value::{Problem, Spanned, Tint, Whole},
+    sampler::{Dimension, SampleUse},
+    scene::{LightGroup, LightId, LightSampleContext, SurfaceInteraction},
+    value::{Count, Problem, RgbFactor, Spanned},
 };
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WhittedDesc {
-    pub max_depth: Option<Spanned<Whole>>,
-    pub ambient: Option<Tint>,
+    pub max_depth: Option<Spanned<Count>>,
+    pub ambient: Option<RgbFactor>,
 }
 
 impl WhittedDesc {
@@ -61,12 +61,14 @@ impl Integrator for Whitted {
         let surface = match context.vertex {
             Vertex::Surface(surface, _) => surface,
             Vertex::Miss => {
-                return out.add_radiance(scene.escape(context.ray.d), || scene.light_groups.of_sky());
+                return out.add_radiance(scene.background_radiance(context.ray.d), || {
+                    scene.light_groups.of_background()
+                });
             }
         };
         let terms = scene
             .material(surface.material)
-            .terms(&scene.textures(), &surface.texture);
+            .whitted_terms(&scene.textures(), &surface.texture);
         // By the true side: at the rim of a smooth mesh the shading normal may point away.
         let n = if terms.two_sided && surface.ng.dot(surface.wo) < 0.0 {
             -surface.ns
@@ -93,9 +95,9 @@ impl Integrator for Whitted {
         };
         for (light, id) in scene.lights.all().iter().zip(0..) {
             let u = match light {
-                Light::Sun(sun) if sun.has_size() => {
-                    context.numbers.pair(Dimension::at(context.path.depth, Purpose::Bsdf))
-                }
+                Light::Sun(sun) if sun.has_size() => context
+                    .numbers
+                    .get_2d(Dimension::at(context.path.depth, SampleUse::Bsdf)),
                 _ => Vec2::splat(0.5),
             };
             if let Some(sample) = light.sample(surface.p, u) {
@@ -121,10 +123,10 @@ impl Integrator for Whitted {
 /// A surface whose material is known.
 struct ShadedPoint<'a, 'b> {
     context: &'a VertexContext<'b>,
-    surface: &'a Surface,
+    surface: &'a SurfaceInteraction,
     /// The shading normal on the side that is lit.
     n: Vec3,
-    terms: &'a Terms,
+    terms: &'a WhittedTerms,
 }
 
 impl ShadedPoint<'_, '_> {
@@ -152,16 +154,16 @@ impl ShadedPoint<'_, '_> {
             (surface.ns, terms.ior)
         };
         let through = refract(wo, n, eta);
-        let reflected = match (terms.split, through) {
-            (Split::Fixed, None) => terms.reflect + terms.transmit,
-            (Split::Fixed, Some(_)) => terms.reflect,
-            (Split::Fresnel, _) => terms.reflect * dielectric(n.dot(wo), eta),
+        let reflected = match (terms.fresnel_mode, through) {
+            (FresnelMode::Fixed, None) => terms.reflect + terms.transmit,
+            (FresnelMode::Fixed, Some(_)) => terms.reflect,
+            (FresnelMode::Fresnel, _) => terms.reflect * dielectric(n.dot(wo), eta),
         };
         self.spawn(reflect(wo, n), reflected, FirstLobe::Reflected, out);
         if let Some(wi) = through {
-            let transmitted = match terms.split {
-                Split::Fixed => terms.transmit,
-                Split::Fresnel => terms.transmit * (1.0 - dielectric(n.dot(wo), eta)),
+            let transmitted = match terms.fresnel_mode {
+                FresnelMode::Fixed => terms.transmit,
+                FresnelMode::Fresnel => terms.transmit * (1.0 - dielectric(n.dot(wo), eta)),
             };
             self.spawn(wi, transmitted, FirstLobe::Transmitted, out);
         }
@@ -174,12 +176,12 @@ impl ShadedPoint<'_, '_> {
         if scene.lights.emitters().count() == 0 {
             return;
         }
-        let receiver = Receiver { p, n: self.n };
-        let u = context.numbers.pair(Dimension::at(depth, Purpose::Choice)).x;
+        let receiver = LightSampleContext { p, n: self.n };
+        let u = context.numbers.get_2d(Dimension::at(depth, SampleUse::Selection)).x;
         let Some(choice) = scene.lights.choose_emitter(&receiver, u) else {
             return;
         };
-        let u = context.numbers.pair(Dimension::at(depth, Purpose::Light));
+        let u = context.numbers.get_2d(Dimension::at(depth, SampleUse::Light));
         if let Some(mut sample) = scene.sample_light(choice.light, p, u) {
             sample.li = sample.li / choice.pmf;
             self.add_direct(&sample, choice.light, out);

@@ -94,10 +94,10 @@ pub fn pdf_shape(shape: &Shape, transform: Option<&Transform>, from: Vec3, w: Ve
 /// The surface of `shape` at its point `p`, as seen from `from`, both in the shape's own space.
 pub fn surface_at(shape: &Shape, from: Vec3, p: Vec3) -> Option<LocalSurface> {
     /// No shape is met more often by one line, but for rounding.
-    const MOST_HITS: usize = 6;
+    const MAX_HITS: usize = 6;
     let mut ray = Ray::new(from, p - from);
     let mut best: Option<ShapeHit> = None;
-    for _ in 0..MOST_HITS {
+    for _ in 0..MAX_HITS {
         let Some(hit) = shape.intersect(&ray) else { break };
         if best.is_none_or(|b| (hit.t - 1.0).abs() < (b.t - 1.0).abs()) {
             best = Some(hit);

@@ -5,7 +5,7 @@
 
 use std::f32::consts::PI;
 
-use crate::math::{Aabb, Vec3, trig};
+use crate::math::{Aabb, Sidedness, Vec3, trig};
 
 /// Cosines this far below 0 still count as a little above, so that rounding never hides a light.
 const MARGIN: f32 = 1e-3;
@@ -13,49 +13,41 @@ const MARGIN: f32 = 1e-3;
 /// The directions that lights shine in: each of them has a normal within `cos_o` of the axis, and shines within `cos_e` of its
 /// normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Directions {
+pub struct OrientationCone {
     /// Unit.
     pub axis: Vec3,
     /// Cosine of the largest angle between a normal and the axis.
     pub cos_o: f32,
     /// Cosine of the largest angle between a normal and the light.
     pub cos_e: f32,
-    pub faces: Faces,
+    pub sidedness: Sidedness,
 }
 
-/// Whether surfaces shine from one side.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Faces {
-    Front,
-    /// Against their normals too.
-    Both,
-}
-
-impl Directions {
+impl OrientationCone {
     /// All of them.
     pub const ALL: Self = Self {
         axis: Vec3::Y,
         cos_o: -1.0,
         cos_e: 0.0,
-        faces: Faces::Front,
+        sidedness: Sidedness::Front,
     };
 
     /// A flat surface.
-    pub fn flat(normal: Vec3, faces: Faces) -> Self {
+    pub fn flat(normal: Vec3, sidedness: Sidedness) -> Self {
         Self {
             axis: normal,
             cos_o: 1.0,
             cos_e: 0.0,
-            faces,
+            sidedness,
         }
     }
 
     /// What holds both.
     pub fn union(&self, other: &Self) -> Self {
-        let faces = if self.faces == Faces::Both || other.faces == Faces::Both {
-            Faces::Both
+        let sidedness = if self.sidedness == Sidedness::Both || other.sidedness == Sidedness::Both {
+            Sidedness::Both
         } else {
-            Faces::Front
+            Sidedness::Front
         };
         let cos_e = self.cos_e.min(other.cos_e);
         let (a, b) = if self.cos_o <= other.cos_o {
@@ -64,12 +56,12 @@ impl Directions {
             (other, self)
         };
         // An axis whose surfaces shine both ways may as well point the other way.
-        let flips = b.faces == Faces::Both && a.axis.dot(b.axis) < 0.0;
+        let flips = b.sidedness == Sidedness::Both && a.axis.dot(b.axis) < 0.0;
         let b_axis = if flips { -b.axis } else { b.axis };
         let between = angle(a.axis, b_axis);
         let (wide, narrow) = (trig::acos(a.cos_o), trig::acos(b.cos_o));
         if (between + narrow).min(PI) <= wide {
-            return Self { faces, cos_e, ..*a };
+            return Self { sidedness, cos_e, ..*a };
         }
         let half = (wide + between + narrow) * 0.5;
         let normal = a.axis.cross(b_axis).try_normalize();
@@ -78,7 +70,7 @@ impl Directions {
                 axis: a.axis,
                 cos_o: -1.0,
                 cos_e,
-                faces,
+                sidedness,
             };
         };
         // The axis turns away from the wider cone's.
@@ -90,7 +82,7 @@ impl Directions {
             axis,
             cos_o,
             cos_e,
-            faces,
+            sidedness,
         }
     }
 
@@ -112,7 +104,7 @@ fn angle(a: Vec3, b: Vec3) -> f32 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBounds {
     pub bounds: Aabb,
-    pub directions: Directions,
+    pub directions: OrientationCone,
     /// The intensity that it can reach along its axis, in W sr^-1, the channels' mean.
     pub power: f32,
 }
@@ -126,13 +118,13 @@ impl LightBounds {
         }
     }
 
-    /// What remains of it for [`Reach::importance`].
-    pub fn reach(&self) -> Reach {
+    /// What remains of it for [`CompactLightBounds::importance`].
+    pub fn compact(&self) -> CompactLightBounds {
         let half = (self.bounds.max - self.bounds.min) * 0.5;
         let center = self.bounds.min + half;
         // The middle is rounded.
         let radius = half.length() * (1.0 + 4.0 * f32::EPSILON) + center.abs().max_element() * f32::EPSILON;
-        Reach {
+        CompactLightBounds {
             center,
             radius: if half == Vec3::ZERO { 0.0 } else { radius },
             axis: self.directions.axis,
@@ -145,7 +137,7 @@ impl LightBounds {
 
 /// The ball around a group of lights and their directions: what one level of the tree is asked for.
 #[derive(Clone, Copy, Debug)]
-pub struct Reach {
+pub struct CompactLightBounds {
     center: Vec3,
     radius: f32,
     axis: Vec3,
@@ -154,11 +146,11 @@ pub struct Reach {
     cos_e: f32,
 }
 
-impl Reach {
+impl CompactLightBounds {
     /// An estimate of the irradiance at `p` on a surface of unit normal `n` (zero: of any), in W m^-2, where no light is hidden.
     /// 0 only where the lights do not shine on that side of `p` at all.
     #[inline]
-    pub fn importance(&self, p: Vec3, n: Vec3, faces: Faces) -> f32 {
+    pub fn importance(&self, p: Vec3, n: Vec3, sidedness: Sidedness) -> f32 {
         if self.power == 0.0 {
             return 0.0;
         }
@@ -175,7 +167,7 @@ impl Reach {
             };
             if self.cos_o > -1.0 {
                 let cos = -self.axis.dot(wi);
-                let cos = if faces == Faces::Both { cos.abs() } else { cos };
+                let cos = if sidedness == Sidedness::Both { cos.abs() } else { cos };
                 let off = Angle::of_cos(cos).less(Angle::of_cos(self.cos_o)).less(ball);
                 if off.cos < self.cos_e - MARGIN {
                     return 0.0;

@@ -29,7 +29,7 @@ use serde::Deserialize;
 
 use super::LightSample;
 use crate::{
-    math::{DMat3, Rgb, Vec2, Vec3, distribution::Distribution2, trig},
+    math::{DMat3, Rgb, Vec2, Vec3, distribution::PiecewiseConstant2D, trig},
     texture::Bitmap,
     value::{NonNegative, Point, Spanned},
 };
@@ -62,7 +62,7 @@ pub struct Environment {
     /// The cosine of the angle to +y at which each row begins, and that at which the last one ends.
     heights: Vec<f64>,
     /// Over the texels; `None` where no direction is brighter than the others.
-    distribution: Option<Distribution2>,
+    distribution: Option<PiecewiseConstant2D>,
     /// Texels of the picture with a number below 0, which became 0.
     pub clamped: u64,
 }
@@ -191,7 +191,7 @@ impl Environment {
         }
     }
 
-    fn distribute(&self) -> Option<Distribution2> {
+    fn distribute(&self) -> Option<PiecewiseConstant2D> {
         let totals: Vec<f64> = (0..self.height)
             .into_par_iter()
             .map(|row| {
@@ -203,7 +203,7 @@ impl Environment {
         let mean = totals.iter().sum::<f64>() / (4.0 * std::f64::consts::PI);
         // Rounding of a constant picture is not worth a sample.
         let floor = mean * (1.0 + 1e-4);
-        Distribution2::new([self.width, self.height], |row, weights| {
+        PiecewiseConstant2D::new([self.width, self.height], |row, weights| {
             self.luminances(row, weights);
             let solid_angle = f64::from(self.solid_angle(row));
             weights

@@ -18,7 +18,8 @@ pub mod spot;
 pub mod sun;
 pub mod tree;
 
-pub use bounds::{Directions, Faces, LightBounds};
+pub use crate::math::Sidedness;
+pub use bounds::{LightBounds, OrientationCone};
 
 /// Light that arrives at a place from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,7 +86,7 @@ impl Falloff {
 }
 
 /// The bounds of a light at a point, for light that thins out.
-fn point_bounds(position: Vec3, falloff: Falloff, intensity: Rgb, directions: Directions) -> Option<LightBounds> {
+fn point_bounds(position: Vec3, falloff: Falloff, intensity: Rgb, directions: OrientationCone) -> Option<LightBounds> {
     (falloff == Falloff::InverseSquare).then(|| LightBounds {
         bounds: Aabb::from_points([position]),
         directions,
@@ -95,12 +96,12 @@ fn point_bounds(position: Vec3, falloff: Falloff, intensity: Rgb, directions: Di
 
 /// Whether a surface at `p` of unit normal `n` (zero: of any) sees the direction `to`, which need not be unit; yes where
 /// rounding leaves a doubt.
-fn faces(n: Vec3, to: Vec3) -> bool {
+fn is_facing(n: Vec3, to: Vec3) -> bool {
     n.dot(to) >= -1e-4 * to.length()
 }
 
 /// Light from a point: what [`point`] and [`spot`] share.
-fn from_point(position: Vec3, from: Vec3, falloff: Falloff, intensity: impl Fn(Vec3) -> Rgb) -> Option<LightSample> {
+fn sample_point(position: Vec3, from: Vec3, falloff: Falloff, intensity: impl Fn(Vec3) -> Rgb) -> Option<LightSample> {
     let to = position - from;
     let d2 = to.length_squared();
     if !(d2 > 0.0 && d2.is_finite()) {

@@ -13,17 +13,17 @@
 
 use serde::Deserialize;
 
-use super::{Directions, Falloff, LightBounds, LightKind, LightSample, faces, from_point, point_bounds};
+use super::{Falloff, LightBounds, LightKind, LightSample, OrientationCone, is_facing, point_bounds, sample_point};
 use crate::{
     math::{Rgb, Vec2, Vec3},
-    value::{Point, Problem, Tint},
+    value::{Point, Problem, RgbFactor},
 };
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PointDesc {
     pub position: Point,
-    pub intensity: Tint,
+    pub intensity: RgbFactor,
     #[serde(default)]
     pub falloff: Falloff,
 }
@@ -60,15 +60,15 @@ impl PointLight {
 impl LightKind for PointLight {
     #[inline]
     fn sample(&self, from: Vec3, _u: Vec2) -> Option<LightSample> {
-        from_point(self.position, from, self.falloff, |_| self.intensity)
+        sample_point(self.position, from, self.falloff, |_| self.intensity)
     }
 
     fn bounds(&self) -> Option<LightBounds> {
-        point_bounds(self.position, self.falloff, self.intensity, Directions::ALL)
+        point_bounds(self.position, self.falloff, self.intensity, OrientationCone::ALL)
     }
 
     fn reaches(&self, p: Vec3, n: Vec3) -> bool {
-        faces(n, self.position - p)
+        is_facing(n, self.position - p)
     }
 }
 

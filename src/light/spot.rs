@@ -20,10 +20,12 @@
 
 use serde::Deserialize;
 
-use super::{Directions, Faces, Falloff, LightBounds, LightKind, LightSample, faces, from_point, point_bounds};
+use super::{
+    Falloff, LightBounds, LightKind, LightSample, OrientationCone, Sidedness, is_facing, point_bounds, sample_point,
+};
 use crate::{
     math::{Rgb, Vec2, Vec3, trig},
-    value::{Direction, NonNegative, Point, Positive, Problem, Spanned, Tint},
+    value::{Direction, NonNegative, Point, Positive, Problem, RgbFactor, Spanned},
 };
 
 #[derive(Clone, Debug, Deserialize)]
@@ -35,7 +37,7 @@ pub struct SpotDesc {
     pub cone_angle: Spanned<Positive>,
     #[serde(default)]
     pub penumbra_angle: Option<Spanned<NonNegative>>,
-    pub intensity: Tint,
+    pub intensity: RgbFactor,
     #[serde(default)]
     pub falloff: Falloff,
 }
@@ -108,7 +110,7 @@ impl SpotLight {
 impl LightKind for SpotLight {
     #[inline]
     fn sample(&self, from: Vec3, _u: Vec2) -> Option<LightSample> {
-        from_point(self.position, from, self.falloff, |wi| {
+        sample_point(self.position, from, self.falloff, |wi| {
             self.intensity * self.profile(-wi.dot(self.axis))
         })
     }
@@ -116,17 +118,17 @@ impl LightKind for SpotLight {
     fn bounds(&self) -> Option<LightBounds> {
         // Full within the inner cone, as if it were one of normals; less beyond, to the outer one.
         let penumbra = trig::acos(self.cos_outer) - trig::acos(self.cos_inner);
-        let directions = Directions {
+        let directions = OrientationCone {
             axis: self.axis,
             cos_o: self.cos_inner,
             cos_e: trig::cos(penumbra),
-            faces: Faces::Front,
+            sidedness: Sidedness::Front,
         };
         point_bounds(self.position, self.falloff, self.intensity, directions)
     }
 
     fn reaches(&self, p: Vec3, n: Vec3) -> bool {
-        faces(n, self.position - p)
+        is_facing(n, self.position - p)
     }
 }
 

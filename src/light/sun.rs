@@ -21,14 +21,14 @@ use serde::Deserialize;
 use super::{LightBounds, LightKind, LightSample};
 use crate::{
     math::{Frame, Rgb, Vec2, Vec3, trig},
-    value::{Direction, NonNegative, Problem, Spanned, Tint},
+    value::{Direction, NonNegative, Problem, RgbFactor, Spanned},
 };
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SunDesc {
     pub direction: Direction,
-    pub irradiance: Tint,
+    pub irradiance: RgbFactor,
     #[serde(default)]
     pub angle: Option<Spanned<NonNegative>>,
 }
@@ -36,9 +36,9 @@ pub struct SunDesc {
 impl SunDesc {
     pub fn compile(&self) -> Result<SunLight, Problem> {
         let angle = self.angle.as_ref().map_or(0.0, |a| a.get_ref().0);
-        if let Some(said) = self.angle.as_ref().filter(|_| angle > 90.0) {
+        if let Some(given) = self.angle.as_ref().filter(|_| angle > 90.0) {
             let message = format!("expected an angle of at most 90, found {angle}");
-            return Err(Problem::at(said.span(), message));
+            return Err(Problem::at(given.span(), message));
         }
         Ok(SunLight::new(self.direction.0, self.irradiance.0).with_angle(trig::radians(angle)))
     }
@@ -92,7 +92,7 @@ impl SunLight {
     /// What is seen of it in the unit direction `w`, in W m^-2 sr^-1, and the density of [`LightKind::sample`] to choose that
     /// direction, in sr^-1; `None` beside its disk, and where it has no size.
     #[inline]
-    pub fn seen(&self, w: Vec3) -> Option<(Rgb, f32)> {
+    pub fn radiance_towards(&self, w: Vec3) -> Option<(Rgb, f32)> {
         // 1 - cos of the angle to its middle, as digits are few near 0.
         let off = (w + self.direction).length_squared() * 0.5;
         (self.has_size() && off <= self.height).then(|| (self.radiance(), self.density()))
@@ -153,7 +153,7 @@ mod tests {
                 let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
                 let s = sun.sample(Vec3::ZERO, u).expect("it shines");
                 let pdf = s.pdf.expect("it has size");
-                assert_eq!(sun.seen(s.wi), Some((s.li, pdf)), "{degrees}");
+                assert_eq!(sun.radiance_towards(s.wi), Some((s.li, pdf)), "{degrees}");
                 irradiance += f64::from(s.li.r * -s.wi.dot(sun.direction) / pdf);
             }
             let mean = irradiance / f64::from(n * n);
@@ -167,11 +167,11 @@ mod tests {
         let at = |degrees: f32| {
             let (sin, cos) = trig::sin_cos(trig::radians(degrees));
             let across = Vec3::new(0.8, 0.6, 0.0);
-            sun.seen(-sun.direction * cos + across * sin)
+            sun.radiance_towards(-sun.direction * cos + across * sin)
         };
         assert!(at(0.0).is_some() && at(4.99).is_some());
         assert!(at(5.01).is_none() && at(175.0).is_none());
-        assert!(self::sun(0.0).seen(Vec3::new(-0.6, 0.8, 0.0)).is_none());
+        assert!(self::sun(0.0).radiance_towards(Vec3::new(-0.6, 0.8, 0.0)).is_none());
     }
 
     #[test]

@@ -10,8 +10,8 @@
 //! Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018,
 //! doi:10.1145/3233305; without the splitting.
 
-use super::bounds::{Faces, LightBounds, Reach};
-use crate::math::Vec3;
+use super::bounds::{CompactLightBounds, LightBounds};
+use crate::math::{Sidedness, Vec3};
 
 mod build;
 #[cfg(test)]
@@ -19,58 +19,58 @@ mod tests;
 
 /// The lights of a tree, numbered from 0.
 #[derive(Clone, Debug, Default)]
-pub struct Tree {
-    nodes: Vec<Node>,
+pub struct LightTree {
+    nodes: Vec<LightNode>,
     /// The light of each leaf, from left to right.
     lights: Vec<u32>,
-    /// The leaf of each light; [`ABSENT`] for one that has no power.
+    /// The leaf of each light; [`NO_LEAF`] for one that has no power.
     leaves: Vec<u32>,
 }
 
-const ABSENT: u32 = u32::MAX;
+const NO_LEAF: u32 = u32::MAX;
 
-/// The bit of [`Node::leaves`] that says that lights shine against their normals too.
-const BOTH: u32 = 1 << 31;
+/// The bit of [`LightNode::leaves`] that says that lights shine against their normals too.
+const BOTH_SIDES: u32 = 1 << 31;
 
 #[derive(Clone, Copy, Debug)]
-struct Node {
-    reach: Reach,
-    /// How many there are below, and [`BOTH`].
+struct LightNode {
+    bounds: CompactLightBounds,
+    /// How many there are below, and [`BOTH_SIDES`].
     leaves: u32,
 }
 
-impl Node {
+impl LightNode {
     fn new(bounds: &LightBounds, leaves: u32) -> Self {
-        let both = if bounds.directions.faces == Faces::Both {
-            BOTH
+        let both = if bounds.directions.sidedness == Sidedness::Both {
+            BOTH_SIDES
         } else {
             0
         };
         Self {
-            reach: bounds.reach(),
+            bounds: bounds.compact(),
             leaves: leaves | both,
         }
     }
 
     #[inline]
     fn leaves(&self) -> u32 {
-        self.leaves & !BOTH
+        self.leaves & !BOTH_SIDES
     }
 
     #[inline]
     fn importance(&self, p: Vec3, n: Vec3) -> f64 {
-        let faces = if self.leaves & BOTH != 0 {
-            Faces::Both
+        let sidedness = if self.leaves & BOTH_SIDES != 0 {
+            Sidedness::Both
         } else {
-            Faces::Front
+            Sidedness::Front
         };
-        f64::from(self.reach.importance(p, n, faces))
+        f64::from(self.bounds.importance(p, n, sidedness))
     }
 }
 
 /// How likely a walk goes left and right, at one node.
 #[derive(Clone, Copy)]
-struct Fork {
+struct Children {
     left: usize,
     right: usize,
     left_leaves: u32,
@@ -84,16 +84,16 @@ struct Fork {
 /// lights) would make it a bright dot.
 #[inline]
 fn share(a: f64, b: f64) -> Option<f64> {
-    const LEAST: f64 = 1e-4;
+    const MIN_PROBABILITY: f64 = 1e-4;
     match (a > 0.0, b > 0.0) {
         (false, false) => None,
         (true, false) => Some(1.0),
         (false, true) => Some(0.0),
-        (true, true) => Some((a / (a + b)).clamp(LEAST, 1.0 - LEAST)),
+        (true, true) => Some((a / (a + b)).clamp(MIN_PROBABILITY, 1.0 - MIN_PROBABILITY)),
     }
 }
 
-impl Tree {
+impl LightTree {
     /// Over lights of these bounds, on the threads of the current rayon pool; the same tree on any number of them.
     pub fn build(lights: impl ExactSizeIterator<Item = LightBounds>) -> Self {
         build::tree(lights)
@@ -111,12 +111,12 @@ impl Tree {
     }
 
     #[inline]
-    fn fork(&self, node: usize, p: Vec3, n: Vec3) -> Fork {
+    fn children(&self, node: usize, p: Vec3, n: Vec3) -> Children {
         let left = node + 1;
         let left_leaves = self.nodes[left].leaves();
         let right = node + 2 * left_leaves as usize;
         let (l, r) = (self.nodes[left].importance(p, n), self.nodes[right].importance(p, n));
-        Fork {
+        Children {
             left,
             right,
             left_leaves,
@@ -130,41 +130,41 @@ impl Tree {
     pub fn choose(&self, p: Vec3, n: Vec3, mut u: f64) -> Option<(u32, f64)> {
         let (mut node, mut first, mut pmf) = (0, 0, 1.0);
         while self.nodes.get(node)?.leaves() > 1 {
-            let fork = self.fork(node, p, n);
-            let share = fork.share?;
+            let children = self.children(node, p, n);
+            let share = children.share?;
             if u < share {
                 u /= share;
                 pmf *= share;
-                node = fork.left;
+                node = children.left;
             } else {
                 u = (u - share) / (1.0 - share);
                 pmf *= 1.0 - share;
-                node = fork.right;
-                first += fork.left_leaves;
+                node = children.right;
+                first += children.left_leaves;
             }
             u = u.min(1.0 - f64::EPSILON);
         }
         Some((self.lights[first as usize], pmf))
     }
 
-    /// The probability of [`Tree::choose`] to choose `light`.
+    /// The probability of [`LightTree::choose`] to choose `light`.
     #[inline]
     pub fn pmf(&self, p: Vec3, n: Vec3, light: u32) -> f64 {
         let leaf = self.leaves[light as usize];
-        if leaf == ABSENT {
+        if leaf == NO_LEAF {
             return 0.0;
         }
         let (mut node, mut first, mut pmf) = (0, 0, 1.0);
         while self.nodes[node].leaves() > 1 {
-            let fork = self.fork(node, p, n);
-            let Some(share) = fork.share else { return 0.0 };
-            if leaf < first + fork.left_leaves {
+            let children = self.children(node, p, n);
+            let Some(share) = children.share else { return 0.0 };
+            if leaf < first + children.left_leaves {
                 pmf *= share;
-                node = fork.left;
+                node = children.left;
             } else {
                 pmf *= 1.0 - share;
-                node = fork.right;
-                first += fork.left_leaves;
+                node = children.right;
+                first += children.left_leaves;
             }
         }
         pmf

@@ -15,7 +15,7 @@
 
 use serde::Deserialize;
 
-use super::{Emission, FindColor, MaterialKind, Sides, Terms};
+use super::{Emission, FindColor, MaterialKind, Sidedness, WhittedTerms};
 use crate::{
     bsdf::{Bsdf, diffuse::Lambert},
     math::Rgb,
@@ -42,7 +42,11 @@ impl EmitterDesc {
         Ok(Emitter {
             radiance: find(&self.radiance)?,
             scale: self.scale.0,
-            sides: if self.two_sided { Sides::Both } else { Sides::Front },
+            sidedness: if self.two_sided {
+                Sidedness::Both
+            } else {
+                Sidedness::Front
+            },
         })
     }
 }
@@ -51,12 +55,12 @@ impl EmitterDesc {
 pub struct Emitter {
     pub radiance: Color,
     pub scale: f32,
-    pub sides: Sides,
+    pub sidedness: Sidedness,
 }
 
 impl MaterialKind for Emitter {
-    fn terms(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Terms {
-        Terms::default()
+    fn whitted_terms(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> WhittedTerms {
+        WhittedTerms::default()
     }
 
     fn bsdf(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Bsdf {
@@ -67,11 +71,11 @@ impl MaterialKind for Emitter {
         Some(Emission {
             radiance: self.radiance,
             scale: self.scale,
-            sides: self.sides,
+            sidedness: self.sidedness,
         })
     }
 
-    fn varies(&self) -> bool {
+    fn is_spatially_varying(&self) -> bool {
         !self.radiance.is_constant()
     }
 }

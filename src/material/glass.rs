@@ -30,19 +30,19 @@
 
 use serde::Deserialize;
 
-use super::{FindColor, MaterialKind, Split, Terms, medium, part};
+use super::{FindColor, FresnelMode, MaterialKind, WhittedTerms, medium, unit_scalar};
 use crate::{
     bsdf::{
         Bsdf,
-        dielectric::{Pane, RoughGlass, of_two_boundaries},
+        dielectric::{RoughDielectric, ThinDielectric, double_boundary},
         fresnel::dielectric,
-        layered::Walls,
+        layered::Boundary,
         microfacet::Ggx,
         specular,
     },
     math::Rgb,
     texture::{Scalar, TexturePoint, Textures},
-    value::{Channel, Positive, Problem, ScalarSource, Spanned, Tint},
+    value::{Channel, Positive, Problem, RgbFactor, ScalarSource, Spanned},
 };
 
 #[derive(Clone, Debug, Deserialize)]
@@ -51,12 +51,12 @@ pub struct GlassDesc {
     #[serde(default = "ior")]
     pub ior: Positive,
     #[serde(default = "white")]
-    pub reflectance: Tint,
+    pub reflectance: RgbFactor,
     #[serde(default = "white")]
-    pub transmittance: Tint,
+    pub transmittance: RgbFactor,
     pub roughness: Option<Spanned<ScalarSource>>,
-    pub absorption: Option<Spanned<Tint>>,
-    pub attenuation_color: Option<Spanned<Tint>>,
+    pub absorption: Option<Spanned<RgbFactor>>,
+    pub attenuation_color: Option<Spanned<RgbFactor>>,
     pub attenuation_distance: Option<Spanned<Positive>>,
     #[serde(default)]
     pub thin_walled: bool,
@@ -66,8 +66,8 @@ fn ior() -> Positive {
     Positive(1.5)
 }
 
-fn white() -> Tint {
-    Tint(Rgb::WHITE)
+fn white() -> RgbFactor {
+    RgbFactor(Rgb::WHITE)
 }
 
 impl GlassDesc {
@@ -76,27 +76,31 @@ impl GlassDesc {
             ior: self.ior.0,
             reflectance: self.reflectance.0,
             transmittance: self.transmittance.0,
-            roughness: part(self.roughness.as_ref(), 0.0, Channel::G, find)?,
+            roughness: unit_scalar(self.roughness.as_ref(), 0.0, Channel::G, find)?,
             absorption: self.medium()?,
-            walls: if self.thin_walled { Walls::Thin } else { Walls::Solid },
+            boundary: if self.thin_walled {
+                Boundary::ThinWalled
+            } else {
+                Boundary::Solid
+            },
         })
     }
 
     /// What the inside absorbs, in m^-1.
     fn medium(&self) -> Result<Rgb, Problem> {
         let distance = self.attenuation_distance.as_ref();
-        let said = [
+        let given = [
             self.absorption.as_ref().map(Spanned::span),
             self.attenuation_color.as_ref().map(Spanned::span),
             distance.map(Spanned::span),
         ];
-        if let (true, Some(span)) = (self.thin_walled, said.iter().flatten().next()) {
+        if let (true, Some(span)) = (self.thin_walled, given.iter().flatten().next()) {
             return Err(Problem::at(span.clone(), "a thin wall has no inside that absorbs")
                 .with_help("leave it out, and tint `transmittance`"));
         }
         match (&self.absorption, &self.attenuation_color, distance) {
-            (Some(_), _, Some(twice)) => Err(twice_said(twice.span())),
-            (Some(_), Some(twice), None) => Err(twice_said(twice.span())),
+            (Some(_), _, Some(twice)) => Err(given_twice(twice.span())),
+            (Some(_), Some(twice), None) => Err(given_twice(twice.span())),
             (Some(absorption), None, None) => Ok(absorption.get_ref().0),
             (None, Some(color), None) => {
                 let message = "a colour needs the distance over which light takes it on";
@@ -111,8 +115,8 @@ impl GlassDesc {
     }
 }
 
-fn twice_said(span: std::ops::Range<usize>) -> Problem {
-    Problem::at(span, "the absorption is said twice")
+fn given_twice(span: std::ops::Range<usize>) -> Problem {
+    Problem::at(span, "the absorption is given twice")
         .with_help("give `absorption`, or `attenuation_color` and its distance")
 }
 
@@ -125,26 +129,26 @@ pub struct Glass {
     pub roughness: Scalar,
     /// Of the inside, in m^-1.
     pub absorption: Rgb,
-    pub walls: Walls,
+    pub boundary: Boundary,
 }
 
 impl MaterialKind for Glass {
     #[inline]
-    fn terms(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Terms {
-        match self.walls {
-            Walls::Solid => Terms {
+    fn whitted_terms(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> WhittedTerms {
+        match self.boundary {
+            Boundary::Solid => WhittedTerms {
                 reflect: self.reflectance,
                 transmit: self.transmittance,
                 ior: self.ior,
-                split: Split::Fresnel,
-                ..Terms::default()
+                fresnel_mode: FresnelMode::Fresnel,
+                ..WhittedTerms::default()
             },
-            Walls::Thin => {
-                let reflected = of_two_boundaries(dielectric(1.0, self.ior));
-                Terms {
+            Boundary::ThinWalled => {
+                let reflected = double_boundary(dielectric(1.0, self.ior));
+                WhittedTerms {
                     reflect: self.reflectance * reflected,
                     transmit: self.transmittance * (1.0 - reflected),
-                    ..Terms::default()
+                    ..WhittedTerms::default()
                 }
             }
         }
@@ -156,19 +160,19 @@ impl MaterialKind for Glass {
         let (ior, reflectance, transmittance) = (self.ior, self.reflectance, self.transmittance);
         // Facets between equal media bend nothing.
         let is_clear = (ior - 1.0).abs() < 1e-3;
-        match self.walls {
-            Walls::Thin => Bsdf::Pane(Pane {
+        match self.boundary {
+            Boundary::ThinWalled => Bsdf::ThinDielectric(ThinDielectric {
                 facets,
                 ior,
                 reflectance,
                 transmittance,
             }),
-            Walls::Solid if facets.is_smooth() || is_clear => Bsdf::Glass(specular::Glass {
+            Boundary::Solid if facets.is_smooth() || is_clear => Bsdf::SmoothDielectric(specular::SmoothDielectric {
                 ior,
                 reflectance,
                 transmittance,
             }),
-            Walls::Solid => Bsdf::RoughGlass(RoughGlass {
+            Boundary::Solid => Bsdf::RoughDielectric(RoughDielectric {
                 facets,
                 ior,
                 reflectance,
@@ -181,11 +185,11 @@ impl MaterialKind for Glass {
         self.absorption
     }
 
-    fn brightest(&self, _textures: &Textures<'_>) -> f32 {
+    fn max_reflectance(&self, _textures: &Textures<'_>) -> f32 {
         self.reflectance.max_component().max(self.transmittance.max_component())
     }
 
-    fn varies(&self) -> bool {
+    fn is_spatially_varying(&self) -> bool {
         !self.roughness.is_constant()
     }
 }

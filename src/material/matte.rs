@@ -24,7 +24,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use serde::Deserialize;
 
-use super::{FindColor, MaterialKind, Terms, part};
+use super::{FindColor, MaterialKind, WhittedTerms, unit_scalar};
 use crate::{
     bsdf::{
         Bsdf,
@@ -45,7 +45,7 @@ impl MatteDesc {
     pub fn compile(&self, find: &FindColor<'_>) -> Result<Matte, Problem> {
         Ok(Matte {
             albedo: find(&self.albedo)?,
-            roughness: part(self.roughness.as_ref(), 0.0, Channel::R, find)?,
+            roughness: unit_scalar(self.roughness.as_ref(), 0.0, Channel::R, find)?,
         })
     }
 }
@@ -69,12 +69,12 @@ impl Matte {
 
 impl MaterialKind for Matte {
     #[inline]
-    fn terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> Terms {
+    fn whitted_terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> WhittedTerms {
         let albedo = textures.color(&self.albedo, at);
-        Terms {
+        WhittedTerms {
             ambient: albedo,
             diffuse: albedo * FRAC_1_PI,
-            ..Terms::default()
+            ..WhittedTerms::default()
         }
     }
 
@@ -90,11 +90,11 @@ impl MaterialKind for Matte {
         }
     }
 
-    fn brightest(&self, textures: &Textures<'_>) -> f32 {
-        textures.brightest(&self.albedo)
+    fn max_reflectance(&self, textures: &Textures<'_>) -> f32 {
+        textures.max_value(&self.albedo)
     }
 
-    fn varies(&self) -> bool {
+    fn is_spatially_varying(&self) -> bool {
         !(self.albedo.is_constant() && self.roughness.is_constant())
     }
 }

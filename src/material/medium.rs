@@ -3,11 +3,11 @@
 use crate::math::{Rgb, trig};
 
 /// What is left of the darkest channel of a colour: nothing absorbs everything.
-const DARKEST: f32 = 1e-6;
+const MIN_TRANSMITTANCE: f32 = 1e-6;
 
 /// The absorption (m^-1) of a medium that turns white light into `color` over `distance` (m).
 pub fn absorption(color: Rgb, distance: f32) -> Rgb {
-    color.map(|c| -trig::ln(c.clamp(DARKEST, 1.0)) / distance)
+    color.map(|c| -trig::ln(c.clamp(MIN_TRANSMITTANCE, 1.0)) / distance)
 }
 
 #[cfg(test)]

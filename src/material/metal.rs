@@ -32,7 +32,7 @@
 
 use serde::Deserialize;
 
-use super::{FindColor, MaterialKind, Terms, part};
+use super::{FindColor, MaterialKind, WhittedTerms, unit_scalar};
 use crate::{
     bsdf::{
         Bsdf,
@@ -41,19 +41,19 @@ use crate::{
     },
     math::Rgb,
     texture::{Color, Scalar, TexturePoint, Textures},
-    value::{Channel, ColorSource, Problem, ScalarSource, Spanned, Tint, Unit},
+    value::{Channel, ColorSource, Problem, RgbFactor, ScalarSource, Spanned, UnitInterval},
 };
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MetalDesc {
     pub preset: Option<Spanned<Preset>>,
-    pub eta: Option<Spanned<Tint>>,
-    pub k: Option<Spanned<Tint>>,
+    pub eta: Option<Spanned<RgbFactor>>,
+    pub k: Option<Spanned<RgbFactor>>,
     pub color: Option<Spanned<ColorSource>>,
-    pub edge: Option<Spanned<Tint>>,
+    pub edge: Option<Spanned<RgbFactor>>,
     pub roughness: Option<Spanned<ScalarSource>>,
-    pub anisotropy: Option<Unit>,
+    pub anisotropy: Option<UnitInterval>,
 }
 
 /// Metals that were measured.
@@ -92,13 +92,13 @@ impl Preset {
 impl MetalDesc {
     pub fn compile(&self, find: &FindColor<'_>) -> Result<Metal, Problem> {
         Ok(Metal {
-            look: self.look(find)?,
-            roughness: part(self.roughness.as_ref(), 0.0, Channel::G, find)?,
+            color: self.color(find)?,
+            roughness: unit_scalar(self.roughness.as_ref(), 0.0, Channel::G, find)?,
             anisotropy: self.anisotropy.map_or(0.0, f32::from),
         })
     }
 
-    fn look(&self, find: &FindColor<'_>) -> Result<Look, Problem> {
+    fn color(&self, find: &FindColor<'_>) -> Result<MetalColor, Problem> {
         const HELP: &str = "give one of `preset`, `eta` with `k`, and `color`";
         if let (None, Some(edge)) = (&self.color, &self.edge) {
             return Err(Problem::at(edge.span(), "an `edge` goes with a `color`"));
@@ -106,19 +106,19 @@ impl MetalDesc {
         match (&self.preset, (&self.eta, &self.k), &self.color) {
             (Some(preset), (None, None), None) => {
                 let [eta, k] = preset.get_ref().index().map(Rgb::from_array);
-                Ok(Look::Measured(Reflectance::Measured { eta, k }))
+                Ok(MetalColor::Measured(Reflectance::Measured { eta, k }))
             }
-            (None, (Some(eta), Some(k)), None) => Ok(Look::Measured(Reflectance::Measured {
+            (None, (Some(eta), Some(k)), None) => Ok(MetalColor::Measured(Reflectance::Measured {
                 eta: eta.get_ref().0,
                 k: k.get_ref().0,
             })),
             (None, (None, None), Some(color)) => {
                 let edge = self.edge.as_ref().map_or(Rgb::WHITE, |e| e.get_ref().0);
-                if let (true, Some(said)) = (edge.max_component() > 1.0, &self.edge) {
-                    return Err(Problem::at(said.span(), "expected numbers of at most 1"));
+                if let (true, Some(given)) = (edge.max_component() > 1.0, &self.edge) {
+                    return Err(Problem::at(given.span(), "expected numbers of at most 1"));
                 }
                 let color = find(color)?;
-                Ok(Look::Colored { color, edge })
+                Ok(MetalColor::Colored { color, edge })
             }
             (None, (Some(one), None) | (None, Some(one)), None) => {
                 Err(Problem::at(one.span(), "`eta` and `k` go together").with_help(HELP))
@@ -133,7 +133,7 @@ impl MetalDesc {
                 let span = span.or_else(|| eta.as_ref().or(k.as_ref()).map(Spanned::span));
                 Err(Problem {
                     span,
-                    message: "the metal is said twice".into(),
+                    message: "the metal is given twice".into(),
                     help: Some(HELP.into()),
                 })
             }
@@ -143,7 +143,7 @@ impl MetalDesc {
 
 /// What a metal reflects.
 #[derive(Clone, Copy, Debug)]
-pub enum Look {
+pub enum MetalColor {
     Measured(Reflectance),
     Colored {
         color: Color,
@@ -154,7 +154,7 @@ pub enum Look {
 
 #[derive(Clone, Copy, Debug)]
 pub struct Metal {
-    pub look: Look,
+    pub color: MetalColor,
     /// Perceived, from 0 to 1.
     pub roughness: Scalar,
     /// From 0 to 1.
@@ -163,18 +163,18 @@ pub struct Metal {
 
 impl Metal {
     fn reflectance(&self, textures: &Textures<'_>, at: &TexturePoint) -> Reflectance {
-        match &self.look {
-            Look::Measured(reflectance) => *reflectance,
-            Look::Colored { color, edge } => Reflectance::colored(textures.color(color, at), *edge),
+        match &self.color {
+            MetalColor::Measured(reflectance) => *reflectance,
+            MetalColor::Colored { color, edge } => Reflectance::colored(textures.color(color, at), *edge),
         }
     }
 }
 
 impl MaterialKind for Metal {
-    fn terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> Terms {
-        Terms {
+    fn whitted_terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> WhittedTerms {
+        WhittedTerms {
             reflect: self.reflectance(textures, at).normal(),
-            ..Terms::default()
+            ..WhittedTerms::default()
         }
     }
 
@@ -186,17 +186,17 @@ impl MaterialKind for Metal {
         })
     }
 
-    fn brightest(&self, textures: &Textures<'_>) -> f32 {
-        match &self.look {
-            Look::Measured(_) => 0.0,
-            Look::Colored { color, .. } => textures.brightest(color),
+    fn max_reflectance(&self, textures: &Textures<'_>) -> f32 {
+        match &self.color {
+            MetalColor::Measured(_) => 0.0,
+            MetalColor::Colored { color, .. } => textures.max_value(color),
         }
     }
 
-    fn varies(&self) -> bool {
-        let tint = match &self.look {
-            Look::Measured(_) => None,
-            Look::Colored { color, .. } => Some(color),
+    fn is_spatially_varying(&self) -> bool {
+        let tint = match &self.color {
+            MetalColor::Measured(_) => None,
+            MetalColor::Colored { color, .. } => Some(color),
         };
         let is_constant = self.roughness.is_constant() && tint.is_none_or(Color::is_constant);
         !is_constant || self.anisotropy > 0.0

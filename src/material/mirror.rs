@@ -11,23 +11,23 @@
 
 use serde::Deserialize;
 
-use super::{FindColor, MaterialKind, Terms};
+use super::{FindColor, MaterialKind, WhittedTerms};
 use crate::{
     bsdf::{Bsdf, specular},
     math::Rgb,
     texture::{TexturePoint, Textures},
-    value::{Problem, Tint},
+    value::{Problem, RgbFactor},
 };
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MirrorDesc {
     #[serde(default = "white")]
-    pub reflectance: Tint,
+    pub reflectance: RgbFactor,
 }
 
-fn white() -> Tint {
-    Tint(Rgb::WHITE)
+fn white() -> RgbFactor {
+    RgbFactor(Rgb::WHITE)
 }
 
 impl MirrorDesc {
@@ -45,10 +45,10 @@ pub struct Mirror {
 
 impl MaterialKind for Mirror {
     #[inline]
-    fn terms(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Terms {
-        Terms {
+    fn whitted_terms(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> WhittedTerms {
+        WhittedTerms {
             reflect: self.reflectance,
-            ..Terms::default()
+            ..WhittedTerms::default()
         }
     }
 
@@ -59,11 +59,11 @@ impl MaterialKind for Mirror {
         })
     }
 
-    fn brightest(&self, _textures: &Textures<'_>) -> f32 {
+    fn max_reflectance(&self, _textures: &Textures<'_>) -> f32 {
         self.reflectance.max_component()
     }
 
-    fn varies(&self) -> bool {
+    fn is_spatially_varying(&self) -> bool {
         false
     }
 }

@@ -1,5 +1,6 @@
 //! Materials: what a surface does with light, by the colours of a place on it.
 
+pub use crate::math::Sidedness;
 use crate::{
     bsdf::Bsdf,
     kind::kinds,
@@ -26,7 +27,7 @@ pub struct MaterialId(pub u32);
 /// Source: Whitted, "An improved illumination model for shaded display", CACM 23(6), 1980, doi:10.1145/358876.358882,
 /// with Phong's highlight, "Illumination for computer generated pictures", CACM 18(6), 1975, doi:10.1145/360825.360839.
 #[derive(Clone, Copy, Debug)]
-pub struct Terms {
+pub struct WhittedTerms {
     /// Weight of the integrator's ambient light.
     pub ambient: Rgb,
     /// Weight of a light times max(n.l, 0).
@@ -40,21 +41,21 @@ pub struct Terms {
     pub transmit: Rgb,
     /// Index of refraction behind the surface, where its normal does not point; 1 is in front.
     pub ior: f32,
-    pub split: Split,
+    pub fresnel_mode: FresnelMode,
     /// Whether the normal is turned towards the viewer first.
     pub two_sided: bool,
 }
 
 /// How light is shared out between reflection and transmission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Split {
+pub enum FresnelMode {
     /// As the weights say; what cannot pass is reflected.
     Fixed,
     /// As Fresnel's equations say, times the weights.
     Fresnel,
 }
 
-impl Default for Terms {
+impl Default for WhittedTerms {
     /// Black, seen from both sides.
     fn default() -> Self {
         Self {
@@ -65,7 +66,7 @@ impl Default for Terms {
             reflect: Rgb::BLACK,
             transmit: Rgb::BLACK,
             ior: 1.0,
-            split: Split::Fixed,
+            fresnel_mode: FresnelMode::Fixed,
             two_sided: true,
         }
     }
@@ -74,7 +75,7 @@ impl Default for Terms {
 /// The contract of every material.
 pub trait MaterialKind {
     /// Its terms at a place, for Whitted's integrator.
-    fn terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> Terms;
+    fn whitted_terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> WhittedTerms;
 
     /// How it scatters light at a place, for all others.
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf;
@@ -105,12 +106,12 @@ pub trait MaterialKind {
     }
 
     /// The brightest of its colours that tell a part of the light; above 1 more would leave than arrives.
-    fn brightest(&self, _textures: &Textures<'_>) -> f32 {
+    fn max_reflectance(&self, _textures: &Textures<'_>) -> f32 {
         0.0
     }
 
     /// Whether it may differ from place to place or with the tangent: where it does not, no place on textures is found for it.
-    fn varies(&self) -> bool {
+    fn is_spatially_varying(&self) -> bool {
         true
     }
 }
@@ -121,14 +122,14 @@ pub struct Emission {
     /// What leaves the front in all directions alike, in W m^-2 sr^-1, once it is multiplied by `scale`.
     pub radiance: Color,
     pub scale: f32,
-    pub sides: Sides,
+    pub sidedness: Sidedness,
 }
 
 impl Emission {
     /// The radiance at a place, in W m^-2 sr^-1, towards the side that is in front if `front_cos > 0`.
     #[inline]
     pub fn radiance(&self, textures: &Textures<'_>, at: &TexturePoint, front_cos: f32) -> Rgb {
-        if front_cos > 0.0 || self.sides == Sides::Both {
+        if front_cos > 0.0 || self.sidedness == Sidedness::Both {
             textures.color(&self.radiance, at) * self.scale
         } else {
             Rgb::BLACK
@@ -153,46 +154,40 @@ impl NormalMap {
     }
 }
 
-/// Which sides of a surface shine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sides {
-    /// The one that the geometric normal points to.
-    Front,
-    Both,
-}
-
 /// What a material's compilation asks of the scene: the colour that a source names.
 pub type FindColor<'a> = dyn Fn(&Spanned<ColorSource>) -> Result<Color, Problem> + 'a;
 
 /// The number that a source names; of a texture the channel `default` unless one is said.
-fn scalar(source: &Spanned<ScalarSource>, default: Channel, find: &FindColor<'_>) -> Result<Scalar, Problem> {
+fn scalar(source: &Spanned<ScalarSource>, default_channel: Channel, find: &FindColor<'_>) -> Result<Scalar, Problem> {
     match source.get_ref() {
         ScalarSource::Constant(v) => Ok(Scalar::Constant(*v)),
         ScalarSource::Texture { name, channel } => {
             match find(&Spanned::new(source.span(), ColorSource::Texture(name.clone())))? {
                 Color::Constant(c) => Ok(Scalar::Constant(c.r)),
-                Color::Texture(id) | Color::Tinted(id, _) => Ok(Scalar::Texture(id, channel.unwrap_or(default), 1.0)),
+                Color::Texture(id) | Color::Tinted(id, _) => {
+                    Ok(Scalar::Texture(id, channel.unwrap_or(default_channel), 1.0))
+                }
             }
         }
     }
 }
 
 /// The same for a number from 0 to 1, which is `unsaid` where none is given.
-fn part(
+fn unit_scalar(
     source: Option<&Spanned<ScalarSource>>,
-    unsaid: f32,
-    default: Channel,
+    default: f32,
+    channel: Channel,
     find: &FindColor<'_>,
 ) -> Result<Scalar, Problem> {
     let Some(source) = source else {
-        return Ok(Scalar::Constant(unsaid));
+        return Ok(Scalar::Constant(default));
     };
     match source.get_ref() {
         ScalarSource::Constant(v) if *v > 1.0 => {
             let message = format!("expected a number from 0 to 1, found {v}");
             Err(Problem::at(source.span(), message))
         }
-        _ => scalar(source, default, find),
+        _ => scalar(source, channel, find),
     }
 }
 
@@ -209,8 +204,8 @@ kinds! {
     }
     described only {}
     compiled by fn compile(&self, find: &FindColor<'_>) -> Result<Material, Problem>;
-    /// See [`MaterialKind::terms`].
-    fn terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> Terms;
+    /// See [`MaterialKind::whitted_terms`].
+    fn whitted_terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> WhittedTerms;
     /// See [`MaterialKind::bsdf`].
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf;
     /// See [`MaterialKind::emission`].
@@ -223,8 +218,8 @@ kinds! {
     fn normal_map(&self) -> Option<NormalMap>;
     /// See [`MaterialKind::absorption`].
     fn absorption(&self) -> Rgb;
-    /// See [`MaterialKind::brightest`].
-    fn brightest(&self, textures: &Textures<'_>) -> f32;
-    /// See [`MaterialKind::varies`].
-    fn varies(&self) -> bool;
+    /// See [`MaterialKind::max_reflectance`].
+    fn max_reflectance(&self, textures: &Textures<'_>) -> f32;
+    /// See [`MaterialKind::is_spatially_varying`].
+    fn is_spatially_varying(&self) -> bool;
 }

@@ -29,12 +29,12 @@
 
 use serde::Deserialize;
 
-use super::{FindColor, MaterialKind, Split, Terms};
+use super::{FindColor, FresnelMode, MaterialKind, WhittedTerms};
 use crate::{
-    bsdf::{self, Bsdf, diffuse::Lambert, phong::Weights},
+    bsdf::{self, Bsdf, diffuse::Lambert, phong::PhongWeights},
     math::Rgb,
     texture::{Color, TexturePoint, Textures},
-    value::{ColorSource, NonNegative, Positive, Problem, Spanned, Tint},
+    value::{ColorSource, NonNegative, Positive, Problem, RgbFactor, Spanned},
 };
 
 #[derive(Clone, Debug, Deserialize)]
@@ -42,13 +42,13 @@ use crate::{
 pub struct PhongDesc {
     pub color: Spanned<ColorSource>,
     #[serde(default = "black")]
-    pub specular: Tint,
+    pub specular: RgbFactor,
     #[serde(default = "shininess")]
     pub shininess: NonNegative,
     #[serde(default = "black")]
-    pub reflect: Tint,
+    pub reflect: RgbFactor,
     #[serde(default = "black")]
-    pub transmit: Tint,
+    pub transmit: RgbFactor,
     #[serde(default = "ior")]
     pub ior: Positive,
     #[serde(default)]
@@ -59,8 +59,8 @@ fn ior() -> Positive {
     Positive(1.5)
 }
 
-fn black() -> Tint {
-    Tint(Rgb::BLACK)
+fn black() -> RgbFactor {
+    RgbFactor(Rgb::BLACK)
 }
 
 fn shininess() -> NonNegative {
@@ -116,9 +116,9 @@ impl Phong {
 
 impl MaterialKind for Phong {
     #[inline]
-    fn terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> Terms {
+    fn whitted_terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> WhittedTerms {
         let color = textures.color(&self.color, at);
-        Terms {
+        WhittedTerms {
             ambient: color,
             diffuse: color,
             specular: self.specular,
@@ -126,7 +126,7 @@ impl MaterialKind for Phong {
             reflect: self.reflect,
             transmit: self.transmit,
             ior: self.ior,
-            split: Split::Fixed,
+            fresnel_mode: FresnelMode::Fixed,
             two_sided: self.two_sided,
         }
     }
@@ -138,7 +138,7 @@ impl MaterialKind for Phong {
             let albedo = diffuse.map(|c| c.min(1.0));
             return Bsdf::Lambert(Lambert { albedo });
         }
-        let weights = Weights {
+        let weights = PhongWeights {
             diffuse,
             specular: self.specular,
             reflect: self.reflect,
@@ -147,12 +147,12 @@ impl MaterialKind for Phong {
         Bsdf::Phong(bsdf::phong::Phong::new(weights, self.shininess, self.ior))
     }
 
-    fn brightest(&self, textures: &Textures<'_>) -> f32 {
+    fn max_reflectance(&self, textures: &Textures<'_>) -> f32 {
         let weights = [self.specular, self.reflect, self.transmit].map(Rgb::max_component);
-        weights.into_iter().fold(textures.brightest(&self.color), f32::max)
+        weights.into_iter().fold(textures.max_value(&self.color), f32::max)
     }
 
-    fn varies(&self) -> bool {
+    fn is_spatially_varying(&self) -> bool {
         !self.color.is_constant()
     }
 }

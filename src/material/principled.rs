@@ -65,23 +65,25 @@
 //!
 //! # Implementation
 //!
-//! The layers are in [`crate::bsdf::layered`], [`crate::bsdf::film`] and [`crate::bsdf::sheen`].
+//! The layers are in [`crate::bsdf::layered`], [`crate::bsdf::thin_film`] and [`crate::bsdf::sheen`].
 
 use std::f32::consts::FRAC_1_PI;
 
 use serde::Deserialize;
 
-use super::{Emission, FindColor, MaterialKind, NormalMap, Sides, Split, Terms, medium, part};
+use super::{Emission, FindColor, FresnelMode, MaterialKind, NormalMap, Sidedness, WhittedTerms, medium, unit_scalar};
 use crate::{
     bsdf::{
         Bsdf,
-        film::Film,
-        layered::{Layered, Walls},
+        layered::{Boundary, Layered},
         microfacet::Ggx,
+        thin_film::ThinFilm,
     },
     math::{Rgb, Vec2, trig},
     texture::{Color, Scalar, TexturePoint, Textures},
-    value::{Channel, ColorSource, NonNegative, Positive, Problem, Real, ScalarSource, Spanned, Tint, Unit},
+    value::{
+        Channel, ColorSource, Finite, NonNegative, Positive, Problem, RgbFactor, ScalarSource, Spanned, UnitInterval,
+    },
 };
 
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -95,7 +97,7 @@ pub struct PrincipledDesc {
     pub specular_color: Option<Spanned<ColorSource>>,
     pub transmission: Option<Spanned<ScalarSource>>,
     pub thickness: Option<NonNegative>,
-    pub attenuation_color: Option<Spanned<Tint>>,
+    pub attenuation_color: Option<Spanned<RgbFactor>>,
     pub attenuation_distance: Option<Positive>,
     pub clearcoat: Option<Spanned<ScalarSource>>,
     pub clearcoat_roughness: Option<Spanned<ScalarSource>>,
@@ -105,21 +107,21 @@ pub struct PrincipledDesc {
     pub iridescence_ior: Option<Positive>,
     pub iridescence_thickness: Option<NonNegative>,
     pub anisotropy: Option<Spanned<ScalarSource>>,
-    pub anisotropy_rotation: Option<Real>,
+    pub anisotropy_rotation: Option<Finite>,
     pub emissive: Option<Spanned<ColorSource>>,
     pub emissive_strength: Option<NonNegative>,
     pub normal: Option<Spanned<ColorSource>>,
-    pub normal_scale: Option<Real>,
+    pub normal_scale: Option<Finite>,
     pub opacity: Option<Spanned<ScalarSource>>,
-    pub alpha: Option<AlphaDesc>,
-    pub alpha_cutoff: Option<Spanned<Unit>>,
+    pub alpha: Option<AlphaModeDesc>,
+    pub alpha_cutoff: Option<Spanned<UnitInterval>>,
     pub two_sided: bool,
 }
 
 /// What opacity does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum AlphaDesc {
+pub enum AlphaModeDesc {
     Opaque,
     Mask,
     Blend,
@@ -128,9 +130,9 @@ pub enum AlphaDesc {
 impl PrincipledDesc {
     pub fn compile(&self, find: &FindColor<'_>) -> Result<Principled, Problem> {
         let plain = Principled::default();
-        let color = |source: &Option<Spanned<ColorSource>>, unsaid: Color| source.as_ref().map_or(Ok(unsaid), find);
-        let part = |source: &Option<Spanned<ScalarSource>>, unsaid: f32, channel: Channel| {
-            part(source.as_ref(), unsaid, channel, find)
+        let color = |source: &Option<Spanned<ColorSource>>, default: Color| source.as_ref().map_or(Ok(default), find);
+        let unit_scalar = |source: &Option<Spanned<ScalarSource>>, default: f32, channel: Channel| {
+            unit_scalar(source.as_ref(), default, channel, find)
         };
         if let (Some(color), None) = (&self.attenuation_color, self.attenuation_distance) {
             let message = "a colour needs the distance over which light takes it on";
@@ -140,51 +142,59 @@ impl PrincipledDesc {
         let has_body = self.thickness.is_some_and(|t| t.0 > 0.0) || self.attenuation_distance.is_some();
         Ok(Principled {
             base_color: color(&self.base_color, plain.base_color)?,
-            metallic: part(&self.metallic, 0.0, Channel::B)?,
-            roughness: part(&self.roughness, 0.5, Channel::G)?,
+            metallic: unit_scalar(&self.metallic, 0.0, Channel::B)?,
+            roughness: unit_scalar(&self.roughness, 0.5, Channel::G)?,
             ior: self.ior.map_or(plain.ior, f32::from),
-            specular: part(&self.specular, 1.0, Channel::A)?,
+            specular: unit_scalar(&self.specular, 1.0, Channel::A)?,
             specular_color: color(&self.specular_color, plain.specular_color)?,
-            transmission: part(&self.transmission, 0.0, Channel::R)?,
-            walls: if has_body { Walls::Solid } else { Walls::Thin },
+            transmission: unit_scalar(&self.transmission, 0.0, Channel::R)?,
+            boundary: if has_body {
+                Boundary::Solid
+            } else {
+                Boundary::ThinWalled
+            },
             absorption: self
                 .attenuation_distance
                 .map_or(Rgb::BLACK, |distance| medium::absorption(attenuation, distance.0)),
-            clearcoat: part(&self.clearcoat, 0.0, Channel::R)?,
-            clearcoat_roughness: part(&self.clearcoat_roughness, 0.0, Channel::G)?,
+            clearcoat: unit_scalar(&self.clearcoat, 0.0, Channel::R)?,
+            clearcoat_roughness: unit_scalar(&self.clearcoat_roughness, 0.0, Channel::G)?,
             sheen_color: color(&self.sheen_color, plain.sheen_color)?,
-            sheen_roughness: part(&self.sheen_roughness, 0.0, Channel::A)?,
-            iridescence: part(&self.iridescence, 0.0, Channel::R)?,
+            sheen_roughness: unit_scalar(&self.sheen_roughness, 0.0, Channel::A)?,
+            iridescence: unit_scalar(&self.iridescence, 0.0, Channel::R)?,
             iridescence_ior: self.iridescence_ior.map_or(plain.iridescence_ior, f32::from),
             iridescence_thickness: self
                 .iridescence_thickness
                 .map_or(plain.iridescence_thickness, |nm| [nm.0 * 1e-9; 2]),
-            anisotropy: part(&self.anisotropy, 0.0, Channel::B)?,
+            anisotropy: unit_scalar(&self.anisotropy, 0.0, Channel::B)?,
             anisotropy_rotation: self.anisotropy_rotation.map_or(0.0, |r| trig::radians(r.0)),
             emissive: color(&self.emissive, plain.emissive)?,
             emissive_strength: self.emissive_strength.map_or(1.0, f32::from),
             normal: self.normal.as_ref().map(find).transpose()?,
             normal_scale: self.normal_scale.map_or(1.0, f32::from),
-            opacity: part(&self.opacity, 1.0, Channel::A)?,
-            alpha: self.alpha()?,
-            sides: if self.two_sided { Sides::Both } else { Sides::Front },
+            opacity: unit_scalar(&self.opacity, 1.0, Channel::A)?,
+            alpha_mode: self.alpha_mode()?,
+            sidedness: if self.two_sided {
+                Sidedness::Both
+            } else {
+                Sidedness::Front
+            },
             ..plain
         })
     }
 
-    fn alpha(&self) -> Result<Alpha, Problem> {
-        match (self.alpha.unwrap_or(AlphaDesc::Blend), &self.alpha_cutoff) {
-            (AlphaDesc::Mask, cutoff) => Ok(Alpha::Mask(cutoff.as_ref().map_or(0.5, |c| c.get_ref().0))),
+    fn alpha_mode(&self) -> Result<AlphaMode, Problem> {
+        match (self.alpha.unwrap_or(AlphaModeDesc::Blend), &self.alpha_cutoff) {
+            (AlphaModeDesc::Mask, cutoff) => Ok(AlphaMode::Mask(cutoff.as_ref().map_or(0.5, |c| c.get_ref().0))),
             (_, Some(cutoff)) => Err(Problem::at(cutoff.span(), "a cutoff goes with `alpha = \"mask\"`")),
-            (AlphaDesc::Opaque, None) => Ok(Alpha::Opaque),
-            (AlphaDesc::Blend, None) => Ok(Alpha::Blend),
+            (AlphaModeDesc::Opaque, None) => Ok(AlphaMode::Opaque),
+            (AlphaModeDesc::Blend, None) => Ok(AlphaMode::Blend),
         }
     }
 }
 
 /// What opacity does.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Alpha {
+pub enum AlphaMode {
     Opaque,
     /// What is less opaque is not there.
     Mask(f32),
@@ -201,7 +211,7 @@ pub struct Principled {
     pub specular: Scalar,
     pub specular_color: Color,
     pub transmission: Scalar,
-    pub walls: Walls,
+    pub boundary: Boundary,
     /// Of the body, in m^-1.
     pub absorption: Rgb,
     pub clearcoat: Scalar,
@@ -223,9 +233,9 @@ pub struct Principled {
     pub normal: Option<Color>,
     pub normal_scale: f32,
     pub opacity: Scalar,
-    pub alpha: Alpha,
+    pub alpha_mode: AlphaMode,
     /// Which of them shine.
-    pub sides: Sides,
+    pub sidedness: Sidedness,
 }
 
 impl Default for Principled {
@@ -241,7 +251,7 @@ impl Default for Principled {
             specular: all,
             specular_color: gray(1.0),
             transmission: none,
-            walls: Walls::Thin,
+            boundary: Boundary::ThinWalled,
             absorption: Rgb::BLACK,
             clearcoat: none,
             clearcoat_roughness: none,
@@ -258,85 +268,85 @@ impl Default for Principled {
             normal: None,
             normal_scale: 1.0,
             opacity: all,
-            alpha: Alpha::Blend,
-            sides: Sides::Front,
+            alpha_mode: AlphaMode::Blend,
+            sidedness: Sidedness::Front,
         }
     }
 }
 
 impl Principled {
     fn layered(&self, textures: &Textures<'_>, at: &TexturePoint) -> Layered {
-        let part = |scalar: &Scalar| textures.scalar(scalar, at).clamp(0.0, 1.0);
+        let unit_scalar = |scalar: &Scalar| textures.scalar(scalar, at).clamp(0.0, 1.0);
         let [thin, thick] = self.iridescence_thickness;
-        let film = Film {
-            weight: part(&self.iridescence),
+        let thin_film = ThinFilm {
+            weight: unit_scalar(&self.iridescence),
             ior: self.iridescence_ior,
-            thickness: thin + (thick - thin) * part(&self.iridescence_place),
+            thickness: thin + (thick - thin) * unit_scalar(&self.iridescence_place),
         };
         let (sin, cos) = match self.anisotropy_rotation {
             0.0 => (0.0, 1.0),
             angle => trig::sin_cos(angle),
         };
         // Between equal media a facet bends nothing, and light goes straight on.
-        let walls = if (self.ior - 1.0).abs() < 1e-3 {
-            Walls::Thin
+        let boundary = if (self.ior - 1.0).abs() < 1e-3 {
+            Boundary::ThinWalled
         } else {
-            self.walls
+            self.boundary
         };
-        let transmission = part(&self.transmission);
-        let facets = Ggx::from_roughness(part(&self.roughness), part(&self.anisotropy));
+        let transmission = unit_scalar(&self.transmission);
+        let facets = Ggx::from_roughness(unit_scalar(&self.roughness), unit_scalar(&self.anisotropy));
         Layered {
             base_color: textures.color(&self.base_color, at),
-            metallic: part(&self.metallic),
-            walls,
+            metallic: unit_scalar(&self.metallic),
+            boundary,
             transmission,
-            facets: if walls == Walls::Solid && transmission > 0.0 {
-                facets.evened()
+            facets: if boundary == Boundary::Solid && transmission > 0.0 {
+                facets.isotropic()
             } else {
                 facets
             },
-            turn: Vec2::new(cos, sin),
+            rotation: Vec2::new(cos, sin),
             ior: self.ior,
-            specular: part(&self.specular),
+            specular: unit_scalar(&self.specular),
             specular_color: textures.color(&self.specular_color, at),
-            film,
-            coat: part(&self.clearcoat),
-            coat_facets: Ggx::from_roughness(part(&self.clearcoat_roughness), 0.0),
+            thin_film,
+            coat: unit_scalar(&self.clearcoat),
+            coat_facets: Ggx::from_roughness(unit_scalar(&self.clearcoat_roughness), 0.0),
             sheen: textures.color(&self.sheen_color, at),
-            sheen_roughness: part(&self.sheen_roughness),
+            sheen_roughness: unit_scalar(&self.sheen_roughness),
         }
     }
 }
 
 impl MaterialKind for Principled {
-    fn terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> Terms {
+    fn whitted_terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> WhittedTerms {
         let layered = self.layered(textures, at);
         let (metal, clear) = (layered.metallic, (1.0 - layered.metallic) * layered.transmission);
         let reflected = layered.reflectance_of_boundary();
         let coat = layered.coat * 0.04;
-        let chalk =
+        let diffuse =
             layered.base_color * ((1.0 - metal - clear).max(0.0) * (1.0 - reflected.max_component()) * (1.0 - coat));
         let mirror = layered.base_color * metal + reflected * (1.0 - metal - clear).max(0.0) + Rgb::gray(coat);
-        let terms = Terms {
-            ambient: chalk,
-            diffuse: chalk * FRAC_1_PI,
+        let terms = WhittedTerms {
+            ambient: diffuse,
+            diffuse: diffuse * FRAC_1_PI,
             reflect: mirror,
-            ..Terms::default()
+            ..WhittedTerms::default()
         };
         if clear == 0.0 {
             return terms;
         }
-        match layered.walls {
-            Walls::Thin => Terms {
+        match layered.boundary {
+            Boundary::ThinWalled => WhittedTerms {
                 reflect: mirror + reflected * clear,
                 transmit: layered.base_color * (clear * (1.0 - reflected.max_component())),
                 ..terms
             },
-            Walls::Solid => Terms {
+            Boundary::Solid => WhittedTerms {
                 reflect: Rgb::gray(clear),
                 transmit: layered.base_color * clear,
                 ior: self.ior,
-                split: Split::Fresnel,
+                fresnel_mode: FresnelMode::Fresnel,
                 ..terms
             },
         }
@@ -351,25 +361,25 @@ impl MaterialKind for Principled {
         (!dark).then_some(Emission {
             radiance: self.emissive,
             scale: self.emissive_strength,
-            sides: self.sides,
+            sidedness: self.sidedness,
         })
     }
 
     fn opacity(&self, textures: &Textures<'_>, at: &TexturePoint) -> f32 {
-        match self.alpha {
-            Alpha::Opaque => 1.0,
-            Alpha::Mask(cutoff) => f32::from(textures.scalar(&self.opacity, at) >= cutoff),
-            Alpha::Blend => textures.scalar(&self.opacity, at).clamp(0.0, 1.0),
+        match self.alpha_mode {
+            AlphaMode::Opaque => 1.0,
+            AlphaMode::Mask(cutoff) => f32::from(textures.scalar(&self.opacity, at) >= cutoff),
+            AlphaMode::Blend => textures.scalar(&self.opacity, at).clamp(0.0, 1.0),
         }
     }
 
     fn is_opaque(&self) -> bool {
-        let everywhere = |v: f32| match self.alpha {
-            Alpha::Opaque => true,
-            Alpha::Mask(cutoff) => v >= cutoff,
-            Alpha::Blend => v >= 1.0,
+        let everywhere = |v: f32| match self.alpha_mode {
+            AlphaMode::Opaque => true,
+            AlphaMode::Mask(cutoff) => v >= cutoff,
+            AlphaMode::Blend => v >= 1.0,
         };
-        self.alpha == Alpha::Opaque || matches!(self.opacity, Scalar::Constant(v) if everywhere(v))
+        self.alpha_mode == AlphaMode::Opaque || matches!(self.opacity, Scalar::Constant(v) if everywhere(v))
     }
 
     #[inline]
@@ -381,17 +391,17 @@ impl MaterialKind for Principled {
     }
 
     fn absorption(&self) -> Rgb {
-        match self.walls {
-            Walls::Thin => Rgb::BLACK,
-            Walls::Solid => self.absorption,
+        match self.boundary {
+            Boundary::ThinWalled => Rgb::BLACK,
+            Boundary::Solid => self.absorption,
         }
     }
 
-    fn brightest(&self, textures: &Textures<'_>) -> f32 {
-        textures.brightest(&self.base_color)
+    fn max_reflectance(&self, textures: &Textures<'_>) -> f32 {
+        textures.max_value(&self.base_color)
     }
 
-    fn varies(&self) -> bool {
+    fn is_spatially_varying(&self) -> bool {
         let colors = [
             &self.base_color,
             &self.specular_color,

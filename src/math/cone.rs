@@ -11,7 +11,7 @@ use std::f32::consts::PI;
 
 /// The width of a bundle of rays and how it grows. Both may be negative: behind a focus the bundle is turned over.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Cone {
+pub struct RayCone {
     /// In m, where the ray is now; a diameter, not a radius.
     pub width: f32,
     /// How much the width grows per metre; small angles, in radians.
@@ -19,12 +19,12 @@ pub struct Cone {
 }
 
 /// The widest that a cone becomes, as its growth per metre: about 53 degrees.
-const WIDEST: f32 = 1.0;
+const MAX_SPREAD: f32 = 1.0;
 
 /// A direction that was drawn at random stands for this part of the solid angle that its density tells: paths are many.
-const SHARE: f32 = 1.0 / 64.0;
+const SOLID_ANGLE_FRACTION: f32 = 1.0 / 64.0;
 
-impl Cone {
+impl RayCone {
     /// One of `samples` of a pixel: it covers its share of the pixel's area, and never less than a 64th.
     pub fn shared(self, samples: u32) -> Self {
         let side = (1.0 / (samples.max(1) as f32).sqrt()).max(0.125);
@@ -49,7 +49,7 @@ impl Cone {
     pub fn mirrored(self, curvature: f32) -> Self {
         Self {
             width: self.width,
-            spread: (self.spread + 2.0 * curvature * self.width).clamp(-WIDEST, WIDEST),
+            spread: (self.spread + 2.0 * curvature * self.width).clamp(-MAX_SPREAD, MAX_SPREAD),
         }
     }
 
@@ -57,7 +57,7 @@ impl Cone {
     /// quarter of a radian for chalk.
     #[inline]
     pub fn scattered(self, pdf: f32) -> Self {
-        let spread = (4.0 * SHARE / (PI * pdf)).sqrt().min(WIDEST);
+        let spread = (4.0 * SOLID_ANGLE_FRACTION / (PI * pdf)).sqrt().min(MAX_SPREAD);
         Self {
             width: self.width.abs(),
             spread: self.spread.abs().max(spread),
@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn a_flat_mirror_keeps_the_cone_and_a_hollow_one_brings_it_to_its_focus() {
-        let cone = Cone {
+        let cone = RayCone {
             width: 0.1,
             spread: 0.0,
         };
@@ -83,19 +83,19 @@ mod tests {
 
     #[test]
     fn wide_scattering_widens_and_narrow_scattering_does_not_narrow() {
-        let cone = Cone {
+        let cone = RayCone {
             width: 0.0,
             spread: 0.01,
         };
         let chalk = cone.scattered(std::f32::consts::FRAC_1_PI).spread;
         assert!((chalk - 0.25).abs() < 1e-3, "{chalk}");
         assert_eq!(cone.scattered(1e9).spread, 0.01);
-        assert_eq!(cone.scattered(1e-9).spread, WIDEST);
+        assert_eq!(cone.scattered(1e-9).spread, MAX_SPREAD);
     }
 
     #[test]
     fn samples_share_a_pixel_by_area() {
-        let pixel = Cone {
+        let pixel = RayCone {
             width: 0.0,
             spread: 1.0,
         };

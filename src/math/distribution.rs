@@ -9,7 +9,7 @@ use super::Vec2;
 
 /// A cell that was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cell {
+pub struct SampledCell {
     pub index: usize,
     /// Its probability.
     pub pmf: f32,
@@ -19,21 +19,21 @@ pub struct Cell {
 
 /// Cells in a row.
 #[derive(Clone, Debug)]
-pub struct Distribution1 {
+pub struct PiecewiseConstant1D {
     /// Up to and with each cell; the last is 1.
     sums: Vec<f32>,
 }
 
 /// Cells in rows.
 #[derive(Clone, Debug)]
-pub struct Distribution2 {
-    rows: Distribution1,
-    /// Of each row, as in [`Distribution1`].
+pub struct PiecewiseConstant2D {
+    rows: PiecewiseConstant1D,
+    /// Of each row, as in [`PiecewiseConstant1D`].
     sums: Vec<f32>,
     width: usize,
 }
 
-impl Distribution1 {
+impl PiecewiseConstant1D {
     /// In proportion to `weights`, none of them negative; `None` where they do not add up to a number above 0.
     pub fn new(weights: &[f64]) -> Option<Self> {
         let mut sums = vec![0.0; weights.len()];
@@ -41,7 +41,7 @@ impl Distribution1 {
     }
 
     /// The cell that the uniform number `u` in `[0, 1)` falls into.
-    pub fn sample(&self, u: f32) -> Cell {
+    pub fn sample(&self, u: f32) -> SampledCell {
         find(&self.sums, u)
     }
 
@@ -51,7 +51,7 @@ impl Distribution1 {
     }
 }
 
-impl Distribution2 {
+impl PiecewiseConstant2D {
     /// In proportion to the weights that `fill` writes for each of `height` rows of `width` cells; `None` where they do not add up
     /// to a number above 0.
     pub fn new([width, height]: [usize; 2], fill: impl Fn(usize, &mut [f64]) + Sync) -> Option<Self> {
@@ -68,14 +68,14 @@ impl Distribution2 {
             )
             .collect();
         Some(Self {
-            rows: Distribution1::new(&totals)?,
+            rows: PiecewiseConstant1D::new(&totals)?,
             sums,
             width,
         })
     }
 
     /// The row by `u.y`, the cell in it by `u.x`, uniform numbers in `[0, 1)`.
-    pub fn sample(&self, u: Vec2) -> [Cell; 2] {
+    pub fn sample(&self, u: Vec2) -> [SampledCell; 2] {
         let row = self.rows.sample(u.y);
         [find(self.row(row.index), u.x), row]
     }
@@ -117,11 +117,11 @@ fn pmf(sums: &[f32], index: usize) -> f32 {
     sums[index] - index.checked_sub(1).map_or(0.0, |i| sums[i])
 }
 
-fn find(sums: &[f32], u: f32) -> Cell {
+fn find(sums: &[f32], u: f32) -> SampledCell {
     let index = sums.partition_point(|s| *s <= u).min(sums.len() - 1);
     let pmf = pmf(sums, index);
     let below = sums[index] - pmf;
-    Cell {
+    SampledCell {
         index,
         pmf,
         within: ((u - below) / pmf).clamp(0.0, 1.0_f32.next_down()),
@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn cells_are_found_in_proportion_and_never_without_weight() {
         let weights = [0.0, 1.0, 0.0, 3.0, 4.0, 0.0];
-        let d = Distribution1::new(&weights).expect("some weight");
+        let d = PiecewiseConstant1D::new(&weights).expect("some weight");
         let mut found = [0.0; 6];
         for i in 0..8000 {
             let cell = d.sample((i as f32 + 0.5) / 8000.0);
@@ -151,7 +151,7 @@ mod tests {
     #[test]
     fn probabilities_of_a_plane_add_up_to_one() {
         let weight = |x: usize, y: usize| ((x * 7 + y * 5) % 11) as f64 * if y == 2 { 0.0 } else { 1e-3 };
-        let d = Distribution2::new([5, 4], |y, row| {
+        let d = PiecewiseConstant2D::new([5, 4], |y, row| {
             row.iter_mut().enumerate().for_each(|(x, w)| *w = weight(x, y));
         })
         .expect("some weight");
@@ -166,9 +166,9 @@ mod tests {
 
     #[test]
     fn nothing_is_chosen_where_nothing_weighs() {
-        assert!(Distribution1::new(&[0.0, 0.0]).is_none());
-        assert!(Distribution1::new(&[]).is_none());
-        assert!(Distribution1::new(&[f64::INFINITY]).is_none());
-        assert!(Distribution2::new([2, 2], |_, row| row.fill(0.0)).is_none());
+        assert!(PiecewiseConstant1D::new(&[0.0, 0.0]).is_none());
+        assert!(PiecewiseConstant1D::new(&[]).is_none());
+        assert!(PiecewiseConstant1D::new(&[f64::INFINITY]).is_none());
+        assert!(PiecewiseConstant2D::new([2, 2], |_, row| row.fill(0.0)).is_none());
     }
 }

@@ -9,6 +9,7 @@ pub mod frame;
 pub mod hash;
 pub mod ray;
 pub mod rgb;
+mod sidedness;
 pub mod srgb;
 pub mod transform;
 pub mod trig;
@@ -16,14 +17,15 @@ mod vector;
 pub mod warp;
 
 pub use aabb::Aabb;
-pub use cone::Cone;
+pub use cone::RayCone;
 pub use divisor::Divisor;
 pub use frame::Frame;
 pub use glam::{DMat3, DVec3, Vec2, Vec3};
 pub use ray::Ray;
 pub use rgb::Rgb;
+pub use sidedness::Sidedness;
 pub use transform::Transform;
 #[cfg(test)]
 pub use vector::Plain;
 pub use vector::{Loop, Runner};
-pub use warp::Draw;
+pub use warp::Sample2D;

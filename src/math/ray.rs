@@ -16,7 +16,7 @@ pub struct Ray {
 
 impl Ray {
     /// A ray that goes nowhere, and meets nothing.
-    pub const NOWHERE: Self = Self {
+    pub const NONE: Self = Self {
         o: Vec3::ZERO,
         tmin: 0.0,
         d: Vec3::ZERO,
@@ -24,7 +24,7 @@ impl Ray {
     };
 
     /// Whether it goes nowhere.
-    pub fn is_nowhere(&self) -> bool {
+    pub fn is_none(&self) -> bool {
         self.d == Vec3::ZERO
     }
 

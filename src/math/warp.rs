@@ -6,13 +6,13 @@ use super::{Loop, Runner, Vec2, Vec3, trig};
 
 /// Two uniform numbers in `[0, 1)`, and the point of the unit disk that they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Draw {
+pub struct Sample2D {
     pub square: Vec2,
     /// [`square_to_disk`].
     pub disk: Vec2,
 }
 
-impl From<Vec2> for Draw {
+impl From<Vec2> for Sample2D {
     fn from(square: Vec2) -> Self {
         Self {
             square,
@@ -21,7 +21,7 @@ impl From<Vec2> for Draw {
     }
 }
 
-impl Draw {
+impl Sample2D {
     /// A unit direction about +z with a density proportional to its cosine: it lies over the point of the disk.
     #[inline]
     pub fn cosine_hemisphere(&self) -> Vec3 {
@@ -71,7 +71,7 @@ pub fn square_to_disk(u: Vec2) -> Vec2 {
     Vec2::new(select(along, across), select(across, along))
 }
 
-/// The density of [`Draw::cosine_hemisphere`] for a direction whose z is `cos`, in sr^-1.
+/// The density of [`Sample2D::cosine_hemisphere`] for a direction whose z is `cos`, in sr^-1.
 #[inline]
 pub fn cosine_hemisphere_pdf(cos: f32) -> f32 {
     cos.max(0.0) * FRAC_1_PI
@@ -107,7 +107,7 @@ mod tests {
             let d = square_to_disk(u);
             assert!(d.length() <= 1.0);
             inner += i32::from(d.length_squared() < 0.5);
-            cos += f64::from(Draw::from(u).cosine_hemisphere().z);
+            cos += f64::from(Sample2D::from(u).cosine_hemisphere().z);
         }
         let all = f64::from(n * n);
         assert!((f64::from(inner) / all - 0.5).abs() < 0.005);

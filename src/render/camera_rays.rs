@@ -20,7 +20,7 @@ pub(super) struct CameraRays {
 }
 
 impl CameraRays {
-    /// Appends the rays of the block's samples in row `y` to `rays`, [`Ray::NOWHERE`] where no light reaches the film. Each
+    /// Appends the rays of the block's samples in row `y` to `rays`, [`Ray::NONE`] where no light reaches the film. Each
     /// step is taken for all samples before the next.
     pub fn generate(&mut self, context: &RenderContext<'_>, block: &BlockSpec, y: i32, rays: &mut Vec<Ray>) {
         let settings = context.settings;
@@ -35,20 +35,20 @@ impl CameraRays {
         self.weights.clear();
         self.weights.resize(self.keys.len(), 1.0);
         if let Some(filter) = settings.filter.as_ref().filter(|_| spread) {
-            sampler.pairs(context.simd, &self.keys, Dimension::FILM, &mut self.u);
+            sampler.fill_2d(context.simd, &self.keys, Dimension::FILM, &mut self.u);
             filter.samples(context.simd, &self.u, &mut self.film, &mut self.weights);
         }
         self.lens.clear();
         if context.shot.has_lens() && spread {
-            sampler.pairs(context.simd, &self.keys, Dimension::LENS, &mut self.lens);
+            sampler.fill_2d(context.simd, &self.keys, Dimension::LENS, &mut self.lens);
         } else {
             self.lens.resize(self.keys.len(), Vec2::splat(0.5));
         }
         if context.shot.moves() && spread {
-            sampler.pairs(context.simd, &self.keys, Dimension::TIME, &mut self.u);
+            sampler.fill_2d(context.simd, &self.keys, Dimension::TIME, &mut self.u);
             for ((time, film), lens) in self.u.iter().zip(&self.film).zip(&self.lens) {
                 let ray = context.shot.camera(time.x).ray(*film, *lens);
-                rays.push(ray.unwrap_or(Ray::NOWHERE));
+                rays.push(ray.unwrap_or(Ray::NONE));
             }
         } else {
             context.camera.rays(context.simd, &self.film, &self.lens, rays);

@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use crate::{
-    camera::{Camera, Shot},
+    camera::{Camera, FrameCamera},
     film::{Film, FilmLayout, PassRequest, PassSpec, Window, passes},
     filter::Filter,
     integrator::Integrator,
@@ -105,7 +105,7 @@ impl Renderer {
     pub fn render(
         &self,
         scene: &Scene,
-        shot: &Shot,
+        shot: &FrameCamera,
         integrator: &dyn Integrator,
         settings: &Settings,
         control: &Control<'_>,
@@ -148,5 +148,11 @@ pub fn render(
     integrator: &dyn Integrator,
     settings: &Settings,
 ) -> Result<Film, RenderError> {
-    Renderer::new().render(scene, &Shot::from(*camera), integrator, settings, &Control::default())
+    Renderer::new().render(
+        scene,
+        &FrameCamera::from(*camera),
+        integrator,
+        settings,
+        &Control::default(),
+    )
 }

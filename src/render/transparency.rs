@@ -48,7 +48,7 @@ pub(super) fn pass(
             }
             let count = passes.entry(i).or_default();
             let (key, depth) = sample(at);
-            let u = Independent.pair(&key, Dimension::passing(depth, *count)).x;
+            let u = Independent.get_2d(&key, Dimension::transparency(depth, *count)).x;
             if u >= opacity {
                 *count += 1;
                 rays[at].tmin = hit.t;

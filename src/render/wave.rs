@@ -12,13 +12,13 @@ use super::{
 };
 use crate::{
     accel::{Hit, PrimRef, RayCost, Simd},
-    camera::{Camera, Shot},
+    camera::{Camera, FrameCamera},
     film::{
         FilmLayout, SampleRecord, TileAccumulator, accumulator::AccumulatorLayout, layout::Needs, passes::PassContext,
     },
     integrator::{Integrator, PathState, ShadingOutput, VertexBatch, light_layers::LightLayers},
-    math::{Cone, Ray},
-    sampler::{Dimension, DrawnTogether, Purpose, SampleKeys},
+    math::{Ray, RayCone},
+    sampler::{Dimension, SampleBatch, SampleKeys, SampleUse},
     scene::{FirstHit, Scene, Surfaces},
 };
 
@@ -34,7 +34,7 @@ const SHADE_BATCH: usize = 64;
 /// What every wave of a frame reads.
 pub(super) struct RenderContext<'a> {
     pub scene: &'a Scene,
-    pub shot: &'a Shot,
+    pub shot: &'a FrameCamera,
     /// The camera when the shutter opens.
     pub camera: Camera,
     pub integrator: &'a dyn Integrator,
@@ -48,13 +48,13 @@ pub(super) struct RenderContext<'a> {
     /// Whether every sample has a camera ray.
     fills_film: bool,
     /// The cone of each camera ray, where a texture reads it; `None` where all rays may be lines.
-    cone: Option<Cone>,
+    cone: Option<RayCone>,
 }
 
 impl<'a> RenderContext<'a> {
     pub fn new(
         scene: &'a Scene,
-        shot: &'a Shot,
+        shot: &'a FrameCamera,
         integrator: &'a dyn Integrator,
         settings: &'a Settings,
         layout: &FilmLayout,
@@ -83,7 +83,7 @@ impl<'a> RenderContext<'a> {
 struct BatchInputs {
     surfaces: Surfaces,
     keys: SampleKeys,
-    drawn: DrawnTogether,
+    samples: SampleBatch,
 }
 
 /// Where the paths of a wave have arrived.
@@ -111,9 +111,9 @@ impl BatchInputs {
             paths,
             hits,
             indices,
-            surfaces: &self.surfaces.found,
+            surfaces: &self.surfaces.interactions,
             keys: &self.keys,
-            drawn: &self.drawn,
+            samples: &self.samples,
             has_cones: context.cone.is_some(),
         }
     }
@@ -240,8 +240,8 @@ impl Wave {
             let mut kept = first;
             for (i, sample) in (first..).zip(samples) {
                 let ray = self.rays[i];
-                self.alpha.push(if ray.is_nowhere() { 0.0 } else { 1.0 });
-                if !ray.is_nowhere() {
+                self.alpha.push(if ray.is_none() { 0.0 } else { 1.0 });
+                if !ray.is_none() {
                     self.rays[kept] = ray;
                     self.paths.push(path(sample));
                     kept += 1;
@@ -326,7 +326,7 @@ impl Wave {
         let Some(depth) = self.paths.first().map(|path| path.depth) else {
             return;
         };
-        let purposes = context.integrator.batched_dimensions(context.scene, depth);
+        let uses = context.integrator.batched_dimensions(context.scene, depth);
         let Self {
             rays,
             paths,
@@ -349,7 +349,7 @@ impl Wave {
                 .scene
                 .surfaces(context.simd, numbers.clone(), prims, hit, &mut inputs.surfaces);
             if depth == 1 && context.needs.first_hits {
-                for (surface, k) in inputs.surfaces.found.iter().zip(numbers) {
+                for (surface, k) in inputs.surfaces.interactions.iter().zip(numbers) {
                     let (ray, hit) = hit(k);
                     let first = FirstHit::new(surface, hit.instance, surface.t * ray.d.length());
                     first_hits[paths[hit_indices[k] as usize].sample as usize] = Some(first);
@@ -359,18 +359,18 @@ impl Wave {
                 continue;
             }
             if context.cone.is_some() {
-                for (surface, &i) in inputs.surfaces.found.iter_mut().zip(indices) {
+                for (surface, &i) in inputs.surfaces.interactions.iter_mut().zip(indices) {
                     let (ray, path) = (&rays[i as usize], &mut paths[i as usize]);
                     path.cone = path.cone.moved(surface.t * ray.d.length());
-                    surface.cover(path.cone.width.abs());
+                    surface.set_footprint(path.cone.width.abs());
                 }
             }
             block.keys(context.simd, context.settings, indices, paths, &mut inputs.keys);
-            let dimension = Dimension::at(depth, Purpose::ALL[0]);
+            let dimension = Dimension::at(depth, SampleUse::ALL[0]);
             let sampler = &context.settings.sampler;
             inputs
-                .drawn
-                .draw(context.simd, sampler, &inputs.keys, dimension, &purposes);
+                .samples
+                .generate(context.simd, sampler, &inputs.keys, dimension, &uses);
             let batch = inputs.batch(context, RayBatch { rays, paths, hits }, indices);
             context.integrator.shade_batch(&batch, out);
         }
@@ -394,9 +394,9 @@ impl Wave {
             out,
             ..
         } = self;
-        inputs.surfaces.found.clear();
+        inputs.surfaces.interactions.clear();
         inputs.keys.start(context.settings.seed, context.settings.noise_frame);
-        inputs.drawn.forget();
+        inputs.samples.clear();
         for indices in miss_indices.chunks(SHADE_BATCH) {
             let batch = inputs.batch(context, RayBatch { rays, paths, hits }, indices);
             context.integrator.shade_batch(&batch, out);

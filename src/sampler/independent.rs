@@ -37,15 +37,15 @@ pub struct Independent;
 impl Independent {
     /// Two numbers in `[0, 1)`.
     #[inline]
-    pub fn pair(self, key: &SampleKey, dimension: Dimension) -> Vec2 {
+    pub fn get_2d(self, key: &SampleKey, dimension: Dimension) -> Vec2 {
         let picture = mix32(key.seed) ^ (key.frame as u32).wrapping_mul(0x9e37_79b9);
         let [a, b, _, _] = pcg4d([key.pixel[0] ^ mix32(picture), key.pixel[1], key.sample, dimension.0]);
         Vec2::new(unit_f32(a), unit_f32(b))
     }
 
     /// The same for each of `keys`, in place of what `out` held.
-    pub fn pairs(self, _on: impl Runner, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>) {
+    pub fn fill_2d(self, _on: impl Runner, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>) {
         out.clear();
-        out.extend((0..keys.len()).map(|i| self.pair(&keys.get(i), dimension)));
+        out.extend((0..keys.len()).map(|i| self.get_2d(&keys.get(i), dimension)));
     }
 }

@@ -11,7 +11,7 @@ use crate::{
     kind::kinds,
     math::{
         Runner, Vec2,
-        warp::{self, Draw},
+        warp::{self, Sample2D},
     },
     value::Problem,
 };
@@ -121,13 +121,13 @@ impl Dimension {
     pub const TIME: Self = Self(2);
 
     /// What the vertex at the end of segment `depth` (1 for a camera ray) draws for.
-    pub const fn at(depth: u32, purpose: Purpose) -> Self {
-        Self(3 + Purpose::COUNT * (depth - 1) + purpose as u32)
+    pub const fn at(depth: u32, sample_use: SampleUse) -> Self {
+        Self(3 + SampleUse::COUNT * (depth - 1) + sample_use as u32)
     }
 
     /// Whether segment `depth` passes the `count`th surface that lets a part of the light through (x). Beyond all others,
     /// for [`Independent`] alone.
-    pub const fn passing(depth: u32, count: u32) -> Self {
+    pub const fn transparency(depth: u32, count: u32) -> Self {
         Self(1 << 31 | (depth & 0x7fff) << 16 | (count & 0xffff))
     }
 }
@@ -135,102 +135,102 @@ impl Dimension {
 /// What the vertex of a path needs random numbers for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
-pub enum Purpose {
+pub enum SampleUse {
     /// Which light (x) and which lobe of the surface (y).
-    Choice,
+    Selection,
     /// Where on the light.
     Light,
     /// Which direction from the lobe.
     Bsdf,
     /// Whether the path survives (x).
-    Survival,
+    Roulette,
 }
 
-impl Purpose {
+impl SampleUse {
     const COUNT: u32 = 4;
 
     /// All, in their order.
-    pub const ALL: [Self; Self::COUNT as usize] = [Self::Choice, Self::Light, Self::Bsdf, Self::Survival];
+    pub const ALL: [Self; Self::COUNT as usize] = [Self::Selection, Self::Light, Self::Bsdf, Self::Roulette];
 }
 
 /// The random numbers of one sample.
 #[derive(Clone, Copy, Debug)]
-pub struct Numbers<'a> {
+pub struct PathSampler<'a> {
     pub sampler: &'a Sampler,
     /// Of some samples, and what is drawn for them already.
     pub keys: &'a SampleKeys,
-    pub drawn: &'a DrawnTogether,
+    pub batch: &'a SampleBatch,
     /// Which of them.
     pub index: usize,
 }
 
-impl Numbers<'_> {
+impl PathSampler<'_> {
     /// Two numbers in `[0, 1)`.
     #[inline]
-    pub fn pair(&self, dimension: Dimension) -> Vec2 {
-        match self.drawn.get(dimension) {
+    pub fn get_2d(&self, dimension: Dimension) -> Vec2 {
+        match self.batch.get(dimension) {
             Some(pairs) => pairs[self.index],
-            None => self.sampler.pair(&self.keys.get(self.index), dimension),
+            None => self.sampler.get_2d(&self.keys.get(self.index), dimension),
         }
     }
 
     /// Two numbers in `[0, 1)` for a direction.
     #[inline]
-    pub fn draw(&self, dimension: Dimension) -> Draw {
-        match self.drawn.get(dimension) {
-            Some(squares) if dimension.0 == self.drawn.first + Purpose::Bsdf as u32 => Draw {
+    pub fn get_sample_2d(&self, dimension: Dimension) -> Sample2D {
+        match self.batch.get(dimension) {
+            Some(squares) if dimension.0 == self.batch.first + SampleUse::Bsdf as u32 => Sample2D {
                 square: squares[self.index],
-                disk: self.drawn.disks[self.index],
+                disk: self.batch.disks[self.index],
             },
-            _ => self.pair(dimension).into(),
+            _ => self.get_2d(dimension).into(),
         }
     }
 }
 
 /// Numbers of many vertices, drawn at once: so the steps of one need not wait for those of another.
 #[derive(Debug, Default)]
-pub struct DrawnTogether {
+pub struct SampleBatch {
     /// The vertices' first dimension, and the pairs from there on.
     first: u32,
-    pairs: [Vec<Vec2>; Purpose::COUNT as usize],
+    pairs: [Vec<Vec2>; SampleUse::COUNT as usize],
     /// Of the pairs for directions: the points of the unit disk that they are.
     disks: Vec<Vec2>,
     /// One bit for each dimension that was drawn for.
-    known: u8,
+    generated: u8,
 }
 
-impl DrawnTogether {
-    /// Draws for `purposes` at vertices whose first dimension is `first`, for all samples in `keys`.
-    pub fn draw(
+impl SampleBatch {
+    /// Draws for `uses` at vertices whose first dimension is `first`, for all samples in `keys`.
+    pub fn generate(
         &mut self,
         on: impl Runner,
         sampler: &Sampler,
         keys: &SampleKeys,
         first: Dimension,
-        purposes: &[Purpose],
+        uses: &[SampleUse],
     ) {
         self.first = first.0;
-        self.known = 0;
-        for &purpose in purposes {
-            let k = purpose as u32;
-            self.known |= 1 << k;
-            sampler.pairs(on, keys, Dimension(first.0 + k), &mut self.pairs[k as usize]);
-            if purpose == Purpose::Bsdf {
+        self.generated = 0;
+        for &sample_use in uses {
+            let k = sample_use as u32;
+            self.generated |= 1 << k;
+            sampler.fill_2d(on, keys, Dimension(first.0 + k), &mut self.pairs[k as usize]);
+            if sample_use == SampleUse::Bsdf {
                 warp::squares_to_disk(on, &self.pairs[k as usize], &mut self.disks);
             }
         }
     }
 
     /// Forgets what was drawn.
-    pub fn forget(&mut self) {
-        self.known = 0;
+    pub fn clear(&mut self) {
+        self.generated = 0;
     }
 
     /// What was drawn for `dimension`.
     #[inline]
     fn get(&self, dimension: Dimension) -> Option<&[Vec2]> {
         let i = dimension.0.wrapping_sub(self.first);
-        (i < Purpose::COUNT && self.known >> i & 1 == 1).then(|| &*self.pairs[i as usize])
+        (i < SampleUse::COUNT && self.generated >> i & 1 == 1).then(|| &*self.pairs[i as usize])
     }
 }
 
@@ -243,9 +243,9 @@ kinds! {
     described only {}
     compiled by fn compile(&self, samples: u32) -> Result<Sampler, Problem>;
     /// Two numbers in `[0, 1)`.
-    fn pair(&self, key: &SampleKey, dimension: Dimension) -> Vec2;
+    fn get_2d(&self, key: &SampleKey, dimension: Dimension) -> Vec2;
     /// The same for each of `keys`, in place of what `out` held.
-    fn pairs(&self, on: impl Runner, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>);
+    fn fill_2d(&self, on: impl Runner, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>);
 }
 
 impl Sampler {

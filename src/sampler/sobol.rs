@@ -64,12 +64,12 @@ pub struct Sobol {
 }
 
 /// The index has 32 bits, of which at least half are for the pixels.
-const MOST_SAMPLE_BITS: u32 = 16;
+const MAX_SAMPLE_BITS: u32 = 16;
 
 impl Sobol {
     /// For pictures of `samples` samples of each pixel, at least 1.
     pub fn new(samples: u32) -> Self {
-        let run = samples.clamp(1, 1 << MOST_SAMPLE_BITS);
+        let run = samples.clamp(1, 1 << MAX_SAMPLE_BITS);
         let sample_bits = run.next_power_of_two().trailing_zeros();
         Self {
             sample_bits,
@@ -79,12 +79,12 @@ impl Sobol {
 
     /// Two numbers in `[0, 1)`.
     #[inline]
-    pub fn pair(self, key: &SampleKey, dimension: Dimension) -> Vec2 {
+    pub fn get_2d(self, key: &SampleKey, dimension: Dimension) -> Vec2 {
         self.point(self.seeds(key, dimension), key.pixel, key.sample)
     }
 
     /// The same for each of `keys`, in place of what `out` held.
-    pub fn pairs(self, on: impl Runner, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>) {
+    pub fn fill_2d(self, on: impl Runner, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>) {
         out.clear();
         if keys.is_empty() {
             return;
@@ -99,7 +99,7 @@ impl Sobol {
                 out,
             });
         } else {
-            out.extend((0..keys.len()).map(|i| self.pair(&keys.get(i), dimension)));
+            out.extend((0..keys.len()).map(|i| self.get_2d(&keys.get(i), dimension)));
         }
     }
 
@@ -118,7 +118,7 @@ impl Sobol {
         let sample = sample & ((1 << self.sample_bits) - 1);
         // The lowest bits are the coarsest level, whose digits decide about those above them.
         let pixel = morton_reversed(pixel) >> (32 - 2 * self.levels);
-        let pixel = turn_axes(pixel, axes);
+        let pixel = permute_axes(pixel, axes);
         let run = pixel << (32 - self.sample_bits - 2 * self.levels);
         let index = owen_reversed(run | sample.reverse_bits(), order).reverse_bits();
         // With its bits reversed, the first coordinate of a Sobol point is its index.
@@ -182,7 +182,7 @@ fn morton_reversed([x, y]: [u32; 2]) -> u32 {
 /// Parts the quarters of each square of a Morton code with reversed bits into pairs at random: side by side, above each
 /// other, or crosswise (twice as often). Followed by a binary Owen scramble all orders of the quarters may come.
 #[inline]
-fn turn_axes(code: u32, seed: u32) -> u32 {
+fn permute_axes(code: u32, seed: u32) -> u32 {
     const ROWS: u32 = 0x5555_5555;
     // Two random bits for each digit, both of which depend on the coarser digits alone: the one is that digit's own, the
     // other belongs to the digit below it.
@@ -234,11 +234,11 @@ mod tests {
             let seed = mix32(seed);
             let mut seen = [false; 256];
             for code in 0..256_u32 {
-                let turned = turn_axes(code, seed);
+                let turned = permute_axes(code, seed);
                 // The same coarser squares go to the same coarser square.
                 for digits in [2, 4, 6] {
                     let mask = (1 << digits) - 1;
-                    assert_eq!(turned & mask, turn_axes(code & mask, seed) & mask);
+                    assert_eq!(turned & mask, permute_axes(code & mask, seed) & mask);
                 }
                 assert!(!std::mem::replace(&mut seen[turned as usize & 255], true));
             }
@@ -276,8 +276,8 @@ mod tests {
                 keys.samples.truncate(part.end);
                 let (sobol, dimension) = (Sobol::new(samples), Dimension(12));
                 let mut many = Vec::new();
-                sobol.pairs(Plain, &keys, dimension, &mut many);
-                let each: Vec<_> = (0..part.end).map(|i| sobol.pair(&keys.get(i), dimension)).collect();
+                sobol.fill_2d(Plain, &keys, dimension, &mut many);
+                let each: Vec<_> = (0..part.end).map(|i| sobol.get_2d(&keys.get(i), dimension)).collect();
                 assert_eq!(many, each);
             }
         }

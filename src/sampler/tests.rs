@@ -24,8 +24,8 @@ fn key(x: u32, y: u32, sample: u32) -> SampleKey {
     }
 }
 
-const BSDF: Dimension = Dimension::at(1, Purpose::Bsdf);
-const LIGHT: Dimension = Dimension::at(2, Purpose::Light);
+const BSDF: Dimension = Dimension::at(1, SampleUse::Bsdf);
+const LIGHT: Dimension = Dimension::at(2, SampleUse::Light);
 
 /// The correlation of two sets of numbers.
 fn correlation(pairs: &[(f64, f64)]) -> f64 {
@@ -58,15 +58,15 @@ fn any_part_of_the_address_changes_the_numbers_and_they_fill_the_unit_square() {
         ];
         for other in others {
             assert_ne!(
-                sampler.pair(&other, BSDF),
-                sampler.pair(&base, BSDF),
+                sampler.get_2d(&other, BSDF),
+                sampler.get_2d(&base, BSDF),
                 "{name} {other:?}"
             );
         }
-        assert_ne!(sampler.pair(&base, LIGHT), sampler.pair(&base, BSDF), "{name}");
+        assert_ne!(sampler.get_2d(&base, LIGHT), sampler.get_2d(&base, BSDF), "{name}");
         let mut cells = [0_u32; 64];
         for i in 0..64_000 {
-            let u = sampler.pair(&key(i / 64 % 32, i / 2048, i % 64), BSDF);
+            let u = sampler.get_2d(&key(i / 64 % 32, i / 2048, i % 64), BSDF);
             assert!(u.min_element() >= 0.0 && u.max_element() < 1.0);
             cells[(u.x * 8.0) as usize * 8 + (u.y * 8.0) as usize] += 1;
         }
@@ -82,8 +82,8 @@ fn numbers_depend_on_their_address_and_not_on_the_order_of_asking() {
         let keys: Vec<_> = (0..500)
             .map(|i| (key(i % 7, i % 11, i % 20), Dimension(i % 13)))
             .collect();
-        let forward: Vec<_> = keys.iter().map(|(k, d)| sampler.pair(k, *d)).collect();
-        let mut backward: Vec<_> = keys.iter().rev().map(|(k, d)| sampler.pair(k, *d)).collect();
+        let forward: Vec<_> = keys.iter().map(|(k, d)| sampler.get_2d(k, *d)).collect();
+        let mut backward: Vec<_> = keys.iter().rev().map(|(k, d)| sampler.get_2d(k, *d)).collect();
         backward.reverse();
         assert_eq!(forward, backward, "{name}");
     }
@@ -109,7 +109,7 @@ fn every_aligned_power_of_two_of_a_pixels_sobol_points_is_a_net() {
         for pixel in [[0, 0], [17, 5], [1919, 1079]] {
             for dimension in [Dimension::FILM, BSDF, LIGHT] {
                 let all: Vec<_> = (0..samples.next_power_of_two())
-                    .map(|s| sobol.pair(&key(pixel[0], pixel[1], s), dimension))
+                    .map(|s| sobol.get_2d(&key(pixel[0], pixel[1], s), dimension))
                     .collect();
                 for bits in 0..=all.len().ilog2() {
                     assert!(all.chunks(1 << bits).all(is_a_net), "{samples} {pixel:?} {bits}");
@@ -128,7 +128,7 @@ fn the_sobol_points_of_every_square_of_pixels_are_a_net() {
                 let points: Vec<_> = (0..side * side * samples)
                     .map(|i| {
                         let pixel = i / samples;
-                        sobol.pair(&key(x0 + pixel % side, y0 + pixel / side, i % samples), BSDF)
+                        sobol.get_2d(&key(x0 + pixel % side, y0 + pixel / side, i % samples), BSDF)
                     })
                     .collect();
                 assert!(is_a_net(&points), "{samples} samples, {side}x{side} pixels");
@@ -147,7 +147,7 @@ fn different_dimensions_of_a_sample_are_independent() {
                 let pairs: Vec<_> = (0..16 * 1024)
                     .map(|n| {
                         let k = key(n / 16 % 32, n / 512, n % 16);
-                        (sampler.pair(&k, a), sampler.pair(&k, b))
+                        (sampler.get_2d(&k, a), sampler.get_2d(&k, b))
                     })
                     .collect();
                 let mut cells = [0_u32; 64];
@@ -185,7 +185,7 @@ fn distant_pixels_frames_and_seeds_are_independent() {
             let pairs: Vec<_> = (0..16 * 1024)
                 .map(|i| {
                     let k = key(i % 64, i / 64 % 64, i / 4096);
-                    let (u, v) = (sampler.pair(&k, BSDF), sampler.pair(&partner(k)[which], BSDF));
+                    let (u, v) = (sampler.get_2d(&k, BSDF), sampler.get_2d(&partner(k)[which], BSDF));
                     (u.x.into(), v.x.into())
                 })
                 .collect();
@@ -211,7 +211,7 @@ fn errors(sampler: Sampler, samples: u32, seed: u32, (f, mean): Integral) -> Vec
             seed,
             ..key(i % 64, i / 64, s)
         };
-        let sum: f64 = (0..samples).map(|s| f(sampler.pair(&at(s), BSDF))).sum();
+        let sum: f64 = (0..samples).map(|s| f(sampler.get_2d(&at(s), BSDF))).sum();
         sum / f64::from(samples) - mean
     };
     (0..64 * 64).map(pixel).collect()

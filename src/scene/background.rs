@@ -10,14 +10,14 @@ use crate::{
 /// What is seen where a ray meets nothing, and by whom.
 #[derive(Clone, Debug)]
 pub struct Background {
-    pub sky: Sky,
+    pub radiance: BackgroundRadiance,
     /// Whether camera rays see it; where they do not, RGB and A are 0.
     pub visible: bool,
 }
 
 /// What lies in each direction.
 #[derive(Clone, Debug)]
-pub enum Sky {
+pub enum BackgroundRadiance {
     /// One radiance everywhere, in W m^-2 sr^-1. No light is asked for it: surfaces know better where to look.
     Color(Rgb),
     Environment(Arc<Environment>),
@@ -27,7 +27,7 @@ impl Background {
     /// One radiance everywhere, in W m^-2 sr^-1, seen by all.
     pub fn new(radiance: Rgb) -> Self {
         Self {
-            sky: Sky::Color(radiance),
+            radiance: BackgroundRadiance::Color(radiance),
             visible: true,
         }
     }
@@ -35,13 +35,13 @@ impl Background {
     /// A picture of all directions, seen by all.
     pub fn environment(environment: Environment) -> Self {
         Self {
-            sky: Sky::environment(environment),
+            radiance: BackgroundRadiance::environment(environment),
             visible: true,
         }
     }
 }
 
-impl Sky {
+impl BackgroundRadiance {
     pub fn environment(environment: Environment) -> Self {
         Self::Environment(Arc::new(environment))
     }

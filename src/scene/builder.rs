@@ -40,7 +40,7 @@ pub struct SceneBuilder {
     objects: Vec<Object>,
     meshes: Vec<MeshRecord>,
     instances: Vec<InstanceRecord>,
-    object_places: Vec<Transform>,
+    object_transforms: Vec<Transform>,
     shape_objects: Vec<ObjectId>,
     nodes: Vec<NodeName>,
     materials: Vec<Material>,
@@ -59,7 +59,7 @@ impl SceneBuilder {
             objects: Vec::new(),
             meshes: Vec::new(),
             instances: Vec::new(),
-            object_places: Vec::new(),
+            object_transforms: Vec::new(),
             shape_objects: Vec::new(),
             nodes: Vec::new(),
             materials: Vec::new(),
@@ -106,20 +106,20 @@ impl SceneBuilder {
     /// Adds a light of a light group.
     pub fn grouped_light(&mut self, light: Light, group: &str) {
         let group = self.light_groups.named(group);
-        self.light_groups.put_light(self.lights.len(), group);
+        self.light_groups.set_light(self.lights.len(), group);
         self.light(light);
     }
 
     /// Puts the light that an object emits into a light group.
     pub fn set_object_light_group(&mut self, object: ObjectId, group: &str) {
         let group = self.light_groups.named(group);
-        self.light_groups.put_object(object, group);
+        self.light_groups.set_object(object, group);
     }
 
     /// Puts the light of the background into a light group.
     pub fn set_background_light_group(&mut self, group: &str) {
         let group = self.light_groups.named(group);
-        self.light_groups.put_sky(group);
+        self.light_groups.set_background(group);
     }
 
     /// Adds an object that is a shape.
@@ -196,8 +196,8 @@ impl SceneBuilder {
 
     /// Adds a transform that [`ObjectFromGroup::At`] can name.
     pub(crate) fn object_place(&mut self, transform: Transform) -> ObjectFromGroup {
-        self.object_places.push(transform);
-        ObjectFromGroup::At(self.object_places.len() as u32 - 1)
+        self.object_transforms.push(transform);
+        ObjectFromGroup::At(self.object_transforms.len() as u32 - 1)
     }
 
     /// Adds a mesh of an object under a transform; returns how many of its triangles were left out because they have no
@@ -294,7 +294,7 @@ impl SceneBuilder {
             objects: self.objects,
             meshes: self.meshes,
             instances: self.instances,
-            object_places: self.object_places,
+            object_transforms: self.object_transforms,
             shape_objects: self.shape_objects,
             nodes: self.nodes,
             materials: self.materials,
@@ -304,8 +304,8 @@ impl SceneBuilder {
             lights: Lights::default(),
             light_groups: self.light_groups,
             background: self.background,
-            varying: Vec::new(),
+            is_spatially_varying: Vec::new(),
         }
-        .lit(self.lights))
+        .with_lights(self.lights))
     }
 }

@@ -4,12 +4,12 @@ use rayon::prelude::*;
 
 use super::{
     Emitters, MeshRecord, Scene,
-    emitters::{corner_uvs, is_plain, nowhere, texture_point},
+    emitters::{corner_uvs, is_constant_emission, texture_point, uniform_point},
 };
 use crate::{
     accel::PrimRef,
-    light::{Directions, Faces, LightBounds, area},
-    material::{Emission, Sides},
+    light::{LightBounds, OrientationCone, Sidedness, area},
+    material::Emission,
     math::{Aabb, Rgb, Transform, Vec2, Vec3},
     shape::{Shape, triangle},
     texture::TexturePoint,
@@ -19,7 +19,7 @@ impl Emitters {
     /// Where each emitter is, where it shines to, and how strongly, in order.
     pub fn bounds(&self, scene: &Scene) -> std::vec::IntoIter<LightBounds> {
         let mut all: Vec<LightBounds> = self.shapes.iter().map(|&i| scene.shape_bounds(i)).collect();
-        for run in &self.runs {
+        for run in &self.mesh_emitters {
             scene.mesh_bounds(&scene.meshes[run.mesh as usize], &mut all);
         }
         let without = all.iter().filter(|b| b.power <= 0.0).count();
@@ -52,7 +52,7 @@ impl Scene {
         let bounds = geometry.bounds(PrimRef::new(geometry.triangles.len() as u32 + index));
         LightBounds {
             bounds,
-            directions: normal.map_or(Directions::ALL, |n| Directions::flat(n, faces(emission))),
+            directions: normal.map_or(OrientationCone::ALL, |n| OrientationCone::flat(n, sidedness(emission))),
             // Of a body one sees a quarter of its surface on average (Cauchy).
             power: area_in_world(&placed.shape, transform) * radiance * if normal.is_some() { 1.0 } else { 0.25 },
         }
@@ -61,8 +61,8 @@ impl Scene {
     /// An estimate, above 0, of the mean of what leaves `shape`, in W m^-2 sr^-1.
     fn mean_radiance(&self, emission: &Emission, shape: &Shape) -> f32 {
         const SIDE: u32 = 4;
-        if is_plain(emission) {
-            return emission.radiance(&self.textures(), &nowhere(), 1.0).mean();
+        if is_constant_emission(emission) {
+            return emission.radiance(&self.textures(), &uniform_point(), 1.0).mean();
         }
         let box_ = shape.bounds();
         let away = box_.extent().max_element() * 3.0;
@@ -79,7 +79,11 @@ impl Scene {
         });
         let (sum, count) = radiances.fold((0.0, 0.0), |(sum, n), l| (sum + l, n + 1.0));
         // The places in between may be brighter.
-        if sum > 0.0 { sum / count } else { emission.scale * FAINT }
+        if sum > 0.0 {
+            sum / count
+        } else {
+            emission.scale * MIN_RELATIVE_RADIANCE
+        }
     }
 
     /// Adds the bounds of a mesh's triangles.
@@ -94,16 +98,16 @@ impl Scene {
             let corners = geometry.corners(i as usize);
             let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
             let area = triangle::area(corners) as f32;
-            let directions = normal
-                .try_normalize()
-                .map_or(Directions::ALL, |n| Directions::flat(n, faces(Some(emission))));
+            let directions = normal.try_normalize().map_or(OrientationCone::ALL, |n| {
+                OrientationCone::flat(n, sidedness(Some(emission)))
+            });
             LightBounds {
                 bounds: Aabb::from_points(corners),
                 directions,
                 power: area * radiance_at(i),
             }
         }));
-        if is_plain(&emission) {
+        if is_constant_emission(&emission) {
             return;
         }
         // Where a texture is dark at the places that were looked at, it need not be in between.
@@ -120,18 +124,18 @@ impl Scene {
         let mean = if power > 0.0 {
             (power / area) as f32
         } else {
-            emission.scale * FAINT
+            emission.scale * MIN_RELATIVE_RADIANCE
         };
         for (bounds, area) in of_mesh.iter_mut().zip(areas()) {
-            bounds.power += UNSEEN * mean * area as f32;
+            bounds.power += MESH_MEAN_WEIGHT * mean * area as f32;
         }
     }
 
     /// The mean of what leaves a triangle at a few places, in W m^-2 sr^-1.
     fn triangle_radiance(&self, emission: &Emission, mesh: &MeshRecord, index: u32) -> f32 {
-        const PLACES: [[f32; 2]; 4] = [[1.0 / 3.0, 1.0 / 3.0], [0.1, 0.1], [0.8, 0.1], [0.1, 0.8]];
-        if is_plain(emission) {
-            return emission.radiance(&self.textures(), &nowhere(), 1.0).mean();
+        const POINTS: [[f32; 2]; 4] = [[1.0 / 3.0, 1.0 / 3.0], [0.1, 0.1], [0.8, 0.1], [0.1, 0.8]];
+        if is_constant_emission(emission) {
+            return emission.radiance(&self.textures(), &uniform_point(), 1.0).mean();
         }
         let geometry = self.accel.geometry();
         let corners = geometry.corners(index as usize);
@@ -140,20 +144,17 @@ impl Scene {
             let at = texture_point(mesh, &triangle::surface(corners, uvs, u, v));
             emission.radiance(&self.textures(), &at, 1.0)
         };
-        PLACES.iter().fold(Rgb::BLACK, |sum, p| sum + radiance(*p)).mean() / PLACES.len() as f32
+        POINTS.iter().fold(Rgb::BLACK, |sum, p| sum + radiance(*p)).mean() / POINTS.len() as f32
     }
 }
 
 /// The radiance of a texture that is black wherever it was looked at, in its scale: enough not to be forgotten.
-const FAINT: f32 = 1e-3;
+const MIN_RELATIVE_RADIANCE: f32 = 1e-3;
 /// What the mean of a mesh counts against the texture of a triangle itself.
-const UNSEEN: f32 = 0.05;
+const MESH_MEAN_WEIGHT: f32 = 0.05;
 
-fn faces(emission: Option<Emission>) -> Faces {
-    match emission.map(|e| e.sides) {
-        Some(Sides::Both) => Faces::Both,
-        _ => Faces::Front,
-    }
+fn sidedness(emission: Option<Emission>) -> Sidedness {
+    emission.map_or(Sidedness::Front, |e| e.sidedness)
 }
 
 /// About the area of a placed shape, in m^2.

@@ -3,7 +3,7 @@
 //! Emitters are numbered: first the shapes, in the order of the geometry, then the triangles of each mesh. Nothing is stored
 //! for a triangle; a mesh is a run of numbers.
 //!
-//! Each triangle is a light at one place, so meshes that shine are baked into the world. An instance that shines all the same
+//! Each triangle is a light at one place, so meshes that shine are baked into the world. An instance that emits all the same
 //! (of a scene built in code) is met by chance alone, as is what has no end.
 
 use super::{MeshRecord, Scene};
@@ -26,13 +26,13 @@ pub struct Emitters {
     /// Of the geometry's shapes, rising.
     pub(super) shapes: Vec<u32>,
     /// Rising.
-    pub(super) runs: Vec<Run>,
+    pub(super) mesh_emitters: Vec<MeshEmitters>,
     count: u32,
 }
 
-/// The triangles of a mesh that shines.
+/// The triangles of a mesh that emits.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Run {
+pub(super) struct MeshEmitters {
     /// An index into the scene's meshes.
     pub mesh: u32,
     first_triangle: u32,
@@ -43,7 +43,7 @@ pub(super) struct Run {
 
 /// What an emitter is.
 #[derive(Clone, Copy, Debug)]
-pub enum EmitterPart<'a> {
+pub enum EmitterPrim<'a> {
     /// An index into the geometry's shapes.
     Shape(u32),
     /// An index into the geometry's triangles, and its mesh.
@@ -51,23 +51,23 @@ pub enum EmitterPart<'a> {
 }
 
 impl Emitters {
-    /// All of `scene`'s. What has no bounds shines, but is not asked: it is no emitter here.
+    /// All of `scene`'s. What has no bounds emits, but is not asked: it is no emitter here.
     pub fn collect(scene: &Scene) -> Self {
         let geometry = scene.accel.geometry();
         let shapes: Vec<u32> = (0..geometry.shapes.len() as u32)
             .filter(|&i| {
                 let object = scene.shape_objects[i as usize];
                 let material = scene.objects[object.0 as usize].material;
-                scene.shines(material) && geometry.shapes[i as usize].shape.bounds().is_finite()
+                scene.emits(material) && geometry.shapes[i as usize].shape.bounds().is_finite()
             })
             .collect();
         let mut count = shapes.len() as u32;
-        let mut runs = Vec::new();
+        let mut mesh_emitters = Vec::new();
         let is_instanced = |m: &MeshRecord| geometry.groups.iter().any(|g| g.triangles.contains(&m.triangles.start));
-        let shining = (0..).zip(&scene.meshes).filter(|(_, m)| scene.shines(m.material));
+        let shining = (0..).zip(&scene.meshes).filter(|(_, m)| scene.emits(m.material));
         for (mesh, record) in shining.filter(|(_, m)| !is_instanced(m)) {
             let triangles = record.triangles.end - record.triangles.start;
-            runs.push(Run {
+            mesh_emitters.push(MeshEmitters {
                 triangles,
                 mesh,
                 first_triangle: record.triangles.start,
@@ -75,21 +75,25 @@ impl Emitters {
             });
             count += triangles;
         }
-        Self { shapes, runs, count }
+        Self {
+            shapes,
+            mesh_emitters,
+            count,
+        }
     }
 
     pub fn count(&self) -> u32 {
         self.count
     }
 
-    /// The emitter that `prim` is; `prim` shines.
+    /// The emitter that `prim` is; `prim` emits.
     fn of_prim(&self, geometry: &Geometry, prim: PrimRef) -> Option<EmitterId> {
         let index = prim.index();
         match index.checked_sub(geometry.triangles.len() as u32) {
             Some(shape) => self.shapes.binary_search(&shape).ok().map(|i| EmitterId(i as u32)),
             None => {
-                let after = self.runs.partition_point(|r| r.first_triangle <= index);
-                let run = self.runs[..after].last()?;
+                let after = self.mesh_emitters.partition_point(|r| r.first_triangle <= index);
+                let run = self.mesh_emitters[..after].last()?;
                 let at = index - run.first_triangle;
                 (at < run.triangles).then_some(EmitterId(run.first + at))
             }
@@ -97,32 +101,32 @@ impl Emitters {
     }
 
     /// What emitter `id` is, where `meshes` are the scene's.
-    pub fn part<'a>(&self, id: EmitterId, meshes: &'a [MeshRecord]) -> EmitterPart<'a> {
+    pub fn prim<'a>(&self, id: EmitterId, meshes: &'a [MeshRecord]) -> EmitterPrim<'a> {
         if let Some(shape) = self.shapes.get(id.0 as usize) {
-            return EmitterPart::Shape(*shape);
+            return EmitterPrim::Shape(*shape);
         }
-        let run = self.runs[self.runs.partition_point(|r| r.first <= id.0) - 1];
-        EmitterPart::Triangle(run.first_triangle + id.0 - run.first, &meshes[run.mesh as usize])
+        let run = self.mesh_emitters[self.mesh_emitters.partition_point(|r| r.first <= id.0) - 1];
+        EmitterPrim::Triangle(run.first_triangle + id.0 - run.first, &meshes[run.mesh as usize])
     }
 }
 
 impl Scene {
-    fn shines(&self, material: MaterialId) -> bool {
+    fn emits(&self, material: MaterialId) -> bool {
         self.material(material).emission().is_some_and(|e| !is_dark(&e))
     }
 
     /// Light from an emitter, see [`Scene::sample_light`].
     pub(super) fn sample_emitter(&self, emitter: EmitterId, from: Vec3, u: Vec2) -> Option<LightSample> {
         let geometry = self.accel.geometry();
-        let (sample, material, at) = match self.lights.emitters().part(emitter, &self.meshes) {
-            EmitterPart::Shape(index) => {
+        let (sample, material, at) = match self.lights.emitters().prim(emitter, &self.meshes) {
+            EmitterPrim::Shape(index) => {
                 let placed = &geometry.shapes[index as usize];
                 let transform = geometry.transform(placed);
                 let object = self.shape_objects[index as usize];
                 let material = self.material(self.objects[object.0 as usize].material);
                 let (sample, p) = area::sample_shape(&placed.shape, transform, from, u)?;
                 let at = if is_uniform(material) {
-                    nowhere()
+                    uniform_point()
                 } else {
                     let from_local = transform.map_or(from, |t| t.point_to_local(from));
                     let surface = area::surface_at(&placed.shape, from_local, p)?;
@@ -133,13 +137,13 @@ impl Scene {
                 };
                 (sample, material, at)
             }
-            EmitterPart::Triangle(index, mesh) => {
+            EmitterPrim::Triangle(index, mesh) => {
                 let material = self.material(mesh.material);
                 let corners = geometry.corners(index as usize);
                 let uvs = corner_uvs(mesh, geometry.triangles[index as usize]);
                 let (sample, surface) = area::sample_triangle(corners, uvs, from, u)?;
                 let at = if is_uniform(material) {
-                    nowhere()
+                    uniform_point()
                 } else {
                     texture_point(mesh, &surface)
                 };
@@ -149,7 +153,7 @@ impl Scene {
         let textures = self.textures();
         let mut li = material.emission()?.radiance(&textures, &at, sample.front_cos(from));
         if !material.is_opaque() {
-            // What is half there shines half.
+            // What is half there emits half.
             li = li * material.opacity(&textures, &at);
         }
         if li.is_black() {
@@ -176,17 +180,17 @@ impl Scene {
 }
 
 /// Where a colour that is the same everywhere is asked for.
-pub(super) fn nowhere() -> TexturePoint {
+pub(super) fn uniform_point() -> TexturePoint {
     TexturePoint::new(Vec3::ZERO, Vec3::Y)
 }
 
-pub(super) fn is_plain(emission: &Emission) -> bool {
+pub(super) fn is_constant_emission(emission: &Emission) -> bool {
     emission.radiance.is_constant()
 }
 
 /// Whether light from it is the same everywhere.
 fn is_uniform(material: &Material) -> bool {
-    material.is_opaque() && material.emission().is_none_or(|e| is_plain(&e))
+    material.is_opaque() && material.emission().is_none_or(|e| is_constant_emission(&e))
 }
 
 /// Whether it is known to be black everywhere.

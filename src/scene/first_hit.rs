@@ -1,6 +1,6 @@
 //! What a camera ray meets first: the record that the render loop fills and the passes of a film read.
 
-use super::{ObjectId, Surface};
+use super::{ObjectId, SurfaceInteraction};
 use crate::{
     accel::Instance,
     material::MaterialId,
@@ -27,7 +27,7 @@ pub struct FirstHit {
 
 impl FirstHit {
     /// The record of `surface`, which a ray met at `distance` metres.
-    pub fn new(surface: &Surface, instance: Instance, distance: f32) -> Self {
+    pub fn new(surface: &SurfaceInteraction, instance: Instance, distance: f32) -> Self {
         Self {
             p: surface.p,
             ng: surface.ng,

@@ -1,6 +1,6 @@
 //! What an instance of a mesh is: which object, of which material.
 
-use super::{NodeId, ObjectId, Surface, interaction::Spot};
+use super::{NodeId, ObjectId, SurfaceInteraction, interaction::HitGeometry};
 use crate::{material::MaterialId, math::Transform};
 
 /// From the space of an instance's mesh to that of its object, which textures stick to.
@@ -10,7 +10,7 @@ pub enum ObjectFromGroup {
     Identity,
     /// The object's space is the world, as long as the object is not moved.
     WorldFromGroup,
-    /// An index into [`super::Scene::object_places`].
+    /// An index into [`super::Scene::object_transforms`].
     At(u32),
 }
 
@@ -27,16 +27,21 @@ pub struct InstanceRecord {
 
 impl InstanceRecord {
     /// Brings the place on the texture of a surface of the mesh at `spot` into the object's space.
-    pub(super) fn place_texture(&self, surface: &mut Surface, spot: &Spot, object_places: &[Transform]) {
+    pub(super) fn fill_texture_point(
+        &self,
+        surface: &mut SurfaceInteraction,
+        geometry: &HitGeometry,
+        object_transforms: &[Transform],
+    ) {
         let texture = &mut surface.texture;
         match self.object_from_group {
             ObjectFromGroup::Identity => {}
             ObjectFromGroup::WorldFromGroup => {
-                (texture.p, texture.n) = (spot.p, spot.ng);
+                (texture.p, texture.n) = (geometry.p, geometry.ng);
                 (texture.dpdu, texture.dpdv) = (surface.dpdu, surface.dpdv);
             }
             ObjectFromGroup::At(place) => {
-                let place = &object_places[place as usize];
+                let place = &object_transforms[place as usize];
                 texture.p = place.point_to_world(texture.p);
                 texture.n = place.normal_to_world(texture.n).normalize();
                 texture.dpdu = place.vector_to_world(texture.dpdu);

@@ -8,16 +8,16 @@ use crate::{
 };
 
 /// A grazing ray counts as one of this cosine: beyond it the ellipse that it covers grows without bound.
-const LEAST_COS: f32 = 1.0 / 64.0;
+const MIN_COS: f32 = 1.0 / 64.0;
 
 /// A surface where a ray met it, in world space. Normals are as authored.
 #[derive(Clone, Copy, Debug)]
-pub struct Surface {
+pub struct SurfaceInteraction {
     /// In lengths of the ray's direction.
     pub t: f32,
     pub p: Vec3,
     /// Where rays leave from: `p` moved to the side that `ng` points to, and to the other, beyond what rounding has done to it.
-    pub sides: [Vec3; 2],
+    pub ray_origins: [Vec3; 2],
     /// Unit geometric normal.
     pub ng: Vec3,
     /// Unit shading normal.
@@ -39,7 +39,7 @@ pub struct Surface {
 
 /// What all that depends on the viewer follows from.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Spot {
+pub(super) struct HitGeometry {
     pub p: Vec3,
     /// Bound on the absolute error of each coordinate of `p`.
     pub p_error: Vec3,
@@ -51,24 +51,28 @@ pub(super) struct Spot {
 
 /// What follows.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct View {
+pub(super) struct ShadingView {
     pub wo: Vec3,
     pub ns: Vec3,
-    pub sides: [Vec3; 2],
+    pub ray_origins: [Vec3; 2],
     pub frame: Frame,
 }
 
-impl Spot {
+impl HitGeometry {
     /// Seen by a ray along `d`.
     #[inline(always)]
-    pub fn seen_along(&self, d: Vec3) -> View {
+    pub fn shading_view(&self, d: Vec3) -> ShadingView {
         let wo = -d.normalize();
         let ns = self.smooth.normalize_or(self.ng);
-        let authored = if is_seen(ns, self.ng, wo) { ns } else { self.ng };
-        View {
+        let authored = if is_consistent_normal(ns, self.ng, wo) {
+            ns
+        } else {
+            self.ng
+        };
+        ShadingView {
             wo,
             ns,
-            sides: float::offset_origins(self.p, self.p_error, self.ng),
+            ray_origins: float::offset_origins(self.p, self.p_error, self.ng),
             frame: Frame::from_normal(authored),
         }
     }
@@ -76,17 +80,17 @@ impl Spot {
 
 /// Whether a viewer in the direction `wo` is on the same side of a surface by `n` as by its geometric normal.
 #[inline(always)]
-fn is_seen(n: Vec3, ng: Vec3, wo: Vec3) -> bool {
+fn is_consistent_normal(n: Vec3, ng: Vec3, wo: Vec3) -> bool {
     (n.dot(wo) > 0.0) == (ng.dot(wo) >= 0.0)
 }
 
-impl Surface {
+impl SurfaceInteraction {
     /// Of which nothing is known yet.
-    pub(super) fn nowhere() -> Self {
+    pub(super) fn unset() -> Self {
         Self {
             t: 0.0,
             p: Vec3::ZERO,
-            sides: [Vec3::ZERO; 2],
+            ray_origins: [Vec3::ZERO; 2],
             ng: Vec3::ZERO,
             ns: Vec3::ZERO,
             frame: Frame {
@@ -105,26 +109,26 @@ impl Surface {
 
     /// Says where it is, and how it is seen.
     #[inline(always)]
-    pub(super) fn stand(&mut self, spot: &Spot, view: &View) {
-        (self.p, self.ng) = (spot.p, spot.ng);
+    pub(super) fn set_geometry(&mut self, geometry: &HitGeometry, view: &ShadingView) {
+        (self.p, self.ng) = (geometry.p, geometry.ng);
         (self.wo, self.ns) = (view.wo, view.ns);
-        (self.sides, self.frame) = (view.sides, view.frame);
+        (self.ray_origins, self.frame) = (view.ray_origins, view.frame);
     }
 
     /// Whether `n` says that the viewer is on the side that he is on.
     #[inline]
-    pub fn is_seen(&self, n: Vec3) -> bool {
-        is_seen(n, self.ng, self.wo)
+    pub fn is_consistent_normal(&self, n: Vec3) -> bool {
+        is_consistent_normal(n, self.ng, self.wo)
     }
 
     /// Says how wide the bundle of rays is that arrives here, in m: what of the surface textures look at.
     ///
     /// A round bundle meets the surface in an ellipse, longer by 1/cos in the direction in which the ray slants.
-    pub fn cover(&mut self, width: f32) {
+    pub fn set_footprint(&mut self, width: f32) {
         let (u, v) = (self.dpdu, self.dpdv);
         let area = u.cross(v);
         let area2 = area.length_squared();
-        let cos = self.ng.dot(self.wo).abs().max(LEAST_COS);
+        let cos = self.ng.dot(self.wo).abs().max(MIN_COS);
         let across = match self.ng.cross(self.wo).try_normalize() {
             Some(across) => across,
             None => Frame::from_normal(self.ng).s,
@@ -140,7 +144,7 @@ impl Surface {
     }
 
     /// How fast the surface bends away from the viewer, in m^-1; negative where it is hollow.
-    pub fn bend(&self) -> f32 {
+    pub fn signed_curvature(&self) -> f32 {
         let local = self.texture.curvature;
         if local == 0.0 {
             return 0.0;
@@ -175,7 +179,7 @@ impl Surface {
 
     #[inline(always)]
     fn origin(&self, w: Vec3) -> Vec3 {
-        let ([above, below], is_below) = (self.sides, w.dot(self.ng) < 0.0);
+        let ([above, below], is_below) = (self.ray_origins, w.dot(self.ng) < 0.0);
         // Nobody can predict the side, so it is not branched on.
         let either = |above: f32, below: f32| if is_below { below } else { above };
         Vec3::new(

@@ -1,6 +1,6 @@
 //! Names for lights that belong together, so that a picture can be parted by them.
 
-use super::{EmitterPart, LightId, LightPart, ObjectId, Scene};
+use super::{EmitterPrim, LightId, LightSource, ObjectId, Scene};
 
 /// An index into the groups of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -13,7 +13,7 @@ pub struct LightGroups {
     /// Of each light of its own, and of each object; those beyond the end are in none.
     lights: Vec<LightGroup>,
     objects: Vec<LightGroup>,
-    sky: LightGroup,
+    background: LightGroup,
 }
 
 impl Default for LightGroups {
@@ -22,7 +22,7 @@ impl Default for LightGroups {
             names: vec![String::new()],
             lights: Vec::new(),
             objects: Vec::new(),
-            sky: LightGroup::default(),
+            background: LightGroup::default(),
         }
     }
 }
@@ -51,24 +51,24 @@ impl LightGroups {
     }
 
     /// Puts the `light`th of the scene's own lights into `group`.
-    pub fn put_light(&mut self, light: usize, group: LightGroup) {
+    pub fn set_light(&mut self, light: usize, group: LightGroup) {
         put(&mut self.lights, light, group);
     }
 
     /// Puts what shines of an object into `group`.
-    pub fn put_object(&mut self, object: ObjectId, group: LightGroup) {
+    pub fn set_object(&mut self, object: ObjectId, group: LightGroup) {
         put(&mut self.objects, object.0 as usize, group);
     }
 
     /// Puts the sky into `group`.
-    pub fn put_sky(&mut self, group: LightGroup) {
-        self.sky = group;
+    pub fn set_background(&mut self, group: LightGroup) {
+        self.background = group;
     }
 
     /// That of the sky.
     #[cold]
-    pub fn of_sky(&self) -> LightGroup {
-        self.sky
+    pub fn of_background(&self) -> LightGroup {
+        self.background
     }
 
     /// That of an object that shines.
@@ -77,7 +77,7 @@ impl LightGroups {
         self.objects.get(object.0 as usize).copied().unwrap_or_default()
     }
 
-    fn of_own(&self, light: LightId) -> LightGroup {
+    fn of_analytic(&self, light: LightId) -> LightGroup {
         self.lights.get(light.0 as usize).copied().unwrap_or_default()
     }
 }
@@ -86,13 +86,13 @@ impl Scene {
     /// The group that `light` is in. Few ask.
     #[cold]
     pub fn group_of(&self, light: LightId) -> LightGroup {
-        match self.lights.part(light) {
-            LightPart::Own(_) => self.light_groups.of_own(light),
-            LightPart::Sky => self.light_groups.of_sky(),
-            LightPart::Emitter(emitter) => {
-                let object = match self.lights.emitters().part(emitter, &self.meshes) {
-                    EmitterPart::Shape(shape) => self.shape_objects[shape as usize],
-                    EmitterPart::Triangle(_, mesh) => mesh.object,
+        match self.lights.source(light) {
+            LightSource::Analytic(_) => self.light_groups.of_analytic(light),
+            LightSource::Background => self.light_groups.of_background(),
+            LightSource::Emitter(emitter) => {
+                let object = match self.lights.emitters().prim(emitter, &self.meshes) {
+                    EmitterPrim::Shape(shape) => self.shape_objects[shape as usize],
+                    EmitterPrim::Triangle(_, mesh) => mesh.object,
                 };
                 self.light_groups.of_object(object)
             }

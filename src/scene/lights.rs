@@ -7,9 +7,9 @@
 //! (suns, the sky), and all others together. Among the others trees choose, one over points and one over surfaces; see
 //! [`crate::light::tree`].
 
-use super::{EmitterId, Emitters, LightId, Sky};
+use super::{BackgroundRadiance, EmitterId, Emitters, LightId};
 use crate::{
-    light::{Light, LightBounds, tree::Tree},
+    light::{Light, LightBounds, tree::LightTree},
     math::{
         Rgb, Vec3,
         hash::{mix32, unit_f32},
@@ -18,7 +18,7 @@ use crate::{
 
 /// A place that light is asked for.
 #[derive(Clone, Copy, Debug)]
-pub struct Receiver {
+pub struct LightSampleContext {
     pub p: Vec3,
     /// Unit shading normal; zero where light counts from all sides.
     pub n: Vec3,
@@ -26,7 +26,7 @@ pub struct Receiver {
 
 /// A light that was chosen for a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Choice {
+pub struct SampledLight {
     pub light: LightId,
     /// The probability of the choice.
     pub pmf: f32,
@@ -34,10 +34,10 @@ pub struct Choice {
 
 /// What a light is.
 #[derive(Clone, Copy, Debug)]
-pub enum LightPart<'a> {
-    Own(&'a Light),
+pub enum LightSource<'a> {
+    Analytic(&'a Light),
     Emitter(EmitterId),
-    Sky,
+    Background,
 }
 
 /// All lights.
@@ -45,28 +45,28 @@ pub enum LightPart<'a> {
 pub struct Lights {
     all: Vec<Light>,
     emitters: Emitters,
-    sky: Option<LightId>,
+    background: Option<LightId>,
     /// Those that do not thin out with distance, without the sky.
-    endless: Vec<LightId>,
-    /// Those of `endless` that are a disk.
+    infinite: Vec<LightId>,
+    /// Those of `infinite` that are a disk.
     suns: Vec<LightId>,
     /// The lights of their own that thin out, by the numbers of the tree.
     points: Vec<LightId>,
-    point_tree: Tree,
-    emitter_tree: Tree,
+    point_tree: LightTree,
+    emitter_tree: LightTree,
     /// The one light that there is.
     only: Option<LightId>,
 }
 
 /// How a choice is shared out at a place.
-struct Shares {
+struct SelectionWeights {
     /// How many have the same chance: 1 for all that thin out, if they matter, and each of the others that does.
     count: u32,
     /// What those that thin out may bring: points and surfaces.
     near: [f64; 2],
 }
 
-impl Shares {
+impl SelectionWeights {
     fn has_near(&self) -> bool {
         self.near[0] + self.near[1] > 0.0
     }
@@ -83,37 +83,37 @@ impl Lights {
         all: Vec<Light>,
         emitters: Emitters,
         bounds: impl ExactSizeIterator<Item = LightBounds>,
-        sky: &Sky,
+        background: &BackgroundRadiance,
     ) -> Self {
-        let (mut points, mut point_bounds, mut endless, mut suns) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut points, mut point_bounds, mut infinite, mut suns) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (light, id) in all.iter().zip((0..).map(LightId)) {
             match light.bounds() {
                 Some(bounds) => {
                     points.push(id);
                     point_bounds.push(bounds);
                 }
-                None => endless.push(id),
+                None => infinite.push(id),
             }
             if matches!(light, Light::Sun(sun) if sun.has_size()) {
                 suns.push(id);
             }
         }
         let near = all.len() as u32 + emitters.count();
-        let sky = sky.is_sampled().then_some(LightId(near));
-        let only = match (near, sky) {
-            (0, Some(sky)) => Some(sky),
+        let background = background.is_sampled().then_some(LightId(near));
+        let only = match (near, background) {
+            (0, Some(background)) => Some(background),
             (1, None) => Some(LightId(0)),
             _ => None,
         };
         Self {
             all,
             emitters,
-            sky,
-            endless,
+            background,
+            infinite,
             suns,
             points,
-            point_tree: Tree::build(point_bounds.into_iter()),
-            emitter_tree: Tree::build(bounds),
+            point_tree: LightTree::build(point_bounds.into_iter()),
+            emitter_tree: LightTree::build(bounds),
             only,
         }
     }
@@ -128,18 +128,18 @@ impl Lights {
     }
 
     /// The sky, where its brighter parts are asked for.
-    pub fn sky(&self) -> Option<LightId> {
-        self.sky
+    pub fn background(&self) -> Option<LightId> {
+        self.background
     }
 
-    pub fn part(&self, light: LightId) -> LightPart<'_> {
+    pub fn source(&self, light: LightId) -> LightSource<'_> {
         if let Some(own) = self.all.get(light.0 as usize) {
-            return LightPart::Own(own);
+            return LightSource::Analytic(own);
         }
-        if self.sky == Some(light) {
-            return LightPart::Sky;
+        if self.background == Some(light) {
+            return LightSource::Background;
         }
-        LightPart::Emitter(EmitterId(light.0 - self.all.len() as u32))
+        LightSource::Emitter(EmitterId(light.0 - self.all.len() as u32))
     }
 
     pub fn of_emitter(&self, emitter: EmitterId) -> LightId {
@@ -157,7 +157,7 @@ impl Lights {
 
     /// How many there are.
     pub fn count(&self) -> u32 {
-        self.all.len() as u32 + self.emitters.count() + u32::from(self.sky.is_some())
+        self.all.len() as u32 + self.emitters.count() + u32::from(self.background.is_some())
     }
 
     /// The suns whose disk the unit direction `w` meets, with its radiance in W m^-2 sr^-1 and the density of that direction in
@@ -165,51 +165,53 @@ impl Lights {
     #[inline]
     pub fn suns(&self, w: Vec3) -> impl Iterator<Item = (LightId, Rgb, f32)> {
         self.suns.iter().filter_map(move |&id| match &self.all[id.0 as usize] {
-            Light::Sun(sun) => sun.seen(w).map(|(l, pdf)| (id, l, pdf)),
+            Light::Sun(sun) => sun.radiance_towards(w).map(|(l, pdf)| (id, l, pdf)),
             _ => None,
         })
     }
 
-    fn reaches(&self, light: LightId, at: &Receiver) -> bool {
+    fn reaches(&self, light: LightId, at: &LightSampleContext) -> bool {
         self.all[light.0 as usize].reaches(at.p, at.n)
     }
 
-    fn shares(&self, at: &Receiver) -> Shares {
-        let mut shares = Shares {
-            count: u32::from(self.sky.is_some()),
+    fn weights(&self, at: &LightSampleContext) -> SelectionWeights {
+        let mut weights = SelectionWeights {
+            count: u32::from(self.background.is_some()),
             near: [&self.point_tree, &self.emitter_tree].map(|tree| tree.importance(at.p, at.n)),
         };
-        shares.count += u32::from(shares.has_near());
-        shares.count += self.endless.iter().filter(|l| self.reaches(**l, at)).count() as u32;
-        shares
+        weights.count += u32::from(weights.has_near());
+        weights.count += self.infinite.iter().filter(|l| self.reaches(**l, at)).count() as u32;
+        weights
     }
 
     /// A light for the place `at`, by a uniform number in `[0, 1)`; `None` where none can matter.
-    pub fn choose(&self, at: &Receiver, u: f32) -> Option<Choice> {
+    pub fn choose(&self, at: &LightSampleContext, u: f32) -> Option<SampledLight> {
         if let Some(light) = self.only {
-            return Some(Choice { light, pmf: 1.0 });
+            return Some(SampledLight { light, pmf: 1.0 });
         }
-        let shares = self.shares(at);
-        let scaled = fine(u, at.p) * f64::from(shares.count);
-        let mut which = (scaled as u32).min(shares.count.checked_sub(1)?);
-        let pmf = 1.0 / f64::from(shares.count);
-        if shares.has_near() {
+        let weights = self.weights(at);
+        let scaled = extend_precision(u, at.p) * f64::from(weights.count);
+        let mut which = (scaled as u32).min(weights.count.checked_sub(1)?);
+        let pmf = 1.0 / f64::from(weights.count);
+        if weights.has_near() {
             if which == 0 {
-                return self.choose_near(at, &shares, scaled).map(|(light, near)| Choice {
-                    light,
-                    pmf: (pmf * near) as f32,
-                });
+                return self
+                    .choose_near(at, &weights, scaled)
+                    .map(|(light, near)| SampledLight {
+                        light,
+                        pmf: (pmf * near) as f32,
+                    });
             }
             which -= 1;
         }
-        let mut endless = self.endless.iter().filter(|l| self.reaches(**l, at));
-        let light = endless.nth(which as usize).copied().or(self.sky)?;
-        Some(Choice { light, pmf: pmf as f32 })
+        let mut infinite = self.infinite.iter().filter(|l| self.reaches(**l, at));
+        let light = infinite.nth(which as usize).copied().or(self.background)?;
+        Some(SampledLight { light, pmf: pmf as f32 })
     }
 
     /// One of those that thin out, by a uniform number in `[0, 1)`.
-    fn choose_near(&self, at: &Receiver, shares: &Shares, u: f64) -> Option<(LightId, f64)> {
-        let of_points = shares.of_points();
+    fn choose_near(&self, at: &LightSampleContext, weights: &SelectionWeights, u: f64) -> Option<(LightId, f64)> {
+        let of_points = weights.of_points();
         if u < of_points {
             let (light, pmf) = self.point_tree.choose(at.p, at.n, u / of_points)?;
             Some((self.points[light as usize], of_points * pmf))
@@ -222,43 +224,43 @@ impl Lights {
     }
 
     /// A surface for the place `at`, of the surfaces alone, by a uniform number in `[0, 1)`; `None` where none can matter.
-    pub fn choose_emitter(&self, at: &Receiver, u: f32) -> Option<Choice> {
+    pub fn choose_emitter(&self, at: &LightSampleContext, u: f32) -> Option<SampledLight> {
         if self.emitter_tree.importance(at.p, at.n) == 0.0 {
             return None;
         }
-        let (light, pmf) = self.emitter_tree.choose(at.p, at.n, fine(u, at.p))?;
-        Some(Choice {
+        let (light, pmf) = self.emitter_tree.choose(at.p, at.n, extend_precision(u, at.p))?;
+        Some(SampledLight {
             light: self.of_emitter(EmitterId(light)),
             pmf: pmf as f32,
         })
     }
 
     /// The probability of [`Lights::choose`] to choose `light` for the place `at`.
-    pub fn pmf(&self, at: &Receiver, light: LightId) -> f32 {
+    pub fn pmf(&self, at: &LightSampleContext, light: LightId) -> f32 {
         if self.only.is_some() {
             return 1.0;
         }
-        let shares = self.shares(at);
-        let near = match self.part(light) {
-            LightPart::Sky => 1.0,
-            LightPart::Own(_) => match self.points.binary_search_by_key(&light.0, |l| l.0) {
+        let weights = self.weights(at);
+        let near = match self.source(light) {
+            LightSource::Background => 1.0,
+            LightSource::Analytic(_) => match self.points.binary_search_by_key(&light.0, |l| l.0) {
                 Err(_) if self.reaches(light, at) => 1.0,
                 Err(_) => 0.0,
-                Ok(_) if shares.near[0] == 0.0 => 0.0,
-                Ok(i) => shares.of_points() * self.point_tree.pmf(at.p, at.n, i as u32),
+                Ok(_) if weights.near[0] == 0.0 => 0.0,
+                Ok(i) => weights.of_points() * self.point_tree.pmf(at.p, at.n, i as u32),
             },
-            LightPart::Emitter(_) if shares.near[1] == 0.0 => 0.0,
-            LightPart::Emitter(emitter) => (1.0 - shares.of_points()) * self.emitter_tree.pmf(at.p, at.n, emitter.0),
+            LightSource::Emitter(_) if weights.near[1] == 0.0 => 0.0,
+            LightSource::Emitter(emitter) => (1.0 - weights.of_points()) * self.emitter_tree.pmf(at.p, at.n, emitter.0),
         };
         if near == 0.0 {
             return 0.0;
         }
-        (near / f64::from(shares.count)) as f32
+        (near / f64::from(weights.count)) as f32
     }
 }
 
 /// `u` with more digits than single precision has: a tree of a million lights asks for as many. They come from the place.
-fn fine(u: f32, p: Vec3) -> f64 {
+fn extend_precision(u: f32, p: Vec3) -> f64 {
     const LAST: f64 = 1.0 / 16_777_216.0;
     let [x, y, z] = p.to_array().map(f32::to_bits);
     let digits = unit_f32(mix32(x ^ mix32(y ^ mix32(z ^ u.to_bits()))));

@@ -14,7 +14,6 @@ use crate::{
 
 pub mod background;
 pub mod builder;
-mod columns;
 mod emitter_bounds;
 pub mod emitters;
 pub mod first_hit;
@@ -24,24 +23,25 @@ pub mod light_component;
 pub mod light_groups;
 pub mod lights;
 mod mesh_transform;
-pub mod motion;
 pub mod names;
+mod surface_soa;
 pub mod surfaces;
+pub mod update;
 
-pub use background::{Background, Sky};
+pub use background::{Background, BackgroundRadiance};
 pub(crate) use builder::MeshOwner;
 pub use builder::{GroupId, SceneBuilder};
-pub use emitters::{EmitterId, EmitterPart, Emitters};
+pub use emitters::{EmitterId, EmitterPrim, Emitters};
 pub use first_hit::FirstHit;
 pub use instance::{InstanceRecord, ObjectFromGroup};
-pub use interaction::Surface;
+pub use interaction::SurfaceInteraction;
 pub use light_component::Component;
 pub use light_groups::{LightGroup, LightGroups};
-pub use lights::{Choice, LightPart, Lights, Receiver};
+pub use lights::{LightSampleContext, LightSource, Lights, SampledLight};
 pub(crate) use mesh_transform::MeshTransform;
-pub use motion::{MeshId, Motion, MotionError, Pose};
 pub use names::{NodeId, NodeName};
 pub use surfaces::Surfaces;
+pub use update::{MeshId, MeshPose, SceneUpdate, SceneUpdateError};
 
 /// An index into the scene's objects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,7 +91,7 @@ pub struct Scene {
     /// What each of the geometry's instances is.
     pub instances: Vec<InstanceRecord>,
     /// What [`ObjectFromGroup::At`] names.
-    pub object_places: Vec<Transform>,
+    pub object_transforms: Vec<Transform>,
     /// Object of each of the geometry's shapes.
     pub shape_objects: Vec<ObjectId>,
     /// The nodes of all model files.
@@ -105,24 +105,24 @@ pub struct Scene {
     pub light_groups: LightGroups,
     pub background: Background,
     /// Of each material, whether places on textures are found for it.
-    pub(crate) varying: Vec<bool>,
+    pub(crate) is_spatially_varying: Vec<bool>,
 }
 
 impl Scene {
     /// The same scene, lit by `own`, the lights of their own, and by all of its surfaces that shine.
-    pub fn lit(mut self, own: Vec<Light>) -> Self {
+    pub fn with_lights(mut self, own: Vec<Light>) -> Self {
         // Where textures look at more than points even a mirror bends what is seen in it, by the place's curvature.
         let all = self.reads_footprints();
-        self.varying = self.materials.iter().map(|m| all || m.varies()).collect();
-        self.light_up(own);
+        self.is_spatially_varying = self.materials.iter().map(|m| all || m.is_spatially_varying()).collect();
+        self.rebuild_lights(own);
         self
     }
 
     /// Finds the surfaces that shine, where they are now, and makes lights of them.
-    fn light_up(&mut self, own: Vec<Light>) {
+    fn rebuild_lights(&mut self, own: Vec<Light>) {
         let emitters = Emitters::collect(self);
         let bounds = emitters.bounds(self);
-        self.lights = Lights::new(own, emitters, bounds, &self.background.sky);
+        self.lights = Lights::new(own, emitters, bounds, &self.background.radiance);
     }
 
     /// The tables that material colours are looked up in.
@@ -146,37 +146,39 @@ impl Scene {
 
     /// The radiance that arrives where a ray along the unit direction `w` meets nothing, in W m^-2 sr^-1.
     #[inline]
-    pub fn escape(&self, w: Vec3) -> Rgb {
-        self.background.sky.radiance(w)
+    pub fn background_radiance(&self, w: Vec3) -> Rgb {
+        self.background.radiance.radiance(w)
     }
 
     /// A direction from which `light` shines on `from`, by two uniform numbers in `[0, 1)`; `None` where it does not.
     #[inline]
     pub fn sample_light(&self, light: LightId, from: Vec3, u: Vec2) -> Option<LightSample> {
-        match self.lights.part(light) {
-            LightPart::Own(own) => own.sample(from, u),
-            LightPart::Emitter(emitter) => self.sample_emitter(emitter, from, u),
-            LightPart::Sky => match &self.background.sky {
-                Sky::Environment(environment) => environment.sample(u),
-                Sky::Color(_) => None,
+        match self.lights.source(light) {
+            LightSource::Analytic(own) => own.sample(from, u),
+            LightSource::Emitter(emitter) => self.sample_emitter(emitter, from, u),
+            LightSource::Background => match &self.background.radiance {
+                BackgroundRadiance::Environment(environment) => environment.sample(u),
+                BackgroundRadiance::Color(_) => None,
             },
         }
     }
 
     /// The density, in sr^-1, with which [`Lights::choose`] and [`Scene::sample_light`] at `at` find the direction `w` towards what
-    /// [`Scene::escape`] tells. 0 where it is not a light that is asked for.
+    /// [`Scene::background_radiance`] tells. 0 where it is not a light that is asked for.
     #[inline]
-    pub fn pdf_escape(&self, at: &Receiver, w: Vec3) -> f32 {
-        match (&self.background.sky, self.lights.sky()) {
-            (Sky::Environment(environment), Some(light)) => environment.pdf(w) * self.lights.pmf(at, light),
+    pub fn pdf_background(&self, at: &LightSampleContext, w: Vec3) -> f32 {
+        match (&self.background.radiance, self.lights.background()) {
+            (BackgroundRadiance::Environment(environment), Some(light)) => {
+                environment.pdf(w) * self.lights.pmf(at, light)
+            }
             _ => 0.0,
         }
     }
 
-    /// The disks of suns that are seen along the unit direction `w`, beside [`Scene::escape`]: each with its radiance, in
+    /// The disks of suns that are seen along the unit direction `w`, beside [`Scene::background_radiance`]: each with its radiance, in
     /// W m^-2 sr^-1, and the density with which light sampling at `at` finds `w` there, in sr^-1.
     #[inline]
-    pub fn suns(&self, at: &Receiver, w: Vec3) -> impl Iterator<Item = (LightId, Rgb, f32)> {
+    pub fn suns(&self, at: &LightSampleContext, w: Vec3) -> impl Iterator<Item = (LightId, Rgb, f32)> {
         self.lights
             .suns(w)
             .map(|(light, l, pdf)| (light, l, pdf * self.lights.pmf(at, light)))
@@ -184,7 +186,7 @@ impl Scene {
 
     /// The same for the unit direction `w` towards the surface that a ray from `at` met there with `hit`. 0 where no light is.
     #[inline]
-    pub fn pdf_hit(&self, at: &Receiver, w: Vec3, hit: &Hit) -> f32 {
+    pub fn pdf_hit(&self, at: &LightSampleContext, w: Vec3, hit: &Hit) -> f32 {
         self.pdf_emitter(at.p, w, hit).map_or(0.0, |(emitter, pdf)| {
             pdf * self.lights.pmf(at, self.lights.of_emitter(emitter))
         })

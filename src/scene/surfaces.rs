@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::Vec2Swizzles;
 
-use super::{MeshRecord, Scene, Surface, columns::Columns, interaction::Spot};
+use super::{MeshRecord, Scene, SurfaceInteraction, interaction::HitGeometry, surface_soa::SurfaceSoa};
 use crate::{
     accel::{Geometry, Hit, Instance, Placed, PrimRef, prefetch},
     material::MaterialId,
@@ -14,31 +14,31 @@ use crate::{
 };
 
 /// How many hits in advance the memory of surfaces is asked for.
-const AHEAD: usize = 12;
+const PREFETCH_DISTANCE: usize = 12;
 
 /// Surfaces that were found together.
 #[derive(Debug, Default)]
 pub struct Surfaces {
-    pub found: Vec<Surface>,
-    columns: Columns,
+    pub interactions: Vec<SurfaceInteraction>,
+    soa: SurfaceSoa,
 }
 
 /// What a hit is on.
-enum Found<'a> {
-    Spot(Spot),
+enum HitSurface<'a> {
+    Geometry(HitGeometry),
     /// A triangle that is in the world.
-    Face(Face<'a>),
+    Triangle(MeshTriangle<'a>),
 }
 
 /// A mesh, and one of its triangles.
-struct Face<'a> {
+struct MeshTriangle<'a> {
     mesh: &'a MeshRecord,
     corners: [Vec3; 3],
     /// Numbers of the corners in the mesh's own arrays.
     own: [usize; 3],
 }
 
-impl Face<'_> {
+impl MeshTriangle<'_> {
     #[inline(always)]
     fn uvs(&self) -> Option<[Vec2; 3]> {
         (!self.mesh.uvs.is_empty()).then(|| self.own.map(|i| self.mesh.uvs[i]))
@@ -58,23 +58,23 @@ impl Face<'_> {
 
 impl Scene {
     /// All that is to be known of a hit.
-    pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+    pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         let geometry = self.accel.geometry();
-        let mut surface = Surface::nowhere();
-        let spot = match self.enter(geometry, ray, hit, &mut surface, |_| true) {
-            Found::Spot(spot) => spot,
-            Found::Face(face) => {
-                let place = triangle::place(face.corners, hit.u, hit.v);
-                Spot {
-                    p: place.p,
-                    p_error: place.p_error,
-                    ng: place.ng,
+        let mut surface = SurfaceInteraction::unset();
+        let placed_geometry = match self.fill(geometry, ray, hit, &mut surface, |_| true) {
+            HitSurface::Geometry(placed_geometry) => placed_geometry,
+            HitSurface::Triangle(face) => {
+                let point = triangle::surface_point(face.corners, hit.u, hit.v);
+                HitGeometry {
+                    p: point.p,
+                    p_error: point.p_error,
+                    ng: point.ng,
                     smooth: face.smooth(hit, |n| n),
                 }
             }
         };
-        surface.stand(&spot, &spot.seen_along(ray.d));
-        self.place_texture(hit, &mut surface);
+        surface.set_geometry(&placed_geometry, &placed_geometry.shading_view(ray.d));
+        self.fill_texture_point(hit, &mut surface);
         surface
     }
 
@@ -90,36 +90,38 @@ impl Scene {
         surfaces: &mut Surfaces,
     ) {
         let geometry = self.accel.geometry();
-        let Surfaces { found, columns } = surfaces;
-        found.resize(part.len(), Surface::nowhere());
-        columns.clear();
-        for (surface, i) in found.iter_mut().zip(part.clone()) {
-            if let Some(later) = prims.get(i + 2 * AHEAD) {
+        let Surfaces { interactions, soa } = surfaces;
+        interactions.resize(part.len(), SurfaceInteraction::unset());
+        soa.clear();
+        for (surface, i) in interactions.iter_mut().zip(part.clone()) {
+            if let Some(later) = prims.get(i + 2 * PREFETCH_DISTANCE) {
                 prefetch(&geometry.triangles, later.index() as usize);
             }
-            if let Some(later) = prims.get(i + AHEAD) {
-                self.expect_corners(geometry, *later);
+            if let Some(later) = prims.get(i + PREFETCH_DISTANCE) {
+                self.prefetch_corners(geometry, *later);
             }
             let (ray, hit) = hit(i);
-            match self.enter(geometry, ray, hit, surface, |material| self.varies(material)) {
-                Found::Spot(spot) => columns.push_spot(&spot, ray.d),
-                Found::Face(face) => {
-                    columns.push_triangle(face.corners, [hit.u, hit.v], face.smooth(hit, |n| n), ray.d);
+            match self.fill(geometry, ray, hit, surface, |material| {
+                self.is_spatially_varying(material)
+            }) {
+                HitSurface::Geometry(placed_geometry) => soa.push_geometry(&placed_geometry, ray.d),
+                HitSurface::Triangle(face) => {
+                    soa.push_triangle(face.corners, [hit.u, hit.v], face.smooth(hit, |n| n), ray.d);
                 }
             }
         }
-        columns.find(on);
-        for (k, surface) in found.iter_mut().enumerate() {
-            columns.stand(k, surface);
-            if self.varies(surface.material) {
-                self.place_texture(hit(part.start + k).1, surface);
+        soa.compute(on);
+        for (k, surface) in interactions.iter_mut().enumerate() {
+            soa.set_geometry(k, surface);
+            if self.is_spatially_varying(surface.material) {
+                self.fill_texture_point(hit(part.start + k).1, surface);
             }
         }
     }
 
     /// Asks for the corners of a hit's triangle, and for what is known of them.
     #[inline(always)]
-    fn expect_corners(&self, geometry: &Geometry, prim: PrimRef) {
+    fn prefetch_corners(&self, geometry: &Geometry, prim: PrimRef) {
         let Some(corners) = geometry.triangles.get(prim.index() as usize) else {
             return;
         };
@@ -137,49 +139,53 @@ impl Scene {
 
     /// The triangle `prim`.
     #[inline(always)]
-    fn face<'a>(&'a self, geometry: &Geometry, prim: PrimRef) -> Face<'a> {
+    fn face<'a>(&'a self, geometry: &Geometry, prim: PrimRef) -> MeshTriangle<'a> {
         let mesh = self.mesh_of(prim);
         let index = prim.index() as usize;
         let own = geometry.triangles[index].map(|v| (v - mesh.vertices.start) as usize);
-        Face {
+        MeshTriangle {
             mesh,
             corners: geometry.corners(index),
             own,
         }
     }
 
-    /// Enters in `surface` what is known of a hit but where it is, and tells that; `asks` says for which materials more than u and
+    /// Enters in `surface` what is known of a hit but where it is, and tells that; `needs_texture` says for which materials more than u and
     /// v is to be known of the place on textures.
     #[inline(always)]
-    fn enter<'a>(
+    fn fill<'a>(
         &'a self,
         geometry: &Geometry,
         ray: &Ray,
         hit: &Hit,
-        surface: &mut Surface,
-        asks: impl Fn(MaterialId) -> bool,
-    ) -> Found<'a> {
+        surface: &mut SurfaceInteraction,
+        needs_texture: impl Fn(MaterialId) -> bool,
+    ) -> HitSurface<'a> {
         surface.t = hit.t;
         match geometry.shape(hit.prim) {
-            Some(placed) => Found::Spot(self.enter_shape(geometry, placed, ray, hit, surface, asks)),
-            None if hit.instance != Instance::NONE => Found::Spot(self.enter_instance(geometry, hit, surface, asks)),
+            Some(placed) => {
+                HitSurface::Geometry(self.fill_from_shape(geometry, placed, ray, hit, surface, needs_texture))
+            }
+            None if hit.instance != Instance::NONE => {
+                HitSurface::Geometry(self.fill_from_instance(geometry, hit, surface, needs_texture))
+            }
             None => {
                 let face = self.face(geometry, hit.prim);
                 (surface.object, surface.material) = (face.mesh.object, face.mesh.material);
                 surface.texture.uv = Vec2::new(hit.u, hit.v);
-                if asks(surface.material) || !face.mesh.uvs.is_empty() {
+                if needs_texture(surface.material) || !face.mesh.uvs.is_empty() {
                     let (uv, dpdu, dpdv) = triangle::parameters(face.corners, face.uvs(), hit.u, hit.v);
                     surface.texture.uv = uv;
                     (surface.dpdu, surface.dpdv) = (dpdu, dpdv);
                 }
-                Found::Face(face)
+                HitSurface::Triangle(face)
             }
         }
     }
 
     /// Finds the place on textures of what is a triangle in the world.
     #[inline(never)]
-    fn place_texture(&self, hit: &Hit, surface: &mut Surface) {
+    fn fill_texture_point(&self, hit: &Hit, surface: &mut SurfaceInteraction) {
         if hit.instance != Instance::NONE || self.accel.geometry().shape(hit.prim).is_some() {
             return;
         }
@@ -203,15 +209,15 @@ impl Scene {
     }
 
     #[inline(always)]
-    fn enter_shape(
+    fn fill_from_shape(
         &self,
         geometry: &Geometry,
         placed: &Placed,
         ray: &Ray,
         hit: &Hit,
-        surface: &mut Surface,
-        asks: impl Fn(MaterialId) -> bool,
-    ) -> Spot {
+        surface: &mut SurfaceInteraction,
+        needs_texture: impl Fn(MaterialId) -> bool,
+    ) -> HitGeometry {
         let object = self.shape_objects[hit.prim.index() as usize - geometry.triangles.len()];
         let material = self.objects[object.0 as usize].material;
         (surface.object, surface.material) = (object, material);
@@ -226,7 +232,7 @@ impl Scene {
             Some(t) => placed.shape.surface(&t.ray_to_local(ray), &shape_hit),
         };
         surface.texture.uv = local.uv;
-        if asks(material) {
+        if needs_texture(material) {
             surface.texture = TexturePoint {
                 curvature: placed.shape.curvature(),
                 ..texture_point(&local)
@@ -235,7 +241,7 @@ impl Scene {
             (surface.dpdu, surface.dpdv) = (in_world(local.dpdu), in_world(local.dpdv));
         }
         match transform {
-            None => Spot {
+            None => HitGeometry {
                 p: local.p,
                 p_error: local.p_error,
                 ng: local.ng,
@@ -245,13 +251,13 @@ impl Scene {
         }
     }
 
-    fn enter_instance(
+    fn fill_from_instance(
         &self,
         geometry: &Geometry,
         hit: &Hit,
-        surface: &mut Surface,
-        asks: impl Fn(MaterialId) -> bool,
-    ) -> Spot {
+        surface: &mut SurfaceInteraction,
+        needs_texture: impl Fn(MaterialId) -> bool,
+    ) -> HitGeometry {
         let face = self.face(geometry, hit.prim);
         let instance = &self.instances[hit.instance.0 as usize];
         let t = &geometry.transforms[geometry.instances[hit.instance.0 as usize].transform as usize];
@@ -262,29 +268,31 @@ impl Scene {
             local.uv = local.uv.yx();
             (local.dpdu, local.dpdv) = (local.dpdv, local.dpdu);
         }
-        let mut spot = in_world(&local, t);
-        spot.p_error += t.return_error(spot.p);
-        spot.smooth = face.smooth(hit, |n| t.normal_to_world(n).normalize_or_zero());
+        let mut placed_geometry = in_world(&local, t);
+        placed_geometry.p_error += t.return_error(placed_geometry.p);
+        placed_geometry.smooth = face.smooth(hit, |n| t.normal_to_world(n).normalize_or_zero());
         (surface.object, surface.material) = (instance.object, instance.material.unwrap_or(face.mesh.material));
         surface.texture.uv = local.uv;
-        if asks(surface.material) {
+        if needs_texture(surface.material) {
             (surface.dpdu, surface.dpdv) = (t.vector_to_world(local.dpdu), t.vector_to_world(local.dpdv));
             surface.texture = texture_point(&local);
-            instance.place_texture(surface, &spot, &self.object_places);
+            instance.fill_texture_point(surface, &placed_geometry, &self.object_transforms);
         }
-        spot
+        placed_geometry
     }
 
     /// Whether `material` looks at places on textures.
     #[inline]
-    fn varies(&self, material: MaterialId) -> bool {
-        self.varying.get(material.0 as usize).is_none_or(|varies| *varies)
+    fn is_spatially_varying(&self, material: MaterialId) -> bool {
+        self.is_spatially_varying
+            .get(material.0 as usize)
+            .is_none_or(|varies| *varies)
     }
 }
 
 #[inline(always)]
-fn in_world(local: &LocalSurface, t: &Transform) -> Spot {
-    Spot {
+fn in_world(local: &LocalSurface, t: &Transform) -> HitGeometry {
+    HitGeometry {
         p: t.point_to_world(local.p),
         p_error: t.point_error_to_world(local.p, local.p_error),
         ng: t.normal_to_world(local.ng).normalize(),

@@ -193,7 +193,7 @@ impl Quad {
     #[inline]
     fn has_edges_around(&self, ray: &Ray) -> bool {
         let shear = Shear::new(&ray.d);
-        let corner = |i: usize| shear.flat(shear.turn(&(self.corners[i] - ray.o)));
+        let corner = |i: usize| shear.flat(shear.permute(&(self.corners[i] - ray.o)));
         let (a, b, c, d) = (corner(0), corner(1), corner(2), corner(3));
         let edge = Shear::edge;
         let (ab, bc, cd, da) = (edge(a, b), edge(b, c), edge(c, d), edge(d, a));

@@ -48,7 +48,7 @@ impl Shear {
 
     /// The coordinates of `v` in the order of the axes.
     #[inline]
-    pub fn turn(&self, v: &Vec3) -> Vec3 {
+    pub fn permute(&self, v: &Vec3) -> Vec3 {
         let v: &[f32; 3] = v.as_ref();
         let [x, y, z] = self.axes;
         Vec3::new(v[x], v[y], v[z])
@@ -70,7 +70,7 @@ impl Shear {
 #[inline]
 pub fn intersect(ray: &Ray, a: Vec3, b: Vec3, c: Vec3) -> Option<ShapeHit> {
     let shear = Shear::new(&ray.d);
-    let [a, b, c] = [a, b, c].map(|corner| shear.turn(&(corner - ray.o)));
+    let [a, b, c] = [a, b, c].map(|corner| shear.permute(&(corner - ray.o)));
     let [p, q, r] = [a, b, c].map(|corner| shear.flat(corner));
     let (u, v, w) = (Shear::edge(r, q), Shear::edge(p, r), Shear::edge(q, p));
     let smallest = u.min(v).min(w);
@@ -79,7 +79,7 @@ pub fn intersect(ray: &Ray, a: Vec3, b: Vec3, c: Vec3) -> Option<ShapeHit> {
         return None;
     }
     let n = (a - c).cross(b - a);
-    let det = n.dot(shear.turn(&ray.d));
+    let det = n.dot(shear.permute(&ray.d));
     if det == 0.0 {
         return None;
     }
@@ -100,12 +100,12 @@ pub fn intersect(ray: &Ray, a: Vec3, b: Vec3, c: Vec3) -> Option<ShapeHit> {
 
 /// The surface at a hit that [`intersect`] found, by the weights `u` of b and `v` of c; see [`parameters`] for `uvs`.
 pub fn surface(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> LocalSurface {
-    let place = place(corners, u, v);
+    let point = surface_point(corners, u, v);
     let (uv, dpdu, dpdv) = parameters(corners, uvs, u, v);
     LocalSurface {
-        p: place.p,
-        p_error: place.p_error,
-        ng: place.ng,
+        p: point.p,
+        p_error: point.p_error,
+        ng: point.ng,
         uv,
         dpdu,
         dpdv,
@@ -114,7 +114,7 @@ pub fn surface(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> Lo
 
 /// A point of a triangle.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct TrianglePoint {
     pub p: Vec3,
     /// Bound on the absolute error of each coordinate of `p`.
     ///
@@ -128,32 +128,32 @@ pub struct Place {
 
 /// The place at the weights `u` of b and `v` of c.
 #[inline]
-pub fn place(corners: [Vec3; 3], u: f32, v: f32) -> Place {
-    let (place, is_exact) = place_in_single(corners, u, v);
+pub fn surface_point(corners: [Vec3; 3], u: f32, v: f32) -> TrianglePoint {
+    let (point, is_exact) = point_in_f32(corners, u, v);
     if is_exact {
-        return place;
+        return point;
     }
     let n = normal_times_area(corners);
-    place_along(corners, u, v, n.normalize_or(DVec3::Y).as_vec3(), n.length() as f32)
+    point_along_normal(corners, u, v, n.normalize_or(DVec3::Y).as_vec3(), n.length() as f32)
 }
 
 /// The same for the most part: whether it is says the second answer. It is not where single precision cannot hold the
 /// square of the area.
 #[inline(always)]
-pub fn place_in_single(corners: [Vec3; 3], u: f32, v: f32) -> (Place, bool) {
+pub fn point_in_f32(corners: [Vec3; 3], u: f32, v: f32) -> (TrianglePoint, bool) {
     let n = normal_times_area(corners).as_vec3();
     let length2 = n.length_squared();
     let length = length2.sqrt();
     let is_exact = (length2 > 1e-30) & (length2 < 1e30);
-    (place_along(corners, u, v, n / length, length), is_exact)
+    (point_along_normal(corners, u, v, n / length, length), is_exact)
 }
 
 #[inline(always)]
-fn place_along(corners: [Vec3; 3], u: f32, v: f32, ng: Vec3, twice_area: f32) -> Place {
+fn point_along_normal(corners: [Vec3; 3], u: f32, v: f32, ng: Vec3, twice_area: f32) -> TrianglePoint {
     let [a, b, c] = corners;
     let (pa, pb, pc) = (a * (1.0 - u - v).max(0.0), b * u, c * v);
     let p = pa + pb + pc;
-    Place {
+    TrianglePoint {
         p,
         p_error: (pa.abs() + pb.abs() + pc.abs()) * gamma(7) + ng.abs() * plane_error(corners, p, twice_area),
         ng,

@@ -58,7 +58,7 @@ impl Bitmap {
     }
 
     /// The largest number of each channel; white for formats that hold nothing larger.
-    pub fn brightest(&self) -> Rgb {
+    pub fn max_value(&self) -> Rgb {
         match &self.storage {
             Storage::Srgb8(_) | Storage::Linear8(_) => Rgb::WHITE,
             Storage::Float(_) => {

@@ -17,14 +17,14 @@ use serde::Deserialize;
 use super::{Bitmap, FindBitmap, PatternKind};
 use crate::{
     math::{Rgb, Vec2},
-    value::{Positive, Problem, Tint},
+    value::{Positive, Problem, RgbFactor},
 };
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CheckerDesc {
-    pub a: Tint,
-    pub b: Tint,
+    pub a: RgbFactor,
+    pub b: RgbFactor,
     #[serde(default = "one")]
     pub scale: Positive,
 }
@@ -55,7 +55,7 @@ impl PatternKind for Checker {
         self.colors[usize::from(odd)]
     }
 
-    fn brightest(&self, _bitmaps: &[Bitmap]) -> Rgb {
+    fn max_value(&self, _bitmaps: &[Bitmap]) -> Rgb {
         let [a, b] = self.colors;
         a.max(b)
     }

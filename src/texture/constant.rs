@@ -14,13 +14,13 @@ use serde::Deserialize;
 use super::{Bitmap, FindBitmap, PatternKind};
 use crate::{
     math::{Rgb, Vec2},
-    value::{Problem, Tint},
+    value::{Problem, RgbFactor},
 };
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ConstantDesc {
-    pub color: Tint,
+    pub color: RgbFactor,
 }
 
 impl ConstantDesc {
@@ -39,7 +39,7 @@ impl PatternKind for Constant {
         self.color
     }
 
-    fn brightest(&self, _bitmaps: &[Bitmap]) -> Rgb {
+    fn max_value(&self, _bitmaps: &[Bitmap]) -> Rgb {
         self.color
     }
 }

@@ -45,7 +45,7 @@ pub enum Filter {
 }
 
 /// Pieces that a long footprint is taken apart into, at most.
-const MOST_PIECES: u32 = 8;
+const MAX_PROBES: u32 = 8;
 
 /// What lies outside the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -146,11 +146,11 @@ impl ImagePattern {
         let size = Vec2::new(bitmap.width as f32, bitmap.height as f32);
         let footprint = Footprint::of(axes, size);
         let mut sum = Rgb::BLACK;
-        for piece in 0..footprint.pieces {
-            let along = (piece as f32 + 0.5) / footprint.pieces as f32 - 0.5;
+        for probe in 0..footprint.probes {
+            let along = (probe as f32 + 0.5) / footprint.probes as f32 - 0.5;
             sum += self.between_levels(bitmap, st + footprint.long_axis * along, footprint.level);
         }
-        sum / footprint.pieces as f32
+        sum / footprint.probes as f32
     }
 
     /// The colour in the copies of the picture above and below `level`.
@@ -170,7 +170,7 @@ impl ImagePattern {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Footprint {
     /// Places along the long axis.
-    pieces: u32,
+    probes: u32,
     /// In s and t.
     long_axis: Vec2,
     /// 0 for the picture itself, 1 for the copy of half its size, and between.
@@ -192,17 +192,17 @@ impl Footprint {
         } else {
             0.0
         };
-        let width = short.max(long / MOST_PIECES as f32).max(1.0);
+        let width = short.max(long / MAX_PROBES as f32).max(1.0);
         if !(width.is_finite() && long_axis.is_finite()) {
             // Wider than any picture.
             return Self {
-                pieces: 1,
+                probes: 1,
                 long_axis: Vec2::ZERO,
                 level: f32::MAX,
             };
         }
         Self {
-            pieces: ((long / width).round() as u32).clamp(1, MOST_PIECES),
+            probes: ((long / width).round() as u32).clamp(1, MAX_PROBES),
             long_axis,
             level: trig::log2(width),
         }
@@ -210,8 +210,8 @@ impl Footprint {
 }
 
 impl PatternKind for ImagePattern {
-    fn brightest(&self, bitmaps: &[Bitmap]) -> Rgb {
-        bitmaps[self.bitmap.0 as usize].brightest()
+    fn max_value(&self, bitmaps: &[Bitmap]) -> Rgb {
+        bitmaps[self.bitmap.0 as usize].max_value()
     }
 
     fn alpha(&self, bitmaps: &[Bitmap], st: Vec2) -> f32 {

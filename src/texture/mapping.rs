@@ -27,7 +27,7 @@ use serde::Deserialize;
 use super::TexturePoint;
 use crate::{
     math::{Vec2, Vec3, trig},
-    value::{Problem, Real, Spanned},
+    value::{Finite, Problem, Spanned},
 };
 
 /// What a scene file says of a mapping.
@@ -59,8 +59,8 @@ pub struct PlanarDesc {
 #[serde(deny_unknown_fields)]
 pub struct RampDesc {
     pub axis: Axis,
-    pub from: Real,
-    pub to: Real,
+    pub from: Finite,
+    pub to: Finite,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]

@@ -68,7 +68,7 @@ pub trait PatternKind {
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb;
 
     /// The largest number of each channel, wherever that is.
-    fn brightest(&self, bitmaps: &[Bitmap]) -> Rgb;
+    fn max_value(&self, bitmaps: &[Bitmap]) -> Rgb;
 
     /// The opacity at `st`, from 0 to 1.
     fn alpha(&self, _bitmaps: &[Bitmap], _st: Vec2) -> f32 {
@@ -91,8 +91,8 @@ kinds! {
     compiled by fn compile(&self, find: &FindBitmap<'_>) -> Result<Pattern, Problem>;
     /// See [`PatternKind::eval`].
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb;
-    /// See [`PatternKind::brightest`].
-    fn brightest(&self, bitmaps: &[Bitmap]) -> Rgb;
+    /// See [`PatternKind::max_value`].
+    fn max_value(&self, bitmaps: &[Bitmap]) -> Rgb;
     /// See [`PatternKind::alpha`].
     fn alpha(&self, bitmaps: &[Bitmap], st: Vec2) -> f32;
 }
@@ -183,14 +183,14 @@ impl Textures<'_> {
     }
 
     /// The largest channel of a colour, wherever that is.
-    pub fn brightest(&self, color: &Color) -> f32 {
-        let of = |id: &TextureId| self.textures[id.0 as usize].pattern.brightest(self.bitmaps);
-        let brightest = match color {
+    pub fn max_value(&self, color: &Color) -> f32 {
+        let of = |id: &TextureId| self.textures[id.0 as usize].pattern.max_value(self.bitmaps);
+        let max_value = match color {
             Color::Constant(c) => *c,
             Color::Texture(id) => of(id),
             Color::Tinted(id, tint) => of(id) * *tint,
         };
-        brightest.max_component()
+        max_value.max_component()
     }
 
     fn look_up(&self, id: TextureId, at: &TexturePoint) -> Rgb {

@@ -18,14 +18,14 @@ use serde::Deserialize;
 use super::{Bitmap, FindBitmap, PatternKind};
 use crate::{
     math::{Rgb, Vec2},
-    value::{Positive, Problem, Tint},
+    value::{Positive, Problem, RgbFactor},
 };
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StripesDesc {
-    pub a: Tint,
-    pub b: Tint,
+    pub a: RgbFactor,
+    pub b: RgbFactor,
     pub width: Positive,
 }
 
@@ -50,7 +50,7 @@ impl PatternKind for Stripes {
         self.colors[usize::from(odd)]
     }
 
-    fn brightest(&self, _bitmaps: &[Bitmap]) -> Rgb {
+    fn max_value(&self, _bitmaps: &[Bitmap]) -> Rgb {
         let [a, b] = self.colors;
         a.max(b)
     }

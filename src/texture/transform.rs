@@ -19,15 +19,15 @@ use serde::{Deserialize, Deserializer, de};
 
 use crate::{
     math::{Vec2, trig},
-    value::Real,
+    value::Finite,
 };
 
 /// What a scene file says of it.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StTransformDesc {
-    pub offset: Option<[Real; 2]>,
-    pub rotate: Option<Real>,
+    pub offset: Option<[Finite; 2]>,
+    pub rotate: Option<Finite>,
     pub scale: Option<Scale>,
 }
 
@@ -44,14 +44,14 @@ impl<'de> Deserialize<'de> for Scale {
                 f.write_str("a number or [s, t]")
             }
             fn visit_f64<E: de::Error>(self, v: f64) -> Result<Scale, E> {
-                let Real(v) = Real::deserialize(de::value::F64Deserializer::new(v))?;
+                let Finite(v) = Finite::deserialize(de::value::F64Deserializer::new(v))?;
                 Ok(Scale(Vec2::splat(v)))
             }
             fn visit_i64<E: de::Error>(self, v: i64) -> Result<Scale, E> {
                 self.visit_f64(v as f64)
             }
             fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<Scale, A::Error> {
-                let [s, t] = <[Real; 2]>::deserialize(de::value::SeqAccessDeserializer::new(seq))?;
+                let [s, t] = <[Finite; 2]>::deserialize(de::value::SeqAccessDeserializer::new(seq))?;
                 Ok(Scale(Vec2::new(s.0, t.0)))
             }
         }

@@ -9,27 +9,27 @@ use crate::math::Rgb;
 
 /// A weight for each channel, none of them negative: one number for all three, or `[r, g, b]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tint(pub Rgb);
+pub struct RgbFactor(pub Rgb);
 
-impl<'de> Deserialize<'de> for Tint {
+impl<'de> Deserialize<'de> for RgbFactor {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        struct TintVisitor;
-        impl<'de> de::Visitor<'de> for TintVisitor {
-            type Value = Tint;
+        struct RgbFactorVisitor;
+        impl<'de> de::Visitor<'de> for RgbFactorVisitor {
+            type Value = RgbFactor;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str("a number or [r, g, b]")
             }
-            fn visit_f64<E: de::Error>(self, v: f64) -> Result<Tint, E> {
-                Ok(Tint(Rgb::gray(not_negative(finite(v)?)?)))
+            fn visit_f64<E: de::Error>(self, v: f64) -> Result<RgbFactor, E> {
+                Ok(RgbFactor(Rgb::gray(not_negative(finite(v)?)?)))
             }
-            fn visit_i64<E: de::Error>(self, v: i64) -> Result<Tint, E> {
+            fn visit_i64<E: de::Error>(self, v: i64) -> Result<RgbFactor, E> {
                 self.visit_f64(v as f64)
             }
-            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<Tint, A::Error> {
-                color_from_seq(seq).map(Tint)
+            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<RgbFactor, A::Error> {
+                color_from_seq(seq).map(RgbFactor)
             }
         }
-        d.deserialize_any(TintVisitor)
+        d.deserialize_any(RgbFactorVisitor)
     }
 }
 
@@ -165,7 +165,7 @@ mod tests {
             Err("expected a number of at least 0, found -0.5".into())
         );
         assert!(read::<ColorSource>("v = 'red'").is_err());
-        assert_eq!(read::<Tint>("v = 0.8"), Ok(Tint(Rgb::gray(0.8))));
+        assert_eq!(read::<RgbFactor>("v = 0.8"), Ok(RgbFactor(Rgb::gray(0.8))));
     }
 
     #[test]

@@ -8,19 +8,19 @@ use super::UnknownName;
 
 /// Returns the kind `name` with all keys at their defaults. `what` says in messages what the name is of, such as
 /// "integrator".
-pub fn by_name<T: de::DeserializeOwned>(what: &str, name: &str, known: &[&str]) -> Result<T, String> {
+pub fn kind_by_name<T: de::DeserializeOwned>(what: &str, name: &str, known: &[&str]) -> Result<T, String> {
     if !known.contains(&name) {
         return Err(UnknownName::new(what, name, known.iter().copied()).to_string());
     }
-    named(de::value::StrDeserializer::<de::value::Error>::new(name)).map_err(|e| e.to_string())
+    kind_or_name(de::value::StrDeserializer::<de::value::Error>::new(name)).map_err(|e| e.to_string())
 }
 
 /// Reads an externally tagged kind, where a bare `"NAME"` is short for `NAME = {}`.
 ///
-/// For `#[serde(deserialize_with = "value::named")]`.
-pub fn named<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Result<T, D::Error> {
-    struct NamedVisitor<T>(PhantomData<T>);
-    impl<'de, T: Deserialize<'de>> de::Visitor<'de> for NamedVisitor<T> {
+/// For `#[serde(deserialize_with = "value::kind_or_name")]`.
+pub fn kind_or_name<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Result<T, D::Error> {
+    struct KindOrNameVisitor<T>(PhantomData<T>);
+    impl<'de, T: Deserialize<'de>> de::Visitor<'de> for KindOrNameVisitor<T> {
         type Value = T;
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
             f.write_str("a name or a table NAME = { .. }")
@@ -33,7 +33,7 @@ pub fn named<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Result<T, 
             T::deserialize(de::value::MapAccessDeserializer::new(map))
         }
     }
-    d.deserialize_any(NamedVisitor(PhantomData))
+    d.deserialize_any(KindOrNameVisitor(PhantomData))
 }
 
 /// The enum variant `name` that holds an empty table.

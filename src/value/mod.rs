@@ -12,10 +12,10 @@ mod kinds;
 mod names;
 mod number;
 
-pub use color::{Channel, ColorSource, ScalarSource, Tint};
-pub use kinds::{by_name, named};
+pub use color::{Channel, ColorSource, RgbFactor, ScalarSource};
+pub use kinds::{kind_by_name, kind_or_name};
 pub use names::{UnknownName, one_of};
-pub use number::{Direction, NonNegative, Point, Positive, Real, Unit, Whole};
+pub use number::{Count, Direction, Finite, NonNegative, Point, Positive, UnitInterval};
 
 /// Byte offsets into a scene file.
 pub type Span = Range<usize>;

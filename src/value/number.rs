@@ -25,22 +25,22 @@ fn number<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
 
 /// A whole number from 0 to 2^32 - 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Whole(pub u32);
+pub struct Count(pub u32);
 
-impl<'de> Deserialize<'de> for Whole {
+impl<'de> Deserialize<'de> for Count {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        struct WholeVisitor;
-        impl de::Visitor<'_> for WholeVisitor {
-            type Value = Whole;
+        struct CountVisitor;
+        impl de::Visitor<'_> for CountVisitor {
+            type Value = Count;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 write!(f, "a whole number from 0 to {}", u32::MAX)
             }
-            fn visit_i64<E: de::Error>(self, v: i64) -> Result<Whole, E> {
+            fn visit_i64<E: de::Error>(self, v: i64) -> Result<Count, E> {
                 let whole = u32::try_from(v).map_err(|_| E::invalid_value(de::Unexpected::Signed(v), &self))?;
-                Ok(Whole(whole))
+                Ok(Count(whole))
             }
         }
-        d.deserialize_any(WholeVisitor)
+        d.deserialize_any(CountVisitor)
     }
 }
 
@@ -83,7 +83,7 @@ macro_rules! number {
 
 number!(
     /// Any finite number.
-    Real,
+    Finite,
     "a finite number",
     |_| true
 );
@@ -101,7 +101,7 @@ number!(
 );
 number!(
     /// A finite number from 0 to 1.
-    Unit,
+    UnitInterval,
     "a number from 0 to 1",
     |v| (0.0..=1.0).contains(&v)
 );
@@ -112,7 +112,7 @@ pub struct Point(pub Vec3);
 
 impl<'de> Deserialize<'de> for Point {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        let [x, y, z] = <[Real; 3]>::deserialize(d)?;
+        let [x, y, z] = <[Finite; 3]>::deserialize(d)?;
         Ok(Self(Vec3::new(x.0, y.0, z.0)))
     }
 }
@@ -151,9 +151,9 @@ mod tests {
             Err("expected a number above 0, found -1".into())
         );
         assert_eq!(
-            read::<Real>("v = nan"),
+            read::<Finite>("v = nan"),
             Err("expected a finite number, found NaN".into())
         );
-        assert_eq!(read::<Real>("v = 1e300"), Err("1e300 is too large".into()));
+        assert_eq!(read::<Finite>("v = 1e300"), Err("1e300 is too large".into()));
     }
 }

@@ -278,8 +278,8 @@ mod tests {
             let shear = Shear::new(&d);
             assert_eq!(slot.axes.map(axis)[..3], shear.axes, "{d}");
             assert_eq!(slot.shear, [shear.x, shear.y], "{d}");
-            assert_eq!(slot.o, shear.turn(&ray.o).to_array());
-            assert_eq!(slot.d, shear.turn(&d).to_array());
+            assert_eq!(slot.o, shear.permute(&ray.o).to_array());
+            assert_eq!(slot.d, shear.permute(&d).to_array());
             let o = Portable.load4(&[ray.o.x, ray.o.y, ray.o.z, 0.0]);
             assert_eq!(three(Portable.turn4(o, slot.last())), slot.o, "{d}");
             assert_eq!(

@@ -35,7 +35,7 @@ pub(super) fn groups(g: &Geometry, count: usize, size: f32, odd: usize) -> Vec<R
                 4 => ray.tmin = [f32::NAN, -r.unit() * size][group % 2],
                 5 => ray.o.x = [f32::NAN, f32::INFINITY, 1e30][group % 3],
                 6 => ray.d *= [1e-30, 1e-3, 1e9][group % 3],
-                7 => ray = Ray::NOWHERE,
+                7 => ray = Ray::NONE,
                 _ => {}
             }
             rays.push(ray);

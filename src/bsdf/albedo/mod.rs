@@ -12,22 +12,22 @@
 use super::{fresnel, microfacet::Ggx};
 use crate::math::{Vec2, Vec3};
 
-mod boundary;
-mod brushed;
-mod even;
-mod fuzz;
+mod anisotropic;
+mod dielectric;
+mod isotropic;
+mod sheen;
 
-pub use boundary::{Clear, boundary};
-pub use fuzz::raw_sheen;
+pub use dielectric::{ClearAlbedo, clear};
+pub use sheen::raw_sheen;
 
 /// What is added to a table so that it is never less than the truth: to those of facets, even and brushed, and to the light
 /// that they reflect at grazing angles.
-const ABOVE: [f32; 2] = [0.001, 0.0035];
-const ABOVE_BRUSHED: [f32; 2] = [0.004, 0.009];
+const MARGIN: [f32; 2] = [0.001, 0.0035];
+const ANISOTROPIC_MARGIN: [f32; 2] = [0.004, 0.009];
 
 /// Between which of `nodes` nodes, even from 0 to 1, `v` lies, and where between them.
 #[inline]
-fn place(v: f32, nodes: usize) -> (usize, f32) {
+fn locate(v: f32, nodes: usize) -> (usize, f32) {
     let v = v.clamp(0.0, 1.0) * (nodes - 1) as f32;
     let i = (v as usize).min(nodes - 2);
     (i, v - i as f32)
@@ -38,15 +38,15 @@ fn node(i: usize, nodes: usize) -> f32 {
 }
 
 #[inline]
-fn mix(a: f32, b: f32, f: f32) -> f32 {
+fn lerp(a: f32, b: f32, f: f32) -> f32 {
     a * (1.0 - f) + b * f
 }
 
 /// Linear between the nodes of `row`, even from 0 to 1.
 #[inline]
 fn along(row: &[f32], v: f32) -> f32 {
-    let (i, f) = place(v, row.len());
-    mix(row[i], row[i + 1], f)
+    let (i, f) = locate(v, row.len());
+    lerp(row[i], row[i + 1], f)
 }
 
 /// A direction of the cosine `cos`.
@@ -70,7 +70,7 @@ fn column(cos: f32) -> f32 {
 
 /// The points of an integral over facets.
 #[derive(Clone, Copy)]
-struct Points {
+struct FacetGrid {
     turns: usize,
     slopes: usize,
     /// The part of a turn to integrate over: a half where the other is its mirror image.
@@ -81,7 +81,7 @@ struct Points {
 }
 
 /// The mean of `f` over the facets that are seen from `wo`.
-fn mean_over_facets<const K: usize>(points: Points, ggx: &Ggx, wo: Vec3, f: impl Fn(Vec3) -> [f32; K]) -> [f32; K] {
+fn mean_over_facets<const K: usize>(points: FacetGrid, ggx: &Ggx, wo: Vec3, f: impl Fn(Vec3) -> [f32; K]) -> [f32; K] {
     let mut sum = [0.0_f64; K];
     let mut all = 0.0_f64;
     for i in 0..points.turns {
@@ -101,15 +101,15 @@ fn mean_over_facets<const K: usize>(points: Points, ggx: &Ggx, wo: Vec3, f: impl
 }
 
 /// The part of the light that a facet `h` reflects, if all, that leaves the surface.
-fn seen(ggx: &Ggx, wo: Vec3, h: Vec3) -> f32 {
-    ggx.reflection(wo, fresnel::reflect(wo, h)).map_or(0.0, |f| f.seen)
+fn masking(ggx: &Ggx, wo: Vec3, h: Vec3) -> f32 {
+    ggx.reflection(wo, fresnel::reflect(wo, h)).map_or(0.0, |f| f.masking)
 }
 
 /// The albedo of facets that reflect everything, and the mean of Schlick's term over the light that they reflect.
-fn reflected(points: Points, ggx: &Ggx, wo: Vec3) -> [f32; 2] {
+fn reflected(points: FacetGrid, ggx: &Ggx, wo: Vec3) -> [f32; 2] {
     let [all, grazing] = mean_over_facets(points, ggx, wo, |h| {
-        let seen = seen(ggx, wo, h);
-        [seen, seen * fresnel::schlick_term(wo.dot(h))]
+        let masking = masking(ggx, wo, h);
+        [masking, masking * fresnel::schlick_term(wo.dot(h))]
     });
     [all, grazing / all]
 }
@@ -119,10 +119,10 @@ fn reflected(points: Points, ggx: &Ggx, wo: Vec3) -> [f32; 2] {
 pub fn mirrors(ggx: &Ggx, wo: Vec3) -> f32 {
     if ggx.is_smooth() {
         1.0
-    } else if ggx.is_even() {
-        (even::mirrors(ggx, wo) + ABOVE[0]).min(1.0)
+    } else if ggx.is_isotropic() {
+        (isotropic::mirrors(ggx, wo) + MARGIN[0]).min(1.0)
     } else {
-        (brushed::mirrors(ggx, wo) + ABOVE_BRUSHED[0]).min(1.0)
+        (anisotropic::mirrors(ggx, wo) + ANISOTROPIC_MARGIN[0]).min(1.0)
     }
 }
 
@@ -134,10 +134,14 @@ pub fn schlick(ggx: &Ggx, wo: Vec3) -> [f32; 2] {
         let grazing = fresnel::schlick_term(wo.z.abs());
         return [1.0 - grazing, grazing];
     }
-    let (all, part, above) = if ggx.is_even() {
-        (even::mirrors(ggx, wo), even::grazing(ggx, wo), ABOVE)
+    let (all, part, above) = if ggx.is_isotropic() {
+        (isotropic::mirrors(ggx, wo), isotropic::grazing(ggx, wo), MARGIN)
     } else {
-        (brushed::mirrors(ggx, wo), brushed::grazing(ggx, wo), ABOVE_BRUSHED)
+        (
+            anisotropic::mirrors(ggx, wo),
+            anisotropic::grazing(ggx, wo),
+            ANISOTROPIC_MARGIN,
+        )
     };
     let grazing = all * part + above[1];
     let all = (all + above[0]).min(1.0);
@@ -148,10 +152,10 @@ pub fn schlick(ggx: &Ggx, wo: Vec3) -> [f32; 2] {
 /// The mean of [`schlick`] over all directions, weighted by their cosine: what a surface of light sees of it.
 #[inline]
 pub fn schlick_mean(ggx: &Ggx) -> [f32; 2] {
-    if ggx.is_even() {
-        even::schlick_mean(ggx)
+    if ggx.is_isotropic() {
+        isotropic::schlick_mean(ggx)
     } else {
-        brushed::schlick_mean(ggx)
+        anisotropic::schlick_mean(ggx)
     }
 }
 

@@ -11,7 +11,7 @@ use super::{
 const TILTS: usize = 12;
 const TURNS: usize = 8;
 /// Bins that expect fewer samples are put together.
-const FEWEST: f64 = 8.0;
+const MIN_EXPECTED: f64 = 8.0;
 /// In standard deviations: a chance of 3e-6.
 const LIMIT: f64 = 4.5;
 
@@ -61,13 +61,13 @@ fn deviation(
     let lost = (1.0 - sampled).max(0.0);
     for (expected, found) in expected.into_iter().chain([lost]).zip(found) {
         let (expected, found) = (expected * f64::from(count), f64::from(found));
-        if expected >= FEWEST {
+        if expected >= MIN_EXPECTED {
             count_bin(expected, found);
         } else {
             rest = (rest.0 + expected, rest.1 + found);
         }
     }
-    if rest.0 >= FEWEST || rest.1 >= 3.0 * FEWEST {
+    if rest.0 >= MIN_EXPECTED || rest.1 >= 3.0 * MIN_EXPECTED {
         count_bin(rest.0.max(1.0), rest.1);
     }
     if bins < 2.0 {

@@ -53,8 +53,8 @@ fn mean_over_facets(ggx: &Ggx, wo: Vec3, points: u32, f: impl Fn(Vec3) -> [f32; 
     sum.map(|s| (s / f64::from(points * points)) as f32)
 }
 
-fn seen(facet: Option<super::super::microfacet::Facet>) -> f32 {
-    facet.map_or(0.0, |f| f.seen)
+fn masking(facet: Option<super::super::microfacet::Facet>) -> f32 {
+    facet.map_or(0.0, |f| f.masking)
 }
 
 #[test]
@@ -66,8 +66,8 @@ fn the_tables_say_no_less_than_the_truth_and_little_more() {
             let wo = direction(cos, 0.0);
             for eta in [1.1, 1.45, 1.6, 2.7, 1.0 / 1.1, 0.69, 0.4] {
                 let [all, grazing, fresnel, passing] = mean_over_facets(&ggx, wo, 160, |h| {
-                    let mirrored = seen(ggx.reflection(wo, fresnel::reflect(wo, h)));
-                    let passed = fresnel::refract(wo, h, eta).map(|wi| seen(ggx.transmission(wo, wi, eta)));
+                    let mirrored = masking(ggx.reflection(wo, fresnel::reflect(wo, h)));
+                    let passed = fresnel::refract(wo, h, eta).map(|wi| masking(ggx.transmission(wo, wi, eta)));
                     let reflected = fresnel::dielectric(wo.dot(h), eta);
                     [
                         mirrored,
@@ -77,7 +77,7 @@ fn the_tables_say_no_less_than_the_truth_and_little_more() {
                     ]
                 });
                 let schlick = albedo::schlick(&ggx, wo);
-                let clear = albedo::boundary(&ggx, wo, eta);
+                let clear = albedo::clear(&ggx, wo, eta);
                 for (what, is, said, most) in [
                     ("mirrors", all, albedo::mirrors(&ggx, wo), 0.004),
                     ("grazing", grazing, schlick[1], 0.008),
@@ -111,7 +111,7 @@ fn the_tables_of_brushed_facets_say_no_less_than_the_truth_and_little_more() {
             for turn in [0.0, 0.4, 0.9, 1.2, 1.4, 1.5, 1.57] {
                 let wo = direction(cos, turn);
                 let [all, grazing, ..] = mean_over_facets(&ggx, wo, 160, |h| {
-                    let mirrored = seen(ggx.reflection(wo, fresnel::reflect(wo, h)));
+                    let mirrored = masking(ggx.reflection(wo, fresnel::reflect(wo, h)));
                     [mirrored, mirrored * fresnel::schlick_term(wo.dot(h)), 0.0, 0.0]
                 });
                 let [a, b] = albedo::schlick(&ggx, wo);
@@ -167,20 +167,21 @@ fn a_colored_metal_reflects_its_colour_and_its_edge() {
 
 #[test]
 fn a_film_without_thickness_is_not_there() {
-    use super::super::film::Film;
-    let film = Film {
+    use super::super::thin_film::ThinFilm;
+    let thin_film = ThinFilm {
         weight: 1.0,
         ior: 1.3,
         thickness: 0.0,
     };
     for (f0, cos) in [(0.04, 1.0), (0.3, 0.5), (0.9, 0.2)] {
         let bare = f0 + (1.0 - f0) * fresnel::schlick_term(cos);
-        let all = film.reflectance(Rgb::gray(f0), cos);
+        let all = thin_film.reflectance(Rgb::gray(f0), cos);
         assert!(
             (all - Rgb::gray(bare)).map(f32::abs).max_component() < 0.02,
             "{all:?} {bare}"
         );
     }
-    let colors = [250e-9, 400e-9, 550e-9].map(|thickness| Film { thickness, ..film }.reflectance(Rgb::gray(0.04), 0.9));
+    let colors =
+        [250e-9, 400e-9, 550e-9].map(|thickness| ThinFilm { thickness, ..thin_film }.reflectance(Rgb::gray(0.04), 0.9));
     assert!(colors.iter().all(|c| (c.r - c.b).abs() > 0.003), "{colors:?}");
 }

@@ -3,13 +3,13 @@
 use super::super::{
     Bsdf,
     conductor::{Conductor, Reflectance},
-    dielectric::{Pane, RoughGlass},
+    dielectric::{RoughDielectric, ThinDielectric},
     diffuse::{Lambert, OrenNayar},
-    film::Film,
-    layered::{Layered, Walls},
+    layered::{Boundary, Layered},
     microfacet::Ggx,
-    phong::{Phong, Weights},
-    specular::{Glass, Mirror},
+    phong::{Phong, PhongWeights},
+    specular::{Mirror, SmoothDielectric},
+    thin_film::ThinFilm,
 };
 use crate::math::{Rgb, Vec2};
 
@@ -33,13 +33,13 @@ fn facets(roughness: f32) -> Ggx {
 pub fn glass(roughness: f32, ior: f32, reflectance: Rgb, transmittance: Rgb) -> Bsdf {
     let facets = facets(roughness);
     if facets.is_smooth() {
-        return Bsdf::Glass(Glass {
+        return Bsdf::SmoothDielectric(SmoothDielectric {
             ior,
             reflectance,
             transmittance,
         });
     }
-    Bsdf::RoughGlass(RoughGlass {
+    Bsdf::RoughDielectric(RoughDielectric {
         facets,
         ior,
         reflectance,
@@ -70,31 +70,34 @@ pub fn white_examples() -> Vec<Example> {
         let mut add = |name: &str, bsdf: Bsdf| all.push(example(format!("{name} {roughness}"), bsdf, roughness));
         add(
             "pane",
-            Bsdf::Pane(Pane {
+            Bsdf::ThinDielectric(ThinDielectric {
                 facets,
                 ior: 1.5,
                 reflectance: white,
                 transmittance: white,
             }),
         );
-        let chalk = Layered {
+        let diffuse = Layered {
             facets,
             ..Layered::default()
         };
         let mut add = |name: &str, bsdf: Layered| add(name, Bsdf::Layered(bsdf));
-        add("plastic", chalk);
-        add("dense plastic", Layered { ior: 2.4, ..chalk });
-        let metal = Layered { metallic: 1.0, ..chalk };
+        add("plastic", diffuse);
+        add("dense plastic", Layered { ior: 2.4, ..diffuse });
+        let metal = Layered {
+            metallic: 1.0,
+            ..diffuse
+        };
         add("metal", metal);
         let clear = Layered {
             transmission: 1.0,
-            walls: Walls::Solid,
-            ..chalk
+            boundary: Boundary::Solid,
+            ..diffuse
         };
         add("clear", clear);
         add("dense clear", Layered { ior: 2.4, ..clear });
         let sheet = Layered {
-            walls: Walls::Thin,
+            boundary: Boundary::ThinWalled,
             ..clear
         };
         add("sheet", sheet);
@@ -104,18 +107,18 @@ pub fn white_examples() -> Vec<Example> {
             ..base
         };
         add("coated metal", coated(metal));
-        add("coated plastic", coated(chalk));
+        add("coated plastic", coated(diffuse));
         let dusty = |base: Layered| Layered {
             sheen: white,
             sheen_roughness: roughness,
             ..base
         };
-        add("dusty plastic", dusty(chalk));
+        add("dusty plastic", dusty(diffuse));
         add("dusty coated metal", dusty(coated(metal)));
         let mixed = Layered {
             metallic: 0.4,
             transmission: 0.5,
-            ..chalk
+            ..diffuse
         };
         add("mixed", dusty(coated(mixed)));
     }
@@ -138,18 +141,18 @@ pub fn examples() -> Vec<Example> {
         add("brushed rose", conductor(brushed, Reflectance::colored(rose, sea)));
         add("green glass", glass(roughness, 1.5, rose, sea));
         let albedo = rose;
-        add("clay", Bsdf::OrenNayar(OrenNayar { albedo, roughness }));
+        add("oren-nayar rose", Bsdf::OrenNayar(OrenNayar { albedo, roughness }));
         let all_of_it = Layered {
             base_color: rose,
             metallic: 0.3,
             transmission: 0.4,
             facets: brushed,
-            turn: Vec2::new(0.6, 0.8),
+            rotation: Vec2::new(0.6, 0.8),
             ior: 1.7,
-            walls: Walls::Solid,
+            boundary: Boundary::Solid,
             specular: 0.8,
             specular_color: sea,
-            film: Film {
+            thin_film: ThinFilm {
                 weight: 0.7,
                 ior: 1.4,
                 thickness: 450e-9,
@@ -161,7 +164,7 @@ pub fn examples() -> Vec<Example> {
         };
         add("everything", Bsdf::Layered(all_of_it));
         let sheet = Layered {
-            walls: Walls::Thin,
+            boundary: Boundary::ThinWalled,
             ..all_of_it
         };
         add("everything on a sheet", Bsdf::Layered(sheet));
@@ -172,7 +175,7 @@ pub fn examples() -> Vec<Example> {
         add("everything opaque", Bsdf::Layered(opaque));
     }
     for shininess in [0.0, 4.0, 200.0] {
-        let weights = Weights {
+        let weights = PhongWeights {
             diffuse: rose * 0.3,
             specular: Rgb::gray(0.4),
             reflect: Rgb::BLACK,
@@ -181,7 +184,7 @@ pub fn examples() -> Vec<Example> {
         let plastic = Bsdf::Phong(Phong::new(weights, shininess, 1.5));
         let width = if shininess > 100.0 { 0.2 } else { 1.0 };
         all.push(example(format!("phong {shininess}"), plastic, width));
-        let clear = Weights {
+        let clear = PhongWeights {
             reflect: Rgb::gray(0.2),
             transmit: sea,
             ..weights

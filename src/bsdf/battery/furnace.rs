@@ -6,9 +6,9 @@
 use super::{
     super::{
         conductor::{Conductor, Reflectance},
-        film::Film,
-        layered::{Layered, Walls},
+        layered::{Boundary, Layered},
         microfacet::Ggx,
+        thin_film::ThinFilm,
     },
     *,
 };
@@ -66,8 +66,8 @@ const SIGMAS: f64 = 4.0;
 const ROUNDING: f64 = 2e-5;
 
 /// An estimate is not made better than this, nor of more samples.
-const EXACT: f64 = 5e-4;
-const MOST_SAMPLES: u32 = 1 << 15;
+const SMALLEST_ERROR: f64 = 5e-4;
+const MAX_SAMPLES: u32 = 1 << 15;
 
 /// What is wrong with the albedo of a white surface, if anything is; `least` of the light leaves.
 fn wrong(bsdf: &Bsdf, wo: Vec3, least: f64) -> Option<Estimate> {
@@ -78,7 +78,7 @@ fn wrong(bsdf: &Bsdf, wo: Vec3, least: f64) -> Option<Estimate> {
         let (low, high) = (all.mean < least - slack, all.mean > 1.0 + slack);
         // Sure that it is right, or so exact that it matters no more.
         let right = all.mean - slack > least && all.mean + slack < 1.0;
-        if right || all.error < EXACT || samples >= MOST_SAMPLES {
+        if right || all.error < SMALLEST_ERROR || samples >= MAX_SAMPLES {
             return (low || high).then_some(all);
         }
         samples *= 4;
@@ -143,23 +143,27 @@ fn drawn(i: u32) -> Layered {
         }
     };
     let transmission = part(0);
-    let walls = if number(1) < 0.5 { Walls::Thin } else { Walls::Solid };
+    let boundary = if number(1) < 0.5 {
+        Boundary::ThinWalled
+    } else {
+        Boundary::Solid
+    };
     let facets = Ggx::from_roughness(part(2), part(3));
     Layered {
         base_color: Rgb::WHITE,
         metallic: one_of(4, &[0.0, 0.0, 0.5, 1.0]),
         transmission,
-        facets: if walls == Walls::Solid && transmission > 0.0 {
-            facets.evened()
+        facets: if boundary == Boundary::Solid && transmission > 0.0 {
+            facets.isotropic()
         } else {
             facets
         },
-        turn: Vec2::X,
+        rotation: Vec2::X,
         ior: one_of(5, &[1.1, 1.33, 1.5, 1.8, 2.4, 0.8, 3.5]),
-        walls,
+        boundary,
         specular: 1.0 - part(6),
         specular_color: Rgb::WHITE,
-        film: Film {
+        thin_film: ThinFilm {
             weight: part(7),
             ior: 1.3 + 0.4 * number(8),
             thickness: 700e-9 * number(9),
@@ -174,7 +178,7 @@ fn drawn(i: u32) -> Layered {
 #[test]
 fn principled_surfaces_of_any_keys_lose_less_than_two_percent_and_gain_nothing() {
     let mut all_wrong = Vec::new();
-    for i in 0..DRAWN {
+    for i in 0..RANDOM_SURFACES {
         let layered = drawn(i);
         check(
             &format!("{i} {layered:?}"),
@@ -187,7 +191,7 @@ fn principled_surfaces_of_any_keys_lose_less_than_two_percent_and_gain_nothing()
 }
 
 /// So many surfaces are drawn.
-const DRAWN: u32 = 40;
+const RANDOM_SURFACES: u32 = 40;
 
 #[test]
 fn the_furnace_finds_what_gains_or_loses_a_percent_too_much() {

@@ -3,11 +3,11 @@
 use super::{
     super::{
         Bsdf, BsdfKind, albedo,
-        dielectric::RoughGlass,
+        dielectric::RoughDielectric,
         diffuse::{Lambert, OrenNayar},
         fresnel,
         microfacet::Ggx,
-        phong::{Phong, Weights},
+        phong::{Phong, PhongWeights},
     },
     *,
 };
@@ -15,9 +15,9 @@ use super::{
 const PAIRS: [(f32, f32, f32); 4] = [(0.9, 0.3, 1.0), (0.5, 0.6, 3.0), (0.05, 0.7, 2.2), (0.2, 0.1, 0.4)];
 
 #[test]
-fn chalk_clay_and_plastic_are_reciprocal() {
+fn diffuse_and_phong_bsdfs_are_reciprocal() {
     let gray = Rgb::gray(0.6);
-    let weights = Weights {
+    let weights = PhongWeights {
         diffuse: gray * 0.5,
         specular: gray,
         reflect: Rgb::BLACK,
@@ -45,7 +45,7 @@ fn single_bounces_off_facets_are_reciprocal() {
     for ggx in [Ggx::from_roughness(0.3, 0.0), Ggx::from_roughness(0.6, 0.7)] {
         for (a, b, turn) in PAIRS {
             let (wo, wi) = (direction(a, 0.3), direction(b, 0.3 + turn));
-            let f = |wo, wi: Vec3| ggx.reflection(wo, wi).map(|f| f.pdf * f.seen / wi.z).unwrap();
+            let f = |wo, wi: Vec3| ggx.reflection(wo, wi).map(|f| f.pdf * f.masking / wi.z).unwrap();
             assert!((f(wo, wi) / f(wi, wo) - 1.0).abs() < 1e-4);
         }
     }
@@ -56,7 +56,7 @@ fn what_passes_a_facet_passes_back_but_for_the_square_of_the_index() {
     let eta = 1.5;
     for roughness in [0.3, 0.8] {
         let facets = Ggx::from_roughness(roughness, 0.0);
-        let glass = RoughGlass {
+        let glass = RoughDielectric {
             facets,
             ior: eta,
             reflectance: Rgb::WHITE,
@@ -64,9 +64,9 @@ fn what_passes_a_facet_passes_back_but_for_the_square_of_the_index() {
         };
         for (a, b, turn) in PAIRS {
             let (wo, wi) = (direction(a, 0.0), direction(-b, turn));
-            let there = glass.eval(wo, wi).glossy.g * albedo::boundary(&facets, wo, eta).fresnel / b;
+            let there = glass.eval(wo, wi).glossy.g * albedo::clear(&facets, wo, eta).fresnel / b;
             let inside = fresnel::mirrored(wi);
-            let back = glass.eval(wi, wo).glossy.g * albedo::boundary(&facets, inside, 1.0 / eta).fresnel / a;
+            let back = glass.eval(wi, wo).glossy.g * albedo::clear(&facets, inside, 1.0 / eta).fresnel / a;
             assert!((there - back * eta * eta).abs() <= 1e-3 * there, "{there} {back}");
         }
     }

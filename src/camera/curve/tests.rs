@@ -32,7 +32,7 @@ fn even_keys_on_a_line_make_an_even_motion() {
 fn a_held_key_lasts_until_the_next_and_is_a_cut_for_its_neighbours() {
     let keys = [
         (0.0, 0.0, Interp::Smooth),
-        (1.0, 1.0, Interp::Hold),
+        (1.0, 1.0, Interp::Step),
         (2.0, 50.0, Interp::Smooth),
         (3.0, 51.0, Interp::Smooth),
     ];
@@ -116,22 +116,28 @@ fn the_curve_is_barry_and_goldmans_where_times_are_its_knots() {
 fn a_zoom_is_the_same_in_angles_and_in_focal_lengths() {
     let angle = |mm: f64| 2.0 * libm::atan(12.0 / mm).to_degrees();
     let mm = track(
-        &[(0.0, View::FocalLength(20.0)), (10.0, View::FocalLength(100.0))],
+        &[
+            (0.0, FieldOfView::FocalLength(20.0)),
+            (10.0, FieldOfView::FocalLength(100.0)),
+        ],
         Interp::Smooth,
     );
     let degrees = track(
-        &[(0.0, View::Vertical(angle(20.0))), (10.0, View::Vertical(angle(100.0)))],
+        &[
+            (0.0, FieldOfView::Vertical(angle(20.0))),
+            (10.0, FieldOfView::Vertical(angle(100.0))),
+        ],
         Interp::Smooth,
     );
-    let View::FocalLength(f) = at(&mm, 5.0) else {
+    let FieldOfView::FocalLength(f) = at(&mm, 5.0) else {
         panic!("a focal length")
     };
-    let View::Vertical(v) = at(&degrees, 5.0) else {
+    let FieldOfView::Vertical(v) = at(&degrees, 5.0) else {
         panic!("an angle")
     };
     assert_eq!(f, 60.0);
     assert!((v - angle(60.0)).abs() < 1e-12);
-    assert_eq!(at(&degrees, 10.0), View::Vertical(angle(100.0)));
+    assert_eq!(at(&degrees, 10.0), FieldOfView::Vertical(angle(100.0)));
 }
 
 #[test]
@@ -164,7 +170,7 @@ fn rising(n: std::ops::Range<usize>) -> impl Strategy<Value = Vec<(f64, f64)>> {
 proptest! {
     #[test]
     fn curves_are_their_keys_bit_for_bit(keys in rising(1..8), y in -5.0..5.0) {
-        for interp in [Interp::Smooth, Interp::Linear, Interp::Hold] {
+        for interp in [Interp::Smooth, Interp::Linear, Interp::Step] {
             let points: Vec<_> = keys.iter().map(|(t, v)| (*t, DVec3::new(*v, y * v, v * v))).collect();
             let (points_track, numbers) = (track(&points, interp), track(&keys, interp));
             for (key, point) in keys.iter().zip(&points) {

@@ -7,7 +7,7 @@ fn looking(frame: f64, eye: DVec3) -> PathKey {
     PathKey {
         frame,
         eye,
-        facing: Facing::Target {
+        orientation: Orientation::Target {
             target: DVec3::ZERO,
             up: None,
             roll: None,
@@ -22,7 +22,7 @@ fn looking(frame: f64, eye: DVec3) -> PathKey {
 fn turned(frame: f64, degrees: DVec3) -> PathKey {
     let order = RotationOrder::Zxy;
     PathKey {
-        facing: Facing::Rotation(Rotation::Euler { degrees, order }),
+        orientation: Orientation::Rotation(Rotation::Euler { degrees, order }),
         ..looking(frame, DVec3::ZERO)
     }
 }
@@ -36,7 +36,7 @@ fn with_lens(frame: f64, lens: LensOverrides) -> PathKey {
 
 fn focal(mm: f64) -> LensOverrides {
     LensOverrides {
-        view: Some(View::FocalLength(mm)),
+        view: Some(FieldOfView::FocalLength(mm)),
         ..LensOverrides::default()
     }
 }
@@ -91,7 +91,7 @@ fn keys_that_make_no_path_are_refused() {
         "frame 2: the orientation is given in another way than before"
     );
     let angle = LensOverrides {
-        view: Some(View::Vertical(40.0)),
+        view: Some(FieldOfView::Vertical(40.0)),
         ..LensOverrides::default()
     };
     assert_eq!(
@@ -152,7 +152,7 @@ fn the_path_speaks_before_the_scene_and_leaves_the_rest_to_it() {
         unreachable!("both are perspective lenses")
     };
     let want = PerspectiveLens {
-        view: View::FocalLength(35.0),
+        view: FieldOfView::FocalLength(35.0),
         // The path's target is 1 m away, the scene's 9 m.
         focus: crate::camera::lens::Focus::OnTarget(1.0),
         ..own
@@ -207,7 +207,7 @@ fn a_picture_never_shows_both_sides_of_a_cut() {
     };
     let path = CameraPath::new(&[
         key(1.0, 1.0, Interp::Smooth),
-        key(2.0, 2.0, Interp::Hold),
+        key(2.0, 2.0, Interp::Step),
         key(3.0, 50.0, Interp::Smooth),
         key(4.0, 51.0, Interp::Smooth),
     ])
@@ -223,7 +223,7 @@ fn a_picture_never_shows_both_sides_of_a_cut() {
 
 /// The x of the eye, that is of the ray in the middle, at times of a picture.
 fn eyes_of_shot(path: &CameraPath, frame: i64, times: [f32; 3]) -> [f32; 3] {
-    let shot = path.shot(frame, &Lens::default(), [100, 100]).expect("a shot");
+    let shot = path.frame_camera(frame, &Lens::default(), [100, 100]).expect("a shot");
     let middle = glam::Vec2::splat(50.0);
     times.map(|time| shot.camera(time).ray(middle, middle).expect("a ray").o.x)
 }
@@ -238,7 +238,7 @@ fn a_shot_goes_along_the_path_while_the_shutter_is_open() {
     let path = CameraPath::new(&[
         open(1.0, 1.0, Interp::Linear),
         open(2.0, 2.0, Interp::Linear),
-        open(3.0, 3.0, Interp::Hold),
+        open(3.0, 3.0, Interp::Step),
         open(4.0, 50.0, Interp::Linear),
         open(5.0, 51.0, Interp::Linear),
     ])
@@ -251,7 +251,7 @@ fn a_shot_goes_along_the_path_while_the_shutter_is_open() {
     assert_eq!(eyes_of_shot(&path, 4, times), [50.0, 50.0, 50.25]);
 
     let closed = CameraPath::new(&[looking(1.0, DVec3::X), looking(2.0, DVec3::X * 2.0)]).expect("a path");
-    let shot = closed.shot(1, &Lens::default(), [100, 100]).expect("a shot");
+    let shot = closed.frame_camera(1, &Lens::default(), [100, 100]).expect("a shot");
     assert!(!shot.moves());
 }
 
@@ -266,7 +266,7 @@ proptest! {
         let path = CameraPath::new(&keys).unwrap();
         for (frame, key) in path.frames().zip(&keys) {
             let state = path.at(frame as f64).unwrap();
-            let Facing::Rotation(rotation) = key.facing else { unreachable!("turned") };
+            let Orientation::Rotation(rotation) = key.orientation else { unreachable!("turned") };
             prop_assert_eq!(state.pose, rotation.pose(key.eye).unwrap());
             prop_assert_eq!(state.lens, key.lens);
         }

@@ -79,7 +79,7 @@ fn every_way_to_say_the_angle_gives_the_same_rays() {
         let ray = camera(&keys, [300, 200]).ray(corner, CENTER).expect("a ray");
         assert!((ray.d - want.d).length() < 1e-7, "{keys}");
     }
-    assert_eq!(lens("up = [0, 1, 0]").view, View::Vertical(40.0));
+    assert_eq!(lens("up = [0, 1, 0]").view, FieldOfView::Vertical(40.0));
 }
 
 #[test]
@@ -121,26 +121,26 @@ fn a_lens_without_a_distance_is_focused_on_the_target() {
     let scene = lens("aperture_radius = 0.1");
     assert_eq!(scene.focus, Focus::OnTarget(15.0));
     let silent = LensOverrides::default();
-    assert_eq!(scene.overridden(&silent, Some(3.0)).focus, Focus::OnTarget(3.0));
-    assert_eq!(scene.overridden(&silent, None).focus, Focus::OnTarget(15.0));
-    let said = lens("focus_distance = 7");
-    assert_eq!(said.overridden(&silent, Some(3.0)).focus, Focus::At(7.0));
+    assert_eq!(scene.with_overrides(&silent, Some(3.0)).focus, Focus::OnTarget(3.0));
+    assert_eq!(scene.with_overrides(&silent, None).focus, Focus::OnTarget(15.0));
+    let given = lens("focus_distance = 7");
+    assert_eq!(given.with_overrides(&silent, Some(3.0)).focus, Focus::At(7.0));
 }
 
 #[test]
 fn overrides_replace_what_they_say_and_leave_the_rest() {
     let scene = lens("focal_length = 50, sensor_width = 24, fstop = 4");
     let overrides = LensOverrides {
-        view: Some(View::FocalLength(35.0)),
+        view: Some(FieldOfView::FocalLength(35.0)),
         shift_y: Some(0.1),
         ..LensOverrides::default()
     };
     let want = PerspectiveLens {
-        view: View::FocalLength(35.0),
+        view: FieldOfView::FocalLength(35.0),
         shift: [0.0, 0.1],
         ..scene
     };
-    assert_eq!(scene.overridden(&overrides, None), want);
+    assert_eq!(scene.with_overrides(&overrides, None), want);
 }
 
 #[test]
@@ -227,12 +227,12 @@ fn the_cone_of_a_pixel_opens_by_its_angle() {
 
 #[test]
 fn blades_give_the_opening_corners() {
-    let opening = |keys: &str| lens(keys).opening;
-    assert_eq!(opening("blades = 0"), Opening::Round);
+    let aperture_shape = |keys: &str| lens(keys).aperture_shape;
+    assert_eq!(aperture_shape("blades = 0"), ApertureShape::Round);
     let (blades, rotation) = (6, std::f32::consts::FRAC_PI_2);
     assert_eq!(
-        opening("blades = 6, blade_rotation = 90"),
-        Opening::Polygon { blades, rotation }
+        aperture_shape("blades = 6, blade_rotation = 90"),
+        ApertureShape::Polygon { blades, rotation }
     );
     // The corner of a triangle at the right is reached, the disk at the left is not.
     let triangle = camera("aperture_radius = 1, blades = 3", [100, 100]);
@@ -260,7 +260,7 @@ fn many_rays_are_those_of_each_place() {
         let camera = camera(keys, [64, 48]);
         let places: Vec<Vec2> = (0..333).map(|i| Vec2::new(i as f32 * 0.19, i as f32 * 0.14)).collect();
         let lens: Vec<Vec2> = places.iter().map(|p| (*p * 0.37).fract()).collect();
-        let mut many = vec![Ray::NOWHERE];
+        let mut many = vec![Ray::NONE];
         camera.rays(Plain, &places, &lens, &mut many);
         let each = places.iter().zip(&lens).map(|(place, lens)| camera.ray(*place, *lens));
         assert!(many.iter().skip(1).copied().map(Some).eq(each));

@@ -3,46 +3,46 @@
 //! A split costs what its two groups weigh: power times the square of the group's diagonal, the size of the ball that a walk
 //! knows of it, times the measure of its directions. Buckets along the axes give the candidates.
 
-use super::{ABSENT, LightBounds, Node, Tree};
+use super::{LightBounds, LightNode, LightTree, NO_LEAF};
 use crate::math::{Aabb, Vec3};
 
 const BUCKETS: usize = 12;
 /// Below so many lights a group is not worth another thread.
-const MIN_LEN: usize = 2048;
+const PAR_MIN_LEN: usize = 2048;
 /// Above so many lights only the longest axis is tried.
-const ALL_AXES: usize = 4096;
+const MAX_ALL_AXES: usize = 4096;
 
 #[derive(Clone, Copy)]
-struct Item {
+struct BuildItem {
     bounds: LightBounds,
     light: u32,
 }
 
-impl Item {
+impl BuildItem {
     fn center(&self) -> Vec3 {
         self.bounds.bounds.center()
     }
 }
 
-pub(super) fn tree(lights: impl ExactSizeIterator<Item = LightBounds>) -> Tree {
-    let mut leaves = vec![ABSENT; lights.len()];
-    let mut items: Vec<Item> = (0..)
+pub(super) fn tree(lights: impl ExactSizeIterator<Item = LightBounds>) -> LightTree {
+    let mut leaves = vec![NO_LEAF; lights.len()];
+    let mut items: Vec<BuildItem> = (0..)
         .zip(lights)
-        .map(|(light, bounds)| Item { bounds, light })
+        .map(|(light, bounds)| BuildItem { bounds, light })
         .filter(|i| i.bounds.power > 0.0 && i.bounds.bounds.is_finite())
         .collect();
     let Some(first) = items.first() else {
-        return Tree {
+        return LightTree {
             leaves,
-            ..Tree::default()
+            ..LightTree::default()
         };
     };
-    let mut nodes = vec![Node::new(&first.bounds, 1); 2 * items.len() - 1];
+    let mut nodes = vec![LightNode::new(&first.bounds, 1); 2 * items.len() - 1];
     fill(&mut items, &mut nodes);
     for (leaf, item) in (0..).zip(&items) {
         leaves[item.light as usize] = leaf;
     }
-    Tree {
+    LightTree {
         nodes,
         lights: items.iter().map(|i| i.light).collect(),
         leaves,
@@ -50,34 +50,34 @@ pub(super) fn tree(lights: impl ExactSizeIterator<Item = LightBounds>) -> Tree {
 }
 
 /// Orders `items` and writes the nodes over them, 2k - 1 for k lights; returns what holds them all.
-fn fill(items: &mut [Item], nodes: &mut [Node]) -> LightBounds {
+fn fill(items: &mut [BuildItem], nodes: &mut [LightNode]) -> LightBounds {
     let count = items.len();
     if let [only] = items {
-        nodes[0] = Node::new(&only.bounds, 1);
+        nodes[0] = LightNode::new(&only.bounds, 1);
         return only.bounds;
     }
     let at = split(items);
     let (left, right) = items.split_at_mut(at);
     let (root, below) = nodes.split_first_mut().expect("a group of two or more has nodes");
     let (left_nodes, right_nodes) = below.split_at_mut(2 * at - 1);
-    let (l, r) = if count >= MIN_LEN {
+    let (l, r) = if count >= PAR_MIN_LEN {
         rayon::join(|| fill(left, left_nodes), || fill(right, right_nodes))
     } else {
         (fill(left, left_nodes), fill(right, right_nodes))
     };
     let bounds = l.union(&r);
-    *root = Node::new(&bounds, count as u32);
+    *root = LightNode::new(&bounds, count as u32);
     bounds
 }
 
 /// Orders two or more items and says where the second group begins; neither is empty.
-fn split(items: &mut [Item]) -> usize {
-    let centers = Aabb::from_points(items.iter().map(Item::center));
+fn split(items: &mut [BuildItem]) -> usize {
+    let centers = Aabb::from_points(items.iter().map(BuildItem::center));
     let extent = centers.extent();
     let longest = (0..3).fold(0, |m, a| if extent[a] > extent[m] { a } else { m });
     let middle = items.len() / 2;
     if items.len() > 2 && extent[longest] > 0.0 {
-        let axes = if items.len() > ALL_AXES {
+        let axes = if items.len() > MAX_ALL_AXES {
             longest..longest + 1
         } else {
             0..3
@@ -97,13 +97,13 @@ fn split(items: &mut [Item]) -> usize {
     middle
 }
 
-fn bucket_of(item: &Item, centers: &Aabb, axis: usize) -> usize {
+fn bucket_of(item: &BuildItem, centers: &Aabb, axis: usize) -> usize {
     let along = (item.center()[axis] - centers.min[axis]) / (centers.max[axis] - centers.min[axis]);
     ((along * BUCKETS as f32) as usize).min(BUCKETS - 1)
 }
 
 /// The last bucket of the first group of the cheapest split along `axis`, and its cost.
-fn cheapest(items: &[Item], centers: &Aabb, axis: usize) -> Option<(f32, usize)> {
+fn cheapest(items: &[BuildItem], centers: &Aabb, axis: usize) -> Option<(f32, usize)> {
     let mut buckets: [Option<LightBounds>; BUCKETS] = [None; BUCKETS];
     for item in items {
         add(&mut buckets[bucket_of(item, centers, axis)], Some(&item.bounds));
@@ -137,7 +137,7 @@ fn weight(group: &LightBounds) -> f32 {
 }
 
 /// Moves what is `first` to the front and counts it.
-fn partition(items: &mut [Item], first: impl Fn(&Item) -> bool) -> usize {
+fn partition(items: &mut [BuildItem], first: impl Fn(&BuildItem) -> bool) -> usize {
     let mut count = 0;
     for i in 0..items.len() {
         if first(&items[i]) {

@@ -1,8 +1,8 @@
 //! What is true of a tree over lights.
 
-use super::Tree;
+use super::LightTree;
 use crate::{
-    light::{Directions, Faces, LightBounds},
+    light::{LightBounds, OrientationCone, Sidedness},
     math::{
         Aabb, Vec3,
         hash::{pcg4d, unit_f32},
@@ -29,13 +29,13 @@ fn lights(count: u32) -> Vec<LightBounds> {
         .map(|i| {
             let [size, power, kind, _] = random(1, i);
             let p = place(2, i);
-            let faces = if kind < 0.2 { Faces::Both } else { Faces::Front };
+            let sidedness = if kind < 0.2 { Sidedness::Both } else { Sidedness::Front };
             LightBounds {
                 bounds: Aabb::from_points([p, p + Vec3::splat(size * 0.3)]),
                 directions: if kind > 0.8 {
-                    Directions::ALL
+                    OrientationCone::ALL
                 } else {
-                    Directions::flat(direction(3, i), faces)
+                    OrientationCone::flat(direction(3, i), sidedness)
                 },
                 power: power * power + 0.01,
             }
@@ -43,8 +43,8 @@ fn lights(count: u32) -> Vec<LightBounds> {
         .collect()
 }
 
-fn tree(lights: &[LightBounds]) -> Tree {
-    Tree::build(lights.iter().copied())
+fn tree(lights: &[LightBounds]) -> LightTree {
+    LightTree::build(lights.iter().copied())
 }
 
 /// A place and a normal.
@@ -63,10 +63,10 @@ fn receiver(i: u32) -> (Vec3, Vec3) {
 fn shines(light: &LightBounds, p: Vec3, n: Vec3) -> bool {
     let wi = (light.bounds.center() - p).normalize();
     let out = -light.directions.axis.dot(wi);
-    let leaves = match (light.directions == Directions::ALL, light.directions.faces) {
+    let leaves = match (light.directions == OrientationCone::ALL, light.directions.sidedness) {
         (true, _) => true,
-        (false, Faces::Both) => out != 0.0,
-        (false, Faces::Front) => out > 0.0,
+        (false, Sidedness::Both) => out != 0.0,
+        (false, Sidedness::Front) => out > 0.0,
     };
     leaves && (n == Vec3::ZERO || n.dot(wi) > 0.0)
 }
@@ -137,11 +137,11 @@ fn unions_hold_the_directions_of_both() {
     for i in 0..2000 {
         let cone = |seed: u32| {
             let [o, e, both, _] = random(seed, i);
-            Directions {
+            OrientationCone {
                 axis: direction(seed + 1, i),
                 cos_o: 1.0 - 2.0 * o * o,
                 cos_e: 0.5 - e,
-                faces: if both < 0.3 { Faces::Both } else { Faces::Front },
+                sidedness: if both < 0.3 { Sidedness::Both } else { Sidedness::Front },
             }
         };
         let (a, b) = (cone(10), cone(20));
@@ -154,7 +154,11 @@ fn unions_hold_the_directions_of_both() {
                 let side = direction(30, 8 * i + around).cross(part.axis).normalize_or(Vec3::X);
                 let n = part.axis * c + side * s;
                 let cos = all.axis.dot(n);
-                let cos = if all.faces == Faces::Both { cos.abs() } else { cos };
+                let cos = if all.sidedness == Sidedness::Both {
+                    cos.abs()
+                } else {
+                    cos
+                };
                 assert!(cos >= all.cos_o - 2e-3, "{i} {k}: {cos} {a:?} {b:?} {all:?}");
             }
             assert!(all.cos_e <= part.cos_e);
@@ -172,7 +176,7 @@ fn lights_without_power_are_left_out() {
     let (p, n) = (Vec3::splat(9.0), Vec3::ZERO);
     assert_eq!((tree.pmf(p, n, 0), tree.pmf(p, n, 3)), (0.0, 0.0));
     assert!(tree.pmf(p, n, 1) > 0.0 || tree.pmf(p, n, 2) > 0.0 || tree.pmf(p, n, 4) > 0.0);
-    let empty = Tree::build(std::iter::empty());
+    let empty = LightTree::build(std::iter::empty());
     assert!(empty.choose(p, n, 0.5).is_none() && empty.importance(p, n) == 0.0);
 }
 

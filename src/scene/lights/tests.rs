@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use super::{LightPart, Receiver};
+use super::{LightSampleContext, LightSource};
 use crate::{
     accel::AccelKind,
     light::Light,
-    material::{Emission, Material, Sides, emitter::Emitter},
+    material::{Emission, Material, Sidedness, emitter::Emitter},
     math::{
         DVec3, Ray, Rgb, Transform, Vec2, Vec3,
         hash::{pcg4d, unit_f32},
@@ -25,17 +25,17 @@ pub fn numbers(seed: u32, i: u32) -> [Vec2; 2] {
     [Vec2::new(a, b), Vec2::new(c, d)]
 }
 
-pub fn shining(radiance: Color, sides: Sides) -> Material {
+pub fn shining(radiance: Color, sidedness: Sidedness) -> Material {
     Material::Emitter(Emitter {
         radiance,
         scale: 1.0,
-        sides,
+        sidedness,
     })
 }
 
 /// Radiance 2 from the front.
 pub fn lamp() -> Material {
-    shining(Color::Constant(Rgb::gray(2.0)), Sides::Front)
+    shining(Color::Constant(Rgb::gray(2.0)), Sidedness::Front)
 }
 
 pub fn dark() -> SceneBuilder {
@@ -96,7 +96,7 @@ impl Estimate {
 }
 
 /// What one sample of the lights brings to a white surface at `at`, and the density with which it was found.
-fn light_sample(scene: &Scene, at: &Receiver, [u, v]: [Vec2; 2]) -> Option<(Vec3, f64, f64)> {
+fn light_sample(scene: &Scene, at: &LightSampleContext, [u, v]: [Vec2; 2]) -> Option<(Vec3, f64, f64)> {
     let choice = scene.lights.choose(at, v.x)?;
     let sample = scene.sample_light(choice.light, at.p, u)?;
     let cos = at.n.dot(sample.wi);
@@ -117,13 +117,13 @@ fn light_sample(scene: &Scene, at: &Receiver, [u, v]: [Vec2; 2]) -> Option<(Vec3
 }
 
 /// What a ray brings that leaves `at` along `w`, each part with the density with which light sampling would have found it.
-fn met(scene: &Scene, at: &Receiver, w: Vec3) -> Vec<(f64, f64)> {
+fn met(scene: &Scene, at: &LightSampleContext, w: Vec3) -> Vec<(f64, f64)> {
     let wide = |(l, pdf): (Rgb, f32)| (f64::from(l.g), f64::from(pdf));
     let ray = Ray::new(at.p, w);
     let mut hits = [None];
     scene.accel.nearest(&[ray], &mut hits);
     let Some(hit) = hits[0] else {
-        let sky = (scene.escape(w), scene.pdf_escape(at, w));
+        let sky = (scene.background_radiance(w), scene.pdf_background(at, w));
         return std::iter::once(sky)
             .chain(scene.suns(at, w).map(|(_, l, pdf)| (l, pdf)))
             .map(wide)
@@ -138,7 +138,7 @@ fn met(scene: &Scene, at: &Receiver, w: Vec3) -> Vec<(f64, f64)> {
 }
 
 /// The irradiance at `at` by light sampling, by cosine-weighted directions, and by both with weights.
-pub fn irradiances(scene: &Scene, at: &Receiver, n: u32) -> [Estimate; 3] {
+pub fn irradiances(scene: &Scene, at: &LightSampleContext, n: u32) -> [Estimate; 3] {
     let mut estimates = [Estimate::default(); 3];
     let frame = crate::math::Frame::from_normal(at.n);
     for i in 0..n {
@@ -151,7 +151,7 @@ pub fn irradiances(scene: &Scene, at: &Receiver, n: u32) -> [Estimate; 3] {
         }
         estimates[0].add(of_light);
         let [u, _] = numbers(92, i);
-        let w = frame.to_world(warp::Draw::from(u).cosine_hemisphere()).normalize();
+        let w = frame.to_world(warp::Sample2D::from(u).cosine_hemisphere()).normalize();
         let own = f64::from(warp::cosine_hemisphere_pdf(at.n.dot(w)));
         let mut of_cosine = 0.0;
         for (l, pdf) in met(scene, at, w) {
@@ -186,8 +186,8 @@ fn transforms() -> [Option<Transform>; 4] {
     ]
 }
 
-fn floor(x: f32) -> Receiver {
-    Receiver {
+fn floor(x: f32) -> LightSampleContext {
+    LightSampleContext {
         p: Vec3::new(x, 0.1, 0.3),
         n: Vec3::new(0.1, 1.0, -0.2).normalize(),
     }
@@ -197,10 +197,10 @@ fn floor(x: f32) -> Receiver {
 fn every_shape_under_every_transform_shines_alike_however_it_is_looked_for() {
     for shape in SHAPES {
         for (i, transform) in transforms().into_iter().enumerate() {
-            let sides = if i % 2 == 0 { Sides::Both } else { Sides::Front };
+            let sides = if i % 2 == 0 { Sidedness::Both } else { Sidedness::Front };
             let scene = shape_scene(shape, transform, shining(Color::Constant(Rgb::gray(2.0)), sides));
             let [light, cosine, both] = irradiances(&scene, &floor(0.4), 6000);
-            assert!(light.mean() > 0.0 || sides == Sides::Front, "{shape} {i}");
+            assert!(light.mean() > 0.0 || sides == Sidedness::Front, "{shape} {i}");
             for (name, other) in [("cosine", cosine), ("both", both)] {
                 let z = light.z(&other);
                 assert!(z < 4.5, "{shape} {i}: light {light:?}, {name} {other:?}, {z}");
@@ -213,7 +213,7 @@ fn every_shape_under_every_transform_shines_alike_however_it_is_looked_for() {
 fn a_sampled_direction_has_the_density_that_its_hit_is_told() {
     for shape in SHAPES {
         for (k, transform) in transforms().into_iter().enumerate() {
-            let both = shining(Color::Constant(Rgb::WHITE), Sides::Both);
+            let both = shining(Color::Constant(Rgb::WHITE), Sidedness::Both);
             let scene = shape_scene(shape, transform, both);
             let at = floor(0.7);
             let mut found = 0;
@@ -275,7 +275,7 @@ fn textured_emitters_shine_with_the_texture_at_the_sampled_point() {
                 scale: 3.0,
             }),
         });
-        let material = builder.material(shining(Color::Texture(texture), Sides::Both));
+        let material = builder.material(shining(Color::Texture(texture), Sidedness::Both));
         let transform = place([0.0, 1.5, 0.0], [20.0, 10.0, 5.0], [1.0, 0.8, 1.2]);
         add(&mut builder, shape, transform, material);
         let scene = builder.build(AccelKind::Linear).expect("a scene");
@@ -292,7 +292,7 @@ fn surfaces_without_end_or_without_light_are_not_asked() {
         ("plane = { point = [0, 3, 0], normal = [0, -1, 0] }", lamp()),
         (
             "sphere = { radius = 1 }",
-            shining(Color::Constant(Rgb::BLACK), Sides::Both),
+            shining(Color::Constant(Rgb::BLACK), Sidedness::Both),
         ),
     ] {
         let scene = shape_scene(shape, None, material);
@@ -303,7 +303,7 @@ fn surfaces_without_end_or_without_light_are_not_asked() {
     assert!(cosine.z(&both) < 1e-3, "it is met by chance alone");
 }
 
-fn irradiance_of(scene: &Scene, at: &Receiver, n: u32) -> Estimate {
+fn irradiance_of(scene: &Scene, at: &LightSampleContext, n: u32) -> Estimate {
     irradiances(scene, at, n)[0]
 }
 
@@ -315,14 +315,14 @@ fn agrees(estimate: &Estimate, expected: f64) -> bool {
 
 #[test]
 fn irradiance_follows_the_closed_forms() {
-    let up = Receiver {
+    let up = LightSampleContext {
         p: Vec3::ZERO,
         n: Vec3::Y,
     };
     // Radiance 2 everywhere. A sphere of radius r at height h: pi L (r / h)^2, tilted by the cosine while it is whole.
     let sphere = shape_scene("sphere = { center = [0, 3, 0], radius = 1 }", None, lamp());
     assert!(agrees(&irradiance_of(&sphere, &up, 3000), 2.0 * PI / 9.0));
-    let tilted = Receiver {
+    let tilted = LightSampleContext {
         n: Vec3::new(0.8, 0.6, 0.0),
         ..up
     };
@@ -346,7 +346,7 @@ fn irradiance_follows_the_closed_forms() {
     }
     let expected = 2.0 * 0.5 * sum.abs();
     let quad = "quad = { corners = [[-1, 2, -1], [1, 2, -1], [1, 1, 1], [-1, 1, 1]] }";
-    let quad = shape_scene(quad, None, shining(Color::Constant(Rgb::gray(2.0)), Sides::Both));
+    let quad = shape_scene(quad, None, shining(Color::Constant(Rgb::gray(2.0)), Sidedness::Both));
     let found = irradiance_of(&quad, &up, 6000);
     assert!(agrees(&found, expected), "{found:?} is not {expected}");
     let mesh = crate::light::area::sample_triangle;
@@ -373,7 +373,7 @@ fn a_shadow_ray_ends_before_the_emitter_that_it_asks_for() {
             let scene = shape_scene(
                 shape,
                 place([0.0; 3], [10.0, 20.0, 30.0], [scale; 3]),
-                shining(Color::Constant(Rgb::WHITE), Sides::Both),
+                shining(Color::Constant(Rgb::WHITE), Sidedness::Both),
             );
             let (mut seen, mut all) = (0, 0);
             for i in 0..200 {
@@ -402,7 +402,7 @@ fn a_shadow_ray_ends_before_the_emitter_that_it_asks_for() {
 #[test]
 fn emission_is_what_materials_tell() {
     let scene = shape_scene(SHAPES[0], None, lamp());
-    let LightPart::Emitter(_) = scene.lights.part(LightId(0)) else {
+    let LightSource::Emitter(_) = scene.lights.source(LightId(0)) else {
         panic!("a shape that shines is a light");
     };
     let Some(Emission { scale, .. }) = scene.materials[0].emission() else {

@@ -106,9 +106,9 @@ fn a_footprint_of_twice_the_width_is_one_level_up() {
 fn a_long_footprint_is_taken_apart_and_a_very_long_one_blurred() {
     let size = Vec2::splat(256.0);
     let of = |long: f32, short: f32| Footprint::of([Vec2::X * long / 256.0, Vec2::Y * short / 256.0], size);
-    assert_eq!((of(4.0, 4.0).pieces, of(4.0, 4.0).level), (1, 2.0));
-    assert_eq!((of(16.0, 4.0).pieces, of(16.0, 4.0).level), (4, 2.0));
-    assert_eq!((of(64.0, 1.0).pieces, of(64.0, 1.0).level), (8, 3.0));
+    assert_eq!((of(4.0, 4.0).probes, of(4.0, 4.0).level), (1, 2.0));
+    assert_eq!((of(16.0, 4.0).probes, of(16.0, 4.0).level), (4, 2.0));
+    assert_eq!((of(64.0, 1.0).probes, of(64.0, 1.0).level), (8, 3.0));
 }
 
 #[test]

@@ -26,7 +26,7 @@ fn every_ray_begins_once() {
         .expect("a tree");
     let mut heads = Heads::new();
     for count in [1, 16, 100, 255, 256, 257, 5000] {
-        let rays = vec![Ray::NOWHERE; count];
+        let rays = vec![Ray::NONE; count];
         let list: Vec<u32> = (0..count as u32).rev().collect();
         heads.begin(&tree);
         let begun: Vec<u32> = (0..count)

@@ -15,7 +15,7 @@ use super::{
 pub(super) struct Layout {
     pub clock: Clock,
     pub eye: [usize; 3],
-    pub facing: FacingColumns,
+    pub orientation: OrientationColumns,
     pub view: Option<(ViewKind, usize)>,
     pub sensor: Option<(SensorKind, usize)>,
     pub aperture: Option<(ApertureKind, usize)>,
@@ -34,7 +34,7 @@ pub(super) enum Clock {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) enum FacingColumns {
+pub(super) enum OrientationColumns {
     Target {
         target: [usize; 3],
         up: Option<[usize; 3]>,
@@ -82,7 +82,7 @@ impl Layout {
         };
         let clock = finder.clock(options.fps);
         let eye = finder.needed(["eye_x", "eye_y", "eye_z"]);
-        let facing = finder.facing(table, options);
+        let orientation = finder.orientation(table, options);
         let view = finder.one_of([
             ("fov", ViewKind::Vertical),
             ("fov_x", ViewKind::Horizontal),
@@ -97,11 +97,11 @@ impl Layout {
             ("aperture_radius", ApertureKind::Radius),
         ]);
         let get = |name| columns.get(name);
-        match (clock, eye, facing) {
-            (Some(clock), Some(eye), Some(facing)) if problems.is_empty() => Ok(Self {
+        match (clock, eye, orientation) {
+            (Some(clock), Some(eye), Some(orientation)) if problems.is_empty() => Ok(Self {
                 clock,
                 eye,
-                facing,
+                orientation,
                 view,
                 sensor,
                 aperture,
@@ -192,7 +192,7 @@ impl Finder<'_> {
         }
     }
 
-    fn facing(&mut self, table: &Table, options: &Options) -> Option<FacingColumns> {
+    fn orientation(&mut self, table: &Table, options: &Options) -> Option<OrientationColumns> {
         let ways: [&[&str]; 3] = [&TARGET, &QUATERNION, &EULER];
         let used: Vec<_> = ways.iter().filter_map(|names| self.any_of(names)).collect();
         match &used[..] {
@@ -221,14 +221,14 @@ impl Finder<'_> {
                 "'{idle}' needs target_x target_y target_z: a rotation says it all"
             ));
         }
-        let quaternion = self.group(QUATERNION).map(FacingColumns::Quaternion);
+        let quaternion = self.group(QUATERNION).map(OrientationColumns::Quaternion);
         let euler = match self.group(EULER) {
             Some(degrees) => self
                 .rotation_order(table, options)
-                .map(|order| FacingColumns::Euler { degrees, order }),
+                .map(|order| OrientationColumns::Euler { degrees, order }),
             None => None,
         };
-        let target = target.map(|target| FacingColumns::Target { target, up, roll });
+        let target = target.map(|target| OrientationColumns::Target { target, up, roll });
         target.or(quaternion).or(euler)
     }
 

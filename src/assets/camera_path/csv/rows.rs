@@ -8,14 +8,14 @@ use crate::{
     assets::camera_path::{PathProblem, PathProblems},
     camera::{
         LensOverrides,
-        lens::{Aperture, Sensor, View},
-        path::{Facing, Interp, MAX_FRAME, PathKey, Rotation, Shutter},
+        lens::{Aperture, FieldOfView, Sensor},
+        path::{Interp, MAX_FRAME, Orientation, PathKey, Rotation, Shutter},
     },
     value::{UnknownName, one_of},
 };
 
 use super::{
-    layout::{ApertureKind, Clock, FacingColumns, Layout, SensorKind, ViewKind},
+    layout::{ApertureKind, Clock, Layout, OrientationColumns, SensorKind, ViewKind},
     table::{Row, Table},
 };
 
@@ -31,13 +31,13 @@ const FRAME_TOLERANCE: f64 = 0.05;
 const INTERPS: &[(&str, Interp)] = &[
     ("smooth", Interp::Smooth),
     ("linear", Interp::Linear),
-    ("hold", Interp::Hold),
+    ("hold", Interp::Step),
     ("spline", Interp::Smooth),
     ("catmull-rom", Interp::Smooth),
-    ("step", Interp::Hold),
-    ("stepped", Interp::Hold),
-    ("constant", Interp::Hold),
-    ("cut", Interp::Hold),
+    ("step", Interp::Step),
+    ("stepped", Interp::Step),
+    ("constant", Interp::Step),
+    ("cut", Interp::Step),
 ];
 
 /// The keys of a table's rows.
@@ -208,7 +208,7 @@ impl<'a> Cells<'a> {
 
     fn key(&mut self, layout: &Layout, frame: Option<f64>) -> Option<PathKey> {
         let eye = self.all(layout.eye).map(DVec3::from_array);
-        let facing = self.facing(layout.facing, eye);
+        let orientation = self.orientation(layout.orientation, eye);
         let lens = self.lens(layout);
         let shutter = self.shutter(layout.shutter_open, layout.shutter_close);
         let interp = self.interp(layout.interp);
@@ -216,7 +216,7 @@ impl<'a> Cells<'a> {
         Some(PathKey {
             frame: frame?,
             eye: eye?,
-            facing: facing?,
+            orientation: orientation?,
             lens,
             shutter,
             interp,
@@ -224,9 +224,9 @@ impl<'a> Cells<'a> {
         })
     }
 
-    fn facing(&mut self, columns: FacingColumns, eye: Option<DVec3>) -> Option<Facing> {
+    fn orientation(&mut self, columns: OrientationColumns, eye: Option<DVec3>) -> Option<Orientation> {
         match columns {
-            FacingColumns::Target { target, up, roll } => {
+            OrientationColumns::Target { target, up, roll } => {
                 let first = target[0];
                 let target = self.all(target).map(DVec3::from_array);
                 // An up of which all cells are empty is not given in this row.
@@ -237,9 +237,9 @@ impl<'a> Cells<'a> {
                     self.problem(first, "the target is at the eye");
                 }
                 let target = target?;
-                Some(Facing::Target { target, up, roll })
+                Some(Orientation::Target { target, up, roll })
             }
-            FacingColumns::Quaternion(columns) => {
+            OrientationColumns::Quaternion(columns) => {
                 let [x, y, z, w] = self.all(columns)?;
                 let q = DQuat::from_xyzw(x, y, z, w);
                 let length = q.length();
@@ -248,11 +248,11 @@ impl<'a> Cells<'a> {
                     self.problem(columns[0], message);
                     return None;
                 }
-                Some(Facing::Rotation(Rotation::Quaternion(q)))
+                Some(Orientation::Rotation(Rotation::Quaternion(q)))
             }
-            FacingColumns::Euler { degrees, order } => {
+            OrientationColumns::Euler { degrees, order } => {
                 let degrees = DVec3::from_array(self.all(degrees)?);
-                Some(Facing::Rotation(Rotation::Euler { degrees, order }))
+                Some(Orientation::Rotation(Rotation::Euler { degrees, order }))
             }
         }
     }
@@ -262,9 +262,9 @@ impl<'a> Cells<'a> {
         let is_angle = |v: f64| v > 0.0 && v < 180.0;
         LensOverrides {
             view: layout.view.and_then(|(kind, column)| match kind {
-                ViewKind::Vertical => self.checked(Some(column), is_angle, angle).map(View::Vertical),
-                ViewKind::Horizontal => self.checked(Some(column), is_angle, angle).map(View::Horizontal),
-                ViewKind::FocalLength => self.above_0(column).map(View::FocalLength),
+                ViewKind::Vertical => self.checked(Some(column), is_angle, angle).map(FieldOfView::Vertical),
+                ViewKind::Horizontal => self.checked(Some(column), is_angle, angle).map(FieldOfView::Horizontal),
+                ViewKind::FocalLength => self.above_0(column).map(FieldOfView::FocalLength),
             }),
             sensor: layout.sensor.and_then(|(kind, column)| match kind {
                 SensorKind::Width => self.above_0(column).map(Sensor::Width),

@@ -8,7 +8,7 @@ use crate::{
     assets::camera_path::Options,
     camera::{
         LensOverrides, LookAt, Pose, RotationOrder,
-        lens::{Aperture, Sensor, View},
+        lens::{Aperture, FieldOfView, Sensor},
         path::Shutter,
     },
 };
@@ -81,7 +81,7 @@ fn everything_that_a_row_can_say_is_heard() {
     assert_eq!(
         state.lens,
         LensOverrides {
-            view: Some(View::FocalLength(50.0)),
+            view: Some(FieldOfView::FocalLength(50.0)),
             sensor: Some(Sensor::Height(24.0)),
             aperture: Some(Aperture::FStop(2.8)),
             focus_distance: Some(5.0),
@@ -340,7 +340,7 @@ proptest! {
         for (i, [x, y, z, fov]) in rows.iter().enumerate() {
             let state = path.at(i as f64).unwrap();
             prop_assert_eq!(state.pose.eye(), DVec3::new(*x, *y, *z));
-            prop_assert_eq!(state.lens.view, Some(View::Vertical(*fov)));
+            prop_assert_eq!(state.lens.view, Some(FieldOfView::Vertical(*fov)));
         }
     }
 

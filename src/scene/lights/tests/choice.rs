@@ -20,7 +20,7 @@ fn all_kinds() -> Scene {
     let mut builder = SceneBuilder::new(sky());
     let (lamp, both) = (
         builder.material(lamp()),
-        builder.material(shining(Color::Constant(Rgb::gray(5.0)), Sides::Both)),
+        builder.material(shining(Color::Constant(Rgb::gray(5.0)), Sidedness::Both)),
     );
     for (i, shape) in (0..).zip(SHAPES) {
         let at = place(
@@ -61,11 +61,11 @@ fn all_kinds() -> Scene {
 }
 
 /// Places on, above and below a floor, with normals up, aslant and none.
-fn receivers() -> impl Iterator<Item = Receiver> {
+fn receivers() -> impl Iterator<Item = LightSampleContext> {
     (0..40).map(|i| {
         let [a, b] = numbers(71, i);
         let n = Vec3::new(b.x - 0.5, b.y - 0.2, a.x - 0.5);
-        Receiver {
+        LightSampleContext {
             p: Vec3::new(10.0 * a.x - 5.0, 3.0 * a.y * a.y - 0.5, 6.0 * b.x - 3.0),
             n: if i % 5 == 0 { Vec3::ZERO } else { n.normalize() },
         }
@@ -126,7 +126,7 @@ fn the_sky_and_suns_with_size_bring_the_same_however_they_are_looked_for() {
     let scene = builder.build(AccelKind::Linear).expect("a scene");
     for n in [Vec3::Y, Vec3::new(-0.6, 0.0, -0.8), Vec3::new(0.79, 0.61, 0.0)] {
         let n = n.normalize();
-        let [light, cosine, both] = irradiances(&scene, &Receiver { p: Vec3::ZERO, n }, 20_000);
+        let [light, cosine, both] = irradiances(&scene, &LightSampleContext { p: Vec3::ZERO, n }, 20_000);
         assert!(cosine.z(&both) < 4.5, "{cosine:?} {both:?}");
         assert!(both.variance() < cosine.variance());
         // Light sampling alone leaves out what is no brighter than the mean.
@@ -141,7 +141,7 @@ fn a_constant_sky_is_no_light() {
         .expect("a scene");
     let at = floor(0.0);
     assert_eq!((scene.lights.count(), scene.lights.choose(&at, 0.3)), (0, None));
-    assert_eq!(scene.pdf_escape(&at, Vec3::Y), 0.0);
+    assert_eq!(scene.pdf_background(&at, Vec3::Y), 0.0);
     let [_, cosine, both] = irradiances(&scene, &at, 200);
     assert!((cosine.mean() / PI - 1.0).abs() < 1e-6 && (both.mean() / PI - 1.0).abs() < 1e-6);
 }
@@ -156,7 +156,7 @@ fn the_only_light_is_certain() {
 /// A thousand small lamps of different strength under a ceiling of 30 m x 30 m.
 fn hall() -> Scene {
     let mut builder = dark();
-    let lamps = [0.5, 2.0, 20.0].map(|l| builder.material(shining(Color::Constant(Rgb::gray(l)), Sides::Front)));
+    let lamps = [0.5, 2.0, 20.0].map(|l| builder.material(shining(Color::Constant(Rgb::gray(l)), Sidedness::Front)));
     for i in 0..1000 {
         let [a, b] = numbers(73, i);
         let at = place(
@@ -179,7 +179,7 @@ fn among_a_thousand_lamps_the_tree_is_far_less_noisy_than_equal_chances() {
     let scene = hall();
     let (mut by_tree, mut by_chance) = (0.0, 0.0);
     for x in [-8.0, 0.0, 5.0] {
-        let at = Receiver {
+        let at = LightSampleContext {
             p: Vec3::new(x, 0.0, x * 0.5),
             n: Vec3::Y,
         };
@@ -213,12 +213,12 @@ fn lamps_that_move_shine_from_where_they_are() {
     let other = builder.shape("other", shape, place([9.0, 2.0, 0.0], [0.0; 3], [1.0; 3]), material);
     let mut scene = builder.build(AccelKind::Linear).expect("a scene");
     let there = place([-9.0, 3.0, 0.0], [0.0; 3], [1.0; 3]).expect("a place");
-    let motion = crate::scene::Motion {
+    let motion = crate::scene::SceneUpdate {
         transforms: vec![(object, there)],
         ..Default::default()
     };
     scene.apply(&motion).expect("it can be moved");
-    let at = Receiver {
+    let at = LightSampleContext {
         p: Vec3::new(-9.0, 0.0, 0.0),
         n: Vec3::Y,
     };
@@ -234,7 +234,7 @@ fn instances_that_shine_are_met_by_chance_and_counted_once() {
     let mut builder = dark();
     let (lamp, floor_material) = (
         builder.material(lamp()),
-        builder.material(shining(Color::Constant(Rgb::BLACK), Sides::Both)),
+        builder.material(shining(Color::Constant(Rgb::BLACK), Sidedness::Both)),
     );
     let triangle = |y: f32| Mesh {
         positions: vec![

@@ -5,12 +5,12 @@
 
 use std::sync::OnceLock;
 
-use super::{Points, along, column, direction, facets, mean_over_directions, mix, node, place, reflected};
+use super::{FacetGrid, along, column, direction, facets, lerp, locate, mean_over_directions, node, reflected};
 use crate::{bsdf::microfacet::Ggx, math::Vec3};
 
 const ROWS: usize = 48;
 const COLUMNS: usize = 64;
-const POINTS: Points = Points {
+const POINTS: FacetGrid = FacetGrid {
     turns: 24,
     slopes: 48,
     turn: 0.5,
@@ -18,24 +18,24 @@ const POINTS: Points = Points {
 };
 
 /// Of one roughness.
-struct Row {
+struct IsotropicRow {
     /// Albedo of facets that reflect everything, by [`Ggx::stretched_cos`].
     mirrors: [f32; COLUMNS],
     /// The mean of Schlick's term over the light that they reflect, by the cosine.
     grazing: [f32; COLUMNS],
 }
 
-static TABLE: [OnceLock<Box<Row>>; ROWS] = [const { OnceLock::new() }; ROWS];
+static TABLE: [OnceLock<Box<IsotropicRow>>; ROWS] = [const { OnceLock::new() }; ROWS];
 static MEANS: [OnceLock<[f32; 2]>; ROWS] = [const { OnceLock::new() }; ROWS];
 
-fn row(i: usize) -> &'static Row {
+fn row(i: usize) -> &'static IsotropicRow {
     TABLE[i].get_or_init(|| {
         let ggx = facets(node(i, ROWS));
         let cos = |j| {
             let root: f32 = node(j, COLUMNS);
             (root * root).max(1e-4)
         };
-        Box::new(Row {
+        Box::new(IsotropicRow {
             mirrors: std::array::from_fn(|j| reflected(POINTS, &ggx, stretched_direction(&ggx, cos(j)))[0]),
             grazing: std::array::from_fn(|j| reflected(POINTS, &ggx, direction(cos(j)))[1]),
         })
@@ -50,9 +50,9 @@ fn stretched_direction(ggx: &Ggx, t: f32) -> Vec3 {
 }
 
 #[inline]
-fn between(roughness: f32, table: impl Fn(&'static Row) -> &'static [f32; COLUMNS], column: f32) -> f32 {
-    let (i, f) = place(roughness, ROWS);
-    mix(along(table(row(i)), column), along(table(row(i + 1)), column), f)
+fn between(roughness: f32, table: impl Fn(&'static IsotropicRow) -> &'static [f32; COLUMNS], column: f32) -> f32 {
+    let (i, f) = locate(roughness, ROWS);
+    lerp(along(table(row(i)), column), along(table(row(i + 1)), column), f)
 }
 
 /// Albedo of facets that reflect everything, by roughness and [`Ggx::stretched_cos`].
@@ -83,7 +83,7 @@ fn mean(i: usize) -> [f32; 2] {
 
 #[inline]
 pub(super) fn schlick_mean(ggx: &Ggx) -> [f32; 2] {
-    let (i, f) = place(ggx.alpha.x.sqrt(), ROWS);
+    let (i, f) = locate(ggx.alpha.x.sqrt(), ROWS);
     let ([a, b], [c, d]) = (mean(i), mean(i + 1));
-    [mix(a, c, f), mix(b, d, f)]
+    [lerp(a, c, f), lerp(b, d, f)]
 }

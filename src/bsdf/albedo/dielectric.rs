@@ -2,7 +2,9 @@
 
 use std::sync::OnceLock;
 
-use super::{Points, along, column, direction, even, facets, mean_over_facets, mix, node, place, reflected, seen};
+use super::{
+    FacetGrid, along, column, direction, facets, isotropic, lerp, locate, masking, mean_over_facets, node, reflected,
+};
 use crate::{
     bsdf::{fresnel, microfacet::Ggx},
     math::{Vec3, trig},
@@ -13,8 +15,8 @@ const SLICES: usize = 48;
 const ROWS: usize = 48;
 const COLUMNS: usize = 64;
 /// The highest index of the table; the lowest is its inverse. Beyond them a little light is lost.
-const HIGHEST: f32 = 4.0;
-const POINTS: Points = Points {
+const MAX_INDEX: f32 = 4.0;
+const POINTS: FacetGrid = FacetGrid {
     turns: 32,
     slopes: 64,
     turn: 0.5,
@@ -22,12 +24,12 @@ const POINTS: Points = Points {
 };
 /// What is added so that no value is less than the truth: towards the denser side, and towards the thinner one, where some facets
 /// let nothing pass.
-const ABOVE: [Clear; 2] = [
-    Clear {
+const MARGIN: [ClearAlbedo; 2] = [
+    ClearAlbedo {
         fresnel: 0.001,
         passing: 0.004,
     },
-    Clear {
+    ClearAlbedo {
         fresnel: 0.0019,
         passing: 0.004,
     },
@@ -35,7 +37,7 @@ const ABOVE: [Clear; 2] = [
 
 /// Albedo of clear facets, by reflection and by transmission together.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Clear {
+pub struct ClearAlbedo {
     /// Where light is shared out by Fresnel's equations.
     pub fresnel: f32,
     /// Where all passes that can.
@@ -43,23 +45,23 @@ pub struct Clear {
 }
 
 /// Of one index and one roughness, by the root of the cosine, over the albedo of mirrors: at grazing angles all is reflected.
-struct Row {
+struct DielectricRow {
     fresnel: [f32; COLUMNS],
     /// Over nothing where all can pass.
     passing: [f32; COLUMNS],
 }
 
-static TABLE: [[OnceLock<Box<Row>>; ROWS]; SLICES] = [const { [const { OnceLock::new() }; ROWS] }; SLICES];
+static TABLE: [[OnceLock<Box<DielectricRow>>; ROWS]; SLICES] = [const { [const { OnceLock::new() }; ROWS] }; SLICES];
 
 fn eta(k: usize) -> f32 {
     let x = 2.0 * node(k, SLICES) - 1.0;
-    trig::pow(HIGHEST, x * x.abs())
+    trig::pow(MAX_INDEX, x * x.abs())
 }
 
-fn row(k: usize, i: usize) -> &'static Row {
+fn row(k: usize, i: usize) -> &'static DielectricRow {
     TABLE[k][i].get_or_init(|| {
         let (eta, ggx) = (eta(k), facets(node(i, ROWS)));
-        let mut row = Row {
+        let mut row = DielectricRow {
             fresnel: [0.0; COLUMNS],
             passing: [0.0; COLUMNS],
         };
@@ -71,8 +73,8 @@ fn row(k: usize, i: usize) -> &'static Row {
                 let passed = fresnel::refract(wo, h, eta);
                 let all_of_it = passed
                     .and_then(|wi| ggx.transmission(wo, wi, eta))
-                    .map_or(0.0, |f| f.seen);
-                let reflected = seen(&ggx, wo, h);
+                    .map_or(0.0, |f| f.masking);
+                let reflected = masking(&ggx, wo, h);
                 let passing = if part < 1.0 { all_of_it } else { reflected };
                 [part * reflected + (1.0 - part) * all_of_it, passing]
             });
@@ -86,30 +88,30 @@ fn row(k: usize, i: usize) -> &'static Row {
 
 /// The albedo of clear facets seen from `wo`; `eta` is the index on the other side over the one on the side of `wo`. The facets
 /// are even, or taken for it.
-pub fn boundary(ggx: &Ggx, wo: Vec3, index: f32) -> Clear {
+pub fn clear(ggx: &Ggx, wo: Vec3, index: f32) -> ClearAlbedo {
     if ggx.is_smooth() {
-        return Clear {
+        return ClearAlbedo {
             fresnel: 1.0,
             passing: 1.0,
         };
     }
-    let log = trig::ln(index) / trig::ln(HIGHEST);
-    let (k, f) = place(0.5 + 0.5 * log.abs().sqrt().copysign(log), SLICES);
-    let (i, g) = place(ggx.alpha.x.sqrt(), ROWS);
+    let log = trig::ln(index) / trig::ln(MAX_INDEX);
+    let (k, f) = locate(0.5 + 0.5 * log.abs().sqrt().copysign(log), SLICES);
+    let (i, g) = locate(ggx.alpha.x.sqrt(), ROWS);
     let column = column(wo.z.abs());
-    let mirrors = even::mirrors(ggx, wo);
+    let mirrors = isotropic::mirrors(ggx, wo);
     let at = |k: usize| {
         let (a, b) = (row(k, i), row(k, i + 1));
         let over = if k < SLICES / 2 { mirrors } else { 0.0 };
-        Clear {
-            fresnel: mirrors + mix(along(&a.fresnel, column), along(&b.fresnel, column), g),
-            passing: over + mix(along(&a.passing, column), along(&b.passing, column), g),
+        ClearAlbedo {
+            fresnel: mirrors + lerp(along(&a.fresnel, column), along(&b.fresnel, column), g),
+            passing: over + lerp(along(&a.passing, column), along(&b.passing, column), g),
         }
     };
     let (a, b) = (at(k), at(k + 1));
-    let above = ABOVE[usize::from(index < 1.0)];
-    Clear {
-        fresnel: (mix(a.fresnel, b.fresnel, f) + above.fresnel).min(1.0),
-        passing: (mix(a.passing, b.passing, f) + above.passing).min(1.0),
+    let above = MARGIN[usize::from(index < 1.0)];
+    ClearAlbedo {
+        fresnel: (lerp(a.fresnel, b.fresnel, f) + above.fresnel).min(1.0),
+        passing: (lerp(a.passing, b.passing, f) + above.passing).min(1.0),
     }
 }

@@ -3,7 +3,7 @@
 use super::Camera;
 
 /// Stretches that the time between the shutter's opening and closing is cut into.
-const STRETCHES: u32 = 16;
+const SEGMENTS: u32 = 16;
 
 /// The cameras of one picture: one that stands still, or one that moves while the shutter is open.
 ///
@@ -12,21 +12,21 @@ const STRETCHES: u32 = 16;
 /// by a^2/2048 of the radius at most, 0.4 mm in a metre for 50 degrees, and the lines of sight by a^3/250,000 radians,
 /// a hundredth of a pixel where the turn blurs over many.
 #[derive(Clone, Debug)]
-pub struct Shot(Cameras);
+pub struct FrameCamera(Cameras);
 
 #[derive(Clone, Debug)]
 enum Cameras {
     Still(Camera),
-    Moving(Box<[Camera; STRETCHES as usize + 1]>),
+    Moving(Box<[Camera; SEGMENTS as usize + 1]>),
 }
 
-impl From<Camera> for Shot {
+impl From<Camera> for FrameCamera {
     fn from(camera: Camera) -> Self {
         Self(Cameras::Still(camera))
     }
 }
 
-impl Shot {
+impl FrameCamera {
     /// The picture of a camera that is `at(u)` when the part `u`, from 0 to 1, of the time between opening and closing
     /// has passed.
     ///
@@ -34,14 +34,14 @@ impl Shot {
     /// The first of `at`.
     pub fn moving<E>(mut at: impl FnMut(f64) -> Result<Camera, E>) -> Result<Self, E> {
         let first = at(0.0)?;
-        let mut cameras = Box::new([first; STRETCHES as usize + 1]);
+        let mut cameras = Box::new([first; SEGMENTS as usize + 1]);
         for (i, camera) in cameras.iter_mut().enumerate().skip(1) {
-            *camera = at(i as f64 / f64::from(STRETCHES))?;
+            *camera = at(i as f64 / f64::from(SEGMENTS))?;
         }
         Ok(Self(Cameras::Moving(cameras)))
     }
 
-    /// Whether [`Shot::camera`] reads `time`.
+    /// Whether [`FrameCamera::camera`] reads `time`.
     #[inline]
     pub fn moves(&self) -> bool {
         matches!(self.0, Cameras::Moving(_))
@@ -53,8 +53,8 @@ impl Shot {
         match &self.0 {
             Cameras::Still(camera) => *camera,
             Cameras::Moving(cameras) => {
-                let along = f64::from(time) * f64::from(STRETCHES);
-                let i = (along as usize).min(STRETCHES as usize - 1);
+                let along = f64::from(time) * f64::from(SEGMENTS);
+                let i = (along as usize).min(SEGMENTS as usize - 1);
                 cameras[i].between(&cameras[i + 1], along - i as f64)
             }
         }

@@ -1,6 +1,6 @@
 //! Surfaces of many hits on vectors: what is the same for all of them, sixteen at a time.
 
-use super::{Surface, interaction::Spot};
+use super::{SurfaceInteraction, interaction::HitGeometry};
 use crate::{
     math::{Loop, Runner, Vec3},
     shape::triangle,
@@ -9,46 +9,46 @@ use crate::{
 /// Surfaces of a block.
 const LANES: usize = 16;
 
-type Column = [f32; LANES];
+type Lanes = [f32; LANES];
 /// By axis.
-type Column3 = [Column; 3];
+type Lanes3 = [Lanes; 3];
 
 /// Sixteen surfaces, number by number.
 #[derive(Debug, Default)]
 #[repr(align(64))]
-struct Block {
+struct SoaBlock {
     /// Not 0 for triangles in the world, which are placed by their corners and the weights of the last two.
     is_triangle: [u32; LANES],
-    corners: [Column3; 3],
-    weights: [Column; 2],
+    corners: [Lanes3; 3],
+    weights: [Lanes; 2],
     /// Not 0 where single precision is not enough to place one.
     failed: [u32; LANES],
-    p: Column3,
-    p_error: Column3,
-    ng: Column3,
-    smooth: Column3,
+    p: Lanes3,
+    p_error: Lanes3,
+    ng: Lanes3,
+    smooth: Lanes3,
     /// Direction of the ray.
-    d: Column3,
-    wo: Column3,
-    ns: Column3,
-    sides: [Column3; 2],
-    frame: [Column3; 3],
+    d: Lanes3,
+    wo: Lanes3,
+    ns: Lanes3,
+    ray_origins: [Lanes3; 2],
+    frame: [Lanes3; 3],
 }
 
 #[inline(always)]
-fn get([x, y, z]: &Column3, i: usize) -> Vec3 {
+fn get([x, y, z]: &Lanes3, i: usize) -> Vec3 {
     Vec3::new(x[i], y[i], z[i])
 }
 
 #[inline(always)]
-fn put([x, y, z]: &mut Column3, i: usize, v: Vec3) {
+fn set([x, y, z]: &mut Lanes3, i: usize, v: Vec3) {
     (x[i], y[i], z[i]) = (v.x, v.y, v.z);
 }
 
-impl Block {
+impl SoaBlock {
     #[inline(always)]
-    fn spot(&self, i: usize) -> Spot {
-        Spot {
+    fn geometry(&self, i: usize) -> HitGeometry {
+        HitGeometry {
             p: get(&self.p, i),
             p_error: get(&self.p_error, i),
             ng: get(&self.ng, i),
@@ -63,34 +63,34 @@ impl Block {
     }
 
     #[inline(always)]
-    fn set_place(&mut self, i: usize, p: Vec3, p_error: Vec3, ng: Vec3) {
-        put(&mut self.p, i, p);
-        put(&mut self.p_error, i, p_error);
-        put(&mut self.ng, i, ng);
+    fn set_point(&mut self, i: usize, p: Vec3, p_error: Vec3, ng: Vec3) {
+        set(&mut self.p, i, p);
+        set(&mut self.p_error, i, p_error);
+        set(&mut self.ng, i, ng);
     }
 }
 
 /// Places triangles.
-struct Triangles<'a>(&'a mut [Block]);
+struct TrianglePoints<'a>(&'a mut [SoaBlock]);
 
-impl Loop for Triangles<'_> {
+impl Loop for TrianglePoints<'_> {
     #[inline(always)]
     fn run(self) {
         for block in self.0 {
             for i in 0..LANES {
                 let [u, v] = [block.weights[0][i], block.weights[1][i]];
-                let (place, is_exact) = triangle::place_in_single(block.corners(i), u, v);
+                let (point, is_exact) = triangle::point_in_f32(block.corners(i), u, v);
                 let is_triangle = block.is_triangle[i] != 0;
                 block.failed[i] = u32::from(is_triangle & !is_exact);
-                let known = block.spot(i);
+                let known = block.geometry(i);
                 // In numbers, for the compiler to see that there is no branch.
                 let either = |a: f32, b: f32| if is_triangle { a } else { b };
                 let new = |a: Vec3, b: Vec3| Vec3::new(either(a.x, b.x), either(a.y, b.y), either(a.z, b.z));
-                block.set_place(
+                block.set_point(
                     i,
-                    new(place.p, known.p),
-                    new(place.p_error, known.p_error),
-                    new(place.ng, known.ng),
+                    new(point.p, known.p),
+                    new(point.p_error, known.p_error),
+                    new(point.ng, known.ng),
                 );
             }
         }
@@ -98,23 +98,23 @@ impl Loop for Triangles<'_> {
 }
 
 /// Finds how surfaces are seen.
-struct Views<'a>(&'a mut [Block]);
+struct ShadingViews<'a>(&'a mut [SoaBlock]);
 
-impl Loop for Views<'_> {
+impl Loop for ShadingViews<'_> {
     #[inline(always)]
     fn run(self) {
         for block in self.0 {
             for i in 0..LANES {
-                let view = block.spot(i).seen_along(get(&block.d, i));
-                put(&mut block.wo, i, view.wo);
-                put(&mut block.ns, i, view.ns);
-                let [above, below] = &mut block.sides;
-                put(above, i, view.sides[0]);
-                put(below, i, view.sides[1]);
+                let view = block.geometry(i).shading_view(get(&block.d, i));
+                set(&mut block.wo, i, view.wo);
+                set(&mut block.ns, i, view.ns);
+                let [above, below] = &mut block.ray_origins;
+                set(above, i, view.ray_origins[0]);
+                set(below, i, view.ray_origins[1]);
                 let [s, t, n] = &mut block.frame;
-                put(s, i, view.frame.s);
-                put(t, i, view.frame.t);
-                put(n, i, view.frame.n);
+                set(s, i, view.frame.s);
+                set(t, i, view.frame.t);
+                set(n, i, view.frame.n);
             }
         }
     }
@@ -122,12 +122,12 @@ impl Loop for Views<'_> {
 
 /// The numbers of some surfaces.
 #[derive(Debug, Default)]
-pub struct Columns {
-    blocks: Vec<Block>,
+pub struct SurfaceSoa {
+    blocks: Vec<SoaBlock>,
     len: usize,
 }
 
-impl Columns {
+impl SurfaceSoa {
     /// Begins anew.
     pub(super) fn clear(&mut self) {
         self.len = 0;
@@ -135,24 +135,24 @@ impl Columns {
 
     /// Where the next surface goes.
     #[inline(always)]
-    fn next(&mut self, d: Vec3) -> (&mut Block, usize) {
+    fn next(&mut self, d: Vec3) -> (&mut SoaBlock, usize) {
         let (block, i) = (self.len / LANES, self.len % LANES);
         self.len += 1;
         if block == self.blocks.len() {
-            self.blocks.push(Block::default());
+            self.blocks.push(SoaBlock::default());
         }
         let block = &mut self.blocks[block];
-        put(&mut block.d, i, d);
+        set(&mut block.d, i, d);
         (block, i)
     }
 
     /// Adds a place that a ray along `d` met.
     #[inline(always)]
-    pub(super) fn push_spot(&mut self, spot: &Spot, d: Vec3) {
+    pub(super) fn push_geometry(&mut self, geometry: &HitGeometry, d: Vec3) {
         let (block, i) = self.next(d);
         block.is_triangle[i] = 0;
-        block.set_place(i, spot.p, spot.p_error, spot.ng);
-        put(&mut block.smooth, i, spot.smooth);
+        block.set_point(i, geometry.p, geometry.p_error, geometry.ng);
+        set(&mut block.smooth, i, geometry.smooth);
     }
 
     /// Adds a place on a triangle by the weights of its last two corners.
@@ -161,39 +161,39 @@ impl Columns {
         let (block, i) = self.next(d);
         block.is_triangle[i] = 1;
         for (column, corner) in block.corners.iter_mut().zip(corners) {
-            put(column, i, corner);
+            set(column, i, corner);
         }
         (block.weights[0][i], block.weights[1][i]) = (u, v);
-        put(&mut block.smooth, i, smooth);
+        set(&mut block.smooth, i, smooth);
     }
 
     /// Finds all that follows from what was pushed.
-    pub(super) fn find(&mut self, on: impl Runner) {
+    pub(super) fn compute(&mut self, on: impl Runner) {
         let blocks = &mut self.blocks[..self.len.div_ceil(LANES)];
-        on.run(Triangles(blocks));
+        on.run(TrianglePoints(blocks));
         for block in &mut *blocks {
             let failed = block.failed;
             if failed == [0; LANES] {
                 continue;
             }
             for i in (0..LANES).filter(|i| failed[*i] != 0) {
-                let place = triangle::place(block.corners(i), block.weights[0][i], block.weights[1][i]);
-                block.set_place(i, place.p, place.p_error, place.ng);
+                let point = triangle::surface_point(block.corners(i), block.weights[0][i], block.weights[1][i]);
+                block.set_point(i, point.p, point.p_error, point.ng);
             }
         }
-        on.run(Views(blocks));
+        on.run(ShadingViews(blocks));
     }
 
     /// Enters in `surface` what was found for the `k`th.
     #[inline(always)]
-    pub(super) fn stand(&self, k: usize, surface: &mut Surface) {
+    pub(super) fn set_geometry(&self, k: usize, surface: &mut SurfaceInteraction) {
         let (block, i) = (&self.blocks[k / LANES], k % LANES);
         surface.p = get(&block.p, i);
         surface.ng = get(&block.ng, i);
         surface.wo = get(&block.wo, i);
         surface.ns = get(&block.ns, i);
-        let [above, below] = &block.sides;
-        surface.sides = [get(above, i), get(below, i)];
+        let [above, below] = &block.ray_origins;
+        surface.ray_origins = [get(above, i), get(below, i)];
         let [s, t, n] = &block.frame;
         surface.frame.s = get(s, i);
         surface.frame.t = get(t, i);
@@ -229,16 +229,16 @@ mod tests {
     type Met = (Vec3, Result<([Vec3; 3], [f32; 2]), (Vec3, Vec3)>, Vec3);
 
     fn met() -> impl Strategy<Value = Met> {
-        let spot = (point(100.0), point(1.0).prop_map(|n| n.normalize_or(Vec3::Y)));
+        let geometry = (point(100.0), point(1.0).prop_map(|n| n.normalize_or(Vec3::Y)));
         let triangle = (corners(), [0.0..0.5_f32, 0.0..0.5]);
         let smooth = prop_oneof![Just(Vec3::ZERO), point(1.0)];
         let d = point(3.0).prop_filter("a direction", |d| d.length() > 0.01);
-        (d, prop_oneof![triangle.prop_map(Ok), spot.prop_map(Err)], smooth)
+        (d, prop_oneof![triangle.prop_map(Ok), geometry.prop_map(Err)], smooth)
     }
 
-    fn bits(surface: &Surface) -> Vec<u32> {
+    fn bits(surface: &SurfaceInteraction) -> Vec<u32> {
         let Frame { s, t, n } = surface.frame;
-        let [above, below] = surface.sides;
+        let [above, below] = surface.ray_origins;
         [surface.p, surface.ng, surface.ns, surface.wo, above, below, s, t, n]
             .iter()
             .flat_map(|v| v.to_array().map(f32::to_bits))
@@ -248,40 +248,40 @@ mod tests {
     proptest! {
         #[test]
         fn many_are_found_as_one_by_one(met in prop::collection::vec(met(), 1..40)) {
-            let mut columns = Columns::default();
-            let find = |columns: &mut Columns, on: Option<Simd>| {
-                columns.clear();
+            let mut soa = SurfaceSoa::default();
+            let find = |soa: &mut SurfaceSoa, on: Option<Simd>| {
+                soa.clear();
                 for (d, what, smooth) in &met {
                     match what {
-                        Ok((corners, weights)) => columns.push_triangle(*corners, *weights, *smooth, *d),
+                        Ok((corners, weights)) => soa.push_triangle(*corners, *weights, *smooth, *d),
                         Err((p, ng)) => {
                             let p_error = p.abs() * 1e-6;
-                            columns.push_spot(&Spot { p: *p, p_error, ng: *ng, smooth: *smooth }, *d);
+                            soa.push_geometry(&HitGeometry { p: *p, p_error, ng: *ng, smooth: *smooth }, *d);
                         }
                     }
                 }
                 match on {
-                    Some(simd) => columns.find(simd),
-                    None => columns.find(Plain),
+                    Some(simd) => soa.compute(simd),
+                    None => soa.compute(Plain),
                 }
                 (0..met.len()).map(|k| {
-                    let mut surface = Surface::nowhere();
-                    columns.stand(k, &mut surface);
+                    let mut surface = SurfaceInteraction::unset();
+                    soa.set_geometry(k, &mut surface);
                     surface
                 }).collect::<Vec<_>>()
             };
-            let mut levels = vec![find(&mut columns, None)];
-            levels.extend(Simd::available().into_iter().map(|simd| find(&mut columns, Some(simd))));
+            let mut levels = vec![find(&mut soa, None)];
+            levels.extend(Simd::available().into_iter().map(|simd| find(&mut soa, Some(simd))));
             for (k, (d, what, smooth)) in met.iter().enumerate() {
-                let spot = match *what {
+                let geometry = match *what {
                     Ok((corners, [u, v])) => {
-                        let place = triangle::place(corners, u, v);
-                        Spot { p: place.p, p_error: place.p_error, ng: place.ng, smooth: *smooth }
+                        let point = triangle::surface_point(corners, u, v);
+                        HitGeometry { p: point.p, p_error: point.p_error, ng: point.ng, smooth: *smooth }
                     }
-                    Err((p, ng)) => Spot { p, p_error: p.abs() * 1e-6, ng, smooth: *smooth },
+                    Err((p, ng)) => HitGeometry { p, p_error: p.abs() * 1e-6, ng, smooth: *smooth },
                 };
-                let mut alone = Surface::nowhere();
-                alone.stand(&spot, &spot.seen_along(*d));
+                let mut alone = SurfaceInteraction::unset();
+                alone.set_geometry(&geometry, &geometry.shading_view(*d));
                 for level in &levels {
                     prop_assert_eq!(bits(&level[k]), bits(&alone));
                 }

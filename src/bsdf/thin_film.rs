@@ -13,7 +13,7 @@ use crate::math::{Rgb, trig};
 
 /// A film on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Film {
+pub struct ThinFilm {
     /// How much of the surface it covers, from 0 to 1.
     pub weight: f32,
     /// Index of refraction.
@@ -22,7 +22,7 @@ pub struct Film {
     pub thickness: f32,
 }
 
-impl Film {
+impl ThinFilm {
     /// No film.
     pub const NONE: Self = Self {
         weight: 0.0,

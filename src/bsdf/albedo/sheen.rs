@@ -2,9 +2,9 @@
 
 use std::sync::OnceLock;
 
-use super::{along, column, direction, mix, node, place};
+use super::{along, column, direction, lerp, locate, node};
 use crate::{
-    bsdf::sheen::{self, LEAST_ROUGHNESS},
+    bsdf::sheen::{self, MIN_ROUGHNESS},
     math::{Vec3, trig},
 };
 
@@ -13,13 +13,13 @@ const COLUMNS: usize = 64;
 /// Points of an integral, by tilt and by turn.
 const STEPS: [usize; 2] = [32, 24];
 /// What is added so that no value is less than the truth, where that is below 1; above, a part of it.
-const ABOVE: f32 = 0.002;
+const MARGIN: f32 = 0.002;
 
 static TABLE: [OnceLock<Box<[f32; COLUMNS]>>; ROWS] = [const { OnceLock::new() }; ROWS];
 
 fn row(i: usize) -> &'static [f32; COLUMNS] {
     TABLE[i].get_or_init(|| {
-        let roughness = LEAST_ROUGHNESS + (1.0 - LEAST_ROUGHNESS) * node(i, ROWS);
+        let roughness = MIN_ROUGHNESS + (1.0 - MIN_ROUGHNESS) * node(i, ROWS);
         Box::new(std::array::from_fn(|j| {
             let root: f32 = node(j, COLUMNS);
             integral(roughness, direction(root * root))
@@ -46,8 +46,8 @@ fn integral(roughness: f32, wo: Vec3) -> f32 {
 
 /// The albedo of a white sheen before it is scaled down where it would be above 1.
 pub fn raw_sheen(roughness: f32, cos: f32) -> f32 {
-    let (i, f) = place((roughness - LEAST_ROUGHNESS) / (1.0 - LEAST_ROUGHNESS), ROWS);
+    let (i, f) = locate((roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS), ROWS);
     let column = column(cos.abs());
-    let table = mix(along(row(i), column), along(row(i + 1), column), f);
-    table + ABOVE * table.max(1.0)
+    let table = lerp(along(row(i), column), along(row(i + 1), column), f);
+    table + MARGIN * table.max(1.0)
 }

@@ -6,7 +6,7 @@
 
 use std::sync::OnceLock;
 
-use super::{Points, column, even, mean_over_directions, mix, node, place, reflected};
+use super::{FacetGrid, column, isotropic, lerp, locate, mean_over_directions, node, reflected};
 use crate::{
     bsdf::microfacet::Ggx,
     math::{Vec2, Vec3},
@@ -18,7 +18,7 @@ const RATIOS: usize = 8;
 /// Nodes by the root of a cosine, and by turn: of the albedo, and of what is grazing.
 const MIRRORS: [usize; 2] = [24, 8];
 const GRAZING: [usize; 2] = [16, 16];
-const POINTS: Points = Points {
+const POINTS: FacetGrid = FacetGrid {
     turns: 48,
     slopes: 48,
     turn: 1.0,
@@ -29,15 +29,15 @@ type Mirrors = [[f32; MIRRORS[1]]; MIRRORS[0]];
 type Grazing = [[f32; GRAZING[1]]; GRAZING[0]];
 
 /// What is off for one pair; each part is integrated when it is first asked.
-struct Pair {
+struct AnisotropicNode {
     mirrors: OnceLock<Box<Mirrors>>,
     grazing: OnceLock<Box<Grazing>>,
     mean: OnceLock<[f32; 2]>,
 }
 
-static TABLE: [[Pair; RATIOS]; ROUGHNESSES] = [const {
+static TABLE: [[AnisotropicNode; RATIOS]; ROUGHNESSES] = [const {
     [const {
-        Pair {
+        AnisotropicNode {
             mirrors: OnceLock::new(),
             grazing: OnceLock::new(),
             mean: OnceLock::new(),
@@ -46,12 +46,12 @@ static TABLE: [[Pair; RATIOS]; ROUGHNESSES] = [const {
 }; ROUGHNESSES];
 
 /// Facets, turned so that they are steeper along x, and a direction with them.
-struct View {
+struct AlignedFacets {
     ggx: Ggx,
     wo: Vec3,
 }
 
-impl View {
+impl AlignedFacets {
     fn new(ggx: &Ggx, wo: Vec3) -> Self {
         let (a, wo) = if ggx.alpha.x < ggx.alpha.y {
             (Vec2::new(ggx.alpha.y, ggx.alpha.x), Vec3::new(wo.y, wo.x, wo.z))
@@ -70,7 +70,7 @@ impl View {
 
     /// The albedo as that of even facets.
     fn mirrors(&self) -> f32 {
-        even::mirrors_at(roughness(&self.ggx), self.ggx.stretched_cos(self.wo))
+        isotropic::mirrors_at(roughness(&self.ggx), self.ggx.stretched_cos(self.wo))
     }
 
     /// The mean of Schlick's term as that of even facets.
@@ -82,7 +82,7 @@ impl View {
         } else {
             (0.5 * self.ggx.alpha.length_squared()).sqrt()
         };
-        even::grazing_at(alpha.sqrt(), self.wo.z)
+        isotropic::grazing_at(alpha.sqrt(), self.wo.z)
     }
 }
 
@@ -92,12 +92,12 @@ fn roughness(ggx: &Ggx) -> f32 {
 }
 
 /// How far `x` is on the way from the second axis to the first.
-fn turn(x: f32, y: f32) -> f32 {
+fn azimuth(x: f32, y: f32) -> f32 {
     if x + y > 0.0 { x / (x + y) } else { 0.5 }
 }
 
-/// A unit vector in the plane for which [`turn`] is `v`.
-fn turned(v: f32) -> Vec2 {
+/// A unit vector in the plane for which [`azimuth`] is `v`.
+fn azimuth_vector(v: f32) -> Vec2 {
     Vec2::new(v, 1.0 - v).normalize()
 }
 
@@ -107,7 +107,7 @@ fn facets(i: usize, j: usize) -> Ggx {
     let ratio = node(j, RATIOS) * node(j, RATIOS);
     let along = roughness * roughness * (2.0 / (1.0 + ratio * ratio)).sqrt();
     Ggx {
-        alpha: Vec2::new(along, (along * ratio).max(Ggx::SMOOTHEST)),
+        alpha: Vec2::new(along, (along * ratio).max(Ggx::MIN_ALPHA)),
     }
 }
 
@@ -124,9 +124,9 @@ fn mirrors_of(i: usize, j: usize) -> &'static Mirrors {
             let cos = cos_of(k, columns);
             let sin = (1.0 - cos * cos).sqrt();
             std::array::from_fn(|l| {
-                let stretched = (turned(node(l, turns)) * sin).extend(cos);
+                let stretched = (azimuth_vector(node(l, turns)) * sin).extend(cos);
                 let wo = (stretched / ggx.alpha.extend(1.0)).normalize();
-                reflected(POINTS, &ggx, wo)[0] - View { ggx, wo }.mirrors()
+                reflected(POINTS, &ggx, wo)[0] - AlignedFacets { ggx, wo }.mirrors()
             })
         });
         Box::new(table)
@@ -142,8 +142,8 @@ fn grazing_of(i: usize, j: usize) -> &'static Grazing {
             let sin = (1.0 - cos * cos).sqrt();
             std::array::from_fn(|l| {
                 // Denser across the axis along which facets are steep.
-                let wo = (turned(node(l, turns) * node(l, turns)) * sin).extend(cos);
-                reflected(POINTS, &ggx, wo)[1] - View { ggx, wo }.grazing()
+                let wo = (azimuth_vector(node(l, turns) * node(l, turns)) * sin).extend(cos);
+                reflected(POINTS, &ggx, wo)[1] - AlignedFacets { ggx, wo }.grazing()
             })
         });
         Box::new(table)
@@ -152,32 +152,32 @@ fn grazing_of(i: usize, j: usize) -> &'static Grazing {
 
 /// Linear between the four nodes about `ggx`.
 fn between<T>(ggx: &Ggx, of: impl Fn(usize, usize) -> T, value: impl Fn(T) -> f32) -> f32 {
-    let (i, f) = place(roughness(ggx), ROUGHNESSES);
-    let (j, g) = place((ggx.alpha.min_element() / ggx.alpha.max_element()).sqrt(), RATIOS);
-    let at = |i| mix(value(of(i, j)), value(of(i, j + 1)), g);
-    mix(at(i), at(i + 1), f)
+    let (i, f) = locate(roughness(ggx), ROUGHNESSES);
+    let (j, g) = locate((ggx.alpha.min_element() / ggx.alpha.max_element()).sqrt(), RATIOS);
+    let at = |i| lerp(value(of(i, j)), value(of(i, j + 1)), g);
+    lerp(at(i), at(i + 1), f)
 }
 
 /// Linear between the nodes of a table.
 fn lookup<const K: usize, const L: usize>(table: &[[f32; L]; K], column: f32, turn: f32) -> f32 {
-    let (k, f) = place(column, K);
-    mix(super::along(&table[k], turn), super::along(&table[k + 1], turn), f)
+    let (k, f) = locate(column, K);
+    lerp(super::along(&table[k], turn), super::along(&table[k + 1], turn), f)
 }
 
 /// See [`super::mirrors`].
 pub(super) fn mirrors(ggx: &Ggx, wo: Vec3) -> f32 {
-    let view = View::new(ggx, wo);
-    let s = view.stretched();
-    let (column, turn) = (column(s.z), turn(s.x, s.y));
-    view.mirrors() + between(&view.ggx, mirrors_of, |table| lookup(table, column, turn))
+    let facets = AlignedFacets::new(ggx, wo);
+    let s = facets.stretched();
+    let (column, turn) = (column(s.z), azimuth(s.x, s.y));
+    facets.mirrors() + between(&facets.ggx, mirrors_of, |table| lookup(table, column, turn))
 }
 
 /// The mean of Schlick's term over the light that is reflected.
 pub(super) fn grazing(ggx: &Ggx, wo: Vec3) -> f32 {
-    let view = View::new(ggx, wo);
-    let (column, turn) = (column(view.wo.z), turn(view.wo.x, view.wo.y).sqrt());
-    let off = between(&view.ggx, grazing_of, |table| lookup(table, column, turn));
-    (view.grazing() + off).clamp(0.0, 1.0)
+    let facets = AlignedFacets::new(ggx, wo);
+    let (column, turn) = (column(facets.wo.z), azimuth(facets.wo.x, facets.wo.y).sqrt());
+    let off = between(&facets.ggx, grazing_of, |table| lookup(table, column, turn));
+    (facets.grazing() + off).clamp(0.0, 1.0)
 }
 
 /// See [`super::schlick_mean`].

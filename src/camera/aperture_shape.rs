@@ -6,7 +6,7 @@ use crate::math::{Vec2, trig, warp};
 
 /// An opening that fits a circle of radius 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Opening {
+pub enum ApertureShape {
     #[default]
     Round,
     /// A regular polygon with its corners on the circle.
@@ -18,7 +18,7 @@ pub enum Opening {
     },
 }
 
-impl Opening {
+impl ApertureShape {
     /// A point of the opening, uniform by area, from two uniform numbers; neighbours stay neighbours.
     pub fn sample(self, u: Vec2) -> Vec2 {
         match self {
@@ -49,7 +49,9 @@ mod tests {
 
     #[test]
     fn a_round_opening_is_filled_evenly() {
-        let inside = grid(400).filter(|u| Opening::Round.sample(*u).length() < 0.5).count();
+        let inside = grid(400)
+            .filter(|u| ApertureShape::Round.sample(*u).length() < 0.5)
+            .count();
         assert!((inside as f64 / 160_000.0 - 0.25).abs() < 2e-3);
     }
 
@@ -57,7 +59,7 @@ mod tests {
     fn a_polygon_is_filled_evenly_and_never_left() {
         for blades in [3_u32, 5, 6, 11] {
             let rotation = 0.3;
-            let opening = Opening::Polygon { blades, rotation };
+            let aperture_shape = ApertureShape::Polygon { blades, rotation };
             let sector = TAU / blades as f32;
             let apothem = trig::cos(0.5 * sector);
             // The distance from the middle, in apothems, along the side's own normal.
@@ -69,7 +71,7 @@ mod tests {
                     })
                     .fold(0.0, f32::max)
             };
-            let points: Vec<_> = grid(300).map(|u| opening.sample(u)).collect();
+            let points: Vec<_> = grid(300).map(|u| aperture_shape.sample(u)).collect();
             assert!(points.iter().all(|p| reach(*p) <= 1.0 + 1e-6), "{blades}");
             let n = points.len() as f64;
             // A similar polygon of half the size has a quarter of the points; so has every half plane one half.
@@ -88,11 +90,14 @@ mod tests {
 
     #[test]
     fn many_blades_are_round() {
-        let opening = Opening::Polygon {
+        let aperture_shape = ApertureShape::Polygon {
             blades: 100_000,
             rotation: 0.0,
         };
-        let mean = grid(200).map(|u| opening.sample(u).length_squared()).sum::<f32>() / 40_000.0;
+        let mean = grid(200)
+            .map(|u| aperture_shape.sample(u).length_squared())
+            .sum::<f32>()
+            / 40_000.0;
         assert!((mean - 0.5).abs() < 1e-3);
     }
 }

@@ -22,7 +22,7 @@ pub struct MeshId(pub u32);
 
 /// A mesh in another pose.
 #[derive(Clone, Debug)]
-pub struct Pose {
+pub struct MeshPose {
     pub mesh: MeshId,
     /// One for each vertex, in the space of the mesh's group, or in world space where it is in none.
     pub positions: Vec<Vec3>,
@@ -32,15 +32,15 @@ pub struct Pose {
 
 /// What is different in a frame.
 #[derive(Clone, Debug, Default)]
-pub struct Motion {
+pub struct SceneUpdate {
     /// Where objects stand now, all of their shapes and instances.
     pub transforms: Vec<(ObjectId, Transform)>,
-    pub poses: Vec<Pose>,
+    pub poses: Vec<MeshPose>,
 }
 
 /// Why nothing was moved.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum MotionError {
+pub enum SceneUpdateError {
     #[error("object {} has nothing that can be moved: its meshes are baked into the world", .0.0)]
     NotMovable(ObjectId),
     #[error("there is no mesh {}", .0.0)]
@@ -65,33 +65,33 @@ impl Scene {
     }
 
     /// Goes on to another frame; says what was built for it. Nothing changes where it fails.
-    pub fn apply(&mut self, motion: &Motion) -> Result<Updated, MotionError> {
-        let (edit, parted) = self.edit(motion)?;
+    pub fn apply(&mut self, update: &SceneUpdate) -> Result<Updated, SceneUpdateError> {
+        let (edit, detached) = self.edit(update)?;
         let updated = self.accel.update(&edit)?;
-        for (instance, object_from_group) in parted {
-            let place = self.object_places.len() as u32;
-            self.object_places.push(object_from_group);
+        for (instance, object_from_group) in detached {
+            let place = self.object_transforms.len() as u32;
+            self.object_transforms.push(object_from_group);
             self.instances[instance].object_from_group = ObjectFromGroup::At(place);
         }
-        for pose in &motion.poses {
+        for pose in &update.poses {
             self.meshes[pose.mesh.0 as usize].normals.clone_from(&pose.normals);
         }
         if self.lights.emitters().count() > 0 {
-            self.light_up(self.lights.all().to_vec());
+            self.rebuild_lights(self.lights.all().to_vec());
         }
         Ok(updated)
     }
 
     /// The change of the geometry, and instances whose object's space is the world no longer with what it becomes.
-    fn edit(&self, motion: &Motion) -> Result<(Edit, Vec<(usize, Transform)>), MotionError> {
+    fn edit(&self, update: &SceneUpdate) -> Result<(Edit, Vec<(usize, Transform)>), SceneUpdateError> {
         let mut edit = Edit::default();
-        let mut parted = Vec::new();
-        for pose in &motion.poses {
+        let mut detached = Vec::new();
+        for pose in &update.poses {
             edit.vertices.push(self.checked(pose)?);
         }
         let geometry = self.accel.geometry();
         let mut moved: HashMap<u32, (Transform, bool)> =
-            motion.transforms.iter().map(|(o, t)| (o.0, (*t, false))).collect();
+            update.transforms.iter().map(|(o, t)| (o.0, (*t, false))).collect();
         for (shape, object) in (0..).zip(&self.shape_objects) {
             if let Some((transform, found)) = moved.get_mut(&object.0) {
                 edit.shapes.push((shape, *transform));
@@ -106,10 +106,10 @@ impl Scene {
             let instance = Instance(number as u32);
             let object_from_group = match record.object_from_group {
                 ObjectFromGroup::Identity => None,
-                ObjectFromGroup::At(place) => Some(self.object_places[place as usize]),
+                ObjectFromGroup::At(place) => Some(self.object_transforms[place as usize]),
                 ObjectFromGroup::WorldFromGroup => {
                     let place = *geometry.place(instance).expect("every instance stands somewhere");
-                    parted.push((number, place));
+                    detached.push((number, place));
                     Some(place)
                 }
             };
@@ -120,16 +120,16 @@ impl Scene {
             };
             edit.instances.push((instance, transform));
         }
-        match motion.transforms.iter().find(|(object, _)| !moved[&object.0].1) {
-            Some((object, _)) => Err(MotionError::NotMovable(*object)),
-            None => Ok((edit, parted)),
+        match update.transforms.iter().find(|(object, _)| !moved[&object.0].1) {
+            Some((object, _)) => Err(SceneUpdateError::NotMovable(*object)),
+            None => Ok((edit, detached)),
         }
     }
 
     /// The run of vertices that a pose gives new positions.
-    fn checked(&self, pose: &Pose) -> Result<(u32, Vec<Vec3>), MotionError> {
+    fn checked(&self, pose: &MeshPose) -> Result<(u32, Vec<Vec3>), SceneUpdateError> {
         let mesh = self.meshes.get(pose.mesh.0 as usize);
-        let mesh = mesh.ok_or(MotionError::NoSuchMesh(pose.mesh))?;
+        let mesh = mesh.ok_or(SceneUpdateError::NoSuchMesh(pose.mesh))?;
         let vertices = mesh.vertices.len();
         let normals = if mesh.normals.is_empty() { 0 } else { vertices };
         let lengths = [
@@ -137,7 +137,7 @@ impl Scene {
             ("normals", pose.normals.len(), normals),
         ];
         match lengths.into_iter().find(|(_, found, wanted)| found != wanted) {
-            Some((what, found, _)) => Err(MotionError::WrongLength {
+            Some((what, found, _)) => Err(SceneUpdateError::WrongLength {
                 mesh: pose.mesh,
                 vertices,
                 found,
