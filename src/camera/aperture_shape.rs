@@ -1,25 +1,25 @@
-//! The shape of a lens's opening.
+//! The shape of the aperture.
 
 use std::f32::consts::TAU;
 
 use crate::math::{Vec2, trig, warp};
 
-/// An opening that fits a circle of radius 1.
+/// The shape of an aperture of radius 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ApertureShape {
     #[default]
     Round,
     /// A regular polygon with its corners on the circle.
     Polygon {
-        /// At least 3.
+        /// Number of corners, at least 3.
         blades: u32,
-        /// Of the first corner, counterclockwise from the right as seen from behind the camera, in radians.
+        /// Angle of the first corner, counterclockwise from the right as seen from behind the camera, in radians.
         rotation: f32,
     },
 }
 
 impl ApertureShape {
-    /// A point of the opening, uniform by area, from two uniform numbers; neighbours stay neighbours.
+    /// Samples a point uniformly by area, from two uniform numbers, with low distortion.
     pub fn sample(self, u: Vec2) -> Vec2 {
         match self {
             Self::Round => warp::square_to_disk(u),

@@ -27,7 +27,7 @@ use crate::{
     value::{Point, Problem, Spanned},
 };
 
-/// What a scene file says of a fisheye.
+/// The description of a fisheye in a scene file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FisheyeDesc {

@@ -1,11 +1,11 @@
-//! A camera while its shutter is open.
+//! The camera of one frame, which may move while the shutter is open.
 
 use super::Camera;
 
-/// Stretches that the time between the shutter's opening and closing is cut into.
+/// Segments of the time while the shutter is open.
 const SEGMENTS: u32 = 16;
 
-/// The cameras of one picture: one that stands still, or one that moves while the shutter is open.
+/// The camera of one frame: still, or moving while the shutter is open.
 ///
 /// A moving camera is exact at 17 times, evenly spaced from the shutter's opening to its closing, and goes straight and at
 /// an even rate from each to the next. A turn by the angle a (radians) between opening and closing strays from its arc
@@ -27,11 +27,11 @@ impl From<Camera> for FrameCamera {
 }
 
 impl FrameCamera {
-    /// The picture of a camera that is `at(u)` when the part `u`, from 0 to 1, of the time between opening and closing
-    /// has passed.
+    /// Creates a moving camera, which is `at(u)` at the fraction `u`, from 0 to 1, of the time while the
+    /// shutter is open.
     ///
     /// # Errors
-    /// The first of `at`.
+    /// The first error of `at`.
     pub fn moving<E>(mut at: impl FnMut(f64) -> Result<Camera, E>) -> Result<Self, E> {
         let first = at(0.0)?;
         let mut cameras = Box::new([first; SEGMENTS as usize + 1]);
@@ -47,7 +47,7 @@ impl FrameCamera {
         matches!(self.0, Cameras::Moving(_))
     }
 
-    /// The camera when the part `time`, in `[0, 1)`, of the time between opening and closing has passed.
+    /// Returns the camera at the fraction `time`, in `[0, 1)`, of the time while the shutter is open.
     #[inline]
     pub fn camera(&self, time: f32) -> Camera {
         match &self.0 {

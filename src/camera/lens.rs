@@ -1,9 +1,9 @@
-//! What a lens is said to be, kept as it was said until the picture's shape is known.
+//! The parameters of a lens, as they were given.
 //!
-//! An angle across the picture, a focal length and an f-number mean a number of metres only once the film's aspect is
-//! known, and a camera path may replace one of them and leave the others to the scene.
+//! A field of view, a focal length and an f-number become lengths only when the aspect ratio of the film
+//! is known. A camera path may replace some of them and keep the others of the scene.
 
-/// How much of the world the picture shows.
+/// The field of view of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FieldOfView {
     /// The angle over the picture's height, in degrees as it was written; above 0 and below 180.
@@ -14,7 +14,7 @@ pub enum FieldOfView {
     FocalLength(f64),
 }
 
-/// The size of what is behind the lens along one side of the picture; the other side follows from square pixels.
+/// The size of the sensor along one side; the other side follows from square pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sensor {
     /// In mm, above 0.
@@ -30,21 +30,21 @@ impl Default for Sensor {
     }
 }
 
-/// The opening of the lens.
+/// The size of the aperture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aperture {
-    /// The radius in m, at least 0; 0 is a pinhole, everything is sharp.
+    /// The radius in m, at least 0; 0 is a pinhole.
     Radius(f64),
     /// The f-number, above 0: the focal length over the diameter.
     FStop(f64),
 }
 
-/// How far away things are sharp: the distance of a plane, measured along the line of sight.
+/// The distance of the plane of focus, along the line of sight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Focus {
-    /// It was said: m, above 0.
+    /// A given distance in m, above 0.
     At(f64),
-    /// It was not said: the distance to what is looked at, m.
+    /// The distance to the target, in m.
     OnTarget(f64),
 }
 
@@ -57,7 +57,7 @@ impl Focus {
     }
 }
 
-/// What a camera path says of the lens; the scene's own camera keeps its say in all that is `None`.
+/// The lens parameters of a camera path; `None` keeps the parameter of the scene's camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LensOverrides {
     pub view: Option<FieldOfView>,
@@ -72,7 +72,7 @@ pub struct LensOverrides {
 }
 
 impl LensOverrides {
-    /// The columns of a camera path that say something here.
+    /// The columns of a camera path that are given here.
     pub fn columns(&self) -> impl Iterator<Item = &'static str> {
         let view = self.view.map(|v| match v {
             FieldOfView::Vertical(_) => "fov",
@@ -100,7 +100,7 @@ impl LensOverrides {
         .flatten()
     }
 
-    /// What makes this no lens, if anything does.
+    /// The reason why the parameters are invalid, if they are.
     pub fn flaw(&self) -> Option<&'static str> {
         let above_0 = |v: f64| v > 0.0 && v.is_finite();
         let view = match self.view {

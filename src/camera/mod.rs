@@ -1,11 +1,12 @@
-//! Cameras: what turns a place on the film into a ray.
+//! Cameras generate a ray for each point of the film.
 //!
-//! A camera is made in three steps, because what is known when differs. A [`CameraDesc`] is what the scene file says; it
-//! compiles to a [`Pose`] and a [`Lens`], which keeps what was said in the terms in which it was said. A camera path
-//! replaces the pose and, in those terms, parts of the lens. [`Camera::new`] puts the two before a film, and only then do
-//! a vertical angle, a focal length and an f-number become lengths.
+//! A camera is made in three steps. A [`CameraDesc`] is the description in the scene file. It
+//! compiles to a [`Pose`] and a [`Lens`], which keeps its parameters as they were given. A camera
+//! path can then replace the pose and parameters of the lens. [`Camera::new`] combines both with
+//! the size of the film, which turns a field of view, a focal length and an f-number into lengths.
 //!
-//! A kind is one file with three types, the description, the lens and the camera before a film, and one row below.
+//! Each kind is one file with three types (description, lens, camera) and one row in the table
+//! below.
 
 use crate::{
     kind::kinds,
@@ -31,18 +32,18 @@ pub use pose::{LookAt, Pose, PoseError, RotationOrder};
 /// A film's width and height, in pixels, both at least 1. Pixels are square.
 pub type FilmSize = [u32; 2];
 
-/// The contract of every camera before its film.
+/// The contract of every camera.
 pub trait CameraKind {
-    /// The ray of world space that reaches the film at `film`, with a unit direction, `tmin` 0 and `tmax` infinite; `None`
-    /// where no light reaches the film.
+    /// Returns the world-space ray of a point on the film, with a unit direction, `tmin` 0 and `tmax`
+    /// infinite; `None` where no light reaches the film.
     ///
     /// `film` counts pixels, x to the right and y downwards from the top left corner of the picture, so that pixel
     /// centres are at .5; it may lie outside of the picture. `lens` is two uniform numbers in `[0, 1)` that choose a point
     /// of the aperture; a camera without one ignores them.
     fn ray(&self, film: Vec2, lens: Vec2) -> Option<Ray>;
 
-    /// Appends [`CameraKind::ray`] for each place on the film with its numbers for the lens; where there is none,
-    /// [`Ray::NONE`].
+    /// Appends [`CameraKind::ray`] of each point on the film with its lens sample, [`Ray::NONE`] where
+    /// there is none.
     fn rays(&self, _on: impl Runner, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>) {
         rays_one_by_one(self, film, lens, rays);
     }
@@ -50,15 +51,16 @@ pub trait CameraKind {
     /// Whether [`CameraKind::ray`] reads `lens`.
     fn has_lens(&self) -> bool;
 
-    /// Whether every place in the picture has a ray.
+    /// Whether every point of the picture has a ray.
     fn fills_film(&self) -> bool;
 
-    /// What the ray of a pixel in the middle of the picture stands for.
+    /// The ray cone of a pixel in the middle of the picture.
     fn pixel_cone(&self) -> RayCone;
 
-    /// This camera at `u`, from 0 to 1, of a straight way to `to`, which differs from it by little.
+    /// Interpolates linearly from this camera (`u` = 0) to `to` (`u` = 1), which must be similar.
+
     fn between(&self, to: &Self, u: f64) -> Self;
-    /// The unit line of sight, along which depth counts; `None` where there is none.
+    /// The unit direction along which depth is measured; `None` where there is none.
     fn axis(&self) -> Option<Vec3> {
         None
     }
@@ -68,28 +70,28 @@ pub trait CameraKind {
 pub trait LensKind: Sized {
     type Camera: CameraKind;
 
-    /// The columns of a camera path that mean something to it.
+    /// The columns of a camera path that the lens supports.
     const COLUMNS: &'static [&'static str];
 
-    /// This lens where `overrides` are silent. `target_distance` (m) is the distance to what is looked at now, if there
-    /// is such a thing: a lens that focuses on the target follows it.
+    /// Returns this lens with the parameters in `overrides` replaced. `target_distance` (m) is the
+    /// distance to the current target, if there is one; a lens that focuses on the target follows it.
     fn with_overrides(&self, overrides: &LensOverrides, target_distance: Option<f64>) -> Self;
 
-    /// The camera with this lens at `pose` before a film.
+    /// Returns the camera with this lens at `pose` for a film.
     fn camera(&self, pose: &Pose, film: FilmSize) -> Self::Camera;
 }
 
-/// Where the scene's own camera stands, and through which lens it looks.
+/// The pose and the lens of a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraSetup<L> {
     pub pose: Pose,
     pub lens: L,
 }
 
-/// The scene's own camera.
+/// The camera of the scene file.
 pub type SceneCamera = CameraSetup<Lens>;
 
-/// The pose at `eye` that looks at `target`, as a scene file says them.
+/// Returns the pose at `eye` that looks at `target`.
 fn look_at(eye: Point, target: &Spanned<Point>, up: Point) -> Result<Pose, Problem> {
     let at = LookAt {
         target: target.as_ref().0.as_dvec3(),
@@ -99,31 +101,31 @@ fn look_at(eye: Point, target: &Spanned<Point>, up: Point) -> Result<Pose, Probl
     Pose::look_at(eye.0.as_dvec3(), &at).map_err(|e| Problem::at(target.span(), e.to_string()))
 }
 
-/// Upwards, where a scene file does not say.
+/// The default up direction.
 fn default_up() -> Point {
     Point(Vec3::Y)
 }
 
-/// The ray from `o` along `d`, brought to unit length.
+/// Returns the ray from `o` along the normalized `d`.
 #[inline(always)]
 fn unit_ray(o: DVec3, d: DVec3) -> Ray {
     Ray::new(o.as_vec3(), unit(d))
 }
 
-/// [`CameraKind::rays`] of a camera that has no faster way.
+/// [`CameraKind::rays`] for cameras without a vectorized version.
 #[inline]
 fn rays_one_by_one<C: CameraKind + ?Sized>(camera: &C, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>) {
     let places = film.iter().zip(lens);
     rays.extend(places.map(|(film, lens)| camera.ray(*film, *lens).unwrap_or(Ray::NONE)));
 }
 
-/// `d`, brought to unit length.
+/// Normalizes `d`.
 #[inline(always)]
 fn unit(d: DVec3) -> Vec3 {
     (d * d.length_recip()).as_vec3()
 }
 
-/// `a` at 0 and `b` at 1; `a` itself where the two are the same.
+/// Interpolates linearly; exactly `a` where both are equal.
 fn lerp(a: DVec3, b: DVec3, u: f64) -> DVec3 {
     a + (b - a) * u
 }
@@ -131,7 +133,7 @@ fn lerp(a: DVec3, b: DVec3, u: f64) -> DVec3 {
 macro_rules! cameras {
     ($( $name:literal => $Variant:ident($Camera:ty, $Lens:ty, $Desc:ty), )*) => {
         kinds! {
-            /// A camera before a film, flat and without pointers.
+            /// A camera for a film, flat and without pointers.
             enum Camera / CameraDesc { $( $name => $Variant($Camera, $Desc), )* }
             described only {}
             /// See [`CameraKind::ray`].
@@ -149,23 +151,23 @@ macro_rules! cameras {
         }
 
         impl Default for Lens {
-            /// The perspective lens of a camera of which nothing is said.
+            /// The perspective lens with default parameters.
             fn default() -> Self {
                 Self::Perspective(perspective::PerspectiveLens::default())
             }
         }
 
-        /// A lens, as it was described; it becomes a [`Camera`] before a film.
+        /// A lens as described; with a film it becomes a [`Camera`].
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum Lens { $( $Variant($Lens), )* }
 
         impl Lens {
-            /// The name that scene files have for its camera.
+            /// The name of its camera in scene files.
             pub fn name(&self) -> &'static str {
                 match self { $( Self::$Variant(_) => $name, )* }
             }
 
-            /// The columns that `overrides` come from and that mean nothing to this lens.
+            /// The columns of `overrides` that this lens does not support.
             pub fn unsupported_columns(&self, overrides: &LensOverrides) -> Vec<&'static str> {
                 let known = match self { $( Self::$Variant(_) => <$Lens as LensKind>::COLUMNS, )* };
                 overrides.columns().filter(|c| !known.contains(c)).collect()
@@ -178,7 +180,7 @@ macro_rules! cameras {
         }
 
         impl Camera {
-            /// The camera at `pose` with `lens` before a film.
+            /// Creates the camera at `pose` with `lens` for a film.
             pub fn new(pose: &Pose, lens: &Lens, film: FilmSize) -> Self {
                 match lens { $( Lens::$Variant(lens) => Self::$Variant(lens.camera(pose, film)), )* }
             }
@@ -194,10 +196,10 @@ macro_rules! cameras {
         }
 
         impl CameraDesc {
-            /// The pose and the lens that are described.
+            /// Returns the described pose and lens.
             ///
             /// # Errors
-            /// All that contradicts itself.
+            /// All contradictions in the description.
             pub fn compile(&self) -> Result<SceneCamera, Vec<Problem>> {
                 match self {
                     $( Self::$Variant(desc) => desc.compile().map(|c| CameraSetup { pose: c.pose, lens: Lens::$Variant(c.lens) }), )*

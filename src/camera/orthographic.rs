@@ -25,7 +25,7 @@ use crate::{
     value::{Finite, Point, Positive, Problem, Spanned},
 };
 
-/// What a scene file says of an orthographic camera.
+/// The description of an orthographic camera in a scene file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OrthographicDesc {

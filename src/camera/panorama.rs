@@ -26,7 +26,7 @@ use crate::{
     value::{Point, Problem, Spanned},
 };
 
-/// What a scene file says of a panorama.
+/// The description of a panorama in a scene file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PanoramaDesc {

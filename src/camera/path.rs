@@ -10,9 +10,8 @@
 //! | focal length, also that of an angle | monotone cubic | straight |
 //! | roll, the rest of the lens, shutter | monotone cubic | straight |
 //!
-//! Every optional quantity is a curve of its own through the keys that give it: where a key is silent the quantity moves
-//! past it, and before the first and after the last key that gives it, it keeps their value. Nothing is known
-//! before the first and after the last key of the path; asking is an error.
+//! Each optional quantity is a curve through the keys that give it. Before the first and after the last of
+//! these keys it is constant. Times before the first or after the last key of the path are errors.
 
 use std::{mem::discriminant, ops::RangeInclusive};
 
@@ -28,7 +27,7 @@ use super::{
 /// Frame numbers lie between minus this and this.
 pub const MAX_FRAME: i64 = 1_000_000_000;
 
-/// A rotation from camera to world, as it was written.
+/// A rotation from camera to world, as given in the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rotation {
     /// Not 0; brought to unit length where it is used.
@@ -37,7 +36,7 @@ pub enum Rotation {
     Euler { degrees: DVec3, order: RotationOrder },
 }
 
-/// Which way the camera looks, as it was written.
+/// The orientation of the camera, as given in the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Orientation {
     /// See [`LookAt`]; `up` is +y and `roll` 0 where no key says anything else.
@@ -49,7 +48,7 @@ pub enum Orientation {
     Rotation(Rotation),
 }
 
-/// When the shutter is open, in frames relative to the frame's own number.
+/// The time while the shutter is open, in frames relative to the frame's number.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shutter {
     pub open: f64,
@@ -57,18 +56,18 @@ pub struct Shutter {
     pub close: f64,
 }
 
-/// When the shutter is open for one picture.
+/// The time while the shutter is open for one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShutterInterval {
     frame: f64,
     shutter: Shutter,
-    /// Of the shot that the picture belongs to; the camera stands still before and after.
+    /// The limits of the shot that the frame belongs to; the camera does not move beyond them.
     begin: f64,
     end: f64,
 }
 
 impl ShutterInterval {
-    /// The time, in frames, when the part `u`, from 0 to 1, of the time between opening and closing has passed.
+    /// Returns the time in frames at the fraction `u`, from 0 to 1, of the interval.
     pub fn time(&self, u: f64) -> f64 {
         let Shutter { open, close } = self.shutter;
         (self.frame + (open + (close - open) * u)).clamp(self.begin, self.end)
@@ -85,9 +84,9 @@ pub struct PathKey {
     pub orientation: Orientation,
     pub lens: LensOverrides,
     pub shutter: Option<Shutter>,
-    /// What happens from here to the next key.
+    /// The interpolation up to the next key.
     pub interp: Interp,
-    /// The name of what begins here, such as a shot.
+    /// The name of the shot that begins here.
     pub name: Option<String>,
 }
 
@@ -106,18 +105,18 @@ pub struct CameraState {
 }
 
 impl CameraState {
-    /// The scene camera's lens with what the path says in its place.
+    /// Returns the lens of the scene's camera with the overrides of the path.
     pub fn apply(&self, scene: &Lens) -> Lens {
         scene.with_overrides(&self.lens, self.target_distance)
     }
 
-    /// The camera before a film, with what the path does not say from the scene's own lens.
+    /// Returns the camera for a film, with the overrides of the path applied to the scene's lens.
     pub fn camera(&self, scene: &Lens, film: FilmSize) -> Camera {
         Camera::new(&self.pose, &self.apply(scene), film)
     }
 }
 
-/// What is wrong with a path, or with what was asked of it. Frames are times in frames.
+/// An error of a camera path or of a time on it. Times are in frames.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PathError {
     #[error("the camera path has no keys")]
@@ -156,7 +155,7 @@ struct LensTracks {
     shift_y: Track<f64>,
 }
 
-/// A camera's way through the scene.
+/// The motion of a camera through keys.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraPath {
     first: f64,
@@ -251,7 +250,7 @@ impl CameraPath {
         })
     }
 
-    /// What the path says of the lens at a time, in frames. What any key says is said at every time.
+    /// Returns the lens overrides at a time in frames. A parameter that any key gives is given at all times.
     pub fn lens_at(&self, frame: f64) -> LensOverrides {
         LensOverrides {
             view: self.lens.view.at(frame),
@@ -291,7 +290,8 @@ impl CameraPath {
         })
     }
 
-    /// What the camera with the scene's lens sees while the shutter is open for the picture of `frame`.
+    /// Returns the camera of `frame` while the shutter is open, with the lens of the scene and the overrides of
+    /// the path.
     ///
     /// # Errors
     /// As those of [`CameraPath::at`].

@@ -49,7 +49,7 @@ use crate::{
 /// The vertical angle where nothing is said, in degrees.
 const DEFAULT_FOV: f64 = 40.0;
 
-/// What a scene file says of a perspective camera.
+/// The description of a perspective camera in a scene file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PerspectiveDesc {

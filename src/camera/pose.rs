@@ -1,4 +1,4 @@
-//! Where a camera stands and how it is turned.
+//! The position and the orientation of a camera.
 //!
 //! A camera's own space is right-handed: it looks along its -z, +y is the top of the picture, +x the right of it.
 //! Poses are kept in double precision, so that a step between two frames far from the origin is not lost.
