@@ -1,8 +1,8 @@
-//! Surfaces that shine, as seen from a place: points of a shape or a triangle, and the density of the direction there.
+//! Sampling of area lights: points on shapes and triangles, with the density of their direction.
 //!
-//! A shape is sampled in its own space, by solid angle where the shape knows how. A linear map M takes the unit direction w to
-//! M w / |M w| and a small solid angle around it to |det M| / |M w|^3 times its size, whatever M scales and shears; the
-//! density in the world is what that leaves of the local one.
+//! A shape is sampled in its local space, by solid angle where it supports that. A linear map M
+//! takes the unit direction w to M w / |M w|, and scales a small solid angle around it by |det M| /
+//! |M w|^3. The density in world space is the local one divided by this factor.
 
 use super::LightSample;
 use crate::{

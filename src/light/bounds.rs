@@ -1,7 +1,7 @@
-//! Where a group of lights is, where it shines to, and how much it can matter to a place.
+//! Bounds of a group of lights: position, orientation and power, and the importance for a point.
 //!
-//! Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018,
-//! doi:10.1145/3233305.
+//! Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree
+//! Splitting", HPG 2018, doi:10.1145/3233305.
 
 use std::f32::consts::PI;
 

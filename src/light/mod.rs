@@ -1,6 +1,6 @@
-//! Lights: where radiance comes from that no ray meets by chance.
+//! Analytic lights, area lights and environments.
 //!
-//! 1 cd is 1 W/sr and 1 lux is 1 W/m^2 per channel: no luminous efficacy enters.
+//! 1 cd is 1 W/sr and 1 lux is 1 W/m^2 per channel: no luminous efficacy is applied.
 
 use serde::Deserialize;
 
@@ -21,12 +21,12 @@ pub mod tree;
 pub use crate::math::Sidedness;
 pub use bounds::{LightBounds, OrientationCone};
 
-/// Light that arrives at a place from one direction.
+/// Light that arrives at a point from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightSample {
     /// Unit direction towards the light.
     pub wi: Vec3,
-    /// Where the light is, in m along `wi`; infinite for a sun.
+    /// Distance to the light along `wi`, in m; infinite for a sun.
     pub distance: f32,
     /// For a light without size: the irradiance on a surface that faces it, in W m^-2. Otherwise the radiance, in
     /// W m^-2 sr^-1.
@@ -37,13 +37,15 @@ pub struct LightSample {
 
 /// The contract of every light.
 pub trait LightKind {
-    /// A direction from which light arrives at `from`, by two uniform numbers in `[0, 1)`; `None` where none does.
+    /// Samples a direction from which light arrives at `from`, by two uniform numbers in `[0, 1)`; `None`
+    /// where no light arrives.
     fn sample(&self, from: Vec3, u: Vec2) -> Option<LightSample>;
 
-    /// Where it is and where it shines to; `None` where its light does not thin out with distance.
+    /// The bounds of the light; `None` where its irradiance does not decrease with distance.
     fn bounds(&self) -> Option<LightBounds>;
 
-    /// Whether it may light a surface at `p` of unit normal `n` (zero: of any), if nothing is in the way.
+    /// Whether the light can illuminate a surface at `p` with the unit normal `n` (zero: any normal) if it is not
+    /// occluded.
     fn reaches(&self, p: Vec3, n: Vec3) -> bool;
 }
 
@@ -64,14 +66,14 @@ kinds! {
     fn reaches(&self, p: Vec3, n: Vec3) -> bool;
 }
 
-/// How light thins out with distance.
+/// The decrease of the irradiance with distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Falloff {
-    /// As real light does: intensity / distance^2.
+    /// Physical: intensity / distance^2.
     #[default]
     InverseSquare,
-    /// Not at all, as in the first ray tracers.
+    /// No decrease, as in the first ray tracers.
     None,
 }
 
@@ -85,7 +87,7 @@ impl Falloff {
     }
 }
 
-/// The bounds of a light at a point, for light that thins out.
+/// The bounds of a point light; `None` without falloff.
 fn point_bounds(position: Vec3, falloff: Falloff, intensity: Rgb, directions: OrientationCone) -> Option<LightBounds> {
     (falloff == Falloff::InverseSquare).then(|| LightBounds {
         bounds: Aabb::from_points([position]),
@@ -94,13 +96,13 @@ fn point_bounds(position: Vec3, falloff: Falloff, intensity: Rgb, directions: Or
     })
 }
 
-/// Whether a surface at `p` of unit normal `n` (zero: of any) sees the direction `to`, which need not be unit; yes where
-/// rounding leaves a doubt.
+/// Whether a surface with the unit normal `n` (zero: any normal) faces the direction `to`, which need not be
+/// unit. Conservative about rounding.
 fn is_facing(n: Vec3, to: Vec3) -> bool {
     n.dot(to) >= -1e-4 * to.length()
 }
 
-/// Light from a point: what [`point`] and [`spot`] share.
+/// Samples a light at a point; shared by [`point`] and [`spot`].
 fn sample_point(position: Vec3, from: Vec3, falloff: Falloff, intensity: impl Fn(Vec3) -> Rgb) -> Option<LightSample> {
     let to = position - from;
     let d2 = to.length_squared();

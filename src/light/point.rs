@@ -10,6 +10,9 @@
 //! [[light]]
 //! point = { position = [0, 3, 0], intensity = [40, 40, 36] }
 //! ```
+//!
+//! With `falloff = "none"` the irradiance does not depend on the distance, as in the first ray
+//! tracers.
 
 use serde::Deserialize;
 

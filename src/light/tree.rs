@@ -1,14 +1,15 @@
-//! A tree over many lights, to choose one that matters to a place in the time of a few.
+//! A bounding volume hierarchy over lights, which samples one light in proportion to its importance
+//! for a point.
 //!
-//! Each node knows the ball around its lights, where they shine to and how strong they are together. A choice walks down from
-//! the root and takes one of two children at each node, in proportion to what they might bring to the place. What a light's
-//! chance was is found again on the same walk, by where its leaf is.
+//! Each node bounds the position, the orientation and the power of its lights. Sampling descends
+//! from the root and chooses one of two children by their importance. The probability of a given
+//! light is computed by the same descent.
 //!
-//! A node of k lights has 2k - 1 nodes below and with it, the left child beside its parent: so the number of leaves is all that
-//! the walk needs to find children and leaves.
+//! A node of k lights and its descendants are 2k - 1 consecutive nodes; the left child follows its
+//! parent. The number of leaves is therefore enough to find the children.
 //!
-//! Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", HPG 2018,
-//! doi:10.1145/3233305; without the splitting.
+//! Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree
+//! Splitting", HPG 2018, doi:10.1145/3233305; without the splitting.
 
 use super::bounds::{CompactLightBounds, LightBounds};
 use crate::math::{Sidedness, Vec3};

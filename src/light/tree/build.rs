@@ -1,7 +1,7 @@
-//! Grouping lights into a tree: near ones that shine the same way together.
+//! Construction of the light tree: a top-down binned build.
 //!
-//! A split costs what its two groups weigh: power times the square of the group's diagonal, the size of the ball that a walk
-//! knows of it, times the measure of its directions. Buckets along the axes give the candidates.
+//! The cost of a group is its power times the squared diagonal of its bounds times the measure of
+//! its orientation cone. Splits between buckets along the axes are compared.
 
 use super::{LightBounds, LightNode, LightTree, NO_LEAF};
 use crate::math::{Aabb, Vec3};
