@@ -1,4 +1,4 @@
-//! What the inside of a clear body absorbs, by Beer's law.
+//! Absorption inside a transparent body, by Beer's law.
 
 use crate::math::{Rgb, trig};
 

@@ -1,4 +1,4 @@
-//! Materials: what a surface does with light, by the colours of a place on it.
+//! Materials: the BSDF, the emission and the opacity of a surface, from colours and textures.
 
 pub use crate::math::Sidedness;
 use crate::{
@@ -22,7 +22,7 @@ pub mod principled;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MaterialId(pub u32);
 
-/// The terms of Whitted's illumination model at one place of a surface.
+/// The terms of Whitted's illumination model at one point of a surface.
 ///
 /// Source: Whitted, "An improved illumination model for shaded display", CACM 23(6), 1980, doi:10.1145/358876.358882,
 /// with Phong's highlight, "Illumination for computer generated pictures", CACM 18(6), 1975, doi:10.1145/360825.360839.
@@ -35,23 +35,23 @@ pub struct WhittedTerms {
     /// Weight of a light times max(r.v, 0)^shininess.
     pub specular: Rgb,
     pub shininess: f32,
-    /// Weight of what arrives along the mirror direction.
+    /// Weight of the reflected ray.
     pub reflect: Rgb,
-    /// Weight of what arrives through the surface.
+    /// Weight of the refracted ray.
     pub transmit: Rgb,
-    /// Index of refraction behind the surface, where its normal does not point; 1 is in front.
+    /// Index of refraction behind the surface, on the side that the normal points away from; it is 1 in front.
     pub ior: f32,
     pub fresnel_mode: FresnelMode,
-    /// Whether the normal is turned towards the viewer first.
+    /// Whether the normal is flipped to face the viewer.
     pub two_sided: bool,
 }
 
-/// How light is shared out between reflection and transmission.
+/// The split of light between reflection and transmission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FresnelMode {
-    /// As the weights say; what cannot pass is reflected.
+    /// By the weights alone; total internal reflection adds the transmitted weight to the reflected one.
     Fixed,
-    /// As Fresnel's equations say, times the weights.
+    /// By Fresnel's equations, times the weights.
     Fresnel,
 }
 
@@ -74,18 +74,18 @@ impl Default for WhittedTerms {
 
 /// The contract of every material.
 pub trait MaterialKind {
-    /// Its terms at a place, for Whitted's integrator.
+    /// The terms of Whitted's model at a point.
     fn whitted_terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> WhittedTerms;
 
-    /// How it scatters light at a place, for all others.
+    /// The BSDF at a point, for all other integrators.
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf;
 
-    /// What it shines with of its own, if it does.
+    /// The emission, if there is any.
     fn emission(&self) -> Option<Emission> {
         None
     }
 
-    /// The part of the light that it stops at a place, from 0 to 1: what is left passes straight on.
+    /// The opacity at a point, from 0 to 1; the rest of the light passes straight through.
     fn opacity(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> f32 {
         1.0
     }
@@ -95,38 +95,39 @@ pub trait MaterialKind {
         true
     }
 
-    /// What tells its normals, where that is not the shape.
+    /// The normal map, if there is one.
     fn normal_map(&self) -> Option<NormalMap> {
         None
     }
 
-    /// How strongly the medium behind the surface absorbs, in m^-1 (Beer's law); black where there is none.
+    /// The absorption coefficient of the medium behind the surface, in m^-1; black without a medium.
     fn absorption(&self) -> Rgb {
         Rgb::BLACK
     }
 
-    /// The brightest of its colours that tell a part of the light; above 1 more would leave than arrives.
+    /// The largest reflectance of its colours; above 1 the material would gain energy.
     fn max_reflectance(&self, _textures: &Textures<'_>) -> f32 {
         0.0
     }
 
-    /// Whether it may differ from place to place or with the tangent: where it does not, no place on textures is found for it.
+    /// Whether the material varies over the surface or depends on the tangent. Otherwise no texture coordinates
+    /// are computed for it.
     fn is_spatially_varying(&self) -> bool {
         true
     }
 }
 
-/// Light of a surface's own.
+/// The light that a surface emits.
 #[derive(Clone, Copy, Debug)]
 pub struct Emission {
-    /// What leaves the front in all directions alike, in W m^-2 sr^-1, once it is multiplied by `scale`.
+    /// Radiance in all directions, in W m^-2 sr^-1 after multiplication by `scale`.
     pub radiance: Color,
     pub scale: f32,
     pub sidedness: Sidedness,
 }
 
 impl Emission {
-    /// The radiance at a place, in W m^-2 sr^-1, towards the side that is in front if `front_cos > 0`.
+    /// The emitted radiance at a point, in W m^-2 sr^-1, on the front if `front_cos > 0` and else on the back.
     #[inline]
     pub fn radiance(&self, textures: &Textures<'_>, at: &TexturePoint, front_cos: f32) -> Rgb {
         if front_cos > 0.0 || self.sidedness == Sidedness::Both {
@@ -137,12 +138,12 @@ impl Emission {
     }
 }
 
-/// Normals from a texture, as glTF has them.
+/// A normal map, as in glTF.
 #[derive(Clone, Copy, Debug)]
 pub struct NormalMap {
-    /// 0 to 1 stands for -1 to 1.
+    /// Colours from 0 to 1 encode components from -1 to 1.
     pub color: Color,
-    /// Of x and y.
+    /// Factor of x and y.
     pub scale: f32,
 }
 
@@ -154,10 +155,10 @@ impl NormalMap {
     }
 }
 
-/// What a material's compilation asks of the scene: the colour that a source names.
+/// The lookup of colour sources when materials are compiled.
 pub type FindColor<'a> = dyn Fn(&Spanned<ColorSource>) -> Result<Color, Problem> + 'a;
 
-/// The number that a source names; of a texture the channel `default` unless one is said.
+/// Compiles a scalar source; a texture without a channel uses `default_channel`.
 fn scalar(source: &Spanned<ScalarSource>, default_channel: Channel, find: &FindColor<'_>) -> Result<Scalar, Problem> {
     match source.get_ref() {
         ScalarSource::Constant(v) => Ok(Scalar::Constant(*v)),
@@ -172,7 +173,7 @@ fn scalar(source: &Spanned<ScalarSource>, default_channel: Channel, find: &FindC
     }
 }
 
-/// The same for a number from 0 to 1, which is `unsaid` where none is given.
+/// Compiles an optional scalar from 0 to 1; `default` where it is not given.
 fn unit_scalar(
     source: Option<&Spanned<ScalarSource>>,
     default: f32,
