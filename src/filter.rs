@@ -31,7 +31,7 @@ use crate::{
     value::Positive,
 };
 
-/// What a scene file says of a filter.
+/// The description of a filter in a scene file.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FilterDesc {

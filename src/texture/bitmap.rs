@@ -1,4 +1,4 @@
-//! Pictures in memory.
+//! Images in memory.
 
 use serde::Deserialize;
 

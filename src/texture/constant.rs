@@ -1,4 +1,4 @@
-//! One colour everywhere.
+//! A texture of one constant colour.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|

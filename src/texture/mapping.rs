@@ -30,7 +30,7 @@ use crate::{
     value::{Finite, Problem, Spanned},
 };
 
-/// What a scene file says of a mapping.
+/// The description of a mapping in a scene file.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MappingDesc {

@@ -1,12 +1,13 @@
-//! Mip maps: smaller copies of a picture, so that a texture seen from afar is looked up once and not texel by texel.
+//! Mip maps: copies of an image at lower resolutions.
 //!
-//! Each level is half as wide and half as high as the one before, rounded down, and at least 1. A texel is the mean of what it
-//! covers of the level before, in linear light: of a side with an odd number of texels that is two whole ones and parts of
-//! their neighbours, so no texel counts more than another and the mean of all stays what it was. Levels are stored like
-//! the picture, so that bytes stay bytes; all take a third of the picture's memory. Straight alpha is averaged like a colour.
+//! Each level is half as wide and half as high as the one before, rounded down, and at least 1. A
+//! texel is the mean of the texels that it covers, in linear light. Along an axis with an odd
+//! number of texels it covers two whole texels and fractions of their neighbours, so the mean of
+//! the image is preserved. Levels are stored in the format of the image, and all levels together
+//! take a third of its memory. Straight alpha is averaged like a colour.
 //!
-//! Source: Williams, "Pyramidal Parametrics", SIGGRAPH 1983, doi:10.1145/800059.801126; for odd sides Guthe and Heckbert,
-//! "Non-Power-of-Two Mipmapping", NVIDIA technical report, 2005.
+//! Source: Williams, "Pyramidal Parametrics", SIGGRAPH 1983, doi:10.1145/800059.801126; for odd
+//! sizes Guthe and Heckbert, "Non-Power-of-Two Mipmapping", NVIDIA technical report, 2005.
 
 use std::ops::Range;
 

@@ -1,7 +1,8 @@
 //! Textures: colours that vary over a surface.
 //!
-//! A texture is a *mapping*, which turns a place on a surface into two numbers s and t, and a *pattern*, which turns s
-//! and t into a colour; between the two a transform may move the pattern. t = 0 is the bottom row of an image.
+//! A texture consists of a *mapping*, which maps a point of a surface to the coordinates s and t,
+//! an optional transform of these coordinates, and a *pattern*, which maps s and t to a colour. t =
+//! 0 is the bottom row of an image.
 
 use crate::{
     kind::kinds,
