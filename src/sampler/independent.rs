@@ -35,7 +35,7 @@ impl IndependentDesc {
 pub struct Independent;
 
 impl Independent {
-    /// Two numbers in `[0, 1)`.
+    /// Returns two random numbers in `[0, 1)`.
     #[inline]
     pub fn get_2d(self, key: &SampleKey, dimension: Dimension) -> Vec2 {
         let picture = mix32(key.seed) ^ (key.frame as u32).wrapping_mul(0x9e37_79b9);
@@ -43,7 +43,7 @@ impl Independent {
         Vec2::new(unit_f32(a), unit_f32(b))
     }
 
-    /// The same for each of `keys`, in place of what `out` held.
+    /// Replaces the contents of `out` with the numbers of all `keys`.
     pub fn fill_2d(self, _on: impl Runner, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>) {
         out.clear();
         out.extend((0..keys.len()).map(|i| self.get_2d(&keys.get(i), dimension)));

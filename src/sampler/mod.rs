@@ -1,7 +1,7 @@
-//! Samplers: the random numbers of a sample, by its address alone.
+//! Samplers: random numbers that are a function of their address.
 //!
-//! A number is addressed by (seed, frame, pixel, sample, dimension). Nothing is drawn in turn, so threads, tiles,
-//! crops, chunks of frames and resumed frames see the same numbers.
+//! A number is addressed by (seed, frame, pixel, sample, dimension). There is no state, so threads,
+//! tiles, crops, chunks of frames and resumed frames use the same numbers.
 
 use std::ops::Range;
 
@@ -22,14 +22,14 @@ pub mod sobol;
 pub use independent::Independent;
 pub use sobol::Sobol;
 
-/// Whether the noise of a sequence moves.
+/// Whether the noise changes from frame to frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SeedMode {
-    /// Every frame has its own numbers.
+    /// Every frame has its own random numbers.
     #[default]
     Frame,
-    /// All frames have the same: what does not move keeps its noise.
+    /// All frames use the same random numbers, so the noise of still parts does not change.
     Fixed,
 }
 
@@ -43,7 +43,7 @@ impl SeedMode {
         }
     }
 
-    /// The frame that the numbers of frame `number` are those of.
+    /// Returns the frame whose random numbers frame `number` uses.
     pub const fn frame(self, number: i32) -> i32 {
         match self {
             Self::Frame => number,
@@ -52,17 +52,17 @@ impl SeedMode {
     }
 }
 
-/// Which sample of which picture.
+/// The address of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SampleKey {
     pub seed: u32,
     pub frame: i32,
-    /// Column and row in the full picture, whatever is cropped.
+    /// Column and row in the full picture, regardless of the crop.
     pub pixel: [u32; 2],
     pub sample: u32,
 }
 
-/// Many samples of one picture, as arrays.
+/// The addresses of many samples of one frame, as arrays.
 #[derive(Clone, Debug, Default)]
 pub struct SampleKeys {
     pub seed: u32,
@@ -73,7 +73,7 @@ pub struct SampleKeys {
 }
 
 impl SampleKeys {
-    /// Begins anew with samples of the picture of `seed` and `frame`.
+    /// Clears the samples and sets the `seed` and the `frame` of those to come.
     pub fn start(&mut self, seed: u32, frame: i32) {
         (self.seed, self.frame) = (seed, frame);
         self.columns.clear();
@@ -81,7 +81,7 @@ impl SampleKeys {
         self.samples.clear();
     }
 
-    /// Adds samples of one pixel.
+    /// Appends samples of one pixel.
     pub fn push(&mut self, [column, row]: [u32; 2], samples: Range<u32>) {
         self.samples.extend(samples);
         self.columns.resize(self.samples.len(), column);
@@ -96,7 +96,7 @@ impl SampleKeys {
         self.samples.is_empty()
     }
 
-    /// The `i`th.
+    /// Returns the address of sample `i`.
     #[inline]
     pub fn get(&self, i: usize) -> SampleKey {
         SampleKey {
@@ -113,59 +113,59 @@ impl SampleKeys {
 pub struct Dimension(pub u32);
 
 impl Dimension {
-    /// Where in its pixel a sample lies.
+    /// Position on the film.
     pub const FILM: Self = Self(0);
-    /// Where on the lens.
+    /// Position on the lens.
     pub const LENS: Self = Self(1);
-    /// When between the shutter's opening and closing (x).
+    /// Time between the shutter's opening and closing (x).
     pub const TIME: Self = Self(2);
 
-    /// What the vertex at the end of segment `depth` (1 for a camera ray) draws for.
+    /// Returns the dimensions of a use at the vertex that ends segment `depth`, 1 for a camera ray.
     pub const fn at(depth: u32, sample_use: SampleUse) -> Self {
         Self(3 + SampleUse::COUNT * (depth - 1) + sample_use as u32)
     }
 
-    /// Whether segment `depth` passes the `count`th surface that lets a part of the light through (x). Beyond all others,
-    /// for [`Independent`] alone.
+    /// Returns the dimension that decides whether segment `depth` passes its `count`th partly transparent
+    /// surface (x). These dimensions lie beyond all others and are for [`Independent`] only.
     pub const fn transparency(depth: u32, count: u32) -> Self {
         Self(1 << 31 | (depth & 0x7fff) << 16 | (count & 0xffff))
     }
 }
 
-/// What the vertex of a path needs random numbers for.
+/// The uses of random numbers at a vertex of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum SampleUse {
-    /// Which light (x) and which lobe of the surface (y).
+    /// Selection of a light (x) and of a lobe (y).
     Selection,
-    /// Where on the light.
+    /// Point on the light.
     Light,
-    /// Which direction from the lobe.
+    /// Direction of the lobe.
     Bsdf,
-    /// Whether the path survives (x).
+    /// Russian roulette (x).
     Roulette,
 }
 
 impl SampleUse {
     const COUNT: u32 = 4;
 
-    /// All, in their order.
+    /// All uses, in the order of their dimensions.
     pub const ALL: [Self; Self::COUNT as usize] = [Self::Selection, Self::Light, Self::Bsdf, Self::Roulette];
 }
 
-/// The random numbers of one sample.
+/// The random numbers of one path.
 #[derive(Clone, Copy, Debug)]
 pub struct PathSampler<'a> {
     pub sampler: &'a Sampler,
-    /// Of some samples, and what is drawn for them already.
+    /// The addresses of a batch of samples, and the numbers that were generated for them.
     pub keys: &'a SampleKeys,
     pub batch: &'a SampleBatch,
-    /// Which of them.
+    /// The index of the path in the batch.
     pub index: usize,
 }
 
 impl PathSampler<'_> {
-    /// Two numbers in `[0, 1)`.
+    /// Returns two random numbers in `[0, 1)`.
     #[inline]
     pub fn get_2d(&self, dimension: Dimension) -> Vec2 {
         match self.batch.get(dimension) {
@@ -174,7 +174,7 @@ impl PathSampler<'_> {
         }
     }
 
-    /// Two numbers in `[0, 1)` for a direction.
+    /// Returns two random numbers in `[0, 1)` for a direction, with their point on the unit disk.
     #[inline]
     pub fn get_sample_2d(&self, dimension: Dimension) -> Sample2D {
         match self.batch.get(dimension) {
@@ -187,20 +187,20 @@ impl PathSampler<'_> {
     }
 }
 
-/// Numbers of many vertices, drawn at once: so the steps of one need not wait for those of another.
+/// Random numbers of many vertices, generated together so that their latencies overlap.
 #[derive(Debug, Default)]
 pub struct SampleBatch {
-    /// The vertices' first dimension, and the pairs from there on.
+    /// The first dimension of the vertices, and the numbers of the dimensions from there on.
     first: u32,
     pairs: [Vec<Vec2>; SampleUse::COUNT as usize],
-    /// Of the pairs for directions: the points of the unit disk that they are.
+    /// The points on the unit disk of the numbers for directions.
     disks: Vec<Vec2>,
-    /// One bit for each dimension that was drawn for.
+    /// One bit for each dimension that was generated.
     generated: u8,
 }
 
 impl SampleBatch {
-    /// Draws for `uses` at vertices whose first dimension is `first`, for all samples in `keys`.
+    /// Generates the numbers of `uses` for all samples in `keys`, at vertices whose first dimension is `first`.
     pub fn generate(
         &mut self,
         on: impl Runner,
@@ -221,12 +221,12 @@ impl SampleBatch {
         }
     }
 
-    /// Forgets what was drawn.
+    /// Clears the batch.
     pub fn clear(&mut self) {
         self.generated = 0;
     }
 
-    /// What was drawn for `dimension`.
+    /// Returns the numbers of `dimension`, if they were generated.
     #[inline]
     fn get(&self, dimension: Dimension) -> Option<&[Vec2]> {
         let i = dimension.0.wrapping_sub(self.first);
@@ -242,19 +242,19 @@ kinds! {
     }
     described only {}
     compiled by fn compile(&self, samples: u32) -> Result<Sampler, Problem>;
-    /// Two numbers in `[0, 1)`.
+    /// Returns two random numbers in `[0, 1)`.
     fn get_2d(&self, key: &SampleKey, dimension: Dimension) -> Vec2;
-    /// The same for each of `keys`, in place of what `out` held.
+    /// Replaces the contents of `out` with the numbers of all `keys`.
     fn fill_2d(&self, on: impl Runner, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>);
 }
 
 impl Sampler {
-    /// What scenes have where they name none, for pictures of `samples` samples of each pixel.
+    /// The default sampler, for `samples` samples of each pixel.
     pub fn default_for(samples: u32) -> Self {
         Self::Sobol(Sobol::new(samples))
     }
 
-    /// The name that scene files have for it.
+    /// The name of the sampler in scene files.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Sobol(_) => SamplerDesc::NAMES[0],

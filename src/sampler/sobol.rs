@@ -27,9 +27,10 @@
 //! Up to 65,536 samples of a pixel are one run; more come in independent runs. Pixels further apart than 256 (65,536 samples
 //! of each) to 65,536 (one) are independent of each other.
 //!
-//! Source: Owen, "Randomly Permuted (t,m,s)-Nets and (t,s)-Sequences", 1995, doi:10.1007/978-1-4612-2552-2_19; Burley,
-//! "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte
-//! Carlo Sampling Error via Hierarchical Ordering of Pixels", ACM TOG 39(6), 2020, doi:10.1145/3414685.3417881.
+//! Source: Owen, "Randomly Permuted (t,m,s)-Nets and (t,s)-Sequences", 1995,
+//! doi:10.1007/978-1-4612-2552-2_19; Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4),
+//! 2020; Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via
+//! Hierarchical Ordering of Pixels", ACM TOG 39(6), 2020, doi:10.1145/3414685.3417881.
 
 use serde::Deserialize;
 
@@ -47,7 +48,7 @@ use crate::{
 pub struct SobolDesc {}
 
 impl SobolDesc {
-    /// For pictures of `samples` samples of each pixel.
+    /// Compiles the sampler for `samples` samples of each pixel.
     pub fn compile(&self, samples: u32) -> Result<Sobol, Problem> {
         Ok(Sobol::new(samples))
     }
@@ -67,7 +68,7 @@ pub struct Sobol {
 const MAX_SAMPLE_BITS: u32 = 16;
 
 impl Sobol {
-    /// For pictures of `samples` samples of each pixel, at least 1.
+    /// Creates the sampler for `samples` samples of each pixel, at least 1.
     pub fn new(samples: u32) -> Self {
         let run = samples.clamp(1, 1 << MAX_SAMPLE_BITS);
         let sample_bits = run.next_power_of_two().trailing_zeros();
@@ -77,13 +78,13 @@ impl Sobol {
         }
     }
 
-    /// Two numbers in `[0, 1)`.
+    /// Returns two random numbers in `[0, 1)`.
     #[inline]
     pub fn get_2d(self, key: &SampleKey, dimension: Dimension) -> Vec2 {
         self.point(self.seeds(key, dimension), key.pixel, key.sample)
     }
 
-    /// The same for each of `keys`, in place of what `out` held.
+    /// Replaces the contents of `out` with the numbers of all `keys`.
     pub fn fill_2d(self, on: impl Runner, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>) {
         out.clear();
         if keys.is_empty() {
@@ -103,7 +104,7 @@ impl Sobol {
         }
     }
 
-    /// Whether the points of all of them have the same seeds.
+    /// Returns whether the points of all keys have the same seeds.
     fn share_sequence(self, keys: &SampleKeys) -> bool {
         let same = |values: &[u32], bits: u32| {
             let differ = values.iter().fold(0, |all, v| all | (v ^ values[0]));
@@ -112,7 +113,7 @@ impl Sobol {
         same(&keys.columns, self.levels) && same(&keys.rows, self.levels) && same(&keys.samples, self.sample_bits)
     }
 
-    /// The point of a sample whose sequence has `seeds`.
+    /// Returns the point of a sample in the sequence with these seeds.
     #[inline(always)]
     fn point(self, [order, axes, scramble_x, scramble_y]: [u32; 4], pixel: [u32; 2], sample: u32) -> Vec2 {
         let sample = sample & ((1 << self.sample_bits) - 1);
