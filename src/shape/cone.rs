@@ -43,7 +43,7 @@ use crate::{
     value::{Direction, Point, Positive, Problem, Spanned},
 };
 
-/// What a scene file says of a cone.
+/// The description of a cone in a scene file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ConeDesc {

@@ -30,7 +30,7 @@ use crate::{
     value::{Point, Problem, Spanned},
 };
 
-/// What a scene file says of a cuboid.
+/// The description of a cuboid in a scene file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CuboidDesc {

@@ -40,7 +40,7 @@ use crate::{
     value::{Direction, Point, Positive, Problem, Spanned},
 };
 
-/// What a scene file says of a cylinder.
+/// The description of a cylinder in a scene file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CylinderDesc {

@@ -31,7 +31,7 @@ use crate::{
     value::{Direction, Point, Positive, Problem},
 };
 
-/// What a scene file says of a disk.
+/// The description of a disk in a scene file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DiskDesc {

@@ -33,7 +33,7 @@ pub mod triangle;
 
 pub use attempt::Attempt;
 
-/// Where a ray meets a shape.
+/// The intersection of a ray and a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeHit {
     /// In lengths of the ray's direction.
@@ -59,7 +59,7 @@ pub struct LocalSurface {
     pub dpdv: Vec3,
 }
 
-/// A point on a shape, chosen at random as seen from somewhere.
+/// A sampled point on a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeSample {
     pub p: Vec3,

@@ -28,7 +28,7 @@ use crate::{
     value::{Direction, Point, Problem},
 };
 
-/// What a scene file says of a plane.
+/// The description of a plane in a scene file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneDesc {

@@ -38,7 +38,7 @@ use crate::{
 /// How far a corner may be off the plane, in lengths of the longer diagonal.
 const PLANAR_TOLERANCE: f64 = 1e-4;
 
-/// What a scene file says of a quad.
+/// The description of a quad in a scene file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct QuadDesc {

@@ -33,7 +33,7 @@ use crate::{
     value::{Point, Positive, Problem},
 };
 
-/// What a scene file says of a sphere.
+/// The description of a sphere in a scene file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SphereDesc {
