@@ -1,4 +1,4 @@
-//! What is seen where a ray meets nothing.
+//! The background: the radiance of rays that hit nothing.
 
 use std::sync::Arc;
 
@@ -7,24 +7,24 @@ use crate::{
     math::{Rgb, Vec3},
 };
 
-/// What is seen where a ray meets nothing, and by whom.
+/// The background of a scene.
 #[derive(Clone, Debug)]
 pub struct Background {
     pub radiance: BackgroundRadiance,
-    /// Whether camera rays see it; where they do not, RGB and A are 0.
+    /// Whether it is visible to the camera; where it is not, RGB and A are 0.
     pub visible: bool,
 }
 
-/// What lies in each direction.
+/// The radiance of the background in each direction.
 #[derive(Clone, Debug)]
 pub enum BackgroundRadiance {
-    /// One radiance everywhere, in W m^-2 sr^-1. No light is asked for it: surfaces know better where to look.
+    /// A constant radiance, in W m^-2 sr^-1. It is not sampled as a light, because BSDF sampling is better.
     Color(Rgb),
     Environment(Arc<Environment>),
 }
 
 impl Background {
-    /// One radiance everywhere, in W m^-2 sr^-1, seen by all.
+    /// A constant radiance, in W m^-2 sr^-1, visible to the camera.
     pub fn new(radiance: Rgb) -> Self {
         Self {
             radiance: BackgroundRadiance::Color(radiance),
@@ -32,7 +32,7 @@ impl Background {
         }
     }
 
-    /// A picture of all directions, seen by all.
+    /// An environment map, visible to the camera.
     pub fn environment(environment: Environment) -> Self {
         Self {
             radiance: BackgroundRadiance::environment(environment),
@@ -46,7 +46,7 @@ impl BackgroundRadiance {
         Self::Environment(Arc::new(environment))
     }
 
-    /// What arrives from the unit direction `w`, in W m^-2 sr^-1.
+    /// The radiance from the unit direction `w`, in W m^-2 sr^-1.
     #[inline]
     pub fn radiance(&self, w: Vec3) -> Rgb {
         match self {
@@ -55,7 +55,7 @@ impl BackgroundRadiance {
         }
     }
 
-    /// Whether light is asked for by direction.
+    /// Whether it is sampled as a light.
     pub fn is_sampled(&self) -> bool {
         match self {
             Self::Color(_) => false,

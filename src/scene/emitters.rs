@@ -1,9 +1,9 @@
-//! The surfaces that shine: which primitives of the geometry they are, and light from them.
+//! Emitters: the primitives of the geometry that emit, and light sampling on them.
 //!
 //! Emitters are numbered: first the shapes, in the order of the geometry, then the triangles of each mesh. Nothing is stored
-//! for a triangle; a mesh is a run of numbers.
+//! for a triangle; a mesh is a range of numbers.
 //!
-//! Each triangle is a light at one place, so meshes that shine are baked into the world. An instance that emits all the same
+//! Each triangle is a light at one place, so meshes that emit are baked into world space. An instance that emits all the same
 //! (of a scene built in code) is met by chance alone, as is what has no end.
 
 use super::{MeshRecord, Scene};
@@ -20,7 +20,7 @@ use crate::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EmitterId(pub u32);
 
-/// Which primitives shine.
+/// The primitives that emit.
 #[derive(Clone, Debug, Default)]
 pub struct Emitters {
     /// Of the geometry's shapes, rising.
@@ -41,7 +41,7 @@ pub(super) struct MeshEmitters {
     first: u32,
 }
 
-/// What an emitter is.
+/// The primitive of an emitter.
 #[derive(Clone, Copy, Debug)]
 pub enum EmitterPrim<'a> {
     /// An index into the geometry's shapes.

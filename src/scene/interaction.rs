@@ -1,4 +1,4 @@
-//! The surface around a hit, and the rays that leave it.
+//! Surface interactions: the surface at a hit, and the rays that leave it.
 
 use super::ObjectId;
 use crate::{
@@ -7,16 +7,16 @@ use crate::{
     texture::TexturePoint,
 };
 
-/// A grazing ray counts as one of this cosine: beyond it the ellipse that it covers grows without bound.
+/// The smallest cosine of a footprint; the footprint of a more grazing ray would be unbounded.
 const MIN_COS: f32 = 1.0 / 64.0;
 
-/// A surface where a ray met it, in world space. Normals are as authored.
+/// The surface at a hit, in world space. Normals are as authored.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceInteraction {
     /// In lengths of the ray's direction.
     pub t: f32,
     pub p: Vec3,
-    /// Where rays leave from: `p` moved to the side that `ng` points to, and to the other, beyond what rounding has done to it.
+    /// The origins of rays that leave on the side of `ng` and on the other side: `p` offset by its error bound.
     pub ray_origins: [Vec3; 2],
     /// Unit geometric normal.
     pub ng: Vec3,
@@ -37,7 +37,7 @@ pub struct SurfaceInteraction {
     pub material: MaterialId,
 }
 
-/// What all that depends on the viewer follows from.
+/// The geometry of a hit, independent of the viewer.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HitGeometry {
     pub p: Vec3,
@@ -49,7 +49,7 @@ pub(super) struct HitGeometry {
     pub smooth: Vec3,
 }
 
-/// What follows.
+/// The part of an interaction that depends on the viewer.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ShadingView {
     pub wo: Vec3,
@@ -59,7 +59,7 @@ pub(super) struct ShadingView {
 }
 
 impl HitGeometry {
-    /// Seen by a ray along `d`.
+    /// Computes the shading view of a ray along `d`.
     #[inline(always)]
     pub fn shading_view(&self, d: Vec3) -> ShadingView {
         let wo = -d.normalize();
@@ -78,14 +78,14 @@ impl HitGeometry {
     }
 }
 
-/// Whether a viewer in the direction `wo` is on the same side of a surface by `n` as by its geometric normal.
+/// Whether a viewer in the direction `wo` is on the same side by `n` as by the geometric normal.
 #[inline(always)]
 fn is_consistent_normal(n: Vec3, ng: Vec3, wo: Vec3) -> bool {
     (n.dot(wo) > 0.0) == (ng.dot(wo) >= 0.0)
 }
 
 impl SurfaceInteraction {
-    /// Of which nothing is known yet.
+    /// An interaction whose fields are not set.
     pub(super) fn unset() -> Self {
         Self {
             t: 0.0,
@@ -107,7 +107,7 @@ impl SurfaceInteraction {
         }
     }
 
-    /// Says where it is, and how it is seen.
+    /// Sets the geometry and the shading view.
     #[inline(always)]
     pub(super) fn set_geometry(&mut self, geometry: &HitGeometry, view: &ShadingView) {
         (self.p, self.ng) = (geometry.p, geometry.ng);
@@ -115,15 +115,15 @@ impl SurfaceInteraction {
         (self.ray_origins, self.frame) = (view.ray_origins, view.frame);
     }
 
-    /// Whether `n` says that the viewer is on the side that he is on.
+    /// Whether the viewer is on the same side by `n` as by the geometric normal.
     #[inline]
     pub fn is_consistent_normal(&self, n: Vec3) -> bool {
         is_consistent_normal(n, self.ng, self.wo)
     }
 
-    /// Says how wide the bundle of rays is that arrives here, in m: what of the surface textures look at.
+    /// Sets the footprint for texture filtering, from the width of the ray cone in m.
     ///
-    /// A round bundle meets the surface in an ellipse, longer by 1/cos in the direction in which the ray slants.
+    /// The cone meets the surface in an ellipse, stretched by 1/cos along the projection of the ray.
     pub fn set_footprint(&mut self, width: f32) {
         let (u, v) = (self.dpdu, self.dpdv);
         let area = u.cross(v);
@@ -143,7 +143,7 @@ impl SurfaceInteraction {
         };
     }
 
-    /// How fast the surface bends away from the viewer, in m^-1; negative where it is hollow.
+    /// The curvature as seen by the viewer, in m^-1; negative where the surface is concave.
     pub fn signed_curvature(&self) -> f32 {
         let local = self.texture.curvature;
         if local == 0.0 {

@@ -1,11 +1,11 @@
-//! The lights of a scene, and which of them to ask.
+//! The lights of a scene, and the selection of one of them.
 //!
-//! They are numbered: first those of their own, in the order of the scene file, then the emitters, then the sky if its brighter
-//! parts are asked for.
+//! Lights are numbered: first the analytic lights, in the order of the scene file, then the emitters, then the
+//! background if it is sampled.
 //!
-//! One of these is chosen first, with equal chances, of those that can matter: each light that does not thin out with distance
-//! (suns, the sky), and all others together. Among the others trees choose, one over points and one over surfaces; see
-//! [`crate::light::tree`].
+//! The selection begins with equal probabilities for each infinite light (suns, the background) and for all finite
+//! lights together, leaving out those that cannot contribute. Finite lights are then selected by two light trees, one
+//! for points and one for surfaces; see [`crate::light::tree`].
 
 use super::{BackgroundRadiance, EmitterId, Emitters, LightId};
 use crate::{
@@ -16,23 +16,23 @@ use crate::{
     },
 };
 
-/// A place that light is asked for.
+/// A point whose illumination is sampled.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSampleContext {
     pub p: Vec3,
-    /// Unit shading normal; zero where light counts from all sides.
+    /// Unit shading normal; zero where light from all sides contributes.
     pub n: Vec3,
 }
 
-/// A light that was chosen for a place.
+/// A light that was selected for a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampledLight {
     pub light: LightId,
-    /// The probability of the choice.
+    /// The probability of the selection.
     pub pmf: f32,
 }
 
-/// What a light is.
+/// The source of a light.
 #[derive(Clone, Copy, Debug)]
 pub enum LightSource<'a> {
     Analytic(&'a Light),
@@ -46,23 +46,24 @@ pub struct Lights {
     all: Vec<Light>,
     emitters: Emitters,
     background: Option<LightId>,
-    /// Those that do not thin out with distance, without the sky.
+    /// The infinite lights, except the background.
     infinite: Vec<LightId>,
     /// Those of `infinite` that are a disk.
     suns: Vec<LightId>,
-    /// The lights of their own that thin out, by the numbers of the tree.
+    /// The finite analytic lights, by their numbers in the tree.
     points: Vec<LightId>,
     point_tree: LightTree,
     emitter_tree: LightTree,
-    /// The one light that there is.
+    /// The only light, if there is exactly one.
     only: Option<LightId>,
 }
 
-/// How a choice is shared out at a place.
+/// The weights of the selection at a point.
 struct SelectionWeights {
-    /// How many have the same chance: 1 for all that thin out, if they matter, and each of the others that does.
+    /// The number of equal probabilities: 1 for all finite lights if they contribute, and 1 for each infinite light
+    /// that does.
     count: u32,
-    /// What those that thin out may bring: points and surfaces.
+    /// The importance of the finite lights: points and surfaces.
     near: [f64; 2],
 }
 
@@ -71,14 +72,14 @@ impl SelectionWeights {
         self.near[0] + self.near[1] > 0.0
     }
 
-    /// The probability of points among those that thin out.
+    /// The probability of points among the finite lights.
     fn of_points(&self) -> f64 {
         self.near[0] / (self.near[0] + self.near[1])
     }
 }
 
 impl Lights {
-    /// Lights of their own, surfaces with their bounds, and the sky.
+    /// Collects analytic lights, emitters with their bounds, and the background.
     pub fn new(
         all: Vec<Light>,
         emitters: Emitters,
@@ -118,7 +119,7 @@ impl Lights {
         }
     }
 
-    /// The lights of their own, without surfaces and sky.
+    /// The analytic lights.
     pub fn all(&self) -> &[Light] {
         &self.all
     }
@@ -127,7 +128,7 @@ impl Lights {
         &self.emitters
     }
 
-    /// The sky, where its brighter parts are asked for.
+    /// The background, if it is sampled.
     pub fn background(&self) -> Option<LightId> {
         self.background
     }
@@ -155,7 +156,7 @@ impl Lights {
         self.only.is_none()
     }
 
-    /// How many there are.
+    /// The number of lights.
     pub fn count(&self) -> u32 {
         self.all.len() as u32 + self.emitters.count() + u32::from(self.background.is_some())
     }
@@ -184,7 +185,7 @@ impl Lights {
         weights
     }
 
-    /// A light for the place `at`, by a uniform number in `[0, 1)`; `None` where none can matter.
+    /// Selects a light for the point `at`, by a uniform number in `[0, 1)`; `None` where none can contribute.
     pub fn choose(&self, at: &LightSampleContext, u: f32) -> Option<SampledLight> {
         if let Some(light) = self.only {
             return Some(SampledLight { light, pmf: 1.0 });
@@ -209,7 +210,7 @@ impl Lights {
         Some(SampledLight { light, pmf: pmf as f32 })
     }
 
-    /// One of those that thin out, by a uniform number in `[0, 1)`.
+    /// Selects a finite light, by a uniform number in `[0, 1)`.
     fn choose_near(&self, at: &LightSampleContext, weights: &SelectionWeights, u: f64) -> Option<(LightId, f64)> {
         let of_points = weights.of_points();
         if u < of_points {
@@ -223,7 +224,7 @@ impl Lights {
         }
     }
 
-    /// A surface for the place `at`, of the surfaces alone, by a uniform number in `[0, 1)`; `None` where none can matter.
+    /// Selects an emitter for the point `at`, by a uniform number in `[0, 1)`; `None` where none can contribute.
     pub fn choose_emitter(&self, at: &LightSampleContext, u: f32) -> Option<SampledLight> {
         if self.emitter_tree.importance(at.p, at.n) == 0.0 {
             return None;
@@ -235,7 +236,7 @@ impl Lights {
         })
     }
 
-    /// The probability of [`Lights::choose`] to choose `light` for the place `at`.
+    /// The probability of [`Lights::choose`] to select `light` for the point `at`.
     pub fn pmf(&self, at: &LightSampleContext, light: LightId) -> f32 {
         if self.only.is_some() {
             return 1.0;
@@ -259,7 +260,7 @@ impl Lights {
     }
 }
 
-/// `u` with more digits than single precision has: a tree of a million lights asks for as many. They come from the place.
+/// Extends `u` beyond single precision, as a tree of a million lights needs. The extra digits are a hash of the point.
 fn extend_precision(u: f32, p: Vec3) -> f64 {
     const LAST: f64 = 1.0 / 16_777_216.0;
     let [x, y, z] = p.to_array().map(f32::to_bits);

@@ -1,4 +1,4 @@
-//! The compiled scene: flat, immutable arrays that name each other by number.
+//! The compiled scene: flat, immutable arrays with indices between them.
 //!
 //! It holds no camera and no film, so it is compiled once and renders any number of frames.
 
@@ -61,9 +61,9 @@ pub struct Object {
     pub material: MaterialId,
 }
 
-/// A run of triangles with what their corners carry beside positions.
+/// A range of triangles with the normals and texture coordinates of their vertices.
 ///
-/// That of an instanced mesh is in the space of its group, and its instances say which objects they are.
+/// An instanced mesh is in the space of its group, and its objects are those of its instances.
 #[derive(Clone, Debug)]
 pub struct MeshRecord {
     pub object: ObjectId,
@@ -82,15 +82,15 @@ pub struct MeshRecord {
     pub uvs: Vec<Vec2>,
 }
 
-/// Everything that a frame is rendered from, but the camera.
+/// Everything that a frame is rendered from, except the camera.
 pub struct Scene {
     pub accel: Box<dyn Accelerator>,
     pub objects: Vec<Object>,
     /// In the order of their triangles, which they cover without gaps.
     pub meshes: Vec<MeshRecord>,
-    /// What each of the geometry's instances is.
+    /// The record of each instance of the geometry.
     pub instances: Vec<InstanceRecord>,
-    /// What [`ObjectFromGroup::At`] names.
+    /// The transforms that [`ObjectFromGroup::At`] refers to.
     pub object_transforms: Vec<Transform>,
     /// Object of each of the geometry's shapes.
     pub shape_objects: Vec<ObjectId>,
@@ -104,12 +104,12 @@ pub struct Scene {
     pub lights: Lights,
     pub light_groups: LightGroups,
     pub background: Background,
-    /// Of each material, whether places on textures are found for it.
+    /// Whether texture coordinates are computed for each material.
     pub(crate) is_spatially_varying: Vec<bool>,
 }
 
 impl Scene {
-    /// The same scene, lit by `own`, the lights of their own, and by all of its surfaces that shine.
+    /// Adds the `own` analytic lights, and all surfaces that emit as area lights.
     pub fn with_lights(mut self, own: Vec<Light>) -> Self {
         // Where textures look at more than points even a mirror bends what is seen in it, by the place's curvature.
         let all = self.reads_footprints();
@@ -118,7 +118,7 @@ impl Scene {
         self
     }
 
-    /// Finds the surfaces that shine, where they are now, and makes lights of them.
+    /// Rebuilds the lights, with area lights for all surfaces that emit.
     fn rebuild_lights(&mut self, own: Vec<Light>) {
         let emitters = Emitters::collect(self);
         let bounds = emitters.bounds(self);
@@ -134,7 +134,7 @@ impl Scene {
         }
     }
 
-    /// Whether a texture looks at more than points, so that rays should know how wide they are.
+    /// Whether a texture is filtered over footprints, so that rays need cones.
     pub fn reads_footprints(&self) -> bool {
         self.bitmaps.iter().any(|b| !b.levels.is_empty())
     }
@@ -144,13 +144,14 @@ impl Scene {
         &self.materials[id.0 as usize]
     }
 
-    /// The radiance that arrives where a ray along the unit direction `w` meets nothing, in W m^-2 sr^-1.
+    /// The radiance of the background in the unit direction `w`, in W m^-2 sr^-1.
     #[inline]
     pub fn background_radiance(&self, w: Vec3) -> Rgb {
         self.background.radiance.radiance(w)
     }
 
-    /// A direction from which `light` shines on `from`, by two uniform numbers in `[0, 1)`; `None` where it does not.
+    /// Samples a direction from which `light` illuminates `from`, by two uniform numbers in `[0, 1)`; `None` where
+    /// it does not.
     #[inline]
     pub fn sample_light(&self, light: LightId, from: Vec3, u: Vec2) -> Option<LightSample> {
         match self.lights.source(light) {
@@ -163,8 +164,8 @@ impl Scene {
         }
     }
 
-    /// The density, in sr^-1, with which [`Lights::choose`] and [`Scene::sample_light`] at `at` find the direction `w` towards what
-    /// [`Scene::background_radiance`] tells. 0 where it is not a light that is asked for.
+    /// The density, in sr^-1, with which [`Lights::choose`] and [`Scene::sample_light`] at `at` sample the direction
+    /// `w` of the background. 0 where the background is not sampled.
     #[inline]
     pub fn pdf_background(&self, at: &LightSampleContext, w: Vec3) -> f32 {
         match (&self.background.radiance, self.lights.background()) {
@@ -192,12 +193,12 @@ impl Scene {
         })
     }
 
-    /// Whether everything in it is opaque everywhere.
+    /// Whether all materials are opaque everywhere.
     pub fn is_opaque(&self) -> bool {
         self.materials.iter().all(Material::is_opaque)
     }
 
-    /// The part of the light that is stopped where `ray` meets something, from 0 to 1.
+    /// The opacity of the surface at a hit, from 0 to 1.
     pub fn opacity(&self, ray: &Ray, hit: &Hit) -> f32 {
         let material = self.material(self.material_of(hit));
         if material.is_opaque() {
@@ -206,7 +207,7 @@ impl Scene {
         material.opacity(&self.textures(), &self.surface(ray, hit).texture)
     }
 
-    /// The material of what was hit.
+    /// The material at a hit.
     fn material_of(&self, hit: &Hit) -> MaterialId {
         let triangles = self.accel.geometry().triangles.len();
         match (hit.prim.index() as usize).checked_sub(triangles) {

@@ -1,4 +1,4 @@
-//! From hits to the surfaces around them.
+//! Computation of surface interactions from hits.
 
 use std::ops::Range;
 
@@ -13,24 +13,24 @@ use crate::{
     texture::TexturePoint,
 };
 
-/// How many hits in advance the memory of surfaces is asked for.
+/// The number of hits by which the data of surfaces is prefetched ahead.
 const PREFETCH_DISTANCE: usize = 12;
 
-/// Surfaces that were found together.
+/// A batch of surface interactions.
 #[derive(Debug, Default)]
 pub struct Surfaces {
     pub interactions: Vec<SurfaceInteraction>,
     soa: SurfaceSoa,
 }
 
-/// What a hit is on.
+/// The surface of a hit, before its shading view is known.
 enum HitSurface<'a> {
     Geometry(HitGeometry),
-    /// A triangle that is in the world.
+    /// A triangle in world space.
     Triangle(MeshTriangle<'a>),
 }
 
-/// A mesh, and one of its triangles.
+/// A triangle of a mesh.
 struct MeshTriangle<'a> {
     mesh: &'a MeshRecord,
     corners: [Vec3; 3],
@@ -57,7 +57,7 @@ impl MeshTriangle<'_> {
 }
 
 impl Scene {
-    /// All that is to be known of a hit.
+    /// Computes the surface interaction of a hit.
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         let geometry = self.accel.geometry();
         let mut surface = SurfaceInteraction::unset();

@@ -1,9 +1,8 @@
-//! What moves between two frames of an animation.
+//! Updates of a scene between two frames of an animation.
 //!
-//! A scene is compiled once. For the next frame [`Scene::apply`] is told what is different, and builds nothing but what
-//! that makes necessary: where objects stand is known to the top of the acceleration structure alone, so moving one of
-//! a thousand costs what a thousand boxes do; a mesh that bends changes its own tree. The picture is that of a scene
-//! that was built for the frame from the start.
+//! A scene is compiled once. [`Scene::apply`] changes it for another frame and rebuilds only what the change
+//! requires: a moved object rebuilds the top level of the acceleration structure, a deformed mesh its own tree. The
+//! picture is the same as that of a scene which was built for the frame.
 //!
 //! What can be moved are shapes and instances ([`super::SceneBuilder::instance`]); a mesh that is baked into world space can only
 //! bend.
@@ -20,7 +19,7 @@ use crate::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MeshId(pub u32);
 
-/// A mesh in another pose.
+/// New vertex positions and normals of a mesh.
 #[derive(Clone, Debug)]
 pub struct MeshPose {
     pub mesh: MeshId,
@@ -30,15 +29,15 @@ pub struct MeshPose {
     pub normals: Vec<Vec3>,
 }
 
-/// What is different in a frame.
+/// The changes for a frame.
 #[derive(Clone, Debug, Default)]
 pub struct SceneUpdate {
-    /// Where objects stand now, all of their shapes and instances.
+    /// The new transforms of objects, for all of their shapes and instances.
     pub transforms: Vec<(ObjectId, Transform)>,
     pub poses: Vec<MeshPose>,
 }
 
-/// Why nothing was moved.
+/// The reason why an update failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SceneUpdateError {
     #[error("object {} has nothing that can be moved: its meshes are baked into the world", .0.0)]
@@ -64,7 +63,7 @@ impl Scene {
         (at(group.triangles.start)..at(group.triangles.end)).map(MeshId)
     }
 
-    /// Goes on to another frame; says what was built for it. Nothing changes where it fails.
+    /// Applies an update and reports what was rebuilt. On error the scene is unchanged.
     pub fn apply(&mut self, update: &SceneUpdate) -> Result<Updated, SceneUpdateError> {
         let (edit, detached) = self.edit(update)?;
         let updated = self.accel.update(&edit)?;
