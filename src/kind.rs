@@ -1,14 +1,15 @@
-//! The registry macro: one table row makes a shape, a texture, a material, a light or a camera known everywhere.
+//! The registry macro: one row of a table registers a kind of shape, texture, material, light or camera.
 
 /// Declares a closed set of kinds from one table.
 ///
-/// `Kind` becomes the enum of what is rendered, `Desc` the enum of what a scene file says (externally tagged by the
-/// row's name); each method listed is answered by the row that `self` is, right where it is called: what a row returns
-/// does not go through memory once more. Rows of `described only` have a description but no compiled form of their own.
+/// `Kind` becomes the enum of the compiled kinds, and `Desc` the enum of their descriptions in scene
+/// files, externally tagged by the name of the row. Each method in the list matches on `self` and calls
+/// the method of the row. It is inlined, so that results are not copied. Rows in `described only` have a
+/// description but no compiled form.
 ///
-/// With a line `compiled by`, `Desc` gets the method of that name, answered by the same method of the row's
-/// description. Rows of `described only` answer it with a [`Problem`](crate::value::Problem): whoever compiles takes
-/// them first.
+/// With a line `compiled by`, `Desc` gets a method of that name, which calls the same method of the row's
+/// description. For rows in `described only` it returns a [`Problem`](crate::value::Problem), so callers
+/// handle these rows first.
 ///
 /// ```ignore
 /// kinds! {
@@ -33,7 +34,7 @@ macro_rules! kinds {
         kinds!(@desc $Desc $rows $extra);
         $(
             impl $Desc {
-                /// What is rendered, from what the file says.
+                /// Compiles the description.
                 pub fn $compile(&self $(, $carg: $cty)*) -> Result<$Compiled, $Problem> {
                     kinds!(@compile self $Kind $rows $extra; desc => desc.$compile($($carg),*))
                 }
@@ -56,7 +57,7 @@ macro_rules! kinds {
         pub enum $Kind { $( $Variant($Runtime), )* }
     };
     (@desc $Desc:ident { $( $name:literal => $Variant:ident($Runtime:ty, $Text:ty), )* } { $( $xname:literal => $Extra:ident($XText:ty), )* }) => {
-        /// What a scene file says of one.
+        /// A description in a scene file.
         #[derive(Clone, Debug, serde::Deserialize)]
         #[allow(clippy::large_enum_variant, reason = "a scene has few descriptions, and none when it is rendered")]
         pub enum $Desc {

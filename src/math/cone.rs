@@ -1,7 +1,7 @@
-//! Ray cones: how wide a bundle of rays is, by one length and one angle.
+//! Ray cones: the width of a ray's footprint and its growth with distance.
 //!
-//! A ray stands for all light of a pixel's share, not for a line without width. Its cone tells textures how much of them to
-//! look at. It is isotropic; what a slanted surface makes of it is the surface's matter.
+//! A ray represents a fraction of a pixel. Its cone determines the footprint over which textures are filtered. The cone is
+//! isotropic; the surface projects it.
 //!
 //! Source: Akenine-Moeller, Crassin, Boksansky, Belcour, Panteleev, Wright, "Improved Shader and Texture Level of Detail
 //! Using Ray Cones", JCGT 10(1), 2021; the cones themselves are of Amanatides, "Ray Tracing with Cones", SIGGRAPH 1984,
@@ -9,7 +9,7 @@
 
 use std::f32::consts::PI;
 
-/// The width of a bundle of rays and how it grows. Both may be negative: behind a focus the bundle is turned over.
+/// The width of a ray's footprint and its growth. Both may be negative: behind a focus the cone is inverted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RayCone {
     /// In m, where the ray is now; a diameter, not a radius.
@@ -18,10 +18,10 @@ pub struct RayCone {
     pub spread: f32,
 }
 
-/// The widest that a cone becomes, as its growth per metre: about 53 degrees.
+/// The largest spread: about 53 degrees.
 const MAX_SPREAD: f32 = 1.0;
 
-/// A direction that was drawn at random stands for this part of the solid angle that its density tells: paths are many.
+/// The fraction of the solid angle 1/pdf that a sampled direction represents, since there are many paths.
 const SOLID_ANGLE_FRACTION: f32 = 1.0 / 64.0;
 
 impl RayCone {

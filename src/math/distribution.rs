@@ -1,4 +1,4 @@
-//! Tabulated distributions over cells: sampling in proportion to weights, and the probability of each cell.
+//! Piecewise-constant distributions: sampling of cells in proportion to weights, and the probability of each cell.
 //!
 //! Sums are kept rounded, and probabilities are their differences: what a cell's probability is said to be is what sampling does,
 //! to the last bit.

@@ -15,7 +15,7 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// A ray that goes nowhere, and meets nothing.
+    /// The absence of a ray; it hits nothing.
     pub const NONE: Self = Self {
         o: Vec3::ZERO,
         tmin: 0.0,
@@ -23,12 +23,12 @@ impl Ray {
         tmax: 0.0,
     };
 
-    /// Whether it goes nowhere.
+    /// Whether this is [`Ray::NONE`].
     pub fn is_none(&self) -> bool {
         self.d == Vec3::ZERO
     }
 
-    /// The half line from `o` along `d`.
+    /// The infinite ray from `o` along `d`.
     pub fn new(o: Vec3, d: Vec3) -> Self {
         Self {
             o,
@@ -38,7 +38,7 @@ impl Ray {
         }
     }
 
-    /// The segment from `o` to just before `o + t d`, as a shadow ray wants it.
+    /// The segment from `o` to `o + tmax d`, such as a shadow ray.
     pub fn segment(o: Vec3, d: Vec3, tmax: f32) -> Self {
         Self { o, tmin: 0.0, d, tmax }
     }

@@ -1,10 +1,10 @@
-//! From the unit square to other domains, each with its density.
+//! Mappings from the unit square to other domains, with their densities.
 
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, TAU};
 
 use super::{Loop, Runner, Vec2, Vec3, trig};
 
-/// Two uniform numbers in `[0, 1)`, and the point of the unit disk that they are.
+/// Two uniform numbers in `[0, 1)`, and the point of the unit disk that they map to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample2D {
     pub square: Vec2,
