@@ -1,4 +1,4 @@
-//! Metals, smooth and rough.
+//! Conductors, smooth and rough.
 
 use super::{
     BsdfEval, BsdfKind, BsdfSample, Lobe, albedo,
@@ -7,12 +7,12 @@ use super::{
 };
 use crate::math::{Rgb, Sample2D, Vec3};
 
-/// How much of each colour a metal reflects.
+/// The reflectance of a metal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reflectance {
-    /// By its complex index of refraction `eta + i k`.
+    /// The complex index of refraction `eta + i k`.
     Measured { eta: Rgb, k: Rgb },
-    /// By what it reflects at normal incidence, and what is taken off that at about 82 degrees.
+    /// The reflectance at normal incidence, and the dip at about 82 degrees.
     Colored { f0: Rgb, dip: Rgb },
 }
 
@@ -58,14 +58,14 @@ impl Reflectance {
     }
 }
 
-/// Facets of metal. What bounces between them is reflected once more by the colour at normal incidence.
+/// A rough conductor. Multiple scattering between facets is tinted by the reflectance at normal incidence.
 #[derive(Clone, Copy, Debug)]
 pub struct Conductor {
     pub facets: Ggx,
     pub reflectance: Reflectance,
 }
 
-/// What white facets of albedo `all` gain where light bounces between facets that reflect `f0`.
+/// The gain of multiple scattering between facets of the reflectance `f0`, where white facets have the albedo `all`.
 #[inline]
 pub(super) fn multiscatter_gain(f0: Rgb, all: f32) -> Rgb {
     Rgb::WHITE + f0 * ((1.0 - all) / all)

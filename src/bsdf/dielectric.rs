@@ -1,4 +1,4 @@
-//! Clear boundaries that are rough, and panes so thin that light does not bend.
+//! Rough dielectric boundaries, and thin dielectric panes without refraction.
 //!
 //! Radiance is not scaled by the square of the index of refraction where it passes: what is seen through a surface is as
 //! bright as what is behind.
@@ -10,7 +10,7 @@ use super::{
 };
 use crate::math::{Rgb, Sample2D, Vec3};
 
-/// A rough boundary of a clear medium: each facet reflects and refracts, shared out by Fresnel's equations.
+/// A rough dielectric boundary, whose facets reflect and refract by Fresnel's equations.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughDielectric {
     /// Even, and not smooth: [`super::specular::SmoothDielectric`] is.
@@ -21,16 +21,16 @@ pub struct RoughDielectric {
     pub transmittance: Rgb,
 }
 
-/// What facets make of light: reflect it or let it pass.
+/// The weights of reflection and transmission at a facet.
 #[derive(Clone, Copy)]
 struct FacetWeights {
     reflect: Rgb,
     transmit: Rgb,
-    /// The chance to be reflected.
+    /// The probability of reflection.
     probability: f32,
 }
 
-/// How facets that reflect the part `reflected` share light out.
+/// Returns the weights of a facet of the reflectance `reflected`.
 fn facet_weights(reflected: f32, reflectance: Rgb, transmittance: Rgb) -> Option<FacetWeights> {
     let (reflect, transmit) = (reflectance * reflected, transmittance * (1.0 - reflected));
     let all = reflect.max_component() + transmit.max_component();
@@ -114,9 +114,9 @@ impl BsdfKind for RoughDielectric {
     }
 }
 
-/// A pane: two boundaries so near to each other that light goes straight on, scattered if they are rough.
+/// A thin dielectric pane: two parallel boundaries, which transmit light without refraction; rough ones scatter it.
 ///
-/// Light that bounces between the boundaries is counted; none is absorbed but by the tints.
+/// Reflections between the boundaries are included; only the tints absorb light.
 #[derive(Clone, Copy, Debug)]
 pub struct ThinDielectric {
     pub facets: Ggx,
@@ -125,7 +125,7 @@ pub struct ThinDielectric {
     pub transmittance: Rgb,
 }
 
-/// The part of the light that two boundaries reflect together, of which each reflects `once`.
+/// The reflectance of two parallel boundaries, each of the reflectance `once`.
 #[inline]
 pub fn double_boundary(once: f32) -> f32 {
     2.0 * once / (1.0 + once)

@@ -1,4 +1,4 @@
-//! Chalk and clay: light that leaves widely, whatever way it came.
+//! Diffuse BSDFs: Lambert and Oren-Nayar.
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -42,9 +42,9 @@ impl BsdfKind for Lambert {
     }
 }
 
-/// Lambert's law for a surface of small facets: rough, it looks flatter, as the moon does.
+/// The energy-preserving Oren-Nayar model (EON): a rough diffuse surface, which looks flatter than Lambert, as the moon does.
 ///
-/// Made to lose nothing: what facets send to each other leaves in the end. Source: Portsmouth, Kutz, Hill, "EON: A practical
+/// Multiple scattering between facets is included, so no energy is lost. Source: Portsmouth, Kutz, Hill, "EON: A practical
 /// energy-preserving rough diffuse BRDF", JCGT 14(1), 2025; the albedo's polynomial is theirs, off by less than 0.001. After Oren
 /// and Nayar, "Generalization of Lambert's reflectance model", SIGGRAPH 1994, doi:10.1145/192161.192213.
 #[derive(Clone, Copy, Debug)]

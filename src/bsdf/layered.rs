@@ -1,9 +1,8 @@
-//! The surface of all trades: a sheen over a clear coat over a mixture of metal, of a clear boundary, and of a clear boundary
-//! over chalk.
+//! The layered BSDF of the principled material: sheen over a clear coat over a blend of metal, a transmitting dielectric, and a
+//! dielectric over a diffuse base.
 //!
-//! Each layer takes the part of the light that it reflects; what is left goes to the layers below. So white layers lose nothing
-//! and never gain. Light is shared out by what the layers reflect towards the viewer, so exchanging `wo` and `wi` does not give
-//! the very same value.
+//! Each layer reflects a part of the light and passes the rest to the layers below, so white layers neither lose nor gain energy.
+//! The parts are the albedos of the layers towards the viewer, so the BSDF is not exactly reciprocal.
 
 use std::f32::consts::{FRAC_1_PI, TAU};
 
@@ -21,19 +20,19 @@ use super::{
 };
 use crate::math::{Rgb, Sample2D, Vec2, Vec3, warp};
 
-/// Whether there is a medium behind the surface.
+/// The boundary of a surface: a thin sheet or a solid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Boundary {
-    /// No: the surface is a sheet, and light goes straight on.
+    /// A thin sheet; light is transmitted without refraction.
     ThinWalled,
-    /// Yes: light is refracted.
+    /// The boundary of a volume; light is refracted.
     Solid,
 }
 
 /// The reflectance of a clear coat at normal incidence: an index of refraction of 1.5.
 const COAT_F0: f32 = 0.04;
 
-/// See the module.
+/// The layered BSDF; see the module.
 #[derive(Clone, Copy, Debug)]
 pub struct Layered {
     /// Of metal at normal incidence, of chalk, and of what passes.
@@ -62,7 +61,7 @@ pub struct Layered {
 }
 
 impl Default for Layered {
-    /// White chalk under a rough clear boundary.
+    /// A white diffuse base under a rough dielectric.
     fn default() -> Self {
         Self {
             base_color: Rgb::WHITE,
@@ -83,7 +82,7 @@ impl Default for Layered {
     }
 }
 
-/// The chances of the lobes.
+/// The sampling probabilities of the lobes.
 #[derive(Clone, Copy, Debug, Default)]
 struct LobeProbabilities {
     sheen: f32,
@@ -95,7 +94,7 @@ struct LobeProbabilities {
     opaque: f32,
 }
 
-/// All that depends on `wo` alone.
+/// The quantities that depend on `wo` only.
 struct LobeState {
     /// `wo`, above the surface, in the frame of the facets.
     o: Vec3,

@@ -1,7 +1,7 @@
-//! Rough surfaces as many small mirrors, the facets, whose normals are distributed as by Trowbridge and Reitz ("GGX").
+//! Microfacet model with the distribution of Trowbridge and Reitz (GGX).
 //!
-//! Facets hide each other with heights and slopes taken together (height-correlated Smith masking), and facets are chosen
-//! among those that the viewer sees. All directions are in the frame of the surface, its normal is z.
+//! Masking and shadowing are height-correlated Smith, and the visible normals are sampled. All directions are in the shading
+//! frame, whose normal is z.
 //!
 //! Source: Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", JCGT 3(2), 2014; Walter et al.,
 //! "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007, doi:10.2312/EGWR/EGSR07/195-206; Dupuy and Benyoub,
@@ -12,27 +12,26 @@ use std::f32::consts::PI;
 use super::fresnel::{reflect, refract};
 use crate::math::{Vec2, Vec3, trig};
 
-/// The distribution of facets: how steep they are along the two axes of the surface.
+/// The GGX distribution of facet normals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ggx {
     /// Roughness along the tangent and along the bitangent, from [`Ggx::MIN_ALPHA`] to 1; 0 where smooth.
     pub alpha: Vec2,
 }
 
-/// A pair of directions, as the facet sees it that turns one into the other.
+/// The facet that scatters one direction into another.
 #[derive(Clone, Copy, Debug)]
 pub struct Facet {
     /// Cosine between `wo` and the facet's normal.
     pub cos: f32,
-    /// Density of `wi`, in sr^-1, where the facet is chosen among the visible ones.
+    /// Density of `wi`, in sr^-1, if the visible normals are sampled.
     pub pdf: f32,
-    /// The part of the light from the facet that is not hidden by others on its way out: `f |cos| / pdf` of a facet that loses
-    /// nothing.
+    /// The fraction G2 / G1 of the light that other facets do not shadow: `f |cos| / pdf` of a lossless facet.
     pub masking: f32,
 }
 
 impl Ggx {
-    /// What is not rougher is smooth: a mirror image blurred by a twentieth of a degree.
+    /// The smallest alpha; surfaces below it are smooth.
     pub const MIN_ALPHA: f32 = 1e-3;
 
     /// Perfectly smooth.
@@ -56,19 +55,19 @@ impl Ggx {
         Self::new(Vec2::new(along, alpha))
     }
 
-    /// Whether light leaves in but one direction.
+    /// Whether the surface is perfectly smooth.
     #[inline]
     pub fn is_smooth(&self) -> bool {
         self.alpha.x == 0.0
     }
 
-    /// Whether facets are as steep along the tangent as along the bitangent.
+    /// Whether the distribution is isotropic.
     #[inline]
     pub fn is_isotropic(&self) -> bool {
         self.alpha.x == self.alpha.y
     }
 
-    /// Facets that are as steep on the mean along every axis.
+    /// The isotropic distribution with the same mean square alpha.
     pub fn isotropic(&self) -> Self {
         Self::new(Vec2::splat((0.5 * self.alpha.length_squared()).sqrt()))
     }
@@ -94,7 +93,7 @@ impl Ggx {
         w.z.abs() / self.stretched(w)
     }
 
-    /// The normal of a facet that is seen from `wo`, which is above the surface.
+    /// Samples the normal of a facet that is visible from `wo`, which is above the surface.
     pub fn sample_normal(&self, wo: Vec3, u: Vec2) -> Vec3 {
         let a = self.alpha.extend(1.0);
         let w = (wo * a).normalize();

@@ -1,9 +1,9 @@
-//! BSDFs: how light is scattered at one place of a surface.
+//! BSDFs: the scattering of light at one point of a surface.
 //!
-//! A material makes a [`Bsdf`] of what it is at a place; from then on no texture is asked. All directions are unit, leave
-//! the surface, and are given in the shading frame: z is the shading normal, positive in front, x the tangent. `wo` points
-//! to the viewer, `wi` to the light. For a BSDF that lets nothing through the frame is turned so that `wo.z > 0`; for one
-//! that does, the sign of `wo.z` tells the side it is seen from.
+//! A material evaluates its textures at a point and returns a [`Bsdf`]. All directions are unit, leave the
+//! surface, and are in the shading frame: z is the shading normal, x the tangent. `wo` points to the viewer,
+//! `wi` to the light. For an opaque BSDF the frame is flipped so that `wo.z > 0`; for one that transmits, the
+//! sign of `wo.z` is the side of the viewer.
 
 use std::ops::Deref;
 
@@ -23,18 +23,18 @@ pub mod sheen;
 pub mod specular;
 pub mod thin_film;
 
-/// How light left a surface.
+/// The lobe by which light leaves a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Lobe {
-    /// Widely, on the side it came from.
+    /// Diffuse reflection.
     Diffuse,
-    /// About the mirror direction, however narrow.
+    /// Reflection about the mirror direction, smooth or rough.
     Specular,
-    /// Through the surface.
+    /// Transmission through the surface.
     Transmission,
 }
 
-/// What a BSDF says of two directions.
+/// The value of a BSDF for two directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BsdfEval {
     /// `f |cos|` of the diffuse lobes.
@@ -53,15 +53,15 @@ impl BsdfEval {
     }
 }
 
-/// A direction that a BSDF chose.
+/// A direction sampled by a BSDF.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BsdfSample {
     pub wi: Vec3,
-    /// `f |cos| / pdf`, of all lobes that could have chosen `wi`.
+    /// `f |cos| / pdf` of all lobes that can sample `wi`.
     pub weight: Rgb,
-    /// The part of `weight` that is of diffuse lobes.
+    /// The part of `weight` of the diffuse lobes.
     pub diffuse: Rgb,
-    /// Density of `wi` in sr^-1, of all lobes that could have chosen it; `None` where the lobe has but one direction (delta).
+    /// Density of `wi` in sr^-1, of all lobes that can sample it; `None` for a delta lobe.
     pub pdf: Option<f32>,
     pub lobe: Lobe,
     /// Index of refraction of the side that `wi` is on over that of the side of `wo`; 1 for reflection.
@@ -70,47 +70,48 @@ pub struct BsdfSample {
 
 /// The contract of every BSDF.
 pub trait BsdfKind {
-    /// Zero for delta lobes.
+    /// Evaluates the BSDF; zero for delta lobes.
     fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval;
 
-    /// A direction, by `uc`, which chooses the lobe, and `u`, all uniform in `[0, 1)`; `None` where light ends here.
+    /// Samples a direction by `uc`, which selects the lobe, and `u`, all uniform in `[0, 1)`; `None` where the
+    /// light is absorbed.
     fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample>;
 
-    /// Whether light passes through.
+    /// Whether the surface transmits light.
     fn transmits(&self) -> bool {
         false
     }
 
-    /// Whether the tangent matters; where not, any will do.
+    /// Whether the BSDF depends on the tangent.
     fn reads_tangent(&self) -> bool {
         false
     }
 
-    /// Whether [`BsdfKind::sample`] reads `uc`: there is more than one lobe.
+    /// Whether there is more than one lobe, so that [`BsdfKind::sample`] reads `uc`.
     fn has_lobes(&self) -> bool {
         true
     }
 
-    /// Whether all lobes are delta: asking for [`BsdfKind::eval`] is in vain, so no light needs sampling.
+    /// Whether all lobes are delta, so that [`BsdfKind::eval`] is zero and lights need not be sampled.
     fn is_delta(&self) -> bool {
         false
     }
 }
 
-/// What is done with a BSDF of whatever kind.
+/// A generic operation on a BSDF of any kind.
 pub trait BsdfVisitor {
-    /// Compiled for each kind by itself: what that kind never does costs nothing.
+    /// Visits the BSDF. The method is compiled for each kind, so unused branches are removed.
     fn visit(self, bsdf: &impl BsdfKind);
 }
 
 macro_rules! bsdfs {
     ($( $(#[$doc:meta])* $Variant:ident($Kind:ty), )*) => {
-        /// The scattering at one place, flat and without pointers.
+        /// A BSDF, flat and without pointers.
         #[derive(Clone, Copy, Debug)]
         pub enum Bsdf { $( $(#[$doc])* $Variant($Kind), )* }
 
         impl Bsdf {
-            /// Calls `visitor` with the kind that this is.
+            /// Calls `visitor` with the concrete kind.
             #[inline(always)]
             pub fn dispatch(&self, visitor: impl BsdfVisitor) {
                 match self { $( Self::$Variant(bsdf) => visitor.visit(bsdf), )* }
@@ -129,13 +130,13 @@ macro_rules! bsdfs {
 }
 
 bsdfs! {
-    /// Chalk.
+    /// Smooth diffuse.
     Lambert(diffuse::Lambert),
     /// A perfect mirror.
     Mirror(specular::Mirror),
     /// Smooth clear glass.
     SmoothDielectric(specular::SmoothDielectric),
-    /// Clay.
+    /// Rough diffuse.
     OrenNayar(diffuse::OrenNayar),
     /// Metal.
     Conductor(conductor::Conductor),
@@ -145,6 +146,6 @@ bsdfs! {
     ThinDielectric(dielectric::ThinDielectric),
     /// Plastic.
     Phong(phong::Phong),
-    /// Coats over metal, glass and chalk.
+    /// Layers over metal, dielectric and diffuse.
     Layered(layered::Layered),
 }

@@ -1,4 +1,4 @@
-//! Phong's plastic, made fit for light from everywhere: chalk, a highlight about the mirror direction, a mirror and glass.
+//! The energy-conserving Phong BSDF: a diffuse lobe, a highlight about the mirror direction, a mirror and a refracted ray.
 //!
 //! The highlight `specular (n + 2) / (2 pi) cos^n` reflects at most the part `specular` of the light. Weights that
 //! together would reflect more than arrives are scaled down to what arrives. Source: Lafortune and Willems, "Using the modified

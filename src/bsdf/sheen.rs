@@ -1,4 +1,4 @@
-//! The shine of cloth and dust: fibres that stand up catch light at grazing angles.
+//! Sheen of cloth and dust: fibres scatter light at grazing angles.
 //!
 //! Normals are distributed as a power of the sine of their angle, without masking but for the smooth rim term. Where more light
 //! than arrives would leave, at grazing angles, the lobe is scaled down to what arrives.

@@ -1,4 +1,4 @@
-//! Surfaces so smooth that light leaves in one or two directions only.
+//! Perfectly smooth surfaces: delta reflection and refraction.
 
 use super::{
     BsdfEval, BsdfKind, BsdfSample, Lobe,
@@ -6,7 +6,7 @@ use super::{
 };
 use crate::math::{Rgb, Sample2D, Vec3};
 
-/// All light leaves along the mirror direction.
+/// A perfect mirror.
 #[derive(Clone, Copy, Debug)]
 pub struct Mirror {
     pub reflectance: Rgb,
@@ -37,7 +37,7 @@ impl BsdfKind for Mirror {
     }
 }
 
-/// A smooth boundary of a clear medium: light is reflected or refracted, shared out by Fresnel's equations.
+/// A smooth dielectric boundary, which reflects and refracts by Fresnel's equations.
 #[derive(Clone, Copy, Debug)]
 pub struct SmoothDielectric {
     /// Index of refraction behind the surface over that in front.

@@ -1,4 +1,4 @@
-//! Thin films: the colours of soap bubbles and of oil on water.
+//! Thin-film interference: the colours of soap bubbles and of oil on water.
 //!
 //! Light is reflected at the top and at the bottom of the film and interferes; the series of bounces is cut after the second,
 //! and each order is integrated over the sensitivity of the eye, approximated by Gaussians, to linear sRGB.
@@ -11,10 +11,10 @@ use std::f32::consts::{PI, TAU};
 use super::fresnel::{dielectric, schlick_term};
 use crate::math::{Rgb, trig};
 
-/// A film on a surface.
+/// A thin film on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinFilm {
-    /// How much of the surface it covers, from 0 to 1.
+    /// The fraction of the surface that it covers, from 0 to 1.
     pub weight: f32,
     /// Index of refraction.
     pub ior: f32,

@@ -1,4 +1,4 @@
-//! How much light rough surfaces send back, by tables.
+//! Tabulated albedos of rough surfaces, for multiple scattering and for layers.
 //!
 //! The facets of [`super::microfacet`] scatter once; what would bounce between them is lost, up to two thirds of the light.
 //! Divided by the albedo of white facets, a lobe loses nothing: it is as strong as all bounces together, in the shape of the
