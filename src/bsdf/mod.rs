@@ -5,8 +5,6 @@
 //! `wi` to the light. For an opaque BSDF the frame is flipped so that `wo.z > 0`; for one that transmits, the
 //! sign of `wo.z` is the side of the viewer.
 
-use std::ops::Deref;
-
 use crate::math::{Rgb, Sample2D, Vec3};
 
 pub mod albedo;
@@ -118,12 +116,30 @@ macro_rules! bsdfs {
             }
         }
 
-        /// For who asks little; [`Bsdf::dispatch`] is faster.
-        impl Deref for Bsdf {
-            type Target = dyn BsdfKind;
+        /// Each method matches on the kind; [`Bsdf::dispatch`] matches once for several of them.
+        impl BsdfKind for Bsdf {
+            fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+                match self { $( Self::$Variant(bsdf) => bsdf.eval(wo, wi), )* }
+            }
 
-            fn deref(&self) -> &Self::Target {
-                match self { $( Self::$Variant(bsdf) => bsdf, )* }
+            fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
+                match self { $( Self::$Variant(bsdf) => bsdf.sample(wo, uc, u), )* }
+            }
+
+            fn transmits(&self) -> bool {
+                match self { $( Self::$Variant(bsdf) => bsdf.transmits(), )* }
+            }
+
+            fn reads_tangent(&self) -> bool {
+                match self { $( Self::$Variant(bsdf) => bsdf.reads_tangent(), )* }
+            }
+
+            fn has_lobes(&self) -> bool {
+                match self { $( Self::$Variant(bsdf) => bsdf.has_lobes(), )* }
+            }
+
+            fn is_delta(&self) -> bool {
+                match self { $( Self::$Variant(bsdf) => bsdf.is_delta(), )* }
             }
         }
     };

@@ -1,6 +1,6 @@
 //! What every BSDF must fulfil, tried on examples of all of them.
 
-use super::{Bsdf, BsdfEval, BsdfSample, Lobe};
+use super::{Bsdf, BsdfEval, BsdfKind, BsdfSample, Lobe};
 use crate::math::{Rgb, Vec2, Vec3, hash};
 
 mod chi_square;
