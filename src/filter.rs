@@ -95,7 +95,8 @@ pub struct FilterSample {
     pub weight: f32,
 }
 
-/// Steps of the table; the step of the worst filter is off its density by less than 0.1 % of the peak.
+/// Steps of the table; the step of the worst filter is off its density by less than 0.1 % of the
+/// peak.
 const TABLE_STEPS: usize = 1024;
 
 /// A separable filter, ready to be sampled.
@@ -158,7 +159,8 @@ impl Filter {
         }
     }
 
-    /// Moves `positions`, the centres of pixels, to those of the samples of `u`, whose signs are in `weights` then.
+    /// Moves `positions`, the centres of pixels, to those of the samples of `u`, whose signs are in
+    /// `weights` then.
     pub fn samples(&self, on: impl Runner, u: &[Vec2], positions: &mut [Vec2], weights: &mut [f32]) {
         on.run(Samples {
             filter: self,

@@ -1,15 +1,16 @@
-//! The registry macro: one row of a table registers a kind of shape, texture, material, light or camera.
+//! The registry macro: one row of a table registers a kind of shape, texture, material, light or
+//! camera.
 
 /// Declares a closed set of kinds from one table.
 ///
-/// `Kind` becomes the enum of the compiled kinds, and `Desc` the enum of their descriptions in scene
-/// files, externally tagged by the name of the row. Each method in the list matches on `self` and calls
-/// the method of the row. It is inlined, so that results are not copied. Rows in `described only` have a
-/// description but no compiled form.
+/// `Kind` becomes the enum of the compiled kinds, and `Desc` the enum of their descriptions in
+/// scene files, externally tagged by the name of the row. Each method in the list matches on `self`
+/// and calls the method of the row. It is inlined, so that results are not copied. Rows in
+/// `described only` have a description but no compiled form.
 ///
-/// With a line `compiled by`, `Desc` gets a method of that name, which calls the same method of the row's
-/// description. For rows in `described only` it returns a [`Problem`](crate::value::Problem), so callers
-/// handle these rows first.
+/// With a line `compiled by`, `Desc` gets a method of that name, which calls the same method of the
+/// row's description. For rows in `described only` it returns a [`Problem`](crate::value::Problem),
+/// so callers handle these rows first.
 ///
 /// ```ignore
 /// kinds! {

@@ -17,9 +17,11 @@ pub enum Reflectance {
 }
 
 impl Reflectance {
-    /// A metal of the colour `f0` whose reflectance at 82 degrees is `edge` times the one that Schlick's approximation gives.
+    /// A metal of the colour `f0` whose reflectance at 82 degrees is `edge` times the one that
+    /// Schlick's approximation gives.
     ///
-    /// Source: Kutz, Hasan, Edmondson, "Novel aspects of the Adobe Standard Material", 2021, section 2 ("F82").
+    /// Source: Kutz, Hasan, Edmondson, "Novel aspects of the Adobe Standard Material", 2021,
+    /// section 2 ("F82").
     pub fn colored(f0: Rgb, edge: Rgb) -> Self {
         // The cosine where the dip is deepest.
         const COS: f32 = 1.0 / 7.0;
@@ -58,14 +60,16 @@ impl Reflectance {
     }
 }
 
-/// A rough conductor. Multiple scattering between facets is tinted by the reflectance at normal incidence.
+/// A rough conductor. Multiple scattering between facets is tinted by the reflectance at normal
+/// incidence.
 #[derive(Clone, Copy, Debug)]
 pub struct Conductor {
     pub facets: Ggx,
     pub reflectance: Reflectance,
 }
 
-/// The gain of multiple scattering between facets of the reflectance `f0`, where white facets have the albedo `all`.
+/// The gain of multiple scattering between facets of the reflectance `f0`, where white facets have
+/// the albedo `all`.
 #[inline]
 pub(super) fn multiscatter_gain(f0: Rgb, all: f32) -> Rgb {
     Rgb::WHITE + f0 * ((1.0 - all) / all)

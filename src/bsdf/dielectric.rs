@@ -1,7 +1,7 @@
 //! Rough dielectric boundaries, and thin dielectric panes without refraction.
 //!
-//! Radiance is not scaled by the square of the index of refraction where it passes: what is seen through a surface is as
-//! bright as what is behind.
+//! Radiance is not scaled by the square of the index of refraction where it passes: what is seen
+//! through a surface is as bright as what is behind.
 
 use super::{
     BsdfEval, BsdfKind, BsdfSample, Lobe, albedo,
@@ -42,7 +42,8 @@ fn facet_weights(reflected: f32, reflectance: Rgb, transmittance: Rgb) -> Option
 }
 
 impl RoughDielectric {
-    /// `wo` and `wi` as seen from the side of `wo`, and the index on the other side over that on this one.
+    /// `wo` and `wi` as seen from the side of `wo`, and the index on the other side over that on
+    /// this one.
     fn upright(&self, wo: Vec3, wi: Vec3) -> (Vec3, Vec3, f32) {
         if wo.z < 0.0 {
             (mirrored(wo), mirrored(wi), 1.0 / self.ior)
@@ -114,7 +115,8 @@ impl BsdfKind for RoughDielectric {
     }
 }
 
-/// A thin dielectric pane: two parallel boundaries, which transmit light without refraction; rough ones scatter it.
+/// A thin dielectric pane: two parallel boundaries, which transmit light without refraction; rough
+/// ones scatter it.
 ///
 /// Reflections between the boundaries are included; only the tints absorb light.
 #[derive(Clone, Copy, Debug)]

@@ -42,11 +42,13 @@ impl BsdfKind for Lambert {
     }
 }
 
-/// The energy-preserving Oren-Nayar model (EON): a rough diffuse surface, which looks flatter than Lambert, as the moon does.
+/// The energy-preserving Oren-Nayar model (EON): a rough diffuse surface, which looks flatter than
+/// Lambert, as the moon does.
 ///
-/// Multiple scattering between facets is included, so no energy is lost. Source: Portsmouth, Kutz, Hill, "EON: A practical
-/// energy-preserving rough diffuse BRDF", JCGT 14(1), 2025; the albedo's polynomial is theirs, off by less than 0.001. After Oren
-/// and Nayar, "Generalization of Lambert's reflectance model", SIGGRAPH 1994, doi:10.1145/192161.192213.
+/// Multiple scattering between facets is included, so no energy is lost. Source: Portsmouth, Kutz,
+/// Hill, "EON: A practical energy-preserving rough diffuse BRDF", JCGT 14(1), 2025; the albedo's
+/// polynomial is theirs, off by less than 0.001. After Oren and Nayar, "Generalization of Lambert's
+/// reflectance model", SIGGRAPH 1994, doi:10.1145/192161.192213.
 #[derive(Clone, Copy, Debug)]
 pub struct OrenNayar {
     pub albedo: Rgb,

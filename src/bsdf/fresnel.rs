@@ -4,8 +4,9 @@ use crate::math::Vec3;
 
 /// The part of unpolarised light that a smooth boundary reflects.
 ///
-/// `cos_i` is the cosine of the incident angle, from 0 to 1; `eta` the transmitted over the incident index of
-/// refraction. 1 where nothing passes (total reflection). Source: Born and Wolf, "Principles of Optics", section 1.5.
+/// `cos_i` is the cosine of the incident angle, from 0 to 1; `eta` the transmitted over the
+/// incident index of refraction. 1 where nothing passes (total reflection). Source: Born and Wolf,
+/// "Principles of Optics", section 1.5.
 pub fn dielectric(cos_i: f32, eta: f32) -> f32 {
     let sin2_t = (1.0 - cos_i * cos_i).max(0.0) / (eta * eta);
     if sin2_t >= 1.0 {
@@ -17,9 +18,11 @@ pub fn dielectric(cos_i: f32, eta: f32) -> f32 {
     0.5 * (parallel * parallel + perpendicular * perpendicular)
 }
 
-/// The part of unpolarised light that a metal of the complex index of refraction `eta + i k` reflects, against vacuum.
+/// The part of unpolarised light that a metal of the complex index of refraction `eta + i k`
+/// reflects, against vacuum.
 ///
-/// `cos` is the cosine of the incident angle, from 0 to 1. Source: Born and Wolf, "Principles of Optics", section 14.2.
+/// `cos` is the cosine of the incident angle, from 0 to 1. Source: Born and Wolf, "Principles of
+/// Optics", section 14.2.
 pub fn conductor(cos: f32, eta: f32, k: f32) -> f32 {
     let (cos2, sin2) = (cos * cos, (1.0 - cos * cos).max(0.0));
     let (eta2, k2) = (eta * eta, k * k);
@@ -32,7 +35,8 @@ pub fn conductor(cos: f32, eta: f32, k: f32) -> f32 {
     (0.5 * (perpendicular + parallel)).clamp(0.0, 1.0)
 }
 
-/// How far Schlick's reflectance has come from that at normal incidence (0) to that at grazing incidence (1).
+/// How far Schlick's reflectance has come from that at normal incidence (0) to that at grazing
+/// incidence (1).
 ///
 /// Source: Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", CGF 13(3), 1994,
 /// doi:10.1111/1467-8659.1330233.
@@ -43,10 +47,11 @@ pub fn schlick_term(cos: f32) -> f32 {
     x2 * x2 * x
 }
 
-/// The direction in which light that arrives from `w` goes on behind the boundary; `None` under total reflection.
+/// The direction in which light that arrives from `w` goes on behind the boundary; `None` under
+/// total reflection.
 ///
-/// `w` is unit and leaves the surface on the side of the unit normal `n`; `eta` is the transmitted over the incident
-/// index. Snell's law.
+/// `w` is unit and leaves the surface on the side of the unit normal `n`; `eta` is the transmitted
+/// over the incident index. Snell's law.
 pub fn refract(w: Vec3, n: Vec3, eta: f32) -> Option<Vec3> {
     let cos_i = n.dot(w);
     let sin2_t = (1.0 - cos_i * cos_i).max(0.0) / (eta * eta);

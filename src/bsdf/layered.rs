@@ -1,8 +1,9 @@
-//! The layered BSDF of the principled material: sheen over a clear coat over a blend of metal, a transmitting dielectric, and a
-//! dielectric over a diffuse base.
+//! The layered BSDF of the principled material: sheen over a clear coat over a blend of metal, a
+//! transmitting dielectric, and a dielectric over a diffuse base.
 //!
-//! Each layer reflects a part of the light and passes the rest to the layers below, so white layers neither lose nor gain energy.
-//! The parts are the albedos of the layers towards the viewer, so the BSDF is not exactly reciprocal.
+//! Each layer reflects a part of the light and passes the rest to the layers below, so white layers
+//! neither lose nor gain energy. The parts are the albedos of the layers towards the viewer, so the
+//! BSDF is not exactly reciprocal.
 
 use std::f32::consts::{FRAC_1_PI, TAU};
 
@@ -130,7 +131,8 @@ impl Layered {
         self.specular_color.map(|c| (c * f0).min(1.0)) * self.specular
     }
 
-    /// What the boundary over chalk reflects, whatever the colour, of which `f0` is that at normal incidence.
+    /// What the boundary over chalk reflects, whatever the colour, of which `f0` is that at normal
+    /// incidence.
     fn over_albedo(&self, f0: Rgb, w: Vec3) -> f32 {
         let [a, b] = albedo::schlick(&self.facets, w);
         (f0.max_component() * a + self.specular * b).min(1.0)

@@ -1,11 +1,12 @@
 //! Microfacet model with the distribution of Trowbridge and Reitz (GGX).
 //!
-//! Masking and shadowing are height-correlated Smith, and the visible normals are sampled. All directions are in the shading
-//! frame, whose normal is z.
+//! Masking and shadowing are height-correlated Smith, and the visible normals are sampled. All
+//! directions are in the shading frame, whose normal is z.
 //!
-//! Source: Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", JCGT 3(2), 2014; Walter et al.,
-//! "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007, doi:10.2312/EGWR/EGSR07/195-206; Dupuy and Benyoub,
-//! "Sampling Visible GGX Normals with Spherical Caps", CGF 42(8), 2023, doi:10.1111/cgf.14867.
+//! Source: Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", JCGT
+//! 3(2), 2014; Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007,
+//! doi:10.2312/EGWR/EGSR07/195-206; Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical
+//! Caps", CGF 42(8), 2023, doi:10.1111/cgf.14867.
 
 use std::f32::consts::PI;
 
@@ -15,7 +16,8 @@ use crate::math::{Vec2, Vec3, trig};
 /// The GGX distribution of facet normals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ggx {
-    /// Roughness along the tangent and along the bitangent, from [`Ggx::MIN_ALPHA`] to 1; 0 where smooth.
+    /// Roughness along the tangent and along the bitangent, from [`Ggx::MIN_ALPHA`] to 1; 0 where
+    /// smooth.
     pub alpha: Vec2,
 }
 
@@ -26,7 +28,8 @@ pub struct Facet {
     pub cos: f32,
     /// Density of `wi`, in sr^-1, if the visible normals are sampled.
     pub pdf: f32,
-    /// The fraction G2 / G1 of the light that other facets do not shadow: `f |cos| / pdf` of a lossless facet.
+    /// The fraction G2 / G1 of the light that other facets do not shadow: `f |cos| / pdf` of a
+    /// lossless facet.
     pub masking: f32,
 }
 
@@ -47,8 +50,8 @@ impl Ggx {
         }
     }
 
-    /// The facets of a perceived `roughness` from 0 to 1, whose square is alpha; `anisotropy`, from 0 to 1, stretches highlights
-    /// along the tangent, as glTF's KHR_materials_anisotropy has it.
+    /// The facets of a perceived `roughness` from 0 to 1, whose square is alpha; `anisotropy`, from
+    /// 0 to 1, stretches highlights along the tangent, as glTF's KHR_materials_anisotropy has it.
     pub fn from_roughness(roughness: f32, anisotropy: f32) -> Self {
         let alpha = roughness * roughness;
         let along = alpha + (1.0 - alpha) * anisotropy * anisotropy;
@@ -80,14 +83,16 @@ impl Ggx {
         1.0 / (PI * self.alpha.x * self.alpha.y * q * q)
     }
 
-    /// Length of `w` where the surface is stretched until its facets are a hemisphere; `|w.z|` over it tells all about masking.
+    /// Length of `w` where the surface is stretched until its facets are a hemisphere; `|w.z|` over
+    /// it tells all about masking.
     #[inline]
     fn stretched(&self, w: Vec3) -> f32 {
         let s = Vec2::new(w.x, w.y) * self.alpha;
         (s.length_squared() + w.z * w.z).sqrt()
     }
 
-    /// Cosine of `w` where the surface is stretched until its facets are a hemisphere: `1 / (1 + 2 lambda)`.
+    /// Cosine of `w` where the surface is stretched until its facets are a hemisphere: `1 / (1 + 2
+    /// lambda)`.
     #[inline]
     pub fn stretched_cos(&self, w: Vec3) -> f32 {
         w.z.abs() / self.stretched(w)
@@ -124,7 +129,8 @@ impl Ggx {
         })
     }
 
-    /// The facet that refracts `wi`, below the surface, to `wo`, above it. `eta` is the index below over the one above.
+    /// The facet that refracts `wi`, below the surface, to `wo`, above it. `eta` is the index below
+    /// over the one above.
     #[inline]
     pub fn transmission(&self, wo: Vec3, wi: Vec3, eta: f32) -> Option<Facet> {
         if wo.z <= 0.0 || wi.z >= 0.0 {
@@ -153,7 +159,8 @@ impl Ggx {
         (wi.z > 0.0).then_some(wi)
     }
 
-    /// A direction that a facet seen from `wo` refracts; `None` where it would stay above the surface, or cannot pass.
+    /// A direction that a facet seen from `wo` refracts; `None` where it would stay above the
+    /// surface, or cannot pass.
     #[inline]
     pub fn sample_transmission(&self, wo: Vec3, u: Vec2, eta: f32) -> Option<Vec3> {
         let wi = refract(wo, self.sample_normal(wo, u), eta)?;

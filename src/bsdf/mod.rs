@@ -1,9 +1,9 @@
 //! BSDFs: the scattering of light at one point of a surface.
 //!
-//! A material evaluates its textures at a point and returns a [`Bsdf`]. All directions are unit, leave the
-//! surface, and are in the shading frame: z is the shading normal, x the tangent. `wo` points to the viewer,
-//! `wi` to the light. For an opaque BSDF the frame is flipped so that `wo.z > 0`; for one that transmits, the
-//! sign of `wo.z` is the side of the viewer.
+//! A material evaluates its textures at a point and returns a [`Bsdf`]. All directions are unit,
+//! leave the surface, and are in the shading frame: z is the shading normal, x the tangent. `wo`
+//! points to the viewer, `wi` to the light. For an opaque BSDF the frame is flipped so that `wo.z >
+//! 0`; for one that transmits, the sign of `wo.z` is the side of the viewer.
 
 use crate::math::{Rgb, Sample2D, Vec3};
 
@@ -62,7 +62,8 @@ pub struct BsdfSample {
     /// Density of `wi` in sr^-1, of all lobes that can sample it; `None` for a delta lobe.
     pub pdf: Option<f32>,
     pub lobe: Lobe,
-    /// Index of refraction of the side that `wi` is on over that of the side of `wo`; 1 for reflection.
+    /// Index of refraction of the side that `wi` is on over that of the side of `wo`; 1 for
+    /// reflection.
     pub eta: f32,
 }
 
@@ -71,8 +72,8 @@ pub trait BsdfKind {
     /// Evaluates the BSDF; zero for delta lobes.
     fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval;
 
-    /// Samples a direction by `uc`, which selects the lobe, and `u`, all uniform in `[0, 1)`; `None` where the
-    /// light is absorbed.
+    /// Samples a direction by `uc`, which selects the lobe, and `u`, all uniform in `[0, 1)`;
+    /// `None` where the light is absorbed.
     fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample>;
 
     /// Whether the surface transmits light.
@@ -90,7 +91,8 @@ pub trait BsdfKind {
         true
     }
 
-    /// Whether all lobes are delta, so that [`BsdfKind::eval`] is zero and lights need not be sampled.
+    /// Whether all lobes are delta, so that [`BsdfKind::eval`] is zero and lights need not be
+    /// sampled.
     fn is_delta(&self) -> bool {
         false
     }

@@ -1,8 +1,10 @@
-//! The energy-conserving Phong BSDF: a diffuse lobe, a highlight about the mirror direction, a mirror and a refracted ray.
+//! The energy-conserving Phong BSDF: a diffuse lobe, a highlight about the mirror direction, a
+//! mirror and a refracted ray.
 //!
-//! The highlight `specular (n + 2) / (2 pi) cos^n` reflects at most the part `specular` of the light. Weights that
-//! together would reflect more than arrives are scaled down to what arrives. Source: Lafortune and Willems, "Using the modified
-//! Phong reflectance model for physically based rendering", report CW 197, KU Leuven, 1994.
+//! The highlight `specular (n + 2) / (2 pi) cos^n` reflects at most the part `specular` of the
+//! light. Weights that together would reflect more than arrives are scaled down to what arrives.
+//! Source: Lafortune and Willems, "Using the modified Phong reflectance model for physically based
+//! rendering", report CW 197, KU Leuven, 1994.
 
 use std::f32::consts::{FRAC_1_PI, TAU};
 

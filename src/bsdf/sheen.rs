@@ -1,10 +1,12 @@
 //! Sheen of cloth and dust: fibres scatter light at grazing angles.
 //!
-//! Normals are distributed as a power of the sine of their angle, without masking but for the smooth rim term. Where more light
-//! than arrives would leave, at grazing angles, the lobe is scaled down to what arrives.
+//! Normals are distributed as a power of the sine of their angle, without masking but for the
+//! smooth rim term. Where more light than arrives would leave, at grazing angles, the lobe is
+//! scaled down to what arrives.
 //!
-//! Source: Estevez and Kulla, "Production Friendly Microfacet Sheen BRDF", Sony Pictures Imageworks, 2017; for the rim term
-//! Neubelt and Pettineo, "Crafting a Next-Gen Material Pipeline for The Order: 1886", SIGGRAPH 2013 course.
+//! Source: Estevez and Kulla, "Production Friendly Microfacet Sheen BRDF", Sony Pictures
+//! Imageworks, 2017; for the rim term Neubelt and Pettineo, "Crafting a Next-Gen Material Pipeline
+//! for The Order: 1886", SIGGRAPH 2013 course.
 
 use std::f32::consts::PI;
 
@@ -14,7 +16,8 @@ use crate::math::{Vec3, trig};
 /// The least roughness: below it the lobe is a rim too thin to see.
 pub(super) const MIN_ROUGHNESS: f32 = 0.15;
 
-/// `f |cos|` of a white sheen, before it is scaled down where it would send back more light than arrives.
+/// `f |cos|` of a white sheen, before it is scaled down where it would send back more light than
+/// arrives.
 pub(super) fn raw_f_cos(roughness: f32, wo: Vec3, wi: Vec3) -> f32 {
     let Some(h) = (wo + wi).try_normalize() else { return 0.0 };
     let roughness = roughness.max(MIN_ROUGHNESS);

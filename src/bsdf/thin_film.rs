@@ -1,10 +1,11 @@
 //! Thin-film interference: the colours of soap bubbles and of oil on water.
 //!
-//! Light is reflected at the top and at the bottom of the film and interferes; the series of bounces is cut after the second,
-//! and each order is integrated over the sensitivity of the eye, approximated by Gaussians, to linear sRGB.
+//! Light is reflected at the top and at the bottom of the film and interferes; the series of
+//! bounces is cut after the second, and each order is integrated over the sensitivity of the eye,
+//! approximated by Gaussians, to linear sRGB.
 //!
-//! Source: Belcour and Barla, "A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence", ACM TOG
-//! 36(4), 2017, doi:10.1145/3072959.3073620.
+//! Source: Belcour and Barla, "A Practical Extension to Microfacet Theory for the Modeling of
+//! Varying Iridescence", ACM TOG 36(4), 2017, doi:10.1145/3072959.3073620.
 
 use std::f32::consts::{PI, TAU};
 
@@ -30,8 +31,8 @@ impl ThinFilm {
         thickness: 0.0,
     };
 
-    /// The reflectance at normal incidence that makes Schlick's approximation right at the cosine `cos`, for a surface whose
-    /// own is `f0`. Blended by the film's weight.
+    /// The reflectance at normal incidence that makes Schlick's approximation right at the cosine
+    /// `cos`, for a surface whose own is `f0`. Blended by the film's weight.
     #[inline]
     pub fn f0(&self, f0: Rgb, cos: f32) -> Rgb {
         if self.weight == 0.0 {
@@ -44,7 +45,8 @@ impl ThinFilm {
         f0 * (1.0 - self.weight) + flat * self.weight
     }
 
-    /// The part of the light that a covered surface of reflectance `f0` reflects at the cosine `cos`.
+    /// The part of the light that a covered surface of reflectance `f0` reflects at the cosine
+    /// `cos`.
     pub fn reflectance(&self, f0: Rgb, cos: f32) -> Rgb {
         // A film thinner than 30 nm fades away: without a thickness it has no index either.
         let presence = (self.thickness / 30e-9).clamp(0.0, 1.0);
@@ -83,7 +85,8 @@ impl ThinFilm {
     }
 }
 
-/// What the eye makes of a wave whose paths differ by `path` (m) and `shift` (radians), in linear sRGB.
+/// What the eye makes of a wave whose paths differ by `path` (m) and `shift` (radians), in linear
+/// sRGB.
 fn sensitivity(path: f32, shift: f32) -> [f32; 3] {
     // Of each Gaussian: height, position and variance in reciprocal metres; the last adds to X.
     const CURVES: [[f32; 3]; 4] = [

@@ -13,7 +13,8 @@ pub enum ApertureShape {
     Polygon {
         /// Number of corners, at least 3.
         blades: u32,
-        /// Angle of the first corner, counterclockwise from the right as seen from behind the camera, in radians.
+        /// Angle of the first corner, counterclockwise from the right as seen from behind the
+        /// camera, in radians.
         rotation: f32,
     },
 }
@@ -27,7 +28,8 @@ impl ApertureShape {
                 let n = blades as f32;
                 let along = u.x * n;
                 let side = along.floor().min(n - 1.0);
-                // Of the triangle between the middle and a side: along the side, and from the middle to it.
+                // Of the triangle between the middle and a side: along the side, and from the
+                // middle to it.
                 let (t, r) = (along - side, u.y.sqrt());
                 let corner = |k: f32| {
                     let (sin, cos) = trig::sin_cos(rotation + TAU * k / n);
@@ -74,12 +76,14 @@ mod tests {
             let points: Vec<_> = grid(300).map(|u| aperture_shape.sample(u)).collect();
             assert!(points.iter().all(|p| reach(*p) <= 1.0 + 1e-6), "{blades}");
             let n = points.len() as f64;
-            // A similar polygon of half the size has a quarter of the points; so has every half plane one half.
+            // A similar polygon of half the size has a quarter of the points; so has every half
+            // plane one half.
             let inner = points.iter().filter(|p| reach(**p) < 0.5).count() as f64;
             assert!((inner / n - 0.25).abs() < 2e-3, "{blades}");
             let mean = points.iter().sum::<Vec2>() / n as f32;
             assert!(mean.length() < 1e-3, "{blades} {mean}");
-            // Twice the second moment about an axis is the moment about the middle: (2 + cos(sector)) / 6 for a side.
+            // Twice the second moment about an axis is the moment about the middle: (2 +
+            // cos(sector)) / 6 for a side.
             let moment = points.iter().map(|p| f64::from(p.length_squared())).sum::<f64>() / n;
             assert!(
                 (moment - f64::from(2.0 + trig::cos(sector)) / 6.0).abs() < 1e-3,

@@ -1,7 +1,7 @@
 //! Curves through keys: what a camera path is between the frames that were written down.
 //!
-//! At a key a curve *is* the key's value, bit for bit. Between two keys the interpolation of the earlier one says what
-//! happens ([`Interp`]); a smooth curve looks one key further on either side.
+//! At a key a curve *is* the key's value, bit for bit. Between two keys the interpolation of the
+//! earlier one says what happens ([`Interp`]); a smooth curve looks one key further on either side.
 
 use glam::{DQuat, DVec3};
 
@@ -10,8 +10,8 @@ use super::lens::{Aperture, FieldOfView, Sensor, half_tan};
 /// What a curve does from one key to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Interp {
-    /// Runs through all keys in a row that are smooth without a corner. Where smooth keys meet others, the curve ends as
-    /// if there were no key beyond.
+    /// Runs through all keys in a row that are smooth without a corner. Where smooth keys meet
+    /// others, the curve ends as if there were no key beyond.
     #[default]
     Smooth,
     /// Goes straight and at an even rate.
@@ -33,7 +33,8 @@ struct Knot<T> {
     interp: Interp,
 }
 
-/// The stretch between two keys, with the keys before and after it that a smooth curve takes into account.
+/// The stretch between two keys, with the keys before and after it that a smooth curve takes into
+/// account.
 pub(super) struct Segment<T> {
     pub before: Option<(f64, T)>,
     pub from: (f64, T),
@@ -105,8 +106,8 @@ impl<T: Copy> Segment<T> {
     }
 }
 
-/// The cubic Hermite polynomial at `u` of `[0, 1]`, by how far it goes and its slopes at both ends. As an offset from
-/// its start, so that what rests does not move by a rounding error.
+/// The cubic Hermite polynomial at `u` of `[0, 1]`, by how far it goes and its slopes at both ends.
+/// As an offset from its start, so that what rests does not move by a rounding error.
 fn hermite_rise<V>(rise: V, slopes: [V; 2], u: f64) -> V
 where
     V: std::ops::Mul<f64, Output = V> + std::ops::Add<Output = V> + std::ops::Sub<Output = V>,
@@ -116,12 +117,12 @@ where
     rise * (u * u * (3.0 - 2.0 * u)) + start * (u * w * w) - end * (u * u * w)
 }
 
-/// A number on a smooth curve that never leaves the range of the two keys around it, so that a focal length stays
-/// positive.
+/// A number on a smooth curve that never leaves the range of the two keys around it, so that a
+/// focal length stays positive.
 ///
-/// Source: Fritsch and Butland, "A Method for Constructing Local Monotone Piecewise Cubic Interpolants", SIAM J. Sci.
-/// Stat. Comput. 5(2), 1984, doi:10.1137/0905021, with the weights of their equation (5) for uneven keys. At an end the
-/// slope is that of the stretch.
+/// Source: Fritsch and Butland, "A Method for Constructing Local Monotone Piecewise Cubic
+/// Interpolants", SIAM J. Sci. Stat. Comput. 5(2), 1984, doi:10.1137/0905021, with the weights of
+/// their equation (5) for uneven keys. At an end the slope is that of the stretch.
 fn monotone(segment: &Segment<f64>, frame: f64) -> f64 {
     let ((t1, v1), (t2, v2)) = (segment.from, segment.to);
     let h = t2 - t1;
@@ -146,17 +147,19 @@ fn monotone(segment: &Segment<f64>, frame: f64) -> f64 {
 
 /// A point on a centripetal Catmull-Rom spline through the keys, reached at the keys' own times.
 ///
-/// The curve's shape: knots `s` that are apart by the square root of the keys' distance, `d = |b - a|^(1/2)`; between
-/// `p1` and `p2` the cubic with the slopes `dp/ds` of Barry and Goldman,
-/// `(p1 - p0) / d01 - (p2 - p0) / (d01 + d12) + (p2 - p1) / d12` at `p1` and likewise at `p2`. It has neither cusps nor
-/// loops between two keys, and through keys on one line it stays between neighbours: it never overshoots. How
-/// fast it is run through: `s` as the monotone cubic function of the frame that is `s` of each key at the key's
-/// frame, however uneven the frames are; so the velocity has no jump, and a camera rests between two equal keys.
-/// Beyond an end, and beyond a rest, the spline goes on as if mirrored: its slope there is that of the stretch.
+/// The curve's shape: knots `s` that are apart by the square root of the keys' distance, `d = |b -
+/// a|^(1/2)`; between `p1` and `p2` the cubic with the slopes `dp/ds` of Barry and Goldman, `(p1 -
+/// p0) / d01 - (p2 - p0) / (d01 + d12) + (p2 - p1) / d12` at `p1` and likewise at `p2`. It has
+/// neither cusps nor loops between two keys, and through keys on one line it stays between
+/// neighbours: it never overshoots. How fast it is run through: `s` as the monotone cubic function
+/// of the frame that is `s` of each key at the key's frame, however uneven the frames are; so the
+/// velocity has no jump, and a camera rests between two equal keys. Beyond an end, and beyond a
+/// rest, the spline goes on as if mirrored: its slope there is that of the stretch.
 ///
-/// Source: Barry and Goldman, "A Recursive Evaluation Algorithm for a Class of Catmull-Rom Splines", SIGGRAPH 1988,
-/// doi:10.1145/54852.378511; Yuksel, Schaefer, Keyser, "Parameterization and Applications of Catmull-Rom Curves",
-/// Computer-Aided Design 43(7), 2011, doi:10.1016/j.cad.2010.08.008.
+/// Source: Barry and Goldman, "A Recursive Evaluation Algorithm for a Class of Catmull-Rom
+/// Splines", SIGGRAPH 1988, doi:10.1145/54852.378511; Yuksel, Schaefer, Keyser, "Parameterization
+/// and Applications of Catmull-Rom Curves", Computer-Aided Design 43(7), 2011,
+/// doi:10.1016/j.cad.2010.08.008.
 fn centripetal(segment: &Segment<DVec3>, frame: f64) -> DVec3 {
     let (p1, p2) = (segment.from.1, segment.to.1);
     let d12 = p1.distance(p2).sqrt();
@@ -186,7 +189,8 @@ fn centripetal(segment: &Segment<DVec3>, frame: f64) -> DVec3 {
 
 /// The rotation at `u` of the way along the shorter arc, at an even rate.
 ///
-/// Source: Shoemake, "Animating Rotation with Quaternion Curves", SIGGRAPH 1985, doi:10.1145/325334.325242.
+/// Source: Shoemake, "Animating Rotation with Quaternion Curves", SIGGRAPH 1985,
+/// doi:10.1145/325334.325242.
 pub(super) fn slerp(from: DQuat, to: DQuat, u: f64) -> DQuat {
     let to = if from.dot(to) < 0.0 { -to } else { to };
     // Exact for small angles too, where the arc cosine is not.
@@ -238,7 +242,8 @@ impl<T: Amount> Channel for T {
     }
 }
 
-/// Angles move as the focal lengths that they stand for, so that a zoom goes the same way however it is written.
+/// Angles move as the focal lengths that they stand for, so that a zoom goes the same way however
+/// it is written.
 impl Amount for FieldOfView {
     fn amount(self) -> f64 {
         match self {

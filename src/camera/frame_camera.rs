@@ -7,10 +7,11 @@ const SEGMENTS: u32 = 16;
 
 /// The camera of one frame: still, or moving while the shutter is open.
 ///
-/// A moving camera is exact at 17 times, evenly spaced from the shutter's opening to its closing, and goes straight and at
-/// an even rate from each to the next. A turn by the angle a (radians) between opening and closing strays from its arc
-/// by a^2/2048 of the radius at most, 0.4 mm in a metre for 50 degrees, and the lines of sight by a^3/250,000 radians,
-/// a hundredth of a pixel where the turn blurs over many.
+/// A moving camera is exact at 17 times, evenly spaced from the shutter's opening to its closing,
+/// and goes straight and at an even rate from each to the next. A turn by the angle a (radians)
+/// between opening and closing strays from its arc by a^2/2048 of the radius at most, 0.4 mm in a
+/// metre for 50 degrees, and the lines of sight by a^3/250,000 radians, a hundredth of a pixel
+/// where the turn blurs over many.
 #[derive(Clone, Debug)]
 pub struct FrameCamera(Cameras);
 
@@ -27,8 +28,8 @@ impl From<Camera> for FrameCamera {
 }
 
 impl FrameCamera {
-    /// Creates a moving camera, which is `at(u)` at the fraction `u`, from 0 to 1, of the time while the
-    /// shutter is open.
+    /// Creates a moving camera, which is `at(u)` at the fraction `u`, from 0 to 1, of the time
+    /// while the shutter is open.
     ///
     /// # Errors
     /// The first error of `at`.
@@ -47,7 +48,8 @@ impl FrameCamera {
         matches!(self.0, Cameras::Moving(_))
     }
 
-    /// Returns the camera at the fraction `time`, in `[0, 1)`, of the time while the shutter is open.
+    /// Returns the camera at the fraction `time`, in `[0, 1)`, of the time while the shutter is
+    /// open.
     #[inline]
     pub fn camera(&self, time: f32) -> Camera {
         match &self.0 {
@@ -60,7 +62,8 @@ impl FrameCamera {
         }
     }
 
-    /// Whether its rays read numbers for the lens, at some time, see [`CameraKind::has_lens`](super::CameraKind::has_lens).
+    /// Whether its rays read numbers for the lens, at some time, see
+    /// [`CameraKind::has_lens`](super::CameraKind::has_lens).
     pub fn has_lens(&self) -> bool {
         match &self.0 {
             Cameras::Still(camera) => camera.has_lens(),
@@ -68,7 +71,8 @@ impl FrameCamera {
         }
     }
 
-    /// Whether every place in the picture has a ray, see [`CameraKind::fills_film`](super::CameraKind::fills_film).
+    /// Whether every place in the picture has a ray, see
+    /// [`CameraKind::fills_film`](super::CameraKind::fills_film).
     pub fn fills_film(&self) -> bool {
         self.camera(0.0).fills_film()
     }

@@ -1,7 +1,7 @@
 //! The parameters of a lens, as they were given.
 //!
-//! A field of view, a focal length and an f-number become lengths only when the aspect ratio of the film
-//! is known. A camera path may replace some of them and keep the others of the scene.
+//! A field of view, a focal length and an f-number become lengths only when the aspect ratio of the
+//! film is known. A camera path may replace some of them and keep the others of the scene.
 
 /// The field of view of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -139,7 +139,8 @@ impl LensOverrides {
 }
 
 impl FieldOfView {
-    /// The tangent of half the angle over the picture's height, for a picture `aspect` times as wide as high.
+    /// The tangent of half the angle over the picture's height, for a picture `aspect` times as
+    /// wide as high.
     pub fn half_height(self, sensor: Sensor, aspect: f64) -> f64 {
         match (self, sensor) {
             (Self::Vertical(degrees), _) => half_tan(degrees),

@@ -34,16 +34,17 @@ pub type FilmSize = [u32; 2];
 
 /// The contract of every camera.
 pub trait CameraKind {
-    /// Returns the world-space ray of a point on the film, with a unit direction, `tmin` 0 and `tmax`
-    /// infinite; `None` where no light reaches the film.
+    /// Returns the world-space ray of a point on the film, with a unit direction, `tmin` 0 and
+    /// `tmax` infinite; `None` where no light reaches the film.
     ///
-    /// `film` counts pixels, x to the right and y downwards from the top left corner of the picture, so that pixel
-    /// centres are at .5; it may lie outside of the picture. `lens` is two uniform numbers in `[0, 1)` that choose a point
-    /// of the aperture; a camera without one ignores them.
+    /// `film` counts pixels, x to the right and y downwards from the top left corner of the
+    /// picture, so that pixel centres are at .5; it may lie outside of the picture. `lens` is two
+    /// uniform numbers in `[0, 1)` that choose a point of the aperture; a camera without one
+    /// ignores them.
     fn ray(&self, film: Vec2, lens: Vec2) -> Option<Ray>;
 
-    /// Appends [`CameraKind::ray`] of each point on the film with its lens sample, [`Ray::NONE`] where
-    /// there is none.
+    /// Appends [`CameraKind::ray`] of each point on the film with its lens sample, [`Ray::NONE`]
+    /// where there is none.
     fn rays(&self, _on: impl Runner, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>) {
         rays_one_by_one(self, film, lens, rays);
     }
@@ -74,7 +75,8 @@ pub trait LensKind: Sized {
     const COLUMNS: &'static [&'static str];
 
     /// Returns this lens with the parameters in `overrides` replaced. `target_distance` (m) is the
-    /// distance to the current target, if there is one; a lens that focuses on the target follows it.
+    /// distance to the current target, if there is one; a lens that focuses on the target follows
+    /// it.
     fn with_overrides(&self, overrides: &LensOverrides, target_distance: Option<f64>) -> Self;
 
     /// Returns the camera with this lens at `pose` for a film.

@@ -1,7 +1,7 @@
 //! Camera paths: keys, and the camera at any time between the first and the last of them.
 //!
-//! A path with a key at every frame is those keys, bit for bit. Where frames are left out, their neighbours are keyframes
-//! and the camera moves between them on curves:
+//! A path with a key at every frame is those keys, bit for bit. Where frames are left out, their
+//! neighbours are keyframes and the camera moves between them on curves:
 //!
 //! | what | smooth | linear |
 //! |---|---|---|
@@ -10,8 +10,9 @@
 //! | focal length, also that of an angle | monotone cubic | straight |
 //! | roll, the rest of the lens, shutter | monotone cubic | straight |
 //!
-//! Each optional quantity is a curve through the keys that give it. Before the first and after the last of
-//! these keys it is constant. Times before the first or after the last key of the path are errors.
+//! Each optional quantity is a curve through the keys that give it. Before the first and after the
+//! last of these keys it is constant. Times before the first or after the last key of the path are
+//! errors.
 
 use std::{mem::discriminant, ops::RangeInclusive};
 
@@ -174,8 +175,8 @@ impl CameraPath {
     /// The path through `keys`.
     ///
     /// # Errors
-    /// There are no keys, frames do not rise or are out of range, keys face in different ways or say the view, the sensor
-    /// or the aperture in different ways, a key gives no pose or no lens.
+    /// There are no keys, frames do not rise or are out of range, keys face in different ways or
+    /// say the view, the sensor or the aperture in different ways, a key gives no pose or no lens.
     pub fn new(keys: &[PathKey]) -> Result<Self, PathError> {
         let (Some(first), Some(last)) = (keys.first(), keys.last()) else {
             return Err(PathError::Empty);
@@ -220,7 +221,8 @@ impl CameraPath {
         self.last
     }
 
-    /// All whole frames from the first key to the last; empty where both lie between the same two frames.
+    /// All whole frames from the first key to the last; empty where both lie between the same two
+    /// frames.
     pub fn frames(&self) -> RangeInclusive<i64> {
         // Whole numbers within MAX_FRAME.
         self.first.ceil() as i64..=self.last.floor() as i64
@@ -250,7 +252,8 @@ impl CameraPath {
         })
     }
 
-    /// Returns the lens overrides at a time in frames. A parameter that any key gives is given at all times.
+    /// Returns the lens overrides at a time in frames. A parameter that any key gives is given at
+    /// all times.
     pub fn lens_at(&self, frame: f64) -> LensOverrides {
         LensOverrides {
             view: self.lens.view.at(frame),
@@ -262,10 +265,10 @@ impl CameraPath {
         }
     }
 
-    /// The camera when the shutter opens and when it closes for the picture of `frame`, by the path's own shutter or,
-    /// where it has none, by `otherwise`. They depend on the path and the frame alone, not on which frames are
-    /// rendered. A picture belongs to one shot: the camera stands still before the first key and after the last
-    /// one, and beyond a cut.
+    /// The camera when the shutter opens and when it closes for the picture of `frame`, by the
+    /// path's own shutter or, where it has none, by `otherwise`. They depend on the path and the
+    /// frame alone, not on which frames are rendered. A picture belongs to one shot: the camera
+    /// stands still before the first key and after the last one, and beyond a cut.
     ///
     /// # Errors
     /// As those of [`CameraPath::at`].
@@ -290,8 +293,8 @@ impl CameraPath {
         })
     }
 
-    /// Returns the camera of `frame` while the shutter is open, with the lens of the scene and the overrides of
-    /// the path.
+    /// Returns the camera of `frame` while the shutter is open, with the lens of the scene and the
+    /// overrides of the path.
     ///
     /// # Errors
     /// As those of [`CameraPath::at`].

@@ -122,8 +122,8 @@ impl<T> OneOf<T> {
 
 impl PerspectiveDesc {
     /// # Errors
-    /// The target is at the eye, two of a set of alternatives are given, a sensor or a rotation without anything that needs
-    /// one, one or two blades.
+    /// The target is at the eye, two of a set of alternatives are given, a sensor or a rotation
+    /// without anything that needs one, one or two blades.
     pub fn compile(&self) -> Result<CameraSetup<PerspectiveLens>, Vec<Problem>> {
         let mut problems = Vec::new();
         let eye = self.eye.0.as_dvec3();
@@ -288,7 +288,8 @@ impl LensKind for PerspectiveLens {
             FieldOfView::FocalLength(mm) => mm,
             FieldOfView::Vertical(_) | FieldOfView::Horizontal(_) => 0.5 * self.sensor.height(aspect) / half_height,
         };
-        // Where the line of sight meets the film, in pixels, and the side of a pixel on the plane at distance 1.
+        // Where the line of sight meets the film, in pixels, and the side of a pixel on the plane
+        // at distance 1.
         let center = DVec2::new(
             0.5 * width - self.shift[0] * width,
             0.5 * height + self.shift[1] * width,
@@ -310,8 +311,8 @@ impl LensKind for PerspectiveLens {
 
 /// A perspective camera before its film.
 ///
-/// In double precision, which costs next to nothing here: neighbours far from the middle of a large picture differ in the
-/// last bits of single precision.
+/// In double precision, which costs next to nothing here: neighbours far from the middle of a large
+/// picture differ in the last bits of single precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Perspective {
     eye: DVec3,

@@ -1,7 +1,8 @@
 //! The position and the orientation of a camera.
 //!
-//! A camera's own space is right-handed: it looks along its -z, +y is the top of the picture, +x the right of it.
-//! Poses are kept in double precision, so that a step between two frames far from the origin is not lost.
+//! A camera's own space is right-handed: it looks along its -z, +y is the top of the picture, +x
+//! the right of it. Poses are kept in double precision, so that a step between two frames far from
+//! the origin is not lost.
 
 use std::{fmt, str::FromStr};
 
@@ -27,7 +28,8 @@ pub enum PoseError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     eye: DVec3,
-    /// The camera's x (right), y (up) and z (back) axes as columns: the rotation from camera to world.
+    /// The camera's x (right), y (up) and z (back) axes as columns: the rotation from camera to
+    /// world.
     axes: DMat3,
 }
 
@@ -36,10 +38,12 @@ pub struct Pose {
 pub struct LookAt {
     /// What appears in the middle of the picture, in world space, m.
     pub target: DVec3,
-    /// What appears upwards in the picture; any length, need not be perpendicular to the line of sight.
+    /// What appears upwards in the picture; any length, need not be perpendicular to the line of
+    /// sight.
     pub up: DVec3,
-    /// Turn about the line of sight, in degrees; positive turns the camera counter-clockwise as seen from behind it, as
-    /// a positive `rot_z` does, so that the picture's content turns clockwise.
+    /// Turn about the line of sight, in degrees; positive turns the camera counter-clockwise as
+    /// seen from behind it, as a positive `rot_z` does, so that the picture's content turns
+    /// clockwise.
     pub roll: f64,
 }
 
@@ -62,10 +66,10 @@ impl Pose {
 
     /// The pose at `eye` (m) that looks at a target.
     ///
-    /// Where `up` is parallel to the line of sight, or has length 0, the camera is turned as if it had looked ahead and
-    /// had then been pitched up or down: ahead is -z, or +y where the line of sight is nearer to the z axis than to
-    /// the others. So a camera that looks straight down in a y-up world has -z at the top of its picture, and in a z-up
-    /// world +y.
+    /// Where `up` is parallel to the line of sight, or has length 0, the camera is turned as if it
+    /// had looked ahead and had then been pitched up or down: ahead is -z, or +y where the line of
+    /// sight is nearer to the z axis than to the others. So a camera that looks straight down in a
+    /// y-up world has -z at the top of its picture, and in a z-up world +y.
     ///
     /// # Errors
     /// The target is at the eye, or a number is not finite.
@@ -89,7 +93,8 @@ impl Pose {
         })
     }
 
-    /// The pose at `eye` (m) with a rotation from camera to world; the quaternion is brought to unit length.
+    /// The pose at `eye` (m) with a rotation from camera to world; the quaternion is brought to
+    /// unit length.
     ///
     /// # Errors
     /// The quaternion has length 0, or a number is not finite.
@@ -105,8 +110,8 @@ impl Pose {
         Ok(Self { eye, axes })
     }
 
-    /// The pose at `eye` (m) turned from the one that looks along -z by three angles in degrees, one for each
-    /// coordinate axis, in the order of [`RotationOrder`].
+    /// The pose at `eye` (m) turned from the one that looks along -z by three angles in degrees,
+    /// one for each coordinate axis, in the order of [`RotationOrder`].
     ///
     /// # Errors
     /// A number is not finite.
@@ -152,7 +157,8 @@ impl Pose {
     }
 }
 
-/// `v` at unit length; `None` for a vector without a direction. Divides, so that an axis stays exactly an axis.
+/// `v` at unit length; `None` for a vector without a direction. Divides, so that an axis stays
+/// exactly an axis.
 fn unit(v: DVec3) -> Option<DVec3> {
     let length = v.length();
     (length > 0.0 && length.is_finite()).then(|| v / length)
@@ -169,10 +175,10 @@ fn up_when_parallel(forward: DVec3, up: DVec3) -> DVec3 {
     if forward.dot(up) > 0.0 { -ahead } else { ahead }
 }
 
-/// The order in which the angles about x, y and z are applied, read from left to right, each about the *fixed* world
-/// axis: `ZXY` turns about z first, then about x, then about y, so that a column vector is mapped by `Ry Rx Rz`. This is
-/// what `rot_order` of a Nuke camera and `rotateOrder` of Maya mean. (The same rotation is y, then the turned x, then the
-/// turned z about *moving* axes.)
+/// The order in which the angles about x, y and z are applied, read from left to right, each about
+/// the *fixed* world axis: `ZXY` turns about z first, then about x, then about y, so that a column
+/// vector is mapped by `Ry Rx Rz`. This is what `rot_order` of a Nuke camera and `rotateOrder` of
+/// Maya mean. (The same rotation is y, then the turned x, then the turned z about *moving* axes.)
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RotationOrder {
     Xyz,
@@ -198,7 +204,8 @@ impl RotationOrder {
         }
     }
 
-    /// The rotation by `degrees.x` about x, and so on, in this order. Exact at multiples of 90 degrees.
+    /// The rotation by `degrees.x` about x, and so on, in this order. Exact at multiples of 90
+    /// degrees.
     pub fn rotation(self, degrees: DVec3) -> DMat3 {
         self.axes().into_iter().fold(DMat3::IDENTITY, |before, axis| {
             axis_rotation(axis, degrees[axis]) * before

@@ -32,8 +32,8 @@ impl AreaSample {
 
     /// The light that arrives at `from` with the radiance `li`.
     ///
-    /// Its distance ends before the emitter, by a bound on what rounding does to the way there, so that a shadow ray does not
-    /// end behind the very surface that it asks for.
+    /// Its distance ends before the emitter, by a bound on what rounding does to the way there, so
+    /// that a shadow ray does not end behind the very surface that it asks for.
     #[inline]
     pub fn light(&self, from: Vec3, li: Rgb) -> Option<LightSample> {
         let reach = from.abs().max_element() + self.p.abs().max_element();
@@ -50,8 +50,8 @@ impl AreaSample {
     }
 }
 
-/// A point of `shape` as seen from `from` (world), and the same point in the shape's own space; `None` where it cannot be
-/// seen or cannot be sampled.
+/// A point of `shape` as seen from `from` (world), and the same point in the shape's own space;
+/// `None` where it cannot be seen or cannot be sampled.
 #[inline]
 pub fn sample_shape(shape: &Shape, transform: Option<&Transform>, from: Vec3, u: Vec2) -> Option<(AreaSample, Vec3)> {
     let from_local = transform.map_or(from, |t| t.point_to_local(from));
@@ -78,8 +78,8 @@ pub fn sample_shape(shape: &Shape, transform: Option<&Transform>, from: Vec3, u:
     (sample.pdf > 0.0 && sample.pdf.is_finite()).then_some((sample, local.p))
 }
 
-/// The density of [`sample_shape`] to choose the unit direction `w`, in sr^-1. `hit` is where the ray from `from` along `w` meets
-/// the shape.
+/// The density of [`sample_shape`] to choose the unit direction `w`, in sr^-1. `hit` is where the
+/// ray from `from` along `w` meets the shape.
 #[inline]
 pub fn pdf_shape(shape: &Shape, transform: Option<&Transform>, from: Vec3, w: Vec3, hit: &ShapeHit) -> f32 {
     let Some(t) = transform else {
@@ -107,8 +107,8 @@ pub fn surface_at(shape: &Shape, from: Vec3, p: Vec3) -> Option<LocalSurface> {
     best.map(|hit| shape.surface(&ray, &hit))
 }
 
-/// A point of the triangle as seen from `from`, and its texture coordinates; `None` where it is seen edge-on
-/// or has no area.
+/// A point of the triangle as seen from `from`, and its texture coordinates; `None` where it is
+/// seen edge-on or has no area.
 #[inline]
 pub fn sample_triangle(
     corners: [Vec3; 3],

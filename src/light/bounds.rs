@@ -10,8 +10,8 @@ use crate::math::{Aabb, Sidedness, Vec3, trig};
 /// Cosines this far below 0 still count as a little above, so that rounding never hides a light.
 const MARGIN: f32 = 1e-3;
 
-/// The directions that lights shine in: each of them has a normal within `cos_o` of the axis, and shines within `cos_e` of its
-/// normal.
+/// The directions that lights shine in: each of them has a normal within `cos_o` of the axis, and
+/// shines within `cos_e` of its normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrientationCone {
     /// Unit.
@@ -86,7 +86,8 @@ impl OrientationCone {
         }
     }
 
-    /// How much of the sphere they fill, for the cost of a split: the integral over the cone of normals, and a cosine beyond.
+    /// How much of the sphere they fill, for the cost of a split: the integral over the cone of
+    /// normals, and a cosine beyond.
     pub fn measure(&self) -> f32 {
         let o = trig::acos(self.cos_o.clamp(-1.0, 1.0));
         let w = (o + trig::acos(self.cos_e.clamp(-1.0, 1.0))).min(PI);
@@ -147,8 +148,9 @@ pub struct CompactLightBounds {
 }
 
 impl CompactLightBounds {
-    /// An estimate of the irradiance at `p` on a surface of unit normal `n` (zero: of any), in W m^-2, where no light is hidden.
-    /// 0 only where the lights do not shine on that side of `p` at all.
+    /// An estimate of the irradiance at `p` on a surface of unit normal `n` (zero: of any), in W
+    /// m^-2, where no light is hidden. 0 only where the lights do not shine on that side of `p` at
+    /// all.
     #[inline]
     pub fn importance(&self, p: Vec3, n: Vec3, sidedness: Sidedness) -> f32 {
         if self.power == 0.0 {

@@ -114,7 +114,8 @@ impl Environment {
         self.at(self.map_point(w))
     }
 
-    /// A direction, by two uniform numbers in `[0, 1)`; `None` where no direction is brighter than the others.
+    /// A direction, by two uniform numbers in `[0, 1)`; `None` where no direction is brighter than
+    /// the others.
     pub fn sample(&self, u: Vec2) -> Option<LightSample> {
         let [column, row] = self.distribution.as_ref()?.sample(u);
         let pdf = column.pmf * row.pmf / self.solid_angle(row.index);
@@ -175,8 +176,8 @@ impl Environment {
         (std::f64::consts::TAU / self.width as f64 * (self.heights[row] - self.heights[row + 1])) as f32
     }
 
-    /// The mean luminance within each texel of a row, in `to`: what its own and its neighbours' weigh in linear interpolation. It
-    /// is above 0 wherever the radiance is.
+    /// The mean luminance within each texel of a row, in `to`: what its own and its neighbours'
+    /// weigh in linear interpolation. It is above 0 wherever the radiance is.
     fn luminances(&self, row: usize, to: &mut [f64]) {
         let rows = [row.saturating_sub(1), row, (row + 1).min(self.height - 1)];
         let column = |i: usize| {

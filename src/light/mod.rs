@@ -28,8 +28,8 @@ pub struct LightSample {
     pub wi: Vec3,
     /// Distance to the light along `wi`, in m; infinite for a sun.
     pub distance: f32,
-    /// For a light without size: the irradiance on a surface that faces it, in W m^-2. Otherwise the radiance, in
-    /// W m^-2 sr^-1.
+    /// For a light without size: the irradiance on a surface that faces it, in W m^-2. Otherwise
+    /// the radiance, in W m^-2 sr^-1.
     pub li: Rgb,
     /// Density of `wi` in sr^-1; `None` for a light without size, which has but one direction.
     pub pdf: Option<f32>,
@@ -37,15 +37,15 @@ pub struct LightSample {
 
 /// The contract of every light.
 pub trait LightKind {
-    /// Samples a direction from which light arrives at `from`, by two uniform numbers in `[0, 1)`; `None`
-    /// where no light arrives.
+    /// Samples a direction from which light arrives at `from`, by two uniform numbers in `[0, 1)`;
+    /// `None` where no light arrives.
     fn sample(&self, from: Vec3, u: Vec2) -> Option<LightSample>;
 
     /// The bounds of the light; `None` where its irradiance does not decrease with distance.
     fn bounds(&self) -> Option<LightBounds>;
 
-    /// Whether the light can illuminate a surface at `p` with the unit normal `n` (zero: any normal) if it is not
-    /// occluded.
+    /// Whether the light can illuminate a surface at `p` with the unit normal `n` (zero: any
+    /// normal) if it is not occluded.
     fn reaches(&self, p: Vec3, n: Vec3) -> bool;
 }
 
@@ -96,8 +96,8 @@ fn point_bounds(position: Vec3, falloff: Falloff, intensity: Rgb, directions: Or
     })
 }
 
-/// Whether a surface with the unit normal `n` (zero: any normal) faces the direction `to`, which need not be
-/// unit. Conservative about rounding.
+/// Whether a surface with the unit normal `n` (zero: any normal) faces the direction `to`, which
+/// need not be unit. Conservative about rounding.
 fn is_facing(n: Vec3, to: Vec3) -> bool {
     n.dot(to) >= -1e-4 * to.length()
 }

@@ -89,8 +89,9 @@ impl SunLight {
         self.irradiance / (PI * self.height * (2.0 - self.height))
     }
 
-    /// What is seen of it in the unit direction `w`, in W m^-2 sr^-1, and the density of [`LightKind::sample`] to choose that
-    /// direction, in sr^-1; `None` beside its disk, and where it has no size.
+    /// What is seen of it in the unit direction `w`, in W m^-2 sr^-1, and the density of
+    /// [`LightKind::sample`] to choose that direction, in sr^-1; `None` beside its disk, and where
+    /// it has no size.
     #[inline]
     pub fn radiance_towards(&self, w: Vec3) -> Option<(Rgb, f32)> {
         // 1 - cos of the angle to its middle, as digits are few near 0.

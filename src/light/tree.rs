@@ -81,8 +81,8 @@ struct Children {
 
 /// The probability of the first of two importances.
 ///
-/// No side that matters is all but forgotten: what an importance leaves out (the distances within a group, what hides its
-/// lights) would make it a bright dot.
+/// No side that matters is all but forgotten: what an importance leaves out (the distances within a
+/// group, what hides its lights) would make it a bright dot.
 #[inline]
 fn share(a: f64, b: f64) -> Option<f64> {
     const MIN_PROBABILITY: f64 = 1e-4;
@@ -95,7 +95,8 @@ fn share(a: f64, b: f64) -> Option<f64> {
 }
 
 impl LightTree {
-    /// Over lights of these bounds, on the threads of the current rayon pool; the same tree on any number of them.
+    /// Over lights of these bounds, on the threads of the current rayon pool; the same tree on any
+    /// number of them.
     pub fn build(lights: impl ExactSizeIterator<Item = LightBounds>) -> Self {
         build::tree(lights)
     }
@@ -104,8 +105,8 @@ impl LightTree {
         self.nodes.is_empty()
     }
 
-    /// An estimate of what all lights bring to `p` on a surface of unit normal `n` (zero: of any), in W m^-2; 0 only where they
-    /// bring nothing.
+    /// An estimate of what all lights bring to `p` on a surface of unit normal `n` (zero: of any),
+    /// in W m^-2; 0 only where they bring nothing.
     #[inline]
     pub fn importance(&self, p: Vec3, n: Vec3) -> f64 {
         self.nodes.first().map_or(0.0, |root| root.importance(p, n))
@@ -125,8 +126,8 @@ impl LightTree {
         }
     }
 
-    /// A light for `p` on a surface of unit normal `n` (zero: of any), and the probability of the choice, by a uniform number in
-    /// `[0, 1)`; `None` where none can matter.
+    /// A light for `p` on a surface of unit normal `n` (zero: of any), and the probability of the
+    /// choice, by a uniform number in `[0, 1)`; `None` where none can matter.
     #[inline]
     pub fn choose(&self, p: Vec3, n: Vec3, mut u: f64) -> Option<(u32, f64)> {
         let (mut node, mut first, mut pmf) = (0, 0, 1.0);

@@ -24,8 +24,9 @@ pub struct MaterialId(pub u32);
 
 /// The terms of Whitted's illumination model at one point of a surface.
 ///
-/// Source: Whitted, "An improved illumination model for shaded display", CACM 23(6), 1980, doi:10.1145/358876.358882,
-/// with Phong's highlight, "Illumination for computer generated pictures", CACM 18(6), 1975, doi:10.1145/360825.360839.
+/// Source: Whitted, "An improved illumination model for shaded display", CACM 23(6), 1980,
+/// doi:10.1145/358876.358882, with Phong's highlight, "Illumination for computer generated
+/// pictures", CACM 18(6), 1975, doi:10.1145/360825.360839.
 #[derive(Clone, Copy, Debug)]
 pub struct WhittedTerms {
     /// Weight of the integrator's ambient light.
@@ -39,7 +40,8 @@ pub struct WhittedTerms {
     pub reflect: Rgb,
     /// Weight of the refracted ray.
     pub transmit: Rgb,
-    /// Index of refraction behind the surface, on the side that the normal points away from; it is 1 in front.
+    /// Index of refraction behind the surface, on the side that the normal points away from; it is
+    /// 1 in front.
     pub ior: f32,
     pub fresnel_mode: FresnelMode,
     /// Whether the normal is flipped to face the viewer.
@@ -49,7 +51,8 @@ pub struct WhittedTerms {
 /// The split of light between reflection and transmission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FresnelMode {
-    /// By the weights alone; total internal reflection adds the transmitted weight to the reflected one.
+    /// By the weights alone; total internal reflection adds the transmitted weight to the reflected
+    /// one.
     Fixed,
     /// By Fresnel's equations, times the weights.
     Fresnel,
@@ -100,7 +103,8 @@ pub trait MaterialKind {
         None
     }
 
-    /// The absorption coefficient of the medium behind the surface, in m^-1; black without a medium.
+    /// The absorption coefficient of the medium behind the surface, in m^-1; black without a
+    /// medium.
     fn absorption(&self) -> Rgb {
         Rgb::BLACK
     }
@@ -110,8 +114,8 @@ pub trait MaterialKind {
         0.0
     }
 
-    /// Whether the material varies over the surface or depends on the tangent. Otherwise no texture coordinates
-    /// are computed for it.
+    /// Whether the material varies over the surface or depends on the tangent. Otherwise no texture
+    /// coordinates are computed for it.
     fn is_spatially_varying(&self) -> bool {
         true
     }
@@ -127,7 +131,8 @@ pub struct Emission {
 }
 
 impl Emission {
-    /// The emitted radiance at a point, in W m^-2 sr^-1, on the front if `front_cos > 0` and else on the back.
+    /// The emitted radiance at a point, in W m^-2 sr^-1, on the front if `front_cos > 0` and else
+    /// on the back.
     #[inline]
     pub fn radiance(&self, textures: &Textures<'_>, at: &TexturePoint, front_cos: f32) -> Rgb {
         if front_cos > 0.0 || self.sidedness == Sidedness::Both {

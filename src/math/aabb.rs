@@ -95,8 +95,8 @@ impl Aabb {
         }))
     }
 
-    /// The box grown on every side by `ulps` units in the last place of its largest coordinate, so that a
-    /// box test with rounding never misses what the box holds.
+    /// The box grown on every side by `ulps` units in the last place of its largest coordinate, so
+    /// that a box test with rounding never misses what the box holds.
     pub fn padded(&self, ulps: f32) -> Self {
         let pad = self.min.abs().max(self.max.abs()) * (ulps * f32::EPSILON);
         Self {

@@ -1,15 +1,16 @@
 //! Ray cones: the width of a ray's footprint and its growth with distance.
 //!
-//! A ray represents a fraction of a pixel. Its cone determines the footprint over which textures are filtered. The cone is
-//! isotropic; the surface projects it.
+//! A ray represents a fraction of a pixel. Its cone determines the footprint over which textures
+//! are filtered. The cone is isotropic; the surface projects it.
 //!
-//! Source: Akenine-Moeller, Crassin, Boksansky, Belcour, Panteleev, Wright, "Improved Shader and Texture Level of Detail
-//! Using Ray Cones", JCGT 10(1), 2021; the cones themselves are of Amanatides, "Ray Tracing with Cones", SIGGRAPH 1984,
-//! doi:10.1145/800031.808589.
+//! Source: Akenine-Moeller, Crassin, Boksansky, Belcour, Panteleev, Wright, "Improved Shader and
+//! Texture Level of Detail Using Ray Cones", JCGT 10(1), 2021; the cones themselves are of
+//! Amanatides, "Ray Tracing with Cones", SIGGRAPH 1984, doi:10.1145/800031.808589.
 
 use std::f32::consts::PI;
 
-/// The width of a ray's footprint and its growth. Both may be negative: behind a focus the cone is inverted.
+/// The width of a ray's footprint and its growth. Both may be negative: behind a focus the cone is
+/// inverted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RayCone {
     /// In m, where the ray is now; a diameter, not a radius.
@@ -21,11 +22,13 @@ pub struct RayCone {
 /// The largest spread: about 53 degrees.
 const MAX_SPREAD: f32 = 1.0;
 
-/// The fraction of the solid angle 1/pdf that a sampled direction represents, since there are many paths.
+/// The fraction of the solid angle 1/pdf that a sampled direction represents, since there are many
+/// paths.
 const SOLID_ANGLE_FRACTION: f32 = 1.0 / 64.0;
 
 impl RayCone {
-    /// One of `samples` of a pixel: it covers its share of the pixel's area, and never less than a 64th.
+    /// One of `samples` of a pixel: it covers its share of the pixel's area, and never less than a
+    /// 64th.
     pub fn shared(self, samples: u32) -> Self {
         let side = (1.0 / (samples.max(1) as f32).sqrt()).max(0.125);
         Self {
@@ -43,8 +46,8 @@ impl RayCone {
         }
     }
 
-    /// After a mirror that bends away from the ray by `curvature` (m^-1; negative where it is hollow, 0 where it is flat, as
-    /// which it keeps the spread).
+    /// After a mirror that bends away from the ray by `curvature` (m^-1; negative where it is
+    /// hollow, 0 where it is flat, as which it keeps the spread).
     #[inline]
     pub fn mirrored(self, curvature: f32) -> Self {
         Self {
@@ -53,8 +56,8 @@ impl RayCone {
         }
     }
 
-    /// After a direction that was drawn with density `pdf` (sr^-1): at least as wide as a 64th of the solid angle 1/`pdf`, a
-    /// quarter of a radian for chalk.
+    /// After a direction that was drawn with density `pdf` (sr^-1): at least as wide as a 64th of
+    /// the solid angle 1/`pdf`, a quarter of a radian for chalk.
     #[inline]
     pub fn scattered(self, pdf: f32) -> Self {
         let spread = (4.0 * SOLID_ANGLE_FRACTION / (PI * pdf)).sqrt().min(MAX_SPREAD);

@@ -1,7 +1,8 @@
-//! Piecewise-constant distributions: sampling of cells in proportion to weights, and the probability of each cell.
+//! Piecewise-constant distributions: sampling of cells in proportion to weights, and the
+//! probability of each cell.
 //!
-//! Sums are kept rounded, and probabilities are their differences: what a cell's probability is said to be is what sampling does,
-//! to the last bit.
+//! Sums are kept rounded, and probabilities are their differences: what a cell's probability is
+//! said to be is what sampling does, to the last bit.
 
 use rayon::prelude::*;
 
@@ -34,7 +35,8 @@ pub struct PiecewiseConstant2D {
 }
 
 impl PiecewiseConstant1D {
-    /// In proportion to `weights`, none of them negative; `None` where they do not add up to a number above 0.
+    /// In proportion to `weights`, none of them negative; `None` where they do not add up to a
+    /// number above 0.
     pub fn new(weights: &[f64]) -> Option<Self> {
         let mut sums = vec![0.0; weights.len()];
         sum_up(weights, &mut sums).map(|_| Self { sums })
@@ -52,8 +54,8 @@ impl PiecewiseConstant1D {
 }
 
 impl PiecewiseConstant2D {
-    /// In proportion to the weights that `fill` writes for each of `height` rows of `width` cells; `None` where they do not add up
-    /// to a number above 0.
+    /// In proportion to the weights that `fill` writes for each of `height` rows of `width` cells;
+    /// `None` where they do not add up to a number above 0.
     pub fn new([width, height]: [usize; 2], fill: impl Fn(usize, &mut [f64]) + Sync) -> Option<Self> {
         let mut sums = vec![0.0; width * height];
         let totals: Vec<f64> = sums
@@ -95,7 +97,8 @@ impl PiecewiseConstant2D {
     }
 }
 
-/// Writes the sums of `weights` as parts of their total, and returns the total if it is a number above 0.
+/// Writes the sums of `weights` as parts of their total, and returns the total if it is a number
+/// above 0.
 fn sum_up(weights: &[f64], sums: &mut [f32]) -> Option<f64> {
     let total: f64 = weights.iter().sum();
     if !(total > 0.0 && total.is_finite()) {

@@ -21,8 +21,8 @@ impl Divisor {
 
     /// The quotient and the remainder of a number up to 2^20.
     ///
-    /// The reciprocal is too large by less than 1, so the quotient by less than 2^20 / 2^40 before it is rounded down; it is
-    /// a multiple of 1 / `by` above or on a whole number.
+    /// The reciprocal is too large by less than 1, so the quotient by less than 2^20 / 2^40 before
+    /// it is rounded down; it is a multiple of 1 / `by` above or on a whole number.
     #[inline(always)]
     pub fn divide(self, n: u32) -> (u32, u32) {
         debug_assert!(n <= MAX);

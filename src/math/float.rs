@@ -1,6 +1,7 @@
 //! Bounds on what rounding can do, and rays that leave surfaces without an epsilon.
 //!
-//! Source: Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed., section 6.8 "Managing rounding error".
+//! Source: Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed., section 6.8 "Managing
+//! rounding error".
 
 use glam::Vec3;
 
@@ -10,10 +11,11 @@ pub const fn gamma(n: u32) -> f32 {
     nu / (1.0 - nu)
 }
 
-/// The origins of rays that leave the surface point `p`: `p` moved just past the box of its own rounding error, along `ng`
-/// and against it.
+/// The origins of rays that leave the surface point `p`: `p` moved just past the box of its own
+/// rounding error, along `ng` and against it.
 ///
-/// `p_error` bounds the absolute error of each coordinate of `p`, `ng` is the unit geometric normal.
+/// `p_error` bounds the absolute error of each coordinate of `p`, `ng` is the unit geometric
+/// normal.
 #[inline(always)]
 pub fn offset_origins(p: Vec3, p_error: Vec3, ng: Vec3) -> [Vec3; 2] {
     let offset = ng * ng.abs().dot(p_error);
@@ -21,13 +23,15 @@ pub fn offset_origins(p: Vec3, p_error: Vec3, ng: Vec3) -> [Vec3; 2] {
     [moved(offset), moved(-offset)]
 }
 
-/// `p + d`, and from there the next number in the direction of `d`; `p` itself where `d` is 0. Finite numbers only.
+/// `p + d`, and from there the next number in the direction of `d`; `p` itself where `d` is 0.
+/// Finite numbers only.
 ///
 /// Nobody can predict signs of directions, so none is branched on.
 #[inline(always)]
 fn next_after(p: f32, d: f32) -> f32 {
     let moved = p + d;
-    // In the order of their bits numbers of one sign grow away from zero; from zero itself they grow either way.
+    // In the order of their bits numbers of one sign grow away from zero; from zero itself they
+    // grow either way.
     let inwards = ((moved.to_bits() ^ d.to_bits()) >> 31) as i32;
     let next = moved.to_bits().wrapping_add_signed(1 - 2 * inwards);
     let from_zero = 1 | d.to_bits() & (1 << 31);

@@ -1,7 +1,8 @@
-//! Integer hashes: the source of every random number, so that a sample's bits depend on its address alone.
+//! Integer hashes: the source of every random number, so that a sample's bits depend on its address
+//! alone.
 
-/// Mixes 32 bits well. Source: Wellons, "Prospecting for Hash Functions", 2018 (the `lowbias32` family), with the
-/// constants found by TheIronBorn.
+/// Mixes 32 bits well. Source: Wellons, "Prospecting for Hash Functions", 2018 (the `lowbias32`
+/// family), with the constants found by TheIronBorn.
 pub const fn mix32(mut x: u32) -> u32 {
     x ^= x >> 16;
     x = x.wrapping_mul(0x21f0_aaad);
@@ -10,8 +11,8 @@ pub const fn mix32(mut x: u32) -> u32 {
     x ^ (x >> 15)
 }
 
-/// Four well-mixed words from four words. Source: Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 9(3),
-/// 2020.
+/// Four well-mixed words from four words. Source: Jarzynski and Olano, "Hash Functions for GPU
+/// Rendering", JCGT 9(3), 2020.
 pub const fn pcg4d(mut v: [u32; 4]) -> [u32; 4] {
     let mut k = 0;
     while k < 4 {
@@ -35,8 +36,8 @@ const fn pcg4d_round([mut x, mut y, mut z, mut w]: [u32; 4]) -> [u32; 4] {
     [x, y, z, w]
 }
 
-/// Mixes 64 bits well. Source: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", OOPSLA 2014,
-/// doi:10.1145/2660193.2660195, with the constants of its SplitMix64.
+/// Mixes 64 bits well. Source: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number
+/// Generators", OOPSLA 2014, doi:10.1145/2660193.2660195, with the constants of its SplitMix64.
 pub const fn mix64(mut x: u64) -> u64 {
     x ^= x >> 30;
     x = x.wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -45,12 +46,13 @@ pub const fn mix64(mut x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// Flips each bit of `x` or not, as `seed` and the bits *below* it say: on a number whose bits are reversed, a random
-/// order of the halves of the unit interval, of the halves of each half, and so on. `seed` is well mixed.
+/// Flips each bit of `x` or not, as `seed` and the bits *below* it say: on a number whose bits are
+/// reversed, a random order of the halves of the unit interval, of the halves of each half, and so
+/// on. `seed` is well mixed.
 ///
 /// Source: Laine and Karras, "Stratified Sampling for Stochastic Transparency", EGSR 2011,
-/// doi:10.1111/j.1467-8659.2011.01995.x; the steps and their constants are those of Vegdahl, "Building a Better LK Hash",
-/// 2021.
+/// doi:10.1111/j.1467-8659.2011.01995.x; the steps and their constants are those of Vegdahl,
+/// "Building a Better LK Hash", 2021.
 pub const fn owen_reversed(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
@@ -80,8 +82,8 @@ pub fn murmur3(bytes: &[u8]) -> u32 {
     h ^ (h >> 16)
 }
 
-/// A name's hash as a float that is neither infinite, NaN nor subnormal. Source: Friedman and Jones, "Cryptomatte
-/// Specification", version 1.2.0.
+/// A name's hash as a float that is neither infinite, NaN nor subnormal. Source: Friedman and
+/// Jones, "Cryptomatte Specification", version 1.2.0.
 pub fn name_as_float(name: &str) -> f32 {
     let bits = murmur3(name.as_bytes());
     let exponent = bits >> 23 & 0xff;

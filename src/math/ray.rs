@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-/// The points `o + t d` with `tmin <= t <= tmax`. `d` need not be a unit vector; `t` counts its lengths.
+/// The points `o + t d` with `tmin <= t <= tmax`. `d` need not be a unit vector; `t` counts its
+/// lengths.
 ///
 /// 32 bytes, an array of them is what an acceleration structure reads.
 #[repr(C)]

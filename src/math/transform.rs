@@ -33,7 +33,8 @@ impl Transform {
         (t.world_from_local.is_finite() && t.local_from_world.is_finite()).then_some(t)
     }
 
-    /// Scale first, then rotate about the fixed x, y and z axes in this order (`rotate`, degrees), then translate.
+    /// Scale first, then rotate about the fixed x, y and z axes in this order (`rotate`, degrees),
+    /// then translate.
     pub fn from_parts(translate: DVec3, rotate: DVec3, scale: DVec3) -> Option<Self> {
         let rotation = axis_rotation(2, rotate.z) * axis_rotation(1, rotate.y) * axis_rotation(0, rotate.x);
         Self::new(DAffine3 {
@@ -42,7 +43,8 @@ impl Transform {
         })
     }
 
-    /// From 16 numbers, row by row, column vectors; `None` for a singular matrix or a last row that is not 0 0 0 1.
+    /// From 16 numbers, row by row, column vectors; `None` for a singular matrix or a last row that
+    /// is not 0 0 0 1.
     pub fn from_rows(rows: [[f64; 4]; 4]) -> Option<Self> {
         if rows[3] != [0.0, 0.0, 0.0, 1.0] {
             return None;
@@ -90,7 +92,8 @@ impl Transform {
         self.local_from_world.transform_vector3(v)
     }
 
-    /// A normal, by the inverse transpose; not normalised. A mirroring map keeps the side it points to.
+    /// A normal, by the inverse transpose; not normalised. A mirroring map keeps the side it points
+    /// to.
     pub fn normal_to_world(&self, n: Vec3) -> Vec3 {
         let m = self.local_from_world.matrix3;
         Vec3::new(m.x_axis.dot(n), m.y_axis.dot(n), m.z_axis.dot(n))
@@ -109,16 +112,16 @@ impl Transform {
         absolute(&self.world_from_local, p_error) * (1.0 + g) + (absolute(&self.world_from_local, p.abs()) + t) * g
     }
 
-    /// The bound of each coordinate's error, in the world, of the point that `p` becomes in local space when a ray that
-    /// starts there is mapped.
+    /// The bound of each coordinate's error, in the world, of the point that `p` becomes in local
+    /// space when a ray that starts there is mapped.
     pub fn return_error(&self, p: Vec3) -> Vec3 {
         let local = absolute(&self.local_from_world, p.abs()) + self.local_from_world.translation.abs();
         absolute(&self.world_from_local, local * super::float::gamma(8))
     }
 
-    /// By how much the way to local space and back magnifies roundings, at most: of a vector's components, and of a
-    /// point at the origin in metres. The first is 1 for a scale along the axes, at most 3 for a rotation with it, and
-    /// large for maps that shear.
+    /// By how much the way to local space and back magnifies roundings, at most: of a vector's
+    /// components, and of a point at the origin in metres. The first is 1 for a scale along the
+    /// axes, at most 3 for a rotation with it, and large for maps that shear.
     pub fn magnification(&self) -> (f32, f32) {
         let there = |v: Vec3| absolute(&self.world_from_local, absolute(&self.local_from_world, v)).max_element();
         let m = absolute(&self.world_from_local, self.local_from_world.translation.abs());

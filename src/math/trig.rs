@@ -1,4 +1,5 @@
-//! Transcendental functions with the same bits on every machine: the system's library never answers, `libm` does.
+//! Transcendental functions with the same bits on every machine: the system's library never
+//! answers, `libm` does.
 
 use std::f32::consts::PI;
 
@@ -17,8 +18,8 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
 
 /// Sine and cosine of an angle of at most pi / 4 either way, off by less than 1.2e-7.
 ///
-/// Polynomials through the Chebyshev nodes of the square, for what is drawn for every path; [`sin_cos`] takes five
-/// times as long.
+/// Polynomials through the Chebyshev nodes of the square, for what is drawn for every path;
+/// [`sin_cos`] takes five times as long.
 #[inline(always)]
 pub fn sin_cos_eighth(x: f32) -> (f32, f32) {
     let x2 = x * x;

@@ -1,6 +1,7 @@
 //! Loops that run on vectors where the processor has them.
 
-/// A loop over arrays that the compiler can turn into vectors: no branches, no calls that are not inlined.
+/// A loop over arrays that the compiler can turn into vectors: no branches, no calls that are not
+/// inlined.
 pub trait Loop {
     /// Must be `#[inline(always)]`, or it is compiled for the least processor alone.
     fn run(self);

@@ -22,7 +22,8 @@ impl From<Vec2> for Sample2D {
 }
 
 impl Sample2D {
-    /// A unit direction about +z with a density proportional to its cosine: it lies over the point of the disk.
+    /// A unit direction about +z with a density proportional to its cosine: it lies over the point
+    /// of the disk.
     #[inline]
     pub fn cosine_hemisphere(&self) -> Vec3 {
         let d = self.disk;
@@ -86,7 +87,8 @@ pub fn square_to_hemisphere(u: Vec2) -> Vec3 {
     Vec3::new(sin * cos_phi, sin * sin_phi, z)
 }
 
-/// A unit direction of positive z with a density proportional to z to the power `n`: `(n + 1) / (2 pi) z^n` sr^-1.
+/// A unit direction of positive z with a density proportional to z to the power `n`: `(n + 1) / (2
+/// pi) z^n` sr^-1.
 pub fn square_to_power_cosine(u: Vec2, n: f32) -> Vec3 {
     let (sin_phi, cos_phi) = trig::sin_cos(TAU * u.x);
     let z = trig::pow(1.0 - u.y, 1.0 / (n + 1.0));

@@ -125,8 +125,9 @@ impl Dimension {
         Self(3 + SampleUse::COUNT * (depth - 1) + sample_use as u32)
     }
 
-    /// Returns the dimension that decides whether segment `depth` passes its `count`th partly transparent
-    /// surface (x). These dimensions lie beyond all others and are for [`Independent`] only.
+    /// Returns the dimension that decides whether segment `depth` passes its `count`th partly
+    /// transparent surface (x). These dimensions lie beyond all others and are for [`Independent`]
+    /// only.
     pub const fn transparency(depth: u32, count: u32) -> Self {
         Self(1 << 31 | (depth & 0x7fff) << 16 | (count & 0xffff))
     }
@@ -200,7 +201,8 @@ pub struct SampleBatch {
 }
 
 impl SampleBatch {
-    /// Generates the numbers of `uses` for all samples in `keys`, at vertices whose first dimension is `first`.
+    /// Generates the numbers of `uses` for all samples in `keys`, at vertices whose first dimension
+    /// is `first`.
     pub fn generate(
         &mut self,
         on: impl Runner,

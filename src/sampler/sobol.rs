@@ -59,8 +59,8 @@ impl SobolDesc {
 pub struct Sobol {
     /// Bits of a point's index that count the samples of a pixel.
     sample_bits: u32,
-    /// Bits of a column or a row that are in the index: the upper bits of the index count the pixels of a square of so many
-    /// levels.
+    /// Bits of a column or a row that are in the index: the upper bits of the index count the
+    /// pixels of a square of so many levels.
     levels: u32,
 }
 
@@ -167,7 +167,8 @@ impl Loop for Points<'_> {
     }
 }
 
-/// The lower 16 bits of column and row, interleaved with the column lower, then all bits in reverse.
+/// The lower 16 bits of column and row, interleaved with the column lower, then all bits in
+/// reverse.
 #[inline]
 fn morton_reversed([x, y]: [u32; 2]) -> u32 {
     let spread = |v: u32| {
@@ -180,13 +181,14 @@ fn morton_reversed([x, y]: [u32; 2]) -> u32 {
     spread(y) | spread(x) << 1
 }
 
-/// Parts the quarters of each square of a Morton code with reversed bits into pairs at random: side by side, above each
-/// other, or crosswise (twice as often). Followed by a binary Owen scramble all orders of the quarters may come.
+/// Parts the quarters of each square of a Morton code with reversed bits into pairs at random: side
+/// by side, above each other, or crosswise (twice as often). Followed by a binary Owen scramble all
+/// orders of the quarters may come.
 #[inline]
 fn permute_axes(code: u32, seed: u32) -> u32 {
     const ROWS: u32 = 0x5555_5555;
-    // Two random bits for each digit, both of which depend on the coarser digits alone: the one is that digit's own, the
-    // other belongs to the digit below it.
+    // Two random bits for each digit, both of which depend on the coarser digits alone: the one is
+    // that digit's own, the other belongs to the digit below it.
     let random = owen_reversed(code, seed);
     let cross = random ^ code;
     let swap = (random << 1) & !cross;
@@ -197,10 +199,12 @@ fn permute_axes(code: u32, seed: u32) -> u32 {
     pair | within << 1
 }
 
-/// The second coordinate of the Sobol point `index`, its bits reversed, that is its first bit lowest.
+/// The second coordinate of the Sobol point `index`, its bits reversed, that is its first bit
+/// lowest.
 ///
-/// Bit j is the sum over k of `binomial(k, j)` times bit k of the index, modulo 2: Pascal's triangle, which modulo 2
-/// is the same triangle of blocks on every scale (Lucas), so that five steps do for 32 bits.
+/// Bit j is the sum over k of `binomial(k, j)` times bit k of the index, modulo 2: Pascal's
+/// triangle, which modulo 2 is the same triangle of blocks on every scale (Lucas), so that five
+/// steps do for 32 bits.
 #[inline]
 fn second_coordinate_reversed(index: u32) -> u32 {
     let mut v = index;

@@ -139,7 +139,8 @@ fn the_sobol_points_of_every_square_of_pixels_are_a_net() {
 
 #[test]
 fn different_dimensions_of_a_sample_are_independent() {
-    // Sixteen samples, as a path draws them: every cell of a pair of dimensions gets its share, over 1024 pixels.
+    // Sixteen samples, as a path draws them: every cell of a pair of dimensions gets its share,
+    // over 1024 pixels.
     for (name, sampler) in samplers(16) {
         let dimensions = [Dimension::FILM, Dimension::LENS, Dimension::TIME, BSDF, LIGHT];
         for (i, &a) in dimensions.iter().enumerate() {
@@ -240,7 +241,8 @@ fn sobol_points_integrate_better_than_independent_ones_and_the_better_the_more()
     }
 }
 
-/// The mean product of the errors of pixels that are (dx, dy) apart, over that of a pixel with itself.
+/// The mean product of the errors of pixels that are (dx, dy) apart, over that of a pixel with
+/// itself.
 fn neighbours(errors: &[f64], dx: usize, dy: usize) -> f64 {
     let at = |x: usize, y: usize| errors[y * 64 + x];
     let pairs: Vec<_> = (0..64 - dy)
@@ -249,7 +251,8 @@ fn neighbours(errors: &[f64], dx: usize, dy: usize) -> f64 {
     correlation(&pairs)
 }
 
-/// The variance of the mean error of squares of 5 by 5 pixels, wherever they lie, over what white noise has.
+/// The variance of the mean error of squares of 5 by 5 pixels, wherever they lie, over what white
+/// noise has.
 fn coarse(errors: &[f64]) -> f64 {
     let mean = |x0: usize, y0: usize| {
         let square = (y0..y0 + 5).flat_map(|y| (x0..x0 + 5).map(move |x| errors[y * 64 + x]));
@@ -259,7 +262,8 @@ fn coarse(errors: &[f64]) -> f64 {
     25.0 * rms(&means).powi(2) / rms(errors).powi(2)
 }
 
-/// Correlation with the neighbours to the right, below and across, and [`coarse`], over several seeds.
+/// Correlation with the neighbours to the right, below and across, and [`coarse`], over several
+/// seeds.
 fn spectrum(sampler: Sampler, samples: u32) -> [f64; 4] {
     const SEEDS: u32 = 8;
     let mut mean = [0.0; 4];

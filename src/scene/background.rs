@@ -18,7 +18,8 @@ pub struct Background {
 /// The radiance of the background in each direction.
 #[derive(Clone, Debug)]
 pub enum BackgroundRadiance {
-    /// A constant radiance, in W m^-2 sr^-1. It is not sampled as a light, because BSDF sampling is better.
+    /// A constant radiance, in W m^-2 sr^-1. It is not sampled as a light, because BSDF sampling is
+    /// better.
     Color(Rgb),
     Environment(Arc<Environment>),
 }

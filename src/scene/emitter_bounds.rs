@@ -1,4 +1,5 @@
-//! Where the surfaces that shine are, where they shine to and how strongly: what the light tree is built from.
+//! Where the surfaces that shine are, where they shine to and how strongly: what the light tree is
+//! built from.
 
 use rayon::prelude::*;
 
@@ -148,7 +149,8 @@ impl Scene {
     }
 }
 
-/// The radiance of a texture that is black wherever it was looked at, in its scale: enough not to be forgotten.
+/// The radiance of a texture that is black wherever it was looked at, in its scale: enough not to
+/// be forgotten.
 const MIN_RELATIVE_RADIANCE: f32 = 1e-3;
 /// What the mean of a mesh counts against the texture of a triangle itself.
 const MESH_MEAN_WEIGHT: f32 = 0.05;

@@ -1,10 +1,11 @@
 //! Emitters: the primitives of the geometry that emit, and light sampling on them.
 //!
-//! Emitters are numbered: first the shapes, in the order of the geometry, then the triangles of each mesh. Nothing is stored
-//! for a triangle; a mesh is a range of numbers.
+//! Emitters are numbered: first the shapes, in the order of the geometry, then the triangles of
+//! each mesh. Nothing is stored for a triangle; a mesh is a range of numbers.
 //!
-//! Each triangle is a light at one place, so meshes that emit are baked into world space. An instance that emits all the same
-//! (of a scene built in code) is met by chance alone, as is what has no end.
+//! Each triangle is a light at one place, so meshes that emit are baked into world space. An
+//! instance that emits all the same (of a scene built in code) is met by chance alone, as is what
+//! has no end.
 
 use super::{MeshRecord, Scene};
 use crate::{
@@ -162,8 +163,8 @@ impl Scene {
         sample.light(from, li)
     }
 
-    /// The density of [`Scene::sample_emitter`] to choose the unit direction `w` in which `hit` was met from `from`, in sr^-1, and
-    /// the emitter that it is; `None` where it is none.
+    /// The density of [`Scene::sample_emitter`] to choose the unit direction `w` in which `hit` was
+    /// met from `from`, in sr^-1, and the emitter that it is; `None` where it is none.
     pub(super) fn pdf_emitter(&self, from: Vec3, w: Vec3, hit: &Hit) -> Option<(EmitterId, f32)> {
         let geometry = self.accel.geometry();
         let emitter = self.lights.emitters().of_prim(geometry, hit.prim)?;

@@ -16,22 +16,24 @@ pub struct SurfaceInteraction {
     /// In lengths of the ray's direction.
     pub t: f32,
     pub p: Vec3,
-    /// The origins of rays that leave on the side of `ng` and on the other side: `p` offset by its error bound.
+    /// The origins of rays that leave on the side of `ng` and on the other side: `p` offset by its
+    /// error bound.
     pub ray_origins: [Vec3; 2],
     /// Unit geometric normal.
     pub ng: Vec3,
     /// Unit shading normal.
     pub ns: Vec3,
-    /// About the shading normal; at the rim of a smooth mesh, where that points away from a viewer in front or the other way
-    /// round, about the geometric one. Its first axis points anywhere.
+    /// About the shading normal; at the rim of a smooth mesh, where that points away from a viewer
+    /// in front or the other way round, about the geometric one. Its first axis points anywhere.
     pub frame: Frame,
-    /// How `p` moves with the texture coordinates, zero where there are none; of one whose material is the same everywhere not
-    /// known.
+    /// How `p` moves with the texture coordinates, zero where there are none; of one whose material
+    /// is the same everywhere not known.
     pub dpdu: Vec3,
     pub dpdv: Vec3,
     /// Unit direction back along the ray.
     pub wo: Vec3,
-    /// The place in the object's own space; of one whose material is the same everywhere `uv` alone is known.
+    /// The place in the object's own space; of one whose material is the same everywhere `uv` alone
+    /// is known.
     pub texture: TexturePoint,
     pub object: ObjectId,
     pub material: MaterialId,
@@ -123,7 +125,8 @@ impl SurfaceInteraction {
 
     /// Sets the footprint for texture filtering, from the width of the ray cone in m.
     ///
-    /// The cone meets the surface in an ellipse, stretched by 1/cos along the projection of the ray.
+    /// The cone meets the surface in an ellipse, stretched by 1/cos along the projection of the
+    /// ray.
     pub fn set_footprint(&mut self, width: f32) {
         let (u, v) = (self.dpdu, self.dpdv);
         let area = u.cross(v);

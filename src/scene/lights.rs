@@ -1,11 +1,11 @@
 //! The lights of a scene, and the selection of one of them.
 //!
-//! Lights are numbered: first the analytic lights, in the order of the scene file, then the emitters, then the
-//! background if it is sampled.
+//! Lights are numbered: first the analytic lights, in the order of the scene file, then the
+//! emitters, then the background if it is sampled.
 //!
-//! The selection begins with equal probabilities for each infinite light (suns, the background) and for all finite
-//! lights together, leaving out those that cannot contribute. Finite lights are then selected by two light trees, one
-//! for points and one for surfaces; see [`crate::light::tree`].
+//! The selection begins with equal probabilities for each infinite light (suns, the background) and
+//! for all finite lights together, leaving out those that cannot contribute. Finite lights are then
+//! selected by two light trees, one for points and one for surfaces; see [`crate::light::tree`].
 
 use super::{BackgroundRadiance, EmitterId, Emitters, LightId};
 use crate::{
@@ -60,8 +60,8 @@ pub struct Lights {
 
 /// The weights of the selection at a point.
 struct SelectionWeights {
-    /// The number of equal probabilities: 1 for all finite lights if they contribute, and 1 for each infinite light
-    /// that does.
+    /// The number of equal probabilities: 1 for all finite lights if they contribute, and 1 for
+    /// each infinite light that does.
     count: u32,
     /// The importance of the finite lights: points and surfaces.
     near: [f64; 2],
@@ -161,8 +161,8 @@ impl Lights {
         self.all.len() as u32 + self.emitters.count() + u32::from(self.background.is_some())
     }
 
-    /// The suns whose disk the unit direction `w` meets, with its radiance in W m^-2 sr^-1 and the density of that direction in
-    /// sr^-1.
+    /// The suns whose disk the unit direction `w` meets, with its radiance in W m^-2 sr^-1 and the
+    /// density of that direction in sr^-1.
     #[inline]
     pub fn suns(&self, w: Vec3) -> impl Iterator<Item = (LightId, Rgb, f32)> {
         self.suns.iter().filter_map(move |&id| match &self.all[id.0 as usize] {
@@ -185,7 +185,8 @@ impl Lights {
         weights
     }
 
-    /// Selects a light for the point `at`, by a uniform number in `[0, 1)`; `None` where none can contribute.
+    /// Selects a light for the point `at`, by a uniform number in `[0, 1)`; `None` where none can
+    /// contribute.
     pub fn choose(&self, at: &LightSampleContext, u: f32) -> Option<SampledLight> {
         if let Some(light) = self.only {
             return Some(SampledLight { light, pmf: 1.0 });
@@ -224,7 +225,8 @@ impl Lights {
         }
     }
 
-    /// Selects an emitter for the point `at`, by a uniform number in `[0, 1)`; `None` where none can contribute.
+    /// Selects an emitter for the point `at`, by a uniform number in `[0, 1)`; `None` where none
+    /// can contribute.
     pub fn choose_emitter(&self, at: &LightSampleContext, u: f32) -> Option<SampledLight> {
         if self.emitter_tree.importance(at.p, at.n) == 0.0 {
             return None;
@@ -260,7 +262,8 @@ impl Lights {
     }
 }
 
-/// Extends `u` beyond single precision, as a tree of a million lights needs. The extra digits are a hash of the point.
+/// Extends `u` beyond single precision, as a tree of a million lights needs. The extra digits are a
+/// hash of the point.
 fn extend_precision(u: f32, p: Vec3) -> f64 {
     const LAST: f64 = 1.0 / 16_777_216.0;
     let [x, y, z] = p.to_array().map(f32::to_bits);

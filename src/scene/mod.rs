@@ -111,7 +111,8 @@ pub struct Scene {
 impl Scene {
     /// Adds the `own` analytic lights, and all surfaces that emit as area lights.
     pub fn with_lights(mut self, own: Vec<Light>) -> Self {
-        // Where textures look at more than points even a mirror bends what is seen in it, by the place's curvature.
+        // Where textures look at more than points even a mirror bends what is seen in it, by the
+        // place's curvature.
         let all = self.reads_footprints();
         self.is_spatially_varying = self.materials.iter().map(|m| all || m.is_spatially_varying()).collect();
         self.rebuild_lights(own);
@@ -150,8 +151,8 @@ impl Scene {
         self.background.radiance.radiance(w)
     }
 
-    /// Samples a direction from which `light` illuminates `from`, by two uniform numbers in `[0, 1)`; `None` where
-    /// it does not.
+    /// Samples a direction from which `light` illuminates `from`, by two uniform numbers in `[0,
+    /// 1)`; `None` where it does not.
     #[inline]
     pub fn sample_light(&self, light: LightId, from: Vec3, u: Vec2) -> Option<LightSample> {
         match self.lights.source(light) {
@@ -164,8 +165,8 @@ impl Scene {
         }
     }
 
-    /// The density, in sr^-1, with which [`Lights::choose`] and [`Scene::sample_light`] at `at` sample the direction
-    /// `w` of the background. 0 where the background is not sampled.
+    /// The density, in sr^-1, with which [`Lights::choose`] and [`Scene::sample_light`] at `at`
+    /// sample the direction `w` of the background. 0 where the background is not sampled.
     #[inline]
     pub fn pdf_background(&self, at: &LightSampleContext, w: Vec3) -> f32 {
         match (&self.background.radiance, self.lights.background()) {
@@ -176,8 +177,9 @@ impl Scene {
         }
     }
 
-    /// The disks of suns that are seen along the unit direction `w`, beside [`Scene::background_radiance`]: each with its radiance, in
-    /// W m^-2 sr^-1, and the density with which light sampling at `at` finds `w` there, in sr^-1.
+    /// The disks of suns that are seen along the unit direction `w`, beside
+    /// [`Scene::background_radiance`]: each with its radiance, in W m^-2 sr^-1, and the density
+    /// with which light sampling at `at` finds `w` there, in sr^-1.
     #[inline]
     pub fn suns(&self, at: &LightSampleContext, w: Vec3) -> impl Iterator<Item = (LightId, Rgb, f32)> {
         self.lights
@@ -185,7 +187,8 @@ impl Scene {
             .map(|(light, l, pdf)| (light, l, pdf * self.lights.pmf(at, light)))
     }
 
-    /// The same for the unit direction `w` towards the surface that a ray from `at` met there with `hit`. 0 where no light is.
+    /// The same for the unit direction `w` towards the surface that a ray from `at` met there with
+    /// `hit`. 0 where no light is.
     #[inline]
     pub fn pdf_hit(&self, at: &LightSampleContext, w: Vec3, hit: &Hit) -> f32 {
         self.pdf_emitter(at.p, w, hit).map_or(0.0, |(emitter, pdf)| {

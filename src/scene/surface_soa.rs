@@ -17,7 +17,8 @@ type Lanes3 = [Lanes; 3];
 #[derive(Debug, Default)]
 #[repr(align(64))]
 struct SoaBlock {
-    /// Not 0 for triangles in the world, which are placed by their corners and the weights of the last two.
+    /// Not 0 for triangles in the world, which are placed by their corners and the weights of the
+    /// last two.
     is_triangle: [u32; LANES],
     corners: [Lanes3; 3],
     weights: [Lanes; 2],

@@ -44,7 +44,8 @@ impl MeshTriangle<'_> {
         (!self.mesh.uvs.is_empty()).then(|| self.own.map(|i| self.mesh.uvs[i]))
     }
 
-    /// The shading normals of the corners as `map` leaves them, summed by their weights at a hit; zero where there are none.
+    /// The shading normals of the corners as `map` leaves them, summed by their weights at a hit;
+    /// zero where there are none.
     #[inline(always)]
     fn smooth(&self, hit: &Hit, map: impl Fn(Vec3) -> Vec3) -> Vec3 {
         if self.mesh.normals.is_empty() {
@@ -78,8 +79,9 @@ impl Scene {
         surface
     }
 
-    /// The surfaces of a part of many hits, in place of what `surfaces` held: `hit` tells the hit of a number in `part` and the
-    /// ray that it is on. The memory of later ones is asked for ahead: `prims` are the primitives of all.
+    /// The surfaces of a part of many hits, in place of what `surfaces` held: `hit` tells the hit
+    /// of a number in `part` and the ray that it is on. The memory of later ones is asked for
+    /// ahead: `prims` are the primitives of all.
     #[inline]
     pub fn surfaces<'a>(
         &self,
@@ -150,8 +152,8 @@ impl Scene {
         }
     }
 
-    /// Enters in `surface` what is known of a hit but where it is, and tells that; `needs_texture` says for which materials more than u and
-    /// v is to be known of the place on textures.
+    /// Enters in `surface` what is known of a hit but where it is, and tells that; `needs_texture`
+    /// says for which materials more than u and v is to be known of the place on textures.
     #[inline(always)]
     fn fill<'a>(
         &'a self,

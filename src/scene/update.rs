@@ -1,8 +1,9 @@
 //! Updates of a scene between two frames of an animation.
 //!
-//! A scene is compiled once. [`Scene::apply`] changes it for another frame and rebuilds only what the change
-//! requires: a moved object rebuilds the top level of the acceleration structure, a deformed mesh its own tree. The
-//! picture is the same as that of a scene which was built for the frame.
+//! A scene is compiled once. [`Scene::apply`] changes it for another frame and rebuilds only what
+//! the change requires: a moved object rebuilds the top level of the acceleration structure, a
+//! deformed mesh its own tree. The picture is the same as that of a scene which was built for the
+//! frame.
 //!
 //! What can be moved are shapes and instances ([`super::SceneBuilder::instance`]); a mesh that is baked into world space can only
 //! bend.
@@ -23,7 +24,8 @@ pub struct MeshId(pub u32);
 #[derive(Clone, Debug)]
 pub struct MeshPose {
     pub mesh: MeshId,
-    /// One for each vertex, in the space of the mesh's group, or in world space where it is in none.
+    /// One for each vertex, in the space of the mesh's group, or in world space where it is in
+    /// none.
     pub positions: Vec<Vec3>,
     /// Unit shading normals in the same space: as many, or none as before.
     pub normals: Vec<Vec3>,
@@ -81,7 +83,8 @@ impl Scene {
         Ok(updated)
     }
 
-    /// The change of the geometry, and instances whose object's space is the world no longer with what it becomes.
+    /// The change of the geometry, and instances whose object's space is the world no longer with
+    /// what it becomes.
     fn edit(&self, update: &SceneUpdate) -> Result<(Edit, Vec<(usize, Transform)>), SceneUpdateError> {
         let mut edit = Edit::default();
         let mut detached = Vec::new();

@@ -7,7 +7,8 @@ use super::ShapeHit;
 pub struct Attempt {
     /// Where the ray meets the shape, if it does.
     pub hit: ShapeHit,
-    /// [`Attempt::MISSES`], [`Attempt::MEETS`] or [`Attempt::UNKNOWN`]; a number, for vectors of them.
+    /// [`Attempt::MISSES`], [`Attempt::MEETS`] or [`Attempt::UNKNOWN`]; a number, for vectors of
+    /// them.
     pub answer: u32,
 }
 

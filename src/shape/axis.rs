@@ -20,8 +20,8 @@ impl Axis {
         v - self.0 * v.dot(self.0)
     }
 
-    /// The directions at a quarter and no turn, of Duff et al. as [`Frame`](crate::math::Frame) has them; the second is
-    /// mirrored so that +y turns from +x towards +z.
+    /// The directions at a quarter and no turn, of Duff et al. as [`Frame`](crate::math::Frame) has
+    /// them; the second is mirrored so that +y turns from +x towards +z.
     fn frame(self) -> (DVec3, DVec3) {
         let n = self.0;
         let sign = 1.0_f64.copysign(n.z);
@@ -51,7 +51,8 @@ impl Axis {
         e.cross(self.0)
     }
 
-    /// The unit vector from the axis towards `p`, and the distance; any direction for a point on the axis.
+    /// The unit vector from the axis towards `p`, and the distance; any direction for a point on
+    /// the axis.
     pub fn outwards(self, p: DVec3) -> (DVec3, f64) {
         let e = self.across(p);
         let rho = e.length();

@@ -106,7 +106,8 @@ impl Cone {
         let shift = -from_apex.dot(d) / d.length_squared();
         let m = from_apex + d * shift;
         let (r, h) = (f64::from(self.radius), f64::from(self.height));
-        // Depths below the apex times the radius, and distances from the axis times the height: equal on the wall.
+        // Depths below the apex times the radius, and distances from the axis times the height:
+        // equal on the wall.
         let (m_depth, d_depth) = (-m.dot(self.axis.0) * r, -d.dot(self.axis.0) * r);
         let (m_across, d_across) = (self.axis.across(m) * h, self.axis.across(d) * h);
         let a = d_across.length_squared() - d_depth * d_depth;
@@ -116,7 +117,8 @@ impl Cone {
         if discriminant < 0.0 && a > 0.0 {
             return None;
         }
-        // A line steeper than the wall always meets it: rounding alone makes its discriminant negative.
+        // A line steeper than the wall always meets it: rounding alone makes its discriminant
+        // negative.
         let q = -(b + discriminant.max(0.0).sqrt().copysign(b));
         let (s, l) = if q == 0.0 { (0.0, 0.0) } else { (q / a, c / q) };
         let (first, second) = if s < l { (s, l) } else { (l, s) };

@@ -94,7 +94,8 @@ impl Parts {
         }
     }
 
-    /// Whether a point of the surface is hidden from an observer that it looks away from, who may be inside.
+    /// Whether a point of the surface is hidden from an observer that it looks away from, who may
+    /// be inside.
     pub fn hide(self, inside: impl Fn() -> bool) -> bool {
         match self {
             Self::Closed => !inside(),
@@ -103,8 +104,8 @@ impl Parts {
         }
     }
 
-    /// The hit, of where the ray enters and leaves the wall and where it enters and leaves what lies between the ends;
-    /// each with its part's number.
+    /// The hit, of where the ray enters and leaves the wall and where it enters and leaves what
+    /// lies between the ends; each with its part's number.
     #[inline]
     pub fn hit(self, ray: &Ray, wall: [f64; 2], ends: [(f64, f32); 2]) -> Option<ShapeHit> {
         let [enter, leave] = wall;

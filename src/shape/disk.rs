@@ -80,7 +80,8 @@ impl Disk {
         1.0 / (PI * r * r)
     }
 
-    /// The direction from the centre towards the point of the disk nearest to `p`, and the distance.
+    /// The direction from the centre towards the point of the disk nearest to `p`, and the
+    /// distance.
     fn polar(&self, p: DVec3) -> (DVec3, f64) {
         let (e, rho) = self.axis.outwards(p - self.center.as_dvec3());
         (e, rho.min(f64::from(self.radius)))
@@ -137,7 +138,8 @@ pub(super) fn disk_point(axis: Axis, radius: f32, u: f64, turn: f64) -> DVec3 {
     axis.ring(turn) * (u.sqrt() * f64::from(radius))
 }
 
-/// The surface of a disk at `rho` from its centre in the direction `e`, in polar coordinates, its normal the axis.
+/// The surface of a disk at `rho` from its centre in the direction `e`, in polar coordinates, its
+/// normal the axis.
 pub(super) fn polar_surface(axis: Axis, center: DVec3, radius: f32, e: DVec3, rho: f64) -> LocalSurface {
     let r = f64::from(radius);
     let (p, p_error) = rounded(center + e * rho, center.abs().max_element() + r);

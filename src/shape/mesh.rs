@@ -37,7 +37,8 @@ pub struct MeshDesc {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     pub positions: Vec<Vec3>,
-    /// Three indices into `positions` each, counterclockwise as seen from where the normal points to.
+    /// Three indices into `positions` each, counterclockwise as seen from where the normal points
+    /// to.
     pub triangles: Vec<[u32; 3]>,
     /// Unit shading normals, or 0 where only the face knows: none, or one for each vertex.
     pub normals: Vec<Vec3>,
@@ -103,7 +104,8 @@ impl Mesh {
         Ok(())
     }
 
-    /// The box around all vertices that a triangle uses; [`Aabb::EMPTY`] without triangles. The mesh is valid.
+    /// The box around all vertices that a triangle uses; [`Aabb::EMPTY`] without triangles. The
+    /// mesh is valid.
     pub fn bounds(&self) -> Aabb {
         Aabb::from_points(self.triangles.iter().flatten().map(|v| self.positions[*v as usize]))
     }
@@ -113,8 +115,8 @@ impl Mesh {
         self.triangles[triangle].map(|v| self.positions[v as usize])
     }
 
-    /// A normal for each vertex: the mean of its triangles' normals, weighted by their areas; +y for a vertex whose
-    /// triangles have none or cancel. The mesh is valid.
+    /// A normal for each vertex: the mean of its triangles' normals, weighted by their areas; +y
+    /// for a vertex whose triangles have none or cancel. The mesh is valid.
     pub fn smooth_normals(&self) -> Vec<Vec3> {
         let mut sums = vec![DVec3::ZERO; self.positions.len()];
         for (i, triangle) in self.triangles.iter().enumerate() {

@@ -1,12 +1,12 @@
 //! Shapes: what a ray can meet, each in its own local space.
 //!
-//! A shape answers four questions. *Where is it* ([`ShapeKind::bounds`]), *where does a ray meet it*
-//! ([`ShapeKind::intersect`], asked very often and so kept to the least that tells two hits apart), *what is there*
-//! ([`ShapeKind::surface`], asked once, for the winning hit only), and *how does light leave it*
-//! ([`ShapeKind::sample`] and [`ShapeKind::pdf`], for emitters).
+//! A shape answers four questions. *Where is it* ([`ShapeKind::bounds`]), *where does a ray meet
+//! it* ([`ShapeKind::intersect`], asked very often and so kept to the least that tells two hits
+//! apart), *what is there* ([`ShapeKind::surface`], asked once, for the winning hit only), and *how
+//! does light leave it* ([`ShapeKind::sample`] and [`ShapeKind::pdf`], for emitters).
 //!
-//! Normals are as authored: of a closed shape they point outwards, of a flat one to the side its corners are wound
-//! about; they are never turned towards the viewer here.
+//! Normals are as authored: of a closed shape they point outwards, of a flat one to the side its
+//! corners are wound about; they are never turned towards the viewer here.
 
 use crate::{
     kind::kinds,
@@ -74,7 +74,8 @@ pub trait ShapeKind {
     /// A box around it; [`Aabb::UNBOUNDED`] where there is none.
     fn bounds(&self) -> Aabb;
 
-    /// The nearest hit with `ray.tmin < t <= ray.tmax`. The direction need not be a unit vector. Never NaN.
+    /// The nearest hit with `ray.tmin < t <= ray.tmax`. The direction need not be a unit vector.
+    /// Never NaN.
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit>;
 
     /// Whether [`ShapeKind::attempt`] tells anything.
@@ -82,7 +83,8 @@ pub trait ShapeKind {
         false
     }
 
-    /// What can be told of many rays at once of [`ShapeKind::intersect`], one attempt for each; by default nothing.
+    /// What can be told of many rays at once of [`ShapeKind::intersect`], one attempt for each; by
+    /// default nothing.
     fn attempt(&self, _on: impl Runner, _rays: &[Ray], attempts: &mut [Attempt]) {
         attempts.fill(Attempt::NOTHING);
     }
@@ -93,15 +95,17 @@ pub trait ShapeKind {
     /// The surface's area, in m^2; infinite for an unbounded shape.
     fn area(&self) -> f32;
 
-    /// A point on the shape as seen from `from`, by two uniform numbers in `[0, 1)`; `None` where it cannot be
-    /// seen or cannot be sampled.
+    /// A point on the shape as seen from `from`, by two uniform numbers in `[0, 1)`; `None` where
+    /// it cannot be seen or cannot be sampled.
     fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample>;
 
-    /// The density of [`ShapeKind::sample`] to choose the direction `wi`, in sr^-1. `hit` is where the ray from `from`
-    /// along `wi` meets the shape: its `t` counts lengths of `wi`, which need not be a unit vector.
+    /// The density of [`ShapeKind::sample`] to choose the direction `wi`, in sr^-1. `hit` is where
+    /// the ray from `from` along `wi` meets the shape: its `t` counts lengths of `wi`, which need
+    /// not be a unit vector.
     fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32;
 
-    /// How fast the normal turns over the surface where it turns fastest, in radians per metre; 0 where it is flat.
+    /// How fast the normal turns over the surface where it turns fastest, in radians per metre; 0
+    /// where it is flat.
     fn curvature(&self) -> f32 {
         0.0
     }

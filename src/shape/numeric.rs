@@ -1,9 +1,10 @@
-//! What the shapes share: roots on a ray, points rounded together with their bound, and densities turned from area to
-//! solid angle.
+//! What the shapes share: roots on a ray, points rounded together with their bound, and densities
+//! turned from area to solid angle.
 //!
-//! Hits are found in double precision. A [`ShapeHit`] keeps the root rounded to single precision in `t` and what the
-//! rounding took away in `v`, so that [`ShapeKind::surface`](super::ShapeKind::surface) finds the place again as
-//! precisely as it was found, however far the ray has come; `u` tells the part that was hit.
+//! Hits are found in double precision. A [`ShapeHit`] keeps the root rounded to single precision in
+//! `t` and what the rounding took away in `v`, so that
+//! [`ShapeKind::surface`](super::ShapeKind::surface) finds the place again as precisely as it was
+//! found, however far the ray has come; `u` tells the part that was hit.
 
 use super::{ShapeHit, ShapeSample};
 use crate::math::{DVec3, Ray, Vec3};
@@ -36,9 +37,9 @@ pub(super) fn point_of(ray: &Ray, hit: &ShapeHit) -> DVec3 {
 
 /// `p` in single precision, and a bound on each coordinate's error.
 ///
-/// The bound is a whole unit in the last place, twice what rounding can do: the other half pays for a normal that is
-/// rounded as well. `extent` is the largest number that was added up to `p` in double precision; its share is above
-/// 0, so that a ray leaves even a coordinate of exactly 0.
+/// The bound is a whole unit in the last place, twice what rounding can do: the other half pays for
+/// a normal that is rounded as well. `extent` is the largest number that was added up to `p` in
+/// double precision; its share is above 0, so that a ray leaves even a coordinate of exactly 0.
 #[inline]
 pub(super) fn rounded(p: DVec3, extent: f64) -> (Vec3, Vec3) {
     const OPERATIONS: f64 = 32.0;
@@ -50,7 +51,8 @@ pub(super) fn rounded(p: DVec3, extent: f64) -> (Vec3, Vec3) {
 /// `d . n`, or 0 where the same product in single precision, as
 /// [`offset_origins`](crate::math::float::offset_origins) computes it, has another sign.
 ///
-/// So a ray that left a flat surface to one side never comes back to it, not even one that all but grazes it.
+/// So a ray that left a flat surface to one side never comes back to it, not even one that all but
+/// grazes it.
 #[inline]
 pub(super) fn dot_direction(d: Vec3, n: DVec3) -> f64 {
     let exact = d.as_dvec3().dot(n);
@@ -58,7 +60,8 @@ pub(super) fn dot_direction(d: Vec3, n: DVec3) -> f64 {
     if exact * seen > 0.0 { exact } else { 0.0 }
 }
 
-/// The density m^-2 `per_area` at `p`, turned into sr^-1 as seen from `from`; 0 where it has no finite value.
+/// The density m^-2 `per_area` at `p`, turned into sr^-1 as seen from `from`; 0 where it has no
+/// finite value.
 pub(super) fn solid_angle_pdf(per_area: f64, from: DVec3, p: DVec3, ng: DVec3) -> f32 {
     let to = p - from;
     let distance2 = to.length_squared();
@@ -66,7 +69,8 @@ pub(super) fn solid_angle_pdf(per_area: f64, from: DVec3, p: DVec3, ng: DVec3) -
     if pdf.is_finite() { pdf } else { 0.0 }
 }
 
-/// A point chosen with the density m^-2 `per_area`, as seen from `from`; `None` where it is seen edge-on.
+/// A point chosen with the density m^-2 `per_area`, as seen from `from`; `None` where it is seen
+/// edge-on.
 pub(super) fn area_sample(per_area: f64, from: Vec3, p: DVec3, ng: DVec3) -> Option<ShapeSample> {
     let pdf = solid_angle_pdf(per_area, from.as_dvec3(), p, ng);
     (pdf > 0.0).then(|| ShapeSample {
@@ -76,8 +80,8 @@ pub(super) fn area_sample(per_area: f64, from: Vec3, p: DVec3, ng: DVec3) -> Opt
     })
 }
 
-/// The number of one of `weights`, chosen in proportion to them, and what is left of `u`, in `[0, 1)` again. Weights
-/// may be 0 and need not add up to 1.
+/// The number of one of `weights`, chosen in proportion to them, and what is left of `u`, in `[0,
+/// 1)` again. Weights may be 0 and need not add up to 1.
 pub(super) fn choose(weights: &[f64], u: f32) -> (usize, f64) {
     let total: f64 = weights.iter().sum();
     let mut left = f64::from(u) * total;

@@ -105,8 +105,8 @@ pub struct Quad {
     bounds: Aabb,
 }
 
-/// By how much of a parallelogram's size the rounding in the edge test may move a corner, at most: by `each` for every metre
-/// that the corner is away, if the ray meets the plane head on.
+/// By how much of a parallelogram's size the rounding in the edge test may move a corner, at most:
+/// by `each` for every metre that the corner is away, if the ray meets the plane head on.
 #[derive(Clone, Copy, Debug)]
 struct Blur {
     each: f64,
@@ -125,7 +125,8 @@ impl Quad {
 
     fn from_corners(corners: [Vec3; 4]) -> Self {
         let [a, b, c, d] = corners.map(|c| c.as_dvec3());
-        // Of a flat convex quad this is the direction of (B - A) x (D - A), and it needs no angle at A.
+        // Of a flat convex quad this is the direction of (B - A) x (D - A), and it needs no angle
+        // at A.
         let normal = (c - a).cross(d - b).normalize_or(DVec3::Y);
         let (e, f, skew) = (b - a, d - a, a - b + c - d);
         let noise = f64::from(4.0 * f32::EPSILON);
@@ -134,7 +135,8 @@ impl Quad {
         let middle = (a + b + c + d) * 0.25;
         let across = |x: DVec3, y: DVec3| x.cross(normal) / x.cross(normal).dot(y);
         let inverse = (skew == DVec3::ZERO).then(|| [across(f, e), across(e, f)]);
-        // Each coordinate of a corner is rounded a few times, each time by half a unit in the last place.
+        // Each coordinate of a corner is rounded a few times, each time by half a unit in the last
+        // place.
         let steepest = inverse.map_or(f64::INFINITY, |[u, v]| u.length().max(v.length()));
         let each = 64.0 * f64::from(f32::EPSILON) * steepest;
         let on_plane = [a, b, c, d].map(|c| (c - normal * (c - middle).dot(normal)).as_vec3());
@@ -166,9 +168,11 @@ impl Quad {
         (self.corners[0].as_dvec3(), e, f, skew)
     }
 
-    /// The u and v of a point of the plane of a quad that is no parallelogram: the inverse of A + u e + v f + u v skew, each in `[0, 1]`.
+    /// The u and v of a point of the plane of a quad that is no parallelogram: the inverse of A + u
+    /// e + v f + u v skew, each in `[0, 1]`.
     ///
-    /// Both sides' cross product with e + v skew, along the normal, leaves a quadratic equation for v.
+    /// Both sides' cross product with e + v skew, along the normal, leaves a quadratic equation for
+    /// v.
     #[inline]
     fn inverse_bilinear(&self, p: DVec3) -> (f64, f64) {
         let (a, e, f, skew) = self.bilinear();
@@ -200,11 +204,12 @@ impl Quad {
         ab.min(bc).min(cd.min(da)) >= 0.0 || ab.max(bc).max(cd.max(da)) <= 0.0
     }
 
-    /// Where the ray meets the plane, and whether that is within the quad where u and v of a parallelogram alone tell: not near
-    /// an edge, and not where the edge test's rounding may reach as far as that.
+    /// Where the ray meets the plane, and whether that is within the quad where u and v of a
+    /// parallelogram alone tell: not near an edge, and not where the edge test's rounding may reach
+    /// as far as that.
     ///
-    /// Seen from the ray a corner is moved by a few units in the last place of its distance, and on the plane by so much over
-    /// the cosine.
+    /// Seen from the ray a corner is moved by a few units in the last place of its distance, and on
+    /// the plane by so much over the cosine.
     #[inline(always)]
     fn attempt_one(&self, ray: &Ray) -> Attempt {
         let d = ray.d.as_dvec3();
@@ -364,7 +369,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// From near and far, head on and all but along the plane, through the middle and next to corners and edges.
+        /// From near and far, head on and all but along the plane, through the middle and next to
+        /// corners and edges.
         #[test]
         fn what_u_and_v_tell_is_what_the_edge_test_tells(
             (a, e, f) in (vec(-8.0..8.0), vec(-2.0..2.0), vec(-2.0..2.0)),

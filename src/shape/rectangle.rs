@@ -1,15 +1,15 @@
 //! Directions towards a rectangle, chosen uniformly by solid angle.
 //!
-//! Source: Urena, Fajardo, King, "An Area-Preserving Parametrization for Spherical Rectangles", Computer Graphics Forum
-//! 32(4), 2013, doi:10.1111/cgf.12151.
+//! Source: Urena, Fajardo, King, "An Area-Preserving Parametrization for Spherical Rectangles",
+//! Computer Graphics Forum 32(4), 2013, doi:10.1111/cgf.12151.
 
 use std::f64::consts::TAU;
 
 use super::numeric::solid_angle_pdf;
 use crate::math::{DVec3, Vec2};
 
-/// Below this solid angle, in sr, a rectangle is taken by area: its spherical angles no longer tell it from a right one
-/// with digits to spare, and the two ways hardly differ.
+/// Below this solid angle, in sr, a rectangle is taken by area: its spherical angles no longer tell
+/// it from a right one with digits to spare, and the two ways hardly differ.
 const SMALLEST_SOLID_ANGLE: f64 = 1e-4;
 
 /// A rectangle as seen from a point.
@@ -22,8 +22,8 @@ pub(super) struct SeenRectangle {
     spherical: Option<Spherical>,
 }
 
-/// The rectangle projected onto the unit sphere around the observer, in a frame along its edges, z towards the
-/// observer.
+/// The rectangle projected onto the unit sphere around the observer, in a frame along its edges, z
+/// towards the observer.
 #[derive(Clone, Copy, Debug)]
 struct Spherical {
     frame: [DVec3; 3],
@@ -181,7 +181,8 @@ mod tests {
 
     #[test]
     fn points_are_uniform_by_solid_angle() {
-        // A quarter of the numbers must fall on the quarter of the rectangle that sees as much as the other three.
+        // A quarter of the numbers must fall on the quarter of the rectangle that sees as much as
+        // the other three.
         let from = DVec3::new(0.3, -0.4, 0.5);
         let seen = SeenRectangle::new(from, DVec3::ZERO, [DVec3::X, DVec3::Y * 3.0]);
         let part = SeenRectangle::new(from, DVec3::ZERO, [DVec3::X * 0.6, DVec3::Y * 0.7]);

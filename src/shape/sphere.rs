@@ -80,8 +80,8 @@ impl Cone {
 }
 
 impl Sphere {
-    /// `None` from inside, and from the surface itself: rounding puts half of its points outside, and the cone of those
-    /// would hold the near side only.
+    /// `None` from inside, and from the surface itself: rounding puts half of its points outside,
+    /// and the cone of those would hold the near side only.
     fn cone(&self, from: Vec3) -> Option<Cone> {
         let out = from.as_dvec3() - self.center.as_dvec3();
         let (distance, r) = (out.length(), f64::from(self.radius));
@@ -127,8 +127,8 @@ impl ShapeKind for Sphere {
         .padded(1.0)
     }
 
-    /// In double precision, from the point of the ray nearest to the centre: the discriminant of a small sphere far
-    /// away cancels otherwise.
+    /// In double precision, from the point of the ray nearest to the centre: the discriminant of a
+    /// small sphere far away cancels otherwise.
     #[inline]
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
         let d = ray.d.as_dvec3();
@@ -181,7 +181,8 @@ impl ShapeKind for Sphere {
             let n = Axis(DVec3::Y).ring(u.y) * (1.0 - y * y).max(0.0).sqrt() + DVec3::Y * y;
             return area_sample(self.per_area(), from, self.at(n), n);
         };
-        // The direction's angle with the cone's axis, then the angle at the centre, by the law of sines.
+        // The direction's angle with the cone's axis, then the angle at the centre, by the law of
+        // sines.
         let h = u.x * cone.one_minus_cos;
         let sin2 = h * (2.0 - h);
         let r = f64::from(self.radius);

@@ -1,12 +1,13 @@
 //! Directions towards a triangle, chosen uniformly by solid angle.
 //!
-//! Seen from nearby, points that are uniform by area crowd where the triangle is far away or seen edge-on, and the density of
-//! their directions differs by orders of magnitude; that of uniform directions does not. What is small to the eye is left to the
-//! area: there the two are the same, and that one is cheaper.
+//! Seen from nearby, points that are uniform by area crowd where the triangle is far away or seen
+//! edge-on, and the density of their directions differs by orders of magnitude; that of uniform
+//! directions does not. What is small to the eye is left to the area: there the two are the same,
+//! and that one is cheaper.
 //!
-//! Source: Arvo, "Stratified Sampling of Spherical Triangles", SIGGRAPH 1995, doi:10.1145/218380.218500; for the solid angle
-//! Van Oosterom and Strackee, "The Solid Angle of a Plane Triangle", IEEE Trans. Biomed. Eng. 30(2), 1983,
-//! doi:10.1109/TBME.1983.325207.
+//! Source: Arvo, "Stratified Sampling of Spherical Triangles", SIGGRAPH 1995,
+//! doi:10.1145/218380.218500; for the solid angle Van Oosterom and Strackee, "The Solid Angle of a
+//! Plane Triangle", IEEE Trans. Biomed. Eng. 30(2), 1983, doi:10.1109/TBME.1983.325207.
 
 use std::f64::consts::TAU;
 
@@ -14,10 +15,11 @@ use glam::DVec3;
 
 use crate::math::{Vec2, Vec3};
 
-/// A triangle whose area over the square of the distance to its nearest corner is not larger is small to the eye.
+/// A triangle whose area over the square of the distance to its nearest corner is not larger is
+/// small to the eye.
 const SMALL: f64 = 0.02;
-/// Solid angles beyond these, in sr, are those of triangles seen nearly edge-on, or from nearly within: their angles are lost in
-/// rounding.
+/// Solid angles beyond these, in sr, are those of triangles seen nearly edge-on, or from nearly
+/// within: their angles are lost in rounding.
 const SOLID_ANGLES: std::ops::Range<f64> = 1e-3..TAU - 1e-3;
 
 /// The unit directions to the corners.
@@ -30,8 +32,8 @@ fn directions(corners: [Vec3; 3], from: Vec3) -> Option<[DVec3; 3]> {
     (large && nearest2 > 0.0).then(|| [a, b, c].map(DVec3::normalize))
 }
 
-/// The solid angle of the triangle as seen from `from`, in sr, where its directions are chosen uniformly; `None` where its points
-/// are chosen by area instead.
+/// The solid angle of the triangle as seen from `from`, in sr, where its directions are chosen
+/// uniformly; `None` where its points are chosen by area instead.
 #[inline]
 pub fn solid_angle(corners: [Vec3; 3], from: Vec3) -> Option<f64> {
     solid_angle_of(&directions(corners, from)?)
@@ -48,8 +50,8 @@ fn across(v: DVec3, to: DVec3) -> DVec3 {
     (v - to * v.dot(to)).normalize()
 }
 
-/// The weights of b and c of the point in a direction chosen uniformly, from two uniform numbers in `[0, 1)`, and the solid
-/// angle; `None` as [`solid_angle`].
+/// The weights of b and c of the point in a direction chosen uniformly, from two uniform numbers in
+/// `[0, 1)`, and the solid angle; `None` as [`solid_angle`].
 pub fn sample(corners: [Vec3; 3], from: Vec3, u: Vec2) -> Option<(Vec2, f64)> {
     let unit = directions(corners, from)?;
     let angle = solid_angle_of(&unit)?;
@@ -78,7 +80,8 @@ pub fn sample(corners: [Vec3; 3], from: Vec3, u: Vec2) -> Option<(Vec2, f64)> {
     Some((weights_along(corners, from, w), angle))
 }
 
-/// The weights of b and c of the point of the triangle along `w`, or of one nearby where rounding says that it is beside.
+/// The weights of b and c of the point of the triangle along `w`, or of one nearby where rounding
+/// says that it is beside.
 fn weights_along(corners: [Vec3; 3], from: Vec3, w: DVec3) -> Vec2 {
     let [a, b, c] = corners.map(|p| p.as_dvec3() - from.as_dvec3());
     let (ab, ac) = (b - a, c - a);
@@ -176,7 +179,8 @@ mod tests {
 
     #[test]
     fn near_to_a_large_triangle_irradiance_has_less_variance_than_by_area() {
-        // Samples of the cosine over the density, from a floor under a triangle that hangs over it aslant.
+        // Samples of the cosine over the density, from a floor under a triangle that hangs over it
+        // aslant.
         let (corners, from) = (
             [
                 Vec3::new(-4.0, 0.3, -1.0),

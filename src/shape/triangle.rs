@@ -5,8 +5,8 @@ use crate::math::{DVec3, Ray, Vec2, Vec3, float::gamma};
 
 /// How a direction is sheared onto the axis that it runs along most.
 ///
-/// Coordinates are taken in the order of `axes`, the main one last; a point (x, y, z) relative to the ray's origin comes
-/// to lie at (x - `x` z, y - `y` z), and the ray at zero.
+/// Coordinates are taken in the order of `axes`, the main one last; a point (x, y, z) relative to
+/// the ray's origin comes to lie at (x - `x` z, y - `y` z), and the ray at zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shear {
     pub axes: [usize; 3],
@@ -34,7 +34,8 @@ impl Shear {
         }
     }
 
-    /// Where a corner comes to lie, given relative to the ray's origin and in the order of the axes.
+    /// Where a corner comes to lie, given relative to the ray's origin and in the order of the
+    /// axes.
     #[inline]
     pub fn flat(&self, corner: Vec3) -> Vec2 {
         Vec2::new(corner.x - self.x * corner.z, corner.y - self.y * corner.z)
@@ -55,18 +56,20 @@ impl Shear {
     }
 }
 
-/// Where `ray` meets the triangle `a`, `b`, `c` with `ray.tmin < t <= ray.tmax`; `u` and `v` are the barycentric weights
-/// of `b` and `c`.
+/// Where `ray` meets the triangle `a`, `b`, `c` with `ray.tmin < t <= ray.tmax`; `u` and `v` are
+/// the barycentric weights of `b` and `c`.
 ///
-/// Watertight: where a corner comes to lie depends on the ray and the corner alone, and of two rounded products the
-/// difference never has the wrong sign. So the edge tests are exact for corners that lie a little elsewhere, the same for
-/// all triangles they belong to; only zero may stand for either sign, and counts as inside. Nothing passes between
-/// triangles that share an edge or a corner. A fused multiply-add would break that.
+/// Watertight: where a corner comes to lie depends on the ray and the corner alone, and of two
+/// rounded products the difference never has the wrong sign. So the edge tests are exact for
+/// corners that lie a little elsewhere, the same for all triangles they belong to; only zero may
+/// stand for either sign, and counts as inside. Nothing passes between triangles that share an edge
+/// or a corner. A fused multiply-add would break that.
 ///
-/// Every accelerator computes these operations in this order, so that all of them find the same bits.
+/// Every accelerator computes these operations in this order, so that all of them find the same
+/// bits.
 ///
-/// Source: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013, for the edges; `t` comes from the
-/// plane, which is exact for one that is parallel to two axes.
+/// Source: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013, for the
+/// edges; `t` comes from the plane, which is exact for one that is parallel to two axes.
 #[inline]
 pub fn intersect(ray: &Ray, a: Vec3, b: Vec3, c: Vec3) -> Option<ShapeHit> {
     let shear = Shear::new(&ray.d);
@@ -98,7 +101,8 @@ pub fn intersect(ray: &Ray, a: Vec3, b: Vec3, c: Vec3) -> Option<ShapeHit> {
     })
 }
 
-/// The surface at a hit that [`intersect`] found, by the weights `u` of b and `v` of c; see [`parameters`] for `uvs`.
+/// The surface at a hit that [`intersect`] found, by the weights `u` of b and `v` of c; see
+/// [`parameters`] for `uvs`.
 pub fn surface(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> LocalSurface {
     let point = surface_point(corners, u, v);
     let (uv, dpdu, dpdv) = parameters(corners, uvs, u, v);
@@ -118,9 +122,10 @@ pub struct TrianglePoint {
     pub p: Vec3,
     /// Bound on the absolute error of each coordinate of `p`.
     ///
-    /// It has two parts: that of the point, from Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed., section 6.8.4,
-    /// and along the normal that of the distance to the plane which [`intersect`] finds from there, so that a ray that leaves
-    /// the triangle does not meet it again. Of a needle the second part ends at the needle's width.
+    /// It has two parts: that of the point, from Pharr, Jakob, Humphreys, "Physically Based
+    /// Rendering", 4th ed., section 6.8.4, and along the normal that of the distance to the plane
+    /// which [`intersect`] finds from there, so that a ray that leaves the triangle does not meet
+    /// it again. Of a needle the second part ends at the needle's width.
     pub p_error: Vec3,
     /// The direction of (b - a) x (c - a); +y where there is no area.
     pub ng: Vec3,
@@ -137,8 +142,8 @@ pub fn surface_point(corners: [Vec3; 3], u: f32, v: f32) -> TrianglePoint {
     point_along_normal(corners, u, v, n.normalize_or(DVec3::Y).as_vec3(), n.length() as f32)
 }
 
-/// The same for the most part: whether it is says the second answer. It is not where single precision cannot hold the
-/// square of the area.
+/// The same for the most part: whether it is says the second answer. It is not where single
+/// precision cannot hold the square of the area.
 #[inline(always)]
 pub fn point_in_f32(corners: [Vec3; 3], u: f32, v: f32) -> (TrianglePoint, bool) {
     let n = normal_times_area(corners).as_vec3();
@@ -160,8 +165,9 @@ fn point_along_normal(corners: [Vec3; 3], u: f32, v: f32, ng: Vec3, twice_area: 
     }
 }
 
-/// Bound on the error of the distance between `p`, a point of the triangle, and its plane, as the operations of
-/// [`intersect`] find it: ten of them in a row, from the corners relative to the origin to the product with the normal.
+/// Bound on the error of the distance between `p`, a point of the triangle, and its plane, as the
+/// operations of [`intersect`] find it: ten of them in a row, from the corners relative to the
+/// origin to the product with the normal.
 #[inline(always)]
 fn plane_error([a, b, c]: [Vec3; 3], p: Vec3, twice_area: f32) -> f32 {
     let (ra, rb, rc) = ((a - p).abs(), (b - p).abs(), (c - p).abs());
@@ -186,8 +192,9 @@ fn plane_error([a, b, c]: [Vec3; 3], p: Vec3, twice_area: f32) -> f32 {
     if error.is_finite() { error } else { 0.0 }
 }
 
-/// Parameters at the weights `u` of b and `v` of c, and how the point moves with them: by those at the corners, `uvs`, or the
-/// weights themselves where there are none or they do not span the triangle.
+/// Parameters at the weights `u` of b and `v` of c, and how the point moves with them: by those at
+/// the corners, `uvs`, or the weights themselves where there are none or they do not span the
+/// triangle.
 #[inline(always)]
 pub fn parameters(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> (Vec2, Vec3, Vec3) {
     let [a, b, c] = corners;
@@ -196,7 +203,8 @@ pub fn parameters(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) ->
     uvs.and_then(|uvs| mapped(corners, uvs, weights)).unwrap_or(own)
 }
 
-/// Parameters by the corners' `uvs`, and how the point moves with them; `None` where they do not span the triangle.
+/// Parameters by the corners' `uvs`, and how the point moves with them; `None` where they do not
+/// span the triangle.
 fn mapped([a, b, c]: [Vec3; 3], [ta, tb, tc]: [Vec2; 3], [wa, wb, wc]: [f32; 3]) -> Option<(Vec2, Vec3, Vec3)> {
     let (ab, ac) = ((b - a).as_dvec3(), (c - a).as_dvec3());
     let (tab, tac) = ((tb - ta).as_dvec2(), (tc - ta).as_dvec2());
@@ -237,9 +245,9 @@ pub fn point([a, b, c]: [Vec3; 3], weights: Vec2) -> DVec3 {
     a + (b.as_dvec3() - a) * w.x + (c.as_dvec3() - a) * w.y
 }
 
-/// The weights of b and c of a point as seen from `from`, from two uniform numbers in `[0, 1)`, and the density of its direction in
-/// sr^-1, 0 where it is seen edge-on or there is no area. Uniform by solid angle where the triangle is large to the eye, else by
-/// area; see the module `spherical`.
+/// The weights of b and c of a point as seen from `from`, from two uniform numbers in `[0, 1)`, and
+/// the density of its direction in sr^-1, 0 where it is seen edge-on or there is no area. Uniform
+/// by solid angle where the triangle is large to the eye, else by area; see the module `spherical`.
 pub fn sample(corners: [Vec3; 3], from: Vec3, u: Vec2) -> (Vec2, f32) {
     match spherical::sample(corners, from, u) {
         Some((weights, solid_angle)) => (weights, (1.0 / solid_angle) as f32),
@@ -250,7 +258,8 @@ pub fn sample(corners: [Vec3; 3], from: Vec3, u: Vec2) -> (Vec2, f32) {
     }
 }
 
-/// The density of [`sample`] to choose the point that the hit `u`, `v` is, in sr^-1 as seen from `from`.
+/// The density of [`sample`] to choose the point that the hit `u`, `v` is, in sr^-1 as seen from
+/// `from`.
 pub fn pdf(corners: [Vec3; 3], from: Vec3, u: f32, v: f32) -> f32 {
     match spherical::solid_angle(corners, from) {
         Some(solid_angle) => (1.0 / solid_angle) as f32,

@@ -30,8 +30,8 @@ pub struct Bitmap {
     pub storage: Storage,
     /// Texels of the file that were NaN or infinite, and became 0 or +-65504.
     pub repaired: u64,
-    /// The same picture smaller and smaller, each level half as wide and half as high as the one before, down to a single
-    /// texel; none where nobody looks from afar. See [`super::mipmap`].
+    /// The same picture smaller and smaller, each level half as wide and half as high as the one
+    /// before, down to a single texel; none where nobody looks from afar. See [`super::mipmap`].
     pub levels: Vec<Bitmap>,
 }
 
@@ -68,14 +68,15 @@ impl Bitmap {
         }
     }
 
-    /// The linear colour of column `i` from the left and row `j` from the bottom, as textures count.
+    /// The linear colour of column `i` from the left and row `j` from the bottom, as textures
+    /// count.
     #[inline]
     pub fn texel_from_bottom(&self, i: u32, j: u32) -> Rgb {
         self.rgb(i, self.height - 1 - j)
     }
 
-    /// Four texels weighed, `f` for the second column and the second row; rows count from the bottom, and what is `None` is
-    /// black. What is stored how is asked once, not for every number.
+    /// Four texels weighed, `f` for the second column and the second row; rows count from the
+    /// bottom, and what is `None` is black. What is stored how is asked once, not for every number.
     #[inline]
     pub fn blend(&self, columns: [Option<u32>; 2], rows: [Option<u32>; 2], f: Vec2) -> Rgb {
         match &self.storage {
@@ -120,8 +121,8 @@ impl Bitmap {
         }
     }
 
-    /// A picture nobody takes for the real one, to stand in for one that is missing: squares of magenta and black, and from
-    /// afar magenta.
+    /// A picture nobody takes for the real one, to stand in for one that is missing: squares of
+    /// magenta and black, and from afar magenta.
     pub fn placeholder() -> Self {
         const SIDE: u32 = 16;
         const SQUARE: u32 = 2;

@@ -16,7 +16,8 @@ use rayon::prelude::*;
 use super::{Bitmap, Pattern, Texture, bitmap::Storage, image::Filter};
 use crate::math::srgb;
 
-/// Gives levels to the bitmaps that one of `textures` looks at from afar, on the threads of the current rayon pool.
+/// Gives levels to the bitmaps that one of `textures` looks at from afar, on the threads of the
+/// current rayon pool.
 pub fn add_levels(textures: &[Texture], bitmaps: &mut [Bitmap]) {
     let mut wanted = vec![false; bitmaps.len()];
     for texture in textures {
@@ -86,7 +87,8 @@ fn stored_like(storage: &Storage, channels: usize, values: &[f32]) -> Storage {
     }
 }
 
-/// What a texel covers along one axis: a run of texels, and the weights of the first, of each within and of the last.
+/// What a texel covers along one axis: a run of texels, and the weights of the first, of each
+/// within and of the last.
 struct Span {
     texels: Range<usize>,
     first: f32,
@@ -100,7 +102,8 @@ impl Span {
         let (from, to) = (u64::from(from), u64::from(to));
         (0..to)
             .map(|i| {
-                // In units in which a texel of the larger level is `to` long, and one of the smaller `from`.
+                // In units in which a texel of the larger level is `to` long, and one of the
+                // smaller `from`.
                 let (begin, end) = (i * from, (i + 1) * from);
                 let texels = (begin / to) as usize..end.div_ceil(to) as usize;
                 let part = |k: usize| {

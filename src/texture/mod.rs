@@ -42,9 +42,11 @@ pub struct TexturePoint {
     /// How `p` moves with `uv`; zero where it does not.
     pub dpdu: Vec3,
     pub dpdv: Vec3,
-    /// How fast the normal turns over the surface, in radians per metre; negative where it is hollow on the normal's side.
+    /// How fast the normal turns over the surface, in radians per metre; negative where it is
+    /// hollow on the normal's side.
     pub curvature: f32,
-    /// The two axes, from end to end in `uv`, of the part of the surface that is looked at; zero for a point.
+    /// The two axes, from end to end in `uv`, of the part of the surface that is looked at; zero
+    /// for a point.
     pub footprint: [Vec2; 2],
 }
 
@@ -77,7 +79,8 @@ pub trait PatternKind {
     }
 }
 
-/// What a pattern's compilation asks of the scene: the bitmap that a file and a colour space became.
+/// What a pattern's compilation asks of the scene: the bitmap that a file and a colour space
+/// became.
 pub type FindBitmap<'a> = dyn Fn(&image::ImageDesc) -> Result<BitmapId, Problem> + 'a;
 
 kinds! {
@@ -113,8 +116,8 @@ impl Texture {
         self.pattern.alpha(bitmaps, st)
     }
 
-    /// The colour at a place: of pictures with levels the mean over the footprint. Patterns by formula are looked up at
-    /// the point alone; a pixel's samples average them.
+    /// The colour at a place: of pictures with levels the mean over the footprint. Patterns by
+    /// formula are looked up at the point alone; a pixel's samples average them.
     pub fn eval(&self, bitmaps: &[Bitmap], at: &TexturePoint) -> Rgb {
         let st = self.transform.point(self.mapping.st(at));
         match &self.pattern {

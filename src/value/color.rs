@@ -38,7 +38,8 @@ fn color_from_seq<'de, A: de::SeqAccess<'de>>(seq: A) -> Result<Rgb, A::Error> {
     Ok(Rgb::from_array(channels.map(f32::from)))
 }
 
-/// A colour that may vary over a surface: a number (gray), `[r, g, b]` (scene-linear), or `"texture.NAME"`.
+/// A colour that may vary over a surface: a number (gray), `[r, g, b]` (scene-linear), or
+/// `"texture.NAME"`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ColorSource {
     Constant(Rgb),
@@ -101,7 +102,8 @@ impl Channel {
     }
 }
 
-/// A number of at least 0 that may vary over a surface: a number, `"texture.NAME"`, or a channel of it: `"texture.NAME.g"`.
+/// A number of at least 0 that may vary over a surface: a number, `"texture.NAME"`, or a channel of
+/// it: `"texture.NAME.g"`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ScalarSource {
     Constant(f32),

@@ -1,4 +1,5 @@
-//! Kinds by name: an externally tagged kind, whose name alone stands for the kind with its defaults.
+//! Kinds by name: an externally tagged kind, whose name alone stands for the kind with its
+//! defaults.
 
 use std::{fmt, marker::PhantomData};
 
@@ -6,8 +7,8 @@ use serde::{Deserialize, Deserializer, de};
 
 use super::UnknownName;
 
-/// Returns the kind `name` with all keys at their defaults. `what` says in messages what the name is of, such as
-/// "integrator".
+/// Returns the kind `name` with all keys at their defaults. `what` says in messages what the name
+/// is of, such as "integrator".
 pub fn kind_by_name<T: de::DeserializeOwned>(what: &str, name: &str, known: &[&str]) -> Result<T, String> {
     if !known.contains(&name) {
         return Err(UnknownName::new(what, name, known.iter().copied()).to_string());

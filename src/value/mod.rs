@@ -1,7 +1,7 @@
 //! The values of scene files: numbers, points, directions and colours.
 //!
-//! Each type validates itself while it is deserialized, so that an error points at the value that is wrong. A [`Problem`] is an
-//! error that is found later, when a description is compiled.
+//! Each type validates itself while it is deserialized, so that an error points at the value that
+//! is wrong. A [`Problem`] is an error that is found later, when a description is compiled.
 
 use std::ops::Range;
 

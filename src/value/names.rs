@@ -18,7 +18,8 @@ pub struct UnknownName {
 }
 
 impl UnknownName {
-    /// A `name` that is not among the `known` ones. `what` says what it is the name of, such as "key" or "format".
+    /// A `name` that is not among the `known` ones. `what` says what it is the name of, such as
+    /// "key" or "format".
     pub fn new<'a>(what: &str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
         let known: Vec<&str> = known.into_iter().collect();
         Self {
@@ -79,8 +80,8 @@ pub fn one_of<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     format!("one of {}", quoted.join(", "))
 }
 
-/// The candidate with the most similar spelling, if it is similar enough to be a suggestion. Case and the characters between
-/// words do not count.
+/// The candidate with the most similar spelling, if it is similar enough to be a suggestion. Case
+/// and the characters between words do not count.
 fn most_similar<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
     let plain = |s: &str| s.to_lowercase().replace([' ', '.', '-'], "_");
     let word = plain(word);

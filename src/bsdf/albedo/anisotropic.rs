@@ -1,8 +1,9 @@
 //! Facets that are steeper along one axis than along the other: how far they are from even ones.
 //!
-//! The albedo is about that of even facets of the same mean square alpha, seen from where they hide each other as far; and what is
-//! reflected at grazing angles about that of even facets as steep as these are towards the viewer. A table has the rest, for
-//! each pair of a roughness and of a ratio of the alphas by the direction.
+//! The albedo is about that of even facets of the same mean square alpha, seen from where they hide
+//! each other as far; and what is reflected at grazing angles about that of even facets as steep as
+//! these are towards the viewer. A table has the rest, for each pair of a roughness and of a ratio
+//! of the alphas by the direction.
 
 use std::sync::OnceLock;
 

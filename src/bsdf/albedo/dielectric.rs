@@ -22,8 +22,8 @@ const POINTS: FacetGrid = FacetGrid {
     turn: 0.5,
     shift: 0.618_034,
 };
-/// What is added so that no value is less than the truth: towards the denser side, and towards the thinner one, where some facets
-/// let nothing pass.
+/// What is added so that no value is less than the truth: towards the denser side, and towards the
+/// thinner one, where some facets let nothing pass.
 const MARGIN: [ClearAlbedo; 2] = [
     ClearAlbedo {
         fresnel: 0.001,
@@ -44,7 +44,8 @@ pub struct ClearAlbedo {
     pub passing: f32,
 }
 
-/// Of one index and one roughness, by the root of the cosine, over the albedo of mirrors: at grazing angles all is reflected.
+/// Of one index and one roughness, by the root of the cosine, over the albedo of mirrors: at
+/// grazing angles all is reflected.
 struct DielectricRow {
     fresnel: [f32; COLUMNS],
     /// Over nothing where all can pass.
@@ -86,8 +87,8 @@ fn row(k: usize, i: usize) -> &'static DielectricRow {
     })
 }
 
-/// The albedo of clear facets seen from `wo`; `eta` is the index on the other side over the one on the side of `wo`. The facets
-/// are even, or taken for it.
+/// The albedo of clear facets seen from `wo`; `eta` is the index on the other side over the one on
+/// the side of `wo`. The facets are even, or taken for it.
 pub fn clear(ggx: &Ggx, wo: Vec3, index: f32) -> ClearAlbedo {
     if ggx.is_smooth() {
         return ClearAlbedo {

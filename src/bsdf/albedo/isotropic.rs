@@ -1,7 +1,8 @@
 //! Facets that are as steep along one axis as along the other.
 //!
-//! The axes of the tables are the perceived roughness and the root of a cosine: of the direction or, where all that counts is
-//! how far facets hide each other, of the direction on the stretched surface ([`Ggx::stretched_cos`]).
+//! The axes of the tables are the perceived roughness and the root of a cosine: of the direction
+//! or, where all that counts is how far facets hide each other, of the direction on the stretched
+//! surface ([`Ggx::stretched_cos`]).
 
 use std::sync::OnceLock;
 

@@ -1,13 +1,16 @@
 //! Tabulated albedos of rough surfaces, for multiple scattering and for layers.
 //!
-//! The facets of [`super::microfacet`] scatter once; what would bounce between them is lost, up to two thirds of the light.
-//! Divided by the albedo of white facets, a lobe loses nothing: it is as strong as all bounces together, in the shape of the
-//! first. The same albedos share light out between layers. Source: Turquin, "Practical multiple scattering compensation for
-//! microfacet models", 2019; Kulla and Conty, "Revisiting Physically Based Shading at Imageworks", SIGGRAPH 2017 course.
+//! The facets of [`super::microfacet`] scatter once; what would bounce between them is lost, up to
+//! two thirds of the light. Divided by the albedo of white facets, a lobe loses nothing: it is as
+//! strong as all bounces together, in the shape of the first. The same albedos share light out
+//! between layers. Source: Turquin, "Practical multiple scattering compensation for microfacet
+//! models", 2019; Kulla and Conty, "Revisiting Physically Based Shading at Imageworks", SIGGRAPH
+//! 2017 course.
 //!
-//! Tables are linear between their nodes. A row of one is integrated when it is first asked, always to the same bits, in some
-//! thousandths of a second. What they say is never less than the truth, so that no light is gained, and more by no more than
-//! a hundredth, two of brushed facets at grazing angles (tested).
+//! Tables are linear between their nodes. A row of one is integrated when it is first asked, always
+//! to the same bits, in some thousandths of a second. What they say is never less than the truth,
+//! so that no light is gained, and more by no more than a hundredth, two of brushed facets at
+//! grazing angles (tested).
 
 use super::{fresnel, microfacet::Ggx};
 use crate::math::{Vec2, Vec3};
@@ -20,8 +23,8 @@ mod sheen;
 pub use dielectric::{ClearAlbedo, clear};
 pub use sheen::raw_sheen;
 
-/// What is added to a table so that it is never less than the truth: to those of facets, even and brushed, and to the light
-/// that they reflect at grazing angles.
+/// What is added to a table so that it is never less than the truth: to those of facets, even and
+/// brushed, and to the light that they reflect at grazing angles.
 const MARGIN: [f32; 2] = [0.001, 0.0035];
 const ANISOTROPIC_MARGIN: [f32; 2] = [0.004, 0.009];
 
@@ -54,7 +57,8 @@ fn direction(cos: f32) -> Vec3 {
     Vec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos)
 }
 
-/// The facets of a row of a table of roughness: those of the least rows are smoother than any surface is.
+/// The facets of a row of a table of roughness: those of the least rows are smoother than any
+/// surface is.
 fn facets(roughness: f32) -> Ggx {
     let roughness = roughness.max(0.02);
     Ggx {
@@ -75,8 +79,8 @@ struct FacetGrid {
     slopes: usize,
     /// The part of a turn to integrate over: a half where the other is its mirror image.
     turn: f32,
-    /// By how much of a step the slopes of each turn lie beside those of the one before: where the integrand leaps, points in
-    /// rank and file would be all wrong together.
+    /// By how much of a step the slopes of each turn lie beside those of the one before: where the
+    /// integrand leaps, points in rank and file would be all wrong together.
     shift: f32,
 }
 
@@ -105,7 +109,8 @@ fn masking(ggx: &Ggx, wo: Vec3, h: Vec3) -> f32 {
     ggx.reflection(wo, fresnel::reflect(wo, h)).map_or(0.0, |f| f.masking)
 }
 
-/// The albedo of facets that reflect everything, and the mean of Schlick's term over the light that they reflect.
+/// The albedo of facets that reflect everything, and the mean of Schlick's term over the light that
+/// they reflect.
 fn reflected(points: FacetGrid, ggx: &Ggx, wo: Vec3) -> [f32; 2] {
     let [all, grazing] = mean_over_facets(points, ggx, wo, |h| {
         let masking = masking(ggx, wo, h);
@@ -126,8 +131,8 @@ pub fn mirrors(ggx: &Ggx, wo: Vec3) -> f32 {
     }
 }
 
-/// The albedo of facets that reflect as Schlick says, seen from `wo`, as weights of the reflectance at normal incidence and of
-/// the one at grazing incidence: the sum is [`mirrors`].
+/// The albedo of facets that reflect as Schlick says, seen from `wo`, as weights of the reflectance
+/// at normal incidence and of the one at grazing incidence: the sum is [`mirrors`].
 #[inline]
 pub fn schlick(ggx: &Ggx, wo: Vec3) -> [f32; 2] {
     if ggx.is_smooth() {
@@ -149,7 +154,8 @@ pub fn schlick(ggx: &Ggx, wo: Vec3) -> [f32; 2] {
     [all - grazing, grazing]
 }
 
-/// The mean of [`schlick`] over all directions, weighted by their cosine: what a surface of light sees of it.
+/// The mean of [`schlick`] over all directions, weighted by their cosine: what a surface of light
+/// sees of it.
 #[inline]
 pub fn schlick_mean(ggx: &Ggx) -> [f32; 2] {
     if ggx.is_isotropic() {
@@ -159,7 +165,8 @@ pub fn schlick_mean(ggx: &Ggx) -> [f32; 2] {
     }
 }
 
-/// The mean of [`schlick`] over so many directions by tilt and by turn; a quarter of the turns is all where there is but one.
+/// The mean of [`schlick`] over so many directions by tilt and by turn; a quarter of the turns is
+/// all where there is but one.
 fn mean_over_directions(ggx: &Ggx, tilts: usize, turns: usize) -> [f32; 2] {
     let mut sum = [0.0_f64; 2];
     for i in 0..tilts {

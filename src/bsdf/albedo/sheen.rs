@@ -12,7 +12,8 @@ const ROWS: usize = 32;
 const COLUMNS: usize = 64;
 /// Points of an integral, by tilt and by turn.
 const STEPS: [usize; 2] = [32, 24];
-/// What is added so that no value is less than the truth, where that is below 1; above, a part of it.
+/// What is added so that no value is less than the truth, where that is below 1; above, a part of
+/// it.
 const MARGIN: f32 = 0.002;
 
 static TABLE: [OnceLock<Box<[f32; COLUMNS]>>; ROWS] = [const { OnceLock::new() }; ROWS];

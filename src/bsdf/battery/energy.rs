@@ -10,9 +10,11 @@ use super::{
     *,
 };
 
-/// The part of the light of a white surrounding that leaves towards `wo`, and the part of it that passed.
+/// The part of the light of a white surrounding that leaves towards `wo`, and the part of it that
+/// passed.
 fn albedo_of(bsdf: &Bsdf, wo: Vec3, count: u32) -> (Rgb, Rgb) {
-    // Additive recurrence with the roots of x^4 = x + 1: even in three dimensions, so few points will do.
+    // Additive recurrence with the roots of x^4 = x + 1: even in three dimensions, so few points
+    // will do.
     let step = [0.819_172_5_f64, 0.671_043_6, 0.549_700_5];
     let (mut all, mut passed) = ([0.0_f64; 3], [0.0_f64; 3]);
     for i in 0..count {
@@ -40,7 +42,8 @@ fn no_surface_sends_back_more_than_arrives() {
     }
 }
 
-/// What `f` says at each of many facets that are seen from `wo`, on the mean; `points` along each axis.
+/// What `f` says at each of many facets that are seen from `wo`, on the mean; `points` along each
+/// axis.
 fn mean_over_facets(ggx: &Ggx, wo: Vec3, points: u32, f: impl Fn(Vec3) -> [f32; 4]) -> [f32; 4] {
     let mut sum = [0.0_f64; 4];
     for i in 0..points * points {

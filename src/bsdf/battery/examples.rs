@@ -16,7 +16,8 @@ use crate::math::{Rgb, Vec2};
 pub struct Example {
     pub name: String,
     pub bsdf: Bsdf,
-    /// About how wide its narrowest lobe is that is not delta, as a perceived roughness; 0 where it has none.
+    /// About how wide its narrowest lobe is that is not delta, as a perceived roughness; 0 where it
+    /// has none.
     pub width: f32,
 }
 

@@ -1,7 +1,8 @@
 //! White surfaces in a white surrounding: no more light leaves than arrives, and hardly less.
 //!
-//! The albedo is estimated by sampling, with numbers that are even in three dimensions and shifted by chance, a few times over:
-//! so the estimate knows its own standard error, and what is asked of the surface is asked within four of them.
+//! The albedo is estimated by sampling, with numbers that are even in three dimensions and shifted
+//! by chance, a few times over: so the estimate knows its own standard error, and what is asked of
+//! the surface is asked within four of them.
 
 use super::{
     super::{
@@ -20,7 +21,8 @@ pub struct Estimate {
     pub error: f64,
 }
 
-/// The largest part of a colour of the light of a white surrounding that leaves towards `wo`, of so many samples.
+/// The largest part of a colour of the light of a white surrounding that leaves towards `wo`, of so
+/// many samples.
 pub fn albedo_of(bsdf: &Bsdf, wo: Vec3, samples: u32) -> Estimate {
     // Additive recurrence with the roots of x^4 = x + 1.
     let step = [

@@ -10,7 +10,8 @@ use crate::{
     math::{Rgb, Vec3},
 };
 
-/// How the reflectance of a clear facet differs from Fresnel's: it is scaled, and a part of the rest is reflected too.
+/// How the reflectance of a clear facet differs from Fresnel's: it is scaled, and a part of the
+/// rest is reflected too.
 pub(super) struct ClearReflectance {
     scale: Rgb,
     more: Rgb,
@@ -34,8 +35,8 @@ impl Layered {
         }
     }
 
-    /// The shine of clear facets: where a film lies on them, all reflect as much more or less as one does that faces the viewer's
-    /// cosine `cos` from the surface's own normal.
+    /// The shine of clear facets: where a film lies on them, all reflect as much more or less as
+    /// one does that faces the viewer's cosine `cos` from the surface's own normal.
     pub(super) fn clear_reflectance(&self, cos: f32, eta: f32) -> ClearReflectance {
         let plain = ClearReflectance {
             scale: Rgb::gray(self.specular),
@@ -60,7 +61,8 @@ impl Layered {
         }
     }
 
-    /// What clear facets of the reflectance `reflectance` lose between them, as a factor that makes up for it.
+    /// What clear facets of the reflectance `reflectance` lose between them, as a factor that makes
+    /// up for it.
     pub(super) fn clear_gain(&self, reflectance: &ClearReflectance, o: Vec3, mirrors: f32, eta: f32) -> Rgb {
         match self.boundary {
             Boundary::ThinWalled => Rgb::gray(1.0 / mirrors),

@@ -79,7 +79,8 @@ fn velocity_has_no_jump_at_uneven_keys() {
 /// The recursive evaluation of Barry and Goldman, of the points at four knots.
 fn barry_goldman(keys: &[(f64, DVec3); 4], s: f64) -> DVec3 {
     let mut level = keys.map(|(_, p)| p);
-    // Which knots the weights of a level run between: one more apart on each, but the last is of the middle two again.
+    // Which knots the weights of a level run between: one more apart on each, but the last is of
+    // the middle two again.
     for (n, apart) in [(3, 1), (2, 2), (1, 1)] {
         let offset = usize::from(n == 1);
         for i in 0..n {

@@ -127,7 +127,8 @@ fn directions_are_chosen_as_texels_are_brighter_than_the_mean() {
 
 #[test]
 fn light_by_both_ways_adds_up_to_the_whole_picture() {
-    // The irradiance of surfaces that face up and sideways, by samples where there is a density and by all directions elsewhere.
+    // The irradiance of surfaces that face up and sideways, by samples where there is a density and
+    // by all directions elsewhere.
     let e = environment(
         32,
         16,

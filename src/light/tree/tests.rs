@@ -59,7 +59,8 @@ fn receiver(i: u32) -> (Vec3, Vec3) {
     )
 }
 
-/// How far a light that is small can shine to `p` on a surface of normal `n`, by its own directions alone.
+/// How far a light that is small can shine to `p` on a surface of normal `n`, by its own directions
+/// alone.
 fn shines(light: &LightBounds, p: Vec3, n: Vec3) -> bool {
     let wi = (light.bounds.center() - p).normalize();
     let out = -light.directions.axis.dot(wi);

@@ -95,7 +95,8 @@ impl Estimate {
     }
 }
 
-/// What one sample of the lights brings to a white surface at `at`, and the density with which it was found.
+/// What one sample of the lights brings to a white surface at `at`, and the density with which it
+/// was found.
 fn light_sample(scene: &Scene, at: &LightSampleContext, [u, v]: [Vec2; 2]) -> Option<(Vec3, f64, f64)> {
     let choice = scene.lights.choose(at, v.x)?;
     let sample = scene.sample_light(choice.light, at.p, u)?;
@@ -116,7 +117,8 @@ fn light_sample(scene: &Scene, at: &LightSampleContext, [u, v]: [Vec2; 2]) -> Op
     (!blocked[0]).then(|| (sample.wi, f64::from(sample.li.g * cos), pdf))
 }
 
-/// What a ray brings that leaves `at` along `w`, each part with the density with which light sampling would have found it.
+/// What a ray brings that leaves `at` along `w`, each part with the density with which light
+/// sampling would have found it.
 fn met(scene: &Scene, at: &LightSampleContext, w: Vec3) -> Vec<(f64, f64)> {
     let wide = |(l, pdf): (Rgb, f32)| (f64::from(l.g), f64::from(pdf));
     let ray = Ray::new(at.p, w);
@@ -137,7 +139,8 @@ fn met(scene: &Scene, at: &LightSampleContext, w: Vec3) -> Vec<(f64, f64)> {
     vec![wide((l, scene.pdf_hit(at, w, &hit)))]
 }
 
-/// The irradiance at `at` by light sampling, by cosine-weighted directions, and by both with weights.
+/// The irradiance at `at` by light sampling, by cosine-weighted directions, and by both with
+/// weights.
 pub fn irradiances(scene: &Scene, at: &LightSampleContext, n: u32) -> [Estimate; 3] {
     let mut estimates = [Estimate::default(); 3];
     let frame = crate::math::Frame::from_normal(at.n);
@@ -319,7 +322,8 @@ fn irradiance_follows_the_closed_forms() {
         p: Vec3::ZERO,
         n: Vec3::Y,
     };
-    // Radiance 2 everywhere. A sphere of radius r at height h: pi L (r / h)^2, tilted by the cosine while it is whole.
+    // Radiance 2 everywhere. A sphere of radius r at height h: pi L (r / h)^2, tilted by the cosine
+    // while it is whole.
     let sphere = shape_scene("sphere = { center = [0, 3, 0], radius = 1 }", None, lamp());
     assert!(agrees(&irradiance_of(&sphere, &up, 3000), 2.0 * PI / 9.0));
     let tilted = LightSampleContext {
@@ -334,8 +338,8 @@ fn irradiance_follows_the_closed_forms() {
         lamp(),
     );
     assert!(agrees(&irradiance_of(&disk, &up, 6000), 2.0 * PI / 5.0));
-    // A polygon: L/2 times the sum over its edges of the angle that each fills, times the normal's part along the edge's plane
-    // (Lambert, "Photometria", 1760).
+    // A polygon: L/2 times the sum over its edges of the angle that each fills, times the normal's
+    // part along the edge's plane (Lambert, "Photometria", 1760).
     let corners = [[-1.0, 2.0, -1.0], [1.0, 2.0, -1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]].map(DVec3::from);
     let mut sum = 0.0;
     for i in 0..4 {

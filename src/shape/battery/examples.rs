@@ -147,7 +147,8 @@ impl Example {
         self.center + offset * self.size
     }
 
-    /// A ray towards a point near the shape, from `distance` sizes away, its direction of any length.
+    /// A ray towards a point near the shape, from `distance` sizes away, its direction of any
+    /// length.
     pub fn ray(&self, random: &mut Random, distance: f32) -> Ray {
         let target = self.point_near(random);
         let origin = target + random.direction() * (self.size * distance);

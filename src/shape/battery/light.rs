@@ -59,7 +59,8 @@ fn samples_lie_on_the_shape_and_pdf_agrees_with_them() {
     }
 }
 
-/// The integrals over the visible directions of 1, x, y, z, x^2, y^2, z^2, of w^2 and w, estimated two ways.
+/// The integrals over the visible directions of 1, x, y, z, x^2, y^2, z^2, of w^2 and w, estimated
+/// two ways.
 #[derive(Default)]
 struct Moments {
     sum: [f64; 7],
@@ -82,8 +83,8 @@ impl Moments {
     }
 }
 
-/// How many standard deviations the integrals by [`Shape::sample`], its pdf times `bias`, are from those by uniform
-/// directions, at most.
+/// How many standard deviations the integrals by [`Shape::sample`], its pdf times `bias`, are from
+/// those by uniform directions, at most.
 fn largest_z(shape: &Shape, from: Vec3, reach: f32, n: usize, bias: f64) -> f64 {
     let mut random = Random(12);
     let (mut sampled, mut uniform) = (Moments::default(), Moments::default());

@@ -55,7 +55,8 @@ fn surfaces_lie_where_the_ray_is() {
         try_rays(&e, &mut Random(2), |ray, hit| {
             let s = e.shape.surface(ray, hit);
             let at = ray.o.as_dvec3() + ray.d.as_dvec3() * f64::from(hit.t);
-            // What rounding of t leaves, and, for the edge tests in single precision, of the origin.
+            // What rounding of t leaves, and, for the edge tests in single precision, of the
+            // origin.
             let cos = ray.d.normalize().dot(s.ng).abs();
             let reach = (ray.o - s.p).length();
             let bound = 8.0 * f32::EPSILON * (reach + s.p.length() + e.size) / cos.max(1e-3);
@@ -199,8 +200,8 @@ fn is_flat(shape: &Shape) -> bool {
 
 #[test]
 fn area_is_what_random_lines_cross() {
-    // Cauchy and Crofton: lines uniform in a ball of radius r cross a surface A / (2 pi r^2) times in the mean. Of each
-    // crossing one of the line's two directions meets the front.
+    // Cauchy and Crofton: lines uniform in a ball of radius r cross a surface A / (2 pi r^2) times
+    // in the mean. Of each crossing one of the line's two directions meets the front.
     const LINES: usize = 60_000;
     for e in bounded() {
         let mut random = Random(7);

@@ -3,7 +3,8 @@
 use super::examples::{PLACES, Random, hits, placed, shape};
 use crate::math::{DVec3, Ray, Vec3};
 
-/// Checks the hit of a ray that is given in units of the shape's size, from its place: where, and with which normal.
+/// Checks the hit of a ray that is given in units of the shape's size, from its place: where, and
+/// with which normal.
 fn meets(text: &str, o: Vec3, d: Vec3, expected: Option<(f32, Vec3)>) {
     for (size, at) in PLACES {
         let shape = placed(text, size, at);
@@ -271,7 +272,8 @@ fn rays_exactly_through_the_apex_meet_it() {
 
 #[test]
 fn points_are_off_the_surface_by_no_more_than_their_error() {
-    // How far a point is from the endless surface, given its distance from the axis, or from the centre, and its height.
+    // How far a point is from the endless surface, given its distance from the axis, or from the
+    // centre, and its height.
     type Distance = fn(f64, f64, f64) -> f64;
     const R: f64 = 0.5;
     const H: f64 = 1.5;

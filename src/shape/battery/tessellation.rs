@@ -13,7 +13,8 @@ const TURNS: usize = 256;
 struct Lathe {
     base: Vec3,
     axis: Vec3,
-    /// Heights along the axis and distances from it, from the bottom to the top, so that normals point outwards.
+    /// Heights along the axis and distances from it, from the bottom to the top, so that normals
+    /// point outwards.
     profile: Vec<(f64, f64)>,
 }
 
