@@ -57,7 +57,7 @@ impl RoughDielectric {
     }
 }
 
-/// What leaves by a facet: weight, chance and facet to all that is said of a direction.
+/// Evaluates the scattering of a facet from its weight and its probability.
 fn eval_facet(facet: Facet, weight: Rgb, probability: f32) -> BsdfEval {
     BsdfEval {
         diffuse: Rgb::BLACK,

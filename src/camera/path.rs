@@ -31,7 +31,7 @@ pub const MAX_FRAME: i64 = 1_000_000_000;
 /// A rotation from camera to world, as given in the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rotation {
-    /// Not 0; brought to unit length where it is used.
+    /// Not 0; it is normalized where it is used.
     Quaternion(DQuat),
     /// See [`Pose::from_euler`].
     Euler { degrees: DVec3, order: RotationOrder },

@@ -46,7 +46,7 @@ use crate::{
     value::{Count, Finite, NonNegative, Point, Positive, Problem, Spanned},
 };
 
-/// The vertical angle where nothing is said, in degrees.
+/// The default vertical field of view, in degrees.
 const DEFAULT_FOV: f64 = 40.0;
 
 /// The description of a perspective camera in a scene file.
@@ -87,7 +87,7 @@ impl<'de> Deserialize<'de> for FovDegrees {
     }
 }
 
-/// At most one of the alternatives that are given; every further one is a problem.
+/// A set of alternative keys, of which at most one may be given.
 struct OneOf<T> {
     chosen: Option<(&'static str, T)>,
 }
@@ -223,7 +223,7 @@ pub struct PerspectiveLens {
 }
 
 impl PerspectiveLens {
-    /// A pinhole that sees so many degrees over the picture's height.
+    /// A pinhole with the given vertical field of view.
     pub fn vertical(degrees: f64) -> Self {
         Self {
             view: FieldOfView::Vertical(degrees),

@@ -93,8 +93,7 @@ impl Pose {
         })
     }
 
-    /// The pose at `eye` (m) with a rotation from camera to world; the quaternion is brought to
-    /// unit length.
+    /// The pose at `eye` (m) with a rotation from camera to world; the quaternion is normalized.
     ///
     /// # Errors
     /// The quaternion has length 0, or a number is not finite.

@@ -10,7 +10,7 @@ use crate::{
     shape::{LocalSurface, Shape, ShapeHit, triangle},
 };
 
-/// A point of an emitter, chosen at random as seen from somewhere.
+/// A sampled point of an emitter.
 #[derive(Clone, Copy, Debug)]
 pub struct AreaSample {
     /// In world space.

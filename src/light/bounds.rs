@@ -10,8 +10,8 @@ use crate::math::{Aabb, Sidedness, Vec3, trig};
 /// Cosines this far below 0 still count as a little above, so that rounding never hides a light.
 const MARGIN: f32 = 1e-3;
 
-/// The directions that lights shine in: each of them has a normal within `cos_o` of the axis, and
-/// shines within `cos_e` of its normal.
+/// The orientation cone of lights: their normals are within `cos_o` of the axis, and they emit
+/// within `cos_e` of their normals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrientationCone {
     /// Unit.
@@ -42,7 +42,7 @@ impl OrientationCone {
         }
     }
 
-    /// What holds both.
+    /// The smallest cone that contains both.
     pub fn union(&self, other: &Self) -> Self {
         let sidedness = if self.sidedness == Sidedness::Both || other.sidedness == Sidedness::Both {
             Sidedness::Both
@@ -101,7 +101,7 @@ fn angle(a: Vec3, b: Vec3) -> f32 {
     2.0 * trig::atan2((a - b).length(), (a + b).length())
 }
 
-/// One light, or a group.
+/// The bounds of one light or of a group of lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBounds {
     pub bounds: Aabb,
@@ -119,7 +119,7 @@ impl LightBounds {
         }
     }
 
-    /// What remains of it for [`CompactLightBounds::importance`].
+    /// The compact bounds for [`CompactLightBounds::importance`].
     pub fn compact(&self) -> CompactLightBounds {
         let half = (self.bounds.max - self.bounds.min) * 0.5;
         let center = self.bounds.min + half;
@@ -136,7 +136,8 @@ impl LightBounds {
     }
 }
 
-/// The ball around a group of lights and their directions: what one level of the tree is asked for.
+/// The bounding sphere and the orientation cone of a group of lights, as a node of the tree stores
+/// them.
 #[derive(Clone, Copy, Debug)]
 pub struct CompactLightBounds {
     center: Vec3,

@@ -73,7 +73,7 @@ impl SunLight {
         }
     }
 
-    /// Whether it is a disk in the sky.
+    /// Whether the sun is a disk.
     pub fn has_size(&self) -> bool {
         self.height > 0.0
     }
@@ -89,9 +89,9 @@ impl SunLight {
         self.irradiance / (PI * self.height * (2.0 - self.height))
     }
 
-    /// What is seen of it in the unit direction `w`, in W m^-2 sr^-1, and the density of
-    /// [`LightKind::sample`] to choose that direction, in sr^-1; `None` beside its disk, and where
-    /// it has no size.
+    /// The radiance of the disk in the unit direction `w`, in W m^-2 sr^-1, and the density with
+    /// which [`LightKind::sample`] samples that direction, in sr^-1; `None` outside of the disk and
+    /// for a sun without size.
     #[inline]
     pub fn radiance_towards(&self, w: Vec3) -> Option<(Rgb, f32)> {
         // 1 - cos of the angle to its middle, as digits are few near 0.

@@ -18,7 +18,7 @@ mod build;
 #[cfg(test)]
 mod tests;
 
-/// The lights of a tree, numbered from 0.
+/// A tree over lights, which are numbered from 0.
 #[derive(Clone, Debug, Default)]
 pub struct LightTree {
     nodes: Vec<LightNode>,
@@ -69,7 +69,7 @@ impl LightNode {
     }
 }
 
-/// How likely a walk goes left and right, at one node.
+/// The children of a node and the probability of the left one.
 #[derive(Clone, Copy)]
 struct Children {
     left: usize,

@@ -1,5 +1,4 @@
-//! Where the surfaces that shine are, where they shine to and how strongly: what the light tree is
-//! built from.
+//! The bounds of emitters, from which the light tree is built.
 
 use rayon::prelude::*;
 
@@ -17,7 +16,7 @@ use crate::{
 };
 
 impl Emitters {
-    /// Where each emitter is, where it shines to, and how strongly, in order.
+    /// Returns the bounds of all emitters, in order.
     pub fn bounds(&self, scene: &Scene) -> std::vec::IntoIter<LightBounds> {
         let mut all: Vec<LightBounds> = self.shapes.iter().map(|&i| scene.shape_bounds(i)).collect();
         for run in &self.mesh_emitters {

@@ -52,7 +52,7 @@ pub enum EmitterPrim<'a> {
 }
 
 impl Emitters {
-    /// All of `scene`'s. What has no bounds emits, but is not asked: it is no emitter here.
+    /// Collects the emitters of a scene. Unbounded surfaces emit, but they are not sampled.
     pub fn collect(scene: &Scene) -> Self {
         let geometry = scene.accel.geometry();
         let shapes: Vec<u32> = (0..geometry.shapes.len() as u32)
@@ -180,7 +180,7 @@ impl Scene {
     }
 }
 
-/// Where a colour that is the same everywhere is asked for.
+/// A texture point for colours that do not vary.
 pub(super) fn uniform_point() -> TexturePoint {
     TexturePoint::new(Vec3::ZERO, Vec3::Y)
 }
@@ -209,7 +209,7 @@ pub(super) fn corner_uvs(mesh: &MeshRecord, vertices: [u32; 3]) -> Option<[Vec2;
     (!mesh.uvs.is_empty()).then(|| at.map(|i| mesh.uvs[i]))
 }
 
-/// Where on a mesh textures are asked for.
+/// Returns the texture point of a mesh surface.
 pub(super) fn texture_point(mesh: &MeshRecord, surface: &LocalSurface) -> TexturePoint {
     let (p, n) = match &mesh.transform {
         None => (surface.p, surface.ng),

@@ -1,9 +1,10 @@
-//! What an instance of a mesh is: which object, of which material.
+//! The object and the material of an instance.
 
 use super::{NodeId, ObjectId, SurfaceInteraction, interaction::HitGeometry};
 use crate::{material::MaterialId, math::Transform};
 
-/// From the space of an instance's mesh to that of its object, which textures stick to.
+/// The transform from the space of an instance's group to the space of its object, in which
+/// textures are evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ObjectFromGroup {
     /// They are one.
@@ -14,11 +15,11 @@ pub enum ObjectFromGroup {
     At(u32),
 }
 
-/// What stands where one of the geometry's instances does.
+/// The scene data of an instance of the geometry.
 #[derive(Clone, Copy, Debug)]
 pub struct InstanceRecord {
     pub object: ObjectId,
-    /// Instead of those of the meshes.
+    /// Replaces the materials of the meshes.
     pub material: Option<MaterialId>,
     pub object_from_group: ObjectFromGroup,
     /// The node of its file that the instance is, instead of those of the meshes.

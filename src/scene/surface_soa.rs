@@ -1,4 +1,4 @@
-//! Surfaces of many hits on vectors: what is the same for all of them, sixteen at a time.
+//! Surface interactions of many hits as structures of arrays, sixteen at a time.
 
 use super::{SurfaceInteraction, interaction::HitGeometry};
 use crate::{
@@ -98,7 +98,7 @@ impl Loop for TrianglePoints<'_> {
     }
 }
 
-/// Finds how surfaces are seen.
+/// Computes shading views.
 struct ShadingViews<'a>(&'a mut [SoaBlock]);
 
 impl Loop for ShadingViews<'_> {
@@ -168,7 +168,7 @@ impl SurfaceSoa {
         set(&mut block.smooth, i, smooth);
     }
 
-    /// Finds all that follows from what was pushed.
+    /// Computes the interactions of all surfaces.
     pub(super) fn compute(&mut self, on: impl Runner) {
         let blocks = &mut self.blocks[..self.len.div_ceil(LANES)];
         on.run(TrianglePoints(blocks));
@@ -185,7 +185,7 @@ impl SurfaceSoa {
         on.run(ShadingViews(blocks));
     }
 
-    /// Enters in `surface` what was found for the `k`th.
+    /// Writes the computed geometry of surface `k` to `surface`.
     #[inline(always)]
     pub(super) fn set_geometry(&self, k: usize, surface: &mut SurfaceInteraction) {
         let (block, i) = (&self.blocks[k / LANES], k % LANES);

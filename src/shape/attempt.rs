@@ -1,4 +1,4 @@
-//! What can be told of a ray and a shape without branches, and so of many rays on vectors.
+//! Branch-free intersection attempts, which are vectorized over many rays.
 
 use super::ShapeHit;
 

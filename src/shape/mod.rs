@@ -83,8 +83,7 @@ pub trait ShapeKind {
         false
     }
 
-    /// What can be told of many rays at once of [`ShapeKind::intersect`], one attempt for each; by
-    /// default nothing.
+    /// Attempts [`ShapeKind::intersect`] for many rays at once; the default attempts nothing.
     fn attempt(&self, _on: impl Runner, _rays: &[Ray], attempts: &mut [Attempt]) {
         attempts.fill(Attempt::NOTHING);
     }

@@ -57,7 +57,7 @@ impl Bitmap {
         Rgb::new(self.linear(i), self.linear(i + 1), self.linear(i + 2))
     }
 
-    /// The largest number of each channel; white for formats that hold nothing larger.
+    /// The largest value of each channel; white for formats with values up to 1.
     pub fn max_value(&self) -> Rgb {
         match &self.storage {
             Storage::Srgb8(_) | Storage::Linear8(_) => Rgb::WHITE,
@@ -76,7 +76,7 @@ impl Bitmap {
     }
 
     /// Four texels weighed, `f` for the second column and the second row; rows count from the
-    /// bottom, and what is `None` is black. What is stored how is asked once, not for every number.
+    /// bottom, and what is `None` is black. The storage is matched once, not for every number.
     #[inline]
     pub fn blend(&self, columns: [Option<u32>; 2], rows: [Option<u32>; 2], f: Vec2) -> Rgb {
         match &self.storage {
@@ -121,8 +121,7 @@ impl Bitmap {
         }
     }
 
-    /// A picture nobody takes for the real one, to stand in for one that is missing: squares of
-    /// magenta and black, and from afar magenta.
+    /// A placeholder for a missing image: squares of magenta and black.
     pub fn placeholder() -> Self {
         const SIDE: u32 = 16;
         const SQUARE: u32 = 2;

@@ -32,7 +32,7 @@ pub struct TextureId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BitmapId(pub u32);
 
-/// A place on a surface, in the object's own space, so that a texture moves with its object.
+/// A point of a surface in object space, so that a texture moves with its object.
 #[derive(Clone, Copy, Debug)]
 pub struct TexturePoint {
     pub uv: Vec2,
@@ -45,13 +45,12 @@ pub struct TexturePoint {
     /// How fast the normal turns over the surface, in radians per metre; negative where it is
     /// hollow on the normal's side.
     pub curvature: f32,
-    /// The two axes, from end to end in `uv`, of the part of the surface that is looked at; zero
-    /// for a point.
+    /// The two axes of the footprint in `uv`, from end to end; zero for a point.
     pub footprint: [Vec2; 2],
 }
 
 impl TexturePoint {
-    /// A point of which no more is known.
+    /// A point without further data.
     pub fn new(p: Vec3, n: Vec3) -> Self {
         Self {
             uv: Vec2::ZERO,
@@ -70,7 +69,7 @@ pub trait PatternKind {
     /// The colour at `st`.
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb;
 
-    /// The largest number of each channel, wherever that is.
+    /// The largest value of each channel.
     fn max_value(&self, bitmaps: &[Bitmap]) -> Rgb;
 
     /// The opacity at `st`, from 0 to 1.
@@ -116,8 +115,8 @@ impl Texture {
         self.pattern.alpha(bitmaps, st)
     }
 
-    /// The colour at a place: of pictures with levels the mean over the footprint. Patterns by
-    /// formula are looked up at the point alone; a pixel's samples average them.
+    /// The colour at a point. Images with mip levels are averaged over the footprint; procedural
+    /// patterns are evaluated at the point.
     pub fn eval(&self, bitmaps: &[Bitmap], at: &TexturePoint) -> Rgb {
         let st = self.transform.point(self.mapping.st(at));
         match &self.pattern {
@@ -130,7 +129,7 @@ impl Texture {
     }
 }
 
-/// A colour of a material: one, or one for every place.
+/// A colour of a material, constant or textured.
 #[derive(Clone, Copy, Debug)]
 pub enum Color {
     Constant(Rgb),
@@ -146,7 +145,7 @@ impl Color {
     }
 }
 
-/// A number of a material: one, or one for every place.
+/// A scalar of a material, constant or textured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scalar {
     Constant(f32),
@@ -161,7 +160,7 @@ impl Scalar {
     }
 }
 
-/// The tables that colours are looked up in.
+/// The textures and bitmaps of a scene, for lookups.
 #[derive(Clone, Copy, Debug)]
 pub struct Textures<'a> {
     pub textures: &'a [Texture],
@@ -186,7 +185,7 @@ impl Textures<'_> {
         }
     }
 
-    /// The largest channel of a colour, wherever that is.
+    /// The largest channel of a colour over the whole surface.
     pub fn max_value(&self, color: &Color) -> f32 {
         let of = |id: &TextureId| self.textures[id.0 as usize].pattern.max_value(self.bitmaps);
         let max_value = match color {

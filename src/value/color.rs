@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, de};
 use super::number::{NonNegative, finite, not_negative};
 use crate::math::Rgb;
 
-/// A weight for each channel, none of them negative: one number for all three, or `[r, g, b]`.
+/// A non-negative factor for each channel: one number for all three, or `[r, g, b]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RgbFactor(pub Rgb);
 
@@ -80,7 +80,7 @@ impl<'de> Deserialize<'de> for ColorSource {
     }
 }
 
-/// One of the numbers of a texel.
+/// A channel of a texel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channel {
     R,
@@ -110,7 +110,7 @@ pub enum ScalarSource {
     Texture {
         /// The name of a texture of the same file.
         name: String,
-        /// Where none is said, each use has its own.
+        /// The default depends on the use.
         channel: Option<Channel>,
     },
 }

@@ -5,7 +5,7 @@ use std::fmt;
 use glam::Vec3;
 use serde::{Deserialize, Deserializer, de};
 
-/// Any number, whole or not.
+/// Deserializes an integer or a floating-point number.
 fn number<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
     struct NumberVisitor;
     impl de::Visitor<'_> for NumberVisitor {

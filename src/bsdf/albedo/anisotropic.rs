@@ -29,7 +29,7 @@ const POINTS: FacetGrid = FacetGrid {
 type Mirrors = [[f32; MIRRORS[1]]; MIRRORS[0]];
 type Grazing = [[f32; GRAZING[1]]; GRAZING[0]];
 
-/// What is off for one pair; each part is integrated when it is first asked.
+/// The corrections of one node; each table is integrated on first use.
 struct AnisotropicNode {
     mirrors: OnceLock<Box<Mirrors>>,
     grazing: OnceLock<Box<Grazing>>,

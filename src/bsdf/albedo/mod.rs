@@ -7,10 +7,9 @@
 //! models", 2019; Kulla and Conty, "Revisiting Physically Based Shading at Imageworks", SIGGRAPH
 //! 2017 course.
 //!
-//! Tables are linear between their nodes. A row of one is integrated when it is first asked, always
-//! to the same bits, in some thousandths of a second. What they say is never less than the truth,
-//! so that no light is gained, and more by no more than a hundredth, two of brushed facets at
-//! grazing angles (tested).
+//! Tables are linear between their nodes. A row is integrated on first use, in a few milliseconds,
+//! always to the same bits. What they say is never less than the truth, so that no light is gained,
+//! and more by no more than a hundredth, two of brushed facets at grazing angles (tested).
 
 use super::{fresnel, microfacet::Ggx};
 use crate::math::{Vec2, Vec3};
