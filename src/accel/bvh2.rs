@@ -1,27 +1,32 @@
 //! A binary tree, traversed one ray at a time in plain Rust: simple enough to trust, and a yardstick.
 
 use super::{
-    Geometry, Quality,
-    binary::{self, Leaves},
-    levels::{self, Tree, Walk},
-    prims::Prims,
-    slab::Planes,
+    accelerator::Quality,
+    build::{
+        self,
+        bvh2_tree::{self, Leaves},
+        prims::Prims,
+    },
+    two_level::{self, Tree, Walk},
 };
-use crate::math::Ray;
+use crate::{
+    geometry::{Geometry, slab::Planes},
+    math::Ray,
+};
 
 /// The accelerator.
-pub(super) type Bvh2 = levels::Levels<Binary>;
+pub(super) type Bvh2 = two_level::Levels<Binary>;
 
 /// A binary tree over boxes.
 #[derive(Default)]
-pub(super) struct Binary(binary::Tree);
+pub(super) struct Binary(bvh2_tree::Tree);
 
 impl Tree for Binary {
     type Stack = Vec<(u32, f32)>;
 
     fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Self {
         let leaves = Leaves { triangles: 4 };
-        Self(binary::build_whole(prims, geometry, quality, leaves).unwrap_or_default())
+        Self(build::build_tree(prims, geometry, quality, leaves).unwrap_or_default())
     }
 
     /// Nearer boxes come first.

@@ -15,13 +15,18 @@ use obvhs::{
 };
 
 use super::{
-    Geometry, Quality,
-    binary::{self, Flat, Leaves},
-    levels::{self, Tree, Walk},
-    prims::Prims,
-    slab::Planes,
+    accelerator::Quality,
+    build::{
+        self,
+        bvh2_tree::{self, Flat, Leaves},
+        prims::Prims,
+    },
+    two_level::{self, Tree, Walk},
 };
-use crate::math::{Aabb, Ray, Vec3};
+use crate::{
+    geometry::{Geometry, slab::Planes},
+    math::{Aabb, Ray, Vec3},
+};
 
 /// What quantising may take off a box, relative to the node's extent: obvhs rounds the scale's logarithm, which is
 /// wrong by at most 2^-18, and clamps what sticks out.
@@ -31,7 +36,7 @@ const QUANTISATION: f32 = 1.0 / 65_536.0;
 const MAX_LEAF: u32 = 3;
 
 /// The accelerator.
-pub(super) type CwBvh = levels::Levels<Compressed>;
+pub(super) type CwBvh = two_level::Levels<Compressed>;
 
 /// obvhs's compressed 8-wide tree.
 #[derive(Default)]
@@ -44,7 +49,7 @@ impl Tree for Compressed {
 
     fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Self {
         let leaves = Leaves { triangles: 1 };
-        let binary = binary::build_whole(prims, geometry, quality, leaves);
+        let binary = build::build_tree(prims, geometry, quality, leaves);
         let nodes = binary.map_or_else(Nodes::default, |binary| {
             bvh2_to_cwbvh(&pair_up(binary), MAX_LEAF, true, false)
         });
@@ -101,7 +106,7 @@ impl Tree for Compressed {
 }
 
 /// The tree as obvhs has it, with the children of a node side by side.
-fn pair_up(binary: binary::Tree) -> Bvh2 {
+fn pair_up(binary: bvh2_tree::Tree) -> Bvh2 {
     let mut tree = Bvh2 {
         nodes: vec![Bvh2Node::default(); binary.nodes.len()],
         primitive_indices: binary.ids,

@@ -5,9 +5,13 @@
 use std::{ops::Range, sync::Arc, time::Instant};
 
 use super::{
-    Accelerator, BuildError, BuildStats, Edit, Geometry, Hit, Instance, PrimRef, RayCost, Updated, check, prims::Prims,
+    accelerator::{Accelerator, BuildStats, RayCost, Updated},
+    build::prims::Prims,
 };
-use crate::math::{Aabb, Ray};
+use crate::{
+    geometry::{BuildError, Edit, Geometry, Hit, Instance, PrimRef, check},
+    math::{Aabb, Ray},
+};
 
 /// No structure at all.
 pub struct Linear {

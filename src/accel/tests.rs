@@ -6,15 +6,15 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::{
-    math::{Vec3, hash},
+    math::{Ray, Vec3, hash},
     shape::{Shape, sphere::Sphere},
 };
 
-mod heads;
+mod entry_points;
 mod instances;
-mod packets;
+mod occluder_cache;
+mod policy;
 mod trees;
-mod umbra;
 
 /// Reproducible numbers.
 struct Random(u32);

@@ -4,14 +4,11 @@ use std::{borrow::Cow, path::PathBuf, sync::Arc, time::Instant};
 
 use rayon::prelude::*;
 
-use super::{
-    Buffers, BuildRow, Cell, Embree, Kind, Report,
-    embree::{EmbreeError, Quality as EmbreeQuality},
-    tracer::Tracer,
-};
+use super::{Buffers, BuildRow, Cell, Kind, Report, tracer::Tracer};
 use crate::{
     accel::{self, AccelKind, Accelerator, BuildError, Geometry, Quality, RayCost, Simd},
     math::Ray,
+    native::{Embree, EmbreeError, EmbreeQuality},
 };
 
 /// What to measure.
@@ -173,7 +170,15 @@ fn builders<'a>(geometry: &'a Arc<Geometry>, options: &'a Options, threads: usiz
     ];
     for (name, quality) in theirs {
         let Some(library) = &options.embree else { break };
-        let build = move || Ok(Built::Theirs(Embree::build(library, geometry, quality, threads)?));
+        let build = move || {
+            Ok(Built::Theirs(Embree::build(
+                library,
+                &geometry.vertices,
+                &geometry.triangles,
+                quality,
+                threads,
+            )?))
+        };
         builders.push((name, Box::new(build)));
     }
     builders

@@ -2,13 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::{
-    Embree, Kind,
-    embree::{RayHit, RayHit16},
-};
+use super::Kind;
 use crate::{
     accel::{Accelerator, Hit},
     math::Ray,
+    native::{Coherence, Embree, RayHit, RayHit16},
 };
 
 /// Rays that one thread takes at a time; what a wave holds.
@@ -65,10 +63,15 @@ impl Tracer<'_> {
                     .for_each(|q| embree.trace_single(occlusion, q));
             }
             (Self::Embree16(embree), Prepared::Packets(queries)) => {
+                let occlusion = kind.is_occlusion();
+                let coherence = match kind {
+                    Kind::Primary => Coherence::Coherent,
+                    _ => Coherence::Incoherent,
+                };
                 queries
                     .par_chunks_mut(BATCH / 16)
                     .with_max_len(1)
-                    .for_each(|q| embree.trace_packets(kind, q));
+                    .for_each(|q| embree.trace_packets(occlusion, coherence, q));
             }
             _ => unreachable!("a tracer gets what it has prepared"),
         }

@@ -2,16 +2,19 @@
 
 use std::sync::Arc;
 
-use super::{super::*, Random, compare, grid, rays, rooms, soup};
-use crate::math::{Ray, Vec3};
+use super::{Random, compare, grid, rays, rooms, soup};
+use crate::{
+    accel::*,
+    math::{Ray, Vec3},
+};
 
 #[test]
 fn cut_triangles_are_covered_by_their_parts() {
     let g = rooms();
-    let prims = || prims::Prims::whole(&g).expect("the scene is valid");
-    let leaves = binary::Leaves { triangles: 1 };
-    let tree = binary::build_whole(prims(), &g, Quality::High, leaves).expect("there are triangles");
-    let whole = binary::build_whole(prims(), &g, Quality::Medium, leaves).expect("there are triangles");
+    let prims = || build::prims::Prims::whole(&g).expect("the scene is valid");
+    let leaves = build::bvh2_tree::Leaves { triangles: 1 };
+    let tree = build::build_tree(prims(), &g, Quality::High, leaves).expect("there are triangles");
+    let whole = build::build_tree(prims(), &g, Quality::Medium, leaves).expect("there are triangles");
     assert_eq!(whole.ids.len(), g.triangles.len());
     assert!(tree.ids.len() > g.triangles.len() + 50 && tree.ids.len() <= g.triangles.len() * 3 / 2);
     let mut r = Random(3);
@@ -170,15 +173,16 @@ fn trees_do_not_depend_on_the_number_of_threads() {
                 .num_threads(threads)
                 .build()
                 .expect("threads");
-            let prims = prims::Prims::whole(&g).expect("the scene is valid");
-            let leaves = binary::Leaves { triangles: 2 };
-            let tree = pool.install(|| binary::build_whole(prims, &g, Quality::High, leaves));
+            let prims = build::prims::Prims::whole(&g).expect("the scene is valid");
+            let leaves = build::bvh2_tree::Leaves { triangles: 2 };
+            let tree = pool.install(|| build::build_tree(prims, &g, Quality::High, leaves));
             tree.expect("there are triangles")
         };
         let (one, three) = (build(1), build(3));
         assert_eq!(one.ids, three.ids);
-        let same =
-            |(a, b): (&binary::Flat, &binary::Flat)| a.bounds == b.bounds && (a.link, a.count) == (b.link, b.count);
+        let same = |(a, b): (&build::bvh2_tree::Flat, &build::bvh2_tree::Flat)| {
+            a.bounds == b.bounds && (a.link, a.count) == (b.link, b.count)
+        };
         assert!(one.nodes.len() == three.nodes.len() && one.nodes.iter().zip(&three.nodes).all(same));
     }
 }

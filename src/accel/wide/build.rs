@@ -7,14 +7,20 @@
 use rayon::prelude::*;
 
 use super::{
-    super::{
-        Geometry, Quality,
-        binary::{self, Forest, Leaves, Tree},
-        prims::Prims,
-        simd::pages,
-    },
     collapse::{Piece, collapse, order_children},
     node::{self, Block, EMPTY, Node},
+};
+use crate::{
+    accel::{
+        accelerator::Quality,
+        build::{
+            self,
+            bvh2_tree::{Forest, Leaves, Tree},
+            prims::Prims,
+        },
+    },
+    geometry::Geometry,
+    simd::huge_pages,
 };
 
 /// The most triangles of a leaf of the binary tree. With four of them, a block, there is less to plan; with two the
@@ -31,7 +37,7 @@ pub(super) fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Opti
         let no_pieces = |_| [f32::INFINITY; 2];
         collapse(&tree, geometry, no_pieces)
     };
-    let Forest { top, mut pieces } = binary::build(prims, geometry, quality, leaves(quality), finish)?;
+    let Forest { top, mut pieces } = build::build_forest(prims, geometry, quality, leaves(quality), finish)?;
     if let [whole] = &mut pieces[..]
         && !whole.nodes.is_empty()
     {
@@ -91,7 +97,7 @@ fn behind<T: Copy + Send + Sync>(
     moved: impl Fn(&T, usize) -> T + Sync,
 ) -> Vec<T> {
     let count = starts[parts.len()];
-    let mut all = pages::reserve(count);
+    let mut all = huge_pages::reserve(count);
     all.extend_from_slice(top);
     all.par_extend((top.len()..count).into_par_iter().with_min_len(1024).map(|i| {
         let part = starts.partition_point(|&start| start <= i) - 1;

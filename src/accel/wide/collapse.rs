@@ -7,14 +7,12 @@
 //! Source: Ylitie, Karras, Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", 2017,
 //! section 3.1, <https://doi.org/10.1145/3105762.3105773>.
 
-use super::{
-    super::{
-        Geometry,
-        binary::{Flat, Tree},
-    },
-    node::{Block, FOR_PACKETS, MAX_LEAF, Node, inner, leaf, shape},
+use super::node::{Block, FOR_PACKETS, MAX_LEAF, Node, inner, leaf, shape};
+use crate::{
+    accel::build::bvh2_tree::{Flat, Tree},
+    geometry::Geometry,
+    math::trig,
 };
-use crate::math::trig;
 
 /// What a block of four triangles costs, in tests of a node.
 const BLOCK_COST: f32 = 0.85;
@@ -334,13 +332,17 @@ pub(super) fn order_children(node: &mut Node, count: usize) {
 
 #[cfg(test)]
 mod tests {
-    use super::{
-        super::super::{LARGEST, Quality, binary, prims::Prims},
-        *,
-    };
-    use crate::math::{
-        Aabb, Vec3,
-        hash::{pcg4d, unit_f32},
+    use super::*;
+    use crate::{
+        accel::{
+            accelerator::Quality,
+            build::{self, bvh2_tree, prims::Prims},
+        },
+        geometry::LARGEST,
+        math::{
+            Aabb, Vec3,
+            hash::{pcg4d, unit_f32},
+        },
     };
 
     #[test]
@@ -356,8 +358,8 @@ mod tests {
                 ..Geometry::default()
             };
             let prims = Prims::whole(&geometry).expect("all is finite");
-            let leaves = binary::Leaves { triangles: 2 };
-            let tree = binary::build_whole(prims, &geometry, Quality::Medium, leaves).expect("there are triangles");
+            let leaves = bvh2_tree::Leaves { triangles: 2 };
+            let tree = build::build_tree(prims, &geometry, Quality::Medium, leaves).expect("there are triangles");
             let piece = collapse(&tree, &geometry, |_| [f32::INFINITY; 2]);
             assert!(piece.nodes.len() > 5);
             for node in &piece.nodes {

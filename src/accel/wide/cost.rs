@@ -1,10 +1,11 @@
 //! What a ray costs in the wide tree: the same tree, one ray at a time, counting.
 
-use super::{
-    super::{Geometry, Hit, Instance, PrimRef, RayCost, instance::Spread, simd::Tree, slab::Planes},
-    node::{self, EMPTY, INSTANCE, LEAF, SHAPE, blocks},
+use super::node::{self, EMPTY, INSTANCE, LEAF, SHAPE, blocks};
+use crate::{
+    accel::{accelerator::RayCost, kernels::tree::Tree},
+    geometry::{Geometry, Hit, Instance, PrimRef, padding::Spread, slab::Planes},
+    math::Ray,
 };
-use crate::math::Ray;
 
 /// A ray in the space of a tree.
 struct Inside<'a> {

@@ -1,27 +1,35 @@
 //! The default accelerator: an eight-wide tree and kernels for many rays at once.
 //!
-//! A binary tree is built ([`super::binary`]) and [`build`] makes a wide one of it. Triangles lie in blocks of four with
+//! A binary tree is built ([`super::build`]) and [`build`] makes a wide one of it. Triangles lie in blocks of four with
 //! their corners, so that a leaf reads nothing else; an analytic primitive is a leaf of its own.
 //!
-//! [`super::simd`] traces: packets of 16 rays where [`batch`] finds that they stay together, 64 rays in flight where they
+//! [`super::kernels`] traces: packets of 16 rays where [`policy`] finds that they stay together, 64 rays in flight where they
 //! have nothing in common. Shadow rays are looked at before, whether one look answers many of them.
 
 use std::{cell::RefCell, sync::Arc, time::Instant};
 
 use super::{
-    Accelerator, BuildError, BuildStats, Edit, Geometry, Hit, PrimRef, Quality, RayCost, TreeId, Updated, check,
-    instance::Spread,
-    nearest_unbounded,
-    prims::Prims,
-    simd::{self, Grown, Numbers, Order, Pick, Scratch, Simd, Tree},
+    accelerator::{Accelerator, BuildStats, Quality, RayCost, TreeId, Updated},
+    build::prims::Prims,
+    kernels::{
+        self,
+        packet::order::Order,
+        ray_selection::Pick,
+        scratch::Scratch,
+        tree::{Grown, Numbers, Tree},
+    },
 };
-use crate::math::{Aabb, Ray};
+use crate::{
+    geometry::{BuildError, Edit, Geometry, Hit, PrimRef, check, padding::Spread},
+    math::{Aabb, Ray},
+    simd::Simd,
+};
 
-pub(super) mod batch;
 mod build;
 mod collapse;
 mod cost;
 pub(super) mod node;
+pub(super) mod policy;
 
 /// Rays that tell what those around them take by themselves, where these might go in packets. What that is differs from one part
 /// of a picture to another by a factor of two.
@@ -127,7 +135,7 @@ impl Wide {
     fn push_top(&mut self, mut prims: Prims) -> Result<(), BuildError> {
         self.size = prims.bounds().extent().max_element().max(0.0);
         let reach = self.lower.iter().map(|lower| lower.reach).fold(prims.reach, f32::max);
-        self.tree_mut().spread = Spread::new(&self.geometry, reach);
+        self.tree_mut().spread = Spread::new(self.geometry.instance_transforms(), reach);
         self.unbounded = std::mem::take(&mut prims.unbounded);
         let grown = self.grow(prims);
         let numbers = Numbers {
@@ -172,7 +180,7 @@ impl Wide {
         }
         let some: [u32; SOME] = std::array::from_fn(|k| (k * rays.len() / SOME) as u32);
         let pick = Pick::Some(&some);
-        simd::occluded_inflight(self.simd, &self.tree, &self.geometry, rays, pick, blocked, scratch);
+        kernels::occluded_inflight(self.simd, &self.tree, &self.geometry, rays, pick, blocked, scratch);
         scratch.alone = scratch.taken / SOME as u64;
         scratch.untold = 0;
     }
@@ -180,7 +188,8 @@ impl Wide {
     /// What lies outside the tree: the state that a ray enters the tree with.
     fn outside(&self, ray: &Ray) -> Option<Hit> {
         let mut hit = None;
-        nearest_unbounded(&self.geometry, &self.unbounded, &mut ray.clone(), &mut hit);
+        self.geometry
+            .keep_nearest_of(&self.unbounded, &mut ray.clone(), &mut hit);
         hit
     }
 }
@@ -198,16 +207,16 @@ impl Accelerator for Wide {
         if tree.nodes().is_empty() {
             return;
         }
-        let order = batch::order(rays, self.size).filter(|_| !tree.has_instances());
+        let order = policy::order(rays, self.size).filter(|_| !tree.has_instances());
         SCRATCH.with_borrow_mut(|scratch| {
             let (simd, geometry) = (self.simd, &*self.geometry);
             if let Some(order) = order {
-                simd::nearest_packets(simd, tree, geometry, rays, order, hits, scratch);
+                kernels::nearest_packets(simd, tree, geometry, rays, order, hits, scratch);
                 let left = std::mem::take(&mut scratch.left);
-                simd::nearest_inflight(simd, tree, geometry, rays, Pick::Some(&left), hits, scratch);
+                kernels::nearest_inflight(simd, tree, geometry, rays, Pick::Some(&left), hits, scratch);
                 scratch.left = left;
             } else {
-                simd::nearest_inflight(simd, tree, geometry, rays, Pick::All, hits, scratch);
+                kernels::nearest_inflight(simd, tree, geometry, rays, Pick::All, hits, scratch);
             }
         });
     }
@@ -224,12 +233,12 @@ impl Accelerator for Wide {
         if tree.nodes().is_empty() {
             return;
         }
-        let order = batch::occlusion_order(rays, self.size).filter(|_| !tree.has_instances());
+        let order = policy::occlusion_order(rays, self.size).filter(|_| !tree.has_instances());
         SCRATCH.with_borrow_mut(|scratch| {
             let (simd, geometry) = (self.simd, &*self.geometry);
             let is_sifted = !tree.has_instances() && {
                 let order = order.unwrap_or(Order::ROWS);
-                simd::occluded_at_once(simd, tree, rays, order, blocked, scratch);
+                kernels::occluded_at_once(simd, tree, rays, order, blocked, scratch);
                 scratch.is_sifted
             };
             // What is left of rays that lay side by side does not.
@@ -239,7 +248,7 @@ impl Accelerator for Wide {
             }
             let together = order.filter(|_| scratch.head_doubt.tries());
             match (in_packets, together) {
-                (Some(order), _) => simd::occluded_packets(simd, tree, geometry, rays, order, blocked, scratch),
+                (Some(order), _) => kernels::occluded_packets(simd, tree, geometry, rays, order, blocked, scratch),
                 (None, Some(order)) if !is_sifted => order.put(rays.len(), &mut scratch.left),
                 (None, _) => {}
             }
@@ -249,7 +258,7 @@ impl Accelerator for Wide {
                 None if is_sifted || in_packets.is_some() => Pick::Some(&left),
                 None => Pick::All,
             };
-            simd::occluded_inflight(simd, tree, geometry, rays, pick, blocked, scratch);
+            kernels::occluded_inflight(simd, tree, geometry, rays, pick, blocked, scratch);
             scratch.left = left;
         });
     }

@@ -1,0 +1,261 @@
+//! Shadow rays that are answered before any of them goes through the tree.
+//!
+//! Groups of rays that start next to one another may have nothing in their way, as on a roof: then what encloses the group
+//! ([`Shaft`]) meets no box. And one leaf may block most of them, as a ceiling that the sun shines on: then those of its triangles
+//! that the shaft comes to are tested with all rays, sixteen at a time, and with the groups that follow. Where they block few of a
+//! group, that looks for others.
+//!
+//! Some groups of a batch show whether that pays.
+
+use super::{
+    packet::order::Order,
+    ray_state::BEYOND,
+    ray16::{RAYS, Sixteen},
+    scratch::Scratch,
+    shaft::Shaft,
+    slot_set::take,
+    tree::Tree,
+    triangle::{Vec3s, candidates, each, meet, plane, sides, spread, stretch_any},
+};
+use crate::{
+    accel::wide::node::{Block, EMPTY, LEAF, SHAPE},
+    math::Ray,
+    shape::triangle::Shear,
+    simd::lanes::{Floats, Level, Mask},
+};
+
+/// Rays of a group.
+const GROUP: usize = 4 * RAYS;
+
+/// The groups of a batch that are tried.
+const TRIALS: usize = 8;
+
+/// One of so many of their rays must be answered so that it pays: the others go through the tree without packets, which would
+/// take as long for all of them where packets suit them best.
+const PAYS: usize = 3;
+
+/// Triangles that block one of so many of a group's rays are tested with the next group first.
+const KEPT: u32 = 4;
+
+/// Nodes that are looked at for a group.
+const NODES: usize = 8;
+
+/// Triangles of a block.
+const BLOCK: usize = 4;
+
+/// Room for the children that wait: of each node but the last all but one, and the eight of the last.
+const STACK: usize = 7 * NODES + 8;
+
+struct Umbra<'a> {
+    tree: &'a Tree,
+    rays: &'a [Ray],
+    shaft: Shaft,
+    /// What blocked many of the last group.
+    blocker: Option<Blocker>,
+}
+
+/// Some triangles of a leaf.
+#[derive(Clone, Copy, PartialEq)]
+struct Blocker {
+    leaf: u32,
+    /// Which, a bit for each, in the order of the leaf's blocks.
+    triangles: u32,
+}
+
+/// What a shaft comes to.
+enum View {
+    Nothing,
+    /// The first leaf with triangles of those that are to be tried.
+    Leaf(Blocker),
+    Anything,
+}
+
+/// Answers the rays that can be answered at once where that pays: [`Scratch::is_sifted`] then, and the others' numbers are in
+/// [`Scratch::left`].
+#[inline(always)]
+pub fn trace<L: Level>(level: L, tree: &Tree, rays: &[Ray], order: Order, blocked: &mut [bool], scratch: &mut Scratch) {
+    let (count, left) = (rays.len(), &mut scratch.left);
+    let groups = count / GROUP;
+    scratch.is_sifted = false;
+    if groups < 2 * TRIALS {
+        return;
+    }
+    let mut umbra = Umbra {
+        tree,
+        rays,
+        shaft: Shaft::default(),
+        blocker: None,
+    };
+    left.clear();
+    for k in 0..TRIALS {
+        let group = k * (groups - 1) / (TRIALS - 1);
+        umbra.ask(level, &ids(order, group, count), blocked, left);
+    }
+    let answered = TRIALS * GROUP - left.len();
+    left.clear();
+    scratch.is_sifted = answered * PAYS >= TRIALS * GROUP;
+    if scratch.is_sifted {
+        for group in 0..groups {
+            umbra.ask(level, &ids(order, group, count), blocked, left);
+        }
+        for packet in groups * GROUP / RAYS..count.div_ceil(RAYS) {
+            left.extend(order.list(packet, count).as_slice());
+        }
+    }
+}
+
+/// The rays of a group, of `count` rays, that is full.
+#[inline(always)]
+fn ids(order: Order, group: usize, count: usize) -> [u32; GROUP] {
+    let mut ids = [0; GROUP];
+    for (packet, ids) in (group * GROUP / RAYS..).zip(ids.as_chunks_mut().0) {
+        *ids = order.list(packet, count).ids;
+    }
+    ids
+}
+
+impl Umbra<'_> {
+    /// Answers what can be answered of a group at once, and adds the others to those that are `left`.
+    #[inline(always)]
+    fn ask<L: Level>(&mut self, level: L, ids: &[u32; GROUP], blocked: &mut [bool], left: &mut Vec<u32>) {
+        let before = left.len();
+        let tested = self.blocker.take();
+        if let Some(blocker) = tested
+            && self.test(level, blocker, ids, blocked, left)
+        {
+            return;
+        }
+        let view = if self.shaft.enclose(level, self.rays, ids, self.tree.spread.reach) {
+            self.look(level)
+        } else {
+            View::Anything
+        };
+        match view {
+            View::Nothing => left.truncate(before),
+            View::Leaf(blocker) if Some(blocker) != tested => {
+                left.truncate(before);
+                self.test(level, blocker, ids, blocked, left);
+            }
+            _ if tested.is_none() => left.extend(ids),
+            _ => {}
+        }
+    }
+
+    /// Tests these triangles with all of a group's rays and adds those to the `left` that they do not block; whether they block
+    /// many, and are kept.
+    #[inline(always)]
+    fn test<L: Level>(
+        &mut self,
+        level: L,
+        blocker: Blocker,
+        ids: &[u32; GROUP],
+        blocked: &mut [bool],
+        left: &mut Vec<u32>,
+    ) -> bool {
+        // SAFETY: it is a leaf of this tree.
+        let blocks = unsafe { self.tree.leaf(blocker.leaf) };
+        let (mut rest, mut count) = ([0; GROUP], 0);
+        for ids in ids.as_chunks::<RAYS>().0 {
+            let lanes = blocked_by(level, blocks, blocker.triangles, self.rays, ids, self.tree.spread.reach);
+            for (lane, &id) in ids.iter().enumerate() {
+                let is_blocked = lanes >> lane & 1 == 1;
+                blocked[id as usize] |= is_blocked;
+                rest[count % GROUP] = id;
+                count += usize::from(!is_blocked);
+            }
+        }
+        left.extend_from_slice(&rest[..count]);
+        let many = (GROUP - count) as u32 * KEPT >= GROUP as u32;
+        self.blocker = many.then_some(blocker);
+        many
+    }
+
+    /// What the shaft comes to, children with the most promise first.
+    #[inline(always)]
+    fn look<L: Level>(&self, level: L) -> View {
+        let mut stack = [0; STACK];
+        stack[0] = self.tree.root();
+        let (mut count, mut nodes) = (1, 0);
+        while count > 0 {
+            count -= 1;
+            let child = stack[count];
+            if child & LEAF == 0 {
+                if nodes == NODES {
+                    return View::Anything;
+                }
+                nodes += 1;
+                // SAFETY: this is the root or an inner child.
+                let node = unsafe { self.tree.node(child) };
+                let mut met = self.shaft.cross(level, node).bits();
+                while met != 0 {
+                    let lane = met.ilog2();
+                    met ^= 1 << lane;
+                    stack[count] = node.child[lane as usize];
+                    count += 1;
+                }
+            } else if child & SHAPE == 0 {
+                // SAFETY: this is a leaf with triangles.
+                let blocks = unsafe { self.tree.leaf(child) };
+                let mut triangles = 0;
+                for (i, block) in blocks.iter().enumerate() {
+                    triangles |= self.shaft.in_the_way(level, block) << (BLOCK * i);
+                }
+                if triangles != 0 {
+                    return View::Leaf(Blocker { leaf: child, triangles });
+                }
+            } else if child != EMPTY {
+                return View::Anything;
+            }
+        }
+        View::Nothing
+    }
+}
+
+/// Which of the rays these triangles of the blocks are in the way of, a bit for each.
+#[inline(always)]
+fn blocked_by<L: Level>(
+    level: L,
+    blocks: &[Block],
+    triangles: u32,
+    rays: &[Ray],
+    ids: &[u32; RAYS],
+    reach: f32,
+) -> u32 {
+    let sixteen = Sixteen::load(level, rays, ids);
+    let sorted = sixteen.sort(reach);
+    let Sixteen { o, d, inv, tmin, tmax } = sixteen;
+    let asked = level.mask16(sorted.ordinary & sorted.along);
+    let [x, y, z] = Shear::new(&rays[ids[sorted.leader] as usize].d).axes;
+    let turn = |v: &Vec3s<L::F16>| [v[x], v[y], v[z]];
+    let (turned_o, turned_d) = (turn(&o), turn(&d));
+    let shear = [turned_d[0].mul(inv[z]), turned_d[1].mul(inv[z])];
+    let begin = tmin.mul(level.splat16(1.0 - BEYOND));
+    let until = tmax.add(tmax.abs().mul(level.splat16(BEYOND)));
+    let mut blocked = 0;
+    let mut triangles = u64::from(triangles);
+    while triangles != 0 && blocked != asked.bits() {
+        let triangle = take(&mut triangles);
+        let (block, k) = (&blocks[triangle / BLOCK], triangle % BLOCK);
+        let [a, b, c] = block.corners.each_ref();
+        let world = [
+            spread(level, a.each_ref(), k),
+            spread(level, b.each_ref(), k),
+            spread(level, c.each_ref(), k),
+        ];
+        let [a, b, c] = &world;
+        let corners = [
+            each(turn(a), turned_o, L::F16::sub),
+            each(turn(b), turned_o, L::F16::sub),
+            each(turn(c), turned_o, L::F16::sub),
+        ];
+        let sides = sides(&corners, shear);
+        if sides.inside.and(asked).bits() & !blocked == 0 {
+            continue;
+        }
+        let candidates = candidates(turned_d, &plane(&corners), sides, begin, until);
+        let meets = meet(stretch_any(&o, &inv, &world), &candidates.crossing);
+        let is_between = tmin.lt(meets.t).and(meets.t.le(tmax));
+        blocked |= candidates.mask.and(meets.valid).and(is_between).and(asked).bits();
+    }
+    blocked
+}

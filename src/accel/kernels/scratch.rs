@@ -1,0 +1,66 @@
+//! The memory of the kernels, kept between batches.
+
+use super::{
+    aliased_buffer::Room,
+    entry_points::Heads,
+    leaf_queue::Visits,
+    packet::rays::Packet,
+    ray_state::{Inside, Slot},
+    slot_set::SLOTS,
+    tree::Tree,
+};
+use super::{backoff::Doubt, packet::rays::PACKETS, stack::StackMemory};
+
+/// What is under way, with its stacks.
+pub struct Scratch {
+    pub slots: Box<[Slot; SLOTS]>,
+    pub packets: Box<[Packet; PACKETS]>,
+    pub inside: Box<[Inside; SLOTS]>,
+    pub visits: Room<Visits>,
+    pub heads: Box<Heads>,
+    /// Of packets for occlusion.
+    pub packet_doubt: Doubt,
+    pub head_doubt: Doubt,
+    /// What the rays took that were in flight last and asked whether anything is in their way, in halves of a node's test.
+    pub taken: u64,
+    /// What some rays took each that might go in packets for occlusion, in the same unit.
+    pub alone: u64,
+    /// How many might have since; before the first, as many as there can be.
+    pub untold: usize,
+    /// The numbers of rays that were in no packet, or not answered at once.
+    pub left: Vec<u32>,
+    /// Whether it is the latter.
+    pub is_sifted: bool,
+    pub stacks: StackMemory,
+}
+
+impl Scratch {
+    pub fn new() -> Self {
+        Self {
+            slots: Box::new(std::array::from_fn(|_| Slot::default())),
+            packets: Box::new(std::array::from_fn(|_| Packet::default())),
+            inside: Box::new([Inside::NOTHING; SLOTS]),
+            visits: Room::new(),
+            heads: Box::new(Heads::new()),
+            packet_doubt: Doubt::default(),
+            head_doubt: Doubt::default(),
+            taken: 0,
+            alone: 40,
+            untold: usize::MAX,
+            left: Vec::new(),
+            is_sifted: false,
+            stacks: StackMemory::new(),
+        }
+    }
+
+    /// Makes room for the stacks of `tree`, and marks their ends.
+    pub fn prepare(&mut self, tree: &Tree) {
+        if self.stacks.reserve(tree.stack_len()) {
+            let of_slots = self.slots.iter_mut().map(|slot| &mut slot.course.stack);
+            let of_packets = self.packets.iter_mut().map(|packet| &mut packet.course.stack);
+            for (id, ends) in of_slots.enumerate().chain(of_packets.enumerate()) {
+                *ends = self.stacks.of_slot(id);
+            }
+        }
+    }
+}
