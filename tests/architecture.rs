@@ -6,6 +6,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
+#[path = "architecture/circles.rs"]
+mod circles;
+#[path = "architecture/paths.rs"]
+mod paths;
+
 /// Rooms by floor. A room uses the floors below its own.
 const FLOORS: [(&str, u32); 27] = [
     ("main", 7),
