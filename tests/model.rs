@@ -100,7 +100,7 @@ fn a_file_that_is_named_twice_is_placed_twice_and_brings_its_materials_once() {
     let object = "[[object]]\nshape.mesh = { file = 'a.obj' }\n";
     let scene = format!("{object}{object}transform = {{ translate = [0, 0, 3] }}\n");
     let desc = batch_render::describe::load(&folder.write("a.toml", &scene)).expect("a scene");
-    let scene = batch_render::compile::scene(&desc, Default::default()).expect("sound");
+    let scene = batch_render::compile::scene(&desc, batch_render::accel::AccelKind::default()).expect("sound");
     let geometry = scene.accel.geometry();
     // One of three triangles has no area.
     assert_eq!((geometry.triangles.len(), scene.meshes.len()), (4, 4));

@@ -7,18 +7,57 @@ use thiserror::Error;
 use crate::{
     geometry::{BuildError, Edit, Geometry, Hit},
     math::Ray,
+    simd::Simd,
 };
+
+/// How the rays of a batch lie beside one another. Hits do not depend on it, only time does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BatchLayout {
+    /// Nothing is known.
+    #[default]
+    Unordered,
+    /// A tile of a picture, row after row, of so many rays each: the samples of a pixel follow one another, and so do the pixels of
+    /// a row. A few rays may be missing.
+    Rows(u32),
+}
+
+/// Rays that are traced together.
+#[derive(Clone, Copy, Debug)]
+pub struct RayBatch<'a> {
+    pub rays: &'a [Ray],
+    pub layout: BatchLayout,
+}
+
+impl<'a> RayBatch<'a> {
+    /// Rays of which no layout is known.
+    pub fn unordered(rays: &'a [Ray]) -> Self {
+        Self {
+            rays,
+            layout: BatchLayout::Unordered,
+        }
+    }
+}
 
 /// The contract of every accelerator.
 ///
 /// # Panics
-/// The methods that fill a slice panic when it is shorter than `rays`.
+/// The methods that fill a slice panic when it is shorter than the batch.
 pub trait Accelerator: Send + Sync {
-    /// Fills `hits[i]` with what `rays[i]` meets first with `tmin < t <= tmax`, `None` where it meets nothing.
-    fn nearest(&self, rays: &[Ray], hits: &mut [Option<Hit>]);
+    /// Fills `hits[i]` with what ray `i` meets first with `tmin < t <= tmax`, `None` where it meets nothing.
+    fn nearest_batch(&self, batch: RayBatch<'_>, hits: &mut [Option<Hit>]);
 
-    /// Fills `blocked[i]` with whether `rays[i]` meets anything at all with `tmin < t <= tmax`.
-    fn occluded(&self, rays: &[Ray], blocked: &mut [bool]);
+    /// Fills `blocked[i]` with whether ray `i` meets anything at all with `tmin < t <= tmax`.
+    fn occluded_batch(&self, batch: RayBatch<'_>, blocked: &mut [bool]);
+
+    /// [`Accelerator::nearest_batch`] for rays of which no layout is known.
+    fn nearest(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.nearest_batch(RayBatch::unordered(rays), hits);
+    }
+
+    /// [`Accelerator::occluded_batch`] for rays of which no layout is known.
+    fn occluded(&self, rays: &[Ray], blocked: &mut [bool]) {
+        self.occluded_batch(RayBatch::unordered(rays), blocked);
+    }
 
     /// Fills `costs[i]` with what the nearest hit of `rays[i]` costs. Slow: for pictures of it.
     fn cost(&self, rays: &[Ray], costs: &mut [RayCost]);
@@ -27,6 +66,9 @@ pub trait Accelerator: Send + Sync {
     /// top alone, positions to the tree that their triangles are in. Hits are then those of a new accelerator over the
     /// changed geometry, bit for bit. Changes nothing where it fails.
     fn update(&mut self, edit: &Edit) -> Result<Updated, BuildError>;
+
+    /// The vectors that it was built for. Loops that run beside it use the same.
+    fn simd(&self) -> Simd;
 
     /// What building took, the last time anything was built.
     fn stats(&self) -> BuildStats;

@@ -31,32 +31,39 @@ pub use crate::{
     geometry::{
         BuildError, Edit, Geometry, Group, Hit, Instance, LARGEST, MOST_MAGNIFICATION, Placed, PlacedGroup, PrimRef,
     },
-    simd::{Simd, VARIABLE as SIMD_VARIABLE, prefetch},
+    simd::{Simd, prefetch},
 };
-pub use accelerator::{AccelKind, Accelerator, BuildStats, Quality, RayCost, TreeId, UnknownName, Updated};
+pub use accelerator::{
+    AccelKind, Accelerator, BatchLayout, BuildStats, Quality, RayBatch, RayCost, TreeId, UnknownName, Updated,
+};
 
-/// Builds an accelerator of medium quality.
-pub fn build(kind: AccelKind, geometry: Arc<Geometry>) -> Result<Box<dyn Accelerator>, BuildError> {
-    build_with(kind, Quality::default(), geometry)
+/// What is built, with how much care, and for which vectors.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BuildOptions {
+    pub kind: AccelKind,
+    pub quality: Quality,
+    pub simd: Simd,
+}
+
+impl From<AccelKind> for BuildOptions {
+    /// Of medium quality, for the best vectors that this processor has.
+    fn from(kind: AccelKind) -> Self {
+        Self {
+            kind,
+            ..Self::default()
+        }
+    }
 }
 
 /// Builds an accelerator.
-pub fn build_with(
-    kind: AccelKind,
-    quality: Quality,
-    geometry: Arc<Geometry>,
-) -> Result<Box<dyn Accelerator>, BuildError> {
+pub fn build(options: impl Into<BuildOptions>, geometry: Arc<Geometry>) -> Result<Box<dyn Accelerator>, BuildError> {
+    let BuildOptions { kind, quality, simd } = options.into();
     Ok(match kind {
-        AccelKind::Linear => Box::new(linear::Linear::build(geometry)?),
-        AccelKind::Bvh2 => Box::new(bvh2::Bvh2::build(geometry, quality)?),
-        AccelKind::CwBvh => Box::new(cwbvh::CwBvh::build(geometry, quality)?),
-        AccelKind::Wide => Box::new(wide::Wide::build(geometry, quality, Simd::detect())?),
+        AccelKind::Linear => Box::new(linear::Linear::build(geometry, simd)?),
+        AccelKind::Bvh2 => Box::new(bvh2::Bvh2::build(geometry, quality, simd)?),
+        AccelKind::CwBvh => Box::new(cwbvh::CwBvh::build(geometry, quality, simd)?),
+        AccelKind::Wide => Box::new(wide::Wide::build(geometry, quality, simd)?),
     })
-}
-
-/// Builds the wide accelerator with the kernels of one level: for tests and benches, which compare them.
-pub fn build_wide(simd: Simd, quality: Quality, geometry: Arc<Geometry>) -> Result<Box<dyn Accelerator>, BuildError> {
-    Ok(Box::new(wide::Wide::build(geometry, quality, simd)?))
 }
 
 /// The wide accelerator with the kernels of one level.
@@ -64,7 +71,7 @@ pub type AtLevel = (Simd, Box<dyn Accelerator>);
 
 /// One tree with the kernels of every level that this processor has.
 pub fn build_wide_levels(quality: Quality, geometry: &Arc<Geometry>) -> Result<Vec<AtLevel>, BuildError> {
-    let tree = wide::Wide::build(Arc::clone(geometry), quality, Simd::detect())?;
+    let tree = wide::Wide::build(Arc::clone(geometry), quality, Simd::best())?;
     let levels = Simd::available().into_iter();
     Ok(levels
         .map(|simd| (simd, Box::new(tree.with(simd)) as Box<dyn Accelerator>))

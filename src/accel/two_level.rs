@@ -5,12 +5,13 @@
 use std::{sync::Arc, time::Instant};
 
 use super::{
-    accelerator::{Accelerator, BuildStats, Quality, RayCost, TreeId, Updated},
+    accelerator::{Accelerator, BuildStats, Quality, RayBatch, RayCost, TreeId, Updated},
     build::prims::{Item, Prims},
 };
 use crate::{
     geometry::{BuildError, Edit, Geometry, Hit, Instance, PrimRef, check, padding::Spread, slab::Planes},
     math::{Aabb, Ray},
+    simd::Simd,
 };
 
 /// What comes after a leaf's item.
@@ -71,6 +72,7 @@ pub(super) struct Levels<T> {
     groups: Vec<Lower<T>>,
     unbounded: Vec<PrimRef>,
     spread: Spread,
+    simd: Simd,
     stats: BuildStats,
 }
 
@@ -82,7 +84,7 @@ struct Stacks<S> {
 }
 
 impl<T: Tree> Levels<T> {
-    pub fn build(geometry: Arc<Geometry>, quality: Quality) -> Result<Self, BuildError> {
+    pub fn build(geometry: Arc<Geometry>, quality: Quality, simd: Simd) -> Result<Self, BuildError> {
         let start = Instant::now();
         check::geometry(&geometry)?;
         let mut levels = Self {
@@ -93,6 +95,7 @@ impl<T: Tree> Levels<T> {
             groups: Vec::new(),
             unbounded: Vec::new(),
             spread: Spread::default(),
+            simd,
             stats: BuildStats::default(),
         };
         if levels.geometry.instances.is_empty() {
@@ -190,14 +193,16 @@ impl<T: Tree> Levels<T> {
 }
 
 impl<T: Tree> Accelerator for Levels<T> {
-    fn nearest(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    fn nearest_batch(&self, batch: RayBatch<'_>, hits: &mut [Option<Hit>]) {
+        let rays = batch.rays;
         let mut stacks = Stacks::default();
         for (ray, hit) in rays.iter().zip(hits) {
             *hit = self.nearest_hit(ray, &mut stacks, &mut RayCost::default());
         }
     }
 
-    fn occluded(&self, rays: &[Ray], blocked: &mut [bool]) {
+    fn occluded_batch(&self, batch: RayBatch<'_>, blocked: &mut [bool]) {
+        let rays = batch.rays;
         let mut stacks = Stacks::default();
         for (ray, blocked) in rays.iter().zip(blocked) {
             let meets = |prim: PrimRef, ray: &Ray| self.geometry.intersect(prim, ray).is_some();
@@ -244,6 +249,10 @@ impl<T: Tree> Accelerator for Levels<T> {
         updated.built.push(TreeId::Top);
         self.measure(start);
         Ok(updated)
+    }
+
+    fn simd(&self) -> Simd {
+        self.simd
     }
 
     fn stats(&self) -> BuildStats {

@@ -7,7 +7,7 @@ use std::{
 
 use super::{Existing, FrameRange, Turntable, range::MAX_FRAMES};
 use crate::{
-    accel::AccelKind,
+    accel::BuildOptions,
     assets::camera_path,
     camera::{Camera, Lens, RotationOrder, SceneCamera, Shot, path::CameraPath},
     describe::{Diagnostics, SceneDesc},
@@ -37,7 +37,7 @@ pub struct Request {
     pub seed: Option<u32>,
     pub seed_mode: Option<SeedMode>,
     pub integrator: Option<String>,
-    pub accel: AccelKind,
+    pub accel: BuildOptions,
     pub fps: Option<f64>,
     pub rotation_order: Option<RotationOrder>,
     /// Bytes that pictures may take; `None` is no limit.
@@ -67,7 +67,7 @@ pub struct Plan {
     /// Moves the camera once the scene is known.
     pub turntable: Option<Turntable>,
     pub integrator: BuiltIn,
-    pub accel: AccelKind,
+    pub accel: BuildOptions,
     pub existing: Existing,
     pub view: View,
     pub exposure: f32,

@@ -4,19 +4,20 @@ use std::{fs, io::IsTerminal, path::Path, sync::Arc};
 
 use anyhow::Context;
 use batch_render::{
-    accel::{AccelKind, Geometry},
+    accel::{BuildOptions, Geometry},
     assets::Store,
     batch::{self, Plan, Request},
     bench::{self, Buffers, Observer, Options},
     compile,
     error::Error,
+    simd::Simd,
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::{args::BenchArgs, job::threads, progress::say};
 
 /// Measures and reports.
-pub fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<()> {
+pub fn run(args: &BenchArgs, simd: Simd, quiet: bool) -> anyhow::Result<()> {
     let side = bench::SIDE;
     let request = Request {
         resolution: Some([side, side]),
@@ -35,11 +36,12 @@ pub fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<()> {
         .camera(0.0);
     let progress = Progress::new(quiet);
     let report = pool.install(|| {
-        let scene = compile::scene_with(&desc, AccelKind::Wide, &store).map_err(Error::from)?;
+        let scene = compile::scene_with(&desc, BuildOptions { simd, ..plan.accel }, &store).map_err(Error::from)?;
         let buffers = Buffers::new(&scene, &camera);
         let geometry = contest(scene.accel.geometry(), args.embree.as_deref());
         let options = Options {
             scene: desc.name(),
+            simd,
             embree: args.embree.clone(),
             repetitions: args.repetitions.into(),
             builds: args.builds.into(),

@@ -4,24 +4,25 @@ use std::{path::Path, sync::Arc};
 
 use anyhow::Context;
 use batch_render::{
-    accel::{SIMD_VARIABLE, Simd},
+    accel::BuildOptions,
     assets::Store,
     batch::{self, Existing, FrameRange, Plan, Request},
     compile,
     error::Error,
     render::Watch,
+    simd::Simd,
 };
 use clap::Parser;
 
 use super::{
     args::{Args, Command, ProgressKind, RenderArgs},
     progress::{Progress, say},
-    signals, summary,
+    signals, simd, summary,
 };
 
 /// Does what the arguments say.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    Simd::requested().map_err(|e| Error::Usage(format!("{SIMD_VARIABLE}: {e}")))?;
+    let simd = simd::from_environment()?;
     match &args.command {
         Some(Command::Check { scene }) => {
             let typed = [
@@ -31,16 +32,16 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
                 scene.as_os_str(),
             ];
             let check = Args::try_parse_from(typed).context("--check takes any scene")?;
-            render_job(&check.render, args.quiet)
+            render_job(&check.render, simd, args.quiet)
         }
-        Some(Command::Bench(bench)) => super::bench::run(bench, args.quiet),
-        None => render_job(&args.render, args.quiet),
+        Some(Command::Bench(bench)) => super::bench::run(bench, simd, args.quiet),
+        None => render_job(&args.render, simd, args.quiet),
     }
 }
 
-fn render_job(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
+fn render_job(args: &RenderArgs, simd: Simd, quiet: bool) -> anyhow::Result<()> {
     let path = args.scene.as_deref().expect("the scene is a required argument");
-    let request = request(args)?;
+    let request = request(args, simd)?;
     let pool = threads(args.threads)?;
     let store = Store::new(args.missing_assets.into());
     let desc = pool.install(|| batch::open(path, &request, &store))?;
@@ -108,7 +109,7 @@ fn display(path: &Path) -> String {
     path.display().to_string()
 }
 
-fn request(args: &RenderArgs) -> Result<Request, Error> {
+fn request(args: &RenderArgs, simd: Simd) -> Result<Request, Error> {
     let range: Option<FrameRange> = args
         .range
         .as_deref()
@@ -134,7 +135,10 @@ fn request(args: &RenderArgs) -> Result<Request, Error> {
         seed: args.seed,
         seed_mode: args.seed_mode,
         integrator: args.integrator.clone(),
-        accel: args.accel,
+        accel: BuildOptions {
+            simd,
+            ..args.accel.into()
+        },
         fps: args.fps,
         rotation_order: args.rotation_order,
         max_memory: Some(args.max_memory),

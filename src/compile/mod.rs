@@ -6,7 +6,7 @@
 use std::{collections::HashMap, sync::Arc};
 
 use crate::{
-    accel::{self, AccelKind},
+    accel::{self, BuildOptions},
     assets::{AssetError, Store, model::ImageSource, store::ImageRequest},
     describe::{Diagnostics, MaterialEntry, SceneDesc},
     material::{Material, MaterialId},
@@ -40,17 +40,22 @@ fn lines(errors: &[AssetError]) -> String {
 }
 
 /// Compiles a scene and builds its acceleration structure, on the threads of the current rayon pool.
-pub fn scene(desc: &SceneDesc, accel: AccelKind) -> Result<Scene, Error> {
+pub fn scene(desc: &SceneDesc, accel: impl Into<BuildOptions>) -> Result<Scene, Error> {
     scene_with(desc, accel, &Store::default())
 }
 
 /// Compiles a scene of which some models are loaded already.
-pub fn scene_with(desc: &SceneDesc, accel: AccelKind, store: &Store) -> Result<Scene, Error> {
+pub fn scene_with(desc: &SceneDesc, accel: impl Into<BuildOptions>, store: &Store) -> Result<Scene, Error> {
     scene_sharing(desc, accel, store, Sharing::default())
 }
 
 /// The same with a say in which meshes are instances.
-pub fn scene_sharing(desc: &SceneDesc, accel: AccelKind, store: &Store, sharing: Sharing) -> Result<Scene, Error> {
+pub fn scene_sharing(
+    desc: &SceneDesc,
+    accel: impl Into<BuildOptions>,
+    store: &Store,
+    sharing: Sharing,
+) -> Result<Scene, Error> {
     let mut compiler = Compiler {
         desc,
         materials: desc

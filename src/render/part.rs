@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::Settings;
 use crate::{
+    accel::BatchLayout,
     film::Window,
     integrator::Path,
     math::{Divisor, Loop, Runner},
@@ -17,6 +18,7 @@ pub(super) struct Part {
     first: u32,
     together: Divisor,
     width: Divisor,
+    layout: BatchLayout,
 }
 
 impl Part {
@@ -26,7 +28,13 @@ impl Part {
             first: samples.start,
             together: Divisor::new(samples.len() as u32),
             width: Divisor::new(tile.x1 - tile.x0),
+            layout: BatchLayout::Rows((tile.x1 - tile.x0) * samples.len() as u32),
         }
+    }
+
+    /// How the rays of the samples lie, those of paths that have ended aside.
+    pub fn layout(&self) -> BatchLayout {
+        self.layout
     }
 
     /// The address of the sample in `slot`.

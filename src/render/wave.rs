@@ -12,7 +12,7 @@ use super::{
     transparency::{Passing, pass, transmittance},
 };
 use crate::{
-    accel::{Hit, PrimRef, RayCost, Simd},
+    accel::{BatchLayout, Hit, PrimRef, RayBatch, RayCost, Simd},
     camera::{Camera, Shot},
     film::{PixelSum, Window},
     integrator::{Departures, Integrator, Path, Turn, components::Sorted},
@@ -60,7 +60,7 @@ impl<'a> Job<'a> {
             integrator,
             settings,
             is_opaque: scene.is_opaque(),
-            simd: Simd::detect(),
+            simd: scene.accel.simd(),
             fills_film: shot.fills_film(),
             cone: scene.reads_footprints().then(cone),
         }
@@ -243,7 +243,11 @@ impl Wave {
         }
         self.hits.clear();
         self.hits.resize(self.rays.len(), None);
-        scene.accel.nearest(&self.rays, &mut self.hits);
+        let batch = RayBatch {
+            rays: &self.rays,
+            layout: part.layout(),
+        };
+        scene.accel.nearest_batch(batch, &mut self.hits);
         let mut traced = self.rays.len() as u64;
         if !job.is_opaque {
             let paths = &self.paths;
@@ -254,7 +258,7 @@ impl Wave {
         self.part_hits();
         self.answer_surfaces(job, part);
         self.answer_escapes(job);
-        traced + self.add_unblocked(job)
+        traced + self.add_unblocked(job, part.layout())
     }
 
     /// Parts rays that met something from those that did not. Nobody can predict which do, so there is no branch.
@@ -350,7 +354,7 @@ impl Wave {
     }
 
     /// Adds the light that shadow rays bring. Returns how many rays it traced.
-    fn add_unblocked(&mut self, job: &Job<'_>) -> u64 {
+    fn add_unblocked(&mut self, job: &Job<'_>, layout: BatchLayout) -> u64 {
         let Departures {
             shadow_rays,
             shadow_light,
@@ -359,7 +363,11 @@ impl Wave {
         } = &mut self.out;
         self.blocked.clear();
         self.blocked.resize(shadow_rays.len(), false);
-        job.scene.accel.occluded(shadow_rays, &mut self.blocked);
+        let batch = RayBatch {
+            rays: shadow_rays,
+            layout,
+        };
+        job.scene.accel.occluded_batch(batch, &mut self.blocked);
         let traced = shadow_rays.len() as u64;
         if job.is_opaque {
             for (&(slot, l), _) in shadow_light.iter().zip(&self.blocked).filter(|(_, blocked)| !**blocked) {

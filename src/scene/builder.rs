@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Background, InstanceRecord, LightGroups, Lights, MeshRecord, Object, ObjectFromGroup, ObjectId, Scene};
 use crate::{
-    accel::{self, AccelKind, BuildError, Geometry, Group, PlacedGroup},
+    accel::{self, BuildError, BuildOptions, Geometry, Group, PlacedGroup},
     light::Light,
     material::{Material, MaterialId},
     math::Transform,
@@ -148,7 +148,7 @@ impl Builder {
     }
 
     /// The scene, with its acceleration structure.
-    pub fn build(mut self, accel: AccelKind) -> Result<Scene, BuildError> {
+    pub fn build(mut self, accel: impl Into<BuildOptions>) -> Result<Scene, BuildError> {
         mipmap::add_levels(&self.textures, &mut self.bitmaps);
         Ok(Scene {
             accel: accel::build(accel, Arc::new(self.geometry))?,

@@ -61,20 +61,20 @@ impl Runner for Simd {
 macro_rules! kernel {
     (
         $(#[$doc:meta])*
-        $name:ident($($arg:ident: $ty:ty),* $(,)?) = |$level:ident| $call:expr
+        $name:ident($($arg:ident: $ty:ty),* $(,)?) $(-> $answer:ty)? = |$level:ident| $call:expr
     ) => {
         $(#[$doc])*
-        pub fn $name(simd: $crate::simd::Simd, $($arg: $ty),*) {
+        pub fn $name(simd: $crate::simd::Simd, $($arg: $ty),*) $(-> $answer)? {
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-            fn avx2($($arg: $ty),*) {
+            fn avx2($($arg: $ty),*) $(-> $answer)? {
                 // SAFETY: the instructions are enabled here.
                 let $level = unsafe { $crate::simd::avx2::Avx2::new() };
                 $call
             }
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-            fn avx512($($arg: $ty),*) {
+            fn avx512($($arg: $ty),*) $(-> $answer)? {
                 // SAFETY: the instructions are enabled here.
                 let $level = unsafe { $crate::simd::avx512::Avx512::new() };
                 $call

@@ -4,9 +4,6 @@ use std::{fmt, str::FromStr};
 
 use thiserror::Error;
 
-/// The variable that forces a level.
-pub const VARIABLE: &str = "BATCH_RENDER_SIMD";
-
 /// The instructions that the kernels use.
 ///
 /// A value beyond `Portable` exists only where the processor has the instructions.
@@ -85,20 +82,16 @@ impl Simd {
             .collect()
     }
 
-    /// What the environment asks for, `None` where it does not.
-    pub fn requested() -> Result<Option<Self>, UnknownSimd> {
-        let name = std::env::var_os(VARIABLE).unwrap_or_default();
-        if name.is_empty() {
-            return Ok(None);
-        }
-        name.to_string_lossy().parse().map(Some)
+    /// The best that this processor has.
+    pub fn best() -> Self {
+        *Self::available().last().expect("the portable level is always there")
     }
+}
 
-    /// What the environment asks for where it can be had, otherwise the best. A program that wants to complain asks
-    /// [`Simd::requested`] first.
-    pub fn detect() -> Self {
-        let requested = Self::requested().ok().flatten();
-        requested.unwrap_or_else(|| *Self::available().last().expect("the portable level is always there"))
+/// The best that this processor has.
+impl Default for Simd {
+    fn default() -> Self {
+        Self::best()
     }
 }
 

@@ -20,5 +20,5 @@ mod pair;
 pub(crate) mod portable;
 mod prefetch;
 
-pub use isa::{Simd, UnknownSimd, VARIABLE};
+pub use isa::{Simd, UnknownSimd};
 pub use prefetch::prefetch;

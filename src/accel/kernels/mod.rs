@@ -11,7 +11,6 @@
 
 mod aliased_buffer;
 mod analytic;
-mod backoff;
 mod entry_points;
 mod hits;
 mod leaf_queue;
@@ -22,7 +21,7 @@ pub(super) mod ray16;
 mod ray_rows;
 pub(super) mod ray_selection;
 mod ray_state;
-mod ray_stream;
+pub(super) mod ray_stream;
 mod refit;
 pub(super) mod scratch;
 mod shaft;
@@ -36,6 +35,7 @@ mod triangle;
 use packet::order::Order;
 use query::{Nearest, Occluded};
 use ray_selection::Pick;
+use ray_stream::StreamReport;
 use scratch::Scratch;
 use tree::Tree;
 
@@ -47,7 +47,7 @@ use crate::{
 
 kernel! {
     /// The nearest hits of the picked rays, if nearer than what `hits` has for them already.
-    nearest_inflight(
+    nearest_stream(
         tree: &Tree,
         geometry: &Geometry,
         rays: &[Ray],
@@ -63,57 +63,67 @@ kernel! {
 
 kernel! {
     /// Whether the rays meet anything; those that `blocked` says of are not asked.
-    occluded_inflight(
+    occluded_stream(
         tree: &Tree,
         geometry: &Geometry,
         rays: &[Ray],
         pick: Pick,
         blocked: &mut [bool],
         scratch: &mut Scratch,
-    ) = |level| match pick {
+    ) -> StreamReport = |level| match pick {
         _ if tree.has_instances() => {
-            ray_stream::trace::<_, Occluded, true, false>(level, tree, geometry, rays, pick, blocked, scratch);
+            ray_stream::trace::<_, Occluded, true, false>(level, tree, geometry, rays, pick, blocked, scratch)
         }
         Pick::Together(_) => {
-            ray_stream::trace::<_, Occluded, false, true>(level, tree, geometry, rays, pick, blocked, scratch);
+            ray_stream::trace::<_, Occluded, false, true>(level, tree, geometry, rays, pick, blocked, scratch)
         }
         _ => ray_stream::trace::<_, Occluded, false, false>(level, tree, geometry, rays, pick, blocked, scratch),
     }
 }
 
 kernel! {
-    /// Whether the rays meet anything, as far as that can be said at once; `order` says which start next to one another. Where it
-    /// pays, [`Scratch::is_sifted`], and the numbers of the others are left in [`Scratch::left`]. Not for scenes with instances.
+    /// Whether the rays meet anything, as far as that can be said at once; `order` says which start next to one another. Returns
+    /// whether that pays: then the numbers of the others are in `remaining`. Not for scenes with instances.
     occluded_at_once(
         tree: &Tree,
         rays: &[Ray],
         order: Order,
         blocked: &mut [bool],
-        scratch: &mut Scratch,
-    ) = |level| occluder_cache::trace(level, tree, rays, order, blocked, scratch)
+        remaining: &mut Vec<u32>,
+    ) -> bool = |level| occluder_cache::trace(level, tree, rays, order, blocked, remaining)
 }
 
 kernel! {
     /// The nearest hits of rays in packets of [`RAYS`], if nearer than what `hits` has for them already; `order` says which
-    /// rays make a packet. The numbers of rays that are in none are left in [`Scratch::left`].
+    /// rays make a packet. The numbers of rays that are in none are put into `remaining`.
+    ///
+    /// [`RAYS`]: ray16::RAYS
     nearest_packets(
         tree: &Tree,
         geometry: &Geometry,
         rays: &[Ray],
         order: Order,
         hits: &mut [Option<Hit>],
+        remaining: &mut Vec<u32>,
         scratch: &mut Scratch,
-    ) = |level| packet::trace::<_, Nearest>(level, tree, geometry, rays, order, hits, scratch)
+    ) = |level| {
+        packet::trace::<_, Nearest>(level, tree, geometry, rays, order, 0, hits, remaining, scratch);
+    }
 }
 
 kernel! {
-    /// The same for whether the rays meet anything; those that `blocked` says of are not asked.
+    /// The same for whether the rays meet anything; those that `blocked` says of are not asked. `single_cost` is what a ray costs
+    /// in [`occluded_stream`]. Returns whether packets pay.
     occluded_packets(
         tree: &Tree,
         geometry: &Geometry,
         rays: &[Ray],
         order: Order,
+        single_cost: u64,
         blocked: &mut [bool],
+        remaining: &mut Vec<u32>,
         scratch: &mut Scratch,
-    ) = |level| packet::trace::<_, Occluded>(level, tree, geometry, rays, order, blocked, scratch)
+    ) -> bool = |level| {
+        packet::trace::<_, Occluded>(level, tree, geometry, rays, order, single_cost, blocked, remaining, scratch)
+    }
 }

@@ -11,7 +11,6 @@ use super::{
     packet::order::Order,
     ray_state::BEYOND,
     ray16::{RAYS, Sixteen},
-    scratch::Scratch,
     shaft::Shaft,
     slot_set::take,
     tree::Tree,
@@ -70,15 +69,21 @@ enum View {
     Anything,
 }
 
-/// Answers the rays that can be answered at once where that pays: [`Scratch::is_sifted`] then, and the others' numbers are in
-/// [`Scratch::left`].
+/// Answers the rays that can be answered at once where that pays, and puts the numbers of the others into `remaining`. Whether
+/// it pays: otherwise some rays may be answered, and all are to be traced.
 #[inline(always)]
-pub fn trace<L: Level>(level: L, tree: &Tree, rays: &[Ray], order: Order, blocked: &mut [bool], scratch: &mut Scratch) {
-    let (count, left) = (rays.len(), &mut scratch.left);
+pub fn trace<L: Level>(
+    level: L,
+    tree: &Tree,
+    rays: &[Ray],
+    order: Order,
+    blocked: &mut [bool],
+    remaining: &mut Vec<u32>,
+) -> bool {
+    let count = rays.len();
     let groups = count / GROUP;
-    scratch.is_sifted = false;
     if groups < 2 * TRIALS {
-        return;
+        return false;
     }
     let mut umbra = Umbra {
         tree,
@@ -86,22 +91,23 @@ pub fn trace<L: Level>(level: L, tree: &Tree, rays: &[Ray], order: Order, blocke
         shaft: Shaft::default(),
         blocker: None,
     };
-    left.clear();
+    remaining.clear();
     for k in 0..TRIALS {
         let group = k * (groups - 1) / (TRIALS - 1);
-        umbra.ask(level, &ids(order, group, count), blocked, left);
+        umbra.ask(level, &ids(order, group, count), blocked, remaining);
     }
-    let answered = TRIALS * GROUP - left.len();
-    left.clear();
-    scratch.is_sifted = answered * PAYS >= TRIALS * GROUP;
-    if scratch.is_sifted {
+    let answered = TRIALS * GROUP - remaining.len();
+    remaining.clear();
+    let pays = answered * PAYS >= TRIALS * GROUP;
+    if pays {
         for group in 0..groups {
-            umbra.ask(level, &ids(order, group, count), blocked, left);
+            umbra.ask(level, &ids(order, group, count), blocked, remaining);
         }
         for packet in groups * GROUP / RAYS..count.div_ceil(RAYS) {
-            left.extend(order.list(packet, count).as_slice());
+            remaining.extend(order.list(packet, count).as_slice());
         }
     }
+    pays
 }
 
 /// The rays of a group, of `count` rays, that is full.

@@ -126,6 +126,15 @@ impl Feed<'_> {
     }
 }
 
+/// What a stream of rays found out about itself.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StreamReport {
+    /// What the rays cost, in halves of a node's test; only where any hit will do.
+    pub cost: u64,
+    /// Whether it paid to look for entry points, where that was tried often enough to know.
+    pub entry_points_pay: Option<bool>,
+}
+
 /// Asks `rays`; `answers` holds what is known already, and then the answers. Rays begin together with `HEADS`, which is for
 /// [`Pick::Together`] and where any hit will do.
 #[inline(always)]
@@ -137,7 +146,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
     pick: Pick,
     answers: &mut [Q::Answer],
     scratch: &mut Scratch,
-) {
+) -> StreamReport {
     scratch.prepare(tree);
     let (starts, stacks) = (tree.starts(), scratch.stacks.stacks());
     let inside = &mut *scratch.inside;
@@ -258,11 +267,9 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
             };
         }
     }
-    if Q::ANY {
-        scratch.taken = halves;
-    }
-    if HEADS && let Some(pays) = feed.heads.verdict() {
-        scratch.head_doubt.learn(pays);
+    StreamReport {
+        cost: halves,
+        entry_points_pay: if HEADS { feed.heads.verdict() } else { None },
     }
 }
 

@@ -9,7 +9,7 @@ use super::{
     slot_set::SLOTS,
     tree::Tree,
 };
-use super::{backoff::Doubt, packet::rays::PACKETS, stack::StackMemory};
+use super::{packet::rays::PACKETS, stack::StackMemory};
 
 /// What is under way, with its stacks.
 pub struct Scratch {
@@ -18,19 +18,6 @@ pub struct Scratch {
     pub inside: Box<[Inside; SLOTS]>,
     pub visits: Room<Visits>,
     pub heads: Box<Heads>,
-    /// Of packets for occlusion.
-    pub packet_doubt: Doubt,
-    pub head_doubt: Doubt,
-    /// What the rays took that were in flight last and asked whether anything is in their way, in halves of a node's test.
-    pub taken: u64,
-    /// What some rays took each that might go in packets for occlusion, in the same unit.
-    pub alone: u64,
-    /// How many might have since; before the first, as many as there can be.
-    pub untold: usize,
-    /// The numbers of rays that were in no packet, or not answered at once.
-    pub left: Vec<u32>,
-    /// Whether it is the latter.
-    pub is_sifted: bool,
     pub stacks: StackMemory,
 }
 
@@ -42,13 +29,6 @@ impl Scratch {
             inside: Box::new([Inside::NOTHING; SLOTS]),
             visits: Room::new(),
             heads: Box::new(Heads::new()),
-            packet_doubt: Doubt::default(),
-            head_doubt: Doubt::default(),
-            taken: 0,
-            alone: 40,
-            untold: usize::MAX,
-            left: Vec::new(),
-            is_sifted: false,
             stacks: StackMemory::new(),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::accel::{
-    kernels::{occluded_inflight, packet::order::Order, ray_selection::Pick, scratch::Scratch},
+    kernels::{occluded_stream, packet::order::Order, ray_selection::Pick, scratch::Scratch},
     wide::Wide,
 };
 
@@ -57,7 +57,7 @@ fn compare_with_scan(g: Geometry, rays: &[Ray]) -> usize {
             let mut list = vec![];
             order.put(rays.len(), &mut list);
             let pick = Pick::Together(&list);
-            occluded_inflight(simd, &wide.tree, &g, rays, pick, &mut blocked, &mut Scratch::new());
+            occluded_stream(simd, &wide.tree, &g, rays, pick, &mut blocked, &mut Scratch::new());
             for (i, ray) in rays.iter().enumerate() {
                 assert_eq!(blocked[i], truth[i], "{simd}, {order:?}, ray {i}: {ray:?}");
             }
@@ -128,14 +128,14 @@ fn rays_begin_at_their_own_heads_however_many_between_them_are_known() {
         let wide = Wide::build(g.clone(), Quality::default(), simd).expect("the scene is valid");
         let mut scratch = Scratch::new();
         let mut alone = vec![false; rays.len()];
-        occluded_inflight(simd, &wide.tree, &g, &rays, Pick::All, &mut alone, &mut scratch);
+        occluded_stream(simd, &wide.tree, &g, &rays, Pick::All, &mut alone, &mut scratch);
         // Of every so many groups a few rays are asked, of the others it is known.
         for apart in [1, 4, 5, 8, 9, 13] {
             let is_known = |i: usize| !(i / 64).is_multiple_of(apart) || i % 64 > 20;
             let mut blocked: Vec<bool> = (0..rays.len()).map(is_known).collect();
             let pick = Pick::Together(&list);
-            occluded_inflight(simd, &wide.tree, &g, &rays, pick, &mut blocked, &mut scratch);
-            assert_eq!(scratch.heads.verdict(), Some(true), "otherwise rays begin at the root");
+            let report = occluded_stream(simd, &wide.tree, &g, &rays, pick, &mut blocked, &mut scratch);
+            assert_eq!(report.entry_points_pay, Some(true), "otherwise rays begin at the root");
             for i in (0..rays.len()).filter(|&i| !is_known(i)) {
                 assert_eq!(blocked[i], alone[i], "{simd}, {apart} apart, ray {i}: {:?}", rays[i]);
             }

@@ -2,7 +2,7 @@
 
 use super::{entry_points::groups, *};
 use crate::accel::{
-    kernels::{occluded_at_once, packet::order::Order, scratch::Scratch},
+    kernels::{occluded_at_once, packet::order::Order},
     wide::Wide,
 };
 
@@ -17,12 +17,12 @@ fn left(g: &Arc<Geometry>, rays: &[Ray]) -> Option<usize> {
         let mut blocked = vec![false; rays.len()];
         wide.occluded(rays, &mut blocked);
         assert_eq!(blocked, truth, "{simd}");
-        let mut scratch = Scratch::new();
+        let mut remaining = vec![];
         for order in [Order::ROWS, Order::blocks(4, 16), Order::blocks(8, 1024)] {
             let mut blocked = vec![false; rays.len()];
-            occluded_at_once(simd, &wide.tree, rays, order, &mut blocked, &mut scratch);
-            let mut is_left = vec![!scratch.is_sifted; rays.len()];
-            for id in scratch.left.iter().filter(|_| scratch.is_sifted) {
+            let pays = occluded_at_once(simd, &wide.tree, rays, order, &mut blocked, &mut remaining);
+            let mut is_left = vec![!pays; rays.len()];
+            for id in remaining.iter().filter(|_| pays) {
                 assert!(!is_left[*id as usize], "it is left twice");
                 is_left[*id as usize] = true;
             }
@@ -31,7 +31,7 @@ fn left(g: &Arc<Geometry>, rays: &[Ray]) -> Option<usize> {
                 assert!(right, "{simd}, {order:?}, ray {i}: {ray:?}");
             }
             if order == Order::ROWS {
-                counts.push(scratch.is_sifted.then_some(scratch.left.len()));
+                counts.push(pays.then_some(remaining.len()));
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Rays that travel in packets: those of cameras, in tiles.
 
 use super::*;
-use crate::accel::wide::policy;
+use crate::accel::wide::packet_order;
 
 /// Pixels on a side of a picture.
 const SIDE: usize = 16;
@@ -66,7 +66,11 @@ fn pictures(g: &Geometry, count: usize, size: f32) -> Vec<Ray> {
         }
     }
     let extent = g.world_bounds().extent().max_element();
-    assert!(policy::order(&rays, extent).is_some() && policy::occlusion_order(&rays, extent).is_some());
+    let batch = RayBatch {
+        rays: &rays,
+        layout: BatchLayout::Rows(SIDE as u32),
+    };
+    assert!(packet_order::nearest(batch, extent).is_some() && packet_order::occlusion(batch, extent).is_some());
     rays
 }
 

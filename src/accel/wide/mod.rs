@@ -3,13 +3,13 @@
 //! A binary tree is built ([`super::build`]) and [`build`] makes a wide one of it. Triangles lie in blocks of four with
 //! their corners, so that a leaf reads nothing else; an analytic primitive is a leaf of its own.
 //!
-//! [`super::kernels`] traces: packets of 16 rays where [`policy`] finds that they stay together, 64 rays in flight where they
+//! [`super::kernels`] traces: packets of 16 rays where [`packet_order`] finds that they stay together, 64 rays in flight where they
 //! have nothing in common. Shadow rays are looked at before, whether one look answers many of them.
 
 use std::{cell::RefCell, sync::Arc, time::Instant};
 
 use super::{
-    accelerator::{Accelerator, BuildStats, Quality, RayCost, TreeId, Updated},
+    accelerator::{Accelerator, BuildStats, Quality, RayBatch, RayCost, TreeId, Updated},
     build::prims::Prims,
     kernels::{
         self,
@@ -29,18 +29,25 @@ mod build;
 mod collapse;
 mod cost;
 pub(super) mod node;
-pub(super) mod policy;
+pub(super) mod packet_order;
+mod policy;
 
-/// Rays that tell what those around them take by themselves, where these might go in packets. What that is differs from one part
-/// of a picture to another by a factor of two.
-const SOME: usize = 64;
+use policy::OcclusionPolicy;
 
-/// For how many rays that holds.
-const AROUND: usize = SOME * SOME;
+/// What a thread keeps between batches: allocating the kernels' memory for a batch of a thousand rays costs 6 %.
+struct ThreadState {
+    scratch: Scratch,
+    /// The numbers of rays that a kernel has left to the next.
+    remaining: Vec<u32>,
+    policy: OcclusionPolicy,
+}
 
 thread_local! {
-    /// The kernels' memory. One for a thread, since allocating it for a batch of a thousand rays costs 6 %.
-    static SCRATCH: RefCell<Scratch> = RefCell::new(Scratch::new());
+    static THREAD: RefCell<ThreadState> = RefCell::new(ThreadState {
+        scratch: Scratch::new(),
+        remaining: Vec::new(),
+        policy: OcclusionPolicy::new(),
+    });
 }
 
 /// What the top must know of a tree below it.
@@ -171,20 +178,6 @@ impl Wide {
         };
     }
 
-    /// Asks some rays of a batch by themselves, so that it is known what they take, if so many have gone without since the last ones
-    /// that these say nothing of the batch.
-    fn ask_some(&self, rays: &[Ray], blocked: &mut [bool], scratch: &mut Scratch) {
-        scratch.untold = scratch.untold.saturating_add(rays.len());
-        if scratch.untold < AROUND || rays.len() < SOME {
-            return;
-        }
-        let some: [u32; SOME] = std::array::from_fn(|k| (k * rays.len() / SOME) as u32);
-        let pick = Pick::Some(&some);
-        kernels::occluded_inflight(self.simd, &self.tree, &self.geometry, rays, pick, blocked, scratch);
-        scratch.alone = scratch.taken / SOME as u64;
-        scratch.untold = 0;
-    }
-
     /// What lies outside the tree: the state that a ray enters the tree with.
     fn outside(&self, ray: &Ray) -> Option<Hit> {
         let mut hit = None;
@@ -195,7 +188,8 @@ impl Wide {
 }
 
 impl Accelerator for Wide {
-    fn nearest(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    fn nearest_batch(&self, batch: RayBatch<'_>, hits: &mut [Option<Hit>]) {
+        let rays = batch.rays;
         let hits = &mut hits[..rays.len()];
         hits.fill(None);
         if !self.unbounded.is_empty() {
@@ -207,21 +201,21 @@ impl Accelerator for Wide {
         if tree.nodes().is_empty() {
             return;
         }
-        let order = policy::order(rays, self.size).filter(|_| !tree.has_instances());
-        SCRATCH.with_borrow_mut(|scratch| {
+        let order = packet_order::nearest(batch, self.size).filter(|_| !tree.has_instances());
+        THREAD.with_borrow_mut(|thread| {
+            let ThreadState { scratch, remaining, .. } = thread;
             let (simd, geometry) = (self.simd, &*self.geometry);
             if let Some(order) = order {
-                kernels::nearest_packets(simd, tree, geometry, rays, order, hits, scratch);
-                let left = std::mem::take(&mut scratch.left);
-                kernels::nearest_inflight(simd, tree, geometry, rays, Pick::Some(&left), hits, scratch);
-                scratch.left = left;
+                kernels::nearest_packets(simd, tree, geometry, rays, order, hits, remaining, scratch);
+                kernels::nearest_stream(simd, tree, geometry, rays, Pick::Some(remaining), hits, scratch);
             } else {
-                kernels::nearest_inflight(simd, tree, geometry, rays, Pick::All, hits, scratch);
+                kernels::nearest_stream(simd, tree, geometry, rays, Pick::All, hits, scratch);
             }
         });
     }
 
-    fn occluded(&self, rays: &[Ray], blocked: &mut [bool]) {
+    fn occluded_batch(&self, batch: RayBatch<'_>, blocked: &mut [bool]) {
+        let rays = batch.rays;
         let blocked = &mut blocked[..rays.len()];
         blocked.fill(false);
         if !self.unbounded.is_empty() {
@@ -233,33 +227,57 @@ impl Accelerator for Wide {
         if tree.nodes().is_empty() {
             return;
         }
-        let order = policy::occlusion_order(rays, self.size).filter(|_| !tree.has_instances());
-        SCRATCH.with_borrow_mut(|scratch| {
+        let order = packet_order::occlusion(batch, self.size).filter(|_| !tree.has_instances());
+        THREAD.with_borrow_mut(|thread| {
+            let ThreadState {
+                scratch,
+                remaining,
+                policy,
+            } = thread;
             let (simd, geometry) = (self.simd, &*self.geometry);
             let is_sifted = !tree.has_instances() && {
                 let order = order.unwrap_or(Order::ROWS);
-                kernels::occluded_at_once(simd, tree, rays, order, blocked, scratch);
-                scratch.is_sifted
+                kernels::occluded_at_once(simd, tree, rays, order, blocked, remaining)
             };
             // What is left of rays that lay side by side does not.
-            let in_packets = order.filter(|_| !is_sifted && scratch.packet_doubt.tries());
-            if in_packets.is_some() {
-                self.ask_some(rays, blocked, scratch);
+            let in_packets = order.filter(|_| !is_sifted && policy.packets.should_try());
+            if in_packets.is_some()
+                && let Some(some) = policy.probe(rays.len())
+            {
+                let pick = Pick::Some(&some);
+                policy.record_probe(kernels::occluded_stream(
+                    simd, tree, geometry, rays, pick, blocked, scratch,
+                ));
             }
-            let together = order.filter(|_| scratch.head_doubt.tries());
+            let together = order.filter(|_| policy.entry_points.should_try());
             match (in_packets, together) {
-                (Some(order), _) => kernels::occluded_packets(simd, tree, geometry, rays, order, blocked, scratch),
-                (None, Some(order)) if !is_sifted => order.put(rays.len(), &mut scratch.left),
+                (Some(order), _) => {
+                    let single_cost = policy.single_cost();
+                    let pays = kernels::occluded_packets(
+                        simd,
+                        tree,
+                        geometry,
+                        rays,
+                        order,
+                        single_cost,
+                        blocked,
+                        remaining,
+                        scratch,
+                    );
+                    policy.packets.record(pays);
+                }
+                (None, Some(order)) if !is_sifted => order.put(rays.len(), remaining),
                 (None, _) => {}
             }
-            let left = std::mem::take(&mut scratch.left);
             let pick = match together {
-                Some(_) => Pick::Together(&left),
-                None if is_sifted || in_packets.is_some() => Pick::Some(&left),
+                Some(_) => Pick::Together(remaining),
+                None if is_sifted || in_packets.is_some() => Pick::Some(remaining),
                 None => Pick::All,
             };
-            kernels::occluded_inflight(simd, tree, geometry, rays, pick, blocked, scratch);
-            scratch.left = left;
+            let report = kernels::occluded_stream(simd, tree, geometry, rays, pick, blocked, scratch);
+            if let Some(pays) = report.entry_points_pay {
+                policy.entry_points.record(pays);
+            }
         });
     }
 
@@ -305,6 +323,10 @@ impl Accelerator for Wide {
         updated.built.push(TreeId::Top);
         self.measure(start);
         Ok(updated)
+    }
+
+    fn simd(&self) -> Simd {
+        self.simd
     }
 
     fn stats(&self) -> BuildStats {

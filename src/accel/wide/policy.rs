@@ -1,128 +1,118 @@
-//! What a batch of rays is: coherent or not.
+//! What the batches that a thread has traced tell about the next one: which ways of tracing shadow rays pay.
 //!
-//! Packets of sixteen rays are three times as fast as rays in flight where the rays of each packet stay together, and
-//! half as fast where they do not. Camera rays stay together: sixteen neighbours share their origin and nearly their
-//! direction. Sixteen samples of a pixel follow one another; where there are fewer, blocks of pixels are more nearly alike
-//! than rows, and rows above one another lie a fixed number of rays apart. So a few packets of a batch are looked at, in
-//! each order that they may have, and the whole batch is treated as they are; it costs less than ten rays. What a packet
-//! holds does not change hits, so a wrong guess costs time only.
-//!
-//! Rays to one light from places next to one another stay together as well, as long as there is not much around their
-//! origins.
+//! Hits do not depend on it, only time does.
 
-use crate::{
-    accel::kernels::{packet::order::Order, ray16::RAYS},
-    math::Ray,
-};
+use super::super::kernels::ray_stream::StreamReport;
 
-/// Packets that are looked at.
-const SAMPLES: usize = 4;
+/// Rays that are traced by themselves to know what those around them cost, where these might go in packets. What that is differs
+/// from one part of a picture to another by a factor of two.
+pub const PROBE_RAYS: usize = 64;
 
-/// How far apart the directions of a packet may be, as the distance of unit vectors.
-const SPREAD: f32 = 0.1;
+/// For how many rays that holds.
+const PROBE_INTERVAL: usize = PROBE_RAYS * PROBE_RAYS;
 
-/// How far apart its origins may be, relative to the scene's size.
-const DISTANCE: f32 = 0.01;
+/// The most batches that go without what did not pay.
+const MAX_BATCHES_WITHOUT: u32 = 16;
 
-/// Widths of pictures' tiles, times the samples of a pixel that follow one another, whose rows may lie above one another in
-/// a packet.
-const STRIDES: [usize; 8] = [8, 16, 32, 64, 128, 256, 512, 1024];
-
-/// How these rays make packets in a scene of this size; `None` where packets do not suit them.
-pub fn order(rays: &[Ray], size: f32) -> Option<Order> {
-    order_within(rays, size, DISTANCE * size)
+/// What is known of shadow rays.
+pub struct OcclusionPolicy {
+    /// Of packets.
+    pub packets: Backoff,
+    /// Of entry points below the root.
+    pub entry_points: Backoff,
+    /// What a ray costs by itself, in halves of a node's test.
+    single_cost: u64,
+    /// How many rays might have gone in packets since that was found out; before the first, as many as there can be.
+    since_probe: usize,
 }
 
-/// The same for rays that ask whether anything is in their way. They may start all over a surface, and the kernel finds out
-/// by itself whether packets pay.
-pub fn occlusion_order(rays: &[Ray], size: f32) -> Option<Order> {
-    order_within(rays, size, size)
-}
-
-/// `distance` says how far apart the origins of a packet may be.
-fn order_within(rays: &[Ray], size: f32, distance: f32) -> Option<Order> {
-    let packets = rays.len() / RAYS;
-    if packets == 0 {
-        return None;
-    }
-    let samples = [0, 1, 2, 3].map(|i| i * (packets - 1) / (SAMPLES - 1));
-    // Every order keeps four in a row together, so most batches that do not suit need no more than a look at these.
-    let four = |i| stay_together(rays, &Order::ROWS.list(i, rays.len()).ids[..4], distance);
-    if !samples.into_iter().all(four) {
-        return None;
-    }
-    let spread = |order: Order| {
-        let of = |i| corner_spread(rays, &order.list(i, rays.len()).ids, size);
-        samples.map(of).into_iter().fold(0.0, f32::max)
-    };
-    let mut best = (spread(Order::ROWS), Order::ROWS);
-    for stride in STRIDES {
-        for order in [4, 8].map(|run| Order::blocks(run, stride)) {
-            let spread = spread(order);
-            if spread < best.0 && order.band() <= rays.len() {
-                best = (spread, order);
-            }
+impl OcclusionPolicy {
+    pub const fn new() -> Self {
+        Self {
+            packets: Backoff::new(),
+            entry_points: Backoff::new(),
+            single_cost: 40,
+            since_probe: usize::MAX,
         }
     }
-    let together = |i| stay_together(rays, &best.1.list(i, rays.len()).ids, distance);
-    samples.into_iter().all(together).then_some(best.1)
+
+    pub fn single_cost(&self) -> u64 {
+        self.single_cost
+    }
+
+    /// The rays of a batch of `count` rays, which may go in packets, to be traced by themselves first; `None` where it is known
+    /// well enough what they cost.
+    pub fn probe(&mut self, count: usize) -> Option<[u32; PROBE_RAYS]> {
+        self.since_probe = self.since_probe.saturating_add(count);
+        let is_due = self.since_probe >= PROBE_INTERVAL && count >= PROBE_RAYS;
+        is_due.then(|| std::array::from_fn(|k| (k * count / PROBE_RAYS) as u32))
+    }
+
+    /// After these were traced.
+    pub fn record_probe(&mut self, report: StreamReport) {
+        self.single_cost = report.cost / PROBE_RAYS as u64;
+        self.since_probe = 0;
+    }
 }
 
-fn stay_together(rays: &[Ray], packet: &[u32], distance: f32) -> bool {
-    let first = &rays[packet[0] as usize];
-    let (o, d) = (first.o, first.d.normalize_or_zero());
-    packet.iter().all(|&id| {
-        let ray = &rays[id as usize];
-        ray.o.distance_squared(o) <= distance.powi(2)
-            && ray.d.normalize_or_zero().distance_squared(d) <= SPREAD * SPREAD
-    })
+/// Whether something is tried: where it did not pay, the next batches do without, up to [`MAX_BATCHES_WITHOUT`] of them.
+pub struct Backoff {
+    without: u32,
+    next: u32,
 }
 
-/// How far apart the first and last rays of a packet's rows are, squared: their directions, and their origins in a scene of
-/// this size.
-fn corner_spread(rays: &[Ray], packet: &[u32; RAYS], size: f32) -> f32 {
-    let [a, b, c, d] = [0, 3, 12, 15].map(|k| &rays[packet[k] as usize]);
-    let apart = |a: &Ray, b: &Ray| a.d.distance_squared(b.d) + a.o.distance_squared(b.o) / (size * size);
-    apart(a, d).max(apart(b, c)).max(apart(a, b)).max(apart(a, c))
+impl Backoff {
+    const fn new() -> Self {
+        Self { without: 0, next: 0 }
+    }
+
+    /// Whether to try it with this batch.
+    pub fn should_try(&mut self) -> bool {
+        let tries = self.without == 0;
+        self.without = self.without.saturating_sub(1);
+        tries
+    }
+
+    /// After a batch with it.
+    pub fn record(&mut self, pays: bool) {
+        if pays {
+            self.next = 0;
+        } else {
+            self.without = self.next;
+            self.next = (2 * self.next + 1).min(MAX_BATCHES_WITHOUT);
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Vec3;
-
-    fn rays(spread: f32, apart: f32) -> Vec<Ray> {
-        (0..100)
-            .map(|i| {
-                let x = (i % 16) as f32 / 16.0;
-                Ray::new(Vec3::new(0.0, apart * x, 5.0), Vec3::new(spread * x, 0.3, -1.0))
-            })
-            .collect()
-    }
 
     #[test]
-    fn camera_rays_are_coherent_and_bounces_are_not() {
-        let is_coherent = |rays: &[Ray]| order(rays, 10.0).is_some();
-        assert!(is_coherent(&rays(0.05, 0.0)));
-        assert!(is_coherent(&rays(0.0, 0.05)));
-        assert!(!is_coherent(&rays(2.0, 0.0)));
-        assert!(!is_coherent(&rays(0.0, 5.0)));
-        assert!(!is_coherent(&rays(0.0, 0.0)[..15]));
-    }
-
-    #[test]
-    fn packets_are_what_is_most_nearly_square() {
-        let picture = |width: usize, samples: usize| {
-            let ray = |i: usize| {
-                let (pixel, sample) = (i / samples, (i % samples) as f32 / samples as f32);
-                let (x, y) = ((pixel % width) as f32 + sample, (pixel / width) as f32 + sample);
-                Ray::new(Vec3::ZERO, Vec3::new(x, y, 1000.0))
-            };
-            (0..4096).map(ray).collect::<Vec<_>>()
+    fn what_does_not_pay_is_tried_less_and_less_until_it_pays() {
+        let mut backoff = Backoff::new();
+        let mut batches_without = |pays: bool| {
+            backoff.record(pays);
+            (0..).take_while(|_| !backoff.should_try()).count()
         };
-        assert_eq!(order(&picture(16, 1), 1.0), Some(Order::blocks(4, 16)));
-        assert_eq!(order(&picture(64, 1), 1.0), Some(Order::blocks(4, 64)));
-        assert_eq!(order(&picture(32, 4), 1.0), Some(Order::blocks(8, 128)));
-        assert_eq!(order(&picture(16, 16), 1.0), Some(Order::ROWS));
+        let without: Vec<usize> = (0..7).map(|_| batches_without(false)).collect();
+        assert_eq!(without, [0, 1, 3, 7, 15, 16, 16]);
+        assert_eq!(batches_without(true), 0);
+        assert_eq!(batches_without(false), 0);
+    }
+
+    #[test]
+    fn rays_are_probed_at_first_and_after_an_interval() {
+        let mut policy = OcclusionPolicy::new();
+        assert!(policy.probe(PROBE_RAYS - 1).is_none());
+        let some = policy.probe(10 * PROBE_RAYS).expect("the first");
+        assert_eq!(some[..3], [0, 10, 20]);
+        policy.record_probe(StreamReport {
+            cost: 64 * 50,
+            entry_points_pay: None,
+        });
+        assert_eq!(policy.single_cost(), 50);
+        assert!(policy.probe(PROBE_INTERVAL - 1).is_none());
+        assert!(policy.probe(PROBE_RAYS).is_some());
     }
 }

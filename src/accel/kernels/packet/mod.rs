@@ -187,17 +187,24 @@ impl Feed<'_> {
 }
 
 /// Asks `rays`; `answers` holds what is known already, and then the answers; puts the numbers of the rays that make
-/// no packet into [`Scratch::left`].
+/// no packet into `remaining`. `single_cost` is what one of the rays costs by itself, in halves of a node's test, where any hit
+/// will do. Whether packets pay.
 #[inline(always)]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "what is asked, of what, and where the answers go"
+)]
 pub fn trace<L: Level, Q: Query>(
     level: L,
     tree: &Tree,
     geometry: &Geometry,
     rays: &[Ray],
     order: Order,
+    single_cost: u64,
     answers: &mut [Q::Answer],
+    remaining: &mut Vec<u32>,
     scratch: &mut Scratch,
-) {
+) -> bool {
     scratch.prepare(tree);
     let (starts, stacks) = (tree.starts(), scratch.stacks.stacks());
     let mut flight = Flight {
@@ -205,7 +212,7 @@ pub fn trace<L: Level, Q: Query>(
         next: &mut [DONE; PACKETS],
     };
     let fair = if L::SIXTEEN { FAIR_SIXTEEN } else { FAIR };
-    scratch.left.clear();
+    remaining.clear();
     let mut feed = Feed {
         rays,
         order,
@@ -214,9 +221,9 @@ pub fn trace<L: Level, Q: Query>(
         band: [0; BAND],
         is_grouped: false,
         reach: tree.spread.reach,
-        left: &mut scratch.left,
+        left: remaining,
         // Both are in halves.
-        fair: scratch.alone * fair / 4,
+        fair: single_cost * fair / 4,
         done: 0,
         cost: 0,
     };
@@ -282,10 +289,7 @@ pub fn trace<L: Level, Q: Query>(
         // SAFETY: the stacks are theirs.
         unsafe { traversal::pop::<L, Q, _, PACKETS>(level, &starts, &mut flight, active, stacks) };
     }
-    let pays = feed.pays();
-    if Q::ANY {
-        scratch.packet_doubt.learn(pays);
-    }
+    feed.pays()
 }
 
 impl Traveller for Packet {
