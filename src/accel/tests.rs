@@ -14,6 +14,7 @@ mod entry_points;
 mod instances;
 mod occluder_cache;
 mod policy;
+mod small;
 mod trees;
 
 /// Reproducible numbers.

@@ -40,8 +40,8 @@ fn left(g: &Arc<Geometry>, rays: &[Ray]) -> Option<usize> {
 }
 
 /// Things under a roof of two triangles, with a floor.
-fn under_a_roof(spheres: usize) -> Geometry {
-    let mut g = soup(2000, spheres, 0.05);
+pub(super) fn under_a_roof(spheres: usize, triangles: usize) -> Geometry {
+    let mut g = soup(triangles, spheres, 0.05);
     g.vertices.iter_mut().for_each(|p| p.y = 0.3 * p.y - 0.3);
     for (y, half) in [(0.5, 1.5), (-0.7, 4.0)] {
         let first = g.vertices.len() as u32;
@@ -58,7 +58,7 @@ fn under_a_roof(spheres: usize) -> Geometry {
 }
 
 /// Groups of 64 that start next to one another at this height, up to one lamp above the roof.
-fn to_a_lamp(count: usize, height: f32, reach: f32) -> Vec<Ray> {
+pub(super) fn to_a_lamp(count: usize, height: f32, reach: f32) -> Vec<Ray> {
     let mut r = Random(3);
     let mut rays = Vec::new();
     for _ in 0..count {
@@ -78,7 +78,7 @@ fn to_a_lamp(count: usize, height: f32, reach: f32) -> Vec<Ray> {
 
 #[test]
 fn rays_that_leave_a_roof_are_in_the_open() {
-    let g = Arc::new(under_a_roof(10));
+    let g = Arc::new(under_a_roof(10, 2000));
     for reach in [0.999, f32::INFINITY] {
         let rays = to_a_lamp(50, 0.5_f32.next_up(), reach);
         assert_eq!(left(&g, &rays), Some(0));
@@ -87,7 +87,7 @@ fn rays_that_leave_a_roof_are_in_the_open() {
 
 #[test]
 fn rays_under_a_roof_are_in_its_shadow() {
-    let g = Arc::new(under_a_roof(10));
+    let g = Arc::new(under_a_roof(10, 2000));
     for reach in [0.999, f32::INFINITY] {
         let rays = to_a_lamp(50, 0.2, reach);
         assert!(left(&g, &rays).is_some_and(|left| left < rays.len() / 2));
@@ -98,13 +98,13 @@ fn rays_under_a_roof_are_in_its_shadow() {
 
 #[test]
 fn rays_that_end_before_a_roof_are_not_in_its_shadow() {
-    let g = Arc::new(under_a_roof(10));
+    let g = Arc::new(under_a_roof(10, 2000));
     assert_eq!(left(&g, &to_a_lamp(50, 0.2, 0.02)), Some(0));
 }
 
 #[test]
 fn rays_through_a_roofs_edges_go_the_way_they_go_by_themselves() {
-    let g = Arc::new(under_a_roof(0));
+    let g = Arc::new(under_a_roof(0, 2000));
     let mut r = Random(17);
     let roof = g.triangles.len() - 4;
     let mut rays = Vec::new();
@@ -137,7 +137,7 @@ fn it_is_not_tried_further_where_little_is_answered() {
 #[test]
 fn rays_answered_at_once_equal_the_linear_scan_beside_odd_ones() {
     let trees = [
-        under_a_roof(10),
+        under_a_roof(10, 2000),
         soup(300, 40, 0.3),
         grid(12, 0.0),
         grid(48, 0.05),
@@ -156,7 +156,7 @@ fn rays_answered_at_once_equal_the_linear_scan_beside_odd_ones() {
 #[test]
 fn rays_answered_at_once_equal_the_linear_scan_in_scenes_of_any_size() {
     for size in [1e-18, 1e-9, 1e9] {
-        let mut g = under_a_roof(0);
+        let mut g = under_a_roof(0, 2000);
         g.vertices.iter_mut().for_each(|p| *p *= size);
         let mut rays = to_a_lamp(40, 0.2, 0.999);
         rays.extend(to_a_lamp(40, 0.5_f32.next_up(), 0.999));
