@@ -2,6 +2,7 @@
 //!
 //! What the binary tree and the compressed one have in common: everything but the walk through one tree.
 
+use std::ops::ControlFlow;
 use std::{sync::Arc, time::Instant};
 
 use super::{
@@ -9,20 +10,13 @@ use super::{
     build::prims::{Item, Prims},
 };
 use crate::{
-    geometry::{BuildError, Edit, Geometry, Hit, Instance, PrimRef, check, padding::Spread, slab::Planes},
+    geometry::{BuildError, Edit, Geometry, Hit, Instance, PrimRef, check, padding::BoundsPadding, slab::Planes},
     math::{Aabb, Ray},
     simd::Simd,
 };
 
-/// What comes after a leaf's item.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Walk {
-    GoOn,
-    Stop,
-}
-
 /// A tree over numbered boxes.
-pub(super) trait Tree: Default + Send + Sync {
+pub(super) trait BoxTree: Default + Send + Sync {
     /// What waits while a ray is in a tree.
     type Stack: Default;
 
@@ -36,8 +30,8 @@ pub(super) trait Tree: Default + Send + Sync {
         planes: &Planes,
         stack: &mut Self::Stack,
         nodes: &mut u32,
-        leaf: impl FnMut(u32, &mut Ray) -> Walk,
-    ) -> Walk;
+        leaf: impl FnMut(u32, &mut Ray) -> ControlFlow<()>,
+    ) -> ControlFlow<()>;
 
     fn node_count(&self) -> usize;
     fn bytes(&self) -> usize;
@@ -45,13 +39,13 @@ pub(super) trait Tree: Default + Send + Sync {
 
 /// A tree and what the tree above it must know.
 #[derive(Default)]
-struct Lower<T> {
+struct Blas<T> {
     tree: T,
     bounds: Aabb,
     reach: f32,
 }
 
-impl<T: Tree> Lower<T> {
+impl<T: BoxTree> Blas<T> {
     fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Self {
         Self {
             bounds: prims.bounds(),
@@ -62,16 +56,16 @@ impl<T: Tree> Lower<T> {
 }
 
 /// An accelerator of such trees.
-pub(super) struct Levels<T> {
+pub(super) struct TwoLevel<T> {
     geometry: Arc<Geometry>,
     quality: Quality,
     /// Over everything where nothing was ever an instance or moved; over the items of the top otherwise.
     top: T,
     /// The triangles that are in no group, where they are not in the top.
-    still: Lower<T>,
-    groups: Vec<Lower<T>>,
+    still: Blas<T>,
+    groups: Vec<Blas<T>>,
     unbounded: Vec<PrimRef>,
-    spread: Spread,
+    padding: BoundsPadding,
     simd: Simd,
     stats: BuildStats,
 }
@@ -83,7 +77,7 @@ struct Stacks<S> {
     below: S,
 }
 
-impl<T: Tree> Levels<T> {
+impl<T: BoxTree> TwoLevel<T> {
     pub fn build(geometry: Arc<Geometry>, quality: Quality, simd: Simd) -> Result<Self, BuildError> {
         let start = Instant::now();
         check::geometry(&geometry)?;
@@ -91,10 +85,10 @@ impl<T: Tree> Levels<T> {
             geometry,
             quality,
             top: T::default(),
-            still: Lower::default(),
+            still: Blas::default(),
             groups: Vec::new(),
             unbounded: Vec::new(),
-            spread: Spread::default(),
+            padding: BoundsPadding::default(),
             simd,
             stats: BuildStats::default(),
         };
@@ -110,12 +104,12 @@ impl<T: Tree> Levels<T> {
         Ok(levels)
     }
 
-    fn group(&self, group: usize) -> Lower<T> {
-        Lower::build(Prims::group(&self.geometry, group), &self.geometry, self.quality)
+    fn group(&self, group: usize) -> Blas<T> {
+        Blas::build(Prims::group(&self.geometry, group), &self.geometry, self.quality)
     }
 
     fn build_still(&mut self) {
-        self.still = Lower::build(Prims::still(&self.geometry), &self.geometry, self.quality);
+        self.still = Blas::build(Prims::still(&self.geometry), &self.geometry, self.quality);
     }
 
     fn build_top(&mut self) -> Result<(), BuildError> {
@@ -126,7 +120,7 @@ impl<T: Tree> Levels<T> {
 
     fn set_top(&mut self, mut prims: Prims) {
         let below = self.groups.iter().map(|group| group.reach);
-        self.spread = Spread::new(self.geometry.instance_transforms(), below.fold(prims.reach, f32::max));
+        self.padding = BoundsPadding::new(self.geometry.instance_transforms(), below.fold(prims.reach, f32::max));
         self.unbounded = std::mem::take(&mut prims.unbounded);
         self.top = T::build(prims, &self.geometry, self.quality);
     }
@@ -148,13 +142,14 @@ impl<T: Tree> Levels<T> {
         ray: &mut Ray,
         stacks: &mut Stacks<T::Stack>,
         cost: &mut RayCost,
-        mut test: impl FnMut(PrimRef, Instance, &mut Ray) -> Walk,
+        mut test: impl FnMut(PrimRef, Instance, &mut Ray) -> ControlFlow<()>,
     ) {
         let geometry = &*self.geometry;
         let Stacks { top, below } = stacks;
         let (mut nodes, mut nodes_below) = (0, 0);
-        let planes = Planes::new(ray, self.spread);
-        self.top.walk(ray, &planes, top, &mut nodes, |item, ray| {
+        let planes = Planes::new(ray, self.padding);
+        // Whether `test` has broken off, it knows itself.
+        _ = self.top.walk(ray, &planes, top, &mut nodes, |item, ray| {
             let mut prims = |tree: &T, instance, ray: &mut Ray, planes: &Planes| {
                 tree.walk(ray, planes, below, &mut nodes_below, |prim, ray| {
                     cost.prims += 1;
@@ -166,11 +161,11 @@ impl<T: Tree> Levels<T> {
                     cost.prims += 1;
                     test(prim, Instance::NONE, ray)
                 }
-                Item::Still => prims(&self.still.tree, Instance::NONE, ray, &planes),
+                Item::StaticTree => prims(&self.still.tree, Instance::NONE, ray, &planes),
                 Item::Instance(instance) => {
                     let placed = &geometry.instances[instance.0 as usize];
                     let mut local = geometry.enter(placed, ray);
-                    let planes = Planes::new(&local, self.spread.inside());
+                    let planes = Planes::new(&local, self.padding.inside());
                     let walk = prims(&self.groups[placed.group as usize].tree, instance, &mut local, &planes);
                     ray.tmax = local.tmax;
                     walk
@@ -186,13 +181,13 @@ impl<T: Tree> Levels<T> {
         self.geometry.keep_nearest_of(&self.unbounded, &mut ray, &mut hit);
         self.visit(&mut ray, stacks, cost, |prim, instance, ray| {
             self.geometry.keep_nearest(prim, instance, ray, &mut hit);
-            Walk::GoOn
+            ControlFlow::Continue(())
         });
         hit
     }
 }
 
-impl<T: Tree> Accelerator for Levels<T> {
+impl<T: BoxTree> Accelerator for TwoLevel<T> {
     fn nearest_batch(&self, batch: RayBatch<'_>, hits: &mut [Option<Hit>]) {
         let rays = batch.rays;
         let mut stacks = Stacks::default();
@@ -216,7 +211,11 @@ impl<T: Tree> Accelerator for Levels<T> {
                 &mut RayCost::default(),
                 |prim, _, ray| {
                     *blocked = meets(prim, ray);
-                    if *blocked { Walk::Stop } else { Walk::GoOn }
+                    if *blocked {
+                        ControlFlow::Break(())
+                    } else {
+                        ControlFlow::Continue(())
+                    }
                 },
             );
         }

@@ -16,7 +16,7 @@ use super::{
 use crate::math::{Aabb, Vec3};
 
 /// Below so many items a task is not worth another thread.
-pub(crate) const MIN_LEN: usize = 4096;
+pub(crate) const PAR_MIN_LEN: usize = 4096;
 
 /// Whether a point's coordinates are numbers that are not too large.
 pub(crate) fn is_sound(p: Vec3) -> bool {
@@ -41,7 +41,7 @@ pub(crate) fn geometry(geometry: &Geometry) -> Result<(), BuildError> {
             geometry.groups[..after].iter().any(|g| g.vertices.contains(v))
         };
         let start = run.start;
-        let prims = geometry.triangles[run].par_iter().with_min_len(MIN_LEN);
+        let prims = geometry.triangles[run].par_iter().with_min_len(PAR_MIN_LEN);
         if let Some(i) = prims.position_first(|t| t.iter().any(taken)) {
             return Err(BuildError::SharedVertex { prim: start + i });
         }
@@ -64,9 +64,13 @@ fn groups(geometry: &Geometry) -> Result<(), BuildError> {
         }
         (triangle, vertex) = (g.triangles.end, g.vertices.end);
     }
-    let bad = geometry.instances.par_iter().with_min_len(MIN_LEN).position_first(|i| {
-        i.group as usize >= geometry.groups.len() || i.transform as usize >= geometry.transforms.len()
-    });
+    let bad = geometry
+        .instances
+        .par_iter()
+        .with_min_len(PAR_MIN_LEN)
+        .position_first(|i| {
+            i.group as usize >= geometry.groups.len() || i.transform as usize >= geometry.transforms.len()
+        });
     bad.map_or(Ok(()), |instance| Err(BuildError::BadInstance { instance }))
 }
 
@@ -88,7 +92,7 @@ fn triangles(geometry: &Geometry, run: Range<usize>) -> Result<(), BuildError> {
     };
     let bad = geometry.triangles[run.clone()]
         .par_iter()
-        .with_min_len(MIN_LEN)
+        .with_min_len(PAR_MIN_LEN)
         .position_first(|corners| corners.iter().any(bad_vertex));
     let Some(at) = bad else { return Ok(()) };
     let prim = run.start + at;

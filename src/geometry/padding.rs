@@ -12,7 +12,7 @@
 //! ([`Transform::magnification`]): four roundings for the mapped origin, three for the direction, one each for the
 //! numbers of both matrices, and the slack of eight of the rule about the own box. [`bounds`] widens an instance's box
 //! by what depends on the instance, trees of scenes with instances widen all boxes by what depends on a ray's origin
-//! ([`Spread`]).
+//! ([`BoundsPadding`]).
 
 use crate::math::{Aabb, DVec3, Transform, Vec3};
 
@@ -25,14 +25,14 @@ pub const MOST_MAGNIFICATION: f32 = 64.0;
 
 /// How a tree's boxes are widened for a ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Spread {
+pub(crate) struct BoundsPadding {
     /// The largest coordinate of all boxes, and of those of groups in their own spaces.
     pub reach: f32,
     /// The part of the largest coordinate of a ray's origin; zero where there are no instances.
     pub origin: f32,
 }
 
-impl Spread {
+impl BoundsPadding {
     /// What a scene needs with instances at these places, of which all boxes have coordinates of up to `reach`.
     pub fn new<'a>(instances: impl Iterator<Item = &'a Transform>, reach: f32) -> Self {
         let origin = instances.map(|placed| ROUNDINGS * placed.magnification().0);

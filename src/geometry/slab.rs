@@ -15,7 +15,7 @@
 //! Directions are not clamped: a component of zero gets a reciprocal of its own sign that is large enough for
 //! anything that was built (coordinates are at most [`crate::accel::build::prims::LARGEST`]), so there is no `0 * inf` anywhere.
 
-use super::padding::Spread;
+use super::padding::BoundsPadding;
 use crate::math::{Aabb, Ray, Vec3};
 
 /// How far the rule about a primitive's own box reaches beyond the box, relative to `t`.
@@ -136,21 +136,21 @@ pub(crate) struct Planes {
 
 impl Planes {
     #[inline]
-    pub fn new(ray: &Ray, spread: Spread) -> Self {
+    pub fn new(ray: &Ray, padding: BoundsPadding) -> Self {
         let inv = reciprocal(ray);
         // Factors widen towards larger |t| only, which is the wrong way behind the origin.
         let pad = if ray.tmin >= 0.0 {
             ray.o.abs() * PAD + 4.0 * TINY
         } else {
-            (ray.o.abs() + spread.reach) * (32.0 * PAD) + 4.0 * TINY
+            (ray.o.abs() + padding.reach) * (32.0 * PAD) + 4.0 * TINY
         };
         let away = ray.o.abs().max_element();
-        let far = if away > FAR * spread.reach {
+        let far = if away > FAR * padding.reach {
             16.0 * f32::EPSILON
         } else {
             0.0
         };
-        let pad = pad + away * (spread.origin + far);
+        let pad = pad + away * (padding.origin + far);
         let pad = pad * inv.signum();
         let mut planes = Self {
             inv,
@@ -194,7 +194,7 @@ mod tests {
 
     /// Of a scene without instances.
     fn planes(ray: &Ray, reach: f32) -> Planes {
-        Planes::new(ray, Spread { reach, origin: 0.0 })
+        Planes::new(ray, BoundsPadding { reach, origin: 0.0 })
     }
 
     fn unit_box() -> Aabb {

@@ -6,8 +6,8 @@ use std::{
 };
 
 use super::{
-    compact_table::TOGETHER,
-    lanes::{Eight, Floats, Level, Mask, Top},
+    compact_table::COMPACT_LANES,
+    lanes::{Eight, Floats, Mask, SimdLevel, Top},
     pair::Pair,
 };
 
@@ -31,7 +31,7 @@ macro_rules! floats {
         $and:ident, $or:ident, $xor:ident, $andnot:ident, $splat:ident, $cmp:ident,
         { $( $op:ident = $intrinsic:ident; )* }
         { $( $test:ident = $predicate:ident; )* }
-        $fmadd:ident $fmsub:ident $lowest:ident $highest:ident
+        $fmadd:ident $fmsub:ident $reduce_min:ident $reduce_max:ident
     ) => {
         #[derive(Clone, Copy)]
         pub struct $floats(pub(super) $raw);
@@ -95,14 +95,14 @@ macro_rules! floats {
                 Self(unsafe { $blend(b.0, self.0, mask.0) })
             }
             #[inline(always)]
-            fn lowest(self) -> f32 {
+            fn reduce_min(self) -> f32 {
                 // SAFETY: the value came from a level's token.
-                unsafe { $lowest(self.0) }
+                unsafe { $reduce_min(self.0) }
             }
             #[inline(always)]
-            fn highest(self) -> f32 {
+            fn reduce_max(self) -> f32 {
                 // SAFETY: the value came from a level's token.
-                unsafe { $highest(self.0) }
+                unsafe { $reduce_max(self.0) }
             }
         }
 
@@ -132,7 +132,7 @@ floats! {
     F4(__m128), M4, [f32; 4], _mm_movemask_ps, _mm_blendv_ps, _mm_storeu_ps,
     _mm_and_ps, _mm_or_ps, _mm_xor_ps, _mm_andnot_ps, _mm_set1_ps, _mm_cmp_ps,
     { add = _mm_add_ps; sub = _mm_sub_ps; mul = _mm_mul_ps; div = _mm_div_ps; min = _mm_min_ps; max = _mm_max_ps; }
-    { le = _CMP_LE_OQ; lt = _CMP_LT_OQ; eq = _CMP_EQ_OQ; differs = _CMP_NEQ_OQ; }
+    { le = _CMP_LE_OQ; lt = _CMP_LT_OQ; eq = _CMP_EQ_OQ; ne = _CMP_NEQ_OQ; }
     _mm_fmadd_ps _mm_fmsub_ps lowest4 highest4
 }
 
@@ -143,7 +143,7 @@ floats! {
         add = _mm256_add_ps; sub = _mm256_sub_ps; mul = _mm256_mul_ps; div = _mm256_div_ps;
         min = _mm256_min_ps; max = _mm256_max_ps;
     }
-    { le = _CMP_LE_OQ; lt = _CMP_LT_OQ; eq = _CMP_EQ_OQ; differs = _CMP_NEQ_OQ; }
+    { le = _CMP_LE_OQ; lt = _CMP_LT_OQ; eq = _CMP_EQ_OQ; ne = _CMP_NEQ_OQ; }
     _mm256_fmadd_ps _mm256_fmsub_ps lowest8 highest8
 }
 
@@ -178,7 +178,7 @@ reductions!(highest4, highest8, _mm_max_ps);
 unsafe fn together(set: Eight) -> __m256i {
     // SAFETY: by this function's own contract; sets of eight are as many as the table has entries.
     unsafe {
-        let lanes = TOGETHER.get_unchecked(set.bits() as usize);
+        let lanes = COMPACT_LANES.get_unchecked(set.bits() as usize);
         _mm256_cvtepu8_epi32(_mm_loadl_epi64(ptr::from_ref(lanes).cast()))
     }
 }
@@ -197,7 +197,7 @@ fn opaque(mut v: __m256) -> __m256 {
 #[derive(Clone, Copy)]
 pub struct Order(__m256i);
 
-impl Level for Avx2 {
+impl SimdLevel for Avx2 {
     const SIXTEEN: bool = false;
 
     type F4 = F4;
@@ -406,7 +406,7 @@ impl Level for Avx2 {
 
     #[expect(clippy::pointers_in_nomem_asm_block, reason = "nothing looks at what is there")]
     #[inline(always)]
-    fn settle<T>(self, mut p: *mut T) -> *mut T {
+    fn launder<T>(self, mut p: *mut T) -> *mut T {
         // SAFETY: there is no instruction.
         unsafe { asm!("/* {0} */", inout(reg) p, options(pure, nomem, nostack, preserves_flags)) };
         p

@@ -7,7 +7,7 @@ use std::arch::x86_64::*;
 
 use super::{
     avx2::{Avx2, F4, F8, Order},
-    lanes::{Eight, Floats, Level, Mask, Top},
+    lanes::{Eight, Floats, Mask, SimdLevel, Top},
 };
 
 /// Known to run on a processor with AVX-512, and with what [`Avx2`] needs.
@@ -73,7 +73,7 @@ impl Floats for F16 {
             add = _mm512_add_ps; sub = _mm512_sub_ps; mul = _mm512_mul_ps; div = _mm512_div_ps;
             min = _mm512_min_ps; max = _mm512_max_ps;
         }
-        { le = _CMP_LE_OQ; lt = _CMP_LT_OQ; eq = _CMP_EQ_OQ; differs = _CMP_NEQ_OQ; }
+        { le = _CMP_LE_OQ; lt = _CMP_LT_OQ; eq = _CMP_EQ_OQ; ne = _CMP_NEQ_OQ; }
     }
 
     #[inline(always)]
@@ -114,18 +114,18 @@ impl Floats for F16 {
         Self(unsafe { _mm512_mask_blend_ps(mask, b.0, self.0) })
     }
     #[inline(always)]
-    fn lowest(self) -> f32 {
+    fn reduce_min(self) -> f32 {
         // SAFETY: the value came from a level's token.
         unsafe { _mm512_reduce_min_ps(self.0) }
     }
     #[inline(always)]
-    fn highest(self) -> f32 {
+    fn reduce_max(self) -> f32 {
         // SAFETY: the value came from a level's token.
         unsafe { _mm512_reduce_max_ps(self.0) }
     }
 }
 
-impl Level for Avx512 {
+impl SimdLevel for Avx512 {
     const SIXTEEN: bool = true;
 
     type F4 = F4;
@@ -238,8 +238,8 @@ impl Level for Avx512 {
     }
 
     #[inline(always)]
-    fn settle<T>(self, p: *mut T) -> *mut T {
-        self.0.settle(p)
+    fn launder<T>(self, p: *mut T) -> *mut T {
+        self.0.launder(p)
     }
 
     #[inline(always)]

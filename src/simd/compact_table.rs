@@ -2,7 +2,7 @@
 
 /// For each set of lanes the lanes in it, a byte each, the highest at the end: what moves them together. Two KiB: less would
 /// take an instruction more to spread, more would drive the tree from the first cache.
-pub static TOGETHER: [u64; 256] = {
+pub static COMPACT_LANES: [u64; 256] = {
     let mut table = [0; 256];
     let mut set = 0;
     while set < 256 {

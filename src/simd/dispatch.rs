@@ -3,7 +3,7 @@
 #[cfg(target_arch = "x86_64")]
 use super::{avx2::Avx2, avx512::Avx512};
 use super::{
-    isa::{Kind, Simd},
+    isa::{IsaKind, Simd},
     portable::Portable,
 };
 use crate::math::{Loop, Runner};
@@ -46,13 +46,13 @@ impl Runner for Simd {
     #[inline]
     fn run(self, task: impl Loop) {
         match self.kind() {
-            Kind::Portable => Portable.run(task),
+            IsaKind::Portable => Portable.run(task),
             #[cfg(target_arch = "x86_64")]
             // SAFETY: the value exists only where the processor has the instructions.
-            Kind::Avx2 => unsafe { Avx2::new() }.run(task),
+            IsaKind::Avx2 => unsafe { Avx2::new() }.run(task),
             #[cfg(target_arch = "x86_64")]
             // SAFETY: the value exists only where the processor has the instructions.
-            Kind::Avx512 => unsafe { Avx512::new() }.run(task),
+            IsaKind::Avx512 => unsafe { Avx512::new() }.run(task),
         }
     }
 }
@@ -80,16 +80,16 @@ macro_rules! kernel {
                 $call
             }
             match simd.kind() {
-                $crate::simd::isa::Kind::Portable => {
+                $crate::simd::isa::IsaKind::Portable => {
                     let $level = $crate::simd::portable::Portable;
                     $call
                 }
                 #[cfg(target_arch = "x86_64")]
                 // SAFETY: the value exists only where the processor has the instructions.
-                $crate::simd::isa::Kind::Avx2 => unsafe { avx2($($arg),*) },
+                $crate::simd::isa::IsaKind::Avx2 => unsafe { avx2($($arg),*) },
                 #[cfg(target_arch = "x86_64")]
                 // SAFETY: the value exists only where the processor has the instructions.
-                $crate::simd::isa::Kind::Avx512 => unsafe { avx512($($arg),*) },
+                $crate::simd::isa::IsaKind::Avx512 => unsafe { avx512($($arg),*) },
             }
         }
     };

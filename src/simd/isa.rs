@@ -8,10 +8,10 @@ use thiserror::Error;
 ///
 /// A value beyond `Portable` exists only where the processor has the instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Simd(Kind);
+pub struct Simd(IsaKind);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum IsaKind {
     Portable,
     #[cfg(target_arch = "x86_64")]
     Avx2,
@@ -19,12 +19,12 @@ pub(crate) enum Kind {
     Avx512,
 }
 
-const NAMES: &[(Kind, &str)] = &[
-    (Kind::Portable, "portable"),
+const NAMES: &[(IsaKind, &str)] = &[
+    (IsaKind::Portable, "portable"),
     #[cfg(target_arch = "x86_64")]
-    (Kind::Avx2, "avx2"),
+    (IsaKind::Avx2, "avx2"),
     #[cfg(target_arch = "x86_64")]
-    (Kind::Avx512, "avx512"),
+    (IsaKind::Avx512, "avx512"),
 ];
 
 /// The name of a level that this processor does not have.
@@ -35,7 +35,7 @@ pub struct UnknownSimd {
     available: String,
 }
 
-impl Kind {
+impl IsaKind {
     fn is_available(self) -> bool {
         match self {
             Self::Portable => true,
@@ -110,7 +110,7 @@ impl FromStr for Simd {
 }
 
 impl Simd {
-    pub(crate) fn kind(self) -> Kind {
+    pub(crate) fn kind(self) -> IsaKind {
         self.0
     }
 

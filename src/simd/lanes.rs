@@ -1,6 +1,6 @@
 //! What a kernel asks of a processor: floats side by side, in three widths.
 //!
-//! A kernel is written once over [`Level`] and compiled once for each level, inside a function that enables the level's
+//! A kernel is written once over [`SimdLevel`] and compiled once for each level, inside a function that enables the level's
 //! instructions. A level's type is a token: to have one is to know that the processor can do it, so the operations
 //! themselves are safe.
 
@@ -37,11 +37,11 @@ pub trait Floats: Copy {
     fn lt(self, b: Self) -> Self::Mask;
     fn eq(self, b: Self) -> Self::Mask;
     /// Whether they differ; false where either is NaN.
-    fn differs(self, b: Self) -> Self::Mask;
+    fn ne(self, b: Self) -> Self::Mask;
     /// `self` where `mask` is set, `b` elsewhere.
     fn select(self, mask: Self::Mask, b: Self) -> Self;
-    fn lowest(self) -> f32;
-    fn highest(self) -> f32;
+    fn reduce_min(self) -> f32;
+    fn reduce_max(self) -> f32;
 }
 
 /// One bit for each lane.
@@ -78,7 +78,7 @@ pub struct Top<'a> {
 }
 
 /// What a processor can do.
-pub trait Level: Runner {
+pub trait SimdLevel: Runner {
     /// Whether sixteen floats are one vector.
     const SIXTEEN: bool;
 
@@ -113,7 +113,7 @@ pub trait Level: Runner {
     /// The lanes in which `enter` is at most `leave`.
     fn met(self, enter: Self::F8, leave: Self::F8) -> Eight;
 
-    /// The lanes in which `enter` is at most `leave`, as [`Level::push`] wants them: themselves or their places in the order.
+    /// The lanes in which `enter` is at most `leave`, as [`SimdLevel::push`] wants them: themselves or their places in the order.
     fn met_in(self, order: Self::Order, enter: Self::F8, leave: Self::F8) -> Eight;
 
     /// Writes the children that are met in their order to the end of `to`, with their `enter`; what is before them is undefined.
@@ -133,7 +133,7 @@ pub trait Level: Runner {
 
     /// The same address, in a register of its own: the compiler would rather add up its parts at every use, and lacks
     /// registers for them.
-    fn settle<T>(self, p: *mut T) -> *mut T;
+    fn launder<T>(self, p: *mut T) -> *mut T;
 
     /// Asks for the cache lines at `p`, 64 bytes each.
     fn prefetch<const LINES: usize>(self, p: *const u8);

@@ -54,7 +54,7 @@ impl<F: Floats<Array: Double>> Floats for Pair<F> {
     type Mask = Pair<F::Mask>;
     type Array = <F::Array as Double>::Twice;
 
-    both! { { add sub mul div min max with_sign_of } { le lt eq differs } }
+    both! { { add sub mul div min max with_sign_of } { le lt eq ne } }
 
     #[inline(always)]
     fn to_array(self) -> Self::Array {
@@ -81,12 +81,12 @@ impl<F: Floats<Array: Double>> Floats for Pair<F> {
         Self(self.0.select(mask.0, b.0), self.1.select(mask.1, b.1))
     }
     #[inline(always)]
-    fn lowest(self) -> f32 {
-        self.0.min(self.1).lowest()
+    fn reduce_min(self) -> f32 {
+        self.0.min(self.1).reduce_min()
     }
     #[inline(always)]
-    fn highest(self) -> f32 {
-        self.0.max(self.1).highest()
+    fn reduce_max(self) -> f32 {
+        self.0.max(self.1).reduce_max()
     }
 }
 

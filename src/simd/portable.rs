@@ -4,7 +4,7 @@
 use std::cmp::Ordering;
 
 use super::{
-    lanes::{Eight, Floats, Level, Mask, Top},
+    lanes::{Eight, Floats, Mask, SimdLevel, Top},
     pair::Pair,
 };
 
@@ -95,7 +95,7 @@ impl<const N: usize> Floats for Array<N> {
         self.test(b, f32::eq)
     }
     #[inline(always)]
-    fn differs(self, b: Self) -> Bits<N> {
+    fn ne(self, b: Self) -> Bits<N> {
         self.test(b, |a, b| a.partial_cmp(b).is_some_and(Ordering::is_ne))
     }
     #[inline(always)]
@@ -103,11 +103,11 @@ impl<const N: usize> Floats for Array<N> {
         Self(std::array::from_fn(|i| if mask.0[i] { self.0[i] } else { b.0[i] }))
     }
     #[inline(always)]
-    fn lowest(self) -> f32 {
+    fn reduce_min(self) -> f32 {
         self.0.into_iter().fold(f32::INFINITY, f32::min)
     }
     #[inline(always)]
-    fn highest(self) -> f32 {
+    fn reduce_max(self) -> f32 {
         self.0.into_iter().fold(f32::NEG_INFINITY, f32::max)
     }
 }
@@ -129,7 +129,7 @@ impl<const N: usize> Mask for Bits<N> {
     }
 }
 
-impl Level for Portable {
+impl SimdLevel for Portable {
     const SIXTEEN: bool = false;
 
     type F4 = Array<4>;
@@ -258,7 +258,7 @@ impl Level for Portable {
     }
 
     #[inline(always)]
-    fn settle<T>(self, p: *mut T) -> *mut T {
+    fn launder<T>(self, p: *mut T) -> *mut T {
         p
     }
 

@@ -4,16 +4,16 @@ use crate::math::Aabb;
 
 /// A node of a tree in depth-first order: a node's first child follows it, and all children come after their parents.
 #[derive(Clone, Copy, Debug)]
-pub struct Flat {
+pub struct FlatNode {
     /// The box around everything below.
     pub bounds: Aabb,
-    /// Of a node with children the second one's index, of a leaf its first place in [`Tree::ids`], or a piece's number.
+    /// Of a node with children the second one's index, of a leaf its first place in [`Bvh2Tree::ids`], or a piece's number.
     pub link: u32,
-    /// How many primitives a leaf holds, [`Flat::INNER`] for a node with children, [`Flat::PIECE`] for a piece.
+    /// How many primitives a leaf holds, [`FlatNode::INNER`] for a node with children, [`FlatNode::PIECE`] for a piece.
     pub count: u32,
 }
 
-impl Flat {
+impl FlatNode {
     pub const INNER: u32 = 0;
     pub const PIECE: u32 = u32::MAX;
 
@@ -40,17 +40,17 @@ impl Flat {
 
 /// A binary tree.
 #[derive(Default)]
-pub struct Tree {
-    pub nodes: Vec<Flat>,
+pub struct Bvh2Tree {
+    pub nodes: Vec<FlatNode>,
     /// The leaves' primitives, in the order of the leaves.
     pub ids: Vec<u32>,
 }
 
-impl Tree {
+impl Bvh2Tree {
     /// Adds another one behind it.
     pub fn append(&mut self, other: &Self) {
         let (nodes, ids) = (self.nodes.len() as u32, self.ids.len() as u32);
-        self.nodes.extend(other.nodes.iter().map(|node| Flat {
+        self.nodes.extend(other.nodes.iter().map(|node| FlatNode {
             link: node.link + if node.is_leaf() { ids } else { nodes },
             ..*node
         }));
@@ -60,7 +60,7 @@ impl Tree {
 
 /// A tree among whose leaves are pieces.
 pub struct Forest<T> {
-    pub top: Tree,
+    pub top: Bvh2Tree,
     pub pieces: Vec<T>,
 }
 

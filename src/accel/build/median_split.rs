@@ -7,13 +7,13 @@ use crate::math::{Aabb, Vec3};
 
 /// A box that goes into a tree, with the index of what it is around.
 #[derive(Clone, Copy, Debug)]
-pub struct Ref {
+pub struct PrimBox {
     /// The index' bits are in the last component.
     min: Vec4,
     max: Vec4,
 }
 
-impl Ref {
+impl PrimBox {
     pub fn new(bounds: &Aabb, index: u32) -> Self {
         Self {
             min: bounds.min.extend(f32::from_bits(index)),
@@ -52,7 +52,7 @@ impl Box4 {
         max: Vec4::NEG_INFINITY,
     };
 
-    pub fn add(&mut self, r: &Ref) {
+    pub fn add(&mut self, r: &PrimBox) {
         self.grow(r.min, r.max);
     }
 
@@ -81,27 +81,27 @@ impl Box4 {
 
 /// What is known of a set before it is cut.
 #[derive(Clone, Copy, Debug)]
-pub struct Bounds {
+pub struct SetBounds {
     /// Around all boxes.
     pub boxes: Box4,
     /// Around twice their centres.
     centers: Box4,
 }
 
-impl Default for Bounds {
+impl Default for SetBounds {
     fn default() -> Self {
         Self::EMPTY
     }
 }
 
-impl Bounds {
+impl SetBounds {
     pub const EMPTY: Self = Self {
         boxes: Box4::EMPTY,
         centers: Box4::EMPTY,
     };
 
     #[inline(always)]
-    pub fn add(&mut self, r: &Ref) {
+    pub fn add(&mut self, r: &PrimBox) {
         self.boxes.grow(r.min, r.max);
         let center = r.center();
         self.centers.grow(center, center);
@@ -114,23 +114,23 @@ impl Bounds {
         }
     }
 
-    pub fn of(refs: &[Ref]) -> Self {
-        let serial = |refs: &[Ref]| {
+    pub fn of(refs: &[PrimBox]) -> Self {
+        let serial = |refs: &[PrimBox]| {
             let mut bounds = Self::EMPTY;
             refs.iter().for_each(|r| bounds.add(r));
             bounds
         };
-        if refs.len() < PARALLEL {
+        if refs.len() < PAR_MIN_LEN {
             return serial(refs);
         }
-        refs.par_chunks(PARALLEL / 4)
+        refs.par_chunks(PAR_MIN_LEN / 4)
             .map(serial)
             .reduce(|| Self::EMPTY, Self::union)
     }
 
     /// A length by which edges count beside surfaces.
     pub fn thin(&self) -> f32 {
-        self.boxes.extent().max_element() * THIN
+        self.boxes.extent().max_element() * EDGE_WEIGHT
     }
 
     /// Whether all boxes have the same centre.
@@ -140,10 +140,10 @@ impl Bounds {
 }
 
 /// More boxes are counted by several threads.
-const PARALLEL: usize = 1 << 16;
+const PAR_MIN_LEN: usize = 1 << 16;
 
 /// How many triangles are tested together.
-const TOGETHER: usize = 4;
+const BLOCK_TRIANGLES: usize = 4;
 
 /// Half a box's surface, and a little of its edges, by which boxes without a surface differ.
 fn size(b: &Box4, thin: f32) -> f32 {
@@ -152,22 +152,22 @@ fn size(b: &Box4, thin: f32) -> f32 {
 }
 
 /// How much the edges count beside the surface, relative to the longest one of all.
-const THIN: f32 = 1.0 / (1 << 20) as f32;
+const EDGE_WEIGHT: f32 = 1.0 / (1 << 20) as f32;
 
 /// What testing so many triangles in a box costs.
 fn cost(b: &Box4, count: usize, thin: f32) -> f32 {
-    size(b, thin) * count.div_ceil(TOGETHER) as f32
+    size(b, thin) * count.div_ceil(BLOCK_TRIANGLES) as f32
 }
 
 /// The most that [`cut_few`] takes.
-const FEW: usize = 8;
+const MAX_CUT_PRIMS: usize = 8;
 
 /// Cuts a few triangles, at least two, in two where the surface area heuristic is least, counting blocks of four: along the
 /// axis on which the centres reach farthest, after sorting them. Returns how many are on the left.
-pub fn cut_few(refs: &mut [Ref]) -> usize {
-    let bounds = Bounds::of(refs);
+pub fn cut_few(refs: &mut [PrimBox]) -> usize {
+    let bounds = SetBounds::of(refs);
     let axis = bounds.centers.extent().max_position();
-    let key = |r: &Ref| r.min[axis] + r.max[axis];
+    let key = |r: &PrimBox| r.min[axis] + r.max[axis];
     for i in 1..refs.len() {
         let moving = refs[i];
         let at = key(&moving);
@@ -179,7 +179,7 @@ pub fn cut_few(refs: &mut [Ref]) -> usize {
         refs[to] = moving;
     }
     let (count, thin) = (refs.len(), bounds.thin());
-    let mut right = [0.0_f32; FEW];
+    let mut right = [0.0_f32; MAX_CUT_PRIMS];
     let mut all = Box4::EMPTY;
     for i in (1..count).rev() {
         all.add(&refs[i]);
@@ -199,18 +199,18 @@ pub fn cut_few(refs: &mut [Ref]) -> usize {
 
 /// Puts the lower half of the centres, along the axis on which they reach farthest, to the front; where they are all in one
 /// place, the small boxes before the large ones. Returns how many are in front. Time is linear.
-pub fn halve(refs: &mut [Ref], bounds: &Bounds) -> usize {
+pub fn halve(refs: &mut [PrimBox], bounds: &SetBounds) -> usize {
     let extent = bounds.centers.extent();
     let axis = extent.max_position();
     let middle = refs.len() / 2;
     if extent[axis] > 0.0 {
-        let key = |r: &Ref| (r.min[axis] + r.max[axis], r.index());
+        let key = |r: &PrimBox| (r.min[axis] + r.max[axis], r.index());
         refs.select_nth_unstable_by(middle, |a, b| {
             let (a, b) = (key(a), key(b));
             a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
         });
     } else {
-        let key = |r: &Ref| (r.max - r.min).truncate().element_sum();
+        let key = |r: &PrimBox| (r.max - r.min).truncate().element_sum();
         refs.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.index().cmp(&b.index())));
     }
     middle

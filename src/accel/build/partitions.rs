@@ -12,51 +12,55 @@ use obvhs::{
 use rayon::prelude::*;
 
 use super::{
-    median_split::{Bounds, Ref, halve},
-    ploc::{self, Effort},
-    prims::Fate,
+    median_split::{PrimBox, SetBounds, halve},
+    ploc::{self, BuildPreset},
+    prims::Mobility,
 };
 use crate::geometry::Geometry;
 
-/// The most boxes of a plot.
-const MOST: usize = 1 << 14;
+/// The most boxes of a partition.
+const MAX_PARTITION: usize = 1 << 14;
 
-/// From so many boxes on plots are half as large: what a plot needs while it is built then fits the second cache, and the crown
-/// has enough plots to make up for their borders.
-const MANY: usize = 1 << 18;
+/// From so many boxes on partitions are half as large: what a partition needs while it is built then fits the second cache, and the upper tree
+/// has enough partitions to make up for their borders.
+const MIN_LEN_OF_HALF_PARTITIONS: usize = 1 << 18;
 
 /// How boxes are parted.
-pub enum Parted<'a> {
+pub enum PartitionTree<'a> {
     Set(Set<'a>),
-    Halves(Box<[Parted<'a>; 2]>),
+    Halves(Box<[PartitionTree<'a>; 2]>),
 }
 
 /// Boxes that lie together.
 pub struct Set<'a> {
-    refs: &'a mut [Ref],
+    refs: &'a mut [PrimBox],
     /// Whether they all have the same centre.
     same: bool,
 }
 
-/// Parts boxes into sets of at most [`MOST`] or half as many, or of one centre.
-pub fn part(refs: &mut [Ref], bounds: Bounds) -> Parted<'_> {
-    let most = if refs.len() < MANY { MOST } else { MOST / 2 };
+/// Parts boxes into sets of at most [`MAX_PARTITION`] or half as many, or of one centre.
+pub fn part(refs: &mut [PrimBox], bounds: SetBounds) -> PartitionTree<'_> {
+    let most = if refs.len() < MIN_LEN_OF_HALF_PARTITIONS {
+        MAX_PARTITION
+    } else {
+        MAX_PARTITION / 2
+    };
     part_to(most, refs, bounds)
 }
 
-fn part_to(most: usize, refs: &mut [Ref], bounds: Bounds) -> Parted<'_> {
+fn part_to(most: usize, refs: &mut [PrimBox], bounds: SetBounds) -> PartitionTree<'_> {
     let same = refs.len() > 2 && bounds.is_point();
     if same || refs.len() <= most {
-        return Parted::Set(Set { refs, same });
+        return PartitionTree::Set(Set { refs, same });
     }
     let middle = halve(refs, &bounds);
     let (left, right) = refs.split_at_mut(middle);
-    let (a, b) = (Bounds::of(left), Bounds::of(right));
+    let (a, b) = (SetBounds::of(left), SetBounds::of(right));
     let (left, right) = rayon::join(|| part_to(most, left, a), || part_to(most, right, b));
-    Parted::Halves(Box::new([left, right]))
+    PartitionTree::Halves(Box::new([left, right]))
 }
 
-impl<'a> Parted<'a> {
+impl<'a> PartitionTree<'a> {
     /// The sets, and the tree above them whose leaves hold their numbers; it has no boxes yet.
     pub fn flatten(self) -> (Vec<Set<'a>>, Vec<Bvh2Node>) {
         let nothing = Bvh2Node::new(Box3::INVALID, 0, 0);
@@ -82,8 +86,8 @@ impl<'a> Parted<'a> {
 }
 
 /// A tree over a part of the boxes.
-pub struct Plot<'a> {
-    pub refs: &'a [Ref],
+pub struct Partition<'a> {
+    pub refs: &'a [PrimBox],
     /// As obvhs has them, over proxies, in depth-first order: two children lie side by side, leaves hold a number in `refs`.
     pub nodes: Vec<Bvh2Node>,
     /// How many leaves are below each node.
@@ -92,27 +96,27 @@ pub struct Plot<'a> {
     pub same: bool,
 }
 
-/// What plots must know.
-pub struct Ground<'a> {
+/// What partitions must know.
+pub struct PartitionContext<'a> {
     pub geometry: &'a Geometry,
-    pub fate: Fate,
+    pub mobility: Mobility,
     /// What brings the scene to unit size.
     pub scale: f32,
-    pub effort: Effort,
+    pub preset: BuildPreset,
 }
 
-impl<'a> Plot<'a> {
-    pub fn new(set: Set<'a>, ground: &Ground<'_>) -> Self {
+impl<'a> Partition<'a> {
+    pub fn new(set: Set<'a>, context: &PartitionContext<'_>) -> Self {
         if set.same {
-            return Self::halved(set.refs, ground);
+            return Self::halved(set.refs, context);
         }
-        let proxy = |r: &Ref| ploc::proxy(&r.bounds(), ground.scale, r.index());
+        let proxy = |r: &PrimBox| ploc::proxy(&r.bounds(), context.scale, r.index());
         let proxies: Vec<Box3> = set.refs.iter().map(proxy).collect();
-        Self::over(set.refs, &ploc::build(&proxies, &ground.effort), false)
+        Self::over(set.refs, &ploc::build(&proxies, &context.preset), false)
     }
 
     /// Puts the boxes in the order of the tree's leaves. That tree is in the cache still, and when it is read again it no longer is.
-    fn over(refs: &'a mut [Ref], tree: &Bvh2, same: bool) -> Self {
+    fn over(refs: &'a mut [PrimBox], tree: &Bvh2, same: bool) -> Self {
         let before = refs.to_vec();
         let mut next = 0..;
         let nodes = depth_first(tree, |old| {
@@ -129,14 +133,14 @@ impl<'a> Plot<'a> {
     }
 
     /// Of boxes with one centre, by size.
-    fn halved(refs: &'a mut [Ref], ground: &Ground<'_>) -> Self {
-        let kept = match ground.fate {
-            Fate::Fixed => drop_copies(refs, ground.geometry),
-            Fate::Moving => refs.len(),
+    fn halved(refs: &'a mut [PrimBox], context: &PartitionContext<'_>) -> Self {
+        let kept = match context.mobility {
+            Mobility::Fixed => drop_copies(refs, context.geometry),
+            Mobility::Moving => refs.len(),
         };
         let refs = &mut refs[..kept];
-        let bounds = Bounds::of(refs);
-        let around = ploc::proxy(&bounds.boxes.aabb(), ground.scale, 0);
+        let bounds = SetBounds::of(refs);
+        let around = ploc::proxy(&bounds.boxes.aabb(), context.scale, 0);
         let mut nodes = vec![Bvh2Node::new(around, 0, 0)];
         let mut open = vec![(0, 0..refs.len())];
         while let Some((at, range)) = open.pop() {
@@ -195,8 +199,8 @@ pub fn sizes(nodes: &[Bvh2Node], size: impl Fn(u32) -> u32) -> Vec<u32> {
 }
 
 /// Moves triangles that equal one with a lower number to the end; how many others there are.
-fn drop_copies(refs: &mut [Ref], geometry: &Geometry) -> usize {
-    let key = |r: &Ref| {
+fn drop_copies(refs: &mut [PrimBox], geometry: &Geometry) -> usize {
+    let key = |r: &PrimBox| {
         let index = r.index() as usize;
         let corners = (index < geometry.triangles.len()).then(|| {
             geometry
@@ -241,35 +245,35 @@ mod tests {
             max: center(i) + 0.01,
         };
         let geometry = Geometry::default();
-        let ground = Ground {
+        let context = PartitionContext {
             geometry: &geometry,
-            fate: Fate::Moving,
+            mobility: Mobility::Moving,
             scale: 1.0,
-            effort: Effort::new(Quality::Medium),
+            preset: BuildPreset::new(Quality::Medium),
         };
         for (count, same) in [(1, false), (2, false), (1000, false), (1000, true)] {
-            let mut refs: Vec<Ref> = (0..count)
-                .map(|i| Ref::new(&around(if same { 0 } else { i }), i))
+            let mut refs: Vec<PrimBox> = (0..count)
+                .map(|i| PrimBox::new(&around(if same { 0 } else { i }), i))
                 .collect();
-            let plot = Plot::new(Set { refs: &mut refs, same }, &ground);
+            let partition = Partition::new(Set { refs: &mut refs, same }, &context);
             let (mut next, mut inner, mut open) = (0, 1, vec![0]);
             while let Some(at) = open.pop() {
-                let node = &plot.nodes[at];
+                let node = &partition.nodes[at];
                 let first = node.first_index as usize;
                 if node.is_leaf() {
-                    assert_eq!((first, plot.sizes[at]), (next, 1));
+                    assert_eq!((first, partition.sizes[at]), (next, 1));
                     next += 1;
                 } else {
                     assert_eq!(
-                        (first, plot.sizes[at]),
-                        (inner, plot.sizes[first] + plot.sizes[first + 1])
+                        (first, partition.sizes[at]),
+                        (inner, partition.sizes[first] + partition.sizes[first + 1])
                     );
                     inner += 2;
                     open.extend([first + 1, first]);
                 }
             }
-            assert_eq!((next, plot.sizes[0]), (count as usize, count));
-            let mut left: Vec<u32> = plot.refs.iter().map(Ref::index).collect();
+            assert_eq!((next, partition.sizes[0]), (count as usize, count));
+            let mut left: Vec<u32> = partition.refs.iter().map(PrimBox::index).collect();
             left.sort_unstable();
             assert!(left.into_iter().eq(0..count));
         }

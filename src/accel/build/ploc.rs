@@ -29,18 +29,18 @@ const JITTER: f32 = 1.0 / 65_536.0;
 const JITTER_ULPS: f32 = 2.0 * f32::EPSILON;
 
 /// A length, in units of the scene's size, whose square is far from the smallest numbers.
-const SMALLEST: f32 = 1.0 / (1_u64 << 40) as f32;
+const MIN_LENGTH: f32 = 1.0 / (1_u64 << 40) as f32;
 
 /// How much time goes into a tree.
 #[derive(Clone, Debug)]
-pub struct Effort {
+pub struct BuildPreset {
     /// How many neighbours PLOC looks at on either side.
     search: PlocSearchDistance,
     /// So large a part of the nodes is reinserted in each pass, the largest ones.
     passes: Vec<f32>,
 }
 
-impl Effort {
+impl BuildPreset {
     pub fn new(quality: Quality) -> Self {
         let falling = |first: f32, count: usize| (0..count).map(|i| first / (2 * i + 1) as f32).collect();
         let (search, passes) = match quality {
@@ -53,13 +53,13 @@ impl Effort {
 }
 
 /// The tree over `proxies`; a leaf holds one of them, by its number.
-pub fn build(proxies: &[Box3], effort: &Effort) -> Bvh2 {
+pub fn build(proxies: &[Box3], preset: &BuildPreset) -> Bvh2 {
     let numbers = (0..proxies.len() as u32).collect();
     let mut tree =
-        PlocBuilder::with_capacity(proxies.len()).build(effort.search, proxies, numbers, SortPrecision::U64, 0);
+        PlocBuilder::with_capacity(proxies.len()).build(preset.search, proxies, numbers, SortPrecision::U64, 0);
     // Its stack on the heap panics when it is full; the fixed one, which this asks for, only forgoes a candidate.
     tree.max_depth = DEFAULT_MAX_STACK_DEPTH;
-    ReinsertionOptimizer::default().run(&mut tree, 1.0, Some(effort.passes.clone()));
+    ReinsertionOptimizer::default().run(&mut tree, 1.0, Some(preset.passes.clone()));
     tree
 }
 
@@ -71,8 +71,8 @@ pub fn proxy(bounds: &Aabb, scale: f32, number: u32) -> Box3 {
     let step = (extent * JITTER).max(magnitude * JITTER_ULPS);
     // What is next to nothing in this scene lies beside one another rather than in one place: reinsertion looks long for
     // better places among boxes that all overlap.
-    let thickness = step.max(SMALLEST / 128.0);
+    let thickness = step.max(MIN_LENGTH / 128.0);
     let [x, y, z, _] = hash::pcg4d([number, 0, 0, 0]).map(hash::unit_f32);
-    let shift = (Vec3A::new(x, y, z) - 0.5) * step.max(SMALLEST);
+    let shift = (Vec3A::new(x, y, z) - 0.5) * step.max(MIN_LENGTH);
     Box3::new(min + shift, (max + shift).max(min + shift + thickness))
 }

@@ -11,9 +11,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::median_split::{Bounds, Ref};
+use super::median_split::{PrimBox, SetBounds};
 use crate::{
-    geometry::{BuildError, Geometry, Instance, PrimRef, check, check::MIN_LEN},
+    geometry::{BuildError, Geometry, Instance, PrimRef, check, check::PAR_MIN_LEN},
     math::Aabb,
 };
 
@@ -22,7 +22,7 @@ use crate::{
 pub enum Item {
     Prim(PrimRef),
     Instance(Instance),
-    Still,
+    StaticTree,
 }
 
 impl Item {
@@ -34,14 +34,14 @@ impl Item {
         } else if number - prims < geometry.instances.len() as u32 {
             Self::Instance(Instance(number - prims))
         } else {
-            Self::Still
+            Self::StaticTree
         }
     }
 }
 
 /// What may become of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fate {
+pub enum Mobility {
     /// It stays as it is, until it is thrown away.
     Fixed,
     /// Its triangles may move, each within its leaf.
@@ -51,10 +51,10 @@ pub enum Fate {
 /// The primitives of a tree.
 pub struct Prims {
     /// The primitives' boxes with their numbers, rising.
-    pub refs: Vec<Ref>,
+    pub refs: Vec<PrimBox>,
     /// What is known of all boxes.
-    pub around: Bounds,
-    pub fate: Fate,
+    pub around: SetBounds,
+    pub mobility: Mobility,
     /// What has no box, rising.
     pub unbounded: Vec<PrimRef>,
     /// The largest coordinate of all boxes.
@@ -65,7 +65,7 @@ impl Prims {
     /// Everything that is in no group, for one tree over all of it. The geometry is checked.
     pub fn whole(geometry: &Geometry) -> Result<Self, BuildError> {
         let mut prims = Self::triangles(geometry, &geometry.world_triangles());
-        prims.fate = Fate::Fixed;
+        prims.mobility = Mobility::Fixed;
         prims.add_shapes(geometry)?;
         Ok(prims.measured())
     }
@@ -88,13 +88,13 @@ impl Prims {
         let count = geometry.instances.len();
         let boxes: Vec<Aabb> = (0..count)
             .into_par_iter()
-            .with_min_len(MIN_LEN)
+            .with_min_len(PAR_MIN_LEN)
             .map(|i| check::instance_bounds(geometry, i, &groups[geometry.instances[i].group as usize]))
             .collect::<Result<_, _>>()?;
         let met = boxes.iter().zip(first..).filter(|(bounds, _)| !bounds.is_empty());
-        prims.refs.extend(met.map(|(bounds, id)| Ref::new(bounds, id)));
+        prims.refs.extend(met.map(|(bounds, id)| PrimBox::new(bounds, id)));
         if !still.is_empty() {
-            prims.refs.push(Ref::new(still, first + count as u32));
+            prims.refs.push(PrimBox::new(still, first + count as u32));
         }
         Ok(prims.measured())
     }
@@ -109,10 +109,10 @@ impl Prims {
             let [a, b, c] = geometry.corners(*i as usize);
             a != b && b != c && c != a
         };
-        let boxed = |i: u32| Ref::new(&geometry.bounds(PrimRef::new(i)), i);
+        let boxed = |i: u32| PrimBox::new(&geometry.bounds(PrimRef::new(i)), i);
         let mut refs = Vec::new();
         for run in runs {
-            let all = run.clone().into_par_iter().with_min_len(MIN_LEN);
+            let all = run.clone().into_par_iter().with_min_len(PAR_MIN_LEN);
             if all.clone().all(|i| keeps(&i)) {
                 refs.par_extend(all.map(boxed));
             } else {
@@ -121,8 +121,8 @@ impl Prims {
         }
         Self {
             refs,
-            around: Bounds::EMPTY,
-            fate: Fate::Moving,
+            around: SetBounds::EMPTY,
+            mobility: Mobility::Moving,
             unbounded: Vec::new(),
             reach: 0.0,
         }
@@ -132,7 +132,7 @@ impl Prims {
         for id in geometry.triangles.len()..geometry.prim_count() {
             let prim = PrimRef::new(id as u32);
             match check::shape_bounds(geometry, prim)? {
-                Some(bounds) => self.refs.push(Ref::new(&bounds, id as u32)),
+                Some(bounds) => self.refs.push(PrimBox::new(&bounds, id as u32)),
                 None => self.unbounded.push(prim),
             }
         }
@@ -140,7 +140,7 @@ impl Prims {
     }
 
     fn measured(mut self) -> Self {
-        self.around = Bounds::of(&self.refs);
+        self.around = SetBounds::of(&self.refs);
         let bounds = self.bounds();
         if !bounds.is_empty() {
             self.reach = bounds.min.abs().max(bounds.max.abs()).max_element();

@@ -1,6 +1,6 @@
 //! Reinsertion of all nodes of a tree, on all threads.
 //!
-//! obvhs's own passes run on one thread, which suits plots, of which there are many. Here the best place for each node is
+//! obvhs's own passes run on one thread, which suits partitions, of which there are many. Here the best place for each node is
 //! looked for in parallel, in the tree as it is before the pass; then nodes move one after another, those that gain most
 //! first, as long as none is in the way of an earlier one. The outcome does not depend on the number of threads: that is
 //! what obvhs's feature `parallel` does not promise, which leaves the order of equal gains to the threads.
@@ -16,7 +16,7 @@ use obvhs::bvh2::{
 use rayon::prelude::*;
 
 /// Below so many nodes a search is not worth another thread.
-const MIN_LEN: usize = 64;
+const PAR_MIN_LEN: usize = 64;
 
 /// Looks for a better place for every node, so many times.
 pub fn reinsert_all(tree: &mut Bvh2, passes: usize) {
@@ -28,7 +28,7 @@ pub fn reinsert_all(tree: &mut Bvh2, passes: usize) {
         // The root stays.
         let mut moves: Vec<Reinsertion> = (1..count)
             .into_par_iter()
-            .with_min_len(MIN_LEN)
+            .with_min_len(PAR_MIN_LEN)
             .map(|node| find_reinsertion(tree, node))
             .filter(|found| found.area_diff > 0.0)
             .collect();

@@ -20,7 +20,7 @@
 
 use std::collections::BinaryHeap;
 
-use super::median_split::{Bounds, Ref};
+use super::median_split::{PrimBox, SetBounds};
 use crate::{
     geometry::{Geometry, slab::FAR},
     math::{Aabb, Vec3},
@@ -30,25 +30,25 @@ use crate::{
 const SLACK: f32 = 16.0 * FAR * f32::EPSILON;
 
 /// How many more boxes there may be than primitives, as a part of these.
-const SPARE: f32 = 0.5;
+const MAX_REFERENCE_GROWTH: f32 = 0.5;
 
 /// What is cut has so many times the surface of a box of its own for each primitive, all alike and filling the scene.
-const LARGE: f32 = 4.0;
+const MIN_SIZE_RATIO: f32 = 4.0;
 
 /// Cuts triangles.
-pub struct Cutter<'a> {
+pub struct SpatialSplitter<'a> {
     pub geometry: &'a Geometry,
     /// The largest coordinate of the scene.
     pub reach: f32,
 }
 
-impl Cutter<'_> {
+impl SpatialSplitter<'_> {
     /// The parts of all `refs`, which `bounds` is around; nothing where nothing is cut.
-    pub fn cut(&self, refs: &[Ref], bounds: &Bounds) -> Vec<Ref> {
+    pub fn cut(&self, refs: &[PrimBox], bounds: &SetBounds) -> Vec<PrimBox> {
         let slack = SLACK * self.reach;
         let cells = libm::cbrtf(refs.len() as f32).powi(2);
-        let large = LARGE * bounds.boxes.aabb().half_area() / cells;
-        let mut spare = (refs.len() as f32 * SPARE) as usize;
+        let large = MIN_SIZE_RATIO * bounds.boxes.aabb().half_area() / cells;
+        let mut spare = (refs.len() as f32 * MAX_REFERENCE_GROWTH) as usize;
         // Areas are not negative, so that their bits are in their order.
         let mut open: BinaryHeap<(u32, usize)> = refs
             .iter()
@@ -87,7 +87,7 @@ impl Cutter<'_> {
     }
 
     /// The corners of what can be cut, and the axis that its plane lies across.
-    fn flat(&self, r: &Ref) -> Option<([Vec3; 3], usize)> {
+    fn flat(&self, r: &PrimBox) -> Option<([Vec3; 3], usize)> {
         let index = r.index() as usize;
         if index >= self.geometry.triangles.len() {
             return None;
@@ -98,7 +98,7 @@ impl Cutter<'_> {
     }
 
     /// The part of `r` between two planes, `None` where there is none.
-    fn part(&self, r: &Ref, corners: &[Vec3; 3], axis: usize, [from, to]: [f32; 2]) -> Option<Ref> {
+    fn part(&self, r: &PrimBox, corners: &[Vec3; 3], axis: usize, [from, to]: [f32; 2]) -> Option<PrimBox> {
         let mut around = Aabb::EMPTY;
         for i in 0..3 {
             let (p, q) = (corners[i], corners[(i + 1) % 3]);
@@ -118,6 +118,6 @@ impl Cutter<'_> {
             min: own.min.max(around.min - slack),
             max: own.max.min(around.max + slack),
         };
-        (!part.is_empty()).then(|| Ref::new(&part, r.index()))
+        (!part.is_empty()).then(|| PrimBox::new(&part, r.index()))
     }
 }

@@ -1,8 +1,8 @@
-//! What is above the plots, and how all becomes one tree.
+//! What is above the partitions, and how all becomes one tree.
 //!
-//! Where plots end, a tree is only as good as the halving was, and what is large, as walls are, is kept in its plot. So
-//! the largest nodes of all plots, some thousand, become the leaves of one tree, the *crown*, which is first as the
-//! plots and the halving have it. obvhs then reinserts all of its nodes, over and over, wherever they fit best.
+//! Where partitions end, a tree is only as good as the halving was, and what is large, as walls are, is kept in its partition. So
+//! the largest nodes of all partitions, some thousand, become the leaves of one tree, the *upper tree*, which is first as the
+//! partitions and the halving have it. obvhs then reinserts all of its nodes, over and over, wherever they fit best.
 //!
 //! Below, the tree is brought into depth-first order piece by piece. Where a node holds no more triangles than two
 //! blocks, these are put in order again: obvhs does not know that four are tested together.
@@ -13,41 +13,41 @@ use obvhs::bvh2::{Bvh2, node::Bvh2Node};
 use rayon::prelude::*;
 
 use super::{
-    bvh2_tree::{Flat, Forest, Leaves, Tree},
-    median_split::{Bounds, Ref, cut_few},
-    partitions::{Plot, depth_first, sizes},
+    bvh2_tree::{Bvh2Tree, FlatNode, Forest, Leaves},
+    median_split::{PrimBox, SetBounds, cut_few},
+    partitions::{Partition, depth_first, sizes},
     reinsert::reinsert_all,
 };
 use crate::{geometry::Geometry, math::Aabb};
 
-/// A leaf of the crown for so many primitives.
+/// A leaf of the upper tree for so many primitives.
 const PRIMS_PER_LEAF: usize = 128;
 
-/// The most leaves of the crown: what bounds the time that goes into it.
+/// The most leaves of the upper tree: what bounds the time that goes into it.
 const MOST_LEAVES: usize = 1 << 14;
 
-/// How often all nodes of the crown are reinserted.
+/// How often all nodes of the upper tree are reinserted.
 const PASSES: usize = 8;
 
 /// The most primitives of a piece.
 const PIECE_PRIMS: u32 = 1 << 14;
 
 /// So few primitives are no piece but belong to the tree above: walls as a piece would be one child, and their box the room.
-const SMALL: u32 = 64;
+const MAX_INLINE_PRIMS: u32 = 64;
 
 /// The most triangles that are put in order again: two blocks.
-const FEW: usize = 8;
+const MAX_REORDERED_TRIANGLES: usize = 8;
 
-/// A node of a plot.
+/// A node of a partition.
 #[derive(Clone, Copy)]
 struct Place {
-    plot: u32,
+    partition: u32,
     node: u32,
 }
 
 /// Plots and the tree above them.
-pub struct Crown<'a> {
-    plots: Vec<Plot<'a>>,
+pub struct UpperTree<'a> {
+    partitions: Vec<Partition<'a>>,
     nodes: Vec<Bvh2Node>,
     /// How many primitives are below each node.
     sizes: Vec<u32>,
@@ -60,15 +60,19 @@ pub struct Crown<'a> {
 /// A node of the whole tree.
 #[derive(Clone, Copy)]
 enum Node {
-    Crown(u32),
+    UpperTree(u32),
     Below(Place),
 }
 
-impl<'a> Crown<'a> {
-    /// Above plots, which are the leaves of a tree of nodes without boxes.
-    pub fn new((plots, nodes): (Vec<Plot<'a>>, Vec<Bvh2Node>), geometry: &'a Geometry, leaves: Leaves) -> Self {
-        let count: usize = plots.iter().map(|plot| plot.refs.len()).sum();
-        let (mut nodes, places) = grow(&plots, nodes, (count / PRIMS_PER_LEAF).min(MOST_LEAVES));
+impl<'a> UpperTree<'a> {
+    /// Above partitions, which are the leaves of a tree of nodes without boxes.
+    pub fn new(
+        (partitions, nodes): (Vec<Partition<'a>>, Vec<Bvh2Node>),
+        geometry: &'a Geometry,
+        leaves: Leaves,
+    ) -> Self {
+        let count: usize = partitions.iter().map(|partition| partition.refs.len()).sum();
+        let (mut nodes, places) = grow(&partitions, nodes, (count / PRIMS_PER_LEAF).min(MOST_LEAVES));
         for i in (0..nodes.len()).rev() {
             if !nodes[i].is_leaf() {
                 let first = nodes[i].first_index as usize;
@@ -81,16 +85,16 @@ impl<'a> Crown<'a> {
             primitive_indices: (0..places.len() as u32).collect(),
             ..Bvh2::default()
         };
-        if plots.len() > 1 {
+        if partitions.len() > 1 {
             reinsert_all(&mut tree, PASSES);
         }
         let nodes = depth_first(&tree, |place| place);
         let sizes = sizes(&nodes, |leaf| {
-            let Place { plot, node } = places[leaf as usize];
-            plots[plot as usize].sizes[node as usize]
+            let Place { partition, node } = places[leaf as usize];
+            partitions[partition as usize].sizes[node as usize]
         });
         Self {
-            plots,
+            partitions,
             nodes,
             sizes,
             places,
@@ -101,10 +105,10 @@ impl<'a> Crown<'a> {
 
     /// What a ray costs by the surface area heuristic, in some unit: every node and every leaf counts as one test.
     pub fn cost(&self) -> f64 {
-        let crown = self.nodes.iter().filter(|node| !node.is_leaf());
-        let crown: f64 = crown.map(|node| f64::from(node.aabb().half_area())).sum();
-        let below = self.places.par_iter().map(|&Place { plot, node }| {
-            let nodes = &self.plots[plot as usize].nodes;
+        let upper_tree = self.nodes.iter().filter(|node| !node.is_leaf());
+        let upper_tree: f64 = upper_tree.map(|node| f64::from(node.aabb().half_area())).sum();
+        let below = self.places.par_iter().map(|&Place { partition, node }| {
+            let nodes = &self.partitions[partition as usize].nodes;
             let (mut cost, mut open) = (0.0, vec![node]);
             while let Some(index) = open.pop() {
                 let node = &nodes[index as usize];
@@ -115,13 +119,13 @@ impl<'a> Crown<'a> {
             }
             cost
         });
-        crown + below.collect::<Vec<f64>>().iter().sum::<f64>()
+        upper_tree + below.collect::<Vec<f64>>().iter().sum::<f64>()
     }
 
     /// The tree above pieces, and what `finish` makes of these.
-    pub fn pieces<T: Send>(&self, finish: impl Fn(Tree) -> T + Sync) -> Forest<T> {
+    pub fn pieces<T: Send>(&self, finish: impl Fn(Bvh2Tree) -> T + Sync) -> Forest<T> {
         let mut roots = Vec::new();
-        let mut top = Tree::default();
+        let mut top = Bvh2Tree::default();
         let mut open = vec![(0_u32, None)];
         while let Some((index, parent)) = open.pop() {
             let at = top.nodes.len();
@@ -129,18 +133,18 @@ impl<'a> Crown<'a> {
                 top.nodes[parent as usize].link = at as u32;
             }
             let (node, size) = (&self.nodes[index as usize], self.sizes[index as usize]);
-            if size <= SMALL && at > 0 {
+            if size <= MAX_INLINE_PRIMS && at > 0 {
                 top.append(&self.flatten(self.node(index)));
             } else if node.is_leaf() || size <= PIECE_PRIMS {
-                top.nodes.push(Flat {
+                top.nodes.push(FlatNode {
                     bounds: Aabb::EMPTY,
                     link: roots.len() as u32,
-                    count: Flat::PIECE,
+                    count: FlatNode::PIECE,
                 });
                 roots.push(self.node(index));
             } else {
                 open.extend([(node.first_index + 1, Some(at as u32)), (node.first_index, None)]);
-                top.nodes.push(Flat::OPEN);
+                top.nodes.push(FlatNode::OPEN);
             }
         }
         let (boxes, pieces): (Vec<Aabb>, Vec<T>) = roots
@@ -152,11 +156,11 @@ impl<'a> Crown<'a> {
             })
             .unzip();
         for node in &mut top.nodes {
-            if node.count == Flat::PIECE {
+            if node.count == FlatNode::PIECE {
                 node.bounds = boxes[node.link as usize];
             }
         }
-        Flat::enclose(&mut top.nodes);
+        FlatNode::enclose(&mut top.nodes);
         Forest { top, pieces }
     }
 
@@ -165,14 +169,14 @@ impl<'a> Crown<'a> {
         if node.is_leaf() {
             Node::Below(self.places[node.first_index as usize])
         } else {
-            Node::Crown(index)
+            Node::UpperTree(index)
         }
     }
 
     /// All below `root` in depth-first order, with the true boxes.
-    fn flatten(&self, root: Node) -> Tree {
-        let mut tree = Tree::default();
-        let mut few = Vec::with_capacity(FEW);
+    fn flatten(&self, root: Node) -> Bvh2Tree {
+        let mut tree = Bvh2Tree::default();
+        let mut few = Vec::with_capacity(MAX_REORDERED_TRIANGLES);
         let mut open = vec![(root, None)];
         while let Some((node, parent)) = open.pop() {
             let at = tree.nodes.len() as u32;
@@ -180,7 +184,7 @@ impl<'a> Crown<'a> {
                 tree.nodes[parent as usize].link = at;
             }
             let children = match node {
-                Node::Crown(index) => {
+                Node::UpperTree(index) => {
                     let first = self.nodes[index as usize].first_index;
                     [self.node(first), self.node(first + 1)]
                 }
@@ -190,31 +194,31 @@ impl<'a> Crown<'a> {
                         self.order(&mut few, &mut tree);
                         continue;
                     }
-                    let first = self.plots[place.plot as usize].nodes[place.node as usize].first_index;
+                    let first = self.partitions[place.partition as usize].nodes[place.node as usize].first_index;
                     [first, first + 1].map(|node| Node::Below(Place { node, ..place }))
                 }
             };
             open.extend([(children[1], Some(at)), (children[0], None)]);
-            tree.nodes.push(Flat::OPEN);
+            tree.nodes.push(FlatNode::OPEN);
         }
-        Flat::enclose(&mut tree.nodes);
+        FlatNode::enclose(&mut tree.nodes);
         tree
     }
 
     /// Whether what is below `place` may be put in order again, or is a leaf; then puts it into `few`.
-    fn are_few(&self, Place { plot, node }: Place, few: &mut Vec<Ref>) -> bool {
-        let plot = &self.plots[plot as usize];
-        let size = plot.sizes[node as usize] as usize;
-        if size > 1 && (size > FEW || self.leaves.triangles == 1) {
+    fn are_few(&self, Place { partition, node }: Place, few: &mut Vec<PrimBox>) -> bool {
+        let partition = &self.partitions[partition as usize];
+        let size = partition.sizes[node as usize] as usize;
+        if size > 1 && (size > MAX_REORDERED_TRIANGLES || self.leaves.triangles == 1) {
             return false;
         }
-        let mut open = [node; FEW];
+        let mut open = [node; MAX_REORDERED_TRIANGLES];
         let mut waiting = 1;
         while waiting > 0 {
             waiting -= 1;
-            let node = &plot.nodes[open[waiting] as usize];
+            let node = &partition.nodes[open[waiting] as usize];
             if node.is_leaf() {
-                few.push(plot.refs[node.first_index as usize]);
+                few.push(partition.refs[node.first_index as usize]);
             } else {
                 (open[waiting], open[waiting + 1]) = (node.first_index + 1, node.first_index);
                 waiting += 2;
@@ -224,18 +228,18 @@ impl<'a> Crown<'a> {
     }
 
     /// Adds a tree over a few primitives.
-    fn order(&self, few: &mut [Ref], tree: &mut Tree) {
+    fn order(&self, few: &mut [PrimBox], tree: &mut Bvh2Tree) {
         if few.len() <= self.leaves.triangles {
-            tree.nodes.push(Flat {
-                bounds: Bounds::of(few).boxes.aabb(),
+            tree.nodes.push(FlatNode {
+                bounds: SetBounds::of(few).boxes.aabb(),
                 link: tree.ids.len() as u32,
                 count: few.len() as u32,
             });
-            tree.ids.extend(few.iter().map(Ref::index));
+            tree.ids.extend(few.iter().map(PrimBox::index));
             return;
         }
         let at = tree.nodes.len();
-        tree.nodes.push(Flat::OPEN);
+        tree.nodes.push(FlatNode::OPEN);
         let middle = cut_few(few);
         let (left, right) = few.split_at_mut(middle);
         self.order(left, tree);
@@ -244,14 +248,16 @@ impl<'a> Crown<'a> {
     }
 }
 
-/// Goes on with a tree whose leaves are plots into these, the largest nodes first, until it has some `most` leaves.
-fn grow(plots: &[Plot<'_>], mut nodes: Vec<Bvh2Node>, most: usize) -> (Vec<Bvh2Node>, Vec<Place>) {
-    let mut places: Vec<Place> = (0..plots.len() as u32).map(|plot| Place { plot, node: 0 }).collect();
+/// Goes on with a tree whose leaves are partitions into these, the largest nodes first, until it has some `most` leaves.
+fn grow(partitions: &[Partition<'_>], mut nodes: Vec<Bvh2Node>, most: usize) -> (Vec<Bvh2Node>, Vec<Place>) {
+    let mut places: Vec<Place> = (0..partitions.len() as u32)
+        .map(|partition| Place { partition, node: 0 })
+        .collect();
     // Areas are not negative, so that their bits are in their order.
     let entry = |node: &Bvh2Node, at: usize| (node.aabb().half_area().to_bits(), at);
     let mut open = BinaryHeap::new();
     for (at, node) in nodes.iter_mut().enumerate().filter(|(_, node)| node.is_leaf()) {
-        node.set_aabb(*plots[node.first_index as usize].nodes[0].aabb());
+        node.set_aabb(*partitions[node.first_index as usize].nodes[0].aabb());
         open.push(entry(node, at));
     }
     while places.len() < most
@@ -259,9 +265,9 @@ fn grow(plots: &[Plot<'_>], mut nodes: Vec<Bvh2Node>, most: usize) -> (Vec<Bvh2N
     {
         let number = nodes[at].first_index as usize;
         let place = places[number];
-        let plot = &plots[place.plot as usize];
-        let node = &plot.nodes[place.node as usize];
-        if node.is_leaf() || plot.same {
+        let partition = &partitions[place.partition as usize];
+        let node = &partition.nodes[place.node as usize];
+        if node.is_leaf() || partition.same {
             continue;
         }
         let first = nodes.len();
@@ -272,7 +278,7 @@ fn grow(plots: &[Plot<'_>], mut nodes: Vec<Bvh2Node>, most: usize) -> (Vec<Bvh2N
             ..place
         });
         for (k, number) in [number, places.len() - 1].into_iter().enumerate() {
-            let child = &plot.nodes[places[number].node as usize];
+            let child = &partition.nodes[places[number].node as usize];
             nodes.push(Bvh2Node::new(*child.aabb(), 1, number as u32));
             open.push(entry(child, first + k));
         }

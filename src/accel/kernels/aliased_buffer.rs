@@ -19,12 +19,12 @@ struct Line([u8; LINE]);
 const LINE: usize = 64;
 
 /// Room for a `T`, beginning at any cache line of a page.
-pub struct Room<T> {
+pub struct AliasedBuffer<T> {
     lines: Box<[MaybeUninit<Line>]>,
     what: PhantomData<T>,
 }
 
-impl<T> Room<T> {
+impl<T> AliasedBuffer<T> {
     const LINES: usize = size_of::<T>().div_ceil(LINE);
 
     pub fn new() -> Self {
@@ -52,7 +52,7 @@ mod tests {
 
     #[test]
     fn what_is_used_most_lies_opposite_to_a_local_wherever_that_is() {
-        let mut room = Room::<[u64; 700]>::new();
+        let mut room = AliasedBuffer::<[u64; 700]>::new();
         let page = [0_u64; 2 * PAGE / 8];
         for local in &page {
             for length in [64, 1536] {

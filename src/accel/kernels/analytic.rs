@@ -1,13 +1,13 @@
 //! Analytic primitives of rays in flight, tested by their own scalar routines.
 
-use super::{query::Best, ray_state::Slot};
+use super::{query::Best, ray_state::RayState};
 use crate::{
     geometry::{Geometry, PrimRef, slab::Slabs},
     math::{Ray, Vec3},
 };
 
 /// Tests shape `index` of the geometry's primitives; whether it is the nearest hit now.
-pub fn test(slot: &mut Slot, index: u32, geometry: &Geometry, rays: &[Ray]) -> bool {
+pub fn test(slot: &mut RayState, index: u32, geometry: &Geometry, rays: &[Ray]) -> bool {
     let Some(placed) = geometry.shape(PrimRef::new(index)) else {
         return false;
     };

@@ -8,13 +8,13 @@ use std::hint::select_unpredictable;
 
 use super::{
     query::{Best, Query},
-    ray_state::{Inside, Slot},
+    ray_state::{InstanceState, RayState},
     triangle::{self, Crossing, PADDING},
 };
 use crate::{
-    accel::wide::node::Block,
+    accel::wide::node::TriangleBlock,
     geometry::slab::TINY,
-    simd::lanes::{Floats, Level, Mask},
+    simd::lanes::{Floats, Mask, SimdLevel},
 };
 
 /// Where a ray meets a triangle.
@@ -28,7 +28,13 @@ pub struct Meet {
 
 /// Where a slot's ray meets triangle `k` of a block.
 #[inline(always)]
-pub fn meet<L: Level, Q: Query>(level: L, slot: &Slot, block: &Block, k: usize, crossing: &Crossing<L::F4>) -> Meet {
+pub fn meet<L: SimdLevel, Q: Query>(
+    level: L,
+    slot: &RayState,
+    block: &TriangleBlock,
+    k: usize,
+    crossing: &Crossing<L::F4>,
+) -> Meet {
     // All lanes are alike but those of the box, of which the first counts.
     let meets = triangle::meet(stretch(level, slot, block, k), crossing);
     let mut is_hit = meets.valid.and(level.splat4(slot.course.tmin).lt(meets.t));
@@ -45,7 +51,7 @@ pub fn meet<L: Level, Q: Query>(level: L, slot: &Slot, block: &Block, k: usize, 
 
 /// What [`triangle::stretch`] gives, in the first lane. Which axis comes first does not matter.
 #[inline(always)]
-fn stretch<L: Level>(level: L, slot: &Slot, block: &Block, k: usize) -> [L::F4; 2] {
+fn stretch<L: SimdLevel>(level: L, slot: &RayState, block: &TriangleBlock, k: usize) -> [L::F4; 2] {
     let [a, b, c] = slot.turn(&block.corners);
     let (a, b, c) = (corner(level, a, k), corner(level, b, k), corner(level, c, k));
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
@@ -65,13 +71,18 @@ fn stretch<L: Level>(level: L, slot: &Slot, block: &Block, k: usize) -> [L::F4; 
 
 /// A corner of one of four triangles.
 #[inline(always)]
-fn corner<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3], k: usize) -> L::F4 {
+fn corner<L: SimdLevel>(level: L, [x, y, z]: [&[f32; 4]; 3], k: usize) -> L::F4 {
     level.load4(&[x[k], y[k], z[k], 0.0])
 }
 
 /// Keeps a hit of the triangle with number `id` if it is nearer than what the slot's ray has; whether it is.
 #[inline(always)]
-pub fn keep<Q: Query, const INSTANCES: bool>(meet: &Meet, id: u32, slot: &mut Slot, inside: &mut Inside) -> bool {
+pub fn keep<Q: Query, const INSTANCES: bool>(
+    meet: &Meet,
+    id: u32,
+    slot: &mut RayState,
+    inside: &mut InstanceState,
+) -> bool {
     let best = slot.best;
     let Meet { is_hit, t, u, v } = *meet;
     if Q::ANY {

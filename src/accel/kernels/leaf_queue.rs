@@ -8,27 +8,27 @@ use std::{
 };
 
 use super::{
-    aliased_buffer::Room,
+    aliased_buffer::AliasedBuffer,
     hits,
     query::Query,
-    ray_state::{Inside, Slot},
+    ray_state::{InstanceState, RayState},
     slot_set::SLOTS,
     triangle::{self, Candidates, Crossing, each, join, join3},
 };
 use crate::{
-    accel::wide::node::{Block, MAX_LEAF},
+    accel::wide::node::{MAX_LEAF, TriangleBlock},
     simd::{
         huge_pages::PAGE,
-        lanes::{Floats, Level, Mask},
+        lanes::{Floats, Mask, SimdLevel},
     },
 };
 
 /// The most blocks that the rays of a pass can come to.
-const MOST: usize = SLOTS * MAX_LEAF;
+const MAX_VISITS: usize = SLOTS * MAX_LEAF;
 
 /// A pair of blocks of which something may be met.
 #[repr(align(64))]
-struct Met {
+struct CandidatePair {
     /// Where it begins in the list.
     at: usize,
     /// Which triangles, a bit for each.
@@ -40,37 +40,38 @@ struct Met {
 ///
 /// The first of each list follow one another in a page, those of one behind those of the list before: see [`super::aliased_buffer`].
 #[repr(C)]
-pub struct Visits {
+pub struct LeafQueue {
     /// Where the rays' slots lie. One more may be written than counts; so of the blocks.
-    slots: [MaybeUninit<usize>; MOST + 1],
+    slots: [MaybeUninit<usize>; MAX_VISITS + 1],
     _before_blocks: [MaybeUninit<u8>; BEFORE_BLOCKS],
-    blocks: [MaybeUninit<*const Block>; MOST + 1],
+    blocks: [MaybeUninit<*const TriangleBlock>; MAX_VISITS + 1],
     _before_met: [MaybeUninit<u8>; BEFORE_MET],
-    met: [MaybeUninit<Met>; MOST / 2],
+    met: [MaybeUninit<CandidatePair>; MAX_VISITS / 2],
 }
 
 /// In most passes there are no more blocks, and no more pairs of which something may be met.
-const USUAL: usize = 48;
+const USUAL_VISITS: usize = 48;
 const USUAL_MET: usize = 4;
 
 /// Where in a page the lists end in most passes.
-const SLOTS_END: usize = USUAL * size_of::<usize>();
-const BLOCKS_END: usize = SLOTS_END + USUAL * size_of::<*const Block>();
-const MET_END: usize = BLOCKS_END + USUAL_MET * size_of::<Met>();
+const SLOTS_END: usize = USUAL_VISITS * size_of::<usize>();
+const BLOCKS_END: usize = SLOTS_END + USUAL_VISITS * size_of::<*const TriangleBlock>();
+const MET_END: usize = BLOCKS_END + USUAL_MET * size_of::<CandidatePair>();
 
-const BEFORE_BLOCKS: usize = up_to(SLOTS_END, size_of::<[usize; MOST + 1]>());
-const BEFORE_MET: usize = up_to(BLOCKS_END, SLOTS_END + size_of::<[usize; MOST + 1]>());
+const BEFORE_BLOCKS: usize = up_to(SLOTS_END, size_of::<[usize; MAX_VISITS + 1]>());
+const BEFORE_MET: usize = up_to(BLOCKS_END, SLOTS_END + size_of::<[usize; MAX_VISITS + 1]>());
 
 /// How far it is from a place to the next one that is in that `part` of a page.
 const fn up_to(part: usize, from: usize) -> usize {
     (part + PAGE - from % PAGE) % PAGE
 }
 
-const _: () = assert!(offset_of!(Visits, blocks) % PAGE == SLOTS_END && offset_of!(Visits, met) % PAGE == BLOCKS_END);
+const _: () =
+    assert!(offset_of!(LeafQueue, blocks) % PAGE == SLOTS_END && offset_of!(LeafQueue, met) % PAGE == BLOCKS_END);
 
-impl Visits {
+impl LeafQueue {
     /// For a kernel that has `local` in its frame.
-    pub fn opposite<'r, F>(room: &'r mut Room<Self>, local: &F) -> &'r mut Self {
+    pub fn opposite<'r, F>(room: &'r mut AliasedBuffer<Self>, local: &F) -> &'r mut Self {
         // SAFETY: it is all of what may be anything.
         unsafe { room.opposite(local, MET_END).assume_init_mut() }
     }
@@ -80,7 +81,13 @@ impl Visits {
     /// # Safety
     /// There is such a slot, and of each slot there is one leaf. A leaf has as many blocks as [`MAX_LEAF`] at most.
     #[inline(always)]
-    pub unsafe fn add<L: Level>(&mut self, level: L, mut count: usize, slot: usize, blocks: &[Block]) -> usize {
+    pub unsafe fn add<L: SimdLevel>(
+        &mut self,
+        level: L,
+        mut count: usize,
+        slot: usize,
+        blocks: &[TriangleBlock],
+    ) -> usize {
         let first = blocks.as_ptr();
         level.prefetch::<3>(first.cast());
         // Whether there is a second one cannot be foretold; more are rare.
@@ -98,10 +105,10 @@ impl Visits {
     }
 
     /// # Safety
-    /// `at` is at most [`MOST`].
+    /// `at` is at most [`MAX_VISITS`].
     #[inline(always)]
-    unsafe fn put(&mut self, at: usize, slot: usize, block: *const Block) {
-        debug_assert!(at <= MOST);
+    unsafe fn put(&mut self, at: usize, slot: usize, block: *const TriangleBlock) {
+        debug_assert!(at <= MAX_VISITS);
         // SAFETY: by this function's own contract.
         unsafe {
             self.slots.get_unchecked_mut(at).write(slot);
@@ -114,7 +121,7 @@ impl Visits {
     /// # Safety
     /// One was added as the `at`-th, of a slot among `slots`, and still exists.
     #[inline(always)]
-    unsafe fn visit<'s>(&self, slots: &'s [Slot; SLOTS], at: usize) -> (&'s Slot, &Block) {
+    unsafe fn visit<'s>(&self, slots: &'s [RayState; SLOTS], at: usize) -> (&'s RayState, &TriangleBlock) {
         // SAFETY: by this function's own contract.
         unsafe {
             let slot = slots.as_ptr().with_addr(self.slots.get_unchecked(at).assume_init());
@@ -127,16 +134,17 @@ impl Visits {
     /// # Safety
     /// So many were added, and still exist.
     #[inline(always)]
-    pub unsafe fn test<L: Level, Q: Query, const INSTANCES: bool>(
+    pub unsafe fn test<L: SimdLevel, Q: Query, const INSTANCES: bool>(
         &mut self,
         level: L,
         count: usize,
-        slots: &mut [Slot; SLOTS],
-        inside: &mut [Inside; SLOTS],
+        slots: &mut [RayState; SLOTS],
+        inside: &mut [InstanceState; SLOTS],
     ) -> u64 {
         if count % 2 == 1 {
             // The last one twice: there is room, since there is for an even number of blocks.
-            (self.slots[count % MOST], self.blocks[count % MOST]) = (self.slots[count - 1], self.blocks[count - 1]);
+            (self.slots[count % MAX_VISITS], self.blocks[count % MAX_VISITS]) =
+                (self.slots[count - 1], self.blocks[count - 1]);
         }
         // Whether anything is met cannot be foretold, so pairs of blocks with something first go into a list, without a branch.
         let mut pairs = 0;
@@ -148,7 +156,7 @@ impl Visits {
                 let second = self.visit(slots, at + 1);
                 let Candidates { mask, crossing } = candidates(level, first, second);
                 let lanes = mask.bits();
-                self.met.get_unchecked_mut(pairs).write(Met {
+                self.met.get_unchecked_mut(pairs).write(CandidatePair {
                     at,
                     lanes,
                     crossing: crossing.to_arrays(),
@@ -158,9 +166,9 @@ impl Visits {
             at += 2;
         }
         let mut nearer = 0;
-        for met in &self.met[..pairs.min(MOST / 2)] {
+        for met in &self.met[..pairs.min(MAX_VISITS / 2)] {
             // SAFETY: so many were written.
-            let Met {
+            let CandidatePair {
                 at,
                 mut lanes,
                 ref crossing,
@@ -185,13 +193,17 @@ impl Visits {
 
 /// Which of the `slots` it is.
 #[inline(always)]
-fn number(slots: &[Slot; SLOTS], slot: &Slot) -> usize {
-    (ptr::from_ref(slot).addr() - slots.as_ptr().addr()) / size_of::<Slot>() % SLOTS
+fn number(slots: &[RayState; SLOTS], slot: &RayState) -> usize {
+    (ptr::from_ref(slot).addr() - slots.as_ptr().addr()) / size_of::<RayState>() % SLOTS
 }
 
 /// Which triangles of two blocks the rays of two slots may hit, those of the first in the first half.
 #[inline(always)]
-fn candidates<L: Level>(level: L, first: (&Slot, &Block), second: (&Slot, &Block)) -> Candidates<L::F8> {
+fn candidates<L: SimdLevel>(
+    level: L,
+    first: (&RayState, &TriangleBlock),
+    second: (&RayState, &TriangleBlock),
+) -> Candidates<L::F8> {
     let ([o, d, shear], [o2, d2, shear2]) = (first.0.line(), second.0.line());
     let [x, y, z, begin] = level.quads(join(level, o, o2));
     let [dx, dy, dz, until] = level.quads(join(level, d, d2));

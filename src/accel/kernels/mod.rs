@@ -1,12 +1,12 @@
 //! The kernels of the wide tree, for every processor.
 //!
-//! Each is written once, over [`Level`], and compiled for every level that [`Simd`] knows. All give the same bits: culling is
+//! Each is written once, over [`SimdLevel`], and compiled for every level that [`Simd`] knows. All give the same bits: culling is
 //! widened by more than any level rounds ([`crate::geometry::slab`]), and what decides about hits is the same operations in
 //! the same order, none of them fused.
 //!
-//! All `unsafe` code of the accelerators is in here. It indexes without checks what [`tree::Tree`] has checked.
+//! All `unsafe` code of the accelerators is in here. It indexes without checks what [`tree::WideTree`] has checked.
 //!
-//! [`Level`]: crate::simd::lanes::Level
+//! [`SimdLevel`]: crate::simd::lanes::Level
 //! [`Simd`]: crate::simd::Simd
 
 mod aliased_buffer;
@@ -32,12 +32,12 @@ mod traversal_state;
 pub(super) mod tree;
 mod triangle;
 
-use packet::order::Order;
+use packet::order::PacketOrder;
 use query::{Nearest, Occluded};
-use ray_selection::Pick;
+use ray_selection::RaySelection;
 use ray_stream::StreamReport;
 use scratch::Scratch;
-use tree::Tree;
+use tree::WideTree;
 
 use crate::{
     geometry::{Geometry, Hit},
@@ -48,10 +48,10 @@ use crate::{
 kernel! {
     /// The nearest hits of the picked rays, if nearer than what `hits` has for them already.
     nearest_stream(
-        tree: &Tree,
+        tree: &WideTree,
         geometry: &Geometry,
         rays: &[Ray],
-        pick: Pick,
+        pick: RaySelection,
         hits: &mut [Option<Hit>],
         scratch: &mut Scratch,
     ) = |level| if tree.has_instances() {
@@ -64,17 +64,17 @@ kernel! {
 kernel! {
     /// Whether the rays meet anything; those that `blocked` says of are not asked.
     occluded_stream(
-        tree: &Tree,
+        tree: &WideTree,
         geometry: &Geometry,
         rays: &[Ray],
-        pick: Pick,
+        pick: RaySelection,
         blocked: &mut [bool],
         scratch: &mut Scratch,
     ) -> StreamReport = |level| match pick {
         _ if tree.has_instances() => {
             ray_stream::trace::<_, Occluded, true, false>(level, tree, geometry, rays, pick, blocked, scratch)
         }
-        Pick::Together(_) => {
+        RaySelection::Together(_) => {
             ray_stream::trace::<_, Occluded, false, true>(level, tree, geometry, rays, pick, blocked, scratch)
         }
         _ => ray_stream::trace::<_, Occluded, false, false>(level, tree, geometry, rays, pick, blocked, scratch),
@@ -85,9 +85,9 @@ kernel! {
     /// Whether the rays meet anything, as far as that can be said at once; `order` says which start next to one another. Returns
     /// whether that pays: then the numbers of the others are in `remaining`. Not for scenes with instances.
     occluded_at_once(
-        tree: &Tree,
+        tree: &WideTree,
         rays: &[Ray],
-        order: Order,
+        order: PacketOrder,
         blocked: &mut [bool],
         remaining: &mut Vec<u32>,
     ) -> bool = |level| occluder_cache::trace(level, tree, rays, order, blocked, remaining)
@@ -99,10 +99,10 @@ kernel! {
     ///
     /// [`RAYS`]: ray16::RAYS
     nearest_packets(
-        tree: &Tree,
+        tree: &WideTree,
         geometry: &Geometry,
         rays: &[Ray],
-        order: Order,
+        order: PacketOrder,
         hits: &mut [Option<Hit>],
         remaining: &mut Vec<u32>,
         scratch: &mut Scratch,
@@ -115,10 +115,10 @@ kernel! {
     /// The same for whether the rays meet anything; those that `blocked` says of are not asked. `single_cost` is what a ray costs
     /// in [`occluded_stream`]. Returns whether packets pay.
     occluded_packets(
-        tree: &Tree,
+        tree: &WideTree,
         geometry: &Geometry,
         rays: &[Ray],
-        order: Order,
+        order: PacketOrder,
         single_cost: u64,
         blocked: &mut [bool],
         remaining: &mut Vec<u32>,

@@ -4,13 +4,13 @@ use super::{ray_rows::numbers, triangle::Vec3s};
 use crate::{
     geometry::slab::{FAR, STEEPEST},
     math::Ray,
-    simd::lanes::{Floats, Level, Mask},
+    simd::lanes::{Floats, Mask, SimdLevel},
 };
 
 /// Rays in a packet.
 pub const RAYS: usize = 16;
 
-pub struct Sixteen<F> {
+pub struct Ray16<F> {
     pub o: Vec3s<F>,
     pub d: Vec3s<F>,
     /// One divided by the direction: [`crate::geometry::slab::reciprocal`] of rays that are ordinary.
@@ -34,14 +34,14 @@ pub struct Sorted {
 }
 
 #[inline(always)]
-pub fn load_eight<L: Level>(level: L, rays: &[Ray], ids: &[u32]) -> [L::F8; 8] {
+pub fn load_eight<L: SimdLevel>(level: L, rays: &[Ray], ids: &[u32]) -> [L::F8; 8] {
     let load = |k: usize| level.load8(numbers(&rays[ids[k] as usize]));
     level.transpose([load(0), load(1), load(2), load(3), load(4), load(5), load(6), load(7)])
 }
 
-impl<F: Floats> Sixteen<F> {
+impl<F: Floats> Ray16<F> {
     #[inline(always)]
-    pub fn load<L: Level<F16 = F>>(level: L, rays: &[Ray], ids: &[u32; RAYS]) -> Self {
+    pub fn load<L: SimdLevel<F16 = F>>(level: L, rays: &[Ray], ids: &[u32; RAYS]) -> Self {
         let [ox, oy, oz, tmin, dx, dy, dz, tmax] = load_eight(level, rays, &ids[..8]);
         let [ox2, oy2, oz2, tmin2, dx2, dy2, dz2, tmax2] = load_eight(level, rays, &ids[8..]);
         let d = [level.join(dx, dx2), level.join(dy, dy2), level.join(dz, dz2)];

@@ -4,7 +4,7 @@ use std::{mem::offset_of, ptr};
 
 use crate::{
     math::Ray,
-    simd::lanes::{Floats, Level},
+    simd::lanes::{Floats, SimdLevel},
 };
 
 /// A ray's origin and `tmin`, its direction and `tmax`.
@@ -16,7 +16,7 @@ pub fn numbers(ray: &Ray) -> &[f32; 8] {
 }
 
 #[inline(always)]
-pub fn fours<L: Level>(level: L, x: &[f32; 8]) -> [L::F4; 2] {
+pub fn fours<L: SimdLevel>(level: L, x: &[f32; 8]) -> [L::F4; 2] {
     let [a, b] = x.as_chunks().0 else {
         unreachable!("eight are twice four")
     };

@@ -4,14 +4,14 @@ use super::ray_rows::{fours, numbers};
 use crate::geometry::Instance;
 use std::{mem::offset_of, ptr};
 
-use super::{query::Best, traversal_state::Course};
+use super::{query::Best, traversal_state::TraversalState};
 use crate::{
     geometry::{
-        padding::Spread,
+        padding::BoundsPadding,
         slab::{END, FAR, NOISE, PAD, Planes, STEEPEST, TINY},
     },
     math::Ray,
-    simd::lanes::{Floats, Level, Mask},
+    simd::lanes::{Floats, Mask, SimdLevel},
 };
 
 /// How far the raw `t` of a triangle's hit may lie beyond the ray's ends; more than [`NOISE`] moves it, which makes up for
@@ -28,11 +28,11 @@ const _: () = assert!(ORDINARY >= 2.0 / STEEPEST && ORDINARY_REACH / ORDINARY <=
 /// A ray under way, in two cache lines; passing a node takes the first.
 #[repr(C, align(64))]
 #[derive(Clone, Default)]
-pub struct Slot {
+pub struct RayState {
     /// See [`Planes`], of which the shifts are negated.
-    pub course: Course,
+    pub course: TraversalState,
     pub best: Best,
-    /// The origin and the direction, in the order of [`Slot::axes`]. Beyond `begin` and `until` no triangle's raw `t` belongs
+    /// The origin and the direction, in the order of [`RayState::axes`]. Beyond `begin` and `until` no triangle's raw `t` belongs
     /// to a hit.
     pub o: [f32; 3],
     pub begin: f32,
@@ -46,32 +46,33 @@ pub struct Slot {
     axes: [u8; 4],
 }
 
-const _: () = assert!(size_of::<Slot>() == 128 && offset_of!(Slot, o) == 80 && offset_of!(Slot, shear) == 112);
+const _: () =
+    assert!(size_of::<RayState>() == 128 && offset_of!(RayState, o) == 80 && offset_of!(RayState, shear) == 112);
 
 /// A row of a corner: one coordinate of four triangles.
-type Row = [f32; 4];
+type CornerRow = [f32; 4];
 
-const ROW: u8 = size_of::<Row>() as u8;
+const ROW: u8 = size_of::<CornerRow>() as u8;
 
-/// [`Slot::axes`] for one more than the main one.
+/// [`RayState::axes`] for one more than the main one.
 const AXES: [[u8; 4]; 4] = {
     let [x, y, z] = [0, ROW, 2 * ROW];
     [[x, y, z, 0], [y, z, x, 0], [z, x, y, 0], [x, y, z, 0]]
 };
 
-/// Which axis an entry of [`Slot::axes`] is.
+/// Which axis an entry of [`RayState::axes`] is.
 fn axis(entry: u8) -> usize {
     usize::from(entry / ROW)
 }
 
 /// Written out, as a closure for a part of an array is not always compiled with its caller's instructions.
 #[inline(always)]
-fn turn(corner: &[Row; 3], [x, y, z]: [usize; 3]) -> [&Row; 3] {
+fn turn(corner: &[CornerRow; 3], [x, y, z]: [usize; 3]) -> [&CornerRow; 3] {
     [row(corner, x), row(corner, y), row(corner, z)]
 }
 
 #[inline(always)]
-fn row(corner: &[Row; 3], place: usize) -> &Row {
+fn row(corner: &[CornerRow; 3], place: usize) -> &CornerRow {
     debug_assert!(place.is_multiple_of(ROW.into()) && axis(place as u8) < 3);
     // SAFETY: a corner has three rows, and places are of [`AXES`].
     unsafe { &*corner.as_ptr().byte_add(place) }
@@ -79,21 +80,21 @@ fn row(corner: &[Row; 3], place: usize) -> &Row {
 
 /// Which instances a slot's ray has to do with.
 #[derive(Clone, Copy)]
-pub struct Inside {
+pub struct InstanceState {
     /// In which it is under way.
     pub current: Instance,
     /// Of its nearest hit so far.
     pub best: Instance,
 }
 
-impl Inside {
+impl InstanceState {
     pub const NOTHING: Self = Self {
         current: Instance::NONE,
         best: Instance::NONE,
     };
 }
 
-/// Where a ray begins and ends: [`Course::tmin`], [`Slot::begin`], [`Course::end`] and [`Slot::until`].
+/// Where a ray begins and ends: [`TraversalState::tmin`], [`RayState::begin`], [`TraversalState::end`] and [`RayState::until`].
 struct Span {
     tmin: f32,
     begin: f32,
@@ -103,15 +104,15 @@ struct Span {
 
 /// Three numbers and a fourth one, to be written at once.
 #[inline(always)]
-fn row_with<L: Level>(level: L, three: L::F4, fourth: f32) -> Row {
+fn row_with<L: SimdLevel>(level: L, three: L::F4, fourth: f32) -> CornerRow {
     let of_three = level.load4(&[0.0, 0.0, 0.0, 1.0]).lt(level.splat4(0.5));
     three.select(of_three, level.splat4(fourth)).to_array()
 }
 
-impl Slot {
+impl RayState {
     /// Whether there is anything to do for the ray, of which nothing is known yet.
     #[inline(always)]
-    pub fn start<L: Level>(&mut self, level: L, ray: &Ray, number: usize, spread: Spread) -> bool {
+    pub fn start<L: SimdLevel>(&mut self, level: L, ray: &Ray, number: usize, padding: BoundsPadding) -> bool {
         self.best = Best::none(ray.tmax);
         self.ray = number as u32;
         self.course.stack.clear();
@@ -121,24 +122,24 @@ impl Slot {
             end: ray.tmax * END,
             until: ray.tmax + ray.tmax.abs() * BEYOND,
         };
-        ray.tmin <= ray.tmax && self.set_line(level, ray, span, spread)
+        ray.tmin <= ray.tmax && self.set_line(level, ray, span, padding)
     }
 
     /// Goes on along the line of `ray`, which is that of the slot's ray in another space; whether it can meet anything.
     #[inline(always)]
-    pub fn turn_to<L: Level>(&mut self, level: L, ray: &Ray, spread: Spread) -> bool {
+    pub fn turn_to<L: SimdLevel>(&mut self, level: L, ray: &Ray, padding: BoundsPadding) -> bool {
         let span = Span {
             tmin: self.course.tmin,
             begin: self.begin,
             end: self.course.end,
             until: self.until,
         };
-        self.set_line(level, ray, span, spread)
+        self.set_line(level, ray, span, padding)
     }
 
     #[inline(always)]
-    fn set_line<L: Level>(&mut self, level: L, ray: &Ray, span: Span, spread: Spread) -> bool {
-        self.set_planes(level, ray, span, spread) || self.set_any_planes(ray, spread)
+    fn set_line<L: SimdLevel>(&mut self, level: L, ray: &Ray, span: Span, padding: BoundsPadding) -> bool {
+        self.set_planes(level, ray, span, padding) || self.set_any_planes(ray, padding)
     }
 
     #[inline(always)]
@@ -153,7 +154,7 @@ impl Slot {
     ///
     /// [`Shear::new`]: crate::shape::triangle::Shear::new
     #[inline(always)]
-    fn set_planes<L: Level>(&mut self, level: L, ray: &Ray, span: Span, spread: Spread) -> bool {
+    fn set_planes<L: SimdLevel>(&mut self, level: L, ray: &Ray, span: Span, padding: BoundsPadding) -> bool {
         // The fourth numbers go along and are not looked at.
         let [o, d] = fours(level, numbers(ray));
         let (away, length) = (o.abs(), d.abs());
@@ -174,9 +175,9 @@ impl Slot {
 
         let negative = d.lt(level.splat4(0.0));
         let mut pad = away.mul(level.splat4(PAD)).add(level.splat4(4.0 * TINY));
-        if spread.origin != 0.0 {
+        if padding.origin != 0.0 {
             let most = away.max(level.turn4(away, 1)).max(level.turn4(away, 2));
-            pad = pad.add(most.mul(level.splat4(spread.origin)));
+            pad = pad.add(most.mul(level.splat4(padding.origin)));
         }
         let (less, more) = (o.sub(pad), o.add(pad));
         let back = inv.mul(level.splat4(-1.0));
@@ -192,15 +193,15 @@ impl Slot {
         let steep = longest.mul(level.splat4(ORDINARY)).max(level.splat4(f32::MIN_POSITIVE));
         let reach = longest
             .mul(level.splat4(ORDINARY_REACH))
-            .min(level.splat4(FAR * spread.reach));
+            .min(level.splat4(FAR * padding.reach));
         let ordinary = steep.lt(length).and(away.le(reach)).bits();
         ordinary & 0b111 == 0b111 && ray.tmin >= 0.0
     }
 
     /// Does for any ray what [`Planes::new`] does; whether the ray can meet anything.
     #[cold]
-    fn set_any_planes(&mut self, ray: &Ray, spread: Spread) -> bool {
-        let planes = Planes::new(ray, spread);
+    fn set_any_planes(&mut self, ray: &Ray, padding: BoundsPadding) -> bool {
+        let planes = Planes::new(ray, padding);
         self.course.inv = planes.inv.to_array();
         self.course.near = (-planes.shift_near).to_array();
         self.course.far = (-planes.shift_far).to_array();
@@ -209,24 +210,28 @@ impl Slot {
         planes.alive
     }
 
-    /// [`Slot::o`] and [`Slot::begin`], [`Slot::d`] and [`Slot::until`], [`Slot::shear`] and what follows it.
+    /// [`RayState::o`] and [`RayState::begin`], [`RayState::d`] and [`RayState::until`], [`RayState::shear`] and what follows it.
     #[inline(always)]
     pub fn line(&self) -> &[[f32; 4]; 3] {
         // SAFETY: so the fields lie, and any bits are a number.
         unsafe { &*ptr::from_ref(self).byte_add(offset_of!(Self, o)).cast() }
     }
 
-    /// The first two of [`Slot::line`].
+    /// The first two of [`RayState::line`].
     #[inline(always)]
-    fn line_mut(&mut self) -> [&mut Row; 2] {
+    fn line_mut(&mut self) -> [&mut CornerRow; 2] {
         // SAFETY: so the fields lie.
-        let [o, d] = unsafe { &mut *ptr::from_mut(self).byte_add(offset_of!(Self, o)).cast::<[Row; 2]>() };
+        let [o, d] = unsafe {
+            &mut *ptr::from_mut(self)
+                .byte_add(offset_of!(Self, o))
+                .cast::<[CornerRow; 2]>()
+        };
         [o, d]
     }
 
     /// The rows of corners in the order of the axes.
     #[inline(always)]
-    pub fn turn<'a>(&self, [a, b, c]: &'a [[Row; 3]; 3]) -> [[&'a Row; 3]; 3] {
+    pub fn turn<'a>(&self, [a, b, c]: &'a [[CornerRow; 3]; 3]) -> [[&'a CornerRow; 3]; 3] {
         let places = [self.place(0), self.place(1), self.place(2)];
         [turn(a, places), turn(b, places), turn(c, places)]
     }
@@ -238,10 +243,10 @@ impl Slot {
         usize::from(unsafe { ptr::read_volatile(&self.axes[k]) })
     }
 
-    /// For what [`Level::turn4`] brings numbers of the world's axes into the order of the slot's.
+    /// For what [`SimdLevel::turn4`] brings numbers of the world's axes into the order of the slot's.
     #[inline(always)]
     pub fn last(&self) -> usize {
-        self.place(0) / size_of::<Row>()
+        self.place(0) / size_of::<CornerRow>()
     }
 }
 
@@ -252,7 +257,7 @@ mod tests {
 
     #[test]
     fn lines_are_sheared_as_by_the_scalar_routine_whatever_axes_tie() {
-        let spread = Spread {
+        let padding = BoundsPadding {
             reach: 1.0,
             origin: 0.0,
         };
@@ -261,9 +266,9 @@ mod tests {
             let with_y = move |&y| numbers.map(|z| Vec3::new(x, y, z));
             numbers.iter().flat_map(with_y).collect::<Vec<_>>()
         }) {
-            let mut slot = Slot::default();
+            let mut slot = RayState::default();
             let ray = Ray::new(Vec3::new(0.1, 0.2, 0.3), d);
-            if !slot.turn_to(Portable, &ray, spread) {
+            if !slot.turn_to(Portable, &ray, padding) {
                 assert!(d.abs().max_element() == 0.0, "{d}");
                 continue;
             }

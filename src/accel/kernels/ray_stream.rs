@@ -15,26 +15,26 @@
 
 use super::{
     analytic,
-    entry_points::Heads,
-    leaf_queue::Visits,
+    entry_points::EntryPoints,
+    leaf_queue::LeafQueue,
     query::Query,
-    ray_state::Slot,
+    ray_state::RayState,
     scratch::Scratch,
-    slot_set::{SLOTS, take},
+    slot_set::{SLOTS, pop_lowest},
     stack::Stacks,
-    traversal::{self, Flight, Traveller},
-    traversal_state::Course,
-    tree::{Starts, Tree},
+    traversal::{self, Active, Traverser},
+    traversal_state::TraversalState,
+    tree::{Starts, WideTree},
 };
 use super::{
-    ray_selection::{AHEAD, Pick},
-    ray_state::Inside,
+    ray_selection::{PREFETCH_DISTANCE, RaySelection},
+    ray_state::InstanceState,
 };
 use crate::{
-    accel::wide::node::{DONE, EMPTY, EXIT, INSTANCE, Node, number},
+    accel::wide::node::{DONE, EMPTY, EXIT, INSTANCE, WideNode, number},
     geometry::{Geometry, Instance},
     math::Ray,
-    simd::lanes::Level,
+    simd::lanes::SimdLevel,
 };
 
 /// As long as fewer rays wait at leaves, and at least so many are at nodes, those at leaves go on waiting.
@@ -42,86 +42,88 @@ const AT_LEAVES: u32 = 3 * SLOTS as u32 / 8;
 const AT_NODES: u32 = SLOTS as u32 / 4;
 
 /// What a block of triangles takes, and what else there is to do for a ray, in halves of a node's test.
-const BLOCK: u64 = 3;
-const RAY: u64 = 8;
+const BLOCK_COST: u64 = 3;
+const RAY_COST: u64 = 8;
 
 /// That of a slot which has had none.
 const NO_RAY: u32 = u32::MAX;
 
 /// What becomes of a slot that has room.
-enum Turn {
+enum Refill {
     /// A ray begins at the root, or at the head of that number.
     Begins(u32),
     /// The next ray cannot begin before the others have passed their heads.
     Waits,
     /// No ray is left.
-    Ends,
+    StackRange,
 }
 
 /// The rays that are not under way yet.
-struct Feed<'a> {
+struct RayQueue<'a> {
     rays: &'a [Ray],
-    pick: Pick<'a>,
+    pick: RaySelection<'a>,
     upcoming: usize,
-    tree: &'a Tree,
+    tree: &'a WideTree,
     root: u32,
-    heads: &'a mut Heads,
+    heads: &'a mut EntryPoints,
 }
 
-impl Feed<'_> {
+impl RayQueue<'_> {
     /// How many rays there are.
     fn len(&self) -> usize {
         match self.pick {
-            Pick::All => self.rays.len(),
-            Pick::Some(list) | Pick::Together(list) => list.len(),
+            RaySelection::All => self.rays.len(),
+            RaySelection::Some(list) | RaySelection::Together(list) => list.len(),
         }
     }
 
     /// Puts the next ray that has anything to ask into `slot`.
     #[inline(always)]
-    fn refill<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
+    fn refill<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         &mut self,
         level: L,
-        slot: &mut Slot,
-        inside: &mut Inside,
+        slot: &mut RayState,
+        inside: &mut InstanceState,
         answers: &[Q::Answer],
-    ) -> Turn {
+    ) -> Refill {
         loop {
             let mut first = self.root;
             // Rays are read one after another, but so seldom that the processor does not notice.
             let (ray, soon) = match self.pick {
-                Pick::Together(list) if HEADS && self.upcoming < list.len() => {
+                RaySelection::Together(list) if HEADS && self.upcoming < list.len() => {
                     let Some(next) = self.heads.next(level, self.tree, self.rays, list, self.upcoming) else {
-                        return Turn::Waits;
+                        return Refill::Waits;
                     };
                     level.prefetch::<1>(self.rays.as_ptr().wrapping_add(next.soon[1]).cast());
                     first = next.head;
                     (next.ray, next.soon[0])
                 }
-                Pick::All if self.upcoming < self.rays.len() => (self.upcoming, self.upcoming + AHEAD),
-                Pick::Some(list) | Pick::Together(list) if !HEADS && self.upcoming < list.len() => {
-                    let ray = list[self.upcoming] as usize;
-                    (ray, ray + AHEAD)
+                RaySelection::All if self.upcoming < self.rays.len() => {
+                    (self.upcoming, self.upcoming + PREFETCH_DISTANCE)
                 }
-                _ => return Turn::Ends,
+                RaySelection::Some(list) | RaySelection::Together(list) if !HEADS && self.upcoming < list.len() => {
+                    let ray = list[self.upcoming] as usize;
+                    (ray, ray + PREFETCH_DISTANCE)
+                }
+                _ => return Refill::StackRange,
             };
             self.upcoming += 1;
             level.prefetch::<1>(self.rays.as_ptr().wrapping_add(soon).cast());
             level.prefetch::<1>(answers.as_ptr().wrapping_add(soon).cast());
             let is_known = Q::is_known(&answers[ray]);
-            if Q::ANY && is_known || !slot.start(level, &self.rays[ray], ray, self.tree.spread) {
+            if Q::ANY && is_known || !slot.start(level, &self.rays[ray], ray, self.tree.padding) {
                 continue;
             }
             if is_known && let Some(best) = Q::begin(&answers[ray], self.rays[ray].tmax) {
                 slot.set_best(best);
             }
             if INSTANCES {
-                *inside = Inside {
+                *inside = InstanceState {
                     current: Instance::NONE,
                     best: Q::instance(&answers[ray]),
                 };
             }
-            return Turn::Begins(first);
+            return Refill::Begins(first);
         }
     }
 }
@@ -136,25 +138,25 @@ pub struct StreamReport {
 }
 
 /// Asks `rays`; `answers` holds what is known already, and then the answers. Rays begin together with `HEADS`, which is for
-/// [`Pick::Together`] and where any hit will do.
+/// [`RaySelection::Together`] and where any hit will do.
 #[inline(always)]
-pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
+pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
     level: L,
-    tree: &Tree,
+    tree: &WideTree,
     geometry: &Geometry,
     rays: &[Ray],
-    pick: Pick,
+    pick: RaySelection,
     answers: &mut [Q::Answer],
     scratch: &mut Scratch,
 ) -> StreamReport {
     scratch.prepare(tree);
     let (starts, stacks) = (tree.starts(), scratch.stacks.stacks());
     let inside = &mut *scratch.inside;
-    let mut flight = Flight {
+    let mut flight = Active {
         all: &mut scratch.slots,
         next: &mut [DONE; SLOTS],
     };
-    let mut feed = Feed {
+    let mut queue = RayQueue {
         rays,
         pick,
         upcoming: 0,
@@ -162,41 +164,41 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         root: tree.root(),
         heads: &mut scratch.heads,
     };
-    let visits = Visits::opposite(&mut scratch.visits, &*flight.next);
+    let visits = LeafQueue::opposite(&mut scratch.visits, &*flight.next);
     // No ray is under way yet, so that all have come to their ends.
     for slot in &mut *flight.all {
         slot.ray = NO_RAY;
     }
     if HEADS {
         const { assert!(Q::ANY || !HEADS) };
-        feed.heads.begin(tree);
+        queue.heads.begin(tree);
     }
     // Sets of slots, a bit for each: those under way, and of these those that wait at a leaf or for the next ray.
     let mut active = u64::MAX;
-    let mut halves = if Q::ANY { RAY * feed.len() as u64 } else { 0 };
+    let mut halves = if Q::ANY { RAY_COST * queue.len() as u64 } else { 0 };
     while active != 0 {
         let [leaf, shape_or_done] = level.flags(flight.next);
         let mut done = active & shape_or_done & !leaf;
         // Those that begin at a head.
         let mut fresh = 0;
         while done != 0 {
-            let id = take(&mut done);
+            let id = pop_lowest(&mut done);
             let slot = &mut flight.all[id];
             let instance = if INSTANCES { inside[id].best } else { Instance::NONE };
             if let Some(answer) = answers.get_mut(slot.ray as usize) {
                 *answer = Q::end(&slot.best, instance);
             }
-            match feed.refill::<L, Q, INSTANCES, HEADS>(level, slot, &mut inside[id], answers) {
-                Turn::Begins(first) => {
+            match queue.refill::<L, Q, INSTANCES, HEADS>(level, slot, &mut inside[id], answers) {
+                Refill::Begins(first) => {
                     flight.next[id] = first;
                     fresh |= u64::from(HEADS) << id;
                 }
-                Turn::Waits => {
+                Refill::Waits => {
                     slot.ray = NO_RAY;
                     done |= 1 << id;
                     break;
                 }
-                Turn::Ends => active ^= 1 << id,
+                Refill::StackRange => active ^= 1 << id,
             }
         }
         let at_node = active & !leaf & !fresh & !done;
@@ -210,8 +212,8 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         // SAFETY: these slots begin at heads or wait at nodes, and the stacks are theirs.
         unsafe {
             if HEADS {
-                traversal::step::<L, Q, _, SLOTS>(level, &*feed.heads, &starts, &mut flight, fresh, stacks);
-                feed.heads.passed();
+                traversal::step::<L, Q, _, SLOTS>(level, &*queue.heads, &starts, &mut flight, fresh, stacks);
+                queue.heads.passed();
             }
             traversal::step::<L, Q, _, SLOTS>(level, tree, &starts, &mut flight, at_node, stacks);
         }
@@ -219,7 +221,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         let mut nearer = 0_u64;
         let mut at_shape = at_leaf & shape_or_done;
         while at_shape != 0 {
-            let id = take(&mut at_shape);
+            let id = pop_lowest(&mut at_shape);
             let leaf = flight.next[id];
             let (slot, inside) = (&mut flight.all[id], &mut inside[id]);
             if INSTANCES && leaf & INSTANCE != 0 {
@@ -237,22 +239,22 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         let mut visited = 0;
         let mut at_triangles = at_leaf & !shape_or_done;
         while at_triangles != 0 {
-            let id = take(&mut at_triangles);
+            let id = pop_lowest(&mut at_triangles);
             let next = &mut flight.next[id];
             // SAFETY: the slot waits at a leaf of this tree, and the stack is its own; what is settled is what it was.
             unsafe {
-                let slot = level.settle(&mut flight.all[id]);
+                let slot = level.launder(&mut flight.all[id]);
                 visited = visits.add(level, visited, slot.addr(), tree.leaf(*next));
                 *next = advance(level, &starts, &mut (*slot).course, stacks);
             }
         }
         if Q::ANY {
-            halves += BLOCK * visited as u64;
+            halves += BLOCK_COST * visited as u64;
         }
         // SAFETY: the tree has not changed.
         nearer |= unsafe { visits.test::<L, Q, INSTANCES>(level, visited, flight.all, inside) };
         while nearer != 0 {
-            let id = take(&mut nearer);
+            let id = pop_lowest(&mut nearer);
             flight.next[id] = if Q::ANY {
                 DONE
             } else {
@@ -269,7 +271,7 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
     }
     StreamReport {
         cost: halves,
-        entry_points_pay: if HEADS { feed.heads.verdict() } else { None },
+        entry_points_pay: if HEADS { queue.heads.verdict() } else { None },
     }
 }
 
@@ -278,24 +280,24 @@ pub fn trace<L: Level, Q: Query, const INSTANCES: bool, const HEADS: bool>(
 /// # Safety
 /// `course` has its stack among `stacks`.
 #[inline(always)]
-unsafe fn advance<L: Level>(level: L, starts: &Starts, course: &mut Course, stacks: Stacks) -> u32 {
+unsafe fn advance<L: SimdLevel>(level: L, starts: &Starts, course: &mut TraversalState, stacks: Stacks) -> u32 {
     // SAFETY: by this function's own contract.
     let next = unsafe { traversal::pop_one(course, stacks) };
     level.prefetch::<4>(starts.of(next));
     next
 }
 
-impl Traveller for Slot {
+impl Traverser for RayState {
     const IN_PASSING: bool = true;
     const SEVERAL: bool = false;
 
     #[inline(always)]
-    fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8) {
+    fn cross<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8) {
         self.course.cross(level, node, None)
     }
 
     #[inline(always)]
-    fn course(&mut self) -> &mut Course {
+    fn course(&mut self) -> &mut TraversalState {
         &mut self.course
     }
 }
@@ -306,12 +308,12 @@ impl Traveller for Slot {
 /// `stacks` hold the slot's and were made for `tree`.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "all of a step's state, in registers")]
-unsafe fn instance_step<L: Level>(
+unsafe fn instance_step<L: SimdLevel>(
     level: L,
-    slot: &mut Slot,
+    slot: &mut RayState,
     leaf: u32,
-    inside: &mut Inside,
-    tree: &Tree,
+    inside: &mut InstanceState,
+    tree: &WideTree,
     geometry: &Geometry,
     ray: &Ray,
     stacks: Stacks,
@@ -322,7 +324,7 @@ unsafe fn instance_step<L: Level>(
     if leaf != EXIT {
         let number = number(leaf);
         let placed = &geometry.instances[number as usize];
-        if slot.turn_to(level, &geometry.enter(placed, ray), tree.spread.inside()) {
+        if slot.turn_to(level, &geometry.enter(placed, ray), tree.padding.inside()) {
             inside.current = Instance(number);
             let top = slot.course.stack.top as usize;
             for (at, child) in [(top, EXIT), (top - 1, tree.group_root(placed.group))] {
@@ -334,5 +336,5 @@ unsafe fn instance_step<L: Level>(
         }
     }
     inside.current = Instance::NONE;
-    slot.turn_to(level, ray, tree.spread);
+    slot.turn_to(level, ray, tree.padding);
 }

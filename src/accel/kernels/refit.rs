@@ -4,17 +4,17 @@
 //! triangles stay beside those they were beside. Where they do not, boxes grow and overlap: what a ray is expected to
 //! cost, by the surface area heuristic, tells when to build instead.
 
-use super::tree::{Section, Tree};
+use super::tree::{Section, WideTree};
 use crate::{
-    accel::wide::node::{self, EMPTY, LEAF, Node, SHAPE, blocks},
+    accel::wide::node::{self, EMPTY, LEAF, SHAPE, WideNode, blocks},
     geometry::{Geometry, PrimRef},
     math::Aabb,
 };
 
 /// A tree that costs so many times what it did when it was built is built anew.
-const WORN: f32 = 1.5;
+const REFIT_COST_LIMIT: f32 = 1.5;
 
-impl Tree {
+impl WideTree {
     /// Whether the tree `section`, of primitives alone, now holds the `count` triangles that are to be in it, and well. If
     /// not, it is of no use any more.
     pub fn refit(&mut self, section: usize, geometry: &Geometry, count: usize) -> bool {
@@ -42,7 +42,7 @@ impl Tree {
                 self.nodes[i].set(lane, &bounds, child);
             }
         }
-        cost(&self.nodes[part.nodes]) <= before * WORN
+        cost(&self.nodes[part.nodes]) <= before * REFIT_COST_LIMIT
     }
 
     /// Writes the corners of a tree's triangles; how many triangles there are.
@@ -65,13 +65,13 @@ impl Tree {
 }
 
 /// The box around a node's children.
-fn around(node: &Node) -> Aabb {
+fn around(node: &WideNode) -> Aabb {
     let lanes = (0..8).filter(|&lane| node.child[lane] != EMPTY);
     lanes.map(|lane| node.bounds(lane)).fold(Aabb::EMPTY, Aabb::union)
 }
 
 /// What a ray that meets the root is expected to cost, in nodes and blocks.
-fn cost(nodes: &[Node]) -> f32 {
+fn cost(nodes: &[WideNode]) -> f32 {
     let area = |bounds: Aabb| {
         if bounds.is_empty() {
             0.0
@@ -80,7 +80,7 @@ fn cost(nodes: &[Node]) -> f32 {
         }
     };
     let Some(root) = nodes.first() else { return 0.0 };
-    let leaves = |node: &Node| -> f64 {
+    let leaves = |node: &WideNode| -> f64 {
         let is_leaf = |lane: &usize| node.child[*lane] != EMPTY && node.child[*lane] & (LEAF | SHAPE) == LEAF;
         let cost = |lane| area(node.bounds(lane)) * blocks(node.child[lane]).len() as f64;
         (0..8).filter(is_leaf).map(cost).sum()

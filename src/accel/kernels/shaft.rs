@@ -8,18 +8,18 @@
 
 use super::{
     ray_rows::{fours, numbers, three},
-    traversal_state::Course,
+    traversal_state::TraversalState,
     triangle::{boxes, load3},
 };
 use crate::{
-    accel::wide::node::{Block, Node},
+    accel::wide::node::{TriangleBlock, WideNode},
     geometry::slab::{END, LEAVE, PAD, TINY},
     math::Ray,
-    simd::lanes::{Eight, Floats, Level, Mask},
+    simd::lanes::{Eight, Floats, Mask, SimdLevel},
 };
 
 /// Rays without an end are followed for about so many times as far as anything of the scene is from its origin.
-const LONG: f32 = 8.0;
+const MAX_LENGTH: f32 = 8.0;
 
 /// How far from the scene's origin rays of a shaft may start, and how far they must go along one axis at least to leave the scene,
 /// relative to the same.
@@ -27,13 +27,13 @@ const AWAY: f32 = 2.0;
 const THROUGH: f32 = 4.0;
 
 /// How far along each axis they must go, relative to the same: what is computed from its reciprocal stays finite.
-const LEAST: f32 = 1e-12;
+const MIN_SIZE: f32 = 1e-12;
 
 /// They enter a box no sooner, and leave it no later, than the two rays would that come to a plane `x = b` at `b * inv + near` and
 /// `b * inv_far + far`, where 0 is where all of them start and 1 is where they end.
 #[derive(Clone, Default)]
 pub struct Shaft {
-    course: Course,
+    course: TraversalState,
     inv_far: [f32; 4],
     /// The least and the greatest coordinates of where they start.
     o: [[f32; 4]; 2],
@@ -45,8 +45,8 @@ impl Shaft {
     /// At each time between start and end, the rays are between two corners of the box around where they are, each of which moves
     /// along a line. The foremost one comes to a plane first, the hindmost one last.
     #[inline(always)]
-    pub fn enclose<L: Level>(&mut self, level: L, rays: &[Ray], ids: &[u32], reach: f32) -> bool {
-        let long = LONG * reach / rays[ids[0] as usize].d.abs().max_element();
+    pub fn enclose<L: SimdLevel>(&mut self, level: L, rays: &[Ray], ids: &[u32], reach: f32) -> bool {
+        let long = MAX_LENGTH * reach / rays[ids[0] as usize].d.abs().max_element();
         let look = |id: u32| {
             let ray = &rays[id as usize];
             let [o, d] = fours(level, numbers(ray));
@@ -91,7 +91,7 @@ impl Shaft {
         self.o = [o_low.to_array(), o_high.to_array()];
 
         let steepest = inv_near.abs().max(inv_far.abs());
-        let goes = steepest.lt(level.splat4(1.0 / (LEAST * reach)));
+        let goes = steepest.lt(level.splat4(1.0 / (MIN_SIZE * reach)));
         let starts_near = away.le(level.splat4(AWAY * reach));
         let fits = negative.or(positive).and(goes).and(starts_near).bits();
         let [x, y, z] = three(d_low.abs().min(d_high.abs()));
@@ -101,7 +101,7 @@ impl Shaft {
 
     /// From where to where it is in each of a node's boxes.
     #[inline(always)]
-    pub fn cross<L: Level>(&self, level: L, node: &Node) -> Eight {
+    pub fn cross<L: SimdLevel>(&self, level: L, node: &WideNode) -> Eight {
         let (enter, leave) = self.course.cross(level, node, Some(&self.inv_far));
         level.met(enter, leave.mul(level.splat8(LEAVE)))
     }
@@ -112,7 +112,7 @@ impl Shaft {
     /// Boxes are a little larger than triangles, so that rays which leave a floor or a ceiling come to its box. Of a triangle that
     /// is flat across an axis the distance to its plane has the right sign, as it is a product, and what is behind is no hit.
     #[inline(always)]
-    pub fn in_the_way<L: Level>(&self, level: L, block: &Block) -> u32 {
+    pub fn in_the_way<L: SimdLevel>(&self, level: L, block: &TriangleBlock) -> u32 {
         let [a, b, c] = block.corners.each_ref();
         let corners = [
             load3(level, a.each_ref()),
@@ -140,8 +140,8 @@ impl Shaft {
 mod tests {
     use super::*;
     use crate::{
-        accel::kernels::{query::NOTHING, ray_state::Slot},
-        geometry::padding::Spread,
+        accel::kernels::{query::NOTHING, ray_state::RayState},
+        geometry::padding::BoundsPadding,
         math::{Aabb, Vec3, hash},
         shape::triangle,
         simd::portable::Portable,
@@ -150,7 +150,7 @@ mod tests {
     const GROUP: u32 = 64;
 
     /// Of scenes that reach 1 far.
-    const UNIT: Spread = Spread {
+    const UNIT: BoundsPadding = BoundsPadding {
         reach: 1.0,
         origin: 0.0,
     };
@@ -164,8 +164,8 @@ mod tests {
     }
 
     /// A node of boxes of many sizes around the origin.
-    fn node(i: u32) -> Node {
-        let mut node = Node::NOTHING;
+    fn node(i: u32) -> WideNode {
+        let mut node = WideNode::NOTHING;
         for lane in 0..7 {
             let (center, half) = (
                 vec(i, 10 * lane),
@@ -218,7 +218,7 @@ mod tests {
             let met = shaft.cross(Portable, &node).bits();
             let mut any = 0;
             for ray in &rays {
-                let mut slot = Slot::default();
+                let mut slot = RayState::default();
                 if slot.start(Portable, ray, 0, UNIT) {
                     let (enter, leave) = slot.course.cross(Portable, &node, None);
                     any |= Portable.met(enter, leave.mul(Portable.splat8(LEAVE))).bits();
@@ -244,7 +244,7 @@ mod tests {
         for i in 0..3000 {
             let axis = (i % 3) as usize;
             let at = vec(i, 0)[axis];
-            let mut block = Block::NOTHING;
+            let mut block = TriangleBlock::NOTHING;
             for lane in 0..i % 5 {
                 let mut corners = [0, 1, 2].map(|k| vec(i, 10 + 9 * lane + 3 * k) * 2.0);
                 corners.iter_mut().for_each(|corner| corner[axis] = at);
@@ -287,7 +287,7 @@ mod tests {
 
     #[test]
     fn only_a_ceiling_is_in_the_way_of_what_is_below_and_nothing_of_what_leaves_it() {
-        let mut block = Block::NOTHING;
+        let mut block = TriangleBlock::NOTHING;
         let wall = Vec3::new(2.0, 1.0, -2.0);
         let corners = [
             [

@@ -5,7 +5,7 @@ pub const SLOTS: usize = 64;
 
 /// Takes the lowest member from a set that is not empty.
 #[inline(always)]
-pub fn take(set: &mut u64) -> usize {
+pub fn pop_lowest(set: &mut u64) -> usize {
     let id = set.trailing_zeros() as usize % SLOTS;
     *set &= *set - 1;
     id

@@ -23,14 +23,14 @@ struct Line<T>([T; LINE]);
 /// Where stacks begin and end in [`Stacks`]. They grow towards smaller places.
 #[repr(C)]
 #[derive(Clone, Default)]
-pub struct Ends {
+pub struct StackRange {
     /// Where the next child goes.
     pub top: u32,
     /// Where the first one goes, or went.
     base: u32,
 }
 
-impl Ends {
+impl StackRange {
     /// Takes everything off.
     #[inline(always)]
     pub fn clear(&mut self) {
@@ -78,9 +78,9 @@ impl StackMemory {
     }
 
     /// The empty stack of a slot.
-    pub fn of_slot(&self, id: usize) -> Ends {
+    pub fn of_slot(&self, id: usize) -> StackRange {
         let base = ((id + 1) * self.stride * LINE - BASE - 1) as u32;
-        Ends { top: base, base }
+        StackRange { top: base, base }
     }
 
     pub fn stacks(&mut self) -> Stacks<'_> {
@@ -92,7 +92,7 @@ impl StackMemory {
     }
 }
 
-/// The stacks of all slots, behind one another; [`Ends`] say where. Entries are read and written without a check.
+/// The stacks of all slots, behind one another; [`StackRange`] say where. Entries are read and written without a check.
 #[derive(Clone, Copy)]
 pub struct Stacks<'m> {
     enter: *mut f32,

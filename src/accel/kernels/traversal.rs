@@ -5,26 +5,26 @@ use std::ptr;
 
 use super::{
     query::Query,
-    slot_set::take,
-    stack::{Ends, Stacks},
-    traversal_state::Course,
-    tree::{Starts, Tree},
+    slot_set::pop_lowest,
+    stack::{StackRange, Stacks},
+    traversal_state::TraversalState,
+    tree::{Starts, WideTree},
 };
 use crate::{
-    accel::wide::node::{DONE, FOR_PACKETS, Node},
+    accel::wide::node::{DONE, FOR_PACKETS, WideNode},
     geometry::slab::LEAVE,
-    simd::lanes::{Eight, Floats, Level},
+    simd::lanes::{Eight, Floats, SimdLevel},
 };
 
 /// What is under way, and what comes next for each. That lies on the stack of the kernel, so that no register is needed to find
 /// it.
-pub struct Flight<'s, T, const N: usize> {
+pub struct Active<'s, T, const N: usize> {
     pub all: &'s mut [T; N],
     pub next: &'s mut [u32; N],
 }
 
 /// What goes through the tree.
-pub trait Traveller {
+pub trait Traverser {
     /// Whether what it has on its stack is never too far, since [`drop_far`] takes such children off when its end has come nearer:
     /// then the next one is popped in passing. Otherwise [`pop`] passes over them. Dropping pays where many are popped for each
     /// time that the end comes nearer.
@@ -34,28 +34,28 @@ pub trait Traveller {
     const SEVERAL: bool;
 
     /// From where to where it is in each of a node's boxes.
-    fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8);
-    fn course(&mut self) -> &mut Course;
+    fn cross<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8);
+    fn course(&mut self) -> &mut TraversalState;
 }
 
 /// Where nodes lie.
-pub trait Nodes {
+pub trait NodeSource {
     /// # Safety
     /// There is a node of that number.
-    unsafe fn node(&self, number: u32) -> &Node;
+    unsafe fn node(&self, number: u32) -> &WideNode;
 }
 
-impl Nodes for Tree {
+impl NodeSource for WideTree {
     #[inline(always)]
-    unsafe fn node(&self, child: u32) -> &Node {
+    unsafe fn node(&self, child: u32) -> &WideNode {
         // SAFETY: by this function's own contract.
         unsafe { self.node(child) }
     }
 }
 
 /// Which of a node's boxes are met.
-struct Met<'t, L: Level> {
-    stack: *mut Ends,
+struct ChildHits<'t, L: SimdLevel> {
+    stack: *mut StackRange,
     children: &'t [u32; 8],
     order: L::Order,
     met: Eight,
@@ -68,11 +68,11 @@ struct Met<'t, L: Level> {
 /// # Safety
 /// All in `waiting` are at one of the `nodes`, and `stacks` are theirs and were made for the tree.
 #[inline(always)]
-pub unsafe fn step<L: Level, Q: Query, T: Traveller, const N: usize>(
+pub unsafe fn step<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,
-    nodes: &impl Nodes,
+    nodes: &impl NodeSource,
     starts: &Starts,
-    flight: &mut Flight<'_, T, N>,
+    flight: &mut Active<'_, T, N>,
     mut waiting: u64,
     stacks: Stacks,
 ) {
@@ -108,14 +108,14 @@ pub unsafe fn step<L: Level, Q: Query, T: Traveller, const N: usize>(
 /// # Safety
 /// That of [`step`]; there is one.
 #[inline(always)]
-unsafe fn visit<L: Level, Q: Query, T: Traveller, const N: usize>(
+unsafe fn visit<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,
-    nodes: &impl Nodes,
-    flight: &mut Flight<'_, T, N>,
+    nodes: &impl NodeSource,
+    flight: &mut Active<'_, T, N>,
     waiting: &mut u64,
     stacks: Stacks,
 ) -> (usize, usize) {
-    let id = take(waiting);
+    let id = pop_lowest(waiting);
     // SAFETY: by this function's own contract.
     unsafe {
         let met = meet::<L, Q, T, N>(level, nodes, flight.all.as_mut_ptr(), flight.next, id);
@@ -128,10 +128,10 @@ unsafe fn visit<L: Level, Q: Query, T: Traveller, const N: usize>(
 /// # Safety
 /// What lies there was pushed, or is the base; or it is the first place of all.
 #[inline(always)]
-unsafe fn pop_late<L: Level, T: Traveller, const N: usize>(
+unsafe fn pop_late<L: SimdLevel, T: Traverser, const N: usize>(
     level: L,
     starts: &Starts,
-    flight: &mut Flight<'_, T, N>,
+    flight: &mut Active<'_, T, N>,
     (id, place): (usize, usize),
     stacks: Stacks,
 ) {
@@ -146,17 +146,17 @@ unsafe fn pop_late<L: Level, T: Traveller, const N: usize>(
 /// # Safety
 /// There are `N` of `all`, and `id` is at one of the `nodes`.
 #[inline(always)]
-unsafe fn meet<'t, L: Level, Q: Query, T: Traveller, const N: usize>(
+unsafe fn meet<'t, L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,
-    nodes: &'t impl Nodes,
+    nodes: &'t impl NodeSource,
     all: *mut T,
     next: &[u32; N],
     id: usize,
-) -> Met<'t, L> {
+) -> ChildHits<'t, L> {
     // SAFETY: by this function's own contract; what is settled is what it was.
     let (node, traveller) = unsafe {
         let node = ptr::from_ref(nodes.node(next[id % N])).cast_mut();
-        (&*level.settle(node), &mut *level.settle(all.add(id % N)))
+        (&*level.launder(node), &mut *level.launder(all.add(id % N)))
     };
     let (enter, leave) = traveller.cross(level, node);
     let leave = leave.mul(level.splat8(LEAVE));
@@ -174,7 +174,7 @@ unsafe fn meet<'t, L: Level, Q: Query, T: Traveller, const N: usize>(
     } else {
         level.met_in(order, enter, leave)
     };
-    Met {
+    ChildHits {
         stack: &mut course.stack,
         children: &node.child,
         order,
@@ -188,7 +188,7 @@ unsafe fn meet<'t, L: Level, Q: Query, T: Traveller, const N: usize>(
 /// # Safety
 /// The stack exists and is among `stacks`, which were made for the node's tree.
 #[inline(always)]
-unsafe fn keep<L: Level, Q: Query, T: Traveller>(level: L, met: &Met<'_, L>, stacks: Stacks) -> usize {
+unsafe fn keep<L: SimdLevel, Q: Query, T: Traverser>(level: L, met: &ChildHits<'_, L>, stacks: Stacks) -> usize {
     // SAFETY: by this function's own contract; a stack has room for all that may wait and for a store of eight before it.
     let (stack, top, to) = unsafe {
         let top = (*met.stack).top;
@@ -211,19 +211,19 @@ unsafe fn keep<L: Level, Q: Query, T: Traveller>(level: L, met: &Met<'_, L>, sta
 /// # Safety
 /// `stacks` are theirs.
 #[inline(always)]
-pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
+pub unsafe fn pop<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,
     starts: &Starts,
-    flight: &mut Flight<'_, T, N>,
+    flight: &mut Active<'_, T, N>,
     mut waiting: u64,
     stacks: Stacks,
 ) {
     const { assert!(!T::IN_PASSING) };
     let mut late = [DONE; 2];
     while waiting != 0 {
-        let id = take(&mut waiting) % N;
+        let id = pop_lowest(&mut waiting) % N;
         // SAFETY: what is settled is what it was.
-        let course = unsafe { (*level.settle(&mut flight.all[id])).course() };
+        let course = unsafe { (*level.launder(&mut flight.all[id])).course() };
         let mut top = course.stack.top as usize;
         if Q::ANY {
             top += 1;
@@ -258,7 +258,7 @@ pub unsafe fn pop<L: Level, Q: Query, T: Traveller, const N: usize>(
 /// # Safety
 /// `course` has its stack among `stacks`.
 #[inline(always)]
-pub unsafe fn pop_one(course: &mut Course, stacks: Stacks) -> u32 {
+pub unsafe fn pop_one(course: &mut TraversalState, stacks: Stacks) -> u32 {
     course.stack.top += 1;
     // SAFETY: what is popped was pushed, or is the base.
     unsafe { stacks.child(course.stack.top as usize) }
@@ -269,7 +269,7 @@ pub unsafe fn pop_one(course: &mut Course, stacks: Stacks) -> u32 {
 /// # Safety
 /// `course` has its stack among `stacks`.
 #[inline(always)]
-pub unsafe fn drop_far<L: Level>(level: L, course: &mut Course, stacks: Stacks) {
+pub unsafe fn drop_far<L: SimdLevel>(level: L, course: &mut TraversalState, stacks: Stacks) {
     let end = level.splat8(course.end);
     let (top, base) = course.stack.places();
     let (mut from, mut to) = (base, base);
@@ -299,7 +299,7 @@ mod tests {
     #[test]
     fn what_is_too_far_leaves_the_stack_and_the_rest_keeps_its_order() {
         let mut scratch = Scratch::new();
-        scratch.prepare(&Tree::default());
+        scratch.prepare(&WideTree::default());
         let stacks = scratch.stacks.stacks();
         // The stacks of an empty tree are short; with those before it there is room for all.
         let course = &mut scratch.slots[4].course;

@@ -2,11 +2,11 @@
 
 use std::{mem::offset_of, ptr};
 
-use super::stack::Ends;
+use super::stack::StackRange;
 use crate::{
-    accel::wide::node::Node,
+    accel::wide::node::WideNode,
     geometry::slab::LEAVE,
-    simd::lanes::{Floats, Level},
+    simd::lanes::{Floats, SimdLevel},
 };
 
 /// Bytes between the minima and the maxima of an axis in a node.
@@ -18,7 +18,7 @@ pub const SIDE: usize = 32;
 /// from there.
 #[repr(C)]
 #[derive(Clone, Default)]
-pub struct Course {
+pub struct TraversalState {
     /// A plane at `b` through which boxes are entered is met at `b * inv + near`.
     pub inv: [f32; 3],
     /// Where it begins.
@@ -32,12 +32,12 @@ pub struct Course {
     first: [u8; 4],
     /// Three times the octant of the direction; then nothing.
     octant: [u32; 2],
-    pub stack: Ends,
+    pub stack: StackRange,
 }
 
-const _: () = assert!(size_of::<Course>() == 64 && offset_of!(Course, octant) == 48);
+const _: () = assert!(size_of::<TraversalState>() == 64 && offset_of!(TraversalState, octant) == 48);
 
-/// [`Course::first`] and three times the octant for each set of axes on which the direction is negative.
+/// [`TraversalState::first`] and three times the octant for each set of axes on which the direction is negative.
 static SIDES: [[u8; 4]; 8] = {
     let mut sides = [[0; 4]; 8];
     let mut set: usize = 0;
@@ -53,8 +53,8 @@ static SIDES: [[u8; 4]; 8] = {
     sides
 };
 
-impl Course {
-    /// [`Course::inv`], [`Course::near`] and [`Course::far`], each with what follows it.
+impl TraversalState {
+    /// [`TraversalState::inv`], [`TraversalState::near`] and [`TraversalState::far`], each with what follows it.
     #[inline(always)]
     pub fn rows(&self) -> &[[f32; 4]; 3] {
         // SAFETY: so the fields lie, and any bits are a number.
@@ -91,7 +91,7 @@ impl Course {
     /// From where to where it is in each of a node's boxes; with reciprocals of their own for the planes through which boxes are
     /// left, where it has such. A distance that is not a number does not count.
     #[inline(always)]
-    pub fn cross<L: Level>(&self, level: L, node: &Node, inv_far: Option<&[f32; 4]>) -> (L::F8, L::F8) {
+    pub fn cross<L: SimdLevel>(&self, level: L, node: &WideNode, inv_far: Option<&[f32; 4]>) -> (L::F8, L::F8) {
         let [inv, near, far] = self.rows();
         let [inv, near, far] = [level.four8(inv), level.four8(near), level.four8(far)];
         let inv_far = inv_far.map_or(inv, |inv| level.four8(inv));

@@ -3,25 +3,25 @@
 use std::{ops::Range, slice};
 
 use crate::{
-    accel::wide::node::{self, Block, EMPTY, LEAF, Node, SHAPE},
-    geometry::padding::Spread,
+    accel::wide::node::{self, EMPTY, LEAF, SHAPE, TriangleBlock, WideNode},
+    geometry::padding::BoundsPadding,
 };
 
 /// Nodes and blocks whose every child exists.
 ///
 /// They are of one or more trees, behind one another: those of groups by number, that of the still triangles, and the
 /// top, which is the last because it is the one that changes. Each is checked when it is added and not changed
-/// afterwards but for its boxes: an inner child comes after its node (so there are no cycles, and [`Tree::stack_len`]
+/// afterwards but for its boxes: an inner child comes after its node (so there are no cycles, and [`WideTree::stack_len`]
 /// holds) or is the root of the still triangles, a leaf's blocks exist, a shape's number is below the number of primitives
 /// and an instance's below that of instances.
 #[derive(Clone, Default)]
-pub struct Tree {
-    pub(super) nodes: Vec<Node>,
-    pub(super) blocks: Vec<Block>,
+pub struct WideTree {
+    pub(super) nodes: Vec<WideNode>,
+    pub(super) blocks: Vec<TriangleBlock>,
     pub(super) sections: Vec<Section>,
     /// Whether there are groups.
     has_instances: bool,
-    pub spread: Spread,
+    pub padding: BoundsPadding,
 }
 
 /// One tree of them.
@@ -35,18 +35,18 @@ pub(super) struct Section {
 }
 
 /// A tree by itself: its first node is its root. Nothing at all where there is nothing to be met.
-pub type Grown = (Vec<Node>, Vec<Block>);
+pub type BuiltTree = (Vec<WideNode>, Vec<TriangleBlock>);
 
 /// What the numbers in a tree mean, see [`crate::accel::build::prims::Item`].
 #[derive(Clone, Copy, Debug)]
-pub struct Numbers {
+pub struct IdSpace {
     pub prims: usize,
     pub instances: usize,
     /// Which of the trees so far is that of the still triangles.
     pub still: Option<usize>,
 }
 
-impl Numbers {
+impl IdSpace {
     /// Of a tree of primitives alone.
     pub fn prims(prims: usize) -> Self {
         Self {
@@ -57,9 +57,9 @@ impl Numbers {
     }
 }
 
-impl Tree {
+impl WideTree {
     /// Adds a tree behind the others; the last one is the top. `None` where the arrays do not make a tree.
-    pub fn push(&mut self, (mut nodes, blocks): Grown, numbers: Numbers) -> Option<()> {
+    pub fn push(&mut self, (mut nodes, blocks): BuiltTree, numbers: IdSpace) -> Option<()> {
         let (first_node, first_block) = (self.nodes.len(), self.blocks.len());
         if first_node + nodes.len() > node::MAX_NODES || first_block + blocks.len() > node::MAX_BLOCKS {
             return None;
@@ -107,7 +107,7 @@ impl Tree {
     }
 
     /// The child that an item becomes.
-    fn item(&self, item: usize, numbers: &Numbers) -> Option<u32> {
+    fn item(&self, item: usize, numbers: &IdSpace) -> Option<u32> {
         if item < numbers.prims {
             return Some(node::shape(item as u32));
         }
@@ -129,24 +129,24 @@ impl Tree {
 
     /// Puts another tree of primitives in the place of one that has only such trees behind it. `None` where the arrays do
     /// not make a tree.
-    pub fn replace(&mut self, section: usize, grown: Grown, numbers: Numbers) -> Option<()> {
+    pub fn replace(&mut self, section: usize, built_tree: BuiltTree, numbers: IdSpace) -> Option<()> {
         let mut behind = Vec::new();
         while self.sections.len() > section {
             behind.push(self.last());
             self.pop();
         }
         behind.pop();
-        behind.push(grown);
-        while let Some(grown) = behind.pop() {
-            self.push(grown, numbers)?;
+        behind.push(built_tree);
+        while let Some(built_tree) = behind.pop() {
+            self.push(built_tree, numbers)?;
         }
         Some(())
     }
 
     /// The last tree, with numbers of its own.
-    fn last(&self) -> Grown {
+    fn last(&self) -> BuiltTree {
         let Some(last) = self.sections.last() else {
-            return Grown::default();
+            return BuiltTree::default();
         };
         let mut nodes = self.nodes[last.nodes.clone()].to_vec();
         for child in nodes.iter_mut().flat_map(|node| &mut node.child) {
@@ -171,11 +171,11 @@ impl Tree {
         self.has_instances
     }
 
-    pub fn nodes(&self) -> &[Node] {
+    pub fn nodes(&self) -> &[WideNode] {
         &self.nodes
     }
 
-    pub fn blocks(&self) -> &[Block] {
+    pub fn blocks(&self) -> &[TriangleBlock] {
         &self.blocks
     }
 
@@ -194,7 +194,7 @@ impl Tree {
     /// # Safety
     /// `child` is a root or an inner child of one of this tree's nodes.
     #[inline(always)]
-    pub unsafe fn node(&self, child: u32) -> &Node {
+    pub unsafe fn node(&self, child: u32) -> &WideNode {
         debug_assert!(node::index(child) < self.nodes.len());
         // SAFETY: there is a first node, and inner children exist.
         unsafe { &*self.nodes.as_ptr().byte_add(node::node_offset(child)) }
@@ -203,7 +203,7 @@ impl Tree {
     /// # Safety
     /// `child` is a leaf of one of this tree's nodes.
     #[inline(always)]
-    pub unsafe fn leaf(&self, child: u32) -> &[Block] {
+    pub unsafe fn leaf(&self, child: u32) -> &[TriangleBlock] {
         debug_assert!(node::blocks(child).end <= self.blocks.len());
         // SAFETY: leaves' blocks exist.
         unsafe {
@@ -235,10 +235,10 @@ mod tests {
     #[test]
     fn children_that_do_not_exist_are_refused() {
         let with = |child: u32| {
-            let mut first = Node::NOTHING;
+            let mut first = WideNode::NOTHING;
             first.child[3] = child;
-            let grown = (vec![first, Node::NOTHING], vec![Block::NOTHING; 3]);
-            Tree::default().push(grown, Numbers::prims(5)).is_some()
+            let built_tree = (vec![first, WideNode::NOTHING], vec![TriangleBlock::NOTHING; 3]);
+            WideTree::default().push(built_tree, IdSpace::prims(5)).is_some()
         };
         assert!(with(node::inner(1)) && with(node::leaf(0, 3)) && with(node::shape(4)) && with(EMPTY));
         assert!(
@@ -252,21 +252,21 @@ mod tests {
     }
 
     /// A root with an inner child and a leaf.
-    fn grown(blocks: usize) -> Grown {
-        let mut first = Node::NOTHING;
+    fn built_tree(blocks: usize) -> BuiltTree {
+        let mut first = WideNode::NOTHING;
         first.child[0] = node::inner(1);
         first.child[1] = node::leaf(blocks - 1, 1);
-        (vec![first, Node::NOTHING], vec![Block::NOTHING; blocks])
+        (vec![first, WideNode::NOTHING], vec![TriangleBlock::NOTHING; blocks])
     }
 
     #[test]
     fn numbers_move_with_their_trees() {
-        let mut tree = Tree::default();
-        let numbers = Numbers::prims(5);
+        let mut tree = WideTree::default();
+        let numbers = IdSpace::prims(5);
         for blocks in [1, 2, 3] {
-            tree.push(grown(blocks), numbers).expect("a tree");
+            tree.push(built_tree(blocks), numbers).expect("a tree");
         }
-        let children = |tree: &Tree| [0, 2, 4].map(|i| [tree.nodes[i].child[0], tree.nodes[i].child[1]]);
+        let children = |tree: &WideTree| [0, 2, 4].map(|i| [tree.nodes[i].child[0], tree.nodes[i].child[1]]);
         assert_eq!(
             children(&tree),
             [
@@ -275,7 +275,7 @@ mod tests {
                 [node::inner(5), node::leaf(5, 1)]
             ]
         );
-        tree.replace(1, grown(4), numbers).expect("a tree");
+        tree.replace(1, built_tree(4), numbers).expect("a tree");
         assert_eq!(
             children(&tree),
             [
@@ -293,13 +293,13 @@ mod tests {
 
     #[test]
     fn items_of_the_top_become_instances_and_the_still_tree() {
-        let mut tree = Tree::default();
-        tree.push(grown(1), Numbers::prims(5)).expect("a tree");
-        let mut top = Node::NOTHING;
+        let mut tree = WideTree::default();
+        tree.push(built_tree(1), IdSpace::prims(5)).expect("a tree");
+        let mut top = WideNode::NOTHING;
         for (lane, item) in [4, 5, 7].into_iter().enumerate() {
             top.child[lane] = node::shape(item);
         }
-        let numbers = |instances, still| Numbers {
+        let numbers = |instances, still| IdSpace {
             prims: 5,
             instances,
             still,

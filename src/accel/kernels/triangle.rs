@@ -6,7 +6,7 @@
 
 use crate::{
     geometry::slab::{CLIP_SLACK, NOISE, TINY},
-    simd::lanes::{Floats, Level, Mask},
+    simd::lanes::{Floats, Mask, SimdLevel},
 };
 
 /// How far triangles' own boxes reach beyond them, relative to the larger coordinate.
@@ -63,7 +63,7 @@ impl<F: Floats<Array = [f32; 8]>> Crossing<F> {
 impl Crossing<[f32; 8]> {
     /// One of the eight, in all lanes.
     #[inline(always)]
-    pub fn spread<L: Level>(&self, level: L, k: usize) -> Crossing<L::F4> {
+    pub fn spread<L: SimdLevel>(&self, level: L, k: usize) -> Crossing<L::F4> {
         Crossing {
             u: level.splat4(self.u[k]),
             v: level.splat4(self.v[k]),
@@ -95,25 +95,25 @@ pub fn each<F: Floats>(a: Vec3s<F>, b: Vec3s<F>, f: impl Fn(F, F) -> F) -> Vec3s
 
 /// Three rows of four triangles.
 #[inline(always)]
-pub fn load3<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3]) -> Vec3s<L::F4> {
+pub fn load3<L: SimdLevel>(level: L, [x, y, z]: [&[f32; 4]; 3]) -> Vec3s<L::F4> {
     [level.load4(x), level.load4(y), level.load4(z)]
 }
 
 /// One of four triangles' numbers, for all rays.
 #[inline(always)]
-pub fn spread<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3], k: usize) -> Vec3s<L::F16> {
+pub fn spread<L: SimdLevel>(level: L, [x, y, z]: [&[f32; 4]; 3], k: usize) -> Vec3s<L::F16> {
     [level.splat16(x[k]), level.splat16(y[k]), level.splat16(z[k])]
 }
 
 /// Four numbers of one block and four of another.
 #[inline(always)]
-pub fn join<L: Level>(level: L, first: &[f32; 4], second: &[f32; 4]) -> L::F8 {
+pub fn join<L: SimdLevel>(level: L, first: &[f32; 4], second: &[f32; 4]) -> L::F8 {
     level.join4(level.load4(first), level.load4(second))
 }
 
 /// Three rows of each of two blocks.
 #[inline(always)]
-pub fn join3<L: Level>(level: L, [x, y, z]: [&[f32; 4]; 3], [x2, y2, z2]: [&[f32; 4]; 3]) -> Vec3s<L::F8> {
+pub fn join3<L: SimdLevel>(level: L, [x, y, z]: [&[f32; 4]; 3], [x2, y2, z2]: [&[f32; 4]; 3]) -> Vec3s<L::F8> {
     [join(level, x, x2), join(level, y, y2), join(level, z, z2)]
 }
 
@@ -269,7 +269,7 @@ pub fn meet<F: Floats>([enter, leave]: [F; 2], crossing: &Crossing<F>) -> Meets<
     let raw = t_det.div(det);
     let sum = u.add(v).add(w);
     // So neither `raw` is infinite nor are the weights no numbers; told without them, as not everyone asks for them.
-    let valid = raw.abs().max(v.abs()).max(w.abs()).lt(infinity).and(sum.differs(zero));
+    let valid = raw.abs().max(v.abs()).max(w.abs()).lt(infinity).and(sum.ne(zero));
 
     let slack = u.fill(CLIP_SLACK);
     let enter = enter.sub(enter.abs().mul(slack));

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::accel::{
-    kernels::{occluded_stream, packet::order::Order, ray_selection::Pick, scratch::Scratch},
+    kernels::{occluded_stream, packet::order::PacketOrder, ray_selection::RaySelection, scratch::Scratch},
     wide::Wide,
 };
 
@@ -52,11 +52,15 @@ fn compare_with_scan(g: Geometry, rays: &[Ray]) -> usize {
     linear.occluded(rays, &mut truth);
     for simd in Simd::available() {
         let wide = Wide::build(g.clone(), Quality::default(), simd).expect("the scene is valid");
-        for order in [Order::ROWS, Order::blocks(4, 16), Order::blocks(8, 1024)] {
+        for order in [
+            PacketOrder::ROWS,
+            PacketOrder::blocks(4, 16),
+            PacketOrder::blocks(8, 1024),
+        ] {
             let mut blocked = vec![false; rays.len()];
             let mut list = vec![];
             order.put(rays.len(), &mut list);
-            let pick = Pick::Together(&list);
+            let pick = RaySelection::Together(&list);
             occluded_stream(simd, &wide.tree, &g, rays, pick, &mut blocked, &mut Scratch::new());
             for (i, ray) in rays.iter().enumerate() {
                 assert_eq!(blocked[i], truth[i], "{simd}, {order:?}, ray {i}: {ray:?}");
@@ -123,17 +127,17 @@ fn rays_begin_at_their_own_heads_however_many_between_them_are_known() {
         }
     }
     let mut list = vec![];
-    Order::ROWS.put(rays.len(), &mut list);
+    PacketOrder::ROWS.put(rays.len(), &mut list);
     for simd in Simd::available() {
         let wide = Wide::build(g.clone(), Quality::default(), simd).expect("the scene is valid");
         let mut scratch = Scratch::new();
         let mut alone = vec![false; rays.len()];
-        occluded_stream(simd, &wide.tree, &g, &rays, Pick::All, &mut alone, &mut scratch);
+        occluded_stream(simd, &wide.tree, &g, &rays, RaySelection::All, &mut alone, &mut scratch);
         // Of every so many groups a few rays are asked, of the others it is known.
         for apart in [1, 4, 5, 8, 9, 13] {
             let is_known = |i: usize| !(i / 64).is_multiple_of(apart) || i % 64 > 20;
             let mut blocked: Vec<bool> = (0..rays.len()).map(is_known).collect();
-            let pick = Pick::Together(&list);
+            let pick = RaySelection::Together(&list);
             let report = occluded_stream(simd, &wide.tree, &g, &rays, pick, &mut blocked, &mut scratch);
             assert_eq!(report.entry_points_pay, Some(true), "otherwise rays begin at the root");
             for i in (0..rays.len()).filter(|&i| !is_known(i)) {

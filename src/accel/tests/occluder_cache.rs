@@ -2,7 +2,7 @@
 
 use super::{entry_points::groups, *};
 use crate::accel::{
-    kernels::{occluded_at_once, packet::order::Order},
+    kernels::{occluded_at_once, packet::order::PacketOrder},
     wide::Wide,
 };
 
@@ -18,7 +18,11 @@ fn left(g: &Arc<Geometry>, rays: &[Ray]) -> Option<usize> {
         wide.occluded(rays, &mut blocked);
         assert_eq!(blocked, truth, "{simd}");
         let mut remaining = vec![];
-        for order in [Order::ROWS, Order::blocks(4, 16), Order::blocks(8, 1024)] {
+        for order in [
+            PacketOrder::ROWS,
+            PacketOrder::blocks(4, 16),
+            PacketOrder::blocks(8, 1024),
+        ] {
             let mut blocked = vec![false; rays.len()];
             let pays = occluded_at_once(simd, &wide.tree, rays, order, &mut blocked, &mut remaining);
             let mut is_left = vec![!pays; rays.len()];
@@ -30,7 +34,7 @@ fn left(g: &Arc<Geometry>, rays: &[Ray]) -> Option<usize> {
                 let right = blocked[i] == truth[i] || is_left[i] && !blocked[i];
                 assert!(right, "{simd}, {order:?}, ray {i}: {ray:?}");
             }
-            if order == Order::ROWS {
+            if order == PacketOrder::ROWS {
                 counts.push(pays.then_some(remaining.len()));
             }
         }

@@ -180,7 +180,7 @@ fn trees_do_not_depend_on_the_number_of_threads() {
         };
         let (one, three) = (build(1), build(3));
         assert_eq!(one.ids, three.ids);
-        let same = |(a, b): (&build::bvh2_tree::Flat, &build::bvh2_tree::Flat)| {
+        let same = |(a, b): (&build::bvh2_tree::FlatNode, &build::bvh2_tree::FlatNode)| {
             a.bounds == b.bounds && (a.link, a.count) == (b.link, b.count)
         };
         assert!(one.nodes.len() == three.nodes.len() && one.nodes.iter().zip(&three.nodes).all(same));

@@ -13,14 +13,14 @@ use super::{
     build::prims::Prims,
     kernels::{
         self,
-        packet::order::Order,
-        ray_selection::Pick,
+        packet::order::PacketOrder,
+        ray_selection::RaySelection,
         scratch::Scratch,
-        tree::{Grown, Numbers, Tree},
+        tree::{BuiltTree, IdSpace, WideTree},
     },
 };
 use crate::{
-    geometry::{BuildError, Edit, Geometry, Hit, PrimRef, check, padding::Spread},
+    geometry::{BuildError, Edit, Geometry, Hit, PrimRef, check, padding::BoundsPadding},
     math::{Aabb, Ray},
     simd::Simd,
 };
@@ -52,7 +52,7 @@ thread_local! {
 
 /// What the top must know of a tree below it.
 #[derive(Clone, Copy, Debug, Default)]
-struct Lower {
+struct Blas {
     bounds: Aabb,
     reach: f32,
 }
@@ -64,9 +64,9 @@ pub struct Wide {
     quality: Quality,
     /// One tree where nothing was ever an instance or moved; otherwise those of groups, of the still triangles, and the
     /// top. Nothing at all where nothing has a box.
-    pub(super) tree: Arc<Tree>,
+    pub(super) tree: Arc<WideTree>,
     /// Of each group, then of the still triangles; empty where there is one tree.
-    lower: Vec<Lower>,
+    lower: Vec<Blas>,
     unbounded: Vec<PrimRef>,
     /// The longest side of the box around everything.
     size: f32,
@@ -111,11 +111,11 @@ impl Wide {
         Self { simd, ..self.clone() }
     }
 
-    fn tree_mut(&mut self) -> &mut Tree {
+    fn tree_mut(&mut self) -> &mut WideTree {
         Arc::make_mut(&mut self.tree)
     }
 
-    fn grow(&self, prims: Prims) -> Grown {
+    fn grow(&self, prims: Prims) -> BuiltTree {
         build::build(prims, &self.geometry, self.quality).unwrap_or_default()
     }
 
@@ -126,10 +126,10 @@ impl Wide {
     }
 
     fn push_lower(&mut self, prims: Prims) -> Result<(), BuildError> {
-        self.lower.push(Lower::of(&prims));
-        let grown = self.grow(prims);
-        let numbers = Numbers::prims(self.geometry.prim_count());
-        self.tree_mut().push(grown, numbers).ok_or_else(|| self.too_many())
+        self.lower.push(Blas::of(&prims));
+        let built_tree = self.grow(prims);
+        let numbers = IdSpace::prims(self.geometry.prim_count());
+        self.tree_mut().push(built_tree, numbers).ok_or_else(|| self.too_many())
     }
 
     fn build_top(&mut self) -> Result<(), BuildError> {
@@ -142,30 +142,36 @@ impl Wide {
     fn push_top(&mut self, mut prims: Prims) -> Result<(), BuildError> {
         self.size = prims.bounds().extent().max_element().max(0.0);
         let reach = self.lower.iter().map(|lower| lower.reach).fold(prims.reach, f32::max);
-        self.tree_mut().spread = Spread::new(self.geometry.instance_transforms(), reach);
+        self.tree_mut().padding = BoundsPadding::new(self.geometry.instance_transforms(), reach);
         self.unbounded = std::mem::take(&mut prims.unbounded);
-        let grown = self.grow(prims);
-        let numbers = Numbers {
+        let built_tree = self.grow(prims);
+        let numbers = IdSpace {
             prims: self.geometry.prim_count(),
             instances: self.geometry.instances.len(),
             still: self.lower.len().checked_sub(1),
         };
-        self.tree_mut().push(grown, numbers).ok_or_else(|| self.too_many())
+        self.tree_mut().push(built_tree, numbers).ok_or_else(|| self.too_many())
     }
 
     /// Gives the boxes of a tree's triangles to the nodes above them, or builds it anew where that makes rays much
     /// slower or where a triangle has come in.
-    fn renew(&mut self, section: usize, prims: Prims, id: TreeId, updated: &mut Updated) -> Result<(), BuildError> {
-        self.lower[section] = Lower::of(&prims);
+    fn refit_or_rebuild(
+        &mut self,
+        section: usize,
+        prims: Prims,
+        id: TreeId,
+        updated: &mut Updated,
+    ) -> Result<(), BuildError> {
+        self.lower[section] = Blas::of(&prims);
         if Arc::make_mut(&mut self.tree).refit(section, &self.geometry, prims.refs.len()) {
             updated.refitted.push(id);
             return Ok(());
         }
-        let grown = self.grow(prims);
-        let numbers = Numbers::prims(self.geometry.prim_count());
+        let built_tree = self.grow(prims);
+        let numbers = IdSpace::prims(self.geometry.prim_count());
         updated.built.push(id);
         self.tree_mut()
-            .replace(section, grown, numbers)
+            .replace(section, built_tree, numbers)
             .ok_or_else(|| self.too_many())
     }
 
@@ -207,9 +213,9 @@ impl Accelerator for Wide {
             let (simd, geometry) = (self.simd, &*self.geometry);
             if let Some(order) = order {
                 kernels::nearest_packets(simd, tree, geometry, rays, order, hits, remaining, scratch);
-                kernels::nearest_stream(simd, tree, geometry, rays, Pick::Some(remaining), hits, scratch);
+                kernels::nearest_stream(simd, tree, geometry, rays, RaySelection::Some(remaining), hits, scratch);
             } else {
-                kernels::nearest_stream(simd, tree, geometry, rays, Pick::All, hits, scratch);
+                kernels::nearest_stream(simd, tree, geometry, rays, RaySelection::All, hits, scratch);
             }
         });
     }
@@ -236,7 +242,7 @@ impl Accelerator for Wide {
             } = thread;
             let (simd, geometry) = (self.simd, &*self.geometry);
             let is_sifted = !tree.has_instances() && {
-                let order = order.unwrap_or(Order::ROWS);
+                let order = order.unwrap_or(PacketOrder::ROWS);
                 kernels::occluded_at_once(simd, tree, rays, order, blocked, remaining)
             };
             // What is left of rays that lay side by side does not.
@@ -244,7 +250,7 @@ impl Accelerator for Wide {
             if in_packets.is_some()
                 && let Some(some) = policy.probe(rays.len())
             {
-                let pick = Pick::Some(&some);
+                let pick = RaySelection::Some(&some);
                 policy.record_probe(kernels::occluded_stream(
                     simd, tree, geometry, rays, pick, blocked, scratch,
                 ));
@@ -270,9 +276,9 @@ impl Accelerator for Wide {
                 (None, _) => {}
             }
             let pick = match together {
-                Some(_) => Pick::Together(remaining),
-                None if is_sifted || in_packets.is_some() => Pick::Some(remaining),
-                None => Pick::All,
+                Some(_) => RaySelection::Together(remaining),
+                None if is_sifted || in_packets.is_some() => RaySelection::Some(remaining),
+                None => RaySelection::All,
             };
             let report = kernels::occluded_stream(simd, tree, geometry, rays, pick, blocked, scratch);
             if let Some(pays) = report.entry_points_pay {
@@ -312,11 +318,11 @@ impl Accelerator for Wide {
         } else {
             for group in changed.groups {
                 let prims = Prims::group(&self.geometry, group as usize);
-                self.renew(group as usize, prims, TreeId::Group(group), &mut updated)?;
+                self.refit_or_rebuild(group as usize, prims, TreeId::Group(group), &mut updated)?;
             }
             if changed.still {
                 let prims = Prims::still(&self.geometry);
-                self.renew(groups, prims, TreeId::Still, &mut updated)?;
+                self.refit_or_rebuild(groups, prims, TreeId::Still, &mut updated)?;
             }
         }
         self.build_top()?;
@@ -338,7 +344,7 @@ impl Accelerator for Wide {
     }
 }
 
-impl Lower {
+impl Blas {
     fn of(prims: &Prims) -> Self {
         Self {
             bounds: prims.bounds(),

@@ -13,7 +13,7 @@
 use crate::{
     accel::{
         accelerator::{BatchLayout, RayBatch},
-        kernels::{packet::order::Order, ray16::RAYS},
+        kernels::{packet::order::PacketOrder, ray16::RAYS},
     },
     math::Ray,
 };
@@ -28,38 +28,38 @@ const SPREAD: f32 = 0.1;
 const DISTANCE: f32 = 0.01;
 
 /// How the rays of a batch make packets in a scene of this size; `None` where packets do not suit them.
-pub fn nearest(batch: RayBatch<'_>, size: f32) -> Option<Order> {
+pub fn nearest(batch: RayBatch<'_>, size: f32) -> Option<PacketOrder> {
     order_within(batch, size, DISTANCE * size)
 }
 
 /// The same for rays that ask whether anything is in their way. They may start all over a surface, and the kernel finds out
 /// by itself whether packets pay.
-pub fn occlusion(batch: RayBatch<'_>, size: f32) -> Option<Order> {
+pub fn occlusion(batch: RayBatch<'_>, size: f32) -> Option<PacketOrder> {
     order_within(batch, size, size)
 }
 
 /// `distance` says how far apart the origins of a packet may be.
-fn order_within(RayBatch { rays, layout }: RayBatch<'_>, size: f32, distance: f32) -> Option<Order> {
+fn order_within(RayBatch { rays, layout }: RayBatch<'_>, size: f32, distance: f32) -> Option<PacketOrder> {
     let packets = rays.len() / RAYS;
     if packets == 0 {
         return None;
     }
     let samples = [0, 1, 2, 3].map(|i| i * (packets - 1) / (SAMPLES - 1));
     // Every order keeps four in a row together, so most batches that do not suit need no more than a look at these.
-    let four = |i| stay_together(rays, &Order::ROWS.list(i, rays.len()).ids[..4], distance);
+    let four = |i| stay_together(rays, &PacketOrder::ROWS.list(i, rays.len()).ids[..4], distance);
     if !samples.into_iter().all(four) {
         return None;
     }
-    let spread = |order: Order| {
+    let spread = |order: PacketOrder| {
         let of = |i| corner_spread(rays, &order.list(i, rays.len()).ids, size);
         samples.map(of).into_iter().fold(0.0, f32::max)
     };
-    let mut best = (spread(Order::ROWS), Order::ROWS);
+    let mut best = (spread(PacketOrder::ROWS), PacketOrder::ROWS);
     if let BatchLayout::Rows(row) = layout
         && row >= 8
         && row.is_power_of_two()
     {
-        for order in [4, 8].map(|run| Order::blocks(run, row as usize)) {
+        for order in [4, 8].map(|run| PacketOrder::blocks(run, row as usize)) {
             let spread = spread(order);
             if spread < best.0 && order.band() <= rays.len() {
                 best = (spread, order);
@@ -129,11 +129,14 @@ mod tests {
             };
             nearest(batch, 1.0)
         };
-        assert_eq!(order(16, 1), Some(Order::blocks(4, 16)));
-        assert_eq!(order(64, 1), Some(Order::blocks(4, 64)));
-        assert_eq!(order(32, 4), Some(Order::blocks(8, 128)));
-        assert_eq!(order(16, 16), Some(Order::ROWS));
-        assert_eq!(order(24, 1), Some(Order::ROWS), "no power of two");
-        assert_eq!(nearest(RayBatch::unordered(&picture(16, 1)), 1.0), Some(Order::ROWS));
+        assert_eq!(order(16, 1), Some(PacketOrder::blocks(4, 16)));
+        assert_eq!(order(64, 1), Some(PacketOrder::blocks(4, 64)));
+        assert_eq!(order(32, 4), Some(PacketOrder::blocks(8, 128)));
+        assert_eq!(order(16, 16), Some(PacketOrder::ROWS));
+        assert_eq!(order(24, 1), Some(PacketOrder::ROWS), "no power of two");
+        assert_eq!(
+            nearest(RayBatch::unordered(&picture(16, 1)), 1.0),
+            Some(PacketOrder::ROWS)
+        );
     }
 }

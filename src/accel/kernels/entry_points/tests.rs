@@ -2,14 +2,14 @@
 
 use super::*;
 use crate::{
-    accel::{kernels::tree::Numbers, wide::node::inner},
-    geometry::padding::Spread,
+    accel::{kernels::tree::IdSpace, wide::node::inner},
+    geometry::padding::BoundsPadding,
     math::{Aabb, Vec3, hash},
     simd::portable::Portable,
 };
 
 /// Of scenes that reach 1 far.
-const UNIT: Spread = Spread {
+const UNIT: BoundsPadding = BoundsPadding {
     reach: 1.0,
     origin: 0.0,
 };
@@ -20,10 +20,10 @@ fn unit(i: u32, k: u32) -> f32 {
 
 #[test]
 fn every_ray_begins_once() {
-    let mut tree = Tree::default();
-    tree.push((vec![Node::NOTHING], vec![]), Numbers::prims(0))
+    let mut tree = WideTree::default();
+    tree.push((vec![WideNode::NOTHING], vec![]), IdSpace::prims(0))
         .expect("a tree");
-    let mut heads = Heads::new();
+    let mut heads = EntryPoints::new();
     for count in [1, 16, 100, 255, 256, 257, 5000] {
         let rays = vec![Ray::NOWHERE; count];
         let list: Vec<u32> = (0..count as u32).rev().collect();
@@ -48,18 +48,18 @@ fn pays(height: f32) -> Option<bool> {
         min: Vec3::new(-1.0, -1.0, -height),
         max: Vec3::new(1.0, 1.0, height),
     };
-    let mut nodes = vec![Node::NOTHING; TRIES + 2];
-    for (i, node) in nodes[..=TRIES].iter_mut().enumerate() {
+    let mut nodes = vec![WideNode::NOTHING; MAX_OPENED + 2];
+    for (i, node) in nodes[..=MAX_OPENED].iter_mut().enumerate() {
         node.set(0, &bounds, inner(i + 1));
     }
-    let mut tree = Tree::default();
-    tree.push((nodes, vec![]), Numbers::prims(0)).expect("a tree");
-    tree.spread = UNIT;
-    let rays: Vec<Ray> = (0..(TRIALS * GROUP) as u32)
+    let mut tree = WideTree::default();
+    tree.push((nodes, vec![]), IdSpace::prims(0)).expect("a tree");
+    tree.padding = UNIT;
+    let rays: Vec<Ray> = (0..(TRIAL_GROUPS * GROUP) as u32)
         .map(|i| Ray::segment(Vec3::new(-2.0, 0.0, unit(i, 0) - 0.5), Vec3::new(4.0, 0.01, 0.01), 1.0))
         .collect();
     let list: Vec<u32> = (0..rays.len() as u32).collect();
-    let mut heads = Heads::new();
+    let mut heads = EntryPoints::new();
     heads.begin(&tree);
     for at in 0..list.len() {
         heads.passed();

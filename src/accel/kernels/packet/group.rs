@@ -3,7 +3,7 @@
 use crate::{
     accel::kernels::ray16::RAYS,
     math::Ray,
-    simd::lanes::{Floats, Level},
+    simd::lanes::{Floats, SimdLevel},
 };
 
 /// Rays that are looked at together.
@@ -12,7 +12,7 @@ pub const BAND: usize = 4 * RAYS;
 /// `ids` in another order: each [`RAYS`] that follow one another start next to one another. The rays are halved where they
 /// reach farthest, and the halves again.
 #[inline(always)]
-pub fn group<L: Level>(level: L, rays: &[Ray], ids: &[u32; BAND]) -> [u32; BAND] {
+pub fn group<L: SimdLevel>(level: L, rays: &[Ray], ids: &[u32; BAND]) -> [u32; BAND] {
     let mut o = [[0.0; BAND]; 3];
     for (i, id) in ids.iter().enumerate() {
         let start = rays[*id as usize].o;
@@ -51,7 +51,7 @@ fn half(x: &[f32; BAND], first: usize) -> [f32; BAND / 2] {
 
 /// The place of each in the order of that coordinate in which they reach farthest.
 #[inline(always)]
-fn places<L: Level, const N: usize>(level: L, o: &[[f32; N]; 3]) -> [i16; N] {
+fn places<L: SimdLevel, const N: usize>(level: L, o: &[[f32; N]; 3]) -> [i16; N] {
     let mut widest = (f32::NEG_INFINITY, 0, 0.0);
     for (axis, x) in o.iter().enumerate() {
         let (least, most) = extremes(level, x);
@@ -71,7 +71,7 @@ fn places<L: Level, const N: usize>(level: L, o: &[[f32; N]; 3]) -> [i16; N] {
 }
 
 #[inline(always)]
-fn extremes<L: Level, const N: usize>(level: L, x: &[f32; N]) -> (f32, f32) {
+fn extremes<L: SimdLevel, const N: usize>(level: L, x: &[f32; N]) -> (f32, f32) {
     let (first, others) = x.as_chunks::<RAYS>().0.split_first().expect("there are some");
     let mut least = level.load16(first);
     let mut most = least;
@@ -79,7 +79,7 @@ fn extremes<L: Level, const N: usize>(level: L, x: &[f32; N]) -> (f32, f32) {
         let x = level.load16(x);
         (least, most) = (least.min(x), most.max(x));
     }
-    (least.lowest(), most.highest())
+    (least.reduce_min(), most.reduce_max())
 }
 
 #[cfg(test)]

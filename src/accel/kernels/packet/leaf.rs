@@ -10,7 +10,7 @@ use std::ptr;
 
 use super::{
     rays::{NO_MORE, PACKETS, Packet},
-    singles::{FOUR, MANY, Singles},
+    singles::{BLOCK_TRIANGLES, MIN_PACKET_LANES, Singles},
 };
 use crate::{
     accel::{
@@ -20,44 +20,44 @@ use crate::{
                 Faces, Plane, Vec3s, boxes, candidates, each, faces, load3, meet, plane, sides, spread, stretch,
             },
         },
-        wide::node::{Block, MAX_LEAF},
+        wide::node::{MAX_LEAF, TriangleBlock},
     },
     math::Ray,
-    simd::lanes::{Floats, Level, Mask},
+    simd::lanes::{Floats, Mask, SimdLevel},
 };
 
 /// All rays.
 const ALL: u32 = 0xffff;
 
 /// The most blocks that packets can come to at once, a power of two.
-const MOST: usize = PACKETS * MAX_LEAF;
+const MAX_VISITS: usize = PACKETS * MAX_LEAF;
 
 /// How far an edge's side may be wrong, relative to how far the triangle reaches from where rays start and from their lines: the
 /// routine for rays rounds it by less than 12 units of [`f32::EPSILON`], [`Edges`] by less than 32.
 const MARGIN: f32 = 64.0 * f32::EPSILON;
 
 /// The same for numbers so small that they have lost their digits.
-const LEAST: f32 = 64.0 * f32::MIN_POSITIVE;
+const MIN_MARGIN: f32 = 64.0 * f32::MIN_POSITIVE;
 
 /// The edges of a block's triangles as seen from one place.
 #[derive(Clone, Copy)]
 struct Edges {
     /// A line sheared by `[s, t]` passes each triangle's first edge on the side that the sign of `x * s + y * t + z` tells,
     /// and so the others.
-    sides: [[[f32; FOUR]; 3]; 3],
+    sides: [[[f32; BLOCK_TRIANGLES]; 3]; 3],
     /// How wrong that may be.
-    margin: [f32; FOUR],
+    margin: [f32; BLOCK_TRIANGLES],
 }
 
 /// What of a block's triangles does not depend on directions, where all rays start in one place: what [`Plane`] and [`Faces`]
 /// say, and where the corners lie from there.
 #[derive(Default)]
 struct Look {
-    corners: [[[f32; FOUR]; 3]; 3],
-    normal: [[f32; FOUR]; 3],
-    distance: [f32; FOUR],
-    near: [[f32; FOUR]; 3],
-    far: [[f32; FOUR]; 3],
+    corners: [[[f32; BLOCK_TRIANGLES]; 3]; 3],
+    normal: [[f32; BLOCK_TRIANGLES]; 3],
+    distance: [f32; BLOCK_TRIANGLES],
+    near: [[f32; BLOCK_TRIANGLES]; 3],
+    far: [[f32; BLOCK_TRIANGLES]; 3],
 }
 
 /// A block that a packet has come to.
@@ -65,27 +65,27 @@ struct Look {
 struct Visit {
     /// Where all rays start in one place.
     edges: Edges,
-    block: *const Block,
+    block: *const TriangleBlock,
     packet: usize,
 }
 
 /// The blocks that packets have come to, and which of their triangles may be met.
-pub struct Visits {
-    blocks: [Visit; MOST],
+pub struct PacketLeafQueue {
+    blocks: [Visit; MAX_VISITS],
     block_count: usize,
-    /// [`FOUR`] times a place in `blocks`, and which triangle of it.
-    triangles: [u32; MOST * FOUR],
+    /// [`BLOCK_TRIANGLES`] times a place in `blocks`, and which triangle of it.
+    triangles: [u32; MAX_VISITS * BLOCK_TRIANGLES],
     /// Whose lines go through each.
-    lanes: [u32; MOST * FOUR],
+    lanes: [u32; MAX_VISITS * BLOCK_TRIANGLES],
     count: usize,
     singles: Singles,
 }
 
-impl Visits {
+impl PacketLeafQueue {
     pub fn new() -> Self {
         let edges = Edges {
-            sides: [[[0.0; FOUR]; 3]; 3],
-            margin: [0.0; FOUR],
+            sides: [[[0.0; BLOCK_TRIANGLES]; 3]; 3],
+            margin: [0.0; BLOCK_TRIANGLES],
         };
         let nothing = Visit {
             edges,
@@ -93,10 +93,10 @@ impl Visits {
             packet: 0,
         };
         Self {
-            blocks: [nothing; MOST],
+            blocks: [nothing; MAX_VISITS],
             block_count: 0,
-            triangles: [0; MOST * FOUR],
-            lanes: [0; MOST * FOUR],
+            triangles: [0; MAX_VISITS * BLOCK_TRIANGLES],
+            lanes: [0; MAX_VISITS * BLOCK_TRIANGLES],
             count: 0,
             singles: Singles::new(),
         }
@@ -110,7 +110,13 @@ impl Visits {
     /// Adds the blocks of a leaf that a packet has come to; of each packet one leaf at most. Where its rays start in several places
     /// there is nothing to prepare, and they are tested at once; whether some of them end nearer then, or are blocked.
     #[inline(always)]
-    pub fn add<L: Level, Q: Query>(&mut self, level: L, id: usize, packet: &mut Packet, blocks: &[Block]) -> bool {
+    pub fn add<L: SimdLevel, Q: Query>(
+        &mut self,
+        level: L,
+        id: usize,
+        packet: &mut Packet,
+        blocks: &[TriangleBlock],
+    ) -> bool {
         if !packet.shared {
             let mut nearer = false;
             for block in blocks {
@@ -121,7 +127,7 @@ impl Visits {
         for block in blocks {
             // Asked for a second time: what was there may have had to go since.
             level.prefetch::<3>(ptr::from_ref(block).cast());
-            let visit = &mut self.blocks[self.block_count % MOST];
+            let visit = &mut self.blocks[self.block_count % MAX_VISITS];
             (visit.block, visit.packet) = (block, id);
             self.block_count += 1;
         }
@@ -133,7 +139,12 @@ impl Visits {
     /// # Safety
     /// The blocks that were added still exist.
     #[inline(always)]
-    pub unsafe fn test<L: Level, Q: Query>(&mut self, level: L, packets: &mut [Packet; PACKETS], rays: &[Ray]) -> u64 {
+    pub unsafe fn test<L: SimdLevel, Q: Query>(
+        &mut self,
+        level: L,
+        packets: &mut [Packet; PACKETS],
+        rays: &[Ray],
+    ) -> u64 {
         // SAFETY: by this function's own contract.
         unsafe {
             self.see(level, packets);
@@ -145,19 +156,19 @@ impl Visits {
     /// Lists the triangles that may be met.
     ///
     /// # Safety
-    /// As for [`Visits::test`]; so for the passes after it.
+    /// As for [`PacketLeafQueue::test`]; so for the passes after it.
     #[inline(always)]
-    unsafe fn see<L: Level>(&mut self, level: L, packets: &[Packet; PACKETS]) {
+    unsafe fn see<L: SimdLevel>(&mut self, level: L, packets: &[Packet; PACKETS]) {
         self.count = 0;
-        for at in 0..self.block_count.min(MOST) {
+        for at in 0..self.block_count.min(MAX_VISITS) {
             let visit = &mut self.blocks[at];
             let packet = &packets[visit.packet % PACKETS];
             // SAFETY: by this function's own contract.
             let block = unsafe { &*visit.block };
             let (seen, covered) = packet.see(level, block, &mut visit.edges);
-            for k in 0..FOUR {
-                let next = self.count % (MOST * FOUR);
-                self.triangles[next] = (at * FOUR + k) as u32;
+            for k in 0..BLOCK_TRIANGLES {
+                let next = self.count % (MAX_VISITS * BLOCK_TRIANGLES);
+                self.triangles[next] = (at * BLOCK_TRIANGLES + k) as u32;
                 self.lanes[next] = covered >> k & 1;
                 self.count += (seen >> k & 1) as usize;
             }
@@ -166,20 +177,20 @@ impl Visits {
 
     /// Keeps those in the list that the line of any ray goes through, and says of which.
     #[inline(always)]
-    unsafe fn pass<L: Level>(&mut self, level: L, packets: &[Packet; PACKETS]) {
+    unsafe fn pass<L: SimdLevel>(&mut self, level: L, packets: &[Packet; PACKETS]) {
         let seen = self.count;
         self.count = 0;
         for i in 0..seen {
-            let triangle = self.triangles[i % (MOST * FOUR)];
+            let triangle = self.triangles[i % (MAX_VISITS * BLOCK_TRIANGLES)];
             let (at, k) = place(triangle);
             let visit = &self.blocks[at];
             let packet = &packets[visit.packet % PACKETS];
-            let lanes = if self.lanes[i % (MOST * FOUR)] == 0 {
+            let lanes = if self.lanes[i % (MAX_VISITS * BLOCK_TRIANGLES)] == 0 {
                 packet.may_pass(level, &visit.edges, k)
             } else {
                 ALL
             };
-            let at = self.count % (MOST * FOUR);
+            let at = self.count % (MAX_VISITS * BLOCK_TRIANGLES);
             (self.triangles[at], self.lanes[at]) = (triangle, lanes);
             self.count += usize::from(lanes != 0);
         }
@@ -187,14 +198,14 @@ impl Visits {
 
     /// Keeps the hits of those in the list.
     #[inline(always)]
-    unsafe fn meet<L: Level, Q: Query>(&mut self, level: L, packets: &mut [Packet; PACKETS], rays: &[Ray]) -> u64 {
+    unsafe fn meet<L: SimdLevel, Q: Query>(&mut self, level: L, packets: &mut [Packet; PACKETS], rays: &[Ray]) -> u64 {
         let mut nearer = 0;
-        let (mut looked_at, mut look) = (MOST, Look::default());
+        let (mut looked_at, mut look) = (MAX_VISITS, Look::default());
         let mut next = 0;
         while next < self.count {
             self.singles.clear();
             while next < self.count && self.singles.has_room() {
-                let i = next % (MOST * FOUR);
+                let i = next % (MAX_VISITS * BLOCK_TRIANGLES);
                 next += 1;
                 let lanes = self.lanes[i];
                 let (at, k) = place(self.triangles[i]);
@@ -203,7 +214,7 @@ impl Visits {
                 let packet = &mut packets[id];
                 // SAFETY: by this function's own contract.
                 let block = unsafe { &*visit.block };
-                if lanes.count_ones() < MANY {
+                if lanes.count_ones() < MIN_PACKET_LANES {
                     self.singles.add(id, packet, lanes, block, k);
                     continue;
                 }
@@ -224,7 +235,10 @@ impl Visits {
 /// Where a triangle of the list is: in which block, and which of that.
 #[inline(always)]
 fn place(triangle: u32) -> (usize, usize) {
-    (triangle as usize / FOUR % MOST, triangle as usize % FOUR)
+    (
+        triangle as usize / BLOCK_TRIANGLES % MAX_VISITS,
+        triangle as usize % BLOCK_TRIANGLES,
+    )
 }
 
 impl Packet {
@@ -237,7 +251,7 @@ impl Packet {
 
     /// The corners of a block's triangles relative to where all rays start, in the order of the axes.
     #[inline(always)]
-    fn relative<L: Level>(&self, level: L, block: &Block) -> [Vec3s<L::F4>; 3] {
+    fn relative<L: SimdLevel>(&self, level: L, block: &TriangleBlock) -> [Vec3s<L::F4>; 3] {
         let [x, y, z] = self.turn(self.origin.first_chunk().expect("there are four"));
         let o = [level.splat4(*x), level.splat4(*y), level.splat4(*z)];
         let [a, b, c] = &block.corners;
@@ -256,7 +270,7 @@ impl Packet {
     ///
     /// Returns these, and those that all of them go through.
     #[inline(always)]
-    fn see<L: Level>(&self, level: L, block: &Block, edges: &mut Edges) -> (u32, u32) {
+    fn see<L: SimdLevel>(&self, level: L, block: &TriangleBlock, edges: &mut Edges) -> (u32, u32) {
         let [a, b, c] = self.relative(level, block);
         // Near the packet's middle they are small, and so is what is lost when they are multiplied.
         let back = [level.splat4(-self.middle[0]), level.splat4(-self.middle[1])];
@@ -274,7 +288,7 @@ impl Packet {
         let wide = wide(a).max(wide(b)).max(wide(c));
         let reach = a[2].abs().max(b[2].abs()).max(c[2].abs()).add(wide);
         let wide = reach.mul(half[0].max(half[1])).add(wide);
-        let margin = reach.mul(wide).mul(level.splat4(MARGIN)).max(level.splat4(LEAST));
+        let margin = reach.mul(wide).mul(level.splat4(MARGIN)).max(level.splat4(MIN_MARGIN));
         edges.margin = margin.to_array();
         let zero = level.splat4(0.0);
         let front = zero.le(u.1.min(v.1).min(w.1).add(margin));
@@ -286,7 +300,7 @@ impl Packet {
 
     /// Whose lines may go through a triangle, where all start in one place.
     #[inline(always)]
-    fn may_pass<L: Level>(&self, level: L, edges: &Edges, k: usize) -> u32 {
+    fn may_pass<L: SimdLevel>(&self, level: L, edges: &Edges, k: usize) -> u32 {
         let shear = [level.load16(&self.shear[0].0), level.load16(&self.shear[1].0)];
         let [u, v, w] = edges.sides.each_ref();
         let u = passed(spread(level, u.each_ref(), k), shear);
@@ -300,7 +314,7 @@ impl Packet {
 
     /// Tests the triangles of a block; whether one of them is met.
     #[inline(always)]
-    fn block<L: Level, Q: Query>(&mut self, level: L, block: &Block) -> bool {
+    fn block<L: SimdLevel, Q: Query>(&mut self, level: L, block: &TriangleBlock) -> bool {
         let o = load16s(level, &self.o);
         let [x, y, z] = self.turn(&o);
         let turned = [*x, *y, *z];
@@ -308,7 +322,7 @@ impl Packet {
         let mut met = false;
         let mut triangles = self.in_the_way(level, block);
         while triangles != 0 {
-            let k = triangles.trailing_zeros() as usize % FOUR;
+            let k = triangles.trailing_zeros() as usize % BLOCK_TRIANGLES;
             triangles &= triangles - 1;
             let corners = [
                 each(spread(level, self.turn(a), k), turned, L::F16::sub),
@@ -332,7 +346,7 @@ impl Packet {
     /// Which of a block's triangles are to be tested, a bit for each. Where sixteen rays are one vector that takes no longer than
     /// to find out to which boxes none of them comes.
     #[inline(always)]
-    fn in_the_way<L: Level>(&self, level: L, block: &Block) -> u32 {
+    fn in_the_way<L: SimdLevel>(&self, level: L, block: &TriangleBlock) -> u32 {
         let [a, b, c] = block.corners.each_ref();
         let corners = [
             load3(level, a.each_ref()),
@@ -349,7 +363,7 @@ impl Packet {
 
     /// What does not depend on directions, of a block that all rays see from one place.
     #[inline(always)]
-    fn look<L: Level>(&self, level: L, block: &Block, look: &mut Look) {
+    fn look<L: SimdLevel>(&self, level: L, block: &TriangleBlock, look: &mut Look) {
         let corners = self.relative(level, block);
         let plane = plane(&corners);
         let [a, b, c] = &block.corners;
@@ -370,7 +384,7 @@ impl Packet {
 
     /// Keeps the hits of a triangle of such a block that are nearer; whether there is one.
     #[inline(always)]
-    fn seen_triangle<L: Level, Q: Query>(&mut self, level: L, look: &Look, k: usize, id: u32) -> bool {
+    fn seen_triangle<L: SimdLevel, Q: Query>(&mut self, level: L, look: &Look, k: usize, id: u32) -> bool {
         let [a, b, c] = look.corners.each_ref();
         let corners = [
             spread(level, a.each_ref(), k),
@@ -390,7 +404,7 @@ impl Packet {
 
     /// Keeps the hits of a triangle that are nearer; whether there is one.
     #[inline(always)]
-    fn triangle<L: Level, Q: Query>(
+    fn triangle<L: SimdLevel, Q: Query>(
         &mut self,
         level: L,
         corners: &[Vec3s<L::F16>; 3],

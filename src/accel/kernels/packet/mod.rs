@@ -16,20 +16,20 @@
 use super::{
     query::Query,
     scratch::Scratch,
-    slot_set::take,
-    traversal::{self, Flight, Traveller},
-    traversal_state::Course,
-    tree::Tree,
+    slot_set::pop_lowest,
+    traversal::{self, Active, Traverser},
+    traversal_state::TraversalState,
+    tree::WideTree,
 };
 use crate::{
-    accel::wide::node::{DONE, EMPTY, Node, SHAPE, count, number},
+    accel::wide::node::{DONE, EMPTY, SHAPE, WideNode, count, number},
     geometry::Geometry,
     math::Ray,
-    simd::lanes::Level,
+    simd::lanes::SimdLevel,
 };
 use group::{BAND, group};
-use leaf::Visits;
-use order::List;
+use leaf::PacketLeafQueue;
+use order::PacketRays;
 use rays::{Gathered, PACKETS};
 use shape::shape_step;
 
@@ -41,59 +41,59 @@ mod shape;
 mod singles;
 
 use super::ray16::RAYS;
-use order::Order;
+use order::PacketOrder;
 use rays::Packet;
 
 /// Fewer rays than these are faster one by one.
-const FEW: u32 = 4;
+const MIN_PACKET_RAYS: u32 = 4;
 
 /// How many packets before its turn one is fetched.
-const AHEAD: usize = 4;
+const PREFETCH_DISTANCE: usize = 4;
 
 /// Packets of a batch after which all may be under way, where it is asked whether they pay.
-const TRIALS: u64 = 8;
+const TRIAL_PACKETS: u64 = 8;
 
 /// How many tests of a node, in halves, a packet for occlusion may cost on average for each that one ray takes by itself, so that its
 /// rays are no faster so; with those that were given up. With vectors of sixteen packets are faster.
-const FAIR: u64 = 11;
-const FAIR_SIXTEEN: u64 = 13;
+const PACKET_COST_LIMIT: u64 = 11;
+const PACKET_COST_LIMIT_16: u64 = 13;
 
 /// How many fair packets' cost may be lost in a batch before the rest goes without: dear packets lie next to one another, so
 /// the first few say little about all.
-const PATIENCE: u64 = 32;
+const MAX_LOST_PACKETS: u64 = 32;
 
 /// What packets must cost on average so that it pays to look for rays that start nearer to one another: five nanoseconds a
 /// ray, which is half of what rays in an empty room take.
-const WORTH: u64 = 40;
+const MIN_COST_TO_REORDER: u64 = 40;
 
 /// What a packet may cost before it is given up.
-const DEAR: u32 = 300;
+const MAX_PACKET_COST: u32 = 300;
 
 /// What a block of triangles costs, in tests of a node.
 const BLOCK_COST: u32 = 6;
 
 /// The packets that are not under way yet.
-struct Feed<'a> {
+struct PacketQueue<'a> {
     rays: &'a [Ray],
-    order: Order,
+    order: PacketOrder,
     upcoming: usize,
     /// What is left of a list whose rays do not all go together.
-    rest: Option<List>,
+    rest: Option<PacketRays>,
     /// The rays of four packets, if they were put in order.
     band: [u32; BAND],
     is_grouped: bool,
     reach: f32,
     left: &'a mut Vec<u32>,
     /// What a packet may cost so that it pays.
-    fair: u64,
+    cost_limit: u64,
     /// How many packets are done, and what they took together.
     done: u64,
     cost: u64,
 }
 
-impl Feed<'_> {
+impl PacketQueue<'_> {
     #[inline(always)]
-    fn next<L: Level, Q: Query>(&mut self, level: L) -> Option<List> {
+    fn next<L: SimdLevel, Q: Query>(&mut self, level: L) -> Option<PacketRays> {
         if let Some(rest) = self.rest.take() {
             return Some(rest);
         }
@@ -103,13 +103,13 @@ impl Feed<'_> {
         }
         self.upcoming += 1;
         // Rays of a block lie in several places, which no processor expects.
-        let soon = self.order.list(packet + AHEAD, count);
+        let soon = self.order.list(packet + PREFETCH_DISTANCE, count);
         for id in soon.ids.into_iter().step_by(2) {
             level.prefetch::<1>(self.rays.as_ptr().wrapping_add(id as usize).cast());
         }
         let first = packet & !3;
         if packet == first {
-            let worth = self.cost >= WORTH * self.done && self.pays();
+            let worth = self.cost >= MIN_COST_TO_REORDER * self.done && self.pays();
             self.is_grouped = Q::ANY && worth && first * RAYS + BAND <= count;
         }
         if !self.is_grouped {
@@ -123,34 +123,34 @@ impl Feed<'_> {
             self.band = group(level, self.rays, &ids);
         }
         let ids = self.band.as_chunks().0[packet - first];
-        Some(List { ids, len: RAYS })
+        Some(PacketRays { ids, len: RAYS })
     }
 
     /// Which packets may be under way: for occlusion not many until it is seen whether they pay. Rays that start all over a
     /// surface may have so much around them that packets take longer than rays do.
     fn room<Q: Query>(&self) -> u64 {
-        let few = Q::ANY && self.done < TRIALS;
-        u64::MAX >> (64 - if few { TRIALS as usize } else { PACKETS })
+        let few = Q::ANY && self.done < TRIAL_PACKETS;
+        u64::MAX >> (64 - if few { TRIAL_PACKETS as usize } else { PACKETS })
     }
 
     fn pays(&self) -> bool {
-        self.cost <= self.fair * (self.done + PATIENCE)
+        self.cost <= self.cost_limit * (self.done + MAX_LOST_PACKETS)
     }
 
     /// After a packet is done.
     fn note(&mut self, packet: &Packet) {
         self.cost += u64::from(packet.cost);
         self.done += 1;
-        if packet.cost > DEAR {
+        if packet.cost > MAX_PACKET_COST {
             // Its rays begin again, each by itself.
-            self.cost += self.fair;
+            self.cost += self.cost_limit;
             self.left.extend(packet.rays().map(|(_, id)| id));
         }
     }
 
     /// Puts the next rays into `packet`; whether there are any.
     #[inline(always)]
-    fn refill<L: Level, Q: Query>(&mut self, level: L, packet: &mut Packet, answers: &[Q::Answer]) -> bool {
+    fn refill<L: SimdLevel, Q: Query>(&mut self, level: L, packet: &mut Packet, answers: &[Q::Answer]) -> bool {
         if Q::ANY && !self.pays() {
             while let Some(list) = self.next::<L, Q>(level) {
                 self.left.extend(list.as_slice());
@@ -171,13 +171,13 @@ impl Feed<'_> {
     /// Parts a list whose rays do not all go together; those that do if they are enough.
     #[cold]
     #[inline(never)]
-    fn part(&mut self, list: &List, together: u32, mut alone: u32) -> Option<List> {
+    fn part(&mut self, list: &PacketRays, together: u32, mut alone: u32) -> Option<PacketRays> {
         let others = list.lanes() & !(together | alone);
         // Those that go together may yet be too far apart: what is left of a list before is kept.
         if others != 0 {
             self.rest = Some(list.only(others));
         }
-        let enough = together.count_ones() >= FEW;
+        let enough = together.count_ones() >= MIN_PACKET_RAYS;
         if !enough {
             alone |= together;
         }
@@ -194,12 +194,12 @@ impl Feed<'_> {
     clippy::too_many_arguments,
     reason = "what is asked, of what, and where the answers go"
 )]
-pub fn trace<L: Level, Q: Query>(
+pub fn trace<L: SimdLevel, Q: Query>(
     level: L,
-    tree: &Tree,
+    tree: &WideTree,
     geometry: &Geometry,
     rays: &[Ray],
-    order: Order,
+    order: PacketOrder,
     single_cost: u64,
     answers: &mut [Q::Answer],
     remaining: &mut Vec<u32>,
@@ -207,27 +207,31 @@ pub fn trace<L: Level, Q: Query>(
 ) -> bool {
     scratch.prepare(tree);
     let (starts, stacks) = (tree.starts(), scratch.stacks.stacks());
-    let mut flight = Flight {
+    let mut flight = Active {
         all: &mut scratch.packets,
         next: &mut [DONE; PACKETS],
     };
-    let fair = if L::SIXTEEN { FAIR_SIXTEEN } else { FAIR };
+    let cost_limit = if L::SIXTEEN {
+        PACKET_COST_LIMIT_16
+    } else {
+        PACKET_COST_LIMIT
+    };
     remaining.clear();
-    let mut feed = Feed {
+    let mut queue = PacketQueue {
         rays,
         order,
         upcoming: 0,
         rest: None,
         band: [0; BAND],
         is_grouped: false,
-        reach: tree.spread.reach,
+        reach: tree.padding.reach,
         left: remaining,
         // Both are in halves.
-        fair: single_cost * fair / 4,
+        cost_limit: single_cost * cost_limit / 4,
         done: 0,
         cost: 0,
     };
-    let mut visits = Visits::new();
+    let mut visits = PacketLeafQueue::new();
     // Sets of packets, a bit for each.
     let mut active = 0_u64;
     loop {
@@ -235,16 +239,16 @@ pub fn trace<L: Level, Q: Query>(
         let mut done = active & shape_or_done & !leaf;
         active ^= done;
         while done != 0 {
-            let packet = &flight.all[take(&mut done) % PACKETS];
+            let packet = &flight.all[pop_lowest(&mut done) % PACKETS];
             packet.scatter::<Q>(answers);
             if Q::ANY {
-                feed.note(packet);
+                queue.note(packet);
             }
         }
-        let mut free = feed.room::<Q>() & !active;
+        let mut free = queue.room::<Q>() & !active;
         while free != 0 {
-            let id = take(&mut free) % PACKETS;
-            if !feed.refill::<L, Q>(level, &mut flight.all[id], answers) {
+            let id = pop_lowest(&mut free) % PACKETS;
+            if !queue.refill::<L, Q>(level, &mut flight.all[id], answers) {
                 break;
             }
             flight.next[id] = tree.root();
@@ -262,7 +266,7 @@ pub fn trace<L: Level, Q: Query>(
         let mut nearer = 0;
         visits.clear();
         while at_leaf != 0 {
-            let id = take(&mut at_leaf) % PACKETS;
+            let id = pop_lowest(&mut at_leaf) % PACKETS;
             let (leaf, packet) = (flight.next[id], &mut flight.all[id]);
             packet.cost += BLOCK_COST * count(leaf) as u32;
             if leaf & SHAPE == 0 {
@@ -272,14 +276,14 @@ pub fn trace<L: Level, Q: Query>(
                 let met = shape_step::<L, Q>(level, packet, number(leaf), geometry, rays);
                 nearer |= u64::from(met) << id;
             }
-            if Q::ANY && packet.cost > DEAR {
+            if Q::ANY && packet.cost > MAX_PACKET_COST {
                 packet.course.stack.clear();
             }
         }
         // SAFETY: the tree has not changed.
         nearer |= unsafe { visits.test::<L, Q>(level, flight.all, rays) };
         while nearer != 0 {
-            let packet = &mut flight.all[take(&mut nearer) % PACKETS];
+            let packet = &mut flight.all[pop_lowest(&mut nearer) % PACKETS];
             packet.set_ends(level);
             // Nothing is left to ask.
             if Q::ANY && packet.course.end == f32::NEG_INFINITY {
@@ -289,21 +293,21 @@ pub fn trace<L: Level, Q: Query>(
         // SAFETY: the stacks are theirs.
         unsafe { traversal::pop::<L, Q, _, PACKETS>(level, &starts, &mut flight, active, stacks) };
     }
-    feed.pays()
+    queue.pays()
 }
 
-impl Traveller for Packet {
+impl Traverser for Packet {
     const IN_PASSING: bool = false;
     const SEVERAL: bool = true;
 
     #[inline(always)]
-    fn cross<L: Level>(&mut self, level: L, node: &Node) -> (L::F8, L::F8) {
+    fn cross<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8) {
         self.cost += 1;
         self.course.cross(level, node, Some(&self.inv_far))
     }
 
     #[inline(always)]
-    fn course(&mut self) -> &mut Course {
+    fn course(&mut self) -> &mut TraversalState {
         &mut self.course
     }
 }
@@ -331,22 +335,22 @@ mod tests {
         };
         let rays: Vec<Ray> = (0..1000).map(ray).collect();
         let mut left = Vec::new();
-        let mut feed = Feed {
+        let mut queue = PacketQueue {
             rays: &rays,
-            order: Order::blocks(4, 16),
+            order: PacketOrder::blocks(4, 16),
             upcoming: 0,
             rest: None,
             band: [0; BAND],
             is_grouped: false,
             reach: 1.0,
             left: &mut left,
-            fair: 100,
+            cost_limit: 100,
             done: 0,
             cost: 0,
         };
         let mut seen = vec![0; rays.len()];
         let mut packet = Packet::default();
-        while feed.refill::<_, Occluded>(Portable, &mut packet, &vec![false; rays.len()]) {
+        while queue.refill::<_, Occluded>(Portable, &mut packet, &vec![false; rays.len()]) {
             packet.rays().for_each(|(_, ray)| seen[ray as usize] += 1);
         }
         assert!(left.len() > 100 && left.len() < 900);

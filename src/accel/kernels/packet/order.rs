@@ -5,7 +5,7 @@ use crate::accel::kernels::ray16::RAYS;
 /// How the rays of a packet lie in their batch: in rows of two to the power of `run` rays, two to the power of `stride`
 /// from one to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Order {
+pub struct PacketOrder {
     run: u32,
     stride: u32,
     /// How far behind a packet's first ray each lies.
@@ -14,12 +14,12 @@ pub struct Order {
 
 /// The numbers of up to [`RAYS`] rays; the last of them again where there are fewer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct List {
+pub struct PacketRays {
     pub ids: [u32; RAYS],
     pub len: usize,
 }
 
-impl Order {
+impl PacketOrder {
     /// Sixteen rays that follow one another.
     pub const ROWS: Self = Self::new(4, 4);
 
@@ -47,7 +47,7 @@ impl Order {
 
     /// The rays of a packet, of `count` rays in a batch.
     #[inline(always)]
-    pub fn list(&self, packet: usize, count: usize) -> List {
+    pub fn list(&self, packet: usize, count: usize) -> PacketRays {
         let (first, band) = (packet * RAYS, self.band());
         let start = first & !(band - 1);
         let ids = if start + band <= count {
@@ -56,7 +56,7 @@ impl Order {
         } else {
             std::array::from_fn(|k| (first + k).min(count - 1) as u32)
         };
-        List {
+        PacketRays {
             ids,
             len: count.saturating_sub(first).min(RAYS),
         }
@@ -73,7 +73,7 @@ impl Order {
     }
 }
 
-impl List {
+impl PacketRays {
     /// Those whose bits are set in `lanes`.
     pub fn only(&self, lanes: u32) -> Self {
         let mut list = Self { len: 0, ..*self };
@@ -101,10 +101,10 @@ mod tests {
     #[test]
     fn every_ray_is_in_one_packet() {
         for order in [
-            Order::ROWS,
-            Order::blocks(4, 16),
-            Order::blocks(8, 32),
-            Order::blocks(4, 8),
+            PacketOrder::ROWS,
+            PacketOrder::blocks(4, 16),
+            PacketOrder::blocks(8, 32),
+            PacketOrder::blocks(4, 8),
         ] {
             for count in [1_usize, 15, 16, 100, 256, 300] {
                 let lists = (0..count.div_ceil(RAYS)).map(|packet| order.list(packet, count));
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn blocks_are_blocks() {
-        let list = Order::blocks(4, 16).list(5, 256);
+        let list = PacketOrder::blocks(4, 16).list(5, 256);
         assert_eq!(list.ids[..6], [68, 69, 70, 71, 84, 85]);
         let some = list.only(0b10_0010);
         assert_eq!((some.as_slice(), some.ids[15]), (&[69, 85][..], 85));

@@ -1,12 +1,12 @@
 //! The rays of a packet, and what encloses them.
 
-use super::order::List;
+use super::order::PacketRays;
 use crate::{
     accel::kernels::{
         query::{Best, NOTHING, Query},
         ray_state::BEYOND,
-        ray16::{RAYS, Sixteen, Sorted},
-        traversal_state::Course,
+        ray16::{RAYS, Ray16, Sorted},
+        traversal_state::TraversalState,
         triangle::{Vec3s, each},
     },
     geometry::{
@@ -15,7 +15,7 @@ use crate::{
     },
     math::Ray,
     shape::triangle::Shear,
-    simd::lanes::{Floats, Level},
+    simd::lanes::{Floats, SimdLevel},
 };
 
 /// A number of each ray.
@@ -24,7 +24,7 @@ use crate::{
 pub struct Each(pub [f32; RAYS]);
 
 #[inline(always)]
-pub fn load16s<L: Level>(level: L, v: &[Each; 3]) -> Vec3s<L::F16> {
+pub fn load16s<L: SimdLevel>(level: L, v: &[Each; 3]) -> Vec3s<L::F16> {
     [level.load16(&v[0].0), level.load16(&v[1].0), level.load16(&v[2].0)]
 }
 
@@ -39,7 +39,7 @@ pub const PACKETS: usize = 32;
 pub struct Packet {
     /// It begins and ends by ways along the main axis, the least and the greatest of all rays; the reciprocals are those next
     /// to zero, of the ray that enters.
-    pub course: Course,
+    pub course: TraversalState,
     /// The reciprocals farthest from zero, of the ray that leaves; then nothing.
     pub inv_far: [f32; 4],
     /// Whether all rays start in one place.
@@ -74,11 +74,11 @@ pub struct Packet {
 }
 
 /// How far from the first ray of a packet others may start, relative to where the farthest thing is.
-const WIDE: f32 = 0.1;
+const MAX_ORIGIN_DISTANCE: f32 = 0.1;
 
 /// Chords reach so much beyond the rays' ends, and at least so far relative to the coordinates.
-const MORE: f32 = 1.0 + 1e-4;
-const LEAST: f32 = 1e-7;
+const CHORD_REACH: f32 = 1.0 + 1e-4;
+const MIN_CHORD_REACH: f32 = 1e-7;
 
 /// How far off the ways to a plane may be, relative to what they are sums of.
 const BLUR: f32 = 8.0 * f32::EPSILON;
@@ -104,19 +104,19 @@ pub enum Gathered {
 impl Packet {
     /// Takes the rays of `list`, all or none.
     #[inline(always)]
-    pub fn gather<L: Level, Q: Query>(
+    pub fn gather<L: SimdLevel, Q: Query>(
         &mut self,
         level: L,
         rays: &[Ray],
-        list: &List,
+        list: &PacketRays,
         answers: &[Q::Answer],
         reach: f32,
     ) -> Gathered {
-        let sixteen = Sixteen::load(level, rays, &list.ids);
+        let sixteen = Ray16::load(level, rays, &list.ids);
         let Sorted {
             ordinary, alike, below, ..
         } = sixteen.sort(reach);
-        let Sixteen { o, d, inv, tmin, tmax } = sixteen;
+        let Ray16 { o, d, inv, tmin, tmax } = sixteen;
         if ordinary & alike & 0xffff != 0xffff {
             return Gathered::Some {
                 together: ordinary & alike & list.lanes(),
@@ -131,8 +131,8 @@ impl Packet {
             level.splat16(self.origin[2]),
         ];
         let [x, y, z] = each(o, first, L::F16::sub);
-        let apart = x.abs().max(y.abs()).max(z.abs()).highest();
-        if apart > WIDE * reach {
+        let apart = x.abs().max(y.abs()).max(z.abs()).reduce_max();
+        if apart > MAX_ORIGIN_DISTANCE * reach {
             return Gathered::Some {
                 together: 0,
                 alone: list.lanes(),
@@ -149,7 +149,7 @@ impl Packet {
         self.list = list.ids;
         self.count = list.len;
         self.tmins.0 = tmin.to_array();
-        self.course.tmin = tmin.mul_sub(speed, level.load16(&self.behind.0)).lowest();
+        self.course.tmin = tmin.mul_sub(speed, level.load16(&self.behind.0)).reduce_min();
         self.begin.0 = tmin.mul(level.splat16(1.0 - BEYOND)).to_array();
         self.t.0 = tmax.to_array();
         self.u = Each([0.0; RAYS]);
@@ -179,30 +179,33 @@ impl Packet {
         let sign = if negative[main] { -1.0 } else { 1.0 };
         let behind = speed.fill(start).sub(o[main]).mul(speed.fill(sign));
         self.behind.0 = behind.to_array();
-        let most = if self.shared { 0.0 } else { -behind.lowest() };
+        let most = if self.shared { 0.0 } else { -behind.reduce_min() };
         self.set_line(main, start, [0.0, 1.0, 0.0, 1.0]);
         for axis in [x, y] {
             let from = self.first(o, axis);
             let per = inv[axis].mul(speed).abs();
             if self.shared {
-                self.set_line(axis, from, [0.0, per.lowest(), 0.0, per.highest()]);
+                self.set_line(axis, from, [0.0, per.reduce_min(), 0.0, per.reduce_max()]);
                 continue;
             }
             let ends = tmax.mul(d[axis]).add(o[axis]);
             let way = if negative[axis] {
-                from - ends.lowest().max(-reach)
+                from - ends.reduce_min().max(-reach)
             } else {
-                ends.highest().min(reach) - from
+                ends.reduce_max().min(reach) - from
             };
-            let way = (way * MORE).max((from.abs() + reach) * LEAST);
+            let way = (way * CHORD_REACH).max((from.abs() + reach) * MIN_CHORD_REACH);
             let begin = o[axis].sub(speed.fill(from)).abs().mul(per).add(behind);
             let begin = speed.fill(0.0).sub(begin);
             let end = speed.fill(way).mul(per).add(begin);
-            let (first, last) = (begin.lowest(), begin.highest());
+            let (first, last) = (begin.reduce_min(), begin.reduce_max());
             let blur = (2.0 * most - first) * BLUR;
             let (first, last) = (first - blur, last + blur);
             let slope = |rise: f32| rise.max(0.0) / way;
-            let (near, far) = (slope(end.lowest() - blur - first), slope(end.highest() + blur - last));
+            let (near, far) = (
+                slope(end.reduce_min() - blur - first),
+                slope(end.reduce_max() + blur - last),
+            );
             self.set_line(axis, from, [first, near, last, far]);
         }
     }
@@ -213,9 +216,9 @@ impl Packet {
         if self.shared {
             self.origin[axis]
         } else if self.course.negative()[axis] {
-            o[axis].highest()
+            o[axis].reduce_max()
         } else {
-            o[axis].lowest()
+            o[axis].reduce_min()
         }
     }
 
@@ -239,7 +242,7 @@ impl Packet {
         for (k, axis) in axes.into_iter().take(2).enumerate() {
             let shear = d[axis].mul(inv[axes[2]]);
             self.shear[k].0 = shear.to_array();
-            let (low, high) = (shear.lowest(), shear.highest());
+            let (low, high) = (shear.reduce_min(), shear.reduce_max());
             self.middle[k] = (low + high) * 0.5;
             self.half[k] = (high - self.middle[k]).max(self.middle[k] - low) * (1.0 + 4.0 * f32::EPSILON);
         }
@@ -259,11 +262,11 @@ impl Packet {
 
     /// After `t` has changed.
     #[inline(always)]
-    pub fn set_ends<L: Level>(&mut self, level: L) {
+    pub fn set_ends<L: SimdLevel>(&mut self, level: L) {
         let t = level.load16(&self.t.0);
         self.until.0 = t.add(t.abs().mul(level.splat16(BEYOND))).to_array();
         let speed = level.load16(&self.d[2].0).abs();
-        self.course.end = t.mul_sub(speed, level.load16(&self.behind.0)).highest() * END;
+        self.course.end = t.mul_sub(speed, level.load16(&self.behind.0)).reduce_max() * END;
     }
 
     /// Writes the answers.

@@ -13,15 +13,15 @@ use crate::{
     },
     math::{Aabb, Ray, Vec3},
     shape::Attempt,
-    simd::lanes::{Floats, Level, Mask},
+    simd::lanes::{Floats, Mask, SimdLevel},
 };
 
 /// Fewer rays are tested one by one.
-const FEW: u32 = 3;
+const MAX_SINGLE_RAYS: u32 = 3;
 
 /// Tests shape `index` of the geometry's primitives; whether it is the nearest hit of any ray now.
 #[inline(always)]
-pub fn shape_step<L: Level, Q: Query>(
+pub fn shape_step<L: SimdLevel, Q: Query>(
     level: L,
     packet: &mut Packet,
     index: u32,
@@ -44,7 +44,7 @@ impl Packet {
 
     /// Which rays may meet a box.
     #[inline(always)]
-    fn meets<L: Level>(&self, level: L, bounds: &Aabb) -> u32 {
+    fn meets<L: SimdLevel>(&self, level: L, bounds: &Aabb) -> u32 {
         let (o, inv) = (load16s(level, &self.o), load16s(level, &self.inv));
         let negative = self.course.negative();
         let mut enter = level.load16(&self.tmins.0);
@@ -68,7 +68,7 @@ impl Packet {
 /// Tests it with the rays whose bits are set; apart from the kernel, so that none of its vectors are used where the level's
 /// instructions are not enabled.
 #[inline(never)]
-fn test<L: Level, Q: Query>(
+fn test<L: SimdLevel, Q: Query>(
     level: L,
     packet: &mut Packet,
     index: u32,
@@ -80,7 +80,7 @@ fn test<L: Level, Q: Query>(
         return false;
     };
     let mut attempts = [Attempt::NOTHING; RAYS];
-    if asked.count_ones() >= FEW && placed.shape.attempts() {
+    if asked.count_ones() >= MAX_SINGLE_RAYS && placed.shape.attempts() {
         let slabs: [Slabs; RAYS] = std::array::from_fn(|k| packet.slabs(k));
         let mut lines = packet.lanes().map(|ray| Ray {
             tmax: f32::INFINITY,

@@ -13,17 +13,17 @@ use crate::{
             ray16::{RAYS, load_eight},
             triangle::{Vec3s, candidates, each, faces, meet, plane, sides, stretch},
         },
-        wide::node::Block,
+        wide::node::TriangleBlock,
     },
     math::Ray,
-    simd::lanes::{Floats, Level, Mask},
+    simd::lanes::{Floats, Mask, SimdLevel},
 };
 
 /// Rays that go through a triangle are tested all sixteen together where they are so many, otherwise each for itself.
-pub const MANY: u32 = 9;
+pub const MIN_PACKET_LANES: u32 = 9;
 
 /// Triangles in a block.
-pub const FOUR: usize = 4;
+pub const BLOCK_TRIANGLES: usize = 4;
 
 /// How many are tested together.
 const EIGHT: usize = 8;
@@ -34,7 +34,7 @@ const PAIRS: usize = 256;
 /// Rays and triangles that wait to be tested. Of eight that follow one another, all packets have the same [`Packet::way`].
 pub struct Singles {
     rays: [u32; PAIRS],
-    /// The first number of each triangle in its block; the others are [`FOUR`] from one to the next.
+    /// The first number of each triangle in its block; the others are [`BLOCK_TRIANGLES`] from one to the next.
     triangles: [*const f32; PAIRS],
     /// [`RAYS`] times a packet's number, and which of its rays.
     lanes: [u32; PAIRS],
@@ -61,12 +61,12 @@ impl Singles {
     /// Whether there is room for the rays of one more triangle, and to fill groups up.
     #[inline(always)]
     pub fn has_room(&self) -> bool {
-        self.count + MANY as usize + 2 * EIGHT <= PAIRS
+        self.count + MIN_PACKET_LANES as usize + 2 * EIGHT <= PAIRS
     }
 
     /// Adds rays of the packet with number `id`, and triangle `k` of a block.
     #[inline(always)]
-    pub fn add(&mut self, id: usize, packet: &Packet, mut lanes: u32, block: &Block, k: usize) {
+    pub fn add(&mut self, id: usize, packet: &Packet, mut lanes: u32, block: &TriangleBlock, k: usize) {
         let way = packet.way();
         if way != self.way {
             self.fill();
@@ -101,7 +101,12 @@ impl Singles {
     /// # Safety
     /// The blocks of all that were added still exist.
     #[inline(always)]
-    pub unsafe fn test<L: Level, Q: Query>(&mut self, level: L, packets: &mut [Packet; PACKETS], rays: &[Ray]) -> u64 {
+    pub unsafe fn test<L: SimdLevel, Q: Query>(
+        &mut self,
+        level: L,
+        packets: &mut [Packet; PACKETS],
+        rays: &[Ray],
+    ) -> u64 {
         self.fill();
         let mut nearer = 0;
         for group in 0..self.count.min(PAIRS) / EIGHT {
@@ -120,7 +125,7 @@ impl Singles {
 /// # Safety
 /// The triangles exist, and their packets have the same [`Packet::way`].
 #[inline(always)]
-unsafe fn test<L: Level, Q: Query>(
+unsafe fn test<L: SimdLevel, Q: Query>(
     level: L,
     rays: &[Ray],
     ids: &[u32; EIGHT],
@@ -168,7 +173,7 @@ unsafe fn test<L: Level, Q: Query>(
         valid &= valid - 1;
         let (id, lane) = (lanes[i] as usize / RAYS % PACKETS, lanes[i] as usize % RAYS);
         // SAFETY: numbers lie behind the corners of a block.
-        let prim = unsafe { *triangles[i].add(9 * FOUR) }.to_bits();
+        let prim = unsafe { *triangles[i].add(9 * BLOCK_TRIANGLES) }.to_bits();
         let found = packets[id].keep::<Q>(lane, [t[i], u[i], v[i]], prim);
         nearer |= u64::from(found) << id;
     }
@@ -177,7 +182,7 @@ unsafe fn test<L: Level, Q: Query>(
 
 /// A corner of the triangles, in the order of the axes.
 #[inline(always)]
-unsafe fn corner<L: Level>(
+unsafe fn corner<L: SimdLevel>(
     level: L,
     triangles: &[*const f32; EIGHT],
     corner: usize,
@@ -186,15 +191,15 @@ unsafe fn corner<L: Level>(
     // SAFETY: by this function's own contract.
     unsafe {
         [
-            row(level, triangles, (3 * corner + x) * FOUR),
-            row(level, triangles, (3 * corner + y) * FOUR),
-            row(level, triangles, (3 * corner + z) * FOUR),
+            row(level, triangles, (3 * corner + x) * BLOCK_TRIANGLES),
+            row(level, triangles, (3 * corner + y) * BLOCK_TRIANGLES),
+            row(level, triangles, (3 * corner + z) * BLOCK_TRIANGLES),
         ]
     }
 }
 
 #[inline(always)]
-unsafe fn row<L: Level>(level: L, [a, b, c, d, e, f, g, h]: &[*const f32; EIGHT], at: usize) -> L::F8 {
+unsafe fn row<L: SimdLevel>(level: L, [a, b, c, d, e, f, g, h]: &[*const f32; EIGHT], at: usize) -> L::F8 {
     // SAFETY: by this function's own contract.
     unsafe {
         level.load8(&[
