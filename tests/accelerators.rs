@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use batch_render::{
-    accel::{self, AccelKind, Accelerator, Geometry, Hit, PrimRef, Quality, Simd},
+    accel::{self, AccelKind, Accelerator, BuildOptions, Geometry, Hit, PrimRef, Quality, Simd},
     math::{
         DVec3, Ray, Transform, Vec3,
         hash::{pcg4d, unit_f32},
@@ -157,7 +157,15 @@ fn every_accelerator_equals_the_linear_scan_bit_for_bit_in_a_scene_of_all_shapes
         .into();
     for simd in Simd::available() {
         for quality in [Quality::Fast, Quality::Medium, Quality::High] {
-            let accel = accel::build_wide(simd, quality, g.clone()).expect("sound");
+            let accel = accel::build(
+                BuildOptions {
+                    kind: AccelKind::Wide,
+                    quality,
+                    simd,
+                },
+                g.clone(),
+            )
+            .expect("sound");
             others.push((format!("wide {} {quality}", simd.name()), accel));
         }
     }

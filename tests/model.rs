@@ -104,7 +104,7 @@ fn a_file_that_is_named_twice_is_placed_twice_and_brings_its_materials_once() {
     let object = "[[object]]\nshape.mesh = { file = 'a.obj' }\n";
     let scene = format!("{object}{object}transform = {{ translate = [0, 0, 3] }}\n");
     let desc = batch_render::describe::load(&folder.write("a.toml", &scene), std::fs::read).expect("a scene");
-    let scene = batch_render::compile::scene(&desc, Default::default()).expect("sound");
+    let scene = batch_render::compile::scene(&desc, batch_render::accel::AccelKind::default()).expect("sound");
     let geometry = scene.accel.geometry();
     // One of three triangles has no area.
     assert_eq!((geometry.triangles.len(), scene.meshes.len()), (4, 4));
@@ -133,8 +133,13 @@ fn materials_objects_and_nodes_keep_their_names() {
     let desc = batch_render::describe::load(&folder.write("a.toml", &format!("{object}{floor}")), std::fs::read)
         .expect("a scene");
     for instancing in [Instancing::Never, Instancing::Always] {
-        let scene =
-            compile::scene_instancing(&desc, Default::default(), &Default::default(), instancing).expect("sound");
+        let scene = compile::scene_instancing(
+            &desc,
+            batch_render::accel::AccelKind::default(),
+            &Default::default(),
+            instancing,
+        )
+        .expect("sound");
         assert_eq!(scene.material_names, ["tiles", "steel"]);
         let names: Vec<_> = scene.objects.iter().map(|o| o.name.as_str()).collect();
         assert_eq!(names, ["guard", "floor"]);

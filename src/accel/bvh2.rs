@@ -1,27 +1,33 @@
 //! A binary tree, traversed one ray at a time in plain Rust: simple enough to trust, and a yardstick.
 
 use super::{
-    Geometry, Quality,
-    binary::{self, Leaves},
-    levels::{self, Tree, Walk},
-    prims::Prims,
-    slab::Planes,
+    accelerator::Quality,
+    build::{
+        self,
+        bvh2_tree::{self, Leaves},
+        prims::Prims,
+    },
+    two_level::{self, BoxTree},
 };
-use crate::math::Ray;
+use crate::{
+    geometry::{Geometry, slab::Planes},
+    math::Ray,
+};
+use std::ops::ControlFlow;
 
 /// The accelerator.
-pub(super) type Bvh2 = levels::Levels<Binary>;
+pub(super) type Bvh2 = two_level::TwoLevel<Binary>;
 
 /// A binary tree over boxes.
 #[derive(Default)]
-pub(super) struct Binary(binary::Tree);
+pub(super) struct Binary(bvh2_tree::Bvh2Tree);
 
-impl Tree for Binary {
+impl BoxTree for Binary {
     type Stack = Vec<(u32, f32)>;
 
     fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Self {
         let leaves = Leaves { triangles: 4 };
-        Self(binary::build_whole(prims, geometry, quality, leaves).unwrap_or_default())
+        Self(build::build_tree(prims, geometry, quality, leaves).unwrap_or_default())
     }
 
     /// Nearer boxes come first.
@@ -31,11 +37,11 @@ impl Tree for Binary {
         planes: &Planes,
         stack: &mut Self::Stack,
         nodes: &mut u32,
-        mut leaf: impl FnMut(u32, &mut Ray) -> Walk,
-    ) -> Walk {
+        mut leaf: impl FnMut(u32, &mut Ray) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
         stack.clear();
         let Some(root) = self.0.nodes.first() else {
-            return Walk::GoOn;
+            return ControlFlow::Continue(());
         };
         *nodes += 1;
         if let Some(t) = planes.enter(&root.bounds, ray.tmin, ray.tmax) {
@@ -49,9 +55,7 @@ impl Tree for Binary {
             if node.is_leaf() {
                 let (first, count) = (node.link as usize, node.count as usize);
                 for &id in &self.0.ids[first..first + count] {
-                    if leaf(id, ray) == Walk::Stop {
-                        return Walk::Stop;
-                    }
+                    leaf(id, ray)?;
                 }
                 continue;
             }
@@ -66,7 +70,7 @@ impl Tree for Binary {
                 [None, None] => {}
             }
         }
-        Walk::GoOn
+        ControlFlow::Continue(())
     }
 
     fn node_count(&self) -> usize {

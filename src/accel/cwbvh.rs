@@ -13,15 +13,21 @@ use obvhs::{
     bvh2::{Bvh2, node::Bvh2Node},
     cwbvh::{CwBvh as Nodes, bvh2_to_cwbvh::bvh2_to_cwbvh, node::CwBvhNode},
 };
+use std::ops::ControlFlow;
 
 use super::{
-    Geometry, Quality,
-    binary::{self, Flat, Leaves},
-    levels::{self, Tree, Walk},
-    prims::Prims,
-    slab::Planes,
+    accelerator::Quality,
+    build::{
+        self,
+        bvh2_tree::{self, FlatNode, Leaves},
+        prims::Prims,
+    },
+    two_level::{self, BoxTree},
 };
-use crate::math::{Aabb, Ray, Vec3};
+use crate::{
+    geometry::{Geometry, slab::Planes},
+    math::{Aabb, Ray, Vec3},
+};
 
 /// What quantising may take off a box, relative to the node's extent: obvhs rounds the scale's logarithm, which is
 /// wrong by at most 2^-18, and clamps what sticks out.
@@ -31,7 +37,7 @@ const QUANTISATION: f32 = 1.0 / 65_536.0;
 const MAX_LEAF: u32 = 3;
 
 /// The accelerator.
-pub(super) type CwBvh = levels::Levels<Compressed>;
+pub(super) type CwBvh = two_level::TwoLevel<Compressed>;
 
 /// obvhs's compressed 8-wide tree.
 #[derive(Default)]
@@ -39,12 +45,12 @@ pub(super) struct Compressed {
     nodes: Nodes,
 }
 
-impl Tree for Compressed {
+impl BoxTree for Compressed {
     type Stack = Stack;
 
     fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Self {
         let leaves = Leaves { triangles: 1 };
-        let binary = binary::build_whole(prims, geometry, quality, leaves);
+        let binary = build::build_tree(prims, geometry, quality, leaves);
         let nodes = binary.map_or_else(Nodes::default, |binary| {
             bvh2_to_cwbvh(&pair_up(binary), MAX_LEAF, true, false)
         });
@@ -57,10 +63,10 @@ impl Tree for Compressed {
         planes: &Planes,
         stack: &mut Stack,
         nodes: &mut u32,
-        mut leaf: impl FnMut(u32, &mut Ray) -> Walk,
-    ) -> Walk {
+        mut leaf: impl FnMut(u32, &mut Ray) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
         if self.nodes.nodes.is_empty() {
-            return Walk::GoOn;
+            return ControlFlow::Continue(());
         }
         stack.0.clear();
         let octant = |negative: bool, bit: u32| if negative { 0 } else { bit * 0x0101_0101 };
@@ -83,12 +89,10 @@ impl Tree for Compressed {
             },
             {
                 let prim = self.nodes.primitive_indices[state.primitive_id as usize];
-                if leaf(prim, ray) == Walk::Stop {
-                    return Walk::Stop;
-                }
+                leaf(prim, ray)?;
             }
         );
-        Walk::GoOn
+        ControlFlow::Continue(())
     }
 
     fn node_count(&self) -> usize {
@@ -101,7 +105,7 @@ impl Tree for Compressed {
 }
 
 /// The tree as obvhs has it, with the children of a node side by side.
-fn pair_up(binary: binary::Tree) -> Bvh2 {
+fn pair_up(binary: bvh2_tree::Bvh2Tree) -> Bvh2 {
     let mut tree = Bvh2 {
         nodes: vec![Bvh2Node::default(); binary.nodes.len()],
         primitive_indices: binary.ids,
@@ -110,10 +114,10 @@ fn pair_up(binary: binary::Tree) -> Bvh2 {
     let mut next = 1;
     let mut open = vec![(0, 0)];
     while let Some((from, to)) = open.pop() {
-        let Flat { bounds, link, count } = binary.nodes[from as usize];
-        let first = if count == Flat::INNER { next } else { link };
+        let FlatNode { bounds, link, count } = binary.nodes[from as usize];
+        let first = if count == FlatNode::INNER { next } else { link };
         tree.nodes[to as usize] = Bvh2Node::new(Box3::new(bounds.min.into(), bounds.max.into()), count, first);
-        if count == Flat::INNER {
+        if count == FlatNode::INNER {
             open.extend([(link, next + 1), (from + 1, next)]);
             next += 2;
         }

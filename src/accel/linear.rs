@@ -5,9 +5,14 @@
 use std::{ops::Range, sync::Arc, time::Instant};
 
 use super::{
-    Accelerator, BuildError, BuildStats, Edit, Geometry, Hit, Instance, PrimRef, RayCost, Updated, check, prims::Prims,
+    accelerator::{Accelerator, BuildStats, RayBatch, RayCost, Updated},
+    build::prims::Prims,
 };
-use crate::math::{Aabb, Ray};
+use crate::{
+    geometry::{BuildError, Edit, Geometry, Hit, Instance, PrimRef, check},
+    math::{Aabb, Ray},
+    simd::Simd,
+};
 
 /// No structure at all.
 pub struct Linear {
@@ -16,11 +21,12 @@ pub struct Linear {
     world: Vec<Range<u32>>,
     /// The boxes of groups, for what is to be refused.
     groups: Vec<Aabb>,
+    simd: Simd,
     stats: BuildStats,
 }
 
 impl Linear {
-    pub fn build(geometry: Arc<Geometry>) -> Result<Self, BuildError> {
+    pub fn build(geometry: Arc<Geometry>, simd: Simd) -> Result<Self, BuildError> {
         let start = Instant::now();
         check::geometry(&geometry)?;
         let groups: Vec<Aabb> = geometry.groups.iter().map(|g| geometry.group_bounds(g)).collect();
@@ -35,6 +41,7 @@ impl Linear {
             geometry,
             world,
             groups,
+            simd,
             stats,
         })
     }
@@ -59,7 +66,8 @@ impl Linear {
 }
 
 impl Accelerator for Linear {
-    fn nearest(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    fn nearest_batch(&self, batch: RayBatch<'_>, hits: &mut [Option<Hit>]) {
+        let rays = batch.rays;
         for (ray, hit) in rays.iter().zip(hits) {
             *hit = None;
             self.all(&mut ray.clone(), |prim, instance, ray| {
@@ -69,7 +77,8 @@ impl Accelerator for Linear {
         }
     }
 
-    fn occluded(&self, rays: &[Ray], blocked: &mut [bool]) {
+    fn occluded_batch(&self, batch: RayBatch<'_>, blocked: &mut [bool]) {
+        let rays = batch.rays;
         for (ray, blocked) in rays.iter().zip(blocked) {
             *blocked = false;
             self.all(&mut ray.clone(), |prim, _, ray| {
@@ -95,6 +104,10 @@ impl Accelerator for Linear {
             self.groups[group] = self.geometry.group_bounds(&self.geometry.groups[group]);
         }
         Ok(Updated::default())
+    }
+
+    fn simd(&self) -> Simd {
+        self.simd
     }
 
     fn stats(&self) -> BuildStats {

@@ -6,15 +6,16 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::{
-    math::{Vec3, hash},
+    math::{Ray, Vec3, hash},
     shape::{Shape, sphere::Sphere},
 };
 
-mod heads;
+mod entry_points;
 mod instances;
-mod packets;
+mod occluder_cache;
+mod policy;
+mod small;
 mod trees;
-mod umbra;
 
 /// Reproducible numbers.
 struct Random(u32);
@@ -137,14 +138,20 @@ fn bits(hit: &Option<Hit>) -> Option<[u32; 5]> {
     })
 }
 
+fn options(kind: AccelKind, quality: Quality, simd: Simd) -> BuildOptions {
+    BuildOptions { kind, quality, simd }
+}
+
 /// Fails with the first ray on which an accelerator and the linear scan disagree; returns how many rays hit.
 fn compare(g: Geometry, rays: &[Ray]) -> usize {
     let g = Arc::new(g);
     let run = |accel: Box<dyn Accelerator>| {
         let mut hits = vec![None; rays.len()];
         let mut blocked = vec![false; rays.len()];
-        accel.nearest(rays, &mut hits);
-        accel.occluded(rays, &mut blocked);
+        // Rays that are no picture do not go in packets, whatever layout they have.
+        let layout = BatchLayout::Rows(16);
+        accel.nearest_batch(RayBatch { rays, layout }, &mut hits);
+        accel.occluded_batch(RayBatch { rays, layout }, &mut blocked);
         (hits, blocked)
     };
     let (truth, blocked) = run(build(AccelKind::Linear, g.clone()).expect("the scene is valid"));
@@ -160,10 +167,16 @@ fn compare(g: Geometry, rays: &[Ray]) -> usize {
     };
     for &(quality, _) in Quality::TABLE {
         for kind in [AccelKind::Bvh2, AccelKind::CwBvh] {
-            check(&format!("{kind} {quality}"), build_with(kind, quality, g.clone()));
+            check(
+                &format!("{kind} {quality}"),
+                build(options(kind, quality, Simd::best()), g.clone()),
+            );
         }
         for simd in Simd::available() {
-            check(&format!("wide {quality} {simd}"), build_wide(simd, quality, g.clone()));
+            check(
+                &format!("wide {quality} {simd}"),
+                build(options(AccelKind::Wide, quality, simd), g.clone()),
+            );
         }
     }
     truth.iter().flatten().count()

@@ -7,7 +7,7 @@ use std::{
 
 use super::{Existing, FrameRange, Turntable, passes::PassChoice, range::MAX_FRAMES};
 use crate::{
-    accel::AccelKind,
+    accel::BuildOptions,
     assets::{Files, camera_path, store::MissingAssets},
     camera::{Camera, FrameCamera, Lens, RotationOrder, SceneCamera, path::CameraPath},
     describe::{Diagnostics, SceneDesc},
@@ -40,7 +40,7 @@ pub struct Request {
     pub aovs: Vec<String>,
     /// The name of a pass that files show in place of the beauty.
     pub show: Option<String>,
-    pub accel: AccelKind,
+    pub accel: BuildOptions,
     pub fps: Option<f64>,
     pub rotation_order: Option<RotationOrder>,
     /// Bytes that pictures may take; `None` is no limit.
@@ -71,7 +71,7 @@ pub struct Plan {
     /// Moves the camera once the scene is known.
     pub turntable: Option<Turntable>,
     pub integrator: BuiltIn,
-    pub accel: AccelKind,
+    pub accel: BuildOptions,
     pub existing: Existing,
     pub view: DisplayTransform,
     pub exposure: f32,

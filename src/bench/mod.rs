@@ -3,14 +3,12 @@
 //! Four kinds of rays are made from a scene by a fixed seed (`rays`); every cell of the table, an accelerator and a kind
 //! of rays, is measured in turn, over and over, so that a machine that slows down slows all of them (`run`).
 
-mod embree;
 mod html;
 mod rays;
 mod report;
 mod run;
 mod tracer;
 
-pub use embree::Embree;
 pub use html::page;
 pub use rays::{Buffers, Kind, SIDE};
 pub use report::{BuildRow, Cell, Report};

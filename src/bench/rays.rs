@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::tracer::BATCH;
 use crate::{
-    accel::{Accelerator, Hit},
+    accel::{Accelerator, BatchLayout, Hit},
     camera::Camera,
     math::{
         Frame, Ray, Vec2, Vec3,
@@ -38,6 +38,14 @@ impl Kind {
             Self::Shadow => "shadow",
             Self::Diffuse1 => "diffuse1",
             Self::Diffuse2 => "diffuse2",
+        }
+    }
+
+    /// How the rays lie beside one another: those of tiles keep their order, a few are missing.
+    pub fn layout(self) -> BatchLayout {
+        match self {
+            Self::Primary | Self::Shadow => BatchLayout::Rows(TILE),
+            Self::Diffuse1 | Self::Diffuse2 => BatchLayout::Unordered,
         }
     }
 

@@ -4,14 +4,11 @@ use std::{borrow::Cow, path::PathBuf, sync::Arc, time::Instant};
 
 use rayon::prelude::*;
 
-use super::{
-    Buffers, BuildRow, Cell, Embree, Kind, Report,
-    embree::{EmbreeError, Quality as EmbreeQuality},
-    tracer::Tracer,
-};
+use super::{Buffers, BuildRow, Cell, Kind, Report, tracer::Tracer};
 use crate::{
-    accel::{self, AccelKind, Accelerator, BuildError, Geometry, Quality, RayCost, Simd},
+    accel::{self, AccelKind, Accelerator, BuildError, BuildOptions, Geometry, Quality, RayCost, Simd},
     math::Ray,
+    native::{Embree, EmbreeError, EmbreeQuality},
 };
 
 /// What to measure.
@@ -19,6 +16,8 @@ use crate::{
 pub struct Options {
     /// What the report calls the scene.
     pub scene: String,
+    /// The vectors of ours.
+    pub simd: Simd,
     /// Embree's shared library.
     pub embree: Option<PathBuf>,
     /// Repetitions of each cell, at least 1.
@@ -85,7 +84,7 @@ pub fn run(
         instances: geometry.instances.len(),
         seen: geometry.seen_prim_count(),
         threads: rayon::current_num_threads(),
-        simd: Simd::available().last().map_or("portable", |s| s.name()).to_owned(),
+        simd: options.simd.to_string(),
         cells,
         build,
     })
@@ -163,7 +162,9 @@ fn builders<'a>(geometry: &'a Arc<Geometry>, options: &'a Options, threads: usiz
     ];
     let mut builders: Vec<(&'static str, Builder<'a>)> = Vec::new();
     for (name, kind, quality) in ours {
-        let build = move || Ok(Built::Ours(accel::build_with(kind, quality, Arc::clone(geometry))?));
+        let simd = options.simd;
+        let options = BuildOptions { kind, quality, simd };
+        let build = move || Ok(Built::Ours(accel::build(options, Arc::clone(geometry))?));
         builders.push((name, Box::new(build)));
     }
     let theirs = [
@@ -173,7 +174,15 @@ fn builders<'a>(geometry: &'a Arc<Geometry>, options: &'a Options, threads: usiz
     ];
     for (name, quality) in theirs {
         let Some(library) = &options.embree else { break };
-        let build = move || Ok(Built::Theirs(Embree::build(library, geometry, quality, threads)?));
+        let build = move || {
+            Ok(Built::Theirs(Embree::build(
+                library,
+                &geometry.vertices,
+                &geometry.triangles,
+                quality,
+                threads,
+            )?))
+        };
         builders.push((name, Box::new(build)));
     }
     builders

@@ -2,13 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::{
-    Embree, Kind,
-    embree::{RayHit, RayHit16},
-};
+use super::Kind;
 use crate::{
-    accel::{Accelerator, Hit},
+    accel::{Accelerator, Hit, RayBatch},
     math::Ray,
+    native::{Coherence, Embree, RayHit, RayHit16},
 };
 
 /// Rays that one thread takes at a time; what a wave holds.
@@ -46,17 +44,18 @@ impl Tracer<'_> {
 
     /// Traces all rays. Batches are dealt out one by one, whoever's they are: a thread whose core others use too takes fewer.
     pub fn trace(&self, kind: Kind, prepared: &mut Prepared<'_>) {
+        let layout = kind.layout();
         match (self, prepared) {
             (Self::Ours(accel), Prepared::Occlusion(rays, blocked)) => rays
                 .par_chunks(BATCH)
                 .zip(blocked.par_chunks_mut(BATCH))
                 .with_max_len(1)
-                .for_each(|(rays, blocked)| accel.occluded(rays, blocked)),
+                .for_each(|(rays, blocked)| accel.occluded_batch(RayBatch { rays, layout }, blocked)),
             (Self::Ours(accel), Prepared::Nearest(rays, hits)) => rays
                 .par_chunks(BATCH)
                 .zip(hits.par_chunks_mut(BATCH))
                 .with_max_len(1)
-                .for_each(|(rays, hits)| accel.nearest(rays, hits)),
+                .for_each(|(rays, hits)| accel.nearest_batch(RayBatch { rays, layout }, hits)),
             (Self::Embree1(embree), Prepared::Singles(queries)) => {
                 let occlusion = kind.is_occlusion();
                 queries
@@ -65,10 +64,15 @@ impl Tracer<'_> {
                     .for_each(|q| embree.trace_single(occlusion, q));
             }
             (Self::Embree16(embree), Prepared::Packets(queries)) => {
+                let occlusion = kind.is_occlusion();
+                let coherence = match kind {
+                    Kind::Primary => Coherence::Coherent,
+                    _ => Coherence::Incoherent,
+                };
                 queries
                     .par_chunks_mut(BATCH / 16)
                     .with_max_len(1)
-                    .for_each(|q| embree.trace_packets(kind, q));
+                    .for_each(|q| embree.trace_packets(occlusion, coherence, q));
             }
             _ => unreachable!("a tracer gets what it has prepared"),
         }

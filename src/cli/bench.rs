@@ -4,21 +4,25 @@ use std::{fs, io::IsTerminal, path::Path, sync::Arc};
 
 use anyhow::Context;
 use batch_render::{
-    accel::{AccelKind, Geometry},
+    accel::{BuildOptions, Geometry},
     batch::{Job, Request},
     bench::{self, Buffers, Observer, Options},
+    simd::Simd,
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::{args::BenchArgs, job::threads, progress::say};
 
 /// Measures and reports.
-pub fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<()> {
+pub fn run(args: &BenchArgs, simd: Simd, quiet: bool) -> anyhow::Result<()> {
     let side = bench::SIDE;
     let request = Request {
         resolution: Some([side, side]),
         samples: Some(1),
-        accel: AccelKind::Wide,
+        accel: BuildOptions {
+            simd,
+            ..BuildOptions::default()
+        },
         ..Request::default()
     };
     let pool = threads(args.threads)?;
@@ -37,6 +41,7 @@ pub fn run(args: &BenchArgs, quiet: bool) -> anyhow::Result<()> {
         let geometry = contest(scene.accel.geometry(), args.embree.as_deref());
         let options = Options {
             scene: job.desc.name(),
+            simd,
             embree: args.embree.clone(),
             repetitions: args.repetitions.into(),
             builds: args.builds.into(),

@@ -4,32 +4,37 @@ use std::{path::Path, sync::Arc};
 
 use anyhow::Context;
 use batch_render::{
-    accel::{SIMD_VARIABLE, Simd},
+    accel::BuildOptions,
     batch::{Existing, FrameRange, Job, Plan, Request},
     error::Error,
     render::{Cancel, Control, Counters},
+    simd::Simd,
 };
 
 use super::{
     args::{Args, Command, DEFAULT_MAX_MEMORY, ProgressKind, RenderArgs},
     progress::{Progress, say},
-    signals, summary,
+    signals, simd, summary,
 };
 
 /// Does what the arguments say.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    Simd::requested().map_err(|e| Error::Usage(format!("{SIMD_VARIABLE}: {e}")))?;
+    let simd = simd::from_environment()?;
     match &args.command {
-        Some(Command::Check { scene }) => check(scene, args.quiet),
-        Some(Command::Bench(bench)) => super::bench::run(bench, args.quiet),
-        None => render(&args.render, args.quiet),
+        Some(Command::Check { scene }) => check(scene, simd, args.quiet),
+        Some(Command::Bench(bench)) => super::bench::run(bench, simd, args.quiet),
+        None => render(&args.render, simd, args.quiet),
     }
 }
 
 /// Validates a scene as it stands.
-fn check(scene: &Path, quiet: bool) -> anyhow::Result<()> {
+fn check(scene: &Path, simd: Simd, quiet: bool) -> anyhow::Result<()> {
     let request = Request {
         max_memory: Some(DEFAULT_MAX_MEMORY),
+        accel: BuildOptions {
+            simd,
+            ..BuildOptions::default()
+        },
         ..Request::default()
     };
     let pool = threads(None)?;
@@ -39,9 +44,9 @@ fn check(scene: &Path, quiet: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn render(args: &RenderArgs, quiet: bool) -> anyhow::Result<()> {
+fn render(args: &RenderArgs, simd: Simd, quiet: bool) -> anyhow::Result<()> {
     let path = args.scene.as_deref().expect("the scene is a required argument");
-    let request = request(args)?;
+    let request = request(args, simd)?;
     let pool = threads(args.threads)?;
     let job = pool.install(|| Job::open(path, &request))?;
     if args.dry_run {
@@ -112,7 +117,7 @@ fn display(path: &Path) -> String {
     path.display().to_string()
 }
 
-fn request(args: &RenderArgs) -> Result<Request, Error> {
+fn request(args: &RenderArgs, simd: Simd) -> Result<Request, Error> {
     let range: Option<FrameRange> = args
         .range
         .as_deref()
@@ -140,7 +145,10 @@ fn request(args: &RenderArgs) -> Result<Request, Error> {
         integrator: args.integrator.clone(),
         aovs: args.aovs.clone(),
         show: args.show.clone(),
-        accel: args.accel,
+        accel: BuildOptions {
+            simd,
+            ..args.accel.into()
+        },
         fps: args.fps,
         rotation_order: args.rotation_order,
         max_memory: Some(args.max_memory),

@@ -8,6 +8,7 @@ mod log;
 mod memory;
 mod progress;
 mod signals;
+mod simd;
 mod summary;
 
 use std::process::ExitCode;

@@ -9,7 +9,7 @@
 //! [`SceneBuilder::build`]: crate::scene::SceneBuilder::build
 
 use crate::{
-    accel::{self, AccelKind},
+    accel::{self, BuildOptions},
     assets::{AssetError, Store},
     describe::{Diagnostics, SceneDesc},
     scene::Scene,
@@ -42,19 +42,19 @@ fn lines(errors: &[AssetError]) -> String {
 }
 
 /// Compiles a scene and builds its acceleration structure, on the threads of the current rayon pool.
-pub fn scene(desc: &SceneDesc, accel: AccelKind) -> Result<Scene, Error> {
+pub fn scene(desc: &SceneDesc, accel: impl Into<BuildOptions>) -> Result<Scene, Error> {
     scene_with(desc, accel, &Store::default())
 }
 
 /// Compiles a scene of which some models are loaded already.
-pub fn scene_with(desc: &SceneDesc, accel: AccelKind, store: &Store) -> Result<Scene, Error> {
+pub fn scene_with(desc: &SceneDesc, accel: impl Into<BuildOptions>, store: &Store) -> Result<Scene, Error> {
     scene_instancing(desc, accel, store, Instancing::default())
 }
 
 /// The same with a say in which meshes are instances.
 pub fn scene_instancing(
     desc: &SceneDesc,
-    accel: AccelKind,
+    accel: impl Into<BuildOptions>,
     store: &Store,
     instancing: Instancing,
 ) -> Result<Scene, Error> {

@@ -2,6 +2,7 @@
 
 use super::{Settings, schedule::BlockSpec};
 use crate::{
+    accel::BatchLayout,
     film::Window,
     integrator::PathState,
     math::{Divisor, Loop, Runner},
@@ -15,6 +16,7 @@ pub(super) struct SampleBlock {
     first_sample: u32,
     samples_per_pixel: Divisor,
     width: Divisor,
+    layout: BatchLayout,
 }
 
 impl SampleBlock {
@@ -24,7 +26,13 @@ impl SampleBlock {
             first_sample: spec.samples.start,
             samples_per_pixel: Divisor::new(spec.samples.len() as u32),
             width: Divisor::new(spec.tile.width()),
+            layout: BatchLayout::Rows(spec.tile.width() * spec.samples.len() as u32),
         }
+    }
+
+    /// How the rays of the samples lie, those of ended paths aside.
+    pub fn layout(&self) -> BatchLayout {
+        self.layout
     }
 
     /// The key of the sample with this index in the wave.

@@ -11,7 +11,7 @@ use super::{
     transparency::{Passing, pass, transmittance},
 };
 use crate::{
-    accel::{Hit, PrimRef, RayCost, Simd},
+    accel::{self, BatchLayout, Hit, PrimRef, RayCost, Simd},
     camera::{Camera, FrameCamera},
     film::{
         FilmLayout, SampleRecord, TileAccumulator, accumulator::AccumulatorLayout, layout::Needs, passes::PassContext,
@@ -71,7 +71,7 @@ impl<'a> RenderContext<'a> {
             needs: layout.needs(),
             accumulators: AccumulatorLayout::new(layout),
             is_opaque: scene.is_opaque(),
-            simd: Simd::detect(),
+            simd: scene.accel.simd(),
             fills_film: shot.fills_film(),
             cone: scene.reads_footprints().then(cone),
         }
@@ -88,7 +88,7 @@ struct BatchInputs {
 
 /// Where the paths of a wave have arrived.
 #[derive(Clone, Copy)]
-struct RayBatch<'a> {
+struct ArrivedRays<'a> {
     rays: &'a [Ray],
     paths: &'a [PathState],
     hits: &'a [Option<Hit>],
@@ -99,10 +99,10 @@ impl BatchInputs {
     fn batch<'a>(
         &'a self,
         context: &'a RenderContext<'_>,
-        arrived: RayBatch<'a>,
+        arrived: ArrivedRays<'a>,
         indices: &'a [u32],
     ) -> VertexBatch<'a> {
-        let RayBatch { rays, paths, hits } = arrived;
+        let ArrivedRays { rays, paths, hits } = arrived;
         VertexBatch {
             scene: context.scene,
             camera: &context.camera,
@@ -285,7 +285,11 @@ impl Wave {
         }
         self.hits.clear();
         self.hits.resize(self.rays.len(), None);
-        scene.accel.nearest(&self.rays, &mut self.hits);
+        let batch = accel::RayBatch {
+            rays: &self.rays,
+            layout: block.layout(),
+        };
+        scene.accel.nearest_batch(batch, &mut self.hits);
         let mut traced = self.rays.len() as u64;
         if !context.is_opaque {
             let paths = &self.paths;
@@ -296,7 +300,7 @@ impl Wave {
         self.partition_hits();
         self.shade_surfaces(context, block);
         self.shade_misses(context);
-        traced + self.resolve_shadow_rays(context)
+        traced + self.resolve_shadow_rays(context, block.layout())
     }
 
     /// Separates rays that hit something from those that did not. Nobody can predict which do, so there is no branch.
@@ -371,7 +375,7 @@ impl Wave {
             inputs
                 .samples
                 .generate(context.simd, sampler, &inputs.keys, dimension, &uses);
-            let batch = inputs.batch(context, RayBatch { rays, paths, hits }, indices);
+            let batch = inputs.batch(context, ArrivedRays { rays, paths, hits }, indices);
             context.integrator.shade_batch(&batch, out);
         }
     }
@@ -398,13 +402,13 @@ impl Wave {
         inputs.keys.start(context.settings.seed, context.settings.noise_frame);
         inputs.samples.clear();
         for indices in miss_indices.chunks(SHADE_BATCH) {
-            let batch = inputs.batch(context, RayBatch { rays, paths, hits }, indices);
+            let batch = inputs.batch(context, ArrivedRays { rays, paths, hits }, indices);
             context.integrator.shade_batch(&batch, out);
         }
     }
 
     /// Adds the light that shadow rays bring. Returns how many rays it traced.
-    fn resolve_shadow_rays(&mut self, context: &RenderContext<'_>) -> u64 {
+    fn resolve_shadow_rays(&mut self, context: &RenderContext<'_>, layout: BatchLayout) -> u64 {
         let ShadingOutput {
             shadow_rays,
             shadow_light,
@@ -413,7 +417,11 @@ impl Wave {
         } = &mut self.out;
         self.blocked.clear();
         self.blocked.resize(shadow_rays.len(), false);
-        context.scene.accel.occluded(shadow_rays, &mut self.blocked);
+        let batch = accel::RayBatch {
+            rays: shadow_rays,
+            layout,
+        };
+        context.scene.accel.occluded_batch(batch, &mut self.blocked);
         let traced = shadow_rays.len() as u64;
         if context.is_opaque {
             for (&(sample, l), _) in shadow_light.iter().zip(&self.blocked).filter(|(_, blocked)| !**blocked) {

@@ -7,7 +7,7 @@ use super::{
     Scene, mesh_transform::MeshTransform,
 };
 use crate::{
-    accel::{self, AccelKind, BuildError, Geometry, Group, PlacedGroup},
+    accel::{self, BuildError, BuildOptions, Geometry, Group, PlacedGroup},
     light::Light,
     material::{Material, MaterialId},
     math::Transform,
@@ -287,7 +287,7 @@ impl SceneBuilder {
     }
 
     /// Builds the acceleration structure and the tables of lights, on the threads of the current rayon pool.
-    pub fn build(mut self, accel: AccelKind) -> Result<Scene, BuildError> {
+    pub fn build(mut self, accel: impl Into<BuildOptions>) -> Result<Scene, BuildError> {
         mipmap::add_levels(&self.textures, &mut self.bitmaps);
         Ok(Scene {
             accel: accel::build(accel, Arc::new(self.geometry))?,

@@ -6,7 +6,7 @@ use super::*;
 use crate::math::Transform;
 
 /// A transform: moved, turned and scaled; mirrored or sheared as well.
-fn place(r: &mut Random, kind: usize, spread: f32) -> Transform {
+pub(super) fn place(r: &mut Random, kind: usize, spread: f32) -> Transform {
     let wide = |v: Vec3| v.as_dvec3();
     let translate = wide(r.vec(spread));
     let scale = match kind {
@@ -29,7 +29,7 @@ fn place(r: &mut Random, kind: usize, spread: f32) -> Transform {
 }
 
 /// Adds the triangles of `mesh` as a group.
-fn add_group(g: &mut Geometry, mesh: &Geometry) {
+pub(super) fn add_group(g: &mut Geometry, mesh: &Geometry) {
     let (vertex, triangle) = (g.vertices.len() as u32, g.triangles.len() as u32);
     g.vertices.extend(&mesh.vertices);
     g.triangles.extend(mesh.triangles.iter().map(|t| t.map(|v| v + vertex)));
@@ -39,7 +39,7 @@ fn add_group(g: &mut Geometry, mesh: &Geometry) {
     });
 }
 
-fn add_instance(g: &mut Geometry, group: u32, transform: Transform) {
+pub(super) fn add_instance(g: &mut Geometry, group: u32, transform: Transform) {
     g.instances.push(PlacedGroup {
         group,
         transform: g.transforms.len() as u32,
@@ -48,7 +48,7 @@ fn add_instance(g: &mut Geometry, group: u32, transform: Transform) {
 }
 
 /// Two groups between triangles that are in none, shapes, and `count` instances in all kinds of places.
-fn crowd(count: usize, spread: f32) -> Geometry {
+pub(super) fn crowd(count: usize, spread: f32) -> Geometry {
     let mut g = soup(20, 10, 0.3);
     add_group(&mut g, &soup(60, 0, 0.4));
     let vertex = g.vertices.len() as u32;

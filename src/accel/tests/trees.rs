@@ -2,16 +2,19 @@
 
 use std::sync::Arc;
 
-use super::{super::*, Random, compare, grid, rays, rooms, soup};
-use crate::math::{Ray, Vec3};
+use super::{Random, compare, grid, options, rays, rooms, soup};
+use crate::{
+    accel::*,
+    math::{Ray, Vec3},
+};
 
 #[test]
 fn cut_triangles_are_covered_by_their_parts() {
     let g = rooms();
-    let prims = || prims::Prims::whole(&g).expect("the scene is valid");
-    let leaves = binary::Leaves { triangles: 1 };
-    let tree = binary::build_whole(prims(), &g, Quality::High, leaves).expect("there are triangles");
-    let whole = binary::build_whole(prims(), &g, Quality::Medium, leaves).expect("there are triangles");
+    let prims = || build::prims::Prims::whole(&g).expect("the scene is valid");
+    let leaves = build::bvh2_tree::Leaves { triangles: 1 };
+    let tree = build::build_tree(prims(), &g, Quality::High, leaves).expect("there are triangles");
+    let whole = build::build_tree(prims(), &g, Quality::Medium, leaves).expect("there are triangles");
     assert_eq!(whole.ids.len(), g.triangles.len());
     assert!(tree.ids.len() > g.triangles.len() + 50 && tree.ids.len() <= g.triangles.len() * 3 / 2);
     let mut r = Random(3);
@@ -105,7 +108,7 @@ fn degenerate_input_builds_in_linear_time() {
     for (name, g) in scenes {
         let g = Arc::new(g);
         for quality in [Quality::Medium, Quality::High] {
-            let accel = build_with(AccelKind::Wide, quality, g.clone()).expect("the scene is valid");
+            let accel = build(options(AccelKind::Wide, quality, Simd::best()), g.clone()).expect("the scene is valid");
             let seconds = accel.stats().build_time.as_secs_f32();
             assert!(seconds < 5.0, "{name} {quality}: {seconds} s");
         }
@@ -170,15 +173,16 @@ fn trees_do_not_depend_on_the_number_of_threads() {
                 .num_threads(threads)
                 .build()
                 .expect("threads");
-            let prims = prims::Prims::whole(&g).expect("the scene is valid");
-            let leaves = binary::Leaves { triangles: 2 };
-            let tree = pool.install(|| binary::build_whole(prims, &g, Quality::High, leaves));
+            let prims = build::prims::Prims::whole(&g).expect("the scene is valid");
+            let leaves = build::bvh2_tree::Leaves { triangles: 2 };
+            let tree = pool.install(|| build::build_tree(prims, &g, Quality::High, leaves));
             tree.expect("there are triangles")
         };
         let (one, three) = (build(1), build(3));
         assert_eq!(one.ids, three.ids);
-        let same =
-            |(a, b): (&binary::Flat, &binary::Flat)| a.bounds == b.bounds && (a.link, a.count) == (b.link, b.count);
+        let same = |(a, b): (&build::bvh2_tree::FlatNode, &build::bvh2_tree::FlatNode)| {
+            a.bounds == b.bounds && (a.link, a.count) == (b.link, b.count)
+        };
         assert!(one.nodes.len() == three.nodes.len() && one.nodes.iter().zip(&three.nodes).all(same));
     }
 }

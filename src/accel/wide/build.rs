@@ -7,14 +7,20 @@
 use rayon::prelude::*;
 
 use super::{
-    super::{
-        Geometry, Quality,
-        binary::{self, Forest, Leaves, Tree},
-        prims::Prims,
-        simd::pages,
+    collapse::{TreePiece, collapse, order_children},
+    node::{self, EMPTY, TriangleBlock, WideNode},
+};
+use crate::{
+    accel::{
+        accelerator::Quality,
+        build::{
+            self,
+            bvh2_tree::{Bvh2Tree, Forest, Leaves},
+            prims::Prims,
+        },
     },
-    collapse::{Piece, collapse, order_children},
-    node::{self, Block, EMPTY, Node},
+    geometry::Geometry,
+    simd::huge_pages,
 };
 
 /// The most triangles of a leaf of the binary tree. With four of them, a block, there is less to plan; with two the
@@ -26,25 +32,29 @@ fn leaves(quality: Quality) -> Leaves {
 }
 
 /// The nodes and blocks of the wide tree over `prims`; the first node is the root. `None` where there are none.
-pub(super) fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Option<(Vec<Node>, Vec<Block>)> {
-    let finish = |tree: Tree| {
+pub(super) fn build(
+    prims: Prims,
+    geometry: &Geometry,
+    quality: Quality,
+) -> Option<(Vec<WideNode>, Vec<TriangleBlock>)> {
+    let finish = |tree: Bvh2Tree| {
         let no_pieces = |_| [f32::INFINITY; 2];
         collapse(&tree, geometry, no_pieces)
     };
-    let Forest { top, mut pieces } = binary::build(prims, geometry, quality, leaves(quality), finish)?;
+    let Forest { top, mut pieces } = build::build_forest(prims, geometry, quality, leaves(quality), finish)?;
     if let [whole] = &mut pieces[..]
         && !whole.nodes.is_empty()
     {
         return Some((std::mem::take(&mut whole.nodes), std::mem::take(&mut whole.blocks)));
     }
     let top = if let [only] = top.nodes[..] {
-        let mut root = Node::NOTHING;
+        let mut root = WideNode::NOTHING;
         root.set(0, &only.bounds, EMPTY);
         order_children(&mut root, 1);
-        Piece {
+        TreePiece {
             nodes: vec![root],
             joints: vec![(0, 0, 0)],
-            ..Piece::default()
+            ..TreePiece::default()
         }
     } else {
         collapse(&top, geometry, |number| {
@@ -55,9 +65,9 @@ pub(super) fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Opti
 }
 
 /// Puts all pieces behind one another and corrects their numbers.
-fn join(mut top: Piece, pieces: Vec<Piece>) -> (Vec<Node>, Vec<Block>) {
-    let nodes: Vec<&[Node]> = pieces.iter().map(|piece| &piece.nodes[..]).collect();
-    let blocks: Vec<&[Block]> = pieces.iter().map(|piece| &piece.blocks[..]).collect();
+fn join(mut top: TreePiece, pieces: Vec<TreePiece>) -> (Vec<WideNode>, Vec<TriangleBlock>) {
+    let nodes: Vec<&[WideNode]> = pieces.iter().map(|piece| &piece.nodes[..]).collect();
+    let blocks: Vec<&[TriangleBlock]> = pieces.iter().map(|piece| &piece.blocks[..]).collect();
     let (node_starts, block_starts) = (starts(top.nodes.len(), &nodes), starts(top.blocks.len(), &blocks));
     let moved =
         |child: u32, piece: usize| node::moved(child, node_starts[piece] as isize, block_starts[piece] as isize);
@@ -65,11 +75,11 @@ fn join(mut top: Piece, pieces: Vec<Piece>) -> (Vec<Node>, Vec<Block>) {
         let number = number as usize;
         top.nodes[node as usize].child[usize::from(lane)] = moved(pieces[number].root, number);
     }
-    let nodes = behind(&top.nodes, &nodes, &node_starts, |node: &Node, piece| Node {
+    let nodes = behind(&top.nodes, &nodes, &node_starts, |node: &WideNode, piece| WideNode {
         child: node.child.map(|child| moved(child, piece)),
         ..*node
     });
-    let blocks = behind(&top.blocks, &blocks, &block_starts, |block: &Block, _| *block);
+    let blocks = behind(&top.blocks, &blocks, &block_starts, |block: &TriangleBlock, _| *block);
     (nodes, blocks)
 }
 
@@ -91,7 +101,7 @@ fn behind<T: Copy + Send + Sync>(
     moved: impl Fn(&T, usize) -> T + Sync,
 ) -> Vec<T> {
     let count = starts[parts.len()];
-    let mut all = pages::reserve(count);
+    let mut all = huge_pages::reserve(count);
     all.extend_from_slice(top);
     all.par_extend((top.len()..count).into_par_iter().with_min_len(1024).map(|i| {
         let part = starts.partition_point(|&start| start <= i) - 1;

@@ -7,14 +7,12 @@
 //! Source: Ylitie, Karras, Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", 2017,
 //! section 3.1, <https://doi.org/10.1145/3105762.3105773>.
 
-use super::{
-    super::{
-        Geometry,
-        binary::{Flat, Tree},
-    },
-    node::{Block, FOR_PACKETS, MAX_LEAF, Node, inner, leaf, shape},
+use super::node::{FOR_PACKETS, MAX_LEAF, TriangleBlock, WideNode, inner, leaf, shape};
+use crate::{
+    accel::build::bvh2_tree::{Bvh2Tree, FlatNode},
+    geometry::Geometry,
+    math::trig,
 };
-use crate::math::trig;
 
 /// What a block of four triangles costs, in tests of a node.
 const BLOCK_COST: f32 = 0.85;
@@ -24,9 +22,9 @@ const SHAPE_COST: f32 = 1.0;
 
 /// A wide tree, or a piece of one, with numbers of its own.
 #[derive(Default)]
-pub(super) struct Piece {
-    pub nodes: Vec<Node>,
-    pub blocks: Vec<Block>,
+pub(super) struct TreePiece {
+    pub nodes: Vec<WideNode>,
+    pub blocks: Vec<TriangleBlock>,
     /// What stands for all of it: node 0 or a leaf.
     pub root: u32,
     pub cost: f32,
@@ -38,14 +36,14 @@ pub(super) struct Piece {
 
 /// How a binary node is stood for.
 #[derive(Clone, Copy)]
-struct Plan {
+struct CollapsePlan {
     /// With at most so many wide children; at 0 what the eight children of a wide node cost.
     cost: [f32; 8],
     /// How many children of so many the first side gets, or one of the marks; at 0 of eight.
     first: [u8; 8],
     /// Triangles below; more than fit where there is anything else.
     triangles: u32,
-    /// See [`Piece::surface`].
+    /// See [`TreePiece::surface`].
     surface: f32,
 }
 
@@ -67,10 +65,10 @@ fn leaf_cost(area: f32, triangles: u32) -> f32 {
     area * BLOCK_COST * blocks as f32
 }
 
-fn plan(tree: &Tree, geometry: &Geometry, piece_cost: impl Fn(u32) -> [f32; 2]) -> Vec<Plan> {
+fn plan(tree: &Bvh2Tree, geometry: &Geometry, piece_cost: impl Fn(u32) -> [f32; 2]) -> Vec<CollapsePlan> {
     let triangles = geometry.triangles.len() as u32;
     let flat = &tree.nodes;
-    let empty = Plan {
+    let empty = CollapsePlan {
         cost: [0.0; 8],
         first: [0; 8],
         triangles: 0,
@@ -82,7 +80,7 @@ fn plan(tree: &Tree, geometry: &Geometry, piece_cost: impl Fn(u32) -> [f32; 2]) 
         let area = node.bounds.half_area();
         plans[i] = if !node.is_leaf() {
             inner_plan(area, &plans[i + 1], &plans[node.link as usize])
-        } else if node.count == Flat::PIECE {
+        } else if node.count == FlatNode::PIECE {
             let [cost, surface] = piece_cost(node.link);
             leaf_plan(cost, TOO_MANY, surface)
         } else if tree.ids[node.link as usize] < triangles {
@@ -99,8 +97,8 @@ fn plan(tree: &Tree, geometry: &Geometry, piece_cost: impl Fn(u32) -> [f32; 2]) 
     plans
 }
 
-fn leaf_plan(cost: f32, triangles: u32, surface: f32) -> Plan {
-    Plan {
+fn leaf_plan(cost: f32, triangles: u32, surface: f32) -> CollapsePlan {
+    CollapsePlan {
         cost: [cost; 8],
         first: [AS_LEAF; 8],
         triangles,
@@ -108,7 +106,7 @@ fn leaf_plan(cost: f32, triangles: u32, surface: f32) -> Plan {
     }
 }
 
-fn inner_plan(area: f32, a: &Plan, b: &Plan) -> Plan {
+fn inner_plan(area: f32, a: &CollapsePlan, b: &CollapsePlan) -> CollapsePlan {
     // The bits of floats that are not negative are ordered as they are, so the last three can carry a choice.
     let mut best = [u32::MAX; 9];
     for i in 1..8 {
@@ -118,7 +116,7 @@ fn inner_plan(area: f32, a: &Plan, b: &Plan) -> Plan {
         }
     }
     let triangles = (a.triangles + b.triangles).min(TOO_MANY);
-    let mut plan = Plan {
+    let mut plan = CollapsePlan {
         cost: [0.0; 8],
         first: [FEWER; 8],
         triangles,
@@ -143,7 +141,7 @@ fn inner_plan(area: f32, a: &Plan, b: &Plan) -> Plan {
 }
 
 /// The wide tree over `tree`.
-pub(super) fn collapse(tree: &Tree, geometry: &Geometry, piece_cost: impl Fn(u32) -> [f32; 2]) -> Piece {
+pub(super) fn collapse(tree: &Bvh2Tree, geometry: &Geometry, piece_cost: impl Fn(u32) -> [f32; 2]) -> TreePiece {
     let flat = &tree.nodes[..];
     let plans = plan(tree, geometry, piece_cost);
     let mut emitter = Emitter {
@@ -151,12 +149,12 @@ pub(super) fn collapse(tree: &Tree, geometry: &Geometry, piece_cost: impl Fn(u32
         ids: &tree.ids,
         plans: &plans,
         geometry,
-        piece: Piece {
+        piece: TreePiece {
             nodes: Vec::with_capacity(tree.ids.len() / 16 + 1),
             blocks: Vec::with_capacity(tree.ids.len() / 3 + 1),
             cost: plans[0].cost[1],
             surface: plans[0].surface,
-            ..Piece::default()
+            ..TreePiece::default()
         },
     };
     if plans[0].first[1] == AS_LEAF {
@@ -168,36 +166,36 @@ pub(super) fn collapse(tree: &Tree, geometry: &Geometry, piece_cost: impl Fn(u32
 }
 
 struct Emitter<'a> {
-    flat: &'a [Flat],
+    flat: &'a [FlatNode],
     ids: &'a [u32],
-    plans: &'a [Plan],
+    plans: &'a [CollapsePlan],
     geometry: &'a Geometry,
-    piece: Piece,
+    piece: TreePiece,
 }
 
 impl Emitter<'_> {
     /// Emits nodes, each before its children and sisters side by side.
     fn nodes(&mut self) {
-        self.piece.nodes.push(Node::NOTHING);
+        self.piece.nodes.push(WideNode::NOTHING);
         let mut open = vec![(0_usize, 0_usize)];
         while let Some((from, to)) = open.pop() {
             let mut children = [0; 8];
             let count = self.children(from, &mut children);
             let children = &mut children[..count];
             self.order_for_occlusion(children);
-            let mut node = Node::NOTHING;
+            let mut node = WideNode::NOTHING;
             self.order_for_packets(children, &mut node);
             let first_inner = open.len();
             for (lane, &child) in children.iter().enumerate() {
-                let Flat { bounds, link, count } = self.flat[child];
-                let number = if count == Flat::PIECE {
+                let FlatNode { bounds, link, count } = self.flat[child];
+                let number = if count == FlatNode::PIECE {
                     self.piece.joints.push((to as u32, lane as u8, link));
                     0
                 } else if self.plans[child].first[1] == AS_LEAF {
                     self.leaf(child)
                 } else {
                     open.push((child, self.piece.nodes.len()));
-                    self.piece.nodes.push(Node::NOTHING);
+                    self.piece.nodes.push(WideNode::NOTHING);
                     inner(self.piece.nodes.len() - 1)
                 };
                 node.set(lane, &bounds, number);
@@ -227,7 +225,7 @@ impl Emitter<'_> {
     /// After Nah and Manocha, "SATO: Surface Area Traversal Order for Shadow Ray Tracing", 2014,
     /// <https://doi.org/10.1111/cgf.12426>. The root and the cost are by trial: the surface alone sends rays into trees
     /// that take long.
-    fn order_for_packets(&self, children: &[usize], node: &mut Node) {
+    fn order_for_packets(&self, children: &[usize], node: &mut WideNode) {
         let lanes = self.sorted(children, |surface, _| surface.sqrt());
         for (order, lane) in node.order.iter_mut().zip(lanes) {
             *order = (lane as u32) << FOR_PACKETS;
@@ -238,7 +236,7 @@ impl Emitter<'_> {
     fn sorted(&self, children: &[usize], gain: impl Fn(f32, f32) -> f32) -> [usize; 8] {
         let mut promise = [0.0; 8];
         for (promise, &child) in promise.iter_mut().zip(children) {
-            let Plan { surface, cost, .. } = &self.plans[child];
+            let CollapsePlan { surface, cost, .. } = &self.plans[child];
             let area = self.flat[child].bounds.half_area().max(f32::MIN_POSITIVE);
             *promise = gain(*surface, area) * area / cost[1].max(f32::MIN_POSITIVE);
         }
@@ -297,7 +295,7 @@ impl Emitter<'_> {
         }
         let first = self.piece.blocks.len();
         for four in ids[..count].chunks(4) {
-            let mut block = Block::NOTHING;
+            let mut block = TriangleBlock::NOTHING;
             for (lane, &id) in four.iter().enumerate() {
                 block.set(lane, self.geometry.corners(id as usize), id);
             }
@@ -308,7 +306,7 @@ impl Emitter<'_> {
 }
 
 /// Sorts children for each octant of directions by how far along its diagonal their centres lie, the nearest first.
-pub(super) fn order_children(node: &mut Node, count: usize) {
+pub(super) fn order_children(node: &mut WideNode, count: usize) {
     let mut centers = [[0.0_f32; 3]; 8];
     for (lane, center) in centers[..count].iter_mut().enumerate() {
         *center = (node.bounds(lane).center()).to_array();
@@ -334,13 +332,17 @@ pub(super) fn order_children(node: &mut Node, count: usize) {
 
 #[cfg(test)]
 mod tests {
-    use super::{
-        super::super::{LARGEST, Quality, binary, prims::Prims},
-        *,
-    };
-    use crate::math::{
-        Aabb, Vec3,
-        hash::{pcg4d, unit_f32},
+    use super::*;
+    use crate::{
+        accel::{
+            accelerator::Quality,
+            build::{self, bvh2_tree, prims::Prims},
+        },
+        geometry::LARGEST,
+        math::{
+            Aabb, Vec3,
+            hash::{pcg4d, unit_f32},
+        },
     };
 
     #[test]
@@ -356,8 +358,8 @@ mod tests {
                 ..Geometry::default()
             };
             let prims = Prims::whole(&geometry).expect("all is finite");
-            let leaves = binary::Leaves { triangles: 2 };
-            let tree = binary::build_whole(prims, &geometry, Quality::Medium, leaves).expect("there are triangles");
+            let leaves = bvh2_tree::Leaves { triangles: 2 };
+            let tree = build::build_tree(prims, &geometry, Quality::Medium, leaves).expect("there are triangles");
             let piece = collapse(&tree, &geometry, |_| [f32::INFINITY; 2]);
             assert!(piece.nodes.len() > 5);
             for node in &piece.nodes {
@@ -369,7 +371,7 @@ mod tests {
 
     #[test]
     fn children_come_nearest_first_in_every_octant() {
-        let mut node = Node::NOTHING;
+        let mut node = WideNode::NOTHING;
         for lane in 0..8 {
             let p = Vec3::new(
                 lane as f32 * 0.37 % 1.0,

@@ -1,38 +1,39 @@
 //! What a ray costs in the wide tree: the same tree, one ray at a time, counting.
 
-use super::{
-    super::{Geometry, Hit, Instance, PrimRef, RayCost, instance::Spread, simd::Tree, slab::Planes},
-    node::{self, EMPTY, INSTANCE, LEAF, SHAPE, blocks},
+use super::node::{self, EMPTY, INSTANCE, LEAF, SHAPE, blocks};
+use crate::{
+    accel::{accelerator::RayCost, kernels::tree::WideTree},
+    geometry::{Geometry, Hit, Instance, PrimRef, padding::BoundsPadding, slab::Planes},
+    math::Ray,
 };
-use crate::math::Ray;
 
 /// A ray in the space of a tree.
-struct Inside<'a> {
-    tree: &'a Tree,
+struct InstanceState<'a> {
+    tree: &'a WideTree,
     geometry: &'a Geometry,
     root: u32,
     instance: Instance,
-    spread: Spread,
+    padding: BoundsPadding,
 }
 
 /// Adds to `cost` what finding the nearest hit of `ray` beyond `best` tests.
-pub(super) fn count(tree: &Tree, geometry: &Geometry, mut ray: Ray, mut best: Option<Hit>, cost: &mut RayCost) {
+pub(super) fn count(tree: &WideTree, geometry: &Geometry, mut ray: Ray, mut best: Option<Hit>, cost: &mut RayCost) {
     if tree.nodes().is_empty() {
         return;
     }
-    let world = Inside {
+    let world = InstanceState {
         tree,
         geometry,
         root: tree.root(),
         instance: Instance::NONE,
-        spread: tree.spread,
+        padding: tree.padding,
     };
     world.count(&mut ray, &mut best, cost);
 }
 
-impl Inside<'_> {
+impl InstanceState<'_> {
     fn count(&self, ray: &mut Ray, best: &mut Option<Hit>, cost: &mut RayCost) {
-        let planes = Planes::new(ray, self.spread);
+        let planes = Planes::new(ray, self.padding);
         if !planes.alive {
             return;
         }
@@ -60,7 +61,7 @@ impl Inside<'_> {
                 let group = Self {
                     root: self.tree.group_root(placed.group),
                     instance,
-                    spread: self.spread.inside(),
+                    padding: self.padding.inside(),
                     ..*self
                 };
                 group.count(&mut local, best, cost);

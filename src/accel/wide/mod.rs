@@ -1,43 +1,58 @@
 //! The default accelerator: an eight-wide tree and kernels for many rays at once.
 //!
-//! A binary tree is built ([`super::binary`]) and [`build`] makes a wide one of it. Triangles lie in blocks of four with
+//! A binary tree is built ([`super::build`]) and [`build`] makes a wide one of it. Triangles lie in blocks of four with
 //! their corners, so that a leaf reads nothing else; an analytic primitive is a leaf of its own.
 //!
-//! [`super::simd`] traces: packets of 16 rays where [`batch`] finds that they stay together, 64 rays in flight where they
+//! [`super::kernels`] traces: packets of 16 rays where [`packet_order`] finds that they stay together, 64 rays in flight where they
 //! have nothing in common. Shadow rays are looked at before, whether one look answers many of them.
 
 use std::{cell::RefCell, sync::Arc, time::Instant};
 
 use super::{
-    Accelerator, BuildError, BuildStats, Edit, Geometry, Hit, PrimRef, Quality, RayCost, TreeId, Updated, check,
-    instance::Spread,
-    nearest_unbounded,
-    prims::Prims,
-    simd::{self, Grown, Numbers, Order, Pick, Scratch, Simd, Tree},
+    accelerator::{Accelerator, BuildStats, Quality, RayBatch, RayCost, TreeId, Updated},
+    build::prims::Prims,
+    kernels::{
+        self,
+        packet::order::PacketOrder,
+        ray_selection::RaySelection,
+        scratch::Scratch,
+        tree::{BuiltTree, IdSpace, WideTree},
+    },
 };
-use crate::math::{Aabb, Ray};
+use crate::{
+    geometry::{BuildError, Edit, Geometry, Hit, PrimRef, check, padding::BoundsPadding},
+    math::{Aabb, Ray},
+    simd::Simd,
+};
 
-pub(super) mod batch;
 mod build;
 mod collapse;
 mod cost;
 pub(super) mod node;
+pub(super) mod packet_order;
+mod policy;
 
-/// Rays that tell what those around them take by themselves, where these might go in packets. What that is differs from one part
-/// of a picture to another by a factor of two.
-const SOME: usize = 64;
+use policy::OcclusionPolicy;
 
-/// For how many rays that holds.
-const AROUND: usize = SOME * SOME;
+/// What a thread keeps between batches: allocating the kernels' memory for a batch of a thousand rays costs 6 %.
+struct ThreadState {
+    scratch: Scratch,
+    /// The numbers of rays that a kernel has left to the next.
+    remaining: Vec<u32>,
+    policy: OcclusionPolicy,
+}
 
 thread_local! {
-    /// The kernels' memory. One for a thread, since allocating it for a batch of a thousand rays costs 6 %.
-    static SCRATCH: RefCell<Scratch> = RefCell::new(Scratch::new());
+    static THREAD: RefCell<ThreadState> = RefCell::new(ThreadState {
+        scratch: Scratch::new(),
+        remaining: Vec::new(),
+        policy: OcclusionPolicy::new(),
+    });
 }
 
 /// What the top must know of a tree below it.
 #[derive(Clone, Copy, Debug, Default)]
-struct Lower {
+struct Blas {
     bounds: Aabb,
     reach: f32,
 }
@@ -49,9 +64,9 @@ pub struct Wide {
     quality: Quality,
     /// One tree where nothing was ever an instance or moved; otherwise those of groups, of the still triangles, and the
     /// top. Nothing at all where nothing has a box.
-    pub(super) tree: Arc<Tree>,
+    pub(super) tree: Arc<WideTree>,
     /// Of each group, then of the still triangles; empty where there is one tree.
-    lower: Vec<Lower>,
+    lower: Vec<Blas>,
     unbounded: Vec<PrimRef>,
     /// The longest side of the box around everything.
     size: f32,
@@ -96,11 +111,11 @@ impl Wide {
         Self { simd, ..self.clone() }
     }
 
-    fn tree_mut(&mut self) -> &mut Tree {
+    fn tree_mut(&mut self) -> &mut WideTree {
         Arc::make_mut(&mut self.tree)
     }
 
-    fn grow(&self, prims: Prims) -> Grown {
+    fn grow(&self, prims: Prims) -> BuiltTree {
         build::build(prims, &self.geometry, self.quality).unwrap_or_default()
     }
 
@@ -111,10 +126,10 @@ impl Wide {
     }
 
     fn push_lower(&mut self, prims: Prims) -> Result<(), BuildError> {
-        self.lower.push(Lower::of(&prims));
-        let grown = self.grow(prims);
-        let numbers = Numbers::prims(self.geometry.prim_count());
-        self.tree_mut().push(grown, numbers).ok_or_else(|| self.too_many())
+        self.lower.push(Blas::of(&prims));
+        let built_tree = self.grow(prims);
+        let numbers = IdSpace::prims(self.geometry.prim_count());
+        self.tree_mut().push(built_tree, numbers).ok_or_else(|| self.too_many())
     }
 
     fn build_top(&mut self) -> Result<(), BuildError> {
@@ -127,30 +142,36 @@ impl Wide {
     fn push_top(&mut self, mut prims: Prims) -> Result<(), BuildError> {
         self.size = prims.bounds().extent().max_element().max(0.0);
         let reach = self.lower.iter().map(|lower| lower.reach).fold(prims.reach, f32::max);
-        self.tree_mut().spread = Spread::new(&self.geometry, reach);
+        self.tree_mut().padding = BoundsPadding::new(self.geometry.instance_transforms(), reach);
         self.unbounded = std::mem::take(&mut prims.unbounded);
-        let grown = self.grow(prims);
-        let numbers = Numbers {
+        let built_tree = self.grow(prims);
+        let numbers = IdSpace {
             prims: self.geometry.prim_count(),
             instances: self.geometry.instances.len(),
             still: self.lower.len().checked_sub(1),
         };
-        self.tree_mut().push(grown, numbers).ok_or_else(|| self.too_many())
+        self.tree_mut().push(built_tree, numbers).ok_or_else(|| self.too_many())
     }
 
     /// Gives the boxes of a tree's triangles to the nodes above them, or builds it anew where that makes rays much
     /// slower or where a triangle has come in.
-    fn renew(&mut self, section: usize, prims: Prims, id: TreeId, updated: &mut Updated) -> Result<(), BuildError> {
-        self.lower[section] = Lower::of(&prims);
+    fn refit_or_rebuild(
+        &mut self,
+        section: usize,
+        prims: Prims,
+        id: TreeId,
+        updated: &mut Updated,
+    ) -> Result<(), BuildError> {
+        self.lower[section] = Blas::of(&prims);
         if Arc::make_mut(&mut self.tree).refit(section, &self.geometry, prims.refs.len()) {
             updated.refitted.push(id);
             return Ok(());
         }
-        let grown = self.grow(prims);
-        let numbers = Numbers::prims(self.geometry.prim_count());
+        let built_tree = self.grow(prims);
+        let numbers = IdSpace::prims(self.geometry.prim_count());
         updated.built.push(id);
         self.tree_mut()
-            .replace(section, grown, numbers)
+            .replace(section, built_tree, numbers)
             .ok_or_else(|| self.too_many())
     }
 
@@ -163,30 +184,18 @@ impl Wide {
         };
     }
 
-    /// Asks some rays of a batch by themselves, so that it is known what they take, if so many have gone without since the last ones
-    /// that these say nothing of the batch.
-    fn ask_some(&self, rays: &[Ray], blocked: &mut [bool], scratch: &mut Scratch) {
-        scratch.untold = scratch.untold.saturating_add(rays.len());
-        if scratch.untold < AROUND || rays.len() < SOME {
-            return;
-        }
-        let some: [u32; SOME] = std::array::from_fn(|k| (k * rays.len() / SOME) as u32);
-        let pick = Pick::Some(&some);
-        simd::occluded_inflight(self.simd, &self.tree, &self.geometry, rays, pick, blocked, scratch);
-        scratch.alone = scratch.taken / SOME as u64;
-        scratch.untold = 0;
-    }
-
     /// What lies outside the tree: the state that a ray enters the tree with.
     fn outside(&self, ray: &Ray) -> Option<Hit> {
         let mut hit = None;
-        nearest_unbounded(&self.geometry, &self.unbounded, &mut ray.clone(), &mut hit);
+        self.geometry
+            .keep_nearest_of(&self.unbounded, &mut ray.clone(), &mut hit);
         hit
     }
 }
 
 impl Accelerator for Wide {
-    fn nearest(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+    fn nearest_batch(&self, batch: RayBatch<'_>, hits: &mut [Option<Hit>]) {
+        let rays = batch.rays;
         let hits = &mut hits[..rays.len()];
         hits.fill(None);
         if !self.unbounded.is_empty() {
@@ -198,21 +207,21 @@ impl Accelerator for Wide {
         if tree.nodes().is_empty() {
             return;
         }
-        let order = batch::order(rays, self.size).filter(|_| !tree.has_instances());
-        SCRATCH.with_borrow_mut(|scratch| {
+        let order = packet_order::nearest(batch, self.size).filter(|_| !tree.has_instances());
+        THREAD.with_borrow_mut(|thread| {
+            let ThreadState { scratch, remaining, .. } = thread;
             let (simd, geometry) = (self.simd, &*self.geometry);
             if let Some(order) = order {
-                simd::nearest_packets(simd, tree, geometry, rays, order, hits, scratch);
-                let left = std::mem::take(&mut scratch.left);
-                simd::nearest_inflight(simd, tree, geometry, rays, Pick::Some(&left), hits, scratch);
-                scratch.left = left;
+                kernels::nearest_packets(simd, tree, geometry, rays, order, hits, remaining, scratch);
+                kernels::nearest_stream(simd, tree, geometry, rays, RaySelection::Some(remaining), hits, scratch);
             } else {
-                simd::nearest_inflight(simd, tree, geometry, rays, Pick::All, hits, scratch);
+                kernels::nearest_stream(simd, tree, geometry, rays, RaySelection::All, hits, scratch);
             }
         });
     }
 
-    fn occluded(&self, rays: &[Ray], blocked: &mut [bool]) {
+    fn occluded_batch(&self, batch: RayBatch<'_>, blocked: &mut [bool]) {
+        let rays = batch.rays;
         let blocked = &mut blocked[..rays.len()];
         blocked.fill(false);
         if !self.unbounded.is_empty() {
@@ -224,33 +233,57 @@ impl Accelerator for Wide {
         if tree.nodes().is_empty() {
             return;
         }
-        let order = batch::occlusion_order(rays, self.size).filter(|_| !tree.has_instances());
-        SCRATCH.with_borrow_mut(|scratch| {
+        let order = packet_order::occlusion(batch, self.size).filter(|_| !tree.has_instances());
+        THREAD.with_borrow_mut(|thread| {
+            let ThreadState {
+                scratch,
+                remaining,
+                policy,
+            } = thread;
             let (simd, geometry) = (self.simd, &*self.geometry);
             let is_sifted = !tree.has_instances() && {
-                let order = order.unwrap_or(Order::ROWS);
-                simd::occluded_at_once(simd, tree, rays, order, blocked, scratch);
-                scratch.is_sifted
+                let order = order.unwrap_or(PacketOrder::ROWS);
+                kernels::occluded_at_once(simd, tree, rays, order, blocked, remaining)
             };
             // What is left of rays that lay side by side does not.
-            let in_packets = order.filter(|_| !is_sifted && scratch.packet_doubt.tries());
-            if in_packets.is_some() {
-                self.ask_some(rays, blocked, scratch);
+            let in_packets = order.filter(|_| !is_sifted && policy.packets.should_try());
+            if in_packets.is_some()
+                && let Some(some) = policy.probe(rays.len())
+            {
+                let pick = RaySelection::Some(&some);
+                policy.record_probe(kernels::occluded_stream(
+                    simd, tree, geometry, rays, pick, blocked, scratch,
+                ));
             }
-            let together = order.filter(|_| scratch.head_doubt.tries());
+            let together = order.filter(|_| policy.entry_points.should_try());
             match (in_packets, together) {
-                (Some(order), _) => simd::occluded_packets(simd, tree, geometry, rays, order, blocked, scratch),
-                (None, Some(order)) if !is_sifted => order.put(rays.len(), &mut scratch.left),
+                (Some(order), _) => {
+                    let single_cost = policy.single_cost();
+                    let pays = kernels::occluded_packets(
+                        simd,
+                        tree,
+                        geometry,
+                        rays,
+                        order,
+                        single_cost,
+                        blocked,
+                        remaining,
+                        scratch,
+                    );
+                    policy.packets.record(pays);
+                }
+                (None, Some(order)) if !is_sifted => order.put(rays.len(), remaining),
                 (None, _) => {}
             }
-            let left = std::mem::take(&mut scratch.left);
             let pick = match together {
-                Some(_) => Pick::Together(&left),
-                None if is_sifted || in_packets.is_some() => Pick::Some(&left),
-                None => Pick::All,
+                Some(_) => RaySelection::Together(remaining),
+                None if is_sifted || in_packets.is_some() => RaySelection::Some(remaining),
+                None => RaySelection::All,
             };
-            simd::occluded_inflight(simd, tree, geometry, rays, pick, blocked, scratch);
-            scratch.left = left;
+            let report = kernels::occluded_stream(simd, tree, geometry, rays, pick, blocked, scratch);
+            if let Some(pays) = report.entry_points_pay {
+                policy.entry_points.record(pays);
+            }
         });
     }
 
@@ -285,17 +318,21 @@ impl Accelerator for Wide {
         } else {
             for group in changed.groups {
                 let prims = Prims::group(&self.geometry, group as usize);
-                self.renew(group as usize, prims, TreeId::Group(group), &mut updated)?;
+                self.refit_or_rebuild(group as usize, prims, TreeId::Group(group), &mut updated)?;
             }
             if changed.still {
                 let prims = Prims::still(&self.geometry);
-                self.renew(groups, prims, TreeId::Still, &mut updated)?;
+                self.refit_or_rebuild(groups, prims, TreeId::Still, &mut updated)?;
             }
         }
         self.build_top()?;
         updated.built.push(TreeId::Top);
         self.measure(start);
         Ok(updated)
+    }
+
+    fn simd(&self) -> Simd {
+        self.simd
     }
 
     fn stats(&self) -> BuildStats {
@@ -307,7 +344,7 @@ impl Accelerator for Wide {
     }
 }
 
-impl Lower {
+impl Blas {
     fn of(prims: &Prims) -> Self {
         Self {
             bounds: prims.bounds(),

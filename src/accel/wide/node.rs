@@ -27,8 +27,8 @@ pub const MAX_LEAF: usize = 4;
 /// find.
 pub const UNIT: usize = 32;
 
-const NODE_UNITS: usize = size_of::<Node>() / UNIT;
-const BLOCK_UNITS: usize = size_of::<Block>() / UNIT;
+const NODE_UNITS: usize = size_of::<WideNode>() / UNIT;
+const BLOCK_UNITS: usize = size_of::<TriangleBlock>() / UNIT;
 
 /// Where the number of a leaf's blocks begins, less one: above [`SHAPE`].
 const COUNT: u32 = 2;
@@ -43,13 +43,13 @@ pub const MAX_BLOCKS: usize = MAX_PRIMS / BLOCK_UNITS;
 /// The most primitives and instances that children's numbers have room for.
 pub const MAX_PRIMS: usize = 1 << (32 - NUMBER);
 
-/// Where in [`Node::order`] that of packets begins.
+/// Where in [`WideNode::order`] that of packets begins.
 pub const FOR_PACKETS: u32 = 24;
 
 /// Up to eight boxes with what is in them: four cache lines.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
-pub struct Node {
+pub struct WideNode {
     /// Minima and maxima in turn: x, y, z.
     pub planes: [[f32; 8]; 6],
     /// An [`inner`] node, a [`leaf`], a shape or an instance.
@@ -60,7 +60,7 @@ pub struct Node {
     pub order: [u32; 8],
 }
 
-impl Node {
+impl WideNode {
     pub const NOTHING: Self = Self {
         planes: [
             [f32::INFINITY; 8],
@@ -102,14 +102,14 @@ impl Node {
 /// Four triangles.
 #[repr(C, align(32))]
 #[derive(Clone, Copy, Debug)]
-pub struct Block {
+pub struct TriangleBlock {
     /// Corners a, b, c; of each the axes; of each the triangles. NaN where there is no triangle.
     pub corners: [[[f32; 4]; 3]; 3],
     /// The primitives' numbers plus one.
     pub ids: [u32; 4],
 }
 
-impl Block {
+impl TriangleBlock {
     pub const NOTHING: Self = Self {
         corners: [[[f32::NAN; 4]; 3]; 3],
         ids: [u32::MAX; 4],

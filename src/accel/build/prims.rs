@@ -1,0 +1,150 @@
+//! What goes into a tree: numbered boxes.
+//!
+//! In a scene without instances one tree holds everything that has a box. With instances there are two levels: a tree
+//! for each group's triangles, one for the *still* triangles, which are in no group, and above them the top, whose
+//! items are shapes, instances and the tree of the still triangles ([`Item`]). What moves is in the top alone.
+//!
+//! Shapes without bounds are listed apart and tested one by one. A triangle with two equal corners is left out: its
+//! edge test is exactly zero for every ray.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::median_split::{PrimBox, SetBounds};
+use crate::{
+    geometry::{BuildError, Geometry, Instance, PrimRef, check, check::PAR_MIN_LEN},
+    math::Aabb,
+};
+
+/// What the number of an item of the top means: primitives come first, then instances, then the still triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Item {
+    Prim(PrimRef),
+    Instance(Instance),
+    StaticTree,
+}
+
+impl Item {
+    #[inline]
+    pub fn new(number: u32, geometry: &Geometry) -> Self {
+        let prims = geometry.prim_count() as u32;
+        if number < prims {
+            Self::Prim(PrimRef::new(number))
+        } else if number - prims < geometry.instances.len() as u32 {
+            Self::Instance(Instance(number - prims))
+        } else {
+            Self::StaticTree
+        }
+    }
+}
+
+/// What may become of a tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mobility {
+    /// It stays as it is, until it is thrown away.
+    Fixed,
+    /// Its triangles may move, each within its leaf.
+    Moving,
+}
+
+/// The primitives of a tree.
+pub struct Prims {
+    /// The primitives' boxes with their numbers, rising.
+    pub refs: Vec<PrimBox>,
+    /// What is known of all boxes.
+    pub around: SetBounds,
+    pub mobility: Mobility,
+    /// What has no box, rising.
+    pub unbounded: Vec<PrimRef>,
+    /// The largest coordinate of all boxes.
+    pub reach: f32,
+}
+
+impl Prims {
+    /// Everything that is in no group, for one tree over all of it. The geometry is checked.
+    pub fn whole(geometry: &Geometry) -> Result<Self, BuildError> {
+        let mut prims = Self::triangles(geometry, &geometry.world_triangles());
+        prims.mobility = Mobility::Fixed;
+        prims.add_shapes(geometry)?;
+        Ok(prims.measured())
+    }
+
+    /// The triangles that are in no group.
+    pub fn still(geometry: &Geometry) -> Self {
+        Self::triangles(geometry, &geometry.world_triangles()).measured()
+    }
+
+    /// A group's triangles.
+    pub fn group(geometry: &Geometry, group: usize) -> Self {
+        Self::triangles(geometry, std::slice::from_ref(&geometry.groups[group].triangles)).measured()
+    }
+
+    /// The items of the top, over a still tree and groups with these boxes.
+    pub fn top(geometry: &Geometry, still: &Aabb, groups: &[Aabb]) -> Result<Self, BuildError> {
+        let mut prims = Self::triangles(geometry, &[]);
+        prims.add_shapes(geometry)?;
+        let first = geometry.prim_count() as u32;
+        let count = geometry.instances.len();
+        let boxes: Vec<Aabb> = (0..count)
+            .into_par_iter()
+            .with_min_len(PAR_MIN_LEN)
+            .map(|i| check::instance_bounds(geometry, i, &groups[geometry.instances[i].group as usize]))
+            .collect::<Result<_, _>>()?;
+        let met = boxes.iter().zip(first..).filter(|(bounds, _)| !bounds.is_empty());
+        prims.refs.extend(met.map(|(bounds, id)| PrimBox::new(bounds, id)));
+        if !still.is_empty() {
+            prims.refs.push(PrimBox::new(still, first + count as u32));
+        }
+        Ok(prims.measured())
+    }
+
+    /// The box around all.
+    pub fn bounds(&self) -> Aabb {
+        self.around.boxes.aabb()
+    }
+
+    fn triangles(geometry: &Geometry, runs: &[Range<u32>]) -> Self {
+        let keeps = |i: &u32| {
+            let [a, b, c] = geometry.corners(*i as usize);
+            a != b && b != c && c != a
+        };
+        let boxed = |i: u32| PrimBox::new(&geometry.bounds(PrimRef::new(i)), i);
+        let mut refs = Vec::new();
+        for run in runs {
+            let all = run.clone().into_par_iter().with_min_len(PAR_MIN_LEN);
+            if all.clone().all(|i| keeps(&i)) {
+                refs.par_extend(all.map(boxed));
+            } else {
+                refs.par_extend(all.filter(keeps).map(boxed));
+            }
+        }
+        Self {
+            refs,
+            around: SetBounds::EMPTY,
+            mobility: Mobility::Moving,
+            unbounded: Vec::new(),
+            reach: 0.0,
+        }
+    }
+
+    fn add_shapes(&mut self, geometry: &Geometry) -> Result<(), BuildError> {
+        for id in geometry.triangles.len()..geometry.prim_count() {
+            let prim = PrimRef::new(id as u32);
+            match check::shape_bounds(geometry, prim)? {
+                Some(bounds) => self.refs.push(PrimBox::new(&bounds, id as u32)),
+                None => self.unbounded.push(prim),
+            }
+        }
+        Ok(())
+    }
+
+    fn measured(mut self) -> Self {
+        self.around = SetBounds::of(&self.refs);
+        let bounds = self.bounds();
+        if !bounds.is_empty() {
+            self.reach = bounds.min.abs().max(bounds.max.abs()).max_element();
+        }
+        self
+    }
+}

@@ -1,0 +1,109 @@
+//! Which of the triangles that rays in flight may hit they hit.
+//!
+//! Of eight that were tested together seldom more than one is left, so each is decided by itself, with the three axes of its
+//! own box side by side. Whether it is hit can hardly be foretold, so nothing here branches on it: it is kept or not by
+//! selection.
+
+use std::hint::select_unpredictable;
+
+use super::{
+    query::{Best, Query},
+    ray_state::{InstanceState, RayState},
+    triangle::{self, Crossing, PADDING},
+};
+use crate::{
+    accel::wide::node::TriangleBlock,
+    geometry::slab::TINY,
+    simd::lanes::{Floats, Mask, SimdLevel},
+};
+
+/// Where a ray meets a triangle.
+pub struct Meet {
+    /// Whether that is behind where the ray begins, and where any hit will do before where it ends.
+    is_hit: bool,
+    t: f32,
+    u: f32,
+    v: f32,
+}
+
+/// Where a slot's ray meets triangle `k` of a block.
+#[inline(always)]
+pub fn meet<L: SimdLevel, Q: Query>(
+    level: L,
+    slot: &RayState,
+    block: &TriangleBlock,
+    k: usize,
+    crossing: &Crossing<L::F4>,
+) -> Meet {
+    // All lanes are alike but those of the box, of which the first counts.
+    let meets = triangle::meet(stretch(level, slot, block, k), crossing);
+    let mut is_hit = meets.valid.and(level.splat4(slot.course.tmin).lt(meets.t));
+    if Q::ANY {
+        is_hit = is_hit.and(meets.t.le(level.splat4(slot.best.t)));
+    }
+    Meet {
+        is_hit: is_hit.bits() & 1 == 1,
+        t: meets.t.to_array()[0],
+        u: meets.u.to_array()[0],
+        v: meets.v.to_array()[0],
+    }
+}
+
+/// What [`triangle::stretch`] gives, in the first lane. Which axis comes first does not matter.
+#[inline(always)]
+fn stretch<L: SimdLevel>(level: L, slot: &RayState, block: &TriangleBlock, k: usize) -> [L::F4; 2] {
+    let [a, b, c] = slot.turn(&block.corners);
+    let (a, b, c) = (corner(level, a, k), corner(level, b, k), corner(level, c, k));
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    let pad = low.abs().max(high.abs()).mul(level.splat4(PADDING));
+    let (o, tiny) = (level.load4(&slot.line()[0]), level.splat4(TINY));
+    let low = low.sub(pad).sub(o).sub(tiny);
+    let high = high.add(pad).sub(o).add(tiny);
+    let inv = level.turn4(level.load4(&slot.course.rows()[0]), slot.last());
+    // Reciprocals are neither zero nor infinite, so that of two products the one with the nearer face is not larger.
+    let (p, q) = (low.mul(inv), high.mul(inv));
+    let (near, far) = (p.min(q), p.max(q));
+    [
+        near.max(level.turn4(near, 1)).max(level.turn4(near, 2)),
+        far.min(level.turn4(far, 1)).min(level.turn4(far, 2)),
+    ]
+}
+
+/// A corner of one of four triangles.
+#[inline(always)]
+fn corner<L: SimdLevel>(level: L, [x, y, z]: [&[f32; 4]; 3], k: usize) -> L::F4 {
+    level.load4(&[x[k], y[k], z[k], 0.0])
+}
+
+/// Keeps a hit of the triangle with number `id` if it is nearer than what the slot's ray has; whether it is.
+#[inline(always)]
+pub fn keep<Q: Query, const INSTANCES: bool>(
+    meet: &Meet,
+    id: u32,
+    slot: &mut RayState,
+    inside: &mut InstanceState,
+) -> bool {
+    let best = slot.best;
+    let Meet { is_hit, t, u, v } = *meet;
+    if Q::ANY {
+        slot.best.id = select_unpredictable(is_hit, 0, best.id);
+        return is_hit;
+    }
+    let again = INSTANCES && t == best.t && id == best.id && inside.current < inside.best;
+    let found = is_hit & (best.loses_to(t, id) | again);
+    slot.set_best(Best {
+        t: choose(found, t, best.t),
+        u: choose(found, u, best.u),
+        v: choose(found, v, best.v),
+        id: select_unpredictable(found, id, best.id),
+    });
+    if INSTANCES {
+        inside.best = select_unpredictable(found, inside.current, inside.best);
+    }
+    found
+}
+
+#[inline(always)]
+fn choose(new: bool, a: f32, b: f32) -> f32 {
+    f32::from_bits(select_unpredictable(new, a.to_bits(), b.to_bits()))
+}

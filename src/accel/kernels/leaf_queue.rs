@@ -1,0 +1,222 @@
+//! Rays in flight at leaves with triangles.
+//!
+//! Triangles lie in blocks of four, and vectors hold eight: two blocks are tested at once, each with its own ray.
+
+use std::{
+    mem::{MaybeUninit, offset_of},
+    ptr,
+};
+
+use super::{
+    aliased_buffer::AliasedBuffer,
+    hits,
+    query::Query,
+    ray_state::{InstanceState, RayState},
+    slot_set::SLOTS,
+    triangle::{self, Candidates, Crossing, each, join, join3},
+};
+use crate::{
+    accel::wide::node::{MAX_LEAF, TriangleBlock},
+    simd::{
+        huge_pages::PAGE,
+        lanes::{Floats, Mask, SimdLevel},
+    },
+};
+
+/// The most blocks that the rays of a pass can come to.
+const MAX_VISITS: usize = SLOTS * MAX_LEAF;
+
+/// A pair of blocks of which something may be met.
+#[repr(align(64))]
+struct CandidatePair {
+    /// Where it begins in the list.
+    at: usize,
+    /// Which triangles, a bit for each.
+    lanes: u32,
+    crossing: Crossing<[f32; 8]>,
+}
+
+/// The blocks that rays have come to in a pass. Nothing is said of what is beyond their number.
+///
+/// The first of each list follow one another in a page, those of one behind those of the list before: see [`super::aliased_buffer`].
+#[repr(C)]
+pub struct LeafQueue {
+    /// Where the rays' slots lie. One more may be written than counts; so of the blocks.
+    slots: [MaybeUninit<usize>; MAX_VISITS + 1],
+    _before_blocks: [MaybeUninit<u8>; BEFORE_BLOCKS],
+    blocks: [MaybeUninit<*const TriangleBlock>; MAX_VISITS + 1],
+    _before_met: [MaybeUninit<u8>; BEFORE_MET],
+    met: [MaybeUninit<CandidatePair>; MAX_VISITS / 2],
+}
+
+/// In most passes there are no more blocks, and no more pairs of which something may be met.
+const USUAL_VISITS: usize = 48;
+const USUAL_MET: usize = 4;
+
+/// Where in a page the lists end in most passes.
+const SLOTS_END: usize = USUAL_VISITS * size_of::<usize>();
+const BLOCKS_END: usize = SLOTS_END + USUAL_VISITS * size_of::<*const TriangleBlock>();
+const MET_END: usize = BLOCKS_END + USUAL_MET * size_of::<CandidatePair>();
+
+const BEFORE_BLOCKS: usize = up_to(SLOTS_END, size_of::<[usize; MAX_VISITS + 1]>());
+const BEFORE_MET: usize = up_to(BLOCKS_END, SLOTS_END + size_of::<[usize; MAX_VISITS + 1]>());
+
+/// How far it is from a place to the next one that is in that `part` of a page.
+const fn up_to(part: usize, from: usize) -> usize {
+    (part + PAGE - from % PAGE) % PAGE
+}
+
+const _: () =
+    assert!(offset_of!(LeafQueue, blocks) % PAGE == SLOTS_END && offset_of!(LeafQueue, met) % PAGE == BLOCKS_END);
+
+impl LeafQueue {
+    /// For a kernel that has `local` in its frame.
+    pub fn opposite<'r, F>(room: &'r mut AliasedBuffer<Self>, local: &F) -> &'r mut Self {
+        // SAFETY: it is all of what may be anything.
+        unsafe { room.opposite(local, MET_END).assume_init_mut() }
+    }
+
+    /// Adds the blocks of a leaf to so many others; how many there are then. The slot is told by where it lies.
+    ///
+    /// # Safety
+    /// There is such a slot, and of each slot there is one leaf. A leaf has as many blocks as [`MAX_LEAF`] at most.
+    #[inline(always)]
+    pub unsafe fn add<L: SimdLevel>(
+        &mut self,
+        level: L,
+        mut count: usize,
+        slot: usize,
+        blocks: &[TriangleBlock],
+    ) -> usize {
+        let first = blocks.as_ptr();
+        level.prefetch::<3>(first.cast());
+        // Whether there is a second one cannot be foretold; more are rare.
+        // SAFETY: there is room for all blocks that a leaf of each slot can have, and for one more.
+        unsafe {
+            self.put(count, slot, first);
+            self.put(count + 1, slot, first.wrapping_add(1));
+        }
+        for block in blocks.iter().skip(2) {
+            count += 1;
+            // SAFETY: as above.
+            unsafe { self.put(count + 1, slot, block) };
+        }
+        count + blocks.len().min(2)
+    }
+
+    /// # Safety
+    /// `at` is at most [`MAX_VISITS`].
+    #[inline(always)]
+    unsafe fn put(&mut self, at: usize, slot: usize, block: *const TriangleBlock) {
+        debug_assert!(at <= MAX_VISITS);
+        // SAFETY: by this function's own contract.
+        unsafe {
+            self.slots.get_unchecked_mut(at).write(slot);
+            self.blocks.get_unchecked_mut(at).write(block);
+        }
+    }
+
+    /// A block with the slot whose ray has come to it.
+    ///
+    /// # Safety
+    /// One was added as the `at`-th, of a slot among `slots`, and still exists.
+    #[inline(always)]
+    unsafe fn visit<'s>(&self, slots: &'s [RayState; SLOTS], at: usize) -> (&'s RayState, &TriangleBlock) {
+        // SAFETY: by this function's own contract.
+        unsafe {
+            let slot = slots.as_ptr().with_addr(self.slots.get_unchecked(at).assume_init());
+            (&*slot, &*self.blocks.get_unchecked(at).assume_init())
+        }
+    }
+
+    /// Tests so many of them, all that were added; the set of slots whose rays end nearer now, or are done where any hit will do.
+    ///
+    /// # Safety
+    /// So many were added, and still exist.
+    #[inline(always)]
+    pub unsafe fn test<L: SimdLevel, Q: Query, const INSTANCES: bool>(
+        &mut self,
+        level: L,
+        count: usize,
+        slots: &mut [RayState; SLOTS],
+        inside: &mut [InstanceState; SLOTS],
+    ) -> u64 {
+        if count % 2 == 1 {
+            // The last one twice: there is room, since there is for an even number of blocks.
+            (self.slots[count % MAX_VISITS], self.blocks[count % MAX_VISITS]) =
+                (self.slots[count - 1], self.blocks[count - 1]);
+        }
+        // Whether anything is met cannot be foretold, so pairs of blocks with something first go into a list, without a branch.
+        let mut pairs = 0;
+        let mut at = 0;
+        while at < count {
+            // SAFETY: so many were added, by this function's own contract, and are in slots; each pair is found once at most.
+            unsafe {
+                let first = self.visit(slots, at);
+                let second = self.visit(slots, at + 1);
+                let Candidates { mask, crossing } = candidates(level, first, second);
+                let lanes = mask.bits();
+                self.met.get_unchecked_mut(pairs).write(CandidatePair {
+                    at,
+                    lanes,
+                    crossing: crossing.to_arrays(),
+                });
+                pairs += usize::from(lanes != 0);
+            }
+            at += 2;
+        }
+        let mut nearer = 0;
+        for met in &self.met[..pairs.min(MAX_VISITS / 2)] {
+            // SAFETY: so many were written.
+            let CandidatePair {
+                at,
+                mut lanes,
+                ref crossing,
+            } = *unsafe { met.assume_init_ref() };
+            loop {
+                let lane = lanes.trailing_zeros() as usize % 8;
+                lanes &= lanes - 1;
+                // SAFETY: what is in the list was added.
+                let (slot, block) = unsafe { self.visit(slots, at + lane / 4) };
+                let meet = hits::meet::<L, Q>(level, slot, block, lane % 4, &crossing.spread(level, lane));
+                let id = number(slots, slot);
+                let is_nearer = hits::keep::<Q, INSTANCES>(&meet, block.ids[lane % 4], &mut slots[id], &mut inside[id]);
+                nearer |= u64::from(is_nearer) << id;
+                if lanes == 0 {
+                    break;
+                }
+            }
+        }
+        nearer
+    }
+}
+
+/// Which of the `slots` it is.
+#[inline(always)]
+fn number(slots: &[RayState; SLOTS], slot: &RayState) -> usize {
+    (ptr::from_ref(slot).addr() - slots.as_ptr().addr()) / size_of::<RayState>() % SLOTS
+}
+
+/// Which triangles of two blocks the rays of two slots may hit, those of the first in the first half.
+#[inline(always)]
+fn candidates<L: SimdLevel>(
+    level: L,
+    first: (&RayState, &TriangleBlock),
+    second: (&RayState, &TriangleBlock),
+) -> Candidates<L::F8> {
+    let ([o, d, shear], [o2, d2, shear2]) = (first.0.line(), second.0.line());
+    let [x, y, z, begin] = level.quads(join(level, o, o2));
+    let [dx, dy, dz, until] = level.quads(join(level, d, d2));
+    let [sx, sy, ..] = level.quads(join(level, shear, shear2));
+    let ([a, b, c], [a2, b2, c2]) = (first.0.turn(&first.1.corners), second.0.turn(&second.1.corners));
+    let corners = [
+        each(join3(level, a, a2), [x, y, z], L::F8::sub),
+        each(join3(level, b, b2), [x, y, z], L::F8::sub),
+        each(join3(level, c, c2), [x, y, z], L::F8::sub),
+    ];
+    let sides = triangle::sides(&corners, [sx, sy]);
+    // Often one of the triangles is met somewhere, seldom between the ray's ends: one branch that can be foretold is
+    // faster than two.
+    let plane = triangle::plane(&corners);
+    triangle::candidates([dx, dy, dz], &plane, sides, begin, until)
+}

@@ -1,0 +1,274 @@
+//! Shadow rays that are answered before any of them goes through the tree.
+//!
+//! Groups of rays that start next to one another may have nothing in their way, as on a roof: then what encloses the group
+//! ([`Shaft`]) meets no box. And one leaf may block most of them, as a ceiling that the sun shines on: then those of its triangles
+//! that the shaft comes to are tested with all rays, sixteen at a time, and with the groups that follow. Where they block few of a
+//! group, that looks for others.
+//!
+//! Some groups of a batch show whether that pays.
+
+use super::{
+    packet::order::PacketOrder,
+    ray_state::BEYOND,
+    ray16::{RAYS, Ray16},
+    shaft::Shaft,
+    slot_set::pop_lowest,
+    tree::WideTree,
+    triangle::{Vec3s, candidates, each, meet, plane, sides, spread, stretch_any},
+};
+use crate::{
+    accel::wide::node::{EMPTY, LEAF, SHAPE, TriangleBlock},
+    math::Ray,
+    shape::triangle::Shear,
+    simd::lanes::{Floats, Mask, SimdLevel},
+};
+
+/// Rays of a group.
+const GROUP: usize = 4 * RAYS;
+
+/// The groups of a batch that are tried.
+const TRIAL_GROUPS: usize = 8;
+
+/// One of so many of their rays must be answered so that it pays: the others go through the tree without packets, which would
+/// take as long for all of them where packets suit them best.
+const MIN_ANSWERED: usize = 3;
+
+/// Triangles that block one of so many of a group's rays are tested with the next group first.
+const MIN_BLOCKED: u32 = 4;
+
+/// Nodes that are looked at for a group.
+const MAX_NODES: usize = 8;
+
+/// Triangles of a block.
+const BLOCK_TRIANGLES: usize = 4;
+
+/// Room for the children that wait: of each node but the last all but one, and the eight of the last.
+const STACK: usize = 7 * MAX_NODES + 8;
+
+struct OccluderSearch<'a> {
+    tree: &'a WideTree,
+    rays: &'a [Ray],
+    shaft: Shaft,
+    /// What blocked many of the last group.
+    occluder: Option<Occluder>,
+}
+
+/// Some triangles of a leaf.
+#[derive(Clone, Copy, PartialEq)]
+struct Occluder {
+    leaf: u32,
+    /// Which, a bit for each, in the order of the leaf's blocks.
+    triangles: u32,
+}
+
+/// What a shaft comes to.
+enum ShaftQuery {
+    Nothing,
+    /// The first leaf with triangles of those that are to be tried.
+    Leaf(Occluder),
+    Anything,
+}
+
+/// Answers the rays that can be answered at once where that pays, and puts the numbers of the others into `remaining`. Whether
+/// it pays: otherwise some rays may be answered, and all are to be traced.
+#[inline(always)]
+pub fn trace<L: SimdLevel>(
+    level: L,
+    tree: &WideTree,
+    rays: &[Ray],
+    order: PacketOrder,
+    blocked: &mut [bool],
+    remaining: &mut Vec<u32>,
+) -> bool {
+    let count = rays.len();
+    let groups = count / GROUP;
+    if groups < 2 * TRIAL_GROUPS {
+        return false;
+    }
+    let mut umbra = OccluderSearch {
+        tree,
+        rays,
+        shaft: Shaft::default(),
+        occluder: None,
+    };
+    remaining.clear();
+    for k in 0..TRIAL_GROUPS {
+        let group = k * (groups - 1) / (TRIAL_GROUPS - 1);
+        umbra.ask(level, &ids(order, group, count), blocked, remaining);
+    }
+    let answered = TRIAL_GROUPS * GROUP - remaining.len();
+    remaining.clear();
+    let pays = answered * MIN_ANSWERED >= TRIAL_GROUPS * GROUP;
+    if pays {
+        for group in 0..groups {
+            umbra.ask(level, &ids(order, group, count), blocked, remaining);
+        }
+        for packet in groups * GROUP / RAYS..count.div_ceil(RAYS) {
+            remaining.extend(order.list(packet, count).as_slice());
+        }
+    }
+    pays
+}
+
+/// The rays of a group, of `count` rays, that is full.
+#[inline(always)]
+fn ids(order: PacketOrder, group: usize, count: usize) -> [u32; GROUP] {
+    let mut ids = [0; GROUP];
+    for (packet, ids) in (group * GROUP / RAYS..).zip(ids.as_chunks_mut().0) {
+        *ids = order.list(packet, count).ids;
+    }
+    ids
+}
+
+impl OccluderSearch<'_> {
+    /// Answers what can be answered of a group at once, and adds the others to those that are `left`.
+    #[inline(always)]
+    fn ask<L: SimdLevel>(&mut self, level: L, ids: &[u32; GROUP], blocked: &mut [bool], left: &mut Vec<u32>) {
+        let before = left.len();
+        let tested = self.occluder.take();
+        if let Some(occluder) = tested
+            && self.test(level, occluder, ids, blocked, left)
+        {
+            return;
+        }
+        let view = if self.shaft.enclose(level, self.rays, ids, self.tree.padding.reach) {
+            self.look(level)
+        } else {
+            ShaftQuery::Anything
+        };
+        match view {
+            ShaftQuery::Nothing => left.truncate(before),
+            ShaftQuery::Leaf(occluder) if Some(occluder) != tested => {
+                left.truncate(before);
+                self.test(level, occluder, ids, blocked, left);
+            }
+            _ if tested.is_none() => left.extend(ids),
+            _ => {}
+        }
+    }
+
+    /// Tests these triangles with all of a group's rays and adds those to the `left` that they do not block; whether they block
+    /// many, and are kept.
+    #[inline(always)]
+    fn test<L: SimdLevel>(
+        &mut self,
+        level: L,
+        occluder: Occluder,
+        ids: &[u32; GROUP],
+        blocked: &mut [bool],
+        left: &mut Vec<u32>,
+    ) -> bool {
+        // SAFETY: it is a leaf of this tree.
+        let blocks = unsafe { self.tree.leaf(occluder.leaf) };
+        let (mut rest, mut count) = ([0; GROUP], 0);
+        for ids in ids.as_chunks::<RAYS>().0 {
+            let lanes = blocked_by(
+                level,
+                blocks,
+                occluder.triangles,
+                self.rays,
+                ids,
+                self.tree.padding.reach,
+            );
+            for (lane, &id) in ids.iter().enumerate() {
+                let is_blocked = lanes >> lane & 1 == 1;
+                blocked[id as usize] |= is_blocked;
+                rest[count % GROUP] = id;
+                count += usize::from(!is_blocked);
+            }
+        }
+        left.extend_from_slice(&rest[..count]);
+        let many = (GROUP - count) as u32 * MIN_BLOCKED >= GROUP as u32;
+        self.occluder = many.then_some(occluder);
+        many
+    }
+
+    /// What the shaft comes to, children with the most promise first.
+    #[inline(always)]
+    fn look<L: SimdLevel>(&self, level: L) -> ShaftQuery {
+        let mut stack = [0; STACK];
+        stack[0] = self.tree.root();
+        let (mut count, mut nodes) = (1, 0);
+        while count > 0 {
+            count -= 1;
+            let child = stack[count];
+            if child & LEAF == 0 {
+                if nodes == MAX_NODES {
+                    return ShaftQuery::Anything;
+                }
+                nodes += 1;
+                // SAFETY: this is the root or an inner child.
+                let node = unsafe { self.tree.node(child) };
+                let mut met = self.shaft.cross(level, node).bits();
+                while met != 0 {
+                    let lane = met.ilog2();
+                    met ^= 1 << lane;
+                    stack[count] = node.child[lane as usize];
+                    count += 1;
+                }
+            } else if child & SHAPE == 0 {
+                // SAFETY: this is a leaf with triangles.
+                let blocks = unsafe { self.tree.leaf(child) };
+                let mut triangles = 0;
+                for (i, block) in blocks.iter().enumerate() {
+                    triangles |= self.shaft.in_the_way(level, block) << (BLOCK_TRIANGLES * i);
+                }
+                if triangles != 0 {
+                    return ShaftQuery::Leaf(Occluder { leaf: child, triangles });
+                }
+            } else if child != EMPTY {
+                return ShaftQuery::Anything;
+            }
+        }
+        ShaftQuery::Nothing
+    }
+}
+
+/// Which of the rays these triangles of the blocks are in the way of, a bit for each.
+#[inline(always)]
+fn blocked_by<L: SimdLevel>(
+    level: L,
+    blocks: &[TriangleBlock],
+    triangles: u32,
+    rays: &[Ray],
+    ids: &[u32; RAYS],
+    reach: f32,
+) -> u32 {
+    let sixteen = Ray16::load(level, rays, ids);
+    let sorted = sixteen.sort(reach);
+    let Ray16 { o, d, inv, tmin, tmax } = sixteen;
+    let asked = level.mask16(sorted.ordinary & sorted.along);
+    let [x, y, z] = Shear::new(&rays[ids[sorted.leader] as usize].d).axes;
+    let turn = |v: &Vec3s<L::F16>| [v[x], v[y], v[z]];
+    let (turned_o, turned_d) = (turn(&o), turn(&d));
+    let shear = [turned_d[0].mul(inv[z]), turned_d[1].mul(inv[z])];
+    let begin = tmin.mul(level.splat16(1.0 - BEYOND));
+    let until = tmax.add(tmax.abs().mul(level.splat16(BEYOND)));
+    let mut blocked = 0;
+    let mut triangles = u64::from(triangles);
+    while triangles != 0 && blocked != asked.bits() {
+        let triangle = pop_lowest(&mut triangles);
+        let (block, k) = (&blocks[triangle / BLOCK_TRIANGLES], triangle % BLOCK_TRIANGLES);
+        let [a, b, c] = block.corners.each_ref();
+        let world = [
+            spread(level, a.each_ref(), k),
+            spread(level, b.each_ref(), k),
+            spread(level, c.each_ref(), k),
+        ];
+        let [a, b, c] = &world;
+        let corners = [
+            each(turn(a), turned_o, L::F16::sub),
+            each(turn(b), turned_o, L::F16::sub),
+            each(turn(c), turned_o, L::F16::sub),
+        ];
+        let sides = sides(&corners, shear);
+        if sides.inside.and(asked).bits() & !blocked == 0 {
+            continue;
+        }
+        let candidates = candidates(turned_d, &plane(&corners), sides, begin, until);
+        let meets = meet(stretch_any(&o, &inv, &world), &candidates.crossing);
+        let is_between = tmin.lt(meets.t).and(meets.t.le(tmax));
+        blocked |= candidates.mask.and(meets.valid).and(is_between).and(asked).bits();
+    }
+    blocked
+}

@@ -1,0 +1,494 @@
+//! Packets at leaves with triangles.
+//!
+//! Whether anything is met there cannot be foretold, and a processor that guesses wrongly stands still until it knows. So each
+//! step is a pass of its own over all packets that are at leaves, and keeps what is left of a list without branches: triangles
+//! that what encloses a packet may meet, four at a time; of these, those that the line of any of its rays goes through; and
+//! hits.
+
+use super::rays::load16s;
+use std::ptr;
+
+use super::{
+    rays::{NO_MORE, PACKETS, Packet},
+    singles::{BLOCK_TRIANGLES, MIN_PACKET_LANES, Singles},
+};
+use crate::{
+    accel::{
+        kernels::{
+            query::Query,
+            triangle::{
+                Faces, Plane, Vec3s, boxes, candidates, each, faces, load3, meet, plane, sides, spread, stretch,
+            },
+        },
+        wide::node::{MAX_LEAF, TriangleBlock},
+    },
+    math::Ray,
+    simd::lanes::{Floats, Mask, SimdLevel},
+};
+
+/// All rays.
+const ALL: u32 = 0xffff;
+
+/// The most blocks that packets can come to at once, a power of two.
+const MAX_VISITS: usize = PACKETS * MAX_LEAF;
+
+/// How far an edge's side may be wrong, relative to how far the triangle reaches from where rays start and from their lines: the
+/// routine for rays rounds it by less than 12 units of [`f32::EPSILON`], [`Edges`] by less than 32.
+const MARGIN: f32 = 64.0 * f32::EPSILON;
+
+/// The same for numbers so small that they have lost their digits.
+const MIN_MARGIN: f32 = 64.0 * f32::MIN_POSITIVE;
+
+/// The edges of a block's triangles as seen from one place.
+#[derive(Clone, Copy)]
+struct Edges {
+    /// A line sheared by `[s, t]` passes each triangle's first edge on the side that the sign of `x * s + y * t + z` tells,
+    /// and so the others.
+    sides: [[[f32; BLOCK_TRIANGLES]; 3]; 3],
+    /// How wrong that may be.
+    margin: [f32; BLOCK_TRIANGLES],
+}
+
+/// What of a block's triangles does not depend on directions, where all rays start in one place: what [`Plane`] and [`Faces`]
+/// say, and where the corners lie from there.
+#[derive(Default)]
+struct Look {
+    corners: [[[f32; BLOCK_TRIANGLES]; 3]; 3],
+    normal: [[f32; BLOCK_TRIANGLES]; 3],
+    distance: [f32; BLOCK_TRIANGLES],
+    near: [[f32; BLOCK_TRIANGLES]; 3],
+    far: [[f32; BLOCK_TRIANGLES]; 3],
+}
+
+/// A block that a packet has come to.
+#[derive(Clone, Copy)]
+struct Visit {
+    /// Where all rays start in one place.
+    edges: Edges,
+    block: *const TriangleBlock,
+    packet: usize,
+}
+
+/// The blocks that packets have come to, and which of their triangles may be met.
+pub struct PacketLeafQueue {
+    blocks: [Visit; MAX_VISITS],
+    block_count: usize,
+    /// [`BLOCK_TRIANGLES`] times a place in `blocks`, and which triangle of it.
+    triangles: [u32; MAX_VISITS * BLOCK_TRIANGLES],
+    /// Whose lines go through each.
+    lanes: [u32; MAX_VISITS * BLOCK_TRIANGLES],
+    count: usize,
+    singles: Singles,
+}
+
+impl PacketLeafQueue {
+    pub fn new() -> Self {
+        let edges = Edges {
+            sides: [[[0.0; BLOCK_TRIANGLES]; 3]; 3],
+            margin: [0.0; BLOCK_TRIANGLES],
+        };
+        let nothing = Visit {
+            edges,
+            block: ptr::null(),
+            packet: 0,
+        };
+        Self {
+            blocks: [nothing; MAX_VISITS],
+            block_count: 0,
+            triangles: [0; MAX_VISITS * BLOCK_TRIANGLES],
+            lanes: [0; MAX_VISITS * BLOCK_TRIANGLES],
+            count: 0,
+            singles: Singles::new(),
+        }
+    }
+
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.block_count = 0;
+    }
+
+    /// Adds the blocks of a leaf that a packet has come to; of each packet one leaf at most. Where its rays start in several places
+    /// there is nothing to prepare, and they are tested at once; whether some of them end nearer then, or are blocked.
+    #[inline(always)]
+    pub fn add<L: SimdLevel, Q: Query>(
+        &mut self,
+        level: L,
+        id: usize,
+        packet: &mut Packet,
+        blocks: &[TriangleBlock],
+    ) -> bool {
+        if !packet.shared {
+            let mut nearer = false;
+            for block in blocks {
+                nearer |= packet.block::<L, Q>(level, block);
+            }
+            return nearer;
+        }
+        for block in blocks {
+            // Asked for a second time: what was there may have had to go since.
+            level.prefetch::<3>(ptr::from_ref(block).cast());
+            let visit = &mut self.blocks[self.block_count % MAX_VISITS];
+            (visit.block, visit.packet) = (block, id);
+            self.block_count += 1;
+        }
+        false
+    }
+
+    /// Tests what was added; the set of packets some of whose rays end nearer now, or are blocked.
+    ///
+    /// # Safety
+    /// The blocks that were added still exist.
+    #[inline(always)]
+    pub unsafe fn test<L: SimdLevel, Q: Query>(
+        &mut self,
+        level: L,
+        packets: &mut [Packet; PACKETS],
+        rays: &[Ray],
+    ) -> u64 {
+        // SAFETY: by this function's own contract.
+        unsafe {
+            self.see(level, packets);
+            self.pass(level, packets);
+            self.meet::<L, Q>(level, packets, rays)
+        }
+    }
+
+    /// Lists the triangles that may be met.
+    ///
+    /// # Safety
+    /// As for [`PacketLeafQueue::test`]; so for the passes after it.
+    #[inline(always)]
+    unsafe fn see<L: SimdLevel>(&mut self, level: L, packets: &[Packet; PACKETS]) {
+        self.count = 0;
+        for at in 0..self.block_count.min(MAX_VISITS) {
+            let visit = &mut self.blocks[at];
+            let packet = &packets[visit.packet % PACKETS];
+            // SAFETY: by this function's own contract.
+            let block = unsafe { &*visit.block };
+            let (seen, covered) = packet.see(level, block, &mut visit.edges);
+            for k in 0..BLOCK_TRIANGLES {
+                let next = self.count % (MAX_VISITS * BLOCK_TRIANGLES);
+                self.triangles[next] = (at * BLOCK_TRIANGLES + k) as u32;
+                self.lanes[next] = covered >> k & 1;
+                self.count += (seen >> k & 1) as usize;
+            }
+        }
+    }
+
+    /// Keeps those in the list that the line of any ray goes through, and says of which.
+    #[inline(always)]
+    unsafe fn pass<L: SimdLevel>(&mut self, level: L, packets: &[Packet; PACKETS]) {
+        let seen = self.count;
+        self.count = 0;
+        for i in 0..seen {
+            let triangle = self.triangles[i % (MAX_VISITS * BLOCK_TRIANGLES)];
+            let (at, k) = place(triangle);
+            let visit = &self.blocks[at];
+            let packet = &packets[visit.packet % PACKETS];
+            let lanes = if self.lanes[i % (MAX_VISITS * BLOCK_TRIANGLES)] == 0 {
+                packet.may_pass(level, &visit.edges, k)
+            } else {
+                ALL
+            };
+            let at = self.count % (MAX_VISITS * BLOCK_TRIANGLES);
+            (self.triangles[at], self.lanes[at]) = (triangle, lanes);
+            self.count += usize::from(lanes != 0);
+        }
+    }
+
+    /// Keeps the hits of those in the list.
+    #[inline(always)]
+    unsafe fn meet<L: SimdLevel, Q: Query>(&mut self, level: L, packets: &mut [Packet; PACKETS], rays: &[Ray]) -> u64 {
+        let mut nearer = 0;
+        let (mut looked_at, mut look) = (MAX_VISITS, Look::default());
+        let mut next = 0;
+        while next < self.count {
+            self.singles.clear();
+            while next < self.count && self.singles.has_room() {
+                let i = next % (MAX_VISITS * BLOCK_TRIANGLES);
+                next += 1;
+                let lanes = self.lanes[i];
+                let (at, k) = place(self.triangles[i]);
+                let visit = &self.blocks[at];
+                let id = visit.packet % PACKETS;
+                let packet = &mut packets[id];
+                // SAFETY: by this function's own contract.
+                let block = unsafe { &*visit.block };
+                if lanes.count_ones() < MIN_PACKET_LANES {
+                    self.singles.add(id, packet, lanes, block, k);
+                    continue;
+                }
+                if looked_at != at {
+                    looked_at = at;
+                    packet.look(level, block, &mut look);
+                }
+                let found = packet.seen_triangle::<L, Q>(level, &look, k, block.ids[k]);
+                nearer |= u64::from(found) << id;
+            }
+            // SAFETY: by this function's own contract.
+            nearer |= unsafe { self.singles.test::<L, Q>(level, packets, rays) };
+        }
+        nearer
+    }
+}
+
+/// Where a triangle of the list is: in which block, and which of that.
+#[inline(always)]
+fn place(triangle: u32) -> (usize, usize) {
+    (
+        triangle as usize / BLOCK_TRIANGLES % MAX_VISITS,
+        triangle as usize % BLOCK_TRIANGLES,
+    )
+}
+
+impl Packet {
+    /// `rows` of a corner in the order of the axes.
+    #[inline(always)]
+    fn turn<'a, T>(&self, rows: &'a [T; 3]) -> [&'a T; 3] {
+        let [x, y, z] = self.axes.map(usize::from);
+        [&rows[x], &rows[y], &rows[z]]
+    }
+
+    /// The corners of a block's triangles relative to where all rays start, in the order of the axes.
+    #[inline(always)]
+    fn relative<L: SimdLevel>(&self, level: L, block: &TriangleBlock) -> [Vec3s<L::F4>; 3] {
+        let [x, y, z] = self.turn(self.origin.first_chunk().expect("there are four"));
+        let o = [level.splat4(*x), level.splat4(*y), level.splat4(*z)];
+        let [a, b, c] = &block.corners;
+        [
+            each(load3(level, self.turn(a)), o, L::F4::sub),
+            each(load3(level, self.turn(b)), o, L::F4::sub),
+            each(load3(level, self.turn(c)), o, L::F4::sub),
+        ]
+    }
+
+    /// Looks at a block where all rays start in one place; which of its triangles any of them may meet.
+    ///
+    /// The side on which a ray passes an edge is linear in its shear, so over all shears that lie around the rays' own it
+    /// has its extremes in the corners. What is so far away that this is no number, no ray meets: where triangles lie is rounded to
+    /// so much there that the distance to their planes is none.
+    ///
+    /// Returns these, and those that all of them go through.
+    #[inline(always)]
+    fn see<L: SimdLevel>(&self, level: L, block: &TriangleBlock, edges: &mut Edges) -> (u32, u32) {
+        let [a, b, c] = self.relative(level, block);
+        // Near the packet's middle they are small, and so is what is lost when they are multiplied.
+        let back = [level.splat4(-self.middle[0]), level.splat4(-self.middle[1])];
+        let (a, b, c) = (flat(a, back), flat(b, back), flat(c, back));
+        let mut sides = [side(c, b), side(a, c), side(b, a)];
+        let half = [level.splat4(self.half[0]), level.splat4(self.half[1])];
+        let [u, v, w] = [range(sides[0], half), range(sides[1], half), range(sides[2], half)];
+        for side in &mut sides {
+            side[2] = passed(*side, back);
+        }
+        for (to, from) in edges.sides.iter_mut().zip(sides) {
+            *to = [from[0].to_array(), from[1].to_array(), from[2].to_array()];
+        }
+        let wide = |p: Vec3s<L::F4>| p[0].abs().max(p[1].abs());
+        let wide = wide(a).max(wide(b)).max(wide(c));
+        let reach = a[2].abs().max(b[2].abs()).max(c[2].abs()).add(wide);
+        let wide = reach.mul(half[0].max(half[1])).add(wide);
+        let margin = reach.mul(wide).mul(level.splat4(MARGIN)).max(level.splat4(MIN_MARGIN));
+        edges.margin = margin.to_array();
+        let zero = level.splat4(0.0);
+        let front = zero.le(u.1.min(v.1).min(w.1).add(margin));
+        let back = u.0.max(v.0).max(w.0).le(margin);
+        let in_front = margin.le(u.0.min(v.0).min(w.0));
+        let behind = u.1.max(v.1).max(w.1).add(margin).le(zero);
+        (front.or(back).bits(), in_front.or(behind).bits())
+    }
+
+    /// Whose lines may go through a triangle, where all start in one place.
+    #[inline(always)]
+    fn may_pass<L: SimdLevel>(&self, level: L, edges: &Edges, k: usize) -> u32 {
+        let shear = [level.load16(&self.shear[0].0), level.load16(&self.shear[1].0)];
+        let [u, v, w] = edges.sides.each_ref();
+        let u = passed(spread(level, u.each_ref(), k), shear);
+        let v = passed(spread(level, v.each_ref(), k), shear);
+        let w = passed(spread(level, w.each_ref(), k), shear);
+        let margin = edges.margin[k];
+        let front = level.splat16(-margin).le(u.min(v).min(w));
+        let back = u.max(v).max(w).le(level.splat16(margin));
+        front.or(back).bits()
+    }
+
+    /// Tests the triangles of a block; whether one of them is met.
+    #[inline(always)]
+    fn block<L: SimdLevel, Q: Query>(&mut self, level: L, block: &TriangleBlock) -> bool {
+        let o = load16s(level, &self.o);
+        let [x, y, z] = self.turn(&o);
+        let turned = [*x, *y, *z];
+        let [a, b, c] = &block.corners;
+        let mut met = false;
+        let mut triangles = self.in_the_way(level, block);
+        while triangles != 0 {
+            let k = triangles.trailing_zeros() as usize % BLOCK_TRIANGLES;
+            triangles &= triangles - 1;
+            let corners = [
+                each(spread(level, self.turn(a), k), turned, L::F16::sub),
+                each(spread(level, self.turn(b), k), turned, L::F16::sub),
+                each(spread(level, self.turn(c), k), turned, L::F16::sub),
+            ];
+            let negative = self.course.negative();
+            let faces = || {
+                let world = [
+                    spread(level, a.each_ref(), k),
+                    spread(level, b.each_ref(), k),
+                    spread(level, c.each_ref(), k),
+                ];
+                faces(&o, negative, &world)
+            };
+            met |= self.triangle::<L, Q>(level, &corners, || plane(&corners), faces, block.ids[k]);
+        }
+        met
+    }
+
+    /// Which of a block's triangles are to be tested, a bit for each. Where sixteen rays are one vector that takes no longer than
+    /// to find out to which boxes none of them comes.
+    #[inline(always)]
+    fn in_the_way<L: SimdLevel>(&self, level: L, block: &TriangleBlock) -> u32 {
+        let [a, b, c] = block.corners.each_ref();
+        let corners = [
+            load3(level, a.each_ref()),
+            load3(level, b.each_ref()),
+            load3(level, c.each_ref()),
+        ];
+        let first = corners[0][0];
+        let mut asked = first.eq(first);
+        if !L::SIXTEEN {
+            asked = asked.and(self.course.meets(&boxes(&corners), &self.inv_far));
+        }
+        asked.bits() & 0b1111
+    }
+
+    /// What does not depend on directions, of a block that all rays see from one place.
+    #[inline(always)]
+    fn look<L: SimdLevel>(&self, level: L, block: &TriangleBlock, look: &mut Look) {
+        let corners = self.relative(level, block);
+        let plane = plane(&corners);
+        let [a, b, c] = &block.corners;
+        let [x, y, z, _] = self.origin;
+        let o = [level.splat4(x), level.splat4(y), level.splat4(z)];
+        let world = [
+            load3(level, a.each_ref()),
+            load3(level, b.each_ref()),
+            load3(level, c.each_ref()),
+        ];
+        let faces = faces(&o, self.course.negative(), &world);
+        look.corners = [arrays(corners[0]), arrays(corners[1]), arrays(corners[2])];
+        look.normal = arrays(plane.normal);
+        look.distance = plane.distance.to_array();
+        look.near = arrays(faces.near);
+        look.far = arrays(faces.far);
+    }
+
+    /// Keeps the hits of a triangle of such a block that are nearer; whether there is one.
+    #[inline(always)]
+    fn seen_triangle<L: SimdLevel, Q: Query>(&mut self, level: L, look: &Look, k: usize, id: u32) -> bool {
+        let [a, b, c] = look.corners.each_ref();
+        let corners = [
+            spread(level, a.each_ref(), k),
+            spread(level, b.each_ref(), k),
+            spread(level, c.each_ref(), k),
+        ];
+        let plane = || Plane {
+            normal: spread(level, look.normal.each_ref(), k),
+            distance: level.splat16(look.distance[k]),
+        };
+        let faces = || Faces {
+            near: spread(level, look.near.each_ref(), k),
+            far: spread(level, look.far.each_ref(), k),
+        };
+        self.triangle::<L, Q>(level, &corners, plane, faces, id)
+    }
+
+    /// Keeps the hits of a triangle that are nearer; whether there is one.
+    #[inline(always)]
+    fn triangle<L: SimdLevel, Q: Query>(
+        &mut self,
+        level: L,
+        corners: &[Vec3s<L::F16>; 3],
+        plane: impl FnOnce() -> Plane<L::F16>,
+        faces: impl FnOnce() -> Faces<L::F16>,
+        id: u32,
+    ) -> bool {
+        let sides = sides(
+            corners,
+            [level.load16(&self.shear[0].0), level.load16(&self.shear[1].0)],
+        );
+        // Whose lines are inside seldom meets nothing, where all that can be foretold has been.
+        if !self.shared && sides.inside.bits() == 0 {
+            return false;
+        }
+        let (begin, until) = (level.load16(&self.begin.0), level.load16(&self.until.0));
+        let candidates = candidates(load16s(level, &self.d), &plane(), sides, begin, until);
+        if candidates.mask.bits() == 0 {
+            return false;
+        }
+        let meets = meet(stretch(&load16s(level, &self.inv), &faces()), &candidates.crossing);
+        let t = level.load16(&self.t.0);
+        let begun = level.load16(&self.tmins.0).lt(meets.t);
+        let valid = candidates.mask.and(meets.valid).and(begun);
+        if Q::ANY {
+            let blocked = valid.and(meets.t.le(t));
+            self.t.0 = level.splat16(NO_MORE.t).select(blocked, t).to_array();
+            let ids = level.splat16(f32::from_bits(NO_MORE.id));
+            self.id.0 = ids.select(blocked, level.load16(&self.id.0)).to_array();
+            return blocked.bits() != 0;
+        }
+        let mut nearer = valid.and(meets.t.lt(t));
+        let equal = valid.and(meets.t.eq(t)).bits();
+        if equal != 0 {
+            nearer = nearer.or(level.mask16(self.wins(equal, id)));
+        }
+        self.t.0 = meets.t.select(nearer, t).to_array();
+        self.u.0 = meets.u.select(nearer, level.load16(&self.u.0)).to_array();
+        self.v.0 = meets.v.select(nearer, level.load16(&self.v.0)).to_array();
+        let ids = level.splat16(f32::from_bits(id));
+        self.id.0 = ids.select(nearer, level.load16(&self.id.0)).to_array();
+        true
+    }
+
+    /// Those of the `equal` hits that have a lower number than what was hit so far.
+    #[cold]
+    #[inline(never)]
+    fn wins(&self, equal: u32, id: u32) -> u32 {
+        let wins = (0..self.id.0.len()).filter(|&k| equal >> k & 1 == 1 && id < self.id.0[k].to_bits());
+        wins.fold(0, |bits, k| bits | 1 << k)
+    }
+}
+
+/// The edge from `q` to `p` for [`Edges::sides`].
+#[inline(always)]
+fn side<F: Floats>(p: Vec3s<F>, q: Vec3s<F>) -> Vec3s<F> {
+    [
+        p[1].mul_sub(q[2], p[2].mul(q[1])),
+        p[2].mul_sub(q[0], p[0].mul(q[2])),
+        p[0].mul_sub(q[1], p[1].mul(q[0])),
+    ]
+}
+
+/// On which side lines pass an edge.
+#[inline(always)]
+fn passed<F: Floats>([x, y, z]: Vec3s<F>, shear: [F; 2]) -> F {
+    shear[0].mul_add(x, shear[1].mul_add(y, z))
+}
+
+/// The least and the greatest that it can be for shears at most `half`.
+#[inline(always)]
+fn range<F: Floats>([x, y, z]: Vec3s<F>, half: [F; 2]) -> (F, F) {
+    let around = half[0].mul_add(x.abs(), half[1].mul(y.abs()));
+    (z.sub(around), z.add(around))
+}
+
+/// A corner sheared.
+#[inline(always)]
+fn flat<F: Floats>([x, y, z]: Vec3s<F>, back: [F; 2]) -> Vec3s<F> {
+    [back[0].mul_add(z, x), back[1].mul_add(z, y), z]
+}
+
+/// Three numbers of four triangles, as they are needed to spread each over all rays.
+#[inline(always)]
+fn arrays<F: Floats<Array = [f32; 4]>>(v: Vec3s<F>) -> [[f32; 4]; 3] {
+    [v[0].to_array(), v[1].to_array(), v[2].to_array()]
+}

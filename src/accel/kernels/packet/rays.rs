@@ -1,0 +1,310 @@
+//! The rays of a packet, and what encloses them.
+
+use super::order::PacketRays;
+use crate::{
+    accel::kernels::{
+        query::{Best, NOTHING, Query},
+        ray_state::BEYOND,
+        ray16::{RAYS, Ray16, Sorted},
+        traversal_state::TraversalState,
+        triangle::{Vec3s, each},
+    },
+    geometry::{
+        Instance,
+        slab::{END, PAD, TINY},
+    },
+    math::Ray,
+    shape::triangle::Shear,
+    simd::lanes::{Floats, SimdLevel},
+};
+
+/// A number of each ray.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Default)]
+pub struct Each(pub [f32; RAYS]);
+
+#[inline(always)]
+pub fn load16s<L: SimdLevel>(level: L, v: &[Each; 3]) -> Vec3s<L::F16> {
+    [level.load16(&v[0].0), level.load16(&v[1].0), level.load16(&v[2].0)]
+}
+
+/// Packets in flight: each covers the others' latency as rays do, and more would not stay in the first cache.
+pub const PACKETS: usize = 32;
+
+/// A packet under way. What encloses its rays comes first, in two cache lines: together they enter a box no sooner, and
+/// leave it no later, than two rays would that come to a plane `x = b` after a way of `b * inv + near` and `b * inv_far + far`
+/// along the main axis.
+#[repr(C, align(64))]
+#[derive(Clone, Default)]
+pub struct Packet {
+    /// It begins and ends by ways along the main axis, the least and the greatest of all rays; the reciprocals are those next
+    /// to zero, of the ray that enters.
+    pub course: TraversalState,
+    /// The reciprocals farthest from zero, of the ray that leaves; then nothing.
+    pub inv_far: [f32; 4],
+    /// Whether all rays start in one place.
+    pub shared: bool,
+    /// See [`Shear`]: the order of the axes, which is the same for all rays; each below three.
+    pub axes: [u8; 3],
+    /// The first ray's origin.
+    pub origin: [f32; 4],
+    /// The shears of all rays lie within `half` of `middle`.
+    pub middle: [f32; 2],
+    pub half: [f32; 2],
+    /// In the order of [`Packet::axes`].
+    pub d: [Each; 3],
+    pub shear: [Each; 2],
+    pub begin: Each,
+    pub until: Each,
+    /// The nearest hits so far; the numbers of primitives as bits.
+    pub t: Each,
+    pub u: Each,
+    pub v: Each,
+    pub id: Each,
+    pub tmins: Each,
+    /// How far back along the main axis the rays' origins lie: nothing for the last one, otherwise negative.
+    behind: Each,
+    /// In the order of the world's axes.
+    pub o: [Each; 3],
+    pub inv: [Each; 3],
+    list: [u32; RAYS],
+    count: usize,
+    /// What it took so far, in tests of a node.
+    pub cost: u32,
+}
+
+/// How far from the first ray of a packet others may start, relative to where the farthest thing is.
+const MAX_ORIGIN_DISTANCE: f32 = 0.1;
+
+/// Chords reach so much beyond the rays' ends, and at least so far relative to the coordinates.
+const CHORD_REACH: f32 = 1.0 + 1e-4;
+const MIN_CHORD_REACH: f32 = 1e-7;
+
+/// How far off the ways to a plane may be, relative to what they are sums of.
+const BLUR: f32 = 8.0 * f32::EPSILON;
+
+/// What is known of a ray that is blocked: it meets nothing any more.
+pub const NO_MORE: Best = Best {
+    t: f32::NEG_INFINITY,
+    u: 0.0,
+    v: 0.0,
+    id: 0,
+};
+
+/// Which rays make a packet.
+pub enum Gathered {
+    All,
+    /// These together; and these each by itself.
+    Some {
+        together: u32,
+        alone: u32,
+    },
+}
+
+impl Packet {
+    /// Takes the rays of `list`, all or none.
+    #[inline(always)]
+    pub fn gather<L: SimdLevel, Q: Query>(
+        &mut self,
+        level: L,
+        rays: &[Ray],
+        list: &PacketRays,
+        answers: &[Q::Answer],
+        reach: f32,
+    ) -> Gathered {
+        let sixteen = Ray16::load(level, rays, &list.ids);
+        let Sorted {
+            ordinary, alike, below, ..
+        } = sixteen.sort(reach);
+        let Ray16 { o, d, inv, tmin, tmax } = sixteen;
+        if ordinary & alike & 0xffff != 0xffff {
+            return Gathered::Some {
+                together: ordinary & alike & list.lanes(),
+                alone: !ordinary & list.lanes(),
+            };
+        }
+        let ray = &rays[list.ids[0] as usize];
+        self.origin = [ray.o.x, ray.o.y, ray.o.z, 0.0];
+        let first = [
+            level.splat16(self.origin[0]),
+            level.splat16(self.origin[1]),
+            level.splat16(self.origin[2]),
+        ];
+        let [x, y, z] = each(o, first, L::F16::sub);
+        let apart = x.abs().max(y.abs()).max(z.abs()).reduce_max();
+        if apart > MAX_ORIGIN_DISTANCE * reach {
+            return Gathered::Some {
+                together: 0,
+                alone: list.lanes(),
+            };
+        }
+        self.shared = apart == 0.0;
+        let [x, y, z] = below;
+        self.course.set_octant(x & 1 | y & 2 | z & 4);
+        self.aim(&d, &inv, Shear::new(&ray.d).axes);
+        let speed = level.load16(&self.d[2].0).abs();
+        self.enclose([&o, &d, &inv], tmax, speed, reach);
+        self.course.stack.clear();
+        self.cost = 0;
+        self.list = list.ids;
+        self.count = list.len;
+        self.tmins.0 = tmin.to_array();
+        self.course.tmin = tmin.mul_sub(speed, level.load16(&self.behind.0)).reduce_min();
+        self.begin.0 = tmin.mul(level.splat16(1.0 - BEYOND)).to_array();
+        self.t.0 = tmax.to_array();
+        self.u = Each([0.0; RAYS]);
+        self.v = Each([0.0; RAYS]);
+        self.id = Each([f32::from_bits(NOTHING); RAYS]);
+        if list.ids.iter().any(|&id| Q::is_known(&answers[id as usize])) {
+            self.recall::<Q>(rays, answers);
+        }
+        self.set_ends(level);
+        Gathered::All
+    }
+
+    /// Keeps the lines, and how all of them together meet planes; `speed` is how fast they go along the main axis.
+    ///
+    /// How far a ray has come is told by the main axis, so that rays side by side meet a box at once, wherever they start. The
+    /// least of the ways to a plane is concave over the plane's place, and so lies above its chord between where the first ray
+    /// starts and the last one ends; before and behind no box is met. The greatest lies below its own.
+    #[inline(always)]
+    fn enclose<F: Floats<Array = [f32; RAYS]>>(&mut self, [o, d, inv]: [&Vec3s<F>; 3], tmax: F, speed: F, reach: f32) {
+        for axis in 0..3 {
+            self.o[axis].0 = o[axis].to_array();
+            self.inv[axis].0 = inv[axis].to_array();
+        }
+        let [x, y, main] = self.axes.map(usize::from);
+        let negative = self.course.negative();
+        let start = self.first(o, main);
+        let sign = if negative[main] { -1.0 } else { 1.0 };
+        let behind = speed.fill(start).sub(o[main]).mul(speed.fill(sign));
+        self.behind.0 = behind.to_array();
+        let most = if self.shared { 0.0 } else { -behind.reduce_min() };
+        self.set_line(main, start, [0.0, 1.0, 0.0, 1.0]);
+        for axis in [x, y] {
+            let from = self.first(o, axis);
+            let per = inv[axis].mul(speed).abs();
+            if self.shared {
+                self.set_line(axis, from, [0.0, per.reduce_min(), 0.0, per.reduce_max()]);
+                continue;
+            }
+            let ends = tmax.mul(d[axis]).add(o[axis]);
+            let way = if negative[axis] {
+                from - ends.reduce_min().max(-reach)
+            } else {
+                ends.reduce_max().min(reach) - from
+            };
+            let way = (way * CHORD_REACH).max((from.abs() + reach) * MIN_CHORD_REACH);
+            let begin = o[axis].sub(speed.fill(from)).abs().mul(per).add(behind);
+            let begin = speed.fill(0.0).sub(begin);
+            let end = speed.fill(way).mul(per).add(begin);
+            let (first, last) = (begin.reduce_min(), begin.reduce_max());
+            let blur = (2.0 * most - first) * BLUR;
+            let (first, last) = (first - blur, last + blur);
+            let slope = |rise: f32| rise.max(0.0) / way;
+            let (near, far) = (
+                slope(end.reduce_min() - blur - first),
+                slope(end.reduce_max() + blur - last),
+            );
+            self.set_line(axis, from, [first, near, last, far]);
+        }
+    }
+
+    /// The smallest coordinate as seen by the rays.
+    #[inline(always)]
+    fn first<F: Floats>(&self, o: &Vec3s<F>, axis: usize) -> f32 {
+        if self.shared {
+            self.origin[axis]
+        } else if self.course.negative()[axis] {
+            o[axis].reduce_max()
+        } else {
+            o[axis].reduce_min()
+        }
+    }
+
+    /// How far along the rays meet planes across an axis: at `from` and then per way, the ray that meets it first and the one
+    /// that does last.
+    #[inline(always)]
+    fn set_line(&mut self, axis: usize, from: f32, [first, near, last, far]: [f32; 4]) {
+        let sign = if self.course.negative()[axis] { -1.0 } else { 1.0 };
+        let (from, pad) = (from * sign, from.abs() * (2.0 * PAD) + 4.0 * TINY);
+        (self.course.inv[axis], self.course.near[axis]) = (sign * near, first - (from + pad) * near);
+        (self.inv_far[axis], self.course.far[axis]) = (sign * far, last - (from - pad) * far);
+    }
+
+    /// Keeps the directions, and what shears them.
+    #[inline(always)]
+    fn aim<F: Floats<Array = [f32; RAYS]>>(&mut self, d: &Vec3s<F>, inv: &Vec3s<F>, axes: [usize; 3]) {
+        self.axes = axes.map(|axis| axis as u8);
+        for (k, axis) in axes.into_iter().enumerate() {
+            self.d[k].0 = d[axis].to_array();
+        }
+        for (k, axis) in axes.into_iter().take(2).enumerate() {
+            let shear = d[axis].mul(inv[axes[2]]);
+            self.shear[k].0 = shear.to_array();
+            let (low, high) = (shear.reduce_min(), shear.reduce_max());
+            self.middle[k] = (low + high) * 0.5;
+            self.half[k] = (high - self.middle[k]).max(self.middle[k] - low) * (1.0 + 4.0 * f32::EPSILON);
+        }
+    }
+
+    /// What is known already.
+    #[cold]
+    #[inline(never)]
+    fn recall<Q: Query>(&mut self, rays: &[Ray], answers: &[Q::Answer]) {
+        for (k, &id) in self.list.iter().enumerate() {
+            let tmax = rays[id as usize].tmax;
+            let known = Q::begin(&answers[id as usize], tmax).unwrap_or(NO_MORE);
+            (self.t.0[k], self.u.0[k], self.v.0[k]) = (known.t, known.u, known.v);
+            self.id.0[k] = f32::from_bits(known.id);
+        }
+    }
+
+    /// After `t` has changed.
+    #[inline(always)]
+    pub fn set_ends<L: SimdLevel>(&mut self, level: L) {
+        let t = level.load16(&self.t.0);
+        self.until.0 = t.add(t.abs().mul(level.splat16(BEYOND))).to_array();
+        let speed = level.load16(&self.d[2].0).abs();
+        self.course.end = t.mul_sub(speed, level.load16(&self.behind.0)).reduce_max() * END;
+    }
+
+    /// Writes the answers.
+    #[inline(always)]
+    pub fn scatter<Q: Query>(&self, answers: &mut [Q::Answer]) {
+        for (k, &id) in self.list.iter().enumerate().take(self.count) {
+            answers[id as usize] = Q::end(
+                &Best {
+                    t: self.t.0[k],
+                    u: self.u.0[k],
+                    v: self.v.0[k],
+                    id: self.id.0[k].to_bits(),
+                },
+                Instance::NONE,
+            );
+        }
+    }
+
+    /// The ray of each lane; lanes beyond the last ray have some ray of the batch.
+    pub fn lanes(&self) -> [u32; RAYS] {
+        self.list
+    }
+
+    /// The number of the ray in a lane.
+    #[inline(always)]
+    pub fn ray(&self, lane: usize) -> u32 {
+        self.list[lane % RAYS]
+    }
+
+    /// The same for packets with the same order of axes and the same octant.
+    #[inline(always)]
+    pub fn way(&self) -> u32 {
+        let [x, y, z] = self.axes;
+        u32::from_le_bytes([x, y, z, self.course.octant()[0] as u8])
+    }
+
+    /// The numbers of the rays, with their lanes.
+    pub fn rays(&self) -> impl Iterator<Item = (usize, u32)> + use<> {
+        self.list.into_iter().enumerate().take(self.count)
+    }
+}

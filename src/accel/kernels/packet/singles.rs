@@ -1,0 +1,236 @@
+//! Single rays of packets at single triangles, eight pairs at a time.
+//!
+//! Where triangles are as small as what lies between a packet's rays, few of sixteen go through each.
+
+use std::ptr;
+
+use super::rays::{NO_MORE, PACKETS, Packet};
+use crate::{
+    accel::{
+        kernels::{
+            query::Query,
+            ray_state::BEYOND,
+            ray16::{RAYS, load_eight},
+            triangle::{Vec3s, candidates, each, faces, meet, plane, sides, stretch},
+        },
+        wide::node::TriangleBlock,
+    },
+    math::Ray,
+    simd::lanes::{Floats, Mask, SimdLevel},
+};
+
+/// Rays that go through a triangle are tested all sixteen together where they are so many, otherwise each for itself.
+pub const MIN_PACKET_LANES: u32 = 9;
+
+/// Triangles in a block.
+pub const BLOCK_TRIANGLES: usize = 4;
+
+/// How many are tested together.
+const EIGHT: usize = 8;
+
+/// How many may wait.
+const PAIRS: usize = 256;
+
+/// Rays and triangles that wait to be tested. Of eight that follow one another, all packets have the same [`Packet::way`].
+pub struct Singles {
+    rays: [u32; PAIRS],
+    /// The first number of each triangle in its block; the others are [`BLOCK_TRIANGLES`] from one to the next.
+    triangles: [*const f32; PAIRS],
+    /// [`RAYS`] times a packet's number, and which of its rays.
+    lanes: [u32; PAIRS],
+    count: usize,
+    way: u32,
+}
+
+impl Singles {
+    pub fn new() -> Self {
+        Self {
+            rays: [0; PAIRS],
+            triangles: [ptr::null(); PAIRS],
+            lanes: [0; PAIRS],
+            count: 0,
+            way: 0,
+        }
+    }
+
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// Whether there is room for the rays of one more triangle, and to fill groups up.
+    #[inline(always)]
+    pub fn has_room(&self) -> bool {
+        self.count + MIN_PACKET_LANES as usize + 2 * EIGHT <= PAIRS
+    }
+
+    /// Adds rays of the packet with number `id`, and triangle `k` of a block.
+    #[inline(always)]
+    pub fn add(&mut self, id: usize, packet: &Packet, mut lanes: u32, block: &TriangleBlock, k: usize) {
+        let way = packet.way();
+        if way != self.way {
+            self.fill();
+            self.way = way;
+        }
+        let triangle = ptr::from_ref(block).cast::<f32>().wrapping_add(k);
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize % RAYS;
+            lanes &= lanes - 1;
+            let at = self.count % PAIRS;
+            self.rays[at] = packet.ray(lane);
+            self.triangles[at] = triangle;
+            self.lanes[at] = (id * RAYS + lane) as u32;
+            self.count += 1;
+        }
+    }
+
+    /// Fills the last group with its last pair, which is tested several times then.
+    #[inline(always)]
+    fn fill(&mut self) {
+        while !self.count.is_multiple_of(EIGHT) {
+            let (last, at) = ((self.count - 1) % PAIRS, self.count % PAIRS);
+            self.rays[at] = self.rays[last];
+            self.triangles[at] = self.triangles[last];
+            self.lanes[at] = self.lanes[last];
+            self.count += 1;
+        }
+    }
+
+    /// Keeps the hits that are nearer; the set of packets some of whose rays end nearer now, or are blocked.
+    ///
+    /// # Safety
+    /// The blocks of all that were added still exist.
+    #[inline(always)]
+    pub unsafe fn test<L: SimdLevel, Q: Query>(
+        &mut self,
+        level: L,
+        packets: &mut [Packet; PACKETS],
+        rays: &[Ray],
+    ) -> u64 {
+        self.fill();
+        let mut nearer = 0;
+        for group in 0..self.count.min(PAIRS) / EIGHT {
+            let ids = &self.rays.as_chunks::<EIGHT>().0[group];
+            let lanes = &self.lanes.as_chunks::<EIGHT>().0[group];
+            let triangles = &self.triangles.as_chunks::<EIGHT>().0[group];
+            // SAFETY: by this function's own contract.
+            nearer |= unsafe { test::<L, Q>(level, rays, ids, triangles, lanes, packets) };
+        }
+        nearer
+    }
+}
+
+/// Tests eight pairs; whose packets' rays end nearer now, or are blocked.
+///
+/// # Safety
+/// The triangles exist, and their packets have the same [`Packet::way`].
+#[inline(always)]
+unsafe fn test<L: SimdLevel, Q: Query>(
+    level: L,
+    rays: &[Ray],
+    ids: &[u32; EIGHT],
+    triangles: &[*const f32; EIGHT],
+    lanes: &[u32; EIGHT],
+    packets: &mut [Packet; PACKETS],
+) -> u64 {
+    let first = &packets[lanes[0] as usize / RAYS % PACKETS];
+    let [x, y, z] = first.axes.map(|axis| usize::from(axis) % 3);
+    let negative = first.course.negative();
+    let negative = [negative[x], negative[y], negative[z]];
+
+    let [ox, oy, oz, tmin, dx, dy, dz, tmax] = load_eight(level, rays, ids);
+    let o = [ox.to_array(), oy.to_array(), oz.to_array()];
+    let o = [level.load8(&o[x]), level.load8(&o[y]), level.load8(&o[z])];
+    let d = [dx.to_array(), dy.to_array(), dz.to_array()];
+    let d = [level.load8(&d[x]), level.load8(&d[y]), level.load8(&d[z])];
+
+    // SAFETY: by this function's own contract.
+    let corners = unsafe {
+        [
+            corner(level, triangles, 0, [x, y, z]),
+            corner(level, triangles, 1, [x, y, z]),
+            corner(level, triangles, 2, [x, y, z]),
+        ]
+    };
+    let relative = [
+        each(corners[0], o, L::F8::sub),
+        each(corners[1], o, L::F8::sub),
+        each(corners[2], o, L::F8::sub),
+    ];
+    let one = level.splat8(1.0);
+    let inv = [one.div(d[0]), one.div(d[1]), one.div(d[2])];
+    let sides = sides(&relative, [d[0].mul(inv[2]), d[1].mul(inv[2])]);
+    let begin = tmin.mul(level.splat8(1.0 - BEYOND));
+    let until = tmax.add(tmax.abs().mul(level.splat8(BEYOND)));
+    let candidates = candidates(d, &plane(&relative), sides, begin, until);
+    let meets = meet(stretch(&inv, &faces(&o, negative, &corners)), &candidates.crossing);
+    let mut valid = candidates.mask.and(meets.valid).and(tmin.lt(meets.t)).bits();
+    let (t, u, v) = (meets.t.to_array(), meets.u.to_array(), meets.v.to_array());
+
+    let mut nearer = 0;
+    while valid != 0 {
+        let i = valid.trailing_zeros() as usize % EIGHT;
+        valid &= valid - 1;
+        let (id, lane) = (lanes[i] as usize / RAYS % PACKETS, lanes[i] as usize % RAYS);
+        // SAFETY: numbers lie behind the corners of a block.
+        let prim = unsafe { *triangles[i].add(9 * BLOCK_TRIANGLES) }.to_bits();
+        let found = packets[id].keep::<Q>(lane, [t[i], u[i], v[i]], prim);
+        nearer |= u64::from(found) << id;
+    }
+    nearer
+}
+
+/// A corner of the triangles, in the order of the axes.
+#[inline(always)]
+unsafe fn corner<L: SimdLevel>(
+    level: L,
+    triangles: &[*const f32; EIGHT],
+    corner: usize,
+    [x, y, z]: [usize; 3],
+) -> Vec3s<L::F8> {
+    // SAFETY: by this function's own contract.
+    unsafe {
+        [
+            row(level, triangles, (3 * corner + x) * BLOCK_TRIANGLES),
+            row(level, triangles, (3 * corner + y) * BLOCK_TRIANGLES),
+            row(level, triangles, (3 * corner + z) * BLOCK_TRIANGLES),
+        ]
+    }
+}
+
+#[inline(always)]
+unsafe fn row<L: SimdLevel>(level: L, [a, b, c, d, e, f, g, h]: &[*const f32; EIGHT], at: usize) -> L::F8 {
+    // SAFETY: by this function's own contract.
+    unsafe {
+        level.load8(&[
+            *a.add(at),
+            *b.add(at),
+            *c.add(at),
+            *d.add(at),
+            *e.add(at),
+            *f.add(at),
+            *g.add(at),
+            *h.add(at),
+        ])
+    }
+}
+
+impl Packet {
+    /// Keeps a hit of one ray if it is nearer; whether it is.
+    #[inline(always)]
+    fn keep<Q: Query>(&mut self, lane: usize, [t, u, v]: [f32; 3], id: u32) -> bool {
+        let (best, number) = (self.t.0[lane], self.id.0[lane].to_bits());
+        if Q::ANY {
+            if t <= best {
+                (self.t.0[lane], self.id.0[lane]) = (NO_MORE.t, f32::from_bits(NO_MORE.id));
+            }
+            return t <= best;
+        }
+        let is_nearer = t < best || (t == best && id < number);
+        if is_nearer {
+            (self.t.0[lane], self.u.0[lane], self.v.0[lane]) = (t, u, v);
+            self.id.0[lane] = f32::from_bits(id);
+        }
+        is_nearer
+    }
+}

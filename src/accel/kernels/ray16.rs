@@ -1,0 +1,97 @@
+//! Sixteen rays side by side: a vector of each of their numbers.
+
+use super::{ray_rows::numbers, triangle::Vec3s};
+use crate::{
+    geometry::slab::{FAR, STEEPEST},
+    math::Ray,
+    simd::lanes::{Floats, Mask, SimdLevel},
+};
+
+/// Rays in a packet.
+pub const RAYS: usize = 16;
+
+pub struct Ray16<F> {
+    pub o: Vec3s<F>,
+    pub d: Vec3s<F>,
+    /// One divided by the direction: [`crate::geometry::slab::reciprocal`] of rays that are ordinary.
+    pub inv: Vec3s<F>,
+    pub tmin: F,
+    pub tmax: F,
+}
+
+/// What rays have in common: bits of lanes.
+pub struct Sorted {
+    /// Whose numbers are no reason to treat them alone, and which do not end before they begin.
+    pub ordinary: u32,
+    /// The first of these.
+    pub leader: usize,
+    /// Which have its main axis.
+    pub along: u32,
+    /// Which have its signs as well.
+    pub alike: u32,
+    /// Whose directions are negative.
+    pub below: [u32; 3],
+}
+
+#[inline(always)]
+pub fn load_eight<L: SimdLevel>(level: L, rays: &[Ray], ids: &[u32]) -> [L::F8; 8] {
+    let load = |k: usize| level.load8(numbers(&rays[ids[k] as usize]));
+    level.transpose([load(0), load(1), load(2), load(3), load(4), load(5), load(6), load(7)])
+}
+
+impl<F: Floats> Ray16<F> {
+    #[inline(always)]
+    pub fn load<L: SimdLevel<F16 = F>>(level: L, rays: &[Ray], ids: &[u32; RAYS]) -> Self {
+        let [ox, oy, oz, tmin, dx, dy, dz, tmax] = load_eight(level, rays, &ids[..8]);
+        let [ox2, oy2, oz2, tmin2, dx2, dy2, dz2, tmax2] = load_eight(level, rays, &ids[8..]);
+        let d = [level.join(dx, dx2), level.join(dy, dy2), level.join(dz, dz2)];
+        let one = level.splat16(1.0);
+        Self {
+            o: [level.join(ox, ox2), level.join(oy, oy2), level.join(oz, oz2)],
+            d,
+            inv: [one.div(d[0]), one.div(d[1]), one.div(d[2])],
+            tmin: level.join(tmin, tmin2),
+            tmax: level.join(tmax, tmax2),
+        }
+    }
+
+    #[inline(always)]
+    pub fn sort(&self, reach: f32) -> Sorted {
+        let Self { o, d, inv, tmin, tmax } = *self;
+        let zero = tmin.fill(0.0);
+        let most = tmin.fill(f32::MAX);
+        let length = [d[0].abs(), d[1].abs(), d[2].abs()];
+        let longest = length[0].max(length[1]).max(length[2]);
+        let steep = longest.mul(tmin.fill(2.0 / STEEPEST));
+        let away = tmin.fill(FAR * reach);
+        let mut ordinary = zero.le(tmin).and(tmin.le(tmax));
+        for axis in 0..3 {
+            // Finite, and so is what planes are shifted by.
+            let start = o[axis].abs();
+            ordinary = ordinary
+                .and(start.le(away))
+                .and(length[axis].le(most))
+                .and(steep.lt(length[axis]))
+                .and(start.add(start).mul(inv[axis]).abs().le(most));
+        }
+        let below = [d[0].lt(zero).bits(), d[1].lt(zero).bits(), d[2].lt(zero).bits()];
+        // The main axis, by the comparisons of `Shear::new`.
+        let first = length[1].lt(length[0]).and(length[2].lt(length[0])).bits();
+        let second = length[2].lt(length[1]).bits() & !first;
+        let ordinary = ordinary.bits() & 0xffff;
+        let leader = ordinary.trailing_zeros() as usize % RAYS;
+        let along = like(first, leader) & like(second, leader);
+        Sorted {
+            ordinary,
+            leader,
+            along,
+            alike: along & like(below[0], leader) & like(below[1], leader) & like(below[2], leader),
+            below,
+        }
+    }
+}
+
+/// The lanes of `mask` if lane `leader` is in it, otherwise those that are not.
+fn like(mask: u32, leader: usize) -> u32 {
+    if mask >> leader & 1 == 1 { mask } else { !mask }
+}

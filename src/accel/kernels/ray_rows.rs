@@ -1,0 +1,30 @@
+//! The numbers of a ray, four at a time.
+
+use std::{mem::offset_of, ptr};
+
+use crate::{
+    math::Ray,
+    simd::lanes::{Floats, SimdLevel},
+};
+
+/// A ray's origin and `tmin`, its direction and `tmax`.
+#[inline(always)]
+pub fn numbers(ray: &Ray) -> &[f32; 8] {
+    const { assert!(size_of::<Ray>() == 32 && offset_of!(Ray, d) == 16) };
+    // SAFETY: so the eight floats lie.
+    unsafe { &*ptr::from_ref(ray).cast() }
+}
+
+#[inline(always)]
+pub fn fours<L: SimdLevel>(level: L, x: &[f32; 8]) -> [L::F4; 2] {
+    let [a, b] = x.as_chunks().0 else {
+        unreachable!("eight are twice four")
+    };
+    [level.load4(a), level.load4(b)]
+}
+
+#[inline(always)]
+pub fn three<F: Floats<Array = [f32; 4]>>(v: F) -> [f32; 3] {
+    let [x, y, z, _] = v.to_array();
+    [x, y, z]
+}

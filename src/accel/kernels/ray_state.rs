@@ -1,0 +1,289 @@
+//! A ray under way, and how it begins.
+
+use super::ray_rows::{fours, numbers};
+use crate::geometry::Instance;
+use std::{mem::offset_of, ptr};
+
+use super::{query::Best, traversal_state::TraversalState};
+use crate::{
+    geometry::{
+        padding::BoundsPadding,
+        slab::{END, FAR, NOISE, PAD, Planes, STEEPEST, TINY},
+    },
+    math::Ray,
+    simd::lanes::{Floats, Mask, SimdLevel},
+};
+
+/// How far the raw `t` of a triangle's hit may lie beyond the ray's ends; more than [`NOISE`] moves it, which makes up for
+/// a division that is not done.
+pub const BEYOND: f32 = 4.0 * NOISE;
+
+/// Components of ordinary directions are longer than this part of the longest one, and coordinates of their origins less than so
+/// many times that: then no plane's distance is more than a number can be.
+const ORDINARY: f32 = 1e-20;
+const ORDINARY_REACH: f32 = 1e18;
+
+const _: () = assert!(ORDINARY >= 2.0 / STEEPEST && ORDINARY_REACH / ORDINARY <= 0.5 * f32::MAX);
+
+/// A ray under way, in two cache lines; passing a node takes the first.
+#[repr(C, align(64))]
+#[derive(Clone, Default)]
+pub struct RayState {
+    /// See [`Planes`], of which the shifts are negated.
+    pub course: TraversalState,
+    pub best: Best,
+    /// The origin and the direction, in the order of [`RayState::axes`]. Beyond `begin` and `until` no triangle's raw `t` belongs
+    /// to a hit.
+    pub o: [f32; 3],
+    pub begin: f32,
+    pub d: [f32; 3],
+    pub until: f32,
+    /// See [`crate::shape::triangle::Shear`].
+    pub shear: [f32; 2],
+    /// Which ray it is.
+    pub ray: u32,
+    /// The order of the axes, the main one last: where in a corner their rows begin, in bytes; then nothing.
+    axes: [u8; 4],
+}
+
+const _: () =
+    assert!(size_of::<RayState>() == 128 && offset_of!(RayState, o) == 80 && offset_of!(RayState, shear) == 112);
+
+/// A row of a corner: one coordinate of four triangles.
+type CornerRow = [f32; 4];
+
+const ROW: u8 = size_of::<CornerRow>() as u8;
+
+/// [`RayState::axes`] for one more than the main one.
+const AXES: [[u8; 4]; 4] = {
+    let [x, y, z] = [0, ROW, 2 * ROW];
+    [[x, y, z, 0], [y, z, x, 0], [z, x, y, 0], [x, y, z, 0]]
+};
+
+/// Which axis an entry of [`RayState::axes`] is.
+fn axis(entry: u8) -> usize {
+    usize::from(entry / ROW)
+}
+
+/// Written out, as a closure for a part of an array is not always compiled with its caller's instructions.
+#[inline(always)]
+fn turn(corner: &[CornerRow; 3], [x, y, z]: [usize; 3]) -> [&CornerRow; 3] {
+    [row(corner, x), row(corner, y), row(corner, z)]
+}
+
+#[inline(always)]
+fn row(corner: &[CornerRow; 3], place: usize) -> &CornerRow {
+    debug_assert!(place.is_multiple_of(ROW.into()) && axis(place as u8) < 3);
+    // SAFETY: a corner has three rows, and places are of [`AXES`].
+    unsafe { &*corner.as_ptr().byte_add(place) }
+}
+
+/// Which instances a slot's ray has to do with.
+#[derive(Clone, Copy)]
+pub struct InstanceState {
+    /// In which it is under way.
+    pub current: Instance,
+    /// Of its nearest hit so far.
+    pub best: Instance,
+}
+
+impl InstanceState {
+    pub const NOTHING: Self = Self {
+        current: Instance::NONE,
+        best: Instance::NONE,
+    };
+}
+
+/// Where a ray begins and ends: [`TraversalState::tmin`], [`RayState::begin`], [`TraversalState::end`] and [`RayState::until`].
+struct Span {
+    tmin: f32,
+    begin: f32,
+    end: f32,
+    until: f32,
+}
+
+/// Three numbers and a fourth one, to be written at once.
+#[inline(always)]
+fn row_with<L: SimdLevel>(level: L, three: L::F4, fourth: f32) -> CornerRow {
+    let of_three = level.load4(&[0.0, 0.0, 0.0, 1.0]).lt(level.splat4(0.5));
+    three.select(of_three, level.splat4(fourth)).to_array()
+}
+
+impl RayState {
+    /// Whether there is anything to do for the ray, of which nothing is known yet.
+    #[inline(always)]
+    pub fn start<L: SimdLevel>(&mut self, level: L, ray: &Ray, number: usize, padding: BoundsPadding) -> bool {
+        self.best = Best::none(ray.tmax);
+        self.ray = number as u32;
+        self.course.stack.clear();
+        let span = Span {
+            tmin: ray.tmin,
+            begin: ray.tmin - ray.tmin.abs() * BEYOND,
+            end: ray.tmax * END,
+            until: ray.tmax + ray.tmax.abs() * BEYOND,
+        };
+        ray.tmin <= ray.tmax && self.set_line(level, ray, span, padding)
+    }
+
+    /// Goes on along the line of `ray`, which is that of the slot's ray in another space; whether it can meet anything.
+    #[inline(always)]
+    pub fn turn_to<L: SimdLevel>(&mut self, level: L, ray: &Ray, padding: BoundsPadding) -> bool {
+        let span = Span {
+            tmin: self.course.tmin,
+            begin: self.begin,
+            end: self.course.end,
+            until: self.until,
+        };
+        self.set_line(level, ray, span, padding)
+    }
+
+    #[inline(always)]
+    fn set_line<L: SimdLevel>(&mut self, level: L, ray: &Ray, span: Span, padding: BoundsPadding) -> bool {
+        self.set_planes(level, ray, span, padding) || self.set_any_planes(ray, padding)
+    }
+
+    #[inline(always)]
+    pub fn set_best(&mut self, best: Best) {
+        self.best = best;
+        self.course.end = best.t * END;
+        self.until = best.t + best.t.abs() * BEYOND;
+    }
+
+    /// Does what [`Shear::new`] does, and for a ray whose numbers are ordinary what [`Planes::new`] does; whether this one's
+    /// are.
+    ///
+    /// [`Shear::new`]: crate::shape::triangle::Shear::new
+    #[inline(always)]
+    fn set_planes<L: SimdLevel>(&mut self, level: L, ray: &Ray, span: Span, padding: BoundsPadding) -> bool {
+        // The fourth numbers go along and are not looked at.
+        let [o, d] = fours(level, numbers(ray));
+        let (away, length) = (o.abs(), d.abs());
+        let inv = level.splat4(1.0).div(d);
+
+        // The last of the axes that it runs along most.
+        let longest = length.max(level.turn4(length, 1)).max(level.turn4(length, 2));
+        let main = ((length.eq(longest).bits() & 0b111) << 1 | 1).ilog2() as usize & 3;
+        self.axes = AXES[main];
+        let turned = level.turn4(d, main);
+        // Not read from where it has just been written.
+        let [_, _, inv_main, _] = level.turn4(inv, main).to_array();
+        let [x, y, ..] = turned.mul(level.splat4(inv_main)).to_array();
+        self.shear = [x, y];
+        let [line, ends] = self.line_mut();
+        *line = row_with(level, level.turn4(o, main), span.begin);
+        *ends = row_with(level, turned, span.until);
+
+        let negative = d.lt(level.splat4(0.0));
+        let mut pad = away.mul(level.splat4(PAD)).add(level.splat4(4.0 * TINY));
+        if padding.origin != 0.0 {
+            let most = away.max(level.turn4(away, 1)).max(level.turn4(away, 2));
+            pad = pad.add(most.mul(level.splat4(padding.origin)));
+        }
+        let (less, more) = (o.sub(pad), o.add(pad));
+        let back = inv.mul(level.splat4(-1.0));
+        let near = less.select(negative, more).mul(back);
+        let far = more.select(negative, less).mul(back);
+        *self.course.rows_mut() = [
+            row_with(level, inv, span.tmin),
+            row_with(level, near, span.end),
+            row_with(level, far, 0.0),
+        ];
+        self.course.set_octant(negative.bits());
+
+        let steep = longest.mul(level.splat4(ORDINARY)).max(level.splat4(f32::MIN_POSITIVE));
+        let reach = longest
+            .mul(level.splat4(ORDINARY_REACH))
+            .min(level.splat4(FAR * padding.reach));
+        let ordinary = steep.lt(length).and(away.le(reach)).bits();
+        ordinary & 0b111 == 0b111 && ray.tmin >= 0.0
+    }
+
+    /// Does for any ray what [`Planes::new`] does; whether the ray can meet anything.
+    #[cold]
+    fn set_any_planes(&mut self, ray: &Ray, padding: BoundsPadding) -> bool {
+        let planes = Planes::new(ray, padding);
+        self.course.inv = planes.inv.to_array();
+        self.course.near = (-planes.shift_near).to_array();
+        self.course.far = (-planes.shift_far).to_array();
+        self.course
+            .set_octant((0..3).map(|axis| u32::from(planes.negative[axis]) << axis).sum());
+        planes.alive
+    }
+
+    /// [`RayState::o`] and [`RayState::begin`], [`RayState::d`] and [`RayState::until`], [`RayState::shear`] and what follows it.
+    #[inline(always)]
+    pub fn line(&self) -> &[[f32; 4]; 3] {
+        // SAFETY: so the fields lie, and any bits are a number.
+        unsafe { &*ptr::from_ref(self).byte_add(offset_of!(Self, o)).cast() }
+    }
+
+    /// The first two of [`RayState::line`].
+    #[inline(always)]
+    fn line_mut(&mut self) -> [&mut CornerRow; 2] {
+        // SAFETY: so the fields lie.
+        let [o, d] = unsafe {
+            &mut *ptr::from_mut(self)
+                .byte_add(offset_of!(Self, o))
+                .cast::<[CornerRow; 2]>()
+        };
+        [o, d]
+    }
+
+    /// The rows of corners in the order of the axes.
+    #[inline(always)]
+    pub fn turn<'a>(&self, [a, b, c]: &'a [[CornerRow; 3]; 3]) -> [[&'a CornerRow; 3]; 3] {
+        let places = [self.place(0), self.place(1), self.place(2)];
+        [turn(a, places), turn(b, places), turn(c, places)]
+    }
+
+    /// Where in a corner the row of an axis begins.
+    #[inline(always)]
+    fn place(&self, k: usize) -> usize {
+        // SAFETY: an ordinary read, of which the compiler shall not make one of a vector, and then parts of that.
+        usize::from(unsafe { ptr::read_volatile(&self.axes[k]) })
+    }
+
+    /// For what [`SimdLevel::turn4`] brings numbers of the world's axes into the order of the slot's.
+    #[inline(always)]
+    pub fn last(&self) -> usize {
+        self.place(0) / size_of::<CornerRow>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::ray_rows::three, *};
+    use crate::{math::Vec3, shape::triangle::Shear, simd::portable::Portable};
+
+    #[test]
+    fn lines_are_sheared_as_by_the_scalar_routine_whatever_axes_tie() {
+        let padding = BoundsPadding {
+            reach: 1.0,
+            origin: 0.0,
+        };
+        let numbers = [-2.0, -1.0, -1e-30, -0.0, 0.0, 0.3, 1.0, 2.0];
+        for d in numbers.iter().flat_map(|&x| {
+            let with_y = move |&y| numbers.map(|z| Vec3::new(x, y, z));
+            numbers.iter().flat_map(with_y).collect::<Vec<_>>()
+        }) {
+            let mut slot = RayState::default();
+            let ray = Ray::new(Vec3::new(0.1, 0.2, 0.3), d);
+            if !slot.turn_to(Portable, &ray, padding) {
+                assert!(d.abs().max_element() == 0.0, "{d}");
+                continue;
+            }
+            let shear = Shear::new(&d);
+            assert_eq!(slot.axes.map(axis)[..3], shear.axes, "{d}");
+            assert_eq!(slot.shear, [shear.x, shear.y], "{d}");
+            assert_eq!(slot.o, shear.permute(&ray.o).to_array());
+            assert_eq!(slot.d, shear.permute(&d).to_array());
+            let o = Portable.load4(&[ray.o.x, ray.o.y, ray.o.z, 0.0]);
+            assert_eq!(three(Portable.turn4(o, slot.last())), slot.o, "{d}");
+            assert_eq!(
+                slot.course.negative(),
+                [d.x, d.y, d.z].map(f32::is_sign_negative),
+                "{d}"
+            );
+        }
+    }
+}

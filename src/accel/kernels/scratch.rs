@@ -1,0 +1,46 @@
+//! The memory of the kernels, kept between batches.
+
+use super::{
+    aliased_buffer::AliasedBuffer,
+    entry_points::EntryPoints,
+    leaf_queue::LeafQueue,
+    packet::rays::Packet,
+    ray_state::{InstanceState, RayState},
+    slot_set::SLOTS,
+    tree::WideTree,
+};
+use super::{packet::rays::PACKETS, stack::StackMemory};
+
+/// What is under way, with its stacks.
+pub struct Scratch {
+    pub slots: Box<[RayState; SLOTS]>,
+    pub packets: Box<[Packet; PACKETS]>,
+    pub inside: Box<[InstanceState; SLOTS]>,
+    pub visits: AliasedBuffer<LeafQueue>,
+    pub heads: Box<EntryPoints>,
+    pub stacks: StackMemory,
+}
+
+impl Scratch {
+    pub fn new() -> Self {
+        Self {
+            slots: Box::new(std::array::from_fn(|_| RayState::default())),
+            packets: Box::new(std::array::from_fn(|_| Packet::default())),
+            inside: Box::new([InstanceState::NOTHING; SLOTS]),
+            visits: AliasedBuffer::new(),
+            heads: Box::new(EntryPoints::new()),
+            stacks: StackMemory::new(),
+        }
+    }
+
+    /// Makes room for the stacks of `tree`, and marks their ends.
+    pub fn prepare(&mut self, tree: &WideTree) {
+        if self.stacks.reserve(tree.stack_len()) {
+            let of_slots = self.slots.iter_mut().map(|slot| &mut slot.course.stack);
+            let of_packets = self.packets.iter_mut().map(|packet| &mut packet.course.stack);
+            for (id, ends) in of_slots.enumerate().chain(of_packets.enumerate()) {
+                *ends = self.stacks.of_slot(id);
+            }
+        }
+    }
+}

@@ -1,0 +1,322 @@
+//! What encloses a group of rays that go the same way.
+//!
+//! Two boxes, around where they start and around where they end, and all that is between them: narrow at a light that they go
+//! to, and wide where one of them ends far beyond the others.
+//!
+//! After Haines and Wallace, "Shaft Culling for Efficient Ray-Traced Radiosity", 1991, with time as a fourth axis instead
+//! of planes between the boxes' edges.
+
+use super::{
+    ray_rows::{fours, numbers, three},
+    traversal_state::TraversalState,
+    triangle::{boxes, load3},
+};
+use crate::{
+    accel::wide::node::{TriangleBlock, WideNode},
+    geometry::slab::{END, LEAVE, PAD, TINY},
+    math::Ray,
+    simd::lanes::{Eight, Floats, Mask, SimdLevel},
+};
+
+/// Rays without an end are followed for about so many times as far as anything of the scene is from its origin.
+const MAX_LENGTH: f32 = 8.0;
+
+/// How far from the scene's origin rays of a shaft may start, and how far they must go along one axis at least to leave the scene,
+/// relative to the same.
+const AWAY: f32 = 2.0;
+const THROUGH: f32 = 4.0;
+
+/// How far along each axis they must go, relative to the same: what is computed from its reciprocal stays finite.
+const MIN_SIZE: f32 = 1e-12;
+
+/// They enter a box no sooner, and leave it no later, than the two rays would that come to a plane `x = b` at `b * inv + near` and
+/// `b * inv_far + far`, where 0 is where all of them start and 1 is where they end.
+#[derive(Clone, Default)]
+pub struct Shaft {
+    course: TraversalState,
+    inv_far: [f32; 4],
+    /// The least and the greatest coordinates of where they start.
+    o: [[f32; 4]; 2],
+}
+
+impl Shaft {
+    /// Encloses these rays, one at least; whether they go the same way and nothing about them is out of the ordinary.
+    ///
+    /// At each time between start and end, the rays are between two corners of the box around where they are, each of which moves
+    /// along a line. The foremost one comes to a plane first, the hindmost one last.
+    #[inline(always)]
+    pub fn enclose<L: SimdLevel>(&mut self, level: L, rays: &[Ray], ids: &[u32], reach: f32) -> bool {
+        let long = MAX_LENGTH * reach / rays[ids[0] as usize].d.abs().max_element();
+        let look = |id: u32| {
+            let ray = &rays[id as usize];
+            let [o, d] = fours(level, numbers(ray));
+            let t = if ray.tmax < long { ray.tmax } else { long };
+            (level.load8(numbers(ray)), d.mul_add(level.splat4(t), o))
+        };
+        let (mut low, mut e_low) = look(ids[0]);
+        let (mut high, mut e_high) = (low, e_low);
+        for &id in &ids[1..] {
+            // What is not a number is passed over: such a ray meets nothing.
+            let (x, e) = look(id);
+            (low, high) = (x.min(low), x.max(high));
+            (e_low, e_high) = (e.min(e_low), e.max(e_high));
+        }
+        let (low, high) = (low.to_array(), high.to_array());
+        let (tmin, shortest, longest) = (low[3], low[7], high[7]);
+        let ([o_low, d_low], [o_high, d_high]) = (fours(level, &low), fours(level, &high));
+        let zero = level.splat4(0.0);
+        let (negative, positive) = (d_high.lt(zero), zero.lt(d_low));
+        let one = level.splat4(1.0);
+        let inv_near = one.div(e_low.sub(o_low).select(negative, e_high.sub(o_high)));
+        let inv_far = one.div(e_high.sub(o_high).select(negative, e_low.sub(o_low)));
+
+        // Twice as much as for one ray, and for the roundings of where it ends.
+        let away = o_low.abs().max(o_high.abs());
+        let beyond = e_low.abs().max(e_high.abs());
+        let pad = away
+            .add(beyond)
+            .mul(level.splat4(2.0 * PAD))
+            .add(level.splat4(4.0 * TINY));
+        let (less, more) = (o_low.sub(pad), o_high.add(pad));
+        let back = level.splat4(-1.0);
+        let near = less.select(negative, more).mul(inv_near).mul(back);
+        let far = more.select(negative, less).mul(inv_far).mul(back);
+        self.course.inv = three(inv_near);
+        self.course.near = three(near);
+        self.course.far = three(far);
+        self.inv_far = inv_far.to_array();
+        self.course.tmin = 0.0;
+        self.course.end = END;
+        self.course.set_octant(negative.bits());
+        self.o = [o_low.to_array(), o_high.to_array()];
+
+        let steepest = inv_near.abs().max(inv_far.abs());
+        let goes = steepest.lt(level.splat4(1.0 / (MIN_SIZE * reach)));
+        let starts_near = away.le(level.splat4(AWAY * reach));
+        let fits = negative.or(positive).and(goes).and(starts_near).bits();
+        let [x, y, z] = three(d_low.abs().min(d_high.abs()));
+        let is_whole = longest < long || x.max(y).max(z) * long >= THROUGH * reach;
+        fits & 0b111 == 0b111 && tmin >= 0.0 && shortest >= 0.0 && is_whole
+    }
+
+    /// From where to where it is in each of a node's boxes.
+    #[inline(always)]
+    pub fn cross<L: SimdLevel>(&self, level: L, node: &WideNode) -> Eight {
+        let (enter, leave) = self.course.cross(level, node, Some(&self.inv_far));
+        level.met(enter, leave.mul(level.splat8(LEAVE)))
+    }
+
+    /// Which triangles of a block rays may meet, a bit for each: no ray meets the others, since it does not come to their boxes, or
+    /// since they are flat across an axis and behind where rays start.
+    ///
+    /// Boxes are a little larger than triangles, so that rays which leave a floor or a ceiling come to its box. Of a triangle that
+    /// is flat across an axis the distance to its plane has the right sign, as it is a product, and what is behind is no hit.
+    #[inline(always)]
+    pub fn in_the_way<L: SimdLevel>(&self, level: L, block: &TriangleBlock) -> u32 {
+        let [a, b, c] = block.corners.each_ref();
+        let corners = [
+            load3(level, a.each_ref()),
+            load3(level, b.each_ref()),
+            load3(level, c.each_ref()),
+        ];
+        let met = self.course.meets(&boxes(&corners), &self.inv_far);
+        let [a, b, c] = corners;
+        let negative = self.course.negative();
+        let mut left = 0;
+        for axis in 0..3 {
+            let is_behind = if negative[axis] {
+                level.splat4(self.o[1][axis]).le(a[axis])
+            } else {
+                a[axis].le(level.splat4(self.o[0][axis]))
+            };
+            left |= a[axis].eq(b[axis]).and(a[axis].eq(c[axis])).and(is_behind).bits();
+        }
+        let exists = a[0].eq(a[0]);
+        met.and(exists).bits() & !left & 0b1111
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        accel::kernels::{query::NOTHING, ray_state::RayState},
+        geometry::padding::BoundsPadding,
+        math::{Aabb, Vec3, hash},
+        shape::triangle,
+        simd::portable::Portable,
+    };
+
+    const GROUP: u32 = 64;
+
+    /// Of scenes that reach 1 far.
+    const UNIT: BoundsPadding = BoundsPadding {
+        reach: 1.0,
+        origin: 0.0,
+    };
+
+    fn unit(i: u32, k: u32) -> f32 {
+        hash::unit_f32(hash::pcg4d([i, k, 5, 7])[0])
+    }
+
+    fn vec(i: u32, k: u32) -> Vec3 {
+        Vec3::new(unit(i, k), unit(i, k + 1), unit(i, k + 2)) - 0.5
+    }
+
+    /// A node of boxes of many sizes around the origin.
+    fn node(i: u32) -> WideNode {
+        let mut node = WideNode::NOTHING;
+        for lane in 0..7 {
+            let (center, half) = (
+                vec(i, 10 * lane),
+                vec(i, 10 * lane + 3).abs() * unit(i, 10 * lane + 6).powi(3),
+            );
+            let bounds = Aabb {
+                min: center - half,
+                max: center + half,
+            };
+            node.set(lane as usize, &bounds, lane << 4);
+        }
+        node
+    }
+
+    #[test]
+    fn what_any_ray_of_a_group_meets_its_shaft_meets() {
+        let ids: Vec<u32> = (0..GROUP).collect();
+        let (mut together, mut met_alone, mut met_together) = (0, 0, 0);
+        for i in 0..4000 {
+            let (at, to) = (vec(i, 100) * 2.0, vec(i, 103) * 3.0);
+            let is_narrow = i % 3 == 0;
+            let most = if is_narrow { 1e-3 } else { 0.5 };
+            let [apart, wide] = [unit(i, 106), unit(i, 107)].map(|x| most * x * x * x);
+            let rays: Vec<Ray> = (0..GROUP)
+                .map(|k| {
+                    let (o, end) = (at + vec(i, 200 + 10 * k) * apart, to + vec(i, 203 + 10 * k) * wide);
+                    if is_narrow {
+                        return Ray::segment(o, end - o, unit(i, 206));
+                    }
+                    let mut ray = Ray::segment(o, end - o, unit(i, 206 + 10 * k));
+                    match (i + k) % 200 {
+                        0 => ray.tmax = f32::NAN,
+                        1 => ray.tmin = f32::NAN,
+                        2 => ray.o.x = f32::NAN,
+                        3 => ray.d.z = f32::NAN,
+                        4 => ray.tmax = f32::INFINITY,
+                        5 => ray.tmin = 0.5 * ray.tmax,
+                        6 => ray.tmax = -ray.tmax,
+                        _ => {}
+                    }
+                    ray
+                })
+                .collect();
+            let mut shaft = Shaft::default();
+            if !shaft.enclose(Portable, &rays, &ids, UNIT.reach) {
+                continue;
+            }
+            together += 1;
+            let node = node(i);
+            let met = shaft.cross(Portable, &node).bits();
+            let mut any = 0;
+            for ray in &rays {
+                let mut slot = RayState::default();
+                if slot.start(Portable, ray, 0, UNIT) {
+                    let (enter, leave) = slot.course.cross(Portable, &node, None);
+                    any |= Portable.met(enter, leave.mul(Portable.splat8(LEAVE))).bits();
+                }
+            }
+            assert_eq!(any & !met, 0, "group {i}");
+            if is_narrow {
+                met_alone += any.count_ones();
+                met_together += met.count_ones();
+            }
+        }
+        assert!(together > 1000, "{together}");
+        // Narrow groups that end next to one another meet hardly anything that none of their rays does.
+        assert!(
+            met_alone > 50 && met_together < met_alone * 11 / 10,
+            "{met_together} {met_alone}"
+        );
+    }
+
+    #[test]
+    fn what_is_not_in_the_way_no_ray_meets() {
+        let (mut left, mut met) = (0, 0);
+        for i in 0..3000 {
+            let axis = (i % 3) as usize;
+            let at = vec(i, 0)[axis];
+            let mut block = TriangleBlock::NOTHING;
+            for lane in 0..i % 5 {
+                let mut corners = [0, 1, 2].map(|k| vec(i, 10 + 9 * lane + 3 * k) * 2.0);
+                corners.iter_mut().for_each(|corner| corner[axis] = at);
+                if i % 7 == 0 {
+                    corners[1][axis] = at.next_up();
+                }
+                block.set(lane as usize, corners, lane);
+            }
+            // From the plane itself and up to three numbers beside it.
+            let up = if i % 2 == 0 { 1.0 } else { -1.0 };
+            let rays: Vec<Ray> = (0..GROUP)
+                .map(|k| {
+                    let mut o = vec(i, 100 + 9 * k) * 0.3;
+                    o[axis] = (0..k % 4).fold(at, |x, _| if i % 4 < 2 { x.next_up() } else { x.next_down() });
+                    let mut d = vec(i, 103 + 9 * k) * 0.1 + Vec3::splat(0.5);
+                    d[axis] = up * unit(i, 106 + 9 * k).powi(4);
+                    Ray::new(o, d)
+                })
+                .collect();
+            let ids: Vec<u32> = (0..GROUP).collect();
+            let mut shaft = Shaft::default();
+            if !shaft.enclose(Portable, &rays, &ids, 1.0) {
+                continue;
+            }
+            let way = shaft.in_the_way(Portable, &block);
+            for lane in 0..4 {
+                let [a, b, c] = [0, 1, 2].map(|k| Vec3::from([0, 1, 2].map(|axis| block.corners[k][axis][lane])));
+                let hits = |ray: &&Ray| triangle::intersect(ray, a, b, c).is_some();
+                let count = rays.iter().filter(hits).count();
+                if way >> lane & 1 == 0 {
+                    left += u32::from(block.ids[lane] != NOTHING);
+                    assert_eq!(count, 0, "group {i}, triangle {lane}");
+                } else {
+                    met += count;
+                }
+            }
+        }
+        assert!(left > 1500 && met > 500, "{left} {met}");
+    }
+
+    #[test]
+    fn only_a_ceiling_is_in_the_way_of_what_is_below_and_nothing_of_what_leaves_it() {
+        let mut block = TriangleBlock::NOTHING;
+        let wall = Vec3::new(2.0, 1.0, -2.0);
+        let corners = [
+            [
+                Vec3::new(-2.0, 1.0, -2.0),
+                Vec3::new(2.0, 1.0, -2.0),
+                Vec3::new(2.0, 1.0, 2.0),
+            ],
+            [
+                Vec3::new(-2.0, 1.0, -2.0),
+                Vec3::new(2.0, 1.0, 2.0),
+                Vec3::new(-2.0, 1.0, 2.0),
+            ],
+            [wall, wall + Vec3::Z * 4.0, wall - Vec3::Y * 2.0],
+        ];
+        for (lane, corners) in corners.into_iter().enumerate() {
+            block.set(lane, corners, lane as u32);
+        }
+        let ids: Vec<u32> = (0..GROUP).collect();
+        for (height, expected) in [(1.0_f32.next_up(), 0), (-0.5, 0b11)] {
+            let rays: Vec<Ray> = (0..GROUP)
+                .map(|k| {
+                    let at = vec(k, 1) * 0.1;
+                    let o = Vec3::new(at.x, height, at.z);
+                    Ray::segment(o, Vec3::new(1.0, 9.0, 2.0) - o, 0.999)
+                })
+                .collect();
+            let mut shaft = Shaft::default();
+            assert!(shaft.enclose(Portable, &rays, &ids, 4.0));
+            assert_eq!(shaft.in_the_way(Portable, &block), expected, "from {height}");
+        }
+    }
+}

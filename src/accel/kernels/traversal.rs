@@ -1,0 +1,331 @@
+//! The passes of what is in flight, rays or packets, over the nodes of the tree: all that wait at one are tested against its
+//! boxes, and take what comes next from their stacks, rays in the same pass and packets in one of its own.
+
+use std::ptr;
+
+use super::{
+    query::Query,
+    slot_set::pop_lowest,
+    stack::{StackRange, Stacks},
+    traversal_state::TraversalState,
+    tree::{Starts, WideTree},
+};
+use crate::{
+    accel::wide::node::{DONE, FOR_PACKETS, WideNode},
+    geometry::slab::LEAVE,
+    simd::lanes::{Eight, Floats, SimdLevel},
+};
+
+/// What is under way, and what comes next for each. That lies on the stack of the kernel, so that no register is needed to find
+/// it.
+pub struct Active<'s, T, const N: usize> {
+    pub all: &'s mut [T; N],
+    pub next: &'s mut [u32; N],
+}
+
+/// What goes through the tree.
+pub trait Traverser {
+    /// Whether what it has on its stack is never too far, since [`drop_far`] takes such children off when its end has come nearer:
+    /// then the next one is popped in passing. Otherwise [`pop`] passes over them. Dropping pays where many are popped for each
+    /// time that the end comes nearer.
+    const IN_PASSING: bool;
+
+    /// Whether it is several rays. Where any hit will do, they try children in an order of their own.
+    const SEVERAL: bool;
+
+    /// From where to where it is in each of a node's boxes.
+    fn cross<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8);
+    fn course(&mut self) -> &mut TraversalState;
+}
+
+/// Where nodes lie.
+pub trait NodeSource {
+    /// # Safety
+    /// There is a node of that number.
+    unsafe fn node(&self, number: u32) -> &WideNode;
+}
+
+impl NodeSource for WideTree {
+    #[inline(always)]
+    unsafe fn node(&self, child: u32) -> &WideNode {
+        // SAFETY: by this function's own contract.
+        unsafe { self.node(child) }
+    }
+}
+
+/// Which of a node's boxes are met.
+struct ChildHits<'t, L: SimdLevel> {
+    stack: *mut StackRange,
+    children: &'t [u32; 8],
+    order: L::Order,
+    met: Eight,
+    enter: L::F8,
+}
+
+/// Tests all that `waiting` says of, each at that of the `nodes` that `next` says, and puts the children that are met on
+/// their stacks. What is popped in passing has its next child then.
+///
+/// # Safety
+/// All in `waiting` are at one of the `nodes`, and `stacks` are theirs and were made for the tree.
+#[inline(always)]
+pub unsafe fn step<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
+    level: L,
+    nodes: &impl NodeSource,
+    starts: &Starts,
+    flight: &mut Active<'_, T, N>,
+    mut waiting: u64,
+    stacks: Stacks,
+) {
+    if waiting == 0 {
+        return;
+    }
+    // A child is popped a turn after it was pushed. The first turn has none before it and pops anything, which the next turn
+    // makes good. Two turns in a row, so that nothing is moved from the one to the other.
+    let mut last = (waiting.trailing_zeros() as usize, 0);
+    loop {
+        // SAFETY: by this function's own contract.
+        unsafe {
+            let first = visit::<L, Q, T, N>(level, nodes, flight, &mut waiting, stacks);
+            pop_late::<L, T, N>(level, starts, flight, last, stacks);
+            last = first;
+            if waiting == 0 {
+                break;
+            }
+            let second = visit::<L, Q, T, N>(level, nodes, flight, &mut waiting, stacks);
+            pop_late::<L, T, N>(level, starts, flight, first, stacks);
+            last = second;
+            if waiting == 0 {
+                break;
+            }
+        }
+    }
+    // SAFETY: by this function's own contract.
+    unsafe { pop_late::<L, T, N>(level, starts, flight, last, stacks) };
+}
+
+/// Tests the first of those that are `waiting`; which it is and where the topmost child of its stack lies.
+///
+/// # Safety
+/// That of [`step`]; there is one.
+#[inline(always)]
+unsafe fn visit<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
+    level: L,
+    nodes: &impl NodeSource,
+    flight: &mut Active<'_, T, N>,
+    waiting: &mut u64,
+    stacks: Stacks,
+) -> (usize, usize) {
+    let id = pop_lowest(waiting);
+    // SAFETY: by this function's own contract.
+    unsafe {
+        let met = meet::<L, Q, T, N>(level, nodes, flight.all.as_mut_ptr(), flight.next, id);
+        (id, keep::<L, Q, T>(level, &met, stacks))
+    }
+}
+
+/// Takes the child in a `place` of the stacks as that which comes next, if that happens in passing.
+///
+/// # Safety
+/// What lies there was pushed, or is the base; or it is the first place of all.
+#[inline(always)]
+unsafe fn pop_late<L: SimdLevel, T: Traverser, const N: usize>(
+    level: L,
+    starts: &Starts,
+    flight: &mut Active<'_, T, N>,
+    (id, place): (usize, usize),
+    stacks: Stacks,
+) {
+    if T::IN_PASSING {
+        // SAFETY: by this function's own contract.
+        let child = unsafe { stacks.child(place) };
+        flight.next[id % N] = child;
+        level.prefetch::<4>(starts.of(child));
+    }
+}
+
+/// # Safety
+/// There are `N` of `all`, and `id` is at one of the `nodes`.
+#[inline(always)]
+unsafe fn meet<'t, L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
+    level: L,
+    nodes: &'t impl NodeSource,
+    all: *mut T,
+    next: &[u32; N],
+    id: usize,
+) -> ChildHits<'t, L> {
+    // SAFETY: by this function's own contract; what is settled is what it was.
+    let (node, traveller) = unsafe {
+        let node = ptr::from_ref(nodes.node(next[id % N])).cast_mut();
+        (&*level.launder(node), &mut *level.launder(all.add(id % N)))
+    };
+    let (enter, leave) = traveller.cross(level, node);
+    let leave = leave.mul(level.splat8(LEAVE));
+    let course = traveller.course();
+    let order = level.order(
+        &node.order,
+        if Q::ANY {
+            &[FOR_PACKETS, 0, 0, 0]
+        } else {
+            course.octant()
+        },
+    );
+    let met = if Q::ANY && !T::SEVERAL {
+        level.met(enter, leave)
+    } else {
+        level.met_in(order, enter, leave)
+    };
+    ChildHits {
+        stack: &mut course.stack,
+        children: &node.child,
+        order,
+        met,
+        enter,
+    }
+}
+
+/// Puts the children that are met on the stack. Where the topmost one lies if it is popped in passing.
+///
+/// # Safety
+/// The stack exists and is among `stacks`, which were made for the node's tree.
+#[inline(always)]
+unsafe fn keep<L: SimdLevel, Q: Query, T: Traverser>(level: L, met: &ChildHits<'_, L>, stacks: Stacks) -> usize {
+    // SAFETY: by this function's own contract; a stack has room for all that may wait and for a store of eight before it.
+    let (stack, top, to) = unsafe {
+        let top = (*met.stack).top;
+        (&mut *met.stack, top, stacks.top(top as usize))
+    };
+    let count = if Q::ANY && !T::SEVERAL {
+        level.push_any(met.met, met.children, to.child)
+    } else {
+        level.push(met.met, met.order, met.enter, met.children, to)
+    };
+    stack.top = top - count + u32::from(T::IN_PASSING);
+    stack.top as usize
+}
+
+/// Takes for all that `waiting` says of the topmost child that is not too far from its stack: that comes next. For what is
+/// not popped in passing.
+///
+/// Memory is asked for two turns late: four requests that wait for a child's number keep others out of the queue.
+///
+/// # Safety
+/// `stacks` are theirs.
+#[inline(always)]
+pub unsafe fn pop<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
+    level: L,
+    starts: &Starts,
+    flight: &mut Active<'_, T, N>,
+    mut waiting: u64,
+    stacks: Stacks,
+) {
+    const { assert!(!T::IN_PASSING) };
+    let mut late = [DONE; 2];
+    while waiting != 0 {
+        let id = pop_lowest(&mut waiting) % N;
+        // SAFETY: what is settled is what it was.
+        let course = unsafe { (*level.launder(&mut flight.all[id])).course() };
+        let mut top = course.stack.top as usize;
+        if Q::ANY {
+            top += 1;
+        } else {
+            let end = level.splat8(course.end);
+            let near = |top: usize| {
+                // SAFETY: there are eight entries behind the last, which are never farther than anything.
+                let enter = level.load8(&unsafe { stacks.enter8(top + 1) });
+                level.met(enter, end).bits()
+            };
+            let mut found = near(top);
+            while found == 0 {
+                top += 8;
+                found = near(top);
+            }
+            top += 1 + found.trailing_zeros() as usize;
+        }
+        course.stack.top = top as u32;
+        // SAFETY: what is popped was pushed, or is the base.
+        let child = unsafe { stacks.child(top) };
+        flight.next[id] = child;
+        level.prefetch::<4>(starts.of(late[0]));
+        late = [late[1], child];
+    }
+    for child in late {
+        level.prefetch::<4>(starts.of(child));
+    }
+}
+
+/// Takes the topmost child from a stack.
+///
+/// # Safety
+/// `course` has its stack among `stacks`.
+#[inline(always)]
+pub unsafe fn pop_one(course: &mut TraversalState, stacks: Stacks) -> u32 {
+    course.stack.top += 1;
+    // SAFETY: what is popped was pushed, or is the base.
+    unsafe { stacks.child(course.stack.top as usize) }
+}
+
+/// Takes what lies too far off the stack, after what goes through the tree has come to end nearer.
+///
+/// # Safety
+/// `course` has its stack among `stacks`.
+#[inline(always)]
+pub unsafe fn drop_far<L: SimdLevel>(level: L, course: &mut TraversalState, stacks: Stacks) {
+    let end = level.splat8(course.end);
+    let (top, base) = course.stack.places();
+    let (mut from, mut to) = (base, base);
+    while from > top {
+        // SAFETY: by this function's own contract; before a stack there is room for eight. What is kept moves towards the base,
+        // over what was read.
+        to -= unsafe {
+            let (enter, child) = (stacks.enter8(from - 7), stacks.child8(from - 7));
+            // Below the top nothing is meant.
+            let meant = 0xff00 >> (from - top).min(8) & 0xff;
+            let kept = level.met(level.load8(&enter), end);
+            let kept = Eight::new(kept.bits() & meant);
+            let end = stacks.top(to);
+            level.push_any(kept, bytemuck::cast_ref(&enter), bytemuck::cast_mut(end.enter));
+            level.push_any(kept, &child, end.child) as usize
+        };
+        from -= 8;
+    }
+    course.stack.top = to as u32;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{accel::kernels::scratch::Scratch, simd::portable::Portable};
+
+    #[test]
+    fn what_is_too_far_leaves_the_stack_and_the_rest_keeps_its_order() {
+        let mut scratch = Scratch::new();
+        scratch.prepare(&WideTree::default());
+        let stacks = scratch.stacks.stacks();
+        // The stacks of an empty tree are short; with those before it there is room for all.
+        let course = &mut scratch.slots[4].course;
+        let (_, base) = course.stack.places();
+        for count in 0..=30_u32 {
+            for far in [0, 1, 0b1010_0110_1111_0000_0110_0101_1101, u32::MAX] {
+                let is_far = |child: &u32| far >> child & 1 == 1;
+                course.end = 1.0;
+                course.stack.clear();
+                for child in 0..count {
+                    let at = course.stack.top as usize;
+                    // SAFETY: a stack has room for more.
+                    unsafe { stacks.set(at, if is_far(&child) { 1.5 } else { 1.0 }, child) };
+                    course.stack.top -= 1;
+                }
+                // SAFETY: the stack is the slot's own.
+                let left: Vec<u32> = unsafe {
+                    drop_far(Portable, course, stacks);
+                    let (top, base) = course.stack.places();
+                    (top + 1..=base).rev().map(|at| stacks.child(at)).collect()
+                };
+                let near: Vec<u32> = (0..count).filter(|child| !is_far(child)).collect();
+                assert_eq!(left, near);
+                // SAFETY: behind a stack is its end.
+                assert_eq!(unsafe { stacks.child(base + 1) }, DONE);
+            }
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Rays that travel in packets: those of cameras, in tiles.
+
+use super::*;
+use crate::accel::wide::packet_order;
+
+/// Pixels on a side of a picture.
+const SIDE: usize = 16;
+
+/// Rays of many small pictures, one after another, from random places to random ones: from one point each, from a lens,
+/// side by side, or to a lamp. Every 16th ray goes to a point of a triangle. Some rays are short, begin later, or are to be left alone.
+/// Every twentieth picture is plain: of 61 these are looked at to find that all go in packets.
+fn pictures(g: &Geometry, count: usize, size: f32) -> Vec<Ray> {
+    let mut r = Random(23);
+    let mut rays = Vec::new();
+    for picture in 0..count {
+        let eye = match picture % 5 {
+            0 if !g.triangles.is_empty() => g.corners(r.below(g.triangles.len()))[0],
+            1 => r.vec(20.0 * size),
+            _ => r.vec(2.0 * size),
+        };
+        // Along an axis, and so through several octants, or anywhere.
+        let forward = match picture % 3 {
+            0 => [Vec3::X, Vec3::NEG_Y, Vec3::Z][picture / 3 % 3],
+            _ => (r.vec(0.5 * size) - eye).normalize_or(Vec3::Z),
+        };
+        let right = forward.any_orthonormal_vector();
+        let up = forward.cross(right);
+        let (lens, apart, width) = match picture % 4 {
+            0 => (0.005 * size, 0.0, 0.4),
+            1 if picture % 8 == 1 => (0.0, 0.02 * size, 0.0),
+            1 => (0.0, 0.05 * size, 0.1),
+            2 => (0.0, 0.0, 0.01),
+            _ => (0.0, 0.0, 0.4),
+        };
+        let plain = picture % 20 == 0;
+        let (lens, apart, width) = if plain { (0.0, 0.0, 0.1) } else { (lens, apart, width) };
+        for i in 0..SIDE * SIDE {
+            let x = (i % SIDE) as f32 / SIDE as f32 - 0.5;
+            let y = (i / SIDE) as f32 / SIDE as f32 - 0.5;
+            let o = eye + r.vec(lens) + (right * x + up * y) * (apart * SIDE as f32);
+            let mut ray = Ray::new(o, (forward + (right * x + up * y) * width).normalize());
+            if picture % 6 == 5 {
+                // From all over a surface to a lamp.
+                let lamp = eye + forward * (3.0 * size);
+                let o = o + right * (4.0 * apart * SIDE as f32 * x) + r.vec(0.02 * size);
+                ray = Ray::segment(o, lamp - o, 0.999);
+            }
+            if i % 16 == 5 && !plain && !g.triangles.is_empty() {
+                let [a, b, c] = g.corners(r.below(g.triangles.len()));
+                let to = [a, (a + b) * 0.5, (a + b + c) / 3.0][i / 16 % 3];
+                let straight = ray.d;
+                ray.d = (to - o).normalize_or(ray.d);
+                if ray.d.dot(straight) < 0.99 {
+                    ray.d = straight;
+                }
+            }
+            match r.below(if plain { 1000 } else { 40 }) {
+                0 => ray.tmax = r.unit() * 3.0 * size,
+                1 => ray.tmin = r.unit() * 3.0 * size,
+                2 => ray.tmin = -r.unit() * size,
+                3 if picture % 7 == 0 => ray.d.x = 0.0,
+                4 => ray.d *= 3.0,
+                _ => {}
+            }
+            rays.push(ray);
+        }
+    }
+    let extent = g.world_bounds().extent().max_element();
+    let batch = RayBatch {
+        rays: &rays,
+        layout: BatchLayout::Rows(SIDE as u32),
+    };
+    assert!(packet_order::nearest(batch, extent).is_some() && packet_order::occlusion(batch, extent).is_some());
+    rays
+}
+
+fn scaled(mut g: Geometry, size: f32) -> Geometry {
+    g.vertices.iter_mut().for_each(|p| *p *= size);
+    g
+}
+
+#[test]
+fn packets_equal_the_linear_scan() {
+    for (g, least) in [
+        (soup(300, 40, 0.3), 2_500),
+        (grid(16, 0.1), 2_500),
+        (grid(12, 0.0), 1_000),
+        // Smaller than what lies between rays.
+        (grid(48, 0.02), 2_500),
+        (rooms(), 5_000),
+    ] {
+        let rays = pictures(&g, 61, 1.0);
+        assert!(compare(g, &rays) > least);
+    }
+}
+
+#[test]
+fn packets_equal_the_linear_scan_on_slivers() {
+    let mut g = soup(200, 0, 0.5);
+    for i in 0..200 {
+        let [a, b] = [g.vertices[3 * i], g.vertices[3 * i + 1]];
+        g.vertices[3 * i + 2] = a + (b - a) * 0.37 + Vec3::splat(if i % 2 == 0 { 0.0 } else { 1e-6 });
+    }
+    let rays = pictures(&g, 61, 1.0);
+    compare(g, &rays);
+}
+
+#[test]
+fn packets_equal_the_linear_scan_in_scenes_of_any_size() {
+    for (size, least) in [(1e-18, 0), (1e-9, 700), (1e9, 700)] {
+        let g = scaled(soup(200, 0, 0.3), size);
+        let rays = pictures(&g, 61, size);
+        assert!(compare(g, &rays) >= least, "{size}");
+    }
+}

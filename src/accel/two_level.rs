@@ -1,0 +1,264 @@
+//! Trees that are walked one ray at a time, in two levels where there are instances.
+//!
+//! What the binary tree and the compressed one have in common: everything but the walk through one tree.
+
+use std::ops::ControlFlow;
+use std::{sync::Arc, time::Instant};
+
+use super::{
+    accelerator::{Accelerator, BuildStats, Quality, RayBatch, RayCost, TreeId, Updated},
+    build::prims::{Item, Prims},
+};
+use crate::{
+    geometry::{BuildError, Edit, Geometry, Hit, Instance, PrimRef, check, padding::BoundsPadding, slab::Planes},
+    math::{Aabb, Ray},
+    simd::Simd,
+};
+
+/// A tree over numbered boxes.
+pub(super) trait BoxTree: Default + Send + Sync {
+    /// What waits while a ray is in a tree.
+    type Stack: Default;
+
+    fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Self;
+
+    /// Visits the items that `ray` may meet, and counts the boxes that it tests. `leaf` tests an item, may shorten the
+    /// ray, and says whether to go on.
+    fn walk(
+        &self,
+        ray: &mut Ray,
+        planes: &Planes,
+        stack: &mut Self::Stack,
+        nodes: &mut u32,
+        leaf: impl FnMut(u32, &mut Ray) -> ControlFlow<()>,
+    ) -> ControlFlow<()>;
+
+    fn node_count(&self) -> usize;
+    fn bytes(&self) -> usize;
+}
+
+/// A tree and what the tree above it must know.
+#[derive(Default)]
+struct Blas<T> {
+    tree: T,
+    bounds: Aabb,
+    reach: f32,
+}
+
+impl<T: BoxTree> Blas<T> {
+    fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Self {
+        Self {
+            bounds: prims.bounds(),
+            reach: prims.reach,
+            tree: T::build(prims, geometry, quality),
+        }
+    }
+}
+
+/// An accelerator of such trees.
+pub(super) struct TwoLevel<T> {
+    geometry: Arc<Geometry>,
+    quality: Quality,
+    /// Over everything where nothing was ever an instance or moved; over the items of the top otherwise.
+    top: T,
+    /// The triangles that are in no group, where they are not in the top.
+    still: Blas<T>,
+    groups: Vec<Blas<T>>,
+    unbounded: Vec<PrimRef>,
+    padding: BoundsPadding,
+    simd: Simd,
+    stats: BuildStats,
+}
+
+/// The stacks of a ray: of the top, and of a tree below it.
+#[derive(Default)]
+struct Stacks<S> {
+    top: S,
+    below: S,
+}
+
+impl<T: BoxTree> TwoLevel<T> {
+    pub fn build(geometry: Arc<Geometry>, quality: Quality, simd: Simd) -> Result<Self, BuildError> {
+        let start = Instant::now();
+        check::geometry(&geometry)?;
+        let mut levels = Self {
+            geometry,
+            quality,
+            top: T::default(),
+            still: Blas::default(),
+            groups: Vec::new(),
+            unbounded: Vec::new(),
+            padding: BoundsPadding::default(),
+            simd,
+            stats: BuildStats::default(),
+        };
+        if levels.geometry.instances.is_empty() {
+            levels.set_top(Prims::whole(&levels.geometry)?);
+        } else {
+            levels.build_still();
+            let groups = 0..levels.geometry.groups.len();
+            levels.groups = groups.map(|group| levels.group(group)).collect();
+            levels.build_top()?;
+        }
+        levels.measure(start);
+        Ok(levels)
+    }
+
+    fn group(&self, group: usize) -> Blas<T> {
+        Blas::build(Prims::group(&self.geometry, group), &self.geometry, self.quality)
+    }
+
+    fn build_still(&mut self) {
+        self.still = Blas::build(Prims::still(&self.geometry), &self.geometry, self.quality);
+    }
+
+    fn build_top(&mut self) -> Result<(), BuildError> {
+        let groups: Vec<Aabb> = self.groups.iter().map(|group| group.bounds).collect();
+        self.set_top(Prims::top(&self.geometry, &self.still.bounds, &groups)?);
+        Ok(())
+    }
+
+    fn set_top(&mut self, mut prims: Prims) {
+        let below = self.groups.iter().map(|group| group.reach);
+        self.padding = BoundsPadding::new(self.geometry.instance_transforms(), below.fold(prims.reach, f32::max));
+        self.unbounded = std::mem::take(&mut prims.unbounded);
+        self.top = T::build(prims, &self.geometry, self.quality);
+    }
+
+    fn measure(&mut self, start: Instant) {
+        let below = || self.groups.iter().chain([&self.still]).map(|lower| &lower.tree);
+        self.stats = BuildStats {
+            build_time: start.elapsed(),
+            node_count: self.top.node_count() + below().map(T::node_count).sum::<usize>(),
+            bytes: self.top.bytes() + below().map(T::bytes).sum::<usize>(),
+            ..BuildStats::of(&self.geometry)
+        };
+    }
+
+    /// Visits all that `ray` may meet, whatever the level. `test` is given a primitive, its instance and the ray in
+    /// their space.
+    fn visit(
+        &self,
+        ray: &mut Ray,
+        stacks: &mut Stacks<T::Stack>,
+        cost: &mut RayCost,
+        mut test: impl FnMut(PrimRef, Instance, &mut Ray) -> ControlFlow<()>,
+    ) {
+        let geometry = &*self.geometry;
+        let Stacks { top, below } = stacks;
+        let (mut nodes, mut nodes_below) = (0, 0);
+        let planes = Planes::new(ray, self.padding);
+        // Whether `test` has broken off, it knows itself.
+        _ = self.top.walk(ray, &planes, top, &mut nodes, |item, ray| {
+            let mut prims = |tree: &T, instance, ray: &mut Ray, planes: &Planes| {
+                tree.walk(ray, planes, below, &mut nodes_below, |prim, ray| {
+                    cost.prims += 1;
+                    test(PrimRef::new(prim), instance, ray)
+                })
+            };
+            match Item::new(item, geometry) {
+                Item::Prim(prim) => {
+                    cost.prims += 1;
+                    test(prim, Instance::NONE, ray)
+                }
+                Item::StaticTree => prims(&self.still.tree, Instance::NONE, ray, &planes),
+                Item::Instance(instance) => {
+                    let placed = &geometry.instances[instance.0 as usize];
+                    let mut local = geometry.enter(placed, ray);
+                    let planes = Planes::new(&local, self.padding.inside());
+                    let walk = prims(&self.groups[placed.group as usize].tree, instance, &mut local, &planes);
+                    ray.tmax = local.tmax;
+                    walk
+                }
+            }
+        });
+        cost.nodes += nodes + nodes_below;
+    }
+
+    fn nearest_hit(&self, ray: &Ray, stacks: &mut Stacks<T::Stack>, cost: &mut RayCost) -> Option<Hit> {
+        let (mut ray, mut hit) = (*ray, None);
+        cost.prims += self.unbounded.len() as u32;
+        self.geometry.keep_nearest_of(&self.unbounded, &mut ray, &mut hit);
+        self.visit(&mut ray, stacks, cost, |prim, instance, ray| {
+            self.geometry.keep_nearest(prim, instance, ray, &mut hit);
+            ControlFlow::Continue(())
+        });
+        hit
+    }
+}
+
+impl<T: BoxTree> Accelerator for TwoLevel<T> {
+    fn nearest_batch(&self, batch: RayBatch<'_>, hits: &mut [Option<Hit>]) {
+        let rays = batch.rays;
+        let mut stacks = Stacks::default();
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = self.nearest_hit(ray, &mut stacks, &mut RayCost::default());
+        }
+    }
+
+    fn occluded_batch(&self, batch: RayBatch<'_>, blocked: &mut [bool]) {
+        let rays = batch.rays;
+        let mut stacks = Stacks::default();
+        for (ray, blocked) in rays.iter().zip(blocked) {
+            let meets = |prim: PrimRef, ray: &Ray| self.geometry.intersect(prim, ray).is_some();
+            *blocked = self.unbounded.iter().any(|&prim| meets(prim, ray));
+            if *blocked {
+                continue;
+            }
+            self.visit(
+                &mut ray.clone(),
+                &mut stacks,
+                &mut RayCost::default(),
+                |prim, _, ray| {
+                    *blocked = meets(prim, ray);
+                    if *blocked {
+                        ControlFlow::Break(())
+                    } else {
+                        ControlFlow::Continue(())
+                    }
+                },
+            );
+        }
+    }
+
+    fn cost(&self, rays: &[Ray], costs: &mut [RayCost]) {
+        let mut stacks = Stacks::default();
+        for (ray, cost) in rays.iter().zip(costs) {
+            *cost = RayCost::default();
+            self.nearest_hit(ray, &mut stacks, cost);
+        }
+    }
+
+    fn update(&mut self, edit: &Edit) -> Result<Updated, BuildError> {
+        let start = Instant::now();
+        let bounds: Vec<Aabb> = self.groups.iter().map(|group| group.bounds).collect();
+        let changed = edit.apply(&mut self.geometry, &bounds)?;
+        let mut updated = Updated::default();
+        // What was one tree becomes two, so that the next change finds what moves apart from what does not.
+        let was_whole = self.groups.is_empty() && self.still.bounds.is_empty();
+        if changed.still || was_whole {
+            self.build_still();
+            updated.built.push(TreeId::Still);
+        }
+        for group in changed.groups {
+            self.groups[group as usize] = self.group(group as usize);
+            updated.built.push(TreeId::Group(group));
+        }
+        self.build_top()?;
+        updated.built.push(TreeId::Top);
+        self.measure(start);
+        Ok(updated)
+    }
+
+    fn simd(&self) -> Simd {
+        self.simd
+    }
+
+    fn stats(&self) -> BuildStats {
+        self.stats
+    }
+
+    fn geometry(&self) -> &Arc<Geometry> {
+        &self.geometry
+    }
+}

@@ -1,0 +1,137 @@
+//! What is wrong with a geometry: refused before anything is built over it.
+//!
+//! Numbers that are not finite, or so large that a product of three overflows, are refused with the number of the
+//! primitive or instance; a builder that met them would panic or never end.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::{
+    arrays::Geometry,
+    error::{BuildError, LARGEST},
+    ids::PrimRef,
+    padding,
+};
+use crate::math::{Aabb, Vec3};
+
+/// Below so many items a task is not worth another thread.
+pub(crate) const PAR_MIN_LEN: usize = 4096;
+
+/// Whether a point's coordinates are numbers that are not too large.
+pub(crate) fn is_sound(p: Vec3) -> bool {
+    p.is_finite() && p.abs().max_element() <= LARGEST
+}
+
+/// Checks everything but coordinates that depend on where instances stand.
+pub(crate) fn geometry(geometry: &Geometry) -> Result<(), BuildError> {
+    let count = geometry.prim_count() + geometry.instances.len();
+    if count + 1 >= PrimRef::MAX as usize {
+        return Err(BuildError::TooMany { count });
+    }
+    groups(geometry)?;
+    if geometry.groups.is_empty() {
+        return triangles(geometry, 0..geometry.triangles.len());
+    }
+    for run in geometry.world_triangles() {
+        let run = run.start as usize..run.end as usize;
+        triangles(geometry, run.clone())?;
+        let taken = |v: &u32| {
+            let after = geometry.groups.partition_point(|g| g.vertices.start <= *v);
+            geometry.groups[..after].iter().any(|g| g.vertices.contains(v))
+        };
+        let start = run.start;
+        let prims = geometry.triangles[run].par_iter().with_min_len(PAR_MIN_LEN);
+        if let Some(i) = prims.position_first(|t| t.iter().any(taken)) {
+            return Err(BuildError::SharedVertex { prim: start + i });
+        }
+    }
+    geometry.groups.iter().try_for_each(|g| group_triangles(geometry, g))
+}
+
+/// Groups are in order, what they and instances name exists.
+fn groups(geometry: &Geometry) -> Result<(), BuildError> {
+    let (mut triangle, mut vertex) = (0, 0);
+    for (group, g) in geometry.groups.iter().enumerate() {
+        let sound = triangle <= g.triangles.start
+            && vertex <= g.vertices.start
+            && g.triangles.start <= g.triangles.end
+            && g.vertices.start <= g.vertices.end
+            && g.triangles.end as usize <= geometry.triangles.len()
+            && g.vertices.end as usize <= geometry.vertices.len();
+        if !sound {
+            return Err(BuildError::BadGroup { group });
+        }
+        (triangle, vertex) = (g.triangles.end, g.vertices.end);
+    }
+    let bad = geometry
+        .instances
+        .par_iter()
+        .with_min_len(PAR_MIN_LEN)
+        .position_first(|i| {
+            i.group as usize >= geometry.groups.len() || i.transform as usize >= geometry.transforms.len()
+        });
+    bad.map_or(Ok(()), |instance| Err(BuildError::BadInstance { instance }))
+}
+
+fn group_triangles(geometry: &Geometry, group: &super::arrays::Group) -> Result<(), BuildError> {
+    let run = group.triangles.start as usize..group.triangles.end as usize;
+    triangles(geometry, run.clone())?;
+    let foreign = |t: &[u32; 3]| t.iter().any(|v| !group.vertices.contains(v));
+    match geometry.triangles[run.clone()].iter().position(foreign) {
+        Some(i) => Err(BuildError::SharedVertex { prim: run.start + i }),
+        None => Ok(()),
+    }
+}
+
+fn triangles(geometry: &Geometry, run: Range<usize>) -> Result<(), BuildError> {
+    let vertices = geometry.vertices.len();
+    let bad_vertex = |v: &u32| {
+        let v = *v as usize;
+        v >= vertices || !is_sound(geometry.vertices[v])
+    };
+    let bad = geometry.triangles[run.clone()]
+        .par_iter()
+        .with_min_len(PAR_MIN_LEN)
+        .position_first(|corners| corners.iter().any(bad_vertex));
+    let Some(at) = bad else { return Ok(()) };
+    let prim = run.start + at;
+    let corners = geometry.triangles[prim];
+    Err(match corners.iter().find(|&&v| v as usize >= vertices) {
+        Some(&vertex) => BuildError::NoSuchVertex { prim, vertex, vertices },
+        None if geometry.corners(prim).iter().all(|p| p.is_finite()) => BuildError::TooLarge { prim },
+        None => BuildError::NotFinite { prim },
+    })
+}
+
+/// A shape's box, `None` for one without bounds.
+pub(crate) fn shape_bounds(geometry: &Geometry, id: PrimRef) -> Result<Option<Aabb>, BuildError> {
+    let prim = id.index() as usize;
+    let placed = geometry.shape(id).expect("a primitive after the triangles is a shape");
+    let local = placed.shape.bounds();
+    if local.min.is_nan() || local.max.is_nan() {
+        return Err(BuildError::NotFinite { prim });
+    }
+    if !local.is_finite() {
+        return Ok(None);
+    }
+    let bounds = geometry.bounds(id);
+    if !bounds.is_finite() {
+        return Err(BuildError::NotFinite { prim });
+    }
+    if bounds.min.abs().max(bounds.max.abs()).max_element() > LARGEST {
+        return Err(BuildError::TooLarge { prim });
+    }
+    Ok(Some(bounds))
+}
+
+/// An instance's box; empty where its group, of box `group`, has nothing to be met.
+pub(crate) fn instance_bounds(geometry: &Geometry, instance: usize, group: &Aabb) -> Result<Aabb, BuildError> {
+    let placed = &geometry.instances[instance];
+    let bounds = padding::bounds(&geometry.transforms[placed.transform as usize], group);
+    if bounds.is_empty() || (is_sound(bounds.min) && is_sound(bounds.max)) {
+        Ok(bounds)
+    } else {
+        Err(BuildError::InstanceTooLarge { instance })
+    }
+}

@@ -1,0 +1,258 @@
+//! Rays against boxes, with every rounding accounted for.
+//!
+//! What makes all accelerators agree is one rule: **a hit counts inside its primitive's own box.** [`Slabs::clip`]
+//! brings the `t` of a hit into the stretch of the ray that lies in that box, and drops the hit where there is no such
+//! stretch. Without the rule the `t` of a ray that grazes a sliver is noise: it may lie far before the box that the
+//! sliver is in, and whether it is found would depend on which boxes were opened.
+//!
+//! With the rule a tree cannot lose a hit: the stretch of the ray in any box around a primitive holds the stretch in
+//! the primitive's own one. That is true of exact numbers; [`Planes`], which trees cull with, is widened so that it is
+//! true of rounded ones, whether its multiplications and subtractions are fused or not. The margins, in units of
+//! [`f32::EPSILON`]: the rule widens by 8 relative to `t` on both sides; culling by 48 relative to where a ray leaves a
+//! box, by 24 relative to where the ray ends, and by 4 relative to the ray's origin. The roundings of a plane's distance
+//! make up for less than 2 relative to `t` and 2 relative to the origin.
+//!
+//! Directions are not clamped: a component of zero gets a reciprocal of its own sign that is large enough for
+//! anything that was built (coordinates are at most [`crate::accel::build::prims::LARGEST`]), so there is no `0 * inf` anywhere.
+
+use super::padding::BoundsPadding;
+use crate::math::{Aabb, Ray, Vec3};
+
+/// How far the rule about a primitive's own box reaches beyond the box, relative to `t`.
+pub(crate) const CLIP_SLACK: f32 = 8.0 * f32::EPSILON;
+
+/// The part of a triangle's `t` that may be noise. What would have to be moved farther is no hit: the ray runs within
+/// 10^-4 rad of the triangle's plane, or starts in it.
+pub(crate) const NOISE: f32 = 1.0 / 1024.0;
+
+/// A distance below everything that is modelled, in metres: it keeps rays that run in the face of a box inside.
+pub(crate) const TINY: f32 = 1e-20;
+
+/// The steepest reciprocal, for directions whose largest component is 1.
+pub(crate) const STEEPEST: f32 = 1e30;
+
+/// By how much trees widen boxes: where a ray leaves one, by this factor; where the ray ends, by the next.
+pub(crate) const LEAVE: f32 = 1.0 + 48.0 * f32::EPSILON;
+pub(crate) const END: f32 = 1.0 + 24.0 * f32::EPSILON;
+
+/// The padding relative to a ray's origin.
+pub(crate) const PAD: f32 = 4.0 * f32::EPSILON;
+
+/// The components' reciprocals, NaN for a ray that goes nowhere or is not finite: such a ray meets nothing.
+#[inline]
+pub(crate) fn reciprocal(ray: &Ray) -> Vec3 {
+    let largest = ray.d.abs().max_element();
+    if !(largest > 0.0 && ray.d.is_finite() && ray.o.is_finite()) {
+        return Vec3::NAN;
+    }
+    let steepest = (STEEPEST / largest).min(f32::MAX);
+    ray.d.map(|d| {
+        if d.abs() * steepest > 1.0 {
+            1.0 / d
+        } else {
+            steepest.copysign(d)
+        }
+    })
+}
+
+/// Rays that start so many times as far away as anything is get wider boxes: see [`crate::accel::build::spatial_split`].
+pub(crate) const FAR: f32 = 64.0;
+
+/// A ray as the rule about a primitive's own box wants it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slabs {
+    pub o: Vec3,
+    /// [`reciprocal`].
+    pub inv: Vec3,
+}
+
+impl Slabs {
+    #[inline]
+    pub fn new(ray: &Ray) -> Self {
+        Self {
+            o: ray.o,
+            inv: reciprocal(ray),
+        }
+    }
+
+    /// `t` brought into the stretch of the ray in `own`, `None` where the ray misses `own`.
+    ///
+    /// The kernels do the same operations in the same order, see [`crate::accel::kernels`].
+    #[inline]
+    pub fn clip(&self, t: f32, own: &Aabb) -> Option<f32> {
+        let (t, meets) = self.bring(t, own);
+        meets.then_some(t)
+    }
+
+    /// The same without branches; the second answer says whether the ray meets `own`.
+    #[inline(always)]
+    pub fn bring(&self, t: f32, own: &Aabb) -> (f32, bool) {
+        let mut enter = f32::NEG_INFINITY;
+        let mut leave = f32::INFINITY;
+        for axis in 0..3 {
+            let (o, inv) = (self.o[axis], self.inv[axis]);
+            let tiny = TINY.copysign(inv);
+            let (first, last) = if inv > 0.0 {
+                (own.min[axis], own.max[axis])
+            } else {
+                (own.max[axis], own.min[axis])
+            };
+            let near = ((first - o) - tiny) * inv;
+            let far = ((last - o) + tiny) * inv;
+            enter = if near > enter { near } else { enter };
+            leave = if far < leave { far } else { leave };
+        }
+        let enter = enter - enter.abs() * CLIP_SLACK;
+        let leave = leave + leave.abs() * CLIP_SLACK;
+        let meets = (enter <= leave) & self.inv.x.is_finite();
+        let t = if t > enter { t } else { enter };
+        let t = if t < leave { t } else { leave };
+        // Not a negative zero, which would equal the positive one and yet have other bits.
+        (t + 0.0, meets)
+    }
+
+    /// The same for a triangle, whose `t` may be noise.
+    #[inline]
+    pub fn clip_triangle(&self, t: f32, own: &Aabb) -> Option<f32> {
+        let clipped = self.clip(t, own)?;
+        ((clipped - t).abs() <= t.abs() * NOISE && t.is_finite()).then_some(clipped)
+    }
+}
+
+/// A ray as trees cull with it: the plane `x = b` of a box is met at `b * inv - shift`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Planes {
+    /// [`reciprocal`].
+    pub inv: Vec3,
+    /// For the planes through which the ray enters boxes, with the origin moved forward.
+    pub shift_near: Vec3,
+    /// For those through which it leaves, with the origin moved back.
+    pub shift_far: Vec3,
+    /// Whether the ray enters boxes through their larger side.
+    pub negative: [bool; 3],
+    /// Whether the ray can meet anything at all.
+    pub alive: bool,
+}
+
+impl Planes {
+    #[inline]
+    pub fn new(ray: &Ray, padding: BoundsPadding) -> Self {
+        let inv = reciprocal(ray);
+        // Factors widen towards larger |t| only, which is the wrong way behind the origin.
+        let pad = if ray.tmin >= 0.0 {
+            ray.o.abs() * PAD + 4.0 * TINY
+        } else {
+            (ray.o.abs() + padding.reach) * (32.0 * PAD) + 4.0 * TINY
+        };
+        let away = ray.o.abs().max_element();
+        let far = if away > FAR * padding.reach {
+            16.0 * f32::EPSILON
+        } else {
+            0.0
+        };
+        let pad = pad + away * (padding.origin + far);
+        let pad = pad * inv.signum();
+        let mut planes = Self {
+            inv,
+            shift_near: (ray.o + pad) * inv,
+            shift_far: (ray.o - pad) * inv,
+            negative: [inv.x < 0.0, inv.y < 0.0, inv.z < 0.0],
+            alive: inv.x.is_finite(),
+        };
+        // Where the origin is too far away for a plane's distance, every box passes.
+        for axis in 0..3 {
+            if !(planes.shift_near[axis].is_finite() && planes.shift_far[axis].is_finite()) {
+                planes.shift_near[axis] = f32::INFINITY;
+                planes.shift_far[axis] = f32::NEG_INFINITY;
+            }
+        }
+        planes
+    }
+
+    /// A lower bound of where the ray enters `b`, if it may meet it between `tmin` and `tmax`.
+    #[inline]
+    pub fn enter(&self, b: &Aabb, tmin: f32, tmax: f32) -> Option<f32> {
+        let (mut enter, mut leave) = (tmin, f32::INFINITY);
+        for axis in 0..3 {
+            let (near, far) = if self.negative[axis] {
+                (b.max[axis], b.min[axis])
+            } else {
+                (b.min[axis], b.max[axis])
+            };
+            let near = near * self.inv[axis] - self.shift_near[axis];
+            let far = far * self.inv[axis] - self.shift_far[axis];
+            enter = if near > enter { near } else { enter };
+            leave = if far < leave { far } else { leave };
+        }
+        (self.alive && enter <= leave * LEAVE && enter <= tmax * END).then_some(enter - enter.abs() * (END - 1.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a scene without instances.
+    fn planes(ray: &Ray, reach: f32) -> Planes {
+        Planes::new(ray, BoundsPadding { reach, origin: 0.0 })
+    }
+
+    fn unit_box() -> Aabb {
+        Aabb {
+            min: Vec3::ZERO,
+            max: Vec3::ONE,
+        }
+    }
+
+    #[test]
+    fn rays_in_a_face_or_along_an_edge_are_inside() {
+        for o in [
+            Vec3::new(0.0, 0.5, -2.0),
+            Vec3::new(1.0, 1.0, -2.0),
+            Vec3::new(0.0, 0.0, -2.0),
+        ] {
+            for zero in [0.0, -0.0] {
+                let ray = Ray::new(o, Vec3::new(zero, zero, 1.0));
+                assert_eq!(Slabs::new(&ray).clip(2.5, &unit_box()), Some(2.5));
+                assert!(planes(&ray, 1.0).enter(&unit_box(), 0.0, f32::INFINITY).is_some());
+            }
+        }
+        let beside = Ray::new(Vec3::new(1.001, 0.5, -2.0), Vec3::Z);
+        assert_eq!(Slabs::new(&beside).clip(2.5, &unit_box()), None);
+        assert!(planes(&beside, 1.0).enter(&unit_box(), 0.0, f32::INFINITY).is_none());
+    }
+
+    #[test]
+    fn noise_in_t_is_brought_into_the_box() {
+        let ray = Ray::new(Vec3::new(0.5, 0.5, -2.0), Vec3::Z);
+        assert_eq!(Slabs::new(&ray).clip_triangle(0.1, &unit_box()), None);
+        assert!(
+            Slabs::new(&ray)
+                .clip_triangle(1.999, &unit_box())
+                .is_some_and(|t| (t - 2.0).abs() < 1e-5)
+        );
+        let near = Slabs::new(&ray).clip(0.1, &unit_box()).expect("the ray meets the box");
+        let far = Slabs::new(&ray).clip(9.0, &unit_box()).expect("the ray meets the box");
+        assert!((near - 2.0).abs() < 1e-5 && (far - 3.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn rays_that_are_not_finite_meet_nothing() {
+        for d in [Vec3::ZERO, Vec3::NAN, Vec3::INFINITY] {
+            let ray = Ray::new(Vec3::splat(0.5), d);
+            assert_eq!(Slabs::new(&ray).clip(0.5, &unit_box()), None);
+            assert!(planes(&ray, 1.0).enter(&unit_box(), 0.0, 1.0).is_none());
+        }
+    }
+
+    #[test]
+    fn distances_that_overflow_do_not_hide_a_box() {
+        let ray = Ray::new(Vec3::new(5e8, -5e8, -3e9), Vec3::Z);
+        let large = Aabb {
+            min: Vec3::splat(-1e9),
+            max: Vec3::splat(1e9),
+        };
+        assert!(planes(&ray, 1e9).enter(&large, 0.0, f32::INFINITY).is_some());
+        assert!(Slabs::new(&ray).clip(2.5e9, &large).is_some());
+    }
+}

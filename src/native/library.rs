@@ -1,0 +1,27 @@
+//! A library of C functions, loaded at run time where somebody has it.
+
+use std::{ffi::CString, mem::ManuallyDrop, path::Path};
+
+use libloading::Library;
+
+/// A loaded library. It is never unloaded: its worker threads may outlive everything that was made with it, and its
+/// functions may be called at any time.
+pub struct NativeLibrary(ManuallyDrop<Library>);
+
+impl NativeLibrary {
+    /// Loads the library at `path`.
+    pub fn load(path: &Path) -> Result<Self, libloading::Error> {
+        // SAFETY: loading runs the library's own initialisers, which whoever names the library answers for.
+        Ok(Self(ManuallyDrop::new(unsafe { Library::new(path)? })))
+    }
+
+    /// Returns the function of this name as a value of the function pointer type `F`.
+    ///
+    /// # Safety
+    /// `F` is the type of that function.
+    pub unsafe fn function<F: Copy>(&self, name: &str) -> Result<F, libloading::Error> {
+        let name = CString::new(name).expect("no function's name has a zero byte");
+        // SAFETY: by this function's own contract; the library stays loaded.
+        Ok(*unsafe { self.0.get::<F>(name.as_bytes_with_nul())? })
+    }
+}

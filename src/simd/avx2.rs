@@ -1,0 +1,422 @@
+//! The level of processors with AVX2 and FMA.
+
+use std::{
+    arch::{asm, x86_64::*},
+    ptr,
+};
+
+use super::{
+    compact_table::COMPACT_LANES,
+    lanes::{Eight, Floats, Mask, SimdLevel, Top},
+    pair::Pair,
+};
+
+/// Known to run on a processor with AVX2 and FMA.
+#[derive(Clone, Copy)]
+pub struct Avx2(());
+
+impl Avx2 {
+    /// # Safety
+    /// The processor has AVX2 and FMA.
+    #[inline(always)]
+    pub unsafe fn new() -> Self {
+        Self(())
+    }
+}
+
+/// Declares one width of floats with its mask and its operations.
+macro_rules! floats {
+    (
+        $floats:ident($raw:ty), $mask:ident, $array:ty, $movemask:ident, $blend:ident, $store:ident,
+        $and:ident, $or:ident, $xor:ident, $andnot:ident, $splat:ident, $cmp:ident,
+        { $( $op:ident = $intrinsic:ident; )* }
+        { $( $test:ident = $predicate:ident; )* }
+        $fmadd:ident $fmsub:ident $reduce_min:ident $reduce_max:ident
+    ) => {
+        #[derive(Clone, Copy)]
+        pub struct $floats(pub(super) $raw);
+
+        #[derive(Clone, Copy)]
+        pub struct $mask(pub(super) $raw);
+
+        impl Floats for $floats {
+            type Mask = $mask;
+            type Array = $array;
+
+            #[inline(always)]
+            fn to_array(self) -> $array {
+                let mut a = [0.0; size_of::<$raw>() / 4];
+                // SAFETY: the value came from a level's token, and the array is as long as the vector.
+                unsafe { $store(a.as_mut_ptr(), self.0) };
+                a
+            }
+            $(
+                #[inline(always)]
+                fn $op(self, b: Self) -> Self {
+                    // SAFETY: the values came from a level's token.
+                    Self(unsafe { $intrinsic(self.0, b.0) })
+                }
+            )*
+            $(
+                #[inline(always)]
+                fn $test(self, b: Self) -> $mask {
+                    // SAFETY: the values came from a level's token.
+                    $mask(unsafe { $cmp::<$predicate>(self.0, b.0) })
+                }
+            )*
+            #[inline(always)]
+            fn fill(self, x: f32) -> Self {
+                // SAFETY: the value came from a level's token.
+                Self(unsafe { $splat(x) })
+            }
+            #[inline(always)]
+            fn mul_add(self, b: Self, c: Self) -> Self {
+                // SAFETY: the values came from a level's token.
+                Self(unsafe { $fmadd(self.0, b.0, c.0) })
+            }
+            #[inline(always)]
+            fn mul_sub(self, b: Self, c: Self) -> Self {
+                // SAFETY: the values came from a level's token.
+                Self(unsafe { $fmsub(self.0, b.0, c.0) })
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                // SAFETY: the value came from a level's token.
+                Self(unsafe { $andnot($splat(-0.0), self.0) })
+            }
+            #[inline(always)]
+            fn with_sign_of(self, b: Self) -> Self {
+                // SAFETY: the values came from a level's token.
+                Self(unsafe { $xor(self.0, $and($splat(-0.0), b.0)) })
+            }
+            #[inline(always)]
+            fn select(self, mask: $mask, b: Self) -> Self {
+                // SAFETY: the values came from a level's token.
+                Self(unsafe { $blend(b.0, self.0, mask.0) })
+            }
+            #[inline(always)]
+            fn reduce_min(self) -> f32 {
+                // SAFETY: the value came from a level's token.
+                unsafe { $reduce_min(self.0) }
+            }
+            #[inline(always)]
+            fn reduce_max(self) -> f32 {
+                // SAFETY: the value came from a level's token.
+                unsafe { $reduce_max(self.0) }
+            }
+        }
+
+        impl Mask for $mask {
+            const LANES: u32 = size_of::<$raw>() as u32 / 4;
+
+            #[inline(always)]
+            fn and(self, b: Self) -> Self {
+                // SAFETY: the values came from a level's token.
+                Self(unsafe { $and(self.0, b.0) })
+            }
+            #[inline(always)]
+            fn or(self, b: Self) -> Self {
+                // SAFETY: the values came from a level's token.
+                Self(unsafe { $or(self.0, b.0) })
+            }
+            #[inline(always)]
+            fn bits(self) -> u32 {
+                // SAFETY: the value came from a level's token.
+                unsafe { $movemask(self.0) as u32 }
+            }
+        }
+    };
+}
+
+floats! {
+    F4(__m128), M4, [f32; 4], _mm_movemask_ps, _mm_blendv_ps, _mm_storeu_ps,
+    _mm_and_ps, _mm_or_ps, _mm_xor_ps, _mm_andnot_ps, _mm_set1_ps, _mm_cmp_ps,
+    { add = _mm_add_ps; sub = _mm_sub_ps; mul = _mm_mul_ps; div = _mm_div_ps; min = _mm_min_ps; max = _mm_max_ps; }
+    { le = _CMP_LE_OQ; lt = _CMP_LT_OQ; eq = _CMP_EQ_OQ; ne = _CMP_NEQ_OQ; }
+    _mm_fmadd_ps _mm_fmsub_ps lowest4 highest4
+}
+
+floats! {
+    F8(__m256), M8, [f32; 8], _mm256_movemask_ps, _mm256_blendv_ps, _mm256_storeu_ps,
+    _mm256_and_ps, _mm256_or_ps, _mm256_xor_ps, _mm256_andnot_ps, _mm256_set1_ps, _mm256_cmp_ps,
+    {
+        add = _mm256_add_ps; sub = _mm256_sub_ps; mul = _mm256_mul_ps; div = _mm256_div_ps;
+        min = _mm256_min_ps; max = _mm256_max_ps;
+    }
+    { le = _CMP_LE_OQ; lt = _CMP_LT_OQ; eq = _CMP_EQ_OQ; ne = _CMP_NEQ_OQ; }
+    _mm256_fmadd_ps _mm256_fmsub_ps lowest8 highest8
+}
+
+/// Declares a horizontal minimum or maximum.
+macro_rules! reductions {
+    ($four:ident, $eight:ident, $op:ident) => {
+        #[inline(always)]
+        unsafe fn $four(a: __m128) -> f32 {
+            // SAFETY: the caller has the vector from a level's token.
+            unsafe {
+                let a = $op(a, _mm_movehl_ps(a, a));
+                _mm_cvtss_f32($op(a, _mm_shuffle_ps::<0b01>(a, a)))
+            }
+        }
+
+        #[inline(always)]
+        unsafe fn $eight(a: __m256) -> f32 {
+            // SAFETY: the caller has the vector from a level's token.
+            unsafe { $four($op(_mm256_castps256_ps128(a), _mm256_extractf128_ps::<1>(a))) }
+        }
+    };
+}
+
+reductions!(lowest4, lowest8, _mm_min_ps);
+reductions!(highest4, highest8, _mm_max_ps);
+
+/// What moves the lanes of `set` together.
+///
+/// # Safety
+/// The processor has AVX2.
+#[inline(always)]
+unsafe fn together(set: Eight) -> __m256i {
+    // SAFETY: by this function's own contract; sets of eight are as many as the table has entries.
+    unsafe {
+        let lanes = COMPACT_LANES.get_unchecked(set.bits() as usize);
+        _mm256_cvtepu8_epi32(_mm_loadl_epi64(ptr::from_ref(lanes).cast()))
+    }
+}
+
+/// The same, of which the compiler no longer knows where it came from: it would load each number into all lanes by itself,
+/// and the processor loads half as many vectors in a cycle as it shuffles.
+#[inline]
+#[target_feature(enable = "avx")]
+fn opaque(mut v: __m256) -> __m256 {
+    // SAFETY: there is no instruction.
+    unsafe { asm!("/* {0} */", inout(ymm_reg) v, options(pure, nomem, nostack, preserves_flags)) };
+    v
+}
+
+/// The children's order, in the lowest three bits of each lane.
+#[derive(Clone, Copy)]
+pub struct Order(__m256i);
+
+impl SimdLevel for Avx2 {
+    const SIXTEEN: bool = false;
+
+    type F4 = F4;
+    type F8 = F8;
+    type F16 = Pair<F8>;
+    type Order = Order;
+
+    #[inline(always)]
+    fn splat4(self, x: f32) -> F4 {
+        // SAFETY: the token says that the processor has AVX2.
+        F4(unsafe { _mm_set1_ps(x) })
+    }
+    #[inline(always)]
+    fn splat8(self, x: f32) -> F8 {
+        // SAFETY: the token says that the processor has AVX2.
+        F8(unsafe { _mm256_set1_ps(x) })
+    }
+    #[inline(always)]
+    fn splat16(self, x: f32) -> Pair<F8> {
+        Pair(self.splat8(x), self.splat8(x))
+    }
+    #[inline(always)]
+    fn four8(self, x: &[f32; 4]) -> [F8; 4] {
+        // SAFETY: the token says that the processor has AVX2; the array is as long as half a vector.
+        self.quads(F8(unsafe { opaque(_mm256_broadcast_ps(&_mm_loadu_ps(x.as_ptr()))) }))
+    }
+    #[inline(always)]
+    fn load4(self, x: &[f32; 4]) -> F4 {
+        // SAFETY: the token says that the processor has AVX2; the array is as long as the vector.
+        F4(unsafe { _mm_loadu_ps(x.as_ptr()) })
+    }
+    #[inline(always)]
+    fn load8(self, x: &[f32; 8]) -> F8 {
+        // SAFETY: the token says that the processor has AVX2; the array is as long as the vector.
+        F8(unsafe { _mm256_loadu_ps(x.as_ptr()) })
+    }
+    #[inline(always)]
+    fn load16(self, x: &[f32; 16]) -> Pair<F8> {
+        // SAFETY: the token says that the processor has AVX2; the array is as long as two vectors.
+        Pair(
+            F8(unsafe { _mm256_loadu_ps(x.as_ptr()) }),
+            F8(unsafe { _mm256_loadu_ps(x[8..].as_ptr()) }),
+        )
+    }
+    #[inline(always)]
+    fn transpose(self, rows: [F8; 8]) -> [F8; 8] {
+        let [a, b, c, d, e, f, g, h] = rows;
+        // In each half of the rows: pairs, then fours, then eights.
+        // SAFETY: the token says that the processor has AVX2.
+        unsafe {
+            let (ab, ab_high) = (_mm256_unpacklo_ps(a.0, b.0), _mm256_unpackhi_ps(a.0, b.0));
+            let (cd, cd_high) = (_mm256_unpacklo_ps(c.0, d.0), _mm256_unpackhi_ps(c.0, d.0));
+            let (ef, ef_high) = (_mm256_unpacklo_ps(e.0, f.0), _mm256_unpackhi_ps(e.0, f.0));
+            let (gh, gh_high) = (_mm256_unpacklo_ps(g.0, h.0), _mm256_unpackhi_ps(g.0, h.0));
+            let first0 = _mm256_shuffle_ps::<0x44>(ab, cd);
+            let first1 = _mm256_shuffle_ps::<0xee>(ab, cd);
+            let first2 = _mm256_shuffle_ps::<0x44>(ab_high, cd_high);
+            let first3 = _mm256_shuffle_ps::<0xee>(ab_high, cd_high);
+            let second0 = _mm256_shuffle_ps::<0x44>(ef, gh);
+            let second1 = _mm256_shuffle_ps::<0xee>(ef, gh);
+            let second2 = _mm256_shuffle_ps::<0x44>(ef_high, gh_high);
+            let second3 = _mm256_shuffle_ps::<0xee>(ef_high, gh_high);
+            [
+                F8(_mm256_permute2f128_ps::<0x20>(first0, second0)),
+                F8(_mm256_permute2f128_ps::<0x20>(first1, second1)),
+                F8(_mm256_permute2f128_ps::<0x20>(first2, second2)),
+                F8(_mm256_permute2f128_ps::<0x20>(first3, second3)),
+                F8(_mm256_permute2f128_ps::<0x31>(first0, second0)),
+                F8(_mm256_permute2f128_ps::<0x31>(first1, second1)),
+                F8(_mm256_permute2f128_ps::<0x31>(first2, second2)),
+                F8(_mm256_permute2f128_ps::<0x31>(first3, second3)),
+            ]
+        }
+    }
+    #[inline(always)]
+    fn turn4(self, v: F4, last: usize) -> F4 {
+        static TURNS: [[i32; 4]; 4] = [[0, 1, 2, 3], [1, 2, 0, 3], [2, 0, 1, 3], [0, 1, 2, 3]];
+        let lanes = TURNS[last & 3].as_ptr().cast();
+        // SAFETY: the token says that the processor has AVX2; the lanes are as many as the vector's.
+        F4(unsafe { _mm_permutevar_ps(v.0, _mm_loadu_si128(lanes)) })
+    }
+    #[inline(always)]
+    fn join(self, first: F8, second: F8) -> Pair<F8> {
+        Pair(first, second)
+    }
+    #[inline(always)]
+    fn join4(self, first: F4, second: F4) -> F8 {
+        // SAFETY: the token says that the processor has AVX2.
+        F8(unsafe { _mm256_set_m128(second.0, first.0) })
+    }
+    #[inline(always)]
+    fn quads(self, v: F8) -> [F8; 4] {
+        // SAFETY: the token says that the processor has AVX2.
+        unsafe {
+            [
+                F8(_mm256_permute_ps::<0x00>(v.0)),
+                F8(_mm256_permute_ps::<0x55>(v.0)),
+                F8(_mm256_permute_ps::<0xaa>(v.0)),
+                F8(_mm256_permute_ps::<0xff>(v.0)),
+            ]
+        }
+    }
+    #[inline(always)]
+    fn mask16(self, bits: u32) -> Pair<M8> {
+        let half = |bits: u32| {
+            // SAFETY: the token says that the processor has AVX2.
+            unsafe {
+                let lanes = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+                let set = _mm256_and_si256(_mm256_set1_epi32(bits as i32), lanes);
+                M8(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lanes)))
+            }
+        };
+        Pair(half(bits & 0xff), half(bits >> 8))
+    }
+
+    #[inline(always)]
+    fn order(self, order: &[u32; 8], shift: &[u32; 4]) -> Order {
+        // SAFETY: the token says that the processor has AVX2; the arrays are as long as the vectors.
+        Order(unsafe {
+            let order = _mm256_loadu_si256(order.as_ptr().cast());
+            _mm256_srl_epi32(order, _mm_loadu_si128(shift.as_ptr().cast()))
+        })
+    }
+
+    #[inline(always)]
+    fn met(self, enter: F8, leave: F8) -> Eight {
+        // SAFETY: there are eight lanes.
+        unsafe { Eight::new(enter.le(leave).bits()) }
+    }
+
+    #[inline(always)]
+    fn met_in(self, order: Order, enter: F8, leave: F8) -> Eight {
+        // SAFETY: the token says that the processor has AVX2; there are eight lanes.
+        unsafe {
+            let met = _mm256_permutevar8x32_ps(enter.le(leave).0, order.0);
+            Eight::new(_mm256_movemask_ps(met) as u32)
+        }
+    }
+
+    #[inline(always)]
+    fn push(self, met: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) -> u32 {
+        // SAFETY: the token says that the processor has AVX2; all arrays are as long as a vector.
+        unsafe {
+            let from = _mm256_permutevar8x32_epi32(order.0, together(met));
+            let child = _mm256_loadu_si256(child.as_ptr().cast());
+            let child = _mm256_permutevar8x32_epi32(child, from);
+            _mm256_storeu_ps(to.enter.as_mut_ptr(), _mm256_permutevar8x32_ps(enter.0, from));
+            _mm256_storeu_si256(to.child.as_mut_ptr().cast(), child);
+        }
+        met.bits().count_ones()
+    }
+
+    #[inline(always)]
+    fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) -> u32 {
+        // SAFETY: the token says that the processor has AVX2; both arrays are as long as a vector.
+        unsafe {
+            let child = _mm256_loadu_si256(child.as_ptr().cast());
+            let child = _mm256_permutevar8x32_epi32(child, together(lanes));
+            _mm256_storeu_si256(to.as_mut_ptr().cast(), child);
+        }
+        lanes.bits().count_ones()
+    }
+
+    #[inline(always)]
+    fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
+        let mut bits = [0; 2];
+        for (i, eight) in words.as_chunks::<8>().0.iter().enumerate() {
+            // SAFETY: the token says that the processor has AVX2; the array is as long as the vector.
+            let [first, second] = unsafe {
+                let eight = _mm256_loadu_si256(eight.as_ptr().cast());
+                let [first, second] = [_mm256_slli_epi32::<31>(eight), _mm256_slli_epi32::<30>(eight)];
+                [
+                    _mm256_movemask_ps(_mm256_castsi256_ps(first)) as u64,
+                    _mm256_movemask_ps(_mm256_castsi256_ps(second)) as u64,
+                ]
+            };
+            bits[0] |= first << (8 * i);
+            bits[1] |= second << (8 * i);
+        }
+        bits
+    }
+
+    #[inline(always)]
+    fn places<const N: usize>(self, keys: &[i16; N]) -> [i16; N] {
+        const { assert!(N.is_multiple_of(16) && N <= 64) };
+        let mut places = [0; N];
+        // SAFETY: the token says that the processor has AVX2; what is read and written lies in the arrays.
+        unsafe {
+            let mut own = [_mm256_setzero_si256(); 4];
+            let mut below = own;
+            for (i, own) in own[..N / 16].iter_mut().enumerate() {
+                *own = _mm256_loadu_si256(keys.as_ptr().add(16 * i).cast());
+            }
+            for key in keys {
+                let key = _mm256_set1_epi16(*key);
+                for i in 0..N / 16 {
+                    below[i] = _mm256_sub_epi16(below[i], _mm256_cmpgt_epi16(own[i], key));
+                }
+            }
+            for (i, below) in below[..N / 16].iter().enumerate() {
+                _mm256_storeu_si256(places.as_mut_ptr().add(16 * i).cast(), *below);
+            }
+        }
+        places
+    }
+
+    #[expect(clippy::pointers_in_nomem_asm_block, reason = "nothing looks at what is there")]
+    #[inline(always)]
+    fn launder<T>(self, mut p: *mut T) -> *mut T {
+        // SAFETY: there is no instruction.
+        unsafe { asm!("/* {0} */", inout(reg) p, options(pure, nomem, nostack, preserves_flags)) };
+        p
+    }
+
+    #[inline(always)]
+    fn prefetch<const LINES: usize>(self, p: *const u8) {
+        for line in 0..LINES {
+            // SAFETY: a prefetch may be asked of any address.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(p.wrapping_add(64 * line).cast()) };
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! Kernels and plain loops, compiled for every level; which one runs is found out at run time.
+
+#[cfg(target_arch = "x86_64")]
+use super::{avx2::Avx2, avx512::Avx512};
+use super::{
+    isa::{IsaKind, Simd},
+    portable::Portable,
+};
+use crate::math::{Loop, Runner};
+
+impl Runner for Portable {
+    #[inline]
+    fn run(self, task: impl Loop) {
+        task.run();
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Runner for Avx2 {
+    #[inline]
+    fn run(self, task: impl Loop) {
+        #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+        fn avx2(task: impl Loop) {
+            task.run();
+        }
+        // SAFETY: the value exists only where the processor has the instructions.
+        unsafe { avx2(task) };
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Runner for Avx512 {
+    #[inline]
+    fn run(self, task: impl Loop) {
+        #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+        fn avx512(task: impl Loop) {
+            task.run();
+        }
+        // SAFETY: the value exists only where the processor has the instructions.
+        unsafe { avx512(task) };
+    }
+}
+
+impl Runner for Simd {
+    /// With this level's instructions.
+    #[inline]
+    fn run(self, task: impl Loop) {
+        match self.kind() {
+            IsaKind::Portable => Portable.run(task),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: the value exists only where the processor has the instructions.
+            IsaKind::Avx2 => unsafe { Avx2::new() }.run(task),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: the value exists only where the processor has the instructions.
+            IsaKind::Avx512 => unsafe { Avx512::new() }.run(task),
+        }
+    }
+}
+
+/// Declares a kernel for every level and the function that picks one.
+macro_rules! kernel {
+    (
+        $(#[$doc:meta])*
+        $name:ident($($arg:ident: $ty:ty),* $(,)?) $(-> $answer:ty)? = |$level:ident| $call:expr
+    ) => {
+        $(#[$doc])*
+        pub fn $name(simd: $crate::simd::Simd, $($arg: $ty),*) $(-> $answer)? {
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+            fn avx2($($arg: $ty),*) $(-> $answer)? {
+                // SAFETY: the instructions are enabled here.
+                let $level = unsafe { $crate::simd::avx2::Avx2::new() };
+                $call
+            }
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+            fn avx512($($arg: $ty),*) $(-> $answer)? {
+                // SAFETY: the instructions are enabled here.
+                let $level = unsafe { $crate::simd::avx512::Avx512::new() };
+                $call
+            }
+            match simd.kind() {
+                $crate::simd::isa::IsaKind::Portable => {
+                    let $level = $crate::simd::portable::Portable;
+                    $call
+                }
+                #[cfg(target_arch = "x86_64")]
+                // SAFETY: the value exists only where the processor has the instructions.
+                $crate::simd::isa::IsaKind::Avx2 => unsafe { avx2($($arg),*) },
+                #[cfg(target_arch = "x86_64")]
+                // SAFETY: the value exists only where the processor has the instructions.
+                $crate::simd::isa::IsaKind::Avx512 => unsafe { avx512($($arg),*) },
+            }
+        }
+    };
+}
+
+pub(crate) use kernel;

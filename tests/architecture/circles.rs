@@ -1,0 +1,174 @@
+//! No circle of files inside a room: what a file uses can be read without reading that file first.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{code, files, paths::Sources, room};
+
+/// Circles that are not opened yet, each by its files below `src/`. No row and no file may be added; a row without
+/// a circle goes.
+const KNOWN: &[&[&str]] = &[
+    &[
+        "assets/camera_path/csv.rs",
+        "assets/camera_path/csv/layout.rs",
+        "assets/camera_path/csv/rows.rs",
+        "assets/camera_path/mod.rs",
+    ],
+    &[
+        "assets/gltf/container.rs",
+        "assets/gltf/document.rs",
+        "assets/gltf/looks.rs",
+        "assets/gltf/mod.rs",
+        "assets/gltf/nodes.rs",
+        "assets/gltf/primitive.rs",
+    ],
+    &["assets/image.rs", "assets/image/exr.rs"],
+    &["batch/existing.rs", "batch/plan.rs"],
+    &["bench/rays.rs", "bench/tracer.rs"],
+    &["bsdf/albedo/brushed.rs", "bsdf/albedo/even.rs", "bsdf/albedo/mod.rs"],
+    &["bsdf/layered.rs", "bsdf/layered/clear.rs"],
+    &["cli/bench.rs", "cli/job.rs"],
+    &["compile/background.rs", "compile/mod.rs", "compile/objects.rs"],
+    &["compile/meshes.rs", "compile/place.rs"],
+    &["light/tree.rs", "light/tree/build.rs"],
+    &[
+        "output/atomic.rs",
+        "output/attribute.rs",
+        "output/exr.rs",
+        "output/exr/blocks.rs",
+        "output/exr/header.rs",
+        "output/exr/whole.rs",
+        "output/mod.rs",
+        "output/png.rs",
+    ],
+    &[
+        "render/camera_rays.rs",
+        "render/mod.rs",
+        "render/part.rs",
+        "render/tiles.rs",
+        "render/wave.rs",
+    ],
+];
+
+/// Rooms of kinds. The `mod.rs` states the contract of the kinds and is the closed list of them, so that it names each of
+/// them and each names it. There a use of the folder's own `mod.rs` does not count.
+const REGISTRIES: [&str; 8] = [
+    "bsdf",
+    "camera",
+    "integrator",
+    "light",
+    "material",
+    "sampler",
+    "shape",
+    "texture",
+];
+
+/// Whether a file holds tests only. These see everything and nothing uses them, so they do not count.
+fn is_test(file: &str) -> bool {
+    file.ends_with("/tests.rs") || ["/tests/", "/battery/", "battery.rs"].iter().any(|p| file.contains(p))
+}
+
+/// Code without comments and without the module of tests at its end.
+fn tested_code(text: &str) -> String {
+    let code = code(text);
+    let end = [
+        "#[cfg(test)]\nmod ",
+        "#[cfg(test)]\npub mod ",
+        "#[cfg(test)]\npub(crate) mod ",
+    ]
+    .iter()
+    .filter_map(|start| {
+        let at = code.find(start)?;
+        // A module in a file of its own is one line among others.
+        let line = code[at..].lines().nth(1)?;
+        line.ends_with('{').then_some(at)
+    })
+    .min();
+    code[..end.unwrap_or(code.len())].to_owned()
+}
+
+/// The files that use one another in a circle, a set for each circle.
+fn circles<'a>(edges: &BTreeMap<&'a str, BTreeSet<&'a str>>) -> Vec<BTreeSet<&'a str>> {
+    let reach = |from: &'a str| {
+        let mut reached = BTreeSet::new();
+        let mut next = vec![from];
+        while let Some(file) = next.pop() {
+            let used = edges.get(file).into_iter().flatten();
+            next.extend(used.filter(|to| reached.insert(**to)));
+        }
+        reached
+    };
+    let reached: BTreeMap<&str, BTreeSet<&str>> = edges.keys().map(|file| (*file, reach(file))).collect();
+    let mut circles: Vec<BTreeSet<&str>> = Vec::new();
+    for (file, to) in &reached {
+        if to.contains(file) && !circles.iter().any(|circle| circle.contains(file)) {
+            let back = |other: &&str| reached.get(*other).is_some_and(|r| r.contains(file));
+            circles.push(to.iter().copied().filter(|other| back(other)).collect());
+        }
+    }
+    circles
+}
+
+/// A `mod.rs` is a file like others, but a path through a name that it only hands on leads to the file that defines it,
+/// and declaring a module is no use of it. Tests do not count.
+#[test]
+fn no_files_of_a_room_use_one_another_in_a_circle() {
+    let files: BTreeMap<String, String> = files(&["src"])
+        .into_iter()
+        .filter(|(file, _)| !is_test(file))
+        .map(|(file, text)| (file, tested_code(&text)))
+        .collect();
+    let sources = Sources::read(&files);
+    let mut edges = sources.edges();
+    for (from, used) in &mut edges {
+        let registry = format!("src/{}/mod.rs", room(from));
+        let in_registry = REGISTRIES.contains(&room(from));
+        used.retain(|to| room(from) == room(to) && !(in_registry && *to == registry));
+    }
+    let found: Vec<Vec<String>> = circles(&edges)
+        .iter()
+        .map(|circle| circle.iter().map(|f| f.trim_start_matches("src/").to_owned()).collect())
+        .collect();
+    let is_in = |circle: &[String], known: &[&str]| circle.iter().all(|file| known.contains(&file.as_str()));
+    let new: Vec<_> = found
+        .iter()
+        .filter(|c| !KNOWN.iter().any(|known| is_in(c, known)))
+        .collect();
+    let open: Vec<_> = KNOWN
+        .iter()
+        .filter(|known| !found.iter().any(|c| is_in(c, known)))
+        .collect();
+    assert!(new.is_empty(), "files in circles: {new:#?}");
+    assert!(
+        open.is_empty(),
+        "these are no circles any more, take these rows out: {open:#?}"
+    );
+}
+
+#[test]
+fn a_circle_is_seen_and_a_name_that_is_handed_on_leads_to_its_file() {
+    let file = |name: &str, code: &str| (format!("src/room/{name}.rs"), code.to_owned());
+    let mut files = BTreeMap::from([
+        file("mod", "mod a;\nmod b;\nmod c;\npub use a::{A, a2};"),
+        file("a", "use super::{\n    b::{self, B},\n};"),
+        file("b", "fn f() { super::c::g() }"),
+        file("c", "use std::fmt;"),
+    ]);
+    let seen = |files: &BTreeMap<String, String>| {
+        let sources = Sources::read(files);
+        let found = circles(&sources.edges());
+        found
+            .iter()
+            .map(|c| c.iter().map(|f| (*f).to_owned()).collect::<Vec<_>>())
+            .collect::<Vec<_>>()
+    };
+    assert!(seen(&files).is_empty());
+    files.insert("src/room/c.rs".to_owned(), "use crate::room::A;".to_owned());
+    assert_eq!(seen(&files), [["src/room/a.rs", "src/room/b.rs", "src/room/c.rs"]]);
+    files.insert("src/room/c.rs".to_owned(), "use super::D;".to_owned());
+    assert!(seen(&files).is_empty());
+    files.insert(
+        "src/room/mod.rs".to_owned(),
+        "mod a;\nmod b;\nmod c;\nfn f() { a::f() }".to_owned(),
+    );
+    assert_eq!(seen(&files)[0].len(), 4);
+}
