@@ -27,7 +27,7 @@ use std::f32::consts::PI;
 use serde::Deserialize;
 
 use crate::{
-    math::{Loop, Runner, Vec2, trig},
+    math::{Dispatch, Vec2, VectorLoop, trig},
     value::Positive,
 };
 
@@ -161,8 +161,8 @@ impl Filter {
 
     /// Moves `positions`, the centres of pixels, to those of the samples of `u`, whose signs are in
     /// `weights` then.
-    pub fn samples(&self, on: impl Runner, u: &[Vec2], positions: &mut [Vec2], weights: &mut [f32]) {
-        on.run(Samples {
+    pub fn samples(&self, on: impl Dispatch, u: &[Vec2], positions: &mut [Vec2], weights: &mut [f32]) {
+        on.dispatch(Samples {
             filter: self,
             u,
             positions,
@@ -187,7 +187,7 @@ struct Samples<'a> {
     weights: &'a mut [f32],
 }
 
-impl Loop for Samples<'_> {
+impl VectorLoop for Samples<'_> {
     #[inline(always)]
     fn run(self) {
         for ((u, position), weight) in self.u.iter().zip(self.positions).zip(self.weights) {

@@ -3,12 +3,14 @@
 use std::sync::Arc;
 
 use batch_render::{
-    accel::{self, AccelKind, Accelerator, BuildOptions, Geometry, Hit, PrimRef, Quality, Simd},
+    accel::{self, AccelKind, Accelerator, BuildOptions, Quality},
+    geometry::{Geometry, Hit, PrimId},
     math::{
         DVec3, Ray, Transform, Vec3,
         hash::{pcg4d, unit_f32},
     },
     shape::{Shape, ShapeDesc},
+    simd::Isa,
 };
 
 const RAYS: u32 = 100_000;
@@ -110,7 +112,7 @@ fn rays(g: &Geometry) -> Vec<Ray> {
                 Ray::new(random(i, 12) * 2.5, d)
             }
             _ => {
-                let prim = PrimRef::new(pcg4d([i, 13, 0, 0])[0] % g.prim_count() as u32);
+                let prim = PrimId::new(pcg4d([i, 13, 0, 0])[0] % g.prim_count() as u32);
                 let target = match g.shape(prim) {
                     None => {
                         let [a, b, _] = g.corners(prim.index() as usize);
@@ -155,7 +157,7 @@ fn every_accelerator_equals_the_linear_scan_bit_for_bit_in_a_scene_of_all_shapes
     let mut others: Vec<(String, Box<dyn Accelerator>)> = [AccelKind::Bvh2, AccelKind::CwBvh]
         .map(|kind| (kind.to_string(), accel::build(kind, g.clone()).expect("sound")))
         .into();
-    for simd in Simd::available() {
+    for simd in Isa::available() {
         for quality in [Quality::Fast, Quality::Medium, Quality::High] {
             let accel = accel::build(
                 BuildOptions {

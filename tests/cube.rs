@@ -7,8 +7,9 @@ mod procedural_scene;
 use std::{f32::consts::TAU, fmt::Write};
 
 use batch_render::{
-    accel::{AccelKind, Hit},
+    accel::AccelKind,
     compile, describe,
+    geometry::Hit,
     math::{Ray, Vec3},
     scene::{Scene, SurfaceInteraction},
 };

@@ -5,11 +5,12 @@ mod common;
 use std::f32::consts::TAU;
 
 use batch_render::{
-    accel::{AccelKind, Hit, TreeId},
+    accel::{AccelKind, TreeId},
     assets::Store,
     camera::{Camera, Lens, LookAt, Pose, perspective::PerspectiveLens},
     compile::{self, Instancing},
     describe,
+    geometry::Hit,
     integrator::whitted::Whitted,
     light::{Light, point::PointLight},
     material::{Material, MaterialId, matte::Matte},

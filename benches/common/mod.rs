@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use batch_render::{
-    accel::Geometry,
+    geometry::Geometry,
     math::{
         Ray, Vec3,
         hash::{pcg4d, unit_f32},

@@ -5,7 +5,7 @@ use std::{fmt, str::FromStr, sync::Arc, time::Duration};
 use crate::{
     geometry::{BuildError, Edit, Geometry, Hit},
     math::Ray,
-    simd::Simd,
+    simd::Isa,
     value::UnknownName,
 };
 
@@ -64,10 +64,10 @@ pub trait Accelerator: Send + Sync {
     /// Changes the geometry and what is built over it, and only that: where instances and shapes stand is known to the
     /// top alone, positions to the tree that their triangles are in. Hits are then those of a new accelerator over the
     /// changed geometry, bit for bit. Changes nothing where it fails.
-    fn update(&mut self, edit: &Edit) -> Result<Updated, BuildError>;
+    fn update(&mut self, edit: &Edit) -> Result<UpdateReport, BuildError>;
 
     /// The vectors that it was built for. Loops that run beside it use the same.
-    fn simd(&self) -> Simd;
+    fn simd(&self) -> Isa;
 
     /// What building took, the last time anything was built.
     fn stats(&self) -> BuildStats;
@@ -176,7 +176,7 @@ impl BuildStats {
         Self {
             prims: geometry.prim_count(),
             instances: geometry.instances.len(),
-            seen: geometry.seen_prim_count(),
+            seen: geometry.instanced_prim_count(),
             ..Self::default()
         }
     }
@@ -196,14 +196,14 @@ pub enum TreeId {
     /// Over instances, shapes and the two below.
     Top,
     /// Over the triangles that are in no group.
-    Still,
+    Static,
     /// Over a group's triangles.
     Group(u32),
 }
 
 /// What an update took. Trees that are not named were not touched.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Updated {
+pub struct UpdateReport {
     /// Built anew.
     pub built: Vec<TreeId>,
     /// Given new boxes, with the branches they had.

@@ -5,13 +5,13 @@
 use std::{ops::Range, sync::Arc, time::Instant};
 
 use super::{
-    accelerator::{Accelerator, BuildStats, RayBatch, RayCost, Updated},
+    accelerator::{Accelerator, BuildStats, RayBatch, RayCost, UpdateReport},
     build::prims::Prims,
 };
 use crate::{
-    geometry::{BuildError, Edit, Geometry, Hit, Instance, PrimRef, check},
+    geometry::{BuildError, Edit, Geometry, Hit, InstanceId, PrimId, check},
     math::{Aabb, Ray},
-    simd::Simd,
+    simd::Isa,
 };
 
 /// No structure at all.
@@ -21,12 +21,12 @@ pub struct Linear {
     world: Vec<Range<u32>>,
     /// The boxes of groups, for what is to be refused.
     groups: Vec<Aabb>,
-    simd: Simd,
+    simd: Isa,
     stats: BuildStats,
 }
 
 impl Linear {
-    pub fn build(geometry: Arc<Geometry>, simd: Simd) -> Result<Self, BuildError> {
+    pub fn build(geometry: Arc<Geometry>, simd: Isa) -> Result<Self, BuildError> {
         let start = Instant::now();
         check::geometry(&geometry)?;
         let groups: Vec<Aabb> = geometry.groups.iter().map(|g| geometry.group_bounds(g)).collect();
@@ -47,16 +47,16 @@ impl Linear {
     }
 
     /// Gives every primitive to `test` with its instance and the ray in its space, until it returns `false`.
-    fn all(&self, ray: &mut Ray, mut test: impl FnMut(PrimRef, Instance, &mut Ray) -> bool) {
+    fn all(&self, ray: &mut Ray, mut test: impl FnMut(PrimId, InstanceId, &mut Ray) -> bool) {
         for prim in self.world.iter().cloned().flatten() {
-            if !test(PrimRef::new(prim), Instance::NONE, ray) {
+            if !test(PrimId::new(prim), InstanceId::NONE, ray) {
                 return;
             }
         }
         for (placed, number) in self.geometry.instances.iter().zip(0..) {
             let mut local = self.geometry.enter(placed, ray);
             for prim in self.geometry.groups[placed.group as usize].triangles.clone() {
-                if !test(PrimRef::new(prim), Instance(number), &mut local) {
+                if !test(PrimId::new(prim), InstanceId(number), &mut local) {
                     return;
                 }
             }
@@ -97,16 +97,16 @@ impl Accelerator for Linear {
         }
     }
 
-    fn update(&mut self, edit: &Edit) -> Result<Updated, BuildError> {
+    fn update(&mut self, edit: &Edit) -> Result<UpdateReport, BuildError> {
         let changed = edit.apply(&mut self.geometry, &self.groups)?;
         for group in changed.groups {
             let group = group as usize;
             self.groups[group] = self.geometry.group_bounds(&self.geometry.groups[group]);
         }
-        Ok(Updated::default())
+        Ok(UpdateReport::default())
     }
 
-    fn simd(&self) -> Simd {
+    fn simd(&self) -> Isa {
         self.simd
     }
 

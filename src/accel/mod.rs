@@ -15,6 +15,11 @@
 
 use std::sync::Arc;
 
+use crate::{
+    geometry::{BuildError, Geometry},
+    simd::Isa,
+};
+
 mod accelerator;
 mod build;
 mod bvh2;
@@ -26,21 +31,16 @@ mod tests;
 mod two_level;
 mod wide;
 
-// The paths by which other rooms import these until they name their rooms.
-pub use crate::{
-    geometry::{
-        BuildError, Edit, Geometry, Group, Hit, Instance, LARGEST, MOST_MAGNIFICATION, Placed, PlacedGroup, PrimRef,
-    },
-    simd::{Simd, prefetch},
+pub use accelerator::{
+    AccelKind, Accelerator, BatchLayout, BuildStats, Quality, RayBatch, RayCost, TreeId, UpdateReport,
 };
-pub use accelerator::{AccelKind, Accelerator, BatchLayout, BuildStats, Quality, RayBatch, RayCost, TreeId, Updated};
 
 /// What is built, with how much care, and for which vectors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildOptions {
     pub kind: AccelKind,
     pub quality: Quality,
-    pub simd: Simd,
+    pub simd: Isa,
 }
 
 impl From<AccelKind> for BuildOptions {
@@ -65,12 +65,12 @@ pub fn build(options: impl Into<BuildOptions>, geometry: Arc<Geometry>) -> Resul
 }
 
 /// The wide accelerator with the kernels of one level.
-pub type AtLevel = (Simd, Box<dyn Accelerator>);
+pub type AtLevel = (Isa, Box<dyn Accelerator>);
 
 /// One tree with the kernels of every level that this processor has.
 pub fn build_wide_levels(quality: Quality, geometry: &Arc<Geometry>) -> Result<Vec<AtLevel>, BuildError> {
-    let tree = wide::Wide::build(Arc::clone(geometry), quality, Simd::best())?;
-    let levels = Simd::available().into_iter();
+    let tree = wide::Wide::build(Arc::clone(geometry), quality, Isa::best())?;
+    let levels = Isa::available().into_iter();
     Ok(levels
         .map(|simd| (simd, Box::new(tree.with(simd)) as Box<dyn Accelerator>))
         .collect())

@@ -6,6 +6,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::{
+    geometry::*,
     math::{Ray, Vec3, hash},
     shape::{Shape, sphere::Sphere},
 };
@@ -138,7 +139,7 @@ fn bits(hit: &Option<Hit>) -> Option<[u32; 5]> {
     })
 }
 
-fn options(kind: AccelKind, quality: Quality, simd: Simd) -> BuildOptions {
+fn options(kind: AccelKind, quality: Quality, simd: Isa) -> BuildOptions {
     BuildOptions { kind, quality, simd }
 }
 
@@ -169,10 +170,10 @@ fn compare(g: Geometry, rays: &[Ray]) -> usize {
         for kind in [AccelKind::Bvh2, AccelKind::CwBvh] {
             check(
                 &format!("{kind} {quality}"),
-                build(options(kind, quality, Simd::best()), g.clone()),
+                build(options(kind, quality, Isa::best()), g.clone()),
             );
         }
-        for simd in Simd::available() {
+        for simd in Isa::available() {
             check(
                 &format!("wide {quality} {simd}"),
                 build(options(AccelKind::Wide, quality, simd), g.clone()),

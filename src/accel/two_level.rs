@@ -6,13 +6,13 @@ use std::ops::ControlFlow;
 use std::{sync::Arc, time::Instant};
 
 use super::{
-    accelerator::{Accelerator, BuildStats, Quality, RayBatch, RayCost, TreeId, Updated},
+    accelerator::{Accelerator, BuildStats, Quality, RayBatch, RayCost, TreeId, UpdateReport},
     build::prims::{Item, Prims},
 };
 use crate::{
-    geometry::{BuildError, Edit, Geometry, Hit, Instance, PrimRef, check, padding::BoundsPadding, slab::Planes},
+    geometry::{BuildError, Edit, Geometry, Hit, InstanceId, PrimId, check, padding::BoundsPadding, slab::Planes},
     math::{Aabb, Ray},
-    simd::Simd,
+    simd::Isa,
 };
 
 /// A tree over numbered boxes.
@@ -64,9 +64,9 @@ pub(super) struct TwoLevel<T> {
     /// The triangles that are in no group, where they are not in the top.
     still: Blas<T>,
     groups: Vec<Blas<T>>,
-    unbounded: Vec<PrimRef>,
+    unbounded: Vec<PrimId>,
     padding: BoundsPadding,
-    simd: Simd,
+    simd: Isa,
     stats: BuildStats,
 }
 
@@ -78,7 +78,7 @@ struct Stacks<S> {
 }
 
 impl<T: BoxTree> TwoLevel<T> {
-    pub fn build(geometry: Arc<Geometry>, quality: Quality, simd: Simd) -> Result<Self, BuildError> {
+    pub fn build(geometry: Arc<Geometry>, quality: Quality, simd: Isa) -> Result<Self, BuildError> {
         let start = Instant::now();
         check::geometry(&geometry)?;
         let mut levels = Self {
@@ -142,7 +142,7 @@ impl<T: BoxTree> TwoLevel<T> {
         ray: &mut Ray,
         stacks: &mut Stacks<T::Stack>,
         cost: &mut RayCost,
-        mut test: impl FnMut(PrimRef, Instance, &mut Ray) -> ControlFlow<()>,
+        mut test: impl FnMut(PrimId, InstanceId, &mut Ray) -> ControlFlow<()>,
     ) {
         let geometry = &*self.geometry;
         let Stacks { top, below } = stacks;
@@ -153,16 +153,16 @@ impl<T: BoxTree> TwoLevel<T> {
             let mut prims = |tree: &T, instance, ray: &mut Ray, planes: &Planes| {
                 tree.walk(ray, planes, below, &mut nodes_below, |prim, ray| {
                     cost.prims += 1;
-                    test(PrimRef::new(prim), instance, ray)
+                    test(PrimId::new(prim), instance, ray)
                 })
             };
             match Item::new(item, geometry) {
                 Item::Prim(prim) => {
                     cost.prims += 1;
-                    test(prim, Instance::NONE, ray)
+                    test(prim, InstanceId::NONE, ray)
                 }
-                Item::StaticTree => prims(&self.still.tree, Instance::NONE, ray, &planes),
-                Item::Instance(instance) => {
+                Item::StaticTree => prims(&self.still.tree, InstanceId::NONE, ray, &planes),
+                Item::InstanceId(instance) => {
                     let placed = &geometry.instances[instance.0 as usize];
                     let mut local = geometry.enter(placed, ray);
                     let planes = Planes::new(&local, self.padding.inside());
@@ -200,7 +200,7 @@ impl<T: BoxTree> Accelerator for TwoLevel<T> {
         let rays = batch.rays;
         let mut stacks = Stacks::default();
         for (ray, blocked) in rays.iter().zip(blocked) {
-            let meets = |prim: PrimRef, ray: &Ray| self.geometry.intersect(prim, ray).is_some();
+            let meets = |prim: PrimId, ray: &Ray| self.geometry.intersect(prim, ray).is_some();
             *blocked = self.unbounded.iter().any(|&prim| meets(prim, ray));
             if *blocked {
                 continue;
@@ -229,16 +229,16 @@ impl<T: BoxTree> Accelerator for TwoLevel<T> {
         }
     }
 
-    fn update(&mut self, edit: &Edit) -> Result<Updated, BuildError> {
+    fn update(&mut self, edit: &Edit) -> Result<UpdateReport, BuildError> {
         let start = Instant::now();
         let bounds: Vec<Aabb> = self.groups.iter().map(|group| group.bounds).collect();
         let changed = edit.apply(&mut self.geometry, &bounds)?;
-        let mut updated = Updated::default();
+        let mut updated = UpdateReport::default();
         // What was one tree becomes two, so that the next change finds what moves apart from what does not.
         let was_whole = self.groups.is_empty() && self.still.bounds.is_empty();
         if changed.still || was_whole {
             self.build_still();
-            updated.built.push(TreeId::Still);
+            updated.built.push(TreeId::Static);
         }
         for group in changed.groups {
             self.groups[group as usize] = self.group(group as usize);
@@ -250,7 +250,7 @@ impl<T: BoxTree> Accelerator for TwoLevel<T> {
         Ok(updated)
     }
 
-    fn simd(&self) -> Simd {
+    fn simd(&self) -> Isa {
         self.simd
     }
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::{accel::Geometry, render::InvalidSamples};
+use crate::{geometry::Geometry, render::InvalidSamples};
 
 /// The figures of a finished job.
 #[derive(Clone, Debug, Default)]
@@ -46,7 +46,7 @@ impl SceneFigures {
             triangles: geometry.triangles.len(),
             shapes: geometry.shapes.len(),
             instances: geometry.instances.len(),
-            instanced_primitives: geometry.seen_prim_count(),
+            instanced_primitives: geometry.instanced_prim_count(),
             build_time,
         }
     }

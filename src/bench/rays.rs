@@ -6,8 +6,9 @@ use rayon::prelude::*;
 
 use super::tracer::BATCH;
 use crate::{
-    accel::{Accelerator, BatchLayout, Hit},
+    accel::{Accelerator, BatchLayout},
     camera::Camera,
+    geometry::Hit,
     math::{
         Frame, Ray, Vec2, Vec3,
         hash::{pcg4d, unit_f32},

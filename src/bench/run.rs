@@ -6,9 +6,11 @@ use rayon::prelude::*;
 
 use super::{Buffers, BuildRow, Cell, Kind, Report, tracer::Tracer};
 use crate::{
-    accel::{self, AccelKind, Accelerator, BuildError, BuildOptions, Geometry, Quality, RayCost, Simd},
+    accel::{self, AccelKind, Accelerator, BuildOptions, Quality, RayCost},
+    geometry::{BuildError, Geometry},
     math::Ray,
     native::{Embree, EmbreeError, EmbreeQuality},
+    simd::Isa,
 };
 
 /// What to measure.
@@ -17,7 +19,7 @@ pub struct Options {
     /// What the report calls the scene.
     pub scene: String,
     /// The vectors of ours.
-    pub simd: Simd,
+    pub simd: Isa,
     /// Embree's shared library.
     pub embree: Option<PathBuf>,
     /// Repetitions of each cell, at least 1.
@@ -82,7 +84,7 @@ pub fn run(
         triangles: geometry.triangles.len(),
         primitives: geometry.prim_count(),
         instances: geometry.instances.len(),
-        seen: geometry.seen_prim_count(),
+        seen: geometry.instanced_prim_count(),
         threads: rayon::current_num_threads(),
         simd: options.simd.to_string(),
         cells,
@@ -198,7 +200,7 @@ fn trace(
     let all = buffers.of(Kind::Primary).len();
     let linear = accel::build(AccelKind::Linear, Arc::clone(geometry))?;
     let wide = accel::build_wide_levels(Quality::default(), geometry)?;
-    let tests = usize::try_from(geometry.seen_prim_count()).unwrap_or(usize::MAX);
+    let tests = usize::try_from(geometry.instanced_prim_count()).unwrap_or(usize::MAX);
     let timed = (LINEAR_TESTS / tests.max(1)).clamp(16, all);
     let compared = (timed * LINEAR_COMPARED).min(all);
     let ours = |name: &str, accel| Contestant {

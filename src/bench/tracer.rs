@@ -4,7 +4,8 @@ use rayon::prelude::*;
 
 use super::Kind;
 use crate::{
-    accel::{Accelerator, Hit, RayBatch},
+    accel::{Accelerator, RayBatch},
+    geometry::Hit,
     math::Ray,
     native::{Coherence, Embree, RayHit, RayHit16},
 };

@@ -10,7 +10,7 @@
 
 use crate::{
     kind::kinds,
-    math::{DVec3, Ray, RayCone, Runner, Vec2, Vec3},
+    math::{DVec3, Dispatch, Ray, RayCone, Vec2, Vec3},
     value::{Point, Problem, Spanned},
 };
 
@@ -45,7 +45,7 @@ pub trait CameraKind {
 
     /// Appends [`CameraKind::ray`] of each point on the film with its lens sample, [`Ray::NONE`]
     /// where there is none.
-    fn rays(&self, _on: impl Runner, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>) {
+    fn rays(&self, _on: impl Dispatch, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>) {
         rays_one_by_one(self, film, lens, rays);
     }
 
@@ -141,7 +141,7 @@ macro_rules! cameras {
             /// See [`CameraKind::ray`].
             fn ray(&self, film: Vec2, lens: Vec2) -> Option<Ray>;
             /// See [`CameraKind::rays`].
-            fn rays(&self, on: impl Runner, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>);
+            fn rays(&self, on: impl Dispatch, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>);
             /// See [`CameraKind::has_lens`].
             fn has_lens(&self) -> bool;
             /// See [`CameraKind::fills_film`].

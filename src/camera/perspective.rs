@@ -42,7 +42,7 @@ use super::{
     lerp, look_at, rays_one_by_one, unit, unit_ray,
 };
 use crate::{
-    math::{Loop, Ray, RayCone, Runner, Vec2, Vec3, trig},
+    math::{Dispatch, Ray, RayCone, Vec2, Vec3, VectorLoop, trig},
     value::{Count, Finite, NonNegative, Point, Positive, Problem, Spanned},
 };
 
@@ -337,7 +337,7 @@ struct Pinhole<'a> {
     rays: &'a mut [Ray],
 }
 
-impl Loop for Pinhole<'_> {
+impl VectorLoop for Pinhole<'_> {
     #[inline(always)]
     fn run(self) {
         for (film, ray) in self.film.iter().zip(self.rays) {
@@ -370,13 +370,13 @@ impl CameraKind for Perspective {
         Some(unit_ray(self.eye + on_lens, at_one * self.focus_distance - on_lens))
     }
 
-    fn rays(&self, on: impl Runner, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>) {
+    fn rays(&self, on: impl Dispatch, film: &[Vec2], lens: &[Vec2], rays: &mut Vec<Ray>) {
         if self.lens_radius > 0.0 {
             return rays_one_by_one(self, film, lens, rays);
         }
         let first = rays.len();
         rays.resize(first + film.len(), Ray::new(self.eye.as_vec3(), Vec3::ZERO));
-        on.run(Pinhole {
+        on.dispatch(Pinhole {
             camera: self,
             film,
             rays: &mut rays[first..],

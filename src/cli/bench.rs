@@ -2,19 +2,19 @@
 
 use std::{fs, io::IsTerminal, path::Path, sync::Arc};
 
+use super::{args::BenchArgs, job::threads, progress::say};
 use anyhow::Context;
 use batch_render::{
-    accel::{BuildOptions, Geometry},
+    accel::BuildOptions,
     batch::{Job, Request},
     bench::{self, Buffers, Observer, Options},
-    simd::Simd,
+    geometry::Geometry,
+    simd::Isa,
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::{args::BenchArgs, job::threads, progress::say};
-
 /// Measures and reports.
-pub fn run(args: &BenchArgs, simd: Simd, quiet: bool) -> anyhow::Result<()> {
+pub fn run(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let side = bench::SIDE;
     let request = Request {
         resolution: Some([side, side]),

@@ -8,7 +8,7 @@ use batch_render::{
     batch::{Existing, FrameRange, Job, Plan, Request},
     error::Error,
     render::{Cancel, Control, Counters},
-    simd::Simd,
+    simd::Isa,
 };
 
 use super::{
@@ -28,7 +28,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 /// Validates a scene as it stands.
-fn check(scene: &Path, simd: Simd, quiet: bool) -> anyhow::Result<()> {
+fn check(scene: &Path, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let request = Request {
         max_memory: Some(DEFAULT_MAX_MEMORY),
         accel: BuildOptions {
@@ -44,7 +44,7 @@ fn check(scene: &Path, simd: Simd, quiet: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn render(args: &RenderArgs, simd: Simd, quiet: bool) -> anyhow::Result<()> {
+fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let path = args.scene.as_deref().expect("the scene is a required argument");
     let request = request(args, simd)?;
     let pool = threads(args.threads)?;
@@ -117,7 +117,7 @@ fn display(path: &Path) -> String {
     path.display().to_string()
 }
 
-fn request(args: &RenderArgs, simd: Simd) -> Result<Request, Error> {
+fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
     let range: Option<FrameRange> = args
         .range
         .as_deref()

@@ -9,7 +9,7 @@
 //! [`SceneBuilder::build`]: crate::scene::SceneBuilder::build
 
 use crate::{
-    accel::{self, BuildOptions},
+    accel::BuildOptions,
     assets::{AssetError, Store},
     describe::{Diagnostics, SceneDesc},
     scene::Scene,
@@ -34,7 +34,7 @@ pub enum Error {
     #[error("{}", lines(.0))]
     Assets(Vec<AssetError>),
     #[error(transparent)]
-    Build(#[from] accel::BuildError),
+    Build(#[from] crate::geometry::BuildError),
 }
 
 fn lines(errors: &[AssetError]) -> String {

@@ -13,12 +13,12 @@ use super::{
     materials::add_model_materials,
 };
 use crate::{
-    accel::MOST_MAGNIFICATION,
     assets::{
         AssetError, Store,
         model::{MeshInstance, Model},
         store::ImageRequest,
     },
+    geometry::MAX_MAGNIFICATION,
     material::{Material, MaterialId},
     math::Transform,
     scene::{GroupId, InstanceRecord, MeshOwner, MeshTransform, NodeId, ObjectFromGroup, ObjectId, SceneBuilder},
@@ -280,7 +280,7 @@ impl ModelPlacer<'_> {
             let material = model_use.material_of(part, placed.material);
             matches!(self.scene.material_of(material), Material::Emitter(_))
         };
-        let transform = Transform::new(copy.world_from_group).filter(|t| t.magnification().0 <= MOST_MAGNIFICATION);
+        let transform = Transform::new(copy.world_from_group).filter(|t| t.magnification().0 <= MAX_MAGNIFICATION);
         let (Some(group), Some(transform)) = (group.filter(|_| !copy.parts.iter().any(emits)), transform) else {
             let mut dropped = 0;
             for part in copy.parts {

@@ -3,12 +3,12 @@
 use std::ops::Range;
 
 use super::{
-    ids::{Hit, Instance, PrimRef},
+    ids::{Hit, InstanceId, PrimId},
     padding,
     slab::Slabs,
 };
 use crate::{
-    math::{Aabb, Loop, Ray, Runner, Transform, Vec3},
+    math::{Aabb, Dispatch, Ray, Transform, Vec3, VectorLoop},
     shape::{Attempt, Shape, ShapeHit, triangle},
 };
 
@@ -17,7 +17,7 @@ const PADDING: f32 = 4.0;
 
 /// A shape at its place in the world.
 #[derive(Clone, Copy, Debug)]
-pub struct Placed {
+pub struct PlacedShape {
     pub shape: Shape,
     /// An index into [`Geometry::transforms`]; `None` where local space is the world.
     pub transform: Option<u32>,
@@ -28,7 +28,7 @@ pub struct Placed {
 
 /// Triangles in a space of their own: they are stored once, and met wherever an instance puts them.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Group {
+pub struct MeshGroup {
     /// Which of the geometry's triangles. Groups have no triangle in common and are in the order of their triangles.
     pub triangles: Range<u32>,
     /// Which of the geometry's vertices their corners are; nothing else names these.
@@ -37,7 +37,7 @@ pub struct Group {
 
 /// A group at a place in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PlacedGroup {
+pub struct GroupInstance {
     /// An index into [`Geometry::groups`].
     pub group: u32,
     /// An index into [`Geometry::transforms`], which no other instance names where it is to be moved.
@@ -54,10 +54,10 @@ pub struct Geometry {
     pub vertices: Vec<Vec3>,
     /// Three indices into `vertices` each.
     pub triangles: Vec<[u32; 3]>,
-    pub shapes: Vec<Placed>,
+    pub shapes: Vec<PlacedShape>,
     pub transforms: Vec<Transform>,
-    pub groups: Vec<Group>,
-    pub instances: Vec<PlacedGroup>,
+    pub groups: Vec<MeshGroup>,
+    pub instances: Vec<GroupInstance>,
 }
 
 /// Brings attempts into a shape's own box.
@@ -67,7 +67,7 @@ struct Clips<'a> {
     attempts: &'a mut [Attempt],
 }
 
-impl Loop for Clips<'_> {
+impl VectorLoop for Clips<'_> {
     #[inline(always)]
     fn run(self) {
         for (slabs, attempt) in self.slabs.iter().zip(self.attempts) {
@@ -85,8 +85,8 @@ impl Geometry {
     }
 
     /// How many primitives a ray can meet, those of groups once for each instance.
-    pub fn seen_prim_count(&self) -> u64 {
-        let of = |group: &Group| group.triangles.len() as u64;
+    pub fn instanced_prim_count(&self) -> u64 {
+        let of = |group: &MeshGroup| group.triangles.len() as u64;
         let stored: u64 = self.groups.iter().map(of).sum();
         let seen: u64 = self.instances.iter().map(|i| of(&self.groups[i.group as usize])).sum();
         self.prim_count() as u64 - stored + seen
@@ -103,7 +103,7 @@ impl Geometry {
     /// Adds a shape, whose number among shapes is returned; `transform` takes it to its place.
     pub fn add_shape(&mut self, shape: Shape, transform: Option<Transform>) -> u32 {
         let bounds = shape.bounds().padded(PADDING);
-        self.shapes.push(Placed {
+        self.shapes.push(PlacedShape {
             shape,
             transform: None,
             bounds,
@@ -141,14 +141,14 @@ impl Geometry {
 
     /// The shape that `prim` is, `None` for a triangle.
     #[inline]
-    pub fn shape(&self, prim: PrimRef) -> Option<&Placed> {
+    pub fn shape(&self, prim: PrimId) -> Option<&PlacedShape> {
         let i = prim.index() as usize;
         i.checked_sub(self.triangles.len()).map(|i| &self.shapes[i])
     }
 
     /// The transform of a placed shape.
     #[inline]
-    pub fn transform(&self, placed: &Placed) -> Option<&Transform> {
+    pub fn transform(&self, placed: &PlacedShape) -> Option<&Transform> {
         placed.transform.map(|t| &self.transforms[t as usize])
     }
 
@@ -159,21 +159,21 @@ impl Geometry {
             .map(|placed| &self.transforms[placed.transform as usize])
     }
 
-    /// Where an instance stands; `None` for [`Instance::NONE`].
+    /// Where an instance stands; `None` for [`InstanceId::NONE`].
     #[inline]
-    pub fn place(&self, instance: Instance) -> Option<&Transform> {
+    pub fn place(&self, instance: InstanceId) -> Option<&Transform> {
         let placed = self.instances.get(instance.0 as usize)?;
         Some(&self.transforms[placed.transform as usize])
     }
 
     /// A ray in the space of an instance's group. It is not normalised, so `t` is the same in both spaces.
     #[inline(always)]
-    pub fn enter(&self, placed: &PlacedGroup, ray: &Ray) -> Ray {
+    pub fn enter(&self, placed: &GroupInstance, ray: &Ray) -> Ray {
         self.transforms[placed.transform as usize].ray_to_local(ray)
     }
 
     /// A box around `prim` in its space, a little larger than it, so that rounding in a box test never loses a hit.
-    pub fn bounds(&self, prim: PrimRef) -> Aabb {
+    pub fn bounds(&self, prim: PrimId) -> Aabb {
         match self.shape(prim) {
             None => Aabb::from_points(self.corners(prim.index() as usize)).padded(PADDING),
             Some(placed) => placed.bounds,
@@ -181,8 +181,8 @@ impl Geometry {
     }
 
     /// The box around all of a group's triangles, in its own space.
-    pub fn group_bounds(&self, group: &Group) -> Aabb {
-        let prims = group.triangles.clone().map(PrimRef::new);
+    pub fn group_bounds(&self, group: &MeshGroup) -> Aabb {
+        let prims = group.triangles.clone().map(PrimId::new);
         prims.map(|prim| self.bounds(prim)).fold(Aabb::EMPTY, Aabb::union)
     }
 
@@ -190,7 +190,7 @@ impl Geometry {
     pub fn world_bounds(&self) -> Aabb {
         let shapes = self.triangles.len() as u32..self.prim_count() as u32;
         let prims = self.world_triangles().into_iter().chain([shapes]).flatten();
-        let prims = prims.map(|i| self.bounds(PrimRef::new(i))).filter(Aabb::is_finite);
+        let prims = prims.map(|i| self.bounds(PrimId::new(i))).filter(Aabb::is_finite);
         let groups: Vec<Aabb> = self.groups.iter().map(|g| self.group_bounds(g)).collect();
         let instances = self.instances.iter().map(|placed| {
             let t = &self.transforms[placed.transform as usize];
@@ -233,7 +233,7 @@ impl Geometry {
     /// Each primitive is asked about the whole of the line first, and `t` is brought into the primitive's own box
     /// before it is compared with the ray's bounds, so that the answer does not depend on how much of the ray was left.
     #[inline]
-    pub fn intersect(&self, prim: PrimRef, ray: &Ray) -> Option<ShapeHit> {
+    pub fn intersect(&self, prim: PrimId, ray: &Ray) -> Option<ShapeHit> {
         let Some(placed) = self.shape(prim) else {
             let [a, b, c] = self.corners(prim.index() as usize);
             let line = Ray {
@@ -252,7 +252,7 @@ impl Geometry {
     #[inline]
     pub(crate) fn intersect_shape(
         &self,
-        placed: &Placed,
+        placed: &PlacedShape,
         ray: &Ray,
         slabs: impl FnOnce() -> Slabs,
     ) -> Option<ShapeHit> {
@@ -276,8 +276,8 @@ impl Geometry {
     #[inline(always)]
     pub(crate) fn attempt_shape(
         &self,
-        on: impl Runner,
-        placed: &Placed,
+        on: impl Dispatch,
+        placed: &PlacedShape,
         rays: &mut [Ray],
         slabs: &[Slabs],
         attempts: &mut [Attempt],
@@ -289,7 +289,7 @@ impl Geometry {
         }
         placed.shape.attempt(on, rays, attempts);
         if placed.is_bounded {
-            on.run(Clips {
+            on.dispatch(Clips {
                 slabs,
                 own: placed.bounds,
                 attempts,
@@ -300,7 +300,7 @@ impl Geometry {
     /// Tests `prim` of `instance` with a ray in its space and keeps it in `best` where it is nearer, or as near and
     /// [`Hit::comes_before`]; `ray.tmax` shrinks with it.
     #[inline]
-    pub fn keep_nearest(&self, prim: PrimRef, instance: Instance, ray: &mut Ray, best: &mut Option<Hit>) {
+    pub fn keep_nearest(&self, prim: PrimId, instance: InstanceId, ray: &mut Ray, best: &mut Option<Hit>) {
         if let Some(ShapeHit { t, u, v }) = self.intersect(prim, ray) {
             let hit = Hit {
                 t,
@@ -317,9 +317,9 @@ impl Geometry {
     }
 
     /// Does so with each of some primitives in world space.
-    pub fn keep_nearest_of(&self, prims: &[PrimRef], ray: &mut Ray, best: &mut Option<Hit>) {
+    pub fn keep_nearest_of(&self, prims: &[PrimId], ray: &mut Ray, best: &mut Option<Hit>) {
         for &prim in prims {
-            self.keep_nearest(prim, Instance::NONE, ray, best);
+            self.keep_nearest(prim, InstanceId::NONE, ray, best);
         }
     }
 }

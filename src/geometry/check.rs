@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use super::{
     arrays::Geometry,
-    error::{BuildError, LARGEST},
-    ids::PrimRef,
+    error::{BuildError, MAX_COORDINATE},
+    ids::PrimId,
     padding,
 };
 use crate::math::{Aabb, Vec3};
@@ -20,13 +20,13 @@ pub(crate) const PAR_MIN_LEN: usize = 4096;
 
 /// Whether a point's coordinates are numbers that are not too large.
 pub(crate) fn is_sound(p: Vec3) -> bool {
-    p.is_finite() && p.abs().max_element() <= LARGEST
+    p.is_finite() && p.abs().max_element() <= MAX_COORDINATE
 }
 
 /// Checks everything but coordinates that depend on where instances stand.
 pub(crate) fn geometry(geometry: &Geometry) -> Result<(), BuildError> {
     let count = geometry.prim_count() + geometry.instances.len();
-    if count + 1 >= PrimRef::MAX as usize {
+    if count + 1 >= PrimId::MAX as usize {
         return Err(BuildError::TooMany { count });
     }
     groups(geometry)?;
@@ -74,7 +74,7 @@ fn groups(geometry: &Geometry) -> Result<(), BuildError> {
     bad.map_or(Ok(()), |instance| Err(BuildError::BadInstance { instance }))
 }
 
-fn group_triangles(geometry: &Geometry, group: &super::arrays::Group) -> Result<(), BuildError> {
+fn group_triangles(geometry: &Geometry, group: &super::arrays::MeshGroup) -> Result<(), BuildError> {
     let run = group.triangles.start as usize..group.triangles.end as usize;
     triangles(geometry, run.clone())?;
     let foreign = |t: &[u32; 3]| t.iter().any(|v| !group.vertices.contains(v));
@@ -105,7 +105,7 @@ fn triangles(geometry: &Geometry, run: Range<usize>) -> Result<(), BuildError> {
 }
 
 /// A shape's box, `None` for one without bounds.
-pub(crate) fn shape_bounds(geometry: &Geometry, id: PrimRef) -> Result<Option<Aabb>, BuildError> {
+pub(crate) fn shape_bounds(geometry: &Geometry, id: PrimId) -> Result<Option<Aabb>, BuildError> {
     let prim = id.index() as usize;
     let placed = geometry.shape(id).expect("a primitive after the triangles is a shape");
     let local = placed.shape.bounds();
@@ -119,7 +119,7 @@ pub(crate) fn shape_bounds(geometry: &Geometry, id: PrimRef) -> Result<Option<Aa
     if !bounds.is_finite() {
         return Err(BuildError::NotFinite { prim });
     }
-    if bounds.min.abs().max(bounds.max.abs()).max_element() > LARGEST {
+    if bounds.min.abs().max(bounds.max.abs()).max_element() > MAX_COORDINATE {
         return Err(BuildError::TooLarge { prim });
     }
     Ok(Some(bounds))

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use super::{arrays::Geometry, check::is_sound, error::BuildError, ids::Instance, padding};
+use super::{arrays::Geometry, check::is_sound, error::BuildError, ids::InstanceId, padding};
 use crate::math::{Aabb, Transform, Vec3};
 
 /// A change of a geometry, for [`crate::accel::accelerator::Accelerator::update`].
 #[derive(Clone, Debug, Default)]
 pub struct Edit {
     /// Where instances stand now.
-    pub instances: Vec<(Instance, Transform)>,
+    pub instances: Vec<(InstanceId, Transform)>,
     /// Where shapes stand now, by their index into [`Geometry::shapes`].
     pub shapes: Vec<(u32, Transform)>,
     /// Where vertices are now, each run from this index into [`Geometry::vertices`] on.
@@ -71,7 +71,7 @@ impl Edit {
             }
             still |= others > 0;
         }
-        for &(Instance(number), transform) in &self.instances {
+        for &(InstanceId(number), transform) in &self.instances {
             let Some(placed) = geometry.instances.get(number as usize) else {
                 return Err(BuildError::NothingThere {
                     what: "instance",

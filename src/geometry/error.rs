@@ -3,14 +3,14 @@
 use thiserror::Error;
 
 /// The largest coordinate that is accepted, in metres: three of them multiplied are still a finite number.
-pub const LARGEST: f32 = 1e12;
+pub const MAX_COORDINATE: f32 = 1e12;
 
 /// Why nothing was built.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum BuildError {
     #[error("primitive {prim} has a coordinate that is not a finite number")]
     NotFinite { prim: usize },
-    #[error("primitive {prim} has a coordinate beyond {LARGEST:e} m")]
+    #[error("primitive {prim} has a coordinate beyond {MAX_COORDINATE:e} m")]
     TooLarge { prim: usize },
     #[error("triangle {prim} names vertex {vertex}, but there are {vertices}")]
     NoSuchVertex { prim: usize, vertex: u32, vertices: usize },
@@ -20,11 +20,11 @@ pub enum BuildError {
     BadGroup { group: usize },
     #[error("instance {instance} names a group or a transform that does not exist")]
     BadInstance { instance: usize },
-    #[error("instance {instance} reaches beyond {LARGEST:e} m")]
+    #[error("instance {instance} reaches beyond {MAX_COORDINATE:e} m")]
     InstanceTooLarge { instance: usize },
     #[error("there is no {what} {index} to be moved")]
     NothingThere { what: &'static str, index: usize },
-    #[error("vertex {vertex} would be at no finite place, or beyond {LARGEST:e} m")]
+    #[error("vertex {vertex} would be at no finite place, or beyond {MAX_COORDINATE:e} m")]
     BadVertex { vertex: usize },
     #[error("{count} primitives are more than can be numbered")]
     TooMany { count: usize },

@@ -4,9 +4,9 @@ use std::num::NonZeroU32;
 
 /// The number of a primitive: triangles first, then shapes, both in the order of [`Geometry`]'s arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct PrimRef(NonZeroU32);
+pub struct PrimId(NonZeroU32);
 
-impl PrimRef {
+impl PrimId {
     /// The largest number there can be.
     pub const MAX: u32 = u32::MAX - 1;
 
@@ -25,11 +25,11 @@ impl PrimRef {
     }
 }
 
-/// Which copy of an instanced mesh was hit; [`Instance::NONE`] for what is not instanced.
+/// Which copy of an instanced mesh was hit; [`InstanceId::NONE`] for what is not instanced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Instance(pub u32);
+pub struct InstanceId(pub u32);
 
-impl Instance {
+impl InstanceId {
     pub const NONE: Self = Self(u32::MAX);
 }
 
@@ -49,6 +49,6 @@ pub struct Hit {
     pub t: f32,
     pub u: f32,
     pub v: f32,
-    pub prim: PrimRef,
-    pub instance: Instance,
+    pub prim: PrimId,
+    pub instance: InstanceId,
 }

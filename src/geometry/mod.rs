@@ -11,8 +11,8 @@ mod ids;
 pub(crate) mod padding;
 pub(crate) mod slab;
 
-pub use arrays::{Geometry, Group, Placed, PlacedGroup};
+pub use arrays::{Geometry, GroupInstance, MeshGroup, PlacedShape};
 pub use edit::Edit;
-pub use error::{BuildError, LARGEST};
-pub use ids::{Hit, Instance, PrimRef};
-pub use padding::MOST_MAGNIFICATION;
+pub use error::{BuildError, MAX_COORDINATE};
+pub use ids::{Hit, InstanceId, PrimId};
+pub use padding::MAX_MAGNIFICATION;

@@ -21,7 +21,7 @@ const ROUNDINGS: f32 = 16.0 * f32::EPSILON;
 
 /// Maps that magnify roundings by more than this are worth a copy of the mesh in world space: the trees of a scene are
 /// widened for its worst instance.
-pub const MOST_MAGNIFICATION: f32 = 64.0;
+pub const MAX_MAGNIFICATION: f32 = 64.0;
 
 /// How a tree's boxes are widened for a ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

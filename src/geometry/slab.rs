@@ -13,7 +13,7 @@
 //! make up for less than 2 relative to `t` and 2 relative to the origin.
 //!
 //! Directions are not clamped: a component of zero gets a reciprocal of its own sign that is large enough for
-//! anything that was built (coordinates are at most [`crate::accel::build::prims::LARGEST`]), so there is no `0 * inf` anywhere.
+//! anything that was built (coordinates are at most [`crate::accel::build::prims::MAX_COORDINATE`]), so there is no `0 * inf` anywhere.
 
 use super::padding::BoundsPadding;
 use crate::math::{Aabb, Ray, Vec3};

@@ -7,8 +7,9 @@
 //! emitters (and ambient light), 2 also direct light, 5 has a camera ray and four more segments.
 
 use crate::{
-    accel::{Hit, RayCost},
+    accel::RayCost,
     camera::Camera,
+    geometry::Hit,
     kind::kinds,
     material::MaterialId,
     math::{Ray, RayCone, Rgb, Vec3},

@@ -32,8 +32,8 @@ use super::{
     max_depth,
 };
 use crate::{
-    accel::Hit,
     bsdf::{BsdfKind, BsdfSample, BsdfVisitor, Lobe},
+    geometry::Hit,
     material::{Emission, Material, MaterialId},
     math::{Frame, Rgb, Vec3, trig},
     sampler::{Dimension, SampleUse},

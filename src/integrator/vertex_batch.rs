@@ -2,8 +2,8 @@
 
 use super::{Integrator, PathState, ShadingOutput, Vertex, VertexContext};
 use crate::{
-    accel::Hit,
     camera::Camera,
+    geometry::Hit,
     math::Ray,
     sampler::{PathSampler, SampleBatch, SampleKeys, Sampler},
     scene::{Scene, SurfaceInteraction},

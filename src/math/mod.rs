@@ -27,5 +27,5 @@ pub use sidedness::Sidedness;
 pub use transform::Transform;
 #[cfg(test)]
 pub use vector::Plain;
-pub use vector::{Loop, Runner};
+pub use vector::{Dispatch, VectorLoop};
 pub use warp::Sample2D;

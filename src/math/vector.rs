@@ -2,14 +2,14 @@
 
 /// A loop over arrays that the compiler can turn into vectors: no branches, no calls that are not
 /// inlined.
-pub trait Loop {
+pub trait VectorLoop {
     /// Must be `#[inline(always)]`, or it is compiled for the least processor alone.
     fn run(self);
 }
 
 /// What runs loops. All give the same results: the compiler neither fuses nor reorders what rounds.
-pub trait Runner: Copy {
-    fn run(self, task: impl Loop);
+pub trait Dispatch: Copy {
+    fn dispatch(self, task: impl VectorLoop);
 }
 
 /// Runs loops as they are.
@@ -18,8 +18,8 @@ pub trait Runner: Copy {
 pub struct Plain;
 
 #[cfg(test)]
-impl Runner for Plain {
-    fn run(self, task: impl Loop) {
+impl Dispatch for Plain {
+    fn dispatch(self, task: impl VectorLoop) {
         task.run();
     }
 }

@@ -2,7 +2,7 @@
 
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, TAU};
 
-use super::{Loop, Runner, Vec2, Vec3, trig};
+use super::{Dispatch, Vec2, Vec3, VectorLoop, trig};
 
 /// Two uniform numbers in `[0, 1)`, and the point of the unit disk that they map to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,9 +32,9 @@ impl Sample2D {
 }
 
 /// [`square_to_disk`] for each of `squares`, in place of what `disks` held.
-pub fn squares_to_disk(on: impl Runner, squares: &[Vec2], disks: &mut Vec<Vec2>) {
+pub fn squares_to_disk(on: impl Dispatch, squares: &[Vec2], disks: &mut Vec<Vec2>) {
     disks.resize(squares.len(), Vec2::ZERO);
-    on.run(Disks { squares, disks });
+    on.dispatch(Disks { squares, disks });
 }
 
 struct Disks<'a> {
@@ -42,7 +42,7 @@ struct Disks<'a> {
     disks: &'a mut [Vec2],
 }
 
-impl Loop for Disks<'_> {
+impl VectorLoop for Disks<'_> {
     #[inline(always)]
     fn run(self) {
         for (square, disk) in self.squares.iter().zip(self.disks) {

@@ -5,7 +5,7 @@ use crate::{
     accel::BatchLayout,
     film::Window,
     integrator::PathState,
-    math::{Divisor, Loop, Runner},
+    math::{Dispatch, Divisor, VectorLoop},
     sampler::{SampleKey, SampleKeys},
 };
 
@@ -50,7 +50,7 @@ impl SampleBlock {
     /// Sets `keys` to those of the samples of the paths with these indices.
     pub fn keys(
         &self,
-        on: impl Runner,
+        on: impl Dispatch,
         settings: &Settings,
         indices: &[u32],
         paths: &[PathState],
@@ -60,7 +60,7 @@ impl SampleBlock {
         keys.samples.extend(indices.iter().map(|&i| paths[i as usize].sample));
         keys.columns.resize(indices.len(), 0);
         keys.rows.resize(indices.len(), 0);
-        on.run(FillKeys {
+        on.dispatch(FillKeys {
             block: self,
             columns: &mut keys.columns,
             rows: &mut keys.rows,
@@ -90,7 +90,7 @@ struct FillKeys<'a> {
     samples: &'a mut [u32],
 }
 
-impl Loop for FillKeys<'_> {
+impl VectorLoop for FillKeys<'_> {
     #[inline(always)]
     fn run(self) {
         for ((column, row), sample) in self.columns.iter_mut().zip(self.rows).zip(self.samples) {

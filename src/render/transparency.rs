@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 
 use crate::{
-    accel::Hit,
+    geometry::Hit,
     math::Ray,
     sampler::{Dimension, Independent, SampleKey},
     scene::Scene,

@@ -11,15 +11,17 @@ use super::{
     transparency::{Passing, pass, transmittance},
 };
 use crate::{
-    accel::{self, BatchLayout, Hit, PrimRef, RayCost, Simd},
+    accel::{self, BatchLayout, RayCost},
     camera::{Camera, FrameCamera},
     film::{
         FilmLayout, SampleRecord, TileAccumulator, accumulator::AccumulatorLayout, layout::Needs, passes::PassContext,
     },
+    geometry::{Hit, PrimId},
     integrator::{Integrator, PathState, ShadingOutput, VertexBatch, light_layers::LightLayers},
     math::{Ray, RayCone},
     sampler::{Dimension, SampleBatch, SampleKeys, SampleUse},
     scene::{FirstHit, Scene, Surfaces},
+    simd::Isa,
 };
 
 /// Paths that start together; more do not pay, fewer starve the tracer.
@@ -44,7 +46,7 @@ pub(super) struct RenderContext<'a> {
     /// Whether everything in the scene is.
     is_opaque: bool,
     /// The vectors that loops run on.
-    pub simd: Simd,
+    pub simd: Isa,
     /// Whether every sample has a camera ray.
     fills_film: bool,
     /// The cone of each camera ray, where a texture reads it; `None` where all rays may be lines.
@@ -145,7 +147,7 @@ pub(super) struct Wave {
     hit_indices: Vec<u32>,
     miss_indices: Vec<u32>,
     /// The primitives that were hit.
-    prims: Vec<PrimRef>,
+    prims: Vec<PrimId>,
     out: ShadingOutput,
     /// The filter weight of each sample, and how much of it something covers.
     weights: Vec<f32>,
@@ -307,12 +309,12 @@ impl Wave {
     fn partition_hits(&mut self) {
         let n = self.hits.len();
         self.hit_indices.resize(n, 0);
-        self.prims.resize(n, PrimRef::new(0));
+        self.prims.resize(n, PrimId::new(0));
         self.miss_indices.resize(n, 0);
         let (mut hit_count, mut miss_count) = (0, 0);
         for (i, hit) in self.hits.iter().enumerate() {
             self.hit_indices[hit_count] = i as u32;
-            self.prims[hit_count] = hit.map_or(PrimRef::new(0), |hit| hit.prim);
+            self.prims[hit_count] = hit.map_or(PrimId::new(0), |hit| hit.prim);
             self.miss_indices[miss_count] = i as u32;
             hit_count += usize::from(hit.is_some());
             miss_count += usize::from(hit.is_none());

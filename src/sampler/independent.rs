@@ -14,7 +14,7 @@ use serde::Deserialize;
 use super::{Dimension, SampleKey, SampleKeys};
 use crate::{
     math::{
-        Runner, Vec2,
+        Dispatch, Vec2,
         hash::{mix32, pcg4d, unit_f32},
     },
     value::Problem,
@@ -44,7 +44,7 @@ impl Independent {
     }
 
     /// Replaces the contents of `out` with the numbers of all `keys`.
-    pub fn fill_2d(self, _on: impl Runner, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>) {
+    pub fn fill_2d(self, _on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>) {
         out.clear();
         out.extend((0..keys.len()).map(|i| self.get_2d(&keys.get(i), dimension)));
     }

@@ -10,7 +10,7 @@ use serde::Deserialize;
 use crate::{
     kind::kinds,
     math::{
-        Runner, Vec2,
+        Dispatch, Vec2,
         warp::{self, Sample2D},
     },
     value::Problem,
@@ -205,7 +205,7 @@ impl SampleBatch {
     /// is `first`.
     pub fn generate(
         &mut self,
-        on: impl Runner,
+        on: impl Dispatch,
         sampler: &Sampler,
         keys: &SampleKeys,
         first: Dimension,
@@ -247,7 +247,7 @@ kinds! {
     /// Returns two random numbers in `[0, 1)`.
     fn get_2d(&self, key: &SampleKey, dimension: Dimension) -> Vec2;
     /// Replaces the contents of `out` with the numbers of all `keys`.
-    fn fill_2d(&self, on: impl Runner, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>);
+    fn fill_2d(&self, on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>);
 }
 
 impl Sampler {

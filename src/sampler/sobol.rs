@@ -37,7 +37,7 @@ use serde::Deserialize;
 use super::{Dimension, SampleKey, SampleKeys};
 use crate::{
     math::{
-        Loop, Runner, Vec2,
+        Dispatch, Vec2, VectorLoop,
         hash::{mix32, mix64, owen_reversed, unit_f32},
     },
     value::Problem,
@@ -85,7 +85,7 @@ impl Sobol {
     }
 
     /// Replaces the contents of `out` with the numbers of all `keys`.
-    pub fn fill_2d(self, on: impl Runner, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>) {
+    pub fn fill_2d(self, on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>) {
         out.clear();
         if keys.is_empty() {
             return;
@@ -93,7 +93,7 @@ impl Sobol {
         if self.share_sequence(keys) {
             out.resize(keys.len(), Vec2::ZERO);
             let seeds = self.seeds(&keys.get(0), dimension);
-            on.run(Points {
+            on.dispatch(Points {
                 sobol: self,
                 seeds,
                 keys,
@@ -151,7 +151,7 @@ struct Points<'a> {
     out: &'a mut [Vec2],
 }
 
-impl Loop for Points<'_> {
+impl VectorLoop for Points<'_> {
     #[inline(always)]
     fn run(self) {
         let Self {

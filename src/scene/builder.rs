@@ -7,7 +7,8 @@ use super::{
     Scene, mesh_transform::MeshTransform,
 };
 use crate::{
-    accel::{self, BuildError, BuildOptions, Geometry, Group, PlacedGroup},
+    accel::{self, BuildOptions},
+    geometry::{BuildError, Geometry, GroupInstance, MeshGroup},
     light::Light,
     material::{Material, MaterialId},
     math::Transform,
@@ -224,7 +225,7 @@ impl SceneBuilder {
 
     /// Makes a group of the triangles and vertices that were added from these numbers on.
     pub(crate) fn end_group(&mut self, first_triangle: u32, first_vertex: u32) -> GroupId {
-        self.geometry.groups.push(Group {
+        self.geometry.groups.push(MeshGroup {
             triangles: first_triangle..self.geometry.triangles.len() as u32,
             vertices: first_vertex..self.geometry.vertices.len() as u32,
         });
@@ -233,7 +234,7 @@ impl SceneBuilder {
 
     /// Adds an instance of a group to the object that `record` names.
     pub(crate) fn place_group(&mut self, group: GroupId, transform: Transform, record: InstanceRecord) {
-        self.geometry.instances.push(PlacedGroup {
+        self.geometry.instances.push(GroupInstance {
             group: group.0,
             transform: self.geometry.transforms.len() as u32,
         });

@@ -7,7 +7,7 @@ use super::{
     emitters::{corner_uvs, is_constant_emission, texture_point, uniform_point},
 };
 use crate::{
-    accel::PrimRef,
+    geometry::PrimId,
     light::{LightBounds, OrientationCone, Sidedness, area},
     material::Emission,
     math::{Aabb, Rgb, Transform, Vec2, Vec3},
@@ -49,7 +49,7 @@ impl Scene {
         };
         let normal = normal.map(|n| transform.map_or(n, |t| t.normal_to_world(n).normalize()));
         let radiance = emission.map_or(0.0, |e| self.mean_radiance(&e, &placed.shape));
-        let bounds = geometry.bounds(PrimRef::new(geometry.triangles.len() as u32 + index));
+        let bounds = geometry.bounds(PrimId::new(geometry.triangles.len() as u32 + index));
         LightBounds {
             bounds,
             directions: normal.map_or(OrientationCone::ALL, |n| OrientationCone::flat(n, sidedness(emission))),

@@ -9,7 +9,7 @@
 
 use super::{MeshRecord, Scene};
 use crate::{
-    accel::{Geometry, Hit, PrimRef},
+    geometry::{Geometry, Hit, PrimId},
     light::{LightSample, area},
     material::{Emission, Material, MaterialId},
     math::{Vec2, Vec3},
@@ -88,7 +88,7 @@ impl Emitters {
     }
 
     /// The emitter that `prim` is; `prim` emits.
-    fn of_prim(&self, geometry: &Geometry, prim: PrimRef) -> Option<EmitterId> {
+    fn of_prim(&self, geometry: &Geometry, prim: PrimId) -> Option<EmitterId> {
         let index = prim.index();
         match index.checked_sub(geometry.triangles.len() as u32) {
             Some(shape) => self.shapes.binary_search(&shape).ok().map(|i| EmitterId(i as u32)),

@@ -2,7 +2,7 @@
 
 use super::{ObjectId, SurfaceInteraction};
 use crate::{
-    accel::Instance,
+    geometry::InstanceId,
     material::MaterialId,
     math::{Vec2, Vec3},
 };
@@ -21,13 +21,13 @@ pub struct FirstHit {
     /// Distance from the ray's origin, in metres.
     pub distance: f32,
     pub object: ObjectId,
-    pub instance: Instance,
+    pub instance: InstanceId,
     pub material: MaterialId,
 }
 
 impl FirstHit {
     /// The record of `surface`, which a ray met at `distance` metres.
-    pub fn new(surface: &SurfaceInteraction, instance: Instance, distance: f32) -> Self {
+    pub fn new(surface: &SurfaceInteraction, instance: InstanceId, distance: f32) -> Self {
         Self {
             p: surface.p,
             ng: surface.ng,

@@ -5,7 +5,8 @@
 use std::ops::Range;
 
 use crate::{
-    accel::{Accelerator, Hit, PrimRef},
+    accel::Accelerator,
+    geometry::{Hit, PrimId},
     light::{Light, LightSample},
     material::{Material, MaterialId},
     math::{Ray, Rgb, Transform, Vec2, Vec3},
@@ -224,7 +225,7 @@ impl Scene {
 
     /// The mesh that triangle `prim` is of.
     #[inline]
-    fn mesh_of(&self, prim: PrimRef) -> &MeshRecord {
+    fn mesh_of(&self, prim: PrimId) -> &MeshRecord {
         let after = self.meshes.partition_point(|m| m.triangles.start <= prim.index());
         &self.meshes[after - 1]
     }

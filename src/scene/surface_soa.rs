@@ -2,7 +2,7 @@
 
 use super::{SurfaceInteraction, interaction::HitGeometry};
 use crate::{
-    math::{Loop, Runner, Vec3},
+    math::{Dispatch, Vec3, VectorLoop},
     shape::triangle,
 };
 
@@ -74,7 +74,7 @@ impl SoaBlock {
 /// Places triangles.
 struct TrianglePoints<'a>(&'a mut [SoaBlock]);
 
-impl Loop for TrianglePoints<'_> {
+impl VectorLoop for TrianglePoints<'_> {
     #[inline(always)]
     fn run(self) {
         for block in self.0 {
@@ -101,7 +101,7 @@ impl Loop for TrianglePoints<'_> {
 /// Computes shading views.
 struct ShadingViews<'a>(&'a mut [SoaBlock]);
 
-impl Loop for ShadingViews<'_> {
+impl VectorLoop for ShadingViews<'_> {
     #[inline(always)]
     fn run(self) {
         for block in self.0 {
@@ -169,9 +169,9 @@ impl SurfaceSoa {
     }
 
     /// Computes the interactions of all surfaces.
-    pub(super) fn compute(&mut self, on: impl Runner) {
+    pub(super) fn compute(&mut self, on: impl Dispatch) {
         let blocks = &mut self.blocks[..self.len.div_ceil(LANES)];
-        on.run(TrianglePoints(blocks));
+        on.dispatch(TrianglePoints(blocks));
         for block in &mut *blocks {
             let failed = block.failed;
             if failed == [0; LANES] {
@@ -182,7 +182,7 @@ impl SurfaceSoa {
                 block.set_point(i, point.p, point.p_error, point.ng);
             }
         }
-        on.run(ShadingViews(blocks));
+        on.dispatch(ShadingViews(blocks));
     }
 
     /// Writes the computed geometry of surface `k` to `surface`.
@@ -208,8 +208,8 @@ mod tests {
 
     use super::*;
     use crate::{
-        accel::Simd,
         math::{Frame, Plain},
+        simd::Isa,
     };
 
     fn point(size: f32) -> impl Strategy<Value = Vec3> {
@@ -250,7 +250,7 @@ mod tests {
         #[test]
         fn many_are_found_as_one_by_one(met in prop::collection::vec(met(), 1..40)) {
             let mut soa = SurfaceSoa::default();
-            let find = |soa: &mut SurfaceSoa, on: Option<Simd>| {
+            let find = |soa: &mut SurfaceSoa, on: Option<Isa>| {
                 soa.clear();
                 for (d, what, smooth) in &met {
                     match what {
@@ -272,7 +272,7 @@ mod tests {
                 }).collect::<Vec<_>>()
             };
             let mut levels = vec![find(&mut soa, None)];
-            levels.extend(Simd::available().into_iter().map(|simd| find(&mut soa, Some(simd))));
+            levels.extend(Isa::available().into_iter().map(|simd| find(&mut soa, Some(simd))));
             for (k, (d, what, smooth)) in met.iter().enumerate() {
                 let geometry = match *what {
                     Ok((corners, [u, v])) => {

@@ -6,10 +6,11 @@ use glam::Vec2Swizzles;
 
 use super::{MeshRecord, Scene, SurfaceInteraction, interaction::HitGeometry, surface_soa::SurfaceSoa};
 use crate::{
-    accel::{Geometry, Hit, Instance, Placed, PrimRef, prefetch},
+    geometry::{Geometry, Hit, InstanceId, PlacedShape, PrimId},
     material::MaterialId,
-    math::{Ray, Runner, Transform, Vec2, Vec3},
+    math::{Dispatch, Ray, Transform, Vec2, Vec3},
     shape::{LocalSurface, ShapeHit, triangle},
+    simd::prefetch,
     texture::TexturePoint,
 };
 
@@ -85,9 +86,9 @@ impl Scene {
     #[inline]
     pub fn surfaces<'a>(
         &self,
-        on: impl Runner,
+        on: impl Dispatch,
         part: Range<usize>,
-        prims: &[PrimRef],
+        prims: &[PrimId],
         hit: impl Fn(usize) -> (&'a Ray, &'a Hit),
         surfaces: &mut Surfaces,
     ) {
@@ -123,7 +124,7 @@ impl Scene {
 
     /// Asks for the corners of a hit's triangle, and for what is known of them.
     #[inline(always)]
-    fn prefetch_corners(&self, geometry: &Geometry, prim: PrimRef) {
+    fn prefetch_corners(&self, geometry: &Geometry, prim: PrimId) {
         let Some(corners) = geometry.triangles.get(prim.index() as usize) else {
             return;
         };
@@ -141,7 +142,7 @@ impl Scene {
 
     /// The triangle `prim`.
     #[inline(always)]
-    fn face<'a>(&'a self, geometry: &Geometry, prim: PrimRef) -> MeshTriangle<'a> {
+    fn face<'a>(&'a self, geometry: &Geometry, prim: PrimId) -> MeshTriangle<'a> {
         let mesh = self.mesh_of(prim);
         let index = prim.index() as usize;
         let own = geometry.triangles[index].map(|v| (v - mesh.vertices.start) as usize);
@@ -168,7 +169,7 @@ impl Scene {
             Some(placed) => {
                 HitSurface::Geometry(self.fill_from_shape(geometry, placed, ray, hit, surface, needs_texture))
             }
-            None if hit.instance != Instance::NONE => {
+            None if hit.instance != InstanceId::NONE => {
                 HitSurface::Geometry(self.fill_from_instance(geometry, hit, surface, needs_texture))
             }
             None => {
@@ -188,7 +189,7 @@ impl Scene {
     /// Finds the place on textures of what is a triangle in the world.
     #[inline(never)]
     fn fill_texture_point(&self, hit: &Hit, surface: &mut SurfaceInteraction) {
-        if hit.instance != Instance::NONE || self.accel.geometry().shape(hit.prim).is_some() {
+        if hit.instance != InstanceId::NONE || self.accel.geometry().shape(hit.prim).is_some() {
             return;
         }
         let mesh = self.mesh_of(hit.prim);
@@ -214,7 +215,7 @@ impl Scene {
     fn fill_from_shape(
         &self,
         geometry: &Geometry,
-        placed: &Placed,
+        placed: &PlacedShape,
         ray: &Ray,
         hit: &Hit,
         surface: &mut SurfaceInteraction,

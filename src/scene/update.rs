@@ -12,7 +12,8 @@ use std::collections::HashMap;
 
 use super::{ObjectFromGroup, ObjectId, Scene, builder::GroupId};
 use crate::{
-    accel::{BuildError, Edit, Instance, Updated},
+    accel::UpdateReport,
+    geometry::{BuildError, Edit, InstanceId},
     math::{Transform, Vec3},
 };
 
@@ -66,7 +67,7 @@ impl Scene {
     }
 
     /// Applies an update and reports what was rebuilt. On error the scene is unchanged.
-    pub fn apply(&mut self, update: &SceneUpdate) -> Result<Updated, SceneUpdateError> {
+    pub fn apply(&mut self, update: &SceneUpdate) -> Result<UpdateReport, SceneUpdateError> {
         let (edit, detached) = self.edit(update)?;
         let updated = self.accel.update(&edit)?;
         for (instance, object_from_group) in detached {
@@ -105,7 +106,7 @@ impl Scene {
                 continue;
             };
             *found = true;
-            let instance = Instance(number as u32);
+            let instance = InstanceId(number as u32);
             let object_from_group = match record.object_from_group {
                 ObjectFromGroup::Identity => None,
                 ObjectFromGroup::At(place) => Some(self.object_transforms[place as usize]),

@@ -10,7 +10,7 @@
 
 use crate::{
     kind::kinds,
-    math::{Aabb, Ray, Runner, Vec2, Vec3},
+    math::{Aabb, Dispatch, Ray, Vec2, Vec3},
     value::Problem,
 };
 
@@ -84,7 +84,7 @@ pub trait ShapeKind {
     }
 
     /// Attempts [`ShapeKind::intersect`] for many rays at once; the default attempts nothing.
-    fn attempt(&self, _on: impl Runner, _rays: &[Ray], attempts: &mut [Attempt]) {
+    fn attempt(&self, _on: impl Dispatch, _rays: &[Ray], attempts: &mut [Attempt]) {
         attempts.fill(Attempt::NOTHING);
     }
 
@@ -130,7 +130,7 @@ kinds! {
     /// See [`ShapeKind::attempts`].
     fn attempts(&self) -> bool;
     /// See [`ShapeKind::attempt`].
-    fn attempt(&self, on: impl Runner, rays: &[Ray], attempts: &mut [Attempt]);
+    fn attempt(&self, on: impl Dispatch, rays: &[Ray], attempts: &mut [Attempt]);
     /// See [`ShapeKind::surface`].
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface;
     /// See [`ShapeKind::area`].

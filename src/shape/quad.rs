@@ -31,7 +31,7 @@ use super::{
     triangle::{self, Shear},
 };
 use crate::{
-    math::{Aabb, DVec3, Loop, Ray, Runner, Vec2, Vec3},
+    math::{Aabb, DVec3, Dispatch, Ray, Vec2, Vec3, VectorLoop},
     value::{Point, Problem, Spanned},
 };
 
@@ -273,7 +273,7 @@ struct Attempts<'a> {
     attempts: &'a mut [Attempt],
 }
 
-impl Loop for Attempts<'_> {
+impl VectorLoop for Attempts<'_> {
     #[inline(always)]
     fn run(self) {
         for (ray, attempt) in self.rays.iter().zip(self.attempts) {
@@ -303,8 +303,8 @@ impl ShapeKind for Quad {
         self.inverse.is_some()
     }
 
-    fn attempt(&self, on: impl Runner, rays: &[Ray], attempts: &mut [Attempt]) {
-        on.run(Attempts {
+    fn attempt(&self, on: impl Dispatch, rays: &[Ray], attempts: &mut [Attempt]) {
+        on.dispatch(Attempts {
             quad: self,
             rays,
             attempts,

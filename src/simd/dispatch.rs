@@ -3,24 +3,24 @@
 #[cfg(target_arch = "x86_64")]
 use super::{avx2::Avx2, avx512::Avx512};
 use super::{
-    isa::{IsaKind, Simd},
+    isa::{Isa, IsaKind},
     portable::Portable,
 };
-use crate::math::{Loop, Runner};
+use crate::math::{Dispatch, VectorLoop};
 
-impl Runner for Portable {
+impl Dispatch for Portable {
     #[inline]
-    fn run(self, task: impl Loop) {
+    fn dispatch(self, task: impl VectorLoop) {
         task.run();
     }
 }
 
 #[cfg(target_arch = "x86_64")]
-impl Runner for Avx2 {
+impl Dispatch for Avx2 {
     #[inline]
-    fn run(self, task: impl Loop) {
+    fn dispatch(self, task: impl VectorLoop) {
         #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-        fn avx2(task: impl Loop) {
+        fn avx2(task: impl VectorLoop) {
             task.run();
         }
         // SAFETY: the value exists only where the processor has the instructions.
@@ -29,11 +29,11 @@ impl Runner for Avx2 {
 }
 
 #[cfg(target_arch = "x86_64")]
-impl Runner for Avx512 {
+impl Dispatch for Avx512 {
     #[inline]
-    fn run(self, task: impl Loop) {
+    fn dispatch(self, task: impl VectorLoop) {
         #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-        fn avx512(task: impl Loop) {
+        fn avx512(task: impl VectorLoop) {
             task.run();
         }
         // SAFETY: the value exists only where the processor has the instructions.
@@ -41,18 +41,18 @@ impl Runner for Avx512 {
     }
 }
 
-impl Runner for Simd {
+impl Dispatch for Isa {
     /// With this level's instructions.
     #[inline]
-    fn run(self, task: impl Loop) {
+    fn dispatch(self, task: impl VectorLoop) {
         match self.kind() {
-            IsaKind::Portable => Portable.run(task),
+            IsaKind::Portable => Portable.dispatch(task),
             #[cfg(target_arch = "x86_64")]
             // SAFETY: the value exists only where the processor has the instructions.
-            IsaKind::Avx2 => unsafe { Avx2::new() }.run(task),
+            IsaKind::Avx2 => unsafe { Avx2::new() }.dispatch(task),
             #[cfg(target_arch = "x86_64")]
             // SAFETY: the value exists only where the processor has the instructions.
-            IsaKind::Avx512 => unsafe { Avx512::new() }.run(task),
+            IsaKind::Avx512 => unsafe { Avx512::new() }.dispatch(task),
         }
     }
 }
@@ -64,7 +64,7 @@ macro_rules! kernel {
         $name:ident($($arg:ident: $ty:ty),* $(,)?) $(-> $answer:ty)? = |$level:ident| $call:expr
     ) => {
         $(#[$doc])*
-        pub fn $name(simd: $crate::simd::Simd, $($arg: $ty),*) $(-> $answer)? {
+        pub fn $name(simd: $crate::simd::Isa, $($arg: $ty),*) $(-> $answer)? {
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
             fn avx2($($arg: $ty),*) $(-> $answer)? {

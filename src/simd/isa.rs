@@ -8,7 +8,7 @@ use thiserror::Error;
 ///
 /// A value beyond `Portable` exists only where the processor has the instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Simd(IsaKind);
+pub struct Isa(IsaKind);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum IsaKind {
@@ -30,7 +30,7 @@ const NAMES: &[(IsaKind, &str)] = &[
 /// The name of a level that this processor does not have.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("no such SIMD level on this processor: `{name}` (there are {available})")]
-pub struct UnknownSimd {
+pub struct UnknownIsa {
     name: String,
     available: String,
 }
@@ -72,7 +72,7 @@ fn detected(feature: &str) -> bool {
     }
 }
 
-impl Simd {
+impl Isa {
     /// What this processor has, from the least to the best.
     pub fn available() -> Vec<Self> {
         NAMES
@@ -89,27 +89,27 @@ impl Simd {
 }
 
 /// The best that this processor has.
-impl Default for Simd {
+impl Default for Isa {
     fn default() -> Self {
         Self::best()
     }
 }
 
-impl FromStr for Simd {
-    type Err = UnknownSimd;
+impl FromStr for Isa {
+    type Err = UnknownIsa;
 
     /// Fails for a level that this processor does not have.
-    fn from_str(name: &str) -> Result<Self, UnknownSimd> {
+    fn from_str(name: &str) -> Result<Self, UnknownIsa> {
         let available = Self::available();
         let found = available.iter().find(|simd| simd.name() == name);
-        found.copied().ok_or_else(|| UnknownSimd {
+        found.copied().ok_or_else(|| UnknownIsa {
             name: name.to_owned(),
             available: available.iter().map(|simd| simd.name()).collect::<Vec<_>>().join(", "),
         })
     }
 }
 
-impl Simd {
+impl Isa {
     pub(crate) fn kind(self) -> IsaKind {
         self.0
     }
@@ -120,7 +120,7 @@ impl Simd {
     }
 }
 
-impl fmt::Display for Simd {
+impl fmt::Display for Isa {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())
     }

@@ -4,7 +4,7 @@
 //! instructions. A level's type is a token: to have one is to know that the processor can do it, so the operations
 //! themselves are safe.
 
-use crate::math::Runner;
+use crate::math::Dispatch;
 
 /// Floats side by side.
 ///
@@ -78,7 +78,7 @@ pub struct Top<'a> {
 }
 
 /// What a processor can do.
-pub trait SimdLevel: Runner {
+pub trait SimdLevel: Dispatch {
     /// Whether sixteen floats are one vector.
     const SIXTEEN: bool;
 

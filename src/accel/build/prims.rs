@@ -13,15 +13,15 @@ use rayon::prelude::*;
 
 use super::median_split::{PrimBox, SetBounds};
 use crate::{
-    geometry::{BuildError, Geometry, Instance, PrimRef, check, check::PAR_MIN_LEN},
+    geometry::{BuildError, Geometry, InstanceId, PrimId, check, check::PAR_MIN_LEN},
     math::Aabb,
 };
 
 /// What the number of an item of the top means: primitives come first, then instances, then the still triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Item {
-    Prim(PrimRef),
-    Instance(Instance),
+    Prim(PrimId),
+    InstanceId(InstanceId),
     StaticTree,
 }
 
@@ -30,9 +30,9 @@ impl Item {
     pub fn new(number: u32, geometry: &Geometry) -> Self {
         let prims = geometry.prim_count() as u32;
         if number < prims {
-            Self::Prim(PrimRef::new(number))
+            Self::Prim(PrimId::new(number))
         } else if number - prims < geometry.instances.len() as u32 {
-            Self::Instance(Instance(number - prims))
+            Self::InstanceId(InstanceId(number - prims))
         } else {
             Self::StaticTree
         }
@@ -56,7 +56,7 @@ pub struct Prims {
     pub around: SetBounds,
     pub mobility: Mobility,
     /// What has no box, rising.
-    pub unbounded: Vec<PrimRef>,
+    pub unbounded: Vec<PrimId>,
     /// The largest coordinate of all boxes.
     pub reach: f32,
 }
@@ -109,7 +109,7 @@ impl Prims {
             let [a, b, c] = geometry.corners(*i as usize);
             a != b && b != c && c != a
         };
-        let boxed = |i: u32| PrimBox::new(&geometry.bounds(PrimRef::new(i)), i);
+        let boxed = |i: u32| PrimBox::new(&geometry.bounds(PrimId::new(i)), i);
         let mut refs = Vec::new();
         for run in runs {
             let all = run.clone().into_par_iter().with_min_len(PAR_MIN_LEN);
@@ -130,7 +130,7 @@ impl Prims {
 
     fn add_shapes(&mut self, geometry: &Geometry) -> Result<(), BuildError> {
         for id in geometry.triangles.len()..geometry.prim_count() {
-            let prim = PrimRef::new(id as u32);
+            let prim = PrimId::new(id as u32);
             match check::shape_bounds(geometry, prim)? {
                 Some(bounds) => self.refs.push(PrimBox::new(&bounds, id as u32)),
                 None => self.unbounded.push(prim),

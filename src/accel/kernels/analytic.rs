@@ -2,13 +2,13 @@
 
 use super::{query::Best, ray_state::RayState};
 use crate::{
-    geometry::{Geometry, PrimRef, slab::Slabs},
+    geometry::{Geometry, PrimId, slab::Slabs},
     math::{Ray, Vec3},
 };
 
 /// Tests shape `index` of the geometry's primitives; whether it is the nearest hit now.
 pub fn test(slot: &mut RayState, index: u32, geometry: &Geometry, rays: &[Ray]) -> bool {
-    let Some(placed) = geometry.shape(PrimRef::new(index)) else {
+    let Some(placed) = geometry.shape(PrimId::new(index)) else {
         return false;
     };
     let ray = Ray {

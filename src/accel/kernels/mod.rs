@@ -1,13 +1,13 @@
 //! The kernels of the wide tree, for every processor.
 //!
-//! Each is written once, over [`SimdLevel`], and compiled for every level that [`Simd`] knows. All give the same bits: culling is
+//! Each is written once, over [`SimdLevel`], and compiled for every level that [`Isa`] knows. All give the same bits: culling is
 //! widened by more than any level rounds ([`crate::geometry::slab`]), and what decides about hits is the same operations in
 //! the same order, none of them fused.
 //!
 //! All `unsafe` code of the accelerators is in here. It indexes without checks what [`tree::WideTree`] has checked.
 //!
 //! [`SimdLevel`]: crate::simd::lanes::Level
-//! [`Simd`]: crate::simd::Simd
+//! [`Isa`]: crate::simd::Simd
 
 mod aliased_buffer;
 mod analytic;

@@ -1,6 +1,6 @@
 //! The two questions a ray can ask.
 
-use crate::geometry::{Hit, Instance, PrimRef};
+use crate::geometry::{Hit, InstanceId, PrimId};
 
 /// No hit so far, as [`Best::id`].
 pub const NOTHING: u32 = u32::MAX;
@@ -42,10 +42,10 @@ pub trait Query {
     /// Whether anything is known already.
     fn is_known(answer: &Self::Answer) -> bool;
     /// The instance of what is known already.
-    fn instance(answer: &Self::Answer) -> Instance;
+    fn instance(answer: &Self::Answer) -> InstanceId;
     /// What is known of a ray that ends at `tmax`; `None` where there is nothing left to ask.
     fn begin(answer: &Self::Answer, tmax: f32) -> Option<Best>;
-    fn end(best: &Best, instance: Instance) -> Self::Answer;
+    fn end(best: &Best, instance: InstanceId) -> Self::Answer;
 }
 
 /// What does the ray meet first?
@@ -61,8 +61,8 @@ impl Query for Nearest {
     }
 
     #[inline(always)]
-    fn instance(answer: &Option<Hit>) -> Instance {
-        answer.map_or(Instance::NONE, |hit| hit.instance)
+    fn instance(answer: &Option<Hit>) -> InstanceId {
+        answer.map_or(InstanceId::NONE, |hit| hit.instance)
     }
 
     #[inline(always)]
@@ -79,9 +79,9 @@ impl Query for Nearest {
     }
 
     #[inline(always)]
-    fn end(best: &Best, instance: Instance) -> Option<Hit> {
+    fn end(best: &Best, instance: InstanceId) -> Option<Hit> {
         // Chosen without a branch, which nobody could foretell.
-        PrimRef::one_below(best.id).map(|prim| Hit {
+        PrimId::one_below(best.id).map(|prim| Hit {
             t: best.t,
             u: best.u,
             v: best.v,
@@ -104,8 +104,8 @@ impl Query for Occluded {
     }
 
     #[inline(always)]
-    fn instance(_answer: &bool) -> Instance {
-        Instance::NONE
+    fn instance(_answer: &bool) -> InstanceId {
+        InstanceId::NONE
     }
 
     #[inline(always)]
@@ -114,7 +114,7 @@ impl Query for Occluded {
     }
 
     #[inline(always)]
-    fn end(best: &Best, _instance: Instance) -> bool {
+    fn end(best: &Best, _instance: InstanceId) -> bool {
         best.id != NOTHING
     }
 }

@@ -1,7 +1,7 @@
 //! A ray under way, and how it begins.
 
 use super::ray_rows::{fours, numbers};
-use crate::geometry::Instance;
+use crate::geometry::InstanceId;
 use std::{mem::offset_of, ptr};
 
 use super::{query::Best, traversal_state::TraversalState};
@@ -82,15 +82,15 @@ fn row(corner: &[CornerRow; 3], place: usize) -> &CornerRow {
 #[derive(Clone, Copy)]
 pub struct InstanceState {
     /// In which it is under way.
-    pub current: Instance,
+    pub current: InstanceId,
     /// Of its nearest hit so far.
-    pub best: Instance,
+    pub best: InstanceId,
 }
 
 impl InstanceState {
     pub const NOTHING: Self = Self {
-        current: Instance::NONE,
-        best: Instance::NONE,
+        current: InstanceId::NONE,
+        best: InstanceId::NONE,
     };
 }
 

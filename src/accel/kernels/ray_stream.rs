@@ -32,7 +32,7 @@ use super::{
 };
 use crate::{
     accel::wide::node::{DONE, EMPTY, EXIT, INSTANCE, WideNode, number},
-    geometry::{Geometry, Instance},
+    geometry::{Geometry, InstanceId},
     math::Ray,
     simd::lanes::SimdLevel,
 };
@@ -119,7 +119,7 @@ impl RayQueue<'_> {
             }
             if INSTANCES {
                 *inside = InstanceState {
-                    current: Instance::NONE,
+                    current: InstanceId::NONE,
                     best: Q::instance(&answers[ray]),
                 };
             }
@@ -184,7 +184,7 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         while done != 0 {
             let id = pop_lowest(&mut done);
             let slot = &mut flight.all[id];
-            let instance = if INSTANCES { inside[id].best } else { Instance::NONE };
+            let instance = if INSTANCES { inside[id].best } else { InstanceId::NONE };
             if let Some(answer) = answers.get_mut(slot.ray as usize) {
                 *answer = Q::end(&slot.best, instance);
             }
@@ -230,7 +230,7 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
                 unsafe { instance_step(level, slot, leaf, inside, tree, geometry, ray, stacks) };
             } else if leaf != EMPTY {
                 let placed = analytic::test(slot, number(leaf), geometry, rays);
-                inside.best = if placed { Instance::NONE } else { inside.best };
+                inside.best = if placed { InstanceId::NONE } else { inside.best };
                 nearer |= u64::from(placed) << id;
             }
             // SAFETY: the stack is the slot's own.
@@ -325,7 +325,7 @@ unsafe fn instance_step<L: SimdLevel>(
         let number = number(leaf);
         let placed = &geometry.instances[number as usize];
         if slot.turn_to(level, &geometry.enter(placed, ray), tree.padding.inside()) {
-            inside.current = Instance(number);
+            inside.current = InstanceId(number);
             let top = slot.course.stack.top as usize;
             for (at, child) in [(top, EXIT), (top - 1, tree.group_root(placed.group))] {
                 // SAFETY: a stack has room for these two besides all that may wait.
@@ -335,6 +335,6 @@ unsafe fn instance_step<L: SimdLevel>(
             return;
         }
     }
-    inside.current = Instance::NONE;
+    inside.current = InstanceId::NONE;
     slot.turn_to(level, ray, tree.padding);
 }

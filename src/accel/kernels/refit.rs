@@ -7,7 +7,7 @@
 use super::tree::{Section, WideTree};
 use crate::{
     accel::wide::node::{self, EMPTY, LEAF, SHAPE, WideNode, blocks},
-    geometry::{Geometry, PrimRef},
+    geometry::{Geometry, PrimId},
     math::Aabb,
 };
 
@@ -34,10 +34,10 @@ impl WideTree {
                     around(&self.nodes[node::index(child)])
                 } else if child & SHAPE == 0 {
                     let ids = self.blocks[blocks(child)].iter().flat_map(|block| block.ids);
-                    let prims = ids.filter(|&id| id != u32::MAX).map(|id| PrimRef::new(id - 1));
+                    let prims = ids.filter(|&id| id != u32::MAX).map(|id| PrimId::new(id - 1));
                     prims.map(|prim| geometry.bounds(prim)).fold(Aabb::EMPTY, Aabb::union)
                 } else {
-                    geometry.bounds(PrimRef::new(node::number(child)))
+                    geometry.bounds(PrimId::new(node::number(child)))
                 };
                 self.nodes[i].set(lane, &bounds, child);
             }

@@ -50,7 +50,7 @@ fn compare_with_scan(g: Geometry, rays: &[Ray]) -> usize {
     let mut truth = vec![false; rays.len()];
     let linear = build(AccelKind::Linear, g.clone()).expect("the scene is valid");
     linear.occluded(rays, &mut truth);
-    for simd in Simd::available() {
+    for simd in Isa::available() {
         let wide = Wide::build(g.clone(), Quality::default(), simd).expect("the scene is valid");
         for order in [
             PacketOrder::ROWS,
@@ -128,7 +128,7 @@ fn rays_begin_at_their_own_heads_however_many_between_them_are_known() {
     }
     let mut list = vec![];
     PacketOrder::ROWS.put(rays.len(), &mut list);
-    for simd in Simd::available() {
+    for simd in Isa::available() {
         let wide = Wide::build(g.clone(), Quality::default(), simd).expect("the scene is valid");
         let mut scratch = Scratch::new();
         let mut alone = vec![false; rays.len()];

@@ -33,14 +33,14 @@ pub(super) fn add_group(g: &mut Geometry, mesh: &Geometry) {
     let (vertex, triangle) = (g.vertices.len() as u32, g.triangles.len() as u32);
     g.vertices.extend(&mesh.vertices);
     g.triangles.extend(mesh.triangles.iter().map(|t| t.map(|v| v + vertex)));
-    g.groups.push(Group {
+    g.groups.push(MeshGroup {
         triangles: triangle..g.triangles.len() as u32,
         vertices: vertex..g.vertices.len() as u32,
     });
 }
 
 pub(super) fn add_instance(g: &mut Geometry, group: u32, transform: Transform) {
-    g.instances.push(PlacedGroup {
+    g.instances.push(GroupInstance {
         group,
         transform: g.transforms.len() as u32,
     });
@@ -117,7 +117,7 @@ fn every_accelerator_equals_the_linear_scan_on_instances_that_magnify_roundings(
 fn the_lower_of_two_instances_in_one_place_wins() {
     let mut g = crowd(12, 0.7);
     for i in 0..12 {
-        let PlacedGroup { group, transform } = g.instances[11 - i];
+        let GroupInstance { group, transform } = g.instances[11 - i];
         let same = g.transforms[transform as usize];
         add_instance(&mut g, group, same);
     }
@@ -132,7 +132,7 @@ fn the_lower_of_two_instances_in_one_place_wins() {
     build(AccelKind::Linear, Arc::new(g.clone()))
         .expect("sound")
         .nearest(&rays, &mut hits);
-    let instances: Vec<Instance> = hits.iter().flatten().map(|h| h.instance).collect();
+    let instances: Vec<InstanceId> = hits.iter().flatten().map(|h| h.instance).collect();
     let copies = 12..24;
     assert!(instances.iter().any(|i| i.0 < 12) && !instances.iter().any(|i| copies.contains(&i.0)));
     compare(g, &rays);
@@ -236,7 +236,7 @@ fn moving_one_of_a_thousand_builds_the_top_alone() {
         let mut r = Random(77);
         for turn in 0..3 {
             let edit = Edit {
-                instances: vec![(Instance(7 * turn), place(&mut r, 2, 8.0))],
+                instances: vec![(InstanceId(7 * turn), place(&mut r, 2, 8.0))],
                 shapes: vec![(turn, place(&mut r, 1, 1.0))],
                 ..Edit::default()
             };
@@ -310,7 +310,7 @@ fn a_mesh_that_is_torn_apart_is_built_anew_and_so_is_one_that_gains_area() {
     let updated = accel.update(&edit).expect("sound");
     assert_eq!(
         (updated.built, updated.refitted),
-        (vec![TreeId::Top], vec![TreeId::Still])
+        (vec![TreeId::Top], vec![TreeId::Static])
     );
     compare_with_new(&*accel, AccelKind::Wide);
 }
@@ -320,7 +320,7 @@ fn the_first_change_of_a_scene_of_one_tree_parts_what_moves_from_what_does_not()
     for kind in [AccelKind::Bvh2, AccelKind::CwBvh, AccelKind::Wide] {
         let mut accel = build(kind, Arc::new(soup(200, 40, 0.3))).expect("sound");
         let mut r = Random(9);
-        for built in [vec![TreeId::Still, TreeId::Top], vec![TreeId::Top]] {
+        for built in [vec![TreeId::Static, TreeId::Top], vec![TreeId::Top]] {
             let edit = Edit {
                 shapes: vec![(3, place(&mut r, 2, 1.0)), (5, place(&mut r, 3, 1.0))],
                 ..Edit::default()
@@ -340,13 +340,13 @@ fn an_edit_that_makes_no_sense_changes_nothing() {
         let vertices = accel.geometry().vertices.len();
         let edits = [
             (
-                vec![(Instance(5), far)],
+                vec![(InstanceId(5), far)],
                 vec![],
                 vec![],
                 "there is no instance 5 to be moved",
             ),
             (
-                vec![(Instance(2), far)],
+                vec![(InstanceId(2), far)],
                 vec![],
                 vec![],
                 "instance 2 reaches beyond 1e12 m",

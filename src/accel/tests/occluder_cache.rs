@@ -12,7 +12,7 @@ fn left(g: &Arc<Geometry>, rays: &[Ray]) -> Option<usize> {
     let linear = build(AccelKind::Linear, g.clone()).expect("the scene is valid");
     linear.occluded(rays, &mut truth);
     let mut counts = vec![];
-    for simd in Simd::available() {
+    for simd in Isa::available() {
         let wide = Wide::build(g.clone(), Quality::default(), simd).expect("the scene is valid");
         let mut blocked = vec![false; rays.len()];
         wide.occluded(rays, &mut blocked);

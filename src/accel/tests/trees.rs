@@ -108,7 +108,7 @@ fn degenerate_input_builds_in_linear_time() {
     for (name, g) in scenes {
         let g = Arc::new(g);
         for quality in [Quality::Medium, Quality::High] {
-            let accel = build(options(AccelKind::Wide, quality, Simd::best()), g.clone()).expect("the scene is valid");
+            let accel = build(options(AccelKind::Wide, quality, Isa::best()), g.clone()).expect("the scene is valid");
             let seconds = accel.stats().build_time.as_secs_f32();
             assert!(seconds < 5.0, "{name} {quality}: {seconds} s");
         }

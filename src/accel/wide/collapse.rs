@@ -338,7 +338,7 @@ mod tests {
             accelerator::Quality,
             build::{self, bvh2_tree, prims::Prims},
         },
-        geometry::LARGEST,
+        geometry::MAX_COORDINATE,
         math::{
             Aabb, Vec3,
             hash::{pcg4d, unit_f32},
@@ -347,7 +347,7 @@ mod tests {
 
     #[test]
     fn packets_come_to_every_child_also_where_surfaces_are_too_large_or_too_small_for_numbers() {
-        for size in [1.0, 1e-25, LARGEST] {
+        for size in [1.0, 1e-25, MAX_COORDINATE] {
             let corner = |i: u32| {
                 let [x, y, z, _] = pcg4d([i, i / 3, 5, 7]).map(unit_f32);
                 (Vec3::new(x, y, z) - 0.5) * size

@@ -3,7 +3,7 @@
 use super::node::{self, EMPTY, INSTANCE, LEAF, SHAPE, blocks};
 use crate::{
     accel::{accelerator::RayCost, kernels::tree::WideTree},
-    geometry::{Geometry, Hit, Instance, PrimRef, padding::BoundsPadding, slab::Planes},
+    geometry::{Geometry, Hit, InstanceId, PrimId, padding::BoundsPadding, slab::Planes},
     math::Ray,
 };
 
@@ -12,7 +12,7 @@ struct InstanceState<'a> {
     tree: &'a WideTree,
     geometry: &'a Geometry,
     root: u32,
-    instance: Instance,
+    instance: InstanceId,
     padding: BoundsPadding,
 }
 
@@ -25,7 +25,7 @@ pub(super) fn count(tree: &WideTree, geometry: &Geometry, mut ray: Ray, mut best
         tree,
         geometry,
         root: tree.root(),
-        instance: Instance::NONE,
+        instance: InstanceId::NONE,
         padding: tree.padding,
     };
     world.count(&mut ray, &mut best, cost);
@@ -55,7 +55,7 @@ impl InstanceState<'_> {
                 continue;
             }
             if child & SHAPE != 0 && child & INSTANCE != 0 {
-                let instance = Instance(node::number(child));
+                let instance = InstanceId(node::number(child));
                 let placed = &self.geometry.instances[instance.0 as usize];
                 let mut local = self.geometry.enter(placed, ray);
                 let group = Self {
@@ -70,8 +70,7 @@ impl InstanceState<'_> {
             }
             let mut test = |index: u32| {
                 cost.prims += 1;
-                self.geometry
-                    .keep_nearest(PrimRef::new(index), self.instance, ray, best);
+                self.geometry.keep_nearest(PrimId::new(index), self.instance, ray, best);
             };
             if child & SHAPE != 0 {
                 test(node::number(child));

@@ -9,7 +9,7 @@
 use std::{cell::RefCell, sync::Arc, time::Instant};
 
 use super::{
-    accelerator::{Accelerator, BuildStats, Quality, RayBatch, RayCost, TreeId, Updated},
+    accelerator::{Accelerator, BuildStats, Quality, RayBatch, RayCost, TreeId, UpdateReport},
     build::prims::Prims,
     kernels::{
         self,
@@ -20,9 +20,9 @@ use super::{
     },
 };
 use crate::{
-    geometry::{BuildError, Edit, Geometry, Hit, PrimRef, check, padding::BoundsPadding},
+    geometry::{BuildError, Edit, Geometry, Hit, PrimId, check, padding::BoundsPadding},
     math::{Aabb, Ray},
-    simd::Simd,
+    simd::Isa,
 };
 
 mod build;
@@ -67,15 +67,15 @@ pub struct Wide {
     pub(super) tree: Arc<WideTree>,
     /// Of each group, then of the still triangles; empty where there is one tree.
     lower: Vec<Blas>,
-    unbounded: Vec<PrimRef>,
+    unbounded: Vec<PrimId>,
     /// The longest side of the box around everything.
     size: f32,
-    simd: Simd,
+    simd: Isa,
     stats: BuildStats,
 }
 
 impl Wide {
-    pub fn build(geometry: Arc<Geometry>, quality: Quality, simd: Simd) -> Result<Self, BuildError> {
+    pub fn build(geometry: Arc<Geometry>, quality: Quality, simd: Isa) -> Result<Self, BuildError> {
         let start = Instant::now();
         check::geometry(&geometry)?;
         let count = geometry.prim_count() + geometry.instances.len();
@@ -107,7 +107,7 @@ impl Wide {
     }
 
     /// The same tree for the kernels of another level.
-    pub fn with(&self, simd: Simd) -> Self {
+    pub fn with(&self, simd: Isa) -> Self {
         Self { simd, ..self.clone() }
     }
 
@@ -160,7 +160,7 @@ impl Wide {
         section: usize,
         prims: Prims,
         id: TreeId,
-        updated: &mut Updated,
+        updated: &mut UpdateReport,
     ) -> Result<(), BuildError> {
         self.lower[section] = Blas::of(&prims);
         if Arc::make_mut(&mut self.tree).refit(section, &self.geometry, prims.refs.len()) {
@@ -300,12 +300,12 @@ impl Accelerator for Wide {
         }
     }
 
-    fn update(&mut self, edit: &Edit) -> Result<Updated, BuildError> {
+    fn update(&mut self, edit: &Edit) -> Result<UpdateReport, BuildError> {
         let start = Instant::now();
         let groups = self.geometry.groups.len();
         let boxes: Vec<Aabb> = self.lower.iter().take(groups).map(|lower| lower.bounds).collect();
         let changed = edit.apply(&mut self.geometry, &boxes)?;
-        let mut updated = Updated::default();
+        let mut updated = UpdateReport::default();
         self.tree_mut().pop();
         // What was one tree becomes two, so that the next change finds what moves apart from what does not.
         if self.lower.is_empty() {
@@ -314,7 +314,7 @@ impl Accelerator for Wide {
                 updated.built.push(TreeId::Group(group as u32));
             }
             self.push_lower(Prims::still(&self.geometry))?;
-            updated.built.push(TreeId::Still);
+            updated.built.push(TreeId::Static);
         } else {
             for group in changed.groups {
                 let prims = Prims::group(&self.geometry, group as usize);
@@ -322,7 +322,7 @@ impl Accelerator for Wide {
             }
             if changed.still {
                 let prims = Prims::still(&self.geometry);
-                self.refit_or_rebuild(groups, prims, TreeId::Still, &mut updated)?;
+                self.refit_or_rebuild(groups, prims, TreeId::Static, &mut updated)?;
             }
         }
         self.build_top()?;
@@ -331,7 +331,7 @@ impl Accelerator for Wide {
         Ok(updated)
     }
 
-    fn simd(&self) -> Simd {
+    fn simd(&self) -> Isa {
         self.simd
     }
 

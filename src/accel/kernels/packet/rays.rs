@@ -10,7 +10,7 @@ use crate::{
         triangle::{Vec3s, each},
     },
     geometry::{
-        Instance,
+        InstanceId,
         slab::{END, PAD, TINY},
     },
     math::Ray,
@@ -280,7 +280,7 @@ impl Packet {
                     v: self.v.0[k],
                     id: self.id.0[k].to_bits(),
                 },
-                Instance::NONE,
+                InstanceId::NONE,
             );
         }
     }

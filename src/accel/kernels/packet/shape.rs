@@ -8,7 +8,7 @@ use crate::{
         ray16::RAYS,
     },
     geometry::{
-        Geometry, PrimRef,
+        Geometry, PrimId,
         slab::{END, LEAVE, PAD, Slabs, TINY},
     },
     math::{Aabb, Ray, Vec3},
@@ -28,7 +28,7 @@ pub fn shape_step<L: SimdLevel, Q: Query>(
     geometry: &Geometry,
     rays: &[Ray],
 ) -> bool {
-    let asked = packet.meets(level, &geometry.bounds(PrimRef::new(index)));
+    let asked = packet.meets(level, &geometry.bounds(PrimId::new(index)));
     asked != 0 && test::<L, Q>(level, packet, index, asked, geometry, rays)
 }
 
@@ -76,7 +76,7 @@ fn test<L: SimdLevel, Q: Query>(
     geometry: &Geometry,
     rays: &[Ray],
 ) -> bool {
-    let Some(placed) = geometry.shape(PrimRef::new(index)) else {
+    let Some(placed) = geometry.shape(PrimId::new(index)) else {
         return false;
     };
     let mut attempts = [Attempt::NOTHING; RAYS];
