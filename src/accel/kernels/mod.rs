@@ -32,7 +32,7 @@ mod traversal_state;
 pub(super) mod tree;
 mod triangle;
 
-use packet::order::PacketOrder;
+use packet::{PacketBatch, order::PacketOrder};
 use query::{Nearest, Occluded};
 use ray_selection::RaySelection;
 use ray_stream::StreamReport;
@@ -101,29 +101,26 @@ kernel! {
     nearest_packets(
         tree: &WideTree,
         geometry: &Geometry,
-        rays: &[Ray],
-        order: PacketOrder,
+        batch: PacketBatch<'_>,
         hits: &mut [Option<Hit>],
         remaining: &mut Vec<u32>,
         scratch: &mut Scratch,
     ) = |level| {
-        packet::trace::<_, Nearest>(level, tree, geometry, rays, order, 0, hits, remaining, scratch);
+        packet::trace::<_, Nearest>(level, tree, geometry, batch, hits, remaining, scratch);
     }
 }
 
 kernel! {
-    /// The same for whether the rays meet anything; those that `blocked` says of are not asked. `single_cost` is what a ray costs
-    /// in [`occluded_stream`]. Returns whether packets pay.
+    /// The same for whether the rays meet anything; those that `blocked` says of are not asked. Returns whether
+    /// packets pay.
     occluded_packets(
         tree: &WideTree,
         geometry: &Geometry,
-        rays: &[Ray],
-        order: PacketOrder,
-        single_cost: u64,
+        batch: PacketBatch<'_>,
         blocked: &mut [bool],
         remaining: &mut Vec<u32>,
         scratch: &mut Scratch,
     ) -> bool = |level| {
-        packet::trace::<_, Occluded>(level, tree, geometry, rays, order, single_cost, blocked, remaining, scratch)
+        packet::trace::<_, Occluded>(level, tree, geometry, batch, blocked, remaining, scratch)
     }
 }

@@ -13,7 +13,7 @@ use super::{
     build::prims::Prims,
     kernels::{
         self,
-        packet::order::PacketOrder,
+        packet::{PacketBatch, order::PacketOrder},
         ray_selection::RaySelection,
         scratch::Scratch,
         tree::{BuiltTree, IdSpace, WideTree},
@@ -212,7 +212,12 @@ impl Accelerator for Wide {
             let ThreadState { scratch, remaining, .. } = thread;
             let (simd, geometry) = (self.simd, &*self.geometry);
             if let Some(order) = order {
-                kernels::nearest_packets(simd, tree, geometry, rays, order, hits, remaining, scratch);
+                let packets = PacketBatch {
+                    rays,
+                    order,
+                    single_cost: 0,
+                };
+                kernels::nearest_packets(simd, tree, geometry, packets, hits, remaining, scratch);
                 kernels::nearest_stream(simd, tree, geometry, rays, RaySelection::Some(remaining), hits, scratch);
             } else {
                 kernels::nearest_stream(simd, tree, geometry, rays, RaySelection::All, hits, scratch);
@@ -258,18 +263,12 @@ impl Accelerator for Wide {
             let together = order.filter(|_| policy.entry_points.should_try());
             match (in_packets, together) {
                 (Some(order), _) => {
-                    let single_cost = policy.single_cost();
-                    let pays = kernels::occluded_packets(
-                        simd,
-                        tree,
-                        geometry,
+                    let packets = PacketBatch {
                         rays,
                         order,
-                        single_cost,
-                        blocked,
-                        remaining,
-                        scratch,
-                    );
+                        single_cost: policy.single_cost(),
+                    };
+                    let pays = kernels::occluded_packets(simd, tree, geometry, packets, blocked, remaining, scratch);
                     policy.packets.record(pays);
                 }
                 (None, Some(order)) if !is_sifted => order.put(rays.len(), remaining),

@@ -186,21 +186,28 @@ impl PacketQueue<'_> {
     }
 }
 
-/// Asks `rays`; `answers` holds what is known already, and then the answers; puts the numbers of the rays that make
-/// no packet into `remaining`. `single_cost` is what one of the rays costs by itself, in halves of a node's test, where any hit
-/// will do. Whether packets pay.
+/// Rays that go in packets.
+#[derive(Clone, Copy)]
+pub struct PacketBatch<'a> {
+    pub rays: &'a [Ray],
+    /// Which rays make a packet.
+    pub order: PacketOrder,
+    /// What a ray costs by itself, in halves of a node's test; only where any hit will do.
+    pub single_cost: u64,
+}
+
+/// Asks the rays of a batch; `answers` holds what is known already, and then the answers. The numbers of the rays that make no
+/// packet are put into `remaining`. Returns whether packets pay.
 #[inline(always)]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "what is asked, of what, and where the answers go"
-)]
 pub fn trace<L: SimdLevel, Q: Query>(
     level: L,
     tree: &WideTree,
     geometry: &Geometry,
-    rays: &[Ray],
-    order: PacketOrder,
-    single_cost: u64,
+    PacketBatch {
+        rays,
+        order,
+        single_cost,
+    }: PacketBatch<'_>,
     answers: &mut [Q::Answer],
     remaining: &mut Vec<u32>,
     scratch: &mut Scratch,
