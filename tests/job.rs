@@ -32,8 +32,8 @@ impl Observer for Skipped {
 const CAMERA: &str = "[render]\nwidth = 8\nheight = 8\nsamples = 1\n\
     [camera]\nperspective = { eye = [0, 0, 5], target = [0, 0, 0] }\n";
 
-fn scene(x: &str) -> String {
-    format!("{CAMERA}[[object]]\nshape.mesh = {{ file = 'a.obj' }}\ntransform = {{ translate = [{x}, 0, 0] }}\n")
+fn scene(scale: &str) -> String {
+    format!("{CAMERA}[[object]]\nshape.mesh = {{ file = 'a.obj' }}\ntransform = {{ scale = {scale} }}\n")
 }
 
 fn run(scene: &Path, request: &Request) -> Result<(Summary, Vec<i32>), Error> {
@@ -46,7 +46,7 @@ fn run(scene: &Path, request: &Request) -> Result<(Summary, Vec<i32>), Error> {
 fn a_job_whose_frames_are_whole_builds_no_acceleration_structure() {
     let folder = Folder::new();
     folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    let path = folder.write("s.toml", &scene("0"));
+    let path = folder.write("s.toml", &scene("2"));
     let request = Request {
         turntable: Some(3),
         outputs: vec![folder.path("f.####.exr").to_string_lossy().into_owned()],
@@ -58,8 +58,8 @@ fn a_job_whose_frames_are_whole_builds_no_acceleration_structure() {
     assert!(summary.scene.build_time.is_some());
 
     // A scene that loads, but over which nothing can be built.
-    let far = folder.write("s.toml", &scene("1e20"));
-    let (summary, skipped) = run(&far, &request).expect("nothing to render");
+    let huge = folder.write("s.toml", &scene("1e15"));
+    let (summary, skipped) = run(&huge, &request).expect("nothing to render");
     assert_eq!((summary.rendered, summary.skipped), (0, 3));
     assert_eq!(skipped, [1, 2, 3]);
     assert_eq!((summary.scene.triangles, summary.scene.build_time), (1, None));
@@ -68,8 +68,8 @@ fn a_job_whose_frames_are_whole_builds_no_acceleration_structure() {
     let cut = folder.path("f.0002.exr");
     let bytes = std::fs::read(&cut).expect("readable");
     std::fs::write(&cut, &bytes[..bytes.len() - 1]).expect("writable");
-    assert!(matches!(run(&far, &request), Err(Error::Compile(_))));
-    folder.write("s.toml", &scene("0"));
+    assert!(matches!(run(&huge, &request), Err(Error::Compile(_))));
+    folder.write("s.toml", &scene("2"));
     let (summary, skipped) = run(&path, &request).expect("renders");
     assert_eq!((summary.rendered, skipped), (1, vec![1, 3]));
 }
@@ -85,7 +85,7 @@ fn the_manifest_names_every_file_that_a_picture_depends_on() {
         "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n",
     );
     let csv = folder.write("path.csv", common::SMALL_PATH);
-    let path = folder.write("s.toml", &scene("0"));
+    let path = folder.write("s.toml", &scene("2"));
     let request = Request {
         camera_path: Some(csv),
         missing_assets: batch_render::assets::store::MissingAssets::Placeholder,
@@ -97,5 +97,5 @@ fn the_manifest_names_every_file_that_a_picture_depends_on() {
     let expected = ["a.mtl", "a.obj", "path.csv", "s.toml", "t.png"].map(|name| folder.path(name));
     assert_eq!(names, expected);
     let (_, hash) = job.files().manifest()[3].clone();
-    assert_eq!(hash, ContentHash::of(scene("0").as_bytes()));
+    assert_eq!(hash, ContentHash::of(scene("2").as_bytes()));
 }
