@@ -123,7 +123,8 @@ fn is_shown(spec: &PassSpec) -> Result<(), Failed> {
         assert!(found.contains(&"depth.Z".to_owned()));
         return Ok(());
     }
-    (found.sort(), expected.sort());
+    found.sort();
+    expected.sort();
     assert_eq!(found, expected);
     let picture = image::load_from_memory(&folder.read("f.png"))?.into_rgba8();
     assert_eq!(picture.get_pixel(0, 0).0[3], 0, "nothing is transparent");

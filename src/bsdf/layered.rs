@@ -141,7 +141,7 @@ impl Layered {
     /// All that depends on `wo` alone; `None` where it lies in the surface.
     fn lobe_state(&self, wo: Vec3) -> Option<LobeState> {
         let below = wo.z < 0.0;
-        let o = self.to_facet_frame(if below { mirrored(wo) } else { wo });
+        let o = self.facet_from_surface(if below { mirrored(wo) } else { wo });
         if o.z <= 0.0 {
             return None;
         }
@@ -219,7 +219,7 @@ impl Layered {
     }
 
     /// `w` in the frame of the facets.
-    fn to_facet_frame(&self, w: Vec3) -> Vec3 {
+    fn facet_from_surface(&self, w: Vec3) -> Vec3 {
         Vec3::new(
             w.x * self.rotation.x + w.y * self.rotation.y,
             w.y * self.rotation.x - w.x * self.rotation.y,
@@ -228,7 +228,7 @@ impl Layered {
     }
 
     /// `w`, given in the frame of the facets.
-    fn from_facet_frame(&self, w: Vec3) -> Vec3 {
+    fn surface_from_facet(&self, w: Vec3) -> Vec3 {
         Vec3::new(
             w.x * self.rotation.x - w.y * self.rotation.y,
             w.y * self.rotation.x + w.x * self.rotation.y,
@@ -444,14 +444,14 @@ impl BsdfKind for Layered {
         let Some(state) = self.lobe_state(wo) else {
             return BsdfEval::default();
         };
-        let i = self.to_facet_frame(if wo.z < 0.0 { mirrored(wi) } else { wi });
+        let i = self.facet_from_surface(if wo.z < 0.0 { mirrored(wi) } else { wi });
         self.eval_upright(&state, i)
     }
 
     fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
         let state = self.lobe_state(wo)?;
         let sample = self.sample_upright(&state, uc, u)?;
-        let i = self.from_facet_frame(sample.wi);
+        let i = self.surface_from_facet(sample.wi);
         let wi = if wo.z < 0.0 { mirrored(i) } else { i };
         Some(BsdfSample { wi, ..sample })
     }

@@ -59,8 +59,8 @@ pub trait CameraKind {
     fn pixel_cone(&self) -> RayCone;
 
     /// Interpolates linearly from this camera (`u` = 0) to `to` (`u` = 1), which must be similar.
-
     fn between(&self, to: &Self, u: f64) -> Self;
+
     /// The unit direction along which depth is measured; `None` where there is none.
     fn axis(&self) -> Option<Vec3> {
         None

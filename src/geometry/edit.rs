@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{arrays::Geometry, check::is_sound, error::BuildError, ids::InstanceId, padding};
 use crate::math::{Aabb, Transform, Vec3};
 
-/// A change of a geometry, for [`crate::accel::accelerator::Accelerator::update`].
+/// A change of a geometry, for [`crate::accel::Accelerator::update`].
 #[derive(Clone, Debug, Default)]
 pub struct Edit {
     /// Where instances stand now.

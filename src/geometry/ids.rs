@@ -2,7 +2,7 @@
 
 use std::num::NonZeroU32;
 
-/// The number of a primitive: triangles first, then shapes, both in the order of [`Geometry`]'s arrays.
+/// The number of a primitive: triangles first, then shapes, both in the order of [`Geometry`](super::Geometry)'s arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PrimId(NonZeroU32);
 

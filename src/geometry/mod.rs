@@ -1,7 +1,7 @@
 //! What is traced: triangles, shapes and meshes that stand in the world many times, how they are numbered, what is refused,
 //! and what a hit is.
 //!
-//! A hit counts inside its primitive's own box: the module [`slab`] says why that is needed, and why it is enough.
+//! A hit counts inside its primitive's own box: the module `slab` says why that is needed, and why it is enough.
 
 mod arrays;
 pub(crate) mod check;

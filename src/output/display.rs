@@ -8,7 +8,7 @@
 //! | `raw` | values as they are, clamped to `[0, 1]` |
 //! | `srgb` | the transfer function of IEC 61966-2-1, clamped to `[0, 1]` (the default) |
 //!
-//! Passes of data are shown as their row of the pass table says ([`Display`](crate::film::passes::Display)).
+//! Passes of data are shown as their row of the pass table says ([`Display`]).
 
 use crate::{
     film::passes::Display,

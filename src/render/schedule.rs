@@ -79,17 +79,19 @@ fn tile_side(window: Window, budget: &SampleBudget, threads: usize) -> u32 {
 mod tests {
     use super::*;
 
-    fn rounds(budget: SampleBudget) -> Vec<Range<u32>> {
-        std::iter::successors(next_round(&budget, 0), |round| next_round(&budget, round.end)).collect()
+    /// The first sample of each round, and the end of the last.
+    fn rounds(budget: SampleBudget) -> Vec<u32> {
+        let rounds = std::iter::successors(next_round(&budget, 0), |round| next_round(&budget, round.end));
+        std::iter::once(0).chain(rounds.map(|round| round.end)).collect()
     }
 
     #[test]
     fn rounds_double_until_the_budget_is_spent_and_cover_every_sample_once() {
-        assert_eq!(rounds(SampleBudget::fixed(48)), [0..48]);
-        assert_eq!(rounds(SampleBudget::progressive(6)), [0..1, 1..2, 2..4, 4..6]);
-        assert_eq!(rounds(SampleBudget { min: 4, max: 9 }), [0..4, 4..8, 8..9]);
-        assert_eq!(rounds(SampleBudget { min: 9, max: 4 }), [0..4]);
-        assert_eq!(rounds(SampleBudget::fixed(u32::MAX)), [0..u32::MAX]);
+        assert_eq!(rounds(SampleBudget::fixed(48)), [0, 48]);
+        assert_eq!(rounds(SampleBudget::progressive(6)), [0, 1, 2, 4, 6]);
+        assert_eq!(rounds(SampleBudget { min: 4, max: 9 }), [0, 4, 8, 9]);
+        assert_eq!(rounds(SampleBudget { min: 9, max: 4 }), [0, 4]);
+        assert_eq!(rounds(SampleBudget::fixed(u32::MAX)), [0, u32::MAX]);
     }
 
     #[test]

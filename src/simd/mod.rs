@@ -1,6 +1,6 @@
 //! Vectors of floats at every level that a processor may have.
 //!
-//! A kernel is written once, over [`lanes::SimdLevel`], and compiled for every level: `portable`, `avx2` (with FMA) and `avx512`
+//! A kernel is written once, over `lanes::SimdLevel`, and compiled for every level: `portable`, `avx2` (with FMA) and `avx512`
 //! (F, VL, DQ, BW). Which one runs is found out at run time ([`Isa`]). All give the same bits as long as no operation that
 //! decides about a result is fused.
 //!
