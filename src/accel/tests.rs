@@ -336,7 +336,7 @@ fn names_are_read_back() {
     let error = "fastest".parse::<Quality>().expect_err("there is no such quality");
     assert_eq!(
         error.to_string(),
-        "no such build quality: `fastest` (there are fast, medium, high)"
+        "unknown build quality `fastest` (expected one of `fast`, `medium`, `high`)"
     );
 }
 

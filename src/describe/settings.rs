@@ -102,7 +102,7 @@ fn some_kind_or_name<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Re
 ///
 /// An EXR file holds the passes of `aovs` beside the picture. With `show` all files hold that pass alone; a pass of data is
 /// rendered with one ray through the centre of each pixel and of the lens, and a PNG file shows it in a way of its own, see
-/// the list of passes.
+/// [the list of passes](passes.md).
 ///
 /// ```toml
 /// [output]

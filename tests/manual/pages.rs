@@ -245,8 +245,12 @@ fn passes_page() -> Page {
         };
         let channels: Vec<String> = spec.channels.iter().map(|c| format!("`{layer}{c}`")).collect();
         let (name, channels) = (spec.name, channels.join(" "));
-        let (background, about) = (spec.background, spec.about);
-        doc += &format!("| `{name}` | {channels} | {pixel} | {combine} | {background:e} | {about} |\n");
+        let about = spec.about;
+        let background = match spec.background {
+            0.0 => "0".to_owned(),
+            far => format!("{far:e}"),
+        };
+        doc += &format!("| `{name}` | {channels} | {pixel} | {combine} | {background} | {about} |\n");
     }
     doc += "\nFiltered passes are means of a pixel's samples, weighted by the pixel filter and premultiplied. The others show the \
             sample nearest to the pixel's centre. The light components (`diffuse_direct` to `emission`) sum to the beauty, and so \

@@ -167,7 +167,7 @@ fn headers_are_told_what_they_lack() {
         ),
         (
             "eye_x,target_x,banana\n1,2,3\n",
-            "camera_path.csv:1: unknown column 'banana'\n\
+            "camera_path.csv:1: unknown column `banana`\n\
              camera_path.csv:1: missing column: frame, or time and a frame rate\n\
              camera_path.csv:1: missing columns: eye_y eye_z\n\
              camera_path.csv:1: missing columns: target_y target_z",
@@ -272,7 +272,7 @@ fn cells_are_told_what_is_wrong_with_them() {
         (
             ",interp",
             "1,0,0,5,0,0,0,elephant",
-            "2: interp: unknown interpolation 'elephant', expected smooth, linear or hold",
+            "2: interp: unknown interpolation `elephant` (expected one of `smooth`, `linear`, `hold`)",
         ),
     ];
     for (more, row, message) in cases {
