@@ -4,7 +4,6 @@ use std::f32::consts::TAU;
 
 use rayon::prelude::*;
 
-use super::tracer::BATCH;
 use crate::{
     accel::{Accelerator, BatchLayout},
     camera::Camera,
@@ -61,6 +60,9 @@ pub const SIDE: u32 = 1024;
 
 /// Rays of each kind: 1,048,576.
 pub const COUNT: usize = (SIDE * SIDE) as usize;
+
+/// Rays that one thread takes at a time; what a wave holds.
+pub const BATCH: usize = 16 * 1024;
 
 /// Passes over the picture to collect as many rays of each kind, where many leave the scene.
 const PASSES: u32 = 16;

@@ -2,16 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::Kind;
+use super::rays::{BATCH, Kind};
 use crate::{
     accel::{Accelerator, RayBatch},
     geometry::Hit,
     math::Ray,
     native::{Coherence, Embree, RayHit, RayHit16},
 };
-
-/// Rays that one thread takes at a time; what a wave holds.
-pub const BATCH: usize = 16 * 1024;
 
 /// A contestant.
 #[derive(Clone, Copy)]
