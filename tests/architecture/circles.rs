@@ -22,7 +22,6 @@ const KNOWN: &[&[&str]] = &[
         "assets/gltf/primitive.rs",
     ],
     &["assets/image.rs", "assets/image/exr.rs"],
-    &["batch/existing.rs", "batch/plan.rs"],
     &["bsdf/albedo/brushed.rs", "bsdf/albedo/even.rs", "bsdf/albedo/mod.rs"],
     &["bsdf/layered.rs", "bsdf/layered/clear.rs"],
     &["cli/bench.rs", "cli/job.rs"],
