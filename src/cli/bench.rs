@@ -2,7 +2,7 @@
 
 use std::{fs, io::IsTerminal, path::Path, sync::Arc};
 
-use super::{args::BenchArgs, job::threads, progress::say};
+use super::{args::BenchArgs, progress::say, threads::threads};
 use anyhow::Context;
 use batch_render::{
     accel::BuildOptions,

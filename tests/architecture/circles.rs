@@ -24,7 +24,6 @@ const KNOWN: &[&[&str]] = &[
     &["assets/image.rs", "assets/image/exr.rs"],
     &["bsdf/albedo/brushed.rs", "bsdf/albedo/even.rs", "bsdf/albedo/mod.rs"],
     &["bsdf/layered.rs", "bsdf/layered/clear.rs"],
-    &["cli/bench.rs", "cli/job.rs"],
     &["compile/background.rs", "compile/mod.rs", "compile/objects.rs"],
     &["compile/meshes.rs", "compile/place.rs"],
     &["light/tree.rs", "light/tree/build.rs"],
