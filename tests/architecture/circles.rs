@@ -26,7 +26,6 @@ const KNOWN: &[&[&str]] = &[
     &["bsdf/layered.rs", "bsdf/layered/clear.rs"],
     &["compile/background.rs", "compile/mod.rs", "compile/objects.rs"],
     &["compile/meshes.rs", "compile/place.rs"],
-    &["light/tree.rs", "light/tree/build.rs"],
     &[
         "output/atomic.rs",
         "output/attribute.rs",
