@@ -22,8 +22,6 @@ const KNOWN: &[&[&str]] = &[
         "assets/gltf/primitive.rs",
     ],
     &["assets/image.rs", "assets/image/exr.rs"],
-    &["bsdf/albedo/brushed.rs", "bsdf/albedo/even.rs", "bsdf/albedo/mod.rs"],
-    &["bsdf/layered.rs", "bsdf/layered/clear.rs"],
     &["compile/background.rs", "compile/mod.rs", "compile/objects.rs"],
     &["compile/meshes.rs", "compile/place.rs"],
     &[
