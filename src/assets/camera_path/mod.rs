@@ -8,24 +8,14 @@ use std::{
 };
 
 use super::Files;
-use crate::{
-    camera::{RotationOrder, path::CameraPath},
-    value::one_of,
-};
+use crate::{camera::path::CameraPath, value::one_of};
 
 mod csv;
+mod options;
 mod problem;
 
+pub use options::Options;
 pub use problem::{PathProblem, PathProblems};
-
-/// What the file does not say.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Options {
-    /// Frames per second, above 0: what makes frames of times in seconds.
-    pub fps: Option<f64>,
-    /// The order of rotation angles. It goes before what the file says.
-    pub rotation_order: Option<RotationOrder>,
-}
 
 /// A format of camera paths.
 #[derive(Debug)]

@@ -6,8 +6,8 @@ use ::gltf::json::{
 };
 
 use super::{
-    GltfProblem,
     document::{Document, get},
+    error::GltfProblem,
 };
 
 /// The most elements of an accessor without a buffer, which is all zeros and takes no bytes of the file.

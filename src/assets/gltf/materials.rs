@@ -8,9 +8,9 @@ use ::gltf::json::{
 };
 
 use super::{
-    GltfProblem,
     container::{self, Location},
     document::{Document, get},
+    error::GltfProblem,
 };
 use crate::{
     assets::model::{ImageSource, Model, ModelMaterial, ModelTexture},
