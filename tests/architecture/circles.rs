@@ -8,16 +8,6 @@ use super::{code, files, paths::Sources, room};
 /// a circle goes.
 const KNOWN: &[&[&str]] = &[
     &[
-        "output/atomic.rs",
-        "output/attribute.rs",
-        "output/exr.rs",
-        "output/exr/blocks.rs",
-        "output/exr/header.rs",
-        "output/exr/whole.rs",
-        "output/mod.rs",
-        "output/png.rs",
-    ],
-    &[
         "render/camera_rays.rs",
         "render/mod.rs",
         "render/part.rs",

@@ -4,7 +4,10 @@ use half::{f16, slice::HalfFloatSliceExt};
 use libdeflater::{CompressionLvl, Compressor};
 use rayon::prelude::*;
 
-use super::{Channel, Compression, Image, Plane, Samples};
+use super::{
+    compression::Compression,
+    image::{Channel, Image, Plane, Samples},
+};
 
 /// OpenEXR's own default.
 const LEVEL: i32 = 4;
