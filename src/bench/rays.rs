@@ -18,7 +18,7 @@ use crate::{
 
 /// A kind of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum RayKind {
     /// From the camera, in tiles of 16 x 16 pixels.
     Primary,
     /// From where those end to the scene's first light, or to one above it all.
@@ -29,7 +29,7 @@ pub enum Kind {
     Diffuse2,
 }
 
-impl Kind {
+impl RayKind {
     pub const ALL: [Self; 4] = [Self::Primary, Self::Shadow, Self::Diffuse1, Self::Diffuse2];
 
     pub fn name(self) -> &'static str {
@@ -75,7 +75,7 @@ pub struct Buffers {
 }
 
 impl Buffers {
-    pub fn of(&self, kind: Kind) -> &[Ray] {
+    pub fn of(&self, kind: RayKind) -> &[Ray] {
         &self.rays[kind as usize]
     }
 

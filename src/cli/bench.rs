@@ -7,7 +7,7 @@ use anyhow::Context;
 use batch_render::{
     accel::BuildOptions,
     batch::{Job, Request},
-    bench::{self, Buffers, Observer, Options},
+    bench::{self, BenchObserver, BenchOptions, Buffers},
     geometry::Geometry,
     simd::Isa,
 };
@@ -39,7 +39,7 @@ pub fn run(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         let scene = job.compile()?;
         let buffers = Buffers::new(&scene, &camera);
         let geometry = contest(scene.accel.geometry(), args.embree.as_deref());
-        let options = Options {
+        let options = BenchOptions {
             scene: job.desc.name(),
             simd,
             embree: args.embree.clone(),
@@ -106,7 +106,7 @@ impl Progress {
     }
 }
 
-impl Observer for Progress {
+impl BenchObserver for Progress {
     fn step(&self, done: usize, total: usize, what: &str) {
         self.0.set_length(total as u64);
         self.0.set_position(done as u64);
