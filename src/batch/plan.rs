@@ -14,7 +14,7 @@ use crate::{
     error::Error,
     film::{FilmLayout, Window},
     integrator::{BuiltIn, IntegratorDesc},
-    output::{self, Compression, DisplayTransform, Encoding, Format, FrameMetadata, Pattern, Shown},
+    output::{self, Compression, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown},
     render::{self, Content, SampleBudget},
     sampler::{Sampler, SeedMode},
     value::{Problem, Spanned, UnknownName},
@@ -275,7 +275,7 @@ fn named<T>(
     from_name(name).map(Some).ok_or_else(unknown)
 }
 
-fn patterns(desc: &SceneDesc, request: &Request) -> Result<Vec<Pattern>, Error> {
+fn patterns(desc: &SceneDesc, request: &Request) -> Result<Vec<FilePattern>, Error> {
     let texts: Vec<String> = if !request.outputs.is_empty() {
         request.outputs.clone()
     } else if let Some(files) = &desc.output.files {
@@ -284,10 +284,10 @@ fn patterns(desc: &SceneDesc, request: &Request) -> Result<Vec<Pattern>, Error> 
         let name = desc.name();
         vec![format!("{name}.####.exr"), format!("{name}.####.png")]
     };
-    Ok(texts.iter().map(|t| Pattern::parse(t)).collect::<Result<_, _>>()?)
+    Ok(texts.iter().map(|t| FilePattern::parse(t)).collect::<Result<_, _>>()?)
 }
 
-fn files(patterns: &[Pattern], frame: i32) -> Vec<PlannedFile> {
+fn files(patterns: &[FilePattern], frame: i32) -> Vec<PlannedFile> {
     patterns
         .iter()
         .map(|p| PlannedFile {
@@ -319,7 +319,7 @@ fn cameras(
             .map(|f| Ok((number(f), FrameCamera::from(camera))))
             .collect();
     };
-    let options = camera_path::Options {
+    let options = camera_path::CameraPathOptions {
         fps: request.fps,
         rotation_order: request.rotation_order,
     };

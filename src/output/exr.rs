@@ -23,7 +23,7 @@ use super::{
 use crate::film::{self, PixelType, Window, passes::BEAUTY};
 
 pub use compression::Compression;
-pub use image::{Channel, Image, Plane, Samples};
+pub use image::{Channel, ChannelData, Image, Samples};
 
 /// The format, with the attributes that compositors look for.
 ///
@@ -95,9 +95,9 @@ fn samples(pixel: PixelType, plane: &film::Plane, channel: usize) -> Samples<'_>
     let (first, step) = (channel, plane.spec.width());
     let values = plane.values.as_slice();
     match pixel {
-        PixelType::Half => Samples::Half(Plane { values, first, step }),
-        PixelType::Float => Samples::Float(Plane { values, first, step }),
-        PixelType::Uint => Samples::Uint(Plane {
+        PixelType::Half => Samples::Half(ChannelData { values, first, step }),
+        PixelType::Float => Samples::Float(ChannelData { values, first, step }),
+        PixelType::Uint => Samples::Uint(ChannelData {
             values: bytemuck::cast_slice(values),
             first,
             step,

@@ -27,7 +27,7 @@ pub use exr::Compression;
 pub use facts::FileFacts;
 pub use frame::{Coverage, FrameImage, Shown};
 pub use metadata::FrameMetadata;
-pub use sequence::{Pattern, PatternError};
+pub use sequence::{FilePattern, FilePatternError};
 
 /// Every format.
 pub const FORMATS: &[&dyn Format] = &[&exr::Exr, &png::Png];

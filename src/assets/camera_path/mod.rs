@@ -14,7 +14,7 @@ mod csv;
 mod options;
 mod problem;
 
-pub use options::Options;
+pub use options::CameraPathOptions;
 pub use problem::{PathProblem, PathProblems};
 
 /// A format of camera paths.
@@ -23,7 +23,7 @@ pub struct Format {
     pub name: &'static str,
     /// Endings of file names, without the point, in lower case.
     pub extensions: &'static [&'static str],
-    read: fn(&[u8], &Options) -> Result<CameraPath, PathProblems>,
+    read: fn(&[u8], &CameraPathOptions) -> Result<CameraPath, PathProblems>,
 }
 
 /// All formats.
@@ -67,7 +67,7 @@ impl Format {
     ///
     /// # Errors
     /// Up to 20 problems, and how many more there are.
-    pub fn read(&self, bytes: &[u8], options: &Options) -> Result<CameraPath, PathProblems> {
+    pub fn read(&self, bytes: &[u8], options: &CameraPathOptions) -> Result<CameraPath, PathProblems> {
         (self.read)(bytes, options)
     }
 }
@@ -79,7 +79,7 @@ impl Format {
 pub fn load(
     path: &Path,
     format: Option<&Format>,
-    options: &Options,
+    options: &CameraPathOptions,
     files: &Files,
 ) -> Result<CameraPath, CameraPathError> {
     let owned = || path.to_owned();
@@ -108,7 +108,7 @@ mod tests {
     fn a_missing_file_is_told_from_one_that_cannot_be_read() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let missing = folder.path().join("path.csv");
-        let error = load(&missing, None, &Options::default(), &Files::default()).unwrap_err();
+        let error = load(&missing, None, &CameraPathOptions::default(), &Files::default()).unwrap_err();
         assert!(matches!(error, CameraPathError::NotFound { .. }));
         assert_eq!(
             error.to_string(),
@@ -116,13 +116,19 @@ mod tests {
         );
 
         let csv = Format::by_name("CSV");
-        let error = load(folder.path(), csv, &Options::default(), &Files::default()).unwrap_err();
+        let error = load(folder.path(), csv, &CameraPathOptions::default(), &Files::default()).unwrap_err();
         assert!(matches!(error, CameraPathError::Io { .. }));
     }
 
     #[test]
     fn an_unknown_ending_names_the_known_ones() {
-        let error = load(Path::new("shot.abc"), None, &Options::default(), &Files::default()).unwrap_err();
+        let error = load(
+            Path::new("shot.abc"),
+            None,
+            &CameraPathOptions::default(),
+            &Files::default(),
+        )
+        .unwrap_err();
         assert_eq!(
             error.to_string(),
             "unknown camera path format (expected one of `csv`, `tsv`): shot.abc"
@@ -135,11 +141,11 @@ mod tests {
         let path = folder.path().join("Shot.CSV");
         let header = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n";
         fs::write(&path, format!("{header}1,0,0,15,0,0,0\n")).expect("written");
-        let loaded = load(&path, None, &Options::default(), &Files::default()).expect("a path");
+        let loaded = load(&path, None, &CameraPathOptions::default(), &Files::default()).expect("a path");
         assert_eq!(loaded.frames(), 1..=1);
 
         fs::write(&path, format!("{header}1,abc,0,15,0,0,0\n")).expect("written");
-        let error = load(&path, None, &Options::default(), &Files::default()).unwrap_err();
+        let error = load(&path, None, &CameraPathOptions::default(), &Files::default()).unwrap_err();
         assert_eq!(
             error.to_string(),
             format!("{}:2: eye_x: 'abc' is not a number", path.display())

@@ -4,7 +4,7 @@ use crate::camera::RotationOrder;
 
 /// What the file does not say.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Options {
+pub struct CameraPathOptions {
     /// Frames per second, above 0: what makes frames of times in seconds.
     pub fps: Option<f64>,
     /// The order of rotation angles. It goes before what the file says.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{
     compression::Compression,
-    image::{Channel, Image, Plane, Samples},
+    image::{Channel, ChannelData, Image, Samples},
 };
 
 /// OpenEXR's own default.
@@ -86,7 +86,7 @@ impl Scratch {
     }
 
     /// Appends a line of halves; how many numbers were clamped and how many were none.
-    fn put_halves(&mut self, plane: Plane<f32>, line: usize, width: usize) -> (u64, u64) {
+    fn put_halves(&mut self, plane: ChannelData<f32>, line: usize, width: usize) -> (u64, u64) {
         let (mut clamped, mut nans) = (0, 0);
         self.row.clear();
         self.row.extend(row(plane, line, width).map(|v| {
@@ -116,7 +116,7 @@ impl Scratch {
 }
 
 /// A line of a channel.
-fn row<T: Copy>(plane: Plane<T>, line: usize, width: usize) -> impl Iterator<Item = T> {
+fn row<T: Copy>(plane: ChannelData<T>, line: usize, width: usize) -> impl Iterator<Item = T> {
     let first = plane.first + line * width * plane.step;
     plane.values[first..].iter().step_by(plane.step).take(width).copied()
 }

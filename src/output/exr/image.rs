@@ -28,20 +28,20 @@ pub struct Channel<'a> {
 /// The numbers of a channel, and the type that they are stored as.
 #[derive(Clone, Copy, Debug)]
 pub enum Samples<'a> {
-    Half(Plane<'a, f32>),
-    Float(Plane<'a, f32>),
-    Uint(Plane<'a, u32>),
+    Half(ChannelData<'a, f32>),
+    Float(ChannelData<'a, f32>),
+    Uint(ChannelData<'a, u32>),
 }
 
 /// Where the numbers stand: that of pixel `i`, counted by rows from the top left, is `values[first + i * step]`.
 #[derive(Clone, Copy, Debug)]
-pub struct Plane<'a, T> {
+pub struct ChannelData<'a, T> {
     pub values: &'a [T],
     pub first: usize,
     pub step: usize,
 }
 
-impl<'a, T> Plane<'a, T> {
+impl<'a, T> ChannelData<'a, T> {
     /// One number after the other.
     pub fn dense(values: &'a [T]) -> Self {
         let (first, step) = (0, 1);
