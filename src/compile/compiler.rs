@@ -15,7 +15,7 @@ use crate::{
 pub(super) struct Compiler<'a> {
     pub desc: &'a SceneDesc,
     pub scene: SceneBuilder,
-    /// Files to be loaded, each once for each way to read it, in the order of their [`BitmapId`]s.
+    /// Files to be loaded, each once for each way to read it, in the order of their [`BitmapId`](crate::texture::BitmapId)s.
     pub images: Vec<ImageRequest>,
     /// The numbers of materials by name.
     material_ids: HashMap<&'a str, u32>,
