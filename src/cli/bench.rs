@@ -34,7 +34,7 @@ pub fn run(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         .context("there is no frame to take the camera from")?
         .shot
         .camera(0.0);
-    let progress = Progress::new(quiet);
+    let progress = BenchProgress::new(quiet);
     let report = pool.install(|| {
         let scene = job.compile()?;
         let buffers = Buffers::new(&scene, &camera);
@@ -86,9 +86,9 @@ fn contest(geometry: &Arc<Geometry>, embree: Option<&Path>) -> Arc<Geometry> {
 }
 
 /// A bar on a terminal, nothing elsewhere.
-struct Progress(ProgressBar);
+struct BenchProgress(ProgressBar);
 
-impl Progress {
+impl BenchProgress {
     fn new(quiet: bool) -> Self {
         let target = if quiet || !std::io::stdout().is_terminal() {
             ProgressDrawTarget::hidden()
@@ -106,7 +106,7 @@ impl Progress {
     }
 }
 
-impl BenchObserver for Progress {
+impl BenchObserver for BenchProgress {
     fn step(&self, done: usize, total: usize, what: &str) {
         self.0.set_length(total as u64);
         self.0.set_position(done as u64);

@@ -19,7 +19,7 @@ pub use problem::{PathProblem, PathProblems};
 
 /// A format of camera paths.
 #[derive(Debug)]
-pub struct Format {
+pub struct CameraPathFormat {
     pub name: &'static str,
     /// Endings of file names, without the point, in lower case.
     pub extensions: &'static [&'static str],
@@ -27,7 +27,7 @@ pub struct Format {
 }
 
 /// All formats.
-pub const FORMATS: &[Format] = &[Format {
+pub const FORMATS: &[CameraPathFormat] = &[CameraPathFormat {
     name: "csv",
     extensions: &["csv", "tsv"],
     read: csv::read,
@@ -51,7 +51,7 @@ fn extensions() -> impl Iterator<Item = &'static str> {
     FORMATS.iter().flat_map(|f| f.extensions).copied()
 }
 
-impl Format {
+impl CameraPathFormat {
     /// The format with this name, in any case.
     pub fn by_name(name: &str) -> Option<&'static Self> {
         FORMATS.iter().find(|f| f.name.eq_ignore_ascii_case(name))
@@ -78,13 +78,13 @@ impl Format {
 /// The file is missing or cannot be read, its format is not known, or what it holds is wrong.
 pub fn load(
     path: &Path,
-    format: Option<&Format>,
+    format: Option<&CameraPathFormat>,
     options: &CameraPathOptions,
     files: &Files,
 ) -> Result<CameraPath, CameraPathError> {
     let owned = || path.to_owned();
     let format = format
-        .or_else(|| Format::of_path(path))
+        .or_else(|| CameraPathFormat::of_path(path))
         .ok_or_else(|| CameraPathError::UnknownFormat { path: owned() })?;
     let bytes = files.read(path).map_err(|source| match source.kind() {
         io::ErrorKind::NotFound => CameraPathError::NotFound { path: owned() },
@@ -115,7 +115,7 @@ mod tests {
             format!("there is no such camera path: {}", missing.display())
         );
 
-        let csv = Format::by_name("CSV");
+        let csv = CameraPathFormat::by_name("CSV");
         let error = load(folder.path(), csv, &CameraPathOptions::default(), &Files::default()).unwrap_err();
         assert!(matches!(error, CameraPathError::Io { .. }));
     }

@@ -28,16 +28,16 @@ pub(super) fn encode(image: &Image, channels: &[Channel]) -> Vec<Block> {
     let lines = image.compression.lines_per_block();
     (0..image.data.height().div_ceil(lines))
         .into_par_iter()
-        .map_init(Scratch::new, |scratch, block| {
+        .map_init(BlockPacker::new, |packer, block| {
             let first = block * lines;
             let end = (first + lines).min(image.data.height());
-            scratch.pack(image, channels, first as usize..end as usize)
+            packer.pack(image, channels, first as usize..end as usize)
         })
         .collect()
 }
 
 /// What packing a block needs, kept from one to the next.
-struct Scratch {
+struct BlockPacker {
     row: Vec<f32>,
     halves: Vec<f16>,
     bytes: Vec<u8>,
@@ -46,7 +46,7 @@ struct Scratch {
     compressor: Compressor,
 }
 
-impl Scratch {
+impl BlockPacker {
     fn new() -> Self {
         Self {
             row: Vec::new(),
