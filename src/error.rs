@@ -7,7 +7,7 @@ use crate::{
     camera::path::PathError,
     compile, describe,
     describe::Diagnostics,
-    output::{OutputError, sequence::PatternError},
+    output::{OutputError, sequence::FilePatternError},
     render::Cancelled,
 };
 
@@ -18,7 +18,7 @@ pub enum Error {
     #[error("{0}")]
     Usage(String),
     #[error(transparent)]
-    Pattern(#[from] PatternError),
+    Pattern(#[from] FilePatternError),
     #[error(transparent)]
     Scene(#[from] describe::Error),
     #[error("{0}")]

@@ -162,7 +162,7 @@ impl Filter {
     /// Moves `positions`, the centres of pixels, to those of the samples of `u`, whose signs are in
     /// `weights` then.
     pub fn samples(&self, on: impl Dispatch, u: &[Vec2], positions: &mut [Vec2], weights: &mut [f32]) {
-        on.dispatch(Samples {
+        on.dispatch(FilterSamples {
             filter: self,
             u,
             positions,
@@ -180,14 +180,14 @@ impl Filter {
 }
 
 /// [`Filter::samples`].
-struct Samples<'a> {
+struct FilterSamples<'a> {
     filter: &'a Filter,
     u: &'a [Vec2],
     positions: &'a mut [Vec2],
     weights: &'a mut [f32],
 }
 
-impl VectorLoop for Samples<'_> {
+impl VectorLoop for FilterSamples<'_> {
     #[inline(always)]
     fn run(self) {
         for ((u, position), weight) in self.u.iter().zip(self.positions).zip(self.weights) {

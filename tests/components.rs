@@ -6,7 +6,7 @@ use batch_render::{
     batch::{Job, Plan, Request},
     film::{
         Film, PassRequest, PassSpec,
-        passes::{PASSES, Source},
+        passes::{PASSES, PassSource},
     },
     render::{Control, Renderer, Settings},
     scene::Scene,
@@ -86,7 +86,7 @@ fn film(scene: &Scene, plan: &Plan, passes: &[&str]) -> Film {
 
 /// The names of the light components.
 fn components() -> Vec<&'static str> {
-    let is_component = |spec: &&PassSpec| matches!(spec.source, Source::Light(_));
+    let is_component = |spec: &&PassSpec| matches!(spec.source, PassSource::Light(_));
     PASSES.iter().filter(is_component).map(|spec| spec.name).collect()
 }
 
@@ -95,7 +95,7 @@ fn group_planes(film: &Film) -> Vec<&[[f32; 3]]> {
     let groups = film
         .planes()
         .iter()
-        .filter(|p| matches!(p.spec.pass.source, Source::LightGroup));
+        .filter(|p| matches!(p.spec.pass.source, PassSource::LightGroup));
     groups.map(|p| p.values.as_chunks().0).collect()
 }
 

@@ -5,7 +5,7 @@ mod common;
 
 use batch_render::film::{
     PassSpec, PixelType,
-    passes::{PASSES, Source},
+    passes::{PASSES, PassSource},
 };
 use common::{Folder, repo, repo_str};
 use exr::prelude::{FlatImage, FlatSamples, ReadChannels, ReadLayers, read};
@@ -71,8 +71,8 @@ fn pixel_type(samples: &FlatSamples) -> PixelType {
 /// The names of the pass's channels in a file.
 fn channel_names(spec: &PassSpec) -> Vec<String> {
     let layer = match spec.source {
-        Source::Integrator => return spec.channels.iter().map(|c| (*c).to_owned()).collect(),
-        Source::LightGroup => "lightgroup_default",
+        PassSource::Integrator => return spec.channels.iter().map(|c| (*c).to_owned()).collect(),
+        PassSource::LightGroup => "lightgroup_default",
         _ => spec.name,
     };
     spec.channels.iter().map(|c| format!("{layer}.{c}")).collect()
@@ -108,7 +108,7 @@ fn is_in_the_file(spec: &PassSpec) -> Result<(), Failed> {
 fn is_shown(spec: &PassSpec) -> Result<(), Failed> {
     let folder = Folder::new();
     let name = match spec.source {
-        Source::LightGroup => "lightgroup_default",
+        PassSource::LightGroup => "lightgroup_default",
         _ => spec.name,
     };
     render(&folder, "f.exr", &["--show", name, "-o", "f.png"]);

@@ -16,7 +16,7 @@ use batch_render::{
     texture::{
         Bitmap, Color, Mapping, Pattern, StTransform, Texture,
         bitmap::Storage,
-        image::{Filter, ImagePattern, Wrap},
+        image::{ImagePattern, TextureFilter, Wrap},
     },
     value::{Point, Spanned},
 };
@@ -31,7 +31,7 @@ fn quad(corners: [Vec3; 4]) -> Shape {
 }
 
 /// One quad with `bitmap` on it `repeat` times, in both directions.
-fn scene(corners: [Vec3; 4], bitmap: Bitmap, filter: Filter, repeat: f32) -> Scene {
+fn scene(corners: [Vec3; 4], bitmap: Bitmap, filter: TextureFilter, repeat: f32) -> Scene {
     let mut builder = SceneBuilder::new(Background::new(Rgb::BLACK));
     let bitmap = builder.bitmap(bitmap);
     let texture = builder.texture(Texture {
@@ -102,8 +102,8 @@ fn a_far_board_at_a_grazing_angle_is_gray_with_one_sample() {
         let rows = &film.beauty()[37 * 64..50 * 64];
         mean_and_variance(&rows.iter().map(|p| p[0]).collect::<Vec<_>>())
     };
-    let (mean, variance) = far(Filter::Trilinear);
-    let (_, without) = far(Filter::Nearest);
+    let (mean, variance) = far(TextureFilter::Trilinear);
+    let (_, without) = far(TextureFilter::Nearest);
     assert!((mean - 0.5).abs() < 0.01, "{mean}");
     assert!(without > 0.2, "{without}");
     assert!(variance < 0.01 * without, "{variance} of {without}");
@@ -118,7 +118,7 @@ fn a_pixel_that_is_four_texels_wide_sees_the_mean_of_sixteen() {
     };
     let wall = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[x, y]| Vec3::new(x, y, 0.0));
     let fov = 2.0 * 0.5_f64.atan().to_degrees();
-    let scene = scene(wall, bitmap.clone(), Filter::Trilinear, 1.0);
+    let scene = scene(wall, bitmap.clone(), TextureFilter::Trilinear, 1.0);
     let film = shoot(&scene, DVec3::Z, DVec3::ZERO, fov, 16);
     batch_render::texture::mipmap::build(&mut bitmap);
     for [x, y] in [[7, 7], [8, 7], [7, 8], [8, 8]] {
@@ -137,6 +137,6 @@ fn from_near_every_filter_but_nearest_gives_the_same_bits() {
             .beauty()
             .to_vec()
     };
-    assert_eq!(shot(Filter::Trilinear), shot(Filter::Linear));
-    assert_ne!(shot(Filter::Trilinear), shot(Filter::Nearest));
+    assert_eq!(shot(TextureFilter::Trilinear), shot(TextureFilter::Linear));
+    assert_ne!(shot(TextureFilter::Trilinear), shot(TextureFilter::Nearest));
 }

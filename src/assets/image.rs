@@ -6,13 +6,11 @@
 //!
 //! A file that ends early, is damaged or claims an absurd size is an error, never a picture with gray in it.
 
+mod error;
 mod exr;
+mod limits;
 
-use std::{
-    io::{self, Cursor},
-    path::{Path, PathBuf},
-    sync::LazyLock,
-};
+use std::{io::Cursor, path::Path, sync::LazyLock};
 
 use super::Files;
 use crate::{
@@ -20,11 +18,10 @@ use crate::{
     texture::bitmap::{Bitmap, ColorSpace, Storage},
 };
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use error::ImageProblem;
+use limits::{MAX_BYTES, MAX_SIDE, check_size};
 
-/// The longest side that is decoded, in pixels.
-const MAX_SIDE: u32 = 1 << 16;
-/// The most that a decoded picture may take, in bytes.
-const MAX_BYTES: u64 = 4 << 30;
+pub use error::ImageError;
 
 /// Decodes the file at `path`.
 pub fn load(path: &Path, color_space: ColorSpace, files: &Files) -> Result<Bitmap, ImageError> {
@@ -80,15 +77,6 @@ fn empty(bytes: &[u8], format: ImageFormat) -> Option<ImageProblem> {
     };
     let (width, height) = (u64::from(width?), u64::from(height?));
     (width == 0 || height == 0).then_some(ImageProblem::Size { width, height })
-}
-
-/// Refuses empty and absurd pictures before memory is allocated.
-fn check_size([width, height]: [u64; 2], bytes: u64) -> Result<(), ImageProblem> {
-    let side = u64::from(MAX_SIDE);
-    if width == 0 || height == 0 || width > side || height > side || bytes > MAX_BYTES {
-        return Err(ImageProblem::Size { width, height });
-    }
-    Ok(())
 }
 
 fn image_of(picture: DynamicImage, color_space: ColorSpace) -> Bitmap {
@@ -151,63 +139,6 @@ fn jpeg_has_an_end(bytes: &[u8]) -> bool {
         }
     }
     false
-}
-
-/// Why a picture was not loaded.
-#[derive(Debug, thiserror::Error)]
-pub enum ImageError {
-    #[error("cannot read image: {source}: {}", path.display())]
-    Read { source: io::Error, path: PathBuf },
-    #[error("unknown image format (expected one of `png`, `jpeg`, `bmp`, `tga`, `webp`, `hdr`, `exr`): {}", path.display())]
-    Unknown { path: PathBuf },
-    #[error("broken image: {cause}: {}", path.display())]
-    Broken { cause: String, path: PathBuf },
-    #[error("{}: {}", unfit(*width, *height), path.display())]
-    Size { width: u64, height: u64, path: PathBuf },
-}
-
-fn unfit(width: u64, height: u64) -> String {
-    if width == 0 || height == 0 {
-        format!("the image has no pixels, its size is {width} x {height}")
-    } else {
-        format!("an image of {width} x {height} pixels is too large")
-    }
-}
-
-impl ImageError {
-    /// Whether the file could not be read at all, rather than understood.
-    pub fn is_missing(&self) -> bool {
-        matches!(self, Self::Read { .. })
-    }
-}
-
-/// What is wrong with the bytes of a file.
-#[derive(Debug)]
-enum ImageProblem {
-    Unknown,
-    Broken(String),
-    Size { width: u64, height: u64 },
-}
-
-impl ImageProblem {
-    fn broken(cause: impl ToString) -> Self {
-        Self::Broken(cause.to_string())
-    }
-
-    fn at(self, path: &Path) -> ImageError {
-        let path = path.to_owned();
-        match self {
-            Self::Unknown => ImageError::Unknown { path },
-            Self::Broken(cause) => ImageError::Broken { cause, path },
-            Self::Size { width, height } => ImageError::Size { width, height, path },
-        }
-    }
-}
-
-impl From<::image::ImageError> for ImageProblem {
-    fn from(error: ::image::ImageError) -> Self {
-        Self::broken(error)
-    }
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use glam::DAffine3;
 use crate::{
     math::{Aabb, Rgb},
     shape::mesh::Mesh,
-    texture::image::{Filter, Wrap},
+    texture::image::{TextureFilter, Wrap},
 };
 
 /// A model, in its own space: right-handed, +y up, metres.
@@ -74,7 +74,7 @@ impl Default for ModelMaterial {
 pub struct ModelTexture {
     /// An index into [`Model::images`].
     pub image: usize,
-    pub filter: Filter,
+    pub filter: TextureFilter,
     /// Along s and along t.
     pub wrap: [Wrap; 2],
 }

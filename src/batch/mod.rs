@@ -8,6 +8,7 @@ mod existing;
 mod job;
 mod passes;
 mod plan;
+mod request;
 mod run;
 mod summary;
 mod turntable;
@@ -16,8 +17,9 @@ pub mod range;
 
 pub use existing::Existing;
 pub use job::Job;
-pub use plan::{Plan, PlannedFrame, Request};
+pub use plan::{Plan, PlannedFrame};
 pub use range::FrameRange;
+pub use request::Request;
 pub use run::{Observer, run};
 pub use summary::{SceneFigures, Summary};
 pub use turntable::Turntable;

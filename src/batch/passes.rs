@@ -4,8 +4,8 @@ use super::Request;
 use crate::{
     describe::{OneOrMany, SceneDesc},
     error::Error,
-    film::{PassRequest, passes::Source},
-    output::{Contents, Pattern},
+    film::{PassRequest, passes::PassSource},
+    output::{Contents, FilePattern},
     render::Content,
     value::{Problem, Spanned, UnknownName},
 };
@@ -23,7 +23,11 @@ impl PassChoice {
     ///
     /// # Errors
     /// A name is none of a pass: of the scene file the `Ok` side lists the problems, of the command line it is an [`Error`].
-    pub fn new(desc: &SceneDesc, request: &Request, patterns: &[Pattern]) -> Result<Result<Self, Vec<Problem>>, Error> {
+    pub fn new(
+        desc: &SceneDesc,
+        request: &Request,
+        patterns: &[FilePattern],
+    ) -> Result<Result<Self, Vec<Problem>>, Error> {
         if let Some(name) = &request.show {
             return match shown(name) {
                 Ok(choice) => Ok(Ok(choice)),
@@ -42,7 +46,7 @@ impl PassChoice {
         Ok(Self::of_scene(desc, patterns))
     }
 
-    fn of_scene(desc: &SceneDesc, patterns: &[Pattern]) -> Result<Self, Vec<Problem>> {
+    fn of_scene(desc: &SceneDesc, patterns: &[FilePattern]) -> Result<Self, Vec<Problem>> {
         if let Some(name) = &desc.output.show {
             return shown(name.get_ref()).map_err(|unfit| vec![unfit.at(name)]);
         }
@@ -75,7 +79,7 @@ impl PassChoice {
 
     /// What has to be rendered: where files show data alone, no light is.
     pub fn content(&self) -> Content {
-        let is_data = |pass: &PassRequest| matches!(pass.spec().source, Source::FirstHit(_));
+        let is_data = |pass: &PassRequest| matches!(pass.spec().source, PassSource::FirstHit(_));
         if self.is_shown && self.passes.iter().all(is_data) {
             Content::FirstHits
         } else {
@@ -85,7 +89,8 @@ impl PassChoice {
 
     /// The first pass of light, for integrators that compute none.
     pub fn first_of_light(&self) -> Option<&PassRequest> {
-        let is_light = |pass: &&PassRequest| matches!(pass.spec().source, Source::Light(_) | Source::LightGroup);
+        let is_light =
+            |pass: &&PassRequest| matches!(pass.spec().source, PassSource::Light(_) | PassSource::LightGroup);
         self.passes.iter().find(is_light)
     }
 }
@@ -114,8 +119,8 @@ fn shown(name: &str) -> Result<PassChoice, UnfitToShow> {
     }
     let pass = PassRequest::parse(name).map_err(UnfitToShow::Unknown)?;
     match (&pass, pass.spec().source) {
-        (_, Source::Integrator) => Ok(PassChoice::default()),
-        (PassRequest::Pass(_), Source::LightGroup) => Err(UnfitToShow::Several(name.to_owned())),
+        (_, PassSource::Integrator) => Ok(PassChoice::default()),
+        (PassRequest::Pass(_), PassSource::LightGroup) => Err(UnfitToShow::Several(name.to_owned())),
         _ => Ok(PassChoice {
             passes: vec![pass],
             is_shown: true,
@@ -123,6 +128,6 @@ fn shown(name: &str) -> Result<PassChoice, UnfitToShow> {
     }
 }
 
-fn holds_passes(patterns: &[Pattern]) -> bool {
+fn holds_passes(patterns: &[FilePattern]) -> bool {
     patterns.iter().any(|p| p.format().contents() == Contents::Data)
 }

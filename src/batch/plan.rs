@@ -5,48 +5,20 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{Existing, FrameRange, Turntable, passes::PassChoice, range::MAX_FRAMES};
+use super::{Existing, FrameRange, Request, Turntable, passes::PassChoice, range::MAX_FRAMES};
 use crate::{
     accel::BuildOptions,
-    assets::{Files, camera_path, store::MissingAssets},
-    camera::{Camera, FrameCamera, Lens, RotationOrder, SceneCamera, path::CameraPath},
+    assets::{Files, camera_path},
+    camera::{Camera, FrameCamera, Lens, SceneCamera, path::CameraPath},
     describe::{Diagnostics, SceneDesc},
     error::Error,
     film::{FilmLayout, Window},
     integrator::{BuiltIn, IntegratorDesc},
-    output::{self, Compression, DisplayTransform, Encoding, Format, FrameMetadata, Pattern, Shown},
+    output::{self, Compression, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown},
     render::{self, Content, SampleBudget},
     sampler::{Sampler, SeedMode},
     value::{Problem, Spanned, UnknownName},
 };
-
-/// What somebody wants rendered; what is `None` is the scene's to say.
-#[derive(Clone, Debug, Default)]
-pub struct Request {
-    pub camera_path: Option<PathBuf>,
-    /// Instead of a camera path: frames of an orbit around the scene.
-    pub turntable: Option<u32>,
-    pub range: Option<FrameRange>,
-    pub outputs: Vec<String>,
-    pub existing: Existing,
-    pub samples: Option<u32>,
-    pub resolution: Option<[u32; 2]>,
-    /// Columns and rows x0, y0, x1, y1; the last two are not rendered.
-    pub crop: Option<[u32; 4]>,
-    pub seed: Option<u32>,
-    pub seed_mode: Option<SeedMode>,
-    pub integrator: Option<String>,
-    /// Names of passes that EXR files hold beside the beauty, in place of the scene's; empty for the scene's.
-    pub aovs: Vec<String>,
-    /// The name of a pass that files show in place of the beauty.
-    pub show: Option<String>,
-    pub accel: BuildOptions,
-    pub fps: Option<f64>,
-    pub rotation_order: Option<RotationOrder>,
-    /// Bytes that pictures may take; `None` is no limit.
-    pub max_memory: Option<u64>,
-    pub missing_assets: MissingAssets,
-}
 
 /// A file to be written.
 #[derive(Clone, Debug)]
@@ -62,6 +34,13 @@ pub struct PlannedFrame {
     /// Of a turntable: where the orbit begins.
     pub shot: FrameCamera,
     pub files: Vec<PlannedFile>,
+}
+
+impl PlannedFrame {
+    /// Whether every file of the frame exists with nothing missing.
+    pub(super) fn is_on_disk(&self) -> bool {
+        self.files.iter().all(|f| f.format.inspect(&f.path).is_some())
+    }
 }
 
 /// Everything a job is going to do, decided and checked.
@@ -296,7 +275,7 @@ fn named<T>(
     from_name(name).map(Some).ok_or_else(unknown)
 }
 
-fn patterns(desc: &SceneDesc, request: &Request) -> Result<Vec<Pattern>, Error> {
+fn patterns(desc: &SceneDesc, request: &Request) -> Result<Vec<FilePattern>, Error> {
     let texts: Vec<String> = if !request.outputs.is_empty() {
         request.outputs.clone()
     } else if let Some(files) = &desc.output.files {
@@ -305,10 +284,10 @@ fn patterns(desc: &SceneDesc, request: &Request) -> Result<Vec<Pattern>, Error> 
         let name = desc.name();
         vec![format!("{name}.####.exr"), format!("{name}.####.png")]
     };
-    Ok(texts.iter().map(|t| Pattern::parse(t)).collect::<Result<_, _>>()?)
+    Ok(texts.iter().map(|t| FilePattern::parse(t)).collect::<Result<_, _>>()?)
 }
 
-fn files(patterns: &[Pattern], frame: i32) -> Vec<PlannedFile> {
+fn files(patterns: &[FilePattern], frame: i32) -> Vec<PlannedFile> {
     patterns
         .iter()
         .map(|p| PlannedFile {
@@ -340,7 +319,7 @@ fn cameras(
             .map(|f| Ok((number(f), FrameCamera::from(camera))))
             .collect();
     };
-    let options = camera_path::Options {
+    let options = camera_path::CameraPathOptions {
         fps: request.fps,
         rotation_order: request.rotation_order,
     };

@@ -4,23 +4,23 @@ use std::fmt::Write;
 
 use plotters::prelude::*;
 
-use super::{Cell, Kind, Report};
+use super::{Cell, RayKind, Report};
 
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:56rem;margin:2rem auto;padding:0 1rem;color:#222}\
 table{border-collapse:collapse;margin:1rem 0}th,td{padding:.2rem .7rem;text-align:right;border-bottom:1px solid #ddd}\
 th:first-child,td:first-child{text-align:left}svg{max-width:100%;height:auto}";
 
 /// What a kind of rays is, in words.
-fn describe(kind: Kind) -> &'static str {
+fn describe(kind: RayKind) -> &'static str {
     match kind {
-        Kind::Primary => "Rays from the camera through neighbouring pixels: they start together and stay close.",
-        Kind::Shadow => {
+        RayKind::Primary => "Rays from the camera through neighbouring pixels: they start together and stay close.",
+        RayKind::Shadow => {
             "Rays from what the camera sees to a light. Any obstacle will do, so these ask only whether there is one."
         }
-        Kind::Diffuse1 => {
+        RayKind::Diffuse1 => {
             "Rays that leave what the camera sees in random directions, as from chalk: neighbours part at once."
         }
-        Kind::Diffuse2 => "The same once more, from where those end: nothing is near anything any more.",
+        RayKind::Diffuse2 => "The same once more, from where those end: nothing is near anything any more.",
     }
 }
 
@@ -43,7 +43,7 @@ pub fn page(report: &Report) -> String {
         report.threads,
         escape(&report.simd)
     );
-    for kind in Kind::ALL {
+    for kind in RayKind::ALL {
         let cells: Vec<&Cell> = report.cells.iter().filter(|c| c.rays == kind.name()).collect();
         let _ = write!(out, "<h2>{}</h2>\n<p>{}</p>\n", capital(kind.name()), describe(kind));
         let bars: Vec<_> = cells.iter().map(|c| (c.accel.as_str(), c.mrays_per_s)).collect();

@@ -10,6 +10,6 @@ mod run;
 mod tracer;
 
 pub use html::page;
-pub use rays::{Buffers, Kind, SIDE};
+pub use rays::{Buffers, RayKind, SIDE};
 pub use report::{BuildRow, Cell, Report};
-pub use run::{Error, Observer, Options, run};
+pub use run::{BenchObserver, BenchOptions, Error, run};

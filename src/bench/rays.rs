@@ -4,7 +4,6 @@ use std::f32::consts::TAU;
 
 use rayon::prelude::*;
 
-use super::tracer::BATCH;
 use crate::{
     accel::{Accelerator, BatchLayout},
     camera::Camera,
@@ -19,7 +18,7 @@ use crate::{
 
 /// A kind of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum RayKind {
     /// From the camera, in tiles of 16 x 16 pixels.
     Primary,
     /// From where those end to the scene's first light, or to one above it all.
@@ -30,7 +29,7 @@ pub enum Kind {
     Diffuse2,
 }
 
-impl Kind {
+impl RayKind {
     pub const ALL: [Self; 4] = [Self::Primary, Self::Shadow, Self::Diffuse1, Self::Diffuse2];
 
     pub fn name(self) -> &'static str {
@@ -62,6 +61,9 @@ pub const SIDE: u32 = 1024;
 /// Rays of each kind: 1,048,576.
 pub const COUNT: usize = (SIDE * SIDE) as usize;
 
+/// Rays that one thread takes at a time; what a wave holds.
+pub const BATCH: usize = 16 * 1024;
+
 /// Passes over the picture to collect as many rays of each kind, where many leave the scene.
 const PASSES: u32 = 16;
 
@@ -73,7 +75,7 @@ pub struct Buffers {
 }
 
 impl Buffers {
-    pub fn of(&self, kind: Kind) -> &[Ray] {
+    pub fn of(&self, kind: RayKind) -> &[Ray] {
         &self.rays[kind as usize]
     }
 

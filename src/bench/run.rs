@@ -4,7 +4,7 @@ use std::{borrow::Cow, path::PathBuf, sync::Arc, time::Instant};
 
 use rayon::prelude::*;
 
-use super::{Buffers, BuildRow, Cell, Kind, Report, tracer::Tracer};
+use super::{Buffers, BuildRow, Cell, RayKind, Report, tracer::Tracer};
 use crate::{
     accel::{self, AccelKind, Accelerator, BuildOptions, Quality, RayCost},
     geometry::{BuildError, Geometry},
@@ -15,7 +15,7 @@ use crate::{
 
 /// What to measure.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct BenchOptions {
     /// What the report calls the scene.
     pub scene: String,
     /// The vectors of ours.
@@ -29,7 +29,7 @@ pub struct Options {
 }
 
 /// Told how far a benchmark has come.
-pub trait Observer {
+pub trait BenchObserver {
     /// Step `done` of `total`.
     fn step(&self, done: usize, total: usize, what: &str);
 }
@@ -71,10 +71,10 @@ struct Contestant<'a> {
 pub fn run(
     geometry: &Arc<Geometry>,
     buffers: &Buffers,
-    options: &Options,
-    observer: &dyn Observer,
+    options: &BenchOptions,
+    observer: &dyn BenchObserver,
 ) -> Result<Report, Error> {
-    if buffers.of(Kind::Diffuse1).is_empty() {
+    if buffers.of(RayKind::Diffuse1).is_empty() {
         return Err(Error::NothingSeen);
     }
     let (build, built) = build(geometry, options, observer)?;
@@ -108,8 +108,8 @@ struct AllBuilt {
 /// Builds everything over and over, and keeps what traces.
 fn build(
     geometry: &Arc<Geometry>,
-    options: &Options,
-    observer: &dyn Observer,
+    options: &BenchOptions,
+    observer: &dyn BenchObserver,
 ) -> Result<(Vec<BuildRow>, AllBuilt), Error> {
     let builders = builders(geometry, options, rayon::current_num_threads());
     let mut times = vec![Vec::new(); builders.len()];
@@ -154,7 +154,11 @@ fn build(
 
 type Builder<'a> = Box<dyn Fn() -> Result<Built, Error> + 'a>;
 
-fn builders<'a>(geometry: &'a Arc<Geometry>, options: &'a Options, threads: usize) -> Vec<(&'static str, Builder<'a>)> {
+fn builders<'a>(
+    geometry: &'a Arc<Geometry>,
+    options: &'a BenchOptions,
+    threads: usize,
+) -> Vec<(&'static str, Builder<'a>)> {
     let ours = [
         ("bvh2", AccelKind::Bvh2, Quality::default()),
         ("cwbvh", AccelKind::CwBvh, Quality::default()),
@@ -193,11 +197,11 @@ fn builders<'a>(geometry: &'a Arc<Geometry>, options: &'a Options, threads: usiz
 fn trace(
     geometry: &Arc<Geometry>,
     buffers: &Buffers,
-    options: &Options,
-    observer: &dyn Observer,
+    options: &BenchOptions,
+    observer: &dyn BenchObserver,
     built: &AllBuilt,
 ) -> Result<Vec<Cell>, Error> {
-    let all = buffers.of(Kind::Primary).len();
+    let all = buffers.of(RayKind::Primary).len();
     let linear = accel::build(AccelKind::Linear, Arc::clone(geometry))?;
     let wide = accel::build_wide_levels(Quality::default(), geometry)?;
     let tests = usize::try_from(geometry.instanced_prim_count()).unwrap_or(usize::MAX);
@@ -230,8 +234,8 @@ fn trace(
         contestants.push(theirs("embree16", Tracer::Embree16(embree)));
     }
     let mut cells = Vec::new();
-    for kind in Kind::ALL {
-        let place = Kind::ALL.len() * options.repetitions;
+    for kind in RayKind::ALL {
+        let place = RayKind::ALL.len() * options.repetitions;
         let rates = measure(
             kind,
             buffers.of(kind),
@@ -249,7 +253,7 @@ fn trace(
 
 /// The cells of one kind of rays.
 fn measure(
-    kind: Kind,
+    kind: RayKind,
     rays: &[Ray],
     contestants: &[Contestant<'_>],
     repetitions: usize,
@@ -301,7 +305,7 @@ fn measure(
 }
 
 /// On how many rays the answers of each contestant differ; all of them are traced once, which also warms the caches.
-fn compare(kind: Kind, rays: &[Ray], contestants: &[Contestant<'_>]) -> Vec<u64> {
+fn compare(kind: RayKind, rays: &[Ray], contestants: &[Contestant<'_>]) -> Vec<u64> {
     let mut truth: Vec<Answers> = Vec::new();
     contestants
         .iter()
@@ -394,7 +398,7 @@ mod tests {
             stride: 1,
             timed: 1,
         });
-        for cell in measure(Kind::Diffuse2, &[], &contestants, 1, |_| {}) {
+        for cell in measure(RayKind::Diffuse2, &[], &contestants, 1, |_| {}) {
             assert_eq!(cell.mrays_per_s, 0.0);
             assert_eq!((cell.nodes_per_ray, cell.primitives_per_ray), (None, None));
             assert_eq!(cell.ratio_to_embree1, None);

@@ -2,16 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::Kind;
+use super::rays::{BATCH, RayKind};
 use crate::{
     accel::{Accelerator, RayBatch},
     geometry::Hit,
     math::Ray,
     native::{Coherence, Embree, RayHit, RayHit16},
 };
-
-/// Rays that one thread takes at a time; what a wave holds.
-pub const BATCH: usize = 16 * 1024;
 
 /// A contestant.
 #[derive(Clone, Copy)]
@@ -33,7 +30,7 @@ pub enum Prepared<'r> {
 
 impl Tracer<'_> {
     /// Everything that is not tracing, done before the clock runs.
-    pub fn prepare<'r>(&self, kind: Kind, rays: &'r [Ray]) -> Prepared<'r> {
+    pub fn prepare<'r>(&self, kind: RayKind, rays: &'r [Ray]) -> Prepared<'r> {
         match self {
             // Not false, which would be zeros: memory that the system has only promised, and gives while the clock runs.
             Self::Ours(_) if kind.is_occlusion() => Prepared::Occlusion(rays, vec![true; rays.len()]),
@@ -44,7 +41,7 @@ impl Tracer<'_> {
     }
 
     /// Traces all rays. Batches are dealt out one by one, whoever's they are: a thread whose core others use too takes fewer.
-    pub fn trace(&self, kind: Kind, prepared: &mut Prepared<'_>) {
+    pub fn trace(&self, kind: RayKind, prepared: &mut Prepared<'_>) {
         let layout = kind.layout();
         match (self, prepared) {
             (Self::Ours(accel), Prepared::Occlusion(rays, blocked)) => rays
@@ -67,7 +64,7 @@ impl Tracer<'_> {
             (Self::Embree16(embree), Prepared::Packets(queries)) => {
                 let occlusion = kind.is_occlusion();
                 let coherence = match kind {
-                    Kind::Primary => Coherence::Coherent,
+                    RayKind::Primary => Coherence::Coherent,
                     _ => Coherence::Incoherent,
                 };
                 queries
@@ -82,7 +79,7 @@ impl Tracer<'_> {
 
 impl Prepared<'_> {
     /// The distance to what ray `i` met; infinite for nothing, -1 for an occlusion.
-    pub fn distance(&self, kind: Kind, i: usize) -> f32 {
+    pub fn distance(&self, kind: RayKind, i: usize) -> f32 {
         match self {
             Self::Occlusion(_, blocked) if blocked[i] => -1.0,
             Self::Occlusion(..) => f32::INFINITY,

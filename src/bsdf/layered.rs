@@ -8,8 +8,9 @@
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 mod clear;
+mod reflectance;
 
-use clear::ClearReflectance;
+use reflectance::ClearReflectance;
 
 use super::{
     BsdfEval, BsdfKind, BsdfSample, Lobe, albedo,

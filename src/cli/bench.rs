@@ -2,12 +2,12 @@
 
 use std::{fs, io::IsTerminal, path::Path, sync::Arc};
 
-use super::{args::BenchArgs, job::threads, progress::say};
+use super::{args::BenchArgs, progress::say, threads::threads};
 use anyhow::Context;
 use batch_render::{
     accel::BuildOptions,
     batch::{Job, Request},
-    bench::{self, Buffers, Observer, Options},
+    bench::{self, BenchObserver, BenchOptions, Buffers},
     geometry::Geometry,
     simd::Isa,
 };
@@ -34,12 +34,12 @@ pub fn run(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         .context("there is no frame to take the camera from")?
         .shot
         .camera(0.0);
-    let progress = Progress::new(quiet);
+    let progress = BenchProgress::new(quiet);
     let report = pool.install(|| {
         let scene = job.compile()?;
         let buffers = Buffers::new(&scene, &camera);
         let geometry = contest(scene.accel.geometry(), args.embree.as_deref());
-        let options = Options {
+        let options = BenchOptions {
             scene: job.desc.name(),
             simd,
             embree: args.embree.clone(),
@@ -86,9 +86,9 @@ fn contest(geometry: &Arc<Geometry>, embree: Option<&Path>) -> Arc<Geometry> {
 }
 
 /// A bar on a terminal, nothing elsewhere.
-struct Progress(ProgressBar);
+struct BenchProgress(ProgressBar);
 
-impl Progress {
+impl BenchProgress {
     fn new(quiet: bool) -> Self {
         let target = if quiet || !std::io::stdout().is_terminal() {
             ProgressDrawTarget::hidden()
@@ -106,7 +106,7 @@ impl Progress {
     }
 }
 
-impl Observer for Progress {
+impl BenchObserver for BenchProgress {
     fn step(&self, done: usize, total: usize, what: &str) {
         self.0.set_length(total as u64);
         self.0.set_position(done as u64);

@@ -2,7 +2,6 @@
 
 use std::{path::Path, sync::Arc};
 
-use anyhow::Context;
 use batch_render::{
     accel::BuildOptions,
     batch::{Existing, FrameRange, Job, Plan, Request},
@@ -15,6 +14,7 @@ use super::{
     args::{Args, Command, DEFAULT_MAX_MEMORY, ProgressKind, RenderArgs},
     progress::{Progress, say},
     signals, simd, summary,
+    threads::threads,
 };
 
 /// Does what the arguments say.
@@ -90,15 +90,6 @@ fn report_valid(path: &Path, job: &Job, quiet: bool) {
         let frames = frames(job.plan.frames.len());
         say(&format!("{}: {frames} to render, nothing wrong", path.display()));
     }
-}
-
-/// The threads that a job renders on; one for each processor where no number is given.
-pub fn threads(number: Option<u16>) -> anyhow::Result<rayon::ThreadPool> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(usize::from(number.unwrap_or(0)))
-        .thread_name(|i| format!("render {i}"))
-        .build()
-        .context("cannot start threads")
 }
 
 fn frames(n: usize) -> String {

@@ -10,6 +10,7 @@ mod progress;
 mod signals;
 mod simd;
 mod summary;
+mod threads;
 
 use std::process::ExitCode;
 

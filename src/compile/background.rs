@@ -1,6 +1,6 @@
 //! What lies behind everything: a colour, or a picture from a file.
 
-use super::load::Compiler;
+use super::compiler::Compiler;
 use crate::{
     assets::{model::ImageSource, store::ImageRequest},
     describe::BackgroundDesc,

@@ -1,16 +1,13 @@
 //! The first step of compilation: a description and the files that it names become a [`SceneBuilder`].
 
-use std::{cell::RefCell, collections::HashMap};
+use std::cell::RefCell;
 
-use super::{Error, Instancing, background, models};
+use super::{Error, Instancing, background, compiler::Compiler, models};
 use crate::{
-    assets::{Store, model::ImageSource, store::ImageRequest},
+    assets::{Store, model::ImageSource},
     describe::{Diagnostics, SceneDesc},
-    material::MaterialId,
-    math::Rgb,
     scene::{Background, SceneBuilder},
     texture::{BitmapId, Texture, image::ImageDesc},
-    value::{Problem, Spanned, UnknownName},
 };
 
 /// Loads everything of a scene but its acceleration structure and its tables of lights, on the threads of the current
@@ -57,34 +54,7 @@ pub fn load(desc: &SceneDesc, store: &Store, instancing: Instancing) -> Result<S
     Ok(scene)
 }
 
-/// A scene in the making.
-pub(super) struct Compiler<'a> {
-    pub desc: &'a SceneDesc,
-    pub scene: SceneBuilder,
-    /// Files to be loaded, each once for each way to read it, in the order of their [`BitmapId`]s.
-    images: Vec<ImageRequest>,
-    /// The numbers of materials by name.
-    material_ids: HashMap<&'a str, u32>,
-    pub problems: Vec<Problem>,
-}
-
-impl<'a> Compiler<'a> {
-    fn new(desc: &'a SceneDesc) -> Self {
-        let names = desc.materials.iter().map(|m| m.name.get_ref().as_str());
-        Self {
-            desc,
-            scene: SceneBuilder::new(Background::new(Rgb::BLACK)),
-            images: Vec::new(),
-            material_ids: names.zip(0..).collect(),
-            problems: Vec::new(),
-        }
-    }
-
-    /// The compiled value, or one more problem.
-    pub fn record<T>(&mut self, result: Result<T, Problem>) -> Option<T> {
-        result.map_err(|problem| self.problems.push(problem)).ok()
-    }
-
+impl Compiler<'_> {
     fn lights(&mut self) {
         for entry in &self.desc.lights {
             let Some(light) = self.record(entry.light.compile()) else {
@@ -122,18 +92,6 @@ impl<'a> Compiler<'a> {
             }
         }
     }
-
-    pub fn material_id(&self, name: &Spanned<String>) -> Result<MaterialId, Problem> {
-        match self.material_ids.get(name.get_ref().as_str()) {
-            Some(&at) => Ok(MaterialId(at)),
-            None => Err(undefined(
-                "material",
-                name.get_ref(),
-                name.span(),
-                self.desc.materials.iter().map(|m| &m.name),
-            )),
-        }
-    }
 }
 
 /// Warns of materials that send back more light than arrives.
@@ -145,15 +103,4 @@ fn warn_energy_gain(scene: &SceneBuilder) {
             tracing::warn!("material `{name}` sends back more light than arrives, {max_reflectance} of it");
         }
     }
-}
-
-pub(super) fn undefined<'a>(
-    what: &str,
-    name: &str,
-    span: std::ops::Range<usize>,
-    known: impl Iterator<Item = &'a Spanned<String>>,
-) -> Problem {
-    UnknownName::new(what, name, known.map(|n| n.get_ref().as_str()))
-        .with_fallback(Some(format!("define it: [{what}.{name}]")))
-        .at(span)
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::load::{Compiler, undefined};
+use super::compiler::{Compiler, undefined};
 use crate::{
     assets::model::{Model, ModelMaterial, ModelTexture},
     material::{Material, MaterialDesc, matte::MatteDesc},

@@ -8,38 +8,21 @@
 //!
 //! [`SceneBuilder::build`]: crate::scene::SceneBuilder::build
 
-use crate::{
-    accel::BuildOptions,
-    assets::{AssetError, Store},
-    describe::{Diagnostics, SceneDesc},
-    scene::Scene,
-};
+use crate::{accel::BuildOptions, assets::Store, describe::SceneDesc, scene::Scene};
 
 mod background;
+mod compiler;
 pub mod default_scene;
+mod error;
 mod instancing;
 mod load;
 mod materials;
 mod models;
 mod objects;
 
+pub use error::Error;
 pub use instancing::Instancing;
 pub use load::load;
-
-/// Why a description became no scene.
-#[derive(Debug, thiserror::Error)]
-pub enum Error {
-    #[error("{0}")]
-    Invalid(Diagnostics),
-    #[error("{}", lines(.0))]
-    Assets(Vec<AssetError>),
-    #[error(transparent)]
-    Build(#[from] crate::geometry::BuildError),
-}
-
-fn lines(errors: &[AssetError]) -> String {
-    errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
-}
 
 /// Compiles a scene and builds its acceleration structure, on the threads of the current rayon pool.
 pub fn scene(desc: &SceneDesc, accel: impl Into<BuildOptions>) -> Result<Scene, Error> {

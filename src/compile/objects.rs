@@ -1,6 +1,6 @@
 //! Objects to geometry.
 
-use super::{load::Compiler, models::PlacedModel};
+use super::{compiler::Compiler, models::PlacedModel};
 use crate::{
     describe::ObjectDesc, material::MaterialId, math::Transform, scene::ObjectId, shape::ShapeDesc, value::Problem,
 };

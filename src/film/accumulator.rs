@@ -5,7 +5,7 @@
 
 use super::{
     Film, FilmLayout, Window,
-    passes::{PassContext, Source},
+    passes::{PassContext, PassSource},
 };
 use crate::{math::Rgb, scene::FirstHit};
 
@@ -97,7 +97,7 @@ impl AccumulatorLayout {
             if let Some(layer) = spec.light_layer {
                 layout.light.push((plane, layer));
             }
-            if let Source::FirstHit(value) = spec.pass.source {
+            if let PassSource::FirstHit(value) = spec.pass.source {
                 layout.data.push(DataPlane {
                     plane,
                     first: layout.data_width,

@@ -1,6 +1,6 @@
 //! The planes of a film: which passes it holds, and what they need.
 
-use super::passes::{BEAUTY, Combine, PassRequest, PassSpec, Source, group_pass_name};
+use super::passes::{BEAUTY, Combine, PassRequest, PassSource, PassSpec, group_pass_name};
 use crate::{scene::LightGroup, value::UnknownName};
 
 /// One plane of a film: the values of a pass.
@@ -18,7 +18,7 @@ impl PlaneSpec {
     /// has four, of which the last is alpha.
     pub fn width(&self) -> usize {
         match self.pass.source {
-            Source::Integrator => 4,
+            PassSource::Integrator => 4,
             _ => self.pass.channels.len(),
         }
     }
@@ -58,13 +58,13 @@ impl FilmLayout {
         for request in passes {
             let spec = request.spec();
             match (&spec.source, request) {
-                (Source::Integrator, _) => {}
-                (Source::Light(component), _) => planes.push(plane(spec, Some(component.layer()))),
-                (Source::FirstHit(_), _) => planes.push(plane(spec, None)),
-                (Source::LightGroup, PassRequest::Pass(_)) => {
+                (PassSource::Integrator, _) => {}
+                (PassSource::Light(component), _) => planes.push(plane(spec, Some(component.layer()))),
+                (PassSource::FirstHit(_), _) => planes.push(plane(spec, None)),
+                (PassSource::LightGroup, PassRequest::Pass(_)) => {
                     planes.extend((0..groups.len()).map(|i| group_plane(spec, groups, i)));
                 }
-                (Source::LightGroup, PassRequest::LightGroup(name)) => {
+                (PassSource::LightGroup, PassRequest::LightGroup(name)) => {
                     let pass = group_pass_name(name);
                     let known: Vec<String> = groups.iter().map(|group| group_pass_name(group)).collect();
                     let Some(i) = known.iter().position(|known| *known == pass) else {

@@ -21,7 +21,7 @@ pub struct PassSpec {
     /// The value of all channels where no sample meets anything.
     pub background: f32,
     pub display: Display,
-    pub source: Source,
+    pub source: PassSource,
     /// One line for the manual: what it holds, with its unit.
     pub about: &'static str,
 }
@@ -64,7 +64,7 @@ pub enum Display {
 
 /// Where the values of a pass come from.
 #[derive(Clone, Copy, Debug)]
-pub enum Source {
+pub enum PassSource {
     /// What the integrator computes: light, or the cost of tracing.
     Integrator,
     /// A part of that light.
@@ -90,7 +90,7 @@ const fn light(name: &'static str, component: Component, about: &'static str) ->
         combine: Combine::Filtered,
         background: 0.0,
         display: Display::Light,
-        source: Source::Light(component),
+        source: PassSource::Light(component),
         about,
     }
 }
@@ -110,7 +110,7 @@ pub const PASSES: &[PassSpec] = &[
         combine: Combine::Filtered,
         background: 0.0,
         display: Display::Light,
-        source: Source::Integrator,
+        source: PassSource::Integrator,
         about: "the picture: premultiplied light, W m^-2 sr^-1, and alpha; always there",
     },
     PassSpec {
@@ -120,7 +120,7 @@ pub const PASSES: &[PassSpec] = &[
         combine: Combine::Filtered,
         background: 0.0,
         display: Display::Heat,
-        source: Source::Integrator,
+        source: PassSource::Integrator,
         about: "nodes and primitives that a camera ray tests; in place of the beauty of the integrator `cost`",
     },
     light(
@@ -160,7 +160,7 @@ pub const PASSES: &[PassSpec] = &[
         combine: Combine::Filtered,
         background: 0.0,
         display: Display::Light,
-        source: Source::LightGroup,
+        source: PassSource::LightGroup,
         about: "light of each group, as `lightgroup_NAME`; lights without a group are in `lightgroup_default`",
     },
     PassSpec {
@@ -170,7 +170,7 @@ pub const PASSES: &[PassSpec] = &[
         combine: Combine::Nearest,
         background: 0.0,
         display: Display::Signed,
-        source: Source::FirstHit(|hit, _| hit.ns.to_array()),
+        source: PassSource::FirstHit(|hit, _| hit.ns.to_array()),
         about: "unit shading normal in world space, as authored: a face that points away from the camera shows it",
     },
     PassSpec {
@@ -180,7 +180,7 @@ pub const PASSES: &[PassSpec] = &[
         combine: Combine::Nearest,
         background: 1e10,
         display: Display::Near,
-        source: Source::FirstHit(|hit, context| {
+        source: PassSource::FirstHit(|hit, context| {
             let along_axis = |axis| hit.distance * axis;
             let cos = context.camera.axis().map(|axis| -hit.wo.dot(axis));
             [cos.map_or(hit.distance, along_axis), 0.0, 0.0]
@@ -194,7 +194,7 @@ pub const PASSES: &[PassSpec] = &[
         combine: Combine::Nearest,
         background: 1e10,
         display: Display::Near,
-        source: Source::FirstHit(|hit, _| [hit.distance, 0.0, 0.0]),
+        source: PassSource::FirstHit(|hit, _| [hit.distance, 0.0, 0.0]),
         about: "distance along the ray, in metres",
     },
     PassSpec {
@@ -204,7 +204,7 @@ pub const PASSES: &[PassSpec] = &[
         combine: Combine::Nearest,
         background: 0.0,
         display: Display::Fraction,
-        source: Source::FirstHit(|hit, _| [hit.uv.x, hit.uv.y, 0.0]),
+        source: PassSource::FirstHit(|hit, _| [hit.uv.x, hit.uv.y, 0.0]),
         about: "surface parameters, which `mapping = \"uv\"` textures read",
     },
     PassSpec {
@@ -214,7 +214,7 @@ pub const PASSES: &[PassSpec] = &[
         combine: Combine::Nearest,
         background: 0.0,
         display: Display::Id,
-        source: Source::FirstHit(|hit, _| [f32::from_bits(hit.object.0 + 1), 0.0, 0.0]),
+        source: PassSource::FirstHit(|hit, _| [f32::from_bits(hit.object.0 + 1), 0.0, 0.0]),
         about: "number of the object, 1 for the first of the scene file",
     },
 ];
@@ -232,7 +232,7 @@ impl PassSpec {
 
     /// Whether `--aovs` may ask for it: not what stands in place of the beauty.
     fn is_requestable(&self) -> bool {
-        !matches!(self.source, Source::Integrator) || self.name == BEAUTY.name
+        !matches!(self.source, PassSource::Integrator) || self.name == BEAUTY.name
     }
 }
 
@@ -297,7 +297,7 @@ impl PassRequest {
 }
 
 fn light_group() -> &'static PassSpec {
-    let spec = PASSES.iter().find(|spec| matches!(spec.source, Source::LightGroup));
+    let spec = PASSES.iter().find(|spec| matches!(spec.source, PassSource::LightGroup));
     spec.expect("the table has the row")
 }
 
@@ -325,10 +325,18 @@ mod tests {
 
     #[test]
     fn data_is_never_filtered_and_light_always_is() {
-        for spec in PASSES.iter().filter(|spec| !matches!(spec.source, Source::Integrator)) {
+        for spec in PASSES
+            .iter()
+            .filter(|spec| !matches!(spec.source, PassSource::Integrator))
+        {
             let filtered = spec.combine == Combine::Filtered;
             assert_eq!(spec.is_light(), filtered, "{}", spec.name);
-            assert_eq!(!filtered, matches!(spec.source, Source::FirstHit(_)), "{}", spec.name);
+            assert_eq!(
+                !filtered,
+                matches!(spec.source, PassSource::FirstHit(_)),
+                "{}",
+                spec.name
+            );
         }
     }
 

@@ -11,10 +11,11 @@
 //! Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree
 //! Splitting", HPG 2018, doi:10.1145/3233305; without the splitting.
 
-use super::bounds::{CompactLightBounds, LightBounds};
-use crate::math::{Sidedness, Vec3};
+use crate::math::Vec3;
+use node::{LightNode, NO_LEAF};
 
 mod build;
+mod node;
 #[cfg(test)]
 mod tests;
 
@@ -26,47 +27,6 @@ pub struct LightTree {
     lights: Vec<u32>,
     /// The leaf of each light; [`NO_LEAF`] for one that has no power.
     leaves: Vec<u32>,
-}
-
-const NO_LEAF: u32 = u32::MAX;
-
-/// The bit of [`LightNode::leaves`] that says that lights shine against their normals too.
-const BOTH_SIDES: u32 = 1 << 31;
-
-#[derive(Clone, Copy, Debug)]
-struct LightNode {
-    bounds: CompactLightBounds,
-    /// How many there are below, and [`BOTH_SIDES`].
-    leaves: u32,
-}
-
-impl LightNode {
-    fn new(bounds: &LightBounds, leaves: u32) -> Self {
-        let both = if bounds.directions.sidedness == Sidedness::Both {
-            BOTH_SIDES
-        } else {
-            0
-        };
-        Self {
-            bounds: bounds.compact(),
-            leaves: leaves | both,
-        }
-    }
-
-    #[inline]
-    fn leaves(&self) -> u32 {
-        self.leaves & !BOTH_SIDES
-    }
-
-    #[inline]
-    fn importance(&self, p: Vec3, n: Vec3) -> f64 {
-        let sidedness = if self.leaves & BOTH_SIDES != 0 {
-            Sidedness::Both
-        } else {
-            Sidedness::Front
-        };
-        f64::from(self.bounds.importance(p, n, sidedness))
-    }
 }
 
 /// The children of a node and the probability of the left one.
@@ -95,12 +55,6 @@ fn share(a: f64, b: f64) -> Option<f64> {
 }
 
 impl LightTree {
-    /// Over lights of these bounds, on the threads of the current rayon pool; the same tree on any
-    /// number of them.
-    pub fn build(lights: impl ExactSizeIterator<Item = LightBounds>) -> Self {
-        build::tree(lights)
-    }
-
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }

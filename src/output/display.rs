@@ -25,7 +25,7 @@ pub enum DisplayTransform {
 }
 
 /// The name and the curve of a display transform.
-struct Row {
+struct TransformRow {
     transform: DisplayTransform,
     name: &'static str,
     curve: Curve,
@@ -43,14 +43,14 @@ pub enum DisplayEncoding {
 }
 
 impl DisplayTransform {
-    const TABLE: &'static [Row; 2] = &[
-        Row {
+    const TABLE: &'static [TransformRow; 2] = &[
+        TransformRow {
             transform: Self::Raw,
             name: "raw",
             curve: |c| c.map(quantize),
             encoding: DisplayEncoding::Unspecified,
         },
-        Row {
+        TransformRow {
             transform: Self::Srgb,
             name: "srgb",
             curve: |c| c.map(srgb::encode8),
@@ -78,7 +78,7 @@ impl DisplayTransform {
         self.row().encoding
     }
 
-    fn row(self) -> &'static Row {
+    fn row(self) -> &'static TransformRow {
         // The table is in the order of the enum; a test holds it to that.
         &Self::TABLE[self as usize]
     }

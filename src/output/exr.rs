@@ -7,7 +7,9 @@
 //! Source: "OpenEXR File Layout" and "Technical Introduction to OpenEXR", <https://openexr.com/en/latest/>.
 
 mod blocks;
+mod compression;
 mod header;
+mod image;
 #[cfg(test)]
 mod tests;
 mod whole;
@@ -15,10 +17,13 @@ mod whole;
 use std::{io::Write, path::Path};
 
 use super::{
-    Attribute, Contents, Counting, DisplayTransform, EncodeError, Encoding, FileFacts, Format, FrameImage, Shown,
-    Value, WriteReport,
+    Attribute, Contents, DisplayTransform, EncodeError, Encoding, FileFacts, Format, FrameImage, Shown, Value,
+    WriteReport, counting::Counting,
 };
 use crate::film::{self, PixelType, Window, passes::BEAUTY};
+
+pub use compression::Compression;
+pub use image::{Channel, ChannelData, Image, Samples};
 
 /// The format, with the attributes that compositors look for.
 ///
@@ -90,9 +95,9 @@ fn samples(pixel: PixelType, plane: &film::Plane, channel: usize) -> Samples<'_>
     let (first, step) = (channel, plane.spec.width());
     let values = plane.values.as_slice();
     match pixel {
-        PixelType::Half => Samples::Half(Plane { values, first, step }),
-        PixelType::Float => Samples::Float(Plane { values, first, step }),
-        PixelType::Uint => Samples::Uint(Plane {
+        PixelType::Half => Samples::Half(ChannelData { values, first, step }),
+        PixelType::Float => Samples::Float(ChannelData { values, first, step }),
+        PixelType::Uint => Samples::Uint(ChannelData {
             values: bytemuck::cast_slice(values),
             first,
             step,
@@ -142,119 +147,6 @@ fn attributes(frame: &FrameImage) -> Vec<Attribute> {
 /// A whole number as an `int`, or as a string where it is too large for one.
 fn count(n: u32) -> Value {
     i32::try_from(n).map_or_else(|_| n.to_string().into(), Value::Int)
-}
-
-/// What goes into a file.
-#[derive(Clone, Copy, Debug)]
-pub struct Image<'a> {
-    /// The full frame.
-    pub display: Window,
-    /// The pixels that are stored.
-    pub data: Window,
-    /// In any order, their names distinct.
-    pub channels: &'a [Channel<'a>],
-    /// In any order, their names distinct and none of those that the format demands.
-    pub attributes: &'a [Attribute],
-    pub compression: Compression,
-}
-
-/// One number of each pixel of the data window.
-#[derive(Clone, Copy, Debug)]
-pub struct Channel<'a> {
-    /// `layer.channel`, of at most 31 bytes unless readers from before 2013 do not matter.
-    pub name: &'a str,
-    pub samples: Samples<'a>,
-}
-
-/// The numbers of a channel, and the type that they are stored as.
-#[derive(Clone, Copy, Debug)]
-pub enum Samples<'a> {
-    Half(Plane<'a, f32>),
-    Float(Plane<'a, f32>),
-    Uint(Plane<'a, u32>),
-}
-
-/// Where the numbers stand: that of pixel `i`, counted by rows from the top left, is `values[first + i * step]`.
-#[derive(Clone, Copy, Debug)]
-pub struct Plane<'a, T> {
-    pub values: &'a [T],
-    pub first: usize,
-    pub step: usize,
-}
-
-impl<'a, T> Plane<'a, T> {
-    /// One number after the other.
-    pub fn dense(values: &'a [T]) -> Self {
-        let (first, step) = (0, 1);
-        Self { values, first, step }
-    }
-
-    fn holds(&self, pixels: usize) -> bool {
-        let last = (pixels - 1)
-            .checked_mul(self.step)
-            .and_then(|n| n.checked_add(self.first));
-        self.step > 0 && last.is_some_and(|last| last < self.values.len())
-    }
-}
-
-impl Samples<'_> {
-    fn holds(&self, pixels: usize) -> bool {
-        match self {
-            Self::Half(p) | Self::Float(p) => p.holds(pixels),
-            Self::Uint(p) => p.holds(pixels),
-        }
-    }
-
-    fn bytes_per_sample(&self) -> usize {
-        match self {
-            Self::Half(_) => 2,
-            Self::Float(_) | Self::Uint(_) => 4,
-        }
-    }
-}
-
-/// How blocks of lines are packed. All are lossless.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Compression {
-    None,
-    /// Deflate, a line at a time: what compositors read fastest.
-    #[default]
-    Zips,
-    /// Deflate, 16 lines at a time: smaller.
-    Zip,
-}
-
-impl Compression {
-    pub const ALL: [Self; 3] = [Self::None, Self::Zips, Self::Zip];
-
-    /// What scene files call it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Zips => "zips",
-            Self::Zip => "zip",
-        }
-    }
-
-    /// The compression of this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|c| c.name() == name)
-    }
-
-    fn code(self) -> u8 {
-        match self {
-            Self::None => 0,
-            Self::Zips => 2,
-            Self::Zip => 3,
-        }
-    }
-
-    fn lines_per_block(self) -> u32 {
-        match self {
-            Self::None | Self::Zips => 1,
-            Self::Zip => 16,
-        }
-    }
 }
 
 /// Writes `image` to `out`.

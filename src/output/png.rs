@@ -13,7 +13,8 @@ use std::{
 use rayon::prelude::*;
 
 use super::{
-    Attribute, Contents, Counting, Coverage, EncodeError, Encoding, FileFacts, Format, FrameImage, Shown, WriteReport,
+    Attribute, Contents, Coverage, EncodeError, Encoding, FileFacts, Format, FrameImage, Shown, WriteReport,
+    counting::Counting,
     display::{DisplayEncoding, PixelDisplay, quantize},
 };
 use crate::film::Plane;

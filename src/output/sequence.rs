@@ -21,7 +21,7 @@ const MOST_PLACES: usize = 16;
 
 /// A pattern of file names with the format that it asks for.
 #[derive(Clone, Debug)]
-pub struct Pattern {
+pub struct FilePattern {
     text: String,
     before: String,
     /// The places of the frame's number, where the pattern has one.
@@ -30,9 +30,9 @@ pub struct Pattern {
     format: &'static dyn Format,
 }
 
-impl Pattern {
+impl FilePattern {
     /// Reads a pattern.
-    pub fn parse(text: &str) -> Result<Self, PatternError> {
+    pub fn parse(text: &str) -> Result<Self, FilePatternError> {
         let mut parts = [String::new(), String::new()];
         let mut places = None;
         let mut rest = text;
@@ -40,12 +40,12 @@ impl Pattern {
             let (length, field) = field_at(rest);
             match field {
                 Some(_) if places.is_some() => {
-                    return Err(PatternError::TwoFields {
+                    return Err(FilePatternError::TwoFields {
                         pattern: text.to_owned(),
                     });
                 }
                 Some(n) if n > MOST_PLACES => {
-                    return Err(PatternError::TooManyPlaces {
+                    return Err(FilePatternError::TooManyPlaces {
                         pattern: text.to_owned(),
                     });
                 }
@@ -90,11 +90,11 @@ impl Pattern {
 }
 
 /// Checks that every frame of every pattern has a file of its own.
-pub fn check_distinct(patterns: &[Pattern], frames: &[i32]) -> Result<(), PatternError> {
+pub fn check_distinct(patterns: &[FilePattern], frames: &[i32]) -> Result<(), FilePatternError> {
     let mut seen = HashMap::new();
     for pattern in patterns {
         if !pattern.has_frame() && frames.len() > 1 {
-            return Err(PatternError::NoField {
+            return Err(FilePatternError::NoField {
                 frames: frames.len(),
                 pattern: pattern.text.clone(),
             });
@@ -102,7 +102,7 @@ pub fn check_distinct(patterns: &[Pattern], frames: &[i32]) -> Result<(), Patter
         for &frame in frames {
             let path = pattern.path(frame);
             if let Some(other) = seen.insert(plain(&path), &pattern.text) {
-                return Err(PatternError::Collision {
+                return Err(FilePatternError::Collision {
                     first: other.clone(),
                     second: pattern.text.clone(),
                     path,
@@ -155,18 +155,18 @@ fn field_at(text: &str) -> (usize, Option<usize>) {
 }
 
 /// The format that the end of a pattern names: `end` is what follows the frame's number, or all of it.
-fn format_of(text: &str, end: &str, places: Option<usize>) -> Result<&'static dyn Format, PatternError> {
+fn format_of(text: &str, end: &str, places: Option<usize>) -> Result<&'static dyn Format, FilePatternError> {
     let name = end.rsplit(std::path::is_separator).next().unwrap_or_default();
     let number_is_in_name = places.is_some() && name.len() == end.len();
     let extension = match name.rsplit_once('.') {
         Some((stem, extension)) if !extension.is_empty() && (!stem.is_empty() || number_is_in_name) => extension,
         _ => {
-            return Err(PatternError::NoExtension {
+            return Err(FilePatternError::NoExtension {
                 pattern: text.to_owned(),
             });
         }
     };
-    format(extension).ok_or_else(|| PatternError::UnknownFormat {
+    format(extension).ok_or_else(|| FilePatternError::UnknownFormat {
         name: UnknownName::new("format", extension, names()),
         pattern: text.to_owned(),
     })
@@ -174,7 +174,7 @@ fn format_of(text: &str, end: &str, places: Option<usize>) -> Result<&'static dy
 
 /// What is wrong with the patterns of a job.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PatternError {
+pub enum FilePatternError {
     #[error("more than one field for the frame's number: {pattern}")]
     TwoFields { pattern: String },
     #[error("more than {MOST_PLACES} places for the frame's number: {pattern}")]
@@ -202,7 +202,7 @@ mod tests {
     use super::*;
 
     fn file(pattern: &str, frame: i32) -> String {
-        let path = Pattern::parse(pattern).unwrap().path(frame);
+        let path = FilePattern::parse(pattern).unwrap().path(frame);
         path.into_os_string().into_string().unwrap()
     }
 
@@ -232,14 +232,14 @@ mod tests {
         assert_eq!(file("####/beauty.exr", 3), "0003/beauty.exr");
         assert_eq!(file("#.exr", 3), "3.exr");
         assert_eq!(file("%4d.exr", 3), "%4d.exr");
-        assert!(!Pattern::parse("single.exr").unwrap().has_frame());
+        assert!(!FilePattern::parse("single.exr").unwrap().has_frame());
         assert_eq!(file("single.exr", 3), "single.exr");
     }
 
     #[test]
     fn the_extension_chooses_the_format() {
         for (pattern, name) in [("a.exr", "exr"), ("a.b.#.PNG", "png"), ("a.exr/####.png", "png")] {
-            assert_eq!(Pattern::parse(pattern).unwrap().format().name(), name);
+            assert_eq!(FilePattern::parse(pattern).unwrap().format().name(), name);
         }
     }
 
@@ -274,14 +274,14 @@ mod tests {
                 "unknown format `tiff` (expected one of `exr`, `png`): a.#.tiff",
             ),
         ] {
-            assert_eq!(Pattern::parse(pattern).unwrap_err().to_string(), message);
+            assert_eq!(FilePattern::parse(pattern).unwrap_err().to_string(), message);
         }
     }
 
     #[test]
     fn two_patterns_never_share_a_file() {
         let check = |patterns: &[&str], frames: &[i32]| {
-            let patterns: Vec<_> = patterns.iter().map(|p| Pattern::parse(p).unwrap()).collect();
+            let patterns: Vec<_> = patterns.iter().map(|p| FilePattern::parse(p).unwrap()).collect();
             check_distinct(&patterns, frames).map_err(|e| e.to_string())
         };
         assert_eq!(check(&["a.####.exr", "a.####.png"], &[1, 2, 10000]), Ok(()));

@@ -1,6 +1,6 @@
 //! The rays of a row of pixels: from random numbers by way of the filter and the lens to rays.
 
-use super::{Content, schedule::BlockSpec, wave::RenderContext};
+use super::{Content, context::RenderContext, schedule::BlockSpec};
 use crate::{
     math::{Ray, Vec2},
     sampler::{Dimension, SampleKeys},

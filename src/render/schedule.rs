@@ -6,8 +6,10 @@
 
 use std::ops::Range;
 
-use super::wave::WAVE_SIZE;
 use crate::film::Window;
+
+/// Paths that start together; more do not pay, fewer starve the tracer.
+pub(super) const WAVE_SIZE: usize = 4 * 1024;
 
 /// How many samples each pixel gets, and in which steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,33 +4,14 @@ use std::{ops::Range, sync::Mutex};
 
 use rayon::prelude::*;
 
-use super::{Cancelled, Control, Renderer, schedule, wave::RenderContext};
-use crate::film::{Film, FilmLayout, TileAccumulator, Window, accumulator::AccumulatorLayout};
-
-/// A tile that has all samples of a round.
-pub struct TileResult<'a> {
-    accumulator: &'a TileAccumulator,
-    layout: &'a AccumulatorLayout,
-    /// The samples of the round.
-    pub samples: Range<u32>,
-}
-
-impl TileResult<'_> {
-    pub fn tile(&self) -> Window {
-        self.accumulator.tile()
-    }
-
-    /// Writes the tile's pixels as they stand into a film of the frame's layout.
-    pub fn resolve_into(&self, film: &mut Film) {
-        self.accumulator.resolve_into(self.layout, film);
-    }
-}
+use super::{Cancelled, Control, TileResult, context::RenderContext, schedule, wave_pool::WavePool};
+use crate::film::{Film, FilmLayout, TileAccumulator, Window};
 
 /// Renders all rounds of a frame.
 pub(super) fn render(
     context: &RenderContext<'_>,
     layout: &FilmLayout,
-    renderer: &Renderer,
+    waves: &WavePool,
     control: &Control<'_>,
 ) -> Result<Film, Cancelled> {
     let settings = context.settings;
@@ -50,7 +31,7 @@ pub(super) fn render(
             if control.is_cancelled() {
                 return Err(Cancelled);
             }
-            tile.render(context, samples.clone(), renderer, control);
+            tile.render(context, samples.clone(), waves, control);
             if is_last && let Some(finished) = tile.accumulator.take() {
                 let mut film = film.lock().expect("no thread panics while it holds the film");
                 finished.resolve_into(&context.accumulators, &mut film);
@@ -68,12 +49,12 @@ struct Tile {
 }
 
 impl Tile {
-    fn render(&mut self, context: &RenderContext<'_>, samples: Range<u32>, renderer: &Renderer, control: &Control<'_>) {
+    fn render(&mut self, context: &RenderContext<'_>, samples: Range<u32>, waves: &WavePool, control: &Control<'_>) {
         let layout = &context.accumulators;
         let accumulator = self
             .accumulator
             .get_or_insert_with(|| TileAccumulator::new(self.window, layout));
-        let mut wave = renderer.take_wave();
+        let mut wave = waves.take();
         for block in schedule::blocks(self.window, samples.clone()) {
             let stats = wave.run(context, &block, accumulator);
             if let Some(counters) = control.counters {
@@ -81,7 +62,7 @@ impl Tile {
                 counters.add_invalid(&stats.invalid);
             }
         }
-        renderer.put_wave(wave);
+        waves.put(wave);
         if let Some(sink) = control.sink {
             sink.tile(&TileResult {
                 accumulator,

@@ -4,81 +4,28 @@
 //! and a wave that outgrows its bounds is split between samples, never within one.
 
 use super::{
-    Content, InvalidSamples, Settings,
+    Content, InvalidSamples,
     camera_rays::CameraRays,
+    context::RenderContext,
     sample_block::SampleBlock,
-    schedule::BlockSpec,
+    schedule::{BlockSpec, WAVE_SIZE},
     transparency::{Passing, pass, transmittance},
 };
 use crate::{
     accel::{self, BatchLayout, RayCost},
-    camera::{Camera, FrameCamera},
-    film::{
-        FilmLayout, SampleRecord, TileAccumulator, accumulator::AccumulatorLayout, layout::Needs, passes::PassContext,
-    },
+    film::{SampleRecord, TileAccumulator, passes::PassContext},
     geometry::{Hit, PrimId},
-    integrator::{Integrator, PathState, ShadingOutput, VertexBatch, light_layers::LightLayers},
-    math::{Ray, RayCone},
+    integrator::{PathState, ShadingOutput, VertexBatch, light_layers::LightLayers},
+    math::Ray,
     sampler::{Dimension, SampleBatch, SampleKeys, SampleUse},
-    scene::{FirstHit, Scene, Surfaces},
-    simd::Isa,
+    scene::{FirstHit, Surfaces},
 };
-
-/// Paths that start together; more do not pay, fewer starve the tracer.
-pub(super) const WAVE_SIZE: usize = 4 * 1024;
 
 /// Paths that are continued together, where each vertex sends out several rays.
 const MAX_PATHS: usize = 4 * WAVE_SIZE;
 
 /// How many vertices are shaded together: few enough for the smallest cache.
 const SHADE_BATCH: usize = 64;
-
-/// What every wave of a frame reads.
-pub(super) struct RenderContext<'a> {
-    pub scene: &'a Scene,
-    pub shot: &'a FrameCamera,
-    /// The camera when the shutter opens.
-    pub camera: Camera,
-    pub integrator: &'a dyn Integrator,
-    pub settings: &'a Settings,
-    pub needs: Needs,
-    pub accumulators: AccumulatorLayout,
-    /// Whether everything in the scene is.
-    is_opaque: bool,
-    /// The vectors that loops run on.
-    pub simd: Isa,
-    /// Whether every sample has a camera ray.
-    fills_film: bool,
-    /// The cone of each camera ray, where a texture reads it; `None` where all rays may be lines.
-    cone: Option<RayCone>,
-}
-
-impl<'a> RenderContext<'a> {
-    pub fn new(
-        scene: &'a Scene,
-        shot: &'a FrameCamera,
-        integrator: &'a dyn Integrator,
-        settings: &'a Settings,
-        layout: &FilmLayout,
-    ) -> Self {
-        // A sample has its share of the pixel in the middle; other pixels are seen under no larger an angle.
-        let camera = shot.camera(0.0);
-        let cone = || camera.pixel_cone().shared(settings.samples.max);
-        Self {
-            scene,
-            shot,
-            camera,
-            integrator,
-            settings,
-            needs: layout.needs(),
-            accumulators: AccumulatorLayout::new(layout),
-            is_opaque: scene.is_opaque(),
-            simd: scene.accel.simd(),
-            fills_film: shot.fills_film(),
-            cone: scene.reads_footprints().then(cone),
-        }
-    }
-}
 
 /// What is prepared for vertices before they are shaded.
 #[derive(Default)]

@@ -63,7 +63,7 @@ pub struct Sphere {
 }
 
 /// How far around a sphere a direction may turn, as seen from outside.
-struct Cone {
+struct SubtendedCone {
     /// From the centre to the observer.
     axis: Axis,
     distance: f64,
@@ -72,7 +72,7 @@ struct Cone {
     one_minus_cos: f64,
 }
 
-impl Cone {
+impl SubtendedCone {
     /// Per sr.
     fn pdf(&self) -> f32 {
         (1.0 / (TAU * self.one_minus_cos)) as f32
@@ -82,7 +82,7 @@ impl Cone {
 impl Sphere {
     /// `None` from inside, and from the surface itself: rounding puts half of its points outside,
     /// and the cone of those would hold the near side only.
-    fn cone(&self, from: Vec3) -> Option<Cone> {
+    fn cone(&self, from: Vec3) -> Option<SubtendedCone> {
         let out = from.as_dvec3() - self.center.as_dvec3();
         let (distance, r) = (out.length(), f64::from(self.radius));
         let rounding = f64::from(gamma(32)) * (f64::from(self.center.abs().max_element()) + r);
@@ -91,7 +91,7 @@ impl Sphere {
         }
         let sin2_max = (r / distance) * (r / distance);
         let cos = ((distance - r) * (distance + r)).sqrt() / distance;
-        Some(Cone {
+        Some(SubtendedCone {
             axis: Axis(out / distance),
             distance,
             sin2_max,

@@ -36,7 +36,7 @@ use crate::{
 /// How texels become a colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Filter {
+pub enum TextureFilter {
     /// Linear, in smaller copies of the picture where it is far away.
     #[default]
     Trilinear,
@@ -65,7 +65,7 @@ pub struct ImageDesc {
     #[serde(default)]
     pub color_space: ColorSpace,
     #[serde(default)]
-    pub filter: Filter,
+    pub filter: TextureFilter,
     #[serde(default)]
     pub wrap: Wrap,
 }
@@ -83,7 +83,7 @@ impl ImageDesc {
 #[derive(Clone, Copy, Debug)]
 pub struct ImagePattern {
     pub bitmap: BitmapId,
-    pub filter: Filter,
+    pub filter: TextureFilter,
     /// Along s and along t.
     pub wrap: [Wrap; 2],
 }
@@ -226,7 +226,7 @@ impl PatternKind for ImagePattern {
             _ => 0.0,
         };
         let (near, base, f) = (x.round(), x.floor(), x - x.floor());
-        if self.filter == Filter::Nearest {
+        if self.filter == TextureFilter::Nearest {
             return texel(near.x as i64, near.y as i64);
         }
         let (i, j) = (base.x as i64, base.y as i64);
@@ -237,8 +237,8 @@ impl PatternKind for ImagePattern {
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb {
         let bitmap = &bitmaps[self.bitmap.0 as usize];
         match self.filter {
-            Filter::Nearest => self.nearest(bitmap, st),
-            Filter::Linear | Filter::Trilinear => self.linear(bitmap, st),
+            TextureFilter::Nearest => self.nearest(bitmap, st),
+            TextureFilter::Linear | TextureFilter::Trilinear => self.linear(bitmap, st),
         }
     }
 }

@@ -13,7 +13,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{Bitmap, Pattern, Texture, bitmap::Storage, image::Filter};
+use super::{Bitmap, Pattern, Texture, bitmap::Storage, image::TextureFilter};
 use crate::math::srgb;
 
 /// Gives levels to the bitmaps that one of `textures` looks at from afar, on the threads of the
@@ -22,7 +22,7 @@ pub fn add_levels(textures: &[Texture], bitmaps: &mut [Bitmap]) {
     let mut wanted = vec![false; bitmaps.len()];
     for texture in textures {
         if let Pattern::Image(image) = &texture.pattern
-            && image.filter == Filter::Trilinear
+            && image.filter == TextureFilter::Trilinear
         {
             wanted[image.bitmap.0 as usize] = true;
         }

@@ -20,7 +20,7 @@ pub mod stripes;
 pub mod transform;
 
 pub use bitmap::Bitmap;
-use image::Filter;
+use image::TextureFilter;
 pub use mapping::{Mapping, MappingDesc};
 pub use transform::{StTransform, StTransformDesc};
 
@@ -120,7 +120,7 @@ impl Texture {
     pub fn eval(&self, bitmaps: &[Bitmap], at: &TexturePoint) -> Rgb {
         let st = self.transform.point(self.mapping.st(at));
         match &self.pattern {
-            Pattern::Image(image) if image.filter == Filter::Trilinear && at.footprint != [Vec2::ZERO; 2] => {
+            Pattern::Image(image) if image.filter == TextureFilter::Trilinear && at.footprint != [Vec2::ZERO; 2] => {
                 let footprint = self.mapping.footprint(at).map(|d| self.transform.vector(d));
                 image.mean(bitmaps, st, footprint)
             }

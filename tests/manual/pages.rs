@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, fs};
 use batch_render::{
     camera::CameraDesc,
     describe::BackgroundDesc,
-    film::passes::{BEAUTY, Combine, PASSES, PixelType, Source},
+    film::passes::{BEAUTY, Combine, PASSES, PassSource, PixelType},
     filter::FilterDesc,
     integrator::IntegratorDesc,
     light::LightDesc,
@@ -240,7 +240,7 @@ fn passes_page() -> Page {
         };
         let layer = match spec.source {
             _ if spec == BEAUTY => String::new(),
-            Source::LightGroup => format!("{}_NAME.", spec.name),
+            PassSource::LightGroup => format!("{}_NAME.", spec.name),
             _ => format!("{}.", spec.name),
         };
         let channels: Vec<String> = spec.channels.iter().map(|c| format!("`{layer}{c}`")).collect();

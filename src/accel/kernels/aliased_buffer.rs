@@ -14,13 +14,13 @@ use crate::simd::huge_pages::PAGE;
 
 /// A cache line.
 #[repr(C, align(64))]
-struct Line([u8; LINE]);
+struct CacheLine([u8; LINE]);
 
 const LINE: usize = 64;
 
 /// Room for a `T`, beginning at any cache line of a page.
 pub struct AliasedBuffer<T> {
-    lines: Box<[MaybeUninit<Line>]>,
+    lines: Box<[MaybeUninit<CacheLine>]>,
     what: PhantomData<T>,
 }
 

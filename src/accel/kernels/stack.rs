@@ -18,7 +18,7 @@ const MORE: usize = 7;
 /// A cache line of either.
 #[repr(C, align(64))]
 #[derive(Clone, Copy)]
-struct Line<T>([T; LINE]);
+struct StackLine<T>([T; LINE]);
 
 /// Where stacks begin and end in [`Stacks`]. They grow towards smaller places.
 #[repr(C)]
@@ -47,8 +47,8 @@ impl StackRange {
 /// The memory of the stacks, a stack for each slot.
 pub struct StackMemory {
     /// Where children on the stacks are entered, then the children: `stride` lines of each for every slot.
-    enter: Vec<Line<f32>>,
-    child: Vec<Line<u32>>,
+    enter: Vec<StackLine<f32>>,
+    child: Vec<StackLine<u32>>,
     /// In cache lines.
     stride: usize,
 }
@@ -71,8 +71,8 @@ impl StackMemory {
         if grows {
             self.stride = stride;
             let lines = SLOTS * stride + MORE.div_ceil(LINE);
-            self.enter = vec![Line([f32::NEG_INFINITY; LINE]); lines];
-            self.child = vec![Line([DONE; LINE]); lines];
+            self.enter = vec![StackLine([f32::NEG_INFINITY; LINE]); lines];
+            self.child = vec![StackLine([DONE; LINE]); lines];
         }
         grows
     }

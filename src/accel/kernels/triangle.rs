@@ -159,17 +159,17 @@ pub fn sides<F: Floats>(corners: &Corners<F>, shear: [F; 2]) -> Sides<F> {
 }
 
 /// The plane of a triangle.
-pub struct Plane<F> {
+pub struct TrianglePlane<F> {
     pub normal: Vec3s<F>,
     /// The normal times the way from the ray's origin to the plane.
     pub distance: F,
 }
 
 #[inline(always)]
-pub fn plane<F: Floats>(corners: &Corners<F>) -> Plane<F> {
+pub fn plane<F: Floats>(corners: &Corners<F>) -> TrianglePlane<F> {
     let [a, b, c] = *corners;
     let normal = cross(each(a, c, F::sub), each(b, a, F::sub));
-    Plane {
+    TrianglePlane {
         normal,
         distance: dot(normal, a),
     }
@@ -178,7 +178,13 @@ pub fn plane<F: Floats>(corners: &Corners<F>) -> Plane<F> {
 /// Which lines that are inside are so between `begin` and `until`, which lie beyond the rays' ends by so much that what
 /// does not pass is no hit; what passes may be none, [`meet`] decides.
 #[inline(always)]
-pub fn candidates<F: Floats>(d: Vec3s<F>, plane: &Plane<F>, sides: Sides<F>, begin: F, until: F) -> Candidates<F> {
+pub fn candidates<F: Floats>(
+    d: Vec3s<F>,
+    plane: &TrianglePlane<F>,
+    sides: Sides<F>,
+    begin: F,
+    until: F,
+) -> Candidates<F> {
     let det = dot(plane.normal, d);
     let t_det = plane.distance;
     let scale = det.abs();

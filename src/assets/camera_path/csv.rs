@@ -32,7 +32,7 @@
 
 use crate::camera::path::CameraPath;
 
-use super::{Options, PathProblem, PathProblems};
+use super::{CameraPathOptions, PathProblem, PathProblems};
 
 mod columns;
 mod layout;
@@ -40,7 +40,7 @@ mod rows;
 mod table;
 
 /// The camera path of a file's bytes.
-pub(super) fn read(bytes: &[u8], options: &Options) -> Result<CameraPath, PathProblems> {
+pub(super) fn read(bytes: &[u8], options: &CameraPathOptions) -> Result<CameraPath, PathProblems> {
     let table = table::Table::read(bytes)?;
     let layout = layout::Layout::read(&table, options)?;
     let keys = rows::read(&table, &layout)?;

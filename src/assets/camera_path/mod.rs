@@ -8,36 +8,26 @@ use std::{
 };
 
 use super::Files;
-use crate::{
-    camera::{RotationOrder, path::CameraPath},
-    value::one_of,
-};
+use crate::{camera::path::CameraPath, value::one_of};
 
 mod csv;
+mod options;
 mod problem;
 
+pub use options::CameraPathOptions;
 pub use problem::{PathProblem, PathProblems};
-
-/// What the file does not say.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Options {
-    /// Frames per second, above 0: what makes frames of times in seconds.
-    pub fps: Option<f64>,
-    /// The order of rotation angles. It goes before what the file says.
-    pub rotation_order: Option<RotationOrder>,
-}
 
 /// A format of camera paths.
 #[derive(Debug)]
-pub struct Format {
+pub struct CameraPathFormat {
     pub name: &'static str,
     /// Endings of file names, without the point, in lower case.
     pub extensions: &'static [&'static str],
-    read: fn(&[u8], &Options) -> Result<CameraPath, PathProblems>,
+    read: fn(&[u8], &CameraPathOptions) -> Result<CameraPath, PathProblems>,
 }
 
 /// All formats.
-pub const FORMATS: &[Format] = &[Format {
+pub const FORMATS: &[CameraPathFormat] = &[CameraPathFormat {
     name: "csv",
     extensions: &["csv", "tsv"],
     read: csv::read,
@@ -61,7 +51,7 @@ fn extensions() -> impl Iterator<Item = &'static str> {
     FORMATS.iter().flat_map(|f| f.extensions).copied()
 }
 
-impl Format {
+impl CameraPathFormat {
     /// The format with this name, in any case.
     pub fn by_name(name: &str) -> Option<&'static Self> {
         FORMATS.iter().find(|f| f.name.eq_ignore_ascii_case(name))
@@ -77,7 +67,7 @@ impl Format {
     ///
     /// # Errors
     /// Up to 20 problems, and how many more there are.
-    pub fn read(&self, bytes: &[u8], options: &Options) -> Result<CameraPath, PathProblems> {
+    pub fn read(&self, bytes: &[u8], options: &CameraPathOptions) -> Result<CameraPath, PathProblems> {
         (self.read)(bytes, options)
     }
 }
@@ -88,13 +78,13 @@ impl Format {
 /// The file is missing or cannot be read, its format is not known, or what it holds is wrong.
 pub fn load(
     path: &Path,
-    format: Option<&Format>,
-    options: &Options,
+    format: Option<&CameraPathFormat>,
+    options: &CameraPathOptions,
     files: &Files,
 ) -> Result<CameraPath, CameraPathError> {
     let owned = || path.to_owned();
     let format = format
-        .or_else(|| Format::of_path(path))
+        .or_else(|| CameraPathFormat::of_path(path))
         .ok_or_else(|| CameraPathError::UnknownFormat { path: owned() })?;
     let bytes = files.read(path).map_err(|source| match source.kind() {
         io::ErrorKind::NotFound => CameraPathError::NotFound { path: owned() },
@@ -118,21 +108,27 @@ mod tests {
     fn a_missing_file_is_told_from_one_that_cannot_be_read() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let missing = folder.path().join("path.csv");
-        let error = load(&missing, None, &Options::default(), &Files::default()).unwrap_err();
+        let error = load(&missing, None, &CameraPathOptions::default(), &Files::default()).unwrap_err();
         assert!(matches!(error, CameraPathError::NotFound { .. }));
         assert_eq!(
             error.to_string(),
             format!("there is no such camera path: {}", missing.display())
         );
 
-        let csv = Format::by_name("CSV");
-        let error = load(folder.path(), csv, &Options::default(), &Files::default()).unwrap_err();
+        let csv = CameraPathFormat::by_name("CSV");
+        let error = load(folder.path(), csv, &CameraPathOptions::default(), &Files::default()).unwrap_err();
         assert!(matches!(error, CameraPathError::Io { .. }));
     }
 
     #[test]
     fn an_unknown_ending_names_the_known_ones() {
-        let error = load(Path::new("shot.abc"), None, &Options::default(), &Files::default()).unwrap_err();
+        let error = load(
+            Path::new("shot.abc"),
+            None,
+            &CameraPathOptions::default(),
+            &Files::default(),
+        )
+        .unwrap_err();
         assert_eq!(
             error.to_string(),
             "unknown camera path format (expected one of `csv`, `tsv`): shot.abc"
@@ -145,11 +141,11 @@ mod tests {
         let path = folder.path().join("Shot.CSV");
         let header = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n";
         fs::write(&path, format!("{header}1,0,0,15,0,0,0\n")).expect("written");
-        let loaded = load(&path, None, &Options::default(), &Files::default()).expect("a path");
+        let loaded = load(&path, None, &CameraPathOptions::default(), &Files::default()).expect("a path");
         assert_eq!(loaded.frames(), 1..=1);
 
         fs::write(&path, format!("{header}1,abc,0,15,0,0,0\n")).expect("written");
-        let error = load(&path, None, &Options::default(), &Files::default()).unwrap_err();
+        let error = load(&path, None, &CameraPathOptions::default(), &Files::default()).unwrap_err();
         assert_eq!(
             error.to_string(),
             format!("{}:2: eye_x: 'abc' is not a number", path.display())

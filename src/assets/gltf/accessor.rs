@@ -6,8 +6,8 @@ use ::gltf::json::{
 };
 
 use super::{
-    GltfProblem,
     document::{Document, get},
+    error::GltfProblem,
 };
 
 /// The most elements of an accessor without a buffer, which is all zeros and takes no bytes of the file.
@@ -15,7 +15,7 @@ const MOST_ZEROS: usize = 1 << 22;
 
 /// How the bytes of an accessor are laid out.
 #[derive(Clone, Copy)]
-struct Layout {
+struct AccessorLayout {
     component: ComponentType,
     normalized: bool,
     /// Components of an element.
@@ -23,7 +23,7 @@ struct Layout {
     count: usize,
 }
 
-impl Layout {
+impl AccessorLayout {
     fn of(accessor: &Accessor, index: usize) -> Result<Self, GltfProblem> {
         let (Checked::Valid(component), Checked::Valid(kind)) = (accessor.component_type, accessor.type_) else {
             return Err(GltfProblem::broken(format!("accessor {index} has an unknown type")));
@@ -98,7 +98,7 @@ impl Document<'_> {
     /// An accessor of `N` numbers an element.
     pub fn floats<const N: usize>(&self, index: usize) -> Result<Vec<[f32; N]>, GltfProblem> {
         let accessor = get(&self.root.accessors, index, "accessor")?;
-        let layout = Layout::of(accessor, index)?;
+        let layout = AccessorLayout::of(accessor, index)?;
         if layout.width != N {
             let width = layout.width;
             return Err(GltfProblem::broken(format!(
@@ -114,7 +114,7 @@ impl Document<'_> {
     /// An accessor of vertex numbers.
     pub fn indices(&self, index: usize) -> Result<Vec<u32>, GltfProblem> {
         let accessor = get(&self.root.accessors, index, "accessor")?;
-        let layout = Layout::of(accessor, index)?;
+        let layout = AccessorLayout::of(accessor, index)?;
         if layout.width != 1 || !is_unsigned(layout.component) {
             return Err(GltfProblem::broken(format!("accessor {index} cannot hold indices")));
         }
@@ -125,7 +125,7 @@ impl Document<'_> {
         &self,
         index: usize,
         accessor: &Accessor,
-        layout: Layout,
+        layout: AccessorLayout,
         zero: T,
         element: impl Fn(&[u8]) -> T,
     ) -> Result<Vec<T>, GltfProblem> {

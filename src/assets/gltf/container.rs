@@ -5,7 +5,7 @@ use std::{
     sync::Arc,
 };
 
-use super::GltfProblem;
+use super::error::GltfProblem;
 use crate::assets::Files;
 
 /// A glTF file's JSON and the binary chunk of a GLB.

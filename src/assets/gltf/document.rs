@@ -13,8 +13,8 @@ use ::gltf::json::{
 };
 
 use super::{
-    GltfProblem,
     container::{self, Container, Location},
+    error::GltfProblem,
 };
 use crate::assets::Files;
 

@@ -4,8 +4,8 @@ use ::gltf::json::Value;
 use glam::DAffine3;
 
 use super::{
-    GltfProblem,
     document::{Document, get},
+    error::GltfProblem,
 };
 use crate::{
     assets::model::{ModelLight, ModelLightKind},

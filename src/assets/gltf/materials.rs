@@ -8,14 +8,14 @@ use ::gltf::json::{
 };
 
 use super::{
-    GltfProblem,
     container::{self, Location},
     document::{Document, get},
+    error::GltfProblem,
 };
 use crate::{
     assets::model::{ImageSource, Model, ModelMaterial, ModelTexture},
     math::Rgb,
-    texture::image::{Filter, Wrap},
+    texture::image::{TextureFilter, Wrap},
 };
 
 /// The materials and images of the document that are used, each once.
@@ -92,8 +92,8 @@ impl ModelMaterials {
             ))),
         };
         let filter = match sampler.mag_filter {
-            Some(Checked::Valid(MagFilter::Nearest)) => Filter::Nearest,
-            _ => Filter::Trilinear,
+            Some(Checked::Valid(MagFilter::Nearest)) => TextureFilter::Nearest,
+            _ => TextureFilter::Trilinear,
         };
         let image = match self.images.get(&source) {
             Some(known) => *known,

@@ -4,8 +4,8 @@ use ::gltf::json::scene::Node;
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 
 use super::{
-    GltfProblem,
     document::{Document, get},
+    error::GltfProblem,
 };
 use crate::assets::model::ModelNode;
 

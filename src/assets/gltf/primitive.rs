@@ -7,7 +7,7 @@ use ::gltf::json::{
     validation::Checked,
 };
 
-use super::{GltfProblem, document::Document};
+use super::{document::Document, error::GltfProblem};
 use crate::{
     math::{Vec2, Vec3},
     shape::mesh::Mesh,

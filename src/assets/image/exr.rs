@@ -8,7 +8,7 @@ use ::exr::{
     prelude::{ReadChannels as _, ReadLayers as _, read},
 };
 
-use super::{ImageProblem, check_size};
+use super::{error::ImageProblem, limits::check_size};
 use crate::texture::Bitmap;
 
 pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];

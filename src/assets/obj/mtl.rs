@@ -12,7 +12,7 @@ use crate::{
         model::{ImageSource, Model, ModelMaterial, ModelTexture},
     },
     math::Rgb,
-    texture::image::{Filter, Wrap},
+    texture::image::{TextureFilter, Wrap},
 };
 
 /// The grey of what has no material.
@@ -86,7 +86,7 @@ impl Library {
                 });
                 model.textures.push(ModelTexture {
                     image,
-                    filter: Filter::Trilinear,
+                    filter: TextureFilter::Trilinear,
                     wrap: [wrap; 2],
                 });
                 made.base_texture = Some(model.textures.len() - 1);

@@ -7,15 +7,19 @@
 
 use std::sync::OnceLock;
 
-use super::{FacetGrid, column, isotropic, lerp, locate, mean_over_directions, node, reflected};
+use super::{
+    integral::{FacetGrid, reflected},
+    isotropic,
+    table::{along, column, lerp, locate, node},
+};
 use crate::{
     bsdf::microfacet::Ggx,
     math::{Vec2, Vec3},
 };
 
 /// Nodes by roughness, and by the root of the ratio of the smaller alpha to the larger one.
-const ROUGHNESSES: usize = 12;
-const RATIOS: usize = 8;
+pub(super) const ROUGHNESSES: usize = 12;
+pub(super) const RATIOS: usize = 8;
 /// Nodes by the root of a cosine, and by turn: of the albedo, and of what is grazing.
 const MIRRORS: [usize; 2] = [24, 8];
 const GRAZING: [usize; 2] = [16, 16];
@@ -33,7 +37,6 @@ type Grazing = [[f32; GRAZING[1]]; GRAZING[0]];
 struct AnisotropicNode {
     mirrors: OnceLock<Box<Mirrors>>,
     grazing: OnceLock<Box<Grazing>>,
-    mean: OnceLock<[f32; 2]>,
 }
 
 static TABLE: [[AnisotropicNode; RATIOS]; ROUGHNESSES] = [const {
@@ -41,7 +44,6 @@ static TABLE: [[AnisotropicNode; RATIOS]; ROUGHNESSES] = [const {
         AnisotropicNode {
             mirrors: OnceLock::new(),
             grazing: OnceLock::new(),
-            mean: OnceLock::new(),
         }
     }; RATIOS]
 }; ROUGHNESSES];
@@ -103,7 +105,7 @@ fn azimuth_vector(v: f32) -> Vec2 {
 }
 
 /// The facets of a node. The larger alpha may be above 1, where no surface is.
-fn facets(i: usize, j: usize) -> Ggx {
+pub(super) fn facets(i: usize, j: usize) -> Ggx {
     let roughness = node(i, ROUGHNESSES).max(0.04);
     let ratio = node(j, RATIOS) * node(j, RATIOS);
     let along = roughness * roughness * (2.0 / (1.0 + ratio * ratio)).sqrt();
@@ -152,7 +154,7 @@ fn grazing_of(i: usize, j: usize) -> &'static Grazing {
 }
 
 /// Linear between the four nodes about `ggx`.
-fn between<T>(ggx: &Ggx, of: impl Fn(usize, usize) -> T, value: impl Fn(T) -> f32) -> f32 {
+pub(super) fn between<T>(ggx: &Ggx, of: impl Fn(usize, usize) -> T, value: impl Fn(T) -> f32) -> f32 {
     let (i, f) = locate(roughness(ggx), ROUGHNESSES);
     let (j, g) = locate((ggx.alpha.min_element() / ggx.alpha.max_element()).sqrt(), RATIOS);
     let at = |i| lerp(value(of(i, j)), value(of(i, j + 1)), g);
@@ -162,7 +164,7 @@ fn between<T>(ggx: &Ggx, of: impl Fn(usize, usize) -> T, value: impl Fn(T) -> f3
 /// Linear between the nodes of a table.
 fn lookup<const K: usize, const L: usize>(table: &[[f32; L]; K], column: f32, turn: f32) -> f32 {
     let (k, f) = locate(column, K);
-    lerp(super::along(&table[k], turn), super::along(&table[k + 1], turn), f)
+    lerp(along(&table[k], turn), along(&table[k + 1], turn), f)
 }
 
 /// See [`super::mirrors`].
@@ -179,14 +181,4 @@ pub(super) fn grazing(ggx: &Ggx, wo: Vec3) -> f32 {
     let (column, turn) = (column(facets.wo.z), azimuth(facets.wo.x, facets.wo.y).sqrt());
     let off = between(&facets.ggx, grazing_of, |table| lookup(table, column, turn));
     (facets.grazing() + off).clamp(0.0, 1.0)
-}
-
-/// See [`super::schlick_mean`].
-pub(super) fn schlick_mean(ggx: &Ggx) -> [f32; 2] {
-    let mean = |i: usize, j: usize| {
-        *TABLE[i][j]
-            .mean
-            .get_or_init(|| mean_over_directions(&facets(i, j), 32, 16))
-    };
-    [0, 1].map(|k| between(ggx, mean, |m| m[k]))
 }

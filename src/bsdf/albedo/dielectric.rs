@@ -3,7 +3,9 @@
 use std::sync::OnceLock;
 
 use super::{
-    FacetGrid, along, column, direction, facets, isotropic, lerp, locate, masking, mean_over_facets, node, reflected,
+    integral::{FacetGrid, direction, facets, masking, mean_over_facets, reflected},
+    isotropic,
+    table::{along, column, lerp, locate, node},
 };
 use crate::{
     bsdf::{fresnel, microfacet::Ggx},

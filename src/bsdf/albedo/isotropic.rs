@@ -6,10 +6,13 @@
 
 use std::sync::OnceLock;
 
-use super::{FacetGrid, along, column, direction, facets, lerp, locate, mean_over_directions, node, reflected};
+use super::{
+    integral::{FacetGrid, direction, facets, reflected},
+    table::{along, column, lerp, locate, node},
+};
 use crate::{bsdf::microfacet::Ggx, math::Vec3};
 
-const ROWS: usize = 48;
+pub(super) const ROWS: usize = 48;
 const COLUMNS: usize = 64;
 const POINTS: FacetGrid = FacetGrid {
     turns: 24,
@@ -27,7 +30,6 @@ struct IsotropicRow {
 }
 
 static TABLE: [OnceLock<Box<IsotropicRow>>; ROWS] = [const { OnceLock::new() }; ROWS];
-static MEANS: [OnceLock<[f32; 2]>; ROWS] = [const { OnceLock::new() }; ROWS];
 
 fn row(i: usize) -> &'static IsotropicRow {
     TABLE[i].get_or_init(|| {
@@ -76,15 +78,4 @@ pub(super) fn grazing_at(roughness: f32, cos: f32) -> f32 {
 #[inline]
 pub(super) fn grazing(ggx: &Ggx, wo: Vec3) -> f32 {
     grazing_at(ggx.alpha.x.sqrt(), wo.z.abs())
-}
-
-fn mean(i: usize) -> [f32; 2] {
-    *MEANS[i].get_or_init(|| mean_over_directions(&Ggx::from_roughness(node(i, ROWS), 0.0), 64, 1))
-}
-
-#[inline]
-pub(super) fn schlick_mean(ggx: &Ggx) -> [f32; 2] {
-    let (i, f) = locate(ggx.alpha.x.sqrt(), ROWS);
-    let ([a, b], [c, d]) = (mean(i), mean(i + 1));
-    [lerp(a, c, f), lerp(b, d, f)]
 }

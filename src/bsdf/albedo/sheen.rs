@@ -2,7 +2,10 @@
 
 use std::sync::OnceLock;
 
-use super::{along, column, direction, lerp, locate, node};
+use super::{
+    integral::direction,
+    table::{along, column, lerp, locate, node},
+};
 use crate::{
     bsdf::sheen::{self, MIN_ROUGHNESS},
     math::{Vec3, trig},

@@ -1,6 +1,6 @@
 //! What clear facets reflect and let pass, under a film and without.
 
-use super::{Boundary, Layered};
+use super::{Boundary, Layered, reflectance::ClearReflectance};
 use crate::{
     bsdf::{
         albedo,
@@ -9,21 +9,6 @@ use crate::{
     },
     math::{Rgb, Vec3},
 };
-
-/// How the reflectance of a clear facet differs from Fresnel's: it is scaled, and a part of the
-/// rest is reflected too.
-pub(super) struct ClearReflectance {
-    scale: Rgb,
-    more: Rgb,
-}
-
-impl ClearReflectance {
-    /// Of what is not clear.
-    pub const NONE: Self = Self {
-        scale: Rgb::BLACK,
-        more: Rgb::BLACK,
-    };
-}
 
 impl Layered {
     /// What the walls reflect by Fresnel's equations at the cosine `cos`.

@@ -3,8 +3,14 @@
 //! The cost of a group is its power times the squared diagonal of its bounds times the measure of
 //! its orientation cone. Splits between buckets along the axes are compared.
 
-use super::{LightBounds, LightNode, LightTree, NO_LEAF};
-use crate::math::{Aabb, Vec3};
+use super::{
+    LightTree,
+    node::{LightNode, NO_LEAF},
+};
+use crate::{
+    light::LightBounds,
+    math::{Aabb, Vec3},
+};
 
 const BUCKETS: usize = 12;
 /// Below so many lights a group is not worth another thread.
@@ -24,28 +30,32 @@ impl BuildItem {
     }
 }
 
-pub(super) fn tree(lights: impl ExactSizeIterator<Item = LightBounds>) -> LightTree {
-    let mut leaves = vec![NO_LEAF; lights.len()];
-    let mut items: Vec<BuildItem> = (0..)
-        .zip(lights)
-        .map(|(light, bounds)| BuildItem { bounds, light })
-        .filter(|i| i.bounds.power > 0.0 && i.bounds.bounds.is_finite())
-        .collect();
-    let Some(first) = items.first() else {
-        return LightTree {
-            leaves,
-            ..LightTree::default()
+impl LightTree {
+    /// Over lights of these bounds, on the threads of the current rayon pool; the same tree on any
+    /// number of them.
+    pub fn build(lights: impl ExactSizeIterator<Item = LightBounds>) -> Self {
+        let mut leaves = vec![NO_LEAF; lights.len()];
+        let mut items: Vec<BuildItem> = (0..)
+            .zip(lights)
+            .map(|(light, bounds)| BuildItem { bounds, light })
+            .filter(|i| i.bounds.power > 0.0 && i.bounds.bounds.is_finite())
+            .collect();
+        let Some(first) = items.first() else {
+            return Self {
+                leaves,
+                ..Self::default()
+            };
         };
-    };
-    let mut nodes = vec![LightNode::new(&first.bounds, 1); 2 * items.len() - 1];
-    fill(&mut items, &mut nodes);
-    for (leaf, item) in (0..).zip(&items) {
-        leaves[item.light as usize] = leaf;
-    }
-    LightTree {
-        nodes,
-        lights: items.iter().map(|i| i.light).collect(),
-        leaves,
+        let mut nodes = vec![LightNode::new(&first.bounds, 1); 2 * items.len() - 1];
+        fill(&mut items, &mut nodes);
+        for (leaf, item) in (0..).zip(&items) {
+            leaves[item.light as usize] = leaf;
+        }
+        Self {
+            nodes,
+            lights: items.iter().map(|i| i.light).collect(),
+            leaves,
+        }
     }
 }
 

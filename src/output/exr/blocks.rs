@@ -4,7 +4,10 @@ use half::{f16, slice::HalfFloatSliceExt};
 use libdeflater::{CompressionLvl, Compressor};
 use rayon::prelude::*;
 
-use super::{Channel, Compression, Image, Plane, Samples};
+use super::{
+    compression::Compression,
+    image::{Channel, ChannelData, Image, Samples},
+};
 
 /// OpenEXR's own default.
 const LEVEL: i32 = 4;
@@ -25,16 +28,16 @@ pub(super) fn encode(image: &Image, channels: &[Channel]) -> Vec<Block> {
     let lines = image.compression.lines_per_block();
     (0..image.data.height().div_ceil(lines))
         .into_par_iter()
-        .map_init(Scratch::new, |scratch, block| {
+        .map_init(BlockPacker::new, |packer, block| {
             let first = block * lines;
             let end = (first + lines).min(image.data.height());
-            scratch.pack(image, channels, first as usize..end as usize)
+            packer.pack(image, channels, first as usize..end as usize)
         })
         .collect()
 }
 
 /// What packing a block needs, kept from one to the next.
-struct Scratch {
+struct BlockPacker {
     row: Vec<f32>,
     halves: Vec<f16>,
     bytes: Vec<u8>,
@@ -43,7 +46,7 @@ struct Scratch {
     compressor: Compressor,
 }
 
-impl Scratch {
+impl BlockPacker {
     fn new() -> Self {
         Self {
             row: Vec::new(),
@@ -83,7 +86,7 @@ impl Scratch {
     }
 
     /// Appends a line of halves; how many numbers were clamped and how many were none.
-    fn put_halves(&mut self, plane: Plane<f32>, line: usize, width: usize) -> (u64, u64) {
+    fn put_halves(&mut self, plane: ChannelData<f32>, line: usize, width: usize) -> (u64, u64) {
         let (mut clamped, mut nans) = (0, 0);
         self.row.clear();
         self.row.extend(row(plane, line, width).map(|v| {
@@ -113,7 +116,7 @@ impl Scratch {
 }
 
 /// A line of a channel.
-fn row<T: Copy>(plane: Plane<T>, line: usize, width: usize) -> impl Iterator<Item = T> {
+fn row<T: Copy>(plane: ChannelData<T>, line: usize, width: usize) -> impl Iterator<Item = T> {
     let first = plane.first + line * width * plane.step;
     plane.values[first..].iter().step_by(plane.step).take(width).copied()
 }

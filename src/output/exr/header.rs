@@ -1,6 +1,6 @@
 //! The header of a file: magic number, flags, attributes sorted by name.
 
-use super::{Channel, Image, Samples};
+use super::image::{Channel, Image, Samples};
 use crate::{
     film::Window,
     output::{EncodeError, Value},

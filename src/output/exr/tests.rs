@@ -44,7 +44,7 @@ fn round_trip(display: Window, data: Window, compression: Compression, smooth: b
     let floats: Vec<f32> = random.iter().map(|v| *v as f32 / 65536.0 - 32768.0).collect();
     let bits: Vec<f32> = random.iter().map(|v| f32::from_bits(*v)).collect();
     let interleaved: Vec<f32> = floats.iter().flat_map(|v| [0.0, *v, 0.0]).collect();
-    let inner = Plane {
+    let inner = ChannelData {
         values: &interleaved,
         first: 1,
         step: 3,
@@ -56,11 +56,11 @@ fn round_trip(display: Window, data: Window, compression: Compression, smooth: b
         },
         Channel {
             name: "a.float",
-            samples: Samples::Float(Plane::dense(&bits)),
+            samples: Samples::Float(ChannelData::dense(&bits)),
         },
         Channel {
             name: "A.uint",
-            samples: Samples::Uint(Plane::dense(&random)),
+            samples: Samples::Uint(ChannelData::dense(&random)),
         },
     ];
     let image = Image {
@@ -130,7 +130,7 @@ fn to_half(v: f32) -> (f16, WriteReport) {
     let values = [v];
     let channels = [Channel {
         name: "Y",
-        samples: Samples::Half(Plane::dense(&values)),
+        samples: Samples::Half(ChannelData::dense(&values)),
     }];
     let window = Window::full([1, 1]);
     let image = Image {
@@ -214,7 +214,7 @@ fn attributes_keep_their_types() {
     ];
     let channels = [Channel {
         name: "Y",
-        samples: Samples::Uint(Plane::dense(&[1])),
+        samples: Samples::Uint(ChannelData::dense(&[1])),
     }];
     let window = Window::full([1, 1]);
     let image = Image {
@@ -259,7 +259,7 @@ fn the_order_that_things_are_given_in_does_not_show() {
     let values = [0.5, 0.25, 0.75, 1.0];
     let channel = |name, first| Channel {
         name,
-        samples: Samples::Half(Plane {
+        samples: Samples::Half(ChannelData {
             values: &values,
             first,
             step: 4,
@@ -289,7 +289,7 @@ fn threads_do_not_show() {
     let values: Vec<u32> = noise(window.area(), 3).map(|v| v & 0xff).collect();
     let channels = [Channel {
         name: "Y",
-        samples: Samples::Uint(Plane::dense(&values)),
+        samples: Samples::Uint(ChannelData::dense(&values)),
     }];
     for compression in Compression::ALL {
         let image = Image {
@@ -313,7 +313,7 @@ fn only_long_names_set_the_flag_of_long_names() {
     for (name, flags) in [("n".repeat(31), 2), ("n".repeat(32), 0x402), ("n".repeat(255), 0x402)] {
         let channels = [Channel {
             name: &name,
-            samples: Samples::Uint(Plane::dense(&[1])),
+            samples: Samples::Uint(ChannelData::dense(&[1])),
         }];
         let image = Image {
             display: window,
@@ -333,7 +333,7 @@ fn what_the_format_cannot_hold_is_refused() {
     let one = Window::full([1, 1]);
     let y = Channel {
         name: "Y",
-        samples: Samples::Uint(Plane::dense(&[1])),
+        samples: Samples::Uint(ChannelData::dense(&[1])),
     };
     let twice = [Attribute::new("a", 1), Attribute::new("a", 2)];
     let own = [Attribute::new("compression", 1)];
@@ -425,7 +425,7 @@ fn a_file_is_whole_only_to_its_last_byte() {
     let values: Vec<u32> = noise(window.area(), 5).collect();
     let channels = [Channel {
         name: "Y",
-        samples: Samples::Uint(Plane::dense(&values)),
+        samples: Samples::Uint(ChannelData::dense(&values)),
     }];
     for compression in Compression::ALL {
         let image = Image {

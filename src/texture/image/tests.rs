@@ -8,7 +8,7 @@ fn quarter() -> Vec<Bitmap> {
     vec![Bitmap::from_floats([2, 2], 1, vec![0.0, 1.0, 2.0, 3.0])]
 }
 
-fn pattern(filter: Filter, wrap: Wrap) -> ImagePattern {
+fn pattern(filter: TextureFilter, wrap: Wrap) -> ImagePattern {
     ImagePattern {
         bitmap: BitmapId(0),
         filter,
@@ -31,7 +31,7 @@ fn round(texels: f32, width: u32, height: u32) -> [Vec2; 2] {
 
 #[test]
 fn nearest_takes_the_texel_that_holds_the_point_and_t_runs_upwards() {
-    let p = pattern(Filter::Nearest, Wrap::Black);
+    let p = pattern(TextureFilter::Nearest, Wrap::Black);
     let at = |s, t| p.eval(&quarter(), Vec2::new(s, t)).r;
     assert_eq!(
         [at(0.1, 0.1), at(0.9, 0.1), at(0.1, 0.9), at(0.9, 0.9)],
@@ -42,7 +42,7 @@ fn nearest_takes_the_texel_that_holds_the_point_and_t_runs_upwards() {
 
 #[test]
 fn linear_meets_the_texels_at_their_centres_and_their_mean_between() {
-    let p = pattern(Filter::Linear, Wrap::Clamp);
+    let p = pattern(TextureFilter::Linear, Wrap::Clamp);
     let at = |s, t| p.eval(&quarter(), Vec2::new(s, t)).r;
     assert_eq!(at(0.25, 0.25), 2.0);
     assert_eq!(at(0.5, 0.5), 1.5);
@@ -64,7 +64,7 @@ fn wrap_modes_hold_at_every_level() {
     let bitmaps = random(16, 8);
     for level in 0..5 {
         let axes = round((1 << level) as f32, 16, 8);
-        let at = |wrap, st| pattern(Filter::Trilinear, wrap).mean(&bitmaps, st, axes);
+        let at = |wrap, st| pattern(TextureFilter::Trilinear, wrap).mean(&bitmaps, st, axes);
         let st = Vec2::new(0.3, 0.6);
         let near = |a: Rgb, b: Rgb| (a - b).map(f32::abs).max_component() < 1e-5;
         assert!(near(at(Wrap::Repeat, st), at(Wrap::Repeat, st + Vec2::new(3.0, -2.0))));
@@ -79,8 +79,8 @@ fn wrap_modes_hold_at_every_level() {
 fn magnified_a_picture_has_the_bits_of_linear() {
     let bitmaps = random(16, 8);
     let (linear, trilinear) = (
-        pattern(Filter::Linear, Wrap::Repeat),
-        pattern(Filter::Trilinear, Wrap::Repeat),
+        pattern(TextureFilter::Linear, Wrap::Repeat),
+        pattern(TextureFilter::Trilinear, Wrap::Repeat),
     );
     for i in 0..1000 {
         let st = Vec2::new(i as f32 * 0.0137 - 3.0, i as f32 * 0.0071);
@@ -114,7 +114,7 @@ fn a_long_footprint_is_taken_apart_and_a_very_long_one_blurred() {
 #[test]
 fn a_footprint_as_wide_as_the_picture_sees_its_mean() {
     let bitmaps = random(32, 32);
-    let p = pattern(Filter::Trilinear, Wrap::Repeat);
+    let p = pattern(TextureFilter::Trilinear, Wrap::Repeat);
     let last = bitmaps[0].levels.last().unwrap().rgb(0, 0);
     for texels in [32.0, 1e4, f32::INFINITY] {
         let there = p.mean(&bitmaps, Vec2::new(0.2, 0.9), round(texels, 32, 32));
@@ -127,7 +127,7 @@ fn a_constant_picture_is_constant_under_any_footprint() {
     let mut bitmap = Bitmap::from_floats([24, 10], 1, vec![0.625; 240]);
     mipmap::build(&mut bitmap);
     let bitmaps = [bitmap];
-    let p = pattern(Filter::Trilinear, Wrap::Mirror);
+    let p = pattern(TextureFilter::Trilinear, Wrap::Mirror);
     for i in 0..200 {
         let axes = [Vec2::new(0.01 * i as f32, 0.3), Vec2::new(0.2, -0.003 * i as f32)];
         let there = p.mean(&bitmaps, Vec2::new(0.1 * i as f32, 0.7), axes);
@@ -138,7 +138,7 @@ fn a_constant_picture_is_constant_under_any_footprint() {
 #[test]
 fn what_is_not_finite_is_black() {
     let bitmaps = random(4, 4);
-    for filter in [Filter::Trilinear, Filter::Linear, Filter::Nearest] {
+    for filter in [TextureFilter::Trilinear, TextureFilter::Linear, TextureFilter::Nearest] {
         let p = pattern(filter, Wrap::Repeat);
         for st in [Vec2::new(f32::NAN, 0.0), Vec2::new(0.0, f32::INFINITY)] {
             assert_eq!(p.eval(&bitmaps, st), Rgb::BLACK);

@@ -17,7 +17,7 @@ use crate::{
         kernels::{
             query::Query,
             triangle::{
-                Faces, Plane, Vec3s, boxes, candidates, each, faces, load3, meet, plane, sides, spread, stretch,
+                Faces, TrianglePlane, Vec3s, boxes, candidates, each, faces, load3, meet, plane, sides, spread, stretch,
             },
         },
         wide::node::{MAX_LEAF, TriangleBlock},
@@ -49,8 +49,8 @@ struct Edges {
     margin: [f32; BLOCK_TRIANGLES],
 }
 
-/// What of a block's triangles does not depend on directions, where all rays start in one place: what [`Plane`] and [`Faces`]
-/// say, and where the corners lie from there.
+/// What of a block's triangles does not depend on directions, where all rays start in one place: what [`TrianglePlane`]
+/// and [`Faces`] say, and where the corners lie from there.
 #[derive(Default)]
 struct Look {
     corners: [[[f32; BLOCK_TRIANGLES]; 3]; 3],
@@ -391,7 +391,7 @@ impl Packet {
             spread(level, b.each_ref(), k),
             spread(level, c.each_ref(), k),
         ];
-        let plane = || Plane {
+        let plane = || TrianglePlane {
             normal: spread(level, look.normal.each_ref(), k),
             distance: level.splat16(look.distance[k]),
         };
@@ -408,7 +408,7 @@ impl Packet {
         &mut self,
         level: L,
         corners: &[Vec3s<L::F16>; 3],
-        plane: impl FnOnce() -> Plane<L::F16>,
+        plane: impl FnOnce() -> TrianglePlane<L::F16>,
         faces: impl FnOnce() -> Faces<L::F16>,
         id: u32,
     ) -> bool {

@@ -1,7 +1,7 @@
 //! What a file's columns say together: which of the alternatives it uses.
 
 use crate::{
-    assets::camera_path::{Options, PathProblem, PathProblems},
+    assets::camera_path::{CameraPathOptions, PathProblem, PathProblems},
     camera::RotationOrder,
 };
 
@@ -67,7 +67,7 @@ pub(super) enum ApertureKind {
 }
 
 impl Layout {
-    pub fn read(table: &Table, options: &Options) -> Result<Self, PathProblems> {
+    pub fn read(table: &Table, options: &CameraPathOptions) -> Result<Self, PathProblems> {
         let mut problems = PathProblems::default();
         let named = table.header.cells.iter().filter(|word| !word.is_empty());
         if named.clone().all(|word| word.parse::<f64>().is_ok()) {
@@ -192,7 +192,7 @@ impl Finder<'_> {
         }
     }
 
-    fn orientation(&mut self, table: &Table, options: &Options) -> Option<OrientationColumns> {
+    fn orientation(&mut self, table: &Table, options: &CameraPathOptions) -> Option<OrientationColumns> {
         let ways: [&[&str]; 3] = [&TARGET, &QUATERNION, &EULER];
         let used: Vec<_> = ways.iter().filter_map(|names| self.any_of(names)).collect();
         match &used[..] {
@@ -232,7 +232,7 @@ impl Finder<'_> {
         target.or(quaternion).or(euler)
     }
 
-    fn rotation_order(&mut self, table: &Table, options: &Options) -> Option<RotationOrder> {
+    fn rotation_order(&mut self, table: &Table, options: &CameraPathOptions) -> Option<RotationOrder> {
         if options.rotation_order.is_some() {
             return options.rotation_order;
         }

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::{
-    assets::camera_path::Options,
+    assets::camera_path::CameraPathOptions,
     camera::{
         LensOverrides, LookAt, Pose, RotationOrder,
         lens::{Aperture, FieldOfView, Sensor},
@@ -15,12 +15,12 @@ use crate::{
 
 const HEADER: &str = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z";
 
-fn parse_with(text: &str, options: &Options) -> Result<CameraPath, String> {
+fn parse_with(text: &str, options: &CameraPathOptions) -> Result<CameraPath, String> {
     read(text.as_bytes(), options).map_err(|problems| problems.display(Path::new("camera_path.csv")).to_string())
 }
 
 fn parse(text: &str) -> Result<CameraPath, String> {
-    parse_with(text, &Options::default())
+    parse_with(text, &CameraPathOptions::default())
 }
 
 /// What is said of the rows below a header with frame, eye and target, and the columns in `more`.
@@ -103,9 +103,9 @@ fn everything_that_a_row_can_say_is_heard() {
 #[test]
 fn the_order_of_angles_must_be_said_and_the_option_goes_first() {
     let text = "frame,eye_x,eye_y,eye_z,rot_x,rot_y,rot_z\n1,0,0,0,10,20,30\n";
-    let with = |order| Options {
+    let with = |order| CameraPathOptions {
         rotation_order: Some(order),
-        ..Options::default()
+        ..CameraPathOptions::default()
     };
     assert_eq!(
         parse(text).unwrap_err(),
@@ -134,9 +134,9 @@ fn times_become_frames_and_what_rounding_took_is_given_back() {
         parse(text).unwrap_err(),
         "camera_path.csv:1: there is a time and no frame: say how many frames a second has, with --fps"
     );
-    let fps = |fps| Options {
+    let fps = |fps| CameraPathOptions {
         fps: Some(fps),
-        ..Options::default()
+        ..CameraPathOptions::default()
     };
     let path = parse_with(text, &fps(24.0)).expect("a path");
     assert_eq!((path.frames(), path.last()), (0..=1, 1.5));
@@ -319,7 +319,7 @@ fn twenty_problems_are_listed_and_the_rest_counted() {
 #[test]
 fn what_is_not_utf_8_is_said_to_be_so() {
     let message = |bytes: &[u8]| {
-        let problems = read(bytes, &Options::default()).unwrap_err();
+        let problems = read(bytes, &CameraPathOptions::default()).unwrap_err();
         problems.display(Path::new("a.csv")).to_string()
     };
     assert_eq!(
@@ -346,7 +346,7 @@ proptest! {
 
     #[test]
     fn no_bytes_make_it_panic(head in "(frame|time|tx|y|z|qx|qw|look_at_x|fov|[;,\t]){0,12}", body in "[-0-9.,;\"\n\t#eE ]{0,200}") {
-        let options = Options { fps: Some(24.0), rotation_order: None };
+        let options = CameraPathOptions { fps: Some(24.0), rotation_order: None };
         let _ = read(format!("{head}\n{body}").as_bytes(), &options);
         let _ = read(format!("{HEADER}\n{body}").as_bytes(), &options);
     }

@@ -1,0 +1,17 @@
+//! The largest pictures that are decoded.
+
+use super::error::ImageProblem;
+
+/// The longest side that is decoded, in pixels.
+pub(super) const MAX_SIDE: u32 = 1 << 16;
+/// The most that a decoded picture may take, in bytes.
+pub(super) const MAX_BYTES: u64 = 4 << 30;
+
+/// Refuses empty and absurd pictures before memory is allocated.
+pub(super) fn check_size([width, height]: [u64; 2], bytes: u64) -> Result<(), ImageProblem> {
+    let side = u64::from(MAX_SIDE);
+    if width == 0 || height == 0 || width > side || height > side || bytes > MAX_BYTES {
+        return Err(ImageProblem::Size { width, height });
+    }
+    Ok(())
+}

@@ -1,0 +1,34 @@
+//! What a job is asked for beside its scene: command lines and callers fill in a [`Request`].
+
+use std::path::PathBuf;
+
+use super::{Existing, FrameRange};
+use crate::{accel::BuildOptions, assets::store::MissingAssets, camera::RotationOrder, sampler::SeedMode};
+
+/// What somebody wants rendered; what is `None` is the scene's to say.
+#[derive(Clone, Debug, Default)]
+pub struct Request {
+    pub camera_path: Option<PathBuf>,
+    /// Instead of a camera path: frames of an orbit around the scene.
+    pub turntable: Option<u32>,
+    pub range: Option<FrameRange>,
+    pub outputs: Vec<String>,
+    pub existing: Existing,
+    pub samples: Option<u32>,
+    pub resolution: Option<[u32; 2]>,
+    /// Columns and rows x0, y0, x1, y1; the last two are not rendered.
+    pub crop: Option<[u32; 4]>,
+    pub seed: Option<u32>,
+    pub seed_mode: Option<SeedMode>,
+    pub integrator: Option<String>,
+    /// Names of passes that EXR files hold beside the beauty, in place of the scene's; empty for the scene's.
+    pub aovs: Vec<String>,
+    /// The name of a pass that files show in place of the beauty.
+    pub show: Option<String>,
+    pub accel: BuildOptions,
+    pub fps: Option<f64>,
+    pub rotation_order: Option<RotationOrder>,
+    /// Bytes that pictures may take; `None` is no limit.
+    pub max_memory: Option<u64>,
+    pub missing_assets: MissingAssets,
+}

@@ -1,0 +1,31 @@
+//! Tables: nodes, even from 0 to 1, and what is linear between them.
+
+/// Between which of `nodes` nodes, even from 0 to 1, `v` lies, and where between them.
+#[inline]
+pub(super) fn locate(v: f32, nodes: usize) -> (usize, f32) {
+    let v = v.clamp(0.0, 1.0) * (nodes - 1) as f32;
+    let i = (v as usize).min(nodes - 2);
+    (i, v - i as f32)
+}
+
+pub(super) fn node(i: usize, nodes: usize) -> f32 {
+    i as f32 / (nodes - 1) as f32
+}
+
+#[inline]
+pub(super) fn lerp(a: f32, b: f32, f: f32) -> f32 {
+    a * (1.0 - f) + b * f
+}
+
+/// Linear between the nodes of `row`, even from 0 to 1.
+#[inline]
+pub(super) fn along(row: &[f32], v: f32) -> f32 {
+    let (i, f) = locate(v, row.len());
+    lerp(row[i], row[i + 1], f)
+}
+
+/// Where a cosine is on its axis, which is denser towards grazing ones.
+#[inline]
+pub(super) fn column(cos: f32) -> f32 {
+    cos.sqrt()
+}

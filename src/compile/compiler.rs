@@ -1,0 +1,64 @@
+//! A scene in the making, and what all parts of compilation share.
+
+use std::collections::HashMap;
+
+use crate::{
+    assets::store::ImageRequest,
+    describe::SceneDesc,
+    material::MaterialId,
+    math::Rgb,
+    scene::{Background, SceneBuilder},
+    value::{Problem, Spanned, UnknownName},
+};
+
+/// A scene in the making.
+pub(super) struct Compiler<'a> {
+    pub desc: &'a SceneDesc,
+    pub scene: SceneBuilder,
+    /// Files to be loaded, each once for each way to read it, in the order of their [`BitmapId`](crate::texture::BitmapId)s.
+    pub images: Vec<ImageRequest>,
+    /// The numbers of materials by name.
+    material_ids: HashMap<&'a str, u32>,
+    pub problems: Vec<Problem>,
+}
+
+impl<'a> Compiler<'a> {
+    pub fn new(desc: &'a SceneDesc) -> Self {
+        let names = desc.materials.iter().map(|m| m.name.get_ref().as_str());
+        Self {
+            desc,
+            scene: SceneBuilder::new(Background::new(Rgb::BLACK)),
+            images: Vec::new(),
+            material_ids: names.zip(0..).collect(),
+            problems: Vec::new(),
+        }
+    }
+
+    /// The compiled value, or one more problem.
+    pub fn record<T>(&mut self, result: Result<T, Problem>) -> Option<T> {
+        result.map_err(|problem| self.problems.push(problem)).ok()
+    }
+
+    pub fn material_id(&self, name: &Spanned<String>) -> Result<MaterialId, Problem> {
+        match self.material_ids.get(name.get_ref().as_str()) {
+            Some(&at) => Ok(MaterialId(at)),
+            None => Err(undefined(
+                "material",
+                name.get_ref(),
+                name.span(),
+                self.desc.materials.iter().map(|m| &m.name),
+            )),
+        }
+    }
+}
+
+pub(super) fn undefined<'a>(
+    what: &str,
+    name: &str,
+    span: std::ops::Range<usize>,
+    known: impl Iterator<Item = &'a Spanned<String>>,
+) -> Problem {
+    UnknownName::new(what, name, known.map(|n| n.get_ref().as_str()))
+        .with_fallback(Some(format!("define it: [{what}.{name}]")))
+        .at(span)
+}

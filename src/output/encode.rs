@@ -1,0 +1,61 @@
+//! What a format is, and what encoding a frame takes and gives.
+
+use std::{
+    fmt::Debug,
+    io::{self, Write},
+    path::Path,
+};
+
+use super::{Compression, FileFacts, FrameImage};
+
+/// The user's choices about encoding.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Encoding {
+    pub compression: Compression,
+}
+
+/// What was written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WriteReport {
+    /// The size of the file.
+    pub bytes: u64,
+    /// Numbers beyond what a half holds that became +-65504.
+    pub clamped: u64,
+    /// Numbers that were not a number and became 0.
+    pub nans: u64,
+}
+
+/// A kind of picture file.
+pub trait Format: Debug + Sync {
+    /// What it is called; also the extension of its files.
+    fn name(&self) -> &'static str;
+
+    /// Whether it holds every layer and the light itself, or only a picture for a display.
+    fn contents(&self) -> Contents;
+
+    /// Writes `image` to `out`: the same bytes for the same image and encoding.
+    fn encode(&self, image: &FrameImage, encoding: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError>;
+
+    /// Returns what the file at `path` says about itself; `None` where it cannot be read, is not of this format, or is not
+    /// complete to its last byte.
+    fn inspect(&self, path: &Path) -> Option<FileFacts>;
+}
+
+/// What a format keeps of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contents {
+    /// Scene-linear light and all layers.
+    Data,
+    /// Display values of the beauty.
+    Picture,
+}
+
+/// Why encoding stopped.
+#[derive(Debug, thiserror::Error)]
+pub enum EncodeError {
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// The format cannot hold such an image.
+    #[error("{0}")]
+    Unfit(String),
+}

@@ -1,0 +1,30 @@
+//! Why a file was not written.
+
+use std::{io, path::PathBuf};
+
+/// Why a file was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// Nothing can be made at this place.
+    #[error("cannot create output: {source}: {}", path.display())]
+    Create { source: io::Error, path: PathBuf },
+    /// Writing began and failed.
+    #[error("cannot write output: {source}: {}", path.display())]
+    Write { source: io::Error, path: PathBuf },
+    /// The format cannot hold such an image.
+    #[error("cannot encode output: {reason}: {}", path.display())]
+    Encode { reason: String, path: PathBuf },
+}
+
+impl OutputError {
+    /// Whether the disk itself is at fault (full, read-only), so that no other frame will fare better.
+    pub fn ends_the_job(&self) -> bool {
+        use io::ErrorKind::{QuotaExceeded, ReadOnlyFilesystem, StorageFull};
+        match self {
+            Self::Create { source, .. } | Self::Write { source, .. } => {
+                matches!(source.kind(), StorageFull | QuotaExceeded | ReadOnlyFilesystem)
+            }
+            Self::Encode { .. } => false,
+        }
+    }
+}

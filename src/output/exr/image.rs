@@ -1,0 +1,73 @@
+//! What goes into a file: channels, where their numbers stand, attributes.
+
+use super::compression::Compression;
+use crate::{film::Window, output::Attribute};
+
+/// What goes into a file.
+#[derive(Clone, Copy, Debug)]
+pub struct Image<'a> {
+    /// The full frame.
+    pub display: Window,
+    /// The pixels that are stored.
+    pub data: Window,
+    /// In any order, their names distinct.
+    pub channels: &'a [Channel<'a>],
+    /// In any order, their names distinct and none of those that the format demands.
+    pub attributes: &'a [Attribute],
+    pub compression: Compression,
+}
+
+/// One number of each pixel of the data window.
+#[derive(Clone, Copy, Debug)]
+pub struct Channel<'a> {
+    /// `layer.channel`, of at most 31 bytes unless readers from before 2013 do not matter.
+    pub name: &'a str,
+    pub samples: Samples<'a>,
+}
+
+/// The numbers of a channel, and the type that they are stored as.
+#[derive(Clone, Copy, Debug)]
+pub enum Samples<'a> {
+    Half(ChannelData<'a, f32>),
+    Float(ChannelData<'a, f32>),
+    Uint(ChannelData<'a, u32>),
+}
+
+/// Where the numbers stand: that of pixel `i`, counted by rows from the top left, is `values[first + i * step]`.
+#[derive(Clone, Copy, Debug)]
+pub struct ChannelData<'a, T> {
+    pub values: &'a [T],
+    pub first: usize,
+    pub step: usize,
+}
+
+impl<'a, T> ChannelData<'a, T> {
+    /// One number after the other.
+    pub fn dense(values: &'a [T]) -> Self {
+        let (first, step) = (0, 1);
+        Self { values, first, step }
+    }
+
+    pub(super) fn holds(&self, pixels: usize) -> bool {
+        let last = (pixels - 1)
+            .checked_mul(self.step)
+            .and_then(|n| n.checked_add(self.first));
+        self.step > 0 && last.is_some_and(|last| last < self.values.len())
+    }
+}
+
+impl Samples<'_> {
+    pub(super) fn holds(&self, pixels: usize) -> bool {
+        match self {
+            Self::Half(p) | Self::Float(p) => p.holds(pixels),
+            Self::Uint(p) => p.holds(pixels),
+        }
+    }
+
+    pub(super) fn bytes_per_sample(&self) -> usize {
+        match self {
+            Self::Half(_) => 2,
+            Self::Float(_) | Self::Uint(_) => 4,
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! What every wave of a frame reads.
+
+use super::Settings;
+use crate::{
+    camera::{Camera, FrameCamera},
+    film::{FilmLayout, accumulator::AccumulatorLayout, layout::Needs},
+    integrator::Integrator,
+    math::RayCone,
+    scene::Scene,
+    simd::Isa,
+};
+
+/// What every wave of a frame reads.
+pub(super) struct RenderContext<'a> {
+    pub scene: &'a Scene,
+    pub shot: &'a FrameCamera,
+    /// The camera when the shutter opens.
+    pub camera: Camera,
+    pub integrator: &'a dyn Integrator,
+    pub settings: &'a Settings,
+    pub needs: Needs,
+    pub accumulators: AccumulatorLayout,
+    /// Whether everything in the scene is.
+    pub is_opaque: bool,
+    /// The vectors that loops run on.
+    pub simd: Isa,
+    /// Whether every sample has a camera ray.
+    pub fills_film: bool,
+    /// The cone of each camera ray, where a texture reads it; `None` where all rays may be lines.
+    pub cone: Option<RayCone>,
+}
+
+impl<'a> RenderContext<'a> {
+    pub fn new(
+        scene: &'a Scene,
+        shot: &'a FrameCamera,
+        integrator: &'a dyn Integrator,
+        settings: &'a Settings,
+        layout: &FilmLayout,
+    ) -> Self {
+        // A sample has its share of the pixel in the middle; other pixels are seen under no larger an angle.
+        let camera = shot.camera(0.0);
+        let cone = || camera.pixel_cone().shared(settings.samples.max);
+        Self {
+            scene,
+            shot,
+            camera,
+            integrator,
+            settings,
+            needs: layout.needs(),
+            accumulators: AccumulatorLayout::new(layout),
+            is_opaque: scene.is_opaque(),
+            simd: scene.accel.simd(),
+            fills_film: shot.fills_film(),
+            cone: scene.reads_footprints().then(cone),
+        }
+    }
+}

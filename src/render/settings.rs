@@ -1,0 +1,55 @@
+//! What a frame is rendered with, beside its scene and its camera.
+
+use super::SampleBudget;
+use crate::{
+    film::{PassRequest, Window},
+    filter::Filter,
+    sampler::Sampler,
+};
+
+/// What a frame is rendered with, beside its scene and its camera.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Columns and rows of the full picture.
+    pub resolution: [u32; 2],
+    /// The part of it to render.
+    pub window: Window,
+    pub samples: SampleBudget,
+    pub seed: u32,
+    /// The frame whose random numbers are drawn, see [`SeedMode`](crate::sampler::SeedMode).
+    pub noise_frame: i32,
+    pub sampler: Sampler,
+    /// `None`: every sample goes through its pixel's centre.
+    pub filter: Option<Filter>,
+    pub content: Content,
+    /// The passes of the film beside the beauty.
+    pub passes: Vec<PassRequest>,
+}
+
+/// What is rendered of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Content {
+    /// The picture of the integrator, and passes of what it is made of.
+    #[default]
+    Light,
+    /// First hits alone, without light: rays go through the centres of pixels and of the lens when the shutter opens, and
+    /// alpha is 0 where they meet nothing.
+    FirstHits,
+}
+
+impl Settings {
+    /// A whole picture of frame 1, with the filter that scenes have where they name none.
+    pub fn new(resolution: [u32; 2], samples: u32) -> Self {
+        Self {
+            resolution,
+            window: Window::full(resolution),
+            samples: SampleBudget::fixed(samples),
+            seed: 0,
+            noise_frame: 1,
+            sampler: Sampler::default_for(samples),
+            filter: (samples > 1).then(Filter::default),
+            content: Content::default(),
+            passes: Vec::new(),
+        }
+    }
+}

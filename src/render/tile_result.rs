@@ -1,0 +1,24 @@
+//! A finished tile, as a sink receives it.
+
+use std::ops::Range;
+
+use crate::film::{Film, TileAccumulator, Window, accumulator::AccumulatorLayout};
+
+/// A tile that has all samples of a round.
+pub struct TileResult<'a> {
+    pub(super) accumulator: &'a TileAccumulator,
+    pub(super) layout: &'a AccumulatorLayout,
+    /// The samples of the round.
+    pub samples: Range<u32>,
+}
+
+impl TileResult<'_> {
+    pub fn tile(&self) -> Window {
+        self.accumulator.tile()
+    }
+
+    /// Writes the tile's pixels as they stand into a film of the frame's layout.
+    pub fn resolve_into(&self, film: &mut Film) {
+        self.accumulator.resolve_into(self.layout, film);
+    }
+}
