@@ -28,7 +28,7 @@ fn frame(c: &mut Criterion) {
         b.iter(|| {
             renderer.render(
                 &scene,
-                &plan.frames[0].shot,
+                &plan.frames[0].camera,
                 integrator,
                 &plan.settings,
                 &Control::default(),

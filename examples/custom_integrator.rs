@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = job.compile()?;
     let film = Renderer::new().render(
         &scene,
-        &job.plan.frames[0].shot,
+        &job.plan.frames[0].camera,
         &FacingRatio,
         &job.plan.settings,
         &Control::default(),

@@ -102,7 +102,7 @@ fn fills_the_picture(path: &Path) -> Result<(), Failed> {
     };
     let job = Job::open(path, &request)?;
     let scene = job.compile()?;
-    let camera = job.plan.frames[0].shot.camera(0.0);
+    let camera = job.plan.frames[0].camera.camera(0.0);
     let rays: Vec<Ray> = (0..32 * 18)
         .filter_map(|i| {
             let film = Vec2::new((i % 32) as f32 + 0.5, (i / 32) as f32 + 0.5);

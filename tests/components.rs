@@ -76,7 +76,7 @@ fn film(scene: &Scene, plan: &Plan, passes: &[&str]) -> Film {
     Renderer::new()
         .render(
             scene,
-            &plan.frames[0].shot,
+            &plan.frames[0].camera,
             plan.integrator.as_dyn(),
             &settings,
             &Control::default(),

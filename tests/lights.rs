@@ -110,7 +110,7 @@ fn render(lights: &str, strategy: &str, seed: u32) -> Vec<f64> {
     let scene = compile::scene(&desc, plan.accel).expect("compiles");
     let film = Renderer::new().render(
         &scene,
-        &plan.frames[0].shot,
+        &plan.frames[0].camera,
         plan.integrator.as_dyn(),
         &plan.settings,
         &Control::default(),

@@ -34,7 +34,7 @@ fn shoot(render: &str, show: Option<&str>, scene: &str) -> Film {
     Renderer::new()
         .render(
             &scene,
-            &plan.frames[0].shot,
+            &plan.frames[0].camera,
             plan.integrator.as_dyn(),
             &plan.settings,
             &Control::default(),

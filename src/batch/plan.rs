@@ -32,7 +32,7 @@ pub struct PlannedFile {
 pub struct PlannedFrame {
     pub number: i32,
     /// Of a turntable: where the orbit begins.
-    pub shot: FrameCamera,
+    pub camera: FrameCamera,
     pub files: Vec<PlannedFile>,
 }
 
@@ -120,9 +120,9 @@ impl Plan {
         let cameras = cameras(desc, request, camera, settings.resolution, inputs)?;
         let frames = cameras
             .into_iter()
-            .map(|(number, shot)| PlannedFrame {
+            .map(|(number, camera)| PlannedFrame {
                 number,
-                shot,
+                camera,
                 files: files(&patterns, number),
             })
             .collect::<Vec<_>>();
@@ -331,8 +331,9 @@ fn cameras(
     frames(request, all, &what)?
         .iter()
         .map(|frame| {
-            let shot = path.frame_camera(frame, &lens, resolution);
-            shot.map(|shot| (number(frame), shot))
+            let camera = path.frame_camera(frame, &lens, resolution);
+            camera
+                .map(|camera| (number(frame), camera))
                 .map_err(|cause| Error::Pose { frame, cause })
         })
         .collect()

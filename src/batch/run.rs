@@ -49,7 +49,7 @@ pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, control: &Contro
     check_targets(plan)?;
     let start = Instant::now();
     let (send, receive) = sync_channel(1);
-    let filled = plan.frames.iter().all(|f| f.shot.fills_film());
+    let filled = plan.frames.iter().all(|f| f.camera.fills_film());
     let coverage = if scene.background.visible && filled && plan.settings.content == Content::Light {
         Coverage::Full
     } else {
@@ -110,9 +110,9 @@ fn render_all<'a>(
             ..plan.settings.clone()
         };
         let turned = orbit.map(|o| FrameCamera::from(o.camera(frame.number, settings.resolution)));
-        let shot = turned.as_ref().unwrap_or(&frame.shot);
+        let camera = turned.as_ref().unwrap_or(&frame.camera);
         let film = renderer
-            .render(scene, shot, plan.integrator.as_dyn(), &settings, control)
+            .render(scene, camera, plan.integrator.as_dyn(), &settings, control)
             .map_err(|e| match e {
                 RenderError::Cancelled(Cancelled) => Error::Cancelled(Cancelled),
                 RenderError::Pass(unknown) => Error::Usage(unknown.to_string()),

@@ -32,7 +32,7 @@ pub fn run(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         .frames
         .first()
         .context("there is no frame to take the camera from")?
-        .shot
+        .camera
         .camera(0.0);
     let progress = BenchProgress::new(quiet);
     let report = pool.install(|| {

@@ -39,15 +39,15 @@ impl CameraRays {
             filter.samples(context.simd, &self.u, &mut self.film, &mut self.weights);
         }
         self.lens.clear();
-        if context.shot.has_lens() && spread {
+        if context.frame_camera.has_lens() && spread {
             sampler.fill_2d(context.simd, &self.keys, Dimension::LENS, &mut self.lens);
         } else {
             self.lens.resize(self.keys.len(), Vec2::splat(0.5));
         }
-        if context.shot.moves() && spread {
+        if context.frame_camera.moves() && spread {
             sampler.fill_2d(context.simd, &self.keys, Dimension::TIME, &mut self.u);
             for ((time, film), lens) in self.u.iter().zip(&self.film).zip(&self.lens) {
-                let ray = context.shot.camera(time.x).ray(*film, *lens);
+                let ray = context.frame_camera.camera(time.x).ray(*film, *lens);
                 rays.push(ray.unwrap_or(Ray::NONE));
             }
         } else {

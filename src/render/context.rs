@@ -13,7 +13,7 @@ use crate::{
 /// What every wave of a frame reads.
 pub(super) struct RenderContext<'a> {
     pub scene: &'a Scene,
-    pub shot: &'a FrameCamera,
+    pub frame_camera: &'a FrameCamera,
     /// The camera when the shutter opens.
     pub camera: Camera,
     pub integrator: &'a dyn Integrator,
@@ -33,17 +33,17 @@ pub(super) struct RenderContext<'a> {
 impl<'a> RenderContext<'a> {
     pub fn new(
         scene: &'a Scene,
-        shot: &'a FrameCamera,
+        frame_camera: &'a FrameCamera,
         integrator: &'a dyn Integrator,
         settings: &'a Settings,
         layout: &FilmLayout,
     ) -> Self {
         // A sample has its share of the pixel in the middle; other pixels are seen under no larger an angle.
-        let camera = shot.camera(0.0);
+        let camera = frame_camera.camera(0.0);
         let cone = || camera.pixel_cone().shared(settings.samples.max);
         Self {
             scene,
-            shot,
+            frame_camera,
             camera,
             integrator,
             settings,
@@ -51,7 +51,7 @@ impl<'a> RenderContext<'a> {
             accumulators: AccumulatorLayout::new(layout),
             is_opaque: scene.is_opaque(),
             simd: scene.accel.simd(),
-            fills_film: shot.fills_film(),
+            fills_film: frame_camera.fills_film(),
             cone: scene.reads_footprints().then(cone),
         }
     }

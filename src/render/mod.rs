@@ -60,14 +60,14 @@ impl Renderer {
     pub fn render(
         &self,
         scene: &Scene,
-        shot: &FrameCamera,
+        frame_camera: &FrameCamera,
         integrator: &dyn Integrator,
         settings: &Settings,
         control: &Control<'_>,
     ) -> Result<Film, RenderError> {
         let picture = picture_of(integrator);
         let layout = FilmLayout::new(picture, &settings.passes, scene.light_groups.names())?;
-        let context = RenderContext::new(scene, shot, integrator, settings, &layout);
+        let context = RenderContext::new(scene, frame_camera, integrator, settings, &layout);
         Ok(tiles::render(&context, &layout, &self.waves, control)?)
     }
 }

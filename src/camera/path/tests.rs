@@ -223,9 +223,11 @@ fn a_picture_never_shows_both_sides_of_a_cut() {
 
 /// The x of the eye, that is of the ray in the middle, at times of a picture.
 fn eyes_of_shot(path: &CameraPath, frame: i64, times: [f32; 3]) -> [f32; 3] {
-    let shot = path.frame_camera(frame, &Lens::default(), [100, 100]).expect("a shot");
+    let camera = path
+        .frame_camera(frame, &Lens::default(), [100, 100])
+        .expect("a camera");
     let middle = glam::Vec2::splat(50.0);
-    times.map(|time| shot.camera(time).ray(middle, middle).expect("a ray").o.x)
+    times.map(|time| camera.camera(time).ray(middle, middle).expect("a ray").o.x)
 }
 
 #[test]
@@ -251,8 +253,8 @@ fn a_shot_goes_along_the_path_while_the_shutter_is_open() {
     assert_eq!(eyes_of_shot(&path, 4, times), [50.0, 50.0, 50.25]);
 
     let closed = CameraPath::new(&[looking(1.0, DVec3::X), looking(2.0, DVec3::X * 2.0)]).expect("a path");
-    let shot = closed.frame_camera(1, &Lens::default(), [100, 100]).expect("a shot");
-    assert!(!shot.moves());
+    let camera = closed.frame_camera(1, &Lens::default(), [100, 100]).expect("a camera");
+    assert!(!camera.moves());
 }
 
 proptest! {
