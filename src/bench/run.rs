@@ -1,4 +1,4 @@
-//! The measurement: every cell in turn, over and over, so that drift hits all alike.
+//! The measurement: all cells in turn, over and over, so that drift affects all of them alike.
 
 use std::{borrow::Cow, path::PathBuf, sync::Arc, time::Instant};
 
@@ -13,14 +13,14 @@ use crate::{
     simd::Isa,
 };
 
-/// What to measure.
+/// The options of a benchmark.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// What the report calls the scene.
+    /// The name of the scene in the report.
     pub scene: String,
-    /// The vectors of ours.
+    /// The SIMD level of our accelerators.
     pub simd: Isa,
-    /// Embree's shared library.
+    /// The path of Embree's shared library.
     pub embree: Option<PathBuf>,
     /// Repetitions of each cell, at least 1.
     pub repetitions: usize,
@@ -28,13 +28,13 @@ pub struct Options {
     pub builds: usize,
 }
 
-/// Told how far a benchmark has come.
+/// Receives the progress of a benchmark.
 pub trait Observer {
-    /// Step `done` of `total`.
+    /// Reports step `done` of `total`.
     fn step(&self, done: usize, total: usize, what: &str);
 }
 
-/// Why a benchmark could not be run.
+/// The reason why a benchmark could not be run.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     #[error(transparent)]
@@ -45,29 +45,31 @@ pub enum Error {
     NothingSeen,
 }
 
-/// Primitive tests that a linear cell may take in one repetition: some tenths of a second.
+/// The largest number of primitive tests of a linear cell in one repetition: some tenths of a
+/// second.
 const LINEAR_TESTS: usize = 30_000_000;
 
-/// So many times as many rays of a linear cell are compared with the others' answers, once.
+/// The results of a linear cell are compared once, on this multiple of the rays that are timed.
 const LINEAR_COMPARED: usize = 8;
 
-/// Rays whose cost is counted.
+/// The number of rays whose cost is counted.
 const COUNTED: usize = 1 << 14;
 
-/// Of these so many at a time by one thread.
+/// The number of these that a thread takes at a time.
 const COUNTED_TOGETHER: usize = 1 << 8;
 
 /// A column of the table.
 struct Contestant<'a> {
     name: String,
     tracer: Tracer<'a>,
-    /// It is compared on every `stride`th ray of a kind.
+    /// Every `stride`th ray of a kind is compared.
     stride: usize,
-    /// It is timed on every `timed`th ray of a kind.
+    /// Every `timed`th ray of a kind is timed.
     timed: usize,
 }
 
-/// Measures all accelerators over `geometry` with the rays of `buffers`, on the threads of the current rayon pool.
+/// Measures all accelerators over `geometry` with the rays of `buffers`, on the threads of the
+/// current rayon pool.
 pub fn run(
     geometry: &Arc<Geometry>,
     buffers: &Buffers,
@@ -92,20 +94,20 @@ pub fn run(
     })
 }
 
-/// What was built.
+/// A structure that was built.
 enum Built {
     Ours(Box<dyn Accelerator>),
     Theirs(Embree),
 }
 
-/// What the last build of each name gave, as far as it traces.
+/// The results of the last build of each name that can trace rays.
 #[derive(Default)]
 struct AllBuilt {
     ours: Vec<(String, Box<dyn Accelerator>)>,
     embree: Option<Embree>,
 }
 
-/// Builds everything over and over, and keeps what traces.
+/// Builds all accelerators repeatedly, and keeps those that trace rays.
 fn build(
     geometry: &Arc<Geometry>,
     options: &Options,
@@ -247,7 +249,7 @@ fn trace(
     Ok(cells)
 }
 
-/// The cells of one kind of rays.
+/// Measures the cells of one kind of rays.
 fn measure(
     kind: Kind,
     rays: &[Ray],
@@ -273,7 +275,7 @@ fn measure(
         .position(|c| c.name == "embree1")
         .map(|i| median(&mut rates[i].clone()))
         .filter(|_| !rays.is_empty());
-    // The wide trees of all levels are one tree.
+    // The wide accelerators of all SIMD levels share one tree.
     let mut of_wide = None;
     contestants
         .iter()
@@ -300,7 +302,8 @@ fn measure(
         .collect()
 }
 
-/// On how many rays the answers of each contestant differ; all of them are traced once, which also warms the caches.
+/// Returns the number of rays on which each contestant's result differs from the reference. All
+/// contestants are traced once, which also warms the caches.
 fn compare(kind: Kind, rays: &[Ray], contestants: &[Contestant<'_>]) -> Vec<u64> {
     let mut truth: Vec<Answers> = Vec::new();
     contestants
@@ -314,7 +317,8 @@ fn compare(kind: Kind, rays: &[Ray], contestants: &[Contestant<'_>]) -> Vec<u64>
                 distances: (0..rays.len()).map(|i| prepared.distance(kind, i)).collect(),
             };
             let mismatches = truth.iter().map(|t| differences(t, &answers)).max().unwrap_or(0);
-            // The linear scan is the truth for its share, and the binary tree, held to it, for all rays.
+            // The linear scan is the reference for its subset of the rays. The binary tree, which
+            // is compared with it, is the reference for all rays.
             if truth.len() < 2 {
                 truth.push(answers);
             }
@@ -323,7 +327,7 @@ fn compare(kind: Kind, rays: &[Ray], contestants: &[Contestant<'_>]) -> Vec<u64>
         .collect()
 }
 
-/// Every `stride`th ray.
+/// Returns every `stride`th ray.
 fn every(stride: usize, rays: &[Ray]) -> Cow<'_, [Ray]> {
     if stride == 1 {
         Cow::Borrowed(rays)
@@ -332,13 +336,13 @@ fn every(stride: usize, rays: &[Ray]) -> Cow<'_, [Ray]> {
     }
 }
 
-/// What a contestant found of every `stride`th ray.
+/// The results of a contestant for every `stride`th ray.
 struct Answers {
     stride: usize,
     distances: Vec<f32>,
 }
 
-/// On how many of the rays that both traced the answers differ.
+/// Returns the number of rays that both traced with different results.
 fn differences(truth: &Answers, answers: &Answers) -> u64 {
     let both = truth.distances.iter().enumerate().filter_map(|(i, &a)| {
         let ray = i * truth.stride;
@@ -348,12 +352,13 @@ fn differences(truth: &Answers, answers: &Answers) -> u64 {
     both.filter(|&(a, b)| !agree(a, b)).count() as u64
 }
 
-/// Whether two distances are those of one hit, or of two that a tie explains; infinite ones are misses.
+/// Returns whether two distances belong to the same hit, or to two hits that are tied; infinite
+/// ones are misses.
 fn agree(a: f32, b: f32) -> bool {
     a == b || (a.is_finite() && b.is_finite() && (a - b).abs() <= 1e-5 * a.abs().max(b.abs()))
 }
 
-/// Nodes and primitives tested for a ray, where there is any and the contestant tells.
+/// Returns the nodes and primitives tested per ray, if the contestant counts them.
 fn count(c: &Contestant<'_>, rays: &[Ray]) -> (Option<f64>, Option<f64>) {
     let accel = match c.tracer {
         Tracer::Ours(accel) if !rays.is_empty() => accel,
