@@ -1,10 +1,12 @@
-//! The default accelerator: an eight-wide tree and kernels for many rays at once.
+//! The default accelerator: an eight-wide BVH, with kernels that trace many rays at once.
 //!
-//! A binary tree is built ([`super::build`]) and [`build`] makes a wide one of it. Triangles lie in blocks of four with
-//! their corners, so that a leaf reads nothing else; an analytic primitive is a leaf of its own.
+//! A binary BVH is built ([`super::build`]) and collapsed into a wide one ([`build`]). Triangles
+//! are stored with their vertices in blocks of four, so that a leaf reads no other memory; an
+//! analytic primitive is a leaf of its own.
 //!
-//! [`super::kernels`] traces: packets of 16 rays where [`packet_order`] finds that they stay together, 64 rays in flight where they
-//! have nothing in common. Shadow rays are looked at before, whether one look answers many of them.
+//! The kernels are in [`super::kernels`]. Coherent rays, as [`packet_order`] detects them, are
+//! traced in packets of 16. Incoherent rays are traced as a stream of 64 active rays. For shadow
+//! rays, the occluder cache is tried first.
 
 use std::{cell::RefCell, sync::Arc, time::Instant};
 
@@ -34,10 +36,11 @@ mod policy;
 
 use policy::OcclusionPolicy;
 
-/// What a thread keeps between batches: allocating the kernels' memory for a batch of a thousand rays costs 6 %.
+/// Per-thread state that is kept between batches. Allocating the kernels' memory for every batch of
+/// a thousand rays would cost 6 %.
 struct ThreadState {
     scratch: Scratch,
-    /// The numbers of rays that a kernel has left to the next.
+    /// The indices of the rays that one kernel leaves to the next.
     remaining: Vec<u32>,
     policy: OcclusionPolicy,
 }
@@ -50,25 +53,27 @@ thread_local! {
     });
 }
 
-/// What the top must know of a tree below it.
+/// A bottom-level tree, as the top-level tree needs it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Blas {
     bounds: Aabb,
     reach: f32,
 }
 
-/// Eight-wide trees.
+/// An accelerator of eight-wide trees.
 #[derive(Clone)]
 pub struct Wide {
     geometry: Arc<Geometry>,
     quality: Quality,
-    /// One tree where nothing was ever an instance or moved; otherwise those of groups, of the still triangles, and the
-    /// top. Nothing at all where nothing has a box.
+    /// One tree if the scene has never had instances or edits. Otherwise the trees of the groups,
+    /// the tree of the static triangles and the top-level tree. Empty if nothing in the scene has
+    /// bounds.
     pub(super) tree: Arc<WideTree>,
-    /// Of each group, then of the still triangles; empty where there is one tree.
+    /// The bottom-level trees: those of the groups, then that of the static triangles. Empty if
+    /// there is a single tree.
     lower: Vec<Blas>,
     unbounded: Vec<PrimId>,
-    /// The longest side of the box around everything.
+    /// The longest side of the scene's bounds.
     size: f32,
     simd: Isa,
     stats: BuildStats,
@@ -106,7 +111,7 @@ impl Wide {
         Ok(wide)
     }
 
-    /// The same tree for the kernels of another level.
+    /// Returns the same tree with the kernels of another SIMD level.
     pub fn with(&self, simd: Isa) -> Self {
         Self { simd, ..self.clone() }
     }
@@ -153,8 +158,8 @@ impl Wide {
         self.tree_mut().push(built_tree, numbers).ok_or_else(|| self.too_many())
     }
 
-    /// Gives the boxes of a tree's triangles to the nodes above them, or builds it anew where that makes rays much
-    /// slower or where a triangle has come in.
+    /// Refits the boxes of a bottom-level tree. Rebuilds it instead if the refitted tree would be
+    /// much slower, or if a triangle has to be added to it.
     fn refit_or_rebuild(
         &mut self,
         section: usize,
@@ -184,7 +189,8 @@ impl Wide {
         };
     }
 
-    /// What lies outside the tree: the state that a ray enters the tree with.
+    /// Returns the nearest hit among the unbounded primitives: the initial state of a ray that
+    /// enters the tree.
     fn outside(&self, ray: &Ray) -> Option<Hit> {
         let mut hit = None;
         self.geometry
@@ -250,7 +256,8 @@ impl Accelerator for Wide {
                 let order = order.unwrap_or(PacketOrder::ROWS);
                 kernels::occluded_at_once(simd, tree, rays, order, blocked, remaining)
             };
-            // What is left of rays that lay side by side does not.
+            // The rays that the occluder cache leaves are no longer coherent, so they do not go
+            // into packets.
             let in_packets = order.filter(|_| !is_sifted && policy.packets.should_try());
             if in_packets.is_some()
                 && let Some(some) = policy.probe(rays.len())
@@ -306,7 +313,8 @@ impl Accelerator for Wide {
         let changed = edit.apply(&mut self.geometry, &boxes)?;
         let mut updated = UpdateReport::default();
         self.tree_mut().pop();
-        // What was one tree becomes two, so that the next change finds what moves apart from what does not.
+        // A single tree is split in two levels, so that later updates find moving and static
+        // geometry in separate trees.
         if self.lower.is_empty() {
             for group in 0..groups {
                 self.push_lower(Prims::group(&self.geometry, group))?;
