@@ -1,17 +1,19 @@
-//! Sixty-four rays in flight: the kernel for rays that have nothing in common.
+//! The stream kernel, for incoherent rays: 64 active rays.
 //!
-//! A single ray waits: for the node it will test, and for the outcome of branches nobody can predict. So many are
-//! under way at once. All that are at nodes are tested in one pass without branches, which takes what comes next for each
-//! from its stack and asks for the memory that it will touch when its turn comes again. Rays at leaves wait until there are
-//! enough of them. A ray that is done makes room for the next.
+//! A single ray waits for memory and for unpredictable branches. So 64 rays are active at once. All
+//! rays that are at inner nodes are tested in one branch-free pass, which pops the next child of
+//! each ray from its stack and prefetches it. Rays at leaves wait until there are enough of them. A
+//! finished ray is replaced by the next one.
 //!
-//! At an instance a ray goes on in the space of its group: its line is mapped, the end of the instance goes on its stack
-//! and then the group's root. At the end it takes its line in the world again. Kernels for scenes without instances are
-//! compiled without any of this.
+//! At an instance, a ray is transformed to the local space of the group. The end marker of the
+//! instance and then the root of the group are pushed on the ray's stack. At the end marker, the
+//! ray returns to world space. Kernels for scenes without instances are compiled without this code.
 //!
-//! Rays to one light, of which any hit will do, may begin together ([`super::entry_points`]).
+//! Shadow rays to one light may start at a common entry point below the root
+//! ([`super::entry_points`]).
 //!
-//! Sixty-four cover the latency of memory; with 128 the rays' own state no longer fits the first cache.
+//! With 64 rays, the latency of memory is hidden; with 128, their state no longer fits into the L1
+//! cache.
 
 use super::{
     analytic,
@@ -37,28 +39,29 @@ use crate::{
     simd::lanes::SimdLevel,
 };
 
-/// As long as fewer rays wait at leaves, and at least so many are at nodes, those at leaves go on waiting.
+/// Rays at leaves wait while there are fewer than `AT_LEAVES` of them and at least `AT_NODES` rays
+/// at nodes.
 const AT_LEAVES: u32 = 3 * SLOTS as u32 / 8;
 const AT_NODES: u32 = SLOTS as u32 / 4;
 
-/// What a block of triangles takes, and what else there is to do for a ray, in halves of a node's test.
+/// The cost of a block of triangles, and the other costs of a ray, in halves of a node test.
 const BLOCK_COST: u64 = 3;
 const RAY_COST: u64 = 8;
 
-/// That of a slot which has had none.
+/// The index of a slot without a ray.
 const NO_RAY: u32 = u32::MAX;
 
-/// What becomes of a slot that has room.
+/// The result of refilling a free slot.
 enum Refill {
-    /// A ray begins at the root, or at the head of that number.
+    /// A ray starts at the root, or at the entry node with this index.
     Begins(u32),
-    /// The next ray cannot begin before the others have passed their heads.
+    /// The next ray cannot start before the others have passed their entry nodes.
     Waits,
-    /// No ray is left.
+    /// No rays are left.
     StackRange,
 }
 
-/// The rays that are not under way yet.
+/// The rays that have not started yet.
 struct RayQueue<'a> {
     rays: &'a [Ray],
     pick: RaySelection<'a>,
@@ -69,7 +72,7 @@ struct RayQueue<'a> {
 }
 
 impl RayQueue<'_> {
-    /// How many rays there are.
+    /// Returns the number of rays.
     fn len(&self) -> usize {
         match self.pick {
             RaySelection::All => self.rays.len(),
@@ -77,7 +80,7 @@ impl RayQueue<'_> {
         }
     }
 
-    /// Puts the next ray that has anything to ask into `slot`.
+    /// Starts the next unresolved ray in `slot`.
     #[inline(always)]
     fn refill<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         &mut self,
@@ -88,7 +91,7 @@ impl RayQueue<'_> {
     ) -> Refill {
         loop {
             let mut first = self.root;
-            // Rays are read one after another, but so seldom that the processor does not notice.
+            // Rays are read in order, but too slowly for the hardware prefetcher.
             let (ray, soon) = match self.pick {
                 RaySelection::Together(list) if HEADS && self.upcoming < list.len() => {
                     let Some(next) = self.heads.next(level, self.tree, self.rays, list, self.upcoming) else {
@@ -128,17 +131,17 @@ impl RayQueue<'_> {
     }
 }
 
-/// What a stream of rays found out about itself.
+/// Statistics of a traced stream.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StreamReport {
-    /// What the rays cost, in halves of a node's test; only where any hit will do.
+    /// The total cost of the rays, in halves of a node test; for occlusion only.
     pub cost: u64,
-    /// Whether it paid to look for entry points, where that was tried often enough to know.
+    /// Whether entry points paid off, if they were tried often enough to know.
     pub entry_points_pay: Option<bool>,
 }
 
-/// Asks `rays`; `answers` holds what is known already, and then the answers. Rays begin together with `HEADS`, which is for
-/// [`RaySelection::Together`] and where any hit will do.
+/// Traces `rays`. `answers` holds earlier results and receives the new ones. With `HEADS`, rays
+/// start at entry points; this is for occlusion queries of [`RaySelection::Together`].
 #[inline(always)]
 pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
     level: L,
@@ -165,7 +168,7 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         heads: &mut scratch.heads,
     };
     let visits = LeafQueue::opposite(&mut scratch.visits, &*flight.next);
-    // No ray is under way yet, so that all have come to their ends.
+    // No slot has a ray yet, so all of them count as finished.
     for slot in &mut *flight.all {
         slot.ray = NO_RAY;
     }
@@ -173,13 +176,13 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         const { assert!(Q::ANY || !HEADS) };
         queue.heads.begin(tree);
     }
-    // Sets of slots, a bit for each: those under way, and of these those that wait at a leaf or for the next ray.
+    // The set of active slots, one bit each.
     let mut active = u64::MAX;
     let mut halves = if Q::ANY { RAY_COST * queue.len() as u64 } else { 0 };
     while active != 0 {
         let [leaf, shape_or_done] = level.flags(flight.next);
         let mut done = active & shape_or_done & !leaf;
-        // Those that begin at a head.
+        // The slots whose rays start at an entry node.
         let mut fresh = 0;
         while done != 0 {
             let id = pop_lowest(&mut done);
@@ -209,7 +212,7 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         if Q::ANY {
             halves += 2 * u64::from((fresh | at_node).count_ones());
         }
-        // SAFETY: these slots begin at heads or wait at nodes, and the stacks are theirs.
+        // SAFETY: these slots start at entry nodes or wait at nodes, and `stacks` are their stacks.
         unsafe {
             if HEADS {
                 traversal::step::<L, Q, _, SLOTS>(level, &*queue.heads, &starts, &mut flight, fresh, stacks);
@@ -217,7 +220,7 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
             }
             traversal::step::<L, Q, _, SLOTS>(level, tree, &starts, &mut flight, at_node, stacks);
         }
-        // Those whose rays have come to end nearer.
+        // The slots whose rays were shortened or blocked.
         let mut nearer = 0_u64;
         let mut at_shape = at_leaf & shape_or_done;
         while at_shape != 0 {
@@ -241,7 +244,8 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
         while at_triangles != 0 {
             let id = pop_lowest(&mut at_triangles);
             let next = &mut flight.next[id];
-            // SAFETY: the slot waits at a leaf of this tree, and the stack is its own; what is settled is what it was.
+            // SAFETY: the slot waits at a leaf of this tree, and the stack is its own; `launder`
+            // returns the same address.
             unsafe {
                 let slot = level.launder(&mut flight.all[id]);
                 visited = visits.add(level, visited, slot.addr(), tree.leaf(*next));
@@ -259,7 +263,7 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
                 DONE
             } else {
                 let course = &mut flight.all[id].course;
-                // What was popped meanwhile may be too far as well.
+                // The child that was popped meanwhile may be too far as well.
                 course.stack.top -= 1;
                 // SAFETY: the stack is the slot's own.
                 unsafe {
@@ -275,10 +279,10 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
     }
 }
 
-/// Pops what comes next, and asks for it.
+/// Pops the next child and prefetches it.
 ///
 /// # Safety
-/// `course` has its stack among `stacks`.
+/// The stack of `course` is one of `stacks`.
 #[inline(always)]
 unsafe fn advance<L: SimdLevel>(level: L, starts: &Starts, course: &mut TraversalState, stacks: Stacks) -> u32 {
     // SAFETY: by this function's own contract.
@@ -302,10 +306,10 @@ impl Traverser for RayState {
     }
 }
 
-/// Takes a ray into an instance, or out of one.
+/// Moves a ray into an instance or out of one.
 ///
 /// # Safety
-/// `stacks` hold the slot's and were made for `tree`.
+/// The slot's stack is one of `stacks`, which were made for `tree`.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "all of a step's state, in registers")]
 unsafe fn instance_step<L: SimdLevel>(
@@ -328,7 +332,8 @@ unsafe fn instance_step<L: SimdLevel>(
             inside.current = InstanceId(number);
             let top = slot.course.stack.top as usize;
             for (at, child) in [(top, EXIT), (top - 1, tree.group_root(placed.group))] {
-                // SAFETY: a stack has room for these two besides all that may wait.
+                // SAFETY: a stack has room for these two entries besides all children that may
+                // wait.
                 unsafe { stacks.set(at, f32::NEG_INFINITY, child) };
             }
             slot.course.stack.top -= 2;

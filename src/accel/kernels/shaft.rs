@@ -1,10 +1,10 @@
-//! What encloses a group of rays that go the same way.
+//! The bounds of a group of coherent rays.
 //!
-//! Two boxes, around where they start and around where they end, and all that is between them: narrow at a light that they go
-//! to, and wide where one of them ends far beyond the others.
+//! A shaft is the space between two boxes, around the rays' origins and around their ends. It is
+//! narrow at a light that the rays go to, and wide if one of the rays ends far beyond the others.
 //!
-//! After Haines and Wallace, "Shaft Culling for Efficient Ray-Traced Radiosity", 1991, with time as a fourth axis instead
-//! of planes between the boxes' edges.
+//! After Haines and Wallace, "Shaft Culling for Efficient Ray-Traced Radiosity", 1991, with time as
+//! a fourth axis instead of planes between the boxes' edges.
 
 use super::{
     ray_rows::{fours, numbers, three},
@@ -18,32 +18,36 @@ use crate::{
     simd::lanes::{Eight, Floats, Mask, SimdLevel},
 };
 
-/// Rays without an end are followed for about so many times as far as anything of the scene is from its origin.
+/// The length of rays without an end, relative to the scene's extent.
 const MAX_LENGTH: f32 = 8.0;
 
-/// How far from the scene's origin rays of a shaft may start, and how far they must go along one axis at least to leave the scene,
-/// relative to the same.
+/// The largest distance of a shaft's origins from the scene's origin, and the smallest extent along
+/// one axis of rays that leave the scene, relative to the scene's extent.
 const AWAY: f32 = 2.0;
 const THROUGH: f32 = 4.0;
 
-/// How far along each axis they must go, relative to the same: what is computed from its reciprocal stays finite.
+/// The smallest extent of the rays along each axis, relative to the scene's extent. It keeps values
+/// that are computed from the reciprocal finite.
 const MIN_SIZE: f32 = 1e-12;
 
-/// They enter a box no sooner, and leave it no later, than the two rays would that come to a plane `x = b` at `b * inv + near` and
-/// `b * inv_far + far`, where 0 is where all of them start and 1 is where they end.
+/// A shaft enters a box no later, and leaves it no earlier, than any of its rays. It reaches a
+/// plane `x = b` at `b * inv + near` and `b * inv_far + far`, where 0 is the start of all rays and
+/// 1 is their end.
 #[derive(Clone, Default)]
 pub struct Shaft {
     course: TraversalState,
     inv_far: [f32; 4],
-    /// The least and the greatest coordinates of where they start.
+    /// The bounds of the rays' origins.
     o: [[f32; 4]; 2],
 }
 
 impl Shaft {
-    /// Encloses these rays, one at least; whether they go the same way and nothing about them is out of the ordinary.
+    /// Computes the bounds of these rays, of which there is at least one. Returns whether the rays
+    /// are coherent and regular, so that the shaft is valid.
     ///
-    /// At each time between start and end, the rays are between two corners of the box around where they are, each of which moves
-    /// along a line. The foremost one comes to a plane first, the hindmost one last.
+    /// At each time between start and end, the rays are between two corners of their bounding box,
+    /// each of which moves along a line. The foremost corner reaches a plane first, the hindmost
+    /// one last.
     #[inline(always)]
     pub fn enclose<L: SimdLevel>(&mut self, level: L, rays: &[Ray], ids: &[u32], reach: f32) -> bool {
         let long = MAX_LENGTH * reach / rays[ids[0] as usize].d.abs().max_element();
@@ -56,7 +60,7 @@ impl Shaft {
         let (mut low, mut e_low) = look(ids[0]);
         let (mut high, mut e_high) = (low, e_low);
         for &id in &ids[1..] {
-            // What is not a number is passed over: such a ray meets nothing.
+            // NaN is ignored: such a ray hits nothing.
             let (x, e) = look(id);
             (low, high) = (x.min(low), x.max(high));
             (e_low, e_high) = (e.min(e_low), e.max(e_high));
@@ -70,7 +74,7 @@ impl Shaft {
         let inv_near = one.div(e_low.sub(o_low).select(negative, e_high.sub(o_high)));
         let inv_far = one.div(e_high.sub(o_high).select(negative, e_low.sub(o_low)));
 
-        // Twice as much as for one ray, and for the roundings of where it ends.
+        // Twice the padding of a single ray, plus one for the rounding of its end.
         let away = o_low.abs().max(o_high.abs());
         let beyond = e_low.abs().max(e_high.abs());
         let pad = away
@@ -99,18 +103,20 @@ impl Shaft {
         fits & 0b111 == 0b111 && tmin >= 0.0 && shortest >= 0.0 && is_whole
     }
 
-    /// From where to where it is in each of a node's boxes.
+    /// Returns the boxes of a node that the shaft intersects.
     #[inline(always)]
     pub fn cross<L: SimdLevel>(&self, level: L, node: &WideNode) -> Eight {
         let (enter, leave) = self.course.cross(level, node, Some(&self.inv_far));
         level.met(enter, leave.mul(level.splat8(LEAVE)))
     }
 
-    /// Which triangles of a block rays may meet, a bit for each: no ray meets the others, since it does not come to their boxes, or
-    /// since they are flat across an axis and behind where rays start.
+    /// Returns the set of a block's triangles that rays of the shaft may hit. The other triangles
+    /// are hit by no ray: the shaft misses their bounds, or they are axis-aligned and behind the
+    /// rays' origins.
     ///
-    /// Boxes are a little larger than triangles, so that rays which leave a floor or a ceiling come to its box. Of a triangle that
-    /// is flat across an axis the distance to its plane has the right sign, as it is a product, and what is behind is no hit.
+    /// Bounds are slightly larger than triangles, so the box of a floor contains the origins of
+    /// rays that leave it. For an axis-aligned triangle, the distance to its plane has the correct
+    /// sign, since it is a product. So a triangle behind the origin is not hit.
     #[inline(always)]
     pub fn in_the_way<L: SimdLevel>(&self, level: L, block: &TriangleBlock) -> u32 {
         let [a, b, c] = block.corners.each_ref();
@@ -149,7 +155,7 @@ mod tests {
 
     const GROUP: u32 = 64;
 
-    /// Of scenes that reach 1 far.
+    /// For scenes with an extent of 1.
     const UNIT: BoundsPadding = BoundsPadding {
         reach: 1.0,
         origin: 0.0,
@@ -163,7 +169,7 @@ mod tests {
         Vec3::new(unit(i, k), unit(i, k + 1), unit(i, k + 2)) - 0.5
     }
 
-    /// A node of boxes of many sizes around the origin.
+    /// Returns a node with boxes of many sizes around the origin.
     fn node(i: u32) -> WideNode {
         let mut node = WideNode::NOTHING;
         for lane in 0..7 {
@@ -231,7 +237,7 @@ mod tests {
             }
         }
         assert!(together > 1000, "{together}");
-        // Narrow groups that end next to one another meet hardly anything that none of their rays does.
+        // A narrow group with nearby ends hits hardly any box that none of its rays hits.
         assert!(
             met_alone > 50 && met_together < met_alone * 11 / 10,
             "{met_together} {met_alone}"
@@ -253,7 +259,7 @@ mod tests {
                 }
                 block.set(lane as usize, corners, lane);
             }
-            // From the plane itself and up to three numbers beside it.
+            // In the plane itself and up to three floats beside it.
             let up = if i % 2 == 0 { 1.0 } else { -1.0 };
             let rays: Vec<Ray> = (0..GROUP)
                 .map(|k| {
