@@ -1,4 +1,4 @@
-//! The memory of the kernels, kept between batches.
+//! The memory of the kernels, which is kept between batches.
 
 use super::{
     aliased_buffer::AliasedBuffer,
@@ -11,7 +11,7 @@ use super::{
 };
 use super::{packet::rays::PACKETS, stack::StackMemory};
 
-/// What is under way, with its stacks.
+/// The states of the active rays and packets, and their stacks.
 pub struct Scratch {
     pub slots: Box<[RayState; SLOTS]>,
     pub packets: Box<[Packet; PACKETS]>,
@@ -33,7 +33,7 @@ impl Scratch {
         }
     }
 
-    /// Makes room for the stacks of `tree`, and marks their ends.
+    /// Reserves the stacks for `tree` and writes their end markers.
     pub fn prepare(&mut self, tree: &WideTree) {
         if self.stacks.reserve(tree.stack_len()) {
             let of_slots = self.slots.iter_mut().map(|slot| &mut slot.course.stack);

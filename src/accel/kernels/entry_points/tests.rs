@@ -1,4 +1,4 @@
-//! Heads beside the rays that begin at them.
+//! Comparison of entry nodes with the rays that start at them.
 
 use super::*;
 use crate::{
@@ -8,7 +8,7 @@ use crate::{
     simd::portable::Portable,
 };
 
-/// Of scenes that reach 1 far.
+/// For scenes with an extent of 1.
 const UNIT: BoundsPadding = BoundsPadding {
     reach: 1.0,
     origin: 0.0,
@@ -42,7 +42,8 @@ fn every_ray_begins_once() {
     assert_eq!(heads.verdict(), Some(false));
 }
 
-/// Whether heads pay for rays that are spread out over 1 where a chain of nodes, all that there is, is `height` high.
+/// Returns whether entry nodes pay off for rays with an extent of 1 in a scene that is a chain of
+/// nodes of this `height`.
 fn pays(height: f32) -> Option<bool> {
     let bounds = Aabb {
         min: Vec3::new(-1.0, -1.0, -height),
@@ -71,6 +72,6 @@ fn pays(height: f32) -> Option<bool> {
 #[test]
 fn heads_pay_where_the_rays_of_a_group_come_to_what_is_opened_for_them() {
     assert_eq!(pays(0.6), Some(true));
-    // As much is opened, and one ray of fifty comes to it.
+    // As many nodes are opened, and one ray of fifty visits them.
     assert_eq!(pays(1e-3), Some(false));
 }
