@@ -275,7 +275,7 @@ impl SimdLevel for Avx2 {
         }
     }
     #[inline(always)]
-    fn turn4(self, v: F4, last: usize) -> F4 {
+    fn rotate4(self, v: F4, last: usize) -> F4 {
         static TURNS: [[i32; 4]; 4] = [[0, 1, 2, 3], [1, 2, 0, 3], [2, 0, 1, 3], [0, 1, 2, 3]];
         let lanes = TURNS[last & 3].as_ptr().cast();
         // SAFETY: the token proves that the processor has AVX2; the lanes are as many as the

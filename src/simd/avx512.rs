@@ -170,8 +170,8 @@ impl SimdLevel for Avx512 {
         self.0.transpose(rows)
     }
     #[inline(always)]
-    fn turn4(self, v: F4, last: usize) -> F4 {
-        self.0.turn4(v, last)
+    fn rotate4(self, v: F4, last: usize) -> F4 {
+        self.0.rotate4(v, last)
     }
     #[inline(always)]
     fn join(self, first: F8, second: F8) -> F16 {

@@ -99,7 +99,7 @@ pub trait SimdLevel: Dispatch {
     /// Transposes an 8 x 8 matrix.
     fn transpose(self, rows: [Self::F8; 8]) -> [Self::F8; 8];
     /// Rotates the first three lanes so that lane `last - 1` comes last. Zero keeps the order.
-    fn turn4(self, v: Self::F4, last: usize) -> Self::F4;
+    fn rotate4(self, v: Self::F4, last: usize) -> Self::F4;
     fn join(self, first: Self::F8, second: Self::F8) -> Self::F16;
     fn join4(self, first: Self::F4, second: Self::F4) -> Self::F8;
     /// Broadcasts element `k` of each half to all lanes of that half, for `k` from 0 to 3.

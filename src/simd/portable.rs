@@ -177,7 +177,7 @@ impl SimdLevel for Portable {
         std::array::from_fn(|i| self.load8(&rows.map(|row| row[i])))
     }
     #[inline(always)]
-    fn turn4(self, v: Array<4>, last: usize) -> Array<4> {
+    fn rotate4(self, v: Array<4>, last: usize) -> Array<4> {
         let [x, y, z, w] = v.0;
         Array(match last {
             1 => [y, z, x, w],

@@ -16,7 +16,7 @@ pub fn test(slot: &mut RayState, index: u32, geometry: &Geometry, rays: &[Ray]) 
         ..rays[slot.ray as usize]
     };
     // Shapes are in world space, and so is the slot's line here.
-    let [x, y, z] = slot.course.inv;
+    let [x, y, z] = slot.state.inv;
     let slabs = Slabs {
         o: ray.o,
         inv: Vec3::new(x, y, z),

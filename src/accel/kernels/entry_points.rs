@@ -46,13 +46,13 @@ pub struct EntryPoints {
     nodes: [WideNode; 2 * BUILT_TOGETHER + 1],
     /// The index of each group's entry node.
     numbers: [u32; 2 * BUILT_TOGETHER],
-    growing: [EntryBuilder; BUILT_TOGETHER],
+    builders: [EntryBuilder; BUILT_TOGETHER],
     /// The number of entry nodes that were built for the batch.
-    made: usize,
+    built: usize,
     /// The number of nodes opened for the first [`TRIAL_GROUPS`] that one ray of each group visits.
     saved: usize,
     /// Whether there are entry nodes that no pass has visited yet.
-    is_ahead: bool,
+    is_pending: bool,
 }
 
 /// The index of the root.
@@ -62,19 +62,19 @@ const ROOT: u32 = 2 * BUILT_TOGETHER as u32;
 pub struct Next {
     pub ray: usize,
     /// The index of its entry node.
-    pub head: u32,
+    pub entry: u32,
     /// Indices of rays to prefetch: one that starts soon, and one for which an entry node is built
     /// soon.
-    pub soon: [usize; 2],
+    pub prefetch: [usize; 2],
 }
 
 /// An entry node under construction.
 #[derive(Clone, Default)]
 struct EntryBuilder {
     /// The bounds of its rays.
-    around: Shaft,
+    shaft: Shaft,
     /// Whether its rays are coherent.
-    goes_together: bool,
+    is_coherent: bool,
     boxes: OpenBoxes,
     /// In a trial, one of its rays.
     example: RayState,
@@ -109,10 +109,10 @@ impl EntryPoints {
         Self {
             nodes: [WideNode::NOTHING; 2 * BUILT_TOGETHER + 1],
             numbers: [ROOT; 2 * BUILT_TOGETHER],
-            growing: std::array::from_fn(|_| EntryBuilder::default()),
-            made: 0,
+            builders: std::array::from_fn(|_| EntryBuilder::default()),
+            built: 0,
             saved: 0,
-            is_ahead: false,
+            is_pending: false,
         }
     }
 
@@ -121,19 +121,19 @@ impl EntryPoints {
     pub fn begin(&mut self, tree: &WideTree) {
         // SAFETY: the tree has a root.
         self.nodes[ROOT as usize] = *unsafe { tree.node(tree.root()) };
-        (self.made, self.saved) = (0, 0);
-        self.is_ahead = false;
+        (self.built, self.saved) = (0, 0);
+        self.is_pending = false;
     }
 
     /// Returns whether entry points pay off, if this is known.
-    pub fn verdict(&self) -> Option<bool> {
-        (self.made >= TRIAL_GROUPS).then_some(8 * self.saved >= MIN_SAVED * TRIAL_GROUPS)
+    pub fn pays_off(&self) -> Option<bool> {
+        (self.built >= TRIAL_GROUPS).then_some(8 * self.saved >= MIN_SAVED * TRIAL_GROUPS)
     }
 
     /// Must be called after all rays that have started have passed their entry nodes.
     #[inline(always)]
     pub fn passed(&mut self) {
-        self.is_ahead = false;
+        self.is_pending = false;
     }
 
     /// Returns the ray at position `upcoming` of `list`; positions must be requested in order.
@@ -149,53 +149,53 @@ impl EntryPoints {
         upcoming: usize,
     ) -> Option<Next> {
         if upcoming.is_multiple_of(Self::RAYS) {
-            if self.is_ahead {
+            if self.is_pending {
                 return None;
             }
-            self.is_ahead = true;
+            self.is_pending = true;
             let first = upcoming / GROUP % (2 * BUILT_TOGETHER);
-            if self.verdict() == Some(false) {
+            if self.pays_off() == Some(false) {
                 self.numbers = [ROOT; 2 * BUILT_TOGETHER];
             } else {
-                self.make(level, tree, rays, &list[upcoming..], first);
+                self.build_next(level, tree, rays, &list[upcoming..], first);
             }
         }
         let ray = |at: usize| list[at.min(list.len() - 1)] as usize;
         Some(Next {
             ray: ray(upcoming),
-            head: self.numbers[upcoming / GROUP % (2 * BUILT_TOGETHER)],
-            soon: [ray(upcoming + PREFETCH_DISTANCE), ray(upcoming + Self::RAYS)],
+            entry: self.numbers[upcoming / GROUP % (2 * BUILT_TOGETHER)],
+            prefetch: [ray(upcoming + PREFETCH_DISTANCE), ray(upcoming + Self::RAYS)],
         })
     }
 
     /// Builds the entry nodes of the next groups, from the index `first` on.
     #[inline(always)]
-    fn make<L: SimdLevel>(&mut self, level: L, tree: &WideTree, rays: &[Ray], list: &[u32], first: usize) {
-        let is_trial = self.made < TRIAL_GROUPS;
-        for (k, growing) in self.growing.iter_mut().enumerate() {
+    fn build_next<L: SimdLevel>(&mut self, level: L, tree: &WideTree, rays: &[Ray], list: &[u32], first: usize) {
+        let is_trial = self.built < TRIAL_GROUPS;
+        for (k, builder) in self.builders.iter_mut().enumerate() {
             // The last groups may be empty; any rays will do then.
             let group = list.get(k * GROUP..).filter(|rest| !rest.is_empty()).unwrap_or(list);
             let group = &group[..group.len().min(GROUP)];
-            growing.goes_together = growing.around.enclose(level, rays, group, tree.padding.reach);
+            builder.is_coherent = builder.shaft.enclose(level, rays, group, tree.padding.reach);
             if is_trial {
                 // If the ray cannot hit anything, the previous example is kept. Examples affect
                 // only whether entry points pay off.
                 let example = group[group.len() / 2] as usize;
-                growing.example.start(level, &rays[example], example, tree.padding);
+                builder.example.start(level, &rays[example], example, tree.padding);
             }
-            growing.boxes.begin(tree.root());
+            builder.boxes.begin(tree.root());
         }
         for _ in 0..MAX_OPENED {
-            for growing in &mut self.growing {
+            for builder in &mut self.builders {
                 // SAFETY: the boxes are those of this tree.
-                let saves = unsafe { growing.open(level, tree, is_trial) };
-                self.saved += usize::from(saves & growing.goes_together);
+                let saves = unsafe { builder.open(level, tree, is_trial) };
+                self.saved += usize::from(saves & builder.is_coherent);
             }
         }
-        self.made += BUILT_TOGETHER;
-        for (k, growing) in (first..).zip(&self.growing) {
-            self.numbers[k] = if growing.goes_together { k as u32 } else { ROOT };
-            growing.boxes.write(level, &mut self.nodes[k]);
+        self.built += BUILT_TOGETHER;
+        for (k, builder) in (first..).zip(&self.builders) {
+            self.numbers[k] = if builder.is_coherent { k as u32 } else { ROOT };
+            builder.boxes.write(level, &mut self.nodes[k]);
         }
     }
 }
@@ -221,7 +221,7 @@ impl EntryBuilder {
         let child = select_unpredictable(is_inner, boxes.child[lane], tree.root());
         // SAFETY: this is an inner child of one of the nodes, or the root.
         let node = unsafe { tree.node(child) };
-        let met = self.around.cross(level, node).bits();
+        let met = self.shaft.intersect_node(level, node).bits();
         let fits = is_inner & (boxes.count + met.count_ones() as usize <= 8 + 1);
         boxes.area[lane] = CLOSED_AREA;
         let saves = is_trial & fits & (boxes.is_met[lane] != 0);
@@ -240,7 +240,7 @@ impl EntryBuilder {
         replace(level, &mut boxes.child, lane, others, met, &node.child);
         replace(level, &mut boxes.area, lane, others, met, bytemuck::cast_ref(&area));
         if is_trial {
-            let (enter, leave) = self.example.course.cross(level, node, None);
+            let (enter, leave) = self.example.state.intersect_node(level, node, None);
             let by_example = level.met(enter, leave.mul(level.splat8(LEAVE))).bits();
             let is_met = std::array::from_fn(|k| by_example >> k & 1);
             replace(level, &mut boxes.is_met, lane, others, met, &is_met);
@@ -282,8 +282,8 @@ impl OpenBoxes {
     fn largest<L: SimdLevel>(&self, level: L) -> (usize, bool) {
         // Leaves and invalid lanes get a negative area.
         let area: [u32; 8] = std::array::from_fn(|k| {
-            let counts = k + self.count >= 8;
-            self.area[8 + k] | (self.child[8 + k] & LEAF | u32::from(!counts)) << 31
+            let is_valid = k + self.count >= 8;
+            self.area[8 + k] | (self.child[8 + k] & LEAF | u32::from(!is_valid)) << 31
         });
         let area = level.load8(bytemuck::cast_ref(&area));
         let largest = area.reduce_max();
@@ -303,9 +303,9 @@ impl OpenBoxes {
     /// Returns the valid elements of a row, and `before` in the others.
     #[inline(always)]
     fn last<L: SimdLevel>(&self, level: L, row: &BoxRow, before: f32) -> [f32; 8] {
-        let counts = level.mask16(0xffff_0000 >> self.count & 0xffff);
+        let is_valid = level.mask16(0xffff_0000 >> self.count & 0xffff);
         let row = level.load16(bytemuck::cast_ref(row));
-        let row = row.select(counts, level.splat16(before)).to_array();
+        let row = row.select(is_valid, level.splat16(before)).to_array();
         row.as_chunks().0[1]
     }
 }

@@ -37,7 +37,7 @@ pub fn meet<L: SimdLevel, Q: Query>(
 ) -> Meet {
     // All lanes are equal except those of the bounds, of which the first counts.
     let meets = triangle::meet(stretch(level, slot, block, k), crossing);
-    let mut is_hit = meets.valid.and(level.splat4(slot.course.tmin).lt(meets.t));
+    let mut is_hit = meets.valid.and(level.splat4(slot.state.tmin).lt(meets.t));
     if Q::ANY {
         is_hit = is_hit.and(meets.t.le(level.splat4(slot.best.t)));
     }
@@ -53,21 +53,21 @@ pub fn meet<L: SimdLevel, Q: Query>(
 /// matter.
 #[inline(always)]
 fn stretch<L: SimdLevel>(level: L, slot: &RayState, block: &TriangleBlock, k: usize) -> [L::F4; 2] {
-    let [a, b, c] = slot.turn(&block.corners);
+    let [a, b, c] = slot.permute_axes(&block.corners);
     let (a, b, c) = (corner(level, a, k), corner(level, b, k), corner(level, c, k));
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
     let pad = low.abs().max(high.abs()).mul(level.splat4(PADDING));
     let (o, tiny) = (level.load4(&slot.line()[0]), level.splat4(TINY));
     let low = low.sub(pad).sub(o).sub(tiny);
     let high = high.add(pad).sub(o).add(tiny);
-    let inv = level.turn4(level.load4(&slot.course.rows()[0]), slot.last());
+    let inv = level.rotate4(level.load4(&slot.state.rows()[0]), slot.last());
     // Reciprocals are neither zero nor infinite, so the smaller one of two products belongs to the
     // nearer face.
     let (p, q) = (low.mul(inv), high.mul(inv));
     let (near, far) = (p.min(q), p.max(q));
     [
-        near.max(level.turn4(near, 1)).max(level.turn4(near, 2)),
-        far.min(level.turn4(far, 1)).min(level.turn4(far, 2)),
+        near.max(level.rotate4(near, 1)).max(level.rotate4(near, 2)),
+        far.min(level.rotate4(far, 1)).min(level.rotate4(far, 2)),
     ]
 }
 

@@ -216,7 +216,10 @@ fn candidates<L: SimdLevel>(
     let [x, y, z, begin] = level.quads(join(level, o, o2));
     let [dx, dy, dz, until] = level.quads(join(level, d, d2));
     let [sx, sy, ..] = level.quads(join(level, shear, shear2));
-    let ([a, b, c], [a2, b2, c2]) = (first.0.turn(&first.1.corners), second.0.turn(&second.1.corners));
+    let ([a, b, c], [a2, b2, c2]) = (
+        first.0.permute_axes(&first.1.corners),
+        second.0.permute_axes(&second.1.corners),
+    );
     let corners = [
         each(join3(level, a, a2), [x, y, z], L::F8::sub),
         each(join3(level, b, b2), [x, y, z], L::F8::sub),

@@ -53,13 +53,13 @@ kernel! {
         tree: &WideTree,
         geometry: &Geometry,
         rays: &[Ray],
-        pick: RaySelection,
+        selection: RaySelection,
         hits: &mut [Option<Hit>],
         scratch: &mut Scratch,
     ) = |level| if tree.has_instances() {
-        ray_stream::trace::<_, Nearest, true, false>(level, tree, geometry, rays, pick, hits, scratch);
+        ray_stream::trace::<_, Nearest, true, false>(level, tree, geometry, rays, selection, hits, scratch);
     } else {
-        ray_stream::trace::<_, Nearest, false, false>(level, tree, geometry, rays, pick, hits, scratch);
+        ray_stream::trace::<_, Nearest, false, false>(level, tree, geometry, rays, selection, hits, scratch);
     }
 }
 
@@ -70,17 +70,17 @@ kernel! {
         tree: &WideTree,
         geometry: &Geometry,
         rays: &[Ray],
-        pick: RaySelection,
+        selection: RaySelection,
         blocked: &mut [bool],
         scratch: &mut Scratch,
-    ) -> StreamReport = |level| match pick {
+    ) -> StreamReport = |level| match selection {
         _ if tree.has_instances() => {
-            ray_stream::trace::<_, Occluded, true, false>(level, tree, geometry, rays, pick, blocked, scratch)
+            ray_stream::trace::<_, Occluded, true, false>(level, tree, geometry, rays, selection, blocked, scratch)
         }
         RaySelection::Together(_) => {
-            ray_stream::trace::<_, Occluded, false, true>(level, tree, geometry, rays, pick, blocked, scratch)
+            ray_stream::trace::<_, Occluded, false, true>(level, tree, geometry, rays, selection, blocked, scratch)
         }
-        _ => ray_stream::trace::<_, Occluded, false, false>(level, tree, geometry, rays, pick, blocked, scratch),
+        _ => ray_stream::trace::<_, Occluded, false, false>(level, tree, geometry, rays, selection, blocked, scratch),
     }
 }
 

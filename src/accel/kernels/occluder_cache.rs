@@ -89,7 +89,7 @@ pub fn trace<L: SimdLevel>(
     if groups < 2 * TRIAL_GROUPS {
         return false;
     }
-    let mut umbra = OccluderSearch {
+    let mut search = OccluderSearch {
         tree,
         rays,
         shaft: Shaft::default(),
@@ -98,14 +98,14 @@ pub fn trace<L: SimdLevel>(
     remaining.clear();
     for k in 0..TRIAL_GROUPS {
         let group = k * (groups - 1) / (TRIAL_GROUPS - 1);
-        umbra.ask(level, &ids(order, group, count), blocked, remaining);
+        search.resolve(level, &ids(order, group, count), blocked, remaining);
     }
-    let answered = TRIAL_GROUPS * GROUP - remaining.len();
+    let resolved = TRIAL_GROUPS * GROUP - remaining.len();
     remaining.clear();
-    let pays = answered * MIN_ANSWERED >= TRIAL_GROUPS * GROUP;
+    let pays = resolved * MIN_ANSWERED >= TRIAL_GROUPS * GROUP;
     if pays {
         for group in 0..groups {
-            umbra.ask(level, &ids(order, group, count), blocked, remaining);
+            search.resolve(level, &ids(order, group, count), blocked, remaining);
         }
         for packet in groups * GROUP / RAYS..count.div_ceil(RAYS) {
             remaining.extend(order.list(packet, count).as_slice());
@@ -127,7 +127,7 @@ fn ids(order: PacketOrder, group: usize, count: usize) -> [u32; GROUP] {
 impl OccluderSearch<'_> {
     /// Resolves the rays of a group, and adds the unresolved ones to `left`.
     #[inline(always)]
-    fn ask<L: SimdLevel>(&mut self, level: L, ids: &[u32; GROUP], blocked: &mut [bool], left: &mut Vec<u32>) {
+    fn resolve<L: SimdLevel>(&mut self, level: L, ids: &[u32; GROUP], blocked: &mut [bool], left: &mut Vec<u32>) {
         let before = left.len();
         let tested = self.occluder.take();
         if let Some(occluder) = tested
@@ -135,12 +135,12 @@ impl OccluderSearch<'_> {
         {
             return;
         }
-        let view = if self.shaft.enclose(level, self.rays, ids, self.tree.padding.reach) {
-            self.look(level)
+        let found = if self.shaft.enclose(level, self.rays, ids, self.tree.padding.reach) {
+            self.query_shaft(level)
         } else {
             ShaftQuery::Anything
         };
-        match view {
+        match found {
             ShaftQuery::Nothing => left.truncate(before),
             ShaftQuery::Leaf(occluder) if Some(occluder) != tested => {
                 left.truncate(before);
@@ -189,7 +189,7 @@ impl OccluderSearch<'_> {
 
     /// Finds what the shaft intersects, in the order of the nodes' lanes.
     #[inline(always)]
-    fn look<L: SimdLevel>(&self, level: L) -> ShaftQuery {
+    fn query_shaft<L: SimdLevel>(&self, level: L) -> ShaftQuery {
         let mut stack = [0; STACK];
         stack[0] = self.tree.root();
         let (mut count, mut nodes) = (1, 0);
@@ -203,7 +203,7 @@ impl OccluderSearch<'_> {
                 nodes += 1;
                 // SAFETY: this is the root or an inner child.
                 let node = unsafe { self.tree.node(child) };
-                let mut met = self.shaft.cross(level, node).bits();
+                let mut met = self.shaft.intersect_node(level, node).bits();
                 while met != 0 {
                     let lane = met.ilog2();
                     met ^= 1 << lane;
@@ -215,7 +215,7 @@ impl OccluderSearch<'_> {
                 let blocks = unsafe { self.tree.leaf(child) };
                 let mut triangles = 0;
                 for (i, block) in blocks.iter().enumerate() {
-                    triangles |= self.shaft.in_the_way(level, block) << (BLOCK_TRIANGLES * i);
+                    triangles |= self.shaft.possible_occluders(level, block) << (BLOCK_TRIANGLES * i);
                 }
                 if triangles != 0 {
                     return ShaftQuery::Leaf(Occluder { leaf: child, triangles });
@@ -243,8 +243,8 @@ fn blocked_by<L: SimdLevel>(
     let Ray16 { o, d, inv, tmin, tmax } = sixteen;
     let asked = level.mask16(sorted.ordinary & sorted.along);
     let [x, y, z] = Shear::new(&rays[ids[sorted.leader] as usize].d).axes;
-    let turn = |v: &Vec3s<L::F16>| [v[x], v[y], v[z]];
-    let (turned_o, turned_d) = (turn(&o), turn(&d));
+    let permute_axes = |v: &Vec3s<L::F16>| [v[x], v[y], v[z]];
+    let (turned_o, turned_d) = (permute_axes(&o), permute_axes(&d));
     let shear = [turned_d[0].mul(inv[z]), turned_d[1].mul(inv[z])];
     let begin = tmin.mul(level.splat16(1.0 - BEYOND));
     let until = tmax.add(tmax.abs().mul(level.splat16(BEYOND)));
@@ -261,9 +261,9 @@ fn blocked_by<L: SimdLevel>(
         ];
         let [a, b, c] = &world;
         let corners = [
-            each(turn(a), turned_o, L::F16::sub),
-            each(turn(b), turned_o, L::F16::sub),
-            each(turn(c), turned_o, L::F16::sub),
+            each(permute_axes(a), turned_o, L::F16::sub),
+            each(permute_axes(b), turned_o, L::F16::sub),
+            each(permute_axes(c), turned_o, L::F16::sub),
         ];
         let sides = sides(&corners, shear);
         if sides.inside.and(asked).bits() & !blocked == 0 {

@@ -30,7 +30,7 @@ const _: () = assert!(ORDINARY >= 2.0 / STEEPEST && ORDINARY_REACH / ORDINARY <=
 #[derive(Clone, Default)]
 pub struct RayState {
     /// The ray as in [`Planes`], with negated shifts.
-    pub course: TraversalState,
+    pub state: TraversalState,
     pub best: Best,
     /// The origin and the direction, in the order of [`RayState::axes`]. No hit has an unclipped
     /// `t` outside of `begin` and `until`.
@@ -69,7 +69,7 @@ fn axis(entry: u8) -> usize {
 /// Written out, since a closure over a part of an array is not always compiled with the
 /// instructions of its caller.
 #[inline(always)]
-fn turn(corner: &[CornerRow; 3], [x, y, z]: [usize; 3]) -> [&CornerRow; 3] {
+fn permute_axes(corner: &[CornerRow; 3], [x, y, z]: [usize; 3]) -> [&CornerRow; 3] {
     [row(corner, x), row(corner, y), row(corner, z)]
 }
 
@@ -119,7 +119,7 @@ impl RayState {
     pub fn start<L: SimdLevel>(&mut self, level: L, ray: &Ray, number: usize, padding: BoundsPadding) -> bool {
         self.best = Best::none(ray.tmax);
         self.ray = number as u32;
-        self.course.stack.clear();
+        self.state.stack.clear();
         let span = Span {
             tmin: ray.tmin,
             begin: ray.tmin - ray.tmin.abs() * BEYOND,
@@ -132,11 +132,11 @@ impl RayState {
     /// Continues along the line of `ray`, which is the slot's ray in another space. Returns whether
     /// it can hit anything.
     #[inline(always)]
-    pub fn turn_to<L: SimdLevel>(&mut self, level: L, ray: &Ray, padding: BoundsPadding) -> bool {
+    pub fn continue_along<L: SimdLevel>(&mut self, level: L, ray: &Ray, padding: BoundsPadding) -> bool {
         let span = Span {
-            tmin: self.course.tmin,
+            tmin: self.state.tmin,
             begin: self.begin,
-            end: self.course.end,
+            end: self.state.end,
             until: self.until,
         };
         self.set_line(level, ray, span, padding)
@@ -150,7 +150,7 @@ impl RayState {
     #[inline(always)]
     pub fn set_best(&mut self, best: Best) {
         self.best = best;
-        self.course.end = best.t * END;
+        self.state.end = best.t * END;
         self.until = best.t + best.t.abs() * BEYOND;
     }
 
@@ -166,34 +166,34 @@ impl RayState {
         let inv = level.splat4(1.0).div(d);
 
         // The last one of the axes along which the direction is longest.
-        let longest = length.max(level.turn4(length, 1)).max(level.turn4(length, 2));
+        let longest = length.max(level.rotate4(length, 1)).max(level.rotate4(length, 2));
         let main = ((length.eq(longest).bits() & 0b111) << 1 | 1).ilog2() as usize & 3;
         self.axes = AXES[main];
-        let turned = level.turn4(d, main);
+        let turned = level.rotate4(d, main);
         // From the register, since a load would have to wait for the store above.
-        let [_, _, inv_main, _] = level.turn4(inv, main).to_array();
+        let [_, _, inv_main, _] = level.rotate4(inv, main).to_array();
         let [x, y, ..] = turned.mul(level.splat4(inv_main)).to_array();
         self.shear = [x, y];
         let [line, ends] = self.line_mut();
-        *line = row_with(level, level.turn4(o, main), span.begin);
+        *line = row_with(level, level.rotate4(o, main), span.begin);
         *ends = row_with(level, turned, span.until);
 
         let negative = d.lt(level.splat4(0.0));
         let mut pad = away.mul(level.splat4(PAD)).add(level.splat4(4.0 * TINY));
         if padding.origin != 0.0 {
-            let most = away.max(level.turn4(away, 1)).max(level.turn4(away, 2));
+            let most = away.max(level.rotate4(away, 1)).max(level.rotate4(away, 2));
             pad = pad.add(most.mul(level.splat4(padding.origin)));
         }
         let (less, more) = (o.sub(pad), o.add(pad));
         let back = inv.mul(level.splat4(-1.0));
         let near = less.select(negative, more).mul(back);
         let far = more.select(negative, less).mul(back);
-        *self.course.rows_mut() = [
+        *self.state.rows_mut() = [
             row_with(level, inv, span.tmin),
             row_with(level, near, span.end),
             row_with(level, far, 0.0),
         ];
-        self.course.set_octant(negative.bits());
+        self.state.set_octant(negative.bits());
 
         let steep = longest.mul(level.splat4(ORDINARY)).max(level.splat4(f32::MIN_POSITIVE));
         let reach = longest
@@ -207,10 +207,10 @@ impl RayState {
     #[cold]
     fn set_any_planes(&mut self, ray: &Ray, padding: BoundsPadding) -> bool {
         let planes = Planes::new(ray, padding);
-        self.course.inv = planes.inv.to_array();
-        self.course.near = (-planes.shift_near).to_array();
-        self.course.far = (-planes.shift_far).to_array();
-        self.course
+        self.state.inv = planes.inv.to_array();
+        self.state.near = (-planes.shift_near).to_array();
+        self.state.far = (-planes.shift_far).to_array();
+        self.state
             .set_octant((0..3).map(|axis| u32::from(planes.negative[axis]) << axis).sum());
         planes.alive
     }
@@ -237,9 +237,13 @@ impl RayState {
 
     /// Returns the rows of vertices in the order of the axes.
     #[inline(always)]
-    pub fn turn<'a>(&self, [a, b, c]: &'a [[CornerRow; 3]; 3]) -> [[&'a CornerRow; 3]; 3] {
+    pub fn permute_axes<'a>(&self, [a, b, c]: &'a [[CornerRow; 3]; 3]) -> [[&'a CornerRow; 3]; 3] {
         let places = [self.place(0), self.place(1), self.place(2)];
-        [turn(a, places), turn(b, places), turn(c, places)]
+        [
+            permute_axes(a, places),
+            permute_axes(b, places),
+            permute_axes(c, places),
+        ]
     }
 
     /// Returns the byte offset of an axis's row in a vertex.
@@ -250,7 +254,7 @@ impl RayState {
         usize::from(unsafe { ptr::read_volatile(&self.axes[k]) })
     }
 
-    /// Returns the argument of [`SimdLevel::turn4`] that permutes world axes to the slot's order.
+    /// Returns the argument of [`SimdLevel::rotate4`] that permutes world axes to the slot's order.
     #[inline(always)]
     pub fn last(&self) -> usize {
         self.place(0) / size_of::<CornerRow>()
@@ -275,7 +279,7 @@ mod tests {
         }) {
             let mut slot = RayState::default();
             let ray = Ray::new(Vec3::new(0.1, 0.2, 0.3), d);
-            if !slot.turn_to(Portable, &ray, padding) {
+            if !slot.continue_along(Portable, &ray, padding) {
                 assert!(d.abs().max_element() == 0.0, "{d}");
                 continue;
             }
@@ -285,12 +289,8 @@ mod tests {
             assert_eq!(slot.o, shear.permute(&ray.o).to_array());
             assert_eq!(slot.d, shear.permute(&d).to_array());
             let o = Portable.load4(&[ray.o.x, ray.o.y, ray.o.z, 0.0]);
-            assert_eq!(three(Portable.turn4(o, slot.last())), slot.o, "{d}");
-            assert_eq!(
-                slot.course.negative(),
-                [d.x, d.y, d.z].map(f32::is_sign_negative),
-                "{d}"
-            );
+            assert_eq!(three(Portable.rotate4(o, slot.last())), slot.o, "{d}");
+            assert_eq!(slot.state.negative(), [d.x, d.y, d.z].map(f32::is_sign_negative), "{d}");
         }
     }
 }

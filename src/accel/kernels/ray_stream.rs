@@ -54,27 +54,27 @@ const NO_RAY: u32 = u32::MAX;
 /// The result of refilling a free slot.
 enum Refill {
     /// A ray starts at the root, or at the entry node with this index.
-    Begins(u32),
+    Started(u32),
     /// The next ray cannot start before the others have passed their entry nodes.
-    Waits,
+    Blocked,
     /// No rays are left.
-    StackRange,
+    Exhausted,
 }
 
 /// The rays that have not started yet.
 struct RayQueue<'a> {
     rays: &'a [Ray],
-    pick: RaySelection<'a>,
+    selection: RaySelection<'a>,
     upcoming: usize,
     tree: &'a WideTree,
     root: u32,
-    heads: &'a mut EntryPoints,
+    entry_points: &'a mut EntryPoints,
 }
 
 impl RayQueue<'_> {
     /// Returns the number of rays.
     fn len(&self) -> usize {
-        match self.pick {
+        match self.selection {
             RaySelection::All => self.rays.len(),
             RaySelection::Some(list) | RaySelection::Together(list) => list.len(),
         }
@@ -82,7 +82,7 @@ impl RayQueue<'_> {
 
     /// Starts the next unresolved ray in `slot`.
     #[inline(always)]
-    fn refill<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
+    fn refill<L: SimdLevel, Q: Query, const INSTANCES: bool, const ENTRY_POINTS: bool>(
         &mut self,
         level: L,
         slot: &mut RayState,
@@ -92,27 +92,29 @@ impl RayQueue<'_> {
         loop {
             let mut first = self.root;
             // Rays are read in order, but too slowly for the hardware prefetcher.
-            let (ray, soon) = match self.pick {
-                RaySelection::Together(list) if HEADS && self.upcoming < list.len() => {
-                    let Some(next) = self.heads.next(level, self.tree, self.rays, list, self.upcoming) else {
-                        return Refill::Waits;
+            let (ray, prefetch) = match self.selection {
+                RaySelection::Together(list) if ENTRY_POINTS && self.upcoming < list.len() => {
+                    let Some(next) = self.entry_points.next(level, self.tree, self.rays, list, self.upcoming) else {
+                        return Refill::Blocked;
                     };
-                    level.prefetch::<1>(self.rays.as_ptr().wrapping_add(next.soon[1]).cast());
-                    first = next.head;
-                    (next.ray, next.soon[0])
+                    level.prefetch::<1>(self.rays.as_ptr().wrapping_add(next.prefetch[1]).cast());
+                    first = next.entry;
+                    (next.ray, next.prefetch[0])
                 }
                 RaySelection::All if self.upcoming < self.rays.len() => {
                     (self.upcoming, self.upcoming + PREFETCH_DISTANCE)
                 }
-                RaySelection::Some(list) | RaySelection::Together(list) if !HEADS && self.upcoming < list.len() => {
+                RaySelection::Some(list) | RaySelection::Together(list)
+                    if !ENTRY_POINTS && self.upcoming < list.len() =>
+                {
                     let ray = list[self.upcoming] as usize;
                     (ray, ray + PREFETCH_DISTANCE)
                 }
-                _ => return Refill::StackRange,
+                _ => return Refill::Exhausted,
             };
             self.upcoming += 1;
-            level.prefetch::<1>(self.rays.as_ptr().wrapping_add(soon).cast());
-            level.prefetch::<1>(answers.as_ptr().wrapping_add(soon).cast());
+            level.prefetch::<1>(self.rays.as_ptr().wrapping_add(prefetch).cast());
+            level.prefetch::<1>(answers.as_ptr().wrapping_add(prefetch).cast());
             let is_known = Q::is_known(&answers[ray]);
             if Q::ANY && is_known || !slot.start(level, &self.rays[ray], ray, self.tree.padding) {
                 continue;
@@ -126,7 +128,7 @@ impl RayQueue<'_> {
                     best: Q::instance(&answers[ray]),
                 };
             }
-            return Refill::Begins(first);
+            return Refill::Started(first);
         }
     }
 }
@@ -140,93 +142,93 @@ pub struct StreamReport {
     pub entry_points_pay: Option<bool>,
 }
 
-/// Traces `rays`. `answers` holds earlier results and receives the new ones. With `HEADS`, rays
+/// Traces `rays`. `answers` holds earlier results and receives the new ones. With `ENTRY_POINTS`, rays
 /// start at entry points; this is for occlusion queries of [`RaySelection::Together`].
 #[inline(always)]
-pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
+pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const ENTRY_POINTS: bool>(
     level: L,
     tree: &WideTree,
     geometry: &Geometry,
     rays: &[Ray],
-    pick: RaySelection,
+    selection: RaySelection,
     answers: &mut [Q::Answer],
     scratch: &mut Scratch,
 ) -> StreamReport {
     scratch.prepare(tree);
     let (starts, stacks) = (tree.starts(), scratch.stacks.stacks());
     let inside = &mut *scratch.inside;
-    let mut flight = Active {
+    let mut active = Active {
         all: &mut scratch.slots,
         next: &mut [DONE; SLOTS],
     };
     let mut queue = RayQueue {
         rays,
-        pick,
+        selection,
         upcoming: 0,
         tree,
         root: tree.root(),
-        heads: &mut scratch.heads,
+        entry_points: &mut scratch.entry_points,
     };
-    let visits = LeafQueue::opposite(&mut scratch.visits, &*flight.next);
+    let leaf_queue = LeafQueue::opposite(&mut scratch.leaf_queue, &*active.next);
     // No slot has a ray yet, so all of them count as finished.
-    for slot in &mut *flight.all {
+    for slot in &mut *active.all {
         slot.ray = NO_RAY;
     }
-    if HEADS {
-        const { assert!(Q::ANY || !HEADS) };
-        queue.heads.begin(tree);
+    if ENTRY_POINTS {
+        const { assert!(Q::ANY || !ENTRY_POINTS) };
+        queue.entry_points.begin(tree);
     }
     // The set of active slots, one bit each.
-    let mut active = u64::MAX;
-    let mut halves = if Q::ANY { RAY_COST * queue.len() as u64 } else { 0 };
-    while active != 0 {
-        let [leaf, shape_or_done] = level.flags(flight.next);
-        let mut done = active & shape_or_done & !leaf;
+    let mut active_set = u64::MAX;
+    let mut cost = if Q::ANY { RAY_COST * queue.len() as u64 } else { 0 };
+    while active_set != 0 {
+        let [leaf, shape_or_done] = level.flags(active.next);
+        let mut done = active_set & shape_or_done & !leaf;
         // The slots whose rays start at an entry node.
         let mut fresh = 0;
         while done != 0 {
             let id = pop_lowest(&mut done);
-            let slot = &mut flight.all[id];
+            let slot = &mut active.all[id];
             let instance = if INSTANCES { inside[id].best } else { InstanceId::NONE };
             if let Some(answer) = answers.get_mut(slot.ray as usize) {
                 *answer = Q::end(&slot.best, instance);
             }
-            match queue.refill::<L, Q, INSTANCES, HEADS>(level, slot, &mut inside[id], answers) {
-                Refill::Begins(first) => {
-                    flight.next[id] = first;
-                    fresh |= u64::from(HEADS) << id;
+            match queue.refill::<L, Q, INSTANCES, ENTRY_POINTS>(level, slot, &mut inside[id], answers) {
+                Refill::Started(first) => {
+                    active.next[id] = first;
+                    fresh |= u64::from(ENTRY_POINTS) << id;
                 }
-                Refill::Waits => {
+                Refill::Blocked => {
                     slot.ray = NO_RAY;
                     done |= 1 << id;
                     break;
                 }
-                Refill::StackRange => active ^= 1 << id,
+                Refill::Exhausted => active_set ^= 1 << id,
             }
         }
-        let at_node = active & !leaf & !fresh & !done;
-        let mut at_leaf = active & leaf & !fresh;
+        let at_node = active_set & !leaf & !fresh & !done;
+        let mut at_leaf = active_set & leaf & !fresh;
         if at_leaf.count_ones() < AT_LEAVES && at_node.count_ones() >= AT_NODES {
             at_leaf = 0;
         }
         if Q::ANY {
-            halves += 2 * u64::from((fresh | at_node).count_ones());
+            cost += 2 * u64::from((fresh | at_node).count_ones());
         }
         // SAFETY: these slots start at entry nodes or wait at nodes, and `stacks` are their stacks.
         unsafe {
-            if HEADS {
-                traversal::step::<L, Q, _, SLOTS>(level, &*queue.heads, &starts, &mut flight, fresh, stacks);
-                queue.heads.passed();
+            if ENTRY_POINTS {
+                traversal::step::<L, Q, _, SLOTS>(level, &*queue.entry_points, &starts, &mut active, fresh, stacks);
+                queue.entry_points.passed();
             }
-            traversal::step::<L, Q, _, SLOTS>(level, tree, &starts, &mut flight, at_node, stacks);
+            traversal::step::<L, Q, _, SLOTS>(level, tree, &starts, &mut active, at_node, stacks);
         }
         // The slots whose rays were shortened or blocked.
         let mut nearer = 0_u64;
         let mut at_shape = at_leaf & shape_or_done;
         while at_shape != 0 {
             let id = pop_lowest(&mut at_shape);
-            let leaf = flight.next[id];
-            let (slot, inside) = (&mut flight.all[id], &mut inside[id]);
+            let leaf = active.next[id];
+            let (slot, inside) = (&mut active.all[id], &mut inside[id]);
             if INSTANCES && leaf & INSTANCE != 0 {
                 let ray = &rays[slot.ray as usize];
                 // SAFETY: the stack is the slot's own.
@@ -237,72 +239,76 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
                 nearer |= u64::from(placed) << id;
             }
             // SAFETY: the stack is the slot's own.
-            flight.next[id] = unsafe { advance(level, &starts, &mut slot.course, stacks) };
+            active.next[id] = unsafe { advance(level, &starts, &mut slot.state, stacks) };
         }
         let mut visited = 0;
         let mut at_triangles = at_leaf & !shape_or_done;
         while at_triangles != 0 {
             let id = pop_lowest(&mut at_triangles);
-            let next = &mut flight.next[id];
+            let next = &mut active.next[id];
             // SAFETY: the slot waits at a leaf of this tree, and the stack is its own; `launder`
             // returns the same address.
             unsafe {
-                let slot = level.launder(&mut flight.all[id]);
-                visited = visits.add(level, visited, slot.addr(), tree.leaf(*next));
-                *next = advance(level, &starts, &mut (*slot).course, stacks);
+                let slot = level.launder(&mut active.all[id]);
+                visited = leaf_queue.add(level, visited, slot.addr(), tree.leaf(*next));
+                *next = advance(level, &starts, &mut (*slot).state, stacks);
             }
         }
         if Q::ANY {
-            halves += BLOCK_COST * visited as u64;
+            cost += BLOCK_COST * visited as u64;
         }
         // SAFETY: the tree has not changed.
-        nearer |= unsafe { visits.test::<L, Q, INSTANCES>(level, visited, flight.all, inside) };
+        nearer |= unsafe { leaf_queue.test::<L, Q, INSTANCES>(level, visited, active.all, inside) };
         while nearer != 0 {
             let id = pop_lowest(&mut nearer);
-            flight.next[id] = if Q::ANY {
+            active.next[id] = if Q::ANY {
                 DONE
             } else {
-                let course = &mut flight.all[id].course;
+                let state = &mut active.all[id].state;
                 // The child that was popped meanwhile may be too far as well.
-                course.stack.top -= 1;
+                state.stack.top -= 1;
                 // SAFETY: the stack is the slot's own.
                 unsafe {
-                    traversal::drop_far(level, course, stacks);
-                    traversal::pop_one(course, stacks)
+                    traversal::drop_far(level, state, stacks);
+                    traversal::pop_one(state, stacks)
                 }
             };
         }
     }
     StreamReport {
-        cost: halves,
-        entry_points_pay: if HEADS { queue.heads.verdict() } else { None },
+        cost,
+        entry_points_pay: if ENTRY_POINTS {
+            queue.entry_points.pays_off()
+        } else {
+            None
+        },
     }
 }
 
 /// Pops the next child and prefetches it.
 ///
 /// # Safety
-/// The stack of `course` is one of `stacks`.
+/// The stack of `state` is one of `stacks`.
 #[inline(always)]
-unsafe fn advance<L: SimdLevel>(level: L, starts: &Starts, course: &mut TraversalState, stacks: Stacks) -> u32 {
+unsafe fn advance<L: SimdLevel>(level: L, starts: &Starts, state: &mut TraversalState, stacks: Stacks) -> u32 {
     // SAFETY: by this function's own contract.
-    let next = unsafe { traversal::pop_one(course, stacks) };
+    let next = unsafe { traversal::pop_one(state, stacks) };
     level.prefetch::<4>(starts.of(next));
     next
 }
 
 impl Traverser for RayState {
-    const IN_PASSING: bool = true;
-    const SEVERAL: bool = false;
+    const POPS_IN_STEP: bool = true;
+    const IS_PACKET: bool = false;
 
     #[inline(always)]
-    fn cross<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8) {
-        self.course.cross(level, node, None)
+    fn intersect_node<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8) {
+        self.state.intersect_node(level, node, None)
     }
 
     #[inline(always)]
-    fn course(&mut self) -> &mut TraversalState {
-        &mut self.course
+    fn state(&mut self) -> &mut TraversalState {
+        &mut self.state
     }
 }
 
@@ -328,18 +334,18 @@ unsafe fn instance_step<L: SimdLevel>(
     if leaf != EXIT {
         let number = number(leaf);
         let placed = &geometry.instances[number as usize];
-        if slot.turn_to(level, &geometry.enter(placed, ray), tree.padding.inside()) {
+        if slot.continue_along(level, &geometry.enter(placed, ray), tree.padding.inside()) {
             inside.current = InstanceId(number);
-            let top = slot.course.stack.top as usize;
+            let top = slot.state.stack.top as usize;
             for (at, child) in [(top, EXIT), (top - 1, tree.group_root(placed.group))] {
                 // SAFETY: a stack has room for these two entries besides all children that may
                 // wait.
                 unsafe { stacks.set(at, f32::NEG_INFINITY, child) };
             }
-            slot.course.stack.top -= 2;
+            slot.state.stack.top -= 2;
             return;
         }
     }
     inside.current = InstanceId::NONE;
-    slot.turn_to(level, ray, tree.padding);
+    slot.continue_along(level, ray, tree.padding);
 }

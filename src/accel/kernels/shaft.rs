@@ -23,19 +23,19 @@ const MAX_LENGTH: f32 = 8.0;
 
 /// The largest distance of a shaft's origins from the scene's origin, and the smallest extent along
 /// one axis of rays that leave the scene, relative to the scene's extent.
-const AWAY: f32 = 2.0;
-const THROUGH: f32 = 4.0;
+const MAX_ORIGIN_DISTANCE: f32 = 2.0;
+const MIN_EXIT_LENGTH: f32 = 4.0;
 
 /// The smallest extent of the rays along each axis, relative to the scene's extent. It keeps values
 /// that are computed from the reciprocal finite.
-const MIN_SIZE: f32 = 1e-12;
+const MIN_EXTENT: f32 = 1e-12;
 
 /// A shaft enters a box no later, and leaves it no earlier, than any of its rays. It reaches a
 /// plane `x = b` at `b * inv + near` and `b * inv_far + far`, where 0 is the start of all rays and
 /// 1 is their end.
 #[derive(Clone, Default)]
 pub struct Shaft {
-    course: TraversalState,
+    state: TraversalState,
     inv_far: [f32; 4],
     /// The bounds of the rays' origins.
     o: [[f32; 4]; 2],
@@ -51,17 +51,17 @@ impl Shaft {
     #[inline(always)]
     pub fn enclose<L: SimdLevel>(&mut self, level: L, rays: &[Ray], ids: &[u32], reach: f32) -> bool {
         let long = MAX_LENGTH * reach / rays[ids[0] as usize].d.abs().max_element();
-        let look = |id: u32| {
+        let load = |id: u32| {
             let ray = &rays[id as usize];
             let [o, d] = fours(level, numbers(ray));
             let t = if ray.tmax < long { ray.tmax } else { long };
             (level.load8(numbers(ray)), d.mul_add(level.splat4(t), o))
         };
-        let (mut low, mut e_low) = look(ids[0]);
+        let (mut low, mut e_low) = load(ids[0]);
         let (mut high, mut e_high) = (low, e_low);
         for &id in &ids[1..] {
             // NaN is ignored: such a ray hits nothing.
-            let (x, e) = look(id);
+            let (x, e) = load(id);
             (low, high) = (x.min(low), x.max(high));
             (e_low, e_high) = (e.min(e_low), e.max(e_high));
         }
@@ -85,28 +85,28 @@ impl Shaft {
         let back = level.splat4(-1.0);
         let near = less.select(negative, more).mul(inv_near).mul(back);
         let far = more.select(negative, less).mul(inv_far).mul(back);
-        self.course.inv = three(inv_near);
-        self.course.near = three(near);
-        self.course.far = three(far);
+        self.state.inv = three(inv_near);
+        self.state.near = three(near);
+        self.state.far = three(far);
         self.inv_far = inv_far.to_array();
-        self.course.tmin = 0.0;
-        self.course.end = END;
-        self.course.set_octant(negative.bits());
+        self.state.tmin = 0.0;
+        self.state.end = END;
+        self.state.set_octant(negative.bits());
         self.o = [o_low.to_array(), o_high.to_array()];
 
         let steepest = inv_near.abs().max(inv_far.abs());
-        let goes = steepest.lt(level.splat4(1.0 / (MIN_SIZE * reach)));
-        let starts_near = away.le(level.splat4(AWAY * reach));
+        let goes = steepest.lt(level.splat4(1.0 / (MIN_EXTENT * reach)));
+        let starts_near = away.le(level.splat4(MAX_ORIGIN_DISTANCE * reach));
         let fits = negative.or(positive).and(goes).and(starts_near).bits();
         let [x, y, z] = three(d_low.abs().min(d_high.abs()));
-        let is_whole = longest < long || x.max(y).max(z) * long >= THROUGH * reach;
+        let is_whole = longest < long || x.max(y).max(z) * long >= MIN_EXIT_LENGTH * reach;
         fits & 0b111 == 0b111 && tmin >= 0.0 && shortest >= 0.0 && is_whole
     }
 
     /// Returns the boxes of a node that the shaft intersects.
     #[inline(always)]
-    pub fn cross<L: SimdLevel>(&self, level: L, node: &WideNode) -> Eight {
-        let (enter, leave) = self.course.cross(level, node, Some(&self.inv_far));
+    pub fn intersect_node<L: SimdLevel>(&self, level: L, node: &WideNode) -> Eight {
+        let (enter, leave) = self.state.intersect_node(level, node, Some(&self.inv_far));
         level.met(enter, leave.mul(level.splat8(LEAVE)))
     }
 
@@ -118,16 +118,16 @@ impl Shaft {
     /// rays that leave it. For an axis-aligned triangle, the distance to its plane has the correct
     /// sign, since it is a product. So a triangle behind the origin is not hit.
     #[inline(always)]
-    pub fn in_the_way<L: SimdLevel>(&self, level: L, block: &TriangleBlock) -> u32 {
+    pub fn possible_occluders<L: SimdLevel>(&self, level: L, block: &TriangleBlock) -> u32 {
         let [a, b, c] = block.corners.each_ref();
         let corners = [
             load3(level, a.each_ref()),
             load3(level, b.each_ref()),
             load3(level, c.each_ref()),
         ];
-        let met = self.course.meets(&boxes(&corners), &self.inv_far);
+        let met = self.state.meets(&boxes(&corners), &self.inv_far);
         let [a, b, c] = corners;
-        let negative = self.course.negative();
+        let negative = self.state.negative();
         let mut left = 0;
         for axis in 0..3 {
             let is_behind = if negative[axis] {
@@ -221,12 +221,12 @@ mod tests {
             }
             together += 1;
             let node = node(i);
-            let met = shaft.cross(Portable, &node).bits();
+            let met = shaft.intersect_node(Portable, &node).bits();
             let mut any = 0;
             for ray in &rays {
                 let mut slot = RayState::default();
                 if slot.start(Portable, ray, 0, UNIT) {
-                    let (enter, leave) = slot.course.cross(Portable, &node, None);
+                    let (enter, leave) = slot.state.intersect_node(Portable, &node, None);
                     any |= Portable.met(enter, leave.mul(Portable.splat8(LEAVE))).bits();
                 }
             }
@@ -275,7 +275,7 @@ mod tests {
             if !shaft.enclose(Portable, &rays, &ids, 1.0) {
                 continue;
             }
-            let way = shaft.in_the_way(Portable, &block);
+            let way = shaft.possible_occluders(Portable, &block);
             for lane in 0..4 {
                 let [a, b, c] = [0, 1, 2].map(|k| Vec3::from([0, 1, 2].map(|axis| block.corners[k][axis][lane])));
                 let hits = |ray: &&Ray| triangle::intersect(ray, a, b, c).is_some();
@@ -322,7 +322,7 @@ mod tests {
                 .collect();
             let mut shaft = Shaft::default();
             assert!(shaft.enclose(Portable, &rays, &ids, 4.0));
-            assert_eq!(shaft.in_the_way(Portable, &block), expected, "from {height}");
+            assert_eq!(shaft.possible_occluders(Portable, &block), expected, "from {height}");
         }
     }
 }

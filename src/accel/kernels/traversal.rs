@@ -30,14 +30,14 @@ pub trait Traverser {
     /// children when its end is shortened. Then the next child is popped in the same pass.
     /// Otherwise, [`pop`] skips them. Dropping pays off if many children are popped for each time
     /// that the end is shortened.
-    const IN_PASSING: bool;
+    const POPS_IN_STEP: bool;
 
     /// Whether it is a packet. Occlusion packets visit children in an order of their own.
-    const SEVERAL: bool;
+    const IS_PACKET: bool;
 
     /// Returns the entry and exit distances of a node's boxes.
-    fn cross<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8);
-    fn course(&mut self) -> &mut TraversalState;
+    fn intersect_node<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8);
+    fn state(&mut self) -> &mut TraversalState;
 }
 
 /// A source of nodes.
@@ -74,7 +74,7 @@ pub unsafe fn step<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,
     nodes: &impl NodeSource,
     starts: &Starts,
-    flight: &mut Active<'_, T, N>,
+    active: &mut Active<'_, T, N>,
     mut waiting: u64,
     stacks: Stacks,
 ) {
@@ -88,14 +88,14 @@ pub unsafe fn step<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     loop {
         // SAFETY: by this function's own contract.
         unsafe {
-            let first = visit::<L, Q, T, N>(level, nodes, flight, &mut waiting, stacks);
-            pop_late::<L, T, N>(level, starts, flight, last, stacks);
+            let first = visit::<L, Q, T, N>(level, nodes, active, &mut waiting, stacks);
+            pop_late::<L, T, N>(level, starts, active, last, stacks);
             last = first;
             if waiting == 0 {
                 break;
             }
-            let second = visit::<L, Q, T, N>(level, nodes, flight, &mut waiting, stacks);
-            pop_late::<L, T, N>(level, starts, flight, first, stacks);
+            let second = visit::<L, Q, T, N>(level, nodes, active, &mut waiting, stacks);
+            pop_late::<L, T, N>(level, starts, active, first, stacks);
             last = second;
             if waiting == 0 {
                 break;
@@ -103,7 +103,7 @@ pub unsafe fn step<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
         }
     }
     // SAFETY: by this function's own contract.
-    unsafe { pop_late::<L, T, N>(level, starts, flight, last, stacks) };
+    unsafe { pop_late::<L, T, N>(level, starts, active, last, stacks) };
 }
 
 /// Tests the first in `waiting`. Returns its index and the place of the topmost child of its stack.
@@ -114,15 +114,15 @@ pub unsafe fn step<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
 unsafe fn visit<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,
     nodes: &impl NodeSource,
-    flight: &mut Active<'_, T, N>,
+    active: &mut Active<'_, T, N>,
     waiting: &mut u64,
     stacks: Stacks,
 ) -> (usize, usize) {
     let id = pop_lowest(waiting);
     // SAFETY: by this function's own contract.
     unsafe {
-        let met = meet::<L, Q, T, N>(level, nodes, flight.all.as_mut_ptr(), flight.next, id);
-        (id, keep::<L, Q, T>(level, &met, stacks))
+        let met = test_node::<L, Q, T, N>(level, nodes, active.all.as_mut_ptr(), active.next, id);
+        (id, push_children::<L, Q, T>(level, &met, stacks))
     }
 }
 
@@ -134,14 +134,14 @@ unsafe fn visit<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
 unsafe fn pop_late<L: SimdLevel, T: Traverser, const N: usize>(
     level: L,
     starts: &Starts,
-    flight: &mut Active<'_, T, N>,
+    active: &mut Active<'_, T, N>,
     (id, place): (usize, usize),
     stacks: Stacks,
 ) {
-    if T::IN_PASSING {
+    if T::POPS_IN_STEP {
         // SAFETY: by this function's own contract.
         let child = unsafe { stacks.child(place) };
-        flight.next[id % N] = child;
+        active.next[id % N] = child;
         level.prefetch::<4>(starts.of(child));
     }
 }
@@ -149,7 +149,7 @@ unsafe fn pop_late<L: SimdLevel, T: Traverser, const N: usize>(
 /// # Safety
 /// `all` has `N` elements, and `id` is at one of the `nodes`.
 #[inline(always)]
-unsafe fn meet<'t, L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
+unsafe fn test_node<'t, L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,
     nodes: &'t impl NodeSource,
     all: *mut T,
@@ -157,28 +157,28 @@ unsafe fn meet<'t, L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     id: usize,
 ) -> ChildHits<'t, L> {
     // SAFETY: by this function's own contract; `launder` returns the same address.
-    let (node, traveller) = unsafe {
+    let (node, traverser) = unsafe {
         let node = ptr::from_ref(nodes.node(next[id % N])).cast_mut();
         (&*level.launder(node), &mut *level.launder(all.add(id % N)))
     };
-    let (enter, leave) = traveller.cross(level, node);
+    let (enter, leave) = traverser.intersect_node(level, node);
     let leave = leave.mul(level.splat8(LEAVE));
-    let course = traveller.course();
+    let state = traverser.state();
     let order = level.order(
         &node.order,
         if Q::ANY {
             &[FOR_PACKETS, 0, 0, 0]
         } else {
-            course.octant()
+            state.octant()
         },
     );
-    let met = if Q::ANY && !T::SEVERAL {
+    let met = if Q::ANY && !T::IS_PACKET {
         level.met(enter, leave)
     } else {
         level.met_in(order, enter, leave)
     };
     ChildHits {
-        stack: &mut course.stack,
+        stack: &mut state.stack,
         children: &node.child,
         order,
         met,
@@ -192,19 +192,23 @@ unsafe fn meet<'t, L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
 /// # Safety
 /// The stack exists and is one of `stacks`, which were made for the node's tree.
 #[inline(always)]
-unsafe fn keep<L: SimdLevel, Q: Query, T: Traverser>(level: L, met: &ChildHits<'_, L>, stacks: Stacks) -> usize {
+unsafe fn push_children<L: SimdLevel, Q: Query, T: Traverser>(
+    level: L,
+    met: &ChildHits<'_, L>,
+    stacks: Stacks,
+) -> usize {
     // SAFETY: by this function's own contract; a stack has room for all children that may wait and
     // for a store of eight before them.
     let (stack, top, to) = unsafe {
         let top = (*met.stack).top;
         (&mut *met.stack, top, stacks.top(top as usize))
     };
-    let count = if Q::ANY && !T::SEVERAL {
+    let count = if Q::ANY && !T::IS_PACKET {
         level.push_any(met.met, met.children, to.child)
     } else {
         level.push(met.met, met.order, met.enter, met.children, to)
     };
-    stack.top = top - count + u32::from(T::IN_PASSING);
+    stack.top = top - count + u32::from(T::POPS_IN_STEP);
     stack.top as usize
 }
 
@@ -220,21 +224,21 @@ unsafe fn keep<L: SimdLevel, Q: Query, T: Traverser>(level: L, met: &ChildHits<'
 pub unsafe fn pop<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,
     starts: &Starts,
-    flight: &mut Active<'_, T, N>,
+    active: &mut Active<'_, T, N>,
     mut waiting: u64,
     stacks: Stacks,
 ) {
-    const { assert!(!T::IN_PASSING) };
+    const { assert!(!T::POPS_IN_STEP) };
     let mut late = [DONE; 2];
     while waiting != 0 {
         let id = pop_lowest(&mut waiting) % N;
         // SAFETY: `launder` returns the same address.
-        let course = unsafe { (*level.launder(&mut flight.all[id])).course() };
-        let mut top = course.stack.top as usize;
+        let state = unsafe { (*level.launder(&mut active.all[id])).state() };
+        let mut top = state.stack.top as usize;
         if Q::ANY {
             top += 1;
         } else {
-            let end = level.splat8(course.end);
+            let end = level.splat8(state.end);
             let near = |top: usize| {
                 // SAFETY: there are eight entries after the last one, which always pass the
                 // distance test.
@@ -248,10 +252,10 @@ pub unsafe fn pop<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
             }
             top += 1 + found.trailing_zeros() as usize;
         }
-        course.stack.top = top as u32;
+        state.stack.top = top as u32;
         // SAFETY: the popped child was pushed, or is the base.
         let child = unsafe { stacks.child(top) };
-        flight.next[id] = child;
+        active.next[id] = child;
         level.prefetch::<4>(starts.of(late[0]));
         late = [late[1], child];
     }
@@ -263,22 +267,22 @@ pub unsafe fn pop<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
 /// Pops the topmost child.
 ///
 /// # Safety
-/// The stack of `course` is one of `stacks`.
+/// The stack of `state` is one of `stacks`.
 #[inline(always)]
-pub unsafe fn pop_one(course: &mut TraversalState, stacks: Stacks) -> u32 {
-    course.stack.top += 1;
+pub unsafe fn pop_one(state: &mut TraversalState, stacks: Stacks) -> u32 {
+    state.stack.top += 1;
     // SAFETY: the popped child was pushed, or is the base.
-    unsafe { stacks.child(course.stack.top as usize) }
+    unsafe { stacks.child(state.stack.top as usize) }
 }
 
 /// Removes the children from the stack that are farther than the end, after that was shortened.
 ///
 /// # Safety
-/// The stack of `course` is one of `stacks`.
+/// The stack of `state` is one of `stacks`.
 #[inline(always)]
-pub unsafe fn drop_far<L: SimdLevel>(level: L, course: &mut TraversalState, stacks: Stacks) {
-    let end = level.splat8(course.end);
-    let (top, base) = course.stack.places();
+pub unsafe fn drop_far<L: SimdLevel>(level: L, state: &mut TraversalState, stacks: Stacks) {
+    let end = level.splat8(state.end);
+    let (top, base) = state.stack.places();
     let (mut from, mut to) = (base, base);
     while from > top {
         // SAFETY: by this function's own contract; before a stack there is room for eight entries.
@@ -286,16 +290,16 @@ pub unsafe fn drop_far<L: SimdLevel>(level: L, course: &mut TraversalState, stac
         to -= unsafe {
             let (enter, child) = (stacks.enter8(from - 7), stacks.child8(from - 7));
             // Entries above the top are invalid.
-            let meant = 0xff00 >> (from - top).min(8) & 0xff;
+            let valid = 0xff00 >> (from - top).min(8) & 0xff;
             let kept = level.met(level.load8(&enter), end);
-            let kept = Eight::new(kept.bits() & meant);
+            let kept = Eight::new(kept.bits() & valid);
             let end = stacks.top(to);
             level.push_any(kept, bytemuck::cast_ref(&enter), bytemuck::cast_mut(end.enter));
             level.push_any(kept, &child, end.child) as usize
         };
         from -= 8;
     }
-    course.stack.top = to as u32;
+    state.stack.top = to as u32;
 }
 
 #[cfg(test)]
@@ -310,23 +314,23 @@ mod tests {
         let stacks = scratch.stacks.stacks();
         // The stacks of an empty tree are short; together with those before it, this one has room
         // for all children.
-        let course = &mut scratch.slots[4].course;
-        let (_, base) = course.stack.places();
+        let state = &mut scratch.slots[4].state;
+        let (_, base) = state.stack.places();
         for count in 0..=30_u32 {
             for far in [0, 1, 0b1010_0110_1111_0000_0110_0101_1101, u32::MAX] {
                 let is_far = |child: &u32| far >> child & 1 == 1;
-                course.end = 1.0;
-                course.stack.clear();
+                state.end = 1.0;
+                state.stack.clear();
                 for child in 0..count {
-                    let at = course.stack.top as usize;
+                    let at = state.stack.top as usize;
                     // SAFETY: the stack has room for more.
                     unsafe { stacks.set(at, if is_far(&child) { 1.5 } else { 1.0 }, child) };
-                    course.stack.top -= 1;
+                    state.stack.top -= 1;
                 }
                 // SAFETY: the stack is the slot's own.
                 let left: Vec<u32> = unsafe {
-                    drop_far(Portable, course, stacks);
-                    let (top, base) = course.stack.places();
+                    drop_far(Portable, state, stacks);
+                    let (top, base) = state.stack.places();
                     (top + 1..=base).rev().map(|at| stacks.child(at)).collect()
                 };
                 let near: Vec<u32> = (0..count).filter(|child| !is_far(child)).collect();

@@ -95,7 +95,12 @@ impl TraversalState {
     /// Returns the entry and exit distances of a node's boxes. `inv_far` are the reciprocals for
     /// exit planes, if they differ from those for entry planes. Distances that are NaN are ignored.
     #[inline(always)]
-    pub fn cross<L: SimdLevel>(&self, level: L, node: &WideNode, inv_far: Option<&[f32; 4]>) -> (L::F8, L::F8) {
+    pub fn intersect_node<L: SimdLevel>(
+        &self,
+        level: L,
+        node: &WideNode,
+        inv_far: Option<&[f32; 4]>,
+    ) -> (L::F8, L::F8) {
         let [inv, near, far] = self.rows();
         let [inv, near, far] = [level.four8(inv), level.four8(near), level.four8(far)];
         let inv_far = inv_far.map_or(inv, |inv| level.four8(inv));

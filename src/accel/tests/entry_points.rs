@@ -61,8 +61,8 @@ fn compare_with_scan(g: Geometry, rays: &[Ray]) -> usize {
             let mut blocked = vec![false; rays.len()];
             let mut list = vec![];
             order.put(rays.len(), &mut list);
-            let pick = RaySelection::Together(&list);
-            occluded_stream(simd, &wide.tree, &g, rays, pick, &mut blocked, &mut Scratch::new());
+            let selection = RaySelection::Together(&list);
+            occluded_stream(simd, &wide.tree, &g, rays, selection, &mut blocked, &mut Scratch::new());
             for (i, ray) in rays.iter().enumerate() {
                 assert_eq!(blocked[i], truth[i], "{simd}, {order:?}, ray {i}: {ray:?}");
             }
@@ -138,8 +138,8 @@ fn rays_begin_at_their_own_heads_however_many_between_them_are_known() {
         for apart in [1, 4, 5, 8, 9, 13] {
             let is_known = |i: usize| !(i / 64).is_multiple_of(apart) || i % 64 > 20;
             let mut blocked: Vec<bool> = (0..rays.len()).map(is_known).collect();
-            let pick = RaySelection::Together(&list);
-            let report = occluded_stream(simd, &wide.tree, &g, &rays, pick, &mut blocked, &mut scratch);
+            let selection = RaySelection::Together(&list);
+            let report = occluded_stream(simd, &wide.tree, &g, &rays, selection, &mut blocked, &mut scratch);
             assert_eq!(report.entry_points_pay, Some(true), "otherwise rays begin at the root");
             for i in (0..rays.len()).filter(|&i| !is_known(i)) {
                 assert_eq!(blocked[i], alone[i], "{simd}, {apart} apart, ray {i}: {:?}", rays[i]);

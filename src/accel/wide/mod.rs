@@ -120,7 +120,7 @@ impl Wide {
         Arc::make_mut(&mut self.tree)
     }
 
-    fn grow(&self, prims: Prims) -> BuiltTree {
+    fn build_tree(&self, prims: Prims) -> BuiltTree {
         build::build(prims, &self.geometry, self.quality).unwrap_or_default()
     }
 
@@ -132,7 +132,7 @@ impl Wide {
 
     fn push_lower(&mut self, prims: Prims) -> Result<(), BuildError> {
         self.lower.push(Blas::of(&prims));
-        let built_tree = self.grow(prims);
+        let built_tree = self.build_tree(prims);
         let numbers = IdSpace::prims(self.geometry.prim_count());
         self.tree_mut().push(built_tree, numbers).ok_or_else(|| self.too_many())
     }
@@ -149,7 +149,7 @@ impl Wide {
         let reach = self.lower.iter().map(|lower| lower.reach).fold(prims.reach, f32::max);
         self.tree_mut().padding = BoundsPadding::new(self.geometry.instance_transforms(), reach);
         self.unbounded = std::mem::take(&mut prims.unbounded);
-        let built_tree = self.grow(prims);
+        let built_tree = self.build_tree(prims);
         let numbers = IdSpace {
             prims: self.geometry.prim_count(),
             instances: self.geometry.instances.len(),
@@ -172,7 +172,7 @@ impl Wide {
             updated.refitted.push(id);
             return Ok(());
         }
-        let built_tree = self.grow(prims);
+        let built_tree = self.build_tree(prims);
         let numbers = IdSpace::prims(self.geometry.prim_count());
         updated.built.push(id);
         self.tree_mut()
@@ -191,7 +191,7 @@ impl Wide {
 
     /// Returns the nearest hit among the unbounded primitives: the initial state of a ray that
     /// enters the tree.
-    fn outside(&self, ray: &Ray) -> Option<Hit> {
+    fn nearest_unbounded(&self, ray: &Ray) -> Option<Hit> {
         let mut hit = None;
         self.geometry
             .keep_nearest_of(&self.unbounded, &mut ray.clone(), &mut hit);
@@ -206,7 +206,7 @@ impl Accelerator for Wide {
         hits.fill(None);
         if !self.unbounded.is_empty() {
             for (ray, hit) in rays.iter().zip(&mut *hits) {
-                *hit = self.outside(ray);
+                *hit = self.nearest_unbounded(ray);
             }
         }
         let tree = &self.tree;
@@ -237,7 +237,7 @@ impl Accelerator for Wide {
         blocked.fill(false);
         if !self.unbounded.is_empty() {
             for (ray, blocked) in rays.iter().zip(&mut *blocked) {
-                *blocked = self.outside(ray).is_some();
+                *blocked = self.nearest_unbounded(ray).is_some();
             }
         }
         let tree = &self.tree;
@@ -252,19 +252,19 @@ impl Accelerator for Wide {
                 policy,
             } = thread;
             let (simd, geometry) = (self.simd, &*self.geometry);
-            let is_sifted = !tree.has_instances() && {
+            let is_prefiltered = !tree.has_instances() && {
                 let order = order.unwrap_or(PacketOrder::ROWS);
                 kernels::occluded_at_once(simd, tree, rays, order, blocked, remaining)
             };
             // The rays that the occluder cache leaves are no longer coherent, so they do not go
             // into packets.
-            let in_packets = order.filter(|_| !is_sifted && policy.packets.should_try());
+            let in_packets = order.filter(|_| !is_prefiltered && policy.packets.should_try());
             if in_packets.is_some()
                 && let Some(some) = policy.probe(rays.len())
             {
-                let pick = RaySelection::Some(&some);
+                let selection = RaySelection::Some(&some);
                 policy.record_probe(kernels::occluded_stream(
-                    simd, tree, geometry, rays, pick, blocked, scratch,
+                    simd, tree, geometry, rays, selection, blocked, scratch,
                 ));
             }
             let together = order.filter(|_| policy.entry_points.should_try());
@@ -278,15 +278,15 @@ impl Accelerator for Wide {
                     let pays = kernels::occluded_packets(simd, tree, geometry, packets, blocked, remaining, scratch);
                     policy.packets.record(pays);
                 }
-                (None, Some(order)) if !is_sifted => order.put(rays.len(), remaining),
+                (None, Some(order)) if !is_prefiltered => order.put(rays.len(), remaining),
                 (None, _) => {}
             }
-            let pick = match together {
+            let selection = match together {
                 Some(_) => RaySelection::Together(remaining),
-                None if is_sifted || in_packets.is_some() => RaySelection::Some(remaining),
+                None if is_prefiltered || in_packets.is_some() => RaySelection::Some(remaining),
                 None => RaySelection::All,
             };
-            let report = kernels::occluded_stream(simd, tree, geometry, rays, pick, blocked, scratch);
+            let report = kernels::occluded_stream(simd, tree, geometry, rays, selection, blocked, scratch);
             if let Some(pays) = report.entry_points_pay {
                 policy.entry_points.record(pays);
             }
@@ -299,7 +299,7 @@ impl Accelerator for Wide {
                 nodes: 0,
                 prims: self.unbounded.len() as u32,
             };
-            let best = self.outside(ray);
+            let best = self.nearest_unbounded(ray);
             let mut ray = *ray;
             ray.tmax = best.map_or(ray.tmax, |hit| hit.t);
             cost::count(&self.tree, &self.geometry, ray, best, cost);

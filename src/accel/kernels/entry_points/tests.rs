@@ -39,7 +39,7 @@ fn every_ray_begins_once() {
             .collect();
         assert_eq!(begun, list);
     }
-    assert_eq!(heads.verdict(), Some(false));
+    assert_eq!(heads.pays_off(), Some(false));
 }
 
 /// Returns whether entry nodes pay off for rays with an extent of 1 in a scene that is a chain of
@@ -66,7 +66,7 @@ fn pays(height: f32) -> Option<bool> {
         heads.passed();
         heads.next(Portable, &tree, &rays, &list, at);
     }
-    heads.verdict()
+    heads.pays_off()
 }
 
 #[test]

@@ -53,7 +53,7 @@ struct Edges {
 /// The direction-independent data of a block's triangles for a common origin: the contents of
 /// [`Plane`] and [`Faces`], and the vertices relative to the origin.
 #[derive(Default)]
-struct Look {
+struct OriginData {
     corners: [[[f32; BLOCK_TRIANGLES]; 3]; 3],
     normal: [[f32; BLOCK_TRIANGLES]; 3],
     distance: [f32; BLOCK_TRIANGLES],
@@ -150,9 +150,9 @@ impl PacketLeafQueue {
     ) -> u64 {
         // SAFETY: by this function's own contract.
         unsafe {
-            self.see(level, packets);
-            self.pass(level, packets);
-            self.meet::<L, Q>(level, packets, rays)
+            self.cull(level, packets);
+            self.filter(level, packets);
+            self.intersect::<L, Q>(level, packets, rays)
         }
     }
 
@@ -161,29 +161,29 @@ impl PacketLeafQueue {
     /// # Safety
     /// That of [`PacketLeafQueue::test`], here and in the passes that follow.
     #[inline(always)]
-    unsafe fn see<L: SimdLevel>(&mut self, level: L, packets: &[Packet; PACKETS]) {
+    unsafe fn cull<L: SimdLevel>(&mut self, level: L, packets: &[Packet; PACKETS]) {
         self.count = 0;
         for at in 0..self.block_count.min(MAX_VISITS) {
             let visit = &mut self.blocks[at];
             let packet = &packets[visit.packet % PACKETS];
             // SAFETY: by this function's own contract.
             let block = unsafe { &*visit.block };
-            let (seen, covered) = packet.see(level, block, &mut visit.edges);
+            let (possible, covered) = packet.cull(level, block, &mut visit.edges);
             for k in 0..BLOCK_TRIANGLES {
                 let next = self.count % (MAX_VISITS * BLOCK_TRIANGLES);
                 self.triangles[next] = (at * BLOCK_TRIANGLES + k) as u32;
                 self.lanes[next] = covered >> k & 1;
-                self.count += (seen >> k & 1) as usize;
+                self.count += (possible >> k & 1) as usize;
             }
         }
     }
 
     /// Keeps the triangles that the line of at least one ray intersects, and stores these lanes.
     #[inline(always)]
-    unsafe fn pass<L: SimdLevel>(&mut self, level: L, packets: &[Packet; PACKETS]) {
-        let seen = self.count;
+    unsafe fn filter<L: SimdLevel>(&mut self, level: L, packets: &[Packet; PACKETS]) {
+        let possible = self.count;
         self.count = 0;
-        for i in 0..seen {
+        for i in 0..possible {
             let triangle = self.triangles[i % (MAX_VISITS * BLOCK_TRIANGLES)];
             let (at, k) = place(triangle);
             let visit = &self.blocks[at];
@@ -201,9 +201,14 @@ impl PacketLeafQueue {
 
     /// Stores the hits on the listed triangles.
     #[inline(always)]
-    unsafe fn meet<L: SimdLevel, Q: Query>(&mut self, level: L, packets: &mut [Packet; PACKETS], rays: &[Ray]) -> u64 {
+    unsafe fn intersect<L: SimdLevel, Q: Query>(
+        &mut self,
+        level: L,
+        packets: &mut [Packet; PACKETS],
+        rays: &[Ray],
+    ) -> u64 {
         let mut nearer = 0;
-        let (mut looked_at, mut look) = (MAX_VISITS, Look::default());
+        let (mut loaded, mut origin_data) = (MAX_VISITS, OriginData::default());
         let mut next = 0;
         while next < self.count {
             self.singles.clear();
@@ -221,11 +226,11 @@ impl PacketLeafQueue {
                     self.singles.add(id, packet, lanes, block, k);
                     continue;
                 }
-                if looked_at != at {
-                    looked_at = at;
-                    packet.look(level, block, &mut look);
+                if loaded != at {
+                    loaded = at;
+                    packet.origin_data(level, block, &mut origin_data);
                 }
-                let found = packet.seen_triangle::<L, Q>(level, &look, k, block.ids[k]);
+                let found = packet.shared_triangle::<L, Q>(level, &origin_data, k, block.ids[k]);
                 nearer |= u64::from(found) << id;
             }
             // SAFETY: by this function's own contract.
@@ -247,7 +252,7 @@ fn place(triangle: u32) -> (usize, usize) {
 impl Packet {
     /// Returns the `rows` of a vertex in the order of the axes.
     #[inline(always)]
-    fn turn<'a, T>(&self, rows: &'a [T; 3]) -> [&'a T; 3] {
+    fn permute_axes<'a, T>(&self, rows: &'a [T; 3]) -> [&'a T; 3] {
         let [x, y, z] = self.axes.map(usize::from);
         [&rows[x], &rows[y], &rows[z]]
     }
@@ -256,13 +261,13 @@ impl Packet {
     /// order of the axes.
     #[inline(always)]
     fn relative<L: SimdLevel>(&self, level: L, block: &TriangleBlock) -> [Vec3s<L::F4>; 3] {
-        let [x, y, z] = self.turn(self.origin.first_chunk().expect("there are four"));
+        let [x, y, z] = self.permute_axes(self.origin.first_chunk().expect("there are four"));
         let o = [level.splat4(*x), level.splat4(*y), level.splat4(*z)];
         let [a, b, c] = &block.corners;
         [
-            each(load3(level, self.turn(a)), o, L::F4::sub),
-            each(load3(level, self.turn(b)), o, L::F4::sub),
-            each(load3(level, self.turn(c)), o, L::F4::sub),
+            each(load3(level, self.permute_axes(a)), o, L::F4::sub),
+            each(load3(level, self.permute_axes(b)), o, L::F4::sub),
+            each(load3(level, self.permute_axes(c)), o, L::F4::sub),
         ]
     }
 
@@ -274,7 +279,7 @@ impl Packet {
     /// by no ray: its coordinates are rounded so much that the distance to its plane is not a
     /// number.
     #[inline(always)]
-    fn see<L: SimdLevel>(&self, level: L, block: &TriangleBlock, edges: &mut Edges) -> (u32, u32) {
+    fn cull<L: SimdLevel>(&self, level: L, block: &TriangleBlock, edges: &mut Edges) -> (u32, u32) {
         let [a, b, c] = self.relative(level, block);
         // Near the middle of the packet the shears are small, and so are the rounding errors of
         // products with them.
@@ -321,7 +326,7 @@ impl Packet {
     #[inline(always)]
     fn block<L: SimdLevel, Q: Query>(&mut self, level: L, block: &TriangleBlock) -> bool {
         let o = load16s(level, &self.o);
-        let [x, y, z] = self.turn(&o);
+        let [x, y, z] = self.permute_axes(&o);
         let turned = [*x, *y, *z];
         let [a, b, c] = &block.corners;
         let mut met = false;
@@ -330,11 +335,11 @@ impl Packet {
             let k = triangles.trailing_zeros() as usize % BLOCK_TRIANGLES;
             triangles &= triangles - 1;
             let corners = [
-                each(spread(level, self.turn(a), k), turned, L::F16::sub),
-                each(spread(level, self.turn(b), k), turned, L::F16::sub),
-                each(spread(level, self.turn(c), k), turned, L::F16::sub),
+                each(spread(level, self.permute_axes(a), k), turned, L::F16::sub),
+                each(spread(level, self.permute_axes(b), k), turned, L::F16::sub),
+                each(spread(level, self.permute_axes(c), k), turned, L::F16::sub),
             ];
-            let negative = self.course.negative();
+            let negative = self.state.negative();
             let faces = || {
                 let world = [
                     spread(level, a.each_ref(), k),
@@ -361,14 +366,14 @@ impl Packet {
         let first = corners[0][0];
         let mut asked = first.eq(first);
         if !L::SIXTEEN {
-            asked = asked.and(self.course.meets(&boxes(&corners), &self.inv_far));
+            asked = asked.and(self.state.meets(&boxes(&corners), &self.inv_far));
         }
         asked.bits() & 0b1111
     }
 
     /// Computes the direction-independent data of a block for a common origin.
     #[inline(always)]
-    fn look<L: SimdLevel>(&self, level: L, block: &TriangleBlock, look: &mut Look) {
+    fn origin_data<L: SimdLevel>(&self, level: L, block: &TriangleBlock, origin_data: &mut OriginData) {
         let corners = self.relative(level, block);
         let plane = plane(&corners);
         let [a, b, c] = &block.corners;
@@ -379,30 +384,36 @@ impl Packet {
             load3(level, b.each_ref()),
             load3(level, c.each_ref()),
         ];
-        let faces = faces(&o, self.course.negative(), &world);
-        look.corners = [arrays(corners[0]), arrays(corners[1]), arrays(corners[2])];
-        look.normal = arrays(plane.normal);
-        look.distance = plane.distance.to_array();
-        look.near = arrays(faces.near);
-        look.far = arrays(faces.far);
+        let faces = faces(&o, self.state.negative(), &world);
+        origin_data.corners = [arrays(corners[0]), arrays(corners[1]), arrays(corners[2])];
+        origin_data.normal = arrays(plane.normal);
+        origin_data.distance = plane.distance.to_array();
+        origin_data.near = arrays(faces.near);
+        origin_data.far = arrays(faces.far);
     }
 
     /// Stores the nearer hits on a triangle of such a block. Returns whether there are any.
     #[inline(always)]
-    fn seen_triangle<L: SimdLevel, Q: Query>(&mut self, level: L, look: &Look, k: usize, id: u32) -> bool {
-        let [a, b, c] = look.corners.each_ref();
+    fn shared_triangle<L: SimdLevel, Q: Query>(
+        &mut self,
+        level: L,
+        origin_data: &OriginData,
+        k: usize,
+        id: u32,
+    ) -> bool {
+        let [a, b, c] = origin_data.corners.each_ref();
         let corners = [
             spread(level, a.each_ref(), k),
             spread(level, b.each_ref(), k),
             spread(level, c.each_ref(), k),
         ];
         let plane = || Plane {
-            normal: spread(level, look.normal.each_ref(), k),
-            distance: level.splat16(look.distance[k]),
+            normal: spread(level, origin_data.normal.each_ref(), k),
+            distance: level.splat16(origin_data.distance[k]),
         };
         let faces = || Faces {
-            near: spread(level, look.near.each_ref(), k),
-            far: spread(level, look.far.each_ref(), k),
+            near: spread(level, origin_data.near.each_ref(), k),
+            far: spread(level, origin_data.far.each_ref(), k),
         };
         self.triangle::<L, Q>(level, &corners, plane, faces, id)
     }

@@ -132,7 +132,7 @@ impl PacketQueue<'_> {
     /// Returns the set of packets that may be active. For occlusion there are few until it is known
     /// whether packets pay off. If the origins are spread over a surface, there may be so much
     /// geometry around them that packets are slower than single rays.
-    fn room<Q: Query>(&self) -> u64 {
+    fn allowed_packets<Q: Query>(&self) -> u64 {
         let few = Q::ANY && self.done < TRIAL_PACKETS;
         u64::MAX >> (64 - if few { TRIAL_PACKETS as usize } else { PACKETS })
     }
@@ -142,7 +142,7 @@ impl PacketQueue<'_> {
     }
 
     /// Records a finished packet.
-    fn note(&mut self, packet: &Packet) {
+    fn record(&mut self, packet: &Packet) {
         self.cost += u64::from(packet.cost);
         self.done += 1;
         if packet.cost > MAX_PACKET_COST {
@@ -165,7 +165,7 @@ impl PacketQueue<'_> {
             next = match packet.gather::<L, Q>(level, self.rays, &list, answers, self.reach) {
                 Gathered::All => return true,
                 Gathered::Some { together, alone } => {
-                    self.part(&list, together, alone).or_else(|| self.next::<L, Q>(level))
+                    self.split(&list, together, alone).or_else(|| self.next::<L, Q>(level))
                 }
             };
         }
@@ -176,7 +176,7 @@ impl PacketQueue<'_> {
     /// are enough of them.
     #[cold]
     #[inline(never)]
-    fn part(&mut self, list: &PacketRays, together: u32, mut alone: u32) -> Option<PacketRays> {
+    fn split(&mut self, list: &PacketRays, together: u32, mut alone: u32) -> Option<PacketRays> {
         let others = list.lanes() & !(together | alone);
         // The coherent rays may still have distant origins, so the rest of an earlier list must not
         // be overwritten.
@@ -221,7 +221,7 @@ pub fn trace<L: SimdLevel, Q: Query>(
 ) -> bool {
     scratch.prepare(tree);
     let (starts, stacks) = (tree.starts(), scratch.stacks.stacks());
-    let mut flight = Active {
+    let mut active = Active {
         all: &mut scratch.packets,
         next: &mut [DONE; PACKETS],
     };
@@ -245,84 +245,84 @@ pub fn trace<L: SimdLevel, Q: Query>(
         done: 0,
         cost: 0,
     };
-    let mut visits = PacketLeafQueue::new();
+    let mut leaf_queue = PacketLeafQueue::new();
     // The set of active packets, one bit each.
-    let mut active = 0_u64;
+    let mut active_set = 0_u64;
     loop {
-        let [leaf, shape_or_done] = level.flags(flight.next);
-        let mut done = active & shape_or_done & !leaf;
-        active ^= done;
+        let [leaf, shape_or_done] = level.flags(active.next);
+        let mut done = active_set & shape_or_done & !leaf;
+        active_set ^= done;
         while done != 0 {
-            let packet = &flight.all[pop_lowest(&mut done) % PACKETS];
+            let packet = &active.all[pop_lowest(&mut done) % PACKETS];
             packet.scatter::<Q>(answers);
             if Q::ANY {
-                queue.note(packet);
+                queue.record(packet);
             }
         }
-        let mut free = queue.room::<Q>() & !active;
+        let mut free = queue.allowed_packets::<Q>() & !active_set;
         while free != 0 {
             let id = pop_lowest(&mut free) % PACKETS;
-            if !queue.refill::<L, Q>(level, &mut flight.all[id], answers) {
+            if !queue.refill::<L, Q>(level, &mut active.all[id], answers) {
                 break;
             }
-            flight.next[id] = tree.root();
-            active |= 1 << id;
+            active.next[id] = tree.root();
+            active_set |= 1 << id;
         }
-        if active == 0 {
+        if active_set == 0 {
             break;
         }
-        let at_leaf = active & leaf;
-        let at_node = active ^ at_leaf;
+        let at_leaf = active_set & leaf;
+        let at_node = active_set ^ at_leaf;
         // SAFETY: these packets wait at nodes, and `stacks` are their stacks.
-        unsafe { traversal::step::<L, Q, _, PACKETS>(level, tree, &starts, &mut flight, at_node, stacks) };
+        unsafe { traversal::step::<L, Q, _, PACKETS>(level, tree, &starts, &mut active, at_node, stacks) };
         let mut at_leaf = at_leaf;
         // The packets that have rays which were shortened or blocked.
         let mut nearer = 0;
-        visits.clear();
+        leaf_queue.clear();
         while at_leaf != 0 {
             let id = pop_lowest(&mut at_leaf) % PACKETS;
-            let (leaf, packet) = (flight.next[id], &mut flight.all[id]);
+            let (leaf, packet) = (active.next[id], &mut active.all[id]);
             packet.cost += BLOCK_COST * count(leaf) as u32;
             if leaf & SHAPE == 0 {
                 // SAFETY: the packet waits at a leaf of this tree.
-                nearer |= u64::from(visits.add::<L, Q>(level, id, packet, unsafe { tree.leaf(leaf) })) << id;
+                nearer |= u64::from(leaf_queue.add::<L, Q>(level, id, packet, unsafe { tree.leaf(leaf) })) << id;
             } else if leaf != EMPTY {
                 let met = shape_step::<L, Q>(level, packet, number(leaf), geometry, rays);
                 nearer |= u64::from(met) << id;
             }
             if Q::ANY && packet.cost > MAX_PACKET_COST {
-                packet.course.stack.clear();
+                packet.state.stack.clear();
             }
         }
         // SAFETY: the tree has not changed.
-        nearer |= unsafe { visits.test::<L, Q>(level, flight.all, rays) };
+        nearer |= unsafe { leaf_queue.test::<L, Q>(level, active.all, rays) };
         while nearer != 0 {
-            let packet = &mut flight.all[pop_lowest(&mut nearer) % PACKETS];
+            let packet = &mut active.all[pop_lowest(&mut nearer) % PACKETS];
             packet.set_ends(level);
             // All rays of the packet are blocked.
-            if Q::ANY && packet.course.end == f32::NEG_INFINITY {
-                packet.course.stack.clear();
+            if Q::ANY && packet.state.end == f32::NEG_INFINITY {
+                packet.state.stack.clear();
             }
         }
         // SAFETY: `stacks` are the stacks of these packets.
-        unsafe { traversal::pop::<L, Q, _, PACKETS>(level, &starts, &mut flight, active, stacks) };
+        unsafe { traversal::pop::<L, Q, _, PACKETS>(level, &starts, &mut active, active_set, stacks) };
     }
     queue.pays()
 }
 
 impl Traverser for Packet {
-    const IN_PASSING: bool = false;
-    const SEVERAL: bool = true;
+    const POPS_IN_STEP: bool = false;
+    const IS_PACKET: bool = true;
 
     #[inline(always)]
-    fn cross<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8) {
+    fn intersect_node<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8) {
         self.cost += 1;
-        self.course.cross(level, node, Some(&self.inv_far))
+        self.state.intersect_node(level, node, Some(&self.inv_far))
     }
 
     #[inline(always)]
-    fn course(&mut self) -> &mut TraversalState {
-        &mut self.course
+    fn state(&mut self) -> &mut TraversalState {
+        &mut self.state
     }
 }
 

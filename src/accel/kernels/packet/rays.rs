@@ -40,7 +40,7 @@ pub const PACKETS: usize = 32;
 pub struct Packet {
     /// The start and the end are distances along the main axis, the minimum and the maximum over
     /// all rays. The reciprocals are the smallest in magnitude; they belong to the entry distance.
-    pub course: TraversalState,
+    pub state: TraversalState,
     /// The reciprocals that are largest in magnitude, for the exit distance; the fourth element is
     /// unused.
     pub inv_far: [f32; 4],
@@ -145,16 +145,16 @@ impl Packet {
         }
         self.shared = apart == 0.0;
         let [x, y, z] = below;
-        self.course.set_octant(x & 1 | y & 2 | z & 4);
+        self.state.set_octant(x & 1 | y & 2 | z & 4);
         self.aim(&d, &inv, Shear::new(&ray.d).axes);
         let speed = level.load16(&self.d[2].0).abs();
         self.enclose([&o, &d, &inv], tmax, speed, reach);
-        self.course.stack.clear();
+        self.state.stack.clear();
         self.cost = 0;
         self.list = list.ids;
         self.count = list.len;
         self.tmins.0 = tmin.to_array();
-        self.course.tmin = tmin.mul_sub(speed, level.load16(&self.behind.0)).reduce_min();
+        self.state.tmin = tmin.mul_sub(speed, level.load16(&self.behind.0)).reduce_min();
         self.begin.0 = tmin.mul(level.splat16(1.0 - BEYOND)).to_array();
         self.t.0 = tmax.to_array();
         self.u = Each([0.0; RAYS]);
@@ -181,7 +181,7 @@ impl Packet {
             self.inv[axis].0 = inv[axis].to_array();
         }
         let [x, y, main] = self.axes.map(usize::from);
-        let negative = self.course.negative();
+        let negative = self.state.negative();
         let start = self.first(o, main);
         let sign = if negative[main] { -1.0 } else { 1.0 };
         let behind = speed.fill(start).sub(o[main]).mul(speed.fill(sign));
@@ -222,7 +222,7 @@ impl Packet {
     fn first<F: Floats>(&self, o: &Vec3s<F>, axis: usize) -> f32 {
         if self.shared {
             self.origin[axis]
-        } else if self.course.negative()[axis] {
+        } else if self.state.negative()[axis] {
             o[axis].reduce_max()
         } else {
             o[axis].reduce_min()
@@ -233,10 +233,10 @@ impl Packet {
     /// the slope, for the first ray that reaches the plane and for the last one.
     #[inline(always)]
     fn set_line(&mut self, axis: usize, from: f32, [first, near, last, far]: [f32; 4]) {
-        let sign = if self.course.negative()[axis] { -1.0 } else { 1.0 };
+        let sign = if self.state.negative()[axis] { -1.0 } else { 1.0 };
         let (from, pad) = (from * sign, from.abs() * (2.0 * PAD) + 4.0 * TINY);
-        (self.course.inv[axis], self.course.near[axis]) = (sign * near, first - (from + pad) * near);
-        (self.inv_far[axis], self.course.far[axis]) = (sign * far, last - (from - pad) * far);
+        (self.state.inv[axis], self.state.near[axis]) = (sign * near, first - (from + pad) * near);
+        (self.inv_far[axis], self.state.far[axis]) = (sign * far, last - (from - pad) * far);
     }
 
     /// Stores the directions and the shears.
@@ -273,7 +273,7 @@ impl Packet {
         let t = level.load16(&self.t.0);
         self.until.0 = t.add(t.abs().mul(level.splat16(BEYOND))).to_array();
         let speed = level.load16(&self.d[2].0).abs();
-        self.course.end = t.mul_sub(speed, level.load16(&self.behind.0)).reduce_max() * END;
+        self.state.end = t.mul_sub(speed, level.load16(&self.behind.0)).reduce_max() * END;
     }
 
     /// Writes the results to `answers`.
@@ -307,7 +307,7 @@ impl Packet {
     #[inline(always)]
     pub fn way(&self) -> u32 {
         let [x, y, z] = self.axes;
-        u32::from_le_bytes([x, y, z, self.course.octant()[0] as u8])
+        u32::from_le_bytes([x, y, z, self.state.octant()[0] as u8])
     }
 
     /// Returns the lanes with the indices of their rays.

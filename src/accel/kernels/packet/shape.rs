@@ -47,7 +47,7 @@ impl Packet {
     #[inline(always)]
     fn meets<L: SimdLevel>(&self, level: L, bounds: &Aabb) -> u32 {
         let (o, inv) = (load16s(level, &self.o), load16s(level, &self.inv));
-        let negative = self.course.negative();
+        let negative = self.state.negative();
         let mut enter = level.load16(&self.tmins.0);
         let mut leave = level.load16(&self.t.0).mul(level.splat16(END));
         for axis in 0..3 {

@@ -140,7 +140,7 @@ unsafe fn test<L: SimdLevel, Q: Query>(
 ) -> u64 {
     let first = &packets[lanes[0] as usize / RAYS % PACKETS];
     let [x, y, z] = first.axes.map(|axis| usize::from(axis) % 3);
-    let negative = first.course.negative();
+    let negative = first.state.negative();
     let negative = [negative[x], negative[y], negative[z]];
 
     let [ox, oy, oz, tmin, dx, dy, dz, tmax] = load_eight(level, rays, ids);
