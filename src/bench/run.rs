@@ -59,7 +59,7 @@ const COUNTED: usize = 1 << 14;
 const COUNTED_TOGETHER: usize = 1 << 8;
 
 /// A column of the table.
-struct Contestant<'a> {
+struct Candidate<'a> {
     name: String,
     tracer: Tracer<'a>,
     /// Every `stride`th ray of a kind is compared.
@@ -205,45 +205,39 @@ fn trace(
     let tests = usize::try_from(geometry.instanced_prim_count()).unwrap_or(usize::MAX);
     let timed = (LINEAR_TESTS / tests.max(1)).clamp(16, all);
     let compared = (timed * LINEAR_COMPARED).min(all);
-    let ours = |name: &str, accel| Contestant {
+    let ours = |name: &str, accel| Candidate {
         name: name.to_owned(),
         tracer: Tracer::Ours(accel),
         stride: 1,
         timed: 1,
     };
-    let mut contestants = vec![Contestant {
+    let mut candidates = vec![Candidate {
         stride: all / compared,
         timed: all / timed,
         ..ours("linear", &*linear)
     }];
-    contestants.extend(built.ours.iter().map(|(name, accel)| ours(name, &**accel)));
-    contestants.extend(
+    candidates.extend(built.ours.iter().map(|(name, accel)| ours(name, &**accel)));
+    candidates.extend(
         wide.iter()
             .map(|(simd, accel)| ours(&format!("wide-{}", simd.name()), &**accel)),
     );
     for embree in built.embree.iter() {
-        let theirs = |name: &str, tracer| Contestant {
+        let theirs = |name: &str, tracer| Candidate {
             name: name.to_owned(),
             tracer,
             stride: 1,
             timed: 1,
         };
-        contestants.push(theirs("embree1", Tracer::Embree1(embree)));
-        contestants.push(theirs("embree16", Tracer::Embree16(embree)));
+        candidates.push(theirs("embree1", Tracer::Embree1(embree)));
+        candidates.push(theirs("embree16", Tracer::Embree16(embree)));
     }
     let mut cells = Vec::new();
     for kind in Kind::ALL {
         let place = Kind::ALL.len() * options.repetitions;
-        let rates = measure(
-            kind,
-            buffers.of(kind),
-            &contestants,
-            options.repetitions,
-            |repetition| {
-                let done = kind as usize * options.repetitions + repetition;
-                observer.step(done, place, &format!("tracing {} rays", kind.name()));
-            },
-        );
+        let rates = measure(kind, buffers.of(kind), &candidates, options.repetitions, |repetition| {
+            let done = kind as usize * options.repetitions + repetition;
+            observer.step(done, place, &format!("tracing {} rays", kind.name()));
+        });
         cells.extend(rates);
     }
     Ok(cells)
@@ -253,16 +247,16 @@ fn trace(
 fn measure(
     kind: Kind,
     rays: &[Ray],
-    contestants: &[Contestant<'_>],
+    candidates: &[Candidate<'_>],
     repetitions: usize,
     step: impl Fn(usize),
 ) -> Vec<Cell> {
     step(0);
-    let mismatches = compare(kind, rays, contestants);
-    let mut rates = vec![Vec::new(); contestants.len()];
+    let mismatches = compare(kind, rays, candidates);
+    let mut rates = vec![Vec::new(); candidates.len()];
     for repetition in 0..repetitions {
         step(repetition);
-        for (c, rates) in contestants.iter().zip(&mut rates) {
+        for (c, rates) in candidates.iter().zip(&mut rates) {
             let rays = &every(c.timed, rays)[..];
             let mut prepared = c.tracer.prepare(kind, rays);
             let start = Instant::now();
@@ -270,14 +264,14 @@ fn measure(
             rates.push(rays.len() as f64 / start.elapsed().as_secs_f64() / 1e6);
         }
     }
-    let embree = contestants
+    let embree = candidates
         .iter()
         .position(|c| c.name == "embree1")
         .map(|i| median(&mut rates[i].clone()))
         .filter(|_| !rays.is_empty());
     // The wide accelerators of all SIMD levels share one tree.
     let mut of_wide = None;
-    contestants
+    candidates
         .iter()
         .zip(rates.iter_mut().zip(mismatches))
         .map(|(c, (rates, mismatches))| {
@@ -302,11 +296,11 @@ fn measure(
         .collect()
 }
 
-/// Returns the number of rays on which each contestant's result differs from the reference. All
-/// contestants are traced once, which also warms the caches.
-fn compare(kind: Kind, rays: &[Ray], contestants: &[Contestant<'_>]) -> Vec<u64> {
+/// Returns the number of rays on which each candidate's result differs from the reference. All
+/// candidates are traced once, which also warms the caches.
+fn compare(kind: Kind, rays: &[Ray], candidates: &[Candidate<'_>]) -> Vec<u64> {
     let mut truth: Vec<Answers> = Vec::new();
-    contestants
+    candidates
         .iter()
         .map(|c| {
             let rays = &every(c.stride, rays)[..];
@@ -336,7 +330,7 @@ fn every(stride: usize, rays: &[Ray]) -> Cow<'_, [Ray]> {
     }
 }
 
-/// The results of a contestant for every `stride`th ray.
+/// The results of a candidate for every `stride`th ray.
 struct Answers {
     stride: usize,
     distances: Vec<f32>,
@@ -358,8 +352,8 @@ fn agree(a: f32, b: f32) -> bool {
     a == b || (a.is_finite() && b.is_finite() && (a - b).abs() <= 1e-5 * a.abs().max(b.abs()))
 }
 
-/// Returns the nodes and primitives tested per ray, if the contestant counts them.
-fn count(c: &Contestant<'_>, rays: &[Ray]) -> (Option<f64>, Option<f64>) {
+/// Returns the nodes and primitives tested per ray, if the candidate counts them.
+fn count(c: &Candidate<'_>, rays: &[Ray]) -> (Option<f64>, Option<f64>) {
     let accel = match c.tracer {
         Tracer::Ours(accel) if !rays.is_empty() => accel,
         _ => return (None, None),
@@ -393,13 +387,13 @@ mod tests {
     fn of_no_rays_there_are_no_figures() {
         let geometry = Arc::new(Geometry::default());
         let linear = accel::build(AccelKind::Linear, geometry).expect("nothing is a scene");
-        let contestants = ["linear", "embree1"].map(|name| Contestant {
+        let candidates = ["linear", "embree1"].map(|name| Candidate {
             name: name.to_owned(),
             tracer: Tracer::Ours(&*linear),
             stride: 1,
             timed: 1,
         });
-        for cell in measure(Kind::Diffuse2, &[], &contestants, 1, |_| {}) {
+        for cell in measure(Kind::Diffuse2, &[], &candidates, 1, |_| {}) {
             assert_eq!(cell.mrays_per_s, 0.0);
             assert_eq!((cell.nodes_per_ray, cell.primitives_per_ray), (None, None));
             assert_eq!(cell.ratio_to_embree1, None);

@@ -13,7 +13,7 @@ use crate::{
 /// The number of rays that a thread takes at a time; the size of a wave.
 pub const BATCH: usize = 16 * 1024;
 
-/// A contestant.
+/// A candidate.
 #[derive(Clone, Copy)]
 pub enum Tracer<'a> {
     Ours(&'a dyn Accelerator),
