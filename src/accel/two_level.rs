@@ -63,7 +63,7 @@ pub(super) struct TwoLevel<T> {
     /// The only tree if the scene has never had instances or edits; otherwise the top-level tree.
     top: T,
     /// The tree over the triangles that are in no group, if they are not in `top`.
-    still: Blas<T>,
+    static_tree: Blas<T>,
     groups: Vec<Blas<T>>,
     unbounded: Vec<PrimId>,
     padding: BoundsPadding,
@@ -86,7 +86,7 @@ impl<T: BoxTree> TwoLevel<T> {
             geometry,
             quality,
             top: T::default(),
-            still: Blas::default(),
+            static_tree: Blas::default(),
             groups: Vec::new(),
             unbounded: Vec::new(),
             padding: BoundsPadding::default(),
@@ -110,12 +110,12 @@ impl<T: BoxTree> TwoLevel<T> {
     }
 
     fn build_still(&mut self) {
-        self.still = Blas::build(Prims::still(&self.geometry), &self.geometry, self.quality);
+        self.static_tree = Blas::build(Prims::static_triangles(&self.geometry), &self.geometry, self.quality);
     }
 
     fn build_top(&mut self) -> Result<(), BuildError> {
         let groups: Vec<Aabb> = self.groups.iter().map(|group| group.bounds).collect();
-        self.set_top(Prims::top(&self.geometry, &self.still.bounds, &groups)?);
+        self.set_top(Prims::top(&self.geometry, &self.static_tree.bounds, &groups)?);
         Ok(())
     }
 
@@ -127,7 +127,7 @@ impl<T: BoxTree> TwoLevel<T> {
     }
 
     fn measure(&mut self, start: Instant) {
-        let below = || self.groups.iter().chain([&self.still]).map(|lower| &lower.tree);
+        let below = || self.groups.iter().chain([&self.static_tree]).map(|lower| &lower.tree);
         self.stats = BuildStats {
             build_time: start.elapsed(),
             node_count: self.top.node_count() + below().map(T::node_count).sum::<usize>(),
@@ -162,7 +162,7 @@ impl<T: BoxTree> TwoLevel<T> {
                     cost.prims += 1;
                     test(prim, InstanceId::NONE, ray)
                 }
-                Item::StaticTree => prims(&self.still.tree, InstanceId::NONE, ray, &planes),
+                Item::StaticTree => prims(&self.static_tree.tree, InstanceId::NONE, ray, &planes),
                 Item::InstanceId(instance) => {
                     let placed = &geometry.instances[instance.0 as usize];
                     let mut local = geometry.enter(placed, ray);
@@ -237,8 +237,8 @@ impl<T: BoxTree> Accelerator for TwoLevel<T> {
         let mut updated = UpdateReport::default();
         // A single tree is split in two levels, so that later updates find moving and static
         // geometry in separate trees.
-        let was_whole = self.groups.is_empty() && self.still.bounds.is_empty();
-        if changed.still || was_whole {
+        let had_one_tree = self.groups.is_empty() && self.static_tree.bounds.is_empty();
+        if changed.static_triangles || had_one_tree {
             self.build_still();
             updated.built.push(TreeId::Static);
         }

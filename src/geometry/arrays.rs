@@ -73,7 +73,7 @@ impl VectorLoop for Clips<'_> {
     #[inline(always)]
     fn run(self) {
         for (slabs, attempt) in self.slabs.iter().zip(self.attempts) {
-            let (t, meets) = slabs.bring(attempt.hit.t, &self.own);
+            let (t, meets) = slabs.clamp(attempt.hit.t, &self.own);
             attempt.hit.t = t;
             attempt.answer = if meets { attempt.answer } else { Attempt::MISSES };
         }

@@ -18,7 +18,7 @@ pub struct Edit {
 
 /// The triangles that an edit has changed in local space.
 pub(crate) struct Changed {
-    pub still: bool,
+    pub static_triangles: bool,
     /// In ascending order.
     pub groups: Vec<u32>,
 }
@@ -46,7 +46,7 @@ impl Edit {
     fn check(&self, geometry: &Geometry, bounds: &[Aabb]) -> Result<Changed, BuildError> {
         let mut bounds = bounds.to_vec();
         let mut moved = vec![false; geometry.groups.len()];
-        let mut still = false;
+        let mut static_triangles = false;
         for (first, positions) in &self.vertices {
             let run = *first as usize..*first as usize + positions.len();
             if run.end > geometry.vertices.len() {
@@ -69,7 +69,7 @@ impl Edit {
                     bounds[group] = points.iter().copied().fold(bounds[group], Aabb::extended).padded(4.0);
                 }
             }
-            still |= others > 0;
+            static_triangles |= others > 0;
         }
         for &(InstanceId(number), transform) in &self.instances {
             let Some(placed) = geometry.instances.get(number as usize) else {
@@ -106,7 +106,7 @@ impl Edit {
         }
         let groups = (0..).zip(moved).filter(|(_, moved)| *moved).map(|(group, _)| group);
         Ok(Changed {
-            still,
+            static_triangles,
             groups: groups.collect(),
         })
     }

@@ -27,21 +27,21 @@ pub(crate) const CLIP_SLACK: f32 = 8.0 * f32::EPSILON;
 
 /// The largest relative error of a triangle's `t`. A hit that clipping would move farther is
 /// rejected: the ray runs within 10^-4 rad of the triangle's plane, or starts in it.
-pub(crate) const NOISE: f32 = 1.0 / 1024.0;
+pub(crate) const MAX_T_NOISE: f32 = 1.0 / 1024.0;
 
 /// A distance below everything that is modelled, in metres. It keeps rays inside a box that run in
 /// one of its faces.
-pub(crate) const TINY: f32 = 1e-20;
+pub(crate) const MIN_PADDING: f32 = 1e-20;
 
 /// The largest reciprocal, for directions whose largest component is 1.
-pub(crate) const STEEPEST: f32 = 1e30;
+pub(crate) const MAX_RECIPROCAL: f32 = 1e30;
 
 /// The padding of culling: a factor for the exit distance, and the next one for the ray's end.
-pub(crate) const LEAVE: f32 = 1.0 + 48.0 * f32::EPSILON;
-pub(crate) const END: f32 = 1.0 + 24.0 * f32::EPSILON;
+pub(crate) const EXIT_PADDING: f32 = 1.0 + 48.0 * f32::EPSILON;
+pub(crate) const END_PADDING: f32 = 1.0 + 24.0 * f32::EPSILON;
 
 /// The padding relative to a ray's origin.
-pub(crate) const PAD: f32 = 4.0 * f32::EPSILON;
+pub(crate) const ORIGIN_PADDING: f32 = 4.0 * f32::EPSILON;
 
 /// Returns the reciprocals of the components, or NaN for a ray that is degenerate or not finite.
 /// Such a ray hits nothing.
@@ -51,7 +51,7 @@ pub(crate) fn reciprocal(ray: &Ray) -> Vec3 {
     if !(largest > 0.0 && ray.d.is_finite() && ray.o.is_finite()) {
         return Vec3::NAN;
     }
-    let steepest = (STEEPEST / largest).min(f32::MAX);
+    let steepest = (MAX_RECIPROCAL / largest).min(f32::MAX);
     ray.d.map(|d| {
         if d.abs() * steepest > 1.0 {
             1.0 / d
@@ -63,7 +63,7 @@ pub(crate) fn reciprocal(ray: &Ray) -> Vec3 {
 
 /// Rays whose origin is farther away than this multiple of the scene's extent get larger boxes: see
 /// [`crate::accel::build::spatial_split`].
-pub(crate) const FAR: f32 = 64.0;
+pub(crate) const FAR_ORIGIN: f32 = 64.0;
 
 /// A ray as it is clipped to the bounds of a primitive.
 #[derive(Clone, Copy, Debug)]
@@ -87,18 +87,18 @@ impl Slabs {
     /// The kernels do the same operations in the same order, see [`crate::accel::kernels`].
     #[inline]
     pub fn clip(&self, t: f32, own: &Aabb) -> Option<f32> {
-        let (t, meets) = self.bring(t, own);
+        let (t, meets) = self.clamp(t, own);
         meets.then_some(t)
     }
 
     /// Does the same without branches; the second result is whether the ray intersects `own`.
     #[inline(always)]
-    pub fn bring(&self, t: f32, own: &Aabb) -> (f32, bool) {
+    pub fn clamp(&self, t: f32, own: &Aabb) -> (f32, bool) {
         let mut enter = f32::NEG_INFINITY;
         let mut leave = f32::INFINITY;
         for axis in 0..3 {
             let (o, inv) = (self.o[axis], self.inv[axis]);
-            let tiny = TINY.copysign(inv);
+            let tiny = MIN_PADDING.copysign(inv);
             let (first, last) = if inv > 0.0 {
                 (own.min[axis], own.max[axis])
             } else {
@@ -122,7 +122,7 @@ impl Slabs {
     #[inline]
     pub fn clip_triangle(&self, t: f32, own: &Aabb) -> Option<f32> {
         let clipped = self.clip(t, own)?;
-        ((clipped - t).abs() <= t.abs() * NOISE && t.is_finite()).then_some(clipped)
+        ((clipped - t).abs() <= t.abs() * MAX_T_NOISE && t.is_finite()).then_some(clipped)
     }
 }
 
@@ -138,7 +138,7 @@ pub(crate) struct Planes {
     /// Whether the ray enters boxes through their upper side.
     pub negative: [bool; 3],
     /// Whether the ray can hit anything at all.
-    pub alive: bool,
+    pub can_hit: bool,
 }
 
 impl Planes {
@@ -148,12 +148,12 @@ impl Planes {
         // The factors widen towards larger |t| only, which is the wrong direction behind the
         // origin.
         let pad = if ray.tmin >= 0.0 {
-            ray.o.abs() * PAD + 4.0 * TINY
+            ray.o.abs() * ORIGIN_PADDING + 4.0 * MIN_PADDING
         } else {
-            (ray.o.abs() + padding.reach) * (32.0 * PAD) + 4.0 * TINY
+            (ray.o.abs() + padding.reach) * (32.0 * ORIGIN_PADDING) + 4.0 * MIN_PADDING
         };
         let away = ray.o.abs().max_element();
-        let far = if away > FAR * padding.reach {
+        let far = if away > FAR_ORIGIN * padding.reach {
             16.0 * f32::EPSILON
         } else {
             0.0
@@ -165,7 +165,7 @@ impl Planes {
             shift_near: (ray.o + pad) * inv,
             shift_far: (ray.o - pad) * inv,
             negative: [inv.x < 0.0, inv.y < 0.0, inv.z < 0.0],
-            alive: inv.x.is_finite(),
+            can_hit: inv.x.is_finite(),
         };
         // If the origin is so far away that a plane's distance overflows, every box passes.
         for axis in 0..3 {
@@ -193,7 +193,8 @@ impl Planes {
             enter = if near > enter { near } else { enter };
             leave = if far < leave { far } else { leave };
         }
-        (self.alive && enter <= leave * LEAVE && enter <= tmax * END).then_some(enter - enter.abs() * (END - 1.0))
+        (self.can_hit && enter <= leave * EXIT_PADDING && enter <= tmax * END_PADDING)
+            .then_some(enter - enter.abs() * (END_PADDING - 1.0))
     }
 }
 

@@ -73,7 +73,7 @@ impl Prims {
     }
 
     /// Returns the triangles that are in no group.
-    pub fn still(geometry: &Geometry) -> Self {
+    pub fn static_triangles(geometry: &Geometry) -> Self {
         Self::triangles(geometry, &geometry.world_triangles()).measured()
     }
 
@@ -84,7 +84,7 @@ impl Prims {
 
     /// Returns the items of the top-level tree, given the bounds of the static tree and of the
     /// groups.
-    pub fn top(geometry: &Geometry, still: &Aabb, groups: &[Aabb]) -> Result<Self, BuildError> {
+    pub fn top(geometry: &Geometry, static_bounds: &Aabb, groups: &[Aabb]) -> Result<Self, BuildError> {
         let mut prims = Self::triangles(geometry, &[]);
         prims.add_shapes(geometry)?;
         let first = geometry.prim_count() as u32;
@@ -96,8 +96,8 @@ impl Prims {
             .collect::<Result<_, _>>()?;
         let met = boxes.iter().zip(first..).filter(|(bounds, _)| !bounds.is_empty());
         prims.refs.extend(met.map(|(bounds, id)| PrimBox::new(bounds, id)));
-        if !still.is_empty() {
-            prims.refs.push(PrimBox::new(still, first + count as u32));
+        if !static_bounds.is_empty() {
+            prims.refs.push(PrimBox::new(static_bounds, first + count as u32));
         }
         Ok(prims.measured())
     }

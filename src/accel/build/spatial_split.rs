@@ -11,7 +11,7 @@
 //! the plane up to a few roundings. The coordinate of a sheared vertex across the plane has an
 //! error of some roundings of its terms, and both terms shrink with the ray's slope. So the edge
 //! functions are exact for vertices that are displaced in the plane by less than 8 [`f32::EPSILON`]
-//! of the distances to them and to the hit. [`SLACK`] covers that for rays that start up to [`FAR`]
+//! of the distances to them and to the hit. [`SLACK`] covers that for rays that start up to [`FAR_ORIGIN`]
 //! times the scene's extent away, and [`crate::geometry::slab`] pads the boxes for other rays. In
 //! an inclined plane, the error grows with the reciprocal of the angle, and only the box of the
 //! whole triangle contains all possible hits. For the same reason, obvhs's own splitting of
@@ -26,13 +26,13 @@ use std::collections::BinaryHeap;
 
 use super::median_split::{PrimBox, SetBounds};
 use crate::{
-    geometry::{Geometry, slab::FAR},
+    geometry::{Geometry, slab::FAR_ORIGIN},
     math::{Aabb, Vec3},
 };
 
 /// The padding of a box around its part of the triangle, relative to the largest coordinate of the
 /// scene.
-const SLACK: f32 = 16.0 * FAR * f32::EPSILON;
+const SLACK: f32 = 16.0 * FAR_ORIGIN * f32::EPSILON;
 
 /// The largest number of additional boxes, relative to the number of primitives.
 const MAX_REFERENCE_GROWTH: f32 = 0.5;

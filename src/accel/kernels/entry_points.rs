@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     accel::wide::node::{EMPTY, LEAF, WideNode},
-    geometry::slab::LEAVE,
+    geometry::slab::EXIT_PADDING,
     math::Ray,
     simd::lanes::{Eight, Floats, Mask, SimdLevel},
 };
@@ -241,7 +241,7 @@ impl EntryBuilder {
         replace(level, &mut boxes.area, lane, others, met, bytemuck::cast_ref(&area));
         if is_trial {
             let (enter, leave) = self.example.state.intersect_node(level, node, None);
-            let by_example = level.met(enter, leave.mul(level.splat8(LEAVE))).bits();
+            let by_example = level.met(enter, leave.mul(level.splat8(EXIT_PADDING))).bits();
             let is_met = std::array::from_fn(|k| by_example >> k & 1);
             replace(level, &mut boxes.is_met, lane, others, met, &is_met);
         }

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     accel::wide::node::TriangleBlock,
-    geometry::slab::TINY,
+    geometry::slab::MIN_PADDING,
     simd::lanes::{Floats, Mask, SimdLevel},
 };
 
@@ -57,7 +57,7 @@ fn stretch<L: SimdLevel>(level: L, slot: &RayState, block: &TriangleBlock, k: us
     let (a, b, c) = (corner(level, a, k), corner(level, b, k), corner(level, c, k));
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
     let pad = low.abs().max(high.abs()).mul(level.splat4(PADDING));
-    let (o, tiny) = (level.load4(&slot.line()[0]), level.splat4(TINY));
+    let (o, tiny) = (level.load4(&slot.line()[0]), level.splat4(MIN_PADDING));
     let low = low.sub(pad).sub(o).sub(tiny);
     let high = high.add(pad).sub(o).add(tiny);
     let inv = level.rotate4(level.load4(&slot.state.rows()[0]), slot.last());

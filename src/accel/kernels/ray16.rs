@@ -2,7 +2,7 @@
 
 use super::{ray_rows::numbers, triangle::Vec3s};
 use crate::{
-    geometry::slab::{FAR, STEEPEST},
+    geometry::slab::{FAR_ORIGIN, MAX_RECIPROCAL},
     math::Ray,
     simd::lanes::{Floats, Mask, SimdLevel},
 };
@@ -62,8 +62,8 @@ impl<F: Floats> Ray16<F> {
         let most = tmin.fill(f32::MAX);
         let length = [d[0].abs(), d[1].abs(), d[2].abs()];
         let longest = length[0].max(length[1]).max(length[2]);
-        let steep = longest.mul(tmin.fill(2.0 / STEEPEST));
-        let away = tmin.fill(FAR * reach);
+        let steep = longest.mul(tmin.fill(2.0 / MAX_RECIPROCAL));
+        let away = tmin.fill(FAR_ORIGIN * reach);
         let mut ordinary = zero.le(tmin).and(tmin.le(tmax));
         for axis in 0..3 {
             // Finite, and so are the shifts of planes.

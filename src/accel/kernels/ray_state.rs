@@ -8,22 +8,24 @@ use super::{query::Best, traversal_state::TraversalState};
 use crate::{
     geometry::{
         padding::BoundsPadding,
-        slab::{END, FAR, NOISE, PAD, Planes, STEEPEST, TINY},
+        slab::{END_PADDING, FAR_ORIGIN, MAX_RECIPROCAL, MAX_T_NOISE, MIN_PADDING, ORIGIN_PADDING, Planes},
     },
     math::Ray,
     simd::lanes::{Floats, Mask, SimdLevel},
 };
 
-/// How far the unclipped `t` of a hit may lie beyond the ray's ends. It is more than [`NOISE`], to
+/// How far the unclipped `t` of a hit may lie beyond the ray's ends. It is more than [`MAX_T_NOISE`], to
 /// make up for a division that is omitted.
-pub const BEYOND: f32 = 4.0 * NOISE;
+pub const BEYOND: f32 = 4.0 * MAX_T_NOISE;
 
-/// The smallest component of a regular direction, relative to the largest one. The coordinates of a
-/// regular origin are at most the reciprocal of this. Then the distances to planes do not overflow.
-const ORDINARY: f32 = 1e-20;
-const ORDINARY_REACH: f32 = 1e18;
+/// The smallest component of a regular direction, and the largest coordinate of a regular origin, both
+/// relative to the largest component of the direction. Then the distances to planes do not overflow.
+const MIN_RELATIVE_COMPONENT: f32 = 1e-20;
+const MAX_RELATIVE_ORIGIN: f32 = 1e18;
 
-const _: () = assert!(ORDINARY >= 2.0 / STEEPEST && ORDINARY_REACH / ORDINARY <= 0.5 * f32::MAX);
+const _: () = assert!(
+    MIN_RELATIVE_COMPONENT >= 2.0 / MAX_RECIPROCAL && MAX_RELATIVE_ORIGIN / MIN_RELATIVE_COMPONENT <= 0.5 * f32::MAX
+);
 
 /// An active ray, in two cache lines; the test of a node reads only the first one.
 #[repr(C, align(64))]
@@ -123,7 +125,7 @@ impl RayState {
         let span = Span {
             tmin: ray.tmin,
             begin: ray.tmin - ray.tmin.abs() * BEYOND,
-            end: ray.tmax * END,
+            end: ray.tmax * END_PADDING,
             until: ray.tmax + ray.tmax.abs() * BEYOND,
         };
         ray.tmin <= ray.tmax && self.set_line(level, ray, span, padding)
@@ -150,7 +152,7 @@ impl RayState {
     #[inline(always)]
     pub fn set_best(&mut self, best: Best) {
         self.best = best;
-        self.state.end = best.t * END;
+        self.state.end = best.t * END_PADDING;
         self.until = best.t + best.t.abs() * BEYOND;
     }
 
@@ -179,7 +181,9 @@ impl RayState {
         *ends = row_with(level, turned, span.until);
 
         let negative = d.lt(level.splat4(0.0));
-        let mut pad = away.mul(level.splat4(PAD)).add(level.splat4(4.0 * TINY));
+        let mut pad = away
+            .mul(level.splat4(ORIGIN_PADDING))
+            .add(level.splat4(4.0 * MIN_PADDING));
         if padding.origin != 0.0 {
             let most = away.max(level.rotate4(away, 1)).max(level.rotate4(away, 2));
             pad = pad.add(most.mul(level.splat4(padding.origin)));
@@ -195,10 +199,12 @@ impl RayState {
         ];
         self.state.set_octant(negative.bits());
 
-        let steep = longest.mul(level.splat4(ORDINARY)).max(level.splat4(f32::MIN_POSITIVE));
+        let steep = longest
+            .mul(level.splat4(MIN_RELATIVE_COMPONENT))
+            .max(level.splat4(f32::MIN_POSITIVE));
         let reach = longest
-            .mul(level.splat4(ORDINARY_REACH))
-            .min(level.splat4(FAR * padding.reach));
+            .mul(level.splat4(MAX_RELATIVE_ORIGIN))
+            .min(level.splat4(FAR_ORIGIN * padding.reach));
         let ordinary = steep.lt(length).and(away.le(reach)).bits();
         ordinary & 0b111 == 0b111 && ray.tmin >= 0.0
     }
@@ -212,7 +218,7 @@ impl RayState {
         self.state.far = (-planes.shift_far).to_array();
         self.state
             .set_octant((0..3).map(|axis| u32::from(planes.negative[axis]) << axis).sum());
-        planes.alive
+        planes.can_hit
     }
 
     /// Returns [`RayState::o`] and [`RayState::begin`], [`RayState::d`] and [`RayState::until`],

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     accel::wide::node::{TriangleBlock, WideNode},
-    geometry::slab::{END, LEAVE, PAD, TINY},
+    geometry::slab::{END_PADDING, EXIT_PADDING, MIN_PADDING, ORIGIN_PADDING},
     math::Ray,
     simd::lanes::{Eight, Floats, Mask, SimdLevel},
 };
@@ -79,8 +79,8 @@ impl Shaft {
         let beyond = e_low.abs().max(e_high.abs());
         let pad = away
             .add(beyond)
-            .mul(level.splat4(2.0 * PAD))
-            .add(level.splat4(4.0 * TINY));
+            .mul(level.splat4(2.0 * ORIGIN_PADDING))
+            .add(level.splat4(4.0 * MIN_PADDING));
         let (less, more) = (o_low.sub(pad), o_high.add(pad));
         let back = level.splat4(-1.0);
         let near = less.select(negative, more).mul(inv_near).mul(back);
@@ -90,7 +90,7 @@ impl Shaft {
         self.state.far = three(far);
         self.inv_far = inv_far.to_array();
         self.state.tmin = 0.0;
-        self.state.end = END;
+        self.state.end = END_PADDING;
         self.state.set_octant(negative.bits());
         self.o = [o_low.to_array(), o_high.to_array()];
 
@@ -107,7 +107,7 @@ impl Shaft {
     #[inline(always)]
     pub fn intersect_node<L: SimdLevel>(&self, level: L, node: &WideNode) -> Eight {
         let (enter, leave) = self.state.intersect_node(level, node, Some(&self.inv_far));
-        level.met(enter, leave.mul(level.splat8(LEAVE)))
+        level.met(enter, leave.mul(level.splat8(EXIT_PADDING)))
     }
 
     /// Returns the set of a block's triangles that rays of the shaft may hit. The other triangles
@@ -227,7 +227,7 @@ mod tests {
                 let mut slot = RayState::default();
                 if slot.start(Portable, ray, 0, UNIT) {
                     let (enter, leave) = slot.state.intersect_node(Portable, &node, None);
-                    any |= Portable.met(enter, leave.mul(Portable.splat8(LEAVE))).bits();
+                    any |= Portable.met(enter, leave.mul(Portable.splat8(EXIT_PADDING))).bits();
                 }
             }
             assert_eq!(any & !met, 0, "group {i}");

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     accel::wide::node::{DONE, FOR_PACKETS, WideNode},
-    geometry::slab::LEAVE,
+    geometry::slab::EXIT_PADDING,
     simd::lanes::{Eight, Floats, SimdLevel},
 };
 
@@ -162,7 +162,7 @@ unsafe fn test_node<'t, L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
         (&*level.launder(node), &mut *level.launder(all.add(id % N)))
     };
     let (enter, leave) = traverser.intersect_node(level, node);
-    let leave = leave.mul(level.splat8(LEAVE));
+    let leave = leave.mul(level.splat8(EXIT_PADDING));
     let state = traverser.state();
     let order = level.order(
         &node.order,

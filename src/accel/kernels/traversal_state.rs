@@ -5,7 +5,7 @@ use std::{mem::offset_of, ptr};
 use super::stack::StackRange;
 use crate::{
     accel::wide::node::WideNode,
-    geometry::slab::LEAVE,
+    geometry::slab::EXIT_PADDING,
     simd::lanes::{Floats, SimdLevel},
 };
 
@@ -139,6 +139,6 @@ impl TraversalState {
             enter = near.mul_add(inv, near.fill(self.near[axis])).max(enter);
             leave = far.mul_add(inv_far, near.fill(self.far[axis])).min(leave);
         }
-        enter.le(leave.mul(leave.fill(LEAVE)))
+        enter.le(leave.mul(leave.fill(EXIT_PADDING)))
     }
 }

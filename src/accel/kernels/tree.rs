@@ -44,7 +44,7 @@ pub struct IdSpace {
     pub prims: usize,
     pub instances: usize,
     /// The index of the tree of the static triangles among the previous trees.
-    pub still: Option<usize>,
+    pub static_tree: Option<usize>,
 }
 
 impl IdSpace {
@@ -53,7 +53,7 @@ impl IdSpace {
         Self {
             prims,
             instances: 0,
-            still: None,
+            static_tree: None,
         }
     }
 }
@@ -117,8 +117,8 @@ impl WideTree {
         if instance < numbers.instances {
             return Some(node::instance(instance as u32));
         }
-        let still = self.sections.get(numbers.still?)?;
-        (!still.nodes.is_empty()).then(|| node::inner(still.nodes.start))
+        let static_tree = self.sections.get(numbers.static_tree?)?;
+        (!static_tree.nodes.is_empty()).then(|| node::inner(static_tree.nodes.start))
     }
 
     /// Removes the last tree.
@@ -303,10 +303,10 @@ mod tests {
         for (lane, item) in [4, 5, 7].into_iter().enumerate() {
             top.child[lane] = node::shape(item);
         }
-        let numbers = |instances, still| IdSpace {
+        let numbers = |instances, static_tree| IdSpace {
             prims: 5,
             instances,
-            still,
+            static_tree,
         };
         assert!(tree.push((vec![top], vec![]), numbers(2, None)).is_none());
         tree.push((vec![top], vec![]), numbers(2, Some(0))).expect("a tree");

@@ -5,7 +5,7 @@
 //! every lane has the bits that [`crate::geometry::Geometry::intersect`] returns.
 
 use crate::{
-    geometry::slab::{CLIP_SLACK, NOISE, TINY},
+    geometry::slab::{CLIP_SLACK, MAX_T_NOISE, MIN_PADDING},
     simd::lanes::{Floats, Mask, SimdLevel},
 };
 
@@ -225,7 +225,7 @@ pub fn boxes<F: Floats>(corners: &[Vec3s<F>; 3]) -> [Vec3s<F>; 2] {
 /// Returns the minima and maxima of triangles on each axis, relative to a ray's origin.
 #[inline(always)]
 fn spans<F: Floats>(o: &Vec3s<F>, corners: &[Vec3s<F>; 3]) -> [Vec3s<F>; 2] {
-    let tiny = o[0].fill(TINY);
+    let tiny = o[0].fill(MIN_PADDING);
     let [mut low, mut high] = boxes(corners);
     for axis in 0..3 {
         low[axis] = low[axis].sub(o[axis]).sub(tiny);
@@ -279,7 +279,7 @@ pub fn meet<F: Floats>([enter, leave]: [F; 2], crossing: &Crossing<F>) -> Meets<
     let enter = enter.sub(enter.abs().mul(slack));
     let leave = leave.add(leave.abs().mul(slack));
     let t = raw.max(enter).min(leave).add(zero);
-    let near = t.sub(raw).abs().le(raw.abs().mul(raw.fill(NOISE)));
+    let near = t.sub(raw).abs().le(raw.abs().mul(raw.fill(MAX_T_NOISE)));
     Meets {
         valid: valid.and(enter.le(leave)).and(near),
         t,

@@ -34,7 +34,7 @@ pub(super) fn count(tree: &WideTree, geometry: &Geometry, mut ray: Ray, mut best
 impl InstanceState<'_> {
     fn count(&self, ray: &mut Ray, best: &mut Option<Hit>, cost: &mut RayCost) {
         let planes = Planes::new(ray, self.padding);
-        if !planes.alive {
+        if !planes.can_hit {
             return;
         }
         let octant: u32 = (0..3).map(|axis| u32::from(planes.negative[axis]) << axis).sum();

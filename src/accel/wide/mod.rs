@@ -104,7 +104,7 @@ impl Wide {
             for group in 0..wide.geometry.groups.len() {
                 wide.push_lower(Prims::group(&wide.geometry, group))?;
             }
-            wide.push_lower(Prims::still(&wide.geometry))?;
+            wide.push_lower(Prims::static_triangles(&wide.geometry))?;
             wide.build_top()?;
         }
         wide.measure(start);
@@ -139,8 +139,8 @@ impl Wide {
 
     fn build_top(&mut self) -> Result<(), BuildError> {
         let boxes: Vec<Aabb> = self.lower.iter().map(|lower| lower.bounds).collect();
-        let (still, groups) = boxes.split_last().expect("the still triangles are always there");
-        let prims = Prims::top(&self.geometry, still, groups)?;
+        let (static_bounds, groups) = boxes.split_last().expect("the static triangles are always there");
+        let prims = Prims::top(&self.geometry, static_bounds, groups)?;
         self.push_top(prims)
     }
 
@@ -153,7 +153,7 @@ impl Wide {
         let numbers = IdSpace {
             prims: self.geometry.prim_count(),
             instances: self.geometry.instances.len(),
-            still: self.lower.len().checked_sub(1),
+            static_tree: self.lower.len().checked_sub(1),
         };
         self.tree_mut().push(built_tree, numbers).ok_or_else(|| self.too_many())
     }
@@ -320,15 +320,15 @@ impl Accelerator for Wide {
                 self.push_lower(Prims::group(&self.geometry, group))?;
                 updated.built.push(TreeId::Group(group as u32));
             }
-            self.push_lower(Prims::still(&self.geometry))?;
+            self.push_lower(Prims::static_triangles(&self.geometry))?;
             updated.built.push(TreeId::Static);
         } else {
             for group in changed.groups {
                 let prims = Prims::group(&self.geometry, group as usize);
                 self.refit_or_rebuild(group as usize, prims, TreeId::Group(group), &mut updated)?;
             }
-            if changed.still {
-                let prims = Prims::still(&self.geometry);
+            if changed.static_triangles {
+                let prims = Prims::static_triangles(&self.geometry);
                 self.refit_or_rebuild(groups, prims, TreeId::Static, &mut updated)?;
             }
         }

@@ -23,23 +23,23 @@ fn every_ray_begins_once() {
     let mut tree = WideTree::default();
     tree.push((vec![WideNode::NOTHING], vec![]), IdSpace::prims(0))
         .expect("a tree");
-    let mut heads = EntryPoints::new();
+    let mut entry_points = EntryPoints::new();
     for count in [1, 16, 100, 255, 256, 257, 5000] {
         let rays = vec![Ray::NONE; count];
         let list: Vec<u32> = (0..count as u32).rev().collect();
-        heads.begin(&tree);
+        entry_points.begin(&tree);
         let begun: Vec<u32> = (0..count)
             .map(|at| {
-                let next = heads.next(Portable, &tree, &rays, &list, at).or_else(|| {
-                    heads.passed();
-                    heads.next(Portable, &tree, &rays, &list, at)
+                let next = entry_points.next(Portable, &tree, &rays, &list, at).or_else(|| {
+                    entry_points.passed();
+                    entry_points.next(Portable, &tree, &rays, &list, at)
                 });
                 next.expect("nothing is in its way").ray as u32
             })
             .collect();
         assert_eq!(begun, list);
     }
-    assert_eq!(heads.pays_off(), Some(false));
+    assert_eq!(entry_points.pays_off(), Some(false));
 }
 
 /// Returns whether entry nodes pay off for rays with an extent of 1 in a scene that is a chain of
@@ -60,13 +60,13 @@ fn pays(height: f32) -> Option<bool> {
         .map(|i| Ray::segment(Vec3::new(-2.0, 0.0, unit(i, 0) - 0.5), Vec3::new(4.0, 0.01, 0.01), 1.0))
         .collect();
     let list: Vec<u32> = (0..rays.len() as u32).collect();
-    let mut heads = EntryPoints::new();
-    heads.begin(&tree);
+    let mut entry_points = EntryPoints::new();
+    entry_points.begin(&tree);
     for at in 0..list.len() {
-        heads.passed();
-        heads.next(Portable, &tree, &rays, &list, at);
+        entry_points.passed();
+        entry_points.next(Portable, &tree, &rays, &list, at);
     }
-    heads.pays_off()
+    entry_points.pays_off()
 }
 
 #[test]

@@ -11,7 +11,7 @@ use crate::{
     },
     geometry::{
         InstanceId,
-        slab::{END, PAD, TINY},
+        slab::{END_PADDING, MIN_PADDING, ORIGIN_PADDING},
     },
     math::Ray,
     shape::triangle::Shear,
@@ -234,7 +234,7 @@ impl Packet {
     #[inline(always)]
     fn set_line(&mut self, axis: usize, from: f32, [first, near, last, far]: [f32; 4]) {
         let sign = if self.state.negative()[axis] { -1.0 } else { 1.0 };
-        let (from, pad) = (from * sign, from.abs() * (2.0 * PAD) + 4.0 * TINY);
+        let (from, pad) = (from * sign, from.abs() * (2.0 * ORIGIN_PADDING) + 4.0 * MIN_PADDING);
         (self.state.inv[axis], self.state.near[axis]) = (sign * near, first - (from + pad) * near);
         (self.inv_far[axis], self.state.far[axis]) = (sign * far, last - (from - pad) * far);
     }
@@ -273,7 +273,7 @@ impl Packet {
         let t = level.load16(&self.t.0);
         self.until.0 = t.add(t.abs().mul(level.splat16(BEYOND))).to_array();
         let speed = level.load16(&self.d[2].0).abs();
-        self.state.end = t.mul_sub(speed, level.load16(&self.behind.0)).reduce_max() * END;
+        self.state.end = t.mul_sub(speed, level.load16(&self.behind.0)).reduce_max() * END_PADDING;
     }
 
     /// Writes the results to `answers`.

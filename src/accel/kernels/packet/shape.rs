@@ -9,7 +9,7 @@ use crate::{
     },
     geometry::{
         Geometry, PrimId,
-        slab::{END, LEAVE, PAD, Slabs, TINY},
+        slab::{END_PADDING, EXIT_PADDING, MIN_PADDING, ORIGIN_PADDING, Slabs},
     },
     math::{Aabb, Ray, Vec3},
     shape::Attempt,
@@ -49,10 +49,13 @@ impl Packet {
         let (o, inv) = (load16s(level, &self.o), load16s(level, &self.inv));
         let negative = self.state.negative();
         let mut enter = level.load16(&self.tmins.0);
-        let mut leave = level.load16(&self.t.0).mul(level.splat16(END));
+        let mut leave = level.load16(&self.t.0).mul(level.splat16(END_PADDING));
         for axis in 0..3 {
             let (least, most) = (level.splat16(bounds.min[axis]), level.splat16(bounds.max[axis]));
-            let pad = o[axis].abs().mul(level.splat16(PAD)).add(level.splat16(4.0 * TINY));
+            let pad = o[axis]
+                .abs()
+                .mul(level.splat16(ORIGIN_PADDING))
+                .add(level.splat16(4.0 * MIN_PADDING));
             let (less, more) = (o[axis].sub(pad), o[axis].add(pad));
             let (near, far) = if negative[axis] {
                 (most.sub(less), least.sub(more))
@@ -62,7 +65,7 @@ impl Packet {
             enter = near.mul(inv[axis]).max(enter);
             leave = far.mul(inv[axis]).min(leave);
         }
-        enter.le(leave.mul(level.splat16(LEAVE))).bits()
+        enter.le(leave.mul(level.splat16(EXIT_PADDING))).bits()
     }
 }
 
