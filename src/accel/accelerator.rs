@@ -1,4 +1,4 @@
-//! The contract of every accelerator, and what they tell of themselves.
+//! The contract of all accelerators, and their options and statistics.
 
 use std::{fmt, str::FromStr, sync::Arc, time::Duration};
 
@@ -9,14 +9,14 @@ use crate::{
     value::UnknownName,
 };
 
-/// How the rays of a batch lie beside one another. Hits do not depend on it, only time does.
+/// The order of the rays in a batch. It affects speed only, never the hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BatchLayout {
-    /// Nothing is known.
+    /// The order is unknown.
     #[default]
     Unordered,
-    /// A tile of a picture, row after row, of so many rays each: the samples of a pixel follow one another, and so do the pixels of
-    /// a row. A few rays may be missing.
+    /// A tile of an image in scanline order, with this many rays in a row. The samples of a pixel
+    /// are consecutive, and so are the pixels of a row. A few rays may be missing.
     Rows(u32),
 }
 
@@ -28,7 +28,7 @@ pub struct RayBatch<'a> {
 }
 
 impl<'a> RayBatch<'a> {
-    /// Rays of which no layout is known.
+    /// Returns a batch whose layout is unknown.
     pub fn unordered(rays: &'a [Ray]) -> Self {
         Self {
             rays,
@@ -42,41 +42,44 @@ impl<'a> RayBatch<'a> {
 /// # Panics
 /// The methods that fill a slice panic when it is shorter than the batch.
 pub trait Accelerator: Send + Sync {
-    /// Fills `hits[i]` with what ray `i` meets first with `tmin < t <= tmax`, `None` where it meets nothing.
+    /// Writes the nearest hit of ray `i` with `tmin < t <= tmax` to `hits[i]`, or `None` if there
+    /// is no hit.
     fn nearest_batch(&self, batch: RayBatch<'_>, hits: &mut [Option<Hit>]);
 
-    /// Fills `blocked[i]` with whether ray `i` meets anything at all with `tmin < t <= tmax`.
+    /// Writes to `blocked[i]` whether ray `i` has any hit with `tmin < t <= tmax`.
     fn occluded_batch(&self, batch: RayBatch<'_>, blocked: &mut [bool]);
 
-    /// [`Accelerator::nearest_batch`] for rays of which no layout is known.
+    /// Calls [`Accelerator::nearest_batch`] for rays of unknown layout.
     fn nearest(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         self.nearest_batch(RayBatch::unordered(rays), hits);
     }
 
-    /// [`Accelerator::occluded_batch`] for rays of which no layout is known.
+    /// Calls [`Accelerator::occluded_batch`] for rays of unknown layout.
     fn occluded(&self, rays: &[Ray], blocked: &mut [bool]) {
         self.occluded_batch(RayBatch::unordered(rays), blocked);
     }
 
-    /// Fills `costs[i]` with what the nearest hit of `rays[i]` costs. Slow: for pictures of it.
+    /// Writes to `costs[i]` the work that finding the nearest hit of `rays[i]` takes. It is slow
+    /// and meant for visualisation.
     fn cost(&self, rays: &[Ray], costs: &mut [RayCost]);
 
-    /// Changes the geometry and what is built over it, and only that: where instances and shapes stand is known to the
-    /// top alone, positions to the tree that their triangles are in. Hits are then those of a new accelerator over the
-    /// changed geometry, bit for bit. Changes nothing where it fails.
+    /// Applies `edit` to the geometry and updates only the trees that it affects: a moved instance
+    /// or shape affects the top-level tree, a moved vertex the tree that holds its triangles. Hits
+    /// are then bit-identical to those of a new accelerator over the changed geometry. If the
+    /// update fails, nothing is changed.
     fn update(&mut self, edit: &Edit) -> Result<UpdateReport, BuildError>;
 
-    /// The vectors that it was built for. Loops that run beside it use the same.
+    /// Returns the SIMD level of the kernels. Other loops of the render use the same level.
     fn simd(&self) -> Isa;
 
-    /// What building took, the last time anything was built.
+    /// Returns the statistics of the last build or update.
     fn stats(&self) -> BuildStats;
 
-    /// The arrays that it was built over.
+    /// Returns the geometry that the accelerator was built over.
     fn geometry(&self) -> &Arc<Geometry>;
 }
 
-/// Which accelerator.
+/// The kinds of accelerators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum AccelKind {
     Linear,
@@ -87,7 +90,7 @@ pub enum AccelKind {
 }
 
 impl AccelKind {
-    /// Every kind with its name, in the order of the documentation.
+    /// All kinds and their names, in the order of the documentation.
     pub const TABLE: &[(Self, &str)] = &[
         (Self::Linear, "linear"),
         (Self::Bvh2, "bvh2"),
@@ -96,19 +99,19 @@ impl AccelKind {
     ];
 }
 
-/// How much time goes into a tree. Hits do not depend on it.
+/// The time spent on building a tree. It affects speed only, never the hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Quality {
-    /// For a frame or two.
+    /// For a scene that is rendered for a frame or two.
     Fast,
     #[default]
     Medium,
-    /// For many frames of a still scene.
+    /// For a static scene that is rendered for many frames.
     High,
 }
 
 impl Quality {
-    /// Every quality with its name, from fast to slow.
+    /// All qualities and their names, from fast to slow.
     pub const TABLE: &[(Self, &str)] = &[(Self::Fast, "fast"), (Self::Medium, "medium"), (Self::High, "high")];
 }
 
@@ -156,22 +159,22 @@ impl fmt::Display for Quality {
     }
 }
 
-/// What building took.
+/// Statistics of a build.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildStats {
     pub build_time: Duration,
     pub node_count: usize,
-    /// Of the structure itself; the geometry's arrays are not counted.
+    /// Memory of the structure, without the arrays of the geometry.
     pub bytes: usize,
-    /// All primitives that are stored, those outside the tree included.
+    /// All stored primitives, including those outside of the tree.
     pub prims: usize,
     pub instances: usize,
-    /// Primitives as rays see them: those of an instanced mesh once for each instance.
+    /// Primitives that rays can hit: those of an instanced mesh count once per instance.
     pub seen: u64,
 }
 
 impl BuildStats {
-    /// What is known of `geometry` before anything is built.
+    /// Returns the statistics of `geometry` that are known before a build.
     pub fn of(geometry: &Geometry) -> Self {
         Self {
             prims: geometry.prim_count(),
@@ -182,30 +185,30 @@ impl BuildStats {
     }
 }
 
-/// What a ray's nearest hit cost.
+/// The work that finding a ray's nearest hit takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayCost {
-    /// Boxes tested; of a wide node all together count as one.
+    /// Boxes tested; all boxes of a wide node count as one.
     pub nodes: u32,
     pub prims: u32,
 }
 
-/// A tree of an accelerator.
+/// Identifies a tree of an accelerator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TreeId {
-    /// Over instances, shapes and the two below.
+    /// The top-level tree, over instances, shapes and the trees below.
     Top,
-    /// Over the triangles that are in no group.
+    /// The tree over the triangles that are in no group.
     Static,
-    /// Over a group's triangles.
+    /// The tree over the triangles of one group.
     Group(u32),
 }
 
-/// What an update took. Trees that are not named were not touched.
+/// The work of an update. Trees that are not listed were not changed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct UpdateReport {
-    /// Built anew.
+    /// Trees that were rebuilt.
     pub built: Vec<TreeId>,
-    /// Given new boxes, with the branches they had.
+    /// Trees whose boxes were refitted, with the topology unchanged.
     pub refitted: Vec<TreeId>,
 }

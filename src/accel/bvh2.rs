@@ -1,4 +1,4 @@
-//! A binary tree, traversed one ray at a time in plain Rust: simple enough to trust, and a yardstick.
+//! A binary BVH with a scalar traversal: simple, and a reference for the speed of the others.
 
 use super::{
     accelerator::Quality,
@@ -30,7 +30,7 @@ impl BoxTree for Binary {
         Self(build::build_tree(prims, geometry, quality, leaves).unwrap_or_default())
     }
 
-    /// Nearer boxes come first.
+    /// Visits the nearer child first.
     fn walk(
         &self,
         ray: &mut Ray,

@@ -1,11 +1,12 @@
-//! obvhs's compressed wide tree in its own traversal order, for comparison.
+//! obvhs's compressed wide BVH in its own traversal order, for comparison.
 //!
-//! The node test is ours: obvhs's has an absolute epsilon, and misses where a direction is -0. The boxes are quantised
-//! to 8 bits; what their rounding may lose is added back, see [`QUANTISATION`]. The stack grows, where
-//! obvhs's own of 32 entries would drop subtrees.
+//! The node test is our own: that of obvhs has an absolute epsilon, and it misses boxes if a
+//! component of the direction is -0. Boxes are quantised to 8 bits; the test adds what rounding may
+//! have removed, see [`QUANTISATION`]. The stack grows, where obvhs's own stack of 32 entries would
+//! drop subtrees.
 //!
-//! Source: Ylitie, Karras, Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", 2017,
-//! <https://doi.org/10.1145/3105762.3105773>.
+//! Source: Ylitie, Karras, Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed
+//! Wide BVHs", 2017, <https://doi.org/10.1145/3105762.3105773>.
 
 use glam::{UVec2, Vec3A};
 use obvhs::{
@@ -29,11 +30,11 @@ use crate::{
     math::{Aabb, Ray, Vec3},
 };
 
-/// What quantising may take off a box, relative to the node's extent: obvhs rounds the scale's logarithm, which is
-/// wrong by at most 2^-18, and clamps what sticks out.
+/// The amount by which quantisation may shrink a box, relative to the node's extent. obvhs rounds
+/// the logarithm of the scale, with an error of at most 2^-18, and clamps what lies outside.
 const QUANTISATION: f32 = 1.0 / 65_536.0;
 
-/// The most primitives of the compressed tree's leaves.
+/// The largest number of primitives in a leaf.
 const MAX_LEAF: u32 = 3;
 
 /// The accelerator.
@@ -104,7 +105,7 @@ impl BoxTree for Compressed {
     }
 }
 
-/// The tree as obvhs has it, with the children of a node side by side.
+/// Converts a tree to the layout of obvhs, with siblings adjacent.
 fn pair_up(binary: bvh2_tree::Bvh2Tree) -> Bvh2 {
     let mut tree = Bvh2 {
         nodes: vec![Bvh2Node::default(); binary.nodes.len()],
@@ -125,7 +126,7 @@ fn pair_up(binary: bvh2_tree::Bvh2Tree) -> Bvh2 {
     tree
 }
 
-/// What `traverse!` keeps of a ray, with the names it expects.
+/// The state of a ray for `traverse!`, with the names that the macro expects.
 struct State<'a> {
     stack: &'a mut Stack,
     current_group: UVec2,
@@ -153,7 +154,8 @@ impl Stack {
     }
 }
 
-/// The children of `node` that `ray` may meet, as the bits that `traverse!` sorts its groups by.
+/// Returns the children of `node` that `ray` may hit, as the bits by which `traverse!` sorts its
+/// groups.
 fn hit_children(node: &CwBvhNode, planes: &Planes, ray: &Ray, oct_inv4: u32) -> u32 {
     let extent = node.compute_extent();
     let origin = Vec3A::from(node.p);

@@ -1,4 +1,4 @@
-//! Every primitive for every ray: slow, and by definition right.
+//! A linear scan: every ray is tested with every primitive. It is slow, and it is the reference.
 //!
 //! All other accelerators are compared with this one, bit for bit.
 
@@ -14,12 +14,12 @@ use crate::{
     simd::Isa,
 };
 
-/// No structure at all.
+/// An accelerator without a structure.
 pub struct Linear {
     geometry: Arc<Geometry>,
-    /// What stands in world space by itself.
+    /// The triangles and shapes that are in no group.
     world: Vec<Range<u32>>,
-    /// The boxes of groups, for what is to be refused.
+    /// The bounds of groups, for validation.
     groups: Vec<Aabb>,
     simd: Isa,
     stats: BuildStats,
@@ -46,7 +46,8 @@ impl Linear {
         })
     }
 
-    /// Gives every primitive to `test` with its instance and the ray in its space, until it returns `false`.
+    /// Calls `test` with every primitive, its instance and the ray in its space, until it returns
+    /// `false`.
     fn all(&self, ray: &mut Ray, mut test: impl FnMut(PrimId, InstanceId, &mut Ray) -> bool) {
         for prim in self.world.iter().cloned().flatten() {
             if !test(PrimId::new(prim), InstanceId::NONE, ray) {

@@ -1,10 +1,11 @@
-//! Acceleration structures: boxes in, hits out.
+//! Acceleration structures for ray casting.
 //!
-//! Rays come in batches, because that is what makes them fast; nothing here takes one ray at a time. Every accelerator
-//! gives the same bits: a hit's `t`, `u` and `v` come from the primitive's one scalar routine (or from operations in
-//! the same order), of two hits at the same `t` the primitive with the lower number wins, a box is passed over only
-//! when it lies strictly farther than the nearest hit so far, and a hit counts inside its primitive's own box
-//! (the module `slab` says why that is needed, and why it is enough).
+//! Rays are traced in batches, since batches are what makes tracing fast; no method takes a single
+//! ray. All accelerators return the same bits. A hit's `t`, `u` and `v` come from the primitive's
+//! one scalar routine, or from the same operations in the same order. Of two hits at the same `t`,
+//! the primitive with the lower id wins. A box is culled only if it lies strictly farther than the
+//! nearest hit so far. A hit is clipped to the bounds of its primitive (the module `slab` explains
+//! why this is needed and why it is enough).
 //!
 //! | kind | what it is |
 //! |---|---|
@@ -35,7 +36,7 @@ pub use accelerator::{
     AccelKind, Accelerator, BatchLayout, BuildStats, Quality, RayBatch, RayCost, TreeId, UpdateReport,
 };
 
-/// What is built, with how much care, and for which vectors.
+/// The kind of accelerator, the build quality and the SIMD level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildOptions {
     pub kind: AccelKind,
@@ -44,7 +45,7 @@ pub struct BuildOptions {
 }
 
 impl From<AccelKind> for BuildOptions {
-    /// Of medium quality, for the best vectors that this processor has.
+    /// Selects medium quality and the best SIMD level of this processor.
     fn from(kind: AccelKind) -> Self {
         Self {
             kind,
@@ -64,10 +65,10 @@ pub fn build(options: impl Into<BuildOptions>, geometry: Arc<Geometry>) -> Resul
     })
 }
 
-/// The wide accelerator with the kernels of one level.
+/// A wide accelerator with the kernels of one SIMD level.
 pub type AtLevel = (Isa, Box<dyn Accelerator>);
 
-/// One tree with the kernels of every level that this processor has.
+/// Builds one tree and returns it with the kernels of every SIMD level of this processor.
 pub fn build_wide_levels(quality: Quality, geometry: &Arc<Geometry>) -> Result<Vec<AtLevel>, BuildError> {
     let tree = wide::Wide::build(Arc::clone(geometry), quality, Isa::best())?;
     let levels = Isa::available().into_iter();

@@ -1,4 +1,4 @@
-//! Every accelerator against the linear scan.
+//! Comparison of all accelerators with the linear scan.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ mod policy;
 mod small;
 mod trees;
 
-/// Reproducible numbers.
+/// A pseudorandom number generator with a fixed seed.
 struct Random(u32);
 
 impl Random {
@@ -54,7 +54,8 @@ fn sphere(center: Vec3, radius: f32) -> Shape {
     Shape::Sphere(Sphere { center, radius })
 }
 
-/// A square of `n` by `n` cells in y = 0 with bumps of `height`, so that edges are shared and many boxes are alike.
+/// Returns a square of `n` by `n` cells in y = 0 with bumps of `height`, with shared edges and many
+/// equal boxes.
 fn grid(n: usize, height: f32) -> Geometry {
     let mut g = Geometry::default();
     let mut r = Random(5);
@@ -74,7 +75,8 @@ fn grid(n: usize, height: f32) -> Geometry {
     g
 }
 
-/// Rays at random, along the axes, through vertices and edges, in planes of the scene, short, and from far away.
+/// Returns random rays, axis-aligned rays, rays through vertices and edges, rays in planes of the
+/// scene, short rays, and rays from far away.
 fn rays(g: &Geometry, count: usize) -> Vec<Ray> {
     let mut r = Random(99);
     let axes = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
@@ -143,13 +145,14 @@ fn options(kind: AccelKind, quality: Quality, simd: Isa) -> BuildOptions {
     BuildOptions { kind, quality, simd }
 }
 
-/// Fails with the first ray on which an accelerator and the linear scan disagree; returns how many rays hit.
+/// Fails at the first ray for which an accelerator and the linear scan disagree. Returns the number
+/// of hits.
 fn compare(g: Geometry, rays: &[Ray]) -> usize {
     let g = Arc::new(g);
     let run = |accel: Box<dyn Accelerator>| {
         let mut hits = vec![None; rays.len()];
         let mut blocked = vec![false; rays.len()];
-        // Rays that are no picture do not go in packets, whatever layout they have.
+        // These rays are incoherent, so they do not go into packets, whatever their layout.
         let layout = BatchLayout::Rows(16);
         accel.nearest_batch(RayBatch { rays, layout }, &mut hits);
         accel.occluded_batch(RayBatch { rays, layout }, &mut blocked);
@@ -215,8 +218,8 @@ fn every_accelerator_equals_the_linear_scan_on_slivers() {
     compare(g, &rays);
 }
 
-/// Rooms: walls and floors of two triangles each, planks a hundred times as long as wide, some of them leaning, and clutter
-/// between them.
+/// Returns rooms: walls and floors of two triangles each, planks a hundred times as long as wide,
+/// some of them inclined, and small objects between them.
 fn rooms() -> Geometry {
     let mut g = soup(1500, 0, 0.04);
     let mut r = Random(17);
@@ -247,7 +250,7 @@ fn every_accelerator_equals_the_linear_scan_on_walls_that_are_cut() {
     let g = rooms();
     let mut r = Random(23);
     let mut rays = rays(&g, 60_000);
-    // Along the walls, in them and hardly above, from near and from far.
+    // Rays along the walls, in them and just above, from near and from far.
     for i in 0..40_000 {
         let corners = g.corners(1500 + r.below(g.triangles.len() - 1500));
         let [a, b, c] = corners;
@@ -361,7 +364,7 @@ fn costs_count_less_in_a_tree_than_in_a_scan() {
     }
 }
 
-/// Coordinates from a few values, so that corners, edges and planes coincide.
+/// Generates coordinates from a few values, so that vertices, edges and planes coincide.
 fn coarse_point() -> impl Strategy<Value = Vec3> {
     let value = prop::sample::select(vec![-1.0_f32, -0.5, 0.0, -0.0, 0.25, 1.0, 1e-7, 3e4]);
     [value.clone(), value.clone(), value].prop_map(Vec3::from_array)

@@ -1,6 +1,7 @@
-//! Trees that are walked one ray at a time, in two levels where there are instances.
+//! Accelerators with a scalar traversal, with two levels if there are instances.
 //!
-//! What the binary tree and the compressed one have in common: everything but the walk through one tree.
+//! This is the part that the binary and the compressed tree share: everything except the traversal
+//! of one tree.
 
 use std::ops::ControlFlow;
 use std::{sync::Arc, time::Instant};
@@ -17,13 +18,13 @@ use crate::{
 
 /// A tree over numbered boxes.
 pub(super) trait BoxTree: Default + Send + Sync {
-    /// What waits while a ray is in a tree.
+    /// The traversal stack.
     type Stack: Default;
 
     fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Self;
 
-    /// Visits the items that `ray` may meet, and counts the boxes that it tests. `leaf` tests an item, may shorten the
-    /// ray, and says whether to go on.
+    /// Visits the items that `ray` may hit, and counts the boxes that are tested. `leaf` tests an
+    /// item, may shorten the ray, and returns whether to continue.
     fn walk(
         &self,
         ray: &mut Ray,
@@ -37,7 +38,7 @@ pub(super) trait BoxTree: Default + Send + Sync {
     fn bytes(&self) -> usize;
 }
 
-/// A tree and what the tree above it must know.
+/// A bottom-level tree, with what the top-level tree needs.
 #[derive(Default)]
 struct Blas<T> {
     tree: T,
@@ -59,10 +60,10 @@ impl<T: BoxTree> Blas<T> {
 pub(super) struct TwoLevel<T> {
     geometry: Arc<Geometry>,
     quality: Quality,
-    /// Over everything where nothing was ever an instance or moved; over the items of the top otherwise.
+    /// The only tree if the scene has never had instances or edits; otherwise the top-level tree.
     top: T,
-    /// The triangles that are in no group, where they are not in the top.
-    still: Blas<T>,
+    /// The tree over the triangles that are in no group, if they are not in `top`.
+    static_tree: Blas<T>,
     groups: Vec<Blas<T>>,
     unbounded: Vec<PrimId>,
     padding: BoundsPadding,
@@ -70,7 +71,7 @@ pub(super) struct TwoLevel<T> {
     stats: BuildStats,
 }
 
-/// The stacks of a ray: of the top, and of a tree below it.
+/// The stacks of a ray: that of the top-level tree, and that of a tree below it.
 #[derive(Default)]
 struct Stacks<S> {
     top: S,
@@ -85,7 +86,7 @@ impl<T: BoxTree> TwoLevel<T> {
             geometry,
             quality,
             top: T::default(),
-            still: Blas::default(),
+            static_tree: Blas::default(),
             groups: Vec::new(),
             unbounded: Vec::new(),
             padding: BoundsPadding::default(),
@@ -109,12 +110,12 @@ impl<T: BoxTree> TwoLevel<T> {
     }
 
     fn build_still(&mut self) {
-        self.still = Blas::build(Prims::still(&self.geometry), &self.geometry, self.quality);
+        self.static_tree = Blas::build(Prims::static_triangles(&self.geometry), &self.geometry, self.quality);
     }
 
     fn build_top(&mut self) -> Result<(), BuildError> {
         let groups: Vec<Aabb> = self.groups.iter().map(|group| group.bounds).collect();
-        self.set_top(Prims::top(&self.geometry, &self.still.bounds, &groups)?);
+        self.set_top(Prims::top(&self.geometry, &self.static_tree.bounds, &groups)?);
         Ok(())
     }
 
@@ -126,7 +127,7 @@ impl<T: BoxTree> TwoLevel<T> {
     }
 
     fn measure(&mut self, start: Instant) {
-        let below = || self.groups.iter().chain([&self.still]).map(|lower| &lower.tree);
+        let below = || self.groups.iter().chain([&self.static_tree]).map(|lower| &lower.tree);
         self.stats = BuildStats {
             build_time: start.elapsed(),
             node_count: self.top.node_count() + below().map(T::node_count).sum::<usize>(),
@@ -135,8 +136,8 @@ impl<T: BoxTree> TwoLevel<T> {
         };
     }
 
-    /// Visits all that `ray` may meet, whatever the level. `test` is given a primitive, its instance and the ray in
-    /// their space.
+    /// Visits everything that `ray` may hit, on both levels. `test` is called with a primitive, its
+    /// instance and the ray in their space.
     fn visit(
         &self,
         ray: &mut Ray,
@@ -148,7 +149,7 @@ impl<T: BoxTree> TwoLevel<T> {
         let Stacks { top, below } = stacks;
         let (mut nodes, mut nodes_below) = (0, 0);
         let planes = Planes::new(ray, self.padding);
-        // Whether `test` has broken off, it knows itself.
+        // `test` itself records whether it ended the traversal.
         _ = self.top.walk(ray, &planes, top, &mut nodes, |item, ray| {
             let mut prims = |tree: &T, instance, ray: &mut Ray, planes: &Planes| {
                 tree.walk(ray, planes, below, &mut nodes_below, |prim, ray| {
@@ -161,7 +162,7 @@ impl<T: BoxTree> TwoLevel<T> {
                     cost.prims += 1;
                     test(prim, InstanceId::NONE, ray)
                 }
-                Item::StaticTree => prims(&self.still.tree, InstanceId::NONE, ray, &planes),
+                Item::StaticTree => prims(&self.static_tree.tree, InstanceId::NONE, ray, &planes),
                 Item::InstanceId(instance) => {
                     let placed = &geometry.instances[instance.0 as usize];
                     let mut local = geometry.enter(placed, ray);
@@ -234,9 +235,10 @@ impl<T: BoxTree> Accelerator for TwoLevel<T> {
         let bounds: Vec<Aabb> = self.groups.iter().map(|group| group.bounds).collect();
         let changed = edit.apply(&mut self.geometry, &bounds)?;
         let mut updated = UpdateReport::default();
-        // What was one tree becomes two, so that the next change finds what moves apart from what does not.
-        let was_whole = self.groups.is_empty() && self.still.bounds.is_empty();
-        if changed.still || was_whole {
+        // A single tree is split in two levels, so that later updates find moving and static
+        // geometry in separate trees.
+        let had_one_tree = self.groups.is_empty() && self.static_tree.bounds.is_empty();
+        if changed.static_triangles || had_one_tree {
             self.build_still();
             updated.built.push(TreeId::Static);
         }

@@ -1,4 +1,4 @@
-//! The figures as one page that needs nothing else, for somebody who was not there.
+//! The report as one self-contained HTML page.
 
 use std::fmt::Write;
 
@@ -10,7 +10,7 @@ const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:56rem;mar
 table{border-collapse:collapse;margin:1rem 0}th,td{padding:.2rem .7rem;text-align:right;border-bottom:1px solid #ddd}\
 th:first-child,td:first-child{text-align:left}svg{max-width:100%;height:auto}";
 
-/// What a kind of rays is, in words.
+/// Returns a description of a kind of rays.
 fn describe(kind: RayKind) -> &'static str {
     match kind {
         RayKind::Primary => "Rays from the camera through neighbouring pixels: they start together and stay close.",
@@ -24,7 +24,7 @@ fn describe(kind: RayKind) -> &'static str {
     }
 }
 
-/// The page.
+/// Renders the page.
 pub fn page(report: &Report) -> String {
     let mut out = String::new();
     let scene = escape(&report.scene);
@@ -92,12 +92,12 @@ fn cell_table(out: &mut String, cells: &[&Cell]) {
     out.push_str("</table>\n");
 }
 
-/// Bars, as an SVG picture.
+/// Draws a bar chart as SVG.
 fn chart(bars: &[(&str, f64)], unit: &str) -> String {
     let mut svg = String::new();
     let drawn = draw(&mut svg, bars, unit);
     if drawn.is_err() {
-        // The figures stand in the table below; a chart that cannot be drawn is left out.
+        // The same figures are in the table below, so a chart that cannot be drawn is left out.
         svg.clear();
     }
     svg

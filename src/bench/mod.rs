@@ -1,7 +1,8 @@
-//! Accelerators side by side: the same rays, in one run, with Embree beside them where its library is at hand.
+//! A benchmark of all accelerators on the same rays, and of Embree if its library is available.
 //!
-//! Four kinds of rays are made from a scene by a fixed seed (`rays`); every cell of the table, an accelerator and a kind
-//! of rays, is measured in turn, over and over, so that a machine that slows down slows all of them (`run`).
+//! Four kinds of rays are generated from a scene with a fixed seed (`rays`). Each pair of an
+//! accelerator and a kind of rays is measured in turn, over and over, so that a slowdown of the
+//! machine affects all of them alike (`run`).
 
 mod html;
 mod rays;

@@ -1,4 +1,4 @@
-//! The rays: camera rays of a scene, and what leaves the places where they end.
+//! Generation of the rays: camera rays of a scene, and secondary rays from their hits.
 
 use std::f32::consts::TAU;
 
@@ -16,16 +16,16 @@ use crate::{
     scene::{Scene, SurfaceInteraction},
 };
 
-/// A kind of rays.
+/// The kinds of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayKind {
-    /// From the camera, in tiles of 16 x 16 pixels.
+    /// Camera rays, in tiles of 16 x 16 pixels.
     Primary,
-    /// From where those end to the scene's first light, or to one above it all.
+    /// Rays from the camera rays' hits to the scene's first light, or to a point above the scene.
     Shadow,
-    /// From where those end, by the cosine.
+    /// Cosine-distributed rays from the camera rays' hits.
     Diffuse1,
-    /// From where these end, by the cosine.
+    /// Cosine-distributed rays from the hits of the first bounce.
     Diffuse2,
 }
 
@@ -41,7 +41,7 @@ impl RayKind {
         }
     }
 
-    /// How the rays lie beside one another: those of tiles keep their order, a few are missing.
+    /// Returns the layout of the rays. Those of tiles keep their order, but a few are missing.
     pub fn layout(self) -> BatchLayout {
         match self {
             Self::Primary | Self::Shadow => BatchLayout::Rows(TILE),
@@ -49,27 +49,28 @@ impl RayKind {
         }
     }
 
-    /// Whether any hit will do.
+    /// Returns whether these are occlusion rays.
     pub fn is_occlusion(self) -> bool {
         self == Self::Shadow
     }
 }
 
-/// Columns and rows of the picture whose rays are measured.
+/// The width and height of the image whose camera rays are measured.
 pub const SIDE: u32 = 1024;
 
-/// Rays of each kind: 1,048,576.
+/// The number of rays of each kind: 1,048,576.
 pub const COUNT: usize = (SIDE * SIDE) as usize;
 
-/// Rays that one thread takes at a time; what a wave holds.
+/// The number of rays that a thread takes at a time; the size of a wave.
 pub const BATCH: usize = 16 * 1024;
 
-/// Passes over the picture to collect as many rays of each kind, where many leave the scene.
+/// The largest number of passes over the image that collect the rays, if many of them leave the
+/// scene.
 const PASSES: u32 = 16;
 
 const TILE: u32 = 16;
 
-/// The rays of all kinds. A kind is empty where the camera sees nothing.
+/// The rays of all kinds. A kind is empty if the camera sees nothing.
 pub struct Buffers {
     rays: [Vec<Ray>; 4],
 }
@@ -79,7 +80,7 @@ impl Buffers {
         &self.rays[kind as usize]
     }
 
-    /// Makes all rays; `camera` has a film of [`SIDE`] x [`SIDE`] pixels.
+    /// Generates all rays; `camera` has a film of [`SIDE`] x [`SIDE`] pixels.
     pub fn new(scene: &Scene, camera: &Camera) -> Self {
         let accel = &*scene.accel;
         let light = light(scene);
@@ -100,7 +101,7 @@ impl Buffers {
             }
         }
         for kind in &mut rays {
-            // A scene that few rays meet: those that do are traced again.
+            // Few rays hit the scene, so the rays that do are repeated.
             let met = kind.len();
             if met > 0 {
                 kind.reserve(COUNT.saturating_sub(met));
@@ -114,7 +115,7 @@ impl Buffers {
     }
 }
 
-/// One ray through each pixel: its centre in the first pass, another place in the others.
+/// Generates one ray through each pixel: its centre in the first pass, another point in the others.
 fn primary(camera: &Camera, pass: u32) -> Vec<Ray> {
     let tiles = SIDE / TILE;
     (0..SIDE * SIDE)
@@ -137,7 +138,7 @@ fn uniform([a, b, c]: [u32; 3]) -> Vec2 {
     Vec2::new(unit_f32(x), unit_f32(y))
 }
 
-/// The surfaces that rays end at.
+/// Returns the surfaces that the rays hit.
 fn ends(scene: &Scene, accel: &dyn Accelerator, rays: &[Ray]) -> Vec<SurfaceInteraction> {
     let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
     rays.par_chunks(BATCH)
@@ -149,7 +150,7 @@ fn ends(scene: &Scene, accel: &dyn Accelerator, rays: &[Ray]) -> Vec<SurfaceInte
         .collect()
 }
 
-/// A direction by the cosine, on the side that was seen.
+/// Samples a cosine-distributed direction, on the side that the ray came from.
 fn bounce(surface: &SurfaceInteraction, address: [u32; 3]) -> Ray {
     let n = if surface.ng.dot(surface.wo) < 0.0 {
         -surface.ng
@@ -168,7 +169,7 @@ fn shadow_ray(surface: &SurfaceInteraction, light: Vec3) -> Ray {
     surface.shadow_ray(to / distance, distance)
 }
 
-/// Where the scene's first light stands, or a place above everything.
+/// Returns the position of the scene's first light, or a point above the scene.
 fn light(scene: &Scene) -> Vec3 {
     let bounds = scene.accel.geometry().world_bounds();
     let (center, size) = if bounds.is_empty() {

@@ -1,40 +1,41 @@
-//! The figures of a benchmark, as data, as JSON and as tables.
+//! The results of a benchmark, as data, as JSON and as tables.
 
 use std::fmt::Write;
 
 use serde::Serialize;
 
-/// One accelerator tracing one kind of rays.
+/// The speed of one accelerator on one kind of rays.
 #[derive(Clone, Debug, Serialize)]
 pub struct Cell {
     pub accel: String,
     pub rays: String,
-    /// Median of the repetitions, in millions of rays per second, all threads together.
+    /// Median of the repetitions, in millions of rays per second, for all threads together.
     pub mrays_per_s: f64,
     pub min: f64,
     pub max: f64,
-    /// Over Embree's one-ray calls on the same rays.
+    /// The speed relative to Embree's single-ray calls on the same rays.
     pub ratio_to_embree1: Option<f64>,
-    /// Boxes tested for a nearest hit; all boxes of a wide node count as one.
+    /// Boxes tested per nearest hit; all boxes of a wide node count as one.
     pub nodes_per_ray: Option<f64>,
-    /// Primitives tested for a nearest hit.
+    /// Primitives tested per nearest hit.
     pub primitives_per_ray: Option<f64>,
-    /// Rays whose answer a tie or a relative difference of 1e-5 in distance does not explain.
+    /// Rays whose result differs by more than a tie or a relative difference of 1e-5 in distance
+    /// explains.
     pub mismatches: u64,
 }
 
-/// Building one accelerator.
+/// The build time of one accelerator.
 #[derive(Clone, Debug, Serialize)]
 pub struct BuildRow {
     pub accel: String,
     /// Median of the repetitions.
     pub ms: f64,
     pub ns_per_triangle: f64,
-    /// Of the structure without the vertices; `None` where it does not say.
+    /// Memory of the structure without the vertices; `None` if it is unknown.
     pub bytes_per_triangle: Option<f64>,
 }
 
-/// Everything that one run measured.
+/// All results of a run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     pub scene: String,
@@ -42,24 +43,25 @@ pub struct Report {
     /// Triangles and all other shapes.
     pub primitives: usize,
     pub instances: usize,
-    /// Primitives as rays see them: those of instanced meshes once for each instance.
+    /// Primitives that rays can hit: those of instanced meshes count once per instance.
     pub seen: u64,
     pub threads: usize,
-    /// The best instructions that this processor has.
+    /// The best SIMD level of this processor.
     pub simd: String,
     pub cells: Vec<Cell>,
     pub build: Vec<BuildRow>,
 }
 
 impl Report {
-    /// As JSON, ending in a line break.
+    /// Formats the report as JSON with a final newline.
     pub fn to_json(&self) -> String {
         let mut text = serde_json::to_string_pretty(self).expect("figures are plain data");
         text.push('\n');
         text
     }
 
-    /// What instances make of it, ending in a comma; nothing where there are none.
+    /// Returns the number of instanced primitives, with a final comma; empty if there are no
+    /// instances.
     pub(super) fn instanced(&self) -> String {
         match self.instances {
             0 => String::new(),
@@ -67,7 +69,7 @@ impl Report {
         }
     }
 
-    /// As plain tables.
+    /// Formats the report as plain-text tables.
     pub fn to_text(&self) -> String {
         let mut out = format!(
             "{}: {} triangles, {} primitives, {}{} threads, {}\n\n",
@@ -127,7 +129,7 @@ fn figure(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
 }
 
-/// The first two columns to the left, numbers to the right.
+/// Appends a table whose first two columns are left-aligned and whose numbers are right-aligned.
 fn table(out: &mut String, rows: &[Vec<String>]) {
     let columns = rows.first().map_or(0, Vec::len);
     let widths: Vec<usize> = (0..columns)

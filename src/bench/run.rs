@@ -1,4 +1,4 @@
-//! The measurement: every cell in turn, over and over, so that drift hits all alike.
+//! The measurement: all cells in turn, over and over, so that drift affects all of them alike.
 
 use std::{borrow::Cow, path::PathBuf, sync::Arc, time::Instant};
 
@@ -13,14 +13,14 @@ use crate::{
     simd::Isa,
 };
 
-/// What to measure.
+/// The options of a benchmark.
 #[derive(Clone, Debug)]
 pub struct BenchOptions {
-    /// What the report calls the scene.
+    /// The name of the scene in the report.
     pub scene: String,
-    /// The vectors of ours.
+    /// The SIMD level of our accelerators.
     pub simd: Isa,
-    /// Embree's shared library.
+    /// The path of Embree's shared library.
     pub embree: Option<PathBuf>,
     /// Repetitions of each cell, at least 1.
     pub repetitions: usize,
@@ -28,13 +28,13 @@ pub struct BenchOptions {
     pub builds: usize,
 }
 
-/// Told how far a benchmark has come.
+/// Receives the progress of a benchmark.
 pub trait BenchObserver {
-    /// Step `done` of `total`.
+    /// Reports step `done` of `total`.
     fn step(&self, done: usize, total: usize, what: &str);
 }
 
-/// Why a benchmark could not be run.
+/// The reason why a benchmark could not be run.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     #[error(transparent)]
@@ -45,29 +45,31 @@ pub enum Error {
     NothingSeen,
 }
 
-/// Primitive tests that a linear cell may take in one repetition: some tenths of a second.
+/// The largest number of primitive tests of a linear cell in one repetition: some tenths of a
+/// second.
 const LINEAR_TESTS: usize = 30_000_000;
 
-/// So many times as many rays of a linear cell are compared with the others' answers, once.
+/// The results of a linear cell are compared once, on this multiple of the rays that are timed.
 const LINEAR_COMPARED: usize = 8;
 
-/// Rays whose cost is counted.
+/// The number of rays whose cost is counted.
 const COUNTED: usize = 1 << 14;
 
-/// Of these so many at a time by one thread.
+/// The number of these that a thread takes at a time.
 const COUNTED_TOGETHER: usize = 1 << 8;
 
 /// A column of the table.
-struct Contestant<'a> {
+struct Candidate<'a> {
     name: String,
     tracer: Tracer<'a>,
-    /// It is compared on every `stride`th ray of a kind.
+    /// Every `stride`th ray of a kind is compared.
     stride: usize,
-    /// It is timed on every `timed`th ray of a kind.
+    /// Every `timed`th ray of a kind is timed.
     timed: usize,
 }
 
-/// Measures all accelerators over `geometry` with the rays of `buffers`, on the threads of the current rayon pool.
+/// Measures all accelerators over `geometry` with the rays of `buffers`, on the threads of the
+/// current rayon pool.
 pub fn run(
     geometry: &Arc<Geometry>,
     buffers: &Buffers,
@@ -92,20 +94,20 @@ pub fn run(
     })
 }
 
-/// What was built.
+/// A structure that was built.
 enum Built {
     Ours(Box<dyn Accelerator>),
     Theirs(Embree),
 }
 
-/// What the last build of each name gave, as far as it traces.
+/// The results of the last build of each name that can trace rays.
 #[derive(Default)]
 struct AllBuilt {
     ours: Vec<(String, Box<dyn Accelerator>)>,
     embree: Option<Embree>,
 }
 
-/// Builds everything over and over, and keeps what traces.
+/// Builds all accelerators repeatedly, and keeps those that trace rays.
 fn build(
     geometry: &Arc<Geometry>,
     options: &BenchOptions,
@@ -207,64 +209,58 @@ fn trace(
     let tests = usize::try_from(geometry.instanced_prim_count()).unwrap_or(usize::MAX);
     let timed = (LINEAR_TESTS / tests.max(1)).clamp(16, all);
     let compared = (timed * LINEAR_COMPARED).min(all);
-    let ours = |name: &str, accel| Contestant {
+    let ours = |name: &str, accel| Candidate {
         name: name.to_owned(),
         tracer: Tracer::Ours(accel),
         stride: 1,
         timed: 1,
     };
-    let mut contestants = vec![Contestant {
+    let mut candidates = vec![Candidate {
         stride: all / compared,
         timed: all / timed,
         ..ours("linear", &*linear)
     }];
-    contestants.extend(built.ours.iter().map(|(name, accel)| ours(name, &**accel)));
-    contestants.extend(
+    candidates.extend(built.ours.iter().map(|(name, accel)| ours(name, &**accel)));
+    candidates.extend(
         wide.iter()
             .map(|(simd, accel)| ours(&format!("wide-{}", simd.name()), &**accel)),
     );
     for embree in built.embree.iter() {
-        let theirs = |name: &str, tracer| Contestant {
+        let theirs = |name: &str, tracer| Candidate {
             name: name.to_owned(),
             tracer,
             stride: 1,
             timed: 1,
         };
-        contestants.push(theirs("embree1", Tracer::Embree1(embree)));
-        contestants.push(theirs("embree16", Tracer::Embree16(embree)));
+        candidates.push(theirs("embree1", Tracer::Embree1(embree)));
+        candidates.push(theirs("embree16", Tracer::Embree16(embree)));
     }
     let mut cells = Vec::new();
     for kind in RayKind::ALL {
         let place = RayKind::ALL.len() * options.repetitions;
-        let rates = measure(
-            kind,
-            buffers.of(kind),
-            &contestants,
-            options.repetitions,
-            |repetition| {
-                let done = kind as usize * options.repetitions + repetition;
-                observer.step(done, place, &format!("tracing {} rays", kind.name()));
-            },
-        );
+        let rates = measure(kind, buffers.of(kind), &candidates, options.repetitions, |repetition| {
+            let done = kind as usize * options.repetitions + repetition;
+            observer.step(done, place, &format!("tracing {} rays", kind.name()));
+        });
         cells.extend(rates);
     }
     Ok(cells)
 }
 
-/// The cells of one kind of rays.
+/// Measures the cells of one kind of rays.
 fn measure(
     kind: RayKind,
     rays: &[Ray],
-    contestants: &[Contestant<'_>],
+    candidates: &[Candidate<'_>],
     repetitions: usize,
     step: impl Fn(usize),
 ) -> Vec<Cell> {
     step(0);
-    let mismatches = compare(kind, rays, contestants);
-    let mut rates = vec![Vec::new(); contestants.len()];
+    let mismatches = compare(kind, rays, candidates);
+    let mut rates = vec![Vec::new(); candidates.len()];
     for repetition in 0..repetitions {
         step(repetition);
-        for (c, rates) in contestants.iter().zip(&mut rates) {
+        for (c, rates) in candidates.iter().zip(&mut rates) {
             let rays = &every(c.timed, rays)[..];
             let mut prepared = c.tracer.prepare(kind, rays);
             let start = Instant::now();
@@ -272,14 +268,14 @@ fn measure(
             rates.push(rays.len() as f64 / start.elapsed().as_secs_f64() / 1e6);
         }
     }
-    let embree = contestants
+    let embree = candidates
         .iter()
         .position(|c| c.name == "embree1")
         .map(|i| median(&mut rates[i].clone()))
         .filter(|_| !rays.is_empty());
-    // The wide trees of all levels are one tree.
+    // The wide accelerators of all SIMD levels share one tree.
     let mut of_wide = None;
-    contestants
+    candidates
         .iter()
         .zip(rates.iter_mut().zip(mismatches))
         .map(|(c, (rates, mismatches))| {
@@ -304,10 +300,11 @@ fn measure(
         .collect()
 }
 
-/// On how many rays the answers of each contestant differ; all of them are traced once, which also warms the caches.
-fn compare(kind: RayKind, rays: &[Ray], contestants: &[Contestant<'_>]) -> Vec<u64> {
+/// Returns the number of rays on which each candidate's result differs from the reference. All
+/// candidates are traced once, which also warms the caches.
+fn compare(kind: RayKind, rays: &[Ray], candidates: &[Candidate<'_>]) -> Vec<u64> {
     let mut truth: Vec<Answers> = Vec::new();
-    contestants
+    candidates
         .iter()
         .map(|c| {
             let rays = &every(c.stride, rays)[..];
@@ -318,7 +315,8 @@ fn compare(kind: RayKind, rays: &[Ray], contestants: &[Contestant<'_>]) -> Vec<u
                 distances: (0..rays.len()).map(|i| prepared.distance(kind, i)).collect(),
             };
             let mismatches = truth.iter().map(|t| differences(t, &answers)).max().unwrap_or(0);
-            // The linear scan is the truth for its share, and the binary tree, held to it, for all rays.
+            // The linear scan is the reference for its subset of the rays. The binary tree, which
+            // is compared with it, is the reference for all rays.
             if truth.len() < 2 {
                 truth.push(answers);
             }
@@ -327,7 +325,7 @@ fn compare(kind: RayKind, rays: &[Ray], contestants: &[Contestant<'_>]) -> Vec<u
         .collect()
 }
 
-/// Every `stride`th ray.
+/// Returns every `stride`th ray.
 fn every(stride: usize, rays: &[Ray]) -> Cow<'_, [Ray]> {
     if stride == 1 {
         Cow::Borrowed(rays)
@@ -336,13 +334,13 @@ fn every(stride: usize, rays: &[Ray]) -> Cow<'_, [Ray]> {
     }
 }
 
-/// What a contestant found of every `stride`th ray.
+/// The results of a candidate for every `stride`th ray.
 struct Answers {
     stride: usize,
     distances: Vec<f32>,
 }
 
-/// On how many of the rays that both traced the answers differ.
+/// Returns the number of rays that both traced with different results.
 fn differences(truth: &Answers, answers: &Answers) -> u64 {
     let both = truth.distances.iter().enumerate().filter_map(|(i, &a)| {
         let ray = i * truth.stride;
@@ -352,13 +350,14 @@ fn differences(truth: &Answers, answers: &Answers) -> u64 {
     both.filter(|&(a, b)| !agree(a, b)).count() as u64
 }
 
-/// Whether two distances are those of one hit, or of two that a tie explains; infinite ones are misses.
+/// Returns whether two distances belong to the same hit, or to two hits that are tied; infinite
+/// ones are misses.
 fn agree(a: f32, b: f32) -> bool {
     a == b || (a.is_finite() && b.is_finite() && (a - b).abs() <= 1e-5 * a.abs().max(b.abs()))
 }
 
-/// Nodes and primitives tested for a ray, where there is any and the contestant tells.
-fn count(c: &Contestant<'_>, rays: &[Ray]) -> (Option<f64>, Option<f64>) {
+/// Returns the nodes and primitives tested per ray, if the candidate counts them.
+fn count(c: &Candidate<'_>, rays: &[Ray]) -> (Option<f64>, Option<f64>) {
     let accel = match c.tracer {
         Tracer::Ours(accel) if !rays.is_empty() => accel,
         _ => return (None, None),
@@ -392,13 +391,13 @@ mod tests {
     fn of_no_rays_there_are_no_figures() {
         let geometry = Arc::new(Geometry::default());
         let linear = accel::build(AccelKind::Linear, geometry).expect("nothing is a scene");
-        let contestants = ["linear", "embree1"].map(|name| Contestant {
+        let candidates = ["linear", "embree1"].map(|name| Candidate {
             name: name.to_owned(),
             tracer: Tracer::Ours(&*linear),
             stride: 1,
             timed: 1,
         });
-        for cell in measure(RayKind::Diffuse2, &[], &contestants, 1, |_| {}) {
+        for cell in measure(RayKind::Diffuse2, &[], &candidates, 1, |_| {}) {
             assert_eq!(cell.mrays_per_s, 0.0);
             assert_eq!((cell.nodes_per_ray, cell.primitives_per_ray), (None, None));
             assert_eq!(cell.ratio_to_embree1, None);

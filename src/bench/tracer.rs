@@ -1,4 +1,4 @@
-//! What traces the rays of a cell, on the threads of the current rayon pool.
+//! Tracing of the rays of a cell, on the threads of the current rayon pool.
 
 use rayon::prelude::*;
 
@@ -10,17 +10,17 @@ use crate::{
     native::{Coherence, Embree, RayHit, RayHit16},
 };
 
-/// A contestant.
+/// A candidate.
 #[derive(Clone, Copy)]
 pub enum Tracer<'a> {
     Ours(&'a dyn Accelerator),
-    /// One ray a call.
+    /// Single-ray calls.
     Embree1(&'a Embree),
-    /// Sixteen rays a call.
+    /// Calls with packets of sixteen rays.
     Embree16(&'a Embree),
 }
 
-/// Rays in the form in which their tracer wants them, and room for its answers.
+/// Rays in the form that their tracer expects, and memory for its results.
 pub enum Prepared<'r> {
     Nearest(&'r [Ray], Vec<Option<Hit>>),
     Occlusion(&'r [Ray], Vec<bool>),
@@ -29,10 +29,11 @@ pub enum Prepared<'r> {
 }
 
 impl Tracer<'_> {
-    /// Everything that is not tracing, done before the clock runs.
+    /// Prepares the rays. All work that is not tracing is done here, before the clock starts.
     pub fn prepare<'r>(&self, kind: RayKind, rays: &'r [Ray]) -> Prepared<'r> {
         match self {
-            // Not false, which would be zeros: memory that the system has only promised, and gives while the clock runs.
+            // Not `false`: the system would provide zeroed pages lazily, while the clock is
+            // running.
             Self::Ours(_) if kind.is_occlusion() => Prepared::Occlusion(rays, vec![true; rays.len()]),
             Self::Ours(_) => Prepared::Nearest(rays, vec![None; rays.len()]),
             Self::Embree1(_) => Prepared::Singles(rays.par_iter().map(RayHit::new).collect()),
@@ -40,7 +41,8 @@ impl Tracer<'_> {
         }
     }
 
-    /// Traces all rays. Batches are dealt out one by one, whoever's they are: a thread whose core others use too takes fewer.
+    /// Traces all rays. Threads take batches one by one, so a thread whose core is shared takes
+    /// fewer.
     pub fn trace(&self, kind: RayKind, prepared: &mut Prepared<'_>) {
         let layout = kind.layout();
         match (self, prepared) {
@@ -78,7 +80,7 @@ impl Tracer<'_> {
 }
 
 impl Prepared<'_> {
-    /// The distance to what ray `i` met; infinite for nothing, -1 for an occlusion.
+    /// Returns the hit distance of ray `i`; infinite for a miss, -1 for an occlusion.
     pub fn distance(&self, kind: RayKind, i: usize) -> f32 {
         match self {
             Self::Occlusion(_, blocked) if blocked[i] => -1.0,

@@ -1,4 +1,4 @@
-//! What is traced: flat arrays of triangles and of shapes in world space, and meshes that stand in it many times.
+//! The geometry of a scene: flat arrays of triangles and world-space shapes, and instanced meshes.
 
 use std::ops::Range;
 
@@ -12,45 +12,47 @@ use crate::{
     shape::{Attempt, Shape, ShapeHit, triangle},
 };
 
-/// By how many units in the last place boxes are larger than what is in them.
+/// The padding of boxes around their contents, in units in the last place.
 const PADDING: f32 = 4.0;
 
-/// A shape at its place in the world.
+/// A shape with its transform to world space.
 #[derive(Clone, Copy, Debug)]
 pub struct PlacedShape {
     pub shape: Shape,
-    /// An index into [`Geometry::transforms`]; `None` where local space is the world.
+    /// An index into [`Geometry::transforms`]; `None` if local space is world space.
     pub transform: Option<u32>,
-    /// Its box in the world, a little larger than it; kept, since every hit is brought into it.
+    /// The padded world-space bounds. They are cached, since every hit is clipped to them.
     bounds: Aabb,
     is_bounded: bool,
 }
 
-/// Triangles in a space of their own: they are stored once, and met wherever an instance puts them.
+/// Triangles in a local space of their own. They are stored once and hit wherever an instance
+/// places them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MeshGroup {
-    /// Which of the geometry's triangles. Groups have no triangle in common and are in the order of their triangles.
+    /// The range of the geometry's triangles. Groups have no triangle in common and are sorted by
+    /// their triangles.
     pub triangles: Range<u32>,
-    /// Which of the geometry's vertices their corners are; nothing else names these.
+    /// The range of the geometry's vertices that these triangles use; no other triangle uses them.
     pub vertices: Range<u32>,
 }
 
-/// A group at a place in the world.
+/// An instance of a group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GroupInstance {
     /// An index into [`Geometry::groups`].
     pub group: u32,
-    /// An index into [`Geometry::transforms`], which no other instance names where it is to be moved.
+    /// An index into [`Geometry::transforms`]. An instance that moves has a transform of its own.
     pub transform: u32,
 }
 
 /// All primitives of a scene. Primitive `i` is triangle `i`, or shape `i - triangles.len()`.
 ///
-/// What is in a group is not met by itself, but in each of the group's instances: a hit there has the triangle's number
-/// and the instance's, which is an index into `instances`.
+/// The triangles of a group are hit in the group's instances only. Such a hit has the id of the
+/// triangle and that of the instance, which is an index into `instances`.
 #[derive(Clone, Debug, Default)]
 pub struct Geometry {
-    /// In world space; those of a group in the group's own.
+    /// In world space; the vertices of a group in the group's local space.
     pub vertices: Vec<Vec3>,
     /// Three indices into `vertices` each.
     pub triangles: Vec<[u32; 3]>,
@@ -60,7 +62,7 @@ pub struct Geometry {
     pub instances: Vec<GroupInstance>,
 }
 
-/// Brings attempts into a shape's own box.
+/// Clips attempted hits to the bounds of a shape.
 struct Clips<'a> {
     slabs: &'a [Slabs],
     own: Aabb,
@@ -71,7 +73,7 @@ impl VectorLoop for Clips<'_> {
     #[inline(always)]
     fn run(self) {
         for (slabs, attempt) in self.slabs.iter().zip(self.attempts) {
-            let (t, meets) = slabs.bring(attempt.hit.t, &self.own);
+            let (t, meets) = slabs.clamp(attempt.hit.t, &self.own);
             attempt.hit.t = t;
             attempt.answer = if meets { attempt.answer } else { Attempt::MISSES };
         }
@@ -79,12 +81,13 @@ impl VectorLoop for Clips<'_> {
 }
 
 impl Geometry {
-    /// How many primitives are stored, those of groups once.
+    /// Returns the number of stored primitives; those of groups count once.
     pub fn prim_count(&self) -> usize {
         self.triangles.len() + self.shapes.len()
     }
 
-    /// How many primitives a ray can meet, those of groups once for each instance.
+    /// Returns the number of primitives that a ray can hit; those of groups count once per
+    /// instance.
     pub fn instanced_prim_count(&self) -> u64 {
         let of = |group: &MeshGroup| group.triangles.len() as u64;
         let stored: u64 = self.groups.iter().map(of).sum();
@@ -92,7 +95,7 @@ impl Geometry {
         self.prim_count() as u64 - stored + seen
     }
 
-    /// The triangles that are in no group.
+    /// Returns the triangles that are in no group.
     pub fn world_triangles(&self) -> Vec<Range<u32>> {
         let starts = std::iter::once(0).chain(self.groups.iter().map(|g| g.triangles.end));
         let ends = self.groups.iter().map(|g| g.triangles.start);
@@ -100,7 +103,7 @@ impl Geometry {
         starts.zip(ends).map(|(a, b)| a..b).filter(|r| !r.is_empty()).collect()
     }
 
-    /// Adds a shape, whose number among shapes is returned; `transform` takes it to its place.
+    /// Adds a shape with its transform to world space, and returns its index among the shapes.
     pub fn add_shape(&mut self, shape: Shape, transform: Option<Transform>) -> u32 {
         let bounds = shape.bounds().padded(PADDING);
         self.shapes.push(PlacedShape {
@@ -116,7 +119,7 @@ impl Geometry {
         index
     }
 
-    /// Takes a shape to another place.
+    /// Sets a shape's transform to world space.
     pub fn place_shape(&mut self, index: u32, transform: Transform) {
         let placed = &mut self.shapes[index as usize];
         placed.bounds = transform.bounds_to_world(&placed.shape.bounds()).padded(PADDING);
@@ -130,49 +133,51 @@ impl Geometry {
         }
     }
 
-    /// The corners of triangle `i`.
+    /// Returns the vertices of triangle `i`.
     #[inline(always)]
     pub fn corners(&self, i: usize) -> [Vec3; 3] {
-        // One by one, so that they stay in registers.
+        // One by one, so that the vertices stay in registers.
         let [a, b, c] = self.triangles[i];
         let at = |v: u32| self.vertices[v as usize];
         [at(a), at(b), at(c)]
     }
 
-    /// The shape that `prim` is, `None` for a triangle.
+    /// Returns the shape with the id `prim`, or `None` for a triangle.
     #[inline]
     pub fn shape(&self, prim: PrimId) -> Option<&PlacedShape> {
         let i = prim.index() as usize;
         i.checked_sub(self.triangles.len()).map(|i| &self.shapes[i])
     }
 
-    /// The transform of a placed shape.
+    /// Returns the transform of a shape.
     #[inline]
     pub fn transform(&self, placed: &PlacedShape) -> Option<&Transform> {
         placed.transform.map(|t| &self.transforms[t as usize])
     }
 
-    /// Where the instances stand.
+    /// Returns the transforms of all instances.
     pub fn instance_transforms(&self) -> impl Iterator<Item = &Transform> {
         self.instances
             .iter()
             .map(|placed| &self.transforms[placed.transform as usize])
     }
 
-    /// Where an instance stands; `None` for [`InstanceId::NONE`].
+    /// Returns the transform of an instance; `None` for [`InstanceId::NONE`].
     #[inline]
     pub fn place(&self, instance: InstanceId) -> Option<&Transform> {
         let placed = self.instances.get(instance.0 as usize)?;
         Some(&self.transforms[placed.transform as usize])
     }
 
-    /// A ray in the space of an instance's group. It is not normalised, so `t` is the same in both spaces.
+    /// Transforms a ray to the local space of an instance. The direction is not normalised, so `t`
+    /// is the same in both spaces.
     #[inline(always)]
     pub fn enter(&self, placed: &GroupInstance, ray: &Ray) -> Ray {
         self.transforms[placed.transform as usize].ray_to_local(ray)
     }
 
-    /// A box around `prim` in its space, a little larger than it, so that rounding in a box test never loses a hit.
+    /// Returns the bounds of `prim` in its space, padded so that rounding in a box test never loses
+    /// a hit.
     pub fn bounds(&self, prim: PrimId) -> Aabb {
         match self.shape(prim) {
             None => Aabb::from_points(self.corners(prim.index() as usize)).padded(PADDING),
@@ -180,13 +185,13 @@ impl Geometry {
         }
     }
 
-    /// The box around all of a group's triangles, in its own space.
+    /// Returns the bounds of a group's triangles, in local space.
     pub fn group_bounds(&self, group: &MeshGroup) -> Aabb {
         let prims = group.triangles.clone().map(PrimId::new);
         prims.map(|prim| self.bounds(prim)).fold(Aabb::EMPTY, Aabb::union)
     }
 
-    /// The box around everything that has bounds, in world space.
+    /// Returns the world-space bounds of everything that has bounds.
     pub fn world_bounds(&self) -> Aabb {
         let shapes = self.triangles.len() as u32..self.prim_count() as u32;
         let prims = self.world_triangles().into_iter().chain([shapes]).flatten();
@@ -199,9 +204,11 @@ impl Geometry {
         prims.chain(instances).fold(Aabb::EMPTY, Aabb::union)
     }
 
-    /// The same with a triangle of its own for every triangle that can be seen, all in world space.
+    /// Returns the same geometry without instances: every instanced triangle becomes a world-space
+    /// triangle.
     ///
-    /// Numbers of primitives change: what was in no group comes first, then each instance in turn.
+    /// The ids of primitives change: primitives that are in no group come first, then those of each
+    /// instance in order.
     pub fn without_instances(&self) -> Self {
         let mut flat = Self {
             vertices: self.vertices.clone(),
@@ -228,10 +235,11 @@ impl Geometry {
         flat
     }
 
-    /// Where `ray`, in the space of `prim`, meets it with `tmin < t <= tmax`.
+    /// Intersects `ray`, in the space of `prim`, with `prim`, for `tmin < t <= tmax`.
     ///
-    /// Each primitive is asked about the whole of the line first, and `t` is brought into the primitive's own box
-    /// before it is compared with the ray's bounds, so that the answer does not depend on how much of the ray was left.
+    /// The primitive is first intersected with the whole line, and `t` is clipped to the
+    /// primitive's bounds before it is compared with the ray's extent. So the hit does not depend
+    /// on how much of the ray was left.
     #[inline]
     pub fn intersect(&self, prim: PrimId, ray: &Ray) -> Option<ShapeHit> {
         let Some(placed) = self.shape(prim) else {
@@ -248,7 +256,7 @@ impl Geometry {
         self.intersect_shape(placed, ray, || Slabs::new(ray))
     }
 
-    /// The same for a shape; `slabs` are the ray's.
+    /// Intersects a ray with a shape; `slabs` are those of the ray.
     #[inline]
     pub(crate) fn intersect_shape(
         &self,
@@ -272,7 +280,8 @@ impl Geometry {
         (t > ray.tmin && t <= ray.tmax).then_some(ShapeHit { t, ..hit })
     }
 
-    /// What can be told of [`Geometry::intersect_shape`] for many rays at once; `slabs` are the rays'.
+    /// Estimates [`Geometry::intersect_shape`] for many rays at once; `slabs` are those of the
+    /// rays.
     #[inline(always)]
     pub(crate) fn attempt_shape(
         &self,
@@ -297,8 +306,8 @@ impl Geometry {
         }
     }
 
-    /// Tests `prim` of `instance` with a ray in its space and keeps it in `best` where it is nearer, or as near and
-    /// [`Hit::comes_before`]; `ray.tmax` shrinks with it.
+    /// Intersects `prim` of `instance` with a ray in its space. A hit is stored in `best`, and
+    /// `ray.tmax` reduced, if it [comes before](Hit::comes_before) the one that is there.
     #[inline]
     pub fn keep_nearest(&self, prim: PrimId, instance: InstanceId, ray: &mut Ray, best: &mut Option<Hit>) {
         if let Some(ShapeHit { t, u, v }) = self.intersect(prim, ray) {
@@ -316,7 +325,7 @@ impl Geometry {
         }
     }
 
-    /// Does so with each of some primitives in world space.
+    /// Calls [`Geometry::keep_nearest`] for each of these world-space primitives.
     pub fn keep_nearest_of(&self, prims: &[PrimId], ray: &mut Ray, best: &mut Option<Hit>) {
         for &prim in prims {
             self.keep_nearest(prim, InstanceId::NONE, ray, best);

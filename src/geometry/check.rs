@@ -1,7 +1,7 @@
-//! What is wrong with a geometry: refused before anything is built over it.
+//! Validation of a geometry before a build.
 //!
-//! Numbers that are not finite, or so large that a product of three overflows, are refused with the number of the
-//! primitive or instance; a builder that met them would panic or never end.
+//! Coordinates that are not finite, or so large that a product of three overflows, are rejected
+//! with the id of the primitive or instance. Builders would panic or never finish with them.
 
 use std::ops::Range;
 
@@ -15,15 +15,15 @@ use super::{
 };
 use crate::math::{Aabb, Vec3};
 
-/// Below so many items a task is not worth another thread.
+/// The smallest number of items that is worth another thread.
 pub(crate) const PAR_MIN_LEN: usize = 4096;
 
-/// Whether a point's coordinates are numbers that are not too large.
+/// Returns whether the coordinates of a point are finite and not too large.
 pub(crate) fn is_sound(p: Vec3) -> bool {
     p.is_finite() && p.abs().max_element() <= MAX_COORDINATE
 }
 
-/// Checks everything but coordinates that depend on where instances stand.
+/// Validates all arrays, except for coordinates that depend on the transforms of instances.
 pub(crate) fn geometry(geometry: &Geometry) -> Result<(), BuildError> {
     let count = geometry.prim_count() + geometry.instances.len();
     if count + 1 >= PrimId::MAX as usize {
@@ -49,7 +49,7 @@ pub(crate) fn geometry(geometry: &Geometry) -> Result<(), BuildError> {
     geometry.groups.iter().try_for_each(|g| group_triangles(geometry, g))
 }
 
-/// Groups are in order, what they and instances name exists.
+/// Checks that groups are sorted, and that all indices of groups and instances are valid.
 fn groups(geometry: &Geometry) -> Result<(), BuildError> {
     let (mut triangle, mut vertex) = (0, 0);
     for (group, g) in geometry.groups.iter().enumerate() {
@@ -104,7 +104,7 @@ fn triangles(geometry: &Geometry, run: Range<usize>) -> Result<(), BuildError> {
     })
 }
 
-/// A shape's box, `None` for one without bounds.
+/// Returns the bounds of a shape, or `None` if it is unbounded.
 pub(crate) fn shape_bounds(geometry: &Geometry, id: PrimId) -> Result<Option<Aabb>, BuildError> {
     let prim = id.index() as usize;
     let placed = geometry.shape(id).expect("a primitive after the triangles is a shape");
@@ -125,7 +125,8 @@ pub(crate) fn shape_bounds(geometry: &Geometry, id: PrimId) -> Result<Option<Aab
     Ok(Some(bounds))
 }
 
-/// An instance's box; empty where its group, of box `group`, has nothing to be met.
+/// Returns the bounds of an instance whose group has the bounds `group`; they are empty if the
+/// group is.
 pub(crate) fn instance_bounds(geometry: &Geometry, instance: usize, group: &Aabb) -> Result<Aabb, BuildError> {
     let placed = &geometry.instances[instance];
     let bounds = padding::bounds(&geometry.transforms[placed.transform as usize], group);

@@ -1,4 +1,4 @@
-//! What moves between two frames: new places and new positions in a geometry that is otherwise as it was.
+//! Changes of a geometry between two frames: new transforms and new vertex positions.
 
 use std::sync::Arc;
 
@@ -8,24 +8,24 @@ use crate::math::{Aabb, Transform, Vec3};
 /// A change of a geometry, for [`crate::accel::Accelerator::update`].
 #[derive(Clone, Debug, Default)]
 pub struct Edit {
-    /// Where instances stand now.
+    /// New transforms of instances.
     pub instances: Vec<(InstanceId, Transform)>,
-    /// Where shapes stand now, by their index into [`Geometry::shapes`].
+    /// New transforms of shapes, by their index into [`Geometry::shapes`].
     pub shapes: Vec<(u32, Transform)>,
-    /// Where vertices are now, each run from this index into [`Geometry::vertices`] on.
+    /// New positions of consecutive vertices, from this index into [`Geometry::vertices`] on.
     pub vertices: Vec<(u32, Vec<Vec3>)>,
 }
 
-/// Which triangles an edit has moved in their own space.
+/// The triangles that an edit has changed in local space.
 pub(crate) struct Changed {
-    pub still: bool,
-    /// Rising.
+    pub static_triangles: bool,
+    /// In ascending order.
     pub groups: Vec<u32>,
 }
 
 impl Edit {
-    /// Changes `geometry`, of which `bounds` are the groups' boxes so far; nothing where something is wrong. Arrays that
-    /// somebody else holds too are copied first.
+    /// Applies the edit to `geometry`, whose groups have the bounds `bounds` so far. If the edit is
+    /// invalid, nothing is changed. Arrays that are shared are copied first.
     pub(crate) fn apply(&self, geometry: &mut Arc<Geometry>, bounds: &[Aabb]) -> Result<Changed, BuildError> {
         let changed = self.check(geometry, bounds)?;
         let geometry = Arc::make_mut(geometry);
@@ -46,7 +46,7 @@ impl Edit {
     fn check(&self, geometry: &Geometry, bounds: &[Aabb]) -> Result<Changed, BuildError> {
         let mut bounds = bounds.to_vec();
         let mut moved = vec![false; geometry.groups.len()];
-        let mut still = false;
+        let mut static_triangles = false;
         for (first, positions) in &self.vertices {
             let run = *first as usize..*first as usize + positions.len();
             if run.end > geometry.vertices.len() {
@@ -69,7 +69,7 @@ impl Edit {
                     bounds[group] = points.iter().copied().fold(bounds[group], Aabb::extended).padded(4.0);
                 }
             }
-            still |= others > 0;
+            static_triangles |= others > 0;
         }
         for &(InstanceId(number), transform) in &self.instances {
             let Some(placed) = geometry.instances.get(number as usize) else {
@@ -106,7 +106,7 @@ impl Edit {
         }
         let groups = (0..).zip(moved).filter(|(_, moved)| *moved).map(|(group, _)| group);
         Ok(Changed {
-            still,
+            static_triangles,
             groups: groups.collect(),
         })
     }

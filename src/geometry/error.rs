@@ -1,11 +1,11 @@
-//! Why a geometry is refused.
+//! Errors of a build.
 
 use thiserror::Error;
 
-/// The largest coordinate that is accepted, in metres: three of them multiplied are still a finite number.
+/// The largest valid coordinate, in metres. A product of three coordinates is still finite.
 pub const MAX_COORDINATE: f32 = 1e12;
 
-/// Why nothing was built.
+/// The reason why a build or an update failed.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum BuildError {
     #[error("primitive {prim} has a coordinate that is not a finite number")]

@@ -1,7 +1,8 @@
-//! What is traced: triangles, shapes and meshes that stand in the world many times, how they are numbered, what is refused,
-//! and what a hit is.
+//! The geometry that rays are traced against: triangles, shapes and instanced meshes, their ids,
+//! their validation, and hits.
 //!
-//! A hit counts inside its primitive's own box: the module `slab` says why that is needed, and why it is enough.
+//! A hit is clipped to the bounds of its primitive; the module `slab` explains why this is needed
+//! and why it is enough.
 
 mod arrays;
 pub(crate) mod check;

@@ -1,39 +1,45 @@
-//! How far roundings carry a ray that is mapped into an instance's space.
+//! A bound on the rounding error of rays that are transformed to an instance's local space.
 //!
-//! A hit in an instance is decided in the space of its group alone: by the mapped ray, the triangle and the triangle's
-//! own box ([`super::slab`]). The trees above cull in world space. They lose no hit as long as every box around an
-//! instance is so wide that the point of the *world* ray at each `t` that can be a hit lies in it.
+//! A hit on an instance is computed in local space only: from the transformed ray, the triangle and
+//! the triangle's bounds ([`super::slab`]). The trees above cull in world space. They lose no hit
+//! if every box around an instance is so large that it contains the point of the *world-space* ray
+//! at every `t` of a possible hit.
 //!
-//! With W and M the matrices of the map and of its inverse, and |.| for the absolute numbers of a matrix, a point
-//! `o + t d` of the ray and the map of the corresponding point in local space lie apart by less than
+//! Let W and M be the matrices of the transform and of its inverse, and |.| the matrix of absolute
+//! values. The distance between a point `o + t d` of the ray and the transformed point in local
+//! space is less than
 //!
 //! `eps (12 K |o| + 11 K |box| + 3 B)`, where `K = max |W| |M| 1` and `B = max (|W| |m| + |w|)`
 //!
-//! ([`Transform::magnification`]): four roundings for the mapped origin, three for the direction, one each for the
-//! numbers of both matrices, and the slack of eight of the rule about the own box. [`bounds`] widens an instance's box
-//! by what depends on the instance, trees of scenes with instances widen all boxes by what depends on a ray's origin
+//! ([`Transform::magnification`]). The terms are four roundings for the transformed origin, three
+//! for the direction, one each for the elements of both matrices, and the slack of eight of
+//! clipping. [`bounds`] pads the bounds of an instance by the terms that depend on the instance.
+//! Trees of scenes with instances pad all boxes by the term that depends on the ray's origin
 //! ([`BoundsPadding`]).
 
 use crate::math::{Aabb, DVec3, Transform, Vec3};
 
-/// The factor that stands for 12, 11 and 3 above, with some room.
+/// The factor in place of 12, 11 and 3 above, with a margin.
 const ROUNDINGS: f32 = 16.0 * f32::EPSILON;
 
-/// Maps that magnify roundings by more than this are worth a copy of the mesh in world space: the trees of a scene are
-/// widened for its worst instance.
+/// The largest magnification of rounding errors for which a mesh should be instanced. Beyond it, a
+/// copy of the mesh in world space is better, since all boxes of a scene are padded for its worst
+/// instance.
 pub const MAX_MAGNIFICATION: f32 = 64.0;
 
-/// How a tree's boxes are widened for a ray.
+/// The padding of a tree's boxes for a ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct BoundsPadding {
-    /// The largest coordinate of all boxes, and of those of groups in their own spaces.
+    /// The largest coordinate of all boxes, including those of groups in local space.
     pub reach: f32,
-    /// The part of the largest coordinate of a ray's origin; zero where there are no instances.
+    /// The padding relative to the largest coordinate of a ray's origin; zero if there are no
+    /// instances.
     pub origin: f32,
 }
 
 impl BoundsPadding {
-    /// What a scene needs with instances at these places, of which all boxes have coordinates of up to `reach`.
+    /// Returns the padding for a scene with these instances, whose boxes have coordinates of at
+    /// most `reach`.
     pub fn new<'a>(instances: impl Iterator<Item = &'a Transform>, reach: f32) -> Self {
         let origin = instances.map(|placed| ROUNDINGS * placed.magnification().0);
         Self {
@@ -42,13 +48,13 @@ impl BoundsPadding {
         }
     }
 
-    /// Inside a group there is nothing further to be mapped.
+    /// Returns the padding inside of a group, where no further transform follows.
     pub fn inside(self) -> Self {
         Self { origin: 0.0, ..self }
     }
 }
 
-/// The world-space box of an instance whose group has the box `local`.
+/// Returns the world-space bounds of an instance whose group has the bounds `local`.
 pub(crate) fn bounds(world_from_local: &Transform, local: &Aabb) -> Aabb {
     if local.is_empty() {
         return Aabb::EMPTY;

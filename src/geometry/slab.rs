@@ -1,51 +1,57 @@
-//! Rays against boxes, with every rounding accounted for.
+//! Intersection of rays and boxes, with a bound on every rounding error.
 //!
-//! What makes all accelerators agree is one rule: **a hit counts inside its primitive's own box.** [`Slabs::clip`]
-//! brings the `t` of a hit into the stretch of the ray that lies in that box, and drops the hit where there is no such
-//! stretch. Without the rule the `t` of a ray that grazes a sliver is noise: it may lie far before the box that the
-//! sliver is in, and whether it is found would depend on which boxes were opened.
+//! One rule makes all accelerators agree: **a hit is clipped to the bounds of its primitive.**
+//! [`Slabs::clip`] clamps the `t` of a hit to the interval of the ray that lies in the bounds, and
+//! rejects the hit if the interval is empty. Without this rule, the `t` of a ray that grazes a
+//! sliver is noise. It may lie far before the bounds of the sliver, and whether the hit is found
+//! would depend on which boxes are traversed.
 //!
-//! With the rule a tree cannot lose a hit: the stretch of the ray in any box around a primitive holds the stretch in
-//! the primitive's own one. That is true of exact numbers; [`Planes`], which trees cull with, is widened so that it is
-//! true of rounded ones, whether its multiplications and subtractions are fused or not. The margins, in units of
-//! [`f32::EPSILON`]: the rule widens by 8 relative to `t` on both sides; culling by 48 relative to where a ray leaves a
-//! box, by 24 relative to where the ray ends, and by 4 relative to the ray's origin. The roundings of a plane's distance
-//! make up for less than 2 relative to `t` and 2 relative to the origin.
+//! With this rule, a tree cannot lose a hit: the interval of the ray in any box around a primitive
+//! contains the interval in the bounds of the primitive. This holds in exact arithmetic.
+//! [`Planes`], the ray as trees cull with it, is padded so that it holds in floating-point
+//! arithmetic as well, with or without fused multiply-add. The margins, in units of
+//! [`f32::EPSILON`], are: clipping widens the interval by 8 relative to `t` on both sides; culling
+//! widens it by 48 relative to the exit distance, by 24 relative to the ray's end, and by 4
+//! relative to the ray's origin. Rounding the distance to a plane causes errors of less than 2
+//! relative to `t` and 2 relative to the origin.
 //!
-//! Directions are not clamped: a component of zero gets a reciprocal of its own sign that is large enough for
-//! anything that was built (coordinates are at most [`crate::accel::build::prims::MAX_COORDINATE`]), so there is no `0 * inf` anywhere.
+//! Directions are not clamped. A component of zero gets a reciprocal of its own sign that is large
+//! enough for all valid coordinates ([`crate::geometry::MAX_COORDINATE`]), so `0 * inf` never
+//! occurs.
 
 use super::padding::BoundsPadding;
 use crate::math::{Aabb, Ray, Vec3};
 
-/// How far the rule about a primitive's own box reaches beyond the box, relative to `t`.
+/// The slack of clipping to a primitive's bounds, relative to `t`.
 pub(crate) const CLIP_SLACK: f32 = 8.0 * f32::EPSILON;
 
-/// The part of a triangle's `t` that may be noise. What would have to be moved farther is no hit: the ray runs within
-/// 10^-4 rad of the triangle's plane, or starts in it.
-pub(crate) const NOISE: f32 = 1.0 / 1024.0;
+/// The largest relative error of a triangle's `t`. A hit that clipping would move farther is
+/// rejected: the ray runs within 10^-4 rad of the triangle's plane, or starts in it.
+pub(crate) const MAX_T_NOISE: f32 = 1.0 / 1024.0;
 
-/// A distance below everything that is modelled, in metres: it keeps rays that run in the face of a box inside.
-pub(crate) const TINY: f32 = 1e-20;
+/// A distance below everything that is modelled, in metres. It keeps rays inside a box that run in
+/// one of its faces.
+pub(crate) const MIN_PADDING: f32 = 1e-20;
 
-/// The steepest reciprocal, for directions whose largest component is 1.
-pub(crate) const STEEPEST: f32 = 1e30;
+/// The largest reciprocal, for directions whose largest component is 1.
+pub(crate) const MAX_RECIPROCAL: f32 = 1e30;
 
-/// By how much trees widen boxes: where a ray leaves one, by this factor; where the ray ends, by the next.
-pub(crate) const LEAVE: f32 = 1.0 + 48.0 * f32::EPSILON;
-pub(crate) const END: f32 = 1.0 + 24.0 * f32::EPSILON;
+/// The padding of culling: a factor for the exit distance, and the next one for the ray's end.
+pub(crate) const EXIT_PADDING: f32 = 1.0 + 48.0 * f32::EPSILON;
+pub(crate) const END_PADDING: f32 = 1.0 + 24.0 * f32::EPSILON;
 
 /// The padding relative to a ray's origin.
-pub(crate) const PAD: f32 = 4.0 * f32::EPSILON;
+pub(crate) const ORIGIN_PADDING: f32 = 4.0 * f32::EPSILON;
 
-/// The components' reciprocals, NaN for a ray that goes nowhere or is not finite: such a ray meets nothing.
+/// Returns the reciprocals of the components, or NaN for a ray that is degenerate or not finite.
+/// Such a ray hits nothing.
 #[inline]
 pub(crate) fn reciprocal(ray: &Ray) -> Vec3 {
     let largest = ray.d.abs().max_element();
     if !(largest > 0.0 && ray.d.is_finite() && ray.o.is_finite()) {
         return Vec3::NAN;
     }
-    let steepest = (STEEPEST / largest).min(f32::MAX);
+    let steepest = (MAX_RECIPROCAL / largest).min(f32::MAX);
     ray.d.map(|d| {
         if d.abs() * steepest > 1.0 {
             1.0 / d
@@ -55,10 +61,11 @@ pub(crate) fn reciprocal(ray: &Ray) -> Vec3 {
     })
 }
 
-/// Rays that start so many times as far away as anything is get wider boxes: see [`crate::accel::build::spatial_split`].
-pub(crate) const FAR: f32 = 64.0;
+/// Rays whose origin is farther away than this multiple of the scene's extent get larger boxes: see
+/// [`crate::accel::build::spatial_split`].
+pub(crate) const FAR_ORIGIN: f32 = 64.0;
 
-/// A ray as the rule about a primitive's own box wants it.
+/// A ray as it is clipped to the bounds of a primitive.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slabs {
     pub o: Vec3,
@@ -75,23 +82,23 @@ impl Slabs {
         }
     }
 
-    /// `t` brought into the stretch of the ray in `own`, `None` where the ray misses `own`.
+    /// Clamps `t` to the interval of the ray in `own`; returns `None` if the ray misses `own`.
     ///
     /// The kernels do the same operations in the same order, see [`crate::accel::kernels`].
     #[inline]
     pub fn clip(&self, t: f32, own: &Aabb) -> Option<f32> {
-        let (t, meets) = self.bring(t, own);
+        let (t, meets) = self.clamp(t, own);
         meets.then_some(t)
     }
 
-    /// The same without branches; the second answer says whether the ray meets `own`.
+    /// Does the same without branches; the second result is whether the ray intersects `own`.
     #[inline(always)]
-    pub fn bring(&self, t: f32, own: &Aabb) -> (f32, bool) {
+    pub fn clamp(&self, t: f32, own: &Aabb) -> (f32, bool) {
         let mut enter = f32::NEG_INFINITY;
         let mut leave = f32::INFINITY;
         for axis in 0..3 {
             let (o, inv) = (self.o[axis], self.inv[axis]);
-            let tiny = TINY.copysign(inv);
+            let tiny = MIN_PADDING.copysign(inv);
             let (first, last) = if inv > 0.0 {
                 (own.min[axis], own.max[axis])
             } else {
@@ -107,45 +114,46 @@ impl Slabs {
         let meets = (enter <= leave) & self.inv.x.is_finite();
         let t = if t > enter { t } else { enter };
         let t = if t < leave { t } else { leave };
-        // Not a negative zero, which would equal the positive one and yet have other bits.
+        // The addition avoids a negative zero, which equals the positive one but has other bits.
         (t + 0.0, meets)
     }
 
-    /// The same for a triangle, whose `t` may be noise.
+    /// Does the same for a triangle, whose `t` may be noise.
     #[inline]
     pub fn clip_triangle(&self, t: f32, own: &Aabb) -> Option<f32> {
         let clipped = self.clip(t, own)?;
-        ((clipped - t).abs() <= t.abs() * NOISE && t.is_finite()).then_some(clipped)
+        ((clipped - t).abs() <= t.abs() * MAX_T_NOISE && t.is_finite()).then_some(clipped)
     }
 }
 
-/// A ray as trees cull with it: the plane `x = b` of a box is met at `b * inv - shift`.
+/// A ray as trees cull with it: the distance to the plane `x = b` of a box is `b * inv - shift`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Planes {
     /// [`reciprocal`].
     pub inv: Vec3,
     /// For the planes through which the ray enters boxes, with the origin moved forward.
     pub shift_near: Vec3,
-    /// For those through which it leaves, with the origin moved back.
+    /// For the planes through which the ray leaves boxes, with the origin moved back.
     pub shift_far: Vec3,
-    /// Whether the ray enters boxes through their larger side.
+    /// Whether the ray enters boxes through their upper side.
     pub negative: [bool; 3],
-    /// Whether the ray can meet anything at all.
-    pub alive: bool,
+    /// Whether the ray can hit anything at all.
+    pub can_hit: bool,
 }
 
 impl Planes {
     #[inline]
     pub fn new(ray: &Ray, padding: BoundsPadding) -> Self {
         let inv = reciprocal(ray);
-        // Factors widen towards larger |t| only, which is the wrong way behind the origin.
+        // The factors widen towards larger |t| only, which is the wrong direction behind the
+        // origin.
         let pad = if ray.tmin >= 0.0 {
-            ray.o.abs() * PAD + 4.0 * TINY
+            ray.o.abs() * ORIGIN_PADDING + 4.0 * MIN_PADDING
         } else {
-            (ray.o.abs() + padding.reach) * (32.0 * PAD) + 4.0 * TINY
+            (ray.o.abs() + padding.reach) * (32.0 * ORIGIN_PADDING) + 4.0 * MIN_PADDING
         };
         let away = ray.o.abs().max_element();
-        let far = if away > FAR * padding.reach {
+        let far = if away > FAR_ORIGIN * padding.reach {
             16.0 * f32::EPSILON
         } else {
             0.0
@@ -157,9 +165,9 @@ impl Planes {
             shift_near: (ray.o + pad) * inv,
             shift_far: (ray.o - pad) * inv,
             negative: [inv.x < 0.0, inv.y < 0.0, inv.z < 0.0],
-            alive: inv.x.is_finite(),
+            can_hit: inv.x.is_finite(),
         };
-        // Where the origin is too far away for a plane's distance, every box passes.
+        // If the origin is so far away that a plane's distance overflows, every box passes.
         for axis in 0..3 {
             if !(planes.shift_near[axis].is_finite() && planes.shift_far[axis].is_finite()) {
                 planes.shift_near[axis] = f32::INFINITY;
@@ -169,7 +177,8 @@ impl Planes {
         planes
     }
 
-    /// A lower bound of where the ray enters `b`, if it may meet it between `tmin` and `tmax`.
+    /// Returns a lower bound of the entry distance of `b`, if the ray may intersect it between
+    /// `tmin` and `tmax`.
     #[inline]
     pub fn enter(&self, b: &Aabb, tmin: f32, tmax: f32) -> Option<f32> {
         let (mut enter, mut leave) = (tmin, f32::INFINITY);
@@ -184,7 +193,8 @@ impl Planes {
             enter = if near > enter { near } else { enter };
             leave = if far < leave { far } else { leave };
         }
-        (self.alive && enter <= leave * LEAVE && enter <= tmax * END).then_some(enter - enter.abs() * (END - 1.0))
+        (self.can_hit && enter <= leave * EXIT_PADDING && enter <= tmax * END_PADDING)
+            .then_some(enter - enter.abs() * (END_PADDING - 1.0))
     }
 }
 
@@ -192,7 +202,7 @@ impl Planes {
 mod tests {
     use super::*;
 
-    /// Of a scene without instances.
+    /// For a scene without instances.
     fn planes(ray: &Ray, reach: f32) -> Planes {
         Planes::new(ray, BoundsPadding { reach, origin: 0.0 })
     }

@@ -1,6 +1,7 @@
-//! Embree 4, loaded at run time where somebody has it: nothing is linked, nothing is needed to build.
+//! Bindings to Embree 4, which is loaded at run time. The build neither needs nor links it.
 //!
-//! Only what the benchmark calls is declared, after Embree's public headers (rtcore.h of version 4).
+//! Only the functions that the benchmark calls are declared, after Embree's public headers
+//! (rtcore.h of version 4).
 
 use std::{
     ffi::{CString, c_char, c_int, c_uint, c_void},
@@ -12,7 +13,7 @@ use std::{
 use super::library::NativeLibrary;
 use crate::math::{Ray, Vec3};
 
-/// How much time Embree's build takes.
+/// The quality of Embree's build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EmbreeQuality {
     Low = 0,
@@ -20,14 +21,14 @@ pub enum EmbreeQuality {
     High = 2,
 }
 
-/// Whether the rays of a packet start near one another and go the same way.
+/// Whether the rays of a packet have nearby origins and similar directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coherence {
     Coherent,
     Incoherent,
 }
 
-/// Why Embree cannot be used.
+/// The reason why Embree cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum EmbreeError {
     #[error("cannot load Embree: {0}")]
@@ -189,8 +190,9 @@ impl Embree {
         if device.is_null() {
             return Err(EmbreeError::Device);
         }
-        // SAFETY: the device is valid, and every handle below comes from it. The buffers are Embree's own, of the
-        // size and format asked for, and are filled completely before they are committed.
+        // SAFETY: the device is valid, and every handle below comes from it. The buffers belong to
+        // Embree, have the requested size and format, and are filled completely before they are
+        // committed.
         let (scene, build_time) = unsafe {
             let scene = (functions.new_scene)(device);
             (functions.set_quality)(scene, quality as c_int);
@@ -214,7 +216,7 @@ impl Embree {
         })
     }
 
-    /// One ray a call.
+    /// Traces one ray per call.
     pub fn trace_single(&self, occlusion: bool, queries: &mut [RayHit]) {
         let call = if occlusion {
             self.functions.occluded1
@@ -228,7 +230,7 @@ impl Embree {
         }
     }
 
-    /// Sixteen rays a call; Embree is told whether they are coherent.
+    /// Traces sixteen rays per call, with a hint about their coherence.
     pub fn trace_packets(&self, occlusion: bool, coherence: Coherence, queries: &mut [RayHit16]) {
         let call = if occlusion {
             self.functions.occluded16
@@ -254,10 +256,10 @@ impl Drop for Embree {
     }
 }
 
-/// The distance that Embree answered: infinite for nothing, -1 for an occlusion.
+/// Returns the distance that Embree found: infinite for a miss, -1 for an occlusion.
 fn answer(occlusion: bool, tfar: f32, geometry: u32) -> f32 {
     match occlusion {
-        // Embree marks an occluded ray by a far end of minus infinity.
+        // Embree marks an occluded ray by a `tfar` of minus infinity.
         true if tfar < 0.0 => -1.0,
         false if geometry != INVALID => tfar,
         _ => f32::INFINITY,
@@ -289,7 +291,7 @@ impl RayHit {
 }
 
 impl RayHit16 {
-    /// Of at most 16 rays; lanes beyond them repeat the first.
+    /// Packs at most 16 rays; unused lanes repeat the first one.
     pub fn new(rays: &[Ray]) -> Self {
         let lane = |f: &dyn Fn(&Ray) -> f32| std::array::from_fn(|k| f(rays.get(k).unwrap_or(&rays[0])));
         let axes = |f: fn(&Ray) -> [f32; 3]| std::array::from_fn(|axis| lane(&|r| f(r)[axis]));

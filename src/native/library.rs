@@ -1,17 +1,18 @@
-//! A library of C functions, loaded at run time where somebody has it.
+//! A library of C functions that is loaded at run time.
 
 use std::{ffi::CString, mem::ManuallyDrop, path::Path};
 
 use libloading::Library;
 
-/// A loaded library. It is never unloaded: its worker threads may outlive everything that was made with it, and its
-/// functions may be called at any time.
+/// A loaded library. It is never unloaded: its worker threads may outlive all objects that were
+/// made with it, and its functions may be called at any time.
 pub struct NativeLibrary(ManuallyDrop<Library>);
 
 impl NativeLibrary {
     /// Loads the library at `path`.
     pub fn load(path: &Path) -> Result<Self, libloading::Error> {
-        // SAFETY: loading runs the library's own initialisers, which whoever names the library answers for.
+        // SAFETY: loading runs the library's own initialisers; the user who names the library
+        // vouches for them.
         Ok(Self(ManuallyDrop::new(unsafe { Library::new(path)? })))
     }
 

@@ -1,4 +1,4 @@
-//! Libraries in C that are loaded at run time: nothing is linked, and nothing is needed to build.
+//! C libraries that are loaded at run time. The build neither needs nor links them.
 
 mod embree;
 mod library;

@@ -1,8 +1,8 @@
-//! Surfaces that let a part of the light straight through: masks, blends, coloured-in foliage.
+//! Partial opacity: alpha masks, blended materials, foliage textures.
 //!
-//! A path passes such a surface by chance, in proportion to what it lets through, and is then where it was: the same
-//! depth, the same random numbers, the same ray, which only begins later. A shadow ray is weakened by all that it
-//! passes. Scenes of opaque materials alone pay nothing for this.
+//! At such a surface, a path continues behind it with a probability of one minus the opacity. It
+//! keeps its depth, its random numbers and its ray, of which only `tmin` changes. A shadow ray is
+//! attenuated by all surfaces that it crosses. Scenes of opaque materials have no overhead.
 
 use std::collections::HashMap;
 
@@ -13,19 +13,20 @@ use crate::{
     scene::Scene,
 };
 
-/// The arrays that passing takes; they keep their memory.
+/// The buffers of this stage, reused between calls.
 #[derive(Debug, Default)]
 pub(super) struct Passing {
-    /// Which hits are asked whether they let their ray pass.
+    /// The rays whose hits are tested for opacity.
     asked: Vec<u32>,
-    /// Which rays go on, and the rays.
+    /// The rays that continue, by index and by value.
     which: Vec<u32>,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
 }
 
-/// Lets rays pass what chance lets them pass: `hits` are then what they really meet, and rays that passed something begin
-/// behind it. `sample` names the sample and the depth of a ray. Returns how many rays it traced.
+/// Continues rays behind surfaces at random, by their opacity. Then `hits` are the final hits, and
+/// rays that passed a surface begin behind it. `sample` returns the sample and the depth of a ray.
+/// Returns the number of traced rays.
 pub(super) fn pass(
     scene: &Scene,
     rays: &mut [Ray],
@@ -65,8 +66,8 @@ pub(super) fn pass(
     traced
 }
 
-/// What of the light along `rays` arrives: 0 where something opaque is in the way. Asked are those that `blocked` names;
-/// the others get 1. Returns how many rays it traced.
+/// Computes the transmittance along `rays`, which is 0 if an opaque surface blocks the ray. Only
+/// the rays in `blocked` are traced; the others get 1. Returns the number of traced rays.
 pub(super) fn transmittance(
     scene: &Scene,
     rays: &mut [Ray],
@@ -99,7 +100,7 @@ pub(super) fn transmittance(
     traced
 }
 
-/// Traces the rays that go on.
+/// Traces the rays that continue.
 fn trace(scene: &Scene, rays: &[Ray], passing: &mut Passing) {
     passing.rays.clear();
     passing.rays.extend(passing.which.iter().map(|&i| rays[i as usize]));

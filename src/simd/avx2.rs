@@ -1,4 +1,4 @@
-//! The level of processors with AVX2 and FMA.
+//! The SIMD level of processors with AVX2 and FMA.
 
 use std::{
     arch::{asm, x86_64::*},
@@ -11,7 +11,7 @@ use super::{
     pair::Pair,
 };
 
-/// Known to run on a processor with AVX2 and FMA.
+/// A token: the processor is known to have AVX2 and FMA.
 #[derive(Clone, Copy)]
 pub struct Avx2(());
 
@@ -170,30 +170,30 @@ macro_rules! reductions {
 reductions!(lowest4, lowest8, _mm_min_ps);
 reductions!(highest4, highest8, _mm_max_ps);
 
-/// What moves the lanes of `set` together.
+/// Returns the permutation that moves the lanes of `set` to the end.
 ///
 /// # Safety
 /// The processor has AVX2.
 #[inline(always)]
 unsafe fn together(set: Eight) -> __m256i {
-    // SAFETY: by this function's own contract; sets of eight are as many as the table has entries.
+    // SAFETY: by this function's own contract; the table has an entry for every set of eight lanes.
     unsafe {
         let lanes = COMPACT_LANES.get_unchecked(set.bits() as usize);
         _mm256_cvtepu8_epi32(_mm_loadl_epi64(ptr::from_ref(lanes).cast()))
     }
 }
 
-/// The same, of which the compiler no longer knows where it came from: it would load each number into all lanes by itself,
-/// and the processor loads half as many vectors in a cycle as it shuffles.
+/// Hides a vector's origin from the compiler. Otherwise it would broadcast each element by a load
+/// of its own, and the processor loads half as many vectors in a cycle as it shuffles.
 #[inline]
 #[target_feature(enable = "avx")]
 fn opaque(mut v: __m256) -> __m256 {
-    // SAFETY: there is no instruction.
+    // SAFETY: the assembly contains no instruction.
     unsafe { asm!("/* {0} */", inout(ymm_reg) v, options(pure, nomem, nostack, preserves_flags)) };
     v
 }
 
-/// The children's order, in the lowest three bits of each lane.
+/// The order of the children, in the lowest three bits of each lane.
 #[derive(Clone, Copy)]
 pub struct Order(__m256i);
 
@@ -207,12 +207,12 @@ impl SimdLevel for Avx2 {
 
     #[inline(always)]
     fn splat4(self, x: f32) -> F4 {
-        // SAFETY: the token says that the processor has AVX2.
+        // SAFETY: the token proves that the processor has AVX2.
         F4(unsafe { _mm_set1_ps(x) })
     }
     #[inline(always)]
     fn splat8(self, x: f32) -> F8 {
-        // SAFETY: the token says that the processor has AVX2.
+        // SAFETY: the token proves that the processor has AVX2.
         F8(unsafe { _mm256_set1_ps(x) })
     }
     #[inline(always)]
@@ -221,22 +221,24 @@ impl SimdLevel for Avx2 {
     }
     #[inline(always)]
     fn four8(self, x: &[f32; 4]) -> [F8; 4] {
-        // SAFETY: the token says that the processor has AVX2; the array is as long as half a vector.
+        // SAFETY: the token proves that the processor has AVX2; the array is as long as half a
+        // vector.
         self.quads(F8(unsafe { opaque(_mm256_broadcast_ps(&_mm_loadu_ps(x.as_ptr()))) }))
     }
     #[inline(always)]
     fn load4(self, x: &[f32; 4]) -> F4 {
-        // SAFETY: the token says that the processor has AVX2; the array is as long as the vector.
+        // SAFETY: the token proves that the processor has AVX2; the array is as long as the vector.
         F4(unsafe { _mm_loadu_ps(x.as_ptr()) })
     }
     #[inline(always)]
     fn load8(self, x: &[f32; 8]) -> F8 {
-        // SAFETY: the token says that the processor has AVX2; the array is as long as the vector.
+        // SAFETY: the token proves that the processor has AVX2; the array is as long as the vector.
         F8(unsafe { _mm256_loadu_ps(x.as_ptr()) })
     }
     #[inline(always)]
     fn load16(self, x: &[f32; 16]) -> Pair<F8> {
-        // SAFETY: the token says that the processor has AVX2; the array is as long as two vectors.
+        // SAFETY: the token proves that the processor has AVX2; the array is as long as two
+        // vectors.
         Pair(
             F8(unsafe { _mm256_loadu_ps(x.as_ptr()) }),
             F8(unsafe { _mm256_loadu_ps(x[8..].as_ptr()) }),
@@ -245,8 +247,8 @@ impl SimdLevel for Avx2 {
     #[inline(always)]
     fn transpose(self, rows: [F8; 8]) -> [F8; 8] {
         let [a, b, c, d, e, f, g, h] = rows;
-        // In each half of the rows: pairs, then fours, then eights.
-        // SAFETY: the token says that the processor has AVX2.
+        // Within each half of the rows: pairs, then fours, then eights.
+        // SAFETY: the token proves that the processor has AVX2.
         unsafe {
             let (ab, ab_high) = (_mm256_unpacklo_ps(a.0, b.0), _mm256_unpackhi_ps(a.0, b.0));
             let (cd, cd_high) = (_mm256_unpacklo_ps(c.0, d.0), _mm256_unpackhi_ps(c.0, d.0));
@@ -273,10 +275,11 @@ impl SimdLevel for Avx2 {
         }
     }
     #[inline(always)]
-    fn turn4(self, v: F4, last: usize) -> F4 {
+    fn rotate4(self, v: F4, last: usize) -> F4 {
         static TURNS: [[i32; 4]; 4] = [[0, 1, 2, 3], [1, 2, 0, 3], [2, 0, 1, 3], [0, 1, 2, 3]];
         let lanes = TURNS[last & 3].as_ptr().cast();
-        // SAFETY: the token says that the processor has AVX2; the lanes are as many as the vector's.
+        // SAFETY: the token proves that the processor has AVX2; the lanes are as many as the
+        // vector's.
         F4(unsafe { _mm_permutevar_ps(v.0, _mm_loadu_si128(lanes)) })
     }
     #[inline(always)]
@@ -285,12 +288,12 @@ impl SimdLevel for Avx2 {
     }
     #[inline(always)]
     fn join4(self, first: F4, second: F4) -> F8 {
-        // SAFETY: the token says that the processor has AVX2.
+        // SAFETY: the token proves that the processor has AVX2.
         F8(unsafe { _mm256_set_m128(second.0, first.0) })
     }
     #[inline(always)]
     fn quads(self, v: F8) -> [F8; 4] {
-        // SAFETY: the token says that the processor has AVX2.
+        // SAFETY: the token proves that the processor has AVX2.
         unsafe {
             [
                 F8(_mm256_permute_ps::<0x00>(v.0)),
@@ -303,7 +306,7 @@ impl SimdLevel for Avx2 {
     #[inline(always)]
     fn mask16(self, bits: u32) -> Pair<M8> {
         let half = |bits: u32| {
-            // SAFETY: the token says that the processor has AVX2.
+            // SAFETY: the token proves that the processor has AVX2.
             unsafe {
                 let lanes = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
                 let set = _mm256_and_si256(_mm256_set1_epi32(bits as i32), lanes);
@@ -315,7 +318,8 @@ impl SimdLevel for Avx2 {
 
     #[inline(always)]
     fn order(self, order: &[u32; 8], shift: &[u32; 4]) -> Order {
-        // SAFETY: the token says that the processor has AVX2; the arrays are as long as the vectors.
+        // SAFETY: the token proves that the processor has AVX2; the arrays are as long as the
+        // vectors.
         Order(unsafe {
             let order = _mm256_loadu_si256(order.as_ptr().cast());
             _mm256_srl_epi32(order, _mm_loadu_si128(shift.as_ptr().cast()))
@@ -324,13 +328,13 @@ impl SimdLevel for Avx2 {
 
     #[inline(always)]
     fn met(self, enter: F8, leave: F8) -> Eight {
-        // SAFETY: there are eight lanes.
+        // SAFETY: the mask has eight lanes.
         unsafe { Eight::new(enter.le(leave).bits()) }
     }
 
     #[inline(always)]
     fn met_in(self, order: Order, enter: F8, leave: F8) -> Eight {
-        // SAFETY: the token says that the processor has AVX2; there are eight lanes.
+        // SAFETY: the token proves that the processor has AVX2; the mask has eight lanes.
         unsafe {
             let met = _mm256_permutevar8x32_ps(enter.le(leave).0, order.0);
             Eight::new(_mm256_movemask_ps(met) as u32)
@@ -339,7 +343,7 @@ impl SimdLevel for Avx2 {
 
     #[inline(always)]
     fn push(self, met: Eight, order: Order, enter: F8, child: &[u32; 8], to: Top) -> u32 {
-        // SAFETY: the token says that the processor has AVX2; all arrays are as long as a vector.
+        // SAFETY: the token proves that the processor has AVX2; all arrays are as long as a vector.
         unsafe {
             let from = _mm256_permutevar8x32_epi32(order.0, together(met));
             let child = _mm256_loadu_si256(child.as_ptr().cast());
@@ -352,7 +356,8 @@ impl SimdLevel for Avx2 {
 
     #[inline(always)]
     fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) -> u32 {
-        // SAFETY: the token says that the processor has AVX2; both arrays are as long as a vector.
+        // SAFETY: the token proves that the processor has AVX2; both arrays are as long as a
+        // vector.
         unsafe {
             let child = _mm256_loadu_si256(child.as_ptr().cast());
             let child = _mm256_permutevar8x32_epi32(child, together(lanes));
@@ -365,7 +370,8 @@ impl SimdLevel for Avx2 {
     fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
         let mut bits = [0; 2];
         for (i, eight) in words.as_chunks::<8>().0.iter().enumerate() {
-            // SAFETY: the token says that the processor has AVX2; the array is as long as the vector.
+            // SAFETY: the token proves that the processor has AVX2; the array is as long as the
+            // vector.
             let [first, second] = unsafe {
                 let eight = _mm256_loadu_si256(eight.as_ptr().cast());
                 let [first, second] = [_mm256_slli_epi32::<31>(eight), _mm256_slli_epi32::<30>(eight)];
@@ -384,7 +390,8 @@ impl SimdLevel for Avx2 {
     fn places<const N: usize>(self, keys: &[i16; N]) -> [i16; N] {
         const { assert!(N.is_multiple_of(16) && N <= 64) };
         let mut places = [0; N];
-        // SAFETY: the token says that the processor has AVX2; what is read and written lies in the arrays.
+        // SAFETY: the token proves that the processor has AVX2; all reads and writes are in bounds
+        // of the arrays.
         unsafe {
             let mut own = [_mm256_setzero_si256(); 4];
             let mut below = own;
@@ -407,7 +414,7 @@ impl SimdLevel for Avx2 {
     #[expect(clippy::pointers_in_nomem_asm_block, reason = "nothing looks at what is there")]
     #[inline(always)]
     fn launder<T>(self, mut p: *mut T) -> *mut T {
-        // SAFETY: there is no instruction.
+        // SAFETY: the assembly contains no instruction.
         unsafe { asm!("/* {0} */", inout(reg) p, options(pure, nomem, nostack, preserves_flags)) };
         p
     }
@@ -415,7 +422,7 @@ impl SimdLevel for Avx2 {
     #[inline(always)]
     fn prefetch<const LINES: usize>(self, p: *const u8) {
         for line in 0..LINES {
-            // SAFETY: a prefetch may be asked of any address.
+            // SAFETY: a prefetch of any address is valid.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(p.wrapping_add(64 * line).cast()) };
         }
     }

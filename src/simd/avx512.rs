@@ -1,7 +1,8 @@
-//! The level of processors with AVX-512 (F, VL, DQ, BW): sixteen floats in a register, masks in registers of their own.
+//! The SIMD level of processors with AVX-512 (F, VL, DQ, BW): sixteen floats per register, and mask
+//! registers.
 //!
-//! Eight lanes are moved together by AVX2's table: the instruction for it (`vpcompressd`) and the way of its mask take
-//! longer, which makes rays in flight 5 to 20 % slower on Zen 5.
+//! Compaction of eight lanes uses the table of AVX2. The compress instruction (`vpcompressd`) and
+//! the move of its mask have a higher latency, which makes ray streams 5 to 20 % slower on Zen 5.
 
 use std::arch::x86_64::*;
 
@@ -10,7 +11,7 @@ use super::{
     lanes::{Eight, Floats, Mask, SimdLevel, Top},
 };
 
-/// Known to run on a processor with AVX-512, and with what [`Avx2`] needs.
+/// A token: the processor is known to have AVX-512 and everything that [`Avx2`] needs.
 #[derive(Clone, Copy)]
 pub struct Avx512(Avx2);
 
@@ -19,7 +20,7 @@ impl Avx512 {
     /// The processor has AVX-512 F, VL, DQ and BW, AVX2 and FMA.
     #[inline(always)]
     pub unsafe fn new() -> Self {
-        // SAFETY: the caller knows.
+        // SAFETY: by this function's own contract.
         Self(unsafe { Avx2::new() })
     }
 }
@@ -143,7 +144,7 @@ impl SimdLevel for Avx512 {
     }
     #[inline(always)]
     fn splat16(self, x: f32) -> F16 {
-        // SAFETY: the token says that the processor has AVX-512.
+        // SAFETY: the token proves that the processor has AVX-512.
         F16(unsafe { _mm512_set1_ps(x) })
     }
     #[inline(always)]
@@ -160,7 +161,8 @@ impl SimdLevel for Avx512 {
     }
     #[inline(always)]
     fn load16(self, x: &[f32; 16]) -> F16 {
-        // SAFETY: the token says that the processor has AVX-512; the array is as long as the vector.
+        // SAFETY: the token proves that the processor has AVX-512; the array is as long as the
+        // vector.
         F16(unsafe { _mm512_loadu_ps(x.as_ptr()) })
     }
     #[inline(always)]
@@ -168,12 +170,12 @@ impl SimdLevel for Avx512 {
         self.0.transpose(rows)
     }
     #[inline(always)]
-    fn turn4(self, v: F4, last: usize) -> F4 {
-        self.0.turn4(v, last)
+    fn rotate4(self, v: F4, last: usize) -> F4 {
+        self.0.rotate4(v, last)
     }
     #[inline(always)]
     fn join(self, first: F8, second: F8) -> F16 {
-        // SAFETY: the token says that the processor has AVX-512.
+        // SAFETY: the token proves that the processor has AVX-512.
         F16(unsafe { _mm512_insertf32x8::<1>(_mm512_castps256_ps512(first.0), second.0) })
     }
     #[inline(always)]
@@ -218,7 +220,8 @@ impl SimdLevel for Avx512 {
     fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
         let mut bits = [0; 2];
         for (i, sixteen) in words.as_chunks::<16>().0.iter().enumerate() {
-            // SAFETY: the token says that the processor has AVX-512; the array is as long as the vector.
+            // SAFETY: the token proves that the processor has AVX-512; the array is as long as the
+            // vector.
             let [first, second] = unsafe {
                 let sixteen = _mm512_loadu_si512(sixteen.as_ptr().cast());
                 [

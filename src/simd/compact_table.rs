@@ -1,7 +1,8 @@
-//! How the lanes of a set are moved together.
+//! A table of permutations for the compaction of lanes.
 
-/// For each set of lanes the lanes in it, a byte each, the highest at the end: what moves them together. Two KiB: less would
-/// take an instruction more to spread, more would drive the tree from the first cache.
+/// For each set of lanes, the permutation that moves its lanes to the end, one byte per lane. The
+/// table has 2 KiB. A smaller one would take one more instruction to expand; a larger one would
+/// evict the tree from the L1 cache.
 pub static COMPACT_LANES: [u64; 256] = {
     let mut table = [0; 256];
     let mut set = 0;

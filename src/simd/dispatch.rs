@@ -1,4 +1,4 @@
-//! Kernels and plain loops, compiled for every level; which one runs is found out at run time.
+//! Kernels and vector loops that are compiled for every SIMD level and dispatched at run time.
 
 #[cfg(target_arch = "x86_64")]
 use super::{avx2::Avx2, avx512::Avx512};
@@ -42,7 +42,7 @@ impl Dispatch for Avx512 {
 }
 
 impl Dispatch for Isa {
-    /// With this level's instructions.
+    /// Runs `task` with the instructions of this level.
     #[inline]
     fn dispatch(self, task: impl VectorLoop) {
         match self.kind() {
@@ -57,7 +57,7 @@ impl Dispatch for Isa {
     }
 }
 
-/// Declares a kernel for every level and the function that picks one.
+/// Declares a kernel: one function per SIMD level, and a public one that dispatches.
 macro_rules! kernel {
     (
         $(#[$doc:meta])*
@@ -68,14 +68,14 @@ macro_rules! kernel {
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
             fn avx2($($arg: $ty),*) $(-> $answer)? {
-                // SAFETY: the instructions are enabled here.
+                // SAFETY: this function enables the instructions.
                 let $level = unsafe { $crate::simd::avx2::Avx2::new() };
                 $call
             }
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
             fn avx512($($arg: $ty),*) $(-> $answer)? {
-                // SAFETY: the instructions are enabled here.
+                // SAFETY: this function enables the instructions.
                 let $level = unsafe { $crate::simd::avx512::Avx512::new() };
                 $call
             }

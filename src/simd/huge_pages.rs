@@ -1,12 +1,13 @@
-//! Large pages for large arrays.
+//! Huge pages for large arrays.
 //!
-//! A ray that has nothing in common with its neighbours touches a new page at nearly every step; with pages of 4 KiB each
-//! of those looks up where it lies. Linux gives pages of 2 MiB to memory that asks for them.
+//! An incoherent ray touches a new page at nearly every step, and with pages of 4 KiB each of these
+//! accesses misses the TLB. Linux backs memory with pages of 2 MiB on request.
 
-/// Bytes of a small page.
+/// The size of a small page, in bytes.
 pub const PAGE: usize = 4096;
 
-/// Room for `len` values in large pages where the system has them. The memory is not touched yet.
+/// Returns a vector with capacity for `len` values, in huge pages if the system supports them. The
+/// memory is not touched yet.
 pub fn reserve<T>(len: usize) -> Vec<T> {
     let vec = Vec::with_capacity(len);
     #[cfg(target_os = "linux")]
@@ -24,8 +25,8 @@ fn advise<T>(vec: &Vec<T>) {
     let start = (vec.as_ptr() as usize).next_multiple_of(PAGE);
     let end = vec.as_ptr() as usize + vec.capacity() * size_of::<T>();
     if end > start && end - start >= LARGE_PAGE {
-        // SAFETY: whole pages inside memory that the vector owns; the advice changes no content. Where the system does
-        // not follow it nothing is different, so the answer does not matter.
+        // SAFETY: the range consists of whole pages of the vector's own memory, and the advice does
+        // not change their content. A failure has no effect, so the result is ignored.
         unsafe { madvise(start as *mut _, (end - start) / PAGE * PAGE, MADV_HUGEPAGE) };
     }
 }

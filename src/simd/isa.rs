@@ -1,12 +1,12 @@
-//! Which vector instructions this processor has, and which of them are used.
+//! Detection and selection of the processor's vector instructions.
 
 use std::{fmt, str::FromStr};
 
 use thiserror::Error;
 
-/// The instructions that the kernels use.
+/// The instruction set that the kernels use.
 ///
-/// A value beyond `Portable` exists only where the processor has the instructions.
+/// A value other than `Portable` exists only if the processor has the instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Isa(IsaKind);
 
@@ -27,7 +27,7 @@ const NAMES: &[(IsaKind, &str)] = &[
     (IsaKind::Avx512, "avx512"),
 ];
 
-/// The name of a level that this processor does not have.
+/// The name of a SIMD level is unknown, or this processor does not have the level.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("no such SIMD level on this processor: `{name}` (there are {available})")]
 pub struct UnknownIsa {
@@ -54,7 +54,7 @@ impl IsaKind {
     }
 }
 
-/// `is_x86_feature_detected` for a name that is not a literal.
+/// Calls `is_x86_feature_detected` for a name that is not a literal.
 #[cfg(target_arch = "x86_64")]
 fn detected(feature: &str) -> bool {
     match feature {
@@ -73,7 +73,7 @@ fn detected(feature: &str) -> bool {
 }
 
 impl Isa {
-    /// What this processor has, from the least to the best.
+    /// Returns the levels that this processor has, in ascending order.
     pub fn available() -> Vec<Self> {
         NAMES
             .iter()
@@ -82,13 +82,13 @@ impl Isa {
             .collect()
     }
 
-    /// The best that this processor has.
+    /// Returns the best level that this processor has.
     pub fn best() -> Self {
         *Self::available().last().expect("the portable level is always there")
     }
 }
 
-/// The best that this processor has.
+/// The best level that this processor has.
 impl Default for Isa {
     fn default() -> Self {
         Self::best()
@@ -98,7 +98,7 @@ impl Default for Isa {
 impl FromStr for Isa {
     type Err = UnknownIsa;
 
-    /// Fails for a level that this processor does not have.
+    /// Parses the name of a level. Fails if this processor does not have the level.
     fn from_str(name: &str) -> Result<Self, UnknownIsa> {
         let available = Self::available();
         let found = available.iter().find(|simd| simd.name() == name);

@@ -1,22 +1,22 @@
-//! What a kernel asks of a processor: floats side by side, in three widths.
+//! The contract of a SIMD level: vectors of floats in three widths.
 //!
-//! A kernel is written once over [`SimdLevel`] and compiled once for each level, inside a function that enables the level's
-//! instructions. A level's type is a token: to have one is to know that the processor can do it, so the operations
-//! themselves are safe.
+//! A kernel is written once over [`SimdLevel`] and compiled once for each level, inside a function
+//! that enables the level's instructions. A level's type is a token that proves that the processor
+//! has the instructions, so the operations themselves are safe.
 
 use crate::math::Dispatch;
 
-/// Floats side by side.
+/// A vector of floats.
 ///
-/// Every operation rounds as the scalar one does, so all levels give the same bits; [`Floats::mul_add`] and
-/// [`Floats::mul_sub`] alone may or may not round in between.
+/// Every operation rounds as the scalar one does, so all levels give the same bits. Only
+/// [`Floats::mul_add`] and [`Floats::mul_sub`] may be fused or not.
 pub trait Floats: Copy {
     type Mask: Mask;
     /// `[f32; lanes]`.
     type Array: Copy;
 
     fn to_array(self) -> Self::Array;
-    /// `x` in every lane; `self` only says of what kind.
+    /// Returns a vector of the same type as `self` with `x` in every lane.
     fn fill(self, x: f32) -> Self;
     fn add(self, b: Self) -> Self;
     fn sub(self, b: Self) -> Self;
@@ -26,12 +26,12 @@ pub trait Floats: Copy {
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// `self * b - c`.
     fn mul_sub(self, b: Self, c: Self) -> Self;
-    /// The smaller one; `b` where either is NaN.
+    /// The minimum; `b` where either is NaN.
     fn min(self, b: Self) -> Self;
-    /// The larger one; `b` where either is NaN.
+    /// The maximum; `b` where either is NaN.
     fn max(self, b: Self) -> Self;
     fn abs(self) -> Self;
-    /// Negated where `b` is negative.
+    /// Negates the lanes in which `b` is negative.
     fn with_sign_of(self, b: Self) -> Self;
     fn le(self, b: Self) -> Self::Mask;
     fn lt(self, b: Self) -> Self::Mask;
@@ -44,7 +44,7 @@ pub trait Floats: Copy {
     fn reduce_max(self) -> f32;
 }
 
-/// One bit for each lane.
+/// A mask with one bit per lane.
 pub trait Mask: Copy {
     const LANES: u32;
 
@@ -53,7 +53,7 @@ pub trait Mask: Copy {
     fn bits(self) -> u32;
 }
 
-/// A set of eight: a bit for each.
+/// A set of eight lanes, one bit each.
 #[derive(Clone, Copy)]
 pub struct Eight(u32);
 
@@ -71,70 +71,73 @@ impl Eight {
     }
 }
 
-/// Where the children that a ray meets go: before those in its two lists.
+/// The destination of the children that a ray hits: the memory before the top of its two stacks.
 pub struct Top<'a> {
     pub enter: &'a mut [f32; 8],
     pub child: &'a mut [u32; 8],
 }
 
-/// What a processor can do.
+/// The operations of a SIMD level.
 pub trait SimdLevel: Dispatch {
-    /// Whether sixteen floats are one vector.
+    /// Whether sixteen floats fit into one vector.
     const SIXTEEN: bool;
 
     type F4: Floats<Array = [f32; 4]>;
     type F8: Floats<Array = [f32; 8]>;
     type F16: Floats<Array = [f32; 16]>;
-    /// Which of a node's children comes at each place.
+    /// The order of a node's children: the child at each place.
     type Order: Copy;
 
     fn splat4(self, x: f32) -> Self::F4;
     fn splat8(self, x: f32) -> Self::F8;
     fn splat16(self, x: f32) -> Self::F16;
-    /// Each of them in all lanes.
+    /// Broadcasts each element to all lanes of a vector.
     fn four8(self, x: &[f32; 4]) -> [Self::F8; 4];
     fn load4(self, x: &[f32; 4]) -> Self::F4;
     fn load8(self, x: &[f32; 8]) -> Self::F8;
     fn load16(self, x: &[f32; 16]) -> Self::F16;
-    /// Eight vectors' first lanes in one, then their second ones and so on.
+    /// Transposes an 8 x 8 matrix.
     fn transpose(self, rows: [Self::F8; 8]) -> [Self::F8; 8];
-    /// The first three lanes, turned so that lane `last - 1` comes last; as they are for a `last` of zero.
-    fn turn4(self, v: Self::F4, last: usize) -> Self::F4;
+    /// Rotates the first three lanes so that lane `last - 1` comes last. Zero keeps the order.
+    fn rotate4(self, v: Self::F4, last: usize) -> Self::F4;
     fn join(self, first: Self::F8, second: Self::F8) -> Self::F16;
     fn join4(self, first: Self::F4, second: Self::F4) -> Self::F8;
-    /// Of both halves the first number in all lanes of that half, then the second one and so on.
+    /// Broadcasts element `k` of each half to all lanes of that half, for `k` from 0 to 3.
     fn quads(self, v: Self::F8) -> [Self::F8; 4];
-    /// The lanes whose bits are set.
+    /// Returns the mask with the lanes whose bits are set.
     fn mask16(self, bits: u32) -> <Self::F16 as Floats>::Mask;
 
-    /// That of a node's `order` from bit `shift` on; the first two of which are one number of 64 bits.
+    /// Returns a node's `order` from bit `shift` on. The first two elements of `shift` are one
+    /// 64-bit number.
     fn order(self, order: &[u32; 8], shift: &[u32; 4]) -> Self::Order;
 
-    /// The lanes in which `enter` is at most `leave`.
+    /// Returns the lanes in which `enter` is at most `leave`.
     fn met(self, enter: Self::F8, leave: Self::F8) -> Eight;
 
-    /// The lanes in which `enter` is at most `leave`, as [`SimdLevel::push`] wants them: themselves or their places in the order.
+    /// Returns the lanes in which `enter` is at most `leave`, in the form that [`SimdLevel::push`]
+    /// expects: as lanes or as places in the order.
     fn met_in(self, order: Self::Order, enter: Self::F8, leave: Self::F8) -> Eight;
 
-    /// Writes the children that are met in their order to the end of `to`, with their `enter`; what is before them is undefined.
-    /// Returns how many there are.
+    /// Writes the children in `met`, in order and with their `enter`, to the end of `to`. The
+    /// elements before them are undefined. Returns the number of children.
     fn push(self, met: Eight, order: Self::Order, enter: Self::F8, child: &[u32; 8], to: Top) -> u32;
 
-    /// Writes the children of these lanes to the end of `to`, as they come; returns how many there are.
+    /// Writes the children of these lanes, in storage order, to the end of `to`. Returns the number
+    /// of children.
     fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) -> u32;
 
-    /// The sets of those `words` whose lowest bit, and whose second lowest one, is set; a multiple of sixteen of them, at
-    /// most 64.
+    /// Returns two sets: the words whose lowest bit is set, and those whose second lowest bit is
+    /// set. `N` is a multiple of sixteen and at most 64.
     fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2];
 
-    /// The place of each of the `keys`, of which no two are the same, in their order; a multiple of sixteen of them, at most
-    /// 64.
+    /// Returns the rank of each of the `keys`, which are all different. `N` is a multiple of
+    /// sixteen and at most 64.
     fn places<const N: usize>(self, keys: &[i16; N]) -> [i16; N];
 
-    /// The same address, in a register of its own: the compiler would rather add up its parts at every use, and lacks
-    /// registers for them.
+    /// Returns the same address in a register of its own. The compiler would recompute it at every
+    /// use otherwise, for which there are too few registers.
     fn launder<T>(self, p: *mut T) -> *mut T;
 
-    /// Asks for the cache lines at `p`, 64 bytes each.
+    /// Prefetches `LINES` cache lines of 64 bytes from `p` on.
     fn prefetch<const LINES: usize>(self, p: *const u8);
 }

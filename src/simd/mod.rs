@@ -1,10 +1,10 @@
-//! Vectors of floats at every level that a processor may have.
+//! Vectors of floats for every SIMD level.
 //!
-//! A kernel is written once, over `lanes::SimdLevel`, and compiled for every level: `portable`, `avx2` (with FMA) and `avx512`
-//! (F, VL, DQ, BW). Which one runs is found out at run time ([`Isa`]). All give the same bits as long as no operation that
-//! decides about a result is fused.
+//! A kernel is written once, over `lanes::SimdLevel`, and compiled for every level: `portable`,
+//! `avx2` (with FMA) and `avx512` (F, VL, DQ, BW). The level is detected at run time ([`Isa`]). All
+//! levels give the same bits if no operation that affects a result is fused.
 //!
-//! The unsafe code in here uses instructions that [`Isa`] has found.
+//! The unsafe code in this module uses only instructions that [`Isa`] has detected.
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod avx2;

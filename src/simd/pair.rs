@@ -1,12 +1,12 @@
-//! Floats as two vectors of half as many.
+//! Vectors of floats that consist of two vectors of half the width.
 
 use super::lanes::{Floats, Mask};
 
-/// The first half and the second one, of floats or of a mask.
+/// The lower and the upper half of a vector or of a mask.
 #[derive(Clone, Copy)]
 pub struct Pair<T>(pub T, pub T);
 
-/// An array, and another behind it.
+/// An array type and the array type of twice its length.
 pub trait Double {
     type Twice: Copy;
     fn followed_by(self, next: Self) -> Self::Twice;
@@ -32,7 +32,7 @@ impl Double for [f32; 8] {
     }
 }
 
-/// Does the same with both halves.
+/// Applies the same operation to both halves.
 macro_rules! both {
     ({ $( $op:ident )* } { $( $test:ident )* }) => {
         $(

@@ -1,5 +1,5 @@
-//! The level that every processor has: arrays, which the compiler may or may not make vectors of. It finds them in arrays of
-//! four and of sixteen, so eight are two of four.
+//! The SIMD level that every processor has: plain arrays, which the compiler may vectorise. It does
+//! so for arrays of four and of sixteen, so eight floats are two arrays of four.
 
 use std::cmp::Ordering;
 
@@ -8,7 +8,7 @@ use super::{
     pair::Pair,
 };
 
-/// Nothing is required.
+/// A token that requires no instructions.
 #[derive(Clone, Copy)]
 pub struct Portable;
 
@@ -177,7 +177,7 @@ impl SimdLevel for Portable {
         std::array::from_fn(|i| self.load8(&rows.map(|row| row[i])))
     }
     #[inline(always)]
-    fn turn4(self, v: Array<4>, last: usize) -> Array<4> {
+    fn rotate4(self, v: Array<4>, last: usize) -> Array<4> {
         let [x, y, z, w] = v.0;
         Array(match last {
             1 => [y, z, x, w],
@@ -211,7 +211,7 @@ impl SimdLevel for Portable {
 
     #[inline(always)]
     fn met(self, enter: Pair<Array<4>>, leave: Pair<Array<4>>) -> Eight {
-        // SAFETY: there are eight lanes.
+        // SAFETY: the mask has eight lanes.
         unsafe { Eight::new(enter.le(leave).bits()) }
     }
 
@@ -262,7 +262,7 @@ impl SimdLevel for Portable {
         p
     }
 
-    /// There is no such instruction that every processor has.
+    /// Does nothing: there is no prefetch instruction that every processor has.
     #[inline(always)]
     fn prefetch<const LINES: usize>(self, _p: *const u8) {}
 }

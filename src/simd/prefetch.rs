@@ -1,8 +1,8 @@
-//! Memory that is asked for before it is needed.
+//! Prefetching.
 
-/// Asks for the line of memory that holds `slice[i]`, which is read soon, if there is such an element.
+/// Prefetches the cache line of `slice[i]`, if the element exists.
 ///
-/// Reads that follow rays go anywhere; asked for early, many of them are under way at once.
+/// The memory accesses of rays are random; with prefetching, many of them are in progress at once.
 #[inline]
 pub fn prefetch<T>(slice: &[T], i: usize) {
     #[cfg(target_arch = "x86_64")]

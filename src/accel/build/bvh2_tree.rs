@@ -2,14 +2,17 @@
 
 use crate::math::Aabb;
 
-/// A node of a tree in depth-first order: a node's first child follows it, and all children come after their parents.
+/// A node in depth-first order: the first child follows its parent, and all children come after
+/// their parents.
 #[derive(Clone, Copy, Debug)]
 pub struct FlatNode {
-    /// The box around everything below.
+    /// The bounds of the subtree.
     pub bounds: Aabb,
-    /// Of a node with children the second one's index, of a leaf its first place in [`Bvh2Tree::ids`], or a piece's number.
+    /// The index of the second child, of a leaf's first element in [`Bvh2Tree::ids`], or of a
+    /// piece.
     pub link: u32,
-    /// How many primitives a leaf holds, [`FlatNode::INNER`] for a node with children, [`FlatNode::PIECE`] for a piece.
+    /// The number of primitives in a leaf, [`FlatNode::INNER`] for an inner node, or
+    /// [`FlatNode::PIECE`] for a piece.
     pub count: u32,
 }
 
@@ -17,7 +20,7 @@ impl FlatNode {
     pub const INNER: u32 = 0;
     pub const PIECE: u32 = u32::MAX;
 
-    /// With children, which come later, as the box does.
+    /// An inner node whose second child and bounds are set later.
     pub const OPEN: Self = Self {
         bounds: Aabb::EMPTY,
         link: 0,
@@ -28,7 +31,7 @@ impl FlatNode {
         self.count != Self::INNER
     }
 
-    /// Gives every node with children the box around theirs.
+    /// Sets the bounds of all inner nodes from those of their children.
     pub fn enclose(nodes: &mut [Self]) {
         for i in (0..nodes.len()).rev() {
             if !nodes[i].is_leaf() {
@@ -42,12 +45,12 @@ impl FlatNode {
 #[derive(Default)]
 pub struct Bvh2Tree {
     pub nodes: Vec<FlatNode>,
-    /// The leaves' primitives, in the order of the leaves.
+    /// The primitives of the leaves, in the order of the leaves.
     pub ids: Vec<u32>,
 }
 
 impl Bvh2Tree {
-    /// Adds another one behind it.
+    /// Appends another tree.
     pub fn append(&mut self, other: &Self) {
         let (nodes, ids) = (self.nodes.len() as u32, self.ids.len() as u32);
         self.nodes.extend(other.nodes.iter().map(|node| FlatNode {
@@ -58,15 +61,15 @@ impl Bvh2Tree {
     }
 }
 
-/// A tree among whose leaves are pieces.
+/// A tree that has pieces among its leaves.
 pub struct Forest<T> {
     pub top: Bvh2Tree,
     pub pieces: Vec<T>,
 }
 
-/// What goes into a leaf.
+/// The contents of leaves.
 #[derive(Clone, Copy, Debug)]
 pub struct Leaves {
-    /// The most triangles. Of anything else there is one.
+    /// The largest number of triangles. Other primitives have a leaf of their own.
     pub triangles: usize,
 }

@@ -1,14 +1,15 @@
-//! Sets of boxes: what goes into a tree, and how sets are halved and the smallest ones put in order.
+//! Sets of boxes: the input of a build, the splitting of sets in halves, and the order of the
+//! smallest sets.
 
 use glam::Vec4;
 use rayon::prelude::*;
 
 use crate::math::{Aabb, Vec3};
 
-/// A box that goes into a tree, with the index of what it is around.
+/// The box of a primitive, with the primitive's index.
 #[derive(Clone, Copy, Debug)]
 pub struct PrimBox {
-    /// The index' bits are in the last component.
+    /// The last component has the bits of the index.
     min: Vec4,
     max: Vec4,
 }
@@ -32,14 +33,14 @@ impl PrimBox {
         }
     }
 
-    /// Twice the centre.
+    /// Returns twice the centre.
     #[inline(always)]
     fn center(&self) -> Vec4 {
         self.min + self.max
     }
 }
 
-/// A box whose last component means nothing.
+/// A box whose last component is unused.
 #[derive(Clone, Copy, Debug)]
 pub struct Box4 {
     pub min: Vec4,
@@ -79,12 +80,12 @@ impl Box4 {
     }
 }
 
-/// What is known of a set before it is cut.
+/// The bounds of a set that is to be split.
 #[derive(Clone, Copy, Debug)]
 pub struct SetBounds {
-    /// Around all boxes.
+    /// The bounds of all boxes.
     pub boxes: Box4,
-    /// Around twice their centres.
+    /// The bounds of twice their centres.
     centers: Box4,
 }
 
@@ -128,42 +129,44 @@ impl SetBounds {
             .reduce(|| Self::EMPTY, Self::union)
     }
 
-    /// A length by which edges count beside surfaces.
+    /// Returns the length by which edges are weighted relative to surfaces.
     pub fn thin(&self) -> f32 {
         self.boxes.extent().max_element() * EDGE_WEIGHT
     }
 
-    /// Whether all boxes have the same centre.
+    /// Returns whether all boxes have the same centre.
     pub fn is_point(&self) -> bool {
         self.centers.extent().max_element() == 0.0
     }
 }
 
-/// More boxes are counted by several threads.
+/// The number of boxes from which bounds are computed in parallel.
 const PAR_MIN_LEN: usize = 1 << 16;
 
-/// How many triangles are tested together.
+/// The number of triangles that are tested together.
 const BLOCK_TRIANGLES: usize = 4;
 
-/// Half a box's surface, and a little of its edges, by which boxes without a surface differ.
+/// Returns half the surface area of a box, plus a small multiple of its edges, which distinguishes
+/// boxes without area.
 fn size(b: &Box4, thin: f32) -> f32 {
     let e = b.extent();
     e.x * e.y + e.y * e.z + e.z * e.x + thin * (e.x + e.y + e.z)
 }
 
-/// How much the edges count beside the surface, relative to the longest one of all.
+/// The weight of edges relative to surfaces, in units of the longest edge of all.
 const EDGE_WEIGHT: f32 = 1.0 / (1 << 20) as f32;
 
-/// What testing so many triangles in a box costs.
+/// Returns the cost of testing this number of triangles in a box.
 fn cost(b: &Box4, count: usize, thin: f32) -> f32 {
     size(b, thin) * count.div_ceil(BLOCK_TRIANGLES) as f32
 }
 
-/// The most that [`cut_few`] takes.
+/// The largest set that [`cut_few`] accepts.
 const MAX_CUT_PRIMS: usize = 8;
 
-/// Cuts a few triangles, at least two, in two where the surface area heuristic is least, counting blocks of four: along the
-/// axis on which the centres reach farthest, after sorting them. Returns how many are on the left.
+/// Splits a few triangles, at least two, where the cost by the surface area heuristic is least,
+/// counting blocks of four. They are sorted along the axis of the largest extent of their centres.
+/// Returns the number of triangles on the left.
 pub fn cut_few(refs: &mut [PrimBox]) -> usize {
     let bounds = SetBounds::of(refs);
     let axis = bounds.centers.extent().max_position();
@@ -197,8 +200,9 @@ pub fn cut_few(refs: &mut [PrimBox]) -> usize {
     middle
 }
 
-/// Puts the lower half of the centres, along the axis on which they reach farthest, to the front; where they are all in one
-/// place, the small boxes before the large ones. Returns how many are in front. Time is linear.
+/// Moves the lower half of the boxes, by their centres along the axis of their largest extent, to
+/// the front. If all centres are equal, small boxes come before large ones. Returns the number of
+/// boxes in front. The time is linear.
 pub fn halve(refs: &mut [PrimBox], bounds: &SetBounds) -> usize {
     let extent = bounds.centers.extent();
     let axis = extent.max_position();

@@ -1,13 +1,14 @@
-//! The binary tree that the others are made of, built by obvhs in parallel.
+//! Parallel construction of the binary tree that the other trees are derived from.
 //!
-//! Boxes are parted into *partitions* of some thousand that lie together ([`partitions`]); obvhs builds a tree over each, on one
-//! thread and in the cache ([`ploc`]). What is above them obvhs improves as one tree ([`upper_tree`]). What lies
-//! below a node of that, up to some thousand primitives, is a *piece*: one thread brings it into depth-first
-//! order, with arrays and numbers of its own, and hands it to what is to be made of it while it lies in the cache. A few primitives
-//! are none, but belong to the tree above.
+//! The boxes are divided into *partitions* of some thousand boxes that are close to each other
+//! ([`partitions`]). obvhs builds a tree over each, on one thread and in the cache ([`ploc`]). The
+//! tree above them is optimised as a whole ([`upper_tree`]). A subtree of that tree with up to some
+//! thousand primitives is a *piece*: one thread brings it into depth-first order, with its own
+//! arrays and indices, and passes it to the next stage while it is in the cache. Subtrees of a few
+//! primitives are not pieces but a part of the tree above.
 //!
-//! Time is linear in the number of boxes but for the halving's few levels, whatever the boxes are. The tree depends on
-//! the boxes alone, not on the number of threads.
+//! The time is linear in the number of boxes, except for the few levels of splitting, for any
+//! input. The tree depends on the boxes only, not on the number of threads.
 
 use bvh2_tree::{Bvh2Tree, FlatNode, Forest, Leaves};
 use median_split::{PrimBox, SetBounds};
@@ -31,7 +32,8 @@ mod reinsert;
 mod spatial_split;
 mod upper_tree;
 
-/// A tree over `prims`, of whose pieces `finish` makes what is kept of them. `None` where there are none.
+/// Builds a tree over `prims`, and calls `finish` on each of its pieces. Returns `None` if there
+/// are no primitives.
 pub(super) fn build_forest<T: Send>(
     prims: Prims,
     geometry: &Geometry,
@@ -58,7 +60,7 @@ pub(super) fn build_forest<T: Send>(
     if parts.is_empty() {
         return Some(upper_tree.pieces(finish));
     }
-    // Whether cutting has made the tree better shows when it is there.
+    // Whether splitting has improved the tree is known only when the tree has been built.
     let of_parts = UpperTree::new(partitions(&mut parts, bounds, &context), geometry, leaves);
     let better = if of_parts.cost() < upper_tree.cost() {
         of_parts
@@ -68,7 +70,7 @@ pub(super) fn build_forest<T: Send>(
     Some(better.pieces(finish))
 }
 
-/// Parts boxes into partitions; the tree that these are the leaves of comes second.
+/// Divides boxes into partitions. Returns them and the tree above them.
 fn partitions<'a>(
     refs: &'a mut [PrimBox],
     bounds: SetBounds,
@@ -82,14 +84,14 @@ fn partitions<'a>(
     (partitions.collect(), above)
 }
 
-/// The same in one piece.
+/// Builds the same tree in one piece.
 pub(super) fn build_tree(prims: Prims, geometry: &Geometry, quality: Quality, leaves: Leaves) -> Option<Bvh2Tree> {
     build_forest(prims, geometry, quality, leaves, |tree| tree).map(join)
 }
 
 fn join(Forest { top, pieces }: Forest<Bvh2Tree>) -> Bvh2Tree {
     let mut whole = Bvh2Tree::default();
-    // A piece takes the place of one node; what was behind that moves.
+    // A piece replaces one node, so the nodes after it move.
     let mut starts = Vec::with_capacity(top.nodes.len());
     let mut next = 0;
     for node in &top.nodes {

@@ -1,9 +1,11 @@
-//! Plots: boxes that lie together, some thousand at a time, with a tree by obvhs over each.
+//! Partitions: sets of some thousand boxes that are close to each other, with a tree by obvhs over
+//! each.
 //!
-//! Sets are halved by count along the axis on which their centres reach farthest, until they are small enough for the
-//! cache. So whatever the boxes are, obvhs sees a bounded number of them at once. A set of boxes that all have one
-//! centre, which obvhs could take long for, is halved by size down to its leaves instead. Triangles that equal an
-//! earlier one corner for corner are left out there: the earlier one wins at the same `t` anyway.
+//! Sets are split in halves by count, along the axis of the largest extent of their centres, until
+//! they fit into the cache. So obvhs gets a bounded number of boxes at once, for any input. Boxes
+//! that have the same centre could take obvhs a long time; such a set is split by size down to its
+//! leaves instead. There, triangles with the same vertices as an earlier one are removed: the
+//! earlier one wins at the same `t` anyway.
 
 use obvhs::{
     aabb::Aabb as Box3,
@@ -18,27 +20,28 @@ use super::{
 };
 use crate::geometry::Geometry;
 
-/// The most boxes of a partition.
+/// The largest number of boxes in a partition.
 const MAX_PARTITION: usize = 1 << 14;
 
-/// From so many boxes on partitions are half as large: what a partition needs while it is built then fits the second cache, and the upper tree
-/// has enough partitions to make up for their borders.
+/// The number of boxes from which partitions are half as large. The working set of a partition then
+/// fits into the L2 cache, and the upper tree has enough partitions to repair their borders.
 const MIN_LEN_OF_HALF_PARTITIONS: usize = 1 << 18;
 
-/// How boxes are parted.
+/// The division of boxes into partitions.
 pub enum PartitionTree<'a> {
     Set(Set<'a>),
     Halves(Box<[PartitionTree<'a>; 2]>),
 }
 
-/// Boxes that lie together.
+/// Boxes that are close to each other.
 pub struct Set<'a> {
     refs: &'a mut [PrimBox],
-    /// Whether they all have the same centre.
+    /// Whether all have the same centre.
     same: bool,
 }
 
-/// Parts boxes into sets of at most [`MAX_PARTITION`] or half as many, or of one centre.
+/// Divides boxes into sets of at most [`MAX_PARTITION`] or half as many boxes, or of boxes with one
+/// centre.
 pub fn part(refs: &mut [PrimBox], bounds: SetBounds) -> PartitionTree<'_> {
     let most = if refs.len() < MIN_LEN_OF_HALF_PARTITIONS {
         MAX_PARTITION
@@ -61,7 +64,8 @@ fn part_to(most: usize, refs: &mut [PrimBox], bounds: SetBounds) -> PartitionTre
 }
 
 impl<'a> PartitionTree<'a> {
-    /// The sets, and the tree above them whose leaves hold their numbers; it has no boxes yet.
+    /// Returns the sets and the tree above them, whose leaves hold their indices; its boxes are not
+    /// set yet.
     pub fn flatten(self) -> (Vec<Set<'a>>, Vec<Bvh2Node>) {
         let nothing = Bvh2Node::new(Box3::INVALID, 0, 0);
         let (mut sets, mut nodes) = (Vec::new(), vec![nothing]);
@@ -85,22 +89,23 @@ impl<'a> PartitionTree<'a> {
     }
 }
 
-/// A tree over a part of the boxes.
+/// A tree over some of the boxes.
 pub struct Partition<'a> {
     pub refs: &'a [PrimBox],
-    /// As obvhs has them, over proxies, in depth-first order: two children lie side by side, leaves hold a number in `refs`.
+    /// The nodes in the layout of obvhs, over proxies, in depth-first order. Siblings are adjacent,
+    /// and leaves hold an index into `refs`.
     pub nodes: Vec<Bvh2Node>,
-    /// How many leaves are below each node.
+    /// The number of leaves below each node.
     pub sizes: Vec<u32>,
     /// Whether all boxes have one centre.
     pub same: bool,
 }
 
-/// What partitions must know.
+/// The inputs that all partitions share.
 pub struct PartitionContext<'a> {
     pub geometry: &'a Geometry,
     pub mobility: Mobility,
-    /// What brings the scene to unit size.
+    /// The factor that scales the scene to unit size.
     pub scale: f32,
     pub preset: BuildPreset,
 }
@@ -115,7 +120,8 @@ impl<'a> Partition<'a> {
         Self::over(set.refs, &ploc::build(&proxies, &context.preset), false)
     }
 
-    /// Puts the boxes in the order of the tree's leaves. That tree is in the cache still, and when it is read again it no longer is.
+    /// Sorts the boxes by the leaves of the tree. This is done here, while the tree is still in the
+    /// cache.
     fn over(refs: &'a mut [PrimBox], tree: &Bvh2, same: bool) -> Self {
         let before = refs.to_vec();
         let mut next = 0..;
@@ -132,7 +138,7 @@ impl<'a> Partition<'a> {
         }
     }
 
-    /// Of boxes with one centre, by size.
+    /// Builds a tree over boxes with one centre, by their size.
     fn halved(refs: &'a mut [PrimBox], context: &PartitionContext<'_>) -> Self {
         let kept = match context.mobility {
             Mobility::Fixed => drop_copies(refs, context.geometry),
@@ -163,8 +169,8 @@ impl<'a> Partition<'a> {
     }
 }
 
-/// The nodes of a tree in depth-first order, two children side by side. What a leaf holds, one number, becomes what `leaf` makes of
-/// it, which is asked in the order of the leaves.
+/// Returns the nodes of a tree in depth-first order, with siblings adjacent. `leaf` maps the index
+/// that a leaf holds; it is called in the order of the leaves.
 pub fn depth_first(tree: &Bvh2, mut leaf: impl FnMut(u32) -> u32) -> Vec<Bvh2Node> {
     let mut nodes = Vec::with_capacity(tree.nodes.len());
     nodes.push(tree.nodes[0]);
@@ -184,7 +190,8 @@ pub fn depth_first(tree: &Bvh2, mut leaf: impl FnMut(u32) -> u32) -> Vec<Bvh2Nod
     nodes
 }
 
-/// How much is below each of the nodes, which come before their children; of leaves `size` tells it by their number.
+/// Returns the size of each node's subtree. Parents come before their children; `size` gives that
+/// of a leaf by its index.
 pub fn sizes(nodes: &[Bvh2Node], size: impl Fn(u32) -> u32) -> Vec<u32> {
     let mut sizes = vec![0; nodes.len()];
     for (at, node) in nodes.iter().enumerate().rev() {
@@ -198,7 +205,8 @@ pub fn sizes(nodes: &[Bvh2Node], size: impl Fn(u32) -> u32) -> Vec<u32> {
     sizes
 }
 
-/// Moves triangles that equal one with a lower number to the end; how many others there are.
+/// Moves triangles that equal one with a lower id to the end. Returns the number of the other
+/// triangles.
 fn drop_copies(refs: &mut [PrimBox], geometry: &Geometry) -> usize {
     let key = |r: &PrimBox| {
         let index = r.index() as usize;

@@ -1,14 +1,15 @@
-//! What obvhs builds: a binary tree over boxes, by PLOC and then reinsertion, on one thread.
+//! The use of obvhs: a binary tree over boxes, by PLOC and then reinsertion, on one thread.
 //!
-//! obvhs sees *proxies*, not the boxes. PLOC merges two nodes when each is the other's cheapest partner; where many pairs
-//! cost the same (identical boxes, a regular grid, boxes without area in a line) hardly any choice is mutual and the
-//! time grows with the square of the count. So a proxy is its box scaled with the scene to unit size, given some
-//! thickness, and moved by a tiny part of its size ([`JITTER`]) in a direction of its own. That leaves no ties. The true
-//! boxes take the proxies' place afterwards.
+//! obvhs gets *proxies* instead of the boxes. PLOC merges two nodes if each is the other's cheapest
+//! partner. If many pairs have the same cost (identical boxes, a regular grid, boxes without area
+//! in a line), hardly any choice is mutual, and the time grows with the square of the count. So a
+//! proxy is the box scaled to a scene of unit size, with a minimum thickness, and moved by a tiny
+//! fraction of its size ([`JITTER`]) in a pseudorandom direction. That breaks all ties. Afterwards,
+//! the true boxes replace the proxies.
 //!
-//! Source: Meister and Bittner, "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction", 2018,
-//! <https://doi.org/10.1109/TVCG.2017.2669983>, and "Parallel Reinsertion for Bounding Volume Hierarchy Optimization",
-//! 2018, <https://doi.org/10.1111/cgf.13350>.
+//! Source: Meister and Bittner, "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy
+//! Construction", 2018, <https://doi.org/10.1109/TVCG.2017.2669983>, and "Parallel Reinsertion for
+//! Bounding Volume Hierarchy Optimization", 2018, <https://doi.org/10.1111/cgf.13350>.
 
 use glam::Vec3A;
 use obvhs::{
@@ -22,21 +23,22 @@ use crate::{
     math::{Aabb, hash},
 };
 
-/// How far a proxy is moved and how thick it is at least, relative to its box's longest side.
+/// The displacement of a proxy and its minimum thickness, relative to the longest side of its box.
 const JITTER: f32 = 1.0 / 65_536.0;
 
-/// The same for boxes that are hardly larger than the spacing of the numbers they are made of.
+/// The same for boxes that are hardly larger than the spacing of floats at their coordinates.
 const JITTER_ULPS: f32 = 2.0 * f32::EPSILON;
 
-/// A length, in units of the scene's size, whose square is far from the smallest numbers.
+/// A length, in units of the scene's size, whose square is far from underflow.
 const MIN_LENGTH: f32 = 1.0 / (1_u64 << 40) as f32;
 
-/// How much time goes into a tree.
+/// The parameters of a build.
 #[derive(Clone, Debug)]
 pub struct BuildPreset {
-    /// How many neighbours PLOC looks at on either side.
+    /// The number of neighbours that PLOC searches on either side.
     search: PlocSearchDistance,
-    /// So large a part of the nodes is reinserted in each pass, the largest ones.
+    /// For each reinsertion pass, the fraction of nodes that are reinserted, the largest ones
+    /// first.
     passes: Vec<f32>,
 }
 
@@ -52,25 +54,26 @@ impl BuildPreset {
     }
 }
 
-/// The tree over `proxies`; a leaf holds one of them, by its number.
+/// Builds a tree over `proxies`; each leaf holds the index of one of them.
 pub fn build(proxies: &[Box3], preset: &BuildPreset) -> Bvh2 {
     let numbers = (0..proxies.len() as u32).collect();
     let mut tree =
         PlocBuilder::with_capacity(proxies.len()).build(preset.search, proxies, numbers, SortPrecision::U64, 0);
-    // Its stack on the heap panics when it is full; the fixed one, which this asks for, only forgoes a candidate.
+    // This depth selects a stack on the heap, which panics when it is full. The fixed stack would
+    // only skip a candidate.
     tree.max_depth = DEFAULT_MAX_STACK_DEPTH;
     ReinsertionOptimizer::default().run(&mut tree, 1.0, Some(preset.passes.clone()));
     tree
 }
 
-/// What obvhs sees of box `number` in a scene that `scale` brings to unit size.
+/// Returns the proxy of the box `number`; `scale` scales the scene to unit size.
 pub fn proxy(bounds: &Aabb, scale: f32, number: u32) -> Box3 {
     let (min, max) = (Vec3A::from(bounds.min) * scale, Vec3A::from(bounds.max) * scale);
     let extent = (max - min).max_element();
     let magnitude = min.abs().max(max.abs()).max_element();
     let step = (extent * JITTER).max(magnitude * JITTER_ULPS);
-    // What is next to nothing in this scene lies beside one another rather than in one place: reinsertion looks long for
-    // better places among boxes that all overlap.
+    // Boxes that are tiny in this scene are placed side by side rather than in one place:
+    // reinsertion takes long if all boxes overlap.
     let thickness = step.max(MIN_LENGTH / 128.0);
     let [x, y, z, _] = hash::pcg4d([number, 0, 0, 0]).map(hash::unit_f32);
     let shift = (Vec3A::new(x, y, z) - 0.5) * step.max(MIN_LENGTH);

@@ -1,11 +1,12 @@
-//! What goes into a tree: numbered boxes.
+//! The input of a build: numbered boxes.
 //!
-//! In a scene without instances one tree holds everything that has a box. With instances there are two levels: a tree
-//! for each group's triangles, one for the *still* triangles, which are in no group, and above them the top, whose
-//! items are shapes, instances and the tree of the still triangles ([`Item`]). What moves is in the top alone.
+//! In a scene without instances, one tree holds everything that has bounds. With instances there
+//! are two levels: one tree per group and one for the *static* triangles, which are in no group;
+//! and above them the top-level tree, whose items are shapes, instances and the tree of the static
+//! triangles ([`Item`]). Only the top-level tree holds what moves.
 //!
-//! Shapes without bounds are listed apart and tested one by one. A triangle with two equal corners is left out: its
-//! edge test is exactly zero for every ray.
+//! Unbounded shapes are listed separately and tested one by one. A triangle with two equal vertices
+//! is left out: its edge function is exactly zero for every ray.
 
 use std::ops::Range;
 
@@ -17,7 +18,8 @@ use crate::{
     math::Aabb,
 };
 
-/// What the number of an item of the top means: primitives come first, then instances, then the still triangles.
+/// An item of the top-level tree. Numbers are assigned to primitives first, then to instances, then
+/// to the static triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Item {
     Prim(PrimId),
@@ -39,30 +41,30 @@ impl Item {
     }
 }
 
-/// What may become of a tree.
+/// The future use of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mobility {
-    /// It stays as it is, until it is thrown away.
+    /// The tree is never refitted.
     Fixed,
-    /// Its triangles may move, each within its leaf.
+    /// The tree may be refitted to moved triangles.
     Moving,
 }
 
 /// The primitives of a tree.
 pub struct Prims {
-    /// The primitives' boxes with their numbers, rising.
+    /// The primitives' boxes with their ids, in ascending order.
     pub refs: Vec<PrimBox>,
-    /// What is known of all boxes.
+    /// The bounds of all boxes.
     pub around: SetBounds,
     pub mobility: Mobility,
-    /// What has no box, rising.
+    /// The unbounded primitives, in ascending order.
     pub unbounded: Vec<PrimId>,
     /// The largest coordinate of all boxes.
     pub reach: f32,
 }
 
 impl Prims {
-    /// Everything that is in no group, for one tree over all of it. The geometry is checked.
+    /// Returns everything that is in no group, for a single tree. The geometry must be valid.
     pub fn whole(geometry: &Geometry) -> Result<Self, BuildError> {
         let mut prims = Self::triangles(geometry, &geometry.world_triangles());
         prims.mobility = Mobility::Fixed;
@@ -70,18 +72,19 @@ impl Prims {
         Ok(prims.measured())
     }
 
-    /// The triangles that are in no group.
-    pub fn still(geometry: &Geometry) -> Self {
+    /// Returns the triangles that are in no group.
+    pub fn static_triangles(geometry: &Geometry) -> Self {
         Self::triangles(geometry, &geometry.world_triangles()).measured()
     }
 
-    /// A group's triangles.
+    /// Returns the triangles of a group.
     pub fn group(geometry: &Geometry, group: usize) -> Self {
         Self::triangles(geometry, std::slice::from_ref(&geometry.groups[group].triangles)).measured()
     }
 
-    /// The items of the top, over a still tree and groups with these boxes.
-    pub fn top(geometry: &Geometry, still: &Aabb, groups: &[Aabb]) -> Result<Self, BuildError> {
+    /// Returns the items of the top-level tree, given the bounds of the static tree and of the
+    /// groups.
+    pub fn top(geometry: &Geometry, static_bounds: &Aabb, groups: &[Aabb]) -> Result<Self, BuildError> {
         let mut prims = Self::triangles(geometry, &[]);
         prims.add_shapes(geometry)?;
         let first = geometry.prim_count() as u32;
@@ -93,13 +96,13 @@ impl Prims {
             .collect::<Result<_, _>>()?;
         let met = boxes.iter().zip(first..).filter(|(bounds, _)| !bounds.is_empty());
         prims.refs.extend(met.map(|(bounds, id)| PrimBox::new(bounds, id)));
-        if !still.is_empty() {
-            prims.refs.push(PrimBox::new(still, first + count as u32));
+        if !static_bounds.is_empty() {
+            prims.refs.push(PrimBox::new(static_bounds, first + count as u32));
         }
         Ok(prims.measured())
     }
 
-    /// The box around all.
+    /// Returns the bounds of all boxes.
     pub fn bounds(&self) -> Aabb {
         self.around.boxes.aabb()
     }

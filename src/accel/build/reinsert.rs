@@ -1,12 +1,13 @@
 //! Reinsertion of all nodes of a tree, on all threads.
 //!
-//! obvhs's own passes run on one thread, which suits partitions, of which there are many. Here the best place for each node is
-//! looked for in parallel, in the tree as it is before the pass; then nodes move one after another, those that gain most
-//! first, as long as none is in the way of an earlier one. The outcome does not depend on the number of threads: that is
-//! what obvhs's feature `parallel` does not promise, which leaves the order of equal gains to the threads.
+//! obvhs's own passes run on one thread, which suits the many partitions. Here, the best position
+//! of every node is searched in parallel, in the tree as it is before the pass. Then nodes are
+//! moved one after another, those with the largest gain first, unless they conflict with an earlier
+//! one. The result does not depend on the number of threads. obvhs's feature `parallel` does not
+//! guarantee this, since it leaves the order of equal gains to the threads.
 //!
-//! Source: Meister and Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization", 2018,
-//! <https://doi.org/10.1111/cgf.13350>.
+//! Source: Meister and Bittner, "Parallel Reinsertion for Bounding Volume Hierarchy Optimization",
+//! 2018, <https://doi.org/10.1111/cgf.13350>.
 
 use obvhs::bvh2::{
     Bvh2,
@@ -15,17 +16,17 @@ use obvhs::bvh2::{
 };
 use rayon::prelude::*;
 
-/// Below so many nodes a search is not worth another thread.
+/// The smallest number of searches that is worth another thread.
 const PAR_MIN_LEN: usize = 64;
 
-/// Looks for a better place for every node, so many times.
+/// Reinserts every node at its best position, in this number of passes.
 pub fn reinsert_all(tree: &mut Bvh2, passes: usize) {
     tree.init_parents_if_uninit();
     tree.children_are_ordered_after_parents = false;
     let count = tree.nodes.len();
     let mut touched = vec![false; count];
     for _ in 0..passes {
-        // The root stays.
+        // The root is not moved.
         let mut moves: Vec<Reinsertion> = (1..count)
             .into_par_iter()
             .with_min_len(PAR_MIN_LEN)
@@ -55,7 +56,8 @@ mod tests {
     use super::*;
     use crate::math::hash;
 
-    /// A chain: each node has one of the boxes, which lie in no order, and all the others.
+    /// Returns a chain: each node has one of the boxes, which are in no order, and all others below
+    /// it.
     fn chain(count: u32) -> Bvh2 {
         let mut nodes = vec![Bvh2Node::new(Box3::INVALID, 0, 1)];
         for i in 0..count {

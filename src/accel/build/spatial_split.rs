@@ -1,20 +1,24 @@
-//! Cuts through primitives: each side gets a box of its own.
+//! Spatial splits: large primitives are split, and each part gets its own box.
 //!
-//! A wall's box is as large as the room, and with it every set that the wall is in. For [`Quality::High`] such triangles
-//! are cut in two, before a tree is built, the largest first, as long as they are large and there are not too many
-//! parts; each part is a box of its own in the tree. Whether that tree is kept is decided when it is there.
+//! The box of a wall is as large as the room, and so are the boxes of all sets that contain the
+//! wall. For [`Quality::High`], such triangles are split before the build, the largest first, while
+//! they are large and the number of references is below a limit. Each part is a box of its own in
+//! the tree. Whether the tree is used is decided after it has been built.
 //!
-//! Only triangles in a plane across an axis are cut. Hits must not depend on the tree, and a hit is what the rounded
-//! test of [`crate::shape::triangle`] says it is. In such a plane that test is accurate even along the surface. The normal
-//! has one component, so `t` is that of the plane to a few roundings. A sheared corner's coordinate across the plane
-//! errs by some roundings of what it is made of, and both parts shrink with the ray's slope; so the edges' tests are
-//! exact for corners that lie elsewhere in the plane by less than 8 [`f32::EPSILON`] of the way to them and to the hit.
-//! [`SLACK`] covers that for rays that start up to [`FAR`] times as far away as anything is, and [`crate::geometry::slab`] widens
-//! the boxes for others. In an inclined plane the error grows with the reciprocal of the angle, and no box but the
-//! whole triangle's holds whatever may count as a hit. That is also why obvhs's own cutting, of any triangle, is not for us.
+//! Only triangles in an axis-aligned plane are split. Hits must not depend on the tree, and a hit
+//! is what the rounded test of [`crate::shape::triangle`] reports. For such a plane, that test is
+//! accurate even in directions along the surface. The normal has one component, so `t` is that of
+//! the plane up to a few roundings. The coordinate of a sheared vertex across the plane has an
+//! error of some roundings of its terms, and both terms shrink with the ray's slope. So the edge
+//! functions are exact for vertices that are displaced in the plane by less than 8 [`f32::EPSILON`]
+//! of the distances to them and to the hit. [`SLACK`] covers that for rays that start up to [`FAR_ORIGIN`]
+//! times the scene's extent away, and [`crate::geometry::slab`] pads the boxes for other rays. In
+//! an inclined plane, the error grows with the reciprocal of the angle, and only the box of the
+//! whole triangle contains all possible hits. For the same reason, obvhs's own splitting of
+//! arbitrary triangles is not used.
 //!
-//! Source: Karras and Aila, "Fast Parallel Construction of High-Quality Bounding Volume Hierarchies", 2013, section 4.2,
-//! <https://doi.org/10.1145/2492045.2492055>.
+//! Source: Karras and Aila, "Fast Parallel Construction of High-Quality Bounding Volume
+//! Hierarchies", 2013, section 4.2, <https://doi.org/10.1145/2492045.2492055>.
 //!
 //! [`Quality::High`]: crate::accel::accelerator::Quality::High
 
@@ -22,20 +26,22 @@ use std::collections::BinaryHeap;
 
 use super::median_split::{PrimBox, SetBounds};
 use crate::{
-    geometry::{Geometry, slab::FAR},
+    geometry::{Geometry, slab::FAR_ORIGIN},
     math::{Aabb, Vec3},
 };
 
-/// How much larger than its part of the triangle a box is, relative to the largest coordinate of the scene.
-const SLACK: f32 = 16.0 * FAR * f32::EPSILON;
+/// The padding of a box around its part of the triangle, relative to the largest coordinate of the
+/// scene.
+const SLACK: f32 = 16.0 * FAR_ORIGIN * f32::EPSILON;
 
-/// How many more boxes there may be than primitives, as a part of these.
+/// The largest number of additional boxes, relative to the number of primitives.
 const MAX_REFERENCE_GROWTH: f32 = 0.5;
 
-/// What is cut has so many times the surface of a box of its own for each primitive, all alike and filling the scene.
+/// The smallest surface area of a box that is split, relative to that of the boxes if all had the
+/// same size and filled the scene.
 const MIN_SIZE_RATIO: f32 = 4.0;
 
-/// Cuts triangles.
+/// Splits triangles.
 pub struct SpatialSplitter<'a> {
     pub geometry: &'a Geometry,
     /// The largest coordinate of the scene.
@@ -43,13 +49,13 @@ pub struct SpatialSplitter<'a> {
 }
 
 impl SpatialSplitter<'_> {
-    /// The parts of all `refs`, which `bounds` is around; nothing where nothing is cut.
+    /// Returns the parts of all `refs`, which have the bounds `bounds`; empty if nothing is split.
     pub fn cut(&self, refs: &[PrimBox], bounds: &SetBounds) -> Vec<PrimBox> {
         let slack = SLACK * self.reach;
         let cells = libm::cbrtf(refs.len() as f32).powi(2);
         let large = MIN_SIZE_RATIO * bounds.boxes.aabb().half_area() / cells;
         let mut spare = (refs.len() as f32 * MAX_REFERENCE_GROWTH) as usize;
-        // Areas are not negative, so that their bits are in their order.
+        // Areas are not negative, so their bits sort like the floats.
         let mut open: BinaryHeap<(u32, usize)> = refs
             .iter()
             .enumerate()
@@ -86,7 +92,8 @@ impl SpatialSplitter<'_> {
         refs
     }
 
-    /// The corners of what can be cut, and the axis that its plane lies across.
+    /// Returns the vertices of a triangle that can be split, and the axis that its plane is
+    /// perpendicular to.
     fn flat(&self, r: &PrimBox) -> Option<([Vec3; 3], usize)> {
         let index = r.index() as usize;
         if index >= self.geometry.triangles.len() {
@@ -97,7 +104,7 @@ impl SpatialSplitter<'_> {
         Some(([a, b, c], axis))
     }
 
-    /// The part of `r` between two planes, `None` where there is none.
+    /// Returns the part of `r` between two planes, or `None` if it is empty.
     fn part(&self, r: &PrimBox, corners: &[Vec3; 3], axis: usize, [from, to]: [f32; 2]) -> Option<PrimBox> {
         let mut around = Aabb::EMPTY;
         for i in 0..3 {

@@ -1,11 +1,14 @@
-//! What is above the partitions, and how all becomes one tree.
+//! The tree above the partitions, and the assembly of the whole tree.
 //!
-//! Where partitions end, a tree is only as good as the halving was, and what is large, as walls are, is kept in its partition. So
-//! the largest nodes of all partitions, some thousand, become the leaves of one tree, the *upper tree*, which is first as the
-//! partitions and the halving have it. obvhs then reinserts all of its nodes, over and over, wherever they fit best.
+//! At the borders of partitions, a tree is only as good as the split in halves was, and large
+//! primitives such as walls are kept in their partition. So some thousand of the largest nodes of
+//! all partitions become the leaves of one tree, the *upper tree*. Its initial topology is that of
+//! the partitions and of the splits. Then all of its nodes are repeatedly reinserted at their best
+//! positions.
 //!
-//! Below, the tree is brought into depth-first order piece by piece. Where a node holds no more triangles than two
-//! blocks, these are put in order again: obvhs does not know that four are tested together.
+//! Below, the tree is brought into depth-first order piece by piece. Subtrees with no more
+//! triangles than two blocks are rebuilt, since obvhs does not know that four triangles are tested
+//! together.
 
 use std::collections::BinaryHeap;
 
@@ -20,22 +23,23 @@ use super::{
 };
 use crate::{geometry::Geometry, math::Aabb};
 
-/// A leaf of the upper tree for so many primitives.
+/// The number of primitives per leaf of the upper tree.
 const PRIMS_PER_LEAF: usize = 128;
 
-/// The most leaves of the upper tree: what bounds the time that goes into it.
+/// The largest number of leaves of the upper tree, which bounds its build time.
 const MOST_LEAVES: usize = 1 << 14;
 
-/// How often all nodes of the upper tree are reinserted.
+/// The number of reinsertion passes of the upper tree.
 const PASSES: usize = 8;
 
-/// The most primitives of a piece.
+/// The largest number of primitives in a piece.
 const PIECE_PRIMS: u32 = 1 << 14;
 
-/// So few primitives are no piece but belong to the tree above: walls as a piece would be one child, and their box the room.
+/// The largest number of primitives of a subtree that is not a piece but a part of the tree above.
+/// As a piece, walls would be one child, with the box of the room.
 const MAX_INLINE_PRIMS: u32 = 64;
 
-/// The most triangles that are put in order again: two blocks.
+/// The largest number of triangles in a subtree that is rebuilt: two blocks.
 const MAX_REORDERED_TRIANGLES: usize = 8;
 
 /// A node of a partition.
@@ -45,13 +49,13 @@ struct Place {
     node: u32,
 }
 
-/// Plots and the tree above them.
+/// Partitions and the tree above them.
 pub struct UpperTree<'a> {
     partitions: Vec<Partition<'a>>,
     nodes: Vec<Bvh2Node>,
-    /// How many primitives are below each node.
+    /// The number of primitives below each node.
     sizes: Vec<u32>,
-    /// What the leaves are, by their numbers.
+    /// The nodes of partitions that are the leaves, by their indices.
     places: Vec<Place>,
     geometry: &'a Geometry,
     leaves: Leaves,
@@ -65,7 +69,8 @@ enum Node {
 }
 
 impl<'a> UpperTree<'a> {
-    /// Above partitions, which are the leaves of a tree of nodes without boxes.
+    /// Builds the upper tree over partitions, which are the leaves of a tree of nodes without
+    /// boxes.
     pub fn new(
         (partitions, nodes): (Vec<Partition<'a>>, Vec<Bvh2Node>),
         geometry: &'a Geometry,
@@ -103,7 +108,8 @@ impl<'a> UpperTree<'a> {
         }
     }
 
-    /// What a ray costs by the surface area heuristic, in some unit: every node and every leaf counts as one test.
+    /// Returns the cost of a ray by the surface area heuristic, where every node and every leaf
+    /// counts as one test.
     pub fn cost(&self) -> f64 {
         let upper_tree = self.nodes.iter().filter(|node| !node.is_leaf());
         let upper_tree: f64 = upper_tree.map(|node| f64::from(node.aabb().half_area())).sum();
@@ -122,7 +128,7 @@ impl<'a> UpperTree<'a> {
         upper_tree + below.collect::<Vec<f64>>().iter().sum::<f64>()
     }
 
-    /// The tree above pieces, and what `finish` makes of these.
+    /// Returns the tree above the pieces, and the results of `finish` for these.
     pub fn pieces<T: Send>(&self, finish: impl Fn(Bvh2Tree) -> T + Sync) -> Forest<T> {
         let mut roots = Vec::new();
         let mut top = Bvh2Tree::default();
@@ -173,7 +179,7 @@ impl<'a> UpperTree<'a> {
         }
     }
 
-    /// All below `root` in depth-first order, with the true boxes.
+    /// Returns the subtree at `root` in depth-first order, with the true boxes.
     fn flatten(&self, root: Node) -> Bvh2Tree {
         let mut tree = Bvh2Tree::default();
         let mut few = Vec::with_capacity(MAX_REORDERED_TRIANGLES);
@@ -205,7 +211,8 @@ impl<'a> UpperTree<'a> {
         tree
     }
 
-    /// Whether what is below `place` may be put in order again, or is a leaf; then puts it into `few`.
+    /// Returns whether the subtree at `place` may be rebuilt or is a leaf. Then its primitives are
+    /// added to `few`.
     fn are_few(&self, Place { partition, node }: Place, few: &mut Vec<PrimBox>) -> bool {
         let partition = &self.partitions[partition as usize];
         let size = partition.sizes[node as usize] as usize;
@@ -227,7 +234,7 @@ impl<'a> UpperTree<'a> {
         size == 1 || few.iter().all(|r| (r.index() as usize) < self.geometry.triangles.len())
     }
 
-    /// Adds a tree over a few primitives.
+    /// Appends a tree over a few primitives.
     fn order(&self, few: &mut [PrimBox], tree: &mut Bvh2Tree) {
         if few.len() <= self.leaves.triangles {
             tree.nodes.push(FlatNode {
@@ -248,12 +255,13 @@ impl<'a> UpperTree<'a> {
     }
 }
 
-/// Goes on with a tree whose leaves are partitions into these, the largest nodes first, until it has some `most` leaves.
+/// Extends a tree whose leaves are partitions into these, the largest nodes first, until it has
+/// about `most` leaves.
 fn grow(partitions: &[Partition<'_>], mut nodes: Vec<Bvh2Node>, most: usize) -> (Vec<Bvh2Node>, Vec<Place>) {
     let mut places: Vec<Place> = (0..partitions.len() as u32)
         .map(|partition| Place { partition, node: 0 })
         .collect();
-    // Areas are not negative, so that their bits are in their order.
+    // Areas are not negative, so their bits sort like the floats.
     let entry = |node: &Bvh2Node, at: usize| (node.aabb().half_area().to_bits(), at);
     let mut open = BinaryHeap::new();
     for (at, node) in nodes.iter_mut().enumerate().filter(|(_, node)| node.is_leaf()) {

@@ -1,12 +1,15 @@
-//! Memory that keeps clear of a kernel's frame.
+//! A buffer at a chosen position in a page, to avoid false dependencies between stores and loads.
 //!
-//! A processor finds out by the lowest bits of addresses whether what it reads was written just before. Where these agree it holds
-//! back what is read until it knows better: where the lowest twelve do, which is where both lie at the same place of a page, and some
-//! once more where the next four do as well, which depends on the pages that the system happened to give. So what a kernel
-//! writes in every turn lies elsewhere in a page than what it reads then: its own frame, and the rest of such memory.
+//! A processor compares the lowest bits of addresses to find out whether a load reads memory that
+//! was just written. If they agree, it delays the load until it knows better. The lowest twelve
+//! bits agree if both addresses have the same position in a page. Some processors also compare the
+//! next four bits, which depend on the pages that the system happens to provide. So a kernel's
+//! buffer and its stack frame, which it writes and reads in every iteration, get different
+//! positions in a page.
 //!
-//! That it is the place in a page which decides first: AMD, "Software Optimization Guide for AMD64 Processors", 25112, 2005, section 5.5,
-//! "False Dependencies"; the next four bits are measured (docs/notes/acceleration.md, "Memory").
+//! The comparison of the position in a page is described in AMD, "Software Optimization Guide for
+//! AMD64 Processors", 25112, 2005, section 5.5, "False Dependencies". The comparison of the next
+//! four bits was found by measurement (docs/notes/acceleration.md, "Memory").
 
 use std::{marker::PhantomData, mem::MaybeUninit, ptr};
 
@@ -18,7 +21,7 @@ struct CacheLine([u8; LINE]);
 
 const LINE: usize = 64;
 
-/// Room for a `T`, beginning at any cache line of a page.
+/// Memory for a `T` that can begin at any cache line of a page.
 pub struct AliasedBuffer<T> {
     lines: Box<[MaybeUninit<CacheLine>]>,
     what: PhantomData<T>,
@@ -35,13 +38,15 @@ impl<T> AliasedBuffer<T> {
         }
     }
 
-    /// Where its first `length` bytes lie opposite to `local` in a page, which is in the frame of the kernel that asks.
+    /// Returns the memory whose first `length` bytes are as far as possible from `local` in a page.
+    /// `local` is in the caller's frame.
     pub fn opposite<F>(&mut self, local: &F, length: usize) -> &mut MaybeUninit<T> {
-        // Of a place in a page alone, so that nothing comes of an address at the end of all.
+        // Only the position in a page is used, so addresses cannot overflow.
         let middle = ptr::from_ref(local).addr() % PAGE + size_of::<F>() / 2 + PAGE / 2;
         let line = middle.wrapping_sub(length / 2).wrapping_sub(self.lines.as_ptr().addr()) % PAGE / LINE;
         let lines = &mut self.lines[line..line + Self::LINES];
-        // SAFETY: so many lines are as long as the value or longer, and aligned as it is or more; nothing is said of what is in them.
+        // SAFETY: the lines are at least as large as the value and at least as aligned; the value
+        // may be uninitialised.
         unsafe { &mut *lines.as_mut_ptr().cast() }
     }
 }

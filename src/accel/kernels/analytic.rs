@@ -1,4 +1,4 @@
-//! Analytic primitives of rays in flight, tested by their own scalar routines.
+//! Intersection of the stream's rays with analytic primitives, by their scalar routines.
 
 use super::{query::Best, ray_state::RayState};
 use crate::{
@@ -6,7 +6,7 @@ use crate::{
     math::{Ray, Vec3},
 };
 
-/// Tests shape `index` of the geometry's primitives; whether it is the nearest hit now.
+/// Tests shape `index` of the geometry's primitives. Returns whether it is now the nearest hit.
 pub fn test(slot: &mut RayState, index: u32, geometry: &Geometry, rays: &[Ray]) -> bool {
     let Some(placed) = geometry.shape(PrimId::new(index)) else {
         return false;
@@ -15,8 +15,8 @@ pub fn test(slot: &mut RayState, index: u32, geometry: &Geometry, rays: &[Ray]) 
         tmax: slot.best.t,
         ..rays[slot.ray as usize]
     };
-    // Shapes stand in the world, and so does the slot's line here.
-    let [x, y, z] = slot.course.inv;
+    // Shapes are in world space, and so is the slot's line here.
+    let [x, y, z] = slot.state.inv;
     let slabs = Slabs {
         o: ray.o,
         inv: Vec3::new(x, y, z),

@@ -1,13 +1,15 @@
-//! Where rays begin that start next to one another and go the same way, as those to one light do.
+//! Common entry points for groups of coherent shadow rays, as in multi-level ray tracing (Reshetov
+//! et al., 2005).
 //!
-//! Near the root they meet the same nodes, so a group of them goes there together: of the boxes that what encloses the
-//! rays meets, the largest is opened again and again as long as no more than eight are left. These make a node of its own,
-//! the head, at which each of the rays begins.
+//! Near the root, rays to one light visit the same nodes, so a group of them traverses these
+//! together. Of the boxes that the group's shaft intersects, the largest is opened repeatedly, as
+//! long as no more than eight boxes are left. These boxes form a node of their own, the entry node,
+//! at which each of the rays starts.
 //!
-//! Looking for a head is one long chain of steps, so several are made at once and each waits while others go on. Rays
-//! that do not go the same way begin at the root, and so do the rest of a batch where too little is saved to pay: for a
-//! wide group, nodes are opened that few of its rays come to.
-//! Scenes with instances, where boxes are widened for a ray's origin, go without.
+//! The search for an entry node is one long chain of dependent steps, so several are built at once
+//! to hide the latency. Incoherent groups start at the root. So do the other rays of a batch if the
+//! trial groups save too little: for a wide group, nodes are opened that few of its rays visit.
+//! Scenes with instances, where boxes are padded for a ray's origin, do not use entry points.
 
 use std::hint::select_unpredictable;
 
@@ -16,124 +18,127 @@ use super::{
 };
 use crate::{
     accel::wide::node::{EMPTY, LEAF, WideNode},
-    geometry::slab::LEAVE,
+    geometry::slab::EXIT_PADDING,
     math::Ray,
     simd::lanes::{Eight, Floats, Mask, SimdLevel},
 };
 
-/// Rays that have a head in common.
+/// The number of rays that share an entry node.
 const GROUP: usize = 64;
 
-/// Heads that are made at once.
+/// The number of entry nodes that are built at once.
 const BUILT_TOGETHER: usize = 4;
 
-/// Boxes that are tried for a head.
+/// The number of boxes that are tried for an entry node.
 const MAX_OPENED: usize = 8;
 
-/// How many of the nodes opened for a head a ray must come to by itself, as parts of eight, so that the head pays: so many
-/// tests are saved, less that of the head, and making it takes about one more.
+/// The smallest number of opened nodes, in eighths, that a ray must otherwise visit itself for an
+/// entry node to pay off. These tests are saved, less that of the entry node; building it costs
+/// about one more test.
 const MIN_SAVED: usize = 22;
 
-/// The first heads of a batch, of which that is found out.
+/// The number of groups of a batch that are measured.
 const TRIAL_GROUPS: usize = 16;
 
-/// The heads of the rays that begin next, and of those that have begun last.
+/// The entry nodes of the rays that start next and of those that started last.
 pub struct EntryPoints {
-    /// Behind them the root.
+    /// The entry nodes, and then the root.
     nodes: [WideNode; 2 * BUILT_TOGETHER + 1],
-    /// The number of each group's head.
+    /// The index of each group's entry node.
     numbers: [u32; 2 * BUILT_TOGETHER],
-    growing: [EntryBuilder; BUILT_TOGETHER],
-    /// How many were made of a batch.
-    made: usize,
-    /// Of the nodes opened for the first [`TRIAL_GROUPS`], how many one ray of each head comes to.
+    builders: [EntryBuilder; BUILT_TOGETHER],
+    /// The number of entry nodes that were built for the batch.
+    built: usize,
+    /// The number of nodes opened for the first [`TRIAL_GROUPS`] that one ray of each group visits.
     saved: usize,
-    /// Whether some were made that no pass has come to yet.
-    is_ahead: bool,
+    /// Whether there are entry nodes that no pass has visited yet.
+    is_pending: bool,
 }
 
-/// That of the root.
+/// The index of the root.
 const ROOT: u32 = 2 * BUILT_TOGETHER as u32;
 
-/// A ray that is to begin.
+/// The next ray to start.
 pub struct Next {
     pub ray: usize,
-    /// The number of its head.
-    pub head: u32,
-    /// Rays that will begin soon, and those of which a head will be made.
-    pub soon: [usize; 2],
+    /// The index of its entry node.
+    pub entry: u32,
+    /// Indices of rays to prefetch: one that starts soon, and one for which an entry node is built
+    /// soon.
+    pub prefetch: [usize; 2],
 }
 
-/// A head that is being made.
+/// An entry node under construction.
 #[derive(Clone, Default)]
 struct EntryBuilder {
-    /// What encloses its rays.
-    around: Shaft,
-    /// Whether its rays go the same way.
-    goes_together: bool,
+    /// The bounds of its rays.
+    shaft: Shaft,
+    /// Whether its rays are coherent.
+    is_coherent: bool,
     boxes: OpenBoxes,
     /// In a trial, one of its rays.
     example: RayState,
 }
 
-/// The boxes that are met and not opened, as a node has them: `count` at the end of each row.
+/// The boxes that are hit and not opened, in the layout of a node. The last `count` elements of
+/// each row are valid.
 #[repr(C, align(64))]
 #[derive(Clone, Default)]
 struct OpenBoxes {
-    /// As bits.
+    /// As bits of floats.
     planes: [BoxRow; 6],
     child: BoxRow,
-    /// Half of each box's surface, as bits.
+    /// Half of each box's surface area, as bits.
     area: BoxRow,
-    /// In a trial, whether the example meets it.
+    /// In a trial, whether the example ray hits the box.
     is_met: BoxRow,
     count: usize,
 }
 
-/// The area of what is not opened, as bits: a negative one.
+/// The area of a box that must not be opened, as bits: negative zero.
 const CLOSED_AREA: u32 = 1 << 31;
 
-/// A node's eight, and before them room for a store of eight.
+/// The eight elements of a node, after room for a store of eight.
 type BoxRow = [u32; 16];
 
 impl EntryPoints {
-    /// How many rays' heads are made at once.
+    /// The number of rays whose entry nodes are built at once.
     const RAYS: usize = BUILT_TOGETHER * GROUP;
 
     pub fn new() -> Self {
         Self {
             nodes: [WideNode::NOTHING; 2 * BUILT_TOGETHER + 1],
             numbers: [ROOT; 2 * BUILT_TOGETHER],
-            growing: std::array::from_fn(|_| EntryBuilder::default()),
-            made: 0,
+            builders: std::array::from_fn(|_| EntryBuilder::default()),
+            built: 0,
             saved: 0,
-            is_ahead: false,
+            is_pending: false,
         }
     }
 
-    /// For a batch.
+    /// Starts a batch.
     #[inline(always)]
     pub fn begin(&mut self, tree: &WideTree) {
-        // SAFETY: there is a root.
+        // SAFETY: the tree has a root.
         self.nodes[ROOT as usize] = *unsafe { tree.node(tree.root()) };
-        (self.made, self.saved) = (0, 0);
-        self.is_ahead = false;
+        (self.built, self.saved) = (0, 0);
+        self.is_pending = false;
     }
 
-    /// Whether it pays to look for heads, if that is known.
-    pub fn verdict(&self) -> Option<bool> {
-        (self.made >= TRIAL_GROUPS).then_some(8 * self.saved >= MIN_SAVED * TRIAL_GROUPS)
+    /// Returns whether entry points pay off, if this is known.
+    pub fn pays_off(&self) -> Option<bool> {
+        (self.built >= TRIAL_GROUPS).then_some(8 * self.saved >= MIN_SAVED * TRIAL_GROUPS)
     }
 
-    /// After all rays that have begun have passed their heads.
+    /// Must be called after all rays that have started have passed their entry nodes.
     #[inline(always)]
     pub fn passed(&mut self) {
-        self.is_ahead = false;
+        self.is_pending = false;
     }
 
-    /// The one of the rays in `list` whose turn it is, the `upcoming`-th. They are asked for one after another. `None` where
-    /// rays that have begun must pass their heads first, as these would be made anew: that happens where many rays of a pass have
-    /// nothing to ask.
+    /// Returns the ray at position `upcoming` of `list`; positions must be requested in order.
+    /// Returns `None` if rays that have started must first pass their entry nodes, because these
+    /// would be overwritten. This happens if many rays of a pass are already resolved.
     #[inline(always)]
     pub fn next<L: SimdLevel>(
         &mut self,
@@ -144,52 +149,53 @@ impl EntryPoints {
         upcoming: usize,
     ) -> Option<Next> {
         if upcoming.is_multiple_of(Self::RAYS) {
-            if self.is_ahead {
+            if self.is_pending {
                 return None;
             }
-            self.is_ahead = true;
+            self.is_pending = true;
             let first = upcoming / GROUP % (2 * BUILT_TOGETHER);
-            if self.verdict() == Some(false) {
+            if self.pays_off() == Some(false) {
                 self.numbers = [ROOT; 2 * BUILT_TOGETHER];
             } else {
-                self.make(level, tree, rays, &list[upcoming..], first);
+                self.build_next(level, tree, rays, &list[upcoming..], first);
             }
         }
         let ray = |at: usize| list[at.min(list.len() - 1)] as usize;
         Some(Next {
             ray: ray(upcoming),
-            head: self.numbers[upcoming / GROUP % (2 * BUILT_TOGETHER)],
-            soon: [ray(upcoming + PREFETCH_DISTANCE), ray(upcoming + Self::RAYS)],
+            entry: self.numbers[upcoming / GROUP % (2 * BUILT_TOGETHER)],
+            prefetch: [ray(upcoming + PREFETCH_DISTANCE), ray(upcoming + Self::RAYS)],
         })
     }
 
-    /// Makes the heads of the groups that come next, from the `first` on.
+    /// Builds the entry nodes of the next groups, from the index `first` on.
     #[inline(always)]
-    fn make<L: SimdLevel>(&mut self, level: L, tree: &WideTree, rays: &[Ray], list: &[u32], first: usize) {
-        let is_trial = self.made < TRIAL_GROUPS;
-        for (k, growing) in self.growing.iter_mut().enumerate() {
-            // Nothing is left of the last groups, and then any ray will do.
+    fn build_next<L: SimdLevel>(&mut self, level: L, tree: &WideTree, rays: &[Ray], list: &[u32], first: usize) {
+        let is_trial = self.built < TRIAL_GROUPS;
+        for (k, builder) in self.builders.iter_mut().enumerate() {
+            // The last groups may be empty; any rays will do then.
             let group = list.get(k * GROUP..).filter(|rest| !rest.is_empty()).unwrap_or(list);
             let group = &group[..group.len().min(GROUP)];
-            growing.goes_together = growing.around.enclose(level, rays, group, tree.padding.reach);
+            builder.is_coherent = builder.shaft.enclose(level, rays, group, tree.padding.reach);
             if is_trial {
-                // If it cannot meet anything, the one before stays: all that it says is whether heads pay.
+                // If the ray cannot hit anything, the previous example is kept. Examples affect
+                // only whether entry points pay off.
                 let example = group[group.len() / 2] as usize;
-                growing.example.start(level, &rays[example], example, tree.padding);
+                builder.example.start(level, &rays[example], example, tree.padding);
             }
-            growing.boxes.begin(tree.root());
+            builder.boxes.begin(tree.root());
         }
         for _ in 0..MAX_OPENED {
-            for growing in &mut self.growing {
-                // SAFETY: its boxes are of this tree.
-                let saves = unsafe { growing.open(level, tree, is_trial) };
-                self.saved += usize::from(saves & growing.goes_together);
+            for builder in &mut self.builders {
+                // SAFETY: the boxes are those of this tree.
+                let saves = unsafe { builder.open(level, tree, is_trial) };
+                self.saved += usize::from(saves & builder.is_coherent);
             }
         }
-        self.made += BUILT_TOGETHER;
-        for (k, growing) in (first..).zip(&self.growing) {
-            self.numbers[k] = if growing.goes_together { k as u32 } else { ROOT };
-            growing.boxes.write(level, &mut self.nodes[k]);
+        self.built += BUILT_TOGETHER;
+        for (k, builder) in (first..).zip(&self.builders) {
+            self.numbers[k] = if builder.is_coherent { k as u32 } else { ROOT };
+            builder.boxes.write(level, &mut self.nodes[k]);
         }
     }
 }
@@ -202,11 +208,12 @@ impl NodeSource for EntryPoints {
 }
 
 impl EntryBuilder {
-    /// Opens the largest box of an inner node, if what is in it fits; otherwise it is not tried again. In a trial, whether it
-    /// does and the example comes to that node. All without a branch that cannot be foretold.
+    /// Opens the largest box of an inner node if the children that are hit fit. Otherwise this box
+    /// is not tried again. In a trial, returns whether it was opened and the example ray visits the
+    /// node. The code has no unpredictable branch.
     ///
     /// # Safety
-    /// The boxes are of `tree`'s nodes.
+    /// The boxes are those of nodes of `tree`.
     #[inline(always)]
     unsafe fn open<L: SimdLevel>(&mut self, level: L, tree: &WideTree, is_trial: bool) -> bool {
         let boxes = &mut self.boxes;
@@ -214,15 +221,16 @@ impl EntryBuilder {
         let child = select_unpredictable(is_inner, boxes.child[lane], tree.root());
         // SAFETY: this is an inner child of one of the nodes, or the root.
         let node = unsafe { tree.node(child) };
-        let met = self.around.cross(level, node).bits();
+        let met = self.shaft.intersect_node(level, node).bits();
         let fits = is_inner & (boxes.count + met.count_ones() as usize <= 8 + 1);
         boxes.area[lane] = CLOSED_AREA;
         let saves = is_trial & fits & (boxes.is_met[lane] != 0);
-        // Where it does not fit, all are others, and what is moved comes to where nothing counts.
+        // If the children do not fit, all boxes are others, and the moved box goes to an invalid
+        // lane.
         let others = boxes.count - usize::from(fits);
         let lane = select_unpredictable(fits, lane, 0);
         let met = select_unpredictable(fits, met, 0);
-        // SAFETY: these are of eight lanes.
+        // SAFETY: the mask has eight lanes.
         let met = unsafe { Eight::new(met) };
         let [x, y, z] = [extent(level, node, 0), extent(level, node, 1), extent(level, node, 2)];
         let area = x.mul_add(y.add(z), y.mul(z)).to_array();
@@ -232,8 +240,8 @@ impl EntryBuilder {
         replace(level, &mut boxes.child, lane, others, met, &node.child);
         replace(level, &mut boxes.area, lane, others, met, bytemuck::cast_ref(&area));
         if is_trial {
-            let (enter, leave) = self.example.course.cross(level, node, None);
-            let by_example = level.met(enter, leave.mul(level.splat8(LEAVE))).bits();
+            let (enter, leave) = self.example.state.intersect_node(level, node, None);
+            let by_example = level.met(enter, leave.mul(level.splat8(EXIT_PADDING))).bits();
             let is_met = std::array::from_fn(|k| by_example >> k & 1);
             replace(level, &mut boxes.is_met, lane, others, met, &is_met);
         }
@@ -242,7 +250,8 @@ impl EntryBuilder {
     }
 }
 
-/// The first of a row's numbers comes to `lane`, and those of `lanes` come before the `others`, of which there are eight at most.
+/// Moves the first valid element of a row to `lane`, and inserts those of `lanes` before the
+/// `others`, of which there are at most eight.
 #[inline(always)]
 fn replace<L: SimdLevel>(level: L, row: &mut BoxRow, lane: usize, others: usize, lanes: Eight, from: &[u32; 8]) {
     row[lane % 16] = row[(15 - others) % 16];
@@ -260,7 +269,7 @@ fn extent<L: SimdLevel>(level: L, node: &WideNode, axis: usize) -> L::F8 {
 }
 
 impl OpenBoxes {
-    /// The root alone, of which no box is known.
+    /// Resets the boxes to the root alone, whose box is unknown.
     fn begin(&mut self, root: u32) {
         self.child[15] = root;
         self.area[15] = 1.0_f32.to_bits();
@@ -268,13 +277,13 @@ impl OpenBoxes {
         self.count = 1;
     }
 
-    /// The lane of the largest box of an inner node, and whether there is one.
+    /// Returns the lane of the largest box of an inner node, and whether there is one.
     #[inline(always)]
     fn largest<L: SimdLevel>(&self, level: L) -> (usize, bool) {
-        // Leaves, and what does not count, get a sign.
+        // Leaves and invalid lanes get a negative area.
         let area: [u32; 8] = std::array::from_fn(|k| {
-            let counts = k + self.count >= 8;
-            self.area[8 + k] | (self.child[8 + k] & LEAF | u32::from(!counts)) << 31
+            let is_valid = k + self.count >= 8;
+            self.area[8 + k] | (self.child[8 + k] & LEAF | u32::from(!is_valid)) << 31
         });
         let area = level.load8(bytemuck::cast_ref(&area));
         let largest = area.reduce_max();
@@ -282,7 +291,7 @@ impl OpenBoxes {
         (8 + lanes.trailing_zeros() as usize % 8, largest > 0.0)
     }
 
-    /// Makes them a node's.
+    /// Writes the boxes to a node.
     #[inline(always)]
     fn write<L: SimdLevel>(&self, level: L, node: &mut WideNode) {
         for (k, (planes, row)) in node.planes.iter_mut().zip(&self.planes).enumerate() {
@@ -291,12 +300,12 @@ impl OpenBoxes {
         node.child = bytemuck::cast(self.last(level, &self.child, f32::from_bits(EMPTY)));
     }
 
-    /// What counts of a row, and before it the same number.
+    /// Returns the valid elements of a row, and `before` in the others.
     #[inline(always)]
     fn last<L: SimdLevel>(&self, level: L, row: &BoxRow, before: f32) -> [f32; 8] {
-        let counts = level.mask16(0xffff_0000 >> self.count & 0xffff);
+        let is_valid = level.mask16(0xffff_0000 >> self.count & 0xffff);
         let row = level.load16(bytemuck::cast_ref(row));
-        let row = row.select(counts, level.splat16(before)).to_array();
+        let row = row.select(is_valid, level.splat16(before)).to_array();
         row.as_chunks().0[1]
     }
 }

@@ -1,8 +1,8 @@
-//! Which of the triangles that rays in flight may hit they hit.
+//! The final test of candidate triangles for the stream's rays.
 //!
-//! Of eight that were tested together seldom more than one is left, so each is decided by itself, with the three axes of its
-//! own box side by side. Whether it is hit can hardly be foretold, so nothing here branches on it: it is kept or not by
-//! selection.
+//! Of eight triangles that were tested together, seldom more than one is left. So each is decided
+//! on its own, with the three axes of its bounds in one vector. Whether it is hit is unpredictable,
+//! so the code selects results without a branch.
 
 use std::hint::select_unpredictable;
 
@@ -13,20 +13,20 @@ use super::{
 };
 use crate::{
     accel::wide::node::TriangleBlock,
-    geometry::slab::TINY,
+    geometry::slab::MIN_PADDING,
     simd::lanes::{Floats, Mask, SimdLevel},
 };
 
-/// Where a ray meets a triangle.
+/// The intersection of a ray and a triangle.
 pub struct Meet {
-    /// Whether that is behind where the ray begins, and where any hit will do before where it ends.
+    /// Whether it is behind the ray's start and, for occlusion, before its end.
     is_hit: bool,
     t: f32,
     u: f32,
     v: f32,
 }
 
-/// Where a slot's ray meets triangle `k` of a block.
+/// Intersects a slot's ray with triangle `k` of a block.
 #[inline(always)]
 pub fn meet<L: SimdLevel, Q: Query>(
     level: L,
@@ -35,9 +35,9 @@ pub fn meet<L: SimdLevel, Q: Query>(
     k: usize,
     crossing: &Crossing<L::F4>,
 ) -> Meet {
-    // All lanes are alike but those of the box, of which the first counts.
+    // All lanes are equal except those of the bounds, of which the first counts.
     let meets = triangle::meet(stretch(level, slot, block, k), crossing);
-    let mut is_hit = meets.valid.and(level.splat4(slot.course.tmin).lt(meets.t));
+    let mut is_hit = meets.valid.and(level.splat4(slot.state.tmin).lt(meets.t));
     if Q::ANY {
         is_hit = is_hit.and(meets.t.le(level.splat4(slot.best.t)));
     }
@@ -49,33 +49,35 @@ pub fn meet<L: SimdLevel, Q: Query>(
     }
 }
 
-/// What [`triangle::stretch`] gives, in the first lane. Which axis comes first does not matter.
+/// Returns what [`triangle::stretch`] returns, in the first lane. The order of the axes does not
+/// matter.
 #[inline(always)]
 fn stretch<L: SimdLevel>(level: L, slot: &RayState, block: &TriangleBlock, k: usize) -> [L::F4; 2] {
-    let [a, b, c] = slot.turn(&block.corners);
+    let [a, b, c] = slot.permute_axes(&block.corners);
     let (a, b, c) = (corner(level, a, k), corner(level, b, k), corner(level, c, k));
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
     let pad = low.abs().max(high.abs()).mul(level.splat4(PADDING));
-    let (o, tiny) = (level.load4(&slot.line()[0]), level.splat4(TINY));
+    let (o, tiny) = (level.load4(&slot.line()[0]), level.splat4(MIN_PADDING));
     let low = low.sub(pad).sub(o).sub(tiny);
     let high = high.add(pad).sub(o).add(tiny);
-    let inv = level.turn4(level.load4(&slot.course.rows()[0]), slot.last());
-    // Reciprocals are neither zero nor infinite, so that of two products the one with the nearer face is not larger.
+    let inv = level.rotate4(level.load4(&slot.state.rows()[0]), slot.last());
+    // Reciprocals are neither zero nor infinite, so the smaller one of two products belongs to the
+    // nearer face.
     let (p, q) = (low.mul(inv), high.mul(inv));
     let (near, far) = (p.min(q), p.max(q));
     [
-        near.max(level.turn4(near, 1)).max(level.turn4(near, 2)),
-        far.min(level.turn4(far, 1)).min(level.turn4(far, 2)),
+        near.max(level.rotate4(near, 1)).max(level.rotate4(near, 2)),
+        far.min(level.rotate4(far, 1)).min(level.rotate4(far, 2)),
     ]
 }
 
-/// A corner of one of four triangles.
+/// Returns a vertex of one of four triangles.
 #[inline(always)]
 fn corner<L: SimdLevel>(level: L, [x, y, z]: [&[f32; 4]; 3], k: usize) -> L::F4 {
     level.load4(&[x[k], y[k], z[k], 0.0])
 }
 
-/// Keeps a hit of the triangle with number `id` if it is nearer than what the slot's ray has; whether it is.
+/// Stores a hit on the triangle `id` if it is nearer than the slot's hit. Returns whether it is.
 #[inline(always)]
 pub fn keep<Q: Query, const INSTANCES: bool>(
     meet: &Meet,

@@ -1,6 +1,7 @@
-//! Rays in flight at leaves with triangles.
+//! Intersection of the stream's rays with the triangles of leaves.
 //!
-//! Triangles lie in blocks of four, and vectors hold eight: two blocks are tested at once, each with its own ray.
+//! Blocks have four triangles and vectors eight lanes, so two blocks are tested at once, each with
+//! its own ray.
 
 use std::{
     mem::{MaybeUninit, offset_of},
@@ -23,25 +24,27 @@ use crate::{
     },
 };
 
-/// The most blocks that the rays of a pass can come to.
+/// The largest number of blocks that the rays of a pass can visit.
 const MAX_VISITS: usize = SLOTS * MAX_LEAF;
 
-/// A pair of blocks of which something may be met.
+/// A pair of blocks with at least one candidate for a hit.
 #[repr(align(64))]
 struct CandidatePair {
-    /// Where it begins in the list.
+    /// The position of the pair in the queue.
     at: usize,
-    /// Which triangles, a bit for each.
+    /// The set of candidates.
     lanes: u32,
     crossing: Crossing<[f32; 8]>,
 }
 
-/// The blocks that rays have come to in a pass. Nothing is said of what is beyond their number.
+/// The blocks that rays visit in a pass. Elements beyond the current count are uninitialised.
 ///
-/// The first of each list follow one another in a page, those of one behind those of the list before: see [`super::aliased_buffer`].
+/// The beginnings of the three lists occupy consecutive parts of a page; see
+/// [`super::aliased_buffer`].
 #[repr(C)]
 pub struct LeafQueue {
-    /// Where the rays' slots lie. One more may be written than counts; so of the blocks.
+    /// The addresses of the rays' slots. One element beyond the count may be written; the same
+    /// holds for the blocks.
     slots: [MaybeUninit<usize>; MAX_VISITS + 1],
     _before_blocks: [MaybeUninit<u8>; BEFORE_BLOCKS],
     blocks: [MaybeUninit<*const TriangleBlock>; MAX_VISITS + 1],
@@ -49,11 +52,11 @@ pub struct LeafQueue {
     met: [MaybeUninit<CandidatePair>; MAX_VISITS / 2],
 }
 
-/// In most passes there are no more blocks, and no more pairs of which something may be met.
+/// The numbers of blocks, and of pairs with candidates, that most passes do not exceed.
 const USUAL_VISITS: usize = 48;
 const USUAL_MET: usize = 4;
 
-/// Where in a page the lists end in most passes.
+/// The positions in a page at which the lists end in most passes.
 const SLOTS_END: usize = USUAL_VISITS * size_of::<usize>();
 const BLOCKS_END: usize = SLOTS_END + USUAL_VISITS * size_of::<*const TriangleBlock>();
 const MET_END: usize = BLOCKS_END + USUAL_MET * size_of::<CandidatePair>();
@@ -61,7 +64,7 @@ const MET_END: usize = BLOCKS_END + USUAL_MET * size_of::<CandidatePair>();
 const BEFORE_BLOCKS: usize = up_to(SLOTS_END, size_of::<[usize; MAX_VISITS + 1]>());
 const BEFORE_MET: usize = up_to(BLOCKS_END, SLOTS_END + size_of::<[usize; MAX_VISITS + 1]>());
 
-/// How far it is from a place to the next one that is in that `part` of a page.
+/// Returns the distance from an address to the next one at the position `part` of a page.
 const fn up_to(part: usize, from: usize) -> usize {
     (part + PAGE - from % PAGE) % PAGE
 }
@@ -70,16 +73,17 @@ const _: () =
     assert!(offset_of!(LeafQueue, blocks) % PAGE == SLOTS_END && offset_of!(LeafQueue, met) % PAGE == BLOCKS_END);
 
 impl LeafQueue {
-    /// For a kernel that has `local` in its frame.
+    /// Returns the queue for a kernel that has `local` in its stack frame.
     pub fn opposite<'r, F>(room: &'r mut AliasedBuffer<Self>, local: &F) -> &'r mut Self {
-        // SAFETY: it is all of what may be anything.
+        // SAFETY: all fields may be uninitialised.
         unsafe { room.opposite(local, MET_END).assume_init_mut() }
     }
 
-    /// Adds the blocks of a leaf to so many others; how many there are then. The slot is told by where it lies.
+    /// Adds the blocks of a leaf after the first `count`, and returns the new count. `slot` is the
+    /// address of the ray's slot.
     ///
     /// # Safety
-    /// There is such a slot, and of each slot there is one leaf. A leaf has as many blocks as [`MAX_LEAF`] at most.
+    /// The slot exists, and each slot has at most one leaf. A leaf has at most [`MAX_LEAF`] blocks.
     #[inline(always)]
     pub unsafe fn add<L: SimdLevel>(
         &mut self,
@@ -90,8 +94,9 @@ impl LeafQueue {
     ) -> usize {
         let first = blocks.as_ptr();
         level.prefetch::<3>(first.cast());
-        // Whether there is a second one cannot be foretold; more are rare.
-        // SAFETY: there is room for all blocks that a leaf of each slot can have, and for one more.
+        // A second block is unpredictable, so it is always written; more than two are rare.
+        // SAFETY: there is room for all blocks that the leaves of all slots can have, and for one
+        // more.
         unsafe {
             self.put(count, slot, first);
             self.put(count + 1, slot, first.wrapping_add(1));
@@ -116,10 +121,10 @@ impl LeafQueue {
         }
     }
 
-    /// A block with the slot whose ray has come to it.
+    /// Returns a block and the slot whose ray visits it.
     ///
     /// # Safety
-    /// One was added as the `at`-th, of a slot among `slots`, and still exists.
+    /// The block was added at this position, for one of `slots`, and still exists.
     #[inline(always)]
     unsafe fn visit<'s>(&self, slots: &'s [RayState; SLOTS], at: usize) -> (&'s RayState, &TriangleBlock) {
         // SAFETY: by this function's own contract.
@@ -129,10 +134,11 @@ impl LeafQueue {
         }
     }
 
-    /// Tests so many of them, all that were added; the set of slots whose rays end nearer now, or are done where any hit will do.
+    /// Tests the `count` blocks in the queue. Returns the set of slots whose rays were shortened or
+    /// blocked.
     ///
     /// # Safety
-    /// So many were added, and still exist.
+    /// Exactly `count` blocks were added, and all still exist.
     #[inline(always)]
     pub unsafe fn test<L: SimdLevel, Q: Query, const INSTANCES: bool>(
         &mut self,
@@ -142,15 +148,16 @@ impl LeafQueue {
         inside: &mut [InstanceState; SLOTS],
     ) -> u64 {
         if count % 2 == 1 {
-            // The last one twice: there is room, since there is for an even number of blocks.
+            // The last block is repeated. There is room for it, since the capacity is even.
             (self.slots[count % MAX_VISITS], self.blocks[count % MAX_VISITS]) =
                 (self.slots[count - 1], self.blocks[count - 1]);
         }
-        // Whether anything is met cannot be foretold, so pairs of blocks with something first go into a list, without a branch.
+        // Hits are unpredictable, so pairs with candidates are first collected without a branch.
         let mut pairs = 0;
         let mut at = 0;
         while at < count {
-            // SAFETY: so many were added, by this function's own contract, and are in slots; each pair is found once at most.
+            // SAFETY: by this function's own contract, the blocks were added and their slots exist;
+            // each pair is written at most once.
             unsafe {
                 let first = self.visit(slots, at);
                 let second = self.visit(slots, at + 1);
@@ -167,7 +174,7 @@ impl LeafQueue {
         }
         let mut nearer = 0;
         for met in &self.met[..pairs.min(MAX_VISITS / 2)] {
-            // SAFETY: so many were written.
+            // SAFETY: these elements were written.
             let CandidatePair {
                 at,
                 mut lanes,
@@ -176,7 +183,7 @@ impl LeafQueue {
             loop {
                 let lane = lanes.trailing_zeros() as usize % 8;
                 lanes &= lanes - 1;
-                // SAFETY: what is in the list was added.
+                // SAFETY: the blocks of a pair were added.
                 let (slot, block) = unsafe { self.visit(slots, at + lane / 4) };
                 let meet = hits::meet::<L, Q>(level, slot, block, lane % 4, &crossing.spread(level, lane));
                 let id = number(slots, slot);
@@ -191,13 +198,14 @@ impl LeafQueue {
     }
 }
 
-/// Which of the `slots` it is.
+/// Returns the index of a slot.
 #[inline(always)]
 fn number(slots: &[RayState; SLOTS], slot: &RayState) -> usize {
     (ptr::from_ref(slot).addr() - slots.as_ptr().addr()) / size_of::<RayState>() % SLOTS
 }
 
-/// Which triangles of two blocks the rays of two slots may hit, those of the first in the first half.
+/// Returns the candidates among the triangles of two blocks for the rays of two slots. The first
+/// half of the lanes is that of the first block.
 #[inline(always)]
 fn candidates<L: SimdLevel>(
     level: L,
@@ -208,15 +216,18 @@ fn candidates<L: SimdLevel>(
     let [x, y, z, begin] = level.quads(join(level, o, o2));
     let [dx, dy, dz, until] = level.quads(join(level, d, d2));
     let [sx, sy, ..] = level.quads(join(level, shear, shear2));
-    let ([a, b, c], [a2, b2, c2]) = (first.0.turn(&first.1.corners), second.0.turn(&second.1.corners));
+    let ([a, b, c], [a2, b2, c2]) = (
+        first.0.permute_axes(&first.1.corners),
+        second.0.permute_axes(&second.1.corners),
+    );
     let corners = [
         each(join3(level, a, a2), [x, y, z], L::F8::sub),
         each(join3(level, b, b2), [x, y, z], L::F8::sub),
         each(join3(level, c, c2), [x, y, z], L::F8::sub),
     ];
     let sides = triangle::sides(&corners, [sx, sy]);
-    // Often one of the triangles is met somewhere, seldom between the ray's ends: one branch that can be foretold is
-    // faster than two.
+    // Often the line intersects one of the triangles, but seldom between the ray's ends. One
+    // predictable branch is faster than two.
     let plane = triangle::plane(&corners);
     triangle::candidates([dx, dy, dz], &plane, sides, begin, until)
 }

@@ -1,13 +1,15 @@
-//! The kernels of the wide tree, for every processor.
+//! The kernels of the wide tree.
 //!
-//! Each is written once, over [`SimdLevel`], and compiled for every level that [`Isa`] knows. All give the same bits: culling is
-//! widened by more than any level rounds ([`crate::geometry::slab`]), and what decides about hits is the same operations in
-//! the same order, none of them fused.
+//! Each kernel is written once, generic over [`SimdLevel`], and compiled for every level of
+//! [`Isa`]. All levels return the same bits: culling is conservative by more than the rounding of
+//! any level ([`crate::geometry::slab`]), and hits are computed by the same operations in the same
+//! order, without fused multiply-add.
 //!
-//! All `unsafe` code of the accelerators is in here. It indexes without checks what [`tree::WideTree`] has checked.
+//! This module contains all `unsafe` code of the accelerators. It indexes without bounds checks
+//! what [`tree::WideTree`] has validated.
 //!
-//! [`SimdLevel`]: crate::simd::lanes::Level
-//! [`Isa`]: crate::simd::Simd
+//! [`SimdLevel`]: crate::simd::lanes::SimdLevel
+//! [`Isa`]: crate::simd::Isa
 
 mod aliased_buffer;
 mod analytic;
@@ -46,44 +48,46 @@ use crate::{
 };
 
 kernel! {
-    /// The nearest hits of the picked rays, if nearer than what `hits` has for them already.
+    /// Finds the nearest hits of the selected rays, if they are nearer than those in `hits`.
     nearest_stream(
         tree: &WideTree,
         geometry: &Geometry,
         rays: &[Ray],
-        pick: RaySelection,
+        selection: RaySelection,
         hits: &mut [Option<Hit>],
         scratch: &mut Scratch,
     ) = |level| if tree.has_instances() {
-        ray_stream::trace::<_, Nearest, true, false>(level, tree, geometry, rays, pick, hits, scratch);
+        ray_stream::trace::<_, Nearest, true, false>(level, tree, geometry, rays, selection, hits, scratch);
     } else {
-        ray_stream::trace::<_, Nearest, false, false>(level, tree, geometry, rays, pick, hits, scratch);
+        ray_stream::trace::<_, Nearest, false, false>(level, tree, geometry, rays, selection, hits, scratch);
     }
 }
 
 kernel! {
-    /// Whether the rays meet anything; those that `blocked` says of are not asked.
+    /// Finds out whether the selected rays are occluded. Rays that are already marked in `blocked`
+    /// are skipped.
     occluded_stream(
         tree: &WideTree,
         geometry: &Geometry,
         rays: &[Ray],
-        pick: RaySelection,
+        selection: RaySelection,
         blocked: &mut [bool],
         scratch: &mut Scratch,
-    ) -> StreamReport = |level| match pick {
+    ) -> StreamReport = |level| match selection {
         _ if tree.has_instances() => {
-            ray_stream::trace::<_, Occluded, true, false>(level, tree, geometry, rays, pick, blocked, scratch)
+            ray_stream::trace::<_, Occluded, true, false>(level, tree, geometry, rays, selection, blocked, scratch)
         }
         RaySelection::Together(_) => {
-            ray_stream::trace::<_, Occluded, false, true>(level, tree, geometry, rays, pick, blocked, scratch)
+            ray_stream::trace::<_, Occluded, false, true>(level, tree, geometry, rays, selection, blocked, scratch)
         }
-        _ => ray_stream::trace::<_, Occluded, false, false>(level, tree, geometry, rays, pick, blocked, scratch),
+        _ => ray_stream::trace::<_, Occluded, false, false>(level, tree, geometry, rays, selection, blocked, scratch),
     }
 }
 
 kernel! {
-    /// Whether the rays meet anything, as far as that can be said at once; `order` says which start next to one another. Returns
-    /// whether that pays: then the numbers of the others are in `remaining`. Not for scenes with instances.
+    /// Resolves shadow rays with the occluder cache, without traversing the tree; `order` gives the
+    /// rays that are adjacent. Returns whether this pays off; then `remaining` holds the indices of
+    /// the unresolved rays. Not for scenes with instances.
     occluded_at_once(
         tree: &WideTree,
         rays: &[Ray],
@@ -94,8 +98,9 @@ kernel! {
 }
 
 kernel! {
-    /// The nearest hits of rays in packets of [`RAYS`], if nearer than what `hits` has for them already; `order` says which
-    /// rays make a packet. The numbers of rays that are in none are put into `remaining`.
+    /// Finds the nearest hits of rays in packets of [`RAYS`], if they are nearer than those in
+    /// `hits`; `order` gives the rays of a packet. The indices of rays that fit into no packet are
+    /// written to `remaining`.
     ///
     /// [`RAYS`]: ray16::RAYS
     nearest_packets(
@@ -111,8 +116,8 @@ kernel! {
 }
 
 kernel! {
-    /// The same for whether the rays meet anything; those that `blocked` says of are not asked. Returns whether
-    /// packets pay.
+    /// Does the same for occlusion. Rays that are already marked in `blocked` are skipped. Returns
+    /// whether packets pay off.
     occluded_packets(
         tree: &WideTree,
         geometry: &Geometry,

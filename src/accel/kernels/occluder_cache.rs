@@ -1,11 +1,12 @@
-//! Shadow rays that are answered before any of them goes through the tree.
+//! A cache of the last occluder, which resolves shadow rays without a traversal.
 //!
-//! Groups of rays that start next to one another may have nothing in their way, as on a roof: then what encloses the group
-//! ([`Shaft`]) meets no box. And one leaf may block most of them, as a ceiling that the sun shines on: then those of its triangles
-//! that the shaft comes to are tested with all rays, sixteen at a time, and with the groups that follow. Where they block few of a
-//! group, that looks for others.
+//! A group of shadow rays with nearby origins may be unoccluded, as on a roof: then its bounds
+//! ([`Shaft`]) hit no box. Or one leaf may block most of its rays, such as a ceiling under the sun.
+//! Then the triangles of that leaf that the shaft intersects are tested with all rays, sixteen at a
+//! time, and with the groups that follow. A group of which they block few searches for other
+//! triangles.
 //!
-//! Some groups of a batch show whether that pays.
+//! Trial groups of a batch show whether this pays off.
 
 use super::{
     packet::order::PacketOrder,
@@ -23,54 +24,57 @@ use crate::{
     simd::lanes::{Floats, Mask, SimdLevel},
 };
 
-/// Rays of a group.
+/// The number of rays in a group.
 const GROUP: usize = 4 * RAYS;
 
-/// The groups of a batch that are tried.
+/// The number of trial groups of a batch.
 const TRIAL_GROUPS: usize = 8;
 
-/// One of so many of their rays must be answered so that it pays: the others go through the tree without packets, which would
-/// take as long for all of them where packets suit them best.
+/// The reciprocal of the smallest fraction of resolved rays that pays off. The other rays are
+/// traced without packets, which takes as long as all rays would take in the best packets.
 const MIN_ANSWERED: usize = 3;
 
-/// Triangles that block one of so many of a group's rays are tested with the next group first.
+/// The reciprocal of the smallest fraction of a group's rays that an occluder must block to be kept
+/// for the next group.
 const MIN_BLOCKED: u32 = 4;
 
-/// Nodes that are looked at for a group.
+/// The largest number of nodes that are visited for a group.
 const MAX_NODES: usize = 8;
 
-/// Triangles of a block.
+/// The number of triangles in a block.
 const BLOCK_TRIANGLES: usize = 4;
 
-/// Room for the children that wait: of each node but the last all but one, and the eight of the last.
+/// The capacity of the stack: all children but one of each visited node, and the eight of the last
+/// one.
 const STACK: usize = 7 * MAX_NODES + 8;
 
 struct OccluderSearch<'a> {
     tree: &'a WideTree,
     rays: &'a [Ray],
     shaft: Shaft,
-    /// What blocked many of the last group.
+    /// The occluder that blocked many rays of the last group.
     occluder: Option<Occluder>,
 }
 
-/// Some triangles of a leaf.
+/// Some of the triangles of a leaf.
 #[derive(Clone, Copy, PartialEq)]
 struct Occluder {
     leaf: u32,
-    /// Which, a bit for each, in the order of the leaf's blocks.
+    /// The set of triangles, in the order of the leaf's blocks.
     triangles: u32,
 }
 
-/// What a shaft comes to.
+/// The result of a shaft query.
 enum ShaftQuery {
     Nothing,
-    /// The first leaf with triangles of those that are to be tried.
+    /// The first leaf with triangles that may block rays.
     Leaf(Occluder),
     Anything,
 }
 
-/// Answers the rays that can be answered at once where that pays, and puts the numbers of the others into `remaining`. Whether
-/// it pays: otherwise some rays may be answered, and all are to be traced.
+/// Resolves shadow rays if this pays off, and writes the indices of the unresolved ones to
+/// `remaining`. Returns whether it pays off. If not, some rays may be resolved, and all must be
+/// traced.
 #[inline(always)]
 pub fn trace<L: SimdLevel>(
     level: L,
@@ -85,7 +89,7 @@ pub fn trace<L: SimdLevel>(
     if groups < 2 * TRIAL_GROUPS {
         return false;
     }
-    let mut umbra = OccluderSearch {
+    let mut search = OccluderSearch {
         tree,
         rays,
         shaft: Shaft::default(),
@@ -94,14 +98,14 @@ pub fn trace<L: SimdLevel>(
     remaining.clear();
     for k in 0..TRIAL_GROUPS {
         let group = k * (groups - 1) / (TRIAL_GROUPS - 1);
-        umbra.ask(level, &ids(order, group, count), blocked, remaining);
+        search.resolve(level, &ids(order, group, count), blocked, remaining);
     }
-    let answered = TRIAL_GROUPS * GROUP - remaining.len();
+    let resolved = TRIAL_GROUPS * GROUP - remaining.len();
     remaining.clear();
-    let pays = answered * MIN_ANSWERED >= TRIAL_GROUPS * GROUP;
+    let pays = resolved * MIN_ANSWERED >= TRIAL_GROUPS * GROUP;
     if pays {
         for group in 0..groups {
-            umbra.ask(level, &ids(order, group, count), blocked, remaining);
+            search.resolve(level, &ids(order, group, count), blocked, remaining);
         }
         for packet in groups * GROUP / RAYS..count.div_ceil(RAYS) {
             remaining.extend(order.list(packet, count).as_slice());
@@ -110,7 +114,7 @@ pub fn trace<L: SimdLevel>(
     pays
 }
 
-/// The rays of a group, of `count` rays, that is full.
+/// Returns the rays of a full group in a batch of `count` rays.
 #[inline(always)]
 fn ids(order: PacketOrder, group: usize, count: usize) -> [u32; GROUP] {
     let mut ids = [0; GROUP];
@@ -121,9 +125,9 @@ fn ids(order: PacketOrder, group: usize, count: usize) -> [u32; GROUP] {
 }
 
 impl OccluderSearch<'_> {
-    /// Answers what can be answered of a group at once, and adds the others to those that are `left`.
+    /// Resolves the rays of a group, and adds the unresolved ones to `left`.
     #[inline(always)]
-    fn ask<L: SimdLevel>(&mut self, level: L, ids: &[u32; GROUP], blocked: &mut [bool], left: &mut Vec<u32>) {
+    fn resolve<L: SimdLevel>(&mut self, level: L, ids: &[u32; GROUP], blocked: &mut [bool], left: &mut Vec<u32>) {
         let before = left.len();
         let tested = self.occluder.take();
         if let Some(occluder) = tested
@@ -131,12 +135,12 @@ impl OccluderSearch<'_> {
         {
             return;
         }
-        let view = if self.shaft.enclose(level, self.rays, ids, self.tree.padding.reach) {
-            self.look(level)
+        let found = if self.shaft.enclose(level, self.rays, ids, self.tree.padding.reach) {
+            self.query_shaft(level)
         } else {
             ShaftQuery::Anything
         };
-        match view {
+        match found {
             ShaftQuery::Nothing => left.truncate(before),
             ShaftQuery::Leaf(occluder) if Some(occluder) != tested => {
                 left.truncate(before);
@@ -147,8 +151,8 @@ impl OccluderSearch<'_> {
         }
     }
 
-    /// Tests these triangles with all of a group's rays and adds those to the `left` that they do not block; whether they block
-    /// many, and are kept.
+    /// Tests these triangles with all rays of a group, and adds the rays that they do not block to
+    /// `left`. Returns whether they block many rays; then they are kept for the next group.
     #[inline(always)]
     fn test<L: SimdLevel>(
         &mut self,
@@ -158,7 +162,7 @@ impl OccluderSearch<'_> {
         blocked: &mut [bool],
         left: &mut Vec<u32>,
     ) -> bool {
-        // SAFETY: it is a leaf of this tree.
+        // SAFETY: this is a leaf of this tree.
         let blocks = unsafe { self.tree.leaf(occluder.leaf) };
         let (mut rest, mut count) = ([0; GROUP], 0);
         for ids in ids.as_chunks::<RAYS>().0 {
@@ -183,9 +187,9 @@ impl OccluderSearch<'_> {
         many
     }
 
-    /// What the shaft comes to, children with the most promise first.
+    /// Finds what the shaft intersects, in the order of the nodes' lanes.
     #[inline(always)]
-    fn look<L: SimdLevel>(&self, level: L) -> ShaftQuery {
+    fn query_shaft<L: SimdLevel>(&self, level: L) -> ShaftQuery {
         let mut stack = [0; STACK];
         stack[0] = self.tree.root();
         let (mut count, mut nodes) = (1, 0);
@@ -199,7 +203,7 @@ impl OccluderSearch<'_> {
                 nodes += 1;
                 // SAFETY: this is the root or an inner child.
                 let node = unsafe { self.tree.node(child) };
-                let mut met = self.shaft.cross(level, node).bits();
+                let mut met = self.shaft.intersect_node(level, node).bits();
                 while met != 0 {
                     let lane = met.ilog2();
                     met ^= 1 << lane;
@@ -211,7 +215,7 @@ impl OccluderSearch<'_> {
                 let blocks = unsafe { self.tree.leaf(child) };
                 let mut triangles = 0;
                 for (i, block) in blocks.iter().enumerate() {
-                    triangles |= self.shaft.in_the_way(level, block) << (BLOCK_TRIANGLES * i);
+                    triangles |= self.shaft.possible_occluders(level, block) << (BLOCK_TRIANGLES * i);
                 }
                 if triangles != 0 {
                     return ShaftQuery::Leaf(Occluder { leaf: child, triangles });
@@ -224,7 +228,7 @@ impl OccluderSearch<'_> {
     }
 }
 
-/// Which of the rays these triangles of the blocks are in the way of, a bit for each.
+/// Returns the set of rays that these triangles of the blocks block.
 #[inline(always)]
 fn blocked_by<L: SimdLevel>(
     level: L,
@@ -239,8 +243,8 @@ fn blocked_by<L: SimdLevel>(
     let Ray16 { o, d, inv, tmin, tmax } = sixteen;
     let asked = level.mask16(sorted.ordinary & sorted.along);
     let [x, y, z] = Shear::new(&rays[ids[sorted.leader] as usize].d).axes;
-    let turn = |v: &Vec3s<L::F16>| [v[x], v[y], v[z]];
-    let (turned_o, turned_d) = (turn(&o), turn(&d));
+    let permute_axes = |v: &Vec3s<L::F16>| [v[x], v[y], v[z]];
+    let (turned_o, turned_d) = (permute_axes(&o), permute_axes(&d));
     let shear = [turned_d[0].mul(inv[z]), turned_d[1].mul(inv[z])];
     let begin = tmin.mul(level.splat16(1.0 - BEYOND));
     let until = tmax.add(tmax.abs().mul(level.splat16(BEYOND)));
@@ -257,9 +261,9 @@ fn blocked_by<L: SimdLevel>(
         ];
         let [a, b, c] = &world;
         let corners = [
-            each(turn(a), turned_o, L::F16::sub),
-            each(turn(b), turned_o, L::F16::sub),
-            each(turn(c), turned_o, L::F16::sub),
+            each(permute_axes(a), turned_o, L::F16::sub),
+            each(permute_axes(b), turned_o, L::F16::sub),
+            each(permute_axes(c), turned_o, L::F16::sub),
         ];
         let sides = sides(&corners, shear);
         if sides.inside.and(asked).bits() & !blocked == 0 {

@@ -1,18 +1,18 @@
-//! The two questions a ray can ask.
+//! The two kinds of queries: nearest hit and occlusion.
 
 use crate::geometry::{Hit, InstanceId, PrimId};
 
-/// No hit so far, as [`Best::id`].
+/// The value of [`Best::id`] if there is no hit so far.
 pub const NOTHING: u32 = u32::MAX;
 
 /// The nearest hit so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Best {
-    /// The ray's end where there is none.
+    /// The ray's end if there is no hit.
     pub t: f32,
     pub u: f32,
     pub v: f32,
-    /// The primitive's number plus one, or [`NOTHING`].
+    /// The primitive's id plus one, or [`NOTHING`].
     pub id: u32,
 }
 
@@ -26,29 +26,31 @@ impl Best {
         }
     }
 
-    /// Whether a hit at `t` of the primitive with number `id - 1` is nearer, or as near and has the lower number.
+    /// Returns whether a hit at `t` on the primitive `id - 1` is nearer, or equally near with a
+    /// lower id.
     #[inline(always)]
     pub fn loses_to(&self, t: f32, id: u32) -> bool {
         (t < self.t) | ((t == self.t) & (id < self.id))
     }
 }
 
-/// What is asked.
+/// A kind of query.
 pub trait Query {
     type Answer;
-    /// Whether any hit will do.
+    /// Whether any hit ends the query, as for occlusion.
     const ANY: bool;
 
-    /// Whether anything is known already.
+    /// Returns whether there is an earlier result.
     fn is_known(answer: &Self::Answer) -> bool;
-    /// The instance of what is known already.
+    /// Returns the instance of the earlier result.
     fn instance(answer: &Self::Answer) -> InstanceId;
-    /// What is known of a ray that ends at `tmax`; `None` where there is nothing left to ask.
+    /// Returns the initial state of a ray that ends at `tmax`, or `None` if the query is already
+    /// resolved.
     fn begin(answer: &Self::Answer, tmax: f32) -> Option<Best>;
     fn end(best: &Best, instance: InstanceId) -> Self::Answer;
 }
 
-/// What does the ray meet first?
+/// The query for the nearest hit.
 pub enum Nearest {}
 
 impl Query for Nearest {
@@ -80,7 +82,7 @@ impl Query for Nearest {
 
     #[inline(always)]
     fn end(best: &Best, instance: InstanceId) -> Option<Hit> {
-        // Chosen without a branch, which nobody could foretell.
+        // Selected without a branch, which would be unpredictable.
         PrimId::one_below(best.id).map(|prim| Hit {
             t: best.t,
             u: best.u,
@@ -91,7 +93,7 @@ impl Query for Nearest {
     }
 }
 
-/// Does the ray meet anything?
+/// The query whether there is any hit.
 pub enum Occluded {}
 
 impl Query for Occluded {

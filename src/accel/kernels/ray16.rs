@@ -1,35 +1,35 @@
-//! Sixteen rays side by side: a vector of each of their numbers.
+//! Sixteen rays in structure-of-arrays layout.
 
 use super::{ray_rows::numbers, triangle::Vec3s};
 use crate::{
-    geometry::slab::{FAR, STEEPEST},
+    geometry::slab::{FAR_ORIGIN, MAX_RECIPROCAL},
     math::Ray,
     simd::lanes::{Floats, Mask, SimdLevel},
 };
 
-/// Rays in a packet.
+/// The number of rays in a packet.
 pub const RAYS: usize = 16;
 
 pub struct Ray16<F> {
     pub o: Vec3s<F>,
     pub d: Vec3s<F>,
-    /// One divided by the direction: [`crate::geometry::slab::reciprocal`] of rays that are ordinary.
+    /// The reciprocal of the direction: [`crate::geometry::slab::reciprocal`] for regular rays.
     pub inv: Vec3s<F>,
     pub tmin: F,
     pub tmax: F,
 }
 
-/// What rays have in common: bits of lanes.
+/// The lanes of sixteen rays by their properties, as bits.
 pub struct Sorted {
-    /// Whose numbers are no reason to treat them alone, and which do not end before they begin.
+    /// The rays whose numbers need no special treatment and that do not end before they begin.
     pub ordinary: u32,
     /// The first of these.
     pub leader: usize,
-    /// Which have its main axis.
+    /// The rays with the same main axis as the first one.
     pub along: u32,
-    /// Which have its signs as well.
+    /// The rays with the same main axis and the same signs.
     pub alike: u32,
-    /// Whose directions are negative.
+    /// The rays whose direction is negative, for each axis.
     pub below: [u32; 3],
 }
 
@@ -62,11 +62,11 @@ impl<F: Floats> Ray16<F> {
         let most = tmin.fill(f32::MAX);
         let length = [d[0].abs(), d[1].abs(), d[2].abs()];
         let longest = length[0].max(length[1]).max(length[2]);
-        let steep = longest.mul(tmin.fill(2.0 / STEEPEST));
-        let away = tmin.fill(FAR * reach);
+        let steep = longest.mul(tmin.fill(2.0 / MAX_RECIPROCAL));
+        let away = tmin.fill(FAR_ORIGIN * reach);
         let mut ordinary = zero.le(tmin).and(tmin.le(tmax));
         for axis in 0..3 {
-            // Finite, and so is what planes are shifted by.
+            // Finite, and so are the shifts of planes.
             let start = o[axis].abs();
             ordinary = ordinary
                 .and(start.le(away))
@@ -91,7 +91,7 @@ impl<F: Floats> Ray16<F> {
     }
 }
 
-/// The lanes of `mask` if lane `leader` is in it, otherwise those that are not.
+/// Returns `mask` if it contains lane `leader`, otherwise its complement.
 fn like(mask: u32, leader: usize) -> u32 {
     if mask >> leader & 1 == 1 { mask } else { !mask }
 }

@@ -1,4 +1,4 @@
-//! The numbers of a ray, four at a time.
+//! Loading of rays as vectors of four elements.
 
 use std::{mem::offset_of, ptr};
 
@@ -7,11 +7,11 @@ use crate::{
     simd::lanes::{Floats, SimdLevel},
 };
 
-/// A ray's origin and `tmin`, its direction and `tmax`.
+/// Returns a ray's origin and `tmin`, then its direction and `tmax`.
 #[inline(always)]
 pub fn numbers(ray: &Ray) -> &[f32; 8] {
     const { assert!(size_of::<Ray>() == 32 && offset_of!(Ray, d) == 16) };
-    // SAFETY: so the eight floats lie.
+    // SAFETY: this is the layout of the eight floats.
     unsafe { &*ptr::from_ref(ray).cast() }
 }
 

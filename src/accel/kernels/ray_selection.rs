@@ -1,6 +1,7 @@
-//! Which rays of a batch a kernel traces.
+//! The rays of a batch that a kernel traces.
 
-/// The rays of a batch that are asked for: all, or some of them by number; those that follow one another may begin together.
+/// All rays of a batch, or some of them by index. Consecutive rays of `Together` may share an entry
+/// point.
 #[derive(Clone, Copy)]
 pub enum RaySelection<'a> {
     All,
@@ -8,5 +9,5 @@ pub enum RaySelection<'a> {
     Together(&'a [u32]),
 }
 
-/// How many rays before its turn one is fetched.
+/// The number of rays by which prefetching runs ahead.
 pub const PREFETCH_DISTANCE: usize = 16;

@@ -1,17 +1,19 @@
-//! Sixty-four rays in flight: the kernel for rays that have nothing in common.
+//! The stream kernel, for incoherent rays: 64 active rays.
 //!
-//! A single ray waits: for the node it will test, and for the outcome of branches nobody can predict. So many are
-//! under way at once. All that are at nodes are tested in one pass without branches, which takes what comes next for each
-//! from its stack and asks for the memory that it will touch when its turn comes again. Rays at leaves wait until there are
-//! enough of them. A ray that is done makes room for the next.
+//! A single ray waits for memory and for unpredictable branches. So 64 rays are active at once. All
+//! rays that are at inner nodes are tested in one branch-free pass, which pops the next child of
+//! each ray from its stack and prefetches it. Rays at leaves wait until there are enough of them. A
+//! finished ray is replaced by the next one.
 //!
-//! At an instance a ray goes on in the space of its group: its line is mapped, the end of the instance goes on its stack
-//! and then the group's root. At the end it takes its line in the world again. Kernels for scenes without instances are
-//! compiled without any of this.
+//! At an instance, a ray is transformed to the local space of the group. The end marker of the
+//! instance and then the root of the group are pushed on the ray's stack. At the end marker, the
+//! ray returns to world space. Kernels for scenes without instances are compiled without this code.
 //!
-//! Rays to one light, of which any hit will do, may begin together ([`super::entry_points`]).
+//! Shadow rays to one light may start at a common entry point below the root
+//! ([`super::entry_points`]).
 //!
-//! Sixty-four cover the latency of memory; with 128 the rays' own state no longer fits the first cache.
+//! With 64 rays, the latency of memory is hidden; with 128, their state no longer fits into the L1
+//! cache.
 
 use super::{
     analytic,
@@ -37,49 +39,50 @@ use crate::{
     simd::lanes::SimdLevel,
 };
 
-/// As long as fewer rays wait at leaves, and at least so many are at nodes, those at leaves go on waiting.
+/// Rays at leaves wait while there are fewer than `AT_LEAVES` of them and at least `AT_NODES` rays
+/// at nodes.
 const AT_LEAVES: u32 = 3 * SLOTS as u32 / 8;
 const AT_NODES: u32 = SLOTS as u32 / 4;
 
-/// What a block of triangles takes, and what else there is to do for a ray, in halves of a node's test.
+/// The cost of a block of triangles, and the other costs of a ray, in halves of a node test.
 const BLOCK_COST: u64 = 3;
 const RAY_COST: u64 = 8;
 
-/// That of a slot which has had none.
+/// The index of a slot without a ray.
 const NO_RAY: u32 = u32::MAX;
 
-/// What becomes of a slot that has room.
+/// The result of refilling a free slot.
 enum Refill {
-    /// A ray begins at the root, or at the head of that number.
-    Begins(u32),
-    /// The next ray cannot begin before the others have passed their heads.
-    Waits,
-    /// No ray is left.
-    StackRange,
+    /// A ray starts at the root, or at the entry node with this index.
+    Started(u32),
+    /// The next ray cannot start before the others have passed their entry nodes.
+    Blocked,
+    /// No rays are left.
+    Exhausted,
 }
 
-/// The rays that are not under way yet.
+/// The rays that have not started yet.
 struct RayQueue<'a> {
     rays: &'a [Ray],
-    pick: RaySelection<'a>,
+    selection: RaySelection<'a>,
     upcoming: usize,
     tree: &'a WideTree,
     root: u32,
-    heads: &'a mut EntryPoints,
+    entry_points: &'a mut EntryPoints,
 }
 
 impl RayQueue<'_> {
-    /// How many rays there are.
+    /// Returns the number of rays.
     fn len(&self) -> usize {
-        match self.pick {
+        match self.selection {
             RaySelection::All => self.rays.len(),
             RaySelection::Some(list) | RaySelection::Together(list) => list.len(),
         }
     }
 
-    /// Puts the next ray that has anything to ask into `slot`.
+    /// Starts the next unresolved ray in `slot`.
     #[inline(always)]
-    fn refill<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
+    fn refill<L: SimdLevel, Q: Query, const INSTANCES: bool, const ENTRY_POINTS: bool>(
         &mut self,
         level: L,
         slot: &mut RayState,
@@ -88,28 +91,30 @@ impl RayQueue<'_> {
     ) -> Refill {
         loop {
             let mut first = self.root;
-            // Rays are read one after another, but so seldom that the processor does not notice.
-            let (ray, soon) = match self.pick {
-                RaySelection::Together(list) if HEADS && self.upcoming < list.len() => {
-                    let Some(next) = self.heads.next(level, self.tree, self.rays, list, self.upcoming) else {
-                        return Refill::Waits;
+            // Rays are read in order, but too slowly for the hardware prefetcher.
+            let (ray, prefetch) = match self.selection {
+                RaySelection::Together(list) if ENTRY_POINTS && self.upcoming < list.len() => {
+                    let Some(next) = self.entry_points.next(level, self.tree, self.rays, list, self.upcoming) else {
+                        return Refill::Blocked;
                     };
-                    level.prefetch::<1>(self.rays.as_ptr().wrapping_add(next.soon[1]).cast());
-                    first = next.head;
-                    (next.ray, next.soon[0])
+                    level.prefetch::<1>(self.rays.as_ptr().wrapping_add(next.prefetch[1]).cast());
+                    first = next.entry;
+                    (next.ray, next.prefetch[0])
                 }
                 RaySelection::All if self.upcoming < self.rays.len() => {
                     (self.upcoming, self.upcoming + PREFETCH_DISTANCE)
                 }
-                RaySelection::Some(list) | RaySelection::Together(list) if !HEADS && self.upcoming < list.len() => {
+                RaySelection::Some(list) | RaySelection::Together(list)
+                    if !ENTRY_POINTS && self.upcoming < list.len() =>
+                {
                     let ray = list[self.upcoming] as usize;
                     (ray, ray + PREFETCH_DISTANCE)
                 }
-                _ => return Refill::StackRange,
+                _ => return Refill::Exhausted,
             };
             self.upcoming += 1;
-            level.prefetch::<1>(self.rays.as_ptr().wrapping_add(soon).cast());
-            level.prefetch::<1>(answers.as_ptr().wrapping_add(soon).cast());
+            level.prefetch::<1>(self.rays.as_ptr().wrapping_add(prefetch).cast());
+            level.prefetch::<1>(answers.as_ptr().wrapping_add(prefetch).cast());
             let is_known = Q::is_known(&answers[ray]);
             if Q::ANY && is_known || !slot.start(level, &self.rays[ray], ray, self.tree.padding) {
                 continue;
@@ -123,107 +128,107 @@ impl RayQueue<'_> {
                     best: Q::instance(&answers[ray]),
                 };
             }
-            return Refill::Begins(first);
+            return Refill::Started(first);
         }
     }
 }
 
-/// What a stream of rays found out about itself.
+/// Statistics of a traced stream.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StreamReport {
-    /// What the rays cost, in halves of a node's test; only where any hit will do.
+    /// The total cost of the rays, in halves of a node test; for occlusion only.
     pub cost: u64,
-    /// Whether it paid to look for entry points, where that was tried often enough to know.
+    /// Whether entry points paid off, if they were tried often enough to know.
     pub entry_points_pay: Option<bool>,
 }
 
-/// Asks `rays`; `answers` holds what is known already, and then the answers. Rays begin together with `HEADS`, which is for
-/// [`RaySelection::Together`] and where any hit will do.
+/// Traces `rays`. `answers` holds earlier results and receives the new ones. With `ENTRY_POINTS`, rays
+/// start at entry points; this is for occlusion queries of [`RaySelection::Together`].
 #[inline(always)]
-pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
+pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const ENTRY_POINTS: bool>(
     level: L,
     tree: &WideTree,
     geometry: &Geometry,
     rays: &[Ray],
-    pick: RaySelection,
+    selection: RaySelection,
     answers: &mut [Q::Answer],
     scratch: &mut Scratch,
 ) -> StreamReport {
     scratch.prepare(tree);
     let (starts, stacks) = (tree.starts(), scratch.stacks.stacks());
     let inside = &mut *scratch.inside;
-    let mut flight = Active {
+    let mut active = Active {
         all: &mut scratch.slots,
         next: &mut [DONE; SLOTS],
     };
     let mut queue = RayQueue {
         rays,
-        pick,
+        selection,
         upcoming: 0,
         tree,
         root: tree.root(),
-        heads: &mut scratch.heads,
+        entry_points: &mut scratch.entry_points,
     };
-    let visits = LeafQueue::opposite(&mut scratch.visits, &*flight.next);
-    // No ray is under way yet, so that all have come to their ends.
-    for slot in &mut *flight.all {
+    let leaf_queue = LeafQueue::opposite(&mut scratch.leaf_queue, &*active.next);
+    // No slot has a ray yet, so all of them count as finished.
+    for slot in &mut *active.all {
         slot.ray = NO_RAY;
     }
-    if HEADS {
-        const { assert!(Q::ANY || !HEADS) };
-        queue.heads.begin(tree);
+    if ENTRY_POINTS {
+        const { assert!(Q::ANY || !ENTRY_POINTS) };
+        queue.entry_points.begin(tree);
     }
-    // Sets of slots, a bit for each: those under way, and of these those that wait at a leaf or for the next ray.
-    let mut active = u64::MAX;
-    let mut halves = if Q::ANY { RAY_COST * queue.len() as u64 } else { 0 };
-    while active != 0 {
-        let [leaf, shape_or_done] = level.flags(flight.next);
-        let mut done = active & shape_or_done & !leaf;
-        // Those that begin at a head.
+    // The set of active slots, one bit each.
+    let mut active_set = u64::MAX;
+    let mut cost = if Q::ANY { RAY_COST * queue.len() as u64 } else { 0 };
+    while active_set != 0 {
+        let [leaf, shape_or_done] = level.flags(active.next);
+        let mut done = active_set & shape_or_done & !leaf;
+        // The slots whose rays start at an entry node.
         let mut fresh = 0;
         while done != 0 {
             let id = pop_lowest(&mut done);
-            let slot = &mut flight.all[id];
+            let slot = &mut active.all[id];
             let instance = if INSTANCES { inside[id].best } else { InstanceId::NONE };
             if let Some(answer) = answers.get_mut(slot.ray as usize) {
                 *answer = Q::end(&slot.best, instance);
             }
-            match queue.refill::<L, Q, INSTANCES, HEADS>(level, slot, &mut inside[id], answers) {
-                Refill::Begins(first) => {
-                    flight.next[id] = first;
-                    fresh |= u64::from(HEADS) << id;
+            match queue.refill::<L, Q, INSTANCES, ENTRY_POINTS>(level, slot, &mut inside[id], answers) {
+                Refill::Started(first) => {
+                    active.next[id] = first;
+                    fresh |= u64::from(ENTRY_POINTS) << id;
                 }
-                Refill::Waits => {
+                Refill::Blocked => {
                     slot.ray = NO_RAY;
                     done |= 1 << id;
                     break;
                 }
-                Refill::StackRange => active ^= 1 << id,
+                Refill::Exhausted => active_set ^= 1 << id,
             }
         }
-        let at_node = active & !leaf & !fresh & !done;
-        let mut at_leaf = active & leaf & !fresh;
+        let at_node = active_set & !leaf & !fresh & !done;
+        let mut at_leaf = active_set & leaf & !fresh;
         if at_leaf.count_ones() < AT_LEAVES && at_node.count_ones() >= AT_NODES {
             at_leaf = 0;
         }
         if Q::ANY {
-            halves += 2 * u64::from((fresh | at_node).count_ones());
+            cost += 2 * u64::from((fresh | at_node).count_ones());
         }
-        // SAFETY: these slots begin at heads or wait at nodes, and the stacks are theirs.
+        // SAFETY: these slots start at entry nodes or wait at nodes, and `stacks` are their stacks.
         unsafe {
-            if HEADS {
-                traversal::step::<L, Q, _, SLOTS>(level, &*queue.heads, &starts, &mut flight, fresh, stacks);
-                queue.heads.passed();
+            if ENTRY_POINTS {
+                traversal::step::<L, Q, _, SLOTS>(level, &*queue.entry_points, &starts, &mut active, fresh, stacks);
+                queue.entry_points.passed();
             }
-            traversal::step::<L, Q, _, SLOTS>(level, tree, &starts, &mut flight, at_node, stacks);
+            traversal::step::<L, Q, _, SLOTS>(level, tree, &starts, &mut active, at_node, stacks);
         }
-        // Those whose rays have come to end nearer.
+        // The slots whose rays were shortened or blocked.
         let mut nearer = 0_u64;
         let mut at_shape = at_leaf & shape_or_done;
         while at_shape != 0 {
             let id = pop_lowest(&mut at_shape);
-            let leaf = flight.next[id];
-            let (slot, inside) = (&mut flight.all[id], &mut inside[id]);
+            let leaf = active.next[id];
+            let (slot, inside) = (&mut active.all[id], &mut inside[id]);
             if INSTANCES && leaf & INSTANCE != 0 {
                 let ray = &rays[slot.ray as usize];
                 // SAFETY: the stack is the slot's own.
@@ -234,78 +239,83 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const HEADS: bool>(
                 nearer |= u64::from(placed) << id;
             }
             // SAFETY: the stack is the slot's own.
-            flight.next[id] = unsafe { advance(level, &starts, &mut slot.course, stacks) };
+            active.next[id] = unsafe { advance(level, &starts, &mut slot.state, stacks) };
         }
         let mut visited = 0;
         let mut at_triangles = at_leaf & !shape_or_done;
         while at_triangles != 0 {
             let id = pop_lowest(&mut at_triangles);
-            let next = &mut flight.next[id];
-            // SAFETY: the slot waits at a leaf of this tree, and the stack is its own; what is settled is what it was.
+            let next = &mut active.next[id];
+            // SAFETY: the slot waits at a leaf of this tree, and the stack is its own; `launder`
+            // returns the same address.
             unsafe {
-                let slot = level.launder(&mut flight.all[id]);
-                visited = visits.add(level, visited, slot.addr(), tree.leaf(*next));
-                *next = advance(level, &starts, &mut (*slot).course, stacks);
+                let slot = level.launder(&mut active.all[id]);
+                visited = leaf_queue.add(level, visited, slot.addr(), tree.leaf(*next));
+                *next = advance(level, &starts, &mut (*slot).state, stacks);
             }
         }
         if Q::ANY {
-            halves += BLOCK_COST * visited as u64;
+            cost += BLOCK_COST * visited as u64;
         }
         // SAFETY: the tree has not changed.
-        nearer |= unsafe { visits.test::<L, Q, INSTANCES>(level, visited, flight.all, inside) };
+        nearer |= unsafe { leaf_queue.test::<L, Q, INSTANCES>(level, visited, active.all, inside) };
         while nearer != 0 {
             let id = pop_lowest(&mut nearer);
-            flight.next[id] = if Q::ANY {
+            active.next[id] = if Q::ANY {
                 DONE
             } else {
-                let course = &mut flight.all[id].course;
-                // What was popped meanwhile may be too far as well.
-                course.stack.top -= 1;
+                let state = &mut active.all[id].state;
+                // The child that was popped meanwhile may be too far as well.
+                state.stack.top -= 1;
                 // SAFETY: the stack is the slot's own.
                 unsafe {
-                    traversal::drop_far(level, course, stacks);
-                    traversal::pop_one(course, stacks)
+                    traversal::drop_far(level, state, stacks);
+                    traversal::pop_one(state, stacks)
                 }
             };
         }
     }
     StreamReport {
-        cost: halves,
-        entry_points_pay: if HEADS { queue.heads.verdict() } else { None },
+        cost,
+        entry_points_pay: if ENTRY_POINTS {
+            queue.entry_points.pays_off()
+        } else {
+            None
+        },
     }
 }
 
-/// Pops what comes next, and asks for it.
+/// Pops the next child and prefetches it.
 ///
 /// # Safety
-/// `course` has its stack among `stacks`.
+/// The stack of `state` is one of `stacks`.
 #[inline(always)]
-unsafe fn advance<L: SimdLevel>(level: L, starts: &Starts, course: &mut TraversalState, stacks: Stacks) -> u32 {
+unsafe fn advance<L: SimdLevel>(level: L, starts: &Starts, state: &mut TraversalState, stacks: Stacks) -> u32 {
     // SAFETY: by this function's own contract.
-    let next = unsafe { traversal::pop_one(course, stacks) };
+    let next = unsafe { traversal::pop_one(state, stacks) };
     level.prefetch::<4>(starts.of(next));
     next
 }
 
 impl Traverser for RayState {
-    const IN_PASSING: bool = true;
-    const SEVERAL: bool = false;
+    const POPS_IN_STEP: bool = true;
+    const IS_PACKET: bool = false;
 
     #[inline(always)]
-    fn cross<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8) {
-        self.course.cross(level, node, None)
+    fn intersect_node<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8) {
+        self.state.intersect_node(level, node, None)
     }
 
     #[inline(always)]
-    fn course(&mut self) -> &mut TraversalState {
-        &mut self.course
+    fn state(&mut self) -> &mut TraversalState {
+        &mut self.state
     }
 }
 
-/// Takes a ray into an instance, or out of one.
+/// Moves a ray into an instance or out of one.
 ///
 /// # Safety
-/// `stacks` hold the slot's and were made for `tree`.
+/// The slot's stack is one of `stacks`, which were made for `tree`.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "all of a step's state, in registers")]
 unsafe fn instance_step<L: SimdLevel>(
@@ -324,17 +334,18 @@ unsafe fn instance_step<L: SimdLevel>(
     if leaf != EXIT {
         let number = number(leaf);
         let placed = &geometry.instances[number as usize];
-        if slot.turn_to(level, &geometry.enter(placed, ray), tree.padding.inside()) {
+        if slot.continue_along(level, &geometry.enter(placed, ray), tree.padding.inside()) {
             inside.current = InstanceId(number);
-            let top = slot.course.stack.top as usize;
+            let top = slot.state.stack.top as usize;
             for (at, child) in [(top, EXIT), (top - 1, tree.group_root(placed.group))] {
-                // SAFETY: a stack has room for these two besides all that may wait.
+                // SAFETY: a stack has room for these two entries besides all children that may
+                // wait.
                 unsafe { stacks.set(at, f32::NEG_INFINITY, child) };
             }
-            slot.course.stack.top -= 2;
+            slot.state.stack.top -= 2;
             return;
         }
     }
     inside.current = InstanceId::NONE;
-    slot.turn_to(level, ray, tree.padding);
+    slot.continue_along(level, ray, tree.padding);
 }

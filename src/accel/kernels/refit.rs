@@ -1,8 +1,9 @@
-//! New boxes for a tree whose triangles have moved.
+//! Refitting of a tree whose triangles have moved.
 //!
-//! A node keeps its children, a leaf its triangles. That is much faster than building, and as good as long as
-//! triangles stay beside those they were beside. Where they do not, boxes grow and overlap: what a ray is expected to
-//! cost, by the surface area heuristic, tells when to build instead.
+//! Nodes keep their children and leaves their triangles. Refitting is much faster than a rebuild,
+//! and the tree is as good if neighbouring triangles stay neighbours. Otherwise boxes grow and
+//! overlap. The expected traversal cost, by the surface area heuristic, shows when a rebuild is
+//! better.
 
 use super::tree::{Section, WideTree};
 use crate::{
@@ -11,17 +12,18 @@ use crate::{
     math::Aabb,
 };
 
-/// A tree that costs so many times what it did when it was built is built anew.
+/// The ratio of the current cost to the cost at the build beyond which a tree is rebuilt.
 const REFIT_COST_LIMIT: f32 = 1.5;
 
 impl WideTree {
-    /// Whether the tree `section`, of primitives alone, now holds the `count` triangles that are to be in it, and well. If
-    /// not, it is of no use any more.
+    /// Refits the tree `section`, which has only primitives, to `count` triangles. Returns whether
+    /// it holds these triangles and is still good. Otherwise, it must be replaced.
     pub fn refit(&mut self, section: usize, geometry: &Geometry, count: usize) -> bool {
         let part = self.sections[section].clone();
         let before = part.cost.unwrap_or_else(|| cost(&self.nodes[part.nodes.clone()]));
         self.sections[section].cost = Some(before);
-        // Triangles that were without area are not in the tree; one that has become so may stay.
+        // Triangles that were degenerate at the build are not in the tree. One that has become
+        // degenerate may stay.
         if self.set_corners(&part, geometry) < count {
             return false;
         }
@@ -45,7 +47,7 @@ impl WideTree {
         cost(&self.nodes[part.nodes]) <= before * REFIT_COST_LIMIT
     }
 
-    /// Writes the corners of a tree's triangles; how many triangles there are.
+    /// Writes the vertices of a tree's triangles, and returns the number of triangles.
     fn set_corners(&mut self, part: &Section, geometry: &Geometry) -> usize {
         let mut ids: Vec<u32> = Vec::new();
         for block in &mut self.blocks[part.blocks.clone()] {
@@ -57,20 +59,20 @@ impl WideTree {
                 }
             }
         }
-        // One that is split lies in several leaves.
+        // A split triangle is in several leaves.
         ids.sort_unstable();
         ids.dedup();
         ids.len()
     }
 }
 
-/// The box around a node's children.
+/// Returns the bounds of a node's children.
 fn around(node: &WideNode) -> Aabb {
     let lanes = (0..8).filter(|&lane| node.child[lane] != EMPTY);
     lanes.map(|lane| node.bounds(lane)).fold(Aabb::EMPTY, Aabb::union)
 }
 
-/// What a ray that meets the root is expected to cost, in nodes and blocks.
+/// Returns the expected cost of a ray that hits the root, in nodes and blocks.
 fn cost(nodes: &[WideNode]) -> f32 {
     let area = |bounds: Aabb| {
         if bounds.is_empty() {

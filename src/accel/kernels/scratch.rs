@@ -1,4 +1,4 @@
-//! The memory of the kernels, kept between batches.
+//! The memory of the kernels, which is kept between batches.
 
 use super::{
     aliased_buffer::AliasedBuffer,
@@ -11,13 +11,13 @@ use super::{
 };
 use super::{packet::rays::PACKETS, stack::StackMemory};
 
-/// What is under way, with its stacks.
+/// The states of the active rays and packets, and their stacks.
 pub struct Scratch {
     pub slots: Box<[RayState; SLOTS]>,
     pub packets: Box<[Packet; PACKETS]>,
     pub inside: Box<[InstanceState; SLOTS]>,
-    pub visits: AliasedBuffer<LeafQueue>,
-    pub heads: Box<EntryPoints>,
+    pub leaf_queue: AliasedBuffer<LeafQueue>,
+    pub entry_points: Box<EntryPoints>,
     pub stacks: StackMemory,
 }
 
@@ -27,17 +27,17 @@ impl Scratch {
             slots: Box::new(std::array::from_fn(|_| RayState::default())),
             packets: Box::new(std::array::from_fn(|_| Packet::default())),
             inside: Box::new([InstanceState::NOTHING; SLOTS]),
-            visits: AliasedBuffer::new(),
-            heads: Box::new(EntryPoints::new()),
+            leaf_queue: AliasedBuffer::new(),
+            entry_points: Box::new(EntryPoints::new()),
             stacks: StackMemory::new(),
         }
     }
 
-    /// Makes room for the stacks of `tree`, and marks their ends.
+    /// Reserves the stacks for `tree` and writes their end markers.
     pub fn prepare(&mut self, tree: &WideTree) {
         if self.stacks.reserve(tree.stack_len()) {
-            let of_slots = self.slots.iter_mut().map(|slot| &mut slot.course.stack);
-            let of_packets = self.packets.iter_mut().map(|packet| &mut packet.course.stack);
+            let of_slots = self.slots.iter_mut().map(|slot| &mut slot.state.stack);
+            let of_packets = self.packets.iter_mut().map(|packet| &mut packet.state.stack);
             for (id, ends) in of_slots.enumerate().chain(of_packets.enumerate()) {
                 *ends = self.stacks.of_slot(id);
             }

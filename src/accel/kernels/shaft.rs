@@ -1,10 +1,10 @@
-//! What encloses a group of rays that go the same way.
+//! The bounds of a group of coherent rays.
 //!
-//! Two boxes, around where they start and around where they end, and all that is between them: narrow at a light that they go
-//! to, and wide where one of them ends far beyond the others.
+//! A shaft is the space between two boxes, around the rays' origins and around their ends. It is
+//! narrow at a light that the rays go to, and wide if one of the rays ends far beyond the others.
 //!
-//! After Haines and Wallace, "Shaft Culling for Efficient Ray-Traced Radiosity", 1991, with time as a fourth axis instead
-//! of planes between the boxes' edges.
+//! After Haines and Wallace, "Shaft Culling for Efficient Ray-Traced Radiosity", 1991, with time as
+//! a fourth axis instead of planes between the boxes' edges.
 
 use super::{
     ray_rows::{fours, numbers, three},
@@ -13,51 +13,55 @@ use super::{
 };
 use crate::{
     accel::wide::node::{TriangleBlock, WideNode},
-    geometry::slab::{END, LEAVE, PAD, TINY},
+    geometry::slab::{END_PADDING, EXIT_PADDING, MIN_PADDING, ORIGIN_PADDING},
     math::Ray,
     simd::lanes::{Eight, Floats, Mask, SimdLevel},
 };
 
-/// Rays without an end are followed for about so many times as far as anything of the scene is from its origin.
+/// The length of rays without an end, relative to the scene's extent.
 const MAX_LENGTH: f32 = 8.0;
 
-/// How far from the scene's origin rays of a shaft may start, and how far they must go along one axis at least to leave the scene,
-/// relative to the same.
-const AWAY: f32 = 2.0;
-const THROUGH: f32 = 4.0;
+/// The largest distance of a shaft's origins from the scene's origin, and the smallest extent along
+/// one axis of rays that leave the scene, relative to the scene's extent.
+const MAX_ORIGIN_DISTANCE: f32 = 2.0;
+const MIN_EXIT_LENGTH: f32 = 4.0;
 
-/// How far along each axis they must go, relative to the same: what is computed from its reciprocal stays finite.
-const MIN_SIZE: f32 = 1e-12;
+/// The smallest extent of the rays along each axis, relative to the scene's extent. It keeps values
+/// that are computed from the reciprocal finite.
+const MIN_EXTENT: f32 = 1e-12;
 
-/// They enter a box no sooner, and leave it no later, than the two rays would that come to a plane `x = b` at `b * inv + near` and
-/// `b * inv_far + far`, where 0 is where all of them start and 1 is where they end.
+/// A shaft enters a box no later, and leaves it no earlier, than any of its rays. It reaches a
+/// plane `x = b` at `b * inv + near` and `b * inv_far + far`, where 0 is the start of all rays and
+/// 1 is their end.
 #[derive(Clone, Default)]
 pub struct Shaft {
-    course: TraversalState,
+    state: TraversalState,
     inv_far: [f32; 4],
-    /// The least and the greatest coordinates of where they start.
+    /// The bounds of the rays' origins.
     o: [[f32; 4]; 2],
 }
 
 impl Shaft {
-    /// Encloses these rays, one at least; whether they go the same way and nothing about them is out of the ordinary.
+    /// Computes the bounds of these rays, of which there is at least one. Returns whether the rays
+    /// are coherent and regular, so that the shaft is valid.
     ///
-    /// At each time between start and end, the rays are between two corners of the box around where they are, each of which moves
-    /// along a line. The foremost one comes to a plane first, the hindmost one last.
+    /// At each time between start and end, the rays are between two corners of their bounding box,
+    /// each of which moves along a line. The foremost corner reaches a plane first, the hindmost
+    /// one last.
     #[inline(always)]
     pub fn enclose<L: SimdLevel>(&mut self, level: L, rays: &[Ray], ids: &[u32], reach: f32) -> bool {
         let long = MAX_LENGTH * reach / rays[ids[0] as usize].d.abs().max_element();
-        let look = |id: u32| {
+        let load = |id: u32| {
             let ray = &rays[id as usize];
             let [o, d] = fours(level, numbers(ray));
             let t = if ray.tmax < long { ray.tmax } else { long };
             (level.load8(numbers(ray)), d.mul_add(level.splat4(t), o))
         };
-        let (mut low, mut e_low) = look(ids[0]);
+        let (mut low, mut e_low) = load(ids[0]);
         let (mut high, mut e_high) = (low, e_low);
         for &id in &ids[1..] {
-            // What is not a number is passed over: such a ray meets nothing.
-            let (x, e) = look(id);
+            // NaN is ignored: such a ray hits nothing.
+            let (x, e) = load(id);
             (low, high) = (x.min(low), x.max(high));
             (e_low, e_high) = (e.min(e_low), e.max(e_high));
         }
@@ -70,58 +74,60 @@ impl Shaft {
         let inv_near = one.div(e_low.sub(o_low).select(negative, e_high.sub(o_high)));
         let inv_far = one.div(e_high.sub(o_high).select(negative, e_low.sub(o_low)));
 
-        // Twice as much as for one ray, and for the roundings of where it ends.
+        // Twice the padding of a single ray, plus one for the rounding of its end.
         let away = o_low.abs().max(o_high.abs());
         let beyond = e_low.abs().max(e_high.abs());
         let pad = away
             .add(beyond)
-            .mul(level.splat4(2.0 * PAD))
-            .add(level.splat4(4.0 * TINY));
+            .mul(level.splat4(2.0 * ORIGIN_PADDING))
+            .add(level.splat4(4.0 * MIN_PADDING));
         let (less, more) = (o_low.sub(pad), o_high.add(pad));
         let back = level.splat4(-1.0);
         let near = less.select(negative, more).mul(inv_near).mul(back);
         let far = more.select(negative, less).mul(inv_far).mul(back);
-        self.course.inv = three(inv_near);
-        self.course.near = three(near);
-        self.course.far = three(far);
+        self.state.inv = three(inv_near);
+        self.state.near = three(near);
+        self.state.far = three(far);
         self.inv_far = inv_far.to_array();
-        self.course.tmin = 0.0;
-        self.course.end = END;
-        self.course.set_octant(negative.bits());
+        self.state.tmin = 0.0;
+        self.state.end = END_PADDING;
+        self.state.set_octant(negative.bits());
         self.o = [o_low.to_array(), o_high.to_array()];
 
         let steepest = inv_near.abs().max(inv_far.abs());
-        let goes = steepest.lt(level.splat4(1.0 / (MIN_SIZE * reach)));
-        let starts_near = away.le(level.splat4(AWAY * reach));
+        let goes = steepest.lt(level.splat4(1.0 / (MIN_EXTENT * reach)));
+        let starts_near = away.le(level.splat4(MAX_ORIGIN_DISTANCE * reach));
         let fits = negative.or(positive).and(goes).and(starts_near).bits();
         let [x, y, z] = three(d_low.abs().min(d_high.abs()));
-        let is_whole = longest < long || x.max(y).max(z) * long >= THROUGH * reach;
+        let is_whole = longest < long || x.max(y).max(z) * long >= MIN_EXIT_LENGTH * reach;
         fits & 0b111 == 0b111 && tmin >= 0.0 && shortest >= 0.0 && is_whole
     }
 
-    /// From where to where it is in each of a node's boxes.
+    /// Returns the boxes of a node that the shaft intersects.
     #[inline(always)]
-    pub fn cross<L: SimdLevel>(&self, level: L, node: &WideNode) -> Eight {
-        let (enter, leave) = self.course.cross(level, node, Some(&self.inv_far));
-        level.met(enter, leave.mul(level.splat8(LEAVE)))
+    pub fn intersect_node<L: SimdLevel>(&self, level: L, node: &WideNode) -> Eight {
+        let (enter, leave) = self.state.intersect_node(level, node, Some(&self.inv_far));
+        level.met(enter, leave.mul(level.splat8(EXIT_PADDING)))
     }
 
-    /// Which triangles of a block rays may meet, a bit for each: no ray meets the others, since it does not come to their boxes, or
-    /// since they are flat across an axis and behind where rays start.
+    /// Returns the set of a block's triangles that rays of the shaft may hit. The other triangles
+    /// are hit by no ray: the shaft misses their bounds, or they are axis-aligned and behind the
+    /// rays' origins.
     ///
-    /// Boxes are a little larger than triangles, so that rays which leave a floor or a ceiling come to its box. Of a triangle that
-    /// is flat across an axis the distance to its plane has the right sign, as it is a product, and what is behind is no hit.
+    /// Bounds are slightly larger than triangles, so the box of a floor contains the origins of
+    /// rays that leave it. For an axis-aligned triangle, the distance to its plane has the correct
+    /// sign, since it is a product. So a triangle behind the origin is not hit.
     #[inline(always)]
-    pub fn in_the_way<L: SimdLevel>(&self, level: L, block: &TriangleBlock) -> u32 {
+    pub fn possible_occluders<L: SimdLevel>(&self, level: L, block: &TriangleBlock) -> u32 {
         let [a, b, c] = block.corners.each_ref();
         let corners = [
             load3(level, a.each_ref()),
             load3(level, b.each_ref()),
             load3(level, c.each_ref()),
         ];
-        let met = self.course.meets(&boxes(&corners), &self.inv_far);
+        let met = self.state.meets(&boxes(&corners), &self.inv_far);
         let [a, b, c] = corners;
-        let negative = self.course.negative();
+        let negative = self.state.negative();
         let mut left = 0;
         for axis in 0..3 {
             let is_behind = if negative[axis] {
@@ -149,7 +155,7 @@ mod tests {
 
     const GROUP: u32 = 64;
 
-    /// Of scenes that reach 1 far.
+    /// For scenes with an extent of 1.
     const UNIT: BoundsPadding = BoundsPadding {
         reach: 1.0,
         origin: 0.0,
@@ -163,7 +169,7 @@ mod tests {
         Vec3::new(unit(i, k), unit(i, k + 1), unit(i, k + 2)) - 0.5
     }
 
-    /// A node of boxes of many sizes around the origin.
+    /// Returns a node with boxes of many sizes around the origin.
     fn node(i: u32) -> WideNode {
         let mut node = WideNode::NOTHING;
         for lane in 0..7 {
@@ -215,13 +221,13 @@ mod tests {
             }
             together += 1;
             let node = node(i);
-            let met = shaft.cross(Portable, &node).bits();
+            let met = shaft.intersect_node(Portable, &node).bits();
             let mut any = 0;
             for ray in &rays {
                 let mut slot = RayState::default();
                 if slot.start(Portable, ray, 0, UNIT) {
-                    let (enter, leave) = slot.course.cross(Portable, &node, None);
-                    any |= Portable.met(enter, leave.mul(Portable.splat8(LEAVE))).bits();
+                    let (enter, leave) = slot.state.intersect_node(Portable, &node, None);
+                    any |= Portable.met(enter, leave.mul(Portable.splat8(EXIT_PADDING))).bits();
                 }
             }
             assert_eq!(any & !met, 0, "group {i}");
@@ -231,7 +237,7 @@ mod tests {
             }
         }
         assert!(together > 1000, "{together}");
-        // Narrow groups that end next to one another meet hardly anything that none of their rays does.
+        // A narrow group with nearby ends hits hardly any box that none of its rays hits.
         assert!(
             met_alone > 50 && met_together < met_alone * 11 / 10,
             "{met_together} {met_alone}"
@@ -253,7 +259,7 @@ mod tests {
                 }
                 block.set(lane as usize, corners, lane);
             }
-            // From the plane itself and up to three numbers beside it.
+            // In the plane itself and up to three floats beside it.
             let up = if i % 2 == 0 { 1.0 } else { -1.0 };
             let rays: Vec<Ray> = (0..GROUP)
                 .map(|k| {
@@ -269,7 +275,7 @@ mod tests {
             if !shaft.enclose(Portable, &rays, &ids, 1.0) {
                 continue;
             }
-            let way = shaft.in_the_way(Portable, &block);
+            let way = shaft.possible_occluders(Portable, &block);
             for lane in 0..4 {
                 let [a, b, c] = [0, 1, 2].map(|k| Vec3::from([0, 1, 2].map(|axis| block.corners[k][axis][lane])));
                 let hits = |ray: &&Ray| triangle::intersect(ray, a, b, c).is_some();
@@ -316,7 +322,7 @@ mod tests {
                 .collect();
             let mut shaft = Shaft::default();
             assert!(shaft.enclose(Portable, &rays, &ids, 4.0));
-            assert_eq!(shaft.in_the_way(Portable, &block), expected, "from {height}");
+            assert_eq!(shaft.possible_occluders(Portable, &block), expected, "from {height}");
         }
     }
 }

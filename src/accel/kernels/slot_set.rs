@@ -1,9 +1,9 @@
-//! Which rays in flight wait for what: sets of slots, a bit for each.
+//! Sets of slots, one bit each.
 
-/// Rays in flight, as many as a set has bits.
+/// The number of slots, one for each active ray of a stream: as many as a set has bits.
 pub const SLOTS: usize = 64;
 
-/// Takes the lowest member from a set that is not empty.
+/// Removes the lowest slot from a set that is not empty.
 #[inline(always)]
 pub fn pop_lowest(set: &mut u64) -> usize {
     let id = set.trailing_zeros() as usize % SLOTS;

@@ -1,52 +1,54 @@
-//! The stacks of what goes through a tree, all in one piece of memory.
+//! The traversal stacks, all in one allocation.
 
 use std::marker::PhantomData;
 
 use super::slot_set::SLOTS;
 use crate::{accel::wide::node::DONE, simd::lanes::Top};
 
-/// Entries of a stack in a cache line.
+/// The number of stack entries in a cache line.
 const LINE: usize = 16;
 
-/// Of a stack's entries the first and what is behind it end a cache line, so that stores of eight seldom lie in two: that
-/// takes twice as long, and all rays together need more of the first cache. What is behind says that the ray is done.
+/// The number of entries after a stack's base. They end a cache line, so that stores of eight
+/// entries seldom straddle two lines. A straddling store takes twice as long and occupies more of
+/// the L1 cache. The entry after the base is the end marker.
 const BASE: usize = 1;
 
-/// Popping may look at seven more, in which it finds nothing before.
+/// The number of further entries that popping may read; they are always nearer than anything.
 const MORE: usize = 7;
 
-/// A cache line of either.
+/// A cache line of distances or of children.
 #[repr(C, align(64))]
 #[derive(Clone, Copy)]
 struct StackLine<T>([T; LINE]);
 
-/// Where stacks begin and end in [`Stacks`]. They grow towards smaller places.
+/// The range of a stack in [`Stacks`]. Stacks grow towards lower places.
 #[repr(C)]
 #[derive(Clone, Default)]
 pub struct StackRange {
-    /// Where the next child goes.
+    /// The place of the next child.
     pub top: u32,
-    /// Where the first one goes, or went.
+    /// The place of the first child.
     base: u32,
 }
 
 impl StackRange {
-    /// Takes everything off.
+    /// Removes all children.
     #[inline(always)]
     pub fn clear(&mut self) {
         self.top = self.base;
     }
 
-    /// Where the next child goes, and the first one.
+    /// Returns the places of the next child and of the first one.
     #[inline(always)]
     pub fn places(&self) -> (usize, usize) {
         (self.top as usize, self.base as usize)
     }
 }
 
-/// The memory of the stacks, a stack for each slot.
+/// The memory of the stacks, one for each slot.
 pub struct StackMemory {
-    /// Where children on the stacks are entered, then the children: `stride` lines of each for every slot.
+    /// The entry distances of the children on the stacks, then the children: `stride` lines of each
+    /// per slot.
     enter: Vec<StackLine<f32>>,
     child: Vec<StackLine<u32>>,
     /// In cache lines.
@@ -62,10 +64,11 @@ impl StackMemory {
         }
     }
 
-    /// Makes room for stacks of `len` entries and marks their ends. Whether they lie elsewhere now: then what has a
-    /// stack needs its [`StackMemory::of_slot`] anew.
+    /// Reserves stacks of `len` entries and writes their end markers. Returns whether the layout
+    /// has changed; then every slot needs a new [`StackMemory::of_slot`].
     pub fn reserve(&mut self, len: usize) -> bool {
-        // An odd number of cache lines, so that the ends of all stacks do not share a few sets of the cache.
+        // An odd number of cache lines, so that the ends of the stacks are not in the same few sets
+        // of the cache.
         let stride = (BASE + len).div_ceil(LINE) | 1;
         let grows = self.stride < stride;
         if grows {
@@ -77,7 +80,7 @@ impl StackMemory {
         grows
     }
 
-    /// The empty stack of a slot.
+    /// Returns the empty stack of a slot.
     pub fn of_slot(&self, id: usize) -> StackRange {
         let base = ((id + 1) * self.stride * LINE - BASE - 1) as u32;
         StackRange { top: base, base }
@@ -92,7 +95,7 @@ impl StackMemory {
     }
 }
 
-/// The stacks of all slots, behind one another; [`StackRange`] say where. Entries are read and written without a check.
+/// The stacks of all slots; each [`StackRange`] is a part of them. Accesses are not bounds-checked.
 #[derive(Clone, Copy)]
 pub struct Stacks<'m> {
     enter: *mut f32,
@@ -101,40 +104,40 @@ pub struct Stacks<'m> {
 }
 
 impl<'m> Stacks<'m> {
-    /// The child in a place.
+    /// Returns the child at a place.
     ///
     /// # Safety
-    /// The place is one of these stacks'.
+    /// The place belongs to one of these stacks.
     #[inline(always)]
     pub unsafe fn child(self, at: usize) -> u32 {
         // SAFETY: by this function's own contract.
         unsafe { *self.child.add(at) }
     }
 
-    /// Where the children in a place and in the seven after it are entered.
+    /// Returns the entry distances at a place and the seven after it.
     ///
     /// # Safety
-    /// So are these places.
+    /// The places belong to these stacks.
     #[inline(always)]
     pub unsafe fn enter8(self, at: usize) -> [f32; 8] {
         // SAFETY: by this function's own contract.
         unsafe { *self.enter.add(at).cast() }
     }
 
-    /// The children in a place and in the seven after it.
+    /// Returns the children at a place and the seven after it.
     ///
     /// # Safety
-    /// So are these places.
+    /// The places belong to these stacks.
     #[inline(always)]
     pub unsafe fn child8(self, at: usize) -> [u32; 8] {
         // SAFETY: by this function's own contract.
         unsafe { *self.child.add(at).cast() }
     }
 
-    /// Writes a place.
+    /// Writes an entry.
     ///
     /// # Safety
-    /// The place is one of these stacks'.
+    /// The place belongs to one of these stacks.
     #[inline(always)]
     pub unsafe fn set(self, at: usize, enter: f32, child: u32) {
         // SAFETY: by this function's own contract.
@@ -144,10 +147,10 @@ impl<'m> Stacks<'m> {
         }
     }
 
-    /// Room for a store of eight that ends in a place.
+    /// Returns the memory for a store of eight entries that ends at a place.
     ///
     /// # Safety
-    /// The place and the seven before it are one stack's, and nothing else is borrowed of it.
+    /// The place and the seven before it belong to one stack, which has no other borrow.
     #[inline(always)]
     pub unsafe fn top(self, last: usize) -> Top<'m> {
         // SAFETY: by this function's own contract.

@@ -1,5 +1,6 @@
-//! The passes of what is in flight, rays or packets, over the nodes of the tree: all that wait at one are tested against its
-//! boxes, and take what comes next from their stacks, rays in the same pass and packets in one of its own.
+//! The passes of active rays or packets over the inner nodes of the tree. All that wait at a node
+//! are tested against its boxes and pop their next child from their stacks: rays in the same pass,
+//! packets in a pass of its own.
 
 use std::ptr;
 
@@ -12,36 +13,37 @@ use super::{
 };
 use crate::{
     accel::wide::node::{DONE, FOR_PACKETS, WideNode},
-    geometry::slab::LEAVE,
+    geometry::slab::EXIT_PADDING,
     simd::lanes::{Eight, Floats, SimdLevel},
 };
 
-/// What is under way, and what comes next for each. That lies on the stack of the kernel, so that no register is needed to find
-/// it.
+/// The active rays or packets and the next child of each. The children are in the kernel's stack
+/// frame, so that no register is needed for their address.
 pub struct Active<'s, T, const N: usize> {
     pub all: &'s mut [T; N],
     pub next: &'s mut [u32; N],
 }
 
-/// What goes through the tree.
+/// A ray or a packet that traverses the tree.
 pub trait Traverser {
-    /// Whether what it has on its stack is never too far, since [`drop_far`] takes such children off when its end has come nearer:
-    /// then the next one is popped in passing. Otherwise [`pop`] passes over them. Dropping pays where many are popped for each
-    /// time that the end comes nearer.
-    const IN_PASSING: bool;
+    /// Whether the entries of its stack are never too far, because [`drop_far`] removes such
+    /// children when its end is shortened. Then the next child is popped in the same pass.
+    /// Otherwise, [`pop`] skips them. Dropping pays off if many children are popped for each time
+    /// that the end is shortened.
+    const POPS_IN_STEP: bool;
 
-    /// Whether it is several rays. Where any hit will do, they try children in an order of their own.
-    const SEVERAL: bool;
+    /// Whether it is a packet. Occlusion packets visit children in an order of their own.
+    const IS_PACKET: bool;
 
-    /// From where to where it is in each of a node's boxes.
-    fn cross<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8);
-    fn course(&mut self) -> &mut TraversalState;
+    /// Returns the entry and exit distances of a node's boxes.
+    fn intersect_node<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8);
+    fn state(&mut self) -> &mut TraversalState;
 }
 
-/// Where nodes lie.
+/// A source of nodes.
 pub trait NodeSource {
     /// # Safety
-    /// There is a node of that number.
+    /// A node of this number exists.
     unsafe fn node(&self, number: u32) -> &WideNode;
 }
 
@@ -53,7 +55,7 @@ impl NodeSource for WideTree {
     }
 }
 
-/// Which of a node's boxes are met.
+/// The boxes of a node that are hit.
 struct ChildHits<'t, L: SimdLevel> {
     stack: *mut StackRange,
     children: &'t [u32; 8],
@@ -62,37 +64,38 @@ struct ChildHits<'t, L: SimdLevel> {
     enter: L::F8,
 }
 
-/// Tests all that `waiting` says of, each at that of the `nodes` that `next` says, and puts the children that are met on
-/// their stacks. What is popped in passing has its next child then.
+/// Tests all in `waiting` against the node in `nodes` that `next` gives, and pushes the children
+/// that are hit on their stacks. Rays also pop their next child.
 ///
 /// # Safety
-/// All in `waiting` are at one of the `nodes`, and `stacks` are theirs and were made for the tree.
+/// All in `waiting` are at one of the `nodes`, and `stacks` are their stacks, made for the tree.
 #[inline(always)]
 pub unsafe fn step<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,
     nodes: &impl NodeSource,
     starts: &Starts,
-    flight: &mut Active<'_, T, N>,
+    active: &mut Active<'_, T, N>,
     mut waiting: u64,
     stacks: Stacks,
 ) {
     if waiting == 0 {
         return;
     }
-    // A child is popped a turn after it was pushed. The first turn has none before it and pops anything, which the next turn
-    // makes good. Two turns in a row, so that nothing is moved from the one to the other.
+    // A child is popped one iteration after the pushes. The first iteration pops an arbitrary
+    // child, which the next one corrects. The loop is unrolled twice, so that no register moves are
+    // needed between iterations.
     let mut last = (waiting.trailing_zeros() as usize, 0);
     loop {
         // SAFETY: by this function's own contract.
         unsafe {
-            let first = visit::<L, Q, T, N>(level, nodes, flight, &mut waiting, stacks);
-            pop_late::<L, T, N>(level, starts, flight, last, stacks);
+            let first = visit::<L, Q, T, N>(level, nodes, active, &mut waiting, stacks);
+            pop_late::<L, T, N>(level, starts, active, last, stacks);
             last = first;
             if waiting == 0 {
                 break;
             }
-            let second = visit::<L, Q, T, N>(level, nodes, flight, &mut waiting, stacks);
-            pop_late::<L, T, N>(level, starts, flight, first, stacks);
+            let second = visit::<L, Q, T, N>(level, nodes, active, &mut waiting, stacks);
+            pop_late::<L, T, N>(level, starts, active, first, stacks);
             last = second;
             if waiting == 0 {
                 break;
@@ -100,82 +103,82 @@ pub unsafe fn step<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
         }
     }
     // SAFETY: by this function's own contract.
-    unsafe { pop_late::<L, T, N>(level, starts, flight, last, stacks) };
+    unsafe { pop_late::<L, T, N>(level, starts, active, last, stacks) };
 }
 
-/// Tests the first of those that are `waiting`; which it is and where the topmost child of its stack lies.
+/// Tests the first in `waiting`. Returns its index and the place of the topmost child of its stack.
 ///
 /// # Safety
-/// That of [`step`]; there is one.
+/// That of [`step`]; `waiting` is not empty.
 #[inline(always)]
 unsafe fn visit<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,
     nodes: &impl NodeSource,
-    flight: &mut Active<'_, T, N>,
+    active: &mut Active<'_, T, N>,
     waiting: &mut u64,
     stacks: Stacks,
 ) -> (usize, usize) {
     let id = pop_lowest(waiting);
     // SAFETY: by this function's own contract.
     unsafe {
-        let met = meet::<L, Q, T, N>(level, nodes, flight.all.as_mut_ptr(), flight.next, id);
-        (id, keep::<L, Q, T>(level, &met, stacks))
+        let met = test_node::<L, Q, T, N>(level, nodes, active.all.as_mut_ptr(), active.next, id);
+        (id, push_children::<L, Q, T>(level, &met, stacks))
     }
 }
 
-/// Takes the child in a `place` of the stacks as that which comes next, if that happens in passing.
+/// Pops the child at a `place` of the stacks, if rays pop in the same pass.
 ///
 /// # Safety
-/// What lies there was pushed, or is the base; or it is the first place of all.
+/// The place holds a child that was pushed, or is the base of a stack or the first place of all.
 #[inline(always)]
 unsafe fn pop_late<L: SimdLevel, T: Traverser, const N: usize>(
     level: L,
     starts: &Starts,
-    flight: &mut Active<'_, T, N>,
+    active: &mut Active<'_, T, N>,
     (id, place): (usize, usize),
     stacks: Stacks,
 ) {
-    if T::IN_PASSING {
+    if T::POPS_IN_STEP {
         // SAFETY: by this function's own contract.
         let child = unsafe { stacks.child(place) };
-        flight.next[id % N] = child;
+        active.next[id % N] = child;
         level.prefetch::<4>(starts.of(child));
     }
 }
 
 /// # Safety
-/// There are `N` of `all`, and `id` is at one of the `nodes`.
+/// `all` has `N` elements, and `id` is at one of the `nodes`.
 #[inline(always)]
-unsafe fn meet<'t, L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
+unsafe fn test_node<'t, L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,
     nodes: &'t impl NodeSource,
     all: *mut T,
     next: &[u32; N],
     id: usize,
 ) -> ChildHits<'t, L> {
-    // SAFETY: by this function's own contract; what is settled is what it was.
-    let (node, traveller) = unsafe {
+    // SAFETY: by this function's own contract; `launder` returns the same address.
+    let (node, traverser) = unsafe {
         let node = ptr::from_ref(nodes.node(next[id % N])).cast_mut();
         (&*level.launder(node), &mut *level.launder(all.add(id % N)))
     };
-    let (enter, leave) = traveller.cross(level, node);
-    let leave = leave.mul(level.splat8(LEAVE));
-    let course = traveller.course();
+    let (enter, leave) = traverser.intersect_node(level, node);
+    let leave = leave.mul(level.splat8(EXIT_PADDING));
+    let state = traverser.state();
     let order = level.order(
         &node.order,
         if Q::ANY {
             &[FOR_PACKETS, 0, 0, 0]
         } else {
-            course.octant()
+            state.octant()
         },
     );
-    let met = if Q::ANY && !T::SEVERAL {
+    let met = if Q::ANY && !T::IS_PACKET {
         level.met(enter, leave)
     } else {
         level.met_in(order, enter, leave)
     };
     ChildHits {
-        stack: &mut course.stack,
+        stack: &mut state.stack,
         children: &node.child,
         order,
         met,
@@ -183,54 +186,62 @@ unsafe fn meet<'t, L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     }
 }
 
-/// Puts the children that are met on the stack. Where the topmost one lies if it is popped in passing.
+/// Pushes the children that are hit. Returns the place of the topmost one, if rays pop in the same
+/// pass.
 ///
 /// # Safety
-/// The stack exists and is among `stacks`, which were made for the node's tree.
+/// The stack exists and is one of `stacks`, which were made for the node's tree.
 #[inline(always)]
-unsafe fn keep<L: SimdLevel, Q: Query, T: Traverser>(level: L, met: &ChildHits<'_, L>, stacks: Stacks) -> usize {
-    // SAFETY: by this function's own contract; a stack has room for all that may wait and for a store of eight before it.
+unsafe fn push_children<L: SimdLevel, Q: Query, T: Traverser>(
+    level: L,
+    met: &ChildHits<'_, L>,
+    stacks: Stacks,
+) -> usize {
+    // SAFETY: by this function's own contract; a stack has room for all children that may wait and
+    // for a store of eight before them.
     let (stack, top, to) = unsafe {
         let top = (*met.stack).top;
         (&mut *met.stack, top, stacks.top(top as usize))
     };
-    let count = if Q::ANY && !T::SEVERAL {
+    let count = if Q::ANY && !T::IS_PACKET {
         level.push_any(met.met, met.children, to.child)
     } else {
         level.push(met.met, met.order, met.enter, met.children, to)
     };
-    stack.top = top - count + u32::from(T::IN_PASSING);
+    stack.top = top - count + u32::from(T::POPS_IN_STEP);
     stack.top as usize
 }
 
-/// Takes for all that `waiting` says of the topmost child that is not too far from its stack: that comes next. For what is
-/// not popped in passing.
+/// Pops, for all in `waiting`, the topmost child that is not too far. For packets, which do not pop
+/// in the same pass.
 ///
-/// Memory is asked for two turns late: four requests that wait for a child's number keep others out of the queue.
+/// Prefetches are two iterations late: if four prefetches wait for the index of a child, they block
+/// the load queue.
 ///
 /// # Safety
-/// `stacks` are theirs.
+/// `stacks` are their stacks.
 #[inline(always)]
 pub unsafe fn pop<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,
     starts: &Starts,
-    flight: &mut Active<'_, T, N>,
+    active: &mut Active<'_, T, N>,
     mut waiting: u64,
     stacks: Stacks,
 ) {
-    const { assert!(!T::IN_PASSING) };
+    const { assert!(!T::POPS_IN_STEP) };
     let mut late = [DONE; 2];
     while waiting != 0 {
         let id = pop_lowest(&mut waiting) % N;
-        // SAFETY: what is settled is what it was.
-        let course = unsafe { (*level.launder(&mut flight.all[id])).course() };
-        let mut top = course.stack.top as usize;
+        // SAFETY: `launder` returns the same address.
+        let state = unsafe { (*level.launder(&mut active.all[id])).state() };
+        let mut top = state.stack.top as usize;
         if Q::ANY {
             top += 1;
         } else {
-            let end = level.splat8(course.end);
+            let end = level.splat8(state.end);
             let near = |top: usize| {
-                // SAFETY: there are eight entries behind the last, which are never farther than anything.
+                // SAFETY: there are eight entries after the last one, which always pass the
+                // distance test.
                 let enter = level.load8(&unsafe { stacks.enter8(top + 1) });
                 level.met(enter, end).bits()
             };
@@ -241,10 +252,10 @@ pub unsafe fn pop<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
             }
             top += 1 + found.trailing_zeros() as usize;
         }
-        course.stack.top = top as u32;
-        // SAFETY: what is popped was pushed, or is the base.
+        state.stack.top = top as u32;
+        // SAFETY: the popped child was pushed, or is the base.
         let child = unsafe { stacks.child(top) };
-        flight.next[id] = child;
+        active.next[id] = child;
         level.prefetch::<4>(starts.of(late[0]));
         late = [late[1], child];
     }
@@ -253,42 +264,42 @@ pub unsafe fn pop<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     }
 }
 
-/// Takes the topmost child from a stack.
+/// Pops the topmost child.
 ///
 /// # Safety
-/// `course` has its stack among `stacks`.
+/// The stack of `state` is one of `stacks`.
 #[inline(always)]
-pub unsafe fn pop_one(course: &mut TraversalState, stacks: Stacks) -> u32 {
-    course.stack.top += 1;
-    // SAFETY: what is popped was pushed, or is the base.
-    unsafe { stacks.child(course.stack.top as usize) }
+pub unsafe fn pop_one(state: &mut TraversalState, stacks: Stacks) -> u32 {
+    state.stack.top += 1;
+    // SAFETY: the popped child was pushed, or is the base.
+    unsafe { stacks.child(state.stack.top as usize) }
 }
 
-/// Takes what lies too far off the stack, after what goes through the tree has come to end nearer.
+/// Removes the children from the stack that are farther than the end, after that was shortened.
 ///
 /// # Safety
-/// `course` has its stack among `stacks`.
+/// The stack of `state` is one of `stacks`.
 #[inline(always)]
-pub unsafe fn drop_far<L: SimdLevel>(level: L, course: &mut TraversalState, stacks: Stacks) {
-    let end = level.splat8(course.end);
-    let (top, base) = course.stack.places();
+pub unsafe fn drop_far<L: SimdLevel>(level: L, state: &mut TraversalState, stacks: Stacks) {
+    let end = level.splat8(state.end);
+    let (top, base) = state.stack.places();
     let (mut from, mut to) = (base, base);
     while from > top {
-        // SAFETY: by this function's own contract; before a stack there is room for eight. What is kept moves towards the base,
-        // over what was read.
+        // SAFETY: by this function's own contract; before a stack there is room for eight entries.
+        // Entries move towards the base, over entries that were read before.
         to -= unsafe {
             let (enter, child) = (stacks.enter8(from - 7), stacks.child8(from - 7));
-            // Below the top nothing is meant.
-            let meant = 0xff00 >> (from - top).min(8) & 0xff;
+            // Entries above the top are invalid.
+            let valid = 0xff00 >> (from - top).min(8) & 0xff;
             let kept = level.met(level.load8(&enter), end);
-            let kept = Eight::new(kept.bits() & meant);
+            let kept = Eight::new(kept.bits() & valid);
             let end = stacks.top(to);
             level.push_any(kept, bytemuck::cast_ref(&enter), bytemuck::cast_mut(end.enter));
             level.push_any(kept, &child, end.child) as usize
         };
         from -= 8;
     }
-    course.stack.top = to as u32;
+    state.stack.top = to as u32;
 }
 
 #[cfg(test)]
@@ -301,29 +312,30 @@ mod tests {
         let mut scratch = Scratch::new();
         scratch.prepare(&WideTree::default());
         let stacks = scratch.stacks.stacks();
-        // The stacks of an empty tree are short; with those before it there is room for all.
-        let course = &mut scratch.slots[4].course;
-        let (_, base) = course.stack.places();
+        // The stacks of an empty tree are short; together with those before it, this one has room
+        // for all children.
+        let state = &mut scratch.slots[4].state;
+        let (_, base) = state.stack.places();
         for count in 0..=30_u32 {
             for far in [0, 1, 0b1010_0110_1111_0000_0110_0101_1101, u32::MAX] {
                 let is_far = |child: &u32| far >> child & 1 == 1;
-                course.end = 1.0;
-                course.stack.clear();
+                state.end = 1.0;
+                state.stack.clear();
                 for child in 0..count {
-                    let at = course.stack.top as usize;
-                    // SAFETY: a stack has room for more.
+                    let at = state.stack.top as usize;
+                    // SAFETY: the stack has room for more.
                     unsafe { stacks.set(at, if is_far(&child) { 1.5 } else { 1.0 }, child) };
-                    course.stack.top -= 1;
+                    state.stack.top -= 1;
                 }
                 // SAFETY: the stack is the slot's own.
                 let left: Vec<u32> = unsafe {
-                    drop_far(Portable, course, stacks);
-                    let (top, base) = course.stack.places();
+                    drop_far(Portable, state, stacks);
+                    let (top, base) = state.stack.places();
                     (top + 1..=base).rev().map(|at| stacks.child(at)).collect()
                 };
                 let near: Vec<u32> = (0..count).filter(|child| !is_far(child)).collect();
                 assert_eq!(left, near);
-                // SAFETY: behind a stack is its end.
+                // SAFETY: the entry after a stack's base is its end marker.
                 assert_eq!(unsafe { stacks.child(base + 1) }, DONE);
             }
         }

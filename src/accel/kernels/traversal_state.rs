@@ -1,43 +1,45 @@
-//! Where what goes through the tree is bound for, and what waits for it there.
+//! The state of a ray or a packet that the traversal of inner nodes needs.
 
 use std::{mem::offset_of, ptr};
 
 use super::stack::StackRange;
 use crate::{
     accel::wide::node::WideNode,
-    geometry::slab::LEAVE,
+    geometry::slab::EXIT_PADDING,
     simd::lanes::{Floats, SimdLevel},
 };
 
-/// Bytes between the minima and the maxima of an axis in a node.
+/// The distance in bytes between the minima and the maxima of an axis in a node.
 pub const SIDE: usize = 32;
 
-/// What the passes over nodes need of a ray or a packet: a cache line.
+/// The part of a ray or a packet that the passes over nodes read: one cache line.
 ///
-/// A processor loads half as many vectors in a cycle as it computes, so numbers come four at a time, and go into all lanes
-/// from there.
+/// A processor loads half as many vectors per cycle as it computes. So four numbers are loaded at a
+/// time and broadcast from there.
 #[repr(C)]
 #[derive(Clone, Default)]
 pub struct TraversalState {
-    /// A plane at `b` through which boxes are entered is met at `b * inv + near`.
+    /// The distance to a plane at `b` through which boxes are entered is `b * inv + near`.
     pub inv: [f32; 3],
-    /// Where it begins.
+    /// The start.
     pub tmin: f32,
     pub near: [f32; 3],
-    /// What is farther is passed over.
+    /// The end: boxes beyond it are culled.
     pub end: f32,
-    /// The same as `near` for planes through which boxes are left.
+    /// The same as `near`, for planes through which boxes are left.
     pub far: [f32; 3],
-    /// Where in a node the planes lie through which boxes are entered, in bytes; [`SIDE`] tells the opposite ones.
+    /// The byte offsets in a node of the planes through which boxes are entered. Their exclusive or
+    /// with [`SIDE`] gives the opposite planes.
     first: [u8; 4],
-    /// Three times the octant of the direction; then nothing.
+    /// Three times the octant of the direction; the second element is zero.
     octant: [u32; 2],
     pub stack: StackRange,
 }
 
 const _: () = assert!(size_of::<TraversalState>() == 64 && offset_of!(TraversalState, octant) == 48);
 
-/// [`TraversalState::first`] and three times the octant for each set of axes on which the direction is negative.
+/// [`TraversalState::first`] and three times the octant, for each set of axes on which the
+/// direction is negative.
 static SIDES: [[u8; 4]; 8] = {
     let mut sides = [[0; 4]; 8];
     let mut set: usize = 0;
@@ -54,54 +56,62 @@ static SIDES: [[u8; 4]; 8] = {
 };
 
 impl TraversalState {
-    /// [`TraversalState::inv`], [`TraversalState::near`] and [`TraversalState::far`], each with what follows it.
+    /// Returns [`TraversalState::inv`], [`TraversalState::near`] and [`TraversalState::far`], each
+    /// with the field after it.
     #[inline(always)]
     pub fn rows(&self) -> &[[f32; 4]; 3] {
-        // SAFETY: so the fields lie, and any bits are a number.
+        // SAFETY: this is the layout of the fields, and every bit pattern is a valid number.
         unsafe { &*ptr::from_ref(self).cast() }
     }
 
     #[inline(always)]
     pub fn rows_mut(&mut self) -> &mut [[f32; 4]; 3] {
-        // SAFETY: as above, and any number is four bytes.
+        // SAFETY: as above; every number is a valid bit pattern of four bytes.
         unsafe { &mut *ptr::from_mut(self).cast() }
     }
 
-    /// Sets the axes on which the direction is negative, a bit for each.
+    /// Sets the axes on which the direction is negative, one bit each.
     #[inline(always)]
     pub fn set_octant(&mut self, negative: u32) {
         self.first = SIDES[negative as usize & 7];
         self.octant[0] = u32::from(self.first[3]);
     }
 
-    /// Three times the octant of the direction, as a number of 64 bits; then anything.
+    /// Returns three times the octant of the direction as a 64-bit number, and then two arbitrary
+    /// elements.
     #[inline(always)]
     pub fn octant(&self) -> &[u32; 4] {
         const { assert!(size_of::<Self>() - offset_of!(Self, octant) >= size_of::<[u32; 4]>()) };
-        // SAFETY: as many numbers lie there, up to the end of the whole.
+        // SAFETY: the four elements are inside the struct.
         unsafe { &*ptr::from_ref(self).byte_add(offset_of!(Self, octant)).cast() }
     }
 
-    /// On which axes boxes are entered through their larger side.
+    /// Returns the axes on which boxes are entered through their upper side.
     #[inline(always)]
     pub fn negative(&self) -> [bool; 3] {
         [0, 1, 2].map(|axis| usize::from(self.first[axis]) & SIDE != 0)
     }
 
-    /// From where to where it is in each of a node's boxes; with reciprocals of their own for the planes through which boxes are
-    /// left, where it has such. A distance that is not a number does not count.
+    /// Returns the entry and exit distances of a node's boxes. `inv_far` are the reciprocals for
+    /// exit planes, if they differ from those for entry planes. Distances that are NaN are ignored.
     #[inline(always)]
-    pub fn cross<L: SimdLevel>(&self, level: L, node: &WideNode, inv_far: Option<&[f32; 4]>) -> (L::F8, L::F8) {
+    pub fn intersect_node<L: SimdLevel>(
+        &self,
+        level: L,
+        node: &WideNode,
+        inv_far: Option<&[f32; 4]>,
+    ) -> (L::F8, L::F8) {
         let [inv, near, far] = self.rows();
         let [inv, near, far] = [level.four8(inv), level.four8(near), level.four8(far)];
         let inv_far = inv_far.map_or(inv, |inv| level.four8(inv));
-        // SAFETY: an ordinary read, of which the compiler shall not make one of a vector, and then parts of that.
+        // SAFETY: a normal read. It is volatile so that the compiler does not load a vector and
+        // extract its elements.
         let first = |axis: usize| usize::from(unsafe { ptr::read_volatile(&self.first[axis]) });
         let first = [first(0), first(1), first(2)];
         let meet = |axis: usize, side: usize, inv: &[L::F8; 4], shift: &[L::F8; 4]| {
             let at = first[axis] ^ side;
             debug_assert!(at.is_multiple_of(SIDE) && at < size_of_val(&node.planes));
-            // SAFETY: there are six planes, and the number is twice an axis plus a side.
+            // SAFETY: there are six planes, and the index is twice an axis plus a side.
             let planes = unsafe { &*node.planes.as_ptr().byte_add(at) };
             level.load8(planes).mul_add(inv[axis], shift[axis])
         };
@@ -113,7 +123,8 @@ impl TraversalState {
         )
     }
 
-    /// Which boxes it comes to, given as the least and the greatest on each axis; for what has reciprocals of its own for leaving.
+    /// Returns which of these boxes, given by their minima and maxima, are hit. `inv_far` are the
+    /// reciprocals for exit planes.
     #[inline(always)]
     pub fn meets<F: Floats>(&self, [low, high]: &[[F; 3]; 2], inv_far: &[f32; 4]) -> F::Mask {
         let negative = self.negative();
@@ -128,6 +139,6 @@ impl TraversalState {
             enter = near.mul_add(inv, near.fill(self.near[axis])).max(enter);
             leave = far.mul_add(inv_far, near.fill(self.far[axis])).min(leave);
         }
-        enter.le(leave.mul(leave.fill(LEAVE)))
+        enter.le(leave.mul(leave.fill(EXIT_PADDING)))
     }
 }

@@ -1,4 +1,4 @@
-//! Wide trees that were checked: what the kernels index without asking.
+//! Validated wide trees, which the kernels index without bounds checks.
 
 use std::{ops::Range, slice};
 
@@ -7,13 +7,14 @@ use crate::{
     geometry::padding::BoundsPadding,
 };
 
-/// Nodes and blocks whose every child exists.
+/// The nodes and blocks of one or more trees.
 ///
-/// They are of one or more trees, behind one another: those of groups by number, that of the still triangles, and the
-/// top, which is the last because it is the one that changes. Each is checked when it is added and not changed
-/// afterwards but for its boxes: an inner child comes after its node (so there are no cycles, and [`WideTree::stack_len`]
-/// holds) or is the root of the still triangles, a leaf's blocks exist, a shape's number is below the number of primitives
-/// and an instance's below that of instances.
+/// The trees are concatenated: those of the groups in order, that of the static triangles, and the
+/// top-level tree. The latter is the last one because it is the one that changes. Each tree is
+/// validated when it is added; afterwards, only its boxes change. An inner child comes after its
+/// node, so there are no cycles and [`WideTree::stack_len`] is a bound, or it is the root of the
+/// static triangles. A leaf's blocks exist, the id of a shape is below the number of primitives,
+/// and that of an instance is below the number of instances.
 #[derive(Clone, Default)]
 pub struct WideTree {
     pub(super) nodes: Vec<WideNode>,
@@ -24,41 +25,42 @@ pub struct WideTree {
     pub padding: BoundsPadding,
 }
 
-/// One tree of them.
+/// One of the trees.
 #[derive(Clone, Debug)]
 pub(super) struct Section {
     pub nodes: Range<usize>,
     pub blocks: Range<usize>,
     depth: usize,
-    /// What it cost to go through when it was built, once that is known.
+    /// The expected traversal cost at the time of the build, once it has been computed.
     pub cost: Option<f32>,
 }
 
-/// A tree by itself: its first node is its root. Nothing at all where there is nothing to be met.
+/// A tree with its own indices, whose root is node 0; empty if there are no primitives.
 pub type BuiltTree = (Vec<WideNode>, Vec<TriangleBlock>);
 
-/// What the numbers in a tree mean, see [`crate::accel::build::prims::Item`].
+/// The meaning of the ids in a tree; see [`crate::accel::build::prims::Item`].
 #[derive(Clone, Copy, Debug)]
 pub struct IdSpace {
     pub prims: usize,
     pub instances: usize,
-    /// Which of the trees so far is that of the still triangles.
-    pub still: Option<usize>,
+    /// The index of the tree of the static triangles among the previous trees.
+    pub static_tree: Option<usize>,
 }
 
 impl IdSpace {
-    /// Of a tree of primitives alone.
+    /// Returns the id space of a tree that has only primitives.
     pub fn prims(prims: usize) -> Self {
         Self {
             prims,
             instances: 0,
-            still: None,
+            static_tree: None,
         }
     }
 }
 
 impl WideTree {
-    /// Adds a tree behind the others; the last one is the top. `None` where the arrays do not make a tree.
+    /// Appends a tree; the last one is the top-level tree. Returns `None` if the arrays are not a
+    /// valid tree.
     pub fn push(&mut self, (mut nodes, blocks): BuiltTree, numbers: IdSpace) -> Option<()> {
         let (first_node, first_block) = (self.nodes.len(), self.blocks.len());
         if first_node + nodes.len() > node::MAX_NODES || first_block + blocks.len() > node::MAX_BLOCKS {
@@ -106,7 +108,7 @@ impl WideTree {
         Some(())
     }
 
-    /// The child that an item becomes.
+    /// Returns the child for an item.
     fn item(&self, item: usize, numbers: &IdSpace) -> Option<u32> {
         if item < numbers.prims {
             return Some(node::shape(item as u32));
@@ -115,11 +117,11 @@ impl WideTree {
         if instance < numbers.instances {
             return Some(node::instance(instance as u32));
         }
-        let still = self.sections.get(numbers.still?)?;
-        (!still.nodes.is_empty()).then(|| node::inner(still.nodes.start))
+        let static_tree = self.sections.get(numbers.static_tree?)?;
+        (!static_tree.nodes.is_empty()).then(|| node::inner(static_tree.nodes.start))
     }
 
-    /// Takes the last tree away.
+    /// Removes the last tree.
     pub fn pop(&mut self) {
         if let Some(last) = self.sections.pop() {
             self.nodes.truncate(last.nodes.start);
@@ -127,8 +129,8 @@ impl WideTree {
         }
     }
 
-    /// Puts another tree of primitives in the place of one that has only such trees behind it. `None` where the arrays do
-    /// not make a tree.
+    /// Replaces a tree of primitives that is followed by such trees only. Returns `None` if the
+    /// arrays are not a valid tree.
     pub fn replace(&mut self, section: usize, built_tree: BuiltTree, numbers: IdSpace) -> Option<()> {
         let mut behind = Vec::new();
         while self.sections.len() > section {
@@ -143,7 +145,7 @@ impl WideTree {
         Some(())
     }
 
-    /// The last tree, with numbers of its own.
+    /// Returns the last tree, with its own indices.
     fn last(&self) -> BuiltTree {
         let Some(last) = self.sections.last() else {
             return BuiltTree::default();
@@ -155,13 +157,13 @@ impl WideTree {
         (nodes, self.blocks[last.blocks.clone()].to_vec())
     }
 
-    /// The root of the top.
+    /// Returns the root of the top-level tree.
     #[inline(always)]
     pub fn root(&self) -> u32 {
         self.sections.last().map_or(0, |top| node::inner(top.nodes.start))
     }
 
-    /// The root of a group's tree.
+    /// Returns the root of a group's tree.
     #[inline(always)]
     pub fn group_root(&self, group: u32) -> u32 {
         node::inner(self.sections[group as usize].nodes.start)
@@ -179,8 +181,9 @@ impl WideTree {
         &self.blocks
     }
 
-    /// How many children a ray can leave waiting: of each level above the last all but the one it is in, and all of the
-    /// last; the end of an instance and its root; and one more store of eight.
+    /// Returns the largest number of children that wait on a ray's stack: on every level but the
+    /// last, all children except the visited one; on the last level, all; the end marker and the
+    /// root of an instance; and one more store of eight.
     pub fn stack_len(&self) -> usize {
         let below = self.sections.iter().rev().skip(1).map(|s| s.depth).max();
         let depth = self.sections.last().map_or(0, |top| top.depth) + below.unwrap_or(0);
@@ -196,7 +199,7 @@ impl WideTree {
     #[inline(always)]
     pub unsafe fn node(&self, child: u32) -> &WideNode {
         debug_assert!(node::index(child) < self.nodes.len());
-        // SAFETY: there is a first node, and inner children exist.
+        // SAFETY: the first node exists, and inner children exist.
         unsafe { &*self.nodes.as_ptr().byte_add(node::node_offset(child)) }
     }
 
@@ -205,7 +208,7 @@ impl WideTree {
     #[inline(always)]
     pub unsafe fn leaf(&self, child: u32) -> &[TriangleBlock] {
         debug_assert!(node::blocks(child).end <= self.blocks.len());
-        // SAFETY: leaves' blocks exist.
+        // SAFETY: the blocks of leaves exist.
         unsafe {
             let first = self.blocks.as_ptr().byte_add(node::offset(child));
             slice::from_raw_parts(first, node::count(child))
@@ -217,11 +220,12 @@ impl WideTree {
     }
 }
 
-/// Where the nodes and the blocks of a tree begin.
+/// The addresses of the first node and the first block.
 pub struct Starts([*const u8; 2]);
 
 impl Starts {
-    /// A place in the cache line in which the child's data begins, for a prefetch; nothing may be read there.
+    /// Returns an address in the first cache line of the child's data. It is for prefetching only
+    /// and must not be read.
     #[inline(always)]
     pub fn of(&self, child: u32) -> *const u8 {
         self.0[(child & LEAF) as usize].wrapping_add(node::offset_nearly(child))
@@ -251,7 +255,7 @@ mod tests {
         );
     }
 
-    /// A root with an inner child and a leaf.
+    /// Returns a root with an inner child and a leaf.
     fn built_tree(blocks: usize) -> BuiltTree {
         let mut first = WideNode::NOTHING;
         first.child[0] = node::inner(1);
@@ -299,10 +303,10 @@ mod tests {
         for (lane, item) in [4, 5, 7].into_iter().enumerate() {
             top.child[lane] = node::shape(item);
         }
-        let numbers = |instances, still| IdSpace {
+        let numbers = |instances, static_tree| IdSpace {
             prims: 5,
             instances,
-            still,
+            static_tree,
         };
         assert!(tree.push((vec![top], vec![]), numbers(2, None)).is_none());
         tree.push((vec![top], vec![]), numbers(2, Some(0))).expect("a tree");

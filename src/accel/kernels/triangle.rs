@@ -1,42 +1,42 @@
-//! The triangle test of [`crate::shape::triangle`] and the rule of [`crate::geometry::slab`], many at once: four triangles
-//! and a ray, or a triangle and sixteen rays.
+//! The triangle test of [`crate::shape::triangle`] and clipping as in [`crate::geometry::slab`],
+//! vectorised: four triangles and one ray, or one triangle and sixteen rays.
 //!
-//! The operations and their order are those of the scalar routines and nothing is fused, so every lane has the bits
-//! that [`crate::geometry::Geometry::intersect`] gives.
+//! The operations and their order are those of the scalar routines, without fused multiply-add. So
+//! every lane has the bits that [`crate::geometry::Geometry::intersect`] returns.
 
 use crate::{
-    geometry::slab::{CLIP_SLACK, NOISE, TINY},
+    geometry::slab::{CLIP_SLACK, MAX_T_NOISE, MIN_PADDING},
     simd::lanes::{Floats, Mask, SimdLevel},
 };
 
-/// How far triangles' own boxes reach beyond them, relative to the larger coordinate.
+/// The padding of triangles' bounds, relative to the larger coordinate.
 pub const PADDING: f32 = 4.0 * f32::EPSILON;
 
 pub type Vec3s<F> = [F; 3];
 
-/// Where the corners of triangles lie relative to a ray's origin, in the order of its [`Shear::axes`].
+/// The vertices of triangles relative to a ray's origin, in the order of its [`Shear::axes`].
 ///
 /// [`Shear::axes`]: crate::shape::triangle::Shear::axes
 pub type Corners<F> = [Vec3s<F>; 3];
 
-/// The distances from a ray's origin to the planes of triangles' own boxes, those first that it enters through; in the
-/// order of the world's axes.
+/// The distances from a ray's origin to the planes of triangles' bounds, the entry planes first, in
+/// the order of the world's axes.
 #[derive(Clone, Copy)]
 pub struct Faces<F> {
     pub near: Vec3s<F>,
     pub far: Vec3s<F>,
 }
 
-/// On which sides of the edges lines pass.
+/// The edge functions of lines and triangles.
 pub struct Sides<F: Floats> {
-    /// Where it is the same side of all three.
+    /// The lanes in which all three edge functions have the same sign.
     pub inside: F::Mask,
     u: F,
     v: F,
     w: F,
 }
 
-/// What tells where lines meet triangles.
+/// The terms of the intersections of lines and triangles.
 #[derive(Clone, Copy)]
 pub struct Crossing<T> {
     u: T,
@@ -61,7 +61,7 @@ impl<F: Floats<Array = [f32; 8]>> Crossing<F> {
 }
 
 impl Crossing<[f32; 8]> {
-    /// One of the eight, in all lanes.
+    /// Broadcasts one of the eight lanes.
     #[inline(always)]
     pub fn spread<L: SimdLevel>(&self, level: L, k: usize) -> Crossing<L::F4> {
         Crossing {
@@ -80,7 +80,7 @@ pub struct Candidates<F: Floats> {
     pub crossing: Crossing<F>,
 }
 
-/// Where lines meet triangles.
+/// Intersections of lines and triangles.
 pub struct Meets<F: Floats> {
     pub valid: F::Mask,
     pub t: F,
@@ -93,25 +93,25 @@ pub fn each<F: Floats>(a: Vec3s<F>, b: Vec3s<F>, f: impl Fn(F, F) -> F) -> Vec3s
     [f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2])]
 }
 
-/// Three rows of four triangles.
+/// Loads three rows of four triangles.
 #[inline(always)]
 pub fn load3<L: SimdLevel>(level: L, [x, y, z]: [&[f32; 4]; 3]) -> Vec3s<L::F4> {
     [level.load4(x), level.load4(y), level.load4(z)]
 }
 
-/// One of four triangles' numbers, for all rays.
+/// Broadcasts one triangle's element to all rays.
 #[inline(always)]
 pub fn spread<L: SimdLevel>(level: L, [x, y, z]: [&[f32; 4]; 3], k: usize) -> Vec3s<L::F16> {
     [level.splat16(x[k]), level.splat16(y[k]), level.splat16(z[k])]
 }
 
-/// Four numbers of one block and four of another.
+/// Joins four elements of one block and four of another.
 #[inline(always)]
 pub fn join<L: SimdLevel>(level: L, first: &[f32; 4], second: &[f32; 4]) -> L::F8 {
     level.join4(level.load4(first), level.load4(second))
 }
 
-/// Three rows of each of two blocks.
+/// Joins three rows of each of two blocks.
 #[inline(always)]
 pub fn join3<L: SimdLevel>(level: L, [x, y, z]: [&[f32; 4]; 3], [x2, y2, z2]: [&[f32; 4]; 3]) -> Vec3s<L::F8> {
     [join(level, x, x2), join(level, y, y2), join(level, z, z2)]
@@ -141,7 +141,7 @@ fn edge<F: Floats>(p: [F; 2], q: [F; 2]) -> F {
     p[0].mul(q[1]).sub(p[1].mul(q[0]))
 }
 
-/// The edge tests, for rays that `shear` brings onto their main axis.
+/// Evaluates the edge functions for rays that `shear` aligns with their main axis.
 #[inline(always)]
 pub fn sides<F: Floats>(corners: &Corners<F>, shear: [F; 2]) -> Sides<F> {
     let [a, b, c] = *corners;
@@ -158,10 +158,10 @@ pub fn sides<F: Floats>(corners: &Corners<F>, shear: [F; 2]) -> Sides<F> {
     }
 }
 
-/// The plane of a triangle.
+/// The planes of triangles.
 pub struct TrianglePlane<F> {
     pub normal: Vec3s<F>,
-    /// The normal times the way from the ray's origin to the plane.
+    /// The dot product of the normal and the vector from the ray's origin to the plane.
     pub distance: F,
 }
 
@@ -175,8 +175,9 @@ pub fn plane<F: Floats>(corners: &Corners<F>) -> TrianglePlane<F> {
     }
 }
 
-/// Which lines that are inside are so between `begin` and `until`, which lie beyond the rays' ends by so much that what
-/// does not pass is no hit; what passes may be none, [`meet`] decides.
+/// Returns the lanes that pass the edge tests and whose intersection is between `begin` and
+/// `until`. These extend beyond the rays' ends so far that no hit is lost. A candidate may be no
+/// hit; [`meet`] decides.
 #[inline(always)]
 pub fn candidates<F: Floats>(
     d: Vec3s<F>,
@@ -198,7 +199,8 @@ pub fn candidates<F: Floats>(
     }
 }
 
-/// For `corners` as they are in the world, and rays that enter boxes through the larger side where it is `negative`.
+/// Computes the bounds from world-space vertices, for rays that enter boxes through the upper side
+/// on the `negative` axes.
 #[inline(always)]
 pub fn faces<F: Floats>(o: &Vec3s<F>, negative: [bool; 3], corners: &[Vec3s<F>; 3]) -> Faces<F> {
     let [low, high] = spans(o, corners);
@@ -211,7 +213,7 @@ pub fn faces<F: Floats>(o: &Vec3s<F>, negative: [bool; 3], corners: &[Vec3s<F>; 
     Faces { near, far }
 }
 
-/// Triangles' own boxes, as [`crate::geometry::Geometry::bounds`] gives them.
+/// Returns triangles' bounds as [`crate::geometry::Geometry::bounds`] does.
 #[inline(always)]
 pub fn boxes<F: Floats>(corners: &[Vec3s<F>; 3]) -> [Vec3s<F>; 2] {
     let [a, b, c] = *corners;
@@ -226,10 +228,10 @@ pub fn boxes<F: Floats>(corners: &[Vec3s<F>; 3]) -> [Vec3s<F>; 2] {
     [low, high]
 }
 
-/// From where to where triangles reach, on each axis, from a ray's origin.
+/// Returns the minima and maxima of triangles on each axis, relative to a ray's origin.
 #[inline(always)]
 fn spans<F: Floats>(o: &Vec3s<F>, corners: &[Vec3s<F>; 3]) -> [Vec3s<F>; 2] {
-    let tiny = o[0].fill(TINY);
+    let tiny = o[0].fill(MIN_PADDING);
     let [mut low, mut high] = boxes(corners);
     for axis in 0..3 {
         low[axis] = low[axis].sub(o[axis]).sub(tiny);
@@ -238,7 +240,8 @@ fn spans<F: Floats>(o: &Vec3s<F>, corners: &[Vec3s<F>; 3]) -> [Vec3s<F>; 2] {
     [low, high]
 }
 
-/// From where to where lines are in the triangles' own boxes; `inv` is [`crate::geometry::slab::reciprocal`] of the direction.
+/// Returns the intervals of lines in triangles' bounds; `inv` is
+/// [`crate::geometry::slab::reciprocal`] of the direction.
 #[inline(always)]
 pub fn stretch<F: Floats>(inv: &Vec3s<F>, faces: &Faces<F>) -> [F; 2] {
     let near = each(faces.near, *inv, F::mul);
@@ -246,8 +249,8 @@ pub fn stretch<F: Floats>(inv: &Vec3s<F>, faces: &Faces<F>) -> [F; 2] {
     within(&near, &far)
 }
 
-/// The same for lines of any octant, without asking which. Reciprocals are neither zero nor infinite, so that of two
-/// products the one with the nearer face is not larger.
+/// Does the same for lines of any octant, without comparing signs. Reciprocals are neither zero nor
+/// infinite, so the smaller one of two products belongs to the nearer face.
 #[inline(always)]
 pub fn stretch_any<F: Floats>(o: &Vec3s<F>, inv: &Vec3s<F>, corners: &[Vec3s<F>; 3]) -> [F; 2] {
     let [low, high] = spans(o, corners);
@@ -266,7 +269,7 @@ fn within<F: Floats>(near: &Vec3s<F>, far: &Vec3s<F>) -> [F; 2] {
     [enter, leave]
 }
 
-/// Where lines that are candidates meet the planes, brought into the triangles' own boxes.
+/// Intersects candidate lines with the planes and clips the hits to the triangles' bounds.
 #[inline(always)]
 pub fn meet<F: Floats>([enter, leave]: [F; 2], crossing: &Crossing<F>) -> Meets<F> {
     let Crossing { u, v, w, det, t_det } = *crossing;
@@ -274,14 +277,15 @@ pub fn meet<F: Floats>([enter, leave]: [F; 2], crossing: &Crossing<F>) -> Meets<
     let infinity = u.fill(f32::INFINITY);
     let raw = t_det.div(det);
     let sum = u.add(v).add(w);
-    // So neither `raw` is infinite nor are the weights no numbers; told without them, as not everyone asks for them.
+    // So `raw` is finite and the barycentric coordinates are not NaN. They are not computed here,
+    // since not all callers need them.
     let valid = raw.abs().max(v.abs()).max(w.abs()).lt(infinity).and(sum.ne(zero));
 
     let slack = u.fill(CLIP_SLACK);
     let enter = enter.sub(enter.abs().mul(slack));
     let leave = leave.add(leave.abs().mul(slack));
     let t = raw.max(enter).min(leave).add(zero);
-    let near = t.sub(raw).abs().le(raw.abs().mul(raw.fill(NOISE)));
+    let near = t.sub(raw).abs().le(raw.abs().mul(raw.fill(MAX_T_NOISE)));
     Meets {
         valid: valid.and(enter.le(leave)).and(near),
         t,

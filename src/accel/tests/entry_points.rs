@@ -1,4 +1,4 @@
-//! Rays that ask whether anything is in their way and begin together, below the root.
+//! Tests of shadow rays that start at entry points below the root.
 
 use super::*;
 use crate::accel::{
@@ -6,9 +6,9 @@ use crate::accel::{
     wide::Wide,
 };
 
-/// Rays of groups that start next to one another and go to a lamp of their own, a point or wide: 64 each, from a corner of the
-/// scene's or anywhere.
-/// `odd` are those among them that are unlike the others, one in so many.
+/// Returns groups of 64 rays with nearby origins that go to a point light or an area light per
+/// group. They start at a vertex of the scene or anywhere. One in `odd` rays is unlike the others
+/// of its group.
 pub(super) fn groups(g: &Geometry, count: usize, size: f32, odd: usize) -> Vec<Ray> {
     let mut r = Random(41);
     let mut rays = Vec::new();
@@ -44,7 +44,8 @@ pub(super) fn groups(g: &Geometry, count: usize, size: f32, odd: usize) -> Vec<R
     rays
 }
 
-/// Fails with the first ray that is blocked or not as by itself; returns how many are blocked.
+/// Fails at the first ray whose occlusion differs from that of the linear scan. Returns the number
+/// of blocked rays.
 fn compare_with_scan(g: Geometry, rays: &[Ray]) -> usize {
     let g = Arc::new(g);
     let mut truth = vec![false; rays.len()];
@@ -60,8 +61,8 @@ fn compare_with_scan(g: Geometry, rays: &[Ray]) -> usize {
             let mut blocked = vec![false; rays.len()];
             let mut list = vec![];
             order.put(rays.len(), &mut list);
-            let pick = RaySelection::Together(&list);
-            occluded_stream(simd, &wide.tree, &g, rays, pick, &mut blocked, &mut Scratch::new());
+            let selection = RaySelection::Together(&list);
+            occluded_stream(simd, &wide.tree, &g, rays, selection, &mut blocked, &mut Scratch::new());
             for (i, ray) in rays.iter().enumerate() {
                 assert_eq!(blocked[i], truth[i], "{simd}, {order:?}, ray {i}: {ray:?}");
             }
@@ -133,12 +134,12 @@ fn rays_begin_at_their_own_heads_however_many_between_them_are_known() {
         let mut scratch = Scratch::new();
         let mut alone = vec![false; rays.len()];
         occluded_stream(simd, &wide.tree, &g, &rays, RaySelection::All, &mut alone, &mut scratch);
-        // Of every so many groups a few rays are asked, of the others it is known.
+        // One in `apart` groups has a few unresolved rays, the others have none.
         for apart in [1, 4, 5, 8, 9, 13] {
             let is_known = |i: usize| !(i / 64).is_multiple_of(apart) || i % 64 > 20;
             let mut blocked: Vec<bool> = (0..rays.len()).map(is_known).collect();
-            let pick = RaySelection::Together(&list);
-            let report = occluded_stream(simd, &wide.tree, &g, &rays, pick, &mut blocked, &mut scratch);
+            let selection = RaySelection::Together(&list);
+            let report = occluded_stream(simd, &wide.tree, &g, &rays, selection, &mut blocked, &mut scratch);
             assert_eq!(report.entry_points_pay, Some(true), "otherwise rays begin at the root");
             for i in (0..rays.len()).filter(|&i| !is_known(i)) {
                 assert_eq!(blocked[i], alone[i], "{simd}, {apart} apart, ray {i}: {:?}", rays[i]);

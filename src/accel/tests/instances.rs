@@ -1,11 +1,11 @@
-//! Meshes that stand in the scene many times, and what moves.
+//! Tests of instances and of edits.
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::*;
 use crate::math::Transform;
 
-/// A transform: moved, turned and scaled; mirrored or sheared as well.
+/// Returns a transform with a translation, a rotation and a scale; some also mirror or shear.
 pub(super) fn place(r: &mut Random, kind: usize, spread: f32) -> Transform {
     let wide = |v: Vec3| v.as_dvec3();
     let translate = wide(r.vec(spread));
@@ -47,7 +47,8 @@ pub(super) fn add_instance(g: &mut Geometry, group: u32, transform: Transform) {
     g.transforms.push(transform);
 }
 
-/// Two groups between triangles that are in none, shapes, and `count` instances in all kinds of places.
+/// Returns two groups between triangles that are in none, shapes, and `count` instances with
+/// transforms of all kinds.
 pub(super) fn crowd(count: usize, spread: f32) -> Geometry {
     let mut g = soup(20, 10, 0.3);
     add_group(&mut g, &soup(60, 0, 0.4));
@@ -55,7 +56,7 @@ pub(super) fn crowd(count: usize, spread: f32) -> Geometry {
     g.vertices.extend([Vec3::ZERO, Vec3::X * 2.0, Vec3::Y * 2.0]);
     g.triangles.push([0, 1, 2].map(|v| vertex + v));
     add_group(&mut g, &grid(4, 0.0));
-    // Of one triangle, and of none.
+    // Groups of one triangle and of none.
     add_group(&mut g, &soup(1, 0, 1.0));
     add_group(&mut g, &soup(0, 0, 1.0));
     let mut r = Random(17);
@@ -85,7 +86,7 @@ fn every_accelerator_equals_the_linear_scan_on_instances_far_away() {
         *t = Transform::new(far * t.widened()).expect("invertible");
     }
     compare_crowd(g, 15_000);
-    // A mesh far from its own origin that is brought back.
+    // A mesh far from its local origin that its instance moves back.
     let mut g = crowd(0, 1.0);
     for v in g.groups[0].vertices.clone() {
         g.vertices[v as usize] += Vec3::new(1e5, -2e5, 0.0);
@@ -121,7 +122,7 @@ fn the_lower_of_two_instances_in_one_place_wins() {
         let same = g.transforms[transform as usize];
         add_instance(&mut g, group, same);
     }
-    // A group that is there by itself too.
+    // A group that is in the scene without an instance as well.
     let mesh = soup(60, 0, 0.4);
     let vertex = g.vertices.len() as u32;
     g.vertices.extend(&mesh.vertices);
@@ -155,7 +156,7 @@ fn instances_without_anything_else_and_of_nothing_work() {
 fn an_instance_is_where_its_copy_in_world_space_is() {
     let g = crowd(30, 1.5);
     let flat = g.without_instances();
-    // Rays through edges and corners are left out: there a rounding decides.
+    // Rays through edges and vertices are left out: their hits depend on rounding.
     let rays = rays(&flat, 60_000)
         .chunks(6)
         .flat_map(|six| [six[0], six[1]])
@@ -208,7 +209,7 @@ fn bad_groups_and_instances_are_refused() {
     assert_eq!(error(move_far), far);
 }
 
-/// Fails where `accel` is not what a new accelerator over its geometry is.
+/// Fails if `accel` differs from a new accelerator over its geometry.
 fn compare_with_new(accel: &dyn Accelerator, kind: AccelKind) {
     let g = accel.geometry();
     let rays = rays(&g.without_instances(), 3000);
@@ -285,7 +286,7 @@ fn a_mesh_that_is_torn_apart_is_built_anew_and_so_is_one_that_gains_area() {
     let [a, b, _] = g.triangles[25];
     g.triangles[25] = [a, b, b];
     let (first, last) = (g.groups[0].vertices.start, g.groups[0].vertices.end);
-    // The mesh comes apart; then a triangle that was a line gets a third corner of its own place.
+    // The mesh is torn apart; then a degenerate triangle gets a third vertex of its own.
     g.vertices[b as usize] = g.vertices[a as usize];
     g.triangles[25] = [a, b, b + 1];
     let mut accel = build(AccelKind::Wide, Arc::new(g)).expect("sound");
@@ -302,7 +303,7 @@ fn a_mesh_that_is_torn_apart_is_built_anew_and_so_is_one_that_gains_area() {
     update(&mut accel, b, vec![Vec3::new(0.3, 0.1, -0.9)]);
     let torn = (first..last).map(|_| r.vec(1.0)).collect();
     update(&mut accel, first, torn);
-    // What stands still stands in a tree of its own.
+    // Static geometry has a tree of its own.
     let edit = Edit {
         vertices: vec![(0, vec![Vec3::splat(0.5)])],
         ..Edit::default()

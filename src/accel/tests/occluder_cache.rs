@@ -1,4 +1,4 @@
-//! Rays that are answered at once, before any goes through the tree.
+//! Tests of shadow rays that the occluder cache resolves.
 
 use super::{entry_points::groups, *};
 use crate::accel::{
@@ -6,7 +6,8 @@ use crate::accel::{
     wide::Wide,
 };
 
-/// What is left of `rays` for the tree, `None` where all is; fails with the first one that is not answered as by the linear scan.
+/// Returns the number of `rays` that are left for traversal, or `None` if all are. Fails at the
+/// first ray that is resolved otherwise than by the linear scan.
 fn left(g: &Arc<Geometry>, rays: &[Ray]) -> Option<usize> {
     let mut truth = vec![false; rays.len()];
     let linear = build(AccelKind::Linear, g.clone()).expect("the scene is valid");
@@ -43,7 +44,7 @@ fn left(g: &Arc<Geometry>, rays: &[Ray]) -> Option<usize> {
     counts[0]
 }
 
-/// Things under a roof of two triangles, with a floor.
+/// Returns objects under a roof of two triangles, with a floor.
 pub(super) fn under_a_roof(spheres: usize, triangles: usize) -> Geometry {
     let mut g = soup(triangles, spheres, 0.05);
     g.vertices.iter_mut().for_each(|p| p.y = 0.3 * p.y - 0.3);
@@ -61,7 +62,8 @@ pub(super) fn under_a_roof(spheres: usize, triangles: usize) -> Geometry {
     g
 }
 
-/// Groups of 64 that start next to one another at this height, up to one lamp above the roof.
+/// Returns groups of 64 rays with nearby origins at this height that go to one light above the
+/// roof.
 pub(super) fn to_a_lamp(count: usize, height: f32, reach: f32) -> Vec<Ray> {
     let mut r = Random(3);
     let mut rays = Vec::new();
@@ -119,7 +121,7 @@ fn rays_through_a_roofs_edges_go_the_way_they_go_by_themselves() {
         let at = Vec3::new(1.4 * r.unit(), 0.2, 1.4 * r.unit());
         for k in 0..64 {
             let o = at + r.vec(1e-3);
-            // Along x, y or z most.
+            // Mainly along x, y or z.
             let [a, b, c] = g.corners(roof + group % 2);
             let edge = [(a, b), (b, c), (c, a)][group / 2 % 3];
             let to = match k % 2 {
@@ -150,7 +152,7 @@ fn rays_answered_at_once_equal_the_linear_scan_beside_odd_ones() {
     for g in trees.map(Arc::new) {
         for odd in [1, 8, 64] {
             let mut rays = groups(&g, 60, 1.0, odd);
-            // So many in the open that the others are tried as well.
+            // Enough unoccluded rays that the others are tried as well.
             rays.extend(to_a_lamp(60, 2.0, 0.999));
             assert!(left(&g, &rays).is_some());
         }

@@ -1,14 +1,15 @@
-//! Rays that travel in packets: those of cameras, in tiles.
+//! Tests of rays that are traced in packets: camera rays, in tiles.
 
 use super::*;
 use crate::accel::wide::packet_order;
 
-/// Pixels on a side of a picture.
+/// The width and height of an image.
 const SIDE: usize = 16;
 
-/// Rays of many small pictures, one after another, from random places to random ones: from one point each, from a lens,
-/// side by side, or to a lamp. Every 16th ray goes to a point of a triangle. Some rays are short, begin later, or are to be left alone.
-/// Every twentieth picture is plain: of 61 these are looked at to find that all go in packets.
+/// Returns the rays of many small images from random points in random directions: from one point
+/// each, from a lens, parallel, or to a light. Every 16th ray goes to a point on a triangle. Some
+/// rays are short, begin later, or are not suited to packets. Every twentieth image is regular, so
+/// that the samples of the detection find coherent rays.
 fn pictures(g: &Geometry, count: usize, size: f32) -> Vec<Ray> {
     let mut r = Random(23);
     let mut rays = Vec::new();
@@ -18,7 +19,7 @@ fn pictures(g: &Geometry, count: usize, size: f32) -> Vec<Ray> {
             1 => r.vec(20.0 * size),
             _ => r.vec(2.0 * size),
         };
-        // Along an axis, and so through several octants, or anywhere.
+        // Along an axis, and so in several octants, or in any direction.
         let forward = match picture % 3 {
             0 => [Vec3::X, Vec3::NEG_Y, Vec3::Z][picture / 3 % 3],
             _ => (r.vec(0.5 * size) - eye).normalize_or(Vec3::Z),
@@ -40,7 +41,7 @@ fn pictures(g: &Geometry, count: usize, size: f32) -> Vec<Ray> {
             let o = eye + r.vec(lens) + (right * x + up * y) * (apart * SIDE as f32);
             let mut ray = Ray::new(o, (forward + (right * x + up * y) * width).normalize());
             if picture % 6 == 5 {
-                // From all over a surface to a lamp.
+                // From points on a surface to a light.
                 let lamp = eye + forward * (3.0 * size);
                 let o = o + right * (4.0 * apart * SIDE as f32 * x) + r.vec(0.02 * size);
                 ray = Ray::segment(o, lamp - o, 0.999);
@@ -85,7 +86,7 @@ fn packets_equal_the_linear_scan() {
         (soup(300, 40, 0.3), 2_500),
         (grid(16, 0.1), 2_500),
         (grid(12, 0.0), 1_000),
-        // Smaller than what lies between rays.
+        // Triangles smaller than the distance between rays.
         (grid(48, 0.02), 2_500),
         (rooms(), 5_000),
     ] {

@@ -1,4 +1,4 @@
-//! Few rays through every kernel: few enough for Miri, which runs these (`.ci/miri`).
+//! A few rays for every kernel: few enough for Miri, which runs these tests (`.ci/miri`).
 
 use super::{
     instances::{add_group, add_instance, crowd, place},
@@ -6,7 +6,7 @@ use super::{
     *,
 };
 
-/// A picture of `side` x `side` rays, row by row.
+/// Returns an image of `side` x `side` rays in scanline order.
 fn picture(side: usize) -> Vec<Ray> {
     let place = |i: usize| (i as f32 + 0.5) / side as f32 - 0.5;
     (0..side * side)

@@ -1,4 +1,4 @@
-//! How trees are built: of parts of triangles, of degenerate input, and not at all.
+//! Tests of builds: split triangles, degenerate input, and failures.
 
 use std::sync::Arc;
 
@@ -36,7 +36,7 @@ fn cut_triangles_are_covered_by_their_parts() {
     }
 }
 
-/// What bad input must not do is take long: twice as much of it takes about twice as long, whatever it is.
+/// Bad input must not take long: for any input, twice the size takes about twice as long.
 #[test]
 fn degenerate_input_builds_in_linear_time() {
     let mut r = Random(31);
@@ -127,7 +127,7 @@ fn copies_of_a_triangle_are_tested_once() {
     assert!(compare(g, &rays) > 50);
 }
 
-/// A room around more small triangles than a piece of the tree holds, and a sphere.
+/// Returns a room around more small triangles than a piece of the tree holds, and a sphere.
 fn room_around_a_cloud() -> Geometry {
     let mut g = soup(40_000, 1, 0.01);
     g.vertices.iter_mut().for_each(|p| *p *= 0.1);
@@ -147,7 +147,7 @@ fn room_around_a_cloud() -> Geometry {
 fn walls_are_no_leaf_that_is_the_room() {
     let g = Arc::new(room_around_a_cloud());
     let mut r = Random(41);
-    // Between the walls and the cloud, along neither.
+    // Between the walls and the cloud, parallel to neither.
     let short = |_| Ray::segment(Vec3::splat(0.5) + r.vec(0.2), r.vec(0.2), 1.0);
     let rays: Vec<Ray> = (0..500).map(short).collect();
     let accel = build(AccelKind::Wide, g).expect("the scene is valid");
@@ -166,7 +166,7 @@ fn few_primitives_beside_pieces_are_found_as_by_the_linear_scan() {
 
 #[test]
 fn trees_do_not_depend_on_the_number_of_threads() {
-    // The second is more than one plot.
+    // The second one has more than one partition.
     for g in [rooms(), grid(160, 0.05)] {
         let build = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new()

@@ -1,8 +1,9 @@
-//! The wide tree, built in parallel.
+//! Parallel construction of the wide tree.
 //!
-//! Each piece of the binary tree is collapsed by itself, with arrays and numbers of its own; what is above the pieces is
-//! collapsed last, with the pieces among its leaves. Then all are copied behind one another. A piece is always a child of
-//! a wide node, which costs nothing that can be measured as pieces are large.
+//! Each piece of the binary tree is collapsed on its own, with its own arrays and indices. The tree
+//! above the pieces is collapsed last, with the pieces among its leaves. Then all arrays are
+//! concatenated. A piece is always a child of a wide node; since pieces are large, this restriction
+//! has no measurable cost.
 
 use rayon::prelude::*;
 
@@ -23,15 +24,16 @@ use crate::{
     simd::huge_pages,
 };
 
-/// The most triangles of a leaf of the binary tree. With four of them, a block, there is less to plan; with two the
-/// plan is better by some percent.
+/// Returns the leaf size of the binary tree. With four triangles (one block), collapsing is faster;
+/// with two, the collapsed tree is better by some percent.
 fn leaves(quality: Quality) -> Leaves {
     Leaves {
         triangles: if quality == Quality::Fast { 4 } else { 2 },
     }
 }
 
-/// The nodes and blocks of the wide tree over `prims`; the first node is the root. `None` where there are none.
+/// Builds the nodes and triangle blocks of the wide tree over `prims`; node 0 is the root. Returns
+/// `None` if there are no primitives.
 pub(super) fn build(
     prims: Prims,
     geometry: &Geometry,
@@ -64,7 +66,7 @@ pub(super) fn build(
     Some(join(top, pieces))
 }
 
-/// Puts all pieces behind one another and corrects their numbers.
+/// Concatenates all pieces and corrects their indices.
 fn join(mut top: TreePiece, pieces: Vec<TreePiece>) -> (Vec<WideNode>, Vec<TriangleBlock>) {
     let nodes: Vec<&[WideNode]> = pieces.iter().map(|piece| &piece.nodes[..]).collect();
     let blocks: Vec<&[TriangleBlock]> = pieces.iter().map(|piece| &piece.blocks[..]).collect();
@@ -83,7 +85,8 @@ fn join(mut top: TreePiece, pieces: Vec<TreePiece>) -> (Vec<WideNode>, Vec<Trian
     (nodes, blocks)
 }
 
-/// Where each of the parts begins behind the `first` ones and one another, and where the last ends.
+/// Returns the offset of each of the concatenated `parts`, of which the first starts at `first`,
+/// and then the end of the last one.
 fn starts<T>(first: usize, parts: &[&[T]]) -> Vec<usize> {
     let mut starts = vec![first];
     starts.extend(parts.iter().scan(first, |next, part| {
@@ -93,7 +96,7 @@ fn starts<T>(first: usize, parts: &[&[T]]) -> Vec<usize> {
     starts
 }
 
-/// The `top`'s, and behind them those of all parts, `moved` to where their part begins.
+/// Concatenates `top` and all parts, each with its elements `moved` to the part's offset.
 fn behind<T: Copy + Send + Sync>(
     top: &[T],
     parts: &[&[T]],

@@ -1,8 +1,9 @@
-//! From two children to eight: which nodes of a binary tree become nodes and leaves of the wide one.
+//! Collapses a binary BVH into an eight-wide one.
 //!
-//! A dynamic programme over the surface area heuristic finds, for each binary node and each `k` up to 7, the cheapest
-//! way to stand for it with at most `k` wide children; a wide node is a binary one whose two sides share eight. All of
-//! it lives in two arrays beside the nodes, from the leaves upwards: no allocation for a node.
+//! For each binary node and each `k` up to 7, dynamic programming finds the cheapest way to
+//! represent the node with at most `k` wide children, by the surface area heuristic. A wide node is
+//! a binary node whose two sides share eight children. The tables are two arrays parallel to the
+//! nodes and are filled from the leaves upwards, without an allocation per node.
 //!
 //! Source: Ylitie, Karras, Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", 2017,
 //! section 3.1, <https://doi.org/10.1145/3105762.3105773>.
@@ -14,49 +15,51 @@ use crate::{
     math::trig,
 };
 
-/// What a block of four triangles costs, in tests of a node.
+/// The cost of a block of four triangles, in node tests.
 const BLOCK_COST: f32 = 0.85;
 
-/// What an analytic primitive costs.
+/// The cost of an analytic primitive, in node tests.
 const SHAPE_COST: f32 = 1.0;
 
-/// A wide tree, or a piece of one, with numbers of its own.
+/// A wide tree or a piece of one, with its own indices.
 #[derive(Default)]
 pub(super) struct TreePiece {
     pub nodes: Vec<WideNode>,
     pub blocks: Vec<TriangleBlock>,
-    /// What stands for all of it: node 0 or a leaf.
+    /// The child that refers to the whole piece: node 0 or a leaf.
     pub root: u32,
     pub cost: f32,
-    /// Of everything in it, doubled where it is of triangles.
+    /// The surface area of the contents; that of triangles counts twice, for both sides.
     pub surface: f32,
-    /// Children that are other pieces: the node, its lane, and the piece's number.
+    /// Children that are other pieces: the node, its lane and the piece's index.
     pub joints: Vec<(u32, u8, u32)>,
 }
 
-/// How a binary node is stood for.
+/// The best ways to represent a binary node.
 #[derive(Clone, Copy)]
 struct CollapsePlan {
-    /// With at most so many wide children; at 0 what the eight children of a wide node cost.
+    /// `cost[k]` is the cost with at most `k` wide children; `cost[0]` that of a wide node's eight
+    /// children.
     cost: [f32; 8],
-    /// How many children of so many the first side gets, or one of the marks; at 0 of eight.
+    /// `first[k]` is the number of those `k` children that go to the first side, or a mark;
+    /// `first[0]` is for eight.
     first: [u8; 8],
-    /// Triangles below; more than fit where there is anything else.
+    /// The number of triangles below, or [`TOO_MANY`] if there is any other primitive.
     triangles: u32,
     /// See [`TreePiece::surface`].
     surface: f32,
 }
 
-/// All of it in one leaf.
+/// Mark: the whole subtree is one leaf.
 const AS_LEAF: u8 = 255;
 
-/// With one child less.
+/// Mark: the solution is that with one child less.
 const FEWER: u8 = 254;
 
-/// More triangles than go into a leaf.
+/// More triangles than fit into a leaf.
 const TOO_MANY: u32 = 1 << 20;
 
-/// What a leaf costs, infinite for one that cannot be.
+/// Returns the cost of a leaf, infinite if the leaf is not possible.
 fn leaf_cost(area: f32, triangles: u32) -> f32 {
     let blocks = triangles.div_ceil(4);
     if blocks as usize > MAX_LEAF {
@@ -107,7 +110,8 @@ fn leaf_plan(cost: f32, triangles: u32, surface: f32) -> CollapsePlan {
 }
 
 fn inner_plan(area: f32, a: &CollapsePlan, b: &CollapsePlan) -> CollapsePlan {
-    // The bits of floats that are not negative are ordered as they are, so the last three can carry a choice.
+    // The bits of non-negative floats sort like the floats, so the lowest three bits can hold the
+    // choice.
     let mut best = [u32::MAX; 9];
     for i in 1..8 {
         for j in 1..=(8 - i).min(7) {
@@ -140,7 +144,7 @@ fn inner_plan(area: f32, a: &CollapsePlan, b: &CollapsePlan) -> CollapsePlan {
     plan
 }
 
-/// The wide tree over `tree`.
+/// Collapses `tree` into a wide tree.
 pub(super) fn collapse(tree: &Bvh2Tree, geometry: &Geometry, piece_cost: impl Fn(u32) -> [f32; 2]) -> TreePiece {
     let flat = &tree.nodes[..];
     let plans = plan(tree, geometry, piece_cost);
@@ -174,7 +178,7 @@ struct Emitter<'a> {
 }
 
 impl Emitter<'_> {
-    /// Emits nodes, each before its children and sisters side by side.
+    /// Emits the nodes, each before its children, with siblings adjacent.
     fn nodes(&mut self) {
         self.piece.nodes.push(WideNode::NOTHING);
         let mut open = vec![(0_usize, 0_usize)];
@@ -206,11 +210,13 @@ impl Emitter<'_> {
         }
     }
 
-    /// Sorts children so that the one comes first which a ray that asks whether anything is in its way had best try first:
-    /// that which blocks it with the greatest chance for what it costs to go through. Lanes have no other order.
+    /// Sorts children for single shadow rays: by the probability of blocking the ray, divided by
+    /// the cost of traversal. The lanes are in this order.
     ///
-    /// A line through a box goes through half as many layers of what is in it, on average, as that has surface for each half of the
-    /// box's own (Cauchy); through layers at random it gets by the chance that the exponential tells. Twice as many layers are by trial.
+    /// On average, a line through a box crosses half as many layers of its contents as the ratio of
+    /// their surface area to half the area of the box (Cauchy's formula). It passes randomly placed
+    /// layers with an exponentially falling probability. The factor of two for the layers was found
+    /// by experiment.
     fn order_for_occlusion(&self, children: &mut [usize]) {
         let sorted = self.sorted(children, |surface, area| 1.0 - trig::exp(-surface / area));
         let mut before = [0; 8];
@@ -220,11 +226,12 @@ impl Emitter<'_> {
         }
     }
 
-    /// The same for packets, which are done when all of their rays are blocked: so that large surfaces come sooner.
+    /// Computes the order for packets of shadow rays. A packet is done when all of its rays are
+    /// blocked, so large surfaces come sooner.
     ///
     /// After Nah and Manocha, "SATO: Surface Area Traversal Order for Shadow Ray Tracing", 2014,
-    /// <https://doi.org/10.1111/cgf.12426>. The root and the cost are by trial: the surface alone sends rays into trees
-    /// that take long.
+    /// <https://doi.org/10.1111/cgf.12426>. The square root and the cost were found by experiment:
+    /// surface area alone sends rays into subtrees that take long to traverse.
     fn order_for_packets(&self, children: &[usize], node: &mut WideNode) {
         let lanes = self.sorted(children, |surface, _| surface.sqrt());
         for (order, lane) in node.order.iter_mut().zip(lanes) {
@@ -232,7 +239,7 @@ impl Emitter<'_> {
         }
     }
 
-    /// The places of children, that with the greatest `gain` for its cost first, and those of no children last.
+    /// Returns the children by descending ratio of `gain` to cost; absent children come last.
     fn sorted(&self, children: &[usize], gain: impl Fn(f32, f32) -> f32) -> [usize; 8] {
         let mut promise = [0.0; 8];
         for (promise, &child) in promise.iter_mut().zip(children) {
@@ -241,12 +248,13 @@ impl Emitter<'_> {
             *promise = gain(*surface, area) * area / cost[1].max(f32::MIN_POSITIVE);
         }
         let mut places = [0, 1, 2, 3, 4, 5, 6, 7];
-        // Not a number where what is in a box is too large for one: any order will do.
+        // NaN if the contents of a box overflow; any order is correct then.
         places[..children.len()].sort_by(|&a, &b| promise[b].total_cmp(&promise[a]));
         places
     }
 
-    /// The binary nodes that become the children of the wide one at `from`; how many there are.
+    /// Finds the binary nodes that become the children of the wide node at `from`, and returns
+    /// their number.
     fn children(&self, from: usize, children: &mut [usize; 8]) -> usize {
         let mut count = 0;
         let first = self.plans[from].first[0];
@@ -273,7 +281,7 @@ impl Emitter<'_> {
         count
     }
 
-    /// Emits what is below `from` as a leaf.
+    /// Emits the subtree at `from` as a leaf.
     fn leaf(&mut self, from: usize) -> u32 {
         let mut node = from;
         while !self.flat[node].is_leaf() {
@@ -284,7 +292,7 @@ impl Emitter<'_> {
         if id as usize >= self.geometry.triangles.len() {
             return shape(id);
         }
-        // In depth-first order what the leaves below a node hold lies side by side.
+        // In depth-first order, the primitives of a node's leaves are contiguous.
         let mut ids = [0; 4 * MAX_LEAF];
         let mut count = 0;
         for &id in &self.ids[place..place + self.plans[from].triangles as usize] {
@@ -305,7 +313,8 @@ impl Emitter<'_> {
     }
 }
 
-/// Sorts children for each octant of directions by how far along its diagonal their centres lie, the nearest first.
+/// Sorts the children for each octant of directions, front to back, by the projection of their
+/// centres on its diagonal.
 pub(super) fn order_children(node: &mut WideNode, count: usize) {
     let mut centers = [[0.0_f32; 3]; 8];
     for (lane, center) in centers[..count].iter_mut().enumerate() {
@@ -316,7 +325,7 @@ pub(super) fn order_children(node: &mut WideNode, count: usize) {
         for (lane, key) in keys.iter_mut().enumerate() {
             let [x, y, z] = centers[lane];
             let along = if octant & 1 == 0 { x } else { -x } + if octant & 2 == 0 { y } else { -y } + z;
-            // Ordered as the floats are, with the lane in the last bits.
+            // The keys sort like the floats, with the lane in the lowest bits.
             let bits = along.to_bits();
             let ordered = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
             *key = (ordered & !7) | lane as u32;

@@ -1,4 +1,4 @@
-//! What a ray costs in the wide tree: the same tree, one ray at a time, counting.
+//! The cost of a ray: a scalar traversal of the wide tree that counts its tests.
 
 use super::node::{self, EMPTY, INSTANCE, LEAF, SHAPE, blocks};
 use crate::{
@@ -16,7 +16,7 @@ struct InstanceState<'a> {
     padding: BoundsPadding,
 }
 
-/// Adds to `cost` what finding the nearest hit of `ray` beyond `best` tests.
+/// Adds to `cost` the tests that finding the nearest hit of `ray` before `best` takes.
 pub(super) fn count(tree: &WideTree, geometry: &Geometry, mut ray: Ray, mut best: Option<Hit>, cost: &mut RayCost) {
     if tree.nodes().is_empty() {
         return;
@@ -34,7 +34,7 @@ pub(super) fn count(tree: &WideTree, geometry: &Geometry, mut ray: Ray, mut best
 impl InstanceState<'_> {
     fn count(&self, ray: &mut Ray, best: &mut Option<Hit>, cost: &mut RayCost) {
         let planes = Planes::new(ray, self.padding);
-        if !planes.alive {
+        if !planes.can_hit {
             return;
         }
         let octant: u32 = (0..3).map(|axis| u32::from(planes.negative[axis]) << axis).sum();

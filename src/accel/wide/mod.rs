@@ -1,10 +1,12 @@
-//! The default accelerator: an eight-wide tree and kernels for many rays at once.
+//! The default accelerator: an eight-wide BVH, with kernels that trace many rays at once.
 //!
-//! A binary tree is built ([`super::build`]) and [`build`] makes a wide one of it. Triangles lie in blocks of four with
-//! their corners, so that a leaf reads nothing else; an analytic primitive is a leaf of its own.
+//! A binary BVH is built ([`super::build`]) and collapsed into a wide one ([`build`]). Triangles
+//! are stored with their vertices in blocks of four, so that a leaf reads no other memory; an
+//! analytic primitive is a leaf of its own.
 //!
-//! [`super::kernels`] traces: packets of 16 rays where [`packet_order`] finds that they stay together, 64 rays in flight where they
-//! have nothing in common. Shadow rays are looked at before, whether one look answers many of them.
+//! The kernels are in [`super::kernels`]. Coherent rays, as [`packet_order`] detects them, are
+//! traced in packets of 16. Incoherent rays are traced as a stream of 64 active rays. For shadow
+//! rays, the occluder cache is tried first.
 
 use std::{cell::RefCell, sync::Arc, time::Instant};
 
@@ -34,10 +36,11 @@ mod policy;
 
 use policy::OcclusionPolicy;
 
-/// What a thread keeps between batches: allocating the kernels' memory for a batch of a thousand rays costs 6 %.
+/// Per-thread state that is kept between batches. Allocating the kernels' memory for every batch of
+/// a thousand rays would cost 6 %.
 struct ThreadState {
     scratch: Scratch,
-    /// The numbers of rays that a kernel has left to the next.
+    /// The indices of the rays that one kernel leaves to the next.
     remaining: Vec<u32>,
     policy: OcclusionPolicy,
 }
@@ -50,25 +53,27 @@ thread_local! {
     });
 }
 
-/// What the top must know of a tree below it.
+/// A bottom-level tree, as the top-level tree needs it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Blas {
     bounds: Aabb,
     reach: f32,
 }
 
-/// Eight-wide trees.
+/// An accelerator of eight-wide trees.
 #[derive(Clone)]
 pub struct Wide {
     geometry: Arc<Geometry>,
     quality: Quality,
-    /// One tree where nothing was ever an instance or moved; otherwise those of groups, of the still triangles, and the
-    /// top. Nothing at all where nothing has a box.
+    /// One tree if the scene has never had instances or edits. Otherwise the trees of the groups,
+    /// the tree of the static triangles and the top-level tree. Empty if nothing in the scene has
+    /// bounds.
     pub(super) tree: Arc<WideTree>,
-    /// Of each group, then of the still triangles; empty where there is one tree.
+    /// The bottom-level trees: those of the groups, then that of the static triangles. Empty if
+    /// there is a single tree.
     lower: Vec<Blas>,
     unbounded: Vec<PrimId>,
-    /// The longest side of the box around everything.
+    /// The longest side of the scene's bounds.
     size: f32,
     simd: Isa,
     stats: BuildStats,
@@ -99,14 +104,14 @@ impl Wide {
             for group in 0..wide.geometry.groups.len() {
                 wide.push_lower(Prims::group(&wide.geometry, group))?;
             }
-            wide.push_lower(Prims::still(&wide.geometry))?;
+            wide.push_lower(Prims::static_triangles(&wide.geometry))?;
             wide.build_top()?;
         }
         wide.measure(start);
         Ok(wide)
     }
 
-    /// The same tree for the kernels of another level.
+    /// Returns the same tree with the kernels of another SIMD level.
     pub fn with(&self, simd: Isa) -> Self {
         Self { simd, ..self.clone() }
     }
@@ -115,7 +120,7 @@ impl Wide {
         Arc::make_mut(&mut self.tree)
     }
 
-    fn grow(&self, prims: Prims) -> BuiltTree {
+    fn build_tree(&self, prims: Prims) -> BuiltTree {
         build::build(prims, &self.geometry, self.quality).unwrap_or_default()
     }
 
@@ -127,15 +132,15 @@ impl Wide {
 
     fn push_lower(&mut self, prims: Prims) -> Result<(), BuildError> {
         self.lower.push(Blas::of(&prims));
-        let built_tree = self.grow(prims);
+        let built_tree = self.build_tree(prims);
         let numbers = IdSpace::prims(self.geometry.prim_count());
         self.tree_mut().push(built_tree, numbers).ok_or_else(|| self.too_many())
     }
 
     fn build_top(&mut self) -> Result<(), BuildError> {
         let boxes: Vec<Aabb> = self.lower.iter().map(|lower| lower.bounds).collect();
-        let (still, groups) = boxes.split_last().expect("the still triangles are always there");
-        let prims = Prims::top(&self.geometry, still, groups)?;
+        let (static_bounds, groups) = boxes.split_last().expect("the static triangles are always there");
+        let prims = Prims::top(&self.geometry, static_bounds, groups)?;
         self.push_top(prims)
     }
 
@@ -144,17 +149,17 @@ impl Wide {
         let reach = self.lower.iter().map(|lower| lower.reach).fold(prims.reach, f32::max);
         self.tree_mut().padding = BoundsPadding::new(self.geometry.instance_transforms(), reach);
         self.unbounded = std::mem::take(&mut prims.unbounded);
-        let built_tree = self.grow(prims);
+        let built_tree = self.build_tree(prims);
         let numbers = IdSpace {
             prims: self.geometry.prim_count(),
             instances: self.geometry.instances.len(),
-            still: self.lower.len().checked_sub(1),
+            static_tree: self.lower.len().checked_sub(1),
         };
         self.tree_mut().push(built_tree, numbers).ok_or_else(|| self.too_many())
     }
 
-    /// Gives the boxes of a tree's triangles to the nodes above them, or builds it anew where that makes rays much
-    /// slower or where a triangle has come in.
+    /// Refits the boxes of a bottom-level tree. Rebuilds it instead if the refitted tree would be
+    /// much slower, or if a triangle has to be added to it.
     fn refit_or_rebuild(
         &mut self,
         section: usize,
@@ -167,7 +172,7 @@ impl Wide {
             updated.refitted.push(id);
             return Ok(());
         }
-        let built_tree = self.grow(prims);
+        let built_tree = self.build_tree(prims);
         let numbers = IdSpace::prims(self.geometry.prim_count());
         updated.built.push(id);
         self.tree_mut()
@@ -184,8 +189,9 @@ impl Wide {
         };
     }
 
-    /// What lies outside the tree: the state that a ray enters the tree with.
-    fn outside(&self, ray: &Ray) -> Option<Hit> {
+    /// Returns the nearest hit among the unbounded primitives: the initial state of a ray that
+    /// enters the tree.
+    fn nearest_unbounded(&self, ray: &Ray) -> Option<Hit> {
         let mut hit = None;
         self.geometry
             .keep_nearest_of(&self.unbounded, &mut ray.clone(), &mut hit);
@@ -200,7 +206,7 @@ impl Accelerator for Wide {
         hits.fill(None);
         if !self.unbounded.is_empty() {
             for (ray, hit) in rays.iter().zip(&mut *hits) {
-                *hit = self.outside(ray);
+                *hit = self.nearest_unbounded(ray);
             }
         }
         let tree = &self.tree;
@@ -231,7 +237,7 @@ impl Accelerator for Wide {
         blocked.fill(false);
         if !self.unbounded.is_empty() {
             for (ray, blocked) in rays.iter().zip(&mut *blocked) {
-                *blocked = self.outside(ray).is_some();
+                *blocked = self.nearest_unbounded(ray).is_some();
             }
         }
         let tree = &self.tree;
@@ -246,18 +252,19 @@ impl Accelerator for Wide {
                 policy,
             } = thread;
             let (simd, geometry) = (self.simd, &*self.geometry);
-            let is_sifted = !tree.has_instances() && {
+            let is_prefiltered = !tree.has_instances() && {
                 let order = order.unwrap_or(PacketOrder::ROWS);
                 kernels::occluded_at_once(simd, tree, rays, order, blocked, remaining)
             };
-            // What is left of rays that lay side by side does not.
-            let in_packets = order.filter(|_| !is_sifted && policy.packets.should_try());
+            // The rays that the occluder cache leaves are no longer coherent, so they do not go
+            // into packets.
+            let in_packets = order.filter(|_| !is_prefiltered && policy.packets.should_try());
             if in_packets.is_some()
                 && let Some(some) = policy.probe(rays.len())
             {
-                let pick = RaySelection::Some(&some);
+                let selection = RaySelection::Some(&some);
                 policy.record_probe(kernels::occluded_stream(
-                    simd, tree, geometry, rays, pick, blocked, scratch,
+                    simd, tree, geometry, rays, selection, blocked, scratch,
                 ));
             }
             let together = order.filter(|_| policy.entry_points.should_try());
@@ -271,15 +278,15 @@ impl Accelerator for Wide {
                     let pays = kernels::occluded_packets(simd, tree, geometry, packets, blocked, remaining, scratch);
                     policy.packets.record(pays);
                 }
-                (None, Some(order)) if !is_sifted => order.put(rays.len(), remaining),
+                (None, Some(order)) if !is_prefiltered => order.put(rays.len(), remaining),
                 (None, _) => {}
             }
-            let pick = match together {
+            let selection = match together {
                 Some(_) => RaySelection::Together(remaining),
-                None if is_sifted || in_packets.is_some() => RaySelection::Some(remaining),
+                None if is_prefiltered || in_packets.is_some() => RaySelection::Some(remaining),
                 None => RaySelection::All,
             };
-            let report = kernels::occluded_stream(simd, tree, geometry, rays, pick, blocked, scratch);
+            let report = kernels::occluded_stream(simd, tree, geometry, rays, selection, blocked, scratch);
             if let Some(pays) = report.entry_points_pay {
                 policy.entry_points.record(pays);
             }
@@ -292,7 +299,7 @@ impl Accelerator for Wide {
                 nodes: 0,
                 prims: self.unbounded.len() as u32,
             };
-            let best = self.outside(ray);
+            let best = self.nearest_unbounded(ray);
             let mut ray = *ray;
             ray.tmax = best.map_or(ray.tmax, |hit| hit.t);
             cost::count(&self.tree, &self.geometry, ray, best, cost);
@@ -306,21 +313,22 @@ impl Accelerator for Wide {
         let changed = edit.apply(&mut self.geometry, &boxes)?;
         let mut updated = UpdateReport::default();
         self.tree_mut().pop();
-        // What was one tree becomes two, so that the next change finds what moves apart from what does not.
+        // A single tree is split in two levels, so that later updates find moving and static
+        // geometry in separate trees.
         if self.lower.is_empty() {
             for group in 0..groups {
                 self.push_lower(Prims::group(&self.geometry, group))?;
                 updated.built.push(TreeId::Group(group as u32));
             }
-            self.push_lower(Prims::still(&self.geometry))?;
+            self.push_lower(Prims::static_triangles(&self.geometry))?;
             updated.built.push(TreeId::Static);
         } else {
             for group in changed.groups {
                 let prims = Prims::group(&self.geometry, group as usize);
                 self.refit_or_rebuild(group as usize, prims, TreeId::Group(group), &mut updated)?;
             }
-            if changed.still {
-                let prims = Prims::still(&self.geometry);
+            if changed.static_triangles {
+                let prims = Prims::static_triangles(&self.geometry);
                 self.refit_or_rebuild(groups, prims, TreeId::Static, &mut updated)?;
             }
         }

@@ -1,62 +1,65 @@
-//! What the wide tree is made of.
+//! The nodes of the wide tree.
 
 use crate::math::{Aabb, Vec3};
 
-/// What a child is, in the lowest four bits; its number is above them.
+/// The lowest four bits of a child are its kind; the bits above are its number. Leaf flag.
 pub const LEAF: u32 = 1;
 
-/// With [`LEAF`]: one analytic primitive, whose number follows. Without: the end of a ray's stack.
+/// With [`LEAF`]: one analytic primitive, whose id is the number. Without: the end of a ray's
+/// stack.
 pub const SHAPE: u32 = 1 << 1;
 
-/// With [`LEAF`] and [`SHAPE`]: an instance, whose number follows, or [`EXIT`].
+/// With [`LEAF`] and [`SHAPE`]: an instance, whose id is the number, or [`EXIT`].
 pub const INSTANCE: u32 = 1 << 2;
 
-/// On a ray's stack: the end of what is in an instance.
+/// On a ray's stack: the end of an instance's subtree.
 pub const EXIT: u32 = LEAF | SHAPE | INSTANCE | 1 << 3;
 
-/// No child. Its box is inside out, so it is met only by a ray for which no plane has a finite distance.
+/// An absent child. Its box is inverted, so it is hit only by a ray for which no plane has a finite
+/// distance.
 pub const EMPTY: u32 = u32::MAX;
 
 /// The end of a ray's stack.
 pub const DONE: u32 = SHAPE;
 
-/// The most blocks in a leaf.
+/// The largest number of blocks in a leaf.
 pub const MAX_LEAF: usize = 4;
 
-/// Bytes that nodes and blocks are multiples of: in these they are numbered, so that where they lie takes no time to
-/// find.
+/// The size in bytes of which nodes and blocks are multiples. Children are numbered in these units,
+/// so that an address is a shift away.
 pub const UNIT: usize = 32;
 
 const NODE_UNITS: usize = size_of::<WideNode>() / UNIT;
 const BLOCK_UNITS: usize = size_of::<TriangleBlock>() / UNIT;
 
-/// Where the number of a leaf's blocks begins, less one: above [`SHAPE`].
+/// The position of a leaf's block count minus one, above [`SHAPE`].
 const COUNT: u32 = 2;
 
-/// Where a child's number begins: of [`UNIT`]s for nodes and blocks.
+/// The position of a child's number, in [`UNIT`]s for nodes and blocks.
 const NUMBER: u32 = 4;
 
-/// The most nodes and blocks of all trees.
+/// The largest number of nodes and blocks of all trees.
 pub const MAX_NODES: usize = MAX_PRIMS / NODE_UNITS;
 pub const MAX_BLOCKS: usize = MAX_PRIMS / BLOCK_UNITS;
 
-/// The most primitives and instances that children's numbers have room for.
+/// The largest number of primitives and instances that fit into a child's number.
 pub const MAX_PRIMS: usize = 1 << (32 - NUMBER);
 
-/// Where in [`WideNode::order`] that of packets begins.
+/// The position of the packets' order in [`WideNode::order`].
 pub const FOR_PACKETS: u32 = 24;
 
-/// Up to eight boxes with what is in them: four cache lines.
+/// Up to eight boxes and their contents, in four cache lines.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct WideNode {
-    /// Minima and maxima in turn: x, y, z.
+    /// Minima and maxima of x, then y, then z.
     pub planes: [[f32; 8]; 6],
-    /// An [`inner`] node, a [`leaf`], a shape or an instance.
+    /// Each is an [`inner`] node, a [`leaf`], a shape or an instance.
     pub child: [u32; 8],
-    /// For each octant of directions, three bits that say which child comes at this place, the nearest first. Bit k of
-    /// an octant's number is set where directions are negative on axis k. From bit [`FOR_PACKETS`] on the same for packets that
-    /// ask whether anything is in their way; single rays that do try children as they lie.
+    /// For each octant of directions, three bits give the child at this place in front-to-back
+    /// order. Bit k of an octant's index is set if the direction is negative on axis k. From bit
+    /// [`FOR_PACKETS`] on: the same for occlusion packets. Single occlusion rays visit the children
+    /// in storage order.
     pub order: [u32; 8],
 }
 
@@ -99,13 +102,13 @@ impl WideNode {
     }
 }
 
-/// Four triangles.
+/// A block of four triangles.
 #[repr(C, align(32))]
 #[derive(Clone, Copy, Debug)]
 pub struct TriangleBlock {
-    /// Corners a, b, c; of each the axes; of each the triangles. NaN where there is no triangle.
+    /// Indexed by vertex (a, b, c), axis and triangle. NaN where there is no triangle.
     pub corners: [[[f32; 4]; 3]; 3],
-    /// The primitives' numbers plus one.
+    /// The primitives' ids plus one.
     pub ids: [u32; 4],
 }
 
@@ -125,73 +128,74 @@ impl TriangleBlock {
     }
 }
 
-/// A child that is the inner node `index`.
+/// Returns the child for the inner node `index`.
 pub fn inner(index: usize) -> u32 {
     ((index * NODE_UNITS) as u32) << NUMBER
 }
 
-/// A child that is the blocks `first .. first + count`.
+/// Returns the child for a leaf of the blocks `first .. first + count`.
 pub fn leaf(first: usize, count: usize) -> u32 {
     LEAF | (count as u32 - 1) << COUNT | ((first * BLOCK_UNITS) as u32) << NUMBER
 }
 
-/// A child that is an analytic primitive.
+/// Returns the child for an analytic primitive.
 pub const fn shape(number: u32) -> u32 {
     LEAF | SHAPE | number << NUMBER
 }
 
-/// A child that is an instance.
+/// Returns the child for an instance.
 pub const fn instance(number: u32) -> u32 {
     LEAF | SHAPE | INSTANCE | number << NUMBER
 }
 
-/// The number of a shape or an instance.
+/// Returns the id of a shape or an instance.
 #[inline(always)]
 pub fn number(child: u32) -> u32 {
     child >> NUMBER
 }
 
-/// Which node an inner child is.
+/// Returns the node index of an inner child.
 pub fn index(child: u32) -> usize {
     number(child) as usize / NODE_UNITS
 }
 
-/// The blocks of a leaf.
+/// Returns the range of a leaf's blocks.
 pub fn blocks(child: u32) -> std::ops::Range<usize> {
     let first = number(child) as usize / BLOCK_UNITS;
     first..first + count(child)
 }
 
-/// How many blocks a leaf has.
+/// Returns the number of blocks in a leaf.
 #[inline(always)]
 pub fn count(child: u32) -> usize {
     (child >> COUNT & 3) as usize + 1
 }
 
-/// How many bytes there are in one of a child's numbers.
+/// The number of bytes per unit of a child's encoded number.
 const STEP: usize = UNIT >> NUMBER;
 
-/// How many bytes before a child's node or blocks the tree's begin.
+/// Returns the byte offset of a child's node or blocks from the start of the tree's array.
 #[inline(always)]
 pub fn offset(child: u32) -> usize {
     (child & !((1 << NUMBER) - 1)) as usize * STEP
 }
 
-/// The same, with what the flags add: less than a [`UNIT`], so that it is in the same cache line.
+/// Returns the same offset plus the flags. They add less than a [`UNIT`], so the address is in the
+/// same cache line.
 #[inline(always)]
 pub fn offset_nearly(child: u32) -> usize {
     const { assert!(((1 << NUMBER) - 1) * STEP < UNIT) };
     child as usize * STEP
 }
 
-/// The same of an inner node, which has no flags.
+/// Returns the same offset for an inner node, which has no flags.
 #[inline(always)]
 pub fn node_offset(child: u32) -> usize {
     debug_assert_eq!(child, inner(index(child)));
     child as usize * STEP
 }
 
-/// A child after its tree's nodes and blocks were moved by so many.
+/// Returns a child after its tree's nodes and blocks were moved by these counts.
 pub fn moved(child: u32, nodes: isize, blocks: isize) -> u32 {
     let units = if child & LEAF == 0 {
         nodes * NODE_UNITS as isize

@@ -1,14 +1,15 @@
-//! What a batch of rays is: coherent or not.
+//! Detection of coherent rays.
 //!
-//! Packets of sixteen rays are three times as fast as rays in flight where the rays of each packet stay together, and
-//! half as fast where they do not. Camera rays stay together: sixteen neighbours share their origin and nearly their
-//! direction. Sixteen samples of a pixel follow one another; where there are fewer, blocks of pixels are more nearly alike
-//! than rows, and rows above one another lie a fixed number of rays apart. So a few packets of a batch are looked at, in
-//! each order that they may have, and the whole batch is treated as they are; it costs less than ten rays. What a packet
-//! holds does not change hits, so a wrong guess costs time only.
+//! Packets of sixteen rays are three times as fast as a ray stream if the rays of a packet are
+//! coherent, and half as fast if they are not. Camera rays are coherent: sixteen neighbours share
+//! their origin and nearly their direction. The samples of a pixel are consecutive. If a pixel has
+//! fewer than sixteen, blocks of pixels are more coherent than rows, and the rows of a tile lie a
+//! fixed number of rays apart. So this module samples a few packets of the batch in each possible
+//! order and decides for the whole batch; this costs less than ten rays. Packets do not change
+//! hits, so a wrong guess costs time only.
 //!
-//! Rays to one light from places next to one another stay together as well, as long as there is not much around their
-//! origins.
+//! Rays from neighbouring points to one light are coherent as well, unless there is much geometry
+//! around their origins.
 
 use crate::{
     accel::{
@@ -18,34 +19,35 @@ use crate::{
     math::Ray,
 };
 
-/// Packets that are looked at.
+/// The number of packets that are sampled.
 const SAMPLES: usize = 4;
 
-/// How far apart the directions of a packet may be, as the distance of unit vectors.
+/// The largest distance between the unit directions of a packet.
 const SPREAD: f32 = 0.1;
 
-/// How far apart its origins may be, relative to the scene's size.
+/// The largest distance between the origins of a packet, relative to the scene's size.
 const DISTANCE: f32 = 0.01;
 
-/// How the rays of a batch make packets in a scene of this size; `None` where packets do not suit them.
+/// Returns how the rays of a batch form packets in a scene of this size, or `None` if they are not
+/// coherent.
 pub fn nearest(batch: RayBatch<'_>, size: f32) -> Option<PacketOrder> {
     order_within(batch, size, DISTANCE * size)
 }
 
-/// The same for rays that ask whether anything is in their way. They may start all over a surface, and the kernel finds out
-/// by itself whether packets pay.
+/// Returns the same for shadow rays. Their origins may be spread over a surface; the kernel
+/// measures whether packets pay off.
 pub fn occlusion(batch: RayBatch<'_>, size: f32) -> Option<PacketOrder> {
     order_within(batch, size, size)
 }
 
-/// `distance` says how far apart the origins of a packet may be.
+/// Returns the first order whose packets have origins at most `distance` apart.
 fn order_within(RayBatch { rays, layout }: RayBatch<'_>, size: f32, distance: f32) -> Option<PacketOrder> {
     let packets = rays.len() / RAYS;
     if packets == 0 {
         return None;
     }
     let samples = [0, 1, 2, 3].map(|i| i * (packets - 1) / (SAMPLES - 1));
-    // Every order keeps four in a row together, so most batches that do not suit need no more than a look at these.
+    // Every order has groups of four consecutive rays, so these rule out most incoherent batches.
     let four = |i| stay_together(rays, &PacketOrder::ROWS.list(i, rays.len()).ids[..4], distance);
     if !samples.into_iter().all(four) {
         return None;
@@ -80,8 +82,8 @@ fn stay_together(rays: &[Ray], packet: &[u32], distance: f32) -> bool {
     })
 }
 
-/// How far apart the first and last rays of a packet's rows are, squared: their directions, and their origins in a scene of
-/// this size.
+/// Returns the largest squared distance between the corner rays of a packet: that of their
+/// directions, or that of their origins in a scene of this size.
 fn corner_spread(rays: &[Ray], packet: &[u32; RAYS], size: f32) -> f32 {
     let [a, b, c, d] = [0, 3, 12, 15].map(|k| &rays[packet[k] as usize]);
     let apart = |a: &Ray, b: &Ray| a.d.distance_squared(b.d) + a.o.distance_squared(b.o) / (size * size);

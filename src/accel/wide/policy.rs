@@ -1,28 +1,29 @@
-//! What the batches that a thread has traced tell about the next one: which ways of tracing shadow rays pay.
+//! A per-thread policy for tracing shadow rays: earlier batches show which methods pay off.
 //!
-//! Hits do not depend on it, only time does.
+//! The policy affects speed only, never the hits.
 
 use super::super::kernels::ray_stream::StreamReport;
 
-/// Rays that are traced by themselves to know what those around them cost, where these might go in packets. What that is differs
-/// from one part of a picture to another by a factor of two.
+/// Rays of a batch that are traced without packets to measure their cost, if the others are
+/// candidates for packets. The cost varies by a factor of two between parts of an image.
 pub const PROBE_RAYS: usize = 64;
 
-/// For how many rays that holds.
+/// The number of rays for which a measured cost is valid.
 const PROBE_INTERVAL: usize = PROBE_RAYS * PROBE_RAYS;
 
-/// The most batches that go without what did not pay.
+/// The largest number of batches that skip a method after it did not pay off.
 const MAX_BATCHES_WITHOUT: u32 = 16;
 
-/// What is known of shadow rays.
+/// The policy for shadow rays.
 pub struct OcclusionPolicy {
-    /// Of packets.
+    /// The backoff of packets.
     pub packets: Backoff,
-    /// Of entry points below the root.
+    /// The backoff of entry points below the root.
     pub entry_points: Backoff,
-    /// What a ray costs by itself, in halves of a node's test.
+    /// The cost of a ray that is traced without a packet, in halves of a node test.
     single_cost: u64,
-    /// How many rays might have gone in packets since that was found out; before the first, as many as there can be.
+    /// The number of candidates for packets since the last probe; the maximum before the first
+    /// probe.
     since_probe: usize,
 }
 
@@ -40,22 +41,23 @@ impl OcclusionPolicy {
         self.single_cost
     }
 
-    /// The rays of a batch of `count` rays, which may go in packets, to be traced by themselves first; `None` where it is known
-    /// well enough what they cost.
+    /// Returns the rays of a batch of `count` candidates for packets that are to be traced without
+    /// packets first, or `None` if their cost is known.
     pub fn probe(&mut self, count: usize) -> Option<[u32; PROBE_RAYS]> {
         self.since_probe = self.since_probe.saturating_add(count);
         let is_due = self.since_probe >= PROBE_INTERVAL && count >= PROBE_RAYS;
         is_due.then(|| std::array::from_fn(|k| (k * count / PROBE_RAYS) as u32))
     }
 
-    /// After these were traced.
+    /// Records the cost that the probe rays had.
     pub fn record_probe(&mut self, report: StreamReport) {
         self.single_cost = report.cost / PROBE_RAYS as u64;
         self.since_probe = 0;
     }
 }
 
-/// Whether something is tried: where it did not pay, the next batches do without, up to [`MAX_BATCHES_WITHOUT`] of them.
+/// Decides whether a method is tried. After each failure it is skipped for more batches, up to
+/// [`MAX_BATCHES_WITHOUT`].
 pub struct Backoff {
     without: u32,
     next: u32,
@@ -66,14 +68,14 @@ impl Backoff {
         Self { without: 0, next: 0 }
     }
 
-    /// Whether to try it with this batch.
+    /// Returns whether to try the method on this batch.
     pub fn should_try(&mut self) -> bool {
         let tries = self.without == 0;
         self.without = self.without.saturating_sub(1);
         tries
     }
 
-    /// After a batch with it.
+    /// Records whether the method paid off on a batch.
     pub fn record(&mut self, pays: bool) {
         if pays {
             self.next = 0;

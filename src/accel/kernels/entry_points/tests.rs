@@ -1,4 +1,4 @@
-//! Heads beside the rays that begin at them.
+//! Comparison of entry nodes with the rays that start at them.
 
 use super::*;
 use crate::{
@@ -8,7 +8,7 @@ use crate::{
     simd::portable::Portable,
 };
 
-/// Of scenes that reach 1 far.
+/// For scenes with an extent of 1.
 const UNIT: BoundsPadding = BoundsPadding {
     reach: 1.0,
     origin: 0.0,
@@ -23,26 +23,27 @@ fn every_ray_begins_once() {
     let mut tree = WideTree::default();
     tree.push((vec![WideNode::NOTHING], vec![]), IdSpace::prims(0))
         .expect("a tree");
-    let mut heads = EntryPoints::new();
+    let mut entry_points = EntryPoints::new();
     for count in [1, 16, 100, 255, 256, 257, 5000] {
         let rays = vec![Ray::NONE; count];
         let list: Vec<u32> = (0..count as u32).rev().collect();
-        heads.begin(&tree);
+        entry_points.begin(&tree);
         let begun: Vec<u32> = (0..count)
             .map(|at| {
-                let next = heads.next(Portable, &tree, &rays, &list, at).or_else(|| {
-                    heads.passed();
-                    heads.next(Portable, &tree, &rays, &list, at)
+                let next = entry_points.next(Portable, &tree, &rays, &list, at).or_else(|| {
+                    entry_points.passed();
+                    entry_points.next(Portable, &tree, &rays, &list, at)
                 });
                 next.expect("nothing is in its way").ray as u32
             })
             .collect();
         assert_eq!(begun, list);
     }
-    assert_eq!(heads.verdict(), Some(false));
+    assert_eq!(entry_points.pays_off(), Some(false));
 }
 
-/// Whether heads pay for rays that are spread out over 1 where a chain of nodes, all that there is, is `height` high.
+/// Returns whether entry nodes pay off for rays with an extent of 1 in a scene that is a chain of
+/// nodes of this `height`.
 fn pays(height: f32) -> Option<bool> {
     let bounds = Aabb {
         min: Vec3::new(-1.0, -1.0, -height),
@@ -59,18 +60,18 @@ fn pays(height: f32) -> Option<bool> {
         .map(|i| Ray::segment(Vec3::new(-2.0, 0.0, unit(i, 0) - 0.5), Vec3::new(4.0, 0.01, 0.01), 1.0))
         .collect();
     let list: Vec<u32> = (0..rays.len() as u32).collect();
-    let mut heads = EntryPoints::new();
-    heads.begin(&tree);
+    let mut entry_points = EntryPoints::new();
+    entry_points.begin(&tree);
     for at in 0..list.len() {
-        heads.passed();
-        heads.next(Portable, &tree, &rays, &list, at);
+        entry_points.passed();
+        entry_points.next(Portable, &tree, &rays, &list, at);
     }
-    heads.verdict()
+    entry_points.pays_off()
 }
 
 #[test]
 fn heads_pay_where_the_rays_of_a_group_come_to_what_is_opened_for_them() {
     assert_eq!(pays(0.6), Some(true));
-    // As much is opened, and one ray of fifty comes to it.
+    // As many nodes are opened, and one ray of fifty visits them.
     assert_eq!(pays(1e-3), Some(false));
 }

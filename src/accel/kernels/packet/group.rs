@@ -1,4 +1,4 @@
-//! Which rays of a batch start next to one another.
+//! Grouping of rays by origin.
 
 use crate::{
     accel::kernels::ray16::RAYS,
@@ -6,11 +6,12 @@ use crate::{
     simd::lanes::{Floats, SimdLevel},
 };
 
-/// Rays that are looked at together.
+/// The number of rays that are reordered together.
 pub const BAND: usize = 4 * RAYS;
 
-/// `ids` in another order: each [`RAYS`] that follow one another start next to one another. The rays are halved where they
-/// reach farthest, and the halves again.
+/// Reorders `ids` so that the rays of each chunk of [`RAYS`] have nearby origins. The rays are
+/// split in halves along the axis of the largest extent of their origins, and the halves are split
+/// again.
 #[inline(always)]
 pub fn group<L: SimdLevel>(level: L, rays: &[Ray], ids: &[u32; BAND]) -> [u32; BAND] {
     let mut o = [[0.0; BAND]; 3];
@@ -49,7 +50,7 @@ fn half(x: &[f32; BAND], first: usize) -> [f32; BAND / 2] {
     *x[first..].first_chunk().expect("a half begins there")
 }
 
-/// The place of each in the order of that coordinate in which they reach farthest.
+/// Returns the rank of each ray along the axis of the largest extent.
 #[inline(always)]
 fn places<L: SimdLevel, const N: usize>(level: L, o: &[[f32; N]; 3]) -> [i16; N] {
     let mut widest = (f32::NEG_INFINITY, 0, 0.0);
@@ -60,7 +61,7 @@ fn places<L: SimdLevel, const N: usize>(level: L, o: &[[f32; N]; 3]) -> [i16; N]
         }
     }
     let (width, axis, least) = widest;
-    // No two are the same: the last six bits say which it is.
+    // All keys differ, since the lowest six bits are the index.
     const { assert!(BAND <= 64) };
     let scale = 511.0 / width;
     let mut keys = [0_i16; N];
@@ -90,7 +91,7 @@ mod tests {
         simd::portable::Portable,
     };
 
-    /// Rays that start at points of a grid of 8 x 8, in some order.
+    /// Rays that start at the points of a grid of 8 x 8, in some order.
     fn rays() -> Vec<Ray> {
         let mut cells: Vec<u32> = (0..64).collect();
         cells.sort_by_key(|&i| hash::pcg4d([i, 1, 2, 3])[0]);

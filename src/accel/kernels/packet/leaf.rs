@@ -1,9 +1,9 @@
-//! Packets at leaves with triangles.
+//! Intersection of packets with the triangles of leaves.
 //!
-//! Whether anything is met there cannot be foretold, and a processor that guesses wrongly stands still until it knows. So each
-//! step is a pass of its own over all packets that are at leaves, and keeps what is left of a list without branches: triangles
-//! that what encloses a packet may meet, four at a time; of these, those that the line of any of its rays goes through; and
-//! hits.
+//! Whether a triangle is hit is unpredictable, and a mispredicted branch stalls the processor. So
+//! each step is a pass of its own over all packets that are at leaves, and filters a list without
+//! branches. The steps find the triangles that the bounds of a packet intersect, four at a time;
+//! the triangles that the line of at least one ray intersects; and the hits.
 
 use super::rays::load16s;
 use std::ptr;
@@ -26,33 +26,34 @@ use crate::{
     simd::lanes::{Floats, Mask, SimdLevel},
 };
 
-/// All rays.
+/// The set of all lanes.
 const ALL: u32 = 0xffff;
 
-/// The most blocks that packets can come to at once, a power of two.
+/// The largest number of blocks that packets can visit in a pass, a power of two.
 const MAX_VISITS: usize = PACKETS * MAX_LEAF;
 
-/// How far an edge's side may be wrong, relative to how far the triangle reaches from where rays start and from their lines: the
-/// routine for rays rounds it by less than 12 units of [`f32::EPSILON`], [`Edges`] by less than 32.
+/// A bound on the error of an edge function, relative to the extent of the triangle as seen from
+/// the rays' origin and lines. The routine for single rays has an error of less than 12 units of
+/// [`f32::EPSILON`], [`Edges`] of less than 32.
 const MARGIN: f32 = 64.0 * f32::EPSILON;
 
-/// The same for numbers so small that they have lost their digits.
+/// The same for numbers so small that they have lost precision.
 const MIN_MARGIN: f32 = 64.0 * f32::MIN_POSITIVE;
 
-/// The edges of a block's triangles as seen from one place.
+/// The edge functions of a block's triangles for lines through one common origin.
 #[derive(Clone, Copy)]
 struct Edges {
-    /// A line sheared by `[s, t]` passes each triangle's first edge on the side that the sign of `x * s + y * t + z` tells,
-    /// and so the others.
+    /// A line with the shear `[s, t]` passes each triangle's first edge on the side that the sign
+    /// of `x * s + y * t + z` gives, and likewise the other edges.
     sides: [[[f32; BLOCK_TRIANGLES]; 3]; 3],
-    /// How wrong that may be.
+    /// A bound on the error of the edge functions.
     margin: [f32; BLOCK_TRIANGLES],
 }
 
-/// What of a block's triangles does not depend on directions, where all rays start in one place: what [`TrianglePlane`]
-/// and [`Faces`] say, and where the corners lie from there.
+/// The direction-independent data of a block's triangles for a common origin: the contents of
+/// [`TrianglePlane`] and [`Faces`], and the vertices relative to the origin.
 #[derive(Default)]
-struct Look {
+struct OriginData {
     corners: [[[f32; BLOCK_TRIANGLES]; 3]; 3],
     normal: [[f32; BLOCK_TRIANGLES]; 3],
     distance: [f32; BLOCK_TRIANGLES],
@@ -60,22 +61,22 @@ struct Look {
     far: [[f32; BLOCK_TRIANGLES]; 3],
 }
 
-/// A block that a packet has come to.
+/// A block that a packet visits.
 #[derive(Clone, Copy)]
 struct Visit {
-    /// Where all rays start in one place.
+    /// Valid if all rays have a common origin.
     edges: Edges,
     block: *const TriangleBlock,
     packet: usize,
 }
 
-/// The blocks that packets have come to, and which of their triangles may be met.
+/// The blocks that packets visit, and the triangles of these that may be hit.
 pub struct PacketLeafQueue {
     blocks: [Visit; MAX_VISITS],
     block_count: usize,
-    /// [`BLOCK_TRIANGLES`] times a place in `blocks`, and which triangle of it.
+    /// [`BLOCK_TRIANGLES`] times an index into `blocks`, plus the index of a triangle in the block.
     triangles: [u32; MAX_VISITS * BLOCK_TRIANGLES],
-    /// Whose lines go through each.
+    /// The lanes whose lines intersect each triangle.
     lanes: [u32; MAX_VISITS * BLOCK_TRIANGLES],
     count: usize,
     singles: Singles,
@@ -107,8 +108,9 @@ impl PacketLeafQueue {
         self.block_count = 0;
     }
 
-    /// Adds the blocks of a leaf that a packet has come to; of each packet one leaf at most. Where its rays start in several places
-    /// there is nothing to prepare, and they are tested at once; whether some of them end nearer then, or are blocked.
+    /// Adds the blocks of the leaf that a packet visits; at most one leaf per packet. If the
+    /// packet's rays have no common origin, nothing can be shared between them, and the blocks are
+    /// tested at once. Returns whether that shortened or blocked any ray.
     #[inline(always)]
     pub fn add<L: SimdLevel, Q: Query>(
         &mut self,
@@ -125,7 +127,7 @@ impl PacketLeafQueue {
             return nearer;
         }
         for block in blocks {
-            // Asked for a second time: what was there may have had to go since.
+            // Prefetched for a second time, since the block may have been evicted meanwhile.
             level.prefetch::<3>(ptr::from_ref(block).cast());
             let visit = &mut self.blocks[self.block_count % MAX_VISITS];
             (visit.block, visit.packet) = (block, id);
@@ -134,10 +136,11 @@ impl PacketLeafQueue {
         false
     }
 
-    /// Tests what was added; the set of packets some of whose rays end nearer now, or are blocked.
+    /// Tests all blocks in the queue. Returns the set of packets that have rays which were
+    /// shortened or blocked.
     ///
     /// # Safety
-    /// The blocks that were added still exist.
+    /// The blocks in the queue still exist.
     #[inline(always)]
     pub unsafe fn test<L: SimdLevel, Q: Query>(
         &mut self,
@@ -147,40 +150,40 @@ impl PacketLeafQueue {
     ) -> u64 {
         // SAFETY: by this function's own contract.
         unsafe {
-            self.see(level, packets);
-            self.pass(level, packets);
-            self.meet::<L, Q>(level, packets, rays)
+            self.cull(level, packets);
+            self.filter(level, packets);
+            self.intersect::<L, Q>(level, packets, rays)
         }
     }
 
-    /// Lists the triangles that may be met.
+    /// Lists the triangles that may be hit.
     ///
     /// # Safety
-    /// As for [`PacketLeafQueue::test`]; so for the passes after it.
+    /// That of [`PacketLeafQueue::test`], here and in the passes that follow.
     #[inline(always)]
-    unsafe fn see<L: SimdLevel>(&mut self, level: L, packets: &[Packet; PACKETS]) {
+    unsafe fn cull<L: SimdLevel>(&mut self, level: L, packets: &[Packet; PACKETS]) {
         self.count = 0;
         for at in 0..self.block_count.min(MAX_VISITS) {
             let visit = &mut self.blocks[at];
             let packet = &packets[visit.packet % PACKETS];
             // SAFETY: by this function's own contract.
             let block = unsafe { &*visit.block };
-            let (seen, covered) = packet.see(level, block, &mut visit.edges);
+            let (possible, covered) = packet.cull(level, block, &mut visit.edges);
             for k in 0..BLOCK_TRIANGLES {
                 let next = self.count % (MAX_VISITS * BLOCK_TRIANGLES);
                 self.triangles[next] = (at * BLOCK_TRIANGLES + k) as u32;
                 self.lanes[next] = covered >> k & 1;
-                self.count += (seen >> k & 1) as usize;
+                self.count += (possible >> k & 1) as usize;
             }
         }
     }
 
-    /// Keeps those in the list that the line of any ray goes through, and says of which.
+    /// Keeps the triangles that the line of at least one ray intersects, and stores these lanes.
     #[inline(always)]
-    unsafe fn pass<L: SimdLevel>(&mut self, level: L, packets: &[Packet; PACKETS]) {
-        let seen = self.count;
+    unsafe fn filter<L: SimdLevel>(&mut self, level: L, packets: &[Packet; PACKETS]) {
+        let possible = self.count;
         self.count = 0;
-        for i in 0..seen {
+        for i in 0..possible {
             let triangle = self.triangles[i % (MAX_VISITS * BLOCK_TRIANGLES)];
             let (at, k) = place(triangle);
             let visit = &self.blocks[at];
@@ -196,11 +199,16 @@ impl PacketLeafQueue {
         }
     }
 
-    /// Keeps the hits of those in the list.
+    /// Stores the hits on the listed triangles.
     #[inline(always)]
-    unsafe fn meet<L: SimdLevel, Q: Query>(&mut self, level: L, packets: &mut [Packet; PACKETS], rays: &[Ray]) -> u64 {
+    unsafe fn intersect<L: SimdLevel, Q: Query>(
+        &mut self,
+        level: L,
+        packets: &mut [Packet; PACKETS],
+        rays: &[Ray],
+    ) -> u64 {
         let mut nearer = 0;
-        let (mut looked_at, mut look) = (MAX_VISITS, Look::default());
+        let (mut loaded, mut origin_data) = (MAX_VISITS, OriginData::default());
         let mut next = 0;
         while next < self.count {
             self.singles.clear();
@@ -218,11 +226,11 @@ impl PacketLeafQueue {
                     self.singles.add(id, packet, lanes, block, k);
                     continue;
                 }
-                if looked_at != at {
-                    looked_at = at;
-                    packet.look(level, block, &mut look);
+                if loaded != at {
+                    loaded = at;
+                    packet.origin_data(level, block, &mut origin_data);
                 }
-                let found = packet.seen_triangle::<L, Q>(level, &look, k, block.ids[k]);
+                let found = packet.shared_triangle::<L, Q>(level, &origin_data, k, block.ids[k]);
                 nearer |= u64::from(found) << id;
             }
             // SAFETY: by this function's own contract.
@@ -232,7 +240,7 @@ impl PacketLeafQueue {
     }
 }
 
-/// Where a triangle of the list is: in which block, and which of that.
+/// Returns the block of a listed triangle, and its index in the block.
 #[inline(always)]
 fn place(triangle: u32) -> (usize, usize) {
     (
@@ -242,37 +250,39 @@ fn place(triangle: u32) -> (usize, usize) {
 }
 
 impl Packet {
-    /// `rows` of a corner in the order of the axes.
+    /// Returns the `rows` of a vertex in the order of the axes.
     #[inline(always)]
-    fn turn<'a, T>(&self, rows: &'a [T; 3]) -> [&'a T; 3] {
+    fn permute_axes<'a, T>(&self, rows: &'a [T; 3]) -> [&'a T; 3] {
         let [x, y, z] = self.axes.map(usize::from);
         [&rows[x], &rows[y], &rows[z]]
     }
 
-    /// The corners of a block's triangles relative to where all rays start, in the order of the axes.
+    /// Returns the vertices of a block's triangles relative to the rays' common origin, in the
+    /// order of the axes.
     #[inline(always)]
     fn relative<L: SimdLevel>(&self, level: L, block: &TriangleBlock) -> [Vec3s<L::F4>; 3] {
-        let [x, y, z] = self.turn(self.origin.first_chunk().expect("there are four"));
+        let [x, y, z] = self.permute_axes(self.origin.first_chunk().expect("there are four"));
         let o = [level.splat4(*x), level.splat4(*y), level.splat4(*z)];
         let [a, b, c] = &block.corners;
         [
-            each(load3(level, self.turn(a)), o, L::F4::sub),
-            each(load3(level, self.turn(b)), o, L::F4::sub),
-            each(load3(level, self.turn(c)), o, L::F4::sub),
+            each(load3(level, self.permute_axes(a)), o, L::F4::sub),
+            each(load3(level, self.permute_axes(b)), o, L::F4::sub),
+            each(load3(level, self.permute_axes(c)), o, L::F4::sub),
         ]
     }
 
-    /// Looks at a block where all rays start in one place; which of its triangles any of them may meet.
+    /// Culls the triangles of a block for rays with a common origin. Returns the triangles that any
+    /// ray may hit, and those that the lines of all rays intersect.
     ///
-    /// The side on which a ray passes an edge is linear in its shear, so over all shears that lie around the rays' own it
-    /// has its extremes in the corners. What is so far away that this is no number, no ray meets: where triangles lie is rounded to
-    /// so much there that the distance to their planes is none.
-    ///
-    /// Returns these, and those that all of them go through.
+    /// An edge function is linear in a ray's shear, so over the bounds of all shears its extremes
+    /// are in the corners. A triangle that is so far away that the edge functions overflow is hit
+    /// by no ray: its coordinates are rounded so much that the distance to its plane is not a
+    /// number.
     #[inline(always)]
-    fn see<L: SimdLevel>(&self, level: L, block: &TriangleBlock, edges: &mut Edges) -> (u32, u32) {
+    fn cull<L: SimdLevel>(&self, level: L, block: &TriangleBlock, edges: &mut Edges) -> (u32, u32) {
         let [a, b, c] = self.relative(level, block);
-        // Near the packet's middle they are small, and so is what is lost when they are multiplied.
+        // Near the middle of the packet the shears are small, and so are the rounding errors of
+        // products with them.
         let back = [level.splat4(-self.middle[0]), level.splat4(-self.middle[1])];
         let (a, b, c) = (flat(a, back), flat(b, back), flat(c, back));
         let mut sides = [side(c, b), side(a, c), side(b, a)];
@@ -298,7 +308,7 @@ impl Packet {
         (front.or(back).bits(), in_front.or(behind).bits())
     }
 
-    /// Whose lines may go through a triangle, where all start in one place.
+    /// Returns the lanes whose lines may intersect a triangle, for a common origin.
     #[inline(always)]
     fn may_pass<L: SimdLevel>(&self, level: L, edges: &Edges, k: usize) -> u32 {
         let shear = [level.load16(&self.shear[0].0), level.load16(&self.shear[1].0)];
@@ -312,11 +322,11 @@ impl Packet {
         front.or(back).bits()
     }
 
-    /// Tests the triangles of a block; whether one of them is met.
+    /// Tests the triangles of a block. Returns whether one of them is hit.
     #[inline(always)]
     fn block<L: SimdLevel, Q: Query>(&mut self, level: L, block: &TriangleBlock) -> bool {
         let o = load16s(level, &self.o);
-        let [x, y, z] = self.turn(&o);
+        let [x, y, z] = self.permute_axes(&o);
         let turned = [*x, *y, *z];
         let [a, b, c] = &block.corners;
         let mut met = false;
@@ -325,11 +335,11 @@ impl Packet {
             let k = triangles.trailing_zeros() as usize % BLOCK_TRIANGLES;
             triangles &= triangles - 1;
             let corners = [
-                each(spread(level, self.turn(a), k), turned, L::F16::sub),
-                each(spread(level, self.turn(b), k), turned, L::F16::sub),
-                each(spread(level, self.turn(c), k), turned, L::F16::sub),
+                each(spread(level, self.permute_axes(a), k), turned, L::F16::sub),
+                each(spread(level, self.permute_axes(b), k), turned, L::F16::sub),
+                each(spread(level, self.permute_axes(c), k), turned, L::F16::sub),
             ];
-            let negative = self.course.negative();
+            let negative = self.state.negative();
             let faces = || {
                 let world = [
                     spread(level, a.each_ref(), k),
@@ -343,8 +353,8 @@ impl Packet {
         met
     }
 
-    /// Which of a block's triangles are to be tested, a bit for each. Where sixteen rays are one vector that takes no longer than
-    /// to find out to which boxes none of them comes.
+    /// Returns the set of a block's triangles that must be tested. With vectors of sixteen floats,
+    /// testing a triangle takes no longer than culling its bounds.
     #[inline(always)]
     fn in_the_way<L: SimdLevel>(&self, level: L, block: &TriangleBlock) -> u32 {
         let [a, b, c] = block.corners.each_ref();
@@ -356,14 +366,14 @@ impl Packet {
         let first = corners[0][0];
         let mut asked = first.eq(first);
         if !L::SIXTEEN {
-            asked = asked.and(self.course.meets(&boxes(&corners), &self.inv_far));
+            asked = asked.and(self.state.meets(&boxes(&corners), &self.inv_far));
         }
         asked.bits() & 0b1111
     }
 
-    /// What does not depend on directions, of a block that all rays see from one place.
+    /// Computes the direction-independent data of a block for a common origin.
     #[inline(always)]
-    fn look<L: SimdLevel>(&self, level: L, block: &TriangleBlock, look: &mut Look) {
+    fn origin_data<L: SimdLevel>(&self, level: L, block: &TriangleBlock, origin_data: &mut OriginData) {
         let corners = self.relative(level, block);
         let plane = plane(&corners);
         let [a, b, c] = &block.corners;
@@ -374,35 +384,41 @@ impl Packet {
             load3(level, b.each_ref()),
             load3(level, c.each_ref()),
         ];
-        let faces = faces(&o, self.course.negative(), &world);
-        look.corners = [arrays(corners[0]), arrays(corners[1]), arrays(corners[2])];
-        look.normal = arrays(plane.normal);
-        look.distance = plane.distance.to_array();
-        look.near = arrays(faces.near);
-        look.far = arrays(faces.far);
+        let faces = faces(&o, self.state.negative(), &world);
+        origin_data.corners = [arrays(corners[0]), arrays(corners[1]), arrays(corners[2])];
+        origin_data.normal = arrays(plane.normal);
+        origin_data.distance = plane.distance.to_array();
+        origin_data.near = arrays(faces.near);
+        origin_data.far = arrays(faces.far);
     }
 
-    /// Keeps the hits of a triangle of such a block that are nearer; whether there is one.
+    /// Stores the nearer hits on a triangle of such a block. Returns whether there are any.
     #[inline(always)]
-    fn seen_triangle<L: SimdLevel, Q: Query>(&mut self, level: L, look: &Look, k: usize, id: u32) -> bool {
-        let [a, b, c] = look.corners.each_ref();
+    fn shared_triangle<L: SimdLevel, Q: Query>(
+        &mut self,
+        level: L,
+        origin_data: &OriginData,
+        k: usize,
+        id: u32,
+    ) -> bool {
+        let [a, b, c] = origin_data.corners.each_ref();
         let corners = [
             spread(level, a.each_ref(), k),
             spread(level, b.each_ref(), k),
             spread(level, c.each_ref(), k),
         ];
         let plane = || TrianglePlane {
-            normal: spread(level, look.normal.each_ref(), k),
-            distance: level.splat16(look.distance[k]),
+            normal: spread(level, origin_data.normal.each_ref(), k),
+            distance: level.splat16(origin_data.distance[k]),
         };
         let faces = || Faces {
-            near: spread(level, look.near.each_ref(), k),
-            far: spread(level, look.far.each_ref(), k),
+            near: spread(level, origin_data.near.each_ref(), k),
+            far: spread(level, origin_data.far.each_ref(), k),
         };
         self.triangle::<L, Q>(level, &corners, plane, faces, id)
     }
 
-    /// Keeps the hits of a triangle that are nearer; whether there is one.
+    /// Stores the nearer hits on a triangle. Returns whether there are any.
     #[inline(always)]
     fn triangle<L: SimdLevel, Q: Query>(
         &mut self,
@@ -416,7 +432,8 @@ impl Packet {
             corners,
             [level.load16(&self.shear[0].0), level.load16(&self.shear[1].0)],
         );
-        // Whose lines are inside seldom meets nothing, where all that can be foretold has been.
+        // A line that passes the edge tests nearly always has a hit here, since all predictable
+        // misses are culled before.
         if !self.shared && sides.inside.bits() == 0 {
             return false;
         }
@@ -449,7 +466,7 @@ impl Packet {
         true
     }
 
-    /// Those of the `equal` hits that have a lower number than what was hit so far.
+    /// Returns the `equal` hits whose primitive id is lower than that of the current hit.
     #[cold]
     #[inline(never)]
     fn wins(&self, equal: u32, id: u32) -> u32 {
@@ -458,7 +475,7 @@ impl Packet {
     }
 }
 
-/// The edge from `q` to `p` for [`Edges::sides`].
+/// Returns the edge function of the edge from `q` to `p`, for [`Edges::sides`].
 #[inline(always)]
 fn side<F: Floats>(p: Vec3s<F>, q: Vec3s<F>) -> Vec3s<F> {
     [
@@ -468,26 +485,26 @@ fn side<F: Floats>(p: Vec3s<F>, q: Vec3s<F>) -> Vec3s<F> {
     ]
 }
 
-/// On which side lines pass an edge.
+/// Evaluates an edge function.
 #[inline(always)]
 fn passed<F: Floats>([x, y, z]: Vec3s<F>, shear: [F; 2]) -> F {
     shear[0].mul_add(x, shear[1].mul_add(y, z))
 }
 
-/// The least and the greatest that it can be for shears at most `half`.
+/// Returns the minimum and the maximum of an edge function over shears of at most `half`.
 #[inline(always)]
 fn range<F: Floats>([x, y, z]: Vec3s<F>, half: [F; 2]) -> (F, F) {
     let around = half[0].mul_add(x.abs(), half[1].mul(y.abs()));
     (z.sub(around), z.add(around))
 }
 
-/// A corner sheared.
+/// Applies a shear to a vertex.
 #[inline(always)]
 fn flat<F: Floats>([x, y, z]: Vec3s<F>, back: [F; 2]) -> Vec3s<F> {
     [back[0].mul_add(z, x), back[1].mul_add(z, y), z]
 }
 
-/// Three numbers of four triangles, as they are needed to spread each over all rays.
+/// Broadcasts three numbers of triangle `k` of a block to all rays.
 #[inline(always)]
 fn arrays<F: Floats<Array = [f32; 4]>>(v: Vec3s<F>) -> [[f32; 4]; 3] {
     [v[0].to_array(), v[1].to_array(), v[2].to_array()]

@@ -1,17 +1,18 @@
-//! Sixteen rays together, several such packets in flight: the kernel for rays that leave one place in nearly one direction,
-//! as camera rays do.
+//! The packet kernel, for coherent rays such as camera rays: packets of sixteen rays, several of
+//! which are active at once.
 //!
-//! A node's boxes are tested once for all rays of a packet, with what encloses them ([`rays::Packet`]), which takes no
-//! longer than one ray does; and so packets go through the tree as [`super::ray_stream`]'s rays do, in passes without
-//! branches that cover one another's latency. So do the triangles of the leaves that they come to: four at a time against what
-//! encloses the rays, each that may be met against sixteen lines, and where few of them go through it, these rays alone
-//! ([`leaf`], [`singles`]).
+//! A node's boxes are tested once per packet, against the bounds of its rays ([`rays::Packet`]).
+//! This takes as long as the test of a single ray. So packets traverse the tree as the rays of
+//! [`super::ray_stream`] do, in branch-free passes that hide each other's latency. Leaves are
+//! processed in passes as well: four triangles are culled at a time against the bounds of the
+//! packet, and each triangle that remains is tested against sixteen lines. If few of these
+//! intersect it, the rays are tested on their own ([`leaf`], [`singles`]).
 //!
-//! Rays that ask whether anything is in their way are put in order before ([`group`]): what a picture's rows gave away is lost
-//! where some of its paths have ended.
+//! Shadow rays are first reordered by their origins ([`group`]), since the coherence of a tile is
+//! lost once some of its paths have ended.
 //!
-//! Rays of different octants or main axes go into packets of their own; those that are few, have a component of nearly
-//! zero or a negative `tmin` are left to the other kernel.
+//! A packet's rays have the same octant and the same main axis. Rays that match too few others,
+//! that have a component close to zero or a negative `tmin` are left to the stream kernel.
 
 use super::{
     query::Query,
@@ -44,49 +45,51 @@ use super::ray16::RAYS;
 use order::PacketOrder;
 use rays::Packet;
 
-/// Fewer rays than these are faster one by one.
+/// The smallest number of rays for which a packet is faster than single rays.
 const MIN_PACKET_RAYS: u32 = 4;
 
-/// How many packets before its turn one is fetched.
+/// The number of packets by which prefetching runs ahead.
 const PREFETCH_DISTANCE: usize = 4;
 
-/// Packets of a batch after which all may be under way, where it is asked whether they pay.
+/// The number of occlusion packets after which it is known whether packets pay off. Until then, at
+/// most this many are active.
 const TRIAL_PACKETS: u64 = 8;
 
-/// How many tests of a node, in halves, a packet for occlusion may cost on average for each that one ray takes by itself, so that its
-/// rays are no faster so; with those that were given up. With vectors of sixteen packets are faster.
+/// The largest average cost of an occlusion packet, in halves of the cost of a single ray, for
+/// which packets are faster. Packets that were abandoned count as well. With vectors of sixteen
+/// floats, packets are faster.
 const PACKET_COST_LIMIT: u64 = 11;
 const PACKET_COST_LIMIT_16: u64 = 13;
 
-/// How many fair packets' cost may be lost in a batch before the rest goes without: dear packets lie next to one another, so
-/// the first few say little about all.
+/// The number of packets' worth of cost that a batch may lose before its other rays are traced
+/// without packets. Expensive packets are adjacent, so the first few are not representative.
 const MAX_LOST_PACKETS: u64 = 32;
 
-/// What packets must cost on average so that it pays to look for rays that start nearer to one another: five nanoseconds a
-/// ray, which is half of what rays in an empty room take.
+/// The smallest average cost of packets for which reordering the rays pays off: five nanoseconds
+/// per ray, which is half of the time of a ray in an empty room.
 const MIN_COST_TO_REORDER: u64 = 40;
 
-/// What a packet may cost before it is given up.
+/// The cost at which a packet is abandoned.
 const MAX_PACKET_COST: u32 = 300;
 
-/// What a block of triangles costs, in tests of a node.
+/// The cost of a block of triangles, in node tests.
 const BLOCK_COST: u32 = 6;
 
-/// The packets that are not under way yet.
+/// The packets that have not started yet.
 struct PacketQueue<'a> {
     rays: &'a [Ray],
     order: PacketOrder,
     upcoming: usize,
-    /// What is left of a list whose rays do not all go together.
+    /// The other rays of a list that was split, since not all of them go into one packet.
     rest: Option<PacketRays>,
-    /// The rays of four packets, if they were put in order.
+    /// The rays of four packets, if they were reordered.
     band: [u32; BAND],
     is_grouped: bool,
     reach: f32,
     left: &'a mut Vec<u32>,
-    /// What a packet may cost so that it pays.
+    /// The largest cost of a packet that pays off.
     cost_limit: u64,
-    /// How many packets are done, and what they took together.
+    /// The number of finished packets and their total cost.
     done: u64,
     cost: u64,
 }
@@ -102,7 +105,7 @@ impl PacketQueue<'_> {
             return None;
         }
         self.upcoming += 1;
-        // Rays of a block lie in several places, which no processor expects.
+        // The rays of a block are not contiguous, so the hardware prefetcher does not help.
         let soon = self.order.list(packet + PREFETCH_DISTANCE, count);
         for id in soon.ids.into_iter().step_by(2) {
             level.prefetch::<1>(self.rays.as_ptr().wrapping_add(id as usize).cast());
@@ -126,9 +129,10 @@ impl PacketQueue<'_> {
         Some(PacketRays { ids, len: RAYS })
     }
 
-    /// Which packets may be under way: for occlusion not many until it is seen whether they pay. Rays that start all over a
-    /// surface may have so much around them that packets take longer than rays do.
-    fn room<Q: Query>(&self) -> u64 {
+    /// Returns the set of packets that may be active. For occlusion there are few until it is known
+    /// whether packets pay off. If the origins are spread over a surface, there may be so much
+    /// geometry around them that packets are slower than single rays.
+    fn allowed_packets<Q: Query>(&self) -> u64 {
         let few = Q::ANY && self.done < TRIAL_PACKETS;
         u64::MAX >> (64 - if few { TRIAL_PACKETS as usize } else { PACKETS })
     }
@@ -137,18 +141,18 @@ impl PacketQueue<'_> {
         self.cost <= self.cost_limit * (self.done + MAX_LOST_PACKETS)
     }
 
-    /// After a packet is done.
-    fn note(&mut self, packet: &Packet) {
+    /// Records a finished packet.
+    fn record(&mut self, packet: &Packet) {
         self.cost += u64::from(packet.cost);
         self.done += 1;
         if packet.cost > MAX_PACKET_COST {
-            // Its rays begin again, each by itself.
+            // Its rays start again, each on its own.
             self.cost += self.cost_limit;
             self.left.extend(packet.rays().map(|(_, id)| id));
         }
     }
 
-    /// Puts the next rays into `packet`; whether there are any.
+    /// Fills `packet` with the next rays. Returns whether there are any.
     #[inline(always)]
     fn refill<L: SimdLevel, Q: Query>(&mut self, level: L, packet: &mut Packet, answers: &[Q::Answer]) -> bool {
         if Q::ANY && !self.pays() {
@@ -161,19 +165,21 @@ impl PacketQueue<'_> {
             next = match packet.gather::<L, Q>(level, self.rays, &list, answers, self.reach) {
                 Gathered::All => return true,
                 Gathered::Some { together, alone } => {
-                    self.part(&list, together, alone).or_else(|| self.next::<L, Q>(level))
+                    self.split(&list, together, alone).or_else(|| self.next::<L, Q>(level))
                 }
             };
         }
         false
     }
 
-    /// Parts a list whose rays do not all go together; those that do if they are enough.
+    /// Splits a list whose rays do not all go into one packet. Returns the rays that do, if there
+    /// are enough of them.
     #[cold]
     #[inline(never)]
-    fn part(&mut self, list: &PacketRays, together: u32, mut alone: u32) -> Option<PacketRays> {
+    fn split(&mut self, list: &PacketRays, together: u32, mut alone: u32) -> Option<PacketRays> {
         let others = list.lanes() & !(together | alone);
-        // Those that go together may yet be too far apart: what is left of a list before is kept.
+        // The coherent rays may still have distant origins, so the rest of an earlier list must not
+        // be overwritten.
         if others != 0 {
             self.rest = Some(list.only(others));
         }
@@ -186,18 +192,19 @@ impl PacketQueue<'_> {
     }
 }
 
-/// Rays that go in packets.
+/// Rays that are traced in packets.
 #[derive(Clone, Copy)]
 pub struct PacketBatch<'a> {
     pub rays: &'a [Ray],
-    /// Which rays make a packet.
+    /// How the rays form packets.
     pub order: PacketOrder,
-    /// What a ray costs by itself, in halves of a node's test; only where any hit will do.
+    /// The cost of a ray that is traced on its own, in halves of a node test; for occlusion only.
     pub single_cost: u64,
 }
 
-/// Asks the rays of a batch; `answers` holds what is known already, and then the answers. The numbers of the rays that make no
-/// packet are put into `remaining`. Returns whether packets pay.
+/// Traces the rays of a batch. `answers` holds earlier results and receives the new ones. The
+/// indices of rays that fit into no packet are written to `remaining`. Returns whether packets pay
+/// off.
 #[inline(always)]
 pub fn trace<L: SimdLevel, Q: Query>(
     level: L,
@@ -214,7 +221,7 @@ pub fn trace<L: SimdLevel, Q: Query>(
 ) -> bool {
     scratch.prepare(tree);
     let (starts, stacks) = (tree.starts(), scratch.stacks.stacks());
-    let mut flight = Active {
+    let mut active = Active {
         all: &mut scratch.packets,
         next: &mut [DONE; PACKETS],
     };
@@ -233,89 +240,89 @@ pub fn trace<L: SimdLevel, Q: Query>(
         is_grouped: false,
         reach: tree.padding.reach,
         left: remaining,
-        // Both are in halves.
+        // Both costs are in halves.
         cost_limit: single_cost * cost_limit / 4,
         done: 0,
         cost: 0,
     };
-    let mut visits = PacketLeafQueue::new();
-    // Sets of packets, a bit for each.
-    let mut active = 0_u64;
+    let mut leaf_queue = PacketLeafQueue::new();
+    // The set of active packets, one bit each.
+    let mut active_set = 0_u64;
     loop {
-        let [leaf, shape_or_done] = level.flags(flight.next);
-        let mut done = active & shape_or_done & !leaf;
-        active ^= done;
+        let [leaf, shape_or_done] = level.flags(active.next);
+        let mut done = active_set & shape_or_done & !leaf;
+        active_set ^= done;
         while done != 0 {
-            let packet = &flight.all[pop_lowest(&mut done) % PACKETS];
+            let packet = &active.all[pop_lowest(&mut done) % PACKETS];
             packet.scatter::<Q>(answers);
             if Q::ANY {
-                queue.note(packet);
+                queue.record(packet);
             }
         }
-        let mut free = queue.room::<Q>() & !active;
+        let mut free = queue.allowed_packets::<Q>() & !active_set;
         while free != 0 {
             let id = pop_lowest(&mut free) % PACKETS;
-            if !queue.refill::<L, Q>(level, &mut flight.all[id], answers) {
+            if !queue.refill::<L, Q>(level, &mut active.all[id], answers) {
                 break;
             }
-            flight.next[id] = tree.root();
-            active |= 1 << id;
+            active.next[id] = tree.root();
+            active_set |= 1 << id;
         }
-        if active == 0 {
+        if active_set == 0 {
             break;
         }
-        let at_leaf = active & leaf;
-        let at_node = active ^ at_leaf;
-        // SAFETY: these packets wait at nodes, and the stacks are theirs.
-        unsafe { traversal::step::<L, Q, _, PACKETS>(level, tree, &starts, &mut flight, at_node, stacks) };
+        let at_leaf = active_set & leaf;
+        let at_node = active_set ^ at_leaf;
+        // SAFETY: these packets wait at nodes, and `stacks` are their stacks.
+        unsafe { traversal::step::<L, Q, _, PACKETS>(level, tree, &starts, &mut active, at_node, stacks) };
         let mut at_leaf = at_leaf;
-        // Those whose rays have come to end nearer.
+        // The packets that have rays which were shortened or blocked.
         let mut nearer = 0;
-        visits.clear();
+        leaf_queue.clear();
         while at_leaf != 0 {
             let id = pop_lowest(&mut at_leaf) % PACKETS;
-            let (leaf, packet) = (flight.next[id], &mut flight.all[id]);
+            let (leaf, packet) = (active.next[id], &mut active.all[id]);
             packet.cost += BLOCK_COST * count(leaf) as u32;
             if leaf & SHAPE == 0 {
                 // SAFETY: the packet waits at a leaf of this tree.
-                nearer |= u64::from(visits.add::<L, Q>(level, id, packet, unsafe { tree.leaf(leaf) })) << id;
+                nearer |= u64::from(leaf_queue.add::<L, Q>(level, id, packet, unsafe { tree.leaf(leaf) })) << id;
             } else if leaf != EMPTY {
                 let met = shape_step::<L, Q>(level, packet, number(leaf), geometry, rays);
                 nearer |= u64::from(met) << id;
             }
             if Q::ANY && packet.cost > MAX_PACKET_COST {
-                packet.course.stack.clear();
+                packet.state.stack.clear();
             }
         }
         // SAFETY: the tree has not changed.
-        nearer |= unsafe { visits.test::<L, Q>(level, flight.all, rays) };
+        nearer |= unsafe { leaf_queue.test::<L, Q>(level, active.all, rays) };
         while nearer != 0 {
-            let packet = &mut flight.all[pop_lowest(&mut nearer) % PACKETS];
+            let packet = &mut active.all[pop_lowest(&mut nearer) % PACKETS];
             packet.set_ends(level);
-            // Nothing is left to ask.
-            if Q::ANY && packet.course.end == f32::NEG_INFINITY {
-                packet.course.stack.clear();
+            // All rays of the packet are blocked.
+            if Q::ANY && packet.state.end == f32::NEG_INFINITY {
+                packet.state.stack.clear();
             }
         }
-        // SAFETY: the stacks are theirs.
-        unsafe { traversal::pop::<L, Q, _, PACKETS>(level, &starts, &mut flight, active, stacks) };
+        // SAFETY: `stacks` are the stacks of these packets.
+        unsafe { traversal::pop::<L, Q, _, PACKETS>(level, &starts, &mut active, active_set, stacks) };
     }
     queue.pays()
 }
 
 impl Traverser for Packet {
-    const IN_PASSING: bool = false;
-    const SEVERAL: bool = true;
+    const POPS_IN_STEP: bool = false;
+    const IS_PACKET: bool = true;
 
     #[inline(always)]
-    fn cross<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8) {
+    fn intersect_node<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8) {
         self.cost += 1;
-        self.course.cross(level, node, Some(&self.inv_far))
+        self.state.intersect_node(level, node, Some(&self.inv_far))
     }
 
     #[inline(always)]
-    fn course(&mut self) -> &mut TraversalState {
-        &mut self.course
+    fn state(&mut self) -> &mut TraversalState {
+        &mut self.state
     }
 }
 

@@ -1,18 +1,18 @@
-//! Which rays of a batch go together.
+//! The rays of a batch that form a packet.
 
 use crate::accel::kernels::ray16::RAYS;
 
-/// How the rays of a packet lie in their batch: in rows of two to the power of `run` rays, two to the power of `stride`
-/// from one to the next.
+/// The layout of a packet's rays in the batch: rows of two to the power of `run` rays, at a
+/// distance of two to the power of `stride`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PacketOrder {
     run: u32,
     stride: u32,
-    /// How far behind a packet's first ray each lies.
+    /// The offset of each ray from the packet's first one.
     steps: [u32; RAYS],
 }
 
-/// The numbers of up to [`RAYS`] rays; the last of them again where there are fewer.
+/// The indices of up to [`RAYS`] rays; the last index is repeated if there are fewer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PacketRays {
     pub ids: [u32; RAYS],
@@ -20,7 +20,7 @@ pub struct PacketRays {
 }
 
 impl PacketOrder {
-    /// Sixteen rays that follow one another.
+    /// Packets of sixteen consecutive rays.
     pub const ROWS: Self = Self::new(4, 4);
 
     const fn new(run: u32, stride: u32) -> Self {
@@ -33,19 +33,19 @@ impl PacketOrder {
         Self { run, stride, steps }
     }
 
-    /// Two rows of eight rays, or four of four: a block of a picture whose rows are `stride` rays long, a power of two and
-    /// at least eight.
+    /// Packets of two rows of eight rays, or four rows of four: blocks of an image tile whose rows
+    /// have `stride` rays, a power of two and at least eight.
     pub fn blocks(run: usize, stride: usize) -> Self {
         debug_assert!((run == 4 || run == 8) && stride.is_power_of_two() && stride >= 8);
         Self::new(run.trailing_zeros(), stride.trailing_zeros())
     }
 
-    /// How many rays make packets among themselves.
+    /// Returns the number of consecutive rays that form whole packets.
     pub fn band(&self) -> usize {
         RAYS << self.stride >> self.run
     }
 
-    /// The rays of a packet, of `count` rays in a batch.
+    /// Returns the rays of a packet in a batch of `count` rays.
     #[inline(always)]
     pub fn list(&self, packet: usize, count: usize) -> PacketRays {
         let (first, band) = (packet * RAYS, self.band());
@@ -62,7 +62,7 @@ impl PacketOrder {
         }
     }
 
-    /// The rays of all packets of `count` rays, one packet after another.
+    /// Writes the rays of all packets of a batch of `count` rays to `list`, in order.
     pub fn put(&self, count: usize, list: &mut Vec<u32>) {
         list.clear();
         list.reserve(count.next_multiple_of(RAYS));
@@ -74,7 +74,7 @@ impl PacketOrder {
 }
 
 impl PacketRays {
-    /// Those whose bits are set in `lanes`.
+    /// Returns the rays whose bits are set in `lanes`.
     pub fn only(&self, lanes: u32) -> Self {
         let mut list = Self { len: 0, ..*self };
         for (_, &id) in (0..RAYS).zip(&self.ids).filter(|(k, _)| lanes >> k & 1 == 1) {
@@ -88,7 +88,7 @@ impl PacketRays {
         &self.ids[..self.len]
     }
 
-    /// The bits of its members.
+    /// Returns the set of used lanes.
     pub fn lanes(&self) -> u32 {
         (1 << self.len) - 1
     }

@@ -1,4 +1,4 @@
-//! The rays of a packet, and what encloses them.
+//! The rays of a packet and their bounds.
 
 use super::order::PacketRays;
 use crate::{
@@ -11,14 +11,14 @@ use crate::{
     },
     geometry::{
         InstanceId,
-        slab::{END, PAD, TINY},
+        slab::{END_PADDING, MIN_PADDING, ORIGIN_PADDING},
     },
     math::Ray,
     shape::triangle::Shear,
     simd::lanes::{Floats, SimdLevel},
 };
 
-/// A number of each ray.
+/// A number per ray.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Default)]
 pub struct Each(pub [f32; RAYS]);
@@ -28,27 +28,29 @@ pub fn load16s<L: SimdLevel>(level: L, v: &[Each; 3]) -> Vec3s<L::F16> {
     [level.load16(&v[0].0), level.load16(&v[1].0), level.load16(&v[2].0)]
 }
 
-/// Packets in flight: each covers the others' latency as rays do, and more would not stay in the first cache.
+/// The number of active packets. They hide each other's latency; more of them would not fit into
+/// the L1 cache.
 pub const PACKETS: usize = 32;
 
-/// A packet under way. What encloses its rays comes first, in two cache lines: together they enter a box no sooner, and
-/// leave it no later, than two rays would that come to a plane `x = b` after a way of `b * inv + near` and `b * inv_far + far`
-/// along the main axis.
+/// An active packet. The bounds of its rays come first, in two cache lines. The bounds enter a box
+/// no later, and leave it no earlier, than any of the rays. They reach a plane `x = b` at the
+/// distances `b * inv + near` and `b * inv_far + far` along the main axis.
 #[repr(C, align(64))]
 #[derive(Clone, Default)]
 pub struct Packet {
-    /// It begins and ends by ways along the main axis, the least and the greatest of all rays; the reciprocals are those next
-    /// to zero, of the ray that enters.
-    pub course: TraversalState,
-    /// The reciprocals farthest from zero, of the ray that leaves; then nothing.
+    /// The start and the end are distances along the main axis, the minimum and the maximum over
+    /// all rays. The reciprocals are the smallest in magnitude; they belong to the entry distance.
+    pub state: TraversalState,
+    /// The reciprocals that are largest in magnitude, for the exit distance; the fourth element is
+    /// unused.
     pub inv_far: [f32; 4],
-    /// Whether all rays start in one place.
+    /// Whether all rays have a common origin.
     pub shared: bool,
-    /// See [`Shear`]: the order of the axes, which is the same for all rays; each below three.
+    /// The order of the axes, which is the same for all rays; see [`Shear`]. Each is below three.
     pub axes: [u8; 3],
-    /// The first ray's origin.
+    /// The origin of the first ray.
     pub origin: [f32; 4],
-    /// The shears of all rays lie within `half` of `middle`.
+    /// The shears of all rays are within `half` of `middle`.
     pub middle: [f32; 2],
     pub half: [f32; 2],
     /// In the order of [`Packet::axes`].
@@ -56,34 +58,37 @@ pub struct Packet {
     pub shear: [Each; 2],
     pub begin: Each,
     pub until: Each,
-    /// The nearest hits so far; the numbers of primitives as bits.
+    /// The nearest hits so far; ids of primitives are stored as bits.
     pub t: Each,
     pub u: Each,
     pub v: Each,
     pub id: Each,
     pub tmins: Each,
-    /// How far back along the main axis the rays' origins lie: nothing for the last one, otherwise negative.
+    /// The offset of each ray's origin along the main axis, relative to the foremost one; zero or
+    /// negative.
     behind: Each,
     /// In the order of the world's axes.
     pub o: [Each; 3],
     pub inv: [Each; 3],
     list: [u32; RAYS],
     count: usize,
-    /// What it took so far, in tests of a node.
+    /// The cost so far, in node tests.
     pub cost: u32,
 }
 
-/// How far from the first ray of a packet others may start, relative to where the farthest thing is.
+/// The largest distance between the origin of a packet's first ray and the others, relative to the
+/// scene's extent.
 const MAX_ORIGIN_DISTANCE: f32 = 0.1;
 
-/// Chords reach so much beyond the rays' ends, and at least so far relative to the coordinates.
+/// The factor by which chords extend beyond the rays' ends, and the smallest extension relative to
+/// the coordinates.
 const CHORD_REACH: f32 = 1.0 + 1e-4;
 const MIN_CHORD_REACH: f32 = 1e-7;
 
-/// How far off the ways to a plane may be, relative to what they are sums of.
+/// A bound on the error of the distance to a plane, relative to its terms.
 const BLUR: f32 = 8.0 * f32::EPSILON;
 
-/// What is known of a ray that is blocked: it meets nothing any more.
+/// The state of a ray that is blocked: it has no further hits.
 pub const NO_MORE: Best = Best {
     t: f32::NEG_INFINITY,
     u: 0.0,
@@ -91,10 +96,10 @@ pub const NO_MORE: Best = Best {
     id: 0,
 };
 
-/// Which rays make a packet.
+/// The rays of a list that form a packet.
 pub enum Gathered {
     All,
-    /// These together; and these each by itself.
+    /// The lanes that form a packet, and those that must be traced on their own.
     Some {
         together: u32,
         alone: u32,
@@ -102,7 +107,7 @@ pub enum Gathered {
 }
 
 impl Packet {
-    /// Takes the rays of `list`, all or none.
+    /// Loads the rays of `list`, either all or none.
     #[inline(always)]
     pub fn gather<L: SimdLevel, Q: Query>(
         &mut self,
@@ -140,16 +145,16 @@ impl Packet {
         }
         self.shared = apart == 0.0;
         let [x, y, z] = below;
-        self.course.set_octant(x & 1 | y & 2 | z & 4);
+        self.state.set_octant(x & 1 | y & 2 | z & 4);
         self.aim(&d, &inv, Shear::new(&ray.d).axes);
         let speed = level.load16(&self.d[2].0).abs();
         self.enclose([&o, &d, &inv], tmax, speed, reach);
-        self.course.stack.clear();
+        self.state.stack.clear();
         self.cost = 0;
         self.list = list.ids;
         self.count = list.len;
         self.tmins.0 = tmin.to_array();
-        self.course.tmin = tmin.mul_sub(speed, level.load16(&self.behind.0)).reduce_min();
+        self.state.tmin = tmin.mul_sub(speed, level.load16(&self.behind.0)).reduce_min();
         self.begin.0 = tmin.mul(level.splat16(1.0 - BEYOND)).to_array();
         self.t.0 = tmax.to_array();
         self.u = Each([0.0; RAYS]);
@@ -162,11 +167,13 @@ impl Packet {
         Gathered::All
     }
 
-    /// Keeps the lines, and how all of them together meet planes; `speed` is how fast they go along the main axis.
+    /// Stores the lines and their common bounds; `speed` is the rays' speed along the main axis.
     ///
-    /// How far a ray has come is told by the main axis, so that rays side by side meet a box at once, wherever they start. The
-    /// least of the ways to a plane is concave over the plane's place, and so lies above its chord between where the first ray
-    /// starts and the last one ends; before and behind no box is met. The greatest lies below its own.
+    /// Distances are measured along the main axis, so that adjacent rays reach a box at the same
+    /// distance, wherever they start. The minimum of the distances to a plane is a concave function
+    /// of the plane's position. So it lies above its chord between the start of the first ray and
+    /// the end of the last one; no box beyond these is hit. The maximum is convex and lies below
+    /// its chord.
     #[inline(always)]
     fn enclose<F: Floats<Array = [f32; RAYS]>>(&mut self, [o, d, inv]: [&Vec3s<F>; 3], tmax: F, speed: F, reach: f32) {
         for axis in 0..3 {
@@ -174,7 +181,7 @@ impl Packet {
             self.inv[axis].0 = inv[axis].to_array();
         }
         let [x, y, main] = self.axes.map(usize::from);
-        let negative = self.course.negative();
+        let negative = self.state.negative();
         let start = self.first(o, main);
         let sign = if negative[main] { -1.0 } else { 1.0 };
         let behind = speed.fill(start).sub(o[main]).mul(speed.fill(sign));
@@ -210,29 +217,29 @@ impl Packet {
         }
     }
 
-    /// The smallest coordinate as seen by the rays.
+    /// Returns the smallest coordinate in the direction of the rays.
     #[inline(always)]
     fn first<F: Floats>(&self, o: &Vec3s<F>, axis: usize) -> f32 {
         if self.shared {
             self.origin[axis]
-        } else if self.course.negative()[axis] {
+        } else if self.state.negative()[axis] {
             o[axis].reduce_max()
         } else {
             o[axis].reduce_min()
         }
     }
 
-    /// How far along the rays meet planes across an axis: at `from` and then per way, the ray that meets it first and the one
-    /// that does last.
+    /// Sets the distances at which the rays reach planes across an axis: the value at `from` and
+    /// the slope, for the first ray that reaches the plane and for the last one.
     #[inline(always)]
     fn set_line(&mut self, axis: usize, from: f32, [first, near, last, far]: [f32; 4]) {
-        let sign = if self.course.negative()[axis] { -1.0 } else { 1.0 };
-        let (from, pad) = (from * sign, from.abs() * (2.0 * PAD) + 4.0 * TINY);
-        (self.course.inv[axis], self.course.near[axis]) = (sign * near, first - (from + pad) * near);
-        (self.inv_far[axis], self.course.far[axis]) = (sign * far, last - (from - pad) * far);
+        let sign = if self.state.negative()[axis] { -1.0 } else { 1.0 };
+        let (from, pad) = (from * sign, from.abs() * (2.0 * ORIGIN_PADDING) + 4.0 * MIN_PADDING);
+        (self.state.inv[axis], self.state.near[axis]) = (sign * near, first - (from + pad) * near);
+        (self.inv_far[axis], self.state.far[axis]) = (sign * far, last - (from - pad) * far);
     }
 
-    /// Keeps the directions, and what shears them.
+    /// Stores the directions and the shears.
     #[inline(always)]
     fn aim<F: Floats<Array = [f32; RAYS]>>(&mut self, d: &Vec3s<F>, inv: &Vec3s<F>, axes: [usize; 3]) {
         self.axes = axes.map(|axis| axis as u8);
@@ -248,7 +255,7 @@ impl Packet {
         }
     }
 
-    /// What is known already.
+    /// Loads the earlier results.
     #[cold]
     #[inline(never)]
     fn recall<Q: Query>(&mut self, rays: &[Ray], answers: &[Q::Answer]) {
@@ -260,16 +267,16 @@ impl Packet {
         }
     }
 
-    /// After `t` has changed.
+    /// Updates the bounds after `t` has changed.
     #[inline(always)]
     pub fn set_ends<L: SimdLevel>(&mut self, level: L) {
         let t = level.load16(&self.t.0);
         self.until.0 = t.add(t.abs().mul(level.splat16(BEYOND))).to_array();
         let speed = level.load16(&self.d[2].0).abs();
-        self.course.end = t.mul_sub(speed, level.load16(&self.behind.0)).reduce_max() * END;
+        self.state.end = t.mul_sub(speed, level.load16(&self.behind.0)).reduce_max() * END_PADDING;
     }
 
-    /// Writes the answers.
+    /// Writes the results to `answers`.
     #[inline(always)]
     pub fn scatter<Q: Query>(&self, answers: &mut [Q::Answer]) {
         for (k, &id) in self.list.iter().enumerate().take(self.count) {
@@ -285,25 +292,25 @@ impl Packet {
         }
     }
 
-    /// The ray of each lane; lanes beyond the last ray have some ray of the batch.
+    /// Returns the ray of each lane; unused lanes have an arbitrary ray of the batch.
     pub fn lanes(&self) -> [u32; RAYS] {
         self.list
     }
 
-    /// The number of the ray in a lane.
+    /// Returns the index of the ray in a lane.
     #[inline(always)]
     pub fn ray(&self, lane: usize) -> u32 {
         self.list[lane % RAYS]
     }
 
-    /// The same for packets with the same order of axes and the same octant.
+    /// Returns a key that is equal for packets with the same order of axes and the same octant.
     #[inline(always)]
     pub fn way(&self) -> u32 {
         let [x, y, z] = self.axes;
-        u32::from_le_bytes([x, y, z, self.course.octant()[0] as u8])
+        u32::from_le_bytes([x, y, z, self.state.octant()[0] as u8])
     }
 
-    /// The numbers of the rays, with their lanes.
+    /// Returns the lanes with the indices of their rays.
     pub fn rays(&self) -> impl Iterator<Item = (usize, u32)> + use<> {
         self.list.into_iter().enumerate().take(self.count)
     }

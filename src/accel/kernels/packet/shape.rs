@@ -1,5 +1,5 @@
-//! A packet at an analytic primitive: its box and sixteen rays, then what can be told of all at once, then the primitive's own
-//! scalar routine for the rest.
+//! Intersection of a packet with an analytic primitive: first with its bounds, then with a
+//! vectorised estimate, and then with the primitive's scalar routine for the rays that are left.
 
 use super::rays::{NO_MORE, Packet, load16s};
 use crate::{
@@ -9,17 +9,18 @@ use crate::{
     },
     geometry::{
         Geometry, PrimId,
-        slab::{END, LEAVE, PAD, Slabs, TINY},
+        slab::{END_PADDING, EXIT_PADDING, MIN_PADDING, ORIGIN_PADDING, Slabs},
     },
     math::{Aabb, Ray, Vec3},
     shape::Attempt,
     simd::lanes::{Floats, Mask, SimdLevel},
 };
 
-/// Fewer rays are tested one by one.
+/// Up to this number, rays are tested one by one.
 const MAX_SINGLE_RAYS: u32 = 3;
 
-/// Tests shape `index` of the geometry's primitives; whether it is the nearest hit of any ray now.
+/// Tests shape `index` of the geometry's primitives. Returns whether it is the nearest hit of any
+/// ray.
 #[inline(always)]
 pub fn shape_step<L: SimdLevel, Q: Query>(
     level: L,
@@ -33,7 +34,7 @@ pub fn shape_step<L: SimdLevel, Q: Query>(
 }
 
 impl Packet {
-    /// Ray `k` as the rule about a shape's own box wants it.
+    /// Returns ray `k`, prepared for clipping to a shape's bounds.
     #[inline(always)]
     fn slabs(&self, k: usize) -> Slabs {
         Slabs {
@@ -42,16 +43,19 @@ impl Packet {
         }
     }
 
-    /// Which rays may meet a box.
+    /// Returns the set of rays that may intersect a box.
     #[inline(always)]
     fn meets<L: SimdLevel>(&self, level: L, bounds: &Aabb) -> u32 {
         let (o, inv) = (load16s(level, &self.o), load16s(level, &self.inv));
-        let negative = self.course.negative();
+        let negative = self.state.negative();
         let mut enter = level.load16(&self.tmins.0);
-        let mut leave = level.load16(&self.t.0).mul(level.splat16(END));
+        let mut leave = level.load16(&self.t.0).mul(level.splat16(END_PADDING));
         for axis in 0..3 {
             let (least, most) = (level.splat16(bounds.min[axis]), level.splat16(bounds.max[axis]));
-            let pad = o[axis].abs().mul(level.splat16(PAD)).add(level.splat16(4.0 * TINY));
+            let pad = o[axis]
+                .abs()
+                .mul(level.splat16(ORIGIN_PADDING))
+                .add(level.splat16(4.0 * MIN_PADDING));
             let (less, more) = (o[axis].sub(pad), o[axis].add(pad));
             let (near, far) = if negative[axis] {
                 (most.sub(less), least.sub(more))
@@ -61,12 +65,12 @@ impl Packet {
             enter = near.mul(inv[axis]).max(enter);
             leave = far.mul(inv[axis]).min(leave);
         }
-        enter.le(leave.mul(level.splat16(LEAVE))).bits()
+        enter.le(leave.mul(level.splat16(EXIT_PADDING))).bits()
     }
 }
 
-/// Tests it with the rays whose bits are set; apart from the kernel, so that none of its vectors are used where the level's
-/// instructions are not enabled.
+/// Tests a shape with the rays whose bits are set. A function of its own, so that none of the
+/// kernel's vectors are live in code where the level's instructions are not enabled.
 #[inline(never)]
 fn test<L: SimdLevel, Q: Query>(
     level: L,

@@ -1,6 +1,7 @@
-//! Single rays of packets at single triangles, eight pairs at a time.
+//! Intersection of single rays of packets with single triangles, eight pairs at a time.
 //!
-//! Where triangles are as small as what lies between a packet's rays, few of sixteen go through each.
+//! If triangles are as small as the distance between a packet's rays, few of the sixteen rays
+//! intersect each of them.
 
 use std::ptr;
 
@@ -19,24 +20,27 @@ use crate::{
     simd::lanes::{Floats, Mask, SimdLevel},
 };
 
-/// Rays that go through a triangle are tested all sixteen together where they are so many, otherwise each for itself.
+/// The smallest number of rays for which a triangle is tested with all sixteen rays; fewer are
+/// tested as pairs.
 pub const MIN_PACKET_LANES: u32 = 9;
 
-/// Triangles in a block.
+/// The number of triangles in a block.
 pub const BLOCK_TRIANGLES: usize = 4;
 
-/// How many are tested together.
+/// The number of pairs that are tested together.
 const EIGHT: usize = 8;
 
-/// How many may wait.
+/// The capacity of the queue.
 const PAIRS: usize = 256;
 
-/// Rays and triangles that wait to be tested. Of eight that follow one another, all packets have the same [`Packet::way`].
+/// The pairs of rays and triangles in the queue. In each group of eight, all packets have the same
+/// [`Packet::way`].
 pub struct Singles {
     rays: [u32; PAIRS],
-    /// The first number of each triangle in its block; the others are [`BLOCK_TRIANGLES`] from one to the next.
+    /// The first element of each triangle in its block; the others follow at a stride of
+    /// [`BLOCK_TRIANGLES`].
     triangles: [*const f32; PAIRS],
-    /// [`RAYS`] times a packet's number, and which of its rays.
+    /// [`RAYS`] times the index of a packet, plus the lane of its ray.
     lanes: [u32; PAIRS],
     count: usize,
     way: u32,
@@ -58,13 +62,13 @@ impl Singles {
         self.count = 0;
     }
 
-    /// Whether there is room for the rays of one more triangle, and to fill groups up.
+    /// Returns whether there is room for the rays of one more triangle and for padding groups.
     #[inline(always)]
     pub fn has_room(&self) -> bool {
         self.count + MIN_PACKET_LANES as usize + 2 * EIGHT <= PAIRS
     }
 
-    /// Adds rays of the packet with number `id`, and triangle `k` of a block.
+    /// Adds rays of the packet `id`, each with triangle `k` of a block.
     #[inline(always)]
     pub fn add(&mut self, id: usize, packet: &Packet, mut lanes: u32, block: &TriangleBlock, k: usize) {
         let way = packet.way();
@@ -84,7 +88,7 @@ impl Singles {
         }
     }
 
-    /// Fills the last group with its last pair, which is tested several times then.
+    /// Pads the last group with its last pair, which is then tested several times.
     #[inline(always)]
     fn fill(&mut self) {
         while !self.count.is_multiple_of(EIGHT) {
@@ -96,10 +100,11 @@ impl Singles {
         }
     }
 
-    /// Keeps the hits that are nearer; the set of packets some of whose rays end nearer now, or are blocked.
+    /// Stores the nearer hits. Returns the set of packets that have rays which were shortened or
+    /// blocked.
     ///
     /// # Safety
-    /// The blocks of all that were added still exist.
+    /// The blocks of all pairs still exist.
     #[inline(always)]
     pub unsafe fn test<L: SimdLevel, Q: Query>(
         &mut self,
@@ -120,7 +125,7 @@ impl Singles {
     }
 }
 
-/// Tests eight pairs; whose packets' rays end nearer now, or are blocked.
+/// Tests eight pairs. Returns the set of packets that have rays which were shortened or blocked.
 ///
 /// # Safety
 /// The triangles exist, and their packets have the same [`Packet::way`].
@@ -135,7 +140,7 @@ unsafe fn test<L: SimdLevel, Q: Query>(
 ) -> u64 {
     let first = &packets[lanes[0] as usize / RAYS % PACKETS];
     let [x, y, z] = first.axes.map(|axis| usize::from(axis) % 3);
-    let negative = first.course.negative();
+    let negative = first.state.negative();
     let negative = [negative[x], negative[y], negative[z]];
 
     let [ox, oy, oz, tmin, dx, dy, dz, tmax] = load_eight(level, rays, ids);
@@ -172,7 +177,7 @@ unsafe fn test<L: SimdLevel, Q: Query>(
         let i = valid.trailing_zeros() as usize % EIGHT;
         valid &= valid - 1;
         let (id, lane) = (lanes[i] as usize / RAYS % PACKETS, lanes[i] as usize % RAYS);
-        // SAFETY: numbers lie behind the corners of a block.
+        // SAFETY: the ids follow the vertices of a block.
         let prim = unsafe { *triangles[i].add(9 * BLOCK_TRIANGLES) }.to_bits();
         let found = packets[id].keep::<Q>(lane, [t[i], u[i], v[i]], prim);
         nearer |= u64::from(found) << id;
@@ -180,7 +185,7 @@ unsafe fn test<L: SimdLevel, Q: Query>(
     nearer
 }
 
-/// A corner of the triangles, in the order of the axes.
+/// Loads a vertex of the triangles, in the order of the axes.
 #[inline(always)]
 unsafe fn corner<L: SimdLevel>(
     level: L,
@@ -216,7 +221,7 @@ unsafe fn row<L: SimdLevel>(level: L, [a, b, c, d, e, f, g, h]: &[*const f32; EI
 }
 
 impl Packet {
-    /// Keeps a hit of one ray if it is nearer; whether it is.
+    /// Stores a hit of one ray if it is nearer. Returns whether it is.
     #[inline(always)]
     fn keep<Q: Query>(&mut self, lane: usize, [t, u, v]: [f32; 3], id: u32) -> bool {
         let (best, number) = (self.t.0[lane], self.id.0[lane].to_bits());
