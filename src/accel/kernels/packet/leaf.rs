@@ -9,6 +9,7 @@ use super::rays::load16s;
 use std::ptr;
 
 use super::{
+    edges::{Edges, flat, passed, range, side},
     rays::{NO_MORE, PACKETS, Packet},
     singles::{BLOCK_TRIANGLES, MIN_PACKET_LANES, Singles},
 };
@@ -39,16 +40,6 @@ const MARGIN: f32 = 64.0 * f32::EPSILON;
 
 /// The same for numbers so small that they have lost precision.
 const MIN_MARGIN: f32 = 64.0 * f32::MIN_POSITIVE;
-
-/// The edge functions of a block's triangles for lines through one common origin.
-#[derive(Clone, Copy)]
-struct Edges {
-    /// A line with the shear `[s, t]` passes each triangle's first edge on the side that the sign
-    /// of `x * s + y * t + z` gives, and likewise the other edges.
-    sides: [[[f32; BLOCK_TRIANGLES]; 3]; 3],
-    /// A bound on the error of the edge functions.
-    margin: [f32; BLOCK_TRIANGLES],
-}
 
 /// The direction-independent data of a block's triangles for a common origin: the contents of
 /// [`TrianglePlane`] and [`Faces`], and the vertices relative to the origin.
@@ -473,35 +464,6 @@ impl Packet {
         let wins = (0..self.id.0.len()).filter(|&k| equal >> k & 1 == 1 && id < self.id.0[k].to_bits());
         wins.fold(0, |bits, k| bits | 1 << k)
     }
-}
-
-/// Returns the edge function of the edge from `q` to `p`, for [`Edges::sides`].
-#[inline(always)]
-fn side<F: Floats>(p: Vec3s<F>, q: Vec3s<F>) -> Vec3s<F> {
-    [
-        p[1].mul_sub(q[2], p[2].mul(q[1])),
-        p[2].mul_sub(q[0], p[0].mul(q[2])),
-        p[0].mul_sub(q[1], p[1].mul(q[0])),
-    ]
-}
-
-/// Evaluates an edge function.
-#[inline(always)]
-fn passed<F: Floats>([x, y, z]: Vec3s<F>, shear: [F; 2]) -> F {
-    shear[0].mul_add(x, shear[1].mul_add(y, z))
-}
-
-/// Returns the minimum and the maximum of an edge function over shears of at most `half`.
-#[inline(always)]
-fn range<F: Floats>([x, y, z]: Vec3s<F>, half: [F; 2]) -> (F, F) {
-    let around = half[0].mul_add(x.abs(), half[1].mul(y.abs()));
-    (z.sub(around), z.add(around))
-}
-
-/// Applies a shear to a vertex.
-#[inline(always)]
-fn flat<F: Floats>([x, y, z]: Vec3s<F>, back: [F; 2]) -> Vec3s<F> {
-    [back[0].mul_add(z, x), back[1].mul_add(z, y), z]
 }
 
 /// Broadcasts three numbers of triangle `k` of a block to all rays.

@@ -34,6 +34,7 @@ use order::PacketRays;
 use rays::{Gathered, PACKETS};
 use shape::shape_step;
 
+mod edges;
 mod group;
 mod leaf;
 pub mod order;
