@@ -84,7 +84,7 @@ const PACKAGES: [(&str, &[&str]); 9] = [
     ("libloading", &["src/native/"]),
 ];
 
-/// Where code may be unsafe.
+/// The folders where code may be unsafe.
 const UNSAFE: [&str; 3] = ["src/simd/", "src/accel/kernels/", "src/native/"];
 
 const LONGEST: usize = 500;

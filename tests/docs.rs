@@ -42,7 +42,7 @@ fn anchors(text: &str) -> Vec<String> {
     headings.map(anchor).collect()
 }
 
-/// What is wrong with a link from the document at `path`, if anything is.
+/// The error in a link from the document at `path`, if there is one.
 fn broken(path: &Path, link: &str) -> Option<String> {
     if link.contains("://") {
         return None;

@@ -47,7 +47,7 @@ pub struct ModelNode {
     pub parent: Option<usize>,
 }
 
-/// What a model file knows of a surface.
+/// A material as a model file describes it.
 #[derive(Clone, Debug)]
 pub struct ModelMaterial {
     /// May be empty.

@@ -37,7 +37,7 @@ impl Job {
         self.store.files()
     }
 
-    /// How many image files are missing or broken, and replaced by a placeholder.
+    /// The number of image files that are missing or broken, and replaced by a placeholder.
     pub fn placeholders(&self) -> usize {
         self.store.replaced()
     }

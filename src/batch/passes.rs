@@ -77,7 +77,7 @@ impl PassChoice {
         }
     }
 
-    /// What has to be rendered: where files show data alone, no light is.
+    /// The content to render: if files show data alone, no light is rendered.
     pub fn content(&self) -> Content {
         let is_data = |pass: &PassRequest| matches!(pass.spec().source, PassSource::FirstHit(_));
         if self.is_shown && self.passes.iter().all(is_data) {

@@ -146,7 +146,7 @@ impl Plan {
         })
     }
 
-    /// What the files of a frame say beside its pixels.
+    /// The metadata of a frame's files.
     pub fn metadata(&self, frame: i32) -> FrameMetadata {
         FrameMetadata {
             view: self.view,

@@ -1,11 +1,11 @@
-//! What a job is asked for beside its scene: command lines and callers fill in a [`Request`].
+//! Requests: the settings of a job beside its scene. Command lines and callers fill in a [`Request`].
 
 use std::path::PathBuf;
 
 use super::{Existing, FrameRange};
 use crate::{accel::BuildOptions, assets::store::MissingAssets, camera::RotationOrder, sampler::SeedMode};
 
-/// What somebody wants rendered; what is `None` is the scene's to say.
+/// The settings of a job. The scene file decides about a setting that is `None`.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
     pub camera_path: Option<PathBuf>,

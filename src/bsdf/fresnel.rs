@@ -35,8 +35,8 @@ pub fn conductor(cos: f32, eta: f32, k: f32) -> f32 {
     (0.5 * (perpendicular + parallel)).clamp(0.0, 1.0)
 }
 
-/// How far Schlick's reflectance has come from that at normal incidence (0) to that at grazing
-/// incidence (1).
+/// The weight by which Schlick's approximation interpolates from the reflectance at normal incidence
+/// (0) to that at grazing incidence (1).
 ///
 /// Source: Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", CGF 13(3), 1994,
 /// doi:10.1111/1467-8659.1330233.

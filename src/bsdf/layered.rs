@@ -132,8 +132,8 @@ impl Layered {
         self.specular_color.map(|c| (c * f0).min(1.0)) * self.specular
     }
 
-    /// What the boundary over chalk reflects, whatever the colour, of which `f0` is that at normal
-    /// incidence.
+    /// The albedo of the boundary over the diffuse base, for all channels alike; `f0` is the reflectance
+    /// at normal incidence.
     fn over_albedo(&self, f0: Rgb, w: Vec3) -> f32 {
         let [a, b] = albedo::schlick(&self.facets, w);
         (f0.max_component() * a + self.specular * b).min(1.0)

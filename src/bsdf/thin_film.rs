@@ -85,8 +85,8 @@ impl ThinFilm {
     }
 }
 
-/// What the eye makes of a wave whose paths differ by `path` (m) and `shift` (radians), in linear
-/// sRGB.
+/// The linear sRGB response of the eye to a wave whose paths differ by `path` (m) and `shift`
+/// (radians).
 fn sensitivity(path: f32, shift: f32) -> [f32; 3] {
     // Of each Gaussian: height, position and variance in reciprocal metres; the last adds to X.
     const CURVES: [[f32; 3]; 4] = [

@@ -38,8 +38,8 @@ pub struct Pose {
 pub struct LookAt {
     /// What appears in the middle of the picture, in world space, m.
     pub target: DVec3,
-    /// What appears upwards in the picture; any length, need not be perpendicular to the line of
-    /// sight.
+    /// The direction that appears upwards in the picture. It has any length and need not be
+    /// perpendicular to the line of sight.
     pub up: DVec3,
     /// Turn about the line of sight, in degrees; positive turns the camera counter-clockwise as
     /// seen from behind it, as a positive `rot_z` does, so that the picture's content turns
@@ -66,10 +66,10 @@ impl Pose {
 
     /// The pose at `eye` (m) that looks at a target.
     ///
-    /// Where `up` is parallel to the line of sight, or has length 0, the camera is turned as if it
-    /// had looked ahead and had then been pitched up or down: ahead is -z, or +y where the line of
-    /// sight is nearer to the z axis than to the others. So a camera that looks straight down in a
-    /// y-up world has -z at the top of its picture, and in a z-up world +y.
+    /// If `up` is parallel to the line of sight, or has length 0, the camera is turned as if it had
+    /// looked ahead and had then been pitched up or down: ahead is -z, or +y if the line of sight is
+    /// nearer to the z axis than to the others. A camera that looks straight down in a y-up world thus
+    /// has -z at the top of its picture, and in a z-up world +y.
     ///
     /// # Errors
     /// The target is at the eye, or a number is not finite.

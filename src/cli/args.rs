@@ -188,11 +188,11 @@ pub struct RenderArgs {
     #[arg(long, value_name = "SIZE", default_value = "4G", value_parser = size, hide_short_help = true, help_heading = heading::JOB)]
     pub max_memory: u64,
 
-    /// What to do about an image that is missing or broken
+    /// Treatment of missing and broken images
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = MissingKind::Error, hide_short_help = true, help_heading = heading::JOB)]
     pub missing_assets: MissingKind,
 
-    /// How to show progress, on standard output
+    /// Display of progress, on standard output
     #[arg(long, value_enum, value_name = "HOW", default_value_t = ProgressKind::Auto, hide_short_help = true, help_heading = heading::JOB)]
     pub progress: ProgressKind,
 }
@@ -213,7 +213,7 @@ pub struct ExistingArgs {
     pub fail_existing: bool,
 }
 
-/// What to do about an image that is missing or broken.
+/// The treatment of images that are missing or broken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MissingKind {
     /// Refuse the scene
@@ -231,7 +231,7 @@ impl From<MissingKind> for MissingAssets {
     }
 }
 
-/// How to show progress.
+/// The display of progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ProgressKind {
     /// Bars on a terminal, plain lines elsewhere

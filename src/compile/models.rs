@@ -44,7 +44,7 @@ impl PlacedModel {
     }
 }
 
-/// How the objects of a scene use a model.
+/// The use of a model by the objects of a scene.
 #[derive(Default)]
 struct ModelUse {
     objects: u64,
@@ -92,7 +92,7 @@ impl InstancingPlan {
         }
     }
 
-    /// How many triangles the next object adds.
+    /// The number of triangles that the next object adds.
     fn triangles(&self) -> u64 {
         let rest = if self.shares_rest && self.rest.is_some() {
             0
@@ -116,7 +116,7 @@ struct PlacedParts<'a> {
     parts: &'a [MeshInstance],
     world_from_group: DAffine3,
     object_from_group: ObjectFromGroup,
-    /// Of an instance of these parts.
+    /// The node of an instance of these parts.
     node: Option<NodeId>,
 }
 

@@ -88,7 +88,7 @@ impl SceneDesc {
     }
 }
 
-/// What a ray sees that meets nothing.
+/// The surroundings of the scene: the radiance of rays that hit nothing.
 ///
 /// | key | type | unit | default |
 /// |---|---|---|---|

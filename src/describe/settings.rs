@@ -9,7 +9,7 @@ use crate::{
     value::{Count, Finite, Problem, Spanned, kind_or_name},
 };
 
-/// How the picture is rendered.
+/// Size, sampling and integrator of the picture.
 ///
 /// | key | type | default |
 /// |---|---|---|

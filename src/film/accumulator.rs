@@ -19,7 +19,7 @@ pub struct SampleRecord<'a> {
     pub weight: f32,
     /// The squared distance from the pixel's centre, in pixels.
     pub distance_squared: f32,
-    /// What its camera ray met first; read where the layout needs first hits.
+    /// The first hit of its camera ray; read where the layout needs first hits.
     pub first: Option<&'a FirstHit>,
     /// Its light by layers; empty where the layout does not need them.
     pub light: &'a [Rgb],
@@ -64,7 +64,7 @@ impl PixelSum {
     }
 }
 
-/// How the planes of a layout lie in accumulators.
+/// The order of a layout's planes in accumulators.
 #[derive(Clone, Debug)]
 pub struct AccumulatorLayout {
     /// The planes of sorted light: their index in the film, and the layer.
@@ -79,7 +79,7 @@ pub struct AccumulatorLayout {
 struct DataPlane {
     /// Its index in the film.
     plane: usize,
-    /// Where its values begin among those of a pixel.
+    /// The index of its first value among those of a pixel.
     first: usize,
     width: usize,
     value: fn(&FirstHit, &PassContext<'_>) -> [f32; 3],

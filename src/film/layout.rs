@@ -39,7 +39,7 @@ pub struct FilmLayout {
     planes: Vec<PlaneSpec>,
 }
 
-/// What the passes of a film ask of the renderer.
+/// The inputs that the passes of a film need from the renderer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Needs {
     /// Light sorted by components and groups.

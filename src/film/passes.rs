@@ -35,7 +35,7 @@ pub enum PixelType {
     Uint,
 }
 
-/// How the samples of a pixel become its value.
+/// The rule that makes a pixel's value of its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Combine {
     /// The mean, weighted by the pixel filter.
@@ -44,7 +44,7 @@ pub enum Combine {
     Nearest,
 }
 
-/// How an 8-bit picture shows a pass.
+/// The display of a pass in an 8-bit picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Display {
     /// Light, by the scene's view and exposure.
@@ -62,20 +62,20 @@ pub enum Display {
     Id,
 }
 
-/// Where the values of a pass come from.
+/// The origin of a pass's values.
 #[derive(Clone, Copy, Debug)]
 pub enum PassSource {
-    /// What the integrator computes: light, or the cost of tracing.
+    /// The output of the integrator: light, or the cost of tracing.
     Integrator,
     /// A part of that light.
     Light(Component),
     /// The light of one group; the film has such a pass for each.
     LightGroup,
-    /// What the camera ray of a sample meets first.
+    /// The first hit of a sample's camera ray.
     FirstHit(fn(&FirstHit, &PassContext<'_>) -> [f32; 3]),
 }
 
-/// What a pass may read beside the first hit.
+/// The data that a pass may read beside the first hit.
 #[derive(Clone, Copy, Debug)]
 pub struct PassContext<'a> {
     /// The camera when the shutter opens.
@@ -95,10 +95,10 @@ const fn light(name: &'static str, component: Component, about: &'static str) ->
     }
 }
 
-/// What the integrator computes, premultiplied, with its coverage.
+/// The light that the integrator computes, premultiplied, with its coverage.
 pub const BEAUTY: &PassSpec = &PASSES[0];
 
-/// What the integrator `cost` computes in place of light.
+/// The output of the integrator `cost`, in place of light.
 pub const COST: &PassSpec = &PASSES[1];
 
 /// Every pass.

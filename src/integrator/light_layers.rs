@@ -33,7 +33,7 @@ impl Lobes {
     }
 }
 
-/// Where a path left its first surface, in integrators that follow several paths of a sample.
+/// The lobe by which a path left its first surface, in integrators that follow several paths of a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FirstLobe {
     /// All paths of the sample left by the lobes that [`ShadingOutput::set_first_lobes`](super::ShadingOutput::set_first_lobes) was
@@ -62,7 +62,7 @@ pub(crate) struct LightLayers {
     radiance: Vec<Rgb>,
     /// The lobes of the first surface, of each sample whose path has left it.
     first: Vec<Lobes>,
-    /// What each shadow ray brings.
+    /// The light of each shadow ray.
     shadows: Vec<Shadow>,
 }
 
@@ -76,7 +76,7 @@ struct Shadow {
 /// Light in two components at most.
 type ComponentSplit = [(Component, Rgb); 2];
 
-/// Where light enters a path: the end of the path that brings it.
+/// The end of a path where light enters it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Arrival {
     pub sample: u32,

@@ -58,7 +58,7 @@ impl PathState {
     }
 }
 
-/// How a path left its last vertex.
+/// The state of a path when it left its last vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BounceState {
     /// Density of the direction in sr^-1; `None` where there was but one (a camera, a mirror).

@@ -1,4 +1,4 @@
-//! What leaves the vertices of a wave: radiance for samples, shadow rays, and rays that continue paths.
+//! The output of shading: radiance for samples, shadow rays, and rays that continue paths.
 
 use super::{
     BounceState, Lobes, PathState, Tag,
@@ -29,7 +29,7 @@ pub struct ShadingOutput {
     mirror: Mirror,
 }
 
-/// What the output needs to know of the path whose vertex is shaded.
+/// The state of the path whose vertex is shaded.
 #[derive(Clone, Copy, Debug)]
 struct CurrentVertex {
     throughput: Rgb,
@@ -54,7 +54,7 @@ impl CurrentVertex {
     }
 }
 
-/// What a surface does to the cones of the rays that it reflects.
+/// The effect of a surface on the cones of the rays that it reflects.
 #[derive(Clone, Copy, Debug, Default)]
 struct Mirror {
     /// On the side of the viewer.

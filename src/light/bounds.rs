@@ -86,8 +86,8 @@ impl OrientationCone {
         }
     }
 
-    /// How much of the sphere they fill, for the cost of a split: the integral over the cone of
-    /// normals, and a cosine beyond.
+    /// The solid angle measure of the directions, for the cost of a split: the integral over the cone
+    /// of normals, and a cosine beyond.
     pub fn measure(&self) -> f32 {
         let o = trig::acos(self.cos_o.clamp(-1.0, 1.0));
         let w = (o + trig::acos(self.cos_e.clamp(-1.0, 1.0))).min(PI);

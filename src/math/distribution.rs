@@ -29,7 +29,7 @@ pub struct PiecewiseConstant1D {
 #[derive(Clone, Debug)]
 pub struct PiecewiseConstant2D {
     rows: PiecewiseConstant1D,
-    /// Of each row, as in [`PiecewiseConstant1D`].
+    /// The sums of each row, as in [`PiecewiseConstant1D`].
     sums: Vec<f32>,
     width: usize,
 }

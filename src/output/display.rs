@@ -15,7 +15,7 @@ use crate::{
     math::{Rgb, hash, srgb, trig},
 };
 
-/// How light becomes display values.
+/// A mapping of light to display values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DisplayTransform {
     /// The scene's numbers are display values already.
@@ -92,7 +92,7 @@ pub struct PixelDisplay {
 }
 
 impl PixelDisplay {
-    /// How `display` shows a pass: light by `transform`, made `2^exposure` times as bright; distances and counts scaled by the
+    /// The display of a pass: light by `transform`, made `2^exposure` times as bright; distances and counts scaled by the
     /// same factor; other data as it is.
     pub fn new(display: Display, transform: DisplayTransform, exposure: f32) -> Self {
         let (curve, scaled): (Curve, _) = match display {

@@ -1,4 +1,4 @@
-//! What a format is, and what encoding a frame takes and gives.
+//! The contract of output formats, with the inputs and results of encoding.
 
 use std::{
     fmt::Debug,
@@ -14,7 +14,7 @@ pub struct Encoding {
     pub compression: Compression,
 }
 
-/// What was written.
+/// The result of writing a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WriteReport {
     /// The size of the file.
@@ -27,7 +27,7 @@ pub struct WriteReport {
 
 /// A kind of picture file.
 pub trait Format: Debug + Sync {
-    /// What it is called; also the extension of its files.
+    /// The name of the format; also the extension of its files.
     fn name(&self) -> &'static str;
 
     /// Whether it holds every layer and the light itself, or only a picture for a display.
@@ -41,7 +41,7 @@ pub trait Format: Debug + Sync {
     fn inspect(&self, path: &Path) -> Option<FileFacts>;
 }
 
-/// What a format keeps of a frame.
+/// The part of a frame that a format keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contents {
     /// Scene-linear light and all layers.

@@ -1,8 +1,8 @@
-//! What a finished file says about itself.
+//! Facts that a finished file holds about itself.
 
 use super::{Attribute, Value};
 
-/// What a whole file says about itself. A file of another program has facts too, but no version.
+/// The facts that a complete file holds about itself. A file of another program has facts too, but no version.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileFacts {
     /// The size of the picture in pixels: of the full frame where the format knows it, else of the crop.

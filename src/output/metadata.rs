@@ -1,4 +1,4 @@
-//! What files say about a frame beside its pixels.
+//! The metadata of a frame, which files hold beside its pixels.
 
 use super::{Attribute, display::DisplayTransform};
 use crate::{
@@ -6,7 +6,7 @@ use crate::{
     render::Settings,
 };
 
-/// What every format writes of a frame beside its pixels.
+/// The metadata of a frame, the same for every format.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameMetadata {
     /// The number of the frame.
@@ -16,7 +16,7 @@ pub struct FrameMetadata {
     pub seed: u32,
     /// The source of the random numbers.
     pub sampler: &'static str,
-    /// How 8-bit formats show light.
+    /// The display transform of 8-bit formats.
     pub view: DisplayTransform,
     /// Stops, for 8-bit formats.
     pub exposure: f32,

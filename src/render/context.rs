@@ -1,4 +1,4 @@
-//! What every wave of a frame reads.
+//! The data that all waves of a frame share.
 
 use super::Settings;
 use crate::{
@@ -10,7 +10,7 @@ use crate::{
     simd::Isa,
 };
 
-/// What every wave of a frame reads.
+/// The data that all waves of a frame share.
 pub(super) struct RenderContext<'a> {
     pub scene: &'a Scene,
     pub frame_camera: &'a FrameCamera,

@@ -1,4 +1,4 @@
-//! What passes between a render and whoever started it: the word to stop, counters, and tiles as they get ready.
+//! Control over a render: cancelling, counters, and tiles as they get ready.
 
 use std::sync::{
     Mutex, MutexGuard,
@@ -26,7 +26,7 @@ impl Cancel {
 #[error("cancelled")]
 pub struct Cancelled;
 
-/// What all threads have done so far. Counters only rise, over all frames that they are given to.
+/// Counts of the work that all threads have done. They only rise, over all frames that they are given to.
 #[derive(Debug, Default)]
 pub struct Counters {
     samples: AtomicU64,
@@ -72,7 +72,7 @@ pub trait TileSink: Sync {
     fn tile(&self, tile: &TileResult<'_>);
 }
 
-/// How a render is watched and stopped; by default it is neither.
+/// The control over a render. By default it is neither watched nor cancelled.
 #[derive(Clone, Copy, Default)]
 pub struct Control<'a> {
     pub cancel: Option<&'a Cancel>,

@@ -30,7 +30,7 @@ impl SampleBlock {
         }
     }
 
-    /// How the rays of the samples lie, those of ended paths aside.
+    /// The layout of the samples' rays; rays of ended paths are missing.
     pub fn layout(&self) -> BatchLayout {
         self.layout
     }

@@ -11,7 +11,7 @@ use crate::film::Window;
 /// Paths that start together; more do not pay, fewer starve the tracer.
 pub(super) const WAVE_SIZE: usize = 4 * 1024;
 
-/// How many samples each pixel gets, and in which steps.
+/// The number of samples of each pixel, and the steps in which they are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SampleBudget {
     /// The samples of the first round, at least 1.

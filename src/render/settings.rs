@@ -1,4 +1,4 @@
-//! What a frame is rendered with, beside its scene and its camera.
+//! The settings of a frame, beside its scene and its camera.
 
 use super::SampleBudget;
 use crate::{
@@ -7,7 +7,7 @@ use crate::{
     sampler::Sampler,
 };
 
-/// What a frame is rendered with, beside its scene and its camera.
+/// The settings of a frame, beside its scene and its camera.
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// Columns and rows of the full picture.
@@ -26,7 +26,7 @@ pub struct Settings {
     pub passes: Vec<PassRequest>,
 }
 
-/// What is rendered of a frame.
+/// The content of a rendered frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Content {
     /// The picture of the integrator, and passes of what it is made of.

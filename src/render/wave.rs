@@ -24,10 +24,10 @@ use crate::{
 /// Paths that are continued together, where each vertex sends out several rays.
 const MAX_PATHS: usize = 4 * WAVE_SIZE;
 
-/// How many vertices are shaded together: few enough for the smallest cache.
+/// The number of vertices that are shaded together: few enough for the smallest cache.
 const SHADE_BATCH: usize = 64;
 
-/// What is prepared for vertices before they are shaded.
+/// The inputs of a batch of vertices, prepared before they are shaded.
 #[derive(Default)]
 struct BatchInputs {
     surfaces: Surfaces,

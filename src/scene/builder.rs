@@ -23,7 +23,7 @@ use crate::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GroupId(pub u32);
 
-/// What a mesh belongs to.
+/// The owner of a mesh.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeshOwner {
     pub object: ObjectId,
@@ -260,7 +260,7 @@ impl SceneBuilder {
         });
     }
 
-    /// What rays will meet.
+    /// The geometry that rays will be traced against.
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
     }

@@ -1,4 +1,4 @@
-//! What a camera ray meets first: the record that the render loop fills and the passes of a film read.
+//! The first hit of a camera ray: the record that the render loop fills and the passes of a film read.
 
 use super::{ObjectId, SurfaceInteraction};
 use crate::{

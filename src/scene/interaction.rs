@@ -26,8 +26,8 @@ pub struct SurfaceInteraction {
     /// About the shading normal; at the rim of a smooth mesh, where that points away from a viewer
     /// in front or the other way round, about the geometric one. Its first axis points anywhere.
     pub frame: Frame,
-    /// How `p` moves with the texture coordinates, zero where there are none; of one whose material
-    /// is the same everywhere not known.
+    /// The derivative of `p` with respect to `u`; zero without texture coordinates, and unknown for a
+    /// material that is the same everywhere.
     pub dpdu: Vec3,
     pub dpdv: Vec3,
     /// Unit direction back along the ray.

@@ -5,7 +5,7 @@
 //! deformed mesh its own tree. The picture is the same as that of a scene which was built for the
 //! frame.
 //!
-//! What can be moved are shapes and instances ([`super::SceneBuilder::instance`]); a mesh that is baked into world space can only
+//! Shapes and instances ([`super::SceneBuilder::instance`]) can be moved; a mesh that is baked into world space can only
 //! bend.
 
 use std::collections::HashMap;

@@ -103,8 +103,7 @@ pub trait ShapeKind {
     /// not be a unit vector.
     fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32;
 
-    /// How fast the normal turns over the surface where it turns fastest, in radians per metre; 0
-    /// where it is flat.
+    /// The largest curvature of the surface, in radians per metre; 0 for a flat one.
     fn curvature(&self) -> f32 {
         0.0
     }

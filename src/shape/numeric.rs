@@ -1,5 +1,5 @@
-//! What the shapes share: roots on a ray, points rounded together with their bound, and densities
-//! turned from area to solid angle.
+//! Numerical routines that shapes share: roots on a ray, points rounded together with their bound,
+//! and densities converted from area to solid angle.
 //!
 //! Hits are found in double precision. A [`ShapeHit`] keeps the root rounded to single precision in
 //! `t` and what the rounding took away in `v`, so that
@@ -51,8 +51,7 @@ pub(super) fn rounded(p: DVec3, extent: f64) -> (Vec3, Vec3) {
 /// `d . n`, or 0 where the same product in single precision, as
 /// [`offset_origins`](crate::math::float::offset_origins) computes it, has another sign.
 ///
-/// So a ray that left a flat surface to one side never comes back to it, not even one that all but
-/// grazes it.
+/// A ray that left a flat surface to one side thus never comes back to it, not even a grazing one.
 #[inline]
 pub(super) fn dot_direction(d: Vec3, n: DVec3) -> f64 {
     let exact = d.as_dvec3().dot(n);

@@ -204,9 +204,9 @@ impl Quad {
         ab.min(bc).min(cd.min(da)) >= 0.0 || ab.max(bc).max(cd.max(da)) <= 0.0
     }
 
-    /// Where the ray meets the plane, and whether that is within the quad where u and v of a
-    /// parallelogram alone tell: not near an edge, and not where the edge test's rounding may reach
-    /// as far as that.
+    /// Intersects the ray with the plane, and decides whether the point is within the quad where the
+    /// parameters u and v of a parallelogram suffice: not near an edge, and not where the rounding of the
+    /// edge test matters.
     ///
     /// Seen from the ray a corner is moved by a few units in the last place of its distance, and on
     /// the plane by so much over the cosine.

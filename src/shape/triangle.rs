@@ -34,8 +34,8 @@ impl Shear {
         }
     }
 
-    /// Where a corner comes to lie, given relative to the ray's origin and in the order of the
-    /// axes.
+    /// The position of a corner after the shear. The corner is relative to the ray's origin, with its
+    /// axes permuted.
     #[inline]
     pub fn flat(&self, corner: Vec3) -> Vec2 {
         Vec2::new(corner.x - self.x * corner.z, corner.y - self.y * corner.z)
@@ -56,7 +56,7 @@ impl Shear {
     }
 }
 
-/// Where `ray` meets the triangle `a`, `b`, `c` with `ray.tmin < t <= ray.tmax`; `u` and `v` are
+/// Intersects `ray` with the triangle `a`, `b`, `c` for `ray.tmin < t <= ray.tmax`; `u` and `v` are
 /// the barycentric weights of `b` and `c`.
 ///
 /// Watertight: where a corner comes to lie depends on the ray and the corner alone, and of two

@@ -1,4 +1,4 @@
-//! How a point of a surface gets the texture coordinates s and t.
+//! The mapping from points of a surface to the texture coordinates s and t.
 //!
 //! | kind | s, t |
 //! |---|---|

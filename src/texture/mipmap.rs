@@ -87,7 +87,7 @@ fn stored_like(storage: &Storage, channels: usize, values: &[f32]) -> Storage {
     }
 }
 
-/// What a texel covers along one axis: a run of texels, and the weights of the first, of each
+/// The footprint of a texel along one axis: a run of texels, and the weights of the first, of each
 /// within and of the last.
 struct Span {
     texels: Range<usize>,

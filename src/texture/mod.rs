@@ -42,8 +42,8 @@ pub struct TexturePoint {
     /// How `p` moves with `uv`; zero where it does not.
     pub dpdu: Vec3,
     pub dpdv: Vec3,
-    /// How fast the normal turns over the surface, in radians per metre; negative where it is
-    /// hollow on the normal's side.
+    /// The curvature of the surface, in radians per metre; negative if it is concave on the normal's
+    /// side.
     pub curvature: f32,
     /// The two axes of the footprint in `uv`, from end to end; zero for a point.
     pub footprint: [Vec2; 2],
@@ -78,8 +78,7 @@ pub trait PatternKind {
     }
 }
 
-/// What a pattern's compilation asks of the scene: the bitmap that a file and a colour space
-/// became.
+/// A function that finds the bitmap of an image file in a colour space.
 pub type FindBitmap<'a> = dyn Fn(&image::ImageDesc) -> Result<BitmapId, Problem> + 'a;
 
 kinds! {

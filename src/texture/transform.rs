@@ -1,4 +1,4 @@
-//! How a texture is scaled, rotated and moved before it is looked up.
+//! The scale, rotation and offset of a texture's coordinates.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|

@@ -25,7 +25,7 @@ pub type Span = Range<usize>;
 pub struct Problem {
     pub span: Option<Span>,
     pub message: String,
-    /// How to correct it, where that is known.
+    /// A hint for the correction, where there is one.
     pub help: Option<String>,
 }
 

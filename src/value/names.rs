@@ -44,7 +44,7 @@ impl UnknownName {
         self.suggestion.as_deref()
     }
 
-    /// How to correct the name.
+    /// The hint for the correction of the name.
     pub fn help(&self) -> Option<String> {
         match &self.suggestion {
             Some(name) => Some(format!("did you mean `{name}`?")),

@@ -9,7 +9,7 @@ pub type Segments = Vec<String>;
 pub struct Sources {
     /// The files by their modules.
     modules: BTreeMap<Segments, String>,
-    /// What `pub use` hands on: by the module and the name, where that is defined.
+    /// The re-exports of each module: the full path of each name that `pub use` re-exports.
     handed_on: BTreeMap<(Segments, String), Segments>,
     uses: BTreeMap<String, BTreeSet<Segments>>,
 }

@@ -20,7 +20,7 @@ use crate::common::repo;
 
 /// Kinds of one registry, which a table of a scene file chooses from.
 struct Registry {
-    /// What one of them is called, and the folder of their pages.
+    /// The name of one kind, and of the folder of their pages.
     name: &'static str,
     /// The key that names the kind, where there is one.
     key: &'static str,
@@ -32,7 +32,7 @@ struct Registry {
 /// A table of a scene file.
 struct Table {
     name: &'static str,
-    /// How its header is written.
+    /// The text of its header.
     header: &'static str,
     /// The file and the item whose documentation is the table's page.
     source: &'static str,

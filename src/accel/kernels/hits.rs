@@ -1,6 +1,6 @@
 //! The final test of candidate triangles for the stream's rays.
 //!
-//! Of eight triangles that were tested together, seldom more than one is left. So each is decided
+//! Seldom more than one of eight triangles that were tested together is left. So each is decided
 //! on its own, with the three axes of its bounds in one vector. Whether it is hit is unpredictable,
 //! so the code selects results without a branch.
 

@@ -14,8 +14,8 @@ use crate::{
     simd::lanes::{Floats, Mask, SimdLevel},
 };
 
-/// How far the unclipped `t` of a hit may lie beyond the ray's ends. It is more than [`MAX_T_NOISE`], to
-/// make up for a division that is omitted.
+/// A bound on the distance by which the unclipped `t` of a hit may lie beyond the ray's ends. It is
+/// more than [`MAX_T_NOISE`], to make up for a division that is omitted.
 pub const BEYOND: f32 = 4.0 * MAX_T_NOISE;
 
 /// The smallest component of a regular direction, and the largest coordinate of a regular origin, both

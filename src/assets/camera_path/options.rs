@@ -1,8 +1,8 @@
-//! What is said about a camera path besides its file.
+//! Options for reading a camera path.
 
 use crate::camera::RotationOrder;
 
-/// What the file does not say.
+/// Settings that a camera path file does not hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraPathOptions {
     /// Frames per second, above 0: what makes frames of times in seconds.

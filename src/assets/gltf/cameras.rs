@@ -4,7 +4,7 @@ use ::gltf::json::camera::Camera;
 
 use crate::assets::model::ModelView;
 
-/// What a camera sees, `None` where it makes no sense.
+/// Returns the view of a camera; `None` if its parameters are invalid.
 pub(super) fn view(camera: &Camera) -> Option<ModelView> {
     let view = match (&camera.perspective, &camera.orthographic) {
         (Some(p), _) => ModelView::Perspective { fov: p.yfov.into() },

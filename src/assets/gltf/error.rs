@@ -29,7 +29,7 @@ impl GltfError {
     }
 }
 
-/// What is wrong inside a file.
+/// An error inside a glTF file.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum GltfProblem {
     #[error("{0}")]

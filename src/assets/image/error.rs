@@ -33,7 +33,7 @@ impl ImageError {
     }
 }
 
-/// What is wrong with the bytes of a file.
+/// An error in the bytes of an image file.
 #[derive(Debug)]
 pub(super) enum ImageProblem {
     Unknown,

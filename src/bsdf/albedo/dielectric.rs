@@ -24,8 +24,8 @@ const POINTS: FacetGrid = FacetGrid {
     turn: 0.5,
     shift: 0.618_034,
 };
-/// What is added so that no value is less than the truth: towards the denser side, and towards the
-/// thinner one, where some facets let nothing pass.
+/// A margin that keeps all values above the exact albedo: towards the denser side, and towards the
+/// thinner one, where some facets transmit nothing.
 const MARGIN: [ClearAlbedo; 2] = [
     ClearAlbedo {
         fresnel: 0.001,
@@ -46,8 +46,8 @@ pub struct ClearAlbedo {
     pub passing: f32,
 }
 
-/// Of one index and one roughness, by the root of the cosine, over the albedo of mirrors: at
-/// grazing angles all is reflected.
+/// The albedos for one index of refraction and one roughness, by the square root of the cosine,
+/// relative to the albedo of mirrors: at grazing angles everything is reflected.
 struct DielectricRow {
     fresnel: [f32; COLUMNS],
     /// Over nothing where all can pass.

@@ -6,8 +6,8 @@ use crate::{
     math::Vec3,
 };
 
-/// What is added to a table so that it is never less than the truth: to those of facets, even and
-/// brushed, and to the light that they reflect at grazing angles.
+/// Margins that keep a table above the exact albedo: for isotropic and anisotropic facets, and for
+/// the light that they reflect at grazing angles.
 const MARGIN: [f32; 2] = [0.001, 0.0035];
 const ANISOTROPIC_MARGIN: [f32; 2] = [0.004, 0.009];
 

@@ -15,7 +15,7 @@ const ROWS: usize = 32;
 const COLUMNS: usize = 64;
 /// Points of an integral, by tilt and by turn.
 const STEPS: [usize; 2] = [32, 24];
-/// What is added so that no value is less than the truth, where that is below 1; above, a part of
+/// A margin that keeps all values above the exact albedo, where that is below 1; above, a fraction of
 /// it.
 const MARGIN: f32 = 0.002;
 

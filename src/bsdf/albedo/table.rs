@@ -24,7 +24,7 @@ pub(super) fn along(row: &[f32], v: f32) -> f32 {
     lerp(row[i], row[i + 1], f)
 }
 
-/// Where a cosine is on its axis, which is denser towards grazing ones.
+/// The position of a cosine on the table's axis, which is denser towards grazing angles.
 #[inline]
 pub(super) fn column(cos: f32) -> f32 {
     cos.sqrt()

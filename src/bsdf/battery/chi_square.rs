@@ -38,8 +38,8 @@ fn expected(points: usize, pdf: impl Fn(Vec3) -> f32) -> Vec<f64> {
     all
 }
 
-/// How many standard deviations the counts of `count` samples are off what `pdf` expects; what is
-/// not sampled has its own bin.
+/// The difference between the counts of `count` samples and the expectation of `pdf`, in standard
+/// deviations. Directions that are not sampled have a bin of their own.
 fn deviation(
     name: &str,
     [count, points]: [u32; 2],

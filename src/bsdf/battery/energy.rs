@@ -42,8 +42,7 @@ fn no_surface_sends_back_more_than_arrives() {
     }
 }
 
-/// What `f` says at each of many facets that are seen from `wo`, on the mean; `points` along each
-/// axis.
+/// The mean of `f` over facets that are seen from `wo`; there are `points` of them along each axis.
 fn mean_over_facets(ggx: &Ggx, wo: Vec3, points: u32, f: impl Fn(Vec3) -> [f32; 4]) -> [f32; 4] {
     let mut sum = [0.0_f64; 4];
     for i in 0..points * points {

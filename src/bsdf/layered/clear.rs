@@ -46,8 +46,8 @@ impl Layered {
         }
     }
 
-    /// What clear facets of the reflectance `reflectance` lose between them, as a factor that makes
-    /// up for it.
+    /// The factor that compensates the light that clear facets with this reflectance lose by
+    /// multiple scattering.
     pub(super) fn clear_gain(&self, reflectance: &ClearReflectance, o: Vec3, mirrors: f32, eta: f32) -> Rgb {
         match self.boundary {
             Boundary::ThinWalled => Rgb::gray(1.0 / mirrors),

@@ -2,15 +2,15 @@
 
 use crate::math::Rgb;
 
-/// How the reflectance of a clear facet differs from Fresnel's: it is scaled, and a part of the
-/// rest is reflected too.
+/// The difference between the reflectance of a clear facet and Fresnel's: a scale, and a part of
+/// the rest that is reflected too.
 pub(super) struct ClearReflectance {
     pub scale: Rgb,
     pub more: Rgb,
 }
 
 impl ClearReflectance {
-    /// Of what is not clear.
+    /// The reflectance of a base that is not clear.
     pub const NONE: Self = Self {
         scale: Rgb::BLACK,
         more: Rgb::BLACK,

@@ -14,7 +14,7 @@ const BOTH_SIDES: u32 = 1 << 31;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightNode {
     bounds: CompactLightBounds,
-    /// How many there are below, and [`BOTH_SIDES`].
+    /// The number of leaves below, and [`BOTH_SIDES`].
     leaves: u32,
 }
 

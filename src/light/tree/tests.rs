@@ -59,8 +59,8 @@ fn receiver(i: u32) -> (Vec3, Vec3) {
     )
 }
 
-/// How far a light that is small can shine to `p` on a surface of normal `n`, by its own directions
-/// alone.
+/// Returns whether a small light can illuminate `p` on a surface with normal `n`, by its own
+/// directions alone.
 fn shines(light: &LightBounds, p: Vec3, n: Vec3) -> bool {
     let wi = (light.bounds.center() - p).normalize();
     let out = -light.directions.axis.dot(wi);

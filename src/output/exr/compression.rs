@@ -1,6 +1,6 @@
-//! How a file is packed.
+//! Compression methods of EXR files.
 
-/// How blocks of lines are packed. All are lossless.
+/// A compression method for blocks of lines. All are lossless.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compression {
     None,
@@ -14,7 +14,7 @@ pub enum Compression {
 impl Compression {
     pub const ALL: [Self; 3] = [Self::None, Self::Zips, Self::Zip];
 
-    /// What scene files call it.
+    /// The name of the method in scene files.
     pub fn name(self) -> &'static str {
         match self {
             Self::None => "none",

@@ -1,9 +1,9 @@
-//! What goes into a file: channels, where their numbers stand, attributes.
+//! The content of an EXR file: channels with their values, and attributes.
 
 use super::compression::Compression;
 use crate::{film::Window, output::Attribute};
 
-/// What goes into a file.
+/// The content of an EXR file.
 #[derive(Clone, Copy, Debug)]
 pub struct Image<'a> {
     /// The full frame.
@@ -33,7 +33,7 @@ pub enum Samples<'a> {
     Uint(ChannelData<'a, u32>),
 }
 
-/// Where the numbers stand: that of pixel `i`, counted by rows from the top left, is `values[first + i * step]`.
+/// The values of a channel: that of pixel `i`, counted by rows from the top left, is `values[first + i * step]`.
 #[derive(Clone, Copy, Debug)]
 pub struct ChannelData<'a, T> {
     pub values: &'a [T],

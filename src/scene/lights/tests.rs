@@ -95,8 +95,7 @@ impl Estimate {
     }
 }
 
-/// What one sample of the lights brings to a white surface at `at`, and the density with which it
-/// was found.
+/// The light that one light sample brings to a white surface at `at`, and its density.
 fn light_sample(scene: &Scene, at: &LightSampleContext, [u, v]: [Vec2; 2]) -> Option<(Vec3, f64, f64)> {
     let choice = scene.lights.choose(at, v.x)?;
     let sample = scene.sample_light(choice.light, at.p, u)?;
@@ -117,8 +116,8 @@ fn light_sample(scene: &Scene, at: &LightSampleContext, [u, v]: [Vec2; 2]) -> Op
     (!blocked[0]).then(|| (sample.wi, f64::from(sample.li.g * cos), pdf))
 }
 
-/// What a ray brings that leaves `at` along `w`, each part with the density with which light
-/// sampling would have found it.
+/// The light along the ray from `at` in direction `w`, each part with the density of light sampling
+/// for it.
 fn met(scene: &Scene, at: &LightSampleContext, w: Vec3) -> Vec<(f64, f64)> {
     let wide = |(l, pdf): (Rgb, f32)| (f64::from(l.g), f64::from(pdf));
     let ray = Ray::new(at.p, w);

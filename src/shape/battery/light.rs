@@ -83,8 +83,8 @@ impl Moments {
     }
 }
 
-/// How many standard deviations the integrals by [`Shape::sample`], its pdf times `bias`, are from
-/// those by uniform directions, at most.
+/// The largest difference, in standard deviations, between the integrals by [`Shape::sample`], whose
+/// pdf is multiplied by `bias`, and those by uniform directions.
 fn largest_z(shape: &Shape, from: Vec3, reach: f32, n: usize, bias: f64) -> f64 {
     let mut random = Random(12);
     let (mut sampled, mut uniform) = (Moments::default(), Moments::default());

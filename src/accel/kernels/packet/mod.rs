@@ -197,7 +197,7 @@ impl PacketQueue<'_> {
 #[derive(Clone, Copy)]
 pub struct PacketBatch<'a> {
     pub rays: &'a [Ray],
-    /// How the rays form packets.
+    /// The grouping of the rays into packets.
     pub order: PacketOrder,
     /// The cost of a ray that is traced on its own, in halves of a node test; for occlusion only.
     pub single_cost: u64,
