@@ -7,8 +7,7 @@ mod procedural_scene;
 use std::{f32::consts::TAU, fmt::Write};
 
 use batch_render::{
-    accel::AccelKind,
-    compile, describe,
+    batch::{Job, Request},
     geometry::Hit,
     math::{Ray, Vec3},
     scene::{Scene, SurfaceInteraction},
@@ -19,8 +18,8 @@ use common::{Folder, repo, repo_str};
 const FORMS: [&str; 4] = ["quads", "obj", "gltf", "mirrored"];
 
 fn scene(path: &std::path::Path) -> Scene {
-    let desc = describe::load(path, std::fs::read).unwrap_or_else(|e| panic!("{e}"));
-    compile::scene(&desc, AccelKind::default()).unwrap_or_else(|e| panic!("{e}"))
+    let job = Job::open(path, &Request::default()).unwrap_or_else(|e| panic!("{e}"));
+    job.compile().unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn surfaces(scene: &Scene, rays: &[Ray]) -> Vec<Option<SurfaceInteraction>> {

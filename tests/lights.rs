@@ -3,10 +3,8 @@
 use std::{path::Path, sync::Arc};
 
 use batch_render::{
-    batch::{Plan, Request},
-    compile,
+    batch::{Job, Request},
     describe::{self, Source},
-    render::{Control, Renderer},
 };
 
 const SIDE: u32 = 12;
@@ -106,16 +104,8 @@ fn render(lights: &str, strategy: &str, seed: u32) -> Vec<f64> {
         text: Arc::from(text),
     })
     .expect("a scene");
-    let plan = Plan::new(&desc, &Request::default()).expect("a plan");
-    let scene = compile::scene(&desc, plan.accel).expect("compiles");
-    let film = Renderer::new().render(
-        &scene,
-        &plan.frames[0].camera,
-        plan.integrator.as_dyn(),
-        &plan.settings,
-        &Control::default(),
-    );
-    let film = film.expect("not cancelled");
+    let job = Job::new(desc, &Request::default()).expect("a job");
+    let film = job.render_frame(&job.compile().expect("compiles"), 0).expect("a film");
     film.beauty().iter().map(|p| f64::from(p[1])).collect()
 }
 

@@ -3,13 +3,10 @@
 use std::{path::Path, sync::Arc};
 
 use batch_render::{
-    accel::AccelKind,
-    batch::{Plan, Request},
-    compile,
+    batch::{Job, Request},
     describe::{self, Source},
     film::Film,
     math::Vec3,
-    render::{Control, Renderer},
 };
 
 const SIDE: u32 = 16;
@@ -25,21 +22,13 @@ fn shoot(render: &str, show: Option<&str>, scene: &str) -> Film {
         text: Arc::from(text.as_str()),
     };
     let desc = describe::parse(source).unwrap_or_else(|e| panic!("{e}"));
-    let scene = compile::scene(&desc, AccelKind::default()).unwrap_or_else(|e| panic!("{e}"));
     let request = Request {
         show: show.map(str::to_owned),
         ..Request::default()
     };
-    let plan = Plan::new(&desc, &request).unwrap_or_else(|e| panic!("{e}"));
-    Renderer::new()
-        .render(
-            &scene,
-            &plan.frames[0].camera,
-            plan.integrator.as_dyn(),
-            &plan.settings,
-            &Control::default(),
-        )
-        .expect("a film")
+    let job = Job::new(desc, &request).unwrap_or_else(|e| panic!("{e}"));
+    let scene = job.compile().unwrap_or_else(|e| panic!("{e}"));
+    job.render_frame(&scene, 0).expect("a film")
 }
 
 /// The values of a pass with `N` channels.

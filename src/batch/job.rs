@@ -2,13 +2,14 @@
 
 use std::{path::Path, time::Instant};
 
-use super::{Existing, Observer, Plan, PlannedFrame, Request, SceneFigures, Summary, run};
+use super::{CameraRig, Existing, Observer, Plan, PlannedFrame, Request, SceneFigures, Summary, run};
 use crate::{
     assets::{Files, Store, store::is_model},
     compile::{self, Instancing, default_scene},
     describe::{self, RenderDesc, SceneDesc},
     error::Error,
-    render::Control,
+    film::Film,
+    render::{Control, RenderError, Renderer},
     scene::{Scene, SceneBuilder},
 };
 
@@ -28,7 +29,14 @@ impl Job {
         } else {
             describe::load(path, |p| store.files().read(p))?
         };
-        let plan = Plan::with_files(&desc, request, store.files())?;
+        let plan = Plan::new(&desc, request, store.files())?;
+        Ok(Self { store, desc, plan })
+    }
+
+    /// A job of a scene that was read before.
+    pub fn new(desc: SceneDesc, request: &Request) -> Result<Self, Error> {
+        let store = Store::new(request.missing_assets);
+        let plan = Plan::new(&desc, request, store.files())?;
         Ok(Self { store, desc, plan })
     }
 
@@ -59,6 +67,16 @@ impl Job {
     /// Builds the acceleration structure of the scene that [`Job::load`] returned.
     pub fn build(&self, scene: SceneBuilder) -> Result<Scene, Error> {
         Ok(scene.build(self.plan.accel).map_err(compile::Error::from)?)
+    }
+
+    /// Renders the frame with this index in the plan, and writes nothing.
+    ///
+    /// # Errors
+    /// A pass shows a light group that the scene does not have.
+    pub fn render_frame(&self, scene: &Scene, index: usize) -> Result<Film, RenderError> {
+        let (plan, frame) = (&self.plan, &self.plan.frames[index]);
+        let camera = CameraRig::new(plan, scene).camera(plan, frame);
+        plan.render_frame(&Renderer::new(), scene, (frame, &camera), &Control::default())
     }
 
     /// Renders all frames of `scene`, which [`Job::load`] returned, as [`run`] does. Where the files of all frames are

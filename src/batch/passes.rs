@@ -19,34 +19,32 @@ pub(super) struct PassChoice {
 }
 
 impl PassChoice {
-    /// The passes that the command line and the scene ask for. The command line comes first, one shown pass before any others.
+    /// The passes that a request names; `None` if it names none, and the scene decides.
     ///
     /// # Errors
-    /// A name is none of a pass: of the scene file the `Ok` side lists the problems, of the command line it is an [`Error`].
-    pub fn new(
-        desc: &SceneDesc,
-        request: &Request,
-        patterns: &[FilePattern],
-    ) -> Result<Result<Self, Vec<Problem>>, Error> {
+    /// A name is unknown, or no file of the job can hold the passes.
+    pub fn of_request(request: &Request, patterns: &[FilePattern]) -> Result<Option<Self>, Error> {
         if let Some(name) = &request.show {
-            return match shown(name) {
-                Ok(choice) => Ok(Ok(choice)),
-                Err(unfit) => Err(Error::Usage(format!("--show: {unfit}"))),
-            };
+            let choice = shown(name).map_err(|unfit| Error::Usage(format!("--show: {unfit}")))?;
+            return Ok(Some(choice));
         }
-        if !request.aovs.is_empty() {
-            let passes = PassRequest::parse_list(request.aovs.iter().map(String::as_str))
-                .map_err(|unknown| Error::Usage(format!("--aovs: {unknown}")))?;
-            if !holds_passes(patterns) {
-                let message = "--aovs: only EXR files hold passes, and the job writes none";
-                return Err(Error::Usage(message.to_owned()));
-            }
-            return Ok(Ok(Self::beside_beauty(passes)));
+        if request.aovs.is_empty() {
+            return Ok(None);
         }
-        Ok(Self::of_scene(desc, patterns))
+        let passes = PassRequest::parse_list(request.aovs.iter().map(String::as_str))
+            .map_err(|unknown| Error::Usage(format!("--aovs: {unknown}")))?;
+        if !holds_passes(patterns) {
+            let message = "--aovs: only EXR files hold passes, and the job writes none";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        Ok(Some(Self::beside_beauty(passes)))
     }
 
-    fn of_scene(desc: &SceneDesc, patterns: &[FilePattern]) -> Result<Self, Vec<Problem>> {
+    /// The passes that a scene file names.
+    ///
+    /// # Errors
+    /// Names that are unknown.
+    pub fn of_scene(desc: &SceneDesc, patterns: &[FilePattern]) -> Result<Self, Vec<Problem>> {
         if let Some(name) = &desc.output.show {
             return shown(name.get_ref()).map_err(|unfit| vec![unfit.at(name)]);
         }

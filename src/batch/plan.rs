@@ -12,11 +12,12 @@ use crate::{
     camera::{Camera, FrameCamera, Lens, SceneCamera, path::CameraPath},
     describe::{Diagnostics, SceneDesc},
     error::Error,
-    film::{FilmLayout, Window},
+    film::{Film, FilmLayout, Window},
     integrator::{BuiltIn, IntegratorDesc},
     output::{self, Compression, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown},
-    render::{self, Content, SampleBudget},
+    render::{self, Content, Control, RenderError, Renderer, SampleBudget},
     sampler::{Sampler, SeedMode},
+    scene::Scene,
     value::{Problem, Spanned, UnknownName},
 };
 
@@ -65,13 +66,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Decides what `request` means for the scene `desc`, and reads the camera path.
-    pub fn new(desc: &SceneDesc, request: &Request) -> Result<Self, Error> {
-        Self::with_files(desc, request, &Files::default())
-    }
-
-    /// The same with a record of the files that are read.
-    pub fn with_files(desc: &SceneDesc, request: &Request, inputs: &Files) -> Result<Self, Error> {
+    /// Decides what `request` means for the scene `desc`, and reads the camera path by way of `inputs`.
+    pub fn new(desc: &SceneDesc, request: &Request, inputs: &Files) -> Result<Self, Error> {
         let mut settings = settings(desc, request)?;
         let patterns = patterns(desc, request)?;
         let mut problems = Vec::new();
@@ -97,13 +93,11 @@ impl Plan {
         let compression = named("compression", &desc.output.compression, Compression::from_name, names)
             .map_err(&mut keep)
             .ok();
-        let choice = match PassChoice::new(desc, request, &patterns)? {
-            Ok(choice) => Some(choice),
-            Err(several) => {
-                several.into_iter().for_each(&mut keep);
-                None
-            }
+        let choice = match PassChoice::of_request(request, &patterns)? {
+            Some(choice) => Ok(choice),
+            None => PassChoice::of_scene(desc, &patterns),
         };
+        let choice = choice.map_err(|several| several.into_iter().for_each(&mut keep)).ok();
         if let Some(diagnostics) = Diagnostics::new(&desc.source, problems) {
             return Err(Error::Invalid(diagnostics));
         }
@@ -144,6 +138,24 @@ impl Plan {
             seed_mode: request.seed_mode.unwrap_or(desc.render.seed_mode),
             settings,
         })
+    }
+
+    /// Renders one frame, and writes nothing.
+    ///
+    /// # Errors
+    /// The frame was cancelled, or a pass shows a light group that the scene does not have.
+    pub fn render_frame(
+        &self,
+        renderer: &Renderer,
+        scene: &Scene,
+        (frame, camera): (&PlannedFrame, &FrameCamera),
+        control: &Control<'_>,
+    ) -> Result<Film, RenderError> {
+        let settings = render::Settings {
+            noise_frame: self.seed_mode.frame(frame.number),
+            ..self.settings.clone()
+        };
+        renderer.render(scene, camera, self.integrator.as_dyn(), &settings, control)
     }
 
     /// The metadata of a frame's files.

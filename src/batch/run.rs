@@ -7,13 +7,12 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{Existing, Plan, PlannedFrame, Summary};
+use super::{CameraRig, Existing, Plan, PlannedFrame, Summary};
 use crate::{
-    camera::FrameCamera,
     error::Error,
     film::Film,
     output::{self, Coverage, FrameImage, OutputError, WriteReport},
-    render::{self, Cancelled, Content, Control, Counters, RenderError, Renderer},
+    render::{Content, Control, Counters, RenderError, Renderer},
     scene::Scene,
 };
 
@@ -95,8 +94,7 @@ fn render_all<'a>(
     send: &SyncSender<Finished<'a>>,
 ) -> Result<Summary, Error> {
     let mut summary = Summary::default();
-    let renderer = Renderer::new();
-    let orbit = plan.turntable.map(|t| t.around(scene));
+    let (renderer, rig) = (Renderer::new(), CameraRig::new(plan, scene));
     for (index, frame) in plan.frames.iter().enumerate() {
         if plan.existing == Existing::Skip && frame.is_on_disk() {
             observer.frame_skipped(frame.number);
@@ -105,16 +103,11 @@ fn render_all<'a>(
         }
         observer.frame_started(frame.number, index, plan.frames.len());
         let start = Instant::now();
-        let settings = render::Settings {
-            noise_frame: plan.seed_mode.frame(frame.number),
-            ..plan.settings.clone()
-        };
-        let turned = orbit.map(|o| FrameCamera::from(o.camera(frame.number, settings.resolution)));
-        let camera = turned.as_ref().unwrap_or(&frame.camera);
-        let film = renderer
-            .render(scene, camera, plan.integrator.as_dyn(), &settings, control)
+        let camera = rig.camera(plan, frame);
+        let film = plan
+            .render_frame(&renderer, scene, (frame, &camera), control)
             .map_err(|e| match e {
-                RenderError::Cancelled(Cancelled) => Error::Cancelled(Cancelled),
+                RenderError::Cancelled(cancelled) => Error::Cancelled(cancelled),
                 RenderError::Pass(unknown) => Error::Usage(unknown.to_string()),
             })?;
         let took = start.elapsed();

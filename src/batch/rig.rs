@@ -1,0 +1,27 @@
+//! The cameras of a job's frames.
+
+use super::{Plan, PlannedFrame, turntable::Orbit};
+use crate::{camera::FrameCamera, scene::Scene};
+
+/// The camera rig of a job: the camera path, or an orbit around the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraRig {
+    orbit: Option<Orbit>,
+}
+
+impl CameraRig {
+    /// The rig of `plan` in `scene`.
+    pub fn new(plan: &Plan, scene: &Scene) -> Self {
+        Self {
+            orbit: plan.turntable.map(|turntable| turntable.around(scene)),
+        }
+    }
+
+    /// The camera of a frame of the plan.
+    pub fn camera(&self, plan: &Plan, frame: &PlannedFrame) -> FrameCamera {
+        match &self.orbit {
+            None => frame.camera.clone(),
+            Some(orbit) => FrameCamera::from(orbit.camera(frame.number, plan.settings.resolution)),
+        }
+    }
+}
