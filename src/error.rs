@@ -14,7 +14,7 @@ use crate::{
 /// Why a job was not done.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// What was asked for makes no sense.
+    /// A request that makes no sense.
     #[error("{0}")]
     Usage(String),
     #[error(transparent)]
@@ -78,7 +78,7 @@ pub enum Blame {
 }
 
 impl Error {
-    /// What is wrong, a text for each problem.
+    /// The texts of the problems, one for each.
     pub fn messages(&self) -> Vec<String> {
         match self {
             Self::Invalid(d) | Self::Scene(describe::Error::Invalid(d)) | Self::Compile(compile::Error::Invalid(d)) => {
@@ -90,7 +90,7 @@ impl Error {
         }
     }
 
-    /// How to go on without correcting it, where there is a way.
+    /// A way to go on without correcting the error, where there is one.
     pub fn help(&self) -> Option<&'static str> {
         match self {
             Self::Compile(compile::Error::Assets(errors))

@@ -86,7 +86,7 @@ fn blackman_harris(x: f32) -> f32 {
     0.35875 + 0.48829 * c(1.0) + 0.14128 * c(2.0) + 0.01168 * c(3.0)
 }
 
-/// Where in its pixel's surroundings a sample lies, and with which sign it counts.
+/// The position of a sample around its pixel's centre, and its sign.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterSample {
     /// From the pixel's centre, in pixels.

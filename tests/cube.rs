@@ -156,7 +156,7 @@ fn a_fine_mesh_of_a_sphere_agrees_with_the_sphere_within_its_own_error() {
     folder.write("sphere.obj", &sphere_obj(n));
     let object = |shape: &str| {
         format!(
-            "[material.m]\nmatte = {{ albedo = [1, 1, 1] }}\n[[object]]\nmaterial = \"m\"\n{shape}\n[[light]]\nsun = {{ direction = [0, -1, 0], irradiance = 1 }}\n"
+            "[camera]\nperspective = {{ eye = [0, 0, 4], target = [0, 0, 0], fov = 40 }}\n[material.m]\nmatte = {{ albedo = [1, 1, 1] }}\n[[object]]\nmaterial = \"m\"\n{shape}\n[[light]]\nsun = {{ direction = [0, -1, 0], irradiance = 1 }}\n"
         )
     };
     let sphere = scene(&folder.write("sphere.toml", &object("shape.sphere = { radius = 1 }")));

@@ -1,4 +1,4 @@
-//! What a model file holds, whatever its format: meshes, where they stand, what they look like, cameras and lights.
+//! The content of a model file in any format: meshes with their transforms and materials, cameras and lights.
 
 use std::{path::PathBuf, sync::Arc};
 
@@ -79,12 +79,12 @@ pub struct ModelTexture {
     pub wrap: [Wrap; 2],
 }
 
-/// Where an image's bytes are.
+/// The source of an image's bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ImageSource {
     File(PathBuf),
     Bytes {
-        /// What errors call it.
+        /// The name of the image in errors.
         name: PathBuf,
         bytes: Arc<[u8]>,
     },
@@ -97,7 +97,7 @@ pub struct ModelCamera {
     pub view: ModelView,
 }
 
-/// What a camera of a model sees.
+/// The view of a model's camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ModelView {
     /// The angle over the picture's height, in radians.
@@ -115,7 +115,7 @@ pub struct ModelLight {
     pub kind: ModelLightKind,
 }
 
-/// How a light of a model shines.
+/// The kind of a model's light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ModelLightKind {
     Point,
@@ -128,7 +128,7 @@ pub enum ModelLightKind {
 }
 
 impl Model {
-    /// How many triangles all parts have.
+    /// The number of triangles of all parts.
     pub fn triangle_count(&self) -> u64 {
         let of = |part: &MeshInstance| self.meshes[part.mesh].triangles.len() as u64;
         self.instances.iter().map(of).sum()

@@ -76,7 +76,7 @@ fn load_model(path: &Path, files: &Files) -> Result<Model, AssetError> {
 /// An image and how to read its numbers.
 pub type ImageRequest = (ImageSource, ColorSpace);
 
-/// What becomes of an image that is missing or broken.
+/// The treatment of images that are missing or broken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MissingAssets {
     /// The scene is refused.
@@ -113,7 +113,7 @@ impl Store {
         self.models.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
 
-    /// How many image files a placeholder stands for.
+    /// The number of image files that placeholders replace.
     pub fn replaced(&self) -> usize {
         self.replaced.lock().unwrap_or_else(PoisonError::into_inner).len()
     }

@@ -1,6 +1,6 @@
 //! Files that are there before a job starts.
 
-/// What happens to frames whose files exist.
+/// The treatment of frames whose files exist.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Existing {
     /// They are rendered again.

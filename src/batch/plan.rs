@@ -1,4 +1,4 @@
-//! What a job will do: its frames, their cameras and their files.
+//! The plan of a job: its frames, their cameras and their files.
 
 use std::{
     ops::RangeInclusive,
@@ -32,7 +32,7 @@ pub struct PlannedFile {
 #[derive(Clone, Debug)]
 pub struct PlannedFrame {
     pub number: i32,
-    /// Of a turntable: where the orbit begins.
+    /// The frame's camera; for a turntable the start of the orbit.
     pub camera: FrameCamera,
     pub files: Vec<PlannedFile>,
 }
@@ -61,7 +61,7 @@ pub struct Plan {
     /// Frames per second, as a fraction.
     pub fps: Option<(i32, u32)>,
     pub seed_mode: SeedMode,
-    /// Of every frame, but for its number.
+    /// The settings of every frame, but for its number.
     pub settings: render::Settings,
 }
 

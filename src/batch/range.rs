@@ -48,7 +48,7 @@ impl FrameRange {
         })
     }
 
-    /// How many frames there are; never 0.
+    /// The number of frames; never 0.
     #[expect(clippy::len_without_is_empty, reason = "a range is never empty")]
     pub fn len(&self) -> usize {
         self.frames.len()

@@ -1,4 +1,4 @@
-//! What a job took.
+//! The figures of a finished job.
 
 use std::time::Duration;
 

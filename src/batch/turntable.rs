@@ -12,7 +12,7 @@ use crate::{
 #[derive(Clone, Copy, Debug)]
 pub struct Turntable {
     pub start: SceneCamera,
-    /// Of the full circle; the first is the start, the last one step before it.
+    /// The number of frames of the full circle. The first is at the start, the last one step before it.
     pub frames: u32,
 }
 

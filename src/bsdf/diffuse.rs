@@ -57,12 +57,12 @@ pub struct OrenNayar {
 }
 
 impl OrenNayar {
-    /// Of the light that leaves after one facet: the weight of the constant part.
+    /// The weight of the constant part of the light that leaves after one facet.
     fn constant(&self) -> f32 {
         1.0 / (1.0 + (0.5 - 2.0 / (3.0 * PI)) * self.roughness)
     }
 
-    /// What leaves after one white facet.
+    /// The albedo of white facets after one reflection.
     fn single_albedo(&self, cos: f32) -> f32 {
         let x = 1.0 - cos;
         let lit = x * (0.057_108_53 + x * (0.491_881_87 + x * (-0.332_181_44 + x * 0.071_442_99)));

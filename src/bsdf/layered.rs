@@ -37,13 +37,13 @@ const COAT_F0: f32 = 0.04;
 /// The layered BSDF; see the module.
 #[derive(Clone, Copy, Debug)]
 pub struct Layered {
-    /// Of metal at normal incidence, of chalk, and of what passes.
+    /// The colour of metal at normal incidence, of the diffuse base, and of transmitted light.
     pub base_color: Rgb,
     /// The part that is metal.
     pub metallic: f32,
     /// The part of the rest that is clear.
     pub transmission: f32,
-    /// Of metal and of boundaries; even where light passes into a solid.
+    /// The facets of metal and of boundaries; isotropic where light passes into a solid.
     pub facets: Ggx,
     /// Cosine and sine of the angle from the frame's tangent to that of the facets.
     pub rotation: Vec2,
@@ -106,7 +106,7 @@ struct LobeState {
     metal: f32,
     diffuse: f32,
     clear: f32,
-    /// What reaches the coat, and what reaches the base.
+    /// The fraction of light that reaches the coat, and the fraction that reaches the base.
     under_sheen: f32,
     under_coat: f32,
     metal_f0: Rgb,
@@ -126,7 +126,7 @@ impl Layered {
         r * r
     }
 
-    /// What the boundary reflects at normal incidence, without a film.
+    /// The reflectance of the boundary at normal incidence, without a thin film.
     pub fn reflectance_of_boundary(&self) -> Rgb {
         let f0 = self.normal_reflectance();
         self.specular_color.map(|c| (c * f0).min(1.0)) * self.specular
@@ -237,7 +237,7 @@ impl Layered {
         )
     }
 
-    /// What all facets of the base together reflect at the cosine `cos`, before it is hidden.
+    /// The light that all facets of the base together reflect at the cosine `cos`, before masking.
     fn mirror_weight(&self, state: &LobeState, cos: f32) -> Rgb {
         let grazing = schlick_term(cos);
         let blend = |f0: Rgb, f90: f32| f0 * (1.0 - grazing) + Rgb::gray(f90 * grazing);
@@ -265,7 +265,7 @@ impl Layered {
         state.probabilities.opaque + (1.0 - state.probabilities.opaque) * reflects
     }
 
-    /// What clear facets let pass at the cosine `cos`, before it is hidden.
+    /// The light that clear facets transmit at the cosine `cos`, before masking.
     fn passing_weight(&self, state: &LobeState, cos: f32) -> Rgb {
         let passed = self.clear_shares(&state.clear_reflectance, cos, state.eta).1;
         self.base_color * passed * (state.clear_gain * state.clear * state.under_coat)
@@ -314,7 +314,7 @@ impl Layered {
         eval
     }
 
-    /// What the coat's facets reflect at the cosine `cos`.
+    /// The light that the coat's facets reflect at the cosine `cos`.
     fn coat_weight(&self, state: &LobeState, cos: f32) -> f32 {
         let grazing = schlick_term(cos);
         self.coat * state.under_sheen * (COAT_F0 * (1.0 - grazing) + grazing)

@@ -73,7 +73,7 @@ impl Phong {
         if wo.z < 0.0 { 1.0 / self.ior } else { self.ior }
     }
 
-    /// Of the lobes that are not delta, both directions above the surface.
+    /// Evaluates the lobes that are not delta, with both directions above the surface.
     fn eval_upright(&self, o: Vec3, i: Vec3, probabilities: &PhongProbabilities) -> BsdfEval {
         if i.z <= 0.0 {
             return BsdfEval::default();

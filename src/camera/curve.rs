@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 
 use super::lens::{Aperture, FieldOfView, Sensor, half_tan};
 
-/// What a curve does from one key to the next.
+/// The interpolation of a curve from one key to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Interp {
     /// Runs through all keys in a row that are smooth without a corner. Where smooth keys meet

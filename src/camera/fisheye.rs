@@ -104,7 +104,7 @@ pub struct Fisheye {
     eye: DVec3,
     /// From camera to world.
     axes: DMat3,
-    /// Of the image circle, in pixels.
+    /// The centre of the image circle, in pixels.
     center: DVec2,
     radius: f64,
     /// From the line of sight to the circle, in radians.

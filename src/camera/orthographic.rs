@@ -51,10 +51,10 @@ impl OrthographicDesc {
     }
 }
 
-/// What an orthographic camera shows, as it was described.
+/// The view of an orthographic camera, as described.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrthographicLens {
-    /// Of what the picture shows, in m, above 0.
+    /// The height of the view, in m, above 0.
     pub height: f64,
     /// To the right and up, in picture widths.
     pub shift: [f64; 2],

@@ -347,7 +347,7 @@ impl VectorLoop for Pinhole<'_> {
 }
 
 impl Perspective {
-    /// Where a place on the film is seen, from the eye to the plane at distance 1.
+    /// The vector from the eye to the point at distance 1 that a film position shows.
     #[inline(always)]
     fn at_one(&self, film: Vec2) -> DVec3 {
         self.corner + self.right * f64::from(film.x) + self.down * f64::from(film.y)

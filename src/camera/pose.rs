@@ -33,10 +33,10 @@ pub struct Pose {
     axes: DMat3,
 }
 
-/// How a camera is turned to look at something.
+/// The orientation of a camera towards a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LookAt {
-    /// What appears in the middle of the picture, in world space, m.
+    /// The point in the middle of the picture, in world space, m.
     pub target: DVec3,
     /// The direction that appears upwards in the picture. It has any length and need not be
     /// perpendicular to the line of sight.

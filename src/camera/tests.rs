@@ -1,4 +1,4 @@
-//! What every camera must give, and what the rays of each are.
+//! The requirements on every camera, and the rays of each.
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 

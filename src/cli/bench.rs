@@ -62,7 +62,8 @@ pub fn run(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What all trace: with Embree, the triangles only, and each by itself, for it knows nothing else here.
+/// The geometry that all accelerators trace: with Embree the triangles alone, without instances, since nothing else is
+/// compared there.
 fn contest(geometry: &Arc<Geometry>, embree: Option<&Path>) -> Arc<Geometry> {
     if embree.is_none() || (geometry.shapes.is_empty() && geometry.instances.is_empty()) {
         return Arc::clone(geometry);

@@ -1,4 +1,4 @@
-//! How much memory the process has used.
+//! The memory that the process has used.
 
 /// The most resident memory so far, in bytes; `None` where the system does not say.
 pub fn peak() -> Option<u64> {

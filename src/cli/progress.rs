@@ -19,7 +19,7 @@ use super::{
     summary::{count, seconds},
 };
 
-/// How often bars are drawn.
+/// The time between two updates of the bars.
 const TICK: Duration = Duration::from_millis(100);
 
 /// Shows what a job does.
@@ -108,7 +108,7 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 /// Plain lines.
 #[derive(Default)]
 pub struct Lines {
-    /// Of the frame that renders: its place and how many there are.
+    /// The position of the frame that renders, and the number of frames.
     position: Mutex<(usize, usize)>,
 }
 

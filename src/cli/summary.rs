@@ -6,7 +6,7 @@ use batch_render::batch::Summary;
 
 use super::memory;
 
-/// What a finished job took, a line for each kind of figure; `replaced` images were not there.
+/// The figures of a finished job, a line for each kind; `replaced` is the number of missing images.
 pub fn lines(summary: &Summary, replaced: usize) -> String {
     let mut lines = Vec::new();
     let skipped = match summary.skipped {

@@ -1,4 +1,4 @@
-//! What lies behind everything: a colour, or a picture from a file.
+//! The background: a colour, or an environment map from a file.
 
 use super::compiler::Compiler;
 use crate::{

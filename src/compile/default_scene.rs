@@ -22,13 +22,13 @@ use crate::{
 
 /// The angle over the height of a picture whose model has no camera, in degrees.
 const FOV: f64 = 35.0;
-/// Where the camera stands that is not in the file, seen from the model: to the right, above, in front. A three-quarter
+/// The position of the default camera, seen from the model: to the right, above, in front. A three-quarter
 /// view.
 const FROM: DVec3 = DVec3::new(0.6, 0.36, 1.0);
-/// How much wider than the model the picture is.
+/// The width of the picture relative to the model.
 const MARGIN: f64 = 1.08;
 
-/// Where the sun shines to, over the left shoulder of that camera.
+/// The direction of the sun's light, over the left shoulder of that camera.
 const SUN: Vec3 = Vec3::new(0.35, -1.0, -0.75);
 const SUN_IRRADIANCE: f32 = 2.2;
 /// The diameter of the earth's, in degrees.

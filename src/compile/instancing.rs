@@ -22,7 +22,7 @@ const MIN_SHARED_TRIANGLES: u64 = 1 << 16;
 /// When meshes are stored once for many places. Pictures do not depend on it, but for roundings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Instancing {
-    /// Where there is something to be gained.
+    /// Instances are made where they save memory or time.
     #[default]
     Auto,
     /// Every copy of every mesh is baked into world space.
@@ -54,7 +54,7 @@ pub(super) struct InstanceUnit {
     pub triangles: u64,
 }
 
-/// What a model is made of.
+/// The parts of a model that can be instances.
 #[derive(Clone, Debug)]
 pub(super) struct InstanceUnits {
     /// Parts that are not shared within the model, rising, and how many triangles they have.
@@ -64,7 +64,7 @@ pub(super) struct InstanceUnits {
 }
 
 impl InstanceUnits {
-    /// Of a model that `objects` objects are of.
+    /// The units of a model that `objects` objects use.
     pub fn new(model: &Model, objects: u64, instancing: Instancing) -> Self {
         let (shared, once): (Vec<InstanceUnit>, Vec<InstanceUnit>) = repeated(model).into_iter().partition(|unit| {
             let copies = unit.copies.len() as u64;
@@ -85,7 +85,7 @@ fn triangles(model: &Model, part: usize) -> u64 {
     model.meshes[model.instances[part].mesh].triangles.len() as u64
 }
 
-/// What makes parts alike.
+/// The key by which parts are equal.
 fn key(part: &MeshInstance) -> (usize, usize) {
     (part.mesh, part.material)
 }

@@ -111,7 +111,7 @@ pub struct BackgroundDesc {
 }
 
 impl BackgroundDesc {
-    /// What a background can be.
+    /// The names of the kinds of background.
     pub const NAMES: &[&str] = &["color", "environment"];
 }
 

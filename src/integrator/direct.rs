@@ -14,7 +14,7 @@ use crate::{
     scene::{LightSampleContext, SurfaceInteraction},
 };
 
-/// How light is looked for. All find the same light; they differ in noise.
+/// The technique of sampling direct light. All converge to the same picture; they differ in noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Strategy {
@@ -79,7 +79,7 @@ impl<B: BsdfKind> ShadingPoint<'_, B> {
         same_side == (wi_local.z * self.wo_local.z > 0.0)
     }
 
-    /// Where light is asked for.
+    /// The point for which light is sampled.
     #[inline(always)]
     pub fn receiver(&self) -> LightSampleContext {
         LightSampleContext {

@@ -41,7 +41,7 @@ pub struct PathState {
     /// The weight of what it finds.
     pub throughput: Rgb,
     pub last: BounceState,
-    /// How wide the bundle is that it stands for: at a vertex, where it has arrived; else where its ray begins.
+    /// The cone of rays that the path stands for: at a vertex, where it has arrived; else where its ray begins.
     pub cone: RayCone,
 }
 
@@ -67,12 +67,12 @@ pub struct BounceState {
     pub n: Vec3,
     /// The medium that the path travels in, by the material whose inside it is.
     pub medium: Option<MaterialId>,
-    /// How often it left by a lobe of each kind.
+    /// The number of departures by a lobe of each kind.
     pub bounces: Bounces,
     pub first: FirstLobe,
 }
 
-/// How often a path left by a lobe of each kind, since the camera.
+/// The number of times that a path left by a lobe of each kind, since the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Bounces {
     pub diffuse: u16,
@@ -80,7 +80,7 @@ pub struct Bounces {
     pub transmission: u16,
 }
 
-/// Where a path has arrived.
+/// The end of a path.
 #[derive(Clone, Copy, Debug)]
 pub enum Vertex<'a> {
     Surface(&'a SurfaceInteraction, &'a Hit),

@@ -74,7 +74,7 @@ impl PathDesc {
 #[derive(Clone, Copy, Debug)]
 pub struct PathTracer {
     pub max_depth: u32,
-    /// How often a path may leave by a lobe of each kind.
+    /// The largest number of departures by a lobe of each kind.
     pub limits: Bounces,
     pub roulette_depth: u32,
     /// In W m^-2 sr^-1.
@@ -151,7 +151,7 @@ impl Integrator for PathTracer {
     }
 }
 
-/// What a path does at a surface, whose BSDF is all that is left to know.
+/// The scattering of a path at a surface, once the type of its BSDF is known.
 struct Scatter<'a, 'b> {
     tracer: &'a PathTracer,
     context: &'a VertexContext<'b>,
@@ -191,7 +191,7 @@ impl BsdfVisitor for Scatter<'_, '_> {
 }
 
 impl PathTracer {
-    /// What lies behind everything.
+    /// Adds the radiance of the background.
     fn escape(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
         let (scene, path, w) = (context.scene, context.path, context.ray.d);
         if let Some(medium) = path.last.medium {
@@ -216,7 +216,7 @@ impl PathTracer {
         }
     }
 
-    /// What the surface shines with of its own.
+    /// Adds the emission of the surface.
     fn emission(
         &self,
         context: &VertexContext<'_>,
@@ -307,7 +307,7 @@ impl PathTracer {
     }
 }
 
-/// Where light would have been asked for at the path's last vertex.
+/// The point for which light would have been sampled at the path's last vertex.
 fn receiver(context: &VertexContext<'_>) -> LightSampleContext {
     LightSampleContext {
         p: context.ray.o,

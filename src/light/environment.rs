@@ -108,7 +108,7 @@ impl Environment {
         self.distribution.is_some()
     }
 
-    /// What arrives along the unit direction `w` from there, in W m^-2 sr^-1.
+    /// The radiance that arrives from the unit direction `w`, in W m^-2 sr^-1.
     #[inline]
     pub fn radiance(&self, w: Vec3) -> Rgb {
         self.at(self.map_point(w))
@@ -147,7 +147,7 @@ impl Environment {
         distribution.pmf(column, row) / self.solid_angle(row)
     }
 
-    /// Where on the picture the unit direction `w` is.
+    /// The position of the unit direction `w` on the map.
     #[inline]
     fn map_point(&self, w: Vec3) -> MapPoint {
         let local = self.world_from_map.transpose() * w;
@@ -171,7 +171,7 @@ impl Environment {
         row(rows[0]) * (1.0 - f.y) + row(rows[1]) * f.y
     }
 
-    /// Of each texel of a row, in sr.
+    /// The solid angle of each texel of a row, in sr.
     fn solid_angle(&self, row: usize) -> f32 {
         (std::f64::consts::TAU / self.width as f64 * (self.heights[row] - self.heights[row + 1])) as f32
     }
@@ -214,7 +214,7 @@ impl Environment {
     }
 }
 
-/// Of linear sRGB colours (Rec. 709).
+/// The luminance of a linear sRGB colour (Rec. 709).
 fn luminance(c: Rgb) -> f64 {
     0.2126 * f64::from(c.r) + 0.7152 * f64::from(c.g) + 0.0722 * f64::from(c.b)
 }

@@ -86,7 +86,7 @@ impl GlassDesc {
         })
     }
 
-    /// What the inside absorbs, in m^-1.
+    /// The absorption coefficient of the inside, in m^-1.
     fn medium(&self) -> Result<Rgb, Problem> {
         let distance = self.attenuation_distance.as_ref();
         let given = [
@@ -127,7 +127,7 @@ pub struct Glass {
     pub transmittance: Rgb,
     /// Perceived, from 0 to 1.
     pub roughness: Scalar,
-    /// Of the inside, in m^-1.
+    /// The absorption coefficient of the inside, in m^-1.
     pub absorption: Rgb,
     pub boundary: Boundary,
 }

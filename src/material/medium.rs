@@ -2,7 +2,7 @@
 
 use crate::math::{Rgb, trig};
 
-/// What is left of the darkest channel of a colour: nothing absorbs everything.
+/// The smallest transmittance of a colour's channel: nothing absorbs everything.
 const MIN_TRANSMITTANCE: f32 = 1e-6;
 
 /// The absorption (m^-1) of a medium that turns white light into `color` over `distance` (m).

@@ -141,7 +141,7 @@ impl MetalDesc {
     }
 }
 
-/// What a metal reflects.
+/// The reflectance of a metal.
 #[derive(Clone, Copy, Debug)]
 pub enum MetalColor {
     Measured(Reflectance),

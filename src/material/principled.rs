@@ -118,7 +118,7 @@ pub struct PrincipledDesc {
     pub two_sided: bool,
 }
 
-/// What opacity does.
+/// The effect of opacity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum AlphaModeDesc {
@@ -192,11 +192,11 @@ impl PrincipledDesc {
     }
 }
 
-/// What opacity does.
+/// The effect of opacity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {
     Opaque,
-    /// What is less opaque is not there.
+    /// Points with a lower opacity are not there.
     Mask(f32),
     Blend,
 }
@@ -212,7 +212,7 @@ pub struct Principled {
     pub specular_color: Color,
     pub transmission: Scalar,
     pub boundary: Boundary,
-    /// Of the body, in m^-1.
+    /// The absorption coefficient of the body, in m^-1.
     pub absorption: Rgb,
     pub clearcoat: Scalar,
     pub clearcoat_roughness: Scalar,
@@ -220,7 +220,7 @@ pub struct Principled {
     pub sheen_roughness: Scalar,
     pub iridescence: Scalar,
     pub iridescence_ior: f32,
-    /// Of the film, in metres, where `iridescence_place` is 0 and where it is 1.
+    /// The thickness of the film, in metres, where `iridescence_place` is 0 and where it is 1.
     pub iridescence_thickness: [f32; 2],
     pub iridescence_place: Scalar,
     pub anisotropy: Scalar,
@@ -229,7 +229,7 @@ pub struct Principled {
     /// In W m^-2 sr^-1, once it is multiplied by `emissive_strength`.
     pub emissive: Color,
     pub emissive_strength: f32,
-    /// Of a map, as its texels are: 0.5 is 0.
+    /// The normal map, with its texels as they are: 0.5 is 0.
     pub normal: Option<Color>,
     pub normal_scale: f32,
     pub opacity: Scalar,

@@ -50,7 +50,7 @@ impl Aabb {
         }
     }
 
-    /// What lies in both.
+    /// The box that both boxes share.
     pub fn intersection(self, other: Self) -> Self {
         Self {
             min: self.min.max(other.min),

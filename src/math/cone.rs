@@ -15,7 +15,7 @@ use std::f32::consts::PI;
 pub struct RayCone {
     /// In m, where the ray is now; a diameter, not a radius.
     pub width: f32,
-    /// How much the width grows per metre; small angles, in radians.
+    /// The growth of the width per metre; small angles, in radians.
     pub spread: f32,
 }
 

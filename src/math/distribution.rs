@@ -14,7 +14,7 @@ pub struct SampledCell {
     pub index: usize,
     /// Its probability.
     pub pmf: f32,
-    /// Where in the cell, in `[0, 1)`, uniform.
+    /// The position in the cell, in `[0, 1)`, uniform.
     pub within: f32,
 }
 

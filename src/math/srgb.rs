@@ -29,7 +29,7 @@ pub fn decode8(code: u8) -> f32 {
     LINEAR[usize::from(code)]
 }
 
-/// What [`decode8`] gives for every code, for loops that look up many.
+/// The value of [`decode8`] for every code, for loops that look up many.
 pub fn decoded() -> &'static [f32; 256] {
     &LINEAR
 }

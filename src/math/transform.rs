@@ -99,7 +99,7 @@ impl Transform {
         Vec3::new(m.x_axis.dot(n), m.y_axis.dot(n), m.z_axis.dot(n))
     }
 
-    /// What [`Transform::normal_to_world`] undoes; not normalised.
+    /// The inverse of [`Transform::normal_to_world`]; not normalised.
     pub fn normal_to_local(&self, n: Vec3) -> Vec3 {
         let m = self.world_from_local.matrix3;
         Vec3::new(m.x_axis.dot(n), m.y_axis.dot(n), m.z_axis.dot(n))
@@ -134,7 +134,7 @@ impl Transform {
         self.world_from_local.matrix3.determinant() < 0.0
     }
 
-    /// How much it enlarges volumes.
+    /// The factor by which it enlarges volumes.
     pub fn volume(&self) -> f32 {
         self.world_from_local.matrix3.determinant().abs()
     }

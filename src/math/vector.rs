@@ -7,7 +7,7 @@ pub trait VectorLoop {
     fn run(self);
 }
 
-/// What runs loops. All give the same results: the compiler neither fuses nor reorders what rounds.
+/// A level of vectors that runs loops. All give the same results: the compiler neither fuses nor reorders what rounds.
 pub trait Dispatch: Copy {
     fn dispatch(self, task: impl VectorLoop);
 }

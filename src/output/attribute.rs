@@ -1,4 +1,4 @@
-//! What a file says about itself beside its pixels: typed values under names.
+//! The attributes of a file, beside its pixels: typed values under names.
 
 use std::fmt;
 

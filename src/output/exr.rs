@@ -105,7 +105,7 @@ fn samples(pixel: PixelType, plane: &film::Plane, channel: usize) -> Samples<'_>
     }
 }
 
-/// What a file says about a frame, besides what the format demands.
+/// The attributes of a frame, besides those that the format requires.
 fn attributes(frame: &FrameImage) -> Vec<Attribute> {
     const REC_709: [f32; 8] = [0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290];
     const DISPLAY_VALUES: &str = "the numbers are display values, not scene-linear light";

@@ -118,7 +118,7 @@ fn plain(path: &Path) -> PathBuf {
     path.components().filter(|c| *c != Component::CurDir).collect()
 }
 
-/// How many bytes of `text` the next character or field takes, and the places of the field if it is one.
+/// Returns the number of bytes that the next character or field of `text` takes, and the digits of the field if it is one.
 fn field_at(text: &str) -> (usize, Option<usize>) {
     let digits = |from: usize| text[from..].bytes().take_while(u8::is_ascii_digit).count();
     // A number too large for `usize` is as wrong as any that is too large.
@@ -172,7 +172,7 @@ fn format_of(text: &str, end: &str, places: Option<usize>) -> Result<&'static dy
     })
 }
 
-/// What is wrong with the patterns of a job.
+/// An error in the file patterns of a job.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FilePatternError {
     #[error("more than one field for the frame's number: {pattern}")]

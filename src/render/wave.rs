@@ -35,7 +35,7 @@ struct BatchInputs {
     samples: SampleBatch,
 }
 
-/// Where the paths of a wave have arrived.
+/// The rays that have arrived, with their paths and hits.
 #[derive(Clone, Copy)]
 struct ArrivedRays<'a> {
     rays: &'a [Ray],
@@ -68,7 +68,7 @@ impl BatchInputs {
     }
 }
 
-/// What running a wave took.
+/// The work of a wave.
 #[derive(Clone, Debug, Default)]
 pub(super) struct WaveStats {
     pub rays: u64,

@@ -17,7 +17,7 @@
 //! rounded up, and runs follow each other in Morton order of the pixels, the four quarters of each square of the
 //! hierarchy in a random order. The samples of a run are shuffled within it in the same nested way.
 //!
-//! What holds, for every pair of dimensions:
+//! Every pair of dimensions has these properties:
 //! * Any `2^j` samples of a pixel from a multiple of `2^j` on (`j <= k`), so the first `2^j` too, are one in each elementary
 //!   interval: each of the boxes of `2^-i` by `2^-(j-i)` has one. Other numbers of samples are made of such runs.
 //! * So are all samples of each square of `2^m` by `2^m` pixels in the hierarchy: where the picture is smooth, the errors of

@@ -1,4 +1,4 @@
-//! What every sampler must give, and what a good one gives beyond that.
+//! The requirements on every sampler, and the quality of the good ones.
 
 use super::*;
 
@@ -196,7 +196,7 @@ fn distant_pixels_frames_and_seeds_are_independent() {
     }
 }
 
-/// What is integrated, and its mean over the unit square.
+/// A function on the unit square, and its mean.
 type Integral = (fn(Vec2) -> f64, f64);
 
 const DISK: Integral = (

@@ -151,7 +151,7 @@ impl Scene {
 /// The radiance of a texture that is black wherever it was looked at, in its scale: enough not to
 /// be forgotten.
 const MIN_RELATIVE_RADIANCE: f32 = 1e-3;
-/// What the mean of a mesh counts against the texture of a triangle itself.
+/// The weight of a mesh's mean against the texture of a triangle itself.
 const MESH_MEAN_WEIGHT: f32 = 0.05;
 
 fn sidedness(emission: Option<Emission>) -> Sidedness {

@@ -24,7 +24,7 @@ pub struct EmitterId(pub u32);
 /// The primitives that emit.
 #[derive(Clone, Debug, Default)]
 pub struct Emitters {
-    /// Of the geometry's shapes, rising.
+    /// The indices of emitting shapes in the geometry, rising.
     pub(super) shapes: Vec<u32>,
     /// Rising.
     pub(super) mesh_emitters: Vec<MeshEmitters>,
@@ -101,7 +101,7 @@ impl Emitters {
         }
     }
 
-    /// What emitter `id` is, where `meshes` are the scene's.
+    /// The primitive of emitter `id`; `meshes` are the scene's.
     pub fn prim<'a>(&self, id: EmitterId, meshes: &'a [MeshRecord]) -> EmitterPrim<'a> {
         if let Some(shape) = self.shapes.get(id.0 as usize) {
             return EmitterPrim::Shape(*shape);

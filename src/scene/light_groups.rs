@@ -10,7 +10,7 @@ pub struct LightGroup(pub u16);
 #[derive(Clone, Debug)]
 pub struct LightGroups {
     names: Vec<String>,
-    /// Of each light of its own, and of each object; those beyond the end are in none.
+    /// The group of each analytic light, and of each object; those beyond the end are in none.
     lights: Vec<LightGroup>,
     objects: Vec<LightGroup>,
     background: LightGroup,
@@ -65,13 +65,13 @@ impl LightGroups {
         self.background = group;
     }
 
-    /// That of the sky.
+    /// The group of the background.
     #[cold]
     pub fn of_background(&self) -> LightGroup {
         self.background
     }
 
-    /// That of an object that shines.
+    /// The group of an object that emits light.
     #[cold]
     pub fn of_object(&self, object: ObjectId) -> LightGroup {
         self.objects.get(object.0 as usize).copied().unwrap_or_default()

@@ -58,7 +58,7 @@ pub struct Object {
     pub name: String,
     /// The file that its geometry comes from, as the scene file names it.
     pub asset: Option<String>,
-    /// Of its shape; the parts of a mesh have their own.
+    /// The material of its shape; the parts of a mesh have their own.
     pub material: MaterialId,
 }
 

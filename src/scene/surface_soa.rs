@@ -134,7 +134,7 @@ impl SurfaceSoa {
         self.len = 0;
     }
 
-    /// Where the next surface goes.
+    /// The place of the next surface.
     #[inline(always)]
     fn next(&mut self, d: Vec3) -> (&mut SoaBlock, usize) {
         let (block, i) = (self.len / LANES, self.len % LANES);
@@ -216,7 +216,7 @@ mod tests {
         [-1.0..1.0_f32, -1.0..1.0, -1.0..1.0].prop_map(move |p| Vec3::from(p) * size)
     }
 
-    /// Of some size, or with hardly an area, or with none.
+    /// Triangles of some size, with hardly an area, or with none.
     fn corners() -> impl Strategy<Value = [Vec3; 3]> {
         let size = prop_oneof![Just(1.0), Just(1e-9), Just(1e9)];
         let corner = size.prop_flat_map(|size| [point(size), point(size), point(size)]);

@@ -2,10 +2,10 @@
 
 use super::ShapeHit;
 
-/// What is known of a ray and a shape.
+/// The known facts about a ray and a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Attempt {
-    /// Where the ray meets the shape, if it does.
+    /// The hit, if the ray hits the shape.
     pub hit: ShapeHit,
     /// [`Attempt::MISSES`], [`Attempt::MEETS`] or [`Attempt::UNKNOWN`]; a number, for vectors of
     /// them.

@@ -1,4 +1,4 @@
-//! What turns around an axis: the coordinates of disks, cylinders and cones.
+//! Coordinates around an axis, for disks, cylinders and cones.
 
 use std::f64::consts::TAU;
 

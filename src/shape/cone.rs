@@ -204,7 +204,7 @@ impl Cone {
 }
 
 impl ShapeKind for Cone {
-    /// Of the base; towards the apex it is more.
+    /// The curvature at the base; towards the apex it is larger.
     fn curvature(&self) -> f32 {
         1.0 / self.radius
     }

@@ -54,7 +54,7 @@ pub struct LocalSurface {
     pub ng: Vec3,
     /// Surface parameters, what `mapping.uv` textures read.
     pub uv: Vec2,
-    /// How `p` moves with `uv.x` and with `uv.y`.
+    /// The derivatives of `p` with respect to `uv.x` and `uv.y`.
     pub dpdu: Vec3,
     pub dpdv: Vec3,
 }

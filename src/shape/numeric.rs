@@ -29,7 +29,7 @@ pub(super) fn rounded_hit(ray: &Ray, t: f64, part: f32) -> (ShapeHit, bool) {
     (hit, on_ray)
 }
 
-/// Where the ray met the shape, in double precision.
+/// The point where the ray met the shape, in double precision.
 #[inline]
 pub(super) fn point_of(ray: &Ray, hit: &ShapeHit) -> DVec3 {
     ray.o.as_dvec3() + ray.d.as_dvec3() * (f64::from(hit.t) + f64::from(hit.v))

@@ -35,7 +35,7 @@ use crate::{
     value::{Point, Problem, Spanned},
 };
 
-/// How far a corner may be off the plane, in lengths of the longer diagonal.
+/// The largest distance of a corner from the plane, in lengths of the longer diagonal.
 const PLANAR_TOLERANCE: f64 = 1e-4;
 
 /// The description of a quad in a scene file.
@@ -95,9 +95,9 @@ pub struct Quad {
     is_rectangle: bool,
     /// The edges from A to B and to D, and how far C is from completing a parallelogram.
     edges: [DVec3; 3],
-    /// Of a parallelogram: what u and v are the products with, from A.
+    /// The vectors whose products with a point relative to A are u and v, for a parallelogram.
     inverse: Option<[DVec3; 2]>,
-    /// Of a parallelogram: see [`Quad::attempt_one`].
+    /// The data of [`Quad::attempt_one`], for a parallelogram.
     blur: Blur,
     /// The largest coordinate.
     extent: f32,
@@ -110,7 +110,7 @@ pub struct Quad {
 #[derive(Clone, Copy, Debug)]
 struct Blur {
     each: f64,
-    /// That of the quad's own size.
+    /// The part that depends on the quad's own size.
     own: f64,
 }
 

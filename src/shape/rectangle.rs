@@ -81,7 +81,7 @@ impl SeenRectangle {
         }
     }
 
-    /// Where on the rectangle `p` is, in lengths of its edges.
+    /// The position of `p` on the rectangle, in lengths of its edges.
     pub fn uv(corner: DVec3, edges: [DVec3; 2], p: DVec3) -> Vec2 {
         let q = p - corner;
         let part = |e: DVec3| (q.dot(e) / e.length_squared()).clamp(0.0, 1.0) as f32;

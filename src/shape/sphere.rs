@@ -62,7 +62,7 @@ pub struct Sphere {
     pub radius: f32,
 }
 
-/// How far around a sphere a direction may turn, as seen from outside.
+/// The cone of directions in which a sphere is seen from outside.
 struct SubtendedCone {
     /// From the centre to the observer.
     axis: Axis,

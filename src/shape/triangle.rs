@@ -3,7 +3,7 @@
 use super::{LocalSurface, ShapeHit, numeric::solid_angle_pdf, spherical};
 use crate::math::{DVec3, Ray, Vec2, Vec3, float::gamma};
 
-/// How a direction is sheared onto the axis that it runs along most.
+/// The shear of a direction onto its main axis.
 ///
 /// Coordinates are taken in the order of `axes`, the main one last; a point (x, y, z) relative to
 /// the ray's origin comes to lie at (x - `x` z, y - `y` z), and the ray at zero.

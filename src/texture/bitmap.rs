@@ -4,10 +4,10 @@ use serde::Deserialize;
 
 use crate::math::{Rgb, Vec2, srgb};
 
-/// What an infinite texel becomes: the largest half.
+/// The value that replaces infinite texels: the largest half.
 const MAX_TEXEL: f32 = 65504.0;
 
-/// What the numbers of an integer format mean.
+/// The meaning of the numbers of an integer format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ColorSpace {

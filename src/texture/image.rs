@@ -33,7 +33,7 @@ use crate::{
     value::{Problem, Spanned},
 };
 
-/// How texels become a colour.
+/// The interpolation of texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TextureFilter {
@@ -47,7 +47,7 @@ pub enum TextureFilter {
 /// Pieces that a long footprint is taken apart into, at most.
 const MAX_PROBES: u32 = 8;
 
-/// What lies outside the picture.
+/// The colour outside of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Wrap {
@@ -166,7 +166,7 @@ impl ImagePattern {
     }
 }
 
-/// How a part of a picture is looked up.
+/// The footprint of a texture look-up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Footprint {
     /// Places along the long axis.
@@ -178,7 +178,7 @@ struct Footprint {
 }
 
 impl Footprint {
-    /// Of the ellipse with these axes (s and t, from end to end) on a picture of `size` texels.
+    /// The footprint of the ellipse with these axes (s and t, from end to end) on a picture of `size` texels.
     fn of([a, b]: [Vec2; 2], size: Vec2) -> Self {
         let (in_a, in_b) = (a * size, b * size);
         let (long, long_axis) = if in_a.length_squared() >= in_b.length_squared() {

@@ -113,13 +113,13 @@ impl Ramp {
         (p[self.axis] - self.from) / (self.to - self.from)
     }
 
-    /// How it changes over the step `dp`.
+    /// The change over the step `dp`.
     fn slope(&self, dp: Vec3) -> f32 {
         dp[self.axis] / (self.to - self.from)
     }
 }
 
-/// How a place becomes s and t.
+/// The mapping of a point to s and t.
 #[derive(Clone, Copy, Debug)]
 pub enum Mapping {
     Uv,

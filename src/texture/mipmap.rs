@@ -97,7 +97,7 @@ struct Span {
 }
 
 impl Span {
-    /// What each of `to` texels covers of `from`.
+    /// The spans of all `to` texels over `from`.
     fn all(from: u32, to: u32) -> Vec<Self> {
         let (from, to) = (u64::from(from), u64::from(to));
         (0..to)

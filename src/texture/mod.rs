@@ -39,7 +39,7 @@ pub struct TexturePoint {
     pub p: Vec3,
     /// Unit geometric normal, as authored.
     pub n: Vec3,
-    /// How `p` moves with `uv`; zero where it does not.
+    /// The derivatives of `p` with respect to `uv`; zero where it has none.
     pub dpdu: Vec3,
     pub dpdv: Vec3,
     /// The curvature of the surface, in radians per metre; negative if it is concave on the normal's

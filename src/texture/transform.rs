@@ -22,7 +22,7 @@ use crate::{
     value::Finite,
 };
 
-/// What a scene file says of it.
+/// The transform of texture coordinates in a scene file.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StTransformDesc {
@@ -70,7 +70,7 @@ impl StTransformDesc {
 /// An affine map of s and t.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StTransform {
-    /// Where (1, 0) and (0, 1) go, seen from where (0, 0) goes.
+    /// The images of (1, 0) and (0, 1), relative to that of (0, 0).
     axes: [Vec2; 2],
     offset: Vec2,
 }
@@ -101,7 +101,7 @@ impl StTransform {
         self.vector(st) + self.offset
     }
 
-    /// What a difference of two points becomes.
+    /// The image of a difference of two points.
     #[inline]
     pub fn vector(&self, d: Vec2) -> Vec2 {
         self.axes[0] * d.x + self.axes[1] * d.y

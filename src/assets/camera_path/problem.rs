@@ -1,8 +1,8 @@
-//! What is wrong with a camera path's file, and where.
+//! Errors in a camera path file, with their places.
 
 use std::{fmt, path::Path};
 
-/// How many problems are kept; of the rest only the number.
+/// The number of problems that are kept; the others are only counted.
 const KEPT: usize = 20;
 
 /// Something wrong with a camera path's file.
@@ -68,7 +68,7 @@ impl PathProblems {
         self.problems.iter()
     }
 
-    /// How many there are beyond the first.
+    /// The number of problems beyond the first.
     pub fn more(&self) -> usize {
         self.more
     }

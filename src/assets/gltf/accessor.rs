@@ -13,7 +13,7 @@ use super::{
 /// The most elements of an accessor without a buffer, which is all zeros and takes no bytes of the file.
 const MOST_ZEROS: usize = 1 << 22;
 
-/// How the bytes of an accessor are laid out.
+/// The layout of an accessor's bytes.
 #[derive(Clone, Copy)]
 struct AccessorLayout {
     component: ComponentType,
@@ -89,7 +89,7 @@ fn elements(
 }
 
 impl Document<'_> {
-    /// How many elements an accessor has.
+    /// Returns the number of elements of an accessor.
     pub fn count(&self, index: usize) -> Result<usize, GltfProblem> {
         let accessor = get(&self.root.accessors, index, "accessor")?;
         Ok(usize::try_from(accessor.count.0).unwrap_or(usize::MAX))

@@ -60,14 +60,14 @@ impl<'a> Container<'a> {
     }
 }
 
-/// Where the bytes that a URI names are.
+/// The place of the bytes that a URI names.
 #[derive(Debug, PartialEq)]
 pub(super) enum Location {
     Here(Vec<u8>),
     File(PathBuf),
 }
 
-/// What a URI of an asset in `folder` names. URIs are untrusted: only `data:` and files in the folder or below.
+/// Locates a URI of an asset in `folder`. URIs are untrusted: only `data:` and files in the folder or below are allowed.
 pub(super) fn locate(folder: &Path, uri: &str) -> Result<Location, GltfProblem> {
     if let Some(data) = uri.strip_prefix("data:") {
         return data_uri(data).map(Location::Here);
@@ -138,7 +138,7 @@ fn percent_decoded(uri: &str) -> Option<String> {
     String::from_utf8(out).ok()
 }
 
-/// What follows `data:`.
+/// Decodes the part of a URI after `data:`.
 fn data_uri(data: &str) -> Result<Vec<u8>, GltfProblem> {
     let (head, body) = data
         .split_once(',')

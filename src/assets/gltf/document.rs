@@ -21,7 +21,7 @@ use crate::assets::Files;
 /// Extensions that a file may require. Others that a file only uses are passed over.
 const SUPPORTED: [&str; 2] = ["KHR_lights_punctual", "KHR_mesh_quantization"];
 
-/// What arrays may take in all for each byte of the file, and what any file may have: repeated accessors of a small
+/// The limit of all arrays together for each byte of the file, and the limit for any file: repeated accessors of a small
 /// file must not fill the memory.
 const BUDGET_PER_BYTE: u64 = 64;
 const MIN_BUDGET: u64 = 256 << 20;

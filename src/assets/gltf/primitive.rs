@@ -13,7 +13,7 @@ use crate::{
     shape::mesh::Mesh,
 };
 
-/// What makes a mesh: primitives that name the same arrays share one.
+/// The identity of a mesh: primitives that name the same arrays share one mesh.
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct Key {
     mode: u32,

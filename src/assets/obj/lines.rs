@@ -26,7 +26,7 @@ pub(super) fn decode(bytes: &[u8]) -> Cow<'_, [u8]> {
 
 /// One statement.
 pub(super) struct Line<'a> {
-    /// Of its first line in the file, from 1.
+    /// The number of its first line in the file, from 1.
     pub number: usize,
     /// Without surrounding spaces and without a comment; never empty.
     pub text: Cow<'a, [u8]>,
@@ -84,7 +84,7 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// Where a comment begins: at a `#` at the start or after a space, so that names may hold one.
+/// Returns the start of a comment: a `#` at the start or after a space, so that names may hold one.
 fn uncommented(text: &[u8]) -> usize {
     let mut from = 0;
     while let Some(at) = text[from..].iter().position(|b| *b == b'#') {
@@ -102,7 +102,7 @@ pub(super) fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     text.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty())
 }
 
-/// What follows the keyword, as text.
+/// Returns the text after the keyword.
 pub(super) fn argument(text: &[u8]) -> String {
     let keyword = text.iter().position(u8::is_ascii_whitespace).unwrap_or(text.len());
     String::from_utf8_lossy(text[keyword..].trim_ascii()).into_owned()

@@ -1,12 +1,12 @@
 //! OBJ files with their MTL libraries.
 //!
-//! Read are positions, texture coordinates, normals, faces of any number of corners, smoothing groups and of the
-//! materials the diffuse colour and its texture; points, lines, curves and vertex colours are passed over. Faces that
-//! differ in group, material or smoothing are different parts. Where the file has no normals, faces of a smoothing group
-//! share theirs, and all others are flat.
+//! The loader reads positions, texture coordinates, normals, faces with any number of corners, smoothing groups, and the
+//! diffuse colour of materials with its texture. It skips points, lines, curves and vertex colours. Faces that differ in
+//! group, material or smoothing are different parts. If the file has no normals, the faces of a smoothing group share
+//! theirs, and all others are flat.
 //!
-//! What can be read in a sensible way is read, whatever its encoding and its line ends; indices without a vertex and
-//! numbers that are not finite are errors with their line.
+//! The loader accepts any encoding and any line ends. Indices without a vertex and numbers that are not finite are errors
+//! with their line.
 
 mod lines;
 mod mtl;

@@ -22,7 +22,7 @@ const GRAY: f32 = 0.8;
 pub(super) struct Library {
     /// By name, with the library's folder. Of two with one name the later counts, as everywhere.
     materials: HashMap<String, (tobj::Material, PathBuf)>,
-    /// What is in the model already.
+    /// The images that the model already has.
     images: HashMap<PathBuf, usize>,
 }
 

@@ -6,10 +6,10 @@
 
 use super::lines::{Lines, argument, words};
 
-/// What all faces of a run have in common.
+/// The properties that all faces of a run share.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Run {
-    /// Of the material, if there is one.
+    /// The name of the material, if there is one.
     pub material: Option<String>,
     /// 0 is flat.
     pub smoothing: u32,
@@ -25,17 +25,17 @@ pub(super) struct Normalized {
     pub libraries: Vec<String>,
 }
 
-/// What is wrong, and in which line.
+/// An error with its line.
 #[derive(Debug, PartialEq)]
 pub(super) struct Flaw {
     pub line: usize,
     pub cause: String,
 }
 
-/// How many `v`, `vt` and `vn` there are.
+/// The numbers of `v`, `vt` and `vn`.
 pub(super) type Counts = [usize; 3];
 
-/// What the three counts count.
+/// The names of the three counts.
 pub(super) const NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
 pub(super) fn normalize(text: &[u8]) -> Result<Normalized, Flaw> {
@@ -108,7 +108,7 @@ fn smoothing(text: &str) -> u32 {
     }
 }
 
-/// What the corners of a face name.
+/// The indices that the corners of a face have.
 struct FaceShape {
     has_uvs: bool,
     has_normals: bool,

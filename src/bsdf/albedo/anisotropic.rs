@@ -94,7 +94,7 @@ fn roughness(ggx: &Ggx) -> f32 {
     (0.5 * ggx.alpha.length_squared()).sqrt().sqrt()
 }
 
-/// How far `x` is on the way from the second axis to the first.
+/// The position of `x` between the second axis and the first.
 fn azimuth(x: f32, y: f32) -> f32 {
     if x + y > 0.0 { x / (x + y) } else { 0.5 }
 }

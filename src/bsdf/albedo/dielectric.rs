@@ -40,9 +40,9 @@ const MARGIN: [ClearAlbedo; 2] = [
 /// Albedo of clear facets, by reflection and by transmission together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClearAlbedo {
-    /// Where light is shared out by Fresnel's equations.
+    /// The albedo with Fresnel's equations.
     pub fresnel: f32,
-    /// Where all passes that can.
+    /// The albedo where all light passes that can.
     pub passing: f32,
 }
 

@@ -21,7 +21,7 @@ const POINTS: FacetGrid = FacetGrid {
     shift: 0.0,
 };
 
-/// Of one roughness.
+/// The albedos for one roughness.
 struct IsotropicRow {
     /// Albedo of facets that reflect everything, by [`Ggx::stretched_cos`].
     mirrors: [f32; COLUMNS],

@@ -48,7 +48,7 @@ pub fn glass(roughness: f32, ior: f32, reflectance: Rgb, transmittance: Rgb) -> 
     })
 }
 
-/// What loses nothing.
+/// The examples that lose no energy.
 pub fn white_examples() -> Vec<Example> {
     let white = Rgb::WHITE;
     let mut all = vec![

@@ -64,14 +64,14 @@ pub fn albedo_of(bsdf: &Bsdf, wo: Vec3, samples: u32) -> Estimate {
 
 /// In standard errors.
 const SIGMAS: f64 = 4.0;
-/// Of numbers of 24 bits, summed up in sampling.
+/// The error of summing numbers of 24 bits in sampling.
 const ROUNDING: f64 = 2e-5;
 
 /// An estimate is not made better than this, nor of more samples.
 const SMALLEST_ERROR: f64 = 5e-4;
 const MAX_SAMPLES: u32 = 1 << 15;
 
-/// What is wrong with the albedo of a white surface, if anything is; `least` of the light leaves.
+/// Returns the estimate if the albedo of a white surface is wrong; at least `least` of the light must leave.
 fn wrong(bsdf: &Bsdf, wo: Vec3, least: f64) -> Option<Estimate> {
     let mut samples = 1 << 9;
     loop {
@@ -192,7 +192,7 @@ fn principled_surfaces_of_any_keys_lose_less_than_two_percent_and_gain_nothing()
     nothing(&all_wrong);
 }
 
-/// So many surfaces are drawn.
+/// The number of random surfaces.
 const RANDOM_SURFACES: u32 = 40;
 
 #[test]

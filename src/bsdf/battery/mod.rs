@@ -1,4 +1,4 @@
-//! What every BSDF must fulfil, tried on examples of all of them.
+//! The requirements on every BSDF, tested on examples of all of them.
 
 use super::{Bsdf, BsdfEval, BsdfKind, BsdfSample, Lobe};
 use crate::math::{Rgb, Vec2, Vec3, hash};

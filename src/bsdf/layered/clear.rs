@@ -1,4 +1,4 @@
-//! What clear facets reflect and let pass, under a film and without.
+//! Reflection and transmission of clear facets, with and without a thin film.
 
 use super::{Boundary, Layered, reflectance::ClearReflectance};
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
 };
 
 impl Layered {
-    /// What the walls reflect by Fresnel's equations at the cosine `cos`.
+    /// The reflectance of the boundary by Fresnel's equations at the cosine `cos`.
     fn fresnel(&self, cos: f32, eta: f32) -> f32 {
         let once = dielectric(cos, eta);
         match self.boundary {
@@ -60,7 +60,7 @@ impl Layered {
         }
     }
 
-    /// What a clear facet reflects and what it lets pass.
+    /// The fractions of light that a clear facet reflects and transmits.
     pub(super) fn clear_shares(&self, reflectance: &ClearReflectance, cos: f32, eta: f32) -> (Rgb, Rgb) {
         let all = self.fresnel(cos, eta);
         if all >= 1.0 {

@@ -36,7 +36,7 @@ fn camera(keys: &str, film: FilmSize) -> Camera {
     Camera::new(&scene.pose, &scene.lens, film)
 }
 
-/// Where a ray meets the plane at `distance` before the eye (0, 0, 15).
+/// The point where a ray meets the plane at `distance` before the eye (0, 0, 15).
 fn on_plane(ray: &Ray, distance: f64) -> DVec2 {
     let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
     let t = (15.0 - distance - o.z) / d.z;

@@ -1,4 +1,4 @@
-//! What is true of a picture of all directions.
+//! Properties of environment maps.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! What is true of a tree over lights.
+//! Properties of light trees.
 
 use super::LightTree;
 use crate::{

@@ -36,7 +36,7 @@ pub(super) fn encode(image: &Image, channels: &[Channel]) -> Vec<Block> {
         .collect()
 }
 
-/// What packing a block needs, kept from one to the next.
+/// The buffers for packing a block, kept from one to the next.
 struct BlockPacker {
     row: Vec<f32>,
     halves: Vec<f16>,

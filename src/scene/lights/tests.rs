@@ -1,4 +1,4 @@
-//! What is true of every light: a kind gets these tests by an example.
+//! Properties of every light: a kind gets these tests by an example.
 
 use std::f64::consts::PI;
 
@@ -83,12 +83,12 @@ impl Estimate {
         self.sum / self.n
     }
 
-    /// Of the mean.
+    /// The variance of the mean.
     pub fn variance(&self) -> f64 {
         (self.squares / self.n - self.mean() * self.mean()).max(0.0) / self.n
     }
 
-    /// How many standard deviations two estimates are apart.
+    /// The difference between two estimates, in standard deviations.
     pub fn z(&self, other: &Self) -> f64 {
         let scale = 1e-5 * self.mean().abs();
         (self.mean() - other.mean()).abs() / (self.variance() + other.variance()).sqrt().max(scale).max(1e-30)

@@ -1,4 +1,4 @@
-//! What scene files get wrong, and what they are told.
+//! Errors in scene files about shapes, with their messages.
 
 use serde::Deserialize;
 

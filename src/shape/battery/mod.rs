@@ -1,4 +1,4 @@
-//! What is true of every shape: a kind gets these tests by its examples.
+//! Properties of every shape: a kind gets these tests by its examples.
 
 mod bad_values;
 mod examples;
@@ -22,7 +22,7 @@ fn every_kind_has_an_example() {
     }
 }
 
-/// How many of some random rays hit, after `check` of each hit.
+/// Returns the number of random rays that hit, after `check` of each hit.
 fn try_rays(e: &Example, random: &mut Random, mut check: impl FnMut(&Ray, &super::ShapeHit)) -> usize {
     let mut count = 0;
     for distance in [0.3, 2.0, 50.0, 1e5] {

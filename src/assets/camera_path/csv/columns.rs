@@ -115,12 +115,12 @@ fn all_names() -> impl Iterator<Item = String> {
     })
 }
 
-/// Where the columns of a file stand.
+/// The positions of a file's columns.
 #[derive(Debug)]
 pub(super) struct Columns {
     /// The column's own name, or `None` for an unnamed column.
     names: Vec<Option<String>>,
-    /// What a column that is not known was likely meant to be.
+    /// The likely meanings of the unknown columns.
     meant: Vec<String>,
 }
 

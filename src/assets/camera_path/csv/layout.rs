@@ -1,4 +1,4 @@
-//! What a file's columns say together: which of the alternatives it uses.
+//! The layout of a file: the alternatives that its columns choose.
 
 use crate::{
     assets::camera_path::{CameraPathOptions, PathProblem, PathProblems},

@@ -19,10 +19,10 @@ use super::{
     table::{Row, Table},
 };
 
-/// How far from 1 the length of a quaternion may be.
+/// The largest difference of a quaternion's length from 1.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
-/// What a file with times in milliseconds loses, in seconds.
+/// The rounding of times that are given in milliseconds, in seconds.
 const TIME_TOLERANCE: f64 = 0.5e-3;
 
 /// The most that rounding a time may move it, in frames.
@@ -66,7 +66,7 @@ pub(super) fn read(table: &Table, layout: &Layout) -> Result<Vec<PathKey>, PathP
     if problems.is_empty() { Ok(keys) } else { Err(problems) }
 }
 
-/// What frames there have been so far, and on which lines.
+/// The frames so far, with their lines.
 #[derive(Default)]
 struct FrameOrder {
     /// Frames by their bits, in an order that no one looks at.

@@ -9,7 +9,7 @@ use crate::assets::camera_path::PathProblem;
 pub(super) struct Table {
     pub header: Row,
     pub rows: Vec<Row>,
-    /// What comments say, without their `#`.
+    /// The text of comments, without their `#`.
     pub comments: Vec<(usize, String)>,
 }
 
@@ -57,7 +57,7 @@ fn decode(bytes: &[u8]) -> Result<&str, PathProblem> {
     })
 }
 
-/// What parts the cells of a header: what it has most of.
+/// Returns the delimiter of a header: the candidate that occurs most often.
 fn delimiter(header: &str) -> u8 {
     let count = |delimiter: u8| header.bytes().filter(|b| *b == delimiter).count();
     let mut best = b',';

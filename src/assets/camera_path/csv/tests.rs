@@ -23,7 +23,7 @@ fn parse(text: &str) -> Result<CameraPath, String> {
     parse_with(text, &CameraPathOptions::default())
 }
 
-/// What is said of the rows below a header with frame, eye and target, and the columns in `more`.
+/// Returns the error for the rows below a header with frame, eye and target, and the columns in `more`.
 fn complaint(more: &str, rows: &str) -> String {
     parse(&format!("{HEADER}{more}\n{rows}\n")).expect_err("a complaint")
 }
