@@ -265,7 +265,7 @@ impl Amount for FieldOfView {
 impl Amount for Sensor {
     fn amount(self) -> f64 {
         match self {
-            Self::Width(mm) | Self::Height(mm) => mm,
+            Self::Width(mm) | Self::Height(mm) | Self::LongSide(mm) => mm,
         }
     }
 
@@ -273,6 +273,7 @@ impl Amount for Sensor {
         match self {
             Self::Width(_) => Self::Width(amount),
             Self::Height(_) => Self::Height(amount),
+            Self::LongSide(_) => Self::LongSide(amount),
         }
     }
 }

@@ -3,6 +3,8 @@
 //! A field of view, a focal length and an f-number become lengths only when the aspect ratio of the
 //! film is known. A camera path may replace some of them and keep the others of the scene.
 
+use serde::Deserialize;
+
 /// The field of view of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FieldOfView {
@@ -21,12 +23,45 @@ pub enum Sensor {
     Width(f64),
     /// In mm, above 0.
     Height(f64),
+    /// The longer side of the picture, in mm, above 0.
+    LongSide(f64),
 }
 
 impl Default for Sensor {
     /// A full frame: 36 mm wide.
     fn default() -> Self {
         Self::Width(36.0)
+    }
+}
+
+/// The side of the picture that the size of the sensor covers, as Blender's sensor fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SensorFit {
+    /// The width of the sensor covers the longer side of the picture.
+    Auto,
+    /// The width of the sensor covers the picture's width.
+    Width,
+    /// The height of the sensor covers the picture's height.
+    Height,
+}
+
+impl SensorFit {
+    /// Returns the sensor with this fit, from the size that was given.
+    pub fn fit(self, sensor: Sensor) -> Sensor {
+        match (self, sensor) {
+            (Self::Auto, Sensor::Width(mm)) => Sensor::LongSide(mm),
+            (_, given) => given,
+        }
+    }
+
+    /// Returns a full frame, 36 mm by 24 mm, with this fit.
+    pub fn full_frame(self) -> Sensor {
+        match self {
+            Self::Auto => Sensor::LongSide(36.0),
+            Self::Width => Sensor::Width(36.0),
+            Self::Height => Sensor::Height(24.0),
+        }
     }
 }
 
@@ -80,7 +115,7 @@ impl LensOverrides {
             FieldOfView::FocalLength(_) => "focal_length",
         });
         let sensor = self.sensor.map(|s| match s {
-            Sensor::Width(_) => "sensor_width",
+            Sensor::Width(_) | Sensor::LongSide(_) => "sensor_width",
             Sensor::Height(_) => "sensor_height",
         });
         let aperture = self.aperture.map(|a| match a {
@@ -109,7 +144,7 @@ impl LensOverrides {
             None => true,
         };
         let sensor = match self.sensor {
-            Some(Sensor::Width(mm) | Sensor::Height(mm)) => above_0(mm),
+            Some(Sensor::Width(mm) | Sensor::Height(mm) | Sensor::LongSide(mm)) => above_0(mm),
             None => true,
         };
         let aperture = match self.aperture {
@@ -147,6 +182,7 @@ impl FieldOfView {
             (Self::Horizontal(degrees), _) => half_tan(degrees) / aspect,
             (Self::FocalLength(mm), Sensor::Height(height)) => 0.5 * height / mm,
             (Self::FocalLength(mm), Sensor::Width(width)) => 0.5 * width / (mm * aspect),
+            (Self::FocalLength(mm), Sensor::LongSide(side)) => 0.5 * side / (mm * aspect.max(1.0)),
         }
     }
 }
@@ -157,6 +193,7 @@ impl Sensor {
         match self {
             Self::Height(mm) => mm,
             Self::Width(mm) => mm / aspect,
+            Self::LongSide(mm) => mm / aspect.max(1.0),
         }
     }
 }

@@ -6,7 +6,8 @@
 //! | what | smooth | linear |
 //! |---|---|---|
 //! | eye, target, up | centripetal Catmull-Rom, reached at the keys' own times | straight |
-//! | rotation | slerp on the shorter arc | the same |
+//! | rotation as a quaternion | slerp on the shorter arc | the same |
+//! | rotation as angles | each angle is a monotone cubic, so 0 to 360 degrees is a full turn | each angle straight |
 //! | focal length, also that of an angle | monotone cubic | straight |
 //! | roll, the rest of the lens, shutter | monotone cubic | straight |
 //!
@@ -35,6 +36,16 @@ pub enum Rotation {
     Quaternion(DQuat),
     /// See [`Pose::from_euler`].
     Euler { degrees: DVec3, order: RotationOrder },
+}
+
+impl Rotation {
+    /// The order of the angles; `None` for a quaternion.
+    fn order(self) -> Option<RotationOrder> {
+        match self {
+            Self::Quaternion(_) => None,
+            Self::Euler { order, .. } => Some(order),
+        }
+    }
 }
 
 /// The orientation of the camera, as given in the file.
@@ -143,7 +154,12 @@ enum OrientationTrack {
         up: Track<DVec3>,
         roll: Track<f64>,
     },
-    Rotation(Track<Rotation>),
+    Quaternion(Track<DQuat>),
+    Euler {
+        /// The angles about x, y and z, in degrees.
+        angles: [Track<f64>; 3],
+        order: RotationOrder,
+    },
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -319,36 +335,22 @@ impl CameraPath {
                 };
                 Pose::look_at(eye, &at).map(|pose| (pose, Some(eye.distance(at.target))))
             }
-            OrientationTrack::Rotation(rotation) => rotation
-                .at(frame)
-                .expect("every key has a rotation")
-                .pose(eye)
-                .map(|pose| (pose, None)),
+            OrientationTrack::Quaternion(rotation) => {
+                let rotation = rotation.at(frame).expect("every key has a quaternion");
+                Pose::from_quaternion(eye, rotation).map(|pose| (pose, None))
+            }
+            OrientationTrack::Euler { angles, order } => {
+                let [x, y, z] = angles.each_ref().map(|a| a.at(frame).expect("every key has angles"));
+                Pose::from_euler(eye, DVec3::new(x, y, z), *order).map(|pose| (pose, None))
+            }
         };
         posed.map_err(|source| PathError::Pose { frame, source })
     }
 }
 
-impl Rotation {
-    /// The pose at `eye` (m).
-    pub fn pose(self, eye: DVec3) -> Result<Pose, PoseError> {
-        match self {
-            Self::Quaternion(q) => Pose::from_quaternion(eye, q),
-            Self::Euler { degrees, order } => Pose::from_euler(eye, degrees, order),
-        }
-    }
-
-    fn unit_quaternion(self) -> DQuat {
-        match self {
-            Self::Quaternion(q) => q / q.length(),
-            Self::Euler { degrees, order } => DQuat::from_mat3(&order.rotation(degrees)),
-        }
-    }
-}
-
-impl Channel for Rotation {
+impl Channel for DQuat {
     fn linear(from: Self, to: Self, u: f64) -> Self {
-        Self::Quaternion(slerp(from.unit_quaternion(), to.unit_quaternion(), u))
+        slerp(from / from.length(), to / to.length(), u)
     }
 
     fn smooth(segment: &Segment<Self>, frame: f64) -> Self {
@@ -391,6 +393,10 @@ fn check(keys: &[PathKey]) -> Result<(), PathError> {
         return Err(PathError::Lens { frame, flaw });
     }
     uniform(keys, "the orientation", |k| Some(discriminant(&k.orientation)))?;
+    uniform(keys, "the rotation", |k| match k.orientation {
+        Orientation::Rotation(rotation) => Some(rotation.order()),
+        Orientation::Target { .. } => None,
+    })?;
     uniform(keys, "the view", |k| k.lens.view.as_ref().map(discriminant))?;
     uniform(keys, "the sensor", |k| k.lens.sensor.as_ref().map(discriminant))?;
     uniform(keys, "the aperture", |k| k.lens.aperture.as_ref().map(discriminant))
@@ -414,22 +420,33 @@ fn track<T: Channel>(keys: &[PathKey], value: impl Fn(&PathKey) -> Option<T>) ->
     Track::new(keys.iter().map(|k| (k.frame, value(k), k.interp)))
 }
 
+/// The curves of the orientations of `keys`, which are all of one kind.
 fn orientation_track(keys: &[PathKey]) -> OrientationTrack {
-    let rotation = |k: &PathKey| match k.orientation {
-        Orientation::Rotation(rotation) => Some(rotation),
-        Orientation::Target { .. } => None,
+    let angle = |axis: usize| {
+        track(keys, |k| match k.orientation {
+            Orientation::Rotation(Rotation::Euler { degrees, .. }) => Some(degrees[axis]),
+            _ => None,
+        })
     };
-    if keys.iter().any(|k| rotation(k).is_some()) {
-        return OrientationTrack::Rotation(track(keys, rotation));
-    }
+    let quaternion = |k: &PathKey| match k.orientation {
+        Orientation::Rotation(Rotation::Quaternion(q)) => Some(q),
+        _ => None,
+    };
     let target = |k: &PathKey| match k.orientation {
         Orientation::Target { target, up, roll } => Some((target, up, roll)),
         Orientation::Rotation(_) => None,
     };
-    OrientationTrack::Target {
-        target: track(keys, |k| target(k).map(|(at, ..)| at)),
-        up: track(keys, |k| target(k).and_then(|(_, up, _)| up)),
-        roll: track(keys, |k| target(k).and_then(|(.., roll)| roll)),
+    match keys[0].orientation {
+        Orientation::Rotation(Rotation::Euler { order, .. }) => OrientationTrack::Euler {
+            angles: [0, 1, 2].map(angle),
+            order,
+        },
+        Orientation::Rotation(Rotation::Quaternion(_)) => OrientationTrack::Quaternion(track(keys, quaternion)),
+        Orientation::Target { .. } => OrientationTrack::Target {
+            target: track(keys, |k| target(k).map(|(at, ..)| at)),
+            up: track(keys, |k| target(k).and_then(|(_, up, _)| up)),
+            roll: track(keys, |k| target(k).and_then(|(.., roll)| roll)),
+        },
     }
 }
 

@@ -8,8 +8,9 @@
 //! | `fov` | vertical field of view, above 0 and below 180 | degrees | 40 |
 //! | `fov_x` | instead of `fov`: horizontal field of view | degrees | |
 //! | `focal_length` | instead of `fov`: number above 0 | mm | |
-//! | `sensor_width` | number above 0, with `focal_length` or `fstop` | mm | 36 |
-//! | `sensor_height` | instead of `sensor_width` | mm | |
+//! | `sensor_width` | number above 0, with `focal_length` or `fstop`; covers the picture's width, whatever its shape | mm | 36 |
+//! | `sensor_height` | instead of `sensor_width`; covers the picture's height | mm | |
+//! | `sensor_fit` | `"auto"`: `sensor_width` covers the longer side of the picture, as Blender's default does; `"width"` or `"height"`: the size of that name counts | | the size that is given |
 //! | `aperture_radius` | number of at least 0; 0 is a pinhole | m | 0 |
 //! | `fstop` | instead of `aperture_radius`: focal length over aperture diameter, above 0 | | |
 //! | `focus_distance` | distance of the sharp plane along the line of sight, above 0 | m | the distance to `target` |
@@ -21,6 +22,9 @@
 //! [camera]
 //! perspective = { eye = [0, 1, 5], target = [0, 1, 0], focal_length = 50, fstop = 2.8 }
 //! ```
+//!
+//! A camera of Blender has the sensor fit "Auto": write `sensor_fit = "auto"` for it, so that portrait pictures, too, have
+//! its field of view. The fit holds for the `sensor_width` of a camera path, too.
 //!
 //! Pixels are square. Where `up` is parallel to the line of sight, another axis takes its place.
 //!
@@ -38,7 +42,7 @@ use super::{
     CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose,
     aperture_shape::ApertureShape,
     default_up,
-    lens::{Aperture, FieldOfView, Focus, Sensor},
+    lens::{Aperture, FieldOfView, Focus, Sensor, SensorFit},
     lerp, look_at, rays_one_by_one, unit, unit_ray,
 };
 use crate::{
@@ -62,6 +66,7 @@ pub struct PerspectiveDesc {
     pub focal_length: Option<Spanned<Positive>>,
     pub sensor_width: Option<Spanned<Positive>>,
     pub sensor_height: Option<Spanned<Positive>>,
+    pub sensor_fit: Option<Spanned<SensorFit>>,
     pub aperture_radius: Option<Spanned<NonNegative>>,
     pub fstop: Option<Spanned<Positive>>,
     pub focus_distance: Option<Positive>,
@@ -146,13 +151,7 @@ impl PerspectiveDesc {
             .or("focal_length", self.focal_length.as_ref(), problems, |v| {
                 FieldOfView::FocalLength(v.0.into())
             });
-        let sensor = OneOf::new()
-            .or("sensor_width", self.sensor_width.as_ref(), problems, |v| {
-                Sensor::Width(v.0.into())
-            })
-            .or("sensor_height", self.sensor_height.as_ref(), problems, |v| {
-                Sensor::Height(v.0.into())
-            });
+        let sensor = self.sensor(problems);
         let aperture = OneOf::new()
             .or("aperture_radius", self.aperture_radius.as_ref(), problems, |v| {
                 Aperture::Radius(v.0.into())
@@ -176,7 +175,8 @@ impl PerspectiveDesc {
         let [x, y] = self.shift.unwrap_or([Finite(0.0); 2]);
         PerspectiveLens {
             view: view.value().unwrap_or(FieldOfView::Vertical(DEFAULT_FOV)),
-            sensor: sensor.value().unwrap_or_default(),
+            sensor,
+            sensor_fit: self.sensor_fit.as_ref().map(|f| *f.get_ref()),
             aperture: aperture.value().unwrap_or(Aperture::Radius(0.0)),
             focus: match self.focus_distance {
                 Some(m) => Focus::At(m.0.into()),
@@ -189,6 +189,33 @@ impl PerspectiveDesc {
 }
 
 impl PerspectiveDesc {
+    fn sensor(&self, problems: &mut Vec<Problem>) -> Sensor {
+        let width = self.sensor_width.as_ref().map(|v| Sensor::Width(v.get_ref().0.into()));
+        let height = self
+            .sensor_height
+            .as_ref()
+            .map(|v| Sensor::Height(v.get_ref().0.into()));
+        let Some(fit) = &self.sensor_fit else {
+            let sensor = OneOf::new()
+                .or("sensor_width", self.sensor_width.as_ref(), problems, |v| {
+                    Sensor::Width(v.0.into())
+                })
+                .or("sensor_height", self.sensor_height.as_ref(), problems, |v| {
+                    Sensor::Height(v.0.into())
+                });
+            return sensor.value().unwrap_or_default();
+        };
+        let (fit, span) = (*fit.get_ref(), fit.span());
+        let (used, other, key) = match fit {
+            SensorFit::Height => (height, width, "sensor_height"),
+            SensorFit::Auto | SensorFit::Width => (width, height, "sensor_width"),
+        };
+        if used.is_none() && other.is_some() {
+            problems.push(Problem::at(span, format!("this `sensor_fit` needs `{key}`")));
+        }
+        used.map_or_else(|| fit.full_frame(), |sensor| fit.fit(sensor))
+    }
+
     fn aperture_shape(&self, problems: &mut Vec<Problem>) -> ApertureShape {
         let blades = self.blades.as_ref().map_or(0, |b| b.get_ref().0);
         if let (Some(given), 1 | 2) = (&self.blades, blades) {
@@ -215,6 +242,8 @@ impl PerspectiveDesc {
 pub struct PerspectiveLens {
     pub view: FieldOfView,
     pub sensor: Sensor,
+    /// The fit of the sensor of a camera path; `None` leaves it as the path says.
+    pub sensor_fit: Option<SensorFit>,
     pub aperture: Aperture,
     pub focus: Focus,
     pub aperture_shape: ApertureShape,
@@ -237,6 +266,7 @@ impl Default for PerspectiveLens {
         Self {
             view: FieldOfView::Vertical(DEFAULT_FOV),
             sensor: Sensor::default(),
+            sensor_fit: None,
             aperture: Aperture::Radius(0.0),
             focus: Focus::OnTarget(1.0),
             aperture_shape: ApertureShape::Round,
@@ -269,7 +299,12 @@ impl LensKind for PerspectiveLens {
         };
         Self {
             view: overrides.view.unwrap_or(self.view),
-            sensor: overrides.sensor.unwrap_or(self.sensor),
+            sensor: match (overrides.sensor, self.sensor_fit) {
+                (None, _) => self.sensor,
+                (Some(given), None) => given,
+                (Some(given), Some(fit)) => fit.fit(given),
+            },
+            sensor_fit: self.sensor_fit,
             aperture: overrides.aperture.unwrap_or(self.aperture),
             focus,
             aperture_shape: self.aperture_shape,

@@ -116,6 +116,7 @@ fn perspective(eye: DVec3, target: DVec3, up: DVec3, degrees: f64) -> CameraDesc
         fov_x: None,
         focal_length: None,
         sensor_width: None,
+        sensor_fit: None,
         sensor_height: None,
         aperture_radius: None,
         fstop: None,

@@ -1,6 +1,7 @@
 //! `camera_path.csv`: a header with names of columns, and a row for every frame or keyframe.
 //!
-//! Cells are parted by commas, semicolons or tabs, whichever the header has most of. UTF-8, with or without a byte order
+//! Cells are separated by commas, semicolons or tabs, whichever the header has most of, or as a line `sep=;` before it
+//! says. UTF-8, with or without a byte order
 //! mark; any line ends. Blank lines and lines that begin with `#` are skipped, but `# rotation_order: ZXY` is heard.
 //! Columns come in any order and their names in any case; a space, a point or a hyphen in a name counts as `_`. Metres,
 //! degrees, right-handed; the camera looks along its -z with +y up.

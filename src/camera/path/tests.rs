@@ -116,12 +116,38 @@ fn curves_of_eye_and_target_that_meet_are_an_error_there_and_only_there() {
 }
 
 #[test]
-fn angles_turn_the_shorter_way() {
-    let path = CameraPath::new(&[
-        turned(0.0, DVec3::new(0.0, 350.0, 0.0)),
-        turned(10.0, DVec3::new(0.0, 10.0, 0.0)),
-    ])
-    .expect("a path");
+fn angles_turn_as_far_as_their_numbers_say() {
+    let forward = |to: f64, frame: f64| {
+        let keys = [turned(1.0, DVec3::ZERO), turned(5.0, DVec3::new(0.0, to, 0.0))];
+        CameraPath::new(&keys)
+            .expect("a path")
+            .at(frame)
+            .expect("inside")
+            .pose
+            .forward()
+    };
+    // A full turn about +y, by a quarter in each frame.
+    for (frame, want) in [
+        (1.0, DVec3::NEG_Z),
+        (2.0, DVec3::NEG_X),
+        (3.0, DVec3::Z),
+        (4.0, DVec3::X),
+        (5.0, DVec3::NEG_Z),
+    ] {
+        assert!((forward(360.0, frame) - want).length() < 1e-12, "{frame}");
+    }
+    // The long way to 270 degrees leads by way of 135.
+    let want = DVec3::new(-1.0, 0.0, 1.0).normalize();
+    assert!((forward(270.0, 3.0) - want).length() < 1e-12);
+}
+
+#[test]
+fn quaternions_turn_the_shorter_way() {
+    let key = |frame, degrees: f64| PathKey {
+        orientation: Orientation::Rotation(Rotation::Quaternion(DQuat::from_rotation_y(degrees.to_radians()))),
+        ..looking(frame, DVec3::ZERO)
+    };
+    let path = CameraPath::new(&[key(0.0, 350.0), key(10.0, 10.0)]).expect("a path");
     let middle = path.at(5.0).expect("inside").pose;
     assert!((middle.forward() - DVec3::NEG_Z).length() < 1e-12);
 }
@@ -268,8 +294,10 @@ proptest! {
         let path = CameraPath::new(&keys).unwrap();
         for (frame, key) in path.frames().zip(&keys) {
             let state = path.at(frame as f64).unwrap();
-            let Orientation::Rotation(rotation) = key.orientation else { unreachable!("turned") };
-            prop_assert_eq!(state.pose, rotation.pose(key.eye).unwrap());
+            let Orientation::Rotation(Rotation::Euler { degrees, order }) = key.orientation else {
+                unreachable!("turned")
+            };
+            prop_assert_eq!(state.pose, Pose::from_euler(key.eye, degrees, order).unwrap());
             prop_assert_eq!(state.lens, key.lens);
         }
     }

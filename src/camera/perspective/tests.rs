@@ -83,6 +83,32 @@ fn every_way_to_say_the_angle_gives_the_same_rays() {
 }
 
 #[test]
+fn an_automatic_fit_covers_the_longer_side_as_blender_does() {
+    let along = |keys: &str, film: FilmSize, side: usize| {
+        let mut corner = Vec2::new(film[0] as f32 * 0.5, film[1] as f32 * 0.5);
+        corner[side] = 0.0;
+        let ray = camera(keys, film).ray(corner, CENTER).expect("a ray");
+        on_plane(&ray, 1.0)[side].abs()
+    };
+    let auto = "focal_length = 50, sensor_width = 36, sensor_fit = \"auto\"";
+    assert!((along(auto, [320, 180], 0) - 0.36).abs() < 1e-6);
+    assert!((along(auto, [180, 320], 1) - 0.36).abs() < 1e-6);
+    let both = "focal_length = 50, sensor_width = 36, sensor_height = 24";
+    for (fit, side, tangent) in [("width", 0, 0.36), ("height", 1, 0.24)] {
+        let keys = format!("{both}, sensor_fit = \"{fit}\"");
+        assert!((along(&keys, [180, 320], side) - tangent).abs() < 1e-6, "{fit}");
+    }
+    // The fit of the scene holds for the sensor of a camera path.
+    let path = LensOverrides {
+        view: Some(FieldOfView::FocalLength(50.0)),
+        sensor: Some(Sensor::Width(36.0)),
+        ..LensOverrides::default()
+    };
+    let fitted = lens("fov = 40, sensor_fit = \"auto\"").with_overrides(&path, None);
+    assert_eq!(fitted.sensor, Sensor::LongSide(36.0));
+}
+
+#[test]
 fn the_vertical_angle_holds_for_every_aspect() {
     for film in [[100, 100], [1920, 1080], [90, 400]] {
         let top = camera("fov = 90", film)

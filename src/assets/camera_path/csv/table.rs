@@ -28,16 +28,25 @@ impl Table {
         // The lines that hold cells; the reader's own count of lines loses its way at blank ones.
         let mut lines = Vec::new();
         let mut body = String::with_capacity(text.len());
+        let mut separator = None;
         for (line, content) in (1..).zip(text.split('\n')) {
             if let Some(comment) = content.trim_start().strip_prefix('#') {
                 comments.push((line, comment.trim().to_owned()));
+            } else if let (true, Some(said)) = (lines.is_empty(), separator_line(content)) {
+                separator = Some(said);
             } else if !content.trim().is_empty() {
                 lines.push(line);
                 body.push_str(content);
                 body.push('\n');
             }
         }
-        let mut rows = cells(&body, &lines)?;
+        let header = body.lines().next().unwrap_or_default();
+        let separator = separator.unwrap_or_else(|| delimiter(header));
+        if !header.as_bytes().contains(&separator) && header.split_whitespace().nth(1).is_some() {
+            let message = "the cells are separated by blanks: separate them by commas";
+            return Err(PathProblem::of_line(lines[0], message));
+        }
+        let mut rows = cells(&body, &lines, separator)?;
         if rows.is_empty() {
             return Err(PathProblem::of_file("the file is empty: expected a header and rows"));
         }
@@ -69,11 +78,21 @@ fn delimiter(header: &str) -> u8 {
     best
 }
 
-fn cells(body: &str, lines: &[usize]) -> Result<Vec<Row>, PathProblem> {
+/// Returns the separator that a line such as `sep=;` before the header names, as Excel writes it.
+fn separator_line(line: &str) -> Option<u8> {
+    let line = line.trim_end_matches(' ').trim_matches('"');
+    let (key, separator) = line.split_at_checked(4)?;
+    match separator.as_bytes() {
+        [separator @ (b',' | b';' | b'\t')] if key.eq_ignore_ascii_case("sep=") => Some(*separator),
+        _ => None,
+    }
+}
+
+fn cells(body: &str, lines: &[usize], separator: u8) -> Result<Vec<Row>, PathProblem> {
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
-        .delimiter(delimiter(body.lines().next().unwrap_or_default()))
+        .delimiter(separator)
         .from_reader(body.as_bytes());
     let mut rows = Vec::with_capacity(lines.len());
     for (record, line) in reader.records().zip(lines) {

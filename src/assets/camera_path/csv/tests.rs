@@ -329,6 +329,23 @@ fn what_is_not_utf_8_is_said_to_be_so() {
     assert_eq!(message(b"frame\n1\nb\xe4r\n"), "a.csv:3: the text is not UTF-8");
 }
 
+#[test]
+fn the_line_by_which_excel_names_the_separator_is_no_header() {
+    let rows = HEADER.replace(',', ";") + "\n1;0;0;5;0;0;0\n";
+    for first in ["sep=;", "SEP=;", "\"sep=;\""] {
+        assert_eq!(parse(&format!("{first}\r\n{rows}")).expect("a path").frames(), 1..=1);
+    }
+}
+
+#[test]
+fn cells_that_blanks_separate_are_one_problem_that_says_what_to_do() {
+    let text = HEADER.replace(',', " ") + "\n1 0 0 5 0 0 0\n";
+    assert_eq!(
+        parse(&text).unwrap_err(),
+        "camera_path.csv:1: the cells are separated by blanks: separate them by commas"
+    );
+}
+
 proptest! {
     #[test]
     fn written_numbers_are_read_bit_for_bit(rows in prop::collection::vec([-1e6..1e6, -1e6..1e6, -1e6..1e6, 1.0..179.0], 1..20)) {
