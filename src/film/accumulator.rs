@@ -52,7 +52,8 @@ impl PixelSum {
     /// The pixel: premultiplied R, G, B and A.
     ///
     /// The weighted mean. Where so few samples were taken that negative weights leave less than a tenth of them, that
-    /// mean would be noise without bound, and the plain mean stands in.
+    /// mean would be noise without bound, and the plain mean stands in. Alpha lies in `[0, 1]` also where the negative
+    /// lobes of a filter over- or undershoot at an edge.
     pub fn resolve(&self) -> [f32; 4] {
         let n = self.count as f32;
         let (rgb, alpha) = if self.weight >= 0.1 * n {
@@ -60,7 +61,7 @@ impl PixelSum {
         } else {
             (self.unsigned / n, self.unsigned_alpha / n)
         };
-        [rgb.r, rgb.g, rgb.b, alpha]
+        [rgb.r, rgb.g, rgb.b, alpha.clamp(0.0, 1.0)]
     }
 }
 
@@ -227,6 +228,18 @@ mod tests {
             sum.add(Rgb::gray(3.0), 1.0, weight);
         }
         assert_eq!(sum.resolve(), [3.0, 3.0, 3.0, 1.0]);
+    }
+
+    #[test]
+    fn alpha_lies_between_0_and_1_whatever_the_lobes_of_the_filter() {
+        // Four samples of a solid edge; the one with a negative weight lies on the other side of it.
+        for (alphas, want) in [([1.0, 1.0, 1.0, 0.0], 1.0), ([0.0, 0.0, 0.0, 1.0], 0.0)] {
+            let mut sum = PixelSum::default();
+            for (alpha, weight) in alphas.into_iter().zip([1.0, 1.0, 1.0, -1.0]) {
+                sum.add(Rgb::gray(1.0), alpha, weight);
+            }
+            assert_eq!(sum.resolve()[3], want);
+        }
     }
 
     #[test]

@@ -1,10 +1,13 @@
-//! EXR files as pictures: the first layer's colour channels, over its data window.
+//! EXR files as pictures: the first layer's colour channels, over the display window.
+//!
+//! Pixels of the display window that lie outside of the layer's data window are black, and transparent where the layer
+//! has alpha. Source: "The OpenEXR File Layout", openexr.com, section "Display window and data window".
 
-use std::io::Cursor;
+use std::{io::Cursor, ops::Range};
 
 use ::exr::{
     image::{AnyChannels, FlatSamples, Layer},
-    meta::MetaData,
+    meta::{MetaData, attribute::IntegerBounds},
     prelude::{ReadChannels as _, ReadLayers as _, read},
 };
 
@@ -25,7 +28,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Bitmap, ImageProblem> {
         .first_valid_layer()
         .all_attributes()
         .from_buffered(Cursor::new(bytes))?;
-    picture(image.layer_data)
+    picture(image.layer_data, image.attributes.display_window)
 }
 
 /// Refuses what the decoder would believe: it allocates for the size that the header claims.
@@ -39,6 +42,10 @@ fn check_header(bytes: &[u8]) -> Result<(), ImageProblem> {
         let [width, height] = [header.layer_size.0 as u64, header.layer_size.1 as u64];
         let bytes_per_pixel = header.channels.bytes_per_pixel as u64;
         check_size([width, height], 0)?;
+        let shown = header.shared_attributes.display_window.size;
+        let [columns, rows] = [shown.0 as u64, shown.1 as u64];
+        // The picture in memory: at most four channels of floats.
+        check_size([columns, rows], columns.saturating_mul(rows).saturating_mul(16))?;
         // The sides are bounded now, the number of channels by the header's length: no product overflows.
         let size = width * height * bytes_per_pixel;
         check_size([width, height], size)?;
@@ -61,7 +68,8 @@ fn check_header(bytes: &[u8]) -> Result<(), ImageProblem> {
     Ok(())
 }
 
-fn picture(layer: Layer<AnyChannels<FlatSamples>>) -> Result<Bitmap, ImageProblem> {
+/// The picture that `window` shows of `layer`.
+fn picture(layer: Layer<AnyChannels<FlatSamples>>, window: IntegerBounds) -> Result<Bitmap, ImageProblem> {
     let list = &layer.channel_data.list;
     let find = |name: &str| {
         let exact = list.iter().find(|c| c.name.eq_case_insensitive(name));
@@ -80,17 +88,37 @@ fn picture(layer: Layer<AnyChannels<FlatSamples>>) -> Result<Bitmap, ImageProble
         planes.extend(find("A"));
     }
     let channels = planes.len();
-    let size = [layer.size.0 as u32, layer.size.1 as u32];
-    let mut values = vec![0.0; layer.size.0 * layer.size.1 * channels];
-    for (first, plane) in planes.into_iter().enumerate() {
-        let slots = values.iter_mut().skip(first).step_by(channels);
-        match &plane.sample_data {
-            FlatSamples::F16(v) => slots.zip(v).for_each(|(slot, v)| *slot = v.to_f32()),
-            FlatSamples::F32(v) => slots.zip(v).for_each(|(slot, v)| *slot = *v),
-            FlatSamples::U32(v) => slots.zip(v).for_each(|(slot, v)| *slot = *v as f32),
+    let first = [
+        i64::from(layer.attributes.layer_position.0) - i64::from(window.position.0),
+        i64::from(layer.attributes.layer_position.1) - i64::from(window.position.1),
+    ];
+    let mut values = vec![0.0; window.size.area() * channels];
+    for (channel, plane) in planes.into_iter().enumerate() {
+        let at = |i: usize| match &plane.sample_data {
+            FlatSamples::F16(v) => v[i].to_f32(),
+            FlatSamples::F32(v) => v[i],
+            FlatSamples::U32(v) => v[i] as f32,
+        };
+        let columns = overlap(first[0], layer.size.0, window.size.0);
+        for row in overlap(first[1], layer.size.1, window.size.1) {
+            let source = (row as i64 - first[1]) as usize * layer.size.0;
+            for column in columns.clone() {
+                let value = at(source + (column as i64 - first[0]) as usize);
+                values[(row * window.size.0 + column) * channels + channel] = value;
+            }
         }
     }
-    Ok(Bitmap::from_floats(size, channels, values))
+    Ok(Bitmap::from_floats(
+        [window.size.0 as u32, window.size.1 as u32],
+        channels,
+        values,
+    ))
+}
+
+/// The columns or rows of a window of that size that `size` of them from `first` on cover.
+fn overlap(first: i64, size: usize, window: usize) -> Range<usize> {
+    let clamp = |at: i64| at.clamp(0, window as i64) as usize;
+    clamp(first)..clamp(first + size as i64)
 }
 
 /// `R` of `layer.R`.

@@ -207,3 +207,32 @@ fn a_forged_exr_header_is_refused_before_memory_is_asked_for() {
         assert!(!error.is_missing(), "{x} {y}: {error}");
     }
 }
+
+#[test]
+fn an_exr_shows_its_display_window_black_where_it_has_no_data() {
+    use ::exr::{
+        math::Vec2,
+        meta::attribute::IntegerBounds,
+        prelude::{Encoding, Image as Exr, ImageAttributes, Layer, LayerAttributes, SpecificChannels, WritableImage},
+    };
+    let red = |(x, y): (i32, i32), size: (usize, usize)| {
+        let channels = SpecificChannels::rgb(|p: Vec2<usize>| (1.0 + p.0 as f32, 1.0 + p.1 as f32, 0.0_f32));
+        let attributes = LayerAttributes::default().with_position(Vec2(x, y));
+        let layer = Layer::new(size, attributes, Encoding::SMALL_LOSSLESS, channels);
+        let window = IntegerBounds::new(Vec2(2, -1), Vec2(4, 3));
+        let mut out = Cursor::new(Vec::new());
+        let image = Exr::new(ImageAttributes::new(window), layer);
+        image.write().to_buffered(&mut out).unwrap();
+        let picture = decode(&out.into_inner(), "a.exr").unwrap();
+        assert_eq!((picture.width, picture.height), (4, 3));
+        let row = |y: u32| (0..4).map(|x| picture.rgb(x, y).r).collect::<Vec<_>>();
+        [row(0), row(1), row(2)]
+    };
+    // The lower two rows; more than is displayed on all sides; beside what is displayed.
+    assert_eq!(
+        red((2, 0), (4, 2)),
+        [[0.0; 4], [1.0, 2.0, 3.0, 4.0], [1.0, 2.0, 3.0, 4.0]]
+    );
+    assert_eq!(red((1, -2), (6, 5)), [[2.0, 3.0, 4.0, 5.0]; 3]);
+    assert_eq!(red((90, 90), (4, 3)), [[0.0; 4]; 3]);
+}
