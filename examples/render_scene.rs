@@ -14,6 +14,7 @@ impl Observer for Quiet {
     fn frame_started(&self, _number: i32, _index: usize, _total: usize) {}
     fn frame_rendered(&self, _number: i32, _took: std::time::Duration) {}
     fn frame_skipped(&self, _number: i32) {}
+    fn frame_written(&self, _: i32) {}
     fn file_written(&self, _number: i32, path: &Path) {
         println!("wrote {}", path.display());
     }

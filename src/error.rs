@@ -48,6 +48,10 @@ pub enum Error {
         camera: &'static str,
         columns: Vec<&'static str>,
     },
+    #[error("the output {} is a file that the job reads: {}", output.display(), input.display())]
+    OverwritesInput { output: PathBuf, input: PathBuf },
+    #[error("cannot write to standard output: {0}")]
+    Stdout(std::io::Error),
     #[error("the file exists already: {}", path.display())]
     Exists { path: PathBuf },
     #[error(transparent)]
@@ -104,7 +108,7 @@ impl Error {
 
     pub fn blame(&self) -> Blame {
         match self {
-            Self::Usage(_) | Self::Pattern(_) => Blame::Usage,
+            Self::Usage(_) | Self::Pattern(_) | Self::OverwritesInput { .. } => Blame::Usage,
             Self::Scene(describe::Error::Read { cause, .. }) => input(cause),
             Self::Compile(compile::Error::Assets(errors)) => {
                 if errors.iter().any(AssetError::is_missing) {
@@ -123,7 +127,7 @@ impl Error {
             | Self::Columns { .. }
             | Self::Memory { .. } => Blame::Data,
             Self::Exists { .. } | Self::Output(OutputError::Create { .. }) => Blame::CannotCreate,
-            Self::Output(_) => Blame::Io,
+            Self::Output(_) | Self::Stdout(_) => Blame::Io,
             Self::Cancelled(_) => Blame::Cancelled,
         }
     }

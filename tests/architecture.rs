@@ -252,9 +252,9 @@ fn unsafe_lives_in_vectors_kernels_and_native_libraries_only() {
 const READERS: [(&str, &str); 5] = [
     ("src/assets/files.rs", "the gate"),
     ("src/output/atomic.rs", "folders of output"),
-    ("src/output/exr/whole.rs", "output of an earlier run"),
-    ("src/output/png.rs", "output of an earlier run"),
+    ("src/output/facts.rs", "output of an earlier run"),
     ("src/cli/memory.rs", "the process's own memory"),
+    ("src/cli/signals.rs", "the process's own signals"),
 ];
 
 #[test]

@@ -26,6 +26,7 @@ impl Observer for Skipped {
     fn frame_skipped(&self, number: i32) {
         self.0.lock().expect("not poisoned").push(number);
     }
+    fn frame_written(&self, _: i32) {}
     fn file_written(&self, _number: i32, _path: &Path) {}
 }
 

@@ -2,7 +2,7 @@
 
 use std::{path::Path, time::Instant};
 
-use super::{CameraRig, Existing, Observer, Plan, PlannedFrame, Request, SceneFigures, Summary, run};
+use super::{CameraRig, Existing, Observer, Plan, PlannedFrame, Request, SceneFigures, Summary, run, targets};
 use crate::{
     assets::{Files, Store, store::is_model},
     compile::{self, Instancing, default_scene},
@@ -83,6 +83,7 @@ impl Job {
     /// whole and are to be kept, no acceleration structure is built.
     pub fn run(&self, scene: SceneBuilder, observer: &dyn Observer, control: &Control<'_>) -> Result<Summary, Error> {
         let start = Instant::now();
+        targets::check(&self.plan, self.files())?;
         let frames = &self.plan.frames;
         if self.plan.existing == Existing::Skip && frames.iter().all(PlannedFrame::is_on_disk) {
             for frame in frames {

@@ -12,6 +12,7 @@ mod request;
 mod rig;
 mod run;
 mod summary;
+mod targets;
 mod turntable;
 
 pub mod range;

@@ -288,15 +288,19 @@ fn named<T>(
 }
 
 fn patterns(desc: &SceneDesc, request: &Request) -> Result<Vec<FilePattern>, Error> {
-    let texts: Vec<String> = if !request.outputs.is_empty() {
-        request.outputs.clone()
+    let parse = |text: &String| FilePattern::parse(text);
+    let patterns: Result<_, _> = if !request.outputs.is_empty() {
+        request.outputs.iter().map(parse).collect()
     } else if let Some(files) = &desc.output.files {
-        files.0.iter().map(|f| f.get_ref().clone()).collect()
+        files.0.iter().map(|f| parse(f.get_ref())).collect()
     } else {
         let name = desc.name();
-        vec![format!("{name}.####.exr"), format!("{name}.####.png")]
+        ["exr", "png"]
+            .map(|e| FilePattern::of_sequence(&name, e))
+            .into_iter()
+            .collect()
     };
-    Ok(texts.iter().map(|t| FilePattern::parse(t)).collect::<Result<_, _>>()?)
+    patterns.map_err(Error::Pattern)
 }
 
 fn files(patterns: &[FilePattern], frame: i32) -> Vec<PlannedFile> {

@@ -26,6 +26,8 @@ pub trait Observer: Sync {
     fn frame_skipped(&self, number: i32);
     /// A file is on disk.
     fn file_written(&self, number: i32, path: &Path);
+    /// All files of the frame are on disk.
+    fn frame_written(&self, number: i32);
 }
 
 /// A rendered frame on its way to disk.
@@ -36,6 +38,8 @@ struct Finished<'a> {
 
 /// Renders all frames of `plan` on the threads of the current rayon pool.
 ///
+/// The folders of the files exist: see [`targets::check`](super::targets::check).
+///
 /// At most one finished frame waits while another is written. A disk that fails ends the job; whatever happens, a file
 /// under its own name is whole.
 pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, control: &Control<'_>) -> Result<Summary, Error> {
@@ -45,7 +49,6 @@ pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, control: &Contro
         counters: Some(counters),
         ..*control
     };
-    check_targets(plan)?;
     let start = Instant::now();
     let (send, receive) = sync_channel(1);
     let filled = plan.frames.iter().all(|f| f.camera.fills_film());
@@ -67,23 +70,6 @@ pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, control: &Contro
     summary.rays = counters.rays();
     summary.samples = counters.samples();
     Ok(summary)
-}
-
-/// Finds out before the first ray whether the files can be made.
-fn check_targets(plan: &Plan) -> Result<(), Error> {
-    if plan.existing == Existing::Fail {
-        let mut files = plan.frames.iter().flat_map(|f| &f.files);
-        if let Some(file) = files.find(|f| f.path.exists()) {
-            return Err(Error::Exists {
-                path: file.path.clone(),
-            });
-        }
-    }
-    // The first file of each pattern stands for the others: their folders are mostly the same.
-    for file in plan.frames.first().iter().flat_map(|f| &f.files) {
-        output::atomic::check(&file.path)?;
-    }
-    Ok(())
 }
 
 fn render_all<'a>(
@@ -146,6 +132,7 @@ fn write_all(
             clamped += report.clamped + report.nans;
             observer.file_written(frame.number, &file.path);
         }
+        observer.frame_written(frame.number);
     }
     Ok(clamped)
 }

@@ -37,11 +37,11 @@ pub struct Args {
     #[command(flatten)]
     pub render: RenderArgs,
 
-    /// Log more; -vv also logs the details
+    /// Log settings and times; -vv also logs the input files
     #[arg(short, long, action = ArgAction::Count, global = true, help_heading = heading::GENERAL)]
     pub verbose: u8,
 
-    /// Log errors only, and show no progress
+    /// Log errors and dropped samples only, and show no progress
     #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = heading::GENERAL)]
     pub quiet: bool,
 
@@ -60,6 +60,10 @@ pub enum Command {
     Check {
         /// The scene file
         scene: PathBuf,
+
+        /// The camera path that is to be rendered
+        #[arg(long, value_name = "FILE")]
+        frames: Option<PathBuf>,
     },
     /// Compare acceleration structures on the rays of a scene
     Bench(BenchArgs),

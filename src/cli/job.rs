@@ -1,6 +1,11 @@
 //! From what was typed to a rendered sequence.
 
-use std::{path::Path, sync::Arc};
+use std::{
+    io::{self, Write},
+    path::{Path, PathBuf},
+    sync::Arc,
+    time::Instant,
+};
 
 use batch_render::{
     accel::BuildOptions,
@@ -12,6 +17,7 @@ use batch_render::{
 
 use super::{
     args::{Args, Command, DEFAULT_MAX_MEMORY, ProgressKind, RenderArgs},
+    log,
     progress::{Progress, say},
     signals, simd, summary,
     threads::threads,
@@ -21,15 +27,16 @@ use super::{
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let simd = simd::from_environment()?;
     match &args.command {
-        Some(Command::Check { scene }) => check(scene, simd, args.quiet),
+        Some(Command::Check { scene, frames }) => check(scene, frames.clone(), simd, args.quiet),
         Some(Command::Bench(bench)) => super::bench::run(bench, simd, args.quiet),
         None => render(&args.render, simd, args.quiet),
     }
 }
 
 /// Validates a scene as it stands.
-fn check(scene: &Path, simd: Isa, quiet: bool) -> anyhow::Result<()> {
+fn check(scene: &Path, camera_path: Option<PathBuf>, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let request = Request {
+        camera_path,
         max_memory: Some(DEFAULT_MAX_MEMORY),
         accel: BuildOptions {
             simd,
@@ -48,11 +55,22 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let path = args.scene.as_deref().expect("the scene is a required argument");
     let request = request(args, simd)?;
     let pool = threads(args.threads)?;
+    let start = Instant::now();
     let job = pool.install(|| Job::open(path, &request))?;
+    log_settings(&job, pool.current_num_threads());
     if args.dry_run {
-        list(&job.plan);
+        list(&job.plan).map_err(Error::Stdout)?;
     }
     let scene = pool.install(|| job.load())?;
+    let files = job.files().manifest();
+    tracing::info!(
+        "{} input files loaded in {}",
+        files.len(),
+        summary::seconds(start.elapsed())
+    );
+    for (path, hash) in files {
+        tracing::debug!("{hash} {}", path.display());
+    }
     if args.check || args.dry_run {
         pool.install(|| job.build(scene))?;
         report_valid(path, &job, quiet);
@@ -72,17 +90,29 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let done = pool.install(|| job.run(scene, &progress, &control));
     match done {
         Ok(figures) => {
-            progress.finish(Some(&summary::lines(&figures, job.placeholders())));
+            progress.finish(&summary::lines(&figures, job.placeholders()));
             for line in summary::invalid(&figures) {
-                tracing::warn!("{line}");
+                log::warn_always(&line);
             }
             Ok(())
         }
         Err(e) => {
-            progress.finish(None);
+            progress.abandon();
             Err(e.into())
         }
     }
+}
+
+fn log_settings(job: &Job, threads: usize) {
+    let plan = &job.plan;
+    let [width, height] = plan.settings.resolution;
+    tracing::info!(
+        "{}: {width}x{height}, {} samples, seed {}, {threads} threads, vectors {}",
+        frames(plan.frames.len()),
+        plan.settings.samples.max,
+        plan.settings.seed,
+        plan.accel.simd.name(),
+    );
 }
 
 fn report_valid(path: &Path, job: &Job, quiet: bool) {
@@ -96,11 +126,16 @@ fn frames(n: usize) -> String {
     format!("{n} frame{}", if n == 1 { "" } else { "s" })
 }
 
-/// The frames and the files of a dry run, a line each.
-fn list(plan: &Plan) {
-    for frame in &plan.frames {
+/// Prints the frames and the files of a dry run, a line each. A reader that has seen enough is no error.
+fn list(plan: &Plan) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    let written = plan.frames.iter().try_for_each(|frame| {
         let files: Vec<_> = frame.files.iter().map(|f| display(&f.path)).collect();
-        say(&format!("{}\t{}", frame.number, files.join("\t")));
+        writeln!(out, "{}\t{}", frame.number, files.join("\t"))
+    });
+    match written.and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error),
+        _ => Ok(()),
     }
 }
 

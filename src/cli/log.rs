@@ -25,6 +25,15 @@ pub fn start(args: &Args) {
         .init();
 }
 
+/// Warns whatever level the arguments want: a picture is not what it should be.
+pub fn warn_always(text: &str) {
+    if tracing::enabled!(Level::WARN) {
+        tracing::warn!("{text}");
+    } else {
+        let _ = writeln!(std::io::stderr(), "warning: {text}");
+    }
+}
+
 /// Says why the program ends.
 pub fn report(error: &anyhow::Error) {
     let own = error.downcast_ref::<Error>();

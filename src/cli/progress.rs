@@ -5,7 +5,7 @@ use std::{
     path::Path,
     sync::{
         Arc, Mutex,
-        atomic::{AtomicBool, AtomicU64, Ordering},
+        atomic::{AtomicBool, AtomicUsize, Ordering},
     },
     thread::{self, JoinHandle},
     time::{Duration, Instant},
@@ -22,10 +22,43 @@ use super::{
 /// The time between two updates of the bars.
 const TICK: Duration = Duration::from_millis(100);
 
+/// The longest time without a line while a frame renders, where there are no bars.
+const LINE_EVERY: Duration = Duration::from_secs(10);
+
 /// Shows what a job does.
-pub enum Progress {
+pub struct Progress {
+    work: Arc<Work>,
+    display: Display,
+}
+
+/// The work of a job, and how much of it is done.
+struct Work {
+    frames: usize,
+    /// The samples of each frame.
+    samples: u64,
+    counters: Arc<Counters>,
+    /// Frames whose files are all on disk, those that were skipped too.
+    on_disk: AtomicUsize,
+    now: Mutex<Now>,
+}
+
+/// The frame that renders.
+#[derive(Clone, Copy)]
+struct Now {
+    /// `None` before the first frame and between two.
+    number: Option<i32>,
+    /// From 1.
+    position: usize,
+    /// Samples that were finished when the frame started.
+    samples_before: u64,
+    started: Instant,
+    /// The time of the last line about the job.
+    last_line: Instant,
+}
+
+enum Display {
     Bars(Bars),
-    Lines(Lines),
+    Lines(Ticker),
     Silent,
 }
 
@@ -37,21 +70,46 @@ impl Progress {
             ProgressKind::Auto => ProgressKind::Plain,
             said => said,
         };
-        match kind {
-            ProgressKind::Bar => Self::Bars(Bars::new(frames, samples, Arc::clone(counters))),
-            ProgressKind::Plain => Self::Lines(Lines::default()),
-            _ => Self::Silent,
+        let work = Arc::new(Work {
+            frames,
+            samples,
+            counters: Arc::clone(counters),
+            on_disk: AtomicUsize::new(0),
+            now: Mutex::new(Now {
+                number: None,
+                position: 0,
+                samples_before: 0,
+                started: Instant::now(),
+                last_line: Instant::now(),
+            }),
+        });
+        let display = match kind {
+            ProgressKind::Bar => Display::Bars(Bars::new(&work)),
+            ProgressKind::Plain => {
+                let work = Arc::clone(&work);
+                Display::Lines(Ticker::start(move |_| work.say_where_the_frame_is()))
+            }
+            _ => Display::Silent,
+        };
+        Self { work, display }
+    }
+
+    /// Ends the display of a job that is done, and shows `closing` below it.
+    pub fn finish(self, closing: &str) {
+        let is_shown = !matches!(self.display, Display::Silent);
+        self.display.stop();
+        if is_shown {
+            say(closing);
         }
     }
 
-    /// Ends the bars and shows `closing` below them.
-    pub fn finish(self, closing: Option<&str>) {
-        let silent = matches!(self, Self::Silent);
-        if let Self::Bars(bars) = self {
-            bars.stop();
-        }
-        if let Some(text) = closing.filter(|_| !silent) {
-            say(text);
+    /// Ends the display of a job that was not done, and says how much of it is on disk.
+    pub fn abandon(self) {
+        let is_shown = !matches!(self.display, Display::Silent);
+        let on_disk = self.work.on_disk.load(Ordering::SeqCst);
+        self.display.stop();
+        if is_shown {
+            say(&format!("{on_disk} of {} frames are on disk", self.work.frames));
         }
     }
 }
@@ -61,43 +119,82 @@ pub fn say(text: &str) {
     let _ = writeln!(std::io::stdout(), "{text}");
 }
 
-impl Observer for Progress {
-    fn frame_started(&self, number: i32, index: usize, total: usize) {
-        match self {
-            Self::Bars(bars) => bars.frame_started(number),
-            Self::Lines(lines) => *lock(&lines.position) = (index + 1, total),
-            Self::Silent => {}
+impl Work {
+    /// The part of the current frame's samples that is done, from 0 to 1.
+    fn fraction(&self, now: &Now) -> f64 {
+        let done = self.counters.samples().saturating_sub(now.samples_before);
+        (done as f64 / self.samples.max(1) as f64).min(1.0)
+    }
+
+    fn say_where_the_frame_is(&self) {
+        let mut now = lock(&self.now);
+        if let Some(number) = now.number
+            && now.last_line.elapsed() >= LINE_EVERY - Ticker::PERIOD
+        {
+            now.last_line = Instant::now();
+            say(&format!(
+                "frame {number} ({} of {}) {:.0} % after {}",
+                now.position,
+                self.frames,
+                100.0 * self.fraction(&now),
+                seconds(now.started.elapsed())
+            ));
         }
     }
 
+    fn say(&self, text: &str) {
+        lock(&self.now).last_line = Instant::now();
+        say(text);
+    }
+}
+
+impl Observer for Progress {
+    fn frame_started(&self, number: i32, index: usize, _: usize) {
+        let mut now = lock(&self.work.now);
+        *now = Now {
+            number: Some(number),
+            position: index + 1,
+            samples_before: self.work.counters.samples(),
+            started: Instant::now(),
+            last_line: now.last_line,
+        };
+    }
+
     fn frame_rendered(&self, number: i32, took: Duration) {
-        match self {
-            Self::Bars(bars) => bars.frame_done(),
-            Self::Lines(lines) => {
-                let (position, total) = *lock(&lines.position);
-                say(&format!(
-                    "frame {number} ({position} of {total}) rendered in {}",
-                    seconds(took)
-                ));
-            }
-            Self::Silent => {}
+        let now = {
+            let mut now = lock(&self.work.now);
+            now.number = None;
+            *now
+        };
+        if let Display::Lines(_) = self.display {
+            self.work.say(&format!(
+                "frame {number} ({} of {}) rendered in {}",
+                now.position,
+                self.work.frames,
+                seconds(took)
+            ));
         }
     }
 
     fn frame_skipped(&self, number: i32) {
-        match self {
-            Self::Bars(bars) => bars.frame_skipped(number),
-            Self::Lines(_) => say(&format!("frame {number} skipped, its files are whole")),
-            Self::Silent => {}
+        self.work.on_disk.fetch_add(1, Ordering::SeqCst);
+        match &self.display {
+            Display::Bars(bars) => bars.sequence.set_message(format!("skipped {number}")),
+            Display::Lines(_) => self.work.say(&format!("frame {number} skipped, its files are whole")),
+            Display::Silent => {}
         }
     }
 
     fn file_written(&self, _number: i32, path: &Path) {
-        match self {
-            Self::Bars(bars) => bars.written(path),
-            Self::Lines(_) => say(&format!("wrote {}", path.display())),
-            Self::Silent => {}
+        match &self.display {
+            Display::Bars(bars) => bars.sequence.set_message(path.display().to_string()),
+            Display::Lines(_) => self.work.say(&format!("wrote {}", path.display())),
+            Display::Silent => {}
         }
+    }
+
+    fn frame_written(&self, _number: i32) {
+        self.work.on_disk.fetch_add(1, Ordering::SeqCst);
     }
 }
 
@@ -105,90 +202,100 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().expect("no thread panics while it holds the progress")
 }
 
-/// Plain lines.
-#[derive(Default)]
-pub struct Lines {
-    /// The position of the frame that renders, and the number of frames.
-    position: Mutex<(usize, usize)>,
+impl Display {
+    fn stop(self) {
+        match self {
+            Self::Bars(bars) => bars.stop(),
+            Self::Lines(ticker) => ticker.stop(),
+            Self::Silent => {}
+        }
+    }
 }
 
-/// A bar for the sequence and one for the frame.
-pub struct Bars {
+/// A thread that does the same thing again and again until it is stopped.
+struct Ticker {
+    stop: Arc<AtomicBool>,
+    thread: JoinHandle<()>,
+}
+
+impl Ticker {
+    const PERIOD: Duration = TICK;
+
+    /// Calls `tick` with the time since the last call.
+    fn start(mut tick: impl FnMut(Duration) + Send + 'static) -> Self {
+        let stop = Arc::new(AtomicBool::new(false));
+        let thread = {
+            let stop = Arc::clone(&stop);
+            thread::spawn(move || {
+                let mut last = Instant::now();
+                while !stop.load(Ordering::Relaxed) {
+                    thread::park_timeout(Self::PERIOD);
+                    let now = Instant::now();
+                    tick(now - last);
+                    last = now;
+                }
+            })
+        };
+        Self { stop, thread }
+    }
+
+    fn stop(self) {
+        self.stop.store(true, Ordering::Relaxed);
+        self.thread.thread().unpark();
+        // A display that panicked has nothing left to show.
+        let _ = self.thread.join();
+    }
+}
+
+/// A bar for the frames that are on disk and one for the frame that renders.
+struct Bars {
     sequence: ProgressBar,
     frame: ProgressBar,
-    /// Samples that were finished when the frame started.
-    samples_before: Arc<AtomicU64>,
-    stop: Arc<AtomicBool>,
-    ticker: JoinHandle<()>,
+    ticker: Ticker,
 }
 
 impl Bars {
-    fn new(frames: usize, samples: u64, counters: Arc<Counters>) -> Self {
+    fn new(work: &Arc<Work>) -> Self {
         let bars = MultiProgress::with_draw_target(ProgressDrawTarget::stdout());
         let style = |template: &str| {
             ProgressStyle::with_template(template)
                 .expect("the template is a constant")
                 .progress_chars("=> ")
         };
-        let sequence = bars.add(ProgressBar::new(frames as u64));
+        let sequence = bars.add(ProgressBar::new(work.frames as u64));
         sequence.set_style(style(
             "frames [{bar:30}] {pos}/{len}  {elapsed} elapsed, {eta} left  {wide_msg}",
         ));
-        let frame = bars.add(ProgressBar::new(samples));
+        let frame = bars.add(ProgressBar::new(work.samples));
         frame.set_style(style("{prefix:>6} [{bar:30}] {percent:>3} %  {wide_msg}"));
-        let samples_before = Arc::new(AtomicU64::new(0));
-        let stop = Arc::new(AtomicBool::new(false));
         let ticker = {
-            let (sequence, frame) = (sequence.clone(), frame.clone());
-            let (before, stop) = (Arc::clone(&samples_before), Arc::clone(&stop));
-            thread::spawn(move || {
-                let mut last = (Instant::now(), 0);
-                while !stop.load(Ordering::Relaxed) {
-                    thread::park_timeout(TICK);
-                    let rays = counters.rays();
-                    let now = Instant::now();
-                    let rate = (rays - last.1) as f64 / (now - last.0).as_secs_f64();
-                    last = (now, rays);
-                    frame.set_position(counters.samples() - before.load(Ordering::Relaxed));
-                    frame.set_message(format!("{} rays/s", count(rate)));
-                    sequence.tick();
+            let (sequence, frame, work) = (sequence.clone(), frame.clone(), Arc::clone(work));
+            let mut rays_before = 0;
+            Ticker::start(move |elapsed| {
+                let rays = work.counters.rays();
+                let rate = (rays - rays_before) as f64 / elapsed.as_secs_f64();
+                rays_before = rays;
+                let now = *lock(&work.now);
+                if let Some(number) = now.number {
+                    frame.set_prefix(number.to_string());
+                    frame.set_position((work.fraction(&now) * work.samples as f64) as u64);
                 }
+                frame.set_message(format!("{} rays/s", count(rate)));
+                sequence.set_position(work.on_disk.load(Ordering::SeqCst) as u64);
+                sequence.tick();
             })
         };
         Self {
             sequence,
             frame,
-            samples_before,
-            stop,
             ticker,
         }
     }
 
-    fn frame_started(&self, number: i32) {
-        self.frame.set_prefix(number.to_string());
-    }
-
-    fn frame_done(&self) {
-        self.samples_before
-            .fetch_add(self.frame.length().unwrap_or(0), Ordering::Relaxed);
-        self.sequence.inc(1);
-    }
-
-    fn frame_skipped(&self, number: i32) {
-        self.sequence.set_message(format!("skipped {number}"));
-        self.sequence.inc(1);
-    }
-
-    fn written(&self, path: &Path) {
-        self.sequence.set_message(path.display().to_string());
-    }
-
+    /// Leaves the bar of the frames as it stands after a last look.
     fn stop(self) {
-        self.stop.store(true, Ordering::Relaxed);
-        self.ticker.thread().unpark();
-        // A bar that panicked has nothing left to draw.
-        let _ = self.ticker.join();
+        self.ticker.stop();
         self.frame.finish_and_clear();
-        self.sequence.finish();
+        self.sequence.abandon();
     }
 }

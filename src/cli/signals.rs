@@ -15,16 +15,18 @@ use signal_hook::{
 /// The signal that came first, 0 for none.
 static RECEIVED: AtomicUsize = AtomicUsize::new(0);
 
-/// From now on a signal cancels what `cancel` is given to.
+/// From now on a signal cancels what `cancel` is given to. A signal that the parent process has set to be ignored, as
+/// `nohup` and shells do for background jobs, stays ignored.
 pub fn cancel_on_signal(cancel: Arc<Cancel>) -> anyhow::Result<()> {
     let again = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
+    let handled: Vec<i32> = [SIGINT, SIGTERM].into_iter().filter(|s| !is_ignored(*s)).collect();
+    for &signal in &handled {
         // In this order: the second signal finds `again` set and ends the process with the usual code.
         flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&again))
             .context("cannot handle signals")?;
         flag::register(signal, Arc::clone(&again)).context("cannot handle signals")?;
     }
-    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]).context("cannot handle signals")?;
+    let mut signals = signal_hook::iterator::Signals::new(&handled).context("cannot handle signals")?;
     std::thread::spawn(move || {
         for signal in signals.forever() {
             let _ = RECEIVED.compare_exchange(0, signal as usize, Ordering::SeqCst, Ordering::SeqCst);
@@ -32,6 +34,15 @@ pub fn cancel_on_signal(cancel: Arc<Cancel>) -> anyhow::Result<()> {
         }
     });
     Ok(())
+}
+
+/// Whether the process was started with this signal ignored. Only Linux tells without unsafe code: elsewhere no signal
+/// counts as ignored.
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|hex| u64::from_str_radix(hex.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }
 
 /// 130 after SIGINT, 143 after SIGTERM.

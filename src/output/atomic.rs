@@ -2,7 +2,10 @@
 //!
 //! The bytes go to a hidden temporary in the target's folder, onto the disk, and then under the target's name; the folder is
 //! made durable last. A file that was there stays as it is until the new one is complete. Permissions are those that any new file
-//! gets under the process's umask.
+//! gets under the process's umask. A symbolic link is followed: the file that it leads to is replaced, not the link.
+//!
+//! A temporary is locked as long as its process lives. One that is not locked was left by a process that was killed, and
+//! [`check`] removes it.
 
 use std::{
     fs::{self, File, OpenOptions},
@@ -14,23 +17,23 @@ use tempfile::NamedTempFile;
 
 use super::{EncodeError, OutputError};
 
-/// Temporaries begin with this; one that is left over is from a process that was killed.
+/// Temporaries begin with this.
 pub const TEMPORARY_PREFIX: &str = ".batch-render-";
+const TEMPORARY_SUFFIX: &str = ".tmp";
 
 const BUFFER: usize = 1 << 18;
 
-/// Makes `path` the file that `encode` writes, and the folders it lies in. On an error the old file stays and the temporary is
+/// Makes `path` the file that `encode` writes, in a folder that exists. On an error the old file stays and the temporary is
 /// removed.
 pub fn write<T>(path: &Path, encode: impl FnOnce(&mut dyn Write) -> Result<T, EncodeError>) -> Result<T, OutputError> {
-    let folder = folder_of(path);
-    let file = create(path, &folder).map_err(|source| OutputError::Create {
-        source: plain(source),
-        path: path.to_owned(),
-    })?;
     let failed = |source| OutputError::Write {
         source: plain(source),
         path: path.to_owned(),
     };
+    let (target, file) = create(path).map_err(|source| OutputError::Create {
+        source: plain(source),
+        path: path.to_owned(),
+    })?;
     let mut out = BufWriter::with_capacity(BUFFER, file.as_file());
     let written = encode(&mut out).map_err(|error| match error {
         EncodeError::Io(source) => failed(source),
@@ -41,26 +44,54 @@ pub fn write<T>(path: &Path, encode: impl FnOnce(&mut dyn Write) -> Result<T, En
     })?;
     out.into_inner().map_err(|e| failed(e.into_error()))?;
     file.as_file().sync_all().map_err(failed)?;
-    file.persist(path).map_err(|e| failed(e.error))?;
-    sync_folder(&folder).map_err(failed)?;
+    file.persist(&target).map_err(|e| failed(e.error))?;
+    sync_folder(&folder_of(&target)).map_err(failed)?;
     Ok(written)
 }
 
-/// Finds out whether `path` can be made, before there is anything to write: makes its folders and a temporary there.
+/// Finds out whether `path` can be written, before there is anything to write: makes its folders and a temporary there, and
+/// removes the temporaries of killed processes.
 pub fn check(path: &Path) -> Result<(), OutputError> {
-    create(path, &folder_of(path))
-        .map(drop)
-        .map_err(|source| OutputError::Create {
+    let attempt = || {
+        fs::create_dir_all(folder_of(path))?;
+        let (target, _file) = create(path)?;
+        remove_abandoned(&folder_of(&target));
+        Ok(())
+    };
+    attempt().map_err(|source| OutputError::Create {
+        source: plain(source),
+        path: path.to_owned(),
+    })
+}
+
+/// Finds out whether anything but a regular file is at `path`, which could not be replaced by one.
+pub fn check_kind(path: &Path) -> Result<(), OutputError> {
+    match fs::metadata(path) {
+        Ok(old) => check_is_file(&old).map_err(|source| OutputError::Create {
             source,
             path: path.to_owned(),
-        })
+        }),
+        // What is not there, or cannot be looked at, is found out when it is written.
+        Err(_) => Ok(()),
+    }
+}
+
+fn check_is_file(found: &fs::Metadata) -> io::Result<()> {
+    if found.is_dir() {
+        Err(io::ErrorKind::IsADirectory.into())
+    } else if !found.is_file() {
+        Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"))
+    } else {
+        Ok(())
+    }
 }
 
 /// The error without the name of the temporary that tempfile adds to it: the file that was wanted is what counts.
 fn plain(error: io::Error) -> io::Error {
     match error.get_ref() {
-        Some(_) => error.kind().into(),
-        None => error,
+        // Only this module's own errors are of that kind.
+        Some(_) if error.kind() != io::ErrorKind::InvalidInput => error.kind().into(),
+        _ => error,
     }
 }
 
@@ -71,20 +102,83 @@ fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-fn create(path: &Path, folder: &Path) -> io::Result<NamedTempFile<File>> {
-    if path.is_dir() {
-        // Found now rather than by the rename, after the work.
-        return Err(io::ErrorKind::IsADirectory.into());
+/// The file that `path` means: symbolic links are followed, also to a file that is not there yet.
+fn target_of(path: &Path) -> io::Result<PathBuf> {
+    const MOST_LINKS: usize = 40;
+    let mut target = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        match fs::symlink_metadata(&target) {
+            Ok(found) if found.is_symlink() => target = folder_of(&target).join(fs::read_link(&target)?),
+            _ => return Ok(target),
+        }
     }
-    fs::create_dir_all(folder)?;
-    // `make_in` leaves opening to us: a plain `open`, where tempfile's own would keep the file from everyone else.
-    tempfile::Builder::new()
-        .prefix(TEMPORARY_PREFIX)
-        .suffix(".tmp")
-        .rand_bytes(10)
-        .make_in(folder, |path| {
-            OpenOptions::new().write(true).create_new(true).open(path)
-        })
+    Err(io::Error::new(io::ErrorKind::InvalidInput, "too many symbolic links"))
+}
+
+/// Finds out whether the process may replace `target`. A file or a folder that nobody may write to is not replaced, not even
+/// by an administrator, for whom the system would allow it.
+fn check_permissions(target: &Path) -> io::Result<()> {
+    match fs::metadata(target) {
+        Ok(old) => {
+            check_is_file(&old)?;
+            if old.permissions().readonly() {
+                return Err(io::ErrorKind::PermissionDenied.into());
+            }
+            // Opening it tells whether this user may write to it, and changes nothing.
+            OpenOptions::new().write(true).open(target)?;
+        }
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+        Err(error) => return Err(error),
+    }
+    // On Windows a folder's read-only attribute does not concern its files.
+    if cfg!(unix) && fs::metadata(folder_of(target))?.permissions().readonly() {
+        return Err(io::ErrorKind::PermissionDenied.into());
+    }
+    Ok(())
+}
+
+/// Makes a temporary beside the file that `path` means. Returns that file's path and the locked temporary.
+fn create(path: &Path) -> io::Result<(PathBuf, NamedTempFile<File>)> {
+    let target = target_of(path)?;
+    check_permissions(&target)?;
+    let folder = folder_of(&target);
+    loop {
+        // `make_in` leaves opening to us: a plain `open`, where tempfile's own would keep the file from everyone else.
+        let file = tempfile::Builder::new()
+            .prefix(TEMPORARY_PREFIX)
+            .suffix(TEMPORARY_SUFFIX)
+            .rand_bytes(10)
+            .make_in(&folder, |path| {
+                OpenOptions::new().write(true).create_new(true).open(path)
+            })?;
+        // Some network file systems have no locks; nothing is removed there.
+        let _ = file.as_file().lock();
+        // Another process may have removed it before it was locked.
+        if file.path().exists() {
+            return Ok((target, file));
+        }
+    }
+}
+
+/// Removes the temporaries of processes that are gone.
+fn remove_abandoned(folder: &Path) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let Some(name) = name.to_str() else { continue };
+        let is_file = entry.file_type().is_ok_and(|t| t.is_file());
+        if !is_file || !name.starts_with(TEMPORARY_PREFIX) || !name.ends_with(TEMPORARY_SUFFIX) {
+            continue;
+        }
+        // The lock is held while the file is removed, so that no process begins to use it.
+        let file = OpenOptions::new().write(true).open(entry.path());
+        if let Ok(file) = file
+            && file.try_lock().is_ok()
+        {
+            // Another process may have removed it, too.
+            let _ = fs::remove_file(entry.path());
+        }
+    }
 }
 
 /// Makes the new name durable, where folders can be synchronised: on Unix, but not on every network file system.
@@ -114,6 +208,7 @@ mod tests {
     fn folders_are_made_and_nothing_else_is_left() {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("a/b/frame.exr");
+        check(&path).unwrap();
         let seven = write(&path, |out| {
             out.write_all(b"whole")?;
             Ok(7)
@@ -161,10 +256,70 @@ mod tests {
         fs::write(home.path().join("file"), b"").unwrap();
         fs::create_dir(home.path().join("folder.exr")).unwrap();
         for path in ["file/frame.exr", "folder.exr"] {
-            let failed = write(&home.path().join(path), |_| Ok(()));
-            assert!(matches!(failed, Err(OutputError::Create { .. })), "{path}");
+            let path = home.path().join(path);
+            for failed in [check(&path), write(&path, |_| Ok(()))] {
+                assert!(matches!(failed, Err(OutputError::Create { .. })), "{}", path.display());
+            }
         }
         assert_eq!(names(home.path()), ["file", "folder.exr"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_followed_and_stays_a_link() {
+        let home = tempfile::tempdir().unwrap();
+        let folder = home.path().join("store");
+        fs::create_dir(&folder).unwrap();
+        let link = home.path().join("frame.exr");
+        std::os::unix::fs::symlink("store/real.exr", &link).unwrap();
+        // First it leads nowhere, then to an old file.
+        for content in [b"one", b"two"] {
+            write(&link, |out| Ok(out.write_all(content)?)).unwrap();
+            assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+            assert_eq!(fs::read(folder.join("real.exr")).unwrap(), content);
+        }
+        assert_eq!(names(&folder), ["real.exr"]);
+
+        let circle = home.path().join("circle.exr");
+        std::os::unix::fs::symlink("circle.exr", &circle).unwrap();
+        assert!(matches!(check(&circle), Err(OutputError::Create { .. })));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn nothing_without_write_permission_is_replaced() {
+        use std::os::unix::fs::PermissionsExt;
+        let home = tempfile::tempdir().unwrap();
+        let set = |path: &Path, mode| fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
+        let file = home.path().join("file.exr");
+        fs::write(&file, b"old").unwrap();
+        set(&file, 0o444);
+        let folder = home.path().join("folder");
+        fs::create_dir(&folder).unwrap();
+        set(&folder, 0o555);
+        for path in [&file, &folder.join("new.exr")] {
+            for failed in [check(path), write(path, |_| Ok(()))] {
+                assert!(matches!(failed, Err(OutputError::Create { .. })), "{}", path.display());
+            }
+        }
+        assert_eq!(fs::read(&file).unwrap(), b"old");
+        set(&folder, 0o755);
+    }
+
+    #[test]
+    fn temporaries_of_the_dead_are_removed_and_those_of_the_living_stay() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("frame.exr");
+        fs::write(home.path().join(".batch-render-0123456789.tmp"), b"half").unwrap();
+        fs::write(home.path().join(".batch-render-notes"), b"not ours").unwrap();
+        write(&path, |_| {
+            check(&home.path().join("other.exr")).unwrap();
+            let left = names(home.path());
+            assert_eq!(left.len(), 2, "{left:?}");
+            Ok(())
+        })
+        .unwrap();
+        assert_eq!(names(home.path()), [".batch-render-notes", "frame.exr"]);
     }
 
     #[cfg(unix)]

@@ -1,5 +1,11 @@
 //! Facts that a finished file holds about itself.
 
+use std::{
+    fs::{self, File},
+    io,
+    path::Path,
+};
+
 use super::{Attribute, Value};
 
 /// The facts that a complete file holds about itself. A file of another program has facts too, but no version.
@@ -9,6 +15,14 @@ pub struct FileFacts {
     pub resolution: [u32; 2],
     /// In the order of the file. Attributes of types that no [`Value`] has and very long ones are left out.
     pub attributes: Vec<Attribute>,
+}
+
+/// Opens a regular file. Anything else, such as a named pipe, could block for ever and is an error.
+pub(super) fn open(path: &Path) -> io::Result<File> {
+    if !fs::metadata(path)?.is_file() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file"));
+    }
+    File::open(path)
 }
 
 impl FileFacts {

@@ -37,7 +37,7 @@ pub fn format(name: &str) -> Option<&'static dyn Format> {
     FORMATS.iter().copied().find(|f| f.name().eq_ignore_ascii_case(name))
 }
 
-/// Writes `image` to `path`, which is afterwards the whole file or, on an error, what it was before.
+/// Writes `image` to `path` in a folder that exists. It is afterwards the whole file or, on an error, what it was before.
 pub fn write(
     path: &Path,
     format: &dyn Format,
@@ -47,7 +47,7 @@ pub fn write(
     atomic::write(path, |out| format.encode(image, encoding, out))
 }
 
-/// Writes a film that belongs to no sequence; the name's ending chooses the format.
+/// Writes a film that belongs to no sequence, and makes the folders of `path`; the name's ending chooses the format.
 ///
 /// # Errors
 /// No format has this ending, or the file cannot be written.
@@ -57,6 +57,7 @@ pub fn write_still(path: &Path, film: &Film, metadata: &FrameMetadata) -> Result
         reason: format!("no format is called '{extension}'"),
         path: path.to_owned(),
     })?;
+    atomic::check(path)?;
     let image = FrameImage {
         film,
         shown: Shown::All,

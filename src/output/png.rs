@@ -5,7 +5,6 @@
 //! a picture of the crop's size.
 
 use std::{
-    fs::File,
     io::{self, BufReader, Read, Seek, SeekFrom, Write},
     path::Path,
 };
@@ -65,7 +64,9 @@ impl Format for Png {
     }
 
     fn inspect(&self, path: &Path) -> Option<FileFacts> {
-        facts(path).ok().flatten()
+        let facts = facts(path).ok().flatten()?;
+        decode_pixels(path).ok()?;
+        Some(facts)
     }
 }
 
@@ -161,11 +162,20 @@ fn error(error: ::png::EncodingError) -> EncodeError {
     }
 }
 
+/// Decodes all rows and checks the checksums of all chunks.
+fn decode_pixels(path: &Path) -> Result<(), ::png::DecodingError> {
+    let mut decoder = ::png::Decoder::new(BufReader::new(super::facts::open(path)?));
+    decoder.ignore_checksums(false);
+    let mut reader = decoder.read_info()?;
+    while reader.next_row()?.is_some() {}
+    reader.finish()
+}
+
 /// The facts of a file that begins as a PNG and ends with the chunk that ends one.
 fn facts(path: &Path) -> io::Result<Option<FileFacts>> {
     const BEGIN: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
     const END: [u8; 12] = *b"\0\0\0\0IEND\xaeB`\x82";
-    let mut file = BufReader::new(File::open(path)?);
+    let mut file = BufReader::new(super::facts::open(path)?);
     let (mut begin, mut end) = ([0; BEGIN.len()], [0; END.len()]);
     file.read_exact(&mut begin)?;
     file.seek(SeekFrom::End(-(END.len() as i64)))?;

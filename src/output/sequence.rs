@@ -5,8 +5,9 @@
 //! | `####`, `%04d`, `$F4` | `0007` | `-007` | `12345` |
 //! | `#`, `%d`, `$F` | `7` | `-7` | `12345` |
 //!
-//! A sign takes one of the places, as in C's `printf`; more digits than places are all kept. `%%` is a `%`. The extension chooses
-//! the format. Relative patterns are relative to the current folder.
+//! A sign takes one of the places, as in C's `printf`; more digits than places are all kept. The field is in the name of
+//! the file: folders are taken literally. In the name `%%` is a `%`, `%#` a `#` and `%$` a `$`. The extension chooses the
+//! format. Relative patterns are relative to the current folder.
 
 use std::{
     collections::HashMap,
@@ -31,26 +32,34 @@ pub struct FilePattern {
 }
 
 impl FilePattern {
+    /// Returns the pattern of a sequence in the current folder, whose files are called `name`, whatever characters it
+    /// has, and a number.
+    pub fn of_sequence(name: &str, extension: &str) -> Result<Self, FilePatternError> {
+        let name = name.replace('%', "%%").replace('#', "%#").replace('$', "%$");
+        Self::parse(&format!("{name}.####.{extension}"))
+    }
+
     /// Reads a pattern.
     pub fn parse(text: &str) -> Result<Self, FilePatternError> {
-        let mut parts = [String::new(), String::new()];
+        let folder = text.rfind(std::path::is_separator).map_or(0, |at| at + 1);
+        let mut parts = [text[..folder].to_owned(), String::new()];
         let mut places = None;
-        let mut rest = text;
-        while let Some(c) = rest.chars().next() {
-            let (length, field) = field_at(rest);
+        let mut rest = &text[folder..];
+        while !rest.is_empty() {
+            let (length, field) = part_at(rest);
             match field {
-                Some(_) if places.is_some() => {
+                Part::Field(_) if places.is_some() => {
                     return Err(FilePatternError::TwoFields {
                         pattern: text.to_owned(),
                     });
                 }
-                Some(n) if n > MOST_PLACES => {
+                Part::Field(n) if n > MOST_PLACES => {
                     return Err(FilePatternError::TooManyPlaces {
                         pattern: text.to_owned(),
                     });
                 }
-                Some(n) => places = Some(n),
-                None => parts[usize::from(places.is_some())].push(c),
+                Part::Field(n) => places = Some(n),
+                Part::Plain(c) => parts[usize::from(places.is_some())].push(c),
             }
             rest = &rest[length..];
         }
@@ -118,8 +127,15 @@ fn plain(path: &Path) -> PathBuf {
     path.components().filter(|c| *c != Component::CurDir).collect()
 }
 
-/// Returns the number of bytes that the next character or field of `text` takes, and the digits of the field if it is one.
-fn field_at(text: &str) -> (usize, Option<usize>) {
+/// A part of a file's name.
+enum Part {
+    Plain(char),
+    /// The frame's number, with this many places.
+    Field(usize),
+}
+
+/// Returns the first part of `text`, which is not empty, and the number of bytes that it takes.
+fn part_at(text: &str) -> (usize, Part) {
     let digits = |from: usize| text[from..].bytes().take_while(u8::is_ascii_digit).count();
     // A number too large for `usize` is as wrong as any that is too large.
     let number = |from: usize, n: usize| match n {
@@ -127,30 +143,32 @@ fn field_at(text: &str) -> (usize, Option<usize>) {
         _ => text[from..from + n].parse().unwrap_or(usize::MAX),
     };
     let byte = |at: usize| text.as_bytes().get(at);
+    let first = text.chars().next().unwrap_or_default();
+    let plain = (first.len_utf8(), Part::Plain(first));
     match text.as_bytes() {
         [b'#', ..] => {
             let run = text.bytes().take_while(|b| *b == b'#').count();
-            (run, Some(run))
+            (run, Part::Field(run))
         }
-        [b'%', b'%', ..] => (2, None),
+        [b'%', literal @ (b'%' | b'#' | b'$'), ..] => (2, Part::Plain(char::from(*literal))),
         [b'%', after @ ..] => {
             let n = digits(1);
             // C pads with blanks unless there is a zero; nobody wants those in a file's name.
             let zero = n == 0 || after[0] == b'0';
             match byte(1 + n) {
-                Some(b'd') if zero => (n + 2, Some(number(1, n))),
-                _ => (1, None),
+                Some(b'd') if zero => (n + 2, Part::Field(number(1, n))),
+                _ => plain,
             }
         }
         [b'$', b'F', ..] => {
             let n = digits(2);
             match byte(2 + n) {
                 // Another variable, such as `$FPS`.
-                Some(b) if n == 0 && (b.is_ascii_alphanumeric() || *b == b'_') => (1, None),
-                _ => (2 + n, Some(number(2, n))),
+                Some(b) if n == 0 && (b.is_ascii_alphanumeric() || *b == b'_') => plain,
+                _ => (2 + n, Part::Field(number(2, n))),
             }
         }
-        _ => (text.chars().next().map_or(0, char::len_utf8), None),
+        _ => plain,
     }
 }
 
@@ -175,7 +193,7 @@ fn format_of(text: &str, end: &str, places: Option<usize>) -> Result<&'static dy
 /// An error in the file patterns of a job.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FilePatternError {
-    #[error("more than one field for the frame's number: {pattern}")]
+    #[error("more than one field for the frame's number (write %# for a plain #, %$ for $ and %% for %): {pattern}")]
     TwoFields { pattern: String },
     #[error("more than {MOST_PLACES} places for the frame's number: {pattern}")]
     TooManyPlaces { pattern: String },
@@ -183,7 +201,7 @@ pub enum FilePatternError {
     NoExtension { pattern: String },
     #[error("{name}: {pattern}")]
     UnknownFormat { name: UnknownName, pattern: String },
-    #[error("{frames} frames but no field for the frame's number, as in name.####.exr: {pattern}")]
+    #[error("{frames} frames but no field for the frame's number in the file's name, as in name.####.exr: {pattern}")]
     NoField { frames: usize, pattern: String },
     #[error("{first} and {second} write the same file: {}", path.display())]
     Collision {
@@ -229,7 +247,11 @@ mod tests {
     #[test]
     fn everything_else_is_kept() {
         assert_eq!(file("/a b/ü$FPS%s_100%%.%02d.EXR", 3), "/a b/ü$FPS%s_100%.03.EXR");
-        assert_eq!(file("####/beauty.exr", 3), "0003/beauty.exr");
+        assert_eq!(file("%%d/Take #2/$F/f.#.exr", 3), "%%d/Take #2/$F/f.3.exr");
+        assert_eq!(file("Take #2/final.exr", 3), "Take #2/final.exr");
+        let shot = FilePattern::of_sequence("shot #3 at 100% $F", "exr").unwrap();
+        assert_eq!(shot.path(7), PathBuf::from("shot #3 at 100% $F.0007.exr"));
+        assert_eq!(file("100%#_%$F_%%d.%02d.exr", 3), "100#_$F_%d.03.exr");
         assert_eq!(file("#.exr", 3), "3.exr");
         assert_eq!(file("%4d.exr", 3), "%4d.exr");
         assert!(!FilePattern::parse("single.exr").unwrap().has_frame());
@@ -246,7 +268,10 @@ mod tests {
     #[test]
     fn messages_say_what_to_do() {
         for (pattern, message) in [
-            ("a.##.$F.exr", "more than one field for the frame's number: a.##.$F.exr"),
+            (
+                "a.##.$F.exr",
+                "more than one field for the frame's number (write %# for a plain #, %$ for $ and %% for %): a.##.$F.exr",
+            ),
             ("a.%099d.exr", "more than 16 places for the frame's number: a.%099d.exr"),
             (
                 "a.$F99999999999999999999.exr",
@@ -293,7 +318,10 @@ mod tests {
         assert_eq!(check(&["a.##.exr", "./a.$F.exr"], &[1, 9]), Ok(()));
         assert_eq!(
             check(&["a.exr"], &[1, 2]),
-            Err("2 frames but no field for the frame's number, as in name.####.exr: a.exr".to_owned())
+            Err(
+                "2 frames but no field for the frame's number in the file's name, as in name.####.exr: a.exr"
+                    .to_owned()
+            )
         );
     }
 }

@@ -60,6 +60,7 @@ fn every_format_writes_the_same_whole_file_twice() {
         let (a, b) = (path("a"), path("new folder/b"));
         let (film, metadata) = (film(&["depth"], [3, 2]), metadata());
         let frame = image(&film, &metadata);
+        atomic::check(&b).unwrap();
         let report = write(&a, format, &frame, Encoding::default()).unwrap();
         assert_eq!(report, write(&b, format, &frame, Encoding::default()).unwrap());
         assert_eq!(std::fs::read(&a).unwrap(), std::fs::read(&b).unwrap());

@@ -31,7 +31,7 @@ pub(super) fn render(
             if control.is_cancelled() {
                 return Err(Cancelled);
             }
-            tile.render(context, samples.clone(), waves, control);
+            tile.render(context, samples.clone(), waves, control)?;
             if is_last && let Some(finished) = tile.accumulator.take() {
                 let mut film = film.lock().expect("no thread panics while it holds the film");
                 finished.resolve_into(&context.accumulators, &mut film);
@@ -49,14 +49,21 @@ struct Tile {
 }
 
 impl Tile {
-    fn render(&mut self, context: &RenderContext<'_>, samples: Range<u32>, waves: &WavePool, control: &Control<'_>) {
+    fn render(
+        &mut self,
+        context: &RenderContext<'_>,
+        samples: Range<u32>,
+        waves: &WavePool,
+        control: &Control<'_>,
+    ) -> Result<(), Cancelled> {
         let layout = &context.accumulators;
         let accumulator = self
             .accumulator
             .get_or_insert_with(|| TileAccumulator::new(self.window, layout));
         let mut wave = waves.take();
         for block in schedule::blocks(self.window, samples.clone()) {
-            let stats = wave.run(context, &block, accumulator);
+            // A wave that was cancelled holds paths of its block: it is dropped.
+            let stats = wave.run(context, &block, accumulator, control)?;
             if let Some(counters) = control.counters {
                 counters.add((block.samples.len() * block.tile.area()) as u64, stats.rays);
                 counters.add_invalid(&stats.invalid);
@@ -70,5 +77,6 @@ impl Tile {
                 samples,
             });
         }
+        Ok(())
     }
 }

@@ -4,7 +4,7 @@
 //! and a wave that outgrows its bounds is split between samples, never within one.
 
 use super::{
-    Content, InvalidSamples,
+    Cancelled, Content, Control, InvalidSamples,
     camera_rays::CameraRays,
     context::RenderContext,
     sample_block::SampleBlock,
@@ -108,12 +108,16 @@ pub(super) struct Wave {
 
 impl Wave {
     /// Renders the samples of a block and adds them to the accumulator of its tile.
+    ///
+    /// # Errors
+    /// It was cancelled; the wave is left as it stood.
     pub fn run(
         &mut self,
         context: &RenderContext<'_>,
         spec: &BlockSpec,
         accumulator: &mut TileAccumulator,
-    ) -> WaveStats {
+        control: &Control<'_>,
+    ) -> Result<WaveStats, Cancelled> {
         let mut stats = WaveStats::default();
         let block = SampleBlock::new(spec);
         self.start(context, spec);
@@ -125,11 +129,14 @@ impl Wave {
             self.compact();
         }
         while !self.rays.is_empty() {
+            if control.is_cancelled() {
+                return Err(Cancelled);
+            }
             stats.rays += self.step(context, &block);
             self.compact();
         }
         self.accumulate(context, spec, accumulator, &mut stats.invalid);
-        stats
+        Ok(stats)
     }
 
     /// Adds the finished samples, pixel by pixel.

@@ -1,4 +1,4 @@
-//! The facts of a complete file, without decoding its pixels.
+//! The facts of a complete file, all of whose blocks can be decoded.
 
 use std::{
     fs::File,
@@ -6,12 +6,24 @@ use std::{
     path::Path,
 };
 
-use super::header::{self, LONG_NAMES, MAGIC, VERSION};
-use crate::output::{Attribute, FileFacts, Value};
+use ::exr::block::{UncompressedBlock, reader::ChunksReader as _};
 
-/// The facts of a single-part scanline file whose table of blocks is filled and whose last block lies wholly in it.
+use super::header::{self, LONG_NAMES, MAGIC, VERSION};
+use crate::output::{Attribute, FileFacts, Value, facts};
+
+/// The facts of a single-part scanline file whose table of blocks is filled and whose blocks can all be decoded.
 pub(super) fn inspect(path: &Path) -> Option<FileFacts> {
-    File::open(path).and_then(check).ok().flatten()
+    let facts = facts::open(path).and_then(check).ok().flatten()?;
+    let file = facts::open(path).ok()?;
+    decode_blocks(file).ok()?;
+    Some(facts)
+}
+
+/// Decodes all blocks and drops their pixels.
+fn decode_blocks(file: File) -> ::exr::error::UnitResult {
+    let mut chunks = ::exr::block::read(BufReader::new(file), true)?.all_chunks(true)?;
+    let meta = chunks.meta_data().clone();
+    chunks.try_for_each(|chunk| UncompressedBlock::decompress_chunk(chunk?, &meta, true).map(drop))
 }
 
 /// `None` or an error if anything is missing.
