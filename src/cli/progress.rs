@@ -254,14 +254,16 @@ struct Bars {
     ticker: Ticker,
 }
 
+/// The look of a bar; `template` is a constant.
+fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template)
+        .expect("the template is a constant")
+        .progress_chars("=> ")
+}
+
 impl Bars {
     fn new(work: &Arc<Work>) -> Self {
         let bars = MultiProgress::with_draw_target(ProgressDrawTarget::stdout());
-        let style = |template: &str| {
-            ProgressStyle::with_template(template)
-                .expect("the template is a constant")
-                .progress_chars("=> ")
-        };
         let sequence = bars.add(ProgressBar::new(work.frames as u64));
         sequence.set_style(style(
             "frames [{bar:30}] {pos}/{len}  {elapsed} elapsed, {eta} left  {wide_msg}",
@@ -296,6 +298,10 @@ impl Bars {
     fn stop(self) {
         self.ticker.stop();
         self.frame.finish_and_clear();
+        self.sequence
+            .set_style(style("frames [{bar:30}] {pos}/{len}  {elapsed} elapsed"));
         self.sequence.abandon();
+        // The bar leaves the cursor on its line.
+        say("");
     }
 }
