@@ -50,6 +50,8 @@ pub enum Error {
     },
     #[error("the output {} is a file that the job reads: {}", output.display(), input.display())]
     OverwritesInput { output: PathBuf, input: PathBuf },
+    #[error("cannot start {what}: {cause}")]
+    Threads { what: String, cause: String },
     #[error("cannot write to standard output: {0}")]
     Stdout(std::io::Error),
     #[error("the file exists already: {}", path.display())]
@@ -77,6 +79,8 @@ pub enum Blame {
     CannotCreate,
     /// Whoever runs the machine: the disk is full or fails.
     Io,
+    /// Whoever runs the machine: the system allows no more threads.
+    System,
     /// Nobody: it was stopped.
     Cancelled,
 }
@@ -92,6 +96,14 @@ impl Error {
             Self::CameraPath(e) => e.to_string().lines().map(str::to_owned).collect(),
             other => vec![other.to_string()],
         }
+    }
+
+    /// Whether the messages show lines of a file below them.
+    pub fn has_excerpts(&self) -> bool {
+        matches!(
+            self,
+            Self::Invalid(_) | Self::Scene(describe::Error::Invalid(_)) | Self::Compile(compile::Error::Invalid(_))
+        )
     }
 
     /// A way to go on without correcting the error, where there is one.
@@ -128,6 +140,7 @@ impl Error {
             | Self::Memory { .. } => Blame::Data,
             Self::Exists { .. } | Self::Output(OutputError::Create { .. }) => Blame::CannotCreate,
             Self::Output(_) | Self::Stdout(_) => Blame::Io,
+            Self::Threads { .. } => Blame::System,
             Self::Cancelled(_) => Blame::Cancelled,
         }
     }

@@ -7,7 +7,7 @@
 use std::{
     collections::BTreeMap,
     fmt, fs, io,
-    path::{Path, PathBuf},
+    path::{Component, Path, PathBuf},
     sync::{Arc, Mutex, PoisonError},
 };
 
@@ -43,12 +43,51 @@ impl fmt::Debug for ContentHash {
 /// Reads input files and keeps a record of them.
 #[derive(Debug, Default)]
 pub struct Files {
+    /// Whether models may name files outside of their folders.
+    allow_outside: bool,
     read: Mutex<BTreeMap<PathBuf, ContentHash>>,
 }
 
 impl Files {
-    /// The bytes of a file. A file that cannot be read is not recorded; of one that is read again the last content is.
+    /// A gate that has let nothing in. With `allow_outside` models may name files outside of their folders.
+    pub fn new(allow_outside: bool) -> Self {
+        Self {
+            allow_outside,
+            ..Self::default()
+        }
+    }
+
+    /// Whether a model in the folder `root` may name the file at `path`, by the words of the path: links inside of the
+    /// folder lead anywhere.
+    pub fn allows(&self, root: &Path, path: &Path) -> bool {
+        if self.allow_outside {
+            return true;
+        }
+        let Ok(inner) = path.strip_prefix(root) else {
+            return false;
+        };
+        let mut depth = 0;
+        inner.components().all(|part| {
+            match part {
+                Component::Normal(_) => depth += 1,
+                Component::ParentDir => depth -= 1,
+                Component::CurDir => {}
+                Component::RootDir | Component::Prefix(_) => return false,
+            }
+            depth >= 0
+        })
+    }
+
+    /// The bytes of a regular file. A file that cannot be read is not recorded; of one that is read again the last content
+    /// is.
+    ///
+    /// # Errors
+    /// The file cannot be read. Of anything but a regular file, such as a named pipe, which could keep a job waiting, or a
+    /// device, which has no end, the error is of the kind `InvalidInput`.
     pub fn read(&self, path: &Path) -> io::Result<Arc<[u8]>> {
+        if !fs::metadata(path)?.is_file() {
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"));
+        }
         let bytes: Arc<[u8]> = fs::read(path)?.into();
         let hash = ContentHash::of(&bytes);
         let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
@@ -63,6 +102,11 @@ impl Files {
     }
 }
 
+/// Whether a file that [`Files::read`] refused is there, but no regular file.
+pub fn is_irregular(error: &io::Error) -> bool {
+    error.kind() == io::ErrorKind::InvalidInput
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -71,6 +115,35 @@ mod tests {
     fn the_hash_is_the_beginning_of_blake3() {
         // The test vector of the empty input.
         assert_eq!(ContentHash::of(b"").to_string(), "af1349b9f5f9a1a6a0404dea36dcc949");
+    }
+
+    #[test]
+    fn paths_stay_in_the_folder_unless_they_may_leave_it() {
+        let gate = Files::default();
+        let root = Path::new("models");
+        for (path, inside) in [
+            ("models/a.png", true),
+            ("models/mtl/../tex/a.png", true),
+            ("models/../a.png", false),
+            ("models/mtl/../../a.png", false),
+            ("/etc/passwd", false),
+        ] {
+            assert_eq!(gate.allows(root, Path::new(path)), inside, "{path}");
+            assert!(Files::new(true).allows(root, Path::new(path)));
+        }
+        assert!(gate.allows(Path::new(""), Path::new("a.png")));
+        assert!(!gate.allows(Path::new(""), Path::new("../a.png")));
+    }
+
+    #[test]
+    fn only_regular_files_are_read() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let error = Files::default().read(folder.path()).expect_err("a folder");
+        assert!(is_irregular(&error), "{error}");
+        #[cfg(target_os = "linux")]
+        assert!(is_irregular(
+            &Files::default().read(Path::new("/dev/zero")).expect_err("a device")
+        ));
     }
 
     #[test]

@@ -96,9 +96,11 @@ pub struct Store {
 }
 
 impl Store {
-    pub fn new(missing: MissingAssets) -> Self {
+    /// An empty store; with `allow_outside` models may name files outside of their folders.
+    pub fn new(missing: MissingAssets, allow_outside: bool) -> Self {
         Self {
             missing,
+            files: Files::new(allow_outside),
             ..Self::default()
         }
     }
@@ -151,7 +153,11 @@ impl Store {
         let loaded: Vec<_> = requests.par_iter().map(load).collect();
         let kept = loaded.into_iter().zip(requests).map(|(image, request)| match image {
             Err(e) if self.missing == MissingAssets::Placeholder => Ok(self.replace(&request.0, &e)),
-            image => Ok(image?),
+            image => {
+                let image = image?;
+                warn_of_repairs(&request.0, image.repaired);
+                Ok(image)
+            }
         });
         collect(kept.collect())
     }
@@ -168,6 +174,20 @@ impl Store {
 }
 
 /// All results, or all errors.
+/// Warns of numbers in an image that are NaN or infinite and were replaced.
+fn warn_of_repairs(source: &ImageSource, count: u64) {
+    let file = match source {
+        ImageSource::File(path) => path,
+        ImageSource::Bytes { name, .. } => name,
+    };
+    let are = match count {
+        0 => return,
+        1 => "number that is",
+        _ => "numbers that are",
+    };
+    tracing::warn!("{count} {are} not finite became 0 or 65504: {}", file.display());
+}
+
 fn collect<T>(results: Vec<Result<T, AssetError>>) -> Result<Vec<T>, Vec<AssetError>> {
     let (mut values, mut errors) = (Vec::with_capacity(results.len()), Vec::new());
     for result in results {

@@ -23,7 +23,7 @@ pub struct Job {
 impl Job {
     /// Reads the scene at `path`, a scene file or a model, and the camera path, and decides what `request` means for it.
     pub fn open(path: &Path, request: &Request) -> Result<Self, Error> {
-        let store = Store::new(request.missing_assets);
+        let store = Store::new(request.missing_assets, request.allow_outside);
         let desc = if is_model(path) {
             default_scene::describe(path, aspect(request), &store).map_err(|e| compile::Error::Assets(vec![e]))?
         } else {
@@ -35,7 +35,7 @@ impl Job {
 
     /// A job of a scene that was read before.
     pub fn new(desc: SceneDesc, request: &Request) -> Result<Self, Error> {
-        let store = Store::new(request.missing_assets);
+        let store = Store::new(request.missing_assets, request.allow_outside);
         let plan = Plan::new(&desc, request, store.files())?;
         Ok(Self { store, desc, plan })
     }
@@ -66,7 +66,10 @@ impl Job {
 
     /// Builds the acceleration structure of the scene that [`Job::load`] returned.
     pub fn build(&self, scene: SceneBuilder) -> Result<Scene, Error> {
-        Ok(scene.build(self.plan.accel).map_err(compile::Error::from)?)
+        Ok(scene.build(self.plan.accel).map_err(|cause| compile::Error::Build {
+            cause,
+            path: self.desc.source.path.clone(),
+        })?)
     }
 
     /// Renders the frame with this index in the plan, and writes nothing.

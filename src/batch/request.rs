@@ -31,4 +31,6 @@ pub struct Request {
     /// Bytes that pictures may take; `None` is no limit.
     pub max_memory: Option<u64>,
     pub missing_assets: MissingAssets,
+    /// Whether models may name files outside of their folders.
+    pub allow_outside: bool,
 }

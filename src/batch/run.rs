@@ -58,7 +58,13 @@ pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, control: &Contro
         Coverage::Partial
     };
     let mut summary = thread::scope(|scope| {
-        let writer = scope.spawn(move || write_all(plan, coverage, receive, observer));
+        let writer = thread::Builder::new()
+            .name("write".to_owned())
+            .spawn_scoped(scope, move || write_all(plan, coverage, receive, observer))
+            .map_err(|cause| Error::Threads {
+                what: "the thread that writes files".to_owned(),
+                cause: cause.to_string(),
+            })?;
         let rendered = render_all(plan, scene, observer, &control, &send);
         drop(send);
         let written = writer.join().expect("the writing thread does not panic");

@@ -64,6 +64,10 @@ pub enum Command {
         /// The camera path that is to be rendered
         #[arg(long, value_name = "FILE")]
         frames: Option<PathBuf>,
+
+        /// Let models name files outside of their own folders
+        #[arg(long)]
+        allow_outside: bool,
     },
     /// Compare acceleration structures on the rays of a scene
     Bench(BenchArgs),
@@ -195,6 +199,10 @@ pub struct RenderArgs {
     /// Treatment of missing and broken images
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = MissingKind::Error, hide_short_help = true, help_heading = heading::JOB)]
     pub missing_assets: MissingKind,
+
+    /// Let models name files outside of their own folders
+    #[arg(long, hide_short_help = true, help_heading = heading::JOB)]
+    pub allow_outside: bool,
 
     /// Display of progress, on standard output
     #[arg(long, value_enum, value_name = "HOW", default_value_t = ProgressKind::Auto, hide_short_help = true, help_heading = heading::JOB)]

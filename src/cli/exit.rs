@@ -11,6 +11,8 @@ pub const USAGE: u8 = 2;
 const DATA: u8 = 65;
 /// An input file is missing (EX_NOINPUT).
 const NO_INPUT: u8 = 66;
+/// The system allows no more threads (EX_OSERR).
+const SYSTEM: u8 = 71;
 /// The output cannot be created (EX_CANTCREAT).
 const CANNOT_CREATE: u8 = 73;
 /// Writing or reading failed (EX_IOERR).
@@ -28,6 +30,7 @@ pub fn code(error: &anyhow::Error) -> u8 {
         Blame::MissingInput => NO_INPUT,
         Blame::CannotCreate => CANNOT_CREATE,
         Blame::Io => IO,
+        Blame::System => SYSTEM,
         Blame::Cancelled => signals::exit_code(),
     }
 }

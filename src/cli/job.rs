@@ -2,7 +2,7 @@
 
 use std::{
     io::{self, Write},
-    path::{Path, PathBuf},
+    path::Path,
     sync::Arc,
     time::Instant,
 };
@@ -27,22 +27,32 @@ use super::{
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let simd = simd::from_environment()?;
     match &args.command {
-        Some(Command::Check { scene, frames }) => check(scene, frames.clone(), simd, args.quiet),
+        Some(Command::Check {
+            scene,
+            frames,
+            allow_outside,
+        }) => {
+            let request = Request {
+                camera_path: frames.clone(),
+                allow_outside: *allow_outside,
+                ..Request::default()
+            };
+            check(scene, request, simd, args.quiet)
+        }
         Some(Command::Bench(bench)) => super::bench::run(bench, simd, args.quiet),
         None => render(&args.render, simd, args.quiet),
     }
 }
 
 /// Validates a scene as it stands.
-fn check(scene: &Path, camera_path: Option<PathBuf>, simd: Isa, quiet: bool) -> anyhow::Result<()> {
+fn check(scene: &Path, request: Request, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let request = Request {
-        camera_path,
         max_memory: Some(DEFAULT_MAX_MEMORY),
         accel: BuildOptions {
             simd,
             ..BuildOptions::default()
         },
-        ..Request::default()
+        ..request
     };
     let pool = threads(None)?;
     let job = pool.install(|| Job::open(scene, &request))?;
@@ -179,5 +189,6 @@ fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         rotation_order: args.rotation_order,
         max_memory: Some(args.max_memory),
         missing_assets: args.missing_assets.into(),
+        allow_outside: args.allow_outside,
     })
 }

@@ -1,11 +1,21 @@
 //! The log, on stderr.
 
-use std::io::{IsTerminal, Write};
+use std::{fmt, io::Write};
 
-use batch_render::error::Error;
-use tracing::Level;
+use batch_render::{
+    error::Error,
+    value::{one_line, visible},
+};
+use tracing::{Event, Level, Subscriber, field::Field};
+use tracing_subscriber::{
+    fmt::{FmtContext, FormatEvent, FormatFields, format::Writer},
+    registry::LookupSpan,
+};
 
 use super::args::Args;
+
+/// The longest message that is shown whole, in characters.
+const LONGEST_MESSAGE: usize = 2000;
 
 /// Starts logging as the arguments want it.
 pub fn start(args: &Args) {
@@ -15,14 +25,31 @@ pub fn start(args: &Args) {
         (false, 1) => Level::INFO,
         (false, _) => Level::DEBUG,
     };
-    let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
     tracing_subscriber::fmt()
         .with_max_level(level)
         .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal() && !plain)
-        .with_target(false)
-        .without_time()
+        .event_format(OneLine)
         .init();
+}
+
+/// The level and the message of an event on one line, with nothing in it that a terminal obeys.
+struct OneLine;
+
+impl<S, N> FormatEvent<S, N> for OneLine
+where
+    S: Subscriber + for<'a> LookupSpan<'a>,
+    N: for<'a> FormatFields<'a> + 'static,
+{
+    fn format_event(&self, _: &FmtContext<'_, S, N>, mut writer: Writer<'_>, event: &Event<'_>) -> fmt::Result {
+        let mut message = String::new();
+        event.record(&mut |field: &Field, value: &dyn fmt::Debug| {
+            if field.name() == "message" {
+                message = format!("{value:?}");
+            }
+        });
+        let level = event.metadata().level();
+        writeln!(writer, "{level:>5} {}", one_line(&message, LONGEST_MESSAGE))
+    }
 }
 
 /// Warns whatever level the arguments want: a picture is not what it should be.
@@ -39,8 +66,13 @@ pub fn report(error: &anyhow::Error) {
     let own = error.downcast_ref::<Error>();
     let messages = own.map_or_else(|| vec![format!("{error:#}")], Error::messages);
     for message in messages {
+        let shown = match own {
+            // The lines of a file are shown with it.
+            Some(error) if error.has_excerpts() => visible(&message),
+            _ => one_line(&message, LONGEST_MESSAGE),
+        };
         // A closed stderr leaves nobody to tell.
-        let _ = writeln!(std::io::stderr(), "error: {message}");
+        let _ = writeln!(std::io::stderr(), "error: {shown}");
     }
     if let Some(help) = own.and_then(Error::help) {
         let _ = writeln!(std::io::stderr(), "help: {help}");

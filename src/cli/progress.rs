@@ -11,7 +11,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use batch_render::{batch::Observer, render::Counters};
+use batch_render::{batch::Observer, render::Counters, value::visible};
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::{
@@ -116,7 +116,7 @@ impl Progress {
 
 /// A line on stdout. A reader that has gone is no reason to stop rendering.
 pub fn say(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{text}");
+    let _ = writeln!(std::io::stdout(), "{}", visible(text));
 }
 
 impl Work {
@@ -215,7 +215,8 @@ impl Display {
 /// A thread that does the same thing again and again until it is stopped.
 struct Ticker {
     stop: Arc<AtomicBool>,
-    thread: JoinHandle<()>,
+    /// `None` where the system allows no more threads: progress is no reason to fail.
+    thread: Option<JoinHandle<()>>,
 }
 
 impl Ticker {
@@ -226,7 +227,7 @@ impl Ticker {
         let stop = Arc::new(AtomicBool::new(false));
         let thread = {
             let stop = Arc::clone(&stop);
-            thread::spawn(move || {
+            thread::Builder::new().name("progress".to_owned()).spawn(move || {
                 let mut last = Instant::now();
                 while !stop.load(Ordering::Relaxed) {
                     thread::park_timeout(Self::PERIOD);
@@ -236,14 +237,19 @@ impl Ticker {
                 }
             })
         };
-        Self { stop, thread }
+        Self {
+            stop,
+            thread: thread.ok(),
+        }
     }
 
     fn stop(self) {
         self.stop.store(true, Ordering::Relaxed);
-        self.thread.thread().unpark();
-        // A display that panicked has nothing left to show.
-        let _ = self.thread.join();
+        if let Some(thread) = self.thread {
+            thread.thread().unpark();
+            // A display that panicked has nothing left to show.
+            let _ = thread.join();
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use std::sync::{
 };
 
 use anyhow::Context;
-use batch_render::render::Cancel;
+use batch_render::{error::Error, render::Cancel};
 use signal_hook::{
     consts::{SIGINT, SIGTERM},
     flag,
@@ -27,13 +27,18 @@ pub fn cancel_on_signal(cancel: Arc<Cancel>) -> anyhow::Result<()> {
         flag::register(signal, Arc::clone(&again)).context("cannot handle signals")?;
     }
     let mut signals = signal_hook::iterator::Signals::new(&handled).context("cannot handle signals")?;
-    std::thread::spawn(move || {
+    let listen = move || {
         for signal in signals.forever() {
             let _ = RECEIVED.compare_exchange(0, signal as usize, Ordering::SeqCst, Ordering::SeqCst);
             cancel.cancel();
         }
-    });
-    Ok(())
+    };
+    let thread = std::thread::Builder::new().name("signals".to_owned()).spawn(listen);
+    thread.map(drop).map_err(|cause| {
+        let what = "the thread that listens to signals".to_owned();
+        let cause = cause.to_string();
+        Error::Threads { what, cause }.into()
+    })
 }
 
 /// Whether the process was started with this signal ignored. Only Linux tells without unsafe code: elsewhere no signal

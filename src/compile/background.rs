@@ -37,15 +37,6 @@ pub(super) fn radiance(desc: &BackgroundDesc, picture: Option<&Bitmap>) -> Backg
     });
     let environment = Environment::new(picture, environment_desc.intensity.0, rotation);
     let file = environment_desc.file.get_ref();
-    if picture.repaired > 0 {
-        let count = picture.repaired;
-        let are = if count == 1 {
-            "number that is"
-        } else {
-            "numbers that are"
-        };
-        tracing::warn!("{count} {are} not finite became 0 or 65504: {file}");
-    }
     if environment.clamped > 0 {
         let count = environment.clamped;
         let texels = if count == 1 { "texel" } else { "texels" };

@@ -1,6 +1,8 @@
 //! Why a description became no scene.
 
-use crate::{assets::AssetError, describe::Diagnostics, geometry::BuildError};
+use std::path::PathBuf;
+
+use crate::{assets::AssetError, describe::Diagnostics, scene::SceneBuildError};
 
 /// Why a description became no scene.
 #[derive(Debug, thiserror::Error)]
@@ -9,8 +11,12 @@ pub enum Error {
     Invalid(Diagnostics),
     #[error("{}", lines(.0))]
     Assets(Vec<AssetError>),
-    #[error(transparent)]
-    Build(#[from] BuildError),
+    #[error("{cause}: {}", path.display())]
+    Build {
+        cause: SceneBuildError,
+        /// The scene's file.
+        path: PathBuf,
+    },
 }
 
 fn lines(errors: &[AssetError]) -> String {

@@ -41,5 +41,10 @@ pub fn scene_instancing(
     store: &Store,
     instancing: Instancing,
 ) -> Result<Scene, Error> {
-    Ok(load(desc, store, instancing)?.build(accel)?)
+    load(desc, store, instancing)?
+        .build(accel)
+        .map_err(|cause| Error::Build {
+            cause,
+            path: desc.source.path.clone(),
+        })
 }

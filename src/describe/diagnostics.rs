@@ -1,10 +1,15 @@
 //! Problems shown in the file that has them: the offending line, underlined.
 
-use std::{fmt, path::PathBuf, sync::Arc};
+use std::{fmt, ops::Range, path::PathBuf, sync::Arc};
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
-use crate::value::Problem;
+use crate::value::{Problem, one_line, visible};
+
+/// The longest message that is shown whole, in characters.
+const LONGEST_MESSAGE: usize = 1000;
+/// The longest line of a file that is shown whole, in bytes.
+const LONGEST_LINE: usize = 400;
 
 /// A scene file's text and where it came from.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,20 +48,52 @@ impl Diagnostics {
     fn message(&self, problem: &Problem) -> String {
         let path = self.source.path.display().to_string();
         let text: &str = &self.source.text;
-        let title = Level::ERROR.no_name().primary_title(problem.message.as_str());
+        let message = one_line(&problem.message, LONGEST_MESSAGE);
+        let title = Level::ERROR.no_name().primary_title(message.as_ref());
         let span = problem.span.clone().filter(|s| s.start < text.len().max(1));
         let mut report = match span {
-            Some(span) => title.element(
-                Snippet::source(text)
-                    .path(path.as_str())
-                    .annotation(AnnotationKind::Primary.span(first_line(text, span))),
-            ),
+            Some(span) => {
+                let excerpt = Excerpt::new(text, first_line(text, span));
+                title.element(
+                    Snippet::source(excerpt.text)
+                        .line_start(excerpt.line)
+                        .path(path.as_str())
+                        .annotation(AnnotationKind::Primary.span(excerpt.span)),
+                )
+            }
             None => title.element(annotate_snippets::Origin::path(path.as_str())),
         };
-        if let Some(help) = &problem.help {
-            report = report.element(Level::HELP.message(help.as_str()));
+        let help = problem.help.as_deref().map(|help| one_line(help, LONGEST_MESSAGE));
+        if let Some(help) = &help {
+            report = report.element(Level::HELP.message(help.as_ref()));
         }
-        Renderer::plain().render(&[report])
+        visible(&Renderer::plain().render(&[report])).into_owned()
+    }
+}
+
+/// The text around a span.
+struct Excerpt<'a> {
+    text: &'a str,
+    /// The number of its first line, from 1.
+    line: usize,
+    span: Range<usize>,
+}
+
+impl<'a> Excerpt<'a> {
+    /// All of `text`, or where the span's line is very long only what is near the span.
+    fn new(text: &'a str, span: Range<usize>) -> Self {
+        let from = text[..span.start].rfind('\n').map_or(0, |n| n + 1);
+        let to = text[span.start..].find('\n').map_or(text.len(), |n| span.start + n);
+        if to - from <= LONGEST_LINE {
+            return Self { text, line: 1, span };
+        }
+        let begin = text.floor_char_boundary(span.start.saturating_sub(LONGEST_LINE / 4).max(from));
+        let end = text.floor_char_boundary((span.start + LONGEST_LINE / 2).min(to));
+        Self {
+            text: &text[begin..end],
+            line: 1 + text[..begin].bytes().filter(|b| *b == b'\n').count(),
+            span: span.start - begin..span.end.min(end) - begin,
+        }
     }
 }
 
@@ -67,7 +104,7 @@ impl fmt::Display for Diagnostics {
 }
 
 /// A span of several lines underlines its first only: the rest of a table says nothing more.
-fn first_line(text: &str, span: std::ops::Range<usize>) -> std::ops::Range<usize> {
+fn first_line(text: &str, span: Range<usize>) -> Range<usize> {
     let end = span.end.min(text.len());
     let cut = text[span.start..end].find('\n').map_or(end, |n| span.start + n);
     span.start..cut.max(span.start)

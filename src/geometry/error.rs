@@ -29,3 +29,24 @@ pub enum BuildError {
     #[error("{count} primitives are more than can be numbered")]
     TooMany { count: usize },
 }
+
+impl BuildError {
+    /// The primitive that is at fault, where one is.
+    pub fn prim(&self) -> Option<usize> {
+        match self {
+            Self::NotFinite { prim }
+            | Self::TooLarge { prim }
+            | Self::NoSuchVertex { prim, .. }
+            | Self::SharedVertex { prim } => Some(*prim),
+            _ => None,
+        }
+    }
+
+    /// The instance that is at fault, where one is.
+    pub fn instance(&self) -> Option<usize> {
+        match self {
+            Self::BadInstance { instance } | Self::InstanceTooLarge { instance } => Some(*instance),
+            _ => None,
+        }
+    }
+}

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{
     Background, InstanceRecord, LightGroups, Lights, MeshRecord, NodeId, NodeName, Object, ObjectFromGroup, ObjectId,
-    Scene, mesh_transform::MeshTransform,
+    Scene, SceneBuildError, mesh_transform::MeshTransform,
 };
 use crate::{
     accel::{self, BuildOptions},
@@ -287,11 +287,41 @@ impl SceneBuilder {
         }
     }
 
+    /// The error of a build with the name of the object that is at fault.
+    fn build_error(&self, cause: BuildError) -> SceneBuildError {
+        let owner = |prim: usize| match prim.checked_sub(self.geometry.triangles.len()) {
+            Some(shape) => self.shape_objects.get(shape).copied(),
+            None => {
+                let mesh = self.meshes.iter().find(|m| m.triangles.contains(&(prim as u32)));
+                mesh.map(|m| m.object)
+            }
+        };
+        let placed = |instance: usize| self.instances.get(instance).map(|i| i.object);
+        let object = cause.prim().and_then(owner).or(cause.instance().and_then(placed));
+        let object = object.map(|id| &self.objects[id.0 as usize]);
+        SceneBuildError {
+            object: object.map(|o| o.name.clone()),
+            asset: object.and_then(|o| o.asset.clone()),
+            cause,
+        }
+    }
+
     /// Builds the acceleration structure and the tables of lights, on the threads of the current rayon pool.
-    pub fn build(mut self, accel: impl Into<BuildOptions>) -> Result<Scene, BuildError> {
+    ///
+    /// # Errors
+    /// The geometry is wrong; the error names the object.
+    pub fn build(mut self, accel: impl Into<BuildOptions>) -> Result<Scene, SceneBuildError> {
         mipmap::add_levels(&self.textures, &mut self.bitmaps);
+        let geometry = Arc::new(std::mem::take(&mut self.geometry));
+        let accel = match accel::build(accel, Arc::clone(&geometry)) {
+            Ok(accel) => accel,
+            Err(cause) => {
+                self.geometry = Arc::unwrap_or_clone(geometry);
+                return Err(self.build_error(cause));
+            }
+        };
         Ok(Scene {
-            accel: accel::build(accel, Arc::new(self.geometry))?,
+            accel,
             objects: self.objects,
             meshes: self.meshes,
             instances: self.instances,

@@ -11,11 +11,13 @@ mod color;
 mod kinds;
 mod names;
 mod number;
+mod shown;
 
 pub use color::{Channel, ColorSource, RgbFactor, ScalarSource};
 pub use kinds::{kind_by_name, kind_or_name};
 pub use names::{UnknownName, one_of};
 pub use number::{Count, Direction, Finite, NonNegative, Point, Positive, UnitInterval};
+pub use shown::{one_line, visible};
 
 /// Byte offsets into a scene file.
 pub type Span = Range<usize>;

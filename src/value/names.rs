@@ -2,7 +2,10 @@
 
 use std::{error, fmt};
 
-use super::{Problem, Span};
+use super::{Problem, Span, one_line};
+
+/// The longest name that is shown whole and compared with known ones, in bytes.
+const LONGEST_NAME: usize = 80;
 
 /// A name that is not known.
 ///
@@ -22,9 +25,11 @@ impl UnknownName {
     /// "key" or "format".
     pub fn new<'a>(what: &str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
         let known: Vec<&str> = known.into_iter().collect();
+        let is_short = name.len() <= LONGEST_NAME;
+        let suggestion = if is_short { most_similar(name, &known) } else { None };
         Self {
-            message: format!("unknown {what} `{name}`"),
-            suggestion: most_similar(name, &known).map(str::to_owned),
+            message: format!("unknown {what} `{}`", one_line(name, LONGEST_NAME)),
+            suggestion: suggestion.map(str::to_owned),
             fallback: Some(if known.is_empty() {
                 format!("no {what} is allowed here")
             } else {

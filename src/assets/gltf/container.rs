@@ -67,8 +67,9 @@ pub(super) enum Location {
     File(PathBuf),
 }
 
-/// Locates a URI of an asset in `folder`. URIs are untrusted: only `data:` and files in the folder or below are allowed.
-pub(super) fn locate(folder: &Path, uri: &str) -> Result<Location, GltfProblem> {
+/// Locates a URI of an asset in `folder`. URIs are untrusted: only `data:` and files in the folder or below are allowed,
+/// unless `files` allows others.
+pub(super) fn locate(folder: &Path, uri: &str, files: &Files) -> Result<Location, GltfProblem> {
     if let Some(data) = uri.strip_prefix("data:") {
         return data_uri(data).map(Location::Here);
     }
@@ -80,23 +81,14 @@ pub(super) fn locate(folder: &Path, uri: &str) -> Result<Location, GltfProblem> 
         ));
     }
     let decoded = percent_decoded(uri).ok_or_else(|| GltfProblem::refused(uri, "it is not UTF-8"))?;
-    let mut depth = 0;
-    for part in decoded.split(['/', '\\']) {
-        match part {
-            ".." => depth -= 1,
-            "" | "." => {}
-            _ => depth += 1,
-        }
-        if depth < 0 {
-            return Err(GltfProblem::refused(uri, "it leaves the asset's folder"));
-        }
+    if decoded.is_empty() || decoded.contains('\0') {
+        return Err(GltfProblem::refused(uri, "it names no file"));
     }
     let has_drive = decoded.as_bytes().get(1) == Some(&b':');
-    if decoded.starts_with(['/', '\\']) || has_drive || decoded.contains('\0') {
-        return Err(GltfProblem::refused(uri, "it is not relative to the asset's folder"));
-    }
-    if decoded.is_empty() {
-        return Err(GltfProblem::refused(uri, "it is empty"));
+    let separated = decoded.replace('\\', "/");
+    if has_drive || !files.allows(Path::new(""), Path::new(&separated)) {
+        let why = "it leaves the asset's folder (--allow-outside permits that)";
+        return Err(GltfProblem::refused(uri, why));
     }
     let path = folder.join(&decoded);
     // Names with a literal `%` are not escaped by every exporter.
@@ -111,11 +103,7 @@ pub(super) fn read(path: &Path, files: &Files) -> Result<Arc<[u8]>, GltfProblem>
         source,
         file: path.to_owned(),
     };
-    if path.metadata().map_err(missing)?.is_file() {
-        files.read(path).map_err(missing)
-    } else {
-        Err(GltfProblem::broken(format!("not a file: {}", path.display())))
-    }
+    files.read(path).map_err(missing)
 }
 
 fn percent_decoded(uri: &str) -> Option<String> {
@@ -182,7 +170,7 @@ mod tests {
     use super::*;
 
     fn file(uri: &str) -> Result<PathBuf, String> {
-        match locate(Path::new("models"), uri) {
+        match locate(Path::new("models"), uri, &Files::default()) {
             Ok(Location::File(path)) => Ok(path),
             Ok(Location::Here(_)) => panic!("{uri}"),
             Err(e) => Err(e.to_string()),
@@ -213,7 +201,7 @@ mod tests {
 
     #[test]
     fn data_uris_are_decoded() {
-        let here = |uri| locate(Path::new(""), uri).ok();
+        let here = |uri| locate(Path::new(""), uri, &Files::default()).ok();
         let bytes = |text: &[u8]| Some(Location::Here(text.to_vec()));
         assert_eq!(here("data:application/octet-stream;base64,aGVsbG8="), bytes(b"hello"));
         assert_eq!(here("data:;base64,aGVsbG8"), bytes(b"hello"));

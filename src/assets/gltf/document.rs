@@ -32,7 +32,7 @@ pub(super) struct Document<'a> {
     /// The same with all extensions.
     pub raw: Value,
     pub folder: &'a Path,
-    files: &'a Files,
+    pub files: &'a Files,
     binary: Option<&'a [u8]>,
     buffers: Vec<OnceCell<Arc<[u8]>>>,
     budget: Cell<u64>,
@@ -78,7 +78,7 @@ impl<'a> Document<'a> {
             Some(uri) => {
                 let cell = &self.buffers[index];
                 if cell.get().is_none() {
-                    let bytes = match container::locate(self.folder, uri)? {
+                    let bytes = match container::locate(self.folder, uri, self.files)? {
                         Location::Here(bytes) => bytes.into(),
                         Location::File(path) => container::read(&path, self.files)?,
                     };

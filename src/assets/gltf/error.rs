@@ -5,6 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use crate::assets::files::is_irregular;
+
 /// Why a glTF asset was not loaded.
 #[derive(Debug, thiserror::Error)]
 pub enum GltfError {
@@ -25,7 +27,7 @@ pub enum GltfError {
 impl GltfError {
     /// Whether a file could not be read at all, rather than understood.
     pub fn is_missing(&self) -> bool {
-        matches!(self, Self::Read { .. } | Self::Missing { .. })
+        matches!(self, Self::Read { source, .. } | Self::Missing { source, .. } if !is_irregular(source))
     }
 }
 

@@ -117,7 +117,7 @@ fn image(document: &Document<'_>, index: usize, path: &Path) -> Result<ImageSour
         bytes: bytes.into(),
     };
     match (&image.uri, image.buffer_view) {
-        (Some(uri), _) => Ok(match container::locate(document.folder, uri)? {
+        (Some(uri), _) => Ok(match container::locate(document.folder, uri, document.files)? {
             Location::Here(bytes) => embedded(bytes),
             Location::File(file) => ImageSource::File(file),
         }),

@@ -5,6 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use crate::assets::files::is_irregular;
+
 /// Why a picture was not loaded.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
@@ -29,7 +31,7 @@ fn unfit(width: u64, height: u64) -> String {
 impl ImageError {
     /// Whether the file could not be read at all, rather than understood.
     pub fn is_missing(&self) -> bool {
-        matches!(self, Self::Read { .. })
+        matches!(self, Self::Read { source, .. } if !is_irregular(source))
     }
 }
 

@@ -24,6 +24,7 @@ use glam::DAffine3;
 
 use super::{
     Files,
+    files::is_irregular,
     model::{MeshInstance, Model},
 };
 use crate::{
@@ -41,12 +42,14 @@ pub enum ObjError {
     Line { line: usize, cause: String, path: PathBuf },
     #[error("broken model: {cause}: {}", path.display())]
     Broken { cause: String, path: PathBuf },
+    #[error("the model {} names a file outside of its folder (--allow-outside permits that): {}", path.display(), file.display())]
+    Outside { file: PathBuf, path: PathBuf },
 }
 
 impl ObjError {
     /// Whether the file could not be read at all, rather than understood.
     pub fn is_missing(&self) -> bool {
-        matches!(self, Self::Read { .. })
+        matches!(self, Self::Read { source, .. } if !is_irregular(source))
     }
 }
 
@@ -96,8 +99,8 @@ pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError
         })
         .collect::<Result<Vec<_>, _>>()
         .map_err(broken)?;
-    let mut library = mtl::Library::load(path, &normalized.libraries, files);
-    Ok(assemble(meshes, &mut library, path))
+    let mut library = mtl::Library::load(path, &normalized.libraries, files)?;
+    assemble(meshes, &mut library, path)
 }
 
 /// A group's arrays; its faces cut into triangles.
@@ -130,7 +133,7 @@ fn mesh(group: &tobj::Mesh) -> Result<Mesh, MeshError> {
     Ok(mesh)
 }
 
-fn assemble(mut meshes: Vec<(&Run, Mesh)>, library: &mut mtl::Library, path: &Path) -> Model {
+fn assemble(mut meshes: Vec<(&Run, Mesh)>, library: &mut mtl::Library<'_>, path: &Path) -> Result<Model, ObjError> {
     let smooths = |run: &Run, mesh: &Mesh| run.smoothing != 0 && mesh.normals.is_empty();
     let mut groups = smooth::Groups::default();
     for (run, mesh) in meshes.iter().filter(|(run, mesh)| smooths(run, mesh)) {
@@ -146,9 +149,11 @@ fn assemble(mut meshes: Vec<(&Run, Mesh)>, library: &mut mtl::Library, path: &Pa
             continue;
         }
         let name = run.material.as_deref();
-        let material = *materials
-            .entry(name)
-            .or_insert_with(|| library.place(name, path, &mut model));
+        let material = match materials.get(&name) {
+            Some(&placed) => placed,
+            None => library.place(name, path, &mut model)?,
+        };
+        materials.insert(name, material);
         model.instances.push(MeshInstance {
             mesh: model.meshes.len(),
             material,
@@ -157,7 +162,7 @@ fn assemble(mut meshes: Vec<(&Run, Mesh)>, library: &mut mtl::Library, path: &Pa
         });
         model.meshes.push(mesh);
     }
-    model
+    Ok(model)
 }
 
 #[cfg(test)]

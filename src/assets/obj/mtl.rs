@@ -5,32 +5,42 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
-use super::lines::{Lines, argument, decode, words};
+use super::{
+    ObjError,
+    lines::{Lines, argument, decode, words},
+};
 use crate::{
     assets::{
         Files,
+        files::is_irregular,
         model::{ImageSource, Model, ModelMaterial, ModelTexture},
     },
     math::Rgb,
     texture::image::{TextureFilter, Wrap},
+    value::one_line,
 };
 
 /// The grey of what has no material.
 const GRAY: f32 = 0.8;
 
 /// The materials of all libraries of a file, read once each.
-pub(super) struct Library {
+pub(super) struct Library<'a> {
+    files: &'a Files,
     /// By name, with the library's folder. Of two with one name the later counts, as everywhere.
     materials: HashMap<String, (tobj::Material, PathBuf)>,
     /// The images that the model already has.
     images: HashMap<PathBuf, usize>,
 }
 
-impl Library {
+impl<'a> Library<'a> {
     /// Reads the libraries that the lines after `mtllib` name. One that is missing or broken is a warning: the faces are
     /// grey without it.
-    pub fn load(obj: &Path, lines: &[String], files: &Files) -> Self {
+    ///
+    /// # Errors
+    /// A library lies outside of the folder of the model, or is no regular file.
+    pub fn load(obj: &Path, lines: &[String], files: &'a Files) -> Result<Self, ObjError> {
         let mut library = Self {
+            files,
             materials: HashMap::new(),
             images: HashMap::new(),
         };
@@ -38,18 +48,36 @@ impl Library {
         let mut seen = HashSet::new();
         for path in lines.iter().flat_map(|line| candidates(folder, line)) {
             if seen.insert(path.clone()) {
-                library.add(obj, &path, files);
+                library.check_inside(obj, &path)?;
+                library.add(obj, &path)?;
             }
         }
-        library
+        Ok(library)
     }
 
-    fn add(&mut self, obj: &Path, path: &Path, files: &Files) {
+    /// Refuses files outside of the folder of the model.
+    fn check_inside(&self, obj: &Path, file: &Path) -> Result<(), ObjError> {
+        let folder = obj.parent().unwrap_or(Path::new(""));
+        match self.files.allows(folder, file) {
+            true => Ok(()),
+            false => Err(ObjError::Outside {
+                file: file.to_owned(),
+                path: obj.to_owned(),
+            }),
+        }
+    }
+
+    fn add(&mut self, obj: &Path, path: &Path) -> Result<(), ObjError> {
         let (obj, shown) = (obj.display(), path.display());
-        let bytes = match files.read(path) {
+        let bytes = match self.files.read(path) {
             Ok(bytes) => bytes,
+            Err(source) if is_irregular(&source) => {
+                let path = path.to_owned();
+                return Err(ObjError::Read { source, path });
+            }
             Err(e) => {
-                return tracing::warn!("{obj}: cannot read the material library, its surfaces are gray: {e}: {shown}");
+                tracing::warn!("{obj}: cannot read the material library, its surfaces are gray: {e}: {shown}");
+                return Ok(());
             }
         };
         match tobj::load_mtl_buf(&mut &normalize(&decode(&bytes), path)[..]) {
@@ -60,15 +88,20 @@ impl Library {
             }
             Err(e) => tracing::warn!("{obj}: the material library is broken, its surfaces are gray: {e}: {shown}"),
         }
+        Ok(())
     }
 
     /// Puts the material of that name into `model`, and its image; returns its number there.
-    pub fn place(&mut self, name: Option<&str>, obj: &Path, model: &mut Model) -> usize {
+    ///
+    /// # Errors
+    /// The image lies outside of the folder of the model.
+    pub fn place(&mut self, name: Option<&str>, obj: &Path, model: &mut Model) -> Result<usize, ObjError> {
         let found = name.and_then(|name| self.materials.get(name));
         if let (Some(name), None, false) = (name, found, self.materials.is_empty()) {
             tracing::warn!(
-                "{}: there is no material '{name}', its surfaces are gray",
-                obj.display()
+                "{}: there is no material '{}', its surfaces are gray",
+                obj.display(),
+                one_line(name, 80)
             );
         }
         let mut made = ModelMaterial {
@@ -80,7 +113,9 @@ impl Library {
             made.base_color = material.diffuse.map_or(made.base_color, Rgb::from_array);
             if let Some(texture) = &material.diffuse_texture {
                 let (name, wrap) = file_and_wrap(texture);
-                let image = *self.images.entry(locate(folder, &name)).or_insert_with_key(|file| {
+                let file = locate(folder, &name);
+                self.check_inside(obj, &file)?;
+                let image = *self.images.entry(file).or_insert_with_key(|file| {
                     model.images.push(ImageSource::File(file.clone()));
                     model.images.len() - 1
                 });
@@ -97,7 +132,7 @@ impl Library {
             }
         }
         model.materials.push(made);
-        model.materials.len() - 1
+        Ok(model.materials.len() - 1)
     }
 }
 
