@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::{
-    assets::{AssetError, camera_path::CameraPathError},
+    assets::{AssetError, OverBudget, camera_path::CameraPathError},
     camera::path::PathError,
     compile, describe,
     describe::Diagnostics,
@@ -25,16 +25,8 @@ pub enum Error {
     Invalid(Diagnostics),
     #[error("the scene has no [camera], and no camera path was given: {}", path.display())]
     NoCamera { path: PathBuf },
-    #[error(
-        "a {width}x{height} picture needs {} of memory, and {} are allowed (--max-memory)",
-        mebibytes(*bytes), mebibytes(*limit)
-    )]
-    Memory {
-        width: u32,
-        height: u32,
-        bytes: u64,
-        limit: u64,
-    },
+    #[error("the picture has {width}x{height} pixels: {cause}")]
+    Memory { width: u32, height: u32, cause: OverBudget },
     #[error(transparent)]
     Compile(#[from] compile::Error),
     #[error(transparent)]
@@ -60,10 +52,6 @@ pub enum Error {
     Output(#[from] OutputError),
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-}
-
-fn mebibytes(bytes: u64) -> String {
-    format!("{} MiB", bytes.div_ceil(1 << 20))
 }
 
 /// Who must act on an error, and whether trying again may help.

@@ -11,6 +11,8 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
+use super::{MemoryBudget, MemoryKind};
+
 /// BLAKE3 of a file's bytes, the first 128 bits of it.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ContentHash([u8; 16]);
@@ -45,16 +47,24 @@ impl fmt::Debug for ContentHash {
 pub struct Files {
     /// Whether models may name files outside of their folders.
     allow_outside: bool,
+    memory: MemoryBudget,
     read: Mutex<BTreeMap<PathBuf, ContentHash>>,
 }
 
 impl Files {
-    /// A gate that has let nothing in. With `allow_outside` models may name files outside of their folders.
-    pub fn new(allow_outside: bool) -> Self {
+    /// A gate that has let nothing in. With `allow_outside` models may name files outside of their folders. What is in
+    /// files takes its memory from `memory`.
+    pub fn new(allow_outside: bool, memory: MemoryBudget) -> Self {
         Self {
             allow_outside,
+            memory,
             ..Self::default()
         }
+    }
+
+    /// The memory that the job may take.
+    pub fn memory(&self) -> &MemoryBudget {
+        &self.memory
     }
 
     /// Whether a model in the folder `root` may name the file at `path`, by the words of the path: links inside of the
@@ -83,11 +93,16 @@ impl Files {
     ///
     /// # Errors
     /// The file cannot be read. Of anything but a regular file, such as a named pipe, which could keep a job waiting, or a
-    /// device, which has no end, the error is of the kind `InvalidInput`.
+    /// device, which has no end, the error is of the kind `InvalidInput`; of a file that is larger than the memory that is
+    /// left, `OutOfMemory`.
     pub fn read(&self, path: &Path) -> io::Result<Arc<[u8]>> {
-        if !fs::metadata(path)?.is_file() {
+        let found = fs::metadata(path)?;
+        if !found.is_file() {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"));
         }
+        self.memory
+            .check(MemoryKind::Models, found.len())
+            .map_err(|over| io::Error::new(io::ErrorKind::OutOfMemory, over))?;
         let bytes: Arc<[u8]> = fs::read(path)?.into();
         let hash = ContentHash::of(&bytes);
         let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
@@ -102,9 +117,9 @@ impl Files {
     }
 }
 
-/// Whether a file that [`Files::read`] refused is there, but no regular file.
-pub fn is_irregular(error: &io::Error) -> bool {
-    error.kind() == io::ErrorKind::InvalidInput
+/// Whether a file is there but [`Files::read`] refused it: it is no regular file, or too large.
+pub fn is_refused(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::InvalidInput | io::ErrorKind::OutOfMemory)
 }
 
 #[cfg(test)]
@@ -129,7 +144,7 @@ mod tests {
             ("/etc/passwd", false),
         ] {
             assert_eq!(gate.allows(root, Path::new(path)), inside, "{path}");
-            assert!(Files::new(true).allows(root, Path::new(path)));
+            assert!(Files::new(true, MemoryBudget::default()).allows(root, Path::new(path)));
         }
         assert!(gate.allows(Path::new(""), Path::new("a.png")));
         assert!(!gate.allows(Path::new(""), Path::new("../a.png")));
@@ -139,9 +154,9 @@ mod tests {
     fn only_regular_files_are_read() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let error = Files::default().read(folder.path()).expect_err("a folder");
-        assert!(is_irregular(&error), "{error}");
+        assert!(is_refused(&error), "{error}");
         #[cfg(target_os = "linux")]
-        assert!(is_irregular(
+        assert!(is_refused(
             &Files::default().read(Path::new("/dev/zero")).expect_err("a device")
         ));
     }

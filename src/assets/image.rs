@@ -12,14 +12,14 @@ mod limits;
 
 use std::{io::Cursor, path::Path, sync::LazyLock};
 
-use super::Files;
+use super::{Files, MemoryBudget, MemoryKind};
 use crate::{
     math::srgb,
     texture::bitmap::{Bitmap, ColorSpace, Storage},
 };
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use error::ImageProblem;
-use limits::{MAX_BYTES, MAX_SIDE, check_size};
+use limits::{MAX_BYTES, MAX_SIDE, check_size, with_levels};
 
 pub use error::ImageError;
 
@@ -29,20 +29,25 @@ pub fn load(path: &Path, color_space: ColorSpace, files: &Files) -> Result<Bitma
         source,
         path: path.to_owned(),
     })?;
-    decode(&bytes, path, color_space)
+    decode(&bytes, path, color_space, files.memory())
 }
 
 /// Decodes a file in memory; `path` is what errors call it, and its extension helps where the bytes do not tell.
-pub fn decode(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Result<Bitmap, ImageError> {
+pub fn decode(bytes: &[u8], path: &Path, color_space: ColorSpace, memory: &MemoryBudget) -> Result<Bitmap, ImageError> {
     let decoded = if bytes.starts_with(&exr::MAGIC) {
-        exr::decode(bytes)
+        exr::decode(bytes, memory)
     } else {
-        decode_by_format(bytes, path, color_space)
+        decode_by_format(bytes, path, color_space, memory)
     };
     decoded.map_err(|problem| problem.at(path))
 }
 
-fn decode_by_format(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Result<Bitmap, ImageProblem> {
+fn decode_by_format(
+    bytes: &[u8],
+    path: &Path,
+    color_space: ColorSpace,
+    memory: &MemoryBudget,
+) -> Result<Bitmap, ImageProblem> {
     let format = ::image::guess_format(bytes).or_else(|_| ImageFormat::from_path(path));
     let format = format
         .ok()
@@ -63,6 +68,12 @@ fn decode_by_format(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Resul
         .map_err(|e| empty(bytes, format).unwrap_or_else(|| e.into()))?;
     let (width, height) = decoder.dimensions();
     check_size([u64::from(width), u64::from(height)], decoder.total_bytes())?;
+    let raw = decoder.total_bytes();
+    let texels = u64::from(width) * u64::from(height) * u64::from(decoder.color_type().channel_count());
+    // Texels of one byte are kept as they are; others become floats.
+    let kept = if raw == texels { raw } else { 4 * texels };
+    memory.check(MemoryKind::Images, raw.saturating_add(kept))?;
+    memory.take(MemoryKind::Images, with_levels(kept))?;
     Ok(image_of(DynamicImage::from_decoder(decoder)?, color_space))
 }
 

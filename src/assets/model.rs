@@ -25,6 +25,13 @@ pub struct Model {
     pub lights: Vec<ModelLight>,
 }
 
+impl Model {
+    /// The bytes of its arrays.
+    pub fn bytes(&self) -> u64 {
+        self.meshes.iter().map(Mesh::bytes).sum()
+    }
+}
+
 /// A mesh under a transform.
 #[derive(Clone, Debug)]
 pub struct MeshInstance {

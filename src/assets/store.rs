@@ -9,7 +9,7 @@ use std::{
 use rayon::prelude::*;
 
 use super::{
-    Files, GltfError,
+    Files, GltfError, MemoryKind, OverBudget,
     image::{self, ImageError},
     model::{ImageSource, Model},
     obj::{self, ObjError},
@@ -22,6 +22,8 @@ use crate::{
 /// Why a file was not loaded.
 #[derive(Debug, thiserror::Error)]
 pub enum AssetError {
+    #[error("{cause}: {}", path.display())]
+    Memory { cause: OverBudget, path: PathBuf },
     #[error(transparent)]
     Image(#[from] ImageError),
     #[error(transparent)]
@@ -48,7 +50,8 @@ impl AssetError {
             Self::UnknownModel { .. }
             | Self::NoTriangles { .. }
             | Self::Material { .. }
-            | Self::TooManyTriangles { .. } => false,
+            | Self::TooManyTriangles { .. }
+            | Self::Memory { .. } => false,
         }
     }
 }
@@ -96,11 +99,11 @@ pub struct Store {
 }
 
 impl Store {
-    /// An empty store; with `allow_outside` models may name files outside of their folders.
-    pub fn new(missing: MissingAssets, allow_outside: bool) -> Self {
+    /// An empty store, into which files come by way of `files`.
+    pub fn new(missing: MissingAssets, files: Files) -> Self {
         Self {
             missing,
-            files: Files::new(allow_outside),
+            files,
             ..Self::default()
         }
     }
@@ -139,6 +142,13 @@ impl Store {
             return Ok(known);
         }
         let model = Arc::new(load_model(path, &self.files)?);
+        self.files
+            .memory()
+            .take(MemoryKind::Models, model.bytes())
+            .map_err(|cause| AssetError::Memory {
+                cause,
+                path: path.to_owned(),
+            })?;
         models().insert(path.to_owned(), Arc::clone(&model));
         Ok(model)
     }
@@ -148,7 +158,7 @@ impl Store {
     pub fn images(&self, requests: &[ImageRequest]) -> Result<Vec<Bitmap>, Vec<AssetError>> {
         let load = |(source, space): &ImageRequest| match source {
             ImageSource::File(path) => image::load(path, *space, &self.files),
-            ImageSource::Bytes { name, bytes } => image::decode(bytes, name, *space),
+            ImageSource::Bytes { name, bytes } => image::decode(bytes, name, *space, self.files.memory()),
         };
         let loaded: Vec<_> = requests.par_iter().map(load).collect();
         let kept = loaded.into_iter().zip(requests).map(|(image, request)| match image {

@@ -4,7 +4,7 @@ use std::{path::Path, time::Instant};
 
 use super::{CameraRig, Existing, Observer, Plan, PlannedFrame, Request, SceneFigures, Summary, run, targets};
 use crate::{
-    assets::{Files, Store, store::is_model},
+    assets::{Files, MemoryBudget, Store, store::is_model},
     compile::{self, Instancing, default_scene},
     describe::{self, RenderDesc, SceneDesc},
     error::Error,
@@ -23,7 +23,7 @@ pub struct Job {
 impl Job {
     /// Reads the scene at `path`, a scene file or a model, and the camera path, and decides what `request` means for it.
     pub fn open(path: &Path, request: &Request) -> Result<Self, Error> {
-        let store = Store::new(request.missing_assets, request.allow_outside);
+        let store = store(request);
         let desc = if is_model(path) {
             default_scene::describe(path, aspect(request), &store).map_err(|e| compile::Error::Assets(vec![e]))?
         } else {
@@ -35,7 +35,7 @@ impl Job {
 
     /// A job of a scene that was read before.
     pub fn new(desc: SceneDesc, request: &Request) -> Result<Self, Error> {
-        let store = Store::new(request.missing_assets, request.allow_outside);
+        let store = store(request);
         let plan = Plan::new(&desc, request, store.files())?;
         Ok(Self { store, desc, plan })
     }
@@ -106,6 +106,11 @@ impl Job {
             ..summary
         })
     }
+}
+
+fn store(request: &Request) -> Store {
+    let memory = MemoryBudget::new(request.max_memory);
+    Store::new(request.missing_assets, Files::new(request.allow_outside, memory))
 }
 
 /// Width over height of the picture of a model.

@@ -8,7 +8,7 @@ use std::{
 use super::{Existing, FrameRange, Request, Turntable, passes::PassChoice, range::MAX_FRAMES};
 use crate::{
     accel::BuildOptions,
-    assets::{Files, camera_path},
+    assets::{Files, MemoryBudget, MemoryKind, camera_path},
     camera::{Camera, FrameCamera, Lens, SceneCamera, path::CameraPath},
     describe::{Diagnostics, SceneDesc},
     error::Error,
@@ -106,7 +106,7 @@ impl Plan {
             unreachable!("what did not compile left a problem");
         };
         let shown = set_passes(&mut settings, choice, &integrator)?;
-        check_memory(desc, &settings, &integrator, request.max_memory)?;
+        take_memory(desc, &settings, &integrator, inputs.memory())?;
         let turntable = request
             .turntable
             .zip(camera)
@@ -228,11 +228,12 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
 /// The number of frames in memory at once: one renders, one waits, one is written, encoded beside its pixels.
 const FRAMES_IN_MEMORY: u64 = 4;
 
-fn check_memory(
+/// Takes the memory of the frames that are there at once.
+fn take_memory(
     desc: &SceneDesc,
     settings: &render::Settings,
     integrator: &BuiltIn,
-    limit: Option<u64>,
+    memory: &MemoryBudget,
 ) -> Result<(), Error> {
     let picture = render::picture_of(integrator.as_dyn());
     let layout = FilmLayout::new(picture, &settings.passes, &desc.light_groups())
@@ -240,15 +241,9 @@ fn check_memory(
     let frame = (settings.window.area() as u64).saturating_mul(layout.bytes_per_pixel());
     let bytes = frame.saturating_mul(FRAMES_IN_MEMORY);
     let [width, height] = settings.resolution;
-    match limit {
-        Some(limit) if bytes > limit => Err(Error::Memory {
-            width,
-            height,
-            bytes,
-            limit,
-        }),
-        _ => Ok(()),
-    }
+    memory
+        .take(MemoryKind::Frames, bytes)
+        .map_err(|cause| Error::Memory { width, height, cause })
 }
 
 fn check_size([width, height]: [u32; 2]) -> Result<(), Error> {

@@ -103,9 +103,6 @@ pub struct BenchArgs {
     pub builds: u16,
 }
 
-/// The memory that pictures may take where `--max-memory` is not given, in bytes.
-pub const DEFAULT_MAX_MEMORY: u64 = 4 << 30;
-
 #[derive(Debug, ClapArgs)]
 pub struct RenderArgs {
     /// The scene file, or a model: OBJ, glTF or GLB
@@ -192,9 +189,9 @@ pub struct RenderArgs {
     #[arg(long, value_name = "ORDER", hide_short_help = true, help_heading = heading::FRAMES)]
     pub rotation_order: Option<batch_render::camera::RotationOrder>,
 
-    /// Memory that pictures may take, such as 512M or 8G; a larger job is refused
-    #[arg(long, value_name = "SIZE", default_value = "4G", value_parser = size, hide_short_help = true, help_heading = heading::JOB)]
-    pub max_memory: u64,
+    /// Memory that a job may take, such as 512M or 8G; a larger job is refused [default: 3/4 of what is free]
+    #[arg(long, value_name = "SIZE", value_parser = size, hide_short_help = true, help_heading = heading::JOB)]
+    pub max_memory: Option<u64>,
 
     /// Treatment of missing and broken images
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = MissingKind::Error, hide_short_help = true, help_heading = heading::JOB)]
@@ -340,7 +337,7 @@ mod tests {
         let render = Args::try_parse_from(["batch-render", "s.toml"])
             .expect("a scene alone")
             .render;
-        assert_eq!(render.max_memory, DEFAULT_MAX_MEMORY);
+        assert_eq!(render.max_memory, None);
         assert_eq!(size("512MiB"), Ok(512 << 20));
         assert_eq!(size("100"), Ok(100));
         assert!(size("lots").is_err());

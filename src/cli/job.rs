@@ -16,8 +16,8 @@ use batch_render::{
 };
 
 use super::{
-    args::{Args, Command, DEFAULT_MAX_MEMORY, ProgressKind, RenderArgs},
-    log,
+    args::{Args, Command, ProgressKind, RenderArgs},
+    log, memory,
     progress::{Progress, say},
     signals, simd, summary,
     threads::threads,
@@ -47,7 +47,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 /// Validates a scene as it stands.
 fn check(scene: &Path, request: Request, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let request = Request {
-        max_memory: Some(DEFAULT_MAX_MEMORY),
+        max_memory: Some(memory::default_limit()),
         accel: BuildOptions {
             simd,
             ..BuildOptions::default()
@@ -187,7 +187,7 @@ fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         },
         fps: args.fps,
         rotation_order: args.rotation_order,
-        max_memory: Some(args.max_memory),
+        max_memory: Some(args.max_memory.unwrap_or_else(memory::default_limit)),
         missing_assets: args.missing_assets.into(),
         allow_outside: args.allow_outside,
     })

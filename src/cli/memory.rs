@@ -1,9 +1,53 @@
-//! The memory that the process has used.
+//! The memory of the process and of the machine.
+
+use std::{fs::read_to_string, path::Path};
+
+/// The limit of a job's memory where `--max-memory` is not given, in bytes: three quarters of what is free.
+pub fn default_limit() -> u64 {
+    /// Where the system does not say how much is free.
+    const ELSEWHERE: u64 = 4 << 30;
+    free().map_or(ELSEWHERE, |bytes| bytes / 4 * 3)
+}
+
+/// The memory in bytes that the process can still get: the least of what the machine has free, what its control groups
+/// allow (version 2) and what its address space may grow by. `None` where the system does not say.
+fn free() -> Option<u64> {
+    let machine = kibibytes("/proc/meminfo", "MemAvailable:");
+    [machine, of_groups(), of_address_space()].into_iter().flatten().min()
+}
 
 /// The most resident memory so far, in bytes; `None` where the system does not say.
 pub fn peak() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    kibibytes("/proc/self/status", "VmHWM:")
+}
+
+/// The bytes of a line such as `VmHWM:  1234 kB`.
+fn kibibytes(file: &str, name: &str) -> Option<u64> {
+    let text = read_to_string(file).ok()?;
+    let line = text.lines().find_map(|l| l.strip_prefix(name))?;
     let kibibytes: u64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
     Some(kibibytes * 1024)
+}
+
+fn of_groups() -> Option<u64> {
+    let groups = read_to_string("/proc/self/cgroup").ok()?;
+    let own = groups.lines().find_map(|l| l.strip_prefix("0::/"))?;
+    let folders = Path::new(own).ancestors();
+    folders
+        .filter_map(|folder| of_group(&Path::new("/sys/fs/cgroup").join(folder)))
+        .min()
+}
+
+/// What one control group still allows; `None` where it has no limit.
+fn of_group(folder: &Path) -> Option<u64> {
+    let number = |file: &str| read_to_string(folder.join(file)).ok()?.trim().parse::<u64>().ok();
+    Some(number("memory.max")?.saturating_sub(number("memory.current")?))
+}
+
+/// What the limit of `ulimit -v` leaves; `None` where there is none.
+fn of_address_space() -> Option<u64> {
+    let limits = read_to_string("/proc/self/limits").ok()?;
+    let line = limits.lines().find_map(|l| l.strip_prefix("Max address space"))?;
+    let most: u64 = line.split_whitespace().next()?.parse().ok()?;
+    Some(most.saturating_sub(kibibytes("/proc/self/status", "VmSize:")?))
 }

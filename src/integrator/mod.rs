@@ -100,6 +100,8 @@ pub struct VertexContext<'a> {
     pub numbers: PathSampler<'a>,
     /// The camera where the path began.
     pub camera: &'a Camera,
+    /// The round of shadow rays, from 0: see [`Integrator::shadow_rounds`].
+    pub round: u32,
 }
 
 /// The contract of every integrator.
@@ -116,6 +118,12 @@ pub trait Integrator: Sync + Send {
     /// vertices at once. A vertex may draw for other uses too.
     fn batched_dimensions(&self, _scene: &Scene, _depth: u32) -> Vec<SampleUse> {
         Vec::new()
+    }
+
+    /// The number of times that each vertex on a surface is shaded, with its shadow rays traced in between. An integrator
+    /// that sends out very many of them from a vertex does so in several rounds, so that memory does not grow with them.
+    fn shadow_rounds(&self) -> u32 {
+        1
     }
 
     /// Whether its pictures show the cost of tracing. If so, [`Integrator::add_cost`] is called in place of

@@ -57,7 +57,14 @@ pub struct Occlusion {
     pub samples: u32,
 }
 
+/// The rays from each place that are in memory at once.
+const RAYS_PER_ROUND: u32 = 64;
+
 impl Integrator for Occlusion {
+    fn shadow_rounds(&self) -> u32 {
+        self.samples.div_ceil(RAYS_PER_ROUND)
+    }
+
     fn vertex(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
         let Vertex::Surface(surface, _) = context.vertex else {
             return out.add(Rgb::WHITE);
@@ -65,7 +72,8 @@ impl Integrator for Occlusion {
         let front = surface.ng.dot(surface.wo) >= 0.0;
         let frame = Frame::from_normal(if front { surface.ns } else { -surface.ns });
         let share = Rgb::gray(1.0 / self.samples as f32);
-        for i in 0..self.samples {
+        let first = context.round * RAYS_PER_ROUND;
+        for i in first..self.samples.min(first.saturating_add(RAYS_PER_ROUND)) {
             // No path goes on, so the numbers of its later vertices are free.
             let u = context.numbers.get_sample_2d(Dimension::at(1 + i, SampleUse::Bsdf));
             let wi = frame.to_world(u.cosine_hemisphere());

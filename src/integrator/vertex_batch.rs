@@ -27,6 +27,8 @@ pub struct VertexBatch<'a> {
     pub samples: &'a SampleBatch,
     /// Whether textures read how wide the paths are.
     pub has_cones: bool,
+    /// The round of shadow rays, from 0.
+    pub round: u32,
 }
 
 impl VertexBatch<'_> {
@@ -50,6 +52,7 @@ impl VertexBatch<'_> {
                 index: k,
             },
             camera: self.camera,
+            round: self.round,
         }
     }
 

@@ -41,6 +41,7 @@ struct ArrivedRays<'a> {
     rays: &'a [Ray],
     paths: &'a [PathState],
     hits: &'a [Option<Hit>],
+    round: u32,
 }
 
 impl BatchInputs {
@@ -51,7 +52,12 @@ impl BatchInputs {
         arrived: ArrivedRays<'a>,
         indices: &'a [u32],
     ) -> VertexBatch<'a> {
-        let ArrivedRays { rays, paths, hits } = arrived;
+        let ArrivedRays {
+            rays,
+            paths,
+            hits,
+            round,
+        } = arrived;
         VertexBatch {
             scene: context.scene,
             camera: &context.camera,
@@ -64,6 +70,7 @@ impl BatchInputs {
             keys: &self.keys,
             samples: &self.samples,
             has_cones: context.cone.is_some(),
+            round,
         }
     }
 }
@@ -124,15 +131,13 @@ impl Wave {
         if context.fills_film {
             // Before anything is met all paths are alike but for their samples, and the same for every tile.
             std::mem::swap(&mut self.paths, &mut self.camera_paths);
-            stats.rays += self.step(context, &block);
+            let traced = self.step(context, &block, control);
             std::mem::swap(&mut self.paths, &mut self.camera_paths);
+            stats.rays += traced?;
             self.compact();
         }
         while !self.rays.is_empty() {
-            if control.is_cancelled() {
-                return Err(Cancelled);
-            }
-            stats.rays += self.step(context, &block);
+            stats.rays += self.step(context, &block, control)?;
             self.compact();
         }
         self.accumulate(context, spec, accumulator, &mut stats.invalid);
@@ -234,10 +239,18 @@ impl Wave {
     }
 
     /// Traces all rays, shades all vertices, and leaves the rays that they spawn in `out`. Returns how many it traced.
-    fn step(&mut self, context: &RenderContext<'_>, block: &SampleBlock) -> u64 {
+    ///
+    /// # Errors
+    /// It was cancelled.
+    fn step(
+        &mut self,
+        context: &RenderContext<'_>,
+        block: &SampleBlock,
+        control: &Control<'_>,
+    ) -> Result<u64, Cancelled> {
         let scene = context.scene;
         if context.integrator.wants_cost() {
-            return self.step_costs(context);
+            return Ok(self.step_costs(context));
         }
         self.hits.clear();
         self.hits.resize(self.rays.len(), None);
@@ -252,11 +265,19 @@ impl Wave {
             let sample = |i: usize| (block.key(context.settings, paths[i].sample), paths[i].depth);
             traced += pass(scene, &mut self.rays, &mut self.hits, sample, &mut self.passing);
         }
-        self.out.clear_rays();
         self.partition_hits();
-        self.shade_surfaces(context, block);
-        self.shade_misses(context);
-        traced + self.resolve_shadow_rays(context, block.layout())
+        for round in 0..context.integrator.shadow_rounds() {
+            if control.is_cancelled() {
+                return Err(Cancelled);
+            }
+            self.out.clear_rays();
+            self.shade_surfaces(context, block, round);
+            if round == 0 {
+                self.shade_misses(context);
+            }
+            traced += self.resolve_shadow_rays(context, block.layout());
+        }
+        Ok(traced)
     }
 
     /// Separates rays that hit something from those that did not. Nobody can predict which do, so there is no branch.
@@ -282,7 +303,7 @@ impl Wave {
     ///
     /// In batches of a few vertices, whose surfaces are found, then their random numbers drawn, then they are shaded: steps
     /// that need not wait for each other.
-    fn shade_surfaces(&mut self, context: &RenderContext<'_>, block: &SampleBlock) {
+    fn shade_surfaces(&mut self, context: &RenderContext<'_>, block: &SampleBlock, round: u32) {
         let Some(depth) = self.paths.first().map(|path| path.depth) else {
             return;
         };
@@ -321,7 +342,9 @@ impl Wave {
             if context.cone.is_some() {
                 for (surface, &i) in inputs.surfaces.interactions.iter_mut().zip(indices) {
                     let (ray, path) = (&rays[i as usize], &mut paths[i as usize]);
-                    path.cone = path.cone.moved(surface.t * ray.d.length());
+                    if round == 0 {
+                        path.cone = path.cone.moved(surface.t * ray.d.length());
+                    }
                     surface.set_footprint(path.cone.width.abs());
                 }
             }
@@ -331,7 +354,13 @@ impl Wave {
             inputs
                 .samples
                 .generate(context.simd, sampler, &inputs.keys, dimension, &uses);
-            let batch = inputs.batch(context, ArrivedRays { rays, paths, hits }, indices);
+            let arrived = ArrivedRays {
+                rays,
+                paths,
+                hits,
+                round,
+            };
+            let batch = inputs.batch(context, arrived, indices);
             context.integrator.shade_batch(&batch, out);
         }
     }
@@ -358,7 +387,13 @@ impl Wave {
         inputs.keys.start(context.settings.seed, context.settings.noise_frame);
         inputs.samples.clear();
         for indices in miss_indices.chunks(SHADE_BATCH) {
-            let batch = inputs.batch(context, ArrivedRays { rays, paths, hits }, indices);
+            let arrived = ArrivedRays {
+                rays,
+                paths,
+                hits,
+                round: 0,
+            };
+            let batch = inputs.batch(context, arrived, indices);
             context.integrator.shade_batch(&batch, out);
         }
     }

@@ -72,6 +72,15 @@ pub enum MeshError {
 }
 
 impl Mesh {
+    /// The bytes of its arrays.
+    pub fn bytes(&self) -> u64 {
+        let of = |bytes: usize| bytes as u64;
+        of(size_of_val(&self.positions[..]))
+            + of(size_of_val(&self.triangles[..]))
+            + of(size_of_val(&self.normals[..]))
+            + of(size_of_val(&self.uvs[..]))
+    }
+
     /// The first thing that is wrong with the arrays. Triangles without area are not wrong.
     pub fn validate(&self) -> Result<(), MeshError> {
         let vertices = self.positions.len();

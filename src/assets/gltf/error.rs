@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::assets::files::is_irregular;
+use crate::assets::files::is_refused;
 
 /// Why a glTF asset was not loaded.
 #[derive(Debug, thiserror::Error)]
@@ -27,7 +27,7 @@ pub enum GltfError {
 impl GltfError {
     /// Whether a file could not be read at all, rather than understood.
     pub fn is_missing(&self) -> bool {
-        matches!(self, Self::Read { source, .. } | Self::Missing { source, .. } if !is_irregular(source))
+        matches!(self, Self::Read { source, .. } | Self::Missing { source, .. } if !is_refused(source))
     }
 }
 

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::assets::files::is_irregular;
+use crate::assets::{OverBudget, files::is_refused};
 
 /// Why a picture was not loaded.
 #[derive(Debug, thiserror::Error)]
@@ -18,6 +18,8 @@ pub enum ImageError {
     Broken { cause: String, path: PathBuf },
     #[error("{}: {}", unfit(*width, *height), path.display())]
     Size { width: u64, height: u64, path: PathBuf },
+    #[error("{cause}: {}", path.display())]
+    Memory { cause: OverBudget, path: PathBuf },
 }
 
 fn unfit(width: u64, height: u64) -> String {
@@ -31,7 +33,7 @@ fn unfit(width: u64, height: u64) -> String {
 impl ImageError {
     /// Whether the file could not be read at all, rather than understood.
     pub fn is_missing(&self) -> bool {
-        matches!(self, Self::Read { source, .. } if !is_irregular(source))
+        matches!(self, Self::Read { source, .. } if !is_refused(source))
     }
 }
 
@@ -41,6 +43,13 @@ pub(super) enum ImageProblem {
     Unknown,
     Broken(String),
     Size { width: u64, height: u64 },
+    Memory(OverBudget),
+}
+
+impl From<OverBudget> for ImageProblem {
+    fn from(over: OverBudget) -> Self {
+        Self::Memory(over)
+    }
 }
 
 impl ImageProblem {
@@ -54,6 +63,7 @@ impl ImageProblem {
             Self::Unknown => ImageError::Unknown { path },
             Self::Broken(cause) => ImageError::Broken { cause, path },
             Self::Size { width, height } => ImageError::Size { width, height, path },
+            Self::Memory(cause) => ImageError::Memory { cause, path },
         }
     }
 }

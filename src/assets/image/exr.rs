@@ -11,16 +11,22 @@ use ::exr::{
     prelude::{ReadChannels as _, ReadLayers as _, read},
 };
 
-use super::{error::ImageProblem, limits::check_size};
-use crate::texture::Bitmap;
+use super::{
+    error::ImageProblem,
+    limits::{check_size, with_levels},
+};
+use crate::{
+    assets::{MemoryBudget, MemoryKind},
+    texture::Bitmap,
+};
 
 pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
 /// More than any of the format's codecs packs into a byte: deflate stops at 1,032.
 const MOST_GAIN: u64 = 4096;
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Bitmap, ImageProblem> {
-    check_header(bytes)?;
+pub(super) fn decode(bytes: &[u8], memory: &MemoryBudget) -> Result<Bitmap, ImageProblem> {
+    check_header(bytes, memory)?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -32,7 +38,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Bitmap, ImageProblem> {
 }
 
 /// Refuses what the decoder would believe: it allocates for the size that the header claims.
-fn check_header(bytes: &[u8]) -> Result<(), ImageProblem> {
+fn check_header(bytes: &[u8], memory: &MemoryBudget) -> Result<(), ImageProblem> {
     let length = bytes.len() as u64;
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)?;
     for header in &meta.headers {
@@ -45,10 +51,12 @@ fn check_header(bytes: &[u8]) -> Result<(), ImageProblem> {
         let shown = header.shared_attributes.display_window.size;
         let [columns, rows] = [shown.0 as u64, shown.1 as u64];
         // The picture in memory: at most four channels of floats.
-        check_size([columns, rows], columns.saturating_mul(rows).saturating_mul(16))?;
+        let picture = columns.saturating_mul(rows).saturating_mul(16);
+        check_size([columns, rows], picture)?;
         // The sides are bounded now, the number of channels by the header's length: no product overflows.
         let size = width * height * bytes_per_pixel;
         check_size([width, height], size)?;
+        memory.check(MemoryKind::Images, size.saturating_add(picture))?;
         // A place in the table of blocks, a position and a size.
         let blocks = header.chunk_count as u64;
         if blocks.saturating_mul(16) > length || size / MOST_GAIN > length {
@@ -65,6 +73,11 @@ fn check_header(bytes: &[u8]) -> Result<(), ImageProblem> {
             return Err(ImageProblem::broken("subsampled channels are not supported"));
         }
     }
+    let shown = meta
+        .headers
+        .first()
+        .map_or(0, |h| h.shared_attributes.display_window.size.area() as u64);
+    memory.take(MemoryKind::Images, with_levels(shown.saturating_mul(16)))?;
     Ok(())
 }
 

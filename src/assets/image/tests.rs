@@ -25,7 +25,7 @@ fn file(picture: &DynamicImage, format: F) -> Vec<u8> {
 }
 
 fn decode(bytes: &[u8], name: &str) -> Result<Bitmap, ImageError> {
-    super::decode(bytes, Path::new(name), ColorSpace::Srgb)
+    super::decode(bytes, Path::new(name), ColorSpace::Srgb, &MemoryBudget::default())
 }
 
 fn lossless() -> [(F, &'static str); 4] {
@@ -67,7 +67,7 @@ fn color_space_applies_to_colours_and_not_to_alpha() {
             _ => DynamicImage::ImageRgba16(picture.to_rgba16()),
         };
         let bytes = file(&picture, F::Png);
-        let load = |space| super::decode(&bytes, Path::new("a.png"), space).unwrap();
+        let load = |space| super::decode(&bytes, Path::new("a.png"), space, &MemoryBudget::default()).unwrap();
         let (srgb, raw) = (load(ColorSpace::Srgb), load(ColorSpace::Raw));
         assert!((srgb.rgb(0, 0).r - 0.502_886_5).abs() < 1e-6);
         assert!((raw.rgb(0, 0).r - 188.0 / 255.0).abs() < 1e-6);
@@ -109,9 +109,9 @@ fn a_file_cut_short_is_an_error() {
 #[test]
 fn a_missing_file_is_told_from_a_broken_one() {
     let home = tempfile::tempdir().unwrap();
-    for path in [home.path().join("absent.png"), home.path().to_owned()] {
+    for (path, is_missing) in [(home.path().join("absent.png"), true), (home.path().to_owned(), false)] {
         let error = super::load(&path, ColorSpace::Srgb, &Files::default()).unwrap_err();
-        assert!(error.is_missing(), "{error}");
+        assert_eq!(error.is_missing(), is_missing, "{error}");
     }
     let path = home.path().join("a.png");
     fs::write(&path, b"\x89PNG\r\n\x1a\n and no more").unwrap();
@@ -235,4 +235,28 @@ fn an_exr_shows_its_display_window_black_where_it_has_no_data() {
     );
     assert_eq!(red((1, -2), (6, 5)), [[2.0, 3.0, 4.0, 5.0]; 3]);
     assert_eq!(red((90, 90), (4, 3)), [[0.0; 4]; 3]);
+}
+
+#[test]
+fn a_picture_beyond_the_memory_of_the_job_is_refused_before_it_is_decoded() {
+    let files = [
+        (file(&pattern(), ImageFormat::Png), "a.png"),
+        (exr_file(W, H, 1.0), "a.exr"),
+    ];
+    for (bytes, name) in files {
+        let load = |budget| {
+            super::decode(
+                &bytes,
+                Path::new(name),
+                ColorSpace::Srgb,
+                &MemoryBudget::new(Some(budget)),
+            )
+        };
+        let error = load(u64::from(W * H)).unwrap_err();
+        assert!(
+            matches!(error, ImageError::Memory { .. }) && error.to_string().ends_with(name),
+            "{error}"
+        );
+        assert!(load(1 << 20).is_ok());
+    }
 }

@@ -8,23 +8,19 @@
 //! The loader accepts any encoding and any line ends. Indices without a vertex and numbers that are not finite are errors
 //! with their line.
 
+mod error;
 mod lines;
 mod mtl;
 mod normalize;
 mod polygon;
 mod smooth;
 
-use std::{
-    collections::HashMap,
-    io,
-    path::{Path, PathBuf},
-};
+use std::{collections::HashMap, path::Path};
 
 use glam::DAffine3;
 
 use super::{
     Files,
-    files::is_irregular,
     model::{MeshInstance, Model},
 };
 use crate::{
@@ -33,25 +29,7 @@ use crate::{
 };
 use normalize::Run;
 
-/// Why an OBJ file was not loaded.
-#[derive(Debug, thiserror::Error)]
-pub enum ObjError {
-    #[error("cannot read model: {source}: {}", path.display())]
-    Read { source: io::Error, path: PathBuf },
-    #[error("line {line}: {cause}: {}", path.display())]
-    Line { line: usize, cause: String, path: PathBuf },
-    #[error("broken model: {cause}: {}", path.display())]
-    Broken { cause: String, path: PathBuf },
-    #[error("the model {} names a file outside of its folder (--allow-outside permits that): {}", path.display(), file.display())]
-    Outside { file: PathBuf, path: PathBuf },
-}
-
-impl ObjError {
-    /// Whether the file could not be read at all, rather than understood.
-    pub fn is_missing(&self) -> bool {
-        matches!(self, Self::Read { source, .. } if !is_irregular(source))
-    }
-}
+pub use error::ObjError;
 
 /// Loads the model at `path`. A file without faces is a model without parts.
 pub fn load(path: &Path, files: &Files) -> Result<Model, ObjError> {

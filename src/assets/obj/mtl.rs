@@ -6,13 +6,13 @@ use std::{
 };
 
 use super::{
-    ObjError,
+    error::ObjError,
     lines::{Lines, argument, decode, words},
 };
 use crate::{
     assets::{
         Files,
-        files::is_irregular,
+        files::is_refused,
         model::{ImageSource, Model, ModelMaterial, ModelTexture},
     },
     math::Rgb,
@@ -71,7 +71,7 @@ impl<'a> Library<'a> {
         let (obj, shown) = (obj.display(), path.display());
         let bytes = match self.files.read(path) {
             Ok(bytes) => bytes,
-            Err(source) if is_irregular(&source) => {
+            Err(source) if is_refused(&source) => {
                 let path = path.to_owned();
                 return Err(ObjError::Read { source, path });
             }

@@ -1,0 +1,140 @@
+//! The memory that a job may take, by kind.
+
+use std::{
+    fmt,
+    sync::{Mutex, PoisonError},
+};
+
+/// What memory is taken for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MemoryKind {
+    /// The frames that are rendered, wait and are written.
+    Frames,
+    /// Decoded images.
+    Images,
+    /// The arrays of models.
+    Models,
+}
+
+impl MemoryKind {
+    const ALL: [Self; 3] = [Self::Frames, Self::Images, Self::Models];
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Frames => "frames",
+            Self::Images => "images",
+            Self::Models => "models",
+        }
+    }
+}
+
+/// The memory that a job may take, and what of it is taken. Every large array is announced here before it is made.
+#[derive(Debug)]
+pub struct MemoryBudget {
+    /// In bytes.
+    limit: u64,
+    /// In bytes, by kind.
+    taken: Mutex<[u64; 3]>,
+}
+
+impl Default for MemoryBudget {
+    fn default() -> Self {
+        Self::new(None)
+    }
+}
+
+impl MemoryBudget {
+    /// A budget of `limit` bytes; `None` is no limit.
+    pub fn new(limit: Option<u64>) -> Self {
+        Self {
+            limit: limit.unwrap_or(u64::MAX),
+            taken: Mutex::default(),
+        }
+    }
+
+    /// Takes `bytes` for the rest of the job.
+    ///
+    /// # Errors
+    /// The budget does not have them.
+    pub fn take(&self, kind: MemoryKind, bytes: u64) -> Result<(), OverBudget> {
+        let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
+        let sum = taken.iter().fold(bytes, |sum, of_kind| sum.saturating_add(*of_kind));
+        if sum > self.limit {
+            return Err(OverBudget {
+                kind,
+                bytes,
+                taken: *taken,
+                limit: self.limit,
+            });
+        }
+        taken[kind as usize] += bytes;
+        Ok(())
+    }
+
+    /// Finds out whether `bytes` could be taken, which are needed for a short time only.
+    ///
+    /// # Errors
+    /// The budget does not have them.
+    pub fn check(&self, kind: MemoryKind, bytes: u64) -> Result<(), OverBudget> {
+        let taken = *self.taken.lock().unwrap_or_else(PoisonError::into_inner);
+        let all = Self {
+            limit: self.limit,
+            taken: Mutex::new(taken),
+        };
+        all.take(kind, bytes)
+    }
+}
+
+/// The budget does not have the memory that was asked for. All numbers are in bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OverBudget {
+    kind: MemoryKind,
+    bytes: u64,
+    /// By kind.
+    taken: [u64; 3],
+    limit: u64,
+}
+
+impl fmt::Display for OverBudget {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} need {} of memory", self.kind.name(), mebibytes(self.bytes))?;
+        for kind in MemoryKind::ALL {
+            let taken = self.taken[kind as usize];
+            if taken > 0 {
+                write!(f, ", {} have taken {}", kind.name(), mebibytes(taken))?;
+            }
+        }
+        write!(f, ", and {} are allowed (--max-memory)", mebibytes(self.limit))
+    }
+}
+
+impl std::error::Error for OverBudget {}
+
+fn mebibytes(bytes: u64) -> String {
+    format!("{} MiB", bytes.div_ceil(1 << 20))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sum_of_all_kinds_stays_below_the_limit() {
+        let budget = MemoryBudget::new(Some(10 << 20));
+        budget.take(MemoryKind::Frames, 4 << 20).expect("allowed");
+        budget.take(MemoryKind::Images, 5 << 20).expect("allowed");
+        budget.check(MemoryKind::Models, 1 << 20).expect("allowed");
+        let refused = budget.take(MemoryKind::Images, 2 << 20).expect_err("too much");
+        assert_eq!(
+            refused.to_string(),
+            "images need 2 MiB of memory, frames have taken 4 MiB, images have taken 5 MiB, and 10 MiB are allowed \
+             (--max-memory)"
+        );
+        // What was refused or only checked is not taken.
+        budget.take(MemoryKind::Models, 1 << 20).expect("allowed");
+        assert!(budget.check(MemoryKind::Models, 1).is_err());
+        MemoryBudget::default()
+            .take(MemoryKind::Frames, u64::MAX)
+            .expect("no limit");
+    }
+}
