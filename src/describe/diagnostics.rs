@@ -87,8 +87,9 @@ impl<'a> Excerpt<'a> {
         if to - from <= LONGEST_LINE {
             return Self { text, line: 1, span };
         }
-        let begin = text.floor_char_boundary(span.start.saturating_sub(LONGEST_LINE / 4).max(from));
-        let end = text.floor_char_boundary((span.start + LONGEST_LINE / 2).min(to));
+        let boundary = |at: usize| (0..=at).rev().find(|at| text.is_char_boundary(*at)).unwrap_or(0);
+        let begin = boundary(span.start.saturating_sub(LONGEST_LINE / 4).max(from));
+        let end = boundary((span.start + LONGEST_LINE / 2).min(to));
         Self {
             text: &text[begin..end],
             line: 1 + text[..begin].bytes().filter(|b| *b == b'\n').count(),
