@@ -38,7 +38,7 @@ struct Finished<'a> {
 
 /// Renders all frames of `plan` on the threads of the current rayon pool.
 ///
-/// The folders of the files exist: see [`targets::check`](super::targets::check).
+/// The folders of the files exist: [`Job::run`](super::Job::run) makes them and checks the places of the files first.
 ///
 /// At most one finished frame waits while another is written. A disk that fails ends the job; whatever happens, a file
 /// under its own name is whole.
