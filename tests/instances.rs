@@ -255,9 +255,10 @@ fn rays_that_leave_an_instance_do_not_meet_where_they_left() {
         if w.dot(surface.ng).abs() < 0.02 {
             continue;
         }
+        let transmitted = w.dot(surface.ng) * surface.wo.dot(surface.ng) < 0.0;
         let ray = Ray {
             tmax: 1e-3,
-            ..surface.spawn_ray(w)
+            ..surface.spawn_ray(transmitted, w)
         };
         left += 1;
         let again = surfaces(&shared, &[ray])[0];

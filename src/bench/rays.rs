@@ -160,13 +160,14 @@ fn bounce(surface: &SurfaceInteraction, address: [u32; 3]) -> Ray {
     let u = uniform(address);
     let (r, angle) = (u.x.sqrt(), u.y * TAU);
     let local = Vec3::new(r * trig::cos(angle), r * trig::sin(angle), (1.0 - u.x).max(0.0).sqrt());
-    surface.spawn_ray(Frame::from_normal(n).to_world(local).normalize())
+    surface.spawn_ray(false, Frame::from_normal(n).to_world(local).normalize())
 }
 
 fn shadow_ray(surface: &SurfaceInteraction, light: Vec3) -> Ray {
-    let to = light - surface.p;
+    let to = light - surface.lifted();
     let distance = to.length();
-    surface.shadow_ray(to / distance, distance)
+    let behind = (to.dot(surface.ng) < 0.0) != (surface.wo.dot(surface.ng) < 0.0);
+    surface.shadow_ray(behind, to / distance, distance)
 }
 
 /// Returns the position of the scene's first light, or a point above the scene.

@@ -4,21 +4,34 @@
 //! through a surface is as bright as what is behind.
 
 use super::{
-    BsdfEval, BsdfKind, BsdfSample, Lobe, albedo,
+    Bsdf, BsdfEval, BsdfKind, BsdfSample, Lobe, albedo,
     fresnel::{dielectric, mirrored},
+    is_equal_ior,
     microfacet::{Facet, Ggx},
+    specular::SmoothDielectric,
 };
 use crate::math::{Rgb, Sample2D, Vec3};
 
 /// A rough dielectric boundary, whose facets reflect and refract by Fresnel's equations.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughDielectric {
-    /// Even, and not smooth: [`super::specular::SmoothDielectric`] is.
+    /// Even.
     pub facets: Ggx,
-    /// Index of refraction behind the surface over that in front; not 1.
+    /// Index of refraction behind the surface over that in front.
     pub ior: f32,
     pub reflectance: Rgb,
     pub transmittance: Rgb,
+}
+
+impl From<RoughDielectric> for Bsdf {
+    /// Facets that are smooth, or lie between equal media, are those of a smooth boundary.
+    fn from(rough: RoughDielectric) -> Self {
+        if rough.facets.is_smooth() || is_equal_ior(rough.ior, 1.0) {
+            Self::SmoothDielectric(SmoothDielectric::new(rough.ior, rough.reflectance, rough.transmittance))
+        } else {
+            Self::RoughDielectric(rough)
+        }
+    }
 }
 
 /// The weights of reflection and transmission at a facet.
@@ -212,6 +225,14 @@ impl BsdfKind for ThinDielectric {
 
     fn transmits(&self) -> bool {
         true
+    }
+
+    fn straight(&self, wo: Vec3) -> Rgb {
+        if self.facets.is_smooth() {
+            self.facet_weights(wo.z.abs()).map_or(Rgb::BLACK, |w| w.transmit)
+        } else {
+            Rgb::BLACK
+        }
     }
 
     fn reads_tangent(&self) -> bool {

@@ -40,6 +40,10 @@ impl BsdfKind for Lambert {
     fn has_lobes(&self) -> bool {
         false
     }
+
+    fn mirrors(&self) -> bool {
+        false
+    }
 }
 
 /// The energy-preserving Oren-Nayar model (EON): a rough diffuse surface, which looks flatter than
@@ -104,6 +108,10 @@ impl BsdfKind for OrenNayar {
     }
 
     fn has_lobes(&self) -> bool {
+        false
+    }
+
+    fn mirrors(&self) -> bool {
         false
     }
 }

@@ -16,6 +16,7 @@ use super::{
     BsdfEval, BsdfKind, BsdfSample, Lobe, albedo,
     conductor::multiscatter_gain,
     fresnel::{mirrored, reflect, refract, schlick_term},
+    is_equal_ior,
     microfacet::Ggx,
     sheen,
     thin_film::ThinFilm,
@@ -217,6 +218,17 @@ impl Layered {
             diffuse_gain: (1.0 - over) / (1.0 - mean),
             probabilities,
         })
+    }
+
+    /// The same layers in a medium of the index of refraction `outside`, in place of 1.
+    pub fn immersed(self, outside: f32) -> Self {
+        let ior = self.ior / outside;
+        let boundary = if is_equal_ior(ior, 1.0) {
+            Boundary::ThinWalled
+        } else {
+            self.boundary
+        };
+        Self { ior, boundary, ..self }
     }
 
     /// `w` in the frame of the facets.
@@ -459,6 +471,14 @@ impl BsdfKind for Layered {
 
     fn transmits(&self) -> bool {
         self.transmission > 0.0 && self.metallic < 1.0
+    }
+
+    fn straight(&self, wo: Vec3) -> Rgb {
+        if !self.transmits() || !self.facets.is_smooth() || self.boundary == Boundary::Solid {
+            return Rgb::BLACK;
+        }
+        self.lobe_state(wo)
+            .map_or(Rgb::BLACK, |state| self.passing_weight(&state, state.o.z))
     }
 
     fn reads_tangent(&self) -> bool {

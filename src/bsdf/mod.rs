@@ -13,6 +13,7 @@ mod battery;
 pub mod conductor;
 pub mod dielectric;
 pub mod diffuse;
+pub mod folded;
 pub mod fresnel;
 pub mod layered;
 pub mod microfacet;
@@ -20,6 +21,14 @@ pub mod phong;
 pub mod sheen;
 pub mod specular;
 pub mod thin_film;
+
+/// Indices of refraction are equal if their ratio differs from 1 by less.
+const EQUAL_IOR: f32 = 1e-3;
+
+/// Whether light passes from one medium into another unbent.
+pub fn is_equal_ior(a: f32, b: f32) -> bool {
+    (a / b - 1.0).abs() < EQUAL_IOR
+}
 
 /// The lobe by which light leaves a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -67,6 +76,14 @@ pub struct BsdfSample {
     pub eta: f32,
 }
 
+impl BsdfSample {
+    /// Whether the light passes unbent: see [`BsdfKind::straight`].
+    #[inline]
+    pub fn is_straight(&self) -> bool {
+        self.pdf.is_none() && self.lobe == Lobe::Transmission && self.eta == 1.0
+    }
+}
+
 /// The contract of every BSDF.
 pub trait BsdfKind {
     /// Evaluates the BSDF; zero for delta lobes.
@@ -79,6 +96,18 @@ pub trait BsdfKind {
     /// Whether the surface transmits light.
     fn transmits(&self) -> bool {
         false
+    }
+
+    /// The weight of the light that passes unbent, as if the surface were only a filter: that of a delta lobe of
+    /// [`BsdfKind::sample`] in the direction `-wo`.
+    fn straight(&self, _wo: Vec3) -> Rgb {
+        Rgb::BLACK
+    }
+
+    /// Whether light is reflected about the mirror direction, so that the shading normal must not turn that below the
+    /// surface.
+    fn mirrors(&self) -> bool {
+        true
     }
 
     /// Whether the BSDF depends on the tangent.
@@ -132,6 +161,14 @@ macro_rules! bsdfs {
                 match self { $( Self::$Variant(bsdf) => bsdf.transmits(), )* }
             }
 
+            fn straight(&self, wo: Vec3) -> Rgb {
+                match self { $( Self::$Variant(bsdf) => bsdf.straight(wo), )* }
+            }
+
+            fn mirrors(&self) -> bool {
+                match self { $( Self::$Variant(bsdf) => bsdf.mirrors(), )* }
+            }
+
             fn reads_tangent(&self) -> bool {
                 match self { $( Self::$Variant(bsdf) => bsdf.reads_tangent(), )* }
             }
@@ -166,4 +203,24 @@ bsdfs! {
     Phong(phong::Phong),
     /// Layers over metal, dielectric and diffuse.
     Layered(layered::Layered),
+}
+
+impl Bsdf {
+    /// The same surface in a medium of the index of refraction `outside`, in place of 1.
+    pub fn immersed(self, outside: f32) -> Self {
+        match self {
+            Self::SmoothDielectric(b) => Self::SmoothDielectric(specular::SmoothDielectric::new(
+                b.ior / outside,
+                b.reflectance,
+                b.transmittance,
+            )),
+            Self::RoughDielectric(b) => dielectric::RoughDielectric {
+                ior: b.ior / outside,
+                ..b
+            }
+            .into(),
+            Self::Layered(b) => Self::Layered(b.immersed(outside)),
+            other => other,
+        }
+    }
 }

@@ -3,6 +3,7 @@
 use super::{
     BsdfEval, BsdfKind, BsdfSample, Lobe,
     fresnel::{dielectric, reflect, refract},
+    is_equal_ior,
 };
 use crate::math::{Rgb, Sample2D, Vec3};
 
@@ -46,6 +47,17 @@ pub struct SmoothDielectric {
     pub transmittance: Rgb,
 }
 
+impl SmoothDielectric {
+    /// A boundary between media whose indices of refraction have the ratio `ior`.
+    pub fn new(ior: f32, reflectance: Rgb, transmittance: Rgb) -> Self {
+        Self {
+            ior: if is_equal_ior(ior, 1.0) { 1.0 } else { ior },
+            reflectance,
+            transmittance,
+        }
+    }
+}
+
 impl BsdfKind for SmoothDielectric {
     fn eval(&self, _wo: Vec3, _wi: Vec3) -> BsdfEval {
         BsdfEval::default()
@@ -85,6 +97,14 @@ impl BsdfKind for SmoothDielectric {
 
     fn transmits(&self) -> bool {
         true
+    }
+
+    fn straight(&self, wo: Vec3) -> Rgb {
+        if self.ior == 1.0 {
+            self.transmittance * (1.0 - dielectric(wo.z.abs(), 1.0))
+        } else {
+            Rgb::BLACK
+        }
     }
 
     fn is_delta(&self) -> bool {

@@ -6,7 +6,7 @@
 
 use serde::Deserialize;
 
-use super::{Lobes, ShadingOutput, Tag, VertexContext};
+use super::{DirectionPdf, Lobes, ShadingOutput, ShadowPassage, Tag, VertexContext};
 use crate::{
     bsdf::BsdfKind,
     math::{Frame, Rgb, Vec3},
@@ -42,8 +42,8 @@ impl Strategy {
     /// The weight of light that was met by following the surface with density `bsdf`, where light sampling would have
     /// found it with density `light` (0: not at all).
     #[inline]
-    pub fn weight_of_bsdf(self, bsdf: Option<f32>, light: impl FnOnce() -> f32) -> f32 {
-        let Some(bsdf) = bsdf else { return 1.0 };
+    pub fn weight_of_bsdf(self, bsdf: DirectionPdf, light: impl FnOnce() -> f32) -> f32 {
+        let Some(bsdf) = bsdf.get() else { return 1.0 };
         match self {
             Self::Mis => power_heuristic(bsdf, light()),
             Self::Light if light() > 0.0 => 0.0,
@@ -68,39 +68,52 @@ pub struct ShadingPoint<'a, B> {
     pub frame: Frame,
     pub bsdf: &'a B,
     pub wo_local: Vec3,
+    /// Light arrives from above the plane with this normal; zero where it arrives from everywhere.
+    pub horizon: Vec3,
 }
 
 impl<B: BsdfKind> ShadingPoint<'_, B> {
-    /// Whether `wi` (world) lies on the side of the surface that the frame says it does: shading normals and true ones
-    /// disagree at the rim of smooth meshes, where light would leak through.
+    /// Whether light from `wi` passes through the surface.
+    ///
+    /// By the shading frame: at the rim of a smooth mesh it disagrees with the triangles, which are but an approximation of the
+    /// surface that is meant.
     #[inline(always)]
-    pub fn is_consistent_side(&self, wi: Vec3, wi_local: Vec3) -> bool {
-        let same_side = self.surface.ng.dot(wi) * self.surface.ng.dot(self.surface.wo) > 0.0;
-        same_side == (wi_local.z * self.wo_local.z > 0.0)
+    pub fn is_transmitted(&self, wi_local: Vec3) -> bool {
+        self.bsdf.transmits() && wi_local.z * self.wo_local.z < 0.0
+    }
+
+    /// Whether `wi` passes through the surface by the shading frame, but not by its triangles.
+    #[inline(always)]
+    pub fn misses_far_side(&self, wi: Vec3, transmitted: bool) -> bool {
+        transmitted && self.surface.ng.dot(wi) * self.surface.ng.dot(self.surface.wo) > 0.0
     }
 
     /// The point for which light is sampled.
     #[inline(always)]
     pub fn receiver(&self) -> LightSampleContext {
         LightSampleContext {
-            p: self.surface.p,
-            n: if self.bsdf.transmits() {
-                Vec3::ZERO
-            } else {
-                self.frame.n
-            },
+            p: self.surface.lifted(),
+            n: self.horizon,
         }
     }
 }
 
-/// Asks one light, chosen by `uc`, what it brings to `shading`; `clamp` bounds what a path through bounces may bring.
+/// The way in which an integrator asks for direct light.
+pub struct DirectLight<C, P> {
+    pub strategy: Strategy,
+    /// Bounds what a path through bounces may bring.
+    pub clamp: C,
+    /// What a shadow ray may pass that leaves the surface through it, or on the side of the viewer.
+    pub passage: P,
+}
+
+/// Asks one light, chosen by `uc`, what it brings to `shading`.
 #[inline(always)]
 pub fn sample_direct(
     context: &VertexContext<'_>,
     shading: &ShadingPoint<'_, impl BsdfKind>,
     uc: impl Fn() -> f32,
-    strategy: Strategy,
-    clamp: impl Fn(Rgb) -> Rgb,
+    how: DirectLight<impl Fn(Rgb) -> Rgb, impl Fn(bool) -> ShadowPassage>,
     out: &mut ShadingOutput,
 ) {
     let (scene, depth) = (context.scene, context.path.depth);
@@ -114,27 +127,30 @@ pub fn sample_direct(
         return;
     };
     let wi_local = shading.frame.to_local(sample.wi);
-    if !shading.is_consistent_side(sample.wi, wi_local) {
-        return;
-    }
     let eval = shading.bsdf.eval(shading.wo_local, wi_local);
     let l = match sample.pdf {
         None => eval.f_cos() * sample.li / choice.pmf,
         Some(pdf) => {
             let pdf = pdf * choice.pmf;
-            eval.f_cos() * sample.li * (strategy.weight_of_light(pdf, eval.pdf) / pdf)
+            eval.f_cos() * sample.li * (how.strategy.weight_of_light(pdf, eval.pdf) / pdf)
         }
     };
-    if !l.is_black() {
-        let ray = shading.surface.shadow_ray(sample.wi, sample.distance);
-        out.add_shadow_ray(ray, clamp(l), || Tag {
-            group: scene.group_of(choice.light),
-            lobes: if wi_local.z * shading.wo_local.z < 0.0 {
-                Lobes::Transmitted
-            } else {
-                Lobes::reflected(eval.f_cos(), eval.diffuse)
+    let transmitted = shading.is_transmitted(wi_local);
+    if !l.is_black() && !shading.misses_far_side(sample.wi, transmitted) {
+        let ray = shading.surface.shadow_ray(transmitted, sample.wi, sample.distance);
+        out.add_shadow_ray(
+            ray,
+            (how.clamp)(l),
+            || (how.passage)(transmitted),
+            || Tag {
+                group: scene.group_of(choice.light),
+                lobes: if transmitted {
+                    Lobes::Transmitted
+                } else {
+                    Lobes::reflected(eval.f_cos(), eval.diffuse)
+                },
             },
-        });
+        );
     }
 }
 
@@ -145,7 +161,7 @@ mod tests {
     #[test]
     fn the_weights_of_both_ways_sum_to_one() {
         for (a, b) in [(1.0, 3.0), (1e-20, 1e20), (1e30, 1e30), (0.5, 0.0)] {
-            let sum = Strategy::Mis.weight_of_light(a, b) + Strategy::Mis.weight_of_bsdf(Some(b), || a);
+            let sum = Strategy::Mis.weight_of_light(a, b) + Strategy::Mis.weight_of_bsdf(Some(b).into(), || a);
             assert!((sum - 1.0).abs() < 1e-6, "{a} {b} {sum}");
         }
     }

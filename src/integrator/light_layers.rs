@@ -80,7 +80,8 @@ type ComponentSplit = [(Component, Rgb); 2];
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Arrival {
     pub sample: u32,
-    /// The number of segments between the light and the camera.
+    /// The number of segments between the light and the camera, without those behind surfaces that it passed unbent; the
+    /// first surface always counts.
     pub segments: u32,
     pub first: FirstLobe,
 }
@@ -90,7 +91,7 @@ impl Arrival {
     pub fn at_vertex(path: &PathState) -> Self {
         Self {
             sample: path.sample,
-            segments: path.depth,
+            segments: path.depth - u32::from(path.last.bounces.straight),
             first: path.last.first,
         }
     }
@@ -158,7 +159,7 @@ impl LightLayers {
         }
     }
 
-    fn accumulate(&mut self, sample: u32, split: ComponentSplit, group: LightGroup, visible: f32) {
+    fn accumulate(&mut self, sample: u32, split: ComponentSplit, group: LightGroup, visible: Rgb) {
         let layers = &mut self.radiance[sample as usize * self.layer_count..][..self.layer_count];
         let mut all = Rgb::BLACK;
         for (component, l) in split {
@@ -173,7 +174,7 @@ impl LightLayers {
     #[inline(never)]
     pub fn add(&mut self, from: Arrival, l: Rgb, group: LightGroup) {
         let split = self.split(from, None, l);
-        self.accumulate(from.sample, split, group, 1.0);
+        self.accumulate(from.sample, split, group, Rgb::WHITE);
     }
 
     /// Adds light that the vertex at the end of a path reflects, and that came by way of `further` segments more.
@@ -181,7 +182,7 @@ impl LightLayers {
     #[inline(never)]
     pub fn add_reflected(&mut self, from: Arrival, further: u32, l: Rgb, tag: Tag) {
         let split = self.split_reflected(from, further, l, tag);
-        self.accumulate(from.sample, split, tag.group, 1.0);
+        self.accumulate(from.sample, split, tag.group, Rgb::WHITE);
     }
 
     /// Notes light that a shadow ray from the end of a path brings, if it arrives.
@@ -206,7 +207,7 @@ impl LightLayers {
     }
 
     /// Adds the part `visible` of the light of the shadow ray with this index.
-    pub fn resolve_shadow(&mut self, ray: usize, visible: f32) {
+    pub fn resolve_shadow(&mut self, ray: usize, visible: Rgb) {
         let Shadow { sample, split, group } = self.shadows[ray];
         self.accumulate(sample, split, group, visible);
     }

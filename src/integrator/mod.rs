@@ -11,10 +11,9 @@ use crate::{
     camera::Camera,
     geometry::Hit,
     kind::kinds,
-    material::MaterialId,
     math::{Ray, RayCone, Rgb, Vec3},
     sampler::{PathSampler, SampleUse},
-    scene::{Scene, SurfaceInteraction},
+    scene::{MediumStack, Scene, SurfaceInteraction},
     value::{Count, Problem, Spanned, kind_by_name},
 };
 
@@ -28,7 +27,7 @@ mod vertex_batch;
 pub mod whitted;
 
 pub use light_layers::{FirstLobe, Lobes, Tag};
-pub use output::ShadingOutput;
+pub use output::{ShadingOutput, ShadowPassage};
 pub use vertex_batch::VertexBatch;
 
 /// The state of a path.
@@ -61,15 +60,41 @@ impl PathState {
 /// The state of a path when it left its last vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BounceState {
-    /// Density of the direction in sr^-1; `None` where there was but one (a camera, a mirror).
-    pub pdf: Option<f32>,
+    pub pdf: DirectionPdf,
     /// Unit shading normal of the vertex, zero where there is none.
     pub n: Vec3,
-    /// The medium that the path travels in, by the material whose inside it is.
-    pub medium: Option<MaterialId>,
+    /// The bodies that the path travels in.
+    pub media: MediumStack,
     /// The number of departures by a lobe of each kind.
     pub bounces: Bounces,
     pub first: FirstLobe,
+}
+
+/// The density of a path's direction in sr^-1, if it has one: a camera or a mirror leaves no choice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DirectionPdf(f32);
+
+impl DirectionPdf {
+    /// The only direction.
+    pub const DELTA: Self = Self(-1.0);
+
+    #[inline]
+    pub fn get(self) -> Option<f32> {
+        (self != Self::DELTA).then_some(self.0)
+    }
+}
+
+impl Default for DirectionPdf {
+    fn default() -> Self {
+        Self::DELTA
+    }
+}
+
+impl From<Option<f32>> for DirectionPdf {
+    #[inline]
+    fn from(pdf: Option<f32>) -> Self {
+        pdf.map_or(Self::DELTA, Self)
+    }
 }
 
 /// The number of times that a path left by a lobe of each kind, since the camera.
@@ -78,6 +103,8 @@ pub struct Bounces {
     pub diffuse: u16,
     pub specular: u16,
     pub transmission: u16,
+    /// Those by transmission that bent nothing, without one at the first surface.
+    pub straight: u8,
 }
 
 /// The end of a path.

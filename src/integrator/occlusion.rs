@@ -77,10 +77,7 @@ impl Integrator for Occlusion {
             // No path goes on, so the numbers of its later vertices are free.
             let u = context.numbers.get_sample_2d(Dimension::at(1 + i, SampleUse::Bsdf));
             let wi = frame.to_world(u.cosine_hemisphere());
-            // Smooth normals lean over the true surface, which hides what lies behind it.
-            if (surface.ng.dot(wi) > 0.0) == front {
-                out.add_shadow(surface.shadow_ray(wi, self.distance), share);
-            }
+            out.add_shadow(surface.shadow_ray(false, wi, self.distance), share);
         }
     }
 }

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     math::{Ray, RayCone, Rgb, Vec3},
-    scene::{LightGroup, SurfaceInteraction},
+    scene::{LightGroup, MediumStack, SurfaceInteraction},
 };
 
 /// The output of an integrator for all vertices of a wave, in order.
@@ -19,6 +19,9 @@ pub struct ShadingOutput {
     pub(crate) shadow_rays: Vec<Ray>,
     /// The sample that each shadow ray belongs to, and the light it brings if nothing blocks it.
     pub(crate) shadow_light: Vec<(u32, Rgb)>,
+    /// What each shadow ray passes, where some may pass anything.
+    pub(crate) shadow_passages: Vec<ShadowPassage>,
+    records_passages: bool,
     pub(crate) rays: Vec<Ray>,
     pub(crate) paths: Vec<PathState>,
     /// The same light by components and by groups, where a pass shows them.
@@ -29,11 +32,21 @@ pub struct ShadingOutput {
     mirror: Mirror,
 }
 
+/// The surfaces that a shadow ray may pass, beside those that are transparent by their opacity, and the media on its way.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ShadowPassage {
+    /// The bodies where it begins.
+    pub media: MediumStack,
+    /// How many surfaces it may pass unbent.
+    pub surfaces: u32,
+}
+
 /// The state of the path whose vertex is shaded.
 #[derive(Clone, Copy, Debug)]
 struct CurrentVertex {
     throughput: Rgb,
     cone: RayCone,
+    depth: u32,
     arrival: Arrival,
 }
 
@@ -49,6 +62,7 @@ impl CurrentVertex {
         Self {
             throughput: path.throughput,
             cone: path.cone,
+            depth: path.depth,
             arrival: Arrival::at_vertex(path),
         }
     }
@@ -64,9 +78,11 @@ struct Mirror {
 }
 
 impl ShadingOutput {
-    /// Starts a wave of `samples` samples; `has_cones` tells whether textures read how wide paths are.
-    pub(crate) fn start(&mut self, samples: usize, has_cones: bool) {
+    /// Starts a wave of `samples` samples; `has_cones` tells whether textures read how wide paths are, `records_passages` whether
+    /// shadow rays may pass anything.
+    pub(crate) fn start(&mut self, samples: usize, has_cones: bool, records_passages: bool) {
         self.has_cones = has_cones;
+        self.records_passages = records_passages;
         self.radiance.clear();
         self.radiance.resize(samples, Rgb::BLACK);
         if let Some(layers) = &mut self.layers {
@@ -79,6 +95,7 @@ impl ShadingOutput {
     pub(crate) fn clear_rays(&mut self) {
         self.shadow_rays.clear();
         self.shadow_light.clear();
+        self.shadow_passages.clear();
         self.rays.clear();
         self.paths.clear();
         if let Some(layers) = &mut self.layers {
@@ -147,18 +164,28 @@ impl ShadingOutput {
     /// Adds radiance that leaves the vertex if nothing blocks `ray`, of lights in no group and by diffuse lobes.
     #[inline(always)]
     pub fn add_shadow(&mut self, ray: Ray, l_if_visible: Rgb) {
-        self.add_shadow_ray(ray, l_if_visible, || Tag {
+        self.add_shadow_ray(ray, l_if_visible, ShadowPassage::default, || Tag {
             group: LightGroup::default(),
             lobes: Lobes::Reflected { diffuse: Rgb::WHITE },
         });
     }
 
-    /// Adds radiance that leaves the vertex if nothing blocks `ray`; `tag` is called only where a pass needs it.
+    /// Adds radiance that leaves the vertex if nothing blocks `ray`; `passage` is called only where shadow rays may pass
+    /// anything, `tag` only where a pass needs it.
     #[inline(always)]
-    pub fn add_shadow_ray(&mut self, ray: Ray, l_if_visible: Rgb, tag: impl FnOnce() -> Tag) {
+    pub fn add_shadow_ray(
+        &mut self,
+        ray: Ray,
+        l_if_visible: Rgb,
+        passage: impl FnOnce() -> ShadowPassage,
+        tag: impl FnOnce() -> Tag,
+    ) {
         let l = self.vertex.throughput * l_if_visible;
         self.shadow_rays.push(ray);
         self.shadow_light.push((self.vertex.arrival.sample, l));
+        if self.records_passages {
+            self.shadow_passages.push(passage());
+        }
         if let Some(layers) = &mut self.layers {
             layers.add_shadow(self.vertex.arrival, l, tag());
         }
@@ -169,7 +196,7 @@ impl ShadingOutput {
     #[inline(always)]
     pub fn set_first_lobes(&mut self, lobes: impl FnOnce() -> Lobes) {
         if let Some(layers) = &mut self.layers
-            && self.vertex.arrival.segments == 1
+            && self.vertex.depth == 1
         {
             layers.set_first(self.vertex.arrival.sample, lobes());
         }
@@ -181,22 +208,29 @@ impl ShadingOutput {
     /// is, and a direction that was drawn at random widens it by its density ([`RayCone::scattered`](crate::math::RayCone)).
     #[inline(always)]
     pub fn spawn_path(&mut self, ray: Ray, weight: Rgb, last: BounceState) {
-        let CurrentVertex {
-            throughput,
-            cone,
-            arrival,
-        } = &self.vertex;
-        let cone = match last.pdf {
-            _ if !self.has_cones => *cone,
+        let cone = self.vertex.cone;
+        let cone = match last.pdf.get() {
+            _ if !self.has_cones => cone,
             Some(pdf) => cone.scattered(pdf),
             None if ray.d.dot(self.mirror.n) > 0.0 => cone.mirrored(self.mirror.bend),
-            None => *cone,
+            None => cone,
         };
+        self.push_path(ray, weight, last, cone);
+    }
+
+    /// Continues the path behind the surface as if it were only a filter: `ray` is the one that arrived, but for its beginning.
+    #[inline]
+    pub fn pass_straight(&mut self, ray: Ray, weight: Rgb, last: BounceState) {
+        self.push_path(ray, weight, last, self.vertex.cone);
+    }
+
+    #[inline(always)]
+    fn push_path(&mut self, ray: Ray, weight: Rgb, last: BounceState, cone: RayCone) {
         self.rays.push(ray);
         self.paths.push(PathState {
-            sample: arrival.sample,
-            depth: arrival.segments + 1,
-            throughput: *throughput * weight,
+            sample: self.vertex.arrival.sample,
+            depth: self.vertex.depth + 1,
+            throughput: self.vertex.throughput * weight,
             last,
             cone,
         });

@@ -13,31 +13,41 @@
 //! integrator.path = { max_depth = 12 }
 //! ```
 //!
+//! Shadow rays pass what bends no light, such as smooth thin panes (`glass`, `principled`); each pane counts as a segment and a
+//! transmission, whoever finds the light. Smooth meshes are shaded by their normals: rays leave from the curved surface that the
+//! triangles approximate, which moves contact shadows by no more than its distance from the triangles, and normals whose mirror
+//! image would lie below the triangles are turned. What a normal map would send below the surface is mirrored at it.
+//!
 //! EXR headers record the limits that are set (`batch-render/maxDepth`, `/maxDiffuse`, `/maxSpecular`, `/maxTransmission`,
 //! `/clampIndirect`). Both sides of a surface reflect. Radiance is not scaled by the square of the index of refraction
 //! inside of media, as in the `whitted` integrator.
 //!
 //! Sources: Kajiya, "The Rendering Equation", SIGGRAPH 1986, doi:10.1145/15922.15902; for multiple importance sampling
 //! Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, chapter 9; for Russian roulette Arvo and Kirk,
-//! "Particle Transport and Image Synthesis", SIGGRAPH 1990, doi:10.1145/97880.97886.
+//! "Particle Transport and Image Synthesis", SIGGRAPH 1990, doi:10.1145/97880.97886; for shading normals Hanika, "Hacking the
+//! Shadow Terminator", Ray Tracing Gems II, 2021, and Keller et al., "The Iray Light Transport Simulation and Rendering System",
+//! 2017.
 
 use std::cell::LazyCell;
 
 use serde::Deserialize;
 
 use super::{
-    BounceState, Bounces, FirstLobe, Integrator, Limit, LimitValue, Lobes, PathState, ShadingOutput, Vertex,
-    VertexContext,
-    direct::{ShadingPoint, Strategy, sample_direct},
+    BounceState, Bounces, FirstLobe, Integrator, Limit, LimitValue, Lobes, PathState, ShadingOutput, ShadowPassage,
+    Vertex, VertexContext,
+    direct::{DirectLight, ShadingPoint, Strategy, sample_direct},
     max_depth,
 };
 use crate::{
-    bsdf::{BsdfKind, BsdfSample, BsdfVisitor, Lobe},
+    bsdf::{BsdfKind, BsdfVisitor, Lobe, folded::Folded, fresnel::reflect},
     geometry::Hit,
-    material::{Emission, Material, MaterialId},
-    math::{Frame, Rgb, Vec3, trig},
+    material::{Emission, Material},
+    math::{Frame, Ray, Rgb, Vec3},
     sampler::{Dimension, SampleUse},
-    scene::{LightSampleContext, Scene, SurfaceInteraction},
+    scene::{
+        LightSampleContext, MediumStack, Scene, SurfaceInteraction,
+        shading_frame::{ShadingFrame, shading_frame},
+    },
     value::{Count, Positive, Problem, Spanned},
 };
 
@@ -63,6 +73,7 @@ impl PathDesc {
                 diffuse: limit(self.max_diffuse),
                 specular: limit(self.max_specular),
                 transmission: limit(self.max_transmission),
+                straight: u8::MAX,
             },
             roulette_depth: self.roulette_depth.map_or(5, |d| d.0),
             clamp_indirect: self.clamp_indirect.map(|c| c.0),
@@ -104,9 +115,8 @@ impl Integrator for PathTracer {
             Vertex::Miss => return self.escape(context, out),
         };
         let (scene, path) = (context.scene, context.path);
-        if let Some(medium) = path.last.medium {
-            let absorption = scene.material(medium).absorption();
-            out.attenuate(absorption.map(|a| trig::exp(-a * surface.t)));
+        if !path.last.media.is_empty() {
+            out.attenuate(scene.transmittance(path.last.media, surface.t - context.ray.tmin));
         }
         let material = scene.material(surface.material);
         if let Some(emission) = material.emission() {
@@ -115,7 +125,10 @@ impl Integrator for PathTracer {
         if path.depth >= self.max_depth {
             return;
         }
-        let bsdf = material.bsdf(&scene.textures(), &surface.texture);
+        let mut bsdf = material.bsdf(&scene.textures(), &surface.texture);
+        if let Some(ior) = scene.ior_outside(path.last.media, surface.material) {
+            bsdf = bsdf.immersed(ior);
+        }
         bsdf.dispatch(Scatter {
             tracer: self,
             context,
@@ -161,29 +174,57 @@ struct Scatter<'a, 'b> {
 }
 
 impl BsdfVisitor for Scatter<'_, '_> {
-    /// Asks for light, and carries the path on.
     fn visit(self, bsdf: &impl BsdfKind) {
+        let Self {
+            context,
+            surface,
+            material,
+            ..
+        } = self;
+        let ShadingFrame { frame, base } = shading_frame(context.scene, surface, material, bsdf);
+        let wo_local = frame.to_local(surface.wo);
+        if material.normal_map().is_some() && !bsdf.transmits() {
+            let folded = Folded {
+                bsdf,
+                plane: frame.to_local(base),
+            };
+            self.scatter(&folded, frame, wo_local, base);
+        } else {
+            let horizon = if bsdf.transmits() { Vec3::ZERO } else { frame.n };
+            self.scatter(bsdf, frame, wo_local, horizon);
+        }
+    }
+}
+
+impl Scatter<'_, '_> {
+    /// Asks for light, and carries the path on; for `horizon` see [`ShadingPoint`].
+    #[inline(always)]
+    fn scatter(self, bsdf: &impl BsdfKind, frame: Frame, wo_local: Vec3, horizon: Vec3) {
         let Self {
             tracer,
             context,
             surface,
-            material,
             out,
+            ..
         } = self;
-        let (scene, path) = (context.scene, context.path);
-        let frame = shading_frame(context, surface, material, bsdf);
         let shading = ShadingPoint {
             surface,
             frame,
             bsdf,
-            wo_local: frame.to_local(surface.wo),
+            wo_local,
+            horizon,
         };
+        let (scene, path) = (context.scene, context.path);
         // Drawn once, and only where there is something to choose.
         let choice = LazyCell::new(|| context.numbers.get_2d(Dimension::at(path.depth, SampleUse::Selection)));
         // What has but one direction is found this way alone.
         if !bsdf.is_delta() && !scene.lights.is_empty() {
-            let clamp = |l| tracer.clamped(path, path.depth + 1, l);
-            sample_direct(context, &shading, || choice.x, tracer.strategy, clamp, out);
+            let how = DirectLight {
+                strategy: tracer.strategy,
+                clamp: |l| tracer.clamped(path, 1, l),
+                passage: |transmitted| tracer.shadow_passage(context, &shading, transmitted),
+            };
+            sample_direct(context, &shading, || choice.x, how, out);
         }
         let uc = if bsdf.has_lobes() { choice.y } else { 0.0 };
         tracer.go_on(context, &shading, uc, out);
@@ -194,24 +235,21 @@ impl PathTracer {
     /// Adds the radiance of the background.
     fn escape(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
         let (scene, path, w) = (context.scene, context.path, context.ray.d);
-        if let Some(medium) = path.last.medium {
-            let absorption = scene.material(medium).absorption();
-            out.attenuate(absorption.map(|a| if a > 0.0 { 0.0 } else { 1.0 }));
+        if !path.last.media.is_empty() {
+            out.attenuate(scene.transmittance(path.last.media, f32::INFINITY));
         }
         let l = scene.background_radiance(w);
         if !l.is_black() {
             let weight = self
                 .strategy
                 .weight_of_bsdf(path.last.pdf, || scene.pdf_background(&receiver(context), w));
-            out.add_radiance(self.clamped(path, path.depth, l * weight), || {
-                scene.light_groups.of_background()
-            });
+            out.add_radiance(self.clamped(path, 0, l * weight), || scene.light_groups.of_background());
         }
         if path.depth > 1 {
             // The camera does not see suns.
             for (sun, l, pdf) in scene.suns(&receiver(context), w) {
                 let weight = self.strategy.weight_of_bsdf(path.last.pdf, || pdf);
-                out.add_radiance(self.clamped(path, path.depth, l * weight), || scene.group_of(sun));
+                out.add_radiance(self.clamped(path, 0, l * weight), || scene.group_of(sun));
             }
         }
     }
@@ -233,7 +271,7 @@ impl PathTracer {
         let weight = self
             .strategy
             .weight_of_bsdf(path.last.pdf, || scene.pdf_hit(&receiver(context), context.ray.d, hit));
-        out.add_radiance(self.clamped(path, path.depth, l * weight), || {
+        out.add_radiance(self.clamped(path, 0, l * weight), || {
             scene.light_groups.of_object(surface.object)
         });
     }
@@ -254,13 +292,9 @@ impl PathTracer {
         let Some(sample) = shading.bsdf.sample(shading.wo_local, uc, u) else {
             return;
         };
-        let wi = shading.frame.to_world(sample.wi);
-        let Some(bounces) = self.count(path.last.bounces, sample.lobe) else {
+        let Some(mut bounces) = self.count(path.last.bounces, sample.lobe) else {
             return;
         };
-        if !shading.is_consistent_side(wi, sample.wi) {
-            return;
-        }
         let mut weight = sample.weight;
         if path.depth >= self.roulette_depth {
             let survival = (path.throughput * weight).max_component().min(MAX_SURVIVAL);
@@ -269,18 +303,46 @@ impl PathTracer {
             }
             weight = weight / survival;
         }
+        let transmitted = sample.lobe == Lobe::Transmission;
+        out.set_first_lobes(|| {
+            if transmitted {
+                Lobes::Transmitted
+            } else {
+                Lobes::reflected(sample.weight, sample.diffuse)
+            }
+        });
+        let media = if transmitted {
+            media_behind(context, shading)
+        } else {
+            path.last.media
+        };
+        if sample.is_straight() && context.scene.media.lets_shadow_rays_through() {
+            // Light that was asked for at the last vertex comes this way too: nothing changes but the beginning of the ray.
+            bounces.straight = bounces.straight.saturating_add(u8::from(path.depth > 1));
+            let ray = Ray {
+                tmin: surface.t,
+                ..*context.ray
+            };
+            let last = BounceState {
+                media,
+                bounces,
+                ..path.last
+            };
+            return out.pass_straight(ray, weight, last);
+        }
+        let (mut wi, mut pdf) = (shading.frame.to_world(sample.wi), sample.pdf);
+        if shading.misses_far_side(wi, transmitted) {
+            // It would arrive at the same place for ever. No light is asked for along the way it takes instead.
+            (wi, pdf) = (reflect(-wi, surface.ng), None);
+        }
         let last = BounceState {
-            pdf: sample.pdf,
-            n: shading.receiver().n,
-            medium: medium_after(context, shading, &sample),
+            pdf: pdf.into(),
+            n: shading.horizon,
+            media,
             bounces,
             first: FirstLobe::OfSample,
         };
-        out.set_first_lobes(|| match sample.lobe {
-            Lobe::Transmission => Lobes::Transmitted,
-            Lobe::Diffuse | Lobe::Specular => Lobes::reflected(sample.weight, sample.diffuse),
-        });
-        out.spawn_path(surface.spawn_ray(wi), weight, last);
+        out.spawn_path(surface.spawn_ray(transmitted, wi), weight, last);
     }
 
     /// One more bounce, if it is allowed.
@@ -297,8 +359,29 @@ impl PathTracer {
         Some(bounces)
     }
 
-    /// `l`, that `path` brings by way of `segments` segments, scaled down where that is too much.
-    fn clamped(&self, path: &PathState, segments: u32, l: Rgb) -> Rgb {
+    /// What a shadow ray may pass that leaves the surface through it, or on the side of the viewer.
+    #[cold]
+    fn shadow_passage(
+        &self,
+        context: &VertexContext<'_>,
+        shading: &ShadingPoint<'_, impl BsdfKind>,
+        transmitted: bool,
+    ) -> ShadowPassage {
+        let path = context.path;
+        let transmissions = self.limits.transmission - path.last.bounces.transmission;
+        ShadowPassage {
+            media: if transmitted {
+                media_behind(context, shading)
+            } else {
+                path.last.media
+            },
+            surfaces: (self.max_depth - path.depth - 1).min(transmissions.into()),
+        }
+    }
+
+    /// `l`, that `path` brings by way of `further` segments, scaled down where that is too much.
+    fn clamped(&self, path: &PathState, further: u32, l: Rgb) -> Rgb {
+        let segments = path.depth - u32::from(path.last.bounces.straight) + further;
         let Some(limit) = self.clamp_indirect.filter(|_| segments > 2) else {
             return l;
         };
@@ -315,73 +398,10 @@ fn receiver(context: &VertexContext<'_>) -> LightSampleContext {
     }
 }
 
-/// The medium that the path is in behind `sample`.
-#[inline(always)]
-fn medium_after(
-    context: &VertexContext<'_>,
-    shading: &ShadingPoint<'_, impl BsdfKind>,
-    sample: &BsdfSample,
-) -> Option<MaterialId> {
-    if sample.lobe != Lobe::Transmission {
-        return context.path.last.medium;
-    }
-    let material = shading.surface.material;
-    let enters = sample.wi.z < 0.0;
-    (enters && !context.scene.material(material).absorption().is_black()).then_some(material)
-}
-
-/// The shading frame: about the normal on the side of the viewer, or as authored where light passes through.
-#[inline(always)]
-fn shading_frame(
-    context: &VertexContext<'_>,
-    surface: &SurfaceInteraction,
-    material: &Material,
-    bsdf: &impl BsdfKind,
-) -> Frame {
-    let front = surface.ng.dot(surface.wo) >= 0.0;
-    let frame = if material.normal_map().is_some() || bsdf.reads_tangent() {
-        let Frame { s, t, n } = turned_frame(context.scene, surface, material);
-        // Number by number: what a call has left in memory as a whole would keep the frame there.
-        let [s, t, n] = [s, t, n].map(|v| Vec3::new(v.x, v.y, v.z));
-        Frame { s, t, n }
-    } else {
-        surface.frame
-    };
-    let sign = if front || bsdf.transmits() { 1.0 } else { -1.0 };
-    Frame {
-        s: frame.s,
-        t: frame.t * sign,
-        n: frame.n * sign,
-    }
-}
-
-/// A frame about the shading normal, or about the one that a map tells where it is seen; its first axis follows the texture's.
-#[inline(never)]
-fn turned_frame(scene: &Scene, surface: &SurfaceInteraction, material: &Material) -> Frame {
-    let authored = surface.frame.n;
-    let base = tangent_frame(surface, authored);
-    let Some(map) = material.normal_map() else {
-        return base;
-    };
-    let n = map.normal(&scene.textures(), &surface.texture);
-    let handed = base.t.dot(surface.dpdv) < 0.0;
-    let n = Vec3::new(n.x, if handed { -n.y } else { n.y }, n.z);
-    let world = base.to_world(n).normalize_or(authored);
-    tangent_frame(
-        surface,
-        if surface.is_consistent_normal(world) {
-            world
-        } else {
-            authored
-        },
-    )
-}
-
-/// A frame about `n` whose first axis follows the texture's.
-fn tangent_frame(surface: &SurfaceInteraction, n: Vec3) -> Frame {
-    let s = surface.dpdu - n * n.dot(surface.dpdu);
-    match s.try_normalize() {
-        Some(s) => Frame { s, t: n.cross(s), n },
-        None => Frame::from_normal(n),
-    }
+/// The media behind the surface, as the path sees it.
+fn media_behind(context: &VertexContext<'_>, shading: &ShadingPoint<'_, impl BsdfKind>) -> MediumStack {
+    let inwards = shading.wo_local.z > 0.0;
+    context
+        .scene
+        .media_behind(context.path.last.media, shading.surface.material, inwards)
 }

@@ -20,7 +20,8 @@
 use serde::Deserialize;
 
 use super::{
-    BounceState, FirstLobe, Integrator, Limit, LimitValue, Lobes, ShadingOutput, Tag, Vertex, VertexContext, max_depth,
+    BounceState, FirstLobe, Integrator, Limit, LimitValue, Lobes, ShadingOutput, ShadowPassage, Tag, Vertex,
+    VertexContext, max_depth,
 };
 use crate::{
     bsdf::fresnel::{dielectric, reflect, refract},
@@ -28,7 +29,7 @@ use crate::{
     material::{FresnelMode, WhittedTerms},
     math::{Rgb, Vec2, Vec3, trig},
     sampler::{Dimension, SampleUse},
-    scene::{LightGroup, LightId, LightSampleContext, SurfaceInteraction},
+    scene::{LightGroup, LightId, LightSampleContext, SurfaceInteraction, interaction::reflecting_normal},
     value::{Count, Problem, RgbFactor, Spanned},
 };
 
@@ -70,7 +71,8 @@ impl Integrator for Whitted {
             .material(surface.material)
             .whitted_terms(&scene.textures(), &surface.texture);
         // By the true side: at the rim of a smooth mesh the shading normal may point away.
-        let n = if terms.two_sided && surface.ng.dot(surface.wo) < 0.0 {
+        let is_behind = surface.ng.dot(surface.wo) < 0.0;
+        let n = if terms.two_sided && is_behind {
             -surface.ns
         } else {
             surface.ns
@@ -91,6 +93,7 @@ impl Integrator for Whitted {
             context,
             surface,
             n,
+            is_lit_behind: is_behind && !terms.two_sided,
             terms: &terms,
         };
         for (light, id) in scene.lights.all().iter().zip(0..) {
@@ -100,13 +103,13 @@ impl Integrator for Whitted {
                     .get_2d(Dimension::at(context.path.depth, SampleUse::Bsdf)),
                 _ => Vec2::splat(0.5),
             };
-            if let Some(sample) = light.sample(surface.p, u) {
+            if let Some(sample) = light.sample(surface.lifted(), u) {
                 point.add_direct(&sample, LightId(id), out);
             }
         }
         point.add_emitter(out);
         if terms.transmit.is_black() {
-            point.spawn(reflect(surface.wo, n), terms.reflect, FirstLobe::Reflected, out);
+            point.reflect(n, terms.reflect, out);
         } else {
             point.reflect_and_refract(out);
         }
@@ -126,6 +129,8 @@ struct ShadedPoint<'a, 'b> {
     surface: &'a SurfaceInteraction,
     /// The shading normal on the side that is lit.
     n: Vec3,
+    /// Whether that side is not the viewer's.
+    is_lit_behind: bool,
     terms: &'a WhittedTerms,
 }
 
@@ -141,7 +146,19 @@ impl ShadedPoint<'_, '_> {
             first: if path.depth == 1 { lobe } else { path.last.first },
             ..BounceState::default()
         };
-        out.spawn_path(self.surface.spawn_ray(wi), weight, last);
+        out.spawn_path(self.surface.spawn_ray(lobe == FirstLobe::Transmitted, wi), weight, last);
+    }
+
+    /// Continues the path along its mirror image about the shading normal `n`.
+    fn reflect(&self, n: Vec3, weight: Rgb, out: &mut ShadingOutput) {
+        let SurfaceInteraction { ns, ng, wo, .. } = *self.surface;
+        let n = if ns == ng {
+            n
+        } else {
+            let side = |n: Vec3| if n.dot(wo) < 0.0 { -n } else { n };
+            reflecting_normal(side(n), side(ng), wo)
+        };
+        self.spawn(reflect(wo, n), weight, FirstLobe::Reflected, out);
     }
 
     /// Spawns the two rays that leave a clear surface; one under total reflection.
@@ -159,7 +176,7 @@ impl ShadedPoint<'_, '_> {
             (FresnelMode::Fixed, Some(_)) => terms.reflect,
             (FresnelMode::Fresnel, _) => terms.reflect * dielectric(n.dot(wo), eta),
         };
-        self.spawn(reflect(wo, n), reflected, FirstLobe::Reflected, out);
+        self.reflect(n, reflected, out);
         if let Some(wi) = through {
             let transmitted = match terms.fresnel_mode {
                 FresnelMode::Fixed => terms.transmit,
@@ -171,7 +188,7 @@ impl ShadedPoint<'_, '_> {
 
     /// Adds the light of one emitting surface, which stands for all of them.
     fn add_emitter(&self, out: &mut ShadingOutput) {
-        let (context, p) = (self.context, self.surface.p);
+        let (context, p) = (self.context, self.surface.lifted());
         let (scene, depth) = (context.scene, context.path.depth);
         if scene.lights.emitters().count() == 0 {
             return;
@@ -207,7 +224,8 @@ impl ShadedPoint<'_, '_> {
             Some(pdf) => sample.li * weight / pdf,
         };
         if !l.is_black() {
-            out.add_shadow_ray(surface.shadow_ray(sample.wi, sample.distance), l, || Tag {
+            let ray = surface.shadow_ray(self.is_lit_behind, sample.wi, sample.distance);
+            out.add_shadow_ray(ray, l, ShadowPassage::default, || Tag {
                 group: self.context.scene.group_of(light),
                 lobes: Lobes::reflected(weight, diffuse),
             });

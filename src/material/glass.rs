@@ -9,6 +9,7 @@
 //! | `absorption` | number or `[r, g, b]`: absorption coefficient of the inside | m^-1 | 0 |
 //! | `attenuation_color` | `[r, g, b]`, instead of `absorption`: the colour of white light after `attenuation_distance` | | 1 |
 //! | `attenuation_distance` | number above 0 | m | no absorption |
+//! | `priority` | whole number: where bodies overlap, the one of the highest priority fills the place, and of equals the one that light entered last | | 0 |
 //! | `thin_walled` | whether the surface is a thin pane: light goes straight through, and there is no inside | | false |
 //!
 //! ```toml
@@ -19,7 +20,14 @@
 //! glass = { roughness = 0.3, attenuation_color = [0.2, 0.6, 0.3], attenuation_distance = 0.02 }
 //! ```
 //!
-//! Shadow rays do not refract, so glass blocks them: light behind glass (caustics) is found only by paths that hit a light.
+//! Bodies may lie in each other or overlap: a bubble of air is a body of `ior = 1` in a liquid, and a liquid in a glass reaches a
+//! little into its wall, which has the higher `priority`. Each index of refraction is the body's own; what counts at a surface is
+//! its ratio to what is around. A camera may be inside.
+//!
+//! Shadow rays do not refract, so glass blocks them: light behind it (caustics) is found only by paths that hit a light. What
+//! lets light straight through lets them pass: a smooth thin wall, and a body with the index of refraction of its surroundings.
+//! In the absorbing inside of a body they are absorbed.
+//!
 //! Radiance is not scaled by the square of the index of refraction: what is seen through the surface is as bright as what
 //! is behind it. The `whitted` integrator ignores roughness and absorption.
 //!
@@ -30,15 +38,15 @@
 
 use serde::Deserialize;
 
-use super::{FindColor, FresnelMode, MaterialKind, WhittedTerms, medium, unit_scalar};
+use super::{FindColor, FresnelMode, MaterialKind, Medium, WhittedTerms, medium, unit_scalar};
 use crate::{
     bsdf::{
         Bsdf,
         dielectric::{RoughDielectric, ThinDielectric, double_boundary},
         fresnel::dielectric,
+        is_equal_ior,
         layered::Boundary,
         microfacet::Ggx,
-        specular,
     },
     math::Rgb,
     texture::{Scalar, TexturePoint, Textures},
@@ -59,6 +67,8 @@ pub struct GlassDesc {
     pub attenuation_color: Option<Spanned<RgbFactor>>,
     pub attenuation_distance: Option<Spanned<Positive>>,
     #[serde(default)]
+    pub priority: i32,
+    #[serde(default)]
     pub thin_walled: bool,
 }
 
@@ -77,7 +87,8 @@ impl GlassDesc {
             reflectance: self.reflectance.0,
             transmittance: self.transmittance.0,
             roughness: unit_scalar(self.roughness.as_ref(), 0.0, Channel::G, find)?,
-            absorption: self.medium()?,
+            absorption: self.absorption()?,
+            priority: self.priority,
             boundary: if self.thin_walled {
                 Boundary::ThinWalled
             } else {
@@ -87,7 +98,7 @@ impl GlassDesc {
     }
 
     /// The absorption coefficient of the inside, in m^-1.
-    fn medium(&self) -> Result<Rgb, Problem> {
+    fn absorption(&self) -> Result<Rgb, Problem> {
         let distance = self.attenuation_distance.as_ref();
         let given = [
             self.absorption.as_ref().map(Spanned::span),
@@ -129,6 +140,8 @@ pub struct Glass {
     pub roughness: Scalar,
     /// The absorption coefficient of the inside, in m^-1.
     pub absorption: Rgb,
+    /// See [`Medium::priority`].
+    pub priority: i32,
     pub boundary: Boundary,
 }
 
@@ -158,8 +171,6 @@ impl MaterialKind for Glass {
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf {
         let facets = Ggx::from_roughness(textures.scalar(&self.roughness, at).clamp(0.0, 1.0), 0.0);
         let (ior, reflectance, transmittance) = (self.ior, self.reflectance, self.transmittance);
-        // Facets between equal media bend nothing.
-        let is_clear = (ior - 1.0).abs() < 1e-3;
         match self.boundary {
             Boundary::ThinWalled => Bsdf::ThinDielectric(ThinDielectric {
                 facets,
@@ -167,22 +178,31 @@ impl MaterialKind for Glass {
                 reflectance,
                 transmittance,
             }),
-            Boundary::Solid if facets.is_smooth() || is_clear => Bsdf::SmoothDielectric(specular::SmoothDielectric {
-                ior,
-                reflectance,
-                transmittance,
-            }),
-            Boundary::Solid => Bsdf::RoughDielectric(RoughDielectric {
+            Boundary::Solid => RoughDielectric {
                 facets,
                 ior,
                 reflectance,
                 transmittance,
-            }),
+            }
+            .into(),
         }
     }
 
-    fn absorption(&self) -> Rgb {
-        self.absorption
+    fn medium(&self) -> Option<Medium> {
+        (self.boundary == Boundary::Solid).then_some(Medium {
+            absorption: self.absorption,
+            ior: self.ior,
+            priority: self.priority,
+        })
+    }
+
+    fn may_transmit_straight(&self) -> bool {
+        match self.boundary {
+            Boundary::Solid => is_equal_ior(self.ior, 1.0),
+            Boundary::ThinWalled => {
+                !matches!(self.roughness, Scalar::Constant(r) if !Ggx::from_roughness(r, 0.0).is_smooth())
+            }
+        }
     }
 
     fn max_reflectance(&self, _textures: &Textures<'_>) -> f32 {

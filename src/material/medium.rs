@@ -1,9 +1,20 @@
-//! Absorption inside a transparent body, by Beer's law.
+//! The medium inside of a transparent body.
 
 use crate::math::{Rgb, trig};
 
 /// The smallest transmittance of a colour's channel: nothing absorbs everything.
 const MIN_TRANSMITTANCE: f32 = 1e-6;
+
+/// The medium inside of a transparent body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Medium {
+    /// The absorption coefficient, in m^-1.
+    pub absorption: Rgb,
+    /// Index of refraction.
+    pub ior: f32,
+    /// Where bodies overlap, the one of the highest priority fills the place.
+    pub priority: i32,
+}
 
 /// The absorption (m^-1) of a medium that turns white light into `color` over `distance` (m).
 pub fn absorption(color: Rgb, distance: f32) -> Rgb {

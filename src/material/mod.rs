@@ -1,5 +1,7 @@
 //! Materials: the BSDF, the emission and the opacity of a surface, from colours and textures.
 
+pub use medium::Medium;
+
 pub use crate::math::Sidedness;
 use crate::{
     bsdf::Bsdf,
@@ -103,10 +105,15 @@ pub trait MaterialKind {
         None
     }
 
-    /// The absorption coefficient of the medium behind the surface, in m^-1; black without a
-    /// medium.
-    fn absorption(&self) -> Rgb {
-        Rgb::BLACK
+    /// The medium behind the surface; `None` where light does not enter.
+    fn medium(&self) -> Option<Medium> {
+        None
+    }
+
+    /// Whether light may pass the surface unbent where nothing but air is around it: whether
+    /// [`BsdfKind::straight`](crate::bsdf::BsdfKind::straight) may be more than black.
+    fn may_transmit_straight(&self) -> bool {
+        false
     }
 
     /// The largest reflectance of its colours; above 1 the material would gain energy.
@@ -222,8 +229,10 @@ kinds! {
     fn is_opaque(&self) -> bool;
     /// See [`MaterialKind::normal_map`].
     fn normal_map(&self) -> Option<NormalMap>;
-    /// See [`MaterialKind::absorption`].
-    fn absorption(&self) -> Rgb;
+    /// See [`MaterialKind::medium`].
+    fn medium(&self) -> Option<Medium>;
+    /// See [`MaterialKind::may_transmit_straight`].
+    fn may_transmit_straight(&self) -> bool;
     /// See [`MaterialKind::max_reflectance`].
     fn max_reflectance(&self, textures: &Textures<'_>) -> f32;
     /// See [`MaterialKind::is_spatially_varying`].

@@ -12,6 +12,7 @@
 //! | `thickness` | number of at least 0: above 0 the surface bounds a volume, which refracts | m | 0 |
 //! | `attenuation_color` | `[r, g, b]`: the colour of white light after `attenuation_distance` in the volume | | 1 |
 //! | `attenuation_distance` | number above 0; also makes the surface bound a volume | m | no absorption |
+//! | `priority` | whole number: where bodies overlap, the one of the highest priority fills the place (see `glass`) | | 0 |
 //! | `clearcoat`, `clearcoat_roughness` | amounts (r, g): a clear coat of index 1.5 | | 0 |
 //! | `sheen_color` | colour: the sheen of cloth and dust at grazing angles | | 0 |
 //! | `sheen_roughness` | amount (a); the least is 0.15 | | 0 |
@@ -71,10 +72,12 @@ use std::f32::consts::FRAC_1_PI;
 
 use serde::Deserialize;
 
-use super::{Emission, FindColor, FresnelMode, MaterialKind, NormalMap, Sidedness, WhittedTerms, medium, unit_scalar};
+use super::{
+    Emission, FindColor, FresnelMode, MaterialKind, Medium, NormalMap, Sidedness, WhittedTerms, medium, unit_scalar,
+};
 use crate::{
     bsdf::{
-        Bsdf,
+        Bsdf, is_equal_ior,
         layered::{Boundary, Layered},
         microfacet::Ggx,
         thin_film::ThinFilm,
@@ -99,6 +102,7 @@ pub struct PrincipledDesc {
     pub thickness: Option<NonNegative>,
     pub attenuation_color: Option<Spanned<RgbFactor>>,
     pub attenuation_distance: Option<Positive>,
+    pub priority: i32,
     pub clearcoat: Option<Spanned<ScalarSource>>,
     pub clearcoat_roughness: Option<Spanned<ScalarSource>>,
     pub sheen_color: Option<Spanned<ColorSource>>,
@@ -156,6 +160,7 @@ impl PrincipledDesc {
             absorption: self
                 .attenuation_distance
                 .map_or(Rgb::BLACK, |distance| medium::absorption(attenuation, distance.0)),
+            priority: self.priority,
             clearcoat: unit_scalar(&self.clearcoat, 0.0, Channel::R)?,
             clearcoat_roughness: unit_scalar(&self.clearcoat_roughness, 0.0, Channel::G)?,
             sheen_color: color(&self.sheen_color, plain.sheen_color)?,
@@ -214,6 +219,8 @@ pub struct Principled {
     pub boundary: Boundary,
     /// The absorption coefficient of the body, in m^-1.
     pub absorption: Rgb,
+    /// See [`Medium::priority`].
+    pub priority: i32,
     pub clearcoat: Scalar,
     pub clearcoat_roughness: Scalar,
     pub sheen_color: Color,
@@ -253,6 +260,7 @@ impl Default for Principled {
             transmission: none,
             boundary: Boundary::ThinWalled,
             absorption: Rgb::BLACK,
+            priority: 0,
             clearcoat: none,
             clearcoat_roughness: none,
             sheen_color: gray(0.0),
@@ -288,7 +296,7 @@ impl Principled {
             angle => trig::sin_cos(angle),
         };
         // Between equal media a facet bends nothing, and light goes straight on.
-        let boundary = if (self.ior - 1.0).abs() < 1e-3 {
+        let boundary = if is_equal_ior(self.ior, 1.0) {
             Boundary::ThinWalled
         } else {
             self.boundary
@@ -390,11 +398,20 @@ impl MaterialKind for Principled {
         })
     }
 
-    fn absorption(&self) -> Rgb {
-        match self.boundary {
-            Boundary::ThinWalled => Rgb::BLACK,
-            Boundary::Solid => self.absorption,
-        }
+    fn medium(&self) -> Option<Medium> {
+        let is_clear = !matches!(self.transmission, Scalar::Constant(0.0));
+        (self.boundary == Boundary::Solid && is_clear).then_some(Medium {
+            absorption: self.absorption,
+            ior: self.ior,
+            priority: self.priority,
+        })
+    }
+
+    fn may_transmit_straight(&self) -> bool {
+        let is_clear = !matches!(self.transmission, Scalar::Constant(0.0));
+        let is_rough = matches!(self.roughness, Scalar::Constant(r) if !Ggx::from_roughness(r, 0.0).is_smooth());
+        let is_straight = self.boundary == Boundary::ThinWalled || is_equal_ior(self.ior, 1.0);
+        is_clear && !is_rough && is_straight
     }
 
     fn max_reflectance(&self, textures: &Textures<'_>) -> f32 {

@@ -5,8 +5,8 @@ use crate::{
     camera::{Camera, FrameCamera},
     film::{FilmLayout, accumulator::AccumulatorLayout, layout::Needs},
     integrator::Integrator,
-    math::RayCone,
-    scene::Scene,
+    math::{RayCone, Vec2},
+    scene::{MediumStack, Scene},
     simd::Isa,
 };
 
@@ -20,8 +20,12 @@ pub(super) struct RenderContext<'a> {
     pub settings: &'a Settings,
     pub needs: Needs,
     pub accumulators: AccumulatorLayout,
-    /// Whether everything in the scene is.
-    pub is_opaque: bool,
+    /// Whether paths pass surfaces that are not there for them.
+    pub paths_pass: bool,
+    /// Whether shadow rays pass surfaces, or are absorbed on their way.
+    pub shadow_rays_pass: bool,
+    /// The bodies that the camera is in.
+    pub media: MediumStack,
     /// The vectors that loops run on.
     pub simd: Isa,
     /// Whether every sample has a camera ray.
@@ -49,10 +53,19 @@ impl<'a> RenderContext<'a> {
             settings,
             needs: layout.needs(),
             accumulators: AccumulatorLayout::new(layout),
-            is_opaque: scene.is_opaque(),
+            paths_pass: !scene.is_opaque() || scene.media.has_priorities(),
+            shadow_rays_pass: !scene.is_opaque() || scene.media.lets_shadow_rays_through(),
+            media: media_of(scene, &camera),
             simd: scene.accel.simd(),
             fills_film: frame_camera.fills_film(),
             cone: scene.reads_footprints().then(cone),
         }
     }
+}
+
+/// The bodies around a camera: those around the middle of its lens.
+fn media_of(scene: &Scene, camera: &Camera) -> MediumStack {
+    let middle = Vec2::splat(0.5);
+    let ray = camera.ray(middle, middle);
+    ray.map_or(MediumStack::default(), |ray| scene.media_around(ray.o))
 }

@@ -1,41 +1,60 @@
-//! Partial opacity: alpha masks, blended materials, foliage textures.
+//! Surfaces that rays pass: by their opacity, because another body fills the place, or because they bend no light.
 //!
-//! At such a surface, a path continues behind it with a probability of one minus the opacity. It
-//! keeps its depth, its random numbers and its ray, of which only `tmin` changes. A shadow ray is
-//! attenuated by all surfaces that it crosses. Scenes of opaque materials have no overhead.
+//! At a surface that is not opaque, a path continues behind it with a probability of one minus the opacity. It keeps its
+//! depth, its random numbers and its ray. A shadow ray is attenuated by all surfaces that it passes, and by the media between
+//! them. Scenes without any such surface have no overhead.
 
 use std::collections::HashMap;
 
 use crate::{
     geometry::Hit,
-    math::Ray,
+    integrator::{PathState, ShadowPassage},
+    math::{Ray, Rgb},
     sampler::{Dimension, Independent, SampleKey},
-    scene::Scene,
+    scene::{MediumStack, Scene},
 };
 
 /// The buffers of this stage, reused between calls.
 #[derive(Debug, Default)]
 pub(super) struct Passing {
-    /// The rays whose hits are tested for opacity.
+    /// The rays whose hits are tested.
     asked: Vec<u32>,
     /// The rays that continue, by index and by value.
     which: Vec<u32>,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
+    /// Where the segments of shadow rays begin that have not arrived.
+    starts: Vec<f32>,
 }
 
-/// Continues rays behind surfaces at random, by their opacity. Then `hits` are the final hits, and
-/// rays that passed a surface begin behind it. `sample` returns the sample and the depth of a ray.
-/// Returns the number of traced rays.
+/// Paths that have arrived somewhere.
+pub(super) struct PassingPaths<'a> {
+    pub rays: &'a mut [Ray],
+    pub paths: &'a mut [PathState],
+    pub hits: &'a mut [Option<Hit>],
+}
+
+/// The passages of a ray.
+#[derive(Default)]
+struct Passages {
+    /// Those by opacity that have been decided at random.
+    drawn: u32,
+    /// Where its segment begins.
+    start: f32,
+}
+
+/// Continues paths behind surfaces at random, by their opacity, and behind those that are not there for light. Then `hits`
+/// are the final hits. A ray begins where its last medium does. `key` returns the key of a sample. Returns the number of
+/// traced rays.
 pub(super) fn pass(
     scene: &Scene,
-    rays: &mut [Ray],
-    hits: &mut [Option<Hit>],
-    sample: impl Fn(usize) -> (SampleKey, u32),
+    arrived: PassingPaths<'_>,
+    key: impl Fn(u32) -> SampleKey,
     passing: &mut Passing,
 ) -> u64 {
+    let PassingPaths { rays, paths, hits } = arrived;
     let mut traced = 0;
-    let mut passes = HashMap::<u32, u32>::new();
+    let mut passages = HashMap::<u32, Passages>::new();
     passing.asked.clear();
     passing.asked.extend(0..rays.len() as u32);
     while !passing.asked.is_empty() {
@@ -43,18 +62,32 @@ pub(super) fn pass(
         for &i in &passing.asked {
             let at = i as usize;
             let Some(hit) = &hits[at] else { continue };
-            let opacity = scene.opacity(&rays[at], hit);
+            let (ray, path) = (&mut rays[at], &mut paths[at]);
+            let is_displaced = scene.is_displaced(path.last.media, scene.material_of(hit));
+            let opacity = if is_displaced { 0.0 } else { scene.opacity(ray, hit) };
             if opacity >= 1.0 {
                 continue;
             }
-            let count = passes.entry(i).or_default();
-            let (key, depth) = sample(at);
-            let u = Independent.get_2d(&key, Dimension::transparency(depth, *count)).x;
-            if u >= opacity {
-                *count += 1;
-                rays[at].tmin = hit.t;
-                passing.which.push(i);
+            let passages = passages.entry(i).or_insert_with(|| Passages {
+                drawn: 0,
+                start: ray.tmin,
+            });
+            if !is_displaced {
+                let dimension = Dimension::transparency(path.depth, passages.drawn);
+                if Independent.get_2d(&key(path.sample), dimension).x < opacity {
+                    continue;
+                }
+                passages.drawn += 1;
             }
+            let behind = behind(scene, path.last.media, ray, hit);
+            if behind != path.last.media {
+                let distance = (hit.t - passages.start) * ray.d.length();
+                path.throughput *= scene.transmittance(path.last.media, distance);
+                path.cone = path.cone.moved(distance);
+                (path.last.media, passages.start) = (behind, hit.t);
+            }
+            ray.tmin = hit.t;
+            passing.which.push(i);
         }
         trace(scene, rays, passing);
         traced += passing.which.len() as u64;
@@ -63,21 +96,37 @@ pub(super) fn pass(
         }
         std::mem::swap(&mut passing.asked, &mut passing.which);
     }
+    for (i, passages) in passages {
+        rays[i as usize].tmin = passages.start;
+    }
     traced
 }
 
-/// Computes the transmittance along `rays`, which is 0 if an opaque surface blocks the ray. Only
-/// the rays in `blocked` are traced; the others get 1. Returns the number of traced rays.
+/// The media behind the surface at a hit.
+fn behind(scene: &Scene, media: MediumStack, ray: &Ray, hit: &Hit) -> MediumStack {
+    let material = scene.material_of(hit);
+    if scene.media.of_material(material).is_none() {
+        return media;
+    }
+    let inwards = scene.surface(ray, hit).ng.dot(ray.d) < 0.0;
+    scene.media_behind(media, material, inwards)
+}
+
+/// Computes the transmittance along shadow rays, which is 0 if one is blocked. Only the rays in `blocked` are traced; nothing
+/// is in the way of the others. Returns the number of traced rays.
 pub(super) fn transmittance(
     scene: &Scene,
     rays: &mut [Ray],
+    passages: &mut [ShadowPassage],
     blocked: &[bool],
-    arrives: &mut Vec<f32>,
+    arrives: &mut Vec<Rgb>,
     passing: &mut Passing,
 ) -> u64 {
     let mut traced = 0;
     arrives.clear();
-    arrives.resize(rays.len(), 1.0);
+    arrives.resize(rays.len(), Rgb::WHITE);
+    passing.starts.clear();
+    passing.starts.resize(rays.len(), 0.0);
     passing.which.clear();
     passing
         .which
@@ -85,19 +134,57 @@ pub(super) fn transmittance(
     while !passing.which.is_empty() {
         trace(scene, rays, passing);
         traced += passing.which.len() as u64;
-        let Passing { which, hits, .. } = passing;
+        let Passing {
+            which, hits, starts, ..
+        } = passing;
         let mut hits = hits.iter();
         which.retain(|&i| {
             let at = i as usize;
             let Some(hit) = hits.next().expect("a ray has an answer") else {
                 return false;
             };
-            arrives[at] *= 1.0 - scene.opacity(&rays[at], hit).clamp(0.0, 1.0);
-            rays[at].tmin = hit.t;
-            arrives[at] > 0.0
+            let (ray, passage) = (&mut rays[at], &mut passages[at]);
+            arrives[at] *= through(scene, ray, hit, passage, &mut starts[at]);
+            ray.tmin = hit.t;
+            !arrives[at].is_black()
         });
     }
+    for (((arrives, ray), passage), start) in arrives.iter_mut().zip(&*rays).zip(&*passages).zip(&passing.starts) {
+        if !passage.media.is_empty() && !arrives.is_black() {
+            *arrives *= scene.transmittance(passage.media, (ray.tmax - start) * ray.d.length());
+        }
+    }
     traced
+}
+
+/// The part of its light that a shadow ray brings through the surface at a hit, from where its segment has its `start`.
+fn through(scene: &Scene, ray: &Ray, hit: &Hit, passage: &mut ShadowPassage, start: &mut f32) -> Rgb {
+    let material = scene.material_of(hit);
+    let passed = if scene.is_displaced(passage.media, material) {
+        Rgb::WHITE
+    } else {
+        let opacity = scene.opacity(ray, hit).clamp(0.0, 1.0);
+        let mut passed = Rgb::gray(1.0 - opacity);
+        if opacity > 0.0 && passage.surfaces > 0 {
+            let straight = scene.straight_transmittance(ray, hit, passage.media);
+            if !straight.is_black() {
+                passage.surfaces -= 1;
+                passed += straight * opacity;
+            }
+        }
+        passed
+    };
+    if passed.is_black() {
+        return passed;
+    }
+    let behind = behind(scene, passage.media, ray, hit);
+    if behind == passage.media {
+        return passed;
+    }
+    let distance = (hit.t - *start) * ray.d.length();
+    let arrives = scene.transmittance(passage.media, distance);
+    (passage.media, *start) = (behind, hit.t);
+    passed * arrives
 }
 
 /// Traces the rays that continue.

@@ -9,14 +9,14 @@ use super::{
     context::RenderContext,
     sample_block::SampleBlock,
     schedule::{BlockSpec, WAVE_SIZE},
-    transparency::{Passing, pass, transmittance},
+    transparency::{Passing, PassingPaths, pass, transmittance},
 };
 use crate::{
     accel::{self, BatchLayout, RayCost},
     film::{SampleRecord, TileAccumulator, passes::PassContext},
     geometry::{Hit, PrimId},
     integrator::{PathState, ShadingOutput, VertexBatch, light_layers::LightLayers},
-    math::Ray,
+    math::{Ray, Rgb},
     sampler::{Dimension, SampleBatch, SampleKeys, SampleUse},
     scene::{FirstHit, Surfaces},
 };
@@ -94,7 +94,7 @@ pub(super) struct Wave {
     hits: Vec<Option<Hit>>,
     blocked: Vec<bool>,
     /// The part of its light that arrives, of each shadow ray.
-    visible: Vec<f32>,
+    visible: Vec<Rgb>,
     passing: Passing,
     inputs: BatchInputs,
     /// The indices of the rays that hit something, and of those that did not.
@@ -183,9 +183,10 @@ impl Wave {
         self.alpha.clear();
         self.distances_squared.clear();
         let cone = context.cone.unwrap_or_default();
-        let path = |sample| PathState {
-            cone,
-            ..PathState::start(sample)
+        let path = |sample| {
+            let mut path = PathState::start(sample);
+            (path.cone, path.last.media) = (cone, context.media);
+            path
         };
         for y in spec.tile.y0..spec.tile.y1 {
             let (first, sample) = (self.rays.len(), self.weights.len() as u32);
@@ -220,7 +221,8 @@ impl Wave {
             self.camera_paths.extend(more.map(path));
         }
         self.start_passes(context);
-        self.out.start(self.weights.len(), context.cone.is_some());
+        self.out
+            .start(self.weights.len(), context.cone.is_some(), context.shadow_rays_pass);
     }
 
     /// Makes room for what the frame's passes need.
@@ -260,10 +262,14 @@ impl Wave {
         };
         scene.accel.nearest_batch(batch, &mut self.hits);
         let mut traced = self.rays.len() as u64;
-        if !context.is_opaque {
-            let paths = &self.paths;
-            let sample = |i: usize| (block.key(context.settings, paths[i].sample), paths[i].depth);
-            traced += pass(scene, &mut self.rays, &mut self.hits, sample, &mut self.passing);
+        if context.paths_pass {
+            let key = |sample: u32| block.key(context.settings, sample);
+            let arrived = PassingPaths {
+                rays: &mut self.rays,
+                paths: &mut self.paths,
+                hits: &mut self.hits,
+            };
+            traced += pass(scene, arrived, key, &mut self.passing);
         }
         self.partition_hits();
         for round in 0..context.integrator.shadow_rounds() {
@@ -403,6 +409,7 @@ impl Wave {
         let ShadingOutput {
             shadow_rays,
             shadow_light,
+            shadow_passages,
             radiance,
             ..
         } = &mut self.out;
@@ -414,16 +421,23 @@ impl Wave {
         };
         context.scene.accel.occluded_batch(batch, &mut self.blocked);
         let traced = shadow_rays.len() as u64;
-        if context.is_opaque {
+        if !context.shadow_rays_pass {
             for (&(sample, l), _) in shadow_light.iter().zip(&self.blocked).filter(|(_, blocked)| !**blocked) {
                 radiance[sample as usize] += l;
             }
-            self.resolve_layers(|wave, ray| if wave.blocked[ray] { 0.0 } else { 1.0 });
+            self.resolve_layers(|wave, ray| if wave.blocked[ray] { Rgb::BLACK } else { Rgb::WHITE });
             return traced;
         }
         let visible = &mut self.visible;
-        let more = transmittance(context.scene, shadow_rays, &self.blocked, visible, &mut self.passing);
-        for (&(sample, l), &visible) in shadow_light.iter().zip(&*visible).filter(|(_, v)| **v > 0.0) {
+        let more = transmittance(
+            context.scene,
+            shadow_rays,
+            shadow_passages,
+            &self.blocked,
+            visible,
+            &mut self.passing,
+        );
+        for (&(sample, l), &visible) in shadow_light.iter().zip(&*visible).filter(|(_, v)| !v.is_black()) {
             radiance[sample as usize] += l * visible;
         }
         self.resolve_layers(|wave, ray| wave.visible[ray]);
@@ -431,13 +445,13 @@ impl Wave {
     }
 
     /// Adds the light of the shadow rays to its layers, where there are any; `visible` returns the part that arrives.
-    fn resolve_layers(&mut self, visible: impl Fn(&Self, usize) -> f32) {
+    fn resolve_layers(&mut self, visible: impl Fn(&Self, usize) -> Rgb) {
         let Some(mut layers) = self.out.layers.take() else {
             return;
         };
         for ray in 0..self.blocked.len() {
             let visible = visible(self, ray);
-            if visible > 0.0 {
+            if !visible.is_black() {
                 layers.resolve_shadow(ray, visible);
             }
         }

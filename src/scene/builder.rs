@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{
-    Background, InstanceRecord, LightGroups, Lights, MeshRecord, NodeId, NodeName, Object, ObjectFromGroup, ObjectId,
-    Scene, SceneBuildError, mesh_transform::MeshTransform,
+    Background, InstanceRecord, LightGroups, Lights, Media, MeshRecord, NodeId, NodeName, Object, ObjectFromGroup,
+    ObjectId, Scene, SceneBuildError, mesh_transform::MeshTransform,
 };
 use crate::{
     accel::{self, BuildOptions},
@@ -328,6 +328,7 @@ impl SceneBuilder {
             object_transforms: self.object_transforms,
             shape_objects: self.shape_objects,
             nodes: self.nodes,
+            media: Media::new(&self.materials),
             materials: self.materials,
             material_names: self.material_names,
             textures: self.textures,

@@ -10,6 +10,12 @@ use crate::{
 /// The smallest cosine of a footprint; the footprint of a more grazing ray would be unbounded.
 const MIN_COS: f32 = 1.0 / 64.0;
 
+/// The least cosine between the surface's normal and a mirror image, unless the viewer is nearer to the surface.
+const MIN_REFLECTED_COS: f32 = 0.01;
+
+/// The least cosine between a shading normal and the viewer, so that the viewer is on its side.
+const MIN_VIEW_COS: f32 = 1e-3;
+
 /// The surface at a hit, in world space. Normals are as authored.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceInteraction {
@@ -19,12 +25,15 @@ pub struct SurfaceInteraction {
     /// The origins of rays that leave on the side of `ng` and on the other side: `p` offset by its
     /// error bound.
     pub ray_origins: [Vec3; 2],
+    /// From `p` to the surface that the triangles of a smooth mesh approximate, on the side of the viewer, whose ray origin
+    /// includes it: see [`triangle::lift`](crate::shape::triangle::lift). Zero elsewhere.
+    pub lift: Vec3,
     /// Unit geometric normal.
     pub ng: Vec3,
     /// Unit shading normal.
     pub ns: Vec3,
     /// About the shading normal; at the rim of a smooth mesh, where that points away from a viewer
-    /// in front or the other way round, about the geometric one. Its first axis points anywhere.
+    /// in front or the other way round, it is turned to the viewer. Its first axis points anywhere.
     pub frame: Frame,
     /// The derivative of `p` with respect to `u`; zero without texture coordinates, and unknown for a
     /// material that is the same everywhere.
@@ -49,6 +58,17 @@ pub(super) struct HitGeometry {
     pub ng: Vec3,
     /// In the direction of the shading normal; zero where that is the geometric one.
     pub smooth: Vec3,
+    /// See [`SurfaceInteraction::lift`].
+    pub lift: Vec3,
+}
+
+/// The surface that a triangle of a smooth mesh approximates.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct SmoothSurface {
+    /// See [`HitGeometry::smooth`].
+    pub normal: Vec3,
+    /// See [`SurfaceInteraction::lift`].
+    pub lift: Vec3,
 }
 
 /// The part of an interaction that depends on the viewer.
@@ -66,24 +86,27 @@ impl HitGeometry {
     pub fn shading_view(&self, d: Vec3) -> ShadingView {
         let wo = -d.normalize();
         let ns = self.smooth.normalize_or(self.ng);
-        let authored = if is_consistent_normal(ns, self.ng, wo) {
-            ns
+        let is_below = self.ng.dot(wo) < 0.0;
+        let to_viewer = if is_below { -wo } else { wo };
+        let short = MIN_VIEW_COS - ns.dot(to_viewer);
+        let facing = if short >= MIN_VIEW_COS {
+            (ns + to_viewer * short).normalize()
         } else {
-            self.ng
+            ns
+        };
+        let [above, below] = float::offset_origins(self.p, self.p_error, self.ng);
+        let [lift_above, lift_below] = if is_below {
+            [Vec3::ZERO, self.lift]
+        } else {
+            [self.lift, Vec3::ZERO]
         };
         ShadingView {
             wo,
             ns,
-            ray_origins: float::offset_origins(self.p, self.p_error, self.ng),
-            frame: Frame::from_normal(authored),
+            ray_origins: [above + lift_above, below + lift_below],
+            frame: Frame::from_normal(facing),
         }
     }
-}
-
-/// Whether a viewer in the direction `wo` is on the same side by `n` as by the geometric normal.
-#[inline(always)]
-fn is_consistent_normal(n: Vec3, ng: Vec3, wo: Vec3) -> bool {
-    (n.dot(wo) > 0.0) == (ng.dot(wo) >= 0.0)
 }
 
 impl SurfaceInteraction {
@@ -93,6 +116,7 @@ impl SurfaceInteraction {
             t: 0.0,
             p: Vec3::ZERO,
             ray_origins: [Vec3::ZERO; 2],
+            lift: Vec3::ZERO,
             ng: Vec3::ZERO,
             ns: Vec3::ZERO,
             frame: Frame {
@@ -112,15 +136,9 @@ impl SurfaceInteraction {
     /// Sets the geometry and the shading view.
     #[inline(always)]
     pub(super) fn set_geometry(&mut self, geometry: &HitGeometry, view: &ShadingView) {
-        (self.p, self.ng) = (geometry.p, geometry.ng);
+        (self.p, self.lift, self.ng) = (geometry.p, geometry.lift, geometry.ng);
         (self.wo, self.ns) = (view.wo, view.ns);
         (self.ray_origins, self.frame) = (view.ray_origins, view.frame);
-    }
-
-    /// Whether the viewer is on the same side by `n` as by the geometric normal.
-    #[inline]
-    pub fn is_consistent_normal(&self, n: Vec3) -> bool {
-        is_consistent_normal(n, self.ng, self.wo)
     }
 
     /// Sets the footprint for texture filtering, from the width of the ray cone in m.
@@ -161,19 +179,26 @@ impl SurfaceInteraction {
         if self.ng.dot(self.wo) < 0.0 { -world } else { world }
     }
 
-    /// The ray that leaves along the unit direction `w`.
+    /// The place of the viewer's side on the surface that the triangles approximate.
     #[inline(always)]
-    pub fn spawn_ray(&self, w: Vec3) -> Ray {
-        Ray::new(self.origin(w), w)
+    pub fn lifted(&self) -> Vec3 {
+        self.p + self.lift
     }
 
-    /// The ray towards a light `distance` away along the unit direction `w`, up to the light.
+    /// The ray that leaves along the unit direction `w` on the side of the viewer, or, `transmitted`, on the other side.
     #[inline(always)]
-    pub fn shadow_ray(&self, w: Vec3, distance: f32) -> Ray {
-        let o = self.origin(w);
+    pub fn spawn_ray(&self, transmitted: bool, w: Vec3) -> Ray {
+        Ray::new(self.origin(transmitted), w)
+    }
+
+    /// The ray towards a light `distance` away from [`SurfaceInteraction::lifted`] along the unit direction `w`, up to the
+    /// light; it leaves on the side of the viewer, or, `transmitted`, on the other side.
+    #[inline(always)]
+    pub fn shadow_ray(&self, transmitted: bool, w: Vec3, distance: f32) -> Ray {
+        let o = self.origin(transmitted);
         if distance.is_finite() {
             // From the moved origin to the same point: neither short of the light nor past it.
-            let d = self.p + w * distance - o;
+            let d = self.lifted() + w * distance - o;
             Ray::segment(o, d, 1.0)
         } else {
             Ray::new(o, w)
@@ -181,9 +206,10 @@ impl SurfaceInteraction {
     }
 
     #[inline(always)]
-    fn origin(&self, w: Vec3) -> Vec3 {
-        let ([above, below], is_below) = (self.ray_origins, w.dot(self.ng) < 0.0);
+    fn origin(&self, transmitted: bool) -> Vec3 {
+        let [above, below] = self.ray_origins;
         // Nobody can predict the side, so it is not branched on.
+        let is_below = (self.wo.dot(self.ng) < 0.0) != transmitted;
         let either = |above: f32, below: f32| if is_below { below } else { above };
         Vec3::new(
             either(above.x, below.x),
@@ -191,4 +217,19 @@ impl SurfaceInteraction {
             either(above.z, below.z),
         )
     }
+}
+
+/// The unit normal nearest to `n` about which the mirror image of `wo` is above the surface.
+///
+/// All are unit and on the side of the viewer, who is in the direction `wo`; `n` is a shading normal and `ng` the normal of
+/// the surface. Source: Keller et al., "The Iray Light Transport Simulation and Rendering System", 2017, section A.3.
+pub fn reflecting_normal(n: Vec3, ng: Vec3, wo: Vec3) -> Vec3 {
+    let mirrored = n * (2.0 * n.dot(wo)) - wo;
+    let least = (0.9 * ng.dot(wo)).min(MIN_REFLECTED_COS);
+    let above = mirrored.dot(ng);
+    if above >= least {
+        return n;
+    }
+    let raised = (mirrored + ng * (least - above)).normalize_or(ng);
+    (wo + raised).normalize_or(ng)
 }

@@ -24,8 +24,10 @@ pub mod interaction;
 pub mod light_component;
 pub mod light_groups;
 pub mod lights;
+pub mod media;
 mod mesh_transform;
 pub mod names;
+pub mod shading_frame;
 mod surface_soa;
 pub mod surfaces;
 pub mod update;
@@ -41,6 +43,7 @@ pub use interaction::SurfaceInteraction;
 pub use light_component::Component;
 pub use light_groups::{LightGroup, LightGroups};
 pub use lights::{LightSampleContext, LightSource, Lights, SampledLight};
+pub use media::{Media, MediumStack};
 pub(crate) use mesh_transform::MeshTransform;
 pub use names::{NodeId, NodeName};
 pub use surfaces::Surfaces;
@@ -100,6 +103,7 @@ pub struct Scene {
     /// The nodes of all model files.
     pub nodes: Vec<NodeName>,
     pub materials: Vec<Material>,
+    pub media: Media,
     /// One for each material; models may have several of one name, or an empty one.
     pub material_names: Vec<String>,
     pub textures: Vec<Texture>,
@@ -214,7 +218,7 @@ impl Scene {
     }
 
     /// The material at a hit.
-    fn material_of(&self, hit: &Hit) -> MaterialId {
+    pub fn material_of(&self, hit: &Hit) -> MaterialId {
         let triangles = self.accel.geometry().triangles.len();
         match (hit.prim.index() as usize).checked_sub(triangles) {
             Some(shape) => self.objects[self.shape_objects[shape].0 as usize].material,

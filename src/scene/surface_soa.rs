@@ -1,6 +1,9 @@
 //! Surface interactions of many hits as structures of arrays, sixteen at a time.
 
-use super::{SurfaceInteraction, interaction::HitGeometry};
+use super::{
+    SurfaceInteraction,
+    interaction::{HitGeometry, SmoothSurface},
+};
 use crate::{
     math::{Dispatch, Vec3, VectorLoop},
     shape::triangle,
@@ -28,6 +31,7 @@ struct SoaBlock {
     p_error: Lanes3,
     ng: Lanes3,
     smooth: Lanes3,
+    lift: Lanes3,
     /// Direction of the ray.
     d: Lanes3,
     wo: Lanes3,
@@ -54,6 +58,7 @@ impl SoaBlock {
             p_error: get(&self.p_error, i),
             ng: get(&self.ng, i),
             smooth: get(&self.smooth, i),
+            lift: get(&self.lift, i),
         }
     }
 
@@ -154,18 +159,20 @@ impl SurfaceSoa {
         block.is_triangle[i] = 0;
         block.set_point(i, geometry.p, geometry.p_error, geometry.ng);
         set(&mut block.smooth, i, geometry.smooth);
+        set(&mut block.lift, i, geometry.lift);
     }
 
     /// Adds a place on a triangle by the weights of its last two corners.
     #[inline(always)]
-    pub(super) fn push_triangle(&mut self, corners: [Vec3; 3], [u, v]: [f32; 2], smooth: Vec3, d: Vec3) {
+    pub(super) fn push_triangle(&mut self, corners: [Vec3; 3], [u, v]: [f32; 2], smooth: SmoothSurface, d: Vec3) {
         let (block, i) = self.next(d);
         block.is_triangle[i] = 1;
         for (column, corner) in block.corners.iter_mut().zip(corners) {
             set(column, i, corner);
         }
         (block.weights[0][i], block.weights[1][i]) = (u, v);
-        set(&mut block.smooth, i, smooth);
+        set(&mut block.smooth, i, smooth.normal);
+        set(&mut block.lift, i, smooth.lift);
     }
 
     /// Computes the interactions of all surfaces.
@@ -190,6 +197,7 @@ impl SurfaceSoa {
     pub(super) fn set_geometry(&self, k: usize, surface: &mut SurfaceInteraction) {
         let (block, i) = (&self.blocks[k / LANES], k % LANES);
         surface.p = get(&block.p, i);
+        surface.lift = get(&block.lift, i);
         surface.ng = get(&block.ng, i);
         surface.wo = get(&block.wo, i);
         surface.ns = get(&block.ns, i);
@@ -237,6 +245,22 @@ mod tests {
         (d, prop_oneof![triangle.prop_map(Ok), geometry.prop_map(Err)], smooth)
     }
 
+    fn smooth_surface(normal: Vec3) -> SmoothSurface {
+        let lift = normal * 1e-3;
+        SmoothSurface { normal, lift }
+    }
+
+    fn geometry(p: Vec3, p_error: Vec3, ng: Vec3, smooth: Vec3) -> HitGeometry {
+        let SmoothSurface { normal, lift } = smooth_surface(smooth);
+        HitGeometry {
+            p,
+            p_error,
+            ng,
+            smooth: normal,
+            lift,
+        }
+    }
+
     fn bits(surface: &SurfaceInteraction) -> Vec<u32> {
         let Frame { s, t, n } = surface.frame;
         let [above, below] = surface.ray_origins;
@@ -254,10 +278,10 @@ mod tests {
                 soa.clear();
                 for (d, what, smooth) in &met {
                     match what {
-                        Ok((corners, weights)) => soa.push_triangle(*corners, *weights, *smooth, *d),
+                        Ok((corners, weights)) => soa.push_triangle(*corners, *weights, smooth_surface(*smooth), *d),
                         Err((p, ng)) => {
                             let p_error = p.abs() * 1e-6;
-                            soa.push_geometry(&HitGeometry { p: *p, p_error, ng: *ng, smooth: *smooth }, *d);
+                            soa.push_geometry(&geometry(*p, p_error, *ng, *smooth), *d);
                         }
                     }
                 }
@@ -277,9 +301,9 @@ mod tests {
                 let geometry = match *what {
                     Ok((corners, [u, v])) => {
                         let point = triangle::surface_point(corners, u, v);
-                        HitGeometry { p: point.p, p_error: point.p_error, ng: point.ng, smooth: *smooth }
+                        geometry(point.p, point.p_error, point.ng, *smooth)
                     }
-                    Err((p, ng)) => HitGeometry { p, p_error: p.abs() * 1e-6, ng, smooth: *smooth },
+                    Err((p, ng)) => geometry(p, p.abs() * 1e-6, ng, *smooth),
                 };
                 let mut alone = SurfaceInteraction::unset();
                 alone.set_geometry(&geometry, &geometry.shading_view(*d));

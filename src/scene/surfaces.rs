@@ -4,7 +4,11 @@ use std::ops::Range;
 
 use glam::Vec2Swizzles;
 
-use super::{MeshRecord, Scene, SurfaceInteraction, interaction::HitGeometry, surface_soa::SurfaceSoa};
+use super::{
+    MeshRecord, Scene, SurfaceInteraction,
+    interaction::{HitGeometry, SmoothSurface},
+    surface_soa::SurfaceSoa,
+};
 use crate::{
     geometry::{Geometry, Hit, InstanceId, PlacedShape, PrimId},
     material::MaterialId,
@@ -45,16 +49,53 @@ impl MeshTriangle<'_> {
         (!self.mesh.uvs.is_empty()).then(|| self.own.map(|i| self.mesh.uvs[i]))
     }
 
-    /// The shading normals of the corners as `map` leaves them, summed by their weights at a hit;
-    /// zero where there are none.
+    /// What the shading normals of the corners say of the surface at a hit from a ray along `d`; `to_world` places normals and
+    /// vectors.
     #[inline(always)]
-    fn smooth(&self, hit: &Hit, map: impl Fn(Vec3) -> Vec3) -> Vec3 {
+    fn smooth(&self, hit: &Hit, d: Vec3, to_world: impl ToWorld) -> SmoothSurface {
         if self.mesh.normals.is_empty() {
-            return Vec3::ZERO;
+            return SmoothSurface::default();
         }
-        let [a, b, c] = self.own;
-        let normal = |i: usize| map(self.mesh.normals[i]);
-        normal(a) * (1.0 - hit.u - hit.v) + normal(b) * hit.u + normal(c) * hit.v
+        let normals = self.own.map(|i| to_world.normal(self.mesh.normals[i]));
+        let [a, b, c] = normals;
+        let corners = self.corners.map(|p| to_world.point(p));
+        let ng = to_world.normal((self.corners[1] - self.corners[0]).cross(self.corners[2] - self.corners[0]));
+        let side = if ng.dot(d) > 0.0 { -1.0 } else { 1.0 };
+        SmoothSurface {
+            normal: a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v,
+            lift: triangle::lift(corners, normals.map(|n| n * side), hit.u, hit.v),
+        }
+    }
+}
+
+/// The way from a mesh's own space to the world's.
+trait ToWorld {
+    fn point(&self, p: Vec3) -> Vec3;
+    fn normal(&self, n: Vec3) -> Vec3;
+}
+
+/// A mesh in world space.
+struct InWorld;
+
+impl ToWorld for InWorld {
+    #[inline(always)]
+    fn point(&self, p: Vec3) -> Vec3 {
+        p
+    }
+
+    #[inline(always)]
+    fn normal(&self, n: Vec3) -> Vec3 {
+        n
+    }
+}
+
+impl ToWorld for &Transform {
+    fn point(&self, p: Vec3) -> Vec3 {
+        self.point_to_world(p)
+    }
+
+    fn normal(&self, n: Vec3) -> Vec3 {
+        self.normal_to_world(n).normalize_or_zero()
     }
 }
 
@@ -67,11 +108,13 @@ impl Scene {
             HitSurface::Geometry(placed_geometry) => placed_geometry,
             HitSurface::Triangle(face) => {
                 let point = triangle::surface_point(face.corners, hit.u, hit.v);
+                let SmoothSurface { normal, lift } = face.smooth(hit, ray.d, InWorld);
                 HitGeometry {
                     p: point.p,
                     p_error: point.p_error,
                     ng: point.ng,
-                    smooth: face.smooth(hit, |n| n),
+                    smooth: normal,
+                    lift,
                 }
             }
         };
@@ -109,7 +152,8 @@ impl Scene {
             }) {
                 HitSurface::Geometry(placed_geometry) => soa.push_geometry(&placed_geometry, ray.d),
                 HitSurface::Triangle(face) => {
-                    soa.push_triangle(face.corners, [hit.u, hit.v], face.smooth(hit, |n| n), ray.d);
+                    let smooth = face.smooth(hit, ray.d, InWorld);
+                    soa.push_triangle(face.corners, [hit.u, hit.v], smooth, ray.d);
                 }
             }
         }
@@ -170,7 +214,7 @@ impl Scene {
                 HitSurface::Geometry(self.fill_from_shape(geometry, placed, ray, hit, surface, needs_texture))
             }
             None if hit.instance != InstanceId::NONE => {
-                HitSurface::Geometry(self.fill_from_instance(geometry, hit, surface, needs_texture))
+                HitSurface::Geometry(self.fill_from_instance(geometry, ray, hit, surface, needs_texture))
             }
             None => {
                 let face = self.face(geometry, hit.prim);
@@ -249,6 +293,7 @@ impl Scene {
                 p_error: local.p_error,
                 ng: local.ng,
                 smooth: Vec3::ZERO,
+                lift: Vec3::ZERO,
             },
             Some(t) => in_world(&local, t),
         }
@@ -257,6 +302,7 @@ impl Scene {
     fn fill_from_instance(
         &self,
         geometry: &Geometry,
+        ray: &Ray,
         hit: &Hit,
         surface: &mut SurfaceInteraction,
         needs_texture: impl Fn(MaterialId) -> bool,
@@ -273,7 +319,8 @@ impl Scene {
         }
         let mut placed_geometry = in_world(&local, t);
         placed_geometry.p_error += t.return_error(placed_geometry.p);
-        placed_geometry.smooth = face.smooth(hit, |n| t.normal_to_world(n).normalize_or_zero());
+        let smooth = face.smooth(hit, ray.d, t);
+        (placed_geometry.smooth, placed_geometry.lift) = (smooth.normal, smooth.lift);
         (surface.object, surface.material) = (instance.object, instance.material.unwrap_or(face.mesh.material));
         surface.texture.uv = local.uv;
         if needs_texture(surface.material) {
@@ -300,6 +347,7 @@ fn in_world(local: &LocalSurface, t: &Transform) -> HitGeometry {
         p_error: t.point_error_to_world(local.p, local.p_error),
         ng: t.normal_to_world(local.ng).normalize(),
         smooth: Vec3::ZERO,
+        lift: Vec3::ZERO,
     }
 }
 

@@ -116,6 +116,22 @@ pub fn surface(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> Lo
     }
 }
 
+/// The way from the point at the weights `u` of b and `v` of c to the curved surface that a triangle with the unit `normals`
+/// at its corners approximates, where that is above the triangle; zero where it is below.
+///
+/// The normals are on the side that counts as above, 0 where a corner has none. Rays that leave from there do not meet the
+/// neighbours of the triangle too early. Source: Hanika, "Hacking the Shadow Terminator", Ray Tracing Gems II, 2021,
+/// chapter 4.
+#[inline]
+pub fn lift([a, b, c]: [Vec3; 3], normals: [Vec3; 3], u: f32, v: f32) -> Vec3 {
+    let (ab, ac) = (b - a, c - a);
+    let from_a = ab * u + ac * v;
+    let to_plane = |from: Vec3, n: Vec3| n * -from.dot(n).min(0.0);
+    to_plane(from_a, normals[0]) * (1.0 - u - v)
+        + to_plane(from_a - ab, normals[1]) * u
+        + to_plane(from_a - ac, normals[2]) * v
+}
+
 /// A point of a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct TrianglePoint {

@@ -1,0 +1,280 @@
+//! Media inside of bodies, and the media that surround a path.
+//!
+//! A body is a closed surface whose material lets light into it. Bodies may lie in each other, such as a bubble in a liquid
+//! in a glass, and they may overlap: where they do, the one of the highest priority fills the place, and of several with the
+//! same priority the one that the path entered last. The surface of a body inside of one with a higher priority is not there
+//! for light.
+//!
+//! Source: Schmidt and Budge, "Simple Nested Dielectrics in Ray Traced Images", Journal of Graphics Tools 7(2), 2002,
+//! doi:10.1080/10867651.2002.10487555.
+
+use super::{Scene, shading_frame::shading_frame};
+use crate::{
+    bsdf::{BsdfKind, is_equal_ior},
+    geometry::Hit,
+    material::{Material, MaterialId, Medium},
+    math::{Ray, Rgb, Vec3, trig},
+};
+
+/// The number of surfaces through which a point's surroundings are searched.
+const MAX_CROSSINGS: usize = 256;
+
+/// An index into the scene's media.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MediumId(u16);
+
+/// The media inside of a scene's bodies.
+#[derive(Clone, Debug, Default)]
+pub struct Media {
+    media: Vec<Medium>,
+    of_material: Vec<Option<MediumId>>,
+    lets_shadow_rays_through: bool,
+    has_priorities: bool,
+}
+
+impl Media {
+    /// Collects the media of all materials. Equal ones are one medium.
+    ///
+    /// Media beyond the 65,535th are taken for the last one; no scene has come near.
+    pub fn new(materials: &[Material]) -> Self {
+        let mut media = Vec::<Medium>::new();
+        let of_material = materials
+            .iter()
+            .map(|material| {
+                let medium = material.medium()?;
+                let index = media.iter().position(|m| *m == medium).unwrap_or_else(|| {
+                    media.push(medium);
+                    media.len() - 1
+                });
+                Some(MediumId(index.min(usize::from(u16::MAX) - 1) as u16))
+            })
+            .collect();
+        let same_ior = |i: usize| media[..i].iter().any(|m| is_equal_ior(m.ior, media[i].ior));
+        Self {
+            lets_shadow_rays_through: materials.iter().any(Material::may_transmit_straight)
+                || media.iter().any(|m| !m.absorption.is_black())
+                || (1..media.len()).any(same_ior),
+            has_priorities: media.windows(2).any(|pair| pair[0].priority != pair[1].priority),
+            media,
+            of_material,
+        }
+    }
+
+    /// Whether shadow rays pass surfaces of clear materials, or are absorbed on their way.
+    pub fn lets_shadow_rays_through(&self) -> bool {
+        self.lets_shadow_rays_through || self.has_priorities
+    }
+
+    /// Whether there are surfaces that are not there for light because another body fills the place.
+    pub fn has_priorities(&self) -> bool {
+        self.has_priorities
+    }
+
+    /// The medium behind the surface of `material`.
+    #[inline]
+    pub fn of_material(&self, material: MaterialId) -> Option<MediumId> {
+        self.of_material.get(material.0 as usize).copied().flatten()
+    }
+
+    fn get(&self, id: MediumId) -> &Medium {
+        &self.media[usize::from(id.0)]
+    }
+}
+
+/// The media of the bodies that a path is in, those with higher priorities and those that it entered later behind the others.
+///
+/// Where there are more than it can hold, the outermost are forgotten.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MediumStack([u16; 6]);
+
+impl MediumStack {
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.0[0] == 0
+    }
+
+    fn len(&self) -> usize {
+        self.0.iter().take_while(|&&id| id != 0).count()
+    }
+
+    fn ids(&self) -> impl DoubleEndedIterator<Item = MediumId> {
+        self.0[..self.len()].iter().map(|id| MediumId(id - 1))
+    }
+
+    /// The medium that fills the place; `None` in empty space.
+    #[inline]
+    fn current(&self) -> Option<MediumId> {
+        if self.is_empty() { None } else { self.ids().next_back() }
+    }
+
+    /// The stack inside of one more body.
+    fn entered(mut self, id: MediumId, media: &Media) -> Self {
+        if self.len() == self.0.len() {
+            self.0.rotate_left(1);
+            self.0[self.0.len() - 1] = 0;
+        }
+        let priority = media.get(id).priority;
+        let at = self
+            .ids()
+            .position(|other| media.get(other).priority > priority)
+            .unwrap_or(self.len());
+        self.0[at..].rotate_right(1);
+        self.0[at] = id.0 + 1;
+        self
+    }
+
+    /// The stack outside of the last body with this medium.
+    fn left(mut self, id: MediumId) -> Self {
+        if let Some(at) = self.0.iter().rposition(|&other| other == id.0 + 1) {
+            self.0[at..].rotate_left(1);
+            self.0[self.0.len() - 1] = 0;
+        }
+        self
+    }
+}
+
+impl Scene {
+    /// The index of refraction around a path.
+    pub fn ior_of(&self, stack: MediumStack) -> f32 {
+        stack.current().map_or(1.0, |id| self.media.get(id).ior)
+    }
+
+    /// The index of refraction outside of the surface of `material` for a path in `stack`; `None` where nothing but `material`
+    /// is around.
+    #[inline]
+    pub fn ior_outside(&self, stack: MediumStack, material: MaterialId) -> Option<f32> {
+        if stack.is_empty() {
+            return None;
+        }
+        let outside = stack.left(self.media.of_material(material)?);
+        (!outside.is_empty()).then(|| self.ior_of(outside))
+    }
+
+    /// The media behind a surface of `material`, which is passed inwards or outwards.
+    pub fn media_behind(&self, stack: MediumStack, material: MaterialId, inwards: bool) -> MediumStack {
+        match self.media.of_material(material) {
+            None => stack,
+            Some(id) if inwards => stack.entered(id, &self.media),
+            Some(id) => stack.left(id),
+        }
+    }
+
+    /// Whether the surface of `material` is inside of a body with a higher priority, so that it is not there for light.
+    pub fn is_displaced(&self, stack: MediumStack, material: MaterialId) -> bool {
+        let (Some(current), Some(id)) = (stack.current(), self.media.of_material(material)) else {
+            return false;
+        };
+        self.media.get(id).priority < self.media.get(current).priority
+    }
+
+    /// The part of light that passes the surface at a hit unbent, out of `stack`; see [`BsdfKind::straight`].
+    pub fn straight_transmittance(&self, ray: &Ray, hit: &Hit, stack: MediumStack) -> Rgb {
+        let material = self.material(self.material_of(hit));
+        let outside = self.ior_outside(stack, self.material_of(hit));
+        if outside.is_none() && !material.may_transmit_straight() {
+            return Rgb::BLACK;
+        }
+        let surface = self.surface(ray, hit);
+        let bsdf = material.bsdf(&self.textures(), &surface.texture);
+        let bsdf = outside.map_or(bsdf, |ior| bsdf.immersed(ior));
+        let frame = shading_frame(self, &surface, material, &bsdf).frame;
+        bsdf.straight(frame.to_local(surface.wo))
+    }
+
+    /// The part of light that arrives over `distance` (m, may be infinite) in `stack`, by Beer's law.
+    pub fn transmittance(&self, stack: MediumStack, distance: f32) -> Rgb {
+        let Some(id) = stack.current() else {
+            return Rgb::WHITE;
+        };
+        let absorption = self.media.get(id).absorption;
+        absorption.map(|a| match a > 0.0 {
+            true if distance.is_finite() => trig::exp(-a * distance),
+            true => 0.0,
+            false => 1.0,
+        })
+    }
+
+    /// The media of the bodies around a point.
+    ///
+    /// Those are found along one ray to the outside: it leaves the bodies around its origin more often than it enters them.
+    pub fn media_around(&self, p: Vec3) -> MediumStack {
+        let mut around = Vec::new();
+        if self.media.media.is_empty() {
+            return MediumStack::default();
+        }
+        let mut entered = Vec::new();
+        // Along no edge that anyone would model.
+        let mut ray = Ray::new(p, Vec3::new(0.267_26, 0.534_52, 0.801_78));
+        for _ in 0..MAX_CROSSINGS {
+            let mut hits = [None];
+            self.accel.nearest(&[ray], &mut hits);
+            let [Some(hit)] = hits else { break };
+            let surface = self.surface(&ray, &hit);
+            if let Some(id) = self.media.of_material(surface.material) {
+                if surface.ng.dot(surface.wo) > 0.0 {
+                    entered.push(id);
+                } else if let Some(at) = entered.iter().rposition(|other| *other == id) {
+                    entered.remove(at);
+                } else {
+                    around.push(id);
+                }
+            }
+            ray.tmin = hit.t;
+        }
+        let from_outside = around.into_iter().rev();
+        from_outside.fold(MediumStack::default(), |stack, id| stack.entered(id, &self.media))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn media(priorities: &[i32]) -> (Media, Vec<MediumId>) {
+        let medium = |&priority| Medium {
+            absorption: Rgb::BLACK,
+            ior: 1.0,
+            priority,
+        };
+        let media = Media {
+            media: priorities.iter().map(medium).collect(),
+            ..Media::default()
+        };
+        (media, (0..priorities.len() as u16).map(MediumId).collect())
+    }
+
+    #[test]
+    fn the_body_entered_last_fills_the_place_and_leaving_it_brings_the_other_back() {
+        let (media, ids) = media(&[0, 0]);
+        let empty = MediumStack::default();
+        assert_eq!(empty.current(), None);
+        let beer = empty.entered(ids[0], &media);
+        let bubble = beer.entered(ids[1], &media);
+        assert_eq!(bubble.current(), Some(ids[1]));
+        assert_eq!(bubble.left(ids[1]), beer);
+        // Overlapping bodies are left in any order.
+        assert_eq!(bubble.left(ids[0]).current(), Some(ids[1]));
+        assert_eq!(beer.left(ids[0]), empty);
+        assert_eq!(empty.left(ids[0]), empty);
+    }
+
+    #[test]
+    fn the_highest_priority_fills_the_place_whatever_was_entered_last() {
+        let (media, ids) = media(&[2, -1, 0]);
+        let glass = MediumStack::default().entered(ids[0], &media);
+        let both = glass.entered(ids[1], &media).entered(ids[2], &media);
+        assert_eq!(both.current(), Some(ids[0]));
+        assert_eq!(both.left(ids[0]).current(), Some(ids[2]));
+        assert_eq!(both.left(ids[0]).left(ids[2]).current(), Some(ids[1]));
+    }
+
+    #[test]
+    fn beyond_its_depth_the_outermost_bodies_are_forgotten() {
+        let (media, ids) = media(&[0; 9]);
+        let all = ids
+            .iter()
+            .fold(MediumStack::default(), |stack, id| stack.entered(*id, &media));
+        let innermost: Vec<_> = all.ids().collect();
+        assert_eq!(innermost, ids[3..]);
+    }
+}
