@@ -5,9 +5,15 @@ use std::{path::PathBuf, sync::Arc};
 use glam::DAffine3;
 
 use crate::{
+    material::principled::Principled,
     math::{Aabb, Rgb},
     shape::mesh::Mesh,
-    texture::image::{TextureFilter, Wrap},
+    texture::{
+        Color, StTransform,
+        bitmap::ColorSpace,
+        image::{TextureFilter, Wrap},
+    },
+    value::visible,
 };
 
 /// A model, in its own space: right-handed, +y up, metres.
@@ -23,9 +29,28 @@ pub struct Model {
     pub images: Vec<ImageSource>,
     pub cameras: Vec<ModelCamera>,
     pub lights: Vec<ModelLight>,
+    /// What its file uses, each once.
+    pub features: Vec<ModelFeature>,
 }
 
 impl Model {
+    /// Counts one more use of a feature.
+    pub fn add_feature(&mut self, name: &str, used_by: &'static str, treatment: Treatment) {
+        let known = self
+            .features
+            .iter_mut()
+            .find(|f| f.name == name && f.used_by == used_by && f.treatment == treatment);
+        match known {
+            Some(feature) => feature.count += 1,
+            None => self.features.push(ModelFeature {
+                name: name.to_owned(),
+                count: 1,
+                used_by,
+                treatment,
+            }),
+        }
+    }
+
     /// The bytes of its arrays.
     pub fn bytes(&self) -> u64 {
         self.meshes.iter().map(Mesh::bytes).sum()
@@ -59,31 +84,109 @@ pub struct ModelNode {
 pub struct ModelMaterial {
     /// May be empty.
     pub name: String,
-    /// Reflectance, times the texture's colour where there is one.
-    pub base_color: Rgb,
-    /// An index into [`Model::textures`].
-    pub base_texture: Option<usize>,
+    /// Its [`TextureId`](crate::texture::TextureId)s are indices into [`Model::textures`].
+    pub surface: Principled,
 }
 
 impl Default for ModelMaterial {
-    /// White, without a texture.
+    /// White and matte, without a texture.
     fn default() -> Self {
         Self {
             name: String::new(),
-            base_color: Rgb::WHITE,
-            base_texture: None,
+            surface: Principled::matte(Color::Constant(Rgb::WHITE)),
         }
     }
 }
 
 /// An image and how it is looked up with the mesh's texture coordinates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelTexture {
     /// An index into [`Model::images`].
     pub image: usize,
+    pub color_space: ColorSpace,
     pub filter: TextureFilter,
     /// Along s and along t.
     pub wrap: [Wrap; 2],
+    /// Of s and t.
+    pub transform: StTransform,
+    pub uv_set: UvSet,
+}
+
+impl ModelTexture {
+    /// A colour texture that is repeated and filtered.
+    pub fn of_image(image: usize) -> Self {
+        Self {
+            image,
+            color_space: ColorSpace::Srgb,
+            filter: TextureFilter::Trilinear,
+            wrap: [Wrap::Repeat; 2],
+            transform: StTransform::IDENTITY,
+            uv_set: UvSet::First,
+        }
+    }
+}
+
+/// The texture coordinates of a [`Mesh`] that a texture reads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum UvSet {
+    /// [`Mesh::uvs`].
+    #[default]
+    First,
+    /// [`Mesh::second_uvs`].
+    Second,
+}
+
+/// A feature of a file's format that a model uses, and what becomes of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ModelFeature {
+    /// As the format calls it.
+    pub name: String,
+    /// The number of things that use it, and what they are called, in the singular.
+    pub count: usize,
+    pub used_by: &'static str,
+    pub treatment: Treatment,
+}
+
+/// The treatment of a feature.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Treatment {
+    Rendered,
+    /// Left out, because the picture is right without it for the reason given.
+    Unneeded(&'static str),
+    /// Rendered but for a part, which is named here.
+    InPart(&'static str),
+    /// What is shown instead.
+    Without(&'static str),
+}
+
+impl ModelFeature {
+    /// What is missing from the picture: `3 materials use X, which is rendered without`.
+    pub fn loss(&self) -> Option<String> {
+        let (how, detail) = match self.treatment {
+            Treatment::Rendered | Treatment::Unneeded(_) => return None,
+            Treatment::InPart(part) => ("rendered in part", part),
+            Treatment::Without(instead) => ("rendered without", instead),
+        };
+        let name = visible(&self.name);
+        let detail = if detail.is_empty() {
+            String::new()
+        } else {
+            format!(": {detail}")
+        };
+        let (count, used_by) = (self.count, self.used_by);
+        Some(match count {
+            1 => format!("1 {used_by} uses {name}, which is {how}{detail}"),
+            _ => format!("{count} {} use {name}, which is {how}{detail}", plural(used_by)),
+        })
+    }
+}
+
+/// The plural of a word of this module.
+fn plural(word: &str) -> String {
+    match word {
+        "mesh" => "meshes".to_owned(),
+        _ => format!("{word}s"),
+    }
 }
 
 /// The source of an image's bytes.

@@ -1,13 +1,13 @@
-//! Materials of a scene file and of models: both go through a [`MaterialDesc`].
+//! Materials of a scene file and of models.
 
 use std::collections::HashMap;
 
 use super::compiler::{Compiler, undefined};
 use crate::{
-    assets::model::{Model, ModelMaterial, ModelTexture},
-    material::{Material, MaterialDesc, matte::MatteDesc},
+    assets::model::{Model, ModelTexture, UvSet},
+    material::{Material, MaterialDesc, matte::Matte},
     scene::SceneBuilder,
-    texture::{BitmapId, Color, Mapping, Pattern, StTransform, Texture, TextureId, image::ImagePattern},
+    texture::{BitmapId, Color, Mapping, Pattern, Texture, TextureId, image::ImagePattern},
     value::{ColorSource, Problem, Spanned},
 };
 
@@ -56,46 +56,34 @@ fn compile(desc: &MaterialDesc, texture: &FindTexture<'_>) -> Result<Material, P
     })
 }
 
-/// Adds the materials of a model with their textures. `first_image` is the number of the model's first image.
-pub(super) fn add_model_materials(scene: &mut SceneBuilder, model: &Model, first_image: usize) -> Result<(), Problem> {
+/// Adds the materials of a model with their textures; `bitmaps` are those of its textures.
+pub(super) fn add_model_materials(scene: &mut SceneBuilder, model: &Model, bitmaps: &[BitmapId]) {
     let textures: Vec<TextureId> = model
         .textures
         .iter()
-        .map(|texture| scene.texture(texture_of(texture, first_image)))
+        .zip(bitmaps)
+        .map(|(texture, bitmap)| scene.texture(texture_of(texture, *bitmap)))
         .collect();
-    let find = |name: &str, source: &Spanned<ColorSource>| {
-        let known = name.parse().ok().and_then(|i: usize| textures.get(i).copied());
-        known.ok_or_else(|| Problem::at(source.span(), format!("the model has no texture {name}")))
-    };
     for material in &model.materials {
-        let compiled = compile(&describe(material), &find)?;
+        let surface = material.surface.map_textures(|id| textures[id.0 as usize]);
+        // The same picture, sooner.
+        let compiled = match surface.matte_color() {
+            Some(albedo) => Material::Matte(Matte::smooth(albedo)),
+            None => Material::Principled(surface),
+        };
         scene.named_material(&material.name, compiled);
     }
-    Ok(())
 }
 
-/// The description of a model's material, whose textures are called by their numbers in the model. This is the one
-/// place that decides which kind of material a model's surface becomes.
-fn describe(material: &ModelMaterial) -> MaterialDesc {
-    let albedo = match material.base_texture {
-        None => ColorSource::Constant(material.base_color),
-        Some(texture) => ColorSource::Tinted {
-            texture: texture.to_string(),
-            tint: material.base_color,
-        },
-    };
-    MaterialDesc::Matte(MatteDesc {
-        albedo: Spanned::new(0..0, albedo),
-        roughness: None,
-    })
-}
-
-fn texture_of(texture: &ModelTexture, first_image: usize) -> Texture {
+fn texture_of(texture: &ModelTexture, bitmap: BitmapId) -> Texture {
     Texture {
-        mapping: Mapping::Uv,
-        transform: StTransform::IDENTITY,
+        mapping: match texture.uv_set {
+            UvSet::First => Mapping::Uv,
+            UvSet::Second => Mapping::SecondUv,
+        },
+        transform: texture.transform,
         pattern: Pattern::Image(ImagePattern {
-            bitmap: BitmapId((first_image + texture.image) as u32),
+            bitmap,
             filter: texture.filter,
             wrap: texture.wrap,
         }),

@@ -1,10 +1,6 @@
 //! Models from files to triangles in world space, and to instances where a mesh stands in many places.
 
-use std::{
-    collections::HashMap,
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use std::{collections::HashMap, path::PathBuf, sync::Arc};
 
 use glam::DAffine3;
 
@@ -15,14 +11,14 @@ use super::{
 use crate::{
     assets::{
         AssetError, Store,
-        model::{MeshInstance, Model},
+        model::{MeshInstance, Model, ModelTexture},
         store::ImageRequest,
     },
     geometry::MAX_MAGNIFICATION,
-    material::{Material, MaterialId},
+    material::MaterialId,
     math::Transform,
     scene::{GroupId, InstanceRecord, MeshOwner, MeshTransform, NodeId, ObjectFromGroup, ObjectId, SceneBuilder},
-    texture::bitmap::ColorSpace,
+    texture::BitmapId,
 };
 
 /// The most triangles that a scene stores.
@@ -151,10 +147,7 @@ impl ModelPlacer<'_> {
             }
             if placed.material.is_none() && model_use.first_material.is_none() {
                 // Objects of one model share its materials.
-                match self.add_materials(model, &placed.file) {
-                    Ok(first) => model_use.first_material = Some(first),
-                    Err(e) => errors.push(e),
-                }
+                model_use.first_material = Some(self.add_materials(model));
             }
         }
         let mut plans: HashMap<*const Model, InstancingPlan> = HashMap::new();
@@ -260,16 +253,22 @@ impl ModelPlacer<'_> {
     }
 
     /// Adds a model's materials, textures and images; returns its first material.
-    fn add_materials(&mut self, model: &Model, file: &Path) -> Result<MaterialId, AssetError> {
+    fn add_materials(&mut self, model: &Model) -> MaterialId {
         let first_material = self.scene.materials().len() as u32;
+        // An image may be read as colours and as data.
         let first_image = self.images.len();
-        self.images
-            .extend(model.images.iter().map(|i| (i.clone(), ColorSpace::Srgb)));
-        add_model_materials(self.scene, model, first_image).map_err(|problem| AssetError::Material {
-            cause: problem.message,
-            path: file.to_owned(),
-        })?;
-        Ok(MaterialId(first_material))
+        let mut bitmap = |texture: &ModelTexture| {
+            let request = (model.images[texture.image].clone(), texture.color_space);
+            let own = &self.images[first_image..];
+            let at = own.iter().position(|known| *known == request).unwrap_or_else(|| {
+                self.images.push(request);
+                self.images.len() - 1 - first_image
+            });
+            BitmapId((first_image + at) as u32)
+        };
+        let bitmaps: Vec<BitmapId> = model.textures.iter().map(&mut bitmap).collect();
+        add_model_materials(self.scene, model, &bitmaps);
+        MaterialId(first_material)
     }
 
     /// Adds parts as an instance of `group`, which is made of them where there is none yet; or in world space, without
@@ -278,7 +277,7 @@ impl ModelPlacer<'_> {
         let (placed, model_use) = (copy.placed, copy.model_use);
         let emits = |part: &MeshInstance| {
             let material = model_use.material_of(part, placed.material);
-            matches!(self.scene.material_of(material), Material::Emitter(_))
+            self.scene.material_of(material).emission().is_some()
         };
         let transform = Transform::new(copy.world_from_group).filter(|t| t.magnification().0 <= MAX_MAGNIFICATION);
         let (Some(group), Some(transform)) = (group.filter(|_| !copy.parts.iter().any(emits)), transform) else {

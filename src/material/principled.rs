@@ -68,6 +68,8 @@
 //!
 //! The layers are in [`crate::bsdf::layered`], [`crate::bsdf::thin_film`] and [`crate::bsdf::sheen`].
 
+mod textures;
+
 use std::f32::consts::FRAC_1_PI;
 
 use serde::Deserialize;
@@ -243,6 +245,8 @@ pub struct Principled {
     pub alpha_mode: AlphaMode,
     /// Which of them shine.
     pub sidedness: Sidedness,
+    /// Whether `base_color` and `opacity` are multiplied by those of the mesh's vertices.
+    pub reads_vertices: bool,
 }
 
 impl Default for Principled {
@@ -278,6 +282,7 @@ impl Default for Principled {
             opacity: all,
             alpha_mode: AlphaMode::Blend,
             sidedness: Sidedness::Front,
+            reads_vertices: false,
         }
     }
 }
@@ -304,7 +309,7 @@ impl Principled {
         let transmission = unit_scalar(&self.transmission);
         let facets = Ggx::from_roughness(unit_scalar(&self.roughness), unit_scalar(&self.anisotropy));
         Layered {
-            base_color: textures.color(&self.base_color, at),
+            base_color: self.base_color(textures, at),
             metallic: unit_scalar(&self.metallic),
             boundary,
             transmission,
@@ -374,10 +379,14 @@ impl MaterialKind for Principled {
     }
 
     fn opacity(&self, textures: &Textures<'_>, at: &TexturePoint) -> f32 {
+        let opacity = || {
+            let vertex = if self.reads_vertices { at.vertex.opacity } else { 1.0 };
+            textures.scalar(&self.opacity, at) * vertex
+        };
         match self.alpha_mode {
             AlphaMode::Opaque => 1.0,
-            AlphaMode::Mask(cutoff) => f32::from(textures.scalar(&self.opacity, at) >= cutoff),
-            AlphaMode::Blend => textures.scalar(&self.opacity, at).clamp(0.0, 1.0),
+            AlphaMode::Mask(cutoff) => f32::from(opacity() >= cutoff),
+            AlphaMode::Blend => opacity().clamp(0.0, 1.0),
         }
     }
 
@@ -387,7 +396,8 @@ impl MaterialKind for Principled {
             AlphaMode::Mask(cutoff) => v >= cutoff,
             AlphaMode::Blend => v >= 1.0,
         };
-        self.alpha_mode == AlphaMode::Opaque || matches!(self.opacity, Scalar::Constant(v) if everywhere(v))
+        let is_known = !self.reads_vertices;
+        self.alpha_mode == AlphaMode::Opaque || is_known && matches!(self.opacity, Scalar::Constant(v) if everywhere(v))
     }
 
     #[inline]
@@ -441,6 +451,6 @@ impl MaterialKind for Principled {
         let is_constant =
             colors.into_iter().chain(&self.normal).all(Color::is_constant) && scalars.iter().all(Scalar::is_constant);
         let is_brushed = matches!(self.anisotropy, Scalar::Constant(a) if a > 0.0);
-        !is_constant || is_brushed
+        !is_constant || is_brushed || self.reads_vertices
     }
 }

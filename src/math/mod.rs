@@ -20,7 +20,7 @@ pub use aabb::Aabb;
 pub use cone::RayCone;
 pub use divisor::Divisor;
 pub use frame::Frame;
-pub use glam::{DMat3, DVec3, Vec2, Vec3};
+pub use glam::{DMat3, DVec3, Vec2, Vec3, Vec4};
 pub use ray::Ray;
 pub use rgb::Rgb;
 pub use sidedness::Sidedness;

@@ -218,6 +218,9 @@ impl SceneBuilder {
                 vertices: first_vertex..self.geometry.vertices.len() as u32,
                 normals: mesh.normals.iter().map(|n| transform.normal(*n)).collect(),
                 uvs: mesh.uvs.clone(),
+                second_uvs: mesh.second_uvs.clone(),
+                colors: mesh.colors.clone(),
+                tangents: mesh.tangents.iter().map(|t| transform.tangent(*t)).collect(),
             });
         }
         mesh.triangles.len() - (end - first_triangle) as usize
@@ -257,6 +260,9 @@ impl SceneBuilder {
             vertices: first_vertex..self.geometry.vertices.len() as u32,
             normals: mesh.normals,
             uvs: mesh.uvs,
+            second_uvs: mesh.second_uvs,
+            colors: mesh.colors,
+            tangents: mesh.tangents,
         });
     }
 

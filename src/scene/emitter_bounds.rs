@@ -139,9 +139,10 @@ impl Scene {
         }
         let geometry = self.accel.geometry();
         let corners = geometry.corners(index as usize);
-        let uvs = corner_uvs(mesh, geometry.triangles[index as usize]);
+        let vertices = geometry.triangles[index as usize];
+        let uvs = corner_uvs(mesh, vertices);
         let radiance = |[u, v]: [f32; 2]| {
-            let at = texture_point(mesh, &triangle::surface(corners, uvs, u, v));
+            let at = texture_point(mesh, vertices, corners, &triangle::surface(corners, uvs, u, v));
             emission.radiance(&self.textures(), &at, 1.0)
         };
         POINTS.iter().fold(Rgb::BLACK, |sum, p| sum + radiance(*p)).mean() / POINTS.len() as f32

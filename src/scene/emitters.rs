@@ -146,7 +146,7 @@ impl Scene {
                 let at = if is_uniform(material) {
                     uniform_point()
                 } else {
-                    texture_point(mesh, &surface)
+                    texture_point(mesh, geometry.triangles[index as usize], corners, &surface)
                 };
                 (sample, material, at)
             }
@@ -209,14 +209,36 @@ pub(super) fn corner_uvs(mesh: &MeshRecord, vertices: [u32; 3]) -> Option<[Vec2;
     (!mesh.uvs.is_empty()).then(|| at.map(|i| mesh.uvs[i]))
 }
 
-/// Returns the texture point of a mesh surface.
-pub(super) fn texture_point(mesh: &MeshRecord, surface: &LocalSurface) -> TexturePoint {
+/// Returns the texture point of a surface on the triangle of a mesh with these `vertices` at these `corners`.
+pub(super) fn texture_point(
+    mesh: &MeshRecord,
+    vertices: [u32; 3],
+    corners: [Vec3; 3],
+    surface: &LocalSurface,
+) -> TexturePoint {
     let (p, n) = match &mesh.transform {
         None => (surface.p, surface.ng),
         Some(t) => (t.point_to_local(surface.p), t.normal_to_local(surface.ng).normalize()),
     };
-    TexturePoint {
+    let mut at = TexturePoint {
         uv: surface.uv,
         ..TexturePoint::new(p, n)
+    };
+    if mesh.has_attributes() {
+        let own = vertices.map(|v| (v - mesh.vertices.start) as usize);
+        let [u, v] = weights(corners, surface.p);
+        at.vertex = mesh.attributes(own, u, v);
     }
+    at
+}
+
+/// The weights of the last two corners of a triangle at its point `p`; 0 where it has no area.
+fn weights([a, b, c]: [Vec3; 3], p: Vec3) -> [f32; 2] {
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let n = ab.cross(ac);
+    let area = n.length_squared();
+    if area == 0.0 {
+        return [0.0; 2];
+    }
+    [ap.cross(ac).dot(n) / area, ab.cross(ap).dot(n) / area]
 }

@@ -3,7 +3,7 @@
 use super::ObjectId;
 use crate::{
     material::MaterialId,
-    math::{Frame, Ray, Vec2, Vec3, float},
+    math::{Frame, Ray, Vec2, Vec3, Vec4, float},
     texture::TexturePoint,
 };
 
@@ -39,6 +39,8 @@ pub struct SurfaceInteraction {
     /// material that is the same everywhere.
     pub dpdu: Vec3,
     pub dpdv: Vec3,
+    /// The tangent that a mesh gives for its normal map, and 1 or -1 for the side of the bitangent; zero where it gives none.
+    pub tangent: Vec4,
     /// Unit direction back along the ray.
     pub wo: Vec3,
     /// The place in the object's own space; of one whose material is the same everywhere `uv` alone
@@ -126,6 +128,7 @@ impl SurfaceInteraction {
             },
             dpdu: Vec3::ZERO,
             dpdv: Vec3::ZERO,
+            tangent: Vec4::ZERO,
             wo: Vec3::ZERO,
             texture: TexturePoint::new(Vec3::ZERO, Vec3::Y),
             object: ObjectId(0),

@@ -3,7 +3,10 @@
 use glam::{DAffine3, DMat3};
 use rayon::prelude::*;
 
-use crate::{math::Vec3, shape::mesh::Mesh};
+use crate::{
+    math::{Vec3, Vec4},
+    shape::mesh::Mesh,
+};
 
 /// Below so many items a task is not worth another thread.
 const PAR_MIN_LEN: usize = 16384;
@@ -59,6 +62,15 @@ impl MeshTransform {
 
     pub fn normal(&self, n: Vec3) -> Vec3 {
         (self.normals * n.as_dvec3()).normalize_or_zero().as_vec3()
+    }
+}
+
+impl MeshTransform {
+    /// A tangent with the side of its bitangent, which a mirroring transform turns round.
+    pub fn tangent(&self, t: Vec4) -> Vec4 {
+        let along = self.world_from_mesh.matrix3 * t.truncate().as_dvec3();
+        let side = if self.mirrors { -t.w } else { t.w };
+        along.normalize_or_zero().as_vec3().extend(side)
     }
 }
 

@@ -9,7 +9,7 @@ use crate::{
     geometry::{Hit, PrimId},
     light::{Light, LightSample},
     material::{Material, MaterialId},
-    math::{Ray, Rgb, Transform, Vec2, Vec3},
+    math::{Ray, Rgb, Transform, Vec2, Vec3, Vec4},
     texture::{Bitmap, Texture, Textures},
 };
 
@@ -31,6 +31,7 @@ pub mod shading_frame;
 mod surface_soa;
 pub mod surfaces;
 pub mod update;
+mod vertex_attributes;
 
 pub use background::{Background, BackgroundRadiance};
 pub(crate) use builder::MeshOwner;
@@ -86,6 +87,11 @@ pub struct MeshRecord {
     pub normals: Vec<Vec3>,
     /// Per vertex; empty where the file has none.
     pub uvs: Vec<Vec2>,
+    pub second_uvs: Vec<Vec2>,
+    /// Linear colours with opacity, per vertex; empty where the file has none.
+    pub colors: Vec<Vec4>,
+    /// Per vertex, in world space as the normals are; empty where they follow from the texture coordinates.
+    pub tangents: Vec<Vec4>,
 }
 
 /// Everything that a frame is rendered from, except the camera.

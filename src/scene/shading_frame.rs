@@ -61,7 +61,10 @@ fn turned_frame(scene: &Scene, surface: &SurfaceInteraction, material: &Material
         return base;
     };
     let n = map.normal(&scene.textures(), &surface.texture);
-    let handed = base.t.dot(surface.dpdv) < 0.0;
+    let handed = match surface.tangent.w {
+        0.0 => base.t.dot(surface.dpdv) < 0.0,
+        side => side < 0.0,
+    };
     let n = Vec3::new(n.x, if handed { -n.y } else { n.y }, n.z);
     let mapped = base.to_world(n).normalize_or(authored);
     // Also without a mirror: its image is above the surface only where the viewer is in front of the normal.
@@ -71,7 +74,12 @@ fn turned_frame(scene: &Scene, surface: &SurfaceInteraction, material: &Material
 
 /// A frame about `n` whose first axis follows the texture's.
 fn tangent_frame(surface: &SurfaceInteraction, n: Vec3) -> Frame {
-    let s = surface.dpdu - n * n.dot(surface.dpdu);
+    let along = if surface.tangent.w == 0.0 {
+        surface.dpdu
+    } else {
+        surface.tangent.truncate()
+    };
+    let s = along - n * n.dot(along);
     match s.try_normalize() {
         Some(s) => Frame { s, t: n.cross(s), n },
         None => Frame::from_normal(n),

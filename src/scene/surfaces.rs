@@ -44,6 +44,15 @@ struct MeshTriangle<'a> {
 }
 
 impl MeshTriangle<'_> {
+    /// Enters what the vertices say beside the first texture coordinates, tangents in the mesh's own space.
+    #[inline]
+    fn fill_attributes(&self, hit: &Hit, surface: &mut SurfaceInteraction) {
+        surface.tangent = self.mesh.tangent(self.own, hit.u, hit.v);
+        if self.mesh.has_attributes() {
+            surface.texture.vertex = self.mesh.attributes(self.own, hit.u, hit.v);
+        }
+    }
+
     #[inline(always)]
     fn uvs(&self) -> Option<[Vec2; 3]> {
         (!self.mesh.uvs.is_empty()).then(|| self.own.map(|i| self.mesh.uvs[i]))
@@ -236,7 +245,8 @@ impl Scene {
         if hit.instance != InstanceId::NONE || self.accel.geometry().shape(hit.prim).is_some() {
             return;
         }
-        let mesh = self.mesh_of(hit.prim);
+        let face = self.face(self.accel.geometry(), hit.prim);
+        let mesh = face.mesh;
         let (p, n, u, v) = (surface.p, surface.ng, surface.dpdu, surface.dpdv);
         let (p, n, dpdu, dpdv) = match &mesh.transform {
             None => (p, n, u, v),
@@ -253,6 +263,7 @@ impl Scene {
             dpdv,
             ..TexturePoint::new(p, n)
         };
+        face.fill_attributes(hit, surface);
     }
 
     #[inline(always)]
@@ -327,6 +338,10 @@ impl Scene {
             (surface.dpdu, surface.dpdv) = (t.vector_to_world(local.dpdu), t.vector_to_world(local.dpdv));
             surface.texture = texture_point(&local);
             instance.fill_texture_point(surface, &placed_geometry, &self.object_transforms);
+            face.fill_attributes(hit, surface);
+            let tangent = surface.tangent;
+            let side = if t.is_mirroring() { -tangent.w } else { tangent.w };
+            surface.tangent = t.vector_to_world(tangent.truncate()).extend(side);
         }
         placed_geometry
     }

@@ -23,7 +23,7 @@ use serde::Deserialize;
 use thiserror::Error;
 
 use crate::{
-    math::{Aabb, DVec3, Vec2, Vec3},
+    math::{Aabb, DVec3, Vec2, Vec3, Vec4},
     value::Spanned,
 };
 
@@ -44,6 +44,13 @@ pub struct Mesh {
     pub normals: Vec<Vec3>,
     /// Texture coordinates, v up: none, or one for each vertex.
     pub uvs: Vec<Vec2>,
+    /// More texture coordinates, for textures that lie in another way.
+    pub second_uvs: Vec<Vec2>,
+    /// Linear colours with opacity, which multiply those of the material: none, or one for each vertex.
+    pub colors: Vec<Vec4>,
+    /// Tangents along u, perpendicular to the normals, and 1 or -1 for the side of the bitangent: none, or one for each
+    /// vertex. Where there are none, normal maps follow the texture coordinates.
+    pub tangents: Vec<Vec4>,
 }
 
 /// Why a mesh cannot be rendered. Numbers count from 0.
@@ -61,6 +68,10 @@ pub enum MeshError {
     NormalNotFinite { vertex: usize },
     #[error("vertex {vertex} has texture coordinates that are not finite")]
     UvNotFinite { vertex: usize },
+    #[error("vertex {vertex} has a colour that is not finite")]
+    ColorNotFinite { vertex: usize },
+    #[error("vertex {vertex} has a tangent that is not finite")]
+    TangentNotFinite { vertex: usize },
     #[error("there are {found} {what} for {vertices} vertices")]
     WrongLength {
         what: &'static str,
@@ -79,6 +90,9 @@ impl Mesh {
             + of(size_of_val(&self.triangles[..]))
             + of(size_of_val(&self.normals[..]))
             + of(size_of_val(&self.uvs[..]))
+            + of(size_of_val(&self.second_uvs[..]))
+            + of(size_of_val(&self.colors[..]))
+            + of(size_of_val(&self.tangents[..]))
     }
 
     /// The first thing that is wrong with the arrays. Triangles without area are not wrong.
@@ -87,7 +101,13 @@ impl Mesh {
         if u32::try_from(vertices).is_err() {
             return Err(MeshError::TooManyVertices { vertices });
         }
-        for (what, found) in [("normals", self.normals.len()), ("texture coordinates", self.uvs.len())] {
+        for (what, found) in [
+            ("normals", self.normals.len()),
+            ("texture coordinates", self.uvs.len()),
+            ("texture coordinates", self.second_uvs.len()),
+            ("colours", self.colors.len()),
+            ("tangents", self.tangents.len()),
+        ] {
             if found != 0 && found != vertices {
                 return Err(MeshError::WrongLength { what, found, vertices });
             }
@@ -98,8 +118,16 @@ impl Mesh {
         if let Some(vertex) = self.normals.iter().position(|n| !n.is_finite()) {
             return Err(MeshError::NormalNotFinite { vertex });
         }
-        if let Some(vertex) = self.uvs.iter().position(|t| !t.is_finite()) {
-            return Err(MeshError::UvNotFinite { vertex });
+        for uvs in [&self.uvs, &self.second_uvs] {
+            if let Some(vertex) = uvs.iter().position(|t| !t.is_finite()) {
+                return Err(MeshError::UvNotFinite { vertex });
+            }
+        }
+        if let Some(vertex) = self.colors.iter().position(|c| !c.is_finite()) {
+            return Err(MeshError::ColorNotFinite { vertex });
+        }
+        if let Some(vertex) = self.tangents.iter().position(|t| !t.is_finite()) {
+            return Err(MeshError::TangentNotFinite { vertex });
         }
         for (triangle, corners) in self.triangles.iter().enumerate() {
             if let Some(&vertex) = corners.iter().find(|v| **v as usize >= vertices) {

@@ -208,27 +208,30 @@ fn plane_error([a, b, c]: [Vec3; 3], p: Vec3, twice_area: f32) -> f32 {
     if error.is_finite() { error } else { 0.0 }
 }
 
-/// Parameters at the weights `u` of b and `v` of c, and how the point moves with them: by those at
-/// the corners, `uvs`, or the weights themselves where there are none or they do not span the
-/// triangle.
+/// Parameters at the weights `u` of b and `v` of c, and how the point moves with them: by those at the corners, `uvs`, or the
+/// weights themselves where there are none.
+///
+/// Where the `uvs` lie in one point or on one line, the point does not follow from them: both derivatives are zero.
 #[inline(always)]
 pub fn parameters(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> (Vec2, Vec3, Vec3) {
-    let [a, b, c] = corners;
-    let weights = [(1.0 - u - v).max(0.0), u, v];
-    let own = (Vec2::new(u, v), b - a, c - a);
-    uvs.and_then(|uvs| mapped(corners, uvs, weights)).unwrap_or(own)
+    match uvs {
+        Some(uvs) => mapped(corners, uvs, [(1.0 - u - v).max(0.0), u, v]),
+        None => {
+            let [a, b, c] = corners;
+            (Vec2::new(u, v), b - a, c - a)
+        }
+    }
 }
 
-/// Parameters by the corners' `uvs`, and how the point moves with them; `None` where they do not
-/// span the triangle.
-fn mapped([a, b, c]: [Vec3; 3], [ta, tb, tc]: [Vec2; 3], [wa, wb, wc]: [f32; 3]) -> Option<(Vec2, Vec3, Vec3)> {
+fn mapped([a, b, c]: [Vec3; 3], [ta, tb, tc]: [Vec2; 3], [wa, wb, wc]: [f32; 3]) -> (Vec2, Vec3, Vec3) {
     let (ab, ac) = ((b - a).as_dvec3(), (c - a).as_dvec3());
     let (tab, tac) = ((tb - ta).as_dvec2(), (tc - ta).as_dvec2());
     let det = tab.perp_dot(tac);
     let dpdu = ((ab * tac.y - ac * tab.y) / det).as_vec3();
     let dpdv = ((ac * tab.x - ab * tac.x) / det).as_vec3();
-    let spans = dpdu.cross(dpdv) != Vec3::ZERO;
-    (spans && dpdu.is_finite() && dpdv.is_finite()).then_some((ta * wa + tb * wb + tc * wc, dpdu, dpdv))
+    let spans = dpdu.cross(dpdv) != Vec3::ZERO && dpdu.is_finite() && dpdv.is_finite();
+    let [dpdu, dpdv] = if spans { [dpdu, dpdv] } else { [Vec3::ZERO; 2] };
+    (ta * wa + tb * wb + tc * wc, dpdu, dpdv)
 }
 
 #[inline(always)]

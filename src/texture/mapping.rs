@@ -123,7 +123,12 @@ impl Ramp {
 #[derive(Clone, Copy, Debug)]
 pub enum Mapping {
     Uv,
-    Planar { s: Ramp, t: Ramp },
+    /// The second texture coordinates of a mesh.
+    SecondUv,
+    Planar {
+        s: Ramp,
+        t: Ramp,
+    },
     Spherical,
     Asin,
 }
@@ -133,6 +138,7 @@ impl Mapping {
         let asin = |x: f32| trig::asin(x.clamp(-1.0, 1.0)) / PI + 0.5;
         match self {
             Self::Uv => at.uv,
+            Self::SecondUv => at.vertex.second_uv,
             Self::Planar { s, t } => Vec2::new(s.at(at.p), t.at(at.p)),
             Self::Spherical => {
                 let turn = trig::atan2(at.n.z, at.n.x) / TAU;
@@ -151,6 +157,7 @@ impl Mapping {
             let slope = |x: f32| 1.0 / (PI * (1.0 - x * x).max(1e-6).sqrt());
             match self {
                 Self::Uv => duv,
+                Self::SecondUv => at.vertex.second_per_uv[0] * duv.x + at.vertex.second_per_uv[1] * duv.y,
                 Self::Planar { s, t } => Vec2::new(s.slope(dp), t.slope(dp)),
                 Self::Spherical => {
                     let r2 = (at.n.x * at.n.x + at.n.z * at.n.z).max(1e-6);

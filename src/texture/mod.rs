@@ -47,6 +47,30 @@ pub struct TexturePoint {
     pub curvature: f32,
     /// The two axes of the footprint in `uv`, from end to end; zero for a point.
     pub footprint: [Vec2; 2],
+    /// What the vertices of a mesh say beside `uv`.
+    pub vertex: VertexAttributes,
+}
+
+/// Attributes of a mesh at a point, interpolated between its vertices.
+#[derive(Clone, Copy, Debug)]
+pub struct VertexAttributes {
+    /// Other texture coordinates.
+    pub second_uv: Vec2,
+    /// The change of `second_uv` along `u` and along `v`.
+    pub second_per_uv: [Vec2; 2],
+    pub color: Rgb,
+    /// From 0 to 1.
+    pub opacity: f32,
+}
+
+impl VertexAttributes {
+    /// Those of a mesh that has none.
+    pub const NONE: Self = Self {
+        second_uv: Vec2::ZERO,
+        second_per_uv: [Vec2::ZERO; 2],
+        color: Rgb::WHITE,
+        opacity: 1.0,
+    };
 }
 
 impl TexturePoint {
@@ -60,6 +84,7 @@ impl TexturePoint {
             dpdv: Vec3::ZERO,
             curvature: 0.0,
             footprint: [Vec2::ZERO; 2],
+            vertex: VertexAttributes::NONE,
         }
     }
 }
@@ -150,6 +175,8 @@ pub enum Scalar {
     Constant(f32),
     /// A channel of a texture, times a number.
     Texture(TextureId, Channel, f32),
+    /// 1 minus the channel of a texture, times a number.
+    Inverted(TextureId, Channel, f32),
 }
 
 impl Scalar {
@@ -181,6 +208,7 @@ impl Textures<'_> {
         match scalar {
             Scalar::Constant(v) => *v,
             Scalar::Texture(id, channel, scale) => self.channel(*id, *channel, at) * scale,
+            Scalar::Inverted(id, channel, scale) => 1.0 - self.channel(*id, *channel, at) * scale,
         }
     }
 

@@ -96,6 +96,15 @@ impl StTransform {
         }
     }
 
+    /// The same for coordinates u and v = 1 - t, which scales, then rotates by `radians` from v towards u, then moves: glTF's
+    /// KHR_texture_transform.
+    pub fn of_uv(offset: Vec2, radians: f32, scale: Vec2) -> Self {
+        let turned = Self::new(Vec2::ZERO, radians.to_degrees(), scale);
+        let [_, t] = turned.axes;
+        let offset = Vec2::new(offset.x - t.x, 1.0 - t.y - offset.y);
+        Self { offset, ..turned }
+    }
+
     #[inline]
     pub fn point(&self, st: Vec2) -> Vec2 {
         self.vector(st) + self.offset

@@ -5,6 +5,8 @@ use ::gltf::json::{
     validation::Checked,
 };
 
+use glam::{DAffine3, DMat4};
+
 use super::{
     document::{Document, get},
     error::GltfProblem,
@@ -93,6 +95,35 @@ impl Document<'_> {
     pub fn count(&self, index: usize) -> Result<usize, GltfProblem> {
         let accessor = get(&self.root.accessors, index, "accessor")?;
         Ok(usize::try_from(accessor.count.0).unwrap_or(usize::MAX))
+    }
+
+    /// Returns the numbers of an element of an accessor.
+    pub fn width(&self, index: usize) -> Result<usize, GltfProblem> {
+        let accessor = get(&self.root.accessors, index, "accessor")?;
+        Ok(AccessorLayout::of(accessor, index)?.width)
+    }
+
+    /// The affine matrices of an accessor of 4 x 4 floats.
+    pub fn matrices(&self, index: usize) -> Result<Vec<DAffine3>, GltfProblem> {
+        let accessor = get(&self.root.accessors, index, "accessor")?;
+        let (Checked::Valid(component), Checked::Valid(Type::Mat4)) = (accessor.component_type, accessor.type_) else {
+            return Err(GltfProblem::broken(format!("accessor {index} holds no 4 x 4 matrices")));
+        };
+        if component.0 != ComponentType::F32 {
+            return Err(GltfProblem::broken(format!(
+                "accessor {index} holds no matrices of floats"
+            )));
+        }
+        let layout = AccessorLayout {
+            component: component.0,
+            normalized: false,
+            width: 16,
+            count: usize::try_from(accessor.count.0).unwrap_or(usize::MAX),
+        };
+        self.read(index, accessor, layout, DAffine3::IDENTITY, |bytes| {
+            let m: [f64; 16] = std::array::from_fn(|k| f64::from(layout.number(&bytes[4 * k..])));
+            DAffine3::from_mat4(DMat4::from_cols_array(&m))
+        })
     }
 
     /// An accessor of `N` numbers an element.

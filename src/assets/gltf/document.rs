@@ -15,11 +15,9 @@ use ::gltf::json::{
 use super::{
     container::{self, Container, Location},
     error::GltfProblem,
+    features,
 };
 use crate::assets::Files;
-
-/// Extensions that a file may require. Others that a file only uses are passed over.
-const SUPPORTED: [&str; 2] = ["KHR_lights_punctual", "KHR_mesh_quantization"];
 
 /// The limit of all arrays together for each byte of the file, and the limit for any file: repeated accessors of a small
 /// file must not fill the memory.
@@ -165,7 +163,7 @@ fn check_extensions(raw: &Value) -> Result<(), GltfProblem> {
         .into_iter()
         .flatten()
         .filter_map(Value::as_str)
-        .filter(|name| !SUPPORTED.contains(name))
+        .filter(|name| features::treatment(name).is_none())
         .collect();
     if unknown.is_empty() {
         return Ok(());

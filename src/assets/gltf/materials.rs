@@ -1,137 +1,292 @@
-//! Materials, textures and images.
+//! Materials: metallic-roughness and its extensions.
+//!
+//! Sources: Khronos, "glTF 2.0 Specification", section 3.9, and the texts of the KHR_materials extensions.
 
 use std::{collections::HashMap, path::Path};
 
-use ::gltf::json::{
-    texture::{Info, MagFilter, Sampler, WrappingMode},
-    validation::Checked,
-};
+use ::gltf::json::Value;
 
 use super::{
-    container::{self, Location},
     document::{Document, get},
     error::GltfProblem,
+    json::{number, numbers, unit},
+    textures::{ModelImages, UvSets, uv_set},
 };
 use crate::{
-    assets::model::{ImageSource, Model, ModelMaterial, ModelTexture},
+    assets::model::{Model, ModelMaterial, Treatment},
+    bsdf::layered::Boundary,
+    material::{
+        Sidedness, medium,
+        principled::{AlphaMode, Principled},
+    },
     math::Rgb,
-    texture::image::{TextureFilter, Wrap},
+    texture::{Color, Scalar, TextureId, bitmap::ColorSpace},
+    value::Channel,
 };
 
-/// The materials and images of the document that are used, each once.
+/// An index of refraction whose surface reflects nearly all at normal incidence.
+const MIRROR_IOR: f32 = 1e4;
+
+/// The materials of the document that are used, each once.
 #[derive(Default)]
 pub(super) struct ModelMaterials {
     materials: HashMap<Option<usize>, usize>,
-    images: HashMap<usize, usize>,
+    images: ModelImages,
 }
 
-/// The texture that gives a material its base colour.
-fn base_texture<'a>(document: &'a Document<'_>, material: Option<usize>) -> Result<Option<&'a Info>, GltfProblem> {
-    let Some(index) = material else { return Ok(None) };
-    let material = get(&document.root.materials, index, "material")?;
-    Ok(material.pbr_metallic_roughness.base_color_texture.as_ref())
+/// A material of the document.
+fn raw<'a>(document: &'a Document<'_>, material: Option<usize>) -> Result<&'a Value, GltfProblem> {
+    let Some(index) = material else {
+        return Ok(&Value::Null);
+    };
+    get(&document.root.materials, index, "material")?;
+    Ok(&document.raw["materials"][index])
 }
 
-/// The set of texture coordinates that a material reads.
-pub(super) fn uv_set(document: &Document<'_>, material: Option<usize>) -> Result<u32, GltfProblem> {
-    Ok(base_texture(document, material)?.map_or(0, |t| t.tex_coord))
+/// The sets of texture coordinates that a material reads.
+pub(super) fn uv_sets(document: &Document<'_>, material: Option<usize>) -> Result<UvSets, GltfProblem> {
+    let mut sets = Vec::new();
+    texture_infos(raw(document, material)?, &mut sets);
+    let first = sets.first().copied().unwrap_or(0);
+    Ok(UvSets {
+        first,
+        second: sets.into_iter().find(|set| *set != first),
+    })
+}
+
+/// Collects the sets of all texture references in a material. Recursion ends: the JSON reader accepts 128 levels at the most.
+fn texture_infos(value: &Value, sets: &mut Vec<u32>) {
+    let Value::Object(map) = value else { return };
+    for (key, value) in map {
+        match key.as_str() {
+            "occlusionTexture" | "thicknessTexture" | "extras" => {}
+            _ if key.ends_with("Texture") => sets.push(uv_set(value)),
+            _ => texture_infos(value, sets),
+        }
+    }
+}
+
+/// A material that is read.
+struct Reader<'a, 'b> {
+    document: &'a Document<'b>,
+    images: &'a mut ModelImages,
+    sets: UvSets,
+    path: &'a Path,
+    model: &'a mut Model,
+}
+
+impl Reader<'_, '_> {
+    fn texture(&mut self, from: &Value, key: &str, space: ColorSpace) -> Result<Option<TextureId>, GltfProblem> {
+        let Some(info) = from.get(key) else { return Ok(None) };
+        self.images
+            .place(self.document, info, self.sets, space, self.path, self.model)
+            .map_err(|e| e.within(key))
+    }
+
+    /// A colour times a texture's.
+    fn color(&mut self, from: &Value, factor: &str, default: f32, texture: &str) -> Result<Color, GltfProblem> {
+        let factor = Rgb::from_array(numbers(from, factor, [default; 3]).map(|v| v.max(0.0)));
+        Ok(match self.texture(from, texture, ColorSpace::Srgb)? {
+            None => Color::Constant(factor),
+            Some(id) => Color::Tinted(id, factor),
+        })
+    }
+
+    /// A number from 0 to 1 times the channel of a texture.
+    fn scalar(
+        &mut self,
+        from: &Value,
+        (factor, default): (&str, f32),
+        texture: &str,
+        channel: Channel,
+    ) -> Result<Scalar, GltfProblem> {
+        let factor = unit(from, factor, default);
+        Ok(match self.texture(from, texture, ColorSpace::Raw)? {
+            None => Scalar::Constant(factor),
+            Some(id) => Scalar::Texture(id, channel, factor),
+        })
+    }
+
+    fn surface(&mut self, material: &Value) -> Result<Principled, GltfProblem> {
+        let none = Value::Null;
+        let pbr = material.get("pbrMetallicRoughness").unwrap_or(&none);
+        let metallic_roughness = "metallicRoughnessTexture";
+        let mut surface = Principled {
+            base_color: self.color(pbr, "baseColorFactor", 1.0, "baseColorTexture")?,
+            metallic: self.scalar(pbr, ("metallicFactor", 1.0), metallic_roughness, Channel::B)?,
+            roughness: self.scalar(pbr, ("roughnessFactor", 1.0), metallic_roughness, Channel::G)?,
+            emissive: self.color(material, "emissiveFactor", 0.0, "emissiveTexture")?,
+            normal: self
+                .texture(material, "normalTexture", ColorSpace::Raw)?
+                .map(Color::Texture),
+            normal_scale: number(&material["normalTexture"], "scale", 1.0),
+            alpha_mode: match material.get("alphaMode").and_then(Value::as_str) {
+                None | Some("OPAQUE") => AlphaMode::Opaque,
+                Some("MASK") => AlphaMode::Mask(number(material, "alphaCutoff", 0.5)),
+                Some("BLEND") => AlphaMode::Blend,
+                Some(other) => return Err(GltfProblem::broken(format!("the alpha mode {other} is unknown"))),
+            },
+            sidedness: match material.get("doubleSided").and_then(Value::as_bool) {
+                Some(true) => Sidedness::Both,
+                _ => Sidedness::Front,
+            },
+            ..Principled::default()
+        };
+        let [.., alpha] = numbers(pbr, "baseColorFactor", [1.0; 4]);
+        surface.opacity = opacity(&surface.base_color, alpha);
+        if material.get("occlusionTexture").is_some() {
+            let why = Treatment::Unneeded("paths find the light in corners themselves");
+            self.model.add_feature("occlusionTexture", "material", why);
+        }
+        let extensions = material.get("extensions").unwrap_or(&none);
+        self.layers(extensions, &mut surface)?;
+        self.clear(extensions, &mut surface)?;
+        self.replacements(extensions, &mut surface)?;
+        Ok(surface)
+    }
+
+    /// The extensions that add layers or change the reflection.
+    fn layers(&mut self, extensions: &Value, surface: &mut Principled) -> Result<(), GltfProblem> {
+        if let Some(coat) = extensions.get("KHR_materials_clearcoat") {
+            let (factor, roughness) = (("clearcoatFactor", 0.0), ("clearcoatRoughnessFactor", 0.0));
+            surface.clearcoat = self.scalar(coat, factor, "clearcoatTexture", Channel::R)?;
+            surface.clearcoat_roughness = self.scalar(coat, roughness, "clearcoatRoughnessTexture", Channel::G)?;
+            if coat.get("clearcoatNormalTexture").is_some() {
+                let how = Treatment::Without("the coat has the normals of the base");
+                self.model.add_feature("clearcoatNormalTexture", "material", how);
+            }
+        }
+        if let Some(sheen) = extensions.get("KHR_materials_sheen") {
+            let roughness = ("sheenRoughnessFactor", 0.0);
+            surface.sheen_color = self.color(sheen, "sheenColorFactor", 0.0, "sheenColorTexture")?;
+            surface.sheen_roughness = self.scalar(sheen, roughness, "sheenRoughnessTexture", Channel::A)?;
+        }
+        if let Some(specular) = extensions.get("KHR_materials_specular") {
+            surface.specular = self.scalar(specular, ("specularFactor", 1.0), "specularTexture", Channel::A)?;
+            surface.specular_color = self.color(specular, "specularColorFactor", 1.0, "specularColorTexture")?;
+        }
+        if let Some(film) = extensions.get("KHR_materials_iridescence") {
+            let metres = |key: &str, nm: f32| number(film, key, nm).max(0.0) * 1e-9;
+            let most = metres("iridescenceThicknessMaximum", 400.0);
+            surface.iridescence = self.scalar(film, ("iridescenceFactor", 0.0), "iridescenceTexture", Channel::R)?;
+            surface.iridescence_ior = number(film, "iridescenceIor", 1.3).max(1.0);
+            surface.iridescence_thickness = [metres("iridescenceThicknessMinimum", 100.0), most];
+            surface.iridescence_place = self.scalar(film, ("", 1.0), "iridescenceThicknessTexture", Channel::G)?;
+        }
+        if let Some(brushed) = extensions.get("KHR_materials_anisotropy") {
+            let strength = ("anisotropyStrength", 0.0);
+            surface.anisotropy = self.scalar(brushed, strength, "anisotropyTexture", Channel::B)?;
+            surface.anisotropy_rotation = number(brushed, "anisotropyRotation", 0.0);
+            if brushed.get("anisotropyTexture").is_some() {
+                let how = Treatment::InPart("its direction is the same everywhere");
+                self.model.add_feature("anisotropyTexture", "material", how);
+            }
+        }
+        Ok(())
+    }
+
+    /// The extensions of what light passes, and of what shines.
+    fn clear(&mut self, extensions: &Value, surface: &mut Principled) -> Result<(), GltfProblem> {
+        if let Some(ior) = extensions.get("KHR_materials_ior") {
+            let ior = number(ior, "ior", 1.5);
+            // 0 stands for a surface that reflects all.
+            surface.ior = if ior >= 1.0 { ior } else { MIRROR_IOR };
+        }
+        if let Some(clear) = extensions.get("KHR_materials_transmission") {
+            let factor = ("transmissionFactor", 0.0);
+            surface.transmission = self.scalar(clear, factor, "transmissionTexture", Channel::R)?;
+        }
+        if let Some(volume) = extensions.get("KHR_materials_volume") {
+            if number(volume, "thicknessFactor", 0.0) > 0.0 {
+                surface.boundary = Boundary::Solid;
+                let distance = number(volume, "attenuationDistance", f32::INFINITY);
+                let color = Rgb::from_array(numbers(volume, "attenuationColor", [1.0; 3]));
+                if distance > 0.0 && distance.is_finite() {
+                    surface.absorption = medium::absorption(color, distance);
+                }
+            }
+            if volume.get("thicknessTexture").is_some() {
+                let why = Treatment::Unneeded("paths travel through the body itself");
+                self.model.add_feature("thicknessTexture", "material", why);
+            }
+        }
+        if let Some(strength) = extensions.get("KHR_materials_emissive_strength") {
+            surface.emissive_strength = number(strength, "emissiveStrength", 1.0).max(0.0);
+        }
+        Ok(())
+    }
+
+    /// The extensions that replace the model of metal and roughness.
+    fn replacements(&mut self, extensions: &Value, surface: &mut Principled) -> Result<(), GltfProblem> {
+        if let Some(older) = extensions.get("KHR_materials_pbrSpecularGlossiness") {
+            let texture = "specularGlossinessTexture";
+            surface.base_color = self.color(older, "diffuseFactor", 1.0, "diffuseTexture")?;
+            let [.., alpha] = numbers(older, "diffuseFactor", [1.0; 4]);
+            surface.opacity = opacity(&surface.base_color, alpha);
+            surface.metallic = Scalar::Constant(0.0);
+            surface.ior = MIRROR_IOR;
+            surface.specular_color = self.color(older, "specularFactor", 1.0, texture)?;
+            let glossiness = unit(older, "glossinessFactor", 1.0);
+            surface.roughness = match self.texture(older, texture, ColorSpace::Srgb)? {
+                None => Scalar::Constant(1.0 - glossiness),
+                Some(id) => Scalar::Inverted(id, Channel::A, glossiness),
+            };
+        }
+        if extensions.get("KHR_materials_unlit").is_some() {
+            // It is as bright as its colour from everywhere, and reflects nothing.
+            *surface = Principled {
+                emissive: surface.base_color,
+                emissive_strength: 1.0,
+                opacity: surface.opacity,
+                alpha_mode: surface.alpha_mode,
+                sidedness: Sidedness::Both,
+                ..Principled::matte(Color::Constant(Rgb::BLACK))
+            };
+        }
+        Ok(())
+    }
+}
+
+/// The opacity that goes with a base colour.
+fn opacity(base_color: &Color, alpha: f32) -> Scalar {
+    match base_color {
+        Color::Constant(_) => Scalar::Constant(alpha.clamp(0.0, 1.0)),
+        Color::Texture(id) | Color::Tinted(id, _) => Scalar::Texture(*id, Channel::A, alpha),
+    }
 }
 
 impl ModelMaterials {
-    /// Puts a material into `model`; returns its number there. Without a material a surface is white.
+    /// Puts a material into `model`; returns its number there. `has_colors` tells whether vertices of its mesh have colours.
     pub fn place(
         &mut self,
         document: &Document<'_>,
         material: Option<usize>,
+        has_colors: bool,
         path: &Path,
         model: &mut Model,
     ) -> Result<usize, GltfProblem> {
-        if let Some(known) = self.materials.get(&material) {
-            return Ok(*known);
-        }
-        let mut made = ModelMaterial::default();
-        if let Some(index) = material {
-            let given = get(&document.root.materials, index, "material")?;
-            let [r, g, b, _] = given.pbr_metallic_roughness.base_color_factor.0;
-            made.name = given.name.clone().unwrap_or_default();
-            made.base_color = Rgb::from_array([r, g, b].map(|v| if v.is_finite() { v.max(0.0) } else { 1.0 }));
-        }
-        if let Some(info) = base_texture(document, material)? {
-            made.base_texture = self.texture(document, info.index.value(), path, model)?;
-        }
-        model.materials.push(made);
-        let at = model.materials.len() - 1;
-        self.materials.insert(material, at);
-        Ok(at)
-    }
-
-    fn texture(
-        &mut self,
-        document: &Document<'_>,
-        index: usize,
-        path: &Path,
-        model: &mut Model,
-    ) -> Result<Option<usize>, GltfProblem> {
-        let texture = get(&document.root.textures, index, "texture")?;
-        let source = texture.source.value();
-        if source == u32::MAX as usize {
-            tracing::warn!("texture {index} has no image that can be read: {}", path.display());
-            return Ok(None);
-        }
-        let default = Sampler::default();
-        let sampler = match texture.sampler {
-            Some(sampler) => get(&document.root.samplers, sampler.value(), "sampler")?,
-            None => &default,
-        };
-        let wrap = |mode: Checked<WrappingMode>| match mode {
-            Checked::Valid(WrappingMode::ClampToEdge) => Ok(Wrap::Clamp),
-            Checked::Valid(WrappingMode::MirroredRepeat) => Ok(Wrap::Mirror),
-            Checked::Valid(WrappingMode::Repeat) => Ok(Wrap::Repeat),
-            Checked::Invalid => Err(GltfProblem::broken(format!(
-                "texture {index} has an unknown wrapping mode"
-            ))),
-        };
-        let filter = match sampler.mag_filter {
-            Some(Checked::Valid(MagFilter::Nearest)) => TextureFilter::Nearest,
-            _ => TextureFilter::Trilinear,
-        };
-        let image = match self.images.get(&source) {
+        let at = match self.materials.get(&material) {
             Some(known) => *known,
             None => {
-                model.images.push(image(document, source, path)?);
-                self.images.insert(source, model.images.len() - 1);
-                model.images.len() - 1
+                let raw = raw(document, material)?;
+                let sets = uv_sets(document, material)?;
+                let mut reader = Reader {
+                    document,
+                    images: &mut self.images,
+                    sets,
+                    path,
+                    model,
+                };
+                let place = || material.map_or_else(String::new, |i| format!("material {i}"));
+                let surface = reader.surface(raw).map_err(|e| e.within(&place()))?;
+                let name = raw.get("name").and_then(Value::as_str).unwrap_or_default().to_owned();
+                model.materials.push(ModelMaterial { name, surface });
+                let at = model.materials.len() - 1;
+                self.materials.insert(material, at);
+                at
             }
         };
-        let wrap = [wrap(sampler.wrap_s)?, wrap(sampler.wrap_t)?];
-        model.textures.push(ModelTexture { image, filter, wrap });
-        Ok(Some(model.textures.len() - 1))
+        model.materials[at].surface.reads_vertices |= has_colors;
+        Ok(at)
     }
-}
-
-fn image(document: &Document<'_>, index: usize, path: &Path) -> Result<ImageSource, GltfProblem> {
-    let image = get(&document.root.images, index, "image")?;
-    let name = || path.with_file_name(format!("{} (image {index})", file_name(path)));
-    let embedded = |bytes: Vec<u8>| ImageSource::Bytes {
-        name: name(),
-        bytes: bytes.into(),
-    };
-    match (&image.uri, image.buffer_view) {
-        (Some(uri), _) => Ok(match container::locate(document.folder, uri, document.files)? {
-            Location::Here(bytes) => embedded(bytes),
-            Location::File(file) => ImageSource::File(file),
-        }),
-        (None, Some(view)) => {
-            let (bytes, _) = document.view(view.value())?;
-            document.reserve(bytes.len() as u64)?;
-            Ok(embedded(bytes.to_vec()))
-        }
-        (None, None) => Err(GltfProblem::broken(format!(
-            "image {index} has neither a uri nor a buffer view"
-        ))),
-    }
-}
-
-fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }

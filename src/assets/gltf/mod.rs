@@ -12,10 +12,15 @@ mod cameras;
 mod container;
 mod document;
 mod error;
+mod features;
+mod instancing;
+mod json;
 mod lights;
 mod materials;
 mod nodes;
+mod pose;
 mod primitive;
+mod textures;
 
 use std::path::Path;
 
@@ -25,6 +30,9 @@ use super::{
 };
 use document::{Document, get};
 use error::GltfProblem;
+use glam::DAffine3;
+use pose::Pose;
+use primitive::PrimitiveUse;
 
 pub use error::GltfError;
 
@@ -49,25 +57,44 @@ fn read(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, GltfProblem> 
     let mut model = Model::default();
     let mut meshes = primitive::Meshes::default();
     let mut materials = materials::ModelMaterials::default();
+    features::collect(&document.raw, &mut model);
     let hierarchy = nodes::Hierarchy::new(&document)?;
     model.nodes = hierarchy.names();
-    for (index, place) in hierarchy.placed(&document)? {
+    let placed = hierarchy.placed(&document)?;
+    let pose = Pose::new(&document, &placed);
+    for &(index, place) in &placed {
+        if !hierarchy.is_visible(&document, index) {
+            continue;
+        }
         let node = &root.nodes[index];
         if let Some(mesh) = node.mesh {
             let primitives = &get(&root.meshes, mesh.value(), "mesh")?.primitives;
+            let copies = instancing::copies(&document, index)?;
             for (i, primitive) in primitives.iter().enumerate() {
-                // Many nodes may name a mesh of many primitives.
-                document.reserve(size_of::<MeshInstance>() as u64)?;
-                let what = format!("primitive {i} of mesh {}", mesh.value());
                 let material = primitive.material.map(|m| m.value());
-                let uv_set = materials::uv_set(&document, material)?;
-                if let Some(mesh) = meshes.place(&document, primitive, uv_set, &what)? {
-                    let material = materials.place(&document, material, path, &mut model)?;
+                let used = PrimitiveUse {
+                    primitive,
+                    node: index,
+                    mesh: mesh.value(),
+                    index: i,
+                    uv_sets: materials::uv_sets(&document, material)?,
+                };
+                let Some(mesh) = meshes.place(&document, &used, &pose, &mut model)? else {
+                    continue;
+                };
+                let material = materials.place(&document, material, mesh.has_colors, path, &mut model)?;
+                for copy in &copies {
+                    // Many nodes may name a mesh of many primitives.
+                    document.reserve(size_of::<MeshInstance>() as u64)?;
                     model.instances.push(MeshInstance {
-                        mesh,
+                        mesh: mesh.index,
                         material,
                         node: Some(index),
-                        model_from_mesh: place,
+                        model_from_mesh: if mesh.is_skinned {
+                            DAffine3::IDENTITY
+                        } else {
+                            place * *copy
+                        },
                     });
                 }
             }

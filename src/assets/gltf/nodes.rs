@@ -1,11 +1,12 @@
 //! Nodes: the tree is checked, then walked without recursion.
 
-use ::gltf::json::scene::Node;
+use ::gltf::json::{Value, scene::Node};
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 
 use super::{
     document::{Document, get},
     error::GltfProblem,
+    instancing::rotation,
 };
 use crate::assets::model::ModelNode;
 
@@ -29,6 +30,15 @@ impl<'a> Hierarchy<'a> {
             parent: *parent,
         };
         self.nodes.iter().zip(&self.parents).map(named).collect()
+    }
+
+    /// Whether a node and all nodes above it are visible, by KHR_node_visibility.
+    pub fn is_visible(&self, document: &Document<'_>, node: usize) -> bool {
+        let line = std::iter::successors(Some(node), |n| self.parents[*n]);
+        line.into_iter().all(|node| {
+            let path = format!("/nodes/{node}/extensions/KHR_node_visibility/visible");
+            document.raw.pointer(&path).and_then(Value::as_bool).unwrap_or(true)
+        })
     }
 
     /// The nodes of the document's scene with their transforms to the world, parents first.
@@ -110,16 +120,8 @@ fn local(node: &Node, index: usize) -> Result<DAffine3, GltfProblem> {
         }
         return Ok(DAffine3::from_mat4(m));
     }
-    let rotation = node
-        .rotation
-        .map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)));
-    // Exporters round; the identity is what is left of a rotation without an axis.
-    let length = rotation.length();
-    let rotation = if length > 0.0 && length.is_finite() {
-        rotation / length
-    } else {
-        DQuat::IDENTITY
-    };
+    // Exporters round.
+    let rotation = node.rotation.map_or(DQuat::IDENTITY, |q| rotation(q.0));
     Ok(DAffine3::from_scale_rotation_translation(
         node.scale.map_or(DVec3::ONE, vec3),
         rotation,

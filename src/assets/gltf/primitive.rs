@@ -7,20 +7,57 @@ use ::gltf::json::{
     validation::Checked,
 };
 
-use super::{document::Document, error::GltfProblem};
+use super::{document::Document, error::GltfProblem, pose::Pose, textures::UvSets};
 use crate::{
-    math::{Vec2, Vec3},
+    assets::model::{Model, Treatment},
+    math::{Vec2, Vec3, Vec4},
     shape::mesh::Mesh,
 };
 
-/// The identity of a mesh: primitives that name the same arrays share one mesh.
+/// The identity of a mesh: primitives that name the same arrays in the same shape share one mesh.
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct Key {
     mode: u32,
     indices: Option<usize>,
-    positions: usize,
-    normals: Option<usize>,
-    uvs: Option<usize>,
+    attributes: Attributes,
+    deformed: Option<Deformed>,
+}
+
+/// The accessors of a primitive that are read.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) struct Attributes {
+    pub positions: usize,
+    pub normals: Option<usize>,
+    pub tangents: Option<usize>,
+    pub uvs: Option<usize>,
+    pub second_uvs: Option<usize>,
+    pub colors: Option<usize>,
+}
+
+/// A primitive that its node bends: such a mesh is not shared.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct Deformed {
+    node: usize,
+    mesh: usize,
+    primitive: usize,
+}
+
+/// A primitive and where it stands.
+pub(super) struct PrimitiveUse<'a> {
+    pub primitive: &'a Primitive,
+    /// The numbers of its node, its mesh, and itself in the mesh.
+    pub node: usize,
+    pub mesh: usize,
+    pub index: usize,
+    pub uv_sets: UvSets,
+}
+
+/// A mesh of the model.
+pub(super) struct PlacedMesh {
+    pub index: usize,
+    pub has_colors: bool,
+    /// Whether it is in the space of the model, not in that of its node.
+    pub is_skinned: bool,
 }
 
 /// The meshes so far.
@@ -31,80 +68,143 @@ pub(super) struct Meshes {
 }
 
 impl Meshes {
-    /// The number of a primitive's mesh; `None` where it has no triangles. `uv_set` is the set of texture coordinates
-    /// that its material reads.
+    /// The mesh of a primitive; `None` where it has no triangles, which `model` is told.
     pub fn place(
         &mut self,
         document: &Document<'_>,
-        primitive: &Primitive,
-        uv_set: u32,
-        what: &str,
-    ) -> Result<Option<usize>, GltfProblem> {
+        used: &PrimitiveUse<'_>,
+        pose: &Pose<'_>,
+        model: &mut Model,
+    ) -> Result<Option<PlacedMesh>, GltfProblem> {
+        let PrimitiveUse { primitive, uv_sets, .. } = used;
+        let what = format!("primitive {} of mesh {}", used.index, used.mesh);
         let Checked::Valid(mode) = primitive.mode else {
             return Err(GltfProblem::broken(format!("{what} has an unknown mode")));
         };
         let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(|a| a.value());
         let Some(positions) = attribute(Semantic::Positions) else {
-            tracing::warn!("{what} has no positions and is left out");
+            model.add_feature("no positions", "primitive", Treatment::Without("it is left out"));
             return Ok(None);
         };
+        let shape = match mode {
+            Mode::Points => Some("points"),
+            Mode::Lines | Mode::LineLoop | Mode::LineStrip => Some("lines"),
+            Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan => None,
+        };
+        if let Some(shape) = shape {
+            model.add_feature(shape, "primitive", Treatment::Without("it is left out"));
+        }
+        let is_skinned = pose.skin(used.node).is_some();
+        let is_bent = is_skinned || primitive.targets.as_ref().is_some_and(|t| !t.is_empty());
         let key = Key {
             mode: mode.as_gl_enum(),
             indices: primitive.indices.map(|i| i.value()),
-            positions,
-            normals: attribute(Semantic::Normals),
-            uvs: attribute(Semantic::TexCoords(uv_set)),
+            attributes: Attributes {
+                positions,
+                normals: attribute(Semantic::Normals),
+                tangents: attribute(Semantic::Tangents),
+                uvs: attribute(Semantic::TexCoords(uv_sets.first)),
+                second_uvs: uv_sets.second.and_then(|set| attribute(Semantic::TexCoords(set))),
+                colors: attribute(Semantic::Colors(0)),
+            },
+            deformed: is_bent.then_some(Deformed {
+                node: used.node,
+                mesh: used.mesh,
+                primitive: used.index,
+            }),
         };
-        if let Some(known) = self.known.get(&key) {
-            return Ok(*known);
-        }
-        let mesh = mesh(document, &key, mode).map_err(|e| e.within(what))?;
-        let at = (!mesh.triangles.is_empty()).then(|| {
-            self.meshes.push(mesh);
-            self.meshes.len() - 1
-        });
-        self.known.insert(key, at);
-        Ok(at)
+        let has_colors = key.attributes.colors.is_some();
+        let found = match self.known.get(&key) {
+            Some(known) => *known,
+            None => {
+                let mut mesh = mesh(document, &key, mode).map_err(|e| e.within(&what))?;
+                if is_bent && !mesh.triangles.is_empty() {
+                    pose.bend(document, used, &mut mesh).map_err(|e| e.within(&what))?;
+                }
+                let at = (!mesh.triangles.is_empty()).then(|| {
+                    self.meshes.push(mesh);
+                    self.meshes.len() - 1
+                });
+                self.known.insert(key, at);
+                at
+            }
+        };
+        Ok(found.map(|index| PlacedMesh {
+            index,
+            has_colors,
+            is_skinned,
+        }))
     }
 }
 
 fn mesh(document: &Document<'_>, key: &Key, mode: Mode) -> Result<Mesh, GltfProblem> {
-    let count = document.count(key.positions)?;
+    let Attributes {
+        positions,
+        normals,
+        tangents,
+        uvs,
+        second_uvs,
+        colors,
+    } = key.attributes;
+    let count = document.count(positions)?;
     let indices = match key.indices {
         Some(indices) => document.indices(indices)?,
         None => {
             document.reserve(4 * count as u64)?;
             // An accessor's bytes are checked before their number is believed.
-            let positions = document.floats::<3>(key.positions)?.len();
+            let positions = document.floats::<3>(positions)?.len();
             (0..u32::try_from(positions).map_err(|_| GltfProblem::broken("more than 2^32 vertices"))?).collect()
         }
     };
+    // Arrays that nothing is drawn from are checked, too.
+    let positions = vectors(document, positions)?;
     let triangles = triangles(mode, &indices);
-    if triangles.is_empty() {
-        return Ok(Mesh::default());
+    if let Some(index) = indices.iter().find(|i| **i as usize >= positions.len()) {
+        let vertices = positions.len();
+        return Err(GltfProblem::broken(format!(
+            "an index names vertex {index}, but there are only {vertices}"
+        )));
     }
-    let vec3 = |index| -> Result<Vec<Vec3>, GltfProblem> {
-        Ok(document.floats::<3>(index)?.into_iter().map(Vec3::from_array).collect())
-    };
-    let normals = key.normals.map(vec3).transpose()?.unwrap_or_default();
-    let uvs = match key.uvs {
-        // glTF's v runs downwards.
-        Some(index) => document
-            .floats::<2>(index)?
-            .into_iter()
-            .map(|[u, v]| Vec2::new(u, 1.0 - v))
-            .collect(),
-        None => Vec::new(),
-    };
+    let normals = normals.map_or(Ok(Vec::new()), |i| vectors(document, i))?;
     let mesh = Mesh {
-        positions: vec3(key.positions)?,
-        triangles,
+        positions,
         // A normal that is none is left to the face's.
         normals: normals.into_iter().map(Vec3::normalize_or_zero).collect(),
-        uvs,
+        uvs: uvs.map_or(Ok(Vec::new()), |i| coordinates(document, i))?,
+        second_uvs: second_uvs.map_or(Ok(Vec::new()), |i| coordinates(document, i))?,
+        colors: colors.map_or(Ok(Vec::new()), |i| vertex_colors(document, i))?,
+        tangents: match tangents {
+            None => Vec::new(),
+            Some(index) => document.floats::<4>(index)?.into_iter().map(Vec4::from_array).collect(),
+        },
+        triangles,
     };
     mesh.validate().map_err(GltfProblem::broken)?;
     Ok(mesh)
+}
+
+pub(super) fn vectors(document: &Document<'_>, accessor: usize) -> Result<Vec<Vec3>, GltfProblem> {
+    Ok(document
+        .floats::<3>(accessor)?
+        .into_iter()
+        .map(Vec3::from_array)
+        .collect())
+}
+
+/// Texture coordinates, whose v runs downwards in glTF.
+fn coordinates(document: &Document<'_>, accessor: usize) -> Result<Vec<Vec2>, GltfProblem> {
+    let pairs = document.floats::<2>(accessor)?;
+    Ok(pairs.into_iter().map(|[u, v]| Vec2::new(u, 1.0 - v)).collect())
+}
+
+/// Linear colours, which are opaque where they have three numbers.
+fn vertex_colors(document: &Document<'_>, accessor: usize) -> Result<Vec<Vec4>, GltfProblem> {
+    if document.width(accessor)? == 3 {
+        let colors = document.floats::<3>(accessor)?;
+        return Ok(colors.into_iter().map(|[r, g, b]| Vec4::new(r, g, b, 1.0)).collect());
+    }
+    let colors = document.floats::<4>(accessor)?;
+    Ok(colors.into_iter().map(Vec4::from_array).collect())
 }
 
 fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {

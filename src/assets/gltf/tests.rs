@@ -1,5 +1,8 @@
 use super::*;
-use crate::math::{Rgb, Vec2, Vec3};
+use crate::{
+    math::{Rgb, Vec2, Vec3},
+    texture::{Color, TextureId},
+};
 
 /// A triangle in the xy plane, as bytes.
 const TRIANGLE: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
@@ -47,7 +50,8 @@ fn nested_nodes_place_their_meshes_and_share_them() {
         (Vec3::new(-1.0, 0.0, 0.0), Vec3::new(2.0, 2.0, 0.0))
     );
     assert!(model.instances[0].model_from_mesh.matrix3.determinant() < 0.0);
-    assert_eq!(model.materials[model.instances[0].material].base_color, Rgb::WHITE);
+    let surface = &model.materials[model.instances[0].material].surface;
+    assert!(matches!(surface.base_color, Color::Constant(Rgb::WHITE)));
 }
 
 #[test]
@@ -147,8 +151,8 @@ fn base_colors_and_their_textures_are_read() {
     let rest = rest.replacen(']', uvs, 1);
     let model = read(&rest).unwrap();
     let material = &model.materials[0];
-    assert_eq!(material.base_color, Rgb::new(1.0, 0.5, 0.25));
-    assert!(material.base_texture.is_some());
+    let tint = Rgb::new(1.0, 0.5, 0.25);
+    assert!(matches!(material.surface.base_color, Color::Tinted(TextureId(0), found) if found == tint));
     assert_eq!(
         model.images[0],
         super::super::model::ImageSource::File("nowhere/a b.png".into())

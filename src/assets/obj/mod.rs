@@ -106,6 +106,7 @@ fn mesh(group: &tobj::Mesh) -> Result<Mesh, MeshError> {
             .map(|n| vec3(n).normalize_or_zero())
             .collect(),
         uvs: group.texcoords.chunks_exact(2).map(|t| Vec2::new(t[0], t[1])).collect(),
+        ..Mesh::default()
     };
     mesh.validate()?;
     Ok(mesh)

@@ -15,8 +15,9 @@ use crate::{
         files::is_refused,
         model::{ImageSource, Model, ModelMaterial, ModelTexture},
     },
+    material::principled::Principled,
     math::Rgb,
-    texture::image::{TextureFilter, Wrap},
+    texture::{Color, TextureId, image::Wrap},
     value::one_line,
 };
 
@@ -104,13 +105,10 @@ impl<'a> Library<'a> {
                 one_line(name, 80)
             );
         }
-        let mut made = ModelMaterial {
-            name: name.unwrap_or_default().to_owned(),
-            base_color: Rgb::gray(GRAY),
-            base_texture: None,
-        };
+        let mut base_color = Rgb::gray(GRAY);
+        let mut base_texture = None;
         if let Some((material, folder)) = found {
-            made.base_color = material.diffuse.map_or(made.base_color, Rgb::from_array);
+            base_color = material.diffuse.map_or(base_color, Rgb::from_array);
             if let Some(texture) = &material.diffuse_texture {
                 let (name, wrap) = file_and_wrap(texture);
                 let file = locate(folder, &name);
@@ -120,18 +118,23 @@ impl<'a> Library<'a> {
                     model.images.len() - 1
                 });
                 model.textures.push(ModelTexture {
-                    image,
-                    filter: TextureFilter::Trilinear,
                     wrap: [wrap; 2],
+                    ..ModelTexture::of_image(image)
                 });
-                made.base_texture = Some(model.textures.len() - 1);
+                base_texture = Some(TextureId(model.textures.len() as u32 - 1));
                 // Exporters leave Kd black where a texture takes its place.
-                if made.base_color.is_black() {
-                    made.base_color = Rgb::WHITE;
+                if base_color.is_black() {
+                    base_color = Rgb::WHITE;
                 }
             }
         }
-        model.materials.push(made);
+        model.materials.push(ModelMaterial {
+            name: name.unwrap_or_default().to_owned(),
+            surface: Principled::matte(match base_texture {
+                Some(texture) => Color::Tinted(texture, base_color),
+                None => Color::Constant(base_color),
+            }),
+        });
         Ok(model.materials.len() - 1)
     }
 }
