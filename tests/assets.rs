@@ -48,7 +48,7 @@ fn main() {
 /// Loads a model; a panic is an error of this test.
 fn load(path: &Path) -> Result<Model, String> {
     let store = Store::default();
-    match catch_unwind(AssertUnwindSafe(|| store.model(path))) {
+    match catch_unwind(AssertUnwindSafe(|| store.model(&path.into()))) {
         Ok(Ok(model)) => Ok((*model).clone()),
         Ok(Err(e)) => Err(e.to_string()),
         Err(_) => panic!("panic: {}", path.display()),

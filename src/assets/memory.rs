@@ -17,9 +17,9 @@ pub enum MemoryKind {
 }
 
 impl MemoryKind {
-    const ALL: [Self; 3] = [Self::Frames, Self::Images, Self::Models];
+    pub const ALL: [Self; 3] = [Self::Frames, Self::Images, Self::Models];
 
-    const fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Frames => "frames",
             Self::Images => "images",
@@ -50,6 +50,12 @@ impl MemoryBudget {
             limit: limit.unwrap_or(u64::MAX),
             taken: Mutex::default(),
         }
+    }
+
+    /// The bytes that are taken, by kind.
+    pub fn taken(&self) -> [(MemoryKind, u64); 3] {
+        let taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
+        MemoryKind::ALL.map(|kind| (kind, taken[kind as usize]))
     }
 
     /// Takes `bytes` for the rest of the job.

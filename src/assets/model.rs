@@ -16,6 +16,8 @@ use crate::{
     value::visible,
 };
 
+pub use crate::shape::mesh::SceneChoice;
+
 /// A model, in its own space: right-handed, +y up, metres.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
@@ -31,6 +33,8 @@ pub struct Model {
     pub lights: Vec<ModelLight>,
     /// What its file uses, each once.
     pub features: Vec<ModelFeature>,
+    /// What is wrong in its file and does not keep it from being rendered.
+    pub faults: Vec<String>,
 }
 
 impl Model {
@@ -201,8 +205,10 @@ pub enum ImageSource {
 }
 
 /// A camera: it looks along its own -z, +y is up.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ModelCamera {
+    /// Of its node, else of itself; may be empty.
+    pub name: String,
     pub model_from_camera: DAffine3,
     pub view: ModelView,
 }

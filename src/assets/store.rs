@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::{
     Files, GltfError, MemoryKind, OverBudget,
     image::{self, ImageError},
-    model::{ImageSource, Model},
+    model::{ImageSource, Model, ModelFeature, SceneChoice},
     obj::{self, ObjError},
 };
 use crate::{
@@ -36,6 +36,12 @@ pub enum AssetError {
     NoTriangles { path: PathBuf },
     #[error("broken material of a model: {cause}: {}", path.display())]
     Material { cause: String, path: PathBuf },
+    #[error("the model has no camera `{name}` (it has {known}): {}", path.display())]
+    NoCamera { name: String, known: String, path: PathBuf },
+    #[error("only glTF files have scenes: {}", path.display())]
+    NoScenes { path: PathBuf },
+    #[error("{}", losses.iter().map(|l| format!("{}: {l}", path.display())).collect::<Vec<_>>().join("\n"))]
+    Incomplete { losses: Vec<String>, path: PathBuf },
     #[error("{triangles} triangles are more than the {limit} that there can be: {}", path.display())]
     TooManyTriangles { triangles: u64, limit: u64, path: PathBuf },
 }
@@ -49,6 +55,9 @@ impl AssetError {
             Self::Gltf(e) => e.is_missing(),
             Self::UnknownModel { .. }
             | Self::NoTriangles { .. }
+            | Self::NoScenes { .. }
+            | Self::NoCamera { .. }
+            | Self::Incomplete { .. }
             | Self::Material { .. }
             | Self::TooManyTriangles { .. }
             | Self::Memory { .. } => false,
@@ -68,12 +77,45 @@ pub fn is_model(path: &Path) -> bool {
     MODEL_EXTENSIONS.contains(&extension(path).as_str())
 }
 
-fn load_model(path: &Path, files: &Files) -> Result<Model, AssetError> {
-    match extension(path).as_str() {
-        "obj" => Ok(obj::load(path, files)?),
-        "gltf" | "glb" => Ok(super::gltf::load(path, files)?),
-        _ => Err(AssetError::UnknownModel { path: path.to_owned() }),
+fn load_model(request: &ModelRequest, files: &Files) -> Result<Model, AssetError> {
+    let ModelRequest { path, scene } = request;
+    let format = extension(path);
+    let is_gltf = matches!(format.as_str(), "gltf" | "glb");
+    if scene.is_some() && !is_gltf {
+        return Err(AssetError::NoScenes { path: path.clone() });
     }
+    match format.as_str() {
+        "obj" => Ok(obj::load(path, files)?),
+        _ if is_gltf => Ok(super::gltf::load(path, scene.as_ref(), files)?),
+        _ => Err(AssetError::UnknownModel { path: path.clone() }),
+    }
+}
+
+/// A model file, and which of its scenes.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ModelRequest {
+    pub path: PathBuf,
+    /// `None` for the default scene.
+    pub scene: Option<SceneChoice>,
+}
+
+impl From<&Path> for ModelRequest {
+    fn from(path: &Path) -> Self {
+        Self {
+            path: path.to_owned(),
+            scene: None,
+        }
+    }
+}
+
+/// What is known of a model file that was loaded.
+#[derive(Clone, Debug)]
+pub struct ModelReport {
+    pub request: ModelRequest,
+    pub features: Vec<ModelFeature>,
+    /// The names of its cameras; may be empty.
+    pub cameras: Vec<String>,
+    pub lights: usize,
 }
 
 /// An image and how to read its numbers.
@@ -93,8 +135,10 @@ pub enum MissingAssets {
 #[derive(Default)]
 pub struct Store {
     files: Files,
-    models: Mutex<HashMap<PathBuf, Arc<Model>>>,
+    models: Mutex<HashMap<ModelRequest, Arc<Model>>>,
+    reports: Mutex<Vec<ModelReport>>,
     missing: MissingAssets,
+    is_strict: bool,
     replaced: Mutex<BTreeSet<PathBuf>>,
 }
 
@@ -106,6 +150,20 @@ impl Store {
             files,
             ..Self::default()
         }
+    }
+
+    /// The same, which refuses a model if a part of it would not be rendered.
+    pub fn strict(mut self, is_strict: bool) -> Self {
+        self.is_strict = is_strict;
+        self
+    }
+
+    /// What is known of the models that were loaded, by their files.
+    pub fn model_reports(&self) -> Vec<ModelReport> {
+        let mut reports = self.reports.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        reports.sort_by(|a, b| a.request.cmp(&b.request));
+        reports.dedup_by(|a, b| a.request == b.request);
+        reports
     }
 
     /// The gate through which all files come in.
@@ -125,32 +183,58 @@ impl Store {
 
     /// The models of these files, in order, loaded on the threads of the current rayon pool; or what is wrong with each
     /// file that cannot be loaded.
-    pub fn models(&self, paths: &[PathBuf]) -> Result<Vec<Arc<Model>>, Vec<AssetError>> {
-        let mut once: Vec<&PathBuf> = paths.iter().collect();
+    pub fn models(&self, requests: &[ModelRequest]) -> Result<Vec<Arc<Model>>, Vec<AssetError>> {
+        let mut once: Vec<&ModelRequest> = requests.iter().collect();
         once.sort();
         once.dedup();
-        let loaded = collect(once.into_par_iter().map(|path| Ok((path, self.model(path)?))).collect())?;
-        let by_path: HashMap<_, _> = loaded.into_iter().collect();
-        Ok(paths.iter().map(|path| Arc::clone(&by_path[path])).collect())
+        let loaded = collect(once.into_par_iter().map(|r| Ok((r, self.model(r)?))).collect())?;
+        let by_request: HashMap<_, _> = loaded.into_iter().collect();
+        Ok(requests.iter().map(|r| Arc::clone(&by_request[r])).collect())
     }
 
-    /// The model of a file.
-    pub fn model(&self, path: &Path) -> Result<Arc<Model>, AssetError> {
+    /// The model of a file. What of it is not rendered is warned of, or is an error where the store is strict.
+    pub fn model(&self, request: &ModelRequest) -> Result<Arc<Model>, AssetError> {
+        let path = &request.path;
         let models = || self.models.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = models().get(path).map(Arc::clone);
+        let known = models().get(request).map(Arc::clone);
         if let Some(known) = known {
             return Ok(known);
         }
-        let model = Arc::new(load_model(path, &self.files)?);
+        let model = Arc::new(load_model(request, &self.files)?);
         self.files
             .memory()
             .take(MemoryKind::Models, model.bytes())
             .map_err(|cause| AssetError::Memory {
                 cause,
-                path: path.to_owned(),
+                path: path.clone(),
             })?;
-        models().insert(path.to_owned(), Arc::clone(&model));
+        self.report(request, &model)?;
+        models().insert(request.clone(), Arc::clone(&model));
         Ok(model)
+    }
+
+    fn report(&self, request: &ModelRequest, model: &Model) -> Result<(), AssetError> {
+        let path = &request.path;
+        let losses = model.features.iter().filter_map(ModelFeature::loss);
+        let losses: Vec<String> = losses.chain(model.faults.iter().cloned()).collect();
+        let mut reports = self.reports.lock().unwrap_or_else(PoisonError::into_inner);
+        if reports.iter().any(|r| r.request == *request) {
+            return Ok(());
+        }
+        if self.is_strict && !losses.is_empty() {
+            let path = path.clone();
+            return Err(AssetError::Incomplete { losses, path });
+        }
+        for loss in losses {
+            tracing::warn!("{}: {loss}", path.display());
+        }
+        reports.push(ModelReport {
+            request: request.clone(),
+            features: model.features.clone(),
+            cameras: model.cameras.iter().map(|c| c.name.clone()).collect(),
+            lights: model.lights.len(),
+        });
+        Ok(())
     }
 
     /// Decodes images, in order, on the threads of the current rayon pool; or says what is wrong with each that is broken,

@@ -2,7 +2,9 @@
 
 use std::{path::Path, time::Instant};
 
-use super::{CameraRig, Existing, Observer, Plan, PlannedFrame, Request, SceneFigures, Summary, run, targets};
+use super::{
+    CameraRig, Existing, Inventory, Observer, Plan, PlannedFrame, Request, SceneFigures, Summary, run, targets,
+};
 use crate::{
     assets::{Files, MemoryBudget, Store, store::is_model},
     compile::{self, Instancing, default_scene},
@@ -10,7 +12,7 @@ use crate::{
     error::Error,
     film::Film,
     render::{Control, RenderError, Renderer},
-    scene::{Scene, SceneBuilder},
+    scene::{Scene, SceneBuildError, SceneBuilder},
 };
 
 /// A scene and a request, checked against each other.
@@ -25,8 +27,13 @@ impl Job {
     pub fn open(path: &Path, request: &Request) -> Result<Self, Error> {
         let store = store(request);
         let desc = if is_model(path) {
-            default_scene::describe(path, aspect(request), &store).map_err(|e| compile::Error::Assets(vec![e]))?
+            let camera = request.camera.as_deref();
+            default_scene::describe(path, aspect(request), camera, &store)
+                .map_err(|e| compile::Error::Assets(vec![e]))?
         } else {
+            if request.camera.is_some() {
+                return Err(Error::CameraOfSceneFile);
+            }
             describe::load(path, |p| store.files().read(p))?
         };
         let plan = Plan::new(&desc, request, store.files())?;
@@ -59,6 +66,16 @@ impl Job {
         Ok(scene?)
     }
 
+    /// What the scene that [`Job::load`] returned consists of.
+    pub fn inventory(&self, scene: &SceneBuilder) -> Inventory {
+        Inventory::new(scene, &self.store)
+    }
+
+    /// Finds out whether an acceleration structure can be built of the scene that [`Job::load`] returned.
+    pub fn check(&self, scene: &SceneBuilder) -> Result<(), Error> {
+        Ok(scene.check().map_err(|cause| self.build_error(cause))?)
+    }
+
     /// Loads the scene and builds its acceleration structure.
     pub fn compile(&self) -> Result<Scene, Error> {
         self.build(self.load()?)
@@ -66,10 +83,14 @@ impl Job {
 
     /// Builds the acceleration structure of the scene that [`Job::load`] returned.
     pub fn build(&self, scene: SceneBuilder) -> Result<Scene, Error> {
-        Ok(scene.build(self.plan.accel).map_err(|cause| compile::Error::Build {
+        Ok(scene.build(self.plan.accel).map_err(|cause| self.build_error(cause))?)
+    }
+
+    fn build_error(&self, cause: SceneBuildError) -> compile::Error {
+        compile::Error::Build {
             cause,
             path: self.desc.source.path.clone(),
-        })?)
+        }
     }
 
     /// Renders the frame with this index in the plan, and writes nothing.
@@ -110,7 +131,7 @@ impl Job {
 
 fn store(request: &Request) -> Store {
     let memory = MemoryBudget::new(request.max_memory);
-    Store::new(request.missing_assets, Files::new(request.allow_outside, memory))
+    Store::new(request.missing_assets, Files::new(request.allow_outside, memory)).strict(request.strict)
 }
 
 /// Width over height of the picture of a model.

@@ -5,6 +5,7 @@
 //! one while the next one renders.
 
 mod existing;
+pub mod inventory;
 mod job;
 mod passes;
 mod plan;
@@ -18,6 +19,7 @@ mod turntable;
 pub mod range;
 
 pub use existing::Existing;
+pub use inventory::Inventory;
 pub use job::Job;
 pub use plan::{Plan, PlannedFrame};
 pub use range::FrameRange;

@@ -9,6 +9,8 @@ use crate::{accel::BuildOptions, assets::store::MissingAssets, camera::RotationO
 #[derive(Clone, Debug, Default)]
 pub struct Request {
     pub camera_path: Option<PathBuf>,
+    /// The name, or the number from 0, of a camera of the model that is the scene.
+    pub camera: Option<String>,
     /// Instead of a camera path: frames of an orbit around the scene.
     pub turntable: Option<u32>,
     pub range: Option<FrameRange>,
@@ -31,6 +33,8 @@ pub struct Request {
     /// Bytes that pictures may take; `None` is no limit.
     pub max_memory: Option<u64>,
     pub missing_assets: MissingAssets,
+    /// Whether a model is refused if a part of it would not be rendered.
+    pub strict: bool,
     /// Whether models may name files outside of their folders.
     pub allow_outside: bool,
 }

@@ -56,7 +56,7 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Validate a scene and every file that it names
+    /// Validate a scene and every file that it names, and list what it consists of
     Check {
         /// The scene file
         scene: PathBuf,
@@ -68,6 +68,14 @@ pub enum Command {
         /// Let models name files outside of their own folders
         #[arg(long)]
         allow_outside: bool,
+
+        /// Refuse models of which a part would not be rendered
+        #[arg(long)]
+        strict: bool,
+
+        /// Print the inventory as JSON
+        #[arg(long)]
+        json: bool,
     },
     /// Compare acceleration structures on the rays of a scene
     Bench(BenchArgs),
@@ -112,6 +120,10 @@ pub struct RenderArgs {
     /// Camera path, a CSV file; without it, the scene's own camera renders one frame
     #[arg(long, value_name = "FILE", help_heading = heading::FRAMES)]
     pub frames: Option<PathBuf>,
+
+    /// See a model by its camera of this name, or of this number from 0
+    #[arg(long, value_name = "NAME", hide_short_help = true, help_heading = heading::FRAMES)]
+    pub camera: Option<String>,
 
     /// Orbit the scene once in N frames instead, starting at its own camera
     #[arg(long, value_name = "N", conflicts_with = "frames", value_parser = clap::value_parser!(u32).range(1..=1_000_000), help_heading = heading::FRAMES)]
@@ -196,6 +208,10 @@ pub struct RenderArgs {
     /// Treatment of missing and broken images
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = MissingKind::Error, hide_short_help = true, help_heading = heading::JOB)]
     pub missing_assets: MissingKind,
+
+    /// Refuse models of which a part would not be rendered
+    #[arg(long, hide_short_help = true, help_heading = heading::JOB)]
+    pub strict: bool,
 
     /// Let models name files outside of their own folders
     #[arg(long, hide_short_help = true, help_heading = heading::JOB)]

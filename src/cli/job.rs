@@ -17,7 +17,7 @@ use batch_render::{
 
 use super::{
     args::{Args, Command, ProgressKind, RenderArgs},
-    log, memory,
+    inventory, log, memory,
     progress::{Progress, say},
     signals, simd, summary,
     threads::threads,
@@ -31,21 +31,24 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             scene,
             frames,
             allow_outside,
+            strict,
+            json,
         }) => {
             let request = Request {
                 camera_path: frames.clone(),
                 allow_outside: *allow_outside,
+                strict: *strict,
                 ..Request::default()
             };
-            check(scene, request, simd, args.quiet)
+            check(scene, request, simd, *json)
         }
         Some(Command::Bench(bench)) => super::bench::run(bench, simd, args.quiet),
         None => render(&args.render, simd, args.quiet),
     }
 }
 
-/// Validates a scene as it stands.
-fn check(scene: &Path, request: Request, simd: Isa, quiet: bool) -> anyhow::Result<()> {
+/// Validates a scene as it stands and prints what it consists of.
+fn check(scene: &Path, request: Request, simd: Isa, json: bool) -> anyhow::Result<()> {
     let request = Request {
         max_memory: Some(memory::default_limit()),
         accel: BuildOptions {
@@ -56,8 +59,9 @@ fn check(scene: &Path, request: Request, simd: Isa, quiet: bool) -> anyhow::Resu
     };
     let pool = threads(None)?;
     let job = pool.install(|| Job::open(scene, &request))?;
-    pool.install(|| job.compile())?;
-    report_valid(scene, &job, quiet);
+    let loaded = pool.install(|| job.load())?;
+    pool.install(|| job.check(&loaded))?;
+    inventory::print(scene, &job, &job.inventory(&loaded), json).map_err(Error::Stdout)?;
     Ok(())
 }
 
@@ -190,5 +194,7 @@ fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         max_memory: Some(args.max_memory.unwrap_or_else(memory::default_limit)),
         missing_assets: args.missing_assets.into(),
         allow_outside: args.allow_outside,
+        strict: args.strict,
+        camera: args.camera.clone(),
     })
 }

@@ -47,8 +47,13 @@ where
                 message = format!("{value:?}");
             }
         });
-        let level = event.metadata().level();
-        writeln!(writer, "{level:>5} {}", one_line(&message, LONGEST_MESSAGE))
+        let level = match *event.metadata().level() {
+            Level::ERROR => "error",
+            Level::WARN => "warning",
+            Level::INFO => "info",
+            _ => "debug",
+        };
+        writeln!(writer, "{level}: {}", one_line(&message, LONGEST_MESSAGE))
     }
 }
 

@@ -3,6 +3,7 @@
 mod args;
 mod bench;
 mod exit;
+mod inventory;
 mod job;
 mod log;
 mod memory;

@@ -92,7 +92,7 @@ pub fn invalid(summary: &Summary) -> Vec<String> {
     lines
 }
 
-fn plural(n: usize, what: &str) -> String {
+pub fn plural(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 

@@ -11,13 +11,14 @@ use crate::{
     },
     camera::{
         CameraDesc,
+        orthographic::OrthographicDesc,
         perspective::{FovDegrees, PerspectiveDesc},
     },
     describe::{BackgroundDesc, LightEntry, ObjectDesc, OutputDesc, RenderDesc, SceneDesc, Source},
     light::{Falloff, LightDesc, point::PointDesc, spot::SpotDesc, sun::SunDesc},
     math::{Aabb, Rgb, Vec3},
     shape::{ShapeDesc, mesh::MeshDesc},
-    value::{Direction, NonNegative, Point, Positive, RgbFactor, Spanned},
+    value::{Direction, NonNegative, Point, Positive, RgbFactor, Spanned, one_line},
 };
 
 /// The angle over the height of a picture whose model has no camera, in degrees.
@@ -40,9 +41,10 @@ fn unspanned<T>(value: T) -> Spanned<T> {
     Spanned::new(0..0, value)
 }
 
-/// The scene that the model at `path` is, for a picture `aspect` times as wide as high.
-pub fn describe(path: &Path, aspect: f64, store: &Store) -> Result<SceneDesc, AssetError> {
-    let model = store.model(path)?;
+/// The scene that the model at `path` is, for a picture `aspect` times as wide as high, seen by the `camera` of this name: the
+/// first one without.
+pub fn describe(path: &Path, aspect: f64, camera: Option<&str>, store: &Store) -> Result<SceneDesc, AssetError> {
+    let model = store.model(&path.into())?;
     let mut objects = Vec::new();
     if model.instances.is_empty() {
         tracing::warn!(
@@ -53,7 +55,7 @@ pub fn describe(path: &Path, aspect: f64, store: &Store) -> Result<SceneDesc, As
         objects.push(object(path));
     }
     let bounds = model.bounds();
-    let camera = model.cameras.iter().find_map(|c| own_camera(c, &bounds, path));
+    let camera = chosen_camera(&model.cameras, camera, path)?.and_then(|c| own_camera(c, &bounds));
     let lights: Vec<LightDesc> = model.lights.iter().filter_map(own_light).collect();
     // The lights of a file are all that its author wanted.
     let is_lit = !lights.is_empty();
@@ -65,7 +67,7 @@ pub fn describe(path: &Path, aspect: f64, store: &Store) -> Result<SceneDesc, As
         render: RenderDesc::default(),
         camera: Some(unspanned(camera.unwrap_or_else(|| framing(&bounds, aspect)))),
         background: BackgroundDesc {
-            color: Some(RgbFactor(Rgb::gray(BACKGROUND))),
+            color: Some(RgbFactor(Rgb::gray(if is_lit { 0.0 } else { BACKGROUND }))),
             ..BackgroundDesc::default()
         },
         textures: Vec::new(),
@@ -90,6 +92,7 @@ fn object(path: &Path) -> ObjectDesc {
         material: None,
         shape: unspanned(ShapeDesc::Mesh(MeshDesc {
             file: unspanned(name(path.file_name())),
+            scene: None,
         })),
         transform: None,
         group: None,
@@ -150,8 +153,39 @@ fn framing(bounds: &Aabb, aspect: f64) -> CameraDesc {
     perspective(center + back * distance, center, DVec3::Y, FOV)
 }
 
+/// The camera of this name, or of this number from 0; without one the first, and a warning where there are others.
+fn chosen_camera<'a>(
+    cameras: &'a [ModelCamera],
+    name: Option<&str>,
+    path: &Path,
+) -> Result<Option<&'a ModelCamera>, AssetError> {
+    let names = || {
+        let name = |(i, c): (usize, &ModelCamera)| match c.name.as_str() {
+            "" => i.to_string(),
+            name => format!("`{}`", one_line(name, 80)),
+        };
+        cameras.iter().enumerate().map(name).collect::<Vec<_>>().join(", ")
+    };
+    let Some(name) = name else {
+        if cameras.len() > 1 {
+            let (shown, names) = (path.display(), names());
+            tracing::warn!(
+                "{shown}: there are several cameras ({names}), and the first is shown; --camera chooses one"
+            );
+        }
+        return Ok(cameras.first());
+    };
+    let by_number = || cameras.get(name.parse::<usize>().ok()?);
+    let found = cameras.iter().find(|c| c.name == name).or_else(by_number);
+    found.map(Some).ok_or_else(|| AssetError::NoCamera {
+        name: one_line(name, 80).into_owned(),
+        known: if cameras.is_empty() { "none".to_owned() } else { names() },
+        path: path.to_owned(),
+    })
+}
+
 /// A camera of the model; `None` where it stands nowhere or looks nowhere.
-fn own_camera(camera: &ModelCamera, bounds: &Aabb, path: &Path) -> Option<CameraDesc> {
+fn own_camera(camera: &ModelCamera, bounds: &Aabb) -> Option<CameraDesc> {
     let place = camera.model_from_camera;
     let eye = place.translation;
     let forward = (-place.matrix3.z_axis).try_normalize()?;
@@ -162,19 +196,20 @@ fn own_camera(camera: &ModelCamera, bounds: &Aabb, path: &Path) -> Option<Camera
     } else {
         1.0
     };
-    let fov = match camera.view {
-        ModelView::Perspective { fov } => fov,
-        ModelView::Orthographic { height } => {
-            tracing::warn!(
-                "the model's orthographic camera becomes a perspective one: {}",
-                path.display()
-            );
-            2.0 * libm::atan2(0.5 * height, distance)
-        }
-    };
     let target = eye + forward * distance;
-    let sound = eye.is_finite() && target.as_vec3() != eye.as_vec3() && fov < PI;
-    sound.then(|| perspective(eye, target, up, fov.to_degrees()))
+    if !eye.is_finite() || target.as_vec3() == eye.as_vec3() {
+        return None;
+    }
+    match camera.view {
+        ModelView::Perspective { fov } => (fov < PI).then(|| perspective(eye, target, up, fov.to_degrees())),
+        ModelView::Orthographic { height } => Some(CameraDesc::Orthographic(OrthographicDesc {
+            eye: Point(eye.as_vec3()),
+            target: unspanned(Point(target.as_vec3())),
+            up: Point(up.as_vec3()),
+            height: Positive(height as f32),
+            shift: None,
+        })),
+    }
 }
 
 /// A light of the model; `None` where it does not shine.

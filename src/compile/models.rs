@@ -11,8 +11,8 @@ use super::{
 use crate::{
     assets::{
         AssetError, Store,
-        model::{MeshInstance, Model, ModelTexture},
-        store::ImageRequest,
+        model::{MeshInstance, Model, ModelTexture, SceneChoice},
+        store::{ImageRequest, ModelRequest},
     },
     geometry::MAX_MAGNIFICATION,
     material::MaterialId,
@@ -29,6 +29,8 @@ const MAX_TRIANGLES: u64 = 1 << 27;
 pub(super) struct PlacedModel {
     pub object: ObjectId,
     pub file: PathBuf,
+    /// See [`ModelRequest::scene`].
+    pub scene: Option<SceneChoice>,
     /// Instead of the model's own.
     pub material: Option<MaterialId>,
     pub transform: Option<Transform>,
@@ -134,7 +136,11 @@ pub(super) struct ModelPlacer<'a> {
 impl ModelPlacer<'_> {
     /// Loads every file once and adds its model for each object that names it.
     pub fn place(&mut self, placed: &[PlacedModel], store: &Store) -> Result<(), Vec<AssetError>> {
-        let files: Vec<PathBuf> = placed.iter().map(|p| p.file.clone()).collect();
+        let request = |p: &PlacedModel| ModelRequest {
+            path: p.file.clone(),
+            scene: p.scene.clone(),
+        };
+        let files: Vec<ModelRequest> = placed.iter().map(request).collect();
         let models = store.models(&files)?;
         let mut errors = Vec::new();
         let mut uses: HashMap<*const Model, ModelUse> = HashMap::new();

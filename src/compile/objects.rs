@@ -23,6 +23,7 @@ impl Compiler<'_> {
                 models.push(PlacedModel {
                     object: id,
                     file: self.desc.folder().join(file),
+                    scene: mesh.scene.clone(),
                     material,
                     transform,
                 });

@@ -23,6 +23,19 @@ pub(crate) fn is_sound(p: Vec3) -> bool {
     p.is_finite() && p.abs().max_element() <= MAX_COORDINATE
 }
 
+/// Validates all that a build validates.
+pub(crate) fn whole(arrays: &Geometry) -> Result<(), BuildError> {
+    geometry(arrays)?;
+    for shape in arrays.triangles.len()..arrays.prim_count() {
+        shape_bounds(arrays, PrimId::new(shape as u32))?;
+    }
+    let groups: Vec<Aabb> = arrays.groups.iter().map(|g| arrays.group_bounds(g)).collect();
+    for (i, instance) in arrays.instances.iter().enumerate() {
+        instance_bounds(arrays, i, &groups[instance.group as usize])?;
+    }
+    Ok(())
+}
+
 /// Validates all arrays, except for coordinates that depend on the transforms of instances.
 pub(crate) fn geometry(geometry: &Geometry) -> Result<(), BuildError> {
     let count = geometry.prim_count() + geometry.instances.len();

@@ -337,11 +337,12 @@ impl MaterialKind for Principled {
         let (metal, clear) = (layered.metallic, (1.0 - layered.metallic) * layered.transmission);
         let reflected = layered.reflectance_of_boundary();
         let coat = layered.coat * 0.04;
-        let diffuse =
-            layered.base_color * ((1.0 - metal - clear).max(0.0) * (1.0 - reflected.max_component()) * (1.0 - coat));
+        let base = layered.base_color * (1.0 - metal - clear).max(0.0);
+        let diffuse = base * ((1.0 - reflected.max_component()) * (1.0 - coat));
         let mirror = layered.base_color * metal + reflected * (1.0 - metal - clear).max(0.0) + Rgb::gray(coat);
         let terms = WhittedTerms {
-            ambient: diffuse,
+            // The surface reflects ambient light as well.
+            ambient: base,
             diffuse: diffuse * FRAC_1_PI,
             reflect: mirror,
             ..WhittedTerms::default()

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     accel::{self, BuildOptions},
-    geometry::{BuildError, Geometry, GroupInstance, MeshGroup},
+    geometry::{BuildError, Geometry, GroupInstance, MeshGroup, check},
     light::Light,
     material::{Material, MaterialId},
     math::Transform,
@@ -310,6 +310,34 @@ impl SceneBuilder {
             asset: object.and_then(|o| o.asset.clone()),
             cause,
         }
+    }
+
+    /// Finds out whether [`SceneBuilder::build`] would find the geometry wrong.
+    ///
+    /// # Errors
+    /// The geometry is wrong; the error names the object.
+    pub fn check(&self) -> Result<(), SceneBuildError> {
+        check::whole(&self.geometry).map_err(|cause| self.build_error(cause))
+    }
+
+    /// The objects so far.
+    pub fn objects(&self) -> &[Object] {
+        &self.objects
+    }
+
+    /// The images so far.
+    pub fn bitmaps(&self) -> &[Bitmap] {
+        &self.bitmaps
+    }
+
+    /// The number of textures so far.
+    pub fn texture_count(&self) -> usize {
+        self.textures.len()
+    }
+
+    /// The analytic lights so far.
+    pub fn lights(&self) -> &[Light] {
+        &self.lights
     }
 
     /// Builds the acceleration structure and the tables of lights, on the threads of the current rayon pool.

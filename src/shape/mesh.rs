@@ -3,6 +3,7 @@
 //! | key | type | unit | default |
 //! |---|---|---|---|
 //! | `file` | path of the file, relative to the scene file | | required |
+//! | `scene` | number from 0 or name of a scene in a glTF file | | the file's default |
 //!
 //! ```toml
 //! [[object]]
@@ -31,6 +32,16 @@ use crate::{
 #[serde(deny_unknown_fields)]
 pub struct MeshDesc {
     pub file: Spanned<String>,
+    pub scene: Option<SceneChoice>,
+}
+
+/// The scene of a file that has several.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize)]
+#[serde(untagged)]
+pub enum SceneChoice {
+    /// By its number, from 0.
+    Number(usize),
+    Name(String),
 }
 
 /// Triangles over shared vertices, in the mesh's own space, metres.

@@ -42,6 +42,24 @@ impl AccessorLayout {
         })
     }
 
+    /// The layout of 4 x 4 floats.
+    fn of_matrices(accessor: &Accessor, index: usize) -> Result<Self, GltfProblem> {
+        let (Checked::Valid(component), Checked::Valid(Type::Mat4)) = (accessor.component_type, accessor.type_) else {
+            return Err(GltfProblem::broken(format!("accessor {index} holds no 4 x 4 matrices")));
+        };
+        if component.0 != ComponentType::F32 {
+            return Err(GltfProblem::broken(format!(
+                "accessor {index} holds no matrices of floats"
+            )));
+        }
+        Ok(Self {
+            component: component.0,
+            normalized: false,
+            width: 16,
+            count: usize::try_from(accessor.count.0).unwrap_or(usize::MAX),
+        })
+    }
+
     fn element(&self) -> usize {
         self.component.size() * self.width
     }
@@ -106,23 +124,45 @@ impl Document<'_> {
     /// The affine matrices of an accessor of 4 x 4 floats.
     pub fn matrices(&self, index: usize) -> Result<Vec<DAffine3>, GltfProblem> {
         let accessor = get(&self.root.accessors, index, "accessor")?;
-        let (Checked::Valid(component), Checked::Valid(Type::Mat4)) = (accessor.component_type, accessor.type_) else {
-            return Err(GltfProblem::broken(format!("accessor {index} holds no 4 x 4 matrices")));
-        };
-        if component.0 != ComponentType::F32 {
-            return Err(GltfProblem::broken(format!(
-                "accessor {index} holds no matrices of floats"
-            )));
-        }
-        let layout = AccessorLayout {
-            component: component.0,
-            normalized: false,
-            width: 16,
-            count: usize::try_from(accessor.count.0).unwrap_or(usize::MAX),
-        };
+        let layout = AccessorLayout::of_matrices(accessor, index)?;
         self.read(index, accessor, layout, DAffine3::IDENTITY, |bytes| {
             let m: [f64; 16] = std::array::from_fn(|k| f64::from(layout.number(&bytes[4 * k..])));
             DAffine3::from_mat4(DMat4::from_cols_array(&m))
+        })
+    }
+
+    /// The least and the largest of the numbers of an accessor, for each place in an element.
+    pub fn bounds(&self, index: usize) -> Result<(Vec<f32>, Vec<f32>), GltfProblem> {
+        let accessor = get(&self.root.accessors, index, "accessor")?;
+        let mut layout = AccessorLayout::of(accessor, index)?;
+        // Bounds are those of the numbers as they are stored.
+        layout.normalized = false;
+        let (width, size) = (layout.width, layout.component.size());
+        let elements = self.read(index, accessor, layout, [0.0; 4], |bytes| {
+            std::array::from_fn(|k| {
+                if k < width {
+                    layout.number(&bytes[k * size..])
+                } else {
+                    0.0
+                }
+            })
+        })?;
+        let mut bounds = (vec![f32::INFINITY; width], vec![f32::NEG_INFINITY; width]);
+        for element in elements {
+            for k in 0..width {
+                bounds.0[k] = bounds.0[k].min(element[k]);
+                bounds.1[k] = bounds.1[k].max(element[k]);
+            }
+        }
+        Ok(bounds)
+    }
+
+    /// The last rows of the matrices of an accessor.
+    pub fn matrix_bottoms(&self, index: usize) -> Result<Vec<[f32; 4]>, GltfProblem> {
+        let accessor = get(&self.root.accessors, index, "accessor")?;
+        let layout = AccessorLayout::of_matrices(accessor, index)?;
+        self.read(index, accessor, layout, [0.0, 0.0, 0.0, 1.0], |bytes| {
+            std::array::from_fn(|k| layout.number(&bytes[16 * k + 12..]))
         })
     }
 

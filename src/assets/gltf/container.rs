@@ -6,20 +6,27 @@ use std::{
 };
 
 use super::error::GltfProblem;
-use crate::assets::Files;
+use crate::{assets::Files, value::one_line};
 
 /// A glTF file's JSON and the binary chunk of a GLB.
 #[derive(Debug)]
 pub(super) struct Container<'a> {
     pub json: &'a [u8],
     pub binary: Option<&'a [u8]>,
+    /// What is wrong with a GLB that can be read all the same.
+    pub faults: Vec<&'static str>,
 }
 
 impl<'a> Container<'a> {
     pub fn open(bytes: &'a [u8]) -> Result<Self, GltfProblem> {
         if !bytes.starts_with(b"glTF") {
             let json = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-            return Ok(Self { json, binary: None });
+            let faults = Vec::new();
+            return Ok(Self {
+                json,
+                binary: None,
+                faults,
+            });
         }
         let word = |at: usize| -> Result<usize, GltfProblem> {
             let word = bytes
@@ -41,6 +48,8 @@ impl<'a> Container<'a> {
             )));
         }
         let (mut json, mut binary, mut at) = (None, None, 12);
+        let mut faults = Vec::new();
+        let mut is_misplaced = false;
         while at + 8 <= length {
             let (size, kind) = (word(at)?, &bytes[at + 4..at + 8]);
             let chunk = (at + 8).checked_add(size).filter(|end| *end <= length);
@@ -49,14 +58,25 @@ impl<'a> Container<'a> {
                 .ok_or_else(|| GltfProblem::broken(format!("a GLB chunk of {size} bytes reaches past the end")))?;
             match kind {
                 b"JSON" if json.is_none() => json = Some(chunk),
-                b"BIN\0" if binary.is_none() => binary = Some(chunk),
+                b"BIN\0" if binary.is_none() => {
+                    if json.is_none() || is_misplaced {
+                        faults.push("the binary chunk of the GLB is not the second one");
+                    }
+                    binary = Some(chunk);
+                }
+                b"JSON" | b"BIN\0" => faults.push("the GLB has two chunks of one kind"),
+                _ if json.is_some() && binary.is_none() => is_misplaced = true,
                 _ => {}
             }
             // Chunks are padded to whole words; where one is not, the next begins at once.
             at += 8 + size;
         }
         let json = json.ok_or_else(|| GltfProblem::broken("the GLB has no JSON chunk"))?;
-        Ok(Self { json, binary })
+        // Spaces are the padding that the format asks for; some exporters write zeros.
+        let json = json.trim_ascii_end();
+        let zeros = json.iter().rev().take_while(|b| **b == 0).count();
+        let json = &json[..json.len() - zeros];
+        Ok(Self { json, binary, faults })
     }
 }
 
@@ -91,6 +111,10 @@ pub(super) fn locate(folder: &Path, uri: &str, files: &Files) -> Result<Location
         return Err(GltfProblem::refused(uri, why));
     }
     let path = folder.join(&decoded);
+    if separated != decoded && !path.exists() && folder.join(&separated).is_file() {
+        tracing::warn!("the backslashes of a URI are read as slashes: {}", one_line(uri, 200));
+        return Ok(Location::File(folder.join(&separated)));
+    }
     // Names with a literal `%` are not escaped by every exporter.
     let literal = folder.join(uri);
     let is_literal = decoded != uri && !path.exists() && literal.is_file() && !uri.contains("..");
@@ -221,6 +245,7 @@ mod tests {
         assert!(Container::open(b"glTF\x02").is_err());
         assert!(glb(11, b"").is_err() && glb(400, b"").is_err() && glb(12, b"").is_err());
         assert!(glb(20, b"\xff\xff\xff\xffJSON").is_err());
-        assert_eq!(glb(24, b"\x04\0\0\0JSON{}  "), Ok(4));
+        assert_eq!(glb(24, b"\x04\0\0\0JSON{}  "), Ok(2));
+        assert_eq!(glb(24, b"\x04\0\0\0JSON{}\0\0"), Ok(2));
     }
 }

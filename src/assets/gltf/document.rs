@@ -29,6 +29,10 @@ pub(super) struct Document<'a> {
     pub root: Root,
     /// The same with all extensions.
     pub raw: Value,
+    /// The numbers of scenes whose nodes are an empty array.
+    pub empty_scenes: Vec<usize>,
+    /// What is wrong with the container of the document.
+    pub container_faults: Vec<&'static str>,
     pub folder: &'a Path,
     pub files: &'a Files,
     binary: Option<&'a [u8]>,
@@ -38,11 +42,18 @@ pub(super) struct Document<'a> {
 
 impl<'a> Document<'a> {
     pub fn open(bytes: &'a [u8], folder: &'a Path, files: &'a Files) -> Result<Self, GltfProblem> {
-        let Container { json, binary } = Container::open(bytes)?;
+        let Container { json, binary, faults } = Container::open(bytes)?;
         let syntax = |e: json::Error| GltfProblem::broken(format!("its JSON is not understood: {e}"));
         let mut raw: Value = deserialize::from_slice(json).map_err(syntax)?;
         check_version(&raw)?;
         check_extensions(&raw)?;
+        let scenes = raw.get("scenes").and_then(Value::as_array);
+        let has_empty_nodes = |scene: &Value| scene.get("nodes").and_then(Value::as_array).is_some_and(Vec::is_empty);
+        let empty_scenes = scenes.into_iter().flatten().enumerate();
+        let empty_scenes = empty_scenes
+            .filter(|(_, s)| has_empty_nodes(s))
+            .map(|(i, _)| i)
+            .collect();
         normalize(&mut raw);
         let root: Root = deserialize::from_value(raw.clone()).map_err(syntax)?;
         check_indices(&root)?;
@@ -50,6 +61,8 @@ impl<'a> Document<'a> {
         Ok(Self {
             root,
             raw,
+            empty_scenes,
+            container_faults: faults,
             folder,
             files,
             binary,

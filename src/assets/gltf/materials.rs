@@ -55,7 +55,7 @@ pub(super) fn uv_sets(document: &Document<'_>, material: Option<usize>) -> Resul
 }
 
 /// Collects the sets of all texture references in a material. Recursion ends: the JSON reader accepts 128 levels at the most.
-fn texture_infos(value: &Value, sets: &mut Vec<u32>) {
+pub(super) fn texture_infos(value: &Value, sets: &mut Vec<u32>) {
     let Value::Object(map) = value else { return };
     for (key, value) in map {
         match key.as_str() {
@@ -256,6 +256,11 @@ fn opacity(base_color: &Color, alpha: f32) -> Scalar {
 }
 
 impl ModelMaterials {
+    /// The numbers of the document's images that materials show.
+    pub fn used_images(&self) -> Vec<usize> {
+        self.images.used()
+    }
+
     /// Puts a material into `model`; returns its number there. `has_colors` tells whether vertices of its mesh have colours.
     pub fn place(
         &mut self,

@@ -1,8 +1,8 @@
 //! glTF 2.0 assets, as JSON with its files or as a GLB.
 //!
-//! Read are the triangles of the default scene with their normals and texture coordinates, base colours with their
-//! textures, cameras, and the lights of KHR_lights_punctual. A file that requires another extension is refused by its
-//! name. Nothing in a file is believed: every index, offset and length is checked before it is used, nodes form a tree,
+//! Read is what shows in a still: triangles with all that their vertices say, skins and morph targets at rest, materials with
+//! their extensions, cameras and lights. What else a file uses is reported as [`ModelFeature`](super::model::ModelFeature)s. A
+//! file that requires an unknown extension is refused by its name. Nothing in a file is believed: every index, offset and length is checked before it is used, nodes form a tree,
 //! files lie beside the asset, and memory is in proportion to the file.
 //!
 //! Source: Khronos, "glTF 2.0 Specification", version 2.0.1, 2021.
@@ -16,6 +16,7 @@ mod features;
 mod instancing;
 mod json;
 mod lights;
+mod lint;
 mod materials;
 mod nodes;
 mod pose;
@@ -26,7 +27,7 @@ use std::path::Path;
 
 use super::{
     Files,
-    model::{MeshInstance, Model, ModelCamera},
+    model::{MeshInstance, Model, ModelCamera, SceneChoice, Treatment},
 };
 use document::{Document, get};
 use error::GltfProblem;
@@ -37,20 +38,20 @@ use primitive::PrimitiveUse;
 pub use error::GltfError;
 
 /// Loads the asset at `path`. One without triangles is a model without parts.
-pub fn load(path: &Path, files: &Files) -> Result<Model, GltfError> {
+pub fn load(path: &Path, scene: Option<&SceneChoice>, files: &Files) -> Result<Model, GltfError> {
     let bytes = files.read(path).map_err(|source| GltfError::Read {
         source,
         path: path.to_owned(),
     })?;
-    parse(&bytes, path, files)
+    parse(&bytes, path, scene, files)
 }
 
-/// Reads an asset from the bytes of a file; what it names lies beside `path`.
-pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, GltfError> {
-    read(bytes, path, files).map_err(|problem| problem.at(path))
+/// Reads an asset from the bytes of a file; what it names lies beside `path`. Without a `scene` the default one is read.
+pub fn parse(bytes: &[u8], path: &Path, scene: Option<&SceneChoice>, files: &Files) -> Result<Model, GltfError> {
+    read(bytes, path, scene, files).map_err(|problem| problem.at(path))
 }
 
-fn read(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, GltfProblem> {
+fn read(bytes: &[u8], path: &Path, scene: Option<&SceneChoice>, files: &Files) -> Result<Model, GltfProblem> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let document = Document::open(bytes, folder, files)?;
     let root = &document.root;
@@ -60,7 +61,11 @@ fn read(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, GltfProblem> 
     features::collect(&document.raw, &mut model);
     let hierarchy = nodes::Hierarchy::new(&document)?;
     model.nodes = hierarchy.names();
-    let placed = hierarchy.placed(&document)?;
+    let placed = hierarchy.placed(&document, scene)?;
+    if scene.is_none() && root.scenes.len() > 1 {
+        let how = Treatment::InPart("one of several is shown, `scene` chooses another");
+        model.add_feature("scenes", "file", how);
+    }
     let pose = Pose::new(&document, &placed);
     for &(index, place) in &placed {
         if !hierarchy.is_visible(&document, index) {
@@ -103,18 +108,25 @@ fn read(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, GltfProblem> 
             let camera = get(&root.cameras, camera.value(), "camera")?;
             match cameras::view(camera) {
                 Some(view) => model.cameras.push(ModelCamera {
+                    name: node.name.clone().or(camera.name.clone()).unwrap_or_default(),
                     model_from_camera: place,
                     view,
                 }),
-                None => tracing::warn!(
-                    "a camera of node {index} makes no sense and is left out: {}",
-                    path.display()
-                ),
+                None => model.add_feature("invalid numbers", "camera", Treatment::Without("it is left out")),
             }
         }
         model.lights.extend(lights::light(&document, index, place)?);
     }
     model.meshes = meshes.meshes;
+    model.faults = lint::faults(&document, &materials.used_images());
+    if document
+        .raw
+        .get("meshes")
+        .and_then(|m| m.as_array())
+        .is_some_and(Vec::is_empty)
+    {
+        return Err(GltfProblem::broken("meshes is an empty array"));
+    }
     Ok(model)
 }
 

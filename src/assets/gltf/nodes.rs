@@ -8,7 +8,10 @@ use super::{
     error::GltfProblem,
     instancing::rotation,
 };
-use crate::assets::model::ModelNode;
+use crate::{
+    assets::model::{ModelNode, SceneChoice},
+    value::one_line,
+};
 
 /// The nodes of a document and the parent of each.
 pub(super) struct Hierarchy<'a> {
@@ -42,9 +45,13 @@ impl<'a> Hierarchy<'a> {
     }
 
     /// The nodes of the document's scene with their transforms to the world, parents first.
-    pub fn placed(&self, document: &Document<'_>) -> Result<Vec<(usize, DAffine3)>, GltfProblem> {
+    pub fn placed(
+        &self,
+        document: &Document<'_>,
+        scene: Option<&SceneChoice>,
+    ) -> Result<Vec<(usize, DAffine3)>, GltfProblem> {
         let mut stack: Vec<(usize, DAffine3)> = Vec::new();
-        let roots = roots(document, &self.parents)?;
+        let roots = roots(document, scene, &self.parents)?;
         stack.extend(roots.into_iter().rev().map(|i| (i, DAffine3::IDENTITY)));
         let mut seen = vec![false; self.nodes.len()];
         let mut out = Vec::new();
@@ -97,12 +104,29 @@ fn parents(nodes: &[Node]) -> Result<Vec<Option<usize>>, GltfProblem> {
     }
 }
 
-/// The nodes at the top of the default scene, else of the first; of a document without scenes all without a parent.
-fn roots(document: &Document<'_>, parents: &[Option<usize>]) -> Result<Vec<usize>, GltfProblem> {
+/// The nodes at the top of the chosen scene, or of the default one, else of the first; of a document without scenes all without
+/// a parent.
+fn roots(
+    document: &Document<'_>,
+    choice: Option<&SceneChoice>,
+    parents: &[Option<usize>],
+) -> Result<Vec<usize>, GltfProblem> {
     let root = &document.root;
-    let scene = match root.scene {
-        Some(scene) => Some(get(&root.scenes, scene.value(), "scene")?),
-        None => root.scenes.first(),
+    let scene = match (choice, root.scene) {
+        (Some(SceneChoice::Number(index)), _) => Some(get(&root.scenes, *index, "scene")?),
+        (Some(SceneChoice::Name(name)), _) => {
+            let found = root.scenes.iter().find(|s| s.name.as_ref() == Some(name));
+            Some(found.ok_or_else(|| {
+                let known: Vec<&str> = root.scenes.iter().filter_map(|s| s.name.as_deref()).collect();
+                GltfProblem::broken(format!(
+                    "there is no scene `{}`, but {}",
+                    one_line(name, 80),
+                    one_line(&known.join(", "), 200)
+                ))
+            })?)
+        }
+        (None, Some(scene)) => Some(get(&root.scenes, scene.value(), "scene")?),
+        (None, None) => root.scenes.first(),
     };
     let Some(scene) = scene else {
         return Ok((0..parents.len()).filter(|i| parents[*i].is_none()).collect());

@@ -159,12 +159,6 @@ fn mesh(document: &Document<'_>, key: &Key, mode: Mode) -> Result<Mesh, GltfProb
     // Arrays that nothing is drawn from are checked, too.
     let positions = vectors(document, positions)?;
     let triangles = triangles(mode, &indices);
-    if let Some(index) = indices.iter().find(|i| **i as usize >= positions.len()) {
-        let vertices = positions.len();
-        return Err(GltfProblem::broken(format!(
-            "an index names vertex {index}, but there are only {vertices}"
-        )));
-    }
     let normals = normals.map_or(Ok(Vec::new()), |i| vectors(document, i))?;
     let mesh = Mesh {
         positions,
@@ -180,6 +174,13 @@ fn mesh(document: &Document<'_>, key: &Key, mode: Mode) -> Result<Mesh, GltfProb
         triangles,
     };
     mesh.validate().map_err(GltfProblem::broken)?;
+    // Also those that are part of no triangle.
+    if let Some(index) = indices.iter().find(|i| **i as usize >= mesh.positions.len()) {
+        let vertices = mesh.positions.len();
+        return Err(GltfProblem::broken(format!(
+            "an index names vertex {index}, but there are only {vertices}"
+        )));
+    }
     Ok(mesh)
 }
 

@@ -31,7 +31,7 @@ const ACCESSORS: &str = r#""accessors": [{"bufferView": 0, "componentType": 5126
 const MESH: &str = r#""meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}]"#;
 
 fn read(rest: &str) -> Result<Model, String> {
-    parse(&glb(rest), Path::new("nowhere/a.glb"), &Files::default()).map_err(|e| e.to_string())
+    parse(&glb(rest), Path::new("nowhere/a.glb"), None, &Files::default()).map_err(|e| e.to_string())
 }
 
 fn scene(accessors: &str, mesh: &str, nodes: &str) -> Result<Model, String> {
@@ -173,13 +173,14 @@ fn required_extensions_and_other_versions_are_refused_by_name() {
     let old = parse(
         br#"{"asset": {"version": "1.0"}}"#,
         Path::new("a.gltf"),
+        None,
         &Files::default(),
     )
     .unwrap_err();
     assert!(old.to_string().contains("version 1.0 of glTF"));
     assert!(
-        parse(b"", Path::new("a.gltf"), &Files::default()).is_err()
-            && parse(b"[]", Path::new("a.gltf"), &Files::default()).is_err()
+        parse(b"", Path::new("a.gltf"), None, &Files::default()).is_err()
+            && parse(b"[]", Path::new("a.gltf"), None, &Files::default()).is_err()
     );
 }
 
@@ -188,11 +189,11 @@ fn cut_and_flipped_bytes_never_panic() {
     let nodes = r#""nodes": [{"mesh": 0, "children": [1]}, {"rotation": [0, 0, 0, 1], "mesh": 0}]"#;
     let whole = glb(&format!("{ACCESSORS}, {MESH}, {nodes}"));
     for i in 0..whole.len() {
-        let _ = parse(&whole[..i], Path::new("a.glb"), &Files::default());
+        let _ = parse(&whole[..i], Path::new("a.glb"), None, &Files::default());
         for bits in [1u8, 2, 16, 128, 255] {
             let mut flipped = whole.clone();
             flipped[i] ^= bits;
-            let _ = parse(&flipped, Path::new("a.glb"), &Files::default());
+            let _ = parse(&flipped, Path::new("a.glb"), None, &Files::default());
         }
     }
 }

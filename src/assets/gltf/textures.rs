@@ -45,6 +45,11 @@ pub(super) fn uv_set(info: &Value) -> u32 {
 }
 
 impl ModelImages {
+    /// The numbers of the images in the document.
+    pub fn used(&self) -> Vec<usize> {
+        self.images.keys().copied().collect()
+    }
+
     /// Puts the texture that a material refers to into `model`; `None` where nothing can be shown.
     pub fn place(
         &mut self,

@@ -1,0 +1,72 @@
+//! Animations, which are not shown but checked.
+
+use ::gltf::json::Value;
+
+use super::{Lint, array, index};
+
+pub(super) fn check(lint: &mut Lint<'_>) {
+    for (i, animation) in lint.array("animations").iter().enumerate() {
+        let samplers = array(animation, "samplers");
+        for (s, sampler) in samplers.iter().enumerate() {
+            let place = format!("sampler {s} of animation {i}");
+            let of = |key: &str| lint.named(sampler, key, "accessors");
+            let (input, output) = (of("input"), of("output"));
+            if input.is_some_and(|a| a.get("min").is_none() || a.get("max").is_none()) {
+                lint.fault(format!("the input of {place} has no min and max"));
+            }
+            for accessor in [input, output].into_iter().flatten() {
+                let view = lint.named(accessor, "bufferView", "bufferViews");
+                if view.is_some_and(|v| v.get("byteStride").is_some()) {
+                    lint.fault(format!("the numbers of {place} have a byteStride"));
+                }
+            }
+        }
+        for (c, channel) in array(animation, "channels").iter().enumerate() {
+            let place = format!("channel {c} of animation {i}");
+            let sampler = index(channel, "sampler").and_then(|s| samplers.get(s));
+            target(lint, channel, sampler, &place);
+        }
+    }
+}
+
+fn target(lint: &mut Lint<'_>, channel: &Value, sampler: Option<&Value>, place: &str) {
+    let target = &channel["target"];
+    let path = target.get("path").and_then(Value::as_str).unwrap_or_default();
+    let node = lint.named(target, "node", "nodes");
+    if path == "weights" {
+        let mesh = node.and_then(|n| lint.named(n, "mesh", "meshes"));
+        let has_targets = |mesh: &Value| array(mesh, "primitives").iter().any(|p| p.get("targets").is_some());
+        if node.is_some() && !mesh.is_some_and(has_targets) {
+            lint.fault(format!("{place} moves the weights of a node without morph targets"));
+        }
+    }
+    let Some(number) = sampler.and_then(|s| index(s, "output")) else {
+        return;
+    };
+    let Some(output) = lint.array("accessors").get(number) else {
+        return;
+    };
+    let kind = output.get("type").and_then(Value::as_str).unwrap_or_default();
+    let expected = match path {
+        "translation" | "scale" => "VEC3",
+        "rotation" => "VEC4",
+        "weights" => "SCALAR",
+        _ => return,
+    };
+    if kind != expected {
+        return lint.fault(format!("{place} has an output of {kind}, not of {expected}"));
+    }
+    if path != "rotation" {
+        return;
+    }
+    let Ok(rotations) = lint.document.floats::<4>(number) else {
+        return;
+    };
+    let is_cubic = sampler.and_then(|s| s.get("interpolation")).and_then(Value::as_str) == Some("CUBICSPLINE");
+    // Of three numbers of a spline the middle one is the value.
+    let values = rotations.iter().enumerate().filter(|(i, _)| !is_cubic || i % 3 == 1);
+    let is_unit = |q: &[f32; 4]| (q.iter().map(|v| v * v).sum::<f32>() - 1.0).abs() < 0.01;
+    if values.map(|(_, q)| q).any(|q| !is_unit(q)) {
+        lint.fault(format!("{place} has rotations that are no unit quaternions"));
+    }
+}

@@ -1,0 +1,61 @@
+//! Images and textures, used or not.
+
+use ::gltf::json::Value;
+
+use super::{Lint, index};
+use crate::assets::gltf::container::{Location, locate, read};
+
+/// Checks all images but those that are `used`: their bytes are read later, and what is wrong with them is an error.
+pub(super) fn check(lint: &mut Lint<'_>, used: &[usize]) {
+    for (i, image) in lint.array("images").iter().enumerate() {
+        let uri = image.get("uri").and_then(Value::as_str);
+        let view = index(image, "bufferView");
+        match (uri, view) {
+            (None, None) => lint.fault(format!("image {i} has neither a uri nor a buffer view")),
+            (Some(_), Some(_)) => lint.fault(format!("image {i} has a uri and a buffer view")),
+            (None, Some(view)) => {
+                if let Ok((bytes, _)) = lint.document.view(view) {
+                    data(lint, i, bytes);
+                }
+            }
+            (Some(uri), None) => match locate(lint.document.folder, uri, lint.document.files) {
+                Err(e) => lint.fault(format!("image {i}: {e}")),
+                Ok(Location::File(path)) if !path.is_file() => {
+                    lint.fault(format!("image {i} names a file that is not there: {}", path.display()));
+                }
+                Ok(Location::File(path)) if !used.contains(&i) => match read(&path, lint.document.files) {
+                    Err(e) => lint.fault(format!("image {i}: {e}")),
+                    Ok(bytes) => data(lint, i, &bytes),
+                },
+                Ok(Location::File(_)) => {}
+                Ok(Location::Here(bytes)) => data(lint, i, &bytes),
+            },
+        }
+    }
+    for (i, texture) in lint.array("textures").iter().enumerate() {
+        let webp = texture.pointer("/extensions/EXT_texture_webp");
+        for source in [Some(texture), webp]
+            .into_iter()
+            .flatten()
+            .filter_map(|t| index(t, "source"))
+        {
+            if source >= lint.array("images").len() {
+                lint.fault(format!("texture {i} names image {source}, which is not there"));
+            }
+        }
+    }
+}
+
+/// Reports what is no image, or the beginning of one.
+fn data(lint: &mut Lint<'_>, i: usize, bytes: &[u8]) {
+    let is_png = bytes.starts_with(b"\x89PNG\r\n\x1a\n");
+    let is_known = is_png
+        || bytes.starts_with(b"\xff\xd8\xff")
+        || bytes.starts_with(b"RIFF")
+        || bytes.starts_with(b"\xabKTX 20\xbb");
+    if !is_known {
+        lint.fault(format!("image {i} is neither a PNG nor a JPEG"));
+    } else if is_png && !bytes.windows(4).any(|w| w == b"IEND") || bytes.len() < 16 {
+        lint.fault(format!("image {i} ends early"));
+    }
+}

@@ -1,0 +1,204 @@
+//! Meshes: attributes, indices, morph targets, joints and texture coordinates.
+
+use std::collections::HashMap;
+
+use ::gltf::json::Value;
+
+use super::{Lint, array, arrays::size_of_component, index};
+
+pub(super) fn check(lint: &mut Lint<'_>) {
+    let mut views = HashMap::<usize, usize>::new();
+    for (m, mesh) in lint.array("meshes").iter().enumerate() {
+        let mut targets = None;
+        for (p, primitive) in array(mesh, "primitives").iter().enumerate() {
+            let place = format!("primitive {p} of mesh {m}");
+            attributes(lint, primitive, &place, &mut views);
+            indices(lint, primitive, &place);
+            morphs(lint, primitive, &place);
+            joints(lint, primitive, &place);
+            coordinates(lint, primitive, &place);
+            targets = targets.max(Some(array(primitive, "targets").len()));
+        }
+        let weights = mesh.get("weights").and_then(Value::as_array).map(Vec::len);
+        if let (Some(weights), Some(targets)) = (weights, targets)
+            && weights != targets
+        {
+            lint.fault(format!("mesh {m} has {weights} weights for {targets} morph targets"));
+        }
+    }
+    for (view, users) in views {
+        let stride = lint.array("bufferViews").get(view).and_then(|v| v.get("byteStride"));
+        if users > 1 && stride.is_none() {
+            lint.fault(format!(
+                "buffer view {view} holds several attributes and has no byteStride"
+            ));
+        }
+    }
+}
+
+fn is_known(semantic: &str) -> bool {
+    let numbered = |name: &str| {
+        let rest = semantic.strip_prefix(name);
+        rest.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
+    };
+    matches!(semantic, "POSITION" | "NORMAL" | "TANGENT")
+        || semantic.starts_with('_')
+        || ["TEXCOORD_", "COLOR_", "JOINTS_", "WEIGHTS_"].into_iter().any(numbered)
+}
+
+/// The attributes of a primitive, or of a morph target, with their accessors' numbers.
+fn entries(value: &Value) -> impl Iterator<Item = (&str, usize)> {
+    let map = value.as_object().into_iter().flatten();
+    map.filter_map(|(name, accessor)| Some((name.as_str(), usize::try_from(accessor.as_u64()?).ok()?)))
+}
+
+fn attributes(lint: &mut Lint<'_>, primitive: &Value, place: &str, views: &mut HashMap<usize, usize>) {
+    let Some(given) = primitive.get("attributes") else {
+        return lint.fault(format!("{place} has no attributes"));
+    };
+    let mut own = HashMap::<usize, Vec<usize>>::new();
+    for (name, number) in entries(given) {
+        if !is_known(name) {
+            lint.fault(format!("{place} has an attribute of an unknown name"));
+        }
+        let Some(accessor) = lint.array("accessors").get(number) else {
+            continue;
+        };
+        if name == "POSITION" && (accessor.get("min").is_none() || accessor.get("max").is_none()) {
+            lint.fault(format!("the positions of {place} have no min and max"));
+        }
+        let Some(view) = index(accessor, "bufferView") else {
+            continue;
+        };
+        let size = size_of_component(accessor).unwrap_or(4);
+        let stride = lint.array("bufferViews").get(view).and_then(|v| index(v, "byteStride"));
+        let offset = index(accessor, "byteOffset").unwrap_or(0);
+        if offset % 4 != 0 || stride.is_some_and(|s| s % 4 != 0) || stride.is_none() && is_packed_oddly(accessor, size)
+        {
+            lint.fault(format!(
+                "the attribute {name} of {place} is not at multiples of 4 bytes"
+            ));
+        }
+        own.entry(view).or_default().push(number);
+    }
+    for (view, mut accessors) in own {
+        accessors.sort_unstable();
+        accessors.dedup();
+        let users = views.entry(view).or_default();
+        *users = (*users).max(accessors.len());
+    }
+}
+
+/// Whether the elements of an accessor without a stride are no multiple of 4 bytes.
+fn is_packed_oddly(accessor: &Value, size: usize) -> bool {
+    let width = match accessor.get("type").and_then(Value::as_str) {
+        Some("VEC2") => 2,
+        Some("VEC3") => 3,
+        Some("VEC4") => 4,
+        _ => 1,
+    };
+    (size * width) % 4 != 0 && index(accessor, "count").is_some_and(|n| n > 1)
+}
+
+fn indices(lint: &mut Lint<'_>, primitive: &Value, place: &str) {
+    let Some(number) = index(primitive, "indices") else {
+        return;
+    };
+    let Some(accessor) = lint.array("accessors").get(number) else {
+        return;
+    };
+    let component = accessor.get("componentType").and_then(Value::as_u64);
+    let is_scalar = accessor.get("type").and_then(Value::as_str) == Some("SCALAR");
+    let is_normalized = accessor.get("normalized").and_then(Value::as_bool) == Some(true);
+    if !is_scalar || is_normalized || !matches!(component, Some(5121 | 5123 | 5125)) {
+        return lint.fault(format!("the indices of {place} are no whole numbers"));
+    }
+    let view = lint.named(accessor, "bufferView", "bufferViews");
+    if view.is_some_and(|v| v.get("byteStride").is_some()) {
+        lint.fault(format!("the indices of {place} have a byteStride"));
+    }
+    let restart = match component {
+        Some(5121) => 0xff,
+        Some(5123) => 0xffff,
+        _ => u32::MAX,
+    };
+    if let Ok(indices) = lint.document.indices(number)
+        && indices.contains(&restart)
+    {
+        lint.fault(format!(
+            "the indices of {place} hold {restart}, which would begin a new strip"
+        ));
+    }
+}
+
+fn morphs(lint: &mut Lint<'_>, primitive: &Value, place: &str) {
+    for target in array(primitive, "targets") {
+        for (name, number) in entries(target) {
+            if primitive.pointer(&format!("/attributes/{name}")).is_none() {
+                lint.fault(format!(
+                    "a morph target of {place} moves {name}, which the primitive does not have"
+                ));
+            }
+            let accessor = lint.array("accessors").get(number);
+            if name == "POSITION" && accessor.is_some_and(|a| a.get("min").is_none() || a.get("max").is_none()) {
+                lint.fault(format!(
+                    "the positions of a morph target of {place} have no min and max"
+                ));
+            }
+        }
+    }
+}
+
+fn joints(lint: &mut Lint<'_>, primitive: &Value, place: &str) {
+    let attribute = |name: &str, set: u32| index(&primitive["attributes"], &format!("{name}_{set}"));
+    for set in 0..4 {
+        let (joints, weights) = (attribute("JOINTS", set), attribute("WEIGHTS", set));
+        match (joints, weights) {
+            (None, None) => return,
+            (Some(joints), Some(weights)) => influences(lint, (joints, weights), set, place),
+            _ => return lint.fault(format!("{place} has not as many sets of joints as of weights")),
+        }
+    }
+}
+
+fn influences(lint: &mut Lint<'_>, (joints, weights): (usize, usize), set: u32, place: &str) {
+    let (Ok(joints), Ok(weights)) = (lint.document.floats::<4>(joints), lint.document.floats::<4>(weights)) else {
+        return;
+    };
+    if weights.iter().flatten().any(|w| *w < 0.0) {
+        lint.fault(format!("{place} has weights of joints below 0"));
+    }
+    let sum = |w: &[f32; 4]| w.iter().sum::<f32>();
+    if set == 0 && weights.iter().any(|w| (sum(w) - 1.0).abs() > 0.02) {
+        lint.fault(format!("{place} has weights of joints whose sum is not 1"));
+    }
+    let twice =
+        |(j, w): (&[f32; 4], &[f32; 4])| (0..4).any(|a| (0..a).any(|b| j[a] == j[b] && w[a] != 0.0 && w[b] != 0.0));
+    if joints.iter().zip(&weights).any(twice) {
+        lint.fault(format!("{place} has vertices with one joint twice"));
+    }
+    let skins = lint.array("skins").iter().map(|s| array(s, "joints").len());
+    if let Some(most) = skins.max()
+        && joints.iter().flatten().any(|j| *j as usize >= most)
+    {
+        lint.fault(format!("{place} names joints that no skin has"));
+    }
+}
+
+/// Reports textures whose coordinates a primitive does not have.
+fn coordinates(lint: &mut Lint<'_>, primitive: &Value, place: &str) {
+    let Some(material) = lint.named(primitive, "material", "materials") else {
+        return;
+    };
+    let mut sets = Vec::new();
+    crate::assets::gltf::materials::texture_infos(material, &mut sets);
+    sets.sort_unstable();
+    sets.dedup();
+    for set in sets {
+        if primitive.pointer(&format!("/attributes/TEXCOORD_{set}")).is_none() {
+            lint.fault(format!(
+                "a texture of {place} reads TEXCOORD_{set}, which the primitive does not have"
+            ));
+        }
+    }
+}

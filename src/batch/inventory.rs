@@ -1,0 +1,123 @@
+//! What a scene consists of, and how the features of its files are treated.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::{
+    assets::{Store, model::Treatment, store::ModelReport},
+    scene::SceneBuilder,
+};
+
+/// The parts of a loaded scene. Its JSON has the same names.
+#[derive(Clone, Debug, Serialize)]
+pub struct Inventory {
+    pub objects: usize,
+    /// Stored ones: of an instanced mesh they count once.
+    pub triangles: usize,
+    pub instances: usize,
+    /// Shapes that are no meshes.
+    pub shapes: usize,
+    pub materials: usize,
+    pub textures: usize,
+    pub images: Vec<ImageEntry>,
+    /// Without surfaces that emit.
+    pub lights: usize,
+    pub emitting_materials: usize,
+    pub models: Vec<ModelEntry>,
+    /// Bytes, by what they are for.
+    pub memory: Vec<MemoryEntry>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct ImageEntry {
+    pub width: u32,
+    pub height: u32,
+    pub channels: usize,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct MemoryEntry {
+    pub kind: &'static str,
+    pub bytes: u64,
+}
+
+/// A model file.
+#[derive(Clone, Debug, Serialize)]
+pub struct ModelEntry {
+    pub file: String,
+    /// The names of its cameras; may be empty.
+    pub cameras: Vec<String>,
+    pub lights: usize,
+    pub features: Vec<FeatureEntry>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct FeatureEntry {
+    pub name: String,
+    pub count: usize,
+    /// What uses it, in the singular.
+    pub used_by: &'static str,
+    /// `"rendered"`, `"in part"`, `"not needed"` or `"not rendered"`.
+    pub treatment: &'static str,
+    /// What is left out, or why; may be empty.
+    pub detail: &'static str,
+}
+
+impl Inventory {
+    pub(super) fn new(scene: &SceneBuilder, store: &Store) -> Self {
+        let geometry = scene.geometry();
+        let image = |b: &crate::texture::Bitmap| ImageEntry {
+            width: b.width,
+            height: b.height,
+            channels: b.channels,
+        };
+        let emits = |m: &&crate::material::Material| m.emission().is_some();
+        let memory = store.files().memory().taken();
+        Self {
+            objects: scene.objects().len(),
+            triangles: geometry.triangles.len(),
+            instances: geometry.instances.len(),
+            shapes: geometry.prim_count() - geometry.triangles.len(),
+            materials: scene.materials().len(),
+            textures: scene.texture_count(),
+            images: scene.bitmaps().iter().map(image).collect(),
+            lights: scene.lights().len(),
+            emitting_materials: scene.materials().map(|(_, m)| m).filter(emits).count(),
+            models: store.model_reports().iter().map(ModelEntry::new).collect(),
+            memory: memory
+                .map(|(kind, bytes)| MemoryEntry {
+                    kind: kind.name(),
+                    bytes,
+                })
+                .to_vec(),
+        }
+    }
+}
+
+impl ModelEntry {
+    fn new(report: &ModelReport) -> Self {
+        let file = |path: &Path| path.display().to_string();
+        let features = report.features.iter().map(|feature| {
+            let (treatment, detail) = match feature.treatment {
+                Treatment::Rendered => ("rendered", ""),
+                Treatment::Unneeded(why) => ("not needed", why),
+                Treatment::InPart(part) => ("in part", part),
+                Treatment::Without(instead) => ("not rendered", instead),
+            };
+            FeatureEntry {
+                name: feature.name.clone(),
+                count: feature.count,
+                used_by: feature.used_by,
+                treatment,
+                detail,
+            }
+        });
+        Self {
+            file: file(&report.request.path),
+            cameras: report.cameras.clone(),
+            lights: report.lights,
+            features: features.collect(),
+        }
+    }
+}

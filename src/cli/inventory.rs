@@ -1,0 +1,89 @@
+//! The inventory that `check` prints.
+
+use std::{
+    io::{self, Write},
+    path::Path,
+};
+
+use batch_render::{
+    batch::{
+        Inventory, Job,
+        inventory::{FeatureEntry, ModelEntry},
+    },
+    value::visible,
+};
+
+use super::summary::plural;
+
+/// Prints the inventory of a valid scene to standard output. A reader that has seen enough is no error.
+pub fn print(scene: &Path, job: &Job, inventory: &Inventory, json: bool) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    let written = if json {
+        serde_json::to_string_pretty(inventory)
+            .map_err(io::Error::other)
+            .and_then(|text| writeln!(out, "{text}"))
+    } else {
+        write_lines(&mut out, scene, job, inventory)
+    };
+    match written.and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error),
+        _ => Ok(()),
+    }
+}
+
+fn write_lines(out: &mut impl Write, scene: &Path, job: &Job, inventory: &Inventory) -> io::Result<()> {
+    let frames = plural(job.plan.frames.len(), "frame");
+    writeln!(out, "{}: {frames} to render, nothing wrong", scene.display())?;
+    let instances = match inventory.instances {
+        0 => String::new(),
+        n => format!(", {}", plural(n, "instance")),
+    };
+    writeln!(
+        out,
+        "{}: {}{instances}, {}",
+        plural(inventory.objects, "object"),
+        plural(inventory.triangles, "triangle"),
+        plural(inventory.shapes, "other shape")
+    )?;
+    writeln!(
+        out,
+        "{}, {} emit; {}; {}",
+        plural(inventory.materials, "material"),
+        inventory.emitting_materials,
+        plural(inventory.textures, "texture"),
+        plural(inventory.lights, "light")
+    )?;
+    for image in &inventory.images {
+        let (width, height, channels) = (image.width, image.height, image.channels);
+        writeln!(out, "image: {width}x{height}, {}", plural(channels, "channel"))?;
+    }
+    for model in &inventory.models {
+        write_model(out, model)?;
+    }
+    for entry in inventory.memory.iter().filter(|e| e.bytes > 0) {
+        writeln!(out, "memory for {}: {} MiB", entry.kind, entry.bytes.div_ceil(1 << 20))?;
+    }
+    Ok(())
+}
+
+fn write_model(out: &mut impl Write, model: &ModelEntry) -> io::Result<()> {
+    writeln!(out, "model {}", visible(&model.file))?;
+    for (i, camera) in model.cameras.iter().enumerate() {
+        writeln!(out, "  camera {i}: {}", visible(camera))?;
+    }
+    for feature in &model.features {
+        let FeatureEntry {
+            name,
+            count,
+            used_by,
+            treatment,
+            detail,
+        } = feature;
+        let detail = match detail {
+            &"" => String::new(),
+            detail => format!(" ({detail})"),
+        };
+        writeln!(out, "  {}, {count} x {used_by}: {treatment}{detail}", visible(name))?;
+    }
+    Ok(())
+}
