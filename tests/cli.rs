@@ -88,10 +88,11 @@ fn check_and_dry_run_validate_without_rendering() {
         said,
         "2\tf.0002.png\n3\tf.0003.png\ns.toml: 2 frames to render, nothing wrong\n"
     );
-    assert_eq!(
-        folder.succeed(&["check", "s.toml"]),
-        "s.toml: 1 frame to render, nothing wrong\n"
-    );
+    let said = folder.succeed(&["check", "s.toml"]);
+    assert_eq!(said.lines().next(), Some("s.toml: 1 frame to render, nothing wrong"));
+    assert!(said.contains("4 objects: 0 triangles, 4 other shapes\n"), "{said}");
+    let json: serde_json::Value = serde_json::from_str(&folder.succeed(&["check", "s.toml", "--json"])).expect("JSON");
+    assert_eq!((&json["shapes"], &json["lights"]), (&4.into(), &3.into()));
     assert_eq!(folder.names(), ["path.csv", "s.toml"]);
 }
 

@@ -59,7 +59,8 @@
 //! Radiance is not scaled by the square of the index of refraction. The coat has the normal of the base, and it does not
 //! dim emitted light.
 //!
-//! The `whitted` integrator shows the diffuse base, a mirror with the reflectance at normal incidence, and smooth glass.
+//! The `whitted` integrator shows the diffuse base, a mirror with the reflectance at normal incidence, and smooth glass. The
+//! rougher a mirror is, the more of it is diffuse.
 //!
 //! Source: Khronos Group, "glTF 2.0 Specification", appendix B, and its KHR_materials extensions. One thing differs: the
 //! sheen lies above the coat.
@@ -340,11 +341,12 @@ impl MaterialKind for Principled {
         let base = layered.base_color * (1.0 - metal - clear).max(0.0);
         let diffuse = base * ((1.0 - reflected.max_component()) * (1.0 - coat));
         let mirror = layered.base_color * metal + reflected * (1.0 - metal - clear).max(0.0) + Rgb::gray(coat);
+        let rough = layered.facets.alpha.max_element();
         let terms = WhittedTerms {
             // The surface reflects ambient light as well.
             ambient: base,
-            diffuse: diffuse * FRAC_1_PI,
-            reflect: mirror,
+            diffuse: (diffuse + mirror * rough) * FRAC_1_PI,
+            reflect: mirror * (1.0 - rough),
             ..WhittedTerms::default()
         };
         if clear == 0.0 {
@@ -352,7 +354,7 @@ impl MaterialKind for Principled {
         }
         match layered.boundary {
             Boundary::ThinWalled => WhittedTerms {
-                reflect: mirror + reflected * clear,
+                reflect: mirror * (1.0 - rough) + reflected * clear,
                 transmit: layered.base_color * (clear * (1.0 - reflected.max_component())),
                 ..terms
             },

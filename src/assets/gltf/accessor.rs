@@ -11,6 +11,7 @@ use super::{
     document::{Document, get},
     error::GltfProblem,
 };
+use crate::math::Vec3;
 
 /// The most elements of an accessor without a buffer, which is all zeros and takes no bytes of the file.
 const MOST_ZEROS: usize = 1 << 22;
@@ -129,6 +130,11 @@ impl Document<'_> {
             let m: [f64; 16] = std::array::from_fn(|k| f64::from(layout.number(&bytes[4 * k..])));
             DAffine3::from_mat4(DMat4::from_cols_array(&m))
         })
+    }
+
+    /// An accessor of vectors.
+    pub fn vectors(&self, index: usize) -> Result<Vec<Vec3>, GltfProblem> {
+        Ok(self.floats::<3>(index)?.into_iter().map(Vec3::from_array).collect())
     }
 
     /// The least and the largest of the numbers of an accessor, for each place in an element.

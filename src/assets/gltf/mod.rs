@@ -32,8 +32,7 @@ use super::{
 use document::{Document, get};
 use error::GltfProblem;
 use glam::DAffine3;
-use pose::Pose;
-use primitive::PrimitiveUse;
+use pose::{Pose, PrimitiveUse};
 
 pub use error::GltfError;
 

@@ -5,7 +5,7 @@
 use std::{cell::OnceCell, collections::HashMap};
 
 use ::gltf::json::{
-    mesh::{MorphTarget, Semantic},
+    mesh::{MorphTarget, Primitive, Semantic},
     scene::Node,
     validation::Checked,
 };
@@ -14,9 +14,19 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::{
     document::{Document, get},
     error::GltfProblem,
-    primitive::{PrimitiveUse, vectors},
+    textures::UvSets,
 };
 use crate::{math::Vec3, shape::mesh::Mesh};
+
+/// A primitive and where it stands.
+pub(super) struct PrimitiveUse<'a> {
+    pub primitive: &'a Primitive,
+    /// The numbers of its node, its mesh, and itself in the mesh.
+    pub node: usize,
+    pub mesh: usize,
+    pub index: usize,
+    pub uv_sets: UvSets,
+}
 
 /// The nodes of a document with their transforms.
 pub(super) struct Pose<'a> {
@@ -146,7 +156,7 @@ impl<'a> Pose<'a> {
 /// Adds `weight` of a morph target.
 fn morph(document: &Document<'_>, target: &MorphTarget, weight: f32, mesh: &mut Mesh) -> Result<(), GltfProblem> {
     let add = |to: &mut [Vec3], accessor: usize| {
-        let moves = vectors(document, accessor)?;
+        let moves = document.vectors(accessor)?;
         if moves.len() != to.len() {
             return Err(GltfProblem::broken("a morph target has not a number for each vertex"));
         }

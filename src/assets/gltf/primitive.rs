@@ -7,7 +7,11 @@ use ::gltf::json::{
     validation::Checked,
 };
 
-use super::{document::Document, error::GltfProblem, pose::Pose, textures::UvSets};
+use super::{
+    document::Document,
+    error::GltfProblem,
+    pose::{Pose, PrimitiveUse},
+};
 use crate::{
     assets::model::{Model, Treatment},
     math::{Vec2, Vec3, Vec4},
@@ -40,16 +44,6 @@ struct Deformed {
     node: usize,
     mesh: usize,
     primitive: usize,
-}
-
-/// A primitive and where it stands.
-pub(super) struct PrimitiveUse<'a> {
-    pub primitive: &'a Primitive,
-    /// The numbers of its node, its mesh, and itself in the mesh.
-    pub node: usize,
-    pub mesh: usize,
-    pub index: usize,
-    pub uv_sets: UvSets,
 }
 
 /// A mesh of the model.
@@ -157,9 +151,9 @@ fn mesh(document: &Document<'_>, key: &Key, mode: Mode) -> Result<Mesh, GltfProb
         }
     };
     // Arrays that nothing is drawn from are checked, too.
-    let positions = vectors(document, positions)?;
+    let positions = document.vectors(positions)?;
     let triangles = triangles(mode, &indices);
-    let normals = normals.map_or(Ok(Vec::new()), |i| vectors(document, i))?;
+    let normals = normals.map_or(Ok(Vec::new()), |i| document.vectors(i))?;
     let mesh = Mesh {
         positions,
         // A normal that is none is left to the face's.
@@ -182,14 +176,6 @@ fn mesh(document: &Document<'_>, key: &Key, mode: Mode) -> Result<Mesh, GltfProb
         )));
     }
     Ok(mesh)
-}
-
-pub(super) fn vectors(document: &Document<'_>, accessor: usize) -> Result<Vec<Vec3>, GltfProblem> {
-    Ok(document
-        .floats::<3>(accessor)?
-        .into_iter()
-        .map(Vec3::from_array)
-        .collect())
 }
 
 /// Texture coordinates, whose v runs downwards in glTF.

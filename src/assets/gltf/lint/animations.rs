@@ -2,7 +2,7 @@
 
 use ::gltf::json::Value;
 
-use super::{Lint, array, index};
+use super::checked::{Lint, array, index};
 
 pub(super) fn check(lint: &mut Lint<'_>) {
     for (i, animation) in lint.array("animations").iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use ::gltf::json::Value;
 
-use super::{Lint, array, index};
+use super::checked::{Lint, array, index};
 use crate::assets::gltf::container::{Location, locate};
 
 /// The most numbers whose bounds are compared with those that the file gives.

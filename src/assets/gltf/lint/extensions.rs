@@ -2,7 +2,7 @@
 
 use ::gltf::json::Value;
 
-use super::{Lint, array, index};
+use super::checked::{Lint, array, index};
 
 /// The objects that may hold an extension; an unknown one may be anywhere.
 fn places(extension: &str) -> Option<&'static [&'static str]> {

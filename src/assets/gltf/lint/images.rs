@@ -2,7 +2,7 @@
 
 use ::gltf::json::Value;
 
-use super::{Lint, index};
+use super::checked::{Lint, index};
 use crate::assets::gltf::container::{Location, locate, read};
 
 /// Checks all images but those that are `used`: their bytes are read later, and what is wrong with them is an error.

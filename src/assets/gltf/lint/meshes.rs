@@ -4,7 +4,10 @@ use std::collections::HashMap;
 
 use ::gltf::json::Value;
 
-use super::{Lint, array, arrays::size_of_component, index};
+use super::{
+    arrays::size_of_component,
+    checked::{Lint, array, index},
+};
 
 pub(super) fn check(lint: &mut Lint<'_>) {
     let mut views = HashMap::<usize, usize>::new();

@@ -5,6 +5,7 @@
 
 mod animations;
 mod arrays;
+mod checked;
 mod extensions;
 mod images;
 mod meshes;
@@ -12,6 +13,7 @@ mod meshes;
 use ::gltf::json::Value;
 
 use super::document::Document;
+use checked::{Lint, array, index};
 
 /// The most faults of a file that are reported one by one.
 const MAX_FAULTS: usize = 20;
@@ -38,37 +40,6 @@ pub(super) fn faults(document: &Document<'_>, used: &[usize]) -> Vec<String> {
         faults.push(format!("and {more} more faults"));
     }
     faults
-}
-
-/// A document that is checked.
-struct Lint<'a> {
-    document: &'a Document<'a>,
-    raw: &'a Value,
-    faults: Vec<String>,
-}
-
-impl<'a> Lint<'a> {
-    fn fault(&mut self, text: impl Into<String>) {
-        self.faults.push(text.into());
-    }
-
-    /// The array of the document that is called `key`.
-    fn array(&self, key: &str) -> &'a [Value] {
-        array(self.raw, key)
-    }
-
-    /// The element of such an array that `value` names by `key`.
-    fn named(&self, value: &Value, key: &str, array: &str) -> Option<&'a Value> {
-        self.array(array).get(index(value, key)?)
-    }
-}
-
-fn array<'a>(value: &'a Value, key: &str) -> &'a [Value] {
-    value.get(key).and_then(Value::as_array).map_or(&[], Vec::as_slice)
-}
-
-fn index(value: &Value, key: &str) -> Option<usize> {
-    usize::try_from(value.get(key)?.as_u64()?).ok()
 }
 
 /// Reports arrays without elements, which the format does not know. Recursion ends: the JSON reader accepts 128 levels at the
