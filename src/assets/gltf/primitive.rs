@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use ::gltf::json::{
-    mesh::{Mode, Primitive, Semantic},
+    mesh::{Mode, Semantic},
     validation::Checked,
 };
 
