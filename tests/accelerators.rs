@@ -36,7 +36,9 @@ fn shape(text: &str) -> Shape {
         shape: ShapeDesc,
     }
     let row: Row = toml::from_str(&format!("shape.{text}")).expect("a shape");
-    row.shape.compile().expect("a sound shape")
+    row.shape
+        .compile(batch_render::math::DVec3::ZERO)
+        .expect("a sound shape")
 }
 
 /// Numbers in [-1, 1).

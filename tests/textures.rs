@@ -22,11 +22,11 @@ use batch_render::{
 };
 
 fn quad(corners: [Vec3; 4]) -> Shape {
-    let corners = corners.map(Point);
+    let corners = corners.map(|p| Point(p.as_dvec3()));
     let desc = QuadDesc {
         corners: Spanned::new(0..0, corners),
     };
-    let quad: Quad = desc.compile().expect("a quad");
+    let quad: Quad = desc.compile(DVec3::ZERO).expect("a quad");
     Shape::Quad(quad)
 }
 

@@ -6,7 +6,7 @@ use glam::DAffine3;
 
 use crate::{
     material::principled::Principled,
-    math::{Aabb, Rgb},
+    math::{DAabb, Rgb},
     shape::mesh::Mesh,
     texture::{
         Color, StTransform,
@@ -251,16 +251,9 @@ impl Model {
     }
 
     /// The box around all parts; empty without triangles.
-    pub fn bounds(&self) -> Aabb {
-        let corners: Vec<Aabb> = self.meshes.iter().map(Mesh::bounds).collect();
-        let points = self.instances.iter().flat_map(|part| {
-            let own = corners[part.mesh];
-            (0..8).map(move |i| {
-                part.model_from_mesh
-                    .transform_point3(own.corner(i).as_dvec3())
-                    .as_vec3()
-            })
-        });
-        Aabb::from_points(points)
+    pub fn bounds(&self) -> DAabb {
+        let own: Vec<DAabb> = self.meshes.iter().map(|mesh| mesh.bounds().into()).collect();
+        let placed = |part: &MeshInstance| own[part.mesh].transformed(&part.model_from_mesh);
+        self.instances.iter().map(placed).fold(DAabb::EMPTY, DAabb::union)
     }
 }

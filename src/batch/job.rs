@@ -60,7 +60,7 @@ impl Job {
     /// Loads all files of the scene and finds everything that is wrong with them, on the threads of the current rayon
     /// pool. Builds no acceleration structure.
     pub fn load(&self) -> Result<SceneBuilder, Error> {
-        let scene = compile::load(&self.desc, &self.store, Instancing::default());
+        let scene = compile::load(&self.desc, &self.store, Instancing::default(), self.plan.first_eye);
         // The scene has its own copy of the models.
         self.store.forget_models();
         Ok(scene?)

@@ -14,6 +14,7 @@ use crate::{
     error::Error,
     film::{Film, FilmLayout, Window},
     integrator::{BuiltIn, IntegratorDesc},
+    math::DVec3,
     output::{self, Compression, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown},
     render::{self, Content, Control, RenderError, Renderer, SampleBudget},
     sampler::{Sampler, SeedMode},
@@ -48,6 +49,8 @@ impl PlannedFrame {
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub frames: Vec<PlannedFrame>,
+    /// Where the camera stands first, whichever frames are rendered, in m.
+    pub first_eye: Option<DVec3>,
     /// Moves the camera once the scene is known.
     pub turntable: Option<Turntable>,
     pub integrator: BuiltIn,
@@ -113,6 +116,7 @@ impl Plan {
             .map(|(frames, start)| Turntable { start, frames });
         let cameras = cameras(desc, request, camera, settings.resolution, inputs)?;
         let frames = cameras
+            .frames
             .into_iter()
             .map(|(number, camera)| PlannedFrame {
                 number,
@@ -124,6 +128,7 @@ impl Plan {
         output::sequence::check_distinct(&patterns, &numbers)?;
         Ok(Self {
             frames,
+            first_eye: cameras.first_eye,
             turntable,
             integrator,
             accel: request.accel,
@@ -308,27 +313,38 @@ fn files(patterns: &[FilePattern], frame: i32) -> Vec<PlannedFile> {
         .collect()
 }
 
-/// The camera of every frame to be rendered, in rising order.
+/// The cameras of a job.
+struct JobCameras {
+    /// That of every frame to be rendered, in rising order.
+    frames: Vec<(i32, FrameCamera)>,
+    /// Where the camera stands first, in m.
+    first_eye: Option<DVec3>,
+}
+
+/// The cameras of the frames to be rendered.
 fn cameras(
     desc: &SceneDesc,
     request: &Request,
     scene_camera: Option<SceneCamera>,
     resolution: [u32; 2],
     inputs: &Files,
-) -> Result<Vec<(i32, FrameCamera)>, Error> {
+) -> Result<JobCameras, Error> {
     let Some(file) = &request.camera_path else {
         let camera = scene_camera.ok_or_else(|| Error::NoCamera {
             path: desc.source.path.clone(),
         })?;
+        let eye = camera.pose.eye();
         let camera = Camera::new(&camera.pose, &camera.lens, resolution);
         let (last, what) = match request.turntable {
             Some(last) => (last, format!("the turntable, which has frames 1 to {last}")),
             None => (1, "the scene's own camera, which has frame 1 only".to_owned()),
         };
-        return frames(request, 1..=i64::from(last), &what)?
-            .iter()
-            .map(|f| Ok((number(f), FrameCamera::from(camera))))
-            .collect();
+        let frames = frames(request, 1..=i64::from(last), &what)?;
+        let cameras = frames.iter().map(|f| (number(f), FrameCamera::from(camera)));
+        return Ok(JobCameras {
+            frames: cameras.collect(),
+            first_eye: Some(eye),
+        });
     };
     let options = camera_path::CameraPathOptions {
         fps: request.fps,
@@ -339,7 +355,8 @@ fn cameras(
     let what = format!("the camera path, which has frames {} to {}", all.start(), all.end());
     let lens = scene_camera.map_or_else(Lens::default, |c| c.lens);
     check_columns(file, &path, &lens)?;
-    frames(request, all, &what)?
+    let first_eye = path.at(path.first()).ok().map(|first| first.pose.eye());
+    let frames = frames(request, all, &what)?
         .iter()
         .map(|frame| {
             let camera = path.frame_camera(frame, &lens, resolution);
@@ -347,7 +364,8 @@ fn cameras(
                 .map(|camera| (number(frame), camera))
                 .map_err(|cause| Error::Pose { frame, cause })
         })
-        .collect()
+        .collect::<Result<_, _>>()?;
+    Ok(JobCameras { frames, first_eye })
 }
 
 /// A path that says of the lens what the scene's camera has not is wrong about one of the two.

@@ -28,7 +28,7 @@ impl Turntable {
     pub fn around(self, scene: &Scene) -> Orbit {
         let bounds = scene.accel.geometry().world_bounds();
         let center = if bounds.is_finite() {
-            bounds.center().as_dvec3()
+            scene.origin + bounds.center().as_dvec3()
         } else {
             self.start.pose.eye()
         };

@@ -83,6 +83,7 @@ impl Buffers {
     /// Generates all rays; `camera` has a film of [`SIDE`] x [`SIDE`] pixels.
     pub fn new(scene: &Scene, camera: &Camera) -> Self {
         let accel = &*scene.accel;
+        let camera = &camera.moved(-scene.origin);
         let light = light(scene);
         let mut rays: [Vec<Ray>; 4] = Default::default();
         for pass in 0..PASSES {

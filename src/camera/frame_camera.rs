@@ -1,6 +1,7 @@
 //! The camera of one frame, which may move while the shutter is open.
 
 use super::Camera;
+use crate::math::DVec3;
 
 /// Segments of the time while the shutter is open.
 const SEGMENTS: u32 = 16;
@@ -60,6 +61,14 @@ impl FrameCamera {
                 cameras[i].between(&cameras[i + 1], along - i as f64)
             }
         }
+    }
+
+    /// Returns this camera moved by `by`, in m.
+    pub fn moved(&self, by: DVec3) -> Self {
+        Self(match &self.0 {
+            Cameras::Still(camera) => Cameras::Still(camera.moved(by)),
+            Cameras::Moving(cameras) => Cameras::Moving(Box::new(cameras.map(|camera| camera.moved(by)))),
+        })
     }
 
     /// Whether its rays read numbers for the lens, at some time, see

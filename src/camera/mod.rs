@@ -61,6 +61,9 @@ pub trait CameraKind {
     /// Interpolates linearly from this camera (`u` = 0) to `to` (`u` = 1), which must be similar.
     fn between(&self, to: &Self, u: f64) -> Self;
 
+    /// Returns this camera moved by `by`, in m.
+    fn moved(&self, by: DVec3) -> Self;
+
     /// The unit direction along which depth is measured; `None` where there is none.
     fn axis(&self) -> Option<Vec3> {
         None
@@ -96,16 +99,16 @@ pub type SceneCamera = CameraSetup<Lens>;
 /// Returns the pose at `eye` that looks at `target`.
 fn look_at(eye: Point, target: &Spanned<Point>, up: Point) -> Result<Pose, Problem> {
     let at = LookAt {
-        target: target.as_ref().0.as_dvec3(),
-        up: up.0.as_dvec3(),
+        target: target.as_ref().0,
+        up: up.0,
         roll: 0.0,
     };
-    Pose::look_at(eye.0.as_dvec3(), &at).map_err(|e| Problem::at(target.span(), e.to_string()))
+    Pose::look_at(eye.0, &at).map_err(|e| Problem::at(target.span(), e.to_string()))
 }
 
 /// The default up direction.
 fn default_up() -> Point {
-    Point(Vec3::Y)
+    Point(DVec3::Y)
 }
 
 /// Returns the ray from `o` along the normalized `d`.
@@ -185,6 +188,11 @@ macro_rules! cameras {
             /// Creates the camera at `pose` with `lens` for a film.
             pub fn new(pose: &Pose, lens: &Lens, film: FilmSize) -> Self {
                 match lens { $( Lens::$Variant(lens) => Self::$Variant(lens.camera(pose, film)), )* }
+            }
+
+            /// See [`CameraKind::moved`].
+            pub fn moved(&self, by: DVec3) -> Self {
+                match self { $( Self::$Variant(camera) => Self::$Variant(camera.moved(by)), )* }
             }
 
             /// See [`CameraKind::between`]; `to` is of the same kind.

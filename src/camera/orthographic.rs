@@ -126,6 +126,13 @@ impl CameraKind for Orthographic {
         }
     }
 
+    fn moved(&self, by: DVec3) -> Self {
+        Self {
+            corner: self.corner + by,
+            ..*self
+        }
+    }
+
     fn between(&self, to: &Self, u: f64) -> Self {
         Self {
             corner: lerp(self.corner, to.corner, u),

@@ -105,6 +105,13 @@ impl CameraKind for Panorama {
         }
     }
 
+    fn moved(&self, by: DVec3) -> Self {
+        Self {
+            eye: self.eye + by,
+            ..*self
+        }
+    }
+
     fn between(&self, to: &Self, u: f64) -> Self {
         Self {
             eye: lerp(self.eye, to.eye, u),

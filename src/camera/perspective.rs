@@ -131,12 +131,12 @@ impl PerspectiveDesc {
     /// without anything that needs one, one or two blades.
     pub fn compile(&self) -> Result<CameraSetup<PerspectiveLens>, Vec<Problem>> {
         let mut problems = Vec::new();
-        let eye = self.eye.0.as_dvec3();
+        let eye = self.eye.0;
         let pose = look_at(self.eye, &self.target, self.up).unwrap_or_else(|e| {
             problems.push(e);
             Pose::at(eye)
         });
-        let lens = self.lens(eye.distance(self.target.as_ref().0.as_dvec3()), &mut problems);
+        let lens = self.lens(eye.distance(self.target.as_ref().0), &mut problems);
         if problems.is_empty() {
             Ok(CameraSetup { pose, lens })
         } else {
@@ -430,6 +430,13 @@ impl CameraKind for Perspective {
         RayCone {
             width: 0.0,
             spread: self.right.length() as f32,
+        }
+    }
+
+    fn moved(&self, by: DVec3) -> Self {
+        Self {
+            eye: self.eye + by,
+            ..*self
         }
     }
 

@@ -32,7 +32,7 @@ pub(super) fn radiance(desc: &BackgroundDesc, picture: Option<&Bitmap>) -> Backg
     };
     let environment_desc = environment_desc.get_ref();
     let rotation = environment_desc.rotate.map_or(DMat3::IDENTITY, |r| {
-        let r = r.0.as_dvec3();
+        let r = r.0;
         axis_rotation(2, r.z) * axis_rotation(1, r.y) * axis_rotation(0, r.x)
     });
     let environment = Environment::new(picture, environment_desc.intensity.0, rotation);

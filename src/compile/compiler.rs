@@ -6,7 +6,7 @@ use crate::{
     assets::store::ImageRequest,
     describe::SceneDesc,
     material::MaterialId,
-    math::Rgb,
+    math::{DVec3, Rgb},
     scene::{Background, SceneBuilder},
     value::{Problem, Spanned, UnknownName},
 };
@@ -14,6 +14,8 @@ use crate::{
 /// A scene in the making.
 pub(super) struct Compiler<'a> {
     pub desc: &'a SceneDesc,
+    /// The place in the world of the point that the scene is compiled around.
+    pub origin: DVec3,
     pub scene: SceneBuilder,
     /// Files to be loaded, each once for each way to read it, in the order of their [`BitmapId`](crate::texture::BitmapId)s.
     pub images: Vec<ImageRequest>,
@@ -23,11 +25,14 @@ pub(super) struct Compiler<'a> {
 }
 
 impl<'a> Compiler<'a> {
-    pub fn new(desc: &'a SceneDesc) -> Self {
+    pub fn new(desc: &'a SceneDesc, origin: DVec3) -> Self {
+        let mut scene = SceneBuilder::new(Background::new(Rgb::BLACK));
+        scene.set_origin(origin);
         let names = desc.materials.iter().map(|m| m.name.get_ref().as_str());
         Self {
             desc,
-            scene: SceneBuilder::new(Background::new(Rgb::BLACK)),
+            origin,
+            scene,
             images: Vec::new(),
             material_ids: names.zip(0..).collect(),
             problems: Vec::new(),

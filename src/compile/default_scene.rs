@@ -16,7 +16,7 @@ use crate::{
     },
     describe::{BackgroundDesc, LightEntry, ObjectDesc, OutputDesc, RenderDesc, SceneDesc, Source},
     light::{Falloff, LightDesc, point::PointDesc, spot::SpotDesc, sun::SunDesc},
-    math::{Aabb, Rgb, Vec3},
+    math::{Aabb, Rgb, Vec3, origin},
     shape::{ShapeDesc, mesh::MeshDesc},
     value::{Direction, NonNegative, Point, Positive, RgbFactor, Spanned, one_line},
 };
@@ -55,7 +55,10 @@ pub fn describe(path: &Path, aspect: f64, camera: Option<&str>, store: &Store) -
         objects.push(object(path));
     }
     let bounds = model.bounds();
-    let camera = chosen_camera(&model.cameras, camera, path)?.and_then(|c| own_camera(c, &bounds));
+    let origin = origin::of_box(&bounds).unwrap_or_default();
+    let near = bounds.relative_to(origin);
+    let center = origin + near.center().as_dvec3();
+    let camera = chosen_camera(&model.cameras, camera, path)?.and_then(|c| own_camera(c, center));
     let lights: Vec<LightDesc> = model.lights.iter().filter_map(own_light).collect();
     // The lights of a file are all that its author wanted.
     let is_lit = !lights.is_empty();
@@ -65,7 +68,7 @@ pub fn describe(path: &Path, aspect: f64, camera: Option<&str>, store: &Store) -
             text: Arc::from(""),
         },
         render: RenderDesc::default(),
-        camera: Some(unspanned(camera.unwrap_or_else(|| framing(&bounds, aspect)))),
+        camera: Some(unspanned(camera.unwrap_or_else(|| framing(origin, &near, aspect)))),
         background: BackgroundDesc {
             color: Some(RgbFactor(Rgb::gray(if is_lit { 0.0 } else { BACKGROUND }))),
             ..BackgroundDesc::default()
@@ -110,9 +113,9 @@ fn daylight() -> Vec<LightDesc> {
 /// A perspective camera at `eye` (m) with an angle over the picture's height in degrees.
 fn perspective(eye: DVec3, target: DVec3, up: DVec3, degrees: f64) -> CameraDesc {
     CameraDesc::Perspective(PerspectiveDesc {
-        eye: Point(eye.as_vec3()),
-        target: unspanned(Point(target.as_vec3())),
-        up: Point(up.as_vec3()),
+        eye: Point::new(eye),
+        target: unspanned(Point::new(target)),
+        up: Point::new(up),
         fov: Some(unspanned(FovDegrees(degrees))),
         blades: None,
         blade_rotation: None,
@@ -128,8 +131,8 @@ fn perspective(eye: DVec3, target: DVec3, up: DVec3, degrees: f64) -> CameraDesc
     })
 }
 
-/// The camera that sees all of `bounds` from the front, right and above.
-fn framing(bounds: &Aabb, aspect: f64) -> CameraDesc {
+/// The camera that sees all of `bounds`, which are relative to `origin`, from the front, right and above.
+fn framing(origin: DVec3, bounds: &Aabb, aspect: f64) -> CameraDesc {
     let bounds = if bounds.is_finite() {
         *bounds
     } else {
@@ -150,7 +153,8 @@ fn framing(bounds: &Aabb, aspect: f64) -> CameraDesc {
         .fold(0.0, f64::max);
     // A model that is a single point has no size to go by.
     let distance = if distance > 0.0 { distance } else { 1.0 };
-    perspective(center + back * distance, center, DVec3::Y, FOV)
+    let [eye, target] = [center + back * distance, center].map(|p| origin + p.as_vec3().as_dvec3());
+    perspective(eye, target, DVec3::Y, FOV)
 }
 
 /// The camera of this name, or of this number from 0; without one the first, and a warning where there are others.
@@ -184,28 +188,29 @@ fn chosen_camera<'a>(
     })
 }
 
-/// A camera of the model; `None` where it stands nowhere or looks nowhere.
-fn own_camera(camera: &ModelCamera, bounds: &Aabb) -> Option<CameraDesc> {
+/// A camera of the model, whose middle is `center`; `None` where it stands nowhere or looks nowhere.
+fn own_camera(camera: &ModelCamera, center: DVec3) -> Option<CameraDesc> {
     let place = camera.model_from_camera;
     let eye = place.translation;
     let forward = (-place.matrix3.z_axis).try_normalize()?;
     let up = place.matrix3.y_axis.try_normalize()?;
-    let to_model = (bounds.center().as_dvec3() - eye).dot(forward);
+    let to_model = (center - eye).dot(forward);
     let distance = if to_model > 0.0 && to_model.is_finite() {
         to_model
     } else {
         1.0
     };
     let target = eye + forward * distance;
-    if !eye.is_finite() || target.as_vec3() == eye.as_vec3() {
+    let (from, to) = (Point::new(eye), Point::new(target));
+    if !eye.is_finite() || from == to {
         return None;
     }
     match camera.view {
         ModelView::Perspective { fov } => (fov < PI).then(|| perspective(eye, target, up, fov.to_degrees())),
         ModelView::Orthographic { height } => Some(CameraDesc::Orthographic(OrthographicDesc {
-            eye: Point(eye.as_vec3()),
-            target: unspanned(Point(target.as_vec3())),
-            up: Point(up.as_vec3()),
+            eye: from,
+            target: unspanned(to),
+            up: Point::new(up),
             height: Positive(height as f32),
             shift: None,
         })),
@@ -217,7 +222,7 @@ fn own_light(light: &ModelLight) -> Option<LightDesc> {
     if light.strength.is_black() {
         return None;
     }
-    let position = Point(light.model_from_light.translation.as_vec3());
+    let position = Point::new(light.model_from_light.translation);
     let direction = (-light.model_from_light.matrix3.z_axis)
         .try_normalize()
         .map(|d| Direction(d.as_vec3()));
@@ -254,7 +259,7 @@ mod tests {
     fn the_default_view_holds_the_whole_model_and_little_more() {
         let bounds = Aabb::from_points([Vec3::new(-1.0, 4.0, 0.0), Vec3::new(9.0, 5.0, 2.0)]);
         for aspect in [0.5, 1.0, 16.0 / 9.0] {
-            let compiled = framing(&bounds, aspect).compile().unwrap();
+            let compiled = framing(DVec3::ZERO, &bounds, aspect).compile().unwrap();
             let to_camera = compiled.pose.world_from_camera().inverse();
             let tan = libm::tan(0.5 * FOV.to_radians());
             let reach = (0..8)

@@ -2,34 +2,103 @@
 
 use std::cell::RefCell;
 
-use super::{Error, Instancing, background, compiler::Compiler, models};
+use super::{
+    Error, Instancing, background,
+    compiler::Compiler,
+    models::{self, LoadedModels, PlacedModel},
+    origin::SceneOrigin,
+};
 use crate::{
-    assets::{Store, model::ImageSource},
+    assets::{
+        AssetError, Store,
+        model::ImageSource,
+        store::{ImageRequest, ModelRequest},
+    },
     describe::{Diagnostics, SceneDesc},
+    math::DVec3,
     scene::{Background, SceneBuilder},
     texture::{BitmapId, Texture, image::ImageDesc},
 };
 
+/// A scene of which only the files are missing.
+struct Compiled {
+    scene: SceneBuilder,
+    images: Vec<ImageRequest>,
+    placed: Vec<PlacedModel>,
+    /// The picture of the background's environment.
+    environment: Option<ImageRequest>,
+}
+
+impl Compiled {
+    /// Compiles all that is in the description itself, around a point of the world.
+    fn around(origin: DVec3, desc: &SceneDesc) -> Result<Self, Error> {
+        let mut compiler = Compiler::new(desc, origin);
+        compiler.textures();
+        compiler.materials();
+        let placed = compiler.objects();
+        compiler.lights();
+        let environment = compiler.environment();
+        match Diagnostics::new(&desc.source, compiler.problems) {
+            Some(diagnostics) => Err(Error::Invalid(diagnostics)),
+            None => Ok(Self {
+                scene: compiler.scene,
+                images: compiler.images,
+                placed,
+                environment,
+            }),
+        }
+    }
+}
+
+/// Loads the models of a scene, and compiles its description around the origin that all its objects have together.
+fn around_models(
+    desc: &SceneDesc,
+    store: &Store,
+    eye: Option<DVec3>,
+) -> Result<(Compiled, Result<LoadedModels, Vec<AssetError>>), Error> {
+    let mut origin = SceneOrigin::new(desc, eye);
+    let first = origin.choose();
+    let compiled = Compiled::around(first, desc)?;
+    let requests: Vec<ModelRequest> = compiled.placed.iter().map(PlacedModel::request).collect();
+    let loaded = store.models(&requests).map(LoadedModels::new);
+    if let Ok(loaded) = &loaded {
+        let placed = compiled.placed.iter().zip(loaded.bounds());
+        origin.add(placed.map(|(placed, bounds)| placed.place.world_box(first, bounds)));
+    }
+    let chosen = origin.choose();
+    let compiled = if chosen == first {
+        compiled
+    } else {
+        Compiled::around(chosen, desc)?
+    };
+    Ok((compiled, loaded))
+}
+
 /// Loads everything of a scene but its acceleration structure and its tables of lights, on the threads of the current
 /// rayon pool: [`SceneBuilder::build`] makes those. Models that `store` has are not loaded again.
-pub fn load(desc: &SceneDesc, store: &Store, instancing: Instancing) -> Result<SceneBuilder, Error> {
-    let mut compiler = Compiler::new(desc);
-    compiler.textures();
-    compiler.materials();
-    let placed = compiler.objects();
-    compiler.lights();
-    let environment = compiler.environment();
-    if let Some(diagnostics) = Diagnostics::new(&desc.source, compiler.problems) {
-        return Err(Error::Invalid(diagnostics));
-    }
-    let (mut scene, mut images) = (compiler.scene, compiler.images);
+///
+/// `eye` is where the camera stands first, if that is not where the scene's own camera stands: of a scene that reaches
+/// far, the surroundings of the eye are the most precise.
+pub fn load(
+    desc: &SceneDesc,
+    store: &Store,
+    instancing: Instancing,
+    eye: Option<DVec3>,
+) -> Result<SceneBuilder, Error> {
+    let (compiled, loaded) = around_models(desc, store, eye)?;
+    let Compiled {
+        mut scene,
+        mut images,
+        placed,
+        environment,
+    } = compiled;
     // Problems of models and of images are reported together.
     let mut models = models::ModelPlacer {
         scene: &mut scene,
         images: &mut images,
         instancing,
     };
-    let placed = models.place(&placed, store);
+    let placed = loaded.and_then(|loaded| models.place(&placed, &loaded));
     let has_environment = environment.is_some();
     images.extend(environment);
     let mut bitmaps = match (placed, store.images(&images)) {
@@ -57,7 +126,7 @@ pub fn load(desc: &SceneDesc, store: &Store, instancing: Instancing) -> Result<S
 impl Compiler<'_> {
     fn lights(&mut self) {
         for entry in &self.desc.lights {
-            let Some(light) = self.record(entry.light.compile()) else {
+            let Some(light) = self.record(entry.light.compile(self.origin)) else {
                 continue;
             };
             match &entry.group {
@@ -82,7 +151,7 @@ impl Compiler<'_> {
                 Ok(BitmapId(at as u32))
             };
             let pattern = entry.pattern.compile(&find);
-            let mapping = entry.mapping.compile();
+            let mapping = entry.mapping.compile(self.origin);
             if let (Some(pattern), Some(mapping)) = (self.record(pattern), self.record(mapping)) {
                 self.scene.texture(Texture {
                     mapping,

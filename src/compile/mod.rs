@@ -19,6 +19,8 @@ mod load;
 mod materials;
 mod models;
 mod objects;
+mod origin;
+mod place;
 
 pub use error::Error;
 pub use instancing::Instancing;
@@ -41,7 +43,7 @@ pub fn scene_instancing(
     store: &Store,
     instancing: Instancing,
 ) -> Result<Scene, Error> {
-    load(desc, store, instancing)?
+    load(desc, store, instancing, None)?
         .build(accel)
         .map_err(|cause| Error::Build {
             cause,

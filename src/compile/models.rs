@@ -2,21 +2,20 @@
 
 use std::{collections::HashMap, path::PathBuf, sync::Arc};
 
-use glam::DAffine3;
-
 use super::{
     instancing::{InstanceUnits, Instancing},
     materials::add_model_materials,
+    place::ObjectPlace,
 };
 use crate::{
     assets::{
-        AssetError, Store,
+        AssetError,
         model::{MeshInstance, Model, ModelTexture, SceneChoice},
         store::{ImageRequest, ModelRequest},
     },
     geometry::MAX_MAGNIFICATION,
     material::MaterialId,
-    math::Transform,
+    math::{DAabb, DAffine3, Transform, origin},
     scene::{GroupId, InstanceRecord, MeshOwner, MeshTransform, NodeId, ObjectFromGroup, ObjectId, SceneBuilder},
     texture::BitmapId,
 };
@@ -33,12 +32,38 @@ pub(super) struct PlacedModel {
     pub scene: Option<SceneChoice>,
     /// Instead of the model's own.
     pub material: Option<MaterialId>,
-    pub transform: Option<Transform>,
+    pub place: ObjectPlace,
 }
 
 impl PlacedModel {
-    fn world_from_model(&self) -> DAffine3 {
-        self.transform.map_or(DAffine3::IDENTITY, |t| t.widened())
+    /// The file and the part of it that is needed.
+    pub fn request(&self) -> ModelRequest {
+        ModelRequest {
+            path: self.file.clone(),
+            scene: self.scene.clone(),
+        }
+    }
+}
+
+/// The models of placed objects, one for each object.
+pub(super) struct LoadedModels {
+    models: Vec<Arc<Model>>,
+    /// The box around each different model.
+    bounds: HashMap<*const Model, DAabb>,
+}
+
+impl LoadedModels {
+    pub fn new(models: Vec<Arc<Model>>) -> Self {
+        let mut bounds = HashMap::new();
+        for model in &models {
+            bounds.entry(Arc::as_ptr(model)).or_insert_with(|| model.bounds());
+        }
+        Self { models, bounds }
+    }
+
+    /// The box around the model of each object, in the space of the model.
+    pub fn bounds(&self) -> impl Iterator<Item = &DAabb> {
+        self.models.iter().map(|model| &self.bounds[&Arc::as_ptr(model)])
     }
 }
 
@@ -66,22 +91,33 @@ impl ModelUse {
 /// Which meshes of a model become instances, and the groups that were made of them so far.
 struct InstancingPlan {
     units: InstanceUnits,
-    /// The parts of [`InstanceUnits::rest`], where they are not all.
+    /// The parts of [`InstanceUnits::rest`] in a space of their own, where they are not all or that is not the model's.
     rest_parts: Option<Vec<MeshInstance>>,
+    /// The place of that space.
+    model_from_rest: DAffine3,
     shares_rest: bool,
     rest: Option<GroupId>,
     shared: Vec<Option<GroupId>>,
-    /// The transforms of copies within the model, by the first part of each copy.
-    transforms: HashMap<usize, ObjectFromGroup>,
+    /// The transforms of copies within the model, by the first part of each copy, and of the rest.
+    transforms: HashMap<Option<usize>, ObjectFromGroup>,
 }
 
 impl InstancingPlan {
-    fn new(model: &Model, model_use: &ModelUse, instancing: Instancing) -> Self {
+    fn new(model: &Model, bounds: &DAabb, model_use: &ModelUse, instancing: Instancing) -> Self {
         let units = InstanceUnits::new(model, model_use.objects, instancing);
         let rest = &units.rest;
-        let parts = || rest.iter().map(|&i| model.instances[i].clone()).collect();
+        let origin = origin::of_box(bounds);
+        let near = |part: &MeshInstance| MeshInstance {
+            model_from_mesh: DAffine3 {
+                translation: part.model_from_mesh.translation - origin.unwrap_or_default(),
+                ..part.model_from_mesh
+            },
+            ..part.clone()
+        };
+        let parts = || rest.iter().map(|&i| near(&model.instances[i])).collect();
         Self {
-            rest_parts: (rest.len() < model.instances.len()).then(parts),
+            rest_parts: (rest.len() < model.instances.len() || origin.is_some()).then(parts),
+            model_from_rest: origin.map_or(DAffine3::IDENTITY, DAffine3::from_translation),
             shares_rest: instancing.wants(units.triangles, model_use.objects),
             rest: None,
             shared: vec![None; units.shared.len()],
@@ -110,9 +146,9 @@ struct PlacedParts<'a> {
     placed: &'a PlacedModel,
     model: &'a Model,
     model_use: &'a ModelUse,
-    /// Their transforms are relative to `world_from_group`.
+    /// Their transforms are relative to `scene_from_group`.
     parts: &'a [MeshInstance],
-    world_from_group: DAffine3,
+    scene_from_group: DAffine3,
     object_from_group: ObjectFromGroup,
     /// The node of an instance of these parts.
     node: Option<NodeId>,
@@ -134,17 +170,12 @@ pub(super) struct ModelPlacer<'a> {
 }
 
 impl ModelPlacer<'_> {
-    /// Loads every file once and adds its model for each object that names it.
-    pub fn place(&mut self, placed: &[PlacedModel], store: &Store) -> Result<(), Vec<AssetError>> {
-        let request = |p: &PlacedModel| ModelRequest {
-            path: p.file.clone(),
-            scene: p.scene.clone(),
-        };
-        let files: Vec<ModelRequest> = placed.iter().map(request).collect();
-        let models = store.models(&files)?;
+    /// Adds the model of each object.
+    pub fn place(&mut self, placed: &[PlacedModel], loaded: &LoadedModels) -> Result<(), Vec<AssetError>> {
+        let LoadedModels { models, bounds } = loaded;
         let mut errors = Vec::new();
         let mut uses: HashMap<*const Model, ModelUse> = HashMap::new();
-        for (placed, model) in placed.iter().zip(&models) {
+        for (placed, model) in placed.iter().zip(models) {
             let model_use = uses.entry(Arc::as_ptr(model)).or_default();
             model_use.objects += 1;
             if model_use.objects == 1 && !model.nodes.is_empty() {
@@ -157,12 +188,12 @@ impl ModelPlacer<'_> {
             }
         }
         let mut plans: HashMap<*const Model, InstancingPlan> = HashMap::new();
-        for (placed, model) in placed.iter().zip(&models) {
+        for (placed, model) in placed.iter().zip(models) {
             let at = Arc::as_ptr(model);
             let instancing = self.instancing;
             let plan = plans
                 .entry(at)
-                .or_insert_with(|| InstancingPlan::new(model, &uses[&at], instancing));
+                .or_insert_with(|| InstancingPlan::new(model, &bounds[&at], &uses[&at], instancing));
             match self.add(placed, model, &uses[&at], plan) {
                 Ok(0) => {}
                 Ok(dropped) => {
@@ -190,13 +221,18 @@ impl ModelPlacer<'_> {
         self.check_capacity(plan.triangles(), 0, placed)?;
         let material = model_use.material_of(first, placed.material);
         self.scene.set_object_material(placed.object, material);
+        let object_from_rest = if plan.model_from_rest == DAffine3::IDENTITY {
+            ObjectFromGroup::Identity
+        } else {
+            self.object_from_group(placed, None, plan.model_from_rest, &mut plan.transforms)
+        };
         let rest = PlacedParts {
             placed,
             model,
             model_use,
             parts: plan.rest_parts.as_ref().unwrap_or(&model.instances),
-            world_from_group: placed.world_from_model(),
-            object_from_group: ObjectFromGroup::Identity,
+            scene_from_group: placed.place.of(&plan.model_from_rest),
+            object_from_group: object_from_rest,
             node: None,
         };
         let mut dropped = 0;
@@ -213,10 +249,10 @@ impl ModelPlacer<'_> {
                 let parts: Vec<MeshInstance> = model.instances[run.clone()].iter().map(in_group).collect();
                 let own = PlacedParts {
                     parts: &parts,
-                    world_from_group: placed.world_from_model() * model_from_group,
+                    scene_from_group: placed.place.of(&model_from_group),
                     object_from_group: self.object_from_group(
                         placed,
-                        run.start,
+                        Some(run.start),
                         model_from_group,
                         &mut plan.transforms,
                     ),
@@ -229,15 +265,15 @@ impl ModelPlacer<'_> {
         Ok(dropped)
     }
 
-    /// The transform of a copy within its object.
+    /// The transform of a copy within its object; `None` is the parts that are not shared.
     fn object_from_group(
         &mut self,
         placed: &PlacedModel,
-        copy: usize,
+        copy: Option<usize>,
         model_from_group: DAffine3,
-        known: &mut HashMap<usize, ObjectFromGroup>,
+        known: &mut HashMap<Option<usize>, ObjectFromGroup>,
     ) -> ObjectFromGroup {
-        if placed.transform.is_none() {
+        if placed.place.transform.is_none() {
             return ObjectFromGroup::WorldFromGroup;
         }
         let Some(transform) = Transform::new(model_from_group) else {
@@ -285,7 +321,7 @@ impl ModelPlacer<'_> {
             let material = model_use.material_of(part, placed.material);
             self.scene.material_of(material).emission().is_some()
         };
-        let transform = Transform::new(copy.world_from_group).filter(|t| t.magnification().0 <= MAX_MAGNIFICATION);
+        let transform = Transform::new(copy.scene_from_group).filter(|t| t.magnification().0 <= MAX_MAGNIFICATION);
         let (Some(group), Some(transform)) = (group.filter(|_| !copy.parts.iter().any(emits)), transform) else {
             let mut dropped = 0;
             for part in copy.parts {
@@ -319,8 +355,8 @@ impl ModelPlacer<'_> {
     fn bake(&mut self, copy: &PlacedParts<'_>, part: &MeshInstance, space: Space) -> Result<usize, AssetError> {
         let mesh = &copy.model.meshes[part.mesh];
         self.check_capacity(mesh.triangles.len() as u64, mesh.positions.len() as u64, copy.placed)?;
-        let (world_from_group, transform, instead) = match space {
-            Space::World => (copy.world_from_group, copy.placed.transform, copy.placed.material),
+        let (scene_from_group, transform, instead) = match space {
+            Space::World => (copy.scene_from_group, copy.placed.place.transform, copy.placed.material),
             // Its meshes keep their own materials, for the objects without one of their own.
             Space::Group => (
                 DAffine3::IDENTITY,
@@ -334,7 +370,7 @@ impl ModelPlacer<'_> {
             transform,
             node: copy.model_use.node_of(part),
         };
-        let transform = MeshTransform::new(world_from_group * part.model_from_mesh);
+        let transform = MeshTransform::new(scene_from_group * part.model_from_mesh);
         Ok(self.scene.transformed_mesh(&owner, mesh, &transform))
     }
 }

@@ -1,8 +1,8 @@
 //! Objects to geometry.
 
-use super::{compiler::Compiler, models::PlacedModel};
+use super::{compiler::Compiler, models::PlacedModel, place::ObjectPlace};
 use crate::{
-    describe::ObjectDesc, material::MaterialId, math::Transform, scene::ObjectId, shape::ShapeDesc, value::Problem,
+    describe::ObjectDesc, material::MaterialId, math::DVec3, scene::ObjectId, shape::ShapeDesc, value::Problem,
 };
 
 impl Compiler<'_> {
@@ -11,10 +11,10 @@ impl Compiler<'_> {
         let mut models = Vec::new();
         for (i, object) in self.desc.objects.iter().enumerate() {
             let material = self.material_of(object);
-            let transform = self.transform_of(object);
+            let place = self.place_of(object);
             let name = name_of(object, i);
             if let ShapeDesc::Mesh(mesh) = object.shape.get_ref() {
-                let (Some(material), Some(transform)) = (material, transform) else {
+                let (Some(material), Some(place)) = (material, place) else {
                     continue;
                 };
                 let file = mesh.file.get_ref();
@@ -25,19 +25,24 @@ impl Compiler<'_> {
                     file: self.desc.folder().join(file),
                     scene: mesh.scene.clone(),
                     material,
-                    transform,
+                    place,
                 });
                 continue;
             }
-            let shape = self.record(object.shape.get_ref().compile().map_err(|problem| {
+            // With a transform the shape's own space is not the world.
+            let origin = match &place {
+                Some(place) if place.transform.is_some() => DVec3::ZERO,
+                _ => self.origin,
+            };
+            let shape = self.record(object.shape.get_ref().compile(origin).map_err(|problem| {
                 // A kind that has no better place for its problem means the whole shape.
                 let span = problem.span.clone().or_else(|| Some(object.shape.span()));
                 Problem { span, ..problem }
             }));
-            let (Some(Some(material)), Some(shape), Some(transform)) = (material, shape, transform) else {
+            let (Some(Some(material)), Some(shape), Some(place)) = (material, shape, place) else {
                 continue;
             };
-            let id = self.scene.shape(&name, shape, transform, material);
+            let id = self.scene.shape(&name, shape, place.transform, material);
             self.light_group(object, id);
         }
         models
@@ -62,13 +67,15 @@ impl Compiler<'_> {
         self.record(found)
     }
 
-    /// `Some(None)` where there is none, or one that changes nothing.
-    fn transform_of(&mut self, object: &ObjectDesc) -> Option<Option<Transform>> {
+    fn place_of(&mut self, object: &ObjectDesc) -> Option<ObjectPlace> {
         let Some(given) = &object.transform else {
-            return Some(None);
+            return Some(ObjectPlace::in_world(self.origin));
         };
-        let transform = self.record(given.get_ref().compile(given.span()))?;
-        Some((!transform.is_identity()).then_some(transform))
+        let place = given.get_ref().compile(given.span()).and_then(|world_from_object| {
+            let too_far = || Problem::at(given.span(), "the transform has no inverse");
+            ObjectPlace::new(world_from_object, self.origin).ok_or_else(too_far)
+        });
+        self.record(place)
     }
 }
 

@@ -4,6 +4,9 @@
 //! keys may be a word: `mapping = "asin"`. An unknown key is an error that suggests the nearest known one.
 //!
 //! - Lengths are in metres and angles in degrees. The space is right-handed; +y is up unless a camera says otherwise.
+//! - Positions are in double precision. A scene far from the origin, by 1,000 m and more, is computed around its own
+//!   centre, or around the first position of the camera where the scene is large, and keeps its millimetres there.
+//!   Coordinates of an object's own space, under a `transform`, are in single precision.
 //! - A colour is a number (gray) or `[r, g, b]`, scene-linear with the primaries of Rec. 709. Where a texture is allowed,
 //!   `"texture.NAME"` is its colour and `"texture.NAME.r"` one of its channels.
 //! - Files that are read are relative to the scene file; output files are relative to the current folder.
@@ -25,7 +28,7 @@
 
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use serde::{Deserialize, Deserializer, de};
 
 use super::{LightGroupName, OutputDesc, RenderDesc, Source};
@@ -33,10 +36,10 @@ use crate::{
     camera::CameraDesc,
     light::{LightDesc, environment::EnvironmentDesc},
     material::MaterialDesc,
-    math::Transform,
+    math::{Transform, transform},
     shape::ShapeDesc,
     texture::{MappingDesc, PatternDesc, StTransformDesc},
-    value::{Finite, Point, Problem, RgbFactor, Span, Spanned},
+    value::{Coordinate, Point, Problem, RgbFactor, Span, Spanned},
 };
 
 /// A scene file, read.
@@ -239,25 +242,26 @@ pub struct TransformDesc {
     translate: Option<Point>,
     rotate: Option<Point>,
     scale: Option<Scale>,
-    matrix: Option<[[Finite; 4]; 4]>,
+    matrix: Option<[[Coordinate; 4]; 4]>,
 }
 
 impl TransformDesc {
-    pub fn compile(&self, span: Span) -> Result<Transform, Problem> {
+    /// Returns the map from the object's own space to the world, which has an inverse.
+    pub fn compile(&self, span: Span) -> Result<DAffine3, Problem> {
         if self.matrix.is_some() && (self.translate.is_some() || self.rotate.is_some() || self.scale.is_some()) {
             let message = "`matrix` stands alone, without `translate`, `rotate` and `scale`";
             return Err(Problem::at(span, message));
         }
-        let wide = |p: Option<Point>, default: DVec3| p.map_or(default, |p| p.0.as_dvec3());
-        let transform = match &self.matrix {
-            Some(rows) => Transform::from_rows(rows.map(|row| row.map(|v| f64::from(v.0)))),
-            None => Transform::from_parts(
-                wide(self.translate, DVec3::ZERO),
-                wide(self.rotate, DVec3::ZERO),
+        let given = |p: Option<Point>| p.map_or(DVec3::ZERO, |p| p.0);
+        let map = match &self.matrix {
+            Some(rows) => transform::from_rows(rows.map(|row| row.map(|v| v.0))),
+            None => Some(transform::from_parts(
+                given(self.translate),
+                given(self.rotate),
                 self.scale.as_ref().map_or(DVec3::ONE, |s| s.0),
-            ),
+            )),
         };
-        transform.ok_or_else(|| {
+        map.filter(|map| Transform::new(*map).is_some()).ok_or_else(|| {
             Problem::at(span, "the transform has no inverse").with_help("it flattens its object; no scale may be 0")
         })
     }
@@ -283,7 +287,7 @@ impl<'de> Deserialize<'de> for Scale {
             }
             fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<Scale, A::Error> {
                 let p = Point::deserialize(de::value::SeqAccessDeserializer::new(seq))?;
-                Ok(Scale(p.0.as_dvec3()))
+                Ok(Scale(p.0))
             }
         }
         d.deserialize_any(ScaleVisitor)

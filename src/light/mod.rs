@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use crate::{
     kind::kinds,
-    math::{Aabb, Rgb, Vec2, Vec3},
+    math::{Aabb, DVec3, Rgb, Vec2, Vec3},
     value::Problem,
 };
 
@@ -57,7 +57,7 @@ kinds! {
         "sun" => Sun(sun::SunLight, sun::SunDesc),
     }
     described only {}
-    compiled by fn compile(&self) -> Result<Light, Problem>;
+    compiled by fn compile(&self, origin: DVec3) -> Result<Light, Problem>;
     /// See [`LightKind::sample`].
     fn sample(&self, from: Vec3, u: Vec2) -> Option<LightSample>;
     /// See [`LightKind::bounds`].

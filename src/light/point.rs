@@ -18,7 +18,7 @@ use serde::Deserialize;
 
 use super::{Falloff, LightBounds, LightKind, LightSample, OrientationCone, is_facing, point_bounds, sample_point};
 use crate::{
-    math::{Rgb, Vec2, Vec3},
+    math::{DVec3, Rgb, Vec2, Vec3},
     value::{Point, Problem, RgbFactor},
 };
 
@@ -32,9 +32,9 @@ pub struct PointDesc {
 }
 
 impl PointDesc {
-    pub fn compile(&self) -> Result<PointLight, Problem> {
+    pub fn compile(&self, origin: DVec3) -> Result<PointLight, Problem> {
         Ok(PointLight {
-            position: self.position.0,
+            position: self.position.relative_to(origin),
             intensity: self.intensity.0,
             falloff: self.falloff,
         })

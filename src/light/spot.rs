@@ -24,7 +24,7 @@ use super::{
     Falloff, LightBounds, LightKind, LightSample, OrientationCone, Sidedness, is_facing, point_bounds, sample_point,
 };
 use crate::{
-    math::{Rgb, Vec2, Vec3, trig},
+    math::{DVec3, Rgb, Vec2, Vec3, trig},
     value::{Direction, NonNegative, Point, Positive, Problem, RgbFactor, Spanned},
 };
 
@@ -43,10 +43,10 @@ pub struct SpotDesc {
 }
 
 impl SpotDesc {
-    pub fn compile(&self) -> Result<SpotLight, Problem> {
-        let position = self.position.get_ref().0;
+    pub fn compile(&self, origin: DVec3) -> Result<SpotLight, Problem> {
+        let position = *self.position.get_ref();
         let axis = match (&self.target, &self.direction) {
-            (Some(target), None) => (target.get_ref().0.as_dvec3() - position.as_dvec3())
+            (Some(target), None) => (target.get_ref().0 - position.0)
                 .try_normalize()
                 .ok_or_else(|| Problem::at(target.span(), "`target` lies at `position`"))?
                 .as_vec3(),
@@ -72,7 +72,7 @@ impl SpotDesc {
             return Err(Problem::at(p.span(), message));
         }
         Ok(SpotLight {
-            position,
+            position: position.relative_to(origin),
             axis,
             cos_outer: trig::cos(trig::radians(cone)),
             cos_inner: trig::cos(trig::radians(cone - penumbra)),
@@ -139,7 +139,7 @@ mod tests {
     fn spot(keys: &str) -> Result<SpotLight, String> {
         let text = format!("position = [0, 1, 0]\nintensity = 4\n{keys}");
         let desc: SpotDesc = toml::from_str(&text).map_err(|e| e.message().to_owned())?;
-        desc.compile().map_err(|p| p.message)
+        desc.compile(DVec3::ZERO).map_err(|p| p.message)
     }
 
     #[test]

@@ -20,7 +20,7 @@ use serde::Deserialize;
 
 use super::{LightBounds, LightKind, LightSample};
 use crate::{
-    math::{Frame, Rgb, Vec2, Vec3, trig},
+    math::{DVec3, Frame, Rgb, Vec2, Vec3, trig},
     value::{Direction, NonNegative, Problem, RgbFactor, Spanned},
 };
 
@@ -34,7 +34,7 @@ pub struct SunDesc {
 }
 
 impl SunDesc {
-    pub fn compile(&self) -> Result<SunLight, Problem> {
+    pub fn compile(&self, _origin: DVec3) -> Result<SunLight, Problem> {
         let angle = self.angle.as_ref().map_or(0.0, |a| a.get_ref().0);
         if let Some(given) = self.angle.as_ref().filter(|_| angle > 90.0) {
             let message = format!("expected an angle of at most 90, found {angle}");

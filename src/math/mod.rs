@@ -2,11 +2,13 @@
 
 pub mod aabb;
 pub mod cone;
+pub mod daabb;
 pub mod distribution;
 mod divisor;
 pub mod float;
 pub mod frame;
 pub mod hash;
+pub mod origin;
 pub mod ray;
 pub mod rgb;
 mod sidedness;
@@ -18,9 +20,10 @@ pub mod warp;
 
 pub use aabb::Aabb;
 pub use cone::RayCone;
+pub use daabb::DAabb;
 pub use divisor::Divisor;
 pub use frame::Frame;
-pub use glam::{DMat3, DVec3, Vec2, Vec3, Vec4};
+pub use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 pub use ray::Ray;
 pub use rgb::Rgb;
 pub use sidedness::Sidedness;

@@ -33,24 +33,9 @@ impl Transform {
         (t.world_from_local.is_finite() && t.local_from_world.is_finite()).then_some(t)
     }
 
-    /// Scale first, then rotate about the fixed x, y and z axes in this order (`rotate`, degrees),
-    /// then translate.
+    /// The map of [`from_parts`] with its inverse.
     pub fn from_parts(translate: DVec3, rotate: DVec3, scale: DVec3) -> Option<Self> {
-        let rotation = axis_rotation(2, rotate.z) * axis_rotation(1, rotate.y) * axis_rotation(0, rotate.x);
-        Self::new(DAffine3 {
-            matrix3: rotation * DMat3::from_diagonal(scale),
-            translation: translate,
-        })
-    }
-
-    /// From 16 numbers, row by row, column vectors; `None` for a singular matrix or a last row that
-    /// is not 0 0 0 1.
-    pub fn from_rows(rows: [[f64; 4]; 4]) -> Option<Self> {
-        if rows[3] != [0.0, 0.0, 0.0, 1.0] {
-            return None;
-        }
-        let m = DMat4::from_cols_array_2d(&rows).transpose();
-        Self::new(DAffine3::from_mat4(m))
+        Self::new(from_parts(translate, rotate, scale))
     }
 
     pub fn is_identity(&self) -> bool {
@@ -162,6 +147,23 @@ fn widen(a: Affine3) -> DAffine3 {
         matrix3: a.matrix3.as_dmat3(),
         translation: a.translation.as_dvec3(),
     }
+}
+
+/// The affine map that scales first, then rotates about the fixed x, y and z axes in this order
+/// (`rotate`, degrees), then translates.
+pub fn from_parts(translate: DVec3, rotate: DVec3, scale: DVec3) -> DAffine3 {
+    let rotation = axis_rotation(2, rotate.z) * axis_rotation(1, rotate.y) * axis_rotation(0, rotate.x);
+    DAffine3 {
+        matrix3: rotation * DMat3::from_diagonal(scale),
+        translation: translate,
+    }
+}
+
+/// The affine map of 16 numbers, row by row, for column vectors; `None` for a last row that is not 0
+/// 0 0 1.
+pub fn from_rows(rows: [[f64; 4]; 4]) -> Option<DAffine3> {
+    let is_affine = rows[3] == [0.0, 0.0, 0.0, 1.0];
+    is_affine.then(|| DAffine3::from_mat4(DMat4::from_cols_array_2d(&rows).transpose()))
 }
 
 /// The rotation about coordinate axis `axis` by `degrees`, exact at multiples of 90.

@@ -53,6 +53,8 @@ impl Renderer {
 
     /// Renders one frame on the threads of the current rayon pool.
     ///
+    /// The camera is in the world, and moved into a scene whose origin is elsewhere.
+    ///
     /// The film's bits depend on the scene, the camera and the settings; never on threads, tiles, rounds or crops.
     ///
     /// # Errors
@@ -67,6 +69,7 @@ impl Renderer {
     ) -> Result<Film, RenderError> {
         let picture = picture_of(integrator);
         let layout = FilmLayout::new(picture, &settings.passes, scene.light_groups.names())?;
+        let frame_camera = &frame_camera.moved(-scene.origin);
         let context = RenderContext::new(scene, frame_camera, integrator, settings, &layout);
         Ok(tiles::render(&context, &layout, &self.waves, control)?)
     }

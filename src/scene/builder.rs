@@ -11,7 +11,7 @@ use crate::{
     geometry::{BuildError, Geometry, GroupInstance, MeshGroup, check},
     light::Light,
     material::{Material, MaterialId},
-    math::Transform,
+    math::{DVec3, Transform},
     shape::{
         Shape,
         mesh::{Mesh, MeshError},
@@ -37,6 +37,7 @@ pub(crate) struct MeshOwner {
 /// scene that [`SceneBuilder::build`] makes.
 #[derive(Clone, Debug)]
 pub struct SceneBuilder {
+    origin: DVec3,
     geometry: Geometry,
     objects: Vec<Object>,
     meshes: Vec<MeshRecord>,
@@ -56,6 +57,7 @@ pub struct SceneBuilder {
 impl SceneBuilder {
     pub fn new(background: Background) -> Self {
         Self {
+            origin: DVec3::ZERO,
             geometry: Geometry::default(),
             objects: Vec::new(),
             meshes: Vec::new(),
@@ -71,6 +73,12 @@ impl SceneBuilder {
             light_groups: LightGroups::default(),
             background,
         }
+    }
+
+    /// Sets the place in the world of the point that all positions of the scene are relative to, in m; 0 by default. Its
+    /// coordinates are numbers of single precision.
+    pub fn set_origin(&mut self, origin: DVec3) {
+        self.origin = origin;
     }
 
     /// Replaces the background.
@@ -355,6 +363,7 @@ impl SceneBuilder {
             }
         };
         Ok(Scene {
+            origin: self.origin,
             accel,
             objects: self.objects,
             meshes: self.meshes,

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{
     Emitters, MeshRecord, Scene,
-    emitters::{corner_uvs, is_constant_emission, texture_point, uniform_point},
+    emitters::{corner_uvs, is_constant_emission, shape_point, texture_point, uniform_point},
 };
 use crate::{
     geometry::PrimId,
@@ -48,7 +48,7 @@ impl Scene {
             _ => None,
         };
         let normal = normal.map(|n| transform.map_or(n, |t| t.normal_to_world(n).normalize()));
-        let radiance = emission.map_or(0.0, |e| self.mean_radiance(&e, &placed.shape));
+        let radiance = emission.map_or(0.0, |e| self.mean_radiance(&e, &placed.shape, transform));
         let bounds = geometry.bounds(PrimId::new(geometry.triangles.len() as u32 + index));
         LightBounds {
             bounds,
@@ -59,7 +59,7 @@ impl Scene {
     }
 
     /// An estimate, above 0, of the mean of what leaves `shape`, in W m^-2 sr^-1.
-    fn mean_radiance(&self, emission: &Emission, shape: &Shape) -> f32 {
+    fn mean_radiance(&self, emission: &Emission, shape: &Shape, transform: Option<&Transform>) -> f32 {
         const SIDE: u32 = 4;
         if is_constant_emission(emission) {
             return emission.radiance(&self.textures(), &uniform_point(), 1.0).mean();
@@ -73,7 +73,7 @@ impl Scene {
             let surface = area::surface_at(shape, from, sample.p)?;
             let at = TexturePoint {
                 uv: surface.uv,
-                ..TexturePoint::new(sample.p, surface.ng)
+                ..shape_point(transform, sample.p, surface.ng)
             };
             Some(emission.radiance(&self.textures(), &at, 1.0).mean())
         });

@@ -12,7 +12,7 @@ use crate::{
     geometry::{Geometry, Hit, PrimId},
     light::{LightSample, area},
     material::{Emission, Material, MaterialId},
-    math::{Vec2, Vec3},
+    math::{Transform, Vec2, Vec3},
     shape::{LocalSurface, ShapeHit, triangle},
     texture::{Color, TexturePoint},
 };
@@ -133,7 +133,7 @@ impl Scene {
                     let surface = area::surface_at(&placed.shape, from_local, p)?;
                     TexturePoint {
                         uv: surface.uv,
-                        ..TexturePoint::new(p, surface.ng)
+                        ..shape_point(transform, p, surface.ng)
                     }
                 };
                 (sample, material, at)
@@ -209,6 +209,14 @@ pub(super) fn corner_uvs(mesh: &MeshRecord, vertices: [u32; 3]) -> Option<[Vec2;
     (!mesh.uvs.is_empty()).then(|| at.map(|i| mesh.uvs[i]))
 }
 
+/// Returns the texture point of a shape with this transform; `p` and `n` are in the shape's own space.
+pub(super) fn shape_point(transform: Option<&Transform>, p: Vec3, n: Vec3) -> TexturePoint {
+    match transform {
+        None => TexturePoint::in_scene(p, n),
+        Some(_) => TexturePoint::new(p, n),
+    }
+}
+
 /// Returns the texture point of a surface on the triangle of a mesh with these `vertices` at these `corners`.
 pub(super) fn texture_point(
     mesh: &MeshRecord,
@@ -216,13 +224,13 @@ pub(super) fn texture_point(
     corners: [Vec3; 3],
     surface: &LocalSurface,
 ) -> TexturePoint {
-    let (p, n) = match &mesh.transform {
-        None => (surface.p, surface.ng),
-        Some(t) => (t.point_to_local(surface.p), t.normal_to_local(surface.ng).normalize()),
+    let place = match &mesh.transform {
+        None => TexturePoint::in_scene(surface.p, surface.ng),
+        Some(t) => TexturePoint::new(t.point_to_local(surface.p), t.normal_to_local(surface.ng).normalize()),
     };
     let mut at = TexturePoint {
         uv: surface.uv,
-        ..TexturePoint::new(p, n)
+        ..place
     };
     if mesh.has_attributes() {
         let own = vertices.map(|v| (v - mesh.vertices.start) as usize);

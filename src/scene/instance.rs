@@ -1,7 +1,7 @@
 //! The object and the material of an instance.
 
 use super::{NodeId, ObjectId, SurfaceInteraction, interaction::HitGeometry};
-use crate::{material::MaterialId, math::Transform};
+use crate::{material::MaterialId, math::Transform, texture::TextureSpace};
 
 /// The transform from the space of an instance's group to the space of its object, in which
 /// textures are evaluated.
@@ -39,6 +39,7 @@ impl InstanceRecord {
             ObjectFromGroup::Identity => {}
             ObjectFromGroup::WorldFromGroup => {
                 (texture.p, texture.n) = (geometry.p, geometry.ng);
+                texture.space = TextureSpace::Scene;
                 (texture.dpdu, texture.dpdv) = (surface.dpdu, surface.dpdv);
             }
             ObjectFromGroup::At(place) => {

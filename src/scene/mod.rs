@@ -9,7 +9,7 @@ use crate::{
     geometry::{Hit, PrimId},
     light::{Light, LightSample},
     material::{Material, MaterialId},
-    math::{Ray, Rgb, Transform, Vec2, Vec3, Vec4},
+    math::{DVec3, Ray, Rgb, Transform, Vec2, Vec3, Vec4},
     texture::{Bitmap, Texture, Textures},
 };
 
@@ -95,7 +95,12 @@ pub struct MeshRecord {
 }
 
 /// Everything that a frame is rendered from, except the camera.
+///
+/// Far from the world's origin single precision is coarse: everything here is relative to the origin of the scene, and
+/// only cameras are in the world.
 pub struct Scene {
+    /// The place of the scene's origin in the world, in m: 0 unless the scene is far away. Single precision holds it.
+    pub origin: DVec3,
     pub accel: Box<dyn Accelerator>,
     pub objects: Vec<Object>,
     /// In the order of their triangles, which they cover without gaps.

@@ -15,7 +15,7 @@ use crate::{
     math::{Dispatch, Ray, Transform, Vec2, Vec3},
     shape::{LocalSurface, ShapeHit, triangle},
     simd::prefetch,
-    texture::TexturePoint,
+    texture::{TexturePoint, TextureSpace},
 };
 
 /// The number of hits by which the data of surfaces is prefetched ahead.
@@ -248,11 +248,10 @@ impl Scene {
         let face = self.face(self.accel.geometry(), hit.prim);
         let mesh = face.mesh;
         let (p, n, u, v) = (surface.p, surface.ng, surface.dpdu, surface.dpdv);
-        let (p, n, dpdu, dpdv) = match &mesh.transform {
-            None => (p, n, u, v),
+        let (place, dpdu, dpdv) = match &mesh.transform {
+            None => (TexturePoint::in_scene(p, n), u, v),
             Some(t) => (
-                t.point_to_local(p),
-                t.normal_to_local(n).normalize(),
+                TexturePoint::new(t.point_to_local(p), t.normal_to_local(n).normalize()),
                 t.vector_to_local(u),
                 t.vector_to_local(v),
             ),
@@ -261,7 +260,7 @@ impl Scene {
             uv: surface.texture.uv,
             dpdu,
             dpdv,
-            ..TexturePoint::new(p, n)
+            ..place
         };
         face.fill_attributes(hit, surface);
     }
@@ -295,6 +294,9 @@ impl Scene {
                 curvature: placed.shape.curvature(),
                 ..texture_point(&local)
             };
+            if transform.is_none() {
+                surface.texture.space = TextureSpace::Scene;
+            }
             let in_world = |d: Vec3| transform.map_or(d, |t| t.vector_to_world(d));
             (surface.dpdu, surface.dpdv) = (in_world(local.dpdu), in_world(local.dpdv));
         }

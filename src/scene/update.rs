@@ -35,7 +35,7 @@ pub struct MeshPose {
 /// The changes for a frame.
 #[derive(Clone, Debug, Default)]
 pub struct SceneUpdate {
-    /// The new transforms of objects, for all of their shapes and instances.
+    /// The new transforms of objects, for all of their shapes and instances, into the space around [`Scene::origin`].
     pub transforms: Vec<(ObjectId, Transform)>,
     pub poses: Vec<MeshPose>,
 }

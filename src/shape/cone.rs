@@ -60,7 +60,7 @@ pub struct ConeDesc {
 }
 
 fn origin() -> Point {
-    Point(Vec3::ZERO)
+    Point(DVec3::ZERO)
 }
 
 fn up() -> Direction {
@@ -72,9 +72,9 @@ fn yes() -> bool {
 }
 
 impl ConeDesc {
-    pub fn compile(&self) -> Result<Cone, Problem> {
+    pub fn compile(&self, origin: DVec3) -> Result<Cone, Problem> {
         Ok(Cone {
-            base: self.base.0,
+            base: self.base.relative_to(origin),
             axis: Axis::new(self.axis.0),
             radius: self.radius.0,
             height: self.height.0,

@@ -39,16 +39,17 @@ pub struct CuboidDesc {
 }
 
 impl CuboidDesc {
-    pub fn compile(&self) -> Result<Cuboid, Problem> {
-        let (min, max) = (self.min.0, self.max.get_ref().0);
+    pub fn compile(&self, origin: DVec3) -> Result<Cuboid, Problem> {
+        let (min, max) = (self.min.relative_to(origin), self.max.get_ref().relative_to(origin));
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-            let (low, high) = (min[axis], max[axis]);
+            let given = |p: &Point| p.0[axis] as f32;
+            let (low, high) = (given(&self.min), given(self.max.get_ref()));
             let problem = |message: String| Problem::at(self.max.span(), message);
-            if high == low {
+            if max[axis] == min[axis] {
                 let message = format!("a cuboid without extent along {name}: both `min` and `max` have {low}");
                 return Err(problem(message).with_help("for a flat rectangle, take `shape.quad`"));
             }
-            if high < low {
+            if max[axis] < min[axis] {
                 let message = format!("`max` has {name} = {high}, below the {low} of `min`");
                 return Err(problem(message).with_help("swap the two numbers"));
             }

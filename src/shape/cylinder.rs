@@ -57,7 +57,7 @@ pub struct CylinderDesc {
 }
 
 fn origin() -> Point {
-    Point(Vec3::ZERO)
+    Point(DVec3::ZERO)
 }
 
 fn up() -> Direction {
@@ -128,9 +128,9 @@ pub(super) const BASE: f32 = 1.0;
 const TOP: f32 = 2.0;
 
 impl CylinderDesc {
-    pub fn compile(&self) -> Result<Cylinder, Problem> {
+    pub fn compile(&self, origin: DVec3) -> Result<Cylinder, Problem> {
         Ok(Cylinder {
-            base: self.base.0,
+            base: self.base.relative_to(origin),
             axis: Axis::new(self.axis.0),
             radius: self.radius.0,
             height: self.height.0,

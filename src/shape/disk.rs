@@ -43,7 +43,7 @@ pub struct DiskDesc {
 }
 
 fn origin() -> Point {
-    Point(Vec3::ZERO)
+    Point(DVec3::ZERO)
 }
 
 fn up() -> Direction {
@@ -51,9 +51,9 @@ fn up() -> Direction {
 }
 
 impl DiskDesc {
-    pub fn compile(&self) -> Result<Disk, Problem> {
+    pub fn compile(&self, origin: DVec3) -> Result<Disk, Problem> {
         Ok(Disk {
-            center: self.center.0,
+            center: self.center.relative_to(origin),
             radius: self.radius.0,
             axis: Axis::new(self.normal.0),
         })

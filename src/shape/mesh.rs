@@ -16,6 +16,8 @@
 //! itself is the scene. A triangle's normal points to the side from which its corners run counterclockwise. A model without
 //! normals is shaded flat.
 //!
+//! Vertices of OBJ files are read in double precision: a file in the coordinates of a map keeps its details.
+//!
 //! # Implementation
 //!
 //! Meshes are indexed arrays, which the loaders fill and from which a scene is compiled.

@@ -10,7 +10,7 @@
 
 use crate::{
     kind::kinds,
-    math::{Aabb, Dispatch, Ray, Vec2, Vec3},
+    math::{Aabb, DVec3, Dispatch, Ray, Vec2, Vec3},
     value::Problem,
 };
 
@@ -121,7 +121,7 @@ kinds! {
         "plane" => Plane(plane::Plane, plane::PlaneDesc),
     }
     described only { "mesh" => Mesh(mesh::MeshDesc), }
-    compiled by fn compile(&self) -> Result<Shape, Problem>;
+    compiled by fn compile(&self, origin: DVec3) -> Result<Shape, Problem>;
     /// See [`ShapeKind::bounds`].
     fn bounds(&self) -> Aabb;
     /// See [`ShapeKind::intersect`].
@@ -140,4 +140,19 @@ kinds! {
     fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32;
     /// See [`ShapeKind::curvature`].
     fn curvature(&self) -> f32;
+}
+
+impl ShapeDesc {
+    /// A point of the shape, or near it, in the space of its description; `None` for a shape without an end and for a mesh.
+    pub fn anchor(&self) -> Option<DVec3> {
+        match self {
+            Self::Sphere(sphere) => Some(sphere.center.0),
+            Self::Disk(disk) => Some(disk.center.0),
+            Self::Quad(quad) => Some(quad.corners.get_ref()[0].0),
+            Self::Cuboid(cuboid) => Some(cuboid.min.0),
+            Self::Cylinder(cylinder) => Some(cylinder.base.0),
+            Self::Cone(cone) => Some(cone.base.0),
+            Self::Plane(_) | Self::Mesh(_) => None,
+        }
+    }
 }

@@ -16,6 +16,7 @@
 //!
 //! The tangents are those of [`Frame::from_normal`]. A plane has neither bounds nor an area.
 
+use glam::DVec2;
 use serde::Deserialize;
 
 use super::{
@@ -24,7 +25,7 @@ use super::{
     numeric::{dot_direction, hit_at, point_of, rounded},
 };
 use crate::{
-    math::{Aabb, Frame, Ray, Vec2, Vec3},
+    math::{Aabb, DVec3, Frame, Ray, Vec2, Vec3},
     value::{Direction, Point, Problem},
 };
 
@@ -39,7 +40,7 @@ pub struct PlaneDesc {
 }
 
 fn origin() -> Point {
-    Point(Vec3::ZERO)
+    Point(DVec3::ZERO)
 }
 
 fn up() -> Direction {
@@ -47,10 +48,20 @@ fn up() -> Direction {
 }
 
 impl PlaneDesc {
-    pub fn compile(&self) -> Result<Plane, Problem> {
+    pub fn compile(&self, origin: DVec3) -> Result<Plane, Problem> {
+        let axis = Axis::new(self.normal.0);
+        let point = self.point.0 - origin;
+        // Far from its point a plane is precise around the point that is nearest to the origin.
+        let across = if origin == DVec3::ZERO {
+            DVec3::ZERO
+        } else {
+            axis.across(point)
+        };
+        let frame = Frame::from_normal(axis.0.as_vec3());
         Ok(Plane {
-            point: self.point.0,
-            axis: Axis::new(self.normal.0),
+            point: (point - across).as_vec3(),
+            axis,
+            uv: -DVec2::new(across.dot(frame.s.as_dvec3()), across.dot(frame.t.as_dvec3())),
         })
     }
 }
@@ -60,6 +71,8 @@ impl PlaneDesc {
 pub struct Plane {
     point: Vec3,
     axis: Axis,
+    /// The parameters at `point`.
+    uv: DVec2,
 }
 
 impl ShapeKind for Plane {
@@ -79,11 +92,12 @@ impl ShapeKind for Plane {
         let (p, p_error) = rounded(point + q, point.abs().max_element() + q.abs().max_element());
         let ng = self.axis.0.as_vec3();
         let frame = Frame::from_normal(ng);
+        let uv = self.uv + DVec2::new(q.dot(frame.s.as_dvec3()), q.dot(frame.t.as_dvec3()));
         LocalSurface {
             p,
             p_error,
             ng,
-            uv: Vec2::new(q.dot(frame.s.as_dvec3()) as f32, q.dot(frame.t.as_dvec3()) as f32),
+            uv: uv.as_vec2(),
             dpdu: frame.s,
             dpdv: frame.t,
         }

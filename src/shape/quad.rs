@@ -46,9 +46,9 @@ pub struct QuadDesc {
 }
 
 impl QuadDesc {
-    pub fn compile(&self) -> Result<Quad, Problem> {
+    pub fn compile(&self, origin: DVec3) -> Result<Quad, Problem> {
         let problem = |message: String, help: &str| Err(Problem::at(self.corners.span(), message).with_help(help));
-        let quad = Quad::from_corners(self.corners.get_ref().map(|p| p.0));
+        let quad = Quad::from_corners(self.corners.get_ref().map(|p| p.relative_to(origin)));
         let corners = quad.corners.map(|c| c.as_dvec3());
         let [a, b, c, d] = corners;
         let size = (c - a).length().max((d - b).length());

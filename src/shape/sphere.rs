@@ -43,13 +43,13 @@ pub struct SphereDesc {
 }
 
 fn origin() -> Point {
-    Point(Vec3::ZERO)
+    Point(DVec3::ZERO)
 }
 
 impl SphereDesc {
-    pub fn compile(&self) -> Result<Sphere, Problem> {
+    pub fn compile(&self, origin: DVec3) -> Result<Sphere, Problem> {
         Ok(Sphere {
-            center: self.center.0,
+            center: self.center.relative_to(origin),
             radius: self.radius.0,
         })
     }

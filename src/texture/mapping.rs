@@ -24,10 +24,10 @@ use std::f32::consts::{PI, TAU};
 
 use serde::Deserialize;
 
-use super::TexturePoint;
+use super::{TexturePoint, TextureSpace};
 use crate::{
-    math::{Vec2, Vec3, trig},
-    value::{Finite, Problem, Spanned},
+    math::{DVec3, Vec2, Vec3, trig},
+    value::{Coordinate, Problem, Spanned},
 };
 
 /// The description of a mapping in a scene file.
@@ -59,8 +59,8 @@ pub struct PlanarDesc {
 #[serde(deny_unknown_fields)]
 pub struct RampDesc {
     pub axis: Axis,
-    pub from: Finite,
-    pub to: Finite,
+    pub from: Coordinate,
+    pub to: Coordinate,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -75,12 +75,13 @@ impl MappingDesc {
     /// The names of all mappings.
     pub const NAMES: &[&str] = &["uv", "planar", "spherical", "asin"];
 
-    pub fn compile(&self) -> Result<Mapping, Problem> {
+    /// Compiles the mapping for a scene around `origin`.
+    pub fn compile(&self, origin: DVec3) -> Result<Mapping, Problem> {
         Ok(match self {
             Self::Default | Self::Uv(_) => Mapping::Uv,
             Self::Planar(p) => Mapping::Planar {
-                s: ramp(&p.s)?,
-                t: ramp(&p.t)?,
+                s: ramp(&p.s, origin)?,
+                t: ramp(&p.t, origin)?,
             },
             Self::Spherical(_) => Mapping::Spherical,
             Self::Asin(_) => Mapping::Asin,
@@ -88,34 +89,47 @@ impl MappingDesc {
     }
 }
 
-fn ramp(desc: &Spanned<RampDesc>) -> Result<Ramp, Problem> {
+fn ramp(desc: &Spanned<RampDesc>, origin: DVec3) -> Result<Ramp, Problem> {
     let r = desc.get_ref();
     if r.from == r.to {
         return Err(Problem::at(desc.span(), "`from` and `to` are the same"));
     }
-    Ok(Ramp {
-        axis: r.axis as usize,
-        from: r.from.0,
-        to: r.to.0,
-    })
+    Ok(Ramp::new(r.axis as usize, [r.from.0, r.to.0], origin))
 }
 
-/// One coordinate, from 0 at `from` to 1 at `to`.
+/// One coordinate, from 0 at a number to 1 at another.
 #[derive(Clone, Copy, Debug)]
 pub struct Ramp {
-    pub axis: usize,
-    pub from: f32,
-    pub to: f32,
+    axis: usize,
+    /// The coordinate of 0, in the object's own space and in the scene's.
+    from: f32,
+    from_in_scene: f32,
+    /// From 0 to 1.
+    extent: f32,
 }
 
 impl Ramp {
-    fn at(&self, p: Vec3) -> f32 {
-        (p[self.axis] - self.from) / (self.to - self.from)
+    /// Along axis 0 (x), 1 or 2 from one coordinate to the other, for a scene around `origin`.
+    pub fn new(axis: usize, [from, to]: [f64; 2], origin: DVec3) -> Self {
+        Self {
+            axis,
+            from: from as f32,
+            from_in_scene: (from - origin[axis]) as f32,
+            extent: (to - from) as f32,
+        }
+    }
+
+    fn at(&self, p: Vec3, space: TextureSpace) -> f32 {
+        let from = match space {
+            TextureSpace::Object => self.from,
+            TextureSpace::Scene => self.from_in_scene,
+        };
+        (p[self.axis] - from) / self.extent
     }
 
     /// The change over the step `dp`.
     fn slope(&self, dp: Vec3) -> f32 {
-        dp[self.axis] / (self.to - self.from)
+        dp[self.axis] / self.extent
     }
 }
 
@@ -139,7 +153,7 @@ impl Mapping {
         match self {
             Self::Uv => at.uv,
             Self::SecondUv => at.vertex.second_uv,
-            Self::Planar { s, t } => Vec2::new(s.at(at.p), t.at(at.p)),
+            Self::Planar { s, t } => Vec2::new(s.at(at.p, at.space), t.at(at.p, at.space)),
             Self::Spherical => {
                 let turn = trig::atan2(at.n.z, at.n.x) / TAU;
                 Vec2::new(if turn < 0.0 { turn + 1.0 } else { turn }, asin(at.n.y))
@@ -185,7 +199,7 @@ mod tests {
     fn mappings_follow_their_formulas() {
         let place = at(Vec3::new(0.0, 7.0, -120.0), Vec3::new(0.0, 0.0, 1.0));
         assert_eq!(Mapping::Uv.st(&place), Vec2::new(0.25, 0.75));
-        let ramp = |axis, from, to| Ramp { axis, from, to };
+        let ramp = |axis, from, to| Ramp::new(axis, [from, to], DVec3::ZERO);
         let planar = Mapping::Planar {
             s: ramp(0, -40.0, 40.0),
             t: ramp(2, -40.0, -200.0),
@@ -194,6 +208,20 @@ mod tests {
         assert_eq!(Mapping::Asin.st(&place), Vec2::new(0.5, 0.5));
         assert_eq!(Mapping::Spherical.st(&place), Vec2::new(0.25, 0.5));
         assert_eq!(Mapping::Spherical.st(&at(Vec3::ZERO, Vec3::Y)).y, 1.0);
+    }
+
+    #[test]
+    fn a_planar_mapping_in_a_scene_far_away_counts_millimetres() {
+        let origin = DVec3::new(431_250.0, 20.0, 5_649_830.0);
+        let planar = Mapping::Planar {
+            s: Ramp::new(0, [431_250.001, 431_250.003], origin),
+            t: Ramp::new(2, [5_649_830.004, 5_649_830.0], origin),
+        };
+        let place = TexturePoint {
+            space: TextureSpace::Scene,
+            ..at(Vec3::new(0.002, 0.0, 0.001), Vec3::Y)
+        };
+        assert!((planar.st(&place) - Vec2::new(0.5, 0.75)).length() < 1e-5);
     }
 
     #[test]
@@ -208,11 +236,7 @@ mod tests {
             footprint: [Vec2::new(1e-3, 2e-3), Vec2::new(-1e-3, 3e-3)],
             ..at(n * radius, n)
         };
-        let ramp = |axis| Ramp {
-            axis,
-            from: -3.0,
-            to: 5.0,
-        };
+        let ramp = |axis| Ramp::new(axis, [-3.0, 5.0], DVec3::ZERO);
         let planar = Mapping::Planar { s: ramp(0), t: ramp(2) };
         for mapping in [planar, Mapping::Spherical, Mapping::Asin] {
             let axes = mapping.footprint(&place);

@@ -32,11 +32,21 @@ pub struct TextureId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BitmapId(pub u32);
 
+/// The space of a point on a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextureSpace {
+    /// The object's own.
+    Object,
+    /// The scene's, around its origin: that of objects whose own space is the world.
+    Scene,
+}
+
 /// A point of a surface in object space, so that a texture moves with its object.
 #[derive(Clone, Copy, Debug)]
 pub struct TexturePoint {
     pub uv: Vec2,
     pub p: Vec3,
+    pub space: TextureSpace,
     /// Unit geometric normal, as authored.
     pub n: Vec3,
     /// The derivatives of `p` with respect to `uv`; zero where it has none.
@@ -74,17 +84,26 @@ impl VertexAttributes {
 }
 
 impl TexturePoint {
-    /// A point without further data.
+    /// A point without further data, in the object's own space.
     pub fn new(p: Vec3, n: Vec3) -> Self {
         Self {
             uv: Vec2::ZERO,
             p,
+            space: TextureSpace::Object,
             n,
             dpdu: Vec3::ZERO,
             dpdv: Vec3::ZERO,
             curvature: 0.0,
             footprint: [Vec2::ZERO; 2],
             vertex: VertexAttributes::NONE,
+        }
+    }
+
+    /// The same for an object whose own space is the world; `p` is relative to the scene's origin.
+    pub fn in_scene(p: Vec3, n: Vec3) -> Self {
+        Self {
+            space: TextureSpace::Scene,
+            ..Self::new(p, n)
         }
     }
 }

@@ -2,8 +2,10 @@
 
 use std::fmt;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Deserializer, de};
+
+use crate::math::origin::FAR;
 
 /// Deserializes an integer or a floating-point number.
 fn number<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
@@ -106,14 +108,46 @@ number!(
     |v| (0.0..=1.0).contains(&v)
 );
 
-/// A point or an offset: three finite numbers.
+/// A finite coordinate or another finite number of a scene file, in double precision where it is far from 0.
+///
+/// Numbers below [`FAR`] are those of single precision: what is compiled to single precision and what is computed from
+/// them in double agree.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point(pub Vec3);
+pub struct Coordinate(pub f64);
+
+impl Coordinate {
+    pub fn new(v: f64) -> Self {
+        Self(if v.abs() < FAR { f64::from(v as f32) } else { v })
+    }
+}
+
+impl<'de> Deserialize<'de> for Coordinate {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        let v = number(d)?;
+        finite::<D::Error>(v)?;
+        Ok(Self::new(v))
+    }
+}
+
+/// A point or an offset: three finite numbers, each a [`Coordinate`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point(pub DVec3);
+
+impl Point {
+    pub fn new(p: DVec3) -> Self {
+        Self(DVec3::from(p.to_array().map(|v| Coordinate::new(v).0)))
+    }
+
+    /// The point as seen from `origin`, in single precision.
+    pub fn relative_to(self, origin: DVec3) -> Vec3 {
+        (self.0 - origin).as_vec3()
+    }
+}
 
 impl<'de> Deserialize<'de> for Point {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        let [x, y, z] = <[Finite; 3]>::deserialize(d)?;
-        Ok(Self(Vec3::new(x.0, y.0, z.0)))
+        let [x, y, z] = <[Coordinate; 3]>::deserialize(d)?;
+        Ok(Self(DVec3::new(x.0, y.0, z.0)))
     }
 }
 
@@ -124,7 +158,7 @@ pub struct Direction(pub Vec3);
 impl<'de> Deserialize<'de> for Direction {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
         let Point(v) = Point::deserialize(d)?;
-        let unit = v.as_dvec3().try_normalize();
+        let unit = v.try_normalize();
         unit.map(|u| Self(u.as_vec3()))
             .ok_or_else(|| de::Error::custom("expected a direction, found a vector of length 0"))
     }
@@ -155,5 +189,14 @@ mod tests {
             Err("expected a finite number, found NaN".into())
         );
         assert_eq!(read::<Finite>("v = 1e300"), Err("1e300 is too large".into()));
+        assert_eq!(read::<Point>("v = [1, 2, 1e300]"), Err("1e300 is too large".into()));
+    }
+
+    #[test]
+    fn a_point_a_million_metres_away_keeps_its_millimetres() {
+        let Point(p) = read("v = [1000000.001, 0.1, -5649829.6]").expect("a point");
+        assert_eq!(p, DVec3::new(1_000_000.001, f64::from(0.1_f32), -5_649_829.6));
+        let seen = Point(p).relative_to(DVec3::new(1e6, 0.0, -5_649_829.0));
+        assert!((seen - Vec3::new(0.001, 0.1, -0.6)).abs().max_element() < 1e-8);
     }
 }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::{
-    math::{Rgb, Vec2, Vec3},
+    math::{DVec3, Rgb, Vec2},
     texture::{Color, TextureId},
 };
 
@@ -47,7 +47,7 @@ fn nested_nodes_place_their_meshes_and_share_them() {
     let bounds = model.bounds();
     assert_eq!(
         (bounds.min, bounds.max),
-        (Vec3::new(-1.0, 0.0, 0.0), Vec3::new(2.0, 2.0, 0.0))
+        (DVec3::new(-1.0, 0.0, 0.0), DVec3::new(2.0, 2.0, 0.0))
     );
     assert!(model.instances[0].model_from_mesh.matrix3.determinant() < 0.0);
     let surface = &model.materials[model.instances[0].material].surface;

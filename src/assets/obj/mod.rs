@@ -7,12 +7,16 @@
 //!
 //! The loader accepts any encoding and any line ends. Indices without a vertex and numbers that are not finite are errors
 //! with their line.
+//!
+//! Vertices are read in double precision. Those of a file that is far from its origin, in the coordinates of a map, are
+//! kept around an origin of their own ([`crate::math::origin`]), the place of which is that of all parts.
 
 mod error;
 mod lines;
 mod mtl;
 mod normalize;
 mod polygon;
+mod positions;
 mod smooth;
 
 use std::{collections::HashMap, path::Path};
@@ -48,7 +52,11 @@ pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError
         cause: flaw.cause,
         path: path.to_owned(),
     };
-    let normalized = normalize::normalize(&text).map_err(at)?;
+    let mut normalized = normalize::normalize(&text, None).map_err(at)?;
+    let origin = normalized.may_be_far.then(|| positions::origin(&text)).flatten();
+    if origin.is_some() {
+        normalized = normalize::normalize(&text, origin).map_err(at)?;
+    }
     // What the parser and the mesh's own check find has no line; the line is looked for once there is something wrong.
     let broken = |cause: String| match normalize::diagnose(&text) {
         Some(flaw) => at(flaw),
@@ -78,7 +86,8 @@ pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError
         .collect::<Result<Vec<_>, _>>()
         .map_err(broken)?;
     let mut library = mtl::Library::load(path, &normalized.libraries, files)?;
-    assemble(meshes, &mut library, path)
+    let model_from_mesh = origin.map_or(DAffine3::IDENTITY, DAffine3::from_translation);
+    assemble(meshes, model_from_mesh, &mut library, path)
 }
 
 /// A group's arrays; its faces cut into triangles.
@@ -112,7 +121,12 @@ fn mesh(group: &tobj::Mesh) -> Result<Mesh, MeshError> {
     Ok(mesh)
 }
 
-fn assemble(mut meshes: Vec<(&Run, Mesh)>, library: &mut mtl::Library<'_>, path: &Path) -> Result<Model, ObjError> {
+fn assemble(
+    mut meshes: Vec<(&Run, Mesh)>,
+    model_from_mesh: DAffine3,
+    library: &mut mtl::Library<'_>,
+    path: &Path,
+) -> Result<Model, ObjError> {
     let smooths = |run: &Run, mesh: &Mesh| run.smoothing != 0 && mesh.normals.is_empty();
     let mut groups = smooth::Groups::default();
     for (run, mesh) in meshes.iter().filter(|(run, mesh)| smooths(run, mesh)) {
@@ -137,7 +151,7 @@ fn assemble(mut meshes: Vec<(&Run, Mesh)>, library: &mut mtl::Library<'_>, path:
             mesh: model.meshes.len(),
             material,
             node: None,
-            model_from_mesh: DAffine3::IDENTITY,
+            model_from_mesh,
         });
         model.meshes.push(mesh);
     }

@@ -4,7 +4,11 @@
 //! indices of more than 64 bits. So names stay here, and what is left are `v`, `vt`, `vn` and `f` of known shape under
 //! groups with numbers for names, one for each [`Run`].
 
-use super::lines::{Lines, argument, words};
+use super::{
+    lines::{Lines, argument, words},
+    positions,
+};
+use crate::math::DVec3;
 
 /// The properties that all faces of a run share.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +27,8 @@ pub(super) struct Normalized {
     pub runs: Vec<Run>,
     /// The names after `mtllib`, a line each.
     pub libraries: Vec<String>,
+    /// Whether a coordinate of a vertex may be far from 0.
+    pub may_be_far: bool,
 }
 
 /// An error with its line.
@@ -38,11 +44,13 @@ pub(super) type Counts = [usize; 3];
 /// The names of the three counts.
 pub(super) const NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
-pub(super) fn normalize(text: &[u8]) -> Result<Normalized, Flaw> {
+/// Normalises a decoded file; vertices become relative to `origin`.
+pub(super) fn normalize(text: &[u8], origin: Option<DVec3>) -> Result<Normalized, Flaw> {
     let mut out = Normalized {
         text: Vec::with_capacity(text.len() + 64),
         runs: Vec::new(),
         libraries: Vec::new(),
+        may_be_far: false,
     };
     let mut counts = Counts::default();
     let mut run = Run {
@@ -59,7 +67,13 @@ pub(super) fn normalize(text: &[u8]) -> Result<Normalized, Flaw> {
         match keyword {
             b"v" => {
                 counts[0] += 1;
-                out.numbers(text, 3);
+                match origin {
+                    Some(origin) => positions::append_relative(text, origin, &mut out.text),
+                    None => {
+                        out.may_be_far |= words(text).skip(1).take(3).any(positions::may_be_far);
+                        out.numbers(text, 3);
+                    }
+                }
             }
             b"vt" => {
                 counts[1] += 1;
@@ -257,7 +271,7 @@ mod tests {
     use super::*;
 
     fn normal(text: &str) -> (String, Vec<Run>) {
-        let n = normalize(text.as_bytes()).unwrap();
+        let n = normalize(text.as_bytes(), None).unwrap();
         (String::from_utf8(n.text).unwrap(), n.runs)
     }
 
@@ -281,7 +295,7 @@ mod tests {
 
     #[test]
     fn wrong_indices_are_named_with_their_line() {
-        let flaw = |text: &str| normalize(text.as_bytes()).map(|_| ()).unwrap_err();
+        let flaw = |text: &str| normalize(text.as_bytes(), None).map(|_| ()).unwrap_err();
         assert_eq!(
             flaw("v 0 0 0\nf 1 0 1").cause,
             "a face names vertex 0, but they count from 1"

@@ -43,6 +43,25 @@ fn relative_and_mixed_corners_are_read() {
 }
 
 #[test]
+fn vertices_in_the_coordinates_of_a_map_lose_nothing() {
+    let moved = |x: f64, z: f64| {
+        let corner = |line: &str| {
+            let p: Vec<f64> = line.split(' ').skip(1).map(|n| n.parse().unwrap()).collect();
+            format!("v {:.2} {:.2} {:.2}\n", x + 0.2 * p[0], 0.2 * p[1], z + 0.2 * p[2])
+        };
+        let vertices: String = CORNER.lines().map(corner).collect();
+        read(&format!("{vertices}s 1\nf 1 2 3 4\nf 1 5 6 2\n")).unwrap()
+    };
+    let (near, far) = (moved(0.0, 0.0), moved(431_250.0, 5_649_830.0));
+    assert_eq!(near.instances[0].model_from_mesh, DAffine3::IDENTITY);
+    let place = far.instances[0].model_from_mesh.translation;
+    assert_eq!(place, crate::math::DVec3::new(431_250.0, 0.0, 5_649_830.0));
+    assert_eq!(near.meshes, far.meshes);
+    let bounds = far.bounds();
+    assert!((bounds.min - place).length() < 1e-6 && (bounds.max - place - 0.2).length() < 1e-6);
+}
+
+#[test]
 fn what_is_wrong_is_named_with_its_line() {
     let message = |text: &str| read(text).unwrap_err().to_string();
     assert_eq!(

@@ -57,7 +57,7 @@ pub fn add(
     material: crate::material::MaterialId,
 ) {
     let desc: ShapeDesc = toml::from_str(shape).expect("a shape");
-    builder.shape("shape", desc.compile().expect("valid"), transform, material);
+    builder.shape("shape", desc.compile(DVec3::ZERO).expect("valid"), transform, material);
 }
 
 pub fn place(translate: [f64; 3], rotate: [f64; 3], scale: [f64; 3]) -> Option<Transform> {

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::{shape::ShapeDesc, value::Problem};
+use crate::{math::DVec3, shape::ShapeDesc, value::Problem};
 
 #[derive(Deserialize)]
 struct Object {
@@ -13,7 +13,7 @@ struct Object {
 fn problem(text: &str) -> (Problem, String) {
     let file = format!("shape.{text}\n");
     let object: Object = toml::from_str(&file).unwrap();
-    let problem = object.shape.compile().unwrap_err();
+    let problem = object.shape.compile(DVec3::ZERO).unwrap_err();
     let place = file[problem.span.clone().unwrap()].to_owned();
     (problem, place)
 }
@@ -74,7 +74,7 @@ fn quads_out_of_a_plane_are_refused_beyond_the_tolerance() {
     // One corner a quarter as far off the middle plane as it is off that of the other three.
     let compiles = |text: &str| {
         let object: Object = toml::from_str(&format!("shape.{text}\n")).unwrap();
-        object.shape.compile().is_ok()
+        object.shape.compile(DVec3::ZERO).is_ok()
     };
     // A tilted quad of 20 cm, at 30 km, where numbers are 2 mm apart.
     assert!(compiles(
@@ -111,7 +111,7 @@ fn one_sided_walls_with_caps_are_refused() {
         );
     }
     let object: Object = toml::from_str("shape.cone = { radius = 1, height = 2, outside_only = false }").unwrap();
-    assert!(object.shape.compile().is_ok());
+    assert!(object.shape.compile(DVec3::ZERO).is_ok());
 }
 
 #[test]

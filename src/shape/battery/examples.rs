@@ -5,7 +5,7 @@ use std::{fs, path::PathBuf};
 use serde::Deserialize;
 
 use crate::{
-    math::{Ray, Vec2, Vec3, hash},
+    math::{DVec3, Ray, Vec2, Vec3, hash},
     shape::{Shape, ShapeDesc, ShapeHit},
 };
 
@@ -95,7 +95,10 @@ pub fn bounded() -> impl Iterator<Item = Example> {
 
 fn example(text: String) -> Example {
     let object: Object = toml::from_str(&text).unwrap_or_else(|e| panic!("{text}: {e}"));
-    let shape = object.shape.compile().unwrap_or_else(|e| panic!("{text}: {e:?}"));
+    let shape = object
+        .shape
+        .compile(DVec3::ZERO)
+        .unwrap_or_else(|e| panic!("{text}: {e:?}"));
     let bounds = shape.bounds();
     let (center, size) = if bounds.is_finite() {
         (bounds.center(), bounds.extent().length() * 0.5)

@@ -208,7 +208,7 @@ fn lamps_that_move_shine_from_where_they_are() {
     let mut builder = dark();
     let material = builder.material(lamp());
     let desc: ShapeDesc = toml::from_str(SHAPES[0]).expect("a shape");
-    let shape = desc.compile().expect("valid");
+    let shape = desc.compile(DVec3::ZERO).expect("valid");
     let object = builder.shape("lamp", shape, place([0.0, 2.0, 0.0], [0.0; 3], [1.0; 3]), material);
     let other = builder.shape("other", shape, place([9.0, 2.0, 0.0], [0.0; 3], [1.0; 3]), material);
     let mut scene = builder.build(AccelKind::Linear).expect("a scene");
