@@ -42,6 +42,15 @@ pub fn decode(bytes: &[u8], path: &Path, color_space: ColorSpace, memory: &Memor
     decoded.map_err(|problem| problem.at(path))
 }
 
+/// Whether the picture at `path` has an alpha channel, by its header. A file that cannot be read has none, and neither has an
+/// EXR file.
+pub fn has_alpha(path: &Path, files: &Files) -> bool {
+    let Ok(bytes) = files.read(path) else { return false };
+    let format = ::image::guess_format(&bytes).or_else(|_| ImageFormat::from_path(path));
+    let decoder = format.map(|f| ImageReader::with_format(Cursor::new(&bytes), f).into_decoder());
+    matches!(decoder, Ok(Ok(decoder)) if decoder.color_type().has_alpha())
+}
+
 fn decode_by_format(
     bytes: &[u8],
     path: &Path,

@@ -173,7 +173,7 @@ impl Texture {
 }
 
 /// A colour of a material, constant or textured.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Color {
     Constant(Rgb),
     Texture(TextureId),

@@ -66,7 +66,7 @@ impl<'a> Iterator for Lines<'a> {
         loop {
             let mut text = Cow::Borrowed(self.physical()?);
             let number = self.number;
-            while text.last() == Some(&b'\\') && !text.starts_with(b"#") {
+            while is_continued(&text) {
                 let joined = text.to_mut();
                 joined.pop();
                 joined.push(b' ');
@@ -82,6 +82,15 @@ impl<'a> Iterator for Lines<'a> {
             }
         }
     }
+}
+
+/// Whether a line goes on in the next one. The second byte of a letter in Shift-JIS may be a backslash, too.
+fn is_continued(line: &[u8]) -> bool {
+    let Some((b'\\', before)) = line.split_last() else {
+        return false;
+    };
+    let is_letter = before.last().is_some_and(|b| *b >= 0x80) && str::from_utf8(before).is_err();
+    !line.starts_with(b"#") && !is_letter
 }
 
 /// Returns the start of a comment: a `#` at the start or after a space, so that names may hold one.
@@ -102,10 +111,23 @@ pub(super) fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     text.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty())
 }
 
-/// Returns the text after the keyword.
-pub(super) fn argument(text: &[u8]) -> String {
+/// Returns the bytes after the keyword.
+pub(super) fn argument(text: &[u8]) -> &[u8] {
     let keyword = text.iter().position(u8::is_ascii_whitespace).unwrap_or(text.len());
-    String::from_utf8_lossy(text[keyword..].trim_ascii()).into_owned()
+    text[keyword..].trim_ascii()
+}
+
+/// Returns a name as text. Names are bytes in an encoding that nobody tells, and those that are no UTF-8 are shown by their
+/// numbers, so that different names stay different.
+pub(super) fn name(bytes: &[u8]) -> String {
+    let mut text = String::with_capacity(bytes.len());
+    for chunk in bytes.utf8_chunks() {
+        text.push_str(chunk.valid());
+        for byte in chunk.invalid() {
+            text.push_str(&format!("\\x{byte:02X}"));
+        }
+    }
+    text
 }
 
 #[cfg(test)]
@@ -123,6 +145,18 @@ mod tests {
         let text = b"\xef\xbb\xbfv 1 2 3 # one\r\n\r\n  # \xff all \\\nf 1 \\\n 2 3\nusemtl a#b\n";
         let expected = [(1, "v 1 2 3"), (4, "f 1  2 3"), (6, "usemtl a#b")];
         assert_eq!(read(text), expected.map(|(n, l)| (n, l.to_owned())));
+    }
+
+    #[test]
+    fn a_letter_of_shift_jis_that_ends_in_a_backslash_continues_nothing() {
+        let text = b"newmtl \x83\\\nKd 1 0 0\n";
+        let decoded = decode(text);
+        let lines: Vec<_> = Lines::new(&decoded).map(|l| argument(&l.text).to_vec()).collect();
+        assert_eq!(lines, [b"\x83\\".to_vec(), b"1 0 0".to_vec()]);
+        assert_eq!(name(&lines[0]), r"\x83\");
+        assert_eq!(name("Gr\u{fc}n".as_bytes()), "Gr\u{fc}n");
+        // In UTF-8 no letter does.
+        assert_eq!(read("f 1 \u{fc}\\\n2\n".as_bytes()).len(), 1);
     }
 
     #[test]

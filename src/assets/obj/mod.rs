@@ -1,12 +1,12 @@
 //! OBJ files with their MTL libraries.
 //!
-//! The loader reads positions, texture coordinates, normals, faces with any number of corners, smoothing groups, and the
-//! diffuse colour of materials with its texture. It skips points, lines, curves and vertex colours. Faces that differ in
-//! group, material or smoothing are different parts. If the file has no normals, the faces of a smoothing group share
-//! theirs, and all others are flat.
+//! The loader reads positions with colours, texture coordinates, normals, faces with any number of corners, smoothing
+//! groups, and materials with their textures. It skips points, lines and curves. Faces that differ in group, material or
+//! smoothing are different parts; objects and groups are nodes. If the file has no normals, the faces of a smoothing group
+//! share theirs, and all others are flat. Colours of vertices are display values, up to 1 or, where one is above, up to 255.
 //!
-//! The loader accepts any encoding and any line ends. Indices without a vertex and numbers that are not finite are errors
-//! with their line.
+//! The loader accepts any encoding, any line ends and keywords in any case. Indices without a vertex and numbers that are
+//! not finite are errors with their line, but for normals: those of the faces take their places.
 //!
 //! Vertices are read in double precision. Those of a file that is far from its origin, in the coordinates of a map, are
 //! kept around an origin of their own ([`crate::math::origin`]), the place of which is that of all parts.
@@ -25,13 +25,14 @@ use glam::DAffine3;
 
 use super::{
     Files,
-    model::{MeshInstance, Model},
+    model::{MeshInstance, Model, ModelNode},
 };
 use crate::{
-    math::{Vec2, Vec3},
+    math::{Vec2, Vec3, Vec4, srgb},
     shape::mesh::{Mesh, MeshError},
 };
-use normalize::Run;
+use mtl::MaterialUse;
+use normalize::{Normalized, Run, Treatment};
 
 pub use error::ObjError;
 
@@ -52,11 +53,15 @@ pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError
         cause: flaw.cause,
         path: path.to_owned(),
     };
-    let mut normalized = normalize::normalize(&text, None).map_err(at)?;
-    let origin = normalized.may_be_far.then(|| positions::origin(&text)).flatten();
-    if origin.is_some() {
-        normalized = normalize::normalize(&text, origin).map_err(at)?;
+    let mut normalized = normalize::normalize(&text, Treatment::default()).map_err(at)?;
+    let treatment = Treatment {
+        origin: normalized.may_be_far.then(|| positions::origin(&text)).flatten(),
+        keeps_colors: normalized.has_colors,
+    };
+    if treatment != Treatment::default() {
+        normalized = normalize::normalize(&text, treatment).map_err(at)?;
     }
+    warn_of_normals(&normalized, path);
     // What the parser and the mesh's own check find has no line; the line is looked for once there is something wrong.
     let broken = |cause: String| match normalize::diagnose(&text) {
         Some(flaw) => at(flaw),
@@ -75,23 +80,51 @@ pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError
     let (groups, _) =
         tobj::load_obj_buf(&mut &normalized.text[..], &options, no_library).map_err(|e| broken(e.to_string()))?;
     drop(normalized.text);
+    let scale = color_scale(&groups);
     let meshes = groups
         .into_iter()
         .filter(|g| !g.mesh.indices.is_empty())
         .map(|g| {
             let run = g.name.parse().ok().and_then(|i: usize| normalized.runs.get(i));
             let run = run.ok_or_else(|| "a group without a number".to_owned())?;
-            Ok((run, mesh(&g.mesh).map_err(|e| e.to_string())?))
+            Ok((run, mesh(&g.mesh, scale).map_err(|e| e.to_string())?))
         })
         .collect::<Result<Vec<_>, _>>()
         .map_err(broken)?;
     let mut library = mtl::Library::load(path, &normalized.libraries, files)?;
-    let model_from_mesh = origin.map_or(DAffine3::IDENTITY, DAffine3::from_translation);
-    assemble(meshes, model_from_mesh, &mut library, path)
+    let model_from_mesh = treatment.origin.map_or(DAffine3::IDENTITY, DAffine3::from_translation);
+    assemble(meshes, model_from_mesh, normalized.nodes, &mut library, path)
+}
+
+/// Warns of normals that are no numbers and were replaced.
+fn warn_of_normals(normalized: &Normalized, path: &Path) {
+    let are = match normalized.bad_normals {
+        0 => return,
+        1 => "normal that is no number gives way to that",
+        _ => "normals that are no numbers give way to those",
+    };
+    tracing::warn!("{} {are} of the faces: {}", normalized.bad_normals, path.display());
+}
+
+/// The factor that makes display values up to 1 of the colours of vertices.
+fn color_scale(groups: &[tobj::Model]) -> f32 {
+    let channels = groups.iter().flat_map(|g| &g.mesh.vertex_color);
+    let most = channels.fold(0.0, |most: f32, c| most.max(*c));
+    if most > 1.0 { 1.0 / 255.0 } else { 1.0 }
+}
+
+/// The linear colours of a group's vertices; none where all of them are white.
+fn colors(group: &tobj::Mesh, scale: f32) -> Vec<Vec4> {
+    if group.vertex_color.iter().all(|c| *c == 1.0) {
+        return Vec::new();
+    }
+    let linear = |c: f32| srgb::decode((c * scale).clamp(0.0, 1.0));
+    let color = |c: &[f32]| Vec4::new(linear(c[0]), linear(c[1]), linear(c[2]), 1.0);
+    group.vertex_color.chunks_exact(3).map(color).collect()
 }
 
 /// A group's arrays; its faces cut into triangles.
-fn mesh(group: &tobj::Mesh) -> Result<Mesh, MeshError> {
+fn mesh(group: &tobj::Mesh, color_scale: f32) -> Result<Mesh, MeshError> {
     let vec3 = |v: &[f32]| Vec3::new(v[0], v[1], v[2]);
     let positions: Vec<Vec3> = group.positions.chunks_exact(3).map(vec3).collect();
     let mut triangles = Vec::with_capacity(group.indices.len() / 3);
@@ -115,6 +148,7 @@ fn mesh(group: &tobj::Mesh) -> Result<Mesh, MeshError> {
             .map(|n| vec3(n).normalize_or_zero())
             .collect(),
         uvs: group.texcoords.chunks_exact(2).map(|t| Vec2::new(t[0], t[1])).collect(),
+        colors: colors(group, color_scale),
         ..Mesh::default()
     };
     mesh.validate()?;
@@ -124,6 +158,7 @@ fn mesh(group: &tobj::Mesh) -> Result<Mesh, MeshError> {
 fn assemble(
     mut meshes: Vec<(&Run, Mesh)>,
     model_from_mesh: DAffine3,
+    nodes: Vec<ModelNode>,
     library: &mut mtl::Library<'_>,
     path: &Path,
 ) -> Result<Model, ObjError> {
@@ -135,22 +170,28 @@ fn assemble(
     for (run, mesh) in meshes.iter_mut().filter(|(run, mesh)| smooths(run, mesh)) {
         mesh.normals = groups.normals(run.smoothing, mesh);
     }
-    let mut model = Model::default();
-    let mut materials: HashMap<Option<&str>, usize> = HashMap::new();
+    let mut model = Model {
+        nodes,
+        ..Model::default()
+    };
+    let mut materials: HashMap<MaterialUse<'_>, usize> = HashMap::new();
     for (run, mesh) in meshes {
         if mesh.triangles.is_empty() {
             continue;
         }
-        let name = run.material.as_deref();
-        let material = match materials.get(&name) {
-            Some(&placed) => placed,
-            None => library.place(name, path, &mut model)?,
+        let wanted = MaterialUse {
+            name: run.material.as_deref(),
+            has_colors: !mesh.colors.is_empty(),
         };
-        materials.insert(name, material);
+        let material = match materials.get(&wanted) {
+            Some(&placed) => placed,
+            None => library.place(wanted, path, &mut model)?,
+        };
+        materials.insert(wanted, material);
         model.instances.push(MeshInstance {
             mesh: model.meshes.len(),
             material,
-            node: None,
+            node: run.node,
             model_from_mesh,
         });
         model.meshes.push(mesh);

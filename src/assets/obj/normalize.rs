@@ -4,17 +4,21 @@
 //! indices of more than 64 bits. So names stay here, and what is left are `v`, `vt`, `vn` and `f` of known shape under
 //! groups with numbers for names, one for each [`Run`].
 
+use std::collections::HashMap;
+
 use super::{
-    lines::{Lines, argument, words},
+    lines::{Lines, argument, name, words},
     positions,
 };
-use crate::math::DVec3;
+use crate::{assets::model::ModelNode, math::DVec3};
 
 /// The properties that all faces of a run share.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Run {
     /// The name of the material, if there is one.
-    pub material: Option<String>,
+    pub material: Option<Vec<u8>>,
+    /// The object or group, an index into [`Normalized::nodes`].
+    pub node: Option<usize>,
     /// 0 is flat.
     pub smoothing: u32,
     pub has_uvs: bool,
@@ -26,9 +30,24 @@ pub(super) struct Normalized {
     pub text: Vec<u8>,
     pub runs: Vec<Run>,
     /// The names after `mtllib`, a line each.
-    pub libraries: Vec<String>,
+    pub libraries: Vec<Vec<u8>>,
+    /// Objects, and in them groups, each once.
+    pub nodes: Vec<ModelNode>,
     /// Whether a coordinate of a vertex may be far from 0.
     pub may_be_far: bool,
+    /// Whether a vertex has a colour.
+    pub has_colors: bool,
+    /// Normals that are no numbers, and became 0.
+    pub bad_normals: usize,
+}
+
+/// What becomes of vertices; by default they are only looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Treatment {
+    /// Vertices become relative to it.
+    pub origin: Option<DVec3>,
+    /// Whether every vertex gets a colour: white where it has none.
+    pub keeps_colors: bool,
 }
 
 /// An error with its line.
@@ -44,17 +63,22 @@ pub(super) type Counts = [usize; 3];
 /// The names of the three counts.
 pub(super) const NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
-/// Normalises a decoded file; vertices become relative to `origin`.
-pub(super) fn normalize(text: &[u8], origin: Option<DVec3>) -> Result<Normalized, Flaw> {
+/// Normalises a decoded file.
+pub(super) fn normalize(text: &[u8], treatment: Treatment) -> Result<Normalized, Flaw> {
     let mut out = Normalized {
         text: Vec::with_capacity(text.len() + 64),
         runs: Vec::new(),
         libraries: Vec::new(),
+        nodes: Vec::new(),
         may_be_far: false,
+        has_colors: false,
+        bad_normals: 0,
     };
+    let mut nodes = Nodes::default();
     let mut counts = Counts::default();
     let mut run = Run {
         material: None,
+        node: None,
         smoothing: 0,
         has_uvs: false,
         has_normals: false,
@@ -65,25 +89,26 @@ pub(super) fn normalize(text: &[u8], origin: Option<DVec3>) -> Result<Normalized
         let text: &[u8] = &line.text;
         let keyword = words(text).next().unwrap_or_default();
         match keyword {
-            b"v" => {
+            b"v" | b"V" => {
                 counts[0] += 1;
-                match origin {
+                match treatment.origin {
                     Some(origin) => positions::append_relative(text, origin, &mut out.text),
                     None => {
                         out.may_be_far |= words(text).skip(1).take(3).any(positions::may_be_far);
                         out.numbers(text, 3);
                     }
                 }
+                out.color(text, treatment.keeps_colors);
             }
-            b"vt" => {
+            b"vt" | b"VT" => {
                 counts[1] += 1;
                 out.numbers(text, 2);
             }
-            b"vn" => {
+            b"vn" | b"VN" => {
                 counts[2] += 1;
-                out.numbers(text, 3);
+                out.normal(text);
             }
-            b"f" => {
+            b"f" | b"F" => {
                 let shape = check_face(text, counts).map_err(|cause| Flaw {
                     line: line.number,
                     cause,
@@ -96,18 +121,25 @@ pub(super) fn normalize(text: &[u8], origin: Option<DVec3>) -> Result<Normalized
                 }
                 out.face(text, &shape);
             }
-            b"o" | b"g" => is_new = true,
-            b"s" => {
-                let smoothing = smoothing(&argument(text));
+            b"o" | b"O" => {
+                is_new = true;
+                run.node = nodes.object(argument(text), &mut out.nodes);
+            }
+            b"g" | b"G" => {
+                is_new = true;
+                run.node = nodes.group(argument(text), &mut out.nodes);
+            }
+            b"s" | b"S" => {
+                let smoothing = smoothing(argument(text));
                 is_new |= smoothing != run.smoothing;
                 run.smoothing = smoothing;
             }
-            b"usemtl" => {
-                let material = Some(argument(text));
+            _ if keyword.eq_ignore_ascii_case(b"usemtl") => {
+                let material = Some(argument(text).to_vec());
                 is_new |= material != run.material;
                 run.material = material;
             }
-            b"mtllib" => out.libraries.push(argument(text)),
+            _ if keyword.eq_ignore_ascii_case(b"mtllib") => out.libraries.push(argument(text).to_vec()),
             _ => {}
         }
     }
@@ -115,11 +147,50 @@ pub(super) fn normalize(text: &[u8], origin: Option<DVec3>) -> Result<Normalized
 }
 
 /// The number of a smoothing group; `off`, 0 and what cannot be read are flat, `on` is a group.
-fn smoothing(text: &str) -> u32 {
-    match text {
-        "on" => 1,
-        _ => text.parse().unwrap_or(0),
+fn smoothing(text: &[u8]) -> u32 {
+    match str::from_utf8(text) {
+        Ok("on") => 1,
+        Ok(text) => text.parse().unwrap_or(0),
+        Err(_) => 0,
     }
+}
+
+/// The objects and groups so far, by the node above them and their names.
+#[derive(Default)]
+struct Nodes {
+    known: HashMap<(Option<usize>, Vec<u8>), usize>,
+    object: Option<usize>,
+}
+
+impl Nodes {
+    fn object(&mut self, given: &[u8], out: &mut Vec<ModelNode>) -> Option<usize> {
+        self.object = self.node(None, given, out);
+        self.object
+    }
+
+    /// A group of the current object; one without a name is the object.
+    fn group(&mut self, given: &[u8], out: &mut Vec<ModelNode>) -> Option<usize> {
+        self.node(self.object, given, out)
+    }
+
+    fn node(&mut self, parent: Option<usize>, given: &[u8], out: &mut Vec<ModelNode>) -> Option<usize> {
+        if given.is_empty() {
+            return parent;
+        }
+        let at = *self.known.entry((parent, given.to_vec())).or_insert_with(|| {
+            let name = name(given);
+            out.push(ModelNode { name, parent });
+            out.len() - 1
+        });
+        Some(at)
+    }
+}
+
+/// Whether a word is a finite number that the parser reads.
+fn is_number(word: &[u8]) -> bool {
+    let is_plain = |b: &u8| matches!(b, b'0'..=b'9' | b'.' | b'-');
+    let parses = || str::from_utf8(word).is_ok_and(|w| w.parse::<f32>().is_ok_and(f32::is_finite));
+    word.iter().all(is_plain) || parses()
 }
 
 /// The indices that the corners of a face have.
@@ -185,7 +256,11 @@ impl Normalized {
     fn numbers(&mut self, text: &[u8], n: usize) {
         let mut count = 0;
         for word in words(text).take(n + 1) {
+            let start = self.text.len();
             self.text.extend_from_slice(word);
+            if count == 0 {
+                self.text[start..].make_ascii_lowercase();
+            }
             self.text.push(b' ');
             count += 1;
         }
@@ -195,9 +270,37 @@ impl Normalized {
         self.text.push(b'\n');
     }
 
+    /// A normal; 0 in place of one that is no three numbers.
+    fn normal(&mut self, text: &[u8]) {
+        let is_good = |i: &[u8]| is_number(i);
+        if words(text).skip(1).take(3).all(is_good) {
+            return self.numbers(text, 3);
+        }
+        self.bad_normals += 1;
+        self.text.extend_from_slice(b"vn 0 0 0\n");
+    }
+
+    /// Appends the colour of a vertex to its line.
+    fn color(&mut self, text: &[u8], keeps: bool) {
+        let mut own = words(text).skip(4).take(3);
+        let own = [own.next(), own.next(), own.next()];
+        self.has_colors |= own[2].is_some();
+        if !keeps {
+            return;
+        }
+        self.text.pop();
+        for channel in own {
+            self.text.push(b' ');
+            let channel = channel.filter(|c| own[2].is_some() && is_number(c));
+            self.text.extend_from_slice(channel.unwrap_or(b"1"));
+        }
+        self.text.push(b'\n');
+    }
+
     fn face(&mut self, text: &[u8], shape: &FaceShape) {
         if !shape.is_mixed {
-            self.text.extend_from_slice(text);
+            self.text.push(b'f');
+            self.text.extend_from_slice(&text[1..]);
             self.text.push(b'\n');
             return;
         }
@@ -220,7 +323,11 @@ impl Normalized {
 
 /// The first statement with a number that is none or an index without a vertex; for when something is known to be wrong.
 pub(super) fn diagnose(text: &[u8]) -> Option<Flaw> {
-    let which = |keyword: &[u8]| [&b"v"[..], b"vt", b"vn"].iter().position(|k| *k == keyword);
+    let which = |keyword: &[u8]| {
+        [&b"v"[..], b"vt", b"vn"]
+            .iter()
+            .position(|k| k.eq_ignore_ascii_case(keyword))
+    };
     let mut counts = Counts::default();
     for line in Lines::new(text) {
         if let Some(i) = which(words(&line.text).next().unwrap_or_default()) {
@@ -230,15 +337,16 @@ pub(super) fn diagnose(text: &[u8]) -> Option<Flaw> {
     Lines::new(text).find_map(|line| {
         let mut parts = words(&line.text);
         let keyword = parts.next().unwrap_or_default();
-        let cause = if keyword == b"f" {
+        let cause = if keyword.eq_ignore_ascii_case(b"f") {
             parts.find_map(|corner| beyond_the_end(corner, counts))
         } else {
-            let least = if keyword == b"vt" { 1 } else { 3 };
             let i = which(keyword)?;
+            let least = if i == 1 { 1 } else { 3 };
             let numbers: Vec<_> = parts.take(3).collect();
             let bad = numbers.iter().map(|w| String::from_utf8_lossy(w)).find_map(|w| {
                 let finite = w.parse::<f32>().is_ok_and(f32::is_finite);
-                (!finite).then(|| format!("expected a finite number, found '{w}'"))
+                // Normals that are none are replaced.
+                (!finite && i != 2).then(|| format!("expected a finite number, found '{w}'"))
             });
             let few = || (numbers.len() < least).then(|| format!("a {} has too few numbers", NAMES[i]));
             bad.or_else(few)
@@ -271,7 +379,7 @@ mod tests {
     use super::*;
 
     fn normal(text: &str) -> (String, Vec<Run>) {
-        let n = normalize(text.as_bytes(), None).unwrap();
+        let n = normalize(text.as_bytes(), Treatment::default()).unwrap();
         (String::from_utf8(n.text).unwrap(), n.runs)
     }
 
@@ -283,19 +391,50 @@ mod tests {
         assert_eq!(text, expected);
         let smoothing: Vec<_> = runs.iter().map(|r| r.smoothing).collect();
         assert_eq!(smoothing, [2, 2, 2, 0]);
-        assert_eq!(runs[1].material.as_deref(), Some("a"));
+        assert_eq!(runs[1].material.as_deref(), Some(&b"a"[..]));
         assert!(runs[3].has_normals && !runs[3].has_uvs);
     }
 
     #[test]
     fn colors_weights_and_short_texture_coordinates_are_made_regular() {
-        let (text, _) = normal("v 1 2 3 0.5 0.5 0.5\nv 1 2 3 1\nvt 0.5\nvt 1 2 3\n");
+        let (text, _) = normal("v 1 2 3 0.5 0.5 0.5\nv 1 2 3 1\nvt 0.5\nVT 1 2 3\n");
         assert_eq!(text, "v 1 2 3 \nv 1 2 3 \nvt 0.5 0 \nvt 1 2 \n");
+        let keeps_colors = Treatment {
+            keeps_colors: true,
+            ..Treatment::default()
+        };
+        let colored = normalize(b"v 1 2 3 0.5 0.5 x\nv 1 2 3 1\nv 1 2 3\n", keeps_colors).unwrap();
+        let expected = "v 1 2 3  0.5 0.5 1\nv 1 2 3  1 1 1\nv 1 2 3  1 1 1\n";
+        assert_eq!(String::from_utf8(colored.text).unwrap(), expected);
+        assert!(colored.has_colors);
+    }
+
+    #[test]
+    fn normals_that_are_no_numbers_are_zero_and_counted() {
+        let n = normalize(
+            b"vn nan 0 1\nvn -1.#IND 0 1\nvn 1e99 0 0\nvn 0 1e0 0\n",
+            Treatment::default(),
+        )
+        .unwrap();
+        let text = "vn 0 0 0\nvn 0 0 0\nvn 0 0 0\nvn 0 1e0 0 \n";
+        assert_eq!((n.bad_normals, String::from_utf8(n.text).unwrap().as_str()), (3, text));
+    }
+
+    #[test]
+    fn objects_and_groups_become_nodes_once_each() {
+        let (_, runs) =
+            normal("f 1 1 1\no a\nf 1 1 1\ng x\nf 1 1 1\no b\ng x\nf 1 1 1\no a\ng x\nf 1 1 1\ng\nf 1 1 1\n");
+        let nodes: Vec<_> = runs.iter().map(|r| r.node).collect();
+        assert_eq!(nodes, [None, Some(0), Some(1), Some(3), Some(1), Some(0)]);
     }
 
     #[test]
     fn wrong_indices_are_named_with_their_line() {
-        let flaw = |text: &str| normalize(text.as_bytes(), None).map(|_| ()).unwrap_err();
+        let flaw = |text: &str| {
+            normalize(text.as_bytes(), Treatment::default())
+                .map(|_| ())
+                .unwrap_err()
+        };
         assert_eq!(
             flaw("v 0 0 0\nf 1 0 1").cause,
             "a face names vertex 0, but they count from 1"

@@ -28,7 +28,7 @@ fn position(statement: &[u8]) -> Option<DVec3> {
 
 /// The origin for the vertices of a decoded file, `None` where the file's own does as well.
 pub(super) fn origin(text: &[u8]) -> Option<DVec3> {
-    let vertices = Lines::new(text).filter(|line| words(&line.text).next() == Some(b"v"));
+    let vertices = Lines::new(text).filter(|line| matches!(words(&line.text).next(), Some(b"v" | b"V")));
     let bounds = DAabb::from_points(vertices.filter_map(|line| position(&line.text)));
     origin::of_box(&bounds)
 }

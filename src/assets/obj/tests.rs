@@ -108,3 +108,47 @@ fn cut_and_flipped_bytes_never_panic() {
         }
     }
 }
+
+#[test]
+fn colours_of_vertices_are_display_values_that_multiply_the_material() {
+    let of = |colors: [&str; 3]| {
+        let [a, b, c] = colors;
+        read(&format!("v 0 0 0 {a}\nv 1 0 0 {b}\nv 0 1 0 {c}\nf 1 2 3\n")).unwrap()
+    };
+    let model = of(["1 0 0", "0.5 0.5 0.5", ""]);
+    let gray = srgb::decode(0.5);
+    let expected = [[1.0, 0.0, 0.0, 1.0], [gray, gray, gray, 1.0], [1.0; 4]].map(Vec4::from_array);
+    assert_eq!(model.meshes[0].colors, expected);
+    let surface = model.materials[0].surface;
+    assert!(surface.reads_vertices);
+    assert_eq!(
+        surface.base_color,
+        crate::texture::Color::Constant(crate::math::Rgb::WHITE)
+    );
+    let bytes = of(["255 0 0", "0 255 0", "0 0 255"]);
+    assert_eq!(bytes.meshes[0].colors[1], Vec4::new(0.0, 1.0, 0.0, 1.0));
+    // White tells nothing, and a part without a colour keeps its grey.
+    let white = of(["1 1 1"; 3]);
+    assert!(white.meshes[0].colors.is_empty() && !white.materials[0].surface.reads_vertices);
+}
+
+#[test]
+fn a_normal_that_is_no_number_gives_way_to_the_face() {
+    let model = read(&format!("{CORNER}vn nan 0 0\nvn 0 2 0\nf 1//1 2//2 3//2\n")).unwrap();
+    assert_eq!(model.meshes[0].normals, [Vec3::ZERO, Vec3::Y, Vec3::Y]);
+}
+
+#[test]
+fn keywords_may_have_any_case_and_parts_keep_the_names_of_their_groups() {
+    let text = format!("{CORNER}O house\nG roof\nUSEMTL a\nF 1 2 3\ng wall\nf 1 2 4\n");
+    let model = read(&text.replace("v ", "V ")).unwrap();
+    let names: Vec<_> = model
+        .instances
+        .iter()
+        .map(|part| model.nodes[part.node.unwrap()].clone())
+        .collect();
+    assert_eq!(names[0].name, "roof");
+    assert_eq!(names[1].name, "wall");
+    assert_eq!(model.nodes[names[1].parent.unwrap()].name, "house");
+    assert_eq!(model.materials[0].name, "a");
+}

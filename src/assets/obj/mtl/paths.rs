@@ -1,0 +1,78 @@
+//! The files that a line names.
+
+use std::{
+    borrow::Cow,
+    path::{Component, Path, PathBuf},
+};
+
+/// The file of a `mtllib` line, whose name may hold spaces, or its several files.
+pub(super) fn libraries(folder: &Path, line: &[u8]) -> Vec<PathBuf> {
+    let whole = locate(folder, line);
+    if whole.is_file() || !line.iter().any(u8::is_ascii_whitespace) {
+        return vec![whole];
+    }
+    let mut files = Vec::new();
+    let (mut start, mut last) = (0, 0);
+    for word in line.split(u8::is_ascii_whitespace) {
+        let end = last + word.len();
+        // A word without the ending is the beginning of a name with spaces.
+        if word.to_ascii_lowercase().ends_with(b".mtl") || end == line.len() {
+            files.push(locate(folder, line[start..end].trim_ascii()));
+            start = end;
+        }
+        last = end + 1;
+    }
+    files
+}
+
+/// A file beside another: backslashes separate folders too, and of a path of another machine its last part counts.
+pub(super) fn locate(folder: &Path, name: &[u8]) -> PathBuf {
+    let name = name.trim_ascii();
+    let name = name.strip_prefix(b"\"").unwrap_or(name);
+    let name = name.strip_suffix(b"\"").unwrap_or(name);
+    let slashed: Vec<u8> = name.iter().map(|b| if *b == b'\\' { b'/' } else { *b }).collect();
+    // A backslash may be half of a letter.
+    let name = match str::from_utf8(name) {
+        Err(_) if folder.join(path_of(name)).is_file() => name,
+        _ => slashed.as_slice(),
+    };
+    let path = path_of(name);
+    let is_absolute = path.has_root() || name.get(1) == Some(&b':');
+    match path.components().next_back() {
+        Some(Component::Normal(last)) if is_absolute => folder.join(last),
+        _ => folder.join(path),
+    }
+}
+
+#[cfg(unix)]
+fn path_of(name: &[u8]) -> Cow<'_, Path> {
+    use std::os::unix::ffi::OsStrExt;
+    Cow::Borrowed(Path::new(std::ffi::OsStr::from_bytes(name)))
+}
+
+#[cfg(not(unix))]
+fn path_of(name: &[u8]) -> Cow<'_, Path> {
+    Cow::Owned(PathBuf::from(String::from_utf8_lossy(name).into_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_of_other_systems_are_found() {
+        let at = |name: &str| locate(Path::new("m"), name.as_bytes());
+        assert_eq!(at(r"textures\a.png"), Path::new("m/textures/a.png"));
+        assert_eq!(at(r"C:\art\a.png"), Path::new("m/a.png"));
+        assert_eq!(at("/home/art/a.png"), Path::new("m/a.png"));
+        assert_eq!(at("\"a b.png\""), Path::new("m/a b.png"));
+    }
+
+    #[test]
+    fn one_line_names_several_libraries() {
+        let at = |line: &str| libraries(Path::new("nowhere"), line.as_bytes());
+        let expected = ["a.mtl", "my own.MTL", "c"].map(|f| Path::new("nowhere").join(f));
+        assert_eq!(at("a.mtl my own.MTL c"), expected);
+        assert_eq!(at("a.mtl"), [Path::new("nowhere/a.mtl")]);
+    }
+}
