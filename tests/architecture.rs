@@ -64,8 +64,10 @@ const NEIGHBOURS: [(&str, &str); 14] = [
 ];
 
 /// Packages that only some places may name.
-const PACKAGES: [(&str, &[&str]); 9] = [
+const PACKAGES: [(&str, &[&str]); 11] = [
     ("obvhs", &["src/accel/"]),
+    ("flate2", &["src/assets/gzip.rs"]),
+    ("earcutr", &["src/assets/obj/polygon.rs"]),
     ("gltf", &["src/assets/gltf/"]),
     ("tobj", &["src/assets/obj.rs", "src/assets/obj/"]),
     (

@@ -9,10 +9,11 @@ use std::{
 use rayon::prelude::*;
 
 use super::{
-    Files, GltfError, MemoryKind, OverBudget,
+    BareMeshError, Files, GltfError, MemoryKind, OverBudget, gzip,
     image::{self, ImageError},
     model::{ImageSource, Model, ModelFeature, SceneChoice},
     obj::{self, ObjError},
+    ply, stl,
 };
 use crate::{
     texture::{Bitmap, bitmap::ColorSpace},
@@ -30,6 +31,8 @@ pub enum AssetError {
     Obj(#[from] ObjError),
     #[error(transparent)]
     Gltf(#[from] GltfError),
+    #[error(transparent)]
+    Bare(#[from] BareMeshError),
     #[error("unknown model format (expected {}): {}", one_of(MODEL_EXTENSIONS.iter().copied()), path.display())]
     UnknownModel { path: PathBuf },
     #[error("the model has no triangles: {}", path.display())]
@@ -53,6 +56,7 @@ impl AssetError {
             Self::Image(e) => e.is_missing(),
             Self::Obj(e) => e.is_missing(),
             Self::Gltf(e) => e.is_missing(),
+            Self::Bare(e) => e.is_missing(),
             Self::UnknownModel { .. }
             | Self::NoTriangles { .. }
             | Self::NoScenes { .. }
@@ -66,10 +70,15 @@ impl AssetError {
 }
 
 /// The endings of model files.
-pub const MODEL_EXTENSIONS: &[&str] = &["obj", "gltf", "glb"];
+pub const MODEL_EXTENSIONS: &[&str] = &["obj", "gltf", "glb", "ply", "stl", "obj.gz", "ply.gz", "stl.gz"];
 
+/// The ending of a name; of a packed file with that of what is in it.
 fn extension(path: &Path) -> String {
-    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+    let last = |path: &Path| path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    match path.file_stem() {
+        Some(inner) if gzip::is_packed(path) => format!("{}.gz", last(Path::new(inner))),
+        _ => last(path),
+    }
 }
 
 /// Whether a file is a model, by its ending.
@@ -85,7 +94,9 @@ fn load_model(request: &ModelRequest, files: &Files) -> Result<Model, AssetError
         return Err(AssetError::NoScenes { path: path.clone() });
     }
     match format.as_str() {
-        "obj" => Ok(obj::load(path, files)?),
+        "obj" | "obj.gz" => Ok(obj::load(path, files)?),
+        "ply" | "ply.gz" => Ok(ply::load(path, files)?),
+        "stl" | "stl.gz" => Ok(stl::load(path, files)?),
         _ if is_gltf => Ok(super::gltf::load(path, scene.as_ref(), files)?),
         _ => Err(AssetError::UnknownModel { path: path.clone() }),
     }

@@ -15,7 +15,7 @@ mod error;
 mod lines;
 mod mtl;
 mod normalize;
-mod polygon;
+pub(super) mod polygon;
 mod positions;
 mod smooth;
 
@@ -24,7 +24,7 @@ use std::{collections::HashMap, path::Path};
 use glam::DAffine3;
 
 use super::{
-    Files,
+    Files, gzip,
     model::{MeshInstance, Model, ModelNode},
 };
 use crate::{
@@ -38,7 +38,7 @@ pub use error::ObjError;
 
 /// Loads the model at `path`. A file without faces is a model without parts.
 pub fn load(path: &Path, files: &Files) -> Result<Model, ObjError> {
-    let bytes = files.read(path).map_err(|source| ObjError::Read {
+    let bytes = gzip::read(path, files).map_err(|source| ObjError::Read {
         source,
         path: path.to_owned(),
     })?;

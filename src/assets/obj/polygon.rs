@@ -10,7 +10,7 @@ const MOST_CORNERS: usize = 10_000;
 /// Calls `triangle` with three corners (as numbers in `corners`) for each triangle of a face, wound as the face is.
 ///
 /// A convex face becomes a fan, a concave one is cut in its plane.
-pub(super) fn triangulate(corners: &[Vec3], mut triangle: impl FnMut([usize; 3])) {
+pub(in crate::assets) fn triangulate(corners: &[Vec3], mut triangle: impl FnMut([usize; 3])) {
     if corners.len() < 3 {
         return;
     }

@@ -1,0 +1,99 @@
+//! Model files that gzip has packed.
+
+use std::{
+    io::{self, Read},
+    path::Path,
+    sync::Arc,
+};
+
+use flate2::bufread::MultiGzDecoder;
+
+use super::{Files, MemoryBudget, MemoryKind};
+
+/// The most bytes that a file unpacks to.
+const MOST: u64 = 2 << 30;
+/// The most bytes for each of the packed file. The format's own limit is 1032, so zeros alone come near.
+const MOST_TIMES: u64 = 1024;
+
+/// Whether a name ends in `.gz`.
+pub(super) fn is_packed(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"))
+}
+
+/// The bytes of a file, unpacked where its name ends in `.gz`.
+///
+/// # Errors
+/// The file cannot be read ([`Files::read`]). Of broken data, and of more than 2 GiB or 1024 times the file's size, the
+/// error is of the kind `InvalidInput`; of more than the memory that is left, `OutOfMemory`.
+pub(super) fn read(path: &Path, files: &Files) -> io::Result<Arc<[u8]>> {
+    let bytes = files.read(path)?;
+    match is_packed(path) {
+        true => Ok(unpack(&bytes, files.memory())?.into()),
+        false => Ok(bytes),
+    }
+}
+
+fn unpack(bytes: &[u8], memory: &MemoryBudget) -> io::Result<Vec<u8>> {
+    let refuse = |cause: String| io::Error::new(io::ErrorKind::InvalidInput, cause);
+    let most = MOST.min((bytes.len() as u64).saturating_mul(MOST_TIMES));
+    let mut source = MultiGzDecoder::new(bytes);
+    let (mut out, mut chunk) = (Vec::new(), vec![0; 1 << 16]);
+    loop {
+        let count = source
+            .read(&mut chunk)
+            .map_err(|e| refuse(format!("broken gzip data: {e}")))?;
+        if count == 0 {
+            return Ok(out);
+        }
+        let length = out.len() + count;
+        if length as u64 > most {
+            return Err(refuse(format!(
+                "it unpacks to more than the {most} bytes that are allowed"
+            )));
+        }
+        if length > out.capacity() {
+            // It doubles, and its old bytes are there until they are copied.
+            memory
+                .check(MemoryKind::Models, 3 * length as u64)
+                .map_err(|over| io::Error::new(io::ErrorKind::OutOfMemory, over))?;
+        }
+        out.extend_from_slice(&chunk[..count]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use super::*;
+
+    fn pack(bytes: &[u8]) -> Vec<u8> {
+        let mut out = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+        out.write_all(bytes).expect("memory");
+        out.finish().expect("memory")
+    }
+
+    #[test]
+    fn what_was_packed_comes_out_again() {
+        let bytes: Vec<u8> = (0..100_000_u32).map(|i| (i * i >> 7) as u8).collect();
+        let memory = MemoryBudget::default();
+        assert_eq!(unpack(&pack(&bytes), &memory).expect("sound"), bytes);
+        // A file may hold several streams.
+        let twice = [pack(b"one "), pack(b"two")].concat();
+        assert_eq!(unpack(&twice, &memory).expect("sound"), b"one two");
+    }
+
+    #[test]
+    fn bombs_and_broken_files_are_refused() {
+        let packed = pack(&vec![0; 64 << 20]);
+        let kind = |bytes: &[u8], memory| unpack(bytes, &MemoryBudget::new(memory)).map_err(|e| e.kind());
+        assert_eq!(kind(&packed, Some(1 << 20)), Err(io::ErrorKind::OutOfMemory));
+        assert_eq!(
+            kind(&packed[..packed.len() / 2], None),
+            Err(io::ErrorKind::InvalidInput)
+        );
+        assert_eq!(kind(b"no gzip", None), Err(io::ErrorKind::InvalidInput));
+        // Streams in a stream reach a ratio of more than 1000.
+        assert!(kind(&packed, None).is_ok_and(|out| out.len() == 64 << 20) || packed.len() * 1024 < 64 << 20);
+    }
+}

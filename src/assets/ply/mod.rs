@@ -1,0 +1,335 @@
+//! PLY files, as text and as bytes in either order.
+//!
+//! The loader reads the positions of vertices, their normals (`nx`), their colours (`red`, `alpha`) and texture coordinates
+//! (`s`, `u` or `texture_u`), and faces with any number of corners. Colours of whole numbers are display values, those of
+//! floats are linear. Whatever else is in the file is skipped. A file without normals is flat.
+//!
+//! A number of elements is checked against the length of the file before memory is taken for them.
+//!
+//! Source: G. Turk, "The PLY Polygon File Format", 1994.
+
+mod header;
+mod source;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use super::{
+    Files, MemoryBudget, MemoryKind,
+    bare::{BareMeshError, BareMeshProblem, model_of},
+    gzip,
+    model::{Model, Treatment},
+    obj::polygon,
+};
+use crate::{
+    math::{Vec2, Vec3, Vec4, srgb},
+    shape::mesh::Mesh,
+    value::one_line,
+};
+use header::{Element, Encoding, Header, NumberType, Property, PropertyKind};
+use source::{BigEndian, Binary, LittleEndian, Source, Stop, Text};
+
+/// The most bytes of the arrays of a mesh for each vertex: a position, a normal, texture coordinates and a colour.
+const VERTEX_MEMORY: u64 = 12 + 12 + 8 + 16;
+
+/// Loads the model at `path`.
+pub fn load(path: &Path, files: &Files) -> Result<Model, BareMeshError> {
+    let bytes = gzip::read(path, files).map_err(|source| BareMeshError::Read {
+        source,
+        path: path.to_owned(),
+    })?;
+    parse(&bytes, files.memory()).map_err(|problem| problem.at(path.to_owned()))
+}
+
+fn parse(bytes: &[u8], memory: &MemoryBudget) -> Result<Model, BareMeshProblem> {
+    let (header, data) = header::read(bytes).map_err(broken)?;
+    let mesh = match header.encoding {
+        Encoding::Text => read(&header, Text(data), memory),
+        Encoding::LittleEndian => read(&header, Binary::<LittleEndian>::new(data), memory),
+        Encoding::BigEndian => read(&header, Binary::<BigEndian>::new(data), memory),
+    }?;
+    if mesh.triangles.is_empty() && !mesh.positions.is_empty() {
+        return Err(BareMeshProblem::Points(mesh.positions.len()));
+    }
+    let mut model = model_of(mesh)?;
+    for _ in 0..header.textures {
+        model.add_feature("TextureFile", "file", Treatment::Without(""));
+    }
+    if header.elements.iter().any(|e| e.name == "tristrips") {
+        model.add_feature("tristrips", "file", Treatment::Without(""));
+    }
+    Ok(model)
+}
+
+fn broken(cause: impl AsRef<str>) -> BareMeshProblem {
+    BareMeshProblem::Broken(one_line(cause.as_ref(), 200).into_owned())
+}
+
+/// The numbers of a vertex that are used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Slot {
+    X,
+    Y,
+    Z,
+    Nx,
+    Ny,
+    Nz,
+    R,
+    G,
+    B,
+    A,
+    S,
+    T,
+    /// Those that are not used.
+    Other,
+}
+
+const SLOTS: usize = Slot::Other as usize + 1;
+
+impl Slot {
+    fn of(name: &str) -> Self {
+        match name {
+            "x" => Self::X,
+            "y" => Self::Y,
+            "z" => Self::Z,
+            "nx" => Self::Nx,
+            "ny" => Self::Ny,
+            "nz" => Self::Nz,
+            "red" | "diffuse_red" | "r" => Self::R,
+            "green" | "diffuse_green" | "g" => Self::G,
+            "blue" | "diffuse_blue" | "b" => Self::B,
+            "alpha" | "a" => Self::A,
+            "s" | "u" | "texture_u" | "texture_s" => Self::S,
+            "t" | "v" | "texture_v" | "texture_t" => Self::T,
+            _ => Self::Other,
+        }
+    }
+}
+
+/// Faces as they are read; they may come before the vertices.
+#[derive(Default)]
+struct Faces {
+    triangles: Vec<[u32; 3]>,
+    /// The corners of faces of more than three, one face after another, and where each ends.
+    corners: Vec<u32>,
+    ends: Vec<usize>,
+}
+
+fn read(header: &Header, mut source: impl Source, memory: &MemoryBudget) -> Result<Mesh, BareMeshProblem> {
+    let (mut mesh, mut faces) = (Mesh::default(), Faces::default());
+    for element in &header.elements {
+        check_count(element, header.encoding, source.bytes_left())?;
+        let done = match element.name.as_str() {
+            "vertex" => {
+                memory.check(MemoryKind::Models, element.count.saturating_mul(VERTEX_MEMORY))?;
+                read_vertices(element, &mut source, &mut mesh)
+            }
+            "face" => {
+                // A corner of one byte becomes a triangle of twelve.
+                memory.check(MemoryKind::Models, 12 * source.bytes_left() as u64)?;
+                read_faces(element, &mut source, &mut faces)
+            }
+            _ => skip(element, &mut source),
+        };
+        done?;
+    }
+    mesh.triangles = faces.into_triangles(&mesh.positions)?;
+    Ok(mesh)
+}
+
+/// Refuses more elements than there are bytes for.
+fn check_count(element: &Element, encoding: Encoding, left: usize) -> Result<(), BareMeshProblem> {
+    // The last number of a text needs no space after it.
+    let left = left as u64 + u64::from(encoding == Encoding::Text);
+    let least = element.least_bytes(encoding);
+    if element.count.saturating_mul(least) > left {
+        let Element { name, count, .. } = element;
+        return Err(broken(format!(
+            "the file names {count} elements `{name}` of at least {least} bytes each, but only {left} bytes are left"
+        )));
+    }
+    Ok(())
+}
+
+/// Tells which element a source stopped at.
+fn stopped(element: &Element, at: u64) -> impl Fn(Stop) -> BareMeshProblem {
+    let place = format!("{} {at}", element.name);
+    move |stop| match &stop {
+        Stop::End => broken(format!("the file ends within {place}")),
+        Stop::NoNumber(word) => broken(format!("{place}: expected a number, found '{}'", one_line(word, 40))),
+    }
+}
+
+/// The length of a list.
+fn list_length(source: &mut impl Source, count: NumberType) -> Result<usize, Stop> {
+    let length = source.number(count)?;
+    // No list is longer than the file.
+    if length >= 0.0 && length.fract() == 0.0 && length <= source.bytes_left() as f64 {
+        Ok(length as usize)
+    } else {
+        Err(Stop::NoNumber(format!("a list of {length} numbers")))
+    }
+}
+
+fn skip_property(source: &mut impl Source, property: &Property) -> Result<(), Stop> {
+    match property.kind {
+        PropertyKind::Number(number) => source.skip(number, 1),
+        PropertyKind::List { count, item } => {
+            let length = list_length(source, count)?;
+            source.skip(item, length)
+        }
+    }
+}
+
+fn skip(element: &Element, source: &mut impl Source) -> Result<(), BareMeshProblem> {
+    if element.properties.is_empty() {
+        return Ok(());
+    }
+    for i in 0..element.count {
+        for property in &element.properties {
+            skip_property(source, property).map_err(|stop| stopped(element, i)(stop))?;
+        }
+    }
+    Ok(())
+}
+
+fn read_vertices(element: &Element, source: &mut impl Source, mesh: &mut Mesh) -> Result<(), BareMeshProblem> {
+    let slots: Vec<(Slot, &Property)> = element.properties.iter().map(|p| (Slot::of(&p.name), p)).collect();
+    let has = |slot: Slot| {
+        let is_number = |p: &Property| matches!(p.kind, PropertyKind::Number(_));
+        slots.iter().any(|(own, p)| *own == slot && is_number(p))
+    };
+    if ![Slot::X, Slot::Y, Slot::Z].into_iter().all(has) {
+        return Err(broken("the vertices have no x, y and z"));
+    }
+    let has_normals = [Slot::Nx, Slot::Ny, Slot::Nz].into_iter().all(has);
+    let has_colors = [Slot::R, Slot::G, Slot::B].into_iter().all(has);
+    let has_uvs = [Slot::S, Slot::T].into_iter().all(has);
+    let count = element.count as usize;
+    *mesh = Mesh::default();
+    mesh.positions.reserve_exact(count);
+    mesh.normals.reserve_exact(if has_normals { count } else { 0 });
+    mesh.colors.reserve_exact(if has_colors { count } else { 0 });
+    mesh.uvs.reserve_exact(if has_uvs { count } else { 0 });
+    let is_display = |slot: Slot| {
+        let is_whole = |p: &Property| !matches!(p.kind, PropertyKind::Number(NumberType::F32 | NumberType::F64));
+        slots.iter().any(|(own, p)| *own == slot && is_whole(p))
+    };
+    let linear = |v: f64| match is_display(Slot::R) {
+        true => srgb::decode(v as f32),
+        false => v as f32,
+    };
+    let mut own = [1.0; SLOTS];
+    for i in 0..element.count {
+        for (slot, property) in &slots {
+            match property.kind {
+                PropertyKind::Number(number) => source.number(number).map(|v| own[*slot as usize] = v),
+                PropertyKind::List { .. } => skip_property(source, property),
+            }
+            .map_err(|stop| stopped(element, i)(stop))?;
+        }
+        let vec3 = |slot: Slot| {
+            let at = slot as usize;
+            Vec3::new(own[at] as f32, own[at + 1] as f32, own[at + 2] as f32)
+        };
+        mesh.positions.push(vec3(Slot::X));
+        if has_normals {
+            mesh.normals.push(vec3(Slot::Nx).normalize_or_zero());
+        }
+        if has_uvs {
+            let at = |slot: Slot| own[slot as usize] as f32;
+            mesh.uvs.push(Vec2::new(at(Slot::S), at(Slot::T)));
+        }
+        if has_colors {
+            let at = |slot: Slot| own[slot as usize] / one(&slots, slot);
+            let [r, g, b] = [Slot::R, Slot::G, Slot::B].map(|c| linear(at(c).max(0.0)));
+            mesh.colors.push(Vec4::new(r, g, b, at(Slot::A).clamp(0.0, 1.0) as f32));
+        }
+    }
+    Ok(())
+}
+
+/// The number of a channel that stands for 1.
+fn one(slots: &[(Slot, &Property)], slot: Slot) -> f64 {
+    let property = slots.iter().find(|(own, _)| *own == slot);
+    match property.map(|(_, p)| p.kind) {
+        Some(PropertyKind::Number(number)) => number.one(),
+        _ => 1.0,
+    }
+}
+
+fn read_faces(element: &Element, source: &mut impl Source, faces: &mut Faces) -> Result<(), BareMeshProblem> {
+    let is_corners = |p: &Property| matches!(p.name.as_str(), "vertex_indices" | "vertex_index");
+    let Some(corners) = element.properties.iter().position(is_corners) else {
+        return skip(element, source);
+    };
+    let PropertyKind::List { count, item } = element.properties[corners].kind else {
+        return Err(broken("the corners of faces are no list"));
+    };
+    let (before, after) = (&element.properties[..corners], &element.properties[corners + 1..]);
+    faces.triangles.reserve_exact(element.count as usize);
+    for i in 0..element.count {
+        let mut read = || {
+            before.iter().try_for_each(|p| skip_property(source, p))?;
+            faces.read(source, count, item)?;
+            after.iter().try_for_each(|p| skip_property(source, p))
+        };
+        read().map_err(|stop| stopped(element, i)(stop))?;
+    }
+    Ok(())
+}
+
+/// The number of a vertex.
+#[inline(always)]
+fn corner(source: &mut impl Source, item: NumberType) -> Result<u32, Stop> {
+    let number = source.number(item)?;
+    let whole = number as u32;
+    if f64::from(whole) == number {
+        Ok(whole)
+    } else {
+        Err(Stop::NoNumber(format!("vertex {number}")))
+    }
+}
+
+impl Faces {
+    #[inline(always)]
+    fn read(&mut self, source: &mut impl Source, count: NumberType, item: NumberType) -> Result<(), Stop> {
+        let length = list_length(source, count)?;
+        match length {
+            3 => {
+                let corners = [corner(source, item)?, corner(source, item)?, corner(source, item)?];
+                self.triangles.push(corners);
+            }
+            // Lines and points.
+            0..3 => source.skip(item, length)?,
+            _ => {
+                for _ in 0..length {
+                    self.corners.push(corner(source, item)?);
+                }
+                self.ends.push(self.corners.len());
+            }
+        }
+        Ok(())
+    }
+
+    /// The triangles of all faces. Larger faces come last.
+    fn into_triangles(self, positions: &[Vec3]) -> Result<Vec<[u32; 3]>, BareMeshProblem> {
+        let mut triangles = self.triangles;
+        if let Some(corner) = self.corners.iter().find(|c| **c as usize >= positions.len()) {
+            let count = positions.len();
+            return Err(broken(format!(
+                "a face names vertex {corner}, but there are only {count}"
+            )));
+        }
+        let (mut start, mut places) = (0, Vec::new());
+        for end in self.ends {
+            let face = &self.corners[start..end];
+            places.clear();
+            places.extend(face.iter().map(|c| positions[*c as usize]));
+            polygon::triangulate(&places, |t| triangles.push(t.map(|i| face[i])));
+            start = end;
+        }
+        Ok(triangles)
+    }
+}

@@ -1,0 +1,172 @@
+use super::*;
+
+fn read(bytes: &[u8]) -> Result<Model, String> {
+    let problem = |e: BareMeshProblem| e.at("a.ply".into()).to_string();
+    parse(bytes, &MemoryBudget::default()).map_err(problem)
+}
+
+const HEADER: &str = "\
+element vertex 4
+property float x
+property float y
+property double z
+property uchar red
+property uchar green
+property uchar blue
+property uchar alpha
+property list uchar short extra
+property float texture_u
+property float texture_v
+element face 2
+property uchar flags
+property list uchar int vertex_indices
+element edge 1
+property int vertex1
+end_header
+";
+
+fn as_text() -> String {
+    format!(
+        "ply\nformat ascii 1.0\ncomment x\nobj_info y\n{HEADER}\
+         0 0 0 255 0 0 255 0 0 0\n1 0 0 0 255 0 255 1 7 1 0\n1 1 0 0 0 255 51 0 1 1\n0 1 0 188 188 188 255 0 0 1\n\
+         9 3 0 1 2\n9 3 0 2 3\n5\n"
+    )
+}
+
+fn as_binary(is_big: bool) -> Vec<u8> {
+    let name = if is_big { "big" } else { "little" };
+    let mut out = format!("ply\nformat binary_{name}_endian 1.0\n{HEADER}").into_bytes();
+    let turn = |mut bytes: Vec<u8>| {
+        if is_big {
+            bytes.reverse();
+        }
+        bytes
+    };
+    let number = |v: f32| turn(v.to_le_bytes().to_vec());
+    let vertices = [
+        ([0.0, 0.0], [255, 0, 0, 255], [0.0, 0.0]),
+        ([1.0, 0.0], [0, 255, 0, 255], [1.0, 0.0]),
+        ([1.0, 1.0], [0, 0, 255, 51], [1.0, 1.0]),
+        ([0.0, 1.0], [188, 188, 188, 255], [0.0, 1.0]),
+    ];
+    for (i, (place, color, uv)) in vertices.into_iter().enumerate() {
+        out.extend(place.into_iter().flat_map(number));
+        out.extend([0; 8]);
+        out.extend(color);
+        out.push(u8::from(i == 1));
+        if i == 1 {
+            out.extend(turn(7_i16.to_le_bytes().to_vec()));
+        }
+        out.extend(uv.into_iter().flat_map(number));
+    }
+    let index = |v: &i32| turn(v.to_le_bytes().to_vec());
+    for face in [[0, 1, 2], [0, 2, 3]] {
+        out.extend([9, 3]);
+        out.extend(face.iter().flat_map(index));
+    }
+    out.extend(index(&5));
+    out
+}
+
+#[test]
+fn text_and_bytes_in_either_order_give_the_same_mesh() {
+    let model = read(as_text().as_bytes()).unwrap();
+    let mesh = &model.meshes[0];
+    assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+    assert_eq!(mesh.positions[2], Vec3::new(1.0, 1.0, 0.0));
+    assert_eq!(mesh.colors[0], Vec4::new(1.0, 0.0, 0.0, 1.0));
+    assert_eq!(mesh.colors[2].w, 0.2);
+    assert_eq!(mesh.colors[3].x, srgb::decode8(188));
+    assert_eq!(mesh.uvs, [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y]);
+    assert!(model.materials[0].surface.reads_vertices);
+    for is_big in [false, true] {
+        assert_eq!(read(&as_binary(is_big)).unwrap().meshes, model.meshes);
+    }
+    assert_eq!(
+        read(as_text().replace('\n', "\r\n").as_bytes()).unwrap().meshes,
+        model.meshes
+    );
+}
+
+/// A file of vertices in a plane, and faces.
+fn flat(vertices: &[[f32; 2]], faces: &str) -> String {
+    let count = faces.lines().count();
+    let vertices: String = vertices.iter().map(|[x, y]| format!("{x} {y} 0 0 0 2\n")).collect();
+    format!(
+        "ply\nformat ascii 1.0\nelement face {count}\nproperty list int uint vertex_index\nelement vertex {}\nproperty float x\n\
+         property float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\nend_header\n{faces}{vertices}",
+        vertices.lines().count()
+    )
+}
+
+#[test]
+fn faces_may_have_any_number_of_corners_and_come_first() {
+    let dart = [[0.0, 0.0], [4.0, 0.0], [1.0, 1.0], [0.0, 4.0]];
+    let model = read(flat(&dart, "4 0 1 2 3\n2 0 1\n0\n3 0 1 2\n").as_bytes()).unwrap();
+    let mesh = &model.meshes[0];
+    assert_eq!(mesh.normals, [Vec3::Z; 4]);
+    assert_eq!((mesh.triangles.len(), mesh.triangles[0]), (3, [0, 1, 2]));
+    let area: f32 = (1..3)
+        .map(|i| mesh.corners(i))
+        .map(|[a, b, c]| (b - a).cross(c - a).z * 0.5)
+        .sum();
+    assert_eq!(area, 4.0);
+    assert!(!model.materials[0].surface.reads_vertices);
+}
+
+#[test]
+fn faces_that_name_no_vertex_are_refused() {
+    let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let message = |faces: &str| read(flat(&square, faces).as_bytes()).unwrap_err();
+    assert!(message("3 0 1 4\n").contains("names vertex 4, but there are only 4"));
+    assert!(message("4 0 1 2 4\n").contains("names vertex 4, but there are only 4"));
+    assert!(message("3 0 1 -1\n").contains("vertex -1"));
+    assert!(message("3 0 1 1.5\n").contains("vertex 1.5"));
+    assert!(message("-3 0 1 1\n").contains("a list of -3 numbers"));
+    assert!(message("4000000000 0 1 1\n").contains("a list of 4000000000 numbers"));
+    assert!(message("3 0 x 1\n").contains("face 0: expected a number, found 'x'"));
+}
+
+#[test]
+fn points_without_faces_are_refused_as_such() {
+    let message = read(flat(&[[0.0, 0.0]], "").as_bytes()).unwrap_err();
+    assert_eq!(
+        message,
+        "the model has 1 points and no faces, and point clouds are not rendered yet: a.ply"
+    );
+    assert!(read(flat(&[], "").as_bytes()).unwrap().instances.is_empty());
+}
+
+#[test]
+fn counts_beyond_the_file_are_refused_before_memory_is_taken() {
+    for whole in [as_text().into_bytes(), as_binary(false)] {
+        let text = String::from_utf8_lossy(&whole).into_owned();
+        for element in ["vertex 4", "face 2", "edge 1"] {
+            let many = element.split(' ').next().unwrap().to_owned() + " 4000000000";
+            let at = text.find(element).unwrap();
+            let bytes = [&whole[..at], many.as_bytes(), &whole[at + element.len()..]].concat();
+            let message = read(&bytes).unwrap_err();
+            assert!(message.contains("4000000000 elements"), "{message}");
+        }
+    }
+    // What takes no bytes takes no time.
+    let empty = "ply\nformat ascii 1.0\nelement nothing 4000000000\nend_header\n";
+    assert!(read(empty.as_bytes()).unwrap().instances.is_empty());
+    assert!(read(&as_binary(false)[..400]).unwrap_err().contains("the file"));
+    let little = parse(as_text().as_bytes(), &MemoryBudget::new(Some(10)));
+    assert!(matches!(little, Err(BareMeshProblem::Memory(_))));
+}
+
+#[test]
+fn cut_and_flipped_bytes_never_panic() {
+    for whole in [as_text().into_bytes(), as_binary(false), as_binary(true)] {
+        for i in 0..whole.len() {
+            let _ = read(&whole[..i]);
+            for byte in [b'\n', b'-', b'9', b' ', 0, 0xff] {
+                let mut changed = whole.clone();
+                changed[i] = byte;
+                let _ = read(&changed);
+            }
+        }
+    }
+}
