@@ -332,7 +332,7 @@ fn missing_images_stop_the_job_unless_placeholders_are_wanted() {
     let folder = Folder::new();
     folder.write(
         "wall.mtl",
-        "newmtl wall\nmap_Kd bricks.png\nnewmtl other\nmap_Kd broken.png\n",
+        "newmtl wall\nmap_Kd mortar.png\nnewmtl other\nmap_Kd broken.png\n",
     );
     folder.write("broken.png", "no picture");
     folder.write(
@@ -354,7 +354,7 @@ fn missing_images_stop_the_job_unless_placeholders_are_wanted() {
     let output = folder.run(&quick(&args));
     assert!(output.status.success(), "{}", stderr(&output));
     let warnings = stderr(&output);
-    for file in ["bricks.png", "broken.png"] {
+    for file in ["bricks.png", "broken.png", "mortar.png"] {
         let lines = warnings.lines().filter(|l| l.contains(file)).count();
         assert_eq!(lines, 1, "{file}: {warnings}");
     }

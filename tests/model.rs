@@ -160,3 +160,29 @@ fn materials_objects_and_nodes_keep_their_names() {
         );
     }
 }
+
+#[test]
+fn bare_meshes_are_scenes_and_packed_ones_are_the_same() {
+    use std::io::Write;
+    let folder = Folder::new();
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+               element face 1\nproperty list uchar int vertex_indices\nend_header\n\
+               -1 0 0\n1 0 0\n1 2 0\n-1 2 0\n4 0 1 2 3\n";
+    let facet = |corners: [&str; 3]| {
+        let corners = corners.map(|c| format!("vertex {c}\n")).concat();
+        format!("facet normal 0 0 1\nouter loop\n{corners}endloop\nendfacet\n")
+    };
+    let facets = [["-1 0 0", "1 0 0", "1 2 0"], ["-1 0 0", "1 2 0", "-1 2 0"]].map(facet);
+    folder.write("a.ply", ply);
+    folder.write("a.stl", &format!("solid a\n{}endsolid a\n", facets.concat()));
+    let file = std::fs::File::create(folder.path("a.ply.gz")).expect("a file");
+    let mut packed = flate2::write::GzEncoder::new(file, flate2::Compression::best());
+    packed.write_all(ply.as_bytes()).expect("written");
+    packed.finish().expect("written");
+    for (model, picture) in [("a.ply", "ply.png"), ("a.stl", "stl.png"), ("a.ply.gz", "gz.png")] {
+        folder.succeed(&[&[model], &SMALL[..], &["-o", picture]].concat());
+    }
+    let pictures = ["ply.png", "stl.png", "gz.png"].map(|name| pixels(&folder, name));
+    assert_eq!(pictures[0], pictures[1]);
+    assert_eq!(pictures[0], pictures[2]);
+}

@@ -1,4 +1,4 @@
-//! A triangle mesh from an OBJ, glTF or GLB file.
+//! A triangle mesh from an OBJ, glTF, GLB, PLY or STL file.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
@@ -17,6 +17,32 @@
 //! normals is shaded flat.
 //!
 //! Vertices of OBJ files are read in double precision: a file in the coordinates of a map keeps its details.
+//!
+//! | file | what is read |
+//! |---|---|
+//! | `.obj` | positions with colours, normals, texture coordinates, smoothing groups, objects and groups; materials of MTL |
+//! | `.gltf`, `.glb` | glTF 2.0 with its materials |
+//! | `.ply` | text and bytes in either order: vertices with normals, colours and texture coordinates, faces |
+//! | `.stl` | text and bytes: triangles, shaded flat |
+//! | `.obj.gz`, `.ply.gz`, `.stl.gz` | the same, packed: to at most 2 GiB and 1024 times the size of the file |
+//!
+//! Of MTL files the loader reads
+//!
+//! | statement | becomes |
+//! |---|---|
+//! | `Kd`, `map_Kd` | the base colour; a surface with nothing else is matte |
+//! | `Ks`, `map_Ks`, `Ns`, `map_Ns` | a reflection of that tint, of roughness (2 / (Ns + 2))^(1/4); none with `illum` 0 and 1; a mirror's with `illum` 3 and 8, and with 5 where `Ni` is not above 1 |
+//! | `Ni` | the index of refraction |
+//! | `d`, `Tr`, `map_d`, `map_Tr` | the opacity; `d` counts before `Tr`; of a picture with alpha that, else its first channel |
+//! | `illum` 4, 6, 7, 9 with `Tf`, `Ni` or `d` | glass: 6 and 7 bound a body, 4 and 9 are thin sheets |
+//! | `Ke`, `map_Ke` | emitted radiance, on both sides |
+//! | `norm` | a normal map |
+//! | `Pr`, `Pm`, `Ps`, `Pc`, `Pcr`, `aniso`, `anisor` and their textures | roughness and metal (`Ks` does not count then), sheen, clear coat, anisotropy |
+//! | `-s`, `-o`, `-mm`, `-clamp`, `-imfchan`, `-bm` | factor and offset of texture coordinates, factor of the texture, no repetition, channel, strength of `norm` |
+//!
+//! Not rendered are height maps (`bump`, `disp`), `decal`, `refl`, the base of `-mm`, and point clouds. A library or texture that
+//! is not there is a warning, and the surface is without. Colours of vertices multiply those of the material, white where there
+//! is none; those of OBJ files and whole numbers are display values, floats of PLY files are linear.
 //!
 //! # Implementation
 //!

@@ -212,14 +212,7 @@ fn read_vertices(element: &Element, source: &mut impl Source, mesh: &mut Mesh) -
     mesh.normals.reserve_exact(if has_normals { count } else { 0 });
     mesh.colors.reserve_exact(if has_colors { count } else { 0 });
     mesh.uvs.reserve_exact(if has_uvs { count } else { 0 });
-    let is_display = |slot: Slot| {
-        let is_whole = |p: &Property| !matches!(p.kind, PropertyKind::Number(NumberType::F32 | NumberType::F64));
-        slots.iter().any(|(own, p)| *own == slot && is_whole(p))
-    };
-    let linear = |v: f64| match is_display(Slot::R) {
-        true => srgb::decode(v as f32),
-        false => v as f32,
-    };
+    let channels = [Slot::R, Slot::G, Slot::B, Slot::A].map(|slot| number_type(&slots, slot));
     let mut own = [1.0; SLOTS];
     for i in 0..element.count {
         for (slot, property) in &slots {
@@ -242,20 +235,30 @@ fn read_vertices(element: &Element, source: &mut impl Source, mesh: &mut Mesh) -
             mesh.uvs.push(Vec2::new(at(Slot::S), at(Slot::T)));
         }
         if has_colors {
-            let at = |slot: Slot| own[slot as usize] / one(&slots, slot);
-            let [r, g, b] = [Slot::R, Slot::G, Slot::B].map(|c| linear(at(c).max(0.0)));
-            mesh.colors.push(Vec4::new(r, g, b, at(Slot::A).clamp(0.0, 1.0) as f32));
+            let at = Slot::R as usize;
+            let [r, g, b] = [0, 1, 2].map(|i| linear(own[at + i], channels[i]));
+            let alpha = own[at + 3] / channels[3].one();
+            mesh.colors.push(Vec4::new(r, g, b, alpha.clamp(0.0, 1.0) as f32));
         }
     }
     Ok(())
 }
 
-/// The number of a channel that stands for 1.
-fn one(slots: &[(Slot, &Property)], slot: Slot) -> f64 {
+/// The type of a number of a vertex; that of a float where there is none.
+fn number_type(slots: &[(Slot, &Property)], slot: Slot) -> NumberType {
     let property = slots.iter().find(|(own, _)| *own == slot);
     match property.map(|(_, p)| p.kind) {
-        Some(PropertyKind::Number(number)) => number.one(),
-        _ => 1.0,
+        Some(PropertyKind::Number(number)) => number,
+        _ => NumberType::F32,
+    }
+}
+
+/// The linear value of a channel of a colour.
+fn linear(value: f64, number: NumberType) -> f32 {
+    match number {
+        NumberType::U8 => srgb::decode8(value as u8),
+        NumberType::F32 | NumberType::F64 => value.max(0.0) as f32,
+        _ => srgb::decode((value / number.one()).clamp(0.0, 1.0) as f32),
     }
 }
 
