@@ -155,9 +155,8 @@ impl Document<'_> {
         })?;
         let mut bounds = (vec![f32::INFINITY; width], vec![f32::NEG_INFINITY; width]);
         for element in elements {
-            for k in 0..width {
-                bounds.0[k] = bounds.0[k].min(element[k]);
-                bounds.1[k] = bounds.1[k].max(element[k]);
+            for ((least, most), v) in bounds.0.iter_mut().zip(&mut bounds.1).zip(element) {
+                (*least, *most) = (least.min(v), most.max(v));
             }
         }
         Ok(bounds)

@@ -93,14 +93,14 @@ fn accessor(lint: &mut Lint<'_>, i: usize, compared: &mut usize) {
         lint.fault(format!("accessor {i} has no elements"));
     }
     let offset = index(accessor, "byteOffset").unwrap_or(0);
-    if offset % size != 0 {
+    if !offset.is_multiple_of(size) {
         lint.fault(format!(
             "accessor {i} has a byteOffset of {offset}, no multiple of {size}"
         ));
     }
     if let Some(view) = lint.named(accessor, "bufferView", "bufferViews") {
         let total = offset.saturating_add(index(view, "byteOffset").unwrap_or(0));
-        if total % size != 0 {
+        if !total.is_multiple_of(size) {
             lint.fault(format!(
                 "accessor {i} begins at byte {total} of its buffer, no multiple of {size}"
             ));

@@ -76,7 +76,9 @@ fn attributes(lint: &mut Lint<'_>, primitive: &Value, place: &str, views: &mut H
         let size = size_of_component(accessor).unwrap_or(4);
         let stride = lint.array("bufferViews").get(view).and_then(|v| index(v, "byteStride"));
         let offset = index(accessor, "byteOffset").unwrap_or(0);
-        if offset % 4 != 0 || stride.is_some_and(|s| s % 4 != 0) || stride.is_none() && is_packed_oddly(accessor, size)
+        if !offset.is_multiple_of(4)
+            || stride.is_some_and(|s| !s.is_multiple_of(4))
+            || stride.is_none() && is_packed_oddly(accessor, size)
         {
             lint.fault(format!(
                 "the attribute {name} of {place} is not at multiples of 4 bytes"
@@ -100,7 +102,7 @@ fn is_packed_oddly(accessor: &Value, size: usize) -> bool {
         Some("VEC4") => 4,
         _ => 1,
     };
-    (size * width) % 4 != 0 && index(accessor, "count").is_some_and(|n| n > 1)
+    !(size * width).is_multiple_of(4) && index(accessor, "count").is_some_and(|n| n > 1)
 }
 
 fn indices(lint: &mut Lint<'_>, primitive: &Value, place: &str) {
