@@ -33,9 +33,6 @@ use statements::Statements;
 use surface::Reader;
 use textures::{Images, Textures};
 
-/// The grey of what has no material.
-const GRAY: f32 = 0.8;
-
 /// The materials of all libraries of a file, read once each.
 pub(super) struct Library<'a> {
     files: &'a Files,
@@ -50,18 +47,6 @@ pub(super) struct MaterialUse<'a> {
     pub name: Option<&'a [u8]>,
     /// Whether their vertices have colours.
     pub has_colors: bool,
-}
-
-/// Refuses files outside of the folder of the model.
-fn check_inside(files: &Files, obj: &Path, file: &Path) -> Result<(), ObjError> {
-    let folder = obj.parent().unwrap_or(Path::new(""));
-    match files.allows(folder, file) {
-        true => Ok(()),
-        false => Err(ObjError::Outside {
-            file: file.to_owned(),
-            path: obj.to_owned(),
-        }),
-    }
 }
 
 impl<'a> Library<'a> {
@@ -80,7 +65,7 @@ impl<'a> Library<'a> {
         let mut seen = HashSet::new();
         for path in lines.iter().flat_map(|line| paths::libraries(folder, line)) {
             if seen.insert(path.clone()) {
-                check_inside(files, obj, &path)?;
+                paths::check_inside(files, obj, &path)?;
                 library.add(obj, &path)?;
             }
         }

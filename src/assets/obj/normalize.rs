@@ -91,14 +91,19 @@ pub(super) fn normalize(text: &[u8], treatment: Treatment) -> Result<Normalized,
         match keyword {
             b"v" | b"V" => {
                 counts[0] += 1;
-                match treatment.origin {
-                    Some(origin) => positions::append_relative(text, origin, &mut out.text),
+                let has_more = match treatment.origin {
+                    Some(origin) => {
+                        positions::append_relative(text, origin, &mut out.text);
+                        false
+                    }
                     None => {
                         out.may_be_far |= words(text).skip(1).take(3).any(positions::may_be_far);
-                        out.numbers(text, 3);
+                        out.numbers(text, 3)
                     }
+                };
+                if has_more || treatment.keeps_colors {
+                    out.color(text, treatment.keeps_colors);
                 }
-                out.color(text, treatment.keeps_colors);
             }
             b"vt" | b"VT" => {
                 counts[1] += 1;
@@ -252,10 +257,12 @@ fn check_index(index: &[u8], which: usize, count: usize) -> Result<(), String> {
 }
 
 impl Normalized {
-    /// The first `n` numbers of a statement; a texture coordinate of one number gets another.
-    fn numbers(&mut self, text: &[u8], n: usize) {
+    /// Copies the first `n` numbers of a statement; a texture coordinate of one number gets another. Tells whether there are
+    /// more.
+    fn numbers(&mut self, text: &[u8], n: usize) -> bool {
         let mut count = 0;
-        for word in words(text).take(n + 1) {
+        let mut words = words(text);
+        for word in words.by_ref().take(n + 1) {
             let start = self.text.len();
             self.text.extend_from_slice(word);
             if count == 0 {
@@ -268,16 +275,18 @@ impl Normalized {
             self.text.extend_from_slice(b"0 ");
         }
         self.text.push(b'\n');
+        words.next().is_some()
     }
 
     /// A normal; 0 in place of one that is no three numbers.
     fn normal(&mut self, text: &[u8]) {
-        let is_good = |i: &[u8]| is_number(i);
-        if words(text).skip(1).take(3).all(is_good) {
-            return self.numbers(text, 3);
+        let is_plain = text[2..].iter().all(|b| b.is_ascii_digit() || b" \t.-".contains(b));
+        if is_plain || words(text).skip(1).take(3).all(is_number) {
+            self.numbers(text, 3);
+        } else {
+            self.bad_normals += 1;
+            self.text.extend_from_slice(b"vn 0 0 0\n");
         }
-        self.bad_normals += 1;
-        self.text.extend_from_slice(b"vn 0 0 0\n");
     }
 
     /// Appends the colour of a vertex to its line.
@@ -346,7 +355,8 @@ pub(super) fn diagnose(text: &[u8]) -> Option<Flaw> {
             let bad = numbers.iter().map(|w| String::from_utf8_lossy(w)).find_map(|w| {
                 let finite = w.parse::<f32>().is_ok_and(f32::is_finite);
                 // Normals that are none are replaced.
-                (!finite && i != 2).then(|| format!("expected a finite number, found '{w}'"))
+                (!finite && (i != 2 || is_number(w.as_bytes())))
+                    .then(|| format!("expected a finite number, found '{w}'"))
             });
             let few = || (numbers.len() < least).then(|| format!("a {} has too few numbers", NAMES[i]));
             bad.or_else(few)
@@ -454,6 +464,9 @@ mod tests {
             diagnose(b"v 0 nan 0").unwrap().cause,
             "expected a finite number, found 'nan'"
         );
+        // A normal that is no number is replaced, but this is nothing at all.
+        assert!(diagnose(b"vn nan 0 1").is_none());
+        assert!(diagnose(b"vn 1.2.3 0 1").unwrap().cause.contains("1.2.3"));
         assert_eq!(diagnose(b"v 0 1").unwrap().cause, "a vertex has too few numbers");
     }
 }

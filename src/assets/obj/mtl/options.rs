@@ -1,6 +1,5 @@
 //! The options of a texture, and its file.
 
-use super::statements::finite;
 use crate::{
     math::Vec2,
     texture::{StTransform, image::Wrap},
@@ -25,6 +24,11 @@ pub(super) struct Map {
     pub channel: Option<Channel>,
     /// Options that are not rendered.
     pub unsupported: Vec<&'static str>,
+}
+
+/// A word as a finite number.
+pub(super) fn finite(word: &[u8]) -> Option<f32> {
+    str::from_utf8(word).ok()?.parse::<f32>().ok().filter(|v| v.is_finite())
 }
 
 /// The first word of a text and what follows it; `None` of the last word.

@@ -5,6 +5,20 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
+use crate::assets::{Files, obj::ObjError};
+
+/// Refuses files outside of the folder of the model.
+pub(super) fn check_inside(files: &Files, obj: &Path, file: &Path) -> Result<(), ObjError> {
+    let folder = obj.parent().unwrap_or(Path::new(""));
+    match files.allows(folder, file) {
+        true => Ok(()),
+        false => Err(ObjError::Outside {
+            file: file.to_owned(),
+            path: obj.to_owned(),
+        }),
+    }
+}
+
 /// The file of a `mtllib` line, whose name may hold spaces, or its several files.
 pub(super) fn libraries(folder: &Path, line: &[u8]) -> Vec<PathBuf> {
     let whole = locate(folder, line);

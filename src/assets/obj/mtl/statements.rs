@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::options::{Map, map_of};
+use super::options::{Map, finite, map_of};
 use crate::{
     assets::obj::lines::{Lines, argument, words},
     math::Rgb,
@@ -176,10 +176,6 @@ pub(super) fn read(text: &[u8], path: &Path) -> Vec<(Vec<u8>, Statements)> {
         }
     }
     materials
-}
-
-pub(super) fn finite(word: &[u8]) -> Option<f32> {
-    str::from_utf8(word).ok()?.parse::<f32>().ok().filter(|v| v.is_finite())
 }
 
 /// One number for all channels, or three.

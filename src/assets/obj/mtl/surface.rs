@@ -6,7 +6,6 @@
 use std::f32::consts::TAU;
 
 use super::{
-    GRAY,
     statements::{Number, Slot, Statements, Tint},
     textures::Textures,
 };
@@ -19,6 +18,8 @@ use crate::{
     value::Channel,
 };
 
+/// The grey of what has no material.
+pub(super) const GRAY: f32 = 0.8;
 /// An index of refraction whose surface reflects nearly all at normal incidence.
 const MIRROR_IOR: f32 = 1e4;
 /// The index of refraction where `Ni` tells none.

@@ -1,4 +1,4 @@
-use super::*;
+use super::{surface::GRAY, *};
 use crate::{
     assets::{model::Treatment, obj},
     bsdf::layered::Boundary,

@@ -6,7 +6,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{check_inside, options::Map, paths::locate};
+use super::{
+    options::Map,
+    paths::{check_inside, locate},
+};
 use crate::{
     assets::{
         Files, image,
