@@ -42,6 +42,10 @@ pub fn load(path: &Path, files: &Files) -> Result<Model, ObjError> {
         source,
         path: path.to_owned(),
     })?;
+    if bytes.trim_ascii().is_empty() {
+        let (cause, path) = ("the file is empty".to_owned(), path.to_owned());
+        return Err(ObjError::Broken { cause, path });
+    }
     parse(&bytes, path, files)
 }
 

@@ -50,7 +50,7 @@ pub(super) fn check(lint: &mut Lint<'_>, used: &[usize]) {
 fn data(lint: &mut Lint<'_>, i: usize, bytes: &[u8]) {
     let is_png = bytes.starts_with(b"\x89PNG\r\n\x1a\n");
     let is_known = is_png
-        || bytes.starts_with(b"\xff\xd8\xff")
+        || matches!(bytes, [0xff, 0xd8, 0xff, marker, ..] if *marker >= 0xc0)
         || bytes.starts_with(b"RIFF")
         || bytes.starts_with(b"\xabKTX 20\xbb");
     if !is_known {
