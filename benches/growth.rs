@@ -1,4 +1,4 @@
-//! How the time of a picture grows with the triangles of one and the same terrain:
+//! Growth of the time of a picture with the triangles of one and the same terrain:
 //! `cargo bench --bench growth -- OUT.svg 10000 100000 1000000 10000000`. Prints a row for each number of triangles, the best of
 //! three pictures, and draws the times over the logarithm of the triangles. Without arguments it prints up to a million.
 

@@ -16,7 +16,7 @@ use batch_render::math::{
     trig,
 };
 
-/// What makes a scene.
+/// A function that makes a scene.
 type Recipe = fn() -> Triangles;
 
 /// Each scene with its name.

@@ -1,4 +1,4 @@
-//! What bad input gets: each scene of `tests/bad` is rendered, and says on stderr exactly what stands in the file beside it.
+//! Messages about bad input: each scene of `tests/bad` is rendered, and says on stderr exactly what stands in the file beside it.
 //!
 //! A scene's first lines may be comments `# args: ...` (more arguments), `# exit: N` (65 unless said) and `# scene: FILE`
 //! (another scene is rendered than this file). With `BLESS=1` the expected messages are written anew: read the difference.

@@ -47,7 +47,7 @@ fn frames_rendered_in_chunks_equal_the_whole_sequence() {
     }
 }
 
-/// What an EXR holds: where its data window lies, and R, G, B, A of each pixel.
+/// The content of an EXR: where its data window lies, and R, G, B, A of each pixel.
 struct Pixels {
     corner: (i32, i32),
     size: (usize, usize),

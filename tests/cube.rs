@@ -14,7 +14,7 @@ use batch_render::{
 };
 use common::{Folder, repo, repo_str};
 
-/// What is compared with `cuboid`.
+/// The forms that are compared with `cuboid`.
 const FORMS: [&str; 4] = ["quads", "obj", "gltf", "mirrored"];
 
 fn scene(path: &std::path::Path) -> Scene {

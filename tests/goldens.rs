@@ -16,7 +16,7 @@ use exr::prelude::{
 };
 use libtest_mimic::{Arguments, Failed, Trial};
 
-/// What a picture shows.
+/// The channels that a picture shows.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     Light,
@@ -59,7 +59,7 @@ const RUNS: usize = 24;
 const FAR: f64 = 4.7;
 /// This part of the numbers must not be farther off.
 const MOST: f64 = 0.9975;
-/// What a half rounds away, and what of the deviation 24 renderings do not see.
+/// The rounding of a half, and the part of the deviation that 24 renderings do not see.
 const ROUNDING: f64 = 2e-3;
 
 type Pixels = Vec<[f64; 3]>;
@@ -192,7 +192,7 @@ fn compare(path: &Path, scene: &str, kind: Kind) -> Result<(), Failed> {
     }
 }
 
-/// What is wrong with the light of `found` beside the golden picture at `path`.
+/// The faults in the light of `found` beside the golden picture at `path`.
 fn wrong(path: &Path, found: &Pixels) -> Option<String> {
     let expected = read_channels(path, ["R", "G", "B"]);
     let deviation = read_channels(path, ["deviation.Y"; 3]);

@@ -182,6 +182,38 @@ fn the_memory_of_a_job_covers_its_images() {
     folder.succeed(&quick(&["t.toml", "--max-memory", "16M"]));
 }
 
+/// Another user may start the program only where root runs the tests and the folders above it are open.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_job_ends_in_a_clear_error_however_few_threads_a_user_may_have() {
+    const PROGRAM: &str = env!("CARGO_BIN_EXE_batch-render");
+    let folder = Folder::new();
+    folder.write("s.toml", SMALL_SCENE);
+    let open = std::os::unix::fs::PermissionsExt::from_mode(0o777);
+    std::fs::set_permissions(folder.path(""), open).expect("our own folder");
+    let run = |threads: u32, args: &[&str]| {
+        let script = format!("ulimit -u {threads}; exec \"$0\" \"$@\"");
+        let output = Command::new("setpriv")
+            .args(["--reuid", "64321", "--regid", "64321", "--clear-groups"])
+            .args(["sh", "-c", &script, PROGRAM])
+            .args(args)
+            .current_dir(folder.path(""))
+            .output();
+        output.ok().map(|o| (o.status.code(), stderr(&o)))
+    };
+    if !matches!(run(20, &["--version"]), Some((Some(0), _))) {
+        return;
+    }
+    for threads in 1..=8 {
+        let (code, said) = run(threads, &quick(&["s.toml", "--threads", "2", "--overwrite"])).expect("setpriv");
+        match code {
+            Some(0) => {}
+            Some(71) => assert!(said.contains("cannot start"), "{said}"),
+            _ => panic!("{threads} threads: {code:?}: {said}"),
+        }
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn threads_that_cannot_be_had_are_a_clear_error() {

@@ -100,7 +100,7 @@ fn walk(folder: &Path) -> Result<(), Failed> {
     }
 }
 
-/// What became of a file, or what is wrong with that.
+/// The outcome of a file, or the reason why it is wrong.
 fn outcome(file: &Path, expect: &str) -> Result<&'static str, String> {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let is_argued = ARGUED.iter().any(|(argued, _)| *argued == name);

@@ -1,4 +1,4 @@
-//! What materials must give in pictures where the answer is known without them.
+//! Materials in pictures whose answer is known without them.
 
 mod common;
 

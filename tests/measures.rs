@@ -123,7 +123,7 @@ fn objects_are_numbered_in_the_order_of_the_file() {
     assert_eq!(ids, [0, 1, 0, 2, 0]);
 }
 
-/// How much of the sky the floor sees at the origin, where the camera looks at nothing else.
+/// The part of the sky that the floor sees at the origin, where the camera looks at nothing else.
 fn open_sky(integrator: &str, above: &str) -> f32 {
     let camera = "[camera]\nperspective = { eye = [0.2, 0.2, 0], target = [0, 0, 0], fov = 0.5 }\n";
     let floor = "[[object]]\nmaterial = \"m\"\nshape.plane = { point = [0, 0, 0], normal = [0, 1, 0] }\n";

@@ -32,7 +32,7 @@ fn assert_near(found: [f32; 3], expected: [f32; 3], tolerance: f32) {
     }
 }
 
-/// What is left behind so many metres of beer.
+/// The transmittance of so many metres of beer.
 fn behind_beer(metres: f32) -> [f32; 3] {
     [0.1, 0.5, 1.0].map(|a| exp(-a * metres))
 }

@@ -99,6 +99,12 @@ fn a_smooth_ball_of_few_triangles_loses_no_light_in_a_white_furnace() {
         ("metal = { color = [1, 1, 1], edge = [1, 1, 1], roughness = 0.1 }", 0.95),
         ("principled = { base_color = 1, metallic = 1, roughness = 0.1 }", 0.95),
         ("principled = { base_color = 1, metallic = 1, roughness = 0 }", 0.98),
+        // Total reflection must not hold light inside.
+        ("glass = { ior = 1.5 }", 0.9),
+        (
+            "principled = { base_color = 1, transmission = 1, roughness = 0, thickness = 1 }",
+            0.9,
+        ),
     ] {
         let seen = render_ball(&path(32, "max_depth = 64"), material, white, &[]);
         let darkest = seen.iter().map(|p| p[0]).fold(f32::INFINITY, f32::min);

@@ -1,4 +1,4 @@
-//! What the path integrator must give where the answer is known without it.
+//! Pictures of the path integrator whose answer is known without it.
 
 mod common;
 
@@ -157,7 +157,7 @@ fn a_clamp_darkens_indirect_light_alone() {
     );
 }
 
-/// What the header of `file` says under `name`.
+/// The attribute `name` of the header of `file`.
 fn attribute(folder: &Folder, file: &str, name: &str) -> Option<exr::meta::attribute::AttributeValue> {
     let meta = exr::meta::MetaData::read_from_file(folder.path(file), false).expect("an EXR");
     let header = &meta.headers[0];

@@ -26,7 +26,7 @@ fn folder() -> Folder {
     folder
 }
 
-/// What follows `flag`, replaced or added.
+/// The arguments with the value of `flag` replaced or added.
 fn with<'a>(mut args: Vec<&'a str>, flag: &'a str, value: &'a str) -> Vec<&'a str> {
     match args.iter().position(|a| *a == flag) {
         Some(at) => args[at + 1] = value,

@@ -1,4 +1,4 @@
-//! What Whitted's integrator must give where the answer is known without it.
+//! Pictures of Whitted's integrator whose answer is known without it.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! What the formats of bare meshes share, PLY and STL: one mesh without a material.
+//! Models of one mesh without a material, from PLY and STL files.
 
 use std::{io, path::PathBuf};
 
@@ -36,7 +36,7 @@ impl BareMeshError {
     }
 }
 
-/// What is wrong with a file whose name the caller knows.
+/// A fault of a file whose name the caller knows.
 #[derive(Debug)]
 pub(super) enum BareMeshProblem {
     Broken(String),

@@ -31,9 +31,9 @@ pub struct Model {
     pub images: Vec<ImageSource>,
     pub cameras: Vec<ModelCamera>,
     pub lights: Vec<ModelLight>,
-    /// What its file uses, each once.
+    /// The features that its file uses, each once.
     pub features: Vec<ModelFeature>,
-    /// What is wrong in its file and does not keep it from being rendered.
+    /// Faults of its file that do not keep it from being rendered.
     pub faults: Vec<String>,
 }
 
@@ -111,7 +111,7 @@ pub struct ModelTexture {
     pub filter: TextureFilter,
     /// Along s and along t.
     pub wrap: [Wrap; 2],
-    /// Of s and t.
+    /// The transform of s and t.
     pub transform: StTransform,
     pub uv_set: UvSet,
 }
@@ -159,12 +159,12 @@ pub enum Treatment {
     Unneeded(&'static str),
     /// Rendered but for a part, which is named here.
     InPart(&'static str),
-    /// What is shown instead.
+    /// Not rendered; the text tells what is shown instead, and may be empty.
     Without(&'static str),
 }
 
 impl ModelFeature {
-    /// What is missing from the picture: `3 materials use X, which is rendered without`.
+    /// The warning about a feature that is not rendered: `3 materials use X, which is rendered without`.
     pub fn loss(&self) -> Option<String> {
         let (how, detail) = match self.treatment {
             Treatment::Rendered | Treatment::Unneeded(_) => return None,
@@ -207,7 +207,7 @@ pub enum ImageSource {
 /// A camera: it looks along its own -z, +y is up.
 #[derive(Clone, Debug)]
 pub struct ModelCamera {
-    /// Of its node, else of itself; may be empty.
+    /// The name of its node, else its own; may be empty.
     pub name: String,
     pub model_from_camera: DAffine3,
     pub view: ModelView,

@@ -119,7 +119,7 @@ impl From<&Path> for ModelRequest {
     }
 }
 
-/// What is known of a model file that was loaded.
+/// The contents of a model file that was loaded.
 #[derive(Clone, Debug)]
 pub struct ModelReport {
     pub request: ModelRequest,
@@ -169,7 +169,7 @@ impl Store {
         self
     }
 
-    /// What is known of the models that were loaded, by their files.
+    /// Reports on the models that were loaded, by their files.
     pub fn model_reports(&self) -> Vec<ModelReport> {
         let mut reports = self.reports.lock().unwrap_or_else(PoisonError::into_inner).clone();
         reports.sort_by(|a, b| a.request.cmp(&b.request));

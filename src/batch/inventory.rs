@@ -1,4 +1,4 @@
-//! What a scene consists of, and how the features of its files are treated.
+//! The inventory of a scene: its parts, and the treatment of each feature of its files.
 
 use std::path::Path;
 
@@ -56,11 +56,11 @@ pub struct ModelEntry {
 pub struct FeatureEntry {
     pub name: String,
     pub count: usize,
-    /// What uses it, in the singular.
+    /// The things that use it, in the singular.
     pub used_by: &'static str,
     /// `"rendered"`, `"in part"`, `"not needed"` or `"not rendered"`.
     pub treatment: &'static str,
-    /// What is left out, or why; may be empty.
+    /// The part that is left out, or the reason; may be empty.
     pub detail: &'static str,
 }
 

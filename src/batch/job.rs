@@ -66,7 +66,7 @@ impl Job {
         Ok(scene?)
     }
 
-    /// What the scene that [`Job::load`] returned consists of.
+    /// The parts of the scene that [`Job::load`] returned.
     pub fn inventory(&self, scene: &SceneBuilder) -> Inventory {
         Inventory::new(scene, &self.store)
     }

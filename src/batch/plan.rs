@@ -49,7 +49,7 @@ impl PlannedFrame {
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub frames: Vec<PlannedFrame>,
-    /// Where the camera stands first, whichever frames are rendered, in m.
+    /// The first position of the camera, whichever frames are rendered, in m.
     pub first_eye: Option<DVec3>,
     /// Moves the camera once the scene is known.
     pub turntable: Option<Turntable>,
@@ -315,9 +315,9 @@ fn files(patterns: &[FilePattern], frame: i32) -> Vec<PlannedFile> {
 
 /// The cameras of a job.
 struct JobCameras {
-    /// That of every frame to be rendered, in rising order.
+    /// The camera of each frame to be rendered, in rising order.
     frames: Vec<(i32, FrameCamera)>,
-    /// Where the camera stands first, in m.
+    /// The first position of the camera, in m.
     first_eye: Option<DVec3>,
 }
 

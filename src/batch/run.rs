@@ -3,9 +3,10 @@
 use std::{
     path::Path,
     sync::mpsc::{Receiver, SyncSender, sync_channel},
-    thread,
     time::{Duration, Instant},
 };
+
+use rayon::ThreadPoolBuilder;
 
 use super::{CameraRig, Existing, Plan, PlannedFrame, Summary};
 use crate::{
@@ -29,6 +30,9 @@ pub trait Observer: Sync {
     /// All files of the frame are on disk.
     fn frame_written(&self, number: i32);
 }
+
+/// The most threads that encode a file; a disk is no faster with more.
+const MAX_ENCODERS: usize = 16;
 
 /// A rendered frame on its way to disk.
 struct Finished<'a> {
@@ -57,21 +61,25 @@ pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, control: &Contro
     } else {
         Coverage::Partial
     };
-    let mut summary = thread::scope(|scope| {
-        let writer = thread::Builder::new()
-            .name("write".to_owned())
-            .spawn_scoped(scope, move || write_all(plan, coverage, receive, observer))
-            .map_err(|cause| Error::Threads {
-                what: "the thread that writes files".to_owned(),
-                cause: cause.to_string(),
-            })?;
+    // Of its own: a thread that renders may have to wait for the writer.
+    let encoders = ThreadPoolBuilder::new()
+        .num_threads(rayon::current_num_threads().min(MAX_ENCODERS))
+        .thread_name(|i| format!("write {i}"))
+        .build()
+        .map_err(|cause| Error::Threads {
+            what: "the threads that write files".to_owned(),
+            cause: cause.to_string(),
+        })?;
+    let mut written = Ok(0);
+    let rendered = encoders.in_place_scope(|scope| {
+        scope.spawn(|_| written = write_all(plan, coverage, receive, observer));
         let rendered = render_all(plan, scene, observer, &control, &send);
         drop(send);
-        let written = writer.join().expect("the writing thread does not panic");
-        // A file that cannot be written is why rendering stopped, so it speaks first.
-        let clamped = written?;
-        rendered.map(|summary| Summary { clamped, ..summary })
-    })?;
+        rendered
+    });
+    // A file that cannot be written is why rendering stopped, so it speaks first.
+    let clamped = written?;
+    let mut summary = Summary { clamped, ..rendered? };
     summary.wall = start.elapsed();
     summary.rays = counters.rays();
     summary.samples = counters.samples();

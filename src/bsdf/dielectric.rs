@@ -5,7 +5,7 @@
 
 use super::{
     Bsdf, BsdfEval, BsdfKind, BsdfSample, Lobe, albedo,
-    fresnel::{dielectric, mirrored},
+    fresnel::{dielectric, is_total, mirrored},
     is_equal_ior,
     microfacet::{Facet, Ggx},
     specular::SmoothDielectric,
@@ -121,6 +121,10 @@ impl BsdfKind for RoughDielectric {
             lobe: if reflects { Lobe::Specular } else { Lobe::Transmission },
             eta: if reflects { 1.0 } else { eta },
         })
+    }
+
+    fn reflects_totally(&self, wo_z: f32) -> bool {
+        is_total(wo_z, self.ior)
     }
 
     fn transmits(&self) -> bool {

@@ -18,6 +18,13 @@ pub fn dielectric(cos_i: f32, eta: f32) -> f32 {
     0.5 * (parallel * parallel + perpendicular * perpendicular)
 }
 
+/// Whether a boundary reflects all light that arrives at the cosine `wo_z`; below 0 from behind, where the index of
+/// refraction is `ior` times that in front.
+pub fn is_total(wo_z: f32, ior: f32) -> bool {
+    let eta = if wo_z < 0.0 { ior.recip() } else { ior };
+    1.0 - wo_z * wo_z >= eta * eta
+}
+
 /// The part of unpolarised light that a metal of the complex index of refraction `eta + i k`
 /// reflects, against vacuum.
 ///

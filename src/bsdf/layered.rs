@@ -15,7 +15,7 @@ use reflectance::ClearReflectance;
 use super::{
     BsdfEval, BsdfKind, BsdfSample, Lobe, albedo,
     conductor::multiscatter_gain,
-    fresnel::{mirrored, reflect, refract, schlick_term},
+    fresnel::{is_total, mirrored, reflect, refract, schlick_term},
     is_equal_ior,
     microfacet::Ggx,
     sheen,
@@ -471,6 +471,10 @@ impl BsdfKind for Layered {
 
     fn transmits(&self) -> bool {
         self.transmission > 0.0 && self.metallic < 1.0
+    }
+
+    fn reflects_totally(&self, wo_z: f32) -> bool {
+        self.boundary == Boundary::Solid && self.transmits() && is_total(wo_z, self.ior)
     }
 
     fn straight(&self, wo: Vec3) -> Rgb {

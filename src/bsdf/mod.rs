@@ -104,6 +104,11 @@ pub trait BsdfKind {
         Rgb::BLACK
     }
 
+    /// Whether a smooth boundary reflects all light that arrives at the cosine `wo_z`, below 0 from inside.
+    fn reflects_totally(&self, _wo_z: f32) -> bool {
+        false
+    }
+
     /// Whether light is reflected about the mirror direction, so that the shading normal must not turn that below the
     /// surface.
     fn mirrors(&self) -> bool {
@@ -163,6 +168,10 @@ macro_rules! bsdfs {
 
             fn straight(&self, wo: Vec3) -> Rgb {
                 match self { $( Self::$Variant(bsdf) => bsdf.straight(wo), )* }
+            }
+
+            fn reflects_totally(&self, wo_z: f32) -> bool {
+                match self { $( Self::$Variant(bsdf) => bsdf.reflects_totally(wo_z), )* }
             }
 
             fn mirrors(&self) -> bool {

@@ -2,7 +2,7 @@
 
 use super::{
     BsdfEval, BsdfKind, BsdfSample, Lobe,
-    fresnel::{dielectric, reflect, refract},
+    fresnel::{dielectric, is_total, reflect, refract},
     is_equal_ior,
 };
 use crate::math::{Rgb, Sample2D, Vec3};
@@ -97,6 +97,10 @@ impl BsdfKind for SmoothDielectric {
 
     fn transmits(&self) -> bool {
         true
+    }
+
+    fn reflects_totally(&self, wo_z: f32) -> bool {
+        is_total(wo_z, self.ior)
     }
 
     fn straight(&self, wo: Vec3) -> Rgb {

@@ -4,7 +4,7 @@ use std::{fs::read_to_string, path::Path};
 
 /// The limit of a job's memory where `--max-memory` is not given, in bytes: three quarters of what is free.
 pub fn default_limit() -> u64 {
-    /// Where the system does not say how much is free.
+    /// The limit on systems that do not say how much is free.
     const ELSEWHERE: u64 = 4 << 30;
     free().map_or(ELSEWHERE, |bytes| bytes / 4 * 3)
 }
@@ -38,13 +38,13 @@ fn of_groups() -> Option<u64> {
         .min()
 }
 
-/// What one control group still allows; `None` where it has no limit.
+/// The bytes that one control group still allows; `None` where it has no limit.
 fn of_group(folder: &Path) -> Option<u64> {
     let number = |file: &str| read_to_string(folder.join(file)).ok()?.trim().parse::<u64>().ok();
     Some(number("memory.max")?.saturating_sub(number("memory.current")?))
 }
 
-/// What the limit of `ulimit -v` leaves; `None` where there is none.
+/// The bytes that the limit of `ulimit -v` leaves; `None` where there is none.
 fn of_address_space() -> Option<u64> {
     let limits = read_to_string("/proc/self/limits").ok()?;
     let line = limits.lines().find_map(|l| l.strip_prefix("Max address space"))?;

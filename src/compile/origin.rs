@@ -20,7 +20,7 @@ use crate::{
 /// origin.
 const NEAR: f64 = 0.125;
 
-/// What the origin of a scene depends on.
+/// The choice of a scene's origin, from the boxes of its objects and the camera.
 pub(super) struct SceneOrigin {
     /// The boxes of the objects with bounds, in the world.
     boxes: Vec<DAabb>,

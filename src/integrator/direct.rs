@@ -103,7 +103,7 @@ pub struct DirectLight<C, P> {
     pub strategy: Strategy,
     /// Bounds what a path through bounces may bring.
     pub clamp: C,
-    /// What a shadow ray may pass that leaves the surface through it, or on the side of the viewer.
+    /// The passage of a shadow ray that leaves the surface through it, or on the side of the viewer.
     pub passage: P,
 }
 

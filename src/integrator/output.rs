@@ -19,7 +19,7 @@ pub struct ShadingOutput {
     pub(crate) shadow_rays: Vec<Ray>,
     /// The sample that each shadow ray belongs to, and the light it brings if nothing blocks it.
     pub(crate) shadow_light: Vec<(u32, Rgb)>,
-    /// What each shadow ray passes, where some may pass anything.
+    /// The passage of each shadow ray, in scenes where some may pass anything.
     pub(crate) shadow_passages: Vec<ShadowPassage>,
     records_passages: bool,
     pub(crate) rays: Vec<Ray>,
@@ -37,7 +37,7 @@ pub struct ShadingOutput {
 pub struct ShadowPassage {
     /// The bodies where it begins.
     pub media: MediumStack,
-    /// How many surfaces it may pass unbent.
+    /// The number of surfaces that it may pass unbent.
     pub surfaces: u32,
 }
 

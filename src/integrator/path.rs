@@ -359,7 +359,7 @@ impl PathTracer {
         Some(bounces)
     }
 
-    /// What a shadow ray may pass that leaves the surface through it, or on the side of the viewer.
+    /// The passage of a shadow ray that leaves the surface through it, or on the side of the viewer.
     #[cold]
     fn shadow_passage(
         &self,

@@ -12,7 +12,7 @@ pub struct Medium {
     pub absorption: Rgb,
     /// Index of refraction.
     pub ior: f32,
-    /// Where bodies overlap, the one of the highest priority fills the place.
+    /// The rank of the body: of overlapping ones the highest fills the place.
     pub priority: i32,
 }
 

@@ -55,7 +55,7 @@
 //! index of 4). Both sides scatter light.
 //!
 //! Without `thickness` and `attenuation_distance` the surface is a thin sheet, and transmitted light goes straight through.
-//! Where light is refracted into a volume, highlights are not stretched: the roughness has the same mean square alpha.
+//! Highlights are not stretched on surfaces that refract light into a volume: the roughness has the same mean square alpha.
 //! Radiance is not scaled by the square of the index of refraction. The coat has the normal of the base, and it does not
 //! dim emitted light.
 //!

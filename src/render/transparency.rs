@@ -23,7 +23,7 @@ pub(super) struct Passing {
     which: Vec<u32>,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
-    /// Where the segments of shadow rays begin that have not arrived.
+    /// The beginnings of the last segments of shadow rays, in lengths of their directions.
     starts: Vec<f32>,
 }
 
@@ -39,7 +39,7 @@ pub(super) struct PassingPaths<'a> {
 struct Passages {
     /// Those by opacity that have been decided at random.
     drawn: u32,
-    /// Where its segment begins.
+    /// The beginning of its segment.
     start: f32,
 }
 
@@ -63,7 +63,8 @@ pub(super) fn pass(
             let at = i as usize;
             let Some(hit) = &hits[at] else { continue };
             let (ray, path) = (&mut rays[at], &mut paths[at]);
-            let is_displaced = scene.is_displaced(path.last.media, scene.material_of(hit));
+            let is_displaced =
+                !path.last.media.is_empty() && scene.is_displaced(path.last.media, scene.material_of(hit));
             let opacity = if is_displaced { 0.0 } else { scene.opacity(ray, hit) };
             if opacity >= 1.0 {
                 continue;

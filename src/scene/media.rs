@@ -83,7 +83,7 @@ impl Media {
 
 /// The media of the bodies that a path is in, those with higher priorities and those that it entered later behind the others.
 ///
-/// Where there are more than it can hold, the outermost are forgotten.
+/// It holds six; of more, the outermost are forgotten.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MediumStack([u16; 6]);
 

@@ -34,6 +34,17 @@ pub fn shading_frame(
     } else {
         surface.frame
     };
+    let frame = if is_smooth && bsdf.transmits() {
+        let by = |n: Vec3| bsdf.reflects_totally(n.dot(surface.wo));
+        // A smooth body would hold light that entered it: its triangles let it out.
+        if by(frame.n) && !by(surface.ng) {
+            Frame::from_normal(surface.ng)
+        } else {
+            frame
+        }
+    } else {
+        frame
+    };
     let front = if surface.ng.dot(surface.wo) >= 0.0 { 1.0 } else { -1.0 };
     let sign = if bsdf.transmits() { 1.0 } else { front };
     ShadingFrame {

@@ -58,8 +58,8 @@ impl MeshTriangle<'_> {
         (!self.mesh.uvs.is_empty()).then(|| self.own.map(|i| self.mesh.uvs[i]))
     }
 
-    /// What the shading normals of the corners say of the surface at a hit from a ray along `d`; `to_world` places normals and
-    /// vectors.
+    /// The smooth surface at a hit from a ray along `d`, by the shading normals of the corners; `to_world` places normals and
+    /// points.
     #[inline(always)]
     fn smooth(&self, hit: &Hit, d: Vec3, to_world: impl ToWorld) -> SmoothSurface {
         if self.mesh.normals.is_empty() {

@@ -1,4 +1,4 @@
-//! What the vertices of a mesh say beside positions, normals and the first texture coordinates, at a point of a triangle.
+//! Interpolated vertex attributes of a mesh: second texture coordinates, colours and tangents.
 
 use super::MeshRecord;
 use crate::{

@@ -26,7 +26,7 @@
 //! | `.stl` | text and bytes: triangles, shaded flat |
 //! | `.obj.gz`, `.ply.gz`, `.stl.gz` | the same, packed: to at most 2 GiB and 1024 times the size of the file |
 //!
-//! Of MTL files the loader reads
+//! The loader reads these statements of MTL files:
 //!
 //! | statement | becomes |
 //! |---|---|

@@ -211,7 +211,7 @@ fn plane_error([a, b, c]: [Vec3; 3], p: Vec3, twice_area: f32) -> f32 {
 /// Parameters at the weights `u` of b and `v` of c, and how the point moves with them: by those at the corners, `uvs`, or the
 /// weights themselves where there are none.
 ///
-/// Where the `uvs` lie in one point or on one line, the point does not follow from them: both derivatives are zero.
+/// Both derivatives are zero where the `uvs` lie in one point or on one line, so that the point does not follow from them.
 #[inline(always)]
 pub fn parameters(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> (Vec2, Vec3, Vec3) {
     match uvs {

@@ -57,7 +57,7 @@ pub struct TexturePoint {
     pub curvature: f32,
     /// The two axes of the footprint in `uv`, from end to end; zero for a point.
     pub footprint: [Vec2; 2],
-    /// What the vertices of a mesh say beside `uv`.
+    /// Attributes that the vertices of a mesh give beside `uv`.
     pub vertex: VertexAttributes,
 }
 

@@ -144,7 +144,7 @@ spot = { position = [0, 4, 2], target = [0, 0, 0], cone_angle = 30, penumbra_ang
 pub const SMALL_PATH: &str = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n1,0,2,6,0,0.8,0\n5,2,2,5,0,0.8,0\n";
 
 /// A test of files that may not be part of the project, in the folder that the variable `BATCH_RENDER_ASSETS` names.
-/// Where one of `files` is not there the test is ignored, with the reason beside its name.
+/// The test is ignored where one of `files` is not there, with the reason beside its name.
 pub fn asset_trial(
     name: impl Into<String>,
     files: &[&str],

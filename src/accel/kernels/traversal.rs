@@ -109,7 +109,7 @@ pub unsafe fn step<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
 /// Tests the first in `waiting`. Returns its index and the place of the topmost child of its stack.
 ///
 /// # Safety
-/// That of [`step`]; `waiting` is not empty.
+/// The contract is that of [`step`]; `waiting` is not empty.
 #[inline(always)]
 unsafe fn visit<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,

@@ -13,7 +13,7 @@ use crate::{assets::Files, value::one_line};
 pub(super) struct Container<'a> {
     pub json: &'a [u8],
     pub binary: Option<&'a [u8]>,
-    /// What is wrong with a GLB that can be read all the same.
+    /// Faults of a GLB that can be read all the same.
     pub faults: Vec<&'static str>,
 }
 

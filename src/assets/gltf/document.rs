@@ -31,7 +31,7 @@ pub(super) struct Document<'a> {
     pub raw: Value,
     /// The numbers of scenes whose nodes are an empty array.
     pub empty_scenes: Vec<usize>,
-    /// What is wrong with the container of the document.
+    /// Faults of the document's container.
     pub container_faults: Vec<&'static str>,
     pub folder: &'a Path,
     pub files: &'a Files,

@@ -31,7 +31,7 @@ pub(super) struct PrimitiveUse<'a> {
 /// The nodes of a document with their transforms.
 pub(super) struct Pose<'a> {
     nodes: &'a [Node],
-    /// Of the nodes of the scene.
+    /// The transforms of the scene's nodes.
     model_from_node: HashMap<usize, DAffine3>,
     /// The matrices of the joints of each skin.
     joints: Vec<OnceCell<Vec<DAffine3>>>,

@@ -41,7 +41,7 @@ pub(super) struct Normalized {
     pub bad_normals: usize,
 }
 
-/// What becomes of vertices; by default they are only looked at.
+/// The treatment of vertices; by default they stay as they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Treatment {
     /// Vertices become relative to it.

@@ -57,7 +57,7 @@ impl NumberType {
     }
 }
 
-/// What a property holds.
+/// The kind of a property: a number or a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PropertyKind {
     Number(NumberType),
@@ -104,7 +104,7 @@ pub(super) struct Header {
 /// Reads the header; returns it with the data after it.
 ///
 /// # Errors
-/// What is wrong with the header.
+/// The header is broken; the text says why.
 pub(super) fn read(bytes: &[u8]) -> Result<(Header, &[u8]), String> {
     let (first, mut rest) = line(bytes).ok_or("the file does not begin with `ply`")?;
     if first != b"ply" {

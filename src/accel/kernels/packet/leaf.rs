@@ -150,7 +150,7 @@ impl PacketLeafQueue {
     /// Lists the triangles that may be hit.
     ///
     /// # Safety
-    /// That of [`PacketLeafQueue::test`], here and in the passes that follow.
+    /// The contract is that of [`PacketLeafQueue::test`], here and in the passes that follow.
     #[inline(always)]
     unsafe fn cull<L: SimdLevel>(&mut self, level: L, packets: &[Packet; PACKETS]) {
         self.count = 0;

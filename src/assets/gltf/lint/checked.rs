@@ -3,6 +3,7 @@
 use ::gltf::json::Value;
 
 use crate::assets::gltf::document::Document;
+pub(super) use crate::assets::gltf::json::index;
 
 /// A document that is checked.
 pub(super) struct Lint<'a> {
@@ -29,8 +30,4 @@ impl<'a> Lint<'a> {
 
 pub(super) fn array<'a>(value: &'a Value, key: &str) -> &'a [Value] {
     value.get(key).and_then(Value::as_array).map_or(&[], Vec::as_slice)
-}
-
-pub(super) fn index(value: &Value, key: &str) -> Option<usize> {
-    usize::try_from(value.get(key)?.as_u64()?).ok()
 }

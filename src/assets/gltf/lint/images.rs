@@ -5,29 +5,33 @@ use ::gltf::json::Value;
 use super::checked::{Lint, index};
 use crate::assets::gltf::container::{Location, locate, read};
 
-/// Checks all images but those that are `used`: their bytes are read later, and what is wrong with them is an error.
+/// Checks all images. The bytes of those that are `used` are read later, and faults of theirs are errors.
 pub(super) fn check(lint: &mut Lint<'_>, used: &[usize]) {
     for (i, image) in lint.array("images").iter().enumerate() {
         let uri = image.get("uri").and_then(Value::as_str);
         let view = index(image, "bufferView");
+        if uri.is_some() && view.is_some() {
+            lint.fault(format!("image {i} has a uri and a buffer view"));
+        }
+        if used.contains(&i) {
+            continue;
+        }
         match (uri, view) {
             (None, None) => lint.fault(format!("image {i} has neither a uri nor a buffer view")),
-            (Some(_), Some(_)) => lint.fault(format!("image {i} has a uri and a buffer view")),
             (None, Some(view)) => {
                 if let Ok((bytes, _)) = lint.document.view(view) {
                     data(lint, i, bytes);
                 }
             }
-            (Some(uri), None) => match locate(lint.document.folder, uri, lint.document.files) {
+            (Some(uri), _) => match locate(lint.document.folder, uri, lint.document.files) {
                 Err(e) => lint.fault(format!("image {i}: {e}")),
                 Ok(Location::File(path)) if !path.is_file() => {
                     lint.fault(format!("image {i} names a file that is not there: {}", path.display()));
                 }
-                Ok(Location::File(path)) if !used.contains(&i) => match read(&path, lint.document.files) {
+                Ok(Location::File(path)) => match read(&path, lint.document.files) {
                     Err(e) => lint.fault(format!("image {i}: {e}")),
                     Ok(bytes) => data(lint, i, &bytes),
                 },
-                Ok(Location::File(_)) => {}
                 Ok(Location::Here(bytes)) => data(lint, i, &bytes),
             },
         }

@@ -1,4 +1,4 @@
-//! What is wrong in a document although it can be rendered, or although nothing of it is drawn.
+//! Validation of a document beyond what its rendering needs, also of what is not drawn.
 //!
 //! A fault that keeps a picture from being made is an error of its loader; all others are found here and warned of. The
 //! rules are those of the specification; names in messages are those of its JSON.

@@ -51,7 +51,7 @@ pub(super) enum Slot {
     Norm,
 }
 
-/// What a keyword gives, in small letters.
+/// The keywords, in small letters, and what each sets.
 const TINTS: [(&str, Tint); 4] = [("kd", Tint::Kd), ("ks", Tint::Ks), ("ke", Tint::Ke), ("tf", Tint::Tf)];
 
 const NUMBERS: [(&str, Number); 12] = [
@@ -110,7 +110,7 @@ pub(super) struct Statements {
     tints: [Option<Rgb>; TINTS.len()],
     numbers: [Option<f32>; NUMBERS.len()],
     maps: [Option<Map>; Slot::Norm as usize + 1],
-    /// What is not rendered, each once.
+    /// Names of the statements that are not rendered, each once.
     pub unsupported: Vec<&'static str>,
 }
 
