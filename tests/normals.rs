@@ -13,15 +13,16 @@ const CAMERA: &str = "[camera]\nperspective = { eye = [0, 0.6, 5], target = [0, 
 const SUN: &str =
     "[background]\ncolor = [0, 0, 0]\n[[light]]\nsun = { direction = [-1, -0.4, -0.3], irradiance = 3 }\n";
 
-/// A smooth ball of few triangles, as an OBJ file.
-fn ball() -> String {
+/// A smooth ball of few triangles, as an OBJ file, with normals outwards (1) or inwards (-1).
+fn ball_with_normals(side: f32) -> String {
     let (around, down) = (12, 8);
     let mut text = String::new();
     for ring in 0..=down {
         for i in 0..=around {
             let (theta, phi) = (PI * ring as f32 / down as f32, 2.0 * PI * i as f32 / around as f32);
             let [x, y, z] = [sin(theta) * cos(phi), cos(theta), -sin(theta) * sin(phi)];
-            writeln!(text, "v {x} {y} {z}\nvn {x} {y} {z}").expect("a string");
+            let [nx, ny, nz] = [x, y, z].map(|v| v * side);
+            writeln!(text, "v {x} {y} {z}\nvn {nx} {ny} {nz}").expect("a string");
         }
     }
     for ring in 0..down {
@@ -36,8 +37,12 @@ fn ball() -> String {
 
 /// The picture of a smooth ball of few triangles, by a program with these further arguments.
 fn render_ball(render: &str, material: &str, world: &str, args: &[&str]) -> Vec<[f32; 3]> {
+    render_mesh(&ball_with_normals(1.0), render, material, world, args)
+}
+
+fn render_mesh(obj: &str, render: &str, material: &str, world: &str, args: &[&str]) -> Vec<[f32; 3]> {
     let folder = Folder::new();
-    folder.write("ball.obj", &ball());
+    folder.write("ball.obj", obj);
     folder.write(
         "s.toml",
         &format!(
@@ -86,6 +91,21 @@ fn a_smooth_ball_of_few_triangles_is_lit_as_its_normals_say() {
             lit += usize::from(cos > 0.0);
         }
         assert!(lit > 500, "{lit}");
+    }
+}
+
+#[test]
+fn normals_the_wrong_way_round_change_nothing() {
+    let whitted = "samples = 4\nintegrator.whitted = { max_depth = 4, ambient = 0 }";
+    for render in [path(4, "max_depth = 4"), whitted.to_owned()] {
+        for material in [
+            "matte = { albedo = 0.8 }",
+            "mirror = { reflectance = 1 }",
+            "glass = { ior = 1.5 }",
+        ] {
+            let seen = |side| render_mesh(&ball_with_normals(side), &render, material, SUN, &[]);
+            assert!(seen(1.0) == seen(-1.0), "{render}, {material}");
+        }
     }
 }
 

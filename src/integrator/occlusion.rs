@@ -69,8 +69,9 @@ impl Integrator for Occlusion {
         let Vertex::Surface(surface, _) = context.vertex else {
             return out.add(Rgb::WHITE);
         };
+        let outward = surface.outward_normal();
         let front = surface.ng.dot(surface.wo) >= 0.0;
-        let frame = Frame::from_normal(if front { surface.ns } else { -surface.ns });
+        let frame = Frame::from_normal(if front { outward } else { -outward });
         let share = Rgb::gray(1.0 / self.samples as f32);
         let first = context.round * RAYS_PER_ROUND;
         for i in first..self.samples.min(first.saturating_add(RAYS_PER_ROUND)) {

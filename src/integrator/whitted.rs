@@ -72,10 +72,11 @@ impl Integrator for Whitted {
             .whitted_terms(&scene.textures(), &surface.texture);
         // By the true side: at the rim of a smooth mesh the shading normal may point away.
         let is_behind = surface.ng.dot(surface.wo) < 0.0;
+        let outward = surface.outward_normal();
         let n = if terms.two_sided && is_behind {
-            -surface.ns
+            -outward
         } else {
-            surface.ns
+            outward
         };
         // Ambient light stands for what other surfaces would send.
         out.add_indirect(self.ambient * terms.ambient, || Tag {
@@ -165,10 +166,11 @@ impl ShadedPoint<'_, '_> {
     fn reflect_and_refract(&self, out: &mut ShadingOutput) {
         let (surface, terms) = (self.surface, self.terms);
         let wo = surface.wo;
-        let (n, eta) = if surface.ns.dot(wo) < 0.0 {
-            (-surface.ns, 1.0 / terms.ior)
+        let outward = surface.outward_normal();
+        let (n, eta) = if outward.dot(wo) < 0.0 {
+            (-outward, 1.0 / terms.ior)
         } else {
-            (surface.ns, terms.ior)
+            (outward, terms.ior)
         };
         let through = refract(wo, n, eta);
         let reflected = match (terms.fresnel_mode, through) {

@@ -32,7 +32,7 @@ pub struct SurfaceInteraction {
     pub ng: Vec3,
     /// Unit shading normal.
     pub ns: Vec3,
-    /// About the shading normal; at the rim of a smooth mesh, where that points away from a viewer
+    /// About the shading normal on the side of `ng`; at the rim of a smooth mesh, where that points away from a viewer
     /// in front or the other way round, it is turned to the viewer. Its first axis points anywhere.
     pub frame: Frame,
     /// The derivative of `p` with respect to `u`; zero without texture coordinates, and unknown for a
@@ -90,11 +90,12 @@ impl HitGeometry {
         let ns = self.smooth.normalize_or(self.ng);
         let is_below = self.ng.dot(wo) < 0.0;
         let to_viewer = if is_below { -wo } else { wo };
-        let short = MIN_VIEW_COS - ns.dot(to_viewer);
+        let outwards = outward(ns, self.ng);
+        let short = MIN_VIEW_COS - outwards.dot(to_viewer);
         let facing = if short >= MIN_VIEW_COS {
-            (ns + to_viewer * short).normalize()
+            (outwards + to_viewer * short).normalize()
         } else {
-            ns
+            outwards
         };
         let [above, below] = float::offset_origins(self.p, self.p_error, self.ng);
         let [lift_above, lift_below] = if is_below {
@@ -111,7 +112,20 @@ impl HitGeometry {
     }
 }
 
+/// `n` on the side of the geometric normal: of a mesh whose normals are the wrong way round, the triangles tell which side is
+/// which.
+#[inline(always)]
+fn outward(n: Vec3, ng: Vec3) -> Vec3 {
+    if n.dot(ng) < 0.0 { -n } else { n }
+}
+
 impl SurfaceInteraction {
+    /// The shading normal on the side of the geometric one.
+    #[inline]
+    pub fn outward_normal(&self) -> Vec3 {
+        outward(self.ns, self.ng)
+    }
+
     /// An interaction whose fields are not set.
     pub(super) fn unset() -> Self {
         Self {

@@ -69,9 +69,15 @@ impl MeshTriangle<'_> {
         let [a, b, c] = normals;
         let corners = self.corners.map(|p| to_world.point(p));
         let ng = to_world.normal((self.corners[1] - self.corners[0]).cross(self.corners[2] - self.corners[0]));
-        let side = if ng.dot(d) > 0.0 { -1.0 } else { 1.0 };
+        let normal = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
+        // The viewer's side of the normals, which may be the wrong way round.
+        let side = if (ng.dot(d) > 0.0) == (ng.dot(normal) < 0.0) {
+            1.0
+        } else {
+            -1.0
+        };
         SmoothSurface {
-            normal: a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v,
+            normal,
             lift: triangle::lift(corners, normals.map(|n| n * side), hit.u, hit.v),
         }
     }
