@@ -1,12 +1,16 @@
 //! Models of one mesh without a material, from PLY and STL files.
 
-use std::{io, path::PathBuf};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 use glam::DAffine3;
 
 use super::{
-    OverBudget,
+    Files, MemoryBudget, OverBudget,
     files::is_refused,
+    gzip,
     model::{MeshInstance, Model, ModelMaterial},
 };
 use crate::{
@@ -63,6 +67,32 @@ impl From<MeshError> for BareMeshProblem {
 impl From<OverBudget> for BareMeshProblem {
     fn from(cause: OverBudget) -> Self {
         Self::Memory(cause)
+    }
+}
+
+/// Loads the model at `path`, which may be packed, by `parse`.
+pub(super) fn load(
+    path: &Path,
+    files: &Files,
+    parse: impl FnOnce(&[u8], &MemoryBudget) -> Result<Model, BareMeshProblem>,
+) -> Result<Model, BareMeshError> {
+    let bytes = gzip::read(path, files).map_err(|source| BareMeshError::Read {
+        source,
+        path: path.to_owned(),
+    })?;
+    parse(&bytes, files.memory()).map_err(|problem| problem.at(path.to_owned()))
+}
+
+/// Calls `read` with every beginning of a file, and with every byte changed in several ways.
+#[cfg(test)]
+pub(super) fn for_each_damage(whole: &[u8], read: impl Fn(&[u8])) {
+    for i in 0..whole.len() {
+        read(&whole[..i]);
+        for byte in [b'\n', b'-', b'9', b' ', 0, 0xff] {
+            let mut changed = whole.to_vec();
+            changed[i] = byte;
+            read(&changed);
+        }
     }
 }
 

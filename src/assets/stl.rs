@@ -8,8 +8,7 @@ use std::{collections::HashMap, path::Path};
 
 use super::{
     Files, MemoryBudget, MemoryKind,
-    bare::{BareMeshError, BareMeshProblem, model_of},
-    gzip,
+    bare::{self, BareMeshError, BareMeshProblem, model_of},
     model::Model,
 };
 use crate::{math::Vec3, shape::mesh::Mesh};
@@ -23,11 +22,7 @@ const FACET_MEMORY: u64 = 12 + 3 * (12 + 24);
 
 /// Loads the model at `path`.
 pub fn load(path: &Path, files: &Files) -> Result<Model, BareMeshError> {
-    let bytes = gzip::read(path, files).map_err(|source| BareMeshError::Read {
-        source,
-        path: path.to_owned(),
-    })?;
-    parse(&bytes, files.memory()).map_err(|problem| problem.at(path.to_owned()))
+    bare::load(path, files, parse)
 }
 
 fn parse(bytes: &[u8], memory: &MemoryBudget) -> Result<Model, BareMeshProblem> {
@@ -138,6 +133,7 @@ fn text(bytes: &[u8]) -> Result<Mesh, BareMeshProblem> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assets::bare::for_each_damage;
 
     /// Two triangles of a square in the xy plane.
     const SQUARE: [[f32; 9]; 2] = [
@@ -209,14 +205,7 @@ mod tests {
     #[test]
     fn cut_and_flipped_bytes_never_panic() {
         for whole in [as_binary(b"x"), as_text().into_bytes()] {
-            for i in 0..whole.len() {
-                let _ = read(&whole[..i]);
-                for byte in [b'\n', b'-', b'9', b' ', 0, 0xff] {
-                    let mut changed = whole.clone();
-                    changed[i] = byte;
-                    let _ = read(&changed);
-                }
-            }
+            for_each_damage(&whole, |bytes| drop(read(bytes)));
         }
     }
 }

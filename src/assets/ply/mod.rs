@@ -17,8 +17,7 @@ use std::path::Path;
 
 use super::{
     Files, MemoryBudget, MemoryKind,
-    bare::{BareMeshError, BareMeshProblem, model_of},
-    gzip,
+    bare::{self, BareMeshError, BareMeshProblem, model_of},
     model::{Model, Treatment},
     obj::polygon,
 };
@@ -35,11 +34,7 @@ const VERTEX_MEMORY: u64 = 12 + 12 + 8 + 16;
 
 /// Loads the model at `path`.
 pub fn load(path: &Path, files: &Files) -> Result<Model, BareMeshError> {
-    let bytes = gzip::read(path, files).map_err(|source| BareMeshError::Read {
-        source,
-        path: path.to_owned(),
-    })?;
-    parse(&bytes, files.memory()).map_err(|problem| problem.at(path.to_owned()))
+    bare::load(path, files, parse)
 }
 
 fn parse(bytes: &[u8], memory: &MemoryBudget) -> Result<Model, BareMeshProblem> {

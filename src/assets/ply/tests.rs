@@ -1,4 +1,5 @@
 use super::*;
+use crate::assets::bare::for_each_damage;
 
 fn read(bytes: &[u8]) -> Result<Model, String> {
     let problem = |e: BareMeshProblem| e.at("a.ply".into()).to_string();
@@ -160,13 +161,6 @@ fn counts_beyond_the_file_are_refused_before_memory_is_taken() {
 #[test]
 fn cut_and_flipped_bytes_never_panic() {
     for whole in [as_text().into_bytes(), as_binary(false), as_binary(true)] {
-        for i in 0..whole.len() {
-            let _ = read(&whole[..i]);
-            for byte in [b'\n', b'-', b'9', b' ', 0, 0xff] {
-                let mut changed = whole.clone();
-                changed[i] = byte;
-                let _ = read(&changed);
-            }
-        }
+        for_each_damage(&whole, |bytes| drop(read(bytes)));
     }
 }
