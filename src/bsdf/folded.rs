@@ -6,7 +6,7 @@
 //! between facets is left out, and so is light that meets the mirror before the facet.
 
 use super::{BsdfEval, BsdfKind, BsdfSample};
-use crate::math::{Rgb, Sample2D, Vec3};
+use crate::math::{Sample2D, Vec3};
 
 /// An opaque BSDF whose normal is not that of the surface.
 pub struct Folded<'a, B> {
@@ -46,10 +46,6 @@ impl<B: BsdfKind> BsdfKind for Folded<'_, B> {
             sample.wi = image;
         }
         Some(sample)
-    }
-
-    fn straight(&self, _wo: Vec3) -> Rgb {
-        Rgb::BLACK
     }
 
     fn reads_tangent(&self) -> bool {

@@ -2,6 +2,7 @@
 
 use super::Principled;
 use crate::{
+    material::MaterialKind,
     math::Rgb,
     texture::{Color, Scalar, TextureId, TexturePoint, Textures},
 };
@@ -31,7 +32,6 @@ impl Principled {
         else {
             return None;
         };
-        use crate::material::MaterialKind;
         let black = |c: &Color| matches!(c, Color::Constant(c) if c.is_black());
         let is_plain = black(&self.sheen_color) && self.emission().is_none() && self.is_opaque();
         is_plain.then_some(self.base_color)
