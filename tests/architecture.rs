@@ -64,9 +64,10 @@ const NEIGHBOURS: [(&str, &str); 14] = [
 ];
 
 /// Packages that only some places may name.
-const PACKAGES: [(&str, &[&str]); 11] = [
+const PACKAGES: [(&str, &[&str]); 12] = [
     ("obvhs", &["src/accel/"]),
     ("flate2", &["src/assets/gzip.rs"]),
+    ("bevy_mikktspace", &["src/assets/tangents.rs"]),
     ("earcutr", &["src/assets/obj/polygon.rs"]),
     ("gltf", &["src/assets/gltf/"]),
     ("tobj", &["src/assets/obj.rs", "src/assets/obj/"]),

@@ -12,6 +12,7 @@ pub mod obj;
 pub mod ply;
 pub mod stl;
 pub mod store;
+mod tangents;
 
 pub use bare::BareMeshError;
 pub use files::{ContentHash, Files};

@@ -131,7 +131,7 @@ impl ModelTexture {
 }
 
 /// The texture coordinates of a [`Mesh`] that a texture reads.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum UvSet {
     /// [`Mesh::uvs`].
     #[default]

@@ -13,7 +13,7 @@ use super::{
     textures::{ModelImages, UvSets, uv_set},
 };
 use crate::{
-    assets::model::{Model, ModelMaterial, Treatment},
+    assets::model::{Model, ModelMaterial, Treatment, UvSet},
     bsdf::layered::Boundary,
     material::{
         Sidedness, medium,
@@ -52,6 +52,23 @@ pub(super) fn uv_sets(document: &Document<'_>, material: Option<usize>) -> Resul
         first,
         second: sets.into_iter().find(|set| *set != first),
     })
+}
+
+/// The coordinates that the tangents of a material follow: those of its normal map, else those of its brushing; `None` where
+/// it needs no tangents.
+pub(super) fn tangent_set(
+    document: &Document<'_>,
+    material: Option<usize>,
+    sets: UvSets,
+) -> Result<Option<UvSet>, GltfProblem> {
+    let raw = raw(document, material)?;
+    let brushed = raw.pointer("/extensions/KHR_materials_anisotropy");
+    let number = match (raw.get("normalTexture"), brushed) {
+        (Some(map), _) => uv_set(map),
+        (None, Some(brushed)) => brushed.get("anisotropyTexture").map_or(sets.first, uv_set),
+        (None, None) => return Ok(None),
+    };
+    Ok(Some(sets.of(number).unwrap_or_default()))
 }
 
 /// Collects the sets of all texture references in a material. Recursion ends: the JSON reader accepts 128 levels at the most.

@@ -76,12 +76,14 @@ fn read(bytes: &[u8], path: &Path, scene: Option<&SceneChoice>, files: &Files) -
             let copies = instancing::copies(&document, index)?;
             for (i, primitive) in primitives.iter().enumerate() {
                 let material = primitive.material.map(|m| m.value());
+                let uv_sets = materials::uv_sets(&document, material)?;
                 let used = PrimitiveUse {
                     primitive,
                     node: index,
                     mesh: mesh.value(),
                     index: i,
-                    uv_sets: materials::uv_sets(&document, material)?,
+                    uv_sets,
+                    tangents: materials::tangent_set(&document, material, uv_sets)?,
                 };
                 let Some(mesh) = meshes.place(&document, &used, &pose, &mut model)? else {
                     continue;

@@ -16,7 +16,7 @@ use super::{
     error::GltfProblem,
     textures::UvSets,
 };
-use crate::{math::Vec3, shape::mesh::Mesh};
+use crate::{assets::model::UvSet, math::Vec3, shape::mesh::Mesh};
 
 /// A primitive and where it stands.
 pub(super) struct PrimitiveUse<'a> {
@@ -26,6 +26,8 @@ pub(super) struct PrimitiveUse<'a> {
     pub mesh: usize,
     pub index: usize,
     pub uv_sets: UvSets,
+    /// The coordinates that tangents follow, where the material needs some.
+    pub tangents: Option<UvSet>,
 }
 
 /// The nodes of a document with their transforms.

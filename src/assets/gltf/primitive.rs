@@ -13,7 +13,10 @@ use super::{
     pose::{Pose, PrimitiveUse},
 };
 use crate::{
-    assets::model::{Model, Treatment},
+    assets::{
+        model::{Model, Treatment, UvSet},
+        tangents,
+    },
     math::{Vec2, Vec3, Vec4},
     shape::mesh::Mesh,
 };
@@ -25,6 +28,8 @@ struct Key {
     indices: Option<usize>,
     attributes: Attributes,
     deformed: Option<Deformed>,
+    /// The coordinates that tangents are made along, where the file has none.
+    new_tangents: Option<UvSet>,
 }
 
 /// The accessors of a primitive that are read.
@@ -90,13 +95,16 @@ impl Meshes {
         }
         let is_skinned = pose.skin(used.node).is_some();
         let is_bent = is_skinned || primitive.targets.as_ref().is_some_and(|t| !t.is_empty());
+        let normals = attribute(Semantic::Normals);
+        // Tangents without normals belong to normals that are not there.
+        let own_tangents = normals.and_then(|_| attribute(Semantic::Tangents));
         let key = Key {
             mode: mode.as_gl_enum(),
             indices: primitive.indices.map(|i| i.value()),
             attributes: Attributes {
                 positions,
-                normals: attribute(Semantic::Normals),
-                tangents: attribute(Semantic::Tangents),
+                normals,
+                tangents: own_tangents,
                 uvs: attribute(Semantic::TexCoords(uv_sets.first)),
                 second_uvs: uv_sets.second.and_then(|set| attribute(Semantic::TexCoords(set))),
                 colors: attribute(Semantic::Colors(0)),
@@ -106,6 +114,7 @@ impl Meshes {
                 mesh: used.mesh,
                 primitive: used.index,
             }),
+            new_tangents: used.tangents.filter(|_| own_tangents.is_none()),
         };
         let has_colors = key.attributes.colors.is_some();
         let found = match self.known.get(&key) {
@@ -114,6 +123,11 @@ impl Meshes {
                 let mut mesh = mesh(document, &key, mode).map_err(|e| e.within(&what))?;
                 if is_bent && !mesh.triangles.is_empty() {
                     pose.bend(document, used, &mut mesh).map_err(|e| e.within(&what))?;
+                }
+                if let Some(set) = key.new_tangents {
+                    document.reserve(tangents::TRIANGLE_MEMORY * mesh.triangles.len() as u64)?;
+                    tangents::add(&mut mesh, set);
+                    mesh.validate().map_err(|e| GltfProblem::broken(e).within(&what))?;
                 }
                 let at = (!mesh.triangles.is_empty()).then(|| {
                     self.meshes.push(mesh);

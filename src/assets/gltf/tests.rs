@@ -1,6 +1,6 @@
 use super::*;
 use crate::{
-    math::{DVec3, Rgb, Vec2},
+    math::{DVec3, Rgb, Vec2, Vec4},
     texture::{Color, TextureId},
 };
 
@@ -161,6 +161,37 @@ fn base_colors_and_their_textures_are_read() {
     assert_eq!(
         model.meshes[0].uvs,
         [Vec2::new(0.0, 1.0), Vec2::new(0.0, 0.0), Vec2::new(0.0, 1.0)]
+    );
+}
+
+#[test]
+fn meshes_with_normal_maps_get_tangents_along_their_coordinates() {
+    // Bytes of the positions: (0, 0.5), (0.25, 0) and (0, 0), with v downwards. So u grows along x and against y.
+    let model = |material: &str, attributes: &str| {
+        let rest = format!(
+            r#""accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}},
+            {{"bufferView": 0, "byteOffset": 13, "componentType": 5121, "normalized": true, "count": 3, "type": "VEC2"}}],
+            "images": [{{"uri": "n.png"}}], "textures": [{{"source": 0}}], "materials": [{material}],
+            "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, {attributes}}}, "material": 0}}]}}], "nodes": [{{"mesh": 0}}]"#
+        );
+        read(&rest).unwrap()
+    };
+    let coordinates = r#""TEXCOORD_0": 1"#;
+    let mapped = model(r#"{"normalTexture": {"index": 0}}"#, coordinates);
+    let mesh = &mapped.meshes[0];
+    assert_eq!((mesh.tangents.len(), mesh.validate()), (mesh.positions.len(), Ok(())));
+    let expected = Vec4::new(1.0, -1.0, 0.0, 0.0).normalize() + Vec4::W;
+    for tangent in &mesh.tangents {
+        assert!((*tangent - expected).length() < 1e-5, "{tangent}");
+    }
+    assert!(model("{}", coordinates).meshes[0].tangents.is_empty());
+    let brushed = r#"{"extensions": {"KHR_materials_anisotropy": {"anisotropyStrength": 1}}}"#;
+    assert!(!model(brushed, coordinates).meshes[0].tangents.is_empty());
+    // Tangents of a file without normals belong to none, and without coordinates there are none.
+    assert!(
+        model(r#"{"normalTexture": {"index": 0, "texCoord": 1}}"#, coordinates).meshes[0]
+            .tangents
+            .is_empty()
     );
 }
 

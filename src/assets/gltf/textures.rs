@@ -37,6 +37,17 @@ pub(super) struct UvSets {
     pub second: Option<u32>,
 }
 
+impl UvSets {
+    /// The coordinates of a mesh that hold the set with this number; `None` where they hold others.
+    pub fn of(self, number: u32) -> Option<UvSet> {
+        match number {
+            set if set == self.first => Some(UvSet::First),
+            set if Some(set) == self.second => Some(UvSet::Second),
+            _ => None,
+        }
+    }
+}
+
 /// The number of the set that a texture reference reads.
 pub(super) fn uv_set(info: &Value) -> u32 {
     let transform = info.pointer("/extensions/KHR_texture_transform/texCoord");
@@ -85,6 +96,10 @@ impl ModelImages {
                 "texture {number} has an unknown wrapping mode"
             ))),
         };
+        if sampler.min_filter.is_some() {
+            let why = Treatment::Unneeded("each pixel shows the mean of the texels that it covers");
+            model.add_feature("minFilter", "texture", why);
+        }
         let filter = match sampler.mag_filter {
             Some(Checked::Valid(MagFilter::Nearest)) => TextureFilter::Nearest,
             _ => TextureFilter::Trilinear,
@@ -95,15 +110,11 @@ impl ModelImages {
             filter,
             wrap: [wrap(sampler.wrap_s)?, wrap(sampler.wrap_t)?],
             transform: transform(info),
-            uv_set: match uv_set(info) {
-                set if set == sets.first => UvSet::First,
-                set if Some(set) == sets.second => UvSet::Second,
-                _ => {
-                    let first = Treatment::InPart("of one material only two sets of coordinates are read");
-                    model.add_feature("textures", "texture", first);
-                    UvSet::First
-                }
-            },
+            uv_set: sets.of(uv_set(info)).unwrap_or_else(|| {
+                let first = Treatment::InPart("of one material only two sets of coordinates are read");
+                model.add_feature("textures", "texture", first);
+                UvSet::First
+            }),
         };
         let known = model.textures.iter().position(|t| *t == made);
         let at = known.unwrap_or_else(|| {

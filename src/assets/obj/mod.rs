@@ -25,7 +25,8 @@ use glam::DAffine3;
 
 use super::{
     Files, gzip,
-    model::{MeshInstance, Model, ModelNode},
+    model::{MeshInstance, Model, ModelNode, UvSet},
+    tangents,
 };
 use crate::{
     math::{Vec2, Vec3, Vec4, srgb},
@@ -179,7 +180,7 @@ fn assemble(
         ..Model::default()
     };
     let mut materials: HashMap<MaterialUse<'_>, usize> = HashMap::new();
-    for (run, mesh) in meshes {
+    for (run, mut mesh) in meshes {
         if mesh.triangles.is_empty() {
             continue;
         }
@@ -192,6 +193,9 @@ fn assemble(
             None => library.place(wanted, path, &mut model)?,
         };
         materials.insert(wanted, material);
+        if model.materials[material].surface.normal.is_some() {
+            tangents::add(&mut mesh, UvSet::First);
+        }
         model.instances.push(MeshInstance {
             mesh: model.meshes.len(),
             material,
