@@ -23,6 +23,8 @@ pub enum Error {
     Scene(#[from] describe::Error),
     #[error("--camera chooses a camera of a model, and a scene file has only its own")]
     CameraOfSceneFile,
+    #[error("--point-radius is that of a model's points, and a scene file gives each mesh its own (`radius`)")]
+    PointRadiusOfSceneFile,
     #[error("{0}")]
     Invalid(Diagnostics),
     #[error("the scene has no [camera], and no camera path was given: {}", path.display())]
@@ -110,7 +112,11 @@ impl Error {
 
     pub fn blame(&self) -> Blame {
         match self {
-            Self::Usage(_) | Self::CameraOfSceneFile | Self::Pattern(_) | Self::OverwritesInput { .. } => Blame::Usage,
+            Self::Usage(_)
+            | Self::CameraOfSceneFile
+            | Self::PointRadiusOfSceneFile
+            | Self::Pattern(_)
+            | Self::OverwritesInput { .. } => Blame::Usage,
             Self::Scene(describe::Error::Read { cause, .. }) => input(cause),
             Self::Compile(compile::Error::Assets(errors)) => {
                 if errors.iter().any(AssetError::is_missing) {

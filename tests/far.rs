@@ -256,6 +256,64 @@ fn an_obj_in_the_coordinates_of_a_map_looks_like_its_local_twin() {
     }
 }
 
+/// A square of a millimetre in the plane z = 0, in a format of text.
+fn tile(format: &str, place: [i64; 3]) -> String {
+    let corners = [[0.0, 0.0], [0.001, 0.0], [0.001, 0.001], [0.0, 0.001]];
+    let corners = corners.map(|[x, y]| point(place, [x, y, 0.0]).replace(',', ""));
+    let [a, b, c, d] = &corners;
+    match format {
+        "ply" => format!(
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+             element face 1\nproperty list uchar int vertex_indices\nend_header\n{a}\n{b}\n{c}\n{d}\n4 0 1 2 3\n"
+        ),
+        "stl" => {
+            let facet = |corners: [&String; 3]| {
+                let vertices = corners.map(|p| format!("vertex {p}\n")).concat();
+                format!("facet normal 0 0 1\nouter loop\n{vertices}endloop\nendfacet\n")
+            };
+            format!("solid tile\n{}{}endsolid tile\n", facet([a, b, c]), facet([a, c, d]))
+        }
+        "gltf" => {
+            // The corners of a square of a metre as floats, two triangles, and the node that brings it to its place.
+            let (corners, indices) = (
+                "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAACAPwAAgD8AAAAAAAAAAAAAgD8AAAAA",
+                "AAABAAIAAAACAAMA",
+            );
+            let place = at(place, [0.0; 3]);
+            format!(
+                r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0, "translation": {place},
+                "scale": [0.001, 0.001, 0.001]}}], "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "indices": 1}}]}}],
+                "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}},
+                {{"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}}],
+                "bufferViews": [{{"buffer": 0, "byteLength": 48}}, {{"buffer": 1, "byteLength": 12}}],
+                "buffers": [{{"byteLength": 48, "uri": "data:application/octet-stream;base64,{corners}"}},
+                {{"byteLength": 12, "uri": "data:application/octet-stream;base64,{indices}"}}]}}"#
+            )
+        }
+        _ => unreachable!("a format of this test"),
+    }
+}
+
+#[test]
+fn models_of_other_formats_keep_their_millimetres_in_the_coordinates_of_a_map() {
+    for format in ["ply", "stl", "gltf"] {
+        let picture = |place: [i64; 3]| {
+            let folder = Folder::new();
+            folder.write(&format!("tile.{format}"), &tile(format, place));
+            let camera = camera(place, [0.0005, 0.0005, 0.002], [0.0005, 0.0005, 0.0]);
+            folder.render(&format!(
+                "{HEAD}{camera}[[object]]\nmaterial = \"m\"\nshape.mesh = {{ file = \"tile.{format}\" }}\n\
+                 [[light]]\nsun = {{ direction = [0, 0, -1], irradiance = 3 }}\n"
+            ))
+        };
+        let home = picture(HOME);
+        assert!(difference(&home, &[home[0]; 48 * 36]) > 0.1, "{format}");
+        for place in FAR {
+            assert_alike(&home, &picture(place));
+        }
+    }
+}
+
 #[test]
 fn a_model_in_the_coordinates_of_a_map_is_a_scene_as_its_local_twin_is() {
     let picture = |place: [i64; 3], more: &[&str]| {

@@ -277,3 +277,41 @@ fn memory_does_not_grow_with_the_samples_of_occlusion() {
     let (few, many) = (peak(64), peak(4096));
     assert!(many < few + 20, "{few} MiB and {many} MiB");
 }
+
+#[test]
+fn images_beyond_their_memory_are_shown_smaller_and_it_is_said() {
+    let folder = Folder::new();
+    // Left and right halves of two colours: smaller copies look alike from afar.
+    for (name, blue) in [("a.png", 0), ("b.png", 255)] {
+        let picture = image::RgbImage::from_fn(256, 256, |x, _| image::Rgb([if x < 128 { 255 } else { 0 }, 60, blue]));
+        picture.save(folder.path(name)).expect("writable");
+    }
+    let quad = |x: i32, name: &str| {
+        format!(
+            "[texture.{name}]\nimage = {{ file = \"{name}.png\" }}\n[material.{name}]\nmatte = {{ albedo = \"texture.{name}\" }}\n\
+             [[object]]\nmaterial = \"{name}\"\nshape.quad = {{ corners = [[{x}, 0, 0], [{0}, 0, 0], [{0}, 1, 0], [{x}, 1, 0]] }}\n",
+            x + 1
+        )
+    };
+    let scene = format!(
+        "[render]\nwidth = 32\nheight = 16\nsamples = 16\n[background]\ncolor = 1\n\
+         [camera]\northographic = {{ eye = [0, 0.5, 1], target = [0, 0.5, 0], height = 1 }}\n{}{}",
+        quad(-1, "a"),
+        quad(0, "b")
+    );
+    folder.write("s.toml", &scene);
+    let picture = |limit: &str| {
+        let args = ["s.toml", "--progress", "none", "--texture-memory", limit, "-o", "f.exr"];
+        let output = folder.run(&args);
+        assert!(output.status.success(), "{}", common::stderr(&output));
+        (common::stderr(&output), common::pixels(&folder.path("f.exr")).1)
+    };
+    let (quiet, whole) = picture("1M");
+    assert!(!quiet.contains("warning"), "{quiet}");
+    let (warning, smaller) = picture("100K");
+    let expected = "the images need 1 MiB of memory and 1 MiB are allowed (--texture-memory): 2 images are shown at half of \
+                    their resolution or less";
+    assert!(warning.contains(expected), "{warning}");
+    let differ = whole.iter().zip(&smaller).filter(|(a, b)| (a[0] - b[0]).abs() > 0.05);
+    assert!(differ.count() <= 16, "all but the seams look alike");
+}

@@ -5,17 +5,18 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 
 use super::{
     Files, MemoryBudget, OverBudget,
     files::is_refused,
     gzip,
     model::{MeshInstance, Model, ModelMaterial},
+    points::{PointCloud, mean_spacing},
 };
 use crate::{
     material::principled::Principled,
-    math::Rgb,
+    math::{DAabb, Rgb, origin},
     shape::mesh::{Mesh, MeshError},
     texture::Color,
 };
@@ -27,8 +28,6 @@ pub enum BareMeshError {
     Read { source: io::Error, path: PathBuf },
     #[error("broken model: {cause}: {}", path.display())]
     Broken { cause: String, path: PathBuf },
-    #[error("the model has {vertices} points and no faces, and point clouds are not rendered yet: {}", path.display())]
-    Points { vertices: usize, path: PathBuf },
     #[error("{cause}: {}", path.display())]
     Memory { cause: OverBudget, path: PathBuf },
 }
@@ -44,7 +43,6 @@ impl BareMeshError {
 #[derive(Debug)]
 pub(super) enum BareMeshProblem {
     Broken(String),
-    Points(usize),
     Memory(OverBudget),
 }
 
@@ -52,7 +50,6 @@ impl BareMeshProblem {
     pub fn at(self, path: PathBuf) -> BareMeshError {
         match self {
             Self::Broken(cause) => BareMeshError::Broken { cause, path },
-            Self::Points(vertices) => BareMeshError::Points { vertices, path },
             Self::Memory(cause) => BareMeshError::Memory { cause, path },
         }
     }
@@ -96,14 +93,32 @@ pub(super) fn for_each_damage(whole: &[u8], read: impl Fn(&[u8])) {
     }
 }
 
-/// A model of one mesh: matte and light gray, or in the colours of its vertices. One without triangles has no parts.
+/// A mesh whose positions are relative to an origin.
+#[derive(Default)]
+pub(super) struct PlacedMesh {
+    pub mesh: Mesh,
+    pub origin: DVec3,
+}
+
+impl PlacedMesh {
+    /// Sets the positions of the vertices. Where all of them are far away, the mesh has an origin of its own.
+    pub fn set_positions(&mut self, positions: &[DVec3]) {
+        let bounds = DAabb::from_points(positions.iter().copied());
+        self.origin = origin::of_box(&bounds).unwrap_or_default();
+        self.mesh.positions = positions.iter().map(|p| (*p - self.origin).as_vec3()).collect();
+    }
+}
+
+/// A model of one mesh or, without triangles, of points: matte and light gray, or in the colours of its vertices. One without
+/// vertices has no parts.
 ///
 /// # Errors
 /// The arrays of the mesh do not fit each other.
-pub(super) fn model_of(mesh: Mesh) -> Result<Model, MeshError> {
+pub(super) fn model_of(placed: PlacedMesh) -> Result<Model, MeshError> {
     let mut model = Model::default();
+    let PlacedMesh { mesh, origin } = placed;
     mesh.validate()?;
-    if mesh.triangles.is_empty() {
+    if mesh.positions.is_empty() {
         return Ok(model);
     }
     let has_colors = !mesh.colors.is_empty();
@@ -115,11 +130,22 @@ pub(super) fn model_of(mesh: Mesh) -> Result<Model, MeshError> {
             ..Principled::matte(Color::Constant(color))
         },
     });
+    let place = DAffine3::from_translation(origin);
+    if mesh.triangles.is_empty() {
+        model.points = Some(PointCloud {
+            radius: mean_spacing(&mesh.positions),
+            positions: mesh.positions,
+            colors: mesh.colors,
+            material: 0,
+            model_from_points: place,
+        });
+        return Ok(model);
+    }
     model.instances.push(MeshInstance {
         mesh: 0,
         material: 0,
         node: None,
-        model_from_mesh: DAffine3::IDENTITY,
+        model_from_mesh: place,
     });
     model.meshes.push(mesh);
     Ok(model)

@@ -10,6 +10,7 @@ pub mod memory;
 pub mod model;
 pub mod obj;
 pub mod ply;
+pub mod points;
 pub mod stl;
 pub mod store;
 mod tangents;

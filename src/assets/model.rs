@@ -4,6 +4,7 @@ use std::{path::PathBuf, sync::Arc};
 
 use glam::DAffine3;
 
+use super::points::PointCloud;
 use crate::{
     material::principled::Principled,
     math::{DAabb, Rgb},
@@ -24,6 +25,7 @@ pub struct Model {
     /// Valid, none of them without triangles.
     pub meshes: Vec<Mesh>,
     pub instances: Vec<MeshInstance>,
+    pub points: Option<PointCloud>,
     /// The file's hierarchy; empty where its format has none.
     pub nodes: Vec<ModelNode>,
     pub materials: Vec<ModelMaterial>,
@@ -57,7 +59,8 @@ impl Model {
 
     /// The bytes of its arrays.
     pub fn bytes(&self) -> u64 {
-        self.meshes.iter().map(Mesh::bytes).sum()
+        let points = self.points.as_ref().map_or(0, PointCloud::bytes);
+        self.meshes.iter().map(Mesh::bytes).sum::<u64>() + points
     }
 }
 
@@ -250,10 +253,17 @@ impl Model {
         self.instances.iter().map(of).sum()
     }
 
-    /// The box around all parts; empty without triangles.
+    /// Whether there is nothing to see.
+    pub fn is_empty(&self) -> bool {
+        self.instances.is_empty() && self.points.is_none()
+    }
+
+    /// The box around all parts; empty where there are none.
     pub fn bounds(&self) -> DAabb {
         let own: Vec<DAabb> = self.meshes.iter().map(|mesh| mesh.bounds().into()).collect();
         let placed = |part: &MeshInstance| own[part.mesh].transformed(&part.model_from_mesh);
-        self.instances.iter().map(placed).fold(DAabb::EMPTY, DAabb::union)
+        let points = self.points.iter();
+        let points = points.map(|p| DAabb::from(p.bounds()).transformed(&p.model_from_points));
+        (self.instances.iter().map(placed).chain(points)).fold(DAabb::EMPTY, DAabb::union)
     }
 }

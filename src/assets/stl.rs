@@ -8,17 +8,20 @@ use std::{collections::HashMap, path::Path};
 
 use super::{
     Files, MemoryBudget, MemoryKind,
-    bare::{self, BareMeshError, BareMeshProblem, model_of},
+    bare::{self, BareMeshError, BareMeshProblem, PlacedMesh, model_of},
     model::Model,
 };
-use crate::{math::Vec3, shape::mesh::Mesh};
+use crate::{
+    math::{DAabb, DVec3, Vec3, origin},
+    shape::mesh::Mesh,
+};
 
 /// The bytes before the first facet, and those of a facet.
 const HEADER: usize = 84;
 const FACET: usize = 50;
 
 /// Bytes of memory for a facet, while it is merged with others: its corners, and an entry of the table for each.
-const FACET_MEMORY: u64 = 12 + 3 * (12 + 24);
+const FACET_MEMORY: u64 = 12 + 3 * (24 + 12 + 24);
 
 /// Loads the model at `path`.
 pub fn load(path: &Path, files: &Files) -> Result<Model, BareMeshError> {
@@ -75,17 +78,18 @@ impl Vertices {
         })
     }
 
-    fn into_mesh(self, triangles: Vec<[u32; 3]>) -> Mesh {
-        Mesh {
+    fn into_mesh(self, triangles: Vec<[u32; 3]>, origin: DVec3) -> PlacedMesh {
+        let mesh = Mesh {
             positions: self.positions,
             triangles,
             ..Mesh::default()
-        }
+        };
+        PlacedMesh { mesh, origin }
     }
 }
 
 /// The mesh of whole facets.
-fn binary(facets: &[u8]) -> Mesh {
+fn binary(facets: &[u8]) -> PlacedMesh {
     let mut vertices = Vertices::default();
     let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
     let mut corner = |b: &[u8]| vertices.at(Vec3::new(number(b), number(&b[4..]), number(&b[8..])));
@@ -93,33 +97,33 @@ fn binary(facets: &[u8]) -> Mesh {
         .chunks_exact(FACET)
         .map(|f| [corner(&f[12..24]), corner(&f[24..36]), corner(&f[36..48])])
         .collect();
-    vertices.into_mesh(triangles)
+    vertices.into_mesh(triangles, DVec3::ZERO)
 }
 
-fn text(bytes: &[u8]) -> Result<Mesh, BareMeshProblem> {
-    let (mut vertices, mut triangles) = (Vertices::default(), Vec::new());
-    let (mut corners, mut count) = ([0; 3], 0);
+fn text(bytes: &[u8]) -> Result<PlacedMesh, BareMeshProblem> {
+    let mut facets = Vec::new();
+    let (mut corners, mut count) = ([DVec3::ZERO; 3], 0);
     let mut is_ended = false;
     for line in bytes.split(|b| *b == b'\n' || *b == b'\r') {
         let mut words = line.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
         let keyword = words.next().unwrap_or_default();
         if keyword.eq_ignore_ascii_case(b"vertex") {
-            let mut next = || words.next().and_then(|w| str::from_utf8(w).ok()?.parse::<f32>().ok());
+            let mut next = || words.next().and_then(|w| str::from_utf8(w).ok()?.parse::<f64>().ok());
             let (Some(x), Some(y), Some(z)) = (next(), next(), next()) else {
                 return Err(broken(format!(
                     "triangle {} has a corner without three numbers",
-                    triangles.len()
+                    facets.len()
                 )));
             };
             if let Some(corner) = corners.get_mut(count) {
-                *corner = vertices.at(Vec3::new(x, y, z));
+                *corner = DVec3::new(x, y, z);
             }
             count += 1;
         } else if keyword.eq_ignore_ascii_case(b"endloop") {
             if count != 3 {
-                return Err(broken(format!("triangle {} has {count} corners", triangles.len())));
+                return Err(broken(format!("triangle {} has {count} corners", facets.len())));
             }
-            triangles.push(corners);
+            facets.push(corners);
             count = 0;
         }
         is_ended = keyword.eq_ignore_ascii_case(b"endsolid") || is_ended && keyword.is_empty();
@@ -127,7 +131,12 @@ fn text(bytes: &[u8]) -> Result<Mesh, BareMeshProblem> {
     if count > 0 || !is_ended {
         return Err(broken("the file ends without `endsolid`".into()));
     }
-    Ok(vertices.into_mesh(triangles))
+    let bounds = DAabb::from_points(facets.iter().flatten().copied());
+    let origin = origin::of_box(&bounds).unwrap_or_default();
+    let mut vertices = Vertices::default();
+    let triangles = facets.iter().map(|f| f.map(|p| vertices.at((p - origin).as_vec3())));
+    let triangles = triangles.collect();
+    Ok(vertices.into_mesh(triangles, origin))
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::{
     BareMeshError, Files, GltfError, MemoryKind, OverBudget, gzip,
-    image::{self, ImageError},
+    image::{self, EncodedImage, ImageError},
     model::{ImageSource, Model, ModelFeature, SceneChoice},
     obj::{self, ObjError},
     ply, stl,
@@ -150,6 +150,8 @@ pub struct Store {
     reports: Mutex<Vec<ModelReport>>,
     missing: MissingAssets,
     is_strict: bool,
+    /// The most that all images may take, in bytes; `None` is no limit.
+    texture_memory: Option<u64>,
     replaced: Mutex<BTreeSet<PathBuf>>,
 }
 
@@ -161,6 +163,12 @@ impl Store {
             files,
             ..Self::default()
         }
+    }
+
+    /// The same, whose images take `bytes` at the most, if any: the larger ones are loaded at a lower resolution.
+    pub fn texture_memory(mut self, bytes: Option<u64>) -> Self {
+        self.texture_memory = bytes;
+        self
     }
 
     /// The same, which refuses a model if a part of it would not be rendered.
@@ -251,11 +259,14 @@ impl Store {
     /// Decodes images, in order, on the threads of the current rayon pool; or says what is wrong with each that is broken,
     /// unless a placeholder takes its place.
     pub fn images(&self, requests: &[ImageRequest]) -> Result<Vec<Bitmap>, Vec<AssetError>> {
-        let load = |(source, space): &ImageRequest| match source {
-            ImageSource::File(path) => image::load(path, *space, &self.files),
-            ImageSource::Bytes { name, bytes } => image::decode(bytes, name, *space, self.files.memory()),
-        };
-        let loaded: Vec<_> = requests.par_iter().map(load).collect();
+        let read = requests
+            .par_iter()
+            .map(|(s, space)| EncodedImage::read(s, *space, &self.files));
+        let encoded: Vec<Result<EncodedImage, ImageError>> = read.collect();
+        let halvings = self.halvings(&encoded);
+        let decode =
+            |(image, halvings): (Result<EncodedImage, ImageError>, u32)| image?.decode(halvings, self.files.memory());
+        let loaded: Vec<_> = encoded.into_par_iter().zip(halvings).map(decode).collect();
         let kept = loaded.into_iter().zip(requests).map(|(image, request)| match image {
             Err(e) if self.missing == MissingAssets::Placeholder => Ok(self.replace(&request.0, &e)),
             image => {
@@ -265,6 +276,26 @@ impl Store {
             }
         });
         collect(kept.collect())
+    }
+
+    /// The number of times that each image is halved, which a warning tells.
+    fn halvings(&self, images: &[Result<EncodedImage, ImageError>]) -> Vec<u32> {
+        let bytes = images.iter().map(|i| i.as_ref().map_or(0, EncodedImage::memory));
+        let bytes: Vec<u64> = bytes.collect();
+        let limit = self.texture_memory.unwrap_or(u64::MAX);
+        let halvings = image::halvings(&bytes, limit);
+        let halved = halvings.iter().filter(|h| **h > 0).count();
+        if halved > 0 {
+            let mebibytes = |bytes: u64| bytes.div_ceil(1 << 20);
+            let sum = mebibytes(bytes.iter().sum());
+            let limit = mebibytes(limit);
+            let are = if halved == 1 { "image is" } else { "images are" };
+            tracing::warn!(
+                "the images need {sum} MiB of memory and {limit} MiB are allowed (--texture-memory): {halved} {are} \
+                 shown at half of their resolution or less"
+            );
+        }
+        halvings
     }
 
     /// Says once for each file that its image is not there.
@@ -278,7 +309,6 @@ impl Store {
     }
 }
 
-/// All results, or all errors.
 /// Warns of numbers in an image that are NaN or infinite and were replaced.
 fn warn_of_repairs(source: &ImageSource, count: u64) {
     let file = match source {
@@ -293,6 +323,7 @@ fn warn_of_repairs(source: &ImageSource, count: u64) {
     tracing::warn!("{count} {are} not finite became 0 or 65504: {}", file.display());
 }
 
+/// All results, or all errors.
 fn collect<T>(results: Vec<Result<T, AssetError>>) -> Result<Vec<T>, Vec<AssetError>> {
     let (mut values, mut errors) = (Vec::with_capacity(results.len()), Vec::new());
     for result in results {

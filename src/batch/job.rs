@@ -7,7 +7,10 @@ use super::{
 };
 use crate::{
     assets::{Files, MemoryBudget, Store, store::is_model},
-    compile::{self, Instancing, default_scene},
+    compile::{
+        self, Instancing,
+        default_scene::{self, ModelOptions},
+    },
     describe::{self, RenderDesc, SceneDesc},
     error::Error,
     film::Film,
@@ -27,12 +30,18 @@ impl Job {
     pub fn open(path: &Path, request: &Request) -> Result<Self, Error> {
         let store = store(request);
         let desc = if is_model(path) {
-            let camera = request.camera.as_deref();
-            default_scene::describe(path, aspect(request), camera, &store)
-                .map_err(|e| compile::Error::Assets(vec![e]))?
+            let options = ModelOptions {
+                aspect: aspect(request),
+                camera: request.camera.as_deref(),
+                point_radius: request.point_radius,
+            };
+            default_scene::describe(path, options, &store).map_err(|e| compile::Error::Assets(vec![e]))?
         } else {
             if request.camera.is_some() {
                 return Err(Error::CameraOfSceneFile);
+            }
+            if request.point_radius.is_some() {
+                return Err(Error::PointRadiusOfSceneFile);
             }
             describe::load(path, |p| store.files().read(p))?
         };
@@ -131,7 +140,9 @@ impl Job {
 
 fn store(request: &Request) -> Store {
     let memory = MemoryBudget::new(request.max_memory);
-    Store::new(request.missing_assets, Files::new(request.allow_outside, memory)).strict(request.strict)
+    Store::new(request.missing_assets, Files::new(request.allow_outside, memory))
+        .strict(request.strict)
+        .texture_memory(request.texture_memory)
 }
 
 /// Width over height of the picture of a model.

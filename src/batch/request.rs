@@ -32,9 +32,13 @@ pub struct Request {
     pub rotation_order: Option<RotationOrder>,
     /// Bytes that pictures may take; `None` is no limit.
     pub max_memory: Option<u64>,
+    /// Bytes that all images may take, beyond which larger ones are loaded at a lower resolution; `None` is no limit.
+    pub texture_memory: Option<u64>,
     pub missing_assets: MissingAssets,
     /// Whether a model is refused if a part of it would not be rendered.
     pub strict: bool,
     /// Whether models may name files outside of their folders.
     pub allow_outside: bool,
+    /// The radius in m of the points of a model that is the scene.
+    pub point_radius: Option<f32>,
 }

@@ -205,6 +205,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "SIZE", value_parser = size, hide_short_help = true, help_heading = heading::JOB)]
     pub max_memory: Option<u64>,
 
+    /// Memory for textures, such as 8G; above it the larger ones are shown at a lower resolution [default: half of the machine's]
+    #[arg(long, value_name = "SIZE", value_parser = size, hide_short_help = true, help_heading = heading::JOB)]
+    pub texture_memory: Option<u64>,
+
     /// Treatment of missing and broken images
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = MissingKind::Error, hide_short_help = true, help_heading = heading::JOB)]
     pub missing_assets: MissingKind,
@@ -216,6 +220,10 @@ pub struct RenderArgs {
     /// Let models name files outside of their own folders
     #[arg(long, hide_short_help = true, help_heading = heading::JOB)]
     pub allow_outside: bool,
+
+    /// Radius in metres of the points of a PLY file without faces
+    #[arg(long, value_name = "METRES", value_parser = radius, hide_short_help = true, help_heading = heading::JOB)]
+    pub point_radius: Option<f32>,
 
     /// Display of progress, on standard output
     #[arg(long, value_enum, value_name = "HOW", default_value_t = ProgressKind::Auto, hide_short_help = true, help_heading = heading::JOB)]
@@ -294,6 +302,12 @@ fn crop(text: &str) -> Result<[u32; 4], String> {
         Ok([_, _, _, _]) => Err("nothing is left: X1 must exceed X0, and Y1 exceed Y0".into()),
         _ => Err("expected four whole numbers X0,Y0,X1,Y1".into()),
     }
+}
+
+/// A radius in metres.
+fn radius(text: &str) -> Result<f32, String> {
+    let radius = text.parse::<f32>().ok().filter(|r| *r > 0.0 && r.is_finite());
+    radius.ok_or_else(|| "expected a number above 0, in metres".into())
 }
 
 fn size(text: &str) -> Result<u64, String> {

@@ -51,6 +51,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 fn check(scene: &Path, request: Request, simd: Isa, json: bool) -> anyhow::Result<()> {
     let request = Request {
         max_memory: Some(memory::default_limit()),
+        texture_memory: Some(memory::default_textures()),
         accel: BuildOptions {
             simd,
             ..BuildOptions::default()
@@ -192,9 +193,11 @@ fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         fps: args.fps,
         rotation_order: args.rotation_order,
         max_memory: Some(args.max_memory.unwrap_or_else(memory::default_limit)),
+        texture_memory: Some(args.texture_memory.unwrap_or_else(memory::default_textures)),
         missing_assets: args.missing_assets.into(),
         allow_outside: args.allow_outside,
         strict: args.strict,
         camera: args.camera.clone(),
+        point_radius: args.point_radius,
     })
 }

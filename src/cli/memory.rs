@@ -2,11 +2,17 @@
 
 use std::{fs::read_to_string, path::Path};
 
+/// Either limit on systems that do not say how much memory there is, in bytes.
+const ELSEWHERE: u64 = 4 << 30;
+
 /// The limit of a job's memory where `--max-memory` is not given, in bytes: three quarters of what is free.
 pub fn default_limit() -> u64 {
-    /// The limit on systems that do not say how much is free.
-    const ELSEWHERE: u64 = 4 << 30;
     free().map_or(ELSEWHERE, |bytes| bytes / 4 * 3)
+}
+
+/// The limit of all textures where `--texture-memory` is not given, in bytes: half of the machine's memory.
+pub fn default_textures() -> u64 {
+    kibibytes("/proc/meminfo", "MemTotal:").map_or(ELSEWHERE, |bytes| bytes / 2)
 }
 
 /// The memory in bytes that the process can still get: the least of what the machine has free, what its control groups

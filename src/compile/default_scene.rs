@@ -41,24 +41,34 @@ fn unspanned<T>(value: T) -> Spanned<T> {
     Spanned::new(0..0, value)
 }
 
-/// The scene that the model at `path` is, for a picture `aspect` times as wide as high, seen by the `camera` of this name: the
-/// first one without.
-pub fn describe(path: &Path, aspect: f64, camera: Option<&str>, store: &Store) -> Result<SceneDesc, AssetError> {
+/// The choices about a model that is the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct ModelOptions<'a> {
+    /// The width of the picture over its height.
+    pub aspect: f64,
+    /// The name of a camera of the file; the first one without.
+    pub camera: Option<&'a str>,
+    /// The radius of points, in m.
+    pub point_radius: Option<f32>,
+}
+
+/// The scene that the model at `path` is.
+pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result<SceneDesc, AssetError> {
     let model = store.model(&path.into())?;
     let mut objects = Vec::new();
-    if model.instances.is_empty() {
+    if model.is_empty() {
         tracing::warn!(
             "the model has no triangles, there is nothing to see: {}",
             path.display()
         );
     } else {
-        objects.push(object(path));
+        objects.push(object(path, options.point_radius));
     }
     let bounds = model.bounds();
     let origin = origin::of_box(&bounds).unwrap_or_default();
     let near = bounds.relative_to(origin);
     let center = origin + near.center().as_dvec3();
-    let camera = chosen_camera(&model.cameras, camera, path)?.and_then(|c| own_camera(c, center));
+    let camera = chosen_camera(&model.cameras, options.camera, path)?.and_then(|c| own_camera(c, center));
     let lights: Vec<LightDesc> = model.lights.iter().filter_map(own_light).collect();
     // The lights of a file are all that its author wanted.
     let is_lit = !lights.is_empty();
@@ -68,7 +78,9 @@ pub fn describe(path: &Path, aspect: f64, camera: Option<&str>, store: &Store) -
             text: Arc::from(""),
         },
         render: RenderDesc::default(),
-        camera: Some(unspanned(camera.unwrap_or_else(|| framing(origin, &near, aspect)))),
+        camera: Some(unspanned(
+            camera.unwrap_or_else(|| framing(origin, &near, options.aspect)),
+        )),
         background: BackgroundDesc {
             color: Some(RgbFactor(Rgb::gray(if is_lit { 0.0 } else { BACKGROUND }))),
             ..BackgroundDesc::default()
@@ -88,7 +100,7 @@ pub fn describe(path: &Path, aspect: f64, camera: Option<&str>, store: &Store) -
     })
 }
 
-fn object(path: &Path) -> ObjectDesc {
+fn object(path: &Path, point_radius: Option<f32>) -> ObjectDesc {
     let name = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
     ObjectDesc {
         name: Some(unspanned(name(path.file_stem()))),
@@ -96,6 +108,7 @@ fn object(path: &Path) -> ObjectDesc {
         shape: unspanned(ShapeDesc::Mesh(MeshDesc {
             file: unspanned(name(path.file_name())),
             scene: None,
+            radius: point_radius.map(Positive),
         })),
         transform: None,
         group: None,

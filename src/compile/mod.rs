@@ -21,6 +21,7 @@ mod models;
 mod objects;
 mod origin;
 mod place;
+mod points;
 
 pub use error::Error;
 pub use instancing::Instancing;

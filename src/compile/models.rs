@@ -33,6 +33,8 @@ pub(super) struct PlacedModel {
     /// Instead of the model's own.
     pub material: Option<MaterialId>,
     pub place: ObjectPlace,
+    /// The radius of its points in place of their own, in m.
+    pub point_radius: Option<f32>,
 }
 
 impl PlacedModel {
@@ -69,7 +71,7 @@ impl LoadedModels {
 
 /// The use of a model by the objects of a scene.
 #[derive(Default)]
-struct ModelUse {
+pub(super) struct ModelUse {
     objects: u64,
     /// The first of its materials, where an object has them.
     first_material: Option<MaterialId>,
@@ -77,9 +79,10 @@ struct ModelUse {
 }
 
 impl ModelUse {
-    fn material_of(&self, part: &MeshInstance, instead: Option<MaterialId>) -> MaterialId {
+    /// The material with this number in the model, unless there is one `instead`.
+    pub fn material(&self, number: usize, instead: Option<MaterialId>) -> MaterialId {
         let first = self.first_material.map_or(0, |m| m.0);
-        instead.unwrap_or(MaterialId(first + part.material as u32))
+        instead.unwrap_or(MaterialId(first + number as u32))
     }
 
     fn node_of(&self, part: &MeshInstance) -> Option<NodeId> {
@@ -214,12 +217,20 @@ impl ModelPlacer<'_> {
         model_use: &ModelUse,
         plan: &mut InstancingPlan,
     ) -> Result<usize, AssetError> {
+        if let Some(points) = &model.points {
+            self.add_points(placed, points, model_use);
+            return Ok(0);
+        }
+        if placed.point_radius.is_some() {
+            let file = placed.file.display();
+            tracing::warn!("the radius of points is not used, since the model has faces: {file}");
+        }
         let Some(first) = model.instances.first() else {
             let path = placed.file.clone();
             return Err(AssetError::NoTriangles { path });
         };
         self.check_capacity(plan.triangles(), 0, placed)?;
-        let material = model_use.material_of(first, placed.material);
+        let material = model_use.material(first.material, placed.material);
         self.scene.set_object_material(placed.object, material);
         let object_from_rest = if plan.model_from_rest == DAffine3::IDENTITY {
             ObjectFromGroup::Identity
@@ -318,7 +329,7 @@ impl ModelPlacer<'_> {
     fn copy(&mut self, copy: &PlacedParts<'_>, group: Option<&mut Option<GroupId>>) -> Result<usize, AssetError> {
         let (placed, model_use) = (copy.placed, copy.model_use);
         let emits = |part: &MeshInstance| {
-            let material = model_use.material_of(part, placed.material);
+            let material = model_use.material(part.material, placed.material);
             self.scene.material_of(material).emission().is_some()
         };
         let transform = Transform::new(copy.scene_from_group).filter(|t| t.magnification().0 <= MAX_MAGNIFICATION);
@@ -366,7 +377,7 @@ impl ModelPlacer<'_> {
         };
         let owner = MeshOwner {
             object: copy.placed.object,
-            material: copy.model_use.material_of(part, instead),
+            material: copy.model_use.material(part.material, instead),
             transform,
             node: copy.model_use.node_of(part),
         };

@@ -26,6 +26,7 @@ impl Compiler<'_> {
                     scene: mesh.scene.clone(),
                     material,
                     place,
+                    point_radius: mesh.radius.map(|r| r.0),
                 });
                 continue;
             }

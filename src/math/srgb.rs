@@ -29,6 +29,16 @@ pub fn decode8(code: u8) -> f32 {
     LINEAR[usize::from(code)]
 }
 
+/// The value of [`decode`] for every 16-bit display value.
+pub fn decoded16() -> &'static [f32] {
+    &LINEAR_16
+}
+
+/// `encode(x)` clamped to `[0, 1]` and rounded to 16 bits, NaN as 0.
+pub fn encode16(x: f32) -> u16 {
+    (encode(x.clamp(0.0, 1.0)) * 65535.0).round() as u16
+}
+
 /// The value of [`decode8`] for every code, for loops that look up many.
 pub fn decoded() -> &'static [f32; 256] {
     &LINEAR
@@ -53,6 +63,8 @@ pub fn encode8(x: f32) -> u8 {
 }
 
 static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| decode(i as f32 / 255.0)));
+static LINEAR_16: LazyLock<Vec<f32>> =
+    LazyLock::new(|| (0..=u16::MAX).map(|v| decode(f32::from(v) / 65535.0)).collect());
 static CODES: LazyLock<Codes> = LazyLock::new(Codes::new);
 
 /// Floats of one bucket differ by less than 1 part in 128, so at most two codes share one.
@@ -96,6 +108,10 @@ mod tests {
         for code in 0..=255 {
             assert_eq!(encode8(decode8(code)), code);
         }
+        for code in 0..=u16::MAX {
+            assert_eq!(encode16(decoded16()[usize::from(code)]), code);
+        }
+        assert_eq!([f32::NAN, -1.0, 2.0].map(encode16), [0, 0, u16::MAX]);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::{
     geometry::{BuildError, Geometry, GroupInstance, MeshGroup, check},
     light::Light,
     material::{Material, MaterialId},
-    math::{DVec3, Transform},
+    math::{DVec3, Transform, Vec4},
     shape::{
         Shape,
         mesh::{Mesh, MeshError},
@@ -44,6 +44,7 @@ pub struct SceneBuilder {
     instances: Vec<InstanceRecord>,
     object_transforms: Vec<Transform>,
     shape_objects: Vec<ObjectId>,
+    shape_colors: Vec<Vec4>,
     nodes: Vec<NodeName>,
     materials: Vec<Material>,
     material_names: Vec<String>,
@@ -64,6 +65,7 @@ impl SceneBuilder {
             instances: Vec::new(),
             object_transforms: Vec::new(),
             shape_objects: Vec::new(),
+            shape_colors: Vec::new(),
             nodes: Vec::new(),
             materials: Vec::new(),
             material_names: Vec::new(),
@@ -134,9 +136,20 @@ impl SceneBuilder {
     /// Adds an object that is a shape.
     pub fn shape(&mut self, name: &str, shape: Shape, transform: Option<Transform>, material: MaterialId) -> ObjectId {
         let object = self.object(name, None, material);
-        self.geometry.add_shape(shape, transform);
-        self.shape_objects.push(object);
+        self.object_shape(object, shape, transform, Vec4::ONE);
         object
+    }
+
+    /// Adds a shape to an object. The linear colour and the opacity multiply those of a material that reads the colours of
+    /// vertices.
+    pub(crate) fn object_shape(&mut self, object: ObjectId, shape: Shape, transform: Option<Transform>, color: Vec4) {
+        self.geometry.add_shape(shape, transform);
+        if color != Vec4::ONE {
+            // Shapes before the first coloured one are white.
+            self.shape_colors.resize(self.shape_objects.len(), Vec4::ONE);
+            self.shape_colors.push(color);
+        }
+        self.shape_objects.push(object);
     }
 
     /// Adds an object that is a mesh; its corners and normals are in world space.
@@ -370,6 +383,7 @@ impl SceneBuilder {
             instances: self.instances,
             object_transforms: self.object_transforms,
             shape_objects: self.shape_objects,
+            shape_colors: self.shape_colors,
             nodes: self.nodes,
             media: Media::new(&self.materials),
             materials: self.materials,

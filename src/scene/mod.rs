@@ -111,6 +111,8 @@ pub struct Scene {
     pub object_transforms: Vec<Transform>,
     /// Object of each of the geometry's shapes.
     pub shape_objects: Vec<ObjectId>,
+    /// Linear colours with opacity of the first shapes; the rest are white.
+    pub shape_colors: Vec<Vec4>,
     /// The nodes of all model files.
     pub nodes: Vec<NodeName>,
     pub materials: Vec<Material>,

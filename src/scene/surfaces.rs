@@ -15,7 +15,7 @@ use crate::{
     math::{Dispatch, Ray, Transform, Vec2, Vec3},
     shape::{LocalSurface, ShapeHit, triangle},
     simd::prefetch,
-    texture::{TexturePoint, TextureSpace},
+    texture::{TexturePoint, TextureSpace, VertexAttributes},
 };
 
 /// The number of hits by which the data of surfaces is prefetched ahead.
@@ -281,7 +281,8 @@ impl Scene {
         surface: &mut SurfaceInteraction,
         needs_texture: impl Fn(MaterialId) -> bool,
     ) -> HitGeometry {
-        let object = self.shape_objects[hit.prim.index() as usize - geometry.triangles.len()];
+        let index = hit.prim.index() as usize - geometry.triangles.len();
+        let object = self.shape_objects[index];
         let material = self.objects[object.0 as usize].material;
         (surface.object, surface.material) = (object, material);
         let transform = geometry.transform(placed);
@@ -302,6 +303,9 @@ impl Scene {
             };
             if transform.is_none() {
                 surface.texture.space = TextureSpace::Scene;
+            }
+            if let Some(color) = self.shape_colors.get(index) {
+                surface.texture.vertex = VertexAttributes::of_color(*color);
             }
             let in_world = |d: Vec3| transform.map_or(d, |t| t.vector_to_world(d));
             (surface.dpdu, surface.dpdv) = (in_world(local.dpdu), in_world(local.dpdv));

@@ -2,7 +2,7 @@
 
 use super::MeshRecord;
 use crate::{
-    math::{Rgb, Vec2, Vec4},
+    math::{Vec2, Vec4},
     texture::VertexAttributes,
 };
 
@@ -27,8 +27,8 @@ impl MeshRecord {
         }
         if !self.colors.is_empty() {
             let [a, b, c] = corners.map(|i| self.colors[i]);
-            let [x, y, z, w] = (a * weights[0] + b * weights[1] + c * weights[2]).to_array();
-            (attributes.color, attributes.opacity) = (Rgb::new(x, y, z), w);
+            let own = VertexAttributes::of_color(a * weights[0] + b * weights[1] + c * weights[2]);
+            (attributes.color, attributes.opacity) = (own.color, own.opacity);
         }
         attributes
     }

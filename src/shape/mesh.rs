@@ -4,6 +4,7 @@
 //! |---|---|---|---|
 //! | `file` | path of the file, relative to the scene file | | required |
 //! | `scene` | number from 0 or name of a scene in a glTF file | | the file's default |
+//! | `radius` | number above 0: the radius of the points of a PLY file without faces | m | their mean distance to the nearest one |
 //!
 //! ```toml
 //! [[object]]
@@ -53,7 +54,7 @@ use thiserror::Error;
 
 use crate::{
     math::{Aabb, DVec3, Vec2, Vec3, Vec4},
-    value::Spanned,
+    value::{Positive, Spanned},
 };
 
 #[derive(Clone, Debug, Deserialize)]
@@ -61,6 +62,8 @@ use crate::{
 pub struct MeshDesc {
     pub file: Spanned<String>,
     pub scene: Option<SceneChoice>,
+    /// Of points, in the space of the model.
+    pub radius: Option<Positive>,
 }
 
 /// The scene of a file that has several.

@@ -42,6 +42,10 @@ pub enum Storage {
     Srgb8(Vec<u8>),
     /// Fractions of 255.
     Linear8(Vec<u8>),
+    /// As [`Storage::Srgb8`], in 16 bits.
+    Srgb16(Vec<u16>),
+    /// Fractions of 65535.
+    Linear16(Vec<u16>),
     /// Linear.
     Float(Vec<f32>),
 }
@@ -60,7 +64,7 @@ impl Bitmap {
     /// The largest value of each channel; white for formats with values up to 1.
     pub fn max_value(&self) -> Rgb {
         match &self.storage {
-            Storage::Srgb8(_) | Storage::Linear8(_) => Rgb::WHITE,
+            Storage::Srgb8(_) | Storage::Linear8(_) | Storage::Srgb16(_) | Storage::Linear16(_) => Rgb::WHITE,
             Storage::Float(_) => {
                 let texels = (0..self.height).flat_map(|y| (0..self.width).map(move |x| (x, y)));
                 texels.fold(Rgb::BLACK, |most, (x, y)| most.max(self.rgb(x, y)))
@@ -85,6 +89,11 @@ impl Bitmap {
                 self.blend_by(columns, rows, f, |i| table[usize::from(v[i])])
             }
             Storage::Linear8(v) => self.blend_by(columns, rows, f, |i| f32::from(v[i]) / 255.0),
+            Storage::Srgb16(v) => {
+                let table = srgb::decoded16();
+                self.blend_by(columns, rows, f, |i| table[usize::from(v[i])])
+            }
+            Storage::Linear16(v) => self.blend_by(columns, rows, f, |i| f32::from(v[i]) / 65535.0),
             Storage::Float(v) => self.blend_by(columns, rows, f, |i| v[i]),
         }
     }
@@ -152,6 +161,7 @@ impl Bitmap {
         let i = self.index(x, y) + 3;
         match &self.storage {
             Storage::Srgb8(v) | Storage::Linear8(v) => f32::from(v[i]) / 255.0,
+            Storage::Srgb16(v) | Storage::Linear16(v) => f32::from(v[i]) / 65535.0,
             Storage::Float(v) => v[i],
         }
     }
@@ -170,6 +180,8 @@ impl Bitmap {
         match &self.storage {
             Storage::Srgb8(v) => srgb::decode8(v[i]),
             Storage::Linear8(v) => f32::from(v[i]) / 255.0,
+            Storage::Srgb16(v) => srgb::decoded16()[usize::from(v[i])],
+            Storage::Linear16(v) => f32::from(v[i]) / 65535.0,
             Storage::Float(v) => v[i],
         }
     }

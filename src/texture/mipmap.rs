@@ -34,25 +34,71 @@ pub fn add_levels(textures: &[Texture], bitmaps: &mut [Bitmap]) {
 /// Gives `bitmap` its levels.
 pub fn build(bitmap: &mut Bitmap) {
     bitmap.levels.clear();
-    let mut size = [bitmap.width, bitmap.height];
-    let mut values = Vec::new();
-    while size != [1, 1] {
-        let half = size.map(|n| (n / 2).max(1));
-        // From the level before as it was before rounding to bytes: errors do not add up.
-        values = if bitmap.levels.is_empty() {
-            shrink(size, half, bitmap.channels, |i| linear(bitmap, i))
+    let mut smaller = Smaller::new(bitmap);
+    let mut levels = Vec::new();
+    while smaller.halve() {
+        levels.push(smaller.level());
+    }
+    bitmap.levels = levels;
+}
+
+/// The picture at half of its size, `times` times over, or down to a single texel.
+pub fn halved(bitmap: Bitmap, times: u32) -> Bitmap {
+    let mut smaller = Smaller::new(&bitmap);
+    let count = (0..times).take_while(|_| smaller.halve()).count();
+    if count == 0 {
+        return bitmap;
+    }
+    Bitmap {
+        repaired: bitmap.repaired,
+        ..smaller.level()
+    }
+}
+
+/// A picture that gets smaller and smaller.
+struct Smaller<'a> {
+    bitmap: &'a Bitmap,
+    size: [u32; 2],
+    /// Its numbers before they are rounded to bytes, so that errors do not add up; empty before the first step.
+    values: Vec<f32>,
+}
+
+impl<'a> Smaller<'a> {
+    fn new(bitmap: &'a Bitmap) -> Self {
+        Self {
+            bitmap,
+            size: [bitmap.width, bitmap.height],
+            values: Vec::new(),
+        }
+    }
+
+    /// Halves it; returns whether it was more than a single texel.
+    fn halve(&mut self) -> bool {
+        if self.size == [1, 1] {
+            return false;
+        }
+        let half = self.size.map(|n| (n / 2).max(1));
+        let (bitmap, values) = (self.bitmap, &self.values);
+        self.values = if values.is_empty() {
+            shrink(self.size, half, bitmap.channels, |i| linear(bitmap, i))
         } else {
-            shrink(size, half, bitmap.channels, |i| values[i])
+            shrink(self.size, half, bitmap.channels, |i| values[i])
         };
-        bitmap.levels.push(Bitmap {
-            width: half[0],
-            height: half[1],
-            channels: bitmap.channels,
-            storage: stored_like(&bitmap.storage, bitmap.channels, &values),
+        self.size = half;
+        true
+    }
+
+    /// The picture of this size.
+    fn level(&self) -> Bitmap {
+        let [width, height] = self.size;
+        Bitmap {
+            width,
+            height,
+            channels: self.bitmap.channels,
+            storage: stored_like(&self.bitmap.storage, self.bitmap.channels, &self.values),
             repaired: 0,
             levels: Vec::new(),
-        });
-        size = half;
+        }
     }
 }
 
@@ -65,12 +111,15 @@ fn linear(bitmap: &Bitmap, i: usize) -> f32 {
     match &bitmap.storage {
         Storage::Srgb8(v) if !is_alpha(i, bitmap.channels) => srgb::decode8(v[i]),
         Storage::Srgb8(v) | Storage::Linear8(v) => f32::from(v[i]) / 255.0,
+        Storage::Srgb16(v) if !is_alpha(i, bitmap.channels) => srgb::decoded16()[usize::from(v[i])],
+        Storage::Srgb16(v) | Storage::Linear16(v) => f32::from(v[i]) / 65535.0,
         Storage::Float(v) => v[i],
     }
 }
 
 fn stored_like(storage: &Storage, channels: usize, values: &[f32]) -> Storage {
     let byte = |v: f32| (v * 255.0).round() as u8;
+    let word = |v: f32| (v * 65535.0).round() as u16;
     match storage {
         Storage::Srgb8(_) => {
             let code = |(i, v): (usize, &f32)| {
@@ -83,6 +132,17 @@ fn stored_like(storage: &Storage, channels: usize, values: &[f32]) -> Storage {
             Storage::Srgb8(values.par_iter().enumerate().with_min_len(4096).map(code).collect())
         }
         Storage::Linear8(_) => Storage::Linear8(values.iter().map(|v| byte(*v)).collect()),
+        Storage::Srgb16(_) => {
+            let code = |(i, v): (usize, &f32)| {
+                if is_alpha(i, channels) {
+                    word(*v)
+                } else {
+                    srgb::encode16(*v)
+                }
+            };
+            Storage::Srgb16(values.par_iter().enumerate().with_min_len(4096).map(code).collect())
+        }
+        Storage::Linear16(_) => Storage::Linear16(values.iter().map(|v| word(*v)).collect()),
         Storage::Float(_) => Storage::Float(values.to_vec()),
     }
 }
@@ -185,6 +245,20 @@ mod tests {
                 assert!((there - expected).map(f32::abs).max_component() < 2e-6, "{w}x{h}");
             }
         }
+    }
+
+    #[test]
+    fn a_halved_picture_is_its_own_level() {
+        let mut bitmap = random(37, 23);
+        bitmap.repaired = 3;
+        let original = bitmap.clone();
+        build(&mut bitmap);
+        for times in 1..9 {
+            let expected = bitmap.level(times as usize);
+            let found = halved(original.clone(), times);
+            assert_eq!((found.repaired, &found.storage), (3, &expected.storage), "{times}");
+        }
+        assert_eq!(halved(original.clone(), 0), original);
     }
 
     #[test]

@@ -6,7 +6,7 @@
 
 use crate::{
     kind::kinds,
-    math::{Rgb, Vec2, Vec3},
+    math::{Rgb, Vec2, Vec3, Vec4},
     value::{Channel, Problem},
 };
 
@@ -81,6 +81,16 @@ impl VertexAttributes {
         color: Rgb::WHITE,
         opacity: 1.0,
     };
+
+    /// Those of a linear colour with its opacity.
+    pub fn of_color(color: Vec4) -> Self {
+        let [r, g, b, opacity] = color.to_array();
+        Self {
+            color: Rgb::new(r, g, b),
+            opacity,
+            ..Self::NONE
+        }
+    }
 }
 
 impl TexturePoint {

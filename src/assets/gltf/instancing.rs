@@ -35,7 +35,9 @@ pub(super) fn copies(document: &Document<'_>, node: usize) -> Result<Vec<DAffine
     }
     document.reserve((count * size_of::<DAffine3>()) as u64)?;
     let copy = |i: usize| {
-        let rotation = rotations.as_ref().map_or(DQuat::IDENTITY, |r| rotation(r[i]));
+        let rotation = rotations
+            .as_ref()
+            .map_or(DQuat::IDENTITY, |r| rotation(r[i].map(f64::from)));
         DAffine3::from_scale_rotation_translation(
             scales.as_ref().map_or(DVec3::ONE, |s| s[i]),
             rotation,
@@ -52,8 +54,8 @@ pub(super) fn copies(document: &Document<'_>, node: usize) -> Result<Vec<DAffine
 }
 
 /// The rotation of a quaternion that need not be unit; none where it has no axis.
-pub(super) fn rotation(q: [f32; 4]) -> DQuat {
-    let rotation = DQuat::from_array(q.map(f64::from));
+pub(super) fn rotation(q: [f64; 4]) -> DQuat {
+    let rotation = DQuat::from_array(q);
     let length = rotation.length();
     if length > 0.0 && length.is_finite() {
         rotation / length

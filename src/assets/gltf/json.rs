@@ -18,6 +18,13 @@ pub(super) fn numbers<const N: usize>(value: &Value, key: &str, default: [f32; N
     std::array::from_fn(|i| finite(given.and_then(|v| v.get(i))).unwrap_or(default[i]))
 }
 
+/// The numbers of `key` in double precision.
+pub(super) fn doubles<const N: usize>(value: &Value, key: &str, default: [f64; N]) -> [f64; N] {
+    let given = value.get(key);
+    let number = |i: usize| given?.get(i)?.as_f64().filter(|v| v.is_finite());
+    std::array::from_fn(|i| number(i).unwrap_or(default[i]))
+}
+
 /// The index of `key`; `None` where there is none.
 pub(super) fn index(value: &Value, key: &str) -> Option<usize> {
     usize::try_from(value.get(key)?.as_u64()?).ok()

@@ -1,12 +1,13 @@
 //! Nodes: the tree is checked, then walked without recursion.
 
 use ::gltf::json::{Value, scene::Node};
-use glam::{DAffine3, DMat4, DQuat, DVec3};
+use glam::{DAffine3, DMat4, DVec3};
 
 use super::{
     document::{Document, get},
     error::GltfProblem,
     instancing::rotation,
+    json::doubles,
 };
 use crate::{
     assets::model::{ModelNode, SceneChoice},
@@ -60,7 +61,7 @@ impl<'a> Hierarchy<'a> {
             if std::mem::replace(&mut seen[index], true) {
                 continue;
             }
-            let world = world_from_parent * local(&self.nodes[index], index)?;
+            let world = world_from_parent * local(&document.raw["nodes"][index], index)?;
             if !world.is_finite() {
                 return Err(GltfProblem::broken(format!(
                     "node {index} is infinitely large or far away"
@@ -135,20 +136,21 @@ fn roots(
     scene.nodes.iter().map(|n| index(n.value())).collect()
 }
 
-fn local(node: &Node, index: usize) -> Result<DAffine3, GltfProblem> {
-    let vec3 = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
-    if let Some(m) = node.matrix {
-        let m = DMat4::from_cols_array(&m.map(f64::from));
-        if m.row(3) != glam::DVec4::W {
+/// The transform of a node relative to its parent, in the double precision of its text.
+fn local(node: &Value, index: usize) -> Result<DAffine3, GltfProblem> {
+    if node.get("matrix").is_some() {
+        let m = DMat4::from_cols_array(&doubles(node, "matrix", DMat4::IDENTITY.to_cols_array()));
+        // Exporters write single precision.
+        if m.row(3).as_vec4() != glam::Vec4::W {
             return Err(GltfProblem::broken(format!("the matrix of node {index} is not affine")));
         }
         return Ok(DAffine3::from_mat4(m));
     }
     // Exporters round.
-    let rotation = node.rotation.map_or(DQuat::IDENTITY, |q| rotation(q.0));
+    let rotation = rotation(doubles(node, "rotation", [0.0, 0.0, 0.0, 1.0]));
     Ok(DAffine3::from_scale_rotation_translation(
-        node.scale.map_or(DVec3::ONE, vec3),
+        DVec3::from_array(doubles(node, "scale", [1.0; 3])),
         rotation,
-        node.translation.map_or(DVec3::ZERO, vec3),
+        DVec3::from_array(doubles(node, "translation", [0.0; 3])),
     ))
 }

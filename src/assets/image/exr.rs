@@ -7,13 +7,13 @@ use std::{io::Cursor, ops::Range};
 
 use ::exr::{
     image::{AnyChannels, FlatSamples, Layer},
-    meta::{MetaData, attribute::IntegerBounds},
+    meta::{MetaData, attribute::IntegerBounds, header::Header},
     prelude::{ReadChannels as _, ReadLayers as _, read},
 };
 
 use super::{
     error::ImageProblem,
-    limits::{check_size, with_levels},
+    limits::{check_size, shrunk, with_levels},
 };
 use crate::{
     assets::{MemoryBudget, MemoryKind},
@@ -25,8 +25,22 @@ pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 /// More than any of the format's codecs packs into a byte: deflate stops at 1,032.
 const MOST_GAIN: u64 = 4096;
 
-pub(super) fn decode(bytes: &[u8], memory: &MemoryBudget) -> Result<Bitmap, ImageProblem> {
-    check_header(bytes, memory)?;
+/// The bytes of memory that the picture takes, by the header: at most four channels of floats.
+pub(super) fn memory(bytes: &[u8]) -> Result<u64, ImageProblem> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)?;
+    Ok(shown_bytes(&meta))
+}
+
+/// The same; 0 for a file without a layer.
+fn shown_bytes(meta: &MetaData) -> u64 {
+    let area = |h: &Header| h.shared_attributes.display_window.size.area() as u64;
+    meta.headers.first().map_or(0, area).saturating_mul(16)
+}
+
+/// Decodes the bytes of a file. The memory is that of a picture whose size will be halved `halvings` times.
+pub(super) fn decode(bytes: &[u8], halvings: u32, memory: &MemoryBudget) -> Result<Bitmap, ImageProblem> {
+    let kept = check_header(bytes, memory)?;
+    memory.take(MemoryKind::Images, with_levels(shrunk(kept, halvings)))?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -37,8 +51,8 @@ pub(super) fn decode(bytes: &[u8], memory: &MemoryBudget) -> Result<Bitmap, Imag
     picture(image.layer_data, image.attributes.display_window)
 }
 
-/// Refuses what the decoder would believe: it allocates for the size that the header claims.
-fn check_header(bytes: &[u8], memory: &MemoryBudget) -> Result<(), ImageProblem> {
+/// Refuses what the decoder would believe: it allocates for the size that the header claims. Returns the bytes of the picture.
+fn check_header(bytes: &[u8], memory: &MemoryBudget) -> Result<u64, ImageProblem> {
     let length = bytes.len() as u64;
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)?;
     for header in &meta.headers {
@@ -73,12 +87,7 @@ fn check_header(bytes: &[u8], memory: &MemoryBudget) -> Result<(), ImageProblem>
             return Err(ImageProblem::broken("subsampled channels are not supported"));
         }
     }
-    let shown = meta
-        .headers
-        .first()
-        .map_or(0, |h| h.shared_attributes.display_window.size.area() as u64);
-    memory.take(MemoryKind::Images, with_levels(shown.saturating_mul(16)))?;
-    Ok(())
+    Ok(shown_bytes(&meta))
 }
 
 /// The picture that `window` shows of `layer`.

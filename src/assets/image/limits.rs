@@ -16,6 +16,11 @@ pub(super) fn check_size([width, height]: [u64; 2], bytes: u64) -> Result<(), Im
     Ok(())
 }
 
+/// The bytes of a picture whose size is halved.
+pub(super) fn shrunk(bytes: u64, halvings: u32) -> u64 {
+    bytes >> (2 * halvings).min(63)
+}
+
 /// The bytes of a picture with all its smaller levels, each a quarter of the one before.
 pub(super) fn with_levels(bytes: u64) -> u64 {
     bytes.saturating_add(bytes / 3)

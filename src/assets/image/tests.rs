@@ -25,7 +25,20 @@ fn file(picture: &DynamicImage, format: F) -> Vec<u8> {
 }
 
 fn decode(bytes: &[u8], name: &str) -> Result<Bitmap, ImageError> {
-    super::decode(bytes, Path::new(name), ColorSpace::Srgb, &MemoryBudget::default())
+    encoded(bytes, name, ColorSpace::Srgb).decode(0, &MemoryBudget::default())
+}
+
+fn encoded(bytes: &[u8], name: &str, color_space: ColorSpace) -> EncodedImage {
+    EncodedImage {
+        bytes: bytes.into(),
+        path: name.into(),
+        color_space,
+    }
+}
+
+fn load(path: &Path) -> Result<Bitmap, ImageError> {
+    let file = ImageSource::File(path.to_owned());
+    EncodedImage::read(&file, ColorSpace::Srgb, &Files::default())?.decode(0, &MemoryBudget::default())
 }
 
 fn lossless() -> [(F, &'static str); 4] {
@@ -67,7 +80,10 @@ fn color_space_applies_to_colours_and_not_to_alpha() {
             _ => DynamicImage::ImageRgba16(picture.to_rgba16()),
         };
         let bytes = file(&picture, F::Png);
-        let load = |space| super::decode(&bytes, Path::new("a.png"), space, &MemoryBudget::default()).unwrap();
+        let load = |space| {
+            let image = encoded(&bytes, "a.png", space);
+            image.decode(0, &MemoryBudget::default()).unwrap()
+        };
         let (srgb, raw) = (load(ColorSpace::Srgb), load(ColorSpace::Raw));
         assert!((srgb.rgb(0, 0).r - 0.502_886_5).abs() < 1e-6);
         assert!((raw.rgb(0, 0).r - 188.0 / 255.0).abs() < 1e-6);
@@ -77,6 +93,44 @@ fn color_space_applies_to_colours_and_not_to_alpha() {
             assert!(image.has_alpha());
         }
     }
+}
+
+#[test]
+fn a_picture_takes_the_memory_that_its_header_tells() {
+    let colors = pattern();
+    let pictures = [
+        colors.clone(),
+        DynamicImage::ImageRgb16(colors.to_rgb16()),
+        DynamicImage::ImageLuma16(colors.to_luma16()),
+        DynamicImage::ImageLumaA8(colors.to_luma_alpha8()),
+    ];
+    let exr = exr_file(W, H, 1.0);
+    let files = pictures.iter().map(|p| file(p, F::Png)).chain([exr]);
+    for (i, bytes) in files.enumerate() {
+        let image = encoded(&bytes, "picture", ColorSpace::Raw);
+        let told = image.memory();
+        for halvings in [0, 1, 3] {
+            let memory = MemoryBudget::default();
+            let bitmap = image.decode(halvings, &memory).unwrap();
+            assert_eq!([bitmap.width, bitmap.height], [W >> halvings, H >> halvings]);
+            let taken: u64 = memory.taken().into_iter().map(|(_, bytes)| bytes).sum();
+            assert!(
+                taken.abs_diff(told >> (2 * halvings)) <= 1,
+                "{i}, {halvings}: {taken} of {told}"
+            );
+            let (texels, channels) = (u64::from(bitmap.width * bitmap.height), bitmap.channels as u64);
+            let size = match &bitmap.storage {
+                Storage::Srgb8(_) | Storage::Linear8(_) => 1,
+                Storage::Srgb16(_) | Storage::Linear16(_) => 2,
+                Storage::Float(_) => 4,
+            };
+            assert!(
+                texels * channels * size <= taken,
+                "{i}: {channels} channels of {size} bytes"
+            );
+        }
+    }
+    assert_eq!(encoded(b"nothing", "a.png", ColorSpace::Raw).memory(), 0);
 }
 
 #[test]
@@ -110,16 +164,12 @@ fn a_file_cut_short_is_an_error() {
 fn a_missing_file_is_told_from_a_broken_one() {
     let home = tempfile::tempdir().unwrap();
     for (path, is_missing) in [(home.path().join("absent.png"), true), (home.path().to_owned(), false)] {
-        let error = super::load(&path, ColorSpace::Srgb, &Files::default()).unwrap_err();
+        let error = load(&path).unwrap_err();
         assert_eq!(error.is_missing(), is_missing, "{error}");
     }
     let path = home.path().join("a.png");
     fs::write(&path, b"\x89PNG\r\n\x1a\n and no more").unwrap();
-    assert!(
-        !super::load(&path, ColorSpace::Srgb, &Files::default())
-            .unwrap_err()
-            .is_missing()
-    );
+    assert!(!load(&path).unwrap_err().is_missing());
 }
 
 #[test]
@@ -245,12 +295,8 @@ fn a_picture_beyond_the_memory_of_the_job_is_refused_before_it_is_decoded() {
     ];
     for (bytes, name) in files {
         let load = |budget| {
-            super::decode(
-                &bytes,
-                Path::new(name),
-                ColorSpace::Srgb,
-                &MemoryBudget::new(Some(budget)),
-            )
+            let image = encoded(&bytes, name, ColorSpace::Srgb);
+            image.decode(0, &MemoryBudget::new(Some(budget)))
         };
         let error = load(u64::from(W * H)).unwrap_err();
         assert!(

@@ -2,7 +2,8 @@
 //!
 //! The loader reads the positions of vertices, their normals (`nx`), their colours (`red`, `alpha`) and texture coordinates
 //! (`s`, `u` or `texture_u`), and faces with any number of corners. Colours of whole numbers are display values, those of
-//! floats are linear. Whatever else is in the file is skipped. A file without normals is flat.
+//! floats are linear. Whatever else is in the file is skipped. A file without normals is flat. A file without faces is a
+//! cloud of points. Positions in double precision and in text keep it.
 //!
 //! A number of elements is checked against the length of the file before memory is taken for them.
 //!
@@ -17,20 +18,19 @@ use std::path::Path;
 
 use super::{
     Files, MemoryBudget, MemoryKind,
-    bare::{self, BareMeshError, BareMeshProblem, model_of},
+    bare::{self, BareMeshError, BareMeshProblem, PlacedMesh, model_of},
     model::{Model, Treatment},
     obj::polygon,
 };
 use crate::{
-    math::{Vec2, Vec3, Vec4, srgb},
-    shape::mesh::Mesh,
+    math::{DVec3, Vec2, Vec3, Vec4, srgb},
     value::one_line,
 };
 use header::{Element, Encoding, Header, NumberType, Property, PropertyKind};
 use source::{BigEndian, Binary, LittleEndian, Source, Stop, Text};
 
-/// The most bytes of the arrays of a mesh for each vertex: a position, a normal, texture coordinates and a colour.
-const VERTEX_MEMORY: u64 = 12 + 12 + 8 + 16;
+/// The most bytes of memory for each vertex: a position, also in double precision, a normal, texture coordinates and a colour.
+const VERTEX_MEMORY: u64 = 12 + 24 + 12 + 8 + 16;
 
 /// Loads the model at `path`.
 pub fn load(path: &Path, files: &Files) -> Result<Model, BareMeshError> {
@@ -44,9 +44,6 @@ fn parse(bytes: &[u8], memory: &MemoryBudget) -> Result<Model, BareMeshProblem> 
         Encoding::LittleEndian => read(&header, Binary::<LittleEndian>::new(data), memory),
         Encoding::BigEndian => read(&header, Binary::<BigEndian>::new(data), memory),
     }?;
-    if mesh.triangles.is_empty() && !mesh.positions.is_empty() {
-        return Err(BareMeshProblem::Points(mesh.positions.len()));
-    }
     let mut model = model_of(mesh)?;
     for _ in 0..header.textures {
         model.add_feature("TextureFile", "file", Treatment::Without(""));
@@ -111,14 +108,14 @@ struct Faces {
     ends: Vec<usize>,
 }
 
-fn read(header: &Header, mut source: impl Source, memory: &MemoryBudget) -> Result<Mesh, BareMeshProblem> {
-    let (mut mesh, mut faces) = (Mesh::default(), Faces::default());
+fn read(header: &Header, mut source: impl Source, memory: &MemoryBudget) -> Result<PlacedMesh, BareMeshProblem> {
+    let (mut placed, mut faces) = (PlacedMesh::default(), Faces::default());
     for element in &header.elements {
         check_count(element, header.encoding, source.bytes_left())?;
         let done = match element.name.as_str() {
             "vertex" => {
                 memory.check(MemoryKind::Models, element.count.saturating_mul(VERTEX_MEMORY))?;
-                read_vertices(element, &mut source, &mut mesh)
+                read_vertices(element, header.encoding, &mut source, &mut placed)
             }
             "face" => {
                 // A corner of one byte becomes a triangle of twelve.
@@ -129,8 +126,8 @@ fn read(header: &Header, mut source: impl Source, memory: &MemoryBudget) -> Resu
         };
         done?;
     }
-    mesh.triangles = faces.into_triangles(&mesh.positions)?;
-    Ok(mesh)
+    placed.mesh.triangles = faces.into_triangles(&placed.mesh.positions)?;
+    Ok(placed)
 }
 
 /// Refuses more elements than there are bytes for.
@@ -189,7 +186,12 @@ fn skip(element: &Element, source: &mut impl Source) -> Result<(), BareMeshProbl
     Ok(())
 }
 
-fn read_vertices(element: &Element, source: &mut impl Source, mesh: &mut Mesh) -> Result<(), BareMeshProblem> {
+fn read_vertices(
+    element: &Element,
+    encoding: Encoding,
+    source: &mut impl Source,
+    placed: &mut PlacedMesh,
+) -> Result<(), BareMeshProblem> {
     let slots: Vec<(Slot, &Property)> = element.properties.iter().map(|p| (Slot::of(&p.name), p)).collect();
     let has = |slot: Slot| {
         let is_number = |p: &Property| matches!(p.kind, PropertyKind::Number(_));
@@ -202,8 +204,12 @@ fn read_vertices(element: &Element, source: &mut impl Source, mesh: &mut Mesh) -
     let has_colors = [Slot::R, Slot::G, Slot::B].into_iter().all(has);
     let has_uvs = [Slot::S, Slot::T].into_iter().all(has);
     let count = element.count as usize;
-    *mesh = Mesh::default();
-    mesh.positions.reserve_exact(count);
+    // Numbers that single precision may not hold.
+    let has_doubles = encoding == Encoding::Text || number_type(&slots, Slot::X) == NumberType::F64;
+    let mut doubles = Vec::with_capacity(if has_doubles { count } else { 0 });
+    *placed = PlacedMesh::default();
+    let mesh = &mut placed.mesh;
+    mesh.positions.reserve_exact(if has_doubles { 0 } else { count });
     mesh.normals.reserve_exact(if has_normals { count } else { 0 });
     mesh.colors.reserve_exact(if has_colors { count } else { 0 });
     mesh.uvs.reserve_exact(if has_uvs { count } else { 0 });
@@ -221,7 +227,15 @@ fn read_vertices(element: &Element, source: &mut impl Source, mesh: &mut Mesh) -
             let at = slot as usize;
             Vec3::new(own[at] as f32, own[at + 1] as f32, own[at + 2] as f32)
         };
-        mesh.positions.push(vec3(Slot::X));
+        if has_doubles {
+            doubles.push(DVec3::new(
+                own[Slot::X as usize],
+                own[Slot::Y as usize],
+                own[Slot::Z as usize],
+            ));
+        } else {
+            mesh.positions.push(vec3(Slot::X));
+        }
         if has_normals {
             mesh.normals.push(vec3(Slot::Nx).normalize_or_zero());
         }
@@ -235,6 +249,9 @@ fn read_vertices(element: &Element, source: &mut impl Source, mesh: &mut Mesh) -
             let alpha = own[at + 3] / channels[3].one();
             mesh.colors.push(Vec4::new(r, g, b, alpha.clamp(0.0, 1.0) as f32));
         }
+    }
+    if has_doubles {
+        placed.set_positions(&doubles);
     }
     Ok(())
 }

@@ -129,13 +129,41 @@ fn faces_that_name_no_vertex_are_refused() {
 }
 
 #[test]
-fn points_without_faces_are_refused_as_such() {
-    let message = read(flat(&[[0.0, 0.0]], "").as_bytes()).unwrap_err();
-    assert_eq!(
-        message,
-        "the model has 1 points and no faces, and point clouds are not rendered yet: a.ply"
-    );
-    assert!(read(flat(&[], "").as_bytes()).unwrap().instances.is_empty());
+fn vertices_without_faces_are_points_as_large_as_their_distance() {
+    let row: Vec<[f32; 2]> = (0..9_u8).map(|i| [f32::from(i) * 0.25, 0.0]).collect();
+    let model = read(flat(&row, "").as_bytes()).unwrap();
+    assert!(model.meshes.is_empty() && model.instances.is_empty());
+    let points = model.points.as_ref().expect("a cloud");
+    assert_eq!((points.positions.len(), points.radius), (9, 0.25));
+    let bounds = model.bounds();
+    assert_eq!([bounds.min.x, bounds.max.x], [-0.25, 2.25]);
+    assert!(read(flat(&[], "").as_bytes()).unwrap().is_empty());
+}
+
+#[test]
+fn doubles_and_text_far_away_are_relative_to_an_origin() {
+    let place = DVec3::new(431_250.125, 20.0, 5_649_830.375);
+    let header = |format| {
+        format!(
+            "ply\nformat {format} 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n\
+             element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        )
+    };
+    let corners = [DVec3::ZERO, DVec3::X * 0.001, DVec3::Y * 0.001].map(|p| place + p);
+    let lines = corners.map(|p| format!("{} {} {}\n", p.x, p.y, p.z)).concat();
+    let text = header("ascii") + &lines + "3 0 1 2\n";
+    let mut binary = header("binary_little_endian").into_bytes();
+    binary.extend(corners.iter().flat_map(|p| p.to_array()).flat_map(f64::to_le_bytes));
+    binary.push(3);
+    binary.extend([0_i32, 1, 2].into_iter().flat_map(i32::to_le_bytes));
+    for bytes in [text.as_bytes(), &binary] {
+        let model = read(bytes).unwrap();
+        let origin = model.instances[0].model_from_mesh.translation;
+        for (found, expected) in model.meshes[0].positions.iter().zip(&corners) {
+            let error = (origin + found.as_dvec3() - *expected).length();
+            assert!(error < 1e-7, "{error}");
+        }
+    }
 }
 
 #[test]
