@@ -11,7 +11,7 @@ use crate::{
     bsdf::BsdfKind,
     math::{Frame, Rgb, Vec3},
     sampler::{Dimension, SampleUse},
-    scene::{LightSampleContext, SurfaceInteraction},
+    scene::{LightFamily, LightSampleContext, SurfaceInteraction},
 };
 
 /// The technique of sampling direct light. All converge to the same picture; they differ in noise.
@@ -107,22 +107,40 @@ pub struct DirectLight<C, P> {
     pub passage: P,
 }
 
-/// Asks one light, chosen by `uc`, what it brings to `shading`.
+/// Asks a light of each family, chosen by `uc`, what it brings to `shading`.
 #[inline(always)]
 pub fn sample_direct(
     context: &VertexContext<'_>,
     shading: &ShadingPoint<'_, impl BsdfKind>,
     uc: impl Fn() -> f32,
-    how: DirectLight<impl Fn(Rgb) -> Rgb, impl Fn(bool) -> ShadowPassage>,
+    how: &DirectLight<impl Fn(Rgb) -> Rgb, impl Fn(bool) -> ShadowPassage>,
+    out: &mut ShadingOutput,
+) {
+    let uc = if context.scene.lights.has_choice() { uc() } else { 0.0 };
+    for family in context.scene.lights.families() {
+        sample_family(context, shading, (family, uc), how, out);
+    }
+}
+
+/// Asks a light of one family, chosen by the number beside it, what it brings to `shading`.
+#[inline(always)]
+fn sample_family(
+    context: &VertexContext<'_>,
+    shading: &ShadingPoint<'_, impl BsdfKind>,
+    (family, uc): (LightFamily, f32),
+    how: &DirectLight<impl Fn(Rgb) -> Rgb, impl Fn(bool) -> ShadowPassage>,
     out: &mut ShadingOutput,
 ) {
     let (scene, depth) = (context.scene, context.path.depth);
     let receiver = shading.receiver();
-    let u = if scene.lights.has_choice() { uc() } else { 0.0 };
-    let Some(choice) = scene.lights.choose(&receiver, u) else {
+    let Some(choice) = scene.lights.choose(family, &receiver, uc) else {
         return;
     };
-    let u = context.numbers.get_2d(Dimension::at(depth, SampleUse::Light));
+    let sample_use = match family {
+        LightFamily::Lamps | LightFamily::Suns => SampleUse::Light,
+        LightFamily::Background => SampleUse::Background,
+    };
+    let u = context.numbers.get_2d(Dimension::at(depth, sample_use));
     let Some(sample) = scene.sample_light(choice.light, receiver.p, u) else {
         return;
     };

@@ -45,7 +45,7 @@ use crate::{
     math::{Frame, Ray, Rgb, Vec3},
     sampler::{Dimension, SampleUse},
     scene::{
-        LightSampleContext, MediumStack, Scene, SurfaceInteraction,
+        LightFamily, LightSampleContext, MediumStack, Scene, SurfaceInteraction,
         shading_frame::{ShadingFrame, shading_frame},
     },
     value::{Count, Positive, Problem, Spanned},
@@ -101,7 +101,11 @@ impl Integrator for PathTracer {
         let goes_on = depth < self.max_depth;
         let drawn = [
             (SampleUse::Selection, goes_on && scene.lights.has_choice()),
-            (SampleUse::Light, goes_on && !scene.lights.is_empty()),
+            (
+                SampleUse::Light,
+                goes_on && scene.lights.families().any(|f| f != LightFamily::Background),
+            ),
+            (SampleUse::Background, goes_on && scene.lights.background().is_some()),
             (SampleUse::Bsdf, goes_on),
             (SampleUse::Roulette, goes_on && depth >= self.roulette_depth),
         ];
@@ -224,7 +228,7 @@ impl Scatter<'_, '_> {
                 clamp: |l| tracer.clamped(path, 1, l),
                 passage: |transmitted| tracer.shadow_passage(context, &shading, transmitted),
             };
-            sample_direct(context, &shading, || choice.x, how, out);
+            sample_direct(context, &shading, || choice.x, &how, out);
         }
         let uc = if bsdf.has_lobes() { choice.y } else { 0.0 };
         tracer.go_on(context, &shading, uc, out);

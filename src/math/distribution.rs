@@ -23,6 +23,8 @@ pub struct SampledCell {
 pub struct PiecewiseConstant1D {
     /// Up to and with each cell; the last is 1.
     sums: Vec<f32>,
+    /// See [`guide`].
+    guide: Vec<u32>,
 }
 
 /// Cells in rows.
@@ -31,6 +33,8 @@ pub struct PiecewiseConstant2D {
     rows: PiecewiseConstant1D,
     /// The sums of each row, as in [`PiecewiseConstant1D`].
     sums: Vec<f32>,
+    /// The guides of each row, each as long as a row and one longer.
+    guides: Vec<u32>,
     width: usize,
 }
 
@@ -39,12 +43,15 @@ impl PiecewiseConstant1D {
     /// number above 0.
     pub fn new(weights: &[f64]) -> Option<Self> {
         let mut sums = vec![0.0; weights.len()];
-        sum_up(weights, &mut sums).map(|_| Self { sums })
+        sum_up(weights, &mut sums)?;
+        let mut guide = vec![0; sums.len() + 1];
+        fill_guide(&sums, &mut guide);
+        Some(Self { sums, guide })
     }
 
     /// The cell that the uniform number `u` in `[0, 1)` falls into.
     pub fn sample(&self, u: f32) -> SampledCell {
-        find(&self.sums, u)
+        find(&self.sums, &self.guide, u)
     }
 
     /// The probability of a cell.
@@ -57,21 +64,25 @@ impl PiecewiseConstant2D {
     /// In proportion to the weights that `fill` writes for each of `height` rows of `width` cells;
     /// `None` where they do not add up to a number above 0.
     pub fn new([width, height]: [usize; 2], fill: impl Fn(usize, &mut [f64]) + Sync) -> Option<Self> {
-        let mut sums = vec![0.0; width * height];
+        let (mut sums, mut guides) = (vec![0.0; width * height], vec![0; (width + 1) * height]);
         let totals: Vec<f64> = sums
             .par_chunks_mut(width)
+            .zip(guides.par_chunks_mut(width + 1))
             .enumerate()
             .map_init(
                 || vec![0.0; width],
-                |weights, (row, sums)| {
+                |weights, (row, (sums, guide))| {
                     fill(row, weights);
-                    sum_up(weights, sums).unwrap_or(0.0)
+                    let total = sum_up(weights, sums).unwrap_or(0.0);
+                    fill_guide(sums, guide);
+                    total
                 },
             )
             .collect();
         Some(Self {
             rows: PiecewiseConstant1D::new(&totals)?,
             sums,
+            guides,
             width,
         })
     }
@@ -79,7 +90,9 @@ impl PiecewiseConstant2D {
     /// The row by `u.y`, the cell in it by `u.x`, uniform numbers in `[0, 1)`.
     pub fn sample(&self, u: Vec2) -> [SampledCell; 2] {
         let row = self.rows.sample(u.y);
-        [find(self.row(row.index), u.x), row]
+        let from = row.index * (self.width + 1);
+        let guide = &self.guides[from..=from + self.width];
+        [find(self.row(row.index), guide, u.x), row]
     }
 
     /// The probability of a cell.
@@ -120,8 +133,28 @@ fn pmf(sums: &[f32], index: usize) -> f32 {
     sums[index] - index.checked_sub(1).map_or(0.0, |i| sums[i])
 }
 
-fn find(sums: &[f32], u: f32) -> SampledCell {
-    let index = sums.partition_point(|s| *s <= u).min(sums.len() - 1);
+/// Fills a guide, one longer than `sums`: entry k is the number of cells whose sum is at most k / n, n being the number of
+/// cells. Between two entries there is one cell on average.
+///
+/// Source: Chen and Asau, "On Generating Random Variates from an Empirical Distribution", AIIE Transactions 6(2), 1974.
+fn fill_guide(sums: &[f32], guide: &mut [u32]) {
+    let mut cell = 0;
+    for (k, entry) in guide.iter_mut().enumerate() {
+        let bound = k as f32 / sums.len() as f32;
+        while sums.get(cell).is_some_and(|s| *s <= bound) {
+            cell += 1;
+        }
+        *entry = cell as u32;
+    }
+}
+
+fn find(sums: &[f32], guide: &[u32], u: f32) -> SampledCell {
+    let n = sums.len();
+    // Rounding may have put `u` next to the interval it is in.
+    let k = ((u * n as f32) as usize).min(n - 1);
+    let k = if u < k as f32 / n as f32 { k - 1 } else { k };
+    let (from, to) = (guide[k] as usize, guide[(k + 2).min(n)] as usize);
+    let index = (from + sums[from..to].partition_point(|s| *s <= u)).min(n - 1);
     let pmf = pmf(sums, index);
     let below = sums[index] - pmf;
     SampledCell {
@@ -149,6 +182,26 @@ mod tests {
         assert_eq!(found.map(|f: f64| (f * 1e6).round() / 1e6), weights);
         assert_eq!(d.sample(0.0).index, 1);
         assert_eq!(d.sample(1.0_f32.next_down()).index, 4);
+    }
+
+    #[test]
+    fn guided_search_finds_what_a_search_through_all_finds() {
+        for n in [1, 2, 7, 100, 1000] {
+            let weight = |i: usize| match i % 13 {
+                0..5 => 0.0,
+                5 => 900.0,
+                k => k as f64 * 1e-4,
+            };
+            let weights: Vec<f64> = (0..n).map(|i| weight(i + 5)).collect();
+            let d = PiecewiseConstant1D::new(&weights).expect("some weight");
+            let near = d.sums.iter().flat_map(|s| [s.next_down(), *s, s.next_up()]);
+            let even = (0..4 * n).map(|k| k as f32 / (4 * n) as f32);
+            let even = even.flat_map(|u| [u.next_down(), u, u.next_up()]);
+            for u in near.chain(even).filter(|u| (0.0..1.0).contains(u)) {
+                let expected = d.sums.partition_point(|s| *s <= u).min(n - 1);
+                assert_eq!(d.sample(u).index, expected, "{u} of {n}");
+            }
+        }
     }
 
     #[test]

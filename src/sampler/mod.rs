@@ -139,19 +139,27 @@ impl Dimension {
 pub enum SampleUse {
     /// Selection of a light (x) and of a lobe (y).
     Selection,
-    /// Point on the light.
+    /// Point on a lamp or a sun.
     Light,
     /// Direction of the lobe.
     Bsdf,
     /// Russian roulette (x).
     Roulette,
+    /// Direction of the background.
+    Background,
 }
 
 impl SampleUse {
-    const COUNT: u32 = 4;
+    const COUNT: u32 = 5;
 
     /// All uses, in the order of their dimensions.
-    pub const ALL: [Self; Self::COUNT as usize] = [Self::Selection, Self::Light, Self::Bsdf, Self::Roulette];
+    pub const ALL: [Self; Self::COUNT as usize] = [
+        Self::Selection,
+        Self::Light,
+        Self::Bsdf,
+        Self::Roulette,
+        Self::Background,
+    ];
 }
 
 /// The random numbers of one path.

@@ -1,11 +1,11 @@
-//! The lights of a scene, and the selection of one of them.
+//! The lights of a scene, and the selection of some of them.
 //!
 //! Lights are numbered: first the analytic lights, in the order of the scene file, then the
 //! emitters, then the background if it is sampled.
 //!
-//! The selection begins with equal probabilities for each infinite light (suns, the background) and
-//! for all finite lights together, leaving out those that cannot contribute. Finite lights are then
-//! selected by two light trees, one for points and one for surfaces; see [`crate::light::tree`].
+//! A point is lit by one light of each family ([`LightFamily`]): what one family brings says nothing about what another does,
+//! and a choice between them would be noise. Among suns that can contribute each is equally likely. Lamps are selected by two
+//! light trees, one for points and one for surfaces; see [`crate::light::tree`].
 
 use super::{BackgroundRadiance, EmitterId, Emitters, LightId};
 use crate::{
@@ -24,11 +24,25 @@ pub struct LightSampleContext {
     pub n: Vec3,
 }
 
+/// A family of lights, each of which is sampled on its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightFamily {
+    /// Finite lights: points and surfaces.
+    Lamps,
+    /// Infinite lights, except the background.
+    Suns,
+    Background,
+}
+
+impl LightFamily {
+    pub const ALL: [Self; 3] = [Self::Lamps, Self::Suns, Self::Background];
+}
+
 /// A light that was selected for a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampledLight {
     pub light: LightId,
-    /// The probability of the selection.
+    /// The probability of the selection among its family.
     pub pmf: f32,
 }
 
@@ -54,28 +68,8 @@ pub struct Lights {
     points: Vec<LightId>,
     point_tree: LightTree,
     emitter_tree: LightTree,
-    /// The only light, if there is exactly one.
-    only: Option<LightId>,
-}
-
-/// The weights of the selection at a point.
-struct SelectionWeights {
-    /// The number of equal probabilities: 1 for all finite lights if they contribute, and 1 for
-    /// each infinite light that does.
-    count: u32,
-    /// The importance of the finite lights: points and surfaces.
-    near: [f64; 2],
-}
-
-impl SelectionWeights {
-    fn has_near(&self) -> bool {
-        self.near[0] + self.near[1] > 0.0
-    }
-
-    /// The probability of points among the finite lights.
-    fn of_points(&self) -> f64 {
-        self.near[0] / (self.near[0] + self.near[1])
-    }
+    /// The only lamp, if there is exactly one.
+    only_lamp: Option<LightId>,
 }
 
 impl Lights {
@@ -84,7 +78,7 @@ impl Lights {
         all: Vec<Light>,
         emitters: Emitters,
         bounds: impl ExactSizeIterator<Item = LightBounds>,
-        background: &BackgroundRadiance,
+        radiance: &BackgroundRadiance,
     ) -> Self {
         let (mut points, mut point_bounds, mut infinite, mut suns) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (light, id) in all.iter().zip((0..).map(LightId)) {
@@ -99,23 +93,22 @@ impl Lights {
                 suns.push(id);
             }
         }
-        let near = all.len() as u32 + emitters.count();
-        let background = background.is_sampled().then_some(LightId(near));
-        let only = match (near, background) {
-            (0, Some(background)) => Some(background),
-            (1, None) => Some(LightId(0)),
+        let background = LightId(all.len() as u32 + emitters.count());
+        let only_lamp = match (&points[..], emitters.count()) {
+            (&[point], 0) => Some(point),
+            ([], 1) => Some(LightId(all.len() as u32)),
             _ => None,
         };
         Self {
             all,
             emitters,
-            background,
+            background: radiance.is_sampled().then_some(background),
             infinite,
             suns,
             points,
             point_tree: LightTree::build(point_bounds.into_iter()),
             emitter_tree: LightTree::build(bounds),
-            only,
+            only_lamp,
         }
     }
 
@@ -151,9 +144,24 @@ impl Lights {
         self.count() == 0
     }
 
-    /// Whether [`Lights::choose`] reads its number: there is more than one light.
+    /// Whether [`Lights::choose`] reads its number for any family.
     pub fn has_choice(&self) -> bool {
-        self.only.is_none()
+        self.infinite.len() > 1 || (self.has_lamps() && self.only_lamp.is_none())
+    }
+
+    fn has_lamps(&self) -> bool {
+        !self.points.is_empty() || self.emitters.count() > 0
+    }
+
+    /// The families that have lights.
+    #[inline]
+    pub fn families(&self) -> impl Iterator<Item = LightFamily> {
+        let has = [self.has_lamps(), !self.infinite.is_empty(), self.background.is_some()];
+        LightFamily::ALL
+            .into_iter()
+            .zip(has)
+            .filter(|(_, has)| *has)
+            .map(|(family, _)| family)
     }
 
     /// The number of lights.
@@ -175,54 +183,48 @@ impl Lights {
         self.all[light.0 as usize].reaches(at.p, at.n)
     }
 
-    fn weights(&self, at: &LightSampleContext) -> SelectionWeights {
-        let mut weights = SelectionWeights {
-            count: u32::from(self.background.is_some()),
-            near: [&self.point_tree, &self.emitter_tree].map(|tree| tree.importance(at.p, at.n)),
-        };
-        weights.count += u32::from(weights.has_near());
-        weights.count += self.infinite.iter().filter(|l| self.reaches(**l, at)).count() as u32;
-        weights
+    /// The infinite lights that contribute at a point.
+    fn reaching<'a>(&'a self, at: &'a LightSampleContext) -> impl Iterator<Item = LightId> + Clone + 'a {
+        self.infinite.iter().copied().filter(|l| self.reaches(*l, at))
     }
 
-    /// Selects a light for the point `at`, by a uniform number in `[0, 1)`; `None` where none can
+    /// The probability of points among lamps; `None` where no lamp contributes.
+    fn pmf_points(&self, at: &LightSampleContext) -> Option<f64> {
+        let [points, surfaces] = [&self.point_tree, &self.emitter_tree].map(|tree| tree.importance(at.p, at.n));
+        (points + surfaces > 0.0).then(|| points / (points + surfaces))
+    }
+
+    /// Selects a light of a family for the point `at`, by a uniform number in `[0, 1)`; `None` where none can
     /// contribute.
-    pub fn choose(&self, at: &LightSampleContext, u: f32) -> Option<SampledLight> {
-        if let Some(light) = self.only {
-            return Some(SampledLight { light, pmf: 1.0 });
-        }
-        let weights = self.weights(at);
-        let scaled = extend_precision(u, at.p) * f64::from(weights.count);
-        let mut which = (scaled as u32).min(weights.count.checked_sub(1)?);
-        let pmf = 1.0 / f64::from(weights.count);
-        if weights.has_near() {
-            if which == 0 {
-                return self
-                    .choose_near(at, &weights, scaled)
-                    .map(|(light, near)| SampledLight {
-                        light,
-                        pmf: (pmf * near) as f32,
-                    });
+    pub fn choose(&self, family: LightFamily, at: &LightSampleContext, u: f32) -> Option<SampledLight> {
+        match family {
+            LightFamily::Lamps => match self.only_lamp {
+                Some(light) => Some(SampledLight { light, pmf: 1.0 }),
+                None => self.choose_lamp(at, extend_precision(u, at.p)),
+            },
+            LightFamily::Suns => {
+                let reaching = self.reaching(at);
+                let count = reaching.clone().count();
+                let which = ((u * count as f32) as usize).min(count.checked_sub(1)?);
+                let pmf = 1.0 / count as f32;
+                reaching.into_iter().nth(which).map(|light| SampledLight { light, pmf })
             }
-            which -= 1;
+            LightFamily::Background => self.background.map(|light| SampledLight { light, pmf: 1.0 }),
         }
-        let mut infinite = self.infinite.iter().filter(|l| self.reaches(**l, at));
-        let light = infinite.nth(which as usize).copied().or(self.background)?;
-        Some(SampledLight { light, pmf: pmf as f32 })
     }
 
-    /// Selects a finite light, by a uniform number in `[0, 1)`.
-    fn choose_near(&self, at: &LightSampleContext, weights: &SelectionWeights, u: f64) -> Option<(LightId, f64)> {
-        let of_points = weights.of_points();
-        if u < of_points {
-            let (light, pmf) = self.point_tree.choose(at.p, at.n, u / of_points)?;
-            Some((self.points[light as usize], of_points * pmf))
+    fn choose_lamp(&self, at: &LightSampleContext, u: f64) -> Option<SampledLight> {
+        let pmf_points = self.pmf_points(at)?;
+        let (light, pmf) = if u < pmf_points {
+            let (light, pmf) = self.point_tree.choose(at.p, at.n, u / pmf_points)?;
+            (self.points[light as usize], pmf_points * pmf)
         } else {
-            let of_emitters = 1.0 - of_points;
-            let u = ((u - of_points) / of_emitters).min(1.0 - f64::EPSILON);
+            let rest = 1.0 - pmf_points;
+            let u = ((u - pmf_points) / rest).min(1.0 - f64::EPSILON);
             let (light, pmf) = self.emitter_tree.choose(at.p, at.n, u)?;
-            Some((self.of_emitter(EmitterId(light)), of_emitters * pmf))
-        }
+            (self.of_emitter(EmitterId(light)), rest * pmf)
+        };
+        Some(SampledLight { light, pmf: pmf as f32 })
     }
 
     /// Selects an emitter for the point `at`, by a uniform number in `[0, 1)`; `None` where none
@@ -238,27 +240,27 @@ impl Lights {
         })
     }
 
-    /// The probability of [`Lights::choose`] to select `light` for the point `at`.
+    /// The probability of [`Lights::choose`] to select `light` of its family for the point `at`.
     pub fn pmf(&self, at: &LightSampleContext, light: LightId) -> f32 {
-        if self.only.is_some() {
+        if self.only_lamp == Some(light) || self.background == Some(light) {
             return 1.0;
         }
-        let weights = self.weights(at);
-        let near = match self.source(light) {
+        let pmf = match self.source(light) {
             LightSource::Background => 1.0,
             LightSource::Analytic(_) => match self.points.binary_search_by_key(&light.0, |l| l.0) {
-                Err(_) if self.reaches(light, at) => 1.0,
+                Err(_) if self.reaches(light, at) => return 1.0 / self.reaching(at).count() as f32,
                 Err(_) => 0.0,
-                Ok(_) if weights.near[0] == 0.0 => 0.0,
-                Ok(i) => weights.of_points() * self.point_tree.pmf(at.p, at.n, i as u32),
+                Ok(i) => match self.pmf_points(at) {
+                    Some(of_points) if of_points > 0.0 => of_points * self.point_tree.pmf(at.p, at.n, i as u32),
+                    _ => 0.0,
+                },
             },
-            LightSource::Emitter(_) if weights.near[1] == 0.0 => 0.0,
-            LightSource::Emitter(emitter) => (1.0 - weights.of_points()) * self.emitter_tree.pmf(at.p, at.n, emitter.0),
+            LightSource::Emitter(emitter) => match self.pmf_points(at) {
+                Some(of_points) if of_points < 1.0 => (1.0 - of_points) * self.emitter_tree.pmf(at.p, at.n, emitter.0),
+                _ => 0.0,
+            },
         };
-        if near == 0.0 {
-            return 0.0;
-        }
-        (near / f64::from(weights.count)) as f32
+        pmf as f32
     }
 }
 

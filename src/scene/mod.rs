@@ -43,7 +43,7 @@ pub use instance::{InstanceRecord, ObjectFromGroup};
 pub use interaction::SurfaceInteraction;
 pub use light_component::Component;
 pub use light_groups::{LightGroup, LightGroups};
-pub use lights::{LightSampleContext, LightSource, Lights, SampledLight};
+pub use lights::{LightFamily, LightSampleContext, LightSource, Lights, SampledLight};
 pub use media::{Media, MediumStack};
 pub(crate) use mesh_transform::MeshTransform;
 pub use names::{NodeId, NodeName};
@@ -185,7 +185,7 @@ impl Scene {
         }
     }
 
-    /// The density, in sr^-1, with which [`Lights::choose`] and [`Scene::sample_light`] at `at`
+    /// The density, in sr^-1, with which [`Lights::choose`], of its family, and [`Scene::sample_light`] at `at`
     /// sample the direction `w` of the background. 0 where the background is not sampled.
     #[inline]
     pub fn pdf_background(&self, at: &LightSampleContext, w: Vec3) -> f32 {

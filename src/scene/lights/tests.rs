@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::{LightSampleContext, LightSource};
+use super::{LightFamily, LightSampleContext, LightSource};
 use crate::{
     accel::AccelKind,
     light::Light,
@@ -95,9 +95,24 @@ impl Estimate {
     }
 }
 
-/// The light that one light sample brings to a white surface at `at`, and its density.
-fn light_sample(scene: &Scene, at: &LightSampleContext, [u, v]: [Vec2; 2]) -> Option<(Vec3, f64, f64)> {
-    let choice = scene.lights.choose(at, v.x)?;
+/// The light that sample `i` of each family brings to a white surface at `at`, with its density.
+fn light_samples<'a>(
+    scene: &'a Scene,
+    at: &'a LightSampleContext,
+    i: u32,
+) -> impl Iterator<Item = (Vec3, f64, f64)> + 'a {
+    let families = scene.lights.families();
+    families.filter_map(move |family| light_sample(scene, family, at, numbers(91 + 1000 * family as u32, i)))
+}
+
+/// The light that a sample of one family brings to a white surface at `at`, and its density.
+pub fn light_sample(
+    scene: &Scene,
+    family: LightFamily,
+    at: &LightSampleContext,
+    [u, v]: [Vec2; 2],
+) -> Option<(Vec3, f64, f64)> {
+    let choice = scene.lights.choose(family, at, v.x)?;
     let sample = scene.sample_light(choice.light, at.p, u)?;
     let cos = at.n.dot(sample.wi);
     if cos <= 0.0 {
@@ -144,12 +159,11 @@ pub fn irradiances(scene: &Scene, at: &LightSampleContext, n: u32) -> [Estimate;
     let mut estimates = [Estimate::default(); 3];
     let frame = crate::math::Frame::from_normal(at.n);
     for i in 0..n {
-        let [light, choice] = numbers(91, i);
         let (mut of_light, mut of_both) = (0.0, 0.0);
-        if let Some((wi, l, pdf)) = light_sample(scene, at, [light, choice]) {
+        for (wi, l, pdf) in light_samples(scene, at, i) {
             let other = f64::from(warp::cosine_hemisphere_pdf(at.n.dot(wi)));
-            of_light = l / pdf;
-            of_both = of_light * pdf * pdf / (pdf * pdf + other * other);
+            of_light += l / pdf;
+            of_both += l / pdf * pdf * pdf / (pdf * pdf + other * other);
         }
         estimates[0].add(of_light);
         let [u, _] = numbers(92, i);
@@ -298,7 +312,9 @@ fn surfaces_without_end_or_without_light_are_not_asked() {
         ),
     ] {
         let scene = shape_scene(shape, None, material);
-        assert_eq!(scene.lights.choose(&floor(0.0), 0.5), None, "{shape}");
+        assert!(scene.lights.is_empty(), "{shape}");
+        let chosen = LightFamily::ALL.map(|family| scene.lights.choose(family, &floor(0.0), 0.5));
+        assert_eq!(chosen, [None; 3], "{shape}");
     }
     let plane = shape_scene("plane = { point = [0, 3, 0], normal = [0, -1, 0] }", None, lamp());
     let [_, cosine, both] = irradiances(&plane, &floor(0.0), 100);

@@ -81,8 +81,11 @@ fn lights_of_every_kind_are_chosen_as_often_as_their_probability_says() {
         let draws = 4000;
         let mut found = vec![0_u32; count as usize];
         let mut none = 0;
-        for i in 0..draws {
-            match scene.lights.choose(&at, (i as f32 + 0.5) / draws as f32) {
+        for (family, i) in LightFamily::ALL
+            .into_iter()
+            .flat_map(|f| (0..draws).map(move |i| (f, i)))
+        {
+            match scene.lights.choose(family, &at, (i as f32 + 0.5) / draws as f32) {
                 Some(choice) => {
                     found[choice.light.0 as usize] += 1;
                     assert_eq!(choice.pmf, scene.lights.pmf(&at, choice.light));
@@ -90,6 +93,7 @@ fn lights_of_every_kind_are_chosen_as_often_as_their_probability_says() {
                 None => none += 1,
             }
         }
+        // Each family is certain, or none of it is chosen.
         let mut sum = f64::from(none) / f64::from(draws);
         for (light, found) in (0..).map(LightId).zip(found) {
             let pmf = f64::from(scene.lights.pmf(&at, light));
@@ -99,7 +103,7 @@ fn lights_of_every_kind_are_chosen_as_often_as_their_probability_says() {
                 "{light:?}: {pmf} {found}"
             );
         }
-        assert!((sum - 1.0).abs() < 0.005, "{sum}");
+        assert!((sum - 3.0).abs() < 0.005, "{sum}");
     }
 }
 
@@ -135,12 +139,41 @@ fn the_sky_and_suns_with_size_bring_the_same_however_they_are_looked_for() {
 }
 
 #[test]
+fn a_sky_and_a_lamp_together_are_no_noisier_than_each_alone() {
+    // A lamp that is off hides the same part of the sky.
+    let scene = |background: Background, radiance: f32| {
+        let mut builder = SceneBuilder::new(background);
+        let material = builder.material(shining(Color::Constant(Rgb::gray(radiance)), Sidedness::Front));
+        let transform = place([0.3, 1.5, 0.0], [0.0; 3], [1.0; 3]);
+        add(&mut builder, SHAPES[2], transform, material);
+        builder.build(AccelKind::Linear).expect("a scene")
+    };
+    let dark = || Background::new(Rgb::BLACK);
+    for at in [floor(0.0), floor(2.0)] {
+        // By light sampling, and by both techniques.
+        let variances = |scene: &Scene| {
+            let [light, _, both] = irradiances(scene, &at, 40_000);
+            [light.variance(), both.variance()]
+        };
+        let (sky, lamp, together) = (
+            variances(&scene(sky(), 0.0)),
+            variances(&scene(dark(), 2.0)),
+            variances(&scene(sky(), 2.0)),
+        );
+        for ((together, sky), lamp) in together.into_iter().zip(sky).zip(lamp) {
+            assert!(together <= 1.15 * (sky + lamp), "{together} of {sky} and {lamp}");
+        }
+    }
+}
+
+#[test]
 fn a_constant_sky_is_no_light() {
     let scene = SceneBuilder::new(Background::new(Rgb::WHITE))
         .build(AccelKind::Linear)
         .expect("a scene");
     let at = floor(0.0);
-    assert_eq!((scene.lights.count(), scene.lights.choose(&at, 0.3)), (0, None));
+    let chosen = LightFamily::ALL.map(|family| scene.lights.choose(family, &at, 0.3));
+    assert_eq!((scene.lights.count(), chosen), (0, [None; 3]));
     assert_eq!(scene.pdf_background(&at, Vec3::Y), 0.0);
     let [_, cosine, both] = irradiances(&scene, &at, 200);
     assert!((cosine.mean() / PI - 1.0).abs() < 1e-6 && (both.mean() / PI - 1.0).abs() < 1e-6);
@@ -149,7 +182,10 @@ fn a_constant_sky_is_no_light() {
 #[test]
 fn the_only_light_is_certain() {
     let scene = shape_scene(SHAPES[0], None, lamp());
-    let choice = scene.lights.choose(&floor(0.0), 0.7).expect("a light");
+    let choice = scene
+        .lights
+        .choose(LightFamily::Lamps, &floor(0.0), 0.7)
+        .expect("a light");
     assert_eq!((choice.light, choice.pmf), (LightId(0), 1.0));
 }
 
@@ -192,7 +228,7 @@ fn among_a_thousand_lamps_the_tree_is_far_less_noisy_than_equal_chances() {
                     f64::from(s.li.g * s.wi.y.max(0.0) / s.pdf.expect("it has size"))
                 })
             };
-            let choice = scene.lights.choose(&at, v.x).expect("a light");
+            let choice = scene.lights.choose(LightFamily::Lamps, &at, v.x).expect("a light");
             tree.add(irradiance(choice.light) / f64::from(choice.pmf));
             chance.add(irradiance(LightId((v.y * 1000.0) as u32)) * 1000.0);
         }
