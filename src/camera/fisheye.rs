@@ -86,6 +86,13 @@ impl LensKind for FisheyeLens {
         }
     }
 
+    fn parameters(&self) -> LensOverrides {
+        LensOverrides {
+            view: Some(FieldOfView::Vertical(self.fov)),
+            ..LensOverrides::default()
+        }
+    }
+
     fn camera(&self, pose: &Pose, film: FilmSize) -> Fisheye {
         let size = DVec2::from(film.map(|n| f64::from(n.max(1))));
         Fisheye {

@@ -82,6 +82,9 @@ pub trait LensKind: Sized {
     /// it.
     fn with_overrides(&self, overrides: &LensOverrides, target_distance: Option<f64>) -> Self;
 
+    /// Returns the parameters that a camera path can replace, as they are, without those of the sensor.
+    fn parameters(&self) -> LensOverrides;
+
     /// Returns the camera with this lens at `pose` for a film.
     fn camera(&self, pose: &Pose, film: FilmSize) -> Self::Camera;
 }
@@ -174,8 +177,18 @@ macro_rules! cameras {
 
             /// The columns of `overrides` that this lens does not support.
             pub fn unsupported_columns(&self, overrides: &LensOverrides) -> Vec<&'static str> {
-                let known = match self { $( Self::$Variant(_) => <$Lens as LensKind>::COLUMNS, )* };
+                let known = self.columns();
                 overrides.columns().filter(|c| !known.contains(c)).collect()
+            }
+
+            /// The columns of a camera path that this lens supports.
+            pub fn columns(&self) -> &'static [&'static str] {
+                match self { $( Self::$Variant(_) => <$Lens as LensKind>::COLUMNS, )* }
+            }
+
+            /// See [`LensKind::parameters`].
+            pub fn parameters(&self) -> LensOverrides {
+                match self { $( Self::$Variant(lens) => lens.parameters(), )* }
             }
 
             /// See [`LensKind::with_overrides`].
@@ -206,6 +219,13 @@ macro_rules! cameras {
         }
 
         impl CameraDesc {
+            /// Returns the eye point, in m, and the orientation, as they were written.
+            pub fn view(&self) -> (DVec3, LookAt) {
+                let (eye, target, up) = match self { $( Self::$Variant(desc) => (desc.eye, &desc.target, desc.up), )* };
+                let (target, up) = (target.as_ref().0, up.0);
+                (eye.0, LookAt { target, up, roll: 0.0 })
+            }
+
             /// Returns the described pose and lens.
             ///
             /// # Errors

@@ -75,6 +75,14 @@ impl LensKind for OrthographicLens {
         }
     }
 
+    fn parameters(&self) -> LensOverrides {
+        LensOverrides {
+            shift_x: Some(self.shift[0]),
+            shift_y: Some(self.shift[1]),
+            ..LensOverrides::default()
+        }
+    }
+
     fn camera(&self, pose: &Pose, film: FilmSize) -> Orthographic {
         let [columns, rows] = film.map(|n| f64::from(n.max(1)));
         let pixel = self.height / rows;

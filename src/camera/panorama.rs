@@ -61,6 +61,10 @@ impl LensKind for PanoramaLens {
         *self
     }
 
+    fn parameters(&self) -> LensOverrides {
+        LensOverrides::default()
+    }
+
     fn camera(&self, pose: &Pose, film: FilmSize) -> Panorama {
         let [width, height] = film.map(|n| f64::from(n.max(1)));
         Panorama {

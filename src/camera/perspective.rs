@@ -315,6 +315,17 @@ impl LensKind for PerspectiveLens {
         }
     }
 
+    fn parameters(&self) -> LensOverrides {
+        LensOverrides {
+            view: Some(self.view),
+            sensor: None,
+            aperture: Some(self.aperture),
+            focus_distance: Some(self.focus.distance()),
+            shift_x: Some(self.shift[0]),
+            shift_y: Some(self.shift[1]),
+        }
+    }
+
     fn camera(&self, pose: &Pose, film: FilmSize) -> Perspective {
         let [width, height] = film.map(|n| f64::from(n.max(1)));
         let aspect = width / height;

@@ -211,6 +211,30 @@ impl RotationOrder {
         })
     }
 
+    /// The angles about x, y and z, in degrees, of which [`RotationOrder::rotation`] makes `axes`, a rotation. That about the
+    /// second axis lies between -90 and 90; where it is either, the angle about the first axis is 0.
+    pub fn angles(self, axes: &DMat3) -> DVec3 {
+        // About moving axes the order is reversed: first i, then j, then k.
+        let [k, j, i] = self.axes();
+        let m = |row: usize, column: usize| axes.col(column)[row];
+        let sign = if (i + 1) % 3 == j { 1.0 } else { -1.0 };
+        let middle = libm::asin((sign * m(i, k)).clamp(-1.0, 1.0));
+        let cos = m(i, i).hypot(m(i, j));
+        let (outer, inner) = if cos > 1e-9 {
+            (
+                libm::atan2(-sign * m(j, k), m(k, k)),
+                libm::atan2(-sign * m(i, j), m(i, i)),
+            )
+        } else {
+            (libm::atan2(sign * m(k, j), m(j, j)), 0.0)
+        };
+        let mut angles = DVec3::ZERO;
+        for (axis, radians) in [(i, outer), (j, middle), (k, inner)] {
+            angles[axis] = radians.to_degrees();
+        }
+        angles
+    }
+
     /// The name, such as `ZXY`.
     pub const fn name(self) -> &'static str {
         match self {
@@ -303,6 +327,23 @@ mod tests {
         // XYZ: x leaves +x, then z takes it to +y.
         let turned = RotationOrder::Xyz.rotation(DVec3::new(90.0, 0.0, 90.0)) * DVec3::X;
         assert_eq!(turned, DVec3::Y);
+    }
+
+    #[test]
+    fn the_angles_of_a_rotation_make_it_again() {
+        for order in RotationOrder::ALL {
+            for degrees in [
+                [10.0, 20.0, 30.0],
+                [-170.0, 60.0, 95.0],
+                [90.0, -45.0, 0.0],
+                [0.0, 90.0, 30.0],
+                [20.0, 5.0, -90.0],
+            ] {
+                let rotation = order.rotation(DVec3::from_array(degrees));
+                let again = order.rotation(order.angles(&rotation));
+                assert!(again.abs_diff_eq(rotation, 1e-9), "{order} {degrees:?}");
+            }
+        }
     }
 
     #[test]

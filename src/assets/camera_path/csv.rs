@@ -36,7 +36,11 @@ use crate::camera::path::CameraPath;
 use super::{CameraPathOptions, PathProblem, PathProblems};
 
 mod columns;
+pub mod document;
+pub mod edit;
+mod key_cells;
 mod layout;
+mod lines;
 mod rows;
 mod table;
 

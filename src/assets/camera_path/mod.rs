@@ -14,6 +14,7 @@ mod csv;
 mod options;
 mod problem;
 
+pub use csv::{document::PathDocument, edit::EditError};
 pub use options::CameraPathOptions;
 pub use problem::{PathProblem, PathProblems};
 

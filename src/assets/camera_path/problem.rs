@@ -73,6 +73,12 @@ impl PathProblems {
         self.more
     }
 
+    /// The first problems without their places, a semicolon between two.
+    pub fn messages(&self) -> String {
+        let messages: Vec<_> = self.problems.iter().map(|problem| problem.message.as_str()).collect();
+        messages.join("; ")
+    }
+
     /// One line for each problem, `file:line: column: message`, and one that counts the rest.
     pub fn display<'a>(&'a self, path: &'a Path) -> impl fmt::Display + 'a {
         Listed { path, problems: self }

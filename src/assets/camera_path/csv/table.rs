@@ -9,6 +9,7 @@ use crate::assets::camera_path::PathProblem;
 pub(super) struct Table {
     pub header: Row,
     pub rows: Vec<Row>,
+    pub separator: u8,
     /// The text of comments, without their `#`.
     pub comments: Vec<(usize, String)>,
 }
@@ -51,7 +52,12 @@ impl Table {
             return Err(PathProblem::of_file("the file is empty: expected a header and rows"));
         }
         let header = rows.remove(0);
-        Ok(Self { header, rows, comments })
+        Ok(Self {
+            header,
+            rows,
+            separator,
+            comments,
+        })
     }
 }
 
