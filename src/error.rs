@@ -48,6 +48,13 @@ pub enum Error {
     OverwritesInput { output: PathBuf, input: PathBuf },
     #[error("cannot start {what}: {cause}")]
     Threads { what: String, cause: String },
+    #[error("cannot serve on {address}: {cause}")]
+    Listen {
+        address: std::net::SocketAddr,
+        cause: std::io::Error,
+    },
+    #[error("the server has failed: {cause}")]
+    Serve { cause: std::io::Error },
     #[error("cannot write to standard output: {0}")]
     Stdout(std::io::Error),
     #[error("the file exists already: {}", path.display())]
@@ -78,6 +85,14 @@ pub enum Blame {
 }
 
 impl Error {
+    /// The system would not start `what`.
+    pub fn threads(what: &str, cause: &dyn std::fmt::Display) -> Self {
+        Self::Threads {
+            what: what.to_owned(),
+            cause: cause.to_string(),
+        }
+    }
+
     /// The texts of the problems, one for each.
     pub fn messages(&self) -> Vec<String> {
         match self {
@@ -136,7 +151,7 @@ impl Error {
             | Self::Memory { .. } => Blame::Data,
             Self::Exists { .. } | Self::Output(OutputError::Create { .. }) => Blame::CannotCreate,
             Self::Output(_) | Self::Stdout(_) => Blame::Io,
-            Self::Threads { .. } => Blame::System,
+            Self::Threads { .. } | Self::Listen { .. } | Self::Serve { .. } => Blame::System,
             Self::Cancelled(_) => Blame::Cancelled,
         }
     }

@@ -31,3 +31,5 @@ pub mod shape;
 pub mod simd;
 pub mod texture;
 pub mod value;
+#[cfg(feature = "viewer")]
+pub mod viewer;

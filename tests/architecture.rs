@@ -46,7 +46,7 @@ const FLOORS: [(&str, u32); 27] = [
 const GROUND: [&str; 2] = ["value", "kind"];
 
 /// Neighbours that may be used on one floor.
-const NEIGHBOURS: [(&str, &str); 14] = [
+const NEIGHBOURS: [(&str, &str); 15] = [
     ("value", "math"),
     ("kind", "value"),
     ("simd", "math"),
@@ -61,10 +61,11 @@ const NEIGHBOURS: [(&str, &str); 14] = [
     ("viewer", "batch"),
     ("batch", "error"),
     ("bench", "error"),
+    ("viewer", "error"),
 ];
 
 /// Packages that only some places may name.
-const PACKAGES: [(&str, &[&str]); 12] = [
+const PACKAGES: [(&str, &[&str]); 16] = [
     ("obvhs", &["src/accel/"]),
     ("flate2", &["src/assets/gzip.rs"]),
     ("bevy_mikktspace", &["src/assets/tangents.rs"]),
@@ -85,6 +86,10 @@ const PACKAGES: [(&str, &[&str]); 12] = [
     ("anyhow", &["src/cli/"]),
     ("signal_hook", &["src/cli/"]),
     ("libloading", &["src/native/"]),
+    ("axum", &["src/viewer/"]),
+    ("tokio", &["src/viewer/"]),
+    ("jpeg_encoder", &["src/viewer/"]),
+    ("getrandom", &["src/viewer/"]),
 ];
 
 /// The folders where code may be unsafe.

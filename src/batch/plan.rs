@@ -15,7 +15,7 @@ use crate::{
     film::{Film, FilmLayout, Window},
     integrator::{BuiltIn, IntegratorDesc},
     math::DVec3,
-    output::{self, Compression, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown},
+    output::{self, Compression, Coverage, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown},
     render::{self, Content, Control, RenderError, Renderer, SampleBudget},
     sampler::{Sampler, SeedMode},
     scene::Scene,
@@ -84,14 +84,16 @@ impl Plan {
                 None
             }
         };
-        let view = named(
-            "view",
-            &desc.output.view,
-            DisplayTransform::from_name,
-            DisplayTransform::names(),
-        )
-        .map_err(&mut keep)
-        .ok();
+        let view = match &request.view {
+            Some(name) => Ok(Some(view_of_request(name)?)),
+            None => named(
+                "view",
+                &desc.output.view,
+                DisplayTransform::from_name,
+                DisplayTransform::names(),
+            ),
+        };
+        let view = view.map_err(&mut keep).ok();
         let names = Compression::ALL.iter().map(|c| c.name());
         let compression = named("compression", &desc.output.compression, Compression::from_name, names)
             .map_err(&mut keep)
@@ -134,7 +136,9 @@ impl Plan {
             accel: request.accel,
             existing: request.existing,
             view: view.unwrap_or_default(),
-            exposure: desc.output.exposure.map_or(0.0, f32::from),
+            exposure: request
+                .exposure
+                .unwrap_or_else(|| desc.output.exposure.map_or(0.0, f32::from)),
             encoding: Encoding {
                 compression: compression.unwrap_or_default(),
             },
@@ -161,6 +165,16 @@ impl Plan {
             ..self.settings.clone()
         };
         renderer.render(scene, camera, self.integrator.as_dyn(), &settings, control)
+    }
+
+    /// The coverage of pictures by this plan. `fills_film` tells whether every point of the picture has a camera ray, in all
+    /// frames.
+    pub fn coverage(&self, scene: &Scene, fills_film: bool) -> Coverage {
+        if scene.background.visible && fills_film && self.settings.content == Content::Light {
+            Coverage::Full
+        } else {
+            Coverage::Partial
+        }
     }
 
     /// The metadata of a frame's files.
@@ -273,6 +287,11 @@ fn integrator(desc: &SceneDesc, request: &Request) -> Result<IntegratorDesc, Err
         Some(said) if said.name() == name => Ok(said),
         _ => IntegratorDesc::by_name(name).map_err(|e| Error::Usage(format!("--integrator: {e}"))),
     }
+}
+
+fn view_of_request(name: &str) -> Result<DisplayTransform, Error> {
+    let unknown = || UnknownName::new("view", name, DisplayTransform::names());
+    DisplayTransform::from_name(name).ok_or_else(|| Error::Usage(format!("--view: {}", unknown())))
 }
 
 fn named<T>(

@@ -27,6 +27,10 @@ pub struct Request {
     pub aovs: Vec<String>,
     /// The name of a pass that files show in place of the beauty.
     pub show: Option<String>,
+    /// The name of the display transform of 8-bit files.
+    pub view: Option<String>,
+    /// The exposure of 8-bit files, in stops.
+    pub exposure: Option<f32>,
     pub accel: BuildOptions,
     pub fps: Option<f64>,
     pub rotation_order: Option<RotationOrder>,

@@ -13,7 +13,7 @@ use crate::{
     error::Error,
     film::Film,
     output::{self, Coverage, FrameImage, OutputError, WriteReport},
-    render::{Content, Control, Counters, RenderError, Renderer},
+    render::{Control, Counters, RenderError, Renderer},
     scene::Scene,
 };
 
@@ -55,12 +55,7 @@ pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, control: &Contro
     };
     let start = Instant::now();
     let (send, receive) = sync_channel(1);
-    let filled = plan.frames.iter().all(|f| f.camera.fills_film());
-    let coverage = if scene.background.visible && filled && plan.settings.content == Content::Light {
-        Coverage::Full
-    } else {
-        Coverage::Partial
-    };
+    let coverage = plan.coverage(scene, plan.frames.iter().all(|f| f.camera.fills_film()));
     // Of its own: a thread that renders may have to wait for the writer.
     let encoders = ThreadPoolBuilder::new()
         .num_threads(rayon::current_num_threads().min(MAX_ENCODERS))

@@ -6,10 +6,9 @@
 use std::path::PathBuf;
 
 use batch_render::{assets::store::MissingAssets, sampler::SeedMode};
-use clap::{
-    ArgAction, Args as ClapArgs, Parser, Subcommand, ValueEnum,
-    builder::{PossibleValuesParser, TypedValueParser},
-};
+use clap::{ArgAction, Args as ClapArgs, Parser, Subcommand, ValueEnum};
+
+use super::values::{crop, exposure, radius, resolution, seed_mode, size};
 
 /// The headings of the help, in the order in which they appear.
 mod heading {
@@ -79,6 +78,10 @@ pub enum Command {
     },
     /// Compare acceleration structures on the rays of a scene
     Bench(BenchArgs),
+    /// Fly the camera through a scene on a page in the browser, and keep its path
+    #[cfg(feature = "viewer")]
+    #[command(after_long_help = super::fly_args::KEYS)]
+    Fly(super::fly_args::FlyArgs),
 }
 
 #[derive(Debug, ClapArgs)]
@@ -189,6 +192,14 @@ pub struct RenderArgs {
     #[arg(long, value_name = "PASS", help_heading = heading::PICTURE)]
     pub show: Option<String>,
 
+    /// Display transform of PNG files, such as srgb or raw
+    #[arg(long, value_name = "NAME", hide_short_help = true, help_heading = heading::PICTURE)]
+    pub view: Option<String>,
+
+    /// Exposure of PNG files, in stops
+    #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = exposure, hide_short_help = true, help_heading = heading::PICTURE)]
+    pub exposure: Option<f32>,
+
     /// Acceleration structure; all give the same picture
     #[arg(long, value_name = "NAME", default_value_t, hide_short_help = true, help_heading = heading::PICTURE)]
     pub accel: batch_render::accel::AccelKind,
@@ -277,61 +288,6 @@ pub enum ProgressKind {
     None,
 }
 
-fn seed_mode() -> impl TypedValueParser<Value = SeedMode> {
-    PossibleValuesParser::new(SeedMode::ALL.map(SeedMode::name)).map(|name| {
-        let found = SeedMode::ALL.into_iter().find(|mode| mode.name() == name);
-        found.expect("a possible value is a mode's name")
-    })
-}
-
-fn resolution(text: &str) -> Result<[u32; 2], String> {
-    let parsed = text
-        .split_once(['x', 'X'])
-        .and_then(|(w, h)| Some([w.trim().parse().ok()?, h.trim().parse().ok()?]));
-    match parsed {
-        None => Err("expected WIDTHxHEIGHT, such as 1280x720".into()),
-        Some([0, _] | [_, 0]) => Err("a picture has at least 1x1 pixels".into()),
-        Some(size) => Ok(size),
-    }
-}
-
-fn crop(text: &str) -> Result<[u32; 4], String> {
-    let numbers: Result<Vec<u32>, _> = text.split(',').map(|n| n.trim().parse()).collect();
-    match numbers.as_deref() {
-        Ok(&[x0, y0, x1, y1]) if x0 < x1 && y0 < y1 => Ok([x0, y0, x1, y1]),
-        Ok([_, _, _, _]) => Err("nothing is left: X1 must exceed X0, and Y1 exceed Y0".into()),
-        _ => Err("expected four whole numbers X0,Y0,X1,Y1".into()),
-    }
-}
-
-/// A radius in metres.
-fn radius(text: &str) -> Result<f32, String> {
-    let radius = text.parse::<f32>().ok().filter(|r| *r > 0.0 && r.is_finite());
-    radius.ok_or_else(|| "expected a number above 0, in metres".into())
-}
-
-fn size(text: &str) -> Result<u64, String> {
-    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
-    let scale = match text[digits.len()..]
-        .to_ascii_uppercase()
-        .trim_end_matches("IB")
-        .trim_end_matches('B')
-    {
-        "" => 0,
-        "K" => 10,
-        "M" => 20,
-        "G" => 30,
-        "T" => 40,
-        _ => return Err("expected a size such as 512M or 8G".into()),
-    };
-    let value: u64 = digits
-        .parse()
-        .map_err(|_| "expected a size such as 512M or 8G".to_owned())?;
-    value
-        .checked_mul(1 << scale)
-        .ok_or_else(|| "the size is too large".into())
-}
-
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory;
@@ -362,18 +318,8 @@ mod tests {
     }
 
     #[test]
-    fn sizes_and_windows_are_read_as_typed() {
-        assert_eq!(size("8G"), Ok(8 << 30));
-        let render = Args::try_parse_from(["batch-render", "s.toml"])
-            .expect("a scene alone")
-            .render;
-        assert_eq!(render.max_memory, None);
-        assert_eq!(size("512MiB"), Ok(512 << 20));
-        assert_eq!(size("100"), Ok(100));
-        assert!(size("lots").is_err());
-        assert_eq!(resolution("640x480"), Ok([640, 480]));
-        assert!(resolution("0x480").is_err());
-        assert_eq!(crop("1,2,3,4"), Ok([1, 2, 3, 4]));
-        assert!(crop("3,2,3,4").is_err());
+    fn memory_is_limited_by_what_is_free_where_no_limit_is_given() {
+        let args = Args::try_parse_from(["batch-render", "s.toml"]).expect("a scene alone");
+        assert_eq!(args.render.max_memory, None);
     }
 }

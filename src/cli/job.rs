@@ -43,6 +43,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             check(scene, request, simd, *json)
         }
         Some(Command::Bench(bench)) => super::bench::run(bench, simd, args.quiet),
+        #[cfg(feature = "viewer")]
+        Some(Command::Fly(fly)) => super::fly::run(fly, simd),
         None => render(&args.render, simd, args.quiet),
     }
 }
@@ -186,6 +188,8 @@ fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         integrator: args.integrator.clone(),
         aovs: args.aovs.clone(),
         show: args.show.clone(),
+        view: args.view.clone(),
+        exposure: args.exposure,
         accel: BuildOptions {
             simd,
             ..args.accel.into()

@@ -3,6 +3,10 @@
 mod args;
 mod bench;
 mod exit;
+#[cfg(feature = "viewer")]
+mod fly;
+#[cfg(feature = "viewer")]
+mod fly_args;
 mod inventory;
 mod job;
 mod log;
@@ -12,6 +16,7 @@ mod signals;
 mod simd;
 mod summary;
 mod threads;
+mod values;
 
 use std::process::ExitCode;
 

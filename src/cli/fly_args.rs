@@ -1,0 +1,96 @@
+//! The arguments of `batch-render fly`.
+
+use std::{
+    net::{IpAddr, Ipv4Addr},
+    path::PathBuf,
+};
+
+use batch_render::camera::RotationOrder;
+use clap::Args as ClapArgs;
+
+use super::values;
+
+/// The keys of the page.
+pub const KEYS: &str = "\
+Keys of the page:
+  Up, Down          forward and back           W, S
+  Left, Right       left and right             A, D
+  F1, F2            up and down                E, Q
+  Z, X              roll to the left and right
+  Shift             five times as far
+  + and -, wheel    longer and shorter steps
+  Drag              look around
+  Click             what is under the pointer; with Shift, focus on it
+  P, F              what is in the middle; focus on it
+  Home              the camera of the scene
+  , and .           one frame back and forward
+  Page Up, Down     the key before and after
+  Space             play, stop
+  K, Delete         set the key of the frame; delete it
+  Ctrl+S            save the camera path
+  H                 this list
+
+A press is one step; a key that is held moves on at the speed that the page shows. Tab goes to the
+fields and buttons, Escape back to the picture.";
+
+#[derive(Debug, ClapArgs)]
+pub struct FlyArgs {
+    /// The scene file, or a model: OBJ, glTF or GLB
+    pub scene: PathBuf,
+
+    /// Camera path to edit, a CSV file; it need not exist
+    #[arg(long, value_name = "FILE", default_value = "camera_path.csv")]
+    pub frames: PathBuf,
+
+    /// Port of the page; 0 is any that is free
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub port: u16,
+
+    /// Address to serve on; with any but a loopback address, others on the network can reach the page
+    #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
+    pub listen: IpAddr,
+
+    /// Open the page in the browser
+    #[arg(long)]
+    pub open: bool,
+
+    /// Output files of the job that the page starts, instead of the scene's; repeatable
+    #[arg(short, long, value_name = "PATTERN")]
+    pub output: Vec<String>,
+
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", value_parser = values::resolution)]
+    pub resolution: Option<[u32; 2]>,
+
+    /// Samples per pixel
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub samples: Option<u32>,
+
+    /// Integrator, such as path or whitted
+    #[arg(long, value_name = "NAME")]
+    pub integrator: Option<String>,
+
+    /// See a model by its camera of this name, or of this number from 0
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+
+    /// Frames per second
+    #[arg(long, value_name = "N")]
+    pub fps: Option<f64>,
+
+    /// Order of a camera path's rotations rot_x, rot_y and rot_z, such as ZXY
+    #[arg(long, value_name = "ORDER")]
+    pub rotation_order: Option<RotationOrder>,
+
+    /// Threads to render with [default: one per processor]
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+
+    /// Memory that the scene may take, such as 512M or 8G [default: 3/4 of what is free]
+    #[arg(long, value_name = "SIZE", value_parser = values::size)]
+    pub max_memory: Option<u64>,
+
+    /// Let models name files outside of their own folders
+    #[arg(long)]
+    pub allow_outside: bool,
+}

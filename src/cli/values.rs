@@ -1,0 +1,88 @@
+//! The values of flags, as they are typed.
+
+use batch_render::sampler::SeedMode;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+
+/// Reads the name of a seed mode.
+pub fn seed_mode() -> impl TypedValueParser<Value = SeedMode> {
+    PossibleValuesParser::new(SeedMode::ALL.map(SeedMode::name)).map(|name| {
+        let found = SeedMode::ALL.into_iter().find(|mode| mode.name() == name);
+        found.expect("a possible value is a mode's name")
+    })
+}
+
+/// Reads a size in pixels, such as `1280x720`.
+pub fn resolution(text: &str) -> Result<[u32; 2], String> {
+    let parsed = text
+        .split_once(['x', 'X'])
+        .and_then(|(w, h)| Some([w.trim().parse().ok()?, h.trim().parse().ok()?]));
+    match parsed {
+        None => Err("expected WIDTHxHEIGHT, such as 1280x720".into()),
+        Some([0, _] | [_, 0]) => Err("a picture has at least 1x1 pixels".into()),
+        Some(size) => Ok(size),
+    }
+}
+
+/// Reads the corners of a window, `X0,Y0,X1,Y1`.
+pub fn crop(text: &str) -> Result<[u32; 4], String> {
+    let numbers: Result<Vec<u32>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok(&[x0, y0, x1, y1]) if x0 < x1 && y0 < y1 => Ok([x0, y0, x1, y1]),
+        Ok([_, _, _, _]) => Err("nothing is left: X1 must exceed X0, and Y1 exceed Y0".into()),
+        _ => Err("expected four whole numbers X0,Y0,X1,Y1".into()),
+    }
+}
+
+/// Reads a number of stops.
+pub fn exposure(text: &str) -> Result<f32, String> {
+    let stops = text.parse().ok().filter(|stops: &f32| stops.is_finite());
+    stops.ok_or_else(|| "expected a number of stops, such as 1 or -0.5".into())
+}
+
+/// Reads a radius in metres.
+pub fn radius(text: &str) -> Result<f32, String> {
+    let radius = text.parse::<f32>().ok().filter(|r| *r > 0.0 && r.is_finite());
+    radius.ok_or_else(|| "expected a number above 0, in metres".into())
+}
+
+/// Reads a size in bytes, such as `512M` or `8G`.
+pub fn size(text: &str) -> Result<u64, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let scale = match text[digits.len()..]
+        .to_ascii_uppercase()
+        .trim_end_matches("IB")
+        .trim_end_matches('B')
+    {
+        "" => 0,
+        "K" => 10,
+        "M" => 20,
+        "G" => 30,
+        "T" => 40,
+        _ => return Err("expected a size such as 512M or 8G".into()),
+    };
+    let value: u64 = digits
+        .parse()
+        .map_err(|_| "expected a size such as 512M or 8G".to_owned())?;
+    value
+        .checked_mul(1 << scale)
+        .ok_or_else(|| "the size is too large".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_and_windows_are_read_as_typed() {
+        assert_eq!(size("8G"), Ok(8 << 30));
+        assert_eq!(size("512MiB"), Ok(512 << 20));
+        assert_eq!(size("100"), Ok(100));
+        assert!(size("lots").is_err());
+        assert_eq!(resolution("640x480"), Ok([640, 480]));
+        assert!(resolution("0x480").is_err());
+        assert_eq!(crop("1,2,3,4"), Ok([1, 2, 3, 4]));
+        assert!(crop("3,2,3,4").is_err());
+        assert_eq!(exposure("-0.5"), Ok(-0.5));
+        assert!(exposure("inf").is_err());
+    }
+}

@@ -1,0 +1,207 @@
+//! The batch job that a page starts: in this process, with threads, a scene and files of its own.
+
+use std::{
+    path::Path,
+    sync::{Arc, Mutex, MutexGuard},
+    thread,
+    time::{Duration, Instant},
+};
+
+use rayon::ThreadPoolBuilder;
+
+use super::{
+    canvas::Canvas,
+    message::JobFacts,
+    picture::{JobHeader, Picture, jpeg},
+    session::{RunningJob, Session},
+};
+use crate::{
+    batch::{Job, Observer, Plan, Request, Summary},
+    error::{Blame, Error},
+    render::{Cancel, Control, Counters, TileResult, TileSink},
+};
+
+/// The least time between two pictures of a job, and between two reports of its progress.
+const SHOW_EVERY: Duration = Duration::from_millis(250);
+
+const QUALITY: u8 = 85;
+
+/// Starts the job of the path as the page shows it.
+///
+/// # Errors
+/// A job is running, or the path was not saved.
+pub fn start(session: &Arc<Session>) -> Result<(), String> {
+    let request = session.job_request()?;
+    let mut running = session.running_job();
+    if running.as_ref().is_some_and(|job| !job.thread.is_finished()) {
+        return Err("a job is running already".to_owned());
+    }
+    let cancel = Arc::new(Cancel::default());
+    let facts = JobFacts {
+        t: "job",
+        state: "loading",
+        ..JobFacts::default()
+    };
+    session.job.send_replace(facts);
+    let work = {
+        let (session, cancel) = (Arc::clone(session), Arc::clone(&cancel));
+        move || {
+            let done = run(&session, &request, &cancel);
+            finish(&session, done);
+        }
+    };
+    let thread = thread::Builder::new().name("job".to_owned()).spawn(work);
+    let thread = thread.map_err(|e| Error::threads("the thread of the job", &e).to_string())?;
+    *running = Some(RunningJob { cancel, thread });
+    Ok(())
+}
+
+fn run(session: &Session, request: &Request, cancel: &Cancel) -> Result<Summary, Error> {
+    let pool = ThreadPoolBuilder::new()
+        .thread_name(|i| format!("job {i}"))
+        .build()
+        .map_err(|e| Error::threads("the threads of the job", &e))?;
+    pool.install(|| {
+        let job = Job::open(&session.base.scene_path, request)?;
+        let scene = job.load()?;
+        let counters = Counters::default();
+        let watch = Watch::new(session, &job.plan, &counters)?;
+        let control = Control {
+            cancel: Some(cancel),
+            counters: Some(&counters),
+            sink: Some(&watch),
+        };
+        job.run(scene, &watch, &control)
+    })
+}
+
+fn finish(session: &Session, done: Result<Summary, Error>) {
+    session.job.send_modify(|facts| {
+        (facts.state, facts.text) = match done {
+            Ok(summary) => (
+                "done",
+                format!("{} frames in {:.1} s", summary.rendered, summary.wall.as_secs_f64()),
+            ),
+            Err(error) if error.blame() == Blame::Cancelled => ("cancelled", String::new()),
+            Err(error) => ("failed", error.messages().join("\n")),
+        };
+    });
+}
+
+/// Watches a job and tells the pages.
+struct Watch<'a> {
+    session: &'a Session,
+    plan: &'a Plan,
+    counters: &'a Counters,
+    now: Mutex<Now>,
+}
+
+struct Now {
+    canvas: Arc<Canvas>,
+    frame: i32,
+    samples_before: u64,
+    shown: Instant,
+}
+
+impl<'a> Watch<'a> {
+    fn new(session: &'a Session, plan: &'a Plan, counters: &'a Counters) -> Result<Self, Error> {
+        Ok(Self {
+            now: Mutex::new(Now {
+                canvas: Arc::new(canvas(session, plan)?),
+                frame: 0,
+                samples_before: 0,
+                shown: Instant::now(),
+            }),
+            session,
+            plan,
+            counters,
+        })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Now> {
+        self.now.lock().expect("no thread panics while it watches a job")
+    }
+
+    fn show(&self, canvas: &Canvas, frame: i32, is_complete: bool) {
+        let file = jpeg(&canvas.rgb(), canvas.size, QUALITY);
+        if file.is_empty() {
+            return;
+        }
+        let [width, height] = canvas.size;
+        let header = JobHeader {
+            kind: "job",
+            mime: "image/jpeg",
+            width,
+            height,
+            frame,
+            is_complete,
+        };
+        let picture = Picture::of_job(&header, &file);
+        self.session.job_pictures.send_replace(Some(picture.into()));
+    }
+
+    /// The part of the frame that is rendered.
+    fn fraction(&self, now: &Now) -> f64 {
+        let settings = &self.plan.settings;
+        let all = settings.window.area() as f64 * f64::from(settings.samples.max);
+        let done = self.counters.samples() - now.samples_before;
+        (done as f64 / all).min(1.0)
+    }
+}
+
+fn canvas(session: &Session, plan: &Plan) -> Result<Canvas, Error> {
+    let fills_film = plan.frames.iter().all(|frame| frame.camera.fills_film());
+    // The scene of the view has the light groups of the job's.
+    Canvas::new(plan, &plan.settings, &session.base.scene, fills_film)
+        .map_err(|unknown| Error::Usage(unknown.to_string()))
+}
+
+impl TileSink for Watch<'_> {
+    fn tile(&self, tile: &TileResult<'_>) {
+        let (canvas, frame) = {
+            let now = self.lock();
+            (Arc::clone(&now.canvas), now.frame)
+        };
+        let is_complete = canvas.draw(tile).is_complete;
+        let fraction = {
+            let mut now = self.lock();
+            if !is_complete && now.shown.elapsed() < SHOW_EVERY {
+                return;
+            }
+            now.shown = Instant::now();
+            self.fraction(&now)
+        };
+        self.show(&canvas, frame, is_complete);
+        self.session.job.send_modify(|facts| facts.fraction = fraction);
+    }
+}
+
+impl Observer for Watch<'_> {
+    fn frame_started(&self, number: i32, _: usize, total: usize) {
+        // The plan's canvas was made before, so another one can be made.
+        let canvas = canvas(self.session, self.plan).ok();
+        {
+            let mut now = self.lock();
+            now.canvas = canvas.map_or_else(|| Arc::clone(&now.canvas), Arc::new);
+            (now.frame, now.samples_before) = (number, self.counters.samples());
+        }
+        self.session.job.send_modify(|facts| {
+            (facts.state, facts.frame, facts.frames, facts.fraction) = ("running", number, total, 0.0);
+        });
+    }
+
+    fn frame_rendered(&self, _: i32, _: Duration) {}
+
+    fn frame_skipped(&self, _: i32) {
+        self.session.job.send_modify(|facts| facts.done += 1);
+    }
+
+    fn file_written(&self, _: i32, path: &Path) {
+        let text = path.display().to_string();
+        self.session.job.send_modify(|facts| facts.text = text);
+    }
+
+    fn frame_written(&self, _: i32) {
+        self.session.job.send_modify(|facts| facts.done += 1);
+    }
+}

@@ -1,0 +1,177 @@
+//! The camera path file that is edited: read at the start, changed key by key, and saved beside its former content.
+
+use std::{
+    ffi::OsString,
+    io,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use crate::{
+    assets::{
+        Files,
+        camera_path::{CameraPathError, CameraPathFormat, CameraPathOptions, EditError, PathDocument, PathProblem},
+        files::ContentHash,
+    },
+    batch::Request,
+    camera::{
+        Lens,
+        path::{CameraPath, PathKey},
+    },
+    error::Error,
+    output::{OutputError, atomic},
+};
+
+/// The camera path file and its keys.
+pub struct Keyframes {
+    file: PathBuf,
+    options: CameraPathOptions,
+    document: PathDocument,
+    path: Option<Arc<CameraPath>>,
+    /// The content of the file when it was read or saved last; `None` where there was none.
+    on_disk: Option<ContentHash>,
+    is_changed: bool,
+}
+
+/// Why a camera path was not saved.
+#[derive(Debug, thiserror::Error)]
+pub enum SaveError {
+    #[error("there are no keys to save")]
+    NoKeys,
+    #[error("the file was changed by another program")]
+    Foreign,
+    #[error("cannot read the file: {0}")]
+    Read(io::Error),
+    #[error(transparent)]
+    Write(#[from] OutputError),
+}
+
+impl Keyframes {
+    /// Opens a file, or begins a new one where there is none.
+    ///
+    /// # Errors
+    /// The content of the file is wrong, or its name is not that of a camera path.
+    pub fn open(file: &Path, request: &Request) -> Result<Self, Error> {
+        if CameraPathFormat::of_path(file).is_none() {
+            return Err(CameraPathError::UnknownFormat { path: file.to_owned() }.into());
+        }
+        let options = CameraPathOptions {
+            fps: request.fps,
+            rotation_order: request.rotation_order,
+        };
+        let mut keyframes = Self {
+            file: file.to_owned(),
+            options,
+            document: PathDocument::new(&options),
+            path: None,
+            on_disk: None,
+            is_changed: false,
+        };
+        match keyframes.load() {
+            Err(CameraPathError::NotFound { .. }) => {}
+            loaded => loaded?,
+        }
+        Ok(keyframes)
+    }
+
+    /// Reads the file again; on an error everything stays as it was.
+    pub fn load(&mut self) -> Result<(), CameraPathError> {
+        let path = || self.file.clone();
+        let bytes = read(&self.file).map_err(|source| match source.kind() {
+            io::ErrorKind::NotFound => CameraPathError::NotFound { path: path() },
+            _ => CameraPathError::Io { path: path(), source },
+        })?;
+        let invalid = |problems| CameraPathError::Invalid { path: path(), problems };
+        let document = PathDocument::read(&bytes, &self.options).map_err(invalid)?;
+        if document.keys().len() == 0 {
+            return Err(invalid(
+                PathProblem::of_file("there are no rows below the header").into(),
+            ));
+        }
+        self.document = document;
+        self.on_disk = Some(ContentHash::of(&bytes));
+        self.is_changed = false;
+        self.renew();
+        Ok(())
+    }
+
+    /// Saves the keys, and keeps the former content of the file under its name with `.bak`. Unless `force` is given, a file
+    /// that another program has changed since is left alone.
+    pub fn save(&mut self, force: bool) -> Result<(), SaveError> {
+        if !self.has_keys() {
+            return Err(SaveError::NoKeys);
+        }
+        let former = match read(&self.file) {
+            Ok(bytes) => Some(bytes),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+            Err(error) => return Err(SaveError::Read(error)),
+        };
+        if !force && former.as_deref().map(ContentHash::of) != self.on_disk {
+            return Err(SaveError::Foreign);
+        }
+        atomic::check(&self.file)?;
+        if let Some(former) = former {
+            atomic::write(&backup_of(&self.file), |out| Ok(out.write_all(&former)?))?;
+        }
+        let bytes = self.document.to_bytes();
+        atomic::write(&self.file, |out| Ok(out.write_all(&bytes)?))?;
+        self.on_disk = Some(ContentHash::of(&bytes));
+        self.is_changed = false;
+        Ok(())
+    }
+
+    pub fn set(&mut self, key: &PathKey, scene: &Lens) -> Result<(), EditError> {
+        self.document.set(key, scene)?;
+        self.edited();
+        Ok(())
+    }
+
+    pub fn move_key(&mut self, from: f64, to: f64) -> Result<(), EditError> {
+        self.document.move_key(from, to)?;
+        self.edited();
+        Ok(())
+    }
+
+    pub fn remove(&mut self, frame: f64) -> Result<(), EditError> {
+        self.document.remove(frame)?;
+        self.edited();
+        Ok(())
+    }
+
+    pub fn keys(&self) -> impl ExactSizeIterator<Item = &PathKey> {
+        self.document.keys()
+    }
+
+    pub fn has_keys(&self) -> bool {
+        self.path.is_some()
+    }
+
+    /// Whether there are edits that were not saved.
+    pub fn is_changed(&self) -> bool {
+        self.is_changed
+    }
+
+    /// The path through the keys; `None` without keys.
+    pub fn path(&self) -> Option<&Arc<CameraPath>> {
+        self.path.as_ref()
+    }
+
+    fn edited(&mut self) {
+        self.is_changed = true;
+        self.renew();
+    }
+
+    fn renew(&mut self) {
+        self.path = self.document.path().cloned().map(Arc::new);
+    }
+}
+
+fn read(path: &Path) -> io::Result<Arc<[u8]>> {
+    Files::default().read(path)
+}
+
+fn backup_of(path: &Path) -> PathBuf {
+    let mut name = OsString::from(path);
+    name.push(".bak");
+    PathBuf::from(name)
+}

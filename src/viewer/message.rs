@@ -1,0 +1,164 @@
+//! Messages of pages, and the facts that pages are told.
+
+use serde::{Deserialize, Serialize};
+
+use super::{
+    camera::{LensNumbers, ViewCamera},
+    look::Look,
+};
+
+/// A message of a page. `seq` rises with each message that changes the view.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "t", rename_all = "lowercase", deny_unknown_fields)]
+pub enum PageMessage {
+    /// The camera that the page wants.
+    View {
+        seq: u64,
+        camera: ViewCamera,
+    },
+    /// The scene's own camera.
+    Home {
+        seq: u64,
+    },
+    /// The frame that the page is at; the camera is that of the path where it has one.
+    Frame {
+        seq: u64,
+        frame: i64,
+    },
+    Look {
+        seq: u64,
+        look: Look,
+    },
+    /// Asks for the surface at a place of the picture, from 0 to 1 to the right and downwards.
+    Pick {
+        id: u64,
+        x: f32,
+        y: f32,
+    },
+    /// Adds or replaces the key of the current frame.
+    Set,
+    Move {
+        from: f64,
+        to: f64,
+    },
+    Delete {
+        frame: f64,
+    },
+    Save {
+        #[serde(default)]
+        force: bool,
+    },
+    Load,
+    /// Starts the batch job, and stops it.
+    Render,
+    Cancel,
+    /// The page has drawn the picture and takes the next one.
+    Ack,
+}
+
+/// The first message to a page.
+#[derive(Debug, Serialize)]
+pub struct Hello<'a> {
+    pub t: &'static str,
+    pub client: u64,
+    pub scene: &'a str,
+    pub resolution: [u32; 2],
+    pub integrators: &'a [&'a str],
+    pub views: &'a [&'a str],
+    pub passes: &'a [&'a str],
+    /// The columns of camera paths that the lens of the scene supports.
+    pub columns: &'a [&'a str],
+    /// A sensible step, in m.
+    pub step: f64,
+    pub fps: f64,
+    pub up: [f64; 3],
+    pub has_home: bool,
+}
+
+/// Everything that a page shows beside pictures.
+#[derive(Debug, Serialize)]
+pub struct Facts<'a> {
+    pub t: &'static str,
+    pub look: &'a Look,
+    pub keys: Vec<KeyFact<'a>>,
+    pub file: String,
+    /// Whether there are keys that were not saved.
+    pub is_changed: bool,
+    /// The command that renders the path as the page shows it.
+    pub command: String,
+}
+
+#[derive(Debug, Serialize)]
+pub struct KeyFact<'a> {
+    pub frame: f64,
+    pub name: Option<&'a str>,
+    pub interp: &'static str,
+}
+
+/// The state of the job.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct JobFacts {
+    pub t: &'static str,
+    /// `idle`, `loading`, `running`, `done`, `failed` or `cancelled`.
+    pub state: &'static str,
+    pub frame: i32,
+    /// Frames that are on disk, of so many.
+    pub done: usize,
+    pub frames: usize,
+    /// The part of the current frame that is rendered, from 0 to 1.
+    pub fraction: f64,
+    /// The last file that was written, or why the job failed.
+    pub text: String,
+}
+
+/// The surface at a place of the picture.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Picked {
+    pub object: String,
+    pub material: String,
+    /// From the camera, in m.
+    pub distance: f64,
+    /// Along the line of sight, in m: what is in focus at this distance.
+    pub depth: f64,
+    /// In m, in the world.
+    pub point: [f64; 3],
+}
+
+/// Answers to single pages.
+#[derive(Debug, Serialize)]
+#[serde(tag = "t", rename_all = "lowercase")]
+pub enum Answer {
+    Picked {
+        id: u64,
+        found: Option<Picked>,
+    },
+    /// Something that was asked for was done, or was not.
+    Note {
+        is_error: bool,
+        text: String,
+    },
+    /// The file on disk is another one than that which was read.
+    Foreign,
+}
+
+impl Answer {
+    pub fn done(text: impl Into<String>) -> Self {
+        Self::Note {
+            is_error: false,
+            text: text.into(),
+        }
+    }
+
+    pub fn error(error: impl ToString) -> Self {
+        Self::Note {
+            is_error: true,
+            text: error.to_string(),
+        }
+    }
+}
+
+/// The parameters that a lens has, of those that messages name.
+pub fn supported(lens: &LensNumbers, columns: &[&str]) -> Option<&'static str> {
+    let given = lens.overrides();
+    given.columns().find(|column| !columns.contains(column))
+}

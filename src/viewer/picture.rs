@@ -1,0 +1,123 @@
+//! Encoded pictures, as they go to pages.
+
+use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
+use serde::Serialize;
+
+use super::camera::{LensNumbers, ViewCamera};
+
+/// The stage of a picture: how much of it is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Stage {
+    /// At a lower resolution.
+    Coarse,
+    /// Some tiles have more samples than others.
+    Part,
+    /// All pixels have the same number of samples.
+    Round,
+    /// All samples: the pixels that the job writes.
+    Final,
+}
+
+/// The header of a picture of the view.
+#[derive(Clone, Debug, Serialize)]
+pub struct ViewHeader {
+    pub kind: &'static str,
+    /// The number of the view that it shows; rises with each change.
+    pub version: u64,
+    /// The page that asked for this view, and the number of its message.
+    pub client: u64,
+    pub seq: u64,
+    pub stage: Stage,
+    pub mime: &'static str,
+    pub width: u32,
+    pub height: u32,
+    /// Samples of each pixel, of so many.
+    pub samples: u32,
+    pub of: u32,
+    /// From the start of the rendering of this view, in ms.
+    pub ms: f64,
+    pub rays_per_second: f64,
+    pub frame: i64,
+    /// Whether the camera is that of the path at the frame.
+    pub on_path: bool,
+    pub camera: ViewCamera,
+    /// All parameters of the lens.
+    pub lens: LensNumbers,
+}
+
+/// The header of a picture of a job.
+#[derive(Clone, Debug, Serialize)]
+pub struct JobHeader {
+    pub kind: &'static str,
+    pub mime: &'static str,
+    pub width: u32,
+    pub height: u32,
+    pub frame: i32,
+    /// Whether the frame is finished.
+    pub is_complete: bool,
+}
+
+/// An encoded picture with its header.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// The version of the view; 0 for that of a job.
+    pub version: u64,
+    pub stage: Stage,
+    /// The length of the header's JSON as 4 bytes, little-endian, the JSON, and the file.
+    message: Vec<u8>,
+    file: usize,
+}
+
+impl Picture {
+    pub fn of_view(header: &ViewHeader, file: &[u8]) -> Self {
+        Self::new(header.version, header.stage, header, file)
+    }
+
+    pub fn of_job(header: &JobHeader, file: &[u8]) -> Self {
+        Self::new(0, Stage::Part, header, file)
+    }
+
+    fn new(version: u64, stage: Stage, header: &impl Serialize, file: &[u8]) -> Self {
+        let json = serde_json::to_vec(header).expect("a header is numbers and words");
+        let mut message = Vec::with_capacity(4 + json.len() + file.len());
+        message.extend_from_slice(&(json.len() as u32).to_le_bytes());
+        message.extend_from_slice(&json);
+        message.extend_from_slice(file);
+        Self {
+            version,
+            stage,
+            file: 4 + json.len(),
+            message,
+        }
+    }
+
+    /// The bytes of its message.
+    pub fn message(&self) -> &[u8] {
+        &self.message
+    }
+
+    /// The picture alone, a file of the type that the header tells.
+    pub fn file(&self) -> &[u8] {
+        &self.message[self.file..]
+    }
+}
+
+/// A JPEG file of R, G and B of each pixel. It is empty where a side is longer than the format allows.
+pub fn jpeg(rgb: &[u8], [width, height]: [u32; 2], quality: u8) -> Vec<u8> {
+    let mut file = Vec::with_capacity(rgb.len() / 8);
+    let mut encoder = Encoder::new(&mut file, quality);
+    // Colours at half the resolution, where quality does not come first.
+    encoder.set_sampling_factor(match quality {
+        90.. => SamplingFactor::F_1_1,
+        _ => SamplingFactor::F_2_2,
+    });
+    let sides = [width, height].map(u16::try_from);
+    if let [Ok(width), Ok(height)] = sides
+        && encoder.encode(rgb, width, height, ColorType::Rgb).is_err()
+    {
+        // Of a picture that cannot be encoded the page keeps the one before.
+        file.clear();
+    }
+    file
+}

@@ -1,0 +1,151 @@
+//! The server: three addresses, behind the guard.
+//!
+//! | address | what |
+//! |---|---|
+//! | `/` | the page |
+//! | `/live` | the WebSocket of the page |
+//! | `/still.png` | the view with all its samples: the file that the job writes |
+
+use std::{net::TcpListener, sync::Arc, time::Duration};
+
+use axum::{
+    Router,
+    extract::{Request, State, WebSocketUpgrade},
+    http::{HeaderValue, StatusCode, header},
+    middleware::{self, Next},
+    response::{Html, IntoResponse, Response},
+    routing::get,
+    serve::ListenerExt,
+};
+use tokio::sync::watch;
+
+use super::{connection, guard::Guard, page, session::Session};
+use crate::error::Error;
+
+/// The most bytes of a message of a page.
+const MAX_MESSAGE: usize = 16 << 10;
+
+/// The time between two looks at whether the server is to stop.
+const STOP_POLL: Duration = Duration::from_millis(50);
+
+/// The time that connections have to say goodbye.
+const GOODBYE: Duration = Duration::from_millis(500);
+
+#[derive(Clone)]
+struct Server {
+    guard: Guard,
+    session: Arc<Session>,
+    /// Becomes true when the server stops.
+    is_stopping: watch::Receiver<bool>,
+}
+
+/// Serves until `is_over`.
+pub fn run(
+    listener: TcpListener,
+    guard: Guard,
+    session: &Arc<Session>,
+    is_over: &dyn Fn() -> bool,
+) -> Result<(), Error> {
+    let failed = |cause: std::io::Error| Error::Serve { cause };
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+        .map_err(failed)?;
+    let (stopping, is_stopping) = watch::channel(false);
+    let server = Server {
+        guard,
+        session: Arc::clone(session),
+        is_stopping,
+    };
+    let served = runtime.block_on(async {
+        let listener = tokio::net::TcpListener::from_std(listener)?;
+        let listener = listener.tap_io(|stream| {
+            // Messages are not to wait for others; without that they still arrive.
+            let _ = stream.set_nodelay(true);
+        });
+        let app = Router::new()
+            .route("/", get(page))
+            .route("/live", get(live))
+            .route("/still.png", get(still))
+            .layer(middleware::from_fn_with_state(server.clone(), check))
+            .with_state(server);
+        tokio::select! {
+            served = axum::serve(listener, app).into_future() => served,
+            () = over(is_over) => {
+                stopping.send_replace(true);
+                // Pages answer a close at once.
+                let _ = tokio::time::timeout(GOODBYE, stopping.closed()).await;
+                Ok(())
+            }
+        }
+    });
+    runtime.shutdown_timeout(GOODBYE);
+    served.map_err(failed)
+}
+
+async fn over(is_over: &dyn Fn() -> bool) {
+    while !is_over() {
+        tokio::time::sleep(STOP_POLL).await;
+    }
+}
+
+/// Lets the guard look at every request.
+async fn check(State(server): State<Server>, request: Request, next: Next) -> Response {
+    if let Err(status) = server.guard.check(request.uri(), request.headers()) {
+        let reason = match status {
+            StatusCode::FORBIDDEN => "this page needs the whole address that batch-render prints, with its key",
+            _ => "this is not a name of the viewer",
+        };
+        return (status, reason).into_response();
+    }
+    let mut response = next.run(request).await;
+    let headers = response.headers_mut();
+    for (name, value) in [
+        (header::CACHE_CONTROL, "no-store"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+    ] {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+async fn page() -> Response {
+    let mut bytes = [0; 16];
+    if getrandom::fill(&mut bytes).is_err() {
+        return StatusCode::INTERNAL_SERVER_ERROR.into_response();
+    }
+    let nonce: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+    let policy = [(header::CONTENT_SECURITY_POLICY, page::policy(&nonce))];
+    (policy, Html(page::html(&nonce))).into_response()
+}
+
+async fn live(State(server): State<Server>, upgrade: WebSocketUpgrade, request: Request) -> Response {
+    if let Err(status) = server.guard.check_origin(request.headers()) {
+        return status.into_response();
+    }
+    let Server {
+        session, is_stopping, ..
+    } = server;
+    upgrade
+        .max_message_size(MAX_MESSAGE)
+        .max_frame_size(MAX_MESSAGE)
+        .on_upgrade(|socket| connection::run(socket, session, is_stopping))
+}
+
+/// Waits until the view has all its samples.
+async fn still(State(server): State<Server>) -> Response {
+    let mut pictures = server.session.pictures.subscribe();
+    let mut is_stopping = server.is_stopping;
+    let file = loop {
+        let picture = pictures.borrow_and_update().clone();
+        if let Some(picture) = picture.filter(|picture| server.session.is_final(picture)) {
+            break picture.file().to_vec();
+        }
+        tokio::select! {
+            changed = pictures.changed() => if changed.is_err() { return StatusCode::GONE.into_response() },
+            () = connection::stopping(&mut is_stopping) => return StatusCode::GONE.into_response(),
+        }
+    };
+    ([(header::CONTENT_TYPE, "image/png")], file).into_response()
+}

@@ -1,0 +1,298 @@
+// The live viewer in a real browser: keys, lag, keyframes, the connection, strangers, and how the page looks.
+//
+//   PLAYWRIGHT=FOLDER node tests/viewer/drive.mjs PROGRAM [SCREENSHOTS]
+//
+// FOLDER is where `npm install` was run with the package.json of this folder; PROGRAM is batch-render. `chromium` must be on the
+// PATH, or CHROMIUM its path. Screenshots of the page go to the folder SCREENSHOTS, where one is given; `viewer.png` is the one
+// in the documentation.
+
+import assert from "node:assert/strict";
+import { execFileSync, spawn } from "node:child_process";
+import fs from "node:fs";
+import http from "node:http";
+import { createRequire } from "node:module";
+import os from "node:os";
+import path from "node:path";
+import { fileURLToPath } from "node:url";
+
+const { chromium } = createRequire(path.join(process.env.PLAYWRIGHT, "package.json"))("playwright-core");
+const [program, screenshots] = process.argv.slice(2).map((name) => path.resolve(name));
+const repository = path.resolve(path.dirname(fileURLToPath(import.meta.url)), "../..");
+const scene = path.join(repository, "scenes/assignment/scene.toml");
+const MEDIAN_MS = 60;
+const WORST_MS = 150;
+
+const folder = fs.mkdtempSync(path.join(os.tmpdir(), "viewer-"));
+const size = ["--resolution", "960x540"];
+
+/** Starts the viewer and waits for its address. */
+async function start(args) {
+  const child = spawn(program, ["fly", ...args, ...size], { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
+  let text = "";
+  const url = await new Promise((resolve, reject) => {
+    child.stdout.on("data", (data) => {
+      text += data;
+      const found = text.match(/http:\S+/);
+      if (found) resolve(new URL(found[0]));
+    });
+    child.on("exit", () => reject(new Error("the viewer has ended")));
+  });
+  return { child, url };
+}
+
+async function ended(child) {
+  const code = new Promise((resolve) => child.removeAllListeners("exit").on("exit", resolve));
+  child.kill("SIGINT");
+  return code;
+}
+
+const isFinal = () => document.getElementById("view").dataset.stage === "final" && link.waiting.size === 0;
+
+/** Waits until the page shows all samples of what it has asked for. */
+const settled = (page) => page.waitForFunction(isFinal);
+
+const fields = (page, id) => page.locator(`#${id} input`).evaluateAll((inputs) => inputs.map((input) => Number(input.value)));
+
+async function six_keys_move_by_one_step(page) {
+  const step = Number(await page.locator("#step").inputValue());
+  assert.ok(step > 0);
+  for (const [key, axis, sign] of [
+    ["ArrowUp", 2, -1], ["ArrowDown", 2, 1], ["ArrowLeft", 0, -1], ["ArrowRight", 0, 1], ["F1", 1, 1], ["F2", 1, -1],
+  ]) {
+    const before = { eye: await fields(page, "eye"), target: await fields(page, "target") };
+    await page.keyboard.press(key);
+    await settled(page);
+    for (const name of ["eye", "target"]) {
+      const wanted = before[name].map((v, i) => (i === axis ? v + sign * step : v));
+      assert.deepEqual(await fields(page, name), wanted, `${key}: ${name}`);
+      // What the renderer says it shows.
+      assert.deepEqual(await page.evaluate(`page.header.camera.${name}`), wanted, `${key}: ${name}`);
+    }
+  }
+}
+
+/** Holds a key for 3 s. What else runs on the machine only adds to the lag, so the best of a few runs counts. */
+async function a_held_key_lags_little(page) {
+  let best = null;
+  for (let run = 0; run < 4 && !(best?.median <= MEDIAN_MS && best?.worst <= WORST_MS); run += 1) {
+    await page.keyboard.press("Home");
+    await settled(page);
+    await page.evaluate(() => (link.latencies.length = 0));
+    await page.keyboard.down(run % 2 ? "ArrowLeft" : "ArrowUp");
+    await page.waitForTimeout(3000);
+    await page.keyboard.up(run % 2 ? "ArrowLeft" : "ArrowUp");
+    await settled(page);
+    const all = (await page.evaluate(() => link.latencies)).sort((a, b) => a - b);
+    const result = { pictures: all.length, median: all[all.length >> 1], worst: all.at(-1) };
+    console.log(`held key: ${all.length} inputs, median ${result.median.toFixed(1)} ms, worst ${result.worst.toFixed(1)} ms`);
+    if (!best || result.worst < best.worst) best = result;
+  }
+  assert.ok(best.pictures >= 60, `${best.pictures} inputs in 3 s`);
+  assert.ok(best.median <= MEDIAN_MS, `median ${best.median} ms`);
+  assert.ok(best.worst <= WORST_MS, `worst ${best.worst} ms`);
+}
+
+/** Whether the canvas of the page has the pixels of a PNG file. */
+async function isDrawn(base64) {
+  const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+  const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+  const canvas = new OffscreenCanvas(image.width, image.height).getContext("2d", { alpha: false });
+  canvas.drawImage(image, 0, 0);
+  const of = (context) => context.getImageData(0, 0, image.width, image.height).data;
+  const [wanted, drawn] = [of(canvas), of(pen)];
+  return wanted.every((v, i) => v === drawn[i]);
+}
+
+async function keyframes_are_saved_and_rendered_as_shown(page, url) {
+  await page.keyboard.press("Home");
+  for (const [frame, keys] of [["1", []], ["9", ["ArrowUp", "ArrowRight", "F1"]], ["17", ["KeyZ", "ArrowLeft", "ArrowDown"]]]) {
+    await page.fill("#frame", frame);
+    await page.keyboard.press("Enter");
+    await page.keyboard.press("Escape");
+    for (const key of keys) await page.keyboard.press(key);
+    await page.keyboard.press("KeyK");
+  }
+  await page.waitForFunction(() => timeline.keys.length === 3);
+  await page.keyboard.press("Control+KeyS");
+  await page.waitForFunction(() => document.getElementById("file").className === "");
+  assert.equal(fs.readFileSync(path.join(folder, "path.csv"), "utf8").trim().split("\n").length, 4);
+
+  // The command that the page shows, but for the name of the program.
+  const command = (await page.locator("#command").textContent()).split(" ").slice(1);
+  execFileSync(program, [...command, "--progress", "none"], { cwd: folder });
+  for (const frame of [1, 5, 17]) {
+    await page.fill("#frame", String(frame));
+    await page.keyboard.press("Enter");
+    await settled(page);
+    const still = await page.request.get(`${url.origin}/still.png${url.search}`);
+    const file = fs.readFileSync(path.join(folder, `frame.${String(frame).padStart(4, "0")}.png`));
+    assert.ok(Buffer.compare(await still.body(), file) === 0, `frame ${frame} differs from the job's`);
+    assert.ok(await page.evaluate(isDrawn, file.toString("base64")), `frame ${frame} is drawn in another way`);
+  }
+  await page.keyboard.press("Escape");
+}
+
+async function the_job_runs_on_the_page_and_stops(page) {
+  await page.click("#render");
+  await page.waitForFunction(() => document.getElementById("job-text").textContent.startsWith("done"));
+  assert.equal(await page.locator("#job-view").isVisible(), true);
+  await page.fill("#samples", "60000");
+  await page.keyboard.press("Enter");
+  await page.click("#render");
+  await page.waitForFunction(() => document.getElementById("job-text").textContent.startsWith("frame"));
+  await page.click("#cancel");
+  await page.waitForFunction(() => document.getElementById("job-text").textContent.startsWith("cancelled"));
+  await page.fill("#samples", "1");
+  await page.keyboard.press("Enter");
+  await settled(page);
+  await page.keyboard.press("Escape");
+}
+
+async function the_connection_is_lost_and_found(page) {
+  await page.keyboard.press("F1");
+  await settled(page);
+  const before = await fields(page, "eye");
+  await page.evaluate(() => link.socket.close());
+  await page.waitForFunction(() => document.getElementById("link").textContent === "not connected");
+  await page.waitForFunction(() => document.getElementById("link").textContent === "connected");
+  assert.deepEqual(await fields(page, "eye"), before);
+  await page.keyboard.press("F2");
+  await settled(page);
+  assert.notDeepEqual(await fields(page, "eye"), before);
+}
+
+async function a_second_page_sees_the_same_camera(page, browser, url) {
+  const other = await browser.newPage();
+  await other.goto(url.href);
+  await settled(other);
+  await page.keyboard.press("ArrowLeft");
+  await settled(page);
+  const eye = await page.evaluate("page.camera.eye");
+  await other.waitForFunction((x) => page.camera.eye[0] === x, eye[0]);
+  await other.close();
+}
+
+async function strangers_stay_outside(page, browser, url) {
+  const stranger = await browser.newPage();
+  assert.equal((await stranger.goto(url.origin)).status(), 403);
+  assert.equal((await stranger.goto(`${url.origin}/?key=0123456789abcdef0123456789abcdef`)).status(), 403);
+  // Another site on this machine, which knows the secret.
+  const site = http.createServer((_, response) => response.setHeader("Content-Type", "text/html").end("<p>another site"));
+  await new Promise((resolve) => site.listen(0, "127.0.0.1", resolve));
+  await stranger.goto(`http://127.0.0.1:${site.address().port}/`);
+  const opened = await stranger.evaluate(
+    (address) =>
+      new Promise((resolve) => {
+        const socket = new WebSocket(address);
+        socket.onopen = () => resolve(true);
+        socket.onerror = () => resolve(false);
+      }),
+    `ws://${url.host}/live${url.search}`,
+  );
+  assert.equal(opened, false);
+  site.close();
+  await stranger.close();
+  // A message of 10 MB ends the connection, and the next one is a good one.
+  const closed = await page.evaluate(
+    () => new Promise((resolve) => {
+      link.socket.addEventListener("close", () => resolve(true));
+      link.socket.send(" ".repeat(10 << 20));
+    }),
+  );
+  assert.equal(closed, true);
+  await page.waitForFunction(() => document.getElementById("link").textContent === "connected");
+  await page.keyboard.press("Home");
+  await settled(page);
+}
+
+/** Texts that do not fit into their place, or lie over one another. */
+function clashes() {
+  const isShown = (element) => element.checkVisibility() && element.getClientRects().length > 0;
+  const texts = [...document.querySelectorAll("body *")].filter((element) => {
+    const own = [...element.childNodes].some((node) => node.nodeType === Node.TEXT_NODE && node.textContent.trim() !== "");
+    return isShown(element) && own && !["SCRIPT", "STYLE", "OPTION"].includes(element.tagName);
+  });
+  const found = [];
+  const boxes = texts.map((element) => {
+    const range = document.createRange();
+    const node = [...element.childNodes].find((n) => n.nodeType === Node.TEXT_NODE && n.textContent.trim() !== "");
+    range.selectNodeContents(node);
+    return range.getBoundingClientRect();
+  });
+  const visible = texts.map((element, i) => {
+    // What a place that scrolls does not show lies over nothing.
+    const clip = element.closest("aside")?.getBoundingClientRect();
+    return !clip || (boxes[i].top >= clip.top && boxes[i].bottom <= clip.bottom);
+  });
+  boxes.forEach((a, i) => {
+    const place = texts[i].getBoundingClientRect();
+    if (a.right > place.right + 1 && getComputedStyle(texts[i]).overflow !== "hidden") found.push(`${texts[i].textContent} is cut off`);
+    if (visible[i] && (a.left < 0 || a.right > innerWidth + 1)) found.push(`${texts[i].textContent} leaves the window`);
+    boxes.slice(i + 1).forEach((b, j) => {
+      const over = Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1 && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 1;
+      if (over && visible[i] && visible[i + 1 + j]) found.push(`${texts[i].textContent} | ${texts[i + 1 + j].textContent}`);
+    });
+  });
+  const wide = [...document.querySelectorAll("body, main, header, footer, aside")].filter((e) => e.scrollWidth > e.clientWidth + 1);
+  return [...found, ...wide.map((element) => `${element.tagName} is too wide`)];
+}
+
+async function the_page_is_readable(page) {
+  for (const colorScheme of ["dark", "light"]) {
+    for (const [width, height] of [[1024, 768], [1920, 1080]]) {
+      await page.setViewportSize({ width, height });
+      await page.emulateMedia({ colorScheme });
+      await page.waitForFunction((w) => innerWidth === w, width);
+      assert.deepEqual(await page.evaluate(clashes), [], `${colorScheme}, ${width} wide`);
+      if (screenshots) await page.screenshot({ path: path.join(screenshots, `${colorScheme}-${width}.png`) });
+    }
+  }
+}
+
+/** A picture for the documentation: the path of the moves, between two keys. */
+async function the_page_is_shown(page) {
+  if (!screenshots) return;
+  await page.setViewportSize({ width: 1100, height: 720 });
+  await page.emulateMedia({ colorScheme: "dark" });
+  fs.copyFileSync(path.join(repository, "scenes/assignment/camera_path.csv"), path.join(folder, "path.csv"));
+  await page.click("#load");
+  await page.waitForFunction(() => timeline.keys.length === 7);
+  await page.fill("#frame", "36");
+  await page.keyboard.press("Enter");
+  await page.keyboard.press("Escape");
+  await settled(page);
+  await page.locator("#note").waitFor({ state: "hidden" });
+  await page.locator("aside").evaluate((aside) => aside.scrollTo(0, 0));
+  await page.screenshot({ path: path.join(screenshots, "viewer.png") });
+}
+
+const { child, url } = await start([scene, "--frames", "path.csv", "-o", "frame.####.png"]);
+const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox"] });
+try {
+  const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
+  page.setDefaultTimeout(30_000);
+  page.on("pageerror", (error) => assert.fail(error));
+  await page.goto(url.href);
+  await settled(page);
+  for (const check of [
+    six_keys_move_by_one_step,
+    a_held_key_lags_little,
+    keyframes_are_saved_and_rendered_as_shown,
+    the_job_runs_on_the_page_and_stops,
+    the_connection_is_lost_and_found,
+    a_second_page_sees_the_same_camera,
+    strangers_stay_outside,
+    the_page_is_readable,
+    the_page_is_shown,
+  ]) {
+    const begun = performance.now();
+    if (check.length > 2) await check(page, browser, url);
+    else await check(page, url);
+    console.log(`${check.name.replaceAll("_", " ")}: ok, ${((performance.now() - begun) / 1000).toFixed(1)} s`);
+  }
+  assert.equal(await ended(child), 0, "it ends cleanly while a page is connected");
+} finally {
+  await browser.close();
+  child.kill("SIGKILL");
+  fs.rmSync(folder, { recursive: true });
+}
