@@ -55,7 +55,7 @@ impl<'a> Document<'a> {
             .map(|(i, _)| i)
             .collect();
         normalize(&mut raw);
-        let root: Root = deserialize::from_value(raw.clone()).map_err(syntax)?;
+        let root: Root = deserialize::from_value(without_free_channels(raw.clone())).map_err(syntax)?;
         check_indices(&root)?;
         let buffers = root.buffers.iter().map(|_| OnceCell::new()).collect();
         Ok(Self {
@@ -186,6 +186,17 @@ fn check_extensions(raw: &Value) -> Result<(), GltfProblem> {
         "it requires the {plural} {}",
         unknown.join(", ")
     )))
+}
+
+/// The document without animation channels that move no node but what an extension names: the parser demands a node.
+fn without_free_channels(mut raw: Value) -> Value {
+    let animations = raw.get_mut("animations").and_then(Value::as_array_mut);
+    for channels in animations.into_iter().flatten().filter_map(|a| a.get_mut("channels")) {
+        if let Some(channels) = channels.as_array_mut() {
+            channels.retain(|channel| channel.get("target").is_none_or(|t| t.get("node").is_some()));
+        }
+    }
+    raw
 }
 
 /// Makes what the format allows acceptable to its parser: whole numbers written as `1.0`, scenes without nodes.

@@ -151,6 +151,10 @@ impl Reader<'_, '_> {
         };
         let [.., alpha] = numbers(pbr, "baseColorFactor", [1.0; 4]);
         surface.opacity = opacity(&surface.base_color, alpha);
+        if surface.sidedness == Sidedness::Front {
+            let why = Treatment::Unneeded("light meets surfaces from both sides, and both are seen");
+            self.model.add_feature("doubleSided = false", "material", why);
+        }
         if material.get("occlusionTexture").is_some() {
             let why = Treatment::Unneeded("paths find the light in corners themselves");
             self.model.add_feature("occlusionTexture", "material", why);

@@ -228,3 +228,29 @@ fn cut_and_flipped_bytes_never_panic() {
         }
     }
 }
+
+#[test]
+fn faults_that_keep_no_picture_from_being_made_are_told() {
+    let faults = |rest: &str| read(rest).unwrap().faults;
+    let zero_normals = r#""accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0],
+        "max": [1, 1, 0]}, {"bufferView": 1, "componentType": 5123, "count": 3, "type": "SCALAR"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 0}, "indices": 1}]}]"#;
+    assert_eq!(
+        faults(zero_normals),
+        ["1 of the 3 normals of primitive 0 of mesh 0 are no unit vectors, 1 of them are zero"]
+    );
+    let odd = r#""extensionsUsed": ["KHR_materials_ior"], "materials": [{"extensions": {"KHR_materials_ior": "1.4"}}]"#;
+    assert_eq!(faults(odd), ["KHR_materials_ior is used, but is no object"]);
+    let webp = r#""images": [{"uri": "data:image/webp;base64,UklGRgAAAABXRUJQVlA4IAAAAAA=", "mimeType": "image/webp"}],
+        "textures": [{"source": 0}]"#;
+    assert_eq!(faults(webp), ["texture 0 shows a WebP image without EXT_texture_webp"]);
+}
+
+#[test]
+fn animation_channels_may_move_what_an_extension_names() {
+    let animations = r#""extensionsUsed": ["KHR_animation_pointer"],
+        "accessors": [{"count": 2, "type": "SCALAR", "componentType": 5126, "min": [0], "max": [1]}],
+        "animations": [{"channels": [{"sampler": 0, "target": {"path": "pointer", "extensions":
+        {"KHR_animation_pointer": {"pointer": "/nodes/0/scale"}}}}], "samplers": [{"input": 0, "output": 0}]}]"#;
+    assert!(read(animations).is_ok());
+}

@@ -1,8 +1,12 @@
 //! Animations, which are not shown but checked.
 
+use std::collections::HashSet;
+
 use ::gltf::json::Value;
 
 use super::checked::{Lint, array, index};
+
+const POINTER: &str = "KHR_animation_pointer";
 
 pub(super) fn check(lint: &mut Lint<'_>) {
     for (i, animation) in lint.array("animations").iter().enumerate() {
@@ -21,7 +25,11 @@ pub(super) fn check(lint: &mut Lint<'_>) {
                 }
             }
         }
+        let mut targets = HashSet::new();
         for (c, channel) in array(animation, "channels").iter().enumerate() {
+            if !targets.insert(what_moves(&channel["target"])) {
+                lint.fault(format!("channel {c} of animation {i} moves what another one moves"));
+            }
             let place = format!("channel {c} of animation {i}");
             let sampler = index(channel, "sampler").and_then(|s| samplers.get(s));
             target(lint, channel, sampler, &place);
@@ -29,10 +37,24 @@ pub(super) fn check(lint: &mut Lint<'_>) {
     }
 }
 
+/// The node and the property that a channel moves, or the property that an extension names.
+fn what_moves(target: &Value) -> (Option<usize>, Option<&str>, Option<&str>) {
+    let pointer = target.pointer(&format!("/extensions/{POINTER}/pointer"));
+    let path = target.get("path");
+    (
+        index(target, "node"),
+        path.and_then(Value::as_str),
+        pointer.and_then(Value::as_str),
+    )
+}
+
 fn target(lint: &mut Lint<'_>, channel: &Value, sampler: Option<&Value>, place: &str) {
     let target = &channel["target"];
     let path = target.get("path").and_then(Value::as_str).unwrap_or_default();
     let node = lint.named(target, "node", "nodes");
+    if target.get("extensions").is_some_and(|e| e.get(POINTER).is_some()) && path != "pointer" {
+        lint.fault(format!("{place} has {POINTER}, but not the path `pointer`"));
+    }
     if path == "weights" {
         let mesh = node.and_then(|n| lint.named(n, "mesh", "meshes"));
         let has_targets = |mesh: &Value| array(mesh, "primitives").iter().any(|p| p.get("targets").is_some());

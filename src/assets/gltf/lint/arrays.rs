@@ -70,6 +70,11 @@ pub(super) fn size_of_component(accessor: &Value) -> Option<usize> {
     })
 }
 
+/// Whether an accessor has numbers in the file; extensions bring those of others.
+pub(super) fn has_numbers(accessor: &Value) -> bool {
+    accessor.get("bufferView").is_some() || accessor.get("sparse").is_some()
+}
+
 /// The numbers of an element.
 fn width(accessor: &Value) -> Option<usize> {
     Some(match accessor.get("type")?.as_str()? {
@@ -130,7 +135,7 @@ fn accessor(lint: &mut Lint<'_>, i: usize, compared: &mut usize) {
 fn bounds(lint: &mut Lint<'_>, i: usize, width: usize, compared: &mut usize) {
     let accessor = &lint.array("accessors")[i];
     let given = ["min", "max"].map(|key| array(accessor, key));
-    if given.iter().all(|b| b.is_empty()) {
+    if given.iter().all(|b| b.is_empty()) || !has_numbers(accessor) {
         return;
     }
     if given.iter().any(|b| !b.is_empty() && b.len() != width) {

@@ -11,6 +11,7 @@ fn places(extension: &str) -> Option<&'static [&'static str]> {
         "KHR_lights_punctual" => &["document", "nodes"],
         "KHR_materials_variants" => &["document", "primitives"],
         "EXT_mesh_gpu_instancing" | "KHR_node_visibility" | "KHR_node_hoverability" => &["nodes"],
+        "KHR_animation_pointer" => &["targets"],
         "EXT_texture_webp" | "KHR_texture_basisu" => &["textures"],
         name if name.starts_with("KHR_materials_") => &["materials"],
         "KHR_mesh_quantization" => &[],
@@ -29,6 +30,12 @@ pub(super) fn check(lint: &mut Lint<'_>) {
         .collect();
     let mut found = Vec::new();
     walk(lint.raw, "document", &mut found);
+    let odd = found.iter().filter(|(.., value)| !value.is_object());
+    let odd: Vec<String> = odd
+        .map(|(name, ..)| format!("{name} is used, but is no object"))
+        .collect();
+    let mut found: Vec<_> = found.into_iter().map(|(name, place, _)| (name, place)).collect();
+    lint.faults.extend(odd);
     found.sort_unstable();
     found.dedup();
     for (name, place) in &found {
@@ -54,12 +61,16 @@ pub(super) fn check(lint: &mut Lint<'_>) {
 }
 
 /// Collects extensions with the arrays that hold the objects that they are in.
-fn walk<'a>(value: &'a Value, place: &'static str, found: &mut Vec<(&'a str, &'static str)>) {
+fn walk<'a>(value: &'a Value, place: &'static str, found: &mut Vec<(&'a str, &'static str, &'a Value)>) {
     match value {
         Value::Array(values) => values.iter().for_each(|v| walk(v, place, found)),
         Value::Object(map) => {
             let used = map.get("extensions").and_then(Value::as_object);
-            found.extend(used.into_iter().flatten().map(|(name, _)| (name.as_str(), place)));
+            found.extend(
+                used.into_iter()
+                    .flatten()
+                    .map(|(name, value)| (name.as_str(), place, value)),
+            );
             for (key, value) in map.iter().filter(|(key, _)| *key != "extras") {
                 let place = match key.as_str() {
                     "nodes" => "nodes",
@@ -67,6 +78,7 @@ fn walk<'a>(value: &'a Value, place: &'static str, found: &mut Vec<(&'a str, &'s
                     "primitives" => "primitives",
                     "meshes" => "meshes",
                     "textures" => "textures",
+                    "target" => "targets",
                     "pbrMetallicRoughness" => "pbrMetallicRoughness",
                     "extensions" => place,
                     key if key.ends_with("Texture") => "texture reference",

@@ -37,6 +37,10 @@ pub(super) fn check(lint: &mut Lint<'_>, used: &[usize]) {
         }
     }
     for (i, texture) in lint.array("textures").iter().enumerate() {
+        let plain = lint.named(texture, "source", "images");
+        if plain.and_then(|image| image.get("mimeType")).and_then(Value::as_str) == Some("image/webp") {
+            lint.fault(format!("texture {i} shows a WebP image without EXT_texture_webp"));
+        }
         let webp = texture.pointer("/extensions/EXT_texture_webp");
         for source in [Some(texture), webp]
             .into_iter()

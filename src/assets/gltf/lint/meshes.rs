@@ -1,21 +1,26 @@
 //! Meshes: attributes, indices, morph targets, joints and texture coordinates.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use ::gltf::json::Value;
 
 use super::{
-    arrays::size_of_component,
+    arrays::{has_numbers, size_of_component},
     checked::{Lint, array, index},
 };
 
+/// The largest error of the length of a normal; more than that of numbers of 8 bits.
+const UNIT_TOLERANCE: f32 = 0.02;
+
 pub(super) fn check(lint: &mut Lint<'_>) {
     let mut views = HashMap::<usize, usize>::new();
+    let mut normals = HashSet::new();
     for (m, mesh) in lint.array("meshes").iter().enumerate() {
         let mut targets = None;
         for (p, primitive) in array(mesh, "primitives").iter().enumerate() {
             let place = format!("primitive {p} of mesh {m}");
             attributes(lint, primitive, &place, &mut views);
+            unit_normals(lint, primitive, &place, &mut normals);
             indices(lint, primitive, &place);
             morphs(lint, primitive, &place);
             joints(lint, primitive, &place);
@@ -105,6 +110,32 @@ fn is_packed_oddly(accessor: &Value, size: usize) -> bool {
     !(size * width).is_multiple_of(4) && index(accessor, "count").is_some_and(|n| n > 1)
 }
 
+/// Reports normals that are no unit vectors, once for each accessor in `known`.
+fn unit_normals(lint: &mut Lint<'_>, primitive: &Value, place: &str, known: &mut HashSet<usize>) {
+    let number = index(&primitive["attributes"], "NORMAL");
+    let Some(number) = number.filter(|number| known.insert(*number)) else {
+        return;
+    };
+    if !lint.array("accessors").get(number).is_some_and(has_numbers) {
+        return;
+    }
+    let Ok(normals) = lint.document.floats::<3>(number) else {
+        return;
+    };
+    let length2 = |n: &[f32; 3]| n.iter().map(|v| v * v).sum::<f32>();
+    let is_unit = |n: &&[f32; 3]| (length2(n).sqrt() - 1.0).abs() < UNIT_TOLERANCE;
+    let (odd, none) = (
+        normals.iter().filter(|n| !is_unit(n)).count(),
+        normals.iter().filter(|n| length2(n) == 0.0).count(),
+    );
+    if odd > 0 {
+        let total = normals.len();
+        lint.fault(format!(
+            "{odd} of the {total} normals of {place} are no unit vectors, {none} of them are zero"
+        ));
+    }
+}
+
 fn indices(lint: &mut Lint<'_>, primitive: &Value, place: &str) {
     let Some(number) = index(primitive, "indices") else {
         return;
@@ -156,26 +187,34 @@ fn morphs(lint: &mut Lint<'_>, primitive: &Value, place: &str) {
 
 fn joints(lint: &mut Lint<'_>, primitive: &Value, place: &str) {
     let attribute = |name: &str, set: u32| index(&primitive["attributes"], &format!("{name}_{set}"));
+    let mut sums = Vec::new();
     for set in 0..4 {
         let (joints, weights) = (attribute("JOINTS", set), attribute("WEIGHTS", set));
         match (joints, weights) {
-            (None, None) => return,
-            (Some(joints), Some(weights)) => influences(lint, (joints, weights), set, place),
+            (None, None) => break,
+            (Some(joints), Some(weights)) => influences(lint, (joints, weights), &mut sums, place),
             _ => return lint.fault(format!("{place} has not as many sets of joints as of weights")),
         }
     }
+    if sums.iter().any(|sum: &f32| (sum - 1.0).abs() > 0.02) {
+        lint.fault(format!("{place} has weights of joints whose sum is not 1"));
+    }
 }
 
-fn influences(lint: &mut Lint<'_>, (joints, weights): (usize, usize), set: u32, place: &str) {
+/// Checks a set of influences, and adds its weights to the `sums` of the vertices.
+fn influences(lint: &mut Lint<'_>, (joints, weights): (usize, usize), sums: &mut Vec<f32>, place: &str) {
+    if !lint.array("accessors").get(weights).is_some_and(has_numbers) {
+        return;
+    }
     let (Ok(joints), Ok(weights)) = (lint.document.floats::<4>(joints), lint.document.floats::<4>(weights)) else {
         return;
     };
     if weights.iter().flatten().any(|w| *w < 0.0) {
         lint.fault(format!("{place} has weights of joints below 0"));
     }
-    let sum = |w: &[f32; 4]| w.iter().sum::<f32>();
-    if set == 0 && weights.iter().any(|w| (sum(w) - 1.0).abs() > 0.02) {
-        lint.fault(format!("{place} has weights of joints whose sum is not 1"));
+    sums.resize(sums.len().max(weights.len()), 0.0);
+    for (sum, weights) in sums.iter_mut().zip(&weights) {
+        *sum += weights.iter().sum::<f32>();
     }
     let twice =
         |(j, w): (&[f32; 4], &[f32; 4])| (0..4).any(|a| (0..a).any(|b| j[a] == j[b] && w[a] != 0.0 && w[b] != 0.0));
