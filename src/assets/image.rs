@@ -29,6 +29,9 @@ use limits::{MAX_BYTES, MAX_SIDE, check_size, shrunk, with_levels};
 pub use error::ImageError;
 pub use texture_memory::halvings;
 
+/// Texels along a side that tell what a picture holds, at most.
+const PROBES: u32 = 64;
+
 /// An image that is not decoded yet.
 pub struct EncodedImage {
     bytes: Arc<[u8]>,
@@ -143,6 +146,33 @@ pub fn has_alpha(path: &Path, files: &Files) -> bool {
     let format = ::image::guess_format(&bytes).or_else(|_| ImageFormat::from_path(path));
     let decoder = format.map(|f| ImageReader::with_format(Cursor::new(&bytes), f).into_decoder());
     matches!(decoder, Ok(Ok(decoder)) if decoder.color_type().has_alpha())
+}
+
+/// Whether the picture at `path` is a map of normals in tangent space: its texels stand for unit vectors that point
+/// outwards. A picture that is gray, cannot be read or is too large is none.
+pub fn holds_normals(path: &Path, files: &Files) -> bool {
+    let source = ImageSource::File(path.to_owned());
+    let Ok(image) = EncodedImage::read(&source, ColorSpace::Raw, files) else {
+        return false;
+    };
+    // Its memory is taken where it is loaded to stay.
+    let needed = image.memory().saturating_mul(2);
+    if files.memory().check(MemoryKind::Images, needed).is_err() {
+        return false;
+    }
+    let Ok(picture) = image.decode(0, &MemoryBudget::default()) else {
+        return false;
+    };
+    let (columns, rows) = (picture.width.min(PROBES), picture.height.min(PROBES));
+    let place = |k: u32, n: u32, size: u32| ((2 * u64::from(k) + 1) * u64::from(size) / (2 * u64::from(n))) as u32;
+    let texels = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
+    let is_normal = |(i, j)| {
+        let texel = picture.texel_from_bottom(place(i, columns, picture.width), place(j, rows, picture.height));
+        let [x, y, z] = [texel.r, texel.g, texel.b].map(|v| 2.0 * v - 1.0);
+        z > 0.0 && (x * x + y * y + z * z - 1.0).abs() < 0.25 && texel.b > texel.r.max(texel.g) - 0.02
+    };
+    let normals = texels.filter(|at| is_normal(*at)).count();
+    normals as f32 > 0.9 * (columns * rows) as f32
 }
 
 /// The problem of a file whose header says that it has no pixels; decoders have many words for that.

@@ -1,12 +1,13 @@
 //! Materials: the BSDF, the emission and the opacity of a surface, from colours and textures.
 
 pub use medium::Medium;
+pub use normal_map::{HeightMap, NormalMap, TangentNormals};
 
 pub use crate::math::Sidedness;
 use crate::{
     bsdf::Bsdf,
     kind::kinds,
-    math::{Rgb, Vec3},
+    math::Rgb,
     texture::{Color, Scalar, TexturePoint, Textures},
     value::{Channel, ColorSource, Problem, ScalarSource, Spanned},
 };
@@ -17,6 +18,7 @@ pub mod matte;
 pub mod medium;
 pub mod metal;
 pub mod mirror;
+pub mod normal_map;
 pub mod phong;
 pub mod principled;
 
@@ -147,23 +149,6 @@ impl Emission {
         } else {
             Rgb::BLACK
         }
-    }
-}
-
-/// A normal map, as in glTF.
-#[derive(Clone, Copy, Debug)]
-pub struct NormalMap {
-    /// Colours from 0 to 1 encode components from -1 to 1.
-    pub color: Color,
-    /// Factor of x and y.
-    pub scale: f32,
-}
-
-impl NormalMap {
-    /// In the frame of tangent, bitangent and shading normal; need not be unit.
-    pub fn normal(&self, textures: &Textures<'_>, at: &TexturePoint) -> Vec3 {
-        let n = textures.color(&self.color, at) * 2.0 - Rgb::WHITE;
-        Vec3::new(n.r * self.scale, n.g * self.scale, n.b)
     }
 }
 

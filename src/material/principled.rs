@@ -76,7 +76,8 @@ use std::f32::consts::FRAC_1_PI;
 use serde::Deserialize;
 
 use super::{
-    Emission, FindColor, FresnelMode, MaterialKind, Medium, NormalMap, Sidedness, WhittedTerms, medium, unit_scalar,
+    Emission, FindColor, FresnelMode, HeightMap, MaterialKind, Medium, NormalMap, Sidedness, TangentNormals,
+    WhittedTerms, medium, unit_scalar,
 };
 use crate::{
     bsdf::{
@@ -242,6 +243,8 @@ pub struct Principled {
     /// The normal map, with its texels as they are: 0.5 is 0.
     pub normal: Option<Color>,
     pub normal_scale: f32,
+    /// Heights, where there is no normal map.
+    pub heights: Option<HeightMap>,
     pub opacity: Scalar,
     pub alpha_mode: AlphaMode,
     /// Which of them shine.
@@ -280,6 +283,7 @@ impl Default for Principled {
             emissive_strength: 1.0,
             normal: None,
             normal_scale: 1.0,
+            heights: None,
             opacity: all,
             alpha_mode: AlphaMode::Blend,
             sidedness: Sidedness::Front,
@@ -405,10 +409,11 @@ impl MaterialKind for Principled {
 
     #[inline]
     fn normal_map(&self) -> Option<NormalMap> {
-        Some(NormalMap {
-            color: self.normal?,
-            scale: self.normal_scale,
-        })
+        let normals = |color| {
+            let scale = self.normal_scale;
+            NormalMap::Normals(TangentNormals { color, scale })
+        };
+        self.normal.map(normals).or(self.heights.map(NormalMap::Heights))
     }
 
     fn medium(&self) -> Option<Medium> {
@@ -454,6 +459,6 @@ impl MaterialKind for Principled {
         let is_constant =
             colors.into_iter().chain(&self.normal).all(Color::is_constant) && scalars.iter().all(Scalar::is_constant);
         let is_brushed = matches!(self.anisotropy, Scalar::Constant(a) if a > 0.0);
-        !is_constant || is_brushed || self.reads_vertices
+        !is_constant || is_brushed || self.reads_vertices || self.heights.is_some()
     }
 }

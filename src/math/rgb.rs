@@ -15,6 +15,11 @@ impl Rgb {
     pub const BLACK: Self = Self::gray(0.0);
     pub const WHITE: Self = Self::gray(1.0);
 
+    /// The luminance of a linear colour with the primaries of Rec. 709.
+    pub fn luminance(self) -> f32 {
+        0.2126 * self.r + 0.7152 * self.g + 0.0722 * self.b
+    }
+
     pub const fn new(r: f32, g: f32, b: f32) -> Self {
         Self { r, g, b }
     }

@@ -6,7 +6,7 @@
 use super::{Scene, SurfaceInteraction, interaction::reflecting_normal};
 use crate::{
     bsdf::BsdfKind,
-    material::Material,
+    material::{Material, NormalMap},
     math::{Frame, Vec3},
 };
 
@@ -71,13 +71,23 @@ fn turned_frame(scene: &Scene, surface: &SurfaceInteraction, material: &Material
     let Some(map) = material.normal_map() else {
         return base;
     };
-    let n = map.normal(&scene.textures(), &surface.texture);
-    let handed = match surface.tangent.w {
-        0.0 => base.t.dot(surface.dpdv) < 0.0,
-        side => side < 0.0,
+    let textures = scene.textures();
+    let mapped = match map {
+        NormalMap::Normals(map) => {
+            let n = map.normal(&textures, &surface.texture);
+            let handed = match surface.tangent.w {
+                0.0 => base.t.dot(surface.dpdv) < 0.0,
+                side => side < 0.0,
+            };
+            base.to_world(Vec3::new(n.x, if handed { -n.y } else { n.y }, n.z))
+        }
+        NormalMap::Heights(map) => {
+            let slope = map.gradient(&textures, &surface.texture, surface.dpdu, surface.dpdv);
+            // Of a smooth surface the slope is in the plane of the triangle, not in that of the normal.
+            authored - (slope - authored * authored.dot(slope))
+        }
     };
-    let n = Vec3::new(n.x, if handed { -n.y } else { n.y }, n.z);
-    let mapped = base.to_world(n).normalize_or(authored);
+    let mapped = mapped.normalize_or(authored);
     // Also without a mirror: its image is above the surface only where the viewer is in front of the normal.
     let n = reflecting_normal(mapped * front, authored * front, surface.wo) * front;
     tangent_frame(surface, n)

@@ -38,10 +38,11 @@
 //! | `illum` 4, 6, 7, 9 with `Tf`, `Ni` or `d` | glass: 6 and 7 bound a body, 4 and 9 are thin sheets |
 //! | `Ke`, `map_Ke` | emitted radiance, on both sides |
 //! | `norm` | a normal map |
+//! | `bump` | heights: shading normals are those of a surface that is raised by the texture's luminance (or the channel of `-imfchan`) times `-bm`, in the model's unit of length; a normal map where the picture is one |
 //! | `Pr`, `Pm`, `Ps`, `Pc`, `Pcr`, `aniso`, `anisor` and their textures | roughness and metal (`Ks` does not count then), sheen, clear coat, anisotropy |
-//! | `-s`, `-o`, `-mm`, `-clamp`, `-imfchan`, `-bm` | factor and offset of texture coordinates, factor of the texture, no repetition, channel, strength of `norm` |
+//! | `-s`, `-o`, `-mm`, `-clamp`, `-imfchan`, `-bm` | factor and offset of texture coordinates, factor of the texture, no repetition, channel, strength of `norm` and `bump` |
 //!
-//! Not rendered are height maps (`bump`, `disp`), `decal`, `refl`, the base of `-mm`, and point clouds. A library or texture that
+//! Not rendered are displacement (`disp`), `decal`, `refl`, the base of `-mm`, and point clouds. A library or texture that
 //! is not there is a warning, and the surface is without. Colours of vertices multiply those of the material, white where there
 //! is none; those of OBJ files and whole numbers are display values, floats of PLY files are linear.
 //!

@@ -24,6 +24,9 @@ use image::TextureFilter;
 pub use mapping::{Mapping, MappingDesc};
 pub use transform::{StTransform, StTransformDesc};
 
+/// Steps per unit of a pattern without texels, where its slope is asked for.
+const PATTERN_STEPS: f32 = 1000.0;
+
 /// An index into the scene's textures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TextureId(pub u32);
@@ -106,6 +109,20 @@ impl TexturePoint {
             curvature: 0.0,
             footprint: [Vec2::ZERO; 2],
             vertex: VertexAttributes::NONE,
+        }
+    }
+
+    /// The point `duv` away on the plane that touches the surface.
+    pub fn moved(&self, duv: Vec2) -> Self {
+        let along = self.vertex.second_per_uv;
+        Self {
+            uv: self.uv + duv,
+            p: self.p + self.dpdu * duv.x + self.dpdv * duv.y,
+            vertex: VertexAttributes {
+                second_uv: self.vertex.second_uv + along[0] * duv.x + along[1] * duv.y,
+                ..self.vertex
+            },
+            ..*self
         }
     }
 
@@ -241,6 +258,27 @@ impl Textures<'_> {
         }
     }
 
+    /// The size of a texel along u and along v; of a pattern without texels, a small part of the unit.
+    pub fn texel(&self, id: TextureId, at: &TexturePoint) -> Vec2 {
+        let texture = &self.textures[id.0 as usize];
+        let size = match &texture.pattern {
+            Pattern::Image(image) => {
+                let bitmap = &self.bitmaps[image.bitmap.0 as usize];
+                Vec2::new(bitmap.width as f32, bitmap.height as f32)
+            }
+            _ => Vec2::splat(PATTERN_STEPS),
+        };
+        let unit = TexturePoint {
+            footprint: [Vec2::X, Vec2::Y],
+            ..*at
+        };
+        let texels = texture
+            .mapping
+            .footprint(&unit)
+            .map(|d| (texture.transform.vector(d) * size).length());
+        Vec2::from_array(texels.map(|n| 1.0 / n.max(1.0)))
+    }
+
     /// The largest channel of a colour over the whole surface.
     pub fn max_value(&self, color: &Color) -> f32 {
         let of = |id: &TextureId| self.textures[id.0 as usize].pattern.max_value(self.bitmaps);
@@ -256,7 +294,7 @@ impl Textures<'_> {
         self.textures[id.0 as usize].eval(self.bitmaps, at)
     }
 
-    fn channel(&self, id: TextureId, channel: Channel, at: &TexturePoint) -> f32 {
+    pub fn channel(&self, id: TextureId, channel: Channel, at: &TexturePoint) -> f32 {
         match channel {
             Channel::R => self.look_up(id, at).r,
             Channel::G => self.look_up(id, at).g,

@@ -26,6 +26,7 @@ impl Principled {
             transmission: Scalar::Constant(0.0),
             clearcoat: Scalar::Constant(0.0),
             normal: None,
+            heights: None,
             reads_vertices: false,
             ..
         } = self
@@ -63,6 +64,9 @@ impl Principled {
         }
         if let Some(Color::Texture(id) | Color::Tinted(id, _)) = &mut self.normal {
             *id = find(*id);
+        }
+        if let Some(heights) = &mut self.heights {
+            heights.texture = find(heights.texture);
         }
         self
     }

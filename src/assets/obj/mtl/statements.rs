@@ -48,6 +48,7 @@ pub(super) enum Slot {
     Ps,
     Pc,
     Pcr,
+    Bump,
     Norm,
 }
 
@@ -69,7 +70,7 @@ const NUMBERS: [(&str, Number); 12] = [
     ("anisor", Number::Anisor),
 ];
 
-const MAPS: [(&str, Slot); 13] = [
+const MAPS: [(&str, Slot); 15] = [
     ("map_kd", Slot::Kd),
     ("map_ks", Slot::Ks),
     ("map_ns", Slot::Ns),
@@ -81,14 +82,14 @@ const MAPS: [(&str, Slot); 13] = [
     ("map_ps", Slot::Ps),
     ("map_pc", Slot::Pc),
     ("map_pcr", Slot::Pcr),
+    ("bump", Slot::Bump),
+    ("map_bump", Slot::Bump),
     ("norm", Slot::Norm),
     ("map_norm", Slot::Norm),
 ];
 
 /// Statements that change the picture elsewhere and not here, and the names under which they are reported.
-const UNSUPPORTED: [(&str, &str); 11] = [
-    ("bump", "bump"),
-    ("map_bump", "bump"),
+const UNSUPPORTED: [(&str, &str); 9] = [
     ("disp", "disp"),
     ("map_disp", "disp"),
     ("decal", "decal"),
@@ -210,7 +211,7 @@ mod tests {
         let material = &read(text, Path::new("a.mtl"))[0].1;
         assert_eq!(material.tint(Tint::Kd), Some(Rgb::WHITE));
         assert_eq!(material.map(Slot::Kd).map(|m| m.file.as_slice()), Some(&b"x.png"[..]));
-        assert_eq!(material.unsupported, ["bump", "d -halo"]);
+        assert_eq!(material.unsupported, ["d -halo"]);
         assert_eq!(
             (material.number(Number::D), material.number(Number::Tr)),
             (Some(0.5), Some(0.2))

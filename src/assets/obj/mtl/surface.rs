@@ -12,7 +12,7 @@ use super::{
 use crate::{
     assets::{model::Treatment, obj::ObjError},
     bsdf::layered::Boundary,
-    material::{Sidedness, principled::Principled},
+    material::{HeightMap, Sidedness, principled::Principled},
     math::Rgb,
     texture::{Color, Scalar, TextureId, bitmap::ColorSpace},
     value::Channel,
@@ -52,12 +52,7 @@ impl Reader<'_, '_> {
             surface.sidedness = Sidedness::Both;
         }
         self.transparency(&mut surface)?;
-        if let Some(map) = self.material.map(Slot::Norm)
-            && let Some(id) = self.textures.place(map, ColorSpace::Raw)?
-        {
-            surface.normal = Some(Color::Texture(id));
-            surface.normal_scale = map.strength;
-        }
+        self.relief(&mut surface)?;
         for name in &self.material.unsupported {
             self.textures.report(name, "material", Treatment::Without(""));
         }
@@ -76,6 +71,38 @@ impl Reader<'_, '_> {
             return Ok(Some(Color::Tinted(id, factor * map.gain)));
         }
         Ok(factor.filter(|c| !c.is_black()).map(Color::Constant))
+    }
+
+    /// `norm`, or else `bump`, which holds heights or, as several exporters write it, normals.
+    fn relief(&mut self, surface: &mut Principled) -> Result<(), ObjError> {
+        let bump = self.material.map(Slot::Bump);
+        let normals = match (self.material.map(Slot::Norm), bump) {
+            (Some(norm), bump) => {
+                if bump.is_some() {
+                    let how = Treatment::Without("the normal map beside it is shown");
+                    self.textures.report("bump", "material", how);
+                }
+                Some(norm)
+            }
+            (None, Some(bump)) if self.textures.holds_normals(bump)? => Some(bump),
+            _ => None,
+        };
+        if let Some(map) = normals {
+            if let Some(id) = self.textures.place(map, ColorSpace::Raw)? {
+                surface.normal = Some(Color::Texture(id));
+                surface.normal_scale = map.strength;
+            }
+        } else if let Some(map) = bump
+            && let Some(texture) = self.textures.place(map, ColorSpace::Raw)?
+        {
+            let (channel, scale) = (map.channel, map.strength * map.gain);
+            surface.heights = Some(HeightMap {
+                texture,
+                channel,
+                scale,
+            });
+        }
+        Ok(())
     }
 
     fn base_color(&mut self, has_colors: bool) -> Result<Color, ObjError> {

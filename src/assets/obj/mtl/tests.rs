@@ -2,13 +2,16 @@ use super::{surface::GRAY, *};
 use crate::{
     assets::{model::Treatment, obj},
     bsdf::layered::Boundary,
-    material::principled::{AlphaMode, Principled},
+    material::{
+        HeightMap,
+        principled::{AlphaMode, Principled},
+    },
     math::{Rgb, Vec2},
     texture::{Color, Scalar, StTransform, TextureId, bitmap::ColorSpace},
     value::Channel,
 };
 
-/// A folder with pictures: `rgb.png`, `alpha.png`.
+/// A folder with pictures: `rgb.png`, `alpha.png`, `normals.png`.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let save = |name: &str, color| {
@@ -17,6 +20,8 @@ fn folder() -> tempfile::TempDir {
     };
     save("rgb.png", ::image::ColorType::Rgb8);
     save("alpha.png", ::image::ColorType::Rgba8);
+    let normals = ::image::RgbImage::from_pixel(2, 2, ::image::Rgb([128, 128, 255]));
+    normals.save(folder.path().join("normals.png")).expect("written");
     folder
 }
 
@@ -184,16 +189,41 @@ fn emission_takes_its_colour_or_its_texture() {
 
 #[test]
 fn what_is_not_rendered_is_reported() {
-    let model =
-        model_of(b"map_Bump -bm 0.3 rgb.png\nbump rgb.png\nrefl -type sphere rgb.png\ndisp rgb.png\ndecal rgb.png\n");
+    let model = model_of(b"refl -type sphere rgb.png\ndisp rgb.png\ndecal rgb.png\n");
     let names: Vec<_> = model
         .features
         .iter()
         .map(|f| (f.name.as_str(), f.count, f.treatment))
         .collect();
     let without = |name| (name, 1, Treatment::Without(""));
-    assert_eq!(names, ["bump", "refl", "disp", "decal"].map(without));
+    assert_eq!(names, ["refl", "disp", "decal"].map(without));
     assert!(model.textures.is_empty());
+}
+
+#[test]
+fn a_bump_is_heights_unless_it_holds_normals_or_stands_beside_some() {
+    let bumped = surface("map_Bump -bm 0.3 -mm 0 2 -imfchan g rgb.png\n");
+    let (texture, channel) = (TextureId(0), Some(Channel::G));
+    let heights = HeightMap {
+        texture,
+        channel,
+        scale: 0.6,
+    };
+    assert_eq!((bumped.heights, bumped.normal), (Some(heights), None));
+    let turned = surface("bump -bm 0.3 normals.png\n");
+    assert_eq!(
+        (turned.heights, turned.normal),
+        (None, Some(Color::Texture(TextureId(0))))
+    );
+    assert_eq!(turned.normal_scale, 0.3);
+    let both = model_of(b"bump rgb.png\nnorm normals.png\n");
+    let surface = both.materials[0].surface;
+    assert_eq!(
+        (surface.heights, surface.normal),
+        (None, Some(Color::Texture(TextureId(0))))
+    );
+    assert_eq!(both.features[0].name, "bump");
+    assert!(matches!(both.features[0].treatment, Treatment::Without(_)));
 }
 
 #[test]

@@ -83,6 +83,17 @@ impl Textures<'_, '_> {
         Ok(Some(TextureId(self.model.textures.len() as u32 - 1)))
     }
 
+    /// Whether the picture holds normals.
+    pub fn holds_normals(&mut self, map: &Map) -> Result<bool, ObjError> {
+        let Some(image) = self.image(map)? else {
+            return Ok(false);
+        };
+        let ImageSource::File(file) = &self.model.images[image] else {
+            return Ok(false);
+        };
+        Ok(image::holds_normals(file, self.files))
+    }
+
     /// Whether the picture has an alpha channel.
     pub fn has_alpha(&mut self, map: &Map) -> Result<bool, ObjError> {
         let Some(image) = self.image(map)? else {
