@@ -18,11 +18,12 @@ import { fileURLToPath } from "node:url";
 const { chromium } = createRequire(path.join(process.env.PLAYWRIGHT, "package.json"))("playwright-core");
 const [program, screenshots] = process.argv.slice(2).map((name) => path.resolve(name));
 const repository = path.resolve(path.dirname(fileURLToPath(import.meta.url)), "../..");
-const scene = path.join(repository, "scenes/assignment/scene.toml");
+const scene = "assignment/scene.toml";
 const MEDIAN_MS = 60;
 const WORST_MS = 150;
 
 const folder = fs.mkdtempSync(path.join(os.tmpdir(), "viewer-"));
+fs.cpSync(path.join(repository, "scenes/assignment"), path.join(folder, "assignment"), { recursive: true });
 const size = ["--resolution", "960x540"];
 
 /** Starts the viewer and waits for its address. */
@@ -254,7 +255,7 @@ async function the_page_is_shown(page) {
   if (!screenshots) return;
   await page.setViewportSize({ width: 1100, height: 720 });
   await page.emulateMedia({ colorScheme: "dark" });
-  fs.copyFileSync(path.join(repository, "scenes/assignment/camera_path.csv"), path.join(folder, "path.csv"));
+  fs.copyFileSync(path.join(folder, "assignment/camera_path.csv"), path.join(folder, "path.csv"));
   await page.click("#load");
   await page.waitForFunction(() => timeline.keys.length === 7);
   await page.fill("#frame", "36");
