@@ -116,7 +116,7 @@ pub struct BenchArgs {
 
 #[derive(Debug, ClapArgs)]
 pub struct RenderArgs {
-    /// The scene file, or a model: OBJ, glTF or GLB
+    /// The scene file, or a model: OBJ, glTF, GLB, PLY or STL
     #[arg(required = true)]
     pub scene: Option<PathBuf>,
 
@@ -147,7 +147,7 @@ pub struct RenderArgs {
     pub existing: ExistingArgs,
 
     /// Validate everything and stop
-    #[arg(long, help_heading = heading::JOB)]
+    #[arg(long, hide_short_help = true, help_heading = heading::JOB)]
     pub check: bool,
 
     /// Validate everything, list the frames and their files, and stop

@@ -35,7 +35,7 @@ fields and buttons, Escape back to the picture.";
 
 #[derive(Debug, ClapArgs)]
 pub struct FlyArgs {
-    /// The scene file, or a model: OBJ, glTF or GLB
+    /// The scene file, or a model: OBJ, glTF, GLB, PLY or STL
     pub scene: PathBuf,
 
     /// Camera path to edit, a CSV file; it need not exist
