@@ -31,7 +31,7 @@ impl Ops for Numbers {
 struct Corners<'a> {
     mesh: &'a Mesh,
     uvs: &'a [Vec2],
-    /// Of each corner of each triangle; zero where it has none.
+    /// The tangent of each corner of each triangle; zero where it has none.
     tangents: Vec<[Vec4; 3]>,
 }
 

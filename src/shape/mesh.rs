@@ -63,7 +63,7 @@ use crate::{
 pub struct MeshDesc {
     pub file: Spanned<String>,
     pub scene: Option<SceneChoice>,
-    /// Of points, in the space of the model.
+    /// The radius of points, in the space of the model.
     pub radius: Option<Positive>,
 }
 

@@ -21,7 +21,7 @@ pub struct View<'a> {
     /// The direction from the model to the camera, and which direction is up in the picture.
     pub back: [f64; 3],
     pub up: [f64; 3],
-    /// What is in the middle of the picture, and the picture's size, in metres.
+    /// The point in the middle of the picture, and the size of the picture, in metres.
     pub center: [f64; 2],
     pub size: [f64; 2],
     /// The entries of `[background]`.
@@ -160,7 +160,7 @@ pub fn mean(block: &[Rgb]) -> Rgb {
     sum.map(|v| v / block.len() as f32)
 }
 
-/// How much of a colour is not gray, from 0 to 1.
+/// The share of a colour that is not gray, from 0 to 1.
 pub fn saturation(color: Rgb) -> f32 {
     let most = color.into_iter().fold(0.0, f32::max);
     let least = color.into_iter().fold(f32::INFINITY, f32::min);
