@@ -14,7 +14,7 @@ pub fn cos(x: f32) -> f32 {
     libm::cosf(x)
 }
 
-/// Sine and cosine, off by less than 1.3e-7 up to [`MAX_QUADRANT_ANGLE`], beyond which `libm` answers.
+/// Sine and cosine, off by less than 1.3e-7 up to 1000 radians, beyond which `libm` answers.
 #[inline]
 pub fn sin_cos(x: f32) -> (f32, f32) {
     // The right angle in three parts: products of the first two with small whole numbers are exact.
