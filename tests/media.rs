@@ -67,7 +67,9 @@ fn light_in_an_absorbing_body_is_absorbed_on_its_way_by_every_strategy() {
 #[test]
 fn behind_a_bubble_the_liquid_absorbs_again() {
     let (beer, air) = (sphere("beer", 2.0), sphere("air", 1.0));
-    let seen = |bodies: &str| render("max_depth = 8", 4, &format!("{SKY}{CAMERA}{BODIES}{bodies}"));
+    // Nothing is left to chance.
+    let how = "max_depth = 8, roulette_depth = 8";
+    let seen = |bodies: &str| render(how, 4, &format!("{SKY}{CAMERA}{BODIES}{bodies}"));
     assert_near(seen(&beer), behind_beer(4.0), 2e-3);
     assert_near(seen(&format!("{beer}{air}")), behind_beer(2.0), 2e-3);
     // Beer, air, and beer again in the middle.
