@@ -191,24 +191,13 @@ fn an_unwritable_folder_is_found_before_rendering() {
     assert_eq!(folder.read("occupied"), b"a file where a folder should be");
 }
 
-/// The program, which takes SIGINT even where this test runs in the background of a shell that ignores it.
-fn with_signals(folder: &Folder) -> Command {
-    if !cfg!(target_os = "linux") {
-        return folder.program();
-    }
-    let mut command = Command::new("env");
-    command
-        .args(["--default-signal=INT,TERM", env!("CARGO_BIN_EXE_batch-render")])
-        .current_dir(folder.path(""));
-    command
-}
-
 /// Starts a job that takes long, and waits for its first file.
 fn long_job(folder: &Folder) -> std::process::Child {
     let mut path = String::from("frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n");
     path += "1,0,2,6,0,0.8,0\n1000,2,2,5,0,0.8,0\n";
     folder.write("long.csv", &path);
-    let child = with_signals(folder)
+    let child = folder
+        .program_with_signals()
         .args([
             "s.toml",
             "--frames",

@@ -51,6 +51,18 @@ impl Folder {
         command
     }
 
+    /// The program, which takes SIGINT even where this test runs in the background of a shell that ignores it.
+    pub fn program_with_signals(&self) -> Command {
+        if !cfg!(target_os = "linux") {
+            return self.program();
+        }
+        let mut command = Command::new("env");
+        command
+            .args(["--default-signal=INT,TERM", env!("CARGO_BIN_EXE_batch-render")])
+            .current_dir(self.0.path());
+        command
+    }
+
     /// Runs the program with these arguments.
     pub fn run(&self, args: &[&str]) -> Output {
         self.program().args(args).output().expect("the program starts")

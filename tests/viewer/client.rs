@@ -32,7 +32,7 @@ impl Fly {
             folder.write("path.csv", path);
         }
         let mut child = folder
-            .program()
+            .program_with_signals()
             .args(["fly", "scene.toml", "--frames", "path.csv", "-o", "job.####.png"])
             .args(args)
             .stdout(Stdio::piped())

@@ -28,7 +28,9 @@ const size = ["--resolution", "960x540"];
 
 /** Starts the viewer and waits for its address. */
 async function start(args) {
-  const child = spawn(program, ["fly", ...args, ...size], { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
+  // It takes SIGINT even where this runs in the background of a shell that ignores it.
+  const command = ["--default-signal=INT", program, "fly", ...args, ...size];
+  const child = spawn("env", command, { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
   let text = "";
   const url = await new Promise((resolve, reject) => {
     child.stdout.on("data", (data) => {
