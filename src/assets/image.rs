@@ -29,6 +29,9 @@ use limits::{MAX_BYTES, MAX_SIDE, check_size, shrunk, with_levels};
 pub use error::ImageError;
 pub use texture_memory::halvings;
 
+/// The first bytes of a JPEG file.
+const JPEG_MAGIC: [u8; 3] = [0xff, 0xd8, 0xff];
+
 /// Texels along a side that tell what a picture holds, at most.
 const PROBES: u32 = 64;
 
@@ -89,10 +92,6 @@ impl EncodedImage {
             .ok()
             .filter(ImageFormat::reading_enabled)
             .ok_or(ImageProblem::Unknown)?;
-        if format == ImageFormat::Jpeg && !jpeg_has_an_end(bytes) {
-            // The decoder would fill up with gray.
-            return Err(ImageProblem::broken("unexpected end of file"));
-        }
         let mut limits = Limits::default();
         limits.max_image_width = Some(MAX_SIDE);
         limits.max_image_height = Some(MAX_SIDE);
@@ -105,6 +104,10 @@ impl EncodedImage {
     }
 
     fn decode_by_format(&self, halvings: u32, memory: &MemoryBudget) -> Result<Bitmap, ImageProblem> {
+        if self.bytes.starts_with(&JPEG_MAGIC) && !jpeg_has_an_end(&self.bytes) {
+            // The decoder would fill up with gray.
+            return Err(ImageProblem::broken("unexpected end of file"));
+        }
         let decoder = self.opened()?;
         let (width, height) = decoder.dimensions();
         let Sizes { raw, kept } = Sizes::of(&decoder);
@@ -155,6 +158,10 @@ pub fn holds_normals(path: &Path, files: &Files) -> bool {
     let Ok(image) = EncodedImage::read(&source, ColorSpace::Raw, files) else {
         return false;
     };
+    // A header is read in no time: most bump maps are gray.
+    if image.opened().is_ok_and(|decoder| !decoder.color_type().has_color()) {
+        return false;
+    }
     // Its memory is taken where it is loaded to stay.
     let needed = image.memory().saturating_mul(2);
     if files.memory().check(MemoryKind::Images, needed).is_err() {

@@ -61,10 +61,7 @@ pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, control: &Contro
         .num_threads(rayon::current_num_threads().min(MAX_ENCODERS))
         .thread_name(|i| format!("write {i}"))
         .build()
-        .map_err(|cause| Error::Threads {
-            what: "the threads that write files".to_owned(),
-            cause: cause.to_string(),
-        })?;
+        .map_err(|cause| Error::threads("the threads that write files", &cause))?;
     let mut written = Ok(0);
     let rendered = encoders.in_place_scope(|scope| {
         scope.spawn(|_| written = write_all(plan, coverage, receive, observer));

@@ -27,6 +27,8 @@ pub fn run(args: &FlyArgs, simd: Isa) -> anyhow::Result<()> {
         fps: args.fps,
         rotation_order: args.rotation_order,
         max_memory: Some(args.max_memory.unwrap_or_else(memory::default_limit)),
+        texture_memory: Some(args.texture_memory.unwrap_or_else(memory::default_textures)),
+        point_radius: args.point_radius,
         allow_outside: args.allow_outside,
         accel: BuildOptions {
             simd,
@@ -80,6 +82,8 @@ fn command(args: &FlyArgs) -> Vec<String> {
     add("camera", args.camera.clone());
     add("fps", args.fps.map(|fps| fps.to_string()));
     add("rotation-order", args.rotation_order.map(|order| order.to_string()));
+    add("texture-memory", args.texture_memory.map(|bytes| bytes.to_string()));
+    add("point-radius", args.point_radius.map(|radius| radius.to_string()));
     if args.allow_outside {
         words.push("--allow-outside".to_owned());
     }

@@ -90,6 +90,14 @@ pub struct FlyArgs {
     #[arg(long, value_name = "SIZE", value_parser = values::size)]
     pub max_memory: Option<u64>,
 
+    /// Memory for textures, such as 8G, beyond which larger ones are shown at a lower resolution [default: half of the machine's]
+    #[arg(long, value_name = "SIZE", value_parser = values::size)]
+    pub texture_memory: Option<u64>,
+
+    /// Radius in metres of the points of a PLY file without faces
+    #[arg(long, value_name = "METRES", value_parser = values::radius)]
+    pub point_radius: Option<f32>,
+
     /// Let models name files outside of their own folders
     #[arg(long)]
     pub allow_outside: bool,

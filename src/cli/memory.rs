@@ -1,6 +1,9 @@
 //! The memory of the process and of the machine.
 
-use std::{fs::read_to_string, path::Path};
+use std::{
+    fs::read_to_string,
+    path::{Path, PathBuf},
+};
 
 /// Either limit on systems that do not say how much memory there is, in bytes.
 const ELSEWHERE: u64 = 4 << 30;
@@ -10,16 +13,20 @@ pub fn default_limit() -> u64 {
     free().map_or(ELSEWHERE, |bytes| bytes / 4 * 3)
 }
 
-/// The limit of all textures where `--texture-memory` is not given, in bytes: half of the machine's memory.
+/// The limit of all textures where `--texture-memory` is not given, in bytes: half of the machine's memory, or of what the
+/// control groups of the process have of it.
 pub fn default_textures() -> u64 {
-    kibibytes("/proc/meminfo", "MemTotal:").map_or(ELSEWHERE, |bytes| bytes / 2)
+    let machine = kibibytes("/proc/meminfo", "MemTotal:");
+    let all = machine.into_iter().chain(groups().map(|group| group.limit));
+    all.min().map_or(ELSEWHERE, |bytes| bytes / 2)
 }
 
 /// The memory in bytes that the process can still get: the least of what the machine has free, what its control groups
 /// allow (version 2) and what its address space may grow by. `None` where the system does not say.
 fn free() -> Option<u64> {
     let machine = kibibytes("/proc/meminfo", "MemAvailable:");
-    [machine, of_groups(), of_address_space()].into_iter().flatten().min()
+    let of_groups = groups().map(|group| group.limit.saturating_sub(group.used)).min();
+    [machine, of_groups, of_address_space()].into_iter().flatten().min()
 }
 
 /// The most resident memory so far, in bytes; `None` where the system does not say.
@@ -35,19 +42,25 @@ fn kibibytes(file: &str, name: &str) -> Option<u64> {
     Some(kibibytes * 1024)
 }
 
-fn of_groups() -> Option<u64> {
-    let groups = read_to_string("/proc/self/cgroup").ok()?;
-    let own = groups.lines().find_map(|l| l.strip_prefix("0::/"))?;
-    let folders = Path::new(own).ancestors();
-    folders
-        .filter_map(|folder| of_group(&Path::new("/sys/fs/cgroup").join(folder)))
-        .min()
+/// The memory of a control group, in bytes.
+struct Group {
+    limit: u64,
+    used: u64,
 }
 
-/// The bytes that one control group still allows; `None` where it has no limit.
-fn of_group(folder: &Path) -> Option<u64> {
-    let number = |file: &str| read_to_string(folder.join(file)).ok()?.trim().parse::<u64>().ok();
-    Some(number("memory.max")?.saturating_sub(number("memory.current")?))
+/// The control groups of the process (version 2) that have a limit.
+fn groups() -> impl Iterator<Item = Group> {
+    let list = read_to_string("/proc/self/cgroup").unwrap_or_default();
+    let own = list.lines().find_map(|l| l.strip_prefix("0::/").map(PathBuf::from));
+    let folders: Vec<PathBuf> = own.iter().flat_map(|own| own.ancestors()).map(Path::to_owned).collect();
+    folders.into_iter().filter_map(|folder| {
+        let folder = Path::new("/sys/fs/cgroup").join(folder);
+        let number = |file: &str| read_to_string(folder.join(file)).ok()?.trim().parse().ok();
+        Some(Group {
+            limit: number("memory.max")?,
+            used: number("memory.current")?,
+        })
+    })
 }
 
 /// The bytes that the limit of `ulimit -v` leaves; `None` where there is none.

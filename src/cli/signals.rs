@@ -34,11 +34,9 @@ pub fn cancel_on_signal(cancel: Arc<Cancel>) -> anyhow::Result<()> {
         }
     };
     let thread = std::thread::Builder::new().name("signals".to_owned()).spawn(listen);
-    thread.map(drop).map_err(|cause| {
-        let what = "the thread that listens to signals".to_owned();
-        let cause = cause.to_string();
-        Error::Threads { what, cause }.into()
-    })
+    thread
+        .map(drop)
+        .map_err(|cause| Error::threads("the thread that listens to signals", &cause).into())
 }
 
 /// Whether the process was started with this signal ignored. Only Linux tells without unsafe code: elsewhere no signal

@@ -13,8 +13,5 @@ pub fn threads(number: Option<u16>) -> Result<rayon::ThreadPool, Error> {
         .num_threads(usize::from(number.unwrap_or(0)))
         .thread_name(|i| format!("render {i}"))
         .build()
-        .map_err(|cause| Error::Threads {
-            what,
-            cause: cause.to_string(),
-        })
+        .map_err(|cause| Error::threads(&what, &cause))
 }

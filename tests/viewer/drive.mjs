@@ -74,6 +74,142 @@ async function six_keys_move_by_one_step(page) {
   }
 }
 
+const eye = (page) => fields(page, "eye");
+
+async function other_keys_the_pointer_and_fields_move_the_camera(page) {
+  await page.keyboard.press("Home");
+  await settled(page);
+  const home = { eye: await eye(page), target: await fields(page, "target") };
+  const step = Number(await page.locator("#step").inputValue());
+  for (const [keys, axis, by] of [["W", 2, -1], ["S", 2, 1], ["A", 0, -1], ["D", 0, 1], ["E", 1, 1], ["Q", 1, -1]]) {
+    const before = await eye(page);
+    await page.keyboard.press(`Key${keys}`);
+    await settled(page);
+    assert.deepEqual(await eye(page), before.map((v, i) => (i === axis ? v + by * step : v)), keys);
+  }
+  // The wheel makes steps longer, and shift is five of them.
+  const box = await page.locator("#view").boundingBox();
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  await page.mouse.move(x, y);
+  await page.mouse.wheel(0, -100);
+  await page.waitForFunction((old) => page.step === old * 1.25, step);
+  await page.keyboard.press("Shift+ArrowRight");
+  await settled(page);
+  assert.equal((await eye(page))[0], home.eye[0] + 5 * 1.25 * step);
+  await page.keyboard.press("Minus");
+  await page.keyboard.press("Home");
+  await settled(page);
+  assert.deepEqual(await eye(page), home.eye);
+  // A drag turns the camera where it stands.
+  await page.mouse.down();
+  await page.mouse.move(x + 80, y, { steps: 4 });
+  await page.mouse.up();
+  await settled(page);
+  assert.deepEqual(await eye(page), home.eye);
+  assert.ok((await fields(page, "target"))[0] > home.target[0] + 0.1, "a drag to the right looks to the right");
+  await page.keyboard.press("KeyZ");
+  await settled(page);
+  assert.equal(Number(await page.locator("#roll").inputValue()), 1);
+  await page.click("#home");
+  await settled(page);
+  // A click tells what is there, and with shift it is in focus.
+  const [sphere, sky] = [[0.45, 0.6], [0.5, 0.05]].map(([u, v]) => [box.x + u * box.width, box.y + v * box.height]);
+  await page.mouse.click(...sky);
+  await page.waitForFunction(() => document.querySelector("#picked dd").textContent === "nothing");
+  await page.mouse.click(...sphere);
+  await page.waitForFunction(() => /\d+ m$/.test(document.querySelectorAll("#picked dd")[2].textContent));
+  await page.keyboard.down("Shift");
+  await page.mouse.click(...sphere);
+  await page.keyboard.up("Shift");
+  await page.waitForFunction(() => page.camera.lens.focus_distance > 0);
+  await settled(page);
+  await page.locator("#eye input").first().fill("1.5");
+  await page.keyboard.press("Enter");
+  await settled(page);
+  assert.deepEqual(await page.evaluate("page.header.camera.eye"), [1.5, ...home.eye.slice(1)]);
+  await page.keyboard.press("Escape");
+  await page.keyboard.press("Home");
+  await settled(page);
+}
+
+async function looks_change_what_is_rendered(page) {
+  const drawn = () => page.evaluate(() => [...pen.getImageData(0, 0, view.width, view.height).data.filter((_, i) => i % 4096 < 3)].join());
+  const beauty = await drawn();
+  const seen = new Set([beauty]);
+  const look = async (id, value) => {
+    const field = page.locator(`#${id}`);
+    if (await field.evaluate((element) => element.matches("select"))) await field.selectOption(value);
+    else {
+      await field.fill(value);
+      await field.press("Enter");
+    }
+    await settled(page);
+    return drawn();
+  };
+  for (const [id, value, back] of [
+    ["pass", "N", "beauty"], ["pass", "depth", "beauty"], ["integrator", "cost", "whitted"], ["integrator", "occlusion", "whitted"],
+    ["display", "srgb", "raw"], ["exposure", "-1", "0"], ["scale", "4", "1"],
+  ]) {
+    const changed = await look(id, value);
+    assert.ok(!seen.has(changed), `${id} ${value} looks like something else`);
+    seen.add(changed);
+    assert.equal(await look(id, back), beauty, `${id} ${back} looks as before`);
+  }
+  const [samples, rays, first, lag] = await page.locator("#statistics dd").allTextContents();
+  assert.match(samples, /^1 of 1$/);
+  assert.match(rays, /^[\d.]+ M$/);
+  assert.match(first, /^\d+ ms$/);
+  assert.match(lag, /^\d+ ms \(max\. \d+\)$/);
+  await page.keyboard.press("Escape");
+}
+
+/** With three keys on the timeline, at the frames 1, 9 and 17. */
+async function the_timeline_is_used_by_keyboard_alone(page) {
+  const frames = () => page.evaluate(() => timeline.keys.map((key) => key.frame).join());
+  const become = (wanted) => page.waitForFunction((f) => timeline.keys.map((key) => key.frame).join() === f, wanted);
+  await page.keyboard.press("Escape");
+  for (const [key, frame] of [["PageUp", 9], ["PageUp", 1], ["PageDown", 9], ["Period", 10], ["Comma", 9]]) {
+    await page.keyboard.press(key);
+    await page.waitForFunction((f) => timeline.frame === f, frame);
+  }
+  // From the picture to every field and button, and to the keys themselves.
+  const reached = new Set();
+  for (let i = 0; i < 80; i += 1) {
+    await page.keyboard.press("Tab");
+    reached.add(await page.evaluate(() => document.activeElement.id || document.activeElement.dataset.frame || ""));
+  }
+  for (const id of ["step", "integrator", "pass", "exposure", "samples", "render", "home", "play", "set-key", "save", "load", "copy", "9"]) {
+    assert.ok(reached.has(id), `Tab does not reach ${id}`);
+  }
+  const here = page.locator('#keys button[data-frame="9"]');
+  await here.focus();
+  await page.keyboard.press("ArrowRight");
+  await become("1,10,17");
+  await page.keyboard.press("ArrowLeft");
+  await become("1,9,17");
+  await here.press("Delete");
+  await become("1,17");
+  await page.keyboard.press("Escape");
+  await page.keyboard.press("KeyK");
+  await become("1,9,17");
+  // A key is replaced in its place.
+  await page.keyboard.press("F1");
+  await settled(page);
+  await page.keyboard.press("KeyK");
+  await page.waitForFunction(() => page.isChanged);
+  assert.equal(await frames(), "1,9,17");
+  await page.keyboard.press("Space");
+  await page.waitForFunction(() => timeline.frame > 11);
+  await page.keyboard.press("Space");
+  assert.equal(await page.locator("#play").textContent(), "Play");
+  page.once("dialog", (dialog) => dialog.accept());
+  await page.click("#load");
+  await page.waitForFunction(() => !page.isChanged);
+  await page.click("#copy");
+  assert.equal(await page.evaluate(() => navigator.clipboard.readText()), await page.locator("#command").textContent());
+  await page.keyboard.press("Escape");
+}
+
 /** Holds a key for 3 s. What else runs on the machine only adds to the lag, so the best of a few runs counts. */
 async function a_held_key_lags_little(page) {
   let best = null;
@@ -272,15 +408,19 @@ async function the_page_is_shown(page) {
 const { child, url } = await start([scene, "--frames", "path.csv", "-o", "frame.####.png"]);
 const browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: ["--no-sandbox"] });
 try {
-  const page = await browser.newPage({ viewport: { width: 1280, height: 800 } });
+  const permissions = ["clipboard-read", "clipboard-write"];
+  const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, permissions });
   page.setDefaultTimeout(30_000);
   page.on("pageerror", (error) => assert.fail(error));
   await page.goto(url.href);
   await settled(page);
   for (const check of [
     six_keys_move_by_one_step,
+    other_keys_the_pointer_and_fields_move_the_camera,
+    looks_change_what_is_rendered,
     a_held_key_lags_little,
     keyframes_are_saved_and_rendered_as_shown,
+    the_timeline_is_used_by_keyboard_alone,
     the_job_runs_on_the_page_and_stops,
     the_connection_is_lost_and_found,
     a_second_page_sees_the_same_camera,

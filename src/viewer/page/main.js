@@ -404,8 +404,14 @@ byId("render").onclick = () => {
 };
 byId("cancel").onclick = () => send({ t: "cancel" });
 byId("copy").onclick = async () => {
-  await navigator.clipboard.writeText(byId("command").textContent);
-  note("copied");
+  // A page that is not on this machine and not encrypted has no clipboard.
+  if (navigator.clipboard) {
+    await navigator.clipboard.writeText(byId("command").textContent);
+    note("copied");
+  } else {
+    getSelection().selectAllChildren(byId("command"));
+    note("the command is selected: Ctrl+C copies it");
+  }
 };
 byId("help-button").onclick = toggleHelp;
 function toggleHelp() {
