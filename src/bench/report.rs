@@ -130,7 +130,7 @@ fn figure(value: Option<f64>, digits: usize) -> String {
 }
 
 /// Appends a table whose first two columns are left-aligned and whose numbers are right-aligned.
-fn table(out: &mut String, rows: &[Vec<String>]) {
+pub(super) fn table(out: &mut String, rows: &[Vec<String>]) {
     let columns = rows.first().map_or(0, Vec::len);
     let widths: Vec<usize> = (0..columns)
         .map(|c| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0))

@@ -89,6 +89,10 @@ pub struct BenchArgs {
     /// The scene file
     pub scene: PathBuf,
 
+    /// Measure where the time of the whole picture goes, instead of rays alone
+    #[arg(long, conflicts_with_all = ["embree", "report", "builds"])]
+    pub picture: bool,
+
     /// Shared library of Embree 4, to measure it as well; the Python package embreex has one
     #[arg(long, value_name = "LIB")]
     pub embree: Option<PathBuf>,

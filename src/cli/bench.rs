@@ -1,20 +1,97 @@
 //! `batch-render bench`.
 
-use std::{fs, io::IsTerminal, path::Path, sync::Arc};
+use std::{
+    fs,
+    io::{self, IsTerminal},
+    path::Path,
+    sync::Arc,
+};
 
 use super::{args::BenchArgs, progress::say, threads::threads};
 use anyhow::Context;
 use batch_render::{
     accel::BuildOptions,
-    batch::{Job, Request},
-    bench::{self, BenchObserver, BenchOptions, Buffers},
+    batch::{CameraRig, Job, Plan, PlannedFrame, Request},
+    bench::{self, BenchObserver, BenchOptions, Buffers, Subject},
+    camera::FrameCamera,
+    film::Film,
     geometry::Geometry,
+    output::{EncodeError, FrameImage},
+    render::{Control, RenderError, Renderer},
+    scene::Scene,
     simd::Isa,
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Measures and reports.
 pub fn run(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
+    if args.picture {
+        picture(args, simd)
+    } else {
+        rays(args, simd, quiet)
+    }
+}
+
+/// Measures the stages of the scene's own picture.
+fn picture(args: &BenchArgs, simd: Isa) -> anyhow::Result<()> {
+    let request = Request {
+        accel: BuildOptions {
+            simd,
+            ..BuildOptions::default()
+        },
+        ..Request::default()
+    };
+    let report = threads(args.threads)?.install(|| {
+        let job = Job::open(&args.scene, &request)?;
+        let scene = job.compile()?;
+        let frame = job.plan.frames.first().context("there is no frame to render")?;
+        let subject = FirstFrame {
+            camera: CameraRig::new(&job.plan, &scene).camera(&job.plan, frame),
+            plan: &job.plan,
+            scene: &scene,
+            frame,
+        };
+        let settings = &job.plan.settings;
+        bench::picture::measure(&job.desc.name(), simd, settings, &subject, args.repetitions.into())
+            .map_err(anyhow::Error::from)
+    })?;
+    say(report.to_text().trim_end());
+    match &args.json {
+        Some(file) => fs::write(file, report.to_json()).with_context(|| format!("cannot write {}", file.display())),
+        None => Ok(()),
+    }
+}
+
+/// The first frame of a job.
+struct FirstFrame<'a> {
+    plan: &'a Plan,
+    scene: &'a Scene,
+    frame: &'a PlannedFrame,
+    camera: FrameCamera,
+}
+
+impl Subject for FirstFrame<'_> {
+    fn render(&self, control: &Control<'_>) -> Result<Film, RenderError> {
+        self.plan
+            .render_frame(&Renderer::new(), self.scene, (self.frame, &self.camera), control)
+    }
+
+    fn encode(&self, film: &Film) -> Result<(), EncodeError> {
+        let image = FrameImage {
+            film,
+            shown: self.plan.shown,
+            coverage: self.plan.coverage(self.scene, self.camera.fills_film()),
+            metadata: &self.plan.metadata(self.frame.number),
+        };
+        for file in &self.frame.files {
+            file.format.encode(&image, self.plan.encoding, &mut io::sink())?;
+        }
+        Ok(())
+    }
+}
+
+/// Measures all accelerators with the rays of a scene.
+fn rays(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let side = bench::SIDE;
     let request = Request {
         resolution: Some([side, side]),

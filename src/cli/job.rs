@@ -103,6 +103,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         cancel: Some(&cancel),
         counters: Some(&counters),
         sink: None,
+        ..Control::default()
     };
     let done = pool.install(|| job.run(scene, &progress, &control));
     match done {

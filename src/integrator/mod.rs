@@ -23,11 +23,13 @@ pub mod light_layers;
 pub mod occlusion;
 pub mod output;
 pub mod path;
+mod stages;
 mod vertex_batch;
 pub mod whitted;
 
 pub use light_layers::{FirstLobe, Lobes, Tag};
 pub use output::{ShadingOutput, ShadowPassage};
+pub use stages::{Stage, StageTimes};
 pub use vertex_batch::VertexBatch;
 
 /// The state of a path.

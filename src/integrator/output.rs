@@ -3,6 +3,7 @@
 use super::{
     BounceState, Lobes, PathState, Tag,
     light_layers::{Arrival, LightLayers},
+    stages::StageClock,
 };
 use crate::{
     math::{Ray, RayCone, Rgb, Vec3},
@@ -27,6 +28,7 @@ pub struct ShadingOutput {
     /// The same light by components and by groups, where a pass shows them.
     pub(crate) layers: Option<LightLayers>,
     vertex: CurrentVertex,
+    pub(crate) clock: StageClock,
     has_cones: bool,
     /// The last surface, where paths have cones.
     mirror: Mirror,

@@ -6,6 +6,7 @@ use std::sync::{
 };
 
 use super::{InvalidSamples, TileResult};
+use crate::integrator::StageTimes;
 
 /// The word to stop. A render that sees it leaves its unfinished tiles.
 #[derive(Debug, Default)]
@@ -78,6 +79,8 @@ pub struct Control<'a> {
     pub cancel: Option<&'a Cancel>,
     pub counters: Option<&'a Counters>,
     pub sink: Option<&'a dyn TileSink>,
+    /// Receives the time that each stage takes.
+    pub stages: Option<&'a StageTimes>,
 }
 
 impl Control<'_> {

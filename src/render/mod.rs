@@ -8,6 +8,7 @@ use crate::{
     value::UnknownName,
 };
 
+mod batch_inputs;
 mod camera_rays;
 mod context;
 mod control;

@@ -5,6 +5,7 @@
 
 use super::{
     Cancelled, Content, Control, InvalidSamples,
+    batch_inputs::{ArrivedRays, BatchInputs},
     camera_rays::CameraRays,
     context::RenderContext,
     sample_block::SampleBlock,
@@ -15,10 +16,10 @@ use crate::{
     accel::{self, BatchLayout, RayCost},
     film::{SampleRecord, TileAccumulator, passes::PassContext},
     geometry::{Hit, PrimId},
-    integrator::{PathState, ShadingOutput, VertexBatch, light_layers::LightLayers},
+    integrator::{PathState, ShadingOutput, Stage, light_layers::LightLayers},
     math::{Ray, Rgb},
-    sampler::{Dimension, SampleBatch, SampleKeys, SampleUse},
-    scene::{FirstHit, Surfaces},
+    sampler::{Dimension, SampleUse},
+    scene::FirstHit,
 };
 
 /// Paths that are continued together, where each vertex sends out several rays.
@@ -26,54 +27,6 @@ const MAX_PATHS: usize = 4 * WAVE_SIZE;
 
 /// The number of vertices that are shaded together: few enough for the smallest cache.
 const SHADE_BATCH: usize = 64;
-
-/// The inputs of a batch of vertices, prepared before they are shaded.
-#[derive(Default)]
-struct BatchInputs {
-    surfaces: Surfaces,
-    keys: SampleKeys,
-    samples: SampleBatch,
-}
-
-/// The rays that have arrived, with their paths and hits.
-#[derive(Clone, Copy)]
-struct ArrivedRays<'a> {
-    rays: &'a [Ray],
-    paths: &'a [PathState],
-    hits: &'a [Option<Hit>],
-    round: u32,
-}
-
-impl BatchInputs {
-    /// The batch of the paths with these indices, for whom all this was prepared.
-    fn batch<'a>(
-        &'a self,
-        context: &'a RenderContext<'_>,
-        arrived: ArrivedRays<'a>,
-        indices: &'a [u32],
-    ) -> VertexBatch<'a> {
-        let ArrivedRays {
-            rays,
-            paths,
-            hits,
-            round,
-        } = arrived;
-        VertexBatch {
-            scene: context.scene,
-            camera: &context.camera,
-            sampler: &context.settings.sampler,
-            rays,
-            paths,
-            hits,
-            indices,
-            surfaces: &self.surfaces.interactions,
-            keys: &self.keys,
-            samples: &self.samples,
-            has_cones: context.cone.is_some(),
-            round,
-        }
-    }
-}
 
 /// The work of a wave.
 #[derive(Clone, Debug, Default)]
@@ -127,20 +80,29 @@ impl Wave {
     ) -> Result<WaveStats, Cancelled> {
         let mut stats = WaveStats::default();
         let block = SampleBlock::new(spec);
+        let mut segments = 0;
+        self.out.clock.start(control.stages.is_some());
         self.start(context, spec);
+        self.out.clock.lap(Stage::CameraRays);
         if context.fills_film {
             // Before anything is met all paths are alike but for their samples, and the same for every tile.
             std::mem::swap(&mut self.paths, &mut self.camera_paths);
+            segments += self.rays.len() as u64;
             let traced = self.step(context, &block, control);
             std::mem::swap(&mut self.paths, &mut self.camera_paths);
             stats.rays += traced?;
             self.compact();
         }
         while !self.rays.is_empty() {
+            segments += self.rays.len() as u64;
             stats.rays += self.step(context, &block, control)?;
             self.compact();
         }
         self.accumulate(context, spec, accumulator, &mut stats.invalid);
+        self.out.clock.lap(Stage::Film);
+        if let Some(times) = control.stages {
+            times.add(&self.out.clock, segments);
+        }
         Ok(stats)
     }
 
@@ -272,6 +234,7 @@ impl Wave {
             traced += pass(scene, arrived, key, &mut self.passing);
         }
         self.partition_hits();
+        self.out.clock.lap(Stage::Nearest);
         for round in 0..context.integrator.shadow_rounds() {
             if control.is_cancelled() {
                 return Err(Cancelled);
@@ -280,8 +243,10 @@ impl Wave {
             self.shade_surfaces(context, block, round);
             if round == 0 {
                 self.shade_misses(context);
+                self.out.clock.lap(Stage::Background);
             }
             traced += self.resolve_shadow_rays(context, block.layout());
+            self.out.clock.lap(Stage::Shadow);
         }
         Ok(traced)
     }
@@ -354,12 +319,14 @@ impl Wave {
                     surface.set_footprint(path.cone.width.abs());
                 }
             }
+            out.clock.lap(Stage::Surfaces);
             block.keys(context.simd, context.settings, indices, paths, &mut inputs.keys);
             let dimension = Dimension::at(depth, SampleUse::ALL[0]);
             let sampler = &context.settings.sampler;
             inputs
                 .samples
                 .generate(context.simd, sampler, &inputs.keys, dimension, &uses);
+            out.clock.lap(Stage::Numbers);
             let arrived = ArrivedRays {
                 rays,
                 paths,
@@ -368,6 +335,7 @@ impl Wave {
             };
             let batch = inputs.batch(context, arrived, indices);
             context.integrator.shade_batch(&batch, out);
+            out.clock.lap(Stage::Bsdf);
         }
     }
 

@@ -70,6 +70,7 @@ fn run(session: &Session, request: &Request, cancel: &Cancel) -> Result<Summary,
             cancel: Some(cancel),
             counters: Some(&counters),
             sink: Some(&watch),
+            ..Control::default()
         };
         job.run(scene, &watch, &control)
     })

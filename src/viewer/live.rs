@@ -149,6 +149,7 @@ impl Artist<'_> {
             cancel: Some(&task.cancel),
             counters: Some(&self.counters),
             sink: Some(&sink),
+            ..Control::default()
         };
         let film = self.film(task, &camera, &settings, &control)?;
         sitting.publish_final(&film, &camera);

@@ -1,0 +1,58 @@
+//! The inputs of a batch of vertices.
+
+use super::context::RenderContext;
+use crate::{
+    geometry::Hit,
+    integrator::{PathState, VertexBatch},
+    math::Ray,
+    sampler::{SampleBatch, SampleKeys},
+    scene::Surfaces,
+};
+
+/// The inputs of a batch of vertices, prepared before they are shaded.
+#[derive(Default)]
+pub(super) struct BatchInputs {
+    pub surfaces: Surfaces,
+    pub keys: SampleKeys,
+    pub samples: SampleBatch,
+}
+
+/// The rays that have arrived, with their paths and hits.
+#[derive(Clone, Copy)]
+pub(super) struct ArrivedRays<'a> {
+    pub rays: &'a [Ray],
+    pub paths: &'a [PathState],
+    pub hits: &'a [Option<Hit>],
+    pub round: u32,
+}
+
+impl BatchInputs {
+    /// The batch of the paths with these indices, for whom all this was prepared.
+    pub fn batch<'a>(
+        &'a self,
+        context: &'a RenderContext<'_>,
+        arrived: ArrivedRays<'a>,
+        indices: &'a [u32],
+    ) -> VertexBatch<'a> {
+        let ArrivedRays {
+            rays,
+            paths,
+            hits,
+            round,
+        } = arrived;
+        VertexBatch {
+            scene: context.scene,
+            camera: &context.camera,
+            sampler: &context.settings.sampler,
+            rays,
+            paths,
+            hits,
+            indices,
+            surfaces: &self.surfaces.interactions,
+            keys: &self.keys,
+            samples: &self.samples,
+            has_cones: context.cone.is_some(),
+            round,
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! The stages of rendering a picture, and a clock that measures the time each takes.
+//!
+//! A clock is read once for every stage of a batch of vertices, but around the light of each vertex, where the clock itself shows:
+//! it takes some 25 ns. It does nothing where nobody asks for the times.
+
+use std::{
+    sync::atomic::{AtomicU64, Ordering},
+    time::{Duration, Instant},
+};
+
+/// A stage of rendering.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    CameraRays,
+    /// The nearest hits of camera rays and of rays that carry paths on.
+    Nearest,
+    /// The surfaces at hits.
+    Surfaces,
+    /// The random numbers.
+    Numbers,
+    /// The light of rays that meet nothing.
+    Background,
+    /// The choice of lights and of points on them.
+    Light,
+    /// Emission of surfaces, textures, and the evaluation and sampling of BSDFs.
+    Bsdf,
+    Shadow,
+    /// Sums of samples to pixels.
+    Film,
+}
+
+impl Stage {
+    /// All stages and their names, in the order of the work.
+    pub const TABLE: [(Self, &str); 9] = [
+        (Self::CameraRays, "camera rays"),
+        (Self::Nearest, "nearest"),
+        (Self::Surfaces, "surfaces"),
+        (Self::Numbers, "numbers"),
+        (Self::Background, "background"),
+        (Self::Light, "light"),
+        (Self::Bsdf, "bsdf"),
+        (Self::Shadow, "shadow"),
+        (Self::Film, "film"),
+    ];
+}
+
+/// A stopwatch of one thread.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct StageClock {
+    last: Option<Instant>,
+    spent: [Duration; Stage::TABLE.len()],
+}
+
+impl StageClock {
+    /// Starts the clock, if `measures`; else it stands still.
+    pub fn start(&mut self, measures: bool) {
+        *self = Self {
+            last: measures.then(Instant::now),
+            ..Self::default()
+        };
+    }
+
+    /// Counts the time since the last call, or since the start, to `stage`.
+    #[inline(always)]
+    pub fn lap(&mut self, stage: Stage) {
+        if self.last.is_some() {
+            self.count(stage);
+        }
+    }
+
+    #[cold]
+    fn count(&mut self, stage: Stage) {
+        let now = Instant::now();
+        if let Some(last) = self.last.replace(now) {
+            self.spent[stage as usize] += now - last;
+        }
+    }
+}
+
+/// The time that all threads have spent in each stage, and the number of path segments and shadow rays.
+#[derive(Debug, Default)]
+pub struct StageTimes {
+    nanoseconds: [AtomicU64; Stage::TABLE.len()],
+    segments: AtomicU64,
+}
+
+impl StageTimes {
+    /// The time in `stage`, summed over the threads.
+    pub fn of(&self, stage: Stage) -> Duration {
+        Duration::from_nanos(self.nanoseconds[stage as usize].load(Ordering::Relaxed))
+    }
+
+    /// The number of path segments, shadow rays not included.
+    pub fn segments(&self) -> u64 {
+        self.segments.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn add(&self, clock: &StageClock, segments: u64) {
+        for (sum, spent) in self.nanoseconds.iter().zip(clock.spent) {
+            sum.fetch_add(spent.as_nanos() as u64, Ordering::Relaxed);
+        }
+        self.segments.fetch_add(segments, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_that_was_not_asked_counts_nothing() {
+        let mut clock = StageClock::default();
+        clock.start(false);
+        clock.lap(Stage::Light);
+        assert!(clock.spent.iter().all(Duration::is_zero));
+    }
+
+    #[test]
+    fn every_lap_counts_to_its_stage_alone() {
+        let mut clock = StageClock::default();
+        clock.start(true);
+        std::thread::sleep(Duration::from_millis(2));
+        clock.lap(Stage::Light);
+        clock.lap(Stage::Film);
+        let times = StageTimes::default();
+        times.add(&clock, 7);
+        assert!(times.of(Stage::Light) >= Duration::from_millis(2) && times.of(Stage::Bsdf).is_zero());
+        assert!(times.of(Stage::Film) < times.of(Stage::Light));
+        assert_eq!(times.segments(), 7);
+    }
+
+    #[test]
+    fn the_table_is_in_the_order_of_the_stages() {
+        assert!(
+            Stage::TABLE
+                .iter()
+                .enumerate()
+                .all(|(i, (stage, _))| *stage as usize == i)
+        );
+    }
+}
