@@ -70,14 +70,32 @@ const PASSES: u32 = 16;
 
 const TILE: u32 = 16;
 
+/// The width of the square of pixels whose rays Embree's packets hold, as its own tutorials group them.
+const SQUARE: u32 = 4;
+
 /// The rays of all kinds. A kind is empty if the camera sees nothing.
 pub struct Buffers {
     rays: [Vec<Ray>; 4],
+    /// The pixel of each camera ray and of each shadow ray, tile by tile.
+    pixels: [Vec<u32>; 2],
 }
 
 impl Buffers {
     pub fn of(&self, kind: RayKind) -> &[Ray] {
         &self.rays[kind as usize]
+    }
+
+    /// The order in which packets take the rays of a kind: those of the 4 x 4 pixels of a square together.
+    pub fn packet_order(&self, kind: RayKind) -> Vec<u32> {
+        let mut order: Vec<u32> = (0..self.of(kind).len() as u32).collect();
+        let Some(pixels) = self.pixels.get(kind as usize) else {
+            return order;
+        };
+        let pixel = |ray: &u32| pixels[*ray as usize];
+        for tile in order.chunk_by_mut(|a, b| pixel(a) / (TILE * TILE) == pixel(b) / (TILE * TILE)) {
+            tile.sort_by_key(|ray| square(pixel(ray)));
+        }
+        order
     }
 
     /// Generates all rays; `camera` has a film of [`SIDE`] x [`SIDE`] pixels.
@@ -86,38 +104,50 @@ impl Buffers {
         let camera = &camera.moved(-scene.origin);
         let light = light(scene);
         let mut rays: [Vec<Ray>; 4] = Default::default();
+        let mut pixels: [Vec<u32>; 2] = Default::default();
         for pass in 0..PASSES {
-            let primary = primary(camera, pass);
+            let (primary, seen) = primary(camera, pass);
             let ends = ends(scene, accel, &primary);
+            pixels[1].extend(ends.iter().map(|end| seen[end.0]));
+            let ends: Vec<SurfaceInteraction> = ends.into_iter().map(|end| end.1).collect();
             rays[1].extend(ends.iter().map(|s| shadow_ray(s, light)));
             let first: Vec<Ray> = ends.iter().zip(0..).map(|(s, i)| bounce(s, [i, pass, 1])).collect();
             let second = self::ends(scene, accel, &first);
             rays[2].extend(first);
-            rays[3].extend(second.iter().zip(0..).map(|(s, i)| bounce(s, [i, pass, 2])));
+            rays[3].extend(second.iter().zip(0..).map(|((_, s), i)| bounce(s, [i, pass, 2])));
             if pass == 0 {
-                rays[0] = primary;
+                (rays[0], pixels[0]) = (primary, seen);
             }
             if ends.is_empty() || rays.iter().all(|r| r.len() >= COUNT) {
                 break;
             }
         }
-        for kind in &mut rays {
-            // Few rays hit the scene, so the rays that do are repeated.
-            let met = kind.len();
-            if met > 0 {
-                kind.reserve(COUNT.saturating_sub(met));
-                for i in met..COUNT {
-                    kind.push(kind[i - met]);
-                }
-            }
-            kind.truncate(COUNT);
-        }
-        Self { rays }
+        rays.iter_mut().for_each(repeat);
+        pixels.iter_mut().for_each(repeat);
+        Self { rays, pixels }
     }
 }
 
-/// Generates one ray through each pixel: its centre in the first pass, another point in the others.
-fn primary(camera: &Camera, pass: u32) -> Vec<Ray> {
+/// Brings a kind to [`COUNT`] rays: few rays hit the scene, so those that do are repeated.
+fn repeat<T: Copy>(kind: &mut Vec<T>) {
+    let met = kind.len();
+    if met > 0 {
+        kind.reserve(COUNT.saturating_sub(met));
+        for i in met..COUNT {
+            kind.push(kind[i - met]);
+        }
+    }
+    kind.truncate(COUNT);
+}
+
+/// The square of a pixel within its tile.
+fn square(pixel: u32) -> u32 {
+    let inside = pixel % (TILE * TILE);
+    inside / TILE / SQUARE * (TILE / SQUARE) + inside % TILE / SQUARE
+}
+
+/// Generates one ray through each pixel, its centre in the first pass, another point in the others; and the pixel of each.
+fn primary(camera: &Camera, pass: u32) -> (Vec<Ray>, Vec<u32>) {
     let tiles = SIDE / TILE;
     (0..SIDE * SIDE)
         .filter_map(|k| {
@@ -129,9 +159,10 @@ fn primary(camera: &Camera, pass: u32) -> Vec<Ray> {
             } else {
                 uniform([k, pass, 0])
             };
-            camera.ray(Vec2::new(x as f32, y as f32) + offset, Vec2::splat(0.5))
+            let ray = camera.ray(Vec2::new(x as f32, y as f32) + offset, Vec2::splat(0.5))?;
+            Some((ray, k))
         })
-        .collect()
+        .unzip()
 }
 
 fn uniform([a, b, c]: [u32; 3]) -> Vec2 {
@@ -139,15 +170,16 @@ fn uniform([a, b, c]: [u32; 3]) -> Vec2 {
     Vec2::new(unit_f32(x), unit_f32(y))
 }
 
-/// Returns the surfaces that the rays hit.
-fn ends(scene: &Scene, accel: &dyn Accelerator, rays: &[Ray]) -> Vec<SurfaceInteraction> {
+/// Returns the surfaces that the rays hit, with the number of the ray.
+fn ends(scene: &Scene, accel: &dyn Accelerator, rays: &[Ray]) -> Vec<(usize, SurfaceInteraction)> {
     let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
     rays.par_chunks(BATCH)
         .zip(hits.par_chunks_mut(BATCH))
         .for_each(|(rays, hits)| accel.nearest(rays, hits));
     rays.par_iter()
         .zip(&hits)
-        .filter_map(|(ray, hit)| hit.map(|hit| scene.surface(ray, &hit)))
+        .enumerate()
+        .filter_map(|(i, (ray, hit))| hit.map(|hit| (i, scene.surface(ray, &hit))))
         .collect()
 }
 

@@ -233,7 +233,7 @@ fn trace(
             timed: 1,
         };
         candidates.push(theirs("embree1", Tracer::Embree1(embree)));
-        candidates.push(theirs("embree16", Tracer::Embree16(embree)));
+        candidates.push(theirs("embree16", Tracer::Embree16(embree, buffers)));
     }
     let mut cells = Vec::new();
     for kind in RayKind::ALL {

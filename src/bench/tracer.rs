@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::rays::{BATCH, RayKind};
+use super::rays::{BATCH, Buffers, RayKind};
 use crate::{
     accel::{Accelerator, RayBatch},
     geometry::Hit,
@@ -16,8 +16,8 @@ pub enum Tracer<'a> {
     Ours(&'a dyn Accelerator),
     /// Single-ray calls.
     Embree1(&'a Embree),
-    /// Calls with packets of sixteen rays.
-    Embree16(&'a Embree),
+    /// Calls with packets of sixteen rays, those of 4 x 4 pixels where rays come from pixels.
+    Embree16(&'a Embree, &'a Buffers),
 }
 
 /// Rays in the form that their tracer expects, and memory for its results.
@@ -25,7 +25,32 @@ pub enum Prepared<'r> {
     Nearest(&'r [Ray], Vec<Option<Hit>>),
     Occlusion(&'r [Ray], Vec<bool>),
     Singles(Vec<RayHit>),
-    Packets(Vec<RayHit16>),
+    Packets(Packets),
+}
+
+/// Packets of rays.
+pub struct Packets {
+    queries: Vec<RayHit16>,
+    /// The place of each ray in the packets.
+    places: Vec<u32>,
+}
+
+impl Packets {
+    /// Packs the rays of a whole kind.
+    fn new(rays: &[Ray], order: &[u32]) -> Self {
+        let mut places = vec![0; order.len()];
+        for (place, &ray) in (0..).zip(order) {
+            places[ray as usize] = place;
+        }
+        let packet = |rays_of: &[u32]| {
+            let rays: Vec<Ray> = rays_of.iter().map(|&ray| rays[ray as usize]).collect();
+            RayHit16::new(&rays)
+        };
+        Self {
+            queries: order.par_chunks(16).map(packet).collect(),
+            places,
+        }
+    }
 }
 
 impl Tracer<'_> {
@@ -37,7 +62,7 @@ impl Tracer<'_> {
             Self::Ours(_) if kind.is_occlusion() => Prepared::Occlusion(rays, vec![true; rays.len()]),
             Self::Ours(_) => Prepared::Nearest(rays, vec![None; rays.len()]),
             Self::Embree1(_) => Prepared::Singles(rays.par_iter().map(RayHit::new).collect()),
-            Self::Embree16(_) => Prepared::Packets(rays.par_chunks(16).map(RayHit16::new).collect()),
+            Self::Embree16(_, buffers) => Prepared::Packets(Packets::new(rays, &buffers.packet_order(kind))),
         }
     }
 
@@ -63,13 +88,14 @@ impl Tracer<'_> {
                     .with_max_len(1)
                     .for_each(|q| embree.trace_single(occlusion, q));
             }
-            (Self::Embree16(embree), Prepared::Packets(queries)) => {
+            (Self::Embree16(embree, _), Prepared::Packets(packets)) => {
                 let occlusion = kind.is_occlusion();
                 let coherence = match kind {
                     RayKind::Primary => Coherence::Coherent,
                     _ => Coherence::Incoherent,
                 };
-                queries
+                packets
+                    .queries
                     .par_chunks_mut(BATCH / 16)
                     .with_max_len(1)
                     .for_each(|q| embree.trace_packets(occlusion, coherence, q));
@@ -87,7 +113,10 @@ impl Prepared<'_> {
             Self::Occlusion(..) => f32::INFINITY,
             Self::Nearest(_, hits) => hits[i].map_or(f32::INFINITY, |h| h.t),
             Self::Singles(queries) => queries[i].distance(kind.is_occlusion()),
-            Self::Packets(queries) => queries[i / 16].distance(i % 16, kind.is_occlusion()),
+            Self::Packets(packets) => {
+                let place = packets.places[i] as usize;
+                packets.queries[place / 16].distance(place % 16, kind.is_occlusion())
+            }
         }
     }
 }
