@@ -76,22 +76,29 @@ pub(super) fn multiscatter_gain(f0: Rgb, all: f32) -> Rgb {
 }
 
 impl BsdfKind for Conductor {
-    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+    /// The gain of multiple scattering.
+    type Prepared = Rgb;
+
+    #[inline]
+    fn prepare(&self, wo: Vec3) -> Rgb {
+        multiscatter_gain(self.reflectance.normal(), albedo::mirrors(&self.facets, wo))
+    }
+
+    fn eval_prepared(&self, gain: &Rgb, wo: Vec3, wi: Vec3) -> BsdfEval {
         if self.facets.is_smooth() {
             return BsdfEval::default();
         }
         let Some(facet) = self.facets.reflection(wo, wi) else {
             return BsdfEval::default();
         };
-        let gain = multiscatter_gain(self.reflectance.normal(), albedo::mirrors(&self.facets, wo));
         BsdfEval {
             diffuse: Rgb::BLACK,
-            glossy: self.reflectance.at(facet.cos) * gain * (facet.pdf * facet.masking),
+            glossy: self.reflectance.at(facet.cos) * *gain * (facet.pdf * facet.masking),
             pdf: facet.pdf,
         }
     }
 
-    fn sample(&self, wo: Vec3, _uc: f32, u: Sample2D) -> Option<BsdfSample> {
+    fn sample_prepared(&self, gain: &Rgb, wo: Vec3, _uc: f32, u: Sample2D) -> Option<BsdfSample> {
         if wo.z <= 0.0 {
             return None;
         }
@@ -100,10 +107,9 @@ impl BsdfKind for Conductor {
         } else {
             let wi = self.facets.sample_reflection(wo, u.square)?;
             let facet = self.facets.reflection(wo, wi)?;
-            let gain = multiscatter_gain(self.reflectance.normal(), albedo::mirrors(&self.facets, wo));
             (
                 wi,
-                self.reflectance.at(facet.cos) * gain * facet.masking,
+                self.reflectance.at(facet.cos) * *gain * facet.masking,
                 Some(facet.pdf),
             )
         };

@@ -80,7 +80,15 @@ fn eval_facet(facet: Facet, weight: Rgb, probability: f32) -> BsdfEval {
 }
 
 impl BsdfKind for RoughDielectric {
-    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+    /// The gain of multiple scattering.
+    type Prepared = f32;
+
+    fn prepare(&self, wo: Vec3) -> f32 {
+        let (o, _, eta) = self.upright(wo, wo);
+        1.0 / albedo::clear(&self.facets, o, eta).fresnel
+    }
+
+    fn eval_prepared(&self, gain: &f32, wo: Vec3, wi: Vec3) -> BsdfEval {
         let (o, i, eta) = self.upright(wo, wi);
         let facet = if i.z > 0.0 {
             self.facets.reflection(o, i)
@@ -90,15 +98,14 @@ impl BsdfKind for RoughDielectric {
         let Some((facet, facet_weights)) = facet.and_then(|f| Some((f, self.facet_weights(f.cos, eta)?))) else {
             return BsdfEval::default();
         };
-        let gain = 1.0 / albedo::clear(&self.facets, o, eta).fresnel;
         if i.z > 0.0 {
-            eval_facet(facet, facet_weights.reflect * gain, facet_weights.probability)
+            eval_facet(facet, facet_weights.reflect * *gain, facet_weights.probability)
         } else {
-            eval_facet(facet, facet_weights.transmit * gain, 1.0 - facet_weights.probability)
+            eval_facet(facet, facet_weights.transmit * *gain, 1.0 - facet_weights.probability)
         }
     }
 
-    fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
+    fn sample_prepared(&self, gain: &f32, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
         let (o, _, eta) = self.upright(wo, wo);
         if o.z <= 0.0 {
             return None;
@@ -112,7 +119,7 @@ impl BsdfKind for RoughDielectric {
             self.facets.sample_transmission(o, u.square, eta)?
         };
         let wi = if wo.z < 0.0 { mirrored(i) } else { i };
-        let eval = self.eval(wo, wi);
+        let eval = self.eval_prepared(gain, wo, wi);
         (eval.pdf > 0.0).then_some(BsdfSample {
             wi,
             weight: eval.glossy / eval.pdf,
@@ -157,13 +164,12 @@ impl ThinDielectric {
     }
 
     /// Zero where smooth. What passes is scattered like the mirror image, on the other side.
-    fn eval_upright(&self, o: Vec3, i: Vec3) -> BsdfEval {
+    fn eval_upright(&self, gain: f32, o: Vec3, i: Vec3) -> BsdfEval {
         let above = Vec3::new(i.x, i.y, i.z.abs());
         let facet = self.facets.reflection(o, above);
         let Some((facet, facet_weights)) = facet.and_then(|f| Some((f, self.facet_weights(f.cos)?))) else {
             return BsdfEval::default();
         };
-        let gain = 1.0 / albedo::mirrors(&self.facets, o);
         if i.z > 0.0 {
             eval_facet(facet, facet_weights.reflect * gain, facet_weights.probability)
         } else {
@@ -173,17 +179,25 @@ impl ThinDielectric {
 }
 
 impl BsdfKind for ThinDielectric {
-    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+    /// The gain of multiple scattering.
+    type Prepared = f32;
+
+    fn prepare(&self, wo: Vec3) -> f32 {
+        let o = if wo.z < 0.0 { mirrored(wo) } else { wo };
+        1.0 / albedo::mirrors(&self.facets, o)
+    }
+
+    fn eval_prepared(&self, gain: &f32, wo: Vec3, wi: Vec3) -> BsdfEval {
         if self.facets.is_smooth() {
             BsdfEval::default()
         } else if wo.z < 0.0 {
-            self.eval_upright(mirrored(wo), mirrored(wi))
+            self.eval_upright(*gain, mirrored(wo), mirrored(wi))
         } else {
-            self.eval_upright(wo, wi)
+            self.eval_upright(*gain, wo, wi)
         }
     }
 
-    fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
+    fn sample_prepared(&self, gain: &f32, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
         let below = wo.z < 0.0;
         let o = if below { mirrored(wo) } else { wo };
         if o.z <= 0.0 {
@@ -211,7 +225,7 @@ impl BsdfKind for ThinDielectric {
             };
             (weight / probability, None)
         } else {
-            let eval = self.eval_upright(o, i);
+            let eval = self.eval_upright(*gain, o, i);
             if eval.pdf <= 0.0 {
                 return None;
             }

@@ -12,8 +12,12 @@ pub struct Lambert {
 }
 
 impl BsdfKind for Lambert {
+    type Prepared = ();
+
+    fn prepare(&self, _wo: Vec3) {}
+
     #[inline]
-    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+    fn eval_prepared(&self, (): &(), wo: Vec3, wi: Vec3) -> BsdfEval {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return BsdfEval::default();
         }
@@ -25,7 +29,7 @@ impl BsdfKind for Lambert {
     }
 
     #[inline]
-    fn sample(&self, wo: Vec3, _uc: f32, u: Sample2D) -> Option<BsdfSample> {
+    fn sample_prepared(&self, (): &(), wo: Vec3, _uc: f32, u: Sample2D) -> Option<BsdfSample> {
         let wi = u.cosine_hemisphere();
         (wo.z > 0.0 && wi.z > 0.0 && !self.albedo.is_black()).then_some(BsdfSample {
             wi,
@@ -75,7 +79,11 @@ impl OrenNayar {
 }
 
 impl BsdfKind for OrenNayar {
-    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+    type Prepared = ();
+
+    fn prepare(&self, _wo: Vec3) {}
+
+    fn eval_prepared(&self, (): &(), wo: Vec3, wi: Vec3) -> BsdfEval {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return BsdfEval::default();
         }
@@ -94,9 +102,9 @@ impl BsdfKind for OrenNayar {
         }
     }
 
-    fn sample(&self, wo: Vec3, _uc: f32, u: Sample2D) -> Option<BsdfSample> {
+    fn sample_prepared(&self, (): &(), wo: Vec3, _uc: f32, u: Sample2D) -> Option<BsdfSample> {
         let wi = u.cosine_hemisphere();
-        let eval = self.eval(wo, wi);
+        let eval = self.eval_prepared(&(), wo, wi);
         (eval.pdf > 0.0 && !self.albedo.is_black()).then(|| BsdfSample {
             wi,
             weight: eval.diffuse / eval.pdf,

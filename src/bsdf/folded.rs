@@ -23,12 +23,18 @@ impl<B> Folded<'_, B> {
 }
 
 impl<B: BsdfKind> BsdfKind for Folded<'_, B> {
-    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+    type Prepared = B::Prepared;
+
+    fn prepare(&self, wo: Vec3) -> B::Prepared {
+        self.bsdf.prepare(wo)
+    }
+
+    fn eval_prepared(&self, prepared: &B::Prepared, wo: Vec3, wi: Vec3) -> BsdfEval {
         if self.plane.dot(wi) <= 0.0 {
             return BsdfEval::default();
         }
-        let above = self.bsdf.eval(wo, wi);
-        let below = self.bsdf.eval(wo, self.mirrored(wi));
+        let above = self.bsdf.eval_prepared(prepared, wo, wi);
+        let below = self.bsdf.eval_prepared(prepared, wo, self.mirrored(wi));
         BsdfEval {
             diffuse: above.diffuse + below.diffuse,
             glossy: above.glossy + below.glossy,
@@ -36,11 +42,11 @@ impl<B: BsdfKind> BsdfKind for Folded<'_, B> {
         }
     }
 
-    fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
-        let mut sample = self.bsdf.sample(wo, uc, u)?;
+    fn sample_prepared(&self, prepared: &B::Prepared, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
+        let mut sample = self.bsdf.sample_prepared(prepared, wo, uc, u)?;
         let image = self.mirrored(sample.wi);
         if let Some(pdf) = &mut sample.pdf {
-            *pdf += self.bsdf.eval(wo, image).pdf;
+            *pdf += self.bsdf.eval_prepared(prepared, wo, image).pdf;
         }
         if self.plane.dot(sample.wi) < 0.0 {
             sample.wi = image;

@@ -98,7 +98,7 @@ struct LobeProbabilities {
 }
 
 /// The quantities that depend on `wo` only.
-struct LobeState {
+pub struct LobeState {
     /// `wo`, above the surface, in the frame of the facets.
     o: Vec3,
     /// Index on the other side over the one on this side.
@@ -453,17 +453,22 @@ impl LobeProbabilities {
 }
 
 impl BsdfKind for Layered {
-    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
-        let Some(state) = self.lobe_state(wo) else {
+    type Prepared = Option<LobeState>;
+
+    fn prepare(&self, wo: Vec3) -> Option<LobeState> {
+        self.lobe_state(wo)
+    }
+
+    fn eval_prepared(&self, state: &Option<LobeState>, wo: Vec3, wi: Vec3) -> BsdfEval {
+        let Some(state) = state else {
             return BsdfEval::default();
         };
         let i = self.facet_from_surface(if wo.z < 0.0 { mirrored(wi) } else { wi });
-        self.eval_upright(&state, i)
+        self.eval_upright(state, i)
     }
 
-    fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
-        let state = self.lobe_state(wo)?;
-        let sample = self.sample_upright(&state, uc, u)?;
+    fn sample_prepared(&self, state: &Option<LobeState>, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
+        let sample = self.sample_upright(state.as_ref()?, uc, u)?;
         let i = self.surface_from_facet(sample.wi);
         let wi = if wo.z < 0.0 { mirrored(i) } else { i };
         Some(BsdfSample { wi, ..sample })

@@ -86,12 +86,27 @@ impl BsdfSample {
 
 /// The contract of every BSDF.
 pub trait BsdfKind {
-    /// Evaluates the BSDF; zero for delta lobes.
-    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval;
+    /// The quantities that depend on `wo` alone, which all evaluations and samples of a vertex share.
+    type Prepared;
+
+    fn prepare(&self, wo: Vec3) -> Self::Prepared;
+
+    /// Evaluates the BSDF, prepared for `wo`; zero for delta lobes.
+    fn eval_prepared(&self, prepared: &Self::Prepared, wo: Vec3, wi: Vec3) -> BsdfEval;
 
     /// Samples a direction by `uc`, which selects the lobe, and `u`, all uniform in `[0, 1)`;
-    /// `None` where the light is absorbed.
-    fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample>;
+    /// `None` where the light is absorbed. The BSDF is prepared for `wo`.
+    fn sample_prepared(&self, prepared: &Self::Prepared, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample>;
+
+    /// Does the same as [`BsdfKind::eval_prepared`] for a BSDF that is not prepared.
+    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+        self.eval_prepared(&self.prepare(wo), wo, wi)
+    }
+
+    /// Does the same as [`BsdfKind::sample_prepared`] for a BSDF that is not prepared.
+    fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
+        self.sample_prepared(&self.prepare(wo), wo, uc, u)
+    }
 
     /// Whether the surface transmits light.
     fn transmits(&self) -> bool {
@@ -154,11 +169,15 @@ macro_rules! bsdfs {
 
         /// Each method matches on the kind; [`Bsdf::dispatch`] matches once for several of them.
         impl BsdfKind for Bsdf {
-            fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+            type Prepared = ();
+
+            fn prepare(&self, _wo: Vec3) {}
+
+            fn eval_prepared(&self, (): &(), wo: Vec3, wi: Vec3) -> BsdfEval {
                 match self { $( Self::$Variant(bsdf) => bsdf.eval(wo, wi), )* }
             }
 
-            fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
+            fn sample_prepared(&self, (): &(), wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
                 match self { $( Self::$Variant(bsdf) => bsdf.sample(wo, uc, u), )* }
             }
 

@@ -99,7 +99,11 @@ fn upright(wo: Vec3, w: Vec3) -> Vec3 {
 }
 
 impl BsdfKind for Phong {
-    fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+    type Prepared = ();
+
+    fn prepare(&self, _wo: Vec3) {}
+
+    fn eval_prepared(&self, (): &(), wo: Vec3, wi: Vec3) -> BsdfEval {
         let o = upright(wo, wo);
         let (reflect, transmitted) = self.deltas(o, self.eta(wo));
         let Some(probabilities) = self.probabilities(reflect, transmitted.map_or(Rgb::BLACK, |t| t.1)) else {
@@ -108,7 +112,7 @@ impl BsdfKind for Phong {
         self.eval_upright(o, upright(wo, wi), &probabilities)
     }
 
-    fn sample(&self, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
+    fn sample_prepared(&self, (): &(), wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
         let (o, eta) = (upright(wo, wo), self.eta(wo));
         if o.z <= 0.0 {
             return None;

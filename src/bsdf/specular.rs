@@ -14,11 +14,15 @@ pub struct Mirror {
 }
 
 impl BsdfKind for Mirror {
-    fn eval(&self, _wo: Vec3, _wi: Vec3) -> BsdfEval {
+    type Prepared = ();
+
+    fn prepare(&self, _wo: Vec3) {}
+
+    fn eval_prepared(&self, (): &(), _wo: Vec3, _wi: Vec3) -> BsdfEval {
         BsdfEval::default()
     }
 
-    fn sample(&self, wo: Vec3, _uc: f32, _u: Sample2D) -> Option<BsdfSample> {
+    fn sample_prepared(&self, (): &(), wo: Vec3, _uc: f32, _u: Sample2D) -> Option<BsdfSample> {
         (wo.z > 0.0 && !self.reflectance.is_black()).then_some(BsdfSample {
             wi: Vec3::new(-wo.x, -wo.y, wo.z),
             weight: self.reflectance,
@@ -59,11 +63,15 @@ impl SmoothDielectric {
 }
 
 impl BsdfKind for SmoothDielectric {
-    fn eval(&self, _wo: Vec3, _wi: Vec3) -> BsdfEval {
+    type Prepared = ();
+
+    fn prepare(&self, _wo: Vec3) {}
+
+    fn eval_prepared(&self, (): &(), _wo: Vec3, _wi: Vec3) -> BsdfEval {
         BsdfEval::default()
     }
 
-    fn sample(&self, wo: Vec3, uc: f32, _u: Sample2D) -> Option<BsdfSample> {
+    fn sample_prepared(&self, (): &(), wo: Vec3, uc: f32, _u: Sample2D) -> Option<BsdfSample> {
         let (n, eta) = if wo.z < 0.0 {
             (-Vec3::Z, 1.0 / self.ior)
         } else {

@@ -63,10 +63,12 @@ fn power_heuristic(a: f32, b: f32) -> f32 {
 }
 
 /// A surface, seen in its shading frame.
-pub struct ShadingPoint<'a, B> {
+pub struct ShadingPoint<'a, B: BsdfKind> {
     pub surface: &'a SurfaceInteraction,
     pub frame: Frame,
     pub bsdf: &'a B,
+    /// The BSDF's own, for `wo_local`.
+    pub prepared: B::Prepared,
     pub wo_local: Vec3,
     /// Light arrives from above the plane with this normal; zero where it arrives from everywhere.
     pub horizon: Vec3,
@@ -145,7 +147,9 @@ fn sample_family(
         return;
     };
     let wi_local = shading.frame.to_local(sample.wi);
-    let eval = shading.bsdf.eval(shading.wo_local, wi_local);
+    let eval = shading
+        .bsdf
+        .eval_prepared(&shading.prepared, shading.wo_local, wi_local);
     let l = match sample.pdf {
         None => eval.f_cos() * sample.li / choice.pmf,
         Some(pdf) => {

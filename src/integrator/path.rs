@@ -214,6 +214,7 @@ impl Scatter<'_, '_> {
         let shading = ShadingPoint {
             surface,
             frame,
+            prepared: bsdf.prepare(wo_local),
             bsdf,
             wo_local,
             horizon,
@@ -293,7 +294,7 @@ impl PathTracer {
         let u = context
             .numbers
             .get_sample_2d(Dimension::at(path.depth, SampleUse::Bsdf));
-        let Some(sample) = shading.bsdf.sample(shading.wo_local, uc, u) else {
+        let Some(sample) = shading.bsdf.sample_prepared(&shading.prepared, shading.wo_local, uc, u) else {
             return;
         };
         let Some(mut bounces) = self.count(path.last.bounces, sample.lobe) else {
