@@ -1,4 +1,4 @@
-//! Bounds of a group of lights: position, orientation and power, and the importance for a point.
+//! Bounds of a group of lights: position, orientation and power.
 //!
 //! Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree
 //! Splitting", HPG 2018, doi:10.1145/3233305.
@@ -6,9 +6,6 @@
 use std::f32::consts::PI;
 
 use crate::math::{Aabb, Sidedness, Vec3, trig};
-
-/// Cosines this far below 0 still count as a little above, so that rounding never hides a light.
-const MARGIN: f32 = 1e-3;
 
 /// The orientation cone of lights: their normals are within `cos_o` of the axis, and they emit
 /// within `cos_e` of their normals.
@@ -116,110 +113,6 @@ impl LightBounds {
             bounds: self.bounds.union(other.bounds),
             directions: self.directions.union(&other.directions),
             power: self.power + other.power,
-        }
-    }
-
-    /// The compact bounds for [`CompactLightBounds::importance`].
-    pub fn compact(&self) -> CompactLightBounds {
-        let half = (self.bounds.max - self.bounds.min) * 0.5;
-        let center = self.bounds.min + half;
-        // The middle is rounded.
-        let radius = half.length() * (1.0 + 4.0 * f32::EPSILON) + center.abs().max_element() * f32::EPSILON;
-        CompactLightBounds {
-            center,
-            radius: if half == Vec3::ZERO { 0.0 } else { radius },
-            axis: self.directions.axis,
-            power: self.power,
-            cos_o: self.directions.cos_o,
-            cos_e: self.directions.cos_e,
-        }
-    }
-}
-
-/// The bounding sphere and the orientation cone of a group of lights, as a node of the tree stores
-/// them.
-#[derive(Clone, Copy, Debug)]
-pub struct CompactLightBounds {
-    center: Vec3,
-    radius: f32,
-    axis: Vec3,
-    power: f32,
-    cos_o: f32,
-    cos_e: f32,
-}
-
-impl CompactLightBounds {
-    /// An estimate of the irradiance at `p` on a surface of unit normal `n` (zero: of any), in W
-    /// m^-2, where no light is hidden. 0 only where the lights do not shine on that side of `p` at
-    /// all.
-    #[inline]
-    pub fn importance(&self, p: Vec3, n: Vec3, sidedness: Sidedness) -> f32 {
-        if self.power == 0.0 {
-            return 0.0;
-        }
-        let to = self.center - p;
-        let (d2, r2) = (to.length_squared(), self.radius * self.radius);
-        let mut factor = 1.0;
-        if d2 > r2 {
-            let wi = to / d2.sqrt();
-            // The angle that the ball is seen under.
-            let sin2 = r2 / d2;
-            let ball = Angle {
-                cos: (1.0 - sin2).sqrt(),
-                sin: sin2.sqrt(),
-            };
-            if self.cos_o > -1.0 {
-                let cos = -self.axis.dot(wi);
-                let cos = if sidedness == Sidedness::Both { cos.abs() } else { cos };
-                let off = Angle::of_cos(cos).less(Angle::of_cos(self.cos_o)).less(ball);
-                if off.cos < self.cos_e - MARGIN {
-                    return 0.0;
-                }
-                factor = off.cos.max(MARGIN);
-            }
-            if n != Vec3::ZERO {
-                let cos = Angle::of_cos(n.dot(wi)).less(ball).cos;
-                if cos < -MARGIN {
-                    return 0.0;
-                }
-                factor *= cos.max(MARGIN);
-            }
-        }
-        let nearest = d2.max(r2);
-        let importance = self.power * factor / nearest;
-        if importance.is_finite() {
-            importance
-        } else {
-            f32::MAX * 0.125
-        }
-    }
-}
-
-/// An angle from 0 to pi by its cosine and sine.
-#[derive(Clone, Copy)]
-struct Angle {
-    cos: f32,
-    sin: f32,
-}
-
-impl Angle {
-    #[inline]
-    fn of_cos(cos: f32) -> Self {
-        Self {
-            cos,
-            sin: (1.0 - cos * cos).max(0.0).sqrt(),
-        }
-    }
-
-    /// This one less the other, at least 0.
-    #[inline]
-    fn less(self, other: Self) -> Self {
-        if self.cos >= other.cos {
-            return Self { cos: 1.0, sin: 0.0 };
-        }
-        Self {
-            cos: self.cos * other.cos + self.sin * other.sin,
-            sin: self.sin * other.cos - self.cos * other.sin,
         }
     }
 }

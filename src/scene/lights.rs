@@ -190,6 +190,9 @@ impl Lights {
 
     /// The probability of points among lamps; `None` where no lamp contributes.
     fn pmf_points(&self, at: &LightSampleContext) -> Option<f64> {
+        if self.point_tree.is_empty() || self.emitter_tree.is_empty() {
+            return Some(if self.point_tree.is_empty() { 0.0 } else { 1.0 });
+        }
         let [points, surfaces] = [&self.point_tree, &self.emitter_tree].map(|tree| tree.importance(at.p, at.n));
         (points + surfaces > 0.0).then(|| points / (points + surfaces))
     }

@@ -1,12 +1,9 @@
-//! Construction of the light tree: a top-down binned build.
+//! Construction of the light tree: a top-down binned build of a binary tree, which is then collapsed.
 //!
 //! The cost of a group is its power times the squared diagonal of its bounds times the measure of
 //! its orientation cone. Splits between buckets along the axes are compared.
 
-use super::{
-    LightTree,
-    node::{LightNode, NO_LEAF},
-};
+use super::{LightTree, binary::BinaryNode, collapse::collapse};
 use crate::{
     light::LightBounds,
     math::{Aabb, Vec3},
@@ -34,36 +31,35 @@ impl LightTree {
     /// Over lights of these bounds, on the threads of the current rayon pool; the same tree on any
     /// number of them.
     pub fn build(lights: impl ExactSizeIterator<Item = LightBounds>) -> Self {
-        let mut leaves = vec![NO_LEAF; lights.len()];
+        let mut tree = Self {
+            places: vec![None; lights.len()],
+            ..Self::default()
+        };
         let mut items: Vec<BuildItem> = (0..)
             .zip(lights)
             .map(|(light, bounds)| BuildItem { bounds, light })
             .filter(|i| i.bounds.power > 0.0 && i.bounds.bounds.is_finite())
             .collect();
         let Some(first) = items.first() else {
-            return Self {
-                leaves,
-                ..Self::default()
-            };
+            return tree;
         };
-        let mut nodes = vec![LightNode::new(&first.bounds, 1); 2 * items.len() - 1];
+        let bounds = first.bounds;
+        let mut nodes = vec![BinaryNode { bounds, leaves: 1 }; 2 * items.len() - 1];
         fill(&mut items, &mut nodes);
-        for (leaf, item) in (0..).zip(&items) {
-            leaves[item.light as usize] = leaf;
-        }
-        Self {
-            nodes,
-            lights: items.iter().map(|i| i.light).collect(),
-            leaves,
-        }
+        let lights: Vec<u32> = items.iter().map(|i| i.light).collect();
+        collapse(&nodes, &lights, &mut tree);
+        tree
     }
 }
 
 /// Orders `items` and writes the nodes over them, 2k - 1 for k lights; returns what holds them all.
-fn fill(items: &mut [BuildItem], nodes: &mut [LightNode]) -> LightBounds {
+fn fill(items: &mut [BuildItem], nodes: &mut [BinaryNode]) -> LightBounds {
     let count = items.len();
     if let [only] = items {
-        nodes[0] = LightNode::new(&only.bounds, 1);
+        nodes[0] = BinaryNode {
+            bounds: only.bounds,
+            leaves: 1,
+        };
         return only.bounds;
     }
     let at = split(items);
@@ -76,7 +72,10 @@ fn fill(items: &mut [BuildItem], nodes: &mut [LightNode]) -> LightBounds {
         (fill(left, left_nodes), fill(right, right_nodes))
     };
     let bounds = l.union(&r);
-    *root = LightNode::new(&bounds, count as u32);
+    *root = BinaryNode {
+        bounds,
+        leaves: count as u32,
+    };
     bounds
 }
 

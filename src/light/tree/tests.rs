@@ -80,7 +80,7 @@ fn probabilities_add_up_to_one_less_what_falls_on_groups_that_do_not_matter() {
         for r in 0..50 {
             let (p, n) = receiver(r);
             let sum: f64 = (0..count).map(|l| tree.pmf(p, n, l)).sum();
-            let draws = 500;
+            let draws = 20_000;
             let none = (0..draws)
                 .filter(|i| tree.choose(p, n, (f64::from(*i) + 0.5) / f64::from(draws)).is_none())
                 .count();

@@ -1,0 +1,153 @@
+//! Groups of lights side by side, and their importance for a point, all at once.
+//!
+//! Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree
+//! Splitting", HPG 2018, doi:10.1145/3233305.
+
+use crate::{
+    light::bounds::LightBounds,
+    math::{Sidedness, Vec3},
+};
+
+/// Cosines this far below 0 still count as a little above, so that rounding never hides a light.
+const MARGIN: f32 = 1e-3;
+
+/// The bounding spheres and the orientation cones of `N` groups, as arrays.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub(super) struct LightGroups<const N: usize> {
+    center: [[f32; N]; 3],
+    radius2: [f32; N],
+    axis: [[f32; N]; 3],
+    /// The intensity in W sr^-1; 0 where there is no group.
+    power: [f32; N],
+    /// Cosine and sine of the largest angle between a normal and the axis.
+    cos_o: [f32; N],
+    sin_o: [f32; N],
+    /// Cosine of the largest angle between a normal and the light, less [`MARGIN`]; below -1 where the lights shine all ways.
+    cos_e: [f32; N],
+    /// -1 where lights shine against their normals too, else 1.
+    side: [f32; N],
+}
+
+/// Angles from 0 to pi by their cosines and sines.
+#[derive(Clone, Copy)]
+struct Angle {
+    cos: f32,
+    sin: f32,
+}
+
+impl Angle {
+    #[inline(always)]
+    fn of_cos(cos: f32) -> Self {
+        Self {
+            cos,
+            sin: (1.0 - cos * cos).max(0.0).sqrt(),
+        }
+    }
+
+    /// This one less the other, at least 0.
+    #[inline(always)]
+    fn less(self, other: Self) -> Self {
+        let is_less = self.cos >= other.cos;
+        let (cos, sin) = (
+            self.cos * other.cos + self.sin * other.sin,
+            self.sin * other.cos - self.cos * other.sin,
+        );
+        Self {
+            cos: if is_less { 1.0 } else { cos },
+            sin: if is_less { 0.0 } else { sin },
+        }
+    }
+}
+
+impl<const N: usize> LightGroups<N> {
+    pub const NONE: Self = Self {
+        center: [[0.0; N]; 3],
+        radius2: [0.0; N],
+        axis: [[0.0; N]; 3],
+        power: [0.0; N],
+        cos_o: [0.0; N],
+        sin_o: [0.0; N],
+        cos_e: [0.0; N],
+        side: [1.0; N],
+    };
+
+    /// Sets the group at place `i`.
+    pub fn set(&mut self, i: usize, group: &LightBounds) {
+        let half = (group.bounds.max - group.bounds.min) * 0.5;
+        let center = group.bounds.min + half;
+        // The middle is rounded.
+        let radius = half.length() * (1.0 + 4.0 * f32::EPSILON) + center.abs().max_element() * f32::EPSILON;
+        let radius = if half == Vec3::ZERO { 0.0 } else { radius };
+        let directions = group.directions;
+        for axis in 0..3 {
+            self.center[axis][i] = center[axis];
+            self.axis[axis][i] = directions.axis[axis];
+        }
+        self.radius2[i] = radius * radius;
+        self.power[i] = group.power;
+        let shines_all_ways = directions.cos_o <= -1.0;
+        let open = Angle::of_cos(directions.cos_o);
+        (self.cos_o[i], self.sin_o[i]) = (open.cos, open.sin);
+        self.cos_e[i] = if shines_all_ways {
+            // Every group is then straight ahead.
+            (self.cos_o[i], self.sin_o[i]) = (-2.0, 0.0);
+            -2.0
+        } else {
+            directions.cos_e - MARGIN
+        };
+        self.side[i] = if directions.sidedness == Sidedness::Both {
+            -1.0
+        } else {
+            1.0
+        };
+    }
+
+    /// Estimates of the irradiance at `p` on a surface of unit normal `n` (zero: of any), in W m^-2, where no light is hidden.
+    /// 0 only where the lights do not shine on that side of `p` at all.
+    #[inline(always)]
+    pub fn importances(&self, p: Vec3, n: Vec3) -> [f32; N] {
+        let is_any = n == Vec3::ZERO;
+        // Towards any normal a light is straight ahead.
+        let least = if is_any { f32::NEG_INFINITY } else { -MARGIN };
+        let mut importances = [0.0; N];
+        for (i, importance) in importances.iter_mut().enumerate() {
+            let (x, y, z) = (
+                self.center[0][i] - p.x,
+                self.center[1][i] - p.y,
+                self.center[2][i] - p.z,
+            );
+            let (d2, r2) = (x * x + y * y + z * z, self.radius2[i]);
+            let nearest = if d2 > r2 { d2 } else { r2 };
+            let scale = 1.0 / d2.sqrt();
+            // The angle that the ball is seen under.
+            let sin2 = r2 / d2;
+            let ball = Angle {
+                cos: (1.0 - sin2).max(0.0).sqrt(),
+                sin: sin2.sqrt(),
+            };
+            let out = -(self.axis[0][i] * x + self.axis[1][i] * y + self.axis[2][i] * z) * scale;
+            let out = if self.side[i] < 0.0 { out.abs() } else { out };
+            let open = Angle {
+                cos: self.cos_o[i],
+                sin: self.sin_o[i],
+            };
+            let off = Angle::of_cos(out).less(open).less(ball);
+            let facing = (n.x * x + n.y * y + n.z * z) * scale;
+            let facing = Angle::of_cos(facing).less(ball).cos;
+            let shines = (off.cos >= self.cos_e[i]) & (facing >= least);
+            let facing = if is_any { 1.0 } else { facing.max(MARGIN) };
+            let factor = if shines { off.cos.max(MARGIN) * facing } else { 0.0 };
+            // Within the ball nothing is known.
+            let factor = if d2 > r2 { factor } else { 1.0 };
+            let brought = self.power[i] * factor / nearest;
+            let bounded = if brought < f32::MAX {
+                brought
+            } else {
+                f32::MAX * 0.03125
+            };
+            *importance = if self.power[i] > 0.0 { bounded } else { 0.0 };
+        }
+        importances
+    }
+}
