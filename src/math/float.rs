@@ -6,6 +6,7 @@
 use glam::Vec3;
 
 /// Bound on the relative error of `n` rounded operations in a row: `n u / (1 - n u)`, u = 2^-24.
+#[inline]
 pub const fn gamma(n: u32) -> f32 {
     let nu = n as f32 * (f32::EPSILON * 0.5);
     nu / (1.0 - nu)

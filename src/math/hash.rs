@@ -3,6 +3,7 @@
 
 /// Mixes 32 bits well. Source: Wellons, "Prospecting for Hash Functions", 2018 (the `lowbias32`
 /// family), with the constants found by TheIronBorn.
+#[inline]
 pub const fn mix32(mut x: u32) -> u32 {
     x ^= x >> 16;
     x = x.wrapping_mul(0x21f0_aaad);
@@ -13,6 +14,7 @@ pub const fn mix32(mut x: u32) -> u32 {
 
 /// Four well-mixed words from four words. Source: Jarzynski and Olano, "Hash Functions for GPU
 /// Rendering", JCGT 9(3), 2020.
+#[inline]
 pub const fn pcg4d(mut v: [u32; 4]) -> [u32; 4] {
     let mut k = 0;
     while k < 4 {
@@ -28,6 +30,7 @@ pub const fn pcg4d(mut v: [u32; 4]) -> [u32; 4] {
     pcg4d_round(v)
 }
 
+#[inline]
 const fn pcg4d_round([mut x, mut y, mut z, mut w]: [u32; 4]) -> [u32; 4] {
     x = x.wrapping_add(y.wrapping_mul(w));
     y = y.wrapping_add(z.wrapping_mul(x));
@@ -38,6 +41,7 @@ const fn pcg4d_round([mut x, mut y, mut z, mut w]: [u32; 4]) -> [u32; 4] {
 
 /// Mixes 64 bits well. Source: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number
 /// Generators", OOPSLA 2014, doi:10.1145/2660193.2660195, with the constants of its SplitMix64.
+#[inline]
 pub const fn mix64(mut x: u64) -> u64 {
     x ^= x >> 30;
     x = x.wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -53,6 +57,7 @@ pub const fn mix64(mut x: u64) -> u64 {
 /// Source: Laine and Karras, "Stratified Sampling for Stochastic Transparency", EGSR 2011,
 /// doi:10.1111/j.1467-8659.2011.01995.x; the steps and their constants are those of Vegdahl,
 /// "Building a Better LK Hash", 2021.
+#[inline]
 pub const fn owen_reversed(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
@@ -95,6 +100,7 @@ pub fn name_as_float(name: &str) -> f32 {
 }
 
 /// A number in `[0, 1)` from the upper 24 bits of `x`.
+#[inline]
 pub const fn unit_f32(x: u32) -> f32 {
     (x >> 8) as f32 * (1.0 / 16_777_216.0)
 }

@@ -23,7 +23,7 @@ use serde::Deserialize;
 use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
     numeric::{choose, hit_at, point_of, rounded},
-    rectangle::SeenRectangle,
+    rectangle::{Rectangle, SeenRectangle},
 };
 use crate::{
     math::{Aabb, DVec3, Ray, Vec2, Vec3},
@@ -100,14 +100,20 @@ const FACES: [Face; 6] = [
 ];
 
 impl Cuboid {
-    /// The corner of a face where its u and v are 0, and its edges.
-    fn rectangle(&self, face: &Face) -> (DVec3, [DVec3; 2]) {
+    /// A face, from the corner where its u and v are 0.
+    fn rectangle(&self, face: &Face) -> Rectangle {
         let (min, max) = (self.min.as_dvec3(), self.max.as_dvec3());
         let extent = max - min;
         // Where u and v are 0, every axis with a positive direction is at its minimum.
         let backwards = face.normal - face.along[0] - face.along[1];
         let corner = DVec3::select(backwards.cmpgt(DVec3::ZERO), max, min);
-        (corner, face.along.map(|e| e * extent.dot(e.abs())))
+        let lengths = face.along.map(|e| extent.dot(e.abs()));
+        Rectangle {
+            corner,
+            edges: [face.along[0] * lengths[0], face.along[1] * lengths[1]],
+            lengths,
+            normal: face.normal,
+        }
     }
 
     /// The faces as seen from a point, those that look away from it left out; from inside, all.
@@ -118,10 +124,7 @@ impl Cuboid {
             let (axis, outermost) = (i / 2, if i % 2 == 1 { self.max } else { self.min });
             let side = f64::from(from[axis]) - f64::from(outermost[axis]);
             let faces_us = side * face.normal[axis] > 0.0;
-            (inside || faces_us).then(|| {
-                let (corner, edges) = self.rectangle(face);
-                SeenRectangle::new(from.as_dvec3(), corner, edges)
-            })
+            (inside || faces_us).then(|| self.rectangle(face).seen_from(from.as_dvec3()))
         })
     }
 }
@@ -172,18 +175,18 @@ impl ShapeKind for Cuboid {
 
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {
         let face = &FACES[(hit.u as usize).min(5)];
-        let (corner, edges) = self.rectangle(face);
-        let uv = SeenRectangle::uv(corner, edges, point_of(ray, hit));
+        let rectangle = self.rectangle(face);
+        let uv = rectangle.uv(point_of(ray, hit));
         let inside = point_of(ray, hit).clamp(self.min.as_dvec3(), self.max.as_dvec3());
-        let p = DVec3::select(face.normal.cmpeq(DVec3::ZERO), inside, corner);
+        let p = DVec3::select(face.normal.cmpeq(DVec3::ZERO), inside, rectangle.corner);
         let (p, p_error) = rounded(p, f64::from(self.min.abs().max(self.max.abs()).max_element()));
         LocalSurface {
             p,
             p_error,
             ng: face.normal.as_vec3(),
             uv,
-            dpdu: edges[0].as_vec3(),
-            dpdv: edges[1].as_vec3(),
+            dpdu: rectangle.edges[0].as_vec3(),
+            dpdv: rectangle.edges[1].as_vec3(),
         }
     }
 

@@ -27,7 +27,7 @@ use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
     attempt::Attempt,
     numeric::{area_sample, choose, dot_direction, point_of, rounded, rounded_hit, solid_angle_pdf},
-    rectangle::SeenRectangle,
+    rectangle::{Rectangle, SeenRectangle},
     triangle::{self, Shear},
 };
 use crate::{
@@ -92,7 +92,8 @@ pub struct Quad {
     /// The mean of the corners.
     middle: DVec3,
     normal: DVec3,
-    is_rectangle: bool,
+    /// Of the edges AB and AD, if it is a rectangle.
+    lengths: Option<[f64; 2]>,
     /// The edges from A to B and to D, and how far C is from completing a parallelogram.
     edges: [DVec3; 3],
     /// The vectors whose products with a point relative to A are u and v, for a parallelogram.
@@ -144,7 +145,7 @@ impl Quad {
             corners,
             middle,
             normal,
-            is_rectangle,
+            lengths: is_rectangle.then(|| [e.length(), f.length()]),
             edges: [e, f, skew],
             inverse,
             blur: Blur {
@@ -255,9 +256,15 @@ impl Quad {
     }
 
     fn seen_from(&self, from: Vec3) -> Option<SeenRectangle> {
-        let (a, e, f, _) = self.bilinear();
-        self.is_rectangle
-            .then(|| SeenRectangle::new(from.as_dvec3(), a, [e, f]))
+        let (corner, e, f, _) = self.bilinear();
+        let rectangle = |lengths| Rectangle {
+            corner,
+            edges: [e, f],
+            lengths,
+            normal: self.normal,
+        };
+        self.lengths
+            .map(|lengths| rectangle(lengths).seen_from(from.as_dvec3()))
     }
 
     /// Per m^2.

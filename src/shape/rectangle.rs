@@ -3,10 +3,10 @@
 //! Source: Urena, Fajardo, King, "An Area-Preserving Parametrization for Spherical Rectangles",
 //! Computer Graphics Forum 32(4), 2013, doi:10.1111/cgf.12151.
 
-use std::f64::consts::PI;
+use std::f64::consts::TAU;
 
 use super::numeric::solid_angle_pdf;
-use crate::math::{DVec3, Vec2};
+use crate::math::{DVec2, DVec3, Vec2, trig};
 
 /// Below this solid angle, in sr, a rectangle is taken by area: its spherical angles no longer tell
 /// it from a right one with digits to spare, and the two ways hardly differ.
@@ -16,129 +16,162 @@ const SMALLEST_SOLID_ANGLE: f64 = 1e-4;
 /// and this one takes a tenth of the time.
 const SMALLEST_SIZE: f64 = 0.04;
 
+/// A rectangle that is seen from many points.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rectangle {
+    pub corner: DVec3,
+    /// Perpendicular to each other.
+    pub edges: [DVec3; 2],
+    pub lengths: [f64; 2],
+    /// Unit, the direction of the edges' cross product.
+    pub normal: DVec3,
+}
+
 /// A rectangle as seen from a point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SeenRectangle {
+    rectangle: Rectangle,
     from: DVec3,
-    corner: DVec3,
-    edges: [DVec3; 2],
-    normal: DVec3,
     spherical: Option<Spherical>,
 }
 
 /// The rectangle projected onto the unit sphere around the observer, in a frame along its edges, z
-/// towards the observer.
+/// along the normal.
 #[derive(Clone, Copy, Debug)]
 struct Spherical {
-    frame: [DVec3; 3],
     x: [f64; 2],
     y: [f64; 2],
+    /// Not 0; of either sign.
     z: f64,
-    b: [f64; 2],
-    /// The sum of its spherical angles at x0.
-    angle: f64,
+    /// y and the distance from the x axis, of each edge along it.
+    ridges: [DVec2; 2],
+    /// Cosine and sine of the sum of the spherical angles at x0, less two right ones.
+    turn: DVec2,
     solid_angle: f64,
 }
 
-impl SeenRectangle {
-    /// The rectangle that `edges`, perpendicular to each other, span at `corner`.
-    pub fn new(from: DVec3, corner: DVec3, edges: [DVec3; 2]) -> Self {
-        let normal = edges[0].cross(edges[1]).normalize_or(DVec3::Y);
-        Self {
+/// The product of two complex numbers.
+#[inline]
+fn product(a: DVec2, b: DVec2) -> DVec2 {
+    DVec2::new(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x)
+}
+
+/// The product of a complex number and the conjugate of another.
+#[inline]
+fn quotient(a: DVec2, b: DVec2) -> DVec2 {
+    product(a, DVec2::new(b.x, -b.y))
+}
+
+impl Rectangle {
+    pub fn area(&self) -> f64 {
+        self.lengths[0] * self.lengths[1]
+    }
+
+    #[inline]
+    pub fn seen_from(self, from: DVec3) -> SeenRectangle {
+        SeenRectangle {
+            rectangle: self,
             from,
-            corner,
-            edges,
-            normal,
-            spherical: Spherical::new(from, corner, edges, normal),
+            spherical: Spherical::new(from, &self),
         }
     }
 
-    fn area(&self) -> f64 {
-        self.edges[0].cross(self.edges[1]).length()
+    /// The position of its point `p`, in lengths of its edges.
+    pub fn uv(&self, p: DVec3) -> Vec2 {
+        let q = p - self.corner;
+        let part = |k: usize| (q.dot(self.edges[k]) / (self.lengths[k] * self.lengths[k])).clamp(0.0, 1.0) as f32;
+        Vec2::new(part(0), part(1))
     }
+}
 
+impl SeenRectangle {
     /// Its solid angle in sr, exact unless it is very small.
     pub fn solid_angle(&self) -> f64 {
         if let Some(s) = self.spherical {
             return s.solid_angle;
         }
-        let center = self.corner + (self.edges[0] + self.edges[1]) * 0.5;
+        let Rectangle {
+            corner, edges, normal, ..
+        } = self.rectangle;
+        let center = corner + (edges[0] + edges[1]) * 0.5;
         let to = center - self.from;
         let distance2 = to.length_squared();
-        let estimate = self.area() * self.normal.dot(to).abs() / (distance2 * distance2.sqrt());
+        let estimate = self.rectangle.area() * normal.dot(to).abs() / (distance2 * distance2.sqrt());
         if estimate.is_finite() { estimate } else { 0.0 }
     }
 
     /// A point of it.
     pub fn sample(&self, u: f64, v: f64) -> DVec3 {
-        match self.spherical {
-            Some(s) => self.from + s.sample(u, v),
-            None => self.corner + self.edges[0] * u + self.edges[1] * v,
-        }
+        let Rectangle {
+            corner, edges, lengths, ..
+        } = self.rectangle;
+        let [u, v] = self.spherical.map_or([u, v], |s| {
+            let [x, y] = s.sample(u, v);
+            [(x - s.x[0]) / lengths[0], (y - s.y[0]) / lengths[1]]
+        });
+        corner + edges[0] * u + edges[1] * v
     }
 
     /// The density of [`SeenRectangle::sample`] at its point `p`, in sr^-1.
     pub fn pdf(&self, p: DVec3) -> f32 {
         match self.spherical {
             Some(s) => (1.0 / s.solid_angle) as f32,
-            None => solid_angle_pdf(1.0 / self.area(), self.from, p, self.normal),
+            None => solid_angle_pdf(1.0 / self.rectangle.area(), self.from, p, self.rectangle.normal),
         }
-    }
-
-    /// The position of `p` on the rectangle, in lengths of its edges.
-    pub fn uv(corner: DVec3, edges: [DVec3; 2], p: DVec3) -> Vec2 {
-        let q = p - corner;
-        let part = |e: DVec3| (q.dot(e) / e.length_squared()).clamp(0.0, 1.0) as f32;
-        Vec2::new(part(edges[0]), part(edges[1]))
     }
 }
 
 impl Spherical {
     /// `None` where the solid angle is too small for its angles to tell, or seen edge-on.
-    fn new(from: DVec3, corner: DVec3, edges: [DVec3; 2], normal: DVec3) -> Option<Self> {
-        let size2 = edges[0].length_squared() + edges[1].length_squared();
-        if size2 < SMALLEST_SIZE * SMALLEST_SIZE * (corner - from).length_squared() {
+    ///
+    /// With the observer's foot in a corner, a rectangle of the sides x and y has the solid angle atan(x y / (z r)), r the
+    /// distance of the opposite corner. Any other is made of four of these, whose angles add up as complex numbers multiply.
+    #[inline]
+    fn new(from: DVec3, rectangle: &Rectangle) -> Option<Self> {
+        let Rectangle {
+            corner,
+            edges,
+            lengths,
+            normal,
+        } = *rectangle;
+        let d = corner - from;
+        let size2 = lengths[0] * lengths[0] + lengths[1] * lengths[1];
+        if size2 < SMALLEST_SIZE * SMALLEST_SIZE * d.length_squared() {
             return None;
         }
-        let lengths = edges.map(DVec3::length);
-        let (fx, fy) = (edges[0] / lengths[0], edges[1] / lengths[1]);
-        let d = corner - from;
-        let (z, fz) = if d.dot(normal) > 0.0 {
-            (-d.dot(normal), -normal)
-        } else {
-            (d.dot(normal), normal)
-        };
+        let z = d.dot(normal);
         if z == 0.0 {
             return None;
         }
-        let (x0, y0) = (d.dot(fx), d.dot(fy));
+        let (x0, y0) = (d.dot(edges[0]) / lengths[0], d.dot(edges[1]) / lengths[1]);
         let (x, y) = ([x0, x0 + lengths[0]], [y0, y0 + lengths[1]]);
-        // The z of the normals of the planes through the observer and each edge.
-        let n = [-y[0], x[1], y[1], -x[0]].map(|v| v / (v * v + z * z).sqrt());
-        // Of two neighbouring planes, the angle between them less a right one.
-        let angle = |i: usize, j: usize| libm::asin(n[i] * n[j]);
-        let angles = [angle(2, 3) + angle(3, 0), angle(0, 1) + angle(1, 2)];
-        let solid_angle = angles[0] + angles[1];
-        (solid_angle >= SMALLEST_SOLID_ANGLE).then_some(Self {
-            frame: [fx, fy, fz],
+        let z2 = z * z;
+        let angle = |x: f64, y: f64| DVec2::new(z.abs() * (x * x + y * y + z2).sqrt(), x * y);
+        let near = quotient(angle(x[0], y[0]), angle(x[0], y[1]));
+        let far = quotient(angle(x[1], y[1]), angle(x[1], y[0]));
+        let all = product(near, far);
+        let whole = libm::atan2(all.y, all.x);
+        let solid_angle = if whole < 0.0 { whole + TAU } else { whole };
+        (solid_angle >= SMALLEST_SOLID_ANGLE).then(|| Self {
             x,
             y,
             z,
-            b: [n[0], n[2]],
-            angle: PI + angles[0],
+            ridges: y.map(|y| DVec2::new(y, (y * y + z2).sqrt())),
+            turn: near / near.length(),
             solid_angle,
         })
     }
 
-    /// From the observer to a point of the rectangle.
-    fn sample(&self, u: f64, v: f64) -> DVec3 {
-        let phi = u * self.solid_angle - self.angle;
-        let (sin, cos) = (libm::sin(phi), libm::cos(phi));
-        let f = (cos * self.b[0] - self.b[1]) / sin;
-        let c = (1.0 / (f * f + self.b[0] * self.b[0]).sqrt())
-            .copysign(f)
-            .clamp(-1.0, 1.0);
-        let x = -(c * self.z) / (1.0 - c * c).max(0.0).sqrt();
+    /// The x and y of a point of the rectangle.
+    #[inline]
+    fn sample(&self, u: f64, v: f64) -> [f64; 2] {
+        let (sin, cos) = trig::sin_cos((u * self.solid_angle) as f32);
+        let phi = quotient(DVec2::new(cos.into(), sin.into()), self.turn);
+        let [low, high] = self.ridges.map(|ridge| ridge.x / ridge.y);
+        // As the source has it, with both signs turned over: phi is less by half a turn here.
+        let f: f64 = (high - phi.x * low) / phi.y;
+        let c: f64 = (1.0 / (f * f + low * low).sqrt()).copysign(f).clamp(-1.0, 1.0);
+        let x = c * self.z.abs() / (1.0 - c * c).max(0.0).sqrt();
         // 0 / 0 where the observer is in the plane of the rectangle; clamp would hand NaN on.
         let x = if x.is_nan() {
             self.x[0]
@@ -154,17 +187,29 @@ impl Spherical {
         } else {
             y.clamp(self.y[0], self.y[1])
         };
-        self.frame[0] * x + self.frame[1] * y + self.frame[2] * self.z
+        [x, y]
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
+
+    fn seen(from: DVec3, corner: DVec3, edges: [DVec3; 2]) -> SeenRectangle {
+        Rectangle {
+            corner,
+            edges,
+            lengths: edges.map(DVec3::length),
+            normal: edges[0].cross(edges[1]).normalize(),
+        }
+        .seen_from(from)
+    }
 
     #[test]
     fn a_face_of_a_cube_fills_a_sixth_of_all_directions_from_its_middle() {
-        let seen = SeenRectangle::new(
+        let seen = seen(
             DVec3::ZERO,
             DVec3::new(-1.0, -1.0, 1.0),
             [DVec3::X * 2.0, DVec3::Y * 2.0],
@@ -175,7 +220,7 @@ mod tests {
     #[test]
     fn solid_angle_of_a_far_rectangle_is_its_area_over_distance_squared() {
         for distance in [90.0, 110.0, 1e4] {
-            let seen = SeenRectangle::new(DVec3::new(0.5, 0.5, distance), DVec3::ZERO, [DVec3::X, DVec3::Y]);
+            let seen = seen(DVec3::new(0.5, 0.5, distance), DVec3::ZERO, [DVec3::X, DVec3::Y]);
             let expected = 1.0 / (distance * distance);
             assert!((seen.solid_angle() / expected - 1.0).abs() < 1e-4);
         }
@@ -186,8 +231,8 @@ mod tests {
         // A quarter of the numbers must fall on the quarter of the rectangle that sees as much as
         // the other three.
         let from = DVec3::new(0.3, -0.4, 0.5);
-        let seen = SeenRectangle::new(from, DVec3::ZERO, [DVec3::X, DVec3::Y * 3.0]);
-        let part = SeenRectangle::new(from, DVec3::ZERO, [DVec3::X * 0.6, DVec3::Y * 0.7]);
+        let seen = seen(from, DVec3::ZERO, [DVec3::X, DVec3::Y * 3.0]);
+        let part = self::seen(from, DVec3::ZERO, [DVec3::X * 0.6, DVec3::Y * 0.7]);
         let n = 300;
         let mut inside = 0;
         for i in 0..n * n {
