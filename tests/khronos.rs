@@ -36,6 +36,11 @@ const TRIALS: &[(&str, &str, Check)] = &[
         alpha_modes,
     ),
     (
+        "ClearCoatTest/glTF/ClearCoatTest.gltf",
+        "what is coated is its base below its coat",
+        clear_coats,
+    ),
+    (
         "EmissiveStrengthTest/glTF/EmissiveStrengthTest.gltf",
         "emission is multiplied by its strength",
         emissive_strength,
@@ -163,6 +168,43 @@ fn alpha_modes(assets: &Path) -> Result<(), Failed> {
         must(
             ticks > 0.04 && crosses < 0.01,
             format!("label at {label}: {ticks} green, {crosses} red"),
+        )?;
+    }
+    Ok(())
+}
+
+fn clear_coats(assets: &Path) -> Result<(), Failed> {
+    let model = "ClearCoatTest/glTF/ClearCoatTest.gltf";
+    let sunset = format!(
+        "environment = {{ file = {:?} }}",
+        assets.join(SUNSET).display().to_string()
+    );
+    let view = View {
+        background: &sunset,
+        samples: 40,
+        ..View::front(model, [0.0, 0.0], [6.4, 12.6])
+    };
+    let picture = view.render(assets);
+    let half = [0.4, 0.4];
+    // To the left the base alone, to the right a black body with the shine of the coat, which takes 4 % from the base.
+    for (row, what) in [
+        (5.25, "simple"),
+        (1.05, "rough"),
+        (-1.05, "normals of the base"),
+        (-3.15, "shared normals"),
+        (-5.25, "normals of the coat"),
+    ] {
+        let at = |column: f64| picture.blurred([column, row], half);
+        let (base, coated, coat) = (at(-2.1), at(0.0), at(2.1));
+        let sum: Vec<[f32; 3]> = base
+            .iter()
+            .zip(&coat)
+            .map(|(base, coat)| [0, 1, 2].map(|k| 0.96 * base[k] + coat[k]))
+            .collect();
+        let (off, bare) = (difference(&coated, &sum), difference(&coated, &base));
+        must(
+            off < 0.25 && off < 0.75 * bare,
+            format!("{what}: differs by {off} from base and coat, by {bare} from the base"),
         )?;
     }
     Ok(())

@@ -2,6 +2,7 @@
 
 mod common;
 
+use batch_render::math::trig;
 use common::{Folder, stderr};
 
 const SIDE: usize = 24;
@@ -81,4 +82,53 @@ fn a_material_that_makes_light_is_warned_of_by_name() {
     };
     assert!(said(1.25).contains("material `snow` sends back more light than arrives, 1.25 of it"));
     assert!(!said(1.0).contains("snow"));
+}
+
+/// The middle of a flat square at the origin that faces the camera, under a lamp of radiance 1 that is seen in the
+/// direction (sin `angle`, 0, cos `angle`) from it, and by nothing else.
+fn under_a_lamp(angle: f32, material: &str) -> f32 {
+    let (sin, cos) = trig::sin_cos(angle);
+    let at = |along: f32, y: f32| [8.0 * sin + along * cos, y, 8.0 * cos - along * sin];
+    let lamp = [at(0.5, -0.5), at(-0.5, -0.5), at(-0.5, 0.5), at(0.5, 0.5)];
+    let pixels = Folder::new().render(&format!(
+        "[render]\nwidth = 2\nheight = 2\nsamples = 64\nintegrator.path = {{ max_depth = 3 }}\n\
+         [camera]\northographic = {{ eye = [0, 0, 5], target = [0, 0, 0], height = 0.01 }}\n\
+         [texture.tilted]\nconstant = {{ color = [{}, 0.5, {}] }}\n[texture.steep]\nconstant = {{ color = [0.1, 0.4, 0.8] }}\n\
+         [material.m]\nprincipled = {{ base_color = 0, specular = 0, clearcoat = 1, {material} }}\n\
+         [material.lamp]\nemitter = {{ radiance = 1, two_sided = true }}\n\
+         [[object]]\nmaterial = \"m\"\nshape.quad = {{ corners = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]] }}\n\
+         [[object]]\nmaterial = \"lamp\"\nshape.quad = {{ corners = {lamp:?} }}\n",
+        0.5 + 0.5 * trig::sin(TILT),
+        0.5 + 0.5 * trig::cos(TILT),
+    ));
+    pixels.iter().map(|p| p[1]).sum::<f32>() / pixels.len() as f32
+}
+
+/// The angle by which the normal map `tilted` turns normals towards u.
+const TILT: f32 = 0.35;
+
+#[test]
+fn a_coat_mirrors_by_its_own_normals_and_not_by_those_of_its_base() {
+    let own = "clearcoat_normal = \"texture.tilted\"";
+    let (base, other) = ("normal = \"texture.tilted\"", "normal = \"texture.steep\"");
+    let grazing = (1.0 - trig::cos(TILT)).powi(5);
+    let mirrored = |cos_term: f32| 0.04 + 0.96 * cos_term;
+    for (angle, material, expected) in [
+        (2.0 * TILT, own.to_owned(), mirrored(grazing)),
+        (2.0 * TILT, format!("{own}, {base}"), mirrored(grazing)),
+        (2.0 * TILT, format!("{own}, {other}"), mirrored(grazing)),
+        (2.0 * TILT, base.to_owned(), 0.0),
+        (2.0 * TILT, format!("{own}, clearcoat_normal_scale = 0"), 0.0),
+        (0.3, own.to_owned(), 0.0),
+    ] {
+        let found = under_a_lamp(angle, &material);
+        assert!(
+            (found - expected).abs() < 1e-4,
+            "{material}: {found} instead of {expected}"
+        );
+    }
+    // The highlight of a rough coat is brightest where a smooth one mirrors.
+    let rough = format!("{own}, clearcoat_roughness = 0.3");
+    let [near, at, far] = [1.0, 2.0, 3.0].map(|k| under_a_lamp(k * TILT, &rough));
+    assert!(at > 1.5 * near && at > 1.5 * far, "{near} {at} {far}");
 }

@@ -8,8 +8,11 @@
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 mod clear;
+mod coat;
+mod lobes;
 mod reflectance;
 
+use lobes::{ChosenLobe, LobeProbabilities};
 use reflectance::ClearReflectance;
 
 use super::{
@@ -21,7 +24,7 @@ use super::{
     sheen,
     thin_film::ThinFilm,
 };
-use crate::math::{Rgb, Sample2D, Vec2, Vec3, warp};
+use crate::math::{Frame, Rgb, Sample2D, Vec2, Vec3, warp};
 
 /// The boundary of a surface: a thin sheet or a solid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,9 +34,6 @@ pub enum Boundary {
     /// The boundary of a volume; light is refracted.
     Solid,
 }
-
-/// The reflectance of a clear coat at normal incidence: an index of refraction of 1.5.
-const COAT_F0: f32 = 0.04;
 
 /// The layered BSDF; see the module.
 #[derive(Clone, Copy, Debug)]
@@ -59,6 +59,8 @@ pub struct Layered {
     /// The part that is coated.
     pub coat: f32,
     pub coat_facets: Ggx,
+    /// The unit normal of the coat on the front, in the shading frame.
+    pub coat_normal: Vec3,
     pub sheen: Rgb,
     pub sheen_roughness: f32,
 }
@@ -79,28 +81,21 @@ impl Default for Layered {
             thin_film: ThinFilm::NONE,
             coat: 0.0,
             coat_facets: Ggx::SMOOTH,
+            coat_normal: Vec3::Z,
             sheen: Rgb::BLACK,
             sheen_roughness: 0.0,
         }
     }
 }
 
-/// The sampling probabilities of the lobes.
-#[derive(Clone, Copy, Debug, Default)]
-struct LobeProbabilities {
-    sheen: f32,
-    coat: f32,
-    diffuse: f32,
-    /// The facets of the base.
-    base: f32,
-    /// The part of `base` that is of facets that let nothing pass.
-    opaque: f32,
-}
-
 /// The quantities that depend on `wo` only.
 pub struct LobeState {
     /// `wo`, above the surface, in the frame of the facets.
     o: Vec3,
+    /// The frame of the coat, in that of the facets; `None` where its normal is that of the surface.
+    coat_frame: Option<Frame>,
+    /// `wo` in the frame of the coat.
+    coat_o: Vec3,
     /// Index on the other side over the one on this side.
     eta: f32,
     /// The parts of the three kinds of base.
@@ -153,16 +148,15 @@ impl Layered {
         let clear = (1.0 - metal) * self.transmission;
         let diffuse = (1.0 - metal - clear).max(0.0);
 
+        let coat_frame = self.coat_frame(below);
+        let coat_o = coat_frame.map_or(o, |frame| frame.to_local(o));
         let (mut under_sheen, mut coat) = (1.0, 0.0);
         if !inside {
             if !self.sheen.is_black() {
                 let albedo = self.sheen.max_component() * sheen::albedo(self.sheen_roughness, o.z);
                 under_sheen -= albedo.min(1.0);
             }
-            if self.coat > 0.0 {
-                let [a, b] = albedo::schlick(&self.coat_facets, o);
-                coat = self.coat * (COAT_F0 * a + b);
-            }
+            coat = self.coat_albedo(coat_o);
         }
         let under_coat = under_sheen * (1.0 - coat);
 
@@ -204,6 +198,8 @@ impl Layered {
         probabilities.scale()?;
         Some(LobeState {
             o,
+            coat_frame,
+            coat_o,
             eta,
             metal,
             diffuse,
@@ -298,6 +294,9 @@ impl Layered {
                     eval.pdf = facet.pdf * probabilities.base * (1.0 - self.reflection_probability(state, facet.cos));
                 }
             }
+            if !self.transmits() {
+                self.add_coat(state, i, &mut eval);
+            }
             return eval;
         }
         if state.diffuse > 0.0 {
@@ -311,25 +310,12 @@ impl Layered {
             eval.glossy += self.mirror_weight(state, facet.cos) * (facet.pdf * facet.masking);
             eval.pdf += facet.pdf * probabilities.base * self.reflection_probability(state, facet.cos);
         }
-        if probabilities.coat > 0.0
-            && !self.coat_facets.is_smooth()
-            && let Some(facet) = self.coat_facets.reflection(o, i)
-        {
-            let f = self.coat_weight(state, facet.cos);
-            eval.glossy += Rgb::gray(f * facet.pdf * facet.masking);
-            eval.pdf += probabilities.coat * facet.pdf;
-        }
+        self.add_coat(state, i, &mut eval);
         if probabilities.sheen > 0.0 {
             eval.diffuse += self.sheen * sheen::f_cos(self.sheen_roughness, o, i);
             eval.pdf += probabilities.sheen / TAU;
         }
         eval
-    }
-
-    /// The light that the coat's facets reflect at the cosine `cos`.
-    fn coat_weight(&self, state: &LobeState, cos: f32) -> f32 {
-        let grazing = schlick_term(cos);
-        self.coat * state.under_sheen * (COAT_F0 * (1.0 - grazing) + grazing)
     }
 
     /// The one direction of a delta lobe; `i` is seen from the side of `view.o`.
@@ -350,11 +336,7 @@ impl Layered {
         let (i, lobe, eta) = match state.probabilities.choose(uc) {
             ChosenLobe::Sheen => (warp::square_to_hemisphere(u.square), Lobe::Diffuse, 1.0),
             ChosenLobe::Diffuse => (u.cosine_hemisphere(), Lobe::Diffuse, 1.0),
-            ChosenLobe::Coat if self.coat_facets.is_smooth() => {
-                let weight = Rgb::gray(self.coat_weight(state, o.z));
-                return Some(self.delta(mirror_image(o), weight, state.probabilities.coat, Lobe::Specular));
-            }
-            ChosenLobe::Coat => (self.coat_facets.sample_reflection(o, u.square)?, Lobe::Specular, 1.0),
+            ChosenLobe::Coat => return self.sample_coat(state, u),
             ChosenLobe::Base(uc) if self.facets.is_smooth() => return self.sample_smooth(state, uc),
             ChosenLobe::Base(uc) => {
                 let h = self.facets.sample_normal(o, u.square);
@@ -370,6 +352,11 @@ impl Layered {
         if (i.z < 0.0) != (lobe == Lobe::Transmission) {
             return None;
         }
+        self.weighted(state, i, lobe, eta)
+    }
+
+    /// The sample of `i`, seen from the side of `view.o`.
+    fn weighted(&self, state: &LobeState, i: Vec3, lobe: Lobe, eta: f32) -> Option<BsdfSample> {
         let eval = self.eval_upright(state, i);
         (eval.pdf > 0.0).then(|| BsdfSample {
             wi: i,
@@ -407,49 +394,6 @@ impl Layered {
 /// The mirror image of `o` in the surface.
 fn mirror_image(o: Vec3) -> Vec3 {
     Vec3::new(-o.x, -o.y, o.z)
-}
-
-enum ChosenLobe {
-    Sheen,
-    Coat,
-    Diffuse,
-    /// With a fresh uniform number.
-    Base(f32),
-}
-
-impl LobeProbabilities {
-    /// Makes their sum 1; `None` where it is 0.
-    fn scale(&mut self) -> Option<()> {
-        let sum = self.sheen + self.coat + self.diffuse + self.base;
-        if sum <= 0.0 {
-            return None;
-        }
-        for probability in [&mut self.sheen, &mut self.coat, &mut self.diffuse, &mut self.base] {
-            *probability /= sum;
-        }
-        Some(())
-    }
-
-    /// The lobe of the uniform number `uc`.
-    fn choose(&self, uc: f32) -> ChosenLobe {
-        let mut rest = uc;
-        for (probability, choice) in [
-            (self.sheen, ChosenLobe::Sheen),
-            (self.coat, ChosenLobe::Coat),
-            (self.diffuse, ChosenLobe::Diffuse),
-        ] {
-            if rest < probability {
-                return choice;
-            }
-            rest -= probability;
-        }
-        if self.base > 0.0 {
-            ChosenLobe::Base((rest / self.base).min(1.0 - f32::EPSILON))
-        } else {
-            // Rounding went past the last of them.
-            ChosenLobe::Diffuse
-        }
-    }
 }
 
 impl BsdfKind for Layered {
@@ -492,6 +436,14 @@ impl BsdfKind for Layered {
 
     fn reads_tangent(&self) -> bool {
         !self.facets.is_isotropic()
+    }
+
+    fn has_coat(&self) -> bool {
+        self.coat > 0.0
+    }
+
+    fn set_coat_normal(&mut self, normal: Vec3) {
+        self.coat_normal = normal;
     }
 
     fn is_delta(&self) -> bool {

@@ -135,6 +135,14 @@ pub trait BsdfKind {
         false
     }
 
+    /// Whether there is a clear coat, which may have a normal of its own.
+    fn has_coat(&self) -> bool {
+        false
+    }
+
+    /// Gives the coat another normal than that of the shading frame: unit, in that frame, on the front.
+    fn set_coat_normal(&mut self, _normal: Vec3) {}
+
     /// Whether there is more than one lobe, so that [`BsdfKind::sample`] reads `uc`.
     fn has_lobes(&self) -> bool {
         true
@@ -150,7 +158,7 @@ pub trait BsdfKind {
 /// A generic operation on a BSDF of any kind.
 pub trait BsdfVisitor {
     /// Visits the BSDF. The method is compiled for each kind, so unused branches are removed.
-    fn visit(self, bsdf: &impl BsdfKind);
+    fn visit(self, bsdf: &(impl BsdfKind + Copy));
 }
 
 macro_rules! bsdfs {
@@ -199,6 +207,14 @@ macro_rules! bsdfs {
 
             fn reads_tangent(&self) -> bool {
                 match self { $( Self::$Variant(bsdf) => bsdf.reads_tangent(), )* }
+            }
+
+            fn has_coat(&self) -> bool {
+                match self { $( Self::$Variant(bsdf) => bsdf.has_coat(), )* }
+            }
+
+            fn set_coat_normal(&mut self, normal: Vec3) {
+                match self { $( Self::$Variant(bsdf) => bsdf.set_coat_normal(normal), )* }
             }
 
             fn has_lobes(&self) -> bool {

@@ -178,16 +178,25 @@ struct Scatter<'a, 'b> {
 }
 
 impl BsdfVisitor for Scatter<'_, '_> {
-    fn visit(self, bsdf: &impl BsdfKind) {
+    fn visit(self, bsdf: &(impl BsdfKind + Copy)) {
         let Self {
             context,
             surface,
             material,
             ..
         } = self;
-        let ShadingFrame { frame, base } = shading_frame(context.scene, surface, material, bsdf);
+        let ShadingFrame { frame, base, coat } = shading_frame(context.scene, surface, material, bsdf);
+        let mut coated;
+        let bsdf = match coat {
+            None => bsdf,
+            Some(normal) => {
+                coated = *bsdf;
+                coated.set_coat_normal(normal);
+                &coated
+            }
+        };
         let wo_local = frame.to_local(surface.wo);
-        if material.normal_map().is_some() && !bsdf.transmits() {
+        if (material.normal_map().is_some() || coat.is_some()) && !bsdf.transmits() {
             let folded = Folded {
                 bsdf,
                 plane: frame.to_local(base),

@@ -7,7 +7,7 @@ pub use crate::math::Sidedness;
 use crate::{
     bsdf::Bsdf,
     kind::kinds,
-    math::Rgb,
+    math::{Rgb, Vec3},
     texture::{Color, Scalar, TexturePoint, Textures},
     value::{Channel, ColorSource, Problem, ScalarSource, Spanned},
 };
@@ -104,6 +104,12 @@ pub trait MaterialKind {
 
     /// The normal map, if there is one.
     fn normal_map(&self) -> Option<NormalMap> {
+        None
+    }
+
+    /// The normal of a clear coat in the frame of the surface's tangent, bitangent and shading normal without a normal map, need
+    /// not be unit; `None` where the coat has the normal of what is below it.
+    fn coat_normal(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Option<Vec3> {
         None
     }
 
@@ -214,6 +220,8 @@ kinds! {
     fn is_opaque(&self) -> bool;
     /// See [`MaterialKind::normal_map`].
     fn normal_map(&self) -> Option<NormalMap>;
+    /// See [`MaterialKind::coat_normal`].
+    fn coat_normal(&self, textures: &Textures<'_>, at: &TexturePoint) -> Option<Vec3>;
     /// See [`MaterialKind::medium`].
     fn medium(&self) -> Option<Medium>;
     /// See [`MaterialKind::may_transmit_straight`].

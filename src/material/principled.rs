@@ -14,6 +14,8 @@
 //! | `attenuation_distance` | number above 0; also makes the surface bound a volume | m | no absorption |
 //! | `priority` | whole number: where bodies overlap, the one of the highest priority fills the place (see `glass`) | | 0 |
 //! | `clearcoat`, `clearcoat_roughness` | amounts (r, g): a clear coat of index 1.5 | | 0 |
+//! | `clearcoat_normal` | `"texture.NAME"`, raw: the coat's own normal map; without it the coat has the normal of the bare surface | | |
+//! | `clearcoat_normal_scale` | strength of that normal map | | 1 |
 //! | `sheen_color` | colour: the sheen of cloth and dust at grazing angles | | 0 |
 //! | `sheen_roughness` | amount (a); the least is 0.15 | | 0 |
 //! | `iridescence` | amount (r): how much is covered by a thin film | | 0 |
@@ -56,8 +58,8 @@
 //!
 //! Without `thickness` and `attenuation_distance` the surface is a thin sheet, and transmitted light goes straight through.
 //! Highlights are not stretched on surfaces that refract light into a volume: the roughness has the same mean square alpha.
-//! Radiance is not scaled by the square of the index of refraction. The coat has the normal of the base, and it does not
-//! dim emitted light.
+//! Radiance is not scaled by the square of the index of refraction. The coat does not dim emitted light. `normal` turns what
+//! lies below the coat alone.
 //!
 //! The `whitted` integrator shows the diffuse base, a mirror with the reflectance at normal incidence, and smooth glass. The
 //! rougher a mirror is, the more of it is diffuse.
@@ -69,15 +71,15 @@
 //!
 //! The layers are in [`crate::bsdf::layered`], [`crate::bsdf::thin_film`] and [`crate::bsdf::sheen`].
 
+mod desc;
 mod textures;
+
+pub use desc::{AlphaModeDesc, PrincipledDesc};
 
 use std::f32::consts::FRAC_1_PI;
 
-use serde::Deserialize;
-
 use super::{
-    Emission, FindColor, FresnelMode, HeightMap, MaterialKind, Medium, NormalMap, Sidedness, TangentNormals,
-    WhittedTerms, medium, unit_scalar,
+    Emission, FresnelMode, HeightMap, MaterialKind, Medium, NormalMap, Sidedness, TangentNormals, WhittedTerms,
 };
 use crate::{
     bsdf::{
@@ -86,120 +88,9 @@ use crate::{
         microfacet::Ggx,
         thin_film::ThinFilm,
     },
-    math::{Rgb, Vec2, trig},
+    math::{Rgb, Vec2, Vec3, trig},
     texture::{Color, Scalar, TexturePoint, Textures},
-    value::{
-        Channel, ColorSource, Finite, NonNegative, Positive, Problem, RgbFactor, ScalarSource, Spanned, UnitInterval,
-    },
 };
-
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct PrincipledDesc {
-    pub base_color: Option<Spanned<ColorSource>>,
-    pub metallic: Option<Spanned<ScalarSource>>,
-    pub roughness: Option<Spanned<ScalarSource>>,
-    pub ior: Option<Positive>,
-    pub specular: Option<Spanned<ScalarSource>>,
-    pub specular_color: Option<Spanned<ColorSource>>,
-    pub transmission: Option<Spanned<ScalarSource>>,
-    pub thickness: Option<NonNegative>,
-    pub attenuation_color: Option<Spanned<RgbFactor>>,
-    pub attenuation_distance: Option<Positive>,
-    pub priority: i32,
-    pub clearcoat: Option<Spanned<ScalarSource>>,
-    pub clearcoat_roughness: Option<Spanned<ScalarSource>>,
-    pub sheen_color: Option<Spanned<ColorSource>>,
-    pub sheen_roughness: Option<Spanned<ScalarSource>>,
-    pub iridescence: Option<Spanned<ScalarSource>>,
-    pub iridescence_ior: Option<Positive>,
-    pub iridescence_thickness: Option<NonNegative>,
-    pub anisotropy: Option<Spanned<ScalarSource>>,
-    pub anisotropy_rotation: Option<Finite>,
-    pub emissive: Option<Spanned<ColorSource>>,
-    pub emissive_strength: Option<NonNegative>,
-    pub normal: Option<Spanned<ColorSource>>,
-    pub normal_scale: Option<Finite>,
-    pub opacity: Option<Spanned<ScalarSource>>,
-    pub alpha: Option<AlphaModeDesc>,
-    pub alpha_cutoff: Option<Spanned<UnitInterval>>,
-    pub two_sided: bool,
-}
-
-/// The effect of opacity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum AlphaModeDesc {
-    Opaque,
-    Mask,
-    Blend,
-}
-
-impl PrincipledDesc {
-    pub fn compile(&self, find: &FindColor<'_>) -> Result<Principled, Problem> {
-        let plain = Principled::default();
-        let color = |source: &Option<Spanned<ColorSource>>, default: Color| source.as_ref().map_or(Ok(default), find);
-        let unit_scalar = |source: &Option<Spanned<ScalarSource>>, default: f32, channel: Channel| {
-            unit_scalar(source.as_ref(), default, channel, find)
-        };
-        if let (Some(color), None) = (&self.attenuation_color, self.attenuation_distance) {
-            let message = "a colour needs the distance over which light takes it on";
-            return Err(Problem::at(color.span(), message).with_help("add `attenuation_distance`, in metres"));
-        }
-        let attenuation = self.attenuation_color.as_ref().map_or(Rgb::WHITE, |c| c.get_ref().0);
-        let has_body = self.thickness.is_some_and(|t| t.0 > 0.0) || self.attenuation_distance.is_some();
-        Ok(Principled {
-            base_color: color(&self.base_color, plain.base_color)?,
-            metallic: unit_scalar(&self.metallic, 0.0, Channel::B)?,
-            roughness: unit_scalar(&self.roughness, 0.5, Channel::G)?,
-            ior: self.ior.map_or(plain.ior, f32::from),
-            specular: unit_scalar(&self.specular, 1.0, Channel::A)?,
-            specular_color: color(&self.specular_color, plain.specular_color)?,
-            transmission: unit_scalar(&self.transmission, 0.0, Channel::R)?,
-            boundary: if has_body {
-                Boundary::Solid
-            } else {
-                Boundary::ThinWalled
-            },
-            absorption: self
-                .attenuation_distance
-                .map_or(Rgb::BLACK, |distance| medium::absorption(attenuation, distance.0)),
-            priority: self.priority,
-            clearcoat: unit_scalar(&self.clearcoat, 0.0, Channel::R)?,
-            clearcoat_roughness: unit_scalar(&self.clearcoat_roughness, 0.0, Channel::G)?,
-            sheen_color: color(&self.sheen_color, plain.sheen_color)?,
-            sheen_roughness: unit_scalar(&self.sheen_roughness, 0.0, Channel::A)?,
-            iridescence: unit_scalar(&self.iridescence, 0.0, Channel::R)?,
-            iridescence_ior: self.iridescence_ior.map_or(plain.iridescence_ior, f32::from),
-            iridescence_thickness: self
-                .iridescence_thickness
-                .map_or(plain.iridescence_thickness, |nm| [nm.0 * 1e-9; 2]),
-            anisotropy: unit_scalar(&self.anisotropy, 0.0, Channel::B)?,
-            anisotropy_rotation: self.anisotropy_rotation.map_or(0.0, |r| trig::radians(r.0)),
-            emissive: color(&self.emissive, plain.emissive)?,
-            emissive_strength: self.emissive_strength.map_or(1.0, f32::from),
-            normal: self.normal.as_ref().map(find).transpose()?,
-            normal_scale: self.normal_scale.map_or(1.0, f32::from),
-            opacity: unit_scalar(&self.opacity, 1.0, Channel::A)?,
-            alpha_mode: self.alpha_mode()?,
-            sidedness: if self.two_sided {
-                Sidedness::Both
-            } else {
-                Sidedness::Front
-            },
-            ..plain
-        })
-    }
-
-    fn alpha_mode(&self) -> Result<AlphaMode, Problem> {
-        match (self.alpha.unwrap_or(AlphaModeDesc::Blend), &self.alpha_cutoff) {
-            (AlphaModeDesc::Mask, cutoff) => Ok(AlphaMode::Mask(cutoff.as_ref().map_or(0.5, |c| c.get_ref().0))),
-            (_, Some(cutoff)) => Err(Problem::at(cutoff.span(), "a cutoff goes with `alpha = \"mask\"`")),
-            (AlphaModeDesc::Opaque, None) => Ok(AlphaMode::Opaque),
-            (AlphaModeDesc::Blend, None) => Ok(AlphaMode::Blend),
-        }
-    }
-}
 
 /// The effect of opacity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -227,6 +118,8 @@ pub struct Principled {
     pub priority: i32,
     pub clearcoat: Scalar,
     pub clearcoat_roughness: Scalar,
+    /// The normal map of the coat, which `normal` and `heights` do not turn.
+    pub clearcoat_normal: Option<TangentNormals>,
     pub sheen_color: Color,
     pub sheen_roughness: Scalar,
     pub iridescence: Scalar,
@@ -271,6 +164,7 @@ impl Default for Principled {
             priority: 0,
             clearcoat: none,
             clearcoat_roughness: none,
+            clearcoat_normal: None,
             sheen_color: gray(0.0),
             sheen_roughness: none,
             iridescence: none,
@@ -330,6 +224,7 @@ impl Principled {
             thin_film,
             coat: unit_scalar(&self.clearcoat),
             coat_facets: Ggx::from_roughness(unit_scalar(&self.clearcoat_roughness), 0.0),
+            coat_normal: Vec3::Z,
             sheen: textures.color(&self.sheen_color, at),
             sheen_roughness: unit_scalar(&self.sheen_roughness),
         }
@@ -416,6 +311,13 @@ impl MaterialKind for Principled {
         self.normal.map(normals).or(self.heights.map(NormalMap::Heights))
     }
 
+    fn coat_normal(&self, textures: &Textures<'_>, at: &TexturePoint) -> Option<Vec3> {
+        match &self.clearcoat_normal {
+            Some(map) => Some(map.normal(textures, at)),
+            None => self.normal_map().map(|_| Vec3::Z),
+        }
+    }
+
     fn medium(&self) -> Option<Medium> {
         let is_clear = !matches!(self.transmission, Scalar::Constant(0.0));
         (self.boundary == Boundary::Solid && is_clear).then_some(Medium {
@@ -437,27 +339,13 @@ impl MaterialKind for Principled {
     }
 
     fn is_spatially_varying(&self) -> bool {
-        let colors = [
-            &self.base_color,
-            &self.specular_color,
-            &self.sheen_color,
-            &self.emissive,
-        ];
-        let scalars = [
-            self.metallic,
-            self.roughness,
-            self.specular,
-            self.transmission,
-            self.clearcoat,
-            self.clearcoat_roughness,
-            self.sheen_roughness,
-            self.iridescence,
-            self.iridescence_place,
-            self.anisotropy,
-            self.opacity,
-        ];
+        let (colors, scalars) = self.sources();
+        let maps = self
+            .normal
+            .iter()
+            .chain(self.clearcoat_normal.iter().map(|map| &map.color));
         let is_constant =
-            colors.into_iter().chain(&self.normal).all(Color::is_constant) && scalars.iter().all(Scalar::is_constant);
+            colors.into_iter().chain(maps).all(Color::is_constant) && scalars.into_iter().all(Scalar::is_constant);
         let is_brushed = matches!(self.anisotropy, Scalar::Constant(a) if a > 0.0);
         !is_constant || is_brushed || self.reads_vertices || self.heights.is_some()
     }

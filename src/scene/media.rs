@@ -8,7 +8,10 @@
 //! Source: Schmidt and Budge, "Simple Nested Dielectrics in Ray Traced Images", Journal of Graphics Tools 7(2), 2002,
 //! doi:10.1080/10867651.2002.10487555.
 
-use super::{Scene, shading_frame::shading_frame};
+use super::{
+    Scene,
+    shading_frame::{ShadingFrame, shading_frame},
+};
 use crate::{
     bsdf::{BsdfKind, is_equal_ior},
     geometry::Hit,
@@ -176,8 +179,11 @@ impl Scene {
         }
         let surface = self.surface(ray, hit);
         let bsdf = material.bsdf(&self.textures(), &surface.texture);
-        let bsdf = outside.map_or(bsdf, |ior| bsdf.immersed(ior));
-        let frame = shading_frame(self, &surface, material, &bsdf).frame;
+        let mut bsdf = outside.map_or(bsdf, |ior| bsdf.immersed(ior));
+        let ShadingFrame { frame, coat, .. } = shading_frame(self, &surface, material, &bsdf);
+        if let Some(normal) = coat {
+            bsdf.set_coat_normal(normal);
+        }
         bsdf.straight(frame.to_local(surface.wo))
     }
 

@@ -16,6 +16,8 @@ pub struct ShadingFrame {
     pub frame: Frame,
     /// The normal without a normal map, on the side of the viewer.
     pub base: Vec3,
+    /// The normal of a clear coat in `frame`, where it is not that of `frame`.
+    pub coat: Option<Vec3>,
 }
 
 #[inline(always)]
@@ -47,23 +49,53 @@ pub fn shading_frame(
     };
     let front = if surface.ng.dot(surface.wo) >= 0.0 { 1.0 } else { -1.0 };
     let sign = if bsdf.transmits() { 1.0 } else { front };
+    let frame = Frame {
+        s: frame.s,
+        t: frame.t * sign,
+        n: frame.n * sign,
+    };
+    let coat = if bsdf.has_coat() {
+        coat_normal(scene, surface, material).map(|n| frame.to_local(n * sign))
+    } else {
+        None
+    };
     ShadingFrame {
-        frame: Frame {
-            s: frame.s,
-            t: frame.t * sign,
-            n: frame.n * sign,
-        },
+        frame,
         base: surface.frame.n * front,
+        coat,
     }
+}
+
+/// The normal of a clear coat as authored; `None` where it is that of the surface.
+#[inline(never)]
+fn coat_normal(scene: &Scene, surface: &SurfaceInteraction, material: &Material) -> Option<Vec3> {
+    let n = material.coat_normal(&scene.textures(), &surface.texture)?;
+    let base = tangent_frame(surface, reflecting(surface, surface.frame.n, surface.ng));
+    let mapped = from_tangent_space(surface, &base, n).normalize_or(base.n);
+    Some(reflecting(surface, mapped, base.n))
+}
+
+/// The normal `n` as [`reflecting_normal`] turns it on the side of the viewer.
+fn reflecting(surface: &SurfaceInteraction, n: Vec3, ng: Vec3) -> Vec3 {
+    let front = if surface.ng.dot(surface.wo) >= 0.0 { 1.0 } else { -1.0 };
+    reflecting_normal(n * front, ng * front, surface.wo) * front
+}
+
+/// A vector of the tangent space of `base`, whose second axis is on the side of the bitangent.
+fn from_tangent_space(surface: &SurfaceInteraction, base: &Frame, v: Vec3) -> Vec3 {
+    let is_mirrored = match surface.tangent.w {
+        0.0 => base.t.dot(surface.dpdv) < 0.0,
+        side => side < 0.0,
+    };
+    base.to_world(Vec3::new(v.x, if is_mirrored { -v.y } else { v.y }, v.z))
 }
 
 /// A frame about the shading normal, or about the one that a map tells, turned to the viewer; its first axis follows the
 /// texture's. `mirrors` tells whether the mirror image of the viewer is to be above the surface.
 #[inline(never)]
 fn turned_frame(scene: &Scene, surface: &SurfaceInteraction, material: &Material, mirrors: bool) -> Frame {
-    let front = if surface.ng.dot(surface.wo) >= 0.0 { 1.0 } else { -1.0 };
     let authored = if mirrors {
-        reflecting_normal(surface.frame.n * front, surface.ng * front, surface.wo) * front
+        reflecting(surface, surface.frame.n, surface.ng)
     } else {
         surface.frame.n
     };
@@ -73,14 +105,7 @@ fn turned_frame(scene: &Scene, surface: &SurfaceInteraction, material: &Material
     };
     let textures = scene.textures();
     let mapped = match map {
-        NormalMap::Normals(map) => {
-            let n = map.normal(&textures, &surface.texture);
-            let handed = match surface.tangent.w {
-                0.0 => base.t.dot(surface.dpdv) < 0.0,
-                side => side < 0.0,
-            };
-            base.to_world(Vec3::new(n.x, if handed { -n.y } else { n.y }, n.z))
-        }
+        NormalMap::Normals(map) => from_tangent_space(surface, &base, map.normal(&textures, &surface.texture)),
         NormalMap::Heights(map) => {
             let slope = map.gradient(&textures, &surface.texture, surface.dpdu, surface.dpdv);
             // Of a smooth surface the slope is in the plane of the triangle, not in that of the normal.
@@ -89,8 +114,7 @@ fn turned_frame(scene: &Scene, surface: &SurfaceInteraction, material: &Material
     };
     let mapped = mapped.normalize_or(authored);
     // Also without a mirror: its image is above the surface only where the viewer is in front of the normal.
-    let n = reflecting_normal(mapped * front, authored * front, surface.wo) * front;
-    tangent_frame(surface, n)
+    tangent_frame(surface, reflecting(surface, mapped, authored))
 }
 
 /// A frame about `n` whose first axis follows the texture's.

@@ -16,7 +16,7 @@ use crate::{
     assets::model::{Model, ModelMaterial, Treatment, UvSet},
     bsdf::layered::Boundary,
     material::{
-        Sidedness, medium,
+        Sidedness, TangentNormals, medium,
         principled::{AlphaMode, Principled},
     },
     math::Rgb,
@@ -54,8 +54,8 @@ pub(super) fn uv_sets(document: &Document<'_>, material: Option<usize>) -> Resul
     })
 }
 
-/// The coordinates that the tangents of a material follow: those of its normal map, else those of its brushing; `None` where
-/// it needs no tangents.
+/// The coordinates that the tangents of a material follow: those of its normal map, else of its coat's, else those of its
+/// brushing; `None` where it needs no tangents.
 pub(super) fn tangent_set(
     document: &Document<'_>,
     material: Option<usize>,
@@ -63,7 +63,8 @@ pub(super) fn tangent_set(
 ) -> Result<Option<UvSet>, GltfProblem> {
     let raw = raw(document, material)?;
     let brushed = raw.pointer("/extensions/KHR_materials_anisotropy");
-    let number = match (raw.get("normalTexture"), brushed) {
+    let coat = raw.pointer("/extensions/KHR_materials_clearcoat/clearcoatNormalTexture");
+    let number = match (raw.get("normalTexture").or(coat), brushed) {
         (Some(map), _) => uv_set(map),
         (None, Some(brushed)) => brushed.get("anisotropyTexture").map_or(sets.first, uv_set),
         (None, None) => return Ok(None),
@@ -172,10 +173,11 @@ impl Reader<'_, '_> {
             let (factor, roughness) = (("clearcoatFactor", 0.0), ("clearcoatRoughnessFactor", 0.0));
             surface.clearcoat = self.scalar(coat, factor, "clearcoatTexture", Channel::R)?;
             surface.clearcoat_roughness = self.scalar(coat, roughness, "clearcoatRoughnessTexture", Channel::G)?;
-            if coat.get("clearcoatNormalTexture").is_some() {
-                let how = Treatment::Without("the coat has the normals of the base");
-                self.model.add_feature("clearcoatNormalTexture", "material", how);
-            }
+            let normals = self.texture(coat, "clearcoatNormalTexture", ColorSpace::Raw)?;
+            surface.clearcoat_normal = normals.map(|id| TangentNormals {
+                color: Color::Texture(id),
+                scale: number(&coat["clearcoatNormalTexture"], "scale", 1.0),
+            });
         }
         if let Some(sheen) = extensions.get("KHR_materials_sheen") {
             let roughness = ("sheenRoughnessFactor", 0.0);

@@ -11,7 +11,7 @@ use super::super::{
     specular::{Mirror, SmoothDielectric},
     thin_film::ThinFilm,
 };
-use crate::math::{Rgb, Vec2};
+use crate::math::{Rgb, Vec2, Vec3};
 
 pub struct Example {
     pub name: String,
@@ -109,6 +109,16 @@ pub fn white_examples() -> Vec<Example> {
         };
         add("coated metal", coated(metal));
         add("coated plastic", coated(diffuse));
+        let tilted = |base: Layered| Layered {
+            coat_normal: Vec3::new(0.36, -0.48, 0.8),
+            ..coated(base)
+        };
+        add("metal under a tilted coat", tilted(metal));
+        let smooth = Layered {
+            coat_facets: Ggx::SMOOTH,
+            ..tilted(diffuse)
+        };
+        add("plastic under a smooth tilted coat", smooth);
         let dusty = |base: Layered| Layered {
             sheen: white,
             sheen_roughness: roughness,
@@ -160,6 +170,7 @@ pub fn examples() -> Vec<Example> {
             },
             coat: 0.5,
             coat_facets: facets(0.5),
+            coat_normal: Vec3::new(0.0, 0.6, 0.8),
             sheen: sea,
             sheen_roughness: 0.5,
         };

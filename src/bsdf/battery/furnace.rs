@@ -172,6 +172,7 @@ fn drawn(i: u32) -> Layered {
         },
         coat: part(10),
         coat_facets: Ggx::from_roughness(part(11), 0.0),
+        coat_normal: Vec3::Z,
         sheen: Rgb::gray(part(12)),
         sheen_roughness: part(13),
     }

@@ -62,13 +62,40 @@ impl Principled {
                 Scalar::Texture(id, ..) | Scalar::Inverted(id, ..) => *id = find(*id),
             }
         }
-        if let Some(Color::Texture(id) | Color::Tinted(id, _)) = &mut self.normal {
-            *id = find(*id);
+        let coat = self.clearcoat_normal.as_mut().map(|map| &mut map.color);
+        for map in self.normal.as_mut().into_iter().chain(coat) {
+            if let Color::Texture(id) | Color::Tinted(id, _) = map {
+                *id = find(*id);
+            }
         }
         if let Some(heights) = &mut self.heights {
             heights.texture = find(heights.texture);
         }
         self
+    }
+
+    /// All colours and numbers but the normal maps.
+    pub(super) fn sources(&self) -> ([&Color; 4], [&Scalar; 11]) {
+        let colors = [
+            &self.base_color,
+            &self.specular_color,
+            &self.sheen_color,
+            &self.emissive,
+        ];
+        let scalars = [
+            &self.metallic,
+            &self.roughness,
+            &self.specular,
+            &self.transmission,
+            &self.clearcoat,
+            &self.clearcoat_roughness,
+            &self.sheen_roughness,
+            &self.iridescence,
+            &self.iridescence_place,
+            &self.anisotropy,
+            &self.opacity,
+        ];
+        (colors, scalars)
     }
 
     fn sources_mut(&mut self) -> ([&mut Color; 4], [&mut Scalar; 11]) {
