@@ -132,3 +132,59 @@ fn a_coat_mirrors_by_its_own_normals_and_not_by_those_of_its_base() {
     let [near, at, far] = [1.0, 2.0, 3.0].map(|k| under_a_lamp(k * TILT, &rough));
     assert!(at > 1.5 * near && at > 1.5 * far, "{near} {at} {far}");
 }
+
+/// The radiance of a brushed metal square in slanting sunlight, seen straight on. `corners` are those of the square, whose first
+/// edge is the tangent.
+fn brushed(keys: &str, corners: [[i32; 3]; 4]) -> f32 {
+    let pixels = Folder::new().render(&format!(
+        "[render]\nwidth = 2\nheight = 2\nsamples = 1\nintegrator.path = {{ max_depth = 2 }}\n\
+         [camera]\northographic = {{ eye = [0, 0, 5], target = [0, 0, 0], height = 0.01 }}\n\
+         [[light]]\nsun = {{ direction = [-0.4, -0.2, -1], irradiance = 3, angle = 0 }}\n\
+         [texture.turned]\nconstant = {{ color = [0.9, 0.8, 0.25] }}\n\
+         [material.m]\nprincipled = {{ base_color = 1, metallic = 1, roughness = 0.4, {keys} }}\n\
+         [[object]]\nmaterial = \"m\"\nshape.quad = {{ corners = {corners:?} }}\n",
+    ));
+    pixels[0][1]
+}
+
+const FACING: [[i32; 3]; 4] = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]];
+
+#[test]
+fn the_direction_of_brushing_is_in_red_and_green_and_turns_with_the_rotation() {
+    // The texture's direction (0.8, 0.6) is 36.87 degrees from the tangent, its strength is in blue.
+    let map = "anisotropy_direction = \"texture.turned\"";
+    for (mapped, turned) in [
+        (
+            format!("anisotropy = 0.7, {map}"),
+            "anisotropy = 0.7, anisotropy_rotation = 36.869898",
+        ),
+        (
+            format!("anisotropy = 0.7, {map}, anisotropy_rotation = 20"),
+            "anisotropy = 0.7, anisotropy_rotation = 56.869898",
+        ),
+        (
+            format!("anisotropy = \"texture.turned\", {map}"),
+            "anisotropy = 0.25, anisotropy_rotation = 36.869898",
+        ),
+    ] {
+        let (found, expected) = (brushed(&mapped, FACING), brushed(turned, FACING));
+        assert!(
+            (found / expected - 1.0).abs() < 1e-4,
+            "{mapped}: {found} instead of {expected}"
+        );
+    }
+    let straight = brushed("anisotropy = 0.7", FACING);
+    let turned = brushed(&format!("anisotropy = 0.7, {map}"), FACING);
+    assert!((turned / straight - 1.0).abs() > 0.1, "{turned} {straight}");
+}
+
+#[test]
+fn brushing_turns_from_the_tangent_to_the_bitangent_on_both_sides() {
+    let keys = |degrees: i32| format!("anisotropy = 0.7, anisotropy_rotation = {degrees}");
+    // The tangent of the square that faces away is -x, so that y is to the other side of it.
+    let away = [[1, -1, 0], [-1, -1, 0], [-1, 1, 0], [1, 1, 0]];
+    let (found, expected) = (brushed(&keys(30), away), brushed(&keys(-30), FACING));
+    assert!((found / expected - 1.0).abs() < 1e-4, "{found} instead of {expected}");
+    let other = brushed(&keys(30), FACING);
+    assert!((other / expected - 1.0).abs() > 0.1, "{other} {expected}");
+}

@@ -46,7 +46,7 @@ pub struct Layered {
     pub transmission: f32,
     /// The facets of metal and of boundaries; isotropic where light passes into a solid.
     pub facets: Ggx,
-    /// Cosine and sine of the angle from the frame's tangent to that of the facets.
+    /// Cosine and sine of the angle from the frame's first axis to that of the facets, towards the second one.
     pub rotation: Vec2,
     /// Index of refraction behind the surface over that in front.
     pub ior: f32,
@@ -436,6 +436,14 @@ impl BsdfKind for Layered {
 
     fn reads_tangent(&self) -> bool {
         !self.facets.is_isotropic()
+    }
+
+    fn reads_bitangent(&self) -> bool {
+        self.reads_tangent() && self.rotation.y != 0.0
+    }
+
+    fn mirror_bitangent(&mut self) {
+        self.rotation.y = -self.rotation.y;
     }
 
     fn has_coat(&self) -> bool {

@@ -135,6 +135,14 @@ pub trait BsdfKind {
         false
     }
 
+    /// Whether the BSDF depends on which side of the tangent the bitangent of the surface is.
+    fn reads_bitangent(&self) -> bool {
+        false
+    }
+
+    /// Makes the BSDF of a bitangent along the second axis of the shading frame that of one in the opposite direction.
+    fn mirror_bitangent(&mut self) {}
+
     /// Whether there is a clear coat, which may have a normal of its own.
     fn has_coat(&self) -> bool {
         false
@@ -207,6 +215,14 @@ macro_rules! bsdfs {
 
             fn reads_tangent(&self) -> bool {
                 match self { $( Self::$Variant(bsdf) => bsdf.reads_tangent(), )* }
+            }
+
+            fn reads_bitangent(&self) -> bool {
+                match self { $( Self::$Variant(bsdf) => bsdf.reads_bitangent(), )* }
+            }
+
+            fn mirror_bitangent(&mut self) {
+                match self { $( Self::$Variant(bsdf) => bsdf.mirror_bitangent(), )* }
             }
 
             fn has_coat(&self) -> bool {

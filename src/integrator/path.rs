@@ -185,16 +185,10 @@ impl BsdfVisitor for Scatter<'_, '_> {
             material,
             ..
         } = self;
-        let ShadingFrame { frame, base, coat } = shading_frame(context.scene, surface, material, bsdf);
-        let mut coated;
-        let bsdf = match coat {
-            None => bsdf,
-            Some(normal) => {
-                coated = *bsdf;
-                coated.set_coat_normal(normal);
-                &coated
-            }
-        };
+        let shading_frame = shading_frame(context.scene, surface, material, bsdf);
+        let adapted = shading_frame.adapt(bsdf);
+        let bsdf = adapted.as_ref().unwrap_or(bsdf);
+        let ShadingFrame { frame, base, coat, .. } = shading_frame;
         let wo_local = frame.to_local(surface.wo);
         if (material.normal_map().is_some() || coat.is_some()) && !bsdf.transmits() {
             let folded = Folded {

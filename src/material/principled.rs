@@ -22,7 +22,8 @@
 //! | `iridescence_ior` | index of refraction of the film, above 0 | | 1.3 |
 //! | `iridescence_thickness` | thickness of the film, at least 0 | nm | 400 |
 //! | `anisotropy` | amount (b): stretches highlights along the tangent | | 0 |
-//! | `anisotropy_rotation` | rotation of the tangent, counterclockwise | degrees | 0 |
+//! | `anisotropy_direction` | `"texture.NAME"`, raw: red and green, from -1 at 0 to 1 at 1, are the direction of the stretching along tangent and bitangent | | the tangent |
+//! | `anisotropy_rotation` | rotation of that direction, from the tangent to the bitangent | degrees | 0 |
 //! | `emissive` | colour: emitted radiance; its objects are area lights | W m^-2 sr^-1 | 0 |
 //! | `emissive_strength` | factor of at least 0 | | 1 |
 //! | `normal` | `"texture.NAME"`, raw: a tangent-space normal map | | |
@@ -128,7 +129,9 @@ pub struct Principled {
     pub iridescence_thickness: [f32; 2],
     pub iridescence_place: Scalar,
     pub anisotropy: Scalar,
-    /// In radians, from the tangent counterclockwise.
+    /// Red and green are a direction along tangent and bitangent, with texels as they are: 0.5 is 0.
+    pub anisotropy_direction: Option<Color>,
+    /// The rotation of that direction, else of the tangent, towards the bitangent, in radians.
     pub anisotropy_rotation: f32,
     /// In W m^-2 sr^-1, once it is multiplied by `emissive_strength`.
     pub emissive: Color,
@@ -172,6 +175,7 @@ impl Default for Principled {
             iridescence_thickness: [400e-9; 2],
             iridescence_place: all,
             anisotropy: none,
+            anisotropy_direction: None,
             anisotropy_rotation: 0.0,
             emissive: gray(0.0),
             emissive_strength: 1.0,
@@ -195,10 +199,6 @@ impl Principled {
             ior: self.iridescence_ior,
             thickness: thin + (thick - thin) * unit_scalar(&self.iridescence_place),
         };
-        let (sin, cos) = match self.anisotropy_rotation {
-            0.0 => (0.0, 1.0),
-            angle => trig::sin_cos(angle),
-        };
         // Between equal media a facet bends nothing, and light goes straight on.
         let boundary = if is_equal_ior(self.ior, 1.0) {
             Boundary::ThinWalled
@@ -217,7 +217,7 @@ impl Principled {
             } else {
                 facets
             },
-            rotation: Vec2::new(cos, sin),
+            rotation: self.brushing(textures, at),
             ior: self.ior,
             specular: unit_scalar(&self.specular),
             specular_color: textures.color(&self.specular_color, at),
@@ -228,6 +228,22 @@ impl Principled {
             sheen: textures.color(&self.sheen_color, at),
             sheen_roughness: unit_scalar(&self.sheen_roughness),
         }
+    }
+}
+
+impl Principled {
+    /// The direction of the brushing along tangent and bitangent.
+    fn brushing(&self, textures: &Textures<'_>, at: &TexturePoint) -> Vec2 {
+        let (sin, cos) = match self.anisotropy_rotation {
+            0.0 => (0.0, 1.0),
+            angle => trig::sin_cos(angle),
+        };
+        let turn = Vec2::new(cos, sin);
+        let Some(map) = &self.anisotropy_direction else {
+            return turn;
+        };
+        let along = textures.color(map, at) * 2.0 - Rgb::WHITE;
+        turn.rotate(Vec2::new(along.r, along.g).normalize_or(Vec2::X))
     }
 }
 
@@ -340,12 +356,8 @@ impl MaterialKind for Principled {
 
     fn is_spatially_varying(&self) -> bool {
         let (colors, scalars) = self.sources();
-        let maps = self
-            .normal
-            .iter()
-            .chain(self.clearcoat_normal.iter().map(|map| &map.color));
-        let is_constant =
-            colors.into_iter().chain(maps).all(Color::is_constant) && scalars.into_iter().all(Scalar::is_constant);
+        let is_constant = colors.into_iter().chain(self.maps()).all(Color::is_constant)
+            && scalars.into_iter().all(Scalar::is_constant);
         let is_brushed = matches!(self.anisotropy, Scalar::Constant(a) if a > 0.0);
         !is_constant || is_brushed || self.reads_vertices || self.heights.is_some()
     }

@@ -8,10 +8,7 @@
 //! Source: Schmidt and Budge, "Simple Nested Dielectrics in Ray Traced Images", Journal of Graphics Tools 7(2), 2002,
 //! doi:10.1080/10867651.2002.10487555.
 
-use super::{
-    Scene,
-    shading_frame::{ShadingFrame, shading_frame},
-};
+use super::{Scene, shading_frame::shading_frame};
 use crate::{
     bsdf::{BsdfKind, is_equal_ior},
     geometry::Hit,
@@ -179,12 +176,10 @@ impl Scene {
         }
         let surface = self.surface(ray, hit);
         let bsdf = material.bsdf(&self.textures(), &surface.texture);
-        let mut bsdf = outside.map_or(bsdf, |ior| bsdf.immersed(ior));
-        let ShadingFrame { frame, coat, .. } = shading_frame(self, &surface, material, &bsdf);
-        if let Some(normal) = coat {
-            bsdf.set_coat_normal(normal);
-        }
-        bsdf.straight(frame.to_local(surface.wo))
+        let bsdf = outside.map_or(bsdf, |ior| bsdf.immersed(ior));
+        let shading_frame = shading_frame(self, &surface, material, &bsdf);
+        let bsdf = shading_frame.adapt(&bsdf).unwrap_or(bsdf);
+        bsdf.straight(shading_frame.frame.to_local(surface.wo))
     }
 
     /// The part of light that arrives over `distance` (m, may be infinite) in `stack`, by Beer's law.

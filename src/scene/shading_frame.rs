@@ -18,6 +18,26 @@ pub struct ShadingFrame {
     pub base: Vec3,
     /// The normal of a clear coat in `frame`, where it is not that of `frame`.
     pub coat: Option<Vec3>,
+    /// Whether the second axis of `frame` points against the surface's bitangent, of a BSDF that depends on it.
+    pub opposes_bitangent: bool,
+}
+
+impl ShadingFrame {
+    /// The BSDF as it is in this frame; `None` where it depends on its axes alone.
+    #[inline(always)]
+    pub fn adapt<B: BsdfKind + Copy>(&self, bsdf: &B) -> Option<B> {
+        if self.coat.is_none() && !self.opposes_bitangent {
+            return None;
+        }
+        let mut adapted = *bsdf;
+        if let Some(normal) = self.coat {
+            adapted.set_coat_normal(normal);
+        }
+        if self.opposes_bitangent {
+            adapted.mirror_bitangent();
+        }
+        Some(adapted)
+    }
 }
 
 #[inline(always)]
@@ -63,6 +83,15 @@ pub fn shading_frame(
         frame,
         base: surface.frame.n * front,
         coat,
+        opposes_bitangent: bsdf.reads_bitangent() && is_mirrored(surface, &frame, sign),
+    }
+}
+
+/// Whether the bitangent of the surface is against the second axis of `frame`, whose normal is the authored one times `sign`.
+fn is_mirrored(surface: &SurfaceInteraction, frame: &Frame, sign: f32) -> bool {
+    match surface.tangent.w {
+        0.0 => frame.t.dot(surface.dpdv) < 0.0,
+        side => side * sign < 0.0,
     }
 }
 
@@ -83,11 +112,8 @@ fn reflecting(surface: &SurfaceInteraction, n: Vec3, ng: Vec3) -> Vec3 {
 
 /// A vector of the tangent space of `base`, whose second axis is on the side of the bitangent.
 fn from_tangent_space(surface: &SurfaceInteraction, base: &Frame, v: Vec3) -> Vec3 {
-    let is_mirrored = match surface.tangent.w {
-        0.0 => base.t.dot(surface.dpdv) < 0.0,
-        side => side < 0.0,
-    };
-    base.to_world(Vec3::new(v.x, if is_mirrored { -v.y } else { v.y }, v.z))
+    let side = if is_mirrored(surface, base, 1.0) { -1.0 } else { 1.0 };
+    base.to_world(Vec3::new(v.x, side * v.y, v.z))
 }
 
 /// A frame about the shading normal, or about the one that a map tells, turned to the viewer; its first axis follows the

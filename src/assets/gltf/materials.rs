@@ -200,10 +200,8 @@ impl Reader<'_, '_> {
             let strength = ("anisotropyStrength", 0.0);
             surface.anisotropy = self.scalar(brushed, strength, "anisotropyTexture", Channel::B)?;
             surface.anisotropy_rotation = number(brushed, "anisotropyRotation", 0.0);
-            if brushed.get("anisotropyTexture").is_some() {
-                let how = Treatment::InPart("its direction is the same everywhere");
-                self.model.add_feature("anisotropyTexture", "material", how);
-            }
+            let direction = self.texture(brushed, "anisotropyTexture", ColorSpace::Raw)?;
+            surface.anisotropy_direction = direction.map(Color::Texture);
         }
         Ok(())
     }

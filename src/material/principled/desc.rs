@@ -37,6 +37,7 @@ pub struct PrincipledDesc {
     pub iridescence_ior: Option<Positive>,
     pub iridescence_thickness: Option<NonNegative>,
     pub anisotropy: Option<Spanned<ScalarSource>>,
+    pub anisotropy_direction: Option<Spanned<ColorSource>>,
     pub anisotropy_rotation: Option<Finite>,
     pub emissive: Option<Spanned<ColorSource>>,
     pub emissive_strength: Option<NonNegative>,
@@ -104,6 +105,7 @@ impl PrincipledDesc {
                 .iridescence_thickness
                 .map_or(plain.iridescence_thickness, |nm| [nm.0 * 1e-9; 2]),
             anisotropy: unit_scalar(&self.anisotropy, 0.0, Channel::B)?,
+            anisotropy_direction: self.anisotropy_direction.as_ref().map(find).transpose()?,
             anisotropy_rotation: self.anisotropy_rotation.map_or(0.0, |r| trig::radians(r.0)),
             emissive: color(&self.emissive, plain.emissive)?,
             emissive_strength: self.emissive_strength.map_or(1.0, f32::from),

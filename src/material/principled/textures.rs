@@ -63,7 +63,8 @@ impl Principled {
             }
         }
         let coat = self.clearcoat_normal.as_mut().map(|map| &mut map.color);
-        for map in self.normal.as_mut().into_iter().chain(coat) {
+        let maps = [self.normal.as_mut(), coat, self.anisotropy_direction.as_mut()];
+        for map in maps.into_iter().flatten() {
             if let Color::Texture(id) | Color::Tinted(id, _) = map {
                 *id = find(*id);
             }
@@ -74,7 +75,14 @@ impl Principled {
         self
     }
 
-    /// All colours and numbers but the normal maps.
+    /// The maps of normals and directions.
+    pub(super) fn maps(&self) -> impl Iterator<Item = &Color> {
+        let coat = self.clearcoat_normal.as_ref().map(|map| &map.color);
+        let maps = [self.normal.as_ref(), coat, self.anisotropy_direction.as_ref()];
+        maps.into_iter().flatten()
+    }
+
+    /// All colours and numbers but the maps.
     pub(super) fn sources(&self) -> ([&Color; 4], [&Scalar; 11]) {
         let colors = [
             &self.base_color,
