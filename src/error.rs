@@ -23,6 +23,8 @@ pub enum Error {
     Scene(#[from] describe::Error),
     #[error("--camera chooses a camera of a model, and a scene file has only its own")]
     CameraOfSceneFile,
+    #[error("--variant chooses the materials of a model, and a scene file gives each mesh its own (`variant`)")]
+    VariantOfSceneFile,
     #[error("--point-radius is that of a model's points, and a scene file gives each mesh its own (`radius`)")]
     PointRadiusOfSceneFile,
     #[error("{0}")]
@@ -129,6 +131,7 @@ impl Error {
         match self {
             Self::Usage(_)
             | Self::CameraOfSceneFile
+            | Self::VariantOfSceneFile
             | Self::PointRadiusOfSceneFile
             | Self::Pattern(_)
             | Self::OverwritesInput { .. } => Blame::Usage,

@@ -19,6 +19,15 @@ use crate::{
 
 pub use crate::shape::mesh::SceneChoice;
 
+/// The part of a model file that is shown, of one that holds several.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ModelChoice {
+    /// `None` for the default scene.
+    pub scene: Option<SceneChoice>,
+    /// The name of a material variant; `None` for the default materials.
+    pub variant: Option<String>,
+}
+
 /// A model, in its own space: right-handed, +y up, metres.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
@@ -33,6 +42,8 @@ pub struct Model {
     pub images: Vec<ImageSource>,
     pub cameras: Vec<ModelCamera>,
     pub lights: Vec<ModelLight>,
+    /// The names of the file's material variants.
+    pub variants: Vec<String>,
     /// The features that its file uses, each once.
     pub features: Vec<ModelFeature>,
     /// Faults of its file that do not keep it from being rendered.

@@ -11,13 +11,13 @@ use rayon::prelude::*;
 use super::{
     BareMeshError, Files, GltfError, MemoryKind, OverBudget, gzip,
     image::{self, EncodedImage, ImageError},
-    model::{ImageSource, Model, ModelFeature, SceneChoice},
+    model::{ImageSource, Model, ModelChoice, ModelFeature},
     obj::{self, ObjError},
     ply, stl,
 };
 use crate::{
     texture::{Bitmap, bitmap::ColorSpace},
-    value::one_of,
+    value::{one_line, one_of},
 };
 
 /// Why a file was not loaded.
@@ -43,6 +43,8 @@ pub enum AssetError {
     NoCamera { name: String, known: String, path: PathBuf },
     #[error("only glTF files have scenes: {}", path.display())]
     NoScenes { path: PathBuf },
+    #[error("only glTF files have material variants: {}", path.display())]
+    NoVariants { path: PathBuf },
     #[error("{}", losses.iter().map(|l| format!("{}: {l}", path.display())).collect::<Vec<_>>().join("\n"))]
     Incomplete { losses: Vec<String>, path: PathBuf },
     #[error("{triangles} triangles are more than the {limit} that there can be: {}", path.display())]
@@ -60,6 +62,7 @@ impl AssetError {
             Self::UnknownModel { .. }
             | Self::NoTriangles { .. }
             | Self::NoScenes { .. }
+            | Self::NoVariants { .. }
             | Self::NoCamera { .. }
             | Self::Incomplete { .. }
             | Self::Material { .. }
@@ -87,34 +90,36 @@ pub fn is_model(path: &Path) -> bool {
 }
 
 fn load_model(request: &ModelRequest, files: &Files) -> Result<Model, AssetError> {
-    let ModelRequest { path, scene } = request;
+    let ModelRequest { path, choice } = request;
     let format = extension(path);
     let is_gltf = matches!(format.as_str(), "gltf" | "glb");
-    if scene.is_some() && !is_gltf {
+    if choice.scene.is_some() && !is_gltf {
         return Err(AssetError::NoScenes { path: path.clone() });
+    }
+    if choice.variant.is_some() && !is_gltf {
+        return Err(AssetError::NoVariants { path: path.clone() });
     }
     match format.as_str() {
         "obj" | "obj.gz" => Ok(obj::load(path, files)?),
         "ply" | "ply.gz" => Ok(ply::load(path, files)?),
         "stl" | "stl.gz" => Ok(stl::load(path, files)?),
-        _ if is_gltf => Ok(super::gltf::load(path, scene.as_ref(), files)?),
+        _ if is_gltf => Ok(super::gltf::load(path, choice, files)?),
         _ => Err(AssetError::UnknownModel { path: path.clone() }),
     }
 }
 
-/// A model file, and which of its scenes.
+/// A model file, and what of it is shown.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ModelRequest {
     pub path: PathBuf,
-    /// `None` for the default scene.
-    pub scene: Option<SceneChoice>,
+    pub choice: ModelChoice,
 }
 
 impl From<&Path> for ModelRequest {
     fn from(path: &Path) -> Self {
         Self {
             path: path.to_owned(),
-            scene: None,
+            choice: ModelChoice::default(),
         }
     }
 }
@@ -126,6 +131,8 @@ pub struct ModelReport {
     pub features: Vec<ModelFeature>,
     /// The names of its cameras; may be empty.
     pub cameras: Vec<String>,
+    /// The names of its material variants.
+    pub variants: Vec<String>,
     pub lights: usize,
 }
 
@@ -247,10 +254,23 @@ impl Store {
         for loss in losses {
             tracing::warn!("{}: {loss}", path.display());
         }
+        if request.choice.variant.is_none() && !model.variants.is_empty() {
+            let names: Vec<String> = model
+                .variants
+                .iter()
+                .map(|n| format!("`{}`", one_line(n, 80)))
+                .collect();
+            let names = names.join(", ");
+            tracing::warn!(
+                "{}: there are material variants ({names}), and the default materials are shown; `variant` or --variant chooses one",
+                path.display()
+            );
+        }
         reports.push(ModelReport {
             request: request.clone(),
             features: model.features.clone(),
             cameras: model.cameras.iter().map(|c| c.name.clone()).collect(),
+            variants: model.variants.clone(),
             lights: model.lights.len(),
         });
         Ok(())

@@ -48,6 +48,8 @@ pub struct ModelEntry {
     pub file: String,
     /// The names of its cameras; may be empty.
     pub cameras: Vec<String>,
+    /// The names of its material variants.
+    pub variants: Vec<String>,
     pub lights: usize,
     pub features: Vec<FeatureEntry>,
 }
@@ -116,6 +118,7 @@ impl ModelEntry {
         Self {
             file: file(&report.request.path),
             cameras: report.cameras.clone(),
+            variants: report.variants.clone(),
             lights: report.lights,
             features: features.collect(),
         }

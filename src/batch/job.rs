@@ -33,12 +33,16 @@ impl Job {
             let options = ModelOptions {
                 aspect: aspect(request),
                 camera: request.camera.as_deref(),
+                variant: request.variant.as_deref(),
                 point_radius: request.point_radius,
             };
             default_scene::describe(path, options, &store).map_err(|e| compile::Error::Assets(vec![e]))?
         } else {
             if request.camera.is_some() {
                 return Err(Error::CameraOfSceneFile);
+            }
+            if request.variant.is_some() {
+                return Err(Error::VariantOfSceneFile);
             }
             if request.point_radius.is_some() {
                 return Err(Error::PointRadiusOfSceneFile);

@@ -11,6 +11,8 @@ pub struct Request {
     pub camera_path: Option<PathBuf>,
     /// The name, or the number from 0, of a camera of the model that is the scene.
     pub camera: Option<String>,
+    /// The name of a material variant of the model that is the scene.
+    pub variant: Option<String>,
     /// Instead of a camera path: frames of an orbit around the scene.
     pub turntable: Option<u32>,
     pub range: Option<FrameRange>,

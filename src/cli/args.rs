@@ -236,6 +236,10 @@ pub struct RenderArgs {
     #[arg(long, hide_short_help = true, help_heading = heading::JOB)]
     pub allow_outside: bool,
 
+    /// Show a glTF model with its materials of this variant
+    #[arg(long, value_name = "NAME", hide_short_help = true, help_heading = heading::JOB)]
+    pub variant: Option<String>,
+
     /// Radius in metres of the points of a PLY file without faces
     #[arg(long, value_name = "METRES", value_parser = radius, hide_short_help = true, help_heading = heading::JOB)]
     pub point_radius: Option<f32>,

@@ -28,6 +28,7 @@ pub fn run(args: &FlyArgs, simd: Isa) -> anyhow::Result<()> {
         rotation_order: args.rotation_order,
         max_memory: Some(args.max_memory.unwrap_or_else(memory::default_limit)),
         texture_memory: Some(args.texture_memory.unwrap_or_else(memory::default_textures)),
+        variant: args.variant.clone(),
         point_radius: args.point_radius,
         allow_outside: args.allow_outside,
         accel: BuildOptions {
@@ -83,6 +84,7 @@ fn command(args: &FlyArgs) -> Vec<String> {
     add("fps", args.fps.map(|fps| fps.to_string()));
     add("rotation-order", args.rotation_order.map(|order| order.to_string()));
     add("texture-memory", args.texture_memory.map(|bytes| bytes.to_string()));
+    add("variant", args.variant.clone());
     add("point-radius", args.point_radius.map(|radius| radius.to_string()));
     if args.allow_outside {
         words.push("--allow-outside".to_owned());

@@ -94,6 +94,10 @@ pub struct FlyArgs {
     #[arg(long, value_name = "SIZE", value_parser = values::size)]
     pub texture_memory: Option<u64>,
 
+    /// Show a glTF model with its materials of this variant
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+
     /// Radius in metres of the points of a PLY file without faces
     #[arg(long, value_name = "METRES", value_parser = values::radius)]
     pub point_radius: Option<f32>,

@@ -71,6 +71,9 @@ fn write_model(out: &mut impl Write, model: &ModelEntry) -> io::Result<()> {
     for (i, camera) in model.cameras.iter().enumerate() {
         writeln!(out, "  camera {i}: {}", visible(camera))?;
     }
+    for variant in &model.variants {
+        writeln!(out, "  variant: {}", visible(variant))?;
+    }
     for feature in &model.features {
         let FeatureEntry {
             name,

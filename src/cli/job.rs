@@ -203,6 +203,7 @@ fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         allow_outside: args.allow_outside,
         strict: args.strict,
         camera: args.camera.clone(),
+        variant: args.variant.clone(),
         point_radius: args.point_radius,
     })
 }

@@ -7,7 +7,8 @@ use glam::{DVec2, DVec3};
 use crate::{
     assets::{
         AssetError, Store,
-        model::{ModelCamera, ModelLight, ModelLightKind, ModelView},
+        model::{ModelCamera, ModelChoice, ModelLight, ModelLightKind, ModelView},
+        store::ModelRequest,
     },
     camera::{
         CameraDesc,
@@ -48,13 +49,21 @@ pub struct ModelOptions<'a> {
     pub aspect: f64,
     /// The name of a camera of the file; the first one without.
     pub camera: Option<&'a str>,
+    /// The name of a material variant; the default materials without.
+    pub variant: Option<&'a str>,
     /// The radius of points, in m.
     pub point_radius: Option<f32>,
 }
 
 /// The scene that the model at `path` is.
 pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result<SceneDesc, AssetError> {
-    let model = store.model(&path.into())?;
+    let model = store.model(&ModelRequest {
+        path: path.to_owned(),
+        choice: ModelChoice {
+            scene: None,
+            variant: options.variant.map(str::to_owned),
+        },
+    })?;
     let mut objects = Vec::new();
     if model.is_empty() {
         tracing::warn!(
@@ -62,7 +71,7 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
             path.display()
         );
     } else {
-        objects.push(object(path, options.point_radius));
+        objects.push(object(path, options));
     }
     let bounds = model.bounds();
     let origin = origin::of_box(&bounds).unwrap_or_default();
@@ -100,7 +109,7 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
     })
 }
 
-fn object(path: &Path, point_radius: Option<f32>) -> ObjectDesc {
+fn object(path: &Path, options: ModelOptions<'_>) -> ObjectDesc {
     let name = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
     ObjectDesc {
         name: Some(unspanned(name(path.file_stem()))),
@@ -108,7 +117,8 @@ fn object(path: &Path, point_radius: Option<f32>) -> ObjectDesc {
         shape: unspanned(ShapeDesc::Mesh(MeshDesc {
             file: unspanned(name(path.file_name())),
             scene: None,
-            radius: point_radius.map(Positive),
+            variant: options.variant.map(str::to_owned),
+            radius: options.point_radius.map(Positive),
         })),
         transform: None,
         group: None,

@@ -10,7 +10,7 @@ use super::{
 use crate::{
     assets::{
         AssetError,
-        model::{MeshInstance, Model, ModelTexture, SceneChoice},
+        model::{MeshInstance, Model, ModelChoice, ModelTexture},
         store::{ImageRequest, ModelRequest},
     },
     geometry::MAX_MAGNIFICATION,
@@ -28,8 +28,7 @@ const MAX_TRIANGLES: u64 = 1 << 27;
 pub(super) struct PlacedModel {
     pub object: ObjectId,
     pub file: PathBuf,
-    /// See [`ModelRequest::scene`].
-    pub scene: Option<SceneChoice>,
+    pub choice: ModelChoice,
     /// Instead of the model's own.
     pub material: Option<MaterialId>,
     pub place: ObjectPlace,
@@ -42,7 +41,7 @@ impl PlacedModel {
     pub fn request(&self) -> ModelRequest {
         ModelRequest {
             path: self.file.clone(),
-            scene: self.scene.clone(),
+            choice: self.choice.clone(),
         }
     }
 }

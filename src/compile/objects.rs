@@ -2,7 +2,8 @@
 
 use super::{compiler::Compiler, models::PlacedModel, place::ObjectPlace};
 use crate::{
-    describe::ObjectDesc, material::MaterialId, math::DVec3, scene::ObjectId, shape::ShapeDesc, value::Problem,
+    assets::model::ModelChoice, describe::ObjectDesc, material::MaterialId, math::DVec3, scene::ObjectId,
+    shape::ShapeDesc, value::Problem,
 };
 
 impl Compiler<'_> {
@@ -23,7 +24,10 @@ impl Compiler<'_> {
                 models.push(PlacedModel {
                     object: id,
                     file: self.desc.folder().join(file),
-                    scene: mesh.scene.clone(),
+                    choice: ModelChoice {
+                        scene: mesh.scene.clone(),
+                        variant: mesh.variant.clone(),
+                    },
                     material,
                     place,
                     point_radius: mesh.radius.map(|r| r.0),

@@ -4,6 +4,7 @@
 //! |---|---|---|---|
 //! | `file` | path of the file, relative to the scene file | | required |
 //! | `scene` | number from 0 or name of a scene in a glTF file | | the file's default |
+//! | `variant` | name of a material variant of a glTF file | | the file's default materials |
 //! | `radius` | number above 0: the radius of the points of a PLY file without faces | m | their mean distance to the nearest one |
 //!
 //! ```toml
@@ -63,6 +64,7 @@ use crate::{
 pub struct MeshDesc {
     pub file: Spanned<String>,
     pub scene: Option<SceneChoice>,
+    pub variant: Option<String>,
     /// The radius of points, in the space of the model.
     pub radius: Option<Positive>,
 }

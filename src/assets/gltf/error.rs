@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::assets::files::is_refused;
+use crate::{assets::files::is_refused, value::UnknownName};
 
 /// Why a glTF asset was not loaded.
 #[derive(Debug, thiserror::Error)]
@@ -20,6 +20,8 @@ pub enum GltfError {
     },
     #[error("broken model: {cause}: {}", path.display())]
     Broken { cause: String, path: PathBuf },
+    #[error("{cause}: {}", path.display())]
+    UnknownVariant { cause: UnknownName, path: PathBuf },
     #[error("unsupported model: {what}: {}", path.display())]
     Unsupported { what: String, path: PathBuf },
 }
@@ -36,6 +38,8 @@ impl GltfError {
 pub(super) enum GltfProblem {
     #[error("{0}")]
     Broken(String),
+    #[error("{0}")]
+    UnknownVariant(UnknownName),
     #[error("{0}")]
     Unsupported(String),
     #[error("{source}")]
@@ -68,6 +72,7 @@ impl GltfProblem {
         let path = path.to_owned();
         match self {
             Self::Broken(cause) => GltfError::Broken { cause, path },
+            Self::UnknownVariant(cause) => GltfError::UnknownVariant { cause, path },
             Self::Unsupported(what) => GltfError::Unsupported { what, path },
             Self::Missing { source, file } => GltfError::Missing { source, file, path },
         }

@@ -21,10 +21,7 @@ const EXTENSIONS: [(&str, Treatment); 24] = [
     ("KHR_materials_specular", Treatment::Rendered),
     ("KHR_materials_transmission", Treatment::Rendered),
     ("KHR_materials_unlit", Treatment::Rendered),
-    (
-        "KHR_materials_variants",
-        Treatment::InPart("the materials of no variant are shown"),
-    ),
+    ("KHR_materials_variants", Treatment::Rendered),
     ("KHR_materials_volume", Treatment::Rendered),
     ("KHR_mesh_quantization", Treatment::Rendered),
     ("KHR_node_visibility", Treatment::Rendered),

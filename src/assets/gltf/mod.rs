@@ -22,35 +22,37 @@ mod nodes;
 mod pose;
 mod primitive;
 mod textures;
+mod variants;
 
 use std::path::Path;
 
 use super::{
     Files,
-    model::{MeshInstance, Model, ModelCamera, SceneChoice, Treatment},
+    model::{MeshInstance, Model, ModelCamera, ModelChoice, Treatment},
 };
 use document::{Document, get};
 use error::GltfProblem;
 use glam::DAffine3;
 use pose::{Pose, PrimitiveUse};
+use variants::Variants;
 
 pub use error::GltfError;
 
 /// Loads the asset at `path`. One without triangles is a model without parts.
-pub fn load(path: &Path, scene: Option<&SceneChoice>, files: &Files) -> Result<Model, GltfError> {
+pub fn load(path: &Path, choice: &ModelChoice, files: &Files) -> Result<Model, GltfError> {
     let bytes = files.read(path).map_err(|source| GltfError::Read {
         source,
         path: path.to_owned(),
     })?;
-    parse(&bytes, path, scene, files)
+    parse(&bytes, path, choice, files)
 }
 
-/// Reads an asset from the bytes of a file; what it names lies beside `path`. Without a `scene` the default one is read.
-pub fn parse(bytes: &[u8], path: &Path, scene: Option<&SceneChoice>, files: &Files) -> Result<Model, GltfError> {
-    read(bytes, path, scene, files).map_err(|problem| problem.at(path))
+/// Reads an asset from the bytes of a file; what it names lies beside `path`.
+pub fn parse(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Result<Model, GltfError> {
+    read(bytes, path, choice, files).map_err(|problem| problem.at(path))
 }
 
-fn read(bytes: &[u8], path: &Path, scene: Option<&SceneChoice>, files: &Files) -> Result<Model, GltfProblem> {
+fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Result<Model, GltfProblem> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let document = Document::open(bytes, folder, files)?;
     let root = &document.root;
@@ -60,8 +62,10 @@ fn read(bytes: &[u8], path: &Path, scene: Option<&SceneChoice>, files: &Files) -
     features::collect(&document.raw, &mut model);
     let hierarchy = nodes::Hierarchy::new(&document)?;
     model.nodes = hierarchy.names();
-    let placed = hierarchy.placed(&document, scene)?;
-    if scene.is_none() && root.scenes.len() > 1 {
+    let placed = hierarchy.placed(&document, choice.scene.as_ref())?;
+    let variants = Variants::new(&document, choice.variant.as_deref())?;
+    model.variants = variants.names();
+    if choice.scene.is_none() && root.scenes.len() > 1 {
         let how = Treatment::InPart("one of several is shown, `scene` chooses another");
         model.add_feature("scenes", "file", how);
     }
@@ -75,7 +79,8 @@ fn read(bytes: &[u8], path: &Path, scene: Option<&SceneChoice>, files: &Files) -
             let primitives = &get(&root.meshes, mesh.value(), "mesh")?.primitives;
             let copies = instancing::copies(&document, index)?;
             for (i, primitive) in primitives.iter().enumerate() {
-                let material = primitive.material.map(|m| m.value());
+                let own = primitive.material.map(|m| m.value());
+                let material = variants.material(&document, [mesh.value(), i]).or(own);
                 let uv_sets = materials::uv_sets(&document, material)?;
                 let used = PrimitiveUse {
                     primitive,

@@ -31,7 +31,13 @@ const ACCESSORS: &str = r#""accessors": [{"bufferView": 0, "componentType": 5126
 const MESH: &str = r#""meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}]"#;
 
 fn read(rest: &str) -> Result<Model, String> {
-    parse(&glb(rest), Path::new("nowhere/a.glb"), None, &Files::default()).map_err(|e| e.to_string())
+    parse(
+        &glb(rest),
+        Path::new("nowhere/a.glb"),
+        &ModelChoice::default(),
+        &Files::default(),
+    )
+    .map_err(|e| e.to_string())
 }
 
 fn scene(accessors: &str, mesh: &str, nodes: &str) -> Result<Model, String> {
@@ -204,14 +210,14 @@ fn required_extensions_and_other_versions_are_refused_by_name() {
     let old = parse(
         br#"{"asset": {"version": "1.0"}}"#,
         Path::new("a.gltf"),
-        None,
+        &ModelChoice::default(),
         &Files::default(),
     )
     .unwrap_err();
     assert!(old.to_string().contains("version 1.0 of glTF"));
     assert!(
-        parse(b"", Path::new("a.gltf"), None, &Files::default()).is_err()
-            && parse(b"[]", Path::new("a.gltf"), None, &Files::default()).is_err()
+        parse(b"", Path::new("a.gltf"), &ModelChoice::default(), &Files::default()).is_err()
+            && parse(b"[]", Path::new("a.gltf"), &ModelChoice::default(), &Files::default()).is_err()
     );
 }
 
@@ -220,11 +226,16 @@ fn cut_and_flipped_bytes_never_panic() {
     let nodes = r#""nodes": [{"mesh": 0, "children": [1]}, {"rotation": [0, 0, 0, 1], "mesh": 0}]"#;
     let whole = glb(&format!("{ACCESSORS}, {MESH}, {nodes}"));
     for i in 0..whole.len() {
-        let _ = parse(&whole[..i], Path::new("a.glb"), None, &Files::default());
+        let _ = parse(
+            &whole[..i],
+            Path::new("a.glb"),
+            &ModelChoice::default(),
+            &Files::default(),
+        );
         for bits in [1u8, 2, 16, 128, 255] {
             let mut flipped = whole.clone();
             flipped[i] ^= bits;
-            let _ = parse(&flipped, Path::new("a.glb"), None, &Files::default());
+            let _ = parse(&flipped, Path::new("a.glb"), &ModelChoice::default(), &Files::default());
         }
     }
 }
@@ -253,4 +264,33 @@ fn animation_channels_may_move_what_an_extension_names() {
         "animations": [{"channels": [{"sampler": 0, "target": {"path": "pointer", "extensions":
         {"KHR_animation_pointer": {"pointer": "/nodes/0/scale"}}}}], "samplers": [{"input": 0, "output": 0}]}]"#;
     assert!(read(animations).is_ok());
+}
+
+#[test]
+fn a_variant_gives_each_primitive_its_material_and_others_keep_theirs() {
+    let rest = format!(
+        r#"{ACCESSORS}, "extensionsUsed": ["KHR_materials_variants"], "extensions": {{"KHR_materials_variants":
+        {{"variants": [{{"name": "red"}}, {{"name": "green"}}]}}}},
+        "materials": [{{"name": "plain"}}, {{"name": "r"}}, {{"name": "g"}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "indices": 1, "material": 0, "extensions":
+        {{"KHR_materials_variants": {{"mappings": [{{"material": 1, "variants": [0]}}, {{"material": 2, "variants": [1]}}]}}}}}},
+        {{"attributes": {{"POSITION": 0}}, "indices": 1, "material": 0}}]}}], "nodes": [{{"mesh": 0}}]"#
+    );
+    let materials = |variant: Option<&str>| {
+        let choice = ModelChoice {
+            scene: None,
+            variant: variant.map(str::to_owned),
+        };
+        let model = parse(&glb(&rest), Path::new("a.glb"), &choice, &Files::default()).map_err(|e| e.to_string())?;
+        assert_eq!(model.variants, ["red", "green"]);
+        let name = |part: &MeshInstance| model.materials[part.material].name.clone();
+        Ok::<_, String>(model.instances.iter().map(name).collect::<Vec<_>>())
+    };
+    assert_eq!(materials(None).unwrap(), ["plain", "plain"]);
+    assert_eq!(materials(Some("red")).unwrap(), ["r", "plain"]);
+    assert_eq!(materials(Some("green")).unwrap(), ["g", "plain"]);
+    assert_eq!(
+        materials(Some("gren")).unwrap_err(),
+        "unknown material variant `gren` (did you mean `green`?): a.glb"
+    );
 }
