@@ -188,3 +188,50 @@ fn brushing_turns_from_the_tangent_to_the_bitangent_on_both_sides() {
     let other = brushed(&keys(30), FACING);
     assert!((other / expected - 1.0).abs() > 0.1, "{other} {expected}");
 }
+
+#[test]
+fn a_leaf_sends_its_part_of_the_light_to_each_side_by_lamberts_law() {
+    let radiance = |sun: f32, keys: &str| {
+        let pixels = Folder::new().render(&format!(
+            "[render]\nwidth = 2\nheight = 2\nsamples = 64\nintegrator.path = {{ max_depth = 2 }}\n\
+             [camera]\northographic = {{ eye = [0, 0, 5], target = [0, 0, 0], height = 0.01 }}\n\
+             [[light]]\nsun = {{ direction = [0.6, 0, {}], irradiance = 3.1415927, angle = 0 }}\n\
+             [texture.quarter]\nconstant = {{ color = [0.3, 0.4, 0.25] }}\n\
+             [material.m]\nprincipled = {{ base_color = [0.5, 0.6, 0.1], specular = 0, {keys} }}\n\
+             [[object]]\nmaterial = \"m\"\nshape.quad = {{ corners = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]] }}\n",
+            0.8 * sun
+        ));
+        pixels[0]
+    };
+    let (front, back) = (-1.0, 1.0);
+    let green = "diffuse_transmission_color = [0.2, 0.9, 0.4]";
+    for (sun, keys, expected) in [
+        (
+            front,
+            format!("diffuse_transmission = 0.25, {green}"),
+            [0.3, 0.36, 0.06],
+        ),
+        (
+            back,
+            format!("diffuse_transmission = 0.25, {green}"),
+            [0.04, 0.18, 0.08],
+        ),
+        (
+            back,
+            format!("diffuse_transmission = \"texture.quarter.b\", {green}"),
+            [0.04, 0.18, 0.08],
+        ),
+        (back, "diffuse_transmission = 1".to_owned(), [0.8, 0.8, 0.8]),
+        (back, green.to_owned(), [0.0, 0.0, 0.0]),
+        // What is clear passes before it is diffuse, and the sun is not in the line of sight.
+        (
+            back,
+            format!("transmission = 0.5, diffuse_transmission = 0.25, roughness = 0, {green}"),
+            [0.02, 0.09, 0.04],
+        ),
+    ] {
+        let found = radiance(sun, &keys);
+        let is_right = (0..3).all(|k| (found[k] - expected[k]).abs() < 1e-3);
+        assert!(is_right, "{keys}: {found:?} instead of {expected:?}");
+    }
+}

@@ -1,14 +1,16 @@
 //! The layered BSDF of the principled material: sheen over a clear coat over a blend of metal, a
-//! transmitting dielectric, and a dielectric over a diffuse base.
+//! transmitting dielectric, and a dielectric over a diffuse base, which may pass light on to the other
+//! side.
 //!
 //! Each layer reflects a part of the light and passes the rest to the layers below, so white layers
 //! neither lose nor gain energy. The parts are the albedos of the layers towards the viewer, so the
 //! BSDF is not exactly reciprocal.
 
-use std::f32::consts::{FRAC_1_PI, TAU};
+use std::f32::consts::TAU;
 
 mod clear;
 mod coat;
+mod diffuse;
 mod lobes;
 mod reflectance;
 
@@ -44,6 +46,9 @@ pub struct Layered {
     pub metallic: f32,
     /// The part of the rest that is clear.
     pub transmission: f32,
+    /// The part of the diffuse base's light that leaves on the other side, and its colour.
+    pub diffuse_transmission: f32,
+    pub diffuse_transmission_color: Rgb,
     /// The facets of metal and of boundaries; isotropic where light passes into a solid.
     pub facets: Ggx,
     /// Cosine and sine of the angle from the frame's first axis to that of the facets, towards the second one.
@@ -72,6 +77,8 @@ impl Default for Layered {
             base_color: Rgb::WHITE,
             metallic: 0.0,
             transmission: 0.0,
+            diffuse_transmission: 0.0,
+            diffuse_transmission_color: Rgb::WHITE,
             facets: Ggx::new(Vec2::ONE),
             rotation: Vec2::X,
             ior: 1.5,
@@ -113,6 +120,8 @@ pub struct LobeState {
     over_f0: Rgb,
     /// Factor of `1 - over_albedo(wi)` for chalk.
     diffuse_gain: f32,
+    /// The chance that a sample of chalk leaves on the other side.
+    diffuse_passes: f32,
     probabilities: LobeProbabilities,
 }
 
@@ -126,6 +135,11 @@ impl Layered {
     pub fn reflectance_of_boundary(&self) -> Rgb {
         let f0 = self.normal_reflectance();
         self.specular_color.map(|c| (c * f0).min(1.0)) * self.specular
+    }
+
+    /// Whether a part of it is a clear boundary.
+    fn is_clear(&self) -> bool {
+        self.transmission > 0.0 && self.metallic < 1.0
     }
 
     /// The albedo of the boundary over the diffuse base, for all channels alike; `f0` is the reflectance
@@ -142,7 +156,8 @@ impl Layered {
         if o.z <= 0.0 {
             return None;
         }
-        let inside = below && self.boundary == Boundary::Solid && self.transmission > 0.0;
+        let passes = self.transmission > 0.0 || self.diffuse_transmission > 0.0;
+        let inside = below && self.boundary == Boundary::Solid && passes;
         let eta = if inside { 1.0 / self.ior } else { self.ior };
         let metal = self.metallic;
         let clear = (1.0 - metal) * self.transmission;
@@ -183,7 +198,8 @@ impl Layered {
             (ClearReflectance::NONE, Rgb::WHITE)
         };
 
-        let color = self.base_color.max_component();
+        let reflected = self.base_color.max_component() * (1.0 - self.diffuse_transmission);
+        let passed = self.diffuse_transmission_color.max_component() * self.diffuse_transmission;
         // What facets seen from here reflect at other angles is not nothing.
         let least = 0.05;
         let opaque = metal * (metal_f0 * a + Rgb::gray(b)).max_component().max(least)
@@ -191,7 +207,7 @@ impl Layered {
         let mut probabilities = LobeProbabilities {
             sheen: 1.0 - under_sheen,
             coat: under_sheen * coat,
-            diffuse: under_coat * diffuse * color * (1.0 - over),
+            diffuse: under_coat * diffuse * (reflected + passed) * (1.0 - over),
             base: under_coat * (opaque + clear),
             opaque: opaque / (opaque + clear).max(f32::MIN_POSITIVE),
         };
@@ -212,6 +228,7 @@ impl Layered {
             clear_gain,
             over_f0,
             diffuse_gain: (1.0 - over) / (1.0 - mean),
+            diffuse_passes: passed / (reflected + passed).max(f32::MIN_POSITIVE),
             probabilities,
         })
     }
@@ -294,16 +311,15 @@ impl Layered {
                     eval.pdf = facet.pdf * probabilities.base * (1.0 - self.reflection_probability(state, facet.cos));
                 }
             }
+            if self.diffuse_transmission > 0.0 {
+                self.add_diffuse(state, i, &mut eval);
+            }
             if !self.transmits() {
                 self.add_coat(state, i, &mut eval);
             }
             return eval;
         }
-        if state.diffuse > 0.0 {
-            let passes = (1.0 - self.over_albedo(state.over_f0, i)) * state.diffuse_gain;
-            eval.diffuse = self.base_color * (state.diffuse * state.under_coat * passes * i.z * FRAC_1_PI);
-            eval.pdf += probabilities.diffuse * warp::cosine_hemisphere_pdf(i.z);
-        }
+        self.add_diffuse(state, i, &mut eval);
         if !self.facets.is_smooth()
             && let Some(facet) = self.facets.reflection(o, i)
         {
@@ -335,7 +351,15 @@ impl Layered {
         let o = state.o;
         let (i, lobe, eta) = match state.probabilities.choose(uc) {
             ChosenLobe::Sheen => (warp::square_to_hemisphere(u.square), Lobe::Diffuse, 1.0),
-            ChosenLobe::Diffuse => (u.cosine_hemisphere(), Lobe::Diffuse, 1.0),
+            ChosenLobe::Diffuse(uc) if uc < state.diffuse_passes => {
+                let eta = if self.boundary == Boundary::Solid {
+                    state.eta
+                } else {
+                    1.0
+                };
+                (mirrored(u.cosine_hemisphere()), Lobe::Transmission, eta)
+            }
+            ChosenLobe::Diffuse(_) => (u.cosine_hemisphere(), Lobe::Diffuse, 1.0),
             ChosenLobe::Coat => return self.sample_coat(state, u),
             ChosenLobe::Base(uc) if self.facets.is_smooth() => return self.sample_smooth(state, uc),
             ChosenLobe::Base(uc) => {
@@ -419,15 +443,15 @@ impl BsdfKind for Layered {
     }
 
     fn transmits(&self) -> bool {
-        self.transmission > 0.0 && self.metallic < 1.0
+        (self.transmission > 0.0 || self.diffuse_transmission > 0.0) && self.metallic < 1.0
     }
 
     fn reflects_totally(&self, wo_z: f32) -> bool {
-        self.boundary == Boundary::Solid && self.transmits() && is_total(wo_z, self.ior)
+        self.boundary == Boundary::Solid && self.is_clear() && is_total(wo_z, self.ior)
     }
 
     fn straight(&self, wo: Vec3) -> Rgb {
-        if !self.transmits() || !self.facets.is_smooth() || self.boundary == Boundary::Solid {
+        if !self.is_clear() || !self.facets.is_smooth() || self.boundary == Boundary::Solid {
             return Rgb::BLACK;
         }
         self.lobe_state(wo)

@@ -9,6 +9,8 @@
 //! | `specular` | amount (a): strength of the reflection above the diffuse base | | 1 |
 //! | `specular_color` | colour: tint of that reflection at normal incidence | | 1 |
 //! | `transmission` | amount (r): how much of what is not metal is transparent | | 0 |
+//! | `diffuse_transmission` | amount (a): how much of the diffuse light leaves on the other side, as through a leaf or paper | | 0 |
+//! | `diffuse_transmission_color` | colour of that light | | 1 |
 //! | `thickness` | number of at least 0: above 0 the surface bounds a volume, which refracts | m | 0 |
 //! | `attenuation_color` | `[r, g, b]`: the colour of white light after `attenuation_distance` in the volume | | 1 |
 //! | `attenuation_distance` | number above 0; also makes the surface bound a volume | m | no absorption |
@@ -112,6 +114,8 @@ pub struct Principled {
     pub specular: Scalar,
     pub specular_color: Color,
     pub transmission: Scalar,
+    pub diffuse_transmission: Scalar,
+    pub diffuse_transmission_color: Color,
     pub boundary: Boundary,
     /// The absorption coefficient of the body, in m^-1.
     pub absorption: Rgb,
@@ -162,6 +166,8 @@ impl Default for Principled {
             specular: all,
             specular_color: gray(1.0),
             transmission: none,
+            diffuse_transmission: none,
+            diffuse_transmission_color: gray(1.0),
             boundary: Boundary::ThinWalled,
             absorption: Rgb::BLACK,
             priority: 0,
@@ -212,6 +218,8 @@ impl Principled {
             metallic: unit_scalar(&self.metallic),
             boundary,
             transmission,
+            diffuse_transmission: unit_scalar(&self.diffuse_transmission),
+            diffuse_transmission_color: textures.color(&self.diffuse_transmission_color, at),
             facets: if boundary == Boundary::Solid && transmission > 0.0 {
                 facets.isotropic()
             } else {
@@ -254,7 +262,7 @@ impl MaterialKind for Principled {
         let reflected = layered.reflectance_of_boundary();
         let coat = layered.coat * 0.04;
         let base = layered.base_color * (1.0 - metal - clear).max(0.0);
-        let diffuse = base * ((1.0 - reflected.max_component()) * (1.0 - coat));
+        let diffuse = base * ((1.0 - reflected.max_component()) * (1.0 - coat) * (1.0 - layered.diffuse_transmission));
         let mirror = layered.base_color * metal + reflected * (1.0 - metal - clear).max(0.0) + Rgb::gray(coat);
         let rough = layered.facets.alpha.max_element();
         let terms = WhittedTerms {
@@ -335,8 +343,9 @@ impl MaterialKind for Principled {
     }
 
     fn medium(&self) -> Option<Medium> {
-        let is_clear = !matches!(self.transmission, Scalar::Constant(0.0));
-        (self.boundary == Boundary::Solid && is_clear).then_some(Medium {
+        let is_none = |part| matches!(part, Scalar::Constant(0.0));
+        let passes = !is_none(self.transmission) || !is_none(self.diffuse_transmission);
+        (self.boundary == Boundary::Solid && passes).then_some(Medium {
             absorption: self.absorption,
             ior: self.ior,
             priority: self.priority,
@@ -351,7 +360,11 @@ impl MaterialKind for Principled {
     }
 
     fn max_reflectance(&self, textures: &Textures<'_>) -> f32 {
-        textures.max_value(&self.base_color)
+        let reflected = textures.max_value(&self.base_color);
+        match self.diffuse_transmission {
+            Scalar::Constant(0.0) => reflected,
+            _ => reflected.max(textures.max_value(&self.diffuse_transmission_color)),
+        }
     }
 
     fn is_spatially_varying(&self) -> bool {

@@ -11,7 +11,7 @@ const EXTENSIONS: [(&str, Treatment); 24] = [
     ("KHR_lights_punctual", Treatment::Rendered),
     ("KHR_materials_anisotropy", Treatment::Rendered),
     ("KHR_materials_clearcoat", Treatment::Rendered),
-    ("KHR_materials_diffuse_transmission", Treatment::Without("")),
+    ("KHR_materials_diffuse_transmission", Treatment::Rendered),
     ("KHR_materials_dispersion", Treatment::Without("")),
     ("KHR_materials_emissive_strength", Treatment::Rendered),
     ("KHR_materials_ior", Treatment::Rendered),

@@ -217,6 +217,12 @@ impl Reader<'_, '_> {
             let factor = ("transmissionFactor", 0.0);
             surface.transmission = self.scalar(clear, factor, "transmissionTexture", Channel::R)?;
         }
+        if let Some(diffuse) = extensions.get("KHR_materials_diffuse_transmission") {
+            let (factor, texture) = (("diffuseTransmissionFactor", 0.0), "diffuseTransmissionTexture");
+            let (color, map) = ("diffuseTransmissionColorFactor", "diffuseTransmissionColorTexture");
+            surface.diffuse_transmission = self.scalar(diffuse, factor, texture, Channel::A)?;
+            surface.diffuse_transmission_color = self.color(diffuse, color, 1.0, map)?;
+        }
         if let Some(volume) = extensions.get("KHR_materials_volume") {
             if number(volume, "thicknessFactor", 0.0) > 0.0 {
                 surface.boundary = Boundary::Solid;

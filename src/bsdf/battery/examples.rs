@@ -119,6 +119,18 @@ pub fn white_examples() -> Vec<Example> {
             ..tilted(diffuse)
         };
         add("plastic under a smooth tilted coat", smooth);
+        let leaf = Layered {
+            diffuse_transmission: 0.6,
+            ..diffuse
+        };
+        add("leaf", leaf);
+        add(
+            "wax",
+            Layered {
+                boundary: Boundary::Solid,
+                ..coated(leaf)
+            },
+        );
         let dusty = |base: Layered| Layered {
             sheen: white,
             sheen_roughness: roughness,
@@ -157,6 +169,8 @@ pub fn examples() -> Vec<Example> {
             base_color: rose,
             metallic: 0.3,
             transmission: 0.4,
+            diffuse_transmission: 0.3,
+            diffuse_transmission_color: sea,
             facets: brushed,
             rotation: Vec2::new(0.6, 0.8),
             ior: 1.7,
@@ -182,6 +196,7 @@ pub fn examples() -> Vec<Example> {
         add("everything on a sheet", Bsdf::Layered(sheet));
         let opaque = Layered {
             transmission: 0.0,
+            diffuse_transmission: 0.0,
             ..all_of_it
         };
         add("everything opaque", Bsdf::Layered(opaque));

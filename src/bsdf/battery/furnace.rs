@@ -155,6 +155,8 @@ fn drawn(i: u32) -> Layered {
         base_color: Rgb::WHITE,
         metallic: one_of(4, &[0.0, 0.0, 0.5, 1.0]),
         transmission,
+        diffuse_transmission: part(14),
+        diffuse_transmission_color: Rgb::WHITE,
         facets: if boundary == Boundary::Solid && transmission > 0.0 {
             facets.isotropic()
         } else {

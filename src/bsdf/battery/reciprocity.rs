@@ -6,6 +6,7 @@ use super::{
         dielectric::RoughDielectric,
         diffuse::{Lambert, OrenNayar},
         fresnel,
+        layered::Layered,
         microfacet::Ggx,
         phong::{Phong, PhongWeights},
     },
@@ -37,6 +38,22 @@ fn diffuse_and_phong_bsdfs_are_reciprocal() {
             let (there, back) = (bsdf.eval(wo, wi).f_cos() / wi.z, bsdf.eval(wi, wo).f_cos() / wo.z);
             assert!(close(there, back, 1e-4), "{bsdf:?}: {there:?} {back:?}");
         }
+    }
+}
+
+#[test]
+fn light_that_passes_a_diffuse_base_takes_the_same_way_back() {
+    let leaf = Bsdf::Layered(Layered {
+        diffuse_transmission: 0.7,
+        diffuse_transmission_color: Rgb::new(0.2, 0.6, 0.1),
+        facets: Ggx::from_roughness(0.4, 0.5),
+        ..Layered::default()
+    });
+    for (a, b, turn) in PAIRS {
+        let (wo, wi) = (direction(a, 0.3), direction(-b, 0.3 + turn));
+        let (there, back) = (leaf.eval(wo, wi), leaf.eval(wi, wo));
+        assert!(there.glossy.is_black() && !there.diffuse.is_black());
+        assert!(close(there.diffuse / b, back.diffuse / a, 1e-4), "{there:?} {back:?}");
     }
 }
 

@@ -16,7 +16,8 @@ pub(super) struct LobeProbabilities {
 pub(super) enum ChosenLobe {
     Sheen,
     Coat,
-    Diffuse,
+    /// With a fresh uniform number.
+    Diffuse(f32),
     /// With a fresh uniform number.
     Base(f32),
 }
@@ -37,21 +38,21 @@ impl LobeProbabilities {
     /// The lobe of the uniform number `uc`.
     pub fn choose(&self, uc: f32) -> ChosenLobe {
         let mut rest = uc;
-        for (probability, choice) in [
-            (self.sheen, ChosenLobe::Sheen),
-            (self.coat, ChosenLobe::Coat),
-            (self.diffuse, ChosenLobe::Diffuse),
-        ] {
+        for (probability, choice) in [(self.sheen, ChosenLobe::Sheen), (self.coat, ChosenLobe::Coat)] {
             if rest < probability {
                 return choice;
             }
             rest -= probability;
         }
+        if rest < self.diffuse {
+            return ChosenLobe::Diffuse(rest / self.diffuse);
+        }
+        rest -= self.diffuse;
         if self.base > 0.0 {
             ChosenLobe::Base((rest / self.base).min(1.0 - f32::EPSILON))
         } else {
             // Rounding went past the last of them.
-            ChosenLobe::Diffuse
+            ChosenLobe::Diffuse(0.0)
         }
     }
 }

@@ -23,6 +23,8 @@ pub struct PrincipledDesc {
     pub specular: Option<Spanned<ScalarSource>>,
     pub specular_color: Option<Spanned<ColorSource>>,
     pub transmission: Option<Spanned<ScalarSource>>,
+    pub diffuse_transmission: Option<Spanned<ScalarSource>>,
+    pub diffuse_transmission_color: Option<Spanned<ColorSource>>,
     pub thickness: Option<NonNegative>,
     pub attenuation_color: Option<Spanned<RgbFactor>>,
     pub attenuation_distance: Option<Positive>,
@@ -79,6 +81,8 @@ impl PrincipledDesc {
             specular: unit_scalar(&self.specular, 1.0, Channel::A)?,
             specular_color: color(&self.specular_color, plain.specular_color)?,
             transmission: unit_scalar(&self.transmission, 0.0, Channel::R)?,
+            diffuse_transmission: unit_scalar(&self.diffuse_transmission, 0.0, Channel::A)?,
+            diffuse_transmission_color: color(&self.diffuse_transmission_color, plain.diffuse_transmission_color)?,
             boundary: if has_body {
                 Boundary::Solid
             } else {

@@ -24,6 +24,7 @@ impl Principled {
             metallic: Scalar::Constant(0.0),
             specular: Scalar::Constant(0.0),
             transmission: Scalar::Constant(0.0),
+            diffuse_transmission: Scalar::Constant(0.0),
             clearcoat: Scalar::Constant(0.0),
             normal: None,
             heights: None,
@@ -83,11 +84,12 @@ impl Principled {
     }
 
     /// All colours and numbers but the maps.
-    pub(super) fn sources(&self) -> ([&Color; 4], [&Scalar; 11]) {
+    pub(super) fn sources(&self) -> ([&Color; 5], [&Scalar; 12]) {
         let colors = [
             &self.base_color,
             &self.specular_color,
             &self.sheen_color,
+            &self.diffuse_transmission_color,
             &self.emissive,
         ];
         let scalars = [
@@ -95,6 +97,7 @@ impl Principled {
             &self.roughness,
             &self.specular,
             &self.transmission,
+            &self.diffuse_transmission,
             &self.clearcoat,
             &self.clearcoat_roughness,
             &self.sheen_roughness,
@@ -106,11 +109,12 @@ impl Principled {
         (colors, scalars)
     }
 
-    fn sources_mut(&mut self) -> ([&mut Color; 4], [&mut Scalar; 11]) {
+    fn sources_mut(&mut self) -> ([&mut Color; 5], [&mut Scalar; 12]) {
         let colors = [
             &mut self.base_color,
             &mut self.specular_color,
             &mut self.sheen_color,
+            &mut self.diffuse_transmission_color,
             &mut self.emissive,
         ];
         let scalars = [
@@ -118,6 +122,7 @@ impl Principled {
             &mut self.roughness,
             &mut self.specular,
             &mut self.transmission,
+            &mut self.diffuse_transmission,
             &mut self.clearcoat,
             &mut self.clearcoat_roughness,
             &mut self.sheen_roughness,
