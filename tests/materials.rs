@@ -235,3 +235,50 @@ fn a_leaf_sends_its_part_of_the_light_to_each_side_by_lamberts_law() {
         assert!(is_right, "{keys}: {found:?} instead of {expected:?}");
     }
 }
+
+#[test]
+fn a_prism_sends_each_channel_in_the_direction_of_its_index() {
+    // A wedge: light goes straight through the face at z = 1 and meets the other one at 30 degrees.
+    let (sin, cos) = trig::sin_cos(trig::radians(30.0));
+    let (slope, slant) = (sin / cos, cos);
+    let z = |x: f32| -slope * x;
+    let wedge = format!(
+        "v -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\nv -1 -1 {0}\nv 1 -1 {1}\nv 1 1 {1}\nv -1 1 {0}\n\
+         f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n",
+        z(-1.0),
+        z(1.0)
+    );
+    let fresnel = |cos_i: f32, eta: f32| {
+        let cos_t = (1.0 - (1.0 - cos_i * cos_i) / (eta * eta)).sqrt();
+        let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+        let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+        0.5 * (parallel * parallel + perpendicular * perpendicular)
+    };
+    let folder = Folder::new();
+    folder.write("wedge.obj", &wedge);
+    // An Abbe number of 5: red and blue are 0.1 apart.
+    for (channel, ior) in [1.45_f32, 1.5, 1.55].into_iter().enumerate() {
+        let angle = trig::asin(ior * 0.5) - trig::radians(30.0);
+        let (sin, cos) = trig::sin_cos(angle);
+        // The outward normal of the slanting face is (-tan 30, 0, -1), so light is bent towards x.
+        let at = |along: f32, y: f32| [20.0 * sin + along * cos, y, along * sin - 20.0 * cos];
+        let lamp = [at(-0.2, -0.2), at(0.2, -0.2), at(0.2, 0.2), at(-0.2, 0.2)];
+        let pixels = folder.render(&format!(
+            "[render]\nwidth = 2\nheight = 2\nsamples = 1024\nintegrator.path = {{ max_depth = 3 }}\n\
+             [camera]\northographic = {{ eye = [0, 0, 5], target = [0, 0, 0], height = 0.01 }}\n\
+             [material.prism]\nprincipled = {{ base_color = 1, transmission = 1, roughness = 0, ior = 1.5, thickness = 1, \
+             dispersion = 4 }}\n[material.lamp]\nemitter = {{ radiance = 1, two_sided = true }}\n\
+             [[object]]\nmaterial = \"prism\"\nshape.mesh = {{ file = \"wedge.obj\" }}\n\
+             [[object]]\nmaterial = \"lamp\"\nshape.quad = {{ corners = {lamp:?} }}\n"
+        ));
+        let found = [0, 1, 2].map(|k| pixels.iter().map(|p| p[k]).sum::<f32>() / pixels.len() as f32);
+        let passed = (1.0 - fresnel(1.0, ior)) * (1.0 - fresnel(slant, ior.recip()));
+        for (k, found) in found.into_iter().enumerate() {
+            let expected = if k == channel { passed } else { 0.0 };
+            assert!(
+                (found - expected).abs() < 0.03,
+                "{ior}, channel {k}: {found} instead of {expected}"
+            );
+        }
+    }
+}

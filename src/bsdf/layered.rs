@@ -11,9 +11,12 @@ use std::f32::consts::TAU;
 mod clear;
 mod coat;
 mod diffuse;
+mod dispersion;
+pub mod hero_channel;
 mod lobes;
 mod reflectance;
 
+use hero_channel::HeroChannel;
 use lobes::{ChosenLobe, LobeProbabilities};
 use reflectance::ClearReflectance;
 
@@ -55,6 +58,10 @@ pub struct Layered {
     pub rotation: Vec2,
     /// Index of refraction behind the surface over that in front.
     pub ior: f32,
+    /// 20 over the Abbe number of a solid; 0 is none.
+    pub dispersion: f32,
+    /// The channel whose index `ior` is, in a dispersive solid.
+    pub hero: Option<HeroChannel>,
     pub boundary: Boundary,
     /// Strength of the boundary's reflection.
     pub specular: f32,
@@ -82,6 +89,8 @@ impl Default for Layered {
             facets: Ggx::new(Vec2::ONE),
             rotation: Vec2::X,
             ior: 1.5,
+            dispersion: 0.0,
+            hero: None,
             boundary: Boundary::ThinWalled,
             specular: 1.0,
             specular_color: Rgb::WHITE,
@@ -293,7 +302,8 @@ impl Layered {
     /// The light that clear facets transmit at the cosine `cos`, before masking.
     fn passing_weight(&self, state: &LobeState, cos: f32) -> Rgb {
         let passed = self.clear_shares(&state.clear_reflectance, cos, state.eta).1;
-        self.base_color * passed * (state.clear_gain * state.clear * state.under_coat)
+        let all = self.base_color * passed * (state.clear_gain * state.clear * state.under_coat);
+        self.hero.map_or(all, |hero| all * hero.weight())
     }
 
     /// All lobes that are not delta; `i` is seen from the side of `view.o`.
@@ -436,6 +446,7 @@ impl BsdfKind for Layered {
     }
 
     fn sample_prepared(&self, state: &Option<LobeState>, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
+        let uc = self.hero.map_or(uc, |hero| hero.fresh(uc));
         let sample = self.sample_upright(state.as_ref()?, uc, u)?;
         let i = self.surface_from_facet(sample.wi);
         let wi = if wo.z < 0.0 { mirrored(i) } else { i };

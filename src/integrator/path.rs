@@ -39,7 +39,7 @@ use super::{
     max_depth,
 };
 use crate::{
-    bsdf::{BsdfKind, BsdfVisitor, Lobe, folded::Folded, fresnel::reflect},
+    bsdf::{Bsdf, BsdfKind, BsdfVisitor, Lobe, folded::Folded, fresnel::reflect, layered::hero_channel::HeroChannel},
     geometry::Hit,
     material::{Emission, Material},
     math::{Frame, Ray, Rgb, Vec3},
@@ -130,6 +130,15 @@ impl Integrator for PathTracer {
             return;
         }
         let mut bsdf = material.bsdf(&scene.textures(), &surface.texture);
+        if let Bsdf::Layered(layered) = &mut bsdf
+            && layered.disperses()
+        {
+            // The number that chooses the lobe chooses the channel as well.
+            let choice = context.numbers.get_2d(Dimension::at(path.depth, SampleUse::Selection));
+            if let Some(hero) = HeroChannel::choose(path.throughput, choice.y) {
+                *layered = layered.for_channel(hero);
+            }
+        }
         if let Some(ior) = scene.ior_outside(path.last.media, surface.material) {
             bsdf = bsdf.immersed(ior);
         }

@@ -12,7 +12,7 @@ const EXTENSIONS: [(&str, Treatment); 24] = [
     ("KHR_materials_anisotropy", Treatment::Rendered),
     ("KHR_materials_clearcoat", Treatment::Rendered),
     ("KHR_materials_diffuse_transmission", Treatment::Rendered),
-    ("KHR_materials_dispersion", Treatment::Without("")),
+    ("KHR_materials_dispersion", Treatment::Rendered),
     ("KHR_materials_emissive_strength", Treatment::Rendered),
     ("KHR_materials_ior", Treatment::Rendered),
     ("KHR_materials_iridescence", Treatment::Rendered),

@@ -237,6 +237,9 @@ impl Reader<'_, '_> {
                 self.model.add_feature("thicknessTexture", "material", why);
             }
         }
+        if let Some(dispersion) = extensions.get("KHR_materials_dispersion") {
+            surface.dispersion = number(dispersion, "dispersion", 0.0).max(0.0);
+        }
         if let Some(strength) = extensions.get("KHR_materials_emissive_strength") {
             surface.emissive_strength = number(strength, "emissiveStrength", 1.0).max(0.0);
         }

@@ -1,7 +1,9 @@
 use super::*;
 use crate::{
+    assets::model::ModelFeature,
     math::{DVec3, Rgb, Vec2, Vec4},
-    texture::{Color, TextureId},
+    texture::{Color, Scalar, TextureId},
+    value::Channel,
 };
 
 /// A triangle in the xy plane, as bytes.
@@ -293,4 +295,34 @@ fn a_variant_gives_each_primitive_its_material_and_others_keep_theirs() {
         materials(Some("gren")).unwrap_err(),
         "unknown material variant `gren` (did you mean `green`?): a.glb"
     );
+}
+
+#[test]
+fn extensions_of_materials_are_read_and_leave_nothing_to_warn_of() {
+    let rest = format!(
+        r#"{ACCESSORS}, "extensionsUsed": ["KHR_materials_anisotropy", "KHR_materials_clearcoat", "KHR_materials_dispersion",
+        "KHR_materials_diffuse_transmission"],
+        "images": [{{"uri": "a.png"}}, {{"uri": "b.png"}}], "textures": [{{"source": 0}}, {{"source": 1}}],
+        "materials": [{{"extensions": {{
+            "KHR_materials_anisotropy": {{"anisotropyStrength": 0.5, "anisotropyRotation": 1, "anisotropyTexture": {{"index": 0}}}},
+            "KHR_materials_clearcoat": {{"clearcoatFactor": 1, "clearcoatNormalTexture": {{"index": 1, "scale": 0.25}}}},
+            "KHR_materials_dispersion": {{"dispersion": 0.3}},
+            "KHR_materials_diffuse_transmission": {{"diffuseTransmissionFactor": 0.75, "diffuseTransmissionTexture": {{"index": 0}},
+                "diffuseTransmissionColorFactor": [1, 0.5, 0], "diffuseTransmissionColorTexture": {{"index": 1}}}}}}}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "material": 0}}]}}], "nodes": [{{"mesh": 0}}]"#
+    );
+    let model = read(&rest).unwrap();
+    let surface = &model.materials[0].surface;
+    // Of the second image colours and raw numbers are read.
+    let (first, raw, colors) = (TextureId(1), TextureId(0), TextureId(2));
+    assert_eq!(surface.anisotropy, Scalar::Texture(first, Channel::B, 0.5));
+    assert!(matches!(surface.anisotropy_direction, Some(Color::Texture(id)) if id == first));
+    let coat = surface.clearcoat_normal.expect("a normal map");
+    assert!(matches!(coat.color, Color::Texture(id) if id == raw) && coat.scale == 0.25);
+    assert_eq!(surface.dispersion, 0.3);
+    assert_eq!(surface.diffuse_transmission, Scalar::Texture(first, Channel::A, 0.75));
+    let passed = Rgb::new(1.0, 0.5, 0.0);
+    assert!(matches!(surface.diffuse_transmission_color, Color::Tinted(id, tint) if id == colors && tint == passed));
+    let losses: Vec<String> = model.features.iter().filter_map(ModelFeature::loss).collect();
+    assert!(losses.is_empty(), "{losses:?}");
 }

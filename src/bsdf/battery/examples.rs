@@ -5,7 +5,7 @@ use super::super::{
     conductor::{Conductor, Reflectance},
     dielectric::{RoughDielectric, ThinDielectric},
     diffuse::{Lambert, OrenNayar},
-    layered::{Boundary, Layered},
+    layered::{Boundary, Layered, hero_channel::HeroChannel},
     microfacet::Ggx,
     phong::{Phong, PhongWeights},
     specular::{Mirror, SmoothDielectric},
@@ -97,6 +97,14 @@ pub fn white_examples() -> Vec<Example> {
         };
         add("clear", clear);
         add("dense clear", Layered { ior: 2.4, ..clear });
+        let prism = Layered {
+            dispersion: 4.0,
+            ..clear
+        };
+        let hero = HeroChannel::choose(Rgb::new(0.0, 1.0, 0.0), 0.5).expect("green");
+        // A path of green light meets what is white for green.
+        let white_for_green = prism.for_channel(hero);
+        add("prism", white_for_green);
         let sheet = Layered {
             boundary: Boundary::ThinWalled,
             ..clear
@@ -174,6 +182,8 @@ pub fn examples() -> Vec<Example> {
             facets: brushed,
             rotation: Vec2::new(0.6, 0.8),
             ior: 1.7,
+            dispersion: 0.0,
+            hero: None,
             boundary: Boundary::Solid,
             specular: 0.8,
             specular_color: sea,

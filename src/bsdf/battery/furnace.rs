@@ -164,6 +164,8 @@ fn drawn(i: u32) -> Layered {
         },
         rotation: Vec2::X,
         ior: one_of(5, &[1.1, 1.33, 1.5, 1.8, 2.4, 0.8, 3.5]),
+        dispersion: 0.0,
+        hero: None,
         boundary,
         specular: 1.0 - part(6),
         specular_color: Rgb::WHITE,
