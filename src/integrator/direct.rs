@@ -6,12 +6,13 @@
 
 use serde::Deserialize;
 
-use super::{DirectionPdf, Lobes, ShadingOutput, ShadowPassage, Tag, VertexContext};
+use super::{DirectionPdf, Lobes, ShadingOutput, ShadowPassage, Stage, Tag, VertexContext};
 use crate::{
     bsdf::BsdfKind,
+    light::LightSample,
     math::{Frame, Rgb, Vec3},
     sampler::{Dimension, SampleUse},
-    scene::{LightFamily, LightSampleContext, SurfaceInteraction},
+    scene::{LightFamily, LightSampleContext, SampledLight, SurfaceInteraction},
 };
 
 /// The technique of sampling direct light. All converge to the same picture; they differ in noise.
@@ -133,19 +134,11 @@ fn sample_family(
     how: &DirectLight<impl Fn(Rgb) -> Rgb, impl Fn(bool) -> ShadowPassage>,
     out: &mut ShadingOutput,
 ) {
-    let (scene, depth) = (context.scene, context.path.depth);
     let receiver = shading.receiver();
-    let Some(choice) = scene.lights.choose(family, &receiver, uc) else {
-        return;
-    };
-    let sample_use = match family {
-        LightFamily::Lamps | LightFamily::Suns => SampleUse::Light,
-        LightFamily::Background => SampleUse::Background,
-    };
-    let u = context.numbers.get_2d(Dimension::at(depth, sample_use));
-    let Some(sample) = scene.sample_light(choice.light, receiver.p, u) else {
-        return;
-    };
+    out.clock.lap(Stage::Bsdf);
+    let sample = sample_light(context, family, &receiver, uc);
+    out.clock.lap(Stage::Light);
+    let Some((choice, sample)) = sample else { return };
     let wi_local = shading.frame.to_local(sample.wi);
     let eval = shading
         .bsdf
@@ -165,7 +158,7 @@ fn sample_family(
             (how.clamp)(l),
             || (how.passage)(transmitted),
             || Tag {
-                group: scene.group_of(choice.light),
+                group: context.scene.group_of(choice.light),
                 lobes: if transmitted {
                     Lobes::Transmitted
                 } else {
@@ -174,6 +167,24 @@ fn sample_family(
             },
         );
     }
+}
+
+/// A light of a family, chosen by `uc`, and the light that it sends to `receiver`, if any.
+#[inline(always)]
+fn sample_light(
+    context: &VertexContext<'_>,
+    family: LightFamily,
+    receiver: &LightSampleContext,
+    uc: f32,
+) -> Option<(SampledLight, LightSample)> {
+    let (scene, depth) = (context.scene, context.path.depth);
+    let choice = scene.lights.choose(family, receiver, uc)?;
+    let sample_use = match family {
+        LightFamily::Lamps | LightFamily::Suns => SampleUse::Light,
+        LightFamily::Background => SampleUse::Background,
+    };
+    let u = context.numbers.get_2d(Dimension::at(depth, sample_use));
+    Some((choice, scene.sample_light(choice.light, receiver.p, u)?))
 }
 
 #[cfg(test)]
