@@ -4,7 +4,7 @@ mod common;
 
 use batch_render::{
     compile::{self, Instancing},
-    scene::ObjectId,
+    scene::{MatteKind, ObjectId},
 };
 use common::{Folder, repo_str};
 
@@ -144,7 +144,10 @@ fn materials_objects_and_nodes_keep_their_names() {
         let names: Vec<_> = scene.objects.iter().map(|o| o.name.as_str()).collect();
         assert_eq!(names, ["guard", "floor"]);
         let (guard, floor) = (ObjectId(0), ObjectId(1));
-        assert_eq!(scene.asset_name(floor, None), "floor");
+        assert_eq!(
+            (scene.asset_name(floor), scene.asset_name(guard)),
+            ("floor", "robot.gltf")
+        );
         let instances = scene.instances.iter().map(|i| i.node);
         let meshes = scene.meshes.iter().map(|m| m.node);
         let nodes: Vec<_> = if instances.len() == 2 {
@@ -152,12 +155,21 @@ fn materials_objects_and_nodes_keep_their_names() {
         } else {
             meshes.collect()
         };
-        let assets: Vec<_> = nodes.iter().map(|node| scene.asset_name(guard, *node)).collect();
+        let parts: Vec<_> = nodes.iter().map(|node| scene.part_name(guard, *node)).collect();
+        assert_eq!(parts, ["guard/arm/hand", "guard/arm/node 2"], "{instancing:?}");
+        let names = |kind| -> Vec<_> {
+            let mattes = &scene.mattes().table(kind).mattes;
+            mattes.iter().map(|m| m.name.clone()).collect()
+        };
+        let mut objects = names(MatteKind::Object);
+        objects.sort();
         assert_eq!(
-            assets,
-            ["robot.gltf/arm/hand", "robot.gltf/arm/node 2"],
+            objects,
+            ["floor", "guard/arm/hand", "guard/arm/node 2"],
             "{instancing:?}"
         );
+        assert_eq!(names(MatteKind::Material), ["tiles", "steel"]);
+        assert_eq!(names(MatteKind::Asset), ["robot.gltf", "floor"]);
     }
 }
 

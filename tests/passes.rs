@@ -73,9 +73,17 @@ fn channel_names(spec: &PassSpec) -> Vec<String> {
     let layer = match spec.source {
         PassSource::Integrator => return spec.channels.iter().map(|c| (*c).to_owned()).collect(),
         PassSource::LightGroup => "lightgroup_default",
+        // The second rank of few samples may be empty.
+        PassSource::Matte(_) => return ["00.R", "00.G"].map(|c| format!("{}{c}", spec.name)).to_vec(),
         _ => spec.name,
     };
     spec.channels.iter().map(|c| format!("{layer}.{c}")).collect()
+}
+
+/// The names of all channels of a pass of mattes.
+fn matte_channels(spec: &PassSpec) -> Vec<String> {
+    let layers = (0..3).flat_map(|layer| ["R", "G", "B", "A"].map(|c| format!("{}{layer:02}.{c}", spec.name)));
+    layers.collect()
 }
 
 /// Beside the beauty, which stays what it is.
@@ -115,6 +123,7 @@ fn is_shown(spec: &PassSpec) -> Result<(), Failed> {
     let mut found: Vec<String> = channels(&open(&folder, "f.exr")).into_iter().map(|(n, _)| n).collect();
     let mut expected = match spec.is_light() {
         true => ["R", "G", "B"].map(str::to_owned).to_vec(),
+        false if matches!(spec.source, PassSource::Matte(_)) => matte_channels(spec),
         false => channel_names(spec),
     };
     expected.push("A".to_owned());

@@ -12,7 +12,7 @@ use crate::{
     camera::{Camera, FrameCamera, Lens, SceneCamera, path::CameraPath},
     describe::{Diagnostics, SceneDesc},
     error::Error,
-    film::{Film, FilmLayout, Window},
+    film::{Film, Window, coverage::DEFAULT_RANKS},
     integrator::{BuiltIn, IntegratorDesc},
     math::DVec3,
     output::{self, Compression, Coverage, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown},
@@ -241,6 +241,10 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
         filter,
         content: Content::Light,
         passes: Vec::new(),
+        matte_ranks: request
+            .cryptomatte_levels
+            .or(desc.output.cryptomatte_levels.as_ref().map(|n| n.get_ref().0))
+            .unwrap_or(DEFAULT_RANKS),
     })
 }
 
@@ -255,7 +259,8 @@ fn take_memory(
     memory: &MemoryBudget,
 ) -> Result<(), Error> {
     let picture = render::picture_of(integrator.as_dyn());
-    let layout = FilmLayout::new(picture, &settings.passes, &desc.light_groups())
+    let layout = settings
+        .film_layout(picture, &desc.light_groups())
         .map_err(|unknown| Error::Usage(unknown.to_string()))?;
     let frame = (settings.window.area() as u64).saturating_mul(layout.bytes_per_pixel());
     let bytes = frame.saturating_mul(FRAMES_IN_MEMORY);

@@ -27,6 +27,8 @@ pub struct Request {
     pub integrator: Option<String>,
     /// Names of passes that EXR files hold beside the beauty, in place of the scene's; empty for the scene's.
     pub aovs: Vec<String>,
+    /// The mattes of each pixel that Cryptomatte passes keep.
+    pub cryptomatte_levels: Option<u32>,
     /// The name of a pass that files show in place of the beauty.
     pub show: Option<String>,
     /// The name of the display transform of 8-bit files.

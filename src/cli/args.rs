@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use batch_render::{assets::store::MissingAssets, sampler::SeedMode};
 use clap::{ArgAction, Args as ClapArgs, Parser, Subcommand, ValueEnum};
 
-use super::values::{crop, exposure, radius, resolution, seed_mode, size};
+use super::values::{crop, cryptomatte_levels, exposure, radius, resolution, seed_mode, size};
 
 /// The headings of the help, in the order in which they appear.
 mod heading {
@@ -191,6 +191,10 @@ pub struct RenderArgs {
     /// Passes of EXR files beside the beauty: depth,N,lightgroup or all
     #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "show", help_heading = heading::PICTURE)]
     pub aovs: Vec<String>,
+
+    /// Mattes of each pixel that Cryptomatte passes keep, an even number up to 16
+    #[arg(long, value_name = "N", value_parser = cryptomatte_levels, hide_short_help = true, help_heading = heading::PICTURE)]
+    pub cryptomatte_levels: Option<u32>,
 
     /// One pass in place of the beauty, such as depth
     #[arg(long, value_name = "PASS", help_heading = heading::PICTURE)]

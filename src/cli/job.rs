@@ -188,6 +188,7 @@ fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         seed_mode: args.seed_mode,
         integrator: args.integrator.clone(),
         aovs: args.aovs.clone(),
+        cryptomatte_levels: args.cryptomatte_levels,
         show: args.show.clone(),
         view: args.view.clone(),
         exposure: args.exposure,

@@ -1,6 +1,9 @@
 //! The values of flags, as they are typed.
 
-use batch_render::sampler::SeedMode;
+use batch_render::{
+    describe::{CRYPTOMATTE_LEVELS, are_cryptomatte_levels},
+    sampler::SeedMode,
+};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 /// Reads the name of a seed mode.
@@ -31,6 +34,14 @@ pub fn crop(text: &str) -> Result<[u32; 4], String> {
         Ok([_, _, _, _]) => Err("nothing is left: X1 must exceed X0, and Y1 exceed Y0".into()),
         _ => Err("expected four whole numbers X0,Y0,X1,Y1".into()),
     }
+}
+
+/// Reads the number of mattes that a pixel has.
+pub fn cryptomatte_levels(text: &str) -> Result<u32, String> {
+    let levels = text.parse().ok();
+    levels
+        .filter(|n| are_cryptomatte_levels(*n))
+        .ok_or_else(|| CRYPTOMATTE_LEVELS.into())
 }
 
 /// Reads a number of stops.

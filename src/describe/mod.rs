@@ -13,4 +13,4 @@ pub use diagnostics::{Diagnostics, Source};
 pub use light_group::LightGroupName;
 pub use read::{Error, load, parse};
 pub use scene::{BackgroundDesc, LightEntry, MaterialEntry, ObjectDesc, SceneDesc, TextureEntry, TransformDesc};
-pub use settings::{OneOrMany, OutputDesc, RenderDesc};
+pub use settings::{CRYPTOMATTE_LEVELS, OneOrMany, OutputDesc, RenderDesc, are_cryptomatte_levels};

@@ -102,6 +102,7 @@ impl Reader {
         });
         let background = take("background").and_then(|v| self.entity(v)).unwrap_or_default();
         let output: OutputDesc = take("output").and_then(|v| self.entity(v)).unwrap_or_default();
+        output.check(&mut self.problems);
         let textures = self.named(take("texture"), |r, name, v| r.texture(name, v));
         let materials = self.named(take("material"), |r, name, v| {
             let material: MaterialDesc = r.kind(v, "material")?;

@@ -87,6 +87,7 @@ fn some_kind_or_name<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Re
 /// |---|---|---|
 /// | `files` | a file pattern or a list of them, relative to the current folder | `<scene name>.####.exr` and `.png` |
 /// | `aovs` | a pass or a list of passes, or `"all"` | none |
+/// | `cryptomatte_levels` | mattes of each pixel that Cryptomatte passes keep, an even number up to 16 | 6 |
 /// | `show` | a pass | the beauty |
 /// | `view` | how a PNG file shows light, see below | `"srgb"` |
 /// | `exposure` | exposure of PNG files, in stops | 0 |
@@ -115,10 +116,32 @@ fn some_kind_or_name<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Re
 pub struct OutputDesc {
     pub files: Option<OneOrMany>,
     pub aovs: Option<OneOrMany>,
+    pub cryptomatte_levels: Option<Spanned<Count>>,
     pub show: Option<Spanned<String>>,
     pub view: Option<Spanned<String>>,
     pub exposure: Option<Finite>,
     pub compression: Option<Spanned<String>>,
+}
+
+/// The numbers that `cryptomatte_levels` may be.
+pub const CRYPTOMATTE_LEVELS: &str = "expected an even number from 2 to 16";
+
+/// Whether `cryptomatte_levels` may be `n`.
+pub fn are_cryptomatte_levels(n: u32) -> bool {
+    (2..=16).contains(&n) && n.is_multiple_of(2)
+}
+
+impl OutputDesc {
+    pub(super) fn check(&self, problems: &mut Vec<Problem>) {
+        if let Some(levels) = &self.cryptomatte_levels
+            && !are_cryptomatte_levels(levels.get_ref().0)
+        {
+            problems.push(Problem::at(
+                levels.span(),
+                format!("`cryptomatte_levels`: {CRYPTOMATTE_LEVELS}"),
+            ));
+        }
+    }
 }
 
 /// One text or several.

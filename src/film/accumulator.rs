@@ -5,9 +5,13 @@
 
 use super::{
     Film, FilmLayout, Window,
+    coverage::TileCoverage,
     passes::{PassContext, PassSource},
 };
-use crate::{math::Rgb, scene::FirstHit};
+use crate::{
+    math::Rgb,
+    scene::{FirstHit, MatteKind},
+};
 
 /// A sample on its way to a tile's accumulator.
 #[derive(Clone, Copy, Debug)]
@@ -74,6 +78,8 @@ pub struct AccumulatorLayout {
     /// The number of data values of a pixel.
     data_width: usize,
     backgrounds: Vec<f32>,
+    /// The planes of mattes: their index in the film, and what they show.
+    mattes: Vec<(usize, MatteKind)>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -93,10 +99,14 @@ impl AccumulatorLayout {
             data: Vec::new(),
             data_width: 0,
             backgrounds: Vec::new(),
+            mattes: Vec::new(),
         };
         for (plane, spec) in film.planes().iter().enumerate() {
             if let Some(layer) = spec.light_layer {
                 layout.light.push((plane, layer));
+            }
+            if let PassSource::Matte(kind) = spec.pass.source {
+                layout.mattes.push((plane, kind));
             }
             if let PassSource::FirstHit(value) = spec.pass.source {
                 layout.data.push(DataPlane {
@@ -124,6 +134,7 @@ pub struct TileAccumulator {
     nearest: Vec<f32>,
     /// The data values of that sample, one pixel after the other.
     data: Vec<f32>,
+    coverage: TileCoverage,
 }
 
 impl TileAccumulator {
@@ -136,6 +147,7 @@ impl TileAccumulator {
             light: vec![PixelSum::default(); pixels * layout.light.len()],
             nearest: vec![f32::INFINITY; if has_data { pixels } else { 0 }],
             data: layout.backgrounds.repeat(pixels),
+            coverage: TileCoverage::new(pixels, layout.mattes.len()),
         }
     }
 
@@ -169,6 +181,9 @@ impl TileAccumulator {
                 self.nearest[pixel] = sample.distance_squared;
                 self.set_data(layout, context, pixel, sample.first);
             }
+            if !layout.mattes.is_empty() {
+                self.add_mattes(layout, context, pixel, &sample);
+            }
         }
         self.beauty[pixel] = sum;
         invalid
@@ -188,6 +203,21 @@ impl TileAccumulator {
         for plane in &layout.data {
             let value = (plane.value)(first, context);
             values[plane.first..][..plane.width].copy_from_slice(&value[..plane.width]);
+        }
+    }
+
+    fn add_mattes(
+        &mut self,
+        layout: &AccumulatorLayout,
+        context: &PassContext<'_>,
+        pixel: usize,
+        sample: &SampleRecord<'_>,
+    ) {
+        self.coverage.add_sample(pixel, sample.weight);
+        let Some(first) = sample.first else { return };
+        for (pass, (_, kind)) in layout.mattes.iter().enumerate() {
+            let id = context.scene.mattes().id(*kind, context.scene, first);
+            self.coverage.add(pixel, pass, id, sample.weight);
         }
     }
 
@@ -213,6 +243,11 @@ impl TileAccumulator {
                 self.tile,
                 pixels.map(|values| &values[plane.first..][..plane.width]),
             );
+        }
+        for (pass, (plane, _)) in layout.mattes.iter().enumerate() {
+            let width = film.planes()[*plane].spec.width();
+            let values = self.coverage.resolve(pass, width / 2);
+            film.put(*plane, self.tile, values.chunks_exact(width));
         }
     }
 }

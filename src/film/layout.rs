@@ -1,7 +1,15 @@
 //! The planes of a film: which passes it holds, and what they need.
 
-use super::passes::{BEAUTY, Combine, PassRequest, PassSource, PassSpec, group_pass_name};
-use crate::{scene::LightGroup, value::UnknownName};
+use std::sync::Arc;
+
+use super::{
+    coverage::DEFAULT_RANKS,
+    passes::{BEAUTY, PassRequest, PassSource, PassSpec, group_pass_name},
+};
+use crate::{
+    scene::{LightGroup, MatteTable, Mattes},
+    value::UnknownName,
+};
 
 /// One plane of a film: the values of a pass.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,6 +19,10 @@ pub struct PlaneSpec {
     pub name: String,
     /// The layer of sorted light that it shows, where it does.
     pub light_layer: Option<usize>,
+    /// The mattes that it keeps of each pixel; 0 where it shows none.
+    pub ranks: u32,
+    /// The mattes that it shows, once the scene is known.
+    pub mattes: Option<Arc<MatteTable>>,
 }
 
 impl PlaneSpec {
@@ -19,17 +31,22 @@ impl PlaneSpec {
     pub fn width(&self) -> usize {
         match self.pass.source {
             PassSource::Integrator => 4,
+            PassSource::Matte(_) => 2 * self.ranks as usize,
             _ => self.pass.channels.len(),
         }
     }
 
-    /// The names of its channels in EXR files.
-    pub fn channel_names(&self) -> impl Iterator<Item = String> + '_ {
-        let name = |channel: &&str| match self.pass == BEAUTY {
-            true => (*channel).to_owned(),
-            false => format!("{}.{channel}", self.name),
-        };
-        self.pass.channels.iter().map(name)
+    /// The names of its channels in EXR files, in the order of its values.
+    pub fn channel_names(&self) -> Vec<String> {
+        let channels = self.pass.channels.iter();
+        match self.pass.source {
+            _ if self.pass == BEAUTY => channels.map(|channel| (*channel).to_owned()).collect(),
+            PassSource::Matte(_) => (0..self.ranks / 2)
+                .flat_map(|layer| channels.clone().map(move |channel| (layer, channel)))
+                .map(|(layer, channel)| format!("{}{layer:02}.{channel}", self.name))
+                .collect(),
+            _ => channels.map(|channel| format!("{}.{channel}", self.name)).collect(),
+        }
     }
 }
 
@@ -61,6 +78,10 @@ impl FilmLayout {
                 (PassSource::Integrator, _) => {}
                 (PassSource::Light(component), _) => planes.push(plane(spec, Some(component.layer()))),
                 (PassSource::FirstHit(_), _) => planes.push(plane(spec, None)),
+                (PassSource::Matte(_), _) => planes.push(PlaneSpec {
+                    ranks: DEFAULT_RANKS,
+                    ..plane(spec, None)
+                }),
                 (PassSource::LightGroup, PassRequest::Pass(_)) => {
                     planes.extend((0..groups.len()).map(|i| group_plane(spec, groups, i)));
                 }
@@ -83,6 +104,24 @@ impl FilmLayout {
         Ok(Self { planes: unique })
     }
 
+    /// The layout with so many ranks of each matte pass, an even number: two share a layer.
+    pub fn with_ranks(mut self, ranks: u32) -> Self {
+        for plane in self.planes.iter_mut().filter(|plane| plane.ranks > 0) {
+            plane.ranks = ranks.next_multiple_of(2);
+        }
+        self
+    }
+
+    /// The layout with the names of a scene's mattes, which files list.
+    pub fn with_mattes<'a>(mut self, mattes: impl Fn() -> &'a Mattes) -> Self {
+        for plane in &mut self.planes {
+            if let PassSource::Matte(kind) = plane.pass.source {
+                plane.mattes = Some(Arc::clone(mattes().table(kind)));
+            }
+        }
+        self
+    }
+
     pub fn planes(&self) -> &[PlaneSpec] {
         &self.planes
     }
@@ -96,7 +135,7 @@ impl FilmLayout {
     pub fn needs(&self) -> Needs {
         Needs {
             light_layers: self.planes.iter().any(|p| p.light_layer.is_some()),
-            first_hits: self.planes.iter().any(|p| p.pass.combine == Combine::Nearest),
+            first_hits: self.planes.iter().any(|p| p.pass.reads_first_hits()),
         }
     }
 }
@@ -106,14 +145,15 @@ fn plane(pass: &'static PassSpec, light_layer: Option<usize>) -> PlaneSpec {
         pass,
         name: pass.name.to_owned(),
         light_layer,
+        ranks: 0,
+        mattes: None,
     }
 }
 
 fn group_plane(pass: &'static PassSpec, groups: &[String], group: usize) -> PlaneSpec {
     PlaneSpec {
-        pass,
         name: group_pass_name(&groups[group]),
-        light_layer: Some(LightGroup(group as u16).layer()),
+        ..plane(pass, Some(LightGroup(group as u16).layer()))
     }
 }
 
@@ -142,8 +182,17 @@ mod tests {
         assert_eq!(names, ["beauty", "N", "lightgroup_default", "lightgroup_key"]);
         assert_eq!(layout.planes()[3].light_layer, Some(LightGroup(1).layer()));
         assert_eq!(layout.bytes_per_pixel(), 4 * (4 + 3 + 3 + 3));
-        let channels: Vec<_> = layout.planes()[1].channel_names().collect();
-        assert_eq!(channels, ["N.X", "N.Y", "N.Z"]);
+        assert_eq!(layout.planes()[1].channel_names(), ["N.X", "N.Y", "N.Z"]);
+    }
+
+    #[test]
+    fn two_ranks_of_mattes_share_a_layer() {
+        let layout = layout(&["CryptoAsset"], &[""]).unwrap().with_ranks(3);
+        let plane = &layout.planes()[1];
+        assert_eq!(plane.width(), 8);
+        let layers = ["CryptoAsset00", "CryptoAsset01"];
+        let expected = layers.map(|layer| ["R", "G", "B", "A"].map(|c| format!("{layer}.{c}")));
+        assert_eq!(plane.channel_names(), expected.concat());
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The film: samples to pixels, for the beauty and for every pass beside it.
 
 pub mod accumulator;
+pub mod coverage;
 pub mod layout;
 pub mod passes;
 pub mod window;

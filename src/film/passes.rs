@@ -5,7 +5,7 @@
 
 use crate::{
     camera::Camera,
-    scene::{Component, FirstHit},
+    scene::{Component, FirstHit, MatteKind, Scene},
     value::UnknownName,
 };
 
@@ -42,6 +42,8 @@ pub enum Combine {
     Filtered,
     /// The sample nearest to the pixel's centre; of equally near ones the first.
     Nearest,
+    /// The mattes that cover the pixel and the coverage of each by the pixel filter, from the most to the least.
+    Ranked,
 }
 
 /// The display of a pass in an 8-bit picture.
@@ -71,15 +73,19 @@ pub enum PassSource {
     Light(Component),
     /// The light of one group; the film has such a pass for each.
     LightGroup,
+    /// The mattes of this kind that the first hits are in: Cryptomatte. Two ranks share the channels of a layer, as many layers
+    /// have the pass's name and a number.
+    Matte(MatteKind),
     /// The first hit of a sample's camera ray.
     FirstHit(fn(&FirstHit, &PassContext<'_>) -> [f32; 3]),
 }
 
 /// The data that a pass may read beside the first hit.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct PassContext<'a> {
     /// The camera when the shutter opens.
     pub camera: &'a Camera,
+    pub scene: &'a Scene,
 }
 
 const fn light(name: &'static str, component: Component, about: &'static str) -> PassSpec {
@@ -91,6 +97,19 @@ const fn light(name: &'static str, component: Component, about: &'static str) ->
         background: 0.0,
         display: Display::Light,
         source: PassSource::Light(component),
+        about,
+    }
+}
+
+const fn matte(name: &'static str, kind: MatteKind, about: &'static str) -> PassSpec {
+    PassSpec {
+        name,
+        channels: &["R", "G", "B", "A"],
+        pixel: PixelType::Float,
+        combine: Combine::Ranked,
+        background: 0.0,
+        display: Display::Id,
+        source: PassSource::Matte(kind),
         about,
     }
 }
@@ -217,6 +236,17 @@ pub const PASSES: &[PassSpec] = &[
         source: PassSource::FirstHit(|hit, _| [f32::from_bits(hit.object.0 + 1), 0.0, 0.0]),
         about: "number of the object, 1 for the first of the scene file",
     },
+    matte(
+        "CryptoObject",
+        MatteKind::Object,
+        "Cryptomatte of the objects; the nodes of a glTF file, and the objects and groups of an OBJ file, are mattes of their own",
+    ),
+    matte("CryptoMaterial", MatteKind::Material, "Cryptomatte of the materials"),
+    matte(
+        "CryptoAsset",
+        MatteKind::Asset,
+        "Cryptomatte of the model files, and of objects that come from none",
+    ),
 ];
 
 /// The name that lights without a group go by.
@@ -228,6 +258,11 @@ impl PassSpec {
     /// Whether its values are light, with a colour space, and not data.
     pub fn is_light(&self) -> bool {
         self.display == Display::Light
+    }
+
+    /// Whether it is made of first hits.
+    pub fn reads_first_hits(&self) -> bool {
+        matches!(self.source, PassSource::FirstHit(_) | PassSource::Matte(_))
     }
 
     /// Whether `--aovs` may ask for it: not what stands in place of the beauty.
@@ -331,12 +366,8 @@ mod tests {
         {
             let filtered = spec.combine == Combine::Filtered;
             assert_eq!(spec.is_light(), filtered, "{}", spec.name);
-            assert_eq!(
-                !filtered,
-                matches!(spec.source, PassSource::FirstHit(_)),
-                "{}",
-                spec.name
-            );
+            let is_data = matches!(spec.source, PassSource::FirstHit(_) | PassSource::Matte(_));
+            assert_eq!(!filtered, is_data, "{}", spec.name);
         }
     }
 

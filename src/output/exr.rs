@@ -8,6 +8,7 @@
 
 mod blocks;
 mod compression;
+mod cryptomatte;
 mod header;
 mod image;
 #[cfg(test)]
@@ -71,7 +72,7 @@ fn channels<'a>(frame: &FrameImage<'a>) -> Vec<(String, Samples<'a>)> {
     let planes = frame.film.planes();
     let alpha = || ("A".to_owned(), samples(PixelType::Half, &planes[0], 3));
     let of_plane = |plane: &'a film::Plane| {
-        let names = plane.spec.channel_names().enumerate();
+        let names = plane.spec.channel_names().into_iter().enumerate();
         names.map(|(i, name)| (name, samples(plane.spec.pass.pixel, plane, i)))
     };
     match frame.shown {
@@ -133,6 +134,9 @@ fn attributes(frame: &FrameImage) -> Vec<Attribute> {
             list.push(Attribute::new("chromaticities", Value::Chromaticities(REC_709)));
             list.push(Attribute::new("colorInteropID", "lin_rec709_scene"));
         }
+    }
+    for plane in frame.planes() {
+        list.extend(cryptomatte::attributes(&plane.spec));
     }
     for given in &metadata.attributes {
         match list.iter_mut().find(|a| a.name == given.name) {

@@ -32,12 +32,17 @@ impl<'a> FrameImage<'a> {
         }
     }
 
+    /// The planes that go into files which hold layers.
+    pub fn planes(&self) -> &'a [Plane] {
+        match self.shown {
+            Shown::All => self.film.planes(),
+            Shown::Plane(plane) => &self.film.planes()[plane..=plane],
+        }
+    }
+
     /// Whether a plane that goes into files holds light.
     pub(super) fn has_light(&self) -> bool {
-        match self.shown {
-            Shown::All => self.film.planes().iter().any(|plane| plane.spec.pass.is_light()),
-            Shown::Plane(_) => self.picture().spec.pass.is_light(),
-        }
+        self.planes().iter().any(|plane| plane.spec.pass.is_light())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::{
     camera::{Camera, FrameCamera},
-    film::{Film, FilmLayout, PassSpec, passes},
+    film::{Film, PassSpec, passes},
     integrator::Integrator,
     scene::Scene,
     value::UnknownName,
@@ -69,7 +69,8 @@ impl Renderer {
         control: &Control<'_>,
     ) -> Result<Film, RenderError> {
         let picture = picture_of(integrator);
-        let layout = FilmLayout::new(picture, &settings.passes, scene.light_groups.names())?;
+        let layout = settings.film_layout(picture, scene.light_groups.names())?;
+        let layout = layout.with_mattes(|| scene.mattes());
         let frame_camera = &frame_camera.moved(-scene.origin);
         let context = RenderContext::new(scene, frame_camera, integrator, settings, &layout);
         Ok(tiles::render(&context, &layout, &self.waves, control)?)

@@ -2,9 +2,10 @@
 
 use super::SampleBudget;
 use crate::{
-    film::{PassRequest, Window},
+    film::{FilmLayout, PassRequest, PassSpec, Window, coverage::DEFAULT_RANKS},
     filter::Filter,
     sampler::Sampler,
+    value::UnknownName,
 };
 
 /// The settings of a frame, beside its scene and its camera.
@@ -24,6 +25,8 @@ pub struct Settings {
     pub content: Content,
     /// The passes of the film beside the beauty.
     pub passes: Vec<PassRequest>,
+    /// The mattes of each pixel that passes of mattes keep, an even number.
+    pub matte_ranks: u32,
 }
 
 /// The content of a rendered frame.
@@ -50,6 +53,15 @@ impl Settings {
             filter: (samples > 1).then(Filter::default),
             content: Content::default(),
             passes: Vec::new(),
+            matte_ranks: DEFAULT_RANKS,
         }
+    }
+
+    /// The layout of a film that begins with `picture`, in a scene with these light groups.
+    ///
+    /// # Errors
+    /// A pass shows a light group that the scene does not have.
+    pub fn film_layout(&self, picture: &'static PassSpec, groups: &[String]) -> Result<FilmLayout, UnknownName> {
+        Ok(FilmLayout::new(picture, &self.passes, groups)?.with_ranks(self.matte_ranks))
     }
 }

@@ -117,6 +117,7 @@ impl Wave {
         let (tile, together) = (spec.tile, spec.samples.len());
         let passes = PassContext {
             camera: &context.camera,
+            scene: context.scene,
         };
         let layers = self.out.layers.as_ref().filter(|_| context.needs.light_layers);
         let record = |sample: usize| SampleRecord {
@@ -303,7 +304,7 @@ impl Wave {
             if depth == 1 && context.needs.first_hits {
                 for (surface, k) in inputs.surfaces.interactions.iter().zip(numbers) {
                     let (ray, hit) = hit(k);
-                    let first = FirstHit::new(surface, hit.instance, surface.t * ray.d.length());
+                    let first = FirstHit::new(surface, hit, surface.t * ray.d.length());
                     first_hits[paths[hit_indices[k] as usize].sample as usize] = Some(first);
                 }
             }

@@ -1,6 +1,6 @@
 //! Assembly of a [`Scene`], piece by piece: by `compile` from a description, by programs in code.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::{
     Background, InstanceRecord, LightGroups, Lights, Media, MeshRecord, NodeId, NodeName, Object, ObjectFromGroup,
@@ -394,6 +394,7 @@ impl SceneBuilder {
             light_groups: self.light_groups,
             background: self.background,
             is_spatially_varying: Vec::new(),
+            mattes: OnceLock::new(),
         }
         .with_lights(self.lights))
     }

@@ -2,7 +2,7 @@
 
 use super::{ObjectId, SurfaceInteraction};
 use crate::{
-    geometry::InstanceId,
+    geometry::{Hit, InstanceId, PrimId},
     material::MaterialId,
     math::{Vec2, Vec3},
 };
@@ -20,14 +20,15 @@ pub struct FirstHit {
     pub uv: Vec2,
     /// Distance from the ray's origin, in metres.
     pub distance: f32,
+    pub prim: PrimId,
     pub object: ObjectId,
     pub instance: InstanceId,
     pub material: MaterialId,
 }
 
 impl FirstHit {
-    /// The record of `surface`, which a ray met at `distance` metres.
-    pub fn new(surface: &SurfaceInteraction, instance: InstanceId, distance: f32) -> Self {
+    /// The record of `surface`, which a ray met with `hit` at `distance` metres.
+    pub fn new(surface: &SurfaceInteraction, hit: &Hit, distance: f32) -> Self {
         Self {
             p: surface.p,
             ng: surface.ng,
@@ -35,8 +36,9 @@ impl FirstHit {
             wo: surface.wo,
             uv: surface.texture.uv,
             distance,
+            prim: hit.prim,
             object: surface.object,
-            instance,
+            instance: hit.instance,
             material: surface.material,
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! It holds no camera and no film, so it is compiled once and renders any number of frames.
 
-use std::ops::Range;
+use std::{ops::Range, sync::OnceLock};
 
 use crate::{
     accel::Accelerator,
@@ -24,6 +24,7 @@ pub mod interaction;
 pub mod light_component;
 pub mod light_groups;
 pub mod lights;
+pub mod mattes;
 pub mod media;
 mod mesh_transform;
 pub mod names;
@@ -44,6 +45,7 @@ pub use interaction::SurfaceInteraction;
 pub use light_component::Component;
 pub use light_groups::{LightGroup, LightGroups};
 pub use lights::{LightFamily, LightSampleContext, LightSource, Lights, SampledLight};
+pub use mattes::{Matte, MatteKind, MatteTable, Mattes};
 pub use media::{Media, MediumStack};
 pub(crate) use mesh_transform::MeshTransform;
 pub use names::{NodeId, NodeName};
@@ -126,6 +128,8 @@ pub struct Scene {
     pub background: Background,
     /// Whether texture coordinates are computed for each material.
     pub(crate) is_spatially_varying: Vec<bool>,
+    /// See [`Scene::mattes`].
+    mattes: OnceLock<Mattes>,
 }
 
 impl Scene {

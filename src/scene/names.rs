@@ -34,14 +34,18 @@ impl Scene {
         path.join("/")
     }
 
-    /// The asset of an object, with the path of one of its nodes: `helmet.glb/Root/Visor`. An object without a file is
-    /// an asset of its own, under its own name.
-    pub fn asset_name(&self, object: ObjectId, node: Option<NodeId>) -> String {
+    /// The file that an object comes from. An object without a file is an asset of its own, under its own name.
+    pub fn asset_name(&self, object: ObjectId) -> &str {
         let object = &self.objects[object.0 as usize];
-        let file = object.asset.as_ref().unwrap_or(&object.name);
+        object.asset.as_ref().unwrap_or(&object.name)
+    }
+
+    /// The name of an object, with the path of one of its nodes: `guard/Root/Visor`.
+    pub fn part_name(&self, object: ObjectId, node: Option<NodeId>) -> String {
+        let name = &self.objects[object.0 as usize].name;
         match node {
-            Some(node) => format!("{file}/{}", self.node_path(node)),
-            None => file.clone(),
+            Some(node) => format!("{name}/{}", self.node_path(node)),
+            None => name.clone(),
         }
     }
 }

@@ -4,7 +4,7 @@ use std::sync::{Mutex, MutexGuard};
 
 use crate::{
     batch::Plan,
-    film::{Film, FilmLayout, PassSpec, Window},
+    film::{Film, PassSpec, Window},
     output::{
         Coverage, Shown,
         display::{PixelDisplay, quantize},
@@ -52,7 +52,7 @@ impl Canvas {
     /// A pass shows a light group that the scene does not have.
     pub fn new(plan: &Plan, settings: &render::Settings, scene: &Scene, fills_film: bool) -> Result<Self, UnknownName> {
         let picture = render::picture_of(plan.integrator.as_dyn());
-        let layout = FilmLayout::new(picture, &settings.passes, scene.light_groups.names())?;
+        let layout = settings.film_layout(picture, scene.light_groups.names())?;
         let plane = match plan.shown {
             Shown::All => 0,
             Shown::Plane(plane) => plane,

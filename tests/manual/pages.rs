@@ -237,10 +237,12 @@ fn passes_page() -> Page {
         let combine = match spec.combine {
             Combine::Filtered => "filtered",
             Combine::Nearest => "nearest",
+            Combine::Ranked => "ranked",
         };
         let layer = match spec.source {
             _ if spec == BEAUTY => String::new(),
             PassSource::LightGroup => format!("{}_NAME.", spec.name),
+            PassSource::Matte(_) => format!("{}00.", spec.name),
             _ => format!("{}.", spec.name),
         };
         let channels: Vec<String> = spec.channels.iter().map(|c| format!("`{layer}{c}`")).collect();
@@ -252,8 +254,10 @@ fn passes_page() -> Page {
         };
         doc += &format!("| `{name}` | {channels} | {pixel} | {combine} | {background} | {about} |\n");
     }
-    doc += "\nFiltered passes are means of a pixel's samples, weighted by the pixel filter and premultiplied. The others show the \
-            sample nearest to the pixel's centre. The light components (`diffuse_direct` to `emission`) sum to the beauty, and so \
+    doc += "\nFiltered passes are means of a pixel's samples, weighted by the pixel filter and premultiplied. Nearest ones show the \
+            sample nearest to the pixel's centre. Ranked ones are Cryptomatte: the ids of the mattes that cover the pixel and the \
+            coverage of each, two in a layer (`CryptoObject00`, `CryptoObject01`, ...), weighted by the pixel filter where it is \
+            positive; lens, shutter and opacity are in the coverage. The light components (`diffuse_direct` to `emission`) sum to the beauty, and so \
             do the light groups. Only EXR files hold passes beside the beauty.\n";
     let source = "src/film/passes.rs";
     Page::new(

@@ -1,0 +1,150 @@
+//! Ranked coverage: which mattes cover a pixel, and how much of it each. The content of Cryptomatte layers.
+//!
+//! A matte's coverage is the sum of the weights of the samples that met it over that of all samples, with those that met
+//! nothing: lens, shutter and surfaces that let a part of the rays pass are all in the choice of samples. Cryptomatte has no
+//! negative coverage: where the pixel filter is negative a sample has no weight, unless all samples of the pixel are there.
+//!
+//! Source: Friedman and Jones, "Fully Automatic ID Mattes with Support for Motion Blur and Transparency", SIGGRAPH 2015
+//! posters, doi:10.1145/2787626.2787629.
+
+/// The number of mattes of a pixel that a film keeps where nothing else is said.
+pub const DEFAULT_RANKS: u32 = 6;
+
+/// The weights of some samples.
+#[derive(Clone, Copy, Debug, Default)]
+struct Weight {
+    /// The sum of the positive ones.
+    positive: f32,
+    count: u32,
+}
+
+impl Weight {
+    fn add(&mut self, weight: f32) {
+        self.positive += weight.max(0.0);
+        self.count += 1;
+    }
+
+    /// The share of `self` in the weights of a pixel.
+    fn share(&self, total: &Self) -> f32 {
+        if total.positive > 0.0 {
+            self.positive / total.positive
+        } else {
+            self.count as f32 / total.count as f32
+        }
+    }
+}
+
+/// A matte that some samples of a pixel met.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    id: u32,
+    weight: Weight,
+    /// The number after that of the pixel's next entry; 0 at the end.
+    next: u32,
+}
+
+/// The mattes of the pixels of a tile, for several passes.
+#[derive(Clone, Debug)]
+pub(super) struct TileCoverage {
+    passes: usize,
+    totals: Vec<Weight>,
+    /// The number after that of the first entry of each pass of each pixel, 0 where it has none.
+    heads: Vec<u32>,
+    entries: Vec<Entry>,
+}
+
+impl TileCoverage {
+    pub fn new(pixels: usize, passes: usize) -> Self {
+        let pixels = if passes == 0 { 0 } else { pixels };
+        Self {
+            passes,
+            totals: vec![Weight::default(); pixels],
+            heads: vec![0; pixels * passes],
+            entries: Vec::new(),
+        }
+    }
+
+    /// Adds a sample's weight to a pixel's total.
+    pub fn add_sample(&mut self, pixel: usize, weight: f32) {
+        self.totals[pixel].add(weight);
+    }
+
+    /// Adds the same weight to the matte that the sample met.
+    pub fn add(&mut self, pixel: usize, pass: usize, id: u32, weight: f32) {
+        let head = &mut self.heads[pixel * self.passes + pass];
+        let mut at = *head;
+        while at > 0 {
+            let entry = &mut self.entries[at as usize - 1];
+            if entry.id == id {
+                return entry.weight.add(weight);
+            }
+            at = entry.next;
+        }
+        let mut entry = Entry {
+            id,
+            weight: Weight::default(),
+            next: *head,
+        };
+        entry.weight.add(weight);
+        self.entries.push(entry);
+        *head = self.entries.len() as u32;
+    }
+
+    /// The mattes of a pass of all pixels: for each the bits of its id, as those of a float, and its coverage, from the most
+    /// to the least of it. Of equal ones the smaller id comes first; `ranks` are kept, and zeros where there are fewer.
+    pub fn resolve(&self, pass: usize, ranks: usize) -> Vec<f32> {
+        let mut values = vec![0.0; self.totals.len() * 2 * ranks];
+        let mut found: Vec<(u32, f32)> = Vec::new();
+        for ((pixel, total), out) in self.totals.iter().enumerate().zip(values.chunks_exact_mut(2 * ranks)) {
+            found.clear();
+            let mut at = self.heads[pixel * self.passes + pass];
+            while at > 0 {
+                let entry = &self.entries[at as usize - 1];
+                found.push((entry.id, entry.weight.share(total)));
+                at = entry.next;
+            }
+            found.retain(|(_, coverage)| *coverage > 0.0);
+            found.sort_unstable_by(|(a, x), (b, y)| y.total_cmp(x).then(a.cmp(b)));
+            for ((id, coverage), rank) in found.iter().zip(out.chunks_exact_mut(2)) {
+                rank.copy_from_slice(&[f32::from_bits(*id), *coverage]);
+            }
+        }
+        values
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The mattes of a pixel with these samples of a matte (0 for none) and a weight.
+    fn resolved(samples: &[(u32, f32)], ranks: usize) -> Vec<(u32, f32)> {
+        let mut tile = TileCoverage::new(1, 1);
+        for &(id, weight) in samples {
+            tile.add_sample(0, weight);
+            if id != 0 {
+                tile.add(0, 0, id, weight);
+            }
+        }
+        let values = tile.resolve(0, ranks);
+        values.as_chunks().0.iter().map(|[id, c]| (id.to_bits(), *c)).collect()
+    }
+
+    #[test]
+    fn coverage_is_a_share_of_all_samples_and_of_those_that_met_nothing() {
+        let samples = [(7, 1.0), (9, 1.0), (0, 1.0), (9, 1.0)];
+        assert_eq!(resolved(&samples, 3), [(9, 0.5), (7, 0.25), (0, 0.0)]);
+    }
+
+    #[test]
+    fn equal_ones_stand_in_the_order_of_their_ids_and_only_the_first_ranks_are_kept() {
+        let samples = [(9, 1.0), (3, 1.0), (5, 1.0), (3, 1.0)];
+        assert_eq!(resolved(&samples, 2), [(3, 0.5), (5, 0.25)]);
+    }
+
+    #[test]
+    fn negative_lobes_of_a_filter_have_no_part_unless_nothing_else_is_there() {
+        assert_eq!(resolved(&[(1, 1.0), (2, -1.0), (1, 1.0)], 2), [(1, 1.0), (0, 0.0)]);
+        assert_eq!(resolved(&[(2, -1.0), (0, -1.0)], 1), [(2, 0.5)]);
+    }
+}

@@ -1,0 +1,276 @@
+//! The mattes of a scene: the unique names of its objects, materials and files, and the ids that Cryptomatte knows them by.
+//!
+//! An object that comes from a model file has a name for each node that has geometry, `object/node/node`; OBJ files have their
+//! objects and groups as nodes. A name that is taken, or whose id is taken, gets `#2`, `#3` and so on: materials of several
+//! models may have one name, and two of 200,000 names have one hash more often than not.
+
+use std::{
+    collections::{HashMap, HashSet},
+    ops::Range,
+    sync::Arc,
+};
+
+use super::{FirstHit, NodeId, ObjectId, Scene};
+use crate::{geometry::PrimId, math::hash};
+
+/// The most names of nodes that instances have between them; the instances beyond go by their objects' names.
+const MAX_INSTANCE_NODES: usize = 1 << 20;
+
+/// The things that a matte can be of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MatteKind {
+    /// An object, or the nodes of a model file apart.
+    Object,
+    Material,
+    /// The file that geometry comes from, or the object where it comes from none.
+    Asset,
+}
+
+/// A name with its id: the bits of its hash as a float that is neither subnormal, infinite nor NaN, hence never 0.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Matte {
+    pub name: String,
+    pub id: u32,
+}
+
+/// The mattes of one kind, no two of which have the same name or the same id.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MatteTable {
+    pub mattes: Vec<Matte>,
+}
+
+/// All mattes of a scene, and which of them a surface is in.
+#[derive(Debug)]
+pub struct Mattes {
+    objects: Arc<MatteTable>,
+    materials: Arc<MatteTable>,
+    assets: Arc<MatteTable>,
+    /// The matte of each shape, and of each mesh that is no instance.
+    shapes: Vec<u32>,
+    meshes: Vec<u32>,
+    instances: Vec<InstanceMattes>,
+    /// The mattes of instances, one after the other.
+    of_instances: Vec<u32>,
+    /// The number of each mesh in its group.
+    in_group: Vec<u32>,
+    of_materials: Vec<u32>,
+    of_objects: Vec<u32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct InstanceMattes {
+    /// The index of the first among those of all instances.
+    first: u32,
+    /// Whether each mesh of its group has one of its own.
+    is_by_mesh: bool,
+}
+
+impl Mattes {
+    pub(super) fn new(scene: &Scene) -> Self {
+        let material = |(i, name): (usize, &String)| match name.as_str() {
+            "" => format!("material {}", i + 1),
+            name => name.to_owned(),
+        };
+        let (mut materials, mut assets) = (TableBuilder::default(), AssetMattes::default());
+        let of_materials = scene.material_names.iter().enumerate().map(material);
+        let of_materials = of_materials.map(|name| materials.add(&name)).collect();
+        let of_objects = (0..scene.objects.len()).map(|i| assets.add(scene, i)).collect();
+        let mut objects = ObjectMattes::default();
+        let geometry = scene.accel.geometry();
+        let meshes_of = |group: u32| scene.meshes_within(&geometry.groups[group as usize].triangles);
+        let mut in_group = vec![None; scene.meshes.len()];
+        for group in 0..geometry.groups.len() as u32 {
+            for (number, mesh) in meshes_of(group).enumerate() {
+                in_group[mesh] = Some(number as u32);
+            }
+        }
+        let shapes = scene.shape_objects.iter();
+        let shapes = shapes.map(|object| objects.add(scene, *object, None)).collect();
+        let meshes = scene
+            .meshes
+            .iter()
+            .zip(&in_group)
+            .map(|(mesh, in_group)| match in_group {
+                None => objects.add(scene, mesh.object, mesh.node),
+                Some(_) => 0,
+            });
+        let meshes = meshes.collect();
+        let mut of_instances = Vec::new();
+        let instances = scene.instances.iter().zip(&geometry.instances).map(|(record, place)| {
+            let (first, own) = (of_instances.len(), meshes_of(place.group));
+            let is_by_mesh = record.node.is_none() && first + own.len() <= MAX_INSTANCE_NODES;
+            if is_by_mesh {
+                of_instances.extend(own.map(|mesh| objects.add(scene, record.object, scene.meshes[mesh].node)));
+            } else {
+                of_instances.push(objects.add(scene, record.object, record.node));
+            }
+            InstanceMattes {
+                first: first as u32,
+                is_by_mesh,
+            }
+        });
+        let instances = instances.collect();
+        Self {
+            shapes,
+            meshes,
+            instances,
+            of_instances,
+            in_group: in_group.into_iter().map(Option::unwrap_or_default).collect(),
+            of_materials,
+            of_objects,
+            objects: Arc::new(objects.table.finish()),
+            materials: Arc::new(materials.finish()),
+            assets: Arc::new(assets.table.finish()),
+        }
+    }
+
+    /// All mattes of a kind.
+    pub fn table(&self, kind: MatteKind) -> &Arc<MatteTable> {
+        match kind {
+            MatteKind::Object => &self.objects,
+            MatteKind::Material => &self.materials,
+            MatteKind::Asset => &self.assets,
+        }
+    }
+
+    /// The id of the matte that a hit of `scene` is in.
+    pub fn id(&self, kind: MatteKind, scene: &Scene, hit: &FirstHit) -> u32 {
+        let matte = match kind {
+            MatteKind::Object => self.object(scene, hit),
+            MatteKind::Material => self.of_materials[hit.material.0 as usize],
+            MatteKind::Asset => self.of_objects[hit.object.0 as usize],
+        };
+        self.table(kind).mattes[matte as usize].id
+    }
+
+    fn object(&self, scene: &Scene, hit: &FirstHit) -> u32 {
+        let triangles = scene.accel.geometry().triangles.len();
+        if let Some(shape) = (hit.prim.index() as usize).checked_sub(triangles) {
+            return self.shapes[shape];
+        }
+        let mesh = scene.mesh_index(hit.prim);
+        match self.instances.get(hit.instance.0 as usize) {
+            None => self.meshes[mesh],
+            Some(instance) if instance.is_by_mesh => self.of_instances[(instance.first + self.in_group[mesh]) as usize],
+            Some(instance) => self.of_instances[instance.first as usize],
+        }
+    }
+}
+
+impl Scene {
+    /// The mattes of the scene, whose names are made when they are first needed.
+    pub fn mattes(&self) -> &Mattes {
+        self.mattes.get_or_init(|| Mattes::new(self))
+    }
+
+    /// The index of the mesh that triangle `prim` is of.
+    fn mesh_index(&self, prim: PrimId) -> usize {
+        self.meshes.partition_point(|m| m.triangles.start <= prim.index()) - 1
+    }
+
+    /// The indices of the meshes of these triangles.
+    fn meshes_within(&self, triangles: &Range<u32>) -> Range<usize> {
+        let from = |triangle| self.meshes.partition_point(|m| m.triangles.start < triangle);
+        from(triangles.start)..from(triangles.end)
+    }
+}
+
+/// The mattes of objects and their nodes, in the order in which they are met.
+#[derive(Default)]
+struct ObjectMattes {
+    table: TableBuilder,
+    known: HashMap<(u32, Option<u32>), u32>,
+}
+
+impl ObjectMattes {
+    /// The number of the matte of an object's node.
+    fn add(&mut self, scene: &Scene, object: ObjectId, node: Option<NodeId>) -> u32 {
+        let table = &mut self.table;
+        let key = (object.0, node.map(|node| node.0));
+        *self
+            .known
+            .entry(key)
+            .or_insert_with(|| table.add(&scene.part_name(object, node)))
+    }
+}
+
+/// The mattes of files, and of objects that come from none.
+#[derive(Default)]
+struct AssetMattes {
+    table: TableBuilder,
+    files: HashMap<String, u32>,
+}
+
+impl AssetMattes {
+    /// The number of the matte of an object's file.
+    fn add(&mut self, scene: &Scene, object: usize) -> u32 {
+        let object = &scene.objects[object];
+        match &object.asset {
+            None => self.table.add(&object.name),
+            Some(file) => {
+                let table = &mut self.table;
+                *self.files.entry(file.clone()).or_insert_with(|| table.add(file))
+            }
+        }
+    }
+}
+
+/// Makes names unique, and their ids.
+#[derive(Default)]
+struct TableBuilder {
+    mattes: Vec<Matte>,
+    names: HashSet<String>,
+    ids: HashSet<u32>,
+    /// The next number to try for each name that was taken.
+    next: HashMap<String, u32>,
+}
+
+impl TableBuilder {
+    /// Adds a matte; returns its number.
+    fn add(&mut self, wanted: &str) -> u32 {
+        let mut name = wanted.to_owned();
+        let mut id = hash::name_as_float(&name).to_bits();
+        while self.names.contains(&name) || self.ids.contains(&id) {
+            let number = self.next.entry(wanted.to_owned()).or_insert(2);
+            name = format!("{wanted}#{number}");
+            id = hash::name_as_float(&name).to_bits();
+            *number += 1;
+        }
+        self.names.insert(name.clone());
+        self.ids.insert(id);
+        self.mattes.push(Matte { name, id });
+        self.mattes.len() as u32 - 1
+    }
+
+    fn finish(self) -> MatteTable {
+        MatteTable { mattes: self.mattes }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_ids_are_unique_whatever_was_asked_for() {
+        let mut table = TableBuilder::default();
+        for name in ["steel", "steel", "steel#2", "steel", ""] {
+            table.add(name);
+        }
+        let names: Vec<_> = table.mattes.iter().map(|m| m.name.as_str()).collect();
+        assert_eq!(names, ["steel", "steel#2", "steel#2#2", "steel#3", ""]);
+        assert!(table.mattes.iter().all(|m| m.id != 0));
+    }
+
+    #[test]
+    fn among_200_000_names_no_two_share_an_id() {
+        let mut table = TableBuilder::default();
+        for i in 0..200_000 {
+            table.add(&format!("obj{i}"));
+        }
+        let changed = table.mattes.iter().filter(|m| m.name.contains('#')).count();
+        assert!(changed > 0, "hashes of 32 bits collide");
+        let ids: HashSet<u32> = table.mattes.iter().map(|m| m.id).collect();
+        assert_eq!(ids.len(), 200_000);
+    }
+}
