@@ -4,7 +4,8 @@ use super::Request;
 use crate::{
     describe::{OneOrMany, SceneDesc},
     error::Error,
-    film::{PassRequest, passes::PassSource},
+    film::{PassRequest, passes::PassSource, request::ALL},
+    integrator::BuiltIn,
     output::{Contents, FilePattern},
     render::Content,
     value::{Problem, Spanned, UnknownName},
@@ -16,6 +17,8 @@ pub(super) struct PassChoice {
     pub passes: Vec<PassRequest>,
     /// Whether files show the only pass in place of the beauty.
     pub is_shown: bool,
+    /// Whether all passes are asked for that can be had.
+    pub is_all: bool,
 }
 
 impl PassChoice {
@@ -31,20 +34,21 @@ impl PassChoice {
         if request.aovs.is_empty() {
             return Ok(None);
         }
-        let passes = PassRequest::parse_list(request.aovs.iter().map(String::as_str))
-            .map_err(|unknown| Error::Usage(format!("--aovs: {unknown}")))?;
+        let names = request.aovs.iter().map(String::as_str);
+        let passes =
+            PassRequest::parse_list(names.clone()).map_err(|unknown| Error::Usage(format!("--aovs: {unknown}")))?;
         if !holds_passes(patterns) {
             let message = "--aovs: only EXR files hold passes, and the job writes none";
             return Err(Error::Usage(message.to_owned()));
         }
-        Ok(Some(Self::beside_beauty(passes)))
+        Ok(Some(Self::beside_beauty(passes, names)))
     }
 
     /// The passes that a scene file names.
     ///
     /// # Errors
     /// Names that are unknown.
-    pub fn of_scene(desc: &SceneDesc, patterns: &[FilePattern]) -> Result<Self, Vec<Problem>> {
+    pub fn of_scene(desc: &SceneDesc, request: &Request, patterns: &[FilePattern]) -> Result<Self, Vec<Problem>> {
         if let Some(name) = &desc.output.show {
             return shown(name.get_ref()).map_err(|unfit| vec![unfit.at(name)]);
         }
@@ -62,16 +66,26 @@ impl PassChoice {
             return Err(problems);
         }
         if !holds_passes(patterns) {
+            // A preview of the scene, into files of the command line's choice, is another matter.
+            if request.outputs.is_empty() {
+                let message = "only EXR files hold passes, and `files` names none";
+                let at = names.first().map(Spanned::span).unwrap_or_default();
+                return Err(vec![Problem::at(at, message)]);
+            }
             tracing::warn!("the job writes no EXR file, which alone holds passes: `aovs` are left out");
             passes.clear();
         }
-        Ok(Self::beside_beauty(passes))
+        Ok(Self::beside_beauty(
+            passes,
+            names.iter().map(|name| name.get_ref().as_str()),
+        ))
     }
 
-    fn beside_beauty(passes: Vec<PassRequest>) -> Self {
+    fn beside_beauty<'a>(passes: Vec<PassRequest>, mut names: impl Iterator<Item = &'a str>) -> Self {
         Self {
             passes,
             is_shown: false,
+            is_all: names.any(|name| name == ALL),
         }
     }
 
@@ -85,11 +99,27 @@ impl PassChoice {
         }
     }
 
-    /// The first pass of light, for integrators that compute none.
-    pub fn first_of_light(&self) -> Option<&PassRequest> {
-        let is_light =
-            |pass: &&PassRequest| matches!(pass.spec().source, PassSource::Light(_) | PassSource::LightGroup);
-        self.passes.iter().find(is_light)
+    /// Leaves out what `integrator` cannot fill, where all passes are asked for.
+    ///
+    /// # Errors
+    /// A pass that is asked for by name cannot be filled.
+    pub fn fit_to(&mut self, (name, integrator): (&str, &BuiltIn)) -> Result<(), Error> {
+        let computes = integrator.as_dyn();
+        let unfit = |pass: &PassRequest| match pass.spec().source {
+            PassSource::Integrator => false,
+            PassSource::Light(_) | PassSource::LightGroup => !computes.has_light(),
+            _ => computes.wants_cost(),
+        };
+        if self.is_all {
+            self.passes.retain(|pass| !unfit(pass));
+        }
+        match self.passes.iter().find(|pass| unfit(pass)) {
+            None => Ok(()),
+            Some(pass) => Err(Error::Usage(format!(
+                "the integrator `{name}` cannot fill the pass `{}`",
+                pass.name()
+            ))),
+        }
     }
 }
 
@@ -112,7 +142,7 @@ impl UnfitToShow {
 }
 
 fn shown(name: &str) -> Result<PassChoice, UnfitToShow> {
-    if name == "all" {
+    if name == ALL {
         return Err(UnfitToShow::Several(name.to_owned()));
     }
     let pass = PassRequest::parse(name).map_err(UnfitToShow::Unknown)?;
@@ -122,6 +152,7 @@ fn shown(name: &str) -> Result<PassChoice, UnfitToShow> {
         _ => Ok(PassChoice {
             passes: vec![pass],
             is_shown: true,
+            is_all: false,
         }),
     }
 }

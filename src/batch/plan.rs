@@ -75,7 +75,8 @@ impl Plan {
         let patterns = patterns(desc, request)?;
         let mut problems = Vec::new();
         let mut keep = |p: Problem| problems.push(p);
-        let integrator = integrator(desc, request)?.compile().map_err(&mut keep).ok();
+        let described = integrator(desc, request)?;
+        let integrator = described.compile().map_err(&mut keep).ok();
         let camera = match desc.camera.as_ref().map(|c| c.get_ref().compile()) {
             None => None,
             Some(Ok(camera)) => Some(camera),
@@ -100,7 +101,7 @@ impl Plan {
             .ok();
         let choice = match PassChoice::of_request(request, &patterns)? {
             Some(choice) => Ok(choice),
-            None => PassChoice::of_scene(desc, &patterns),
+            None => PassChoice::of_scene(desc, request, &patterns),
         };
         let choice = choice.map_err(|several| several.into_iter().for_each(&mut keep)).ok();
         if let Some(diagnostics) = Diagnostics::new(&desc.source, problems) {
@@ -110,7 +111,7 @@ impl Plan {
         else {
             unreachable!("what did not compile left a problem");
         };
-        let shown = set_passes(&mut settings, choice, &integrator)?;
+        let shown = set_passes(&mut settings, choice, (described.name(), &integrator))?;
         take_memory(desc, &settings, &integrator, inputs.memory())?;
         let turntable = request
             .turntable
@@ -189,13 +190,12 @@ impl Plan {
 }
 
 /// Lets films hold the chosen passes. Returns what of them files show.
-fn set_passes(settings: &mut render::Settings, choice: PassChoice, integrator: &BuiltIn) -> Result<Shown, Error> {
-    if let Some(pass) = choice.first_of_light().filter(|_| integrator.as_dyn().wants_cost()) {
-        let name = pass.spec().name;
-        return Err(Error::Usage(format!(
-            "the integrator `cost` has no light for the pass `{name}`"
-        )));
-    }
+fn set_passes(
+    settings: &mut render::Settings,
+    mut choice: PassChoice,
+    integrator: (&str, &BuiltIn),
+) -> Result<Shown, Error> {
+    choice.fit_to(integrator)?;
     settings.content = choice.content();
     settings.passes = choice.passes;
     if settings.content == Content::FirstHits {

@@ -135,6 +135,15 @@ impl CameraKind for Fisheye {
         Some(unit_ray(self.eye, self.axes * d))
     }
 
+    fn project(&self, p: DVec3) -> Option<DVec3> {
+        let local = self.axes.transpose() * (p - self.eye);
+        let across = DVec2::new(local.x, -local.y);
+        let angle = libm::atan2(across.length(), -local.z);
+        let film = self.center + across.normalize_or_zero() * (self.radius * angle / self.half_fov);
+        let distance = local.length();
+        (distance > 0.0 && angle <= self.half_fov).then(|| film.extend(distance))
+    }
+
     fn has_lens(&self) -> bool {
         false
     }

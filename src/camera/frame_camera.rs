@@ -14,7 +14,17 @@ const SEGMENTS: u32 = 16;
 /// metre for 50 degrees, and the lines of sight by a^3/250,000 radians, a hundredth of a pixel
 /// where the turn blurs over many.
 #[derive(Clone, Debug)]
-pub struct FrameCamera(Cameras);
+pub struct FrameCamera {
+    cameras: Cameras,
+    neighbours: Neighbours,
+}
+
+/// The cameras of the frames before and after, as their shutters open; `None` where there is no such frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Neighbours {
+    pub previous: Option<Camera>,
+    pub next: Option<Camera>,
+}
 
 #[derive(Clone, Debug)]
 enum Cameras {
@@ -24,7 +34,7 @@ enum Cameras {
 
 impl From<Camera> for FrameCamera {
     fn from(camera: Camera) -> Self {
-        Self(Cameras::Still(camera))
+        Self::new(Cameras::Still(camera))
     }
 }
 
@@ -40,20 +50,36 @@ impl FrameCamera {
         for (i, camera) in cameras.iter_mut().enumerate().skip(1) {
             *camera = at(i as f64 / f64::from(SEGMENTS))?;
         }
-        Ok(Self(Cameras::Moving(cameras)))
+        Ok(Self::new(Cameras::Moving(cameras)))
+    }
+
+    fn new(cameras: Cameras) -> Self {
+        Self {
+            cameras,
+            neighbours: Neighbours::default(),
+        }
+    }
+
+    /// Returns this camera between these frames.
+    pub fn with_neighbours(self, neighbours: Neighbours) -> Self {
+        Self { neighbours, ..self }
+    }
+
+    pub fn neighbours(&self) -> &Neighbours {
+        &self.neighbours
     }
 
     /// Whether [`FrameCamera::camera`] reads `time`.
     #[inline]
     pub fn moves(&self) -> bool {
-        matches!(self.0, Cameras::Moving(_))
+        matches!(self.cameras, Cameras::Moving(_))
     }
 
     /// Returns the camera at the fraction `time`, in `[0, 1)`, of the time while the shutter is
     /// open.
     #[inline]
     pub fn camera(&self, time: f32) -> Camera {
-        match &self.0 {
+        match &self.cameras {
             Cameras::Still(camera) => *camera,
             Cameras::Moving(cameras) => {
                 let along = f64::from(time) * f64::from(SEGMENTS);
@@ -65,16 +91,23 @@ impl FrameCamera {
 
     /// Returns this camera moved by `by`, in m.
     pub fn moved(&self, by: DVec3) -> Self {
-        Self(match &self.0 {
-            Cameras::Still(camera) => Cameras::Still(camera.moved(by)),
-            Cameras::Moving(cameras) => Cameras::Moving(Box::new(cameras.map(|camera| camera.moved(by)))),
-        })
+        let Neighbours { previous, next } = self.neighbours;
+        Self {
+            cameras: match &self.cameras {
+                Cameras::Still(camera) => Cameras::Still(camera.moved(by)),
+                Cameras::Moving(cameras) => Cameras::Moving(Box::new(cameras.map(|camera| camera.moved(by)))),
+            },
+            neighbours: Neighbours {
+                previous: previous.map(|camera| camera.moved(by)),
+                next: next.map(|camera| camera.moved(by)),
+            },
+        }
     }
 
     /// Whether its rays read numbers for the lens, at some time, see
     /// [`CameraKind::has_lens`](super::CameraKind::has_lens).
     pub fn has_lens(&self) -> bool {
-        match &self.0 {
+        match &self.cameras {
             Cameras::Still(camera) => camera.has_lens(),
             Cameras::Moving(cameras) => cameras.iter().any(Camera::has_lens),
         }

@@ -25,7 +25,7 @@ pub mod path;
 pub mod perspective;
 pub mod pose;
 
-pub use frame_camera::FrameCamera;
+pub use frame_camera::{FrameCamera, Neighbours};
 pub use lens::LensOverrides;
 pub use pose::{LookAt, Pose, PoseError, RotationOrder};
 
@@ -66,6 +66,15 @@ pub trait CameraKind {
 
     /// The unit direction along which depth is measured; `None` where there is none.
     fn axis(&self) -> Option<Vec3> {
+        None
+    }
+
+    /// The place on the film, in pixels, of a point in the world, in m, seen through the middle of the lens, and its depth, in
+    /// m: along [`CameraKind::axis`], or the distance where there is none. `None` where the camera cannot see it.
+    fn project(&self, p: DVec3) -> Option<DVec3>;
+
+    /// The columns after which the picture begins again, where it goes all around.
+    fn period(&self) -> Option<f64> {
         None
     }
 }
@@ -156,6 +165,10 @@ macro_rules! cameras {
             fn pixel_cone(&self) -> RayCone;
             /// See [`CameraKind::axis`].
             fn axis(&self) -> Option<Vec3>;
+            /// See [`CameraKind::project`].
+            fn project(&self, p: DVec3) -> Option<DVec3>;
+            /// See [`CameraKind::period`].
+            fn period(&self) -> Option<f64>;
         }
 
         impl Default for Lens {

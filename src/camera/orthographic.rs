@@ -113,6 +113,13 @@ impl CameraKind for Orthographic {
         Some(self.forward.as_vec3())
     }
 
+    fn project(&self, p: DVec3) -> Option<DVec3> {
+        let from_corner = p - self.corner;
+        let along = |axis: DVec3| from_corner.dot(axis) / axis.length_squared();
+        let depth = from_corner.dot(self.forward);
+        (depth > 0.0).then(|| DVec3::new(along(self.right), along(self.down), depth))
+    }
+
     #[inline]
     fn ray(&self, film: Vec2, _lens: Vec2) -> Option<Ray> {
         let o = self.corner + self.right * f64::from(film.x) + self.down * f64::from(film.y);

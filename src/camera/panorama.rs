@@ -94,6 +94,19 @@ impl CameraKind for Panorama {
         Some(unit_ray(self.eye, self.axes * d))
     }
 
+    fn project(&self, p: DVec3) -> Option<DVec3> {
+        let local = self.axes.transpose() * (p - self.eye);
+        let distance = local.length();
+        let longitude = libm::atan2(local.x, -local.z);
+        let latitude = libm::asin((local.y / distance).clamp(-1.0, 1.0));
+        let [x, y] = [(longitude + PI) / self.pixel[0], (0.5 * PI - latitude) / self.pixel[1]];
+        (distance > 0.0).then(|| DVec3::new(x, y, distance))
+    }
+
+    fn period(&self) -> Option<f64> {
+        Some(TAU / self.pixel[0])
+    }
+
     fn has_lens(&self) -> bool {
         false
     }

@@ -21,7 +21,7 @@ use glam::{DQuat, DVec3};
 
 pub use super::curve::Interp;
 use super::{
-    Camera, FilmSize, FrameCamera, Lens, LensOverrides, LookAt, Pose, PoseError, RotationOrder,
+    Camera, FilmSize, FrameCamera, Lens, LensOverrides, LookAt, Neighbours, Pose, PoseError, RotationOrder,
     curve::{Channel, Segment, Track, slerp},
     lens::{Aperture, FieldOfView, Sensor},
 };
@@ -317,10 +317,22 @@ impl CameraPath {
     pub fn frame_camera(&self, frame: i64, scene: &Lens, film: FilmSize) -> Result<FrameCamera, PathError> {
         let interval = self.shutter_interval(frame, Shutter::default())?;
         let camera = |u: f64| Ok(self.at(interval.time(u))?.camera(scene, film));
-        if interval.time(0.0) == interval.time(1.0) {
-            return camera(0.0).map(FrameCamera::from);
-        }
-        FrameCamera::moving(camera)
+        let own = if interval.time(0.0) == interval.time(1.0) {
+            FrameCamera::from(camera(0.0)?)
+        } else {
+            FrameCamera::moving(camera)?
+        };
+        let neighbour = |frame: i64| {
+            // Nothing moves over a cut.
+            let is_same_shot = (interval.begin..=interval.end).contains(&(frame as f64));
+            let interval = self.shutter_interval(frame, Shutter::default()).ok()?;
+            let state = self.at(interval.time(0.0)).ok().filter(|_| is_same_shot)?;
+            Some(state.camera(scene, film))
+        };
+        Ok(own.with_neighbours(Neighbours {
+            previous: neighbour(frame - 1),
+            next: neighbour(frame + 1),
+        }))
     }
 
     /// The pose, and the distance to the target in m where there is one.

@@ -393,6 +393,11 @@ impl VectorLoop for Pinhole<'_> {
 }
 
 impl Perspective {
+    /// The unit direction of the line of sight.
+    fn forward(&self) -> DVec3 {
+        self.lens_axes[1].cross(self.lens_axes[0])
+    }
+
     /// The vector from the eye to the point at distance 1 that a film position shows.
     #[inline(always)]
     fn at_one(&self, film: Vec2) -> DVec3 {
@@ -402,7 +407,15 @@ impl Perspective {
 
 impl CameraKind for Perspective {
     fn axis(&self) -> Option<Vec3> {
-        Some(self.lens_axes[1].cross(self.lens_axes[0]).as_vec3())
+        Some(self.forward().as_vec3())
+    }
+
+    fn project(&self, p: DVec3) -> Option<DVec3> {
+        let (from_eye, forward) = (p - self.eye, self.forward());
+        let depth = from_eye.dot(forward);
+        let at_one = from_eye * (self.corner.dot(forward) / depth) - self.corner;
+        let along = |axis: DVec3| at_one.dot(axis) / axis.length_squared();
+        (depth > 0.0).then(|| DVec3::new(along(self.right), along(self.down), depth))
     }
 
     #[inline(always)]
@@ -469,5 +482,8 @@ impl CameraKind for Perspective {
     }
 }
 
+mod pinhole;
 #[cfg(test)]
 mod tests;
+
+pub use pinhole::PinholeView;

@@ -6,7 +6,8 @@
 use super::{
     Film, FilmLayout, Window,
     coverage::TileCoverage,
-    passes::{PassContext, PassSource},
+    passes::{PassContext, PassSource, Statistic},
+    pixel_sum::{Moments, PixelSum},
 };
 use crate::{
     math::Rgb,
@@ -29,46 +30,6 @@ pub struct SampleRecord<'a> {
     pub light: &'a [Rgb],
 }
 
-/// The weighted sum of the samples of one pixel.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct PixelSum {
-    rgb: Rgb,
-    alpha: f32,
-    weight: f32,
-    /// The same without signs: the fallback where the weights cancel.
-    unsigned: Rgb,
-    unsigned_alpha: f32,
-    count: u32,
-}
-
-impl PixelSum {
-    /// Adds a sample; `weight` is 1, or -1 where the filter is negative.
-    #[inline]
-    pub fn add(&mut self, l: Rgb, alpha: f32, weight: f32) {
-        self.rgb += l * weight;
-        self.alpha += alpha * weight;
-        self.weight += weight;
-        self.unsigned += l;
-        self.unsigned_alpha += alpha;
-        self.count += 1;
-    }
-
-    /// The pixel: premultiplied R, G, B and A.
-    ///
-    /// The weighted mean. Where so few samples were taken that negative weights leave less than a tenth of them, that
-    /// mean would be noise without bound, and the plain mean stands in. Alpha lies in `[0, 1]` also where the negative
-    /// lobes of a filter over- or undershoot at an edge.
-    pub fn resolve(&self) -> [f32; 4] {
-        let n = self.count as f32;
-        let (rgb, alpha) = if self.weight >= 0.1 * n {
-            (self.rgb / self.weight, self.alpha / self.weight)
-        } else {
-            (self.unsigned / n, self.unsigned_alpha / n)
-        };
-        [rgb.r, rgb.g, rgb.b, alpha.clamp(0.0, 1.0)]
-    }
-}
-
 /// The order of a layout's planes in accumulators.
 #[derive(Clone, Debug)]
 pub struct AccumulatorLayout {
@@ -80,7 +41,13 @@ pub struct AccumulatorLayout {
     backgrounds: Vec<f32>,
     /// The planes of mattes: their index in the film, and what they show.
     mattes: Vec<(usize, MatteKind)>,
+    /// The planes of colours of first hits.
+    colors: Vec<ColorPlane>,
+    statistics: Vec<(usize, Statistic)>,
 }
+
+/// A plane's index in the film, and the colour that it shows.
+type ColorPlane = (usize, fn(&FirstHit) -> Rgb);
 
 #[derive(Clone, Copy, Debug)]
 struct DataPlane {
@@ -100,26 +67,41 @@ impl AccumulatorLayout {
             data_width: 0,
             backgrounds: Vec::new(),
             mattes: Vec::new(),
+            colors: Vec::new(),
+            statistics: Vec::new(),
         };
         for (plane, spec) in film.planes().iter().enumerate() {
             if let Some(layer) = spec.light_layer {
                 layout.light.push((plane, layer));
             }
-            if let PassSource::Matte(kind) = spec.pass.source {
-                layout.mattes.push((plane, kind));
-            }
-            if let PassSource::FirstHit(value) = spec.pass.source {
-                layout.data.push(DataPlane {
-                    plane,
-                    first: layout.data_width,
-                    width: spec.width(),
-                    value,
-                });
-                layout.data_width += spec.width();
-                layout.backgrounds.extend(vec![spec.pass.background; spec.width()]);
+            match spec.pass.source {
+                PassSource::Integrator | PassSource::Light(_) | PassSource::LightGroup => {}
+                PassSource::Matte(kind) => layout.mattes.push((plane, kind)),
+                PassSource::Color(color) => layout.colors.push((plane, color)),
+                PassSource::Statistic(statistic) => layout.statistics.push((plane, statistic)),
+                PassSource::FirstHit(value) => {
+                    layout.data.push(DataPlane {
+                        plane,
+                        first: layout.data_width,
+                        width: spec.width(),
+                        value,
+                    });
+                    layout.data_width += spec.width();
+                    layout.backgrounds.extend(vec![spec.pass.background; spec.width()]);
+                }
             }
         }
         layout
+    }
+
+    /// The number of pixels of `all` that have moments.
+    fn moments(&self, all: usize) -> usize {
+        let is_variance = |(_, statistic): &(usize, Statistic)| *statistic == Statistic::Variance;
+        if self.statistics.iter().any(is_variance) {
+            all
+        } else {
+            0
+        }
     }
 }
 
@@ -135,6 +117,10 @@ pub struct TileAccumulator {
     /// The data values of that sample, one pixel after the other.
     data: Vec<f32>,
     coverage: TileCoverage,
+    /// The colours of first hits of each pixel, one pixel after the other.
+    colors: Vec<PixelSum>,
+    /// Empty where no pass shows the variance.
+    moments: Vec<Moments>,
 }
 
 impl TileAccumulator {
@@ -148,6 +134,8 @@ impl TileAccumulator {
             nearest: vec![f32::INFINITY; if has_data { pixels } else { 0 }],
             data: layout.backgrounds.repeat(pixels),
             coverage: TileCoverage::new(pixels, layout.mattes.len()),
+            colors: vec![PixelSum::default(); pixels * layout.colors.len()],
+            moments: vec![Moments::default(); layout.moments(pixels)],
         }
     }
 
@@ -174,12 +162,21 @@ impl TileAccumulator {
                 for (own, (_, layer)) in self.light[pixel * layout.light.len()..].iter_mut().zip(&layout.light) {
                     own.add(sample.light[*layer], 0.0, sample.weight);
                 }
+                if let Some(moments) = self.moments.get_mut(pixel) {
+                    moments.add(sample.l, sample.weight);
+                }
             } else {
                 invalid += 1;
             }
             if layout.data_width > 0 && sample.distance_squared < self.nearest[pixel] {
                 self.nearest[pixel] = sample.distance_squared;
                 self.set_data(layout, context, pixel, sample.first);
+            }
+            for (own, (_, color)) in self.colors[pixel * layout.colors.len()..]
+                .iter_mut()
+                .zip(&layout.colors)
+            {
+                own.add(sample.first.map_or(Rgb::BLACK, color), 0.0, sample.weight);
             }
             if !layout.mattes.is_empty() {
                 self.add_mattes(layout, context, pixel, &sample);
@@ -225,16 +222,19 @@ impl TileAccumulator {
     pub fn resolve_into(&self, layout: &AccumulatorLayout, film: &mut Film) {
         let beauty = self.beauty.iter().map(PixelSum::resolve);
         film.put(0, self.tile, beauty);
-        for (k, (plane, _)) in layout.light.iter().enumerate() {
-            let sums = self.light.iter().skip(k).step_by(layout.light.len());
-            film.put(
-                *plane,
-                self.tile,
-                sums.map(|sum| {
-                    let [r, g, b, _] = sum.resolve();
-                    [r, g, b]
-                }),
-            );
+        let light = layout.light.iter().map(|(plane, _)| *plane);
+        let colors = layout.colors.iter().map(|(plane, _)| *plane);
+        self.resolve_sums(&self.light, light, film);
+        self.resolve_sums(&self.colors, colors, film);
+        for (plane, statistic) in &layout.statistics {
+            match statistic {
+                Statistic::Count => film.put(*plane, self.tile, self.beauty.iter().map(|sum| [sum.count() as f32])),
+                Statistic::Variance => {
+                    let pixels = self.moments.iter().zip(&self.beauty);
+                    let variance = |(moments, sum): (&Moments, &PixelSum)| moments.variance(sum.rgb());
+                    film.put(*plane, self.tile, pixels.map(variance));
+                }
+            }
         }
         for plane in &layout.data {
             let pixels = self.data.chunks_exact(layout.data_width);
@@ -250,38 +250,12 @@ impl TileAccumulator {
             film.put(*plane, self.tile, values.chunks_exact(width));
         }
     }
-}
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_constant_stays_constant_under_signed_weights() {
-        let mut sum = PixelSum::default();
-        for weight in [1.0, 1.0, -1.0, 1.0] {
-            sum.add(Rgb::gray(3.0), 1.0, weight);
+    /// Writes the values of sums, of which each pixel has one for each of `planes`.
+    fn resolve_sums(&self, sums: &[PixelSum], planes: impl ExactSizeIterator<Item = usize>, film: &mut Film) {
+        let count = planes.len();
+        for (k, plane) in planes.enumerate() {
+            film.put(plane, self.tile, sums.iter().skip(k).step_by(count).map(PixelSum::rgb));
         }
-        assert_eq!(sum.resolve(), [3.0, 3.0, 3.0, 1.0]);
-    }
-
-    #[test]
-    fn alpha_lies_between_0_and_1_whatever_the_lobes_of_the_filter() {
-        // Four samples of a solid edge; the one with a negative weight lies on the other side of it.
-        for (alphas, want) in [([1.0, 1.0, 1.0, 0.0], 1.0), ([0.0, 0.0, 0.0, 1.0], 0.0)] {
-            let mut sum = PixelSum::default();
-            for (alpha, weight) in alphas.into_iter().zip([1.0, 1.0, 1.0, -1.0]) {
-                sum.add(Rgb::gray(1.0), alpha, weight);
-            }
-            assert_eq!(sum.resolve()[3], want);
-        }
-    }
-
-    #[test]
-    fn weights_that_cancel_leave_the_plain_mean() {
-        let mut sum = PixelSum::default();
-        sum.add(Rgb::gray(1.0), 1.0, 1.0);
-        sum.add(Rgb::gray(3.0), 1.0, -1.0);
-        assert_eq!(sum.resolve(), [2.0, 2.0, 2.0, 1.0]);
     }
 }

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::{
     coverage::DEFAULT_RANKS,
-    passes::{BEAUTY, PassRequest, PassSource, PassSpec, group_pass_name},
+    passes::{BEAUTY, PassSource, PassSpec, group_pass_name},
+    request::PassRequest,
 };
 use crate::{
     scene::{LightGroup, MatteTable, Mattes},
@@ -62,6 +63,8 @@ pub struct Needs {
     /// Light sorted by components and groups.
     pub light_layers: bool,
     pub first_hits: bool,
+    /// The albedo of first hits.
+    pub albedo: bool,
 }
 
 impl FilmLayout {
@@ -77,7 +80,9 @@ impl FilmLayout {
             match (&spec.source, request) {
                 (PassSource::Integrator, _) => {}
                 (PassSource::Light(component), _) => planes.push(plane(spec, Some(component.layer()))),
-                (PassSource::FirstHit(_), _) => planes.push(plane(spec, None)),
+                (PassSource::FirstHit(_) | PassSource::Color(_) | PassSource::Statistic(_), _) => {
+                    planes.push(plane(spec, None));
+                }
                 (PassSource::Matte(_), _) => planes.push(PlaneSpec {
                     ranks: DEFAULT_RANKS,
                     ..plane(spec, None)
@@ -136,6 +141,10 @@ impl FilmLayout {
         Needs {
             light_layers: self.planes.iter().any(|p| p.light_layer.is_some()),
             first_hits: self.planes.iter().any(|p| p.pass.reads_first_hits()),
+            albedo: self
+                .planes
+                .iter()
+                .any(|p| matches!(p.pass.source, PassSource::Color(_))),
         }
     }
 }

@@ -3,12 +3,16 @@
 pub mod accumulator;
 pub mod coverage;
 pub mod layout;
+mod motion;
 pub mod passes;
+pub mod pixel_sum;
+pub mod request;
 pub mod window;
 
 pub use accumulator::{SampleRecord, TileAccumulator};
 pub use layout::{FilmLayout, PlaneSpec};
-pub use passes::{PassRequest, PassSpec, PixelType};
+pub use passes::{PassSpec, PixelType};
+pub use request::PassRequest;
 pub use window::Window;
 
 /// The passes of one frame.

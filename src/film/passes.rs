@@ -3,10 +3,12 @@
 //! Scene files (`[output] aovs`, `show`), the command line (`--aovs`, `--show`), the film, the writers and the documentation
 //! read this table. A new pass is one row; a pass of what the camera meets first is a function from [`FirstHit`] to numbers.
 
+use super::motion;
 use crate::{
-    camera::Camera,
+    camera::{Camera, Neighbours},
+    geometry::InstanceId,
+    math::Rgb,
     scene::{Component, FirstHit, MatteKind, Scene},
-    value::UnknownName,
 };
 
 /// One pass.
@@ -42,6 +44,8 @@ pub enum Combine {
     Filtered,
     /// The sample nearest to the pixel's centre; of equally near ones the first.
     Nearest,
+    /// A figure about all samples, of which each counts once.
+    Counted,
     /// The mattes that cover the pixel and the coverage of each by the pixel filter, from the most to the least.
     Ranked,
 }
@@ -76,15 +80,28 @@ pub enum PassSource {
     /// The mattes of this kind that the first hits are in: Cryptomatte. Two ranks share the channels of a layer, as many layers
     /// have the pass's name and a number.
     Matte(MatteKind),
-    /// The first hit of a sample's camera ray.
+    /// The first hit of the sample's camera ray that lies nearest to the pixel's centre.
     FirstHit(fn(&FirstHit, &PassContext<'_>) -> [f32; 3]),
+    /// A colour of the first hits of all samples.
+    Color(fn(&FirstHit) -> Rgb),
+    /// A figure about the samples of the beauty.
+    Statistic(Statistic),
+}
+
+/// A figure about the samples of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Statistic {
+    Count,
+    /// The variance of the pixel's value.
+    Variance,
 }
 
 /// The data that a pass may read beside the first hit.
 #[derive(Clone, Copy)]
 pub struct PassContext<'a> {
-    /// The camera when the shutter opens.
+    /// The camera when the shutter opens, and those of the frames before and after.
     pub camera: &'a Camera,
+    pub neighbours: &'a Neighbours,
     pub scene: &'a Scene,
 }
 
@@ -183,6 +200,16 @@ pub const PASSES: &[PassSpec] = &[
         about: "light of each group, as `lightgroup_NAME`; lights without a group are in `lightgroup_default`",
     },
     PassSpec {
+        name: "albedo",
+        channels: &["R", "G", "B"],
+        pixel: PixelType::Half,
+        combine: Combine::Filtered,
+        background: 0.0,
+        display: Display::Light,
+        source: PassSource::Color(|hit| hit.albedo),
+        about: "the part of white light from all around that the first surface reflects or lets through to the camera",
+    },
+    PassSpec {
         name: "N",
         channels: &["X", "Y", "Z"],
         pixel: PixelType::Half,
@@ -191,6 +218,16 @@ pub const PASSES: &[PassSpec] = &[
         display: Display::Signed,
         source: PassSource::FirstHit(|hit, _| hit.ns.to_array()),
         about: "unit shading normal in world space, as authored: a face that points away from the camera shows it",
+    },
+    PassSpec {
+        name: "P",
+        channels: &["X", "Y", "Z"],
+        pixel: PixelType::Float,
+        combine: Combine::Nearest,
+        background: 0.0,
+        display: Display::Fraction,
+        source: PassSource::FirstHit(|hit, context| (context.scene.origin + hit.p.as_dvec3()).as_vec3().to_array()),
+        about: "place of the surface in world space, in metres",
     },
     PassSpec {
         name: "depth",
@@ -227,14 +264,78 @@ pub const PASSES: &[PassSpec] = &[
         about: "surface parameters, which `mapping = \"uv\"` textures read",
     },
     PassSpec {
+        name: "forward",
+        channels: &["u", "v", "z"],
+        pixel: PixelType::Float,
+        combine: Combine::Nearest,
+        background: 0.0,
+        display: Display::Signed,
+        source: PassSource::FirstHit(|hit, context| {
+            motion::between(hit.p, Some(context.camera), context.neighbours.next.as_ref())
+        }),
+        about: "motion of the surface to its place in the next frame: pixels to the right, pixels upwards, and metres of depth",
+    },
+    PassSpec {
+        name: "backward",
+        channels: &["u", "v", "z"],
+        pixel: PixelType::Float,
+        combine: Combine::Nearest,
+        background: 0.0,
+        display: Display::Signed,
+        source: PassSource::FirstHit(|hit, context| {
+            motion::between(hit.p, context.neighbours.previous.as_ref(), Some(context.camera))
+        }),
+        about: "the same from its place in the frame before to that in this one; 0 over a cut and where there is no such frame",
+    },
+    PassSpec {
         name: "objectId",
         channels: &["Y"],
         pixel: PixelType::Uint,
         combine: Combine::Nearest,
         background: 0.0,
         display: Display::Id,
-        source: PassSource::FirstHit(|hit, _| [f32::from_bits(hit.object.0 + 1), 0.0, 0.0]),
+        source: PassSource::FirstHit(|hit, _| id(Some(hit.object.0))),
         about: "number of the object, 1 for the first of the scene file",
+    },
+    PassSpec {
+        name: "instanceId",
+        channels: &["Y"],
+        pixel: PixelType::Uint,
+        combine: Combine::Nearest,
+        background: 0.0,
+        display: Display::Id,
+        source: PassSource::FirstHit(|hit, _| id((hit.instance != InstanceId::NONE).then_some(hit.instance.0))),
+        about: "number of the instance, from 1; 0 for what is no instance",
+    },
+    PassSpec {
+        name: "materialId",
+        channels: &["Y"],
+        pixel: PixelType::Uint,
+        combine: Combine::Nearest,
+        background: 0.0,
+        display: Display::Id,
+        source: PassSource::FirstHit(|hit, _| id(Some(hit.material.0))),
+        about: "number of the material, from 1",
+    },
+    PassSpec {
+        name: "variance",
+        channels: &["R", "G", "B"],
+        pixel: PixelType::Float,
+        combine: Combine::Counted,
+        background: 0.0,
+        display: Display::Heat,
+        source: PassSource::Statistic(Statistic::Variance),
+        about: "variance of the beauty of the pixel, as if its samples were independent; 0 for a single sample",
+    },
+    PassSpec {
+        name: "sampleCount",
+        channels: &["Y"],
+        pixel: PixelType::Float,
+        combine: Combine::Counted,
+        background: 0.0,
+        display: Display::Heat,
+        source: PassSource::Statistic(Statistic::Count),
+        about: "number of the samples of the beauty, without those that were not finite",
     },
     matte(
         "CryptoObject",
@@ -249,10 +350,16 @@ pub const PASSES: &[PassSpec] = &[
     ),
 ];
 
+/// The bits of a number from 1 for an index from 0, as those of a float; 0 for none.
+fn id(index: Option<u32>) -> [f32; 3] {
+    [f32::from_bits(index.map_or(0, |i| i.wrapping_add(1))), 0.0, 0.0]
+}
+
 /// The name that lights without a group go by.
 pub const DEFAULT_GROUP: &str = "default";
 
-const GROUP_PREFIX: &str = "lightgroup_";
+/// The beginning of the names of their passes.
+pub(super) const GROUP_PREFIX: &str = "lightgroup_";
 
 impl PassSpec {
     /// Whether its values are light, with a colour space, and not data.
@@ -262,78 +369,20 @@ impl PassSpec {
 
     /// Whether it is made of first hits.
     pub fn reads_first_hits(&self) -> bool {
-        matches!(self.source, PassSource::FirstHit(_) | PassSource::Matte(_))
+        use PassSource::{Color, FirstHit, Matte};
+        matches!(self.source, FirstHit(_) | Matte(_) | Color(_))
     }
 
     /// Whether `--aovs` may ask for it: not what stands in place of the beauty.
-    fn is_requestable(&self) -> bool {
+    pub(super) fn is_requestable(&self) -> bool {
         !matches!(self.source, PassSource::Integrator) || self.name == BEAUTY.name
     }
-}
-
-/// A pass that is asked for.
-#[derive(Clone, Debug, PartialEq)]
-pub enum PassRequest {
-    /// A row of the table; `lightgroup` stands for all groups.
-    Pass(&'static PassSpec),
-    /// The light of the group of this name.
-    LightGroup(String),
 }
 
 impl PartialEq for PassSpec {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name
     }
-}
-
-impl PassRequest {
-    /// The passes of a list of names; `all` stands for every pass.
-    ///
-    /// # Errors
-    /// The first name that is none of a pass.
-    pub fn parse_list<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<Vec<Self>, UnknownName> {
-        let mut list = Vec::new();
-        for name in names {
-            if name == "all" {
-                list.extend(PASSES.iter().filter(|spec| spec.is_requestable()).map(Self::Pass));
-            } else {
-                list.push(Self::parse(name)?);
-            }
-        }
-        Ok(list)
-    }
-
-    /// The pass of this name.
-    ///
-    /// # Errors
-    /// There is none.
-    pub fn parse(name: &str) -> Result<Self, UnknownName> {
-        if let Some(spec) = PASSES.iter().find(|spec| spec.is_requestable() && spec.name == name) {
-            return Ok(Self::Pass(spec));
-        }
-        match name.strip_prefix(GROUP_PREFIX) {
-            Some(group) if !group.is_empty() => Ok(Self::LightGroup(group.to_owned())),
-            _ => Err(UnknownName::new("pass", name, Self::names())),
-        }
-    }
-
-    /// The names that [`PassRequest::parse_list`] reads, but for those of light groups.
-    pub fn names() -> impl Iterator<Item = &'static str> {
-        let requestable = PASSES.iter().filter(|spec| spec.is_requestable());
-        requestable.map(|spec| spec.name).chain(["all"])
-    }
-
-    pub fn spec(&self) -> &'static PassSpec {
-        match self {
-            Self::Pass(spec) => spec,
-            Self::LightGroup(_) => light_group(),
-        }
-    }
-}
-
-fn light_group() -> &'static PassSpec {
-    let spec = PASSES.iter().find(|spec| matches!(spec.source, PassSource::LightGroup));
-    spec.expect("the table has the row")
 }
 
 /// The name of the pass that shows the light of a group.
@@ -366,21 +415,9 @@ mod tests {
         {
             let filtered = spec.combine == Combine::Filtered;
             assert_eq!(spec.is_light(), filtered, "{}", spec.name);
-            let is_data = matches!(spec.source, PassSource::FirstHit(_) | PassSource::Matte(_));
+            use PassSource::{FirstHit, Matte, Statistic};
+            let is_data = matches!(spec.source, FirstHit(_) | Matte(_) | Statistic(_));
             assert_eq!(!filtered, is_data, "{}", spec.name);
         }
-    }
-
-    #[test]
-    fn a_list_names_passes_groups_and_all() {
-        let names = |list: &[&str]| -> Vec<String> {
-            let list = PassRequest::parse_list(list.iter().copied()).unwrap();
-            list.iter().map(|p| p.spec().name.to_owned()).collect()
-        };
-        assert_eq!(names(&["depth", "lightgroup_key"]), ["depth", "lightgroup"]);
-        assert_eq!(names(&["all"]).len(), PASSES.len() - 1);
-        let error = PassRequest::parse_list(["dept"]).unwrap_err();
-        assert_eq!(error.suggestion(), Some("depth"));
-        assert!(PassRequest::parse("cost").is_err() && PassRequest::parse("lightgroup_").is_err());
     }
 }

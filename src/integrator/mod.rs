@@ -161,6 +161,11 @@ pub trait Integrator: Sync + Send {
         false
     }
 
+    /// Whether its radiance is the light of lights, so that it can be sorted by components and light groups.
+    fn has_light(&self) -> bool {
+        !self.wants_cost()
+    }
+
     /// Adds what tracing the nearest hit of a camera ray cost.
     fn add_cost(&self, _cost: RayCost, _out: &mut ShadingOutput) {}
 

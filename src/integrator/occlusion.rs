@@ -65,6 +65,10 @@ impl Integrator for Occlusion {
         self.samples.div_ceil(RAYS_PER_ROUND)
     }
 
+    fn has_light(&self) -> bool {
+        false
+    }
+
     fn vertex(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
         let Vertex::Surface(surface, _) = context.vertex else {
             return out.add(Rgb::WHITE);

@@ -1,12 +1,13 @@
 //! The data that all waves of a frame share.
 
-use super::Settings;
+use super::{Settings, sample_block::SampleBlock};
 use crate::{
     camera::{Camera, FrameCamera},
     film::{FilmLayout, accumulator::AccumulatorLayout, layout::Needs},
-    integrator::Integrator,
-    math::{RayCone, Vec2},
-    scene::{MediumStack, Scene},
+    integrator::{Integrator, PathState},
+    math::{RayCone, Rgb, Vec2},
+    sampler::{Dimension, SampleUse},
+    scene::{MediumStack, Scene, SurfaceInteraction},
     simd::Isa,
 };
 
@@ -60,6 +61,21 @@ impl<'a> RenderContext<'a> {
             fills_film: frame_camera.fills_film(),
             cone: scene.reads_footprints().then(cone),
         }
+    }
+}
+
+impl RenderContext<'_> {
+    /// The albedo that the path's own direction finds at its first surface.
+    pub fn sample_albedo(&self, surface: &SurfaceInteraction, path: &PathState, block: &SampleBlock) -> Rgb {
+        let key = block.key(self.settings, path.sample);
+        let number = |sample_use| {
+            self.settings
+                .sampler
+                .get_2d(&key, Dimension::at(path.depth, sample_use))
+        };
+        let (selection, direction) = (number(SampleUse::Selection), number(SampleUse::Bsdf));
+        self.scene
+            .sample_albedo(surface, path.last.media, selection.y, direction.into())
     }
 }
 

@@ -117,6 +117,7 @@ impl Wave {
         let (tile, together) = (spec.tile, spec.samples.len());
         let passes = PassContext {
             camera: &context.camera,
+            neighbours: context.frame_camera.neighbours(),
             scene: context.scene,
         };
         let layers = self.out.layers.as_ref().filter(|_| context.needs.light_layers);
@@ -301,16 +302,6 @@ impl Wave {
             context
                 .scene
                 .surfaces(context.simd, numbers.clone(), prims, hit, &mut inputs.surfaces);
-            if depth == 1 && context.needs.first_hits {
-                for (surface, k) in inputs.surfaces.interactions.iter().zip(numbers) {
-                    let (ray, hit) = hit(k);
-                    let first = FirstHit::new(surface, hit, surface.t * ray.d.length());
-                    first_hits[paths[hit_indices[k] as usize].sample as usize] = Some(first);
-                }
-            }
-            if context.settings.content == Content::FirstHits {
-                continue;
-            }
             if context.cone.is_some() {
                 for (surface, &i) in inputs.surfaces.interactions.iter_mut().zip(indices) {
                     let (ray, path) = (&rays[i as usize], &mut paths[i as usize]);
@@ -319,6 +310,19 @@ impl Wave {
                     }
                     surface.set_footprint(path.cone.width.abs());
                 }
+            }
+            if depth == 1 && round == 0 && context.needs.first_hits {
+                for (surface, k) in inputs.surfaces.interactions.iter().zip(numbers) {
+                    let ((ray, hit), path) = (hit(k), &paths[hit_indices[k] as usize]);
+                    let mut first = FirstHit::new(surface, hit, surface.t * ray.d.length());
+                    if context.needs.albedo {
+                        first.albedo = context.sample_albedo(surface, path, block);
+                    }
+                    first_hits[path.sample as usize] = Some(first);
+                }
+            }
+            if context.settings.content == Content::FirstHits {
+                continue;
             }
             out.clock.lap(Stage::Surfaces);
             block.keys(context.simd, context.settings, indices, paths, &mut inputs.keys);

@@ -4,7 +4,7 @@ use super::{ObjectId, SurfaceInteraction};
 use crate::{
     geometry::{Hit, InstanceId, PrimId},
     material::MaterialId,
-    math::{Vec2, Vec3},
+    math::{Rgb, Vec2, Vec3},
 };
 
 /// The first surface along a camera ray, in world space, after all that lets the ray pass.
@@ -24,6 +24,9 @@ pub struct FirstHit {
     pub object: ObjectId,
     pub instance: InstanceId,
     pub material: MaterialId,
+    /// The albedo that one direction found, see [`Scene::sample_albedo`](super::Scene::sample_albedo); black where no pass
+    /// reads it.
+    pub albedo: Rgb,
 }
 
 impl FirstHit {
@@ -40,6 +43,7 @@ impl FirstHit {
             object: surface.object,
             instance: hit.instance,
             material: surface.material,
+            albedo: Rgb::BLACK,
         }
     }
 }

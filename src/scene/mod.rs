@@ -13,6 +13,7 @@ use crate::{
     texture::{Bitmap, Texture, Textures},
 };
 
+mod albedo;
 pub mod background;
 pub mod builder;
 mod emitter_bounds;

@@ -238,6 +238,7 @@ fn passes_page() -> Page {
             Combine::Filtered => "filtered",
             Combine::Nearest => "nearest",
             Combine::Ranked => "ranked",
+            Combine::Counted => "counted",
         };
         let layer = match spec.source {
             _ if spec == BEAUTY => String::new(),

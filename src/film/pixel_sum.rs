@@ -1,0 +1,140 @@
+//! The sums of a pixel's samples, from which its value and its variance follow.
+
+use crate::math::Rgb;
+
+/// The weighted sum of the samples of one pixel.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PixelSum {
+    rgb: Rgb,
+    alpha: f32,
+    weight: f32,
+    /// The same without signs: the fallback where the weights cancel.
+    unsigned: Rgb,
+    unsigned_alpha: f32,
+    count: u32,
+}
+
+impl PixelSum {
+    /// Adds a sample; `weight` is 1, or -1 where the filter is negative.
+    #[inline]
+    pub fn add(&mut self, l: Rgb, alpha: f32, weight: f32) {
+        self.rgb += l * weight;
+        self.alpha += alpha * weight;
+        self.weight += weight;
+        self.unsigned += l;
+        self.unsigned_alpha += alpha;
+        self.count += 1;
+    }
+
+    /// The pixel: premultiplied R, G, B and A.
+    ///
+    /// The weighted mean. Where so few samples were taken that negative weights leave less than a tenth of them, that
+    /// mean would be noise without bound, and the plain mean stands in. Alpha lies in `[0, 1]` also where the negative
+    /// lobes of a filter over- or undershoot at an edge.
+    pub fn resolve(&self) -> [f32; 4] {
+        let n = self.count as f32;
+        let (rgb, alpha) = if self.weight >= 0.1 * n {
+            (self.rgb / self.weight, self.alpha / self.weight)
+        } else {
+            (self.unsigned / n, self.unsigned_alpha / n)
+        };
+        [rgb.r, rgb.g, rgb.b, alpha.clamp(0.0, 1.0)]
+    }
+
+    /// The pixel without its alpha.
+    pub fn rgb(&self) -> [f32; 3] {
+        let [r, g, b, _] = self.resolve();
+        [r, g, b]
+    }
+
+    /// The number of samples.
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+}
+
+/// The sums of a pixel from which its variance follows.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Moments {
+    sum: [f64; 3],
+    squares: [f64; 3],
+    weight: f64,
+    count: u32,
+}
+
+impl Moments {
+    /// Adds a sample; `weight` is 1, or -1 where the filter is negative.
+    pub fn add(&mut self, l: Rgb, weight: f32) {
+        for (c, l) in l.to_array().into_iter().map(f64::from).enumerate() {
+            self.sum[c] += l;
+            self.squares[c] += l * l;
+        }
+        self.weight += f64::from(weight);
+        self.count += 1;
+    }
+
+    /// The variance of the pixel `mean` that these samples have, as if they were independent; 0 for fewer than two.
+    ///
+    /// Of samples `l` with weights `w` the weighted mean m has the variance `sum(w^2 (l - m)^2) / sum(w)^2`, to first order, times
+    /// `n / (n - 1)`; all weights are 1 or -1.
+    pub fn variance(&self, mean: [f32; 3]) -> [f32; 3] {
+        if self.count < 2 {
+            return [0.0; 3];
+        }
+        let n = f64::from(self.count);
+        // The plain mean stands in where the weights cancel.
+        let weight = if self.weight >= 0.1 * n { self.weight } else { n };
+        std::array::from_fn(|c| {
+            let m = f64::from(mean[c]);
+            let deviation = self.squares[c] - 2.0 * m * self.sum[c] + n * m * m;
+            (deviation.max(0.0) / (weight * weight) * n / (n - 1.0)) as f32
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_constant_stays_constant_under_signed_weights() {
+        let mut sum = PixelSum::default();
+        for weight in [1.0, 1.0, -1.0, 1.0] {
+            sum.add(Rgb::gray(3.0), 1.0, weight);
+        }
+        assert_eq!(sum.resolve(), [3.0, 3.0, 3.0, 1.0]);
+    }
+
+    #[test]
+    fn alpha_lies_between_0_and_1_whatever_the_lobes_of_the_filter() {
+        // Four samples of a solid edge; the one with a negative weight lies on the other side of it.
+        for (alphas, want) in [([1.0, 1.0, 1.0, 0.0], 1.0), ([0.0, 0.0, 0.0, 1.0], 0.0)] {
+            let mut sum = PixelSum::default();
+            for (alpha, weight) in alphas.into_iter().zip([1.0, 1.0, 1.0, -1.0]) {
+                sum.add(Rgb::gray(1.0), alpha, weight);
+            }
+            assert_eq!(sum.resolve()[3], want);
+        }
+    }
+
+    #[test]
+    fn a_variance_is_that_of_the_mean_of_independent_samples() {
+        let (mut sum, mut moments) = (PixelSum::default(), Moments::default());
+        for l in [1.0, 2.0, 3.0, 6.0] {
+            sum.add(Rgb::new(l, 5.0, 0.0), 1.0, 1.0);
+            moments.add(Rgb::new(l, 5.0, 0.0), 1.0);
+        }
+        let [r, g, b, _] = sum.resolve();
+        // The squared deviations from 3 sum to 14, over 4 * 3.
+        assert_eq!(moments.variance([r, g, b]), [14.0 / 12.0, 0.0, 0.0]);
+        assert_eq!(Moments::default().variance([0.0; 3]), [0.0; 3]);
+    }
+
+    #[test]
+    fn weights_that_cancel_leave_the_plain_mean() {
+        let mut sum = PixelSum::default();
+        sum.add(Rgb::gray(1.0), 1.0, 1.0);
+        sum.add(Rgb::gray(3.0), 1.0, -1.0);
+        assert_eq!(sum.resolve(), [2.0, 2.0, 2.0, 1.0]);
+    }
+}

@@ -1,0 +1,92 @@
+//! The passes that a job asks for, by name.
+
+use super::passes::{GROUP_PREFIX, PASSES, PassSource, PassSpec, group_pass_name};
+use crate::value::UnknownName;
+
+/// The name that stands for every pass.
+pub const ALL: &str = "all";
+
+/// A pass that is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PassRequest {
+    /// A row of the table; `lightgroup` stands for all groups.
+    Pass(&'static PassSpec),
+    /// The light of the group of this name.
+    LightGroup(String),
+}
+
+impl PassRequest {
+    /// The passes of a list of names; `all` stands for every pass.
+    ///
+    /// # Errors
+    /// The first name that is none of a pass.
+    pub fn parse_list<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<Vec<Self>, UnknownName> {
+        let mut list = Vec::new();
+        for name in names {
+            if name == ALL {
+                list.extend(PASSES.iter().filter(|spec| spec.is_requestable()).map(Self::Pass));
+            } else {
+                list.push(Self::parse(name)?);
+            }
+        }
+        Ok(list)
+    }
+
+    /// The pass of this name.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn parse(name: &str) -> Result<Self, UnknownName> {
+        if let Some(spec) = PASSES.iter().find(|spec| spec.is_requestable() && spec.name == name) {
+            return Ok(Self::Pass(spec));
+        }
+        match name.strip_prefix(GROUP_PREFIX) {
+            Some(group) if !group.is_empty() => Ok(Self::LightGroup(group.to_owned())),
+            _ => Err(UnknownName::new("pass", name, Self::names())),
+        }
+    }
+
+    /// The names that [`PassRequest::parse_list`] reads, but for those of light groups.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        let requestable = PASSES.iter().filter(|spec| spec.is_requestable());
+        requestable.map(|spec| spec.name).chain([ALL])
+    }
+
+    /// The name by which it is asked for.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Pass(spec) => spec.name.to_owned(),
+            Self::LightGroup(group) => group_pass_name(group),
+        }
+    }
+
+    pub fn spec(&self) -> &'static PassSpec {
+        match self {
+            Self::Pass(spec) => spec,
+            Self::LightGroup(_) => light_group(),
+        }
+    }
+}
+
+fn light_group() -> &'static PassSpec {
+    let spec = PASSES.iter().find(|spec| matches!(spec.source, PassSource::LightGroup));
+    spec.expect("the table has the row")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_list_names_passes_groups_and_all() {
+        let names = |list: &[&str]| -> Vec<String> {
+            let list = PassRequest::parse_list(list.iter().copied()).unwrap();
+            list.iter().map(|p| p.spec().name.to_owned()).collect()
+        };
+        assert_eq!(names(&["depth", "lightgroup_key"]), ["depth", "lightgroup"]);
+        assert_eq!(names(&["all"]).len(), PASSES.len() - 1);
+        let error = PassRequest::parse_list(["dept"]).unwrap_err();
+        assert_eq!(error.suggestion(), Some("depth"));
+        assert!(PassRequest::parse("cost").is_err() && PassRequest::parse("lightgroup_").is_err());
+    }
+}

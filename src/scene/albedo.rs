@@ -1,0 +1,48 @@
+//! The albedo of surfaces: the part of white light from all around that they send to a viewer.
+
+use super::{MediumStack, Scene, SurfaceInteraction, shading_frame::shading_frame};
+use crate::{
+    bsdf::{BsdfKind, BsdfVisitor},
+    material::Material,
+    math::{Rgb, Sample2D},
+};
+
+impl Scene {
+    /// The albedo that one direction finds, chosen by numbers in `[0, 1)` as those of [`BsdfKind::sample`]. Its mean over all
+    /// numbers is the albedo: the integral of `f |cos|` over all directions of reflected and of transmitted light. Lambert's
+    /// law and mirrors have the same value for all numbers.
+    pub fn sample_albedo(&self, surface: &SurfaceInteraction, media: MediumStack, uc: f32, u: Sample2D) -> Rgb {
+        let material = self.material(surface.material);
+        let mut bsdf = material.bsdf(&self.textures(), &surface.texture);
+        if let Some(ior) = self.ior_outside(media, surface.material) {
+            bsdf = bsdf.immersed(ior);
+        }
+        let mut albedo = Rgb::BLACK;
+        bsdf.dispatch(SampleAlbedo {
+            scene: self,
+            surface,
+            material,
+            numbers: (uc, u),
+            albedo: &mut albedo,
+        });
+        albedo
+    }
+}
+
+struct SampleAlbedo<'a> {
+    scene: &'a Scene,
+    surface: &'a SurfaceInteraction,
+    material: &'a Material,
+    numbers: (f32, Sample2D),
+    albedo: &'a mut Rgb,
+}
+
+impl BsdfVisitor for SampleAlbedo<'_> {
+    fn visit(self, bsdf: &impl BsdfKind) {
+        let frame = shading_frame(self.scene, self.surface, self.material, bsdf).frame;
+        let (uc, u) = self.numbers;
+        let sample = bsdf.sample(frame.to_local(self.surface.wo), uc, u);
+        let weight = sample.map_or(Rgb::BLACK, |sample| sample.weight);
+        *self.albedo = if weight.is_finite() { weight } else { Rgb::BLACK };
+    }
+}
