@@ -4,9 +4,11 @@
 //! without touching a pixel; [`Job::load`] loads what the scene is made of; [`Job::run`] renders the frames, writing each
 //! one while the next one renders.
 
+mod encoding;
 mod existing;
 pub mod inventory;
 mod job;
+mod names;
 mod passes;
 mod plan;
 mod request;

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{Existing, FrameRange, Request, Turntable, passes::PassChoice, range::MAX_FRAMES};
+use super::{Existing, FrameRange, Request, Turntable, encoding, names, passes::PassChoice, range::MAX_FRAMES};
 use crate::{
     accel::BuildOptions,
     assets::{Files, MemoryBudget, MemoryKind, camera_path},
@@ -15,11 +15,11 @@ use crate::{
     film::{Film, Window, coverage::DEFAULT_RANKS},
     integrator::{BuiltIn, IntegratorDesc},
     math::DVec3,
-    output::{self, Compression, Coverage, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown},
+    output::{self, Coverage, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown},
     render::{self, Content, Control, RenderError, Renderer, SampleBudget},
     sampler::{Sampler, SeedMode},
     scene::Scene,
-    value::{Problem, Spanned, UnknownName},
+    value::Problem,
 };
 
 /// A file to be written.
@@ -85,20 +85,14 @@ impl Plan {
                 None
             }
         };
-        let view = match &request.view {
-            Some(name) => Ok(Some(view_of_request(name)?)),
-            None => named(
-                "view",
-                &desc.output.view,
-                DisplayTransform::from_name,
-                DisplayTransform::names(),
-            ),
-        };
-        let view = view.map_err(&mut keep).ok();
-        let names = Compression::ALL.iter().map(|c| c.name());
-        let compression = named("compression", &desc.output.compression, Compression::from_name, names)
-            .map_err(&mut keep)
-            .ok();
+        let view = names::choose(
+            ("view", "--view"),
+            (&request.view, &desc.output.view),
+            DisplayTransform::from_name,
+            DisplayTransform::names(),
+        );
+        let view = view?.map_err(&mut keep).ok();
+        let encoding = encoding::choose(desc, request, &mut keep)?;
         let choice = match PassChoice::of_request(request, &patterns)? {
             Some(choice) => Ok(choice),
             None => PassChoice::of_scene(desc, request, &patterns),
@@ -107,10 +101,10 @@ impl Plan {
         if let Some(diagnostics) = Diagnostics::new(&desc.source, problems) {
             return Err(Error::Invalid(diagnostics));
         }
-        let (Some(integrator), Some(view), Some(compression), Some(choice)) = (integrator, view, compression, choice)
-        else {
+        let (Some(integrator), Some(view), Some(encoding), Some(choice)) = (integrator, view, encoding, choice) else {
             unreachable!("what did not compile left a problem");
         };
+        encoding::check(encoding, &choice, &patterns)?;
         let shown = set_passes(&mut settings, choice, (described.name(), &integrator))?;
         take_memory(desc, &settings, &integrator, inputs.memory())?;
         let turntable = request
@@ -140,9 +134,7 @@ impl Plan {
             exposure: request
                 .exposure
                 .unwrap_or_else(|| desc.output.exposure.map_or(0.0, f32::from)),
-            encoding: Encoding {
-                compression: compression.unwrap_or_default(),
-            },
+            encoding,
             shown,
             fps: request.fps.map(rational),
             seed_mode: request.seed_mode.unwrap_or(desc.render.seed_mode),
@@ -210,7 +202,7 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
     let said = [desc.render.width.get_ref().0, desc.render.height.get_ref().0];
     let resolution = request.resolution.unwrap_or(said);
     let window = match request.crop {
-        None => Window::full(resolution),
+        None => overscanned(resolution, request.overscan),
         Some([x0, y0, x1, y1]) if x1 <= resolution[0] && y1 <= resolution[1] && x0 < x1 && y0 < y1 => {
             Window::sized([x0 as i32, y0 as i32], [x1 - x0, y1 - y0])
         }
@@ -246,6 +238,13 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
             .or(desc.output.cryptomatte_levels.as_ref().map(|n| n.get_ref().0))
             .unwrap_or(DEFAULT_RANKS),
     })
+}
+
+/// The picture with so many more columns and rows beyond each edge.
+fn overscanned([width, height]: [u32; 2], overscan: u32) -> Window {
+    let first = -i64::from(overscan).min(i64::from(MAX_SIDE)) as i32;
+    let size = [width, height].map(|n| n.saturating_add(2 * overscan.min(MAX_SIDE)));
+    Window::sized([first; 2], size)
 }
 
 /// The number of frames in memory at once: one renders, one waits, one is written, encoded beside its pixels.
@@ -292,23 +291,6 @@ fn integrator(desc: &SceneDesc, request: &Request) -> Result<IntegratorDesc, Err
         Some(said) if said.name() == name => Ok(said),
         _ => IntegratorDesc::by_name(name).map_err(|e| Error::Usage(format!("--integrator: {e}"))),
     }
-}
-
-fn view_of_request(name: &str) -> Result<DisplayTransform, Error> {
-    let unknown = || UnknownName::new("view", name, DisplayTransform::names());
-    DisplayTransform::from_name(name).ok_or_else(|| Error::Usage(format!("--view: {}", unknown())))
-}
-
-fn named<T>(
-    what: &str,
-    given: &Option<Spanned<String>>,
-    from_name: impl Fn(&str) -> Option<T>,
-    known: impl Iterator<Item = &'static str>,
-) -> Result<Option<T>, Problem> {
-    let Some(given) = given else { return Ok(None) };
-    let name = given.get_ref();
-    let unknown = || UnknownName::new(what, name, known).at(given.span());
-    from_name(name).map(Some).ok_or_else(unknown)
 }
 
 fn patterns(desc: &SceneDesc, request: &Request) -> Result<Vec<FilePattern>, Error> {

@@ -35,6 +35,14 @@ pub struct Request {
     pub view: Option<String>,
     /// The exposure of 8-bit files, in stops.
     pub exposure: Option<f32>,
+    /// The name of the compression of EXR files.
+    pub compression: Option<String>,
+    /// The name of the type of light in EXR files.
+    pub exr_type: Option<String>,
+    /// Whether each layer of an EXR file is a part of its own; the scene decides where it is not.
+    pub multipart: bool,
+    /// Columns and rows beyond each edge of the picture.
+    pub overscan: u32,
     pub accel: BuildOptions,
     pub fps: Option<f64>,
     pub rotation_order: Option<RotationOrder>,

@@ -147,6 +147,18 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "PATTERN", help_heading = heading::OUTPUT)]
     pub output: Vec<String>,
 
+    /// Compression of EXR files: zips, zip, piz, rle, none, or the lossy dwaa
+    #[arg(long, value_name = "NAME", hide_short_help = true, help_heading = heading::OUTPUT)]
+    pub compression: Option<String>,
+
+    /// Type of the numbers of light in EXR files: half or float
+    #[arg(long, value_name = "TYPE", hide_short_help = true, help_heading = heading::OUTPUT)]
+    pub exr_type: Option<String>,
+
+    /// Make each layer of an EXR file a part of its own
+    #[arg(long, hide_short_help = true, help_heading = heading::OUTPUT)]
+    pub multipart: bool,
+
     #[command(flatten)]
     pub existing: ExistingArgs,
 
@@ -173,6 +185,10 @@ pub struct RenderArgs {
     /// Render only columns X0 to X1 - 1 and rows Y0 to Y1 - 1
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop, help_heading = heading::PICTURE)]
     pub crop: Option<[u32; 4]>,
+
+    /// Also render N columns and rows beyond each edge; EXR files keep the picture as their display window
+    #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "crop", value_parser = clap::value_parser!(u32).range(..=65536), hide_short_help = true, help_heading = heading::PICTURE)]
+    pub overscan: u32,
 
     /// Seed of the random numbers
     #[arg(long, value_name = "N", hide_short_help = true, help_heading = heading::PICTURE)]

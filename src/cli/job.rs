@@ -192,6 +192,10 @@ fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         show: args.show.clone(),
         view: args.view.clone(),
         exposure: args.exposure,
+        compression: args.compression.clone(),
+        exr_type: args.exr_type.clone(),
+        multipart: args.multipart,
+        overscan: args.overscan,
         accel: BuildOptions {
             simd,
             ..args.accel.into()

@@ -91,7 +91,9 @@ fn some_kind_or_name<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Re
 /// | `show` | a pass | the beauty |
 /// | `view` | how a PNG file shows light, see below | `"srgb"` |
 /// | `exposure` | exposure of PNG files, in stops | 0 |
-/// | `compression` | compression of EXR files: `"zips"`, `"zip"` or `"none"` | `"zips"` |
+/// | `compression` | compression of EXR files, see below | `"zips"` |
+/// | `exr_type` | numbers of light and normals in EXR files: `"half"` or `"float"` | `"half"` |
+/// | `multipart` | whether each layer is a part of its own of an EXR file: `true` or `false` | `false` |
 ///
 /// In a file pattern `####` is the frame number with four digits; `%04d` and `$F4` mean the same. The ending selects the
 /// format. An EXR file holds scene-linear light with the primaries of Rec. 709, a PNG file 8-bit display values.
@@ -100,6 +102,13 @@ fn some_kind_or_name<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Re
 /// |---|---|
 /// | `"srgb"` | light with the sRGB transfer function |
 /// | `"raw"` | values as they are, clamped to 0 and 1 |
+///
+/// | compression | EXR files |
+/// |---|---|
+/// | `"zips"`, `"zip"` | deflated, a line at a time (read fastest) or 16 lines at a time (smaller) |
+/// | `"piz"` | wavelets, 32 lines at a time: smallest where pictures are noisy |
+/// | `"rle"`, `"none"` | runs of equal bytes, and nothing |
+/// | `"dwaa"` | lossy, for pictures alone: refused in files with passes of data |
 ///
 /// An EXR file holds the passes of `aovs` beside the picture. With `show` all files hold that pass alone; a pass of data is
 /// rendered with one ray through the centre of each pixel and of the lens, and a PNG file shows it in a way of its own, see
@@ -121,6 +130,8 @@ pub struct OutputDesc {
     pub view: Option<Spanned<String>>,
     pub exposure: Option<Finite>,
     pub compression: Option<Spanned<String>>,
+    pub exr_type: Option<Spanned<String>>,
+    pub multipart: bool,
 }
 
 /// The numbers that `cryptomatte_levels` may be.

@@ -11,7 +11,47 @@ use super::{Compression, FileFacts, FrameImage};
 /// The user's choices about encoding.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Encoding {
+    /// That of EXR files, as are the next two.
     pub compression: Compression,
+    pub light: LightType,
+    pub parts: Parts,
+}
+
+/// The type of the numbers of light, and of normals, in EXR files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LightType {
+    /// 16 bits.
+    #[default]
+    Half,
+    /// 32 bits.
+    Float,
+}
+
+impl LightType {
+    pub const ALL: [Self; 2] = [Self::Half, Self::Float];
+
+    /// Its name in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Half => "half",
+            Self::Float => "float",
+        }
+    }
+
+    /// The type of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|t| t.name() == name)
+    }
+}
+
+/// The parts of an EXR file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Parts {
+    /// All layers in one.
+    #[default]
+    One,
+    /// One for each layer.
+    Many,
 }
 
 /// The result of writing a file.

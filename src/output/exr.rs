@@ -1,4 +1,5 @@
-//! OpenEXR: single-part scanline files, written by ourselves with no compression, ZIPS or ZIP.
+//! OpenEXR: scanline files, of one part unless more are asked for. Blocks are packed by ourselves with no compression, ZIPS
+//! and ZIP, and by the codecs of the `exr` crate with RLE, PIZ and DWAA.
 //!
 //! The same image gives the same bytes: attributes and channels are sorted by name, blocks are compressed by all threads but
 //! written in order, and nothing depends on the time. Halves are rounded to the nearest, ties to even, after numbers beyond
@@ -7,6 +8,7 @@
 //! Source: "OpenEXR File Layout" and "Technical Introduction to OpenEXR", <https://openexr.com/en/latest/>.
 
 mod blocks;
+mod codec;
 mod compression;
 mod cryptomatte;
 mod header;
@@ -18,10 +20,12 @@ mod whole;
 use std::{io::Write, path::Path};
 
 use super::{
-    Attribute, Contents, DisplayTransform, EncodeError, Encoding, FileFacts, Format, FrameImage, Shown, Value,
-    WriteReport, counting::Counting,
+    Attribute, Contents, DisplayTransform, EncodeError, Encoding, FileFacts, Format, FrameImage, LightType, Parts,
+    Shown, Value, WriteReport, counting::Counting,
 };
 use crate::film::{self, PixelType, Window, passes::BEAUTY};
+
+use header::PartFacts;
 
 pub use compression::Compression;
 pub use image::{Channel, ChannelData, Image, Samples};
@@ -43,23 +47,35 @@ impl Format for Exr {
     }
 
     fn encode(&self, frame: &FrameImage, encoding: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
-        let channels = channels(frame);
-        let channels: Vec<Channel> = channels
-            .iter()
-            .map(|(name, samples)| Channel {
-                name,
-                samples: *samples,
-            })
-            .collect();
-        let film = frame.film;
-        let image = Image {
-            display: Window::full(film.resolution),
-            data: film.window,
-            channels: &channels,
-            attributes: &attributes(frame),
+        let layers = layers(frame, encoding);
+        check_layers(frame, &layers, encoding)?;
+        let common = attributes(frame);
+        let with_own = |planes: &[film::Plane]| -> Vec<Attribute> {
+            let own = planes.iter().flat_map(|plane| cryptomatte::attributes(&plane.spec));
+            common.iter().cloned().chain(own).collect()
+        };
+        let image = |channels, attributes| Image {
+            display: Window::full(frame.film.resolution),
+            data: frame.film.window,
+            channels,
+            attributes,
             compression: encoding.compression,
         };
-        write(&image, out)
+        if encoding.parts == Parts::One {
+            let channels: Vec<Channel> = layers.iter().flat_map(Layer::channels).collect();
+            return write(&image(&channels, &with_own(frame.planes())), out);
+        }
+        let planes = frame.planes().chunks(1);
+        let parts: Vec<(Vec<Channel>, Vec<Attribute>)> = layers
+            .iter()
+            .zip(planes)
+            .map(|(layer, plane)| (layer.channels().collect(), with_own(plane)))
+            .collect();
+        let parts = layers.iter().zip(&parts);
+        let parts: Vec<(&str, Image)> = parts
+            .map(|(layer, (channels, own))| (layer.name, image(channels, own)))
+            .collect();
+        write_parts(&parts, out)
     }
 
     fn inspect(&self, path: &Path) -> Option<FileFacts> {
@@ -67,27 +83,67 @@ impl Format for Exr {
     }
 }
 
-/// The channels of a frame with their names.
-fn channels<'a>(frame: &FrameImage<'a>) -> Vec<(String, Samples<'a>)> {
-    let planes = frame.film.planes();
-    let alpha = || ("A".to_owned(), samples(PixelType::Half, &planes[0], 3));
-    let of_plane = |plane: &'a film::Plane| {
-        let names = plane.spec.channel_names().into_iter().enumerate();
-        names.map(|(i, name)| (name, samples(plane.spec.pass.pixel, plane, i)))
+/// A plane of a frame as a file holds it.
+struct Layer<'a> {
+    name: &'a str,
+    channels: Vec<(String, Samples<'a>)>,
+}
+
+impl Layer<'_> {
+    fn channels(&self) -> impl Iterator<Item = Channel<'_>> {
+        self.channels.iter().map(|(name, samples)| Channel {
+            name,
+            samples: *samples,
+        })
+    }
+}
+
+/// The layers of a frame, one for each of its planes; alpha is in the first.
+fn layers<'a>(frame: &FrameImage<'a>, encoding: Encoding) -> Vec<Layer<'a>> {
+    let first = &frame.film.planes()[0];
+    let pixel = |plane: &film::Plane| match (plane.spec.pass.pixel, encoding.light) {
+        (PixelType::Half, LightType::Float) => PixelType::Float,
+        (pixel, _) => pixel,
     };
-    match frame.shown {
-        Shown::All => {
-            let has_alpha = planes[0].spec.pass == BEAUTY;
-            let all = planes.iter().flat_map(of_plane);
-            all.chain((!has_alpha).then(alpha)).collect()
+    let layer = |plane: &'a film::Plane| {
+        let is_shown = frame.shown != Shown::All && plane.spec.pass.is_light();
+        let names = if is_shown {
+            ["R", "G", "B"].map(str::to_owned).to_vec()
+        } else {
+            plane.spec.channel_names()
+        };
+        let names = names.into_iter().enumerate();
+        Layer {
+            name: &plane.spec.name,
+            channels: names.map(|(i, name)| (name, samples(pixel(plane), plane, i))).collect(),
         }
-        Shown::Plane(shown) if planes[shown].spec.pass.is_light() => {
-            let plane = &planes[shown];
-            let channel = |(i, name): (usize, &str)| (name.to_owned(), samples(plane.spec.pass.pixel, plane, i));
-            let light = ["R", "G", "B"].into_iter().enumerate().map(channel);
-            light.chain([alpha()]).collect()
-        }
-        Shown::Plane(shown) => of_plane(&planes[shown]).chain([alpha()]).collect(),
+    };
+    let mut layers: Vec<Layer> = frame.planes().iter().map(layer).collect();
+    if frame.shown != Shown::All || first.spec.pass != BEAUTY {
+        let alpha = if encoding.light == LightType::Float {
+            PixelType::Float
+        } else {
+            PixelType::Half
+        };
+        layers[0].channels.push(("A".to_owned(), samples(alpha, first, 3)));
+    }
+    layers
+}
+
+/// Refuses layers whose names are too long for readers, and data that the compression would change.
+fn check_layers(frame: &FrameImage, layers: &[Layer], encoding: Encoding) -> Result<(), EncodeError> {
+    /// The longest name that every reader knows, in bytes.
+    const LONGEST: usize = 31;
+    let names = layers.iter().flat_map(|layer| &layer.channels).map(|(name, _)| name);
+    if let Some(name) = names.into_iter().find(|name| name.len() > LONGEST) {
+        return Err(EncodeError::Unfit(format!(
+            "the channel `{name}` has a name of more than {LONGEST} bytes, which not every reader knows"
+        )));
+    }
+    let mut data = frame.planes().iter().filter(|plane| !plane.spec.pass.is_light());
+    match data.next().filter(|_| encoding.compression.is_lossy()) {
+        None => Ok(()),
+        Some(plane) => Err(EncodeError::Unfit(encoding.compression.refusal(&plane.spec.name))),
     }
 }
 
@@ -135,9 +191,6 @@ fn attributes(frame: &FrameImage) -> Vec<Attribute> {
             list.push(Attribute::new("colorInteropID", "lin_rec709_scene"));
         }
     }
-    for plane in frame.planes() {
-        list.extend(cryptomatte::attributes(&plane.spec));
-    }
     for given in &metadata.attributes {
         match list.iter_mut().find(|a| a.name == given.name) {
             Some(own) if own.name == "comments" => own.value = format!("{}\n{DISPLAY_VALUES}", given.value).into(),
@@ -155,23 +208,54 @@ fn count(n: u32) -> Value {
 
 /// Writes `image` to `out`.
 pub fn write(image: &Image, out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
-    let mut channels = image.channels.to_vec();
-    channels.sort_by_key(|c| c.name);
-    check(image, &channels)?;
-    let header = header::encode(image, &channels)?;
-    let blocks = blocks::encode(image, &channels);
+    write_file(&[("", *image)], 0, out)
+}
+
+/// Writes images under their names to `out`, as the parts of one file.
+pub fn write_parts(parts: &[(&str, Image)], out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
+    write_file(parts, header::MULTI_PART, out)
+}
+
+fn write_file(parts: &[(&str, Image)], flags: u32, out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
+    let mut head = header::begin(parts.iter().flat_map(|(_, image)| header::names(image)), flags);
+    let is_multi = flags & header::MULTI_PART != 0;
+    let mut packed = Vec::new();
+    for (name, image) in parts {
+        let mut channels = image.channels.to_vec();
+        channels.sort_by_key(|c| c.name);
+        check(image, &channels)?;
+        let blocks = blocks::encode(image, &channels)?;
+        let facts = is_multi.then_some(PartFacts {
+            name,
+            blocks: blocks.len() as u32,
+        });
+        head.extend(header::encode(image, &channels, facts)?);
+        packed.push(blocks);
+    }
+    if is_multi {
+        head.push(0);
+    }
 
     let mut out = Counting { out, bytes: 0 };
-    out.write_all(&header)?;
-    let mut offset = (header.len() + 8 * blocks.len()) as u64;
-    let mut table = Vec::with_capacity(8 * blocks.len());
-    for block in &blocks {
+    out.write_all(&head)?;
+    let block_count: usize = packed.iter().map(Vec::len).sum();
+    let before = if is_multi { 12 } else { 8 };
+    let mut offset = (head.len() + 8 * block_count) as u64;
+    let mut table = Vec::with_capacity(8 * block_count);
+    for block in packed.iter().flatten() {
         table.extend_from_slice(&offset.to_le_bytes());
-        offset += block.packed.len() as u64 + 8;
+        offset += block.packed.len() as u64 + before;
     }
     out.write_all(&table)?;
     let mut report = WriteReport::default();
-    for block in &blocks {
+    for (part, block) in packed
+        .iter()
+        .enumerate()
+        .flat_map(|(i, blocks)| blocks.iter().map(move |b| (i, b)))
+    {
+        if is_multi {
+            out.write_all(&(part as i32).to_le_bytes())?;
+        }
         out.write_all(&block.y.to_le_bytes())?;
         out.write_all(&(block.packed.len() as i32).to_le_bytes())?;
         out.write_all(&block.packed)?;

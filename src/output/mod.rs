@@ -21,7 +21,7 @@ use crate::film::Film;
 
 pub use attribute::{Attribute, Value};
 pub use display::DisplayTransform;
-pub use encode::{Contents, EncodeError, Encoding, Format, WriteReport};
+pub use encode::{Contents, EncodeError, Encoding, Format, LightType, Parts, WriteReport};
 pub use error::OutputError;
 pub use exr::Compression;
 pub use facts::FileFacts;

@@ -5,9 +5,11 @@ use libdeflater::{CompressionLvl, Compressor};
 use rayon::prelude::*;
 
 use super::{
+    codec::Codec,
     compression::Compression,
     image::{Channel, ChannelData, Image, Samples},
 };
+use crate::output::EncodeError;
 
 /// OpenEXR's own default.
 const LEVEL: i32 = 4;
@@ -24,14 +26,18 @@ pub(super) struct Block {
 }
 
 /// All blocks of `image` from the top down, each packed by some thread; `channels` are its channels, sorted.
-pub(super) fn encode(image: &Image, channels: &[Channel]) -> Vec<Block> {
+///
+/// # Errors
+/// A codec gives up.
+pub(super) fn encode(image: &Image, channels: &[Channel]) -> Result<Vec<Block>, EncodeError> {
     let lines = image.compression.lines_per_block();
+    let codec = Codec::new(image, channels);
     (0..image.data.height().div_ceil(lines))
         .into_par_iter()
         .map_init(BlockPacker::new, |packer, block| {
             let first = block * lines;
             let end = (first + lines).min(image.data.height());
-            packer.pack(image, channels, first as usize..end as usize)
+            packer.pack(image, channels, codec.as_ref(), first as usize..end as usize)
         })
         .collect()
 }
@@ -59,7 +65,14 @@ impl BlockPacker {
     }
 
     /// Packs `lines`, counted from the top of the data window.
-    fn pack(&mut self, image: &Image, channels: &[Channel], lines: std::ops::Range<usize>) -> Block {
+    fn pack(
+        &mut self,
+        image: &Image,
+        channels: &[Channel],
+        codec: Option<&Codec>,
+        lines: std::ops::Range<usize>,
+    ) -> Result<Block, EncodeError> {
+        let count = lines.len();
         let width = image.data.width() as usize;
         let y = image.data.y0 + lines.start as i32;
         let (mut clamped, mut nans) = (0, 0);
@@ -77,12 +90,16 @@ impl BlockPacker {
                 }
             }
         }
-        Block {
+        let packed = match codec {
+            Some(codec) => codec.pack(&self.bytes, count)?,
+            None => self.deflate(image.compression).to_vec(),
+        };
+        Ok(Block {
             y,
-            packed: self.deflate(image.compression).to_vec(),
+            packed,
             clamped,
             nans,
-        }
+        })
     }
 
     /// Appends a line of halves; how many numbers were clamped and how many were none.

@@ -1,6 +1,10 @@
 //! The header of a file: magic number, flags, attributes sorted by name.
 
-use super::image::{Channel, Image, Samples};
+use super::{
+    codec::DWA_LEVEL,
+    compression::Compression,
+    image::{Channel, Image, Samples},
+};
 use crate::{
     film::Window,
     output::{EncodeError, Value},
@@ -10,6 +14,8 @@ pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 pub(super) const VERSION: u32 = 2;
 /// Names may have up to 255 bytes instead of 31.
 pub(super) const LONG_NAMES: u32 = 0x400;
+/// There may be more parts than one.
+pub(super) const MULTI_PART: u32 = 0x1000;
 
 const SHORT_NAME: usize = 31;
 const LONG_NAME: usize = 255;
@@ -21,8 +27,29 @@ struct Entry<'a> {
     bytes: Vec<u8>,
 }
 
+/// The attributes that a part of several needs.
+#[derive(Clone, Copy)]
+pub(super) struct PartFacts<'a> {
+    pub name: &'a str,
+    /// The number of its blocks.
+    pub blocks: u32,
+}
+
+/// The bytes before the header or the headers, in which these names occur; `flags` are those of the file but for long names.
+pub(super) fn begin<'a>(mut names: impl Iterator<Item = &'a str>, flags: u32) -> Vec<u8> {
+    let long = names.any(|name| name.len() > SHORT_NAME);
+    let version = VERSION | flags | if long { LONG_NAMES } else { 0 };
+    [MAGIC, version.to_le_bytes()].concat()
+}
+
+/// The names of the attributes and channels of `image`.
+pub(super) fn names<'a>(image: &Image<'a>) -> impl Iterator<Item = &'a str> {
+    let attributes = image.attributes.iter().map(|a| a.name.as_str());
+    attributes.chain(image.channels.iter().map(|c| c.name))
+}
+
 /// The header of `image`, whose channels are `channels`, sorted.
-pub(super) fn encode(image: &Image, channels: &[Channel]) -> Result<Vec<u8>, EncodeError> {
+pub(super) fn encode(image: &Image, channels: &[Channel], part: Option<PartFacts>) -> Result<Vec<u8>, EncodeError> {
     let mut entries: Vec<Entry> = image.attributes.iter().map(|a| entry(&a.name, &a.value)).collect();
     entries.extend([
         entry("dataWindow", &Value::Box2i(image.data)),
@@ -34,13 +61,20 @@ pub(super) fn encode(image: &Image, channels: &[Channel]) -> Result<Vec<u8>, Enc
         raw("compression", "compression", vec![image.compression.code()]),
         raw("lineOrder", "lineOrder", vec![0]),
     ]);
+    if image.compression == Compression::Dwaa {
+        entries.push(entry("dwaCompressionLevel", &Value::Float(DWA_LEVEL)));
+    }
+    if let Some(PartFacts { name, blocks }) = part {
+        entries.extend([
+            entry("name", &name.into()),
+            entry("type", &"scanlineimage".into()),
+            entry("chunkCount", &Value::Int(blocks as i32)),
+        ]);
+    }
     entries.sort_by_key(|e| e.name);
     check_names(&entries, channels)?;
 
-    let names = entries.iter().map(|e| e.name).chain(channels.iter().map(|c| c.name));
-    let long = names.map(str::len).any(|n| n > SHORT_NAME);
-    let mut bytes = MAGIC.to_vec();
-    bytes.extend((VERSION | if long { LONG_NAMES } else { 0 }).to_le_bytes());
+    let mut bytes = Vec::new();
     for entry in &entries {
         let size = i32::try_from(entry.bytes.len())
             .map_err(|_| EncodeError::Unfit(format!("attribute '{}' is too long", entry.name)))?;

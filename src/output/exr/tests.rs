@@ -102,8 +102,8 @@ fn round_trip(display: Window, data: Window, compression: Compression, smooth: b
 }
 
 #[test]
-fn every_compression_and_type_reads_back() {
-    for compression in Compression::ALL {
+fn every_lossless_compression_and_type_reads_back() {
+    for compression in Compression::ALL.into_iter().filter(|c| !c.is_lossy()) {
         for smooth in [true, false] {
             for (w, h) in [(1, 1), (7, 33), (33, 16), (128, 17), (1, 40), (255, 1)] {
                 let window = Window::full([w, h]);
@@ -120,9 +120,11 @@ fn every_compression_and_type_reads_back() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
-    fn any_window_reads_back(x in -99..99, y in -99..99, width in 1..70u32, height in 1..70u32, c in 0..3usize) {
+    fn any_window_reads_back(x in -99..99, y in -99..99, width in 1..70u32, height in 1..70u32, c in 0..5usize) {
         let data = Window::sized([x, y], [width, height]);
-        round_trip(Window::full([64, 48]), data, Compression::ALL[c], width % 2 == 0);
+        let compression = Compression::ALL[c];
+        prop_assert!(!compression.is_lossy());
+        round_trip(Window::full([64, 48]), data, compression, width % 2 == 0);
     }
 }
 
@@ -443,7 +445,7 @@ fn a_file_is_whole_only_to_its_last_byte() {
         std::fs::write(&path, &file).unwrap();
         assert!(Exr.inspect(&path).is_some());
         let mut unfilled = file.clone();
-        let table = header::encode(&image, &channels).unwrap().len();
+        let table = 8 + header::encode(&image, &channels, None).unwrap().len();
         unfilled[table..table + 8].fill(0);
         std::fs::write(&path, &unfilled).unwrap();
         assert!(Exr.inspect(&path).is_none(), "an empty place in the table of blocks");

@@ -8,10 +8,10 @@ use std::{
 
 use ::exr::block::{UncompressedBlock, reader::ChunksReader as _};
 
-use super::header::{self, LONG_NAMES, MAGIC, VERSION};
+use super::header::{self, LONG_NAMES, MAGIC, MULTI_PART, VERSION};
 use crate::output::{Attribute, FileFacts, Value, facts};
 
-/// The facts of a single-part scanline file whose table of blocks is filled and whose blocks can all be decoded.
+/// The facts of a scanline file, those of its first part, whose table of blocks is filled and whose blocks can all be decoded.
 pub(super) fn inspect(path: &Path) -> Option<FileFacts> {
     let facts = facts::open(path).and_then(check).ok().flatten()?;
     let file = facts::open(path).ok()?;
@@ -30,55 +30,81 @@ fn decode_blocks(file: File) -> ::exr::error::UnitResult {
 fn check(file: File) -> io::Result<Option<FileFacts>> {
     let length = file.metadata()?.len();
     let mut file = BufReader::new(file);
-    let Some(header) = read_header(&mut file)? else {
-        return Ok(None);
-    };
-    let (y_min, y_max) = header.lines;
-    let lines = i64::from(y_max) - i64::from(y_min) + 1;
-    let Some(lines_per_block) = lines_per_block(header.compression) else {
-        return Ok(None);
-    };
-    let table_start = file.stream_position()?;
-    let blocks = u64::try_from(lines).unwrap_or(0).div_ceil(lines_per_block);
-    let table_end = table_start + 8 * blocks;
-    if blocks == 0 || table_end > length {
+    let magic: [u8; 4] = take(&mut file)?;
+    let flags = u32::from_le_bytes(take(&mut file)?) & !LONG_NAMES;
+    // Any other flag: tiles or deep data.
+    if magic != MAGIC || flags & !MULTI_PART != VERSION {
         return Ok(None);
     }
-    let mut last = 0;
-    for _ in 0..blocks {
-        let offset = u64::from_le_bytes(take(&mut file)?);
-        if offset < table_end || offset > length {
-            return Ok(None);
+    let is_multi = flags & MULTI_PART != 0;
+    let mut parts = Vec::new();
+    while parts.is_empty() || is_multi {
+        match read_header(&mut file)? {
+            HeaderRead::Part(part) => parts.push(part),
+            HeaderRead::End if !parts.is_empty() => break,
+            HeaderRead::End | HeaderRead::Unfit => return Ok(None),
         }
-        last = last.max(offset);
+    }
+    let blocks: u64 = parts.iter().map(Header::blocks).sum();
+    let table_end = file.stream_position()? + 8 * blocks;
+    if parts.iter().any(|part| part.blocks() == 0) || table_end > length {
+        return Ok(None);
+    }
+    let (mut last, mut last_part) = (0, 0);
+    for (i, part) in parts.iter().enumerate() {
+        for _ in 0..part.blocks() {
+            let offset = u64::from_le_bytes(take(&mut file)?);
+            if offset < table_end || offset > length {
+                return Ok(None);
+            }
+            if offset > last {
+                (last, last_part) = (offset, i);
+            }
+        }
     }
     file.seek(SeekFrom::Start(last))?;
+    if is_multi {
+        file.seek_relative(4)?;
+    }
     let y = i32::from_le_bytes(take(&mut file)?);
     let size = u64::from(u32::from_le_bytes(take(&mut file)?));
-    let is_there = (y_min..=y_max).contains(&y) && last + 8 + size <= length;
-    Ok(is_there.then_some(header.facts))
+    let (y_min, y_max) = parts[last_part].lines;
+    let is_there = (y_min..=y_max).contains(&y) && file.stream_position()? + size <= length;
+    Ok(parts.into_iter().next().filter(|_| is_there).map(|part| part.facts))
 }
 
 struct Header {
-    compression: u8,
+    lines_per_block: u64,
     /// The first and the last line of the data window.
     lines: (i32, i32),
     facts: FileFacts,
 }
 
-fn read_header(file: &mut BufReader<File>) -> io::Result<Option<Header>> {
-    let magic: [u8; 4] = take(file)?;
-    let version = u32::from_le_bytes(take(file)?);
-    // Any other flag: tiles, deep data or several parts.
-    if magic != MAGIC || version & !LONG_NAMES != VERSION {
-        return Ok(None);
+impl Header {
+    /// The number of its blocks.
+    fn blocks(&self) -> u64 {
+        let (y_min, y_max) = self.lines;
+        let lines = i64::from(y_max) - i64::from(y_min) + 1;
+        u64::try_from(lines).unwrap_or(0).div_ceil(self.lines_per_block)
     }
-    let (mut compression, mut attributes) = (None, Vec::new());
+}
+
+enum HeaderRead {
+    Part(Header),
+    /// No attribute: the end of the headers.
+    End,
+    /// Attributes are missing, or the compression is unknown.
+    Unfit,
+}
+
+fn read_header(file: &mut BufReader<File>) -> io::Result<HeaderRead> {
+    let (mut compression, mut attributes, mut is_empty) = (None, Vec::new(), true);
     loop {
         let name = name(file)?;
         if name.is_empty() {
             break;
         }
+        is_empty = false;
         let kind = self::name(file)?;
         let size = u32::from_le_bytes(take(file)?);
         if name == b"compression" && size == 1 {
@@ -99,18 +125,19 @@ fn read_header(file: &mut BufReader<File>) -> io::Result<Option<Header>> {
             _ => None,
         })
     };
-    let (Some(compression), Some(data), Some(display)) = (compression, window("dataWindow"), window("displayWindow"))
-    else {
-        return Ok(None);
-    };
-    Ok(Some(Header {
-        compression,
-        lines: (data.y0, data.y1.saturating_sub(1)),
-        facts: FileFacts {
-            resolution: [display.width(), display.height()],
-            attributes,
-        },
-    }))
+    let lines_per_block = compression.and_then(lines_per_block);
+    Ok(match (lines_per_block, window("dataWindow"), window("displayWindow")) {
+        _ if is_empty => HeaderRead::End,
+        (Some(lines_per_block), Some(data), Some(display)) => HeaderRead::Part(Header {
+            lines_per_block,
+            lines: (data.y0, data.y1.saturating_sub(1)),
+            facts: FileFacts {
+                resolution: [display.width(), display.height()],
+                attributes,
+            },
+        }),
+        _ => HeaderRead::Unfit,
+    })
 }
 
 fn lines_per_block(compression: u8) -> Option<u64> {

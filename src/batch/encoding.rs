@@ -1,0 +1,56 @@
+//! The encoding of a job's files.
+
+use super::{Request, names, passes::PassChoice};
+use crate::{
+    describe::SceneDesc,
+    error::Error,
+    output::{Compression, Contents, Encoding, FilePattern, LightType, Parts},
+    value::Problem,
+};
+
+/// The encoding that a request and a scene ask for; `None` where a problem was kept.
+///
+/// # Errors
+/// The request has an unknown name.
+pub(super) fn choose(
+    desc: &SceneDesc,
+    request: &Request,
+    keep: &mut impl FnMut(Problem),
+) -> Result<Option<Encoding>, Error> {
+    let compression = names::choose(
+        ("compression", "--compression"),
+        (&request.compression, &desc.output.compression),
+        Compression::from_name,
+        Compression::names(),
+    )?;
+    let light = names::choose(
+        ("type", "--exr-type"),
+        (&request.exr_type, &desc.output.exr_type),
+        LightType::from_name,
+        LightType::ALL.into_iter().map(LightType::name),
+    )?;
+    let mut ok = |problem: Problem| keep(problem);
+    let (compression, light) = (compression.map_err(&mut ok).ok(), light.map_err(&mut ok).ok());
+    let (Some(compression), Some(light)) = (compression, light) else {
+        return Ok(None);
+    };
+    Ok(Some(Encoding {
+        compression: compression.unwrap_or_default(),
+        light: light.unwrap_or_default(),
+        parts: if request.multipart || desc.output.multipart {
+            Parts::Many
+        } else {
+            Parts::One
+        },
+    }))
+}
+
+/// Refuses a compression that would change the passes of data of a file.
+pub(super) fn check(encoding: Encoding, choice: &PassChoice, patterns: &[FilePattern]) -> Result<(), Error> {
+    let is_written = patterns.iter().any(|p| p.format().contents() == Contents::Data);
+    let mut data = choice.passes.iter().filter(|pass| !pass.spec().is_light());
+    match data.next().filter(|_| is_written && encoding.compression.is_lossy()) {
+        None => Ok(()),
+        Some(pass) => Err(Error::Usage(encoding.compression.refusal(&pass.name()))),
+    }
+}

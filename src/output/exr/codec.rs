@@ -1,0 +1,85 @@
+//! The codecs that we do not have, a block at a time: those of the `exr` crate.
+
+use ::exr::{
+    compression::Compression as Method,
+    math::Vec2,
+    meta::{
+        BlockDescription,
+        attribute::{ChannelDescription, IntegerBounds, LineOrder, SampleType, Text},
+        header::Header,
+    },
+};
+
+use super::{
+    compression::Compression,
+    image::{Channel, Image, Samples},
+};
+use crate::output::EncodeError;
+
+/// The loss of DWAA: that of OpenEXR where nothing else is said.
+pub(super) const DWA_LEVEL: f32 = 45.0;
+
+/// A codec of the `exr` crate for the blocks of an image.
+pub(super) struct Codec {
+    method: Method,
+    header: Header,
+}
+
+impl Codec {
+    /// The codec for an image with these channels, sorted; `None` where the method is one of our own.
+    pub fn new(image: &Image, channels: &[Channel]) -> Option<Self> {
+        let method = match image.compression {
+            Compression::None | Compression::Zips | Compression::Zip => return None,
+            Compression::Rle => Method::RLE,
+            Compression::Piz => Method::PIZ,
+            Compression::Dwaa => Method::DWAA(Some(DWA_LEVEL)),
+        };
+        let describe = |channel: &Channel| ChannelDescription {
+            name: Text::from_slice_unchecked(channel.name.as_bytes()),
+            sample_type: match channel.samples {
+                Samples::Half(_) => SampleType::F16,
+                Samples::Float(_) => SampleType::F32,
+                Samples::Uint(_) => SampleType::U32,
+            },
+            quantize_linearly: false,
+            sampling: Vec2(1, 1),
+        };
+        let size = Vec2(image.data.width() as usize, image.data.height() as usize);
+        let channels = channels.iter().map(describe).collect();
+        let header = Header::new(Text::from_slice_unchecked(b""), size, channels);
+        let order = LineOrder::Increasing;
+        Some(Self {
+            method,
+            header: header.with_encoding(method, BlockDescription::ScanLines, order),
+        })
+    }
+
+    /// Packs `lines` lines of numbers, whose bytes are little-endian.
+    ///
+    /// # Errors
+    /// The codec gives up.
+    pub fn pack(&self, bytes: &[u8], lines: usize) -> Result<Vec<u8>, EncodeError> {
+        let section = IntegerBounds::from_dimensions(Vec2(self.header.layer_size.0, lines));
+        let bytes = self.in_native_order(bytes);
+        let packed = self.method.compress_image_section_to_le(&self.header, bytes, section);
+        packed.map_err(|e| EncodeError::Unfit(e.to_string()))
+    }
+
+    /// The bytes of little-endian numbers in the order of this machine, as the codec wants them.
+    fn in_native_order(&self, bytes: &[u8]) -> Vec<u8> {
+        let mut bytes = bytes.to_vec();
+        if cfg!(target_endian = "big") {
+            let (mut rest, width) = (&mut bytes[..], self.header.layer_size.0);
+            for channel in self.header.channels.list.iter().cycle() {
+                let size = channel.sample_type.bytes_per_sample();
+                if rest.len() < size * width {
+                    break;
+                }
+                let (line, after) = rest.split_at_mut(size * width);
+                line.chunks_exact_mut(size).for_each(<[u8]>::reverse);
+                rest = after;
+            }
+        }
+        bytes
+    }
+}
