@@ -4,7 +4,7 @@ use super::{Request, names, passes::PassChoice};
 use crate::{
     describe::SceneDesc,
     error::Error,
-    output::{Compression, Contents, Encoding, FilePattern, LightType, Parts},
+    output::{Compression, Contents, Encoding, FilePattern, LightType, Parts, PngBits},
     value::Problem,
 };
 
@@ -29,9 +29,16 @@ pub(super) fn choose(
         LightType::from_name,
         LightType::ALL.into_iter().map(LightType::name),
     )?;
+    let bits = names::choose(
+        ("bits", "--png-bits"),
+        (&request.png_bits, &desc.output.png_bits),
+        PngBits::from_name,
+        PngBits::ALL.into_iter().map(PngBits::name),
+    )?;
     let mut ok = |problem: Problem| keep(problem);
     let (compression, light) = (compression.map_err(&mut ok).ok(), light.map_err(&mut ok).ok());
-    let (Some(compression), Some(light)) = (compression, light) else {
+    let bits = bits.map_err(&mut ok).ok();
+    let (Some(compression), Some(light), Some(bits)) = (compression, light, bits) else {
         return Ok(None);
     };
     Ok(Some(Encoding {
@@ -42,6 +49,7 @@ pub(super) fn choose(
         } else {
             Parts::One
         },
+        png: bits.unwrap_or_default(),
     }))
 }
 

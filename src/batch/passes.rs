@@ -89,6 +89,14 @@ impl PassChoice {
         }
     }
 
+    /// Adds the pass of this name to the films, where they do not have it.
+    pub fn add(&mut self, name: &str) {
+        let pass = PassRequest::parse(name).expect("the table has the row");
+        if !self.passes.contains(&pass) {
+            self.passes.push(pass);
+        }
+    }
+
     /// The content to render: if files show data alone, no light is rendered.
     pub fn content(&self) -> Content {
         let is_data = |pass: &PassRequest| matches!(pass.spec().source, PassSource::FirstHit(_));

@@ -15,7 +15,9 @@ use crate::{
     film::{Film, Window, coverage::DEFAULT_RANKS},
     integrator::{BuiltIn, IntegratorDesc},
     math::DVec3,
-    output::{self, Coverage, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown},
+    output::{
+        self, Coverage, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown, png::depth::DepthPng,
+    },
     render::{self, Content, Control, RenderError, Renderer, SampleBudget},
     sampler::{Sampler, SeedMode},
     scene::Scene,
@@ -101,9 +103,13 @@ impl Plan {
         if let Some(diagnostics) = Diagnostics::new(&desc.source, problems) {
             return Err(Error::Invalid(diagnostics));
         }
-        let (Some(integrator), Some(view), Some(encoding), Some(choice)) = (integrator, view, encoding, choice) else {
+        let (Some(integrator), Some(view), Some(encoding), Some(mut choice)) = (integrator, view, encoding, choice)
+        else {
             unreachable!("what did not compile left a problem");
         };
+        if request.png_depth.is_some() {
+            choice.add(output::png::depth::PASS);
+        }
         encoding::check(encoding, &choice, &patterns)?;
         let shown = set_passes(&mut settings, choice, (described.name(), &integrator))?;
         take_memory(desc, &settings, &integrator, inputs.memory())?;
@@ -306,7 +312,16 @@ fn patterns(desc: &SceneDesc, request: &Request) -> Result<Vec<FilePattern>, Err
             .into_iter()
             .collect()
     };
-    patterns.map_err(Error::Pattern)
+    let mut patterns: Vec<FilePattern> = patterns.map_err(Error::Pattern)?;
+    if let Some(text) = &request.png_depth {
+        let pattern = parse(text).map_err(Error::Pattern)?;
+        if pattern.format().name() != DepthPng.name() {
+            let message = format!("--png-depth: expected a pattern that ends in .png, found `{text}`");
+            return Err(Error::Usage(message));
+        }
+        patterns.push(pattern.with_format(&DepthPng));
+    }
+    Ok(patterns)
 }
 
 fn files(patterns: &[FilePattern], frame: i32) -> Vec<PlannedFile> {

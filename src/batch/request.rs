@@ -41,6 +41,10 @@ pub struct Request {
     pub exr_type: Option<String>,
     /// Whether each layer of an EXR file is a part of its own; the scene decides where it is not.
     pub multipart: bool,
+    /// The name of the bits of PNG files.
+    pub png_bits: Option<String>,
+    /// A pattern of PNG files of depth.
+    pub png_depth: Option<String>,
     /// Columns and rows beyond each edge of the picture.
     pub overscan: u32,
     pub accel: BuildOptions,

@@ -159,6 +159,14 @@ pub struct RenderArgs {
     #[arg(long, hide_short_help = true, help_heading = heading::OUTPUT)]
     pub multipart: bool,
 
+    /// Bits of PNG files: 8, 8-dithered or 16
+    #[arg(long, value_name = "BITS", hide_short_help = true, help_heading = heading::OUTPUT)]
+    pub png_bits: Option<String>,
+
+    /// Also write depth in millimetres as PNG files of 16 bits: depth.####.png, or =PATTERN
+    #[arg(long, value_name = "PATTERN", num_args = 0..=1, require_equals = true, default_missing_value = "depth.####.png", hide_short_help = true, help_heading = heading::OUTPUT)]
+    pub png_depth: Option<String>,
+
     #[command(flatten)]
     pub existing: ExistingArgs,
 

@@ -92,16 +92,21 @@ fn some_kind_or_name<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Re
 /// | `view` | how a PNG file shows light, see below | `"srgb"` |
 /// | `exposure` | exposure of PNG files, in stops | 0 |
 /// | `compression` | compression of EXR files, see below | `"zips"` |
+/// | `png_bits` | bits of PNG files: `"8"`, `"8-dithered"` (smooth shades have noise instead of steps) or `"16"` | `"8"` |
 /// | `exr_type` | numbers of light and normals in EXR files: `"half"` or `"float"` | `"half"` |
 /// | `multipart` | whether each layer is a part of its own of an EXR file: `true` or `false` | `false` |
 ///
 /// In a file pattern `####` is the frame number with four digits; `%04d` and `$F4` mean the same. The ending selects the
-/// format. An EXR file holds scene-linear light with the primaries of Rec. 709, a PNG file 8-bit display values.
+/// format. An EXR file holds scene-linear light with the primaries of Rec. 709, a PNG file display values.
 ///
 /// | view | display values |
 /// |---|---|
 /// | `"srgb"` | light with the sRGB transfer function |
 /// | `"raw"` | values as they are, clamped to 0 and 1 |
+/// | `"reinhard"` | bright light compressed by its luminance (Reinhard et al. 2002) |
+/// | `"aces"` | the look of ACES for sRGB displays, as fitted by Hill |
+/// | `"agx"` | AgX, whose bright colours turn white (Sobotka 2022) |
+/// | `"neutral"` | the neutral curve of Khronos: colours below 0.8 stay what they are |
 ///
 /// | compression | EXR files |
 /// |---|---|
@@ -132,6 +137,7 @@ pub struct OutputDesc {
     pub compression: Option<Spanned<String>>,
     pub exr_type: Option<Spanned<String>>,
     pub multipart: bool,
+    pub png_bits: Option<Spanned<String>>,
 }
 
 /// The numbers that `cryptomatte_levels` may be.

@@ -1,4 +1,4 @@
-//! Display values: the curves from the numbers of a film to the 8-bit values of a picture.
+//! Display values: the curves from the numbers of a film to the values of a picture, of 8 or 16 bits.
 //!
 //! Light is shown by a display transform, one row of a table: its name in scene files, its curve and whether the result is
 //! sRGB. Exposure, in stops, is applied to the light before the curve. NaN is black.
@@ -7,9 +7,11 @@
 //! |---|---|
 //! | `raw` | values as they are, clamped to `[0, 1]` |
 //! | `srgb` | the transfer function of IEC 61966-2-1, clamped to `[0, 1]` (the default) |
+//! | `reinhard`, `aces`, `agx`, `neutral` | a tone curve, then that of `srgb` |
 //!
 //! Passes of data are shown as their row of the pass table says ([`Display`]).
 
+use super::tone;
 use crate::{
     film::passes::Display,
     math::{Rgb, hash, srgb, trig},
@@ -22,6 +24,11 @@ pub enum DisplayTransform {
     Raw,
     #[default]
     Srgb,
+    Reinhard,
+    Aces,
+    Agx,
+    /// That of Khronos.
+    Neutral,
 }
 
 /// The name and the curve of a display transform.
@@ -32,8 +39,8 @@ struct TransformRow {
     encoding: DisplayEncoding,
 }
 
-/// From the channels of a pixel, exposure applied, to 8-bit display values.
-type Curve = fn([f32; 3]) -> [u8; 3];
+/// From the channels of a pixel, exposure applied, to display values before their encoding.
+type Curve = fn([f32; 3]) -> [f32; 3];
 
 /// Whether a picture may declare that its values are sRGB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,17 +50,41 @@ pub enum DisplayEncoding {
 }
 
 impl DisplayTransform {
-    const TABLE: &'static [TransformRow; 2] = &[
+    const TABLE: &'static [TransformRow; 6] = &[
         TransformRow {
             transform: Self::Raw,
             name: "raw",
-            curve: |c| c.map(quantize),
+            curve: |c| c,
             encoding: DisplayEncoding::Unspecified,
         },
         TransformRow {
             transform: Self::Srgb,
             name: "srgb",
-            curve: |c| c.map(srgb::encode8),
+            curve: |c| c,
+            encoding: DisplayEncoding::Srgb,
+        },
+        TransformRow {
+            transform: Self::Reinhard,
+            name: "reinhard",
+            curve: tone::reinhard,
+            encoding: DisplayEncoding::Srgb,
+        },
+        TransformRow {
+            transform: Self::Aces,
+            name: "aces",
+            curve: tone::aces,
+            encoding: DisplayEncoding::Srgb,
+        },
+        TransformRow {
+            transform: Self::Agx,
+            name: "agx",
+            curve: tone::agx,
+            encoding: DisplayEncoding::Srgb,
+        },
+        TransformRow {
+            transform: Self::Neutral,
+            name: "neutral",
+            curve: tone::neutral,
             encoding: DisplayEncoding::Srgb,
         },
     ];
@@ -89,6 +120,7 @@ impl DisplayTransform {
 pub struct PixelDisplay {
     gain: f32,
     curve: Curve,
+    encoding: DisplayEncoding,
 }
 
 impl PixelDisplay {
@@ -98,21 +130,50 @@ impl PixelDisplay {
         let (curve, scaled): (Curve, _) = match display {
             Display::Light => (transform.row().curve, true),
             Display::Heat => (heat, true),
-            Display::Near => (|[z, ..]| [quantize(1.0 - trig::log2(1.0 + z.max(0.0)) / 10.0); 3], true),
-            Display::Signed => (|c| c.map(|v| quantize(0.5 + 0.5 * v)), false),
-            Display::Fraction => (|c| c.map(|v| quantize(v - v.floor())), false),
+            Display::Near => (|[z, ..]| [1.0 - trig::log2(1.0 + z.max(0.0)) / 10.0; 3], true),
+            Display::Signed => (|c| c.map(|v| 0.5 + 0.5 * v), false),
+            Display::Fraction => (|c| c.map(|v| v - v.floor()), false),
             Display::Id => (id, false),
+        };
+        let encoding = match display {
+            Display::Light => transform.encoding(),
+            _ => DisplayEncoding::Unspecified,
         };
         let gain = if scaled && exposure != 0.0 {
             trig::pow(2.0, exposure)
         } else {
             1.0
         };
-        Self { gain, curve }
+        Self { gain, curve, encoding }
     }
 
     /// The 8-bit display values of a pixel.
     pub fn rgb8(&self, channels: [f32; 3]) -> [u8; 3] {
+        let encode = match self.encoding {
+            DisplayEncoding::Srgb => srgb::encode8,
+            DisplayEncoding::Unspecified => quantize,
+        };
+        self.shown(channels).map(encode)
+    }
+
+    /// The 16-bit display values of a pixel.
+    pub fn rgb16(&self, channels: [f32; 3]) -> [u16; 3] {
+        let encode = match self.encoding {
+            DisplayEncoding::Srgb => srgb::encode16,
+            DisplayEncoding::Unspecified => quantize16,
+        };
+        self.shown(channels).map(encode)
+    }
+
+    /// The 8-bit display values of a pixel, each rounded up with a chance of what it lies above a code: `chances`, from 0 to
+    /// 1, decide. Values that are codes stay what they are.
+    pub fn rgb8_dithered(&self, channels: [f32; 3], chances: [f32; 3]) -> [u8; 3] {
+        let codes = self.rgb16(channels).map(|v| f32::from(v) / 257.0);
+        std::array::from_fn(|i| (codes[i] + chances[i]).floor().min(255.0) as u8)
+    }
+
+    /// The display values before their encoding.
+    fn shown(&self, channels: [f32; 3]) -> [f32; 3] {
         // Bits of whole numbers are not to be touched.
         let scaled = if self.gain == 1.0 {
             channels
@@ -129,6 +190,11 @@ pub fn quantize(v: f32) -> u8 {
     (v * 255.0).round() as u8
 }
 
+/// `v` clamped to `[0, 1]` and rounded to 16 bits, NaN as 0.
+pub fn quantize16(v: f32) -> u16 {
+    (v * 65535.0).round() as u16
+}
+
 /// Dark blue, cyan, green, yellow, red: hue alone tells the order of magnitude, brightness is left to none.
 const HEAT: [[f32; 3]; 6] = [
     [0.05, 0.05, 0.3],
@@ -140,25 +206,25 @@ const HEAT: [[f32; 3]; 6] = [
 ];
 
 /// Ten doublings from the first colour to the last.
-fn heat([a, b, _]: [f32; 3]) -> [u8; 3] {
+fn heat([a, b, _]: [f32; 3]) -> [f32; 3] {
     let count = a + b;
     if count.is_nan() || count <= 0.0 {
-        return HEAT[0].map(quantize);
+        return HEAT[0];
     }
     let place = (trig::ln(1.0 + count) / (10.0 * std::f32::consts::LN_2)).min(1.0) * (HEAT.len() - 1) as f32;
     let i = (place as usize).min(HEAT.len() - 2);
     let f = place - i as f32;
     let (a, b) = (Rgb::from_array(HEAT[i]), Rgb::from_array(HEAT[i + 1]));
-    (a * (1.0 - f) + b * f).to_array().map(quantize)
+    (a * (1.0 - f) + b * f).to_array()
 }
 
 /// A colour for the whole number whose bits the first channel has, neither very dark nor very bright; black for 0.
-fn id([number, ..]: [f32; 3]) -> [u8; 3] {
+fn id([number, ..]: [f32; 3]) -> [f32; 3] {
     if number.to_bits() == 0 {
-        return [0; 3];
+        return [0.0; 3];
     }
     let h = hash::mix32(number.to_bits());
-    [h, h >> 8, h >> 16].map(|v| 48 + ((v & 0xff) * 3 / 4) as u8)
+    [h, h >> 8, h >> 16].map(|v| (48 + (v & 0xff) * 3 / 4) as f32 / 255.0)
 }
 
 #[cfg(test)]
@@ -205,8 +271,28 @@ mod tests {
     }
 
     #[test]
+    fn sixteen_bits_are_the_same_picture_and_dithering_has_its_mean() {
+        for row in DisplayTransform::TABLE {
+            let display = PixelDisplay::new(Display::Light, row.transform, 0.0);
+            for l in [0.0, 0.013, 0.2, 0.7, 1.0, 30.0] {
+                let (eight, sixteen) = (display.rgb8([l; 3])[0], display.rgb16([l; 3])[0]);
+                let exact = f32::from(sixteen) / 257.0;
+                assert!(
+                    (f32::from(eight) - exact).abs() <= 0.51,
+                    "{}: {eight} and {exact}",
+                    row.name
+                );
+                let n = 4096;
+                let dithered = (0..n).map(|i| display.rgb8_dithered([l; 3], [(i as f32 + 0.5) / n as f32; 3])[0]);
+                let mean = dithered.map(f32::from).sum::<f32>() / n as f32;
+                assert!((mean - exact).abs() < 1e-3, "{}: {mean} and {exact}", row.name);
+            }
+        }
+    }
+
+    #[test]
     fn one_stop_doubles_the_light() {
-        for transform in [DisplayTransform::Raw, DisplayTransform::Srgb] {
+        for transform in DisplayTransform::TABLE.iter().map(|row| row.transform) {
             for l in [0.0, 0.01, 0.2, 0.5] {
                 assert_eq!(light(transform, 1.0, l), light(transform, 0.0, 2.0 * l));
             }

@@ -15,6 +15,35 @@ pub struct Encoding {
     pub compression: Compression,
     pub light: LightType,
     pub parts: Parts,
+    pub png: PngBits,
+}
+
+/// The bits of each number of PNG files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PngBits {
+    #[default]
+    Eight,
+    /// Eight, rounded up or down at random, so that smooth shades have no steps.
+    Dithered,
+    Sixteen,
+}
+
+impl PngBits {
+    pub const ALL: [Self; 3] = [Self::Eight, Self::Dithered, Self::Sixteen];
+
+    /// Its name in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Eight => "8",
+            Self::Dithered => "8-dithered",
+            Self::Sixteen => "16",
+        }
+    }
+
+    /// The bits of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|bits| bits.name() == name)
+    }
 }
 
 /// The type of the numbers of light, and of normals, in EXR files.

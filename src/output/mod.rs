@@ -14,6 +14,7 @@ mod frame;
 mod metadata;
 pub mod png;
 pub mod sequence;
+mod tone;
 
 use std::path::Path;
 
@@ -21,7 +22,7 @@ use crate::film::Film;
 
 pub use attribute::{Attribute, Value};
 pub use display::DisplayTransform;
-pub use encode::{Contents, EncodeError, Encoding, Format, LightType, Parts, WriteReport};
+pub use encode::{Contents, EncodeError, Encoding, Format, LightType, Parts, PngBits, WriteReport};
 pub use error::OutputError;
 pub use exr::Compression;
 pub use facts::FileFacts;

@@ -88,6 +88,11 @@ impl FilePattern {
         })
     }
 
+    /// The same files in a format that no ending asks for.
+    pub fn with_format(self, format: &'static dyn Format) -> Self {
+        Self { format, ..self }
+    }
+
     pub fn format(&self) -> &'static dyn Format {
         self.format
     }
