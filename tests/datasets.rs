@@ -1,10 +1,20 @@
-//! Files for people who make data sets: depth in millimetres, and pictures of 16 bits.
+//! Files for people who make data sets: depth in millimetres, pictures of 16 bits, cameras and names.
 
 mod common;
 
 use common::{Folder, repo_str};
+use serde_json::Value;
 
 const SMALL: [&str; 6] = ["--resolution", "48x27", "--samples", "4", "--progress", "none"];
+
+fn json(folder: &Folder, name: &str) -> Value {
+    serde_json::from_slice(&folder.read(name)).expect("JSON")
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    let list = value.as_array().expect("a list").iter();
+    list.map(|v| v.as_f64().expect("a number")).collect()
+}
 
 #[test]
 fn depth_in_millimetres_is_the_pass_and_nothing_is_0() {
@@ -84,4 +94,100 @@ fn every_view_is_a_picture_of_its_own() {
     for (i, picture) in pictures.iter().enumerate() {
         assert!(pictures[..i].iter().all(|other| other != picture), "{}", views[i]);
     }
+}
+
+#[test]
+fn transforms_tell_where_every_point_of_a_frame_is_seen() {
+    let folder = Folder::new();
+    folder.write(
+        "s.toml",
+        "[render]\nwidth = 64\nheight = 48\nsamples = 1\n\
+         [camera]\nperspective = { eye = [0, 1, 4], target = [0, 0, 0], fov = 40, shift = [0.1, 0] }\n\
+         [material.m]\nmatte = { albedo = 0.5 }\n\
+         [[object]]\nname = \"ball \\\"1\\\"\"\nmaterial = \"m\"\nshape.sphere = { center = [0.3, 0, 0], radius = 1 }\n",
+    );
+    folder.write(
+        "path.csv",
+        "frame, eye_x, eye_y, eye_z, target_x, target_y, target_z\n3, 0, 1, 4, 0, 0, 0\n4, 3, 0, 2, 0, 0, 0\n",
+    );
+    let args = [
+        "s.toml",
+        "--frames",
+        "path.csv",
+        "--progress",
+        "none",
+        "--aovs",
+        "P",
+        "--metadata",
+        "transforms,ids",
+    ];
+    folder.succeed(&[&args[..], &["-o", "out/f.####.exr", "-o", "out/f.####.png"]].concat());
+    let transforms = json(&folder, "out/transforms.json");
+    assert_eq!((&transforms["w"], &transforms["h"]), (&64.into(), &48.into()));
+    for (i, frame) in transforms["frames"].as_array().expect("frames").iter().enumerate() {
+        assert_eq!(frame["file_path"], format!("f.000{}.png", 3 + i));
+        let rows: Vec<Vec<f64>> = frame["transform_matrix"]
+            .as_array()
+            .expect("rows")
+            .iter()
+            .map(numbers)
+            .collect();
+        let column = |c: usize| glam::DVec3::new(rows[0][c], rows[1][c], rows[2][c]);
+        let number = |name: &str| frame[name].as_f64().expect("a number");
+        let image = exr::prelude::read_all_flat_layers_from_file(folder.path(&format!("out/f.000{}.exr", 3 + i)))
+            .expect("an EXR");
+        let list = &image.layer_data[0].channel_data.list;
+        let channel = |name: &str| -> Vec<f32> {
+            list.iter()
+                .find(|c| c.name.to_string() == name)
+                .expect("a channel")
+                .sample_data
+                .values_as_f32()
+                .collect()
+        };
+        let (x, y, z) = (channel("P.X"), channel("P.Y"), channel("P.Z"));
+        let mut seen = 0;
+        for pixel in 0..64 * 48 {
+            let p = glam::DVec3::new(x[pixel].into(), y[pixel].into(), z[pixel].into());
+            if p == glam::DVec3::ZERO {
+                continue;
+            }
+            let from_eye = p - column(3);
+            let depth = -from_eye.dot(column(2));
+            let u = number("cx") + number("fl_x") * from_eye.dot(column(0)) / depth;
+            let v = number("cy") - number("fl_y") * from_eye.dot(column(1)) / depth;
+            let center = ((pixel % 64) as f64 + 0.5, (pixel / 64) as f64 + 0.5);
+            assert!(
+                (u - center.0).abs() < 1e-3 && (v - center.1).abs() < 1e-3,
+                "{pixel}: {u}, {v}"
+            );
+            seen += 1;
+        }
+        assert!(seen > 100);
+    }
+    let ids = json(&folder, "out/ids.json");
+    assert_eq!(ids["objectId"], serde_json::json!(["ball \"1\""]));
+    assert_eq!(ids["materialId"], serde_json::json!(["m"]));
+}
+
+#[test]
+fn cameras_without_focal_lengths_and_unknown_files_are_refused() {
+    let folder = Folder::new();
+    folder.write(
+        "s.toml",
+        "[camera]\nfisheye = { eye = [0, 1, 4], target = [0, 0, 0] }\n",
+    );
+    let error = folder.fail(
+        2,
+        &[&["s.toml", "-o", "f.png", "--metadata", "transforms"], &SMALL[..]].concat(),
+    );
+    assert!(
+        error.contains("--metadata transforms: only perspective cameras have focal lengths"),
+        "{error}"
+    );
+    let error = folder.fail(2, &["s.toml", "--metadata", "transform"]);
+    assert!(
+        error.contains("--metadata: unknown metadata `transform`") && error.contains("transforms"),
+        "{error}"
+    );
 }

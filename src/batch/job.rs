@@ -3,7 +3,8 @@
 use std::{path::Path, time::Instant};
 
 use super::{
-    CameraRig, Existing, Inventory, Observer, Plan, PlannedFrame, Request, SceneFigures, Summary, run, targets,
+    CameraRig, Existing, Inventory, Observer, Plan, PlannedFrame, Request, SceneFigures, Summary, metadata::Sidecar,
+    run, targets,
 };
 use crate::{
     assets::{Files, MemoryBudget, Store, store::is_model},
@@ -122,7 +123,9 @@ impl Job {
         let start = Instant::now();
         targets::check(&self.plan, self.files())?;
         let frames = &self.plan.frames;
-        if self.plan.existing == Existing::Skip && frames.iter().all(PlannedFrame::is_on_disk) {
+        let is_there = |sidecar: &Sidecar| self.plan.sidecar_path(*sidecar).is_none_or(|path| path.is_file());
+        let are_beside = self.plan.sidecars.iter().all(is_there);
+        if self.plan.existing == Existing::Skip && are_beside && frames.iter().all(PlannedFrame::is_on_disk) {
             for frame in frames {
                 observer.frame_skipped(frame.number);
             }

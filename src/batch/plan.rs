@@ -5,7 +5,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{Existing, FrameRange, Request, Turntable, encoding, names, passes::PassChoice, range::MAX_FRAMES};
+use super::{
+    Existing, FrameRange, Request, Turntable, encoding,
+    metadata::{self, Sidecar},
+    names,
+    passes::PassChoice,
+    range::MAX_FRAMES,
+};
 use crate::{
     accel::BuildOptions,
     assets::{Files, MemoryBudget, MemoryKind, camera_path},
@@ -16,7 +22,8 @@ use crate::{
     integrator::{BuiltIn, IntegratorDesc},
     math::DVec3,
     output::{
-        self, Coverage, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown, png::depth::DepthPng,
+        self, Contents, Coverage, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown,
+        png::depth::DepthPng,
     },
     render::{self, Content, Control, RenderError, Renderer, SampleBudget},
     sampler::{Sampler, SeedMode},
@@ -41,6 +48,15 @@ pub struct PlannedFrame {
 }
 
 impl PlannedFrame {
+    /// The picture of the frame: a file for displays, else the first.
+    pub(super) fn picture(&self) -> Option<&Path> {
+        let shows = self
+            .files
+            .iter()
+            .find(|file| file.format.contents() == Contents::Picture);
+        shows.or(self.files.first()).map(|file| file.path.as_path())
+    }
+
     /// Whether every file of the frame exists with nothing missing.
     pub(super) fn is_on_disk(&self) -> bool {
         self.files.iter().all(|f| f.format.inspect(&f.path).is_some())
@@ -61,6 +77,8 @@ pub struct Plan {
     pub view: DisplayTransform,
     pub exposure: f32,
     pub encoding: Encoding,
+    /// The files beside the pictures.
+    pub sidecars: Vec<Sidecar>,
     /// The planes of each film that go into its files.
     pub shown: Shown,
     /// Frames per second, as a fraction.
@@ -74,6 +92,8 @@ impl Plan {
     /// Decides what `request` means for the scene `desc`, and reads the camera path by way of `inputs`.
     pub fn new(desc: &SceneDesc, request: &Request, inputs: &Files) -> Result<Self, Error> {
         let mut settings = settings(desc, request)?;
+        let sidecars = Sidecar::parse_list(&request.metadata);
+        let sidecars = sidecars.map_err(|unknown| Error::Usage(format!("--metadata: {unknown}")))?;
         let patterns = patterns(desc, request)?;
         let mut problems = Vec::new();
         let mut keep = |p: Problem| problems.push(p);
@@ -127,6 +147,7 @@ impl Plan {
                 files: files(&patterns, number),
             })
             .collect::<Vec<_>>();
+        metadata::check(&sidecars, frames.iter().map(|frame| &frame.camera))?;
         let numbers: Vec<i32> = frames.iter().map(|f| f.number).collect();
         output::sequence::check_distinct(&patterns, &numbers)?;
         Ok(Self {
@@ -141,6 +162,7 @@ impl Plan {
                 .exposure
                 .unwrap_or_else(|| desc.output.exposure.map_or(0.0, f32::from)),
             encoding,
+            sidecars,
             shown,
             fps: request.fps.map(rational),
             seed_mode: request.seed_mode.unwrap_or(desc.render.seed_mode),
@@ -164,6 +186,11 @@ impl Plan {
             ..self.settings.clone()
         };
         renderer.render(scene, camera, self.integrator.as_dyn(), &settings, control)
+    }
+
+    /// The path of a file beside the pictures; `None` where there are none.
+    pub(super) fn sidecar_path(&self, sidecar: Sidecar) -> Option<PathBuf> {
+        Some(sidecar.path(self.frames.first()?.picture()?))
     }
 
     /// The coverage of pictures by this plan. `fills_film` tells whether every point of the picture has a camera ray, in all

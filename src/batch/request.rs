@@ -45,6 +45,8 @@ pub struct Request {
     pub png_bits: Option<String>,
     /// A pattern of PNG files of depth.
     pub png_depth: Option<String>,
+    /// The names of files with metadata beside the pictures.
+    pub metadata: Vec<String>,
     /// Columns and rows beyond each edge of the picture.
     pub overscan: u32,
     pub accel: BuildOptions,

@@ -8,7 +8,7 @@ use std::{
 
 use rayon::ThreadPoolBuilder;
 
-use super::{CameraRig, Existing, Plan, PlannedFrame, Summary};
+use super::{CameraRig, Existing, Plan, PlannedFrame, Summary, sidecars};
 use crate::{
     error::Error,
     film::Film,
@@ -72,6 +72,7 @@ pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, control: &Contro
     // A file that cannot be written is why rendering stopped, so it speaks first.
     let clamped = written?;
     let mut summary = Summary { clamped, ..rendered? };
+    sidecars::write(plan, scene)?;
     summary.wall = start.elapsed();
     summary.rays = counters.rays();
     summary.samples = counters.samples();

@@ -14,6 +14,10 @@ use crate::{assets::Files, error::Error, output};
 pub(super) fn check(plan: &Plan, inputs: &Files) -> Result<(), Error> {
     let targets = || plan.frames.iter().flat_map(|f| &f.files).map(|f| f.path.as_path());
     check_inputs(targets(), inputs)?;
+    for path in plan.sidecars.iter().filter_map(|sidecar| plan.sidecar_path(*sidecar)) {
+        check_inputs([path.as_path()].into_iter(), inputs)?;
+        output::atomic::check(&path)?;
+    }
     if plan.existing == Existing::Fail
         && let Some(path) = targets().find(|path| path.exists())
     {

@@ -167,6 +167,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "PATTERN", num_args = 0..=1, require_equals = true, default_missing_value = "depth.####.png", hide_short_help = true, help_heading = heading::OUTPUT)]
     pub png_depth: Option<String>,
 
+    /// Files beside the pictures: transforms (cameras, as NeRF programs read them), ids (names of objects and materials)
+    #[arg(long, value_name = "LIST", value_delimiter = ',', hide_short_help = true, help_heading = heading::OUTPUT)]
+    pub metadata: Vec<String>,
+
     #[command(flatten)]
     pub existing: ExistingArgs,
 

@@ -195,6 +195,7 @@ fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         compression: args.compression.clone(),
         exr_type: args.exr_type.clone(),
         multipart: args.multipart,
+        metadata: args.metadata.clone(),
         png_bits: args.png_bits.clone(),
         png_depth: args.png_depth.clone(),
         overscan: args.overscan,

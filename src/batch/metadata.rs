@@ -1,0 +1,73 @@
+//! The kinds of files beside the pictures of a job.
+//!
+//! | name | file | content |
+//! |---|---|---|
+//! | `transforms` | `transforms.json` | the camera of each frame, as NeRF programs read it |
+//! | `ids` | `ids.json` | the names of objects and materials by the numbers of `objectId` and `materialId` |
+//!
+//! They lie in the folder of the pictures. Source of the first: Mildenhall et al., "NeRF", ECCV 2020,
+//! doi:10.1007/978-3-030-58452-8_24, with the keys of instant-ngp and Nerfstudio.
+
+use std::path::{Path, PathBuf};
+
+use crate::{
+    camera::{Camera, FrameCamera, perspective::PinholeView},
+    error::Error,
+    value::UnknownName,
+};
+
+/// A file beside the pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sidecar {
+    Transforms,
+    Ids,
+}
+
+impl Sidecar {
+    pub const ALL: [Self; 2] = [Self::Transforms, Self::Ids];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Transforms => "transforms",
+            Self::Ids => "ids",
+        }
+    }
+
+    /// The files of these names.
+    ///
+    /// # Errors
+    /// The first name that is unknown.
+    pub fn parse_list(names: &[String]) -> Result<Vec<Self>, UnknownName> {
+        let known = || Self::ALL.into_iter().map(Self::name);
+        let parse = |name: &String| {
+            let found = Self::ALL.into_iter().find(|sidecar| sidecar.name() == name);
+            found.ok_or_else(|| UnknownName::new("metadata", name, known()))
+        };
+        names.iter().map(parse).collect()
+    }
+
+    /// The path of the file, beside a picture.
+    pub fn path(self, picture: &Path) -> PathBuf {
+        picture.with_file_name(self.name()).with_extension("json")
+    }
+}
+
+/// Finds out whether the files can be made for frames of these cameras.
+pub(super) fn check<'a>(sidecars: &[Sidecar], mut cameras: impl Iterator<Item = &'a FrameCamera>) -> Result<(), Error> {
+    match sidecars.contains(&Sidecar::Transforms) {
+        true => cameras.try_for_each(|camera| pinhole(camera).map(drop)),
+        false => Ok(()),
+    }
+}
+
+/// The pinhole of a camera as its shutter opens.
+pub(super) fn pinhole(camera: &FrameCamera) -> Result<PinholeView, Error> {
+    match camera.camera(0.0) {
+        Camera::Perspective(camera) => Ok(camera.pinhole()),
+        _ => {
+            let message = "--metadata transforms: only perspective cameras have focal lengths";
+            Err(Error::Usage(message.to_owned()))
+        }
+    }
+}
