@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# Renders files of every kind and checks them with tools that nobody here wrote: OpenImageIO, OpenEXR and cryptomatte-api, in a
+# virtual environment of their own. Usage: tests/interop/run.sh [PROGRAM]. Where pip reaches no packages it says so, and is no error.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+
+program=$(realpath "${1:-${CARGO_TARGET_DIR:-target}/release/batch-render}")
+out=$(mktemp -d)
+trap 'rm -rf "$out"' EXIT
+
+packages=(OpenImageIO==3.2.2.0 OpenEXR==3.5.3 cryptomatte-api==1.0.0)
+if ! { python3 -m venv "$out/venv" && "$out/venv/bin/pip" install -q "${packages[@]}"; } >"$out/pip.log" 2>&1; then
+    echo "no files were checked by other tools: pip does not install ${packages[*]}"
+    exit 0
+fi
+
+render() {
+    local name=$1
+    shift
+    "$program" scenes/passes/scene.toml --resolution 96x54 --samples 8 --progress none -o "$out/$name.exr" "$@"
+}
+
+for compression in none zips zip piz rle; do
+    render "$compression" --compression "$compression"
+done
+render dwaa --compression dwaa --aovs emission,albedo
+render float --exr-type float
+render parts --multipart
+render crop --crop 11,7,60,40
+render overscan --overscan 9
+render one-level --cryptomatte-levels 2
+"$program" tests/interop/names.toml --progress none -o "$out/names.exr"
+render shown --show depth -o "$out/shown.png"
+render pictures --png-depth="$out/depth.####.png" --png-bits 16 -o "$out/sixteen.png"
+for view in raw srgb reinhard aces agx neutral; do
+    "$program" scenes/passes/scene.toml --resolution 96x54 --samples 8 --progress none --view "$view" -o "$out/$view.png"
+done
+
+"$out/venv/bin/python" tests/interop/check.py "$out" "$out/venv/bin"
