@@ -45,8 +45,10 @@ pub(super) fn encode(image: &Image, channels: &[Channel]) -> Result<Vec<Block>, 
 /// The buffers for packing a block, kept from one to the next.
 struct BlockPacker {
     row: Vec<f32>,
+    uint_row: Vec<u32>,
     halves: Vec<f16>,
     bytes: Vec<u8>,
+    parted: Vec<u8>,
     reordered: Vec<u8>,
     packed: Vec<u8>,
     compressor: Compressor,
@@ -56,8 +58,10 @@ impl BlockPacker {
     fn new() -> Self {
         Self {
             row: Vec::new(),
+            uint_row: Vec::new(),
             halves: Vec::new(),
             bytes: Vec::new(),
+            parted: Vec::new(),
             reordered: Vec::new(),
             packed: Vec::new(),
             compressor: Compressor::new(CompressionLvl::new(LEVEL).unwrap_or_default()),
@@ -85,8 +89,14 @@ impl BlockPacker {
                         clamped += counts.0;
                         nans += counts.1;
                     }
-                    Samples::Float(plane) => self.bytes.extend(row(plane, line, width).flat_map(|v| v.to_le_bytes())),
-                    Samples::Uint(plane) => self.bytes.extend(row(plane, line, width).flat_map(|v| v.to_le_bytes())),
+                    Samples::Float(plane) => {
+                        gather(plane, line, width, &mut self.row);
+                        put(&mut self.bytes, self.row.iter().map(|v| v.to_le_bytes()));
+                    }
+                    Samples::Uint(plane) => {
+                        gather(plane, line, width, &mut self.uint_row);
+                        put(&mut self.bytes, self.uint_row.iter().map(|v| v.to_le_bytes()));
+                    }
                 }
             }
         }
@@ -105,15 +115,15 @@ impl BlockPacker {
     /// Appends a line of halves; how many numbers were clamped and how many were none.
     fn put_halves(&mut self, plane: ChannelData<f32>, line: usize, width: usize) -> (u64, u64) {
         let (mut clamped, mut nans) = (0, 0);
-        self.row.clear();
-        self.row.extend(row(plane, line, width).map(|v| {
+        gather(plane, line, width, &mut self.row);
+        for v in &mut self.row {
             clamped += u64::from(v.abs() > MAX_HALF);
             nans += u64::from(v.is_nan());
-            if v.is_nan() { 0.0 } else { v.clamp(-MAX_HALF, MAX_HALF) }
-        }));
+            *v = if v.is_nan() { 0.0 } else { v.clamp(-MAX_HALF, MAX_HALF) };
+        }
         self.halves.resize(width, f16::ZERO);
         self.halves.convert_from_f32_slice(&self.row);
-        self.bytes.extend(self.halves.iter().flat_map(|v| v.to_le_bytes()));
+        put(&mut self.bytes, self.halves.iter().map(|v| v.to_le_bytes()));
         (clamped, nans)
     }
 
@@ -122,7 +132,7 @@ impl BlockPacker {
         if compression == Compression::None {
             return &self.bytes;
         }
-        reorder(&self.bytes, &mut self.reordered);
+        reorder(&self.bytes, &mut self.parted, &mut self.reordered);
         // With no room for a block that is not smaller, the compressor gives such a block up.
         self.packed.resize(self.bytes.len() - 1, 0);
         match self.compressor.zlib_compress(&self.reordered, &mut self.packed) {
@@ -132,25 +142,40 @@ impl BlockPacker {
     }
 }
 
-/// A line of a channel.
-fn row<T: Copy>(plane: ChannelData<T>, line: usize, width: usize) -> impl Iterator<Item = T> {
-    let first = plane.first + line * width * plane.step;
-    plane.values[first..].iter().step_by(plane.step).take(width).copied()
+/// Replaces `out` with a line of a channel.
+fn gather<T: Copy>(plane: ChannelData<T>, line: usize, width: usize, out: &mut Vec<T>) {
+    let values = &plane.values[plane.first + line * width * plane.step..];
+    out.clear();
+    match plane.step {
+        1 => out.extend_from_slice(&values[..width]),
+        step => out.extend((0..width).map(|i| values[i * step])),
+    }
 }
 
-/// All even bytes, then all odd ones, each as its difference to the one before: what deflate is good at.
-fn reorder(bytes: &[u8], out: &mut Vec<u8>) {
-    let difference = |pair: [u8; 2]| pair[1].wrapping_sub(pair[0]).wrapping_add(128);
+/// Appends the bytes of numbers.
+fn put<const N: usize>(bytes: &mut Vec<u8>, numbers: impl ExactSizeIterator<Item = [u8; N]>) {
+    let start = bytes.len();
+    bytes.resize(start + N * numbers.len(), 0);
+    for (place, number) in bytes[start..].as_chunks_mut().0.iter_mut().zip(numbers) {
+        *place = number;
+    }
+}
+
+/// All even bytes, then all odd ones, each as its difference to the one before: what deflate is good at. `parted` is for the
+/// bytes without differences.
+fn reorder(bytes: &[u8], parted: &mut Vec<u8>, out: &mut Vec<u8>) {
+    parted.clear();
+    parted.resize(bytes.len(), 0);
+    let (even, odd) = parted.split_at_mut(bytes.len().div_ceil(2));
+    let (pairs, last) = bytes.as_chunks::<2>();
+    for ((pair, even), odd) in pairs.iter().zip(&mut *even).zip(odd) {
+        [*even, *odd] = *pair;
+    }
+    if let [last] = last {
+        even[pairs.len()] = *last;
+    }
     out.clear();
-    out.resize(bytes.len(), 0);
-    let (even, odd) = out.split_at_mut(bytes.len().div_ceil(2));
-    for (d, pair) in even.iter_mut().zip(bytes.chunks(2)) {
-        *d = pair[0];
-    }
-    for (d, pair) in odd.iter_mut().zip(bytes.chunks_exact(2)) {
-        *d = pair[1];
-    }
-    for i in (1..out.len()).rev() {
-        out[i] = difference([out[i - 1], out[i]]);
-    }
+    out.extend_from_slice(&parted[..1]);
+    let pairs = parted[1..].iter().zip(&parted[..parted.len() - 1]);
+    out.extend(pairs.map(|(byte, before)| byte.wrapping_sub(*before).wrapping_add(128)));
 }
