@@ -106,7 +106,7 @@ pub trait Format: Debug + Sync {
     fn encode(&self, image: &FrameImage, encoding: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError>;
 
     /// Returns what the file at `path` says about itself; `None` where it cannot be read, is not of this format, or is not
-    /// complete to its last byte.
+    /// complete and unaltered to its last byte.
     fn inspect(&self, path: &Path) -> Option<FileFacts>;
 }
 

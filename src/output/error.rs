@@ -27,4 +27,9 @@ impl OutputError {
             Self::Encode { .. } => false,
         }
     }
+
+    /// Whether another attempt may succeed, as on a network that was away for a moment.
+    pub fn may_pass(&self) -> bool {
+        !matches!(self, Self::Encode { .. }) && !self.ends_the_job()
+    }
 }

@@ -21,7 +21,7 @@ use std::{io::Write, path::Path};
 
 use super::{
     Attribute, Contents, DisplayTransform, EncodeError, Encoding, FileFacts, Format, FrameImage, LightType, Parts,
-    Shown, Value, WriteReport, counting::Counting,
+    Shown, Value, WriteReport, counting::Counting, seal,
 };
 use crate::film::{self, PixelType, Window, passes::BEAUTY};
 
@@ -171,6 +171,7 @@ fn attributes(frame: &FrameImage) -> Vec<Attribute> {
     let mut list = vec![
         Attribute::new("software", format!("batch-render {version}")),
         Attribute::new("batch-render/version", version),
+        Attribute::new(seal::NAME, seal::PLACEHOLDER),
         Attribute::new("batch-render/frame", metadata.frame),
         Attribute::new("batch-render/samples", count(metadata.samples)),
         Attribute::new("batch-render/seed", count(metadata.seed)),

@@ -13,6 +13,7 @@ mod facts;
 mod frame;
 mod metadata;
 pub mod png;
+mod seal;
 pub mod sequence;
 mod tone;
 
@@ -38,6 +39,21 @@ pub fn format(name: &str) -> Option<&'static dyn Format> {
     FORMATS.iter().copied().find(|f| f.name().eq_ignore_ascii_case(name))
 }
 
+/// The bytes of `image` as a file, sealed: [`Format::inspect`] finds every change of them.
+///
+/// # Errors
+/// The format cannot hold such an image.
+pub fn encode(
+    format: &dyn Format,
+    image: &FrameImage,
+    encoding: Encoding,
+) -> Result<(Vec<u8>, WriteReport), EncodeError> {
+    let mut bytes = Vec::new();
+    let report = format.encode(image, encoding, &mut bytes)?;
+    seal::seal(&mut bytes);
+    Ok((bytes, report))
+}
+
 /// Writes `image` to `path` in a folder that exists. It is afterwards the whole file or, on an error, what it was before.
 pub fn write(
     path: &Path,
@@ -45,7 +61,11 @@ pub fn write(
     image: &FrameImage,
     encoding: Encoding,
 ) -> Result<WriteReport, OutputError> {
-    atomic::write(path, |out| format.encode(image, encoding, out))
+    atomic::write(path, |out| {
+        let (bytes, report) = encode(format, image, encoding)?;
+        out.write_all(&bytes)?;
+        Ok(report)
+    })
 }
 
 /// Writes a film that belongs to no sequence, and makes the folders of `path`; the name's ending chooses the format.

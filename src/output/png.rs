@@ -19,6 +19,7 @@ use super::{
     counting::Counting,
     display::{DisplayEncoding, PixelDisplay, quantize, quantize16},
     encode::PngBits,
+    seal,
 };
 use crate::{
     film::{Plane, Window},
@@ -71,11 +72,14 @@ impl Format for Png {
     }
 }
 
-/// The facts of a file whose pixels can all be decoded.
+/// The facts of a file that has the bytes of its seal; of one without a seal all pixels can be decoded.
 fn inspect(path: &Path) -> Option<FileFacts> {
     let facts = facts(path).ok().flatten()?;
-    decode_pixels(path).ok()?;
-    Some(facts)
+    let is_whole = match seal::is_intact(path).ok()? {
+        Some(is_intact) => is_intact,
+        None => decode_pixels(path).is_ok(),
+    };
+    is_whole.then_some(facts)
 }
 
 /// The NaNs among the values that a picture shows.
@@ -166,6 +170,7 @@ fn collect<T: Send, const N: usize>(pixels: usize, pixel: impl Fn(usize) -> [T; 
 fn own_texts(metadata: &FrameMetadata) -> Vec<(String, String)> {
     let version = env!("CARGO_PKG_VERSION");
     vec![
+        (seal::NAME.to_owned(), seal::PLACEHOLDER.to_owned()),
         ("Software".to_owned(), format!("batch-render {version}")),
         ("Frame".to_owned(), metadata.frame.to_string()),
         ("Samples".to_owned(), metadata.samples.to_string()),

@@ -1,4 +1,4 @@
-//! The facts of a complete file, all of whose blocks can be decoded.
+//! The facts of a complete file: it has the bytes that it was sealed with, or all of its blocks can be decoded.
 
 use std::{
     fs::File,
@@ -9,14 +9,17 @@ use std::{
 use ::exr::block::{UncompressedBlock, reader::ChunksReader as _};
 
 use super::header::{self, LONG_NAMES, MAGIC, MULTI_PART, VERSION};
-use crate::output::{Attribute, FileFacts, Value, facts};
+use crate::output::{Attribute, FileFacts, Value, facts, seal};
 
-/// The facts of a scanline file, those of its first part, whose table of blocks is filled and whose blocks can all be decoded.
+/// The facts of a scanline file, those of its first part, whose table of blocks is filled and whose bytes are those of its seal; of
+/// one without a seal all blocks can be decoded.
 pub(super) fn inspect(path: &Path) -> Option<FileFacts> {
     let facts = facts::open(path).and_then(check).ok().flatten()?;
-    let file = facts::open(path).ok()?;
-    decode_blocks(file).ok()?;
-    Some(facts)
+    let is_whole = match seal::is_intact(path).ok()? {
+        Some(is_intact) => is_intact,
+        None => decode_blocks(facts::open(path).ok()?).is_ok(),
+    };
+    is_whole.then_some(facts)
 }
 
 /// Decodes all blocks and drops their pixels.

@@ -119,6 +119,7 @@ fn texts_say_where_a_picture_comes_from() {
         .collect();
     let software = concat!("batch-render ", env!("CARGO_PKG_VERSION"));
     let expected = [
+        (seal::NAME, seal::PLACEHOLDER),
         ("Software", software),
         ("Frame", "-3"),
         ("Samples", "64"),

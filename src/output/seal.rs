@@ -1,0 +1,169 @@
+//! Seals: a checksum of a file's bytes inside of the file itself, by which any change of them is found.
+//!
+//! A sealed file has the text attribute [`NAME`]: 32 hexadecimal digits, the first 128 bits of BLAKE3 over all bytes of the file
+//! with these digits as zeros. In PNG files the checksum of the text's own chunk, the four bytes behind the digits, counts as
+//! zeros too.
+
+use std::{
+    fs::File,
+    io::{self, Read},
+    ops::Range,
+    path::Path,
+};
+
+use super::facts;
+use crate::assets::ContentHash;
+
+/// The name of the attribute.
+pub const NAME: &str = "batch-render/checksum";
+
+/// The value of the attribute before the file is sealed.
+pub const PLACEHOLDER: &str = "00000000000000000000000000000000";
+
+const DIGITS: usize = PLACEHOLDER.len();
+
+/// The attribute lies within the first bytes of a file.
+const HEAD: usize = 1 << 16;
+
+/// The bytes that are read at once.
+const CHUNK: usize = 1 << 20;
+
+/// The place of a seal.
+struct Place {
+    digits: Range<usize>,
+    /// The bytes of a PNG chunk that its checksum covers, its type and its data.
+    chunk: Option<Range<usize>>,
+}
+
+impl Place {
+    /// The place of the seal in a file that begins with `head`.
+    fn find(head: &[u8]) -> Option<Self> {
+        let mut before = NAME.as_bytes().to_vec();
+        let is_png = head.starts_with(b"\x89PNG");
+        if is_png {
+            before.push(0);
+        } else {
+            before.extend(b"\0string\0");
+            before.extend((DIGITS as u32).to_le_bytes());
+        }
+        let at = head.windows(before.len()).position(|bytes| bytes == before)?;
+        let digits = at + before.len()..at + before.len() + DIGITS;
+        let chunk = is_png.then(|| at.saturating_sub(4)..digits.end);
+        let end = digits.end + if is_png { 4 } else { 0 };
+        (end <= head.len()).then_some(Self { digits, chunk })
+    }
+
+    /// Makes zeros of what the checksum does not cover. Returns the digits that were there.
+    fn clear(&self, head: &mut [u8]) -> [u8; DIGITS] {
+        let mut digits = [0; DIGITS];
+        digits.copy_from_slice(&head[self.digits.clone()]);
+        head[self.digits.clone()].fill(b'0');
+        if let Some(chunk) = &self.chunk {
+            head[chunk.end..chunk.end + 4].fill(0);
+        }
+        digits
+    }
+}
+
+/// Seals the whole bytes of a file that has the placeholder; others stay as they are.
+pub(super) fn seal(bytes: &mut [u8]) {
+    let head = bytes.len().min(HEAD);
+    let Some(place) = Place::find(&bytes[..head]) else {
+        return;
+    };
+    place.clear(bytes);
+    let digits = ContentHash::of(bytes).to_string();
+    bytes[place.digits.clone()].copy_from_slice(digits.as_bytes());
+    if let Some(chunk) = place.chunk {
+        let checksum = crc32fast::hash(&bytes[chunk.clone()]);
+        bytes[chunk.end..chunk.end + 4].copy_from_slice(&checksum.to_be_bytes());
+    }
+}
+
+/// Whether the file at `path` has the bytes that it was sealed with; `None` of a file that was not sealed.
+///
+/// # Errors
+/// The file cannot be read.
+pub(super) fn is_intact(path: &Path) -> io::Result<Option<bool>> {
+    let mut file = facts::open(path)?;
+    let mut chunk = vec![0; CHUNK];
+    let mut length = fill(&mut file, &mut chunk)?;
+    let head = length.min(HEAD);
+    let Some(place) = Place::find(&chunk[..head]) else {
+        return Ok(None);
+    };
+    let digits = place.clear(&mut chunk);
+    if digits == PLACEHOLDER.as_bytes() {
+        return Ok(None);
+    }
+    let mut hasher = blake3::Hasher::new();
+    while length > 0 {
+        hasher.update(&chunk[..length]);
+        length = fill(&mut file, &mut chunk)?;
+    }
+    let found = hasher.finalize().to_hex();
+    Ok(Some(found.as_bytes()[..DIGITS] == digits))
+}
+
+/// Reads as many bytes as fit; fewer only at the end of the file.
+fn fill(file: &mut File, bytes: &mut [u8]) -> io::Result<usize> {
+    let mut length = 0;
+    while length < bytes.len() {
+        match file.read(&mut bytes[length..]) {
+            Ok(0) => break,
+            Ok(n) => length += n,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The bytes of a made-up file with the seal's attribute in the form of EXR, and `more` bytes behind it.
+    fn file(more: usize) -> Vec<u8> {
+        let mut bytes = b"v/1\x01 begins ".to_vec();
+        bytes.extend(NAME.as_bytes());
+        bytes.extend(b"\0string\0\x20\0\0\0");
+        bytes.extend(PLACEHOLDER.as_bytes());
+        bytes.extend((0..more).map(|i| i as u8));
+        seal(&mut bytes);
+        bytes
+    }
+
+    #[test]
+    fn every_flipped_bit_and_every_missing_byte_is_found() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("a");
+        let sealed = file(100);
+        let check = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).unwrap();
+            is_intact(&path).unwrap()
+        };
+        assert_eq!(check(&sealed), Some(true));
+        for byte in 0..sealed.len() {
+            let mut flipped = sealed.clone();
+            flipped[byte] ^= 1 << (byte % 8);
+            assert_ne!(check(&flipped), Some(true), "byte {byte}");
+            assert_ne!(check(&sealed[..byte]), Some(true), "{byte} bytes");
+        }
+        assert_eq!(check(&[&sealed[..], b"x"].concat()), Some(false));
+    }
+
+    #[test]
+    fn a_file_of_several_chunks_is_read_whole() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("a");
+        let mut sealed = file(2 * CHUNK + 17);
+        std::fs::write(&path, &sealed).unwrap();
+        assert_eq!(is_intact(&path).unwrap(), Some(true));
+        *sealed.last_mut().unwrap() ^= 1;
+        std::fs::write(&path, &sealed).unwrap();
+        assert_eq!(is_intact(&path).unwrap(), Some(false));
+        std::fs::write(&path, b"another program's").unwrap();
+        assert_eq!(is_intact(&path).unwrap(), None);
+    }
+}
