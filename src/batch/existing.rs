@@ -6,7 +6,7 @@ pub enum Existing {
     /// They are rendered again.
     #[default]
     Overwrite,
-    /// They are left out if all their files are whole.
+    /// They are left out if all their files are whole and are those that the job would write.
     Skip,
     /// The job does not start.
     Fail,

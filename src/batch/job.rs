@@ -3,8 +3,8 @@
 use std::{path::Path, time::Instant};
 
 use super::{
-    CameraRig, Existing, Inventory, Observer, Plan, PlannedFrame, Request, SceneFigures, Summary, metadata::Sidecar,
-    run, targets,
+    CameraRig, Existing, InputHash, Inventory, Observer, Plan, Request, SceneFigures, Stale, Summary,
+    metadata::Sidecar, run, stale, targets,
 };
 use crate::{
     assets::{Files, MemoryBudget, Store, store::is_model},
@@ -66,6 +66,17 @@ impl Job {
         self.store.files()
     }
 
+    /// The hash of what was read so far; of the whole scene once it is loaded.
+    pub fn inputs(&self) -> InputHash {
+        InputHash::new(self.files(), &self.desc.source.path, self.plan.camera_path.as_deref())
+    }
+
+    /// The first file of each frame that is not what the job would write, if any, once the scene is loaded; on the threads of
+    /// the current rayon pool.
+    pub fn stale(&self) -> Vec<Option<Stale>> {
+        stale::survey(&self.plan, self.inputs())
+    }
+
     /// The number of image files that are missing or broken, and replaced by a placeholder.
     pub fn placeholders(&self) -> usize {
         self.store.replaced()
@@ -125,7 +136,9 @@ impl Job {
         let frames = &self.plan.frames;
         let is_there = |sidecar: &Sidecar| self.plan.sidecar_path(*sidecar).is_none_or(|path| path.is_file());
         let are_beside = self.plan.sidecars.iter().all(is_there);
-        if self.plan.existing == Existing::Skip && are_beside && frames.iter().all(PlannedFrame::is_on_disk) {
+        let inputs = self.inputs();
+        let skips_all = self.plan.existing == Existing::Skip && are_beside && self.stale().iter().all(Option::is_none);
+        if frames.is_empty() || skips_all {
             for frame in frames {
                 observer.frame_skipped(frame.number);
             }
@@ -137,7 +150,7 @@ impl Job {
             });
         }
         let scene = self.build(scene)?;
-        let summary = run(&self.plan, &scene, observer, control)?;
+        let summary = run(&self.plan, &scene, inputs, observer, control)?;
         Ok(Summary {
             scene: SceneFigures::new(scene.accel.geometry(), Some(scene.accel.stats().build_time)),
             ..summary

@@ -6,16 +6,20 @@
 
 mod encoding;
 mod existing;
+mod failure;
+mod fingerprint;
 pub mod inventory;
 mod job;
 pub mod metadata;
 mod names;
+mod part;
 mod passes;
 mod plan;
 mod request;
 mod rig;
 mod run;
 mod sidecars;
+mod stale;
 mod summary;
 mod targets;
 mod turntable;
@@ -23,12 +27,16 @@ mod turntable;
 pub mod range;
 
 pub use existing::Existing;
+pub use failure::{FrameError, FrameFailure, OnFailure};
+pub use fingerprint::{Fingerprint, InputHash};
 pub use inventory::Inventory;
 pub use job::Job;
+pub use part::{JobPart, PartBase, PartOrder, PartSpec};
 pub use plan::{Plan, PlannedFrame};
 pub use range::FrameRange;
 pub use request::Request;
 pub use rig::CameraRig;
 pub use run::{Observer, run};
+pub use stale::{Stale, StaleReason};
 pub use summary::{SceneFigures, Summary};
 pub use turntable::Turntable;

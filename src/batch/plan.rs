@@ -6,7 +6,7 @@ use std::{
 };
 
 use super::{
-    Existing, FrameRange, Request, Turntable, encoding,
+    Existing, FrameRange, OnFailure, Request, Turntable, encoding,
     metadata::{self, Sidecar},
     names,
     passes::PassChoice,
@@ -56,11 +56,6 @@ impl PlannedFrame {
             .find(|file| file.format.contents() == Contents::Picture);
         shows.or(self.files.first()).map(|file| file.path.as_path())
     }
-
-    /// Whether every file of the frame exists with nothing missing.
-    pub(super) fn is_on_disk(&self) -> bool {
-        self.files.iter().all(|f| f.format.inspect(&f.path).is_some())
-    }
 }
 
 /// Everything a job is going to do, decided and checked.
@@ -71,9 +66,16 @@ pub struct Plan {
     pub first_eye: Option<DVec3>,
     /// Moves the camera once the scene is known.
     pub turntable: Option<Turntable>,
+    /// The file that the cameras come from.
+    pub camera_path: Option<PathBuf>,
+    /// The radius in m of the points of a model that is the scene, and the variant of its materials.
+    pub model: (Option<f32>, Option<String>),
     pub integrator: BuiltIn,
     pub accel: BuildOptions,
     pub existing: Existing,
+    pub on_failure: OnFailure,
+    /// The number of further attempts to write a file.
+    pub retries: u32,
     pub view: DisplayTransform,
     pub exposure: f32,
     pub encoding: Encoding,
@@ -138,8 +140,11 @@ impl Plan {
             .zip(camera)
             .map(|(frames, start)| Turntable { start, frames });
         let cameras = cameras(desc, request, camera, settings.resolution, inputs)?;
-        let frames = cameras
-            .frames
+        let chosen = match request.part {
+            Some(part) => part.choose(cameras.frames),
+            None => cameras.frames,
+        };
+        let frames = chosen
             .into_iter()
             .map(|(number, camera)| PlannedFrame {
                 number,
@@ -154,9 +159,13 @@ impl Plan {
             frames,
             first_eye: cameras.first_eye,
             turntable,
+            camera_path: request.camera_path.clone(),
+            model: (request.point_radius, request.variant.clone()),
             integrator,
             accel: request.accel,
             existing: request.existing,
+            on_failure: request.on_failure,
+            retries: request.retries,
             view: view.unwrap_or_default(),
             exposure: request
                 .exposure
@@ -203,7 +212,7 @@ impl Plan {
         }
     }
 
-    /// The metadata of a frame's files.
+    /// The metadata of a frame's files, but for their fingerprint.
     pub fn metadata(&self, frame: i32) -> FrameMetadata {
         FrameMetadata {
             view: self.view,

@@ -48,6 +48,13 @@ impl FrameRange {
         })
     }
 
+    /// These frames, in rising order.
+    pub fn of(frames: impl IntoIterator<Item = i64>) -> Self {
+        Self {
+            frames: frames.into_iter().collect(),
+        }
+    }
+
     /// The number of frames; never 0.
     #[expect(clippy::len_without_is_empty, reason = "a range is never empty")]
     pub fn len(&self) -> usize {

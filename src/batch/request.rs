@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Existing, FrameRange};
+use super::{Existing, FrameRange, JobPart, OnFailure};
 use crate::{accel::BuildOptions, assets::store::MissingAssets, camera::RotationOrder, sampler::SeedMode};
 
 /// The settings of a job. The scene file decides about a setting that is `None`.
@@ -16,8 +16,13 @@ pub struct Request {
     /// Instead of a camera path: frames of an orbit around the scene.
     pub turntable: Option<u32>,
     pub range: Option<FrameRange>,
+    /// The share of these frames that this job renders.
+    pub part: Option<JobPart>,
     pub outputs: Vec<String>,
     pub existing: Existing,
+    pub on_failure: OnFailure,
+    /// The number of further attempts to write a file.
+    pub retries: u32,
     pub samples: Option<u32>,
     pub resolution: Option<[u32; 2]>,
     /// Columns and rows x0, y0, x1, y1; the last two are not rendered.

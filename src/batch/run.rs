@@ -3,12 +3,16 @@
 use std::{
     path::Path,
     sync::mpsc::{Receiver, SyncSender, sync_channel},
+    thread,
     time::{Duration, Instant},
 };
 
 use rayon::ThreadPoolBuilder;
 
-use super::{CameraRig, Existing, Plan, PlannedFrame, Summary, sidecars};
+use super::{
+    CameraRig, Existing, Fingerprint, FrameFailure, InputHash, OnFailure, Plan, PlannedFrame, Stale, StaleReason,
+    Summary, failure, plan::PlannedFile, sidecars,
+};
 use crate::{
     error::Error,
     film::Film,
@@ -23,13 +27,22 @@ pub trait Observer: Sync {
     fn frame_started(&self, number: i32, index: usize, total: usize);
     /// It is rendered; its files are not yet written.
     fn frame_rendered(&self, number: i32, took: Duration);
-    /// Its files are whole already.
+    /// Its files are there already as the job would write them.
     fn frame_skipped(&self, number: i32);
+    /// A file of the frame is there, yet not as the job would write it: the frame is rendered again.
+    fn frame_stale(&self, _number: i32, _stale: &Stale) {}
+    /// It is not going to be on disk; the job goes on with the others.
+    fn frame_failed(&self, _failure: &FrameFailure) {}
+    /// The picture of a frame that is going to be written.
+    fn frame_image(&self, _number: i32, _image: &FrameImage<'_>) {}
     /// A file is on disk.
     fn file_written(&self, number: i32, path: &Path);
     /// All files of the frame are on disk.
     fn frame_written(&self, number: i32);
 }
+
+/// The time before the second attempt to write a file; it doubles with each one.
+const FIRST_PAUSE: Duration = Duration::from_millis(200);
 
 /// The most threads that encode a file; a disk is no faster with more.
 const MAX_ENCODERS: usize = 16;
@@ -38,15 +51,22 @@ const MAX_ENCODERS: usize = 16;
 struct Finished<'a> {
     frame: &'a PlannedFrame,
     film: Film,
+    fingerprint: Fingerprint,
 }
 
 /// Renders all frames of `plan` on the threads of the current rayon pool.
 ///
 /// The folders of the files exist: [`Job::run`](super::Job::run) makes them and checks the places of the files first.
 ///
-/// At most one finished frame waits while another is written. A disk that fails ends the job; whatever happens, a file
-/// under its own name is whole.
-pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, control: &Control<'_>) -> Result<Summary, Error> {
+/// At most one finished frame waits while another is written. A frame that fails alone is left out, and the summary tells, unless
+/// the plan says otherwise; a disk that is full or read-only ends the job. Whatever happens, a file under its own name is whole.
+pub fn run(
+    plan: &Plan,
+    scene: &Scene,
+    inputs: InputHash,
+    observer: &dyn Observer,
+    control: &Control<'_>,
+) -> Result<Summary, Error> {
     let own_counters = Counters::default();
     let counters = control.counters.unwrap_or(&own_counters);
     let control = Control {
@@ -62,16 +82,18 @@ pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, control: &Contro
         .thread_name(|i| format!("write {i}"))
         .build()
         .map_err(|cause| Error::threads("the threads that write files", &cause))?;
-    let mut written = Ok(0);
+    let mut written = Ok(WriteSummary::default());
     let rendered = encoders.in_place_scope(|scope| {
         scope.spawn(|_| written = write_all(plan, coverage, receive, observer));
-        let rendered = render_all(plan, scene, observer, &control, &send);
+        let rendered = render_all(plan, (scene, inputs), observer, &control, &send);
         drop(send);
         rendered
     });
     // A file that cannot be written is why rendering stopped, so it speaks first.
-    let clamped = written?;
+    let WriteSummary { clamped, failures } = written?;
     let mut summary = Summary { clamped, ..rendered? };
+    summary.failures.extend(failures);
+    summary.failures.sort_by_key(|failure| failure.frame);
     sidecars::write(plan, scene)?;
     summary.wall = start.elapsed();
     summary.rays = counters.rays();
@@ -79,30 +101,58 @@ pub fn run(plan: &Plan, scene: &Scene, observer: &dyn Observer, control: &Contro
     Ok(summary)
 }
 
+/// The results of writing.
+#[derive(Default)]
+struct WriteSummary {
+    /// Values that did not fit into their files.
+    clamped: u64,
+    failures: Vec<FrameFailure>,
+}
+
 fn render_all<'a>(
     plan: &'a Plan,
-    scene: &Scene,
+    (scene, inputs): (&Scene, InputHash),
     observer: &dyn Observer,
     control: &Control<'_>,
     send: &SyncSender<Finished<'a>>,
 ) -> Result<Summary, Error> {
     let mut summary = Summary::default();
-    let (renderer, rig) = (Renderer::new(), CameraRig::new(plan, scene));
+    let (mut renderer, rig) = (Renderer::new(), CameraRig::new(plan, scene));
     for (index, frame) in plan.frames.iter().enumerate() {
-        if plan.existing == Existing::Skip && frame.is_on_disk() {
-            observer.frame_skipped(frame.number);
-            summary.skipped += 1;
-            continue;
+        if plan.existing == Existing::Skip {
+            match frame.stale(plan, inputs) {
+                None => {
+                    observer.frame_skipped(frame.number);
+                    summary.skipped += 1;
+                    continue;
+                }
+                Some(stale) if stale.reason == StaleReason::Missing => {}
+                Some(stale) => observer.frame_stale(frame.number, &stale),
+            }
         }
         observer.frame_started(frame.number, index, plan.frames.len());
         let start = Instant::now();
         let camera = rig.camera(plan, frame);
-        let film = plan
-            .render_frame(&renderer, scene, (frame, &camera), control)
-            .map_err(|e| match e {
+        let attempt = failure::catch(|| plan.render_frame(&renderer, scene, (frame, &camera), control));
+        let film = match attempt {
+            Ok(film) => film.map_err(|e| match e {
                 RenderError::Cancelled(cancelled) => Error::Cancelled(cancelled),
                 RenderError::Pass(unknown) => Error::Usage(unknown.to_string()),
-            })?;
+            })?,
+            Err(cause) => {
+                renderer = Renderer::new();
+                let failure = FrameFailure {
+                    frame: frame.number,
+                    cause,
+                };
+                observer.frame_failed(&failure);
+                summary.failures.push(failure);
+                match plan.on_failure {
+                    OnFailure::KeepGoing => continue,
+                    OnFailure::FailFast => break,
+                }
+            }
+        };
         let took = start.elapsed();
         observer.frame_rendered(frame.number, took);
         let invalid = control.counters.map(Counters::take_invalid).unwrap_or_default();
@@ -111,7 +161,12 @@ fn render_all<'a>(
         }
         summary.frame_times.push(took);
         summary.rendered += 1;
-        if send.send(Finished { frame, film }).is_err() {
+        let finished = Finished {
+            frame,
+            film,
+            fingerprint: Fingerprint::of_frame(plan, inputs, frame),
+        };
+        if send.send(finished).is_err() {
             // The writer has given up; its error says why.
             break;
         }
@@ -119,27 +174,66 @@ fn render_all<'a>(
     Ok(summary)
 }
 
-/// Writes frames as they come. Returns the number of values that did not fit into their files.
+/// Writes frames as they come.
+///
+/// # Errors
+/// A file could not be written, and the job is to end.
 fn write_all(
     plan: &Plan,
     coverage: Coverage,
     frames: Receiver<Finished<'_>>,
     observer: &dyn Observer,
-) -> Result<u64, OutputError> {
-    let mut clamped = 0;
-    for Finished { frame, film } in frames {
+) -> Result<WriteSummary, OutputError> {
+    let mut summary = WriteSummary::default();
+    for Finished {
+        frame,
+        film,
+        fingerprint,
+    } in frames
+    {
         let image = FrameImage {
             film: &film,
             shown: plan.shown,
             coverage,
-            metadata: &plan.metadata(frame.number),
+            metadata: &fingerprint.metadata(plan, frame.number),
         };
-        for file in &frame.files {
-            let report: WriteReport = output::write(&file.path, file.format, &image, plan.encoding)?;
-            clamped += report.clamped + report.nans;
+        observer.frame_image(frame.number, &image);
+        let written = frame.files.iter().try_for_each(|file| {
+            let report = write(plan, file, &image)?;
+            summary.clamped += report.clamped + report.nans;
             observer.file_written(frame.number, &file.path);
+            Ok(())
+        });
+        match written {
+            Ok(()) => observer.frame_written(frame.number),
+            Err(error) if OutputError::ends_the_job(&error) || plan.on_failure == OnFailure::FailFast => {
+                return Err(error);
+            }
+            Err(error) => {
+                let failure = FrameFailure {
+                    frame: frame.number,
+                    cause: error.into(),
+                };
+                observer.frame_failed(&failure);
+                summary.failures.push(failure);
+            }
         }
-        observer.frame_written(frame.number);
     }
-    Ok(clamped)
+    Ok(summary)
+}
+
+/// Writes a file, in several attempts if that may help.
+fn write(plan: &Plan, file: &PlannedFile, image: &FrameImage<'_>) -> Result<WriteReport, OutputError> {
+    let mut pause = FIRST_PAUSE;
+    for _ in 0..plan.retries {
+        match output::write(&file.path, file.format, image, plan.encoding) {
+            Err(error) if error.may_pass() => {
+                tracing::warn!("{error}; another attempt follows");
+                thread::sleep(pause);
+                pause *= 2;
+            }
+            done => return done,
+        }
+    }
+    output::write(&file.path, file.format, image, plan.encoding)
 }

@@ -2,13 +2,16 @@
 
 use std::time::Duration;
 
+use super::FrameFailure;
 use crate::{geometry::Geometry, render::InvalidSamples};
 
 /// The figures of a finished job.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Summary {
-    /// Frames rendered and written.
+    /// Frames rendered, whether they could be written or not.
     pub rendered: usize,
+    /// The frames that are not on disk though they were to be.
+    pub failures: Vec<FrameFailure>,
     /// Frames left out because their files were whole.
     pub skipped: usize,
     /// Rendering time of each frame, in order.

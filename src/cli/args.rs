@@ -5,7 +5,11 @@
 
 use std::path::PathBuf;
 
-use batch_render::{assets::store::MissingAssets, sampler::SeedMode};
+use batch_render::{
+    assets::store::MissingAssets,
+    batch::{PartBase, PartSpec},
+    sampler::SeedMode,
+};
 use clap::{ArgAction, Args as ClapArgs, Parser, Subcommand, ValueEnum};
 
 use super::values::{crop, cryptomatte_levels, exposure, radius, resolution, seed_mode, size};
@@ -143,6 +147,16 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "SPEC", allow_hyphen_values = true, help_heading = heading::FRAMES)]
     pub range: Option<String>,
 
+    /// Render only part I of N equal parts of the frames: 3/10, or 3/10:interleave for every tenth
+    ///
+    /// For array jobs of Slurm, SGE, AWS Batch and Kubernetes, where each task knows its own number: --part $ID/10.
+    #[arg(long, value_name = "I/N", hide_short_help = true, help_heading = heading::FRAMES)]
+    pub part: Option<PartSpec>,
+
+    /// Number of the first part: 0 or 1
+    #[arg(long, value_name = "0|1", value_enum, default_value_t, hide_short_help = true, help_heading = heading::FRAMES)]
+    pub part_base: PartBaseKind,
+
     /// Output files instead of the scene's: out.####.exr, %04d or $F4; repeatable
     #[arg(short, long, value_name = "PATTERN", help_heading = heading::OUTPUT)]
     pub output: Vec<String>,
@@ -173,6 +187,18 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub existing: ExistingArgs,
+
+    /// Render all other frames when one fails (the default)
+    #[arg(long, hide_short_help = true, conflicts_with = "fail_fast", help_heading = heading::JOB)]
+    pub keep_going: bool,
+
+    /// Stop at the first frame that fails
+    #[arg(long, hide_short_help = true, help_heading = heading::JOB)]
+    pub fail_fast: bool,
+
+    /// Further attempts to write a file, where the disk is neither full nor read-only
+    #[arg(long, value_name = "N", default_value_t = 2, hide_short_help = true, help_heading = heading::JOB)]
+    pub retries: u32,
 
     /// Validate everything and stop
     #[arg(long, hide_short_help = true, help_heading = heading::JOB)]
@@ -288,13 +314,39 @@ pub struct ExistingArgs {
     #[arg(long, hide_short_help = true, help_heading = heading::OUTPUT)]
     pub overwrite: bool,
 
-    /// Skip frames whose files exist and are complete
+    /// Skip frames whose files are there as this job would write them
+    ///
+    /// Every file carries a fingerprint of all inputs, the camera and the settings, and a checksum of its own bytes. What is
+    /// missing, cut off, altered, or was rendered otherwise is rendered again, and a line says why.
     #[arg(long, help_heading = heading::OUTPUT)]
     pub skip_existing: bool,
+
+    /// List the frames that --skip-existing would render, with the reasons, and stop
+    #[arg(long, hide_short_help = true, help_heading = heading::OUTPUT)]
+    pub list_stale: bool,
 
     /// Stop before rendering if a file exists
     #[arg(long, hide_short_help = true, help_heading = heading::OUTPUT)]
     pub fail_existing: bool,
+}
+
+/// The number of the first part.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum PartBaseKind {
+    #[value(name = "0")]
+    Zero,
+    #[default]
+    #[value(name = "1")]
+    One,
+}
+
+impl From<PartBaseKind> for PartBase {
+    fn from(kind: PartBaseKind) -> Self {
+        match kind {
+            PartBaseKind::Zero => Self::Zero,
+            PartBaseKind::One => Self::One,
+        }
+    }
 }
 
 /// The treatment of images that are missing or broken.

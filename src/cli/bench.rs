@@ -11,7 +11,7 @@ use super::{args::BenchArgs, progress::say, threads::threads};
 use anyhow::Context;
 use batch_render::{
     accel::BuildOptions,
-    batch::{CameraRig, Job, Plan, PlannedFrame, Request},
+    batch::{CameraRig, Fingerprint, Job, Plan, PlannedFrame, Request},
     bench::{self, BenchObserver, BenchOptions, Buffers, Subject},
     camera::FrameCamera,
     film::Film,
@@ -47,6 +47,7 @@ fn picture(args: &BenchArgs, simd: Isa) -> anyhow::Result<()> {
         let frame = job.plan.frames.first().context("there is no frame to render")?;
         let subject = FirstFrame {
             camera: CameraRig::new(&job.plan, &scene).camera(&job.plan, frame),
+            fingerprint: Fingerprint::of_frame(&job.plan, job.inputs(), frame),
             plan: &job.plan,
             scene: &scene,
             frame,
@@ -68,6 +69,7 @@ struct FirstFrame<'a> {
     scene: &'a Scene,
     frame: &'a PlannedFrame,
     camera: FrameCamera,
+    fingerprint: Fingerprint,
 }
 
 impl Subject for FirstFrame<'_> {
@@ -81,7 +83,7 @@ impl Subject for FirstFrame<'_> {
             film,
             shown: self.plan.shown,
             coverage: self.plan.coverage(self.scene, self.camera.fills_film()),
-            metadata: &self.plan.metadata(self.frame.number),
+            metadata: &self.fingerprint.metadata(self.plan, self.frame.number),
         };
         for file in &self.frame.files {
             file.format.encode(&image, self.plan.encoding, &mut io::sink())?;

@@ -2,7 +2,7 @@
 
 use batch_render::error::{Blame, Error};
 
-use super::signals;
+use super::{failures::FramesFailed, signals};
 
 pub const OK: u8 = 0;
 /// Wrong usage; the same command will fail again.
@@ -17,14 +17,16 @@ const SYSTEM: u8 = 71;
 const CANNOT_CREATE: u8 = 73;
 /// Writing or reading failed (EX_IOERR).
 const IO: u8 = 74;
-/// An error that is none of these.
+/// An error that is none of these; also: some frames failed, and the others are on disk.
 const OTHER: u8 = 1;
 
 pub fn code(error: &anyhow::Error) -> u8 {
-    let Some(error) = error.downcast_ref::<Error>() else {
-        return OTHER;
+    let blame = match error.downcast_ref::<FramesFailed>() {
+        Some(failed) => failed.blame,
+        None => error.downcast_ref::<Error>().map(Error::blame),
     };
-    match error.blame() {
+    let Some(blame) = blame else { return OTHER };
+    match blame {
         Blame::Usage => USAGE,
         Blame::Data => DATA,
         Blame::MissingInput => NO_INPUT,

@@ -9,7 +9,7 @@ use std::{
 
 use batch_render::{
     accel::BuildOptions,
-    batch::{Existing, FrameRange, Job, Plan, Request},
+    batch::{Existing, FrameRange, Job, OnFailure, Plan, Request, Stale},
     error::Error,
     render::{Cancel, Control, Counters},
     simd::Isa,
@@ -17,6 +17,7 @@ use batch_render::{
 
 use super::{
     args::{Args, Command, ProgressKind, RenderArgs},
+    failures::FramesFailed,
     inventory, log, memory,
     progress::{Progress, say},
     signals, simd, summary,
@@ -93,6 +94,10 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         report_valid(path, &job, quiet);
         return Ok(());
     }
+    if args.existing.list_stale {
+        let stale = pool.install(|| job.stale());
+        return Ok(list_stale(&job.plan, &stale).map_err(Error::Stdout)?);
+    }
     let (cancel, counters) = (Arc::new(Cancel::default()), Arc::new(Counters::default()));
     signals::cancel_on_signal(Arc::clone(&cancel))?;
     let kind = if quiet { ProgressKind::None } else { args.progress };
@@ -112,7 +117,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
             for line in summary::invalid(&figures) {
                 log::warn_always(&line);
             }
-            Ok(())
+            FramesFailed::check(figures)
         }
         Err(e) => {
             progress.abandon();
@@ -144,13 +149,27 @@ fn frames(n: usize) -> String {
     format!("{n} frame{}", if n == 1 { "" } else { "s" })
 }
 
-/// Prints the frames and the files of a dry run, a line each. A reader that has seen enough is no error.
+/// Prints the frames and the files of a dry run, a line each.
 fn list(plan: &Plan) -> io::Result<()> {
-    let mut out = io::stdout().lock();
-    let written = plan.frames.iter().try_for_each(|frame| {
+    print_lines(plan.frames.iter().map(|frame| {
         let files: Vec<_> = frame.files.iter().map(|f| display(&f.path)).collect();
-        writeln!(out, "{}\t{}", frame.number, files.join("\t"))
-    });
+        format!("{}\t{}", frame.number, files.join("\t"))
+    }))
+}
+
+/// Prints the frames that are to be rendered again, with the file and the reason, a line each.
+fn list_stale(plan: &Plan, stale: &[Option<Stale>]) -> io::Result<()> {
+    let frames = plan.frames.iter().zip(stale);
+    print_lines(frames.filter_map(|(frame, stale)| {
+        let Stale { path, reason } = stale.as_ref()?;
+        Some(format!("{}\t{}\t{reason}", frame.number, display(path)))
+    }))
+}
+
+/// Prints lines. A reader that has seen enough is no error.
+fn print_lines(mut lines: impl Iterator<Item = String>) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    let written = lines.try_for_each(|line| writeln!(out, "{line}"));
     match written.and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error),
         _ => Ok(()),
@@ -167,6 +186,8 @@ fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         .as_deref()
         .map(|text| text.parse().map_err(|e| Error::Usage(format!("--range: {e}"))))
         .transpose()?;
+    let part = args.part.map(|part| part.counted_from(args.part_base.into()));
+    let part = part.transpose().map_err(|e| Error::Usage(format!("--part: {e}")))?;
     if let Some(fps) = args.fps.filter(|f| !(f.is_finite() && *f > 0.0)) {
         return Err(Error::Usage(format!("--fps: expected a number above 0, found {fps}")));
     }
@@ -179,8 +200,15 @@ fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         camera_path: args.frames.clone(),
         turntable: args.turntable,
         range,
+        part,
         outputs: args.output.clone(),
         existing,
+        on_failure: if args.fail_fast {
+            OnFailure::FailFast
+        } else {
+            OnFailure::KeepGoing
+        },
+        retries: args.retries,
         samples: args.samples,
         resolution: args.resolution,
         crop: args.crop,

@@ -3,6 +3,7 @@
 mod args;
 mod bench;
 mod exit;
+mod failures;
 #[cfg(feature = "viewer")]
 mod fly;
 #[cfg(feature = "viewer")]

@@ -11,11 +11,16 @@ use std::{
     time::{Duration, Instant},
 };
 
-use batch_render::{batch::Observer, render::Counters, value::visible};
+use batch_render::{
+    batch::{FrameFailure, Observer, Stale},
+    render::Counters,
+    value::visible,
+};
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::{
     args::ProgressKind,
+    failures::command_of_frame,
     summary::{count, seconds},
 };
 
@@ -180,9 +185,24 @@ impl Observer for Progress {
         self.work.on_disk.fetch_add(1, Ordering::SeqCst);
         match &self.display {
             Display::Bars(bars) => bars.sequence.set_message(format!("skipped {number}")),
-            Display::Lines(_) => self.work.say(&format!("frame {number} skipped, its files are whole")),
+            Display::Lines(_) => self.work.say(&format!("frame {number} skipped, its files are there")),
             Display::Silent => {}
         }
+    }
+
+    fn frame_failed(&self, failure: &FrameFailure) {
+        let FrameFailure { frame, cause } = failure;
+        tracing::error!(
+            "frame {frame}: {cause}; to repeat it alone: {}",
+            command_of_frame(*frame)
+        );
+    }
+
+    fn frame_stale(&self, number: i32, stale: &Stale) {
+        if let Display::Silent = self.display {
+            return;
+        }
+        self.work.say(&format!("frame {number} is rendered again: {stale}"));
     }
 
     fn file_written(&self, _number: i32, path: &Path) {

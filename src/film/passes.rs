@@ -362,6 +362,11 @@ pub const DEFAULT_GROUP: &str = "default";
 pub(super) const GROUP_PREFIX: &str = "lightgroup_";
 
 impl PassSpec {
+    /// Whether it depends on the cameras of the frames before and after.
+    pub fn follows_motion(&self) -> bool {
+        matches!(self.name, "forward" | "backward")
+    }
+
     /// Whether its values are light, with a colour space, and not data.
     pub fn is_light(&self) -> bool {
         self.display == Display::Light

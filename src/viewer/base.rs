@@ -8,7 +8,7 @@ use std::{
 use super::{keyframes::Keyframes, look::Look, options::ViewerOptions};
 use crate::{
     assets::Files,
-    batch::{Job, Plan, Request},
+    batch::{InputHash, Job, Plan, Request},
     camera::{CameraDesc, FilmSize, Lens, LookAt},
     describe::SceneDesc,
     error::Error,
@@ -24,6 +24,8 @@ pub struct Base {
     pub request: Request,
     pub camera_path: PathBuf,
     pub command: Vec<String>,
+    /// The hash of all that was loaded.
+    pub inputs: InputHash,
     /// The plan of the job as it was requested.
     pub plan: Arc<Plan>,
     /// The lens of the scene's camera.
@@ -49,6 +51,7 @@ impl Base {
         Ok(Self {
             step: step_of(&scene),
             scene,
+            inputs: job.inputs(),
             scene_path: scene_path.to_owned(),
             lens: compiled.map_or_else(Lens::default, |camera| camera.lens),
             home: camera.map(CameraDesc::view),

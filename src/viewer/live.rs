@@ -17,10 +17,11 @@ use super::{
     session::{Session, Task},
 };
 use crate::{
+    batch::Fingerprint,
     camera::FrameCamera,
     error::Error,
     film::{Film, Window},
-    output::{Format, FrameImage, png::Png},
+    output::{self, FrameImage, png::Png},
     render::{Control, Counters, RenderError, Renderer, SampleBudget, Settings, TileResult, TileSink},
 };
 
@@ -203,16 +204,18 @@ impl Sitting<'_> {
     /// Publishes the file that the job would write.
     fn publish_final(&self, film: &Film, camera: &FrameCamera) {
         let plan = &self.task.plan;
-        let metadata = plan.metadata(i32::try_from(self.task.view.frame).unwrap_or_default());
+        let frame = i32::try_from(self.task.view.frame).unwrap_or_default();
+        let settings = self.full_settings();
+        let fingerprint = Fingerprint::new(plan, &settings, self.session.base.inputs, (frame, camera));
+        let metadata = fingerprint.metadata(plan, frame);
         let image = FrameImage {
             film,
             shown: plan.shown,
             coverage: plan.coverage(&self.session.base.scene, camera.fills_film()),
             metadata: &metadata,
         };
-        let mut file = Vec::new();
         // Memory takes every byte of a picture that has pixels.
-        if Png.encode(&image, plan.encoding, &mut file).is_ok() {
+        if let Ok((file, _)) = output::encode(&Png, &image, plan.encoding) {
             let size = film.resolution;
             self.publish(Stage::Final, plan.settings.samples.max, size, "image/png", &file);
         }

@@ -1,0 +1,66 @@
+//! Failures of single frames, which need not end a job.
+
+use std::{
+    any::Any,
+    panic::{AssertUnwindSafe, catch_unwind},
+};
+
+use crate::output::OutputError;
+
+/// Whether a job goes on after a frame that failed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnFailure {
+    /// All other frames are rendered. A full or read-only disk ends the job all the same.
+    #[default]
+    KeepGoing,
+    /// The job ends.
+    FailFast,
+}
+
+/// Why a frame is not on disk.
+#[derive(Debug, thiserror::Error)]
+pub enum FrameError {
+    /// A fault of the program.
+    #[error("rendering it panicked: {0}")]
+    Panic(String),
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+/// A frame that failed.
+#[derive(Debug)]
+pub struct FrameFailure {
+    pub frame: i32,
+    pub cause: FrameError,
+}
+
+/// Returns what `work` returns, or the message with which it panicked.
+pub(super) fn catch<T>(work: impl FnOnce() -> T) -> Result<T, FrameError> {
+    // What a panic leaves half done is dropped by the caller.
+    catch_unwind(AssertUnwindSafe(work)).map_err(|payload| FrameError::Panic(message(&*payload)))
+}
+
+fn message(payload: &(dyn Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
+    text.unwrap_or_else(|| "without a message".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_becomes_an_error_with_its_message_on_any_thread() {
+        assert_eq!(catch(|| 7).expect("no panic"), 7);
+        for threads in [1, 2] {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .expect("a pool");
+            let work = || rayon::join(|| (), || panic!("frame {}", 5));
+            let error = catch(|| pool.install(work)).expect_err("a panic");
+            assert_eq!(error.to_string(), "rendering it panicked: frame 5");
+        }
+    }
+}

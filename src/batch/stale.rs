@@ -1,0 +1,77 @@
+//! Stale frames: those whose files are not what the job would write.
+
+use std::{fmt, path::PathBuf};
+
+use rayon::prelude::*;
+
+use super::{
+    Plan, PlannedFrame,
+    fingerprint::{FINGERPRINT, Fingerprint, InputHash},
+};
+use crate::output::Value;
+
+/// Why a frame is rendered though it was to be left out if possible.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stale {
+    pub path: PathBuf,
+    pub reason: StaleReason,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StaleReason {
+    /// There is no such file.
+    Missing,
+    /// It is cut off, altered or no picture at all.
+    Damaged,
+    /// It has no fingerprint: another program, or an older version of this one, wrote it.
+    Foreign,
+    /// It was rendered from other inputs, by another camera or with other settings.
+    Outdated,
+}
+
+impl fmt::Display for StaleReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Missing => "is missing",
+            Self::Damaged => "is incomplete or altered",
+            Self::Foreign => "was not written by this version of batch-render",
+            Self::Outdated => "was rendered from other inputs or with other settings",
+        })
+    }
+}
+
+impl fmt::Display for Stale {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.path.display(), self.reason)
+    }
+}
+
+impl PlannedFrame {
+    /// The first of the frame's files that is not what the job would write; `None` where all are.
+    pub fn stale(&self, plan: &Plan, inputs: InputHash) -> Option<Stale> {
+        let expected = Value::from(Fingerprint::of_frame(plan, inputs, self).file);
+        self.files.iter().find_map(|file| {
+            let reason = if !file.path.exists() {
+                StaleReason::Missing
+            } else {
+                match file.format.inspect(&file.path) {
+                    None => StaleReason::Damaged,
+                    Some(facts) => match facts.attribute(FINGERPRINT) {
+                        Some(found) if *found == expected => return None,
+                        Some(_) => StaleReason::Outdated,
+                        None => StaleReason::Foreign,
+                    },
+                }
+            };
+            Some(Stale {
+                path: file.path.clone(),
+                reason,
+            })
+        })
+    }
+}
+
+/// What is stale of each frame of `plan`, on the threads of the current rayon pool.
+pub fn survey(plan: &Plan, inputs: InputHash) -> Vec<Option<Stale>> {
+    plan.frames.par_iter().map(|frame| frame.stale(plan, inputs)).collect()
+}
