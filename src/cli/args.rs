@@ -200,6 +200,14 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = 2, hide_short_help = true, help_heading = heading::JOB)]
     pub retries: u32,
 
+    /// Keep a page in this folder that shows how the job goes: thumbnails, charts, the slowest frames
+    #[arg(long, value_name = "FOLDER", hide_short_help = true, help_heading = heading::JOB)]
+    pub report: Option<PathBuf>,
+
+    /// Keep the figures of each frame in this file as JSON
+    #[arg(long, value_name = "FILE", hide_short_help = true, help_heading = heading::JOB)]
+    pub stats: Option<PathBuf>,
+
     /// Validate everything and stop
     #[arg(long, hide_short_help = true, help_heading = heading::JOB)]
     pub check: bool,
@@ -376,6 +384,10 @@ pub enum ProgressKind {
     Bar,
     /// One line per frame
     Plain,
+    /// One event a line, as JSON
+    Json,
+    /// The lines that Open Job Description reads
+    Openjd,
     /// Nothing
     None,
 }

@@ -1,15 +1,17 @@
 //! From what was typed to a rendered sequence.
 
 use std::{
+    fs,
     io::{self, Write},
     path::Path,
     sync::Arc,
     time::Instant,
 };
 
+use anyhow::Context as _;
 use batch_render::{
     accel::BuildOptions,
-    batch::{Existing, FrameRange, Job, OnFailure, Plan, Request, Stale},
+    batch::{Existing, FrameRange, Job, Observer, OnFailure, Plan, Request, Stale},
     error::Error,
     render::{Cancel, Control, Counters},
     simd::Isa,
@@ -17,10 +19,13 @@ use batch_render::{
 
 use super::{
     args::{Args, Command, ProgressKind, RenderArgs},
+    events::{EventFormat, Events},
     failures::FramesFailed,
     inventory, log, memory,
     progress::{Progress, say},
-    signals, simd, summary,
+    signals, simd,
+    stats::{Observers, Stats, StatsFiles},
+    summary,
     threads::threads,
 };
 
@@ -110,7 +115,29 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         sink: None,
         ..Control::default()
     };
-    let done = pool.install(|| job.run(scene, &progress, &control));
+    let files = StatsFiles {
+        json: args.stats.clone(),
+        page: args.report.as_ref().map(|folder| folder.join("index.html")),
+    };
+    if let Some(folder) = &args.report {
+        fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    }
+    let is_wanted = files.json.is_some() || files.page.is_some();
+    let stats = is_wanted.then(|| pool.install(|| Stats::new(files, &job, &counters)));
+    let format = match kind {
+        ProgressKind::Json => Some(EventFormat::Json),
+        ProgressKind::Openjd => Some(EventFormat::OpenJd),
+        _ => None,
+    };
+    let events = format.map(|format| Events::new(format, plan.frames.len()));
+    let mut observers = Observers(vec![&progress]);
+    observers
+        .0
+        .extend(events.as_ref().map(|events| events as &dyn Observer));
+    observers.0.extend(stats.as_ref().map(|stats| stats as &dyn Observer));
+    let done = pool.install(|| job.run(scene, &observers, &control));
+    drop(observers);
+    stats.into_iter().for_each(Stats::finish);
     match done {
         Ok(figures) => {
             progress.finish(&summary::lines(&figures, job.placeholders()));

@@ -1,4 +1,4 @@
-//! The memory of the process and of the machine.
+//! The memory of the process and of the machine, and the processor time.
 
 use std::{
     fs::read_to_string,
@@ -32,6 +32,21 @@ fn free() -> Option<u64> {
 /// The most resident memory so far, in bytes; `None` where the system does not say.
 pub fn peak() -> Option<u64> {
     kibibytes("/proc/self/status", "VmHWM:")
+}
+
+/// The processor time of all threads of the process so far, in seconds, to a hundredth; `None` where the system does not say.
+pub fn cpu_seconds() -> Option<f64> {
+    const TICKS_PER_SECOND: f64 = 100.0;
+    let text = read_to_string("/proc/self/stat").ok()?;
+    // The name of the program, in parentheses, may hold spaces.
+    let (_, fields) = text.rsplit_once(')')?;
+    let ticks = fields
+        .split_whitespace()
+        .skip(11)
+        .take(2)
+        .map(|field| field.parse::<u64>().ok());
+    let sum: u64 = ticks.sum::<Option<u64>>()?;
+    Some(sum as f64 / TICKS_PER_SECOND)
 }
 
 /// The bytes of a line such as `VmHWM:  1234 kB`.

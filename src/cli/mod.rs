@@ -2,6 +2,7 @@
 
 mod args;
 mod bench;
+mod events;
 mod exit;
 mod failures;
 #[cfg(feature = "viewer")]
@@ -13,8 +14,10 @@ mod job;
 mod log;
 mod memory;
 mod progress;
+mod report_page;
 mod signals;
 mod simd;
+mod stats;
 mod summary;
 mod threads;
 mod values;

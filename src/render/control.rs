@@ -5,7 +5,7 @@ use std::sync::{
     atomic::{AtomicBool, AtomicU64, Ordering},
 };
 
-use super::{InvalidSamples, TileResult};
+use super::{InvalidSamples, TileResult, wave::WaveStats};
 use crate::integrator::StageTimes;
 
 /// The word to stop. A render that sees it leaves its unfinished tiles.
@@ -32,6 +32,7 @@ pub struct Cancelled;
 pub struct Counters {
     samples: AtomicU64,
     rays: AtomicU64,
+    segments: AtomicU64,
     invalid: Mutex<InvalidSamples>,
 }
 
@@ -46,14 +47,20 @@ impl Counters {
         self.rays.load(Ordering::Relaxed)
     }
 
+    /// The segments of paths among these rays; the others are shadow rays.
+    pub fn segments(&self) -> u64 {
+        self.segments.load(Ordering::Relaxed)
+    }
+
     /// Takes the samples that were left out since the last call because they were NaN or infinite.
     pub fn take_invalid(&self) -> InvalidSamples {
         std::mem::take(&mut *lock(&self.invalid))
     }
 
-    pub(super) fn add(&self, samples: u64, rays: u64) {
+    pub(super) fn add(&self, samples: u64, stats: &WaveStats) {
         self.samples.fetch_add(samples, Ordering::Relaxed);
-        self.rays.fetch_add(rays, Ordering::Relaxed);
+        self.rays.fetch_add(stats.rays, Ordering::Relaxed);
+        self.segments.fetch_add(stats.segments, Ordering::Relaxed);
     }
 
     pub(super) fn add_invalid(&self, invalid: &InvalidSamples) {

@@ -65,7 +65,7 @@ impl Tile {
             // A wave that was cancelled holds paths of its block: it is dropped.
             let stats = wave.run(context, &block, accumulator, control)?;
             if let Some(counters) = control.counters {
-                counters.add((block.samples.len() * block.tile.area()) as u64, stats.rays);
+                counters.add((block.samples.len() * block.tile.area()) as u64, &stats);
                 counters.add_invalid(&stats.invalid);
             }
         }

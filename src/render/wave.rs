@@ -32,6 +32,8 @@ const SHADE_BATCH: usize = 64;
 #[derive(Clone, Debug, Default)]
 pub(super) struct WaveStats {
     pub rays: u64,
+    /// The rays that were traced to their nearest hit for a path.
+    pub segments: u64,
     pub invalid: InvalidSamples,
 }
 
@@ -80,28 +82,27 @@ impl Wave {
     ) -> Result<WaveStats, Cancelled> {
         let mut stats = WaveStats::default();
         let block = SampleBlock::new(spec);
-        let mut segments = 0;
         self.out.clock.start(control.stages.is_some());
         self.start(context, spec);
         self.out.clock.lap(Stage::CameraRays);
         if context.fills_film {
             // Before anything is met all paths are alike but for their samples, and the same for every tile.
             std::mem::swap(&mut self.paths, &mut self.camera_paths);
-            segments += self.rays.len() as u64;
+            stats.segments += self.rays.len() as u64;
             let traced = self.step(context, &block, control);
             std::mem::swap(&mut self.paths, &mut self.camera_paths);
             stats.rays += traced?;
             self.compact();
         }
         while !self.rays.is_empty() {
-            segments += self.rays.len() as u64;
+            stats.segments += self.rays.len() as u64;
             stats.rays += self.step(context, &block, control)?;
             self.compact();
         }
         self.accumulate(context, spec, accumulator, &mut stats.invalid);
         self.out.clock.lap(Stage::Film);
         if let Some(times) = control.stages {
-            times.add(&self.out.clock, segments);
+            times.add(&self.out.clock, stats.segments);
         }
         Ok(stats)
     }

@@ -1,0 +1,321 @@
+//! Figures of a job, as JSON for programs (`--stats`) and as a page for people (`--report`): see docs/interface.md.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::{Mutex, MutexGuard, PoisonError},
+    time::{Duration, Instant},
+};
+
+use batch_render::{
+    batch::{Fingerprint, FrameFailure, InputHash, Job, Observer, Plan, Stale},
+    output::{self, FrameImage},
+    render::Counters,
+};
+use serde::Serialize;
+
+use super::{
+    memory,
+    report_page::{MAX_THUMBNAILS, page, thumbnail},
+};
+
+/// The file is written again after a frame, but no more often than this.
+const WRITE_EVERY: Duration = Duration::from_secs(1);
+
+/// All figures.
+#[derive(Serialize)]
+pub struct Report {
+    pub version: &'static str,
+    pub command: Vec<String>,
+    pub scene: String,
+    pub resolution: [u32; 2],
+    pub samples: u32,
+    pub threads: usize,
+    /// The number of frames of the job.
+    pub total: usize,
+    pub wall_s: f64,
+    /// Whether the job has come to its end.
+    pub is_finished: bool,
+    pub inputs: Vec<Input>,
+    pub frames: Vec<Frame>,
+}
+
+#[derive(Serialize)]
+pub struct Input {
+    path: String,
+    hash: String,
+}
+
+#[derive(Serialize)]
+pub struct Frame {
+    pub frame: i32,
+    pub status: Status,
+    /// Why it was rendered again, or failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    pub wall_s: f64,
+    /// Processor time of all threads while it rendered, also that of writing the frame before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cpu_s: Option<f64>,
+    pub samples: u64,
+    pub segments: u64,
+    pub shadow_rays: u64,
+    /// The most that the process has had so far.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_memory_bytes: Option<u64>,
+    pub files: Vec<String>,
+    pub fingerprint: String,
+}
+
+#[derive(Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    Rendering,
+    Rendered,
+    Written,
+    Skipped,
+    Failed,
+}
+
+/// What the process has done so far.
+#[derive(Clone, Copy)]
+struct Work {
+    samples: u64,
+    segments: u64,
+    rays: u64,
+    cpu: Option<f64>,
+}
+
+struct State {
+    report: Report,
+    /// Small pictures of some frames, as addresses of images.
+    thumbnails: BTreeMap<i32, String>,
+    /// The work before the frame that renders.
+    before: Work,
+    written: Instant,
+}
+
+/// The files that are kept.
+#[derive(Clone, Debug, Default)]
+pub struct StatsFiles {
+    pub json: Option<PathBuf>,
+    pub page: Option<PathBuf>,
+}
+
+/// Collects the figures of a job and keeps their files.
+pub struct Stats<'a> {
+    files: StatsFiles,
+    plan: &'a Plan,
+    inputs: InputHash,
+    counters: &'a Counters,
+    start: Instant,
+    state: Mutex<State>,
+}
+
+impl<'a> Stats<'a> {
+    /// Of a job whose scene is loaded.
+    pub fn new(files: StatsFiles, job: &'a Job, counters: &'a Counters) -> Self {
+        let plan = &job.plan;
+        let inputs = job.files().manifest().into_iter().map(|(path, hash)| Input {
+            path: path.display().to_string(),
+            hash: hash.to_string(),
+        });
+        let report = Report {
+            version: env!("CARGO_PKG_VERSION"),
+            command: std::env::args().collect(),
+            scene: job.desc.source.path.display().to_string(),
+            resolution: plan.settings.resolution,
+            samples: plan.settings.samples.max,
+            threads: rayon::current_num_threads(),
+            total: plan.frames.len(),
+            wall_s: 0.0,
+            is_finished: false,
+            inputs: inputs.collect(),
+            frames: Vec::new(),
+        };
+        Self {
+            files,
+            plan,
+            inputs: job.inputs(),
+            counters,
+            start: Instant::now(),
+            state: Mutex::new(State {
+                report,
+                thumbnails: BTreeMap::new(),
+                before: Work::so_far(counters),
+                written: Instant::now(),
+            }),
+        }
+    }
+
+    /// Writes the file for the last time.
+    pub fn finish(self) {
+        let mut state = self.lock();
+        state.report.is_finished = true;
+        self.write(&mut state);
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The entry of a frame, a new one where there is none.
+    fn frame<'s>(&self, state: &'s mut State, number: i32) -> &'s mut Frame {
+        let frames = &mut state.report.frames;
+        let at = frames.iter().rposition(|f| f.frame == number).unwrap_or_else(|| {
+            let planned = self.plan.frames.iter().find(|f| f.number == number);
+            let fingerprint = planned.map(|f| Fingerprint::of_frame(self.plan, self.inputs, f).file);
+            frames.push(Frame {
+                frame: number,
+                status: Status::Rendering,
+                reason: None,
+                wall_s: 0.0,
+                cpu_s: None,
+                samples: 0,
+                segments: 0,
+                shadow_rays: 0,
+                peak_memory_bytes: None,
+                files: Vec::new(),
+                fingerprint: fingerprint.unwrap_or_default(),
+            });
+            frames.len() - 1
+        });
+        &mut frames[at]
+    }
+
+    fn write_sometimes(&self, state: &mut State) {
+        if state.written.elapsed() >= WRITE_EVERY {
+            self.write(state);
+        }
+    }
+
+    /// A file of figures that cannot be written is no reason to stop rendering.
+    fn write(&self, state: &mut State) {
+        state.written = Instant::now();
+        state.report.wall_s = self.start.elapsed().as_secs_f64();
+        let keep = |flag: &str, path: &Path, text: String| {
+            let written = output::atomic::write(path, |out| Ok(out.write_all(text.as_bytes())?));
+            if let Err(error) = written {
+                tracing::warn!("{flag}: {error}");
+            }
+        };
+        if let Some(path) = &self.files.json {
+            let text = serde_json::to_string_pretty(&state.report).expect("figures are plain data");
+            keep("--stats", path, text + "\n");
+        }
+        if let Some(path) = &self.files.page {
+            keep("--report", path, page(&state.report, &state.thumbnails));
+        }
+    }
+}
+
+impl Work {
+    fn so_far(counters: &Counters) -> Self {
+        Self {
+            samples: counters.samples(),
+            segments: counters.segments(),
+            rays: counters.rays(),
+            cpu: memory::cpu_seconds(),
+        }
+    }
+}
+
+impl Observer for Stats<'_> {
+    fn frame_started(&self, number: i32, _: usize, _: usize) {
+        let mut state = self.lock();
+        state.before = Work::so_far(self.counters);
+        self.frame(&mut state, number);
+    }
+
+    fn frame_rendered(&self, number: i32, took: Duration) {
+        let mut state = self.lock();
+        let (before, now) = (state.before, Work::so_far(self.counters));
+        let frame = self.frame(&mut state, number);
+        frame.status = Status::Rendered;
+        frame.wall_s = took.as_secs_f64();
+        frame.cpu_s = now.cpu.zip(before.cpu).map(|(now, before)| now - before);
+        frame.samples = now.samples - before.samples;
+        frame.segments = now.segments - before.segments;
+        frame.shadow_rays = (now.rays - before.rays).saturating_sub(frame.segments);
+        frame.peak_memory_bytes = memory::peak();
+    }
+
+    fn frame_skipped(&self, number: i32) {
+        let mut state = self.lock();
+        self.frame(&mut state, number).status = Status::Skipped;
+        self.write_sometimes(&mut state);
+    }
+
+    fn frame_stale(&self, number: i32, stale: &Stale) {
+        let mut state = self.lock();
+        self.frame(&mut state, number).reason = Some(stale.to_string());
+    }
+
+    fn frame_failed(&self, failure: &FrameFailure) {
+        let mut state = self.lock();
+        let frame = self.frame(&mut state, failure.frame);
+        frame.status = Status::Failed;
+        frame.reason = Some(failure.cause.to_string());
+        self.write_sometimes(&mut state);
+    }
+
+    fn frame_image(&self, number: i32, image: &FrameImage<'_>) {
+        let stride = self.plan.frames.len().div_ceil(MAX_THUMBNAILS);
+        let index = self.plan.frames.iter().position(|f| f.number == number);
+        let is_shown = index.is_some_and(|i| i.is_multiple_of(stride.max(1)));
+        if self.files.page.is_some()
+            && is_shown
+            && let Some(small) = thumbnail(image)
+        {
+            self.lock().thumbnails.insert(number, small);
+        }
+    }
+
+    fn file_written(&self, number: i32, path: &Path) {
+        let mut state = self.lock();
+        self.frame(&mut state, number).files.push(path.display().to_string());
+    }
+
+    fn frame_written(&self, number: i32) {
+        let mut state = self.lock();
+        self.frame(&mut state, number).status = Status::Written;
+        self.write_sometimes(&mut state);
+    }
+}
+
+/// Several observers of one job.
+pub struct Observers<'a>(pub Vec<&'a dyn Observer>);
+
+impl Observer for Observers<'_> {
+    fn frame_started(&self, number: i32, index: usize, total: usize) {
+        self.0.iter().for_each(|o| o.frame_started(number, index, total));
+    }
+
+    fn frame_rendered(&self, number: i32, took: Duration) {
+        self.0.iter().for_each(|o| o.frame_rendered(number, took));
+    }
+
+    fn frame_skipped(&self, number: i32) {
+        self.0.iter().for_each(|o| o.frame_skipped(number));
+    }
+
+    fn frame_stale(&self, number: i32, stale: &Stale) {
+        self.0.iter().for_each(|o| o.frame_stale(number, stale));
+    }
+
+    fn frame_failed(&self, failure: &FrameFailure) {
+        self.0.iter().for_each(|o| o.frame_failed(failure));
+    }
+
+    fn frame_image(&self, number: i32, image: &FrameImage<'_>) {
+        self.0.iter().for_each(|o| o.frame_image(number, image));
+    }
+
+    fn file_written(&self, number: i32, path: &Path) {
+        self.0.iter().for_each(|o| o.file_written(number, path));
+    }
+
+    fn frame_written(&self, number: i32) {
+        self.0.iter().for_each(|o| o.frame_written(number));
+    }
+}
