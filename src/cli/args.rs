@@ -82,6 +82,8 @@ pub enum Command {
     },
     /// Compare acceleration structures on the rays of a scene
     Bench(BenchArgs),
+    /// Write the files with which a farm renders a job: an OpenJD job bundle, or a batch script of Slurm
+    Submit(Box<super::submit::SubmitArgs>),
     /// Fly the camera through a scene on a page in the browser, and keep its path
     #[cfg(feature = "viewer")]
     #[command(after_long_help = super::fly_args::KEYS)]

@@ -51,6 +51,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Some(Command::Bench(bench)) => super::bench::run(bench, simd, args.quiet),
         #[cfg(feature = "viewer")]
         Some(Command::Fly(fly)) => super::fly::run(fly, simd),
+        Some(Command::Submit(submit)) => super::submit::run(submit, simd),
         None => render(&args.render, simd, args.quiet),
     }
 }
@@ -207,7 +208,8 @@ fn display(path: &Path) -> String {
     path.display().to_string()
 }
 
-fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
+/// The request that the arguments make.
+pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
     let range: Option<FrameRange> = args
         .range
         .as_deref()

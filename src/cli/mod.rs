@@ -18,6 +18,7 @@ mod report_page;
 mod signals;
 mod simd;
 mod stats;
+mod submit;
 mod summary;
 mod threads;
 mod values;

@@ -1,0 +1,163 @@
+//! `batch-render submit`: the files with which a farm renders a job.
+//!
+//! The farm runs this program with the same render options, on parts of the frames. Nothing is rendered here, but the scene is read
+//! and the frames are known.
+
+mod openjd;
+mod slurm;
+
+use std::{env, ffi::OsStr, fs, path::PathBuf, process};
+
+use anyhow::{Context, bail};
+use batch_render::{
+    batch::{FrameRange, Job},
+    error::Error,
+    simd::Isa,
+};
+use clap::{Args as ClapArgs, ValueEnum};
+
+use super::{args::RenderArgs, job::request, progress::say};
+
+/// The arguments of `submit`.
+#[derive(Debug, ClapArgs)]
+pub struct SubmitArgs {
+    /// The farm's engine
+    #[arg(long, value_enum, help_heading = "Farm")]
+    pub engine: Engine,
+
+    /// Folder of the files; it is made
+    #[arg(long, value_name = "FOLDER", help_heading = "Farm")]
+    pub bundle: PathBuf,
+
+    /// Frames that a task renders at most
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..), help_heading = "Farm")]
+    pub chunk: u32,
+
+    /// Hand the files to the engine: `openjd run` or `sbatch`
+    #[arg(long, help_heading = "Farm")]
+    pub run: bool,
+
+    #[command(flatten)]
+    pub render: RenderArgs,
+}
+
+/// An engine that runs jobs on a farm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Engine {
+    /// Open Job Description, which AWS Deadline Cloud runs: writes template.yaml
+    Openjd,
+    /// Slurm: writes frames.sbatch
+    Slurm,
+}
+
+/// What both engines are told.
+struct Task {
+    name: String,
+    /// The folder in which the program starts, where relative paths begin.
+    folder: String,
+    /// This program.
+    program: String,
+    /// Its arguments, without those that choose frames.
+    arguments: Vec<String>,
+    /// Whether frames whose files are there are to be rendered again.
+    overwrites: bool,
+    /// The frames of the whole job.
+    frames: FrameRange,
+    chunk: u32,
+}
+
+/// Writes the bundle, and starts it if that is asked for.
+pub fn run(args: &SubmitArgs, simd: Isa) -> anyhow::Result<()> {
+    let task = task(args, simd)?;
+    fs::create_dir_all(&args.bundle).with_context(|| format!("cannot create {}", args.bundle.display()))?;
+    let bundle = fs::canonicalize(&args.bundle).with_context(|| format!("cannot find {}", args.bundle.display()))?;
+    let (name, text) = match args.engine {
+        Engine::Openjd => ("template.yaml", openjd::template(&task)),
+        Engine::Slurm => ("frames.sbatch", slurm::script(&task, utf8(bundle.as_os_str())?)),
+    };
+    let file = bundle.join(name);
+    fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
+    say(&format!("wrote {}", file.display()));
+    if !args.run {
+        return Ok(());
+    }
+    let mut command = match args.engine {
+        Engine::Openjd => process::Command::new("openjd"),
+        Engine::Slurm => process::Command::new("sbatch"),
+    };
+    match args.engine {
+        Engine::Openjd => command.arg("run").arg(&file).args(["--step", "Render"]),
+        Engine::Slurm => command.arg(&file),
+    };
+    let engine = command.get_program().to_string_lossy().into_owned();
+    let status = command.status().with_context(|| format!("cannot start `{engine}`"))?;
+    if !status.success() {
+        bail!("`{engine}` has failed: {status}");
+    }
+    Ok(())
+}
+
+fn task(args: &SubmitArgs, simd: Isa) -> anyhow::Result<Task> {
+    let scene = args.render.scene.as_deref().expect("the scene is a required argument");
+    if args.render.part.is_some() {
+        return Err(Error::Usage("--part is what the farm's tasks are given: submit the whole job".to_owned()).into());
+    }
+    let job = Job::open(scene, &request(&args.render, simd)?)?;
+    let arguments = render_arguments(env::args().skip(1));
+    if let Some(word) = arguments
+        .iter()
+        .find(|word| args.engine == Engine::Openjd && word.contains("{{"))
+    {
+        return Err(Error::Usage(format!("OpenJD would read a parameter in `{word}`")).into());
+    }
+    let program = env::current_exe().context("cannot find this program")?;
+    let folder = env::current_dir().context("cannot find the current folder")?;
+    Ok(Task {
+        name: format!("batch-render {}", job.desc.name()),
+        folder: utf8(folder.as_os_str())?.to_owned(),
+        program: utf8(program.as_os_str())?.to_owned(),
+        arguments,
+        overwrites: args.render.existing.overwrite,
+        frames: FrameRange::of(job.plan.frames.iter().map(|frame| frame.number.into())),
+        chunk: args.chunk,
+    })
+}
+
+fn utf8(path: &OsStr) -> anyhow::Result<&str> {
+    path.to_str()
+        .with_context(|| format!("the path is not UTF-8, which a farm's file needs: {}", path.display()))
+}
+
+/// The arguments of `submit` that are render options and choose no frames.
+fn render_arguments(typed: impl Iterator<Item = String>) -> Vec<String> {
+    const OWN: [&str; 5] = ["--engine", "--bundle", "--chunk", "--range", "--progress"];
+    const SWITCHES: [&str; 4] = ["submit", "--run", "--skip-existing", "--overwrite"];
+    let mut typed = typed.peekable();
+    let mut kept = Vec::new();
+    let mut is_first = true;
+    while let Some(word) = typed.next() {
+        let is_own = |flag: &str| word.strip_prefix(flag).is_some_and(|rest| rest.starts_with('='));
+        if OWN.contains(&word.as_str()) || word == "-r" {
+            typed.next();
+        } else if OWN.iter().any(|flag| is_own(flag)) || word.starts_with("-r") && !word.starts_with("--") {
+        } else if SWITCHES.contains(&word.as_str()) && (word != "submit" || is_first) {
+            is_first = is_first && word != "submit";
+        } else {
+            kept.push(word);
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn render_options_are_passed_on_and_the_farm_chooses_the_frames() {
+        let typed =
+            "submit --engine slurm --bundle=out --chunk 5 s.toml --frames p.csv -r 1-9 --samples 4 --range=2 --run";
+        let kept = render_arguments(typed.split(' ').map(str::to_owned));
+        assert_eq!(kept.join(" "), "s.toml --frames p.csv --samples 4");
+    }
+}

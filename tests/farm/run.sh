@@ -1,0 +1,81 @@
+#!/bin/bash
+# Runs a job by the real OpenJD command line and by a real Slurm of one node, with a frame that is broken and a task that begins again,
+# and compares the frames with those of one local run. An engine that cannot be installed is left out, and a line says so.
+#
+# usage: run.sh PROGRAM
+# OpenJD comes from PyPI; Slurm needs root and Debian's packages slurmctld, slurmd, slurm-client and munge.
+set -euo pipefail
+program=$(realpath "${1:?program}")
+here=$(cd "$(dirname "$0")" && pwd)
+home=$(mktemp -d)
+stop_slurm() {
+  for daemon in slurmd slurmctld munged; do
+    [[ -s $home/daemons/$daemon.pid ]] && kill "$(cat "$home/daemons/$daemon.pid")"
+  done
+  true
+}
+trap 'stop_slurm; rm -rf "$home"' EXIT
+failed=0
+
+prepare() {
+  mkdir -p "$home/$1" && cd "$home/$1"
+  cat > s.toml <<'SCENE'
+[render]
+samples = 128
+width = 160
+height = 96
+[camera]
+perspective = { eye = [0, 2, 6], target = [0, 0.8, 0] }
+[[light]]
+point = { position = [3, 5, 4], intensity = [60, 60, 60] }
+[material.gray]
+matte = { albedo = 0.5 }
+[[object]]
+material = "gray"
+shape.sphere = { center = [0, 1, 0], radius = 1 }
+SCENE
+}
+
+options=(s.toml --turntable 12 -o 'f.##.exr')
+
+compare() {
+  for frame in "$home"/local/f.*.exr; do
+    cmp -s "$frame" "$home/$1/$(basename "$frame")" || { echo "$1: $(basename "$frame") differs"; failed=1; return; }
+  done
+  echo "$1: 12 frames as by one local run"
+}
+
+prepare local
+"$program" "${options[@]}" --progress none
+
+if python3 -m venv "$home/venv" && "$home/venv/bin/pip" -q install openjd-cli; then
+  export PATH="$home/venv/bin:$PATH"
+  prepare openjd
+  "$program" "${options[@]}" --range 1-4 --progress none
+  truncate -s -5 f.02.exr
+  "$program" submit --engine openjd --bundle job --chunk 5 --run "${options[@]}" > openjd.log 2>&1 || { tail -30 openjd.log; failed=1; }
+  openjd check job/template.yaml > check.log || { cat check.log; failed=1; }
+  grep -q openjd_progress openjd.log || { echo "openjd: no progress"; failed=1; }
+  compare openjd
+else
+  echo "openjd: not run, it cannot be installed"
+fi
+
+packages="slurmctld slurmd slurm-client munge"
+if [[ $(id -u) = 0 ]] && { command -v slurmctld > /dev/null || { apt-get update -qq && apt-get install -qq -y --no-install-recommends $packages; } > "$home/apt.log" 2>&1; } &&
+  "$here/slurm-start.sh" "$home/daemons"; then
+  prepare slurm
+  "$program" submit --engine slurm --bundle job --chunk 5 "${options[@]}" > /dev/null
+  id=$(sbatch --parsable job/frames.sbatch)
+  sleep 1
+  # As after the loss of a node: the task begins again.
+  scontrol requeue "${id}_1" 2> /dev/null || true
+  for _ in $(seq 600); do
+    [[ -z $(squeue -h -j "$id" 2> /dev/null) ]] && break
+    sleep 0.2
+  done
+  compare slurm
+else
+  echo "slurm: not run, it cannot be installed or started"
+fi
+exit $failed
