@@ -42,7 +42,17 @@ fn depth_in_millimetres_is_the_pass_and_nothing_is_0() {
         assert_eq!(f32::from(pixel.0[0]), expected);
     }
     assert!(depth.pixels().any(|p| p.0[0] == 0) && depth.pixels().any(|p| p.0[0] > 3000));
-    let again = [&[&scene, "-o", "f.exr", "--png-depth", "--skip-existing"], &SMALL[..4]].concat();
+    let files = [
+        "-o",
+        "f.exr",
+        "-o",
+        "f.png",
+        "--png-depth",
+        "--aovs",
+        "N",
+        "--skip-existing",
+    ];
+    let again = [&[&*scene], &files[..], &SMALL[..]].concat();
     let again = folder.succeed(&again);
     assert!(again.contains("skipped"), "{again}");
     let error = folder.fail(2, &[&scene, "-o", "f.exr", "--png-depth=depth.exr"]);
