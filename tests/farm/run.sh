@@ -10,11 +10,16 @@ here=$(cd "$(dirname "$0")" && pwd)
 home=$(mktemp -d)
 stop_slurm() {
   for daemon in slurmd slurmctld munged; do
-    [[ -s $home/daemons/$daemon.pid ]] && kill "$(cat "$home/daemons/$daemon.pid")"
+    local pid
+    pid=$(cat "$home/daemons/$daemon.pid" 2> /dev/null) || continue
+    kill "$pid" 2> /dev/null || continue
+    for _ in $(seq 100); do
+      kill -0 "$pid" 2> /dev/null || break
+      sleep 0.1
+    done
   done
-  true
 }
-trap 'stop_slurm; rm -rf "$home"' EXIT
+trap 'stop_slurm; rm -rf "$home" || true' EXIT
 failed=0
 
 prepare() {
