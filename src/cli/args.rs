@@ -20,6 +20,7 @@ mod heading {
     pub const OUTPUT: &str = "Output";
     pub const PICTURE: &str = "Picture";
     pub const JOB: &str = "Job";
+    pub const FARM: &str = "Farm";
     pub const GENERAL: &str = "General";
 }
 
@@ -82,8 +83,8 @@ pub enum Command {
     },
     /// Compare acceleration structures on the rays of a scene
     Bench(BenchArgs),
-    /// Write the files with which a farm renders a job: an OpenJD job bundle, or a batch script of Slurm
-    Submit(Box<super::submit::SubmitArgs>),
+    /// Write a job for a farm: a batch script of Slurm, or a template of OpenJD
+    Submit(Box<SubmitArgs>),
     /// Fly the camera through a scene on a page in the browser, and keep its path
     #[cfg(feature = "viewer")]
     #[command(after_long_help = super::fly_args::KEYS)]
@@ -122,6 +123,38 @@ pub struct BenchArgs {
     /// Builds of each tree, of which the median counts
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
     pub builds: u16,
+}
+
+/// The arguments of `submit`.
+#[derive(Debug, ClapArgs)]
+pub struct SubmitArgs {
+    /// The farm's engine
+    #[arg(long, value_enum, help_heading = heading::FARM)]
+    pub engine: Engine,
+
+    /// Folder of the files; it is made
+    #[arg(long, value_name = "FOLDER", help_heading = heading::FARM)]
+    pub bundle: PathBuf,
+
+    /// Frames that a task renders at most
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..), help_heading = heading::FARM)]
+    pub chunk: u32,
+
+    /// Hand the files to the engine: `openjd run` or `sbatch`
+    #[arg(long, help_heading = heading::FARM)]
+    pub run: bool,
+
+    #[command(flatten)]
+    pub render: RenderArgs,
+}
+
+/// An engine that runs jobs on a farm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Engine {
+    /// Open Job Description, which AWS Deadline Cloud runs: writes template.yaml
+    Openjd,
+    /// Slurm: writes frames.sbatch
+    Slurm,
 }
 
 #[derive(Debug, ClapArgs)]
@@ -261,7 +294,7 @@ pub struct RenderArgs {
     pub cryptomatte_levels: Option<u32>,
 
     /// One pass in place of the beauty, such as depth
-    #[arg(long, value_name = "PASS", help_heading = heading::PICTURE)]
+    #[arg(long, value_name = "PASS", hide_short_help = true, help_heading = heading::PICTURE)]
     pub show: Option<String>,
 
     /// Display transform of PNG files, such as srgb or raw

@@ -11,7 +11,7 @@ use std::{
 use anyhow::Context as _;
 use batch_render::{
     accel::BuildOptions,
-    batch::{Existing, FrameRange, Job, Observer, OnFailure, Plan, Request, Stale},
+    batch::{Job, Observer, Plan, Request, Stale},
     error::Error,
     render::{Cancel, Control, Counters},
     simd::Isa,
@@ -23,6 +23,7 @@ use super::{
     failures::FramesFailed,
     inventory, log, memory,
     progress::{Progress, say},
+    request::request,
     signals, simd,
     stats::{Observers, Stats, StatsFiles},
     summary,
@@ -206,69 +207,4 @@ fn print_lines(mut lines: impl Iterator<Item = String>) -> io::Result<()> {
 
 fn display(path: &Path) -> String {
     path.display().to_string()
-}
-
-/// The request that the arguments make.
-pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
-    let range: Option<FrameRange> = args
-        .range
-        .as_deref()
-        .map(|text| text.parse().map_err(|e| Error::Usage(format!("--range: {e}"))))
-        .transpose()?;
-    let part = args.part.map(|part| part.counted_from(args.part_base.into()));
-    let part = part.transpose().map_err(|e| Error::Usage(format!("--part: {e}")))?;
-    if let Some(fps) = args.fps.filter(|f| !(f.is_finite() && *f > 0.0)) {
-        return Err(Error::Usage(format!("--fps: expected a number above 0, found {fps}")));
-    }
-    let existing = match (args.existing.skip_existing, args.existing.fail_existing) {
-        (true, _) => Existing::Skip,
-        (_, true) => Existing::Fail,
-        _ => Existing::Overwrite,
-    };
-    Ok(Request {
-        camera_path: args.frames.clone(),
-        turntable: args.turntable,
-        range,
-        part,
-        outputs: args.output.clone(),
-        existing,
-        on_failure: if args.fail_fast {
-            OnFailure::FailFast
-        } else {
-            OnFailure::KeepGoing
-        },
-        retries: args.retries,
-        samples: args.samples,
-        resolution: args.resolution,
-        crop: args.crop,
-        seed: args.seed,
-        seed_mode: args.seed_mode,
-        integrator: args.integrator.clone(),
-        aovs: args.aovs.clone(),
-        cryptomatte_levels: args.cryptomatte_levels,
-        show: args.show.clone(),
-        view: args.view.clone(),
-        exposure: args.exposure,
-        compression: args.compression.clone(),
-        exr_type: args.exr_type.clone(),
-        multipart: args.multipart,
-        metadata: args.metadata.clone(),
-        png_bits: args.png_bits.clone(),
-        png_depth: args.png_depth.clone(),
-        overscan: args.overscan,
-        accel: BuildOptions {
-            simd,
-            ..args.accel.into()
-        },
-        fps: args.fps,
-        rotation_order: args.rotation_order,
-        max_memory: Some(args.max_memory.unwrap_or_else(memory::default_limit)),
-        texture_memory: Some(args.texture_memory.unwrap_or_else(memory::default_textures)),
-        missing_assets: args.missing_assets.into(),
-        allow_outside: args.allow_outside,
-        strict: args.strict,
-        camera: args.camera.clone(),
-        variant: args.variant.clone(),
-        point_radius: args.point_radius,
-    })
 }

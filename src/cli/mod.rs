@@ -5,6 +5,7 @@ mod bench;
 mod events;
 mod exit;
 mod failures;
+mod figures;
 #[cfg(feature = "viewer")]
 mod fly;
 #[cfg(feature = "viewer")]
@@ -15,6 +16,7 @@ mod log;
 mod memory;
 mod progress;
 mod report_page;
+mod request;
 mod signals;
 mod simd;
 mod stats;

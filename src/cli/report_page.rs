@@ -11,7 +11,7 @@ use batch_render::output::{FrameImage, display::PixelDisplay};
 
 use super::{
     failures::quoted,
-    stats::{Frame, Report, Status},
+    figures::{Frame, Report, Status},
     summary::{count, seconds},
 };
 

@@ -7,75 +7,19 @@ use std::{
     time::{Duration, Instant},
 };
 
+use super::{
+    figures::{Frame, Input, Report, Status},
+    memory,
+    report_page::{MAX_THUMBNAILS, page, thumbnail},
+};
 use batch_render::{
     batch::{Fingerprint, FrameFailure, InputHash, Job, Observer, Plan, Stale},
     output::{self, FrameImage},
     render::Counters,
 };
-use serde::Serialize;
-
-use super::{
-    memory,
-    report_page::{MAX_THUMBNAILS, page, thumbnail},
-};
 
 /// The file is written again after a frame, but no more often than this.
 const WRITE_EVERY: Duration = Duration::from_secs(1);
-
-/// All figures.
-#[derive(Serialize)]
-pub struct Report {
-    pub version: &'static str,
-    pub command: Vec<String>,
-    pub scene: String,
-    pub resolution: [u32; 2],
-    pub samples: u32,
-    pub threads: usize,
-    /// The number of frames of the job.
-    pub total: usize,
-    pub wall_s: f64,
-    /// Whether the job has come to its end.
-    pub is_finished: bool,
-    pub inputs: Vec<Input>,
-    pub frames: Vec<Frame>,
-}
-
-#[derive(Serialize)]
-pub struct Input {
-    path: String,
-    hash: String,
-}
-
-#[derive(Serialize)]
-pub struct Frame {
-    pub frame: i32,
-    pub status: Status,
-    /// Why it was rendered again, or failed.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub reason: Option<String>,
-    pub wall_s: f64,
-    /// Processor time of all threads while it rendered, also that of writing the frame before.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cpu_s: Option<f64>,
-    pub samples: u64,
-    pub segments: u64,
-    pub shadow_rays: u64,
-    /// The most that the process has had so far.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub peak_memory_bytes: Option<u64>,
-    pub files: Vec<String>,
-    pub fingerprint: String,
-}
-
-#[derive(Clone, Copy, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Status {
-    Rendering,
-    Rendered,
-    Written,
-    Skipped,
-    Failed,
-}
 
 /// What the process has done so far.
 #[derive(Clone, Copy)]

@@ -5,8 +5,9 @@
 
 mod openjd;
 mod slurm;
+mod task;
 
-use std::{env, ffi::OsStr, fs, path::PathBuf, process};
+use std::{env, ffi::OsStr, fs, process};
 
 use anyhow::{Context, bail};
 use batch_render::{
@@ -14,57 +15,13 @@ use batch_render::{
     error::Error,
     simd::Isa,
 };
-use clap::{Args as ClapArgs, ValueEnum};
 
-use super::{args::RenderArgs, job::request, progress::say};
-
-/// The arguments of `submit`.
-#[derive(Debug, ClapArgs)]
-pub struct SubmitArgs {
-    /// The farm's engine
-    #[arg(long, value_enum, help_heading = "Farm")]
-    pub engine: Engine,
-
-    /// Folder of the files; it is made
-    #[arg(long, value_name = "FOLDER", help_heading = "Farm")]
-    pub bundle: PathBuf,
-
-    /// Frames that a task renders at most
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..), help_heading = "Farm")]
-    pub chunk: u32,
-
-    /// Hand the files to the engine: `openjd run` or `sbatch`
-    #[arg(long, help_heading = "Farm")]
-    pub run: bool,
-
-    #[command(flatten)]
-    pub render: RenderArgs,
-}
-
-/// An engine that runs jobs on a farm.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Engine {
-    /// Open Job Description, which AWS Deadline Cloud runs: writes template.yaml
-    Openjd,
-    /// Slurm: writes frames.sbatch
-    Slurm,
-}
-
-/// What both engines are told.
-struct Task {
-    name: String,
-    /// The folder in which the program starts, where relative paths begin.
-    folder: String,
-    /// This program.
-    program: String,
-    /// Its arguments, without those that choose frames.
-    arguments: Vec<String>,
-    /// Whether frames whose files are there are to be rendered again.
-    overwrites: bool,
-    /// The frames of the whole job.
-    frames: FrameRange,
-    chunk: u32,
-}
+use super::{
+    args::{Engine, SubmitArgs},
+    progress::say,
+    request::request,
+};
+use task::Task;
 
 /// Writes the bundle, and starts it if that is asked for.
 pub fn run(args: &SubmitArgs, simd: Isa) -> anyhow::Result<()> {

@@ -5,7 +5,7 @@ use std::sync::{
     atomic::{AtomicBool, AtomicU64, Ordering},
 };
 
-use super::{InvalidSamples, TileResult, wave::WaveStats};
+use super::{InvalidSamples, TileResult, wave_stats::WaveStats};
 use crate::integrator::StageTimes;
 
 /// The word to stop. A render that sees it leaves its unfinished tiles.

@@ -21,6 +21,7 @@ mod tiles;
 mod transparency;
 mod wave;
 mod wave_pool;
+mod wave_stats;
 
 pub use control::{Cancel, Cancelled, Control, Counters, TileSink};
 pub use invalid_samples::InvalidSamples;

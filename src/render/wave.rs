@@ -11,6 +11,7 @@ use super::{
     sample_block::SampleBlock,
     schedule::{BlockSpec, WAVE_SIZE},
     transparency::{Passing, PassingPaths, pass, transmittance},
+    wave_stats::WaveStats,
 };
 use crate::{
     accel::{self, BatchLayout, RayCost},
@@ -27,15 +28,6 @@ const MAX_PATHS: usize = 4 * WAVE_SIZE;
 
 /// The number of vertices that are shaded together: few enough for the smallest cache.
 const SHADE_BATCH: usize = 64;
-
-/// The work of a wave.
-#[derive(Clone, Debug, Default)]
-pub(super) struct WaveStats {
-    pub rays: u64,
-    /// The rays that were traced to their nearest hit for a path.
-    pub segments: u64,
-    pub invalid: InvalidSamples,
-}
 
 /// The arrays of a wave; they keep their memory from tile to tile.
 #[derive(Default)]

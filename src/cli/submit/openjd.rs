@@ -2,7 +2,7 @@
 //!
 //! Parameters whose defaults are absolute paths are strings: `openjd run` refuses such defaults of PATH parameters.
 
-use super::Task;
+use super::task::Task;
 
 /// The template, as YAML.
 pub fn template(task: &Task) -> String {

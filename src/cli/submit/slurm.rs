@@ -1,6 +1,6 @@
 //! A batch script of Slurm: an array job, each of whose tasks renders a part of the frames.
 
-use super::Task;
+use super::task::Task;
 use crate::cli::failures::quoted;
 
 /// The script; its tasks write their logs into `bundle`.

@@ -1,0 +1,19 @@
+//! What a farm is told of a job.
+
+use batch_render::batch::FrameRange;
+
+/// What both engines are told.
+pub struct Task {
+    pub name: String,
+    /// The folder in which the program starts, where relative paths begin.
+    pub folder: String,
+    /// This program.
+    pub program: String,
+    /// Its arguments, without those that choose frames.
+    pub arguments: Vec<String>,
+    /// Whether frames whose files are there are to be rendered again.
+    pub overwrites: bool,
+    /// The frames of the whole job.
+    pub frames: FrameRange,
+    pub chunk: u32,
+}
