@@ -47,12 +47,12 @@ impl InputHash {
     }
 }
 
-/// What the files of a frame depend on.
+/// The hashes of all that the files of a frame depend on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fingerprint {
-    /// Of the whole frame, whose crops share it.
+    /// The hash of the whole frame, which its crops share.
     pub picture: String,
-    /// Of the files with this crop.
+    /// The hash of the files with this crop.
     pub file: String,
 }
 

@@ -71,7 +71,7 @@ impl PlannedFrame {
     }
 }
 
-/// What is stale of each frame of `plan`, on the threads of the current rayon pool.
+/// The first stale file of each frame of `plan`, if any, on the threads of the current rayon pool.
 pub fn survey(plan: &Plan, inputs: InputHash) -> Vec<Option<Stale>> {
     plan.frames.par_iter().map(|frame| frame.stale(plan, inputs)).collect()
 }

@@ -21,7 +21,7 @@ use batch_render::{
 /// The file is written again after a frame, but no more often than this.
 const WRITE_EVERY: Duration = Duration::from_secs(1);
 
-/// What the process has done so far.
+/// The work of the process so far.
 #[derive(Clone, Copy)]
 struct Work {
     samples: u64,
@@ -57,7 +57,7 @@ pub struct Stats<'a> {
 }
 
 impl<'a> Stats<'a> {
-    /// Of a job whose scene is loaded.
+    /// Starts the figures of a job whose scene is loaded.
     pub fn new(files: StatsFiles, job: &'a Job, counters: &'a Counters) -> Self {
         let plan = &job.plan;
         let inputs = job.files().manifest().into_iter().map(|(path, hash)| Input {

@@ -75,7 +75,7 @@ impl Moments {
 
     /// The variance of the pixel `mean` that these samples have, as if they were independent; 0 for fewer than two.
     ///
-    /// Of samples `l` with weights `w` the weighted mean m has the variance `sum(w^2 (l - m)^2) / sum(w)^2`, to first order, times
+    /// For samples `l` with weights `w` the weighted mean m has the variance `sum(w^2 (l - m)^2) / sum(w)^2`, to first order, times
     /// `n / (n - 1)`; all weights are 1 or -1.
     pub fn variance(&self, mean: [f32; 3]) -> [f32; 3] {
         if self.count < 2 {

@@ -27,7 +27,7 @@ pub enum DisplayTransform {
     Reinhard,
     Aces,
     Agx,
-    /// That of Khronos.
+    /// The neutral tone curve of Khronos.
     Neutral,
 }
 

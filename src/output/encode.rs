@@ -11,7 +11,7 @@ use super::{Compression, FileFacts, FrameImage};
 /// The user's choices about encoding.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Encoding {
-    /// That of EXR files, as are the next two.
+    /// The compression of EXR files; the next two are theirs, too.
     pub compression: Compression,
     pub light: LightType,
     pub parts: Parts,

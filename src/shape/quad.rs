@@ -92,7 +92,7 @@ pub struct Quad {
     /// The mean of the corners.
     middle: DVec3,
     normal: DVec3,
-    /// Of the edges AB and AD, if it is a rectangle.
+    /// The lengths of the edges AB and AD, if it is a rectangle.
     lengths: Option<[f64; 2]>,
     /// The edges from A to B and to D, and how far C is from completing a parallelogram.
     edges: [DVec3; 3],

@@ -1,8 +1,8 @@
-//! What a farm is told of a job.
+//! The facts of a job that a farm is told.
 
 use batch_render::batch::FrameRange;
 
-/// What both engines are told.
+/// The facts of a job that both engines are told.
 pub struct Task {
     pub name: String,
     /// The folder in which the program starts, where relative paths begin.
