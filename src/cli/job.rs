@@ -8,7 +8,6 @@ use std::{
     time::Instant,
 };
 
-use anyhow::Context as _;
 use batch_render::{
     accel::BuildOptions,
     batch::{Job, Observer, Plan, Request, Stale},
@@ -20,6 +19,7 @@ use batch_render::{
 use super::{
     args::{Args, Command, ProgressKind, RenderArgs},
     events::{EventFormat, Events},
+    exit::cannot_create,
     failures::FramesFailed,
     inventory, log, memory,
     progress::{Progress, say},
@@ -122,7 +122,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         page: args.report.as_ref().map(|folder| folder.join("index.html")),
     };
     if let Some(folder) = &args.report {
-        fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
+        fs::create_dir_all(folder).map_err(|source| cannot_create(source, folder))?;
     }
     let is_wanted = files.json.is_some() || files.page.is_some();
     let stats = is_wanted.then(|| pool.install(|| Stats::new(files, &job, &counters)));

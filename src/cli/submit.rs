@@ -18,6 +18,7 @@ use batch_render::{
 
 use super::{
     args::{Engine, SubmitArgs},
+    exit::cannot_create,
     progress::say,
     request::request,
 };
@@ -26,14 +27,14 @@ use task::Task;
 /// Writes the bundle, and starts it if that is asked for.
 pub fn run(args: &SubmitArgs, simd: Isa) -> anyhow::Result<()> {
     let task = task(args, simd)?;
-    fs::create_dir_all(&args.bundle).with_context(|| format!("cannot create {}", args.bundle.display()))?;
+    fs::create_dir_all(&args.bundle).map_err(|source| cannot_create(source, &args.bundle))?;
     let bundle = fs::canonicalize(&args.bundle).with_context(|| format!("cannot find {}", args.bundle.display()))?;
     let (name, text) = match args.engine {
         Engine::Openjd => ("template.yaml", openjd::template(&task)),
         Engine::Slurm => ("frames.sbatch", slurm::script(&task, utf8(bundle.as_os_str())?)),
     };
     let file = bundle.join(name);
-    fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
+    fs::write(&file, text).map_err(|source| cannot_create(source, &file))?;
     say(&format!("wrote {}", file.display()));
     if !args.run {
         return Ok(());
