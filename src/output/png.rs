@@ -189,9 +189,14 @@ fn texts(frame: &FrameImage) -> Vec<(String, String)> {
         texts.push(("View".to_owned(), metadata.view.name().to_owned()));
     }
     texts.push(("Exposure".to_owned(), metadata.exposure.to_string()));
-    let given = metadata.attributes.iter().filter(|a| is_keyword(&a.name));
-    texts.extend(given.map(|a| (a.name.clone(), a.value.to_string())));
+    texts.extend(given_texts(metadata));
     texts
+}
+
+/// The texts that the job gives its files, the fingerprint among them.
+fn given_texts(metadata: &FrameMetadata) -> impl Iterator<Item = (String, String)> {
+    let given = metadata.attributes.iter().filter(|a| is_keyword(&a.name));
+    given.map(|a| (a.name.clone(), a.value.to_string()))
 }
 
 /// Whether the format can put a text under this name; of Latin-1, ASCII is enough here.

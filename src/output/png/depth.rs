@@ -5,7 +5,7 @@
 
 use std::{io::Write, path::Path};
 
-use super::{Picture, inspect, own_texts};
+use super::{Picture, given_texts, inspect, own_texts};
 use crate::output::{Contents, EncodeError, Encoding, FileFacts, Format, FrameImage, WriteReport};
 
 /// The name of the pass that the files show.
@@ -29,6 +29,7 @@ impl Format for DepthPng {
         let depth = frame.film.plane(PASS).ok_or_else(unfit)?;
         let window = frame.film.window;
         let mut texts = own_texts(frame.metadata);
+        texts.extend(given_texts(frame.metadata));
         texts.push(("Pass".to_owned(), PASS.to_owned()));
         texts.push(("Unit".to_owned(), "mm; 0 is nothing, 65535 is farther".to_owned()));
         let background = depth.spec.pass.background;
