@@ -159,6 +159,8 @@ pub struct Store {
     is_strict: bool,
     /// The most that all images may take, in bytes; `None` is no limit.
     texture_memory: Option<u64>,
+    /// The number of times that each image was halved, of each list of images of which one was.
+    halvings: Mutex<Vec<Vec<u32>>>,
     replaced: Mutex<BTreeSet<PathBuf>>,
 }
 
@@ -190,6 +192,13 @@ impl Store {
         reports.sort_by(|a, b| a.request.cmp(&b.request));
         reports.dedup_by(|a, b| a.request == b.request);
         reports
+    }
+
+    /// The number of times that each image was halved to fit into memory, of each list of images of which one was.
+    pub fn halved(&self) -> Vec<Vec<u32>> {
+        let mut halvings = self.halvings.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        halvings.sort();
+        halvings
     }
 
     /// The gate through which all files come in.
@@ -306,6 +315,8 @@ impl Store {
         let halvings = image::halvings(&bytes, limit);
         let halved = halvings.iter().filter(|h| **h > 0).count();
         if halved > 0 {
+            let mut all = self.halvings.lock().unwrap_or_else(PoisonError::into_inner);
+            all.push(halvings.clone());
             let mebibytes = |bytes: u64| bytes.div_ceil(1 << 20);
             let sum = mebibytes(bytes.iter().sum());
             let limit = mebibytes(limit);

@@ -8,7 +8,7 @@ use std::{fmt::Write, path::Path};
 
 use super::{Plan, PlannedFrame};
 use crate::{
-    assets::{ContentHash, Files},
+    assets::{ContentHash, Store},
     camera::{FrameCamera, Neighbours},
     film::{PassRequest, Window},
     output::{Attribute, FrameMetadata},
@@ -29,11 +29,12 @@ pub const PICTURE: &str = "batch-render/picture";
 pub struct InputHash(ContentHash);
 
 impl InputHash {
-    /// The hash of what `files` has read for the scene at `scene`. Paths count as they are seen from the scene's folder, so that
-    /// a project may be moved as a whole.
-    pub fn new(files: &Files, scene: &Path, camera_path: Option<&Path>) -> Self {
+    /// The hash of what `store` has loaded for the scene at `scene`, also at which resolution. Paths count as they are seen from
+    /// the scene's folder, so that a project may be moved as a whole.
+    pub fn new(store: &Store, scene: &Path, camera_path: Option<&Path>) -> Self {
         let home = scene.parent().unwrap_or(Path::new(""));
-        let mut lines: Vec<String> = files
+        let mut lines: Vec<String> = store
+            .files()
             .manifest()
             .into_iter()
             .filter(|(path, _)| Some(path.as_path()) != camera_path)
@@ -43,6 +44,7 @@ impl InputHash {
             })
             .collect();
         lines.sort();
+        lines.push(format!("{:?}", store.halved()));
         Self(ContentHash::of(lines.concat().as_bytes()))
     }
 }
@@ -80,7 +82,7 @@ impl Fingerprint {
         let neighbours = motion.then(|| camera.neighbours());
         let camera = camera.clone().with_neighbours(Neighbours::default());
         let mut text = format!("{PICTURE_VERSION} {}\n", env!("CARGO_PKG_VERSION"));
-        let passes: Vec<String> = passes.iter().map(name).collect();
+        let passes: Vec<String> = passes.iter().map(PassRequest::name).collect();
         let noise_frame = plan.seed_mode.frame(number);
         // Writing to a string cannot fail.
         let _ = writeln!(
@@ -113,12 +115,5 @@ impl Fingerprint {
             Attribute::new(PICTURE, self.picture.as_str()),
         ]);
         metadata
-    }
-}
-
-fn name(pass: &PassRequest) -> String {
-    match pass {
-        PassRequest::LightGroup(group) => format!("{} {group}", pass.spec().name),
-        PassRequest::Pass(spec) => spec.name.to_owned(),
     }
 }

@@ -68,7 +68,7 @@ impl Job {
 
     /// The hash of what was read so far; of the whole scene once it is loaded.
     pub fn inputs(&self) -> InputHash {
-        InputHash::new(self.files(), &self.desc.source.path, self.plan.camera_path.as_deref())
+        InputHash::new(&self.store, &self.desc.source.path, self.plan.camera_path.as_deref())
     }
 
     /// The first file of each frame that is not what the job would write, if any, once the scene is loaded; on the threads of

@@ -31,6 +31,8 @@ pub(super) fn check(plan: &Plan, inputs: &Files) -> Result<(), Error> {
     for path in targets().take(plan.frames.first().map_or(0, |f| f.files.len())) {
         if plan.existing != Existing::Skip || !path.exists() {
             output::atomic::check(path)?;
+        } else {
+            output::atomic::sweep(path);
         }
     }
     Ok(())

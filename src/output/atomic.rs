@@ -64,6 +64,13 @@ pub fn check(path: &Path) -> Result<(), OutputError> {
     })
 }
 
+/// Removes the temporaries that killed processes have left beside `path`.
+pub fn sweep(path: &Path) {
+    if let Ok(target) = target_of(path) {
+        remove_abandoned(&folder_of(&target));
+    }
+}
+
 /// Finds out whether anything but a regular file is at `path`, which could not be replaced by one.
 pub fn check_kind(path: &Path) -> Result<(), OutputError> {
     match fs::metadata(path) {
