@@ -21,7 +21,7 @@ pub enum OnFailure {
 #[derive(Debug, thiserror::Error)]
 pub enum FrameError {
     /// A fault of the program.
-    #[error("rendering it panicked: {0}")]
+    #[error("it panicked: {0}")]
     Panic(String),
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -60,7 +60,7 @@ mod tests {
                 .expect("a pool");
             let work = || rayon::join(|| (), || panic!("frame {}", 5));
             let error = catch(|| pool.install(work)).expect_err("a panic");
-            assert_eq!(error.to_string(), "rendering it panicked: frame 5");
+            assert_eq!(error.to_string(), "it panicked: frame 5");
         }
     }
 }

@@ -3,8 +3,8 @@
 use std::{path::Path, time::Instant};
 
 use super::{
-    CameraRig, Existing, InputHash, Inventory, Observer, Plan, Request, SceneFigures, Stale, Summary,
-    metadata::Sidecar, run, stale, targets,
+    CameraRig, Existing, InputHash, Inventory, Observer, Plan, Request, SceneFigures, Stale, Summary, Survey,
+    metadata::Sidecar, run, targets,
 };
 use crate::{
     assets::{Files, MemoryBudget, Store, store::is_model},
@@ -74,7 +74,7 @@ impl Job {
     /// The first file of each frame that is not what the job would write, if any, once the scene is loaded; on the threads of
     /// the current rayon pool.
     pub fn stale(&self) -> Vec<Option<Stale>> {
-        stale::survey(&self.plan, self.inputs())
+        Survey::new(&self.plan, self.inputs()).stale
     }
 
     /// The number of image files that are missing or broken, and replaced by a placeholder.
@@ -136,9 +136,11 @@ impl Job {
         let frames = &self.plan.frames;
         let is_there = |sidecar: &Sidecar| self.plan.sidecar_path(*sidecar).is_none_or(|path| path.is_file());
         let are_beside = self.plan.sidecars.iter().all(is_there);
-        let inputs = self.inputs();
-        let skips_all = self.plan.existing == Existing::Skip && are_beside && self.stale().iter().all(Option::is_none);
-        if frames.is_empty() || skips_all {
+        let survey = match self.plan.existing {
+            Existing::Skip => Survey::new(&self.plan, self.inputs()),
+            Existing::Overwrite | Existing::Fail => Survey::of_nothing(self.inputs()),
+        };
+        if frames.is_empty() || are_beside && (0..frames.len()).all(|frame| survey.has(frame)) {
             for frame in frames {
                 observer.frame_skipped(frame.number);
             }
@@ -150,7 +152,7 @@ impl Job {
             });
         }
         let scene = self.build(scene)?;
-        let summary = run(&self.plan, &scene, inputs, observer, control)?;
+        let summary = run(&self.plan, &scene, &survey, observer, control)?;
         Ok(Summary {
             scene: SceneFigures::new(scene.accel.geometry(), Some(scene.accel.stats().build_time)),
             ..summary

@@ -37,6 +37,6 @@ pub use range::FrameRange;
 pub use request::Request;
 pub use rig::CameraRig;
 pub use run::{Observer, run};
-pub use stale::{Stale, StaleReason};
+pub use stale::{Stale, StaleReason, Survey};
 pub use summary::{SceneFigures, Summary};
 pub use turntable::Turntable;

@@ -10,8 +10,8 @@ use std::{
 use rayon::ThreadPoolBuilder;
 
 use super::{
-    CameraRig, Existing, Fingerprint, FrameFailure, InputHash, OnFailure, Plan, PlannedFrame, Stale, StaleReason,
-    Summary, failure, plan::PlannedFile, sidecars,
+    CameraRig, Existing, Fingerprint, FrameError, FrameFailure, OnFailure, Plan, PlannedFrame, Stale, StaleReason,
+    Summary, Survey, failure, plan::PlannedFile, sidecars,
 };
 use crate::{
     error::Error,
@@ -63,7 +63,7 @@ struct Finished<'a> {
 pub fn run(
     plan: &Plan,
     scene: &Scene,
-    inputs: InputHash,
+    survey: &Survey,
     observer: &dyn Observer,
     control: &Control<'_>,
 ) -> Result<Summary, Error> {
@@ -85,7 +85,7 @@ pub fn run(
     let mut written = Ok(WriteSummary::default());
     let rendered = encoders.in_place_scope(|scope| {
         scope.spawn(|_| written = write_all(plan, coverage, receive, observer));
-        let rendered = render_all(plan, (scene, inputs), observer, &control, &send);
+        let rendered = render_all(plan, (scene, survey), observer, &control, &send);
         drop(send);
         rendered
     });
@@ -111,7 +111,7 @@ struct WriteSummary {
 
 fn render_all<'a>(
     plan: &'a Plan,
-    (scene, inputs): (&Scene, InputHash),
+    (scene, survey): (&Scene, &Survey),
     observer: &dyn Observer,
     control: &Control<'_>,
     send: &SyncSender<Finished<'a>>,
@@ -120,7 +120,13 @@ fn render_all<'a>(
     let (mut renderer, rig) = (Renderer::new(), CameraRig::new(plan, scene));
     for (index, frame) in plan.frames.iter().enumerate() {
         if plan.existing == Existing::Skip {
-            match frame.stale(plan, inputs) {
+            // Another process may have written it meanwhile.
+            let stale = if survey.has(index) {
+                None
+            } else {
+                frame.stale(plan, survey.inputs)
+            };
+            match stale {
                 None => {
                     observer.frame_skipped(frame.number);
                     summary.skipped += 1;
@@ -164,7 +170,7 @@ fn render_all<'a>(
         let finished = Finished {
             frame,
             film,
-            fingerprint: Fingerprint::of_frame(plan, inputs, frame),
+            fingerprint: Fingerprint::of_frame(plan, survey.inputs, frame),
         };
         if send.send(finished).is_err() {
             // The writer has given up; its error says why.
@@ -197,22 +203,24 @@ fn write_all(
             coverage,
             metadata: &fingerprint.metadata(plan, frame.number),
         };
-        observer.frame_image(frame.number, &image);
-        let written = frame.files.iter().try_for_each(|file| {
-            let report = write(plan, file, &image)?;
-            summary.clamped += report.clamped + report.nans;
-            observer.file_written(frame.number, &file.path);
-            Ok(())
+        let written = failure::catch(|| {
+            observer.frame_image(frame.number, &image);
+            frame.files.iter().try_for_each(|file| {
+                let report = write(plan, file, &image)?;
+                summary.clamped += report.clamped + report.nans;
+                observer.file_written(frame.number, &file.path);
+                Ok(())
+            })
         });
-        match written {
+        match written.and_then(|written: Result<(), OutputError>| Ok(written?)) {
             Ok(()) => observer.frame_written(frame.number),
-            Err(error) if OutputError::ends_the_job(&error) || plan.on_failure == OnFailure::FailFast => {
+            Err(FrameError::Output(error)) if error.ends_the_job() || plan.on_failure == OnFailure::FailFast => {
                 return Err(error);
             }
-            Err(error) => {
+            Err(cause) => {
                 let failure = FrameFailure {
                     frame: frame.number,
-                    cause: error.into(),
+                    cause,
                 };
                 observer.frame_failed(&failure);
                 summary.failures.push(failure);

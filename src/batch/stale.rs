@@ -71,7 +71,34 @@ impl PlannedFrame {
     }
 }
 
-/// The first stale file of each frame of `plan`, if any, on the threads of the current rayon pool.
-pub fn survey(plan: &Plan, inputs: InputHash) -> Vec<Option<Stale>> {
-    plan.frames.par_iter().map(|frame| frame.stale(plan, inputs)).collect()
+/// The frames of a plan that need not be rendered, as a job finds them before its first one.
+#[derive(Clone, Debug)]
+pub struct Survey {
+    pub inputs: InputHash,
+    /// The first stale file of each frame, if any.
+    pub stale: Vec<Option<Stale>>,
+}
+
+impl Survey {
+    /// Looks at the files of all frames, on the threads of the current rayon pool.
+    pub fn new(plan: &Plan, inputs: InputHash) -> Self {
+        let stale = plan.frames.par_iter().map(|frame| frame.stale(plan, inputs));
+        Self {
+            inputs,
+            stale: stale.collect(),
+        }
+    }
+
+    /// The survey of a job that renders all frames, whatever is there.
+    pub fn of_nothing(inputs: InputHash) -> Self {
+        Self {
+            inputs,
+            stale: Vec::new(),
+        }
+    }
+
+    /// Whether frame `index` of the plan is there as the job would write it.
+    pub fn has(&self, index: usize) -> bool {
+        self.stale.get(index).is_some_and(Option::is_none)
+    }
 }
