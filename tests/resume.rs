@@ -241,6 +241,10 @@ fn parts_render_every_frame_once_and_the_same_bytes() {
     for name in folder.names() {
         assert!(folder.read(&name) == parts.read(&name), "{name}");
     }
+    // What lies beside the pictures is that of the whole job, whichever part comes last.
+    parts.succeed(&[&JOB[..], &["--part", "2/3", "--metadata", "transforms"]].concat());
+    let transforms: serde_json::Value = serde_json::from_slice(&parts.read("transforms.json")).expect("JSON");
+    assert_eq!(transforms["frames"].as_array().map(Vec::len), Some(5));
     let message = parts.fail(2, &[&JOB[..], &["--part", "4/3"]].concat());
     assert!(message.contains("parts are numbered from 1 to 3"), "{message}");
 }

@@ -61,7 +61,10 @@ impl PlannedFrame {
 /// Everything a job is going to do, decided and checked.
 #[derive(Clone, Debug)]
 pub struct Plan {
+    /// The frames that this job renders.
     pub frames: Vec<PlannedFrame>,
+    /// The frames of all parts, where this job renders one of them.
+    whole: Option<Vec<PlannedFrame>>,
     /// The first position of the camera, whichever frames are rendered, in m.
     pub first_eye: Option<DVec3>,
     /// Moves the camera once the scene is known.
@@ -140,11 +143,8 @@ impl Plan {
             .zip(camera)
             .map(|(frames, start)| Turntable { start, frames });
         let cameras = cameras(desc, request, camera, settings.resolution, inputs)?;
-        let chosen = match request.part {
-            Some(part) => part.choose(cameras.frames),
-            None => cameras.frames,
-        };
-        let frames = chosen
+        let frames = cameras
+            .frames
             .into_iter()
             .map(|(number, camera)| PlannedFrame {
                 number,
@@ -155,8 +155,13 @@ impl Plan {
         metadata::check(&sidecars, frames.iter().map(|frame| &frame.camera))?;
         let numbers: Vec<i32> = frames.iter().map(|f| f.number).collect();
         output::sequence::check_distinct(&patterns, &numbers)?;
+        let (frames, whole) = match request.part {
+            Some(part) => (part.choose(frames.clone()), Some(frames)),
+            None => (frames, None),
+        };
         Ok(Self {
             frames,
+            whole,
             first_eye: cameras.first_eye,
             turntable,
             camera_path: request.camera_path.clone(),
@@ -197,9 +202,14 @@ impl Plan {
         renderer.render(scene, camera, self.integrator.as_dyn(), &settings, control)
     }
 
+    /// The frames of all parts of the job.
+    pub(super) fn all_frames(&self) -> &[PlannedFrame] {
+        self.whole.as_deref().unwrap_or(&self.frames)
+    }
+
     /// The path of a file beside the pictures; `None` where there are none.
     pub(super) fn sidecar_path(&self, sidecar: Sidecar) -> Option<PathBuf> {
-        Some(sidecar.path(self.frames.first()?.picture()?))
+        Some(sidecar.path(self.all_frames().first()?.picture()?))
     }
 
     /// The coverage of pictures by this plan. `fills_film` tells whether every point of the picture has a camera ray, in all

@@ -63,7 +63,7 @@ impl Transforms {
         let rig = CameraRig::new(plan, scene);
         let size = plan.settings.resolution;
         let frame = |frame| Ok(Frame::new(frame, &pinhole(&rig.camera(plan, frame))?, size));
-        let frames = plan.frames.iter().map(frame);
+        let frames = plan.all_frames().iter().map(frame);
         Ok(Self {
             conventions: "transform_matrix is camera to world, in metres; the camera looks along its -z, +y is up; \
                           lengths of intrinsics are in pixels, and pixel centres are at .5; cameras are those at which shutters open",
