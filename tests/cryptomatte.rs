@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use batch_render::math::hash;
 use common::Folder;
-use exr::prelude::{AttributeValue, FlatImage, FlatSamples, ReadChannels, ReadLayers, Text, read};
+use exr::prelude::{AttributeValue, FlatImage, FlatSamples, Text};
 
 /// A red card before a gray wall, both wider than the picture but for the card's right edge, which is in the middle.
 const CARD: &str = r#"
@@ -40,17 +40,6 @@ shape.quad = { corners = [[-9, 0, 0], [9, 0, 0], [9, 9, 0], [-9, 9, 0]] }
 "#;
 
 const STILL: &str = "perspective = { eye = [0, 0.01, 5], target = [0, 0.01, 0], fov = 40 }";
-
-fn open(folder: &Folder, name: &str) -> FlatImage {
-    read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .all_layers()
-        .all_attributes()
-        .from_file(folder.path(name))
-        .expect("an EXR")
-}
 
 /// A text of a header, whose bytes are UTF-8.
 fn utf8(text: &Text) -> String {
@@ -117,7 +106,7 @@ fn card(camera: &str, opacity: &str, args: &[&str]) -> Decoded {
     folder.write("s.toml", &CARD.replace("CAMERA", camera).replace("OPACITY", opacity));
     let common = ["s.toml", "--progress", "none", "-o", "f.exr", "--aovs", "CryptoObject"];
     folder.succeed(&[&common, args].concat());
-    decode(&open(&folder, "f.exr"), "CryptoObject")
+    decode(&folder.open_exr("f.exr"), "CryptoObject")
 }
 
 #[test]
@@ -176,7 +165,7 @@ fn a_pan_while_the_shutter_is_open_smears_the_matte() {
         "f.exr",
     ];
     folder.succeed(&[&args[..], &["--aovs", "CryptoObject", "--samples", "256"]].concat());
-    let decoded = decode(&open(&folder, "f.exr"), "CryptoObject");
+    let decoded = decode(&folder.open_exr("f.exr"), "CryptoObject");
     let row = &decoded.coverage["card"][32 * 12..][..32];
     // 1 m at a distance of 4 m is 5.5 of 16 rows' pixels; linear from one end to the other.
     let partly = row.iter().filter(|c| (0.02..0.98).contains(*c)).count();
@@ -206,7 +195,7 @@ fn names_of_any_script_are_in_the_manifest() {
         "--aovs",
         "CryptoObject,CryptoAsset",
     ]);
-    let image = open(&folder, "f.exr");
+    let image = folder.open_exr("f.exr");
     for pass in ["CryptoObject", "CryptoAsset"] {
         let decoded = decode(&image, pass);
         assert_eq!(decoded.coverage.len(), 5);
@@ -230,7 +219,7 @@ fn fewer_levels_are_fewer_layers() {
         "CryptoMaterial",
     ];
     folder.succeed(&[&args[..], &["--cryptomatte-levels", "2"]].concat());
-    let image = open(&folder, "f.exr");
+    let image = folder.open_exr("f.exr");
     let names: Vec<String> = image.layer_data[0]
         .channel_data
         .list

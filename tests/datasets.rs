@@ -31,7 +31,7 @@ fn depth_in_millimetres_is_the_pass_and_nothing_is_0() {
     let depth = image::load_from_memory(&folder.read("depth.0001.png"))
         .expect("a PNG")
         .into_luma16();
-    let image = exr::prelude::read_all_flat_layers_from_file(folder.path("f.exr")).expect("an EXR");
+    let image = folder.open_exr("f.exr");
     let list = &image.layer_data[0].channel_data.list;
     let z = list
         .iter()

@@ -8,7 +8,7 @@ use batch_render::film::{
     passes::{PASSES, PassSource},
 };
 use common::{Folder, repo, repo_str};
-use exr::prelude::{FlatImage, FlatSamples, ReadChannels, ReadLayers, read};
+use exr::prelude::{FlatImage, FlatSamples};
 use libtest_mimic::{Arguments, Failed, Trial};
 
 const SMALL: [&str; 6] = ["--resolution", "48x27", "--samples", "4", "--progress", "none"];
@@ -34,17 +34,6 @@ fn main() {
 fn render(folder: &Folder, name: &str, args: &[&str]) {
     let scene = repo_str("scenes/passes/scene.toml");
     folder.succeed(&[&[&scene, "-o", name], args, &SMALL[..]].concat());
-}
-
-fn open(folder: &Folder, name: &str) -> FlatImage {
-    read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .all_layers()
-        .all_attributes()
-        .from_file(folder.path(name))
-        .expect("an EXR")
 }
 
 /// The names and the samples of a file's channels.
@@ -100,8 +89,8 @@ fn is_in_the_file(spec: &PassSpec) -> Result<(), Failed> {
     render(&folder, "pass.exr", &["--aovs", spec.name]);
     assert!(plain.is_file());
     let (plain, with) = (
-        channels(&open(&folder, "plain.exr")),
-        channels(&open(&folder, "pass.exr")),
+        channels(&folder.open_exr("plain.exr")),
+        channels(&folder.open_exr("pass.exr")),
     );
     for (name, samples) in &plain {
         assert_eq!(values(&with, name), samples, "{name} changes");
@@ -132,7 +121,10 @@ fn is_shown(spec: &PassSpec) -> Result<(), Failed> {
         _ => spec.name,
     };
     render(&folder, "f.exr", &["--show", name, "-o", "f.png"]);
-    let mut found: Vec<String> = channels(&open(&folder, "f.exr")).into_iter().map(|(n, _)| n).collect();
+    let mut found: Vec<String> = channels(&folder.open_exr("f.exr"))
+        .into_iter()
+        .map(|(n, _)| n)
+        .collect();
     let mut expected = match spec.is_light() {
         true => ["R", "G", "B"].map(str::to_owned).to_vec(),
         false if matches!(spec.source, PassSource::Matte(_)) => matte_channels(spec),
@@ -174,7 +166,10 @@ fn bits() -> Result<(), Failed> {
     assert_eq!(folder.read("1.exr"), folder.read("7.exr"));
     let [x0, y0, x1, y1] = [9, 7, 33, 25];
     render(&folder, "crop.exr", &["--aovs", "all", "--crop", "9,7,33,25"]);
-    let (full, crop) = (channels(&open(&folder, "1.exr")), channels(&open(&folder, "crop.exr")));
+    let (full, crop) = (
+        channels(&folder.open_exr("1.exr")),
+        channels(&folder.open_exr("crop.exr")),
+    );
     assert_eq!(full.len(), crop.len());
     for (name, samples) in &full {
         let all: Vec<u32> = samples.values_as_f32().map(f32::to_bits).collect();
@@ -196,7 +191,7 @@ fn colour_space() -> Result<(), Failed> {
     ] {
         let scene = folder.write("s.toml", &without_aovs());
         folder.succeed(&[&[scene.to_str().expect("UTF-8"), "-o", "f.exr"], &args[..], &SMALL[..]].concat());
-        let found = open(&folder, "f.exr").attributes.chromaticities.is_some();
+        let found = folder.open_exr("f.exr").attributes.chromaticities.is_some();
         assert_eq!(found, claims, "{args:?}");
     }
     Ok(())
@@ -207,7 +202,10 @@ fn cost() -> Result<(), Failed> {
     folder.write("s.toml", &without_aovs());
     let names = |args: &[&str]| -> Vec<String> {
         folder.succeed(&[&["s.toml", "-o", "f.exr"], args, &SMALL[..]].concat());
-        channels(&open(&folder, "f.exr")).into_iter().map(|(n, _)| n).collect()
+        channels(&folder.open_exr("f.exr"))
+            .into_iter()
+            .map(|(n, _)| n)
+            .collect()
     };
     for args in [&[][..], &["--aovs", "all"]] {
         let found = names(&[&["--integrator", "cost"], args].concat());

@@ -8,6 +8,7 @@ use std::{
     process::{Command, Output},
 };
 
+use exr::prelude::{FlatImage, read_all_flat_layers_from_file};
 use libtest_mimic::{Failed, Trial};
 
 /// A temporary folder, gone at the end.
@@ -37,6 +38,11 @@ impl Folder {
         self.write("s.toml", scene);
         self.succeed(&["s.toml", "--progress", "none", "-o", "f.exr"]);
         pixels(&self.path("f.exr")).1
+    }
+
+    /// All layers of an EXR file.
+    pub fn open_exr(&self, name: &str) -> FlatImage {
+        read_all_flat_layers_from_file(self.path(name)).expect("an EXR")
     }
 
     /// The names in it, sorted.
