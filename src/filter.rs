@@ -27,7 +27,7 @@ use std::f32::consts::PI;
 use serde::Deserialize;
 
 use crate::{
-    math::{Dispatch, Vec2, VectorLoop, trig},
+    math::{Dispatch, Vec2, VectorLoop, exponential, trig},
     value::Positive,
 };
 
@@ -62,7 +62,7 @@ impl FilterDesc {
         match self {
             Self::Box(r) => Filter::new(r, 0.5, |_| 1.0),
             Self::Tent(r) => Filter::new(r, 1.0, |x| 1.0 - x),
-            Self::Gaussian(r) => Filter::new(r, 1.5, |x| trig::exp(-4.5 * x * x) - trig::exp(-4.5)),
+            Self::Gaussian(r) => Filter::new(r, 1.5, |x| exponential::exp(-4.5 * x * x) - exponential::exp(-4.5)),
             Self::Mitchell(r) => Filter::new(r, 2.0, |x| mitchell(2.0 * x)),
             Self::BlackmanHarris(r) => Filter::new(r, 1.5, blackman_harris),
         }
@@ -212,7 +212,7 @@ mod tests {
             (FilterDesc::Box(none()), |_| 1.0),
             (FilterDesc::Tent(none()), |x| 1.0 - x),
             (FilterDesc::Gaussian(none()), |x| {
-                trig::exp(-4.5 * x * x) - trig::exp(-4.5)
+                exponential::exp(-4.5 * x * x) - exponential::exp(-4.5)
             }),
             (FilterDesc::Mitchell(none()), |x| mitchell(2.0 * x)),
             (FilterDesc::BlackmanHarris(none()), blackman_harris),

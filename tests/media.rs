@@ -2,7 +2,7 @@
 
 mod common;
 
-use batch_render::math::trig::exp;
+use batch_render::math::exponential::exp;
 use common::Folder;
 
 const SIDE: usize = 12;

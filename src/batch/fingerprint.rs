@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// Rises with every change of the program that changes pixels between two versions of the package.
-const PICTURE_VERSION: u32 = 1;
+const PICTURE_VERSION: u32 = 2;
 
 /// The attribute of a file's own fingerprint.
 pub const FINGERPRINT: &str = "batch-render/fingerprint";

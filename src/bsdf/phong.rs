@@ -12,7 +12,7 @@ use super::{
     BsdfEval, BsdfKind, BsdfSample, Lobe,
     fresnel::{mirrored, refract},
 };
-use crate::math::{Frame, Rgb, Sample2D, Vec3, trig, warp};
+use crate::math::{Frame, Rgb, Sample2D, Vec3, exponential, warp};
 
 #[derive(Clone, Copy, Debug)]
 pub struct Phong {
@@ -82,7 +82,7 @@ impl Phong {
         let power = if cos <= 0.0 || self.specular.is_black() {
             0.0
         } else {
-            trig::pow(cos, self.shininess)
+            exponential::pow(cos, self.shininess)
         };
         BsdfEval {
             diffuse: self.diffuse * (i.z * FRAC_1_PI),

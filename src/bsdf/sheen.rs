@@ -11,7 +11,7 @@
 use std::f32::consts::PI;
 
 use super::albedo;
-use crate::math::{Vec3, trig};
+use crate::math::{Vec3, exponential};
 
 /// The least roughness: below it the lobe is a rim too thin to see.
 pub(super) const MIN_ROUGHNESS: f32 = 0.15;
@@ -23,7 +23,7 @@ pub(super) fn raw_f_cos(roughness: f32, wo: Vec3, wi: Vec3) -> f32 {
     let roughness = roughness.max(MIN_ROUGHNESS);
     let power = 1.0 / (roughness * roughness);
     let sin2 = (h.x * h.x + h.y * h.y).min(1.0);
-    let density = (2.0 + power) * trig::pow(sin2, 0.5 * power) / (2.0 * PI);
+    let density = (2.0 + power) * exponential::pow(sin2, 0.5 * power) / (2.0 * PI);
     let rim = 4.0 * (wo.z + wi.z - wo.z * wi.z);
     if rim <= 0.0 { 0.0 } else { density * wi.z / rim }
 }

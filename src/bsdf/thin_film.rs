@@ -10,7 +10,7 @@
 use std::f32::consts::{PI, TAU};
 
 use super::fresnel::{dielectric, schlick_term};
-use crate::math::{Rgb, trig};
+use crate::math::{Rgb, exponential, trig};
 
 /// A thin film on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,7 +98,7 @@ fn sensitivity(path: f32, shift: f32) -> [f32; 3] {
     let phase = TAU * path;
     let [x, y, z, x2] = CURVES.map(|[height, position, variance]| {
         let value = height * (TAU * variance).sqrt() * trig::cos(position * phase + shift);
-        value * trig::exp(-variance * phase * phase) / 1.0685e-7
+        value * exponential::exp(-variance * phase * phase) / 1.0685e-7
     });
     let x = x + x2;
     [

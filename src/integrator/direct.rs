@@ -178,7 +178,10 @@ fn sample_light(
     uc: f32,
 ) -> Option<(SampledLight, LightSample)> {
     let (scene, depth) = (context.scene, context.path.depth);
-    let choice = scene.lights.choose(family, receiver, uc)?;
+    let choice = scene.lights.choose(scene.accel.simd(), family, receiver, uc)?;
+    if let (LightFamily::Background, Some(sample)) = (family, context.background) {
+        return Some((choice, (*sample)?));
+    }
     let sample_use = match family {
         LightFamily::Lamps | LightFamily::Suns => SampleUse::Light,
         LightFamily::Background => SampleUse::Background,

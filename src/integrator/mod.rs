@@ -11,6 +11,7 @@ use crate::{
     camera::Camera,
     geometry::Hit,
     kind::kinds,
+    light::{LightSample, environment::EnvironmentLight},
     math::{Ray, RayCone, Rgb, Vec3},
     sampler::{PathSampler, SampleUse},
     scene::{MediumStack, Scene, SurfaceInteraction},
@@ -113,8 +114,8 @@ pub struct Bounces {
 #[derive(Clone, Copy, Debug)]
 pub enum Vertex<'a> {
     Surface(&'a SurfaceInteraction, &'a Hit),
-    /// The ray met nothing.
-    Miss,
+    /// The ray met nothing but the background, which sends this light.
+    Miss(EnvironmentLight),
 }
 
 /// A vertex of a path and what its shading may read.
@@ -127,6 +128,8 @@ pub struct VertexContext<'a> {
     pub vertex: Vertex<'a>,
     /// The random numbers of the path's sample. There are none for [`Vertex::Miss`], where nothing is left to choose.
     pub numbers: PathSampler<'a>,
+    /// A sample of the background's light, where they were drawn for many vertices at once.
+    pub background: Option<&'a Option<LightSample>>,
     /// The camera where the path began.
     pub camera: &'a Camera,
     /// The round of shadow rays, from 0: see [`Integrator::shadow_rounds`].

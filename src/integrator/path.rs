@@ -41,6 +41,7 @@ use super::{
 use crate::{
     bsdf::{Bsdf, BsdfKind, BsdfVisitor, Lobe, folded::Folded, fresnel::reflect, layered::hero_channel::HeroChannel},
     geometry::Hit,
+    light::environment::EnvironmentLight,
     material::{Emission, Material},
     math::{Frame, Ray, Rgb, Vec3},
     sampler::{Dimension, SampleUse},
@@ -100,7 +101,10 @@ impl Integrator for PathTracer {
     fn batched_dimensions(&self, scene: &Scene, depth: u32) -> Vec<SampleUse> {
         let goes_on = depth < self.max_depth;
         let drawn = [
-            (SampleUse::Selection, goes_on && scene.lights.has_choice()),
+            (
+                SampleUse::Selection,
+                goes_on && (scene.lights.has_choice() || scene.has_lobes()),
+            ),
             (
                 SampleUse::Light,
                 goes_on && scene.lights.families().any(|f| f != LightFamily::Background),
@@ -116,7 +120,7 @@ impl Integrator for PathTracer {
     fn vertex(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
         let (surface, hit) = match context.vertex {
             Vertex::Surface(surface, hit) => (surface, hit),
-            Vertex::Miss => return self.escape(context, out),
+            Vertex::Miss(light) => return self.escape(context, &light, out),
         };
         let (scene, path) = (context.scene, context.path);
         if !path.last.media.is_empty() {
@@ -250,16 +254,14 @@ impl Scatter<'_, '_> {
 
 impl PathTracer {
     /// Adds the radiance of the background.
-    fn escape(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
+    fn escape(&self, context: &VertexContext<'_>, background: &EnvironmentLight, out: &mut ShadingOutput) {
         let (scene, path, w) = (context.scene, context.path, context.ray.d);
         if !path.last.media.is_empty() {
             out.attenuate(scene.transmittance(path.last.media, f32::INFINITY));
         }
-        let l = scene.background_radiance(w);
+        let l = background.radiance;
         if !l.is_black() {
-            let weight = self
-                .strategy
-                .weight_of_bsdf(path.last.pdf, || scene.pdf_background(&receiver(context), w));
+            let weight = self.strategy.weight_of_bsdf(path.last.pdf, || background.pdf);
             out.add_radiance(self.clamped(path, 0, l * weight), || scene.light_groups.of_background());
         }
         if path.depth > 1 {

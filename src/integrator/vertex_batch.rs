@@ -4,6 +4,7 @@ use super::{Integrator, PathState, ShadingOutput, Vertex, VertexContext};
 use crate::{
     camera::Camera,
     geometry::Hit,
+    light::{LightSample, environment::EnvironmentLight},
     math::Ray,
     sampler::{PathSampler, SampleBatch, SampleKeys, Sampler},
     scene::{Scene, SurfaceInteraction},
@@ -23,6 +24,10 @@ pub struct VertexBatch<'a> {
     pub indices: &'a [u32],
     /// The surface of each path of the batch (none for misses), its sample, and the random numbers that are drawn for it.
     pub surfaces: &'a [SurfaceInteraction],
+    /// The light of the background for each miss.
+    pub misses: &'a [EnvironmentLight],
+    /// A sample of the background's light for each surface, or none at all.
+    pub background: &'a [Option<LightSample>],
     pub keys: &'a SampleKeys,
     pub samples: &'a SampleBatch,
     /// Whether textures read how wide the paths are.
@@ -38,7 +43,7 @@ impl VertexBatch<'_> {
         let i = self.indices[k] as usize;
         let vertex = match (self.surfaces.get(k), &self.hits[i]) {
             (Some(surface), Some(hit)) => Vertex::Surface(surface, hit),
-            _ => Vertex::Miss,
+            _ => Vertex::Miss(self.misses[k]),
         };
         VertexContext {
             scene: self.scene,
@@ -51,6 +56,7 @@ impl VertexBatch<'_> {
                 batch: self.samples,
                 index: k,
             },
+            background: self.background.get(k),
             camera: self.camera,
             round: self.round,
         }

@@ -27,7 +27,7 @@ use crate::{
     bsdf::fresnel::{dielectric, reflect, refract},
     light::{Light, LightSample},
     material::{FresnelMode, WhittedTerms},
-    math::{Rgb, Vec2, Vec3, trig},
+    math::{Rgb, Vec2, Vec3, exponential},
     sampler::{Dimension, SampleUse},
     scene::{LightGroup, LightId, LightSampleContext, SurfaceInteraction, interaction::reflecting_normal},
     value::{Count, Problem, RgbFactor, Spanned},
@@ -61,10 +61,8 @@ impl Integrator for Whitted {
         let scene = context.scene;
         let surface = match context.vertex {
             Vertex::Surface(surface, _) => surface,
-            Vertex::Miss => {
-                return out.add_radiance(scene.background_radiance(context.ray.d), || {
-                    scene.light_groups.of_background()
-                });
+            Vertex::Miss(light) => {
+                return out.add_radiance(light.radiance, || scene.light_groups.of_background());
             }
         };
         let terms = scene
@@ -197,7 +195,7 @@ impl ShadedPoint<'_, '_> {
         }
         let receiver = LightSampleContext { p, n: self.n };
         let u = context.numbers.get_2d(Dimension::at(depth, SampleUse::Selection)).x;
-        let Some(choice) = scene.lights.choose_emitter(&receiver, u) else {
+        let Some(choice) = scene.lights.choose_emitter(scene.accel.simd(), &receiver, u) else {
             return;
         };
         let u = context.numbers.get_2d(Dimension::at(depth, SampleUse::Light));
@@ -219,7 +217,7 @@ impl ShadedPoint<'_, '_> {
         let mut weight = diffuse;
         if !terms.specular.is_black() {
             let highlight = reflect(sample.wi, self.n).dot(surface.wo).max(0.0);
-            weight += terms.specular * trig::pow(highlight, terms.shininess);
+            weight += terms.specular * exponential::pow(highlight, terms.shininess);
         }
         let l = match sample.pdf {
             None => sample.li * weight,

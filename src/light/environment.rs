@@ -21,7 +21,10 @@
 //! Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", ACM TOG 38(6), 2019,
 //! doi:10.1145/3355089.3356565. An image of one colour is not sampled at all.
 
-use std::f32::consts::{PI, TAU};
+use std::{
+    f32::consts::{PI, TAU},
+    slice,
+};
 
 use glam::Mat3;
 use rayon::prelude::*;
@@ -29,11 +32,12 @@ use serde::Deserialize;
 
 use super::LightSample;
 use crate::{
-    math::{DMat3, Rgb, Vec2, Vec3, distribution::PiecewiseConstant2D, trig},
+    math::{DMat3, Dispatch, Rgb, Vec2, Vec3, distribution::PiecewiseConstant2D, float, trig},
     texture::Bitmap,
     value::{NonNegative, Point, Spanned},
 };
 
+mod batch;
 #[cfg(test)]
 mod tests;
 
@@ -61,6 +65,8 @@ pub struct Environment {
     world_from_map: Mat3,
     /// The cosine of the angle to +y at which each row begins, and that at which the last one ends.
     heights: Vec<f64>,
+    /// 1 over the solid angle of each texel of a row, in sr^-1.
+    inverse_solid_angles: Vec<f32>,
     /// Over the texels; `None` where no direction is brighter than the others.
     distribution: Option<PiecewiseConstant2D>,
     /// Texels of the picture with a number below 0, which became 0.
@@ -69,6 +75,15 @@ pub struct Environment {
 
 /// Columns from the left and rows from the top, in texels; texel (0, 0) goes to (1, 1).
 type MapPoint = Vec2;
+
+/// The light from one direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EnvironmentLight {
+    /// In W m^-2 sr^-1.
+    pub radiance: Rgb,
+    /// The density with which light sampling chooses the direction, in sr^-1; 0 where nothing is sampled.
+    pub pdf: f32,
+}
 
 impl Environment {
     /// The light of `picture` times `intensity`, turned by `world_from_map`, a rotation.
@@ -96,9 +111,11 @@ impl Environment {
             heights: (0..=height)
                 .map(|j| libm::cos(std::f64::consts::PI * j as f64 / height as f64))
                 .collect(),
+            inverse_solid_angles: Vec::new(),
             distribution: None,
             clamped,
         };
+        environment.inverse_solid_angles = (0..height).map(|row| 1.0 / environment.solid_angle(row)).collect();
         environment.distribution = environment.distribute();
         environment
     }
@@ -116,39 +133,38 @@ impl Environment {
 
     /// A direction, by two uniform numbers in `[0, 1)`; `None` where no direction is brighter than
     /// the others.
-    pub fn sample(&self, u: Vec2) -> Option<LightSample> {
-        let [column, row] = self.distribution.as_ref()?.sample(u);
-        let pdf = column.pmf * row.pmf / self.solid_angle(row.index);
-        // Uniform by solid angle within the texel: by the cosine, not by the angle.
-        let [top, bottom] = [self.heights[row.index], self.heights[row.index + 1]];
-        let y = top + (bottom - top) * f64::from(row.within);
-        let r = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt() as f32;
-        let column = column.index as f32 + column.within;
-        let (sin, cos) = trig::sin_cos(TAU * (column / self.width as f32 - 0.5));
-        let local = Vec3::new(r * sin, y as f32, -r * cos);
-        let at = MapPoint::new(column, trig::atan2(r, local.y) / PI * self.height as f32);
-        let li = self.at(at);
-        (pdf > 0.0 && pdf.is_finite() && !li.is_black()).then(|| LightSample {
-            wi: (self.world_from_map * local).normalize(),
-            distance: f32::INFINITY,
-            li,
-            pdf: Some(pdf),
-        })
+    pub fn sample(&self, on: impl Dispatch, u: Vec2) -> Option<LightSample> {
+        let mut found = Vec::with_capacity(1);
+        self.sample_all(on, slice::from_ref(&u), &mut found);
+        found.pop()?
     }
 
     /// The density of [`Environment::sample`] to choose the unit direction `w`, in sr^-1.
     pub fn pdf(&self, w: Vec3) -> f32 {
+        self.pdf_at(self.map_point(w))
+    }
+
+    /// The light from a place on the map.
+    #[inline]
+    fn light_at(&self, at: MapPoint) -> EnvironmentLight {
+        EnvironmentLight {
+            radiance: self.at(at),
+            pdf: self.pdf_at(at),
+        }
+    }
+
+    #[inline]
+    fn pdf_at(&self, at: MapPoint) -> f32 {
         let Some(distribution) = &self.distribution else {
             return 0.0;
         };
-        let at = self.map_point(w);
         let column = (at.x as usize).min(self.width - 1);
         let row = (at.y as usize).min(self.height - 1);
-        distribution.pmf(column, row) / self.solid_angle(row)
+        distribution.pmf(column, row) * self.inverse_solid_angles[row]
     }
 
     /// The position of the unit direction `w` on the map.
-    #[inline]
+    #[inline(always)]
     fn map_point(&self, w: Vec3) -> MapPoint {
         let local = self.world_from_map.transpose() * w;
         let around = trig::atan2(local.x, -local.z) / TAU + 0.5;
@@ -160,15 +176,21 @@ impl Environment {
     #[inline]
     fn at(&self, at: MapPoint) -> Rgb {
         let from_middle = at - 0.5;
-        let (base, f) = (from_middle.floor(), from_middle - from_middle.floor());
-        let (w, h) = (self.width as i64, self.height as i64);
-        let columns = [base.x as i64, base.x as i64 + 1].map(|i| i.rem_euclid(w) as usize);
-        let rows = [base.y as i64, base.y as i64 + 1].map(|j| j.clamp(0, h - 1) as usize);
-        let row = |j: usize| {
-            let texels = &self.texels[j * self.width..(j + 1) * self.width];
-            texels[columns[0]] * (1.0 - f.x) + texels[columns[1]] * f.x
+        let base = Vec2::new(float::floor(from_middle.x), float::floor(from_middle.y));
+        let f = from_middle - base;
+        let (w, h) = (self.width as i32, self.height as i32);
+        let (i, j) = (base.x as i32, base.y as i32);
+        let column = |i: i32| {
+            let i = if i < 0 { i + w } else { i };
+            (if i >= w { i - w } else { i }) as usize
         };
-        row(rows[0]) * (1.0 - f.y) + row(rows[1]) * f.y
+        let (left, right) = (column(i), column(i + 1));
+        let row = |j: i32| {
+            let start = j.clamp(0, h - 1) as usize * self.width;
+            let texels = &self.texels[start..start + self.width];
+            texels[left] * (1.0 - f.x) + texels[right] * f.x
+        };
+        row(j) * (1.0 - f.y) + row(j + 1) * f.y
     }
 
     /// The solid angle of each texel of a row, in sr.

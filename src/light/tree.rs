@@ -8,7 +8,7 @@
 //! Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree
 //! Splitting", HPG 2018, doi:10.1145/3233305; without the splitting.
 
-use crate::math::Vec3;
+use crate::math::{Dispatch, Vec3, VectorLoop};
 use groups::LightGroups;
 use node::{Child, LightNode, Place};
 
@@ -56,18 +56,16 @@ impl LightTree {
     /// A light for `p` on a surface of unit normal `n` (zero: of any), and the probability of the
     /// choice, by a uniform number in `[0, 1)`; `None` where none can matter.
     #[inline]
-    pub fn choose(&self, p: Vec3, n: Vec3, mut u: f64) -> Option<(u32, f64)> {
-        let (mut node, mut pmf) = (self.nodes.first()?, 1.0);
-        loop {
-            let shares = node.shares(p, n)?;
-            let lane;
-            (lane, u) = shares.choose(u);
-            pmf *= shares.probability(lane);
-            match node.child(lane) {
-                Child::Node(below) => node = &self.nodes[below as usize],
-                Child::Light(light) => return Some((light, pmf)),
-            }
-        }
+    pub fn choose(&self, on: impl Dispatch, p: Vec3, n: Vec3, u: f64) -> Option<(u32, f64)> {
+        let mut chosen = None;
+        on.dispatch(Descent {
+            tree: self,
+            p,
+            n,
+            u,
+            chosen: &mut chosen,
+        });
+        chosen
     }
 
     /// The probability of [`LightTree::choose`] to choose `light`.
@@ -84,6 +82,37 @@ impl LightTree {
             above * share(place.lane as usize).unwrap_or(0.0)
         } else {
             0.0
+        }
+    }
+}
+
+/// The descent from the root to a light; see [`LightTree::choose`].
+struct Descent<'a> {
+    tree: &'a LightTree,
+    p: Vec3,
+    n: Vec3,
+    u: f64,
+    chosen: &'a mut Option<(u32, f64)>,
+}
+
+impl VectorLoop for Descent<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let (mut u, mut pmf) = (self.u, 1.0);
+        let Some(mut node) = self.tree.nodes.first() else {
+            return;
+        };
+        loop {
+            let Some(shares) = node.shares(self.p, self.n) else {
+                return;
+            };
+            let lane;
+            (lane, u) = shares.choose(u);
+            pmf *= shares.probability(lane);
+            match node.child(lane) {
+                Child::Node(below) => node = &self.tree.nodes[below as usize],
+                Child::Light(light) => return *self.chosen = Some((light, pmf)),
+            }
         }
     }
 }

@@ -63,6 +63,10 @@ impl MaterialKind for Emitter {
         WhittedTerms::default()
     }
 
+    fn has_lobes(&self) -> bool {
+        false
+    }
+
     fn bsdf(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Bsdf {
         Bsdf::Lambert(Lambert { albedo: Rgb::BLACK })
     }

@@ -79,6 +79,10 @@ impl MaterialKind for Matte {
     }
 
     #[inline]
+    fn has_lobes(&self) -> bool {
+        false
+    }
+
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf {
         let albedo = textures.color(&self.albedo, at);
         let roughness = textures.scalar(&self.roughness, at);

@@ -178,6 +178,10 @@ impl MaterialKind for Metal {
         }
     }
 
+    fn has_lobes(&self) -> bool {
+        false
+    }
+
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf {
         let roughness = textures.scalar(&self.roughness, at).clamp(0.0, 1.0);
         Bsdf::Conductor(Conductor {

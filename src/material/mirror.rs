@@ -53,6 +53,10 @@ impl MaterialKind for Mirror {
     }
 
     #[inline]
+    fn has_lobes(&self) -> bool {
+        false
+    }
+
     fn bsdf(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Bsdf {
         Bsdf::Mirror(specular::Mirror {
             reflectance: self.reflectance,

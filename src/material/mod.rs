@@ -87,6 +87,11 @@ pub trait MaterialKind {
     /// The BSDF at a point, for all other integrators.
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf;
 
+    /// Whether its BSDF may have more than one lobe, so that a random number selects one.
+    fn has_lobes(&self) -> bool {
+        true
+    }
+
     /// The emission, if there is any.
     fn emission(&self) -> Option<Emission> {
         None
@@ -214,6 +219,8 @@ kinds! {
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf;
     /// See [`MaterialKind::emission`].
     fn emission(&self) -> Option<Emission>;
+    /// See [`MaterialKind::has_lobes`].
+    fn has_lobes(&self) -> bool;
     /// See [`MaterialKind::opacity`].
     fn opacity(&self, textures: &Textures<'_>, at: &TexturePoint) -> f32;
     /// See [`MaterialKind::is_opaque`].

@@ -40,9 +40,30 @@ fn next_after(p: f32, d: f32) -> f32 {
     if d == 0.0 { moved } else { f32::from_bits(next) }
 }
 
+/// The largest whole number that is at most `x`, like [`f32::floor`], which is a call on processors that lack an instruction
+/// for it.
+#[inline(always)]
+pub fn floor(x: f32) -> f32 {
+    /// Larger numbers have no fraction.
+    const LARGE: f32 = 8_388_608.0;
+    let whole = x as i32 as f32;
+    let floor = if whole > x { whole - 1.0 } else { whole };
+    if x.abs() < LARGE { floor } else { x }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn floors_are_those_of_the_library() {
+        let large = [8_388_607.5, 8_388_608.0, 2e9, 3e9, 1e30, f32::INFINITY];
+        let small = (0..=4000_i16).map(|i| f32::from(i) / 1000.0);
+        for x in small.chain(large).flat_map(|x| [x, -x, x.next_up(), x.next_down()]) {
+            assert_eq!(floor(x), x.floor(), "{x}");
+        }
+        assert!(floor(f32::NAN).is_nan());
+    }
 
     #[test]
     fn the_next_number_is_found_from_signs_alone() {

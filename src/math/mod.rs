@@ -5,6 +5,7 @@ pub mod cone;
 pub mod daabb;
 pub mod distribution;
 mod divisor;
+pub mod exponential;
 pub mod float;
 pub mod frame;
 pub mod hash;

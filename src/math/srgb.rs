@@ -4,14 +4,14 @@
 
 use std::sync::LazyLock;
 
-use crate::math::trig;
+use crate::math::exponential;
 
 /// The display value of linear light `x`; 0 to 0 and 1 to 1. Not clamped.
 pub fn encode(x: f32) -> f32 {
     if x <= 0.003_130_8 {
         12.92 * x
     } else {
-        1.055 * trig::pow(x, 1.0 / 2.4) - 0.055
+        1.055 * exponential::pow(x, 1.0 / 2.4) - 0.055
     }
 }
 
@@ -20,7 +20,7 @@ pub fn decode(v: f32) -> f32 {
     if v <= 0.040_45 {
         v / 12.92
     } else {
-        trig::pow((v + 0.055) / 1.055, 2.4)
+        exponential::pow((v + 0.055) / 1.055, 2.4)
     }
 }
 

@@ -6,31 +6,50 @@
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
+/// The sine; see [`sin_cos`].
+#[inline]
 pub fn sin(x: f32) -> f32 {
-    libm::sinf(x)
+    sin_cos(x).0
 }
 
+/// The cosine; see [`sin_cos`].
+#[inline]
 pub fn cos(x: f32) -> f32 {
-    libm::cosf(x)
+    sin_cos(x).1
 }
 
 /// Sine and cosine, off by less than 1.3e-7 up to 1000 radians, beyond which `libm` answers.
 #[inline]
 pub fn sin_cos(x: f32) -> (f32, f32) {
-    // The right angle in three parts: products of the first two with small whole numbers are exact.
-    const PARTS: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
     if x.is_nan() || x.abs() > MAX_QUADRANT_ANGLE {
         return libm::sincosf(x);
     }
-    let quadrant = (x * std::f32::consts::FRAC_2_PI).round_ties_even();
+    sin_cos_in_range(x)
+}
+
+/// The same of an angle of at most 1000 radians either way, without branches, for vectors.
+#[inline(always)]
+pub fn sin_cos_in_range(x: f32) -> (f32, f32) {
+    // The right angle in three parts: products of the first two with small whole numbers are exact.
+    const PARTS: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
+    let quadrant = nearest_whole(x * std::f32::consts::FRAC_2_PI);
     let rest = ((x - quadrant * PARTS[0]) - quadrant * PARTS[1]) - quadrant * PARTS[2];
     let (sin, cos) = sin_cos_eighth(rest);
-    match quadrant as i32 & 3 {
-        0 => (sin, cos),
-        1 => (cos, -sin),
-        2 => (-sin, -cos),
-        _ => (-cos, sin),
-    }
+    let quadrant = quadrant as i32;
+    let is_odd = quadrant & 1 != 0;
+    let (sin, cos) = (if is_odd { cos } else { sin }, if is_odd { sin } else { cos });
+    (
+        if quadrant & 2 != 0 { -sin } else { sin },
+        if (quadrant + 1) & 2 != 0 { -cos } else { cos },
+    )
+}
+
+/// The nearest whole number, the even one of two, of a number of at most 2^22 either way. The library's function is a call on
+/// processors that lack an instruction for it.
+#[inline(always)]
+fn nearest_whole(x: f32) -> f32 {
+    const LARGE: f32 = 12_582_912.0; // 1.5 * 2^23: larger floats have no fraction
+    (x + LARGE) - LARGE
 }
 
 /// The largest angle that is brought into a quadrant by subtraction, in radians.
@@ -52,16 +71,44 @@ pub fn tan(x: f32) -> f32 {
     libm::tanf(x)
 }
 
+/// The arc sine, off by less than 1.6e-7; NaN beyond 1.
+#[inline(always)]
 pub fn asin(x: f32) -> f32 {
-    libm::asinf(x)
+    let (near, is_small) = nearest_arc(x);
+    let angle = if is_small { near } else { FRAC_PI_2 - 2.0 * near };
+    angle.copysign(x)
 }
 
+/// The arc cosine, off by less than 3e-7; NaN beyond 1.
+#[inline(always)]
 pub fn acos(x: f32) -> f32 {
-    libm::acosf(x)
+    let (near, is_small) = nearest_arc(x);
+    let signed = near.copysign(x);
+    let from_end = 2.0 * near;
+    match (is_small, x < 0.0) {
+        (true, _) => FRAC_PI_2 - signed,
+        (false, true) => PI - from_end,
+        (false, false) => from_end,
+    }
+}
+
+/// The arc sine of |x| up to 1 / 2, and true; beyond, half the arc cosine of |x|, and false: the arc sine of the root of half of
+/// what is missing to 1.
+#[inline(always)]
+fn nearest_arc(x: f32) -> (f32, bool) {
+    let x = x.abs();
+    let is_small = x <= 0.5;
+    let rest = 0.5 * (1.0 - x);
+    let z = if is_small { x * x } else { rest };
+    let s = if is_small { x } else { rest.sqrt() };
+    let p = 0.017_149_238 + z * 0.033_690_847;
+    let p = 0.044_599_4 + z * (0.031_100_663 + z * p);
+    let p = 0.166_666_66 + z * (0.075_000_945 + z * p);
+    (s + s * z * p, is_small)
 }
 
 /// The angle from the x axis to (x, y), from -pi to pi, off by less than 4e-7.
-#[inline]
+#[inline(always)]
 pub fn atan2(y: f32, x: f32) -> f32 {
     let (ax, ay) = (x.abs(), y.abs());
     let is_steep = ay > ax;
@@ -87,28 +134,6 @@ fn atan_up_to_one(x: f32) -> f32 {
     let p = -0.141_977_98 + z * (0.106_183_71 + z * p);
     let p = -0.333_330_36 + z * (0.199_918_72 + z * p);
     x * (1.0 + z * p)
-}
-
-pub fn exp(x: f32) -> f32 {
-    libm::expf(x)
-}
-
-pub fn ln(x: f32) -> f32 {
-    libm::logf(x)
-}
-
-/// The logarithm to base 2.
-pub fn log2(x: f32) -> f32 {
-    libm::log2f(x)
-}
-
-/// `x` to the power `y`. Small whole powers, the common Phong exponents, are products.
-pub fn pow(x: f32, y: f32) -> f32 {
-    if y == 4.0 {
-        let x2 = x * x;
-        return x2 * x2;
-    }
-    libm::powf(x, y)
 }
 
 /// Degrees of files to the radians of everything else.
@@ -151,10 +176,29 @@ mod tests {
         floats(1.0, step).fold(0.0, |most, x| error(x).max(most))
     }
 
+    fn asin_acos_error(step: usize) -> [f64; 2] {
+        let error = |x: f32| {
+            let (sine, cosine) = (libm::asin(x.into()), libm::acos(x.into()));
+            [(f64::from(asin(x)) - sine).abs(), (f64::from(acos(x)) - cosine).abs()]
+        };
+        floats(1.0, step)
+            .flat_map(|x| [error(x), error(-x)])
+            .fold([0.0; 2], |most, e| [most[0].max(e[0]), most[1].max(e[1])])
+    }
+
     #[test]
     fn errors_are_as_small_as_stated() {
         let (sin_cos, atan) = (sin_cos_error(2039), atan_error(2039));
         assert!(sin_cos < 1.3e-7 && atan < 1.1e-7, "{sin_cos:e} {atan:e}");
+        let [asin, acos] = asin_acos_error(2039);
+        assert!(asin < 1.6e-7 && acos < 3e-7, "{asin:e} {acos:e}");
+    }
+
+    #[test]
+    fn arcs_end_where_the_circle_does() {
+        assert_eq!((asin(0.0), asin(1.0), asin(-1.0)), (0.0, FRAC_PI_2, -FRAC_PI_2));
+        assert_eq!((acos(1.0), acos(0.0), acos(-1.0)), (0.0, FRAC_PI_2, PI));
+        assert!(asin(1.1).is_nan() && acos(-1.1).is_nan() && acos(f32::NAN).is_nan());
     }
 
     #[test]
@@ -162,6 +206,8 @@ mod tests {
     fn errors_of_all_floats_are_as_small_as_stated() {
         let (sin_cos, atan) = (sin_cos_error(1), atan_error(1));
         assert!(sin_cos < 1.3e-7 && atan < 1.1e-7, "{sin_cos:e} {atan:e}");
+        let [asin, acos] = asin_acos_error(1);
+        assert!(asin < 1.6e-7 && acos < 3e-7, "{asin:e} {acos:e}");
     }
 
     #[test]

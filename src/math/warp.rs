@@ -2,7 +2,7 @@
 
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, TAU};
 
-use super::{Dispatch, Vec2, Vec3, VectorLoop, trig};
+use super::{Dispatch, Vec2, Vec3, VectorLoop, exponential, trig};
 
 /// Two uniform numbers in `[0, 1)`, and the point of the unit disk that they map to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -91,7 +91,7 @@ pub fn square_to_hemisphere(u: Vec2) -> Vec3 {
 /// pi) z^n` sr^-1.
 pub fn square_to_power_cosine(u: Vec2, n: f32) -> Vec3 {
     let (sin_phi, cos_phi) = trig::sin_cos(TAU * u.x);
-    let z = trig::pow(1.0 - u.y, 1.0 / (n + 1.0));
+    let z = exponential::pow(1.0 - u.y, 1.0 / (n + 1.0));
     let sin = (1.0 - z * z).max(0.0).sqrt();
     Vec3::new(sin * cos_phi, sin * sin_phi, z)
 }

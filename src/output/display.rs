@@ -14,7 +14,7 @@
 use super::tone;
 use crate::{
     film::passes::Display,
-    math::{Rgb, hash, srgb, trig},
+    math::{Rgb, exponential, hash, srgb},
 };
 
 /// A mapping of light to display values.
@@ -130,7 +130,7 @@ impl PixelDisplay {
         let (curve, scaled): (Curve, _) = match display {
             Display::Light => (transform.row().curve, true),
             Display::Heat => (heat, true),
-            Display::Near => (|[z, ..]| [1.0 - trig::log2(1.0 + z.max(0.0)) / 10.0; 3], true),
+            Display::Near => (|[z, ..]| [1.0 - exponential::log2(1.0 + z.max(0.0)) / 10.0; 3], true),
             Display::Signed => (|c| c.map(|v| 0.5 + 0.5 * v), false),
             Display::Fraction => (|c| c.map(|v| v - v.floor()), false),
             Display::Id => (id, false),
@@ -140,7 +140,7 @@ impl PixelDisplay {
             _ => DisplayEncoding::Unspecified,
         };
         let gain = if scaled && exposure != 0.0 {
-            trig::pow(2.0, exposure)
+            exponential::pow(2.0, exposure)
         } else {
             1.0
         };
@@ -211,7 +211,7 @@ fn heat([a, b, _]: [f32; 3]) -> [f32; 3] {
     if count.is_nan() || count <= 0.0 {
         return HEAT[0];
     }
-    let place = (trig::ln(1.0 + count) / (10.0 * std::f32::consts::LN_2)).min(1.0) * (HEAT.len() - 1) as f32;
+    let place = (exponential::ln(1.0 + count) / (10.0 * std::f32::consts::LN_2)).min(1.0) * (HEAT.len() - 1) as f32;
     let i = (place as usize).min(HEAT.len() - 2);
     let f = place - i as f32;
     let (a, b) = (Rgb::from_array(HEAT[i]), Rgb::from_array(HEAT[i + 1]));

@@ -2,7 +2,7 @@
 //!
 //! Numbers below 0 and NaN are black, and no light is so bright that it is not shown.
 
-use crate::math::trig;
+use crate::math::exponential;
 
 /// Brighter light than any display transform tells apart.
 const BRIGHTEST: f32 = 1e6;
@@ -58,12 +58,12 @@ pub(super) fn agx(c: [f32; 3]) -> [f32; 3] {
     const BLACK: f32 = -12.473_93;
     const WHITE: f32 = 4.026_069;
     let contrast = |v: f32| {
-        let x = ((trig::log2(v.max(1e-10)) - BLACK) / (WHITE - BLACK)).clamp(0.0, 1.0);
+        let x = ((exponential::log2(v.max(1e-10)) - BLACK) / (WHITE - BLACK)).clamp(0.0, 1.0);
         let terms = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.002_32];
         terms.into_iter().fold(0.0, |sum, term| sum * x + term)
     };
     let display = times(&OUTSET, times(&INSET, bounded(c)).map(contrast));
-    unit(display).map(|v| trig::pow(v, 2.2))
+    unit(display).map(|v| exponential::pow(v, 2.2))
 }
 
 /// The neutral curve of Khronos: colours below 0.8 stay what they are.
@@ -122,7 +122,7 @@ mod tests {
             assert!(curve([1e5; 3])[0] > 0.98, "{i}");
             let mut last = 0.0;
             for step in -80..60 {
-                let [r, g, b] = curve([trig::pow(2.0, step as f32 / 8.0); 3]);
+                let [r, g, b] = curve([exponential::pow(2.0, step as f32 / 8.0); 3]);
                 assert!((r - g).abs() < 4e-3 && (g - b).abs() < 4e-3, "{i}: {r} {g} {b}");
                 assert!(r >= last - 1e-4, "{i}: {r} after {last}");
                 last = r;

@@ -4,6 +4,7 @@ use super::context::RenderContext;
 use crate::{
     geometry::Hit,
     integrator::{PathState, VertexBatch},
+    light::{LightSample, environment::EnvironmentLight},
     math::Ray,
     sampler::{SampleBatch, SampleKeys},
     scene::Surfaces,
@@ -15,6 +16,9 @@ pub(super) struct BatchInputs {
     pub surfaces: Surfaces,
     pub keys: SampleKeys,
     pub samples: SampleBatch,
+    /// The light of the background for misses, and samples of it for surfaces.
+    pub misses: Vec<EnvironmentLight>,
+    pub background: Vec<Option<LightSample>>,
 }
 
 /// The rays that have arrived, with their paths and hits.
@@ -49,6 +53,8 @@ impl BatchInputs {
             hits,
             indices,
             surfaces: &self.surfaces.interactions,
+            misses: &self.misses,
+            background: &self.background,
             keys: &self.keys,
             samples: &self.samples,
             has_cones: context.cone.is_some(),

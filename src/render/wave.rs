@@ -325,6 +325,12 @@ impl Wave {
                 .samples
                 .generate(context.simd, sampler, &inputs.keys, dimension, &uses);
             out.clock.lap(Stage::Numbers);
+            inputs.background.clear();
+            if let Some(numbers) = inputs.samples.of(SampleUse::Background) {
+                let background = &context.scene.background.radiance;
+                background.sample(context.simd, numbers, &mut inputs.background);
+                out.clock.lap(Stage::Light);
+            }
             let arrived = ArrivedRays {
                 rays,
                 paths,
@@ -358,7 +364,11 @@ impl Wave {
         inputs.surfaces.interactions.clear();
         inputs.keys.start(context.settings.seed, context.settings.noise_frame);
         inputs.samples.clear();
+        inputs.background.clear();
         for indices in miss_indices.chunks(SHADE_BATCH) {
+            let directions = indices.iter().map(|&i| rays[i as usize].d);
+            let background = &context.scene.background.radiance;
+            background.look_up(context.simd, directions, &mut inputs.misses);
             let arrived = ArrivedRays {
                 rays,
                 paths,

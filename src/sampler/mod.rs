@@ -236,6 +236,11 @@ impl SampleBatch {
         self.generated = 0;
     }
 
+    /// Returns the numbers of a use at the vertices, if they were generated.
+    pub fn of(&self, sample_use: SampleUse) -> Option<&[Vec2]> {
+        self.get(Dimension(self.first + sample_use as u32))
+    }
+
     /// Returns the numbers of `dimension`, if they were generated.
     #[inline]
     fn get(&self, dimension: Dimension) -> Option<&[Vec2]> {

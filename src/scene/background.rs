@@ -3,8 +3,11 @@
 use std::sync::Arc;
 
 use crate::{
-    light::environment::Environment,
-    math::{Rgb, Vec3},
+    light::{
+        LightSample,
+        environment::{Environment, EnvironmentLight},
+    },
+    math::{Dispatch, Rgb, Vec2, Vec3},
 };
 
 /// The background of a scene.
@@ -53,6 +56,26 @@ impl BackgroundRadiance {
         match self {
             Self::Color(color) => *color,
             Self::Environment(environment) => environment.radiance(w),
+        }
+    }
+
+    /// Replaces `to` by the light from each of these unit directions.
+    pub fn look_up(&self, on: impl Dispatch, directions: impl Iterator<Item = Vec3>, to: &mut Vec<EnvironmentLight>) {
+        to.clear();
+        match self {
+            Self::Color(radiance) => to.extend(directions.map(|_| EnvironmentLight {
+                radiance: *radiance,
+                pdf: 0.0,
+            })),
+            Self::Environment(environment) => environment.look_up(on, directions, to),
+        }
+    }
+
+    /// Replaces `to` by a sample of its light for each of these pairs of uniform numbers.
+    pub fn sample(&self, on: impl Dispatch, numbers: &[Vec2], to: &mut Vec<Option<LightSample>>) {
+        to.clear();
+        if let Self::Environment(environment) = self {
+            environment.sample_all(on, numbers, to);
         }
     }
 

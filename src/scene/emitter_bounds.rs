@@ -10,7 +10,7 @@ use crate::{
     geometry::PrimId,
     light::{LightBounds, OrientationCone, Sidedness, area},
     material::Emission,
-    math::{Aabb, Rgb, Transform, Vec2, Vec3},
+    math::{Aabb, Rgb, Transform, Vec2, Vec3, exponential},
     shape::{Shape, triangle},
     texture::TexturePoint,
 };
@@ -161,6 +161,6 @@ fn sidedness(emission: Option<Emission>) -> Sidedness {
 
 /// About the area of a placed shape, in m^2.
 fn area_in_world(shape: &Shape, transform: Option<&Transform>) -> f32 {
-    let stretch = transform.map_or(1.0, |t| libm::cbrtf(t.volume()));
+    let stretch = transform.map_or(1.0, |t| exponential::cbrt(t.volume()));
     shape.area() * stretch * stretch
 }

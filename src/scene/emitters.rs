@@ -12,7 +12,7 @@ use crate::{
     geometry::{Geometry, Hit, PrimId},
     light::{LightSample, area},
     material::{Emission, Material, MaterialId},
-    math::{Transform, Vec2, Vec3},
+    math::{Rgb, Sidedness, Transform, Vec2, Vec3},
     shape::{LocalSurface, ShapeHit, triangle},
     texture::{Color, TexturePoint},
 };
@@ -28,7 +28,40 @@ pub struct Emitters {
     pub(super) shapes: Vec<u32>,
     /// Rising.
     pub(super) mesh_emitters: Vec<MeshEmitters>,
+    /// The emission of each of `shapes` where it is the same everywhere.
+    uniform: Vec<Option<UniformEmission>>,
     count: u32,
+}
+
+/// An emission that is the same everywhere.
+#[derive(Clone, Copy, Debug)]
+struct UniformEmission {
+    /// In W m^-2 sr^-1.
+    radiance: Rgb,
+    sidedness: Sidedness,
+}
+
+impl UniformEmission {
+    fn of(material: &Material) -> Option<Self> {
+        let Emission {
+            radiance: Color::Constant(radiance),
+            scale,
+            sidedness,
+        } = material.emission().filter(|_| material.is_opaque())?
+        else {
+            return None;
+        };
+        Some(Self {
+            radiance: radiance * scale,
+            sidedness,
+        })
+    }
+
+    /// The radiance on the front if `front_cos > 0` and else on the back; `None` where that is dark.
+    #[inline]
+    fn towards(&self, front_cos: f32) -> Option<Rgb> {
+        (front_cos > 0.0 || self.sidedness == Sidedness::Both).then_some(self.radiance)
+    }
 }
 
 /// The triangles of a mesh that emits.
@@ -62,6 +95,11 @@ impl Emitters {
                 scene.emits(material) && geometry.shapes[i as usize].shape.bounds().is_finite()
             })
             .collect();
+        let uniform = shapes.iter().map(|&i| {
+            let object = scene.shape_objects[i as usize];
+            UniformEmission::of(scene.material(scene.objects[object.0 as usize].material))
+        });
+        let uniform = uniform.collect();
         let mut count = shapes.len() as u32;
         let mut mesh_emitters = Vec::new();
         let is_instanced = |m: &MeshRecord| geometry.groups.iter().any(|g| g.triangles.contains(&m.triangles.start));
@@ -79,6 +117,7 @@ impl Emitters {
         Self {
             shapes,
             mesh_emitters,
+            uniform,
             count,
         }
     }
@@ -123,18 +162,17 @@ impl Scene {
             EmitterPrim::Shape(index) => {
                 let placed = &geometry.shapes[index as usize];
                 let transform = geometry.transform(placed);
+                let (sample, p) = area::sample_shape(&placed.shape, transform, from, u)?;
+                if let Some(emission) = &self.lights.emitters().uniform[emitter.0 as usize] {
+                    return sample.light(from, emission.towards(sample.front_cos(from))?);
+                }
                 let object = self.shape_objects[index as usize];
                 let material = self.material(self.objects[object.0 as usize].material);
-                let (sample, p) = area::sample_shape(&placed.shape, transform, from, u)?;
-                let at = if is_uniform(material) {
-                    uniform_point()
-                } else {
-                    let from_local = transform.map_or(from, |t| t.point_to_local(from));
-                    let surface = area::surface_at(&placed.shape, from_local, p)?;
-                    TexturePoint {
-                        uv: surface.uv,
-                        ..shape_point(transform, p, surface.ng)
-                    }
+                let from_local = transform.map_or(from, |t| t.point_to_local(from));
+                let surface = area::surface_at(&placed.shape, from_local, p)?;
+                let at = TexturePoint {
+                    uv: surface.uv,
+                    ..shape_point(transform, p, surface.ng)
                 };
                 (sample, material, at)
             }

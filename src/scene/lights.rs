@@ -11,7 +11,7 @@ use super::{BackgroundRadiance, EmitterId, Emitters, LightId};
 use crate::{
     light::{Light, LightBounds, tree::LightTree},
     math::{
-        Rgb, Vec3,
+        Dispatch, Rgb, Vec3,
         hash::{mix32, unit_f32},
     },
 };
@@ -199,11 +199,17 @@ impl Lights {
 
     /// Selects a light of a family for the point `at`, by a uniform number in `[0, 1)`; `None` where none can
     /// contribute.
-    pub fn choose(&self, family: LightFamily, at: &LightSampleContext, u: f32) -> Option<SampledLight> {
+    pub fn choose(
+        &self,
+        on: impl Dispatch,
+        family: LightFamily,
+        at: &LightSampleContext,
+        u: f32,
+    ) -> Option<SampledLight> {
         match family {
             LightFamily::Lamps => match self.only_lamp {
                 Some(light) => Some(SampledLight { light, pmf: 1.0 }),
-                None => self.choose_lamp(at, extend_precision(u, at.p)),
+                None => self.choose_lamp(on, at, extend_precision(u, at.p)),
             },
             LightFamily::Suns => {
                 let reaching = self.reaching(at);
@@ -216,15 +222,15 @@ impl Lights {
         }
     }
 
-    fn choose_lamp(&self, at: &LightSampleContext, u: f64) -> Option<SampledLight> {
+    fn choose_lamp(&self, on: impl Dispatch, at: &LightSampleContext, u: f64) -> Option<SampledLight> {
         let pmf_points = self.pmf_points(at)?;
         let (light, pmf) = if u < pmf_points {
-            let (light, pmf) = self.point_tree.choose(at.p, at.n, u / pmf_points)?;
+            let (light, pmf) = self.point_tree.choose(on, at.p, at.n, u / pmf_points)?;
             (self.points[light as usize], pmf_points * pmf)
         } else {
             let rest = 1.0 - pmf_points;
             let u = ((u - pmf_points) / rest).min(1.0 - f64::EPSILON);
-            let (light, pmf) = self.emitter_tree.choose(at.p, at.n, u)?;
+            let (light, pmf) = self.emitter_tree.choose(on, at.p, at.n, u)?;
             (self.of_emitter(EmitterId(light)), rest * pmf)
         };
         Some(SampledLight { light, pmf: pmf as f32 })
@@ -232,11 +238,11 @@ impl Lights {
 
     /// Selects an emitter for the point `at`, by a uniform number in `[0, 1)`; `None` where none
     /// can contribute.
-    pub fn choose_emitter(&self, at: &LightSampleContext, u: f32) -> Option<SampledLight> {
+    pub fn choose_emitter(&self, on: impl Dispatch, at: &LightSampleContext, u: f32) -> Option<SampledLight> {
         if self.emitter_tree.importance(at.p, at.n) == 0.0 {
             return None;
         }
-        let (light, pmf) = self.emitter_tree.choose(at.p, at.n, extend_precision(u, at.p))?;
+        let (light, pmf) = self.emitter_tree.choose(on, at.p, at.n, extend_precision(u, at.p))?;
         Some(SampledLight {
             light: self.of_emitter(EmitterId(light)),
             pmf: pmf as f32,

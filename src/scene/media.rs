@@ -13,7 +13,7 @@ use crate::{
     bsdf::{BsdfKind, is_equal_ior},
     geometry::Hit,
     material::{Material, MaterialId, Medium},
-    math::{Ray, Rgb, Vec3, trig},
+    math::{Ray, Rgb, Vec3, exponential},
 };
 
 /// The number of surfaces through which a point's surroundings are searched.
@@ -189,7 +189,7 @@ impl Scene {
         };
         let absorption = self.media.get(id).absorption;
         absorption.map(|a| match a > 0.0 {
-            true if distance.is_finite() => trig::exp(-a * distance),
+            true if distance.is_finite() => exponential::exp(-a * distance),
             true => 0.0,
             false => 1.0,
         })

@@ -184,7 +184,7 @@ impl Scene {
             LightSource::Analytic(own) => own.sample(from, u),
             LightSource::Emitter(emitter) => self.sample_emitter(emitter, from, u),
             LightSource::Background => match &self.background.radiance {
-                BackgroundRadiance::Environment(environment) => environment.sample(u),
+                BackgroundRadiance::Environment(environment) => environment.sample(self.accel.simd(), u),
                 BackgroundRadiance::Color(_) => None,
             },
         }
@@ -219,6 +219,11 @@ impl Scene {
         self.pdf_emitter(at.p, w, hit).map_or(0.0, |(emitter, pdf)| {
             pdf * self.lights.pmf(at, self.lights.of_emitter(emitter))
         })
+    }
+
+    /// Whether a BSDF has more than one lobe, so that a random number selects one.
+    pub fn has_lobes(&self) -> bool {
+        self.materials.iter().any(Material::has_lobes)
     }
 
     /// Whether all materials are opaque everywhere.

@@ -61,6 +61,7 @@ pub(super) fn dot_direction(d: Vec3, n: DVec3) -> f64 {
 
 /// The density m^-2 `per_area` at `p`, turned into sr^-1 as seen from `from`; 0 where it has no
 /// finite value.
+#[inline]
 pub(super) fn solid_angle_pdf(per_area: f64, from: DVec3, p: DVec3, ng: DVec3) -> f32 {
     let to = p - from;
     let distance2 = to.length_squared();

@@ -255,6 +255,7 @@ impl Quad {
         (halves, halves.map(triangle::area))
     }
 
+    #[inline]
     fn seen_from(&self, from: Vec3) -> Option<SeenRectangle> {
         let (corner, e, f, _) = self.bilinear();
         let rectangle = |lengths| Rectangle {
@@ -337,6 +338,7 @@ impl ShapeKind for Quad {
         (1.0 / self.per_area()) as f32
     }
 
+    #[inline]
     fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample> {
         let Some(seen) = self.seen_from(from) else {
             let (halves, areas) = self.halves();

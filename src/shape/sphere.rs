@@ -29,7 +29,7 @@ use super::{
     numeric::{area_sample, hit_at, point_of, rounded, solid_angle_pdf},
 };
 use crate::{
-    math::{Aabb, DVec3, Ray, Vec2, Vec3, float::gamma},
+    math::{Aabb, DVec3, Ray, Vec2, Vec3, float::gamma, trig},
     value::{Point, Positive, Problem},
 };
 
@@ -162,8 +162,8 @@ impl ShapeKind for Sphere {
             p_error,
             ng: n.as_vec3(),
             uv: Vec2::new(
-                whole_turn(libm::atan2(n.z, n.x)),
-                (libm::atan2(n.y, ring) / PI + 0.5) as f32,
+                whole_turn(trig::atan2(n.z as f32, n.x as f32).into()),
+                trig::atan2(n.y as f32, ring as f32) / std::f32::consts::PI + 0.5,
             ),
             dpdu: (DVec3::new(-sin_phi, 0.0, cos_phi) * along).as_vec3(),
             dpdv: (DVec3::new(-n.y * cos_phi, ring, -n.y * sin_phi) * (PI * r)).as_vec3(),

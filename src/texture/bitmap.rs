@@ -98,7 +98,7 @@ impl Bitmap {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn blend_by(
         &self,
         columns: [Option<u32>; 2],
@@ -106,19 +106,22 @@ impl Bitmap {
         f: Vec2,
         number: impl Fn(usize) -> f32,
     ) -> Rgb {
-        let texel = |i: Option<u32>, j: Option<u32>| match (i, j) {
-            (Some(i), Some(j)) => {
-                let at = self.index(i, self.height - 1 - j);
-                if self.channels == 1 {
+        let mut sum = Rgb::BLACK;
+        for (row, of_row) in [(rows[0], 1.0 - f.y), (rows[1], f.y)] {
+            let Some(row) = row else { continue };
+            let mut blended = Rgb::BLACK;
+            for (column, of_column) in [(columns[0], 1.0 - f.x), (columns[1], f.x)] {
+                let Some(column) = column else { continue };
+                let at = self.index(column, self.height - 1 - row);
+                blended += if self.channels == 1 {
                     Rgb::gray(number(at))
                 } else {
                     Rgb::new(number(at), number(at + 1), number(at + 2))
-                }
+                } * of_column;
             }
-            _ => Rgb::BLACK,
-        };
-        let row = |j| texel(columns[0], j) * (1.0 - f.x) + texel(columns[1], j) * f.x;
-        row(rows[0]) * (1.0 - f.y) + row(rows[1]) * f.y
+            sum += blended * of_row;
+        }
+        sum
     }
 
     /// The picture itself (0) or one of its smaller copies; the smallest where `level` is beyond.

@@ -29,7 +29,7 @@ use serde::Deserialize;
 
 use super::{Bitmap, BitmapId, FindBitmap, PatternKind, bitmap::ColorSpace};
 use crate::{
-    math::{Rgb, Vec2, trig},
+    math::{Rgb, Vec2, exponential, float},
     value::{Problem, Spanned},
 };
 
@@ -90,11 +90,17 @@ pub struct ImagePattern {
 
 impl Wrap {
     /// The texel that `i` stands for along an axis of `n` texels, `None` where there is none.
-    #[inline]
+    #[inline(always)]
     fn texel(self, i: i64, n: i64) -> Option<u32> {
         if (0..n).contains(&i) {
             return Some(i as u32);
         }
+        self.texel_outside(i, n)
+    }
+
+    /// The same outside of the picture.
+    #[cold]
+    fn texel_outside(self, i: i64, n: i64) -> Option<u32> {
         let inside = match self {
             Self::Repeat => i.rem_euclid(n),
             Self::Clamp => i.clamp(0, n - 1),
@@ -116,11 +122,12 @@ impl ImagePattern {
         if !x.is_finite() {
             return Rgb::BLACK;
         }
-        let base = x.floor();
+        let base = Vec2::new(float::floor(x.x), float::floor(x.y));
         let (i, j) = (base.x as i64, base.y as i64);
         let (w, h) = (i64::from(bitmap.width), i64::from(bitmap.height));
-        let columns = [i, i.saturating_add(1)].map(|i| self.wrap[0].texel(i, w));
-        let rows = [j, j.saturating_add(1)].map(|j| self.wrap[1].texel(j, h));
+        let [across, up] = self.wrap;
+        let columns = [across.texel(i, w), across.texel(i.saturating_add(1), w)];
+        let rows = [up.texel(j, h), up.texel(j.saturating_add(1), h)];
         bitmap.blend(columns, rows, x - base)
     }
 
@@ -156,7 +163,7 @@ impl ImagePattern {
     /// The colour in the copies of the picture above and below `level`.
     #[inline]
     fn between_levels(&self, bitmap: &Bitmap, st: Vec2, level: f32) -> Rgb {
-        let lower = level.floor();
+        let lower = float::floor(level);
         let f = level - lower;
         let near = self.linear(bitmap.level(lower as usize), st);
         if f == 0.0 || lower as usize >= bitmap.levels.len() {
@@ -204,7 +211,7 @@ impl Footprint {
         Self {
             probes: ((long / width).round() as u32).clamp(1, MAX_PROBES),
             long_axis,
-            level: trig::log2(width),
+            level: exponential::log2(width),
         }
     }
 }

@@ -12,7 +12,7 @@ use super::node::{FOR_PACKETS, MAX_LEAF, TriangleBlock, WideNode, inner, leaf, s
 use crate::{
     accel::build::bvh2_tree::{Bvh2Tree, FlatNode},
     geometry::Geometry,
-    math::trig,
+    math::exponential,
 };
 
 /// The cost of a block of four triangles, in node tests.
@@ -218,7 +218,7 @@ impl Emitter<'_> {
     /// layers with an exponentially falling probability. The factor of two for the layers was found
     /// by experiment.
     fn order_for_occlusion(&self, children: &mut [usize]) {
-        let sorted = self.sorted(children, |surface, area| 1.0 - trig::exp(-surface / area));
+        let sorted = self.sorted(children, |surface, area| 1.0 - exponential::exp(-surface / area));
         let mut before = [0; 8];
         before[..children.len()].copy_from_slice(children);
         for (child, place) in children.iter_mut().zip(sorted) {

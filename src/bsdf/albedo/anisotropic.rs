@@ -73,7 +73,7 @@ impl AlignedFacets {
 
     /// The albedo as that of even facets.
     fn mirrors(&self) -> f32 {
-        isotropic::mirrors_at(roughness(&self.ggx), self.ggx.stretched_cos(self.wo))
+        isotropic::RowPair::of_roughness(roughness(&self.ggx)).mirrors(self.ggx.stretched_cos(self.wo))
     }
 
     /// The mean of Schlick's term as that of even facets.
@@ -85,7 +85,7 @@ impl AlignedFacets {
         } else {
             (0.5 * self.ggx.alpha.length_squared()).sqrt()
         };
-        isotropic::grazing_at(alpha.sqrt(), self.wo.z)
+        isotropic::RowPair::of_roughness(alpha.sqrt()).grazing(self.wo.z)
     }
 }
 

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     bsdf::{fresnel, microfacet::Ggx},
-    math::{Vec3, trig},
+    math::{Vec3, exponential},
 };
 
 /// Slices by index, even in the root of its logarithm: denser towards 1, where no boundary is.
@@ -58,7 +58,7 @@ static TABLE: [[OnceLock<Box<DielectricRow>>; ROWS]; SLICES] = [const { [const {
 
 fn eta(k: usize) -> f32 {
     let x = 2.0 * node(k, SLICES) - 1.0;
-    trig::pow(MAX_INDEX, x * x.abs())
+    exponential::pow(MAX_INDEX, x * x.abs())
 }
 
 fn row(k: usize, i: usize) -> &'static DielectricRow {
@@ -98,7 +98,7 @@ pub fn clear(ggx: &Ggx, wo: Vec3, index: f32) -> ClearAlbedo {
             passing: 1.0,
         };
     }
-    let log = trig::ln(index) / trig::ln(MAX_INDEX);
+    let log = exponential::ln(index) / exponential::ln(MAX_INDEX);
     let (k, f) = locate(0.5 + 0.5 * log.abs().sqrt().copysign(log), SLICES);
     let (i, g) = locate(ggx.alpha.x.sqrt(), ROWS);
     let column = column(wo.z.abs());

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use super::{
     integral::{FacetGrid, direction, facets, reflected},
-    table::{along, column, lerp, locate, node},
+    table::{column, lerp, locate, node},
 };
 use crate::{bsdf::microfacet::Ggx, math::Vec3};
 
@@ -22,7 +22,7 @@ const POINTS: FacetGrid = FacetGrid {
 };
 
 /// The albedos for one roughness.
-struct IsotropicRow {
+pub(super) struct IsotropicRow {
     /// Albedo of facets that reflect everything, by [`Ggx::stretched_cos`].
     mirrors: [f32; COLUMNS],
     /// The mean of Schlick's term over the light that they reflect, by the cosine.
@@ -52,30 +52,51 @@ fn stretched_direction(ggx: &Ggx, t: f32) -> Vec3 {
     direction(cos.min(1.0))
 }
 
-#[inline]
-fn between(roughness: f32, table: impl Fn(&'static IsotropicRow) -> &'static [f32; COLUMNS], column: f32) -> f32 {
-    let (i, f) = locate(roughness, ROWS);
-    lerp(along(table(row(i)), column), along(table(row(i + 1)), column), f)
+/// The two rows between which a roughness lies.
+#[derive(Clone, Copy)]
+pub(super) struct RowPair {
+    rows: [&'static IsotropicRow; 2],
+    f: f32,
 }
 
-/// Albedo of facets that reflect everything, by roughness and [`Ggx::stretched_cos`].
-#[inline]
-pub(super) fn mirrors_at(roughness: f32, stretched_cos: f32) -> f32 {
-    between(roughness, |r| &r.mirrors, column(stretched_cos))
+impl RowPair {
+    #[inline]
+    pub fn of_roughness(roughness: f32) -> Self {
+        let (i, f) = locate(roughness, ROWS);
+        Self {
+            rows: [row(i), row(i + 1)],
+            f,
+        }
+    }
+
+    #[inline]
+    pub fn of_facets(ggx: &Ggx) -> Self {
+        Self::of_roughness(ggx.alpha.x.sqrt())
+    }
+
+    #[inline]
+    fn between(self, table: impl Fn(&IsotropicRow) -> &[f32; COLUMNS], column: f32) -> f32 {
+        let [low, high] = self.rows;
+        let (i, f) = locate(column, COLUMNS);
+        let along = |row: &[f32; COLUMNS]| lerp(row[i], row[i + 1], f);
+        lerp(along(table(low)), along(table(high)), self.f)
+    }
+
+    /// Albedo of facets that reflect everything, by [`Ggx::stretched_cos`].
+    #[inline]
+    pub fn mirrors(self, stretched_cos: f32) -> f32 {
+        self.between(|r| &r.mirrors, column(stretched_cos))
+    }
+
+    /// The mean of Schlick's term over the light that facets reflect, by the cosine.
+    #[inline]
+    pub fn grazing(self, cos: f32) -> f32 {
+        self.between(|r| &r.grazing, column(cos))
+    }
 }
 
+/// Albedo of facets that reflect everything.
 #[inline]
 pub(super) fn mirrors(ggx: &Ggx, wo: Vec3) -> f32 {
-    mirrors_at(ggx.alpha.x.sqrt(), ggx.stretched_cos(wo))
-}
-
-/// The mean of Schlick's term over the light that facets reflect, by roughness and cosine.
-#[inline]
-pub(super) fn grazing_at(roughness: f32, cos: f32) -> f32 {
-    between(roughness, |r| &r.grazing, column(cos))
-}
-
-#[inline]
-pub(super) fn grazing(ggx: &Ggx, wo: Vec3) -> f32 {
-    grazing_at(ggx.alpha.x.sqrt(), wo.z.abs())
+    RowPair::of_facets(ggx).mirrors(ggx.stretched_cos(wo))
 }

@@ -32,7 +32,8 @@ pub fn schlick(ggx: &Ggx, wo: Vec3) -> [f32; 2] {
         return [1.0 - grazing, grazing];
     }
     let (all, part, above) = if ggx.is_isotropic() {
-        (isotropic::mirrors(ggx, wo), isotropic::grazing(ggx, wo), MARGIN)
+        let rows = isotropic::RowPair::of_facets(ggx);
+        (rows.mirrors(ggx.stretched_cos(wo)), rows.grazing(wo.z.abs()), MARGIN)
     } else {
         (
             anisotropic::mirrors(ggx, wo),

@@ -29,8 +29,9 @@ impl LobeProbabilities {
         if sum <= 0.0 {
             return None;
         }
+        let scale = 1.0 / sum;
         for probability in [&mut self.sheen, &mut self.coat, &mut self.diffuse, &mut self.base] {
-            *probability /= sum;
+            *probability *= scale;
         }
         Some(())
     }

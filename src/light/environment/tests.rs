@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::*;
-use crate::math::{DVec3, transform::axis_rotation};
+use crate::math::{DVec3, Plain, transform::axis_rotation};
 
 fn picture(width: u32, height: u32, texel: impl Fn(u32, u32) -> f32) -> Bitmap {
     let values = (0..width * height)
@@ -44,14 +44,18 @@ fn six_bright_texels_shine_from_the_six_axes() {
         let e = environment(w, h, |i, j| f32::from(u8::from(bright(i, j))));
         assert!((e.radiance(axis).r - 1.0).abs() < 1e-4, "{axis}");
         // A texel's light reaches the middles of its neighbours, not their far sides.
-        for s in grid(20).filter_map(|u| e.sample(u)) {
+        for s in grid(20).filter_map(|u| e.sample(Plain, u)) {
             assert!(s.wi.dot(axis) > 0.95, "{} is not {axis}", s.wi);
         }
     }
     for (axis, row) in [(Vec3::Y, 0), (-Vec3::Y, h - 1)] {
         let e = environment(w, h, |_, j| f32::from(u8::from(j == row)));
         assert!((e.radiance(axis).r - 1.0).abs() < 1e-4, "{axis}");
-        assert!(grid(20).filter_map(|u| e.sample(u)).all(|s| s.wi.dot(axis) > 0.95));
+        assert!(
+            grid(20)
+                .filter_map(|u| e.sample(Plain, u))
+                .all(|s| s.wi.dot(axis) > 0.95)
+        );
     }
 }
 
@@ -62,8 +66,12 @@ fn a_rotation_turns_the_picture_about_the_fixed_axes() {
     for (rotation, axis) in [(axis_rotation(1, 90.0), -Vec3::X), (axis_rotation(0, 90.0), Vec3::Y)] {
         let e = Environment::new(&picture(64, 32, bright), 2.0, rotation);
         assert!((e.radiance(axis).r - 2.0).abs() < 1e-4, "{axis}");
-        assert!(grid(10).filter_map(|u| e.sample(u)).all(|s| s.wi.dot(axis) > 0.95));
-        assert!(grid(10).any(|u| e.sample(u).is_some()));
+        assert!(
+            grid(10)
+                .filter_map(|u| e.sample(Plain, u))
+                .all(|s| s.wi.dot(axis) > 0.95)
+        );
+        assert!(grid(10).any(|u| e.sample(Plain, u).is_some()));
     }
 }
 
@@ -72,7 +80,7 @@ fn samples_and_pdf_agree_and_the_density_adds_up_to_one() {
     let texel = |i: u32, j: u32| ((i * 31 + j * 17) % 13) as f32;
     let e = environment(24, 11, texel);
     for u in grid(70) {
-        let s = e.sample(u).expect("a direction");
+        let s = e.sample(Plain, u).expect("a direction");
         let pdf = s.pdf.expect("it has size");
         assert!((s.li.r - e.radiance(s.wi).r).abs() < 1e-3);
         let told = e.pdf(s.wi);
@@ -109,7 +117,7 @@ fn directions_are_chosen_as_texels_are_brighter_than_the_mean() {
     let total: f64 = directions(300).map(excess).sum::<f64>() * 4.0 * PI / 90_000.0;
     let (mut counts, draws) = (vec![0_u32; 32], 300);
     for u in grid(draws) {
-        let at = probe.map_point(e.sample(u).expect("a direction").wi);
+        let at = probe.map_point(e.sample(Plain, u).expect("a direction").wi);
         counts[(at.x as usize / 8).min(7) + 8 * (at.y as usize / 8).min(3)] += 1;
     }
     for (block, count) in counts.into_iter().enumerate() {
@@ -149,7 +157,7 @@ fn light_by_both_ways_adds_up_to_the_whole_picture() {
             * area;
         let draws = 200;
         let sampled: f64 = grid(draws)
-            .filter_map(|u| e.sample(u))
+            .filter_map(|u| e.sample(Plain, u))
             .map(|s| f64::from(s.li.g) * cos(s.wi) / f64::from(s.pdf.expect("it has size")))
             .sum::<f64>()
             / f64::from(draws * draws);
@@ -164,7 +172,7 @@ fn light_by_both_ways_adds_up_to_the_whole_picture() {
 fn a_picture_of_one_colour_is_not_sampled() {
     for v in [0.0, 0.37] {
         let e = environment(16, 8, |_, _| v);
-        assert!(!e.is_sampled() && e.pdf(Vec3::Y) == 0.0 && e.sample(Vec2::splat(0.5)).is_none());
+        assert!(!e.is_sampled() && e.pdf(Vec3::Y) == 0.0 && e.sample(Plain, Vec2::splat(0.5)).is_none());
         assert!(directions(20).all(|w| (e.radiance(w).g - v).abs() < 1e-6));
     }
 }

@@ -31,11 +31,10 @@ pub(super) struct LightNode {
     pub above: Option<Place>,
 }
 
-/// The shares of a node's groups in a choice.
+/// The shares of a node's groups in a choice: the sum of the weights up to and with each.
 #[derive(Clone, Copy)]
 pub(super) struct Shares {
-    weights: [f64; WIDTH],
-    sum: f64,
+    sums: [f64; WIDTH],
 }
 
 impl LightNode {
@@ -54,7 +53,7 @@ impl LightNode {
         };
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn child(&self, lane: usize) -> Child {
         let child = self.children[lane];
         if child & LIGHT == 0 {
@@ -72,31 +71,45 @@ impl LightNode {
     pub fn shares(&self, p: Vec3, n: Vec3) -> Option<Shares> {
         const MIN_PROBABILITY: f32 = 1e-4;
         let importances = self.groups.importances(p, n);
-        let least = importances.iter().sum::<f32>() * MIN_PROBABILITY;
-        let weights = importances.map(|w| f64::from(if w > 0.0 { w.max(least) } else { 0.0 }));
-        let sum = weights.iter().sum::<f64>();
-        (sum > 0.0).then_some(Shares { weights, sum })
+        let mut all = 0.0;
+        for importance in importances {
+            all += importance;
+        }
+        let least = all * MIN_PROBABILITY;
+        let mut sums = [0.0; WIDTH];
+        let mut sum = 0.0;
+        for (to, importance) in sums.iter_mut().zip(importances) {
+            sum += f64::from(if importance > 0.0 { importance.max(least) } else { 0.0 });
+            *to = sum;
+        }
+        (sum > 0.0).then_some(Shares { sums })
     }
 }
 
 impl Shares {
-    #[inline]
+    #[inline(always)]
+    fn before(&self, lane: usize) -> f64 {
+        if lane == 0 { 0.0 } else { self.sums[lane - 1] }
+    }
+
+    #[inline(always)]
     pub fn probability(&self, lane: usize) -> f64 {
-        self.weights[lane] / self.sum
+        (self.sums[lane] - self.before(lane)) / self.sums[WIDTH - 1]
     }
 
     /// The group that `u` in `[0, 1)` chooses, and a fresh number for what is below it.
-    #[inline]
+    ///
+    /// Nobody can predict which it is, so all sums are compared.
+    #[inline(always)]
     pub fn choose(&self, u: f64) -> (usize, f64) {
-        let mut rest = u * self.sum;
-        let mut chosen = (0, 0.0);
-        for (lane, &weight) in self.weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
-            chosen = (lane, (rest / weight).min(1.0 - f64::EPSILON));
-            if rest < weight {
-                break;
-            }
-            rest -= weight;
+        let total = self.sums[WIDTH - 1];
+        // Below the total even where the product is rounded, so that the group has a weight.
+        let place = (u * total).min(total.next_down());
+        let mut lane = 0;
+        for sum in &self.sums[..WIDTH - 1] {
+            lane += usize::from(*sum <= place);
         }
-        chosen
+        let (before, weight) = (self.before(lane), self.sums[lane] - self.before(lane));
+        (lane, ((place - before) / weight).clamp(0.0, 1.0 - f64::EPSILON))
     }
 }

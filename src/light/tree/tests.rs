@@ -4,7 +4,7 @@ use super::LightTree;
 use crate::{
     light::{LightBounds, OrientationCone, Sidedness},
     math::{
-        Aabb, Vec3,
+        Aabb, Plain, Vec3,
         hash::{pcg4d, unit_f32},
     },
 };
@@ -82,7 +82,10 @@ fn probabilities_add_up_to_one_less_what_falls_on_groups_that_do_not_matter() {
             let sum: f64 = (0..count).map(|l| tree.pmf(p, n, l)).sum();
             let draws = 20_000;
             let none = (0..draws)
-                .filter(|i| tree.choose(p, n, (f64::from(*i) + 0.5) / f64::from(draws)).is_none())
+                .filter(|i| {
+                    tree.choose(Plain, p, n, (f64::from(*i) + 0.5) / f64::from(draws))
+                        .is_none()
+                })
                 .count();
             let expected = 1.0 - none as f64 / f64::from(draws);
             let tolerance = if none == 0 {
@@ -104,7 +107,7 @@ fn lights_are_chosen_as_often_as_their_probability_says() {
         let draws = 20_000;
         let mut counts = [0_u32; 40];
         for i in 0..draws {
-            if let Some((light, pmf)) = tree.choose(p, n, (f64::from(i) + 0.5) / f64::from(draws)) {
+            if let Some((light, pmf)) = tree.choose(Plain, p, n, (f64::from(i) + 0.5) / f64::from(draws)) {
                 counts[light as usize] += 1;
                 assert_eq!(pmf, tree.pmf(p, n, light), "the walk and its way back");
             }
@@ -178,7 +181,7 @@ fn lights_without_power_are_left_out() {
     assert_eq!((tree.pmf(p, n, 0), tree.pmf(p, n, 3)), (0.0, 0.0));
     assert!(tree.pmf(p, n, 1) > 0.0 || tree.pmf(p, n, 2) > 0.0 || tree.pmf(p, n, 4) > 0.0);
     let empty = LightTree::build(std::iter::empty());
-    assert!(empty.choose(p, n, 0.5).is_none() && empty.importance(p, n) == 0.0);
+    assert!(empty.choose(Plain, p, n, 0.5).is_none() && empty.importance(p, n) == 0.0);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::{
     light::Light,
     material::{Emission, Material, Sidedness, emitter::Emitter},
     math::{
-        DVec3, Ray, Rgb, Transform, Vec2, Vec3,
+        DVec3, Plain, Ray, Rgb, Transform, Vec2, Vec3,
         hash::{pcg4d, unit_f32},
         warp,
     },
@@ -112,7 +112,7 @@ pub fn light_sample(
     at: &LightSampleContext,
     [u, v]: [Vec2; 2],
 ) -> Option<(Vec3, f64, f64)> {
-    let choice = scene.lights.choose(family, at, v.x)?;
+    let choice = scene.lights.choose(Plain, family, at, v.x)?;
     let sample = scene.sample_light(choice.light, at.p, u)?;
     let cos = at.n.dot(sample.wi);
     if cos <= 0.0 {
@@ -313,7 +313,7 @@ fn surfaces_without_end_or_without_light_are_not_asked() {
     ] {
         let scene = shape_scene(shape, None, material);
         assert!(scene.lights.is_empty(), "{shape}");
-        let chosen = LightFamily::ALL.map(|family| scene.lights.choose(family, &floor(0.0), 0.5));
+        let chosen = LightFamily::ALL.map(|family| scene.lights.choose(Plain, family, &floor(0.0), 0.5));
         assert_eq!(chosen, [None; 3], "{shape}");
     }
     let plane = shape_scene("plane = { point = [0, 3, 0], normal = [0, -1, 0] }", None, lamp());

@@ -85,7 +85,7 @@ fn lights_of_every_kind_are_chosen_as_often_as_their_probability_says() {
             .into_iter()
             .flat_map(|f| (0..draws).map(move |i| (f, i)))
         {
-            match scene.lights.choose(family, &at, (i as f32 + 0.5) / draws as f32) {
+            match scene.lights.choose(Plain, family, &at, (i as f32 + 0.5) / draws as f32) {
                 Some(choice) => {
                     found[choice.light.0 as usize] += 1;
                     assert_eq!(choice.pmf, scene.lights.pmf(&at, choice.light));
@@ -172,7 +172,7 @@ fn a_constant_sky_is_no_light() {
         .build(AccelKind::Linear)
         .expect("a scene");
     let at = floor(0.0);
-    let chosen = LightFamily::ALL.map(|family| scene.lights.choose(family, &at, 0.3));
+    let chosen = LightFamily::ALL.map(|family| scene.lights.choose(Plain, family, &at, 0.3));
     assert_eq!((scene.lights.count(), chosen), (0, [None; 3]));
     assert_eq!(scene.pdf_background(&at, Vec3::Y), 0.0);
     let [_, cosine, both] = irradiances(&scene, &at, 200);
@@ -184,7 +184,7 @@ fn the_only_light_is_certain() {
     let scene = shape_scene(SHAPES[0], None, lamp());
     let choice = scene
         .lights
-        .choose(LightFamily::Lamps, &floor(0.0), 0.7)
+        .choose(Plain, LightFamily::Lamps, &floor(0.0), 0.7)
         .expect("a light");
     assert_eq!((choice.light, choice.pmf), (LightId(0), 1.0));
 }
@@ -228,7 +228,10 @@ fn among_a_thousand_lamps_the_tree_is_far_less_noisy_than_equal_chances() {
                     f64::from(s.li.g * s.wi.y.max(0.0) / s.pdf.expect("it has size"))
                 })
             };
-            let choice = scene.lights.choose(LightFamily::Lamps, &at, v.x).expect("a light");
+            let choice = scene
+                .lights
+                .choose(Plain, LightFamily::Lamps, &at, v.x)
+                .expect("a light");
             tree.add(irradiance(choice.light) / f64::from(choice.pmf));
             chance.add(irradiance(LightId((v.y * 1000.0) as u32)) * 1000.0);
         }
