@@ -7,7 +7,7 @@ use crate::{
     camera::path::PathError,
     compile, describe,
     describe::Diagnostics,
-    output::{OutputError, sequence::FilePatternError},
+    output::{JoinError, OutputError, sequence::FilePatternError},
     render::Cancelled,
 };
 
@@ -63,6 +63,9 @@ pub enum Error {
     Exists { path: PathBuf },
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// Crops were not merged.
+    #[error(transparent)]
+    Join(#[from] JoinError),
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
@@ -143,12 +146,15 @@ impl Error {
                     Blame::Data
                 }
             }
-            Self::CameraPath(CameraPathError::NotFound { .. }) => Blame::MissingInput,
+            Self::CameraPath(CameraPathError::NotFound { .. }) | Self::Join(JoinError::Missing { .. }) => {
+                Blame::MissingInput
+            }
             Self::Compile(_)
             | Self::CameraPath(_)
             | Self::Scene(_)
             | Self::Invalid(_)
             | Self::NoCamera { .. }
+            | Self::Join(_)
             | Self::Pose { .. }
             | Self::Columns { .. }
             | Self::Memory { .. } => Blame::Data,

@@ -83,6 +83,15 @@ pub enum Command {
     },
     /// Compare acceleration structures on the rays of a scene
     Bench(BenchArgs),
+    /// Join crops of one frame into the file of the whole frame
+    Merge {
+        /// The file to write, .exr or .png
+        out: PathBuf,
+
+        /// Crops of one frame, which cover each of its pixels once
+        #[arg(required = true)]
+        crops: Vec<PathBuf>,
+    },
     /// Write a job for a farm: a batch script of Slurm, or a template of OpenJD
     Submit(Box<SubmitArgs>),
     /// Fly the camera through a scene on a page in the browser, and keep its path
@@ -264,7 +273,7 @@ pub struct RenderArgs {
     pub resolution: Option<[u32; 2]>,
 
     /// Render only columns X0 to X1 - 1 and rows Y0 to Y1 - 1
-    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop, help_heading = heading::PICTURE)]
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop, hide_short_help = true, help_heading = heading::PICTURE)]
     pub crop: Option<[u32; 4]>,
 
     /// Also render N columns and rows beyond each edge; EXR files keep the picture as their display window

@@ -10,7 +10,7 @@ use std::{
 
 use batch_render::{
     accel::BuildOptions,
-    batch::{Job, Observer, Plan, Request, Stale},
+    batch::{Job, Observer, Plan, Request, Stale, merge},
     error::Error,
     render::{Cancel, Control, Counters},
     simd::Isa,
@@ -52,6 +52,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Some(Command::Bench(bench)) => super::bench::run(bench, simd, args.quiet),
         #[cfg(feature = "viewer")]
         Some(Command::Fly(fly)) => super::fly::run(fly, simd),
+        Some(Command::Merge { out, crops }) => {
+            threads(None)?.install(|| merge(out, crops))?;
+            if !args.quiet {
+                let crops = summary::plural(crops.len(), "crop");
+                say(&format!("{}: merged from {crops}", out.display()));
+            }
+            Ok(())
+        }
         Some(Command::Submit(submit)) => super::submit::run(submit, simd),
         None => render(&args.render, simd, args.quiet),
     }

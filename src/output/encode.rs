@@ -6,7 +6,10 @@ use std::{
     path::Path,
 };
 
-use super::{Compression, FileFacts, FrameImage};
+use super::{
+    Attribute, Compression, FileFacts, FrameImage,
+    join::{CropFile, JoinError},
+};
 
 /// The user's choices about encoding.
 #[derive(Clone, Copy, Debug, Default)]
@@ -108,6 +111,13 @@ pub trait Format: Debug + Sync {
     /// Returns what the file at `path` says about itself; `None` where it cannot be read, is not of this format, or is not
     /// complete and unaltered to its last byte.
     fn inspect(&self, path: &Path) -> Option<FileFacts>;
+
+    /// Returns the bytes of the file of the whole picture, whose pixels `crops` hold, each once; there is at least one. Attributes
+    /// of the names in `own` get these values.
+    ///
+    /// # Errors
+    /// A file cannot be read, or the files do not fit together.
+    fn join(&self, crops: &[CropFile], own: &[Attribute]) -> Result<Vec<u8>, JoinError>;
 }
 
 /// The part of a frame that a format keeps.

@@ -12,23 +12,27 @@ mod codec;
 mod compression;
 mod cryptomatte;
 mod header;
+mod headers;
 mod image;
+mod join;
 #[cfg(test)]
 mod tests;
 mod whole;
+mod write;
 
 use std::{io::Write, path::Path};
 
 use super::{
     Attribute, Contents, DisplayTransform, EncodeError, Encoding, FileFacts, Format, FrameImage, LightType, Parts,
-    Shown, Value, WriteReport, counting::Counting, seal,
+    Shown, Value, WriteReport,
+    join::{CropFile, JoinError},
+    seal,
 };
 use crate::film::{self, PixelType, Window, passes::BEAUTY};
 
-use header::PartFacts;
-
 pub use compression::Compression;
 pub use image::{Channel, ChannelData, Image, Samples};
+pub use write::{write, write_parts};
 
 /// The format, with the attributes that compositors look for.
 ///
@@ -80,6 +84,10 @@ impl Format for Exr {
 
     fn inspect(&self, path: &Path) -> Option<FileFacts> {
         whole::inspect(path)
+    }
+
+    fn join(&self, crops: &[CropFile], own: &[Attribute]) -> Result<Vec<u8>, JoinError> {
+        join::join(crops, own)
     }
 }
 
@@ -205,104 +213,4 @@ fn attributes(frame: &FrameImage) -> Vec<Attribute> {
 /// A whole number as an `int`, or as a string where it is too large for one.
 fn count(n: u32) -> Value {
     i32::try_from(n).map_or_else(|_| n.to_string().into(), Value::Int)
-}
-
-/// Writes `image` to `out`.
-pub fn write(image: &Image, out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
-    write_file(&[("", *image)], 0, out)
-}
-
-/// Writes images under their names to `out`, as the parts of one file.
-pub fn write_parts(parts: &[(&str, Image)], out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
-    write_file(parts, header::MULTI_PART, out)
-}
-
-fn write_file(parts: &[(&str, Image)], flags: u32, out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
-    let mut head = header::begin(parts.iter().flat_map(|(_, image)| header::names(image)), flags);
-    let is_multi = flags & header::MULTI_PART != 0;
-    let mut packed = Vec::new();
-    for (name, image) in parts {
-        let mut channels = image.channels.to_vec();
-        channels.sort_by_key(|c| c.name);
-        check(image, &channels)?;
-        let blocks = blocks::encode(image, &channels)?;
-        let facts = is_multi.then_some(PartFacts {
-            name,
-            blocks: blocks.len() as u32,
-        });
-        head.extend(header::encode(image, &channels, facts)?);
-        packed.push(blocks);
-    }
-    if is_multi {
-        head.push(0);
-    }
-
-    let mut out = Counting { out, bytes: 0 };
-    out.write_all(&head)?;
-    let block_count: usize = packed.iter().map(Vec::len).sum();
-    let before = if is_multi { 12 } else { 8 };
-    let mut offset = (head.len() + 8 * block_count) as u64;
-    let mut table = Vec::with_capacity(8 * block_count);
-    for block in packed.iter().flatten() {
-        table.extend_from_slice(&offset.to_le_bytes());
-        offset += block.packed.len() as u64 + before;
-    }
-    out.write_all(&table)?;
-    let mut report = WriteReport::default();
-    for (part, block) in packed
-        .iter()
-        .enumerate()
-        .flat_map(|(i, blocks)| blocks.iter().map(move |b| (i, b)))
-    {
-        if is_multi {
-            out.write_all(&(part as i32).to_le_bytes())?;
-        }
-        out.write_all(&block.y.to_le_bytes())?;
-        out.write_all(&(block.packed.len() as i32).to_le_bytes())?;
-        out.write_all(&block.packed)?;
-        report.clamped += block.clamped;
-        report.nans += block.nans;
-    }
-    report.bytes = out.bytes;
-    Ok(report)
-}
-
-/// Holds `image` to the format's bounds; `channels` are its channels, sorted.
-fn check(image: &Image, channels: &[Channel]) -> Result<(), EncodeError> {
-    // What OpenEXR's own reader refuses.
-    const FARTHEST: i64 = i32::MAX as i64 / 2;
-    let unfit = |reason: String| Err(EncodeError::Unfit(reason));
-    for window in [image.display, image.data] {
-        let Window { x0, y0, x1, y1 } = window;
-        let (width, height) = (window.width(), window.height());
-        if x0 >= x1 || y0 >= y1 {
-            return unfit(format!("a window of {width} x {height} pixels"));
-        }
-        for (min, end) in [(x0, x1), (y0, y1)] {
-            if i64::from(min) <= -FARTHEST || i64::from(end) > FARTHEST {
-                return unfit(format!("a window of {width} x {height} pixels from {x0}, {y0}"));
-            }
-        }
-    }
-    if channels.is_empty() {
-        return unfit("no channels".to_owned());
-    }
-    if let Some(pair) = channels.windows(2).find(|pair| pair[0].name == pair[1].name) {
-        return unfit(format!("two channels '{}'", pair[0].name));
-    }
-    if let Some(short) = channels.iter().find(|c| !c.samples.holds(image.data.area())) {
-        return unfit(format!("channel '{}' has fewer numbers than pixels", short.name));
-    }
-    let bytes_per_pixel: usize = channels.iter().map(|c| c.samples.bytes_per_sample()).sum();
-    let pixels = image.data.width() as usize * image.compression.lines_per_block() as usize;
-    if pixels
-        .checked_mul(bytes_per_pixel)
-        .is_none_or(|n| n > i32::MAX as usize)
-    {
-        return unfit(format!(
-            "lines of {} pixels of {bytes_per_pixel} bytes",
-            image.data.width()
-        ));
-    }
-    Ok(())
 }

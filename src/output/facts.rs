@@ -7,12 +7,15 @@ use std::{
 };
 
 use super::{Attribute, Value};
+use crate::film::Window;
 
 /// The facts that a complete file holds about itself. A file of another program has facts too, but no version.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileFacts {
-    /// The size of the picture in pixels: of the full frame where the format knows it, else of the crop.
+    /// The columns and rows of the full picture; of a PNG file of another program those that it holds.
     pub resolution: [u32; 2],
+    /// The part of the picture that the file holds.
+    pub window: Window,
     /// In the order of the file. Attributes of types that no [`Value`] has and very long ones are left out.
     pub attributes: Vec<Attribute>,
 }

@@ -11,6 +11,7 @@ mod error;
 pub mod exr;
 mod facts;
 mod frame;
+mod join;
 mod metadata;
 pub mod png;
 mod seal;
@@ -28,6 +29,7 @@ pub use error::OutputError;
 pub use exr::Compression;
 pub use facts::FileFacts;
 pub use frame::{Coverage, FrameImage, Shown};
+pub use join::{CropFile, JoinError};
 pub use metadata::FrameMetadata;
 pub use sequence::{FilePattern, FilePatternError};
 
@@ -66,6 +68,25 @@ pub fn write(
         out.write_all(&bytes)?;
         Ok(report)
     })
+}
+
+/// The bytes of the file of the whole picture of this resolution, of which there is at least one crop. `own` are the attributes in
+/// which the file of the whole picture differs from those of its parts.
+///
+/// # Errors
+/// The crops do not cover each pixel once, a file cannot be read, or the files do not fit together.
+pub fn join(
+    format: &dyn Format,
+    resolution: [u32; 2],
+    crops: &[CropFile],
+    own: &[Attribute],
+) -> Result<Vec<u8>, JoinError> {
+    join::check_cover(resolution, crops)?;
+    let mut own = own.to_vec();
+    own.push(Attribute::new(seal::NAME, seal::PLACEHOLDER));
+    let mut bytes = format.join(crops, &own)?;
+    seal::seal(&mut bytes);
+    Ok(bytes)
 }
 
 /// Writes a film that belongs to no sequence, and makes the folders of `path`; the name's ending chooses the format.

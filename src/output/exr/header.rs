@@ -164,6 +164,12 @@ pub(super) fn decode(kind: &[u8], bytes: &[u8]) -> Option<Value> {
         (b"float", 4) => Value::Float(float(0)?),
         (b"double", 8) => Value::Double(f64::from_le_bytes(bytes.try_into().ok()?)),
         (b"v2f", 8) => Value::V2f([float(0)?, float(1)?]),
+        (b"m44f", 64) => Value::M44f(floats(bytes)?),
+        (b"chromaticities", 32) => Value::Chromaticities(floats(bytes)?),
+        (b"timecode", 8) => Value::TimeCode {
+            time: word(0).map(u32::from_le_bytes)?,
+            user: word(1).map(u32::from_le_bytes)?,
+        },
         (b"rational", 8) => Value::Rational {
             numerator: int(0)?,
             denominator: word(1).map(u32::from_le_bytes)?,
@@ -184,6 +190,17 @@ pub(super) fn decode(kind: &[u8], bytes: &[u8]) -> Option<Value> {
         }
         _ => return None,
     })
+}
+
+/// So many little-endian numbers, and nothing else.
+fn floats<const N: usize>(bytes: &[u8]) -> Option<[f32; N]> {
+    let floats: Vec<f32> = bytes
+        .as_chunks()
+        .0
+        .iter()
+        .map(|word| f32::from_le_bytes(*word))
+        .collect();
+    floats.try_into().ok()
 }
 
 /// The first and the last pixel, both inclusive.

@@ -5,8 +5,10 @@
 
 use std::{io::Write, path::Path};
 
-use super::{Picture, given_texts, inspect, own_texts};
-use crate::output::{Contents, EncodeError, Encoding, FileFacts, Format, FrameImage, WriteReport};
+use super::{given_texts, inspect, join::join, own_texts, picture::Picture};
+use crate::output::{
+    Attribute, Contents, CropFile, EncodeError, Encoding, FileFacts, Format, FrameImage, JoinError, WriteReport,
+};
 
 /// The name of the pass that the files show.
 pub const PASS: &str = "depth";
@@ -28,7 +30,7 @@ impl Format for DepthPng {
         let unfit = || EncodeError::Unfit(format!("the film has no pass `{PASS}`"));
         let depth = frame.film.plane(PASS).ok_or_else(unfit)?;
         let window = frame.film.window;
-        let mut texts = own_texts(frame.metadata);
+        let mut texts = own_texts(frame.film, frame.metadata);
         texts.extend(given_texts(frame.metadata));
         texts.push(("Pass".to_owned(), PASS.to_owned()));
         texts.push(("Unit".to_owned(), "mm; 0 is nothing, 65535 is farther".to_owned()));
@@ -50,6 +52,10 @@ impl Format for DepthPng {
 
     fn inspect(&self, path: &Path) -> Option<FileFacts> {
         inspect(path)
+    }
+
+    fn join(&self, crops: &[CropFile], own: &[Attribute]) -> Result<Vec<u8>, JoinError> {
+        join(crops, own)
     }
 }
 

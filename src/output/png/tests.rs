@@ -52,7 +52,7 @@ fn bytes(frame: &FrameImage) -> (Vec<u8>, WriteReport) {
 }
 
 fn read(bytes: &[u8]) -> (::png::Info<'static>, Vec<u8>) {
-    let mut reader = ::png::Decoder::new(io::Cursor::new(bytes)).read_info().unwrap();
+    let mut reader = ::png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
     let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
     reader.next_frame(&mut pixels).unwrap();
     reader.finish().unwrap();
@@ -125,6 +125,7 @@ fn texts_say_where_a_picture_comes_from() {
         ("Samples", "64"),
         ("Seed", "5"),
         ("Sampler", "sobol"),
+        ("batch-render/window", "2x2-1+7 of 640x480"),
         ("View", "srgb"),
         ("Exposure", "0"),
         ("camera", "cam 1"),

@@ -1,0 +1,89 @@
+//! Merging: crops of one frame, each rendered by a job of its own, become the file that one job would have written.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use super::fingerprint::{FINGERPRINT, Fingerprint, PICTURE};
+use crate::{
+    error::Error,
+    film::Window,
+    output::{self, Attribute, CropFile, FileFacts, Format, JoinError, Value, atomic},
+};
+
+/// Joins the crops `inputs`, at least one, into `out`: byte for byte the file of the frame rendered whole.
+///
+/// # Errors
+/// A file is missing, damaged or of another picture, the crops leave a gap or overlap, or `out` cannot be written.
+pub fn merge(out: &Path, inputs: &[PathBuf]) -> Result<(), Error> {
+    let extension = out.extension().and_then(|e| e.to_str()).unwrap_or_default();
+    let format = output::format(extension).ok_or_else(|| {
+        let message = format!("the name of the merged file ends in .exr or .png: {}", out.display());
+        Error::Usage(message)
+    })?;
+    let first = inputs
+        .first()
+        .ok_or_else(|| Error::Usage("nothing to merge".to_owned()))?;
+    if let Some(input) = inputs.iter().find(|input| is_same(input, out)) {
+        return Err(Error::OverwritesInput {
+            output: out.to_owned(),
+            input: input.clone(),
+        });
+    }
+    let mut crops = Vec::new();
+    let mut common: Option<Crop> = None;
+    for path in inputs {
+        let crop = look(format, path)?;
+        if common.as_ref().is_some_and(|first| first.picture != crop.picture) {
+            return Err(JoinError::OtherPicture {
+                first: first.clone(),
+                second: path.clone(),
+            }
+            .into());
+        }
+        crops.push(CropFile {
+            path: path.clone(),
+            window: crop.facts.window,
+        });
+        common.get_or_insert(crop);
+    }
+    let Crop { picture, facts } = common.expect("there is an input");
+    let whole = Fingerprint::of_window(picture, Window::full(facts.resolution));
+    let own = [Attribute::new(FINGERPRINT, whole.file)];
+    let bytes = output::join(format, facts.resolution, &crops, &own)?;
+    atomic::check(out)?;
+    Ok(atomic::write(out, |file| Ok(file.write_all(&bytes)?))?)
+}
+
+/// A crop that is whole.
+struct Crop {
+    /// The fingerprint of its frame.
+    picture: String,
+    facts: FileFacts,
+}
+
+fn look(format: &dyn Format, path: &Path) -> Result<Crop, JoinError> {
+    let path = path.to_owned();
+    if !path.exists() {
+        return Err(JoinError::Missing { path });
+    }
+    let Some(facts) = format.inspect(&path) else {
+        return Err(JoinError::Damaged { path });
+    };
+    match facts.attribute(PICTURE) {
+        Some(Value::String(picture)) if facts.version() == Some(env!("CARGO_PKG_VERSION")) => Ok(Crop {
+            picture: picture.clone(),
+            facts,
+        }),
+        _ => Err(JoinError::Foreign { path }),
+    }
+}
+
+/// Whether two paths are of one existing file.
+fn is_same(a: &Path, b: &Path) -> bool {
+    match (fs::canonicalize(a), fs::canonicalize(b)) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
+}

@@ -1,0 +1,85 @@
+//! Crops to the whole picture: pixels are decoded, put into their places, and encoded again as they were.
+
+use std::io::BufReader;
+
+use super::{
+    facts::{WINDOW, facts},
+    picture::Picture,
+};
+use crate::output::{
+    Attribute,
+    join::{CropFile, JoinError, replace},
+};
+
+/// A decoded file.
+struct Crop {
+    color: ::png::ColorType,
+    depth: ::png::BitDepth,
+    is_srgb: bool,
+    /// The columns and rows of the whole picture.
+    resolution: [u32; 2],
+    /// In the order of the file, but for the place of the crop.
+    texts: Vec<Attribute>,
+    bytes: Vec<u8>,
+}
+
+/// The bytes of the file of the whole picture.
+pub(super) fn join(crops: &[CropFile], own: &[Attribute]) -> Result<Vec<u8>, JoinError> {
+    let first = read(&crops[0], own)?;
+    let pixel = first.color.samples() * if first.depth == ::png::BitDepth::Sixteen { 2 } else { 1 };
+    let [width, height] = first.resolution.map(|side| side as usize);
+    let mut bytes = vec![0; width * height * pixel];
+    for crop in crops {
+        let other = read(crop, own)?;
+        let kind = |crop: &Crop| (crop.color, crop.depth, crop.is_srgb, crop.resolution);
+        if kind(&other) != kind(&first) || other.texts != first.texts {
+            return Err(JoinError::different(&crops[0], crop));
+        }
+        let (x, y) = (crop.window.x0 as usize, crop.window.y0 as usize);
+        let rows = other.bytes.chunks_exact(crop.window.width() as usize * pixel);
+        for (line, row) in (y..).zip(rows) {
+            bytes[(line * width + x) * pixel..][..row.len()].copy_from_slice(row);
+        }
+    }
+    let picture = Picture {
+        size: first.resolution,
+        color: first.color,
+        depth: first.depth,
+        is_srgb: first.is_srgb,
+        texts: first.texts.into_iter().map(|a| (a.name, a.value.to_string())).collect(),
+        bytes,
+    };
+    let mut file = Vec::new();
+    let written = picture.write(&mut file);
+    written.map_err(|error| JoinError::unfit(&crops[0], &error))?;
+    Ok(file)
+}
+
+fn read(crop: &CropFile, own: &[Attribute]) -> Result<Crop, JoinError> {
+    let unreadable = |error: &dyn ToString| JoinError::unreadable(&crop.path, &error.to_string());
+    let facts = facts(&crop.path).map_err(|error| unreadable(&error))?;
+    let facts = facts.ok_or_else(|| unreadable(&"it is no PNG"))?;
+    let mut texts = facts.attributes;
+    texts.retain(|text| text.name != WINDOW);
+    replace(&mut texts, own);
+    let file = crate::output::facts::open(&crop.path).map_err(|error| unreadable(&error))?;
+    let mut reader = ::png::Decoder::new(BufReader::new(file))
+        .read_info()
+        .map_err(|error| unreadable(&error))?;
+    let size = reader
+        .output_buffer_size()
+        .ok_or_else(|| unreadable(&"it is too large"))?;
+    let mut bytes = vec![0; size];
+    let frame = reader.next_frame(&mut bytes).map_err(|error| unreadable(&error))?;
+    if [frame.width, frame.height] != [crop.window.width(), crop.window.height()] {
+        return Err(unreadable(&"it has changed"));
+    }
+    Ok(Crop {
+        color: frame.color_type,
+        depth: frame.bit_depth,
+        is_srgb: reader.info().srgb.is_some(),
+        resolution: facts.resolution,
+        texts,
+        bytes,
+    })
+}
