@@ -59,7 +59,13 @@ fn rounds_do_not_change_a_bit_of_any_pass() {
     let once = small
         .render(&renderer, SampleBudget::fixed(20), &Control::default())
         .expect("a film");
-    for budget in [SampleBudget::progressive(20), SampleBudget { min: 7, max: 20 }] {
+    for budget in [
+        SampleBudget::progressive(20),
+        SampleBudget {
+            min: 7,
+            ..SampleBudget::fixed(20)
+        },
+    ] {
         // The renderer's memory of the frame before must not show.
         let film = small.render(&renderer, budget, &Control::default()).expect("a film");
         assert!(bits(&film) == bits(&once), "{budget:?}");
@@ -97,7 +103,14 @@ fn the_first_round_is_the_picture_of_its_samples() {
         ..Control::default()
     };
     small
-        .render(&renderer, SampleBudget { min: 4, max: 20 }, &control)
+        .render(
+            &renderer,
+            SampleBudget {
+                min: 4,
+                ..SampleBudget::fixed(20)
+            },
+            &control,
+        )
         .expect("a film");
     let four = small
         .render(&renderer, SampleBudget::fixed(4), &Control::default())

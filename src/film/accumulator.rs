@@ -8,6 +8,7 @@ use super::{
     coverage::TileCoverage,
     passes::{PassContext, PassSource, Statistic},
     pixel_sum::{Moments, PixelSum},
+    state,
 };
 use crate::{
     math::Rgb,
@@ -92,6 +93,15 @@ impl AccumulatorLayout {
             }
         }
         layout
+    }
+
+    /// The bytes that an accumulator takes for each pixel, without mattes that pixels share out.
+    pub fn bytes_per_pixel(&self) -> u64 {
+        let sums = 1 + self.light.len() + self.colors.len();
+        let data = if self.data.is_empty() { 0 } else { 1 + self.data_width };
+        let mattes = 12 * self.mattes.len();
+        (sums * size_of::<PixelSum>() + data * size_of::<f32>() + self.moments(1) * size_of::<Moments>() + mattes)
+            as u64
     }
 
     /// The number of pixels of `all` that have moments.
@@ -216,6 +226,38 @@ impl TileAccumulator {
             let id = context.scene.mattes().id(*kind, context.scene, first);
             self.coverage.add(pixel, pass, id, sample.weight);
         }
+    }
+
+    /// Appends the samples so far as bytes, from which an accumulator of the same tile and layout goes on.
+    pub fn write_state(&self, out: &mut Vec<u8>) {
+        let Self {
+            tile: _,
+            beauty,
+            light,
+            nearest,
+            data,
+            coverage,
+            colors,
+            moments,
+        } = self;
+        state::put(out, beauty);
+        state::put(out, light);
+        state::put(out, nearest);
+        state::put(out, data);
+        state::put(out, colors);
+        state::put(out, moments);
+        coverage.write_state(out);
+    }
+
+    /// Takes the samples so far from the start of `input`, and moves that behind them; `None` where it holds none.
+    pub fn read_state(&mut self, input: &mut &[u8]) -> Option<()> {
+        state::take(input, &mut self.beauty)?;
+        state::take(input, &mut self.light)?;
+        state::take(input, &mut self.nearest)?;
+        state::take(input, &mut self.data)?;
+        state::take(input, &mut self.colors)?;
+        state::take(input, &mut self.moments)?;
+        self.coverage.read_state(input)
     }
 
     /// Writes the pixels as they stand into their place in `film`.

@@ -7,11 +7,14 @@
 //! Source: Friedman and Jones, "Fully Automatic ID Mattes with Support for Motion Blur and Transparency", SIGGRAPH 2015
 //! posters, doi:10.1145/2787626.2787629.
 
+use super::state;
+
 /// The number of mattes of a pixel that a film keeps where nothing else is said.
 pub const DEFAULT_RANKS: u32 = 6;
 
 /// The weights of some samples.
-#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 struct Weight {
     /// The sum of the positive ones.
     positive: f32,
@@ -35,7 +38,8 @@ impl Weight {
 }
 
 /// A matte that some samples of a pixel met.
-#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 struct Entry {
     id: u32,
     weight: Weight,
@@ -88,6 +92,30 @@ impl TileCoverage {
         entry.weight.add(weight);
         self.entries.push(entry);
         *head = self.entries.len() as u32;
+    }
+
+    /// Appends its state.
+    pub fn write_state(&self, out: &mut Vec<u8>) {
+        let Self {
+            passes: _,
+            totals,
+            heads,
+            entries,
+        } = self;
+        state::put(out, totals);
+        state::put(out, heads);
+        state::put_counted(out, entries);
+    }
+
+    /// Takes its state from the start of `input`; `None` where that is none.
+    pub fn read_state(&mut self, input: &mut &[u8]) -> Option<()> {
+        state::take(input, &mut self.totals)?;
+        state::take(input, &mut self.heads)?;
+        self.entries = state::take_counted(input)?;
+        // An entry leads to an older one, so chains end.
+        let is_known = |at: &u32| *at as usize <= self.entries.len();
+        let is_older = |(i, entry): (usize, &Entry)| entry.next as usize <= i;
+        (self.heads.iter().all(is_known) && self.entries.iter().enumerate().all(is_older)).then_some(())
     }
 
     /// The mattes of a pass of all pixels: for each the bits of its id, as those of a float, and its coverage, from the most

@@ -7,6 +7,7 @@ mod motion;
 pub mod passes;
 pub mod pixel_sum;
 pub mod request;
+mod state;
 pub mod window;
 
 pub use accumulator::{SampleRecord, TileAccumulator};
@@ -22,6 +23,8 @@ pub struct Film {
     pub resolution: [u32; 2],
     /// The part of it that was rendered.
     pub window: Window,
+    /// The samples that every pixel has.
+    pub samples: u32,
     planes: Vec<Plane>,
 }
 
@@ -43,6 +46,7 @@ impl Film {
         Self {
             resolution,
             window,
+            samples: 0,
             planes: layout.planes().iter().map(plane).collect(),
         }
     }

@@ -3,7 +3,8 @@
 use crate::math::Rgb;
 
 /// The weighted sum of the samples of one pixel.
-#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct PixelSum {
     rgb: Rgb,
     alpha: f32,
@@ -54,12 +55,13 @@ impl PixelSum {
 }
 
 /// The sums of a pixel from which its variance follows.
-#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Moments {
     sum: [f64; 3],
     squares: [f64; 3],
     weight: f64,
-    count: u32,
+    count: u64,
 }
 
 impl Moments {
@@ -81,7 +83,7 @@ impl Moments {
         if self.count < 2 {
             return [0.0; 3];
         }
-        let n = f64::from(self.count);
+        let n = self.count as f64;
         // The plain mean stands in where the weights cancel.
         let weight = if self.weight >= 0.1 * n { self.weight } else { n };
         std::array::from_fn(|c| {

@@ -5,7 +5,11 @@ use std::sync::{
     atomic::{AtomicBool, AtomicU64, Ordering},
 };
 
-use super::{InvalidSamples, TileResult, wave_stats::WaveStats};
+use super::{
+    InvalidSamples, TileResult,
+    interrupts::{Interrupts, ShowRequest},
+    wave_stats::WaveStats,
+};
 use crate::integrator::StageTimes;
 
 /// The word to stop. A render that sees it leaves its unfinished tiles.
@@ -86,6 +90,10 @@ pub struct Control<'a> {
     pub cancel: Option<&'a Cancel>,
     pub counters: Option<&'a Counters>,
     pub sink: Option<&'a dyn TileSink>,
+    /// Keeps the frame, or shows it as it stands.
+    pub interrupts: Option<&'a dyn Interrupts>,
+    /// Asks a job for the frame as it stands.
+    pub show: Option<&'a ShowRequest>,
     /// Receives the time that each stage takes.
     pub stages: Option<&'a StageTimes>,
 }

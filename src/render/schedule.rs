@@ -4,7 +4,7 @@
 //! on, so that a picture of few samples is there early and gets better. The bits of the finished frame do not depend on how
 //! its samples are divided into rounds, tiles and blocks.
 
-use std::ops::Range;
+use std::{ops::Range, time::Duration};
 
 use crate::film::Window;
 
@@ -18,6 +18,8 @@ pub struct SampleBudget {
     pub min: u32,
     /// The samples of the finished frame. Each round after the first doubles the samples until they are this many.
     pub max: u32,
+    /// The time that a frame has. It gets as many samples as there is time for, and at least one.
+    pub time: Option<Duration>,
 }
 
 impl SampleBudget {
@@ -26,22 +28,48 @@ impl SampleBudget {
         Self {
             min: samples,
             max: samples,
+            time: None,
         }
     }
 
     /// A first picture of one sample, then twice as many in each round.
     pub const fn progressive(samples: u32) -> Self {
-        Self { min: 1, max: samples }
+        Self {
+            min: 1,
+            max: samples,
+            time: None,
+        }
+    }
+
+    /// The same samples as far as there is time for them.
+    pub const fn within(self, time: Duration) -> Self {
+        Self {
+            time: Some(time),
+            ..self
+        }
     }
 }
 
-/// The samples that each pixel gets next where it has the first `done`; `None` where the frame is finished.
-pub fn next_round(budget: &SampleBudget, done: u32) -> Option<Range<u32>> {
-    let end = match done {
-        0 => budget.min.max(1),
-        _ => done.saturating_mul(2),
+/// The samples that each pixel gets next where it has the first `done` after `elapsed`; `None` where the frame is finished or has
+/// no time for another sample.
+///
+/// Where time is limited, rounds are as short as waves allow, and none is begun that would take longer than what is left, by the
+/// pace so far.
+pub fn next_round(budget: &SampleBudget, done: u32, elapsed: Duration) -> Option<Range<u32>> {
+    /// The samples of a pixel that a wave of a tile holds.
+    const WAVE_SAMPLES: u32 = 16;
+    let first = if budget.time.is_some() { 1 } else { budget.min.max(1) };
+    let step = match (done, budget.time) {
+        (0, _) => first,
+        (_, None) => done,
+        (_, Some(time)) => {
+            let pace = elapsed.as_secs_f64() / f64::from(done);
+            // The cast saturates.
+            let fitting = (time.saturating_sub(elapsed).as_secs_f64() / pace) as u32;
+            fitting.min(done).min(WAVE_SAMPLES)
+        }
     };
-    let end = end.min(budget.max);
+    let end = done.saturating_add(step).min(budget.max);
     (done < end).then_some(done..end)
 }
 
@@ -63,13 +91,9 @@ pub fn blocks(tile: Window, samples: Range<u32>) -> impl Iterator<Item = BlockSp
     })
 }
 
-/// The tiles of a window: squares that hold a wave of 16 or more samples of each pixel, and so small that each of `threads`
-/// threads has several.
-pub fn tiles(window: Window, budget: &SampleBudget, threads: usize) -> impl ExactSizeIterator<Item = Window> + Clone {
-    window.tiles(tile_side(window, budget, threads))
-}
-
-fn tile_side(window: Window, budget: &SampleBudget, threads: usize) -> u32 {
+/// The side of the tiles of a window: squares that hold a wave of 16 or more samples of each pixel, and so small that each of
+/// `threads` threads has several.
+pub fn tile_side(window: Window, budget: &SampleBudget, threads: usize) -> u32 {
     const MIN_PIXELS: u32 = 64;
     let together = budget.max.clamp(1, 16);
     let pixels = WAVE_SIZE as u32 / together;
@@ -83,7 +107,8 @@ mod tests {
 
     /// The first sample of each round, and the end of the last.
     fn rounds(budget: SampleBudget) -> Vec<u32> {
-        let rounds = std::iter::successors(next_round(&budget, 0), |round| next_round(&budget, round.end));
+        let next = |done| next_round(&budget, done, Duration::ZERO);
+        let rounds = std::iter::successors(next(0), |round| next(round.end));
         std::iter::once(0).chain(rounds.map(|round| round.end)).collect()
     }
 
@@ -91,9 +116,37 @@ mod tests {
     fn rounds_double_until_the_budget_is_spent_and_cover_every_sample_once() {
         assert_eq!(rounds(SampleBudget::fixed(48)), [0, 48]);
         assert_eq!(rounds(SampleBudget::progressive(6)), [0, 1, 2, 4, 6]);
-        assert_eq!(rounds(SampleBudget { min: 4, max: 9 }), [0, 4, 8, 9]);
-        assert_eq!(rounds(SampleBudget { min: 9, max: 4 }), [0, 4]);
+        assert_eq!(
+            rounds(SampleBudget {
+                min: 4,
+                ..SampleBudget::fixed(9)
+            }),
+            [0, 4, 8, 9]
+        );
+        assert_eq!(
+            rounds(SampleBudget {
+                min: 9,
+                ..SampleBudget::fixed(4)
+            }),
+            [0, 4]
+        );
         assert_eq!(rounds(SampleBudget::fixed(u32::MAX)), [0, u32::MAX]);
+    }
+
+    #[test]
+    fn a_limit_of_time_is_kept_by_the_pace_so_far_and_leaves_one_sample_at_least() {
+        let seconds = Duration::from_secs;
+        let next =
+            |limit, done, elapsed| next_round(&SampleBudget::fixed(64).within(seconds(limit)), done, seconds(elapsed));
+        assert_eq!(next(0, 0, 0), Some(0..1));
+        assert_eq!(next(0, 1, 5), None);
+        // Two samples in 2 s leave time for 8 more, but rounds double.
+        assert_eq!(next(10, 2, 2), Some(2..4));
+        assert_eq!(next(10, 8, 8), Some(8..10));
+        assert_eq!(next(10, 10, 10), None);
+        assert_eq!(next(100, 40, 4), Some(40..56));
+        assert_eq!(next(100, 56, 4), Some(56..64));
+        assert_eq!(next(100, 64, 4), None);
     }
 
     #[test]

@@ -1,11 +1,35 @@
 //! The tiles of a frame, shared out to the threads, round by round.
 
-use std::{ops::Range, sync::Mutex};
+use std::{
+    ops::Range,
+    sync::Mutex,
+    time::{Duration, Instant},
+};
 
 use rayon::prelude::*;
 
-use super::{Cancelled, Control, TileResult, context::RenderContext, schedule, wave_pool::WavePool};
-use crate::film::{Film, FilmLayout, TileAccumulator, Window};
+use super::{
+    Cancelled, Control, TileResult,
+    context::RenderContext,
+    interrupts::PartialFrame,
+    schedule,
+    tile_set::{Tile, TileSet},
+    wave_pool::WavePool,
+};
+use crate::film::{Film, FilmLayout, TileAccumulator};
+
+/// Why threads stopped before the end of a round.
+enum Stop {
+    Cancelled,
+    /// The frame pauses.
+    Due,
+}
+
+impl From<Cancelled> for Stop {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
+    }
+}
 
 /// Renders all rounds of a frame.
 pub(super) fn render(
@@ -14,69 +38,97 @@ pub(super) fn render(
     waves: &WavePool,
     control: &Control<'_>,
 ) -> Result<Film, Cancelled> {
-    let settings = context.settings;
-    let film = Mutex::new(Film::new(settings.resolution, settings.window, layout));
-    let threads = rayon::current_num_threads();
-    let mut tiles: Vec<Tile> = schedule::tiles(settings.window, &settings.samples, threads)
-        .map(|window| Tile {
-            window,
-            accumulator: None,
-        })
-        .collect();
-    let mut done = 0;
-    while let Some(samples) = schedule::next_round(&settings.samples, done) {
-        done = samples.end;
-        let is_last = schedule::next_round(&settings.samples, done).is_none();
-        tiles.par_iter_mut().with_max_len(1).try_for_each(|tile| {
-            if control.is_cancelled() {
+    let (settings, interrupts) = (context.settings, control.interrupts);
+    let start = Instant::now();
+    let (mut tiles, before) = begin(context, control);
+    let keeps_sums = interrupts.is_some_and(|i| i.keep_state());
+    let mut film = Film::new(settings.resolution, settings.window, layout);
+    let mut done = tiles.samples();
+    while let Some(samples) = schedule::next_round(&settings.samples, done, before + start.elapsed()) {
+        let finishes_tiles = samples.end == settings.samples.max && !keeps_sums;
+        loop {
+            let shared = Mutex::new(&mut film);
+            let round = tiles.tiles.par_iter_mut().with_max_len(1).try_for_each(|tile| {
+                if control.is_cancelled() {
+                    return Err(Stop::Cancelled);
+                }
+                render_tile(tile, context, samples.clone(), waves, control)?;
+                if finishes_tiles && let Some(finished) = tile.accumulator.take() {
+                    let mut film = shared.lock().expect("no thread panics while it holds the film");
+                    finished.resolve_into(&context.accumulators, &mut film);
+                }
+                Ok(())
+            });
+            let Err(stop) = round else { break };
+            let is_cancelled = matches!(stop, Stop::Cancelled);
+            if let Some(interrupts) = interrupts {
+                interrupts.pause(&PartialFrame {
+                    tiles: &tiles,
+                    film: &film,
+                    layout: &context.accumulators,
+                    elapsed: before + start.elapsed(),
+                    is_cancelled,
+                });
+            }
+            if is_cancelled {
                 return Err(Cancelled);
             }
-            tile.render(context, samples.clone(), waves, control)?;
-            if is_last && let Some(finished) = tile.accumulator.take() {
-                let mut film = film.lock().expect("no thread panics while it holds the film");
-                finished.resolve_into(&context.accumulators, &mut film);
-            }
-            Ok(())
-        })?;
+        }
+        done = samples.end;
     }
-    Ok(film.into_inner().expect("no thread panics while it holds the film"))
+    tiles.resolve_into(&context.accumulators, &mut film);
+    film.samples = done;
+    Ok(film)
 }
 
-struct Tile {
-    window: Window,
-    /// Its samples so far; `None` before the first round and after the last.
-    accumulator: Option<TileAccumulator>,
+/// The tiles with the samples that an earlier render left, and the time that it took.
+fn begin(context: &RenderContext<'_>, control: &Control<'_>) -> (TileSet, Duration) {
+    let settings = context.settings;
+    let state = control.interrupts.and_then(|interrupts| interrupts.earlier_state());
+    let earlier = state.and_then(|bytes| TileSet::from_state(settings.window, &context.accumulators, &bytes));
+    earlier.unwrap_or_else(|| {
+        let side = schedule::tile_side(settings.window, &settings.samples, rayon::current_num_threads());
+        (TileSet::new(settings.window, side), Duration::ZERO)
+    })
 }
 
-impl Tile {
-    fn render(
-        &mut self,
-        context: &RenderContext<'_>,
-        samples: Range<u32>,
-        waves: &WavePool,
-        control: &Control<'_>,
-    ) -> Result<(), Cancelled> {
-        let layout = &context.accumulators;
-        let accumulator = self
-            .accumulator
-            .get_or_insert_with(|| TileAccumulator::new(self.window, layout));
-        let mut wave = waves.take();
-        for block in schedule::blocks(self.window, samples.clone()) {
-            // A wave that was cancelled holds paths of its block: it is dropped.
-            let stats = wave.run(context, &block, accumulator, control)?;
-            if let Some(counters) = control.counters {
-                counters.add((block.samples.len() * block.tile.area()) as u64, &stats);
-                counters.add_invalid(&stats.invalid);
-            }
-        }
-        waves.put(wave);
-        if let Some(sink) = control.sink {
-            sink.tile(&TileResult {
-                accumulator,
-                layout,
-                samples,
-            });
-        }
-        Ok(())
+/// Gives a tile those of the samples that it does not have.
+fn render_tile(
+    tile: &mut Tile,
+    context: &RenderContext<'_>,
+    samples: Range<u32>,
+    waves: &WavePool,
+    control: &Control<'_>,
+) -> Result<(), Stop> {
+    let samples = samples.start.max(tile.done)..samples.end;
+    if samples.is_empty() {
+        return Ok(());
     }
+    let layout = &context.accumulators;
+    let accumulator = tile
+        .accumulator
+        .get_or_insert_with(|| TileAccumulator::new(tile.window, layout));
+    let mut wave = waves.take();
+    for block in schedule::blocks(tile.window, samples.clone()) {
+        // A wave that was cancelled holds paths of its block: it is dropped.
+        let stats = wave.run(context, &block, accumulator, control)?;
+        tile.done = block.samples.end;
+        if let Some(counters) = control.counters {
+            counters.add((block.samples.len() * block.tile.area()) as u64, &stats);
+            counters.add_invalid(&stats.invalid);
+        }
+        if control.interrupts.is_some_and(|interrupts| interrupts.are_due()) {
+            waves.put(wave);
+            return Err(Stop::Due);
+        }
+    }
+    waves.put(wave);
+    if let Some(sink) = control.sink {
+        sink.tile(&TileResult {
+            accumulator,
+            layout,
+            samples,
+        });
+    }
+    Ok(())
 }
