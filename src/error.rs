@@ -59,6 +59,9 @@ pub enum Error {
     Serve { cause: std::io::Error },
     #[error("cannot write to standard output: {0}")]
     Stdout(std::io::Error),
+    /// Another job is writing a file of this one.
+    #[error("{0}")]
+    Busy(String),
     #[error("the file exists already: {}", path.display())]
     Exists { path: PathBuf },
     #[error(transparent)]
@@ -85,6 +88,8 @@ pub enum Blame {
     Io,
     /// Whoever runs the machine: the system allows no more threads.
     System,
+    /// Nobody: another job is at work.
+    Busy,
     /// Nobody: it was stopped.
     Cancelled,
 }
@@ -161,6 +166,7 @@ impl Error {
             Self::Exists { .. } | Self::Output(OutputError::Create { .. }) => Blame::CannotCreate,
             Self::Output(_) | Self::Stdout(_) => Blame::Io,
             Self::Threads { .. } | Self::Listen { .. } | Self::Serve { .. } => Blame::System,
+            Self::Busy(_) => Blame::Busy,
             Self::Cancelled(_) => Blame::Cancelled,
         }
     }

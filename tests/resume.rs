@@ -249,6 +249,19 @@ fn parts_render_every_frame_once_and_the_same_bytes() {
     assert!(message.contains("parts are numbered from 1 to 3"), "{message}");
 }
 
+#[test]
+fn files_beside_the_pictures_are_mended_though_all_frames_are_there() {
+    let folder = rendered();
+    let job = [&JOB[..], &["--metadata", "transforms,ids", "--skip-existing"]].concat();
+    folder.succeed(&job);
+    let whole = ["transforms.json", "ids.json"].map(|name| folder.read(name));
+    fs::write(folder.path("transforms.json"), &whole[0][..20]).expect("written");
+    fs::write(folder.path("ids.json"), "{}").expect("written");
+    let said = folder.succeed(&job);
+    assert!(said.contains("0 frames rendered, 5 skipped in "), "{said}");
+    assert!(whole == ["transforms.json", "ids.json"].map(|name| folder.read(name)));
+}
+
 #[cfg(unix)]
 #[test]
 fn a_frame_that_cannot_be_written_does_not_keep_the_others_from_it() {

@@ -4,7 +4,7 @@ use std::{path::Path, time::Instant};
 
 use super::{
     CameraRig, Existing, InputHash, Inventory, Observer, Plan, Request, SceneFigures, Stale, Summary, Survey,
-    metadata::Sidecar, run, targets,
+    checkpoint, job_lock::JobLock, run, targets,
 };
 use crate::{
     assets::{Files, MemoryBudget, Store, store::is_model},
@@ -133,15 +133,19 @@ impl Job {
     pub fn run(&self, scene: SceneBuilder, observer: &dyn Observer, control: &Control<'_>) -> Result<Summary, Error> {
         let start = Instant::now();
         targets::check(&self.plan, self.files())?;
+        let _lock = JobLock::new(&self.plan, control.cancel)?;
         let frames = &self.plan.frames;
-        let is_there = |sidecar: &Sidecar| self.plan.sidecar_path(*sidecar).is_none_or(|path| path.is_file());
-        let are_beside = self.plan.sidecars.iter().all(is_there);
         let survey = match self.plan.existing {
             Existing::Skip => Survey::new(&self.plan, self.inputs()),
             Existing::Overwrite | Existing::Fail => Survey::of_nothing(self.inputs()),
         };
-        if frames.is_empty() || are_beside && (0..frames.len()).all(|frame| survey.has(frame)) {
+        // The files beside the pictures are written anew.
+        let is_bare = self.plan.sidecars.is_empty();
+        if frames.is_empty() || is_bare && (0..frames.len()).all(|frame| survey.has(frame)) {
             for frame in frames {
+                if self.plan.checkpoint.is_some() {
+                    checkpoint::remove(frame);
+                }
                 observer.frame_skipped(frame.number);
             }
             return Ok(Summary {

@@ -4,12 +4,17 @@
 //! without touching a pixel; [`Job::load`] loads what the scene is made of; [`Job::run`] renders the frames, writing each
 //! one while the next one renders.
 
+mod checkpoint;
 mod encoding;
 mod existing;
 mod failure;
 mod fingerprint;
+mod frame_interrupts;
+mod if_busy;
 pub mod inventory;
 mod job;
+mod job_lock;
+mod memory;
 mod merge;
 pub mod metadata;
 mod names;
@@ -23,6 +28,7 @@ mod sidecars;
 mod stale;
 mod summary;
 mod targets;
+mod time_limit;
 mod turntable;
 
 pub mod range;
@@ -30,6 +36,7 @@ pub mod range;
 pub use existing::Existing;
 pub use failure::{FrameError, FrameFailure, OnFailure};
 pub use fingerprint::{Fingerprint, InputHash};
+pub use if_busy::IfBusy;
 pub use inventory::Inventory;
 pub use job::Job;
 pub use merge::merge;

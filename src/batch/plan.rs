@@ -3,10 +3,11 @@
 use std::{
     ops::RangeInclusive,
     path::{Path, PathBuf},
+    time::Duration,
 };
 
 use super::{
-    Existing, FrameRange, OnFailure, Request, Turntable, encoding,
+    Existing, FrameRange, IfBusy, OnFailure, Request, Turntable, encoding, memory,
     metadata::{self, Sidecar},
     names,
     passes::PassChoice,
@@ -14,7 +15,7 @@ use super::{
 };
 use crate::{
     accel::BuildOptions,
-    assets::{Files, MemoryBudget, MemoryKind, camera_path},
+    assets::{Files, camera_path},
     camera::{Camera, FrameCamera, Lens, SceneCamera, path::CameraPath},
     describe::{Diagnostics, SceneDesc},
     error::Error,
@@ -79,6 +80,9 @@ pub struct Plan {
     pub on_failure: OnFailure,
     /// The number of further attempts to write a file.
     pub retries: u32,
+    pub if_busy: IfBusy,
+    /// The time between two checkpoints of a frame; `None` for none.
+    pub checkpoint: Option<Duration>,
     pub view: DisplayTransform,
     pub exposure: f32,
     pub encoding: Encoding,
@@ -137,7 +141,7 @@ impl Plan {
         }
         encoding::check(encoding, &choice, &patterns)?;
         let shown = set_passes(&mut settings, choice, (described.name(), &integrator))?;
-        take_memory(desc, &settings, &integrator, inputs.memory())?;
+        memory::take(desc, &settings, (&integrator, request.checkpoint), inputs.memory())?;
         let turntable = request
             .turntable
             .zip(camera)
@@ -171,6 +175,8 @@ impl Plan {
             existing: request.existing,
             on_failure: request.on_failure,
             retries: request.retries,
+            if_busy: request.if_busy,
+            checkpoint: request.checkpoint,
             view: view.unwrap_or_default(),
             exposure: request
                 .exposure
@@ -278,7 +284,10 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
     Ok(render::Settings {
         resolution,
         window,
-        samples: SampleBudget::fixed(samples),
+        samples: SampleBudget {
+            time: request.time_limit,
+            ..SampleBudget::fixed(samples)
+        },
         seed: request.seed.unwrap_or(desc.render.seed.0),
         noise_frame: 0,
         sampler,
@@ -297,28 +306,6 @@ fn overscanned([width, height]: [u32; 2], overscan: u32) -> Window {
     let first = -i64::from(overscan).min(i64::from(MAX_SIDE)) as i32;
     let size = [width, height].map(|n| n.saturating_add(2 * overscan.min(MAX_SIDE)));
     Window::sized([first; 2], size)
-}
-
-/// The number of frames in memory at once: one renders, one waits, one is written, encoded beside its pixels.
-const FRAMES_IN_MEMORY: u64 = 4;
-
-/// Takes the memory of the frames that are there at once.
-fn take_memory(
-    desc: &SceneDesc,
-    settings: &render::Settings,
-    integrator: &BuiltIn,
-    memory: &MemoryBudget,
-) -> Result<(), Error> {
-    let picture = render::picture_of(integrator.as_dyn());
-    let layout = settings
-        .film_layout(picture, &desc.light_groups())
-        .map_err(|unknown| Error::Usage(unknown.to_string()))?;
-    let frame = (settings.window.area() as u64).saturating_mul(layout.bytes_per_pixel());
-    let bytes = frame.saturating_mul(FRAMES_IN_MEMORY);
-    let [width, height] = settings.resolution;
-    memory
-        .take(MemoryKind::Frames, bytes)
-        .map_err(|cause| Error::Memory { width, height, cause })
 }
 
 fn check_size([width, height]: [u32; 2]) -> Result<(), Error> {

@@ -1,8 +1,8 @@
 //! Requests: the settings of a job beside its scene. Command lines and callers fill in a [`Request`].
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
-use super::{Existing, FrameRange, JobPart, OnFailure};
+use super::{Existing, FrameRange, IfBusy, JobPart, OnFailure};
 use crate::{accel::BuildOptions, assets::store::MissingAssets, camera::RotationOrder, sampler::SeedMode};
 
 /// The settings of a job. The scene file decides about a setting that is `None`.
@@ -23,6 +23,12 @@ pub struct Request {
     pub on_failure: OnFailure,
     /// The number of further attempts to write a file.
     pub retries: u32,
+    /// Whether the job waits where another one writes the same files.
+    pub if_busy: IfBusy,
+    /// The time that each frame has; it gets fewer samples where that is too short.
+    pub time_limit: Option<Duration>,
+    /// The time between two checkpoints of a frame; `None` for none.
+    pub checkpoint: Option<Duration>,
     pub samples: Option<u32>,
     pub resolution: Option<[u32; 2]>,
     /// Columns and rows x0, y0, x1, y1; the last two are not rendered.

@@ -11,13 +11,13 @@ use rayon::ThreadPoolBuilder;
 
 use super::{
     CameraRig, Existing, Fingerprint, FrameError, FrameFailure, OnFailure, Plan, PlannedFrame, Stale, StaleReason,
-    Summary, Survey, failure, plan::PlannedFile, sidecars,
+    Summary, Survey, checkpoint, failure, frame_interrupts::FrameInterrupts, plan::PlannedFile, sidecars, time_limit,
 };
 use crate::{
     error::Error,
     film::Film,
     output::{self, Coverage, FrameImage, OutputError, WriteReport},
-    render::{Control, Counters, RenderError, Renderer},
+    render::{Control, Counters, Interrupts, RenderError, Renderer},
     scene::Scene,
 };
 
@@ -35,6 +35,8 @@ pub trait Observer: Sync {
     fn frame_failed(&self, _failure: &FrameFailure) {}
     /// The picture of a frame that is going to be written.
     fn frame_image(&self, _number: i32, _image: &FrameImage<'_>) {}
+    /// A limit of time has left the frame with so many samples of each pixel.
+    fn frame_cut_short(&self, _number: i32, _samples: u32) {}
     /// A file is on disk.
     fn file_written(&self, number: i32, path: &Path);
     /// All files of the frame are on disk.
@@ -85,7 +87,7 @@ pub fn run(
     let mut written = Ok(WriteSummary::default());
     let rendered = encoders.in_place_scope(|scope| {
         scope.spawn(|_| written = write_all(plan, coverage, receive, observer));
-        let rendered = render_all(plan, (scene, survey), observer, &control, &send);
+        let rendered = render_all(plan, (scene, survey, coverage), observer, &control, &send);
         drop(send);
         rendered
     });
@@ -111,7 +113,7 @@ struct WriteSummary {
 
 fn render_all<'a>(
     plan: &'a Plan,
-    (scene, survey): (&Scene, &Survey),
+    (scene, survey, coverage): (&Scene, &Survey, Coverage),
     observer: &dyn Observer,
     control: &Control<'_>,
     send: &SyncSender<Finished<'a>>,
@@ -128,6 +130,9 @@ fn render_all<'a>(
             };
             match stale {
                 None => {
+                    if plan.checkpoint.is_some() {
+                        checkpoint::remove(frame);
+                    }
                     observer.frame_skipped(frame.number);
                     summary.skipped += 1;
                     continue;
@@ -139,7 +144,13 @@ fn render_all<'a>(
         observer.frame_started(frame.number, index, plan.frames.len());
         let start = Instant::now();
         let camera = rig.camera(plan, frame);
-        let attempt = failure::catch(|| plan.render_frame(&renderer, scene, (frame, &camera), control));
+        let fingerprint = Fingerprint::of_frame(plan, survey.inputs, frame);
+        let interrupts = FrameInterrupts::new(plan, (frame, &fingerprint.file), coverage, control.show);
+        let own_control = Control {
+            interrupts: (plan.checkpoint.is_some() || control.show.is_some()).then_some(&interrupts as &dyn Interrupts),
+            ..*control
+        };
+        let attempt = failure::catch(|| plan.render_frame(&renderer, scene, (frame, &camera), &own_control));
         let film = match attempt {
             Ok(film) => film.map_err(|e| match e {
                 RenderError::Cancelled(cancelled) => Error::Cancelled(cancelled),
@@ -161,6 +172,14 @@ fn render_all<'a>(
         };
         let took = start.elapsed();
         observer.frame_rendered(frame.number, took);
+        let (got, wanted) = (film.samples, plan.settings.samples.max);
+        if got < wanted {
+            tracing::warn!(
+                "frame {} has {got} of {wanted} samples, the time limit is over",
+                frame.number
+            );
+            observer.frame_cut_short(frame.number, got);
+        }
         let invalid = control.counters.map(Counters::take_invalid).unwrap_or_default();
         if invalid.count > 0 {
             summary.invalid.push((frame.number, invalid));
@@ -170,7 +189,7 @@ fn render_all<'a>(
         let finished = Finished {
             frame,
             film,
-            fingerprint: Fingerprint::of_frame(plan, survey.inputs, frame),
+            fingerprint,
         };
         if send.send(finished).is_err() {
             // The writer has given up; its error says why.
@@ -197,11 +216,13 @@ fn write_all(
         fingerprint,
     } in frames
     {
+        let mut metadata = fingerprint.metadata(plan, frame.number);
+        time_limit::mark(&mut metadata, plan, &film);
         let image = FrameImage {
             film: &film,
             shown: plan.shown,
             coverage,
-            metadata: &fingerprint.metadata(plan, frame.number),
+            metadata: &metadata,
         };
         let written = failure::catch(|| {
             observer.frame_image(frame.number, &image);
@@ -213,7 +234,12 @@ fn write_all(
             })
         });
         match written.and_then(|written: Result<(), OutputError>| Ok(written?)) {
-            Ok(()) => observer.frame_written(frame.number),
+            Ok(()) => {
+                if plan.checkpoint.is_some() {
+                    checkpoint::remove(frame);
+                }
+                observer.frame_written(frame.number);
+            }
             Err(FrameError::Output(error)) if error.ends_the_job() || plan.on_failure == OnFailure::FailFast => {
                 return Err(error);
             }
@@ -224,6 +250,9 @@ fn write_all(
                 };
                 observer.frame_failed(&failure);
                 summary.failures.push(failure);
+                if plan.on_failure == OnFailure::FailFast {
+                    break;
+                }
             }
         }
     }

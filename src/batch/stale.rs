@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::{
     Plan, PlannedFrame,
     fingerprint::{FINGERPRINT, Fingerprint, InputHash},
+    time_limit,
 };
 use crate::output::Value;
 
@@ -25,6 +26,8 @@ pub enum StaleReason {
     Damaged,
     /// It has no fingerprint: another program, or an older version of this one, wrote it.
     Foreign,
+    /// A shorter limit of time than this job's has left it with fewer samples.
+    CutShort,
     /// It was rendered from other inputs, by another camera or with other settings.
     Outdated,
 }
@@ -35,6 +38,7 @@ impl fmt::Display for StaleReason {
             Self::Missing => "is missing",
             Self::Damaged => "is incomplete or altered",
             Self::Foreign => "was not written by this version of batch-render",
+            Self::CutShort => "was cut short by a shorter time limit",
             Self::Outdated => "was rendered from other inputs or with other settings",
         })
     }
@@ -57,6 +61,9 @@ impl PlannedFrame {
                 match file.format.inspect(&file.path) {
                     None => StaleReason::Damaged,
                     Some(facts) => match facts.attribute(FINGERPRINT) {
+                        Some(found) if *found == expected && time_limit::is_too_short(&facts, plan) => {
+                            StaleReason::CutShort
+                        }
                         Some(found) if *found == expected => return None,
                         Some(_) => StaleReason::Outdated,
                         None => StaleReason::Foreign,

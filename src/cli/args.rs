@@ -3,16 +3,15 @@
 //! Every flag stands under a heading. `-h` shows what most jobs need and fits on one screen; flags that few need have
 //! `hide_short_help` and appear in `--help`.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
-use batch_render::{
-    assets::store::MissingAssets,
-    batch::{PartBase, PartSpec},
-    sampler::SeedMode,
-};
+use batch_render::{batch::PartSpec, sampler::SeedMode};
 use clap::{ArgAction, Args as ClapArgs, Parser, Subcommand, ValueEnum};
 
-use super::values::{crop, cryptomatte_levels, exposure, radius, resolution, seed_mode, size};
+use super::{
+    choices::{IfBusyKind, MissingKind, PartBaseKind, ProgressKind},
+    values::{crop, cryptomatte_levels, duration, exposure, radius, resolution, seed_mode, size},
+};
 
 /// The headings of the help, in the order in which they appear.
 mod heading {
@@ -244,6 +243,21 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = 2, hide_short_help = true, help_heading = heading::JOB)]
     pub retries: u32,
 
+    /// Time that each frame has, such as 10m or 1h30m: it gets as many samples as fit, and at least one
+    #[arg(long, value_name = "TIME", value_parser = duration, hide_short_help = true, help_heading = heading::JOB)]
+    pub time_limit: Option<Duration>,
+
+    /// Keep an unfinished frame beside its file at this interval, such as 60s; a killed frame goes on from there
+    ///
+    /// The next job with --checkpoint goes on from the file, with the same bits as if nobody had stopped it. SIGINT and SIGTERM
+    /// keep the frame, too.
+    #[arg(long, value_name = "TIME", value_parser = duration, hide_short_help = true, help_heading = heading::JOB)]
+    pub checkpoint: Option<Duration>,
+
+    /// Treatment of files that another job is writing
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t, hide_short_help = true, help_heading = heading::JOB)]
+    pub if_busy: IfBusyKind,
+
     /// Keep a page in this folder that shows how the job goes: thumbnails, charts, the slowest frames
     #[arg(long, value_name = "FOLDER", hide_short_help = true, help_heading = heading::JOB)]
     pub report: Option<PathBuf>,
@@ -380,60 +394,6 @@ pub struct ExistingArgs {
     /// Stop before rendering if a file exists
     #[arg(long, hide_short_help = true, help_heading = heading::OUTPUT)]
     pub fail_existing: bool,
-}
-
-/// The number of the first part.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum PartBaseKind {
-    #[value(name = "0")]
-    Zero,
-    #[default]
-    #[value(name = "1")]
-    One,
-}
-
-impl From<PartBaseKind> for PartBase {
-    fn from(kind: PartBaseKind) -> Self {
-        match kind {
-            PartBaseKind::Zero => Self::Zero,
-            PartBaseKind::One => Self::One,
-        }
-    }
-}
-
-/// The treatment of images that are missing or broken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum MissingKind {
-    /// Refuse the scene
-    Error,
-    /// Show magenta and black squares in its place, with a warning
-    Placeholder,
-}
-
-impl From<MissingKind> for MissingAssets {
-    fn from(kind: MissingKind) -> Self {
-        match kind {
-            MissingKind::Error => Self::Error,
-            MissingKind::Placeholder => Self::Placeholder,
-        }
-    }
-}
-
-/// The display of progress.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ProgressKind {
-    /// Bars on a terminal, plain lines elsewhere
-    Auto,
-    /// One bar for the sequence and one for the frame
-    Bar,
-    /// One line per frame
-    Plain,
-    /// One event a line, as JSON
-    Json,
-    /// The lines that Open Job Description reads
-    Openjd,
-    /// Nothing
-    None,
 }
 
 #[cfg(test)]

@@ -22,6 +22,8 @@ const SYSTEM: u8 = 71;
 const CANNOT_CREATE: u8 = 73;
 /// Writing or reading failed (EX_IOERR).
 const IO: u8 = 74;
+/// Another job writes the same files (EX_TEMPFAIL).
+const BUSY: u8 = 75;
 /// An error that is none of these; also: some frames failed, and the others are on disk.
 const OTHER: u8 = 1;
 
@@ -38,6 +40,7 @@ pub fn code(error: &anyhow::Error) -> u8 {
         Blame::CannotCreate => CANNOT_CREATE,
         Blame::Io => IO,
         Blame::System => SYSTEM,
+        Blame::Busy => BUSY,
         Blame::Cancelled => signals::exit_code(),
     }
 }

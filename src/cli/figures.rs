@@ -38,6 +38,9 @@ pub struct Frame {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cpu_s: Option<f64>,
     pub samples: u64,
+    /// Those of each pixel, where a limit of time has kept the frame from having all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub samples_per_pixel: Option<u32>,
     pub segments: u64,
     pub shadow_rays: u64,
     /// The most that the process has had so far.

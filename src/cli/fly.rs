@@ -51,7 +51,7 @@ pub fn run(args: &FlyArgs, simd: Isa) -> anyhow::Result<()> {
     let pool = threads(args.threads)?;
     let viewer = pool.install(|| Viewer::open(&args.scene, &request, &options))?;
     let stop = Arc::new(Cancel::default());
-    signals::cancel_on_signal(Arc::clone(&stop))?;
+    signals::listen(Arc::clone(&stop), Arc::default())?;
     let url = viewer.url();
     say(&format!(
         "{url}\nthe camera path is {}; Ctrl-C ends",

@@ -12,12 +12,13 @@ use batch_render::{
     accel::BuildOptions,
     batch::{Job, Observer, Plan, Request, Stale, merge},
     error::Error,
-    render::{Cancel, Control, Counters},
+    render::{Cancel, Control, Counters, ShowRequest},
     simd::Isa,
 };
 
 use super::{
-    args::{Args, Command, ProgressKind, RenderArgs},
+    args::{Args, Command, RenderArgs},
+    choices::ProgressKind,
     events::{EventFormat, Events},
     exit::cannot_create,
     failures::FramesFailed,
@@ -114,7 +115,8 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         return Ok(list_stale(&job.plan, &stale).map_err(Error::Stdout)?);
     }
     let (cancel, counters) = (Arc::new(Cancel::default()), Arc::new(Counters::default()));
-    signals::cancel_on_signal(Arc::clone(&cancel))?;
+    let show = Arc::new(ShowRequest::default());
+    signals::listen(Arc::clone(&cancel), Arc::clone(&show))?;
     let kind = if quiet { ProgressKind::None } else { args.progress };
     let plan = &job.plan;
     let samples = plan.settings.window.area() as u64 * u64::from(plan.settings.samples.max);
@@ -122,7 +124,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let control = Control {
         cancel: Some(&cancel),
         counters: Some(&counters),
-        sink: None,
+        show: Some(&show),
         ..Control::default()
     };
     let files = StatsFiles {

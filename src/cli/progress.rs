@@ -19,7 +19,7 @@ use batch_render::{
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::{
-    args::ProgressKind,
+    choices::ProgressKind,
     failures::command_of_frame,
     summary::{count, seconds},
 };

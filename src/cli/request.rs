@@ -39,6 +39,9 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
             OnFailure::KeepGoing
         },
         retries: args.retries,
+        if_busy: args.if_busy.into(),
+        time_limit: args.time_limit,
+        checkpoint: args.checkpoint,
         samples: args.samples,
         resolution: args.resolution,
         crop: args.crop,

@@ -1,4 +1,5 @@
-//! SIGINT and SIGTERM: the first asks the job to stop, a second ends the process at once.
+//! SIGINT and SIGTERM: the first asks the job to stop, a second ends the process at once. SIGUSR1 asks for the frame as it
+//! stands.
 
 use std::sync::{
     Arc,
@@ -6,18 +7,21 @@ use std::sync::{
 };
 
 use anyhow::Context;
-use batch_render::{error::Error, render::Cancel};
+use batch_render::{
+    error::Error,
+    render::{Cancel, ShowRequest},
+};
 use signal_hook::{
-    consts::{SIGINT, SIGTERM},
+    consts::{SIGINT, SIGTERM, SIGUSR1},
     flag,
 };
 
 /// The signal that came first, 0 for none.
 static RECEIVED: AtomicUsize = AtomicUsize::new(0);
 
-/// From now on a signal cancels what `cancel` is given to. A signal that the parent process has set to be ignored, as
+/// From now on SIGINT and SIGTERM cancel what `cancel` is given to, and SIGUSR1 asks for what `show` is given to. A signal that the parent process has set to be ignored, as
 /// `nohup` and shells do for background jobs, stays ignored.
-pub fn cancel_on_signal(cancel: Arc<Cancel>) -> anyhow::Result<()> {
+pub fn listen(cancel: Arc<Cancel>, show: Arc<ShowRequest>) -> anyhow::Result<()> {
     let again = Arc::new(AtomicBool::new(false));
     let handled: Vec<i32> = [SIGINT, SIGTERM].into_iter().filter(|s| !is_ignored(*s)).collect();
     for &signal in &handled {
@@ -26,9 +30,14 @@ pub fn cancel_on_signal(cancel: Arc<Cancel>) -> anyhow::Result<()> {
             .context("cannot handle signals")?;
         flag::register(signal, Arc::clone(&again)).context("cannot handle signals")?;
     }
-    let mut signals = signal_hook::iterator::Signals::new(&handled).context("cannot handle signals")?;
+    let heard = handled.iter().copied().chain([SIGUSR1]);
+    let mut signals = signal_hook::iterator::Signals::new(heard).context("cannot handle signals")?;
     let listen = move || {
         for signal in signals.forever() {
+            if signal == SIGUSR1 {
+                show.ask();
+                continue;
+            }
             let _ = RECEIVED.compare_exchange(0, signal as usize, Ordering::SeqCst, Ordering::SeqCst);
             cancel.cancel();
         }

@@ -116,6 +116,7 @@ impl<'a> Stats<'a> {
                 wall_s: 0.0,
                 cpu_s: None,
                 samples: 0,
+                samples_per_pixel: None,
                 segments: 0,
                 shadow_rays: 0,
                 peak_memory_bytes: None,
@@ -182,6 +183,11 @@ impl Observer for Stats<'_> {
         frame.segments = now.segments - before.segments;
         frame.shadow_rays = (now.rays - before.rays).saturating_sub(frame.segments);
         frame.peak_memory_bytes = memory::peak();
+    }
+
+    fn frame_cut_short(&self, number: i32, samples: u32) {
+        let mut state = self.lock();
+        self.frame(&mut state, number).samples_per_pixel = Some(samples);
     }
 
     fn frame_skipped(&self, number: i32) {
@@ -253,6 +259,10 @@ impl Observer for Observers<'_> {
 
     fn frame_image(&self, number: i32, image: &FrameImage<'_>) {
         self.0.iter().for_each(|o| o.frame_image(number, image));
+    }
+
+    fn frame_cut_short(&self, number: i32, samples: u32) {
+        self.0.iter().for_each(|o| o.frame_cut_short(number, samples));
     }
 
     fn file_written(&self, number: i32, path: &Path) {

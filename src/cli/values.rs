@@ -1,5 +1,7 @@
 //! The values of flags, as they are typed.
 
+use std::time::Duration;
+
 use batch_render::{
     describe::{CRYPTOMATTE_LEVELS, are_cryptomatte_levels},
     sampler::SeedMode,
@@ -79,6 +81,24 @@ pub fn size(text: &str) -> Result<u64, String> {
         .ok_or_else(|| "the size is too large".into())
 }
 
+/// A time such as `90`, `60s`, `10m` or `1h30m`, above 0; a number alone is seconds.
+pub fn duration(text: &str) -> Result<Duration, String> {
+    let wrong = || "expected a time above 0, such as 60s, 10m or 1h30m".to_owned();
+    let mut seconds = 0.0;
+    for part in text.split_inclusive(|c: char| c.is_ascii_alphabetic()) {
+        let number = part.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+        let scale = match &part[number.len()..] {
+            "" | "s" => 1.0,
+            "m" => 60.0,
+            "h" => 3600.0,
+            _ => return Err(wrong()),
+        };
+        seconds += number.parse::<f64>().map_err(|_| wrong())? * scale;
+    }
+    let time = Duration::try_from_secs_f64(seconds).map_err(|_| wrong())?;
+    Some(time).filter(|time| !time.is_zero()).ok_or_else(wrong)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -89,6 +109,14 @@ mod tests {
         assert_eq!(size("512MiB"), Ok(512 << 20));
         assert_eq!(size("100"), Ok(100));
         assert!(size("lots").is_err());
+        let seconds = |text| duration(text).map(|time| time.as_secs_f64());
+        assert_eq!(
+            ["90", "60s", "10m", "1h30m", "0.5s"].map(seconds),
+            [90.0, 60.0, 600.0, 5400.0, 0.5].map(Ok)
+        );
+        for wrong in ["", "0s", "-1s", "5ms", "ten", "inf"] {
+            assert!(duration(wrong).is_err(), "{wrong}");
+        }
         assert_eq!(resolution("640x480"), Ok([640, 480]));
         assert!(resolution("0x480").is_err());
         assert_eq!(crop("1,2,3,4"), Ok([1, 2, 3, 4]));

@@ -11,6 +11,7 @@ mod error;
 pub mod exr;
 mod facts;
 mod frame;
+pub mod job_file;
 mod join;
 mod metadata;
 pub mod png;

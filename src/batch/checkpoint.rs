@@ -1,0 +1,84 @@
+//! Checkpoints: the sums of an unfinished frame, kept beside its first file.
+//!
+//! A checkpoint is whole or absent, has a checksum, and carries the fingerprint of its frame: a frame of other inputs or settings
+//! does not go on from it.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use super::PlannedFrame;
+use crate::{
+    assets::ContentHash,
+    output::{OutputError, atomic},
+};
+
+/// Rises with every change of the state.
+const VERSION: u32 = 1;
+
+/// The checkpoint of a frame; `None` of a frame without files.
+pub(super) fn path(frame: &PlannedFrame) -> Option<PathBuf> {
+    let mut name = frame.files.first()?.path.clone().into_os_string();
+    name.push(".checkpoint");
+    Some(name.into())
+}
+
+/// The lines before the state.
+fn head(fingerprint: &str, state: &[u8]) -> String {
+    let order = if cfg!(target_endian = "big") { "big" } else { "little" };
+    let hash = ContentHash::of(state);
+    format!("batch-render checkpoint {VERSION} {order}\n{fingerprint}\n{hash}\n")
+}
+
+/// Keeps the state of the frame with this fingerprint.
+pub(super) fn write(path: &Path, fingerprint: &str, state: &[u8]) -> Result<(), OutputError> {
+    atomic::write(path, |out| {
+        out.write_all(head(fingerprint, state).as_bytes())?;
+        Ok(out.write_all(state)?)
+    })
+}
+
+/// The state that is kept of the frame with this fingerprint; `None` where there is none, or it is another's or damaged.
+pub(super) fn read(path: &Path, fingerprint: &str) -> Option<Vec<u8>> {
+    let mut bytes = fs::read(path).ok()?;
+    let length = head(fingerprint, &[]).len();
+    let is_own = bytes.len() >= length && bytes.starts_with(head(fingerprint, &bytes[length..]).as_bytes());
+    if !is_own {
+        tracing::warn!("not used, for it is damaged or of other settings: {}", path.display());
+        return None;
+    }
+    Some(bytes.split_off(length))
+}
+
+/// Removes the checkpoint of a frame that is on disk.
+pub(super) fn remove(frame: &PlannedFrame) {
+    if let Some(path) = path(frame) {
+        // Most frames have none.
+        let _ = fs::remove_file(path);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_whole_state_of_the_same_frame_is_read() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("f.exr.checkpoint");
+        assert_eq!(read(&path, "a"), None);
+        write(&path, "a", b"state").unwrap();
+        assert_eq!(read(&path, "a").as_deref(), Some(&b"state"[..]));
+        assert_eq!(read(&path, "b"), None);
+        let whole = fs::read(&path).unwrap();
+        for byte in 0..whole.len() {
+            let mut flipped = whole.clone();
+            flipped[byte] ^= 1;
+            for bytes in [&flipped[..], &whole[..byte]] {
+                fs::write(&path, bytes).unwrap();
+                assert_eq!(read(&path, "a"), None, "byte {byte}");
+            }
+        }
+    }
+}

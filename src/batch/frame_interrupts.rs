@@ -1,0 +1,116 @@
+//! The interrupts of a job's frame: it is kept for a later process, and shown as it stands.
+
+use std::{
+    path::PathBuf,
+    sync::atomic::{AtomicU64, Ordering},
+    time::{Duration, Instant},
+};
+
+use super::{Plan, PlannedFrame, checkpoint};
+use crate::{
+    output::{self, Coverage, FrameImage},
+    render::{Interrupts, PartialFrame, ShowRequest},
+};
+
+/// The interrupts of one frame.
+pub(super) struct FrameInterrupts<'a> {
+    plan: &'a Plan,
+    frame: &'a PlannedFrame,
+    fingerprint: &'a str,
+    coverage: Coverage,
+    show: Option<&'a ShowRequest>,
+    start: Instant,
+    /// When the next checkpoint is due, in milliseconds after the start.
+    checkpoint_at: AtomicU64,
+}
+
+impl<'a> FrameInterrupts<'a> {
+    pub fn new(
+        plan: &'a Plan,
+        (frame, fingerprint): (&'a PlannedFrame, &'a str),
+        coverage: Coverage,
+        show: Option<&'a ShowRequest>,
+    ) -> Self {
+        let first = plan.checkpoint.map_or(u64::MAX, milliseconds);
+        Self {
+            plan,
+            frame,
+            fingerprint,
+            coverage,
+            show,
+            start: Instant::now(),
+            checkpoint_at: AtomicU64::new(first),
+        }
+    }
+
+    fn checkpoint_is_due(&self) -> bool {
+        let at = self.checkpoint_at.load(Ordering::Relaxed);
+        at < u64::MAX && milliseconds(self.start.elapsed()) >= at
+    }
+
+    fn checkpoint_path(&self) -> Option<PathBuf> {
+        checkpoint::path(self.frame).filter(|_| self.plan.checkpoint.is_some())
+    }
+
+    /// Writes the picture of the frame as it stands.
+    fn show(&self, partial: &PartialFrame<'_>) {
+        let Some(file) = self.frame.files.first() else { return };
+        let path = file.path.with_extension("partial.exr");
+        let film = partial.film();
+        let mut metadata = self.plan.metadata(self.frame.number);
+        metadata.samples = film.samples;
+        let image = FrameImage {
+            film: &film,
+            shown: self.plan.shown,
+            coverage: self.coverage,
+            metadata: &metadata,
+        };
+        let format = output::format("exr").expect("it is among the formats");
+        match output::write(&path, format, &image, self.plan.encoding) {
+            Ok(_) => tracing::warn!("frame {} as it stands: {}", self.frame.number, path.display()),
+            Err(error) => tracing::warn!("frame {} as it stands: {error}", self.frame.number),
+        }
+    }
+
+    /// Keeps the frame. One that cannot be kept is rendered all the same.
+    fn keep(&self, partial: &PartialFrame<'_>) {
+        let Some(path) = self.checkpoint_path() else { return };
+        match checkpoint::write(&path, self.fingerprint, &partial.state()) {
+            Ok(()) => tracing::info!("frame {} is kept: {}", self.frame.number, path.display()),
+            Err(error) => tracing::warn!("frame {} is not kept: {error}", self.frame.number),
+        }
+        let interval = self.plan.checkpoint.unwrap_or(Duration::MAX);
+        let next = self.start.elapsed().saturating_add(interval);
+        self.checkpoint_at.store(milliseconds(next), Ordering::Relaxed);
+    }
+}
+
+impl Interrupts for FrameInterrupts<'_> {
+    fn are_due(&self) -> bool {
+        self.show.is_some_and(ShowRequest::is_open) || self.checkpoint_is_due()
+    }
+
+    fn pause(&self, frame: &PartialFrame<'_>) {
+        if frame.is_cancelled || self.checkpoint_is_due() {
+            self.keep(frame);
+        }
+        if self.show.is_some_and(ShowRequest::take) {
+            self.show(frame);
+        }
+    }
+
+    fn keep_state(&self) -> bool {
+        self.plan.checkpoint.is_some()
+    }
+
+    fn earlier_state(&self) -> Option<Vec<u8>> {
+        let path = self.checkpoint_path()?;
+        let state = checkpoint::read(&path, self.fingerprint)?;
+        tracing::info!("frame {} goes on from {}", self.frame.number, path.display());
+        Some(state)
+    }
+}
+
+fn milliseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
+}

@@ -1,0 +1,109 @@
+//! Two jobs that would write the same files: the second waits for the first, or leaves.
+//!
+//! Jobs that write other files in the same folder, such as parts of one sequence, run at once.
+
+use std::{
+    collections::{BTreeMap, HashSet},
+    fmt,
+    path::{Path, PathBuf},
+    thread,
+    time::Duration,
+};
+
+use super::{IfBusy, Plan};
+use crate::{
+    error::Error,
+    output::job_file::{self, FolderGate, JobFile},
+    render::{Cancel, Cancelled},
+};
+
+/// The time between two looks at whether the other job has ended.
+const POLL: Duration = Duration::from_millis(200);
+
+/// The files of a job, which no other job writes as long as this lives.
+pub(super) struct JobLock {
+    _files: Vec<JobFile>,
+}
+
+/// Another job that writes a file of this one.
+struct Busy {
+    /// Its process and machine.
+    job: String,
+    path: PathBuf,
+}
+
+impl fmt::Display for Busy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "another job ({}) writes {}", self.job, self.path.display())
+    }
+}
+
+impl JobLock {
+    /// Locks the files of `plan`, whose folders exist. Where nothing can be made, nothing is locked.
+    ///
+    /// # Errors
+    /// Another job writes one of them and the plan says to leave, or it was cancelled while it waited.
+    pub fn new(plan: &Plan, cancel: Option<&Cancel>) -> Result<Self, Error> {
+        let folders = folders(plan);
+        let mut is_told = false;
+        loop {
+            let busy = match Self::attempt(&folders) {
+                Ok(lock) => return Ok(lock),
+                Err(busy) => busy,
+            };
+            if plan.if_busy == IfBusy::Leave {
+                return Err(Error::Busy(busy.to_string()));
+            }
+            if !is_told {
+                tracing::warn!("{busy}: this one waits until that has ended");
+                is_told = true;
+            }
+            if cancel.is_some_and(Cancel::is_cancelled) {
+                return Err(Cancelled.into());
+            }
+            thread::sleep(POLL);
+        }
+    }
+
+    fn attempt(folders: &BTreeMap<PathBuf, Vec<String>>) -> Result<Self, Busy> {
+        let mut files = Vec::new();
+        for (folder, names) in folders {
+            let _gate = FolderGate::close(folder);
+            let others = job_file::of_others(folder);
+            if let Some((job, name)) = others.iter().find_map(|text| common(text, names)) {
+                return Err(Busy {
+                    job,
+                    path: folder.join(name),
+                });
+            }
+            files.extend(job_file::create(folder, &text(names)).ok());
+        }
+        Ok(Self { _files: files })
+    }
+}
+
+/// The names of the files of a plan, by their folders.
+fn folders(plan: &Plan) -> BTreeMap<PathBuf, Vec<String>> {
+    let mut folders: BTreeMap<PathBuf, Vec<String>> = BTreeMap::new();
+    for file in plan.frames.iter().flat_map(|frame| &frame.files) {
+        let folder = file.path.parent().filter(|folder| *folder != Path::new(""));
+        let name = file.path.file_name().unwrap_or_default().to_string_lossy();
+        let names = folders.entry(folder.unwrap_or(Path::new(".")).to_owned()).or_default();
+        names.push(name.into_owned());
+    }
+    folders
+}
+
+/// The content of a job file: the process, and a line for each file.
+fn text(names: &[String]) -> String {
+    [&[job_file::process()], names].concat().join("\n")
+}
+
+/// The other job, and the first of its files that is among `names`.
+fn common(text: &str, names: &[String]) -> Option<(String, String)> {
+    let mut lines = text.lines();
+    let job = lines.next()?;
+    let names: HashSet<&str> = names.iter().map(String::as_str).collect();
+    let name = lines.find(|line| names.contains(line))?;
+    Some((job.to_owned(), name.to_owned()))
+}

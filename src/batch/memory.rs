@@ -1,0 +1,39 @@
+//! The memory of the frames of a job.
+
+use std::time::Duration;
+
+use crate::{
+    assets::{MemoryBudget, MemoryKind},
+    describe::SceneDesc,
+    error::Error,
+    film::accumulator::AccumulatorLayout,
+    integrator::BuiltIn,
+    render,
+};
+
+/// The number of frames in memory at once: one renders, one waits, one is written, encoded beside its pixels.
+const FRAMES_IN_MEMORY: u64 = 4;
+
+/// Takes the memory of the frames that are there at once.
+pub(super) fn take(
+    desc: &SceneDesc,
+    settings: &render::Settings,
+    (integrator, checkpoint): (&BuiltIn, Option<Duration>),
+    memory: &MemoryBudget,
+) -> Result<(), Error> {
+    let picture = render::picture_of(integrator.as_dyn());
+    let layout = settings
+        .film_layout(picture, &desc.light_groups())
+        .map_err(|unknown| Error::Usage(unknown.to_string()))?;
+    let frame = (settings.window.area() as u64).saturating_mul(layout.bytes_per_pixel());
+    // The sums of all tiles are kept where a frame has several rounds, and copied for a checkpoint.
+    let copies = u64::from(settings.samples.time.is_some()) + 2 * u64::from(checkpoint.is_some());
+    let sums = (settings.window.area() as u64).saturating_mul(AccumulatorLayout::new(&layout).bytes_per_pixel());
+    let bytes = frame
+        .saturating_mul(FRAMES_IN_MEMORY)
+        .saturating_add(sums.saturating_mul(copies));
+    let [width, height] = settings.resolution;
+    memory
+        .take(MemoryKind::Frames, bytes)
+        .map_err(|cause| Error::Memory { width, height, cause })
+}

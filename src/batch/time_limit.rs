@@ -1,0 +1,29 @@
+//! Frames that a limit of time has cut short.
+
+use super::Plan;
+use crate::{
+    film::Film,
+    output::{Attribute, FileFacts, FrameMetadata},
+};
+
+/// The attribute of files that were cut short: the limit, in seconds.
+const TIME_LIMIT: &str = "batch-render/time-limit";
+
+/// Says in the metadata of a frame how many samples it got, if they are not all.
+pub(super) fn mark(metadata: &mut FrameMetadata, plan: &Plan, film: &Film) {
+    let budget = plan.settings.samples;
+    if let Some(limit) = budget.time.filter(|_| film.samples < budget.max) {
+        metadata.samples = film.samples;
+        metadata
+            .attributes
+            .push(Attribute::new(TIME_LIMIT, limit.as_secs_f64()));
+    }
+}
+
+/// Whether a file has fewer samples than `plan` would give it: it was cut short, and by a shorter limit than the plan has.
+pub(super) fn is_too_short(facts: &FileFacts, plan: &Plan) -> bool {
+    let limit = facts.attribute(TIME_LIMIT).map(ToString::to_string);
+    let limit = limit.map(|text| text.parse::<f64>().unwrap_or(0.0));
+    let own = plan.settings.samples.time.map(|own| own.as_secs_f64());
+    limit.is_some_and(|limit| own.is_none_or(|own| own > limit))
+}
