@@ -8,7 +8,7 @@ program=$(realpath "${1:-${CARGO_TARGET_DIR:-target}/release/batch-render}")
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
 
-packages=(OpenImageIO==3.2.2.0 OpenEXR==3.5.3 cryptomatte-api==1.0.0)
+packages=(OpenImageIO==3.2.2.0 OpenEXR==3.5.3 cryptomatte-api==1.0.0 jsonschema==4.26.0)
 if ! { python3 -m venv "$out/venv" && "$out/venv/bin/pip" install -q "${packages[@]}"; } >"$out/pip.log" 2>&1; then
     echo "no files were checked by other tools: pip does not install ${packages[*]}"
     exit 0
@@ -37,3 +37,4 @@ for view in raw srgb reinhard aces agx neutral; do
 done
 
 "$out/venv/bin/python" tests/interop/check.py "$out" "$out/venv/bin"
+"$out/venv/bin/python" tests/interop/schemas.py "$program" "$out"

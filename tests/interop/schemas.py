@@ -1,0 +1,59 @@
+"""Checks what a job says of itself against the JSON Schemas in docs/schema. Usage: schemas.py PROGRAM FOLDER."""
+
+import json
+import pathlib
+import subprocess
+import sys
+
+import jsonschema
+
+program, folder = sys.argv[1], pathlib.Path(sys.argv[2])
+
+
+def validator(name):
+    schema = json.loads(pathlib.Path("docs/schema", name).read_text())
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)
+
+
+def job(*more, samples=4, code=0):
+    """The figures and the events of a job of three frames, which ends with this code."""
+    stats = folder / "stats.json"
+    command = [program, "scenes/passes/scene.toml", "--turntable", "3", "--resolution", "32x18", "--samples", str(samples)]
+    command += ["-o", str(folder / "schema.#.exr"), "--stats", str(stats), "--progress", "json", *more]
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    assert done.returncode == code, done
+    return json.loads(stats.read_text()), [json.loads(line) for line in done.stdout.splitlines()]
+
+
+figures, events = validator("stats.json"), validator("progress.json")
+seen = set()
+
+
+def check(*more, **expected):
+    stats, lines = job(*more, **expected)
+    figures.validate(stats)
+    for event in lines:
+        events.validate(event)
+        seen.add(event["event"])
+    return stats
+
+
+check()
+(folder / "schema.2.exr").write_bytes(b"no picture")
+(folder / "schema.3.exr").unlink()
+check("--skip-existing")
+stats = check("--time-limit", "0.1s", samples=1000000000)
+assert all(frame["samples_per_pixel"] >= 1 for frame in stats["frames"]), stats
+# A file that may not be replaced: a frame that fails.
+(folder / "schema.2.exr").chmod(0o444)
+check("--seed", "9", "--retries", "0", code=1)
+
+branches = [branch["properties"]["event"] for branch in events.schema["oneOf"]]
+known = {event for branch in branches for event in branch.get("enum", [branch.get("const")])}
+assert seen == known, f"not seen: {known - seen}"
+# The schemas refuse what they do not know.
+for wrong in [{"event": "frame_written"}, {"event": "else", "frame": 1}, {"event": "frame_written", "frame": 1, "x": 1}]:
+    assert not events.is_valid(wrong), wrong
+assert not figures.is_valid({**stats, "more": 1})
+print("figures and events are as their schemas say")
