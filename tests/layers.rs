@@ -225,6 +225,115 @@ fn the_variance_is_that_of_pixels_with_other_seeds() {
     assert!(found > 0.0 && (told / found - 1.0).abs() < 0.05, "{told} and {found}");
 }
 
+/// A frame with the passes that denoisers read: a ball before a slanted wall, of which a part of the pixels sees neither.
+fn denoise_films(sampler: &str, samples: u32, seeds: u32) -> Vec<Film> {
+    let scene = |seed: u32| {
+        let render = format!("samples = {samples}\nseed = {seed}\nsampler = \"{sampler}\"\nfilter = \"box\"");
+        let wall = "shape.quad = { corners = [[-0.6, -0.6, 0], [0.5, -0.6, 0.3], [0.5, 0.6, 0.1], [-0.6, 0.6, -0.2]] }";
+        white_sky(&render, "matte = { albedo = [0.8, 0.4, 0.1] }", wall)
+            + "[[object]]\nmaterial = \"m\"\nshape.sphere = { center = [0.2, 0.1, 0.4], radius = 0.4 }\n"
+    };
+    (0..seeds)
+        .map(|seed| films(&scene(seed), None, &["denoise"]).remove(0))
+        .collect()
+}
+
+/// The variance over `films` of the first value of a pass, summed over all pixels.
+fn true_variance(films: &[Film], pass: &str) -> f64 {
+    let (n, width) = (films.len() as f64, films[0].plane(pass).expect("a pass").spec.width());
+    let pixel = |i: usize| {
+        let values = films
+            .iter()
+            .map(|f| f64::from(f.plane(pass).expect("a pass").values[i * width]));
+        let mean = values.clone().sum::<f64>() / n;
+        values.map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)
+    };
+    (0..256).filter(|i| is_seen(films, *i)).map(pixel).sum()
+}
+
+/// Whether all frames see a surface there: where some do not, the mean depth jumps to that of the background.
+fn is_seen(films: &[Film], pixel: usize) -> bool {
+    let depth = |film: &Film| values::<1>(film, "depth_mean")[pixel][0];
+    films.iter().all(|film| depth(film) < 1e9)
+}
+
+/// The variance that the frames tell, in the mean over `films`; `estimate` reads that of a pixel.
+fn told_variance(films: &[Film], estimate: impl Fn(&Film, usize) -> f32) -> f64 {
+    let of = |film: &Film| {
+        let pixels = (0..256).filter(|i| is_seen(films, *i));
+        pixels.map(|i| f64::from(estimate(film, i))).sum::<f64>()
+    };
+    films.iter().map(of).sum::<f64>() / films.len() as f64
+}
+
+/// The told over the true variance of the beauty, the albedo, the normal and the depth.
+fn variance_ratios(films: &[Film]) -> [f64; 4] {
+    let first = |pass: &'static str| {
+        move |film: &Film, i: usize| {
+            let plane = film.plane(pass).expect("a pass");
+            plane.values[i * plane.spec.width()]
+        }
+    };
+    let halves = |film: &Film, i: usize| {
+        let [a, b] = ["beauty_a", "beauty_b"].map(|half| values::<3>(film, half)[i][0]);
+        (0.5 * (a - b)).powi(2)
+    };
+    [
+        told_variance(films, halves) / true_variance(films, "beauty"),
+        told_variance(films, first("albedo_variance")) / true_variance(films, "albedo"),
+        told_variance(films, first("N_variance")) / true_variance(films, "N_mean"),
+        told_variance(films, first("depth_variance")) / true_variance(films, "depth_mean"),
+    ]
+}
+
+#[test]
+fn halves_tell_the_variance_of_the_mean_where_samples_are_independent() {
+    let ratios = variance_ratios(&denoise_films("independent", 16, 160));
+    assert!(ratios.iter().all(|r| (r - 1.0).abs() < 0.08), "{ratios:?}");
+}
+
+/// The halves of a run of a sequence depend on each other. Where the variance falls with the number n of samples as n^-k, halves
+/// tell 2^k - 1 times that of the mean: 1 for noise, and 7 for smooth functions, where k is 3 (Owen, "Scrambled net variance
+/// for integrals of smooth functions", 1997, doi:10.1214/aos/1031594731).
+#[test]
+fn halves_of_a_sobol_sequence_tell_one_to_seven_times_the_variance() {
+    for samples in [4, 16] {
+        let ratios = variance_ratios(&denoise_films("sobol", samples, 96));
+        assert!(ratios.iter().all(|r| (1.0..7.0).contains(r)), "{samples}: {ratios:?}");
+    }
+}
+
+#[test]
+fn the_two_halves_make_the_beauty_and_means_those_of_their_features() {
+    for samples in [1, 5, 8] {
+        let film = &denoise_films("sobol", samples, 1)[0];
+        let weight = (samples / 2) as f32 / samples as f32;
+        for (i, beauty) in film.beauty().iter().enumerate() {
+            let [a, b] = ["beauty_a", "beauty_b"].map(|half| values::<3>(film, half)[i]);
+            for c in 0..3 {
+                let mean = a[c] * weight + b[c] * (1.0 - weight);
+                assert!((mean - beauty[c]).abs() < 1e-5, "{samples} {i}: {a:?} {b:?} {beauty:?}");
+            }
+            let (normal, [depth]) = (values::<3>(film, "N_mean")[i], values::<1>(film, "depth_mean")[i]);
+            let length = Vec3::from(normal).length();
+            let is_covered = (Vec3::from(values::<3>(film, "albedo")[i]) - Vec3::new(0.8, 0.4, 0.1)).length() < 1e-5;
+            assert!(
+                length < 1.0 + 1e-5 && (depth > 1e9) == (length == 0.0),
+                "{normal:?} {depth}"
+            );
+            assert!(depth > 1e9 || (2.9..4.4).contains(&depth), "{depth}");
+            if samples == 1 {
+                let variances = [
+                    values::<3>(film, "N_variance")[i],
+                    values::<3>(film, "albedo_variance")[i],
+                ];
+                assert!(a == b && variances == [[0.0; 3]; 2]);
+                assert!(!is_covered || (length - 1.0).abs() < 1e-5, "{normal:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn numbers_of_objects_materials_and_instances_begin_at_one() {
     let scene = white_sky("samples = 1", "matte = { albedo = 0.5 }", BALL)

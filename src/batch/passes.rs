@@ -4,7 +4,11 @@ use super::Request;
 use crate::{
     describe::{OneOrMany, SceneDesc},
     error::Error,
-    film::{PassRequest, passes::PassSource, request::ALL},
+    film::{
+        PassRequest,
+        passes::PassSource,
+        request::{ALL, DENOISE},
+    },
     integrator::BuiltIn,
     output::{Contents, FilePattern},
     render::Content,
@@ -150,7 +154,7 @@ impl UnfitToShow {
 }
 
 fn shown(name: &str) -> Result<PassChoice, UnfitToShow> {
-    if name == ALL {
+    if name == ALL || name == DENOISE {
         return Err(UnfitToShow::Several(name.to_owned()));
     }
     let pass = PassRequest::parse(name).map_err(UnfitToShow::Unknown)?;

@@ -308,7 +308,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "NAME", help_heading = heading::PICTURE)]
     pub integrator: Option<String>,
 
-    /// Passes of EXR files beside the beauty: depth,N,lightgroup or all
+    /// Passes of EXR files beside the beauty: depth,N,denoise or all
     #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "show", help_heading = heading::PICTURE)]
     pub aovs: Vec<String>,
 

@@ -86,7 +86,7 @@ fn some_kind_or_name<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Re
 /// | key | type | default |
 /// |---|---|---|
 /// | `files` | a file pattern or a list of them, relative to the current folder | `<scene name>.####.exr` and `.png` |
-/// | `aovs` | a pass or a list of passes, or `"all"` | none |
+/// | `aovs` | a pass or a list of passes; `"all"`, or `"denoise"` for those of denoisers | none |
 /// | `cryptomatte_levels` | mattes of each pixel that Cryptomatte passes keep, an even number up to 16 | 6 |
 /// | `show` | a pass | the beauty |
 /// | `view` | how a PNG file shows light, see below | `"srgb"` |

@@ -6,8 +6,9 @@
 use super::{
     Film, FilmLayout, Window,
     coverage::TileCoverage,
-    passes::{PassContext, PassSource, Statistic},
-    pixel_sum::{Moments, PixelSum},
+    features,
+    passes::{Feature, PassContext, PassSource, Statistic},
+    pixel_sum::{HalfSums, Moments, PixelSum},
     state,
 };
 use crate::{
@@ -23,6 +24,8 @@ pub struct SampleRecord<'a> {
     pub alpha: f32,
     /// 1, or -1 where the pixel filter is negative.
     pub weight: f32,
+    /// Its number among those of the pixel.
+    pub index: u32,
     /// The squared distance from the pixel's centre, in pixels.
     pub distance_squared: f32,
     /// The first hit of its camera ray; read where the layout needs first hits.
@@ -42,13 +45,16 @@ pub struct AccumulatorLayout {
     backgrounds: Vec<f32>,
     /// The planes of mattes: their index in the film, and what they show.
     mattes: Vec<(usize, MatteKind)>,
-    /// The planes of colours of first hits.
-    colors: Vec<ColorPlane>,
+    /// The features whose means planes show, and the planes: their index in the film, and the index of the feature.
+    features: Vec<Feature>,
+    means: Vec<(usize, usize)>,
+    mean_variances: Vec<(usize, usize)>,
+    /// The planes of the beauty of a half of the samples: their index in the film, and the half.
+    halves: Vec<(usize, usize)>,
+    /// The number of the first sample of the second half.
+    second_half: u32,
     statistics: Vec<(usize, Statistic)>,
 }
-
-/// A plane's index in the film, and the colour that it shows.
-type ColorPlane = (usize, fn(&FirstHit) -> Rgb);
 
 #[derive(Clone, Copy, Debug)]
 struct DataPlane {
@@ -61,14 +67,19 @@ struct DataPlane {
 }
 
 impl AccumulatorLayout {
-    pub fn new(film: &FilmLayout) -> Self {
+    /// The order for a film with so many samples of each pixel.
+    pub fn new(film: &FilmLayout, samples: u32) -> Self {
         let mut layout = Self {
             light: Vec::new(),
             data: Vec::new(),
             data_width: 0,
             backgrounds: Vec::new(),
             mattes: Vec::new(),
-            colors: Vec::new(),
+            features: Vec::new(),
+            means: Vec::new(),
+            mean_variances: Vec::new(),
+            halves: Vec::new(),
+            second_half: samples / 2,
             statistics: Vec::new(),
         };
         for (plane, spec) in film.planes().iter().enumerate() {
@@ -78,7 +89,15 @@ impl AccumulatorLayout {
             match spec.pass.source {
                 PassSource::Integrator | PassSource::Light(_) | PassSource::LightGroup => {}
                 PassSource::Matte(kind) => layout.mattes.push((plane, kind)),
-                PassSource::Color(color) => layout.colors.push((plane, color)),
+                PassSource::Mean(feature) => {
+                    let feature = layout.feature(feature);
+                    layout.means.push((plane, feature));
+                }
+                PassSource::MeanVariance(feature) => {
+                    let feature = layout.feature(feature);
+                    layout.mean_variances.push((plane, feature));
+                }
+                PassSource::Half(half) => layout.halves.push((plane, half)),
                 PassSource::Statistic(statistic) => layout.statistics.push((plane, statistic)),
                 PassSource::FirstHit(value) => {
                     layout.data.push(DataPlane {
@@ -97,11 +116,38 @@ impl AccumulatorLayout {
 
     /// The bytes that an accumulator takes for each pixel, without mattes that pixels share out.
     pub fn bytes_per_pixel(&self) -> u64 {
-        let sums = 1 + self.light.len() + self.colors.len();
+        let sums = 1 + self.light.len() + self.features.len();
         let data = if self.data.is_empty() { 0 } else { 1 + self.data_width };
         let mattes = 12 * self.mattes.len();
-        (sums * size_of::<PixelSum>() + data * size_of::<f32>() + self.moments(1) * size_of::<Moments>() + mattes)
-            as u64
+        let halves = self.feature_halves(1) + usize::from(!self.halves.is_empty());
+        (sums * size_of::<PixelSum>()
+            + halves * size_of::<HalfSums>()
+            + data * size_of::<f32>()
+            + self.moments(1) * size_of::<Moments>()
+            + mattes) as u64
+    }
+
+    /// The index of a feature, which is added where it is new.
+    fn feature(&mut self, feature: Feature) -> usize {
+        let known = self.features.iter().position(|other| *other == feature);
+        known.unwrap_or_else(|| {
+            self.features.push(feature);
+            self.features.len() - 1
+        })
+    }
+
+    /// The half of a pixel's samples that the one with this number is in, 0 or 1.
+    fn half(&self, sample: u32) -> usize {
+        usize::from(sample >= self.second_half)
+    }
+
+    /// The number of sums of features by halves, of so many pixels.
+    fn feature_halves(&self, pixels: usize) -> usize {
+        if self.mean_variances.is_empty() {
+            0
+        } else {
+            pixels * self.features.len()
+        }
     }
 
     /// The number of pixels of `all` that have moments.
@@ -127,8 +173,12 @@ pub struct TileAccumulator {
     /// The data values of that sample, one pixel after the other.
     data: Vec<f32>,
     coverage: TileCoverage,
-    /// The colours of first hits of each pixel, one pixel after the other.
-    colors: Vec<PixelSum>,
+    /// The sums of the features of each pixel, one pixel after the other.
+    features: Vec<PixelSum>,
+    /// The same by halves; empty where no pass shows their variance.
+    feature_halves: Vec<HalfSums>,
+    /// The halves of the beauty; empty where no pass shows them.
+    halves: Vec<HalfSums>,
     /// Empty where no pass shows the variance.
     moments: Vec<Moments>,
 }
@@ -144,7 +194,9 @@ impl TileAccumulator {
             nearest: vec![f32::INFINITY; if has_data { pixels } else { 0 }],
             data: layout.backgrounds.repeat(pixels),
             coverage: TileCoverage::new(pixels, layout.mattes.len()),
-            colors: vec![PixelSum::default(); pixels * layout.colors.len()],
+            features: vec![PixelSum::default(); pixels * layout.features.len()],
+            feature_halves: vec![HalfSums::default(); layout.feature_halves(pixels)],
+            halves: vec![HalfSums::default(); if layout.halves.is_empty() { 0 } else { pixels }],
             moments: vec![Moments::default(); layout.moments(pixels)],
         }
     }
@@ -175,6 +227,9 @@ impl TileAccumulator {
                 if let Some(moments) = self.moments.get_mut(pixel) {
                     moments.add(sample.l, sample.weight);
                 }
+                if let Some(halves) = self.halves.get_mut(pixel) {
+                    halves.add(layout.half(sample.index), sample.l, sample.weight);
+                }
             } else {
                 invalid += 1;
             }
@@ -182,11 +237,8 @@ impl TileAccumulator {
                 self.nearest[pixel] = sample.distance_squared;
                 self.set_data(layout, context, pixel, sample.first);
             }
-            for (own, (_, color)) in self.colors[pixel * layout.colors.len()..]
-                .iter_mut()
-                .zip(&layout.colors)
-            {
-                own.add(sample.first.map_or(Rgb::BLACK, color), 0.0, sample.weight);
+            if !layout.features.is_empty() {
+                self.add_features(layout, context, pixel, &sample);
             }
             if !layout.mattes.is_empty() {
                 self.add_mattes(layout, context, pixel, &sample);
@@ -194,6 +246,25 @@ impl TileAccumulator {
         }
         self.beauty[pixel] = sum;
         invalid
+    }
+
+    fn add_features(
+        &mut self,
+        layout: &AccumulatorLayout,
+        context: &PassContext<'_>,
+        pixel: usize,
+        sample: &SampleRecord<'_>,
+    ) {
+        let first = pixel * layout.features.len();
+        for (i, feature) in (first..).zip(&layout.features) {
+            let Some(value) = features::value(*feature, sample.first, context) else {
+                continue;
+            };
+            self.features[i].add(value, 0.0, sample.weight);
+            if let Some(halves) = self.feature_halves.get_mut(i) {
+                halves.add(layout.half(sample.index), value, sample.weight);
+            }
+        }
     }
 
     fn set_data(
@@ -237,14 +308,18 @@ impl TileAccumulator {
             nearest,
             data,
             coverage,
-            colors,
+            features,
+            feature_halves,
+            halves,
             moments,
         } = self;
         state::put(out, beauty);
         state::put(out, light);
         state::put(out, nearest);
         state::put(out, data);
-        state::put(out, colors);
+        state::put(out, features);
+        state::put(out, feature_halves);
+        state::put(out, halves);
         state::put(out, moments);
         coverage.write_state(out);
     }
@@ -255,7 +330,9 @@ impl TileAccumulator {
         state::take(input, &mut self.light)?;
         state::take(input, &mut self.nearest)?;
         state::take(input, &mut self.data)?;
-        state::take(input, &mut self.colors)?;
+        state::take(input, &mut self.features)?;
+        state::take(input, &mut self.feature_halves)?;
+        state::take(input, &mut self.halves)?;
         state::take(input, &mut self.moments)?;
         self.coverage.read_state(input)
     }
@@ -264,10 +341,15 @@ impl TileAccumulator {
     pub fn resolve_into(&self, layout: &AccumulatorLayout, film: &mut Film) {
         let beauty = self.beauty.iter().map(PixelSum::resolve);
         film.put(0, self.tile, beauty);
-        let light = layout.light.iter().map(|(plane, _)| *plane);
-        let colors = layout.colors.iter().map(|(plane, _)| *plane);
-        self.resolve_sums(&self.light, light, film);
-        self.resolve_sums(&self.colors, colors, film);
+        let planes = layout.light.len();
+        for (k, (plane, _)) in layout.light.iter().enumerate() {
+            let sums = self.light.iter().skip(k).step_by(planes);
+            film.put(*plane, self.tile, sums.map(PixelSum::rgb));
+        }
+        self.resolve_features(layout, film);
+        for (plane, half) in &layout.halves {
+            film.put(*plane, self.tile, self.halves.iter().map(|halves| halves.mean(*half)));
+        }
         for (plane, statistic) in &layout.statistics {
             match statistic {
                 Statistic::Count => film.put(*plane, self.tile, self.beauty.iter().map(|sum| [sum.count() as f32])),
@@ -293,11 +375,32 @@ impl TileAccumulator {
         }
     }
 
-    /// Writes the values of sums, of which each pixel has one for each of `planes`.
-    fn resolve_sums(&self, sums: &[PixelSum], planes: impl ExactSizeIterator<Item = usize>, film: &mut Film) {
-        let count = planes.len();
-        for (k, plane) in planes.enumerate() {
-            film.put(plane, self.tile, sums.iter().skip(k).step_by(count).map(PixelSum::rgb));
+    fn resolve_features(&self, layout: &AccumulatorLayout, film: &mut Film) {
+        let features = layout.features.len();
+        for (plane, feature) in &layout.means {
+            let spec = &film.planes()[*plane].spec;
+            let (width, background) = (spec.width(), spec.pass.background);
+            let sums = self.features.iter().skip(*feature).step_by(features);
+            let value = |sum: &PixelSum| if sum.count() > 0 { sum.rgb() } else { [background; 3] };
+            film.put(*plane, self.tile, sums.map(value).map(|v| Channels(v, width)));
         }
+        for (plane, feature) in &layout.mean_variances {
+            let width = film.planes()[*plane].spec.width();
+            let sums = self.feature_halves.iter().skip(*feature).step_by(features);
+            film.put(
+                *plane,
+                self.tile,
+                sums.map(HalfSums::variance).map(|v| Channels(v, width)),
+            );
+        }
+    }
+}
+
+/// The first of three values.
+struct Channels([f32; 3], usize);
+
+impl AsRef<[f32]> for Channels {
+    fn as_ref(&self) -> &[f32] {
+        &self.0[..self.1]
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{
     coverage::DEFAULT_RANKS,
-    passes::{BEAUTY, PassSource, PassSpec, group_pass_name},
+    passes::{BEAUTY, Feature, PassSource, PassSpec, group_pass_name},
     request::PassRequest,
 };
 use crate::{
@@ -80,9 +80,14 @@ impl FilmLayout {
             match (&spec.source, request) {
                 (PassSource::Integrator, _) => {}
                 (PassSource::Light(component), _) => planes.push(plane(spec, Some(component.layer()))),
-                (PassSource::FirstHit(_) | PassSource::Color(_) | PassSource::Statistic(_), _) => {
-                    planes.push(plane(spec, None));
-                }
+                (
+                    PassSource::FirstHit(_)
+                    | PassSource::Mean(_)
+                    | PassSource::MeanVariance(_)
+                    | PassSource::Half(_)
+                    | PassSource::Statistic(_),
+                    _,
+                ) => planes.push(plane(spec, None)),
                 (PassSource::Matte(_), _) => planes.push(PlaneSpec {
                     ranks: DEFAULT_RANKS,
                     ..plane(spec, None)
@@ -141,10 +146,7 @@ impl FilmLayout {
         Needs {
             light_layers: self.planes.iter().any(|p| p.light_layer.is_some()),
             first_hits: self.planes.iter().any(|p| p.pass.reads_first_hits()),
-            albedo: self
-                .planes
-                .iter()
-                .any(|p| matches!(p.pass.source, PassSource::Color(_))),
+            albedo: self.planes.iter().any(|p| p.pass.feature() == Some(Feature::Albedo)),
         }
     }
 }

@@ -2,8 +2,10 @@
 
 pub mod accumulator;
 pub mod coverage;
+mod features;
 pub mod layout;
 mod motion;
+mod pass_spec;
 pub mod passes;
 pub mod pixel_sum;
 pub mod request;

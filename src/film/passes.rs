@@ -3,107 +3,13 @@
 //! Scene files (`[output] aovs`, `show`), the command line (`--aovs`, `--show`), the film, the writers and the documentation
 //! read this table. A new pass is one row; a pass of what the camera meets first is a function from [`FirstHit`] to numbers.
 
-use super::motion;
+use super::{features, motion};
 use crate::{
-    camera::{Camera, Neighbours},
     geometry::InstanceId,
-    math::Rgb,
-    scene::{Component, FirstHit, MatteKind, Scene},
+    scene::{Component, MatteKind},
 };
 
-/// One pass.
-#[derive(Debug)]
-pub struct PassSpec {
-    /// Its name in scene files and on the command line, and the layer's name in EXR files.
-    pub name: &'static str,
-    /// The names of its channels; EXR files put the pass's name and a dot before them, but for the beauty.
-    pub channels: &'static [&'static str],
-    pub pixel: PixelType,
-    pub combine: Combine,
-    /// The value of all channels where no sample meets anything.
-    pub background: f32,
-    pub display: Display,
-    pub source: PassSource,
-    /// One line for the manual: what it holds, with its unit.
-    pub about: &'static str,
-}
-
-/// The type that EXR files store a pass as.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PixelType {
-    Half,
-    Float,
-    /// 32-bit whole numbers; films hold their bits as those of an `f32`.
-    Uint,
-}
-
-/// The rule that makes a pixel's value of its samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Combine {
-    /// The mean, weighted by the pixel filter.
-    Filtered,
-    /// The sample nearest to the pixel's centre; of equally near ones the first.
-    Nearest,
-    /// A figure about all samples, of which each counts once.
-    Counted,
-    /// The mattes that cover the pixel and the coverage of each by the pixel filter, from the most to the least.
-    Ranked,
-}
-
-/// The display of a pass in an 8-bit picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Display {
-    /// Light, by the scene's view and exposure.
-    Light,
-    /// The sum of the first two channels as a colour from dark blue (0) over green (31) to red (1023 and more), by the
-    /// logarithm.
-    Heat,
-    /// Half of the values plus one half: -1 is black, 1 is white.
-    Signed,
-    /// The first channel as gray, from white (0) to black (1023 m and more), a tenth darker for every doubling of 1 + z.
-    Near,
-    /// The fractions of the values.
-    Fraction,
-    /// A colour for each whole number; 0 is black.
-    Id,
-}
-
-/// The origin of a pass's values.
-#[derive(Clone, Copy, Debug)]
-pub enum PassSource {
-    /// The output of the integrator: light, or the cost of tracing.
-    Integrator,
-    /// A part of that light.
-    Light(Component),
-    /// The light of one group; the film has such a pass for each.
-    LightGroup,
-    /// The mattes of this kind that the first hits are in: Cryptomatte. Two ranks share the channels of a layer, as many layers
-    /// have the pass's name and a number.
-    Matte(MatteKind),
-    /// The first hit of the sample's camera ray that lies nearest to the pixel's centre.
-    FirstHit(fn(&FirstHit, &PassContext<'_>) -> [f32; 3]),
-    /// A colour of the first hits of all samples.
-    Color(fn(&FirstHit) -> Rgb),
-    /// A figure about the samples of the beauty.
-    Statistic(Statistic),
-}
-
-/// A figure about the samples of a pixel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Statistic {
-    Count,
-    /// The variance of the pixel's value.
-    Variance,
-}
-
-/// The data that a pass may read beside the first hit.
-#[derive(Clone, Copy)]
-pub struct PassContext<'a> {
-    /// The camera when the shutter opens, and those of the frames before and after.
-    pub camera: &'a Camera,
-    pub neighbours: &'a Neighbours,
-    pub scene: &'a Scene,
-}
+pub use super::pass_spec::{Combine, Display, Feature, PassContext, PassSource, PassSpec, PixelType, Statistic};
 
 const fn light(name: &'static str, component: Component, about: &'static str) -> PassSpec {
     PassSpec {
@@ -127,6 +33,37 @@ const fn matte(name: &'static str, kind: MatteKind, about: &'static str) -> Pass
         background: 0.0,
         display: Display::Id,
         source: PassSource::Matte(kind),
+        about,
+    }
+}
+
+const fn half(name: &'static str, half: usize, about: &'static str) -> PassSpec {
+    PassSpec {
+        name,
+        channels: &["R", "G", "B"],
+        pixel: PixelType::Half,
+        combine: Combine::Filtered,
+        background: 0.0,
+        display: Display::Light,
+        source: PassSource::Half(half),
+        about,
+    }
+}
+
+const fn variance(
+    name: &'static str,
+    channels: &'static [&'static str],
+    source: PassSource,
+    about: &'static str,
+) -> PassSpec {
+    PassSpec {
+        name,
+        channels,
+        pixel: PixelType::Float,
+        combine: Combine::Counted,
+        background: 0.0,
+        display: Display::Heat,
+        source,
         about,
     }
 }
@@ -206,7 +143,7 @@ pub const PASSES: &[PassSpec] = &[
         combine: Combine::Filtered,
         background: 0.0,
         display: Display::Light,
-        source: PassSource::Color(|hit| hit.albedo),
+        source: PassSource::Mean(Feature::Albedo),
         about: "the part of white light from all around that the first surface reflects or lets through to the camera",
     },
     PassSpec {
@@ -236,11 +173,7 @@ pub const PASSES: &[PassSpec] = &[
         combine: Combine::Nearest,
         background: 1e10,
         display: Display::Near,
-        source: PassSource::FirstHit(|hit, context| {
-            let along_axis = |axis| hit.distance * axis;
-            let cos = context.camera.axis().map(|axis| -hit.wo.dot(axis));
-            [cos.map_or(hit.distance, along_axis), 0.0, 0.0]
-        }),
+        source: PassSource::FirstHit(|hit, context| [features::depth(hit, context), 0.0, 0.0]),
         about: "distance along the camera's line of sight, in metres; a panorama has the distance along the ray",
     },
     PassSpec {
@@ -317,16 +250,12 @@ pub const PASSES: &[PassSpec] = &[
         source: PassSource::FirstHit(|hit, _| id(Some(hit.material.0))),
         about: "number of the material, from 1",
     },
-    PassSpec {
-        name: "variance",
-        channels: &["R", "G", "B"],
-        pixel: PixelType::Float,
-        combine: Combine::Counted,
-        background: 0.0,
-        display: Display::Heat,
-        source: PassSource::Statistic(Statistic::Variance),
-        about: "variance of the beauty of the pixel, as if its samples were independent; 0 for a single sample",
-    },
+    variance(
+        "variance",
+        &["R", "G", "B"],
+        PassSource::Statistic(Statistic::Variance),
+        "variance of the beauty, as if the samples of a pixel were independent; 0 for a single sample",
+    ),
     PassSpec {
         name: "sampleCount",
         channels: &["Y"],
@@ -337,6 +266,54 @@ pub const PASSES: &[PassSpec] = &[
         source: PassSource::Statistic(Statistic::Count),
         about: "number of the samples of the beauty, without those that were not finite",
     },
+    half(
+        "beauty_a",
+        0,
+        "the beauty of the first half of the samples, with the smaller number where it is odd",
+    ),
+    half(
+        "beauty_b",
+        1,
+        "the beauty of the second half; the same as of the first for a single sample",
+    ),
+    variance(
+        "albedo_variance",
+        &["R", "G", "B"],
+        PassSource::MeanVariance(Feature::Albedo),
+        "variance of `albedo`, by the halves of the samples: ((a - b) / 2)^2",
+    ),
+    PassSpec {
+        name: "N_mean",
+        channels: &["X", "Y", "Z"],
+        pixel: PixelType::Half,
+        combine: Combine::Filtered,
+        background: 0.0,
+        display: Display::Signed,
+        source: PassSource::Mean(Feature::Normal),
+        about: "mean of `N` over the samples, shorter than 1 at edges",
+    },
+    variance(
+        "N_variance",
+        &["X", "Y", "Z"],
+        PassSource::MeanVariance(Feature::Normal),
+        "variance of `N_mean`, in the same way",
+    ),
+    PassSpec {
+        name: "depth_mean",
+        channels: &["Z"],
+        pixel: PixelType::Float,
+        combine: Combine::Filtered,
+        background: 1e10,
+        display: Display::Near,
+        source: PassSource::Mean(Feature::Depth),
+        about: "mean of `depth` over the samples that meet a surface, in metres",
+    },
+    variance(
+        "depth_variance",
+        &["Z"],
+        PassSource::MeanVariance(Feature::Depth),
+        "variance of `depth_mean`, in m^2, in the same way",
+    ),
     matte(
         "CryptoObject",
         MatteKind::Object,
@@ -360,35 +337,6 @@ pub const DEFAULT_GROUP: &str = "default";
 
 /// The beginning of the names of their passes.
 pub(super) const GROUP_PREFIX: &str = "lightgroup_";
-
-impl PassSpec {
-    /// Whether it depends on the cameras of the frames before and after.
-    pub fn follows_motion(&self) -> bool {
-        matches!(self.name, "forward" | "backward")
-    }
-
-    /// Whether its values are light, with a colour space, and not data.
-    pub fn is_light(&self) -> bool {
-        self.display == Display::Light
-    }
-
-    /// Whether it is made of first hits.
-    pub fn reads_first_hits(&self) -> bool {
-        use PassSource::{Color, FirstHit, Matte};
-        matches!(self.source, FirstHit(_) | Matte(_) | Color(_))
-    }
-
-    /// Whether `--aovs` may ask for it: not what stands in place of the beauty.
-    pub(super) fn is_requestable(&self) -> bool {
-        !matches!(self.source, PassSource::Integrator) || self.name == BEAUTY.name
-    }
-}
-
-impl PartialEq for PassSpec {
-    fn eq(&self, other: &Self) -> bool {
-        self.name == other.name
-    }
-}
 
 /// The name of the pass that shows the light of a group.
 pub fn group_pass_name(group: &str) -> String {
@@ -419,9 +367,10 @@ mod tests {
             .filter(|spec| !matches!(spec.source, PassSource::Integrator))
         {
             let filtered = spec.combine == Combine::Filtered;
-            assert_eq!(spec.is_light(), filtered, "{}", spec.name);
-            use PassSource::{FirstHit, Matte, Statistic};
-            let is_data = matches!(spec.source, FirstHit(_) | Matte(_) | Statistic(_));
+            use PassSource::{FirstHit, Matte, Mean, MeanVariance, Statistic};
+            let is_mean = matches!(spec.source, Mean(_));
+            assert_eq!(spec.is_light() || is_mean, filtered, "{}", spec.name);
+            let is_data = matches!(spec.source, FirstHit(_) | Matte(_) | Statistic(_) | MeanVariance(_));
             assert_eq!(!filtered, is_data, "{}", spec.name);
         }
     }

@@ -54,6 +54,34 @@ impl PixelSum {
     }
 }
 
+/// The sums of the first and the second half of a pixel's samples.
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct HalfSums([PixelSum; 2]);
+
+impl HalfSums {
+    /// Adds a sample of this half, 0 or 1; `weight` is 1, or -1 where the filter is negative.
+    #[inline]
+    pub fn add(&mut self, half: usize, l: Rgb, weight: f32) {
+        self.0[half].add(l, 0.0, weight);
+    }
+
+    /// The pixel as this half of its samples shows it; as the other one does where it has none, and 0 where there are none at
+    /// all.
+    pub fn mean(&self, half: usize) -> [f32; 3] {
+        let is_there = |sum: &&PixelSum| sum.count() > 0;
+        let own = Some(&self.0[half]).filter(is_there);
+        own.or(Some(&self.0[1 - half]).filter(is_there))
+            .map_or([0.0; 3], PixelSum::rgb)
+    }
+
+    /// The variance of the mean of both halves, were they independent: `((a - b) / 2)^2`; 0 where one has no samples.
+    pub fn variance(&self) -> [f32; 3] {
+        let (a, b) = (self.mean(0), self.mean(1));
+        std::array::from_fn(|c| (0.5 * (a[c] - b[c])).powi(2))
+    }
+}
+
 /// The sums of a pixel from which its variance follows.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
@@ -130,6 +158,18 @@ mod tests {
         // The squared deviations from 3 sum to 14, over 4 * 3.
         assert_eq!(moments.variance([r, g, b]), [14.0 / 12.0, 0.0, 0.0]);
         assert_eq!(Moments::default().variance([0.0; 3]), [0.0; 3]);
+    }
+
+    #[test]
+    fn halves_tell_their_means_and_the_variance_of_both_together() {
+        let mut halves = HalfSums::default();
+        assert_eq!((halves.mean(0), halves.variance()), ([0.0; 3], [0.0; 3]));
+        halves.add(0, Rgb::new(1.0, 2.0, 0.0), 1.0);
+        assert_eq!((halves.mean(1), halves.variance()), ([1.0, 2.0, 0.0], [0.0; 3]));
+        halves.add(1, Rgb::new(5.0, 2.0, 0.0), 1.0);
+        halves.add(1, Rgb::new(9.0, 2.0, 0.0), 1.0);
+        assert_eq!(halves.mean(1), [7.0, 2.0, 0.0]);
+        assert_eq!(halves.variance(), [9.0, 0.0, 0.0]);
     }
 
     #[test]

@@ -1,10 +1,13 @@
 //! The passes that a job asks for, by name.
 
-use super::passes::{GROUP_PREFIX, PASSES, PassSource, PassSpec, group_pass_name};
+use super::passes::{BEAUTY, GROUP_PREFIX, PASSES, PassSource, PassSpec, group_pass_name};
 use crate::value::UnknownName;
 
 /// The name that stands for every pass.
 pub const ALL: &str = "all";
+
+/// The name that stands for the passes that denoisers read.
+pub const DENOISE: &str = "denoise";
 
 /// A pass that is asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,7 +19,7 @@ pub enum PassRequest {
 }
 
 impl PassRequest {
-    /// The passes of a list of names; `all` stands for every pass.
+    /// The passes of a list of names; `all` stands for every pass, `denoise` for those that denoisers read.
     ///
     /// # Errors
     /// The first name that is none of a pass.
@@ -24,7 +27,9 @@ impl PassRequest {
         let mut list = Vec::new();
         for name in names {
             if name == ALL {
-                list.extend(PASSES.iter().filter(|spec| spec.is_requestable()).map(Self::Pass));
+                list.extend(PASSES.iter().filter(|spec| is_requestable(spec)).map(Self::Pass));
+            } else if name == DENOISE {
+                list.extend(PASSES.iter().filter(|spec| spec.serves_denoisers()).map(Self::Pass));
             } else {
                 list.push(Self::parse(name)?);
             }
@@ -37,7 +42,7 @@ impl PassRequest {
     /// # Errors
     /// There is none.
     pub fn parse(name: &str) -> Result<Self, UnknownName> {
-        if let Some(spec) = PASSES.iter().find(|spec| spec.is_requestable() && spec.name == name) {
+        if let Some(spec) = PASSES.iter().find(|spec| is_requestable(spec) && spec.name == name) {
             return Ok(Self::Pass(spec));
         }
         match name.strip_prefix(GROUP_PREFIX) {
@@ -48,8 +53,8 @@ impl PassRequest {
 
     /// The names that [`PassRequest::parse_list`] reads, but for those of light groups.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        let requestable = PASSES.iter().filter(|spec| spec.is_requestable());
-        requestable.map(|spec| spec.name).chain([ALL])
+        let requestable = PASSES.iter().filter(|spec| is_requestable(spec));
+        requestable.map(|spec| spec.name).chain([ALL, DENOISE])
     }
 
     /// The name by which it is asked for.
@@ -66,6 +71,11 @@ impl PassRequest {
             Self::LightGroup(_) => light_group(),
         }
     }
+}
+
+/// Whether it may be asked for: not what stands in place of the beauty.
+fn is_requestable(spec: &PassSpec) -> bool {
+    !matches!(spec.source, PassSource::Integrator) || spec == BEAUTY
 }
 
 fn light_group() -> &'static PassSpec {
@@ -85,6 +95,9 @@ mod tests {
         };
         assert_eq!(names(&["depth", "lightgroup_key"]), ["depth", "lightgroup"]);
         assert_eq!(names(&["all"]).len(), PASSES.len() - 1);
+        let denoise = names(&["denoise"]);
+        assert_eq!(denoise[..3], ["albedo", "beauty_a", "beauty_b"]);
+        assert_eq!(denoise.len(), 8);
         let error = PassRequest::parse_list(["dept"]).unwrap_err();
         assert_eq!(error.suggestion(), Some("depth"));
         assert!(PassRequest::parse("cost").is_err() && PassRequest::parse("lightgroup_").is_err());

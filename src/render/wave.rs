@@ -118,6 +118,7 @@ impl Wave {
             l: self.out.radiance[sample],
             alpha: self.alpha[sample],
             weight: self.weights[sample],
+            index: spec.samples.start + (sample % together) as u32,
             distance_squared: self.distances_squared.get(sample).copied().unwrap_or(0.0),
             first: self.first_hits.get(sample).and_then(Option::as_ref),
             light: layers.map_or(&[], |layers| layers.of_sample(sample)),

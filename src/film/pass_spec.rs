@@ -1,0 +1,149 @@
+//! The description of a pass (AOV): what a row of the pass table says.
+
+use crate::{
+    camera::{Camera, Neighbours},
+    scene::{Component, FirstHit, MatteKind, Scene},
+};
+
+/// One pass.
+#[derive(Debug)]
+pub struct PassSpec {
+    /// Its name in scene files and on the command line, and the layer's name in EXR files.
+    pub name: &'static str,
+    /// The names of its channels; EXR files put the pass's name and a dot before them, but for the beauty.
+    pub channels: &'static [&'static str],
+    pub pixel: PixelType,
+    pub combine: Combine,
+    /// The value of all channels where no sample meets anything.
+    pub background: f32,
+    pub display: Display,
+    pub source: PassSource,
+    /// One line for the manual: what it holds, with its unit.
+    pub about: &'static str,
+}
+
+/// The type that EXR files store a pass as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PixelType {
+    Half,
+    Float,
+    /// 32-bit whole numbers; films hold their bits as those of an `f32`.
+    Uint,
+}
+
+/// The rule that makes a pixel's value of its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Combine {
+    /// The mean, weighted by the pixel filter.
+    Filtered,
+    /// The sample nearest to the pixel's centre; of equally near ones the first.
+    Nearest,
+    /// A figure about all samples, of which each counts once.
+    Counted,
+    /// The mattes that cover the pixel and the coverage of each by the pixel filter, from the most to the least.
+    Ranked,
+}
+
+/// The display of a pass in an 8-bit picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Display {
+    /// Light, by the scene's view and exposure.
+    Light,
+    /// The sum of the first two channels as a colour from dark blue (0) over green (31) to red (1023 and more), by the
+    /// logarithm.
+    Heat,
+    /// Half of the values plus one half: -1 is black, 1 is white.
+    Signed,
+    /// The first channel as gray, from white (0) to black (1023 m and more), a tenth darker for every doubling of 1 + z.
+    Near,
+    /// The fractions of the values.
+    Fraction,
+    /// A colour for each whole number; 0 is black.
+    Id,
+}
+
+/// The origin of a pass's values.
+#[derive(Clone, Copy, Debug)]
+pub enum PassSource {
+    /// The output of the integrator: light, or the cost of tracing.
+    Integrator,
+    /// A part of that light.
+    Light(Component),
+    /// The light of one group; the film has such a pass for each.
+    LightGroup,
+    /// The mattes of this kind that the first hits are in: Cryptomatte. Two ranks share the channels of a layer, as many layers
+    /// have the pass's name and a number.
+    Matte(MatteKind),
+    /// The first hit of the sample's camera ray that lies nearest to the pixel's centre.
+    FirstHit(fn(&FirstHit, &PassContext<'_>) -> [f32; 3]),
+    /// The mean of a feature of the first hits.
+    Mean(Feature),
+    /// The variance of this mean, by the halves of the samples.
+    MeanVariance(Feature),
+    /// The beauty of the first (0) or the second half (1) of the samples.
+    Half(usize),
+    /// A figure about the samples of the beauty.
+    Statistic(Statistic),
+}
+
+/// A figure about the samples of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Statistic {
+    Count,
+    /// The variance of the pixel's value.
+    Variance,
+}
+
+/// A property of first hits whose mean helps denoisers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Feature {
+    Albedo,
+    Normal,
+    Depth,
+}
+
+/// The data that a pass may read beside the first hit.
+#[derive(Clone, Copy)]
+pub struct PassContext<'a> {
+    /// The camera when the shutter opens, and those of the frames before and after.
+    pub camera: &'a Camera,
+    pub neighbours: &'a Neighbours,
+    pub scene: &'a Scene,
+}
+
+impl PassSpec {
+    /// Whether it depends on the cameras of the frames before and after.
+    pub fn follows_motion(&self) -> bool {
+        matches!(self.name, "forward" | "backward")
+    }
+
+    /// Whether its values are light, with a colour space, and not data.
+    pub fn is_light(&self) -> bool {
+        self.display == Display::Light
+    }
+
+    /// Whether it is made of first hits.
+    pub fn reads_first_hits(&self) -> bool {
+        use PassSource::{FirstHit, Matte};
+        matches!(self.source, FirstHit(_) | Matte(_)) || self.feature().is_some()
+    }
+
+    /// The feature whose mean, or the variance of whose mean, it shows.
+    pub fn feature(&self) -> Option<Feature> {
+        match self.source {
+            PassSource::Mean(feature) | PassSource::MeanVariance(feature) => Some(feature),
+            _ => None,
+        }
+    }
+
+    /// Whether it is one of those that denoisers read, for which `denoise` stands.
+    pub fn serves_denoisers(&self) -> bool {
+        matches!(self.source, PassSource::Half(_)) || self.feature().is_some()
+    }
+}
+
+impl PartialEq for PassSpec {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
