@@ -181,6 +181,128 @@ fn transforms_tell_where_every_point_of_a_frame_is_seen() {
 }
 
 #[test]
+fn headers_of_exr_files_tell_where_every_point_is_seen_how_deep_it_is_and_what_the_lens_was() {
+    let lenses = [
+        (
+            "perspective = { eye = [901, 1, 4], target = [900, 0, 0], focal_length = 50, fstop = 4, focus_distance = 3, shift = [0.1, 0.05] }",
+            true,
+        ),
+        (
+            "orthographic = { eye = [901, 1, 4], target = [900, 0, 0], height = 3, shift = [0, 0.2] }",
+            true,
+        ),
+        ("panorama = { eye = [901, 1, 4], target = [900, 0, 0] }", false),
+        ("fisheye = { eye = [901, 1, 4], target = [900, 0, 0] }", false),
+    ];
+    for (lens, has_ndc) in lenses {
+        let folder = Folder::new();
+        folder.write(
+            "s.toml",
+            &format!(
+                "[render]\nwidth = 64\nheight = 48\nsamples = 1\n[camera]\n{lens}\n[material.m]\nmatte = {{ albedo = 0.5 }}\n\
+                 [[object]]\nmaterial = \"m\"\nshape.sphere = {{ center = [900.3, 0, 0], radius = 1 }}\n"
+            ),
+        );
+        let args = [
+            "s.toml",
+            "-o",
+            "f.exr",
+            "--aovs",
+            "P,depth",
+            "--crop",
+            "8,6,60,48",
+            "--fps",
+            "24",
+        ];
+        folder.succeed(&[&args[..], &["--progress", "none"]].concat());
+        let image = folder.open_exr("f.exr");
+        let layer = &image.layer_data[0];
+        let facts = &layer.attributes;
+        assert_eq!((facts.near_clip_plane, facts.far_clip_plane), (Some(0.0), Some(1e10)));
+        assert_eq!(facts.focus, has_lens(lens).then_some(3.0), "{lens}");
+        assert_eq!(facts.aperture, has_lens(lens).then_some(4.0), "{lens}");
+        let focal = facts.other.get(&exr::prelude::Text::from("pinholeFocalLength"));
+        assert_eq!(focal.is_some(), has_lens(lens));
+        let matrix = |m: [f32; 16]| glam::DMat4::from_cols_array(&m.map(f64::from));
+        let to_camera = matrix(facts.world_to_camera.expect("a matrix"));
+        let to_ndc = facts.world_to_normalized_device.map(matrix);
+        assert_eq!(to_ndc.is_some(), has_ndc);
+        let channel = |name: &str| -> Vec<f32> {
+            let list = layer.channel_data.list.iter();
+            let found = list.into_iter().find(|c| c.name.to_string() == name);
+            found.expect("a channel").sample_data.values_as_f32().collect()
+        };
+        let (x, y, z, depth) = (channel("P.X"), channel("P.Y"), channel("P.Z"), channel("depth.Z"));
+        let mut seen = 0;
+        for pixel in (0..52 * 42).filter(|i| depth[*i] < 1e9) {
+            let p = glam::DVec4::new(x[pixel].into(), y[pixel].into(), z[pixel].into(), 1.0);
+            let camera = to_camera * p;
+            let far = if lens.starts_with("panorama") || lens.starts_with("fisheye") {
+                camera.truncate().length()
+            } else {
+                camera.z
+            };
+            assert!(
+                (far - f64::from(depth[pixel])).abs() < 4e-3,
+                "{lens}: {far} and {}",
+                depth[pixel]
+            );
+            if let Some(to_ndc) = to_ndc {
+                let ndc = to_ndc * p;
+                let at = [ndc.x / ndc.w * 64.0, ndc.y / ndc.w * 48.0];
+                let center = [(8 + pixel % 52) as f64 + 0.5, (6 + pixel / 52) as f64 + 0.5];
+                assert!(
+                    (0..2).all(|i| (at[i] - center[i]).abs() < 0.05),
+                    "{lens}: {at:?} and {center:?}"
+                );
+            }
+            seen += 1;
+        }
+        assert!(seen > 20, "{lens}: {seen}");
+    }
+}
+
+fn has_lens(camera: &str) -> bool {
+    camera.starts_with("perspective")
+}
+
+#[test]
+fn headers_of_exr_files_tell_the_time_of_a_frame_and_of_its_shutter() {
+    let folder = Folder::new();
+    folder.write("s.toml", "[render]\nwidth = 8\nheight = 8\nsamples = 1\n[camera]\nperspective = { eye = [0, 1, 4], target = [0, 0, 0] }\n");
+    folder.write(
+        "path.csv",
+        "frame, eye_x, eye_y, eye_z, target_x, target_y, target_z, shutter_open, shutter_close\n\
+         90000, 0, 1, 4, 0, 0, 0, -0.25, 0.25\n90065, 3, 0, 2, 0, 0, 0, -0.25, 0.25\n",
+    );
+    let args = [
+        "s.toml",
+        "-o",
+        "f.####.exr",
+        "--frames",
+        "path.csv",
+        "--range",
+        "90065",
+        "--fps",
+        "24",
+    ];
+    folder.succeed(&[&args[..], &["--progress", "none"]].concat());
+    let image = folder.open_exr("f.90065.exr");
+    let facts = &image.layer_data[0].attributes;
+    // 90065 frames are 62 min, 32 s and 17 frames.
+    let code = image.attributes.time_code.expect("a time code");
+    assert_eq!((code.hours, code.minutes, code.seconds, code.frame), (1, 2, 32, 17));
+    assert_eq!(facts.exposure, Some(0.5 / 24.0));
+    let text = |name: &str| {
+        let found = facts.other.get(&exr::prelude::Text::from(name));
+        found.map(|value| format!("{value:?}")).unwrap_or_default()
+    };
+    assert!(text("shutterAngle").contains("180"), "{}", text("shutterAngle"));
+    assert!(text("batch-render/scene").contains("s.toml"));
+    assert!(text("batch-render/conventions").contains("pixel centres are at .5"));
+}
+
+#[test]
 fn cameras_without_focal_lengths_and_unknown_files_are_refused() {
     let folder = Folder::new();
     folder.write(

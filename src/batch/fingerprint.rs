@@ -11,7 +11,7 @@ use crate::{
     assets::{ContentHash, Store},
     camera::{FrameCamera, Neighbours},
     film::{PassRequest, Window},
-    output::{Attribute, FrameMetadata},
+    output::{Attribute, FrameMetadata, camera_attributes},
     render::Settings,
 };
 
@@ -107,9 +107,12 @@ impl Fingerprint {
         Self { picture, file }
     }
 
-    /// The metadata of the files of frame number `frame` of `plan`, with this fingerprint.
-    pub fn metadata(&self, plan: &Plan, frame: i32) -> FrameMetadata {
+    /// The metadata of the files of frame number `frame` of `plan`, as `camera` sees it, with this fingerprint.
+    pub fn metadata(&self, plan: &Plan, frame: i32, camera: &FrameCamera) -> FrameMetadata {
         let mut metadata = plan.metadata(frame);
+        metadata
+            .attributes
+            .extend(camera_attributes(camera, plan.settings.resolution, plan.fps));
         metadata.attributes.extend([
             Attribute::new(FINGERPRINT, self.file.as_str()),
             Attribute::new(PICTURE, self.picture.as_str()),

@@ -10,6 +10,7 @@ mod existing;
 mod failure;
 mod fingerprint;
 mod frame_interrupts;
+mod frame_rate;
 mod if_busy;
 pub mod inventory;
 mod job;

@@ -7,7 +7,7 @@ use std::{
 };
 
 use super::{
-    Existing, FrameRange, IfBusy, OnFailure, Request, Turntable, encoding, memory,
+    Existing, FrameRange, IfBusy, OnFailure, Request, Turntable, encoding, frame_rate, memory,
     metadata::{self, Sidecar},
     names,
     passes::PassChoice,
@@ -23,7 +23,7 @@ use crate::{
     integrator::{BuiltIn, IntegratorDesc},
     math::DVec3,
     output::{
-        self, Contents, Coverage, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown,
+        self, Attribute, Contents, Coverage, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown,
         png::depth::DepthPng,
     },
     render::{self, Content, Control, RenderError, Renderer, SampleBudget},
@@ -62,6 +62,8 @@ impl PlannedFrame {
 /// Everything a job is going to do, decided and checked.
 #[derive(Clone, Debug)]
 pub struct Plan {
+    /// The name of the scene's file.
+    pub scene: String,
     /// The frames that this job renders.
     pub frames: Vec<PlannedFrame>,
     /// The frames of all parts, where this job renders one of them.
@@ -163,7 +165,9 @@ impl Plan {
             Some(part) => (part.choose(frames.clone()), Some(frames)),
             None => (frames, None),
         };
+        let scene = desc.source.path.file_name().unwrap_or_default();
         Ok(Self {
+            scene: scene.to_string_lossy().into_owned(),
             frames,
             whole,
             first_eye: cameras.first_eye,
@@ -184,7 +188,7 @@ impl Plan {
             encoding,
             sidecars,
             shown,
-            fps: request.fps.map(rational),
+            fps: request.fps.map(frame_rate::rational),
             seed_mode: request.seed_mode.unwrap_or(desc.render.seed_mode),
             settings,
         })
@@ -230,12 +234,15 @@ impl Plan {
 
     /// The metadata of a frame's files, but for their fingerprint.
     pub fn metadata(&self, frame: i32) -> FrameMetadata {
-        FrameMetadata {
+        let mut metadata = FrameMetadata {
             view: self.view,
             exposure: self.exposure,
             fps: self.fps,
             ..FrameMetadata::new(frame, &self.settings, self.integrator.as_dyn())
-        }
+        };
+        let scene = Attribute::new("batch-render/scene", self.scene.as_str());
+        metadata.attributes.push(scene);
+        metadata
     }
 }
 
@@ -456,29 +463,4 @@ fn frames(request: &Request, all: RangeInclusive<i64>, what: &str) -> Result<Fra
 /// Frames lie within [`MAX_FRAME`](crate::camera::path::MAX_FRAME), which is less than 2^31.
 fn number(frame: i64) -> i32 {
     i32::try_from(frame).expect("ranges and paths keep frames within their limit")
-}
-
-/// Frames per second as a fraction: whole numbers, the rates of television (24000/1001 and kin), or thousandths.
-fn rational(fps: f64) -> (i32, u32) {
-    let whole = fps.round();
-    if (fps - whole).abs() < 1e-6 {
-        (whole as i32, 1)
-    } else if (fps - fps.ceil() * 1000.0 / 1001.0).abs() < 5e-4 {
-        (fps.ceil() as i32 * 1000, 1001)
-    } else {
-        ((fps * 1000.0).round() as i32, 1000)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn frame_rates_become_the_fractions_they_stand_for() {
-        assert_eq!(rational(24.0), (24, 1));
-        assert_eq!(rational(23.976), (24000, 1001));
-        assert_eq!(rational(29.97), (30000, 1001));
-        assert_eq!(rational(12.5), (12500, 1000));
-    }
 }

@@ -14,6 +14,7 @@ use super::{
     Summary, Survey, checkpoint, failure, frame_interrupts::FrameInterrupts, plan::PlannedFile, sidecars, time_limit,
 };
 use crate::{
+    camera::FrameCamera,
     error::Error,
     film::Film,
     output::{self, Coverage, FrameImage, OutputError, WriteReport},
@@ -52,6 +53,7 @@ const MAX_ENCODERS: usize = 16;
 /// A rendered frame on its way to disk.
 struct Finished<'a> {
     frame: &'a PlannedFrame,
+    camera: FrameCamera,
     film: Film,
     fingerprint: Fingerprint,
 }
@@ -188,6 +190,7 @@ fn render_all<'a>(
         summary.rendered += 1;
         let finished = Finished {
             frame,
+            camera,
             film,
             fingerprint,
         };
@@ -212,11 +215,12 @@ fn write_all(
     let mut summary = WriteSummary::default();
     for Finished {
         frame,
+        camera,
         film,
         fingerprint,
     } in frames
     {
-        let mut metadata = fingerprint.metadata(plan, frame.number);
+        let mut metadata = fingerprint.metadata(plan, frame.number, &camera);
         time_limit::mark(&mut metadata, plan, &film);
         let image = FrameImage {
             film: &film,

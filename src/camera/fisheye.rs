@@ -19,8 +19,8 @@ use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Deserializer, de};
 
 use super::{
-    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, default_up, lens::FieldOfView, lerp, look_at,
-    unit_ray,
+    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, ViewMatrices, default_up, facts,
+    lens::FieldOfView, lerp, look_at, unit_ray,
 };
 use crate::{
     math::{Ray, RayCone, Vec2},
@@ -142,6 +142,14 @@ impl CameraKind for Fisheye {
         let film = self.center + across.normalize_or_zero() * (self.radius * angle / self.half_fov);
         let distance = local.length();
         (distance > 0.0 && angle <= self.half_fov).then(|| film.extend(distance))
+    }
+
+    fn matrices(&self, _film: FilmSize) -> ViewMatrices {
+        let DMat3 { x_axis, y_axis, z_axis } = self.axes;
+        ViewMatrices {
+            camera_from_world: facts::camera_from_world(self.eye, [x_axis, y_axis, -z_axis]),
+            ndc_from_world: None,
+        }
     }
 
     fn has_lens(&self) -> bool {

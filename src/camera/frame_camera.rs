@@ -17,6 +17,8 @@ const SEGMENTS: u32 = 16;
 pub struct FrameCamera {
     cameras: Cameras,
     neighbours: Neighbours,
+    /// The time while the shutter is open, in frames.
+    exposure: f64,
 }
 
 /// The cameras of the frames before and after, as their shutters open; `None` where there is no such frame.
@@ -57,12 +59,23 @@ impl FrameCamera {
         Self {
             cameras,
             neighbours: Neighbours::default(),
+            exposure: 0.0,
         }
     }
 
     /// Returns this camera between these frames.
     pub fn with_neighbours(self, neighbours: Neighbours) -> Self {
         Self { neighbours, ..self }
+    }
+
+    /// Returns this camera with a shutter that is open for so many frames.
+    pub fn with_exposure(self, exposure: f64) -> Self {
+        Self { exposure, ..self }
+    }
+
+    /// The time while the shutter is open, in frames; 0 without motion blur.
+    pub fn exposure(&self) -> f64 {
+        self.exposure
     }
 
     pub fn neighbours(&self) -> &Neighbours {
@@ -93,6 +106,7 @@ impl FrameCamera {
     pub fn moved(&self, by: DVec3) -> Self {
         let Neighbours { previous, next } = self.neighbours;
         Self {
+            exposure: self.exposure,
             cameras: match &self.cameras {
                 Cameras::Still(camera) => Cameras::Still(camera.moved(by)),
                 Cameras::Moving(cameras) => Cameras::Moving(Box::new(cameras.map(|camera| camera.moved(by)))),

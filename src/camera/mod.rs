@@ -16,6 +16,7 @@ use crate::{
 
 pub mod aperture_shape;
 mod curve;
+pub mod facts;
 pub mod fisheye;
 pub mod frame_camera;
 pub mod lens;
@@ -25,6 +26,7 @@ pub mod path;
 pub mod perspective;
 pub mod pose;
 
+pub use facts::{DepthOfField, LensFacts, ViewMatrices};
 pub use frame_camera::{FrameCamera, Neighbours};
 pub use lens::LensOverrides;
 pub use pose::{LookAt, Pose, PoseError, RotationOrder};
@@ -72,6 +74,14 @@ pub trait CameraKind {
     /// The place on the film, in pixels, of a point in the world, in m, seen through the middle of the lens, and its depth, in
     /// m: along [`CameraKind::axis`], or the distance where there is none. `None` where the camera cannot see it.
     fn project(&self, p: DVec3) -> Option<DVec3>;
+
+    /// The matrices from the world to the camera and to a picture of this size.
+    fn matrices(&self, film: FilmSize) -> ViewMatrices;
+
+    /// The lens; `None` for cameras that have none.
+    fn lens_facts(&self) -> Option<LensFacts> {
+        None
+    }
 
     /// The columns after which the picture begins again, where it goes all around.
     fn period(&self) -> Option<f64> {
@@ -167,6 +177,10 @@ macro_rules! cameras {
             fn axis(&self) -> Option<Vec3>;
             /// See [`CameraKind::project`].
             fn project(&self, p: DVec3) -> Option<DVec3>;
+            /// See [`CameraKind::matrices`].
+            fn matrices(&self, film: FilmSize) -> ViewMatrices;
+            /// See [`CameraKind::lens_facts`].
+            fn lens_facts(&self) -> Option<LensFacts>;
             /// See [`CameraKind::period`].
             fn period(&self) -> Option<f64>;
         }

@@ -16,10 +16,13 @@
 //! Pixels are square. There is no depth of field. A camera path may move this camera and set `shift_x` and `shift_y`; other
 //! columns of a lens are errors.
 
-use glam::DVec3;
+use glam::{DMat4, DVec3, DVec4};
 use serde::Deserialize;
 
-use super::{CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, default_up, lerp, look_at, unit_ray};
+use super::{
+    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, ViewMatrices, default_up, facts, lerp, look_at,
+    unit_ray,
+};
 use crate::{
     math::{Ray, RayCone, Vec2, Vec3},
     value::{Finite, Point, Positive, Problem, Spanned},
@@ -118,6 +121,24 @@ impl CameraKind for Orthographic {
         let along = |axis: DVec3| from_corner.dot(axis) / axis.length_squared();
         let depth = from_corner.dot(self.forward);
         (depth > 0.0).then(|| DVec3::new(along(self.right), along(self.down), depth))
+    }
+
+    fn matrices(&self, film: FilmSize) -> ViewMatrices {
+        let [width, height] = film.map(|n| f64::from(n.max(1)));
+        let center = self.corner + 0.5 * (self.right * width + self.down * height);
+        let axes = [self.right.normalize(), -self.down.normalize(), self.forward];
+        let camera_from_world = facts::camera_from_world(center, axes);
+        let [across, up] = [self.right.length() * width, self.down.length() * height];
+        let ndc_from_camera = DMat4::from_cols(
+            DVec4::new(across.recip(), 0.0, 0.0, 0.0),
+            DVec4::new(0.0, -up.recip(), 0.0, 0.0),
+            DVec4::new(0.0, 0.0, 1.0, 0.0),
+            DVec4::new(0.5, 0.5, 0.0, 1.0),
+        );
+        ViewMatrices {
+            camera_from_world,
+            ndc_from_world: Some(ndc_from_camera * camera_from_world),
+        }
     }
 
     #[inline]

@@ -20,7 +20,10 @@ use std::f64::consts::{PI, TAU};
 use glam::{DMat3, DVec3};
 use serde::Deserialize;
 
-use super::{CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, default_up, lerp, look_at, unit_ray};
+use super::{
+    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, ViewMatrices, default_up, facts, lerp, look_at,
+    unit_ray,
+};
 use crate::{
     math::{Ray, RayCone, Vec2},
     value::{Point, Problem, Spanned},
@@ -105,6 +108,14 @@ impl CameraKind for Panorama {
 
     fn period(&self) -> Option<f64> {
         Some(TAU / self.pixel[0])
+    }
+
+    fn matrices(&self, _film: FilmSize) -> ViewMatrices {
+        let DMat3 { x_axis, y_axis, z_axis } = self.axes;
+        ViewMatrices {
+            camera_from_world: facts::camera_from_world(self.eye, [x_axis, y_axis, -z_axis]),
+            ndc_from_world: None,
+        }
     }
 
     fn has_lens(&self) -> bool {

@@ -329,7 +329,8 @@ impl CameraPath {
             let state = self.at(interval.time(0.0)).ok().filter(|_| is_same_shot)?;
             Some(state.camera(scene, film))
         };
-        Ok(own.with_neighbours(Neighbours {
+        let Shutter { open, close } = interval.shutter;
+        Ok(own.with_exposure(close - open).with_neighbours(Neighbours {
             previous: neighbour(frame - 1),
             next: neighbour(frame + 1),
         }))

@@ -39,7 +39,7 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Deserializer, de};
 
 use super::{
-    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose,
+    CameraKind, CameraSetup, FilmSize, LensFacts, LensKind, LensOverrides, Pose, ViewMatrices,
     aperture_shape::ApertureShape,
     default_up,
     lens::{Aperture, FieldOfView, Focus, Sensor, SensorFit},
@@ -334,8 +334,7 @@ impl LensKind for PerspectiveLens {
             FieldOfView::FocalLength(mm) => mm,
             FieldOfView::Vertical(_) | FieldOfView::Horizontal(_) => 0.5 * self.sensor.height(aspect) / half_height,
         };
-        // Where the line of sight meets the film, in pixels, and the side of a pixel on the plane
-        // at distance 1.
+        // Where the line of sight meets the film, in pixels, and the side of a pixel at distance 1.
         let center = DVec2::new(
             0.5 * width - self.shift[0] * width,
             0.5 * height + self.shift[1] * width,
@@ -349,6 +348,7 @@ impl LensKind for PerspectiveLens {
             down,
             lens_axes: [pose.right(), pose.up()],
             lens_radius: self.aperture.radius(focal_length),
+            focal_length,
             aperture_shape: self.aperture_shape,
             focus_distance: self.focus.distance(),
         }
@@ -371,6 +371,8 @@ pub struct Perspective {
     lens_axes: [DVec3; 2],
     /// In m; 0 is a pinhole.
     lens_radius: f64,
+    /// In mm.
+    focal_length: f64,
     aperture_shape: ApertureShape,
     /// In m, along the line of sight.
     focus_distance: f64,
@@ -416,6 +418,14 @@ impl CameraKind for Perspective {
         let at_one = from_eye * (self.corner.dot(forward) / depth) - self.corner;
         let along = |axis: DVec3| at_one.dot(axis) / axis.length_squared();
         (depth > 0.0).then(|| DVec3::new(along(self.right), along(self.down), depth))
+    }
+
+    fn matrices(&self, film: FilmSize) -> ViewMatrices {
+        self.pinhole().matrices(film)
+    }
+
+    fn lens_facts(&self) -> Option<LensFacts> {
+        Some(self.facts())
     }
 
     #[inline(always)]
@@ -476,6 +486,7 @@ impl CameraKind for Perspective {
                 lerp(self.lens_axes[1], to.lens_axes[1], u),
             ],
             lens_radius: number(self.lens_radius, to.lens_radius),
+            focal_length: number(self.focal_length, to.focal_length),
             aperture_shape: self.aperture_shape,
             focus_distance: number(self.focus_distance, to.focus_distance),
         }

@@ -83,7 +83,7 @@ impl Subject for FirstFrame<'_> {
             film,
             shown: self.plan.shown,
             coverage: self.plan.coverage(self.scene, self.camera.fills_film()),
-            metadata: &self.fingerprint.metadata(self.plan, self.frame.number),
+            metadata: &self.fingerprint.metadata(self.plan, self.frame.number, &self.camera),
         };
         for file in &self.frame.files {
             file.format.encode(&image, self.plan.encoding, &mut io::sink())?;

@@ -170,6 +170,13 @@ fn samples(pixel: PixelType, plane: &film::Plane, channel: usize) -> Samples<'_>
     }
 }
 
+/// What the numbers of a file mean, for those who read it without the manual.
+const CONVENTIONS: &str = "pixel centres are at .5 from the upper left corner of the display window; the world is right-handed, in \
+    metres; worldToCamera and worldToNDC take row vectors; camera space is left-handed: x to the right, y up, z along the line \
+    of sight; NDC is 0 0 in the upper left corner of the display window and 1 1 in the lower right one; depth.Z is z in camera \
+    space (of a panorama or a fisheye the distance along the ray), distance.Y the distance along the ray, both in metres and 1e10 where \
+    nothing is met; N and P are in the world; forward and backward are pixels to the right and upwards (u, v) and metres of depth (z)";
+
 /// The attributes of a frame, besides those that the format requires.
 fn attributes(frame: &FrameImage) -> Vec<Attribute> {
     const REC_709: [f32; 8] = [0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290];
@@ -184,6 +191,7 @@ fn attributes(frame: &FrameImage) -> Vec<Attribute> {
         Attribute::new("batch-render/samples", count(metadata.samples)),
         Attribute::new("batch-render/seed", count(metadata.seed)),
         Attribute::new("batch-render/sampler", metadata.sampler),
+        Attribute::new("batch-render/conventions", CONVENTIONS),
         Attribute::new("imageCounter", metadata.frame),
     ];
     if let Some((numerator, denominator)) = metadata.fps {
@@ -191,6 +199,7 @@ fn attributes(frame: &FrameImage) -> Vec<Attribute> {
             "framesPerSecond",
             Value::Rational { numerator, denominator },
         ));
+        list.extend(time_code(metadata.frame, numerator, denominator).map(|code| Attribute::new("timeCode", code)));
     }
     if frame.has_light() {
         if metadata.view == DisplayTransform::Raw {
@@ -208,6 +217,20 @@ fn attributes(frame: &FrameImage) -> Vec<Attribute> {
         }
     }
     list
+}
+
+/// The time of a frame from frame 0 on, counted without drops; `None` before it, after a day, and where frames are so short
+/// that the format's digits do not hold their numbers.
+fn time_code(frame: i32, numerator: i32, denominator: u32) -> Option<Value> {
+    const MAX_RATE: u32 = 30;
+    let frame = u32::try_from(frame).ok()?;
+    let rate = (f64::from(numerator) / f64::from(denominator)).round() as u32;
+    let seconds = frame.checked_div(rate).filter(|_| rate <= MAX_RATE)?;
+    let (hours, minutes) = (seconds / 3600, seconds / 60 % 60);
+    let digits = |n: u32| ((n / 10) << 4) | (n % 10);
+    let pairs = [hours, minutes, seconds % 60, frame % rate];
+    let time = pairs.into_iter().fold(0, |time, pair| time << 8 | digits(pair));
+    (hours < 24).then_some(Value::TimeCode { time, user: 0 })
 }
 
 /// A whole number as an `int`, or as a string where it is too large for one.

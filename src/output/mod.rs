@@ -4,6 +4,7 @@
 
 pub mod atomic;
 mod attribute;
+mod camera_attributes;
 mod counting;
 pub mod display;
 mod encode;
@@ -24,6 +25,7 @@ use std::path::Path;
 use crate::film::Film;
 
 pub use attribute::{Attribute, Value};
+pub use camera_attributes::camera_attributes;
 pub use display::DisplayTransform;
 pub use encode::{Contents, EncodeError, Encoding, Format, LightType, Parts, PngBits, WriteReport};
 pub use error::OutputError;

@@ -207,7 +207,7 @@ impl Sitting<'_> {
         let frame = i32::try_from(self.task.view.frame).unwrap_or_default();
         let settings = self.full_settings();
         let fingerprint = Fingerprint::new(plan, &settings, self.session.base.inputs, (frame, camera));
-        let metadata = fingerprint.metadata(plan, frame);
+        let metadata = fingerprint.metadata(plan, frame, camera);
         let image = FrameImage {
             film,
             shown: plan.shown,

@@ -1,8 +1,9 @@
-//! The pinhole of a perspective camera, in the numbers of computer vision.
+//! A perspective camera in the numbers of computer vision and of photographers.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DMat4, DVec3, DVec4};
 
 use super::Perspective;
+use crate::camera::{DepthOfField, FilmSize, LensFacts, ViewMatrices, facts};
 
 /// The place and the intrinsics of a pinhole camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +28,38 @@ impl Perspective {
             axes: DMat3::from_cols(right, up, -self.forward()),
             focal: [self.right.length().recip(), self.down.length().recip()],
             center: [place(self.right), place(self.down)],
+        }
+    }
+
+    /// The lens in the terms of photographers.
+    pub(super) fn facts(&self) -> LensFacts {
+        let diameter = 2000.0 * self.lens_radius;
+        LensFacts {
+            focal_length: self.focal_length,
+            depth_of_field: (diameter > 0.0).then(|| DepthOfField {
+                fstop: self.focal_length / diameter,
+                focus_distance: self.focus_distance,
+            }),
+        }
+    }
+}
+
+impl PinholeView {
+    /// The matrices from the world to the camera and to a picture of this size.
+    pub(super) fn matrices(&self, film: FilmSize) -> ViewMatrices {
+        let DMat3 { x_axis, y_axis, z_axis } = self.axes;
+        let camera_from_world = facts::camera_from_world(self.eye, [x_axis, y_axis, -z_axis]);
+        let ([fx, fy], [cx, cy]) = (self.focal, self.center);
+        let [width, height] = film.map(|n| f64::from(n.max(1)));
+        let ndc_from_camera = DMat4::from_cols(
+            DVec4::new(fx / width, 0.0, 0.0, 0.0),
+            DVec4::new(0.0, -fy / height, 0.0, 0.0),
+            DVec4::new(cx / width, cy / height, 1.0, 1.0),
+            DVec4::new(0.0, 0.0, -1.0, 0.0),
+        );
+        ViewMatrices {
+            camera_from_world,
+            ndc_from_world: Some(ndc_from_camera * camera_from_world),
         }
     }
 }
