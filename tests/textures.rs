@@ -41,6 +41,7 @@ fn scene(corners: [Vec3; 4], bitmap: Bitmap, filter: TextureFilter, repeat: f32)
             bitmap,
             filter,
             wrap: [Wrap::Repeat; 2],
+            working_space: batch_render::math::WorkingSpace::default(),
         }),
     });
     let material = builder.material(Material::Matte(Matte::smooth(Color::Texture(texture))));

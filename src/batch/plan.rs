@@ -21,7 +21,7 @@ use crate::{
     error::Error,
     film::{Film, Window, coverage::DEFAULT_RANKS},
     integrator::{BuiltIn, IntegratorDesc},
-    math::DVec3,
+    math::{DVec3, WorkingSpace},
     output::{
         self, Attribute, Contents, Coverage, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown,
         png::depth::DepthPng,
@@ -85,6 +85,8 @@ pub struct Plan {
     pub if_busy: IfBusy,
     /// The time between two checkpoints of a frame; `None` for none.
     pub checkpoint: Option<Duration>,
+    /// The primaries of the light.
+    pub working_space: WorkingSpace,
     pub view: DisplayTransform,
     pub exposure: f32,
     pub encoding: Encoding,
@@ -109,7 +111,10 @@ impl Plan {
         let mut problems = Vec::new();
         let mut keep = |p: Problem| problems.push(p);
         let described = integrator(desc, request)?;
-        let integrator = described.compile().map_err(&mut keep).ok();
+        let mut integrator = described.compile().map_err(&mut keep).ok();
+        if let Some(BuiltIn::Whitted(whitted)) = &mut integrator {
+            whitted.ambient = desc.render.working_space.from_rec709(whitted.ambient);
+        }
         let camera = match desc.camera.as_ref().map(|c| c.get_ref().compile()) {
             None => None,
             Some(Ok(camera)) => Some(camera),
@@ -181,6 +186,7 @@ impl Plan {
             retries: request.retries,
             if_busy: request.if_busy,
             checkpoint: request.checkpoint,
+            working_space: desc.render.working_space,
             view: view.unwrap_or_default(),
             exposure: request
                 .exposure
@@ -235,6 +241,7 @@ impl Plan {
     /// The metadata of a frame's files, but for their fingerprint.
     pub fn metadata(&self, frame: i32) -> FrameMetadata {
         let mut metadata = FrameMetadata {
+            working_space: self.working_space,
             view: self.view,
             exposure: self.exposure,
             fps: self.fps,

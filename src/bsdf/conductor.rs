@@ -16,6 +16,19 @@ pub enum Reflectance {
     Colored { f0: Rgb, dip: Rgb },
 }
 
+/// The cosine where the dip of a coloured metal is deepest, at 82 degrees.
+const DIP_COS: f32 = 1.0 / 7.0;
+
+/// Schlick's approximation there.
+fn schlick_at_dip(f0: Rgb) -> Rgb {
+    f0 + (Rgb::WHITE - f0) * schlick_term(DIP_COS)
+}
+
+/// The weight of the dip there.
+fn dip_depth() -> f32 {
+    DIP_COS * schlick_term(DIP_COS) * (1.0 - DIP_COS)
+}
+
 impl Reflectance {
     /// A metal of the colour `f0` whose reflectance at 82 degrees is `edge` times the one that
     /// Schlick's approximation gives.
@@ -23,14 +36,18 @@ impl Reflectance {
     /// Source: Kutz, Hasan, Edmondson, "Novel aspects of the Adobe Standard Material", 2021,
     /// section 2 ("F82").
     pub fn colored(f0: Rgb, edge: Rgb) -> Self {
-        // The cosine where the dip is deepest.
-        const COS: f32 = 1.0 / 7.0;
-        let x = 1.0 - COS;
-        let depth = COS * schlick_term(COS) * x;
-        let schlick = f0 + (Rgb::WHITE - f0) * schlick_term(COS);
         Self::Colored {
             f0,
-            dip: schlick * (Rgb::WHITE - edge) / depth,
+            dip: schlick_at_dip(f0) * (Rgb::WHITE - edge) / dip_depth(),
+        }
+    }
+
+    /// The metal whose reflectances at normal incidence and at 82 degrees are those of this one, converted.
+    pub fn converted(&self, convert: impl Fn(Rgb) -> Rgb) -> Self {
+        let (f0, at_dip) = (convert(self.at(1.0)), convert(self.at(DIP_COS)));
+        Self::Colored {
+            f0,
+            dip: (schlick_at_dip(f0) - at_dip) / dip_depth(),
         }
     }
 

@@ -41,7 +41,13 @@ figcaption{padding:.25rem .5rem;font-size:13px;display:flex;justify-content:spac
 pub fn thumbnail(image: &FrameImage<'_>) -> Option<String> {
     let (window, plane) = (image.film.window, image.picture());
     let (width, height) = (window.width(), window.height());
-    let display = PixelDisplay::new(plane.spec.pass.display, image.metadata.view, image.metadata.exposure);
+    let metadata = image.metadata;
+    let display = PixelDisplay::new(
+        plane.spec.pass.display,
+        metadata.view,
+        metadata.exposure,
+        metadata.working_space,
+    );
     let channels = plane.spec.width();
     let (w, h) = (
         THUMBNAIL.min(width),

@@ -5,7 +5,7 @@ use crate::{
     assets::{model::ImageSource, store::ImageRequest},
     describe::BackgroundDesc,
     light::environment::Environment,
-    math::{DMat3, Rgb, transform::axis_rotation},
+    math::{DMat3, Rgb, WorkingSpace, transform::axis_rotation},
     scene::BackgroundRadiance,
     texture::{Bitmap, bitmap::ColorSpace},
     value::Problem,
@@ -25,17 +25,22 @@ impl Compiler<'_> {
     }
 }
 
-/// The background; `picture` is that of its environment.
-pub(super) fn radiance(desc: &BackgroundDesc, picture: Option<&Bitmap>) -> BackgroundRadiance {
+/// The background in a working space; `picture` is that of its environment.
+pub(super) fn radiance(
+    desc: &BackgroundDesc,
+    picture: Option<&Bitmap>,
+    working_space: WorkingSpace,
+) -> BackgroundRadiance {
     let (Some(environment_desc), Some(picture)) = (&desc.environment, picture) else {
-        return BackgroundRadiance::Color(desc.color.map_or(Rgb::BLACK, |c| c.0));
+        let color = desc.color.map_or(Rgb::BLACK, |c| c.0);
+        return BackgroundRadiance::Color(working_space.from_rec709(color));
     };
     let environment_desc = environment_desc.get_ref();
     let rotation = environment_desc.rotate.map_or(DMat3::IDENTITY, |r| {
         let r = r.0;
         axis_rotation(2, r.z) * axis_rotation(1, r.y) * axis_rotation(0, r.x)
     });
-    let environment = Environment::new(picture, environment_desc.intensity.0, rotation);
+    let environment = Environment::new(picture, working_space, environment_desc.intensity.0, rotation);
     let file = environment_desc.file.get_ref();
     if environment.clamped > 0 {
         let count = environment.clamped;

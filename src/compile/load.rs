@@ -17,7 +17,7 @@ use crate::{
     describe::{Diagnostics, SceneDesc},
     math::DVec3,
     scene::{Background, SceneBuilder},
-    texture::{BitmapId, Texture, image::ImageDesc},
+    texture::{BitmapId, Texture, bitmap::ColorSpace, image::ImageDesc},
 };
 
 /// A scene of which only the files are missing.
@@ -108,6 +108,8 @@ pub fn load(
             return Err(Error::Assets(errors.collect()));
         }
     };
+    let working_space = desc.render.working_space;
+    scene.convert_colors(working_space, |bitmap| images[bitmap.0 as usize].1 == ColorSpace::Srgb);
     let picture = bitmaps.pop_if(|_| has_environment);
     for bitmap in bitmaps {
         scene.bitmap(bitmap);
@@ -117,7 +119,7 @@ pub fn load(
         scene.set_background_light_group(group.as_str());
     }
     scene.set_background(Background {
-        radiance: background::radiance(&desc.background, picture.as_ref()),
+        radiance: background::radiance(&desc.background, picture.as_ref(), working_space),
         visible: desc.background.visible,
     });
     Ok(scene)

@@ -5,6 +5,7 @@ use serde::{Deserialize, Deserializer, de};
 use crate::{
     filter::FilterDesc,
     integrator::IntegratorDesc,
+    math::WorkingSpace,
     sampler::{SamplerDesc, SeedMode},
     value::{Count, Finite, Problem, Spanned, kind_or_name},
 };
@@ -20,6 +21,7 @@ use crate::{
 /// | `sampler` | a sampler | `"sobol"` |
 /// | `filter` | a pixel filter | `"blackman-harris"`; with `samples = 1` one ray through the pixel's centre |
 /// | `integrator` | an integrator | `"path"` |
+/// | `working_space` | the primaries that light is computed with: `"rec709"` or `"acescg"` | `"rec709"` |
 ///
 /// ```toml
 /// [render]
@@ -31,6 +33,10 @@ use crate::{
 ///
 /// The `max_depth` of an integrator counts ray segments from the camera, shadow rays included, as in Mitsuba: 1 shows only
 /// emitters and ambient light, 2 adds direct light, 5 is a camera ray and up to four more.
+///
+/// Colours of scene files, of models and of images whose `color_space` is `"srgb"` have the primaries of Rec. 709. With
+/// `working_space = "acescg"` they are converted to ACEScg, which has more saturated light, and EXR files say so; PNG files are
+/// converted back before their view.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RenderDesc {
@@ -45,6 +51,7 @@ pub struct RenderDesc {
     pub filter: Option<FilterDesc>,
     #[serde(deserialize_with = "some_kind_or_name")]
     pub integrator: Option<IntegratorDesc>,
+    pub working_space: WorkingSpace,
 }
 
 impl Default for RenderDesc {
@@ -59,6 +66,7 @@ impl Default for RenderDesc {
             sampler: None,
             filter: None,
             integrator: None,
+            working_space: WorkingSpace::default(),
         }
     }
 }

@@ -32,7 +32,7 @@ use serde::Deserialize;
 
 use super::LightSample;
 use crate::{
-    math::{DMat3, Dispatch, Rgb, Vec2, Vec3, distribution::PiecewiseConstant2D, float, trig},
+    math::{DMat3, Dispatch, Rgb, Vec2, Vec3, WorkingSpace, distribution::PiecewiseConstant2D, float, trig},
     texture::Bitmap,
     value::{NonNegative, Point, Spanned},
 };
@@ -87,7 +87,7 @@ pub struct EnvironmentLight {
 
 impl Environment {
     /// The light of `picture` times `intensity`, turned by `world_from_map`, a rotation.
-    pub fn new(picture: &Bitmap, intensity: f32, world_from_map: DMat3) -> Self {
+    pub fn new(picture: &Bitmap, working_space: WorkingSpace, intensity: f32, world_from_map: DMat3) -> Self {
         let (width, height) = (picture.width as usize, picture.height as usize);
         let mut texels = vec![Rgb::BLACK; width * height];
         let clamped = texels
@@ -96,7 +96,7 @@ impl Environment {
             .map(|(row, y)| {
                 let mut clamped = 0;
                 for (texel, x) in row.iter_mut().zip(0..) {
-                    let rgb = picture.rgb(x, y);
+                    let rgb = working_space.from_rec709(picture.rgb(x, y));
                     clamped += u64::from(rgb.r < 0.0 || rgb.g < 0.0 || rgb.b < 0.0);
                     *texel = rgb.map(|v| (v.max(0.0) * intensity).min(f32::MAX));
                 }

@@ -18,6 +18,7 @@ pub mod transform;
 pub mod trig;
 mod vector;
 pub mod warp;
+mod working_space;
 
 pub use aabb::Aabb;
 pub use cone::RayCone;
@@ -33,3 +34,4 @@ pub use transform::Transform;
 pub use vector::Plain;
 pub use vector::{Dispatch, VectorLoop};
 pub use warp::Sample2D;
+pub use working_space::WorkingSpace;

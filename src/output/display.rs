@@ -14,7 +14,7 @@
 use super::tone;
 use crate::{
     film::passes::Display,
-    math::{Rgb, exponential, hash, srgb},
+    math::{Rgb, WorkingSpace, exponential, hash, srgb},
 };
 
 /// A mapping of light to display values.
@@ -118,6 +118,8 @@ impl DisplayTransform {
 /// A curve with its exposure, ready for pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct PixelDisplay {
+    /// The space of the light; Rec. 709 for data.
+    working_space: WorkingSpace,
     gain: f32,
     curve: Curve,
     encoding: DisplayEncoding,
@@ -125,8 +127,9 @@ pub struct PixelDisplay {
 
 impl PixelDisplay {
     /// The display of a pass: light by `transform`, made `2^exposure` times as bright; distances and counts scaled by the
-    /// same factor; other data as it is.
-    pub fn new(display: Display, transform: DisplayTransform, exposure: f32) -> Self {
+    /// same factor; other data as it is. Light of another working space is converted to Rec. 709 first, and what that cannot show
+    /// loses its channels below 0.
+    pub fn new(display: Display, transform: DisplayTransform, exposure: f32, working_space: WorkingSpace) -> Self {
         let (curve, scaled): (Curve, _) = match display {
             Display::Light => (transform.row().curve, true),
             Display::Heat => (heat, true),
@@ -144,7 +147,16 @@ impl PixelDisplay {
         } else {
             1.0
         };
-        Self { gain, curve, encoding }
+        Self {
+            working_space: if display == Display::Light {
+                working_space
+            } else {
+                WorkingSpace::Rec709
+            },
+            gain,
+            curve,
+            encoding,
+        }
     }
 
     /// The 8-bit display values of a pixel.
@@ -174,6 +186,13 @@ impl PixelDisplay {
 
     /// The display values before their encoding.
     fn shown(&self, channels: [f32; 3]) -> [f32; 3] {
+        let channels = match self.working_space {
+            WorkingSpace::Rec709 => channels,
+            space => space
+                .to_rec709(Rgb::from_array(channels))
+                .map(|v| v.max(0.0))
+                .to_array(),
+        };
         // Bits of whole numbers are not to be touched.
         let scaled = if self.gain == 1.0 {
             channels
@@ -232,12 +251,12 @@ mod tests {
     use super::*;
 
     fn light(transform: DisplayTransform, exposure: f32, l: f32) -> [u8; 3] {
-        PixelDisplay::new(Display::Light, transform, exposure).rgb8([l; 3])
+        PixelDisplay::new(Display::Light, transform, exposure, WorkingSpace::Rec709).rgb8([l; 3])
     }
 
     #[test]
     fn passes_of_data_have_their_own_curves() {
-        let show = |display, c| PixelDisplay::new(display, DisplayTransform::Srgb, 0.0).rgb8(c);
+        let show = |display, c| PixelDisplay::new(display, DisplayTransform::Srgb, 0.0, WorkingSpace::Rec709).rgb8(c);
         assert_eq!(show(Display::Signed, [-1.0, 1.0, 0.0]), [0, 255, 128]);
         assert_eq!(show(Display::Fraction, [-0.75, 7.5, 0.0])[..2], [64, 128]);
         let depth = [0.0, 1.0, 1e10].map(|z| show(Display::Near, [z, 0.0, 0.0])[0]);
@@ -258,7 +277,7 @@ mod tests {
 
     #[test]
     fn raw_rounds_to_the_nearest_code() {
-        let raw = PixelDisplay::new(Display::Light, DisplayTransform::Raw, 0.0);
+        let raw = PixelDisplay::new(Display::Light, DisplayTransform::Raw, 0.0, WorkingSpace::Rec709);
         assert_eq!(raw.rgb8([0.5, 127.4 / 255.0, 1.0]), [128, 127, 255]);
         assert_eq!(raw.rgb8([-3.0, 9.0, f32::NAN]), [0, 255, 0]);
         assert_eq!(raw.rgb8([f32::INFINITY, f32::NEG_INFINITY, 0.0]), [255, 0, 0]);
@@ -273,7 +292,7 @@ mod tests {
     #[test]
     fn sixteen_bits_are_the_same_picture_and_dithering_has_its_mean() {
         for row in DisplayTransform::TABLE {
-            let display = PixelDisplay::new(Display::Light, row.transform, 0.0);
+            let display = PixelDisplay::new(Display::Light, row.transform, 0.0, WorkingSpace::Rec709);
             for l in [0.0, 0.013, 0.2, 0.7, 1.0, 30.0] {
                 let (eight, sixteen) = (display.rgb8([l; 3])[0], display.rgb16([l; 3])[0]);
                 let exact = f32::from(sixteen) / 257.0;

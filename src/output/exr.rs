@@ -28,7 +28,10 @@ use super::{
     join::{CropFile, JoinError},
     seal,
 };
-use crate::film::{self, PixelType, Window, passes::BEAUTY};
+use crate::{
+    film::{self, PixelType, Window, passes::BEAUTY},
+    math::WorkingSpace,
+};
 
 pub use compression::Compression;
 pub use image::{Channel, ChannelData, Image, Samples};
@@ -36,8 +39,9 @@ pub use write::{write, write_parts};
 
 /// The format, with the attributes that compositors look for.
 ///
-/// `R G B A` and the frame's passes. Files with light say Rec. 709 primaries and scene-linear (`chromaticities`,
-/// `colorInteropID`), unless the view is `raw`, whose numbers are display values and whose `comments` say so.
+/// `R G B A` and the frame's passes. Files with light tell the primaries of the working space and that it is scene-linear
+/// (`chromaticities`, `colorInteropID`), unless the view of Rec. 709 is `raw`, whose numbers are display values and whose `comments`
+/// say so.
 #[derive(Debug)]
 pub struct Exr;
 
@@ -179,7 +183,6 @@ const CONVENTIONS: &str = "pixel centres are at .5 from the upper left corner of
 
 /// The attributes of a frame, besides those that the format requires.
 fn attributes(frame: &FrameImage) -> Vec<Attribute> {
-    const REC_709: [f32; 8] = [0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290];
     const DISPLAY_VALUES: &str = "the numbers are display values, not scene-linear light";
     let metadata = frame.metadata;
     let version = env!("CARGO_PKG_VERSION");
@@ -202,11 +205,13 @@ fn attributes(frame: &FrameImage) -> Vec<Attribute> {
         list.extend(time_code(metadata.frame, numerator, denominator).map(|code| Attribute::new("timeCode", code)));
     }
     if frame.has_light() {
-        if metadata.view == DisplayTransform::Raw {
+        let space = metadata.working_space;
+        if metadata.view == DisplayTransform::Raw && space == WorkingSpace::Rec709 {
             list.push(Attribute::new("comments", DISPLAY_VALUES));
         } else {
-            list.push(Attribute::new("chromaticities", Value::Chromaticities(REC_709)));
-            list.push(Attribute::new("colorInteropID", "lin_rec709_scene"));
+            let primaries = Value::Chromaticities(space.chromaticities());
+            list.push(Attribute::new("chromaticities", primaries));
+            list.push(Attribute::new("colorInteropID", space.interop_id()));
         }
     }
     for given in &metadata.attributes {

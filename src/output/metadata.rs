@@ -3,6 +3,7 @@
 use super::{Attribute, display::DisplayTransform};
 use crate::{
     integrator::{Integrator, LimitValue},
+    math::WorkingSpace,
     render::Settings,
 };
 
@@ -16,6 +17,8 @@ pub struct FrameMetadata {
     pub seed: u32,
     /// The source of the random numbers.
     pub sampler: &'static str,
+    /// The primaries of its light.
+    pub working_space: WorkingSpace,
     /// The display transform of 8-bit formats.
     pub view: DisplayTransform,
     /// Stops, for 8-bit formats.
@@ -34,6 +37,7 @@ impl FrameMetadata {
             samples: settings.samples.max,
             seed: settings.seed,
             sampler: settings.sampler.name(),
+            working_space: WorkingSpace::default(),
             view: DisplayTransform::default(),
             exposure: 0.0,
             fps: None,

@@ -107,7 +107,7 @@ fn nans(frame: &FrameImage) -> u64 {
 fn display_values(frame: &FrameImage, bits: PngBits) -> Vec<u8> {
     let (picture, metadata) = (frame.picture(), frame.metadata);
     let pass = picture.spec.pass;
-    let display = PixelDisplay::new(pass.display, metadata.view, metadata.exposure);
+    let display = PixelDisplay::new(pass.display, metadata.view, metadata.exposure, metadata.working_space);
     let straight = |i: usize| {
         let (channels, alpha) = (channels(picture, i), frame.film.beauty()[i][3]);
         // Light where nothing covers the pixel has no colour to divide out.

@@ -8,7 +8,10 @@ use ::exr::{
 };
 
 use super::*;
-use crate::film::{FilmLayout, PassRequest, Window, passes::BEAUTY};
+use crate::{
+    film::{FilmLayout, PassRequest, Window, passes::BEAUTY},
+    math::WorkingSpace,
+};
 
 fn film(passes: &[&str], size: [u32; 2]) -> Film {
     let passes = PassRequest::parse_list(passes.iter().copied()).unwrap();
@@ -26,6 +29,7 @@ fn metadata() -> FrameMetadata {
         seed: 5,
         sampler: "sobol",
         view: DisplayTransform::Srgb,
+        working_space: WorkingSpace::default(),
         exposure: 0.0,
         fps: Some((24000, 1001)),
         attributes: Vec::new(),

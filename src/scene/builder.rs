@@ -1,5 +1,7 @@
 //! Assembly of a [`Scene`], piece by piece: by `compile` from a description, by programs in code.
 
+mod colors;
+
 use std::sync::{Arc, OnceLock};
 
 use super::{

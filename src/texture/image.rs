@@ -29,7 +29,7 @@ use serde::Deserialize;
 
 use super::{Bitmap, BitmapId, FindBitmap, PatternKind, bitmap::ColorSpace};
 use crate::{
-    math::{Rgb, Vec2, exponential, float},
+    math::{Rgb, Vec2, WorkingSpace, exponential, float},
     value::{Problem, Spanned},
 };
 
@@ -76,6 +76,7 @@ impl ImageDesc {
             bitmap: find(self)?,
             filter: self.filter,
             wrap: [self.wrap; 2],
+            working_space: WorkingSpace::default(),
         })
     }
 }
@@ -86,6 +87,8 @@ pub struct ImagePattern {
     pub filter: TextureFilter,
     /// Along s and along t.
     pub wrap: [Wrap; 2],
+    /// The space that its colours are converted to; pictures of data stay as they are.
+    pub working_space: WorkingSpace,
 }
 
 impl Wrap {
@@ -157,7 +160,7 @@ impl ImagePattern {
             let along = (probe as f32 + 0.5) / footprint.probes as f32 - 0.5;
             sum += self.between_levels(bitmap, st + footprint.long_axis * along, footprint.level);
         }
-        sum / footprint.probes as f32
+        self.working_space.from_rec709(sum / footprint.probes as f32)
     }
 
     /// The colour in the copies of the picture above and below `level`.
@@ -218,7 +221,8 @@ impl Footprint {
 
 impl PatternKind for ImagePattern {
     fn max_value(&self, bitmaps: &[Bitmap]) -> Rgb {
-        bitmaps[self.bitmap.0 as usize].max_value()
+        let max_value = bitmaps[self.bitmap.0 as usize].max_value();
+        self.working_space.from_rec709(max_value)
     }
 
     fn alpha(&self, bitmaps: &[Bitmap], st: Vec2) -> f32 {
@@ -243,10 +247,10 @@ impl PatternKind for ImagePattern {
 
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb {
         let bitmap = &bitmaps[self.bitmap.0 as usize];
-        match self.filter {
+        self.working_space.from_rec709(match self.filter {
             TextureFilter::Nearest => self.nearest(bitmap, st),
             TextureFilter::Linear | TextureFilter::Trilinear => self.linear(bitmap, st),
-        }
+        })
     }
 }
 

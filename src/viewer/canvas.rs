@@ -60,7 +60,7 @@ impl Canvas {
         let pass = layout.planes()[plane].pass;
         let film = Film::new(settings.resolution, settings.window, &layout);
         Ok(Self {
-            display: PixelDisplay::new(pass.display, plan.view, plan.exposure),
+            display: PixelDisplay::new(pass.display, plan.view, plan.exposure, plan.working_space),
             plane,
             pass,
             coverage: plan.coverage(scene, fills_film),

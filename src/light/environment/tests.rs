@@ -13,7 +13,12 @@ fn picture(width: u32, height: u32, texel: impl Fn(u32, u32) -> f32) -> Bitmap {
 }
 
 fn environment(width: u32, height: u32, texel: impl Fn(u32, u32) -> f32) -> Environment {
-    Environment::new(&picture(width, height, texel), 1.0, DMat3::IDENTITY)
+    Environment::new(
+        &picture(width, height, texel),
+        WorkingSpace::Rec709,
+        1.0,
+        DMat3::IDENTITY,
+    )
 }
 
 /// The middles of a fine grid over the unit square.
@@ -64,7 +69,7 @@ fn a_rotation_turns_the_picture_about_the_fixed_axes() {
     let bright = |i: u32, j: u32| f32::from(u8::from((31..=32).contains(&i) && (15..=16).contains(&j)));
     // -z goes to -x by 90 degrees about y, and to +y by 90 about x.
     for (rotation, axis) in [(axis_rotation(1, 90.0), -Vec3::X), (axis_rotation(0, 90.0), Vec3::Y)] {
-        let e = Environment::new(&picture(64, 32, bright), 2.0, rotation);
+        let e = Environment::new(&picture(64, 32, bright), WorkingSpace::Rec709, 2.0, rotation);
         assert!((e.radiance(axis).r - 2.0).abs() < 1e-4, "{axis}");
         assert!(
             grid(10)
@@ -186,7 +191,7 @@ fn what_is_no_light_is_counted_and_replaced() {
         _ => 1.0,
     });
     assert_eq!(picture.repaired, 6);
-    let e = Environment::new(&picture, 1.0, DMat3::IDENTITY);
+    let e = Environment::new(&picture, WorkingSpace::Rec709, 1.0, DMat3::IDENTITY);
     assert_eq!(e.clamped, 1);
     assert!(directions(40).all(|w| e.radiance(w).r >= 0.0 && e.radiance(w).is_finite()));
 }

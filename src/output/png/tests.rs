@@ -3,6 +3,7 @@
 use super::*;
 use crate::{
     film::{Film, FilmLayout, PassRequest, Window, passes::BEAUTY},
+    math::WorkingSpace,
     output::{Attribute, DisplayTransform, FrameMetadata},
 };
 
@@ -29,6 +30,7 @@ fn metadata() -> FrameMetadata {
         seed: 5,
         sampler: "sobol",
         view: DisplayTransform::Srgb,
+        working_space: WorkingSpace::default(),
         exposure: 0.0,
         fps: None,
         attributes: Vec::new(),

@@ -13,6 +13,7 @@ fn pattern(filter: TextureFilter, wrap: Wrap) -> ImagePattern {
         bitmap: BitmapId(0),
         filter,
         wrap: [wrap; 2],
+        working_space: WorkingSpace::default(),
     }
 }
 

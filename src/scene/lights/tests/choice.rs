@@ -3,7 +3,7 @@
 use super::*;
 use crate::{
     light::{Falloff, environment::Environment, point::PointLight, spot::SpotLight, sun::SunLight},
-    math::DMat3,
+    math::{DMat3, WorkingSpace},
     texture::Bitmap,
 };
 
@@ -12,7 +12,7 @@ fn sky() -> Background {
     let texel = |i: u32| if i % 16 == 8 && i / 16 == 3 { 10.0 } else { 0.5 };
     let values = (0..16 * 8).flat_map(|i| [texel(i); 3]).collect();
     let picture = Bitmap::from_floats([16, 8], 3, values);
-    Background::environment(Environment::new(&picture, 1.0, DMat3::IDENTITY))
+    Background::environment(Environment::new(&picture, WorkingSpace::Rec709, 1.0, DMat3::IDENTITY))
 }
 
 /// Lights of every kind.
