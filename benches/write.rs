@@ -6,7 +6,7 @@ use batch_render::{
     film::Window,
     math::hash::{pcg4d, unit_f32},
     output::{
-        Compression,
+        BlockShape, Compression,
         exr::{Channel, ChannelData, Image, Samples, write},
     },
 };
@@ -62,6 +62,7 @@ fn encode(c: &mut Criterion) {
             channels,
             attributes: &[],
             compression: Compression::Zips,
+            blocks: BlockShape::Lines,
         };
         let file = || {
             let mut file = Vec::new();

@@ -50,6 +50,22 @@ fn every_lossless_compression_keeps_every_bit_of_every_layer() {
 }
 
 #[test]
+fn tiles_hold_the_same_as_lines_with_every_compression_and_in_parts() {
+    let lines = channels(&render(&[]));
+    for compression in ["none", "zips", "zip", "piz", "rle"] {
+        let tiled = render(&["--tiled", "--compression", compression]);
+        let blocks = tiled.layer_data[0].encoding.blocks;
+        assert_eq!(
+            blocks,
+            exr::prelude::Blocks::Tiles(exr::prelude::Vec2(64, 64)),
+            "{compression}"
+        );
+        assert!(channels(&tiled) == lines, "{compression}");
+    }
+    assert!(channels(&render(&["--tiled", "--multipart"])) == lines);
+}
+
+#[test]
 fn parts_hold_the_same_layers_as_one_file_each_under_its_name() {
     let (one, many) = (render(&[]), render(&["--multipart"]));
     assert_eq!(one.layer_data.len(), 1);

@@ -4,7 +4,7 @@ use super::{Request, names, passes::PassChoice};
 use crate::{
     describe::SceneDesc,
     error::Error,
-    output::{Compression, Contents, Encoding, FilePattern, LightType, Parts, PngBits},
+    output::{BlockShape, Compression, Contents, Encoding, FilePattern, LightType, Parts, PngBits},
     value::Problem,
 };
 
@@ -48,6 +48,11 @@ pub(super) fn choose(
             Parts::Many
         } else {
             Parts::One
+        },
+        blocks: if request.tiled || desc.output.tiled {
+            BlockShape::Tiles
+        } else {
+            BlockShape::Lines
         },
         png: bits.unwrap_or_default(),
     }))

@@ -52,6 +52,8 @@ pub struct Request {
     pub exr_type: Option<String>,
     /// Whether each layer of an EXR file is a part of its own; the scene decides where it is not.
     pub multipart: bool,
+    /// Whether EXR files have tiles; the scene decides where it is not.
+    pub tiled: bool,
     /// The name of the bits of PNG files.
     pub png_bits: Option<String>,
     /// A pattern of PNG files of depth.

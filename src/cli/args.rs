@@ -216,6 +216,10 @@ pub struct RenderArgs {
     #[arg(long, hide_short_help = true, help_heading = heading::OUTPUT)]
     pub multipart: bool,
 
+    /// Store EXR files in tiles of 64x64 pixels instead of lines
+    #[arg(long, hide_short_help = true, help_heading = heading::OUTPUT)]
+    pub tiled: bool,
+
     /// Bits of PNG files: 8, 8-dithered or 16
     #[arg(long, value_name = "BITS", hide_short_help = true, help_heading = heading::OUTPUT)]
     pub png_bits: Option<String>,

@@ -56,6 +56,7 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         compression: args.compression.clone(),
         exr_type: args.exr_type.clone(),
         multipart: args.multipart,
+        tiled: args.tiled,
         metadata: args.metadata.clone(),
         png_bits: args.png_bits.clone(),
         png_depth: args.png_depth.clone(),

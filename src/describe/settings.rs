@@ -103,6 +103,7 @@ fn some_kind_or_name<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Re
 /// | `png_bits` | bits of PNG files: `"8"`, `"8-dithered"` (smooth shades have noise instead of steps) or `"16"` | `"8"` |
 /// | `exr_type` | numbers of light and normals in EXR files: `"half"` or `"float"` | `"half"` |
 /// | `multipart` | whether each layer is a part of its own of an EXR file: `true` or `false` | `false` |
+/// | `tiled` | whether EXR files have tiles of 64x64 pixels instead of lines: `true` or `false` | `false` |
 ///
 /// In a file pattern `####` is the frame number with four digits; `%04d` and `$F4` mean the same. The ending selects the
 /// format. An EXR file holds scene-linear light with the primaries of Rec. 709, a PNG file display values.
@@ -145,6 +146,7 @@ pub struct OutputDesc {
     pub compression: Option<Spanned<String>>,
     pub exr_type: Option<Spanned<String>>,
     pub multipart: bool,
+    pub tiled: bool,
     pub png_bits: Option<Spanned<String>>,
 }
 

@@ -14,10 +14,11 @@ use super::{
 /// The user's choices about encoding.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Encoding {
-    /// The compression of EXR files; the next two are theirs, too.
+    /// The compression of EXR files; the next three are theirs, too.
     pub compression: Compression,
     pub light: LightType,
     pub parts: Parts,
+    pub blocks: BlockShape,
     pub png: PngBits,
 }
 
@@ -84,6 +85,16 @@ pub enum Parts {
     One,
     /// One for each layer.
     Many,
+}
+
+/// The shape of the blocks of an EXR file, which are compressed one by one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BlockShape {
+    /// Whole lines, as many as the compression takes together.
+    #[default]
+    Lines,
+    /// Squares, for programs that read parts of large pictures.
+    Tiles,
 }
 
 /// The result of writing a file.

@@ -1,4 +1,4 @@
-//! OpenEXR: scanline files, of one part unless more are asked for. Blocks are packed by ourselves with no compression, ZIPS
+//! OpenEXR: scanline or tiled files, of one part unless more are asked for. Blocks are packed by ourselves with no compression, ZIPS
 //! and ZIP, and by the codecs of the `exr` crate with RLE, PIZ and DWAA.
 //!
 //! The same image gives the same bytes: attributes and channels are sorted by name, blocks are compressed by all threads but
@@ -68,6 +68,7 @@ impl Format for Exr {
             channels,
             attributes,
             compression: encoding.compression,
+            blocks: encoding.blocks,
         };
         if encoding.parts == Parts::One {
             let channels: Vec<Channel> = layers.iter().flat_map(Layer::channels).collect();

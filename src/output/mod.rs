@@ -27,7 +27,7 @@ use crate::film::Film;
 pub use attribute::{Attribute, Value};
 pub use camera_attributes::camera_attributes;
 pub use display::DisplayTransform;
-pub use encode::{Contents, EncodeError, Encoding, Format, LightType, Parts, PngBits, WriteReport};
+pub use encode::{BlockShape, Contents, EncodeError, Encoding, Format, LightType, Parts, PngBits, WriteReport};
 pub use error::OutputError;
 pub use exr::Compression;
 pub use facts::FileFacts;

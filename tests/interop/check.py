@@ -76,7 +76,7 @@ for name in ["zips", "zip", "piz", "rle", "float", "overscan", "crop", "names", 
     check_mattes(folder / f"{name}.exr")
 
 plain, _ = read(folder / "none.exr")
-for name in ["zips", "zip", "piz", "rle"]:
+for name in ["zips", "zip", "piz", "rle", "tiled", "tiled-piz"]:
     code, text = tool("idiff", "-a", "-fail", 0, "-warn", 0, folder / "none.exr", folder / f"{name}.exr")
     check(code == 0, f"{name}.exr differs from none.exr: {text}")
 parts, _ = read(folder / "parts.exr")

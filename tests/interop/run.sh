@@ -26,6 +26,10 @@ done
 render dwaa --compression dwaa --aovs emission,albedo
 render float --exr-type float
 render parts --multipart
+render tiled --tiled
+render tiled-piz --tiled --compression piz
+render tiled-dwaa --tiled --compression dwaa --aovs emission,albedo
+render tiled-parts --tiled --multipart --crop 11,7,96,54
 render crop --crop 11,7,60,40
 render overscan --overscan 9
 render one-level --cryptomatte-levels 2

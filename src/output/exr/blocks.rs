@@ -1,4 +1,6 @@
-//! Blocks of lines: numbers to bytes, bytes reordered and deflated.
+//! Blocks of lines, and tiles: numbers to bytes, bytes reordered and deflated.
+
+use std::ops::Range;
 
 use half::{f16, slice::HalfFloatSliceExt};
 use libdeflater::{CompressionLvl, Compressor};
@@ -7,39 +9,93 @@ use rayon::prelude::*;
 use super::{
     codec::Codec,
     compression::Compression,
-    image::{Channel, ChannelData, Image, Samples},
+    image::{Channel, ChannelData, Image, Samples, TILE_SIDE},
 };
-use crate::output::EncodeError;
+use crate::output::{BlockShape, EncodeError};
 
 /// OpenEXR's own default.
 const LEVEL: i32 = 4;
 /// The largest half.
 const MAX_HALF: f32 = 65504.0;
 
-/// Some lines, as the file stores them.
+/// Some pixels, as the file stores them.
 pub(super) struct Block {
-    /// The first line, in the frame's coordinates.
-    pub y: i32,
+    pub place: BlockPlace,
     pub packed: Vec<u8>,
     pub clamped: u64,
     pub nans: u64,
 }
 
-/// All blocks of `image` from the top down, each packed by some thread; `channels` are its channels, sorted.
+/// The place of a block, as the file tells it.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum BlockPlace {
+    /// The first line, in the frame's coordinates.
+    Line(i32),
+    /// The column and the row of a tile among those of the file.
+    Tile([i32; 2]),
+}
+
+impl BlockPlace {
+    /// The bytes before the size of the block.
+    pub fn bytes(self) -> Vec<u8> {
+        match self {
+            Self::Line(y) => y.to_le_bytes().to_vec(),
+            // The last two are its level.
+            Self::Tile([x, y]) => [x, y, 0, 0].map(i32::to_le_bytes).concat(),
+        }
+    }
+}
+
+/// The pixels of a block, counted from the top left of the data window.
+struct Region {
+    place: BlockPlace,
+    columns: Range<usize>,
+    lines: Range<usize>,
+}
+
+/// All blocks of `image` from the top down, and from the left, each packed by some thread; `channels` are its channels, sorted.
 ///
 /// # Errors
 /// A codec gives up.
 pub(super) fn encode(image: &Image, channels: &[Channel]) -> Result<Vec<Block>, EncodeError> {
-    let lines = image.compression.lines_per_block();
     let codec = Codec::new(image, channels);
-    (0..image.data.height().div_ceil(lines))
+    regions(image)
         .into_par_iter()
-        .map_init(BlockPacker::new, |packer, block| {
-            let first = block * lines;
-            let end = (first + lines).min(image.data.height());
-            packer.pack(image, channels, codec.as_ref(), first as usize..end as usize)
+        .map_init(BlockPacker::new, |packer, region| {
+            packer.pack(image, channels, codec.as_ref(), region)
         })
         .collect()
+}
+
+fn regions(image: &Image) -> Vec<Region> {
+    let (width, height) = (image.data.width(), image.data.height());
+    let range = |index: u32, side: u32, end: u32| {
+        let first = index * side;
+        first as usize..first.saturating_add(side).min(end) as usize
+    };
+    match image.blocks {
+        BlockShape::Lines => {
+            let side = image.compression.lines_per_block();
+            let region = |block: u32| Region {
+                place: BlockPlace::Line(image.data.y0 + (block * side) as i32),
+                columns: 0..width as usize,
+                lines: range(block, side, height),
+            };
+            (0..height.div_ceil(side)).map(region).collect()
+        }
+        BlockShape::Tiles => {
+            let columns = width.div_ceil(TILE_SIDE);
+            let region = |block: u32| {
+                let (x, y) = (block % columns, block / columns);
+                Region {
+                    place: BlockPlace::Tile([x as i32, y as i32]),
+                    columns: range(x, TILE_SIDE, width),
+                    lines: range(y, TILE_SIDE, height),
+                }
+            };
+            (0..columns * height.div_ceil(TILE_SIDE)).map(region).collect()
+        }
+    }
 }
 
 /// The buffers for packing a block, kept from one to the next.
@@ -68,44 +124,45 @@ impl BlockPacker {
         }
     }
 
-    /// Packs `lines`, counted from the top of the data window.
+    /// Packs the pixels of `region`.
     fn pack(
         &mut self,
         image: &Image,
         channels: &[Channel],
         codec: Option<&Codec>,
-        lines: std::ops::Range<usize>,
+        region: Region,
     ) -> Result<Block, EncodeError> {
-        let count = lines.len();
+        let size = [region.columns.len(), region.lines.len()];
         let width = image.data.width() as usize;
-        let y = image.data.y0 + lines.start as i32;
         let (mut clamped, mut nans) = (0, 0);
         self.bytes.clear();
-        for line in lines {
+        for line in region.lines {
+            let first = line * width + region.columns.start;
+            let pixels = first..first + region.columns.len();
             for channel in channels {
                 match channel.samples {
                     Samples::Half(plane) => {
-                        let counts = self.put_halves(plane, line, width);
+                        let counts = self.put_halves(plane, pixels.clone());
                         clamped += counts.0;
                         nans += counts.1;
                     }
                     Samples::Float(plane) => {
-                        gather(plane, line, width, &mut self.row);
+                        gather(plane, pixels.clone(), &mut self.row);
                         put(&mut self.bytes, self.row.iter().map(|v| v.to_le_bytes()));
                     }
                     Samples::Uint(plane) => {
-                        gather(plane, line, width, &mut self.uint_row);
+                        gather(plane, pixels.clone(), &mut self.uint_row);
                         put(&mut self.bytes, self.uint_row.iter().map(|v| v.to_le_bytes()));
                     }
                 }
             }
         }
         let packed = match codec {
-            Some(codec) => codec.pack(&self.bytes, count)?,
+            Some(codec) => codec.pack(&self.bytes, size)?,
             None => self.deflate(image.compression).to_vec(),
         };
         Ok(Block {
-            y,
+            place: region.place,
             packed,
             clamped,
             nans,
@@ -113,9 +170,10 @@ impl BlockPacker {
     }
 
     /// Appends a line of halves; how many numbers were clamped and how many were none.
-    fn put_halves(&mut self, plane: ChannelData<f32>, line: usize, width: usize) -> (u64, u64) {
+    fn put_halves(&mut self, plane: ChannelData<f32>, pixels: Range<usize>) -> (u64, u64) {
         let (mut clamped, mut nans) = (0, 0);
-        gather(plane, line, width, &mut self.row);
+        let width = pixels.len();
+        gather(plane, pixels, &mut self.row);
         for v in &mut self.row {
             clamped += u64::from(v.abs() > MAX_HALF);
             nans += u64::from(v.is_nan());
@@ -142,13 +200,14 @@ impl BlockPacker {
     }
 }
 
-/// Replaces `out` with a line of a channel.
-fn gather<T: Copy>(plane: ChannelData<T>, line: usize, width: usize, out: &mut Vec<T>) {
-    let values = &plane.values[plane.first + line * width * plane.step..];
+/// Replaces `out` with some pixels of a channel.
+fn gather<T: Copy>(plane: ChannelData<T>, pixels: Range<usize>, out: &mut Vec<T>) {
+    let values = &plane.values[plane.first + pixels.start * plane.step..];
+    let count = pixels.len();
     out.clear();
     match plane.step {
-        1 => out.extend_from_slice(&values[..width]),
-        step => out.extend((0..width).map(|i| values[i * step])),
+        1 => out.extend_from_slice(&values[..count]),
+        step => out.extend((0..count).map(|i| values[i * step])),
     }
 }
 

@@ -2,19 +2,19 @@
 
 use ::exr::{
     compression::Compression as Method,
-    math::Vec2,
+    math::{RoundingMode, Vec2},
     meta::{
         BlockDescription,
-        attribute::{ChannelDescription, IntegerBounds, LineOrder, SampleType, Text},
+        attribute::{ChannelDescription, IntegerBounds, LevelMode, LineOrder, SampleType, Text, TileDescription},
         header::Header,
     },
 };
 
 use super::{
     compression::Compression,
-    image::{Channel, Image, Samples},
+    image::{Channel, Image, Samples, TILE_SIDE},
 };
-use crate::output::EncodeError;
+use crate::output::{BlockShape, EncodeError};
 
 /// The loss of DWAA: that of OpenEXR where nothing else is said.
 pub(super) const DWA_LEVEL: f32 = 45.0;
@@ -48,28 +48,36 @@ impl Codec {
         let channels = channels.iter().map(describe).collect();
         let header = Header::new(Text::from_slice_unchecked(b""), size, channels);
         let order = LineOrder::Increasing;
+        let blocks = match image.blocks {
+            BlockShape::Lines => BlockDescription::ScanLines,
+            BlockShape::Tiles => BlockDescription::Tiles(TileDescription {
+                tile_size: Vec2(TILE_SIDE as usize, TILE_SIDE as usize),
+                level_mode: LevelMode::Singular,
+                rounding_mode: RoundingMode::Down,
+            }),
+        };
         Some(Self {
             method,
-            header: header.with_encoding(method, BlockDescription::ScanLines, order),
+            header: header.with_encoding(method, blocks, order),
         })
     }
 
-    /// Packs `lines` lines of numbers, whose bytes are little-endian.
+    /// Packs the numbers of so many columns and lines, whose bytes are little-endian.
     ///
     /// # Errors
     /// The codec gives up.
-    pub fn pack(&self, bytes: &[u8], lines: usize) -> Result<Vec<u8>, EncodeError> {
-        let section = IntegerBounds::from_dimensions(Vec2(self.header.layer_size.0, lines));
-        let bytes = self.in_native_order(bytes);
+    pub fn pack(&self, bytes: &[u8], [columns, lines]: [usize; 2]) -> Result<Vec<u8>, EncodeError> {
+        let section = IntegerBounds::from_dimensions(Vec2(columns, lines));
+        let bytes = self.in_native_order(bytes, columns);
         let packed = self.method.compress_image_section_to_le(&self.header, bytes, section);
         packed.map_err(|e| EncodeError::Unfit(e.to_string()))
     }
 
     /// The bytes of little-endian numbers in the order of this machine, as the codec wants them.
-    fn in_native_order(&self, bytes: &[u8]) -> Vec<u8> {
+    fn in_native_order(&self, bytes: &[u8], width: usize) -> Vec<u8> {
         let mut bytes = bytes.to_vec();
         if cfg!(target_endian = "big") {
-            let (mut rest, width) = (&mut bytes[..], self.header.layer_size.0);
+            let mut rest = &mut bytes[..];
             for channel in self.header.channels.list.iter().cycle() {
                 let size = channel.sample_type.bytes_per_sample();
                 if rest.len() < size * width {

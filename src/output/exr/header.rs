@@ -3,17 +3,19 @@
 use super::{
     codec::DWA_LEVEL,
     compression::Compression,
-    image::{Channel, Image, Samples},
+    image::{Channel, Image, Samples, TILE_SIDE},
 };
 use crate::{
     film::Window,
-    output::{EncodeError, Value},
+    output::{BlockShape, EncodeError, Value},
 };
 
 pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 pub(super) const VERSION: u32 = 2;
 /// Names may have up to 255 bytes instead of 31.
 pub(super) const LONG_NAMES: u32 = 0x400;
+/// The only part has tiles.
+pub(super) const TILED: u32 = 0x200;
 /// There may be more parts than one.
 pub(super) const MULTI_PART: u32 = 0x1000;
 
@@ -64,10 +66,19 @@ pub(super) fn encode(image: &Image, channels: &[Channel], part: Option<PartFacts
     if image.compression == Compression::Dwaa {
         entries.push(entry("dwaCompressionLevel", &Value::Float(DWA_LEVEL)));
     }
+    if image.blocks == BlockShape::Tiles {
+        // No smaller copies of the picture.
+        let side = TILE_SIDE.to_le_bytes();
+        entries.push(raw("tiles", "tiledesc", [&side[..], &side, &[0]].concat()));
+    }
     if let Some(PartFacts { name, blocks }) = part {
+        let kind = match image.blocks {
+            BlockShape::Lines => "scanlineimage",
+            BlockShape::Tiles => "tiledimage",
+        };
         entries.extend([
             entry("name", &name.into()),
-            entry("type", &"scanlineimage".into()),
+            entry("type", &kind.into()),
             entry("chunkCount", &Value::Int(blocks as i32)),
         ]);
     }

@@ -2,13 +2,13 @@
 
 use std::io::{self, BufRead, Read, Seek};
 
-use super::header::{self, LONG_NAMES, MAGIC, MULTI_PART, VERSION};
+use super::header::{self, LONG_NAMES, MAGIC, MULTI_PART, TILED, VERSION};
 use crate::{
     film::Window,
-    output::{Attribute, Value},
+    output::{Attribute, BlockShape, Value},
 };
 
-/// The headers of a scanline file.
+/// The headers of a file of lines or of tiles.
 pub(super) struct Headers {
     pub is_multi: bool,
     /// At least one.
@@ -19,17 +19,57 @@ pub(super) struct Headers {
 pub(super) struct Header {
     /// The compression as files number it.
     pub compression: u8,
-    lines_per_block: u64,
+    blocks: Blocks,
     pub display: Window,
     pub data: Window,
     /// In the order of the file.
     pub attributes: Vec<Attribute>,
 }
 
+/// The blocks of a part.
+#[derive(Clone, Copy)]
+enum Blocks {
+    /// So many lines in each.
+    Lines(u32),
+    /// So many columns and rows in each.
+    Tiles([u32; 2]),
+}
+
 impl Header {
     /// The number of its blocks.
     pub fn blocks(&self) -> u64 {
-        u64::from(self.data.height()).div_ceil(self.lines_per_block)
+        let [columns, rows] = self.grid();
+        u64::from(columns) * u64::from(rows)
+    }
+
+    /// The number of its blocks beside and above each other.
+    fn grid(&self) -> [u32; 2] {
+        let (width, height) = (self.data.width(), self.data.height());
+        match self.blocks {
+            Blocks::Lines(lines) => [1, height.div_ceil(lines)],
+            Blocks::Tiles([columns, rows]) => [width.div_ceil(columns), height.div_ceil(rows)],
+        }
+    }
+
+    pub fn block_shape(&self) -> BlockShape {
+        match self.blocks {
+            Blocks::Lines(_) => BlockShape::Lines,
+            Blocks::Tiles(_) => BlockShape::Tiles,
+        }
+    }
+
+    /// Reads the place of a block; whether it is one of this part.
+    pub fn read_place(&self, file: &mut impl Read) -> io::Result<bool> {
+        let mut int = || take(file).map(i32::from_le_bytes);
+        Ok(match self.blocks {
+            Blocks::Lines(_) => (self.data.y0..self.data.y1).contains(&int()?),
+            Blocks::Tiles(_) => {
+                let place = [int()?, int()?];
+                let levels = [int()?, int()?];
+                let is_inside = |(at, count): (&i32, u32)| u32::try_from(*at).is_ok_and(|at| at < count);
+                levels == [0; 2] && place.iter().zip(self.grid()).all(is_inside)
+            }
+        })
     }
 }
 
@@ -42,8 +82,8 @@ impl Headers {
     pub fn read(file: &mut (impl BufRead + Seek), max_attribute: usize) -> io::Result<Option<Self>> {
         let magic: [u8; 4] = take(file)?;
         let flags = u32::from_le_bytes(take(file)?) & !LONG_NAMES;
-        // Any other flag: tiles or deep data.
-        if magic != MAGIC || flags & !MULTI_PART != VERSION {
+        // Any other flag: deep data.
+        if magic != MAGIC || flags & !(MULTI_PART | TILED) != VERSION {
             return Ok(None);
         }
         let is_multi = flags & MULTI_PART != 0;
@@ -69,6 +109,7 @@ enum HeaderRead {
 
 fn read_header(file: &mut (impl BufRead + Seek), max_attribute: usize) -> io::Result<HeaderRead> {
     let (mut compression, mut attributes, mut is_empty) = (None, Vec::new(), true);
+    let mut tiles = None;
     loop {
         let name = name(file)?;
         if name.is_empty() {
@@ -79,6 +120,12 @@ fn read_header(file: &mut (impl BufRead + Seek), max_attribute: usize) -> io::Re
         let size = u32::from_le_bytes(take(file)?);
         if name == b"compression" && size == 1 {
             compression = Some(take::<1>(file)?[0]);
+        } else if name == b"tiles" && size == 9 {
+            tiles = Some([take(file)?, take(file)?].map(u32::from_le_bytes));
+            // Smaller copies of the picture are not ours.
+            if take::<1>(file)? != [0] {
+                return Ok(HeaderRead::Unfit);
+            }
         } else if size as usize <= max_attribute {
             let mut bytes = vec![0; size as usize];
             file.read_exact(&mut bytes)?;
@@ -95,12 +142,16 @@ fn read_header(file: &mut (impl BufRead + Seek), max_attribute: usize) -> io::Re
             _ => None,
         })
     };
-    let compression = compression.and_then(|code| Some((code, lines_per_block(code)?)));
+    let blocks = |lines| match tiles {
+        Some(size) => Some(Blocks::Tiles(size)).filter(|_| !size.contains(&0)),
+        None => Some(Blocks::Lines(lines)),
+    };
+    let compression = compression.and_then(|code| Some((code, blocks(lines_per_block(code)?)?)));
     Ok(match (compression, window("dataWindow"), window("displayWindow")) {
         _ if is_empty => HeaderRead::End,
-        (Some((compression, lines_per_block)), Some(data), Some(display)) => HeaderRead::Part(Header {
+        (Some((compression, blocks)), Some(data), Some(display)) => HeaderRead::Part(Header {
             compression,
-            lines_per_block,
+            blocks,
             display,
             data,
             attributes,
@@ -109,7 +160,7 @@ fn read_header(file: &mut (impl BufRead + Seek), max_attribute: usize) -> io::Re
     })
 }
 
-fn lines_per_block(compression: u8) -> Option<u64> {
+fn lines_per_block(compression: u8) -> Option<u32> {
     match compression {
         0..=2 => Some(1),          // none, rle, zips
         3 | 5 => Some(16),         // zip, pxr24

@@ -1,7 +1,13 @@
 //! The content of an EXR file: channels with their values, and attributes.
 
 use super::compression::Compression;
-use crate::{film::Window, output::Attribute};
+use crate::{
+    film::Window,
+    output::{Attribute, BlockShape},
+};
+
+/// Columns and rows of a tile.
+pub(super) const TILE_SIDE: u32 = 64;
 
 /// The content of an EXR file.
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +21,7 @@ pub struct Image<'a> {
     /// In any order, their names distinct and none of those that the format demands.
     pub attributes: &'a [Attribute],
     pub compression: Compression,
+    pub blocks: BlockShape,
 }
 
 /// One number of each pixel of the data window.

@@ -17,7 +17,7 @@ use super::{
 use crate::{
     film::Window,
     output::{
-        Attribute, Value, facts,
+        Attribute, BlockShape, Value, facts,
         join::{CropFile, JoinError, replace},
     },
 };
@@ -43,6 +43,7 @@ struct Part {
     name: String,
     attributes: Vec<Attribute>,
     compression: Compression,
+    blocks: BlockShape,
     display: Window,
     planes: Vec<Plane>,
 }
@@ -113,7 +114,7 @@ pub(super) fn join(crops: &[CropFile], own: &[Attribute]) -> Result<Vec<u8>, Joi
                 replace(&mut list, own);
                 list
             };
-            a.name == b.name && a.compression == b.compression && common(a) == common(b)
+            a.name == b.name && (a.compression, a.blocks) == (b.compression, b.blocks) && common(a) == common(b)
         };
         if parts.len() != others.len() || !parts.iter().zip(&others).all(is_same) {
             return Err(JoinError::different(first, crop));
@@ -133,6 +134,7 @@ pub(super) fn join(crops: &[CropFile], own: &[Attribute]) -> Result<Vec<u8>, Joi
             channels,
             attributes: &part.attributes,
             compression: part.compression,
+            blocks: part.blocks,
         };
         (part.name.as_str(), image)
     });
@@ -158,7 +160,8 @@ fn channels(part: &Part) -> Vec<Channel<'_>> {
 fn parts(crop: &CropFile) -> Result<(bool, Vec<Part>), JoinError> {
     let headers = facts::open(&crop.path).and_then(|file| Headers::read(&mut BufReader::new(file), usize::MAX));
     let headers = headers.map_err(|error| JoinError::unreadable(&crop.path, &error))?;
-    let headers = headers.ok_or_else(|| JoinError::unreadable(&crop.path, &"it has no scanlines"))?;
+    let headers =
+        headers.ok_or_else(|| JoinError::unreadable(&crop.path, &"it has neither lines nor tiles of pixels"))?;
     let parts = headers.parts.into_iter().map(|header| part(crop, header));
     Ok((headers.is_multi, parts.collect::<Result<_, _>>()?))
 }
@@ -184,6 +187,7 @@ fn part(crop: &CropFile, header: Header) -> Result<Part, JoinError> {
     Ok(Part {
         name: text("name").unwrap_or_default(),
         compression,
+        blocks: header.block_shape(),
         display: header.display,
         planes: Vec::new(),
         attributes: header

@@ -11,8 +11,8 @@ use ::exr::block::{UncompressedBlock, reader::ChunksReader as _};
 use super::headers::{Header, Headers, take};
 use crate::output::{FileFacts, facts, seal};
 
-/// The facts of a scanline file, those of its first part, whose table of blocks is filled and whose bytes are those of its seal; of
-/// one without a seal all blocks can be decoded.
+/// The facts of a file of lines or of tiles, those of its first part, whose table of blocks is filled and whose bytes are those
+/// of its seal; of one without a seal all blocks can be decoded.
 pub(super) fn inspect(path: &Path) -> Option<FileFacts> {
     let facts = facts::open(path).and_then(check).ok().flatten()?;
     let is_whole = match seal::is_intact(path).ok()? {
@@ -57,10 +57,9 @@ fn check(file: File) -> io::Result<Option<FileFacts>> {
     if is_multi {
         file.seek_relative(4)?;
     }
-    let y = i32::from_le_bytes(take(&mut file)?);
+    let is_in_place = parts[last_part].read_place(&mut file)?;
     let size = u64::from(u32::from_le_bytes(take(&mut file)?));
-    let data = parts[last_part].data;
-    let is_there = (data.y0..data.y1).contains(&y) && file.stream_position()? + size <= length;
+    let is_there = is_in_place && file.stream_position()? + size <= length;
     Ok(parts.into_iter().next().filter(|_| is_there).map(|part| FileFacts {
         resolution: [part.display.width(), part.display.height()],
         window: part.data,

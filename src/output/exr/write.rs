@@ -3,18 +3,22 @@
 use std::io::Write;
 
 use super::{
-    blocks,
+    blocks::{self, Block},
     header::{self, PartFacts},
     image::{Channel, Image},
 };
 use crate::{
     film::Window,
-    output::{EncodeError, WriteReport, counting::Counting},
+    output::{BlockShape, EncodeError, WriteReport, counting::Counting},
 };
 
 /// Writes `image` to `out`.
 pub fn write(image: &Image, out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
-    write_file(&[("", *image)], 0, out)
+    let flags = match image.blocks {
+        BlockShape::Lines => 0,
+        BlockShape::Tiles => header::TILED,
+    };
+    write_file(&[("", *image)], flags, out)
 }
 
 /// Writes images under their names to `out`, as the parts of one file.
@@ -45,12 +49,12 @@ fn write_file(parts: &[(&str, Image)], flags: u32, out: &mut dyn Write) -> Resul
     let mut out = Counting { out, bytes: 0 };
     out.write_all(&head)?;
     let block_count: usize = packed.iter().map(Vec::len).sum();
-    let before = if is_multi { 12 } else { 8 };
+    let before = |block: &Block| block.place.bytes().len() + if is_multi { 8 } else { 4 };
     let mut offset = (head.len() + 8 * block_count) as u64;
     let mut table = Vec::with_capacity(8 * block_count);
     for block in packed.iter().flatten() {
         table.extend_from_slice(&offset.to_le_bytes());
-        offset += block.packed.len() as u64 + before;
+        offset += (before(block) + block.packed.len()) as u64;
     }
     out.write_all(&table)?;
     let mut report = WriteReport::default();
@@ -62,7 +66,7 @@ fn write_file(parts: &[(&str, Image)], flags: u32, out: &mut dyn Write) -> Resul
         if is_multi {
             out.write_all(&(part as i32).to_le_bytes())?;
         }
-        out.write_all(&block.y.to_le_bytes())?;
+        out.write_all(&block.place.bytes())?;
         out.write_all(&(block.packed.len() as i32).to_le_bytes())?;
         out.write_all(&block.packed)?;
         report.clamped += block.clamped;
