@@ -1,12 +1,12 @@
 //! The data that all waves of a frame share.
 
-use super::{Settings, sample_block::SampleBlock};
+use super::Settings;
 use crate::{
     camera::{Camera, FrameCamera},
     film::{FilmLayout, accumulator::AccumulatorLayout, layout::Needs},
     integrator::{Integrator, PathState},
     math::{RayCone, Rgb, Vec2},
-    sampler::{Dimension, SampleUse},
+    sampler::{Dimension, PathSampler, SampleUse},
     scene::{MediumStack, Scene, SurfaceInteraction},
     simd::Isa,
 };
@@ -66,16 +66,12 @@ impl<'a> RenderContext<'a> {
 
 impl RenderContext<'_> {
     /// The albedo that the path's own direction finds at its first surface.
-    pub fn sample_albedo(&self, surface: &SurfaceInteraction, path: &PathState, block: &SampleBlock) -> Rgb {
-        let key = block.key(self.settings, path.sample);
-        let number = |sample_use| {
-            self.settings
-                .sampler
-                .get_2d(&key, Dimension::at(path.depth, sample_use))
-        };
-        let (selection, direction) = (number(SampleUse::Selection), number(SampleUse::Bsdf));
-        self.scene
-            .sample_albedo(surface, path.last.media, selection.y, direction.into())
+    pub fn sample_albedo(&self, surface: &SurfaceInteraction, path: &PathState, numbers: &PathSampler<'_>) -> Rgb {
+        self.scene.sample_albedo(surface, path.last.media, || {
+            let at = |sample_use| Dimension::at(path.depth, sample_use);
+            let selection = numbers.get_2d(at(SampleUse::Selection));
+            (selection.y, numbers.get_sample_2d(at(SampleUse::Bsdf)))
+        })
     }
 }
 

@@ -19,7 +19,7 @@ use crate::{
     geometry::{Hit, PrimId},
     integrator::{PathState, ShadingOutput, Stage, light_layers::LightLayers},
     math::{Ray, Rgb},
-    sampler::{Dimension, SampleUse},
+    sampler::{Dimension, PathSampler, SampleUse},
     scene::FirstHit,
 };
 
@@ -308,10 +308,7 @@ impl Wave {
             if depth == 1 && round == 0 && context.needs.first_hits {
                 for (surface, k) in inputs.surfaces.interactions.iter().zip(numbers) {
                     let ((ray, hit), path) = (hit(k), &paths[hit_indices[k] as usize]);
-                    let mut first = FirstHit::new(surface, hit, surface.t * ray.d.length());
-                    if context.needs.albedo {
-                        first.albedo = context.sample_albedo(surface, path, block);
-                    }
+                    let first = FirstHit::new(surface, hit, surface.t * ray.d.length());
                     first_hits[path.sample as usize] = Some(first);
                 }
             }
@@ -325,6 +322,21 @@ impl Wave {
             inputs
                 .samples
                 .generate(context.simd, sampler, &inputs.keys, dimension, &uses);
+            if depth == 1 && round == 0 && context.needs.albedo {
+                for (index, (surface, &i)) in inputs.surfaces.interactions.iter().zip(indices).enumerate() {
+                    let path = &paths[i as usize];
+                    let numbers = PathSampler {
+                        sampler,
+                        keys: &inputs.keys,
+                        batch: &inputs.samples,
+                        index,
+                    };
+                    let albedo = context.sample_albedo(surface, path, &numbers);
+                    if let Some(first) = &mut first_hits[path.sample as usize] {
+                        first.albedo = albedo;
+                    }
+                }
+            }
             out.clock.lap(Stage::Numbers);
             inputs.background.clear();
             if let Some(numbers) = inputs.samples.of(SampleUse::Background) {

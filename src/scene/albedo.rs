@@ -2,7 +2,7 @@
 
 use super::{MediumStack, Scene, SurfaceInteraction, shading_frame::shading_frame};
 use crate::{
-    bsdf::{BsdfKind, BsdfVisitor},
+    bsdf::{Bsdf, BsdfKind, BsdfVisitor},
     material::Material,
     math::{Rgb, Sample2D},
 };
@@ -11,9 +11,17 @@ impl Scene {
     /// The albedo that one direction finds, chosen by numbers in `[0, 1)` as those of [`BsdfKind::sample`]. Its mean over all
     /// numbers is the albedo: the integral of `f |cos|` over all directions of reflected and of transmitted light. Lambert's
     /// law and mirrors have the same value for all numbers.
-    pub fn sample_albedo(&self, surface: &SurfaceInteraction, media: MediumStack, uc: f32, u: Sample2D) -> Rgb {
+    pub fn sample_albedo(
+        &self,
+        surface: &SurfaceInteraction,
+        media: MediumStack,
+        numbers: impl FnOnce() -> (f32, Sample2D),
+    ) -> Rgb {
         let material = self.material(surface.material);
         let mut bsdf = material.bsdf(&self.textures(), &surface.texture);
+        if let Bsdf::Lambert(lambert) = &bsdf {
+            return lambert.albedo;
+        }
         if let Some(ior) = self.ior_outside(media, surface.material) {
             bsdf = bsdf.immersed(ior);
         }
@@ -22,7 +30,7 @@ impl Scene {
             scene: self,
             surface,
             material,
-            numbers: (uc, u),
+            numbers: numbers(),
             albedo: &mut albedo,
         });
         albedo
