@@ -63,6 +63,58 @@ fn depth_in_millimetres_is_the_pass_and_nothing_is_0() {
 }
 
 #[test]
+fn normals_and_numbers_of_objects_are_those_of_the_passes() {
+    let folder = Folder::new();
+    let scene = repo_str("scenes/passes/scene.toml");
+    let args = [
+        &scene,
+        "-o",
+        "f.exr",
+        "--png-normals",
+        "--png-ids=out/number.####.png",
+        "--exr-type",
+        "float",
+    ];
+    folder.succeed(&[&args[..], &SMALL[..]].concat());
+    let image = folder.open_exr("f.exr");
+    let channel = |name: &str| -> Vec<f32> {
+        let mut list = image.layer_data[0].channel_data.list.iter();
+        let found = list.find(|c| c.name.to_string() == name);
+        found
+            .expect("the pass is in the film")
+            .sample_data
+            .values_as_f32()
+            .collect()
+    };
+    let picture = |name: &str| image::load_from_memory(&folder.read(name)).expect("a PNG");
+    let (normals, ids) = (picture("normals.0001.png"), picture("out/number.0001.png"));
+    assert_eq!(
+        (normals.color(), ids.color()),
+        (image::ColorType::Rgb16, image::ColorType::L16)
+    );
+    let ids: Vec<f32> = ids.into_luma16().pixels().map(|p| f32::from(p.0[0])).collect();
+    assert!(ids == channel("objectId.Y") && ids.contains(&0.0) && ids.contains(&3.0));
+    let (x, y, z) = (channel("N.X"), channel("N.Y"), channel("N.Z"));
+    for (i, pixel) in normals.into_rgb16().pixels().enumerate() {
+        if ids[i] == 0.0 {
+            assert_eq!(pixel.0, [0; 3]);
+            continue;
+        }
+        for (code, expected) in pixel.0.into_iter().zip([x[i], y[i], z[i]]) {
+            assert!(
+                ((f32::from(code) - 32768.0) / 32767.0 - expected).abs() < 2e-5,
+                "{i}: {code} and {expected}"
+            );
+        }
+    }
+    let error = folder.fail(2, &[&scene, "-o", "f.exr", "--png-ids=ids.exr"]);
+    assert!(
+        error.contains("--png-ids: expected a pattern that ends in .png"),
+        "{error}"
+    );
+}
+
+#[test]
 fn pictures_of_16_bits_and_dithered_ones_are_the_same_picture() {
     let folder = Folder::new();
     let scene = repo_str("scenes/passes/scene.toml");

@@ -24,7 +24,6 @@ use crate::{
     math::{DVec3, WorkingSpace},
     output::{
         self, Attribute, Contents, Coverage, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown,
-        png::depth::DepthPng,
     },
     render::{self, Content, Control, RenderError, Renderer, SampleBudget},
     sampler::{Sampler, SeedMode},
@@ -143,8 +142,8 @@ impl Plan {
         else {
             unreachable!("what did not compile left a problem");
         };
-        if request.png_depth.is_some() {
-            choice.add(output::png::depth::PASS);
+        for (format, _) in request.png_data() {
+            choice.add(format.pass);
         }
         encoding::check(encoding, &choice, &patterns)?;
         let shown = set_passes(&mut settings, choice, (described.name(), &integrator))?;
@@ -360,13 +359,14 @@ fn patterns(desc: &SceneDesc, request: &Request) -> Result<Vec<FilePattern>, Err
             .collect()
     };
     let mut patterns: Vec<FilePattern> = patterns.map_err(Error::Pattern)?;
-    if let Some(text) = &request.png_depth {
+    for (format, text) in request.png_data() {
         let pattern = parse(text).map_err(Error::Pattern)?;
-        if pattern.format().name() != DepthPng.name() {
-            let message = format!("--png-depth: expected a pattern that ends in .png, found `{text}`");
+        if pattern.format().name() != format.name() {
+            let flag = format.flag;
+            let message = format!("{flag}: expected a pattern that ends in .png, found `{text}`");
             return Err(Error::Usage(message));
         }
-        patterns.push(pattern.with_format(&DepthPng));
+        patterns.push(pattern.with_format(format));
     }
     Ok(patterns)
 }

@@ -3,7 +3,13 @@
 use std::{path::PathBuf, time::Duration};
 
 use super::{Existing, FrameRange, IfBusy, JobPart, OnFailure};
-use crate::{accel::BuildOptions, assets::store::MissingAssets, camera::RotationOrder, sampler::SeedMode};
+use crate::{
+    accel::BuildOptions,
+    assets::store::MissingAssets,
+    camera::RotationOrder,
+    output::png::data::{DEPTH, DataPng, IDS, NORMALS},
+    sampler::SeedMode,
+};
 
 /// The settings of a job. The scene file decides about a setting that is `None`.
 #[derive(Clone, Debug, Default)]
@@ -56,8 +62,10 @@ pub struct Request {
     pub tiled: bool,
     /// The name of the bits of PNG files.
     pub png_bits: Option<String>,
-    /// A pattern of PNG files of depth.
+    /// Patterns of PNG files of depth, of normals, and of the numbers of objects.
     pub png_depth: Option<String>,
+    pub png_normals: Option<String>,
+    pub png_ids: Option<String>,
     /// The names of files with metadata beside the pictures.
     pub metadata: Vec<String>,
     /// Columns and rows beyond each edge of the picture.
@@ -76,4 +84,17 @@ pub struct Request {
     pub allow_outside: bool,
     /// The radius in m of the points of a model that is the scene.
     pub point_radius: Option<f32>,
+}
+
+impl Request {
+    /// The PNG files of data that are asked for, with their patterns.
+    pub(super) fn png_data(&self) -> impl Iterator<Item = (&'static DataPng, &String)> {
+        let data = [
+            (&DEPTH, &self.png_depth),
+            (&NORMALS, &self.png_normals),
+            (&IDS, &self.png_ids),
+        ];
+        data.into_iter()
+            .filter_map(|(format, pattern)| Some((format, pattern.as_ref()?)))
+    }
 }

@@ -228,6 +228,14 @@ pub struct RenderArgs {
     #[arg(long, value_name = "PATTERN", num_args = 0..=1, require_equals = true, default_missing_value = "depth.####.png", hide_short_help = true, help_heading = heading::OUTPUT)]
     pub png_depth: Option<String>,
 
+    /// Also write normals as PNG files of 16 bits: normals.####.png, or =PATTERN
+    #[arg(long, value_name = "PATTERN", num_args = 0..=1, require_equals = true, default_missing_value = "normals.####.png", hide_short_help = true, help_heading = heading::OUTPUT)]
+    pub png_normals: Option<String>,
+
+    /// Also write the numbers of objects as PNG files of 16 bits: ids.####.png, or =PATTERN
+    #[arg(long, value_name = "PATTERN", num_args = 0..=1, require_equals = true, default_missing_value = "ids.####.png", hide_short_help = true, help_heading = heading::OUTPUT)]
+    pub png_ids: Option<String>,
+
     /// Files beside the pictures: transforms (cameras, as NeRF programs read them), ids (names of objects and materials)
     #[arg(long, value_name = "LIST", value_delimiter = ',', hide_short_help = true, help_heading = heading::OUTPUT)]
     pub metadata: Vec<String>,

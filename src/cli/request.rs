@@ -60,6 +60,8 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         metadata: args.metadata.clone(),
         png_bits: args.png_bits.clone(),
         png_depth: args.png_depth.clone(),
+        png_normals: args.png_normals.clone(),
+        png_ids: args.png_ids.clone(),
         overscan: args.overscan,
         accel: BuildOptions {
             simd,

@@ -16,7 +16,7 @@ fn log2_exact(x: f32) -> f64 {
     let bits = f64::from(x).to_bits();
     let up = u64::from(bits & MANTISSA > ROOT_2);
     let exponent = (bits >> 52) as i32 - 1023 + up as i32;
-    let m = f64::from_bits(bits & MANTISSA | ONE - (up << 52));
+    let m = f64::from_bits((bits & MANTISSA) | (ONE - (up << 52)));
     let s = (m - 1.0) / (m + 1.0);
     let z = s * s;
     let p = 0.319_906_803_807_013_4 + z * 0.282_885_023_407_482_36;
@@ -35,7 +35,7 @@ fn exp2_exact(x: f64) -> f64 {
     let p = 1.531_007_940_222_925e-5 + f * 1.325_522_487_866_881_7e-6;
     let p = 1.333_345_056_800_064_6e-3 + f * (1.540_345_585_245_384e-4 + f * p);
     let p = 5.550_410_941_205_933e-2 + f * (9.618_129_159_402_558e-3 + f * p);
-    let p = 0.693_147_180_545_933_5 + f * (0.240_226_506_958_129_88 + f * p);
+    let p = 0.693_147_180_545_933_5 + f * (0.240_226_506_958_129_87 + f * p);
     f64::from_bits(((whole as i64 + 1023) as u64) << 52) * (1.0 + f * p)
 }
 

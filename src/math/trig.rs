@@ -103,7 +103,7 @@ fn nearest_arc(x: f32) -> (f32, bool) {
     let s = if is_small { x } else { rest.sqrt() };
     let p = 0.017_149_238 + z * 0.033_690_847;
     let p = 0.044_599_4 + z * (0.031_100_663 + z * p);
-    let p = 0.166_666_66 + z * (0.075_000_945 + z * p);
+    let p = 0.166_666_66 + z * (0.075_000_94 + z * p);
     (s + s * z * p, is_small)
 }
 

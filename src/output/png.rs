@@ -4,7 +4,7 @@
 //! curve. The file says sRGB where the view is, and carries frame, samples, seed, view and the job's metadata as text. A crop is
 //! a picture of the crop's size, and a text says where it belongs.
 
-pub mod depth;
+pub mod data;
 mod facts;
 mod join;
 mod picture;

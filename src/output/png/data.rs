@@ -1,0 +1,145 @@
+//! Data as PNG files of 16 bits, in the encodings that data sets have.
+//!
+//! | flag | pass | numbers |
+//! |---|---|---|
+//! | `--png-depth` | `depth` | gray, millimetres along the line of sight; 0 is nothing, 65535 is farther than 65.534 m |
+//! | `--png-normals` | `N` | red, green, blue are x, y, z in the world: 1 is -1, 32768 is 0, 65535 is 1; 0 0 0 is nothing |
+//! | `--png-ids` | `objectId` | gray, the number of the object from 1; 0 is nothing |
+//!
+//! They show the sample nearest to the pixel's centre.
+
+use std::{io::Write, path::Path};
+
+use super::{given_texts, inspect, join::join, own_texts, picture::Picture};
+use crate::{
+    film::Plane,
+    output::{
+        Attribute, Contents, CropFile, EncodeError, Encoding, FileFacts, Format, FrameImage, JoinError, WriteReport,
+    },
+};
+
+/// A kind of such files, which no ending asks for.
+#[derive(Debug)]
+pub struct DataPng {
+    pub flag: &'static str,
+    /// The name of the pass that the files show.
+    pub pass: &'static str,
+    /// The encoding, for readers of the file.
+    unit: &'static str,
+    color: ::png::ColorType,
+    /// The numbers of all pixels.
+    numbers: fn(&Plane) -> Result<Vec<u16>, EncodeError>,
+}
+
+pub static DEPTH: DataPng = DataPng {
+    flag: "--png-depth",
+    pass: "depth",
+    unit: "mm; 0 is nothing, 65535 is farther",
+    color: ::png::ColorType::Grayscale,
+    numbers: |plane| {
+        let background = plane.spec.pass.background;
+        let millimetres = |z: &f32| if *z < background { millimetres(*z) } else { 0 };
+        Ok(plane.values.iter().map(millimetres).collect())
+    },
+};
+
+pub static NORMALS: DataPng = DataPng {
+    flag: "--png-normals",
+    pass: "N",
+    unit: "x, y, z in the world are (value - 32768) / 32767; 0 0 0 is nothing",
+    color: ::png::ColorType::Rgb,
+    numbers: |plane| {
+        let pixels = plane.values.as_chunks::<3>().0.iter();
+        Ok(pixels.flat_map(direction).collect())
+    },
+};
+
+pub static IDS: DataPng = DataPng {
+    flag: "--png-ids",
+    pass: "objectId",
+    unit: "number of the object from 1; 0 is nothing",
+    color: ::png::ColorType::Grayscale,
+    numbers: |plane| {
+        let number = |bits: &f32| {
+            let id = bits.to_bits();
+            u16::try_from(id).map_err(|_| EncodeError::Unfit(format!("the object number {id}, beyond 16 bits")))
+        };
+        plane.values.iter().map(number).collect()
+    },
+};
+
+impl Format for DataPng {
+    fn name(&self) -> &'static str {
+        "png"
+    }
+
+    fn contents(&self) -> Contents {
+        Contents::Picture
+    }
+
+    fn encode(&self, frame: &FrameImage, _: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
+        let unfit = || EncodeError::Unfit(format!("the film has no pass `{}`", self.pass));
+        let plane = frame.film.plane(self.pass).ok_or_else(unfit)?;
+        let window = frame.film.window;
+        let mut texts = own_texts(frame.film, frame.metadata);
+        texts.extend(given_texts(frame.metadata));
+        texts.push(("Pass".to_owned(), self.pass.to_owned()));
+        texts.push(("Unit".to_owned(), self.unit.to_owned()));
+        let numbers = (self.numbers)(plane)?;
+        let picture = Picture {
+            size: [window.width(), window.height()],
+            color: self.color,
+            depth: ::png::BitDepth::Sixteen,
+            is_srgb: false,
+            texts,
+            bytes: numbers.into_iter().flat_map(u16::to_be_bytes).collect(),
+        };
+        Ok(WriteReport {
+            bytes: picture.write(out)?,
+            ..WriteReport::default()
+        })
+    }
+
+    fn inspect(&self, path: &Path) -> Option<FileFacts> {
+        inspect(path)
+    }
+
+    fn join(&self, crops: &[CropFile], own: &[Attribute]) -> Result<Vec<u8>, JoinError> {
+        join(crops, own)
+    }
+}
+
+/// Metres as millimetres, at least 1 and at most 65535.
+fn millimetres(metres: f32) -> u16 {
+    // The cast saturates.
+    ((metres * 1000.0).round() as u16).max(1)
+}
+
+/// A unit vector around 32768; zeros where there is none.
+fn direction(v: &[f32; 3]) -> [u16; 3] {
+    if *v == [0.0; 3] {
+        return [0; 3];
+    }
+    v.map(|v| (32768.0 + (v.clamp(-1.0, 1.0) * 32767.0).round()) as u16)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn metres_become_millimetres_that_fit_and_are_never_nothing() {
+        let found = [0.0, 0.0004, 1.0, 1.2346, 65.534, 70.0, f32::INFINITY].map(millimetres);
+        assert_eq!(found, [1, 1, 1000, 1235, 65534, 65535, 65535]);
+    }
+
+    #[test]
+    fn directions_lie_around_the_middle_and_come_back() {
+        assert_eq!(direction(&[-1.0, 0.0, 1.0]), [1, 32768, 65535]);
+        assert_eq!(direction(&[0.0; 3]), [0; 3]);
+        let v = [0.6, -0.48, 0.64];
+        for (v, code) in v.into_iter().zip(direction(&v)) {
+            assert!(((f32::from(code) - 32768.0) / 32767.0 - v).abs() < 2e-5);
+        }
+    }
+}
