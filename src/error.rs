@@ -84,7 +84,7 @@ pub enum Blame {
     MissingInput,
     /// Whoever runs the machine: nothing can be created there.
     CannotCreate,
-    /// Whoever runs the machine: the disk is full or fails.
+    /// Whoever runs the machine: the disk is full, is read-only or fails.
     Io,
     /// Whoever runs the machine: the system allows no more threads.
     System,
@@ -163,6 +163,7 @@ impl Error {
             | Self::Pose { .. }
             | Self::Columns { .. }
             | Self::Memory { .. } => Blame::Data,
+            Self::Output(error) if error.ends_the_job() => Blame::Io,
             Self::Exists { .. } | Self::Output(OutputError::Create { .. }) => Blame::CannotCreate,
             Self::Output(_) | Self::Stdout(_) => Blame::Io,
             Self::Threads { .. } | Self::Listen { .. } | Self::Serve { .. } => Blame::System,

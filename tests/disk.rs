@@ -1,4 +1,4 @@
-//! A disk that is full: the job ends at once, and what is under its own name is complete.
+//! A disk that is full or read-only: the job ends at once, and what is under its own name is complete.
 
 mod common;
 
@@ -12,16 +12,21 @@ use libtest_mimic::{Arguments, Failed, Trial};
 
 fn main() {
     let args = Arguments::from_args();
-    let mut trial = Trial::test(
-        "a full disk ends the job at once and leaves complete files only",
-        full_disk,
-    );
-    if !on_small_disk(&Folder::new(), "true").is_ok_and(|output| output.status.success()) {
-        trial = trial
+    let trials = [
+        Trial::test(
+            "a full disk ends the job at once and leaves complete files only",
+            full_disk,
+        ),
+        Trial::test("a read-only disk ends the job at once", read_only_disk),
+    ];
+    let is_possible = on_small_disk(&Folder::new(), "true").is_ok_and(|output| output.status.success());
+    let trials = trials.map(|trial| match is_possible {
+        true => trial,
+        false => trial
             .with_kind("needs mount namespaces of Linux")
-            .with_ignored_flag(true);
-    }
-    libtest_mimic::run(&args, vec![trial]).exit();
+            .with_ignored_flag(true),
+    });
+    libtest_mimic::run(&args, trials.into()).exit();
 }
 
 /// A shell in a mount namespace of its own, in a folder with a small memory disk at `disk`.
@@ -58,5 +63,19 @@ fn full_disk() -> Result<(), Failed> {
         |_, _| (),
         |_, _, _: (f32, f32, f32, f32)| (),
     )?;
+    Ok(())
+}
+
+fn read_only_disk() -> Result<(), Failed> {
+    let folder = Folder::new();
+    folder.write("s.toml", SMALL_SCENE);
+    folder.write("path.csv", SMALL_PATH);
+    let script = format!(
+        "mount -o remount,ro none disk && {} s.toml --frames path.csv --progress none -o disk/f.####.exr",
+        env!("CARGO_BIN_EXE_batch-render")
+    );
+    let output = on_small_disk(&folder, &script)?;
+    assert_eq!(output.status.code(), Some(74), "{}", stderr(&output));
+    assert!(stderr(&output).contains("Read-only file system"), "{}", stderr(&output));
     Ok(())
 }
