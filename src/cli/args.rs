@@ -10,6 +10,7 @@ use clap::{ArgAction, Args as ClapArgs, Parser, Subcommand, ValueEnum};
 
 use super::{
     choices::{IfBusyKind, MissingKind, PartBaseKind, ProgressKind},
+    preview::preview_path,
     values::{crop, cryptomatte_levels, duration, exposure, radius, resolution, seed_mode, size},
 };
 
@@ -273,6 +274,10 @@ pub struct RenderArgs {
     /// Keep a page in this folder that shows how the job goes: thumbnails, charts, the slowest frames
     #[arg(long, value_name = "FOLDER", hide_short_help = true, help_heading = heading::JOB)]
     pub report: Option<PathBuf>,
+
+    /// Write the frames as a small moving picture when the job ends: .png (animated), or .mp4 by ffmpeg
+    #[arg(long, value_name = "FILE", value_parser = preview_path, hide_short_help = true, help_heading = heading::JOB)]
+    pub preview: Option<PathBuf>,
 
     /// Keep the figures of each frame in this file as JSON
     #[arg(long, value_name = "FILE", hide_short_help = true, help_heading = heading::JOB)]

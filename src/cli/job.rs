@@ -23,6 +23,7 @@ use super::{
     exit::cannot_create,
     failures::FramesFailed,
     inventory, log, memory,
+    preview::Preview,
     progress::{Progress, say},
     request::request,
     signals, simd,
@@ -136,6 +137,11 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     }
     let is_wanted = files.json.is_some() || files.page.is_some();
     let stats = is_wanted.then(|| pool.install(|| Stats::new(files, &job, &counters)));
+    let preview = args
+        .preview
+        .as_deref()
+        .map(|path| Preview::new(path, plan))
+        .transpose()?;
     let format = match kind {
         ProgressKind::Json => Some(EventFormat::Json),
         ProgressKind::Openjd => Some(EventFormat::OpenJd),
@@ -147,9 +153,13 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         .0
         .extend(events.as_ref().map(|events| events as &dyn Observer));
     observers.0.extend(stats.as_ref().map(|stats| stats as &dyn Observer));
+    observers
+        .0
+        .extend(preview.as_ref().map(|preview| preview as &dyn Observer));
     let done = pool.install(|| job.run(scene, &observers, &control));
     drop(observers);
     stats.into_iter().for_each(Stats::finish);
+    preview.into_iter().for_each(Preview::finish);
     match done {
         Ok(figures) => {
             progress.finish(&summary::lines(&figures, job.placeholders()));

@@ -7,11 +7,12 @@ use std::{
 };
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
-use batch_render::output::{FrameImage, display::PixelDisplay};
+use batch_render::output::FrameImage;
 
 use super::{
     failures::quoted,
     figures::{Frame, Report, Status},
+    small_picture::small_picture,
     summary::{count, seconds},
 };
 
@@ -39,37 +40,7 @@ figcaption{padding:.25rem .5rem;font-size:13px;display:flex;justify-content:spac
 
 /// A small picture of a frame, as the address of an image.
 pub fn thumbnail(image: &FrameImage<'_>) -> Option<String> {
-    let (window, plane) = (image.film.window, image.picture());
-    let (width, height) = (window.width(), window.height());
-    let metadata = image.metadata;
-    let display = PixelDisplay::new(
-        plane.spec.pass.display,
-        metadata.view,
-        metadata.exposure,
-        metadata.working_space,
-    );
-    let channels = plane.spec.width();
-    let (w, h) = (
-        THUMBNAIL.min(width),
-        (THUMBNAIL.min(width) * height).div_ceil(width.max(1)),
-    );
-    let small = image::RgbImage::from_fn(w, h.clamp(1, 4 * THUMBNAIL), |x, y| {
-        // The mean of a few places within the pixel.
-        const SIDE: u32 = 3;
-        let mut sum = [0.0; 3];
-        for place in 0..SIDE * SIDE {
-            let along = |i: u32, k: u32, to: u32, from: u32| {
-                let at = (f64::from(i) + (f64::from(k) + 0.5) / f64::from(SIDE)) / f64::from(to);
-                ((at * f64::from(from)) as u32).min(from - 1) as usize
-            };
-            let (column, row) = (along(x, place % SIDE, w, width), along(y, place / SIDE, h, height));
-            let pixel = &plane.values[(row * width as usize + column) * channels..][..channels];
-            for (sum, value) in sum.iter_mut().zip(pixel) {
-                *sum += value / (SIDE * SIDE) as f32;
-            }
-        }
-        image::Rgb(display.rgb8(sum))
-    });
+    let small = small_picture(image, THUMBNAIL);
     let mut file = Cursor::new(Vec::new());
     small.write_to(&mut file, image::ImageFormat::Png).ok()?;
     Some(format!("data:image/png;base64,{}", STANDARD.encode(file.into_inner())))

@@ -1,7 +1,8 @@
 //! The passes (AOVs): everything that a film can hold of a frame, one row each.
 //!
 //! Scene files (`[output] aovs`, `show`), the command line (`--aovs`, `--show`), the film, the writers and the documentation
-//! read this table. A new pass is one row; a pass of what the camera meets first is a function from [`FirstHit`] to numbers.
+//! read this table. A new pass is one row; a pass of what the camera meets first is a function from
+//! [`FirstHit`](crate::scene::FirstHit) to numbers.
 
 use super::{features, motion};
 use crate::{

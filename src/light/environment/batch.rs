@@ -1,6 +1,6 @@
 //! Many directions at once: look-ups for rays that met nothing, and samples for surfaces.
 //!
-//! What is arithmetic runs on vectors; texels and cells of the distribution are read one direction after the other, so that
+//! Arithmetic runs on vectors; texels and cells of the distribution are read one direction after the other, so that
 //! their latencies overlap.
 
 use std::f32::consts::{PI, TAU};

@@ -1,0 +1,272 @@
+//! The preview of a job (`--preview`): its frames as a small moving picture.
+//!
+//! Small pictures wait in a temporary file until the job ends, so that memory does not grow with the sequence. Frames that were
+//! there already are read from their PNG files.
+
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::{self, Read, Seek, SeekFrom, Write},
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+    sync::{Mutex, PoisonError},
+    time::Duration,
+};
+
+use batch_render::{
+    batch::{Observer, Plan, PlannedFrame},
+    error::Error,
+    output::{self, EncodeError, FrameImage},
+};
+use image::{RgbImage, imageops};
+
+use super::small_picture::small_picture;
+
+/// The largest width of a preview, in pixels.
+const MAX_COLUMNS: u32 = 640;
+
+/// The program that makes films.
+const FFMPEG: &str = "ffmpeg";
+
+/// Frames a second where the job does not say.
+const RATE: (i32, u32) = (24, 1);
+
+/// The path of a preview, whose ending tells what it is.
+pub fn preview_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension().and_then(|e| e.to_str()) {
+        Some("png" | "apng" | "mp4") => Ok(path),
+        _ => Err("expected a file that ends in .png, .apng or .mp4".to_owned()),
+    }
+}
+
+fn is_film(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e == "mp4")
+}
+
+/// Collects the frames of a job.
+pub struct Preview<'a> {
+    path: &'a Path,
+    plan: &'a Plan,
+    spool: Mutex<Spool>,
+}
+
+/// Pictures of one size, one after the other.
+struct Spool {
+    file: File,
+    /// The width and height, once there is a picture.
+    size: Option<[u32; 2]>,
+    /// The place of each frame's picture among them.
+    places: BTreeMap<i32, u64>,
+    error: Option<io::Error>,
+}
+
+impl Spool {
+    fn bytes(&self) -> usize {
+        self.size.map_or(0, |[w, h]| 3 * w as usize * h as usize)
+    }
+
+    fn put(&mut self, number: i32, picture: RgbImage) -> io::Result<()> {
+        let size = *self.size.get_or_insert([picture.width(), picture.height()]);
+        let picture = if size == [picture.width(), picture.height()] {
+            picture
+        } else {
+            imageops::thumbnail(&picture, size[0], size[1])
+        };
+        let place = self.places.len() as u64;
+        let place = *self.places.entry(number).or_insert(place);
+        self.file.seek(SeekFrom::Start(place * self.bytes() as u64))?;
+        self.file.write_all(&picture)
+    }
+
+    fn get(&mut self, number: i32) -> io::Result<Vec<u8>> {
+        let mut bytes = vec![0; self.bytes()];
+        self.file
+            .seek(SeekFrom::Start(self.places[&number] * bytes.len() as u64))?;
+        self.file.read_exact(&mut bytes)?;
+        Ok(bytes)
+    }
+}
+
+impl<'a> Preview<'a> {
+    /// # Errors
+    /// A film is asked for and ffmpeg is not installed, or no temporary file can be made.
+    pub fn new(path: &'a Path, plan: &'a Plan) -> Result<Self, Error> {
+        let is_installed = || {
+            let quiet = Command::new(FFMPEG)
+                .arg("-version")
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .status();
+            quiet.is_ok_and(|status| status.success())
+        };
+        if is_film(path) && !is_installed() {
+            let picture = path.with_extension("png");
+            return Err(Error::Usage(format!(
+                "--preview {}: this needs {FFMPEG}, which is not installed; --preview {} needs no other program",
+                path.display(),
+                picture.display()
+            )));
+        }
+        let file = tempfile::tempfile().map_err(|source| super::exit::cannot_create(source, &std::env::temp_dir()))?;
+        Ok(Self {
+            path,
+            plan,
+            spool: Mutex::new(Spool {
+                file,
+                size: None,
+                places: BTreeMap::new(),
+                error: None,
+            }),
+        })
+    }
+
+    /// Writes the preview of the frames that there are. One that cannot be written is a warning: the frames are on disk.
+    pub fn finish(self) {
+        let mut spool = self.spool.into_inner().unwrap_or_else(PoisonError::into_inner);
+        for frame in &self.plan.frames {
+            if !spool.places.contains_key(&frame.number)
+                && let Some(picture) = finished_picture(frame)
+            {
+                let put = spool.put(frame.number, picture);
+                spool.error = spool.error.take().or(put.err());
+            }
+        }
+        let numbers = self.plan.frames.iter().map(|frame| frame.number);
+        let numbers: Vec<i32> = numbers.filter(|number| spool.places.contains_key(number)).collect();
+        let missing = self.plan.frames.len() - numbers.len();
+        let (name, rate) = (self.path.display(), self.plan.fps.unwrap_or(RATE));
+        let Some(size) = spool.size else {
+            return tracing::warn!("--preview: no frame has a picture, {name} is not written");
+        };
+        if missing > 0 {
+            tracing::warn!("--preview: {missing} frames are not in {name}: they failed, or have no PNG file");
+        }
+        let frames = numbers.into_iter().map(|number| spool.get(number));
+        let written = if is_film(self.path) {
+            write_film(self.path, size, rate, frames)
+        } else {
+            output::atomic::write(self.path, |out| write_picture(out, size, rate, frames))
+                .map_err(|error| error.to_string())
+        };
+        if let Some(error) = written.err().or(spool.error.map(|error| error.to_string())) {
+            tracing::warn!("--preview: {error}");
+        }
+    }
+}
+
+impl Observer for Preview<'_> {
+    fn frame_started(&self, _: i32, _: usize, _: usize) {}
+
+    fn frame_rendered(&self, _: i32, _: Duration) {}
+
+    fn frame_skipped(&self, _: i32) {}
+
+    fn frame_image(&self, number: i32, image: &FrameImage<'_>) {
+        let picture = small_picture(image, MAX_COLUMNS);
+        let mut spool = self.spool.lock().unwrap_or_else(PoisonError::into_inner);
+        let put = spool.put(number, picture);
+        spool.error = spool.error.take().or(put.err());
+    }
+
+    fn file_written(&self, _: i32, _: &Path) {}
+
+    fn frame_written(&self, _: i32) {}
+}
+
+/// The picture of a frame whose PNG file is there.
+fn finished_picture(frame: &PlannedFrame) -> Option<RgbImage> {
+    let file = frame.files.iter().find(|file| file.format.name() == "png")?;
+    let picture = image::open(&file.path).ok()?.into_rgb8();
+    let columns = MAX_COLUMNS.min(picture.width());
+    let rows = (columns * picture.height()).div_ceil(picture.width().max(1)).max(1);
+    Some(imageops::thumbnail(&picture, columns, rows))
+}
+
+/// Writes an animated PNG, which plays for ever.
+fn write_picture(
+    out: &mut dyn Write,
+    [width, height]: [u32; 2],
+    rate: (i32, u32),
+    frames: impl ExactSizeIterator<Item = io::Result<Vec<u8>>>,
+) -> Result<(), EncodeError> {
+    let unfit = |error: png::EncodingError| match error {
+        png::EncodingError::IoError(source) => EncodeError::Io(source),
+        other => EncodeError::Unfit(other.to_string()),
+    };
+    let mut encoder = png::Encoder::new(out, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let (numerator, denominator) = delay(rate);
+    if frames.len() > 1 {
+        encoder.set_animated(frames.len() as u32, 0).map_err(unfit)?;
+        encoder.set_frame_delay(numerator, denominator).map_err(unfit)?;
+    }
+    let mut writer = encoder.write_header().map_err(unfit)?;
+    for frame in frames {
+        writer.write_image_data(&frame?).map_err(unfit)?;
+    }
+    writer.finish().map_err(unfit)
+}
+
+/// The time that a frame is shown, in seconds, as a fraction of small numbers.
+fn delay((numerator, denominator): (i32, u32)) -> (u16, u16) {
+    match (u16::try_from(denominator), u16::try_from(numerator)) {
+        (Ok(seconds), Ok(frames)) if frames > 0 => (seconds, frames),
+        _ => {
+            let milliseconds = 1000.0 * f64::from(denominator) / f64::from(numerator);
+            (milliseconds.round().clamp(1.0, 65535.0) as u16, 1000)
+        }
+    }
+}
+
+/// Has ffmpeg write a film.
+fn write_film(
+    path: &Path,
+    [width, height]: [u32; 2],
+    (numerator, denominator): (i32, u32),
+    mut frames: impl ExactSizeIterator<Item = io::Result<Vec<u8>>>,
+) -> Result<(), String> {
+    let failed = |error: io::Error| format!("{FFMPEG}: {error}: {}", path.display());
+    let mut ffmpeg = Command::new(FFMPEG)
+        .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"])
+        .args([
+            "-s",
+            &format!("{width}x{height}"),
+            "-r",
+            &format!("{numerator}/{denominator}"),
+        ])
+        // Players want an even number of columns and rows, and colours at half the resolution.
+        .args(["-i", "-", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"])
+        .arg(path)
+        .stdin(Stdio::piped())
+        .spawn()
+        .map_err(failed)?;
+    let mut input = ffmpeg.stdin.take().expect("it is piped");
+    let written = frames.try_for_each(|frame| input.write_all(&frame?));
+    drop(input);
+    let status = ffmpeg.wait().map_err(failed)?;
+    written.map_err(failed)?;
+    match status.success() {
+        true => Ok(()),
+        false => Err(format!("{FFMPEG} ended with {status}: {}", path.display())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_is_shown_for_one_over_the_rate() {
+        assert_eq!(delay((24, 1)), (1, 24));
+        assert_eq!(delay((24_000, 1001)), (1001, 24_000));
+        assert_eq!(delay((120_000, 1001)), (8, 1000));
+    }
+
+    #[test]
+    fn the_ending_tells_what_a_preview_is() {
+        assert!(preview_path("film.png").is_ok() && preview_path("a/film.mp4").is_ok());
+        assert!(preview_path("film.gif").is_err() && preview_path("film").is_err());
+    }
+}
