@@ -106,6 +106,17 @@ fn a_time_limit_that_is_long_enough_changes_no_bit() {
     }
 }
 
+#[test]
+fn halves_of_the_samples_need_their_number() {
+    let folder = folder();
+    let error = folder.fail(2, &[&JOB[..], &["--time-limit", "1h", "--aovs", "denoise"]].concat());
+    assert!(
+        error.contains("the pass `beauty_a` needs both halves of the samples"),
+        "{error}"
+    );
+    folder.succeed(&[&JOB[..], &["--time-limit", "1h", "--aovs", "all"]].concat());
+}
+
 /// The job with so many samples that it takes a while.
 fn long<'a>(more: &[&'a str]) -> Vec<&'a str> {
     [&JOB[..], &["--samples", "400"], more].concat()

@@ -111,11 +111,25 @@ impl PassChoice {
         }
     }
 
-    /// Leaves out what `integrator` cannot fill, where all passes are asked for.
+    /// Leaves out what `integrator` cannot fill, and halves of samples whose number a limit of time decides, where all passes are
+    /// asked for.
     ///
     /// # Errors
     /// A pass that is asked for by name cannot be filled.
-    pub fn fit_to(&mut self, (name, integrator): (&str, &BuiltIn)) -> Result<(), Error> {
+    pub fn fit_to(&mut self, (name, integrator): (&str, &BuiltIn), is_time_limited: bool) -> Result<(), Error> {
+        let has_halves =
+            |pass: &PassRequest| matches!(pass.spec().source, PassSource::Half(_) | PassSource::MeanVariance(_));
+        if is_time_limited {
+            if self.is_all {
+                self.passes.retain(|pass| !has_halves(pass));
+            }
+            if let Some(pass) = self.passes.iter().find(|pass| has_halves(pass)) {
+                return Err(Error::Usage(format!(
+                    "the pass `{}` needs both halves of the samples, which --time-limit may leave out",
+                    pass.name()
+                )));
+            }
+        }
         let computes = integrator.as_dyn();
         let unfit = |pass: &PassRequest| match pass.spec().source {
             PassSource::Integrator => false,

@@ -258,7 +258,7 @@ fn set_passes(
     mut choice: PassChoice,
     integrator: (&str, &BuiltIn),
 ) -> Result<Shown, Error> {
-    choice.fit_to(integrator)?;
+    choice.fit_to(integrator, settings.samples.time.is_some())?;
     settings.content = choice.content();
     settings.passes = choice.passes;
     if settings.content == Content::FirstHits {
