@@ -82,12 +82,12 @@ impl Format for Png {
     }
 }
 
-/// The facts of a file that has the bytes of its seal; of one without a seal all pixels can be decoded.
+/// The facts of a file that has the bytes of its seal; of one of another program, without a seal, all pixels can be decoded.
 fn inspect(path: &Path) -> Option<FileFacts> {
     let facts = facts(path).ok().flatten()?;
     let is_whole = match seal::is_intact(path).ok()? {
         Some(is_intact) => is_intact,
-        None => decode_pixels(path).is_ok(),
+        None => facts.version().is_none() && decode_pixels(path).is_ok(),
     };
     is_whole.then_some(facts)
 }

@@ -12,12 +12,12 @@ use super::headers::{Header, Headers, take};
 use crate::output::{FileFacts, facts, seal};
 
 /// The facts of a file of lines or of tiles, those of its first part, whose table of blocks is filled and whose bytes are those
-/// of its seal; of one without a seal all blocks can be decoded.
+/// of its seal; of one of another program, without a seal, all blocks can be decoded.
 pub(super) fn inspect(path: &Path) -> Option<FileFacts> {
     let facts = facts::open(path).and_then(check).ok().flatten()?;
     let is_whole = match seal::is_intact(path).ok()? {
         Some(is_intact) => is_intact,
-        None => decode_blocks(facts::open(path).ok()?).is_ok(),
+        None => facts.version().is_none() && decode_blocks(facts::open(path).ok()?).is_ok(),
     };
     is_whole.then_some(facts)
 }
