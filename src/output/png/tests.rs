@@ -167,7 +167,10 @@ fn a_pass_of_data_is_shown_its_own_way_and_not_divided_by_alpha() {
 fn a_file_is_whole_only_to_its_last_byte() {
     let home = tempfile::tempdir().unwrap();
     let path = home.path().join("f.png");
-    let (file, _) = bytes(&image(&film(), &metadata()));
+    let (mut file, _) = bytes(&image(&film(), &metadata()));
+    std::fs::write(&path, &file).unwrap();
+    assert!(Png.inspect(&path).is_none(), "it is not sealed yet");
+    seal::seal(&mut file);
     for length in 0..file.len() {
         std::fs::write(&path, &file[..length]).unwrap();
         assert!(Png.inspect(&path).is_none(), "{length}");
