@@ -6,10 +6,7 @@ use std::sync::{Mutex, atomic::AtomicUsize, atomic::Ordering};
 
 use batch_render::{
     batch::{Job, Request},
-    film::{
-        Film, FilmLayout,
-        passes::{BEAUTY, PassSource},
-    },
+    film::{Film, FilmLayout, passes::BEAUTY},
     render::{
         Cancel, Cancelled, Control, Counters, RenderError, Renderer, SampleBudget, Settings, TileResult, TileSink,
     },
@@ -58,10 +55,7 @@ fn bits(film: &Film) -> Vec<Vec<u32>> {
 
 /// The bits of the passes that do not depend on how many samples are to come: which half a sample is in does.
 fn bits_so_far(film: &Film) -> Vec<Vec<u32>> {
-    let is_by_halves = |i: &usize| {
-        let source = film.planes()[*i].spec.pass.source;
-        matches!(source, PassSource::Half(_) | PassSource::MeanVariance(_))
-    };
+    let is_by_halves = |i: &usize| film.planes()[*i].spec.pass.is_by_halves();
     let all = bits(film).into_iter().enumerate();
     all.filter(|(i, _)| !is_by_halves(i)).map(|(_, plane)| plane).collect()
 }

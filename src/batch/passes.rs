@@ -117,13 +117,11 @@ impl PassChoice {
     /// # Errors
     /// A pass that is asked for by name cannot be filled.
     pub fn fit_to(&mut self, (name, integrator): (&str, &BuiltIn), is_time_limited: bool) -> Result<(), Error> {
-        let has_halves =
-            |pass: &PassRequest| matches!(pass.spec().source, PassSource::Half(_) | PassSource::MeanVariance(_));
         if is_time_limited {
             if self.is_all {
-                self.passes.retain(|pass| !has_halves(pass));
+                self.passes.retain(|pass| !pass.spec().is_by_halves());
             }
-            if let Some(pass) = self.passes.iter().find(|pass| has_halves(pass)) {
+            if let Some(pass) = self.passes.iter().find(|pass| pass.spec().is_by_halves()) {
                 return Err(Error::Usage(format!(
                     "the pass `{}` needs both halves of the samples, which --time-limit may leave out",
                     pass.name()

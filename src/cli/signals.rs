@@ -19,8 +19,8 @@ use signal_hook::{
 /// The signal that came first, 0 for none.
 static RECEIVED: AtomicUsize = AtomicUsize::new(0);
 
-/// From now on SIGINT and SIGTERM cancel what `cancel` is given to, and SIGUSR1 asks for what `show` is given to. A signal that the parent process has set to be ignored, as
-/// `nohup` and shells do for background jobs, stays ignored.
+/// From now on SIGINT and SIGTERM cancel what `cancel` is given to, and SIGUSR1 asks for what `show` is given to. A signal that
+/// the parent process has set to be ignored, as `nohup` and shells do for background jobs, stays ignored.
 pub fn listen(cancel: Arc<Cancel>, show: Arc<ShowRequest>) -> anyhow::Result<()> {
     let again = Arc::new(AtomicBool::new(false));
     let handled: Vec<i32> = [SIGINT, SIGTERM].into_iter().filter(|s| !is_ignored(*s)).collect();

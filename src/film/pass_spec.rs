@@ -136,9 +136,14 @@ impl PassSpec {
         }
     }
 
+    /// Whether it needs to know the halves of a pixel's samples, and so how many there are to be.
+    pub fn is_by_halves(&self) -> bool {
+        matches!(self.source, PassSource::Half(_) | PassSource::MeanVariance(_))
+    }
+
     /// Whether it is one of those that denoisers read, for which `denoise` stands.
     pub fn serves_denoisers(&self) -> bool {
-        matches!(self.source, PassSource::Half(_)) || self.feature().is_some()
+        self.is_by_halves() || self.feature().is_some()
     }
 }
 

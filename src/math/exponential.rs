@@ -6,7 +6,7 @@
 
 use std::f64::consts::{LN_2, LOG2_E};
 
-/// The logarithm to base 2 of a finite number above 0, off by less than 1e-13 of itself or of 1e-16.
+/// The logarithm to base 2 of a finite number above 0, off by less than 1e-13 of itself.
 #[inline(always)]
 fn log2_exact(x: f32) -> f64 {
     const MANTISSA: u64 = (1 << 52) - 1;

@@ -16,7 +16,7 @@
 //! # Implementation
 //!
 //! `dpdu x dpdv` points outwards. From outside, directions are sampled over the one to three visible faces, from inside over
-//! all six, uniformly by solid angle.
+//! all six: the face by its solid angle, and on it as on a rectangle (see [`super::quad`]).
 
 use serde::Deserialize;
 

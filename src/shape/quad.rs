@@ -19,7 +19,8 @@
 //! Two quads that share an edge, or a quad and a triangle of a mesh, leave no gap: on which side of an edge a ray passes
 //! depends on the edge's two corners alone, as in [`triangle`]. `dpdu x dpdv` points along the normal.
 //!
-//! On a rectangle, directions are sampled uniformly by solid angle; on any other quad, points uniformly by area.
+//! On a rectangle that is near for its size, directions are sampled uniformly by solid angle; on any other quad, points uniformly
+//! by area.
 
 use serde::Deserialize;
 

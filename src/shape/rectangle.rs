@@ -1,4 +1,4 @@
-//! Directions towards a rectangle, chosen uniformly by solid angle.
+//! Directions towards a rectangle, chosen uniformly by solid angle, or by area where that is as good.
 //!
 //! Source: Urena, Fajardo, King, "An Area-Preserving Parametrization for Spherical Rectangles",
 //! Computer Graphics Forum 32(4), 2013, doi:10.1111/cgf.12151.

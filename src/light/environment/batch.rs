@@ -20,10 +20,12 @@ type Directions = [[f32; LANES]; 3];
 /// Places on the map as arrays: columns and rows.
 type MapPoints = [[f32; LANES]; 2];
 
+#[inline(always)]
 fn direction(w: &Directions, i: usize) -> Vec3 {
     Vec3::new(w[0][i], w[1][i], w[2][i])
 }
 
+#[inline(always)]
 fn set_direction(w: &mut Directions, i: usize, to: Vec3) {
     (w[0][i], w[1][i], w[2][i]) = (to.x, to.y, to.z);
 }
@@ -43,9 +45,7 @@ impl VectorLoop for FindMapPoints<'_> {
     #[inline(always)]
     fn run(self) {
         for i in 0..LANES {
-            let at = self
-                .environment
-                .map_point(Vec3::new(self.w[0][i], self.w[1][i], self.w[2][i]));
+            let at = self.environment.map_point(direction(self.w, i));
             (self.at[0][i], self.at[1][i]) = (at.x, at.y);
         }
     }
@@ -77,7 +77,7 @@ impl VectorLoop for FindDirections<'_> {
             let (sin, cos) = trig::sin_cos_in_range(TAU * (self.cells.columns[i] / width - 0.5));
             let (r, y) = (self.cells.radii[i], self.cells.heights[i]);
             let w = (rotation * Vec3::new(r * sin, y, -r * cos)).normalize();
-            (self.w[0][i], self.w[1][i], self.w[2][i]) = (w.x, w.y, w.z);
+            set_direction(self.w, i, w);
             self.rows[i] = trig::atan2(r, y) / PI * height;
         }
     }
