@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use crate::{
     assets::{AssetError, OverBudget, camera_path::CameraPathError},
     camera::path::PathError,
-    compile, describe,
+    compile,
+    denoise::DenoiseError,
+    describe,
     describe::Diagnostics,
     output::{JoinError, OutputError, sequence::FilePatternError},
     render::Cancelled,
@@ -69,6 +71,9 @@ pub enum Error {
     /// Crops were not merged.
     #[error(transparent)]
     Join(#[from] JoinError),
+    /// A sequence was not denoised.
+    #[error(transparent)]
+    Denoise(#[from] DenoiseError),
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
@@ -151,7 +156,9 @@ impl Error {
                     Blame::Data
                 }
             }
-            Self::CameraPath(CameraPathError::NotFound { .. }) | Self::Join(JoinError::Missing { .. }) => {
+            Self::CameraPath(CameraPathError::NotFound { .. })
+            | Self::Join(JoinError::Missing { .. })
+            | Self::Denoise(DenoiseError::NoFiles { .. } | DenoiseError::Missing { .. } | DenoiseError::Oidn(_)) => {
                 Blame::MissingInput
             }
             Self::Compile(_)
@@ -160,6 +167,7 @@ impl Error {
             | Self::Invalid(_)
             | Self::NoCamera { .. }
             | Self::Join(_)
+            | Self::Denoise(_)
             | Self::Pose { .. }
             | Self::Columns { .. }
             | Self::Memory { .. } => Blame::Data,

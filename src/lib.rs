@@ -12,6 +12,7 @@ pub mod bench;
 pub mod bsdf;
 pub mod camera;
 pub mod compile;
+pub mod denoise;
 pub mod describe;
 pub mod error;
 pub mod film;

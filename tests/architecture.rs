@@ -12,7 +12,7 @@ mod circles;
 mod paths;
 
 /// Rooms by floor. A room uses the floors below its own.
-const FLOORS: [(&str, u32); 27] = [
+const FLOORS: [(&str, u32); 28] = [
     ("main", 7),
     ("cli", 7),
     ("batch", 6),
@@ -24,6 +24,7 @@ const FLOORS: [(&str, u32); 27] = [
     ("render", 4),
     ("describe", 4),
     ("assets", 4),
+    ("denoise", 4),
     ("integrator", 3),
     ("film", 3),
     ("scene", 2),
@@ -257,11 +258,12 @@ fn unsafe_lives_in_vectors_kernels_and_native_libraries_only() {
 }
 
 /// Files that read files: the gate itself, and those whose files are no inputs of a picture.
-const READERS: [(&str, &str); 7] = [
+const READERS: [(&str, &str); 8] = [
     ("src/assets/files.rs", "the gate"),
     ("src/output/atomic.rs", "folders of output"),
     ("src/output/facts.rs", "output of an earlier run"),
     ("src/output/job_file.rs", "other jobs"),
+    ("src/output/sequence.rs", "names of files of an earlier run"),
     ("src/batch/checkpoint.rs", "the state of an earlier run"),
     ("src/cli/memory.rs", "the process's own memory"),
     ("src/cli/signals.rs", "the process's own signals"),

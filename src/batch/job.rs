@@ -3,8 +3,11 @@
 use std::{path::Path, time::Instant};
 
 use super::{
-    CameraRig, Existing, InputHash, Inventory, Observer, Plan, Request, SceneFigures, Stale, Summary, Survey,
-    checkpoint, job_lock::JobLock, run, targets,
+    CameraRig, Existing, FrameRange, InputHash, Inventory, Observer, Plan, Request, SceneFigures, Stale, Summary,
+    Survey, checkpoint,
+    denoise::{DenoiseObserver, DenoiseRequest, denoise},
+    job_lock::JobLock,
+    run, targets,
 };
 use crate::{
     assets::{Files, MemoryBudget, Store, store::is_model},
@@ -15,7 +18,7 @@ use crate::{
     describe::{self, RenderDesc, SceneDesc},
     error::Error,
     film::Film,
-    render::{Control, RenderError, Renderer},
+    render::{Cancel, Control, RenderError, Renderer},
     scene::{Scene, SceneBuildError, SceneBuilder},
 };
 
@@ -161,6 +164,27 @@ impl Job {
             scene: SceneFigures::new(scene.accel.geometry(), Some(scene.accel.stats().build_time)),
             ..summary
         })
+    }
+
+    /// Denoises the frames of the plan, whose files are there; does nothing where the job does not denoise.
+    ///
+    /// # Errors
+    /// Those of [`denoise`].
+    pub fn denoise(&self, observer: &dyn DenoiseObserver, cancel: Option<&Cancel>) -> Result<(), Error> {
+        let Some(plan) = &self.plan.denoise else { return Ok(()) };
+        let numbers = self.plan.frames.iter().map(|frame| i64::from(frame.number));
+        for (input, output) in &plan.files {
+            let request = DenoiseRequest {
+                input: input.clone(),
+                output: output.clone(),
+                frames: Some(FrameRange::of(numbers.clone())),
+                options: plan.options.clone(),
+                skip_existing: self.plan.existing == Existing::Skip,
+                simd: self.plan.accel.simd,
+            };
+            denoise(&request, observer, cancel)?;
+        }
+        Ok(())
     }
 }
 

@@ -5,6 +5,8 @@
 //! one while the next one renders.
 
 mod checkpoint;
+pub mod denoise;
+mod denoise_options;
 mod encoding;
 mod existing;
 mod failure;
@@ -21,6 +23,7 @@ pub mod metadata;
 mod names;
 mod part;
 mod passes;
+mod patterns;
 mod plan;
 mod request;
 mod rig;
@@ -34,6 +37,7 @@ mod turntable;
 
 pub mod range;
 
+pub use denoise_options::{DenoiseOptions, FilterKind};
 pub use existing::Existing;
 pub use failure::{FrameError, FrameFailure, OnFailure};
 pub use fingerprint::{Fingerprint, InputHash};

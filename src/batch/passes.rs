@@ -6,7 +6,7 @@ use crate::{
     error::Error,
     film::{
         PassRequest,
-        passes::PassSource,
+        passes::{PASSES, PassSource},
         request::{ALL, DENOISE},
     },
     integrator::BuiltIn,
@@ -99,6 +99,16 @@ impl PassChoice {
         if !self.passes.contains(&pass) {
             self.passes.push(pass);
         }
+    }
+
+    /// Adds what denoisers read.
+    pub fn add_denoise(&mut self) {
+        let denoise = PASSES
+            .iter()
+            .filter(|spec| spec.serves_denoisers())
+            .map(PassRequest::Pass);
+        let missing: Vec<PassRequest> = denoise.filter(|pass| !self.passes.contains(pass)).collect();
+        self.passes.extend(missing);
     }
 
     /// The content to render: if files show data alone, no light is rendered.

@@ -7,10 +7,13 @@ use std::{
 };
 
 use super::{
-    Existing, FrameRange, IfBusy, OnFailure, Request, Turntable, encoding, frame_rate, memory,
+    Existing, FrameRange, IfBusy, OnFailure, Request, Turntable,
+    denoise_options::DenoisePlan,
+    encoding, frame_rate, memory,
     metadata::{self, Sidecar},
     names,
     passes::PassChoice,
+    patterns::Patterns,
     range::MAX_FRAMES,
 };
 use crate::{
@@ -91,6 +94,8 @@ pub struct Plan {
     pub encoding: Encoding,
     /// The files beside the pictures.
     pub sidecars: Vec<Sidecar>,
+    /// How the frames are denoised, where they are.
+    pub denoise: Option<DenoisePlan>,
     /// The planes of each film that go into its files.
     pub shown: Shown,
     /// Frames per second, as a fraction.
@@ -106,7 +111,10 @@ impl Plan {
         let mut settings = settings(desc, request)?;
         let sidecars = Sidecar::parse_list(&request.metadata);
         let sidecars = sidecars.map_err(|unknown| Error::Usage(format!("--metadata: {unknown}")))?;
-        let patterns = patterns(desc, request)?;
+        let Patterns {
+            rendered: patterns,
+            denoised,
+        } = Patterns::new(desc, request)?;
         let mut problems = Vec::new();
         let mut keep = |p: Problem| problems.push(p);
         let described = integrator(desc, request)?;
@@ -145,6 +153,9 @@ impl Plan {
         for (format, _) in request.png_data() {
             choice.add(format.pass);
         }
+        if request.denoise.is_some() {
+            choice.add_denoise();
+        }
         encoding::check(encoding, &choice, &patterns)?;
         let shown = set_passes(&mut settings, choice, (described.name(), &integrator))?;
         memory::take(desc, &settings, (&integrator, request.checkpoint), inputs.memory())?;
@@ -153,6 +164,10 @@ impl Plan {
             .zip(camera)
             .map(|(frames, start)| Turntable { start, frames });
         let cameras = cameras(desc, request, camera, settings.resolution, inputs)?;
+        let denoise = request.denoise.clone().map(|options| DenoisePlan {
+            options,
+            files: patterns.iter().cloned().zip(denoised).collect(),
+        });
         let frames = cameras
             .frames
             .into_iter()
@@ -192,6 +207,7 @@ impl Plan {
                 .unwrap_or_else(|| desc.output.exposure.map_or(0.0, f32::from)),
             encoding,
             sidecars,
+            denoise,
             shown,
             fps: request.fps.map(frame_rate::rational),
             seed_mode: request.seed_mode.unwrap_or(desc.render.seed_mode),
@@ -343,32 +359,6 @@ fn integrator(desc: &SceneDesc, request: &Request) -> Result<IntegratorDesc, Err
         Some(said) if said.name() == name => Ok(said),
         _ => IntegratorDesc::by_name(name).map_err(|e| Error::Usage(format!("--integrator: {e}"))),
     }
-}
-
-fn patterns(desc: &SceneDesc, request: &Request) -> Result<Vec<FilePattern>, Error> {
-    let parse = |text: &String| FilePattern::parse(text);
-    let patterns: Result<_, _> = if !request.outputs.is_empty() {
-        request.outputs.iter().map(parse).collect()
-    } else if let Some(files) = &desc.output.files {
-        files.0.iter().map(|f| parse(f.get_ref())).collect()
-    } else {
-        let name = desc.name();
-        ["exr", "png"]
-            .map(|e| FilePattern::of_sequence(&name, e))
-            .into_iter()
-            .collect()
-    };
-    let mut patterns: Vec<FilePattern> = patterns.map_err(Error::Pattern)?;
-    for (format, text) in request.png_data() {
-        let pattern = parse(text).map_err(Error::Pattern)?;
-        if pattern.format().name() != format.name() {
-            let flag = format.flag;
-            let message = format!("{flag}: expected a pattern that ends in .png, found `{text}`");
-            return Err(Error::Usage(message));
-        }
-        patterns.push(pattern.with_format(format));
-    }
-    Ok(patterns)
 }
 
 fn files(patterns: &[FilePattern], frame: i32) -> Vec<PlannedFile> {

@@ -2,7 +2,7 @@
 
 use std::{path::PathBuf, time::Duration};
 
-use super::{Existing, FrameRange, IfBusy, JobPart, OnFailure};
+use super::{DenoiseOptions, Existing, FrameRange, IfBusy, JobPart, OnFailure};
 use crate::{
     accel::BuildOptions,
     assets::store::MissingAssets,
@@ -66,6 +66,8 @@ pub struct Request {
     pub png_depth: Option<String>,
     pub png_normals: Option<String>,
     pub png_ids: Option<String>,
+    /// How the frames are denoised once all are there; the job's files are the denoised ones then.
+    pub denoise: Option<DenoiseOptions>,
     /// The names of files with metadata beside the pictures.
     pub metadata: Vec<String>,
     /// Columns and rows beyond each edge of the picture.

@@ -9,7 +9,7 @@ use batch_render::{batch::PartSpec, sampler::SeedMode};
 use clap::{ArgAction, Args as ClapArgs, Parser, Subcommand, ValueEnum};
 
 use super::{
-    choices::{IfBusyKind, MissingKind, PartBaseKind, ProgressKind},
+    choices::{DenoiseStep, DenoiserKind, IfBusyKind, MissingKind, PartBaseKind, ProgressKind},
     preview::preview_path,
     values::{crop, cryptomatte_levels, duration, exposure, radius, resolution, seed_mode, size},
 };
@@ -92,6 +92,8 @@ pub enum Command {
         #[arg(required = true)]
         crops: Vec<PathBuf>,
     },
+    /// Take the noise out of a sequence that was rendered with --aovs denoise
+    Denoise(super::denoise_args::DenoiseArgs),
     /// Write a job for a farm: a batch script of Slurm, or a template of OpenJD
     Submit(Box<SubmitArgs>),
     /// Fly the camera through a scene on a page in the browser, and keep its path
@@ -288,7 +290,7 @@ pub struct RenderArgs {
     pub check: bool,
 
     /// Validate everything, list the frames and their files, and stop
-    #[arg(long, help_heading = heading::JOB)]
+    #[arg(long, hide_short_help = true, help_heading = heading::JOB)]
     pub dry_run: bool,
 
     /// Threads to render with [default: one per processor]
@@ -328,6 +330,22 @@ pub struct RenderArgs {
     /// Passes of EXR files beside the beauty: depth,N,denoise or all
     #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "show", help_heading = heading::PICTURE)]
     pub aovs: Vec<String>,
+
+    /// Denoise the frames with those around them; noisy ones stay in the folder noisy
+    #[arg(long, value_enum, value_name = "FILTER", num_args = 0..=1, default_missing_value = "nlm", conflicts_with_all = ["show", "time_limit"], hide_short_help = true, help_heading = heading::PICTURE)]
+    pub denoise: Option<DenoiserKind>,
+
+    /// Frames on each side of a frame that help to denoise it
+    #[arg(long, value_name = "N", default_value_t = 2, requires = "denoise", value_parser = clap::value_parser!(u32).range(0..=16), hide_short_help = true, help_heading = heading::PICTURE)]
+    pub temporal: u32,
+
+    /// Library of Open Image Denoise; without it that in the folder OIDN_DIR, or the system's
+    #[arg(long, value_name = "LIB", requires = "denoise", hide_short_help = true, help_heading = heading::PICTURE)]
+    pub oidn_lib: Option<PathBuf>,
+
+    /// Do one half of the job only: render the noisy frames, or denoise those that are there
+    #[arg(long, value_enum, value_name = "STEP", requires = "denoise", hide_short_help = true, help_heading = heading::FARM)]
+    pub denoise_step: Option<DenoiseStep>,
 
     /// Mattes of each pixel that Cryptomatte passes keep, an even number up to 16
     #[arg(long, value_name = "N", value_parser = cryptomatte_levels, hide_short_help = true, help_heading = heading::PICTURE)]

@@ -44,6 +44,25 @@ impl From<IfBusyKind> for IfBusy {
     }
 }
 
+/// The filter of the denoiser.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum DenoiserKind {
+    /// Non-local means, of this program
+    #[default]
+    Nlm,
+    /// Open Image Denoise, where it is installed
+    Oidn,
+}
+
+/// The half of a job that denoises.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DenoiseStep {
+    /// Render the frames, and leave them noisy
+    Render,
+    /// Denoise the frames, which are there
+    Denoise,
+}
+
 /// The treatment of images that are missing or broken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MissingKind {

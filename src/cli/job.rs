@@ -18,7 +18,8 @@ use batch_render::{
 
 use super::{
     args::{Args, Command, RenderArgs},
-    choices::ProgressKind,
+    choices::{DenoiseStep, ProgressKind},
+    denoise::Lines,
     events::{EventFormat, Events},
     exit::cannot_create,
     failures::FramesFailed,
@@ -62,6 +63,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             }
             Ok(())
         }
+        Some(Command::Denoise(denoise)) => super::denoise::run(denoise, simd, args.quiet),
         Some(Command::Submit(submit)) => super::submit::run(submit, simd),
         None => render(&args.render, simd, args.quiet),
     }
@@ -96,6 +98,10 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     if args.dry_run {
         list(&job.plan).map_err(Error::Stdout)?;
     }
+    let kind = if quiet { ProgressKind::None } else { args.progress };
+    if args.denoise_step == Some(DenoiseStep::Denoise) {
+        return Ok(pool.install(|| job.denoise(&Lines::new(kind), None))?);
+    }
     let scene = pool.install(|| job.load())?;
     let files = job.files().manifest();
     tracing::info!(
@@ -118,7 +124,6 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let (cancel, counters) = (Arc::new(Cancel::default()), Arc::new(Counters::default()));
     let show = Arc::new(ShowRequest::default());
     signals::listen(Arc::clone(&cancel), Arc::clone(&show))?;
-    let kind = if quiet { ProgressKind::None } else { args.progress };
     let plan = &job.plan;
     let samples = plan.settings.window.area() as u64 * u64::from(plan.settings.samples.max);
     let progress = Progress::new(kind, plan.frames.len(), samples, &counters);
@@ -166,7 +171,11 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
             for line in summary::invalid(&figures) {
                 log::warn_always(&line);
             }
-            FramesFailed::check(figures)
+            FramesFailed::check(figures)?;
+            if args.denoise_step.is_none() {
+                pool.install(|| job.denoise(&Lines::new(kind), Some(&cancel)))?;
+            }
+            Ok(())
         }
         Err(e) => {
             progress.abandon();

@@ -3,6 +3,8 @@
 mod args;
 mod bench;
 mod choices;
+mod denoise;
+mod denoise_args;
 mod events;
 mod exit;
 mod failures;

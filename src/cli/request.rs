@@ -21,6 +21,11 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
     if let Some(fps) = args.fps.filter(|f| !(f.is_finite() && *f > 0.0)) {
         return Err(Error::Usage(format!("--fps: expected a number above 0, found {fps}")));
     }
+    if args.denoise.is_some() && args.part.is_some() && args.denoise_step.is_none() {
+        let message = "--part with --denoise: a frame is denoised with those around it, which other parts render. Render the \
+                       parts with --denoise-step render, and denoise them with --denoise-step denoise";
+        return Err(Error::Usage(message.to_owned()));
+    }
     let existing = match (args.existing.skip_existing, args.existing.fail_existing) {
         (true, _) => Existing::Skip,
         (_, true) => Existing::Fail,
@@ -57,6 +62,9 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         exr_type: args.exr_type.clone(),
         multipart: args.multipart,
         tiled: args.tiled,
+        denoise: args
+            .denoise
+            .map(|filter| super::denoise::options(filter, args.temporal, args.oidn_lib.as_deref())),
         metadata: args.metadata.clone(),
         png_bits: args.png_bits.clone(),
         png_depth: args.png_depth.clone(),

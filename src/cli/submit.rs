@@ -7,7 +7,13 @@ mod openjd;
 mod slurm;
 mod task;
 
-use std::{env, ffi::OsStr, fs, process};
+use std::{
+    env,
+    ffi::OsStr,
+    fs,
+    path::Path,
+    process::{Command, Stdio},
+};
 
 use anyhow::{Context, bail};
 use batch_render::{
@@ -22,35 +28,83 @@ use super::{
     progress::say,
     request::request,
 };
-use task::Task;
+use task::{Step, Task};
 
 /// Writes the bundle, and starts it if that is asked for.
 pub fn run(args: &SubmitArgs, simd: Isa) -> anyhow::Result<()> {
     let task = task(args, simd)?;
     fs::create_dir_all(&args.bundle).map_err(|source| cannot_create(source, &args.bundle))?;
     let bundle = fs::canonicalize(&args.bundle).with_context(|| format!("cannot find {}", args.bundle.display()))?;
-    let (name, text) = match args.engine {
-        Engine::Openjd => ("template.yaml", openjd::template(&task)),
-        Engine::Slurm => ("frames.sbatch", slurm::script(&task, utf8(bundle.as_os_str())?)),
+    let files = match args.engine {
+        Engine::Openjd => vec![("template.yaml", openjd::template(&task))],
+        Engine::Slurm => {
+            let folder = utf8(bundle.as_os_str())?;
+            let script = |(step, own): &(Step, &[&str])| (slurm_name(*step), slurm::script(&task, own, folder));
+            task.steps().iter().map(script).collect()
+        }
     };
-    let file = bundle.join(name);
-    fs::write(&file, text).map_err(|source| cannot_create(source, &file))?;
-    say(&format!("wrote {}", file.display()));
+    for (name, text) in files {
+        let file = bundle.join(name);
+        fs::write(&file, text).map_err(|source| cannot_create(source, &file))?;
+        say(&format!("wrote {}", file.display()));
+    }
     if !args.run {
         return Ok(());
     }
-    let mut command = match args.engine {
-        Engine::Openjd => process::Command::new("openjd"),
-        Engine::Slurm => process::Command::new("sbatch"),
-    };
     match args.engine {
-        Engine::Openjd => command.arg("run").arg(&file).args(["--step", "Render"]),
-        Engine::Slurm => command.arg(&file),
-    };
-    let engine = command.get_program().to_string_lossy().into_owned();
-    let status = command.status().with_context(|| format!("cannot start `{engine}`"))?;
+        Engine::Openjd => {
+            let last = if task.denoises { "Denoise" } else { "Render" };
+            let mut command = Command::new("openjd");
+            command
+                .arg("run")
+                .arg(bundle.join("template.yaml"))
+                .args(["--step", last]);
+            if task.denoises {
+                command.arg("--run-dependencies");
+            }
+            succeed(&mut command)
+        }
+        Engine::Slurm => run_slurm(&task, &bundle),
+    }
+}
+
+/// The name of the batch script of a step.
+fn slurm_name(step: Step) -> &'static str {
+    match step {
+        Step::Render => "frames.sbatch",
+        Step::Denoise => "denoise.sbatch",
+    }
+}
+
+/// Hands the steps to Slurm, each to begin when the one before has succeeded.
+fn run_slurm(task: &Task, bundle: &Path) -> anyhow::Result<()> {
+    let mut before: Option<String> = None;
+    for (step, _) in task.steps() {
+        let mut command = Command::new("sbatch");
+        command.arg("--parsable");
+        command.args(before.map(|id| format!("--dependency=afterok:{id}")));
+        let output = command
+            .arg(bundle.join(slurm_name(*step)))
+            .stderr(Stdio::inherit())
+            .output();
+        let output = output.context("cannot start `sbatch`")?;
+        if !output.status.success() {
+            bail!("`sbatch` has failed: {}", output.status);
+        }
+        // The number of the job, and the cluster's name after a semicolon where there are several.
+        let said = String::from_utf8_lossy(&output.stdout);
+        let id = said.trim().split(';').next().unwrap_or_default().to_owned();
+        say(&format!("submitted job {id}"));
+        before = Some(id);
+    }
+    Ok(())
+}
+
+fn succeed(command: &mut Command) -> anyhow::Result<()> {
+    let name = command.get_program().to_string_lossy().into_owned();
+    let status = command.status().with_context(|| format!("cannot start `{name}`"))?;
     if !status.success() {
-        bail!("`{engine}` has failed: {status}");
+        bail!("`{name}` has failed: {status}");
     }
     Ok(())
 }
@@ -75,6 +129,7 @@ fn task(args: &SubmitArgs, simd: Isa) -> anyhow::Result<Task> {
         folder: utf8(folder.as_os_str())?.to_owned(),
         program: utf8(program.as_os_str())?.to_owned(),
         arguments,
+        denoises: args.render.denoise.is_some(),
         overwrites: args.render.existing.overwrite,
         frames: FrameRange::of(job.plan.frames.iter().map(|frame| frame.number.into())),
         chunk: args.chunk,
@@ -88,7 +143,14 @@ fn utf8(path: &OsStr) -> anyhow::Result<&str> {
 
 /// The arguments of `submit` that are render options and choose no frames.
 fn render_arguments(typed: impl Iterator<Item = String>) -> Vec<String> {
-    const OWN: [&str; 5] = ["--engine", "--bundle", "--chunk", "--range", "--progress"];
+    const OWN: [&str; 6] = [
+        "--engine",
+        "--bundle",
+        "--chunk",
+        "--range",
+        "--progress",
+        "--denoise-step",
+    ];
     const SWITCHES: [&str; 4] = ["submit", "--run", "--skip-existing", "--overwrite"];
     let mut typed = typed.peekable();
     let mut kept = Vec::new();

@@ -143,7 +143,7 @@ impl PassSpec {
 
     /// Whether it is one of those that denoisers read, for which `denoise` stands.
     pub fn serves_denoisers(&self) -> bool {
-        self.is_by_halves() || self.feature().is_some()
+        self.is_by_halves() || self.feature().is_some() || self.name == "objectId"
     }
 }
 

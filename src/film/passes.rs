@@ -337,7 +337,8 @@ fn id(index: Option<u32>) -> [f32; 3] {
 pub const DEFAULT_GROUP: &str = "default";
 
 /// The beginning of the names of their passes.
-pub(super) const GROUP_PREFIX: &str = "lightgroup_";
+/// The names of the passes of light groups begin with this.
+pub const GROUP_PREFIX: &str = "lightgroup_";
 
 /// The name of the pass that shows the light of a group.
 pub fn group_pass_name(group: &str) -> String {

@@ -96,8 +96,8 @@ mod tests {
         assert_eq!(names(&["depth", "lightgroup_key"]), ["depth", "lightgroup"]);
         assert_eq!(names(&["all"]).len(), PASSES.len() - 1);
         let denoise = names(&["denoise"]);
-        assert_eq!(denoise[..3], ["albedo", "beauty_a", "beauty_b"]);
-        assert_eq!(denoise.len(), 8);
+        assert_eq!(denoise[..4], ["albedo", "objectId", "beauty_a", "beauty_b"]);
+        assert_eq!(denoise.len(), 9);
         let error = PassRequest::parse_list(["dept"]).unwrap_err();
         assert_eq!(error.suggestion(), Some("depth"));
         assert!(PassRequest::parse("cost").is_err() && PassRequest::parse("lightgroup_").is_err());

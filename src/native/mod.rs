@@ -2,5 +2,7 @@
 
 mod embree;
 mod library;
+mod oidn;
 
 pub use embree::{Coherence, Embree, EmbreeError, EmbreeQuality, RayHit, RayHit16};
+pub use oidn::{Oidn, OidnError, OidnImages};

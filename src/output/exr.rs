@@ -11,6 +11,7 @@ mod blocks;
 mod codec;
 mod compression;
 mod cryptomatte;
+mod file;
 mod header;
 mod headers;
 mod image;
@@ -34,6 +35,7 @@ use crate::{
 };
 
 pub use compression::Compression;
+pub use file::{ExrFile, Numbers, Part as FilePart, Plane as FilePlane, ReadError};
 pub use image::{Channel, ChannelData, Image, Samples};
 pub use write::{write, write_parts};
 

@@ -29,11 +29,12 @@ pub use camera_attributes::camera_attributes;
 pub use display::DisplayTransform;
 pub use encode::{BlockShape, Contents, EncodeError, Encoding, Format, LightType, Parts, PngBits, WriteReport};
 pub use error::OutputError;
-pub use exr::Compression;
+pub use exr::{Compression, Exr, ExrFile, FilePlane, Numbers};
 pub use facts::FileFacts;
 pub use frame::{Coverage, FrameImage, Shown};
 pub use join::{CropFile, JoinError};
 pub use metadata::FrameMetadata;
+pub use seal::NAME as SEAL;
 pub use sequence::{FilePattern, FilePatternError};
 
 /// Every format.
@@ -57,6 +58,12 @@ pub fn encode(
     let report = format.encode(image, encoding, &mut bytes)?;
     seal::seal(&mut bytes);
     Ok((bytes, report))
+}
+
+/// The bytes of a file with a seal where it has a place for one.
+pub fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
+    seal::seal(&mut bytes);
+    bytes
 }
 
 /// Writes `image` to `path` in a folder that exists. It is afterwards the whole file or, on an error, what it was before.
@@ -87,9 +94,7 @@ pub fn join(
     join::check_cover(resolution, crops)?;
     let mut own = own.to_vec();
     own.push(Attribute::new(seal::NAME, seal::PLACEHOLDER));
-    let mut bytes = format.join(crops, &own)?;
-    seal::seal(&mut bytes);
-    Ok(bytes)
+    Ok(sealed(format.join(crops, &own)?))
 }
 
 /// Writes a film that belongs to no sequence, and makes the folders of `path`; the name's ending chooses the format.

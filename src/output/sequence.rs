@@ -10,7 +10,8 @@
 //! format. Relative patterns are relative to the current folder.
 
 use std::{
-    collections::HashMap,
+    collections::{BTreeMap, HashMap},
+    fs, io,
     path::{Component, Path, PathBuf},
 };
 
@@ -86,6 +87,51 @@ impl FilePattern {
             Some(places) => format!("{before}{frame:0places$}{after}"),
             None => before.clone(),
         })
+    }
+
+    /// The same names in a folder of this name, inside of their own.
+    ///
+    /// # Errors
+    /// None where the folder's name has no number field.
+    pub fn in_folder(&self, folder: &str) -> Result<Self, FilePatternError> {
+        let at = self.text.rfind(std::path::is_separator).map_or(0, |at| at + 1);
+        let (before, name) = self.text.split_at(at);
+        Self::parse(&format!("{before}{folder}/{name}"))
+    }
+
+    /// The files of the sequence that are there, by their frames.
+    ///
+    /// # Errors
+    /// The folder cannot be listed.
+    pub fn existing(&self) -> io::Result<BTreeMap<i32, PathBuf>> {
+        let mut files = BTreeMap::new();
+        let example = self.path(0);
+        let folder = example.parent().unwrap_or(Path::new(""));
+        let prefix = Path::new(&self.before)
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy();
+        // A pattern may begin a name with the number.
+        let prefix = if self.before.ends_with(std::path::is_separator) {
+            "".into()
+        } else {
+            prefix
+        };
+        let listed = if folder.as_os_str().is_empty() {
+            Path::new(".")
+        } else {
+            folder
+        };
+        for entry in fs::read_dir(listed)? {
+            let name = entry?.file_name();
+            let number = name.to_str().and_then(|name| {
+                let inner = name.strip_prefix(&*prefix)?.strip_suffix(&self.after)?;
+                inner.parse::<i32>().ok()
+            });
+            let path = number.map(|number| (number, self.path(number)));
+            files.extend(path.filter(|(_, path)| path.file_name() == Some(&name)));
+        }
+        Ok(files)
     }
 
     /// The same files in a format that no ending asks for.

@@ -259,7 +259,7 @@ fn passes_page() -> Page {
             sample nearest to the pixel's centre. Ranked ones are Cryptomatte: the ids of the mattes that cover the pixel and the \
             coverage of each, two in a layer (`CryptoObject00`, `CryptoObject01`, ...), weighted by the pixel filter where it is \
             positive; lens, shutter and opacity are in the coverage. The light components (`diffuse_direct` to `emission`) sum to the beauty, and so \
-            do the light groups. `denoise` stands for the passes that denoisers read: the halves, and the means of features with their \
+            do the light groups. `denoise` stands for the passes that denoisers read: `objectId`, the halves, and the means of features with their \
             variances; how true these variances are is in [the guide](../guide.md#compositing). Only EXR files hold passes beside the beauty.\n";
     let source = "src/film/passes.rs";
     Page::new(

@@ -3,11 +3,12 @@
 use super::task::Task;
 use crate::cli::failures::quoted;
 
-/// The script; its tasks write their logs into `bundle`.
-pub fn script(task: &Task, bundle: &str) -> String {
+/// The script of a step whose tasks get these arguments of their own; they write their logs into `bundle`.
+pub fn script(task: &Task, own: &[&str], bundle: &str) -> String {
     let tasks = task.frames.len().div_ceil(task.chunk as usize).max(1);
     let frames = &task.frames;
-    let words: Vec<String> = task.arguments.iter().map(|word| quoted(word)).collect();
+    let arguments = task.arguments.iter().map(|word| quoted(word));
+    let words: Vec<String> = arguments.chain(own.iter().map(|word| (*word).to_owned())).collect();
     let existing = if task.overwrites {
         "--overwrite"
     } else {
@@ -53,11 +54,12 @@ mod tests {
             folder: "/a b".to_owned(),
             program: "/usr/bin/batch-render".to_owned(),
             arguments: vec!["my scene.toml".to_owned(), "-o".to_owned(), "f.####.exr".to_owned()],
+            denoises: false,
             overwrites: false,
             frames: FrameRange::of(1..=25),
             chunk: 10,
         };
-        let script = script(&task, "/bundle");
+        let script = script(&task, &[], "/bundle");
         assert!(script.contains("#SBATCH --array=1-3\n"), "{script}");
         assert!(script.contains("#SBATCH --chdir=\"/a b\"\n"), "{script}");
         assert!(

@@ -1,0 +1,267 @@
+//! Denoising sequences: files with the passes of `--aovs denoise` become files with less noise.
+//!
+//! A frame's file depends on its own file and those of the frames around it, and on nothing else: any part of a sequence, denoised
+//! where the frames around it are there, has the bytes of the whole.
+
+mod layers;
+
+use std::{
+    collections::{BTreeMap, VecDeque},
+    path::{Path, PathBuf},
+};
+
+use super::{
+    FrameRange,
+    denoise_options::{DenoiseOptions, FilterKind},
+    fingerprint::{FINGERPRINT, PICTURE},
+};
+use crate::{
+    assets::ContentHash,
+    denoise::{self, DenoiseError, Frame, Method, Oidn},
+    error::Error,
+    output::{self, Attribute, Exr, ExrFile, FileFacts, FilePattern, Format as _, OutputError, Value, atomic},
+    render::{Cancel, Cancelled},
+    simd::Isa,
+};
+
+/// The attribute that says how a file was denoised.
+const DENOISED: &str = "batch-render/denoised";
+
+/// Rises with every change of the denoiser that changes pixels.
+const VERSION: u32 = 1;
+
+/// A sequence to denoise.
+#[derive(Clone, Debug)]
+pub struct DenoiseRequest {
+    pub input: FilePattern,
+    pub output: FilePattern,
+    /// The frames to denoise; all that are there where `None`.
+    pub frames: Option<FrameRange>,
+    pub options: DenoiseOptions,
+    /// Whether files that are there already and fit stay.
+    pub skip_existing: bool,
+    pub simd: Isa,
+}
+
+/// What a sequence's observer hears.
+pub trait DenoiseObserver {
+    fn started(&self, _frames: usize) {}
+    fn done(&self, _frame: i32, _path: &Path) {}
+    fn skipped(&self, _frame: i32) {}
+}
+
+/// Denoises a sequence on the threads of the current rayon pool.
+///
+/// # Errors
+/// A file is missing, has not what the denoiser needs, or cannot be written; or `cancel` says so.
+pub fn denoise(request: &DenoiseRequest, observer: &dyn DenoiseObserver, cancel: Option<&Cancel>) -> Result<(), Error> {
+    let sequence = Sequence::find(request)?;
+    for (frame, _) in &sequence.wanted {
+        let path = request.output.path(*frame);
+        if sequence.files.values().any(|file| *file == path) {
+            return Err(Error::OverwritesInput {
+                output: path.clone(),
+                input: path,
+            });
+        }
+    }
+    observer.started(sequence.wanted.len());
+    let mut method = load(&request.options.filter)?;
+    let how = match &method {
+        Method::NonLocalMeans => "non-local means, outliers by their own variance".to_owned(),
+        Method::Oidn(oidn) => format!("Open Image Denoise {}", oidn.version()),
+    };
+    let mut loaded = Loaded::default();
+    for (frame, around) in &sequence.wanted {
+        let path = request.output.path(*frame);
+        let inputs: Vec<&PathBuf> = around.iter().map(|other| &sequence.files[other]).collect();
+        let fingerprint = fingerprint(request, &how, &inputs)?;
+        if request.skip_existing && has(&path, &fingerprint) {
+            observer.skipped(*frame);
+            continue;
+        }
+        if cancel.is_some_and(Cancel::is_cancelled) {
+            return Err(Cancelled.into());
+        }
+        loaded.keep(around, &sequence.files)?;
+        let mut file = loaded.denoise(*frame, &mut method, request.simd)?;
+        for part in &mut file.parts {
+            part.attributes.retain(|a| a.name != PICTURE && a.name != FINGERPRINT);
+            part.attributes.extend([
+                Attribute::new(DENOISED, format!("{how}, {} other frames", around.len() - 1)),
+                Attribute::new(FINGERPRINT, fingerprint.as_str()),
+            ]);
+        }
+        let bytes = file.encode().map_err(|error| OutputError::Encode {
+            reason: error.to_string(),
+            path: path.clone(),
+        })?;
+        atomic::check(&path)?;
+        atomic::write(&path, |out| Ok(out.write_all(&output::sealed(bytes))?))?;
+        observer.done(*frame, &path);
+    }
+    Ok(())
+}
+
+/// The frames to denoise, each with those that it needs, itself among them, in rising order.
+struct Sequence {
+    wanted: Vec<(i32, Vec<i32>)>,
+    files: BTreeMap<i32, PathBuf>,
+}
+
+impl Sequence {
+    fn find(request: &DenoiseRequest) -> Result<Self, Error> {
+        let files = request
+            .input
+            .existing()
+            .map_err(|cause| Error::Usage(cause.to_string()))?;
+        let wanted: Vec<i32> = match &request.frames {
+            Some(range) => range.iter().filter_map(|frame| i32::try_from(frame).ok()).collect(),
+            None => files.keys().copied().collect(),
+        };
+        if wanted.is_empty() {
+            return Err(DenoiseError::NoFiles {
+                pattern: request.input.as_str().to_owned(),
+            }
+            .into());
+        }
+        let reach = request.options.temporal as i32;
+        let mut list = Vec::new();
+        for frame in wanted {
+            if !files.contains_key(&frame) {
+                let path = request.input.path(frame);
+                return Err(DenoiseError::Missing { path }.into());
+            }
+            let around = frame.saturating_sub(reach)..=frame.saturating_add(reach);
+            let around: Vec<i32> = files.range(around).map(|(frame, _)| *frame).collect();
+            if let Some(pair) = around.windows(2).find(|pair| pair[1] - pair[0] > 1) {
+                return Err(DenoiseError::Gap {
+                    path: request.input.path(pair[0] + 1),
+                    before: pair[0],
+                    after: pair[1],
+                }
+                .into());
+            }
+            list.push((frame, around));
+        }
+        Ok(Self { wanted: list, files })
+    }
+}
+
+/// The frames in memory, in rising order.
+#[derive(Default)]
+struct Loaded {
+    frames: VecDeque<LoadedFrame>,
+}
+
+struct LoadedFrame {
+    number: i32,
+    path: PathBuf,
+    file: ExrFile,
+    layers: Vec<String>,
+    frame: Frame,
+}
+
+impl LoadedFrame {
+    fn read(number: i32, path: &Path) -> Result<Self, DenoiseError> {
+        let file = ExrFile::read(path).map_err(|cause| DenoiseError::Unreadable {
+            path: path.to_owned(),
+            cause: cause.to_string(),
+        })?;
+        if file.attribute(DENOISED).is_some() {
+            return Err(DenoiseError::Denoised { path: path.to_owned() });
+        }
+        if file.attribute("batch-render/samples") == Some(&Value::Int(1)) {
+            return Err(DenoiseError::OneSample { path: path.to_owned() });
+        }
+        let layers = layers::light_layers(&file);
+        Ok(Self {
+            frame: layers::frame(&file, &layers, path)?,
+            layers,
+            number,
+            path: path.to_owned(),
+            file,
+        })
+    }
+
+    fn fits(&self, other: &Self) -> bool {
+        let kind = |f: &Self| (f.frame.size, f.frame.origin, f.frame.resolution);
+        kind(self) == kind(other) && self.layers == other.layers
+    }
+}
+
+impl Loaded {
+    /// Keeps those of these frames that are there, and reads the others.
+    fn keep(&mut self, around: &[i32], files: &BTreeMap<i32, PathBuf>) -> Result<(), DenoiseError> {
+        self.frames.retain(|frame| around.contains(&frame.number));
+        for number in around {
+            if self.frames.iter().all(|frame| frame.number != *number) {
+                let frame = LoadedFrame::read(*number, &files[number])?;
+                if let Some(first) = self.frames.front().filter(|first| !first.fits(&frame)) {
+                    return Err(DenoiseError::Different {
+                        first: first.path.clone(),
+                        second: frame.path,
+                    });
+                }
+                self.frames.push_back(frame);
+            }
+        }
+        self.frames.make_contiguous().sort_by_key(|frame| frame.number);
+        Ok(())
+    }
+
+    /// The file of a frame that is there, denoised.
+    fn denoise(&self, number: i32, method: &mut Method, simd: Isa) -> Result<ExrFile, DenoiseError> {
+        let is_own = |frame: &&LoadedFrame| frame.number == number;
+        let own = self.frames.iter().find(is_own).expect("it was loaded");
+        let others: Vec<&Frame> = self.frames.iter().filter(|f| !is_own(f)).map(|f| &f.frame).collect();
+        let denoised = denoise::denoise(&own.frame, &others, method, simd)?;
+        let mut file = own.file.clone();
+        layers::put(&mut file, &own.layers, &denoised);
+        Ok(file)
+    }
+}
+
+/// The filter, ready to work.
+fn load(filter: &FilterKind) -> Result<Method, DenoiseError> {
+    Ok(match filter {
+        FilterKind::NonLocalMeans => Method::NonLocalMeans,
+        FilterKind::Oidn { library } => {
+            let oidn = Oidn::load(library.as_deref(), rayon::current_num_threads())?;
+            tracing::info!("Open Image Denoise {}", oidn.version());
+            Method::Oidn(oidn)
+        }
+    })
+}
+
+/// The hash of all that a denoised file depends on: the files, by their seals, and the settings.
+fn fingerprint(request: &DenoiseRequest, how: &str, inputs: &[&PathBuf]) -> Result<String, DenoiseError> {
+    let mut text = format!(
+        "{VERSION} {} {} {how}\n",
+        env!("CARGO_PKG_VERSION"),
+        request.options.temporal
+    );
+    for path in inputs {
+        let facts = Exr
+            .inspect(path)
+            .ok_or_else(|| DenoiseError::Damaged { path: (*path).clone() })?;
+        let seal = facts.version().and_then(|_| seal(&facts));
+        let seal = seal.ok_or_else(|| DenoiseError::Foreign { path: (*path).clone() })?;
+        text.push_str(&seal);
+        text.push('\n');
+    }
+    Ok(ContentHash::of(text.as_bytes()).to_string())
+}
+
+fn seal(facts: &FileFacts) -> Option<String> {
+    match facts.attribute(output::SEAL)? {
+        Value::String(seal) => Some(seal.clone()),
+        _ => None,
+    }
+}
+
+/// Whether the file at `path` is whole and has this fingerprint.
+fn has(path: &Path, fingerprint: &str) -> bool {
+    let facts = Exr.inspect(path);
+    facts.is_some_and(|facts| facts.attribute(FINGERPRINT) == Some(&Value::from(fingerprint)))
+}

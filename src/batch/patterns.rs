@@ -1,0 +1,61 @@
+//! The patterns of a job's files.
+
+use super::{Request, denoise_options};
+use crate::{
+    describe::SceneDesc,
+    error::Error,
+    output::{FilePattern, FilePatternError, Format as _},
+};
+
+/// The patterns of a job's files.
+pub(super) struct Patterns {
+    /// Those that it renders.
+    pub rendered: Vec<FilePattern>,
+    /// The denoised files that the first of them become; none where the job does not denoise.
+    pub denoised: Vec<FilePattern>,
+}
+
+impl Patterns {
+    /// The patterns that a request names, or the scene, or those of the scene's own name.
+    ///
+    /// # Errors
+    /// One is no pattern, or has not the format that its purpose needs.
+    pub fn new(desc: &SceneDesc, request: &Request) -> Result<Self, Error> {
+        let mut patterns = Self {
+            rendered: pictures(desc, request).map_err(Error::Pattern)?,
+            denoised: Vec::new(),
+        };
+        if request.denoise.is_some() {
+            patterns.denoised = denoise_options::exr_alone(patterns.rendered, !request.outputs.is_empty())?;
+            let noisy = patterns
+                .denoised
+                .iter()
+                .map(|pattern| pattern.in_folder(denoise_options::NOISY_FOLDER));
+            patterns.rendered = noisy.collect::<Result<_, _>>().map_err(Error::Pattern)?;
+        }
+        for (format, text) in request.png_data() {
+            let pattern = FilePattern::parse(text).map_err(Error::Pattern)?;
+            if pattern.format().name() != format.name() {
+                let flag = format.flag;
+                let message = format!("{flag}: expected a pattern that ends in .png, found `{text}`");
+                return Err(Error::Usage(message));
+            }
+            patterns.rendered.push(pattern.with_format(format));
+        }
+        Ok(patterns)
+    }
+}
+
+fn pictures(desc: &SceneDesc, request: &Request) -> Result<Vec<FilePattern>, FilePatternError> {
+    if !request.outputs.is_empty() {
+        return request.outputs.iter().map(|text| FilePattern::parse(text)).collect();
+    }
+    if let Some(files) = &desc.output.files {
+        return files.0.iter().map(|text| FilePattern::parse(text.get_ref())).collect();
+    }
+    let name = desc.name();
+    ["exr", "png"]
+        .into_iter()
+        .map(|e| FilePattern::of_sequence(&name, e))
+        .collect()
+}

@@ -1,0 +1,264 @@
+//! The denoiser on pictures whose truth is known.
+
+use super::{CameraMatrices, Color, Denoised, Frame, Guides, Method, accumulate, denoise, nlm};
+use crate::{
+    math::{exponential, hash, trig},
+    simd::Isa,
+};
+
+const SIZE: [usize; 2] = [96, 80];
+const PIXELS: usize = SIZE[0] * SIZE[1];
+
+/// A camera at the origin that looks along -z of the world, with 90 degrees across; moved to the right by `x`.
+fn camera(x: f32) -> CameraMatrices {
+    // For row vectors: camera space is x, y and -z of the world.
+    let view = [1., 0., 0., 0., 0., 1., 0., 0., 0., 0., -1., 0., -x, 0., 0., 1.];
+    let high = SIZE[0] as f32 / SIZE[1] as f32;
+    // ndc x = 0.5 + 0.5 (px - x) / z with z = -pz, and y downwards.
+    let ndc = [
+        0.5,
+        0.,
+        0.,
+        0.,
+        0.,
+        -0.5 * high,
+        0.,
+        0.,
+        -0.5,
+        -0.5,
+        -1.,
+        -1.,
+        -0.5 * x,
+        0.,
+        0.,
+        0.,
+    ];
+    CameraMatrices {
+        camera_from_world: view,
+        ndc_from_world: Some(ndc),
+    }
+}
+
+/// Normally distributed numbers with variance 1.
+fn noise(seed: u32, i: usize) -> f32 {
+    let [a, b, ..] = hash::pcg4d([seed, i as u32, 0, 0]).map(hash::unit_f32);
+    (-2.0 * exponential::ln(1.0 - a)).sqrt() * trig::cos(std::f32::consts::TAU * b)
+}
+
+fn plane(value: impl Fn(usize, usize) -> f32) -> Vec<f32> {
+    (0..PIXELS).map(|i| value(i % SIZE[0], i / SIZE[0])).collect()
+}
+
+fn gray(value: impl Fn(usize, usize) -> f32) -> Color {
+    let values = plane(value);
+    [values.clone(), values.clone(), values]
+}
+
+/// A wall at z = -2 whose albedo is 0.5, seen from `x`; each half of the samples has light `truth` with noise of deviation `sigma`.
+fn frame(seed: u32, x: f32, sigma: f32, truth: impl Fn(usize, usize) -> f32 + Copy) -> Frame {
+    let mut frame = Frame {
+        size: SIZE,
+        resolution: SIZE.map(|v| v as u32),
+        guides: Guides {
+            albedo: gray(|_, _| 0.5),
+            albedo_variance: vec![0.0; PIXELS],
+            normal: [plane(|_, _| 0.0), plane(|_, _| 0.0), plane(|_, _| 1.0)],
+            normal_variance: vec![0.0; PIXELS],
+            inverse_depth: vec![0.5; PIXELS],
+            inverse_depth_variance: vec![0.0; PIXELS],
+            object: None,
+        },
+        camera: Some(camera(x)),
+        ..Frame::default()
+    };
+    let half = |half: u32| -> Color {
+        std::array::from_fn(|c| {
+            plane(|x, y| truth(x, y) + sigma * noise(seed * 6 + half * 3 + c as u32, y * SIZE[0] + x))
+        })
+    };
+    frame.set_light([half(0), half(1)], Vec::new());
+    frame
+}
+
+fn run(own: &Frame, others: &[&Frame]) -> Denoised {
+    denoise(own, others, &mut Method::NonLocalMeans, Isa::best()).expect("this method cannot fail")
+}
+
+fn mean_square(values: impl Iterator<Item = f32>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0);
+    for value in values {
+        sum += f64::from(value) * f64::from(value);
+        count += 1;
+    }
+    sum / f64::from(count)
+}
+
+/// The mean square of the difference from `truth`.
+fn error(denoised: &Color, truth: impl Fn(usize, usize) -> f32) -> f64 {
+    let truth = plane(truth);
+    mean_square(
+        denoised
+            .iter()
+            .flat_map(|values| values.iter().zip(&truth))
+            .map(|(v, truth)| v - truth),
+    )
+}
+
+#[test]
+fn a_picture_without_noise_stays_as_it_is() {
+    let truth = |x: usize, y: usize| if (x / 7 + y / 5).is_multiple_of(2) { 3.0 } else { 0.25 };
+    let frames = [0, 1, 2].map(|i| frame(i, 0.0, 0.0, truth));
+    let denoised = run(&frames[1], &[&frames[0], &frames[2]]);
+    assert!(denoised.is_exact.iter().all(|exact| *exact));
+    assert!(error(&denoised.beauty, truth) < 1e-12);
+}
+
+#[test]
+fn white_noise_is_left_with_the_variance_that_the_weights_predict() {
+    let own = frame(7, 0.0, 0.1, |_, _| 1.0);
+    let [_, large] = nlm::filter(&own.signal, &own.guides, SIZE, Isa::best());
+    // In parts of the albedo.
+    let variance = (0.1_f64 / 0.5).powi(2);
+    let predicted = large.squares.iter().map(|s| f64::from(*s)).sum::<f64>() / PIXELS as f64 * variance;
+    let measured = mean_square(large.halves.iter().flatten().flatten().map(|v| v - 2.0));
+    assert!((measured / predicted - 1.0).abs() < 0.15, "{measured} {predicted}");
+    assert!(predicted < variance / 80.0, "{predicted}");
+}
+
+#[test]
+fn frames_around_take_the_noise_of_a_still_camera_down_by_their_number() {
+    let frames: Vec<Frame> = (0..5).map(|i| frame(i, 0.0, 0.1, |_, _| 1.0)).collect();
+    let others: Vec<&Frame> = frames[..4].iter().collect();
+    let mean = accumulate::accumulate(&frames[4], &others, Isa::best());
+    let left = mean_square(mean.halves.iter().flatten().flatten().map(|v| v - 2.0));
+    assert!((left / (0.04 / 5.0) - 1.0).abs() < 0.05, "{left}");
+    let told = mean.variance.iter().flatten().map(|v| f64::from(*v)).sum::<f64>() / (3 * PIXELS) as f64;
+    assert!((told / left - 1.0).abs() < 0.1, "{told} {left}");
+}
+
+#[test]
+fn a_moving_camera_finds_the_places_of_the_wall_again() {
+    // A pattern on the wall, whose columns are 2 * 2 / 96 m wide: a step of 6 columns between the frames.
+    let step = 6.0 * 4.0 / 96.0;
+    let seen =
+        |shift: usize| move |x: usize, y: usize| 1.0 + 0.5 * f32::from(((x + shift) / 6 + y / 6).is_multiple_of(2));
+    let (own, other) = (frame(1, 0.0, 0.02, seen(0)), frame(2, step, 0.02, seen(6)));
+    let mean = accumulate::accumulate(&own, &[&other], Isa::best());
+    let inner = |values: &Color| -> f64 {
+        let at = |x: usize, y: usize| values[0][y * SIZE[0] + x] - 2.0 * seen(0)(x, y);
+        mean_square(
+            (8..88)
+                .flat_map(|x| (8..72).map(move |y| (x, y)))
+                .map(|(x, y)| at(x, y)),
+        )
+    };
+    let (alone, both) = (inner(&own.signal.halves[0]), inner(&mean.halves[0]));
+    assert!((both / alone - 0.5).abs() < 0.1, "{both} {alone}");
+}
+
+#[test]
+fn what_has_changed_between_frames_is_left_out() {
+    let own = frame(1, 0.0, 0.02, |_, _| 1.0);
+    let other = frame(2, 0.0, 0.02, |x, _| if x < 48 { 1.0 } else { 1.5 });
+    let mean = accumulate::accumulate(&own, &[&other], Isa::best());
+    let of = |columns: std::ops::Range<usize>| {
+        let values = columns.flat_map(|x| (0..SIZE[1]).map(move |y| y * SIZE[0] + x));
+        values.map(|i| f64::from(mean.halves[0][0][i])).sum::<f64>() / (40.0 * 80.0)
+    };
+    assert!((of(4..44) - 2.0).abs() < 0.005);
+    assert!((of(52..92) - 2.0).abs() < 0.005);
+}
+
+#[test]
+fn edges_of_albedo_normal_and_depth_stay() {
+    let truth = |x: usize, _: usize| if x < 48 { 0.8 } else { 1.2 };
+    for edge in 1..4 {
+        let mut own = frame(3, 0.0, 0.2, truth);
+        let right = |a: f32, b: f32| plane(move |x, _| if x < 48 { a } else { b });
+        match edge {
+            1 => own.guides.albedo[1] = right(0.1, 0.9),
+            2 => (own.guides.normal[2], own.guides.normal[0]) = (right(1.0, 0.0), right(0.0, 1.0)),
+            _ => own.guides.inverse_depth = right(0.5, 0.25),
+        }
+        let halves = own
+            .signal
+            .halves
+            .clone()
+            .map(|color| color.map(|values| values.iter().map(|v| v * 0.5).collect()));
+        own.set_light(halves, Vec::new());
+        let denoised = run(&own, &[]);
+        // The columns beside the edge.
+        let mean = |x: usize| {
+            (0..SIZE[1])
+                .map(|y| f64::from(denoised.beauty[0][y * SIZE[0] + x]))
+                .sum::<f64>()
+                / 80.0
+        };
+        // The noise of the mean of a column that was not filtered, three times and a half.
+        let most = 3.5 * 0.2 / 160_f64.sqrt();
+        assert!((mean(47) - 0.8).abs() < most, "{edge}: {}", mean(47));
+        assert!((mean(48) - 1.2).abs() < most, "{edge}: {}", mean(48));
+    }
+}
+
+#[test]
+fn layers_sum_to_the_beauty() {
+    let mut own = frame(5, 0.0, 0.1, |x, _| 1.0 + 0.01 * x as f32);
+    let half = |part: f32, seed: u32| -> Color {
+        std::array::from_fn(|c| plane(|x, y| part * (1.0 + 0.1 * noise(seed + c as u32, y * SIZE[0] + x))))
+    };
+    let layers = vec![half(0.7, 91), half(0.3, 95)];
+    let halves = own.signal.halves.clone();
+    own.set_light(halves, layers);
+    own.families = vec![vec![0, 1]];
+    let denoised = run(&own, &[]);
+    for c in 0..3 {
+        for i in 0..PIXELS {
+            let sum = denoised.light[0][c][i] + denoised.light[1][c][i];
+            assert!((sum / denoised.beauty[c][i] - 1.0).abs() < 1e-5);
+        }
+    }
+}
+
+#[test]
+fn with_less_noise_the_picture_goes_to_the_truth() {
+    // A pattern of the light alone, finer than the windows.
+    let truth = |x: usize, y: usize| 1.0 + 0.3 * trig::sin(x as f32 * 0.9) * trig::cos(y as f32 * 0.7);
+    for sigma in [0.1, 0.01, 0.001] {
+        let denoised = run(&frame(11, 0.0, sigma, truth), &[]);
+        let noise = f64::from(sigma * sigma) / 2.0;
+        let left = error(&denoised.beauty, truth);
+        assert!(left < 1.1 * noise, "{sigma}: {left} {noise}");
+    }
+}
+
+#[test]
+fn the_error_told_is_that_of_the_picture() {
+    let truth = |x: usize, y: usize| {
+        1.0 + 0.002 * x as f32
+            + if (x as i32 - 40).pow(2) + (y as i32 - 40).pow(2) < 300 {
+                0.5
+            } else {
+                0.0
+            }
+    };
+    let denoised = run(&frame(13, 0.0, 0.15, truth), &[]);
+    let told = mean_square(denoised.error.iter().flatten().flatten().copied());
+    let left = error(&denoised.beauty, truth);
+    assert!((0.5..2.0).contains(&(told / left)), "{told} {left}");
+}
+
+#[test]
+fn the_bits_are_the_same_on_every_simd_level() {
+    let (own, other) = (
+        frame(1, 0.0, 0.1, |x, _| x as f32 * 0.02),
+        frame(2, 0.13, 0.1, |x, _| x as f32 * 0.02),
+    );
+    let by = |simd| {
+        denoise(&own, &[&other], &mut Method::NonLocalMeans, simd)
+            .expect("it cannot fail")
+            .beauty
+    };
+    let all: Vec<Color> = Isa::available().into_iter().map(by).collect();
+    assert!(all.iter().all(|beauty| *beauty == all[0]));
+}
