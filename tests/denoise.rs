@@ -171,6 +171,8 @@ fn a_job_denoises_its_frames_whole_or_in_two_steps() {
     assert_eq!(changed(), before);
     let error = folder.fail(2, &[&job[..], &["-o", "two/f.#.exr", "--part", "1/2"]].concat());
     assert!(error.contains("--denoise-step render"), "{error}");
+    let error = folder.fail(2, &["s.toml", "--samples", "1", "--denoise", "-o", "f.exr"]);
+    assert!(error.contains("2 or more"), "{error}");
     let error = folder.fail(2, &[&job[..], &["-o", "two/f.#.png"]].concat());
     assert!(error.contains("denoised frames are EXR files"), "{error}");
 }

@@ -19,7 +19,7 @@ use crate::{
     assets::ContentHash,
     denoise::{self, DenoiseError, Frame, Method, Oidn},
     error::Error,
-    output::{self, Attribute, Exr, ExrFile, FileFacts, FilePattern, Format as _, OutputError, Value, atomic},
+    output::{self, Attribute, Exr, ExrFile, FilePattern, Format as _, OutputError, Value, atomic},
     render::{Cancel, Cancelled},
     simd::Isa,
 };
@@ -37,10 +37,22 @@ pub struct DenoiseRequest {
     pub output: FilePattern,
     /// The frames to denoise; all that are there where `None`.
     pub frames: Option<FrameRange>,
+    pub helpers: Helpers,
     pub options: DenoiseOptions,
     /// Whether files that are there already and fit stay.
     pub skip_existing: bool,
     pub simd: Isa,
+}
+
+/// The frames that may help others.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Helpers {
+    /// Those that are there, and none may be missing between them.
+    Complete,
+    /// Those that are there.
+    Present,
+    /// Those of these that are there.
+    Among(Vec<i32>),
 }
 
 /// What a sequence's observer hears.
@@ -71,11 +83,15 @@ pub fn denoise(request: &DenoiseRequest, observer: &dyn DenoiseObserver, cancel:
         Method::NonLocalMeans => "non-local means, outliers by their own variance".to_owned(),
         Method::Oidn(oidn) => format!("Open Image Denoise {}", oidn.version()),
     };
-    let mut loaded = Loaded::default();
+    let (mut loaded, mut seals) = (Loaded::default(), BTreeMap::new());
     for (frame, around) in &sequence.wanted {
         let path = request.output.path(*frame);
-        let inputs: Vec<&PathBuf> = around.iter().map(|other| &sequence.files[other]).collect();
-        let fingerprint = fingerprint(request, &how, &inputs)?;
+        for other in around {
+            if !seals.contains_key(other) {
+                seals.insert(*other, seal(&sequence.files[other])?);
+            }
+        }
+        let fingerprint = fingerprint(request, &how, around.iter().map(|other| &seals[other]));
         if request.skip_existing && has(&path, &fingerprint) {
             observer.skipped(*frame);
             continue;
@@ -125,6 +141,10 @@ impl Sequence {
             }
             .into());
         }
+        let may_help = |frame: &i32| match &request.helpers {
+            Helpers::Among(list) => list.contains(frame),
+            Helpers::Complete | Helpers::Present => true,
+        };
         let reach = request.options.temporal as i32;
         let mut list = Vec::new();
         for frame in wanted {
@@ -133,8 +153,9 @@ impl Sequence {
                 return Err(DenoiseError::Missing { path }.into());
             }
             let around = frame.saturating_sub(reach)..=frame.saturating_add(reach);
-            let around: Vec<i32> = files.range(around).map(|(frame, _)| *frame).collect();
-            if let Some(pair) = around.windows(2).find(|pair| pair[1] - pair[0] > 1) {
+            let around: Vec<i32> = files.range(around).map(|(frame, _)| *frame).filter(may_help).collect();
+            let gap = around.windows(2).find(|pair| pair[1] - pair[0] > 1);
+            if let Some(pair) = gap.filter(|_| request.helpers == Helpers::Complete) {
                 return Err(DenoiseError::Gap {
                     path: request.input.path(pair[0] + 1),
                     before: pair[0],
@@ -235,28 +256,23 @@ fn load(filter: &FilterKind) -> Result<Method, DenoiseError> {
 }
 
 /// The hash of all that a denoised file depends on: the files, by their seals, and the settings.
-fn fingerprint(request: &DenoiseRequest, how: &str, inputs: &[&PathBuf]) -> Result<String, DenoiseError> {
-    let mut text = format!(
-        "{VERSION} {} {} {how}\n",
-        env!("CARGO_PKG_VERSION"),
-        request.options.temporal
-    );
-    for path in inputs {
-        let facts = Exr
-            .inspect(path)
-            .ok_or_else(|| DenoiseError::Damaged { path: (*path).clone() })?;
-        let seal = facts.version().and_then(|_| seal(&facts));
-        let seal = seal.ok_or_else(|| DenoiseError::Foreign { path: (*path).clone() })?;
-        text.push_str(&seal);
+fn fingerprint<'a>(request: &DenoiseRequest, how: &str, seals: impl Iterator<Item = &'a String>) -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    let mut text = format!("{VERSION} {version} {} {how}\n", request.options.temporal);
+    for seal in seals {
+        text.push_str(seal);
         text.push('\n');
     }
-    Ok(ContentHash::of(text.as_bytes()).to_string())
+    ContentHash::of(text.as_bytes()).to_string()
 }
 
-fn seal(facts: &FileFacts) -> Option<String> {
-    match facts.attribute(output::SEAL)? {
-        Value::String(seal) => Some(seal.clone()),
-        _ => None,
+/// The seal of the whole file at `path`, which is a hash of its bytes.
+fn seal(path: &Path) -> Result<String, DenoiseError> {
+    let facts = Exr.inspect(path);
+    let facts = facts.ok_or_else(|| DenoiseError::Damaged { path: path.to_owned() })?;
+    match (facts.version(), facts.attribute(output::SEAL)) {
+        (Some(_), Some(Value::String(seal))) => Ok(seal.clone()),
+        _ => Err(DenoiseError::Foreign { path: path.to_owned() }),
     }
 }
 

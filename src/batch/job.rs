@@ -5,7 +5,7 @@ use std::{path::Path, time::Instant};
 use super::{
     CameraRig, Existing, FrameRange, InputHash, Inventory, Observer, Plan, Request, SceneFigures, Stale, Summary,
     Survey, checkpoint,
-    denoise::{DenoiseObserver, DenoiseRequest, denoise},
+    denoise::{DenoiseObserver, DenoiseRequest, Helpers, denoise},
     job_lock::JobLock,
     run, targets,
 };
@@ -166,18 +166,28 @@ impl Job {
         })
     }
 
-    /// Denoises the frames of the plan, whose files are there; does nothing where the job does not denoise.
+    /// Denoises the frames of the plan, whose files are there, with the help of these frames; does nothing where the job does not
+    /// denoise.
     ///
     /// # Errors
     /// Those of [`denoise`].
-    pub fn denoise(&self, observer: &dyn DenoiseObserver, cancel: Option<&Cancel>) -> Result<(), Error> {
+    pub fn denoise(
+        &self,
+        helpers: &Helpers,
+        observer: &dyn DenoiseObserver,
+        cancel: Option<&Cancel>,
+    ) -> Result<(), Error> {
         let Some(plan) = &self.plan.denoise else { return Ok(()) };
+        if self.plan.frames.is_empty() {
+            return Ok(());
+        }
         let numbers = self.plan.frames.iter().map(|frame| i64::from(frame.number));
         for (input, output) in &plan.files {
             let request = DenoiseRequest {
                 input: input.clone(),
                 output: output.clone(),
                 frames: Some(FrameRange::of(numbers.clone())),
+                helpers: helpers.clone(),
                 options: plan.options.clone(),
                 skip_existing: self.plan.existing == Existing::Skip,
                 simd: self.plan.accel.simd,

@@ -164,6 +164,10 @@ impl Plan {
             .zip(camera)
             .map(|(frames, start)| Turntable { start, frames });
         let cameras = cameras(desc, request, camera, settings.resolution, inputs)?;
+        if request.denoise.is_some() && settings.samples.max < 2 {
+            let message = "--denoise compares two halves of the samples: render with 2 or more";
+            return Err(Error::Usage(message.to_owned()));
+        }
         let denoise = request.denoise.clone().map(|options| DenoisePlan {
             options,
             files: patterns.iter().cloned().zip(denoised).collect(),

@@ -8,7 +8,7 @@ use std::{
 use batch_render::{
     batch::{
         DenoiseOptions, FilterKind,
-        denoise::{DenoiseObserver, DenoiseRequest, denoise},
+        denoise::{DenoiseObserver, DenoiseRequest, Helpers, denoise},
     },
     error::Error,
     output::FilePattern,
@@ -32,6 +32,7 @@ pub fn run(args: &DenoiseArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         output: pattern(&args.output)?,
         frames: range.map_err(|error| Error::Usage(format!("--range: {error}")))?,
         options: options(args.filter, args.temporal, args.oidn_lib.as_deref()),
+        helpers: Helpers::Complete,
         skip_existing: args.skip_existing,
         simd,
     };

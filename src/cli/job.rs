@@ -10,7 +10,7 @@ use std::{
 
 use batch_render::{
     accel::BuildOptions,
-    batch::{Job, Observer, Plan, Request, Stale, merge},
+    batch::{Job, Observer, Plan, Request, Stale, denoise::Helpers, merge},
     error::Error,
     render::{Cancel, Control, Counters, ShowRequest},
     simd::Isa,
@@ -100,7 +100,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     }
     let kind = if quiet { ProgressKind::None } else { args.progress };
     if args.denoise_step == Some(DenoiseStep::Denoise) {
-        return Ok(pool.install(|| job.denoise(&Lines::new(kind), None))?);
+        return Ok(pool.install(|| job.denoise(&Helpers::Present, &Lines::new(kind), None))?);
     }
     let scene = pool.install(|| job.load())?;
     let files = job.files().manifest();
@@ -173,7 +173,9 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
             }
             FramesFailed::check(figures)?;
             if args.denoise_step.is_none() {
-                pool.install(|| job.denoise(&Lines::new(kind), Some(&cancel)))?;
+                // Others in the folder may be of another scene.
+                let own = Helpers::Among(plan.frames.iter().map(|frame| frame.number).collect());
+                pool.install(|| job.denoise(&own, &Lines::new(kind), Some(&cancel)))?;
             }
             Ok(())
         }

@@ -21,13 +21,15 @@ pub struct Guides {
     pub object: Option<Vec<u32>>,
 }
 
-/// The matrices of a camera without lens or shutter, for row vectors.
+/// A camera as its shutter opens: matrices for row vectors, and its lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraMatrices {
     /// To x to the right, y up and z along the line of sight.
     pub camera_from_world: [f32; 16],
     /// To 0 0 in the upper left corner of the picture and 1 1 in the lower right one; not of panoramas.
     pub ndc_from_world: Option<[f32; 16]>,
+    /// The f-number and the distance of focus, where it has a lens.
+    pub lens: Option<[f32; 2]>,
 }
 
 /// A frame as the denoiser reads it.

@@ -33,6 +33,7 @@ impl View {
         let CameraMatrices {
             camera_from_world,
             ndc_from_world,
+            lens: _,
         } = frame.camera?;
         Some(Self {
             ndc: matrix(ndc_from_world?),

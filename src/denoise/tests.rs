@@ -36,6 +36,7 @@ fn camera(x: f32) -> CameraMatrices {
     CameraMatrices {
         camera_from_world: view,
         ndc_from_world: Some(ndc),
+        lens: None,
     }
 }
 

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Runs a job by the real OpenJD command line and by a real Slurm of one node, with a frame that is broken and a task that begins again,
+# Runs a job, and one that denoises in a second step, by the real OpenJD command line and by a real Slurm of one node, with a frame that is broken and a task that begins again,
 # and compares the frames with those of one local run. An engine that cannot be installed is left out, and a line says so.
 #
 # usage: run.sh PROGRAM
@@ -42,16 +42,28 @@ SCENE
 }
 
 options=(s.toml --turntable 12 -o 'f.##.exr')
+denoised=("${options[@]}" --samples 8 --denoise --temporal 1)
 
+# Compares the frames of the folder $1 with those of the local run in $2.
 compare() {
-  for frame in "$home"/local/f.*.exr; do
+  for frame in "$home/$2"/f.*.exr; do
     cmp -s "$frame" "$home/$1/$(basename "$frame")" || { echo "$1: $(basename "$frame") differs"; failed=1; return; }
   done
   echo "$1: 12 frames as by one local run"
 }
 
+# Waits until Slurm has no job left.
+wait_for_slurm() {
+  for _ in $(seq 600); do
+    [[ -z $(squeue -h 2> /dev/null) ]] && break
+    sleep 0.2
+  done
+}
+
 prepare local
 "$program" "${options[@]}" --progress none
+prepare local-denoised
+"$program" "${denoised[@]}" --progress none
 
 if python3 -m venv "$home/venv" && "$home/venv/bin/pip" -q install openjd-cli; then
   export PATH="$home/venv/bin:$PATH"
@@ -61,7 +73,10 @@ if python3 -m venv "$home/venv" && "$home/venv/bin/pip" -q install openjd-cli; t
   "$program" submit --engine openjd --bundle job --chunk 5 --run "${options[@]}" > openjd.log 2>&1 || { tail -30 openjd.log; failed=1; }
   openjd check job/template.yaml > check.log || { cat check.log; failed=1; }
   grep -q openjd_progress openjd.log || { echo "openjd: no progress"; failed=1; }
-  compare openjd
+  compare openjd local
+  prepare openjd-denoised
+  "$program" submit --engine openjd --bundle job --chunk 5 --run "${denoised[@]}" > openjd.log 2>&1 || { tail -30 openjd.log; failed=1; }
+  compare openjd-denoised local-denoised
 else
   echo "openjd: not run, it cannot be installed"
 fi
@@ -75,11 +90,12 @@ if [[ $(id -u) = 0 ]] && { command -v slurmctld > /dev/null || { apt-get update 
   sleep 1
   # As after the loss of a node: the task begins again.
   scontrol requeue "${id}_1" 2> /dev/null || true
-  for _ in $(seq 600); do
-    [[ -z $(squeue -h -j "$id" 2> /dev/null) ]] && break
-    sleep 0.2
-  done
-  compare slurm
+  wait_for_slurm
+  compare slurm local
+  prepare slurm-denoised
+  "$program" submit --engine slurm --bundle job --chunk 5 --run "${denoised[@]}" > /dev/null
+  wait_for_slurm
+  compare slurm-denoised local-denoised
 else
   echo "slurm: not run, it cannot be installed or started"
 fi

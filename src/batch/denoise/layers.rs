@@ -73,6 +73,13 @@ impl Reader<'_> {
         Ok(x.iter().zip(y).zip(z).map(|((x, y), z)| x + y + z).collect())
     }
 
+    fn number(&self, name: &str) -> Option<f32> {
+        match self.file.attribute(name) {
+            Some(Value::Float(number)) => Some(*number),
+            _ => None,
+        }
+    }
+
     fn matrix(&self, name: &str) -> Option<[f32; 16]> {
         match self.file.attribute(name) {
             Some(Value::M44f(matrix)) => Some(*matrix),
@@ -113,6 +120,10 @@ pub(super) fn frame(file: &ExrFile, layers: &[String], path: &Path) -> Result<Fr
     let camera = reader.matrix("worldToCamera").map(|camera_from_world| CameraMatrices {
         camera_from_world,
         ndc_from_world: reader.matrix("worldToNDC"),
+        lens: reader
+            .number("aperture")
+            .zip(reader.number("focus"))
+            .map(|(f, at)| [f, at]),
     });
     let beauty = ["R", "G", "B"].map(|channel| reader.plane(channel));
     let [r, g, b] = beauty;
