@@ -157,6 +157,49 @@ fn a_clamp_darkens_indirect_light_alone() {
     );
 }
 
+#[test]
+fn a_clamp_of_direct_light_limits_what_a_light_adds_at_the_first_surface() {
+    // A wall with the light of one point light: albedo / pi * intensity * cos / d^2, which is 0.48 in the middle.
+    let scene = format!(
+        "{CAMERA}[material.m]\nmatte = {{ albedo = 0.5 }}\n[[light]]\npoint = {{ position = [0, 0, 2], intensity = [12, 6, 3] }}\n\
+         [[object]]\nmaterial = \"m\"\nshape.quad = {{ corners = [[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]] }}\n"
+    );
+    let with = |keys: &str| render(&format!("samples = 1\nintegrator.path = {{ {keys} }}"), &scene);
+    let (free, clamped) = (with(""), with("clamp_direct = 0.2"));
+    assert!((free[MIDDLE][0] - 0.5 / std::f32::consts::PI * 12.0 / 4.0).abs() < 0.02);
+    let mut limited = 0;
+    for (free, clamped) in free.iter().zip(&clamped) {
+        let scale = (0.2 / free[0]).min(1.0);
+        limited += usize::from(scale < 1.0);
+        for c in 0..3 {
+            assert!((clamped[c] - free[c] * scale).abs() < 2e-3, "{free:?} {clamped:?}");
+        }
+    }
+    assert!((10..SIDE * SIDE).contains(&limited), "{limited}");
+    assert_eq!(with("clamp_direct = 1"), free);
+}
+
+#[test]
+fn a_clamp_of_direct_light_leaves_emitters_and_indirect_light_alone() {
+    let scene = |lamp: &str| {
+        format!(
+            "{CAMERA}[material.m]\nmatte = {{ albedo = 0.7 }}\n[material.lamp]\nemitter = {{ radiance = 50 }}\n\
+             [[object]]\nmaterial = \"m\"\nshape.cuboid = {{ min = [-3, -3, -3], max = [3, 3, 6] }}\n\
+             [[object]]\nmaterial = \"lamp\"\nshape.sphere = {{ center = {lamp}, radius = 0.3 }}\n"
+        )
+    };
+    let with = |keys: &str, lamp: &str| render(&format!("samples = 16\nintegrator.path = {{ {keys} }}"), &scene(lamp));
+    let hidden = "[0, 2.5, 5.5]";
+    let indirect = |clamp: &str| {
+        let all = mean(&with(&format!("max_depth = 5{clamp}"), hidden));
+        (all - mean(&with(&format!("max_depth = 2{clamp}"), hidden)), all)
+    };
+    let ((free, all), (clamped, fewer)) = (indirect(""), indirect(", clamp_direct = 0.01"));
+    assert!((free - clamped).abs() < 1e-3 * free, "{free} {clamped}");
+    assert!(fewer < 0.9 * all, "{fewer} {all}");
+    assert!(with("max_depth = 2, clamp_direct = 0.01", "[0, 0, 0]")[MIDDLE][0] > 49.0);
+}
+
 /// The attribute `name` of the header of `file`.
 fn attribute(folder: &Folder, file: &str, name: &str) -> Option<exr::meta::attribute::AttributeValue> {
     let meta = exr::meta::MetaData::read_from_file(folder.path(file), false).expect("an EXR");
@@ -176,7 +219,7 @@ fn a_file_names_the_limits_that_are_set() {
     folder.write("free.toml", &scene(""));
     folder.write(
         "s.toml",
-        &scene("max_depth = 6, clamp_indirect = 2.5, max_specular = 3"),
+        &scene("max_depth = 6, clamp_direct = 7, clamp_indirect = 2.5, max_specular = 3"),
     );
     for name in ["free", "s"] {
         let (scene, file) = (format!("{name}.toml"), format!("{name}.exr"));
@@ -184,6 +227,8 @@ fn a_file_names_the_limits_that_are_set() {
     }
     let said = |file: &str, name: &str| attribute(&folder, file, &format!("batch-render/{name}"));
     assert_eq!(said("s.exr", "clampIndirect"), Some(F32(2.5)));
+    assert_eq!(said("s.exr", "clampDirect"), Some(F32(7.0)));
+    assert_eq!(said("free.exr", "clampDirect"), None);
     assert_eq!(said("s.exr", "maxDepth"), Some(I32(6)));
     assert_eq!(said("s.exr", "maxSpecular"), Some(I32(3)));
     assert_eq!(said("s.exr", "maxDiffuse"), None);

@@ -5,6 +5,7 @@
 //! | `max_depth` | longest path, in ray segments from the camera, at least 1 | | 8 |
 //! | `max_diffuse`, `max_specular`, `max_transmission` | how many scattering events of the kind a path may have | | only `max_depth` |
 //! | `roulette_depth` | segments after which Russian roulette may end dim paths; this adds no bias | | 5 |
+//! | `clamp_direct` | number above 0: limit of the light that comes from a light or the background by way of one surface alone | W m^-2 sr^-1 | no limit |
 //! | `clamp_indirect` | number above 0: limit of a path's light after two surfaces or more. It trades fireflies for lost light | W m^-2 sr^-1 | no limit |
 //! | `strategy` | `"mis"`, `"light"` or `"bsdf"`: how direct light is sampled. All converge to the same picture, with different noise | | `"mis"` |
 //!
@@ -19,7 +20,7 @@
 //! image would lie below the triangles are turned. What a normal map would send below the surface is mirrored at it.
 //!
 //! EXR headers record the limits that are set (`batch-render/maxDepth`, `/maxDiffuse`, `/maxSpecular`, `/maxTransmission`,
-//! `/clampIndirect`). Both sides of a surface reflect. Radiance is not scaled by the square of the index of refraction
+//! `/clampDirect`, `/clampIndirect`). Both sides of a surface reflect. Radiance is not scaled by the square of the index of refraction
 //! inside of media, as in the `whitted` integrator.
 //!
 //! Sources: Kajiya, "The Rendering Equation", SIGGRAPH 1986, doi:10.1145/15922.15902; for multiple importance sampling
@@ -60,6 +61,7 @@ pub struct PathDesc {
     pub max_specular: Option<Count>,
     pub max_transmission: Option<Count>,
     pub roulette_depth: Option<Count>,
+    pub clamp_direct: Option<Positive>,
     pub clamp_indirect: Option<Positive>,
     #[serde(default)]
     pub strategy: Strategy,
@@ -77,6 +79,7 @@ impl PathDesc {
                 straight: u8::MAX,
             },
             roulette_depth: self.roulette_depth.map_or(5, |d| d.0),
+            clamp_direct: self.clamp_direct.map(|c| c.0),
             clamp_indirect: self.clamp_indirect.map(|c| c.0),
             strategy: self.strategy,
         })
@@ -89,7 +92,8 @@ pub struct PathTracer {
     /// The largest number of departures by a lobe of each kind.
     pub limits: Bounces,
     pub roulette_depth: u32,
-    /// In W m^-2 sr^-1.
+    /// The most light by way of one surface and of more, in W m^-2 sr^-1.
+    pub clamp_direct: Option<f32>,
     pub clamp_indirect: Option<f32>,
     pub strategy: Strategy,
 }
@@ -166,16 +170,19 @@ impl Integrator for PathTracer {
             name: "maxDepth",
             value: LimitValue::Count(self.max_depth),
         };
-        let clamp = self.clamp_indirect.map(|l| Limit {
-            name: "clampIndirect",
-            value: LimitValue::Radiance(l),
-        });
+        let clamp = |name, l: Option<f32>| {
+            l.map(|l| Limit {
+                name,
+                value: LimitValue::Radiance(l),
+            })
+        };
         let all = [
             Some(depth),
             bounces("maxDiffuse", self.limits.diffuse),
             bounces("maxSpecular", self.limits.specular),
             bounces("maxTransmission", self.limits.transmission),
-            clamp,
+            clamp("clampDirect", self.clamp_direct),
+            clamp("clampIndirect", self.clamp_indirect),
         ];
         all.into_iter().flatten().collect()
     }
@@ -401,9 +408,12 @@ impl PathTracer {
     /// `l`, that `path` brings by way of `further` segments, scaled down where that is too much.
     fn clamped(&self, path: &PathState, further: u32, l: Rgb) -> Rgb {
         let segments = path.depth - u32::from(path.last.bounces.straight) + further;
-        let Some(limit) = self.clamp_indirect.filter(|_| segments > 2) else {
-            return l;
+        let limit = match segments {
+            0 | 1 => None,
+            2 => self.clamp_direct,
+            _ => self.clamp_indirect,
         };
+        let Some(limit) = limit else { return l };
         let brought = (path.throughput * l).max_component();
         if brought > limit { l * (limit / brought) } else { l }
     }
