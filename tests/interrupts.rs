@@ -145,6 +145,41 @@ fn a_frame_that_is_killed_again_and_again_goes_on_with_the_same_bits() {
 }
 
 #[test]
+fn an_adaptive_frame_that_is_killed_goes_on_with_the_same_bits() {
+    let (whole, folder) = (folder(), folder());
+    let adaptive = |more: &[&'static str]| {
+        let rule = [
+            "--samples",
+            "512",
+            "--noise-threshold",
+            "0.004",
+            "--aovs",
+            "denoise,sampleCount",
+        ];
+        [&JOB[..5], &rule, more].concat()
+    };
+    let begin = Instant::now();
+    whole.succeed(&adaptive(&[]));
+    let duration = begin.elapsed();
+    let mut has_gone_on = false;
+    for kill in 0_u32..6 {
+        let threads = ["1", "2", "3"][kill as usize % 3];
+        let mut child = start(
+            &folder,
+            &adaptive(&["--checkpoint", "0.05s", "--threads", threads, "-v"]),
+        );
+        sleep(duration * (kill * 7919 % 1000) / 1000);
+        let _ = child.kill();
+        has_gone_on |= stderr_of(child).1.contains("frame 1 goes on from f.exr.checkpoint");
+    }
+    assert!(has_gone_on);
+    folder.succeed(&adaptive(&["--checkpoint", "1h"]));
+    for name in ["f.exr", "f.png"] {
+        assert!(folder.read(name) == whole.read(name), "{name}");
+    }
+}
+
+#[test]
 fn sigterm_keeps_the_frame_where_checkpoints_are_asked_for() {
     let (whole, folder) = (folder(), folder());
     let begin = Instant::now();

@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// Rises with every change of the state.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The checkpoint of a frame; `None` of a frame without files.
 pub(super) fn path(frame: &PlannedFrame) -> Option<PathBuf> {

@@ -90,6 +90,9 @@ impl Fingerprint {
             "{:?} {resolution:?} {} {seed} {noise_frame} {sampler:?} {filter:?} {content:?} {passes:?} {matte_ranks}",
             inputs.0, samples.max
         );
+        if let Some(adaptive) = samples.adaptive {
+            let _ = writeln!(text, "{adaptive:?}");
+        }
         let _ = writeln!(text, "{:?} {:?} {:?}", plan.integrator, plan.turntable, plan.model);
         let _ = writeln!(text, "{number} {camera:?} {neighbours:?}");
         let _ = writeln!(

@@ -6,7 +6,6 @@ use crate::{
     assets::{MemoryBudget, MemoryKind},
     describe::SceneDesc,
     error::Error,
-    film::accumulator::AccumulatorLayout,
     integrator::BuiltIn,
     render,
 };
@@ -28,8 +27,9 @@ pub(super) fn take(
     let frame = (settings.window.area() as u64).saturating_mul(layout.bytes_per_pixel());
     // The sums of all tiles are kept where a frame has several rounds, and copied for a checkpoint.
     let copies = u64::from(settings.samples.time.is_some()) + 2 * u64::from(checkpoint.is_some());
-    let sums = (settings.window.area() as u64)
-        .saturating_mul(AccumulatorLayout::new(&layout, settings.samples.max).bytes_per_pixel());
+    let sums = settings
+        .rendered_pixels()
+        .saturating_mul(settings.accumulator_layout(&layout).bytes_per_pixel());
     let bytes = frame
         .saturating_mul(FRAMES_IN_MEMORY)
         .saturating_add(sums.saturating_mul(copies));

@@ -28,6 +28,7 @@ mod plan;
 mod request;
 mod rig;
 mod run;
+mod samples;
 mod sidecars;
 mod stale;
 mod summary;

@@ -15,6 +15,7 @@ use super::{
     passes::PassChoice,
     patterns::Patterns,
     range::MAX_FRAMES,
+    samples,
 };
 use crate::{
     accel::BuildOptions,
@@ -206,9 +207,7 @@ impl Plan {
             checkpoint: request.checkpoint,
             working_space: desc.render.working_space,
             view: view.unwrap_or_default(),
-            exposure: request
-                .exposure
-                .unwrap_or_else(|| desc.output.exposure.map_or(0.0, f32::from)),
+            exposure: exposure(desc, request),
             encoding,
             sidecars,
             denoise,
@@ -285,6 +284,10 @@ fn set_passes(
         settings.samples = SampleBudget::fixed(1);
         settings.filter = None;
     }
+    if integrator.1.as_dyn().wants_cost() {
+        // What is counted is not shown as light is.
+        settings.samples.adaptive = None;
+    }
     // The first plane is what the integrator computes.
     Ok(if choice.is_shown { Shown::Plane(1) } else { Shown::All })
 }
@@ -304,7 +307,8 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
             )));
         }
     };
-    let samples = request.samples.unwrap_or(desc.render.samples.get_ref().0);
+    let budget = samples::budget(desc, request, exposure(desc, request))?;
+    let samples = budget.max;
     check_size(resolution)?;
     let filter = match &desc.render.filter {
         None if samples == 1 => None,
@@ -317,10 +321,7 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
     Ok(render::Settings {
         resolution,
         window,
-        samples: SampleBudget {
-            time: request.time_limit,
-            ..SampleBudget::fixed(samples)
-        },
+        samples: budget,
         seed: request.seed.unwrap_or(desc.render.seed.0),
         noise_frame: 0,
         sampler,
@@ -332,6 +333,12 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
             .or(desc.output.cryptomatte_levels.as_ref().map(|n| n.get_ref().0))
             .unwrap_or(DEFAULT_RANKS),
     })
+}
+
+/// The exposure of pictures, in stops.
+fn exposure(desc: &SceneDesc, request: &Request) -> f32 {
+    let described = desc.output.exposure.map_or(0.0, f32::from);
+    request.exposure.unwrap_or(described)
 }
 
 /// The picture with so many more columns and rows beyond each edge.

@@ -35,7 +35,12 @@ pub struct Request {
     pub time_limit: Option<Duration>,
     /// The time between two checkpoints of a frame; `None` for none.
     pub checkpoint: Option<Duration>,
+    /// The samples of each pixel; with adaptive sampling the most.
     pub samples: Option<u32>,
+    /// The samples that each pixel has at least with adaptive sampling.
+    pub min_samples: Option<u32>,
+    /// The error of what is shown that adaptive sampling takes as low enough; it is switched on by this.
+    pub noise_threshold: Option<f32>,
     pub resolution: Option<[u32; 2]>,
     /// Columns and rows x0, y0, x1, y1; the last two are not rendered.
     pub crop: Option<[u32; 4]>,

@@ -9,7 +9,7 @@ use crate::{
     film::Film,
     integrator::{Stage, StageTimes},
     output::EncodeError,
-    render::{Control, RenderError, Settings},
+    render::{Control, Counters, RenderError, Settings},
     simd::Isa,
 };
 
@@ -91,9 +91,10 @@ fn measure_once(
     settings: &Settings,
     subject: &dyn Subject,
 ) -> Result<PictureReport, PictureError> {
-    let times = StageTimes::default();
+    let (times, counters) = (StageTimes::default(), Counters::default());
     let control = Control {
         stages: Some(&times),
+        counters: Some(&counters),
         ..Control::default()
     };
     let start = Instant::now();
@@ -116,8 +117,6 @@ fn measure_once(
         ns_per_segment: time.as_secs_f64() * 1e9 / segments.max(1) as f64,
         share: time.as_secs_f64() / total,
     });
-    let [width, height] = settings.resolution;
-    let samples = f64::from(width) * f64::from(height) * f64::from(settings.samples.max);
     Ok(PictureReport {
         scene: scene.to_owned(),
         resolution: settings.resolution,
@@ -125,7 +124,7 @@ fn measure_once(
         threads: rayon::current_num_threads(),
         simd: simd.to_string(),
         wall_ms: wall.as_secs_f64() * 1e3,
-        msamples_per_s: samples / wall.as_secs_f64() / 1e6,
+        msamples_per_s: counters.samples() as f64 / wall.as_secs_f64() / 1e6,
         segments,
         stages: stages.collect(),
     })

@@ -11,7 +11,7 @@ use clap::{ArgAction, Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use super::{
     choices::{DenoiseStep, DenoiserKind, IfBusyKind, MissingKind, PartBaseKind, ProgressKind},
     preview::preview_path,
-    values::{crop, cryptomatte_levels, duration, exposure, radius, resolution, seed_mode, size},
+    values::{crop, cryptomatte_levels, duration, exposure, noise_threshold, radius, resolution, seed_mode, size},
 };
 
 /// The headings of the help, in the order in which they appear.
@@ -297,9 +297,19 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), help_heading = heading::JOB)]
     pub threads: Option<u16>,
 
-    /// Samples per pixel
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = heading::PICTURE)]
+    /// Samples per pixel; with --noise-threshold the most
+    #[arg(long, visible_alias = "max-samples", value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = heading::PICTURE)]
     pub samples: Option<u32>,
+
+    /// Error of what is shown at which a block of pixels has enough samples, such as 0.01 (adaptive sampling)
+    ///
+    /// 0 gives every pixel --max-samples. Without this flag the scene file decides.
+    #[arg(long, value_name = "ERROR", value_parser = noise_threshold, hide_short_help = true, help_heading = heading::PICTURE)]
+    pub noise_threshold: Option<f32>,
+
+    /// Samples that every pixel gets with adaptive sampling [default: the scene's, or 16]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), hide_short_help = true, help_heading = heading::PICTURE)]
+    pub min_samples: Option<u32>,
 
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", value_parser = resolution, help_heading = heading::PICTURE)]

@@ -9,7 +9,12 @@ pub struct Report {
     pub command: Vec<String>,
     pub scene: String,
     pub resolution: [u32; 2],
+    /// Of each pixel; with adaptive sampling the most.
     pub samples: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_samples: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_threshold: Option<f32>,
     pub threads: usize,
     /// The number of frames of the job.
     pub total: usize,

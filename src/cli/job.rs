@@ -125,8 +125,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let show = Arc::new(ShowRequest::default());
     signals::listen(Arc::clone(&cancel), Arc::clone(&show))?;
     let plan = &job.plan;
-    let samples = plan.settings.window.area() as u64 * u64::from(plan.settings.samples.max);
-    let progress = Progress::new(kind, plan.frames.len(), samples, &counters);
+    let progress = Progress::new(kind, plan.frames.len(), plan.settings.max_samples(), &counters);
     let control = Control {
         cancel: Some(&cancel),
         counters: Some(&counters),
@@ -189,10 +188,17 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
 fn log_settings(job: &Job, threads: usize) {
     let plan = &job.plan;
     let [width, height] = plan.settings.resolution;
+    let budget = &plan.settings.samples;
+    let samples = match &budget.adaptive {
+        Some(rule) => format!(
+            "{} to {} samples for noise below {}",
+            rule.min, budget.max, rule.threshold
+        ),
+        None => format!("{} samples", budget.max),
+    };
     tracing::info!(
-        "{}: {width}x{height}, {} samples, seed {}, {threads} threads, vectors {}",
+        "{}: {width}x{height}, {samples}, seed {}, {threads} threads, vectors {}",
         frames(plan.frames.len()),
-        plan.settings.samples.max,
         plan.settings.seed,
         plan.accel.simd.name(),
     );

@@ -39,7 +39,7 @@ pub struct Progress {
 /// The work of a job, and how much of it is done.
 struct Work {
     frames: usize,
-    /// The samples of each frame.
+    /// The most samples of each frame.
     samples: u64,
     counters: Arc<Counters>,
     /// Frames whose files are all on disk, those that were skipped too.
@@ -54,7 +54,7 @@ struct Now {
     number: Option<i32>,
     /// From 1.
     position: usize,
-    /// Samples that were finished when the frame started.
+    /// Samples that were settled when the frame started.
     samples_before: u64,
     started: Instant,
     /// The time of the last line about the job.
@@ -68,7 +68,7 @@ enum Display {
 }
 
 impl Progress {
-    /// `frames` frames of `samples` samples each.
+    /// `frames` frames of at most `samples` samples each.
     pub fn new(kind: ProgressKind, frames: usize, samples: u64, counters: &Arc<Counters>) -> Self {
         let kind = match kind {
             ProgressKind::Auto if std::io::stdout().is_terminal() => ProgressKind::Bar,
@@ -127,7 +127,7 @@ pub fn say(text: &str) {
 impl Work {
     /// The part of the current frame's samples that is done, from 0 to 1.
     fn fraction(&self, now: &Now) -> f64 {
-        let done = self.counters.samples().saturating_sub(now.samples_before);
+        let done = self.counters.settled().saturating_sub(now.samples_before);
         (done as f64 / self.samples.max(1) as f64).min(1.0)
     }
 
@@ -159,7 +159,7 @@ impl Observer for Progress {
         *now = Now {
             number: Some(number),
             position: index + 1,
-            samples_before: self.work.counters.samples(),
+            samples_before: self.work.counters.settled(),
             started: Instant::now(),
             last_line: now.last_line,
         };

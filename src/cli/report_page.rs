@@ -63,6 +63,10 @@ pub fn page(report: &Report, thumbnails: &BTreeMap<i32, String>) -> String {
     } else {
         "<meta http-equiv=\"refresh\" content=\"5\">"
     };
+    let samples = match report.min_samples {
+        Some(min) => format!("{min} to {}", report.samples),
+        None => report.samples.to_string(),
+    };
     // Writing to a string cannot fail.
     let _ = write!(
         out,
@@ -73,7 +77,7 @@ pub fn page(report: &Report, thumbnails: &BTreeMap<i32, String>) -> String {
          <p class=\"faint\">{width} x {height}, {} samples per pixel, {} threads, batch-render {}</p>\n\
          <code>{}</code>\n",
         written + skipped + failed,
-        report.samples,
+        samples,
         report.threads,
         report.version,
         escape(&command.join(" ")),

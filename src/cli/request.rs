@@ -48,6 +48,8 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         time_limit: args.time_limit,
         checkpoint: args.checkpoint,
         samples: args.samples,
+        min_samples: args.min_samples,
+        noise_threshold: args.noise_threshold,
         resolution: args.resolution,
         crop: args.crop,
         seed: args.seed,

@@ -64,12 +64,15 @@ impl<'a> Stats<'a> {
             path: path.display().to_string(),
             hash: hash.to_string(),
         });
+        let adaptive = plan.settings.samples.adaptive;
         let report = Report {
             version: env!("CARGO_PKG_VERSION"),
             command: std::env::args().collect(),
             scene: job.desc.source.path.display().to_string(),
             resolution: plan.settings.resolution,
             samples: plan.settings.samples.max,
+            min_samples: adaptive.map(|rule| rule.min),
+            noise_threshold: adaptive.map(|rule| rule.threshold),
             threads: rayon::current_num_threads(),
             total: plan.frames.len(),
             wall_s: 0.0,

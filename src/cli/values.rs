@@ -52,6 +52,12 @@ pub fn exposure(text: &str) -> Result<f32, String> {
     stops.ok_or_else(|| "expected a number of stops, such as 1 or -0.5".into())
 }
 
+/// Reads an error of what is shown.
+pub fn noise_threshold(text: &str) -> Result<f32, String> {
+    let error = text.parse::<f32>().ok().filter(|e| *e >= 0.0 && e.is_finite());
+    error.ok_or_else(|| "expected a number of at least 0, such as 0.01".into())
+}
+
 /// Reads a radius in metres.
 pub fn radius(text: &str) -> Result<f32, String> {
     let radius = text.parse::<f32>().ok().filter(|r| *r > 0.0 && r.is_finite());

@@ -6,11 +6,13 @@
 mod diagnostics;
 mod light_group;
 mod read;
+mod samples;
 mod scene;
 mod settings;
 
 pub use diagnostics::{Diagnostics, Source};
 pub use light_group::LightGroupName;
 pub use read::{Error, load, parse};
+pub use samples::{AdaptiveDesc, SamplesDesc};
 pub use scene::{BackgroundDesc, LightEntry, MaterialEntry, ObjectDesc, SceneDesc, TextureEntry, TransformDesc};
 pub use settings::{CRYPTOMATTE_LEVELS, OneOrMany, OutputDesc, RenderDesc, are_cryptomatte_levels};

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Deserializer, de};
 
+use super::SamplesDesc;
 use crate::{
     filter::FilterDesc,
     integrator::IntegratorDesc,
@@ -15,7 +16,7 @@ use crate::{
 /// | key | type | default |
 /// |---|---|---|
 /// | `width`, `height` | size of the picture in pixels | 1280, 720 |
-/// | `samples` | samples per pixel | 64 |
+/// | `samples` | samples per pixel, or `{ min, max, threshold }` for adaptive sampling, see below | 64 |
 /// | `seed` | seed of the random numbers, a whole number | 0 |
 /// | `seed_mode` | `"frame"`: every frame has its own noise, or `"fixed"`: all have the same | `"frame"` |
 /// | `sampler` | a sampler | `"sobol"` |
@@ -31,6 +32,31 @@ use crate::{
 /// integrator.path = { max_depth = 12 }
 /// ```
 ///
+/// **Adaptive sampling.** A table of `samples` gives every block of 16x16 pixels as many samples as its noise needs:
+///
+/// ```toml
+/// [render]
+/// samples = { min = 16, max = 1024, threshold = 0.01 }
+/// ```
+///
+/// | key | type | default |
+/// |---|---|---|
+/// | `min` | samples that every pixel gets | 16 |
+/// | `max` | most samples of a pixel | 1024 |
+/// | `threshold` | number of at least 0: the error at which a block has enough samples; 0 gives all pixels `max` | 0.01 |
+///
+/// The error is that of what is shown: the square root of the mean of `s^2 / max(l, l^2, 0.0015)` over the pixels and channels of
+/// the block, where `s` is the estimated standard error of the pixel's channel, and `l` the brightness of the pixel (the mean of its
+/// channels), both times `2^exposure`. A display shows light by about its square root, so a threshold of 0.01 leaves a standard error of 0.005 of white, 1.3
+/// of 255 levels. A block is judged when it has a power of two of samples from `min` on, and not before 4. The pass `sampleCount` shows
+/// where samples went. A crop renders whole blocks, and its pixels are those of the picture.
+///
+/// The standard error follows from how much the last doubling of the samples has changed the pixel: `s^2 = d^2 / 1.2`, where `d` is
+/// the change, because the variance falls by 2.2 with a doubling. `l` is the brightness of the darker half of the samples, which
+/// rare bright ones leave alone. Sources: Dammertz, Hanika, Keller and Lensch, "A Hierarchical Automatic Stopping Condition for
+/// Monte Carlo Global Illumination", WSCG 2010, for the halves of the samples and the square root, which Cycles uses, too;
+/// [the guide](../guide.md#adaptive-sampling) says how true it is.
+///
 /// The `max_depth` of an integrator counts ray segments from the camera, shadow rays included, as in Mitsuba: 1 shows only
 /// emitters and ambient light, 2 adds direct light, 5 is a camera ray and up to four more.
 ///
@@ -42,7 +68,7 @@ use crate::{
 pub struct RenderDesc {
     pub width: Spanned<Count>,
     pub height: Spanned<Count>,
-    pub samples: Spanned<Count>,
+    pub samples: Spanned<SamplesDesc>,
     pub seed: Count,
     pub seed_mode: SeedMode,
     #[serde(deserialize_with = "some_kind_or_name")]
@@ -60,7 +86,7 @@ impl Default for RenderDesc {
         Self {
             width: unsaid(1280),
             height: unsaid(720),
-            samples: unsaid(64),
+            samples: Spanned::new(0..0, SamplesDesc::Fixed(Count(64))),
             seed: Count(0),
             seed_mode: SeedMode::default(),
             sampler: None,
@@ -73,15 +99,12 @@ impl Default for RenderDesc {
 
 impl RenderDesc {
     pub(super) fn check(&self, problems: &mut Vec<Problem>) {
-        for (name, value) in [
-            ("width", &self.width),
-            ("height", &self.height),
-            ("samples", &self.samples),
-        ] {
+        for (name, value) in [("width", &self.width), ("height", &self.height)] {
             if value.get_ref().0 == 0 {
                 problems.push(Problem::at(value.span(), format!("`{name}` must be at least 1")));
             }
         }
+        problems.extend(self.samples.get_ref().check(self.samples.span()));
     }
 }
 

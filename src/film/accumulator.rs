@@ -6,7 +6,7 @@
 use super::{
     Film, FilmLayout, Window,
     coverage::TileCoverage,
-    features,
+    features, noise,
     passes::{Feature, PassContext, PassSource, Statistic},
     pixel_sum::{HalfSums, Moments, PixelSum},
     state,
@@ -51,6 +51,8 @@ pub struct AccumulatorLayout {
     mean_variances: Vec<(usize, usize)>,
     /// The planes of the beauty of a half of the samples: their index in the film, and the half.
     halves: Vec<(usize, usize)>,
+    /// Whether accumulators hold the beauty by halves.
+    keeps_halves: bool,
     /// The number of the first sample of the second half.
     second_half: u32,
     statistics: Vec<(usize, Statistic)>,
@@ -67,7 +69,8 @@ struct DataPlane {
 }
 
 impl AccumulatorLayout {
-    /// The order for a film with so many samples of each pixel.
+    /// The order for a film with so many samples of each pixel, or with so many before the first
+    /// [`TileAccumulator::start_second_half`].
     pub fn new(film: &FilmLayout, samples: u32) -> Self {
         let mut layout = Self {
             light: Vec::new(),
@@ -79,6 +82,7 @@ impl AccumulatorLayout {
             means: Vec::new(),
             mean_variances: Vec::new(),
             halves: Vec::new(),
+            keeps_halves: false,
             second_half: samples / 2,
             statistics: Vec::new(),
         };
@@ -97,7 +101,10 @@ impl AccumulatorLayout {
                     let feature = layout.feature(feature);
                     layout.mean_variances.push((plane, feature));
                 }
-                PassSource::Half(half) => layout.halves.push((plane, half)),
+                PassSource::Half(half) => {
+                    layout.halves.push((plane, half));
+                    layout.keeps_halves = true;
+                }
                 PassSource::Statistic(statistic) => layout.statistics.push((plane, statistic)),
                 PassSource::FirstHit(value) => {
                     layout.data.push(DataPlane {
@@ -114,12 +121,20 @@ impl AccumulatorLayout {
         layout
     }
 
+    /// The same order with the beauty by halves, by which accumulators know their noise.
+    pub fn with_noise(self) -> Self {
+        Self {
+            keeps_halves: true,
+            ..self
+        }
+    }
+
     /// The bytes that an accumulator takes for each pixel, without mattes that pixels share out.
     pub fn bytes_per_pixel(&self) -> u64 {
         let sums = 1 + self.light.len() + self.features.len();
         let data = if self.data.is_empty() { 0 } else { 1 + self.data_width };
         let mattes = 12 * self.mattes.len();
-        let halves = self.feature_halves(1) + usize::from(!self.halves.is_empty());
+        let halves = self.feature_halves(1) + usize::from(self.keeps_halves);
         (sums * size_of::<PixelSum>()
             + halves * size_of::<HalfSums>()
             + data * size_of::<f32>()
@@ -177,7 +192,7 @@ pub struct TileAccumulator {
     features: Vec<PixelSum>,
     /// The same by halves; empty where no pass shows their variance.
     feature_halves: Vec<HalfSums>,
-    /// The halves of the beauty; empty where no pass shows them.
+    /// The halves of the beauty; empty where neither a pass nor the noise needs them.
     halves: Vec<HalfSums>,
     /// Empty where no pass shows the variance.
     moments: Vec<Moments>,
@@ -196,7 +211,7 @@ impl TileAccumulator {
             coverage: TileCoverage::new(pixels, layout.mattes.len()),
             features: vec![PixelSum::default(); pixels * layout.features.len()],
             feature_halves: vec![HalfSums::default(); layout.feature_halves(pixels)],
-            halves: vec![HalfSums::default(); if layout.halves.is_empty() { 0 } else { pixels }],
+            halves: vec![HalfSums::default(); if layout.keeps_halves { pixels } else { 0 }],
             moments: vec![Moments::default(); layout.moments(pixels)],
         }
     }
@@ -246,6 +261,24 @@ impl TileAccumulator {
         }
         self.beauty[pixel] = sum;
         invalid
+    }
+
+    /// Lets all samples so far be the first half, and those to come the second.
+    pub fn start_second_half(&mut self) {
+        for (halves, sum) in self.halves.iter_mut().zip(&self.beauty) {
+            *halves = HalfSums::of_first(sum);
+        }
+        for (halves, sum) in self.feature_halves.iter_mut().zip(&self.features) {
+            *halves = HalfSums::of_first(sum);
+        }
+    }
+
+    /// The estimated error of what is shown: the root of the mean over the pixels of [`noise::squared_error`]. The layout is one
+    /// [with noise](AccumulatorLayout::with_noise).
+    pub fn error(&self, gain: f32) -> f64 {
+        let pixels = self.beauty.iter().zip(&self.halves);
+        let squares = pixels.map(|(sum, halves)| noise::squared_error(sum.rgb(), halves.mean(0), gain));
+        (squares.sum::<f64>() / self.tile.area() as f64).sqrt()
     }
 
     fn add_features(

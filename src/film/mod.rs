@@ -5,6 +5,7 @@ pub mod coverage;
 mod features;
 pub mod layout;
 mod motion;
+pub mod noise;
 mod pass_spec;
 pub mod passes;
 pub mod pixel_sum;
@@ -25,7 +26,7 @@ pub struct Film {
     pub resolution: [u32; 2],
     /// The part of it that was rendered.
     pub window: Window,
-    /// The samples that every pixel has.
+    /// The samples that every pixel has, but for those whose noise was low enough before.
     pub samples: u32,
     planes: Vec<Plane>,
 }
@@ -73,18 +74,23 @@ impl Film {
         &mut self.planes[plane].values
     }
 
-    /// Copies the pixels of `tile`, row by row from the top, to their place in a plane.
+    /// Copies the pixels of `tile`, row by row from the top, to their place in a plane; those outside of the film's window are
+    /// left out.
     fn put<P: AsRef<[f32]>>(&mut self, plane: usize, tile: Window, mut pixels: impl Iterator<Item = P>) {
         let Plane { spec, values } = &mut self.planes[plane];
         let width = spec.width();
+        let inner = tile.intersection(self.window);
         for y in tile.y0..tile.y1 {
-            let row = &mut values[self.window.index(tile.x0, y) * width..];
-            for (own, pixel) in row
-                .chunks_exact_mut(width)
-                .zip(pixels.by_ref().take(tile.width() as usize))
-            {
-                own.copy_from_slice(pixel.as_ref());
+            let mut pixels = pixels.by_ref().take(tile.width() as usize);
+            if (inner.y0..inner.y1).contains(&y) {
+                let row = &mut values[self.window.index(inner.x0, y) * width..];
+                let row = row.chunks_exact_mut(width).take(inner.width() as usize);
+                let own_pixels = pixels.by_ref().skip(inner.x0.abs_diff(tile.x0) as usize);
+                for (own, pixel) in row.zip(own_pixels) {
+                    own.copy_from_slice(pixel.as_ref());
+                }
             }
+            pixels.for_each(drop);
         }
     }
 }
@@ -101,6 +107,13 @@ mod tests {
         assert_eq!(film.beauty()[6], [1.0; 4]);
         assert_eq!(film.beauty()[7], [2.0; 4]);
         assert_eq!(film.beauty().iter().filter(|p| p[0] == 0.0).count(), 6);
+        // Of a tile that reaches beyond the film, the pixels inside.
+        let tile = Window::new(8, 18, 12, 22);
+        film.put(0, tile, (0..16).map(|i| [i as f32; 4]));
+        let reds: Vec<f32> = film.beauty().iter().map(|p| p[0]).collect();
+        assert_eq!(reds, [10.0, 11.0, 0.0, 0.0, 14.0, 15.0, 1.0, 2.0]);
+        film.put(0, Window::new(14, 20, 18, 22), (0..8).map(|_| [9.0; 4]));
+        assert!(film.beauty().iter().all(|p| p[0] != 9.0));
     }
 
     #[test]

@@ -270,7 +270,7 @@ pub const PASSES: &[PassSpec] = &[
     half(
         "beauty_a",
         0,
-        "the beauty of the first half of the samples, with the smaller number where it is odd",
+        "the beauty of the first half of the samples, with the smaller number where it is odd; with adaptive sampling of those before the last doubling",
     ),
     half(
         "beauty_b",

@@ -60,6 +60,16 @@ impl PixelSum {
 pub struct HalfSums([PixelSum; 2]);
 
 impl HalfSums {
+    /// The sums where all samples of `sum` are the first half, and none the second.
+    pub fn of_first(sum: &PixelSum) -> Self {
+        let first = PixelSum {
+            alpha: 0.0,
+            unsigned_alpha: 0.0,
+            ..*sum
+        };
+        Self([first, PixelSum::default()])
+    }
+
     /// Adds a sample of this half, 0 or 1; `weight` is 1, or -1 where the filter is negative.
     #[inline]
     pub fn add(&mut self, half: usize, l: Rgb, weight: f32) {
@@ -170,6 +180,12 @@ mod tests {
         halves.add(1, Rgb::new(9.0, 2.0, 0.0), 1.0);
         assert_eq!(halves.mean(1), [7.0, 2.0, 0.0]);
         assert_eq!(halves.variance(), [9.0, 0.0, 0.0]);
+        // All of them may become the first half.
+        let mut sum = PixelSum::default();
+        sum.add(Rgb::gray(3.0), 1.0, 1.0);
+        let mut halves = HalfSums::of_first(&sum);
+        halves.add(1, Rgb::gray(5.0), 1.0);
+        assert_eq!((halves.mean(0), halves.mean(1)), ([3.0; 3], [5.0; 3]));
     }
 
     #[test]

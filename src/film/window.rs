@@ -48,6 +48,13 @@ impl Window {
         y.abs_diff(self.y0) as usize * self.width() as usize + x.abs_diff(self.x0) as usize
     }
 
+    /// The pixels that both have; it has none where there are none.
+    pub fn intersection(self, other: Self) -> Self {
+        let (x0, y0) = (self.x0.max(other.x0), self.y0.max(other.y0));
+        let (x1, y1) = (self.x1.min(other.x1), self.y1.min(other.y1));
+        Self::new(x0, y0, x1.max(x0), y1.max(y0))
+    }
+
     /// Squares of `side` pixels that cover it, row by row, smaller at its right and lower edge.
     pub fn tiles(self, side: u32) -> impl ExactSizeIterator<Item = Self> + Clone {
         let columns = self.width().div_ceil(side);

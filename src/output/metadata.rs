@@ -12,7 +12,7 @@ use crate::{
 pub struct FrameMetadata {
     /// The number of the frame.
     pub frame: i32,
-    /// Samples of each pixel.
+    /// Samples of each pixel; with adaptive sampling the most.
     pub samples: u32,
     pub seed: u32,
     /// The source of the random numbers.
@@ -41,9 +41,20 @@ impl FrameMetadata {
             view: DisplayTransform::default(),
             exposure: 0.0,
             fps: None,
-            attributes: limits(integrator),
+            attributes: [limits(integrator), adaptive_sampling(settings)].concat(),
         }
     }
+}
+
+/// The rule of adaptive sampling.
+fn adaptive_sampling(settings: &Settings) -> Vec<Attribute> {
+    let Some(rule) = settings.samples.adaptive else {
+        return Vec::new();
+    };
+    vec![
+        Attribute::new("batch-render/minSamples", i32::try_from(rule.min).unwrap_or(i32::MAX)),
+        Attribute::new("batch-render/noiseThreshold", rule.threshold),
+    ]
 }
 
 /// The light that the integrator leaves out.

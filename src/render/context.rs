@@ -53,7 +53,7 @@ impl<'a> RenderContext<'a> {
             integrator,
             settings,
             needs: layout.needs(),
-            accumulators: AccumulatorLayout::new(layout, settings.samples.max),
+            accumulators: settings.accumulator_layout(layout),
             paths_pass: !scene.is_opaque() || scene.media.has_priorities(),
             shadow_rays_pass: !scene.is_opaque() || scene.media.lets_shadow_rays_through(),
             media: media_of(scene, &camera),

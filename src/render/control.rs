@@ -35,6 +35,7 @@ pub struct Cancelled;
 #[derive(Debug, Default)]
 pub struct Counters {
     samples: AtomicU64,
+    saved: AtomicU64,
     rays: AtomicU64,
     segments: AtomicU64,
     invalid: Mutex<InvalidSamples>,
@@ -44,6 +45,11 @@ impl Counters {
     /// The samples that are finished.
     pub fn samples(&self) -> u64 {
         self.samples.load(Ordering::Relaxed)
+    }
+
+    /// The samples that are finished, and those that tiles need not have because their noise is low.
+    pub fn settled(&self) -> u64 {
+        self.samples() + self.saved.load(Ordering::Relaxed)
     }
 
     /// The rays that were traced, for nearest hits and for shadows.
@@ -65,6 +71,10 @@ impl Counters {
         self.samples.fetch_add(samples, Ordering::Relaxed);
         self.rays.fetch_add(stats.rays, Ordering::Relaxed);
         self.segments.fetch_add(stats.segments, Ordering::Relaxed);
+    }
+
+    pub(super) fn add_saved(&self, samples: u64) {
+        self.saved.fetch_add(samples, Ordering::Relaxed);
     }
 
     pub(super) fn add_invalid(&self, invalid: &InvalidSamples) {

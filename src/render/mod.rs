@@ -8,6 +8,7 @@ use crate::{
     value::UnknownName,
 };
 
+pub mod adaptive;
 mod batch_inputs;
 mod camera_rays;
 mod context;
@@ -25,6 +26,7 @@ mod wave;
 mod wave_pool;
 mod wave_stats;
 
+pub use adaptive::AdaptiveSampling;
 pub use control::{Cancel, Cancelled, Control, Counters, TileSink};
 pub use interrupts::{Interrupts, PartialFrame, ShowRequest};
 pub use invalid_samples::InvalidSamples;

@@ -6,18 +6,21 @@
 
 use std::{ops::Range, time::Duration};
 
+use super::{AdaptiveSampling, adaptive};
 use crate::film::Window;
 
 /// Paths that start together; more do not pay, fewer starve the tracer.
 pub(super) const WAVE_SIZE: usize = 4 * 1024;
 
 /// The number of samples of each pixel, and the steps in which they are taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleBudget {
     /// The samples of the first round, at least 1.
     pub min: u32,
     /// The samples of the finished frame. Each round after the first doubles the samples until they are this many.
     pub max: u32,
+    /// The rule by which blocks of pixels get no more samples than they need; `None`: all pixels get the same.
+    pub adaptive: Option<AdaptiveSampling>,
     /// The time that a frame has. It gets as many samples as there is time for, and at least one.
     pub time: Option<Duration>,
 }
@@ -28,6 +31,7 @@ impl SampleBudget {
         Self {
             min: samples,
             max: samples,
+            adaptive: None,
             time: None,
         }
     }
@@ -37,8 +41,16 @@ impl SampleBudget {
         Self {
             min: 1,
             max: samples,
+            adaptive: None,
             time: None,
         }
+    }
+
+    /// The number of samples at which a tile stops next, to be judged or because it has all of them, where it has the first
+    /// `done`.
+    pub fn next_stop(&self, done: u32) -> u32 {
+        self.adaptive
+            .map_or(self.max, |rule| rule.next_check(done).min(self.max))
     }
 
     /// The same samples as far as there is time for them.
@@ -89,6 +101,14 @@ pub fn blocks(tile: Window, samples: Range<u32>) -> impl Iterator<Item = BlockSp
         tile,
         samples: first..end.min(first.saturating_add(together as u32)),
     })
+}
+
+/// The tiles of a window of a picture: squares of `side` pixels, or the blocks of adaptive sampling, which may reach beyond it.
+pub fn tiles(window: Window, resolution: [u32; 2], budget: &SampleBudget, side: u32) -> Vec<Window> {
+    match budget.adaptive {
+        Some(_) => adaptive::blocks(window, resolution),
+        None => window.tiles(side).collect(),
+    }
 }
 
 /// The side of the tiles of a window: squares that hold a wave of 16 or more samples of each pixel, and so small that each of

@@ -1,8 +1,8 @@
 //! The settings of a frame, beside its scene and its camera.
 
-use super::SampleBudget;
+use super::{SampleBudget, adaptive};
 use crate::{
-    film::{FilmLayout, PassRequest, PassSpec, Window, coverage::DEFAULT_RANKS},
+    film::{FilmLayout, PassRequest, PassSpec, Window, accumulator::AccumulatorLayout, coverage::DEFAULT_RANKS},
     filter::Filter,
     sampler::Sampler,
     value::UnknownName,
@@ -54,6 +54,32 @@ impl Settings {
             content: Content::default(),
             passes: Vec::new(),
             matte_ranks: DEFAULT_RANKS,
+        }
+    }
+
+    /// The number of pixels that are rendered: with adaptive sampling those of blocks that reach beyond the window, too.
+    pub fn rendered_pixels(&self) -> u64 {
+        let pixels: usize = match self.samples.adaptive {
+            Some(_) => adaptive::blocks(self.window, self.resolution)
+                .iter()
+                .map(Window::area)
+                .sum(),
+            None => self.window.area(),
+        };
+        pixels as u64
+    }
+
+    /// The most samples that a frame has.
+    pub fn max_samples(&self) -> u64 {
+        self.rendered_pixels().saturating_mul(self.samples.max.into())
+    }
+
+    /// The order of the planes of a film in the accumulators of its tiles.
+    pub fn accumulator_layout(&self, film: &FilmLayout) -> AccumulatorLayout {
+        let layout = AccumulatorLayout::new(film, self.samples.next_stop(0));
+        match self.samples.adaptive {
+            Some(_) => layout.with_noise(),
+            None => layout,
         }
     }
 

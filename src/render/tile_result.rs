@@ -8,13 +8,15 @@ use crate::film::{Film, TileAccumulator, Window, accumulator::AccumulatorLayout}
 pub struct TileResult<'a> {
     pub(super) accumulator: &'a TileAccumulator,
     pub(super) layout: &'a AccumulatorLayout,
-    /// The samples of the round.
+    pub(super) window: Window,
+    /// The samples of the round. A tile whose noise is low has fewer.
     pub samples: Range<u32>,
 }
 
 impl TileResult<'_> {
+    /// The pixels of the frame's window that it has.
     pub fn tile(&self) -> Window {
-        self.accumulator.tile()
+        self.accumulator.tile().intersection(self.window)
     }
 
     /// Writes the tile's pixels as they stand into a film of the frame's layout.

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use super::{AdaptiveSampling, Settings, schedule};
 use crate::film::{Film, TileAccumulator, Window, accumulator::AccumulatorLayout};
 
 /// A tile of a frame.
@@ -9,8 +10,25 @@ pub(super) struct Tile {
     pub window: Window,
     /// The samples that each of its pixels has.
     pub done: u32,
+    /// Whether its noise is so low that it gets no more.
+    pub is_converged: bool,
+    /// The end of the last round that a sink was told of.
+    pub reported: u32,
     /// Their sums; `None` before the first sample, and once they are in the film.
     pub accumulator: Option<TileAccumulator>,
+}
+
+impl Tile {
+    /// Judges whether the samples so far are enough.
+    pub fn judge(&mut self, rule: &AdaptiveSampling) {
+        let Some(accumulator) = &mut self.accumulator else {
+            return;
+        };
+        self.is_converged = accumulator.error(rule.gain) < f64::from(rule.threshold);
+        if !self.is_converged {
+            accumulator.start_second_half();
+        }
+    }
 }
 
 /// The tiles of a frame.
@@ -20,22 +38,32 @@ pub(super) struct TileSet {
 }
 
 impl TileSet {
-    /// Tiles without samples.
-    pub fn new(window: Window, side: u32) -> Self {
+    /// The tiles of a frame without samples; `side` is their side where the settings leave it open.
+    pub fn new(settings: &Settings, side: u32) -> Self {
         let tile = |window| Tile {
             window,
             done: 0,
+            is_converged: false,
+            reported: 0,
             accumulator: None,
         };
+        let tiles = schedule::tiles(settings.window, settings.resolution, &settings.samples, side);
         Self {
             side,
-            tiles: window.tiles(side).map(tile).collect(),
+            tiles: tiles.into_iter().map(tile).collect(),
         }
     }
 
-    /// The samples that every pixel has.
+    /// Whether the noise of all tiles is so low that none gets more samples.
+    pub fn are_converged(&self) -> bool {
+        self.tiles.iter().all(|tile| tile.is_converged)
+    }
+
+    /// The samples that every pixel has, but for those of tiles that get no more.
     pub fn samples(&self) -> u32 {
-        self.tiles.iter().map(|tile| tile.done).min().unwrap_or(0)
+        let open = self.tiles.iter().filter(|tile| !tile.is_converged);
+        let least = open.map(|tile| tile.done).min();
+        least.or(self.tiles.iter().map(|tile| tile.done).max()).unwrap_or(0)
     }
 
     /// Writes the pixels as they stand into a film, but for those without samples and those that are there.
@@ -56,23 +84,26 @@ impl TileSet {
             let accumulator = tile.accumulator.as_ref().filter(|_| tile.done > 0);
             out.extend(accumulator.map_or(0, |_| tile.done).to_le_bytes());
             if let Some(accumulator) = accumulator {
+                out.push(u8::from(tile.is_converged));
                 accumulator.write_state(&mut out);
             }
         }
         out
     }
 
-    /// The tiles of `window` with this state, and the time that they took; `None` where the bytes hold no such state.
-    pub fn from_state(window: Window, layout: &AccumulatorLayout, mut bytes: &[u8]) -> Option<(Self, Duration)> {
+    /// The tiles of a frame with this state, and the time that they took; `None` where the bytes hold no such state.
+    pub fn from_state(settings: &Settings, layout: &AccumulatorLayout, mut bytes: &[u8]) -> Option<(Self, Duration)> {
         let side = u32::from_le_bytes(*take(&mut bytes)?);
         let elapsed = Duration::try_from_secs_f64(f64::from_le_bytes(*take(&mut bytes)?)).ok()?;
         if side == 0 {
             return None;
         }
-        let mut set = Self::new(window, side);
+        let mut set = Self::new(settings, side);
         for tile in &mut set.tiles {
             tile.done = u32::from_le_bytes(*take(&mut bytes)?);
             if tile.done > 0 {
+                let [is_converged] = *take(&mut bytes)?;
+                tile.is_converged = is_converged != 0;
                 let mut accumulator = TileAccumulator::new(tile.window, layout);
                 accumulator.read_state(&mut bytes)?;
                 tile.accumulator = Some(accumulator);

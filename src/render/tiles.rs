@@ -75,6 +75,10 @@ pub(super) fn render(
             }
         }
         done = samples.end;
+        if tiles.are_converged() {
+            done = settings.samples.max;
+            break;
+        }
     }
     tiles.resolve_into(&context.accumulators, &mut film);
     film.samples = done;
@@ -85,14 +89,14 @@ pub(super) fn render(
 fn begin(context: &RenderContext<'_>, control: &Control<'_>) -> (TileSet, Duration) {
     let settings = context.settings;
     let state = control.interrupts.and_then(|interrupts| interrupts.earlier_state());
-    let earlier = state.and_then(|bytes| TileSet::from_state(settings.window, &context.accumulators, &bytes));
+    let earlier = state.and_then(|bytes| TileSet::from_state(settings, &context.accumulators, &bytes));
     earlier.unwrap_or_else(|| {
         let side = schedule::tile_side(settings.window, &settings.samples, rayon::current_num_threads());
-        (TileSet::new(settings.window, side), Duration::ZERO)
+        (TileSet::new(settings, side), Duration::ZERO)
     })
 }
 
-/// Gives a tile those of the samples that it does not have.
+/// Gives a tile those of the samples that it does not have, as far as its noise asks for them.
 fn render_tile(
     tile: &mut Tile,
     context: &RenderContext<'_>,
@@ -100,33 +104,43 @@ fn render_tile(
     waves: &WavePool,
     control: &Control<'_>,
 ) -> Result<(), Stop> {
-    let samples = samples.start.max(tile.done)..samples.end;
-    if samples.is_empty() {
+    if tile.reported == samples.end {
         return Ok(());
     }
-    let layout = &context.accumulators;
-    let accumulator = tile
-        .accumulator
-        .get_or_insert_with(|| TileAccumulator::new(tile.window, layout));
+    let (layout, budget) = (&context.accumulators, &context.settings.samples);
     let mut wave = waves.take();
-    for block in schedule::blocks(tile.window, samples.clone()) {
-        // A wave that was cancelled holds paths of its block: it is dropped.
-        let stats = wave.run(context, &block, accumulator, control)?;
-        tile.done = block.samples.end;
-        if let Some(counters) = control.counters {
-            counters.add((block.samples.len() * block.tile.area()) as u64, &stats);
-            counters.add_invalid(&stats.invalid);
-        }
-        if control.interrupts.is_some_and(|interrupts| interrupts.are_due()) {
-            waves.put(wave);
-            return Err(Stop::Due);
+    while tile.done < samples.end && !tile.is_converged {
+        let stop = budget.next_stop(tile.done);
+        for block in schedule::blocks(tile.window, tile.done..stop.min(samples.end)) {
+            let accumulator = tile
+                .accumulator
+                .get_or_insert_with(|| TileAccumulator::new(tile.window, layout));
+            // A wave that was cancelled holds paths of its block: it is dropped.
+            let stats = wave.run(context, &block, accumulator, control)?;
+            tile.done = block.samples.end;
+            if let Some(counters) = control.counters {
+                counters.add((block.samples.len() * block.tile.area()) as u64, &stats);
+                counters.add_invalid(&stats.invalid);
+            }
+            if let Some(rule) = budget.adaptive.filter(|_| tile.done == stop && stop < budget.max) {
+                tile.judge(&rule);
+                if let Some(counters) = control.counters.filter(|_| tile.is_converged) {
+                    counters.add_saved(u64::from(budget.max - stop) * tile.window.area() as u64);
+                }
+            }
+            if control.interrupts.is_some_and(|interrupts| interrupts.are_due()) {
+                waves.put(wave);
+                return Err(Stop::Due);
+            }
         }
     }
     waves.put(wave);
-    if let Some(sink) = control.sink {
+    tile.reported = samples.end;
+    if let Some((sink, accumulator)) = control.sink.zip(tile.accumulator.as_ref()) {
         sink.tile(&TileResult {
             accumulator,
             layout,
+            window: context.settings.window,
             samples,
         });
     }

@@ -143,9 +143,8 @@ impl<'a> Watch<'a> {
 
     /// The part of the frame that is rendered.
     fn fraction(&self, now: &Now) -> f64 {
-        let settings = &self.plan.settings;
-        let all = settings.window.area() as f64 * f64::from(settings.samples.max);
-        let done = self.counters.samples() - now.samples_before;
+        let all = self.plan.settings.max_samples() as f64;
+        let done = self.counters.settled() - now.samples_before;
         (done as f64 / all).min(1.0)
     }
 }
@@ -184,7 +183,7 @@ impl Observer for Watch<'_> {
         {
             let mut now = self.lock();
             now.canvas = canvas.map_or_else(|| Arc::clone(&now.canvas), Arc::new);
-            (now.frame, now.samples_before) = (number, self.counters.samples());
+            (now.frame, now.samples_before) = (number, self.counters.settled());
         }
         self.session.job.send_modify(|facts| {
             (facts.state, facts.frame, facts.frames, facts.fraction) = ("running", number, total, 0.0);

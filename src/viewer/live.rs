@@ -180,7 +180,10 @@ impl Sitting<'_> {
         Settings {
             resolution,
             window: Window::full(resolution),
-            samples: SampleBudget::progressive(plan.settings.samples.max),
+            samples: SampleBudget {
+                min: 1,
+                ..plan.settings.samples
+            },
             noise_frame: plan.seed_mode.frame(frame),
             ..plan.settings.clone()
         }

@@ -52,7 +52,7 @@ impl Look {
             view: plan.view.name().to_owned(),
             exposure: plan.exposure,
             pass: pass.unwrap_or_else(|| BEAUTY.name.to_owned()),
-            samples: request.samples.unwrap_or(desc.render.samples.get_ref().0),
+            samples: request.samples.unwrap_or(desc.render.samples.get_ref().max()),
             scale: 1,
         }
     }

@@ -1,0 +1,87 @@
+//! `samples`: a number of samples, or the limits between which adaptive sampling chooses.
+
+use serde::{Deserialize, Deserializer, de};
+
+use crate::value::{Count, NonNegative, Problem, Span};
+
+/// The samples of each pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SamplesDesc {
+    Fixed(Count),
+    Adaptive(AdaptiveDesc),
+}
+
+/// Adaptive sampling: blocks of pixels get samples until their noise is low.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AdaptiveDesc {
+    pub min: Count,
+    pub max: Count,
+    /// The error of what is shown that is low enough.
+    pub threshold: NonNegative,
+}
+
+impl AdaptiveDesc {
+    pub const MIN: u32 = 16;
+    const MAX: u32 = 1024;
+    const THRESHOLD: f32 = 0.01;
+}
+
+impl Default for AdaptiveDesc {
+    fn default() -> Self {
+        Self {
+            min: Count(Self::MIN),
+            max: Count(Self::MAX),
+            threshold: NonNegative(Self::THRESHOLD),
+        }
+    }
+}
+
+impl SamplesDesc {
+    /// The most samples that a pixel gets.
+    pub fn max(&self) -> u32 {
+        match self {
+            Self::Fixed(Count(samples)) => *samples,
+            Self::Adaptive(adaptive) => adaptive.max.0,
+        }
+    }
+
+    /// The limits of adaptive sampling, where it is on.
+    pub fn adaptive(&self) -> Option<&AdaptiveDesc> {
+        match self {
+            Self::Fixed(_) => None,
+            Self::Adaptive(adaptive) => Some(adaptive),
+        }
+    }
+
+    pub(super) fn check(&self, span: Span) -> Option<Problem> {
+        let message = match self {
+            Self::Fixed(Count(0)) => "`samples` must be at least 1".to_owned(),
+            Self::Adaptive(AdaptiveDesc { min: Count(0), .. }) => "`min` must be at least 1".to_owned(),
+            Self::Adaptive(AdaptiveDesc { min, max, .. }) if min > max => {
+                format!("`max` must be at least `min`, but {} is less than {}", max.0, min.0)
+            }
+            _ => return None,
+        };
+        Some(Problem::at(span, message))
+    }
+}
+
+impl<'de> Deserialize<'de> for SamplesDesc {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        struct SamplesVisitor;
+        impl<'de> de::Visitor<'de> for SamplesVisitor {
+            type Value = SamplesDesc;
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("a whole number, or { min, max, threshold }")
+            }
+            fn visit_i64<E: de::Error>(self, v: i64) -> Result<SamplesDesc, E> {
+                Count::deserialize(de::value::I64Deserializer::new(v)).map(SamplesDesc::Fixed)
+            }
+            fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<SamplesDesc, A::Error> {
+                AdaptiveDesc::deserialize(de::value::MapAccessDeserializer::new(map)).map(SamplesDesc::Adaptive)
+            }
+        }
+        d.deserialize_any(SamplesVisitor)
+    }
+}
