@@ -87,9 +87,12 @@ fn scale_to_sum(beauty: &Color, light: &mut [Color], family: &[usize]) {
     for c in 0..3 {
         for (i, beauty) in beauty[c].iter().enumerate() {
             let sum: f32 = family.iter().map(|layer| light[*layer][c][i]).sum();
-            if sum > 0.0 {
-                for layer in family {
-                    light[*layer][c][i] *= beauty / sum;
+            for layer in family {
+                let value = &mut light[*layer][c][i];
+                if sum > 0.0 {
+                    *value *= beauty / sum;
+                } else {
+                    *value += (beauty - sum) / family.len() as f32;
                 }
             }
         }

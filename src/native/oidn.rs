@@ -25,15 +25,23 @@ const NO_ERROR: c_int = 0;
 #[derive(Debug, thiserror::Error)]
 pub enum OidnError {
     #[error(
-        "cannot load Open Image Denoise ({cause}): install it, or name {NAME} with --oidn-lib or its folder with OIDN_DIR"
+        "cannot load Open Image Denoise ({0}): install it, or name {NAME} with --oidn-lib or its folder with OIDN_DIR"
     )]
-    Load { cause: libloading::Error },
+    Load(String),
     #[error("Open Image Denoise is too old: it has version {0}, and 2.0 or newer is needed")]
     Old(String),
     #[error("Open Image Denoise gives no device for this processor")]
     Device,
     #[error("Open Image Denoise has failed: {0}")]
     Failed(String),
+}
+
+impl OidnError {
+    /// The library could not be loaded; the system says why.
+    fn load(cause: &libloading::Error) -> Self {
+        let source = std::error::Error::source(cause);
+        Self::Load(source.map_or_else(|| cause.to_string(), ToString::to_string))
+    }
 }
 
 /// The functions of the library.
@@ -113,12 +121,9 @@ impl Oidn {
         });
         let path = path.map(Path::to_owned).or(in_folder);
         let library = NativeLibrary::load(path.as_deref().unwrap_or(Path::new(NAME)));
-        let library = library.map_err(|cause| OidnError::Load { cause })?;
-        let functions = Functions::load(&library).map_err(|cause| match &cause {
-            // The functions of version 1 have other names.
-            _ if path.is_some() => OidnError::Old("1".to_owned()),
-            _ => OidnError::Load { cause },
-        })?;
+        let library = library.map_err(|cause| OidnError::load(&cause))?;
+        // The functions of version 1 have other names.
+        let functions = Functions::load(&library).map_err(|_| OidnError::Old("1".to_owned()))?;
         // SAFETY: the type of a device is a number.
         let device = unsafe { (functions.new_device)(CPU) };
         if device.is_null() {
