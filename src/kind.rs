@@ -41,6 +41,7 @@ macro_rules! kinds {
                 }
             }
         )?
+        kinds!(@row $Kind $rows);
         impl $Kind {
             $(
                 $(#[$doc])*
@@ -56,6 +57,19 @@ macro_rules! kinds {
         #[derive(Clone, Copy, Debug)]
         #[allow(clippy::large_enum_variant, reason = "flat and without pointers")]
         pub enum $Kind { $( $Variant($Runtime), )* }
+    };
+    (@row $Kind:ident { $( $name:literal => $Variant:ident($Runtime:ty, $Text:ty), )* }) => {
+        impl $Kind {
+            /// The number of kinds.
+            pub const KINDS: usize = [$($name),*].len();
+
+            /// The number of this kind, below [`Self::KINDS`].
+            #[inline(always)]
+            pub fn kind(&self) -> usize {
+                enum Row { $( $Variant, )* }
+                match self { $( Self::$Variant(_) => Row::$Variant as usize, )* }
+            }
+        }
     };
     (@desc $Desc:ident { $( $name:literal => $Variant:ident($Runtime:ty, $Text:ty), )* } { $( $xname:literal => $Extra:ident($XText:ty), )* }) => {
         /// A description in a scene file.
@@ -135,6 +149,7 @@ mod tests {
         let desc: KindDesc = toml::from_str("row = { n = 3 }").unwrap();
         assert_eq!((desc.name(), KindDesc::NAMES), ("row", &["row", "outside"][..]));
         assert_eq!(desc.compile(2).unwrap().double(), 12);
+        assert_eq!((desc.compile(2).unwrap().kind(), Kind::KINDS), (0, 1));
     }
 
     #[test]

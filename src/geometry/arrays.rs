@@ -8,8 +8,8 @@ use super::{
     slab::Slabs,
 };
 use crate::{
-    math::{Aabb, Dispatch, Ray, Transform, Vec3, VectorLoop},
-    shape::{Attempt, Shape, ShapeHit, triangle},
+    math::{Aabb, Ray, Transform, Vec3},
+    shape::{Numbers, Shape, ShapeHit, triangle},
 };
 
 /// The padding of boxes around their contents, in units in the last place.
@@ -21,6 +21,8 @@ pub struct PlacedShape {
     pub shape: Shape,
     /// An index into [`Geometry::transforms`]; `None` if local space is world space.
     pub transform: Option<u32>,
+    /// [`Shape::block_numbers`].
+    pub(super) numbers: Numbers,
     /// The padded world-space bounds. They are cached, since every hit is clipped to them.
     bounds: Aabb,
     is_bounded: bool,
@@ -62,20 +64,14 @@ pub struct Geometry {
     pub instances: Vec<GroupInstance>,
 }
 
-/// Clips attempted hits to the bounds of a shape.
-struct Clips<'a> {
-    slabs: &'a [Slabs],
-    own: Aabb,
-    attempts: &'a mut [Attempt],
-}
-
-impl VectorLoop for Clips<'_> {
+impl PlacedShape {
+    /// Returns the bounds to which hits are clipped, infinite where the shape has none.
     #[inline(always)]
-    fn run(self) {
-        for (slabs, attempt) in self.slabs.iter().zip(self.attempts) {
-            let (t, meets) = slabs.clamp(attempt.hit.t, &self.own);
-            attempt.hit.t = t;
-            attempt.answer = if meets { attempt.answer } else { Attempt::MISSES };
+    pub(super) fn clip_bounds(&self) -> &Aabb {
+        if self.is_bounded {
+            &self.bounds
+        } else {
+            &Aabb::UNBOUNDED
         }
     }
 }
@@ -109,6 +105,7 @@ impl Geometry {
         self.shapes.push(PlacedShape {
             shape,
             transform: None,
+            numbers: shape.block_numbers(),
             bounds,
             is_bounded: bounds.is_finite(),
         });
@@ -278,32 +275,6 @@ impl Geometry {
             hit.t
         };
         (t > ray.tmin && t <= ray.tmax).then_some(ShapeHit { t, ..hit })
-    }
-
-    /// Estimates [`Geometry::intersect_shape`] for many rays at once; `slabs` are those of the
-    /// rays.
-    #[inline(always)]
-    pub(crate) fn attempt_shape(
-        &self,
-        on: impl Dispatch,
-        placed: &PlacedShape,
-        rays: &mut [Ray],
-        slabs: &[Slabs],
-        attempts: &mut [Attempt],
-    ) {
-        if let Some(t) = self.transform(placed) {
-            for ray in &mut *rays {
-                *ray = t.ray_to_local(ray);
-            }
-        }
-        placed.shape.attempt(on, rays, attempts);
-        if placed.is_bounded {
-            on.dispatch(Clips {
-                slabs,
-                own: placed.bounds,
-                attempts,
-            });
-        }
     }
 
     /// Intersects `prim` of `instance` with a ray in its space. A hit is stored in `best`, and

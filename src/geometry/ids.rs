@@ -11,6 +11,7 @@ impl PrimId {
     /// The largest id.
     pub const MAX: u32 = u32::MAX - 1;
 
+    #[inline]
     pub fn new(index: u32) -> Self {
         Self(NonZeroU32::new(index.wrapping_add(1)).expect("a primitive's number is below 2^32 - 1"))
     }
@@ -21,6 +22,7 @@ impl PrimId {
         NonZeroU32::new(if number == u32::MAX { 0 } else { number }).map(Self)
     }
 
+    #[inline]
     pub fn index(self) -> u32 {
         self.0.get() - 1
     }

@@ -10,6 +10,7 @@ mod edit;
 mod error;
 mod ids;
 pub(crate) mod padding;
+pub(crate) mod shape_block;
 pub(crate) mod slab;
 
 pub use arrays::{Geometry, GroupInstance, MeshGroup, PlacedShape};

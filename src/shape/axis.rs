@@ -15,7 +15,7 @@ impl Axis {
     }
 
     /// `v` without its part along the axis.
-    #[inline]
+    #[inline(always)]
     pub fn across(self, v: DVec3) -> DVec3 {
         v - self.0 * v.dot(self.0)
     }

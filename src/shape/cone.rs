@@ -34,12 +34,13 @@ use serde::Deserialize;
 use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
     axis::Axis,
+    block::{Attempt, BlockKind, Numbers, RayBlock, intersect_one, numbers, vector},
     cylinder::{BASE, Parts, WALL},
     disk::{disk_bounds, disk_point, polar_surface},
-    numeric::{area_sample, choose, dot_direction, point_of, rounded, solid_angle_pdf},
+    numeric::{Or, area_sample, choose, dot_direction, point_of, rounded, solid_angle_pdf},
 };
 use crate::{
-    math::{Aabb, DVec3, Ray, Vec2, Vec3},
+    math::{Aabb, DVec3, Dispatch, Ray, Vec2, Vec3},
     value::{Direction, Point, Positive, Problem, Spanned},
 };
 
@@ -98,64 +99,6 @@ impl Cone {
         self.base.as_dvec3() + self.axis.0 * f64::from(self.height)
     }
 
-    /// The stretch of a line inside the endless cone below the apex.
-    #[inline]
-    fn inside_wall(&self, ray: &Ray) -> Option<[f64; 2]> {
-        let d = ray.d.as_dvec3();
-        let from_apex = ray.o.as_dvec3() - self.apex();
-        let shift = -from_apex.dot(d) / d.length_squared();
-        let m = from_apex + d * shift;
-        let (r, h) = (f64::from(self.radius), f64::from(self.height));
-        // Depths below the apex times the radius, and distances from the axis times the height:
-        // equal on the wall.
-        let (m_depth, d_depth) = (-m.dot(self.axis.0) * r, -d.dot(self.axis.0) * r);
-        let (m_across, d_across) = (self.axis.across(m) * h, self.axis.across(d) * h);
-        let a = d_across.length_squared() - d_depth * d_depth;
-        let b = m_across.dot(d_across) - m_depth * d_depth;
-        let c = m_across.length_squared() - m_depth * m_depth;
-        let discriminant = b * b - a * c;
-        if discriminant < 0.0 && a > 0.0 {
-            return None;
-        }
-        // A line steeper than the wall always meets it: rounding alone makes its discriminant
-        // negative.
-        let q = -(b + discriminant.max(0.0).sqrt().copysign(b));
-        let (s, l) = if q == 0.0 { (0.0, 0.0) } else { (q / a, c / q) };
-        let (first, second) = if s < l { (s, l) } else { (l, s) };
-        let inside = if a > 0.0 {
-            let below = m_depth + d_depth * (0.5 * (first + second)) >= 0.0;
-            below.then_some([first, second])
-        } else if a < 0.0 {
-            Some(if d_depth > 0.0 {
-                [second, f64::INFINITY]
-            } else {
-                [f64::NEG_INFINITY, first]
-            })
-        } else {
-            match (d_depth > 0.0, b < 0.0) {
-                (true, true) => Some([l, f64::INFINITY]),
-                (false, false) if b > 0.0 => Some([f64::NEG_INFINITY, l]),
-                _ => None,
-            }
-        };
-        inside.map(|[enter, leave]| [enter + shift, leave + shift])
-    }
-
-    /// The stretch of a line above the base; its other end is no part of the cone.
-    #[inline]
-    fn above_base(&self, ray: &Ray) -> Option<[(f64, f32); 2]> {
-        let at = (ray.o.as_dvec3() - self.base.as_dvec3()).dot(self.axis.0);
-        let along = dot_direction(ray.d, self.axis.0);
-        let (never, ever) = ((f64::NEG_INFINITY, WALL), (f64::INFINITY, WALL));
-        if along > 0.0 {
-            Some([(-at / along, BASE), ever])
-        } else if along < 0.0 {
-            Some([never, (-at / along, BASE)])
-        } else {
-            (at >= 0.0).then_some([never, ever])
-        }
-    }
-
     fn slant(&self) -> f64 {
         let (r, h) = (f64::from(self.radius), f64::from(self.height));
         (r * r + h * h).sqrt()
@@ -203,6 +146,67 @@ impl Cone {
     }
 }
 
+impl BlockKind<12> for Cone {
+    #[inline(always)]
+    fn numbers(&self) -> [f64; 12] {
+        let (b, w, tip) = (self.base.as_dvec3(), self.axis.0, self.apex());
+        let (r, h) = (self.radius.into(), self.height.into());
+        [
+            b.x,
+            b.y,
+            b.z,
+            w.x,
+            w.y,
+            w.z,
+            tip.x,
+            tip.y,
+            tip.z,
+            r,
+            h,
+            self.parts.number(),
+        ]
+    }
+
+    #[inline(always)]
+    fn attempt(numbers: &[f64; 12], ray: &Ray) -> Attempt {
+        let (base, axis, apex) = (vector(numbers, 0), Axis(vector(numbers, 3)), vector(numbers, 6));
+        let [.., r, h, parts] = *numbers;
+        let (never, ever) = (f64::NEG_INFINITY, f64::INFINITY);
+        let d = ray.d.as_dvec3();
+        let from_apex = ray.o.as_dvec3() - apex;
+        let shift = -from_apex.dot(d) / d.length_squared();
+        let m = from_apex + d * shift;
+        // Depths below the apex times the radius, and distances from the axis times the height:
+        // equal on the wall.
+        let (m_depth, d_depth) = (-m.dot(axis.0) * r, -d.dot(axis.0) * r);
+        let (m_across, d_across) = (axis.across(m) * h, axis.across(d) * h);
+        let a = d_across.length_squared() - d_depth * d_depth;
+        let b = m_across.dot(d_across) - m_depth * d_depth;
+        let c = m_across.length_squared() - m_depth * m_depth;
+        let discriminant = b * b - a * c;
+        let q = -(b + discriminant.max(0.0).sqrt().copysign(b));
+        let (s, l) = (q / a, c / q).or(q != 0.0, (0.0, 0.0));
+        let (first, second) = (s, l).or(s < l, (l, s));
+        // The stretch inside the endless cone below the apex. A line steeper than the wall always meets it: rounding alone
+        // makes its discriminant negative. One as steep as the wall meets it once.
+        let (is_flat, is_steep, goes_down) = (a > 0.0, a < 0.0, d_depth > 0.0);
+        let is_below = m_depth + d_depth * (0.5 * (first + second)) >= 0.0;
+        let (down, up) = (second.or(is_steep, l), first.or(is_steep, l));
+        let endless = (down, ever).or(goes_down, (never, up));
+        let (enter, leave) = (first, second).or(is_flat, endless);
+        let meets_once = (goes_down & (b < 0.0)) | (!goes_down & (b > 0.0));
+        let meets_wall = (is_flat & is_below & (discriminant >= 0.0)) | is_steep | (!is_flat & meets_once);
+        // The stretch above the base; its other end is no part of the cone.
+        let (along, at) = (dot_direction(ray.d, axis.0), (ray.o.as_dvec3() - base).dot(axis.0));
+        let (rises, falls) = (along > 0.0, along < 0.0);
+        let end = (-at / along, BASE);
+        let ends = [end.or(rises, (never, WALL)), end.or(falls, (ever, WALL))];
+        let meets_ends = rises | falls | (at >= 0.0);
+        let (hit, meets) = Parts::hit(parts, ray, [enter + shift, leave + shift], ends);
+        Attempt::of(hit, meets & meets_wall & meets_ends)
+    }
+}
+
 impl ShapeKind for Cone {
     /// The curvature at the base; towards the apex it is larger.
     fn curvature(&self) -> f32 {
@@ -216,8 +220,15 @@ impl ShapeKind for Cone {
 
     #[inline]
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
-        let wall = self.inside_wall(ray)?;
-        self.parts.hit(ray, wall, self.above_base(ray)?)
+        intersect_one(self, ray)
+    }
+
+    fn block_numbers(&self) -> Numbers {
+        numbers(self)
+    }
+
+    fn attempt_block(&self, on: impl Dispatch, block: &mut RayBlock<'_>) {
+        block.attempt::<Self, _>(on);
     }
 
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {

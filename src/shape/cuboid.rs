@@ -22,11 +22,12 @@ use serde::Deserialize;
 
 use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
-    numeric::{choose, hit_at, point_of, rounded},
+    block::{Attempt, BlockKind, Numbers, RayBlock, intersect_one, numbers, vector},
+    numeric::{Or, choose, point_of, rounded, rounded_hit},
     rectangle::{Rectangle, SeenRectangle},
 };
 use crate::{
-    math::{Aabb, DVec3, Ray, Vec2, Vec3},
+    math::{Aabb, DVec3, Dispatch, Ray, Vec2, Vec3},
     value::{Point, Problem, Spanned},
 };
 
@@ -133,6 +134,38 @@ fn solid_angles(seen: &[Option<SeenRectangle>; 6]) -> [f64; 6] {
     seen.map(|face| face.map_or(0.0, |f| f.solid_angle()))
 }
 
+impl BlockKind<6> for Cuboid {
+    #[inline(always)]
+    fn numbers(&self) -> [f64; 6] {
+        let (a, b) = (self.min.as_dvec3(), self.max.as_dvec3());
+        [a.x, a.y, a.z, b.x, b.y, b.z]
+    }
+
+    /// By slabs; a ray that runs along a face counts as inside that slab.
+    #[inline(always)]
+    fn attempt(numbers: &[f64; 6], ray: &Ray) -> Attempt {
+        let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
+        let (min, max) = (vector(numbers, 0) - o, vector(numbers, 3) - o);
+        let mut enter = (f64::NEG_INFINITY, 0.0_f32);
+        let mut leave = (f64::INFINITY, 0.0_f32);
+        let mut meets = true;
+        for axis in 0..3 {
+            let (low, high, d) = (min[axis], max[axis], d[axis]);
+            let face = (2 * axis) as f32;
+            let (at_low, at_high) = ((low / d, face), (high / d, face + 1.0));
+            let (near, far) = (at_low, at_high).or(d > 0.0, (at_high, at_low));
+            let is_level = d == 0.0;
+            meets &= (is_level & (low <= 0.0) & (high >= 0.0)) | (!is_level & !near.0.is_nan());
+            enter = near.or(!is_level & (near.0 > enter.0), enter);
+            leave = far.or(!is_level & (far.0 < leave.0), leave);
+        }
+        let (near, is_near_on_ray) = rounded_hit(ray, enter.0, enter.1);
+        let (far, is_far_on_ray) = rounded_hit(ray, leave.0, leave.1);
+        meets &= (enter.0 <= leave.0) & (is_near_on_ray | is_far_on_ray);
+        Attempt::of(near.or(is_near_on_ray, far), meets)
+    }
+}
+
 impl ShapeKind for Cuboid {
     fn bounds(&self) -> Aabb {
         Aabb {
@@ -141,36 +174,17 @@ impl ShapeKind for Cuboid {
         }
     }
 
-    /// By slabs; a ray that runs along a face counts as inside that slab.
     #[inline]
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
-        let mut enter = (f64::NEG_INFINITY, 0);
-        let mut leave = (f64::INFINITY, 0);
-        for axis in 0..3 {
-            let (o, d) = (f64::from(ray.o[axis]), f64::from(ray.d[axis]));
-            let (low, high) = (f64::from(self.min[axis]) - o, f64::from(self.max[axis]) - o);
-            if d == 0.0 {
-                if low <= 0.0 && high >= 0.0 {
-                    continue;
-                }
-                return None;
-            }
-            let (low, high) = ((low / d, 2 * axis), (high / d, 2 * axis + 1));
-            let (near, far) = if d > 0.0 { (low, high) } else { (high, low) };
-            if near.0.is_nan() {
-                return None;
-            }
-            if near.0 > enter.0 {
-                enter = near;
-            }
-            if far.0 < leave.0 {
-                leave = far;
-            }
-        }
-        if enter.0 > leave.0 {
-            return None;
-        }
-        hit_at(ray, enter.0, enter.1 as f32).or_else(|| hit_at(ray, leave.0, leave.1 as f32))
+        intersect_one(self, ray)
+    }
+
+    fn block_numbers(&self) -> Numbers {
+        numbers(self)
+    }
+
+    fn attempt_block(&self, on: impl Dispatch, block: &mut RayBlock<'_>) {
+        block.attempt::<Self, _>(on);
     }
 
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {

@@ -32,11 +32,12 @@ use serde::Deserialize;
 use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
     axis::Axis,
+    block::{Attempt, BlockKind, Numbers, RayBlock, intersect_one, numbers, vector},
     disk::{disk_bounds, disk_point, polar_surface},
-    numeric::{area_sample, choose, dot_direction, hit_at, point_of, rounded, solid_angle_pdf},
+    numeric::{Or, area_sample, choose, dot_direction, point_of, rounded, rounded_hit, solid_angle_pdf},
 };
 use crate::{
-    math::{Aabb, DVec3, Ray, Vec2, Vec3},
+    math::{Aabb, DVec3, Dispatch, Ray, Vec2, Vec3},
     value::{Direction, Point, Positive, Problem, Spanned},
 };
 
@@ -104,21 +105,30 @@ impl Parts {
         }
     }
 
-    /// The hit, of where the ray enters and leaves the wall and where it enters and leaves what
-    /// lies between the ends; each with its part's number.
-    #[inline]
-    pub fn hit(self, ray: &Ray, wall: [f64; 2], ends: [(f64, f32); 2]) -> Option<ShapeHit> {
-        let [enter, leave] = wall;
-        if self == Self::Closed {
-            let first = if enter >= ends[0].0 { (enter, WALL) } else { ends[0] };
-            let last = if leave <= ends[1].0 { (leave, WALL) } else { ends[1] };
-            if first.0 > last.0 {
-                return None;
-            }
-            return hit_at(ray, first.0, first.1).or_else(|| hit_at(ray, last.0, last.1));
-        }
-        let at = |t: f64| (t >= ends[0].0 && t <= ends[1].0).then(|| hit_at(ray, t, WALL))?;
-        at(enter).or_else(|| if self == Self::Open { at(leave) } else { None })
+    /// The number that stands for it in a block.
+    #[inline(always)]
+    pub fn number(self) -> f64 {
+        f64::from(self as u8)
+    }
+
+    /// The hit of a ray with the parts of this number, and whether there is one; of where the ray enters and leaves the wall,
+    /// and where it enters and leaves what lies between the ends, each with its part's number.
+    #[inline(always)]
+    pub fn hit(parts: f64, ray: &Ray, [enter, leave]: [f64; 2], ends: [(f64, f32); 2]) -> (ShapeHit, bool) {
+        let is_closed = parts == Self::Closed.number();
+        let first = (enter, WALL).or(enter >= ends[0].0, ends[0]);
+        let last = (leave, WALL).or(leave <= ends[1].0, ends[1]);
+        let overlaps = is_closed & (first.0 <= last.0);
+        let enters_between = (enter >= ends[0].0) & (enter <= ends[1].0);
+        let leaves_between = (leave >= ends[0].0) & (leave <= ends[1].0);
+        let (t, part) = first.or(is_closed, (enter, WALL));
+        let (near, is_near_on_ray) = rounded_hit(ray, t, part);
+        let (t, part) = last.or(is_closed, (leave, WALL));
+        let (far, is_far_on_ray) = rounded_hit(ray, t, part);
+        let is_near = is_near_on_ray & (overlaps | (!is_closed & enters_between));
+        let is_open = parts == Self::Open.number();
+        let is_far = is_far_on_ray & (overlaps | (is_open & leaves_between));
+        (near.or(is_near, far), is_near | is_far)
     }
 }
 
@@ -150,36 +160,6 @@ pub struct Cylinder {
 }
 
 impl Cylinder {
-    /// The stretch of a line inside the endless cylinder.
-    #[inline]
-    fn inside_wall(&self, q: DVec3, d: DVec3) -> Option<[f64; 2]> {
-        let (q, d) = (self.axis.across(q), self.axis.across(d));
-        let r = f64::from(self.radius);
-        let a = d.length_squared();
-        if a == 0.0 {
-            return (q.length_squared() <= r * r).then_some([f64::NEG_INFINITY, f64::INFINITY]);
-        }
-        let closest_t = -q.dot(d) / a;
-        let h2 = r * r - (q + d * closest_t).length_squared();
-        (h2 >= 0.0).then(|| {
-            let half = (h2 / a).sqrt();
-            [closest_t - half, closest_t + half]
-        })
-    }
-
-    /// The stretch of a line between the two end planes, each end with the number of its part.
-    #[inline]
-    fn between_ends(&self, ray: &Ray, q: DVec3) -> Option<[(f64, f32); 2]> {
-        let (along, at) = (dot_direction(ray.d, self.axis.0), q.dot(self.axis.0));
-        let height = f64::from(self.height);
-        if along == 0.0 {
-            let between = at >= 0.0 && at <= height;
-            return between.then_some([(f64::NEG_INFINITY, BASE), (f64::INFINITY, TOP)]);
-        }
-        let (base, top) = ((-at / along, BASE), ((height - at) / along, TOP));
-        Some(if along > 0.0 { [base, top] } else { [top, base] })
-    }
-
     /// The areas of wall, base and top, in m^2.
     fn areas(&self) -> [f64; 3] {
         let (r, h) = (f64::from(self.radius), f64::from(self.height));
@@ -219,6 +199,42 @@ impl Cylinder {
     }
 }
 
+impl BlockKind<9> for Cylinder {
+    #[inline(always)]
+    fn numbers(&self) -> [f64; 9] {
+        let (b, w) = (self.base.as_dvec3(), self.axis.0);
+        let (r, h) = (self.radius.into(), self.height.into());
+        [b.x, b.y, b.z, w.x, w.y, w.z, r, h, self.parts.number()]
+    }
+
+    #[inline(always)]
+    fn attempt(numbers: &[f64; 9], ray: &Ray) -> Attempt {
+        let (base, axis) = (vector(numbers, 0), Axis(vector(numbers, 3)));
+        let [.., r, height, parts] = *numbers;
+        let q = ray.o.as_dvec3() - base;
+        // The stretch of the line inside the endless cylinder: all of it or nothing for a line along the axis.
+        let (around, across) = (axis.across(q), axis.across(ray.d.as_dvec3()));
+        let a = across.length_squared();
+        let is_along = a == 0.0;
+        let closest_t = -around.dot(across) / a;
+        let h2 = r * r - (around + across * closest_t).length_squared();
+        let half = (h2 / a).sqrt();
+        let inside = (closest_t - half, closest_t + half);
+        let (enter, leave) = (f64::NEG_INFINITY, f64::INFINITY).or(is_along, inside);
+        let meets_wall = (is_along & (around.length_squared() <= r * r)) | (!is_along & (h2 >= 0.0));
+        // The stretch between the two end planes.
+        let (along, at) = (dot_direction(ray.d, axis.0), q.dot(axis.0));
+        let is_level = along == 0.0;
+        let base = (-at / along, BASE).or(!is_level, (f64::NEG_INFINITY, BASE));
+        let top = ((height - at) / along, TOP).or(!is_level, (f64::INFINITY, TOP));
+        let rises = is_level | (along > 0.0);
+        let ends = [base.or(rises, top), top.or(rises, base)];
+        let meets_ends = !is_level | ((at >= 0.0) & (at <= height));
+        let (hit, meets) = Parts::hit(parts, ray, [enter, leave], ends);
+        Attempt::of(hit, meets & meets_wall & meets_ends)
+    }
+}
+
 impl ShapeKind for Cylinder {
     fn curvature(&self) -> f32 {
         1.0 / self.radius
@@ -231,10 +247,15 @@ impl ShapeKind for Cylinder {
 
     #[inline]
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
-        let q = ray.o.as_dvec3() - self.base.as_dvec3();
-        let wall = self.inside_wall(q, ray.d.as_dvec3())?;
-        let ends = self.between_ends(ray, q)?;
-        self.parts.hit(ray, wall, ends)
+        intersect_one(self, ray)
+    }
+
+    fn block_numbers(&self) -> Numbers {
+        numbers(self)
+    }
+
+    fn attempt_block(&self, on: impl Dispatch, block: &mut RayBlock<'_>) {
+        block.attempt::<Self, _>(on);
     }
 
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {

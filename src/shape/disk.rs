@@ -24,10 +24,11 @@ use serde::Deserialize;
 use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
     axis::Axis,
-    numeric::{area_sample, dot_direction, hit_at, point_of, rounded, solid_angle_pdf},
+    block::{Attempt, BlockKind, Numbers, RayBlock, intersect_one, numbers, vector},
+    numeric::{area_sample, dot_direction, point_of, rounded, rounded_hit, solid_angle_pdf},
 };
 use crate::{
-    math::{Aabb, DVec3, Ray, Vec2, Vec3},
+    math::{Aabb, DVec3, Dispatch, Ray, Vec2, Vec3},
     value::{Direction, Point, Positive, Problem},
 };
 
@@ -88,6 +89,24 @@ impl Disk {
     }
 }
 
+impl BlockKind<7> for Disk {
+    #[inline(always)]
+    fn numbers(&self) -> [f64; 7] {
+        let (c, w) = (self.center.as_dvec3(), self.axis.0);
+        [c.x, c.y, c.z, w.x, w.y, w.z, self.radius.into()]
+    }
+
+    #[inline(always)]
+    fn attempt(numbers: &[f64; 7], ray: &Ray) -> Attempt {
+        let (center, axis, r) = (vector(numbers, 0), Axis(vector(numbers, 3)), numbers[6]);
+        let q = ray.o.as_dvec3() - center;
+        let t = -q.dot(axis.0) / dot_direction(ray.d, axis.0);
+        let across = axis.across(q + ray.d.as_dvec3() * t);
+        let (hit, is_on_ray) = rounded_hit(ray, t, 0.0);
+        Attempt::of(hit, is_on_ray & (across.length_squared() <= r * r))
+    }
+}
+
 impl ShapeKind for Disk {
     fn bounds(&self) -> Aabb {
         disk_bounds(self.axis, self.center.as_dvec3(), self.radius)
@@ -95,11 +114,15 @@ impl ShapeKind for Disk {
 
     #[inline]
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
-        let q = ray.o.as_dvec3() - self.center.as_dvec3();
-        let t = -q.dot(self.axis.0) / dot_direction(ray.d, self.axis.0);
-        let across = self.axis.across(q + ray.d.as_dvec3() * t);
-        let r = f64::from(self.radius);
-        (across.length_squared() <= r * r).then(|| hit_at(ray, t, 0.0))?
+        intersect_one(self, ray)
+    }
+
+    fn block_numbers(&self) -> Numbers {
+        numbers(self)
+    }
+
+    fn attempt_block(&self, on: impl Dispatch, block: &mut RayBlock<'_>) {
+        block.attempt::<Self, _>(on);
     }
 
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {

@@ -14,10 +14,10 @@ use crate::{
     value::Problem,
 };
 
-pub mod attempt;
 mod axis;
 #[cfg(test)]
 mod battery;
+pub mod block;
 pub mod cone;
 pub mod cuboid;
 pub mod cylinder;
@@ -31,7 +31,7 @@ pub mod sphere;
 mod spherical;
 pub mod triangle;
 
-pub use attempt::Attempt;
+pub use block::{Attempt, Numbers, RayBlock};
 
 /// The intersection of a ray and a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,14 +78,15 @@ pub trait ShapeKind {
     /// Never NaN.
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit>;
 
-    /// Whether [`ShapeKind::attempt`] tells anything.
-    fn attempts(&self) -> bool {
-        false
+    /// Returns the numbers by which a block tells the shape from others of its kind.
+    fn block_numbers(&self) -> Numbers {
+        Numbers::default()
     }
 
-    /// Attempts [`ShapeKind::intersect`] for many rays at once; the default attempts nothing.
-    fn attempt(&self, _on: impl Dispatch, _rays: &[Ray], attempts: &mut [Attempt]) {
-        attempts.fill(Attempt::NOTHING);
+    /// Attempts [`ShapeKind::intersect`] without an end for all lanes of a block whose shapes are of this kind; the
+    /// default attempts nothing.
+    fn attempt_block(&self, _on: impl Dispatch, block: &mut RayBlock<'_>) {
+        block.answer.fill(Attempt::UNKNOWN);
     }
 
     /// The surface at a hit that [`ShapeKind::intersect`] returned for `ray`.
@@ -126,10 +127,10 @@ kinds! {
     fn bounds(&self) -> Aabb;
     /// See [`ShapeKind::intersect`].
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit>;
-    /// See [`ShapeKind::attempts`].
-    fn attempts(&self) -> bool;
-    /// See [`ShapeKind::attempt`].
-    fn attempt(&self, on: impl Dispatch, rays: &[Ray], attempts: &mut [Attempt]);
+    /// See [`ShapeKind::block_numbers`].
+    fn block_numbers(&self) -> Numbers;
+    /// See [`ShapeKind::attempt_block`].
+    fn attempt_block(&self, on: impl Dispatch, block: &mut RayBlock<'_>);
     /// See [`ShapeKind::surface`].
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface;
     /// See [`ShapeKind::area`].

@@ -29,6 +29,44 @@ pub(super) fn rounded_hit(ray: &Ray, t: f64, part: f32) -> (ShapeHit, bool) {
     (hit, on_ray)
 }
 
+/// A choice between two values without a branch, for vectors.
+pub(super) trait Or: Sized {
+    /// `self` if `chosen`, else `other`.
+    fn or(self, chosen: bool, other: Self) -> Self;
+}
+
+impl Or for f32 {
+    #[inline(always)]
+    fn or(self, chosen: bool, other: Self) -> Self {
+        if chosen { self } else { other }
+    }
+}
+
+impl Or for f64 {
+    #[inline(always)]
+    fn or(self, chosen: bool, other: Self) -> Self {
+        if chosen { self } else { other }
+    }
+}
+
+impl<A: Or, B: Or> Or for (A, B) {
+    #[inline(always)]
+    fn or(self, chosen: bool, other: Self) -> Self {
+        (self.0.or(chosen, other.0), self.1.or(chosen, other.1))
+    }
+}
+
+impl Or for ShapeHit {
+    #[inline(always)]
+    fn or(self, chosen: bool, other: Self) -> Self {
+        Self {
+            t: self.t.or(chosen, other.t),
+            u: self.u.or(chosen, other.u),
+            v: self.v.or(chosen, other.v),
+        }
+    }
+}
+
 /// The point where the ray met the shape, in double precision.
 #[inline]
 pub(super) fn point_of(ray: &Ray, hit: &ShapeHit) -> DVec3 {
@@ -52,7 +90,7 @@ pub(super) fn rounded(p: DVec3, extent: f64) -> (Vec3, Vec3) {
 /// [`offset_origins`](crate::math::float::offset_origins) computes it, has another sign.
 ///
 /// A ray that left a flat surface to one side thus never comes back to it, not even a grazing one.
-#[inline]
+#[inline(always)]
 pub(super) fn dot_direction(d: Vec3, n: DVec3) -> f64 {
     let exact = d.as_dvec3().dot(n);
     let seen = f64::from(d.dot(n.as_vec3()));
@@ -61,7 +99,7 @@ pub(super) fn dot_direction(d: Vec3, n: DVec3) -> f64 {
 
 /// The density m^-2 `per_area` at `p`, turned into sr^-1 as seen from `from`; 0 where it has no
 /// finite value.
-#[inline]
+#[inline(always)]
 pub(super) fn solid_angle_pdf(per_area: f64, from: DVec3, p: DVec3, ng: DVec3) -> f32 {
     let to = p - from;
     let distance2 = to.length_squared();

@@ -26,13 +26,13 @@ use serde::Deserialize;
 
 use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
-    attempt::Attempt,
+    block::{Attempt, BlockKind, Numbers, RayBlock, numbers, vector},
     numeric::{area_sample, choose, dot_direction, point_of, rounded, rounded_hit, solid_angle_pdf},
     rectangle::{Rectangle, SeenRectangle},
     triangle::{self, Shear},
 };
 use crate::{
-    math::{Aabb, DVec3, Dispatch, Ray, Vec2, Vec3, VectorLoop},
+    math::{Aabb, DVec3, Dispatch, Ray, Vec2, Vec3},
     value::{Point, Problem, Spanned},
 };
 
@@ -99,7 +99,7 @@ pub struct Quad {
     edges: [DVec3; 3],
     /// The vectors whose products with a point relative to A are u and v, for a parallelogram.
     inverse: Option<[DVec3; 2]>,
-    /// The data of [`Quad::attempt_one`], for a parallelogram.
+    /// The data of [`BlockKind::attempt`], for a parallelogram.
     blur: Blur,
     /// The largest coordinate.
     extent: f32,
@@ -206,33 +206,6 @@ impl Quad {
         ab.min(bc).min(cd.min(da)) >= 0.0 || ab.max(bc).max(cd.max(da)) <= 0.0
     }
 
-    /// Intersects the ray with the plane, and decides whether the point is within the quad where the
-    /// parameters u and v of a parallelogram suffice: not near an edge, and not where the rounding of the
-    /// edge test matters.
-    ///
-    /// Seen from the ray a corner is moved by a few units in the last place of its distance, and on
-    /// the plane by so much over the cosine.
-    #[inline(always)]
-    fn attempt_one(&self, ray: &Ray) -> Attempt {
-        let d = ray.d.as_dvec3();
-        let along = dot_direction(ray.d, self.normal);
-        let t = (self.middle - ray.o.as_dvec3()).dot(self.normal) / along;
-        let (hit, on_ray) = rounded_hit(ray, t, 0.0);
-        // Of no parallelogram the blur is infinite, and nothing is clear.
-        let [to_u, to_v] = self.inverse.unwrap_or_default();
-        let length = d.x.abs() + d.y.abs() + d.z.abs();
-        let blur = (t.abs() * length * self.blur.each + self.blur.own) * length;
-        let h = ray.o.as_dvec3() + d * t - self.corners[0].as_dvec3();
-        let off = (h.dot(to_u) - 0.5).abs().max((h.dot(to_v) - 0.5).abs());
-        let is_clear = (blur <= MARGIN * along.abs()) & ((off - 0.5).abs() >= MARGIN);
-        let within = if off < 0.5 { Attempt::MEETS } else { Attempt::MISSES };
-        let answer = if is_clear { within } else { Attempt::UNKNOWN };
-        Attempt {
-            hit,
-            answer: if on_ray { answer } else { Attempt::MISSES },
-        }
-    }
-
     /// The place of the quad nearest to where the ray met it: u, v and the point.
     #[inline]
     fn place(&self, ray: &Ray, hit: &ShapeHit) -> (f64, f64, DVec3) {
@@ -275,18 +248,61 @@ impl Quad {
     }
 }
 
-/// Attempts at a quad.
-struct Attempts<'a> {
-    quad: &'a Quad,
-    rays: &'a [Ray],
-    attempts: &'a mut [Attempt],
-}
-
-impl VectorLoop for Attempts<'_> {
+impl BlockKind<17> for Quad {
     #[inline(always)]
-    fn run(self) {
-        for (ray, attempt) in self.rays.iter().zip(self.attempts) {
-            *attempt = self.quad.attempt_one(ray);
+    fn numbers(&self) -> [f64; 17] {
+        let (n, m, a) = (self.normal, self.middle, self.corners[0].as_dvec3());
+        // Of no parallelogram the blur is infinite, and nothing is clear.
+        let [u, v] = self.inverse.unwrap_or_default();
+        [
+            n.x,
+            n.y,
+            n.z,
+            m.x,
+            m.y,
+            m.z,
+            a.x,
+            a.y,
+            a.z,
+            u.x,
+            u.y,
+            u.z,
+            v.x,
+            v.y,
+            v.z,
+            self.blur.each,
+            self.blur.own,
+        ]
+    }
+
+    /// Intersects the ray with the plane, and decides whether the point is within the quad where the
+    /// parameters u and v of a parallelogram suffice: not near an edge, and not where the rounding of the
+    /// edge test matters.
+    ///
+    /// Seen from the ray a corner is moved by a few units in the last place of its distance, and on
+    /// the plane by so much over the cosine.
+    #[inline(always)]
+    fn attempt(numbers: &[f64; 17], ray: &Ray) -> Attempt {
+        let (normal, middle, corner) = (vector(numbers, 0), vector(numbers, 3), vector(numbers, 6));
+        let (to_u, to_v) = (vector(numbers, 9), vector(numbers, 12));
+        let (each, own) = (numbers[15], numbers[16]);
+        let d = ray.d.as_dvec3();
+        let along = dot_direction(ray.d, normal);
+        let t = (middle - ray.o.as_dvec3()).dot(normal) / along;
+        let (hit, on_ray) = rounded_hit(ray, t, 0.0);
+        let length = d.x.abs() + d.y.abs() + d.z.abs();
+        let blur = (t.abs() * length * each + own) * length;
+        let h = ray.o.as_dvec3() + d * t - corner;
+        let off = (h.dot(to_u) - 0.5).abs().max((h.dot(to_v) - 0.5).abs());
+        let is_clear = (blur <= MARGIN * along.abs()) & ((off - 0.5).abs() >= MARGIN);
+        let attempt = Attempt::of(hit, on_ray & (off < 0.5));
+        Attempt {
+            answer: if is_clear | !on_ray {
+                attempt.answer
+            } else {
+                Attempt::UNKNOWN
+            },
+            ..attempt
         }
     }
 }
@@ -308,16 +324,12 @@ impl ShapeKind for Quad {
         meets.then_some(attempt.hit)
     }
 
-    fn attempts(&self) -> bool {
-        self.inverse.is_some()
+    fn block_numbers(&self) -> Numbers {
+        numbers(self)
     }
 
-    fn attempt(&self, on: impl Dispatch, rays: &[Ray], attempts: &mut [Attempt]) {
-        on.dispatch(Attempts {
-            quad: self,
-            rays,
-            attempts,
-        });
+    fn attempt_block(&self, on: impl Dispatch, block: &mut RayBlock<'_>) {
+        block.attempt::<Self, _>(on);
     }
 
     #[inline]
@@ -370,7 +382,6 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::math::Plain;
 
     fn vec(range: std::ops::Range<f32>) -> impl Strategy<Value = Vec3> {
         [range.clone(), range.clone(), range].prop_map(Vec3::from_array)
@@ -408,13 +419,6 @@ mod tests {
             let (_, is_on_ray) = rounded_hit(&ray, f64::from(attempt.hit.t), 0.0);
             if is_on_ray && attempt.answer != Attempt::UNKNOWN {
                 prop_assert_eq!(attempt.answer == Attempt::MEETS, quad.has_edges_around(&ray));
-            }
-            // And the same of many.
-            let mut attempts = [Attempt::NOTHING; 16];
-            quad.attempt(Plain, &[ray; 16], &mut attempts);
-            let (t, v) = (attempt.hit.t.to_bits(), attempt.hit.v.to_bits());
-            for one in attempts {
-                prop_assert_eq!((one.hit.t.to_bits(), one.hit.v.to_bits(), one.answer), (t, v, attempt.answer));
             }
         }
     }

@@ -26,10 +26,11 @@ use serde::Deserialize;
 use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
     axis::{Axis, whole_turn},
-    numeric::{area_sample, hit_at, point_of, rounded, solid_angle_pdf},
+    block::{Attempt, BlockKind, Numbers, RayBlock, intersect_one, numbers, vector},
+    numeric::{Or, area_sample, point_of, rounded, rounded_hit, solid_angle_pdf},
 };
 use crate::{
-    math::{Aabb, DVec3, Ray, Vec2, Vec3, float::gamma, trig},
+    math::{Aabb, DVec3, Dispatch, Ray, Vec2, Vec3, float::gamma, trig},
     value::{Point, Positive, Problem},
 };
 
@@ -114,6 +115,32 @@ impl Sphere {
     }
 }
 
+impl BlockKind<4> for Sphere {
+    #[inline(always)]
+    fn numbers(&self) -> [f64; 4] {
+        let c = self.center.as_dvec3();
+        [c.x, c.y, c.z, self.radius.into()]
+    }
+
+    /// In double precision, from the point of the ray nearest to the centre: the discriminant of a
+    /// small sphere far away cancels otherwise.
+    #[inline(always)]
+    fn attempt(numbers: &[f64; 4], ray: &Ray) -> Attempt {
+        let (center, r) = (vector(numbers, 0), numbers[3]);
+        let d = ray.d.as_dvec3();
+        let oc = ray.o.as_dvec3() - center;
+        let inv_a = d.length_squared().recip();
+        let closest_t = -oc.dot(d) * inv_a;
+        let closest = oc + d * closest_t;
+        let h2 = r * r - closest.length_squared();
+        let half = (h2 * inv_a).sqrt();
+        let (near, is_near_on_ray) = rounded_hit(ray, closest_t - half, 0.0);
+        let (far, is_far_on_ray) = rounded_hit(ray, closest_t + half, 0.0);
+        let meets = (h2 >= 0.0) & (is_near_on_ray | is_far_on_ray);
+        Attempt::of(near.or(is_near_on_ray, far), meets)
+    }
+}
+
 impl ShapeKind for Sphere {
     fn curvature(&self) -> f32 {
         1.0 / self.radius
@@ -127,22 +154,17 @@ impl ShapeKind for Sphere {
         .padded(1.0)
     }
 
-    /// In double precision, from the point of the ray nearest to the centre: the discriminant of a
-    /// small sphere far away cancels otherwise.
     #[inline]
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
-        let d = ray.d.as_dvec3();
-        let oc = ray.o.as_dvec3() - self.center.as_dvec3();
-        let inv_a = d.length_squared().recip();
-        let closest_t = -oc.dot(d) * inv_a;
-        let closest = oc + d * closest_t;
-        let r = f64::from(self.radius);
-        let h2 = r * r - closest.length_squared();
-        if h2.is_nan() || h2 < 0.0 {
-            return None;
-        }
-        let half = (h2 * inv_a).sqrt();
-        hit_at(ray, closest_t - half, 0.0).or_else(|| hit_at(ray, closest_t + half, 0.0))
+        intersect_one(self, ray)
+    }
+
+    fn block_numbers(&self) -> Numbers {
+        numbers(self)
+    }
+
+    fn attempt_block(&self, on: impl Dispatch, block: &mut RayBlock<'_>) {
+        block.attempt::<Self, _>(on);
     }
 
     #[inline]

@@ -16,7 +16,6 @@
 //! cache.
 
 use super::{
-    analytic,
     entry_points::EntryPoints,
     leaf_queue::LeafQueue,
     query::Query,
@@ -169,6 +168,7 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const ENTRY_POINTS: 
         root: tree.root(),
         entry_points: &mut scratch.entry_points,
     };
+    let shape_queue = &mut *scratch.shape_queue;
     let leaf_queue = LeafQueue::opposite(&mut scratch.leaf_queue, &*active.next);
     // No slot has a ray yet, so all of them count as finished.
     for slot in &mut *active.all {
@@ -222,8 +222,7 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const ENTRY_POINTS: 
             }
             traversal::step::<L, Q, _, SLOTS>(level, tree, &starts, &mut active, at_node, stacks);
         }
-        // The slots whose rays were shortened or blocked.
-        let mut nearer = 0_u64;
+        let mut shapes_wait = false;
         let mut at_shape = at_leaf & shape_or_done;
         while at_shape != 0 {
             let id = pop_lowest(&mut at_shape);
@@ -234,12 +233,16 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const ENTRY_POINTS: 
                 // SAFETY: the stack is the slot's own.
                 unsafe { instance_step(level, slot, leaf, inside, tree, geometry, ray, stacks) };
             } else if leaf != EMPTY {
-                let placed = analytic::test(slot, number(leaf), geometry, rays);
-                inside.best = if placed { InstanceId::NONE } else { inside.best };
-                nearer |= u64::from(placed) << id;
+                shape_queue.add(id, number(leaf), geometry);
+                shapes_wait = true;
             }
             // SAFETY: the stack is the slot's own.
             active.next[id] = unsafe { advance(level, &starts, &mut slot.state, stacks) };
+        }
+        // The slots whose rays were shortened or blocked.
+        let mut nearer = 0_u64;
+        if shapes_wait {
+            nearer = shape_queue.test(level, active.all, inside, geometry, rays);
         }
         let mut visited = 0;
         let mut at_triangles = at_leaf & !shape_or_done;

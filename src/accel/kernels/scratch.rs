@@ -2,6 +2,7 @@
 
 use super::{
     aliased_buffer::AliasedBuffer,
+    analytic::ShapeQueue,
     entry_points::EntryPoints,
     leaf_queue::LeafQueue,
     packet::rays::Packet,
@@ -17,6 +18,7 @@ pub struct Scratch {
     pub packets: Box<[Packet; PACKETS]>,
     pub inside: Box<[InstanceState; SLOTS]>,
     pub leaf_queue: AliasedBuffer<LeafQueue>,
+    pub shape_queue: Box<ShapeQueue>,
     pub entry_points: Box<EntryPoints>,
     pub stacks: StackMemory,
 }
@@ -28,6 +30,7 @@ impl Scratch {
             packets: Box::new(std::array::from_fn(|_| Packet::default())),
             inside: Box::new([InstanceState::NOTHING; SLOTS]),
             leaf_queue: AliasedBuffer::new(),
+            shape_queue: Box::new(ShapeQueue::new()),
             entry_points: Box::new(EntryPoints::new()),
             stacks: StackMemory::new(),
         }

@@ -1,6 +1,7 @@
 //! Properties of every shape: a kind gets these tests by its examples.
 
 mod bad_values;
+mod block;
 mod examples;
 mod flat;
 mod light;

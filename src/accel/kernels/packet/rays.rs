@@ -292,9 +292,9 @@ impl Packet {
         }
     }
 
-    /// Returns the ray of each lane; unused lanes have an arbitrary ray of the batch.
-    pub fn lanes(&self) -> [u32; RAYS] {
-        self.list
+    /// Returns the set of lanes that have a ray; the others have an arbitrary one of the batch.
+    pub fn used(&self) -> u32 {
+        (1 << self.count) - 1
     }
 
     /// Returns the index of the ray in a lane.

@@ -9,10 +9,11 @@ use crate::{
     },
     geometry::{
         Geometry, PrimId,
+        shape_block::ShapeBlock,
         slab::{END_PADDING, EXIT_PADDING, MIN_PADDING, ORIGIN_PADDING, Slabs},
     },
     math::{Aabb, Ray, Vec3},
-    shape::Attempt,
+    shape::{Attempt, ShapeHit, block::LANES},
     simd::lanes::{Floats, Mask, SimdLevel},
 };
 
@@ -83,54 +84,71 @@ fn test<L: SimdLevel, Q: Query>(
     let Some(placed) = geometry.shape(PrimId::new(index)) else {
         return false;
     };
-    let mut attempts = [Attempt::NOTHING; RAYS];
-    if asked.count_ones() >= MAX_SINGLE_RAYS && placed.shape.attempts() {
-        let slabs: [Slabs; RAYS] = std::array::from_fn(|k| packet.slabs(k));
-        let mut lines = packet.lanes().map(|ray| Ray {
-            tmax: f32::INFINITY,
-            ..rays[ray as usize]
-        });
-        geometry.attempt_shape(level, placed, &mut lines, &slabs, &mut attempts);
-    }
+    let in_blocks = asked.count_ones() >= MAX_SINGLE_RAYS;
+    let mut block = ShapeBlock::EMPTY;
+    let mut left = packet.used() & asked;
     let mut nearer = false;
-    for (k, ray) in packet.rays().filter(|(k, _)| asked >> k & 1 == 1) {
-        let best = Best {
-            t: packet.t.0[k],
-            u: packet.u.0[k],
-            v: packet.v.0[k],
-            id: packet.id.0[k].to_bits(),
-        };
-        let hit = match attempts[k].answer {
-            Attempt::MISSES => None,
-            Attempt::MEETS => {
-                let hit = attempts[k].hit;
-                (hit.t > packet.tmins.0[k] && hit.t <= best.t).then_some(hit)
+    while left != 0 {
+        let (mut lanes, mut count) = ([0; LANES], 0);
+        while left != 0 && count < LANES {
+            lanes[count] = left.trailing_zeros() as usize % RAYS;
+            left &= left - 1;
+            count += 1;
+        }
+        let lanes = &lanes[..count];
+        if in_blocks {
+            for (lane, &k) in lanes.iter().enumerate() {
+                block.set(lane, geometry, placed, &packet.line(k, rays), packet.slabs(k).inv);
             }
-            _ => {
-                let ray = Ray {
-                    tmax: best.t,
-                    ..rays[ray as usize]
-                };
-                geometry.intersect_shape(placed, &ray, || packet.slabs(k))
-            }
-        };
-        if let Some(hit) = hit
-            && best.loses_to(hit.t, index + 1)
-        {
-            let best = if Q::ANY {
-                NO_MORE
-            } else {
-                Best {
-                    t: hit.t,
-                    u: hit.u,
-                    v: hit.v,
-                    id: index + 1,
-                }
+            block.test(level, &placed.shape);
+        }
+        for (lane, &k) in lanes.iter().enumerate() {
+            let Attempt { hit, answer } = block.attempt(lane);
+            let hit = match answer {
+                Attempt::MISSES => None,
+                Attempt::MEETS => Some(hit),
+                _ => geometry.intersect_shape(placed, &packet.line(k, rays), || packet.slabs(k)),
             };
-            (packet.t.0[k], packet.u.0[k], packet.v.0[k]) = (best.t, best.u, best.v);
-            packet.id.0[k] = f32::from_bits(best.id);
-            nearer = true;
+            nearer |= hit.is_some_and(|hit| packet.keep_nearer::<Q>(k, &hit, index + 1));
         }
     }
     nearer
+}
+
+impl Packet {
+    /// Returns the ray of a lane up to its nearest hit.
+    #[inline(always)]
+    fn line(&self, k: usize, rays: &[Ray]) -> Ray {
+        Ray {
+            tmax: self.t.0[k],
+            ..rays[self.ray(k) as usize]
+        }
+    }
+
+    /// Stores the hit of a lane with the primitive `id - 1` if it is the nearest. Returns whether it is.
+    #[inline(always)]
+    fn keep_nearer<Q: Query>(&mut self, k: usize, hit: &ShapeHit, id: u32) -> bool {
+        let best = Best {
+            t: self.t.0[k],
+            u: self.u.0[k],
+            v: self.v.0[k],
+            id: self.id.0[k].to_bits(),
+        };
+        if !best.loses_to(hit.t, id) {
+            return false;
+        }
+        let best = if Q::ANY {
+            NO_MORE
+        } else {
+            Best {
+                t: hit.t,
+                u: hit.u,
+                v: hit.v,
+                id,
+            }
+        };
+        (self.t.0[k], self.u.0[k], self.v.0[k]) = (best.t, best.u, best.v);
+        self.id.0[k] = f32::from_bits(best.id);
+        true
+    }
 }
