@@ -178,6 +178,11 @@ fn sample_light(
     uc: f32,
 ) -> Option<(SampledLight, LightSample)> {
     let (scene, depth) = (context.scene, context.path.depth);
+    if let (LightFamily::Lamps, Some(lamp)) = (family, context.lamp)
+        && lamp.is_for(receiver)
+    {
+        return lamp.sample;
+    }
     let choice = scene.lights.choose(scene.accel.simd(), family, receiver, uc)?;
     if let (LightFamily::Background, Some(sample)) = (family, context.background) {
         return Some((choice, (*sample)?));

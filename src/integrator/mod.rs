@@ -14,7 +14,7 @@ use crate::{
     light::{LightSample, environment::EnvironmentLight},
     math::{Ray, RayCone, Rgb, Vec3},
     sampler::{PathSampler, SampleUse},
-    scene::{MediumStack, Scene, SurfaceInteraction},
+    scene::{LampSample, MediumStack, Scene, SurfaceInteraction},
     value::{Count, Problem, Spanned, kind_by_name},
 };
 
@@ -130,6 +130,8 @@ pub struct VertexContext<'a> {
     pub numbers: PathSampler<'a>,
     /// A sample of the background's light, where they were drawn for many vertices at once.
     pub background: Option<&'a Option<LightSample>>,
+    /// The same of the lamps.
+    pub lamp: Option<&'a LampSample>,
     /// The camera where the path began.
     pub camera: &'a Camera,
     /// The round of shadow rays, from 0: see [`Integrator::shadow_rounds`].

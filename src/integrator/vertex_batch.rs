@@ -7,7 +7,7 @@ use crate::{
     light::{LightSample, environment::EnvironmentLight},
     math::Ray,
     sampler::{PathSampler, SampleBatch, SampleKeys, Sampler},
-    scene::{Scene, SurfaceInteraction},
+    scene::{LampSample, Scene, SurfaceInteraction},
 };
 
 /// Vertices that are shaded together: all of them on surfaces, or all of them misses.
@@ -28,6 +28,8 @@ pub struct VertexBatch<'a> {
     pub misses: &'a [EnvironmentLight],
     /// A sample of the background's light for each surface, or none at all.
     pub background: &'a [Option<LightSample>],
+    /// A sample of the lamps for each surface, `None` where it has to be drawn alone, or none at all.
+    pub lamps: &'a [Option<LampSample>],
     pub keys: &'a SampleKeys,
     pub samples: &'a SampleBatch,
     /// Whether textures read how wide the paths are.
@@ -57,6 +59,7 @@ impl VertexBatch<'_> {
                 index: k,
             },
             background: self.background.get(k),
+            lamp: self.lamps.get(k).and_then(Option::as_ref),
             camera: self.camera,
             round: self.round,
         }

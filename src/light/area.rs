@@ -24,6 +24,17 @@ pub struct AreaSample {
 }
 
 impl AreaSample {
+    /// The sample of a shape in world space.
+    #[inline(always)]
+    pub(super) fn in_world(p: Vec3, ng: Vec3, pdf: f32) -> Self {
+        Self {
+            p,
+            p_error: p.abs() * gamma(4),
+            ng,
+            pdf,
+        }
+    }
+
     /// The cosine between the normal and the way to `from`: above 0 where `from` is in front.
     #[inline]
     pub fn front_cos(&self, from: Vec3) -> f32 {
@@ -36,17 +47,24 @@ impl AreaSample {
     /// that a shadow ray does not end behind the very surface that it asks for.
     #[inline]
     pub fn light(&self, from: Vec3, li: Rgb) -> Option<LightSample> {
+        let (wi, distance) = self.direction(from);
+        (distance > 0.0).then_some(LightSample {
+            wi,
+            distance,
+            li,
+            pdf: Some(self.pdf),
+        })
+    }
+
+    /// The direction and the distance of that light.
+    #[inline(always)]
+    pub(super) fn direction(&self, from: Vec3) -> (Vec3, f32) {
         let reach = from.abs().max_element() + self.p.abs().max_element();
         let gap = self.ng.abs().dot(self.p_error) + reach * gamma(32);
         let side = if self.front_cos(from) < 0.0 { -gap } else { gap };
         let to = self.p + self.ng * side - from;
         let distance = to.length();
-        (distance > 0.0).then(|| LightSample {
-            wi: to / distance,
-            distance,
-            li,
-            pdf: Some(self.pdf),
-        })
+        (to / distance, distance)
     }
 }
 
@@ -56,20 +74,14 @@ impl AreaSample {
 pub fn sample_shape(shape: &Shape, transform: Option<&Transform>, from: Vec3, u: Vec2) -> Option<(AreaSample, Vec3)> {
     let from_local = transform.map_or(from, |t| t.point_to_local(from));
     let local = shape.sample(from_local, u)?;
-    let p_error = local.p.abs() * gamma(4);
     let sample = match transform {
-        None => AreaSample {
-            p: local.p,
-            p_error,
-            ng: local.ng,
-            pdf: local.pdf,
-        },
+        None => AreaSample::in_world(local.p, local.ng, local.pdf),
         Some(t) => {
             let to = local.p - from_local;
             let stretch = t.vector_to_world(to).length() / to.length();
             AreaSample {
                 p: t.point_to_world(local.p),
-                p_error: t.point_error_to_world(local.p, p_error),
+                p_error: t.point_error_to_world(local.p, local.p.abs() * gamma(4)),
                 ng: t.normal_to_world(local.ng).normalize(),
                 pdf: local.pdf * (stretch * stretch * stretch) / t.volume(),
             }

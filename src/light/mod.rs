@@ -11,6 +11,7 @@ use crate::{
 };
 
 pub mod area;
+mod area_block;
 pub mod bounds;
 pub mod environment;
 pub mod point;
@@ -19,6 +20,7 @@ pub mod sun;
 pub mod tree;
 
 pub use crate::math::Sidedness;
+pub use area_block::AreaBlock;
 pub use bounds::{LightBounds, OrientationCone};
 
 /// Light that arrives at a point from one direction.

@@ -167,6 +167,10 @@ impl MaterialKind for Glass {
         }
     }
 
+    fn is_lit(&self) -> bool {
+        false
+    }
+
     #[inline]
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf {
         let facets = Ggx::from_roughness(textures.scalar(&self.roughness, at).clamp(0.0, 1.0), 0.0);

@@ -57,6 +57,10 @@ impl MaterialKind for Mirror {
         false
     }
 
+    fn is_lit(&self) -> bool {
+        false
+    }
+
     fn bsdf(&self, _textures: &Textures<'_>, _at: &TexturePoint) -> Bsdf {
         Bsdf::Mirror(specular::Mirror {
             reflectance: self.reflectance,

@@ -129,6 +129,12 @@ pub trait MaterialKind {
         false
     }
 
+    /// Whether its BSDF reflects light from all directions. One that has but mirror images, or lets light through, is left out
+    /// where lamps are sampled for many surfaces at once.
+    fn is_lit(&self) -> bool {
+        true
+    }
+
     /// The largest reflectance of its colours; above 1 the material would gain energy.
     fn max_reflectance(&self, _textures: &Textures<'_>) -> f32 {
         0.0
@@ -233,6 +239,8 @@ kinds! {
     fn medium(&self) -> Option<Medium>;
     /// See [`MaterialKind::may_transmit_straight`].
     fn may_transmit_straight(&self) -> bool;
+    /// See [`MaterialKind::is_lit`].
+    fn is_lit(&self) -> bool;
     /// See [`MaterialKind::max_reflectance`].
     fn max_reflectance(&self, textures: &Textures<'_>) -> f32;
     /// See [`MaterialKind::is_spatially_varying`].

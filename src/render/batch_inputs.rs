@@ -6,8 +6,8 @@ use crate::{
     integrator::{PathState, VertexBatch},
     light::{LightSample, environment::EnvironmentLight},
     math::Ray,
-    sampler::{SampleBatch, SampleKeys},
-    scene::Surfaces,
+    sampler::{SampleBatch, SampleKeys, SampleUse},
+    scene::{LampNumbers, LampSamples, Surfaces},
 };
 
 /// The inputs of a batch of vertices, prepared before they are shaded.
@@ -19,6 +19,7 @@ pub(super) struct BatchInputs {
     /// The light of the background for misses, and samples of it for surfaces.
     pub misses: Vec<EnvironmentLight>,
     pub background: Vec<Option<LightSample>>,
+    pub lamps: LampSamples,
 }
 
 /// The rays that have arrived, with their paths and hits.
@@ -31,6 +32,27 @@ pub(super) struct ArrivedRays<'a> {
 }
 
 impl BatchInputs {
+    /// Samples the lights for the surfaces, as far as random numbers for them were drawn.
+    pub fn sample_lights(&mut self, context: &RenderContext<'_>) {
+        let scene = context.scene;
+        self.background.clear();
+        if let Some(numbers) = self.samples.of(SampleUse::Background) {
+            let background = &scene.background.radiance;
+            background.sample(context.simd, numbers, &mut self.background);
+        }
+        self.lamps.samples.clear();
+        if let Some(points) = self.samples.of(SampleUse::Light)
+            && scene.lights.has_lamps()
+        {
+            let choices = self.samples.of(SampleUse::Selection);
+            let numbers = LampNumbers {
+                choices: choices.filter(|_| scene.lights.has_choice()),
+                points,
+            };
+            scene.sample_lamps(context.simd, &self.surfaces.interactions, numbers, &mut self.lamps);
+        }
+    }
+
     /// The batch of the paths with these indices, for whom all this was prepared.
     pub fn batch<'a>(
         &'a self,
@@ -55,6 +77,7 @@ impl BatchInputs {
             surfaces: &self.surfaces.interactions,
             misses: &self.misses,
             background: &self.background,
+            lamps: &self.lamps.samples,
             keys: &self.keys,
             samples: &self.samples,
             has_cones: context.cone.is_some(),

@@ -338,12 +338,8 @@ impl Wave {
                 }
             }
             out.clock.lap(Stage::Numbers);
-            inputs.background.clear();
-            if let Some(numbers) = inputs.samples.of(SampleUse::Background) {
-                let background = &context.scene.background.radiance;
-                background.sample(context.simd, numbers, &mut inputs.background);
-                out.clock.lap(Stage::Light);
-            }
+            inputs.sample_lights(context);
+            out.clock.lap(Stage::Light);
             let arrived = ArrivedRays {
                 rays,
                 paths,
@@ -378,6 +374,7 @@ impl Wave {
         inputs.keys.start(context.settings.seed, context.settings.noise_frame);
         inputs.samples.clear();
         inputs.background.clear();
+        inputs.lamps.samples.clear();
         for indices in miss_indices.chunks(SHADE_BATCH) {
             let directions = indices.iter().map(|&i| rays[i as usize].d);
             let background = &context.scene.background.radiance;

@@ -10,7 +10,7 @@
 use super::{MeshRecord, Scene};
 use crate::{
     geometry::{Geometry, Hit, PrimId},
-    light::{LightSample, area},
+    light::{AreaBlock, LightSample, area},
     material::{Emission, Material, MaterialId},
     math::{Rgb, Sidedness, Transform, Vec2, Vec3},
     shape::{LocalSurface, ShapeHit, triangle},
@@ -199,6 +199,18 @@ impl Scene {
             return None;
         }
         sample.light(from, li)
+    }
+
+    /// Sets the lamp of a block's lane. Returns whether lamps like it are sampled in blocks.
+    pub(super) fn put_emitter(&self, emitter: EmitterId, lane: usize, block: &mut AreaBlock) -> bool {
+        let emitters = self.lights.emitters();
+        let index = emitter.0 as usize;
+        let (Some(shape), Some(Some(emission))) = (emitters.shapes.get(index), emitters.uniform.get(index)) else {
+            return false;
+        };
+        let placed = &self.accel.geometry().shapes[*shape as usize];
+        block.set_emission(lane, emission.radiance, emission.sidedness);
+        placed.transform.is_none() && placed.shape.put_rectangle(lane, &mut block.rectangles)
     }
 
     /// The density of [`Scene::sample_emitter`] to choose the unit direction `w` in which `hit` was

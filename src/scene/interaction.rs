@@ -196,6 +196,18 @@ impl SurfaceInteraction {
         if self.ng.dot(self.wo) < 0.0 { -world } else { world }
     }
 
+    /// The normal of [`SurfaceInteraction::frame`] on the side of the viewer.
+    #[inline(always)]
+    pub fn viewed_normal(&self) -> Vec3 {
+        self.frame.n * self.viewed_side()
+    }
+
+    /// 1 where the viewer is in front, by the geometric normal, else -1.
+    #[inline(always)]
+    pub fn viewed_side(&self) -> f32 {
+        if self.ng.dot(self.wo) >= 0.0 { 1.0 } else { -1.0 }
+    }
+
     /// The place of the viewer's side on the surface that the triangles approximate.
     #[inline(always)]
     pub fn lifted(&self) -> Vec3 {

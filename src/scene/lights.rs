@@ -70,6 +70,8 @@ pub struct Lights {
     emitter_tree: LightTree,
     /// The only lamp, if there is exactly one.
     only_lamp: Option<LightId>,
+    /// The families that have lights.
+    families: Vec<LightFamily>,
 }
 
 impl Lights {
@@ -99,7 +101,13 @@ impl Lights {
             ([], 1) => Some(LightId(all.len() as u32)),
             _ => None,
         };
+        let has_family = |family: &LightFamily| match family {
+            LightFamily::Lamps => !points.is_empty() || emitters.count() > 0,
+            LightFamily::Suns => !infinite.is_empty(),
+            LightFamily::Background => radiance.is_sampled(),
+        };
         Self {
+            families: LightFamily::ALL.into_iter().filter(has_family).collect(),
             all,
             emitters,
             background: radiance.is_sampled().then_some(background),
@@ -140,8 +148,9 @@ impl Lights {
         LightId(self.all.len() as u32 + emitter.0)
     }
 
+    #[inline]
     pub fn is_empty(&self) -> bool {
-        self.count() == 0
+        self.families.is_empty()
     }
 
     /// Whether [`Lights::choose`] reads its number for any family.
@@ -149,19 +158,20 @@ impl Lights {
         self.infinite.len() > 1 || (self.has_lamps() && self.only_lamp.is_none())
     }
 
-    fn has_lamps(&self) -> bool {
-        !self.points.is_empty() || self.emitters.count() > 0
+    /// Whether the choice of a lamp depends on the surface that it lights.
+    pub fn has_choice_of_lamps(&self) -> bool {
+        self.only_lamp.is_none()
+    }
+
+    #[inline]
+    pub fn has_lamps(&self) -> bool {
+        self.families.first() == Some(&LightFamily::Lamps)
     }
 
     /// The families that have lights.
     #[inline]
     pub fn families(&self) -> impl Iterator<Item = LightFamily> {
-        let has = [self.has_lamps(), !self.infinite.is_empty(), self.background.is_some()];
-        LightFamily::ALL
-            .into_iter()
-            .zip(has)
-            .filter(|(_, has)| *has)
-            .map(|(family, _)| family)
+        self.families.iter().copied()
     }
 
     /// The number of lights.

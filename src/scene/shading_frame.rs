@@ -67,7 +67,7 @@ pub fn shading_frame(
     } else {
         frame
     };
-    let front = if surface.ng.dot(surface.wo) >= 0.0 { 1.0 } else { -1.0 };
+    let front = surface.viewed_side();
     let sign = if bsdf.transmits() { 1.0 } else { front };
     let frame = Frame {
         s: frame.s,
@@ -81,7 +81,7 @@ pub fn shading_frame(
     };
     ShadingFrame {
         frame,
-        base: surface.frame.n * front,
+        base: surface.viewed_normal(),
         coat,
         opposes_bitangent: bsdf.reads_bitangent() && is_mirrored(surface, &frame, sign),
     }

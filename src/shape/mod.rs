@@ -27,11 +27,13 @@ mod numeric;
 pub mod plane;
 pub mod quad;
 mod rectangle;
+pub mod rectangle_block;
 pub mod sphere;
 mod spherical;
 pub mod triangle;
 
 pub use block::{Attempt, Numbers, RayBlock};
+pub use rectangle_block::RectangleBlock;
 
 /// The intersection of a ray and a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,6 +101,11 @@ pub trait ShapeKind {
     /// it cannot be seen or cannot be sampled.
     fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample>;
 
+    /// Sets the rectangle of a block's lane, if the shape is one. Returns whether it is.
+    fn put_rectangle(&self, _lane: usize, _block: &mut RectangleBlock) -> bool {
+        false
+    }
+
     /// The density of [`ShapeKind::sample`] to choose the direction `wi`, in sr^-1. `hit` is where
     /// the ray from `from` along `wi` meets the shape: its `t` counts lengths of `wi`, which need
     /// not be a unit vector.
@@ -137,6 +144,8 @@ kinds! {
     fn area(&self) -> f32;
     /// See [`ShapeKind::sample`].
     fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample>;
+    /// See [`ShapeKind::put_rectangle`].
+    fn put_rectangle(&self, lane: usize, block: &mut RectangleBlock) -> bool;
     /// See [`ShapeKind::pdf`].
     fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32;
     /// See [`ShapeKind::curvature`].

@@ -29,6 +29,7 @@ use super::{
     block::{Attempt, BlockKind, Numbers, RayBlock, numbers, vector},
     numeric::{area_sample, choose, dot_direction, point_of, rounded, rounded_hit, solid_angle_pdf},
     rectangle::{Rectangle, SeenRectangle},
+    rectangle_block::RectangleBlock,
     triangle::{self, Shear},
 };
 use crate::{
@@ -165,6 +166,7 @@ impl Quad {
     }
 
     /// Corner A, the edges AB and AD, and how far C is from completing a parallelogram.
+    #[inline(always)]
     fn bilinear(&self) -> (DVec3, DVec3, DVec3, DVec3) {
         let [e, f, skew] = self.edges;
         (self.corners[0].as_dvec3(), e, f, skew)
@@ -229,17 +231,21 @@ impl Quad {
         (halves, halves.map(triangle::area))
     }
 
-    #[inline]
-    fn seen_from(&self, from: Vec3) -> Option<SeenRectangle> {
+    /// The rectangle with edges of these lengths, if it is one.
+    #[inline(always)]
+    fn rectangle(&self, lengths: [f64; 2]) -> Rectangle {
         let (corner, e, f, _) = self.bilinear();
-        let rectangle = |lengths| Rectangle {
+        Rectangle {
             corner,
             edges: [e, f],
             lengths,
             normal: self.normal,
-        };
-        self.lengths
-            .map(|lengths| rectangle(lengths).seen_from(from.as_dvec3()))
+        }
+    }
+
+    #[inline]
+    fn seen_from(&self, from: Vec3) -> Option<SeenRectangle> {
+        Some(self.rectangle(self.lengths?).seen_from(from.as_dvec3()))
     }
 
     /// Per m^2.
@@ -366,6 +372,13 @@ impl ShapeKind for Quad {
             ng: self.normal.as_vec3(),
             pdf,
         })
+    }
+
+    #[inline]
+    fn put_rectangle(&self, lane: usize, block: &mut RectangleBlock) -> bool {
+        let Some(lengths) = self.lengths else { return false };
+        block.set_rectangle(lane, &self.rectangle(lengths));
+        true
     }
 
     fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32 {

@@ -63,6 +63,7 @@ fn quotient(a: DVec2, b: DVec2) -> DVec2 {
 }
 
 impl Rectangle {
+    #[inline(always)]
     pub fn area(&self) -> f64 {
         self.lengths[0] * self.lengths[1]
     }
@@ -74,6 +75,26 @@ impl Rectangle {
             from,
             spherical: Spherical::new(from, &self),
         }
+    }
+
+    /// Its point at `u` and `v`, in lengths of its edges.
+    #[inline(always)]
+    pub fn point(&self, u: f64, v: f64) -> DVec3 {
+        self.corner + self.edges[0] * u + self.edges[1] * v
+    }
+
+    /// Whether sampling by area is as good as by solid angle, as seen from a point.
+    #[inline(always)]
+    pub fn is_sampled_by_area(&self, from: DVec3) -> bool {
+        let (x, y, z) = sides(from, self);
+        let z2 = z * z;
+        z2 + farthest2(x) + farthest2(y) <= MAX_SPREAD * (z2 + nearest2(x) + nearest2(y))
+    }
+
+    /// The density at its point `p` of a point chosen by area, in sr^-1 as seen from `from`.
+    #[inline(always)]
+    pub fn pdf_by_area(&self, from: DVec3, p: DVec3) -> f32 {
+        solid_angle_pdf(1.0 / self.area(), from, p, self.normal)
     }
 
     /// The position of its point `p`, in lengths of its edges.
@@ -103,14 +124,12 @@ impl SeenRectangle {
     /// A point of it.
     #[inline]
     pub fn sample(&self, u: f64, v: f64) -> DVec3 {
-        let Rectangle {
-            corner, edges, lengths, ..
-        } = self.rectangle;
+        let lengths = self.rectangle.lengths;
         let [u, v] = self.spherical.map_or([u, v], |s| {
             let [x, y] = s.sample(u, v);
             [(x - s.x[0]) / lengths[0], (y - s.y[0]) / lengths[1]]
         });
-        corner + edges[0] * u + edges[1] * v
+        self.rectangle.point(u, v)
     }
 
     /// The density of [`SeenRectangle::sample`] at its point `p`, in sr^-1.
@@ -118,13 +137,25 @@ impl SeenRectangle {
     pub fn pdf(&self, p: DVec3) -> f32 {
         match self.spherical {
             Some(s) => (1.0 / s.solid_angle) as f32,
-            None => solid_angle_pdf(1.0 / self.rectangle.area(), self.from, p, self.rectangle.normal),
+            None => self.rectangle.pdf_by_area(self.from, p),
         }
     }
 }
 
+/// The squared distances of 0 from the nearest and from the farthest number between `a` and `b`, of which `a` is the smaller.
+#[inline(always)]
+fn nearest2([a, b]: [f64; 2]) -> f64 {
+    let nearest = a.max(0.0) + b.min(0.0);
+    nearest * nearest
+}
+
+#[inline(always)]
+fn farthest2([a, b]: [f64; 2]) -> f64 {
+    (a * a).max(b * b)
+}
+
 /// The ends of a rectangle along its edges as seen from a point, and its height along the normal.
-#[inline]
+#[inline(always)]
 fn sides(from: DVec3, rectangle: &Rectangle) -> ([f64; 2], [f64; 2], f64) {
     let Rectangle {
         corner,
@@ -142,15 +173,10 @@ impl Spherical {
     /// angles to tell, and where it is seen edge-on.
     #[inline]
     fn new(from: DVec3, rectangle: &Rectangle) -> Option<Self> {
-        let (x, y, z) = sides(from, rectangle);
-        let z2 = z * z;
-        let square = |v: f64| v * v;
-        let nearest = |[a, b]: [f64; 2]| square(a.max(0.0) + b.min(0.0));
-        let farthest = |[a, b]: [f64; 2]| square(a).max(square(b));
-        if z2 + farthest(x) + farthest(y) <= MAX_SPREAD * (z2 + nearest(x) + nearest(y)) {
+        if rectangle.is_sampled_by_area(from) {
             return None;
         }
-        Self::of_sides(x, y, z)
+        Self::whole(from, rectangle)
     }
 
     /// The same, and also where sampling by area is as good.

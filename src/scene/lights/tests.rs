@@ -17,6 +17,7 @@ use crate::{
     texture::{Color, Mapping, Pattern, StTransform, Texture, checker::Checker},
 };
 
+mod batches;
 mod choice;
 
 /// Two pairs of numbers for each `i`.

@@ -1,0 +1,89 @@
+//! Lamps sampled for many surfaces at once.
+
+use super::*;
+use crate::{
+    light::point::PointLight,
+    material::matte::Matte,
+    scene::{LampNumbers, LampSamples, SurfaceInteraction},
+};
+
+/// A white ball under lamps.
+fn ball(lamps: &[(&str, Option<Transform>)], points: &[Vec3]) -> Scene {
+    let mut builder = dark();
+    let front = builder.material(lamp());
+    let both = builder.material(shining(Color::Constant(Rgb::gray(3.0)), Sidedness::Both));
+    for (i, (shape, transform)) in lamps.iter().enumerate() {
+        add(&mut builder, shape, *transform, if i % 2 == 0 { front } else { both });
+    }
+    let white = builder.material(Material::Matte(Matte::smooth(Color::Constant(Rgb::WHITE))));
+    add(&mut builder, "sphere = { radius = 1 }", None, white);
+    for &p in points {
+        builder.light(Light::Point(PointLight::new(p, Rgb::WHITE)));
+    }
+    builder.build(AccelKind::Linear).expect("a scene")
+}
+
+/// Places all over the ball, and fewer than fill the last block.
+fn surfaces(scene: &Scene) -> Vec<SurfaceInteraction> {
+    let rays: Vec<Ray> = (0..403)
+        .map(|i| {
+            let w = warp::square_to_hemisphere(numbers(5, i)[0]) * if i % 2 == 0 { 1.0 } else { -1.0 };
+            Ray::new(w * 1.1, -w)
+        })
+        .collect();
+    let mut hits = vec![None; rays.len()];
+    scene.accel.nearest(&rays, &mut hits);
+    let surface = |(ray, hit): (&Ray, &Option<_>)| Some(scene.surface(ray, hit.as_ref()?));
+    rays.iter().zip(&hits).filter_map(surface).collect()
+}
+
+#[test]
+fn lamps_for_many_surfaces_are_those_for_single_ones() {
+    // Sampled by area and by solid angle, of no light inside of blocks, and turned.
+    let near = "quad = { corners = [[-1, 1.2, -1], [1, 1.2, -1], [1, 1.2, 1], [-1, 1.2, 1]] }";
+    let small = "quad = { corners = [[0, -4, 0], [0, -4, 0.5], [0.5, -4, 0.5], [0.5, -4, 0]] }";
+    let skew = "quad = { corners = [[3, 0, 0], [3, 1, 0.5], [3, 1, 2], [3, 0, 1.5]] }";
+    let sphere = "sphere = { center = [0, 0, 5], radius = 0.5 }";
+    let turned = place([-3.0, 0.0, 0.0], [10.0, 0.0, 70.0], [1.0; 3]);
+    let all = [
+        (near, None),
+        (small, None),
+        (skew, None),
+        (sphere, None),
+        (small, turned),
+    ];
+    let scenes = [
+        ball(&all, &[Vec3::new(0.0, 3.0, 3.0)]),
+        ball(&all[..1], &[]),
+        ball(&all[1..2], &[]),
+        ball(&[], &[Vec3::new(0.0, 3.0, 3.0)]),
+    ];
+    for scene in &scenes {
+        let surfaces = surfaces(scene);
+        assert!(surfaces.len() > 400);
+        let [choices, points] = [0, 1].map(|k| {
+            let count = 0..surfaces.len() as u32;
+            count.map(|i| numbers(6, i)[k]).collect::<Vec<_>>()
+        });
+        let mut samples = LampSamples::default();
+        let drawn = LampNumbers {
+            choices: Some(&choices),
+            points: &points,
+        };
+        scene.sample_lamps(Plain, &surfaces, drawn, &mut samples);
+        let mut lit = 0;
+        for (k, surface) in surfaces.iter().enumerate() {
+            let at = LightSampleContext {
+                p: surface.lifted(),
+                n: surface.viewed_normal(),
+            };
+            let choice = scene.lights.choose(Plain, LightFamily::Lamps, &at, choices[k].x);
+            let expected = choice.and_then(|c| Some((c, scene.sample_light(c.light, at.p, points[k])?)));
+            let sample = samples.samples[k].as_ref().expect("the ball reflects light");
+            assert!(sample.is_for(&at));
+            assert_eq!(sample.sample, expected);
+            lit += u32::from(expected.is_some());
+        }
+        assert!(lit > 50, "{lit} lit");
+    }
+}
