@@ -2,12 +2,12 @@
 //!
 //! It works in three steps, each a pure function of pixels:
 //!
-//! 1. The frames around a frame are brought to its pixels by the cameras and the depth ([`reproject`]) and averaged
-//!    where a test of the two pixels' surroundings cannot tell them apart ([`accumulate`]).
-//! 2. Each pixel becomes a mean of the pixels around it ([`nlm`]), weighted by how alike their surroundings, normals, depths and
+//! 1. The frames around a frame are brought to its pixels by the cameras and the depth (`reproject`) and averaged
+//!    where a test of the two pixels' surroundings cannot tell them apart (`accumulate`).
+//! 2. Each pixel becomes a mean of the pixels around it (`nlm`), weighted by how alike their surroundings, normals, depths and
 //!    albedos are, in windows of two sizes.
 //! 3. The windows are mixed by their estimated errors, and the result with the mean of step 1, so that it goes to the
-//!    truth as samples grow ([`choose`]).
+//!    truth as samples grow (`choose`).
 //!
 //! Everything works on the halves of each pixel's samples: weights from one half average the other, so that a pixel's noise
 //! does not choose its own neighbours, and the difference of the results measures the noise that is left. Light is divided by
