@@ -160,6 +160,23 @@ fn a_job_denoises_its_frames_whole_or_in_two_steps() {
             "{i}"
         );
     }
+    // One picture has a name without a number.
+    let still = [
+        "s.toml",
+        "--integrator",
+        "path",
+        "--samples",
+        "4",
+        "--denoise",
+        "-o",
+        "still.exr",
+        "-q",
+    ];
+    folder.succeed(&still);
+    folder.succeed(&["denoise", "noisy/still.exr", "-o", "again.exr"]);
+    assert!(folder.read("still.exr") == folder.read("again.exr"));
+    let error = folder.fail(2, &["denoise", "two/noisy/f.#.exr", "-o", "one.exr"]);
+    assert!(error.contains("one.exr"), "{error}");
     // What is there and fits stays.
     let changed = || {
         std::fs::metadata(folder.path("two/f.3.exr"))
@@ -182,6 +199,7 @@ fn what_cannot_be_denoised_is_refused_by_name() {
     let folder = rendered(&[]);
     let fail = |code: i32, args: &[&str]| folder.fail(code, &[&["denoise"], args].concat());
     assert!(fail(66, &["x.#.exr", "-o", "d.#.exr"]).contains("no file of the sequence"));
+    assert!(fail(66, &["nowhere/x.#.exr", "-o", "d.#.exr"]).contains("no file of the sequence"));
     assert!(fail(66, &["n.#.exr", "-o", "d.#.exr", "--range", "7"]).contains("n.7.exr"));
     assert!(fail(2, &["n.#.exr", "-o", "n.#.exr"]).contains("a file that the job reads"));
     // A gap.

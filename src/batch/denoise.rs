@@ -127,10 +127,7 @@ struct Sequence {
 
 impl Sequence {
     fn find(request: &DenoiseRequest) -> Result<Self, Error> {
-        let files = request
-            .input
-            .existing()
-            .map_err(|cause| Error::Usage(cause.to_string()))?;
+        let files = files(request)?;
         let wanted: Vec<i32> = match &request.frames {
             Some(range) => range.iter().filter_map(|frame| i32::try_from(frame).ok()).collect(),
             None => files.keys().copied().collect(),
@@ -165,8 +162,27 @@ impl Sequence {
             }
             list.push((frame, around));
         }
+        let numbers: Vec<i32> = list.iter().map(|(frame, _)| *frame).collect();
+        output::sequence::check_distinct(std::slice::from_ref(&request.output), &numbers)?;
         Ok(Self { wanted: list, files })
     }
+}
+
+/// The files that are there, by their frames. A name without a number is that of one picture.
+fn files(request: &DenoiseRequest) -> Result<BTreeMap<i32, PathBuf>, Error> {
+    let input = &request.input;
+    if input.has_frame() {
+        return match input.existing() {
+            Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => {
+                Err(Error::Usage(format!("{cause}: {}", input.as_str())))
+            }
+            found => Ok(found.unwrap_or_default()),
+        };
+    }
+    let asked = request.frames.as_ref().map(FrameRange::first);
+    let frame = asked.and_then(|frame| i32::try_from(frame).ok()).unwrap_or(0);
+    let file = Some((frame, input.path(frame))).filter(|(_, path)| path.exists());
+    Ok(file.into_iter().collect())
 }
 
 /// The frames in memory, in rising order.
