@@ -41,9 +41,15 @@ fn run(folder: &Folder, args: &str) {
     if args[0] == "bench" {
         args = with(with(args, "--repetitions", "1"), "--builds", "1");
     } else {
-        // The denoiser compares halves of the samples.
-        let samples = if args.contains(&"--denoise") { "2" } else { "1" };
-        args = with(with(args, "--resolution", "24x16"), "--samples", samples);
+        // The denoiser compares halves of the samples, and adaptive sampling begins with 16.
+        let (flag, samples) = if args.contains(&"--max-samples") {
+            ("--max-samples", "16")
+        } else if args.contains(&"--denoise") {
+            ("--samples", "2")
+        } else {
+            ("--samples", "1")
+        };
+        args = with(with(args, "--resolution", "24x16"), flag, samples);
     }
     folder.succeed(&args);
 }
