@@ -39,6 +39,7 @@ def check(*more, **expected):
     return stats
 
 
+check("--denoise")
 check()
 (folder / "schema.2.exr").write_bytes(b"no picture")
 (folder / "schema.3.exr").unlink()
