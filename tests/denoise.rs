@@ -11,23 +11,27 @@ const PATH: &str =
 
 const LIGHT: &str = "denoise,diffuse_direct,diffuse_indirect,specular_direct,specular_indirect,transmission,emission";
 
-/// A sequence with the passes of the denoiser and the six components, `n.1.exr` to `n.5.exr`.
-fn rendered(more: &[&str]) -> Folder {
+/// The frames of this camera, without a word.
+const JOB: &str = "s.toml --frames p.csv --integrator path -q";
+
+/// The arguments in these lines.
+fn words<'a>(lines: &[&'a str]) -> Vec<&'a str> {
+    lines.iter().flat_map(|line| line.split(' ')).collect()
+}
+
+/// A folder with the scene and the path.
+fn folder() -> Folder {
     let folder = Folder::new();
     folder.write("s.toml", SMALL_SCENE);
     folder.write("p.csv", PATH);
-    let job = [
-        "s.toml",
-        "--frames",
-        "p.csv",
-        "--integrator",
-        "path",
-        "--samples",
-        "16",
-        "-o",
-        "n.#.exr",
-    ];
-    folder.succeed(&[&job[..], &["--aovs", LIGHT, "-q"], more].concat());
+    folder
+}
+
+/// A sequence with the passes of the denoiser and the six components, `n.1.exr` to `n.5.exr`.
+fn rendered(more: &[&str]) -> Folder {
+    let folder = folder();
+    let job = [JOB, "--samples 16 -o n.#.exr --aovs", LIGHT];
+    folder.succeed(&[words(&job), more.to_vec()].concat());
     folder
 }
 
@@ -52,18 +56,8 @@ fn square_error(a: &[f32], b: &[f32]) -> f64 {
 #[test]
 fn denoised_frames_are_nearer_to_the_truth_and_keep_the_noisy_picture() {
     let folder = rendered(&["--exr-type", "float"]);
-    let job = [
-        "s.toml",
-        "--frames",
-        "p.csv",
-        "--integrator",
-        "path",
-        "--samples",
-        "1024",
-        "--seed",
-        "99",
-    ];
-    folder.succeed(&[&job[..], &["-r", "4", "-o", "truth.exr", "--exr-type", "float", "-q"]].concat());
+    let truth = "--samples 1024 --seed 99 -r 4 -o truth.exr --exr-type float";
+    folder.succeed(&words(&[JOB, truth]));
     folder.succeed(&["denoise", "n.#.exr", "-o", "d.#.exr"]);
     let (noisy, denoised, truth) = (
         folder.open_exr("n.4.exr"),
@@ -119,41 +113,24 @@ fn chunks_and_threads_give_the_bytes_of_the_whole() {
 
 #[test]
 fn a_job_denoises_its_frames_whole_or_in_two_steps() {
-    let folder = Folder::new();
-    folder.write("s.toml", SMALL_SCENE);
-    folder.write("p.csv", PATH);
-    let job = [
-        "s.toml",
-        "--frames",
-        "p.csv",
-        "--integrator",
-        "path",
-        "--samples",
-        "4",
-        "--denoise",
-        "--temporal",
-        "1",
-    ];
-    folder.succeed(&[&job[..], &["-o", "whole/f.#.exr", "-q"]].concat());
-    for part in ["1/2", "2/2"] {
-        folder.succeed(
-            &[
-                &job[..],
-                &["-o", "two/f.#.exr", "-q", "--part", part, "--denoise-step", "render"],
-            ]
-            .concat(),
-        );
-    }
+    let folder = folder();
+    let denoise = "--samples 4 --denoise --temporal 1 -o";
+    folder.succeed(&words(&[JOB, denoise, "whole/f.#.exr"]));
+    let steps = |step: &str, parts: [&str; 2]| {
+        for part in parts {
+            folder.succeed(&words(&[
+                JOB,
+                denoise,
+                "two/f.#.exr --part",
+                part,
+                "--denoise-step",
+                step,
+            ]));
+        }
+    };
+    steps("render", ["1/2", "2/2"]);
     assert_eq!(common::names(&folder.path("two")), ["noisy"]);
-    for part in ["2/2", "1/2"] {
-        folder.succeed(
-            &[
-                &job[..],
-                &["-o", "two/f.#.exr", "-q", "--part", part, "--denoise-step", "denoise"],
-            ]
-            .concat(),
-        );
-    }
+    steps("denoise", ["2/2", "1/2"]);
     for i in 1..=5 {
         assert!(
             folder.read(&format!("whole/f.{i}.exr")) == folder.read(&format!("two/f.{i}.exr")),
@@ -161,18 +138,9 @@ fn a_job_denoises_its_frames_whole_or_in_two_steps() {
         );
     }
     // One picture has a name without a number.
-    let still = [
-        "s.toml",
-        "--integrator",
-        "path",
-        "--samples",
-        "4",
-        "--denoise",
-        "-o",
-        "still.exr",
-        "-q",
-    ];
-    folder.succeed(&still);
+    folder.succeed(&words(&[
+        "s.toml --integrator path --samples 4 --denoise -o still.exr -q",
+    ]));
     folder.succeed(&["denoise", "noisy/still.exr", "-o", "again.exr"]);
     assert!(folder.read("still.exr") == folder.read("again.exr"));
     let error = folder.fail(2, &["denoise", "two/noisy/f.#.exr", "-o", "one.exr"]);
@@ -184,13 +152,13 @@ fn a_job_denoises_its_frames_whole_or_in_two_steps() {
             .expect("the file is there")
     };
     let before = changed();
-    folder.succeed(&[&job[..], &["-o", "two/f.#.exr", "-q", "--skip-existing"]].concat());
+    folder.succeed(&words(&[JOB, denoise, "two/f.#.exr --skip-existing"]));
     assert_eq!(changed(), before);
-    let error = folder.fail(2, &[&job[..], &["-o", "two/f.#.exr", "--part", "1/2"]].concat());
+    let error = folder.fail(2, &words(&[JOB, denoise, "two/f.#.exr --part 1/2"]));
     assert!(error.contains("--denoise-step render"), "{error}");
     let error = folder.fail(2, &["s.toml", "--samples", "1", "--denoise", "-o", "f.exr"]);
     assert!(error.contains("2 or more"), "{error}");
-    let error = folder.fail(2, &[&job[..], &["-o", "two/f.#.png"]].concat());
+    let error = folder.fail(2, &words(&[JOB, denoise, "two/f.#.png"]));
     assert!(error.contains("denoised frames are EXR files"), "{error}");
 }
 
@@ -211,41 +179,14 @@ fn what_cannot_be_denoised_is_refused_by_name() {
     // A file that was cut short, and one of another size.
     std::fs::write(folder.path("n.3.exr"), &third[..third.len() - 9]).unwrap();
     assert!(fail(65, &["n.#.exr", "-o", "d.#.exr"]).contains("incomplete or altered"));
-    let job = [
-        "s.toml",
-        "--frames",
-        "p.csv",
-        "--integrator",
-        "path",
-        "--samples",
-        "4",
-        "-r",
-        "3",
-        "-o",
-        "n.#.exr",
-        "-q",
-    ];
-    folder.succeed(&[&job[..], &["--aovs", LIGHT, "--resolution", "35x25"]].concat());
+    let third = [JOB, "--samples 4 -r 3 -o n.#.exr"];
+    folder.succeed(&words(&[third[0], third[1], "--resolution 35x25 --aovs", LIGHT]));
     assert!(fail(65, &["n.#.exr", "-o", "d.#.exr"]).contains("different sizes"));
     // No passes, one sample, denoised before.
-    folder.succeed(&job);
+    folder.succeed(&words(&third));
     let error = fail(65, &["n.#.exr", "-o", "d.#.exr"]);
     assert!(error.contains("--aovs denoise"), "{error}");
-    let one = [
-        "s.toml",
-        "--frames",
-        "p.csv",
-        "--integrator",
-        "path",
-        "--samples",
-        "1",
-        "-r",
-        "3",
-        "-o",
-        "one.#.exr",
-        "-q",
-    ];
-    folder.succeed(&[&one[..], &["--aovs", LIGHT]].concat());
+    folder.succeed(&words(&[JOB, "--samples 1 -r 3 -o one.#.exr --aovs", LIGHT]));
     assert!(fail(65, &["one.#.exr", "-o", "d.#.exr"]).contains("one sample"));
     assert!(fail(65, &["alone.#.exr", "-o", "d.#.exr", "--temporal", "0"]).contains("denoised already"));
 }
@@ -253,17 +194,10 @@ fn what_cannot_be_denoised_is_refused_by_name() {
 #[test]
 fn open_image_denoise_is_asked_for_by_name_where_it_is_missing() {
     let folder = rendered(&[]);
-    let missing = [
-        "denoise",
-        "n.#.exr",
-        "-o",
-        "d.#.exr",
-        "--filter",
-        "oidn",
-        "--oidn-lib",
-        "nowhere.so",
-    ];
-    let error = folder.fail(66, &missing);
+    let error = folder.fail(
+        66,
+        &words(&["denoise n.#.exr -o d.#.exr --filter oidn --oidn-lib nowhere.so"]),
+    );
     assert!(error.contains("--oidn-lib") && error.contains("OIDN_DIR"), "{error}");
     assert!(!folder.path("d.1.exr").exists());
 }

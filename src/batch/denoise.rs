@@ -47,15 +47,15 @@ pub struct DenoiseRequest {
 /// The frames that may help others.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Helpers {
-    /// Those that are there, and none may be missing between them.
+    /// All frames that are there; a gap between them is an error.
     Complete,
-    /// Those that are there.
+    /// All frames that are there.
     Present,
-    /// Those of these that are there.
+    /// The frames of this list that are there.
     Among(Vec<i32>),
 }
 
-/// What a sequence's observer hears.
+/// An observer of a sequence that is denoised.
 pub trait DenoiseObserver {
     fn started(&self, _frames: usize) {}
     fn done(&self, _frame: i32, _path: &Path) {}
@@ -194,7 +194,8 @@ struct Loaded {
 struct LoadedFrame {
     number: i32,
     path: PathBuf,
-    file: ExrFile,
+    /// The file that the denoised one is made of, until that is done.
+    file: Option<ExrFile>,
     layers: Vec<String>,
     frame: Frame,
 }
@@ -217,7 +218,7 @@ impl LoadedFrame {
             layers,
             number,
             path: path.to_owned(),
-            file,
+            file: Some(file),
         })
     }
 
@@ -247,13 +248,16 @@ impl Loaded {
         Ok(())
     }
 
-    /// The file of a frame that is there, denoised.
-    fn denoise(&self, number: i32, method: &mut Method, simd: Isa) -> Result<ExrFile, DenoiseError> {
-        let is_own = |frame: &&LoadedFrame| frame.number == number;
-        let own = self.frames.iter().find(is_own).expect("it was loaded");
-        let others: Vec<&Frame> = self.frames.iter().filter(|f| !is_own(f)).map(|f| &f.frame).collect();
+    /// The file of a frame that is there, denoised. Each frame can be denoised once.
+    fn denoise(&mut self, number: i32, method: &mut Method, simd: Isa) -> Result<ExrFile, DenoiseError> {
+        let is_own = |frame: &LoadedFrame| frame.number == number;
+        let own = self.frames.iter_mut().find(|frame| is_own(frame));
+        let file = own.and_then(|own| own.file.take());
+        let mut file = file.expect("it was loaded, and each frame is denoised once");
+        let (own, others): (Vec<_>, Vec<_>) = self.frames.iter().partition(|frame| is_own(frame));
+        let others: Vec<&Frame> = others.into_iter().map(|other| &other.frame).collect();
+        let own = own[0];
         let denoised = denoise::denoise(&own.frame, &others, method, simd)?;
-        let mut file = own.file.clone();
         layers::put(&mut file, &own.layers, &denoised);
         Ok(file)
     }

@@ -1,4 +1,4 @@
-//! What a job says about denoising.
+//! The settings of denoising.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use crate::{
     output::{Exr, FilePattern, Format as _},
 };
 
-/// How frames are denoised.
+/// The settings of the denoiser.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DenoiseOptions {
     /// Frames on each side that help.
@@ -25,7 +25,7 @@ pub enum FilterKind {
     Oidn { library: Option<PathBuf> },
 }
 
-/// How a job denoises.
+/// The denoising of a job.
 #[derive(Clone, Debug)]
 pub struct DenoisePlan {
     pub options: DenoiseOptions,

@@ -9,9 +9,9 @@ use crate::{
 
 /// The patterns of a job's files.
 pub(super) struct Patterns {
-    /// Those that it renders.
+    /// The patterns of the files that it renders.
     pub rendered: Vec<FilePattern>,
-    /// The denoised files that the first of them become; none where the job does not denoise.
+    /// The patterns of the denoised files that the first of these become; none where the job does not denoise.
     pub denoised: Vec<FilePattern>,
 }
 

@@ -95,7 +95,7 @@ pub struct Plan {
     pub encoding: Encoding,
     /// The files beside the pictures.
     pub sidecars: Vec<Sidecar>,
-    /// How the frames are denoised, where they are.
+    /// The denoising of the frames, if any.
     pub denoise: Option<DenoisePlan>,
     /// The planes of each film that go into its files.
     pub shown: Shown,

@@ -71,7 +71,7 @@ pub struct Request {
     pub png_depth: Option<String>,
     pub png_normals: Option<String>,
     pub png_ids: Option<String>,
-    /// How the frames are denoised once all are there; the job's files are the denoised ones then.
+    /// The denoising that follows once all frames are there; the job's files are the denoised ones then.
     pub denoise: Option<DenoiseOptions>,
     /// The names of files with metadata beside the pictures.
     pub metadata: Vec<String>,

@@ -1,7 +1,8 @@
 //! `batch-render denoise`: the noise taken out of a sequence of files.
 
 use std::{
-    path::Path,
+    env,
+    path::{Path, PathBuf},
     sync::atomic::{AtomicUsize, Ordering},
 };
 
@@ -10,6 +11,7 @@ use batch_render::{
         DenoiseOptions, FilterKind,
         denoise::{DenoiseObserver, DenoiseRequest, Helpers, denoise},
     },
+    denoise::Oidn,
     error::Error,
     output::FilePattern,
     simd::Isa,
@@ -48,10 +50,21 @@ pub fn options(filter: DenoiserKind, temporal: u32, library: Option<&Path>) -> D
         filter: match filter {
             DenoiserKind::Nlm => FilterKind::NonLocalMeans,
             DenoiserKind::Oidn => FilterKind::Oidn {
-                library: library.map(Path::to_owned),
+                library: library.map(Path::to_owned).or_else(oidn_of_environment),
             },
         },
     }
+}
+
+/// The library in the folder that the environment names, or in its `lib`.
+fn oidn_of_environment() -> Option<PathBuf> {
+    let folder = PathBuf::from(env::var_os("OIDN_DIR")?);
+    let inside = folder.join(Oidn::LIBRARY);
+    Some(if inside.exists() {
+        inside
+    } else {
+        folder.join("lib").join(Oidn::LIBRARY)
+    })
 }
 
 /// A line for each frame.

@@ -9,7 +9,7 @@ pub struct Report {
     pub command: Vec<String>,
     pub scene: String,
     pub resolution: [u32; 2],
-    /// Of each pixel; with adaptive sampling the most.
+    /// The samples of each pixel; with adaptive sampling the most.
     pub samples: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_samples: Option<u32>,

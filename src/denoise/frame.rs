@@ -24,9 +24,9 @@ pub struct Guides {
 /// A camera as its shutter opens: matrices for row vectors, and its lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraMatrices {
-    /// To x to the right, y up and z along the line of sight.
+    /// The matrix to camera space: x to the right, y up and z along the line of sight.
     pub camera_from_world: [f32; 16],
-    /// To 0 0 in the upper left corner of the picture and 1 1 in the lower right one; not of panoramas.
+    /// The matrix to NDC, 0 0 in the upper left corner of the picture and 1 1 in the lower right one; panoramas have none.
     pub ndc_from_world: Option<[f32; 16]>,
     /// The f-number and the distance of focus, where it has a lens.
     pub lens: Option<[f32; 2]>,
@@ -48,7 +48,7 @@ pub struct Frame {
     pub specular: Option<Vec<f32>>,
     /// Layers of the signal, by their indices, that sum to the beauty.
     pub families: Vec<Vec<usize>>,
-    /// Of cameras that have such matrices.
+    /// The camera, where the file tells it.
     pub camera: Option<CameraMatrices>,
 }
 

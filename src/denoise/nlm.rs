@@ -49,7 +49,7 @@ pub(super) fn weight(distance: f32) -> f32 {
 pub(super) struct Filtered {
     /// Each half, by weights that the other chose.
     pub halves: [Color; 2],
-    /// By the means of both weights.
+    /// The other layers, by the means of both weights.
     pub light: Vec<Color>,
     /// The sum of the squares of the weights, where they sum to 1; of both halves.
     #[cfg(test)]
@@ -168,7 +168,7 @@ fn offsets() -> (Vec<[isize; 2]>, usize) {
 struct Sums {
     /// Six planes for the halves, and three for each layer.
     planes: Vec<Vec<f32>>,
-    /// Of the halves, and of the layers.
+    /// The sums of the weights of each half, and of the layers.
     weights: [Vec<f32>; 3],
     #[cfg(test)]
     squares: Vec<f32>,
@@ -348,30 +348,10 @@ fn features(input: &Input, [x, y]: [isize; 2], [dx, dy]: [isize; 2], out: &mut [
     const DEPTH: f32 = 0.02 * 0.02;
     const TINY: f32 = 1e-30;
     const N: usize = TILE[0];
-    let mut square = [0.0; N];
-    for plane in &input.normal {
-        let (a, b) = (plane.row(x, y, N), plane.row(x + dx, y + dy, N));
-        for i in 0..N {
-            square[i] += (a[i] - b[i]) * (a[i] - b[i]);
-        }
-    }
-    let plane = &input.normal_variance;
-    let (va, vb) = (plane.row(x, y, N), plane.row(x + dx, y + dy, N));
-    for i in 0..N {
-        out[i] = (square[i] - (va[i] + vb[i])).max(0.0) * NORMAL;
-    }
-    square = [0.0; N];
-    for plane in &input.albedo {
-        let (a, b) = (plane.row(x, y, N), plane.row(x + dx, y + dy, N));
-        for i in 0..N {
-            square[i] += (a[i] - b[i]) * (a[i] - b[i]);
-        }
-    }
-    let plane = &input.albedo_variance;
-    let (va, vb) = (plane.row(x, y, N), plane.row(x + dx, y + dy, N));
-    for i in 0..N {
-        out[i] += (square[i] - (va[i] + vb[i])).max(0.0) * ALBEDO;
-    }
+    let (from, to) = ([x, y], [x + dx, y + dy]);
+    out.fill(0.0);
+    add_differences(&input.normal, &input.normal_variance, (from, to), NORMAL, out);
+    add_differences(&input.albedo, &input.albedo_variance, (from, to), ALBEDO, out);
     let (steps_x, steps_y) = (dx as f32, dy as f32);
     let (a, b) = (
         input.inverse_depth.row(x, y, N),
@@ -388,5 +368,28 @@ fn features(input: &Input, [x, y]: [isize; 2], [dx, dy]: [isize; 2], out: &mut [
         let most = a[i].max(b[i]);
         let depth = (d * d - (va[i] + vb[i])).max(0.0) / (DEPTH * most * most + TINY);
         out[i] = inside[i] * weight(out[i] + depth);
+    }
+}
+
+/// Adds the squared lengths of the differences of two lines of vectors, beyond what their variances let expect, times `scale`.
+#[inline(always)]
+fn add_differences(
+    planes: &[Padded; 3],
+    variance: &Padded,
+    (from, to): ([isize; 2], [isize; 2]),
+    scale: f32,
+    out: &mut [f32; TILE[0]],
+) {
+    const N: usize = TILE[0];
+    let mut square = [0.0; N];
+    for plane in planes {
+        let (a, b) = (plane.row(from[0], from[1], N), plane.row(to[0], to[1], N));
+        for i in 0..N {
+            square[i] += (a[i] - b[i]) * (a[i] - b[i]);
+        }
+    }
+    let (va, vb) = (variance.row(from[0], from[1], N), variance.row(to[0], to[1], N));
+    for i in 0..N {
+        out[i] += (square[i] - (va[i] + vb[i])).max(0.0) * scale;
     }
 }

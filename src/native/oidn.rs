@@ -4,14 +4,11 @@
 
 use std::{
     ffi::{CStr, c_char, c_int, c_void},
-    path::{Path, PathBuf},
+    path::Path,
     ptr,
 };
 
 use super::library::NativeLibrary;
-
-/// The name by which systems with the library find it.
-const NAME: &str = "libOpenImageDenoise.so.2";
 
 /// The oldest version whose functions are those declared here.
 const OLDEST: c_int = 20000;
@@ -25,7 +22,8 @@ const NO_ERROR: c_int = 0;
 #[derive(Debug, thiserror::Error)]
 pub enum OidnError {
     #[error(
-        "cannot load Open Image Denoise ({0}): install it, or name {NAME} with --oidn-lib or its folder with OIDN_DIR"
+        "cannot load Open Image Denoise ({0}): install it, or name {name} with --oidn-lib or its folder with OIDN_DIR",
+        name = Oidn::LIBRARY
     )]
     Load(String),
     #[error("Open Image Denoise is too old: it has version {0}, and 2.0 or newer is needed")]
@@ -108,19 +106,15 @@ pub struct OidnImages<'a> {
 }
 
 impl Oidn {
-    /// Loads the library at `path`; without one that in the folder `OIDN_DIR` or its `lib`, or that of the system.
+    /// The name by which systems with the library find it.
+    pub const LIBRARY: &str = "libOpenImageDenoise.so.2";
+
+    /// Loads the library at `path`; without one that of the system.
     ///
     /// # Errors
     /// There is none, it is too old, or it does not run here.
     pub fn load(path: Option<&Path>, threads: usize) -> Result<Self, OidnError> {
-        let folder = std::env::var_os("OIDN_DIR").map(PathBuf::from);
-        let in_folder = folder.map(|folder| {
-            let candidates = [folder.join(NAME), folder.join("lib").join(NAME)];
-            let [first, second] = candidates;
-            if first.exists() { first } else { second }
-        });
-        let path = path.map(Path::to_owned).or(in_folder);
-        let library = NativeLibrary::load(path.as_deref().unwrap_or(Path::new(NAME)));
+        let library = NativeLibrary::load(path.unwrap_or(Path::new(Self::LIBRARY)));
         let library = library.map_err(|cause| OidnError::load(&cause))?;
         // The functions of version 1 have other names.
         let functions = Functions::load(&library).map_err(|_| OidnError::Old("1".to_owned()))?;

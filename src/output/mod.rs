@@ -29,7 +29,7 @@ pub use camera_attributes::camera_attributes;
 pub use display::DisplayTransform;
 pub use encode::{BlockShape, Contents, EncodeError, Encoding, Format, LightType, Parts, PngBits, WriteReport};
 pub use error::OutputError;
-pub use exr::{Compression, Exr, ExrFile, FilePlane, Numbers};
+pub use exr::{Compression, Exr, ExrFile, FilePart, FilePlane, Numbers};
 pub use facts::FileFacts;
 pub use frame::{Coverage, FrameImage, Shown};
 pub use join::{CropFile, JoinError};

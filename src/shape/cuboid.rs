@@ -141,7 +141,7 @@ impl BlockKind<6> for Cuboid {
         [a.x, a.y, a.z, b.x, b.y, b.z]
     }
 
-    /// By slabs; a ray that runs along a face counts as inside that slab.
+    /// Tests the slabs; a ray that runs along a face counts as inside that slab.
     #[inline(always)]
     fn attempt(numbers: &[f64; 6], ray: &Ray) -> Attempt {
         let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());

@@ -122,7 +122,7 @@ impl BlockKind<4> for Sphere {
         [c.x, c.y, c.z, self.radius.into()]
     }
 
-    /// In double precision, from the point of the ray nearest to the centre: the discriminant of a
+    /// Works in double precision, from the point of the ray nearest to the centre: the discriminant of a
     /// small sphere far away cancels otherwise.
     #[inline(always)]
     fn attempt(numbers: &[f64; 4], ray: &Ray) -> Attempt {

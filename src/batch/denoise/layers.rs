@@ -246,3 +246,68 @@ fn replace(file: &mut ExrFile, channel: &str, by: &[f32], is_exact: &[bool]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        film::Window,
+        output::{BlockShape, Compression, FilePart},
+    };
+
+    /// A file of two pixels with these channels, all of whose numbers are 0.5.
+    fn file(channels: &[String]) -> ExrFile {
+        let window = Window::new(3, 7, 5, 8);
+        let plane = |name: &String| FilePlane {
+            name: name.clone(),
+            numbers: Numbers::Float(vec![0.5; 2]),
+        };
+        ExrFile {
+            is_multi: false,
+            parts: vec![FilePart {
+                name: String::new(),
+                attributes: Vec::new(),
+                compression: Compression::None,
+                blocks: BlockShape::Lines,
+                display: Window::full([16, 9]),
+                data: window,
+                planes: channels.iter().map(plane).collect(),
+            }],
+        }
+    }
+
+    fn channels() -> Vec<String> {
+        let denoise = PASSES.iter().filter(|pass| pass.serves_denoisers());
+        let named = denoise.flat_map(|pass| pass.channels.iter().map(|channel| format!("{}.{channel}", pass.name)));
+        named.chain(RGB.map(str::to_owned)).collect()
+    }
+
+    fn read(file: &ExrFile) -> Result<Frame, DenoiseError> {
+        frame(file, &[], Path::new("f.exr"))
+    }
+
+    #[test]
+    fn the_channels_of_the_denoisers_passes_are_enough_and_each_is_needed() {
+        assert!(read(&file(&channels())).is_ok());
+        for missing in channels().iter().filter(|name| *name != "objectId.Y") {
+            let rest: Vec<String> = channels().into_iter().filter(|name| name != missing).collect();
+            let error = read(&file(&rest)).expect_err("a channel is missing").to_string();
+            assert!(
+                error.contains(missing.as_str()) && error.contains("--aovs denoise"),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_number_that_is_not_finite_is_named_with_its_pixel() {
+        for value in [f32::NAN, f32::INFINITY] {
+            let mut file = file(&channels());
+            let mut planes = file.parts[0].planes.iter_mut();
+            let plane = planes.find(|plane| plane.name == "beauty_b.G").expect("it is there");
+            plane.numbers = Numbers::Float(vec![0.5, value]);
+            let error = read(&file).expect_err("a number is not finite").to_string();
+            assert_eq!(error, format!("pixel 4, 7 of beauty_b.G is {value}: f.exr"));
+        }
+    }
+}

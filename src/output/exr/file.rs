@@ -49,7 +49,7 @@ pub struct ExrFile {
 #[derive(Clone, Debug)]
 pub struct Part {
     pub name: String,
-    /// Those that the writer does not make itself.
+    /// The attributes that the writer does not make itself.
     pub attributes: Vec<Attribute>,
     pub compression: Compression,
     pub blocks: BlockShape,
