@@ -31,13 +31,12 @@ pub enum Strategy {
 impl Strategy {
     /// The weight of light that was found by light sampling with density `light`, where following the surface would have
     /// found it with density `bsdf`.
-    #[inline]
-    fn weight_of_light(self, light: f32, bsdf: f32) -> f32 {
-        match self {
-            Self::Mis => power_heuristic(light, bsdf),
-            Self::Light => 1.0,
-            Self::Bsdf => 0.0,
-        }
+    #[inline(always)]
+    pub fn weight_of_light(self, light: f32, bsdf: f32) -> f32 {
+        // Without branches, for vectors.
+        let both = power_heuristic(light, bsdf);
+        let alone = if self == Self::Light { 1.0 } else { 0.0 };
+        if self == Self::Mis { both } else { alone }
     }
 
     /// The weight of light that was met by following the surface with density `bsdf`, where light sampling would have
@@ -54,13 +53,12 @@ impl Strategy {
 }
 
 /// The weight of the first of two densities.
+#[inline(always)]
 fn power_heuristic(a: f32, b: f32) -> f32 {
-    if a.is_infinite() {
-        return 1.0;
-    }
     // By ratio: the squares of densities may overflow.
     let r = b / a;
-    1.0 / (1.0 + r * r)
+    let weight = 1.0 / (1.0 + r * r);
+    if a.is_infinite() { 1.0 } else { weight }
 }
 
 /// A surface, seen in its shading frame.
@@ -110,16 +108,25 @@ pub struct DirectLight<C, P> {
     pub passage: P,
 }
 
-/// Asks a light of each family, chosen by `uc`, what it brings to `shading`.
+/// The number in `[0, 1)` that chooses lights for the vertex.
+#[inline(always)]
+fn light_choice(context: &VertexContext<'_>) -> f32 {
+    if !context.scene.lights.has_choice() {
+        return 0.0;
+    }
+    let dimension = Dimension::at(context.path.depth, SampleUse::Selection);
+    context.numbers.get_2d(dimension).x
+}
+
+/// Asks a light of each family what it brings to `shading`.
 #[inline(always)]
 pub fn sample_direct(
     context: &VertexContext<'_>,
     shading: &ShadingPoint<'_, impl BsdfKind>,
-    uc: impl Fn() -> f32,
     how: &DirectLight<impl Fn(Rgb) -> Rgb, impl Fn(bool) -> ShadowPassage>,
     out: &mut ShadingOutput,
 ) {
-    let uc = if context.scene.lights.has_choice() { uc() } else { 0.0 };
+    let uc = light_choice(context);
     for family in context.scene.lights.families() {
         sample_family(context, shading, (family, uc), how, out);
     }
@@ -136,7 +143,7 @@ fn sample_family(
 ) {
     let receiver = shading.receiver();
     out.clock.lap(Stage::Bsdf);
-    let sample = sample_light(context, family, &receiver, uc);
+    let sample = sample_light(context, shading.surface, family, &receiver, uc);
     out.clock.lap(Stage::Light);
     let Some((choice, sample)) = sample else { return };
     let wi_local = shading.frame.to_local(sample.wi);
@@ -173,20 +180,18 @@ fn sample_family(
 #[inline(always)]
 fn sample_light(
     context: &VertexContext<'_>,
+    surface: &SurfaceInteraction,
     family: LightFamily,
     receiver: &LightSampleContext,
     uc: f32,
 ) -> Option<(SampledLight, LightSample)> {
     let (scene, depth) = (context.scene, context.path.depth);
-    if let (LightFamily::Lamps, Some(lamp)) = (family, context.lamp)
-        && lamp.is_for(receiver)
+    if (!scene.lights.depends_on_normal(family) || surface.viewed_normal() == receiver.n)
+        && let Some(sample) = context.lights.get(family, context.numbers.index)
     {
-        return lamp.sample;
+        return sample;
     }
     let choice = scene.lights.choose(scene.accel.simd(), family, receiver, uc)?;
-    if let (LightFamily::Background, Some(sample)) = (family, context.background) {
-        return Some((choice, (*sample)?));
-    }
     let sample_use = match family {
         LightFamily::Lamps | LightFamily::Suns => SampleUse::Light,
         LightFamily::Background => SampleUse::Background,

@@ -8,17 +8,19 @@
 
 use crate::{
     accel::RayCost,
+    bsdf::Lobe,
     camera::Camera,
     geometry::Hit,
     kind::kinds,
-    light::{LightSample, environment::EnvironmentLight},
+    light::environment::EnvironmentLight,
     math::{Ray, RayCone, Rgb, Vec3},
     sampler::{PathSampler, SampleUse},
-    scene::{LampSample, MediumStack, Scene, SurfaceInteraction},
+    scene::{LightSamples, MediumStack, Scene, SurfaceInteraction},
     value::{Count, Problem, Spanned, kind_by_name},
 };
 
 pub mod cost;
+mod diffuse;
 mod direct;
 pub mod light_layers;
 pub mod occlusion;
@@ -110,6 +112,23 @@ pub struct Bounces {
     pub straight: u8,
 }
 
+impl Bounces {
+    /// These and one more by `lobe`, if the limits allow it.
+    #[inline(always)]
+    pub fn and(mut self, lobe: Lobe, limits: Self) -> Option<Self> {
+        let (count, limit) = match lobe {
+            Lobe::Diffuse => (&mut self.diffuse, limits.diffuse),
+            Lobe::Specular => (&mut self.specular, limits.specular),
+            Lobe::Transmission => (&mut self.transmission, limits.transmission),
+        };
+        if *count >= limit {
+            return None;
+        }
+        *count += 1;
+        Some(self)
+    }
+}
+
 /// The end of a path.
 #[derive(Clone, Copy, Debug)]
 pub enum Vertex<'a> {
@@ -128,10 +147,8 @@ pub struct VertexContext<'a> {
     pub vertex: Vertex<'a>,
     /// The random numbers of the path's sample. There are none for [`Vertex::Miss`], where nothing is left to choose.
     pub numbers: PathSampler<'a>,
-    /// A sample of the background's light, where they were drawn for many vertices at once.
-    pub background: Option<&'a Option<LightSample>>,
-    /// The same of the lamps.
-    pub lamp: Option<&'a LampSample>,
+    /// Samples of lights that were drawn for many vertices at once.
+    pub lights: &'a LightSamples,
     /// The camera where the path began.
     pub camera: &'a Camera,
     /// The round of shadow rays, from 0: see [`Integrator::shadow_rounds`].

@@ -29,13 +29,12 @@
 //! Shadow Terminator", Ray Tracing Gems II, 2021, and Keller et al., "The Iray Light Transport Simulation and Rendering System",
 //! 2017.
 
-use std::cell::LazyCell;
-
 use serde::Deserialize;
 
 use super::{
     BounceState, Bounces, FirstLobe, Integrator, Limit, LimitValue, Lobes, PathState, ShadingOutput, ShadowPassage,
-    Vertex, VertexContext,
+    Stage, Tag, Vertex, VertexBatch, VertexContext,
+    diffuse::{DiffuseBlock, DiffuseSurface},
     direct::{DirectLight, ShadingPoint, Strategy, sample_direct},
     max_depth,
 };
@@ -120,43 +119,22 @@ impl Integrator for PathTracer {
         drawn.into_iter().filter(|(_, drawn)| *drawn).map(|(p, _)| p).collect()
     }
 
+    fn shade_batch(&self, batch: &VertexBatch<'_>, out: &mut ShadingOutput) {
+        let mut diffuse = DiffuseBlock::EMPTY;
+        for k in 0..batch.len() {
+            if k % DiffuseBlock::LEN == 0 {
+                out.clock.lap(Stage::Bsdf);
+                diffuse.fill(batch, k, self.strategy);
+                out.clock.lap(Stage::Light);
+            }
+            let context = batch.begin(k, out);
+            self.shade(&context, diffuse.surface(k), out);
+        }
+    }
+
     #[inline(always)]
     fn vertex(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
-        let (surface, hit) = match context.vertex {
-            Vertex::Surface(surface, hit) => (surface, hit),
-            Vertex::Miss(light) => return self.escape(context, &light, out),
-        };
-        let (scene, path) = (context.scene, context.path);
-        if !path.last.media.is_empty() {
-            out.attenuate(scene.transmittance(path.last.media, surface.t - context.ray.tmin));
-        }
-        let material = scene.material(surface.material);
-        if let Some(emission) = material.emission() {
-            self.emission(context, surface, hit, &emission, out);
-        }
-        if path.depth >= self.max_depth {
-            return;
-        }
-        let mut bsdf = material.bsdf(&scene.textures(), &surface.texture);
-        if let Bsdf::Layered(layered) = &mut bsdf
-            && layered.disperses()
-        {
-            // The number that chooses the lobe chooses the channel as well.
-            let choice = context.numbers.get_2d(Dimension::at(path.depth, SampleUse::Selection));
-            if let Some(hero) = HeroChannel::choose(path.throughput, choice.y) {
-                *layered = layered.for_channel(hero);
-            }
-        }
-        if let Some(ior) = scene.ior_outside(path.last.media, surface.material) {
-            bsdf = bsdf.immersed(ior);
-        }
-        bsdf.dispatch(Scatter {
-            tracer: self,
-            context,
-            surface,
-            material,
-            out,
-        });
+        self.shade(context, None, out);
     }
 
     fn limits(&self) -> Vec<Limit> {
@@ -243,8 +221,6 @@ impl Scatter<'_, '_> {
             horizon,
         };
         let (scene, path) = (context.scene, context.path);
-        // Drawn once, and only where there is something to choose.
-        let choice = LazyCell::new(|| context.numbers.get_2d(Dimension::at(path.depth, SampleUse::Selection)));
         // What has but one direction is found this way alone.
         if !bsdf.is_delta() && !scene.lights.is_empty() {
             let how = DirectLight {
@@ -252,14 +228,116 @@ impl Scatter<'_, '_> {
                 clamp: |l| tracer.clamped(path, 1, l),
                 passage: |transmitted| tracer.shadow_passage(context, &shading, transmitted),
             };
-            sample_direct(context, &shading, || choice.x, &how, out);
+            sample_direct(context, &shading, &how, out);
         }
-        let uc = if bsdf.has_lobes() { choice.y } else { 0.0 };
+        let uc = if bsdf.has_lobes() {
+            context
+                .numbers
+                .get_2d(Dimension::at(path.depth, SampleUse::Selection))
+                .y
+        } else {
+            0.0
+        };
         tracer.go_on(context, &shading, uc, out);
     }
 }
 
 impl PathTracer {
+    /// Shades one vertex; `diffuse` is what is known of its surface if that is diffuse.
+    #[inline(always)]
+    fn shade(&self, context: &VertexContext<'_>, diffuse: Option<DiffuseSurface<'_>>, out: &mut ShadingOutput) {
+        let (surface, hit) = match context.vertex {
+            Vertex::Surface(surface, hit) => (surface, hit),
+            Vertex::Miss(light) => return self.escape(context, &light, out),
+        };
+        let (scene, path) = (context.scene, context.path);
+        if !path.last.media.is_empty() {
+            out.attenuate(scene.transmittance(path.last.media, surface.t - context.ray.tmin));
+        }
+        let material = scene.material(surface.material);
+        if let Some(emission) = material.emission() {
+            self.emission(context, surface, hit, &emission, out);
+        }
+        if path.depth >= self.max_depth {
+            return;
+        }
+        let mut bsdf = material.bsdf(&scene.textures(), &surface.texture);
+        if let (Bsdf::Lambert(lambert), Some(diffuse)) = (&bsdf, diffuse) {
+            return self.scatter_diffuse(context, surface, lambert.albedo, diffuse, out);
+        }
+        if let Bsdf::Layered(layered) = &mut bsdf
+            && layered.disperses()
+        {
+            // The number that chooses the lobe chooses the channel as well.
+            let choice = context.numbers.get_2d(Dimension::at(path.depth, SampleUse::Selection));
+            if let Some(hero) = HeroChannel::choose(path.throughput, choice.y) {
+                *layered = layered.for_channel(hero);
+            }
+        }
+        if let Some(ior) = scene.ior_outside(path.last.media, surface.material) {
+            bsdf = bsdf.immersed(ior);
+        }
+        bsdf.dispatch(Scatter {
+            tracer: self,
+            context,
+            surface,
+            material,
+            out,
+        });
+    }
+
+    /// Asks for light on a diffuse surface, and carries the path on.
+    #[inline(always)]
+    fn scatter_diffuse(
+        &self,
+        context: &VertexContext<'_>,
+        surface: &SurfaceInteraction,
+        albedo: Rgb,
+        diffuse: DiffuseSurface<'_>,
+        out: &mut ShadingOutput,
+    ) {
+        let (scene, path) = (context.scene, context.path);
+        for light in diffuse.lights(albedo) {
+            out.add_shadow_ray(
+                light.shadow_ray,
+                self.clamped(path, 1, light.l),
+                || self.passage(context, path.last.media),
+                || Tag {
+                    group: scene.group_of(light.chosen.light),
+                    lobes: Lobes::reflected(light.f_cos, light.f_cos),
+                },
+            );
+        }
+        let Some((ray, pdf)) = diffuse.ray().filter(|_| !albedo.is_black()) else {
+            return;
+        };
+        let Some((bounces, weight)) = self.go_on_by(context, Lobe::Diffuse, albedo) else {
+            return;
+        };
+        out.set_first_lobes(|| Lobes::reflected(albedo, albedo));
+        let last = BounceState {
+            pdf: Some(pdf).into(),
+            n: surface.viewed_normal(),
+            media: path.last.media,
+            bounces,
+            first: FirstLobe::OfSample,
+        };
+        out.spawn_path(ray, weight, last);
+    }
+
+    /// The bounces and the weight of the path if it goes on by `lobe`, where it does.
+    #[inline(always)]
+    fn go_on_by(&self, context: &VertexContext<'_>, lobe: Lobe, weight: Rgb) -> Option<(Bounces, Rgb)> {
+        let path = context.path;
+        let bounces = path.last.bounces.and(lobe, self.limits)?;
+        if path.depth < self.roulette_depth {
+            return Some((bounces, weight));
+        }
+        let survival = (path.throughput * weight).max_component().min(MAX_SURVIVAL);
+        let u = context.numbers.get_2d(Dimension::at(path.depth, SampleUse::Roulette)).x;
+        (u < survival).then(|| (bounces, weight / survival))
+    }
+
     /// Adds the radiance of the background.
     fn escape(&self, context: &VertexContext<'_>, background: &EnvironmentLight, out: &mut ShadingOutput) {
         let (scene, path, w) = (context.scene, context.path, context.ray.d);
@@ -318,17 +396,9 @@ impl PathTracer {
         let Some(sample) = shading.bsdf.sample_prepared(&shading.prepared, shading.wo_local, uc, u) else {
             return;
         };
-        let Some(mut bounces) = self.count(path.last.bounces, sample.lobe) else {
+        let Some((mut bounces, weight)) = self.go_on_by(context, sample.lobe, sample.weight) else {
             return;
         };
-        let mut weight = sample.weight;
-        if path.depth >= self.roulette_depth {
-            let survival = (path.throughput * weight).max_component().min(MAX_SURVIVAL);
-            if context.numbers.get_2d(Dimension::at(path.depth, SampleUse::Roulette)).x >= survival {
-                return;
-            }
-            weight = weight / survival;
-        }
         let transmitted = sample.lobe == Lobe::Transmission;
         out.set_first_lobes(|| {
             if transmitted {
@@ -371,20 +441,6 @@ impl PathTracer {
         out.spawn_path(surface.spawn_ray(transmitted, wi), weight, last);
     }
 
-    /// One more bounce, if it is allowed.
-    fn count(&self, mut bounces: Bounces, lobe: Lobe) -> Option<Bounces> {
-        let (count, limit) = match lobe {
-            Lobe::Diffuse => (&mut bounces.diffuse, self.limits.diffuse),
-            Lobe::Specular => (&mut bounces.specular, self.limits.specular),
-            Lobe::Transmission => (&mut bounces.transmission, self.limits.transmission),
-        };
-        if *count >= limit {
-            return None;
-        }
-        *count += 1;
-        Some(bounces)
-    }
-
     /// The passage of a shadow ray that leaves the surface through it, or on the side of the viewer.
     #[cold]
     fn shadow_passage(
@@ -393,14 +449,21 @@ impl PathTracer {
         shading: &ShadingPoint<'_, impl BsdfKind>,
         transmitted: bool,
     ) -> ShadowPassage {
+        let media = if transmitted {
+            media_behind(context, shading)
+        } else {
+            context.path.last.media
+        };
+        self.passage(context, media)
+    }
+
+    /// The passage of a shadow ray that begins in `media`.
+    #[cold]
+    fn passage(&self, context: &VertexContext<'_>, media: MediumStack) -> ShadowPassage {
         let path = context.path;
         let transmissions = self.limits.transmission - path.last.bounces.transmission;
         ShadowPassage {
-            media: if transmitted {
-                media_behind(context, shading)
-            } else {
-                path.last.media
-            },
+            media,
             surfaces: (self.max_depth - path.depth - 1).min(transmissions.into()),
         }
     }

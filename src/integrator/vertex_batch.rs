@@ -4,10 +4,10 @@ use super::{Integrator, PathState, ShadingOutput, Vertex, VertexContext};
 use crate::{
     camera::Camera,
     geometry::Hit,
-    light::{LightSample, environment::EnvironmentLight},
+    light::environment::EnvironmentLight,
     math::Ray,
     sampler::{PathSampler, SampleBatch, SampleKeys, Sampler},
-    scene::{LampSample, Scene, SurfaceInteraction},
+    scene::{LightSamples, Scene, SurfaceInteraction, surface_soa::SoaBlock},
 };
 
 /// Vertices that are shaded together: all of them on surfaces, or all of them misses.
@@ -24,12 +24,12 @@ pub struct VertexBatch<'a> {
     pub indices: &'a [u32],
     /// The surface of each path of the batch (none for misses), its sample, and the random numbers that are drawn for it.
     pub surfaces: &'a [SurfaceInteraction],
+    /// The geometry of the surfaces, in blocks.
+    pub blocks: &'a [SoaBlock],
     /// The light of the background for each miss.
     pub misses: &'a [EnvironmentLight],
-    /// A sample of the background's light for each surface, or none at all.
-    pub background: &'a [Option<LightSample>],
-    /// A sample of the lamps for each surface, `None` where it has to be drawn alone, or none at all.
-    pub lamps: &'a [Option<LampSample>],
+    /// Samples of lights for the surfaces.
+    pub lights: &'a LightSamples,
     pub keys: &'a SampleKeys,
     pub samples: &'a SampleBatch,
     /// Whether textures read how wide the paths are.
@@ -39,6 +39,11 @@ pub struct VertexBatch<'a> {
 }
 
 impl VertexBatch<'_> {
+    /// The number of vertices.
+    pub(super) fn len(&self) -> usize {
+        self.indices.len()
+    }
+
     /// The context of the `k`th vertex.
     #[inline(always)]
     fn context(&self, k: usize) -> VertexContext<'_> {
@@ -58,22 +63,28 @@ impl VertexBatch<'_> {
                 batch: self.samples,
                 index: k,
             },
-            background: self.background.get(k),
-            lamp: self.lamps.get(k).and_then(Option::as_ref),
+            lights: self.lights,
             camera: self.camera,
             round: self.round,
         }
     }
 
+    /// Begins the `k`th vertex and returns its context.
+    #[inline(always)]
+    pub(super) fn begin(&self, k: usize, out: &mut ShadingOutput) -> VertexContext<'_> {
+        let context = self.context(k);
+        match context.vertex {
+            Vertex::Surface(surface, _) if self.has_cones => out.begin_surface_vertex(context.path, surface),
+            _ => out.begin_vertex(context.path),
+        }
+        context
+    }
+
     /// Shades each vertex by `integrator`.
     #[inline(always)]
     pub(super) fn shade(&self, integrator: &(impl Integrator + ?Sized), out: &mut ShadingOutput) {
-        for k in 0..self.indices.len() {
-            let context = self.context(k);
-            match context.vertex {
-                Vertex::Surface(surface, _) if self.has_cones => out.begin_surface_vertex(context.path, surface),
-                _ => out.begin_vertex(context.path),
-            }
+        for k in 0..self.len() {
+            let context = self.begin(k, out);
             integrator.vertex(&context, out);
         }
     }

@@ -134,9 +134,9 @@ impl Environment {
     /// A direction, by two uniform numbers in `[0, 1)`; `None` where no direction is brighter than
     /// the others.
     pub fn sample(&self, on: impl Dispatch, u: Vec2) -> Option<LightSample> {
-        let mut found = Vec::with_capacity(1);
-        self.sample_all(on, slice::from_ref(&u), &mut found);
-        found.pop()?
+        let mut found = None;
+        self.sample_all(on, slice::from_ref(&u), |_, sample| found = sample);
+        found
     }
 
     /// The density of [`Environment::sample`] to choose the unit direction `w`, in sr^-1.

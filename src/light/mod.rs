@@ -14,6 +14,7 @@ pub mod area;
 mod area_block;
 pub mod bounds;
 pub mod environment;
+mod light_block;
 pub mod point;
 pub mod spot;
 pub mod sun;
@@ -22,6 +23,7 @@ pub mod tree;
 pub use crate::math::Sidedness;
 pub use area_block::AreaBlock;
 pub use bounds::{LightBounds, OrientationCone};
+pub use light_block::LightBlock;
 
 /// Light that arrives at a point from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -94,6 +94,10 @@ impl MaterialKind for Matte {
         }
     }
 
+    fn is_diffuse(&self) -> bool {
+        matches!(self.roughness, Scalar::Constant(roughness) if roughness <= 0.0)
+    }
+
     fn max_reflectance(&self, textures: &Textures<'_>) -> f32 {
         textures.max_value(&self.albedo)
     }

@@ -135,6 +135,11 @@ pub trait MaterialKind {
         true
     }
 
+    /// Whether its BSDF is [`Bsdf::Lambert`] with the normal of the surface, nearly everywhere.
+    fn is_diffuse(&self) -> bool {
+        false
+    }
+
     /// The largest reflectance of its colours; above 1 the material would gain energy.
     fn max_reflectance(&self, _textures: &Textures<'_>) -> f32 {
         0.0
@@ -241,6 +246,8 @@ kinds! {
     fn may_transmit_straight(&self) -> bool;
     /// See [`MaterialKind::is_lit`].
     fn is_lit(&self) -> bool;
+    /// See [`MaterialKind::is_diffuse`].
+    fn is_diffuse(&self) -> bool;
     /// See [`MaterialKind::max_reflectance`].
     fn max_reflectance(&self, textures: &Textures<'_>) -> f32;
     /// See [`MaterialKind::is_spatially_varying`].

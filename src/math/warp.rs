@@ -22,9 +22,16 @@ impl From<Vec2> for Sample2D {
 }
 
 impl Sample2D {
+    /// The sample of a point of the disk, of which nothing else is known.
+    #[inline(always)]
+    pub fn on_disk(disk: Vec2) -> Self {
+        let square = Vec2::NAN;
+        Self { square, disk }
+    }
+
     /// A unit direction about +z with a density proportional to its cosine: it lies over the point
     /// of the disk.
-    #[inline]
+    #[inline(always)]
     pub fn cosine_hemisphere(&self) -> Vec3 {
         let d = self.disk;
         d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
@@ -73,7 +80,7 @@ pub fn square_to_disk(u: Vec2) -> Vec2 {
 }
 
 /// The density of [`Sample2D::cosine_hemisphere`] for a direction whose z is `cos`, in sr^-1.
-#[inline]
+#[inline(always)]
 pub fn cosine_hemisphere_pdf(cos: f32) -> f32 {
     cos.max(0.0) * FRAC_1_PI
 }

@@ -4,10 +4,10 @@ use super::context::RenderContext;
 use crate::{
     geometry::Hit,
     integrator::{PathState, VertexBatch},
-    light::{LightSample, environment::EnvironmentLight},
+    light::environment::EnvironmentLight,
     math::Ray,
     sampler::{SampleBatch, SampleKeys, SampleUse},
-    scene::{LampNumbers, LampSamples, Surfaces},
+    scene::{LightNumbers, LightSamples, Surfaces},
 };
 
 /// The inputs of a batch of vertices, prepared before they are shaded.
@@ -16,10 +16,10 @@ pub(super) struct BatchInputs {
     pub surfaces: Surfaces,
     pub keys: SampleKeys,
     pub samples: SampleBatch,
-    /// The light of the background for misses, and samples of it for surfaces.
+    /// The light of the background for misses.
     pub misses: Vec<EnvironmentLight>,
-    pub background: Vec<Option<LightSample>>,
-    pub lamps: LampSamples,
+    /// Samples of lights for surfaces.
+    pub lights: LightSamples,
 }
 
 /// The rays that have arrived, with their paths and hits.
@@ -34,22 +34,18 @@ pub(super) struct ArrivedRays<'a> {
 impl BatchInputs {
     /// Samples the lights for the surfaces, as far as random numbers for them were drawn.
     pub fn sample_lights(&mut self, context: &RenderContext<'_>) {
-        let scene = context.scene;
-        self.background.clear();
+        let (scene, on) = (context.scene, context.simd);
+        self.lights.clear();
         if let Some(numbers) = self.samples.of(SampleUse::Background) {
-            let background = &scene.background.radiance;
-            background.sample(context.simd, numbers, &mut self.background);
+            scene.sample_background(on, numbers, &mut self.lights);
         }
-        self.lamps.samples.clear();
-        if let Some(points) = self.samples.of(SampleUse::Light)
-            && scene.lights.has_lamps()
-        {
+        if let Some(points) = self.samples.of(SampleUse::Light) {
             let choices = self.samples.of(SampleUse::Selection);
-            let numbers = LampNumbers {
+            let numbers = LightNumbers {
                 choices: choices.filter(|_| scene.lights.has_choice()),
                 points,
             };
-            scene.sample_lamps(context.simd, &self.surfaces.interactions, numbers, &mut self.lamps);
+            scene.sample_lights(on, &self.surfaces.interactions, numbers, &mut self.lights);
         }
     }
 
@@ -75,9 +71,9 @@ impl BatchInputs {
             hits,
             indices,
             surfaces: &self.surfaces.interactions,
+            blocks: self.surfaces.blocks(),
             misses: &self.misses,
-            background: &self.background,
-            lamps: &self.lamps.samples,
+            lights: &self.lights,
             keys: &self.keys,
             samples: &self.samples,
             has_cones: context.cone.is_some(),

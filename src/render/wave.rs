@@ -373,8 +373,7 @@ impl Wave {
         inputs.surfaces.interactions.clear();
         inputs.keys.start(context.settings.seed, context.settings.noise_frame);
         inputs.samples.clear();
-        inputs.background.clear();
-        inputs.lamps.samples.clear();
+        inputs.lights.clear();
         for indices in miss_indices.chunks(SHADE_BATCH) {
             let directions = indices.iter().map(|&i| rays[i as usize].d);
             let background = &context.scene.background.radiance;

@@ -241,6 +241,11 @@ impl SampleBatch {
         self.get(Dimension(self.first + sample_use as u32))
     }
 
+    /// Returns the points on the unit disk of the numbers for directions, if they were generated.
+    pub fn disks(&self) -> Option<&[Vec2]> {
+        (self.generated >> SampleUse::Bsdf as u32 & 1 == 1).then_some(&*self.disks)
+    }
+
     /// Returns the numbers of `dimension`, if they were generated.
     #[inline]
     fn get(&self, dimension: Dimension) -> Option<&[Vec2]> {

@@ -71,9 +71,8 @@ impl BackgroundRadiance {
         }
     }
 
-    /// Replaces `to` by a sample of its light for each of these pairs of uniform numbers.
-    pub fn sample(&self, on: impl Dispatch, numbers: &[Vec2], to: &mut Vec<Option<LightSample>>) {
-        to.clear();
+    /// Gives `to` a sample of its light for each of these pairs of uniform numbers, with the index of the pair.
+    pub fn sample(&self, on: impl Dispatch, numbers: &[Vec2], to: impl FnMut(usize, Option<LightSample>)) {
         if let Self::Environment(environment) = self {
             environment.sample_all(on, numbers, to);
         }

@@ -158,9 +158,14 @@ impl Lights {
         self.infinite.len() > 1 || (self.has_lamps() && self.only_lamp.is_none())
     }
 
-    /// Whether the choice of a lamp depends on the surface that it lights.
-    pub fn has_choice_of_lamps(&self) -> bool {
-        self.only_lamp.is_none()
+    /// Whether the choice of a light of the family depends on the normal of the surface that it lights.
+    #[inline]
+    pub fn depends_on_normal(&self, family: LightFamily) -> bool {
+        match family {
+            LightFamily::Lamps => self.only_lamp.is_none(),
+            LightFamily::Suns => true,
+            LightFamily::Background => false,
+        }
     }
 
     #[inline]

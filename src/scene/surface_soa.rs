@@ -1,32 +1,31 @@
-//! Surface interactions of many hits as structures of arrays, sixteen at a time.
+//! Surface interactions of many hits as structures of arrays, a block of them at a time.
 
 use super::{
     SurfaceInteraction,
     interaction::{HitGeometry, SmoothSurface},
 };
 use crate::{
-    math::{Dispatch, Vec3, VectorLoop},
-    shape::triangle,
+    math::{Dispatch, Frame, Vec3, VectorLoop},
+    shape::{
+        block::{Each, LANES},
+        triangle,
+    },
 };
 
-/// Surfaces of a block.
-const LANES: usize = 16;
-
-type Lanes = [f32; LANES];
 /// By axis.
-type Lanes3 = [Lanes; 3];
+type Lanes3 = [Each; 3];
 
-/// Sixteen surfaces, number by number.
+/// Some surfaces, number by number.
 #[derive(Debug, Default)]
 #[repr(align(64))]
-struct SoaBlock {
+pub struct SoaBlock {
     /// Not 0 for triangles in the world, which are placed by their corners and the weights of the
     /// last two.
-    is_triangle: [u32; LANES],
+    is_triangle: Each<u32>,
     corners: [Lanes3; 3],
-    weights: [Lanes; 2],
+    weights: [Each; 2],
     /// Not 0 where single precision is not enough to place one.
-    failed: [u32; LANES],
+    failed: Each<u32>,
     p: Lanes3,
     p_error: Lanes3,
     ng: Lanes3,
@@ -74,6 +73,43 @@ impl SoaBlock {
         set(&mut self.p_error, i, p_error);
         set(&mut self.ng, i, ng);
     }
+
+    /// Returns what diffuse shading reads of surface `i`, as the methods of [`SurfaceInteraction`] return it.
+    #[inline(always)]
+    pub fn viewed(&self, i: usize) -> ViewedSurface {
+        let [s, t, n] = &self.frame;
+        let front = get(&self.ng, i).dot(get(&self.wo, i));
+        let side = if front >= 0.0 { 1.0 } else { -1.0 };
+        let [above, below] = &self.ray_origins;
+        let (above, below) = (get(above, i), get(below, i));
+        // In numbers, for the compiler to see that there is no branch.
+        let either = |above: f32, below: f32| if front < 0.0 { below } else { above };
+        ViewedSurface {
+            frame: Frame {
+                s: get(s, i),
+                t: get(t, i) * side,
+                n: get(n, i) * side,
+            },
+            wo: get(&self.wo, i),
+            lifted: get(&self.p, i) + get(&self.lift, i),
+            origin: Vec3::new(
+                either(above.x, below.x),
+                either(above.y, below.y),
+                either(above.z, below.z),
+            ),
+        }
+    }
+}
+
+/// The side of an opaque surface that the viewer sees.
+pub struct ViewedSurface {
+    /// About [`SurfaceInteraction::viewed_normal`].
+    pub frame: Frame,
+    pub wo: Vec3,
+    /// See [`SurfaceInteraction::lifted`].
+    pub lifted: Vec3,
+    /// The origin of the rays that leave.
+    pub origin: Vec3,
 }
 
 /// Places triangles.
@@ -175,6 +211,11 @@ impl SurfaceSoa {
         set(&mut block.lift, i, smooth.lift);
     }
 
+    /// The surfaces in blocks, the last of which may have fewer.
+    pub(super) fn blocks(&self) -> &[SoaBlock] {
+        &self.blocks[..self.len.div_ceil(LANES)]
+    }
+
     /// Computes the interactions of all surfaces.
     pub(super) fn compute(&mut self, on: impl Dispatch) {
         let blocks = &mut self.blocks[..self.len.div_ceil(LANES)];
@@ -215,10 +256,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::{
-        math::{Frame, Plain},
-        simd::Isa,
-    };
+    use crate::{math::Plain, simd::Isa};
 
     fn point(size: f32) -> impl Strategy<Value = Vec3> {
         [-1.0..1.0_f32, -1.0..1.0, -1.0..1.0].prop_map(move |p| Vec3::from(p) * size)

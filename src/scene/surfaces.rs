@@ -7,7 +7,7 @@ use glam::Vec2Swizzles;
 use super::{
     MeshRecord, Scene, SurfaceInteraction,
     interaction::{HitGeometry, SmoothSurface},
-    surface_soa::SurfaceSoa,
+    surface_soa::{SoaBlock, SurfaceSoa},
 };
 use crate::{
     geometry::{Geometry, Hit, InstanceId, PlacedShape, PrimId},
@@ -26,6 +26,13 @@ const PREFETCH_DISTANCE: usize = 12;
 pub struct Surfaces {
     pub interactions: Vec<SurfaceInteraction>,
     soa: SurfaceSoa,
+}
+
+impl Surfaces {
+    /// The geometry of the interactions, sixteen in a block.
+    pub fn blocks(&self) -> &[SoaBlock] {
+        self.soa.blocks()
+    }
 }
 
 /// The surface of a hit, before its shading view is known.

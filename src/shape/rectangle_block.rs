@@ -79,11 +79,11 @@ impl RectangleBlock {
         (p, normal, self.pdf[lane])
     }
 
-    /// Whether the point of a lane is that of [`ShapeKind::sample`](super::ShapeKind::sample). A rectangle that is sampled by
-    /// solid angle has to be asked itself.
+    /// The lanes, as bits, whose points are those of [`ShapeKind::sample`](super::ShapeKind::sample). A rectangle that is sampled
+    /// by solid angle has to be asked itself.
     #[inline(always)]
-    pub fn is_known(&self, lane: usize) -> bool {
-        self.is_known[lane] != 0
+    pub fn known(&self) -> u32 {
+        (0..LANES).map(|lane| u32::from(self.is_known[lane] != 0) << lane).sum()
     }
 }
 

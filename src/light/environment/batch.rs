@@ -103,10 +103,10 @@ impl Environment {
         }
     }
 
-    /// Appends what [`Environment::sample`] finds by each of these pairs of uniform numbers.
-    pub fn sample_all(&self, on: impl Dispatch, numbers: &[Vec2], to: &mut Vec<Option<LightSample>>) {
+    /// Gives `to` what [`Environment::sample`] finds by each of these pairs of uniform numbers, with the index of the pair.
+    pub fn sample_all(&self, on: impl Dispatch, numbers: &[Vec2], mut to: impl FnMut(usize, Option<LightSample>)) {
         let Some(distribution) = &self.distribution else {
-            return to.resize(to.len() + numbers.len(), None);
+            return (0..numbers.len()).for_each(|k| to(k, None));
         };
         let mut cells = Cells {
             columns: [0.0; LANES],
@@ -114,7 +114,7 @@ impl Environment {
             radii: [0.0; LANES],
         };
         let (mut densities, mut w, mut rows) = ([0.0; LANES], [[0.0; LANES]; 3], [0.0; LANES]);
-        for numbers in numbers.chunks(LANES) {
+        for (numbers, first) in numbers.chunks(LANES).zip((0..).step_by(LANES)) {
             for (i, &u) in numbers.iter().enumerate() {
                 let [column, row] = distribution.sample(u);
                 densities[i] = column.pmf * row.pmf * self.inverse_solid_angles[row.index];
@@ -131,16 +131,17 @@ impl Environment {
                 w: &mut w,
                 rows: &mut rows,
             });
-            to.extend((0..numbers.len()).map(|i| {
+            for i in 0..numbers.len() {
                 let li = self.at(MapPoint::new(cells.columns[i], rows[i]));
                 let pdf = densities[i];
-                (pdf > 0.0 && pdf.is_finite() && !li.is_black()).then(|| LightSample {
+                let sample = (pdf > 0.0 && pdf.is_finite() && !li.is_black()).then(|| LightSample {
                     wi: direction(&w, i),
                     distance: f32::INFINITY,
                     li,
                     pdf: Some(pdf),
-                })
-            }));
+                });
+                to(first + i, sample);
+            }
         }
     }
 }

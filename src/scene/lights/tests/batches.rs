@@ -4,7 +4,7 @@ use super::*;
 use crate::{
     light::point::PointLight,
     material::matte::Matte,
-    scene::{LampNumbers, LampSamples, SurfaceInteraction},
+    scene::{LightNumbers, LightSamples, SurfaceInteraction},
 };
 
 /// A white ball under lamps.
@@ -65,12 +65,12 @@ fn lamps_for_many_surfaces_are_those_for_single_ones() {
             let count = 0..surfaces.len() as u32;
             count.map(|i| numbers(6, i)[k]).collect::<Vec<_>>()
         });
-        let mut samples = LampSamples::default();
-        let drawn = LampNumbers {
+        let mut samples = LightSamples::default();
+        let drawn = LightNumbers {
             choices: Some(&choices),
             points: &points,
         };
-        scene.sample_lamps(Plain, &surfaces, drawn, &mut samples);
+        scene.sample_lights(Plain, &surfaces, drawn, &mut samples);
         let mut lit = 0;
         for (k, surface) in surfaces.iter().enumerate() {
             let at = LightSampleContext {
@@ -79,9 +79,8 @@ fn lamps_for_many_surfaces_are_those_for_single_ones() {
             };
             let choice = scene.lights.choose(Plain, LightFamily::Lamps, &at, choices[k].x);
             let expected = choice.and_then(|c| Some((c, scene.sample_light(c.light, at.p, points[k])?)));
-            let sample = samples.samples[k].as_ref().expect("the ball reflects light");
-            assert!(sample.is_for(&at));
-            assert_eq!(sample.sample, expected);
+            let sample = samples.get(LightFamily::Lamps, k);
+            assert_eq!(sample.expect("the ball reflects light"), expected);
             lit += u32::from(expected.is_some());
         }
         assert!(lit > 50, "{lit} lit");

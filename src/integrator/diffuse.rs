@@ -1,0 +1,222 @@
+//! Light on diffuse surfaces, and the directions in which paths leave them, for blocks of surfaces.
+//!
+//! All that does not depend on the colours of the surfaces is found here on vectors, with the operations of
+//! [`Lambert`](crate::bsdf::diffuse::Lambert).
+
+use std::f32::consts::FRAC_1_PI;
+
+use super::{VertexBatch, direct::Strategy};
+use crate::{
+    math::{
+        Dispatch, Ray, Rgb, Vec2, Vec3, VectorLoop,
+        warp::{self, Sample2D},
+    },
+    scene::{FamilyBlock, LightFamily, SampledLight, surface_soa::SoaBlock},
+    shape::block::{Each, LANES},
+};
+
+/// Some diffuse surfaces; lanes of other surfaces hold numbers without a meaning.
+#[repr(align(64))]
+pub(super) struct DiffuseBlock<'a> {
+    /// Whether the surface of a lane is diffuse.
+    is_diffuse: [bool; LANES],
+    /// The origin of the rays that leave the surface.
+    origin: [Each; 3],
+    /// The direction in which the path goes on, and its density in sr^-1, 0 where it ends.
+    wi: [Each; 3],
+    pdf: Each,
+    /// The families of lights.
+    families: [Option<&'a FamilyBlock>; LightFamily::ALL.len()],
+    lights: [LightLanes; LightFamily::ALL.len()],
+}
+
+/// The light of a family on each surface of a block.
+struct LightLanes {
+    /// The ray to the light.
+    d: [Each; 3],
+    tmax: Each,
+    /// `f |cos|` of a white surface.
+    white: Each,
+    /// The weight of the light in multiple importance sampling, over its density.
+    weight: Each,
+}
+
+impl LightLanes {
+    const EMPTY: Self = Self {
+        d: [[0.0; LANES]; 3],
+        tmax: [0.0; LANES],
+        white: [0.0; LANES],
+        weight: [0.0; LANES],
+    };
+}
+
+/// Light on a surface.
+pub(super) struct DiffuseLight {
+    pub chosen: SampledLight,
+    pub f_cos: Rgb,
+    /// The light that leaves towards the viewer, in W m^-2 sr^-1.
+    pub l: Rgb,
+    pub shadow_ray: Ray,
+}
+
+/// A diffuse surface of a block.
+#[derive(Clone, Copy)]
+pub(super) struct DiffuseSurface<'a> {
+    block: &'a DiffuseBlock<'a>,
+    lane: usize,
+}
+
+impl<'a> DiffuseBlock<'a> {
+    pub const EMPTY: Self = Self {
+        is_diffuse: [false; LANES],
+        origin: [[0.0; LANES]; 3],
+        wi: [[0.0; LANES]; 3],
+        pdf: [0.0; LANES],
+        families: [None; LightFamily::ALL.len()],
+        lights: [LightLanes::EMPTY; LightFamily::ALL.len()],
+    };
+
+    /// The number of surfaces in a block.
+    pub const LEN: usize = LANES;
+
+    /// Fills the block for the vertices of `batch` from `first` on, a multiple of [`DiffuseBlock::LEN`].
+    pub fn fill(&mut self, batch: &VertexBatch<'a>, first: usize, strategy: Strategy) {
+        self.is_diffuse = [false; LANES];
+        let (scene, end) = (batch.scene, batch.len().min(first + LANES));
+        let (Some(surfaces), Some(disks)) = (
+            batch.surfaces.get(first..end),
+            batch.samples.disks().and_then(|disks| disks.get(first..end)),
+        ) else {
+            return;
+        };
+        for (is_diffuse, surface) in self.is_diffuse.iter_mut().zip(surfaces) {
+            *is_diffuse = scene.material(surface.material).is_diffuse();
+        }
+        self.families = Default::default();
+        let mut count = 0;
+        for family in scene.lights.families() {
+            self.families[count] = batch.lights.of(family).get(first / LANES);
+            count += 1;
+        }
+        if self.is_diffuse == [false; LANES] || self.families[..count].iter().any(Option::is_none) {
+            self.is_diffuse = [false; LANES];
+            return;
+        }
+        let mut all_disks = [Vec2::ZERO; LANES];
+        all_disks[..disks.len()].copy_from_slice(disks);
+        scene.accel.simd().dispatch(Scatterings {
+            surfaces: &batch.blocks[first / LANES],
+            disks: &all_disks,
+            block: self,
+            strategy,
+        });
+    }
+
+    /// The surface of a lane, if it is diffuse.
+    #[inline(always)]
+    pub fn surface(&self, lane: usize) -> Option<DiffuseSurface<'_>> {
+        let lane = lane % LANES;
+        self.is_diffuse[lane].then_some(DiffuseSurface { block: self, lane })
+    }
+}
+
+impl DiffuseSurface<'_> {
+    /// The light of each family on the surface, of this `albedo`, where any arrives.
+    #[inline(always)]
+    pub fn lights(self, albedo: Rgb) -> impl Iterator<Item = DiffuseLight> {
+        let Self { block, lane } = self;
+        let families = block.families.iter().map_while(|family| *family);
+        families.zip(&block.lights).filter_map(move |(family, lights)| {
+            let (li, is_delta) = family.light.li(lane)?;
+            let chosen = family.chosen(lane);
+            let f_cos = albedo * lights.white[lane];
+            let l = if is_delta {
+                f_cos * li / chosen.pmf
+            } else {
+                f_cos * li * lights.weight[lane]
+            };
+            (!l.is_black()).then(|| DiffuseLight {
+                chosen,
+                f_cos,
+                l,
+                shadow_ray: Ray::segment(get(&block.origin, lane), get(&lights.d, lane), lights.tmax[lane]),
+            })
+        })
+    }
+
+    /// The ray along which the path goes on, and the density of its direction in sr^-1.
+    #[inline(always)]
+    pub fn ray(self) -> Option<(Ray, f32)> {
+        let Self { block, lane } = self;
+        let pdf = block.pdf[lane];
+        (pdf > 0.0).then(|| (Ray::new(get(&block.origin, lane), get(&block.wi, lane)), pdf))
+    }
+}
+
+#[inline(always)]
+fn get([x, y, z]: &[Each; 3], i: usize) -> Vec3 {
+    Vec3::new(x[i], y[i], z[i])
+}
+
+#[inline(always)]
+fn set([x, y, z]: &mut [Each; 3], i: usize, v: Vec3) {
+    (x[i], y[i], z[i]) = (v.x, v.y, v.z);
+}
+
+/// Computes the scattering of all surfaces of a block.
+struct Scatterings<'a, 'b> {
+    surfaces: &'a SoaBlock,
+    disks: &'a [Vec2; LANES],
+    block: &'a mut DiffuseBlock<'b>,
+    strategy: Strategy,
+}
+
+impl VectorLoop for Scatterings<'_, '_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            surfaces,
+            disks,
+            block,
+            strategy,
+        } = self;
+        // Arrays of their own take the results, so that nothing that is written may be what is read.
+        let (mut directions, mut origins, mut pdfs) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3], [0.0; LANES]);
+        for lane in 0..LANES {
+            let surface = surfaces.viewed(lane);
+            let wi = Sample2D::on_disk(disks[lane]).cosine_hemisphere();
+            let is_seen = surface.wo.dot(surface.frame.n) > 0.0;
+            let pdf = warp::cosine_hemisphere_pdf(wi.z);
+            pdfs[lane] = if is_seen { pdf } else { 0.0 };
+            set(&mut directions, lane, surface.frame.to_world(wi));
+            set(&mut origins, lane, surface.origin);
+        }
+        (block.wi, block.origin, block.pdf) = (directions, origins, pdfs);
+        for (family, lights) in block.families.into_iter().zip(&mut block.lights) {
+            let Some(family) = family else { break };
+            let mut found = LightLanes::EMPTY;
+            for lane in 0..LANES {
+                let surface = surfaces.viewed(lane);
+                let (wi, distance) = (family.light.wi(lane), family.light.distance(lane));
+                let cos = wi.dot(surface.frame.n);
+                let is_lit = (surface.wo.dot(surface.frame.n) > 0.0) & (cos > 0.0);
+                let white = cos * FRAC_1_PI;
+                let of_surface = if is_lit { warp::cosine_hemisphere_pdf(cos) } else { 0.0 };
+                let of_light = family.light.pdf(lane) * family.pmf(lane);
+                found.white[lane] = if is_lit { white } else { 0.0 };
+                found.weight[lane] = strategy.weight_of_light(of_light, of_surface) / of_light;
+                let segment = surface.lifted + wi * distance - surface.origin;
+                let is_near = distance.is_finite();
+                let either = |near: f32, far: f32| if is_near { near } else { far };
+                let d = Vec3::new(
+                    either(segment.x, wi.x),
+                    either(segment.y, wi.y),
+                    either(segment.z, wi.z),
+                );
+                set(&mut found.d, lane, d);
+                found.tmax[lane] = either(1.0, f32::INFINITY);
+            }
+            *lights = found;
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! Samples of lights for many surfaces at once.
+
+use super::{LightFamily, LightId, LightSampleContext, LightSource, SampledLight, Scene, SurfaceInteraction};
+use crate::{
+    light::{AreaBlock, LightBlock, LightSample},
+    math::{Dispatch, Vec2},
+};
+
+/// Samples of a family's lights for some surfaces.
+#[derive(Clone, Debug)]
+pub struct FamilyBlock {
+    pub light: LightBlock,
+    /// The lights that were chosen, and the probabilities of their choices.
+    lights: [LightId; LightBlock::LEN],
+    pmf: [f32; LightBlock::LEN],
+    /// Not 0 where the sample has to be drawn alone.
+    is_unknown: [u32; LightBlock::LEN],
+}
+
+/// Samples of lights for a batch of surfaces, in blocks.
+#[derive(Debug, Default)]
+pub struct LightSamples {
+    /// The blocks of each family; none where no samples were drawn.
+    families: [Vec<FamilyBlock>; LightFamily::ALL.len()],
+    lamps: Lamps,
+}
+
+/// The lamps that are sampled together.
+#[derive(Debug, Default)]
+struct Lamps {
+    block: Box<AreaBlock>,
+    /// The lamp of each lane.
+    lights: [Option<LightId>; LightBlock::LEN],
+}
+
+/// The uniform numbers in `[0, 1)` by which lights are sampled, for each surface.
+#[derive(Clone, Copy, Debug)]
+pub struct LightNumbers<'a> {
+    /// The numbers for the choice of a light (x); `None` where there is none.
+    pub choices: Option<&'a [Vec2]>,
+    pub points: &'a [Vec2],
+}
+
+impl FamilyBlock {
+    const EMPTY: Self = Self {
+        light: LightBlock::EMPTY,
+        lights: [LightId(0); LightBlock::LEN],
+        pmf: [1.0; LightBlock::LEN],
+        is_unknown: [0; LightBlock::LEN],
+    };
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, sample: Option<(SampledLight, LightSample)>) {
+        if let Some((chosen, _)) = sample {
+            self.choose(lane, chosen);
+        }
+        self.light.set(lane, sample.as_ref().map(|(_, sample)| sample));
+    }
+
+    /// The probability of the light that was chosen for a surface.
+    #[inline(always)]
+    pub fn pmf(&self, lane: usize) -> f32 {
+        self.pmf[lane]
+    }
+
+    #[inline(always)]
+    fn choose(&mut self, lane: usize, SampledLight { light, pmf }: SampledLight) {
+        (self.lights[lane], self.pmf[lane]) = (light, pmf);
+    }
+
+    /// The light that was chosen for a surface; any where no light arrives.
+    #[inline(always)]
+    pub fn chosen(&self, lane: usize) -> SampledLight {
+        let lane = lane % LightBlock::LEN;
+        SampledLight {
+            light: self.lights[lane],
+            pmf: self.pmf[lane],
+        }
+    }
+}
+
+impl LightSamples {
+    /// Clears the samples of all families.
+    pub fn clear(&mut self) {
+        for blocks in &mut self.families {
+            blocks.clear();
+        }
+    }
+
+    /// The samples of a family, in the order of the surfaces.
+    #[inline(always)]
+    pub fn of(&self, family: LightFamily) -> &[FamilyBlock] {
+        &self.families[family as usize]
+    }
+
+    /// The sample of a family's light for the surface of index `k`, as seen by its viewer; `None` where it has to be drawn alone.
+    #[inline(always)]
+    pub fn get(&self, family: LightFamily, k: usize) -> Option<Option<(SampledLight, LightSample)>> {
+        let block = self.of(family).get(k / LightBlock::LEN)?;
+        let lane = k % LightBlock::LEN;
+        let sample = || block.light.get(lane).map(|light| (block.chosen(lane), light));
+        (block.is_unknown[lane] == 0).then(sample)
+    }
+}
+
+impl Scene {
+    /// Samples the background for surfaces by these pairs of uniform numbers.
+    pub fn sample_background(&self, on: impl Dispatch, numbers: &[Vec2], to: &mut LightSamples) {
+        let Some(light) = self.lights.background() else {
+            return;
+        };
+        let blocks = &mut to.families[LightFamily::Background as usize];
+        blocks.resize(numbers.len().div_ceil(LightBlock::LEN), FamilyBlock::EMPTY);
+        self.background.radiance.sample(on, numbers, |k, sample| {
+            let chosen = SampledLight { light, pmf: 1.0 };
+            blocks[k / LightBlock::LEN].set(k % LightBlock::LEN, sample.map(|sample| (chosen, sample)));
+        });
+    }
+
+    /// Samples the lamps and the suns for each of these surfaces: what [`Lights::choose`](super::Lights::choose) and
+    /// [`Scene::sample_light`] give on the side of the viewer. Surfaces that light passes through are left out.
+    pub fn sample_lights(
+        &self,
+        on: impl Dispatch,
+        surfaces: &[SurfaceInteraction],
+        numbers: LightNumbers<'_>,
+        to: &mut LightSamples,
+    ) {
+        to.lamps.lights = [None; LightBlock::LEN];
+        for family in self.lights.families().filter(|f| *f != LightFamily::Background) {
+            let LightSamples { families, lamps } = to;
+            let blocks = &mut families[family as usize];
+            blocks.resize(surfaces.len().div_ceil(LightBlock::LEN), FamilyBlock::EMPTY);
+            for (block, first) in blocks.iter_mut().zip((0..).step_by(LightBlock::LEN)) {
+                let surfaces = &surfaces[first..surfaces.len().min(first + LightBlock::LEN)];
+                let numbers = LightNumbers {
+                    choices: numbers.choices.map(|choices| &choices[first..]),
+                    points: &numbers.points[first..],
+                };
+                self.sample_block(on, family, surfaces, numbers, block, lamps);
+            }
+        }
+    }
+
+    /// Samples a family's lights for the surfaces of a block.
+    fn sample_block(
+        &self,
+        on: impl Dispatch,
+        family: LightFamily,
+        surfaces: &[SurfaceInteraction],
+        numbers: LightNumbers<'_>,
+        to: &mut FamilyBlock,
+        lamps: &mut Lamps,
+    ) {
+        let (mut together, mut alone, mut dark) = (0_u32, 0_u32, 0_u32);
+        for (lane, surface) in surfaces.iter().enumerate() {
+            let is_lit = self.material(surface.material).is_lit();
+            to.is_unknown[lane] = u32::from(!is_lit);
+            if !is_lit {
+                continue;
+            }
+            let at = LightSampleContext {
+                p: surface.lifted(),
+                n: surface.viewed_normal(),
+            };
+            let choice = numbers.choices.map_or(0.0, |u| u[lane].x);
+            let Some(choice) = self.lights.choose(on, family, &at, choice) else {
+                dark |= 1 << lane;
+                continue;
+            };
+            to.choose(lane, choice);
+            if lamps.lights[lane] == Some(choice.light) || self.put_lamp(choice.light, lane, lamps) {
+                let rectangles = &mut lamps.block.rectangles;
+                rectangles.set_observer(lane, at.p, numbers.points[lane]);
+                together |= 1 << lane;
+            } else {
+                alone |= 1 << lane;
+            }
+        }
+        if together != 0 {
+            lamps.block.sample(on, &mut to.light);
+            alone |= together & !lamps.block.rectangles.known();
+        }
+        for lane in lanes(alone) {
+            let sample = self.sample_light(to.lights[lane], surfaces[lane].lifted(), numbers.points[lane]);
+            to.light.set(lane, sample.as_ref());
+        }
+        for lane in lanes(dark) {
+            to.light.set(lane, None);
+        }
+    }
+
+    /// Sets the lamp of a lane. Returns whether lamps like it are sampled in blocks.
+    #[inline(never)]
+    fn put_lamp(&self, light: LightId, lane: usize, to: &mut Lamps) -> bool {
+        let is_put = match self.lights.source(light) {
+            LightSource::Emitter(emitter) => self.put_emitter(emitter, lane, &mut to.block),
+            LightSource::Analytic(_) | LightSource::Background => false,
+        };
+        to.lights[lane] = is_put.then_some(light);
+        is_put
+    }
+}
+
+/// The numbers of the bits that are set.
+fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = (bits != 0).then(|| bits.trailing_zeros() as usize);
+        bits &= bits.wrapping_sub(1);
+        lane
+    })
+}
