@@ -11,7 +11,6 @@ use crate::{
     shape::{Shape, sphere::Sphere},
 };
 
-mod entry_points;
 mod instances;
 mod occluder_cache;
 mod policy;

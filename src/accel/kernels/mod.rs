@@ -13,7 +13,6 @@
 
 mod aliased_buffer;
 mod analytic;
-mod entry_points;
 mod hits;
 mod leaf_queue;
 mod occluder_cache;
@@ -57,9 +56,9 @@ kernel! {
         hits: &mut [Option<Hit>],
         scratch: &mut Scratch,
     ) = |level| if tree.has_instances() {
-        ray_stream::trace::<_, Nearest, true, false>(level, tree, geometry, rays, selection, hits, scratch);
+        ray_stream::trace::<_, Nearest, true>(level, tree, geometry, rays, selection, hits, scratch);
     } else {
-        ray_stream::trace::<_, Nearest, false, false>(level, tree, geometry, rays, selection, hits, scratch);
+        ray_stream::trace::<_, Nearest, false>(level, tree, geometry, rays, selection, hits, scratch);
     }
 }
 
@@ -73,14 +72,10 @@ kernel! {
         selection: RaySelection,
         blocked: &mut [bool],
         scratch: &mut Scratch,
-    ) -> StreamReport = |level| match selection {
-        _ if tree.has_instances() => {
-            ray_stream::trace::<_, Occluded, true, false>(level, tree, geometry, rays, selection, blocked, scratch)
-        }
-        RaySelection::Together(_) => {
-            ray_stream::trace::<_, Occluded, false, true>(level, tree, geometry, rays, selection, blocked, scratch)
-        }
-        _ => ray_stream::trace::<_, Occluded, false, false>(level, tree, geometry, rays, selection, blocked, scratch),
+    ) -> StreamReport = |level| if tree.has_instances() {
+        ray_stream::trace::<_, Occluded, true>(level, tree, geometry, rays, selection, blocked, scratch)
+    } else {
+        ray_stream::trace::<_, Occluded, false>(level, tree, geometry, rays, selection, blocked, scratch)
     }
 }
 

@@ -1,12 +1,10 @@
 //! The rays of a batch that a kernel traces.
 
-/// All rays of a batch, or some of them by index. Consecutive rays of `Together` may share an entry
-/// point.
+/// All rays of a batch, or some of them by index.
 #[derive(Clone, Copy)]
 pub enum RaySelection<'a> {
     All,
     Some(&'a [u32]),
-    Together(&'a [u32]),
 }
 
 /// The number of rays by which prefetching runs ahead.

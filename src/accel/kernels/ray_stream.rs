@@ -9,14 +9,10 @@
 //! instance and then the root of the group are pushed on the ray's stack. At the end marker, the
 //! ray returns to world space. Kernels for scenes without instances are compiled without this code.
 //!
-//! Shadow rays to one light may start at a common entry point below the root
-//! ([`super::entry_points`]).
-//!
 //! With 64 rays, the latency of memory is hidden; with 128, their state no longer fits into the L1
 //! cache.
 
 use super::{
-    entry_points::EntryPoints,
     leaf_queue::LeafQueue,
     query::Query,
     ray_state::RayState,
@@ -52,10 +48,8 @@ const NO_RAY: u32 = u32::MAX;
 
 /// The result of refilling a free slot.
 enum Refill {
-    /// A ray starts at the root, or at the entry node with this index.
-    Started(u32),
-    /// The next ray cannot start before the others have passed their entry nodes.
-    Blocked,
+    /// A ray starts at the root.
+    Started,
     /// No rays are left.
     Exhausted,
 }
@@ -66,8 +60,6 @@ struct RayQueue<'a> {
     selection: RaySelection<'a>,
     upcoming: usize,
     tree: &'a WideTree,
-    root: u32,
-    entry_points: &'a mut EntryPoints,
 }
 
 impl RayQueue<'_> {
@@ -75,13 +67,13 @@ impl RayQueue<'_> {
     fn len(&self) -> usize {
         match self.selection {
             RaySelection::All => self.rays.len(),
-            RaySelection::Some(list) | RaySelection::Together(list) => list.len(),
+            RaySelection::Some(list) => list.len(),
         }
     }
 
     /// Starts the next unresolved ray in `slot`.
     #[inline(always)]
-    fn refill<L: SimdLevel, Q: Query, const INSTANCES: bool, const ENTRY_POINTS: bool>(
+    fn refill<L: SimdLevel, Q: Query, const INSTANCES: bool>(
         &mut self,
         level: L,
         slot: &mut RayState,
@@ -89,23 +81,12 @@ impl RayQueue<'_> {
         answers: &[Q::Answer],
     ) -> Refill {
         loop {
-            let mut first = self.root;
             // Rays are read in order, but too slowly for the hardware prefetcher.
             let (ray, prefetch) = match self.selection {
-                RaySelection::Together(list) if ENTRY_POINTS && self.upcoming < list.len() => {
-                    let Some(next) = self.entry_points.next(level, self.tree, self.rays, list, self.upcoming) else {
-                        return Refill::Blocked;
-                    };
-                    level.prefetch::<1>(self.rays.as_ptr().wrapping_add(next.prefetch[1]).cast());
-                    first = next.entry;
-                    (next.ray, next.prefetch[0])
-                }
                 RaySelection::All if self.upcoming < self.rays.len() => {
                     (self.upcoming, self.upcoming + PREFETCH_DISTANCE)
                 }
-                RaySelection::Some(list) | RaySelection::Together(list)
-                    if !ENTRY_POINTS && self.upcoming < list.len() =>
-                {
+                RaySelection::Some(list) if self.upcoming < list.len() => {
                     let ray = list[self.upcoming] as usize;
                     (ray, ray + PREFETCH_DISTANCE)
                 }
@@ -127,7 +108,7 @@ impl RayQueue<'_> {
                     best: Q::instance(&answers[ray]),
                 };
             }
-            return Refill::Started(first);
+            return Refill::Started;
         }
     }
 }
@@ -137,14 +118,11 @@ impl RayQueue<'_> {
 pub struct StreamReport {
     /// The total cost of the rays, in halves of a node test; for occlusion only.
     pub cost: u64,
-    /// Whether entry points paid off, if they were tried often enough to know.
-    pub entry_points_pay: Option<bool>,
 }
 
-/// Traces `rays`. `answers` holds earlier results and receives the new ones. With `ENTRY_POINTS`, rays
-/// start at entry points; this is for occlusion queries of [`RaySelection::Together`].
+/// Traces `rays`. `answers` holds earlier results and receives the new ones.
 #[inline(always)]
-pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const ENTRY_POINTS: bool>(
+pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool>(
     level: L,
     tree: &WideTree,
     geometry: &Geometry,
@@ -165,8 +143,6 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const ENTRY_POINTS: 
         selection,
         upcoming: 0,
         tree,
-        root: tree.root(),
-        entry_points: &mut scratch.entry_points,
     };
     let shape_queue = &mut *scratch.shape_queue;
     let leaf_queue = LeafQueue::opposite(&mut scratch.leaf_queue, &*active.next);
@@ -174,18 +150,12 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const ENTRY_POINTS: 
     for slot in &mut *active.all {
         slot.ray = NO_RAY;
     }
-    if ENTRY_POINTS {
-        const { assert!(Q::ANY || !ENTRY_POINTS) };
-        queue.entry_points.begin(tree);
-    }
     // The set of active slots, one bit each.
     let mut active_set = u64::MAX;
     let mut cost = if Q::ANY { RAY_COST * queue.len() as u64 } else { 0 };
     while active_set != 0 {
         let [leaf, shape_or_done] = level.flags(active.next);
         let mut done = active_set & shape_or_done & !leaf;
-        // The slots whose rays start at an entry node.
-        let mut fresh = 0;
         while done != 0 {
             let id = pop_lowest(&mut done);
             let slot = &mut active.all[id];
@@ -193,35 +163,21 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const ENTRY_POINTS: 
             if let Some(answer) = answers.get_mut(slot.ray as usize) {
                 *answer = Q::end(&slot.best, instance);
             }
-            match queue.refill::<L, Q, INSTANCES, ENTRY_POINTS>(level, slot, &mut inside[id], answers) {
-                Refill::Started(first) => {
-                    active.next[id] = first;
-                    fresh |= u64::from(ENTRY_POINTS) << id;
-                }
-                Refill::Blocked => {
-                    slot.ray = NO_RAY;
-                    done |= 1 << id;
-                    break;
-                }
+            match queue.refill::<L, Q, INSTANCES>(level, slot, &mut inside[id], answers) {
+                Refill::Started => active.next[id] = tree.root(),
                 Refill::Exhausted => active_set ^= 1 << id,
             }
         }
-        let at_node = active_set & !leaf & !fresh & !done;
-        let mut at_leaf = active_set & leaf & !fresh;
+        let at_node = active_set & !leaf;
+        let mut at_leaf = active_set & leaf;
         if at_leaf.count_ones() < AT_LEAVES && at_node.count_ones() >= AT_NODES {
             at_leaf = 0;
         }
         if Q::ANY {
-            cost += 2 * u64::from((fresh | at_node).count_ones());
+            cost += 2 * u64::from(at_node.count_ones());
         }
-        // SAFETY: these slots start at entry nodes or wait at nodes, and `stacks` are their stacks.
-        unsafe {
-            if ENTRY_POINTS {
-                traversal::step::<L, Q, _, SLOTS>(level, &*queue.entry_points, &starts, &mut active, fresh, stacks);
-                queue.entry_points.passed();
-            }
-            traversal::step::<L, Q, _, SLOTS>(level, tree, &starts, &mut active, at_node, stacks);
-        }
+        // SAFETY: these slots wait at nodes, and `stacks` are their stacks.
+        unsafe { traversal::step::<L, Q, _, SLOTS>(level, tree, &starts, &mut active, at_node, stacks) };
         let mut shapes_wait = false;
         let mut at_shape = at_leaf & shape_or_done;
         while at_shape != 0 {
@@ -278,14 +234,7 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool, const ENTRY_POINTS: 
             };
         }
     }
-    StreamReport {
-        cost,
-        entry_points_pay: if ENTRY_POINTS {
-            queue.entry_points.pays_off()
-        } else {
-            None
-        },
-    }
+    StreamReport { cost }
 }
 
 /// Pops the next child and prefetches it.

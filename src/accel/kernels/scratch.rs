@@ -3,7 +3,6 @@
 use super::{
     aliased_buffer::AliasedBuffer,
     analytic::ShapeQueue,
-    entry_points::EntryPoints,
     leaf_queue::LeafQueue,
     packet::rays::Packet,
     ray_state::{InstanceState, RayState},
@@ -19,7 +18,6 @@ pub struct Scratch {
     pub inside: Box<[InstanceState; SLOTS]>,
     pub leaf_queue: AliasedBuffer<LeafQueue>,
     pub shape_queue: Box<ShapeQueue>,
-    pub entry_points: Box<EntryPoints>,
     pub stacks: StackMemory,
 }
 
@@ -31,7 +29,6 @@ impl Scratch {
             inside: Box::new([InstanceState::NOTHING; SLOTS]),
             leaf_queue: AliasedBuffer::new(),
             shape_queue: Box::new(ShapeQueue::new()),
-            entry_points: Box::new(EntryPoints::new()),
             stacks: StackMemory::new(),
         }
     }

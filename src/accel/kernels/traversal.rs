@@ -40,21 +40,6 @@ pub trait Traverser {
     fn state(&mut self) -> &mut TraversalState;
 }
 
-/// A source of nodes.
-pub trait NodeSource {
-    /// # Safety
-    /// A node of this number exists.
-    unsafe fn node(&self, number: u32) -> &WideNode;
-}
-
-impl NodeSource for WideTree {
-    #[inline(always)]
-    unsafe fn node(&self, child: u32) -> &WideNode {
-        // SAFETY: by this function's own contract.
-        unsafe { self.node(child) }
-    }
-}
-
 /// The boxes of a node that are hit.
 struct ChildHits<'t, L: SimdLevel> {
     stack: *mut StackRange,
@@ -72,7 +57,7 @@ struct ChildHits<'t, L: SimdLevel> {
 #[inline(always)]
 pub unsafe fn step<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,
-    nodes: &impl NodeSource,
+    tree: &WideTree,
     starts: &Starts,
     active: &mut Active<'_, T, N>,
     mut waiting: u64,
@@ -88,13 +73,13 @@ pub unsafe fn step<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     loop {
         // SAFETY: by this function's own contract.
         unsafe {
-            let first = visit::<L, Q, T, N>(level, nodes, active, &mut waiting, stacks);
+            let first = visit::<L, Q, T, N>(level, tree, active, &mut waiting, stacks);
             pop_late::<L, T, N>(level, starts, active, last, stacks);
             last = first;
             if waiting == 0 {
                 break;
             }
-            let second = visit::<L, Q, T, N>(level, nodes, active, &mut waiting, stacks);
+            let second = visit::<L, Q, T, N>(level, tree, active, &mut waiting, stacks);
             pop_late::<L, T, N>(level, starts, active, first, stacks);
             last = second;
             if waiting == 0 {
@@ -113,7 +98,7 @@ pub unsafe fn step<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
 #[inline(always)]
 unsafe fn visit<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,
-    nodes: &impl NodeSource,
+    tree: &WideTree,
     active: &mut Active<'_, T, N>,
     waiting: &mut u64,
     stacks: Stacks,
@@ -121,7 +106,7 @@ unsafe fn visit<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     let id = pop_lowest(waiting);
     // SAFETY: by this function's own contract.
     unsafe {
-        let met = test_node::<L, Q, T, N>(level, nodes, active.all.as_mut_ptr(), active.next, id);
+        let met = test_node::<L, Q, T, N>(level, tree, active.all.as_mut_ptr(), active.next, id);
         (id, push_children::<L, Q, T>(level, &met, stacks))
     }
 }
@@ -151,14 +136,14 @@ unsafe fn pop_late<L: SimdLevel, T: Traverser, const N: usize>(
 #[inline(always)]
 unsafe fn test_node<'t, L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,
-    nodes: &'t impl NodeSource,
+    tree: &'t WideTree,
     all: *mut T,
     next: &[u32; N],
     id: usize,
 ) -> ChildHits<'t, L> {
     // SAFETY: by this function's own contract; `launder` returns the same address.
     let (node, traverser) = unsafe {
-        let node = ptr::from_ref(nodes.node(next[id % N])).cast_mut();
+        let node = ptr::from_ref(tree.node(next[id % N])).cast_mut();
         (&*level.launder(node), &mut *level.launder(all.add(id % N)))
     };
     let (enter, leave) = traverser.intersect_node(level, node);

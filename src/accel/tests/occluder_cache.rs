@@ -1,10 +1,48 @@
 //! Tests of shadow rays that the occluder cache resolves.
 
-use super::{entry_points::groups, *};
+use super::*;
 use crate::accel::{
     kernels::{occluded_at_once, packet::order::PacketOrder},
     wide::Wide,
 };
+
+/// Returns groups of 64 rays with nearby origins that go to a point light or an area light per
+/// group. They start at a vertex of the scene or anywhere. One in `odd` rays is unlike the others
+/// of its group.
+fn groups(g: &Geometry, count: usize, size: f32, odd: usize) -> Vec<Ray> {
+    let mut r = Random(41);
+    let mut rays = Vec::new();
+    for group in 0..count {
+        let at = match group % 3 {
+            0 => r.vec(1.5 * size),
+            _ => g.corners(r.below(g.triangles.len()))[r.below(3)],
+        };
+        let lamp = match group % 4 {
+            0 => at + [Vec3::X, Vec3::NEG_Y, Vec3::Z][group / 4 % 3] * size,
+            1 => r.vec(50.0 * size),
+            _ => r.vec(2.0 * size),
+        };
+        let apart = [0.0, 1e-4, 0.02, 0.3][group / 3 % 4] * size;
+        let wide = [0.0, 0.3, 1.0][group / 5 % 3] * size;
+        for _ in 0..64 {
+            let o = at + r.vec(apart);
+            let mut ray = Ray::segment(o, lamp + r.vec(wide) - o, 0.999);
+            match r.below(8 * odd) {
+                0 => ray.d = r.vec(1.0),
+                1 => ray.d.y = 0.0,
+                2 => ray.d.z = f32::NAN,
+                3 => ray.tmax = [f32::NAN, f32::INFINITY][group % 2],
+                4 => ray.tmin = [f32::NAN, -r.unit() * size][group % 2],
+                5 => ray.o.x = [f32::NAN, f32::INFINITY, 1e30][group % 3],
+                6 => ray.d *= [1e-30, 1e-3, 1e9][group % 3],
+                7 => ray = Ray::NONE,
+                _ => {}
+            }
+            rays.push(ray);
+        }
+    }
+    rays
+}
 
 /// Returns the number of `rays` that are left for traversal, or `None` if all are. Fails at the
 /// first ray that is resolved otherwise than by the linear scan.

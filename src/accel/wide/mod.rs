@@ -267,29 +267,21 @@ impl Accelerator for Wide {
                     simd, tree, geometry, rays, selection, blocked, scratch,
                 ));
             }
-            let together = order.filter(|_| policy.entry_points.should_try());
-            match (in_packets, together) {
-                (Some(order), _) => {
-                    let packets = PacketBatch {
-                        rays,
-                        order,
-                        single_cost: policy.single_cost(),
-                    };
-                    let pays = kernels::occluded_packets(simd, tree, geometry, packets, blocked, remaining, scratch);
-                    policy.packets.record(pays);
-                }
-                (None, Some(order)) if !is_prefiltered => order.put(rays.len(), remaining),
-                (None, _) => {}
+            if let Some(order) = in_packets {
+                let packets = PacketBatch {
+                    rays,
+                    order,
+                    single_cost: policy.single_cost(),
+                };
+                let pays = kernels::occluded_packets(simd, tree, geometry, packets, blocked, remaining, scratch);
+                policy.packets.record(pays);
             }
-            let selection = match together {
-                Some(_) => RaySelection::Together(remaining),
-                None if is_prefiltered || in_packets.is_some() => RaySelection::Some(remaining),
-                None => RaySelection::All,
+            let selection = if is_prefiltered || in_packets.is_some() {
+                RaySelection::Some(remaining)
+            } else {
+                RaySelection::All
             };
-            let report = kernels::occluded_stream(simd, tree, geometry, rays, selection, blocked, scratch);
-            if let Some(pays) = report.entry_points_pay {
-                policy.entry_points.record(pays);
-            }
+            kernels::occluded_stream(simd, tree, geometry, rays, selection, blocked, scratch);
         });
     }
 

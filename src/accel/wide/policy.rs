@@ -18,8 +18,6 @@ const MAX_BATCHES_WITHOUT: u32 = 16;
 pub struct OcclusionPolicy {
     /// The backoff of packets.
     pub packets: Backoff,
-    /// The backoff of entry points below the root.
-    pub entry_points: Backoff,
     /// The cost of a ray that is traced without a packet, in halves of a node test.
     single_cost: u64,
     /// The number of candidates for packets since the last probe; the maximum before the first
@@ -31,7 +29,6 @@ impl OcclusionPolicy {
     pub const fn new() -> Self {
         Self {
             packets: Backoff::new(),
-            entry_points: Backoff::new(),
             single_cost: 40,
             since_probe: usize::MAX,
         }
@@ -109,10 +106,7 @@ mod tests {
         assert!(policy.probe(PROBE_RAYS - 1).is_none());
         let some = policy.probe(10 * PROBE_RAYS).expect("the first");
         assert_eq!(some[..3], [0, 10, 20]);
-        policy.record_probe(StreamReport {
-            cost: 64 * 50,
-            entry_points_pay: None,
-        });
+        policy.record_probe(StreamReport { cost: 64 * 50 });
         assert_eq!(policy.single_cost(), 50);
         assert!(policy.probe(PROBE_INTERVAL - 1).is_none());
         assert!(policy.probe(PROBE_RAYS).is_some());

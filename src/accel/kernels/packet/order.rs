@@ -61,16 +61,6 @@ impl PacketOrder {
             len: count.saturating_sub(first).min(RAYS),
         }
     }
-
-    /// Writes the rays of all packets of a batch of `count` rays to `list`, in order.
-    pub fn put(&self, count: usize, list: &mut Vec<u32>) {
-        list.clear();
-        list.reserve(count.next_multiple_of(RAYS));
-        for packet in 0..count.div_ceil(RAYS) {
-            list.extend(self.list(packet, count).ids);
-        }
-        list.truncate(count);
-    }
 }
 
 impl PacketRays {
@@ -109,9 +99,6 @@ mod tests {
             for count in [1_usize, 15, 16, 100, 256, 300] {
                 let lists = (0..count.div_ceil(RAYS)).map(|packet| order.list(packet, count));
                 let mut listed: Vec<u32> = lists.flat_map(|list| list.as_slice().to_vec()).collect();
-                let mut put = vec![7; 3];
-                order.put(count, &mut put);
-                assert_eq!(put, listed, "{order:?}");
                 listed.sort_unstable();
                 assert!(listed.into_iter().eq(0..count as u32), "{order:?} {count}");
             }
