@@ -20,9 +20,16 @@ pub struct FamilyBlock {
 /// Samples of lights for a batch of surfaces, in blocks.
 #[derive(Debug, Default)]
 pub struct LightSamples {
-    /// The blocks of each family; none where no samples were drawn.
-    families: [Vec<FamilyBlock>; LightFamily::ALL.len()],
+    families: [FamilyBlocks; LightFamily::ALL.len()],
     lamps: Lamps,
+}
+
+/// The blocks of a family.
+#[derive(Debug, Default)]
+struct FamilyBlocks {
+    blocks: Vec<FamilyBlock>,
+    /// The number of blocks that hold samples; none where none were drawn.
+    count: usize,
 }
 
 /// The lamps that are sampled together.
@@ -79,18 +86,30 @@ impl FamilyBlock {
     }
 }
 
+impl FamilyBlocks {
+    /// The blocks for so many surfaces, which hold what they held before.
+    fn start(&mut self, surfaces: usize) -> &mut [FamilyBlock] {
+        self.count = surfaces.div_ceil(LightBlock::LEN);
+        if self.blocks.len() < self.count {
+            self.blocks.resize(self.count, FamilyBlock::EMPTY);
+        }
+        &mut self.blocks[..self.count]
+    }
+}
+
 impl LightSamples {
     /// Clears the samples of all families.
     pub fn clear(&mut self) {
         for blocks in &mut self.families {
-            blocks.clear();
+            blocks.count = 0;
         }
     }
 
     /// The samples of a family, in the order of the surfaces.
     #[inline(always)]
     pub fn of(&self, family: LightFamily) -> &[FamilyBlock] {
-        &self.families[family as usize]
+        let FamilyBlocks { blocks, count } = &self.families[family as usize];
+        &blocks[..*count]
     }
 
     /// The sample of a family's light for the surface of index `k`, as seen by its viewer; `None` where it has to be drawn alone.
@@ -109,8 +128,7 @@ impl Scene {
         let Some(light) = self.lights.background() else {
             return;
         };
-        let blocks = &mut to.families[LightFamily::Background as usize];
-        blocks.resize(numbers.len().div_ceil(LightBlock::LEN), FamilyBlock::EMPTY);
+        let blocks = to.families[LightFamily::Background as usize].start(numbers.len());
         self.background.radiance.sample(on, numbers, |k, sample| {
             let chosen = SampledLight { light, pmf: 1.0 };
             blocks[k / LightBlock::LEN].set(k % LightBlock::LEN, sample.map(|sample| (chosen, sample)));
@@ -129,8 +147,7 @@ impl Scene {
         to.lamps.lights = [None; LightBlock::LEN];
         for family in self.lights.families().filter(|f| *f != LightFamily::Background) {
             let LightSamples { families, lamps } = to;
-            let blocks = &mut families[family as usize];
-            blocks.resize(surfaces.len().div_ceil(LightBlock::LEN), FamilyBlock::EMPTY);
+            let blocks = families[family as usize].start(surfaces.len());
             for (block, first) in blocks.iter_mut().zip((0..).step_by(LightBlock::LEN)) {
                 let surfaces = &surfaces[first..surfaces.len().min(first + LightBlock::LEN)];
                 let numbers = LightNumbers {
