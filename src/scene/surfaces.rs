@@ -29,7 +29,7 @@ pub struct Surfaces {
 }
 
 impl Surfaces {
-    /// The geometry of the interactions, sixteen in a block.
+    /// The geometry of the interactions, in blocks.
     pub fn blocks(&self) -> &[SoaBlock] {
         self.soa.blocks()
     }
