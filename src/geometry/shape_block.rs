@@ -8,7 +8,7 @@ use crate::{
     math::{Aabb, Dispatch, Ray, Vec3, VectorLoop},
     shape::{
         Attempt, RayBlock, Shape, ShapeHit,
-        block::{Each, LANES},
+        block::{Each, LANES, get, set},
     },
 };
 
@@ -103,14 +103,4 @@ impl VectorLoop for Clips<'_, '_> {
             };
         }
     }
-}
-
-#[inline(always)]
-fn get([x, y, z]: &[Each; 3], i: usize) -> Vec3 {
-    Vec3::new(x[i], y[i], z[i])
-}
-
-#[inline(always)]
-fn set([x, y, z]: &mut [Each; 3], i: usize, v: Vec3) {
-    (x[i], y[i], z[i]) = (v.x, v.y, v.z);
 }

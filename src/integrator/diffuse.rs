@@ -7,12 +7,9 @@ use std::f32::consts::FRAC_1_PI;
 
 use super::{VertexBatch, direct::Strategy};
 use crate::{
-    math::{
-        Dispatch, Ray, Rgb, Vec2, Vec3, VectorLoop,
-        warp::{self, Sample2D},
-    },
+    math::{Dispatch, Ray, Rgb, Vec2, VectorLoop, float::select, warp},
     scene::{FamilyBlock, LightFamily, SampledLight, surface_soa::SoaBlock},
-    shape::block::{Each, LANES},
+    shape::block::{Each, LANES, get, set},
 };
 
 /// Some diffuse surfaces; lanes of other surfaces hold numbers without a meaning.
@@ -153,16 +150,6 @@ impl DiffuseSurface<'_> {
     }
 }
 
-#[inline(always)]
-fn get([x, y, z]: &[Each; 3], i: usize) -> Vec3 {
-    Vec3::new(x[i], y[i], z[i])
-}
-
-#[inline(always)]
-fn set([x, y, z]: &mut [Each; 3], i: usize, v: Vec3) {
-    (x[i], y[i], z[i]) = (v.x, v.y, v.z);
-}
-
 /// Computes the scattering of all surfaces of a block.
 struct Scatterings<'a, 'b> {
     surfaces: &'a SoaBlock,
@@ -184,7 +171,7 @@ impl VectorLoop for Scatterings<'_, '_> {
         let (mut directions, mut origins, mut pdfs) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3], [0.0; LANES]);
         for lane in 0..LANES {
             let surface = surfaces.viewed(lane);
-            let wi = Sample2D::on_disk(disks[lane]).cosine_hemisphere();
+            let wi = warp::over_disk(disks[lane]);
             let is_seen = surface.wo.dot(surface.frame.n) > 0.0;
             let pdf = warp::cosine_hemisphere_pdf(wi.z);
             pdfs[lane] = if is_seen { pdf } else { 0.0 };
@@ -207,14 +194,8 @@ impl VectorLoop for Scatterings<'_, '_> {
                 found.weight[lane] = strategy.weight_of_light(of_light, of_surface) / of_light;
                 let segment = surface.lifted + wi * distance - surface.origin;
                 let is_near = distance.is_finite();
-                let either = |near: f32, far: f32| if is_near { near } else { far };
-                let d = Vec3::new(
-                    either(segment.x, wi.x),
-                    either(segment.y, wi.y),
-                    either(segment.z, wi.z),
-                );
-                set(&mut found.d, lane, d);
-                found.tmax[lane] = either(1.0, f32::INFINITY);
+                set(&mut found.d, lane, select(is_near, segment, wi));
+                found.tmax[lane] = if is_near { 1.0 } else { f32::INFINITY };
             }
             *lights = found;
         }

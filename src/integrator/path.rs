@@ -122,7 +122,7 @@ impl Integrator for PathTracer {
     fn shade_batch(&self, batch: &VertexBatch<'_>, out: &mut ShadingOutput) {
         let mut diffuse = DiffuseBlock::EMPTY;
         for k in 0..batch.len() {
-            if k % DiffuseBlock::LEN == 0 {
+            if k % DiffuseBlock::LEN == 0 && !batch.surfaces.is_empty() {
                 out.clock.lap(Stage::Bsdf);
                 diffuse.fill(batch, k, self.strategy);
                 out.clock.lap(Stage::Light);

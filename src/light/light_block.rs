@@ -3,7 +3,7 @@
 use super::LightSample;
 use crate::{
     math::{Rgb, Vec3},
-    shape::block::{Each, LANES},
+    shape::block::{Each, LANES, get, set},
 };
 
 /// The light of one light at each of some points.
@@ -43,7 +43,7 @@ impl LightBlock {
             self.kind[lane] = Self::NONE;
             return;
         };
-        (self.wi[0][lane], self.wi[1][lane], self.wi[2][lane]) = (sample.wi.x, sample.wi.y, sample.wi.z);
+        set(&mut self.wi, lane, sample.wi);
         self.distance[lane] = sample.distance;
         self.li[lane] = sample.li;
         self.pdf[lane] = sample.pdf.unwrap_or(1.0);
@@ -65,7 +65,7 @@ impl LightBlock {
     /// The unit direction towards the light.
     #[inline(always)]
     pub fn wi(&self, lane: usize) -> Vec3 {
-        Vec3::new(self.wi[0][lane], self.wi[1][lane], self.wi[2][lane])
+        get(&self.wi, lane)
     }
 
     /// The distance to the light, in m.

@@ -12,6 +12,13 @@ pub const fn gamma(n: u32) -> f32 {
     nu / (1.0 - nu)
 }
 
+/// `a` where `condition` holds, else `b`; number by number, for the compiler to see that there is no branch.
+#[inline(always)]
+pub fn select(condition: bool, a: Vec3, b: Vec3) -> Vec3 {
+    let either = |a: f32, b: f32| if condition { a } else { b };
+    Vec3::new(either(a.x, b.x), either(a.y, b.y), either(a.z, b.z))
+}
+
 /// The origins of rays that leave the surface point `p`: `p` moved just past the box of its own
 /// rounding error, along `ng` and against it.
 ///

@@ -22,20 +22,18 @@ impl From<Vec2> for Sample2D {
 }
 
 impl Sample2D {
-    /// The sample of a point of the disk, of which nothing else is known.
-    #[inline(always)]
-    pub fn on_disk(disk: Vec2) -> Self {
-        let square = Vec2::NAN;
-        Self { square, disk }
-    }
-
     /// A unit direction about +z with a density proportional to its cosine: it lies over the point
     /// of the disk.
     #[inline(always)]
     pub fn cosine_hemisphere(&self) -> Vec3 {
-        let d = self.disk;
-        d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
+        over_disk(self.disk)
     }
+}
+
+/// The unit direction about +z over a point of the unit disk.
+#[inline(always)]
+pub fn over_disk(d: Vec2) -> Vec3 {
+    d.extend((1.0 - d.length_squared()).max(0.0).sqrt())
 }
 
 /// [`square_to_disk`] for each of `squares`, in place of what `disks` held.

@@ -239,12 +239,7 @@ impl SurfaceInteraction {
         let [above, below] = self.ray_origins;
         // Nobody can predict the side, so it is not branched on.
         let is_below = (self.wo.dot(self.ng) < 0.0) != transmitted;
-        let either = |above: f32, below: f32| if is_below { below } else { above };
-        Vec3::new(
-            either(above.x, below.x),
-            either(above.y, below.y),
-            either(above.z, below.z),
-        )
+        float::select(is_below, below, above)
     }
 }
 

@@ -5,15 +5,12 @@ use super::{
     interaction::{HitGeometry, SmoothSurface},
 };
 use crate::{
-    math::{Dispatch, Frame, Vec3, VectorLoop},
+    math::{Dispatch, Frame, Vec3, VectorLoop, float::select},
     shape::{
-        block::{Each, LANES},
+        block::{Each, LANES, get, set},
         triangle,
     },
 };
-
-/// By axis.
-type Lanes3 = [Each; 3];
 
 /// Some surfaces, number by number.
 #[derive(Debug, Default)]
@@ -22,31 +19,21 @@ pub struct SoaBlock {
     /// Not 0 for triangles in the world, which are placed by their corners and the weights of the
     /// last two.
     is_triangle: Each<u32>,
-    corners: [Lanes3; 3],
+    corners: [[Each; 3]; 3],
     weights: [Each; 2],
     /// Not 0 where single precision is not enough to place one.
     failed: Each<u32>,
-    p: Lanes3,
-    p_error: Lanes3,
-    ng: Lanes3,
-    smooth: Lanes3,
-    lift: Lanes3,
+    p: [Each; 3],
+    p_error: [Each; 3],
+    ng: [Each; 3],
+    smooth: [Each; 3],
+    lift: [Each; 3],
     /// Direction of the ray.
-    d: Lanes3,
-    wo: Lanes3,
-    ns: Lanes3,
-    ray_origins: [Lanes3; 2],
-    frame: [Lanes3; 3],
-}
-
-#[inline(always)]
-fn get([x, y, z]: &Lanes3, i: usize) -> Vec3 {
-    Vec3::new(x[i], y[i], z[i])
-}
-
-#[inline(always)]
-fn set([x, y, z]: &mut Lanes3, i: usize, v: Vec3) {
-    (x[i], y[i], z[i]) = (v.x, v.y, v.z);
+    d: [Each; 3],
+    wo: [Each; 3],
+    ns: [Each; 3],
+    ray_origins: [[Each; 3]; 2],
+    frame: [[Each; 3]; 3],
 }
 
 impl SoaBlock {
@@ -81,9 +68,6 @@ impl SoaBlock {
         let front = get(&self.ng, i).dot(get(&self.wo, i));
         let side = if front >= 0.0 { 1.0 } else { -1.0 };
         let [above, below] = &self.ray_origins;
-        let (above, below) = (get(above, i), get(below, i));
-        // In numbers, for the compiler to see that there is no branch.
-        let either = |above: f32, below: f32| if front < 0.0 { below } else { above };
         ViewedSurface {
             frame: Frame {
                 s: get(s, i),
@@ -92,11 +76,7 @@ impl SoaBlock {
             },
             wo: get(&self.wo, i),
             lifted: get(&self.p, i) + get(&self.lift, i),
-            origin: Vec3::new(
-                either(above.x, below.x),
-                either(above.y, below.y),
-                either(above.z, below.z),
-            ),
+            origin: select(front < 0.0, get(below, i), get(above, i)),
         }
     }
 }
@@ -125,14 +105,11 @@ impl VectorLoop for TrianglePoints<'_> {
                 let is_triangle = block.is_triangle[i] != 0;
                 block.failed[i] = u32::from(is_triangle & !is_exact);
                 let known = block.geometry(i);
-                // In numbers, for the compiler to see that there is no branch.
-                let either = |a: f32, b: f32| if is_triangle { a } else { b };
-                let new = |a: Vec3, b: Vec3| Vec3::new(either(a.x, b.x), either(a.y, b.y), either(a.z, b.z));
                 block.set_point(
                     i,
-                    new(point.p, known.p),
-                    new(point.p_error, known.p_error),
-                    new(point.ng, known.ng),
+                    select(is_triangle, point.p, known.p),
+                    select(is_triangle, point.p_error, known.p_error),
+                    select(is_triangle, point.ng, known.ng),
                 );
             }
         }

@@ -14,6 +14,18 @@ const MAX_NUMBERS: usize = 17;
 /// A number of each ray.
 pub type Each<T = f32> = [T; LANES];
 
+/// Returns the vector of a lane.
+#[inline(always)]
+pub fn get([x, y, z]: &[Each; 3], lane: usize) -> Vec3 {
+    Vec3::new(x[lane], y[lane], z[lane])
+}
+
+/// Sets the vector of a lane.
+#[inline(always)]
+pub fn set([x, y, z]: &mut [Each; 3], lane: usize, to: Vec3) {
+    (x[lane], y[lane], z[lane]) = (to.x, to.y, to.z);
+}
+
 /// The known facts about a ray and a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Attempt {

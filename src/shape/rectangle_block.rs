@@ -1,7 +1,7 @@
 //! Points of rectangles as seen from many points at once, chosen by area.
 
 use super::{
-    block::{Each, LANES},
+    block::{Each, LANES, get, set},
     rectangle::Rectangle,
 };
 use crate::math::{DVec3, Dispatch, Vec2, Vec3, VectorLoop};
@@ -38,9 +38,7 @@ impl RectangleBlock {
     #[inline(always)]
     pub fn set_observer(&mut self, lane: usize, from: Vec3, u: Vec2) {
         let lane = lane % LANES;
-        for axis in 0..3 {
-            self.from[axis][lane] = from[axis];
-        }
+        set(&mut self.from, lane, from);
         (self.u[0][lane], self.u[1][lane]) = (u.x, u.y);
     }
 
@@ -67,16 +65,15 @@ impl RectangleBlock {
 
     #[inline(always)]
     pub fn from(&self, lane: usize) -> Vec3 {
-        Vec3::new(self.from[0][lane], self.from[1][lane], self.from[2][lane])
+        get(&self.from, lane)
     }
 
     /// Returns what [`ShapeKind::sample`](super::ShapeKind::sample) chooses: the point, the unit normal as authored, and the
     /// density of the direction in sr^-1; not above 0 where there is no sample.
     #[inline(always)]
     pub fn point(&self, lane: usize) -> (Vec3, Vec3, f32) {
-        let p = Vec3::new(self.p[0][lane], self.p[1][lane], self.p[2][lane]);
         let normal = double(&self.normal, lane).as_vec3();
-        (p, normal, self.pdf[lane])
+        (get(&self.p, lane), normal, self.pdf[lane])
     }
 
     /// The lanes, as bits, whose points are those of [`ShapeKind::sample`](super::ShapeKind::sample). A rectangle that is sampled
