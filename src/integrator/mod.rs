@@ -26,6 +26,8 @@ pub mod light_layers;
 pub mod occlusion;
 pub mod output;
 pub mod path;
+pub mod path_limits;
+mod scatter;
 mod stages;
 mod vertex_batch;
 pub mod whitted;

@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | `max_depth` | longest path, in ray segments from the camera, at least 1 | | 8 |
 //! | `max_diffuse`, `max_specular`, `max_transmission` | how many scattering events of the kind a path may have | | only `max_depth` |
-//! | `roulette_depth` | segments after which Russian roulette may end dim paths; this adds no bias | | 5 |
+//! | `roulette_depth` | segments after which Russian roulette may end paths that carry less than a quarter of the light; this adds no bias | | 4 |
 //! | `clamp_direct` | number above 0: limit of the light that comes from a light or the background by way of one surface alone | W m^-2 sr^-1 | no limit |
 //! | `clamp_indirect` | number above 0: limit of a path's light after two surfaces or more. It trades fireflies for lost light | W m^-2 sr^-1 | no limit |
 //! | `strategy` | `"mis"`, `"light"` or `"bsdf"`: how direct light is sampled. All converge to the same picture, with different noise | | `"mis"` |
@@ -32,23 +32,22 @@
 use serde::Deserialize;
 
 use super::{
-    BounceState, Bounces, FirstLobe, Integrator, Limit, LimitValue, Lobes, PathState, ShadingOutput, ShadowPassage,
-    Stage, Tag, Vertex, VertexBatch, VertexContext,
+    BounceState, Bounces, FirstLobe, Integrator, Limit, Lobes, ShadingOutput, Stage, Tag, Vertex, VertexBatch,
+    VertexContext,
     diffuse::{DiffuseBlock, DiffuseSurface},
-    direct::{DirectLight, ShadingPoint, Strategy, sample_direct},
+    direct::Strategy,
     max_depth,
+    path_limits::PathLimits,
+    scatter::Scatter,
 };
 use crate::{
-    bsdf::{Bsdf, BsdfKind, BsdfVisitor, Lobe, folded::Folded, fresnel::reflect, layered::hero_channel::HeroChannel},
+    bsdf::{Bsdf, Lobe, layered::hero_channel::HeroChannel},
     geometry::Hit,
     light::environment::EnvironmentLight,
-    material::{Emission, Material},
-    math::{Frame, Ray, Rgb, Vec3},
+    material::Emission,
+    math::Rgb,
     sampler::{Dimension, SampleUse},
-    scene::{
-        LightFamily, LightSampleContext, MediumStack, Scene, SurfaceInteraction,
-        shading_frame::{ShadingFrame, shading_frame},
-    },
+    scene::{LightFamily, LightSampleContext, Scene, SurfaceInteraction},
     value::{Count, Positive, Problem, Spanned},
 };
 
@@ -69,17 +68,20 @@ pub struct PathDesc {
 impl PathDesc {
     pub fn compile(&self) -> Result<PathTracer, Problem> {
         let limit = |said: Option<Count>| said.map_or(u16::MAX, |n| n.0.min(u32::from(u16::MAX)) as u16);
-        Ok(PathTracer {
+        let limits = PathLimits {
             max_depth: max_depth(&self.max_depth, 8)?,
-            limits: Bounces {
+            bounces: Bounces {
                 diffuse: limit(self.max_diffuse),
                 specular: limit(self.max_specular),
                 transmission: limit(self.max_transmission),
                 straight: u8::MAX,
             },
-            roulette_depth: self.roulette_depth.map_or(5, |d| d.0),
+            roulette_depth: self.roulette_depth.map_or(4, |d| d.0),
             clamp_direct: self.clamp_direct.map(|c| c.0),
             clamp_indirect: self.clamp_indirect.map(|c| c.0),
+        };
+        Ok(PathTracer {
+            limits,
             strategy: self.strategy,
         })
     }
@@ -87,22 +89,13 @@ impl PathDesc {
 
 #[derive(Clone, Copy, Debug)]
 pub struct PathTracer {
-    pub max_depth: u32,
-    /// The largest number of departures by a lobe of each kind.
-    pub limits: Bounces,
-    pub roulette_depth: u32,
-    /// The most light by way of one surface and of more, in W m^-2 sr^-1.
-    pub clamp_direct: Option<f32>,
-    pub clamp_indirect: Option<f32>,
+    pub limits: PathLimits,
     pub strategy: Strategy,
 }
 
-/// The chance of survival in the roulette is never more, so that paths between mirrors end.
-const MAX_SURVIVAL: f32 = 0.95;
-
 impl Integrator for PathTracer {
     fn batched_dimensions(&self, scene: &Scene, depth: u32) -> Vec<SampleUse> {
-        let goes_on = depth < self.max_depth;
+        let goes_on = depth < self.limits.max_depth;
         let drawn = [
             (
                 SampleUse::Selection,
@@ -114,7 +107,7 @@ impl Integrator for PathTracer {
             ),
             (SampleUse::Background, goes_on && scene.lights.background().is_some()),
             (SampleUse::Bsdf, goes_on),
-            (SampleUse::Roulette, goes_on && depth >= self.roulette_depth),
+            (SampleUse::Roulette, goes_on && depth >= self.limits.roulette_depth),
         ];
         drawn.into_iter().filter(|(_, drawn)| *drawn).map(|(p, _)| p).collect()
     }
@@ -138,107 +131,7 @@ impl Integrator for PathTracer {
     }
 
     fn limits(&self) -> Vec<Limit> {
-        let bounces = |name, n: u16| {
-            (n < u16::MAX).then(|| Limit {
-                name,
-                value: LimitValue::Count(n.into()),
-            })
-        };
-        let depth = Limit {
-            name: "maxDepth",
-            value: LimitValue::Count(self.max_depth),
-        };
-        let clamp = |name, l: Option<f32>| {
-            l.map(|l| Limit {
-                name,
-                value: LimitValue::Radiance(l),
-            })
-        };
-        let all = [
-            Some(depth),
-            bounces("maxDiffuse", self.limits.diffuse),
-            bounces("maxSpecular", self.limits.specular),
-            bounces("maxTransmission", self.limits.transmission),
-            clamp("clampDirect", self.clamp_direct),
-            clamp("clampIndirect", self.clamp_indirect),
-        ];
-        all.into_iter().flatten().collect()
-    }
-}
-
-/// The scattering of a path at a surface, once the type of its BSDF is known.
-struct Scatter<'a, 'b> {
-    tracer: &'a PathTracer,
-    context: &'a VertexContext<'b>,
-    surface: &'a SurfaceInteraction,
-    material: &'a Material,
-    out: &'a mut ShadingOutput,
-}
-
-impl BsdfVisitor for Scatter<'_, '_> {
-    fn visit(self, bsdf: &(impl BsdfKind + Copy)) {
-        let Self {
-            context,
-            surface,
-            material,
-            ..
-        } = self;
-        let shading_frame = shading_frame(context.scene, surface, material, bsdf);
-        let adapted = shading_frame.adapt(bsdf);
-        let bsdf = adapted.as_ref().unwrap_or(bsdf);
-        let ShadingFrame { frame, base, coat, .. } = shading_frame;
-        let wo_local = frame.to_local(surface.wo);
-        if (material.normal_map().is_some() || coat.is_some()) && !bsdf.transmits() {
-            let folded = Folded {
-                bsdf,
-                plane: frame.to_local(base),
-            };
-            self.scatter(&folded, frame, wo_local, base);
-        } else {
-            let horizon = if bsdf.transmits() { Vec3::ZERO } else { frame.n };
-            self.scatter(bsdf, frame, wo_local, horizon);
-        }
-    }
-}
-
-impl Scatter<'_, '_> {
-    /// Asks for light, and carries the path on; for `horizon` see [`ShadingPoint`].
-    #[inline(always)]
-    fn scatter(self, bsdf: &impl BsdfKind, frame: Frame, wo_local: Vec3, horizon: Vec3) {
-        let Self {
-            tracer,
-            context,
-            surface,
-            out,
-            ..
-        } = self;
-        let shading = ShadingPoint {
-            surface,
-            frame,
-            prepared: bsdf.prepare(wo_local),
-            bsdf,
-            wo_local,
-            horizon,
-        };
-        let (scene, path) = (context.scene, context.path);
-        // What has but one direction is found this way alone.
-        if !bsdf.is_delta() && !scene.lights.is_empty() {
-            let how = DirectLight {
-                strategy: tracer.strategy,
-                clamp: |l| tracer.clamped(path, 1, l),
-                passage: |transmitted| tracer.shadow_passage(context, &shading, transmitted),
-            };
-            sample_direct(context, &shading, &how, out);
-        }
-        let uc = if bsdf.has_lobes() {
-            context
-                .numbers
-                .get_2d(Dimension::at(path.depth, SampleUse::Selection))
-                .y
-        } else {
-            0.0
-        };
-        tracer.go_on(context, &shading, uc, out);
+        self.limits.named()
     }
 }
 
@@ -258,7 +151,7 @@ impl PathTracer {
         if let Some(emission) = material.emission() {
             self.emission(context, surface, hit, &emission, out);
         }
-        if path.depth >= self.max_depth {
+        if path.depth >= self.limits.max_depth {
             return;
         }
         let mut bsdf = material.bsdf(&scene.textures(), &surface.texture);
@@ -278,7 +171,8 @@ impl PathTracer {
             bsdf = bsdf.immersed(ior);
         }
         bsdf.dispatch(Scatter {
-            tracer: self,
+            limits: &self.limits,
+            strategy: self.strategy,
             context,
             surface,
             material,
@@ -300,8 +194,8 @@ impl PathTracer {
         for light in diffuse.lights(albedo) {
             out.add_shadow_ray(
                 light.shadow_ray,
-                self.clamped(path, 1, light.l),
-                || self.passage(context, path.last.media),
+                self.limits.clamped(path, 1, light.l),
+                || self.limits.passage(path, path.last.media),
                 || Tag {
                     group: scene.group_of(light.chosen.light),
                     lobes: Lobes::reflected(light.f_cos, light.f_cos),
@@ -311,7 +205,7 @@ impl PathTracer {
         let Some((ray, pdf)) = diffuse.ray().filter(|_| !albedo.is_black()) else {
             return;
         };
-        let Some((bounces, weight)) = self.go_on_by(context, Lobe::Diffuse, albedo) else {
+        let Some((bounces, weight)) = self.limits.go_on(context, Lobe::Diffuse, albedo) else {
             return;
         };
         out.set_first_lobes(|| Lobes::reflected(albedo, albedo));
@@ -325,19 +219,6 @@ impl PathTracer {
         out.spawn_path(ray, weight, last);
     }
 
-    /// The bounces and the weight of the path if it goes on by `lobe`, where it does.
-    #[inline(always)]
-    fn go_on_by(&self, context: &VertexContext<'_>, lobe: Lobe, weight: Rgb) -> Option<(Bounces, Rgb)> {
-        let path = context.path;
-        let bounces = path.last.bounces.and(lobe, self.limits)?;
-        if path.depth < self.roulette_depth {
-            return Some((bounces, weight));
-        }
-        let survival = (path.throughput * weight).max_component().min(MAX_SURVIVAL);
-        let u = context.numbers.get_2d(Dimension::at(path.depth, SampleUse::Roulette)).x;
-        (u < survival).then(|| (bounces, weight / survival))
-    }
-
     /// Adds the radiance of the background.
     fn escape(&self, context: &VertexContext<'_>, background: &EnvironmentLight, out: &mut ShadingOutput) {
         let (scene, path, w) = (context.scene, context.path, context.ray.d);
@@ -347,13 +228,15 @@ impl PathTracer {
         let l = background.radiance;
         if !l.is_black() {
             let weight = self.strategy.weight_of_bsdf(path.last.pdf, || background.pdf);
-            out.add_radiance(self.clamped(path, 0, l * weight), || scene.light_groups.of_background());
+            out.add_radiance(self.limits.clamped(path, 0, l * weight), || {
+                scene.light_groups.of_background()
+            });
         }
         if path.depth > 1 {
             // The camera does not see suns.
             for (sun, l, pdf) in scene.suns(&receiver(context), w) {
                 let weight = self.strategy.weight_of_bsdf(path.last.pdf, || pdf);
-                out.add_radiance(self.clamped(path, 0, l * weight), || scene.group_of(sun));
+                out.add_radiance(self.limits.clamped(path, 0, l * weight), || scene.group_of(sun));
             }
         }
     }
@@ -375,110 +258,9 @@ impl PathTracer {
         let weight = self
             .strategy
             .weight_of_bsdf(path.last.pdf, || scene.pdf_hit(&receiver(context), context.ray.d, hit));
-        out.add_radiance(self.clamped(path, 0, l * weight), || {
+        out.add_radiance(self.limits.clamped(path, 0, l * weight), || {
             scene.light_groups.of_object(surface.object)
         });
-    }
-
-    /// Carries the path on in a direction that the surface chooses, `uc` the lobe.
-    #[inline(always)]
-    fn go_on(
-        &self,
-        context: &VertexContext<'_>,
-        shading: &ShadingPoint<'_, impl BsdfKind>,
-        uc: f32,
-        out: &mut ShadingOutput,
-    ) {
-        let (path, surface) = (context.path, shading.surface);
-        let u = context
-            .numbers
-            .get_sample_2d(Dimension::at(path.depth, SampleUse::Bsdf));
-        let Some(sample) = shading.bsdf.sample_prepared(&shading.prepared, shading.wo_local, uc, u) else {
-            return;
-        };
-        let Some((mut bounces, weight)) = self.go_on_by(context, sample.lobe, sample.weight) else {
-            return;
-        };
-        let transmitted = sample.lobe == Lobe::Transmission;
-        out.set_first_lobes(|| {
-            if transmitted {
-                Lobes::Transmitted
-            } else {
-                Lobes::reflected(sample.weight, sample.diffuse)
-            }
-        });
-        let media = if transmitted {
-            media_behind(context, shading)
-        } else {
-            path.last.media
-        };
-        if sample.is_straight() && context.scene.media.lets_shadow_rays_through() {
-            // Light that was asked for at the last vertex comes this way too: nothing changes but the beginning of the ray.
-            bounces.straight = bounces.straight.saturating_add(u8::from(path.depth > 1));
-            let ray = Ray {
-                tmin: surface.t,
-                ..*context.ray
-            };
-            let last = BounceState {
-                media,
-                bounces,
-                ..path.last
-            };
-            return out.pass_straight(ray, weight, last);
-        }
-        let (mut wi, mut pdf) = (shading.frame.to_world(sample.wi), sample.pdf);
-        if shading.misses_far_side(wi, transmitted) {
-            // It would arrive at the same place for ever. No light is asked for along the way it takes instead.
-            (wi, pdf) = (reflect(-wi, surface.ng), None);
-        }
-        let last = BounceState {
-            pdf: pdf.into(),
-            n: shading.horizon,
-            media,
-            bounces,
-            first: FirstLobe::OfSample,
-        };
-        out.spawn_path(surface.spawn_ray(transmitted, wi), weight, last);
-    }
-
-    /// The passage of a shadow ray that leaves the surface through it, or on the side of the viewer.
-    #[cold]
-    fn shadow_passage(
-        &self,
-        context: &VertexContext<'_>,
-        shading: &ShadingPoint<'_, impl BsdfKind>,
-        transmitted: bool,
-    ) -> ShadowPassage {
-        let media = if transmitted {
-            media_behind(context, shading)
-        } else {
-            context.path.last.media
-        };
-        self.passage(context, media)
-    }
-
-    /// The passage of a shadow ray that begins in `media`.
-    #[cold]
-    fn passage(&self, context: &VertexContext<'_>, media: MediumStack) -> ShadowPassage {
-        let path = context.path;
-        let transmissions = self.limits.transmission - path.last.bounces.transmission;
-        ShadowPassage {
-            media,
-            surfaces: (self.max_depth - path.depth - 1).min(transmissions.into()),
-        }
-    }
-
-    /// `l`, that `path` brings by way of `further` segments, scaled down where that is too much.
-    fn clamped(&self, path: &PathState, further: u32, l: Rgb) -> Rgb {
-        let segments = path.depth - u32::from(path.last.bounces.straight) + further;
-        let limit = match segments {
-            0 | 1 => None,
-            2 => self.clamp_direct,
-            _ => self.clamp_indirect,
-        };
-        let Some(limit) = limit else { return l };
-        let brought = (path.throughput * l).max_component();
-        if brought > limit { l * (limit / brought) } else { l }
     }
 }
 
@@ -488,12 +270,4 @@ fn receiver(context: &VertexContext<'_>) -> LightSampleContext {
         p: context.ray.o,
         n: context.path.last.n,
     }
-}
-
-/// The media behind the surface, as the path sees it.
-fn media_behind(context: &VertexContext<'_>, shading: &ShadingPoint<'_, impl BsdfKind>) -> MediumStack {
-    let inwards = shading.wo_local.z > 0.0;
-    context
-        .scene
-        .media_behind(context.path.last.media, shading.surface.material, inwards)
 }

@@ -1,0 +1,93 @@
+//! The limits of paths: how long they are, when roulette ends them, and how much light they bring.
+
+use super::{Bounces, Limit, LimitValue, PathState, ShadowPassage, VertexContext};
+use crate::{
+    bsdf::Lobe,
+    math::Rgb,
+    sampler::{Dimension, SampleUse},
+    scene::MediumStack,
+};
+
+#[derive(Clone, Copy, Debug)]
+pub struct PathLimits {
+    pub max_depth: u32,
+    /// The largest number of departures by a lobe of each kind.
+    pub bounces: Bounces,
+    pub roulette_depth: u32,
+    /// The most light by way of one surface and of more, in W m^-2 sr^-1.
+    pub clamp_direct: Option<f32>,
+    pub clamp_indirect: Option<f32>,
+}
+
+/// The throughput below which a path survives the roulette in proportion to it. Source: Veach, "Robust Monte Carlo Methods for
+/// Light Transport Simulation", 1997, section 10.4.
+const DIM: f32 = 0.25;
+/// The chance of survival is never more, so that paths between mirrors end.
+const MAX_SURVIVAL: f32 = 0.98;
+
+impl PathLimits {
+    /// The limits that are set, by their names in files.
+    pub fn named(&self) -> Vec<Limit> {
+        let bounces = |name, n: u16| {
+            (n < u16::MAX).then(|| Limit {
+                name,
+                value: LimitValue::Count(n.into()),
+            })
+        };
+        let depth = Limit {
+            name: "maxDepth",
+            value: LimitValue::Count(self.max_depth),
+        };
+        let clamp = |name, l: Option<f32>| {
+            l.map(|l| Limit {
+                name,
+                value: LimitValue::Radiance(l),
+            })
+        };
+        let all = [
+            Some(depth),
+            bounces("maxDiffuse", self.bounces.diffuse),
+            bounces("maxSpecular", self.bounces.specular),
+            bounces("maxTransmission", self.bounces.transmission),
+            clamp("clampDirect", self.clamp_direct),
+            clamp("clampIndirect", self.clamp_indirect),
+        ];
+        all.into_iter().flatten().collect()
+    }
+
+    /// The bounces and the weight of the path if it goes on by `lobe`, where it does.
+    #[inline(always)]
+    pub(super) fn go_on(&self, context: &VertexContext<'_>, lobe: Lobe, weight: Rgb) -> Option<(Bounces, Rgb)> {
+        let path = context.path;
+        let bounces = path.last.bounces.and(lobe, self.bounces)?;
+        if path.depth < self.roulette_depth {
+            return Some((bounces, weight));
+        }
+        let survival = ((path.throughput * weight).max_component() / DIM).min(MAX_SURVIVAL);
+        let u = context.numbers.get_2d(Dimension::at(path.depth, SampleUse::Roulette)).x;
+        (u < survival).then(|| (bounces, weight / survival))
+    }
+
+    /// The passage of a shadow ray that begins in `media`.
+    #[cold]
+    pub(super) fn passage(&self, path: &PathState, media: MediumStack) -> ShadowPassage {
+        let transmissions = self.bounces.transmission - path.last.bounces.transmission;
+        ShadowPassage {
+            media,
+            surfaces: (self.max_depth - path.depth - 1).min(transmissions.into()),
+        }
+    }
+
+    /// `l`, that `path` brings by way of `further` segments, scaled down where that is too much.
+    pub(super) fn clamped(&self, path: &PathState, further: u32, l: Rgb) -> Rgb {
+        let segments = path.depth - u32::from(path.last.bounces.straight) + further;
+        let limit = match segments {
+            0 | 1 => None,
+            2 => self.clamp_direct,
+            _ => self.clamp_indirect,
+        };
+        let Some(limit) = limit else { return l };
+        let brought = (path.throughput * l).max_component();
+        if brought > limit { l * (limit / brought) } else { l }
+    }
+}

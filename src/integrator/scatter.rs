@@ -1,0 +1,180 @@
+//! The scattering of paths at surfaces of all BSDFs, one surface after the other.
+
+use super::{
+    BounceState, FirstLobe, Lobes, ShadingOutput, ShadowPassage, VertexContext,
+    direct::{DirectLight, ShadingPoint, Strategy, sample_direct},
+    path_limits::PathLimits,
+};
+use crate::{
+    bsdf::{BsdfKind, BsdfVisitor, Lobe, folded::Folded, fresnel::reflect},
+    material::Material,
+    math::{Frame, Ray, Vec3},
+    sampler::{Dimension, SampleUse},
+    scene::{
+        MediumStack, SurfaceInteraction,
+        shading_frame::{ShadingFrame, shading_frame},
+    },
+};
+
+/// The scattering of a path at a surface, once the type of its BSDF is known.
+pub(super) struct Scatter<'a, 'b> {
+    pub limits: &'a PathLimits,
+    pub strategy: Strategy,
+    pub context: &'a VertexContext<'b>,
+    pub surface: &'a SurfaceInteraction,
+    pub material: &'a Material,
+    pub out: &'a mut ShadingOutput,
+}
+
+impl BsdfVisitor for Scatter<'_, '_> {
+    fn visit(self, bsdf: &(impl BsdfKind + Copy)) {
+        let Self {
+            context,
+            surface,
+            material,
+            ..
+        } = self;
+        let shading_frame = shading_frame(context.scene, surface, material, bsdf);
+        let adapted = shading_frame.adapt(bsdf);
+        let bsdf = adapted.as_ref().unwrap_or(bsdf);
+        let ShadingFrame { frame, base, coat, .. } = shading_frame;
+        let wo_local = frame.to_local(surface.wo);
+        if (material.normal_map().is_some() || coat.is_some()) && !bsdf.transmits() {
+            let folded = Folded {
+                bsdf,
+                plane: frame.to_local(base),
+            };
+            self.scatter(&folded, frame, wo_local, base);
+        } else {
+            let horizon = if bsdf.transmits() { Vec3::ZERO } else { frame.n };
+            self.scatter(bsdf, frame, wo_local, horizon);
+        }
+    }
+}
+
+impl Scatter<'_, '_> {
+    /// Asks for light, and carries the path on; for `horizon` see [`ShadingPoint`].
+    #[inline(always)]
+    fn scatter(self, bsdf: &impl BsdfKind, frame: Frame, wo_local: Vec3, horizon: Vec3) {
+        let Self {
+            limits,
+            strategy,
+            context,
+            surface,
+            out,
+            ..
+        } = self;
+        let shading = ShadingPoint {
+            surface,
+            frame,
+            prepared: bsdf.prepare(wo_local),
+            bsdf,
+            wo_local,
+            horizon,
+        };
+        let (scene, path) = (context.scene, context.path);
+        // What has but one direction is found this way alone.
+        if !bsdf.is_delta() && !scene.lights.is_empty() {
+            let how = DirectLight {
+                strategy,
+                clamp: |l| limits.clamped(path, 1, l),
+                passage: |transmitted| shadow_passage(limits, context, &shading, transmitted),
+            };
+            sample_direct(context, &shading, &how, out);
+        }
+        let uc = if bsdf.has_lobes() {
+            context
+                .numbers
+                .get_2d(Dimension::at(path.depth, SampleUse::Selection))
+                .y
+        } else {
+            0.0
+        };
+        go_on(limits, context, &shading, uc, out);
+    }
+}
+
+/// Carries the path on in a direction that the surface chooses, `uc` the lobe.
+#[inline(always)]
+fn go_on(
+    limits: &PathLimits,
+    context: &VertexContext<'_>,
+    shading: &ShadingPoint<'_, impl BsdfKind>,
+    uc: f32,
+    out: &mut ShadingOutput,
+) {
+    let (path, surface) = (context.path, shading.surface);
+    let u = context
+        .numbers
+        .get_sample_2d(Dimension::at(path.depth, SampleUse::Bsdf));
+    let Some(sample) = shading.bsdf.sample_prepared(&shading.prepared, shading.wo_local, uc, u) else {
+        return;
+    };
+    let Some((mut bounces, weight)) = limits.go_on(context, sample.lobe, sample.weight) else {
+        return;
+    };
+    let transmitted = sample.lobe == Lobe::Transmission;
+    out.set_first_lobes(|| {
+        if transmitted {
+            Lobes::Transmitted
+        } else {
+            Lobes::reflected(sample.weight, sample.diffuse)
+        }
+    });
+    let media = if transmitted {
+        media_behind(context, shading)
+    } else {
+        path.last.media
+    };
+    if sample.is_straight() && context.scene.media.lets_shadow_rays_through() {
+        // Light that was asked for at the last vertex comes this way too: nothing changes but the beginning of the ray.
+        bounces.straight = bounces.straight.saturating_add(u8::from(path.depth > 1));
+        let ray = Ray {
+            tmin: surface.t,
+            ..*context.ray
+        };
+        let last = BounceState {
+            media,
+            bounces,
+            ..path.last
+        };
+        return out.pass_straight(ray, weight, last);
+    }
+    let (mut wi, mut pdf) = (shading.frame.to_world(sample.wi), sample.pdf);
+    if shading.misses_far_side(wi, transmitted) {
+        // It would arrive at the same place for ever. No light is asked for along the way it takes instead.
+        (wi, pdf) = (reflect(-wi, surface.ng), None);
+    }
+    let last = BounceState {
+        pdf: pdf.into(),
+        n: shading.horizon,
+        media,
+        bounces,
+        first: FirstLobe::OfSample,
+    };
+    out.spawn_path(surface.spawn_ray(transmitted, wi), weight, last);
+}
+
+/// The passage of a shadow ray that leaves the surface through it, or on the side of the viewer.
+#[cold]
+fn shadow_passage(
+    limits: &PathLimits,
+    context: &VertexContext<'_>,
+    shading: &ShadingPoint<'_, impl BsdfKind>,
+    transmitted: bool,
+) -> ShadowPassage {
+    let media = if transmitted {
+        media_behind(context, shading)
+    } else {
+        context.path.last.media
+    };
+    limits.passage(context.path, media)
+}
+
+/// The media behind the surface, as the path sees it.
+fn media_behind(context: &VertexContext<'_>, shading: &ShadingPoint<'_, impl BsdfKind>) -> MediumStack {
+    let inwards = shading.wo_local.z > 0.0;
+    context
+        .scene
+        .media_behind(context.path.last.media, shading.surface.material, inwards)
+}
