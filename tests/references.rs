@@ -115,7 +115,7 @@ fn main() {
             Ok(())
         }),
         Trial::test("a rough metal ball under a sky is as mitsuba has it", || {
-            agree("metal", &render_runs("metal", "16"));
+            agree("metal", &render_runs("metal", "64"));
             Ok(())
         }),
         asset_trial(
