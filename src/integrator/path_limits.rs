@@ -19,7 +19,7 @@ pub struct PathLimits {
     pub clamp_indirect: Option<f32>,
 }
 
-/// The throughput below which a path survives the roulette in proportion to it. Source: Veach, "Robust Monte Carlo Methods for
+/// The throughput below which a path survives the roulette in proportion to its own. Source: Veach, "Robust Monte Carlo Methods for
 /// Light Transport Simulation", 1997, section 10.4.
 const DIM: f32 = 0.25;
 /// The chance of survival is never more, so that paths between mirrors end.
