@@ -376,12 +376,20 @@ function clashes() {
   return [...found, ...wide.map((element) => `${element.tagName} is too wide`)];
 }
 
+/** The picture is as large as its place allows, and not larger. */
+function fits() {
+  const [view, stage] = ["view", "stage"].map((id) => document.getElementById(id).getBoundingClientRect());
+  const gaps = [stage.width - view.width, stage.height - view.height];
+  return Math.min(...gaps) >= 0 && Math.min(...gaps) < 2;
+}
+
 async function the_page_is_readable(page) {
   for (const colorScheme of ["dark", "light"]) {
     for (const [width, height] of [[1024, 768], [1920, 1080]]) {
       await page.setViewportSize({ width, height });
       await page.emulateMedia({ colorScheme });
       await page.waitForFunction((w) => innerWidth === w, width);
+      await page.waitForFunction(fits);
       assert.deepEqual(await page.evaluate(clashes), [], `${colorScheme}, ${width} wide`);
       if (screenshots) await page.screenshot({ path: path.join(screenshots, `${colorScheme}-${width}.png`) });
     }
