@@ -1,7 +1,8 @@
 //! Conductors, smooth and rough.
 
 use super::{
-    BsdfEval, BsdfKind, BsdfSample, Lobe, albedo,
+    BsdfEval, BsdfKind, BsdfSample, Lobe,
+    albedo::FacetAlbedo,
     fresnel::{self, schlick_term},
     microfacet::Ggx,
 };
@@ -81,8 +82,22 @@ impl Reflectance {
 /// incidence.
 #[derive(Clone, Copy, Debug)]
 pub struct Conductor {
-    pub facets: Ggx,
-    pub reflectance: Reflectance,
+    facets: Ggx,
+    reflectance: Reflectance,
+    /// The reflectance at normal incidence, and the albedo of white facets.
+    normal: Rgb,
+    albedo: FacetAlbedo,
+}
+
+impl Conductor {
+    pub fn new(facets: Ggx, reflectance: Reflectance) -> Self {
+        Self {
+            facets,
+            reflectance,
+            normal: reflectance.normal(),
+            albedo: FacetAlbedo::new(&facets),
+        }
+    }
 }
 
 /// The gain of multiple scattering between facets of the reflectance `f0`, where white facets have
@@ -98,7 +113,7 @@ impl BsdfKind for Conductor {
 
     #[inline]
     fn prepare(&self, wo: Vec3) -> Rgb {
-        multiscatter_gain(self.reflectance.normal(), albedo::mirrors(&self.facets, wo))
+        multiscatter_gain(self.normal, self.albedo.mirrors(&self.facets, wo))
     }
 
     fn eval_prepared(&self, gain: &Rgb, wo: Vec3, wi: Vec3) -> BsdfEval {

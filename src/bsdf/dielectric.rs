@@ -4,7 +4,8 @@
 //! through a surface is as bright as what is behind.
 
 use super::{
-    Bsdf, BsdfEval, BsdfKind, BsdfSample, Lobe, albedo,
+    Bsdf, BsdfEval, BsdfKind, BsdfSample, Lobe,
+    albedo::{self, FacetAlbedo},
     fresnel::{dielectric, is_total, mirrored},
     is_equal_ior,
     microfacet::{Facet, Ggx},
@@ -184,7 +185,7 @@ impl BsdfKind for ThinDielectric {
 
     fn prepare(&self, wo: Vec3) -> f32 {
         let o = if wo.z < 0.0 { mirrored(wo) } else { wo };
-        1.0 / albedo::mirrors(&self.facets, o)
+        1.0 / FacetAlbedo::new(&self.facets).mirrors(&self.facets, o)
     }
 
     fn eval_prepared(&self, gain: &f32, wo: Vec3, wi: Vec3) -> BsdfEval {

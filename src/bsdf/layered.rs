@@ -13,95 +13,32 @@ mod coat;
 mod diffuse;
 mod dispersion;
 pub mod hero_channel;
+mod layers;
 mod lobes;
 mod reflectance;
 
-use hero_channel::HeroChannel;
+pub use layers::{Boundary, Layers};
+
 use lobes::{ChosenLobe, LobeProbabilities};
 use reflectance::ClearReflectance;
 
 use super::{
-    BsdfEval, BsdfKind, BsdfSample, Lobe, albedo,
+    BsdfEval, BsdfKind, BsdfSample, Lobe,
+    albedo::{self, FacetAlbedo},
     conductor::multiscatter_gain,
     fresnel::{is_total, mirrored, reflect, refract, schlick_term},
-    is_equal_ior,
     microfacet::Ggx,
     sheen,
-    thin_film::ThinFilm,
 };
-use crate::math::{Frame, Rgb, Sample2D, Vec2, Vec3, warp};
+use crate::math::{Frame, Rgb, Sample2D, Vec3, warp};
 
-/// The boundary of a surface: a thin sheet or a solid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Boundary {
-    /// A thin sheet; light is transmitted without refraction.
-    ThinWalled,
-    /// The boundary of a volume; light is refracted.
-    Solid,
-}
-
-/// The layered BSDF; see the module.
+/// The layered BSDF: layers, and what depends on them alone.
 #[derive(Clone, Copy, Debug)]
 pub struct Layered {
-    /// The colour of metal at normal incidence, of the diffuse base, and of transmitted light.
-    pub base_color: Rgb,
-    /// The part that is metal.
-    pub metallic: f32,
-    /// The part of the rest that is clear.
-    pub transmission: f32,
-    /// The part of the diffuse base's light that leaves on the other side, and its colour.
-    pub diffuse_transmission: f32,
-    pub diffuse_transmission_color: Rgb,
-    /// The facets of metal and of boundaries; isotropic where light passes into a solid.
-    pub facets: Ggx,
-    /// Cosine and sine of the angle from the frame's first axis to that of the facets, towards the second one.
-    pub rotation: Vec2,
-    /// Index of refraction behind the surface over that in front.
-    pub ior: f32,
-    /// 20 over the Abbe number of a solid; 0 is none.
-    pub dispersion: f32,
-    /// The channel whose index `ior` is, in a dispersive solid.
-    pub hero: Option<HeroChannel>,
-    pub boundary: Boundary,
-    /// Strength of the boundary's reflection.
-    pub specular: f32,
-    /// Colour of the boundary's reflection at normal incidence.
-    pub specular_color: Rgb,
-    pub thin_film: ThinFilm,
-    /// The part that is coated.
-    pub coat: f32,
-    pub coat_facets: Ggx,
-    /// The unit normal of the coat on the front, in the shading frame.
-    pub coat_normal: Vec3,
-    pub sheen: Rgb,
-    pub sheen_roughness: f32,
-}
-
-impl Default for Layered {
-    /// A white diffuse base under a rough dielectric.
-    fn default() -> Self {
-        Self {
-            base_color: Rgb::WHITE,
-            metallic: 0.0,
-            transmission: 0.0,
-            diffuse_transmission: 0.0,
-            diffuse_transmission_color: Rgb::WHITE,
-            facets: Ggx::new(Vec2::ONE),
-            rotation: Vec2::X,
-            ior: 1.5,
-            dispersion: 0.0,
-            hero: None,
-            boundary: Boundary::ThinWalled,
-            specular: 1.0,
-            specular_color: Rgb::WHITE,
-            thin_film: ThinFilm::NONE,
-            coat: 0.0,
-            coat_facets: Ggx::SMOOTH,
-            coat_normal: Vec3::Z,
-            sheen: Rgb::BLACK,
-            sheen_roughness: 0.0,
-        }
-    }
+    layers: Layers,
+    /// The albedos of the facets of the base and of the coat.
+    albedo: FacetAlbedo,
+    coat_albedo: FacetAlbedo,
 }
 
 /// The quantities that depend on `wo` only.
@@ -135,69 +72,71 @@ pub struct LobeState {
 }
 
 impl Layered {
-    fn normal_reflectance(&self) -> f32 {
-        let r = (self.ior - 1.0) / (self.ior + 1.0);
-        r * r
+    pub fn new(layers: Layers) -> Self {
+        let coat_facets = if layers.coat > 0.0 {
+            layers.coat_facets
+        } else {
+            Ggx::SMOOTH
+        };
+        Self {
+            layers,
+            albedo: FacetAlbedo::new(&layers.facets),
+            coat_albedo: FacetAlbedo::new(&coat_facets),
+        }
     }
 
-    /// The reflectance of the boundary at normal incidence, without a thin film.
-    pub fn reflectance_of_boundary(&self) -> Rgb {
-        let f0 = self.normal_reflectance();
-        self.specular_color.map(|c| (c * f0).min(1.0)) * self.specular
-    }
-
-    /// Whether a part of it is a clear boundary.
-    fn is_clear(&self) -> bool {
-        self.transmission > 0.0 && self.metallic < 1.0
+    /// The layers.
+    pub fn layers(&self) -> &Layers {
+        &self.layers
     }
 
     /// The albedo of the boundary over the diffuse base, for all channels alike; `f0` is the reflectance
     /// at normal incidence.
     fn over_albedo(&self, f0: Rgb, w: Vec3) -> f32 {
-        let [a, b] = albedo::schlick(&self.facets, w);
-        (f0.max_component() * a + self.specular * b).min(1.0)
+        let [a, b] = self.albedo.schlick(&self.layers.facets, w);
+        (f0.max_component() * a + self.layers.specular * b).min(1.0)
     }
 
     /// All that depends on `wo` alone; `None` where it lies in the surface.
     fn lobe_state(&self, wo: Vec3) -> Option<LobeState> {
         let below = wo.z < 0.0;
-        let o = self.facet_from_surface(if below { mirrored(wo) } else { wo });
+        let o = self.layers.facet_from_surface(if below { mirrored(wo) } else { wo });
         if o.z <= 0.0 {
             return None;
         }
-        let passes = self.transmission > 0.0 || self.diffuse_transmission > 0.0;
-        let inside = below && self.boundary == Boundary::Solid && passes;
-        let eta = if inside { 1.0 / self.ior } else { self.ior };
-        let metal = self.metallic;
-        let clear = (1.0 - metal) * self.transmission;
-        let diffuse = (1.0 - metal - clear).max(0.0);
+        let passes = self.layers.transmission > 0.0 || self.layers.diffuse_transmission > 0.0;
+        let inside = below && self.layers.boundary == Boundary::Solid && passes;
+        let eta = if inside { 1.0 / self.layers.ior } else { self.layers.ior };
+        let [metal, diffuse, clear] = self.layers.parts();
 
         let coat_frame = self.coat_frame(below);
         let coat_o = coat_frame.map_or(o, |frame| frame.to_local(o));
         let (mut under_sheen, mut coat) = (1.0, 0.0);
         if !inside {
-            if !self.sheen.is_black() {
-                let albedo = self.sheen.max_component() * sheen::albedo(self.sheen_roughness, o.z);
+            if !self.layers.sheen.is_black() {
+                let albedo = self.layers.sheen.max_component() * sheen::albedo(self.layers.sheen_roughness, o.z);
                 under_sheen -= albedo.min(1.0);
             }
-            coat = self.coat_albedo(coat_o);
+            coat = self.albedo_of_coat(coat_o);
         }
         let under_coat = under_sheen * (1.0 - coat);
 
-        let [a, b] = albedo::schlick(&self.facets, o);
+        let [a, b] = self.albedo.schlick(&self.layers.facets, o);
         let all = a + b;
-        let metal_f0 = self.thin_film.f0(self.base_color, o.z);
+        let metal_f0 = self.layers.thin_film.f0(self.layers.base_color, o.z);
         let metal_gain = multiscatter_gain(metal_f0, all);
-        let f0 = self.reflectance_of_boundary();
+        let f0 = self.layers.reflectance_of_boundary();
         let over_f0 = if diffuse > 0.0 {
-            self.thin_film.f0(f0, o.z).map(|r| r.min(self.specular))
+            self.layers.thin_film.f0(f0, o.z).map(|r| r.min(self.layers.specular))
         } else {
             f0
         };
-        let over = (over_f0.max_component() * a + self.specular * b).min(1.0);
-        let mean = {
-            let [a, b] = albedo::schlick_mean(&self.facets);
-            (over_f0.max_component() * a + self.specular * b).min(0.999)
+        let over = (over_f0.max_component() * a + self.layers.specular * b).min(1.0);
+        let mean = if diffuse > 0.0 {
+            let [a, b] = albedo::schlick_mean(self.albedo, &self.layers.facets);
+            (over_f0.max_component() * a + self.layers.specular * b).min(0.999)
+        } else {
+            0.0
         };
         let (clear_reflectance, clear_gain) = if clear > 0.0 {
             let clear_reflectance = self.clear_reflectance(o.z, eta);
@@ -207,12 +146,11 @@ impl Layered {
             (ClearReflectance::NONE, Rgb::WHITE)
         };
 
-        let reflected = self.base_color.max_component() * (1.0 - self.diffuse_transmission);
-        let passed = self.diffuse_transmission_color.max_component() * self.diffuse_transmission;
+        let [reflected, passed] = self.layers.diffuse_albedos();
         // What facets seen from here reflect at other angles is not nothing.
         let least = 0.05;
         let opaque = metal * (metal_f0 * a + Rgb::gray(b)).max_component().max(least)
-            + diffuse * over.max(least * self.specular);
+            + diffuse * over.max(least * self.layers.specular);
         let mut probabilities = LobeProbabilities {
             sheen: 1.0 - under_sheen,
             coat: under_sheen * coat,
@@ -242,35 +180,6 @@ impl Layered {
         })
     }
 
-    /// The same layers in a medium of the index of refraction `outside`, in place of 1.
-    pub fn immersed(self, outside: f32) -> Self {
-        let ior = self.ior / outside;
-        let boundary = if is_equal_ior(ior, 1.0) {
-            Boundary::ThinWalled
-        } else {
-            self.boundary
-        };
-        Self { ior, boundary, ..self }
-    }
-
-    /// `w` in the frame of the facets.
-    fn facet_from_surface(&self, w: Vec3) -> Vec3 {
-        Vec3::new(
-            w.x * self.rotation.x + w.y * self.rotation.y,
-            w.y * self.rotation.x - w.x * self.rotation.y,
-            w.z,
-        )
-    }
-
-    /// `w`, given in the frame of the facets.
-    fn surface_from_facet(&self, w: Vec3) -> Vec3 {
-        Vec3::new(
-            w.x * self.rotation.x - w.y * self.rotation.y,
-            w.y * self.rotation.x + w.x * self.rotation.y,
-            w.z,
-        )
-    }
-
     /// The light that all facets of the base together reflect at the cosine `cos`, before masking.
     fn mirror_weight(&self, state: &LobeState, cos: f32) -> Rgb {
         let grazing = schlick_term(cos);
@@ -280,7 +189,7 @@ impl Layered {
             weight += blend(state.metal_f0, 1.0) * state.metal_gain * state.metal;
         }
         if state.diffuse > 0.0 {
-            weight += blend(state.over_f0, self.specular) * state.diffuse;
+            weight += blend(state.over_f0, self.layers.specular) * state.diffuse;
         }
         if state.clear > 0.0 {
             weight += self.clear_shares(&state.clear_reflectance, cos, state.eta).0 * (state.clear_gain * state.clear);
@@ -294,7 +203,7 @@ impl Layered {
             return 1.0;
         }
         let (reflect, pass) = self.clear_shares(&state.clear_reflectance, cos, state.eta);
-        let (reflect, pass) = (reflect.max_component(), (self.base_color * pass).max_component());
+        let (reflect, pass) = (reflect.max_component(), (self.layers.base_color * pass).max_component());
         let reflects = if reflect > 0.0 { reflect / (reflect + pass) } else { 0.0 };
         state.probabilities.opaque + (1.0 - state.probabilities.opaque) * reflects
     }
@@ -302,8 +211,8 @@ impl Layered {
     /// The light that clear facets transmit at the cosine `cos`, before masking.
     fn passing_weight(&self, state: &LobeState, cos: f32) -> Rgb {
         let passed = self.clear_shares(&state.clear_reflectance, cos, state.eta).1;
-        let all = self.base_color * passed * (state.clear_gain * state.clear * state.under_coat);
-        self.hero.map_or(all, |hero| all * hero.weight())
+        let all = self.layers.base_color * passed * (state.clear_gain * state.clear * state.under_coat);
+        self.layers.hero.map_or(all, |hero| all * hero.weight())
     }
 
     /// All lobes that are not delta; `i` is seen from the side of `view.o`.
@@ -311,17 +220,17 @@ impl Layered {
         let (o, probabilities) = (state.o, &state.probabilities);
         let mut eval = BsdfEval::default();
         if i.z < 0.0 {
-            if state.clear > 0.0 && !self.facets.is_smooth() {
-                let facet = match self.boundary {
-                    Boundary::ThinWalled => self.facets.reflection(o, mirrored(i)),
-                    Boundary::Solid => self.facets.transmission(o, i, state.eta),
+            if state.clear > 0.0 && !self.layers.facets.is_smooth() {
+                let facet = match self.layers.boundary {
+                    Boundary::ThinWalled => self.layers.facets.reflection(o, mirrored(i)),
+                    Boundary::Solid => self.layers.facets.transmission(o, i, state.eta),
                 };
                 if let Some(facet) = facet {
                     eval.glossy = self.passing_weight(state, facet.cos) * (facet.pdf * facet.masking);
                     eval.pdf = facet.pdf * probabilities.base * (1.0 - self.reflection_probability(state, facet.cos));
                 }
             }
-            if self.diffuse_transmission > 0.0 {
+            if self.layers.diffuse_transmission > 0.0 {
                 self.add_diffuse(state, i, &mut eval);
             }
             if !self.transmits() {
@@ -330,15 +239,15 @@ impl Layered {
             return eval;
         }
         self.add_diffuse(state, i, &mut eval);
-        if !self.facets.is_smooth()
-            && let Some(facet) = self.facets.reflection(o, i)
+        if !self.layers.facets.is_smooth()
+            && let Some(facet) = self.layers.facets.reflection(o, i)
         {
             eval.glossy += self.mirror_weight(state, facet.cos) * (facet.pdf * facet.masking);
             eval.pdf += facet.pdf * probabilities.base * self.reflection_probability(state, facet.cos);
         }
         self.add_coat(state, i, &mut eval);
         if probabilities.sheen > 0.0 {
-            eval.diffuse += self.sheen * sheen::f_cos(self.sheen_roughness, o, i);
+            eval.diffuse += self.layers.sheen * sheen::f_cos(self.layers.sheen_roughness, o, i);
             eval.pdf += probabilities.sheen / TAU;
         }
         eval
@@ -362,7 +271,7 @@ impl Layered {
         let (i, lobe, eta) = match state.probabilities.choose(uc) {
             ChosenLobe::Sheen => (warp::square_to_hemisphere(u.square), Lobe::Diffuse, 1.0),
             ChosenLobe::Diffuse(uc) if uc < state.diffuse_passes => {
-                let eta = if self.boundary == Boundary::Solid {
+                let eta = if self.layers.boundary == Boundary::Solid {
                     state.eta
                 } else {
                     1.0
@@ -371,11 +280,11 @@ impl Layered {
             }
             ChosenLobe::Diffuse(_) => (u.cosine_hemisphere(), Lobe::Diffuse, 1.0),
             ChosenLobe::Coat => return self.sample_coat(state, u),
-            ChosenLobe::Base(uc) if self.facets.is_smooth() => return self.sample_smooth(state, uc),
+            ChosenLobe::Base(uc) if self.layers.facets.is_smooth() => return self.sample_smooth(state, uc),
             ChosenLobe::Base(uc) => {
-                let h = self.facets.sample_normal(o, u.square);
+                let h = self.layers.facets.sample_normal(o, u.square);
                 let above = reflect(o, h);
-                match (uc < self.reflection_probability(state, o.dot(h)), self.boundary) {
+                match (uc < self.reflection_probability(state, o.dot(h)), self.layers.boundary) {
                     (true, _) => (above, Lobe::Specular, 1.0),
                     (false, Boundary::ThinWalled) => (mirrored(above), Lobe::Transmission, 1.0),
                     (false, Boundary::Solid) => (refract(o, h, state.eta)?, Lobe::Transmission, state.eta),
@@ -415,7 +324,7 @@ impl Layered {
                 Lobe::Specular,
             ));
         }
-        let (i, eta) = match self.boundary {
+        let (i, eta) = match self.layers.boundary {
             Boundary::ThinWalled => (-o, 1.0),
             Boundary::Solid => (refract(o, Vec3::Z, state.eta)?, state.eta),
         };
@@ -441,28 +350,30 @@ impl BsdfKind for Layered {
         let Some(state) = state else {
             return BsdfEval::default();
         };
-        let i = self.facet_from_surface(if wo.z < 0.0 { mirrored(wi) } else { wi });
+        let i = self
+            .layers
+            .facet_from_surface(if wo.z < 0.0 { mirrored(wi) } else { wi });
         self.eval_upright(state, i)
     }
 
     fn sample_prepared(&self, state: &Option<LobeState>, wo: Vec3, uc: f32, u: Sample2D) -> Option<BsdfSample> {
-        let uc = self.hero.map_or(uc, |hero| hero.fresh(uc));
+        let uc = self.layers.hero.map_or(uc, |hero| hero.fresh(uc));
         let sample = self.sample_upright(state.as_ref()?, uc, u)?;
-        let i = self.surface_from_facet(sample.wi);
+        let i = self.layers.surface_from_facet(sample.wi);
         let wi = if wo.z < 0.0 { mirrored(i) } else { i };
         Some(BsdfSample { wi, ..sample })
     }
 
     fn transmits(&self) -> bool {
-        (self.transmission > 0.0 || self.diffuse_transmission > 0.0) && self.metallic < 1.0
+        (self.layers.transmission > 0.0 || self.layers.diffuse_transmission > 0.0) && self.layers.metallic < 1.0
     }
 
     fn reflects_totally(&self, wo_z: f32) -> bool {
-        self.boundary == Boundary::Solid && self.is_clear() && is_total(wo_z, self.ior)
+        self.layers.boundary == Boundary::Solid && self.layers.is_clear() && is_total(wo_z, self.layers.ior)
     }
 
     fn straight(&self, wo: Vec3) -> Rgb {
-        if !self.is_clear() || !self.facets.is_smooth() || self.boundary == Boundary::Solid {
+        if !self.layers.is_clear() || !self.layers.facets.is_smooth() || self.layers.boundary == Boundary::Solid {
             return Rgb::BLACK;
         }
         self.lobe_state(wo)
@@ -470,28 +381,28 @@ impl BsdfKind for Layered {
     }
 
     fn reads_tangent(&self) -> bool {
-        !self.facets.is_isotropic()
+        !self.layers.facets.is_isotropic()
     }
 
     fn reads_bitangent(&self) -> bool {
-        self.reads_tangent() && self.rotation.y != 0.0
+        self.reads_tangent() && self.layers.rotation.y != 0.0
     }
 
     fn mirror_bitangent(&mut self) {
-        self.rotation.y = -self.rotation.y;
+        self.layers.rotation.y = -self.layers.rotation.y;
     }
 
     fn has_coat(&self) -> bool {
-        self.coat > 0.0
+        self.layers.coat > 0.0
     }
 
     fn set_coat_normal(&mut self, normal: Vec3) {
-        self.coat_normal = normal;
+        self.layers.coat_normal = normal;
     }
 
     fn is_delta(&self) -> bool {
-        let diffuse = self.metallic < 1.0 && self.transmission < 1.0;
-        let coated = self.coat > 0.0 && !self.coat_facets.is_smooth();
-        self.facets.is_smooth() && !diffuse && !coated && self.sheen.is_black()
+        let diffuse = self.layers.metallic < 1.0 && self.layers.transmission < 1.0;
+        let coated = self.layers.coat > 0.0 && !self.layers.coat_facets.is_smooth();
+        self.layers.facets.is_smooth() && !diffuse && !coated && self.layers.sheen.is_black()
     }
 }

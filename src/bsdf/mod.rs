@@ -279,8 +279,14 @@ impl Bsdf {
                 ..b
             }
             .into(),
-            Self::Layered(b) => Self::Layered(b.immersed(outside)),
+            Self::Layered(b) => b.layers().immersed(outside).into(),
             other => other,
         }
+    }
+}
+
+impl From<layered::Layers> for Bsdf {
+    fn from(layers: layered::Layers) -> Self {
+        Self::Layered(layered::Layered::new(layers))
     }
 }

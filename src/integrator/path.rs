@@ -29,6 +29,8 @@
 //! Shadow Terminator", Ray Tracing Gems II, 2021, and Keller et al., "The Iray Light Transport Simulation and Rendering System",
 //! 2017.
 
+use std::borrow::Cow;
+
 use serde::Deserialize;
 
 use super::{
@@ -154,21 +156,21 @@ impl PathTracer {
         if path.depth >= self.limits.max_depth {
             return;
         }
-        let mut bsdf = material.bsdf(&scene.textures(), &surface.texture);
-        if let (Bsdf::Lambert(lambert), Some(diffuse)) = (&bsdf, diffuse) {
+        let mut bsdf = scene.bsdf(surface);
+        if let (Bsdf::Lambert(lambert), Some(diffuse)) = (&*bsdf, diffuse) {
             return self.scatter_diffuse(context, surface, lambert.albedo, diffuse, out);
         }
-        if let Bsdf::Layered(layered) = &mut bsdf
-            && layered.disperses()
+        if let Bsdf::Layered(layered) = &*bsdf
+            && layered.layers().disperses()
         {
             // The number that chooses the lobe chooses the channel as well.
             let choice = context.numbers.get_2d(Dimension::at(path.depth, SampleUse::Selection));
             if let Some(hero) = HeroChannel::choose(path.throughput, choice.y) {
-                *layered = layered.for_channel(hero);
+                bsdf = Cow::Owned(layered.layers().for_channel(hero).into());
             }
         }
         if let Some(ior) = scene.ior_outside(path.last.media, surface.material) {
-            bsdf = bsdf.immersed(ior);
+            bsdf = Cow::Owned(bsdf.into_owned().immersed(ior));
         }
         bsdf.dispatch(Scatter {
             limits: &self.limits,

@@ -184,10 +184,10 @@ impl MaterialKind for Metal {
 
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf {
         let roughness = textures.scalar(&self.roughness, at).clamp(0.0, 1.0);
-        Bsdf::Conductor(Conductor {
-            facets: Ggx::from_roughness(roughness, self.anisotropy),
-            reflectance: self.reflectance(textures, at),
-        })
+        Bsdf::Conductor(Conductor::new(
+            Ggx::from_roughness(roughness, self.anisotropy),
+            self.reflectance(textures, at),
+        ))
     }
 
     fn max_reflectance(&self, textures: &Textures<'_>) -> f32 {

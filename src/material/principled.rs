@@ -89,7 +89,7 @@ use super::{
 use crate::{
     bsdf::{
         Bsdf, is_equal_ior,
-        layered::{Boundary, Layered},
+        layered::{Boundary, Layers},
         microfacet::Ggx,
         thin_film::ThinFilm,
     },
@@ -202,7 +202,7 @@ impl Default for Principled {
 }
 
 impl Principled {
-    fn layered(&self, textures: &Textures<'_>, at: &TexturePoint) -> Layered {
+    fn layers(&self, textures: &Textures<'_>, at: &TexturePoint) -> Layers {
         let unit_scalar = |scalar: &Scalar| textures.scalar(scalar, at).clamp(0.0, 1.0);
         let [thin, thick] = self.iridescence_thickness;
         let thin_film = ThinFilm {
@@ -218,7 +218,7 @@ impl Principled {
         };
         let transmission = unit_scalar(&self.transmission);
         let facets = Ggx::from_roughness(unit_scalar(&self.roughness), unit_scalar(&self.anisotropy));
-        Layered {
+        Layers {
             base_color: self.base_color(textures, at),
             metallic: unit_scalar(&self.metallic),
             boundary,
@@ -264,14 +264,14 @@ impl Principled {
 
 impl MaterialKind for Principled {
     fn whitted_terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> WhittedTerms {
-        let layered = self.layered(textures, at);
-        let (metal, clear) = (layered.metallic, (1.0 - layered.metallic) * layered.transmission);
-        let reflected = layered.reflectance_of_boundary();
-        let coat = layered.coat * 0.04;
-        let base = layered.base_color * (1.0 - metal - clear).max(0.0);
-        let diffuse = base * ((1.0 - reflected.max_component()) * (1.0 - coat) * (1.0 - layered.diffuse_transmission));
-        let mirror = layered.base_color * metal + reflected * (1.0 - metal - clear).max(0.0) + Rgb::gray(coat);
-        let rough = layered.facets.alpha.max_element();
+        let layers = self.layers(textures, at);
+        let (metal, clear) = (layers.metallic, (1.0 - layers.metallic) * layers.transmission);
+        let reflected = layers.reflectance_of_boundary();
+        let coat = layers.coat * 0.04;
+        let base = layers.base_color * (1.0 - metal - clear).max(0.0);
+        let diffuse = base * ((1.0 - reflected.max_component()) * (1.0 - coat) * (1.0 - layers.diffuse_transmission));
+        let mirror = layers.base_color * metal + reflected * (1.0 - metal - clear).max(0.0) + Rgb::gray(coat);
+        let rough = layers.facets.alpha.max_element();
         let terms = WhittedTerms {
             // The surface reflects ambient light as well.
             ambient: base,
@@ -282,15 +282,15 @@ impl MaterialKind for Principled {
         if clear == 0.0 {
             return terms;
         }
-        match layered.boundary {
+        match layers.boundary {
             Boundary::ThinWalled => WhittedTerms {
                 reflect: mirror * (1.0 - rough) + reflected * clear,
-                transmit: layered.base_color * (clear * (1.0 - reflected.max_component())),
+                transmit: layers.base_color * (clear * (1.0 - reflected.max_component())),
                 ..terms
             },
             Boundary::Solid => WhittedTerms {
                 reflect: Rgb::gray(clear),
-                transmit: layered.base_color * clear,
+                transmit: layers.base_color * clear,
                 ior: self.ior,
                 fresnel_mode: FresnelMode::Fresnel,
                 ..terms
@@ -299,7 +299,7 @@ impl MaterialKind for Principled {
     }
 
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf {
-        Bsdf::Layered(self.layered(textures, at))
+        self.layers(textures, at).into()
     }
 
     fn emission(&self) -> Option<Emission> {

@@ -1,5 +1,7 @@
 //! The albedo of surfaces: the part of white light from all around that they send to a viewer.
 
+use std::borrow::Cow;
+
 use super::{MediumStack, Scene, SurfaceInteraction, shading_frame::shading_frame};
 use crate::{
     bsdf::{Bsdf, BsdfKind, BsdfVisitor},
@@ -18,12 +20,12 @@ impl Scene {
         numbers: impl FnOnce() -> (f32, Sample2D),
     ) -> Rgb {
         let material = self.material(surface.material);
-        let mut bsdf = material.bsdf(&self.textures(), &surface.texture);
-        if let Bsdf::Lambert(lambert) = &bsdf {
+        let mut bsdf = self.bsdf(surface);
+        if let Bsdf::Lambert(lambert) = &*bsdf {
             return lambert.albedo;
         }
         if let Some(ior) = self.ior_outside(media, surface.material) {
-            bsdf = bsdf.immersed(ior);
+            bsdf = Cow::Owned(bsdf.into_owned().immersed(ior));
         }
         let mut albedo = Rgb::BLACK;
         bsdf.dispatch(SampleAlbedo {

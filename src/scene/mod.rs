@@ -31,6 +31,7 @@ pub mod media;
 mod mesh_transform;
 pub mod names;
 pub mod shading_frame;
+pub mod surface_bsdf;
 pub mod surface_soa;
 pub mod surfaces;
 pub mod update;
@@ -52,6 +53,7 @@ pub use mattes::{Matte, MatteKind, MatteTable, Mattes};
 pub use media::{Media, MediumStack};
 pub(crate) use mesh_transform::MeshTransform;
 pub use names::{NodeId, NodeName};
+use surface_bsdf::ConstantBsdfs;
 pub use surfaces::Surfaces;
 pub use update::{MeshId, MeshPose, SceneUpdate, SceneUpdateError};
 
@@ -131,6 +133,7 @@ pub struct Scene {
     pub background: Background,
     /// Whether texture coordinates are computed for each material.
     pub(crate) is_spatially_varying: Vec<bool>,
+    pub(crate) constant_bsdfs: ConstantBsdfs,
     /// See [`Scene::mattes`].
     mattes: OnceLock<Mattes>,
 }
@@ -142,6 +145,7 @@ impl Scene {
         // place's curvature.
         let all = self.reads_footprints();
         self.is_spatially_varying = self.materials.iter().map(|m| all || m.is_spatially_varying()).collect();
+        self.constant_bsdfs = ConstantBsdfs::new(&self.materials);
         self.rebuild_lights(own);
         self
     }

@@ -73,7 +73,9 @@ impl AlignedFacets {
 
     /// The albedo as that of even facets.
     fn mirrors(&self) -> f32 {
-        isotropic::RowPair::of_roughness(roughness(&self.ggx)).mirrors(self.ggx.stretched_cos(self.wo))
+        isotropic::RowPlace::of_roughness(roughness(&self.ggx))
+            .rows()
+            .mirrors(self.ggx.stretched_cos(self.wo))
     }
 
     /// The mean of Schlick's term as that of even facets.
@@ -85,7 +87,9 @@ impl AlignedFacets {
         } else {
             (0.5 * self.ggx.alpha.length_squared()).sqrt()
         };
-        isotropic::RowPair::of_roughness(alpha.sqrt()).grazing(self.wo.z)
+        isotropic::RowPlace::of_roughness(alpha.sqrt())
+            .rows()
+            .grazing(self.wo.z)
     }
 }
 

@@ -102,7 +102,9 @@ pub fn clear(ggx: &Ggx, wo: Vec3, index: f32) -> ClearAlbedo {
     let (k, f) = locate(0.5 + 0.5 * log.abs().sqrt().copysign(log), SLICES);
     let (i, g) = locate(ggx.alpha.x.sqrt(), ROWS);
     let column = column(wo.z.abs());
-    let mirrors = isotropic::mirrors(ggx, wo);
+    let mirrors = isotropic::RowPlace::of_facets(ggx)
+        .rows()
+        .mirrors(ggx.stretched_cos(wo));
     let at = |k: usize| {
         let (a, b) = (row(k, i), row(k, i + 1));
         let over = if k < SLICES / 2 { mirrors } else { 0.0 };

@@ -22,7 +22,8 @@ const POINTS: FacetGrid = FacetGrid {
 };
 
 /// The albedos for one roughness.
-pub(super) struct IsotropicRow {
+#[derive(Debug)]
+struct IsotropicRow {
     /// Albedo of facets that reflect everything, by [`Ggx::stretched_cos`].
     mirrors: [f32; COLUMNS],
     /// The mean of Schlick's term over the light that they reflect, by the cosine.
@@ -52,21 +53,18 @@ fn stretched_direction(ggx: &Ggx, t: f32) -> Vec3 {
     direction(cos.min(1.0))
 }
 
-/// The two rows between which a roughness lies.
-#[derive(Clone, Copy)]
-pub(super) struct RowPair {
-    rows: [&'static IsotropicRow; 2],
+/// The place of a roughness between two rows.
+#[derive(Clone, Copy, Debug)]
+pub struct RowPlace {
+    row: u8,
     f: f32,
 }
 
-impl RowPair {
+impl RowPlace {
     #[inline]
     pub fn of_roughness(roughness: f32) -> Self {
         let (i, f) = locate(roughness, ROWS);
-        Self {
-            rows: [row(i), row(i + 1)],
-            f,
-        }
+        Self { row: i as u8, f }
     }
 
     #[inline]
@@ -74,6 +72,33 @@ impl RowPair {
         Self::of_roughness(ggx.alpha.x.sqrt())
     }
 
+    /// Linear between a pair of numbers of each row.
+    #[inline]
+    pub(super) fn between(self, of: impl Fn(usize) -> [f32; 2]) -> [f32; 2] {
+        let i = usize::from(self.row);
+        let ([a, b], [c, d]) = (of(i), of(i + 1));
+        [lerp(a, c, self.f), lerp(b, d, self.f)]
+    }
+
+    /// The two rows.
+    #[inline]
+    pub(super) fn rows(self) -> RowPair {
+        let i = usize::from(self.row);
+        RowPair {
+            rows: [row(i), row(i + 1)],
+            f: self.f,
+        }
+    }
+}
+
+/// The two rows between which a roughness lies.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RowPair {
+    rows: [&'static IsotropicRow; 2],
+    f: f32,
+}
+
+impl RowPair {
     #[inline]
     fn between(self, table: impl Fn(&IsotropicRow) -> &[f32; COLUMNS], column: f32) -> f32 {
         let [low, high] = self.rows;
@@ -93,10 +118,4 @@ impl RowPair {
     pub fn grazing(self, cos: f32) -> f32 {
         self.between(|r| &r.grazing, column(cos))
     }
-}
-
-/// Albedo of facets that reflect everything.
-#[inline]
-pub(super) fn mirrors(ggx: &Ggx, wo: Vec3) -> f32 {
-    RowPair::of_facets(ggx).mirrors(ggx.stretched_cos(wo))
 }

@@ -4,9 +4,9 @@ use std::{f32::consts::FRAC_PI_2, sync::OnceLock};
 
 use super::{
     anisotropic::{self, RATIOS, ROUGHNESSES},
-    isotropic::ROWS,
-    schlick::schlick,
-    table::{lerp, locate, node},
+    isotropic::{ROWS, RowPlace},
+    schlick::FacetAlbedo,
+    table::node,
 };
 use crate::{
     bsdf::microfacet::Ggx,
@@ -19,26 +19,19 @@ static ISOTROPIC: [OnceLock<[f32; 2]>; ROWS] = [const { OnceLock::new() }; ROWS]
 static ANISOTROPIC: [[OnceLock<[f32; 2]>; RATIOS]; ROUGHNESSES] =
     [const { [const { OnceLock::new() }; RATIOS] }; ROUGHNESSES];
 
-/// The mean of [`schlick`] over all directions, weighted by their cosine: what a surface of light
-/// sees of it.
+/// The mean of [`FacetAlbedo::schlick`] over all directions, weighted by their cosine: what a surface of light
+/// sees of the facets `ggx`, which `albedo` is of.
 #[inline]
-pub fn schlick_mean(ggx: &Ggx) -> [f32; 2] {
-    if ggx.is_isotropic() {
-        isotropic_mean(ggx)
-    } else {
-        anisotropic_mean(ggx)
+pub fn schlick_mean(albedo: FacetAlbedo, ggx: &Ggx) -> [f32; 2] {
+    match albedo {
+        FacetAlbedo::Isotropic(place) => place.between(isotropic_node),
+        FacetAlbedo::Smooth => RowPlace::of_facets(ggx).between(isotropic_node),
+        FacetAlbedo::Anisotropic => anisotropic_mean(ggx),
     }
 }
 
 fn isotropic_node(i: usize) -> [f32; 2] {
     *ISOTROPIC[i].get_or_init(|| mean_over_directions(&Ggx::from_roughness(node(i, ROWS), 0.0), 64, 1))
-}
-
-#[inline]
-fn isotropic_mean(ggx: &Ggx) -> [f32; 2] {
-    let (i, f) = locate(ggx.alpha.x.sqrt(), ROWS);
-    let ([a, b], [c, d]) = (isotropic_node(i), isotropic_node(i + 1));
-    [lerp(a, c, f), lerp(b, d, f)]
 }
 
 fn anisotropic_mean(ggx: &Ggx) -> [f32; 2] {
@@ -48,9 +41,10 @@ fn anisotropic_mean(ggx: &Ggx) -> [f32; 2] {
     [0, 1].map(|k| anisotropic::between(ggx, mean, |m| m[k]))
 }
 
-/// The mean of [`schlick`] over so many directions by tilt and by turn; a quarter of the turns is
+/// The mean of [`FacetAlbedo::schlick`] over so many directions by tilt and by turn; a quarter of the turns is
 /// all where there is but one.
 fn mean_over_directions(ggx: &Ggx, tilts: usize, turns: usize) -> [f32; 2] {
+    let albedo = FacetAlbedo::new(ggx);
     let mut sum = [0.0_f64; 2];
     for i in 0..tilts {
         // Denser towards grazing directions; the cosine and the step of its square make the weight.
@@ -61,7 +55,10 @@ fn mean_over_directions(ggx: &Ggx, tilts: usize, turns: usize) -> [f32; 2] {
         for j in 0..turns {
             let turn = FRAC_PI_2 * (j as f32 + 0.5) / turns as f32;
             let (s, c) = trig::sin_cos(turn);
-            for (sum, v) in sum.iter_mut().zip(schlick(ggx, Vec3::new(sin * c, sin * s, cos))) {
+            for (sum, v) in sum
+                .iter_mut()
+                .zip(albedo.schlick(ggx, Vec3::new(sin * c, sin * s, cos)))
+            {
                 *sum += f64::from(v) * weight;
             }
         }

@@ -2,7 +2,8 @@
 
 use super::{
     super::{
-        Bsdf, Lobe, albedo,
+        Bsdf, Lobe,
+        albedo::{self, FacetAlbedo},
         conductor::{Conductor, Reflectance},
         fresnel,
         microfacet::Ggx,
@@ -64,6 +65,7 @@ fn the_tables_say_no_less_than_the_truth_and_little_more() {
     let mut wrong = Vec::new();
     for roughness in [0.033, 0.045, 0.12, 0.33, 0.47, 0.61, 0.76, 0.88, 1.0] {
         let ggx = Ggx::from_roughness(roughness, 0.0);
+        let of_facets = FacetAlbedo::new(&ggx);
         for cos in [0.002, 0.02, 0.06, 0.13, 0.25, 0.4, 0.62, 0.77, 0.92, 1.0] {
             let wo = direction(cos, 0.0);
             for eta in [1.1, 1.45, 1.6, 2.7, 1.0 / 1.1, 0.69, 0.4] {
@@ -78,10 +80,10 @@ fn the_tables_say_no_less_than_the_truth_and_little_more() {
                         passed.unwrap_or(mirrored),
                     ]
                 });
-                let schlick = albedo::schlick(&ggx, wo);
+                let schlick = of_facets.schlick(&ggx, wo);
                 let clear = albedo::clear(&ggx, wo, eta);
                 for (what, is, said, most) in [
-                    ("mirrors", all, albedo::mirrors(&ggx, wo), 0.004),
+                    ("mirrors", all, of_facets.mirrors(&ggx, wo), 0.004),
                     ("grazing", grazing, schlick[1], 0.008),
                     ("fresnel", fresnel, clear.fresnel, 0.01),
                     ("passing", passing, clear.passing, 0.01),
@@ -109,6 +111,7 @@ fn the_tables_of_brushed_facets_say_no_less_than_the_truth_and_little_more() {
         (0.7, 0.4),
     ] {
         let ggx = Ggx::from_roughness(roughness, anisotropy);
+        let of_facets = FacetAlbedo::new(&ggx);
         for cos in [0.002, 0.01, 0.05, 0.13, 0.3, 0.6, 0.85, 1.0] {
             for turn in [0.0, 0.4, 0.9, 1.2, 1.4, 1.5, 1.57] {
                 let wo = direction(cos, turn);
@@ -116,7 +119,7 @@ fn the_tables_of_brushed_facets_say_no_less_than_the_truth_and_little_more() {
                     let mirrored = masking(ggx.reflection(wo, fresnel::reflect(wo, h)));
                     [mirrored, mirrored * fresnel::schlick_term(wo.dot(h)), 0.0, 0.0]
                 });
-                let [a, b] = albedo::schlick(&ggx, wo);
+                let [a, b] = of_facets.schlick(&ggx, wo);
                 for (what, is, said, most) in [("mirrors", all, a + b, 0.01), ("grazing", grazing, b, 0.025)] {
                     if !(-2e-4..most).contains(&(said - is)) {
                         wrong.push(format!(
@@ -141,10 +144,7 @@ fn facets_that_become_smooth_become_a_mirror_and_glass() {
             eta: Rgb::new(0.21, 0.43, 1.38),
             k: Rgb::new(3.272, 2.455, 1.914),
         };
-        let metal = Bsdf::Conductor(Conductor {
-            facets: ggx,
-            reflectance,
-        });
+        let metal = Bsdf::Conductor(Conductor::new(ggx, reflectance));
         let all = albedo_of(&metal, wo, 500).0;
         assert!(close(all, reflectance.at(cos), 3e-3), "{all:?}");
         let rough = examples::glass(roughness, 1.5, Rgb::WHITE, Rgb::WHITE);

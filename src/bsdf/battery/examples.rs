@@ -5,7 +5,7 @@ use super::super::{
     conductor::{Conductor, Reflectance},
     dielectric::{RoughDielectric, ThinDielectric},
     diffuse::{Lambert, OrenNayar},
-    layered::{Boundary, Layered, hero_channel::HeroChannel},
+    layered::{Boundary, Layers, hero_channel::HeroChannel},
     microfacet::Ggx,
     phong::{Phong, PhongWeights},
     specular::{Mirror, SmoothDielectric},
@@ -61,7 +61,7 @@ pub fn white_examples() -> Vec<Example> {
         let albedo = white;
         add("oren-nayar", Bsdf::OrenNayar(OrenNayar { albedo, roughness }));
         let reflectance = Reflectance::colored(white, white);
-        add("conductor", Bsdf::Conductor(Conductor { facets, reflectance }));
+        add("conductor", Bsdf::Conductor(Conductor::new(facets, reflectance)));
         for ior in [1.1_f32, 1.5, 2.4, 0.7] {
             let bsdf = glass(roughness, ior, white, white);
             // Where the index is near 1, what passes is hardly scattered.
@@ -78,26 +78,26 @@ pub fn white_examples() -> Vec<Example> {
                 transmittance: white,
             }),
         );
-        let diffuse = Layered {
+        let diffuse = Layers {
             facets,
-            ..Layered::default()
+            ..Layers::default()
         };
-        let mut add = |name: &str, bsdf: Layered| add(name, Bsdf::Layered(bsdf));
+        let mut add = |name: &str, layers: Layers| add(name, layers.into());
         add("plastic", diffuse);
-        add("dense plastic", Layered { ior: 2.4, ..diffuse });
-        let metal = Layered {
+        add("dense plastic", Layers { ior: 2.4, ..diffuse });
+        let metal = Layers {
             metallic: 1.0,
             ..diffuse
         };
         add("metal", metal);
-        let clear = Layered {
+        let clear = Layers {
             transmission: 1.0,
             boundary: Boundary::Solid,
             ..diffuse
         };
         add("clear", clear);
-        add("dense clear", Layered { ior: 2.4, ..clear });
-        let prism = Layered {
+        add("dense clear", Layers { ior: 2.4, ..clear });
+        let prism = Layers {
             dispersion: 4.0,
             ..clear
         };
@@ -105,48 +105,48 @@ pub fn white_examples() -> Vec<Example> {
         // A path of green light meets what is white for green.
         let white_for_green = prism.for_channel(hero);
         add("prism", white_for_green);
-        let sheet = Layered {
+        let sheet = Layers {
             boundary: Boundary::ThinWalled,
             ..clear
         };
         add("sheet", sheet);
-        let coated = |base: Layered| Layered {
+        let coated = |base: Layers| Layers {
             coat: 1.0,
             coat_facets: Ggx::from_roughness(0.6, 0.0),
             ..base
         };
         add("coated metal", coated(metal));
         add("coated plastic", coated(diffuse));
-        let tilted = |base: Layered| Layered {
+        let tilted = |base: Layers| Layers {
             coat_normal: Vec3::new(0.36, -0.48, 0.8),
             ..coated(base)
         };
         add("metal under a tilted coat", tilted(metal));
-        let smooth = Layered {
+        let smooth = Layers {
             coat_facets: Ggx::SMOOTH,
             ..tilted(diffuse)
         };
         add("plastic under a smooth tilted coat", smooth);
-        let leaf = Layered {
+        let leaf = Layers {
             diffuse_transmission: 0.6,
             ..diffuse
         };
         add("leaf", leaf);
         add(
             "wax",
-            Layered {
+            Layers {
                 boundary: Boundary::Solid,
                 ..coated(leaf)
             },
         );
-        let dusty = |base: Layered| Layered {
+        let dusty = |base: Layers| Layers {
             sheen: white,
             sheen_roughness: roughness,
             ..base
         };
         add("dusty plastic", dusty(diffuse));
         add("dusty coated metal", dusty(coated(metal)));
-        let mixed = Layered {
+        let mixed = Layers {
             metallic: 0.4,
             transmission: 0.5,
             ..diffuse
@@ -167,13 +167,13 @@ pub fn examples() -> Vec<Example> {
             eta: Rgb::new(0.21, 0.43, 1.38),
             k: Rgb::new(3.272, 2.455, 1.914),
         };
-        let conductor = |facets, reflectance| Bsdf::Conductor(Conductor { facets, reflectance });
+        let conductor = |facets, reflectance| Bsdf::Conductor(Conductor::new(facets, reflectance));
         add("gold", conductor(facets(roughness), gold));
         add("brushed rose", conductor(brushed, Reflectance::colored(rose, sea)));
         add("green glass", glass(roughness, 1.5, rose, sea));
         let albedo = rose;
         add("oren-nayar rose", Bsdf::OrenNayar(OrenNayar { albedo, roughness }));
-        let all_of_it = Layered {
+        let all_of_it = Layers {
             base_color: rose,
             metallic: 0.3,
             transmission: 0.4,
@@ -198,18 +198,18 @@ pub fn examples() -> Vec<Example> {
             sheen: sea,
             sheen_roughness: 0.5,
         };
-        add("everything", Bsdf::Layered(all_of_it));
-        let sheet = Layered {
+        add("everything", all_of_it.into());
+        let sheet = Layers {
             boundary: Boundary::ThinWalled,
             ..all_of_it
         };
-        add("everything on a sheet", Bsdf::Layered(sheet));
-        let opaque = Layered {
+        add("everything on a sheet", sheet.into());
+        let opaque = Layers {
             transmission: 0.0,
             diffuse_transmission: 0.0,
             ..all_of_it
         };
-        add("everything opaque", Bsdf::Layered(opaque));
+        add("everything opaque", opaque.into());
     }
     for shininess in [0.0, 4.0, 200.0] {
         let weights = PhongWeights {

@@ -7,7 +7,7 @@
 use super::{
     super::{
         conductor::{Conductor, Reflectance},
-        layered::{Boundary, Layered},
+        layered::{Boundary, Layers},
         microfacet::Ggx,
         thin_film::ThinFilm,
     },
@@ -125,7 +125,7 @@ fn white_metals_of_any_roughness_and_anisotropy_lose_less_than_two_percent_and_g
     for roughness in [0.0, 0.033, 0.1, 0.22, 0.37, 0.5, 0.63, 0.81, 0.95, 1.0] {
         for anisotropy in [0.0, 0.1, 0.3, 0.45, 0.6, 0.75, 0.9, 1.0] {
             let facets = Ggx::from_roughness(roughness, anisotropy);
-            let metal = Bsdf::Conductor(Conductor { facets, reflectance });
+            let metal = Bsdf::Conductor(Conductor::new(facets, reflectance));
             check(&format!("{roughness} {anisotropy}"), &metal, 0.98, &mut all_wrong);
         }
     }
@@ -133,7 +133,7 @@ fn white_metals_of_any_roughness_and_anisotropy_lose_less_than_two_percent_and_g
 }
 
 /// A surface whose every key is drawn anew.
-fn drawn(i: u32) -> Layered {
+fn drawn(i: u32) -> Layers {
     let number = |k: u32| hash::pcg4d([i, k, 3, 11]).map(|v| (v >> 8) as f32 / (1 << 24) as f32)[0];
     let one_of = |k: u32, all: &[f32]| all[(number(k) * all.len() as f32) as usize];
     // Half of the time one of the extremes.
@@ -151,7 +151,7 @@ fn drawn(i: u32) -> Layered {
         Boundary::Solid
     };
     let facets = Ggx::from_roughness(part(2), part(3));
-    Layered {
+    Layers {
         base_color: Rgb::WHITE,
         metallic: one_of(4, &[0.0, 0.0, 0.5, 1.0]),
         transmission,
@@ -187,12 +187,7 @@ fn principled_surfaces_of_any_keys_lose_less_than_two_percent_and_gain_nothing()
     let mut all_wrong = Vec::new();
     for i in 0..RANDOM_SURFACES {
         let layered = drawn(i);
-        check(
-            &format!("{i} {layered:?}"),
-            &Bsdf::Layered(layered),
-            0.98,
-            &mut all_wrong,
-        );
+        check(&format!("{i} {layered:?}"), &layered.into(), 0.98, &mut all_wrong);
     }
     nothing(&all_wrong);
 }

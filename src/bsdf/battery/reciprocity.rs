@@ -6,7 +6,7 @@ use super::{
         dielectric::RoughDielectric,
         diffuse::{Lambert, OrenNayar},
         fresnel,
-        layered::Layered,
+        layered::Layers,
         microfacet::Ggx,
         phong::{Phong, PhongWeights},
     },
@@ -43,11 +43,11 @@ fn diffuse_and_phong_bsdfs_are_reciprocal() {
 
 #[test]
 fn light_that_passes_a_diffuse_base_takes_the_same_way_back() {
-    let leaf = Bsdf::Layered(Layered {
+    let leaf = Bsdf::from(Layers {
         diffuse_transmission: 0.7,
         diffuse_transmission_color: Rgb::new(0.2, 0.6, 0.1),
         facets: Ggx::from_roughness(0.4, 0.5),
-        ..Layered::default()
+        ..Layers::default()
     });
     for (a, b, turn) in PAIRS {
         let (wo, wi) = (direction(a, 0.3), direction(-b, 0.3 + turn));

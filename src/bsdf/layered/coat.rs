@@ -2,7 +2,7 @@
 
 use super::{BsdfEval, BsdfSample, Layered, LobeState, mirror_image};
 use crate::{
-    bsdf::{BsdfKind, Lobe, albedo, fresnel::schlick_term},
+    bsdf::{BsdfKind, Lobe, fresnel::schlick_term},
     math::{Frame, Rgb, Sample2D, Vec3},
 };
 
@@ -12,19 +12,19 @@ const COAT_F0: f32 = 0.04;
 impl Layered {
     /// The frame of the coat in that of the facets, seen from behind if `below`; `None` where the two have one normal.
     pub(super) fn coat_frame(&self, below: bool) -> Option<Frame> {
-        let n = self.coat_normal;
+        let n = self.layers.coat_normal;
         if n == Vec3::Z {
             return None;
         }
         let outwards = if below { Vec3::new(-n.x, -n.y, n.z) } else { n };
-        Some(Frame::from_normal(self.facet_from_surface(outwards)))
+        Some(Frame::from_normal(self.layers.facet_from_surface(outwards)))
     }
 
     /// The part of the light that the coat reflects towards `coat_o`, in its own frame.
-    pub(super) fn coat_albedo(&self, coat_o: Vec3) -> f32 {
-        if self.coat > 0.0 && coat_o.z > 0.0 {
-            let [a, b] = albedo::schlick(&self.coat_facets, coat_o);
-            self.coat * (COAT_F0 * a + b)
+    pub(super) fn albedo_of_coat(&self, coat_o: Vec3) -> f32 {
+        if self.layers.coat > 0.0 && coat_o.z > 0.0 {
+            let [a, b] = self.coat_albedo.schlick(&self.layers.coat_facets, coat_o);
+            self.layers.coat * (COAT_F0 * a + b)
         } else {
             0.0
         }
@@ -33,14 +33,17 @@ impl Layered {
     /// The light that the coat's facets reflect at the cosine `cos`.
     fn coat_weight(&self, state: &LobeState, cos: f32) -> f32 {
         let grazing = schlick_term(cos);
-        self.coat * state.under_sheen * (COAT_F0 * (1.0 - grazing) + grazing)
+        self.layers.coat * state.under_sheen * (COAT_F0 * (1.0 - grazing) + grazing)
     }
 
     /// Adds the reflection of a rough coat to `eval`; `i` is seen from the side of `state.o`.
     pub(super) fn add_coat(&self, state: &LobeState, i: Vec3, eval: &mut BsdfEval) {
         if state.probabilities.coat > 0.0
-            && !self.coat_facets.is_smooth()
-            && let Some(facet) = self.coat_facets.reflection(state.coat_o, state.coat_from_facet(i))
+            && !self.layers.coat_facets.is_smooth()
+            && let Some(facet) = self
+                .layers
+                .coat_facets
+                .reflection(state.coat_o, state.coat_from_facet(i))
         {
             let f = self.coat_weight(state, facet.cos);
             eval.glossy += Rgb::gray(f * facet.pdf * facet.masking);
@@ -51,11 +54,11 @@ impl Layered {
     /// A reflection of the coat. That of a tilted one may be below the plane of an opaque surface's normal.
     pub(super) fn sample_coat(&self, state: &LobeState, u: Sample2D) -> Option<BsdfSample> {
         let o = state.coat_o;
-        let is_smooth = self.coat_facets.is_smooth();
+        let is_smooth = self.layers.coat_facets.is_smooth();
         let mirrored = if is_smooth {
             mirror_image(o)
         } else {
-            self.coat_facets.sample_reflection(o, u.square)?
+            self.layers.coat_facets.sample_reflection(o, u.square)?
         };
         let i = state.facet_from_coat(mirrored);
         if i.z < 0.0 && self.transmits() {

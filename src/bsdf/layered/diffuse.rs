@@ -17,10 +17,10 @@ impl Layered {
             return;
         }
         let (color, share, above) = if i.z < 0.0 {
-            let color = self.diffuse_transmission_color * self.diffuse_transmission;
+            let color = self.layers.diffuse_transmission_color * self.layers.diffuse_transmission;
             (color, state.diffuse_passes, mirrored(i))
         } else {
-            let color = self.base_color * (1.0 - self.diffuse_transmission);
+            let color = self.layers.base_color * (1.0 - self.layers.diffuse_transmission);
             (color, 1.0 - state.diffuse_passes, i)
         };
         let passes = (1.0 - self.over_albedo(state.over_f0, above)) * state.diffuse_gain;

@@ -8,13 +8,13 @@
 //! The indices of the channels are those of Khronos, "KHR_materials_dispersion": green has the index of the body, and red
 //! and blue are as far apart as the Abbe number's lines F and C, (n - 1) / V.
 
-use super::{Boundary, Layered, hero_channel::HeroChannel};
+use super::{Boundary, Layers, hero_channel::HeroChannel};
 
 /// The difference of the index of refraction of green to those of blue and red, for an index of 2 and a dispersion of 1, which is
 /// an Abbe number of 20.
 const HALF_SPREAD: f32 = 0.025;
 
-impl Layered {
+impl Layers {
     /// Whether its channels are refracted in different directions, and none is chosen.
     #[inline]
     pub fn disperses(&self) -> bool {
@@ -37,18 +37,18 @@ impl Layered {
 mod tests {
     use super::*;
     use crate::{
-        bsdf::{BsdfKind, Lobe},
+        bsdf::{BsdfKind, Lobe, layered::Layered},
         math::{Rgb, Vec2, Vec3, hash},
     };
 
-    fn prism(roughness: f32) -> Layered {
-        Layered {
+    fn prism(roughness: f32) -> Layers {
+        Layers {
             transmission: 1.0,
             facets: crate::bsdf::microfacet::Ggx::from_roughness(roughness, 0.0),
             ior: 1.5,
             dispersion: 4.0,
             boundary: Boundary::Solid,
-            ..Layered::default()
+            ..Layers::default()
         }
     }
 
@@ -74,11 +74,13 @@ mod tests {
         let wo = Vec3::new(0.6, 0.0, 0.8);
         for (uc, index) in [(0.2, 0), (0.5, 1), (0.9, 2)] {
             let hero = HeroChannel::choose(Rgb::WHITE, uc).expect("light");
-            let layered = prism(0.0).for_channel(hero);
+            let layers = prism(0.0).for_channel(hero);
             // The rest of the number, 0.6, 0.5 and 0.7, chooses what passes.
-            let sample = layered.sample(wo, uc, Vec2::splat(0.5).into()).expect("a direction");
+            let sample = Layered::new(layers)
+                .sample(wo, uc, Vec2::splat(0.5).into())
+                .expect("a direction");
             assert_eq!(sample.lobe, Lobe::Transmission);
-            assert!((-sample.wi.x * layered.ior - wo.x).abs() < 1e-6, "Snell's law");
+            assert!((-sample.wi.x * layers.ior - wo.x).abs() < 1e-6, "Snell's law");
             let lit = sample.weight.to_array().map(|w| w > 0.0);
             assert_eq!(lit, [0, 1, 2].map(|k| k == index));
         }
@@ -91,10 +93,8 @@ mod tests {
             for i in 0..count {
                 let [uc, a, b, _] = hash::pcg4d([i, 5, 8, 2]).map(|v| (v >> 8) as f32 / (1 << 24) as f32);
                 let hero = HeroChannel::choose(throughput, uc).expect("light");
-                let sample =
-                    prism(roughness)
-                        .for_channel(hero)
-                        .sample(Vec3::new(0.6, 0.0, 0.8), uc, Vec2::new(a, b).into());
+                let layered = Layered::new(prism(roughness).for_channel(hero));
+                let sample = layered.sample(Vec3::new(0.6, 0.0, 0.8), uc, Vec2::new(a, b).into());
                 let weight = sample.map_or(Rgb::BLACK, |s| s.weight * throughput);
                 for (sum, w) in sum.iter_mut().zip(weight.to_array()) {
                     *sum += f64::from(w) / f64::from(count);
