@@ -47,7 +47,7 @@ pub fn conductor(cos: f32, eta: f32, k: f32) -> f32 {
 ///
 /// Source: Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", CGF 13(3), 1994,
 /// doi:10.1111/1467-8659.1330233.
-#[inline]
+#[inline(always)]
 pub fn schlick_term(cos: f32) -> f32 {
     let x = (1.0 - cos).clamp(0.0, 1.0);
     let x2 = x * x;
@@ -70,7 +70,7 @@ pub fn refract(w: Vec3, n: Vec3, eta: f32) -> Option<Vec3> {
 }
 
 /// The mirror image of `w` about the unit normal `n`.
-#[inline]
+#[inline(always)]
 pub fn reflect(w: Vec3, n: Vec3) -> Vec3 {
     n * (2.0 * n.dot(w)) - w
 }

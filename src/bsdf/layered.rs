@@ -8,6 +8,7 @@
 
 use std::f32::consts::TAU;
 
+mod block;
 mod clear;
 mod coat;
 mod diffuse;
@@ -17,6 +18,7 @@ mod layers;
 mod lobes;
 mod reflectance;
 
+pub use block::{EvalBlock, LayerBlock, SampleBlock};
 pub use layers::{Boundary, Layers};
 
 use lobes::{ChosenLobe, LobeProbabilities};

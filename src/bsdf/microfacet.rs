@@ -76,7 +76,7 @@ impl Ggx {
     }
 
     /// Area of facets with the unit normal `h`, per area and steradian.
-    #[inline]
+    #[inline(always)]
     pub fn density(&self, h: Vec3) -> f32 {
         let s = Vec2::new(h.x, h.y) / self.alpha;
         let q = s.length_squared() + h.z * h.z;
@@ -85,7 +85,7 @@ impl Ggx {
 
     /// Length of `w` where the surface is stretched until its facets are a hemisphere; `|w.z|` over
     /// it tells all about masking.
-    #[inline]
+    #[inline(always)]
     fn stretched(&self, w: Vec3) -> f32 {
         let s = Vec2::new(w.x, w.y) * self.alpha;
         (s.length_squared() + w.z * w.z).sqrt()
@@ -93,16 +93,23 @@ impl Ggx {
 
     /// Cosine of `w` where the surface is stretched until its facets are a hemisphere: `1 / (1 + 2
     /// lambda)`.
-    #[inline]
+    #[inline(always)]
     pub fn stretched_cos(&self, w: Vec3) -> f32 {
         w.z.abs() / self.stretched(w)
     }
 
     /// Samples the normal of a facet that is visible from `wo`, which is above the surface.
+    #[inline]
     pub fn sample_normal(&self, wo: Vec3, u: Vec2) -> Vec3 {
+        self.visible_normal(wo, u)
+    }
+
+    /// Does the same as [`Ggx::sample_normal`], for vectors.
+    #[inline(always)]
+    pub fn visible_normal(&self, wo: Vec3, u: Vec2) -> Vec3 {
         let a = self.alpha.extend(1.0);
         let w = (wo * a).normalize();
-        let (sin_phi, cos_phi) = trig::sin_cos(2.0 * PI * u.x);
+        let (sin_phi, cos_phi) = trig::sin_cos_in_range(2.0 * PI * u.x);
         let z = (1.0 - u.y) * (1.0 + w.z) - w.z;
         let sin = (1.0 - z * z).clamp(0.0, 1.0).sqrt();
         let h = Vec3::new(sin * cos_phi, sin * sin_phi, z) + w;
@@ -116,17 +123,24 @@ impl Ggx {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return None;
         }
-        let h = (wo + wi).try_normalize()?;
+        let (facet, is_there) = self.mirror_facet(wo, wi);
+        is_there.then_some(facet)
+    }
+
+    /// Does the same as [`Ggx::reflection`] for directions above the surface, with whether there is such a facet; for vectors.
+    #[inline(always)]
+    pub fn mirror_facet(&self, wo: Vec3, wi: Vec3) -> (Facet, bool) {
+        let sum = wo + wi;
+        let scale = sum.length_recip();
+        let h = sum * scale;
         let cos = wo.dot(h);
-        if cos <= 0.0 {
-            return None;
-        }
         let (lo, li) = (self.stretched(wo), self.stretched(wi));
-        Some(Facet {
+        let facet = Facet {
             cos,
             pdf: self.density(h) / (2.0 * (wo.z + lo)),
             masking: wi.z * (wo.z + lo) / (lo * wi.z + li * wo.z),
-        })
+        };
+        (facet, (scale < f32::INFINITY) & (scale > 0.0) & (cos > 0.0))
     }
 
     /// The facet that refracts `wi`, below the surface, to `wo`, above it. `eta` is the index below

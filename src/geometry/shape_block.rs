@@ -5,11 +5,11 @@ use super::{
     slab::Slabs,
 };
 use crate::{
-    math::{Aabb, Dispatch, Ray, Vec3, VectorLoop},
-    shape::{
-        Attempt, RayBlock, Shape, ShapeHit,
+    math::{
+        Aabb, Dispatch, Ray, Vec3, VectorLoop,
         block::{Each, LANES, get, set},
     },
+    shape::{Attempt, RayBlock, Shape, ShapeHit},
 };
 
 /// A block of rays. It gives the results of [`Geometry::intersect_shape`].

@@ -5,11 +5,21 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use super::{VertexBatch, direct::Strategy};
+use super::{
+    VertexBatch,
+    direct::Strategy,
+    reflected::{ReflectedLight, ReflectedPath},
+};
 use crate::{
-    math::{Dispatch, Ray, Rgb, Vec2, VectorLoop, float::select, warp},
-    scene::{FamilyBlock, LightFamily, SampledLight, surface_soa::SoaBlock},
-    shape::block::{Each, LANES, get, set},
+    bsdf::Lobe,
+    material::BatchKind,
+    math::{
+        Dispatch, Ray, Rgb, Vec2, Vec3, VectorLoop,
+        block::{Each, LANES, get, set},
+        float::select,
+        warp,
+    },
+    scene::{FamilyBlock, LightFamily, surface_soa::SoaBlock},
 };
 
 /// Some diffuse surfaces; lanes of other surfaces hold numbers without a meaning.
@@ -47,15 +57,6 @@ impl LightLanes {
     };
 }
 
-/// Light on a surface.
-pub(super) struct DiffuseLight {
-    pub chosen: SampledLight,
-    pub f_cos: Rgb,
-    /// The light that leaves towards the viewer, in W m^-2 sr^-1.
-    pub l: Rgb,
-    pub shadow_ray: Ray,
-}
-
 /// A diffuse surface of a block.
 #[derive(Clone, Copy)]
 pub(super) struct DiffuseSurface<'a> {
@@ -86,19 +87,17 @@ impl<'a> DiffuseBlock<'a> {
         ) else {
             return;
         };
-        for (is_diffuse, surface) in self.is_diffuse.iter_mut().zip(surfaces) {
-            *is_diffuse = scene.material(surface.material).is_diffuse();
+        let mut is_diffuse = [false; LANES];
+        for (is_diffuse, surface) in is_diffuse.iter_mut().zip(surfaces) {
+            *is_diffuse = scene.batch_kind(surface.material) == BatchKind::Diffuse;
         }
-        self.families = Default::default();
-        let mut count = 0;
-        for family in scene.lights.families() {
-            self.families[count] = batch.lights.of(family).get(first / LANES);
-            count += 1;
-        }
-        if self.is_diffuse == [false; LANES] || self.families[..count].iter().any(Option::is_none) {
-            self.is_diffuse = [false; LANES];
+        if is_diffuse == [false; LANES] {
             return;
         }
+        let Some(families) = batch.families(first / LANES) else {
+            return;
+        };
+        (self.is_diffuse, self.families) = (is_diffuse, families);
         let mut all_disks = [Vec2::ZERO; LANES];
         all_disks[..disks.len()].copy_from_slice(disks);
         scene.accel.simd().dispatch(Scatterings {
@@ -120,7 +119,7 @@ impl<'a> DiffuseBlock<'a> {
 impl DiffuseSurface<'_> {
     /// The light of each family on the surface, of this `albedo`, where any arrives.
     #[inline(always)]
-    pub fn lights(self, albedo: Rgb) -> impl Iterator<Item = DiffuseLight> {
+    pub fn lights(self, albedo: Rgb) -> impl Iterator<Item = ReflectedLight> {
         let Self { block, lane } = self;
         let families = block.families.iter().map_while(|family| *family);
         families.zip(&block.lights).filter_map(move |(family, lights)| {
@@ -132,21 +131,29 @@ impl DiffuseSurface<'_> {
             } else {
                 f_cos * li * lights.weight[lane]
             };
-            (!l.is_black()).then(|| DiffuseLight {
+            (!l.is_black()).then(|| ReflectedLight {
                 chosen,
                 f_cos,
+                diffuse: f_cos,
                 l,
                 shadow_ray: Ray::segment(get(&block.origin, lane), get(&lights.d, lane), lights.tmax[lane]),
             })
         })
     }
 
-    /// The ray along which the path goes on, and the density of its direction in sr^-1.
+    /// The way in which the path goes on from the surface, of this `albedo`, whose normal is `n`.
     #[inline(always)]
-    pub fn ray(self) -> Option<(Ray, f32)> {
+    pub fn path(self, albedo: Rgb, n: Vec3) -> Option<ReflectedPath> {
         let Self { block, lane } = self;
         let pdf = block.pdf[lane];
-        (pdf > 0.0).then(|| (Ray::new(get(&block.origin, lane), get(&block.wi, lane)), pdf))
+        (pdf > 0.0 && !albedo.is_black()).then(|| ReflectedPath {
+            ray: Ray::new(get(&block.origin, lane), get(&block.wi, lane)),
+            pdf,
+            weight: albedo,
+            diffuse: albedo,
+            lobe: Lobe::Diffuse,
+            n,
+        })
     }
 }
 

@@ -22,11 +22,13 @@ use crate::{
 pub mod cost;
 mod diffuse;
 mod direct;
+mod layered;
 pub mod light_layers;
 pub mod occlusion;
 pub mod output;
 pub mod path;
 pub mod path_limits;
+mod reflected;
 mod scatter;
 mod stages;
 mod vertex_batch;

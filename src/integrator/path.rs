@@ -38,16 +38,17 @@ use super::{
     VertexContext,
     diffuse::{DiffuseBlock, DiffuseSurface},
     direct::Strategy,
+    layered::{LayeredBlock, LayeredSurface},
     max_depth,
     path_limits::PathLimits,
+    reflected::{ReflectedLight, ReflectedPath},
     scatter::Scatter,
 };
 use crate::{
-    bsdf::{Bsdf, Lobe, layered::hero_channel::HeroChannel},
+    bsdf::{Bsdf, layered::hero_channel::HeroChannel},
     geometry::Hit,
     light::environment::EnvironmentLight,
     material::Emission,
-    math::Rgb,
     sampler::{Dimension, SampleUse},
     scene::{LightFamily, LightSampleContext, Scene, SurfaceInteraction},
     value::{Count, Positive, Problem, Spanned},
@@ -95,6 +96,13 @@ pub struct PathTracer {
     pub strategy: Strategy,
 }
 
+/// What blocks of surfaces know of one.
+#[derive(Clone, Copy, Default)]
+struct KnownSurface<'a> {
+    diffuse: Option<DiffuseSurface<'a>>,
+    layered: Option<LayeredSurface<'a>>,
+}
+
 impl Integrator for PathTracer {
     fn batched_dimensions(&self, scene: &Scene, depth: u32) -> Vec<SampleUse> {
         let goes_on = depth < self.limits.max_depth;
@@ -115,21 +123,26 @@ impl Integrator for PathTracer {
     }
 
     fn shade_batch(&self, batch: &VertexBatch<'_>, out: &mut ShadingOutput) {
-        let mut diffuse = DiffuseBlock::EMPTY;
+        let (mut diffuse, mut layered) = (DiffuseBlock::EMPTY, LayeredBlock::EMPTY);
         for k in 0..batch.len() {
             if k % DiffuseBlock::LEN == 0 && !batch.surfaces.is_empty() {
                 out.clock.lap(Stage::Bsdf);
                 diffuse.fill(batch, k, self.strategy);
                 out.clock.lap(Stage::Light);
+                layered.fill(batch, k, self.strategy, self.limits.max_depth);
             }
             let context = batch.begin(k, out);
-            self.shade(&context, diffuse.surface(k), out);
+            let known = KnownSurface {
+                diffuse: diffuse.surface(k),
+                layered: layered.surface(k),
+            };
+            self.shade(&context, known, out);
         }
     }
 
     #[inline(always)]
     fn vertex(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
-        self.shade(context, None, out);
+        self.shade(context, KnownSurface::default(), out);
     }
 
     fn limits(&self) -> Vec<Limit> {
@@ -138,9 +151,9 @@ impl Integrator for PathTracer {
 }
 
 impl PathTracer {
-    /// Shades one vertex; `diffuse` is what is known of its surface if that is diffuse.
+    /// Shades one vertex, of whose surface something may be `known`.
     #[inline(always)]
-    fn shade(&self, context: &VertexContext<'_>, diffuse: Option<DiffuseSurface<'_>>, out: &mut ShadingOutput) {
+    fn shade(&self, context: &VertexContext<'_>, known: KnownSurface<'_>, out: &mut ShadingOutput) {
         let (surface, hit) = match context.vertex {
             Vertex::Surface(surface, hit) => (surface, hit),
             Vertex::Miss(light) => return self.escape(context, &light, out),
@@ -156,9 +169,13 @@ impl PathTracer {
         if path.depth >= self.limits.max_depth {
             return;
         }
-        let mut bsdf = scene.bsdf(surface);
-        if let (Bsdf::Lambert(lambert), Some(diffuse)) = (&*bsdf, diffuse) {
-            return self.scatter_diffuse(context, surface, lambert.albedo, diffuse, out);
+        if let Some(layered) = known.layered {
+            return self.reflect(context, layered.lights(surface), layered.path(surface), out);
+        }
+        let mut bsdf = scene.bsdf(surface.material, &surface.texture);
+        if let (Bsdf::Lambert(lambert), Some(diffuse)) = (&*bsdf, known.diffuse) {
+            let path = diffuse.path(lambert.albedo, surface.viewed_normal());
+            return self.reflect(context, diffuse.lights(lambert.albedo), path, out);
         }
         if let Bsdf::Layered(layered) = &*bsdf
             && layered.layers().disperses()
@@ -182,43 +199,40 @@ impl PathTracer {
         });
     }
 
-    /// Asks for light on a diffuse surface, and carries the path on.
+    /// Asks for light that an opaque surface reflects, and carries the path on.
     #[inline(always)]
-    fn scatter_diffuse(
+    fn reflect(
         &self,
         context: &VertexContext<'_>,
-        surface: &SurfaceInteraction,
-        albedo: Rgb,
-        diffuse: DiffuseSurface<'_>,
+        lights: impl Iterator<Item = ReflectedLight>,
+        going_on: Option<ReflectedPath>,
         out: &mut ShadingOutput,
     ) {
         let (scene, path) = (context.scene, context.path);
-        for light in diffuse.lights(albedo) {
+        for light in lights {
             out.add_shadow_ray(
                 light.shadow_ray,
                 self.limits.clamped(path, 1, light.l),
                 || self.limits.passage(path, path.last.media),
                 || Tag {
                     group: scene.group_of(light.chosen.light),
-                    lobes: Lobes::reflected(light.f_cos, light.f_cos),
+                    lobes: Lobes::reflected(light.f_cos, light.diffuse),
                 },
             );
         }
-        let Some((ray, pdf)) = diffuse.ray().filter(|_| !albedo.is_black()) else {
+        let Some(going_on) = going_on else { return };
+        let Some((bounces, weight)) = self.limits.go_on(context, going_on.lobe, going_on.weight) else {
             return;
         };
-        let Some((bounces, weight)) = self.limits.go_on(context, Lobe::Diffuse, albedo) else {
-            return;
-        };
-        out.set_first_lobes(|| Lobes::reflected(albedo, albedo));
+        out.set_first_lobes(|| Lobes::reflected(going_on.weight, going_on.diffuse));
         let last = BounceState {
-            pdf: Some(pdf).into(),
-            n: surface.viewed_normal(),
+            pdf: Some(going_on.pdf).into(),
+            n: going_on.n,
             media: path.last.media,
             bounces,
             first: FirstLobe::OfSample,
         };
-        out.spawn_path(ray, weight, last);
+        out.spawn_path(going_on.ray, weight, last);
     }
 
     /// Adds the radiance of the background.

@@ -7,7 +7,7 @@ use crate::{
     light::environment::EnvironmentLight,
     math::Ray,
     sampler::{PathSampler, SampleBatch, SampleKeys, Sampler},
-    scene::{LightSamples, Scene, SurfaceInteraction, surface_soa::SoaBlock},
+    scene::{FamilyBlock, LightFamily, LightSamples, Scene, SurfaceInteraction, surface_soa::SoaBlock},
 };
 
 /// Vertices that are shaded together: all of them on surfaces, or all of them misses.
@@ -38,10 +38,19 @@ pub struct VertexBatch<'a> {
     pub round: u32,
 }
 
-impl VertexBatch<'_> {
+impl<'a> VertexBatch<'a> {
     /// The number of vertices.
     pub(super) fn len(&self) -> usize {
         self.indices.len()
+    }
+
+    /// The light of each family on a block of the surfaces; `None` where it was not sampled.
+    pub(super) fn families(&self, block: usize) -> Option<[Option<&'a FamilyBlock>; LightFamily::ALL.len()]> {
+        let mut all = [None; LightFamily::ALL.len()];
+        for (light, family) in all.iter_mut().zip(self.scene.lights.families()) {
+            *light = Some(self.lights.of(family).get(block)?);
+        }
+        Some(all)
     }
 
     /// The context of the `k`th vertex.

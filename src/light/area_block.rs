@@ -2,11 +2,11 @@
 
 use super::{LightBlock, area::AreaSample};
 use crate::{
-    math::{Dispatch, Rgb, Sidedness, VectorLoop},
-    shape::{
-        RectangleBlock,
+    math::{
+        Dispatch, Rgb, Sidedness, VectorLoop,
         block::{Each, LANES},
     },
+    shape::RectangleBlock,
 };
 
 /// Rectangular lamps, and the points that they light.

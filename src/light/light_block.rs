@@ -1,9 +1,9 @@
 //! Light that arrives at many points, number by number.
 
 use super::LightSample;
-use crate::{
-    math::{Rgb, Vec3},
-    shape::block::{Each, LANES, get, set},
+use crate::math::{
+    Rgb, Vec3,
+    block::{Each, LANES, get, set},
 };
 
 /// The light of one light at each of some points.

@@ -24,7 +24,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use serde::Deserialize;
 
-use super::{FindColor, MaterialKind, WhittedTerms, unit_scalar};
+use super::{BatchKind, FindColor, MaterialKind, WhittedTerms, unit_scalar};
 use crate::{
     bsdf::{
         Bsdf,
@@ -94,8 +94,11 @@ impl MaterialKind for Matte {
         }
     }
 
-    fn is_diffuse(&self) -> bool {
-        matches!(self.roughness, Scalar::Constant(roughness) if roughness <= 0.0)
+    fn batch_kind(&self) -> BatchKind {
+        match self.roughness {
+            Scalar::Constant(roughness) if roughness <= 0.0 => BatchKind::Diffuse,
+            _ => BatchKind::Alone,
+        }
     }
 
     fn max_reflectance(&self, textures: &Textures<'_>) -> f32 {

@@ -79,6 +79,17 @@ impl Default for WhittedTerms {
     }
 }
 
+/// The way in which the surfaces of a material are shaded together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BatchKind {
+    /// One by one.
+    Alone,
+    /// As [`Bsdf::Lambert`] with the normal of the surface, nearly everywhere.
+    Diffuse,
+    /// As [`Bsdf::Layered`] without a normal map, where blocks hold what it has.
+    Layered,
+}
+
 /// The contract of every material.
 pub trait MaterialKind {
     /// The terms of Whitted's model at a point.
@@ -135,9 +146,9 @@ pub trait MaterialKind {
         true
     }
 
-    /// Whether its BSDF is [`Bsdf::Lambert`] with the normal of the surface, nearly everywhere.
-    fn is_diffuse(&self) -> bool {
-        false
+    /// The way in which its surfaces are shaded together.
+    fn batch_kind(&self) -> BatchKind {
+        BatchKind::Alone
     }
 
     /// The largest reflectance of its colours; above 1 the material would gain energy.
@@ -246,8 +257,8 @@ kinds! {
     fn may_transmit_straight(&self) -> bool;
     /// See [`MaterialKind::is_lit`].
     fn is_lit(&self) -> bool;
-    /// See [`MaterialKind::is_diffuse`].
-    fn is_diffuse(&self) -> bool;
+    /// See [`MaterialKind::batch_kind`].
+    fn batch_kind(&self) -> BatchKind;
     /// See [`MaterialKind::max_reflectance`].
     fn max_reflectance(&self, textures: &Textures<'_>) -> f32;
     /// See [`MaterialKind::is_spatially_varying`].

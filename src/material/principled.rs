@@ -84,7 +84,8 @@ pub use desc::{AlphaModeDesc, PrincipledDesc};
 use std::f32::consts::FRAC_1_PI;
 
 use super::{
-    Emission, FresnelMode, HeightMap, MaterialKind, Medium, NormalMap, Sidedness, TangentNormals, WhittedTerms,
+    BatchKind, Emission, FresnelMode, HeightMap, MaterialKind, Medium, NormalMap, Sidedness, TangentNormals,
+    WhittedTerms,
 };
 use crate::{
     bsdf::{
@@ -300,6 +301,16 @@ impl MaterialKind for Principled {
 
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf {
         self.layers(textures, at).into()
+    }
+
+    fn batch_kind(&self) -> BatchKind {
+        let is_none = |part| matches!(part, Scalar::Constant(0.0));
+        let is_opaque = is_none(self.transmission) && is_none(self.diffuse_transmission);
+        if is_opaque && is_none(self.anisotropy) && self.normal_map().is_none() && self.clearcoat_normal.is_none() {
+            BatchKind::Layered
+        } else {
+            BatchKind::Alone
+        }
     }
 
     fn emission(&self) -> Option<Emission> {

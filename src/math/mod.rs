@@ -1,6 +1,7 @@
 //! Numbers: the floor everything else stands on. Nothing here knows about scenes, files or threads.
 
 pub mod aabb;
+pub mod block;
 pub mod cone;
 pub mod daabb;
 pub mod distribution;

@@ -20,7 +20,7 @@ impl Scene {
         numbers: impl FnOnce() -> (f32, Sample2D),
     ) -> Rgb {
         let material = self.material(surface.material);
-        let mut bsdf = self.bsdf(surface);
+        let mut bsdf = self.bsdf(surface.material, &surface.texture);
         if let Bsdf::Lambert(lambert) = &*bsdf {
             return lambert.albedo;
         }

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::{
     Background, InstanceRecord, LightGroups, Lights, Media, MeshRecord, NodeId, NodeName, Object, ObjectFromGroup,
-    ObjectId, Scene, SceneBuildError, mesh_transform::MeshTransform, surface_bsdf::ConstantBsdfs,
+    ObjectId, Scene, SceneBuildError, material_bsdfs::MaterialBsdfs, mesh_transform::MeshTransform,
 };
 use crate::{
     accel::{self, BuildOptions},
@@ -396,7 +396,7 @@ impl SceneBuilder {
             light_groups: self.light_groups,
             background: self.background,
             is_spatially_varying: Vec::new(),
-            constant_bsdfs: ConstantBsdfs::default(),
+            bsdfs: MaterialBsdfs::default(),
             mattes: OnceLock::new(),
         }
         .with_lights(self.lights))

@@ -175,7 +175,7 @@ impl Scene {
             return Rgb::BLACK;
         }
         let surface = self.surface(ray, hit);
-        let bsdf = self.bsdf(&surface).into_owned();
+        let bsdf = self.bsdf(surface.material, &surface.texture).into_owned();
         let bsdf = outside.map_or(bsdf, |ior| bsdf.immersed(ior));
         let shading_frame = shading_frame(self, &surface, material, &bsdf);
         let bsdf = shading_frame.adapt(&bsdf).unwrap_or(bsdf);

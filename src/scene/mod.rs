@@ -2,15 +2,16 @@
 //!
 //! It holds no camera and no film, so it is compiled once and renders any number of frames.
 
-use std::{ops::Range, sync::OnceLock};
+use std::{borrow::Cow, ops::Range, sync::OnceLock};
 
 use crate::{
     accel::Accelerator,
+    bsdf::Bsdf,
     geometry::{Hit, PrimId},
     light::{Light, LightSample},
-    material::{Material, MaterialId},
+    material::{BatchKind, Material, MaterialId},
     math::{DVec3, Ray, Rgb, Transform, Vec2, Vec3, Vec4},
-    texture::{Bitmap, Texture, Textures},
+    texture::{Bitmap, Texture, TexturePoint, Textures},
 };
 
 mod albedo;
@@ -26,12 +27,12 @@ pub mod light_component;
 pub mod light_groups;
 mod light_samples;
 pub mod lights;
+mod material_bsdfs;
 pub mod mattes;
 pub mod media;
 mod mesh_transform;
 pub mod names;
 pub mod shading_frame;
-pub mod surface_bsdf;
 pub mod surface_soa;
 pub mod surfaces;
 pub mod update;
@@ -49,11 +50,11 @@ pub use light_component::Component;
 pub use light_groups::{LightGroup, LightGroups};
 pub use light_samples::{FamilyBlock, LightNumbers, LightSamples};
 pub use lights::{LightFamily, LightSampleContext, LightSource, Lights, SampledLight};
+use material_bsdfs::MaterialBsdfs;
 pub use mattes::{Matte, MatteKind, MatteTable, Mattes};
 pub use media::{Media, MediumStack};
 pub(crate) use mesh_transform::MeshTransform;
 pub use names::{NodeId, NodeName};
-use surface_bsdf::ConstantBsdfs;
 pub use surfaces::Surfaces;
 pub use update::{MeshId, MeshPose, SceneUpdate, SceneUpdateError};
 
@@ -133,7 +134,7 @@ pub struct Scene {
     pub background: Background,
     /// Whether texture coordinates are computed for each material.
     pub(crate) is_spatially_varying: Vec<bool>,
-    pub(crate) constant_bsdfs: ConstantBsdfs,
+    pub(crate) bsdfs: MaterialBsdfs,
     /// See [`Scene::mattes`].
     mattes: OnceLock<Mattes>,
 }
@@ -145,7 +146,7 @@ impl Scene {
         // place's curvature.
         let all = self.reads_footprints();
         self.is_spatially_varying = self.materials.iter().map(|m| all || m.is_spatially_varying()).collect();
-        self.constant_bsdfs = ConstantBsdfs::new(&self.materials);
+        self.bsdfs = MaterialBsdfs::new(&self.materials);
         self.rebuild_lights(own);
         self
     }
@@ -174,6 +175,18 @@ impl Scene {
     #[inline]
     pub fn material(&self, id: MaterialId) -> &Material {
         &self.materials[id.0 as usize]
+    }
+
+    /// The BSDF of a material at a point of a surface.
+    #[inline]
+    pub fn bsdf(&self, id: MaterialId, at: &TexturePoint) -> Cow<'_, Bsdf> {
+        self.bsdfs.at(id, self.material(id), &self.textures(), at)
+    }
+
+    /// The way in which surfaces of a material are shaded together.
+    #[inline]
+    pub fn batch_kind(&self, id: MaterialId) -> BatchKind {
+        self.bsdfs.batch_kind(id)
     }
 
     /// The radiance of the background in the unit direction `w`, in W m^-2 sr^-1.

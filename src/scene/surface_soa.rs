@@ -5,11 +5,12 @@ use super::{
     interaction::{HitGeometry, SmoothSurface},
 };
 use crate::{
-    math::{Dispatch, Frame, Vec3, VectorLoop, float::select},
-    shape::{
+    math::{
+        Dispatch, Frame, Vec3, VectorLoop,
         block::{Each, LANES, get, set},
-        triangle,
+        float::select,
     },
+    shape::triangle,
 };
 
 /// Some surfaces, number by number.

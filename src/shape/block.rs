@@ -3,28 +3,13 @@
 use std::marker::PhantomData;
 
 use super::ShapeHit;
-use crate::math::{DVec3, Dispatch, Ray, Vec3, VectorLoop};
-
-/// The number of rays in a block.
-pub const LANES: usize = 8;
+use crate::math::{
+    DVec3, Dispatch, Ray, Vec3, VectorLoop,
+    block::{Each, LANES},
+};
 
 /// The largest number of numbers by which a shape is tested.
 const MAX_NUMBERS: usize = 17;
-
-/// A number of each ray.
-pub type Each<T = f32> = [T; LANES];
-
-/// Returns the vector of a lane.
-#[inline(always)]
-pub fn get([x, y, z]: &[Each; 3], lane: usize) -> Vec3 {
-    Vec3::new(x[lane], y[lane], z[lane])
-}
-
-/// Sets the vector of a lane.
-#[inline(always)]
-pub fn set([x, y, z]: &mut [Each; 3], lane: usize, to: Vec3) {
-    (x[lane], y[lane], z[lane]) = (to.x, to.y, to.z);
-}
 
 /// The known facts about a ray and a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]

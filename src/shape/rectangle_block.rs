@@ -1,10 +1,10 @@
 //! Points of rectangles as seen from many points at once, chosen by area.
 
-use super::{
+use super::rectangle::Rectangle;
+use crate::math::{
+    DVec3, Dispatch, Vec2, Vec3, VectorLoop,
     block::{Each, LANES, get, set},
-    rectangle::Rectangle,
 };
-use crate::math::{DVec3, Dispatch, Vec2, Vec3, VectorLoop};
 
 /// Rectangles, each with the point that it is seen from and two uniform numbers; and a point on each.
 #[derive(Clone, Debug)]

@@ -8,8 +8,8 @@ use super::{
 };
 use crate::{
     geometry::{Geometry, InstanceId, PlacedShape, shape_block::ShapeBlock, slab::Slabs},
-    math::{Dispatch, Ray, Vec3},
-    shape::{Attempt, Shape, ShapeHit, block::LANES},
+    math::{Dispatch, Ray, Vec3, block::LANES},
+    shape::{Attempt, Shape, ShapeHit},
 };
 
 /// The shapes that rays have reached in a pass, by kind.

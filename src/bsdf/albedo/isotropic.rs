@@ -32,7 +32,16 @@ struct IsotropicRow {
 
 static TABLE: [OnceLock<Box<IsotropicRow>>; ROWS] = [const { OnceLock::new() }; ROWS];
 
+#[inline(always)]
 fn row(i: usize) -> &'static IsotropicRow {
+    match TABLE[i].get() {
+        Some(row) => row,
+        None => made_row(i),
+    }
+}
+
+#[cold]
+fn made_row(i: usize) -> &'static IsotropicRow {
     TABLE[i].get_or_init(|| {
         let ggx = facets(node(i, ROWS));
         let cos = |j| {
@@ -72,6 +81,12 @@ impl RowPlace {
         Self::of_roughness(ggx.alpha.x.sqrt())
     }
 
+    /// The place between the two rows.
+    #[inline(always)]
+    pub(super) fn fraction(self) -> f32 {
+        self.f
+    }
+
     /// Linear between a pair of numbers of each row.
     #[inline]
     pub(super) fn between(self, of: impl Fn(usize) -> [f32; 2]) -> [f32; 2] {
@@ -91,6 +106,32 @@ impl RowPlace {
     }
 }
 
+/// The place of a cosine between two columns, and where between them.
+#[inline(always)]
+pub(super) fn place(column: f32) -> (usize, f32) {
+    locate(column, COLUMNS)
+}
+
+/// The numbers of a row in the columns about a place.
+#[inline(always)]
+fn pair(row: &[f32; COLUMNS], i: usize) -> [f32; 2] {
+    // The place is below the last column, which the compiler need not be told again.
+    let i = i.min(COLUMNS - 2);
+    [row[i], row[i + 1]]
+}
+
+/// Numbers of two neighbouring columns in two neighbouring rows.
+pub(super) struct Nodes(pub [[f32; 2]; 2]);
+
+impl Nodes {
+    /// Linear between them: at `f` between the columns and at `g` between the rows.
+    #[inline(always)]
+    pub fn between(&self, f: f32, g: f32) -> f32 {
+        let [low, high] = self.0;
+        lerp(lerp(low[0], low[1], f), lerp(high[0], high[1], f), g)
+    }
+}
+
 /// The two rows between which a roughness lies.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RowPair {
@@ -99,23 +140,31 @@ pub(super) struct RowPair {
 }
 
 impl RowPair {
-    #[inline]
-    fn between(self, table: impl Fn(&IsotropicRow) -> &[f32; COLUMNS], column: f32) -> f32 {
+    /// The nodes of [`RowPair::mirrors`] about a place.
+    #[inline(always)]
+    pub fn mirrors_about(self, i: usize) -> Nodes {
         let [low, high] = self.rows;
-        let (i, f) = locate(column, COLUMNS);
-        let along = |row: &[f32; COLUMNS]| lerp(row[i], row[i + 1], f);
-        lerp(along(table(low)), along(table(high)), self.f)
+        Nodes([pair(&low.mirrors, i), pair(&high.mirrors, i)])
+    }
+
+    /// The nodes of [`RowPair::grazing`] about a place.
+    #[inline(always)]
+    pub fn grazing_about(self, i: usize) -> Nodes {
+        let [low, high] = self.rows;
+        Nodes([pair(&low.grazing, i), pair(&high.grazing, i)])
     }
 
     /// Albedo of facets that reflect everything, by [`Ggx::stretched_cos`].
-    #[inline]
+    #[inline(always)]
     pub fn mirrors(self, stretched_cos: f32) -> f32 {
-        self.between(|r| &r.mirrors, column(stretched_cos))
+        let (i, f) = place(column(stretched_cos));
+        self.mirrors_about(i).between(f, self.f)
     }
 
     /// The mean of Schlick's term over the light that facets reflect, by the cosine.
-    #[inline]
+    #[inline(always)]
     pub fn grazing(self, cos: f32) -> f32 {
-        self.between(|r| &r.grazing, column(cos))
+        let (i, f) = place(column(cos));
+        self.grazing_about(i).between(f, self.f)
     }
 }

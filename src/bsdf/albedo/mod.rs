@@ -22,5 +22,5 @@ mod table;
 
 pub use dielectric::{ClearAlbedo, clear};
 pub use mean::schlick_mean;
-pub use schlick::FacetAlbedo;
+pub use schlick::{AlbedoBlock, FacetAlbedo};
 pub use sheen::raw_sheen;

@@ -1,18 +1,19 @@
 //! Tables: nodes, even from 0 to 1, and what is linear between them.
 
 /// Between which of `nodes` nodes, even from 0 to 1, `v` lies, and where between them.
-#[inline]
+#[inline(always)]
 pub(super) fn locate(v: f32, nodes: usize) -> (usize, f32) {
     let v = v.clamp(0.0, 1.0) * (nodes - 1) as f32;
-    let i = (v as usize).min(nodes - 2);
-    (i, v - i as f32)
+    // By way of 32 bits, which vectors can convert.
+    let i = (v as i32).min(nodes as i32 - 2);
+    (i as usize, v - i as f32)
 }
 
 pub(super) fn node(i: usize, nodes: usize) -> f32 {
     i as f32 / (nodes - 1) as f32
 }
 
-#[inline]
+#[inline(always)]
 pub(super) fn lerp(a: f32, b: f32, f: f32) -> f32 {
     a * (1.0 - f) + b * f
 }
@@ -25,7 +26,7 @@ pub(super) fn along(row: &[f32], v: f32) -> f32 {
 }
 
 /// The position of a cosine on the table's axis, which is denser towards grazing angles.
-#[inline]
+#[inline(always)]
 pub(super) fn column(cos: f32) -> f32 {
     cos.sqrt()
 }

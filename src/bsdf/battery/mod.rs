@@ -7,6 +7,7 @@ mod chi_square;
 mod energy;
 mod examples;
 mod furnace;
+mod layer_block;
 mod reciprocity;
 
 use examples::{Example, examples, white_examples};

@@ -7,7 +7,7 @@ use crate::{
 };
 
 /// The reflectance of a clear coat at normal incidence: an index of refraction of 1.5.
-const COAT_F0: f32 = 0.04;
+pub(super) const COAT_F0: f32 = 0.04;
 
 impl Layered {
     /// The frame of the coat in that of the facets, seen from behind if `below`; `None` where the two have one normal.

@@ -2,8 +2,8 @@
 
 use super::examples::{Random, all};
 use crate::{
-    math::{Plain, Vec3},
-    shape::{Attempt, RayBlock, block::LANES},
+    math::{Plain, Vec3, block::LANES},
+    shape::{Attempt, RayBlock},
 };
 
 #[test]

@@ -12,8 +12,8 @@ use crate::{
         shape_block::ShapeBlock,
         slab::{END_PADDING, EXIT_PADDING, MIN_PADDING, ORIGIN_PADDING, Slabs},
     },
-    math::{Aabb, Ray, Vec3},
-    shape::{Attempt, ShapeHit, block::LANES},
+    math::{Aabb, Ray, Vec3, block::LANES},
+    shape::{Attempt, ShapeHit},
     simd::lanes::{Floats, Mask, SimdLevel},
 };
 

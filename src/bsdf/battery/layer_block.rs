@@ -1,0 +1,66 @@
+//! Blocks of layered surfaces give the bits of single ones.
+
+use super::{super::layered::LayerBlock, *};
+use crate::math::{
+    Sample2D,
+    block::{LANES, get, get_rgb, set},
+};
+
+fn bits(color: Rgb) -> [u32; 3] {
+    color.to_array().map(f32::to_bits)
+}
+
+#[test]
+fn blocks_of_layers_evaluate_and_sample_as_one_by_one() {
+    let mut held = Vec::new();
+    for Example { name, bsdf, .. } in examples() {
+        let Bsdf::Layered(layered) = bsdf else { continue };
+        let views = [0.9, 0.4, 0.05, 1.0].map(|cos| direction(cos, 3.0 * cos));
+        let mut block = LayerBlock::EMPTY;
+        // The other half of the lanes is of no surface.
+        if !(0..LANES / 2).all(|lane| block.set(lane, &layered, views[lane])) {
+            continue;
+        }
+        held.push(name.clone());
+        block.prepare();
+        for i in 0..400 {
+            let mut wi = [[0.0; LANES]; 3];
+            for lane in 0..LANES / 2 {
+                let (uc, u) = numbers(8 * i + lane as u32);
+                set(&mut wi, lane, direction(2.0 * u.x - 1.0, 9.0 * uc));
+            }
+            let eval = block.eval(&wi);
+            let drawn: [_; LANES] = std::array::from_fn(|lane| numbers(5000 + 8 * i + lane as u32));
+            let sampled = block.sample(&drawn.map(|(uc, _)| uc), &drawn.map(|(_, u)| Sample2D::from(u)));
+            for lane in 0..LANES / 2 {
+                let wo = views[lane];
+                let alone = layered.eval(wo, get(&wi, lane));
+                assert_eq!(bits(get_rgb(&eval.diffuse, lane)), bits(alone.diffuse), "{name} {wo}");
+                assert_eq!(bits(get_rgb(&eval.glossy, lane)), bits(alone.glossy), "{name} {wo}");
+                assert_eq!(eval.pdf[lane].to_bits(), alone.pdf.to_bits(), "{name} {wo}");
+
+                let (uc, u) = drawn[lane];
+                let Some(alone) = layered.sample(wo, uc, u.into()) else {
+                    assert!(sampled.pdf[lane] <= 0.0 || sampled.pdf[lane].is_nan(), "{name} {wo}");
+                    continue;
+                };
+                assert_eq!(get(&sampled.wi, lane), alone.wi, "{name} {wo}");
+                assert_eq!(bits(get_rgb(&sampled.weight, lane)), bits(alone.weight), "{name} {wo}");
+                assert_eq!(
+                    bits(get_rgb(&sampled.diffuse, lane)),
+                    bits(alone.diffuse),
+                    "{name} {wo}"
+                );
+                assert_eq!(Some(sampled.pdf[lane]), alone.pdf, "{name} {wo}");
+                assert_eq!(
+                    sampled.is_diffuse[lane] != 0,
+                    alone.lobe == Lobe::Diffuse,
+                    "{name} {wo}"
+                );
+            }
+        }
+    }
+    for kind in ["plastic", "dense plastic", "metal", "coated metal", "coated plastic"] {
+        assert!(held.contains(&format!("{kind} 0.35")), "{kind} is not held: {held:?}");
+    }
+}
