@@ -48,7 +48,7 @@ use crate::{
     bsdf::{Bsdf, layered::hero_channel::HeroChannel},
     geometry::Hit,
     light::environment::EnvironmentLight,
-    material::Emission,
+    material::{BatchKind, Emission},
     sampler::{Dimension, SampleUse},
     scene::{LightFamily, LightSampleContext, Scene, SurfaceInteraction},
     value::{Count, Positive, Problem, Spanned},
@@ -123,18 +123,24 @@ impl Integrator for PathTracer {
     }
 
     fn shade_batch(&self, batch: &VertexBatch<'_>, out: &mut ShadingOutput) {
-        let (mut diffuse, mut layered) = (DiffuseBlock::EMPTY, LayeredBlock::EMPTY);
+        let mut diffuse = DiffuseBlock::EMPTY;
+        let mut layered = batch
+            .scene
+            .has_batch_kind(BatchKind::Layered)
+            .then_some(LayeredBlock::EMPTY);
         for k in 0..batch.len() {
             if k % DiffuseBlock::LEN == 0 && !batch.surfaces.is_empty() {
                 out.clock.lap(Stage::Bsdf);
                 diffuse.fill(batch, k, self.strategy);
                 out.clock.lap(Stage::Light);
-                layered.fill(batch, k, self.strategy, self.limits.max_depth);
+                if let Some(layered) = &mut layered {
+                    layered.fill(batch, k, self.strategy, self.limits.max_depth);
+                }
             }
             let context = batch.begin(k, out);
             let known = KnownSurface {
                 diffuse: diffuse.surface(k),
-                layered: layered.surface(k),
+                layered: layered.as_ref().and_then(|block| block.surface(k)),
             };
             self.shade(&context, known, out);
         }
@@ -172,11 +178,13 @@ impl PathTracer {
         if let Some(layered) = known.layered {
             return self.reflect(context, layered.lights(surface), layered.path(surface), out);
         }
-        let mut bsdf = scene.bsdf(surface.material, &surface.texture);
-        if let (Bsdf::Lambert(lambert), Some(diffuse)) = (&*bsdf, known.diffuse) {
+        if let Some(diffuse) = known.diffuse
+            && let Bsdf::Lambert(lambert) = material.bsdf(&scene.textures(), &surface.texture)
+        {
             let path = diffuse.path(lambert.albedo, surface.viewed_normal());
             return self.reflect(context, diffuse.lights(lambert.albedo), path, out);
         }
+        let mut bsdf = scene.bsdf(surface.material, &surface.texture);
         if let Bsdf::Layered(layered) = &*bsdf
             && layered.layers().disperses()
         {

@@ -36,6 +36,11 @@ impl MaterialBsdfs {
         }
     }
 
+    /// Whether surfaces of a material are shaded together in this way.
+    pub fn has_batch_kind(&self, kind: BatchKind) -> bool {
+        self.0.iter().any(|material| material.batch_kind == kind)
+    }
+
     /// The way in which surfaces of a material are shaded together.
     #[inline]
     pub fn batch_kind(&self, id: MaterialId) -> BatchKind {

@@ -189,6 +189,11 @@ impl Scene {
         self.bsdfs.batch_kind(id)
     }
 
+    /// Whether surfaces of a material are shaded together in this way.
+    pub fn has_batch_kind(&self, kind: BatchKind) -> bool {
+        self.bsdfs.has_batch_kind(kind)
+    }
+
     /// The radiance of the background in the unit direction `w`, in W m^-2 sr^-1.
     #[inline]
     pub fn background_radiance(&self, w: Vec3) -> Rgb {
