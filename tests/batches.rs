@@ -37,6 +37,8 @@ fn scene(integrator: &str, lights: &str) -> String {
          [material.worn]\nprincipled = {{ base_color = \"texture.squares\", roughness = \"texture.squares\", \
          metallic = 0.6, clearcoat = 0.8, clearcoat_roughness = 0.2 }}\n\
          [material.lacquer]\nprincipled = {{ base_color = [0.6, 0.1, 0.1], clearcoat = 1 }}\n\
+         [material.gold]\nmetal = {{ color = [1, 0.78, 0.34], roughness = 0.3 }}\n\
+         [material.iron]\nmetal = {{ eta = [2.9, 2.9, 2.6], k = [3.1, 2.9, 2.8], roughness = \"texture.squares\" }}\n\
          [material.mirror]\nmirror = {{}}\n\
          [material.pane]\nglass = {{ thin_walled = true }}\n\
          [material.lamp]\nemitter = {{ radiance = [9, 8, 6] }}\n\
@@ -47,6 +49,8 @@ fn scene(integrator: &str, lights: &str) -> String {
          [[object]]\nmaterial = \"plastic\"\nshape.sphere = {{ center = [2, -0.3, 0.5], radius = 0.7 }}\n\
          [[object]]\nmaterial = \"worn\"\nshape.cylinder = {{ base = [-0.5, -1, 1.5], radius = 0.3, height = 1 }}\n\
          [[object]]\nmaterial = \"lacquer\"\nshape.sphere = {{ center = [2, 1, 0.5], radius = 0.4 }}\n\
+         [[object]]\nmaterial = \"gold\"\nshape.sphere = {{ center = [0, 0.6, 0], radius = 0.4 }}\n\
+         [[object]]\nmaterial = \"iron\"\nshape.sphere = {{ center = [-2.5, 0.8, 0.5], radius = 0.4 }}\n\
          [[object]]\nmaterial = \"mirror\"\nshape.sphere = {{ center = [1, 0.5, -2], radius = 1 }}\n\
          [[object]]\nmaterial = \"pane\"\n\
          shape.quad = {{ corners = [[-3, -1, 2], [-1, -1, 2], [-1, 1, 2], [-3, 1, 2]] }}\n\

@@ -1,5 +1,9 @@
 //! Conductors, smooth and rough.
 
+mod block;
+
+pub use block::ConductorBlock;
+
 use super::{
     BsdfEval, BsdfKind, BsdfSample, Lobe,
     albedo::FacetAlbedo,
@@ -28,6 +32,18 @@ fn schlick_at_dip(f0: Rgb) -> Rgb {
 /// The weight of the dip there.
 fn dip_depth() -> f32 {
     DIP_COS * schlick_term(DIP_COS) * (1.0 - DIP_COS)
+}
+
+/// The reflectance of a coloured metal at the cosine `cos`.
+#[inline(always)]
+fn colored_reflectance(f0: Rgb, dip: Rgb, cos: f32) -> Rgb {
+    let grazing = schlick_term(cos);
+    let reflected = f0 + (Rgb::WHITE - f0) * grazing - dip * (cos * grazing * (1.0 - cos));
+    Rgb::new(
+        reflected.r.clamp(0.0, 1.0),
+        reflected.g.clamp(0.0, 1.0),
+        reflected.b.clamp(0.0, 1.0),
+    )
 }
 
 impl Reflectance {
@@ -61,11 +77,7 @@ impl Reflectance {
                 fresnel::conductor(cos, eta.g, k.g),
                 fresnel::conductor(cos, eta.b, k.b),
             ),
-            Self::Colored { f0, dip } => {
-                let grazing = schlick_term(cos);
-                let reflected = *f0 + (Rgb::WHITE - *f0) * grazing - *dip * (cos * grazing * (1.0 - cos));
-                reflected.map(|r| r.clamp(0.0, 1.0))
-            }
+            Self::Colored { f0, dip } => colored_reflectance(*f0, *dip, cos),
         }
     }
 
@@ -102,7 +114,7 @@ impl Conductor {
 
 /// The gain of multiple scattering between facets of the reflectance `f0`, where white facets have
 /// the albedo `all`.
-#[inline]
+#[inline(always)]
 pub(super) fn multiscatter_gain(f0: Rgb, all: f32) -> Rgb {
     Rgb::WHITE + f0 * ((1.0 - all) / all)
 }

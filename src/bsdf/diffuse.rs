@@ -1,5 +1,9 @@
 //! Diffuse BSDFs: Lambert and Oren-Nayar.
 
+mod block;
+
+pub use block::OrenNayarBlock;
+
 use std::f32::consts::{FRAC_1_PI, PI};
 
 use super::{BsdfEval, BsdfKind, BsdfSample, Lobe};
@@ -64,13 +68,41 @@ pub struct OrenNayar {
     pub roughness: f32,
 }
 
+/// The part of the light that leaves facets of an albedo after several reflections; `mean` is the mean albedo of white facets.
+#[inline(always)]
+fn multiple(albedo: f32, mean: f32) -> f32 {
+    albedo * albedo * mean / (1.0 - albedo * (1.0 - mean)).max(1e-7)
+}
+
 impl OrenNayar {
+    /// `f |cos|` of two directions above the surface.
+    #[inline(always)]
+    fn f_cos(&self, wo: Vec3, wi: Vec3) -> Rgb {
+        let constant = self.constant();
+        let s = wo.dot(wi) - wo.z * wi.z;
+        let t = if s > 0.0 { wo.z.max(wi.z) } else { 1.0 };
+        let single = constant * (1.0 + self.roughness * s / t);
+        let mean = constant * (1.0 + (2.0 / 3.0 - 28.0 / (15.0 * PI)) * self.roughness);
+        let shape = self.lost(wo.z) * self.lost(wi.z) / (1.0 - mean).max(1e-7);
+        let Rgb { r, g, b } = self.albedo;
+        let multiple = Rgb::new(multiple(r, mean), multiple(g, mean), multiple(b, mean));
+        (self.albedo * single + multiple * shape) * (wi.z * FRAC_1_PI)
+    }
+
+    /// The part of the light that white facets keep after one reflection.
+    #[inline(always)]
+    fn lost(&self, cos: f32) -> f32 {
+        (1.0 - self.single_albedo(cos)).max(1e-7)
+    }
+
     /// The weight of the constant part of the light that leaves after one facet.
+    #[inline(always)]
     fn constant(&self) -> f32 {
         1.0 / (1.0 + (0.5 - 2.0 / (3.0 * PI)) * self.roughness)
     }
 
     /// The albedo of white facets after one reflection.
+    #[inline(always)]
     fn single_albedo(&self, cos: f32) -> f32 {
         let x = 1.0 - cos;
         let lit = x * (0.057_108_53 + x * (0.491_881_87 + x * (-0.332_181_44 + x * 0.071_442_99)));
@@ -87,16 +119,8 @@ impl BsdfKind for OrenNayar {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return BsdfEval::default();
         }
-        let constant = self.constant();
-        let s = wo.dot(wi) - wo.z * wi.z;
-        let t = if s > 0.0 { wo.z.max(wi.z) } else { 1.0 };
-        let single = constant * (1.0 + self.roughness * s / t);
-        let mean = constant * (1.0 + (2.0 / 3.0 - 28.0 / (15.0 * PI)) * self.roughness);
-        let lost = |cos: f32| (1.0 - self.single_albedo(cos)).max(1e-7);
-        let shape = lost(wo.z) * lost(wi.z) / (1.0 - mean).max(1e-7);
-        let multiple = self.albedo.map(|a| a * a * mean / (1.0 - a * (1.0 - mean)).max(1e-7));
         BsdfEval {
-            diffuse: (self.albedo * single + multiple * shape) * (wi.z * FRAC_1_PI),
+            diffuse: self.f_cos(wo, wi),
             glossy: Rgb::BLACK,
             pdf: warp::cosine_hemisphere_pdf(wi.z),
         }

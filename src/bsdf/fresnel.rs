@@ -30,6 +30,7 @@ pub fn is_total(wo_z: f32, ior: f32) -> bool {
 ///
 /// `cos` is the cosine of the incident angle, from 0 to 1. Source: Born and Wolf, "Principles of
 /// Optics", section 14.2.
+#[inline(always)]
 pub fn conductor(cos: f32, eta: f32, k: f32) -> f32 {
     let (cos2, sin2) = (cos * cos, (1.0 - cos * cos).max(0.0));
     let (eta2, k2) = (eta * eta, k * k);

@@ -18,7 +18,7 @@ mod layers;
 mod lobes;
 mod reflectance;
 
-pub use block::{EvalBlock, LayerBlock, SampleBlock};
+pub use block::LayerBlock;
 pub use layers::{Boundary, Layers};
 
 use lobes::{ChosenLobe, LobeProbabilities};

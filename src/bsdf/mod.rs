@@ -10,6 +10,7 @@ use crate::math::{Rgb, Sample2D, Vec3};
 pub mod albedo;
 #[cfg(test)]
 mod battery;
+pub mod block;
 pub mod conductor;
 pub mod dielectric;
 pub mod diffuse;

@@ -88,6 +88,7 @@ pub(crate) struct Arrival {
 
 impl Arrival {
     /// Light of the vertex at the end of `path`.
+    #[inline(always)]
     pub fn at_vertex(path: &PathState) -> Self {
         Self {
             sample: path.sample,

@@ -22,13 +22,13 @@ use crate::{
 pub mod cost;
 mod diffuse;
 mod direct;
-mod layered;
 pub mod light_layers;
 pub mod occlusion;
 pub mod output;
 pub mod path;
 pub mod path_limits;
 mod reflected;
+mod reflecting;
 mod scatter;
 mod stages;
 mod vertex_batch;
@@ -138,7 +138,7 @@ impl Bounces {
 pub enum Vertex<'a> {
     Surface(&'a SurfaceInteraction, &'a Hit),
     /// The ray met nothing but the background, which sends this light.
-    Miss(EnvironmentLight),
+    Miss(&'a EnvironmentLight),
 }
 
 /// A vertex of a path and what its shading may read.

@@ -59,7 +59,7 @@ impl Default for CurrentVertex {
 }
 
 impl CurrentVertex {
-    #[inline]
+    #[inline(always)]
     fn of(path: &PathState) -> Self {
         Self {
             throughput: path.throughput,

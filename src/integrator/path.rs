@@ -38,17 +38,17 @@ use super::{
     VertexContext,
     diffuse::{DiffuseBlock, DiffuseSurface},
     direct::Strategy,
-    layered::{LayeredBlock, LayeredSurface},
     max_depth,
     path_limits::PathLimits,
     reflected::{ReflectedLight, ReflectedPath},
+    reflecting::{BlockSurface, ReflectingBlocks},
     scatter::Scatter,
 };
 use crate::{
     bsdf::{Bsdf, layered::hero_channel::HeroChannel},
     geometry::Hit,
     light::environment::EnvironmentLight,
-    material::{BatchKind, Emission},
+    material::Emission,
     sampler::{Dimension, SampleUse},
     scene::{LightFamily, LightSampleContext, Scene, SurfaceInteraction},
     value::{Count, Positive, Problem, Spanned},
@@ -100,7 +100,7 @@ pub struct PathTracer {
 #[derive(Clone, Copy, Default)]
 struct KnownSurface<'a> {
     diffuse: Option<DiffuseSurface<'a>>,
-    layered: Option<LayeredSurface<'a>>,
+    reflecting: Option<BlockSurface<'a>>,
 }
 
 impl Integrator for PathTracer {
@@ -124,23 +124,18 @@ impl Integrator for PathTracer {
 
     fn shade_batch(&self, batch: &VertexBatch<'_>, out: &mut ShadingOutput) {
         let mut diffuse = DiffuseBlock::EMPTY;
-        let mut layered = batch
-            .scene
-            .has_batch_kind(BatchKind::Layered)
-            .then_some(LayeredBlock::EMPTY);
+        let mut reflecting = ReflectingBlocks::of(batch.scene);
         for k in 0..batch.len() {
             if k % DiffuseBlock::LEN == 0 && !batch.surfaces.is_empty() {
                 out.clock.lap(Stage::Bsdf);
                 diffuse.fill(batch, k, self.strategy);
                 out.clock.lap(Stage::Light);
-                if let Some(layered) = &mut layered {
-                    layered.fill(batch, k, self.strategy, self.limits.max_depth);
-                }
+                reflecting.fill(batch, k, self.strategy, self.limits.max_depth);
             }
             let context = batch.begin(k, out);
             let known = KnownSurface {
                 diffuse: diffuse.surface(k),
-                layered: layered.as_ref().and_then(|block| block.surface(k)),
+                reflecting: reflecting.surface(k),
             };
             self.shade(&context, known, out);
         }
@@ -162,7 +157,7 @@ impl PathTracer {
     fn shade(&self, context: &VertexContext<'_>, known: KnownSurface<'_>, out: &mut ShadingOutput) {
         let (surface, hit) = match context.vertex {
             Vertex::Surface(surface, hit) => (surface, hit),
-            Vertex::Miss(light) => return self.escape(context, &light, out),
+            Vertex::Miss(light) => return self.escape(context, light, out),
         };
         let (scene, path) = (context.scene, context.path);
         if !path.last.media.is_empty() {
@@ -175,8 +170,8 @@ impl PathTracer {
         if path.depth >= self.limits.max_depth {
             return;
         }
-        if let Some(layered) = known.layered {
-            return self.reflect(context, layered.lights(surface), layered.path(surface), out);
+        if let Some(known) = known.reflecting {
+            return self.reflect(context, known.lights(surface), known.path(surface), out);
         }
         if let Some(diffuse) = known.diffuse
             && let Bsdf::Lambert(lambert) = material.bsdf(&scene.textures(), &surface.texture)

@@ -59,7 +59,7 @@ impl<'a> VertexBatch<'a> {
         let i = self.indices[k] as usize;
         let vertex = match (self.surfaces.get(k), &self.hits[i]) {
             (Some(surface), Some(hit)) => Vertex::Surface(surface, hit),
-            _ => Vertex::Miss(self.misses[k]),
+            _ => Vertex::Miss(&self.misses[k]),
         };
         VertexContext {
             scene: self.scene,

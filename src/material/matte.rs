@@ -97,7 +97,7 @@ impl MaterialKind for Matte {
     fn batch_kind(&self) -> BatchKind {
         match self.roughness {
             Scalar::Constant(roughness) if roughness <= 0.0 => BatchKind::Diffuse,
-            _ => BatchKind::Alone,
+            _ => BatchKind::RoughDiffuse,
         }
     }
 

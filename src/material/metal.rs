@@ -32,7 +32,7 @@
 
 use serde::Deserialize;
 
-use super::{FindColor, MaterialKind, WhittedTerms, unit_scalar};
+use super::{BatchKind, FindColor, MaterialKind, WhittedTerms, unit_scalar};
 use crate::{
     bsdf::{
         Bsdf,
@@ -188,6 +188,15 @@ impl MaterialKind for Metal {
             Ggx::from_roughness(roughness, self.anisotropy),
             self.reflectance(textures, at),
         ))
+    }
+
+    fn batch_kind(&self) -> BatchKind {
+        let is_smooth = matches!(self.roughness, Scalar::Constant(r) if Ggx::from_roughness(r, 0.0).is_smooth());
+        if self.anisotropy > 0.0 || is_smooth {
+            BatchKind::Alone
+        } else {
+            BatchKind::Metal
+        }
     }
 
     fn max_reflectance(&self, textures: &Textures<'_>) -> f32 {

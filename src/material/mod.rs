@@ -86,7 +86,9 @@ pub enum BatchKind {
     Alone,
     /// As [`Bsdf::Lambert`] with the normal of the surface, nearly everywhere.
     Diffuse,
-    /// As [`Bsdf::Layered`] without a normal map, where blocks hold what it has.
+    /// As [`Bsdf::OrenNayar`], [`Bsdf::Conductor`] or [`Bsdf::Layered`], without a normal map, where a block can hold it.
+    RoughDiffuse,
+    Metal,
     Layered,
 }
 

@@ -81,6 +81,12 @@ fn set_nodes([low, high]: &mut [[Each; 2]; 2], lane: usize, isotropic::Nodes([of
     (high[0][lane], high[1][lane]) = (of_high[0], of_high[1]);
 }
 
+/// The nodes of a lane.
+#[inline(always)]
+fn nodes_of([[a, b], [c, d]]: &[[Each; 2]; 2], lane: usize) -> isotropic::Nodes {
+    isotropic::Nodes([[a[lane], b[lane]], [c[lane], d[lane]]])
+}
+
 /// Rough isotropic facets of some surfaces.
 #[derive(Clone, Debug)]
 pub struct AlbedoBlock {
@@ -122,6 +128,27 @@ impl AlbedoBlock {
         Ggx { alpha }
     }
 
+    /// [`FacetAlbedo::mirrors`] of each surface; small numbers without a meaning where there are no facets.
+    #[inline(always)]
+    pub fn mirrors(&self, wo: &[Each; 3]) -> Each {
+        let (mut columns, mut along) = ([0_u32; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let (i, f) = isotropic::place(column(self.facets(lane).stretched_cos(get(wo, lane))));
+            (columns[lane], along[lane]) = (i as u32, f);
+        }
+        let mut nodes = [[[0.0; LANES]; 2]; 2];
+        for (lane, place) in self.places.iter().enumerate() {
+            let Some(place) = place else { continue };
+            set_nodes(&mut nodes, lane, place.rows().mirrors_about(columns[lane] as usize));
+        }
+        let mut found = [0.0; LANES];
+        for lane in 0..LANES {
+            let mirrors = nodes_of(&nodes, lane).between(along[lane], self.fractions[lane]);
+            found[lane] = (mirrors + MARGIN[0]).min(1.0);
+        }
+        found
+    }
+
     /// [`FacetAlbedo::schlick`] of each surface; small numbers without a meaning where there are no facets.
     #[inline(always)]
     pub fn schlick(&self, wo: &[Each; 3]) -> [Each; 2] {
@@ -145,9 +172,7 @@ impl AlbedoBlock {
         for lane in 0..LANES {
             let mut values = [0.0; 2];
             for k in 0..2 {
-                let [[a, b], [c, d]] = &nodes[k];
-                let nodes = isotropic::Nodes([[a[lane], b[lane]], [c[lane], d[lane]]]);
-                values[k] = nodes.between(along[k][lane], self.fractions[lane]);
+                values[k] = nodes_of(&nodes[k], lane).between(along[k][lane], self.fractions[lane]);
             }
             let [a, b] = weights(values[0], values[1], MARGIN);
             (found[0][lane], found[1][lane]) = (a, b);

@@ -3,11 +3,11 @@
 use super::{Bsdf, BsdfEval, BsdfKind, BsdfSample, Lobe};
 use crate::math::{Rgb, Vec2, Vec3, hash};
 
+mod blocks;
 mod chi_square;
 mod energy;
 mod examples;
 mod furnace;
-mod layer_block;
 mod reciprocity;
 
 use examples::{Example, examples, white_examples};

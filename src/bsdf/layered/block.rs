@@ -8,7 +8,9 @@ use std::f32::consts::FRAC_1_PI;
 use super::{Layered, coat::COAT_F0};
 use crate::{
     bsdf::{
+        Bsdf,
         albedo::{self, AlbedoBlock},
+        block::{BsdfBlock, EvalBlock, SampleBlock, or_black},
         conductor::multiscatter_gain,
         fresnel::{reflect, schlick_term},
     },
@@ -47,55 +49,18 @@ pub struct LayerBlock {
     probability_of_base: Each,
 }
 
-/// The values of BSDFs for a direction each, as [`BsdfEval`](crate::bsdf::BsdfEval) has them.
-#[derive(Clone, Debug)]
-pub struct EvalBlock {
-    pub diffuse: [Each; 3],
-    pub glossy: [Each; 3],
-    pub pdf: Each,
-}
-
-impl EvalBlock {
-    pub const EMPTY: Self = Self {
-        diffuse: [[0.0; LANES]; 3],
-        glossy: [[0.0; LANES]; 3],
-        pdf: [0.0; LANES],
-    };
-}
-
-/// `c` where it `is` there, else black.
-#[inline(always)]
-fn or_black(is: bool, c: Rgb) -> Rgb {
-    Rgb::new(
-        if is { c.r } else { 0.0 },
-        if is { c.g } else { 0.0 },
-        if is { c.b } else { 0.0 },
-    )
-}
-
-/// Directions that BSDFs sampled, as [`BsdfSample`](crate::bsdf::BsdfSample) has them; the densities are 0 where light is absorbed.
-#[derive(Clone, Debug)]
-pub struct SampleBlock {
-    pub wi: [Each; 3],
-    pub weight: [Each; 3],
-    pub diffuse: [Each; 3],
-    pub pdf: Each,
-    /// Not 0 where the lobe is diffuse; it is specular elsewhere.
-    pub is_diffuse: Each<u32>,
-}
-
-impl SampleBlock {
-    pub const EMPTY: Self = Self {
-        wi: [[0.0; LANES]; 3],
-        weight: [[0.0; LANES]; 3],
-        diffuse: [[0.0; LANES]; 3],
-        pdf: [0.0; LANES],
-        is_diffuse: [0; LANES],
-    };
-}
-
 impl LayerBlock {
-    pub const EMPTY: Self = Self {
+    /// The albedo of the boundary over the diffuse base, from the weights of its facets.
+    #[inline(always)]
+    fn over_albedo(&self, lane: usize, a: f32, b: f32) -> f32 {
+        (get_rgb(&self.over_f0, lane).max_component() * a + self.specular[lane] * b).min(1.0)
+    }
+}
+
+impl BsdfBlock for LayerBlock {
+    type Kind = Layered;
+
+    const EMPTY: Self = Self {
         wo: [[0.0; LANES]; 3],
         base: AlbedoBlock::EMPTY,
         coat_facets: AlbedoBlock::EMPTY,
@@ -115,9 +80,15 @@ impl LayerBlock {
         probability_of_base: [0.0; LANES],
     };
 
-    /// Sets the surface of a lane, seen from the unit direction `wo` in its frame, and returns whether a block can hold it.
+    fn kind(bsdf: &Bsdf) -> Option<&Layered> {
+        match bsdf {
+            Bsdf::Layered(layered) => Some(layered),
+            _ => None,
+        }
+    }
+
     #[inline(always)]
-    pub fn set(&mut self, lane: usize, layered: &Layered, wo: Vec3) -> bool {
+    fn set(&mut self, lane: usize, layered: &Layered, wo: Vec3) -> bool {
         let lane = lane % LANES;
         let layers = &layered.layers;
         let is_opaque = layers.transmission == 0.0 && layers.diffuse_transmission == 0.0;
@@ -155,9 +126,8 @@ impl LayerBlock {
         true
     }
 
-    /// Finds what depends on the viewers: see `Layered::lobe_state`.
     #[inline(always)]
-    pub fn prepare(&mut self) {
+    fn prepare(&mut self) {
         let of_base = self.base.schlick(&self.wo);
         let of_coat = self.coat_facets.schlick(&self.wo);
         let mut gains = [[0.0; LANES]; 3];
@@ -191,15 +161,8 @@ impl LayerBlock {
         self.probability_of_base = bases;
     }
 
-    /// The albedo of the boundary over the diffuse base, from the weights of its facets.
     #[inline(always)]
-    fn over_albedo(&self, lane: usize, a: f32, b: f32) -> f32 {
-        (get_rgb(&self.over_f0, lane).max_component() * a + self.specular[lane] * b).min(1.0)
-    }
-
-    /// Evaluates the BSDFs, which are prepared, for a direction each.
-    #[inline(always)]
-    pub fn eval(&self, wi: &[Each; 3]) -> EvalBlock {
+    fn eval(&self, wi: &[Each; 3]) -> EvalBlock {
         let of_base = self.base.schlick(wi);
         let mut out = EvalBlock::EMPTY;
         for lane in 0..LANES {
@@ -240,10 +203,8 @@ impl LayerBlock {
         out
     }
 
-    /// Samples a direction of each BSDF, which is prepared, by numbers as those of
-    /// [`BsdfKind::sample`](crate::bsdf::BsdfKind::sample).
     #[inline(always)]
-    pub fn sample(&self, choices: &Each, samples: &Each<Sample2D>) -> SampleBlock {
+    fn sample(&self, choices: &Each, samples: &Each<Sample2D>) -> SampleBlock {
         let mut out = SampleBlock::EMPTY;
         // 0 where the direction is lost.
         let mut kept = [0.0; LANES];

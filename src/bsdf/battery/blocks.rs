@@ -1,6 +1,9 @@
-//! Blocks of layered surfaces give the bits of single ones.
+//! Blocks of BSDFs give the bits of single ones.
 
-use super::{super::layered::LayerBlock, *};
+use super::{
+    super::{block::BsdfBlock, conductor::ConductorBlock, diffuse::OrenNayarBlock, layered::LayerBlock},
+    *,
+};
 use crate::math::{
     Sample2D,
     block::{LANES, get, get_rgb, set},
@@ -10,15 +13,15 @@ fn bits(color: Rgb) -> [u32; 3] {
     color.to_array().map(f32::to_bits)
 }
 
-#[test]
-fn blocks_of_layers_evaluate_and_sample_as_one_by_one() {
+/// Compares blocks of the kind `B` with single surfaces, and returns the names of the examples that they hold.
+fn compare<B: BsdfBlock>() -> Vec<String> {
     let mut held = Vec::new();
     for Example { name, bsdf, .. } in examples() {
-        let Bsdf::Layered(layered) = bsdf else { continue };
+        let Some(single) = B::kind(&bsdf) else { continue };
         let views = [0.9, 0.4, 0.05, 1.0].map(|cos| direction(cos, 3.0 * cos));
-        let mut block = LayerBlock::EMPTY;
+        let mut block = B::EMPTY;
         // The other half of the lanes is of no surface.
-        if !(0..LANES / 2).all(|lane| block.set(lane, &layered, views[lane])) {
+        if !(0..LANES / 2).all(|lane| block.set(lane, single, views[lane])) {
             continue;
         }
         held.push(name.clone());
@@ -34,13 +37,13 @@ fn blocks_of_layers_evaluate_and_sample_as_one_by_one() {
             let sampled = block.sample(&drawn.map(|(uc, _)| uc), &drawn.map(|(_, u)| Sample2D::from(u)));
             for lane in 0..LANES / 2 {
                 let wo = views[lane];
-                let alone = layered.eval(wo, get(&wi, lane));
+                let alone = single.eval(wo, get(&wi, lane));
                 assert_eq!(bits(get_rgb(&eval.diffuse, lane)), bits(alone.diffuse), "{name} {wo}");
                 assert_eq!(bits(get_rgb(&eval.glossy, lane)), bits(alone.glossy), "{name} {wo}");
                 assert_eq!(eval.pdf[lane].to_bits(), alone.pdf.to_bits(), "{name} {wo}");
 
                 let (uc, u) = drawn[lane];
-                let Some(alone) = layered.sample(wo, uc, u.into()) else {
+                let Some(alone) = single.sample(wo, uc, u.into()) else {
                     assert!(sampled.pdf[lane] <= 0.0 || sampled.pdf[lane].is_nan(), "{name} {wo}");
                     continue;
                 };
@@ -60,7 +63,28 @@ fn blocks_of_layers_evaluate_and_sample_as_one_by_one() {
             }
         }
     }
-    for kind in ["plastic", "dense plastic", "metal", "coated metal", "coated plastic"] {
+    held
+}
+
+#[test]
+fn blocks_evaluate_and_sample_as_one_by_one() {
+    let held = [
+        compare::<LayerBlock>(),
+        compare::<ConductorBlock>(),
+        compare::<OrenNayarBlock>(),
+    ]
+    .concat();
+    for kind in [
+        "plastic",
+        "dense plastic",
+        "metal",
+        "coated metal",
+        "coated plastic",
+        "conductor",
+        "gold",
+        "oren-nayar",
+        "oren-nayar rose",
+    ] {
         assert!(held.contains(&format!("{kind} 0.35")), "{kind} is not held: {held:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! Light on layered surfaces, and the directions in which paths leave them, for blocks of surfaces.
+//! Light on opaque surfaces, and the directions in which paths leave them, for blocks of surfaces of one kind of BSDF.
 
 use super::{
     VertexBatch,
@@ -7,8 +7,11 @@ use super::{
 };
 use crate::{
     bsdf::{
-        Bsdf, Lobe,
-        layered::{EvalBlock, LayerBlock, SampleBlock},
+        Lobe,
+        block::{BsdfBlock, EvalBlock, SampleBlock},
+        conductor::ConductorBlock,
+        diffuse::OrenNayarBlock,
+        layered::LayerBlock,
     },
     material::BatchKind,
     math::{
@@ -16,15 +19,20 @@ use crate::{
         block::{Each, LANES, get, get_rgb, set},
     },
     sampler::SampleUse,
-    scene::{FamilyBlock, LightFamily, SurfaceInteraction, shading_frame::shading_frame},
+    scene::{FamilyBlock, LightFamily, Scene, SurfaceInteraction, shading_frame::shading_frame},
 };
 
-/// Some layered surfaces; lanes of other surfaces hold numbers without a meaning.
+/// Some surfaces whose BSDFs are in a block of the kind `B`.
+struct KindBlock<'a, B> {
+    bsdfs: B,
+    scattering: ScatteringBlock<'a>,
+}
+
+/// The scattering at some surfaces; lanes of other surfaces hold numbers without a meaning.
 #[repr(align(64))]
-pub(super) struct LayeredBlock<'a> {
+struct ScatteringBlock<'a> {
     /// Whether the lane holds a surface.
-    is_layered: [bool; LANES],
-    layers: LayerBlock,
+    is_set: [bool; LANES],
     /// The shading frames.
     s: [Each; 3],
     t: [Each; 3],
@@ -48,17 +56,69 @@ impl LightLanes {
     };
 }
 
-/// A layered surface of a block.
+/// A surface of a block.
 #[derive(Clone, Copy)]
-pub(super) struct LayeredSurface<'a> {
-    block: &'a LayeredBlock<'a>,
+pub(super) struct BlockSurface<'a> {
+    block: &'a ScatteringBlock<'a>,
     lane: usize,
 }
 
-impl<'a> LayeredBlock<'a> {
-    pub const EMPTY: Self = Self {
-        is_layered: [false; LANES],
-        layers: LayerBlock::EMPTY,
+/// A block of each kind of BSDF that the scene has.
+pub(super) struct ReflectingBlocks<'a> {
+    layered: Option<KindBlock<'a, LayerBlock>>,
+    metal: Option<KindBlock<'a, ConductorBlock>>,
+    rough_diffuse: Option<KindBlock<'a, OrenNayarBlock>>,
+}
+
+impl<'a> ReflectingBlocks<'a> {
+    /// Empty blocks.
+    #[inline(always)]
+    pub fn of(scene: &Scene) -> Self {
+        Self {
+            layered: scene.has_batch_kind(BatchKind::Layered).then_some(KindBlock::EMPTY),
+            metal: scene.has_batch_kind(BatchKind::Metal).then_some(KindBlock::EMPTY),
+            rough_diffuse: scene
+                .has_batch_kind(BatchKind::RoughDiffuse)
+                .then_some(KindBlock::EMPTY),
+        }
+    }
+
+    /// Fills the blocks for the vertices of `batch` from `first` on, a multiple of the blocks' size, whose paths may be
+    /// `max_depth` long.
+    #[inline(always)]
+    pub fn fill(&mut self, batch: &VertexBatch<'a>, first: usize, strategy: Strategy, max_depth: u32) {
+        if let Some(block) = &mut self.layered {
+            block.fill(BatchKind::Layered, batch, first, strategy, max_depth);
+        }
+        if let Some(block) = &mut self.metal {
+            block.fill(BatchKind::Metal, batch, first, strategy, max_depth);
+        }
+        if let Some(block) = &mut self.rough_diffuse {
+            block.fill(BatchKind::RoughDiffuse, batch, first, strategy, max_depth);
+        }
+    }
+
+    /// The surface of a vertex, if one of the blocks holds it.
+    #[inline(always)]
+    pub fn surface(&self, k: usize) -> Option<BlockSurface<'_>> {
+        let lane = k % LANES;
+        let blocks = [
+            self.layered.as_ref().map(|block| &block.scattering),
+            self.metal.as_ref().map(|block| &block.scattering),
+            self.rough_diffuse.as_ref().map(|block| &block.scattering),
+        ];
+        for block in blocks.into_iter().flatten() {
+            if block.is_set[lane] {
+                return Some(BlockSurface { block, lane });
+            }
+        }
+        None
+    }
+}
+
+impl ScatteringBlock<'_> {
+    const EMPTY: Self = Self {
+        is_set: [false; LANES],
         s: [[0.0; LANES]; 3],
         t: [[0.0; LANES]; 3],
         n: [[0.0; LANES]; 3],
@@ -67,39 +127,55 @@ impl<'a> LayeredBlock<'a> {
         samples: SampleBlock::EMPTY,
     };
 
-    /// Fills the block for the vertices of `batch` from `first` on, a multiple of the block's size, whose paths may be
-    /// `max_depth` long.
-    pub fn fill(&mut self, batch: &VertexBatch<'a>, first: usize, strategy: Strategy, max_depth: u32) {
-        self.is_layered = [false; LANES];
+    #[inline(always)]
+    fn frame(&self, lane: usize) -> Frame {
+        Frame {
+            s: get(&self.s, lane),
+            t: get(&self.t, lane),
+            n: get(&self.n, lane),
+        }
+    }
+}
+
+impl<'a, B: BsdfBlock> KindBlock<'a, B> {
+    const EMPTY: Self = Self {
+        bsdfs: B::EMPTY,
+        scattering: ScatteringBlock::EMPTY,
+    };
+
+    /// Fills the block with surfaces whose materials are of a `kind`.
+    fn fill(&mut self, kind: BatchKind, batch: &VertexBatch<'a>, first: usize, strategy: Strategy, max_depth: u32) {
+        self.scattering.is_set = [false; LANES];
         let end = batch.len().min(first + LANES);
         let Some(surfaces) = batch.surfaces.get(first..end) else {
             return;
         };
-        let is_layered = |surface: &SurfaceInteraction| batch.scene.batch_kind(surface.material) == BatchKind::Layered;
-        if !surfaces.iter().any(is_layered) {
+        let is_kind = |surface: &SurfaceInteraction| batch.scene.batch_kind(surface.material) == kind;
+        if !surfaces.iter().any(is_kind) {
             return;
         }
         let samples = &batch.samples;
-        let (Some(families), Some(choices), Some(squares), Some(disks)) = (
+        let (Some(families), Some(squares), Some(disks)) = (
             batch.families(first / LANES),
-            samples.of(SampleUse::Selection),
             samples.of(SampleUse::Bsdf),
             samples.disks(),
         ) else {
             return;
         };
-        self.families = families;
+        self.scattering.families = families;
+        // Not drawn where no surface has several lobes.
+        let choices = samples.of(SampleUse::Selection);
         let (mut lane_choices, mut lane_samples) = ([0.0; LANES], [Sample2D::default(); LANES]);
-        for (lane, surface) in surfaces.iter().enumerate().filter(|(_, surface)| is_layered(surface)) {
+        for (lane, surface) in surfaces.iter().enumerate().filter(|(_, surface)| is_kind(surface)) {
             let k = first + lane;
-            self.is_layered[lane] = self.set(batch, k, surface, max_depth);
-            lane_choices[lane] = choices[k].y;
+            self.scattering.is_set[lane] = self.set(batch, k, surface, max_depth);
+            lane_choices[lane] = choices.map_or(0.0, |choices| choices[k].y);
             lane_samples[lane] = Sample2D {
                 square: squares[k],
                 disk: disks[k],
             };
         }
-        if self.is_layered == [false; LANES] {
+        if self.scattering.is_set == [false; LANES] {
             return;
         }
         batch.scene.accel.simd().dispatch(Scatterings {
@@ -119,38 +195,20 @@ impl<'a> LayeredBlock<'a> {
             return false;
         }
         let bsdf = scene.bsdf(surface.material, &surface.texture);
-        let Bsdf::Layered(layered) = &*bsdf else {
-            return false;
-        };
-        let frame = shading_frame(scene, surface, scene.material(surface.material), layered).frame;
+        let Some(bsdf) = B::kind(&bsdf) else { return false };
+        let frame = shading_frame(scene, surface, scene.material(surface.material), bsdf).frame;
         let depends_on_normal = |family| scene.lights.depends_on_normal(family);
         if frame.n != surface.viewed_normal() && scene.lights.families().any(depends_on_normal) {
             return false;
         }
-        set(&mut self.s, lane, frame.s);
-        set(&mut self.t, lane, frame.t);
-        set(&mut self.n, lane, frame.n);
-        self.layers.set(lane, layered, frame.to_local(surface.wo))
-    }
-
-    /// The surface of a lane, if it is layered.
-    #[inline(always)]
-    pub fn surface(&self, lane: usize) -> Option<LayeredSurface<'_>> {
-        let lane = lane % LANES;
-        self.is_layered[lane].then_some(LayeredSurface { block: self, lane })
-    }
-
-    #[inline(always)]
-    fn frame(&self, lane: usize) -> Frame {
-        Frame {
-            s: get(&self.s, lane),
-            t: get(&self.t, lane),
-            n: get(&self.n, lane),
-        }
+        set(&mut self.scattering.s, lane, frame.s);
+        set(&mut self.scattering.t, lane, frame.t);
+        set(&mut self.scattering.n, lane, frame.n);
+        self.bsdfs.set(lane, bsdf, frame.to_local(surface.wo))
     }
 }
 
-impl LayeredSurface<'_> {
+impl BlockSurface<'_> {
     /// The light of each family on the surface, `surface`, where any arrives.
     #[inline(always)]
     pub fn lights(self, surface: &SurfaceInteraction) -> impl Iterator<Item = ReflectedLight> {
@@ -198,23 +256,26 @@ impl LayeredSurface<'_> {
 }
 
 /// Computes the scattering of all surfaces of a block.
-struct Scatterings<'a, 'b> {
+struct Scatterings<'a, 'b, B> {
     choices: &'a Each,
     samples: &'a Each<Sample2D>,
-    block: &'a mut LayeredBlock<'b>,
+    block: &'a mut KindBlock<'b, B>,
     strategy: Strategy,
 }
 
-impl VectorLoop for Scatterings<'_, '_> {
+impl<B: BsdfBlock> VectorLoop for Scatterings<'_, '_, B> {
     #[inline(always)]
     fn run(self) {
         let Self {
             choices,
             samples,
-            block,
+            block: KindBlock {
+                bsdfs,
+                scattering: block,
+            },
             strategy,
         } = self;
-        block.layers.prepare();
+        bsdfs.prepare();
         for k in 0..block.families.len() {
             let Some(family) = block.families[k] else { break };
             let mut wi = [[0.0; LANES]; 3];
@@ -222,7 +283,7 @@ impl VectorLoop for Scatterings<'_, '_> {
                 let local = block.frame(lane).to_local(family.light.wi(lane));
                 set(&mut wi, lane, local);
             }
-            let eval = block.layers.eval(&wi);
+            let eval = bsdfs.eval(&wi);
             let mut weights = [0.0; LANES];
             for (lane, weight) in weights.iter_mut().enumerate() {
                 let of_light = family.light.pdf(lane) * family.pmf(lane);
@@ -230,6 +291,6 @@ impl VectorLoop for Scatterings<'_, '_> {
             }
             block.lights[k] = LightLanes { eval, weight: weights };
         }
-        block.samples = block.layers.sample(choices, samples);
+        block.samples = bsdfs.sample(choices, samples);
     }
 }
