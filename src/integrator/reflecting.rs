@@ -68,6 +68,8 @@ pub(super) struct ReflectingBlocks<'a> {
     layered: Option<KindBlock<'a, LayerBlock>>,
     metal: Option<KindBlock<'a, ConductorBlock>>,
     rough_diffuse: Option<KindBlock<'a, OrenNayarBlock>>,
+    /// Whether none of them holds a surface.
+    is_empty: bool,
 }
 
 impl<'a> ReflectingBlocks<'a> {
@@ -80,6 +82,7 @@ impl<'a> ReflectingBlocks<'a> {
             rough_diffuse: scene
                 .has_batch_kind(BatchKind::RoughDiffuse)
                 .then_some(KindBlock::EMPTY),
+            is_empty: true,
         }
     }
 
@@ -87,32 +90,33 @@ impl<'a> ReflectingBlocks<'a> {
     /// `max_depth` long.
     #[inline(always)]
     pub fn fill(&mut self, batch: &VertexBatch<'a>, first: usize, strategy: Strategy, max_depth: u32) {
+        self.is_empty = true;
         if let Some(block) = &mut self.layered {
-            block.fill(BatchKind::Layered, batch, first, strategy, max_depth);
+            self.is_empty &= !block.fill(BatchKind::Layered, batch, first, strategy, max_depth);
         }
         if let Some(block) = &mut self.metal {
-            block.fill(BatchKind::Metal, batch, first, strategy, max_depth);
+            self.is_empty &= !block.fill(BatchKind::Metal, batch, first, strategy, max_depth);
         }
         if let Some(block) = &mut self.rough_diffuse {
-            block.fill(BatchKind::RoughDiffuse, batch, first, strategy, max_depth);
+            self.is_empty &= !block.fill(BatchKind::RoughDiffuse, batch, first, strategy, max_depth);
         }
     }
 
     /// The surface of a vertex, if one of the blocks holds it.
     #[inline(always)]
     pub fn surface(&self, k: usize) -> Option<BlockSurface<'_>> {
-        let lane = k % LANES;
-        let blocks = [
-            self.layered.as_ref().map(|block| &block.scattering),
-            self.metal.as_ref().map(|block| &block.scattering),
-            self.rough_diffuse.as_ref().map(|block| &block.scattering),
-        ];
-        for block in blocks.into_iter().flatten() {
-            if block.is_set[lane] {
-                return Some(BlockSurface { block, lane });
-            }
-        }
-        None
+        if self.is_empty { None } else { self.held(k) }
+    }
+
+    fn held(&self, k: usize) -> Option<BlockSurface<'_>> {
+        let layered = self.layered.as_ref().and_then(|block| block.scattering.surface(k));
+        let metal = || self.metal.as_ref().and_then(|block| block.scattering.surface(k));
+        let rough_diffuse = || {
+            self.rough_diffuse
+                .as_ref()
+                .and_then(|block| block.scattering.surface(k))
+        };
+        layered.or_else(metal).or_else(rough_diffuse)
     }
 }
 
@@ -126,6 +130,13 @@ impl ScatteringBlock<'_> {
         lights: [LightLanes::EMPTY; LightFamily::ALL.len()],
         samples: SampleBlock::EMPTY,
     };
+
+    /// The surface of a vertex, if the block holds it.
+    #[inline(always)]
+    fn surface(&self, k: usize) -> Option<BlockSurface<'_>> {
+        let lane = k % LANES;
+        self.is_set[lane].then_some(BlockSurface { block: self, lane })
+    }
 
     #[inline(always)]
     fn frame(&self, lane: usize) -> Frame {
@@ -143,16 +154,23 @@ impl<'a, B: BsdfBlock> KindBlock<'a, B> {
         scattering: ScatteringBlock::EMPTY,
     };
 
-    /// Fills the block with surfaces whose materials are of a `kind`.
-    fn fill(&mut self, kind: BatchKind, batch: &VertexBatch<'a>, first: usize, strategy: Strategy, max_depth: u32) {
+    /// Fills the block with surfaces whose materials are of a `kind`, and returns whether it holds any.
+    fn fill(
+        &mut self,
+        kind: BatchKind,
+        batch: &VertexBatch<'a>,
+        first: usize,
+        strategy: Strategy,
+        max_depth: u32,
+    ) -> bool {
         self.scattering.is_set = [false; LANES];
         let end = batch.len().min(first + LANES);
         let Some(surfaces) = batch.surfaces.get(first..end) else {
-            return;
+            return false;
         };
         let is_kind = |surface: &SurfaceInteraction| batch.scene.batch_kind(surface.material) == kind;
         if !surfaces.iter().any(is_kind) {
-            return;
+            return false;
         }
         let samples = &batch.samples;
         let (Some(families), Some(squares), Some(disks)) = (
@@ -160,7 +178,7 @@ impl<'a, B: BsdfBlock> KindBlock<'a, B> {
             samples.of(SampleUse::Bsdf),
             samples.disks(),
         ) else {
-            return;
+            return false;
         };
         self.scattering.families = families;
         // Not drawn where no surface has several lobes.
@@ -176,7 +194,7 @@ impl<'a, B: BsdfBlock> KindBlock<'a, B> {
             };
         }
         if self.scattering.is_set == [false; LANES] {
-            return;
+            return false;
         }
         batch.scene.accel.simd().dispatch(Scatterings {
             choices: &lane_choices,
@@ -184,6 +202,7 @@ impl<'a, B: BsdfBlock> KindBlock<'a, B> {
             block: self,
             strategy,
         });
+        true
     }
 
     /// Sets the surface of vertex `k`, and returns whether the block can hold it.
