@@ -218,10 +218,13 @@ impl Principled {
             self.boundary
         };
         let transmission = unit_scalar(&self.transmission);
-        let facets = Ggx::from_roughness(unit_scalar(&self.roughness), unit_scalar(&self.anisotropy));
+        let [roughness, metallic] = textures
+            .pair([&self.roughness, &self.metallic], at)
+            .map(|v| v.clamp(0.0, 1.0));
+        let facets = Ggx::from_roughness(roughness, unit_scalar(&self.anisotropy));
         Layers {
             base_color: self.base_color(textures, at),
-            metallic: unit_scalar(&self.metallic),
+            metallic,
             boundary,
             transmission,
             diffuse_transmission: unit_scalar(&self.diffuse_transmission),

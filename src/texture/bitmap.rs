@@ -7,6 +7,17 @@ use crate::math::{Rgb, Vec2, srgb};
 /// The value that replaces infinite texels: the largest half.
 const MAX_TEXEL: f32 = 65504.0;
 
+/// The fractions of 255: a division takes longer than a look-up.
+const FRACTIONS: [f32; 256] = {
+    let mut all = [0.0; 256];
+    let mut i = 0;
+    while i < 256 {
+        all[i] = i as f32 / 255.0;
+        i += 1;
+    }
+    all
+};
+
 /// The meaning of the numbers of an integer format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -86,25 +97,27 @@ impl Bitmap {
         match &self.storage {
             Storage::Srgb8(v) => {
                 let table = srgb::decoded();
-                self.blend_by(columns, rows, f, |i| table[usize::from(v[i])])
+                self.blend_by(v, columns, rows, f, |v| table[usize::from(v)])
             }
-            Storage::Linear8(v) => self.blend_by(columns, rows, f, |i| f32::from(v[i]) / 255.0),
+            Storage::Linear8(v) => self.blend_by(v, columns, rows, f, |v| FRACTIONS[usize::from(v)]),
             Storage::Srgb16(v) => {
                 let table = srgb::decoded16();
-                self.blend_by(columns, rows, f, |i| table[usize::from(v[i])])
+                self.blend_by(v, columns, rows, f, |v| table[usize::from(v)])
             }
-            Storage::Linear16(v) => self.blend_by(columns, rows, f, |i| f32::from(v[i]) / 65535.0),
-            Storage::Float(v) => self.blend_by(columns, rows, f, |i| v[i]),
+            Storage::Linear16(v) => self.blend_by(v, columns, rows, f, |v| f32::from(v) / 65535.0),
+            Storage::Float(v) => self.blend_by(v, columns, rows, f, |v| v),
         }
     }
 
+    /// Does the same for the numbers of the storage, each of which `decode` makes linear.
     #[inline(always)]
-    fn blend_by(
+    fn blend_by<T: Copy>(
         &self,
+        numbers: &[T],
         columns: [Option<u32>; 2],
         rows: [Option<u32>; 2],
         f: Vec2,
-        number: impl Fn(usize) -> f32,
+        decode: impl Fn(T) -> f32,
     ) -> Rgb {
         let mut sum = Rgb::BLACK;
         for (row, of_row) in [(rows[0], 1.0 - f.y), (rows[1], f.y)] {
@@ -114,9 +127,10 @@ impl Bitmap {
                 let Some(column) = column else { continue };
                 let at = self.index(column, self.height - 1 - row);
                 blended += if self.channels == 1 {
-                    Rgb::gray(number(at))
+                    Rgb::gray(decode(numbers[at]))
                 } else {
-                    Rgb::new(number(at), number(at + 1), number(at + 2))
+                    let texel = &numbers[at..at + 3];
+                    Rgb::new(decode(texel[0]), decode(texel[1]), decode(texel[2]))
                 } * of_column;
             }
             sum += blended * of_row;

@@ -230,6 +230,25 @@ impl Scalar {
     pub fn is_constant(&self) -> bool {
         matches!(self, Self::Constant(_))
     }
+
+    /// The texture and its channel.
+    #[inline(always)]
+    fn texture(&self) -> Option<(TextureId, Channel)> {
+        match self {
+            Self::Constant(_) => None,
+            Self::Texture(id, channel, _) | Self::Inverted(id, channel, _) => Some((*id, *channel)),
+        }
+    }
+
+    /// The scalar where the channel of its texture is `number`.
+    #[inline(always)]
+    fn at_number(&self, number: f32) -> f32 {
+        match self {
+            Self::Constant(v) => *v,
+            Self::Texture(.., scale) => number * scale,
+            Self::Inverted(.., scale) => 1.0 - number * scale,
+        }
+    }
 }
 
 /// The textures and bitmaps of a scene, for lookups.
@@ -253,9 +272,26 @@ impl Textures<'_> {
     pub fn scalar(&self, scalar: &Scalar, at: &TexturePoint) -> f32 {
         match scalar {
             Scalar::Constant(v) => *v,
-            Scalar::Texture(id, channel, scale) => self.channel(*id, *channel, at) * scale,
-            Scalar::Inverted(id, channel, scale) => 1.0 - self.channel(*id, *channel, at) * scale,
+            Scalar::Texture(id, channel, _) | Scalar::Inverted(id, channel, _) => {
+                scalar.at_number(self.channel(*id, *channel, at))
+            }
         }
+    }
+
+    /// Two scalars at a point: what are channels of one texture, as models often have them, is looked up once.
+    #[inline]
+    pub fn pair(&self, [a, b]: [&Scalar; 2], at: &TexturePoint) -> [f32; 2] {
+        if let (Some((id, of_a)), Some((other, of_b))) = (a.texture(), b.texture())
+            && id == other
+            && ![of_a, of_b].contains(&Channel::A)
+        {
+            let color = self.look_up(id, at);
+            return [
+                a.at_number(channel_of(color, of_a)),
+                b.at_number(channel_of(color, of_b)),
+            ];
+        }
+        [self.scalar(a, at), self.scalar(b, at)]
     }
 
     /// The size of a texel along u and along v; of a pattern without texels, a small part of the unit.
@@ -296,10 +332,55 @@ impl Textures<'_> {
 
     pub fn channel(&self, id: TextureId, channel: Channel, at: &TexturePoint) -> f32 {
         match channel {
-            Channel::R => self.look_up(id, at).r,
-            Channel::G => self.look_up(id, at).g,
-            Channel::B => self.look_up(id, at).b,
             Channel::A => self.textures[id.0 as usize].alpha(self.bitmaps, at),
+            _ => channel_of(self.look_up(id, at), channel),
         }
+    }
+}
+
+/// A channel of a colour, which is opaque.
+#[inline(always)]
+fn channel_of(color: Rgb, channel: Channel) -> f32 {
+    match channel {
+        Channel::R => color.r,
+        Channel::G => color.g,
+        Channel::B => color.b,
+        Channel::A => 1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_channels_of_one_texture_are_as_each_alone() {
+        let color = Rgb::new(0.2, 0.5, 0.7);
+        let texture = |color| Texture {
+            mapping: Mapping::Uv,
+            transform: StTransform::IDENTITY,
+            pattern: Pattern::Constant(constant::Constant { color }),
+        };
+        let all = [texture(color), texture(Rgb::gray(0.9))];
+        let textures = Textures {
+            textures: &all,
+            bitmaps: &[],
+        };
+        let at = TexturePoint::new(Vec3::ZERO, Vec3::Z);
+        let [first, second] = [TextureId(0), TextureId(1)];
+        let scalars = [
+            Scalar::Constant(0.4),
+            Scalar::Texture(first, Channel::G, 0.5),
+            Scalar::Inverted(first, Channel::B, 1.0),
+            Scalar::Texture(first, Channel::A, 1.0),
+            Scalar::Texture(second, Channel::R, 2.0),
+        ];
+        for a in &scalars {
+            for b in &scalars {
+                let alone = [a, b].map(|scalar| textures.scalar(scalar, &at));
+                assert_eq!(textures.pair([a, b], &at), alone, "{a:?} {b:?}");
+            }
+        }
+        assert_eq!(textures.pair([&scalars[1], &scalars[2]], &at), [0.25, 1.0 - 0.7]);
     }
 }
