@@ -8,7 +8,7 @@ use std::f32::consts::FRAC_1_PI;
 use super::{
     VertexBatch,
     direct::Strategy,
-    reflected::{ReflectedLight, ReflectedPath},
+    reflected::{ReflectedLight, ReflectedPath, reflected},
 };
 use crate::{
     bsdf::Lobe,
@@ -123,15 +123,9 @@ impl DiffuseSurface<'_> {
         let Self { block, lane } = self;
         let families = block.families.iter().map_while(|family| *family);
         families.zip(&block.lights).filter_map(move |(family, lights)| {
-            let (li, is_delta) = family.light.li(lane)?;
-            let chosen = family.chosen(lane);
             let f_cos = albedo * lights.white[lane];
-            let l = if is_delta {
-                f_cos * li / chosen.pmf
-            } else {
-                f_cos * li * lights.weight[lane]
-            };
-            (!l.is_black()).then(|| ReflectedLight {
+            let (chosen, l) = reflected(family, lane, f_cos, lights.weight[lane])?;
+            Some(ReflectedLight {
                 chosen,
                 f_cos,
                 diffuse: f_cos,

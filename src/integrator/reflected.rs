@@ -3,8 +3,22 @@
 use crate::{
     bsdf::Lobe,
     math::{Ray, Rgb, Vec3},
-    scene::SampledLight,
+    scene::{FamilyBlock, SampledLight},
 };
+
+/// A family's light on the surface of a lane, and what of it leaves towards the viewer, in W m^-2 sr^-1, where anything does:
+/// `f_cos` is `f |cos|` of the surface, and `weight` that of multiple importance sampling over the light's density.
+#[inline(always)]
+pub(super) fn reflected(family: &FamilyBlock, lane: usize, f_cos: Rgb, weight: f32) -> Option<(SampledLight, Rgb)> {
+    let (li, is_delta) = family.light.li(lane)?;
+    let chosen = family.chosen(lane);
+    let l = if is_delta {
+        f_cos * li / chosen.pmf
+    } else {
+        f_cos * li * weight
+    };
+    (!l.is_black()).then_some((chosen, l))
+}
 
 /// Light on a surface.
 pub(super) struct ReflectedLight {

@@ -3,7 +3,7 @@
 use super::{
     VertexBatch,
     direct::Strategy,
-    reflected::{ReflectedLight, ReflectedPath},
+    reflected::{ReflectedLight, ReflectedPath, reflected},
 };
 use crate::{
     bsdf::{
@@ -63,61 +63,59 @@ pub(super) struct BlockSurface<'a> {
     lane: usize,
 }
 
-/// A block of each kind of BSDF that the scene has.
-pub(super) struct ReflectingBlocks<'a> {
-    layered: Option<KindBlock<'a, LayerBlock>>,
-    metal: Option<KindBlock<'a, ConductorBlock>>,
-    rough_diffuse: Option<KindBlock<'a, OrenNayarBlock>>,
-    /// Whether none of them holds a surface.
-    is_empty: bool,
+/// Declares the blocks: one row for each kind of BSDF.
+macro_rules! reflecting_blocks {
+    ($( $field:ident: $Block:ty = $Kind:ident, )*) => {
+        /// A block of each kind of BSDF that the scene has.
+        pub(super) struct ReflectingBlocks<'a> {
+            $( $field: Option<KindBlock<'a, $Block>>, )*
+            /// Whether none of them holds a surface.
+            is_empty: bool,
+        }
+
+        impl<'a> ReflectingBlocks<'a> {
+            /// Empty blocks.
+            #[inline(always)]
+            pub fn of(scene: &Scene) -> Self {
+                Self {
+                    $( $field: scene.has_batch_kind(BatchKind::$Kind).then_some(KindBlock::EMPTY), )*
+                    is_empty: true,
+                }
+            }
+
+            /// Fills the blocks for the vertices of `batch` from `first` on, a multiple of the blocks' size, whose paths may
+            /// be `max_depth` long.
+            #[inline(always)]
+            pub fn fill(&mut self, batch: &VertexBatch<'a>, first: usize, strategy: Strategy, max_depth: u32) {
+                self.is_empty = true;
+                $(
+                    if let Some(block) = &mut self.$field {
+                        self.is_empty &= !block.fill(BatchKind::$Kind, batch, first, strategy, max_depth);
+                    }
+                )*
+            }
+
+            /// The surface of a vertex, if one of the blocks holds it.
+            #[inline(always)]
+            pub fn surface(&self, k: usize) -> Option<BlockSurface<'_>> {
+                if self.is_empty {
+                    return None;
+                }
+                $(
+                    if let Some(surface) = self.$field.as_ref().and_then(|block| block.scattering.surface(k)) {
+                        return Some(surface);
+                    }
+                )*
+                None
+            }
+        }
+    };
 }
 
-impl<'a> ReflectingBlocks<'a> {
-    /// Empty blocks.
-    #[inline(always)]
-    pub fn of(scene: &Scene) -> Self {
-        Self {
-            layered: scene.has_batch_kind(BatchKind::Layered).then_some(KindBlock::EMPTY),
-            metal: scene.has_batch_kind(BatchKind::Metal).then_some(KindBlock::EMPTY),
-            rough_diffuse: scene
-                .has_batch_kind(BatchKind::RoughDiffuse)
-                .then_some(KindBlock::EMPTY),
-            is_empty: true,
-        }
-    }
-
-    /// Fills the blocks for the vertices of `batch` from `first` on, a multiple of the blocks' size, whose paths may be
-    /// `max_depth` long.
-    #[inline(always)]
-    pub fn fill(&mut self, batch: &VertexBatch<'a>, first: usize, strategy: Strategy, max_depth: u32) {
-        self.is_empty = true;
-        if let Some(block) = &mut self.layered {
-            self.is_empty &= !block.fill(BatchKind::Layered, batch, first, strategy, max_depth);
-        }
-        if let Some(block) = &mut self.metal {
-            self.is_empty &= !block.fill(BatchKind::Metal, batch, first, strategy, max_depth);
-        }
-        if let Some(block) = &mut self.rough_diffuse {
-            self.is_empty &= !block.fill(BatchKind::RoughDiffuse, batch, first, strategy, max_depth);
-        }
-    }
-
-    /// The surface of a vertex, if one of the blocks holds it.
-    #[inline(always)]
-    pub fn surface(&self, k: usize) -> Option<BlockSurface<'_>> {
-        if self.is_empty { None } else { self.held(k) }
-    }
-
-    fn held(&self, k: usize) -> Option<BlockSurface<'_>> {
-        let layered = self.layered.as_ref().and_then(|block| block.scattering.surface(k));
-        let metal = || self.metal.as_ref().and_then(|block| block.scattering.surface(k));
-        let rough_diffuse = || {
-            self.rough_diffuse
-                .as_ref()
-                .and_then(|block| block.scattering.surface(k))
-        };
-        layered.or_else(metal).or_else(rough_diffuse)
-    }
+reflecting_blocks! {
+    layered: LayerBlock = Layered,
+    metal: ConductorBlock = Metal,
+    rough_diffuse: OrenNayarBlock = RoughDiffuse,
 }
 
 impl ScatteringBlock<'_> {
@@ -234,16 +232,10 @@ impl BlockSurface<'_> {
         let Self { block, lane } = self;
         let families = block.families.iter().map_while(|family| *family);
         families.zip(&block.lights).filter_map(move |(family, lights)| {
-            let (li, is_delta) = family.light.li(lane)?;
-            let chosen = family.chosen(lane);
             let diffuse = get_rgb(&lights.eval.diffuse, lane);
             let f_cos = diffuse + get_rgb(&lights.eval.glossy, lane);
-            let l = if is_delta {
-                f_cos * li / chosen.pmf
-            } else {
-                f_cos * li * lights.weight[lane]
-            };
-            (!l.is_black()).then(|| ReflectedLight {
+            let (chosen, l) = reflected(family, lane, f_cos, lights.weight[lane])?;
+            Some(ReflectedLight {
                 chosen,
                 f_cos,
                 diffuse,

@@ -190,6 +190,7 @@ impl Scene {
     }
 
     /// Whether surfaces of a material are shaded together in this way.
+    #[inline]
     pub fn has_batch_kind(&self, kind: BatchKind) -> bool {
         self.bsdfs.has_batch_kind(kind)
     }
