@@ -1,0 +1,6 @@
+//! Tests of the library and of its source, which need no program and no feature.
+
+mod accelerators;
+mod architecture;
+mod lights;
+mod measures;

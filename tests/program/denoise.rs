@@ -1,0 +1,201 @@
+//! Denoising as a user runs it: sequences of files become cleaner ones, whole or in chunks, or are refused by name.
+
+use crate::common::{Folder, SMALL_SCENE};
+use exr::prelude::{FlatImage, FlatSamples};
+
+/// Five frames of a camera that moves, and then stands still.
+const PATH: &str =
+    "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n1,0,2,6,0,0.8,0\n3,0.2,2,6,0,0.8,0\n5,0.2,2,6,0,0.8,0\n";
+
+const LIGHT: &str = "denoise,diffuse_direct,diffuse_indirect,specular_direct,specular_indirect,transmission,emission";
+
+/// The frames of this camera, without a word.
+const JOB: &str = "s.toml --frames p.csv --integrator path -q";
+
+/// The arguments in these lines.
+fn words<'a>(lines: &[&'a str]) -> Vec<&'a str> {
+    lines.iter().flat_map(|line| line.split(' ')).collect()
+}
+
+/// A folder with the scene and the path.
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.write("s.toml", SMALL_SCENE);
+    folder.write("p.csv", PATH);
+    folder
+}
+
+/// A sequence with the passes of the denoiser and the six components, `n.1.exr` to `n.5.exr`.
+fn rendered(more: &[&str]) -> Folder {
+    let folder = folder();
+    let job = [JOB, "--samples 16 -o n.#.exr --aovs", LIGHT];
+    folder.succeed(&[words(&job), more.to_vec()].concat());
+    folder
+}
+
+/// The numbers of a channel.
+fn channel(image: &FlatImage, name: &str) -> Vec<f32> {
+    let mut channels = image.layer_data.iter().flat_map(|layer| &layer.channel_data.list);
+    let found = channels
+        .find(|channel| channel.name.eq(name))
+        .unwrap_or_else(|| panic!("no channel {name}"));
+    match &found.sample_data {
+        FlatSamples::F16(values) => values.iter().map(|v| v.to_f32()).collect(),
+        FlatSamples::F32(values) => values.clone(),
+        FlatSamples::U32(_) => panic!("{name} holds whole numbers"),
+    }
+}
+
+fn square_error(a: &[f32], b: &[f32]) -> f64 {
+    let squares = a.iter().zip(b).map(|(a, b)| f64::from(a - b) * f64::from(a - b));
+    squares.sum::<f64>() / a.len() as f64
+}
+
+#[test]
+fn denoised_frames_are_nearer_to_the_truth_and_keep_the_noisy_picture() {
+    let folder = rendered(&["--exr-type", "float"]);
+    let truth = "--samples 1024 --seed 99 -r 4 -o truth.exr --exr-type float";
+    folder.succeed(&words(&[JOB, truth]));
+    folder.succeed(&["denoise", "n.#.exr", "-o", "d.#.exr"]);
+    let (noisy, denoised, truth) = (
+        folder.open_exr("n.4.exr"),
+        folder.open_exr("d.4.exr"),
+        folder.open_exr("truth.exr"),
+    );
+    let (mut before, mut after) = (0.0, 0.0);
+    for c in ["R", "G", "B"] {
+        let of = |image| channel(image, c);
+        assert_eq!(channel(&denoised, &format!("noisy.{c}")), of(&noisy));
+        before += square_error(&of(&noisy), &of(&truth));
+        after += square_error(&of(&denoised), &of(&truth));
+        let layers = [
+            "diffuse_direct",
+            "diffuse_indirect",
+            "specular_direct",
+            "specular_indirect",
+            "transmission",
+            "emission",
+        ];
+        let layers = layers.map(|layer| channel(&denoised, &format!("{layer}.{c}")));
+        for (i, beauty) in of(&denoised).into_iter().enumerate() {
+            let sum: f32 = layers.iter().map(|layer| layer[i]).sum();
+            assert!(
+                (sum - beauty).abs() <= 1e-5 * beauty.max(1.0),
+                "{c} {i}: {sum} {beauty}"
+            );
+        }
+    }
+    assert!(after < 0.5 * before, "{after} {before}");
+    // Everything else stays.
+    for name in ["A", "albedo.G", "N_mean.X", "depth_mean.Z", "beauty_a.R"] {
+        assert_eq!(channel(&denoised, name), channel(&noisy, name), "{name}");
+    }
+}
+
+#[test]
+fn chunks_and_threads_give_the_bytes_of_the_whole() {
+    for more in [&[][..], &["--multipart", "--compression", "zip"]] {
+        let folder = rendered(more);
+        folder.succeed(&["denoise", "n.#.exr", "-o", "whole.#.exr", "-t", "2"]);
+        folder.succeed(&["denoise", "n.#.exr", "-o", "part.#.exr", "--range", "1-2", "-t", "1"]);
+        folder.succeed(&["denoise", "n.#.exr", "-o", "part.#.exr", "--range", "3,5", "-t", "3"]);
+        folder.succeed(&["denoise", "n.#.exr", "-o", "part.#.exr", "--range", "4"]);
+        for i in 1..=5 {
+            assert!(
+                folder.read(&format!("whole.{i}.exr")) == folder.read(&format!("part.{i}.exr")),
+                "{more:?} {i}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_job_denoises_its_frames_whole_or_in_two_steps() {
+    let folder = folder();
+    let denoise = "--samples 4 --denoise --temporal 1 -o";
+    folder.succeed(&words(&[JOB, denoise, "whole/f.#.exr"]));
+    let steps = |step: &str, parts: [&str; 2]| {
+        for part in parts {
+            folder.succeed(&words(&[
+                JOB,
+                denoise,
+                "two/f.#.exr --part",
+                part,
+                "--denoise-step",
+                step,
+            ]));
+        }
+    };
+    steps("render", ["1/2", "2/2"]);
+    assert_eq!(crate::common::names(&folder.path("two")), ["noisy"]);
+    steps("denoise", ["2/2", "1/2"]);
+    for i in 1..=5 {
+        assert!(
+            folder.read(&format!("whole/f.{i}.exr")) == folder.read(&format!("two/f.{i}.exr")),
+            "{i}"
+        );
+    }
+    // One picture has a name without a number.
+    folder.succeed(&words(&[
+        "s.toml --integrator path --samples 4 --denoise -o still.exr -q",
+    ]));
+    folder.succeed(&["denoise", "noisy/still.exr", "-o", "again.exr"]);
+    assert!(folder.read("still.exr") == folder.read("again.exr"));
+    let error = folder.fail(2, &["denoise", "two/noisy/f.#.exr", "-o", "one.exr"]);
+    assert!(error.contains("one.exr"), "{error}");
+    // What is there and fits stays.
+    let changed = || {
+        std::fs::metadata(folder.path("two/f.3.exr"))
+            .and_then(|m| m.modified())
+            .expect("the file is there")
+    };
+    let before = changed();
+    folder.succeed(&words(&[JOB, denoise, "two/f.#.exr --skip-existing"]));
+    assert_eq!(changed(), before);
+    let error = folder.fail(2, &words(&[JOB, denoise, "two/f.#.exr --part 1/2"]));
+    assert!(error.contains("--denoise-step render"), "{error}");
+    let error = folder.fail(2, &["s.toml", "--samples", "1", "--denoise", "-o", "f.exr"]);
+    assert!(error.contains("2 or more"), "{error}");
+    let error = folder.fail(2, &words(&[JOB, denoise, "two/f.#.png"]));
+    assert!(error.contains("denoised frames are EXR files"), "{error}");
+}
+
+#[test]
+fn what_cannot_be_denoised_is_refused_by_name() {
+    let folder = rendered(&[]);
+    let fail = |code: i32, args: &[&str]| folder.fail(code, &[&["denoise"], args].concat());
+    assert!(fail(66, &["x.#.exr", "-o", "d.#.exr"]).contains("no file of the sequence"));
+    assert!(fail(66, &["nowhere/x.#.exr", "-o", "d.#.exr"]).contains("no file of the sequence"));
+    assert!(fail(66, &["n.#.exr", "-o", "d.#.exr", "--range", "7"]).contains("n.7.exr"));
+    assert!(fail(2, &["n.#.exr", "-o", "n.#.exr"]).contains("a file that the job reads"));
+    // A gap.
+    let third = folder.read("n.3.exr");
+    std::fs::remove_file(folder.path("n.3.exr")).unwrap();
+    let error = fail(65, &["n.#.exr", "-o", "d.#.exr"]);
+    assert!(error.contains("n.3.exr is missing between frames 2 and 4"), "{error}");
+    folder.succeed(&["denoise", "n.#.exr", "-o", "alone.#.exr", "--temporal", "0"]);
+    // A file that was cut short, and one of another size.
+    std::fs::write(folder.path("n.3.exr"), &third[..third.len() - 9]).unwrap();
+    assert!(fail(65, &["n.#.exr", "-o", "d.#.exr"]).contains("incomplete or altered"));
+    let third = [JOB, "--samples 4 -r 3 -o n.#.exr"];
+    folder.succeed(&words(&[third[0], third[1], "--resolution 35x25 --aovs", LIGHT]));
+    assert!(fail(65, &["n.#.exr", "-o", "d.#.exr"]).contains("different sizes"));
+    // No passes, one sample, denoised before.
+    folder.succeed(&words(&third));
+    let error = fail(65, &["n.#.exr", "-o", "d.#.exr"]);
+    assert!(error.contains("--aovs denoise"), "{error}");
+    folder.succeed(&words(&[JOB, "--samples 1 -r 3 -o one.#.exr --aovs", LIGHT]));
+    assert!(fail(65, &["one.#.exr", "-o", "d.#.exr"]).contains("one sample"));
+    assert!(fail(65, &["alone.#.exr", "-o", "d.#.exr", "--temporal", "0"]).contains("denoised already"));
+}
+
+#[test]
+fn open_image_denoise_is_asked_for_by_name_where_it_is_missing() {
+    let folder = rendered(&[]);
+    let error = folder.fail(
+        66,
+        &words(&["denoise n.#.exr -o d.#.exr --filter oidn --oidn-lib nowhere.so"]),
+    );
+    assert!(error.contains("--oidn-lib") && error.contains("OIDN_DIR"), "{error}");
+    assert!(!folder.path("d.1.exr").exists());
+}

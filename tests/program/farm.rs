@@ -1,0 +1,101 @@
+//! Jobs for farms: the files that `submit` writes do what one local run does.
+
+use crate::common::{Folder, SMALL_PATH, SMALL_SCENE};
+
+const OPTIONS: [&str; 9] = [
+    "s.toml",
+    "--frames",
+    "path.csv",
+    "-o",
+    "f.#.exr",
+    "--resolution",
+    "16x12",
+    "--samples",
+    "2",
+];
+
+fn prepared() -> Folder {
+    let folder = Folder::new();
+    folder.write("s.toml", SMALL_SCENE);
+    folder.write("path.csv", SMALL_PATH);
+    folder
+}
+
+#[cfg(unix)]
+#[test]
+fn the_tasks_of_a_batch_script_render_what_one_run_renders() {
+    let whole = prepared();
+    whole.succeed(&OPTIONS);
+    let folder = prepared();
+    let said = folder.succeed(
+        &[
+            &["submit", "--engine", "slurm", "--bundle", "job", "--chunk", "2"],
+            &OPTIONS[..],
+        ]
+        .concat(),
+    );
+    assert!(
+        said.starts_with("wrote ") && said.ends_with("frames.sbatch\n"),
+        "{said}"
+    );
+    let script = String::from_utf8(folder.read("job/frames.sbatch")).expect("UTF-8");
+    assert!(script.contains("#SBATCH --array=1-3\n"), "{script}");
+    for task in 1..=3 {
+        let status = std::process::Command::new("sh")
+            .arg(folder.path("job/frames.sbatch"))
+            .env("SLURM_ARRAY_TASK_ID", task.to_string())
+            .current_dir(folder.path(""))
+            .stdout(std::process::Stdio::null())
+            .status();
+        assert!(status.expect("a shell").success());
+    }
+    for frame in 1..=5 {
+        let name = format!("f.{frame}.exr");
+        assert!(folder.read(&name) == whole.read(&name), "{name}");
+    }
+}
+
+#[test]
+fn a_job_template_has_the_frames_the_options_and_the_place() {
+    let folder = prepared();
+    let submit = ["submit", "--engine", "openjd", "--bundle", "job", "--range=1-5x2"];
+    folder.succeed(&[&submit[..], &OPTIONS].concat());
+    let template = String::from_utf8(folder.read("job/template.yaml")).expect("UTF-8");
+    for line in [
+        "specificationVersion: jobtemplate-2023-09",
+        "    default: \"1-5:2\"",
+        "            - \"s.toml\"",
+        "            - \"--range={{Task.Param.Frame}}\"",
+        "            - \"--skip-existing\"",
+    ] {
+        assert!(template.lines().any(|l| l == line), "{line}: {template}");
+    }
+    let message = folder.fail(2, &[&submit[..5], &["s.toml", "-o", "{{x}}.exr"]].concat());
+    assert!(
+        message.contains("OpenJD would read a parameter in `{{x}}.exr`"),
+        "{message}"
+    );
+    let message = folder.fail(2, &[&submit[..5], &["s.toml", "--part", "1/2"]].concat());
+    assert!(message.contains("submit the whole job"), "{message}");
+}
+
+#[test]
+fn events_are_a_line_each_and_count_to_the_end() {
+    let folder = prepared();
+    let said = folder.succeed(&[&OPTIONS[..], &["--progress", "json"]].concat());
+    let events: Vec<serde_json::Value> = said
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap_or_else(|e| panic!("{line}: {e}")))
+        .collect();
+    let count = |kind: &str| events.iter().filter(|event| event["event"] == kind).count();
+    assert_eq!(
+        ["frame_started", "frame_rendered", "file_written", "frame_written"].map(count),
+        [5; 4]
+    );
+    let said = folder.succeed(&[&OPTIONS[..], &["--progress", "openjd", "--skip-existing"]].concat());
+    let progress: Vec<&str> = said
+        .lines()
+        .filter_map(|l| l.strip_prefix("openjd_progress: "))
+        .collect();
+    assert_eq!(progress, ["20.0", "40.0", "60.0", "80.0", "100.0"]);
+}

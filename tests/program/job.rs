@@ -1,0 +1,101 @@
+//! Jobs by the library: what they read, and what they do where their files are whole already.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Mutex,
+    time::Duration,
+};
+
+use crate::common::Folder;
+use batch_render::{
+    assets::ContentHash,
+    batch::{Existing, Job, Observer, Request, Summary},
+    error::Error,
+    render::Control,
+};
+
+/// Records which frames were skipped.
+#[derive(Default)]
+struct Skipped(Mutex<Vec<i32>>);
+
+impl Observer for Skipped {
+    fn frame_started(&self, _number: i32, _index: usize, _total: usize) {}
+    fn frame_rendered(&self, _number: i32, _took: Duration) {}
+    fn frame_skipped(&self, number: i32) {
+        self.0.lock().expect("not poisoned").push(number);
+    }
+    fn frame_written(&self, _: i32) {}
+    fn file_written(&self, _number: i32, _path: &Path) {}
+}
+
+const CAMERA: &str = "[render]\nwidth = 8\nheight = 8\nsamples = 1\n\
+    [camera]\nperspective = { eye = [0, 0, 5], target = [0, 0, 0] }\n";
+
+fn scene(scale: &str) -> String {
+    format!("{CAMERA}[[object]]\nshape.mesh = {{ file = 'a.obj' }}\ntransform = {{ scale = {scale} }}\n")
+}
+
+fn run(scene: &Path, request: &Request) -> Result<(Summary, Vec<i32>), Error> {
+    let (job, skipped) = (Job::open(scene, request)?, Skipped::default());
+    let summary = job.run(job.load()?, &skipped, &Control::default())?;
+    Ok((summary, skipped.0.into_inner().expect("not poisoned")))
+}
+
+#[test]
+fn a_job_whose_frames_are_whole_builds_no_acceleration_structure() {
+    let folder = Folder::new();
+    folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let path = folder.write("s.toml", &scene("2"));
+    let request = Request {
+        turntable: Some(3),
+        outputs: vec![folder.path("f.####.exr").to_string_lossy().into_owned()],
+        existing: Existing::Skip,
+        ..Request::default()
+    };
+    let (summary, skipped) = run(&path, &request).expect("renders");
+    assert_eq!((summary.rendered, skipped.len()), (3, 0));
+    assert!(summary.scene.build_time.is_some());
+
+    let (summary, skipped) = run(&path, &request).expect("nothing to render");
+    assert_eq!((summary.rendered, summary.skipped), (0, 3));
+    assert_eq!(skipped, [1, 2, 3]);
+    assert_eq!((summary.scene.triangles, summary.scene.build_time), (1, None));
+
+    // A frame that is cut short has to be rendered again.
+    let cut = folder.path("f.0002.exr");
+    let bytes = std::fs::read(&cut).expect("readable");
+    std::fs::write(&cut, &bytes[..bytes.len() - 1]).expect("writable");
+    let (summary, skipped) = run(&path, &request).expect("renders");
+    assert_eq!((summary.rendered, skipped), (1, vec![1, 3]));
+    assert!(summary.scene.build_time.is_some());
+
+    // Of a scene that loads, but over which nothing can be built, these are not the frames.
+    let huge = folder.write("s.toml", &scene("1e15"));
+    assert!(matches!(run(&huge, &request), Err(Error::Compile(_))));
+}
+
+#[test]
+fn the_manifest_names_every_file_that_a_picture_depends_on() {
+    let folder = Folder::new();
+    let texture: Vec<u8> = b"P".to_vec();
+    std::fs::write(folder.path("t.png"), texture).expect("writable");
+    folder.write("a.mtl", "newmtl m\nmap_Kd t.png\n");
+    folder.write(
+        "a.obj",
+        "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n",
+    );
+    let csv = folder.write("path.csv", crate::common::SMALL_PATH);
+    let path = folder.write("s.toml", &scene("2"));
+    let request = Request {
+        camera_path: Some(csv),
+        missing_assets: batch_render::assets::store::MissingAssets::Placeholder,
+        ..Request::default()
+    };
+    let job = Job::open(&path, &request).expect("a scene");
+    job.load().expect("a placeholder for the texture");
+    let names: Vec<PathBuf> = job.files().manifest().into_iter().map(|(p, _)| p).collect();
+    let expected = ["a.mtl", "a.obj", "path.csv", "s.toml", "t.png"].map(|name| folder.path(name));
+    assert_eq!(names, expected);
+    let (_, hash) = job.files().manifest()[3].clone();
+    assert_eq!(hash, ContentHash::of(scene("2").as_bytes()));
+}

@@ -1,0 +1,40 @@
+//! Tests that start the program, or make scenes by the library, in temporary folders: one test program, so that it is linked once.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod adaptive;
+mod assignment;
+mod batches;
+mod bits;
+mod bump;
+mod cli;
+mod components;
+mod cryptomatte;
+mod cube;
+mod datasets;
+mod denoise;
+mod docs;
+mod encodings;
+mod far;
+mod farm;
+mod hostile;
+mod instances;
+mod interrupts;
+mod job;
+mod layers;
+mod materials;
+mod media;
+mod merge;
+mod model;
+mod normals;
+mod outputs;
+mod path;
+mod points;
+mod preview;
+mod readme;
+mod resume;
+mod rounds;
+mod textures;
+mod whitted;
+mod working_space;
