@@ -12,6 +12,9 @@
 /// row's description. For rows in `described only` it returns a [`Problem`](crate::value::Problem),
 /// so callers handle these rows first.
 ///
+/// The methods of `described by` are those of every description, also of rows in `described only`; the methods of
+/// `changed by` change a compiled kind.
+///
 /// ```ignore
 /// kinds! {
 ///     /// Everything that a ray can meet.
@@ -20,6 +23,8 @@
 ///     }
 ///     described only { "mesh" => Mesh(mesh::MeshDesc), }
 ///     compiled by fn compile(&self) -> Result<Shape, Problem>;
+///     described by { fn anchor(&self) -> Option<DVec3>; }
+///     changed by { fn convert_colors(&mut self, space: WorkingSpace); }
 ///     fn bounds(&self) -> Aabb;
 /// }
 /// ```
@@ -29,6 +34,8 @@ macro_rules! kinds {
         enum $Kind:ident / $Desc:ident $rows:tt
         described only $extra:tt
         $( compiled by fn $compile:ident(&self $(, $carg:ident: $cty:ty)* $(,)?) -> Result<$Compiled:ty, $Problem:ty>; )?
+        $( described by { $( $(#[$ddoc:meta])* fn $dmethod:ident(&self $(, $darg:ident: $dty:ty)* $(,)?) -> $dret:ty; )* } )?
+        $( changed by { $( $(#[$mdoc:meta])* fn $mmethod:ident(&mut self $(, $marg:ident: $mty:ty)* $(,)?); )* } )?
         $( $(#[$doc:meta])* fn $method:ident(&self $(, $arg:ident: $ty:ty)* $(,)?) $(-> $ret:ty)?; )*
     ) => {
         kinds!(@kind [$(#[$meta])*] $Kind $rows);
@@ -39,6 +46,26 @@ macro_rules! kinds {
                 pub fn $compile(&self $(, $carg: $cty)*) -> Result<$Compiled, $Problem> {
                     kinds!(@compile self $Kind $rows $extra; desc => desc.$compile($($carg),*))
                 }
+            }
+        )?
+        $(
+            impl $Desc {
+                $(
+                    $(#[$ddoc])*
+                    pub fn $dmethod(&self $(, $darg: $dty)*) -> $dret {
+                        kinds!(@described self $rows $extra; desc => desc.$dmethod($($darg),*))
+                    }
+                )*
+            }
+        )?
+        $(
+            impl $Kind {
+                $(
+                    $(#[$mdoc])*
+                    pub fn $mmethod(&mut self $(, $marg: $mty)*) {
+                        kinds!(@answer self $rows; kind => kind.$mmethod($($marg),*))
+                    }
+                )*
             }
         )?
         kinds!(@row $Kind $rows);
@@ -102,6 +129,12 @@ macro_rules! kinds {
             }), )*
         }
     };
+    (@described $self:ident { $( $name:literal => $Variant:ident($Runtime:ty, $Text:ty), )* } { $( $xname:literal => $Extra:ident($XText:ty), )* }; $desc:ident => $answer:expr) => {
+        match $self {
+            $( Self::$Variant($desc) => $answer, )*
+            $( Self::$Extra($desc) => $answer, )*
+        }
+    };
     (@answer $self:ident { $( $name:literal => $Variant:ident($Runtime:ty, $Text:ty), )* }; $kind:ident => $answer:expr) => {
         match $self { $( Self::$Variant($kind) => $answer, )* }
     };
@@ -122,6 +155,10 @@ mod tests {
         fn compile(&self, factor: u8) -> Result<Row, Problem> {
             Ok(Row(self.n * factor))
         }
+
+        fn number(&self) -> u8 {
+            self.n
+        }
     }
 
     #[derive(Clone, Copy, Debug)]
@@ -130,6 +167,10 @@ mod tests {
     impl Row {
         fn double(&self) -> u8 {
             self.0 * 2
+        }
+
+        fn add(&mut self, n: u8) {
+            self.0 += n;
         }
     }
 
@@ -140,6 +181,14 @@ mod tests {
         }
         described only { "outside" => Outside(Text), }
         compiled by fn compile(&self, factor: u8) -> Result<Kind, Problem>;
+        described by {
+            /// The number as described.
+            fn number(&self) -> u8;
+        }
+        changed by {
+            /// Adds to the number.
+            fn add(&mut self, n: u8);
+        }
         /// Twice the number.
         fn double(&self) -> u8;
     }
@@ -150,12 +199,16 @@ mod tests {
         assert_eq!((desc.name(), KindDesc::NAMES), ("row", &["row", "outside"][..]));
         assert_eq!(desc.compile(2).unwrap().double(), 12);
         assert_eq!((desc.compile(2).unwrap().kind(), Kind::KINDS), (0, 1));
+        let mut kind = desc.compile(2).unwrap();
+        kind.add(1);
+        assert_eq!((desc.number(), kind.double()), (3, 14));
     }
 
     #[test]
     fn a_row_that_is_described_only_compiles_to_a_problem() {
         let desc: KindDesc = toml::from_str("outside = { n = 3 }").unwrap();
         assert!(matches!(&desc, KindDesc::Outside(text) if text.n == 3));
+        assert_eq!(desc.number(), 3);
         let problem = desc.compile(2).unwrap_err();
         assert_eq!(problem.message, "`outside` has no compiled form of its own");
     }

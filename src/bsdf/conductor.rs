@@ -5,7 +5,7 @@ mod block;
 pub use block::ConductorBlock;
 
 use super::{
-    BsdfEval, BsdfKind, BsdfSample, Lobe,
+    Bsdf, BsdfEval, BsdfKind, BsdfSample, Lobe,
     albedo::FacetAlbedo,
     fresnel::{self, schlick_term},
     microfacet::Ggx,
@@ -177,5 +177,9 @@ impl BsdfKind for Conductor {
 
     fn has_lobes(&self) -> bool {
         false
+    }
+
+    fn immersed(&self, _outside: f32) -> Option<Bsdf> {
+        None
     }
 }

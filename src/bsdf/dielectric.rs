@@ -138,6 +138,11 @@ impl BsdfKind for RoughDielectric {
     fn transmits(&self) -> bool {
         true
     }
+
+    fn immersed(&self, outside: f32) -> Option<Bsdf> {
+        let ior = self.ior / outside;
+        Some(Self { ior, ..*self }.into())
+    }
 }
 
 /// A thin dielectric pane: two parallel boundaries, which transmit light without refraction; rough
@@ -260,5 +265,9 @@ impl BsdfKind for ThinDielectric {
 
     fn is_delta(&self) -> bool {
         self.facets.is_smooth()
+    }
+
+    fn immersed(&self, _outside: f32) -> Option<Bsdf> {
+        None
     }
 }

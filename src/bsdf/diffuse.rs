@@ -6,7 +6,7 @@ pub use block::OrenNayarBlock;
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
-use super::{BsdfEval, BsdfKind, BsdfSample, Lobe};
+use super::{Bsdf, BsdfEval, BsdfKind, BsdfSample, Lobe};
 use crate::math::{Rgb, Sample2D, Vec3, warp};
 
 /// Lambert's law: the radiance is `albedo / pi` times the irradiance.
@@ -51,6 +51,15 @@ impl BsdfKind for Lambert {
 
     fn mirrors(&self) -> bool {
         false
+    }
+
+    fn immersed(&self, _outside: f32) -> Option<Bsdf> {
+        None
+    }
+
+    #[inline]
+    fn lambert_albedo(&self) -> Option<Rgb> {
+        Some(self.albedo)
     }
 }
 
@@ -145,5 +154,9 @@ impl BsdfKind for OrenNayar {
 
     fn mirrors(&self) -> bool {
         false
+    }
+
+    fn immersed(&self, _outside: f32) -> Option<Bsdf> {
+        None
     }
 }

@@ -5,7 +5,7 @@
 //! Carlo Path Tracing", ACM TOG 36(6), 2017, doi:10.1145/3130800.3130806, whose tangent facets are mirrors here; the masking
 //! between facets is left out, and so is light that meets the mirror before the facet.
 
-use super::{BsdfEval, BsdfKind, BsdfSample};
+use super::{Bsdf, BsdfEval, BsdfKind, BsdfSample};
 use crate::math::{Sample2D, Vec3};
 
 /// An opaque BSDF whose normal is not that of the surface.
@@ -68,5 +68,9 @@ impl<B: BsdfKind> BsdfKind for Folded<'_, B> {
 
     fn is_delta(&self) -> bool {
         self.bsdf.is_delta()
+    }
+
+    fn immersed(&self, outside: f32) -> Option<Bsdf> {
+        self.bsdf.immersed(outside)
     }
 }

@@ -25,7 +25,7 @@ use lobes::{ChosenLobe, LobeProbabilities};
 use reflectance::ClearReflectance;
 
 use super::{
-    BsdfEval, BsdfKind, BsdfSample, Lobe,
+    Bsdf, BsdfEval, BsdfKind, BsdfSample, HeroChannel, Lobe,
     albedo::{self, FacetAlbedo},
     conductor::multiscatter_gain,
     fresnel::{is_total, mirrored, reflect, refract, schlick_term},
@@ -406,5 +406,17 @@ impl BsdfKind for Layered {
         let diffuse = self.layers.metallic < 1.0 && self.layers.transmission < 1.0;
         let coated = self.layers.coat > 0.0 && !self.layers.coat_facets.is_smooth();
         self.layers.facets.is_smooth() && !diffuse && !coated && self.layers.sheen.is_black()
+    }
+
+    fn immersed(&self, outside: f32) -> Option<Bsdf> {
+        Some(self.layers().immersed(outside).into())
+    }
+
+    fn disperses(&self) -> bool {
+        self.layers().disperses()
+    }
+
+    fn for_channel(&self, hero: HeroChannel) -> Option<Bsdf> {
+        Some(self.layers().for_channel(hero).into())
     }
 }

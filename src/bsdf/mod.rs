@@ -7,6 +7,8 @@
 
 use crate::math::{Rgb, Sample2D, Vec3};
 
+pub use layered::hero_channel::HeroChannel;
+
 pub mod albedo;
 #[cfg(test)]
 mod battery;
@@ -157,6 +159,24 @@ pub trait BsdfKind {
         true
     }
 
+    /// The same surface in a medium of the index of refraction `outside`, in place of 1; `None` where that changes nothing.
+    fn immersed(&self, outside: f32) -> Option<Bsdf>;
+
+    /// The albedo of Lambert's model; `None` for all others.
+    fn lambert_albedo(&self) -> Option<Rgb> {
+        None
+    }
+
+    /// Whether it refracts red, green and blue in different directions.
+    fn disperses(&self) -> bool {
+        false
+    }
+
+    /// The same surface for paths that follow one channel; `None` where that changes nothing.
+    fn for_channel(&self, _hero: HeroChannel) -> Option<Bsdf> {
+        None
+    }
+
     /// Whether all lobes are delta, so that [`BsdfKind::eval`] is zero and lights need not be
     /// sampled.
     fn is_delta(&self) -> bool {
@@ -238,6 +258,22 @@ macro_rules! bsdfs {
                 match self { $( Self::$Variant(bsdf) => bsdf.has_lobes(), )* }
             }
 
+            fn immersed(&self, outside: f32) -> Option<Bsdf> {
+                match self { $( Self::$Variant(bsdf) => bsdf.immersed(outside), )* }
+            }
+
+            fn lambert_albedo(&self) -> Option<Rgb> {
+                match self { $( Self::$Variant(bsdf) => bsdf.lambert_albedo(), )* }
+            }
+
+            fn disperses(&self) -> bool {
+                match self { $( Self::$Variant(bsdf) => bsdf.disperses(), )* }
+            }
+
+            fn for_channel(&self, hero: HeroChannel) -> Option<Bsdf> {
+                match self { $( Self::$Variant(bsdf) => bsdf.for_channel(hero), )* }
+            }
+
             fn is_delta(&self) -> bool {
                 match self { $( Self::$Variant(bsdf) => bsdf.is_delta(), )* }
             }
@@ -269,20 +305,7 @@ bsdfs! {
 impl Bsdf {
     /// The same surface in a medium of the index of refraction `outside`, in place of 1.
     pub fn immersed(self, outside: f32) -> Self {
-        match self {
-            Self::SmoothDielectric(b) => Self::SmoothDielectric(specular::SmoothDielectric::new(
-                b.ior / outside,
-                b.reflectance,
-                b.transmittance,
-            )),
-            Self::RoughDielectric(b) => dielectric::RoughDielectric {
-                ior: b.ior / outside,
-                ..b
-            }
-            .into(),
-            Self::Layered(b) => b.layers().immersed(outside).into(),
-            other => other,
-        }
+        BsdfKind::immersed(&self, outside).unwrap_or(self)
     }
 }
 

@@ -9,7 +9,7 @@
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 use super::{
-    BsdfEval, BsdfKind, BsdfSample, Lobe,
+    Bsdf, BsdfEval, BsdfKind, BsdfSample, Lobe,
     fresnel::{mirrored, refract},
 };
 use crate::math::{Frame, Rgb, Sample2D, Vec3, exponential, warp};
@@ -160,5 +160,9 @@ impl BsdfKind for Phong {
 
     fn is_delta(&self) -> bool {
         self.diffuse.is_black() && self.specular.is_black()
+    }
+
+    fn immersed(&self, _outside: f32) -> Option<Bsdf> {
+        None
     }
 }

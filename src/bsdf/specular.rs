@@ -1,7 +1,7 @@
 //! Perfectly smooth surfaces: delta reflection and refraction.
 
 use super::{
-    BsdfEval, BsdfKind, BsdfSample, Lobe,
+    Bsdf, BsdfEval, BsdfKind, BsdfSample, Lobe,
     fresnel::{dielectric, is_total, reflect, refract},
     is_equal_ior,
 };
@@ -39,6 +39,10 @@ impl BsdfKind for Mirror {
 
     fn has_lobes(&self) -> bool {
         false
+    }
+
+    fn immersed(&self, _outside: f32) -> Option<Bsdf> {
+        None
     }
 }
 
@@ -121,5 +125,10 @@ impl BsdfKind for SmoothDielectric {
 
     fn is_delta(&self) -> bool {
         true
+    }
+
+    fn immersed(&self, outside: f32) -> Option<Bsdf> {
+        let immersed = Self::new(self.ior / outside, self.reflectance, self.transmittance);
+        Some(Bsdf::SmoothDielectric(immersed))
     }
 }

@@ -45,7 +45,7 @@ use super::{
     scatter::Scatter,
 };
 use crate::{
-    bsdf::{Bsdf, layered::hero_channel::HeroChannel},
+    bsdf::{BsdfKind, HeroChannel},
     geometry::Hit,
     light::environment::EnvironmentLight,
     material::Emission,
@@ -174,19 +174,18 @@ impl PathTracer {
             return self.reflect(context, known.lights(surface), known.path(surface), out);
         }
         if let Some(diffuse) = known.diffuse
-            && let Bsdf::Lambert(lambert) = material.bsdf(&scene.textures(), &surface.texture)
+            && let Some(albedo) = material.bsdf(&scene.textures(), &surface.texture).lambert_albedo()
         {
-            let path = diffuse.path(lambert.albedo, surface.viewed_normal());
-            return self.reflect(context, diffuse.lights(lambert.albedo), path, out);
+            let path = diffuse.path(albedo, surface.viewed_normal());
+            return self.reflect(context, diffuse.lights(albedo), path, out);
         }
         let mut bsdf = scene.bsdf(surface.material, &surface.texture);
-        if let Bsdf::Layered(layered) = &*bsdf
-            && layered.layers().disperses()
-        {
+        if bsdf.disperses() {
             // The number that chooses the lobe chooses the channel as well.
             let choice = context.numbers.get_2d(Dimension::at(path.depth, SampleUse::Selection));
-            if let Some(hero) = HeroChannel::choose(path.throughput, choice.y) {
-                bsdf = Cow::Owned(layered.layers().for_channel(hero).into());
+            let hero = HeroChannel::choose(path.throughput, choice.y);
+            if let Some(followed) = hero.and_then(|hero| bsdf.for_channel(hero)) {
+                bsdf = Cow::Owned(followed);
             }
         }
         if let Some(ior) = scene.ior_outside(path.last.media, surface.material) {

@@ -25,7 +25,7 @@ use super::{
 };
 use crate::{
     bsdf::fresnel::{dielectric, reflect, refract},
-    light::{Light, LightSample},
+    light::LightSample,
     material::{FresnelMode, WhittedTerms},
     math::{Rgb, Vec2, Vec3, exponential},
     sampler::{Dimension, SampleUse},
@@ -96,11 +96,11 @@ impl Integrator for Whitted {
             terms: &terms,
         };
         for (light, id) in scene.lights.all().iter().zip(0..) {
-            let u = match light {
-                Light::Sun(sun) if sun.has_size() => context
-                    .numbers
-                    .get_2d(Dimension::at(context.path.depth, SampleUse::Bsdf)),
-                _ => Vec2::splat(0.5),
+            let u = if light.has_size() {
+                let dimension = Dimension::at(context.path.depth, SampleUse::Bsdf);
+                context.numbers.get_2d(dimension)
+            } else {
+                Vec2::splat(0.5)
             };
             if let Some(sample) = light.sample(surface.lifted(), u) {
                 point.add_direct(&sample, LightId(id), out);

@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use crate::{
     kind::kinds,
-    math::{Aabb, DVec3, Rgb, Vec2, Vec3},
+    math::{Aabb, DVec3, Rgb, Vec2, Vec3, WorkingSpace},
     value::Problem,
 };
 
@@ -51,6 +51,21 @@ pub trait LightKind {
     /// Whether the light can illuminate a surface at `p` with the unit normal `n` (zero: any
     /// normal) if it is not occluded.
     fn reaches(&self, p: Vec3, n: Vec3) -> bool;
+
+    /// Converts all colours from Rec. 709 to a working space.
+    fn convert_colors(&mut self, space: WorkingSpace);
+
+    /// Whether the light is a disk at infinity: [`LightKind::sample`] reads its numbers, and
+    /// [`LightKind::radiance_towards`] is not always `None`.
+    fn has_size(&self) -> bool {
+        false
+    }
+
+    /// The radiance that arrives from infinity against the unit direction `w`, in W m^-2 sr^-1, and the density with which
+    /// [`LightKind::sample`] samples `w`, in sr^-1; `None` outside of the disk and for a light without size.
+    fn radiance_towards(&self, _w: Vec3) -> Option<(Rgb, f32)> {
+        None
+    }
 }
 
 kinds! {
@@ -62,12 +77,20 @@ kinds! {
     }
     described only {}
     compiled by fn compile(&self, origin: DVec3) -> Result<Light, Problem>;
+    changed by {
+        /// See [`LightKind::convert_colors`].
+        fn convert_colors(&mut self, space: WorkingSpace);
+    }
     /// See [`LightKind::sample`].
     fn sample(&self, from: Vec3, u: Vec2) -> Option<LightSample>;
     /// See [`LightKind::bounds`].
     fn bounds(&self) -> Option<LightBounds>;
     /// See [`LightKind::reaches`].
     fn reaches(&self, p: Vec3, n: Vec3) -> bool;
+    /// See [`LightKind::has_size`].
+    fn has_size(&self) -> bool;
+    /// See [`LightKind::radiance_towards`].
+    fn radiance_towards(&self, w: Vec3) -> Option<(Rgb, f32)>;
 }
 
 /// The decrease of the irradiance with distance.

@@ -18,7 +18,7 @@ use serde::Deserialize;
 
 use super::{Falloff, LightBounds, LightKind, LightSample, OrientationCone, is_facing, point_bounds, sample_point};
 use crate::{
-    math::{DVec3, Rgb, Vec2, Vec3},
+    math::{DVec3, Rgb, Vec2, Vec3, WorkingSpace},
     value::{Point, Problem, RgbFactor},
 };
 
@@ -72,6 +72,10 @@ impl LightKind for PointLight {
 
     fn reaches(&self, p: Vec3, n: Vec3) -> bool {
         is_facing(n, self.position - p)
+    }
+
+    fn convert_colors(&mut self, space: WorkingSpace) {
+        self.intensity = space.from_rec709(self.intensity);
     }
 }
 

@@ -24,7 +24,7 @@ use super::{
     Falloff, LightBounds, LightKind, LightSample, OrientationCone, Sidedness, is_facing, point_bounds, sample_point,
 };
 use crate::{
-    math::{DVec3, Rgb, Vec2, Vec3, trig},
+    math::{DVec3, Rgb, Vec2, Vec3, WorkingSpace, trig},
     value::{Direction, NonNegative, Point, Positive, Problem, RgbFactor, Spanned},
 };
 
@@ -129,6 +129,10 @@ impl LightKind for SpotLight {
 
     fn reaches(&self, p: Vec3, n: Vec3) -> bool {
         is_facing(n, self.position - p)
+    }
+
+    fn convert_colors(&mut self, space: WorkingSpace) {
+        self.intensity = space.from_rec709(self.intensity);
     }
 }
 

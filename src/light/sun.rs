@@ -20,7 +20,7 @@ use serde::Deserialize;
 
 use super::{LightBounds, LightKind, LightSample};
 use crate::{
-    math::{DVec3, Frame, Rgb, Vec2, Vec3, trig},
+    math::{DVec3, Frame, Rgb, Vec2, Vec3, WorkingSpace, trig},
     value::{Direction, NonNegative, Problem, RgbFactor, Spanned},
 };
 
@@ -73,11 +73,6 @@ impl SunLight {
         }
     }
 
-    /// Whether the sun is a disk.
-    pub fn has_size(&self) -> bool {
-        self.height > 0.0
-    }
-
     /// The density of each direction towards it, in sr^-1; infinite without size.
     fn density(&self) -> f32 {
         1.0 / (TAU * self.height)
@@ -87,16 +82,6 @@ impl SunLight {
     fn radiance(&self) -> Rgb {
         // pi sin^2, without cancellation.
         self.irradiance / (PI * self.height * (2.0 - self.height))
-    }
-
-    /// The radiance of the disk in the unit direction `w`, in W m^-2 sr^-1, and the density with
-    /// which [`LightKind::sample`] samples that direction, in sr^-1; `None` outside of the disk and
-    /// for a sun without size.
-    #[inline]
-    pub fn radiance_towards(&self, w: Vec3) -> Option<(Rgb, f32)> {
-        // 1 - cos of the angle to its middle, as digits are few near 0.
-        let off = (w + self.direction).length_squared() * 0.5;
-        (self.has_size() && off <= self.height).then(|| (self.radiance(), self.density()))
     }
 }
 
@@ -134,6 +119,21 @@ impl LightKind for SunLight {
         // The sine of the half angle is how far below the horizon its middle may be.
         let sin = (self.height * (2.0 - self.height)).sqrt();
         !self.irradiance.is_black() && -n.dot(self.direction) >= -sin - 1e-4
+    }
+
+    fn convert_colors(&mut self, space: WorkingSpace) {
+        self.irradiance = space.from_rec709(self.irradiance);
+    }
+
+    fn has_size(&self) -> bool {
+        self.height > 0.0
+    }
+
+    #[inline]
+    fn radiance_towards(&self, w: Vec3) -> Option<(Rgb, f32)> {
+        // 1 - cos of the angle to its middle, as digits are few near 0.
+        let off = (w + self.direction).length_squared() * 0.5;
+        (self.has_size() && off <= self.height).then(|| (self.radiance(), self.density()))
     }
 }
 

@@ -18,7 +18,7 @@ use serde::Deserialize;
 use super::{Emission, FindColor, MaterialKind, Sidedness, WhittedTerms};
 use crate::{
     bsdf::{Bsdf, diffuse::Lambert},
-    math::Rgb,
+    math::{Rgb, WorkingSpace},
     texture::{Color, TexturePoint, Textures},
     value::{ColorSource, NonNegative, Problem, Spanned},
 };
@@ -81,5 +81,9 @@ impl MaterialKind for Emitter {
 
     fn is_spatially_varying(&self) -> bool {
         !self.radiance.is_constant()
+    }
+
+    fn convert_colors(&mut self, space: WorkingSpace) {
+        self.radiance.convert(space);
     }
 }

@@ -48,7 +48,7 @@ use crate::{
         layered::Boundary,
         microfacet::Ggx,
     },
-    math::Rgb,
+    math::{Rgb, WorkingSpace},
     texture::{Scalar, TexturePoint, Textures},
     value::{Channel, Positive, Problem, RgbFactor, ScalarSource, Spanned},
 };
@@ -215,5 +215,11 @@ impl MaterialKind for Glass {
 
     fn is_spatially_varying(&self) -> bool {
         !self.roughness.is_constant()
+    }
+
+    fn convert_colors(&mut self, space: WorkingSpace) {
+        self.reflectance = space.from_rec709(self.reflectance);
+        self.transmittance = space.from_rec709(self.transmittance);
+        self.absorption = medium::converted_absorption(self.absorption, space);
     }
 }

@@ -30,6 +30,7 @@ use crate::{
         Bsdf,
         diffuse::{Lambert, OrenNayar},
     },
+    math::WorkingSpace,
     texture::{Color, Scalar, TexturePoint, Textures},
     value::{Channel, ColorSource, Problem, ScalarSource, Spanned},
 };
@@ -107,5 +108,9 @@ impl MaterialKind for Matte {
 
     fn is_spatially_varying(&self) -> bool {
         !(self.albedo.is_constant() && self.roughness.is_constant())
+    }
+
+    fn convert_colors(&mut self, space: WorkingSpace) {
+        self.albedo.convert(space);
     }
 }

@@ -39,7 +39,7 @@ use crate::{
         conductor::{Conductor, Reflectance},
         microfacet::Ggx,
     },
-    math::Rgb,
+    math::{Rgb, WorkingSpace},
     texture::{Color, Scalar, TexturePoint, Textures},
     value::{Channel, ColorSource, Problem, RgbFactor, ScalarSource, Spanned, UnitInterval},
 };
@@ -213,6 +213,16 @@ impl MaterialKind for Metal {
         };
         let is_constant = self.roughness.is_constant() && tint.is_none_or(Color::is_constant);
         !is_constant || self.anisotropy > 0.0
+    }
+
+    fn convert_colors(&mut self, space: WorkingSpace) {
+        match &mut self.color {
+            MetalColor::Measured(reflectance) => *reflectance = reflectance.converted(|c| space.from_rec709(c)),
+            MetalColor::Colored { color, edge } => {
+                color.convert(space);
+                *edge = space.from_rec709(*edge);
+            }
+        }
     }
 }
 

@@ -14,7 +14,7 @@ use serde::Deserialize;
 use super::{FindColor, MaterialKind, WhittedTerms};
 use crate::{
     bsdf::{Bsdf, specular},
-    math::Rgb,
+    math::{Rgb, WorkingSpace},
     texture::{TexturePoint, Textures},
     value::{Problem, RgbFactor},
 };
@@ -73,5 +73,9 @@ impl MaterialKind for Mirror {
 
     fn is_spatially_varying(&self) -> bool {
         false
+    }
+
+    fn convert_colors(&mut self, space: WorkingSpace) {
+        self.reflectance = space.from_rec709(self.reflectance);
     }
 }

@@ -7,7 +7,7 @@ pub use crate::math::Sidedness;
 use crate::{
     bsdf::Bsdf,
     kind::kinds,
-    math::{Rgb, Vec3},
+    math::{Rgb, Vec3, WorkingSpace},
     texture::{Color, Scalar, TexturePoint, Textures},
     value::{Channel, ColorSource, Problem, ScalarSource, Spanned},
 };
@@ -96,6 +96,10 @@ pub enum BatchKind {
 pub trait MaterialKind {
     /// The terms of Whitted's model at a point.
     fn whitted_terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> WhittedTerms;
+
+    /// Converts all colours from Rec. 709 to a working space. Numbers that are no colours stay: roughness, indices of
+    /// refraction, thin films.
+    fn convert_colors(&mut self, space: WorkingSpace);
 
     /// The BSDF at a point, for all other integrators.
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf;
@@ -237,6 +241,10 @@ kinds! {
     }
     described only {}
     compiled by fn compile(&self, find: &FindColor<'_>) -> Result<Material, Problem>;
+    changed by {
+        /// See [`MaterialKind::convert_colors`].
+        fn convert_colors(&mut self, space: WorkingSpace);
+    }
     /// See [`MaterialKind::whitted_terms`].
     fn whitted_terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> WhittedTerms;
     /// See [`MaterialKind::bsdf`].

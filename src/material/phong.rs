@@ -32,7 +32,7 @@ use serde::Deserialize;
 use super::{FindColor, FresnelMode, MaterialKind, WhittedTerms};
 use crate::{
     bsdf::{self, Bsdf, diffuse::Lambert, phong::PhongWeights},
-    math::Rgb,
+    math::{Rgb, WorkingSpace},
     texture::{Color, TexturePoint, Textures},
     value::{ColorSource, NonNegative, Positive, Problem, RgbFactor, Spanned},
 };
@@ -154,5 +154,12 @@ impl MaterialKind for Phong {
 
     fn is_spatially_varying(&self) -> bool {
         !self.color.is_constant()
+    }
+
+    fn convert_colors(&mut self, space: WorkingSpace) {
+        self.color.convert(space);
+        for color in [&mut self.specular, &mut self.reflect, &mut self.transmit] {
+            *color = space.from_rec709(*color);
+        }
     }
 }

@@ -85,7 +85,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use super::{
     BatchKind, Emission, FresnelMode, HeightMap, MaterialKind, Medium, NormalMap, Sidedness, TangentNormals,
-    WhittedTerms,
+    WhittedTerms, medium,
 };
 use crate::{
     bsdf::{
@@ -94,7 +94,7 @@ use crate::{
         microfacet::Ggx,
         thin_film::ThinFilm,
     },
-    math::{Rgb, Vec2, Vec3, trig},
+    math::{Rgb, Vec2, Vec3, WorkingSpace, trig},
     texture::{Color, Scalar, TexturePoint, Textures},
 };
 
@@ -394,5 +394,11 @@ impl MaterialKind for Principled {
             && scalars.into_iter().all(Scalar::is_constant);
         let is_brushed = matches!(self.anisotropy, Scalar::Constant(a) if a > 0.0);
         !is_constant || is_brushed || self.reads_vertices || self.heights.is_some()
+    }
+
+    fn convert_colors(&mut self, space: WorkingSpace) {
+        let (colors, _) = self.sources_mut();
+        colors.into_iter().for_each(|color| color.convert(space));
+        self.absorption = medium::converted_absorption(self.absorption, space);
     }
 }

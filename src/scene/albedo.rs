@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::{MediumStack, Scene, SurfaceInteraction, shading_frame::shading_frame};
 use crate::{
-    bsdf::{Bsdf, BsdfKind, BsdfVisitor},
+    bsdf::{BsdfKind, BsdfVisitor},
     material::Material,
     math::{Rgb, Sample2D},
 };
@@ -21,8 +21,8 @@ impl Scene {
     ) -> Rgb {
         let material = self.material(surface.material);
         let mut bsdf = self.bsdf(surface.material, &surface.texture);
-        if let Bsdf::Lambert(lambert) = &*bsdf {
-            return lambert.albedo;
+        if let Some(albedo) = bsdf.lambert_albedo() {
+            return albedo;
         }
         if let Some(ior) = self.ior_outside(media, surface.material) {
             bsdf = Cow::Owned(bsdf.into_owned().immersed(ior));

@@ -42,11 +42,7 @@ impl Scene {
         let transform = geometry.transform(placed);
         let object = self.shape_objects[index as usize];
         let emission = self.material(self.objects[object.0 as usize].material).emission();
-        let normal = match &placed.shape {
-            Shape::Quad(quad) => Some(quad.normal()),
-            Shape::Disk(disk) => Some(disk.normal()),
-            _ => None,
-        };
+        let normal = placed.shape.flat_normal();
         let normal = normal.map(|n| transform.map_or(n, |t| t.normal_to_world(n).normalize()));
         let radiance = emission.map_or(0.0, |e| self.mean_radiance(&e, &placed.shape, transform));
         let bounds = geometry.bounds(PrimId::new(geometry.triangles.len() as u32 + index));

@@ -91,7 +91,7 @@ impl Lights {
                 }
                 None => infinite.push(id),
             }
-            if matches!(light, Light::Sun(sun) if sun.has_size()) {
+            if light.has_size() {
                 suns.push(id);
             }
         }
@@ -188,9 +188,9 @@ impl Lights {
     /// density of that direction in sr^-1.
     #[inline]
     pub fn suns(&self, w: Vec3) -> impl Iterator<Item = (LightId, Rgb, f32)> {
-        self.suns.iter().filter_map(move |&id| match &self.all[id.0 as usize] {
-            Light::Sun(sun) => sun.radiance_towards(w).map(|(l, pdf)| (id, l, pdf)),
-            _ => None,
+        self.suns.iter().filter_map(move |&id| {
+            let found = self.all[id.0 as usize].radiance_towards(w);
+            found.map(|(l, pdf)| (id, l, pdf))
         })
     }
 

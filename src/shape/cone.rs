@@ -73,6 +73,11 @@ fn yes() -> bool {
 }
 
 impl ConeDesc {
+    /// A point of the shape.
+    pub fn anchor(&self) -> Option<DVec3> {
+        Some(self.base.0)
+    }
+
     pub fn compile(&self, origin: DVec3) -> Result<Cone, Problem> {
         Ok(Cone {
             base: self.base.relative_to(origin),

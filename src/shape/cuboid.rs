@@ -40,6 +40,11 @@ pub struct CuboidDesc {
 }
 
 impl CuboidDesc {
+    /// A point of the shape.
+    pub fn anchor(&self) -> Option<DVec3> {
+        Some(self.min.0)
+    }
+
     pub fn compile(&self, origin: DVec3) -> Result<Cuboid, Problem> {
         let (min, max) = (self.min.relative_to(origin), self.max.get_ref().relative_to(origin));
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {

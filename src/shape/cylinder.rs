@@ -138,6 +138,11 @@ pub(super) const BASE: f32 = 1.0;
 const TOP: f32 = 2.0;
 
 impl CylinderDesc {
+    /// A point of the shape.
+    pub fn anchor(&self) -> Option<DVec3> {
+        Some(self.base.0)
+    }
+
     pub fn compile(&self, origin: DVec3) -> Result<Cylinder, Problem> {
         Ok(Cylinder {
             base: self.base.relative_to(origin),

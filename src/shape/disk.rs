@@ -52,6 +52,11 @@ fn up() -> Direction {
 }
 
 impl DiskDesc {
+    /// A point of the shape.
+    pub fn anchor(&self) -> Option<DVec3> {
+        Some(self.center.0)
+    }
+
     pub fn compile(&self, origin: DVec3) -> Result<Disk, Problem> {
         Ok(Disk {
             center: self.center.relative_to(origin),
@@ -128,6 +133,10 @@ impl ShapeKind for Disk {
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {
         let (e, rho) = self.polar(point_of(ray, hit));
         polar_surface(self.axis, self.center.as_dvec3(), self.radius, e, rho)
+    }
+
+    fn flat_normal(&self) -> Option<Vec3> {
+        Some(self.normal())
     }
 
     fn area(&self) -> f32 {

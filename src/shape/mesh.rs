@@ -69,6 +69,13 @@ pub struct MeshDesc {
     pub radius: Option<Positive>,
 }
 
+impl MeshDesc {
+    /// Where a mesh is, its file says.
+    pub fn anchor(&self) -> Option<DVec3> {
+        None
+    }
+}
+
 /// The scene of a file that has several.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize)]
 #[serde(untagged)]

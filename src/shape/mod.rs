@@ -111,6 +111,12 @@ pub trait ShapeKind {
     /// not be a unit vector.
     fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32;
 
+    /// The unit normal of a shape that is flat all over; `None` for other shapes. Emitters of which it is known are
+    /// sampled with less noise.
+    fn flat_normal(&self) -> Option<Vec3> {
+        None
+    }
+
     /// The largest curvature of the surface, in radians per metre; 0 for a flat one.
     fn curvature(&self) -> f32 {
         0.0
@@ -130,6 +136,10 @@ kinds! {
     }
     described only { "mesh" => Mesh(mesh::MeshDesc), }
     compiled by fn compile(&self, origin: DVec3) -> Result<Shape, Problem>;
+    described by {
+        /// A point of the shape, or near it, in the space of its description; `None` for an unbounded shape and for a mesh.
+        fn anchor(&self) -> Option<DVec3>;
+    }
     /// See [`ShapeKind::bounds`].
     fn bounds(&self) -> Aabb;
     /// See [`ShapeKind::intersect`].
@@ -148,21 +158,8 @@ kinds! {
     fn put_rectangle(&self, lane: usize, block: &mut RectangleBlock) -> bool;
     /// See [`ShapeKind::pdf`].
     fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32;
+    /// See [`ShapeKind::flat_normal`].
+    fn flat_normal(&self) -> Option<Vec3>;
     /// See [`ShapeKind::curvature`].
     fn curvature(&self) -> f32;
-}
-
-impl ShapeDesc {
-    /// A point of the shape, or near it, in the space of its description; `None` for a shape without an end and for a mesh.
-    pub fn anchor(&self) -> Option<DVec3> {
-        match self {
-            Self::Sphere(sphere) => Some(sphere.center.0),
-            Self::Disk(disk) => Some(disk.center.0),
-            Self::Quad(quad) => Some(quad.corners.get_ref()[0].0),
-            Self::Cuboid(cuboid) => Some(cuboid.min.0),
-            Self::Cylinder(cylinder) => Some(cylinder.base.0),
-            Self::Cone(cone) => Some(cone.base.0),
-            Self::Plane(_) | Self::Mesh(_) => None,
-        }
-    }
 }

@@ -48,6 +48,11 @@ fn up() -> Direction {
 }
 
 impl PlaneDesc {
+    /// An unbounded shape is nowhere in particular.
+    pub fn anchor(&self) -> Option<DVec3> {
+        None
+    }
+
     pub fn compile(&self, origin: DVec3) -> Result<Plane, Problem> {
         let axis = Axis::new(self.normal.0);
         let point = self.point.0 - origin;

@@ -48,6 +48,11 @@ pub struct QuadDesc {
 }
 
 impl QuadDesc {
+    /// A point of the shape.
+    pub fn anchor(&self) -> Option<DVec3> {
+        Some(self.corners.get_ref()[0].0)
+    }
+
     pub fn compile(&self, origin: DVec3) -> Result<Quad, Problem> {
         let problem = |message: String, help: &str| Err(Problem::at(self.corners.span(), message).with_help(help));
         let quad = Quad::from_corners(self.corners.get_ref().map(|p| p.relative_to(origin)));
@@ -351,6 +356,10 @@ impl ShapeKind for Quad {
             dpdu: (e + skew * v).as_vec3(),
             dpdv: (f + skew * u).as_vec3(),
         }
+    }
+
+    fn flat_normal(&self) -> Option<Vec3> {
+        Some(self.normal())
     }
 
     fn area(&self) -> f32 {

@@ -48,6 +48,11 @@ fn origin() -> Point {
 }
 
 impl SphereDesc {
+    /// A point of the shape.
+    pub fn anchor(&self) -> Option<DVec3> {
+        Some(self.center.0)
+    }
+
     pub fn compile(&self, origin: DVec3) -> Result<Sphere, Problem> {
         Ok(Sphere {
             center: self.center.relative_to(origin),

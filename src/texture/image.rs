@@ -150,19 +150,6 @@ impl ImagePattern {
         }
     }
 
-    /// The mean over the ellipse around `st` whose axes, from end to end, are `axes`.
-    pub fn mean(&self, bitmaps: &[Bitmap], st: Vec2, axes: [Vec2; 2]) -> Rgb {
-        let bitmap = &bitmaps[self.bitmap.0 as usize];
-        let size = Vec2::new(bitmap.width as f32, bitmap.height as f32);
-        let footprint = Footprint::of(axes, size);
-        let mut sum = Rgb::BLACK;
-        for probe in 0..footprint.probes {
-            let along = (probe as f32 + 0.5) / footprint.probes as f32 - 0.5;
-            sum += self.between_levels(bitmap, st + footprint.long_axis * along, footprint.level);
-        }
-        self.working_space.from_rec709(sum / footprint.probes as f32)
-    }
-
     /// The colour in the copies of the picture above and below `level`.
     #[inline]
     fn between_levels(&self, bitmap: &Bitmap, st: Vec2, level: f32) -> Rgb {
@@ -251,6 +238,33 @@ impl PatternKind for ImagePattern {
             TextureFilter::Nearest => self.nearest(bitmap, st),
             TextureFilter::Linear | TextureFilter::Trilinear => self.linear(bitmap, st),
         })
+    }
+
+    fn convert_colors(&mut self, space: WorkingSpace, is_color: &dyn Fn(BitmapId) -> bool) {
+        if is_color(self.bitmap) {
+            self.working_space = space;
+        }
+    }
+
+    fn filtered_bitmap(&self) -> Option<BitmapId> {
+        (self.filter == TextureFilter::Trilinear).then_some(self.bitmap)
+    }
+
+    fn mean(&self, bitmaps: &[Bitmap], st: Vec2, axes: [Vec2; 2]) -> Rgb {
+        let bitmap = &bitmaps[self.bitmap.0 as usize];
+        let size = Vec2::new(bitmap.width as f32, bitmap.height as f32);
+        let footprint = Footprint::of(axes, size);
+        let mut sum = Rgb::BLACK;
+        for probe in 0..footprint.probes {
+            let along = (probe as f32 + 0.5) / footprint.probes as f32 - 0.5;
+            sum += self.between_levels(bitmap, st + footprint.long_axis * along, footprint.level);
+        }
+        self.working_space.from_rec709(sum / footprint.probes as f32)
+    }
+
+    fn steps(&self, bitmaps: &[Bitmap]) -> Vec2 {
+        let bitmap = &bitmaps[self.bitmap.0 as usize];
+        Vec2::new(bitmap.width as f32, bitmap.height as f32)
     }
 }
 

@@ -13,7 +13,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{Bitmap, Pattern, Texture, bitmap::Storage, image::TextureFilter};
+use super::{Bitmap, Texture, bitmap::Storage};
 use crate::math::srgb;
 
 /// Gives levels to the bitmaps that one of `textures` looks at from afar, on the threads of the
@@ -21,10 +21,8 @@ use crate::math::srgb;
 pub fn add_levels(textures: &[Texture], bitmaps: &mut [Bitmap]) {
     let mut wanted = vec![false; bitmaps.len()];
     for texture in textures {
-        if let Pattern::Image(image) = &texture.pattern
-            && image.filter == TextureFilter::Trilinear
-        {
-            wanted[image.bitmap.0 as usize] = true;
+        if let Some(bitmap) = texture.pattern.filtered_bitmap() {
+            wanted[bitmap.0 as usize] = true;
         }
     }
     let wanted = bitmaps.par_iter_mut().zip(wanted).filter(|(_, wanted)| *wanted);

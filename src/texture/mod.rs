@@ -6,7 +6,7 @@
 
 use crate::{
     kind::kinds,
-    math::{Rgb, Vec2, Vec3, Vec4},
+    math::{Rgb, Vec2, Vec3, Vec4, WorkingSpace},
     value::{Channel, Problem},
 };
 
@@ -20,7 +20,6 @@ pub mod stripes;
 pub mod transform;
 
 pub use bitmap::Bitmap;
-use image::TextureFilter;
 pub use mapping::{Mapping, MappingDesc};
 pub use transform::{StTransform, StTransformDesc};
 
@@ -147,6 +146,25 @@ pub trait PatternKind {
     fn alpha(&self, _bitmaps: &[Bitmap], _st: Vec2) -> f32 {
         1.0
     }
+
+    /// Converts all colours from Rec. 709 to a working space. `is_color` tells whether a bitmap holds colours, and not data.
+    fn convert_colors(&mut self, space: WorkingSpace, is_color: &dyn Fn(BitmapId) -> bool);
+
+    /// The bitmap whose mip levels [`PatternKind::mean`] reads; `None` where the pattern is evaluated at points only.
+    fn filtered_bitmap(&self) -> Option<BitmapId> {
+        None
+    }
+
+    /// The mean over the ellipse around `st` whose axes, from end to end, are `axes`. Patterns without mip levels are evaluated
+    /// at `st`.
+    fn mean(&self, bitmaps: &[Bitmap], st: Vec2, _axes: [Vec2; 2]) -> Rgb {
+        self.eval(bitmaps, st)
+    }
+
+    /// The number of steps per unit of s and t that tell neighbouring values apart: texels, if there are any.
+    fn steps(&self, _bitmaps: &[Bitmap]) -> Vec2 {
+        Vec2::splat(PATTERN_STEPS)
+    }
 }
 
 /// A function that finds the bitmap of an image file in a colour space.
@@ -162,12 +180,22 @@ kinds! {
     }
     described only {}
     compiled by fn compile(&self, find: &FindBitmap<'_>) -> Result<Pattern, Problem>;
+    changed by {
+        /// See [`PatternKind::convert_colors`].
+        fn convert_colors(&mut self, space: WorkingSpace, is_color: &dyn Fn(BitmapId) -> bool);
+    }
     /// See [`PatternKind::eval`].
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb;
     /// See [`PatternKind::max_value`].
     fn max_value(&self, bitmaps: &[Bitmap]) -> Rgb;
     /// See [`PatternKind::alpha`].
     fn alpha(&self, bitmaps: &[Bitmap], st: Vec2) -> f32;
+    /// See [`PatternKind::filtered_bitmap`].
+    fn filtered_bitmap(&self) -> Option<BitmapId>;
+    /// See [`PatternKind::mean`].
+    fn mean(&self, bitmaps: &[Bitmap], st: Vec2, axes: [Vec2; 2]) -> Rgb;
+    /// See [`PatternKind::steps`].
+    fn steps(&self, bitmaps: &[Bitmap]) -> Vec2;
 }
 
 /// A mapping, where the pattern lies, and the pattern.
@@ -189,13 +217,11 @@ impl Texture {
     /// patterns are evaluated at the point.
     pub fn eval(&self, bitmaps: &[Bitmap], at: &TexturePoint) -> Rgb {
         let st = self.transform.point(self.mapping.st(at));
-        match &self.pattern {
-            Pattern::Image(image) if image.filter == TextureFilter::Trilinear && at.footprint != [Vec2::ZERO; 2] => {
-                let footprint = self.mapping.footprint(at).map(|d| self.transform.vector(d));
-                image.mean(bitmaps, st, footprint)
-            }
-            pattern => pattern.eval(bitmaps, st),
+        if self.pattern.filtered_bitmap().is_none() || at.footprint == [Vec2::ZERO; 2] {
+            return self.pattern.eval(bitmaps, st);
         }
+        let footprint = self.mapping.footprint(at).map(|d| self.transform.vector(d));
+        self.pattern.mean(bitmaps, st, footprint)
     }
 }
 
@@ -212,6 +238,14 @@ impl Color {
     /// Whether it is the same everywhere.
     pub fn is_constant(&self) -> bool {
         matches!(self, Self::Constant(_))
+    }
+
+    /// Converts a constant or a tint from Rec. 709 to a working space; the texture converts its own colours.
+    pub fn convert(&mut self, space: WorkingSpace) {
+        match self {
+            Self::Constant(color) | Self::Tinted(_, color) => *color = space.from_rec709(*color),
+            Self::Texture(_) => {}
+        }
     }
 }
 
@@ -297,13 +331,7 @@ impl Textures<'_> {
     /// The size of a texel along u and along v; of a pattern without texels, a small part of the unit.
     pub fn texel(&self, id: TextureId, at: &TexturePoint) -> Vec2 {
         let texture = &self.textures[id.0 as usize];
-        let size = match &texture.pattern {
-            Pattern::Image(image) => {
-                let bitmap = &self.bitmaps[image.bitmap.0 as usize];
-                Vec2::new(bitmap.width as f32, bitmap.height as f32)
-            }
-            _ => Vec2::splat(PATTERN_STEPS),
-        };
+        let size = texture.pattern.steps(self.bitmaps);
         let unit = TexturePoint {
             footprint: [Vec2::X, Vec2::Y],
             ..*at

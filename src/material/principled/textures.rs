@@ -109,7 +109,7 @@ impl Principled {
         (colors, scalars)
     }
 
-    fn sources_mut(&mut self) -> ([&mut Color; 5], [&mut Scalar; 12]) {
+    pub(super) fn sources_mut(&mut self) -> ([&mut Color; 5], [&mut Scalar; 12]) {
         let colors = [
             &mut self.base_color,
             &mut self.specular_color,
