@@ -7,6 +7,7 @@ use std::{
 };
 
 mod circles;
+mod kinds;
 mod paths;
 
 /// Rooms by floor. A room uses the floors below its own.

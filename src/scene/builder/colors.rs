@@ -32,3 +32,6 @@ impl SceneBuilder {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
