@@ -41,7 +41,7 @@ fn compiled(room: &str, text: &str) -> Option<[Vec<String>; 2]> {
             let find = |source: &Spanned<ColorSource>| {
                 Ok(match source.get_ref() {
                     ColorSource::Constant(color) => Color::Constant(*color),
-                    ColorSource::Texture(_) => Color::Texture(TextureId(0)),
+                    _ => Color::Texture(TextureId(0)),
                 })
             };
             let material = toml::from_str::<MaterialDesc>(text).ok()?.compile(&find).ok()?;
