@@ -7,6 +7,8 @@ use batch_render::{
     error::{Blame, Error},
 };
 
+use super::replay::Replay;
+
 /// Some frames are not on disk.
 #[derive(Debug)]
 pub struct FramesFailed {
@@ -52,49 +54,7 @@ impl fmt::Display for FramesFailed {
 impl std::error::Error for FramesFailed {}
 
 /// The command that repeats one frame of this process's command alone.
-pub fn command_of_frame(frame: i32) -> String {
-    command(std::env::args(), frame)
-}
-
-fn command(typed: impl Iterator<Item = String>, frame: i32) -> String {
-    let mut words = Vec::new();
-    let mut typed = typed;
-    while let Some(word) = typed.next() {
-        match word.as_str() {
-            "--range" | "-r" | "--part" | "--part-base" => drop(typed.next()),
-            other
-                if ["--range=", "--part=", "--part-base="]
-                    .iter()
-                    .any(|flag| other.starts_with(flag)) => {}
-            other if other.starts_with("-r") && !other.starts_with("--") => {}
-            _ => words.push(quoted(&word)),
-        }
-    }
-    words.push(format!("--range={frame}"));
-    words.join(" ")
-}
-
-/// The word as a shell reads it.
-pub fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "-_=+./,:@%#".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) && !word.starts_with('#') {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_command_of_a_frame_has_its_range_alone() {
-        let typed = "batch-render s.toml --frames p.csv -r 1-100 --part=2/4 --samples 4";
-        let words = typed.split(' ').map(str::to_owned).chain(["it's here.toml".to_owned()]);
-        assert_eq!(
-            command(words, -5),
-            "batch-render s.toml --frames p.csv --samples 4 'it'\\''s here.toml' --range=-5"
-        );
-    }
+pub fn command_of_frame(frame: i32) -> Result<String, Error> {
+    let replay = Replay::of_process()?.without(&["part", "part-base"]);
+    Ok(replay.with("range", frame.to_string()).shell_line())
 }

@@ -14,7 +14,7 @@ use batch_render::{
     viewer::{Viewer, ViewerOptions},
 };
 
-use super::{fly_args::FlyArgs, memory, progress::say, signals, threads::threads};
+use super::{fly_args::FlyArgs, memory, progress::say, replay::Replay, signals, threads::threads};
 
 /// Serves the page until a signal comes.
 pub fn run(args: &FlyArgs, simd: Isa) -> anyhow::Result<()> {
@@ -40,7 +40,7 @@ pub fn run(args: &FlyArgs, simd: Isa) -> anyhow::Result<()> {
     let options = ViewerOptions {
         listen: SocketAddr::new(args.listen, args.port),
         camera_path: args.frames.clone(),
-        command: command(args),
+        command,
     };
     if !args.listen.is_loopback() {
         tracing::warn!(
@@ -66,30 +66,24 @@ pub fn run(args: &FlyArgs, simd: Isa) -> anyhow::Result<()> {
     Ok(viewer.run(threads, &stop)?)
 }
 
-/// The command of the job, without the camera path and what a look may change.
-fn command(args: &FlyArgs) -> Vec<String> {
-    let mut words = vec!["batch-render".to_owned(), args.scene.display().to_string()];
-    let mut add = |flag: &str, value: Option<String>| {
-        if let Some(value) = value {
-            words.extend([format!("--{flag}"), value]);
-        }
+/// The command of the job, with these values instead of those of the arguments.
+fn command(changes: &[(&str, String)]) -> String {
+    // Flags of the viewer alone.
+    const OWN: [&str; 8] = [
+        "frames",
+        "port",
+        "listen",
+        "open",
+        "threads",
+        "max-memory",
+        "verbose",
+        "quiet",
+    ];
+    let Ok(replay) = Replay::of_process() else {
+        return String::new();
     };
-    for pattern in &args.output {
-        add("output", Some(pattern.clone()));
-    }
-    add("resolution", args.resolution.map(|[w, h]| format!("{w}x{h}")));
-    add("samples", args.samples.map(|n| n.to_string()));
-    add("integrator", args.integrator.clone());
-    add("camera", args.camera.clone());
-    add("fps", args.fps.map(|fps| fps.to_string()));
-    add("rotation-order", args.rotation_order.map(|order| order.to_string()));
-    add("texture-memory", args.texture_memory.map(|bytes| bytes.to_string()));
-    add("variant", args.variant.clone());
-    add("point-radius", args.point_radius.map(|radius| radius.to_string()));
-    if args.allow_outside {
-        words.push("--allow-outside".to_owned());
-    }
-    words
+    let change = |replay: Replay, (flag, value): &(&str, String)| replay.with(flag, value);
+    changes.iter().fold(replay.without(&OWN), change).shell_line()
 }
 
 /// Opens the page with the program that the system opens addresses with.

@@ -19,6 +19,7 @@ mod log;
 mod memory;
 mod preview;
 mod progress;
+mod replay;
 mod report_page;
 mod request;
 mod signals;

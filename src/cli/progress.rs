@@ -192,10 +192,10 @@ impl Observer for Progress {
 
     fn frame_failed(&self, failure: &FrameFailure) {
         let FrameFailure { frame, cause } = failure;
-        tracing::error!(
-            "frame {frame}: {cause}; to repeat it alone: {}",
-            command_of_frame(*frame)
-        );
+        match command_of_frame(*frame) {
+            Ok(command) => tracing::error!("frame {frame}: {cause}; to repeat it alone: {command}"),
+            Err(_) => tracing::error!("frame {frame}: {cause}"),
+        }
     }
 
     fn frame_stale(&self, number: i32, stale: &Stale) {

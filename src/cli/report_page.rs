@@ -10,8 +10,8 @@ use base64::{Engine as _, engine::general_purpose::STANDARD};
 use batch_render::output::FrameImage;
 
 use super::{
-    failures::quoted,
     figures::{Frame, Report, Status},
+    replay::quoted,
     small_picture::small_picture,
     summary::{count, seconds},
 };
@@ -51,7 +51,7 @@ pub fn page(report: &Report, thumbnails: &BTreeMap<i32, String>) -> String {
     let mut out = String::new();
     let done = |status| report.frames.iter().filter(|f| f.status == status).count();
     let [written, skipped, failed] = [Status::Written, Status::Skipped, Status::Failed].map(done);
-    let command: Vec<String> = report.command.iter().map(|word| quoted(word)).collect();
+    let command: Vec<String> = report.command.iter().map(quoted).collect();
     let [width, height] = report.resolution;
     let state = match (report.is_finished, remaining(report)) {
         (true, _) => "finished".to_owned(),

@@ -67,7 +67,9 @@ impl<'a> Stats<'a> {
         let adaptive = plan.settings.samples.adaptive;
         let report = Report {
             version: env!("CARGO_PKG_VERSION"),
-            command: std::env::args().collect(),
+            command: std::env::args_os()
+                .map(|word| word.to_string_lossy().into_owned())
+                .collect(),
             scene: job.desc.source.path.display().to_string(),
             resolution: plan.settings.resolution,
             samples: plan.settings.samples.max,

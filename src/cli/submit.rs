@@ -26,9 +26,24 @@ use super::{
     args::{Engine, SubmitArgs},
     exit::cannot_create,
     progress::say,
+    replay::Replay,
     request::request,
 };
 use task::{Step, Task};
+
+/// Flags that are not passed on: those of `submit` itself, and those that each task gets with values of its own.
+const OWN: [&str; 10] = [
+    "engine",
+    "bundle",
+    "chunk",
+    "run",
+    "range",
+    "part-base",
+    "progress",
+    "denoise-step",
+    "skip-existing",
+    "overwrite",
+];
 
 /// Writes the bundle, and starts it if that is asked for.
 pub fn run(args: &SubmitArgs, simd: Isa) -> anyhow::Result<()> {
@@ -115,7 +130,7 @@ fn task(args: &SubmitArgs, simd: Isa) -> anyhow::Result<Task> {
         return Err(Error::Usage("--part is what the farm's tasks are given: submit the whole job".to_owned()).into());
     }
     let job = Job::open(scene, &request(&args.render, simd)?)?;
-    let arguments = render_arguments(env::args().skip(1));
+    let arguments = render_arguments(Replay::of_process()?)?;
     if let Some(word) = arguments
         .iter()
         .find(|word| args.engine == Engine::Openjd && word.contains("{{"))
@@ -138,46 +153,11 @@ fn task(args: &SubmitArgs, simd: Isa) -> anyhow::Result<Task> {
 
 fn utf8(path: &OsStr) -> anyhow::Result<&str> {
     path.to_str()
-        .with_context(|| format!("the path is not UTF-8, which a farm's file needs: {}", path.display()))
+        .with_context(|| format!("this is not UTF-8, which a farm's file needs: {}", path.display()))
 }
 
 /// The arguments of `submit` that are render options and choose no frames.
-fn render_arguments(typed: impl Iterator<Item = String>) -> Vec<String> {
-    const OWN: [&str; 6] = [
-        "--engine",
-        "--bundle",
-        "--chunk",
-        "--range",
-        "--progress",
-        "--denoise-step",
-    ];
-    const SWITCHES: [&str; 4] = ["submit", "--run", "--skip-existing", "--overwrite"];
-    let mut typed = typed.peekable();
-    let mut kept = Vec::new();
-    let mut is_first = true;
-    while let Some(word) = typed.next() {
-        let is_own = |flag: &str| word.strip_prefix(flag).is_some_and(|rest| rest.starts_with('='));
-        if OWN.contains(&word.as_str()) || word == "-r" {
-            typed.next();
-        } else if OWN.iter().any(|flag| is_own(flag)) || word.starts_with("-r") && !word.starts_with("--") {
-        } else if SWITCHES.contains(&word.as_str()) && (word != "submit" || is_first) {
-            is_first = is_first && word != "submit";
-        } else {
-            kept.push(word);
-        }
-    }
-    kept
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn render_options_are_passed_on_and_the_farm_chooses_the_frames() {
-        let typed =
-            "submit --engine slurm --bundle=out --chunk 5 s.toml --frames p.csv -r 1-9 --samples 4 --range=2 --run";
-        let kept = render_arguments(typed.split(' ').map(str::to_owned));
-        assert_eq!(kept.join(" "), "s.toml --frames p.csv --samples 4");
-    }
+fn render_arguments(typed: Replay) -> anyhow::Result<Vec<String>> {
+    let kept = typed.without(&OWN).arguments();
+    kept.iter().map(|word| Ok(utf8(word)?.to_owned())).collect()
 }

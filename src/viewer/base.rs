@@ -23,7 +23,7 @@ pub struct Base {
     pub desc: SceneDesc,
     pub request: Request,
     pub camera_path: PathBuf,
-    pub command: Vec<String>,
+    pub command: fn(&[(&str, String)]) -> String,
     /// The hash of all that was loaded.
     pub inputs: InputHash,
     /// The plan of the job as it was requested.
@@ -59,7 +59,7 @@ impl Base {
             desc: job.desc,
             request,
             camera_path: options.camera_path.clone(),
-            command: options.command.clone(),
+            command: options.command,
             keyframes: Some(keyframes),
         })
     }

@@ -99,26 +99,18 @@ impl Look {
         request
     }
 
-    /// The options of the command line that say the same as [`Look::apply_changes`].
-    pub fn options(&self, before: &Self) -> Vec<String> {
-        let mut options = Vec::new();
-        let mut add = |changed: bool, flag: &str, value: String| {
-            if changed {
-                options.push(format!("--{flag}"));
-                options.push(value);
-            }
+    /// The flags of the command line, with values, that say the same as [`Look::apply_changes`].
+    pub fn options(&self, before: &Self) -> Vec<(&'static str, String)> {
+        let all = |look: &Self| {
+            [
+                ("integrator", look.integrator.clone()),
+                ("show", look.pass.clone()),
+                ("samples", look.samples.to_string()),
+                ("view", look.view.clone()),
+                ("exposure", look.exposure.to_string()),
+            ]
         };
-        add(
-            self.integrator != before.integrator,
-            "integrator",
-            self.integrator.clone(),
-        );
-        add(self.pass != before.pass, "show", self.pass.clone());
-        add(self.samples != before.samples, "samples", self.samples.to_string());
-        add(self.view != before.view, "view", self.view.clone());
-        if self.exposure != before.exposure {
-            options.push(format!("--exposure={}", self.exposure));
-        }
-        options
+        let pairs = all(self).into_iter().zip(all(before));
+        pairs.filter(|(new, old)| new != old).map(|(new, _)| new).collect()
     }
 }

@@ -9,6 +9,6 @@ pub struct ViewerOptions {
     pub listen: SocketAddr,
     /// The camera path file that is edited. It need not exist.
     pub camera_path: PathBuf,
-    /// The command that renders the scene, as far as it is known: the program, the scene and the options of the job.
-    pub command: Vec<String>,
+    /// Returns the command that renders the scene, for a shell, with these values of flags instead of those that were given.
+    pub command: fn(&[(&str, String)]) -> String,
 }

@@ -402,18 +402,17 @@ impl Session {
             name: key.name.as_deref(),
             interp: interp(key.interp),
         });
-        let mut command = self.base.command.clone();
+        let mut changes = state.look.options(&self.first_look);
         if state.keyframes.has_keys() {
-            command.extend(["--frames".to_owned(), self.base.camera_path.display().to_string()]);
+            changes.push(("frames", file_name(&self.base.camera_path)));
         }
-        command.extend(state.look.options(&self.first_look));
         let facts = Facts {
             t: "facts",
             look: &state.look,
             keys: keys.collect(),
             file: file_name(&self.base.camera_path),
             is_changed: state.keyframes.is_changed(),
-            command: command.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" "),
+            command: (self.base.command)(&changes),
         };
         let json = serde_json::to_string(&facts).expect("facts are numbers and words");
         self.facts.send_replace(Arc::from(json));
@@ -451,14 +450,4 @@ impl Base {
 
 fn file_name(path: &Path) -> String {
     path.display().to_string()
-}
-
-/// A word of a command line as a shell takes it.
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+%@#".contains(c);
-    if !word.is_empty() && !word.starts_with('#') && word.chars().all(is_plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
-    }
 }

@@ -82,6 +82,7 @@ const PACKAGES: [(&str, &[&str]); 16] = [
         ],
     ),
     ("clap", &["src/cli/"]),
+    ("shlex", &["src/cli/"]),
     ("indicatif", &["src/cli/"]),
     ("anyhow", &["src/cli/"]),
     ("signal_hook", &["src/cli/"]),

@@ -1,13 +1,13 @@
 //! A batch script of Slurm: an array job, each of whose tasks renders a part of the frames.
 
 use super::task::Task;
-use crate::cli::failures::quoted;
+use crate::cli::replay::quoted;
 
 /// The script of a step whose tasks get these arguments of their own; they write their logs into `bundle`.
 pub fn script(task: &Task, own: &[&str], bundle: &str) -> String {
     let tasks = task.frames.len().div_ceil(task.chunk as usize).max(1);
     let frames = &task.frames;
-    let arguments = task.arguments.iter().map(|word| quoted(word));
+    let arguments = task.arguments.iter().map(quoted);
     let words: Vec<String> = arguments.chain(own.iter().map(|word| (*word).to_owned())).collect();
     let existing = if task.overwrites {
         "--overwrite"
@@ -64,7 +64,7 @@ mod tests {
         assert!(script.contains("#SBATCH --chdir=\"/a b\"\n"), "{script}");
         assert!(
             script.contains(
-                "'my scene.toml' -o f.####.exr --range=1-25 --part \"$SLURM_ARRAY_TASK_ID/3\" --skip-existing"
+                "'my scene.toml' -o 'f.####.exr' --range=1-25 --part \"$SLURM_ARRAY_TASK_ID/3\" --skip-existing"
             ),
             "{script}"
         );
