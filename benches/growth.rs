@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .map(|_| picture())
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .expect("three");
-        let tree = scene.accel.stats().build_time.as_secs_f64();
+        let tree = scene.geometry.accel.stats().build_time.as_secs_f64();
         println!(
             "| {triangles} | {tree:.2} | {seconds:.2} | {:.1} | {:.0} |",
             rays / 1e6,

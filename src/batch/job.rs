@@ -161,7 +161,10 @@ impl Job {
         let scene = self.build(scene)?;
         let summary = run(&self.plan, &scene, &survey, observer, control)?;
         Ok(Summary {
-            scene: SceneFigures::new(scene.accel.geometry(), Some(scene.accel.stats().build_time)),
+            scene: SceneFigures::new(
+                scene.geometry.accel.geometry(),
+                Some(scene.geometry.accel.stats().build_time),
+            ),
             ..summary
         })
     }

@@ -249,7 +249,7 @@ impl Plan {
     /// The coverage of pictures by this plan. `fills_film` tells whether every point of the picture has a camera ray, in all
     /// frames.
     pub fn coverage(&self, scene: &Scene, fills_film: bool) -> Coverage {
-        if scene.background.visible && fills_film && self.settings.content == Content::Light {
+        if scene.shading.background.visible && fills_film && self.settings.content == Content::Light {
             Coverage::Full
         } else {
             Coverage::Partial

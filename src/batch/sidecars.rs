@@ -108,8 +108,13 @@ impl<'a> Ids<'a> {
     fn new(scene: &'a Scene) -> Self {
         Self {
             conventions: "the first name has the number 1; 0 is nothing",
-            object_id: scene.objects.iter().map(|object| object.name.as_str()).collect(),
-            material_id: scene.material_names.iter().map(String::as_str).collect(),
+            object_id: scene
+                .geometry
+                .objects
+                .iter()
+                .map(|object| object.name.as_str())
+                .collect(),
+            material_id: scene.shading.material_names.iter().map(String::as_str).collect(),
         }
     }
 }

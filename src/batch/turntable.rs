@@ -26,7 +26,7 @@ pub struct Orbit {
 impl Turntable {
     /// Around all of the scene that has bounds. Of a scene without any the camera looks around.
     pub fn around(self, scene: &Scene) -> Orbit {
-        let bounds = scene.accel.geometry().world_bounds();
+        let bounds = scene.geometry.accel.geometry().world_bounds();
         let center = if bounds.is_finite() {
             scene.origin + bounds.center().as_dvec3()
         } else {

@@ -100,7 +100,7 @@ impl Buffers {
 
     /// Generates all rays; `camera` has a film of [`SIDE`] x [`SIDE`] pixels.
     pub fn new(scene: &Scene, camera: &Camera) -> Self {
-        let accel = &*scene.accel;
+        let accel = &*scene.geometry.accel;
         let camera = &camera.moved(-scene.origin);
         let light = light(scene);
         let mut rays: [Vec<Ray>; 4] = Default::default();
@@ -205,7 +205,7 @@ fn shadow_ray(surface: &SurfaceInteraction, light: Vec3) -> Ray {
 
 /// Returns the position of the scene's first light, or a point above the scene.
 fn light(scene: &Scene) -> Vec3 {
-    let bounds = scene.accel.geometry().world_bounds();
+    let bounds = scene.geometry.accel.geometry().world_bounds();
     let (center, size) = if bounds.is_empty() {
         (Vec3::ZERO, 1.0)
     } else {

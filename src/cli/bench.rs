@@ -117,7 +117,7 @@ fn rays(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let report = pool.install(|| {
         let scene = job.compile()?;
         let buffers = Buffers::new(&scene, &camera);
-        let geometry = contest(scene.accel.geometry(), args.embree.as_deref());
+        let geometry = contest(scene.geometry.accel.geometry(), args.embree.as_deref());
         let options = BenchOptions {
             scene: job.desc.name(),
             simd,

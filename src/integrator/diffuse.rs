@@ -100,7 +100,7 @@ impl<'a> DiffuseBlock<'a> {
         (self.is_diffuse, self.families) = (is_diffuse, families);
         let mut all_disks = [Vec2::ZERO; LANES];
         all_disks[..disks.len()].copy_from_slice(disks);
-        scene.accel.simd().dispatch(Scatterings {
+        scene.geometry.accel.simd().dispatch(Scatterings {
             surfaces: &batch.blocks[first / LANES],
             disks: &all_disks,
             block: self,

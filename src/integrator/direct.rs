@@ -191,7 +191,7 @@ fn sample_light(
     {
         return sample;
     }
-    let choice = scene.lights.choose(scene.accel.simd(), family, receiver, uc)?;
+    let choice = scene.lights.choose(scene.geometry.accel.simd(), family, receiver, uc)?;
     let sample_use = match family {
         LightFamily::Lamps | LightFamily::Suns => SampleUse::Light,
         LightFamily::Background => SampleUse::Background,

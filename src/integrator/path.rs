@@ -247,7 +247,7 @@ impl PathTracer {
         if !l.is_black() {
             let weight = self.strategy.weight_of_bsdf(path.last.pdf, || background.pdf);
             out.add_radiance(self.limits.clamped(path, 0, l * weight), || {
-                scene.light_groups.of_background()
+                scene.shading.light_groups.of_background()
             });
         }
         if path.depth > 1 {
@@ -277,7 +277,7 @@ impl PathTracer {
             .strategy
             .weight_of_bsdf(path.last.pdf, || scene.pdf_hit(&receiver(context), context.ray.d, hit));
         out.add_radiance(self.limits.clamped(path, 0, l * weight), || {
-            scene.light_groups.of_object(surface.object)
+            scene.shading.light_groups.of_object(surface.object)
         });
     }
 }

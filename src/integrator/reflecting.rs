@@ -194,7 +194,7 @@ impl<'a, B: BsdfBlock> KindBlock<'a, B> {
         if self.scattering.is_set == [false; LANES] {
             return false;
         }
-        batch.scene.accel.simd().dispatch(Scatterings {
+        batch.scene.geometry.accel.simd().dispatch(Scatterings {
             choices: &lane_choices,
             samples: &lane_samples,
             block: self,

@@ -126,7 +126,7 @@ fn go_on(
     } else {
         path.last.media
     };
-    if sample.is_straight() && context.scene.media.lets_shadow_rays_through() {
+    if sample.is_straight() && context.scene.shading.media.lets_shadow_rays_through() {
         // Light that was asked for at the last vertex comes this way too: nothing changes but the beginning of the ray.
         bounces.straight = bounces.straight.saturating_add(u8::from(path.depth > 1));
         let ray = Ray {

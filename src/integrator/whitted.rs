@@ -62,7 +62,7 @@ impl Integrator for Whitted {
         let surface = match context.vertex {
             Vertex::Surface(surface, _) => surface,
             Vertex::Miss(light) => {
-                return out.add_radiance(light.radiance, || scene.light_groups.of_background());
+                return out.add_radiance(light.radiance, || scene.shading.light_groups.of_background());
             }
         };
         let terms = scene
@@ -83,7 +83,7 @@ impl Integrator for Whitted {
         });
         if let Some(emission) = scene.material(surface.material).emission() {
             let l = emission.radiance(&scene.textures(), &surface.texture, surface.ng.dot(surface.wo));
-            out.add_radiance(l, || scene.light_groups.of_object(surface.object));
+            out.add_radiance(l, || scene.shading.light_groups.of_object(surface.object));
         }
         if context.path.depth >= self.max_depth {
             return;
@@ -195,7 +195,7 @@ impl ShadedPoint<'_, '_> {
         }
         let receiver = LightSampleContext { p, n: self.n };
         let u = context.numbers.get_2d(Dimension::at(depth, SampleUse::Selection)).x;
-        let Some(choice) = scene.lights.choose_emitter(scene.accel.simd(), &receiver, u) else {
+        let Some(choice) = scene.lights.choose_emitter(scene.geometry.accel.simd(), &receiver, u) else {
             return;
         };
         let u = context.numbers.get_2d(Dimension::at(depth, SampleUse::Light));

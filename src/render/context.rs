@@ -54,10 +54,10 @@ impl<'a> RenderContext<'a> {
             settings,
             needs: layout.needs(),
             accumulators: settings.accumulator_layout(layout),
-            paths_pass: !scene.is_opaque() || scene.media.has_priorities(),
-            shadow_rays_pass: !scene.is_opaque() || scene.media.lets_shadow_rays_through(),
+            paths_pass: !scene.is_opaque() || scene.shading.media.has_priorities(),
+            shadow_rays_pass: !scene.is_opaque() || scene.shading.media.lets_shadow_rays_through(),
             media: media_of(scene, &camera),
-            simd: scene.accel.simd(),
+            simd: scene.geometry.accel.simd(),
             fills_film: frame_camera.fills_film(),
             cone: scene.reads_footprints().then(cone),
         }

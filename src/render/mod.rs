@@ -75,7 +75,7 @@ impl Renderer {
         control: &Control<'_>,
     ) -> Result<Film, RenderError> {
         let picture = picture_of(integrator);
-        let layout = settings.film_layout(picture, scene.light_groups.names())?;
+        let layout = settings.film_layout(picture, scene.shading.light_groups.names())?;
         let layout = layout.with_mattes(|| scene.mattes());
         let frame_camera = &frame_camera.moved(-scene.origin);
         let context = RenderContext::new(scene, frame_camera, integrator, settings, &layout);

@@ -106,7 +106,7 @@ pub(super) fn pass(
 /// The media behind the surface at a hit.
 fn behind(scene: &Scene, media: MediumStack, ray: &Ray, hit: &Hit) -> MediumStack {
     let material = scene.material_of(hit);
-    if scene.media.of_material(material).is_none() {
+    if scene.shading.media.of_material(material).is_none() {
         return media;
     }
     let inwards = scene.surface(ray, hit).ng.dot(ray.d) < 0.0;
@@ -194,5 +194,5 @@ fn trace(scene: &Scene, rays: &[Ray], passing: &mut Passing) {
     passing.rays.extend(passing.which.iter().map(|&i| rays[i as usize]));
     passing.hits.clear();
     passing.hits.resize(passing.rays.len(), None);
-    scene.accel.nearest(&passing.rays, &mut passing.hits);
+    scene.geometry.accel.nearest(&passing.rays, &mut passing.hits);
 }

@@ -189,7 +189,7 @@ impl Wave {
         if context.needs.first_hits {
             self.first_hits.resize(self.weights.len(), None);
         }
-        let layer_count = context.scene.light_groups.layer_count();
+        let layer_count = context.scene.shading.light_groups.layer_count();
         let stays = self.out.layers.as_ref().is_some_and(|l| l.layer_count() == layer_count);
         match (context.needs.light_layers, stays) {
             (false, _) => self.out.layers = None,
@@ -218,7 +218,7 @@ impl Wave {
             rays: &self.rays,
             layout: block.layout(),
         };
-        scene.accel.nearest_batch(batch, &mut self.hits);
+        scene.geometry.accel.nearest_batch(batch, &mut self.hits);
         let mut traced = self.rays.len() as u64;
         if context.paths_pass {
             let key = |sample: u32| block.key(context.settings, sample);
@@ -354,7 +354,7 @@ impl Wave {
 
     /// Shades all paths whose rays met nothing.
     fn shade_misses(&mut self, context: &RenderContext<'_>) {
-        let shows_background = context.scene.background.visible && context.settings.content == Content::Light;
+        let shows_background = context.scene.shading.background.visible && context.settings.content == Content::Light;
         if !shows_background && self.paths.first().is_some_and(|path| path.depth == 1) {
             for &i in &self.miss_indices {
                 self.alpha[self.paths[i as usize].sample as usize] = 0.0;
@@ -376,7 +376,7 @@ impl Wave {
         inputs.lights.clear();
         for indices in miss_indices.chunks(SHADE_BATCH) {
             let directions = indices.iter().map(|&i| rays[i as usize].d);
-            let background = &context.scene.background.radiance;
+            let background = &context.scene.shading.background.radiance;
             background.look_up(context.simd, directions, &mut inputs.misses);
             let arrived = ArrivedRays {
                 rays,
@@ -404,7 +404,7 @@ impl Wave {
             rays: shadow_rays,
             layout,
         };
-        context.scene.accel.occluded_batch(batch, &mut self.blocked);
+        context.scene.geometry.accel.occluded_batch(batch, &mut self.blocked);
         let traced = shadow_rays.len() as u64;
         if !context.shadow_rays_pass {
             for (&(sample, l), _) in shadow_light.iter().zip(&self.blocked).filter(|(_, blocked)| !**blocked) {
@@ -446,7 +446,7 @@ impl Wave {
     /// Adds what tracing the rays costs, and shades nothing.
     fn step_costs(&mut self, context: &RenderContext<'_>) -> u64 {
         let mut costs = vec![RayCost::default(); self.rays.len()];
-        context.scene.accel.cost(&self.rays, &mut costs);
+        context.scene.geometry.accel.cost(&self.rays, &mut costs);
         self.out.clear_rays();
         for (path, cost) in self.paths.iter().zip(costs) {
             self.out.begin_vertex(path);

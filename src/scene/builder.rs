@@ -2,11 +2,11 @@
 
 mod colors;
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use super::{
-    Background, InstanceRecord, LightGroups, Lights, Media, MeshRecord, NodeId, NodeName, Object, ObjectFromGroup,
-    ObjectId, Scene, SceneBuildError, material_bsdfs::MaterialBsdfs, mesh_transform::MeshTransform,
+    Background, InstanceRecord, LightGroups, MeshRecord, NodeId, NodeName, Object, ObjectFromGroup, ObjectId, Scene,
+    SceneBuildError, SceneGeometry, SceneShading, mesh_transform::MeshTransform,
 };
 use crate::{
     accel::{self, BuildOptions},
@@ -377,8 +377,7 @@ impl SceneBuilder {
                 return Err(self.build_error(cause));
             }
         };
-        Ok(Scene {
-            origin: self.origin,
+        let geometry = SceneGeometry {
             accel,
             objects: self.objects,
             meshes: self.meshes,
@@ -387,18 +386,18 @@ impl SceneBuilder {
             shape_objects: self.shape_objects,
             shape_colors: self.shape_colors,
             nodes: self.nodes,
-            media: Media::new(&self.materials),
-            materials: self.materials,
-            material_names: self.material_names,
-            textures: self.textures,
-            bitmaps: self.bitmaps,
-            lights: Lights::default(),
-            light_groups: self.light_groups,
-            background: self.background,
-            is_spatially_varying: Vec::new(),
-            bsdfs: MaterialBsdfs::default(),
-            mattes: OnceLock::new(),
-        }
-        .with_lights(self.lights))
+        };
+        let shading = SceneShading::new(
+            (self.material_names, self.materials),
+            (self.textures, self.bitmaps),
+            self.light_groups,
+            self.background,
+        );
+        Ok(Scene::new(
+            self.origin,
+            Arc::new(geometry),
+            Arc::new(shading),
+            self.lights,
+        ))
     }
 }

@@ -20,7 +20,7 @@ impl Emitters {
     pub fn bounds(&self, scene: &Scene) -> std::vec::IntoIter<LightBounds> {
         let mut all: Vec<LightBounds> = self.shapes.iter().map(|&i| scene.shape_bounds(i)).collect();
         for run in &self.mesh_emitters {
-            scene.mesh_bounds(&scene.meshes[run.mesh as usize], &mut all);
+            scene.mesh_bounds(&scene.geometry.meshes[run.mesh as usize], &mut all);
         }
         let without = all.iter().filter(|b| b.power <= 0.0).count();
         if without > 0 {
@@ -37,11 +37,13 @@ impl Emitters {
 
 impl Scene {
     fn shape_bounds(&self, index: u32) -> LightBounds {
-        let geometry = self.accel.geometry();
+        let geometry = self.geometry.accel.geometry();
         let placed = &geometry.shapes[index as usize];
         let transform = geometry.transform(placed);
-        let object = self.shape_objects[index as usize];
-        let emission = self.material(self.objects[object.0 as usize].material).emission();
+        let object = self.geometry.shape_objects[index as usize];
+        let emission = self
+            .material(self.geometry.objects[object.0 as usize].material)
+            .emission();
         let normal = placed.shape.flat_normal();
         let normal = normal.map(|n| transform.map_or(n, |t| t.normal_to_world(n).normalize()));
         let radiance = emission.map_or(0.0, |e| self.mean_radiance(&e, &placed.shape, transform));
@@ -84,7 +86,7 @@ impl Scene {
 
     /// Adds the bounds of a mesh's triangles.
     fn mesh_bounds(&self, mesh: &MeshRecord, all: &mut Vec<LightBounds>) {
-        let geometry = self.accel.geometry();
+        let geometry = self.geometry.accel.geometry();
         let Some(emission) = self.material(mesh.material).emission() else {
             return;
         };
@@ -133,7 +135,7 @@ impl Scene {
         if is_constant_emission(emission) {
             return emission.radiance(&self.textures(), &uniform_point(), 1.0).mean();
         }
-        let geometry = self.accel.geometry();
+        let geometry = self.geometry.accel.geometry();
         let corners = geometry.corners(index as usize);
         let vertices = geometry.triangles[index as usize];
         let uvs = corner_uvs(mesh, vertices);

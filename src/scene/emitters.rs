@@ -87,23 +87,25 @@ pub enum EmitterPrim<'a> {
 impl Emitters {
     /// Collects the emitters of a scene. Unbounded surfaces emit, but they are not sampled.
     pub fn collect(scene: &Scene) -> Self {
-        let geometry = scene.accel.geometry();
+        let geometry = scene.geometry.accel.geometry();
         let shapes: Vec<u32> = (0..geometry.shapes.len() as u32)
             .filter(|&i| {
-                let object = scene.shape_objects[i as usize];
-                let material = scene.objects[object.0 as usize].material;
+                let object = scene.geometry.shape_objects[i as usize];
+                let material = scene.geometry.objects[object.0 as usize].material;
                 scene.emits(material) && geometry.shapes[i as usize].shape.bounds().is_finite()
             })
             .collect();
         let uniform = shapes.iter().map(|&i| {
-            let object = scene.shape_objects[i as usize];
-            UniformEmission::of(scene.material(scene.objects[object.0 as usize].material))
+            let object = scene.geometry.shape_objects[i as usize];
+            UniformEmission::of(scene.material(scene.geometry.objects[object.0 as usize].material))
         });
         let uniform = uniform.collect();
         let mut count = shapes.len() as u32;
         let mut mesh_emitters = Vec::new();
         let is_instanced = |m: &MeshRecord| geometry.groups.iter().any(|g| g.triangles.contains(&m.triangles.start));
-        let shining = (0..).zip(&scene.meshes).filter(|(_, m)| scene.emits(m.material));
+        let shining = (0..)
+            .zip(&scene.geometry.meshes)
+            .filter(|(_, m)| scene.emits(m.material));
         for (mesh, record) in shining.filter(|(_, m)| !is_instanced(m)) {
             let triangles = record.triangles.end - record.triangles.start;
             mesh_emitters.push(MeshEmitters {
@@ -157,8 +159,8 @@ impl Scene {
 
     /// Light from an emitter, see [`Scene::sample_light`].
     pub(super) fn sample_emitter(&self, emitter: EmitterId, from: Vec3, u: Vec2) -> Option<LightSample> {
-        let geometry = self.accel.geometry();
-        let (sample, material, at) = match self.lights.emitters().prim(emitter, &self.meshes) {
+        let geometry = self.geometry.accel.geometry();
+        let (sample, material, at) = match self.lights.emitters().prim(emitter, &self.geometry.meshes) {
             EmitterPrim::Shape(index) => {
                 let placed = &geometry.shapes[index as usize];
                 let transform = geometry.transform(placed);
@@ -166,8 +168,8 @@ impl Scene {
                 if let Some(emission) = &self.lights.emitters().uniform[emitter.0 as usize] {
                     return sample.light(from, emission.towards(sample.front_cos(from))?);
                 }
-                let object = self.shape_objects[index as usize];
-                let material = self.material(self.objects[object.0 as usize].material);
+                let object = self.geometry.shape_objects[index as usize];
+                let material = self.material(self.geometry.objects[object.0 as usize].material);
                 let from_local = transform.map_or(from, |t| t.point_to_local(from));
                 let surface = area::surface_at(&placed.shape, from_local, p)?;
                 let at = TexturePoint {
@@ -208,7 +210,7 @@ impl Scene {
         let (Some(shape), Some(Some(emission))) = (emitters.shapes.get(index), emitters.uniform.get(index)) else {
             return false;
         };
-        let placed = &self.accel.geometry().shapes[*shape as usize];
+        let placed = &self.geometry.accel.geometry().shapes[*shape as usize];
         block.set_emission(lane, emission.radiance, emission.sidedness);
         placed.transform.is_none() && placed.shape.put_rectangle(lane, &mut block.rectangles)
     }
@@ -216,7 +218,7 @@ impl Scene {
     /// The density of [`Scene::sample_emitter`] to choose the unit direction `w` in which `hit` was
     /// met from `from`, in sr^-1, and the emitter that it is; `None` where it is none.
     pub(super) fn pdf_emitter(&self, from: Vec3, w: Vec3, hit: &Hit) -> Option<(EmitterId, f32)> {
-        let geometry = self.accel.geometry();
+        let geometry = self.geometry.accel.geometry();
         let emitter = self.lights.emitters().of_prim(geometry, hit.prim)?;
         let pdf = match geometry.shape(hit.prim) {
             Some(placed) => {

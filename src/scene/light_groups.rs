@@ -87,14 +87,14 @@ impl Scene {
     #[cold]
     pub fn group_of(&self, light: LightId) -> LightGroup {
         match self.lights.source(light) {
-            LightSource::Analytic(_) => self.light_groups.of_analytic(light),
-            LightSource::Background => self.light_groups.of_background(),
+            LightSource::Analytic(_) => self.shading.light_groups.of_analytic(light),
+            LightSource::Background => self.shading.light_groups.of_background(),
             LightSource::Emitter(emitter) => {
-                let object = match self.lights.emitters().prim(emitter, &self.meshes) {
-                    EmitterPrim::Shape(shape) => self.shape_objects[shape as usize],
+                let object = match self.lights.emitters().prim(emitter, &self.geometry.meshes) {
+                    EmitterPrim::Shape(shape) => self.geometry.shape_objects[shape as usize],
                     EmitterPrim::Triangle(_, mesh) => mesh.object,
                 };
-                self.light_groups.of_object(object)
+                self.shading.light_groups.of_object(object)
             }
         }
     }

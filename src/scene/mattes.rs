@@ -72,21 +72,24 @@ impl Mattes {
             name => name.to_owned(),
         };
         let (mut materials, mut assets) = (TableBuilder::default(), AssetMattes::default());
-        let of_materials = scene.material_names.iter().enumerate().map(material);
+        let of_materials = scene.shading.material_names.iter().enumerate().map(material);
         let of_materials = of_materials.map(|name| materials.add(&name)).collect();
-        let of_objects = (0..scene.objects.len()).map(|i| assets.add(scene, i)).collect();
+        let of_objects = (0..scene.geometry.objects.len())
+            .map(|i| assets.add(scene, i))
+            .collect();
         let mut objects = ObjectMattes::default();
-        let geometry = scene.accel.geometry();
+        let geometry = scene.geometry.accel.geometry();
         let meshes_of = |group: u32| scene.meshes_within(&geometry.groups[group as usize].triangles);
-        let mut in_group = vec![None; scene.meshes.len()];
+        let mut in_group = vec![None; scene.geometry.meshes.len()];
         for group in 0..geometry.groups.len() as u32 {
             for (number, mesh) in meshes_of(group).enumerate() {
                 in_group[mesh] = Some(number as u32);
             }
         }
-        let shapes = scene.shape_objects.iter();
+        let shapes = scene.geometry.shape_objects.iter();
         let shapes = shapes.map(|object| objects.add(scene, *object, None)).collect();
         let meshes = scene
+            .geometry
             .meshes
             .iter()
             .zip(&in_group)
@@ -96,19 +99,25 @@ impl Mattes {
             });
         let meshes = meshes.collect();
         let mut of_instances = Vec::new();
-        let instances = scene.instances.iter().zip(&geometry.instances).map(|(record, place)| {
-            let (first, own) = (of_instances.len(), meshes_of(place.group));
-            let is_by_mesh = record.node.is_none() && first + own.len() <= MAX_INSTANCE_NODES;
-            if is_by_mesh {
-                of_instances.extend(own.map(|mesh| objects.add(scene, record.object, scene.meshes[mesh].node)));
-            } else {
-                of_instances.push(objects.add(scene, record.object, record.node));
-            }
-            InstanceMattes {
-                first: first as u32,
-                is_by_mesh,
-            }
-        });
+        let instances = scene
+            .geometry
+            .instances
+            .iter()
+            .zip(&geometry.instances)
+            .map(|(record, place)| {
+                let (first, own) = (of_instances.len(), meshes_of(place.group));
+                let is_by_mesh = record.node.is_none() && first + own.len() <= MAX_INSTANCE_NODES;
+                if is_by_mesh {
+                    of_instances
+                        .extend(own.map(|mesh| objects.add(scene, record.object, scene.geometry.meshes[mesh].node)));
+                } else {
+                    of_instances.push(objects.add(scene, record.object, record.node));
+                }
+                InstanceMattes {
+                    first: first as u32,
+                    is_by_mesh,
+                }
+            });
         let instances = instances.collect();
         Self {
             shapes,
@@ -144,7 +153,7 @@ impl Mattes {
     }
 
     fn object(&self, scene: &Scene, hit: &FirstHit) -> u32 {
-        let triangles = scene.accel.geometry().triangles.len();
+        let triangles = scene.geometry.accel.geometry().triangles.len();
         if let Some(shape) = (hit.prim.index() as usize).checked_sub(triangles) {
             return self.shapes[shape];
         }
@@ -165,12 +174,15 @@ impl Scene {
 
     /// The index of the mesh that triangle `prim` is of.
     fn mesh_index(&self, prim: PrimId) -> usize {
-        self.meshes.partition_point(|m| m.triangles.start <= prim.index()) - 1
+        self.geometry
+            .meshes
+            .partition_point(|m| m.triangles.start <= prim.index())
+            - 1
     }
 
     /// The indices of the meshes of these triangles.
     fn meshes_within(&self, triangles: &Range<u32>) -> Range<usize> {
-        let from = |triangle| self.meshes.partition_point(|m| m.triangles.start < triangle);
+        let from = |triangle| self.geometry.meshes.partition_point(|m| m.triangles.start < triangle);
         from(triangles.start)..from(triangles.end)
     }
 }
@@ -204,7 +216,7 @@ struct AssetMattes {
 impl AssetMattes {
     /// The number of the matte of an object's file.
     fn add(&mut self, scene: &Scene, object: usize) -> u32 {
-        let object = &scene.objects[object];
+        let object = &scene.geometry.objects[object];
         match &object.asset {
             None => self.table.add(&object.name),
             Some(file) => {

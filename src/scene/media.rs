@@ -136,7 +136,7 @@ impl MediumStack {
 impl Scene {
     /// The index of refraction around a path.
     pub fn ior_of(&self, stack: MediumStack) -> f32 {
-        stack.current().map_or(1.0, |id| self.media.get(id).ior)
+        stack.current().map_or(1.0, |id| self.shading.media.get(id).ior)
     }
 
     /// The index of refraction outside of the surface of `material` for a path in `stack`; `None` where nothing but `material`
@@ -146,25 +146,25 @@ impl Scene {
         if stack.is_empty() {
             return None;
         }
-        let outside = stack.left(self.media.of_material(material)?);
+        let outside = stack.left(self.shading.media.of_material(material)?);
         (!outside.is_empty()).then(|| self.ior_of(outside))
     }
 
     /// The media behind a surface of `material`, which is passed inwards or outwards.
     pub fn media_behind(&self, stack: MediumStack, material: MaterialId, inwards: bool) -> MediumStack {
-        match self.media.of_material(material) {
+        match self.shading.media.of_material(material) {
             None => stack,
-            Some(id) if inwards => stack.entered(id, &self.media),
+            Some(id) if inwards => stack.entered(id, &self.shading.media),
             Some(id) => stack.left(id),
         }
     }
 
     /// Whether the surface of `material` is inside of a body with a higher priority, so that it is not there for light.
     pub fn is_displaced(&self, stack: MediumStack, material: MaterialId) -> bool {
-        let (Some(current), Some(id)) = (stack.current(), self.media.of_material(material)) else {
+        let (Some(current), Some(id)) = (stack.current(), self.shading.media.of_material(material)) else {
             return false;
         };
-        self.media.get(id).priority < self.media.get(current).priority
+        self.shading.media.get(id).priority < self.shading.media.get(current).priority
     }
 
     /// The part of light that passes the surface at a hit unbent, out of `stack`; see [`BsdfKind::straight`].
@@ -187,7 +187,7 @@ impl Scene {
         let Some(id) = stack.current() else {
             return Rgb::WHITE;
         };
-        let absorption = self.media.get(id).absorption;
+        let absorption = self.shading.media.get(id).absorption;
         absorption.map(|a| match a > 0.0 {
             true if distance.is_finite() => exponential::exp(-a * distance),
             true => 0.0,
@@ -200,7 +200,7 @@ impl Scene {
     /// Those are found along one ray to the outside: it leaves the bodies around its origin more often than it enters them.
     pub fn media_around(&self, p: Vec3) -> MediumStack {
         let mut around = Vec::new();
-        if self.media.media.is_empty() {
+        if self.shading.media.media.is_empty() {
             return MediumStack::default();
         }
         let mut entered = Vec::new();
@@ -208,10 +208,10 @@ impl Scene {
         let mut ray = Ray::new(p, Vec3::new(0.267_26, 0.534_52, 0.801_78));
         for _ in 0..MAX_CROSSINGS {
             let mut hits = [None];
-            self.accel.nearest(&[ray], &mut hits);
+            self.geometry.accel.nearest(&[ray], &mut hits);
             let [Some(hit)] = hits else { break };
             let surface = self.surface(&ray, &hit);
-            if let Some(id) = self.media.of_material(surface.material) {
+            if let Some(id) = self.shading.media.of_material(surface.material) {
                 if surface.ng.dot(surface.wo) > 0.0 {
                     entered.push(id);
                 } else if let Some(at) = entered.iter().rposition(|other| *other == id) {
@@ -223,7 +223,9 @@ impl Scene {
             ray.tmin = hit.t;
         }
         let from_outside = around.into_iter().rev();
-        from_outside.fold(MediumStack::default(), |stack, id| stack.entered(id, &self.media))
+        from_outside.fold(MediumStack::default(), |stack, id| {
+            stack.entered(id, &self.shading.media)
+        })
     }
 }
 

@@ -2,16 +2,19 @@
 //!
 //! It holds no camera and no film, so it is compiled once and renders any number of frames.
 
-use std::{borrow::Cow, ops::Range, sync::OnceLock};
+use std::{
+    borrow::Cow,
+    ops::Range,
+    sync::{Arc, OnceLock},
+};
 
 use crate::{
-    accel::Accelerator,
     bsdf::Bsdf,
     geometry::{Hit, PrimId},
     light::{Light, LightSample},
     material::{BatchKind, Material, MaterialId},
     math::{DVec3, Ray, Rgb, Transform, Vec2, Vec3, Vec4},
-    texture::{Bitmap, Texture, TexturePoint, Textures},
+    texture::{TexturePoint, Textures},
 };
 
 mod albedo;
@@ -21,6 +24,7 @@ mod emitter_bounds;
 pub mod emitters;
 mod error;
 pub mod first_hit;
+mod halves;
 pub mod instance;
 pub mod interaction;
 pub mod light_component;
@@ -44,13 +48,13 @@ pub use builder::{GroupId, SceneBuilder};
 pub use emitters::{EmitterId, EmitterPrim, Emitters};
 pub use error::SceneBuildError;
 pub use first_hit::FirstHit;
+pub use halves::{SceneGeometry, SceneShading};
 pub use instance::{InstanceRecord, ObjectFromGroup};
 pub use interaction::SurfaceInteraction;
 pub use light_component::Component;
 pub use light_groups::{LightGroup, LightGroups};
 pub use light_samples::{FamilyBlock, LightNumbers, LightSamples};
 pub use lights::{LightFamily, LightSampleContext, LightSource, Lights, SampledLight};
-use material_bsdfs::MaterialBsdfs;
 pub use mattes::{Matte, MatteKind, MatteTable, Mattes};
 pub use media::{Media, MediumStack};
 pub(crate) use mesh_transform::MeshTransform;
@@ -106,99 +110,90 @@ pub struct MeshRecord {
 ///
 /// Far from the world's origin single precision is coarse: everything here is relative to the origin of the scene, and
 /// only cameras are in the world.
+///
+/// Its two halves change at different times, see [`SceneGeometry`] and [`SceneShading`]. The lights are made of both and
+/// are rebuilt when one of them changes.
 pub struct Scene {
     /// The place of the scene's origin in the world, in m: 0 unless the scene is far away. Single precision holds it.
     pub origin: DVec3,
-    pub accel: Box<dyn Accelerator>,
-    pub objects: Vec<Object>,
-    /// In the order of their triangles, which they cover without gaps.
-    pub meshes: Vec<MeshRecord>,
-    /// The record of each instance of the geometry.
-    pub instances: Vec<InstanceRecord>,
-    /// The transforms that [`ObjectFromGroup::At`] refers to.
-    pub object_transforms: Vec<Transform>,
-    /// Object of each of the geometry's shapes.
-    pub shape_objects: Vec<ObjectId>,
-    /// Linear colours with opacity of the first shapes; the rest are white.
-    pub shape_colors: Vec<Vec4>,
-    /// The nodes of all model files.
-    pub nodes: Vec<NodeName>,
-    pub materials: Vec<Material>,
-    pub media: Media,
-    /// One for each material; models may have several of one name, or an empty one.
-    pub material_names: Vec<String>,
-    pub textures: Vec<Texture>,
-    pub bitmaps: Vec<Bitmap>,
+    pub geometry: Arc<SceneGeometry>,
+    pub shading: Arc<SceneShading>,
     pub lights: Lights,
-    pub light_groups: LightGroups,
-    pub background: Background,
-    /// Whether texture coordinates are computed for each material.
-    pub(crate) is_spatially_varying: Vec<bool>,
-    pub(crate) bsdfs: MaterialBsdfs,
     /// See [`Scene::mattes`].
     mattes: OnceLock<Mattes>,
 }
 
 impl Scene {
-    /// Adds the `own` analytic lights, and all surfaces that emit as area lights.
-    pub fn with_lights(mut self, own: Vec<Light>) -> Self {
-        // Where textures look at more than points even a mirror bends what is seen in it, by the
-        // place's curvature.
-        let all = self.reads_footprints();
-        self.is_spatially_varying = self.materials.iter().map(|m| all || m.is_spatially_varying()).collect();
-        self.bsdfs = MaterialBsdfs::new(&self.materials);
-        self.rebuild_lights(own);
-        self
+    /// Combines two halves and builds the lights: the `own` analytic lights, and area lights for all surfaces that emit.
+    fn new(origin: DVec3, geometry: Arc<SceneGeometry>, shading: Arc<SceneShading>, own: Vec<Light>) -> Self {
+        let mut scene = Self {
+            origin,
+            geometry,
+            shading,
+            lights: Lights::default(),
+            mattes: OnceLock::new(),
+        };
+        scene.rebuild_lights(own);
+        scene
+    }
+
+    /// Returns the scene with another shading. It shares the geometry, so no acceleration structure is built; the lights are
+    /// rebuilt.
+    ///
+    /// `shading` has a material for each [`MaterialId`] of the geometry.
+    pub fn with_shading(&self, shading: Arc<SceneShading>) -> Self {
+        let own = self.lights.all().to_vec();
+        Self::new(self.origin, Arc::clone(&self.geometry), shading, own)
     }
 
     /// Rebuilds the lights, with area lights for all surfaces that emit.
     fn rebuild_lights(&mut self, own: Vec<Light>) {
         let emitters = Emitters::collect(self);
         let bounds = emitters.bounds(self);
-        self.lights = Lights::new(own, emitters, bounds, &self.background.radiance);
+        self.lights = Lights::new(own, emitters, bounds, &self.shading.background.radiance);
     }
 
     /// The tables that material colours are looked up in.
     #[inline]
     pub fn textures(&self) -> Textures<'_> {
         Textures {
-            textures: &self.textures,
-            bitmaps: &self.bitmaps,
+            textures: &self.shading.textures,
+            bitmaps: &self.shading.bitmaps,
         }
     }
 
     /// Whether a texture is filtered over footprints, so that rays need cones.
     pub fn reads_footprints(&self) -> bool {
-        self.bitmaps.iter().any(|b| !b.levels.is_empty())
+        self.shading.reads_footprints()
     }
 
     #[inline]
     pub fn material(&self, id: MaterialId) -> &Material {
-        &self.materials[id.0 as usize]
+        &self.shading.materials[id.0 as usize]
     }
 
     /// The BSDF of a material at a point of a surface.
     #[inline]
     pub fn bsdf(&self, id: MaterialId, at: &TexturePoint) -> Cow<'_, Bsdf> {
-        self.bsdfs.at(id, self.material(id), &self.textures(), at)
+        self.shading.bsdfs.at(id, self.material(id), &self.textures(), at)
     }
 
     /// The way in which surfaces of a material are shaded together.
     #[inline]
     pub fn batch_kind(&self, id: MaterialId) -> BatchKind {
-        self.bsdfs.batch_kind(id)
+        self.shading.bsdfs.batch_kind(id)
     }
 
     /// Whether surfaces of a material are shaded together in this way.
     #[inline]
     pub fn has_batch_kind(&self, kind: BatchKind) -> bool {
-        self.bsdfs.has_batch_kind(kind)
+        self.shading.bsdfs.has_batch_kind(kind)
     }
 
     /// The radiance of the background in the unit direction `w`, in W m^-2 sr^-1.
     #[inline]
     pub fn background_radiance(&self, w: Vec3) -> Rgb {
-        self.background.radiance.radiance(w)
+        self.shading.background.radiance.radiance(w)
     }
 
     /// Samples a direction from which `light` illuminates `from`, by two uniform numbers in `[0,
@@ -208,8 +203,8 @@ impl Scene {
         match self.lights.source(light) {
             LightSource::Analytic(own) => own.sample(from, u),
             LightSource::Emitter(emitter) => self.sample_emitter(emitter, from, u),
-            LightSource::Background => match &self.background.radiance {
-                BackgroundRadiance::Environment(environment) => environment.sample(self.accel.simd(), u),
+            LightSource::Background => match &self.shading.background.radiance {
+                BackgroundRadiance::Environment(environment) => environment.sample(self.geometry.accel.simd(), u),
                 BackgroundRadiance::Color(_) => None,
             },
         }
@@ -219,7 +214,7 @@ impl Scene {
     /// sample the direction `w` of the background. 0 where the background is not sampled.
     #[inline]
     pub fn pdf_background(&self, at: &LightSampleContext, w: Vec3) -> f32 {
-        match (&self.background.radiance, self.lights.background()) {
+        match (&self.shading.background.radiance, self.lights.background()) {
             (BackgroundRadiance::Environment(environment), Some(light)) => {
                 environment.pdf(w) * self.lights.pmf(at, light)
             }
@@ -248,12 +243,12 @@ impl Scene {
 
     /// Whether a BSDF has more than one lobe, so that a random number selects one.
     pub fn has_lobes(&self) -> bool {
-        self.materials.iter().any(Material::has_lobes)
+        self.shading.materials.iter().any(Material::has_lobes)
     }
 
     /// Whether all materials are opaque everywhere.
     pub fn is_opaque(&self) -> bool {
-        self.materials.iter().all(Material::is_opaque)
+        self.shading.materials.iter().all(Material::is_opaque)
     }
 
     /// The opacity of the surface at a hit, from 0 to 1.
@@ -267,11 +262,15 @@ impl Scene {
 
     /// The material at a hit.
     pub fn material_of(&self, hit: &Hit) -> MaterialId {
-        let triangles = self.accel.geometry().triangles.len();
+        let triangles = self.geometry.accel.geometry().triangles.len();
         match (hit.prim.index() as usize).checked_sub(triangles) {
-            Some(shape) => self.objects[self.shape_objects[shape].0 as usize].material,
+            Some(shape) => self.geometry.objects[self.geometry.shape_objects[shape].0 as usize].material,
             None => {
-                let instead = self.instances.get(hit.instance.0 as usize).and_then(|i| i.material);
+                let instead = self
+                    .geometry
+                    .instances
+                    .get(hit.instance.0 as usize)
+                    .and_then(|i| i.material);
                 instead.unwrap_or_else(|| self.mesh_of(hit.prim).material)
             }
         }
@@ -280,7 +279,10 @@ impl Scene {
     /// The mesh that triangle `prim` is of.
     #[inline]
     fn mesh_of(&self, prim: PrimId) -> &MeshRecord {
-        let after = self.meshes.partition_point(|m| m.triangles.start <= prim.index());
-        &self.meshes[after - 1]
+        let after = self
+            .geometry
+            .meshes
+            .partition_point(|m| m.triangles.start <= prim.index());
+        &self.geometry.meshes[after - 1]
     }
 }

@@ -22,7 +22,7 @@ impl Scene {
         let mut path = Vec::new();
         let mut next = Some(node);
         while let Some(id) = next {
-            let node = &self.nodes[id.0 as usize];
+            let node = &self.geometry.nodes[id.0 as usize];
             path.push(if node.name.is_empty() {
                 format!("node {}", id.0)
             } else {
@@ -36,13 +36,13 @@ impl Scene {
 
     /// The file that an object comes from. An object without a file is an asset of its own, under its own name.
     pub fn asset_name(&self, object: ObjectId) -> &str {
-        let object = &self.objects[object.0 as usize];
+        let object = &self.geometry.objects[object.0 as usize];
         object.asset.as_ref().unwrap_or(&object.name)
     }
 
     /// The name of an object, with the path of one of its nodes: `guard/Root/Visor`.
     pub fn part_name(&self, object: ObjectId, node: Option<NodeId>) -> String {
-        let name = &self.objects[object.0 as usize].name;
+        let name = &self.geometry.objects[object.0 as usize].name;
         match node {
             Some(node) => format!("{name}/{}", self.node_path(node)),
             None => name.clone(),

@@ -124,7 +124,7 @@ impl ToWorld for &Transform {
 impl Scene {
     /// Computes the surface interaction of a hit.
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
-        let geometry = self.accel.geometry();
+        let geometry = self.geometry.accel.geometry();
         let mut surface = SurfaceInteraction::unset();
         let placed_geometry = match self.fill(geometry, ray, hit, &mut surface, |_| true) {
             HitSurface::Geometry(placed_geometry) => placed_geometry,
@@ -157,7 +157,7 @@ impl Scene {
         hit: impl Fn(usize) -> (&'a Ray, &'a Hit),
         surfaces: &mut Surfaces,
     ) {
-        let geometry = self.accel.geometry();
+        let geometry = self.geometry.accel.geometry();
         let Surfaces { interactions, soa } = surfaces;
         interactions.resize(part.len(), SurfaceInteraction::unset());
         soa.clear();
@@ -255,10 +255,10 @@ impl Scene {
     /// Finds the place on textures of what is a triangle in the world.
     #[inline(never)]
     fn fill_texture_point(&self, hit: &Hit, surface: &mut SurfaceInteraction) {
-        if hit.instance != InstanceId::NONE || self.accel.geometry().shape(hit.prim).is_some() {
+        if hit.instance != InstanceId::NONE || self.geometry.accel.geometry().shape(hit.prim).is_some() {
             return;
         }
-        let face = self.face(self.accel.geometry(), hit.prim);
+        let face = self.face(self.geometry.accel.geometry(), hit.prim);
         let mesh = face.mesh;
         let (p, n, u, v) = (surface.p, surface.ng, surface.dpdu, surface.dpdv);
         let (place, dpdu, dpdv) = match &mesh.transform {
@@ -289,8 +289,8 @@ impl Scene {
         needs_texture: impl Fn(MaterialId) -> bool,
     ) -> HitGeometry {
         let index = hit.prim.index() as usize - geometry.triangles.len();
-        let object = self.shape_objects[index];
-        let material = self.objects[object.0 as usize].material;
+        let object = self.geometry.shape_objects[index];
+        let material = self.geometry.objects[object.0 as usize].material;
         (surface.object, surface.material) = (object, material);
         let transform = geometry.transform(placed);
         let shape_hit = ShapeHit {
@@ -311,7 +311,7 @@ impl Scene {
             if transform.is_none() {
                 surface.texture.space = TextureSpace::Scene;
             }
-            if let Some(color) = self.shape_colors.get(index) {
+            if let Some(color) = self.geometry.shape_colors.get(index) {
                 surface.texture.vertex = VertexAttributes::of_color(*color);
             }
             let in_world = |d: Vec3| transform.map_or(d, |t| t.vector_to_world(d));
@@ -338,7 +338,7 @@ impl Scene {
         needs_texture: impl Fn(MaterialId) -> bool,
     ) -> HitGeometry {
         let face = self.face(geometry, hit.prim);
-        let instance = &self.instances[hit.instance.0 as usize];
+        let instance = &self.geometry.instances[hit.instance.0 as usize];
         let t = &geometry.transforms[geometry.instances[hit.instance.0 as usize].transform as usize];
         let uvs = face.uvs();
         let mut local = triangle::surface(face.corners, uvs, hit.u, hit.v);
@@ -356,7 +356,7 @@ impl Scene {
         if needs_texture(surface.material) {
             (surface.dpdu, surface.dpdv) = (t.vector_to_world(local.dpdu), t.vector_to_world(local.dpdv));
             surface.texture = texture_point(&local);
-            instance.fill_texture_point(surface, &placed_geometry, &self.object_transforms);
+            instance.fill_texture_point(surface, &placed_geometry, &self.geometry.object_transforms);
             face.fill_attributes(hit, surface);
             let tangent = surface.tangent;
             let side = if t.is_mirroring() { -tangent.w } else { tangent.w };
@@ -368,7 +368,8 @@ impl Scene {
     /// Whether `material` looks at places on textures.
     #[inline]
     fn is_spatially_varying(&self, material: MaterialId) -> bool {
-        self.is_spatially_varying
+        self.shading
+            .is_spatially_varying
             .get(material.0 as usize)
             .is_none_or(|varies| *varies)
     }

@@ -8,7 +8,7 @@
 //! Shapes and instances ([`super::SceneBuilder::instance`]) can be moved; a mesh that is baked into world space can only
 //! bend.
 
-use std::collections::HashMap;
+use std::{collections::HashMap, sync::Arc};
 
 use super::{ObjectFromGroup, ObjectId, Scene, builder::GroupId};
 use crate::{
@@ -17,7 +17,7 @@ use crate::{
     math::{Transform, Vec3},
 };
 
-/// An index into [`Scene::meshes`].
+/// An index into [`SceneGeometry::meshes`](super::SceneGeometry::meshes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MeshId(pub u32);
 
@@ -54,6 +54,8 @@ pub enum SceneUpdateError {
         found: usize,
         what: &'static str,
     },
+    #[error("the geometry is shared with another scene")]
+    Shared,
     #[error(transparent)]
     Build(#[from] BuildError),
 }
@@ -61,22 +63,26 @@ pub enum SceneUpdateError {
 impl Scene {
     /// The meshes of a group.
     pub fn meshes_of(&self, group: GroupId) -> impl Iterator<Item = MeshId> {
-        let group = &self.accel.geometry().groups[group.0 as usize];
-        let at = |triangle: u32| self.meshes.partition_point(|m| m.triangles.start < triangle) as u32;
+        let group = &self.geometry.accel.geometry().groups[group.0 as usize];
+        let at = |triangle: u32| self.geometry.meshes.partition_point(|m| m.triangles.start < triangle) as u32;
         (at(group.triangles.start)..at(group.triangles.end)).map(MeshId)
     }
 
-    /// Applies an update and reports what was rebuilt. On error the scene is unchanged.
+    /// Applies an update to the geometry and reports what was rebuilt. On error the scene is unchanged.
+    ///
+    /// # Errors
+    /// The update does not fit the scene, or the geometry is shared with another scene ([`Scene::with_shading`]).
     pub fn apply(&mut self, update: &SceneUpdate) -> Result<UpdateReport, SceneUpdateError> {
         let (edit, detached) = self.edit(update)?;
-        let updated = self.accel.update(&edit)?;
+        let geometry = Arc::get_mut(&mut self.geometry).ok_or(SceneUpdateError::Shared)?;
+        let updated = geometry.accel.update(&edit)?;
         for (instance, object_from_group) in detached {
-            let place = self.object_transforms.len() as u32;
-            self.object_transforms.push(object_from_group);
-            self.instances[instance].object_from_group = ObjectFromGroup::At(place);
+            let place = geometry.object_transforms.len() as u32;
+            geometry.object_transforms.push(object_from_group);
+            geometry.instances[instance].object_from_group = ObjectFromGroup::At(place);
         }
         for pose in &update.poses {
-            self.meshes[pose.mesh.0 as usize].normals.clone_from(&pose.normals);
+            geometry.meshes[pose.mesh.0 as usize].normals.clone_from(&pose.normals);
         }
         if self.lights.emitters().count() > 0 {
             self.rebuild_lights(self.lights.all().to_vec());
@@ -92,16 +98,16 @@ impl Scene {
         for pose in &update.poses {
             edit.vertices.push(self.checked(pose)?);
         }
-        let geometry = self.accel.geometry();
+        let geometry = self.geometry.accel.geometry();
         let mut moved: HashMap<u32, (Transform, bool)> =
             update.transforms.iter().map(|(o, t)| (o.0, (*t, false))).collect();
-        for (shape, object) in (0..).zip(&self.shape_objects) {
+        for (shape, object) in (0..).zip(&self.geometry.shape_objects) {
             if let Some((transform, found)) = moved.get_mut(&object.0) {
                 edit.shapes.push((shape, *transform));
                 *found = true;
             }
         }
-        for (number, record) in self.instances.iter().enumerate() {
+        for (number, record) in self.geometry.instances.iter().enumerate() {
             let Some((world_from_object, found)) = moved.get_mut(&record.object.0) else {
                 continue;
             };
@@ -109,7 +115,7 @@ impl Scene {
             let instance = InstanceId(number as u32);
             let object_from_group = match record.object_from_group {
                 ObjectFromGroup::Identity => None,
-                ObjectFromGroup::At(place) => Some(self.object_transforms[place as usize]),
+                ObjectFromGroup::At(place) => Some(self.geometry.object_transforms[place as usize]),
                 ObjectFromGroup::WorldFromGroup => {
                     let place = *geometry.place(instance).expect("every instance stands somewhere");
                     detached.push((number, place));
@@ -131,7 +137,7 @@ impl Scene {
 
     /// The run of vertices that a pose gives new positions.
     fn checked(&self, pose: &MeshPose) -> Result<(u32, Vec<Vec3>), SceneUpdateError> {
-        let mesh = self.meshes.get(pose.mesh.0 as usize);
+        let mesh = self.geometry.meshes.get(pose.mesh.0 as usize);
         let mesh = mesh.ok_or(SceneUpdateError::NoSuchMesh(pose.mesh))?;
         let vertices = mesh.vertices.len();
         let normals = if mesh.normals.is_empty() { 0 } else { vertices };

@@ -88,7 +88,7 @@ impl Base {
 
 /// About a hundredth of the scene's extent, as 1, 2 or 5 times a power of ten.
 fn step_of(scene: &Scene) -> f64 {
-    let bounds = scene.accel.geometry().world_bounds();
+    let bounds = scene.geometry.accel.geometry().world_bounds();
     let extent = f64::from((bounds.max - bounds.min).length());
     if !(extent.is_finite() && extent > 0.0) {
         return 0.1;

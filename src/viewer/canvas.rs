@@ -52,7 +52,7 @@ impl Canvas {
     /// A pass shows a light group that the scene does not have.
     pub fn new(plan: &Plan, settings: &render::Settings, scene: &Scene, fills_film: bool) -> Result<Self, UnknownName> {
         let picture = render::picture_of(plan.integrator.as_dyn());
-        let layout = settings.film_layout(picture, scene.light_groups.names())?;
+        let layout = settings.film_layout(picture, scene.shading.light_groups.names())?;
         let plane = match plan.shown {
             Shown::All => 0,
             Shown::Plane(plane) => plane,

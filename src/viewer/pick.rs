@@ -17,7 +17,7 @@ pub fn pick(scene: &Scene, camera: &FrameCamera, film: Vec2) -> Option<Picked> {
     let mut ray = start;
     for _ in 0..MAX_PASSED {
         let mut hits = [None];
-        scene.accel.nearest(&[ray], &mut hits);
+        scene.geometry.accel.nearest(&[ray], &mut hits);
         let hit = hits[0]?;
         if scene.opacity(&ray, &hit) < 0.5 {
             ray = Ray { tmin: hit.t, ..ray };
@@ -28,8 +28,8 @@ pub fn pick(scene: &Scene, camera: &FrameCamera, film: Vec2) -> Option<Picked> {
         let cos = camera.axis().map_or(1.0, |axis| f64::from(start.d.dot(axis)));
         let named = |name: Option<&String>| name.cloned().unwrap_or_default();
         return Some(Picked {
-            object: named(scene.objects.get(surface.object.0 as usize).map(|o| &o.name)),
-            material: named(scene.material_names.get(surface.material.0 as usize)),
+            object: named(scene.geometry.objects.get(surface.object.0 as usize).map(|o| &o.name)),
+            material: named(scene.shading.material_names.get(surface.material.0 as usize)),
             distance,
             depth: distance * cos,
             point: (scene.origin + surface.p.as_dvec3()).to_array(),

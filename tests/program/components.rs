@@ -124,7 +124,7 @@ fn each_family_sums_to_the_beauty(integrator: &str) {
     assert_eq!(plain.planes().len(), 1);
 
     let (scene, plan) = scene_of("groups.toml", "group = 'day'", "group = 'warm'");
-    assert_eq!(scene.light_groups.names(), ["", "warm", "day"]);
+    assert_eq!(scene.shading.light_groups.names(), ["", "warm", "day"]);
     let sorted = film(&scene, &plan, &["all"]);
     assert_eq!(sorted.beauty(), plain.beauty(), "passes change the picture");
 

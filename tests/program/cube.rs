@@ -23,7 +23,7 @@ fn scene(path: &std::path::Path) -> Scene {
 
 fn surfaces(scene: &Scene, rays: &[Ray]) -> Vec<Option<SurfaceInteraction>> {
     let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
-    scene.accel.nearest(rays, &mut hits);
+    scene.geometry.accel.nearest(rays, &mut hits);
     rays.iter()
         .zip(&hits)
         .map(|(r, h)| h.map(|h| scene.surface(r, &h)))

@@ -1,6 +1,6 @@
 //! Meshes that are stored once for many places: the same scene as with a copy for each place.
 
-use std::f32::consts::TAU;
+use std::{f32::consts::TAU, sync::Arc};
 
 use crate::common::Folder;
 use batch_render::{
@@ -161,7 +161,7 @@ fn scene(folder: &Folder, accel: AccelKind, instancing: Instancing) -> Scene {
 
 fn surfaces(scene: &Scene, rays: &[Ray]) -> Vec<Option<SurfaceInteraction>> {
     let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
-    scene.accel.nearest(rays, &mut hits);
+    scene.geometry.accel.nearest(rays, &mut hits);
     let surface = |(ray, hit): (&Ray, &Option<Hit>)| hit.map(|hit| scene.surface(ray, &hit));
     rays.iter().zip(&hits).map(surface).collect()
 }
@@ -193,12 +193,12 @@ fn instances_are_the_copies_that_they_stand_for() {
     write_gltf(&folder);
     let baked = scene(&folder, AccelKind::Wide, Instancing::Never);
     let shared = scene(&folder, AccelKind::Wide, Instancing::Always);
-    let (a, b) = (baked.accel.stats(), shared.accel.stats());
-    assert_eq!((a.instances, a.seen, a.prims as u64), (0, b.seen, b.seen));
+    let (a, b) = (baked.geometry.accel.stats(), shared.geometry.accel.stats());
+    assert_eq!((a.geometry.instances, a.seen, a.prims as u64), (0, b.seen, b.seen));
     // Of each object five units: two meshes of one primitive that repeat, one of two primitives, one that stands alone.
-    assert!(b.instances >= 4 * 5 && b.prims * 8 < a.prims, "{b:?}");
-    assert_eq!(baked.objects.len(), shared.objects.len());
-    assert_eq!(baked.materials.len(), shared.materials.len());
+    assert!(b.geometry.instances >= 4 * 5 && b.prims * 8 < a.prims, "{b:?}");
+    assert_eq!(baked.geometry.objects.len(), shared.geometry.objects.len());
+    assert_eq!(baked.shading.materials.len(), shared.shading.materials.len());
     let rays = rays(30_000, 9.0);
     let (mut met, mut odd) = (0, 0);
     for (a, b) in surfaces(&baked, &rays).iter().zip(&surfaces(&shared, &rays)) {
@@ -320,8 +320,8 @@ fn a_scene_in_motion_is_the_scene_that_is_built_for_the_frame() {
     let compare = |a: &Scene, b: &Scene| {
         let rays = rays(10_000, 9.0);
         let (mut one, mut other) = (vec![None; rays.len()], vec![None; rays.len()]);
-        a.accel.nearest(&rays, &mut one);
-        b.accel.nearest(&rays, &mut other);
+        a.geometry.accel.nearest(&rays, &mut one);
+        b.geometry.accel.nearest(&rays, &mut other);
         assert!(one == other && one.iter().flatten().count() > 5000);
         assert!(picture(a) == picture(b));
     };
@@ -388,6 +388,18 @@ fn objects_of_many_instances_move_as_one() {
 }
 
 #[test]
+fn another_shading_builds_no_tree() {
+    let (mut scene, _, _) = balls(3, ball(4), place);
+    let other = scene.with_shading(Arc::clone(&scene.shading));
+    assert!(Arc::ptr_eq(&scene.geometry, &other.geometry));
+    assert_eq!(other.lights.count(), scene.lights.count());
+    let update = SceneUpdate::default();
+    assert_eq!(scene.apply(&update).expect_err("shared"), SceneUpdateError::Shared);
+    drop(other);
+    scene.apply(&update).expect("no longer shared");
+}
+
+#[test]
 fn what_cannot_be_moved_says_so() {
     let (mut scene, _, _) = balls(3, ball(4), place);
     let mut refused = |transforms, poses| scene.apply(&SceneUpdate { transforms, poses }).expect_err("refused");
@@ -432,7 +444,7 @@ fn a_million_instances_of_ten_thousand_triangles_take_less_than_4_gb() {
         Transform::from_parts(at, turn, DVec3::splat(0.3)).expect("invertible")
     };
     let (scene, ..) = balls(1_000_000, mesh, place);
-    let stats = scene.accel.stats();
+    let stats = scene.geometry.accel.stats();
     assert_eq!((stats.instances, stats.prims), (1_000_000, 10_003));
     assert!(stats.seen > 10_000_000_000);
     let seen = picture(&scene).iter().filter(|p| p[3] > 0.0).count();

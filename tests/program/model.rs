@@ -103,11 +103,11 @@ fn a_file_that_is_named_twice_is_placed_twice_and_brings_its_materials_once() {
     let scene = format!("{object}{object}transform = {{ translate = [0, 0, 3] }}\n");
     let desc = batch_render::describe::load(&folder.write("a.toml", &scene), std::fs::read).expect("a scene");
     let scene = batch_render::compile::scene(&desc, batch_render::accel::AccelKind::default()).expect("sound");
-    let geometry = scene.accel.geometry();
+    let geometry = scene.geometry.accel.geometry();
     // One of three triangles has no area.
-    assert_eq!((geometry.triangles.len(), scene.meshes.len()), (4, 4));
-    assert_eq!((scene.objects.len(), scene.materials.len()), (2, 2));
-    let materials: Vec<u32> = scene.meshes.iter().map(|m| m.material.0).collect();
+    assert_eq!((geometry.triangles.len(), scene.geometry.meshes.len()), (4, 4));
+    assert_eq!((scene.geometry.objects.len(), scene.shading.materials.len()), (2, 2));
+    let materials: Vec<u32> = scene.geometry.meshes.iter().map(|m| m.material.0).collect();
     assert_eq!(materials, [0, 1, 0, 1]);
     let depths: Vec<f32> = (0..4).map(|i| geometry.corners(i)[0].z).collect();
     assert_eq!(depths, [0.0, 0.0, 3.0, 3.0]);
@@ -138,16 +138,16 @@ fn materials_objects_and_nodes_keep_their_names() {
             instancing,
         )
         .expect("sound");
-        assert_eq!(scene.material_names, ["tiles", "steel"]);
-        let names: Vec<_> = scene.objects.iter().map(|o| o.name.as_str()).collect();
+        assert_eq!(scene.shading.material_names, ["tiles", "steel"]);
+        let names: Vec<_> = scene.geometry.objects.iter().map(|o| o.name.as_str()).collect();
         assert_eq!(names, ["guard", "floor"]);
         let (guard, floor) = (ObjectId(0), ObjectId(1));
         assert_eq!(
             (scene.asset_name(floor), scene.asset_name(guard)),
             ("floor", "robot.gltf")
         );
-        let instances = scene.instances.iter().map(|i| i.node);
-        let meshes = scene.meshes.iter().map(|m| m.node);
+        let instances = scene.geometry.instances.iter().map(|i| i.node);
+        let meshes = scene.geometry.meshes.iter().map(|m| m.node);
         let nodes: Vec<_> = if instances.len() == 2 {
             instances.collect()
         } else {

@@ -96,7 +96,7 @@ impl TileSink for FirstRound {
 fn the_first_round_is_the_picture_of_its_samples() {
     let (small, renderer) = (Small::new(), Renderer::new());
     let settings = &small.job.plan.settings;
-    let layout = FilmLayout::new(BEAUTY, &settings.passes, small.scene.light_groups.names()).expect("a layout");
+    let layout = FilmLayout::new(BEAUTY, &settings.passes, small.scene.shading.light_groups.names()).expect("a layout");
     let sink = FirstRound {
         film: Mutex::new(Film::new(settings.resolution, settings.window, &layout)),
         tiles: AtomicUsize::new(0),

@@ -100,7 +100,7 @@ fn fills_the_picture(path: &Path) -> Result<(), Failed> {
         })
         .collect();
     let mut hits = vec![None; rays.len()];
-    scene.accel.nearest(&rays, &mut hits);
+    scene.geometry.accel.nearest(&rays, &mut hits);
     let share = hits.iter().flatten().count() as f32 / rays.len() as f32;
     if share > 0.03 {
         Ok(())

@@ -138,7 +138,7 @@ fn met(scene: &Scene, at: &LightSampleContext, w: Vec3) -> Vec<(f64, f64)> {
     let wide = |(l, pdf): (Rgb, f32)| (f64::from(l.g), f64::from(pdf));
     let ray = Ray::new(at.p, w);
     let mut hits = [None];
-    scene.accel.nearest(&[ray], &mut hits);
+    scene.geometry.accel.nearest(&[ray], &mut hits);
     let Some(hit) = hits[0] else {
         let sky = (scene.background_radiance(w), scene.pdf_background(at, w));
         return std::iter::once(sky)
@@ -241,7 +241,7 @@ fn a_sampled_direction_has_the_density_that_its_hit_is_told() {
                 };
                 let ray = Ray::new(at.p, sample.wi);
                 let mut hits = [None];
-                scene.accel.nearest(&[ray], &mut hits);
+                scene.geometry.accel.nearest(&[ray], &mut hits);
                 let Some(hit) = hits[0].filter(|h| (h.t / sample.distance - 1.0).abs() < 1e-4) else {
                     continue;
                 };
@@ -402,7 +402,7 @@ fn a_shadow_ray_ends_before_the_emitter_that_it_asks_for() {
                 };
                 let ray = Ray::new(from, sample.wi);
                 let mut hits = [None];
-                scene.accel.nearest(&[ray], &mut hits);
+                scene.geometry.accel.nearest(&[ray], &mut hits);
                 // Where it is seen at all, not its far side.
                 let near = hits[0].is_some_and(|h| h.t > sample.distance * (1.0 - 1e-3 / distance));
                 if near {
@@ -425,7 +425,7 @@ fn emission_is_what_materials_tell() {
     let LightSource::Emitter(_) = scene.lights.source(LightId(0)) else {
         panic!("a shape that shines is a light");
     };
-    let Some(Emission { scale, .. }) = scene.materials[0].emission() else {
+    let Some(Emission { scale, .. }) = scene.shading.materials[0].emission() else {
         panic!("it shines");
     };
     assert_eq!(scale, 1.0);

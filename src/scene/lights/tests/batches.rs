@@ -32,7 +32,7 @@ fn surfaces(scene: &Scene) -> Vec<SurfaceInteraction> {
         })
         .collect();
     let mut hits = vec![None; rays.len()];
-    scene.accel.nearest(&rays, &mut hits);
+    scene.geometry.accel.nearest(&rays, &mut hits);
     let surface = |(ray, hit): (&Ray, &Option<_>)| Some(scene.surface(ray, hit.as_ref()?));
     rays.iter().zip(&hits).filter_map(surface).collect()
 }
