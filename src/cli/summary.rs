@@ -36,7 +36,7 @@ pub fn lines(summary: &Summary, replaced: usize) -> String {
         ));
     }
     let scene = &summary.scene;
-    let instances = match scene.geometry.instances {
+    let instances = match scene.instances {
         0 => String::new(),
         n => format!(
             " and {}, {} primitives to the eye",

@@ -126,6 +126,7 @@ pub fn light_sample(
         f32::INFINITY
     };
     scene
+        .geometry
         .accel
         .occluded(&[Ray::segment(at.p, sample.wi, end)], &mut blocked);
     let pdf = f64::from(sample.pdf.unwrap_or(1.0)) * f64::from(choice.pmf);
@@ -409,6 +410,7 @@ fn a_shadow_ray_ends_before_the_emitter_that_it_asks_for() {
                     all += 1;
                     let mut blocked = [false];
                     scene
+                        .geometry
                         .accel
                         .occluded(&[Ray::segment(from, sample.wi * sample.distance, 1.0)], &mut blocked);
                     seen += u32::from(!blocked[0]);
