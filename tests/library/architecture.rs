@@ -65,7 +65,7 @@ const NEIGHBOURS: [(&str, &str); 15] = [
 ];
 
 /// Packages that only some places may name.
-const PACKAGES: [(&str, &[&str]); 16] = [
+const PACKAGES: [(&str, &[&str]); 17] = [
     ("obvhs", &["src/accel/"]),
     ("flate2", &["src/assets/gzip.rs"]),
     ("bevy_mikktspace", &["src/assets/tangents.rs"]),

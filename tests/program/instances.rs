@@ -194,9 +194,9 @@ fn instances_are_the_copies_that_they_stand_for() {
     let baked = scene(&folder, AccelKind::Wide, Instancing::Never);
     let shared = scene(&folder, AccelKind::Wide, Instancing::Always);
     let (a, b) = (baked.geometry.accel.stats(), shared.geometry.accel.stats());
-    assert_eq!((a.geometry.instances, a.seen, a.prims as u64), (0, b.seen, b.seen));
+    assert_eq!((a.instances, a.seen, a.prims as u64), (0, b.seen, b.seen));
     // Of each object five units: two meshes of one primitive that repeat, one of two primitives, one that stands alone.
-    assert!(b.geometry.instances >= 4 * 5 && b.prims * 8 < a.prims, "{b:?}");
+    assert!(b.instances >= 4 * 5 && b.prims * 8 < a.prims, "{b:?}");
     assert_eq!(baked.geometry.objects.len(), shared.geometry.objects.len());
     assert_eq!(baked.shading.materials.len(), shared.shading.materials.len());
     let rays = rays(30_000, 9.0);
