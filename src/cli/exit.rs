@@ -1,11 +1,6 @@
 //! Exit codes: what a farm does next depends on them. They follow sysexits.h where it has a word for the case.
 
-use std::{io, path::Path};
-
-use batch_render::{
-    error::{Blame, Error},
-    output::OutputError,
-};
+use batch_render::error::{Blame, Error};
 
 use super::{failures::FramesFailed, signals};
 
@@ -43,12 +38,4 @@ pub fn code(error: &anyhow::Error) -> u8 {
         Blame::Busy => BUSY,
         Blame::Cancelled => signals::exit_code(),
     }
-}
-
-/// A file or folder that cannot be made, with the exit code of such outputs.
-pub fn cannot_create(source: io::Error, path: &Path) -> Error {
-    Error::Output(OutputError::Create {
-        source,
-        path: path.to_owned(),
-    })
 }

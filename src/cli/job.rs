@@ -19,9 +19,9 @@ use batch_render::{
 use super::{
     args::{Args, Command, RenderArgs},
     choices::{DenoiseStep, ProgressKind},
+    create::cannot_create,
     denoise::Lines,
     events::{EventFormat, Events},
-    exit::cannot_create,
     failures::FramesFailed,
     inventory, log, memory,
     preview::Preview,

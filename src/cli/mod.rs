@@ -3,6 +3,7 @@
 mod args;
 mod bench;
 mod choices;
+mod create;
 mod denoise;
 mod denoise_args;
 mod events;

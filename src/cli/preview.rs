@@ -108,7 +108,8 @@ impl<'a> Preview<'a> {
                 picture.display()
             )));
         }
-        let file = tempfile::tempfile().map_err(|source| super::exit::cannot_create(source, &std::env::temp_dir()))?;
+        let file =
+            tempfile::tempfile().map_err(|source| super::create::cannot_create(source, &std::env::temp_dir()))?;
         Ok(Self {
             path,
             plan,

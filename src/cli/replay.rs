@@ -234,8 +234,8 @@ mod tests {
     fn arguments_begin_after_the_subcommand() {
         let typed = [
             "b",
-            "-v",
             "submit",
+            "-v",
             "submit",
             "--engine=slurm",
             "--bundle",

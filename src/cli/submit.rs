@@ -24,7 +24,7 @@ use batch_render::{
 
 use super::{
     args::{Engine, SubmitArgs},
-    exit::cannot_create,
+    create::cannot_create,
     progress::say,
     replay::Replay,
     request::request,

@@ -72,7 +72,7 @@ fn a_job_template_has_the_frames_the_options_and_the_place() {
     }
     let message = folder.fail(2, &[&submit[..5], &["s.toml", "-o", "{{x}}.exr"]].concat());
     assert!(
-        message.contains("OpenJD would read a parameter in `{{x}}.exr`"),
+        message.contains("OpenJD would read a parameter in `--output={{x}}.exr`"),
         "{message}"
     );
     let message = folder.fail(2, &[&submit[..5], &["s.toml", "--part", "1/2"]].concat());
@@ -98,4 +98,15 @@ fn events_are_a_line_each_and_count_to_the_end() {
         .filter_map(|l| l.strip_prefix("openjd_progress: "))
         .collect();
     assert_eq!(progress, ["20.0", "40.0", "60.0", "80.0", "100.0"]);
+}
+
+/// A script with a second range fails in every task.
+#[test]
+fn a_range_among_bundled_flags_becomes_that_of_the_tasks() {
+    let folder = prepared();
+    let job = ["submit", "--engine", "openjd", "--bundle", "job"];
+    folder.succeed(&[&job[..], &["s.toml", "--turntable", "5", "-vr", "1-5"]].concat());
+    let template = String::from_utf8(folder.read("job/template.yaml")).expect("UTF-8");
+    assert_eq!(template.matches("--range=").count(), 1, "{template}");
+    assert!(template.contains("default: \"1-5\""), "{template}");
 }

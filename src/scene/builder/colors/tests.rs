@@ -13,6 +13,7 @@ use crate::{
 /// Examples of colours that the first examples of the manual pages cannot hold.
 const EXAMPLES: &[&str] = &[
     "metal = { eta = 0.2, k = 3 }",
+    "glass = { ior = 1.5 }",
     "glass = { attenuation_color = 0.5, attenuation_distance = 1 }",
     "principled = { base_color = 1, transmission = 1, thickness = 1, attenuation_color = 0.5, attenuation_distance = 1 }",
 ];

@@ -1,0 +1,13 @@
+//! The error of files and folders that the program itself creates.
+
+use std::{io, path::Path};
+
+use batch_render::{error::Error, output::OutputError};
+
+/// Returns the error of a file or folder that cannot be created, which has the exit code of such outputs.
+pub fn cannot_create(source: io::Error, path: &Path) -> Error {
+    Error::Output(OutputError::Create {
+        source,
+        path: path.to_owned(),
+    })
+}
