@@ -11,7 +11,7 @@ pub enum ObjectFromGroup {
     Identity,
     /// The object's space is the world, as long as the object is not moved.
     WorldFromGroup,
-    /// An index into [`super::Scene::object_transforms`].
+    /// An index into [`SceneGeometry::object_transforms`](super::SceneGeometry::object_transforms).
     At(u32),
 }
 
