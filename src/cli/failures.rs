@@ -55,6 +55,27 @@ impl std::error::Error for FramesFailed {}
 
 /// The command that repeats one frame of this process's command alone.
 pub fn command_of_frame(frame: i32) -> Result<String, Error> {
-    let replay = Replay::of_process()?.without(&["part", "part-base"]);
-    Ok(replay.with("range", frame.to_string()).shell_line())
+    Ok(command(Replay::of_process()?, frame))
+}
+
+fn command(typed: Replay, frame: i32) -> String {
+    let replay = typed.without(&["part", "part-base"]);
+    replay.with("range", frame.to_string()).shell_line()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_of_a_frame_has_its_range_alone() {
+        let typed = "batch-render --frames p.csv -vr 1-100 --part=2/4 --samples 4";
+        let words = typed.split(' ').map(Into::into).chain(["it's here.toml".into()]);
+        let replay = Replay::parse(words).expect("the command line is right");
+        let words = shlex::split(&command(replay, -5)).expect("a command line");
+        assert_eq!(words[..2], ["batch-render", "it's here.toml"]);
+        let mut flags = words[2..].to_vec();
+        flags.sort();
+        assert_eq!(flags, ["--frames=p.csv", "--range=-5", "--samples=4", "--verbose"]);
+    }
 }

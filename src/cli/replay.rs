@@ -32,7 +32,7 @@ impl Replay {
     }
 
     /// The arguments of a whole command line, whose first word is the program.
-    fn parse(typed: impl IntoIterator<Item = OsString>) -> Result<Self, Error> {
+    pub fn parse(typed: impl IntoIterator<Item = OsString>) -> Result<Self, Error> {
         let typed: Vec<OsString> = typed.into_iter().collect();
         let program = typed.first().cloned().unwrap_or_default();
         let mut command = Args::command();

@@ -129,6 +129,16 @@ fn task(args: &SubmitArgs, simd: Isa) -> anyhow::Result<Task> {
     if args.render.part.is_some() {
         return Err(Error::Usage("--part is what the farm's tasks are given: submit the whole job".to_owned()).into());
     }
+    let existing = &args.render.existing;
+    if existing.fail_existing || existing.list_stale {
+        let flag = if existing.fail_existing {
+            "fail-existing"
+        } else {
+            "list-stale"
+        };
+        let message = format!("--{flag} is not for a farm: each task skips the frames that it finds finished");
+        return Err(Error::Usage(message).into());
+    }
     let job = Job::open(scene, &request(&args.render, simd)?)?;
     let arguments = render_arguments(Replay::of_process()?)?;
     if let Some(word) = arguments
@@ -160,4 +170,18 @@ fn utf8(path: &OsStr) -> anyhow::Result<&str> {
 fn render_arguments(typed: Replay) -> anyhow::Result<Vec<String>> {
     let kept = typed.without(&OWN).arguments();
     kept.iter().map(|word| Ok(utf8(word)?.to_owned())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn render_options_are_passed_on_and_the_farm_chooses_the_frames() {
+        let typed = "b submit --engine slurm --bundle=out --chunk 5 s.toml --frames p.csv -vr 1-9 --samples 4 --run --overwrite";
+        let replay = Replay::parse(typed.split(' ').map(Into::into)).expect("the command line is right");
+        let mut kept = render_arguments(replay).expect("UTF-8");
+        kept.sort();
+        assert_eq!(kept, ["--frames=p.csv", "--samples=4", "--verbose", "s.toml"]);
+    }
 }

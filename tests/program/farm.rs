@@ -77,6 +77,10 @@ fn a_job_template_has_the_frames_the_options_and_the_place() {
     );
     let message = folder.fail(2, &[&submit[..5], &["s.toml", "--part", "1/2"]].concat());
     assert!(message.contains("submit the whole job"), "{message}");
+    for flag in ["--fail-existing", "--list-stale"] {
+        let message = folder.fail(2, &[&submit[..5], &["s.toml", flag]].concat());
+        assert!(message.contains(flag), "{message}");
+    }
 }
 
 #[test]
