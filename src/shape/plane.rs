@@ -108,6 +108,10 @@ impl ShapeKind for Plane {
         }
     }
 
+    fn flat_normal(&self) -> Option<Vec3> {
+        Some(self.axis.0.as_vec3())
+    }
+
     fn area(&self) -> f32 {
         f32::INFINITY
     }

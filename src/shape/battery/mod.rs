@@ -11,7 +11,7 @@ mod tessellation;
 pub(super) use examples::Random;
 use examples::{Example, all, bounded, hits};
 
-use super::{Shape, ShapeDesc};
+use super::ShapeDesc;
 use crate::math::{Ray, Vec3, float::offset_origins};
 
 #[test]
@@ -178,7 +178,7 @@ fn spawned_rays_never_meet_the_surface_they_leave() {
                     let [above, below] = offset_origins(s.p, s.p_error, s.ng);
                     let o = if w.dot(s.ng) < 0.0 { below } else { above };
                     let again = e.shape.intersect(&Ray::new(o, w));
-                    if outward(&s.ng, &w) || is_flat(&e.shape) {
+                    if outward(&s.ng, &w) || e.shape.flat_normal().is_some() {
                         assert_eq!(again, None, "{}: from {o} along {w}, at {s:?}", e.text);
                     } else if let Some(again) = again.filter(|_| cos.abs() > 1e-3) {
                         let leap = again.t * w.length();
@@ -195,8 +195,20 @@ fn outward(ng: &Vec3, w: &Vec3) -> bool {
     w.dot(*ng) >= 0.0
 }
 
-fn is_flat(shape: &Shape) -> bool {
-    matches!(shape, Shape::Disk(_) | Shape::Quad(_) | Shape::Plane(_))
+/// A flat emitter that does not say so has more noise than it needs.
+#[test]
+fn a_shape_of_one_normal_says_so() {
+    for e in all() {
+        let mut normals = Vec::new();
+        try_rays(&e, &mut Random(11), |ray, hit| {
+            normals.push(e.shape.surface(ray, hit).ng)
+        });
+        let is_normal = |n: Vec3| normals.iter().all(|other| n.distance(*other) < 1e-5);
+        match e.shape.flat_normal() {
+            Some(n) => assert!(is_normal(n), "{}: {n} is not its normal everywhere", e.text),
+            None => assert!(!is_normal(normals[0]), "{}: flat, without a `flat_normal`", e.text),
+        }
+    }
 }
 
 #[test]
