@@ -140,10 +140,15 @@ impl Scene {
     /// Returns the scene with another shading. It shares the geometry, so no acceleration structure is built; the lights are
     /// rebuilt.
     ///
-    /// `shading` has a material for each [`MaterialId`] of the geometry.
-    pub fn with_shading(&self, shading: Arc<SceneShading>) -> Self {
+    /// # Errors
+    /// `shading` has fewer materials than the scene, so that a [`MaterialId`] of the geometry has none.
+    pub fn with_shading(&self, shading: Arc<SceneShading>) -> Result<Self, SceneUpdateError> {
+        let [found, expected] = [&shading, &self.shading].map(|shading| shading.materials.len());
+        if found < expected {
+            return Err(SceneUpdateError::TooFewMaterials { found, expected });
+        }
         let own = self.lights.all().to_vec();
-        Self::new(self.origin, Arc::clone(&self.geometry), shading, own)
+        Ok(Self::new(self.origin, Arc::clone(&self.geometry), shading, own))
     }
 
     /// Rebuilds the lights, with area lights for all surfaces that emit.

@@ -56,6 +56,8 @@ pub enum SceneUpdateError {
     },
     #[error("the geometry is shared with another scene")]
     Shared,
+    #[error("the shading has {found} materials, and the geometry uses {expected}")]
+    TooFewMaterials { found: usize, expected: usize },
     #[error(transparent)]
     Build(#[from] BuildError),
 }

@@ -19,8 +19,8 @@ use batch_render::{
     },
     render::{self, Settings},
     scene::{
-        Background, GroupId, MeshId, MeshPose, ObjectId, Scene, SceneBuilder, SceneUpdate, SceneUpdateError,
-        SurfaceInteraction,
+        Background, GroupId, MeshId, MeshPose, ObjectId, Scene, SceneBuilder, SceneShading, SceneUpdate,
+        SceneUpdateError, SurfaceInteraction,
     },
     shape::{Shape, mesh::Mesh, sphere::Sphere},
     texture::Color,
@@ -390,12 +390,25 @@ fn objects_of_many_instances_move_as_one() {
 #[test]
 fn another_shading_builds_no_tree() {
     let (mut scene, _, _) = balls(3, ball(4), place);
-    let other = scene.with_shading(Arc::clone(&scene.shading));
+    let other = scene
+        .with_shading(Arc::clone(&scene.shading))
+        .expect("the same materials");
     assert!(Arc::ptr_eq(&scene.geometry, &other.geometry));
     assert_eq!(other.lights.count(), scene.lights.count());
     let update = SceneUpdate::default();
     assert_eq!(scene.apply(&update).expect_err("shared"), SceneUpdateError::Shared);
     drop(other);
+    let groups = scene.shading.light_groups.clone();
+    let bare = SceneShading::new(
+        (vec![], vec![]),
+        (vec![], vec![]),
+        groups,
+        scene.shading.background.clone(),
+    );
+    assert!(matches!(
+        scene.with_shading(Arc::new(bare)).err(),
+        Some(SceneUpdateError::TooFewMaterials { found: 0, .. })
+    ));
     scene.apply(&update).expect("no longer shared");
 }
 
