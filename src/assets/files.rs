@@ -12,6 +12,7 @@ use std::{
 };
 
 use super::{MemoryBudget, MemoryKind};
+use crate::warnings::Warnings;
 
 /// BLAKE3 of a file's bytes, the first 128 bits of it.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -48,6 +49,7 @@ pub struct Files {
     /// Whether models may name files outside of their folders.
     allow_outside: bool,
     memory: MemoryBudget,
+    warnings: Warnings,
     read: Mutex<BTreeMap<PathBuf, ContentHash>>,
 }
 
@@ -60,6 +62,17 @@ impl Files {
             memory,
             ..Self::default()
         }
+    }
+
+    /// The same, which collects the warnings about files in `warnings`.
+    pub fn with_warnings(mut self, warnings: Warnings) -> Self {
+        self.warnings = warnings;
+        self
+    }
+
+    /// The warnings about files so far.
+    pub fn warnings(&self) -> &Warnings {
+        &self.warnings
     }
 
     /// The memory that the job may take.

@@ -1,6 +1,9 @@
 //! The content of a model file in any format: meshes with their transforms and materials, cameras and lights.
 
-use std::{path::PathBuf, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use glam::DAffine3;
 
@@ -216,6 +219,14 @@ pub enum ImageSource {
         name: PathBuf,
         bytes: Arc<[u8]>,
     },
+}
+
+impl ImageSource {
+    /// Its file, or its name in errors.
+    pub fn name(&self) -> &Path {
+        let (Self::File(name) | Self::Bytes { name, .. }) = self;
+        name
+    }
 }
 
 /// A camera: it looks along its own -z, +y is up.

@@ -18,6 +18,7 @@ use super::{
 use crate::{
     texture::{Bitmap, bitmap::ColorSpace},
     value::{one_line, one_of},
+    warnings::{WarningKind, Warnings},
 };
 
 /// Why a file was not loaded.
@@ -206,6 +207,11 @@ impl Store {
         &self.files
     }
 
+    /// The warnings about files and what was made of them.
+    pub fn warnings(&self) -> &Warnings {
+        self.files.warnings()
+    }
+
     /// Drops the models: a model that is needed later is loaded again.
     pub fn forget_models(&self) {
         self.models.lock().unwrap_or_else(PoisonError::into_inner).clear();
@@ -250,18 +256,27 @@ impl Store {
 
     fn report(&self, request: &ModelRequest, model: &Model) -> Result<(), AssetError> {
         let path = &request.path;
-        let losses = model.features.iter().filter_map(ModelFeature::loss);
-        let losses: Vec<String> = losses.chain(model.faults.iter().cloned()).collect();
+        let losses = model
+            .features
+            .iter()
+            .filter_map(|f| Some((WarningKind::FEATURE, &f.name, f.loss()?)));
+        let faults = model
+            .faults
+            .iter()
+            .map(|fault| (WarningKind::FAULT, fault, fault.clone()));
+        let losses: Vec<_> = losses.chain(faults).collect();
         let mut reports = self.reports.lock().unwrap_or_else(PoisonError::into_inner);
         if reports.iter().any(|r| r.request == *request) {
             return Ok(());
         }
         if self.is_strict && !losses.is_empty() {
-            let path = path.clone();
+            let (losses, path) = (losses.into_iter().map(|(_, _, loss)| loss).collect(), path.clone());
             return Err(AssetError::Incomplete { losses, path });
         }
-        for loss in losses {
-            tracing::warn!("{}: {loss}", path.display());
+        let shown = path.display();
+        for (kind, topic, loss) in losses {
+            self.warnings()
+                .add_topic(kind, topic, &shown, format!("{shown}: {loss}"));
         }
         if request.choice.variant.is_none() && !model.variants.is_empty() {
             let names: Vec<String> = model
@@ -270,10 +285,10 @@ impl Store {
                 .map(|n| format!("`{}`", one_line(n, 80)))
                 .collect();
             let names = names.join(", ");
-            tracing::warn!(
-                "{}: there are material variants ({names}), and the default materials are shown; `variant` or --variant chooses one",
-                path.display()
+            let text = format!(
+                "{shown}: there are material variants ({names}), and the default materials are shown; `variant` or --variant chooses one"
             );
+            self.warnings().add_topic(WarningKind::CHOICE, "variants", shown, text);
         }
         reports.push(ModelReport {
             request: request.clone(),
@@ -300,7 +315,7 @@ impl Store {
             Err(e) if self.missing == MissingAssets::Placeholder => Ok(self.replace(&request.0, &e)),
             image => {
                 let image = image?;
-                warn_of_repairs(&request.0, image.repaired);
+                self.warn_of_repairs(&request.0, image.repaired);
                 Ok(image)
             }
         });
@@ -321,37 +336,37 @@ impl Store {
             let sum = mebibytes(bytes.iter().sum());
             let limit = mebibytes(limit);
             let are = if halved == 1 { "image is" } else { "images are" };
-            tracing::warn!(
+            let text = format!(
                 "the images need {sum} MiB of memory and {limit} MiB are allowed (--texture-memory): {halved} {are} \
                  shown at half of their resolution or less"
             );
+            self.warnings().add(WarningKind::TEXTURE_MEMORY, "images", text);
         }
         halvings
     }
 
     /// Says once for each file that its image is not there.
     fn replace(&self, source: &ImageSource, error: &ImageError) -> Bitmap {
-        let (ImageSource::File(name) | ImageSource::Bytes { name, .. }) = source;
+        let name = source.name();
         let mut replaced = self.replaced.lock().unwrap_or_else(PoisonError::into_inner);
-        if replaced.insert(name.clone()) {
-            tracing::warn!("a placeholder is shown: {error}");
+        if replaced.insert(name.to_owned()) {
+            let text = format!("a placeholder is shown: {error}");
+            self.warnings().add(WarningKind::MISSING_FILE, name.display(), text);
         }
         Bitmap::placeholder()
     }
-}
 
-/// Warns of numbers in an image that are NaN or infinite and were replaced.
-fn warn_of_repairs(source: &ImageSource, count: u64) {
-    let file = match source {
-        ImageSource::File(path) => path,
-        ImageSource::Bytes { name, .. } => name,
-    };
-    let are = match count {
-        0 => return,
-        1 => "number that is",
-        _ => "numbers that are",
-    };
-    tracing::warn!("{count} {are} not finite became 0 or 65504: {}", file.display());
+    /// Warns of numbers in an image that are NaN or infinite and were replaced.
+    fn warn_of_repairs(&self, source: &ImageSource, count: u64) {
+        let are = match count {
+            0 => return,
+            1 => "number that is",
+            _ => "numbers that are",
+        };
+        let file = source.name().display();
+        let text = format!("{count} {are} not finite became 0 or 65504: {file}");
+        self.warnings().add(WarningKind::IMAGE_NUMBERS, file, text);
+    }
 }
 
 /// All results, or all errors.

@@ -12,6 +12,7 @@ use super::PlannedFrame;
 use crate::{
     assets::ContentHash,
     output::{OutputError, atomic},
+    warnings::{WarningKind, Warnings},
 };
 
 /// Rises with every change of the state.
@@ -40,12 +41,14 @@ pub(super) fn write(path: &Path, fingerprint: &str, state: &[u8]) -> Result<(), 
 }
 
 /// The state that is kept of the frame with this fingerprint; `None` where there is none, or it is another's or damaged.
-pub(super) fn read(path: &Path, fingerprint: &str) -> Option<Vec<u8>> {
+pub(super) fn read(path: &Path, fingerprint: &str, warnings: &Warnings) -> Option<Vec<u8>> {
     let mut bytes = fs::read(path).ok()?;
     let length = head(fingerprint, &[]).len();
     let is_own = bytes.len() >= length && bytes.starts_with(head(fingerprint, &bytes[length..]).as_bytes());
     if !is_own {
-        tracing::warn!("not used, for it is damaged or of other settings: {}", path.display());
+        let path = path.display();
+        let text = format!("not used, for it is damaged or of other settings: {path}");
+        warnings.add_live(WarningKind::CHECKPOINT, path, text);
         return None;
     }
     Some(bytes.split_off(length))
@@ -67,17 +70,18 @@ mod tests {
     fn only_the_whole_state_of_the_same_frame_is_read() {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("f.exr.checkpoint");
-        assert_eq!(read(&path, "a"), None);
+        let kept = |fingerprint| read(&path, fingerprint, &Warnings::default());
+        assert_eq!(kept("a"), None);
         write(&path, "a", b"state").unwrap();
-        assert_eq!(read(&path, "a").as_deref(), Some(&b"state"[..]));
-        assert_eq!(read(&path, "b"), None);
+        assert_eq!(kept("a").as_deref(), Some(&b"state"[..]));
+        assert_eq!(kept("b"), None);
         let whole = fs::read(&path).unwrap();
         for byte in 0..whole.len() {
             let mut flipped = whole.clone();
             flipped[byte] ^= 1;
             for bytes in [&flipped[..], &whole[..byte]] {
                 fs::write(&path, bytes).unwrap();
-                assert_eq!(read(&path, "a"), None, "byte {byte}");
+                assert_eq!(kept("a"), None, "byte {byte}");
             }
         }
     }

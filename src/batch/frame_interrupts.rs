@@ -1,6 +1,7 @@
 //! The interrupts of a job's frame: it is kept for a later process, and shown as it stands.
 
 use std::{
+    fmt,
     path::PathBuf,
     sync::atomic::{AtomicU64, Ordering},
     time::{Duration, Instant},
@@ -10,6 +11,7 @@ use super::{Plan, PlannedFrame, checkpoint};
 use crate::{
     output::{self, Coverage, FrameImage},
     render::{Interrupts, PartialFrame, ShowRequest},
+    warnings::WarningKind,
 };
 
 /// The interrupts of one frame.
@@ -52,6 +54,12 @@ impl<'a> FrameInterrupts<'a> {
         checkpoint::path(self.frame).filter(|_| self.plan.checkpoint.is_some())
     }
 
+    fn warn(&self, kind: WarningKind, what: &str, cause: impl fmt::Display) {
+        let number = self.frame.number;
+        let text = format!("frame {number} {what}: {cause}");
+        self.plan.warnings.add_live(kind, number, text);
+    }
+
     /// Writes the picture of the frame as it stands.
     fn show(&self, partial: &PartialFrame<'_>) {
         let Some(file) = self.frame.files.first() else { return };
@@ -67,8 +75,8 @@ impl<'a> FrameInterrupts<'a> {
         };
         let format = output::format("exr").expect("it is among the formats");
         match output::write(&path, format, &image, self.plan.encoding) {
-            Ok(_) => tracing::warn!("frame {} as it stands: {}", self.frame.number, path.display()),
-            Err(error) => tracing::warn!("frame {} as it stands: {error}", self.frame.number),
+            Ok(_) => self.warn(WarningKind::PARTIAL_FRAME, "as it stands", path.display()),
+            Err(error) => self.warn(WarningKind::PARTIAL_FRAME, "as it stands", error),
         }
     }
 
@@ -77,7 +85,7 @@ impl<'a> FrameInterrupts<'a> {
         let Some(path) = self.checkpoint_path() else { return };
         match checkpoint::write(&path, self.fingerprint, &partial.state()) {
             Ok(()) => tracing::info!("frame {} is kept: {}", self.frame.number, path.display()),
-            Err(error) => tracing::warn!("frame {} is not kept: {error}", self.frame.number),
+            Err(error) => self.warn(WarningKind::CHECKPOINT, "is not kept", error),
         }
         let interval = self.plan.checkpoint.unwrap_or(Duration::MAX);
         let next = self.start.elapsed().saturating_add(interval);
@@ -105,7 +113,7 @@ impl Interrupts for FrameInterrupts<'_> {
 
     fn earlier_state(&self) -> Option<Vec<u8>> {
         let path = self.checkpoint_path()?;
-        let state = checkpoint::read(&path, self.fingerprint)?;
+        let state = checkpoint::read(&path, self.fingerprint, &self.plan.warnings)?;
         tracing::info!("frame {} goes on from {}", self.frame.number, path.display());
         Some(state)
     }

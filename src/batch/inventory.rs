@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::{
     assets::{Store, model::Treatment, store::ModelReport},
     scene::SceneBuilder,
+    warnings::Warning,
 };
 
 /// The parts of a loaded scene. Its JSON has the same names.
@@ -27,6 +28,7 @@ pub struct Inventory {
     pub models: Vec<ModelEntry>,
     /// Bytes, by what they are for.
     pub memory: Vec<MemoryEntry>,
+    pub warnings: Vec<Warning>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -93,6 +95,7 @@ impl Inventory {
                     bytes,
                 })
                 .to_vec(),
+            warnings: store.warnings().list(),
         }
     }
 }

@@ -111,7 +111,9 @@ impl Job {
 
     /// Builds the acceleration structure of the scene that [`Job::load`] returned.
     pub fn build(&self, scene: SceneBuilder) -> Result<Scene, Error> {
-        Ok(scene.build(self.plan.accel).map_err(|cause| self.build_error(cause))?)
+        let scene = scene.build(self.plan.accel).map_err(|cause| self.build_error(cause))?;
+        compile::warn_dark_emitters(&scene, self.store.warnings());
+        Ok(scene)
     }
 
     fn build_error(&self, cause: SceneBuildError) -> compile::Error {
@@ -203,7 +205,8 @@ impl Job {
 
 fn store(request: &Request) -> Store {
     let memory = MemoryBudget::new(request.max_memory);
-    Store::new(request.missing_assets, Files::new(request.allow_outside, memory))
+    let files = Files::new(request.allow_outside, memory).with_warnings(request.warnings.clone());
+    Store::new(request.missing_assets, files)
         .strict(request.strict)
         .texture_memory(request.texture_memory)
 }

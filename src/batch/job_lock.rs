@@ -15,6 +15,7 @@ use crate::{
     error::Error,
     output::job_file::{self, FolderGate, JobFile},
     render::{Cancel, Cancelled},
+    warnings::WarningKind,
 };
 
 /// The time between two looks at whether the other job has ended.
@@ -55,7 +56,8 @@ impl JobLock {
                 return Err(Error::Busy(busy.to_string()));
             }
             if !is_told {
-                tracing::warn!("{busy}: this one waits until that has ended");
+                let text = format!("{busy}: this one waits until that has ended");
+                plan.warnings.add_live(WarningKind::BUSY, busy.path.display(), text);
                 is_told = true;
             }
             if cancel.is_some_and(Cancel::is_cancelled) {

@@ -13,6 +13,7 @@ use crate::{
     output::{Contents, FilePattern},
     render::Content,
     value::{Problem, Spanned, UnknownName},
+    warnings::WarningKind,
 };
 
 /// The passes of a job's films.
@@ -76,7 +77,8 @@ impl PassChoice {
                 let at = names.first().map(Spanned::span).unwrap_or_default();
                 return Err(vec![Problem::at(at, message)]);
             }
-            tracing::warn!("the job writes no EXR file, which alone holds passes: `aovs` are left out");
+            let text = "the job writes no EXR file, which alone holds passes: `aovs` are left out";
+            request.warnings.add(WarningKind::UNUSED_SETTING, "aovs", text);
             passes.clear();
         }
         Ok(Self::beside_beauty(

@@ -33,6 +33,7 @@ use crate::{
     sampler::{Sampler, SeedMode},
     scene::Scene,
     value::Problem,
+    warnings::Warnings,
 };
 
 /// A file to be written.
@@ -104,6 +105,8 @@ pub struct Plan {
     pub seed_mode: SeedMode,
     /// The settings of every frame, but for its number.
     pub settings: render::Settings,
+    /// Where the job's warnings go.
+    pub warnings: Warnings,
 }
 
 impl Plan {
@@ -215,6 +218,7 @@ impl Plan {
             fps: request.fps.map(frame_rate::rational),
             seed_mode: request.seed_mode.unwrap_or(desc.render.seed_mode),
             settings,
+            warnings: request.warnings.clone(),
         })
     }
 

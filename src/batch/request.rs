@@ -9,6 +9,7 @@ use crate::{
     camera::RotationOrder,
     output::png::data::{DEPTH, DataPng, IDS, NORMALS},
     sampler::SeedMode,
+    warnings::Warnings,
 };
 
 /// The settings of a job. The scene file decides about a setting that is `None`.
@@ -91,6 +92,8 @@ pub struct Request {
     pub allow_outside: bool,
     /// The radius in m of the points of a model that is the scene.
     pub point_radius: Option<f32>,
+    /// Where the job's warnings go: a clone of it reads them, also those of a job that cannot be opened.
+    pub warnings: Warnings,
 }
 
 impl Request {

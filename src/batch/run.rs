@@ -20,6 +20,7 @@ use crate::{
     output::{self, Coverage, FrameImage, OutputError, WriteReport},
     render::{Control, Counters, Interrupts, RenderError, Renderer},
     scene::Scene,
+    warnings::WarningKind,
 };
 
 /// Told what a job does, as it does it.
@@ -176,10 +177,9 @@ fn render_all<'a>(
         observer.frame_rendered(frame.number, took);
         let (got, wanted) = (film.samples, plan.settings.samples.max);
         if got < wanted {
-            tracing::warn!(
-                "frame {} has {got} of {wanted} samples, the time limit is over",
-                frame.number
-            );
+            let number = frame.number;
+            let text = format!("frame {number} has {got} of {wanted} samples, the time limit is over");
+            plan.warnings.add_live(WarningKind::TIME_LIMIT, number, text);
             observer.frame_cut_short(frame.number, got);
         }
         let invalid = control.counters.map(Counters::take_invalid).unwrap_or_default();
@@ -269,7 +269,8 @@ fn write(plan: &Plan, file: &PlannedFile, image: &FrameImage<'_>) -> Result<Writ
     for _ in 0..plan.retries {
         match output::write(&file.path, file.format, image, plan.encoding) {
             Err(error) if error.may_pass() => {
-                tracing::warn!("{error}; another attempt follows");
+                let text = format!("{error}; another attempt follows");
+                plan.warnings.add_live(WarningKind::RETRY, file.path.display(), text);
                 thread::sleep(pause);
                 pause *= 2;
             }

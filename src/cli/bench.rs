@@ -7,7 +7,7 @@ use std::{
     sync::Arc,
 };
 
-use super::{args::BenchArgs, progress::say, threads::threads};
+use super::{args::BenchArgs, log::LastWarnings, progress::say, threads::threads};
 use anyhow::Context;
 use batch_render::{
     accel::BuildOptions,
@@ -41,6 +41,7 @@ fn picture(args: &BenchArgs, simd: Isa) -> anyhow::Result<()> {
         },
         ..Request::default()
     };
+    let _last = LastWarnings(request.warnings.clone());
     let report = threads(args.threads)?.install(|| {
         let job = Job::open(&args.scene, &request)?;
         let scene = job.compile()?;
@@ -104,6 +105,7 @@ fn rays(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         },
         ..Request::default()
     };
+    let _last = LastWarnings(request.warnings.clone());
     let pool = threads(args.threads)?;
     let job = pool.install(|| Job::open(&args.scene, &request))?;
     let camera = job

@@ -1,5 +1,6 @@
 //! The figures of a job, as they go to files.
 
+use batch_render::warnings::Warning;
 use serde::Serialize;
 
 /// All figures.
@@ -22,6 +23,7 @@ pub struct Report {
     /// Whether the job has come to its end.
     pub is_finished: bool,
     pub inputs: Vec<Input>,
+    pub warnings: Vec<Warning>,
     pub frames: Vec<Frame>,
 }
 

@@ -14,7 +14,7 @@ use batch_render::{
     viewer::{Viewer, ViewerOptions},
 };
 
-use super::{fly_args::FlyArgs, memory, progress::say, replay::Replay, signals, threads::threads};
+use super::{fly_args::FlyArgs, log, memory, progress::say, replay::Replay, signals, threads::threads};
 
 /// Serves the page until a signal comes.
 pub fn run(args: &FlyArgs, simd: Isa) -> anyhow::Result<()> {
@@ -49,7 +49,9 @@ pub fn run(args: &FlyArgs, simd: Isa) -> anyhow::Result<()> {
         );
     }
     let pool = threads(args.threads)?;
+    let _last = log::LastWarnings(request.warnings.clone());
     let viewer = pool.install(|| Viewer::open(&args.scene, &request, &options))?;
+    log::warnings(&request.warnings);
     let stop = Arc::new(Cancel::default());
     signals::listen(Arc::clone(&stop), Arc::default())?;
     let url = viewer.url();

@@ -80,10 +80,12 @@ fn check(scene: &Path, request: Request, simd: Isa, json: bool) -> anyhow::Resul
         },
         ..request
     };
+    let _last = log::LastWarnings(request.warnings.clone());
     let pool = threads(None)?;
     let job = pool.install(|| Job::open(scene, &request))?;
     let loaded = pool.install(|| job.load())?;
     pool.install(|| job.check(&loaded))?;
+    log::warnings(&request.warnings);
     inventory::print(scene, &job, &job.inventory(&loaded), json).map_err(Error::Stdout)?;
     Ok(())
 }
@@ -91,6 +93,7 @@ fn check(scene: &Path, request: Request, simd: Isa, json: bool) -> anyhow::Resul
 fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let path = args.scene.as_deref().expect("the scene is a required argument");
     let request = request(args, simd)?;
+    let _last = log::LastWarnings(request.warnings.clone());
     let pool = threads(args.threads)?;
     let start = Instant::now();
     let job = pool.install(|| Job::open(path, &request))?;
@@ -103,6 +106,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         return Ok(pool.install(|| job.denoise(&Helpers::Present, &Lines::new(kind), None))?);
     }
     let scene = pool.install(|| job.load())?;
+    log::warnings(&request.warnings);
     let files = job.files().manifest();
     tracing::info!(
         "{} input files loaded in {}",

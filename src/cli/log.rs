@@ -5,6 +5,7 @@ use std::{fmt, io::Write};
 use batch_render::{
     error::Error,
     value::{one_line, visible},
+    warnings::Warnings,
 };
 use tracing::{Event, Level, Subscriber, field::Field};
 use tracing_subscriber::{
@@ -63,6 +64,22 @@ pub fn warn_always(text: &str) {
         tracing::warn!("{text}");
     } else {
         let _ = writeln!(std::io::stderr(), "warning: {text}");
+    }
+}
+
+/// Logs the warnings of a job that were not logged before, one line for each kind.
+pub fn warnings(warnings: &Warnings) {
+    for line in warnings.take_lines() {
+        tracing::warn!("{line}");
+    }
+}
+
+/// Logs the warnings that are left when a command ends, also by an error.
+pub struct LastWarnings(pub Warnings);
+
+impl Drop for LastWarnings {
+    fn drop(&mut self) {
+        warnings(&self.0);
     }
 }
 

@@ -5,6 +5,7 @@ use batch_render::{
     batch::{Existing, FrameRange, OnFailure, Request},
     error::Error,
     simd::Isa,
+    warnings::Warnings,
 };
 
 use super::{args::RenderArgs, memory};
@@ -87,5 +88,6 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         camera: args.camera.clone(),
         variant: args.variant.clone(),
         point_radius: args.point_radius,
+        warnings: Warnings::default(),
     })
 }

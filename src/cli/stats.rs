@@ -80,6 +80,7 @@ impl<'a> Stats<'a> {
             wall_s: 0.0,
             is_finished: false,
             inputs: inputs.collect(),
+            warnings: Vec::new(),
             frames: Vec::new(),
         };
         Self {
@@ -143,6 +144,7 @@ impl<'a> Stats<'a> {
     fn write(&self, state: &mut State) {
         state.written = Instant::now();
         state.report.wall_s = self.start.elapsed().as_secs_f64();
+        state.report.warnings = self.plan.warnings.list();
         let keep = |flag: &str, path: &Path, text: String| {
             let written = output::atomic::write(path, |out| Ok(out.write_all(text.as_bytes())?));
             if let Err(error) = written {

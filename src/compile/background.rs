@@ -9,6 +9,7 @@ use crate::{
     scene::BackgroundRadiance,
     texture::{Bitmap, bitmap::ColorSpace},
     value::Problem,
+    warnings::{WarningKind, Warnings},
 };
 
 impl Compiler<'_> {
@@ -30,6 +31,7 @@ pub(super) fn radiance(
     desc: &BackgroundDesc,
     picture: Option<&Bitmap>,
     working_space: WorkingSpace,
+    warnings: &Warnings,
 ) -> BackgroundRadiance {
     let (Some(environment_desc), Some(picture)) = (&desc.environment, picture) else {
         let color = desc.color.map_or(Rgb::BLACK, |c| c.0);
@@ -45,7 +47,8 @@ pub(super) fn radiance(
     if environment.clamped > 0 {
         let count = environment.clamped;
         let texels = if count == 1 { "texel" } else { "texels" };
-        tracing::warn!("{count} {texels} below 0 became 0: {file}");
+        let text = format!("{count} {texels} below 0 became 0: {file}");
+        warnings.add(WarningKind::IMAGE_NUMBERS, file, text);
     }
     BackgroundRadiance::environment(environment)
 }

@@ -20,6 +20,7 @@ use crate::{
     math::{Aabb, Rgb, Vec3, origin},
     shape::{ShapeDesc, mesh::MeshDesc},
     value::{Direction, NonNegative, Point, Positive, RgbFactor, Spanned, one_line},
+    warnings::{WarningKind, Warnings},
 };
 
 /// The angle over the height of a picture whose model has no camera, in degrees.
@@ -66,10 +67,9 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
     })?;
     let mut objects = Vec::new();
     if model.is_empty() {
-        tracing::warn!(
-            "the model has no triangles, there is nothing to see: {}",
-            path.display()
-        );
+        let path = path.display();
+        let text = format!("the model has no triangles, there is nothing to see: {path}");
+        store.warnings().add(WarningKind::EMPTY_MODEL, path, text);
     } else {
         objects.push(object(path, options));
     }
@@ -77,7 +77,8 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
     let origin = origin::of_box(&bounds).unwrap_or_default();
     let near = bounds.relative_to(origin);
     let center = origin + near.center().as_dvec3();
-    let camera = chosen_camera(&model.cameras, options.camera, path)?.and_then(|c| own_camera(c, center));
+    let camera =
+        chosen_camera(&model.cameras, options.camera, path, store.warnings())?.and_then(|c| own_camera(c, center));
     let lights: Vec<LightDesc> = model.lights.iter().filter_map(own_light).collect();
     // The lights of a file are all that its author wanted.
     let is_lit = !lights.is_empty();
@@ -185,6 +186,7 @@ fn chosen_camera<'a>(
     cameras: &'a [ModelCamera],
     name: Option<&str>,
     path: &Path,
+    warnings: &Warnings,
 ) -> Result<Option<&'a ModelCamera>, AssetError> {
     let names = || {
         let name = |(i, c): (usize, &ModelCamera)| match c.name.as_str() {
@@ -196,9 +198,9 @@ fn chosen_camera<'a>(
     let Some(name) = name else {
         if cameras.len() > 1 {
             let (shown, names) = (path.display(), names());
-            tracing::warn!(
-                "{shown}: there are several cameras ({names}), and the first is shown; --camera chooses one"
-            );
+            let text =
+                format!("{shown}: there are several cameras ({names}), and the first is shown; --camera chooses one");
+            warnings.add_topic(WarningKind::CHOICE, "cameras", shown, text);
         }
         return Ok(cameras.first());
     };

@@ -18,6 +18,7 @@ use crate::{
     math::DVec3,
     scene::{Background, SceneBuilder},
     texture::{BitmapId, Texture, bitmap::ColorSpace, image::ImageDesc},
+    warnings::{WarningKind, Warnings},
 };
 
 /// A scene of which only the files are missing.
@@ -97,6 +98,7 @@ pub fn load(
         scene: &mut scene,
         images: &mut images,
         instancing,
+        warnings: store.warnings(),
     };
     let placed = loaded.and_then(|loaded| models.place(&placed, &loaded));
     let has_environment = environment.is_some();
@@ -114,12 +116,12 @@ pub fn load(
     for bitmap in bitmaps {
         scene.bitmap(bitmap);
     }
-    warn_energy_gain(&scene);
+    warn_energy_gain(&scene, store.warnings());
     if let Some(group) = &desc.background.group {
         scene.set_background_light_group(group.as_str());
     }
     scene.set_background(Background {
-        radiance: background::radiance(&desc.background, picture.as_ref(), working_space),
+        radiance: background::radiance(&desc.background, picture.as_ref(), working_space, store.warnings()),
         visible: desc.background.visible,
     });
     Ok(scene)
@@ -166,12 +168,13 @@ impl Compiler<'_> {
 }
 
 /// Warns of materials that send back more light than arrives.
-fn warn_energy_gain(scene: &SceneBuilder) {
+fn warn_energy_gain(scene: &SceneBuilder, warnings: &Warnings) {
     let textures = scene.textures();
     for (name, material) in scene.materials() {
         let max_reflectance = material.max_reflectance(&textures);
         if max_reflectance > 1.0 {
-            tracing::warn!("material `{name}` sends back more light than arrives, {max_reflectance} of it");
+            let text = format!("material `{name}` sends back more light than arrives, {max_reflectance} of it");
+            warnings.add(WarningKind::ENERGY_GAIN, name, text);
         }
     }
 }

@@ -8,7 +8,13 @@
 //!
 //! [`SceneBuilder::build`]: crate::scene::SceneBuilder::build
 
-use crate::{accel::BuildOptions, assets::Store, describe::SceneDesc, scene::Scene};
+use crate::{
+    accel::BuildOptions,
+    assets::Store,
+    describe::SceneDesc,
+    scene::Scene,
+    warnings::{WarningKind, Warnings},
+};
 
 mod background;
 mod compiler;
@@ -44,10 +50,23 @@ pub fn scene_instancing(
     store: &Store,
     instancing: Instancing,
 ) -> Result<Scene, Error> {
-    load(desc, store, instancing, None)?
+    let scene = load(desc, store, instancing, None)?
         .build(accel)
         .map_err(|cause| Error::Build {
             cause,
             path: desc.source.path.clone(),
-        })
+        })?;
+    warn_dark_emitters(&scene, store.warnings());
+    Ok(scene)
+}
+
+/// Warns of emitters that give no light because they have no area.
+pub(crate) fn warn_dark_emitters(scene: &Scene, warnings: &Warnings) {
+    let (surfaces, are) = match scene.lights.dark_emitters() {
+        0 => return,
+        1 => ("1 surface", "it is"),
+        n => (&*format!("{n} surfaces"), "they are"),
+    };
+    let text = format!("{surfaces} that should shine without area: {are} left out");
+    warnings.add_topic(WarningKind::NO_AREA, "emitters", "emitters", text);
 }

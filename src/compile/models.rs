@@ -18,6 +18,7 @@ use crate::{
     math::{DAabb, DAffine3, Transform, origin},
     scene::{GroupId, InstanceRecord, MeshOwner, MeshTransform, NodeId, ObjectFromGroup, ObjectId, SceneBuilder},
     texture::BitmapId,
+    warnings::{WarningKind, Warnings},
 };
 
 /// The most triangles that a scene stores.
@@ -169,6 +170,7 @@ pub(super) struct ModelPlacer<'a> {
     /// The images of the scene so far, in the order of their [`BitmapId`]s.
     pub images: &'a mut Vec<ImageRequest>,
     pub instancing: Instancing,
+    pub warnings: &'a Warnings,
 }
 
 impl ModelPlacer<'_> {
@@ -200,7 +202,9 @@ impl ModelPlacer<'_> {
                 Ok(0) => {}
                 Ok(dropped) => {
                     let plural = if dropped == 1 { "triangle" } else { "triangles" };
-                    tracing::warn!("{dropped} {plural} without area left out: {}", placed.file.display());
+                    let file = placed.file.display();
+                    let text = format!("{dropped} {plural} without area left out: {file}");
+                    self.warnings.add(WarningKind::NO_AREA, file, text);
                 }
                 Err(e) => errors.push(e),
             }
@@ -222,7 +226,8 @@ impl ModelPlacer<'_> {
         }
         if placed.point_radius.is_some() {
             let file = placed.file.display();
-            tracing::warn!("the radius of points is not used, since the model has faces: {file}");
+            let text = format!("the radius of points is not used, since the model has faces: {file}");
+            self.warnings.add(WarningKind::UNUSED_SETTING, file, text);
         }
         let Some(first) = model.instances.first() else {
             let path = placed.file.clone();

@@ -17,21 +17,12 @@ use crate::{
 
 impl Emitters {
     /// Returns the bounds of all emitters, in order.
-    pub fn bounds(&self, scene: &Scene) -> std::vec::IntoIter<LightBounds> {
+    pub fn bounds(&self, scene: &Scene) -> Vec<LightBounds> {
         let mut all: Vec<LightBounds> = self.shapes.iter().map(|&i| scene.shape_bounds(i)).collect();
         for run in &self.mesh_emitters {
             scene.mesh_bounds(&scene.geometry.meshes[run.mesh as usize], &mut all);
         }
-        let without = all.iter().filter(|b| b.power <= 0.0).count();
-        if without > 0 {
-            let (plural, it) = if without == 1 {
-                ("surface", "it is")
-            } else {
-                ("surfaces", "they are")
-            };
-            tracing::warn!("{without} {plural} that should shine without area: {it} left out");
-        }
-        all.into_iter()
+        all
     }
 }
 

@@ -68,6 +68,7 @@ pub struct Lights {
     points: Vec<LightId>,
     point_tree: LightTree,
     emitter_tree: LightTree,
+    dark_emitters: usize,
     /// The only lamp, if there is exactly one.
     only_lamp: Option<LightId>,
     /// The families that have lights.
@@ -76,12 +77,7 @@ pub struct Lights {
 
 impl Lights {
     /// Collects analytic lights, emitters with their bounds, and the background.
-    pub fn new(
-        all: Vec<Light>,
-        emitters: Emitters,
-        bounds: impl ExactSizeIterator<Item = LightBounds>,
-        radiance: &BackgroundRadiance,
-    ) -> Self {
+    pub fn new(all: Vec<Light>, emitters: Emitters, bounds: Vec<LightBounds>, radiance: &BackgroundRadiance) -> Self {
         let (mut points, mut point_bounds, mut infinite, mut suns) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (light, id) in all.iter().zip((0..).map(LightId)) {
             match light.bounds() {
@@ -115,7 +111,8 @@ impl Lights {
             suns,
             points,
             point_tree: LightTree::build(point_bounds.into_iter()),
-            emitter_tree: LightTree::build(bounds),
+            dark_emitters: bounds.iter().filter(|b| b.power <= 0.0).count(),
+            emitter_tree: LightTree::build(bounds.into_iter()),
             only_lamp,
         }
     }
@@ -127,6 +124,11 @@ impl Lights {
 
     pub fn emitters(&self) -> &Emitters {
         &self.emitters
+    }
+
+    /// The number of emitters that give no light because they have no area.
+    pub fn dark_emitters(&self) -> usize {
+        self.dark_emitters
     }
 
     /// The background, if it is sampled.

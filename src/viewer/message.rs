@@ -73,6 +73,8 @@ pub struct Hello<'a> {
     pub fps: f64,
     pub up: [f64; 3],
     pub has_home: bool,
+    /// A line for each kind of warning about the scene.
+    pub warnings: Vec<String>,
 }
 
 /// Everything that a page shows beside pictures.

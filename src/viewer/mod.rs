@@ -9,7 +9,7 @@
 
 use std::{io, net::TcpListener, path::Path, sync::Arc, thread};
 
-use crate::{batch::Request, error::Error, render::Cancel};
+use crate::{batch::Request, error::Error, render::Cancel, warnings::WarningKind};
 
 mod base;
 mod camera;
@@ -90,7 +90,15 @@ impl Viewer {
             .unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
         self.session.finish_job();
         if self.session.has_unsaved_keys() {
-            tracing::warn!("keys of the camera path were not saved");
+            let (path, warnings) = (
+                self.session.base.camera_path.display(),
+                &self.session.base.request.warnings,
+            );
+            warnings.add_live(
+                WarningKind::UNSAVED_KEYS,
+                path,
+                "keys of the camera path were not saved",
+            );
         }
         served
     }

@@ -174,6 +174,7 @@ impl Session {
             fps,
             up: self.base.up().to_array(),
             has_home: self.base.home.is_some(),
+            warnings: self.base.request.warnings.lines(),
         };
         serde_json::to_string(&hello).expect("a hello is numbers and words")
     }

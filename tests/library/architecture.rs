@@ -43,12 +43,13 @@ const FLOORS: [(&str, u32); 28] = [
 ];
 
 /// Also on the ground.
-const GROUND: [&str; 2] = ["value", "kind"];
+const GROUND: [&str; 3] = ["value", "kind", "warnings"];
 
 /// Neighbours that may be used on one floor.
-const NEIGHBOURS: [(&str, &str); 15] = [
+const NEIGHBOURS: [(&str, &str); 16] = [
     ("value", "math"),
     ("kind", "value"),
+    ("warnings", "value"),
     ("simd", "math"),
     ("native", "math"),
     ("geometry", "shape"),

@@ -6,12 +6,13 @@ use std::{
     time::Duration,
 };
 
-use crate::common::Folder;
+use crate::common::{Folder, repo, stderr};
 use batch_render::{
     assets::ContentHash,
     batch::{Existing, Job, Observer, Request, Summary},
     error::Error,
     render::Control,
+    warnings::WarningKind,
 };
 
 /// Records which frames were skipped.
@@ -98,4 +99,70 @@ fn the_manifest_names_every_file_that_a_picture_depends_on() {
     assert_eq!(names, expected);
     let (_, hash) = job.files().manifest()[3].clone();
     assert_eq!(hash, ContentHash::of(scene("2").as_bytes()));
+}
+
+/// Models of which each has a triangle without area, and a texture that is missing.
+fn flawed(folder: &Folder) -> PathBuf {
+    folder.write("a.mtl", "newmtl m\nmap_Kd none.png\nKd x\n");
+    let objects = ["d", "b", "a", "c", "e"].map(|name| {
+        let text = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\nf 1/1 1/1 2/1\n";
+        folder.write(&format!("{name}.obj"), text);
+        format!("[[object]]\nshape.mesh = {{ file = '{name}.obj' }}\n")
+    });
+    folder.write("s.toml", &format!("{CAMERA}{}", objects.concat()))
+}
+
+#[test]
+fn an_embedding_program_reads_the_warnings_of_a_job() {
+    let folder = Folder::new();
+    let path = flawed(&folder);
+    let load = |threads| {
+        let request = Request::default();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("threads");
+        pool.install(|| Job::open(&path, &request)?.load()).expect("loads");
+        request.warnings
+    };
+    let warnings = load(1);
+    let all = warnings.list();
+    let of = |kind| {
+        all.iter()
+            .filter(|w| w.kind == kind)
+            .map(|w| &*w.subject)
+            .collect::<Vec<_>>()
+    };
+    let files = ["a", "b", "c", "d", "e"].map(|name| folder.path(&format!("{name}.obj")).display().to_string());
+    assert_eq!(of(WarningKind::NO_AREA), files);
+    assert_eq!(of(WarningKind::MISSING_FILE).len(), 5);
+    assert_eq!(of(WarningKind::STATEMENT), [folder.path("a.mtl").display().to_string()]);
+    assert_eq!(warnings.lines().len(), 3);
+    assert_eq!(load(4).list(), all);
+}
+
+#[test]
+fn the_program_prints_a_kind_of_warning_once_and_lists_all_for_programs() {
+    let folder = Folder::new();
+    flawed(&folder);
+    let check = folder.run(&["check", "s.toml", "--json"]);
+    let said = stderr(&check);
+    assert_eq!(said.lines().count(), 3, "{said}");
+    let line = "warning: 1 triangle without area left out: a.obj (and 4 more like this: b.obj, c.obj, d.obj, ...)";
+    assert!(said.contains(line), "{said}");
+    let inventory: serde_json::Value = serde_json::from_slice(&check.stdout).expect("JSON");
+    let listed = |of: &serde_json::Value| of["warnings"].as_array().map(Vec::len);
+    assert_eq!(listed(&inventory), Some(11));
+    assert_eq!(inventory["warnings"][0]["kind"], "no-area");
+    folder.succeed(&["s.toml", "-o", "f.exr", "--stats", "stats.json"]);
+    let stats = std::fs::read(folder.path("stats.json")).expect("figures");
+    assert_eq!(listed(&serde_json::from_slice(&stats).expect("JSON")), Some(11));
+}
+
+#[test]
+fn the_manual_lists_every_kind_of_warning() {
+    let manual = std::fs::read_to_string(repo("docs/interface.md")).expect("the manual");
+    for kind in WarningKind::ALL {
+        assert!(manual.contains(&format!("| `{}` |", kind.name())), "{}", kind.name());
+    }
 }

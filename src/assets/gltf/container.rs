@@ -6,7 +6,7 @@ use std::{
 };
 
 use super::error::GltfProblem;
-use crate::{assets::Files, value::one_line};
+use crate::{assets::Files, value::one_line, warnings::WarningKind};
 
 /// A glTF file's JSON and the binary chunk of a GLB.
 #[derive(Debug)]
@@ -112,7 +112,9 @@ pub(super) fn locate(folder: &Path, uri: &str, files: &Files) -> Result<Location
     }
     let path = folder.join(&decoded);
     if separated != decoded && !path.exists() && folder.join(&separated).is_file() {
-        tracing::warn!("the backslashes of a URI are read as slashes: {}", one_line(uri, 200));
+        let shown = one_line(uri, 200);
+        let text = format!("the backslashes of a URI are read as slashes: {shown}");
+        files.warnings().add(WarningKind::FAULT, shown, text);
         return Ok(Location::File(folder.join(&separated)));
     }
     // Names with a literal `%` are not escaped by every exporter.

@@ -31,6 +31,7 @@ use super::{
 use crate::{
     math::{Vec2, Vec3, Vec4, srgb},
     shape::mesh::{Mesh, MeshError},
+    warnings::WarningKind,
 };
 use mtl::MaterialUse;
 use normalize::{Normalized, Run, Treatment};
@@ -66,7 +67,7 @@ pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError
     if treatment != Treatment::default() {
         normalized = normalize::normalize(&text, treatment).map_err(at)?;
     }
-    warn_of_normals(&normalized, path);
+    warn_of_normals(&normalized, path, files);
     // What the parser and the mesh's own check find has no line; the line is looked for once there is something wrong.
     let broken = |cause: String| match normalize::diagnose(&text) {
         Some(flaw) => at(flaw),
@@ -102,13 +103,14 @@ pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError
 }
 
 /// Warns of normals that are no numbers and were replaced.
-fn warn_of_normals(normalized: &Normalized, path: &Path) {
+fn warn_of_normals(normalized: &Normalized, path: &Path, files: &Files) {
     let are = match normalized.bad_normals {
         0 => return,
         1 => "normal that is no number gives way to that",
         _ => "normals that are no numbers give way to those",
     };
-    tracing::warn!("{} {are} of the faces: {}", normalized.bad_normals, path.display());
+    let text = format!("{} {are} of the faces: {}", normalized.bad_normals, path.display());
+    files.warnings().add(WarningKind::BROKEN_ELEMENTS, path.display(), text);
 }
 
 /// The factor that makes display values up to 1 of the colours of vertices.

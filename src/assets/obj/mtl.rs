@@ -28,6 +28,7 @@ use crate::{
         model::{Model, ModelMaterial},
     },
     value::one_line,
+    warnings::WarningKind,
 };
 use statements::Statements;
 use surface::Reader;
@@ -81,12 +82,13 @@ impl<'a> Library<'a> {
                 return Err(ObjError::Read { source, path });
             }
             Err(e) => {
-                tracing::warn!("{obj}: cannot read the material library, its surfaces are gray: {e}: {shown}");
+                let text = format!("{obj}: cannot read the material library, its surfaces are gray: {e}: {shown}");
+                self.files.warnings().add(WarningKind::MISSING_FILE, shown, text);
                 return Ok(());
             }
         };
         let folder = path.parent().unwrap_or(Path::new(""));
-        let read = statements::read(&decode(&bytes), path).into_iter();
+        let read = statements::read(&decode(&bytes), path, self.files.warnings()).into_iter();
         self.materials
             .extend(read.map(|(name, material)| (name, (material, folder.to_owned()))));
         Ok(())
@@ -100,11 +102,9 @@ impl<'a> Library<'a> {
         let found = wanted.name.and_then(|name| self.materials.get(name));
         let name = wanted.name.map(lines::name).unwrap_or_default();
         if wanted.name.is_some() && found.is_none() && !self.materials.is_empty() {
-            tracing::warn!(
-                "{}: there is no material '{}', its surfaces are gray",
-                obj.display(),
-                one_line(&name, 80)
-            );
+            let (shown, obj) = (one_line(&name, 80), obj.display());
+            let text = format!("{obj}: there is no material '{shown}', its surfaces are gray");
+            self.files.warnings().add(WarningKind::MISSING_MATERIAL, shown, text);
         }
         let unknown = (Statements::default(), PathBuf::new());
         let (material, folder) = found.unwrap_or(&unknown);

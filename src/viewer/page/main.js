@@ -30,6 +30,9 @@ link.on.hello = (hello) => {
   fillSelect("display", hello.views);
   byId("home").disabled = !hello.has_home;
   byId("still").href = `/still.png${location.search}`;
+  byId("warnings").hidden = hello.warnings.length === 0;
+  const item = (textContent) => Object.assign(document.createElement("li"), { textContent });
+  byId("warnings").querySelector("ul").replaceChildren(...hello.warnings.map(item));
   fit();
 };
 

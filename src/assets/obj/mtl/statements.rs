@@ -6,6 +6,7 @@ use super::options::{Map, finite, map_of};
 use crate::{
     assets::obj::lines::{Lines, argument, words},
     math::Rgb,
+    warnings::{WarningKind, Warnings},
 };
 
 /// A colour of a material.
@@ -157,7 +158,7 @@ impl Statements {
 }
 
 /// The materials of a decoded file with their names. What stands before the first `newmtl` belongs to none.
-pub(super) fn read(text: &[u8], path: &Path) -> Vec<(Vec<u8>, Statements)> {
+pub(super) fn read(text: &[u8], path: &Path, warnings: &Warnings) -> Vec<(Vec<u8>, Statements)> {
     let mut materials: Vec<(Vec<u8>, Statements)> = Vec::new();
     for line in Lines::new(text) {
         let keyword = words(&line.text).next().unwrap_or_default().to_ascii_lowercase();
@@ -169,11 +170,9 @@ pub(super) fn read(text: &[u8], path: &Path) -> Vec<(Vec<u8>, Statements)> {
             continue;
         };
         if material.read(keyword, &line.text).is_none() {
-            tracing::warn!(
-                "line {}: this `{keyword}` is not understood: {}",
-                line.number,
-                path.display()
-            );
+            let (number, path) = (line.number, path.display());
+            let text = format!("line {number}: this `{keyword}` is not understood: {path}");
+            warnings.add(WarningKind::STATEMENT, path, text);
         }
     }
     materials
@@ -196,7 +195,7 @@ mod tests {
     #[test]
     fn broken_statements_change_nothing() {
         let text = b"Kd 1 1 1\nnewmtl\nKd 0.5\nnewmtl a b\nKd 1 x 0\nmap_Kd\nKd 0.1 -0.2 0.3 1\nKd spectral f.rfl\nillum\nNs nan\n";
-        let read = read(text, Path::new("a.mtl"));
+        let read = read(text, Path::new("a.mtl"), &Warnings::default());
         let names: Vec<_> = read.iter().map(|(name, _)| name.as_slice()).collect();
         assert_eq!(names, [&b""[..], b"a b"]);
         assert_eq!(read[0].1.tint(Tint::Kd), Some(Rgb::gray(0.5)));
@@ -208,7 +207,7 @@ mod tests {
     #[test]
     fn keywords_are_read_in_any_case() {
         let text = b"NEWMTL a\nkd 1\nMAP_KD x.png\nmap_Bump y.png\nBUMP z.png\nd -halo 0.5\nTR 0.2\n";
-        let material = &read(text, Path::new("a.mtl"))[0].1;
+        let material = &read(text, Path::new("a.mtl"), &Warnings::default())[0].1;
         assert_eq!(material.tint(Tint::Kd), Some(Rgb::WHITE));
         assert_eq!(material.map(Slot::Kd).map(|m| m.file.as_slice()), Some(&b"x.png"[..]));
         assert_eq!(material.unsupported, ["d -halo"]);

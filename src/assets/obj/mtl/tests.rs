@@ -9,6 +9,7 @@ use crate::{
     math::{Rgb, Vec2},
     texture::{Color, Scalar, StTransform, TextureId, bitmap::ColorSpace},
     value::Channel,
+    warnings::Warnings,
 };
 
 /// A folder with pictures: `rgb.png`, `alpha.png`, `normals.png`.
@@ -266,11 +267,11 @@ fn names_are_one_only_where_their_bytes_are() {
 fn cut_and_flipped_bytes_of_a_library_never_panic() {
     let whole = b"newmtl a b\nKd 0.1 0.2 0.3\nmap_Kd -s 1 1 -mm 0 1 -clamp on x y.png\nd -halo 0.5\nillum 7\nTf 1 1 1\nnorm n.png\n";
     for i in 0..whole.len() {
-        let _ = statements::read(&whole[..i], Path::new("a.mtl"));
+        let _ = statements::read(&whole[..i], Path::new("a.mtl"), &Warnings::default());
         for byte in [b'\n', b'-', b'9', b'/', b' ', b'\\', 0, 0xff] {
             let mut changed = whole.to_vec();
             changed[i] = byte;
-            let _ = statements::read(&changed, Path::new("a.mtl"));
+            let _ = statements::read(&changed, Path::new("a.mtl"), &Warnings::default());
         }
     }
 }

@@ -17,6 +17,7 @@ use crate::{
         obj::ObjError,
     },
     texture::{TextureId, bitmap::ColorSpace},
+    warnings::WarningKind,
 };
 
 /// The images of a model, by their files; `None` of those that are not there.
@@ -51,7 +52,8 @@ impl Textures<'_, '_> {
             }
             Err(e) => {
                 let (obj, shown) = (self.obj.display(), file.display());
-                tracing::warn!("{obj}: cannot read a texture, its surfaces are without: {e}: {shown}");
+                let text = format!("{obj}: cannot read a texture, its surfaces are without: {e}: {shown}");
+                self.files.warnings().add(WarningKind::MISSING_FILE, shown, text);
                 None
             }
         };
