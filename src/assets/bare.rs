@@ -12,6 +12,7 @@ use super::{
     files::is_refused,
     gzip,
     model::{MeshInstance, Model, ModelMaterial},
+    model_format::ModelError,
     points::{PointCloud, mean_spacing},
 };
 use crate::{
@@ -32,9 +33,8 @@ pub enum BareMeshError {
     Memory { cause: OverBudget, path: PathBuf },
 }
 
-impl BareMeshError {
-    /// Whether the file could not be read at all, rather than understood.
-    pub fn is_missing(&self) -> bool {
+impl ModelError for BareMeshError {
+    fn is_missing(&self) -> bool {
         matches!(self, Self::Read { source, .. } if !is_refused(source))
     }
 }

@@ -8,6 +8,8 @@ mod gzip;
 pub mod image;
 pub mod memory;
 pub mod model;
+pub mod model_format;
+pub mod model_formats;
 pub mod obj;
 pub mod ply;
 pub mod points;
@@ -15,8 +17,6 @@ pub mod stl;
 pub mod store;
 mod tangents;
 
-pub use bare::BareMeshError;
 pub use files::{ContentHash, Files};
-pub use gltf::GltfError;
 pub use memory::{MemoryBudget, MemoryKind, OverBudget};
 pub use store::{AssetError, Store};

@@ -8,8 +8,9 @@ use std::{collections::HashMap, path::Path};
 
 use super::{
     Files, MemoryBudget, MemoryKind,
-    bare::{self, BareMeshError, BareMeshProblem, PlacedMesh, model_of},
-    model::Model,
+    bare::{self, BareMeshProblem, PlacedMesh, model_of},
+    model::{Model, ModelChoice},
+    model_format::{ModelError, ModelFormat},
 };
 use crate::{
     math::{DAabb, DVec3, Vec3, origin},
@@ -23,9 +24,17 @@ const FACET: usize = 50;
 /// Bytes of memory for a facet, while it is merged with others: its corners, and an entry of the table for each.
 const FACET_MEMORY: u64 = 12 + 3 * (24 + 12 + 24);
 
-/// Loads the model at `path`.
-pub fn load(path: &Path, files: &Files) -> Result<Model, BareMeshError> {
-    bare::load(path, files, parse)
+/// The format.
+pub struct Stl;
+
+impl ModelFormat for Stl {
+    fn extensions(&self) -> &'static [&'static str] {
+        &["stl"]
+    }
+
+    fn load(&self, path: &Path, _: &ModelChoice, files: &Files) -> Result<Model, Box<dyn ModelError>> {
+        Ok(bare::load(path, files, parse)?)
+    }
 }
 
 fn parse(bytes: &[u8], memory: &MemoryBudget) -> Result<Model, BareMeshProblem> {

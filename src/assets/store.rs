@@ -9,15 +9,15 @@ use std::{
 use rayon::prelude::*;
 
 use super::{
-    BareMeshError, Files, GltfError, MemoryKind, OverBudget, gzip,
+    Files, MemoryKind, OverBudget,
     image::{self, EncodedImage, ImageError},
     model::{ImageSource, Model, ModelChoice, ModelFeature},
-    obj::{self, ObjError},
-    ply, stl,
+    model_format::ModelError,
+    model_formats,
 };
 use crate::{
     texture::{Bitmap, bitmap::ColorSpace},
-    value::{one_line, one_of},
+    value::one_line,
     warnings::{WarningKind, Warnings},
 };
 
@@ -28,13 +28,9 @@ pub enum AssetError {
     Memory { cause: OverBudget, path: PathBuf },
     #[error(transparent)]
     Image(#[from] ImageError),
-    #[error(transparent)]
-    Obj(#[from] ObjError),
-    #[error(transparent)]
-    Gltf(#[from] GltfError),
-    #[error(transparent)]
-    Bare(#[from] BareMeshError),
-    #[error("unknown model format (expected {}): {}", one_of(MODEL_EXTENSIONS.iter().copied()), path.display())]
+    #[error("{0}")]
+    Model(Box<dyn ModelError>),
+    #[error("unknown model format ({}): {}", model_formats::Unknown(path), path.display())]
     UnknownModel { path: PathBuf },
     #[error("the model has no triangles: {}", path.display())]
     NoTriangles { path: PathBuf },
@@ -57,9 +53,7 @@ impl AssetError {
     pub fn is_missing(&self) -> bool {
         match self {
             Self::Image(e) => e.is_missing(),
-            Self::Obj(e) => e.is_missing(),
-            Self::Gltf(e) => e.is_missing(),
-            Self::Bare(e) => e.is_missing(),
+            Self::Model(e) => e.is_missing(),
             Self::UnknownModel { .. }
             | Self::NoTriangles { .. }
             | Self::NoScenes { .. }
@@ -73,40 +67,19 @@ impl AssetError {
     }
 }
 
-/// The endings of model files.
-pub const MODEL_EXTENSIONS: &[&str] = &["obj", "gltf", "glb", "ply", "stl", "obj.gz", "ply.gz", "stl.gz"];
-
-/// The ending of a name; of a packed file with that of what is in it.
-fn extension(path: &Path) -> String {
-    let last = |path: &Path| path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    match path.file_stem() {
-        Some(inner) if gzip::is_packed(path) => format!("{}.gz", last(Path::new(inner))),
-        _ => last(path),
-    }
-}
-
-/// Whether a file is a model, by its ending.
-pub fn is_model(path: &Path) -> bool {
-    MODEL_EXTENSIONS.contains(&extension(path).as_str())
-}
-
 fn load_model(request: &ModelRequest, files: &Files) -> Result<Model, AssetError> {
     let ModelRequest { path, choice } = request;
-    let format = extension(path);
-    let is_gltf = matches!(format.as_str(), "gltf" | "glb");
-    if choice.scene.is_some() && !is_gltf {
-        return Err(AssetError::NoScenes { path: path.clone() });
+    let path = path.clone();
+    let Some(format) = model_formats::of_path(&path) else {
+        return Err(AssetError::UnknownModel { path });
+    };
+    if choice.scene.is_some() && !format.has_choices() {
+        return Err(AssetError::NoScenes { path });
     }
-    if choice.variant.is_some() && !is_gltf {
-        return Err(AssetError::NoVariants { path: path.clone() });
+    if choice.variant.is_some() && !format.has_choices() {
+        return Err(AssetError::NoVariants { path });
     }
-    match format.as_str() {
-        "obj" | "obj.gz" => Ok(obj::load(path, files)?),
-        "ply" | "ply.gz" => Ok(ply::load(path, files)?),
-        "stl" | "stl.gz" => Ok(stl::load(path, files)?),
-        _ if is_gltf => Ok(super::gltf::load(path, choice, files)?),
-        _ => Err(AssetError::UnknownModel { path: path.clone() }),
-    }
+    format.load(&path, choice, files).map_err(AssetError::Model)
 }
 
 /// A model file, and what of it is shown.

@@ -10,7 +10,10 @@ use super::{
     run, targets,
 };
 use crate::{
-    assets::{Files, MemoryBudget, Store, store::is_model},
+    assets::{
+        AssetError, Files, MemoryBudget, Store,
+        model_formats::{self, is_model},
+    },
     compile::{
         self, Instancing,
         default_scene::{self, ModelOptions},
@@ -51,7 +54,17 @@ impl Job {
             if request.point_radius.is_some() {
                 return Err(Error::PointRadiusOfSceneFile);
             }
-            describe::load(path, |p| store.files().read(p))?
+            let read = describe::load(path, |p| store.files().read(p));
+            match read {
+                // Nobody looks for the mistake in another program's file.
+                Err(describe::Error::Invalid(_) | describe::Error::Encoding { .. })
+                    if model_formats::advice(path).is_some() =>
+                {
+                    let path = path.to_owned();
+                    return Err(compile::Error::Assets(vec![AssetError::UnknownModel { path }]).into());
+                }
+                read => read?,
+            }
         };
         let plan = Plan::new(&desc, request, store.files())?;
         Ok(Self { store, desc, plan })

@@ -347,3 +347,18 @@ fn no_test_file_is_forgotten() {
         }
     }
 }
+
+#[test]
+fn the_library_warns_by_values_only() {
+    let is_library = |file: &String| {
+        !["src/cli/", "src/main.rs", "src/warnings.rs"]
+            .iter()
+            .any(|p| file.starts_with(p))
+    };
+    for (file, text) in files(&["src"]).into_iter().filter(|(file, _)| is_library(file)) {
+        assert!(
+            !code(&text).contains("warn!"),
+            "{file} logs a warning instead of adding it to `Warnings`"
+        );
+    }
+}

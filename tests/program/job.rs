@@ -153,7 +153,7 @@ fn the_program_prints_a_kind_of_warning_once_and_lists_all_for_programs() {
     let inventory: serde_json::Value = serde_json::from_slice(&check.stdout).expect("JSON");
     let listed = |of: &serde_json::Value| of["warnings"].as_array().map(Vec::len);
     assert_eq!(listed(&inventory), Some(11));
-    assert_eq!(inventory["warnings"][0]["kind"], "no-area");
+    assert_eq!(inventory["warnings"][0]["kind"], "missing-file");
     folder.succeed(&["s.toml", "-o", "f.exr", "--stats", "stats.json"]);
     let stats = std::fs::read(folder.path("stats.json")).expect("figures");
     assert_eq!(listed(&serde_json::from_slice(&stats).expect("JSON")), Some(11));

@@ -8,7 +8,7 @@ use std::{
 };
 
 use batch_render::{
-    assets::{Store, model::Model, store::is_model},
+    assets::{Store, model::Model, model_formats::is_model},
     batch::{Job, Request},
     math::{Ray, Vec2},
 };

@@ -5,7 +5,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::{assets::files::is_refused, value::UnknownName};
+use crate::{
+    assets::{files::is_refused, model_format::ModelError},
+    value::UnknownName,
+};
 
 /// Why a glTF asset was not loaded.
 #[derive(Debug, thiserror::Error)]
@@ -26,9 +29,8 @@ pub enum GltfError {
     Unsupported { what: String, path: PathBuf },
 }
 
-impl GltfError {
-    /// Whether a file could not be read at all, rather than understood.
-    pub fn is_missing(&self) -> bool {
+impl ModelError for GltfError {
+    fn is_missing(&self) -> bool {
         matches!(self, Self::Read { source, .. } | Self::Missing { source, .. } if !is_refused(source))
     }
 }

@@ -29,6 +29,7 @@ use std::path::Path;
 use super::{
     Files,
     model::{MeshInstance, Model, ModelCamera, ModelChoice, Treatment},
+    model_format::{ModelError, ModelFormat},
 };
 use document::{Document, get};
 use error::GltfProblem;
@@ -37,6 +38,27 @@ use pose::{Pose, PrimitiveUse};
 use variants::Variants;
 
 pub use error::GltfError;
+
+/// The format.
+pub struct Gltf;
+
+impl ModelFormat for Gltf {
+    fn extensions(&self) -> &'static [&'static str] {
+        &["gltf", "glb"]
+    }
+
+    fn may_be_packed(&self) -> bool {
+        false
+    }
+
+    fn has_choices(&self) -> bool {
+        true
+    }
+
+    fn load(&self, path: &Path, choice: &ModelChoice, files: &Files) -> Result<Model, Box<dyn ModelError>> {
+        Ok(load(path, choice, files)?)
+    }
+}
 
 /// Loads the asset at `path`. One without triangles is a model without parts.
 pub fn load(path: &Path, choice: &ModelChoice, files: &Files) -> Result<Model, GltfError> {

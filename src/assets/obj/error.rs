@@ -2,7 +2,7 @@
 
 use std::{io, path::PathBuf};
 
-use crate::assets::files::is_refused;
+use crate::assets::{files::is_refused, model_format::ModelError};
 
 /// Why an OBJ file was not loaded.
 #[derive(Debug, thiserror::Error)]
@@ -17,9 +17,8 @@ pub enum ObjError {
     Outside { file: PathBuf, path: PathBuf },
 }
 
-impl ObjError {
-    /// Whether the file could not be read at all, rather than understood.
-    pub fn is_missing(&self) -> bool {
+impl ModelError for ObjError {
+    fn is_missing(&self) -> bool {
         matches!(self, Self::Read { source, .. } if !is_refused(source))
     }
 }

@@ -25,7 +25,8 @@ use glam::DAffine3;
 
 use super::{
     Files, gzip,
-    model::{MeshInstance, Model, ModelNode, UvSet},
+    model::{MeshInstance, Model, ModelChoice, ModelNode, UvSet},
+    model_format::{ModelError, ModelFormat},
     tangents,
 };
 use crate::{
@@ -37,6 +38,19 @@ use mtl::MaterialUse;
 use normalize::{Normalized, Run, Treatment};
 
 pub use error::ObjError;
+
+/// The format.
+pub struct Obj;
+
+impl ModelFormat for Obj {
+    fn extensions(&self) -> &'static [&'static str] {
+        &["obj"]
+    }
+
+    fn load(&self, path: &Path, _: &ModelChoice, files: &Files) -> Result<Model, Box<dyn ModelError>> {
+        Ok(load(path, files)?)
+    }
+}
 
 /// Loads the model at `path`. A file without faces is a model without parts.
 pub fn load(path: &Path, files: &Files) -> Result<Model, ObjError> {

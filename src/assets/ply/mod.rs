@@ -18,8 +18,9 @@ use std::path::Path;
 
 use super::{
     Files, MemoryBudget, MemoryKind,
-    bare::{self, BareMeshError, BareMeshProblem, PlacedMesh, model_of},
-    model::{Model, Treatment},
+    bare::{self, BareMeshProblem, PlacedMesh, model_of},
+    model::{Model, ModelChoice, Treatment},
+    model_format::{ModelError, ModelFormat},
     obj::polygon,
 };
 use crate::{
@@ -32,9 +33,17 @@ use source::{BigEndian, Binary, LittleEndian, Source, Stop, Text};
 /// The most bytes of memory for each vertex: a position, also in double precision, a normal, texture coordinates and a colour.
 const VERTEX_MEMORY: u64 = 12 + 24 + 12 + 8 + 16;
 
-/// Loads the model at `path`.
-pub fn load(path: &Path, files: &Files) -> Result<Model, BareMeshError> {
-    bare::load(path, files, parse)
+/// The format.
+pub struct Ply;
+
+impl ModelFormat for Ply {
+    fn extensions(&self) -> &'static [&'static str] {
+        &["ply"]
+    }
+
+    fn load(&self, path: &Path, _: &ModelChoice, files: &Files) -> Result<Model, Box<dyn ModelError>> {
+        Ok(bare::load(path, files, parse)?)
+    }
 }
 
 fn parse(bytes: &[u8], memory: &MemoryBudget) -> Result<Model, BareMeshProblem> {
