@@ -16,14 +16,14 @@ fn traverse(c: &mut Criterion) {
         group
             .sample_size(20)
             .throughput(Throughput::Elements(rays.len() as u64));
-        for &(kind, label) in AccelKind::TABLE.iter().filter(|(kind, _)| *kind != AccelKind::Linear) {
+        for kind in AccelKind::ALL.into_iter().filter(|kind| *kind != AccelKind::Linear) {
             let accel = accel::build(kind, geometry.clone()).expect("finite");
             let mut hits = vec![None; rays.len()];
-            group.bench_function(BenchmarkId::new("nearest", label), |b| {
+            group.bench_function(BenchmarkId::new("nearest", kind), |b| {
                 b.iter(|| accel.nearest(&rays, &mut hits))
             });
             let mut blocked = vec![false; rays.len()];
-            group.bench_function(BenchmarkId::new("occluded", label), |b| {
+            group.bench_function(BenchmarkId::new("occluded", kind), |b| {
                 b.iter(|| accel.occluded(&rays, &mut blocked))
             });
         }

@@ -1,5 +1,5 @@
-//! The registry macro: one row of a table registers a kind of shape, texture, material, light or
-//! camera.
+//! The registry macros: one row of a table registers a kind of shape, texture, material, light or
+//! camera, or a choice that a name makes.
 
 /// Declares a closed set of kinds from one table.
 ///
@@ -140,7 +140,70 @@ macro_rules! kinds {
     };
 }
 
+/// Declares a choice among names, as scene files, the command line and outputs write them.
+///
+/// The enum gets `ALL` in the order of its rows, `name`, `Display`, and [`FromStr`](std::str::FromStr) and `Deserialize`, whose
+/// error suggests a name. The text after its name says in messages what a name is of;
+/// with `ignoring case` after it, letters may be small or large.
+///
+/// ```ignore
+/// named! {
+///     /// The bits of each number of PNG files.
+///     pub enum PngBits: "bits" {
+///         Eight = "8",
+///         Sixteen = "16",
+///     }
+/// }
+/// ```
+macro_rules! named {
+    (
+        $(#[$meta:meta])*
+        pub enum $Name:ident: $what:literal $( ignoring $case:ident )? { $( $(#[$doc:meta])* $Variant:ident = $name:literal, )* }
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum $Name { $( $(#[$doc])* $Variant, )* }
+
+        impl $Name {
+            /// All of them, in the order of the documentation.
+            pub const ALL: [Self; [$($name),*].len()] = [$( Self::$Variant, )*];
+
+            /// Returns its name.
+            pub const fn name(self) -> &'static str {
+                match self { $( Self::$Variant => $name, )* }
+            }
+        }
+
+        impl std::fmt::Display for $Name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.pad(self.name())
+            }
+        }
+
+        impl std::str::FromStr for $Name {
+            type Err = $crate::value::UnknownName;
+
+            fn from_str(name: &str) -> Result<Self, Self::Err> {
+                let is_meant = |one: &Self| {
+                    $( let $case = one.name().eq_ignore_ascii_case(name); )?
+                    one.name() == name $( || $case )?
+                };
+                let found = Self::ALL.into_iter().find(is_meant);
+                found.ok_or_else(|| $crate::value::UnknownName::new($what, name, Self::ALL.map(Self::name)))
+            }
+        }
+
+        impl<'de> serde::Deserialize<'de> for $Name {
+            fn deserialize<D: serde::Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+                let name = String::deserialize(d)?;
+                name.parse().map_err(|_| $crate::value::unknown_name($what, &name, &Self::ALL.map(Self::name)))
+            }
+        }
+    };
+}
+
 pub(crate) use kinds;
+pub(crate) use named;
 
 #[cfg(test)]
 mod tests {
@@ -202,6 +265,32 @@ mod tests {
         let mut kind = desc.compile(2).unwrap();
         kind.add(1);
         assert_eq!((desc.number(), kind.double()), (3, 14));
+    }
+
+    named! {
+        /// Two names.
+        #[derive(Default)]
+        pub enum Side: "side" {
+            #[default]
+            Left = "left",
+            Right = "to the right",
+        }
+    }
+
+    #[test]
+    fn a_name_is_written_read_and_suggested() {
+        assert_eq!(Side::ALL.map(|side| side.to_string()), ["left", "to the right"]);
+        assert!(Side::ALL.iter().all(|side| side.name().parse() == Ok(*side)));
+        let unknown = "Left".parse::<Side>().unwrap_err().to_string();
+        assert_eq!(unknown, "unknown side `Left` (did you mean `left`?)");
+        #[derive(Debug, serde::Deserialize)]
+        struct Table {
+            side: Side,
+        }
+        assert_eq!(toml::from_str::<Table>("side = 'left'").unwrap().side, Side::default());
+        let unknown = toml::from_str::<Table>("side = 'Left'").unwrap_err();
+        let message = "unknown side `Left`, expected one of `left`, `to the right`";
+        assert_eq!(unknown.message(), message);
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! The contract of all accelerators, and their options and statistics.
 
-use std::{fmt, str::FromStr, sync::Arc, time::Duration};
+use std::{sync::Arc, time::Duration};
 
 use crate::{
     geometry::{BuildError, Edit, Geometry, Hit},
+    kind::named,
     math::Ray,
     simd::Isa,
-    value::UnknownName,
 };
 
 /// The order of the rays in a batch. It affects speed only, never the hits.
@@ -79,83 +79,28 @@ pub trait Accelerator: Send + Sync {
     fn geometry(&self) -> &Arc<Geometry>;
 }
 
-/// The kinds of accelerators.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum AccelKind {
-    Linear,
-    Bvh2,
-    CwBvh,
-    #[default]
-    Wide,
-}
-
-impl AccelKind {
-    /// All kinds and their names, in the order of the documentation.
-    pub const TABLE: &[(Self, &str)] = &[
-        (Self::Linear, "linear"),
-        (Self::Bvh2, "bvh2"),
-        (Self::CwBvh, "cwbvh"),
-        (Self::Wide, "wide"),
-    ];
-}
-
-/// The time spent on building a tree. It affects speed only, never the hits.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Quality {
-    /// For a scene that is rendered for a frame or two.
-    Fast,
-    #[default]
-    Medium,
-    /// For a static scene that is rendered for many frames.
-    High,
-}
-
-impl Quality {
-    /// All qualities and their names, from fast to slow.
-    pub const TABLE: &[(Self, &str)] = &[(Self::Fast, "fast"), (Self::Medium, "medium"), (Self::High, "high")];
-}
-
-fn find<T: Copy>(what: &'static str, table: &[(T, &'static str)], name: &str) -> Result<T, UnknownName> {
-    table
-        .iter()
-        .find(|row| row.1 == name)
-        .map(|row| row.0)
-        .ok_or_else(|| UnknownName::new(what, name, table.iter().map(|row| row.1)))
-}
-
-fn name<T: Copy + PartialEq>(table: &[(T, &'static str)], value: T) -> &'static str {
-    table
-        .iter()
-        .find(|row| row.0 == value)
-        .expect("the table lists every value")
-        .1
-}
-
-impl FromStr for AccelKind {
-    type Err = UnknownName;
-
-    fn from_str(s: &str) -> Result<Self, UnknownName> {
-        find("accelerator", Self::TABLE, s)
+named! {
+    /// The kinds of accelerators.
+    #[derive(Default, Hash)]
+    pub enum AccelKind: "accelerator" {
+        Linear = "linear",
+        Bvh2 = "bvh2",
+        CwBvh = "cwbvh",
+        #[default]
+        Wide = "wide",
     }
 }
 
-impl fmt::Display for AccelKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(name(Self::TABLE, *self))
-    }
-}
-
-impl FromStr for Quality {
-    type Err = UnknownName;
-
-    fn from_str(s: &str) -> Result<Self, UnknownName> {
-        find("build quality", Self::TABLE, s)
-    }
-}
-
-impl fmt::Display for Quality {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(name(Self::TABLE, *self))
+named! {
+    /// The time spent on building a tree. It affects speed only, never the hits.
+    #[derive(Default, Hash)]
+    pub enum Quality: "build quality" {
+        /// For a scene that is rendered for a frame or two.
+        Fast = "fast",
+        #[default]
+        Medium = "medium",
+        /// For a static scene that is rendered for many frames.
+        High = "high",
     }
 }
 

@@ -168,7 +168,7 @@ fn compare(g: Geometry, rays: &[Ray]) -> usize {
             assert_eq!(b[i], blocked[i], "{name} occlusion, ray {i}: {:?}", rays[i]);
         }
     };
-    for &(quality, _) in Quality::TABLE {
+    for quality in Quality::ALL {
         for kind in [AccelKind::Bvh2, AccelKind::CwBvh] {
             check(
                 &format!("{kind} {quality}"),
@@ -330,11 +330,7 @@ fn rays_that_are_not_finite_meet_nothing() {
 }
 
 #[test]
-fn names_are_read_back() {
-    for &(kind, name) in AccelKind::TABLE {
-        assert_eq!(name.parse(), Ok(kind));
-        assert_eq!(kind.to_string(), name);
-    }
+fn an_unknown_name_lists_those_that_there_are() {
     let error = "fastest".parse::<Quality>().expect_err("there is no such quality");
     assert_eq!(
         error.to_string(),
@@ -346,7 +342,7 @@ fn names_are_read_back() {
 fn costs_count_less_in_a_tree_than_in_a_scan() {
     let g = Arc::new(grid(30, 0.1));
     let rays = rays(&g, 500);
-    for &(kind, _) in AccelKind::TABLE {
+    for kind in AccelKind::ALL {
         let mut costs = vec![RayCost::default(); rays.len()];
         build(kind, g.clone())
             .expect("the scene is valid")

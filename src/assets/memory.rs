@@ -5,26 +5,17 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-/// The purpose that memory is taken for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MemoryKind {
-    /// The frames that are rendered, wait and are written.
-    Frames,
-    /// Decoded images.
-    Images,
-    /// The arrays of models.
-    Models,
-}
+use crate::kind::named;
 
-impl MemoryKind {
-    pub const ALL: [Self; 3] = [Self::Frames, Self::Images, Self::Models];
-
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Frames => "frames",
-            Self::Images => "images",
-            Self::Models => "models",
-        }
+named! {
+    /// The purpose that memory is taken for.
+    pub enum MemoryKind: "memory" {
+        /// The frames that are rendered, wait and are written.
+        Frames = "frames",
+        /// Decoded images.
+        Images = "images",
+        /// The arrays of models.
+        Models = "models",
     }
 }
 

@@ -17,24 +17,10 @@ pub(super) fn choose(
     request: &Request,
     keep: &mut impl FnMut(Problem),
 ) -> Result<Option<Encoding>, Error> {
-    let compression = names::choose(
-        ("compression", "--compression"),
-        (&request.compression, &desc.output.compression),
-        Compression::from_name,
-        Compression::names(),
-    )?;
-    let light = names::choose(
-        ("type", "--exr-type"),
-        (&request.exr_type, &desc.output.exr_type),
-        LightType::from_name,
-        LightType::ALL.into_iter().map(LightType::name),
-    )?;
-    let bits = names::choose(
-        ("bits", "--png-bits"),
-        (&request.png_bits, &desc.output.png_bits),
-        PngBits::from_name,
-        PngBits::ALL.into_iter().map(PngBits::name),
-    )?;
+    let compression: Result<Option<Compression>, _> =
+        names::choose("--compression", (&request.compression, &desc.output.compression))?;
+    let light: Result<Option<LightType>, _> = names::choose("--exr-type", (&request.exr_type, &desc.output.exr_type))?;
+    let bits: Result<Option<PngBits>, _> = names::choose("--png-bits", (&request.png_bits, &desc.output.png_bits))?;
     let mut ok = |problem: Problem| keep(problem);
     let (compression, light) = (compression.map_err(&mut ok).ok(), light.map_err(&mut ok).ok());
     let bits = bits.map_err(&mut ok).ok();

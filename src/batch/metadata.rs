@@ -13,40 +13,18 @@ use std::path::{Path, PathBuf};
 use crate::{
     camera::{Camera, FrameCamera, perspective::PinholeView},
     error::Error,
-    value::UnknownName,
+    kind::named,
 };
 
-/// A file beside the pictures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sidecar {
-    Transforms,
-    Ids,
+named! {
+    /// A file beside the pictures.
+    pub enum Sidecar: "metadata" {
+        Transforms = "transforms",
+        Ids = "ids",
+    }
 }
 
 impl Sidecar {
-    pub const ALL: [Self; 2] = [Self::Transforms, Self::Ids];
-
-    /// Its name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Transforms => "transforms",
-            Self::Ids => "ids",
-        }
-    }
-
-    /// The files of these names.
-    ///
-    /// # Errors
-    /// The first name that is unknown.
-    pub fn parse_list(names: &[String]) -> Result<Vec<Self>, UnknownName> {
-        let known = || Self::ALL.into_iter().map(Self::name);
-        let parse = |name: &String| {
-            let found = Self::ALL.into_iter().find(|sidecar| sidecar.name() == name);
-            found.ok_or_else(|| UnknownName::new("metadata", name, known()))
-        };
-        names.iter().map(parse).collect()
-    }
-
     /// The path of the file, beside a picture.
     pub fn path(self, picture: &Path) -> PathBuf {
         picture.with_file_name(self.name()).with_extension("json")

@@ -32,7 +32,7 @@ use crate::{
     render::{self, Content, Control, RenderError, Renderer, SampleBudget},
     sampler::{Sampler, SeedMode},
     scene::Scene,
-    value::Problem,
+    value::{Problem, UnknownName},
     warnings::Warnings,
 };
 
@@ -113,7 +113,7 @@ impl Plan {
     /// Decides what `request` means for the scene `desc`, and reads the camera path by way of `inputs`.
     pub fn new(desc: &SceneDesc, request: &Request, inputs: &Files) -> Result<Self, Error> {
         let mut settings = settings(desc, request)?;
-        let sidecars = Sidecar::parse_list(&request.metadata);
+        let sidecars: Result<Vec<Sidecar>, UnknownName> = request.metadata.iter().map(|name| name.parse()).collect();
         let sidecars = sidecars.map_err(|unknown| Error::Usage(format!("--metadata: {unknown}")))?;
         let Patterns {
             rendered: patterns,
@@ -134,12 +134,7 @@ impl Plan {
                 None
             }
         };
-        let view = names::choose(
-            ("view", "--view"),
-            (&request.view, &desc.output.view),
-            DisplayTransform::from_name,
-            DisplayTransform::names(),
-        );
+        let view = names::choose("--view", (&request.view, &desc.output.view));
         let view = view?.map_err(&mut keep).ok();
         let encoding = encoding::choose(desc, request, &mut keep)?;
         let choice = match PassChoice::of_request(request, &patterns)? {

@@ -8,6 +8,7 @@ use crate::{
     accel::{Accelerator, BatchLayout},
     camera::Camera,
     geometry::Hit,
+    kind::named,
     math::{
         Frame, Ray, Vec2, Vec3,
         hash::{pcg4d, unit_f32},
@@ -16,31 +17,21 @@ use crate::{
     scene::{Scene, SurfaceInteraction},
 };
 
-/// The kinds of rays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RayKind {
-    /// Camera rays, in tiles of 16 x 16 pixels.
-    Primary,
-    /// Rays from the camera rays' hits to the scene's first light, or to a point above the scene.
-    Shadow,
-    /// Cosine-distributed rays from the camera rays' hits.
-    Diffuse1,
-    /// Cosine-distributed rays from the hits of the first bounce.
-    Diffuse2,
+named! {
+    /// The kinds of rays.
+    pub enum RayKind: "rays" {
+        /// Camera rays, in tiles of 16 x 16 pixels.
+        Primary = "primary",
+        /// Rays from the camera rays' hits to the scene's first light, or to a point above the scene.
+        Shadow = "shadow",
+        /// Cosine-distributed rays from the camera rays' hits.
+        Diffuse1 = "diffuse1",
+        /// Cosine-distributed rays from the hits of the first bounce.
+        Diffuse2 = "diffuse2",
+    }
 }
 
 impl RayKind {
-    pub const ALL: [Self; 4] = [Self::Primary, Self::Shadow, Self::Diffuse1, Self::Diffuse2];
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Primary => "primary",
-            Self::Shadow => "shadow",
-            Self::Diffuse1 => "diffuse1",
-            Self::Diffuse2 => "diffuse2",
-        }
-    }
-
     /// Returns the layout of the rays. Those of tiles keep their order, but a few are missing.
     pub fn layout(self) -> BatchLayout {
         match self {

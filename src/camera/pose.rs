@@ -4,11 +4,9 @@
 //! the right of it. Poses are kept in double precision, so that a step between two frames far from
 //! the origin is not lost.
 
-use std::{fmt, str::FromStr};
-
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use crate::{math::transform::axis_rotation, value::UnknownName};
+use crate::{kind::named, math::transform::axis_rotation};
 
 /// The sine of the angle between `up` and the line of sight below which the two count as parallel.
 const PARALLEL: f64 = 1e-6;
@@ -174,23 +172,22 @@ fn up_when_parallel(forward: DVec3, up: DVec3) -> DVec3 {
     if forward.dot(up) > 0.0 { -ahead } else { ahead }
 }
 
-/// The order in which the angles about x, y and z are applied, read from left to right, each about
-/// the *fixed* world axis: `ZXY` turns about z first, then about x, then about y, so that a column
-/// vector is mapped by `Ry Rx Rz`. This is what `rot_order` of a Nuke camera and `rotateOrder` of
-/// Maya mean. (The same rotation is y, then the turned x, then the turned z about *moving* axes.)
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RotationOrder {
-    Xyz,
-    Xzy,
-    Yxz,
-    Yzx,
-    Zxy,
-    Zyx,
+named! {
+    /// The order in which the angles about x, y and z are applied, read from left to right, each about
+    /// the *fixed* world axis: `ZXY` turns about z first, then about x, then about y, so that a column
+    /// vector is mapped by `Ry Rx Rz`. This is what `rot_order` of a Nuke camera and `rotateOrder` of
+    /// Maya mean. (The same rotation is y, then the turned x, then the turned z about *moving* axes.)
+    pub enum RotationOrder: "rotation order" ignoring case {
+        Xyz = "XYZ",
+        Xzy = "XZY",
+        Yxz = "YXZ",
+        Yzx = "YZX",
+        Zxy = "ZXY",
+        Zyx = "ZYX",
+    }
 }
 
 impl RotationOrder {
-    pub const ALL: [Self; 6] = [Self::Xyz, Self::Xzy, Self::Yxz, Self::Yzx, Self::Zxy, Self::Zyx];
-
     /// The axes, 0 for x, in the order in which they are turned about.
     pub const fn axes(self) -> [usize; 3] {
         match self {
@@ -233,35 +230,6 @@ impl RotationOrder {
             angles[axis] = radians.to_degrees();
         }
         angles
-    }
-
-    /// The name, such as `ZXY`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Xyz => "XYZ",
-            Self::Xzy => "XZY",
-            Self::Yxz => "YXZ",
-            Self::Yzx => "YZX",
-            Self::Zxy => "ZXY",
-            Self::Zyx => "ZYX",
-        }
-    }
-}
-
-impl fmt::Display for RotationOrder {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for RotationOrder {
-    type Err = UnknownName;
-
-    fn from_str(word: &str) -> Result<Self, Self::Err> {
-        Self::ALL
-            .into_iter()
-            .find(|order| order.name().eq_ignore_ascii_case(word))
-            .ok_or_else(|| UnknownName::new("rotation order", word, Self::ALL.map(Self::name)))
     }
 }
 

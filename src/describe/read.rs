@@ -245,20 +245,23 @@ impl Reader {
 fn from_toml(e: &toml::de::Error) -> Problem {
     let message = e.message().trim_end();
     let mut quoted = message.split('`').skip(1).step_by(2);
-    for (start, what) in [("unknown field", "key"), ("unknown variant", "kind")] {
-        if message.starts_with(start) {
-            let word = quoted.next().unwrap_or_default().to_owned();
-            let known: Vec<&str> = quoted.collect();
-            let span = e.span().unwrap_or(0..0);
-            let unknown = UnknownName::new(what, &word, known.iter().copied());
-            let problem = unknown.at(span);
-            return match replacing_pass(&word).filter(|_| known == IntegratorDesc::NAMES) {
-                Some(pass) => problem.with_help(format!(
-                    "it is a pass and no integrator: `[output] show = \"{pass}\"` or `aovs = [\"{pass}\"]`"
-                )),
-                None => problem,
-            };
-        }
+    if let Some((what, _)) = message.strip_prefix("unknown ").and_then(|rest| rest.split_once(" `")) {
+        let what = match what {
+            "field" => "key",
+            "variant" => "kind",
+            named => named,
+        };
+        let word = quoted.next().unwrap_or_default().to_owned();
+        let known: Vec<&str> = quoted.collect();
+        let span = e.span().unwrap_or(0..0);
+        let unknown = UnknownName::new(what, &word, known.iter().copied());
+        let problem = unknown.at(span);
+        return match replacing_pass(&word).filter(|_| known == IntegratorDesc::NAMES) {
+            Some(pass) => problem.with_help(format!(
+                "it is a pass and no integrator: `[output] show = \"{pass}\"` or `aovs = [\"{pass}\"]`"
+            )),
+            None => problem,
+        };
     }
     Problem {
         span: e.span(),

@@ -14,29 +14,24 @@
 use super::tone;
 use crate::{
     film::passes::Display,
+    kind::named,
     math::{Rgb, WorkingSpace, exponential, hash, srgb},
 };
 
-/// A mapping of light to display values.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum DisplayTransform {
-    /// The scene's numbers are display values already.
-    Raw,
-    #[default]
-    Srgb,
-    Reinhard,
-    Aces,
-    Agx,
-    /// The neutral tone curve of Khronos.
-    Neutral,
-}
-
-/// The name and the curve of a display transform.
-struct TransformRow {
-    transform: DisplayTransform,
-    name: &'static str,
-    curve: Curve,
-    encoding: DisplayEncoding,
+named! {
+    /// A mapping of light to display values.
+    #[derive(Default)]
+    pub enum DisplayTransform: "view" {
+        /// The scene's numbers are display values already.
+        Raw = "raw",
+        #[default]
+        Srgb = "srgb",
+        Reinhard = "reinhard",
+        Aces = "aces",
+        Agx = "agx",
+        /// The neutral tone curve of Khronos.
+        Neutral = "neutral",
+    }
 }
 
 /// From the channels of a pixel, exposure applied, to display values before their encoding.
@@ -50,68 +45,22 @@ pub enum DisplayEncoding {
 }
 
 impl DisplayTransform {
-    const TABLE: &'static [TransformRow; 6] = &[
-        TransformRow {
-            transform: Self::Raw,
-            name: "raw",
-            curve: |c| c,
-            encoding: DisplayEncoding::Unspecified,
-        },
-        TransformRow {
-            transform: Self::Srgb,
-            name: "srgb",
-            curve: |c| c,
-            encoding: DisplayEncoding::Srgb,
-        },
-        TransformRow {
-            transform: Self::Reinhard,
-            name: "reinhard",
-            curve: tone::reinhard,
-            encoding: DisplayEncoding::Srgb,
-        },
-        TransformRow {
-            transform: Self::Aces,
-            name: "aces",
-            curve: tone::aces,
-            encoding: DisplayEncoding::Srgb,
-        },
-        TransformRow {
-            transform: Self::Agx,
-            name: "agx",
-            curve: tone::agx,
-            encoding: DisplayEncoding::Srgb,
-        },
-        TransformRow {
-            transform: Self::Neutral,
-            name: "neutral",
-            curve: tone::neutral,
-            encoding: DisplayEncoding::Srgb,
-        },
-    ];
-
-    /// The names of all display transforms, in the order of the table.
-    pub fn names() -> impl Iterator<Item = &'static str> {
-        Self::TABLE.iter().map(|row| row.name)
-    }
-
-    /// The display transform of this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::TABLE.iter().find(|row| row.name == name).map(|row| row.transform)
-    }
-
-    /// Its name in scene files.
-    pub fn name(self) -> &'static str {
-        self.row().name
-    }
-
     /// Whether its display values are sRGB.
     pub fn encoding(self) -> DisplayEncoding {
-        self.row().encoding
+        match self {
+            Self::Raw => DisplayEncoding::Unspecified,
+            _ => DisplayEncoding::Srgb,
+        }
     }
 
-    fn row(self) -> &'static TransformRow {
-        // The table is in the order of the enum; a test holds it to that.
-        &Self::TABLE[self as usize]
+    fn curve(self) -> Curve {
+        match self {
+            Self::Raw | Self::Srgb => |c| c,
+            Self::Reinhard => tone::reinhard,
+            Self::Aces => tone::aces,
+            Self::Agx => tone::agx,
+            Self::Neutral => tone::neutral,
+        }
     }
 }
 
@@ -131,7 +80,7 @@ impl PixelDisplay {
     /// loses its channels below 0.
     pub fn new(display: Display, transform: DisplayTransform, exposure: f32, working_space: WorkingSpace) -> Self {
         let (curve, scaled): (Curve, _) = match display {
-            Display::Light => (transform.row().curve, true),
+            Display::Light => (transform.curve(), true),
             Display::Heat => (heat, true),
             Display::Near => (|[z, ..]| [1.0 - exponential::log2(1.0 + z.max(0.0)) / 10.0; 3], true),
             Display::Signed => (|c| c.map(|v| 0.5 + 0.5 * v), false),
@@ -267,12 +216,8 @@ mod tests {
     }
 
     #[test]
-    fn the_table_is_in_the_order_of_the_enum() {
-        for row in DisplayTransform::TABLE {
-            assert_eq!(row.transform.name(), row.name);
-            assert_eq!(DisplayTransform::from_name(row.name), Some(row.transform));
-        }
-        assert_eq!(DisplayTransform::from_name("sRGB"), None);
+    fn names_have_small_letters() {
+        assert!("sRGB".parse::<DisplayTransform>().is_err());
     }
 
     #[test]
@@ -291,27 +236,26 @@ mod tests {
 
     #[test]
     fn sixteen_bits_are_the_same_picture_and_dithering_has_its_mean() {
-        for row in DisplayTransform::TABLE {
-            let display = PixelDisplay::new(Display::Light, row.transform, 0.0, WorkingSpace::Rec709);
+        for transform in DisplayTransform::ALL {
+            let display = PixelDisplay::new(Display::Light, transform, 0.0, WorkingSpace::Rec709);
             for l in [0.0, 0.013, 0.2, 0.7, 1.0, 30.0] {
                 let (eight, sixteen) = (display.rgb8([l; 3])[0], display.rgb16([l; 3])[0]);
                 let exact = f32::from(sixteen) / 257.0;
                 assert!(
                     (f32::from(eight) - exact).abs() <= 0.51,
-                    "{}: {eight} and {exact}",
-                    row.name
+                    "{transform}: {eight} and {exact}"
                 );
                 let n = 4096;
                 let dithered = (0..n).map(|i| display.rgb8_dithered([l; 3], [(i as f32 + 0.5) / n as f32; 3])[0]);
                 let mean = dithered.map(f32::from).sum::<f32>() / n as f32;
-                assert!((mean - exact).abs() < 1e-3, "{}: {mean} and {exact}", row.name);
+                assert!((mean - exact).abs() < 1e-3, "{transform}: {mean} and {exact}");
             }
         }
     }
 
     #[test]
     fn one_stop_doubles_the_light() {
-        for transform in DisplayTransform::TABLE.iter().map(|row| row.transform) {
+        for transform in DisplayTransform::ALL {
             for l in [0.0, 0.01, 0.2, 0.5] {
                 assert_eq!(light(transform, 1.0, l), light(transform, 0.0, 2.0 * l));
             }

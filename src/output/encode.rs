@@ -10,6 +10,7 @@ use super::{
     Attribute, Compression, FileFacts, FrameImage,
     join::{CropFile, JoinError},
 };
+use crate::kind::named;
 
 /// The user's choices about encoding.
 #[derive(Clone, Copy, Debug, Default)]
@@ -22,58 +23,27 @@ pub struct Encoding {
     pub png: PngBits,
 }
 
-/// The bits of each number of PNG files.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum PngBits {
-    #[default]
-    Eight,
-    /// Eight, rounded up or down at random, so that smooth shades have no steps.
-    Dithered,
-    Sixteen,
-}
-
-impl PngBits {
-    pub const ALL: [Self; 3] = [Self::Eight, Self::Dithered, Self::Sixteen];
-
-    /// Its name in scene files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Eight => "8",
-            Self::Dithered => "8-dithered",
-            Self::Sixteen => "16",
-        }
-    }
-
-    /// The bits of this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|bits| bits.name() == name)
+named! {
+    /// The bits of each number of PNG files.
+    #[derive(Default)]
+    pub enum PngBits: "bits" {
+        #[default]
+        Eight = "8",
+        /// Eight, rounded up or down at random, so that smooth shades have no steps.
+        Dithered = "8-dithered",
+        Sixteen = "16",
     }
 }
 
-/// The type of the numbers of light, and of normals, in EXR files.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LightType {
-    /// 16 bits.
-    #[default]
-    Half,
-    /// 32 bits.
-    Float,
-}
-
-impl LightType {
-    pub const ALL: [Self; 2] = [Self::Half, Self::Float];
-
-    /// Its name in scene files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Half => "half",
-            Self::Float => "float",
-        }
-    }
-
-    /// The type of this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|t| t.name() == name)
+named! {
+    /// The type of the numbers of light, and of normals, in EXR files.
+    #[derive(Default)]
+    pub enum LightType: "type" {
+        /// 16 bits.
+        #[default]
+        Half = "half",
+        /// 32 bits.
+        Float = "float",
     }
 }
 

@@ -5,10 +5,8 @@
 
 use std::ops::Range;
 
-use serde::Deserialize;
-
 use crate::{
-    kind::kinds,
+    kind::{kinds, named},
     math::{
         Dispatch, Vec2,
         warp::{self, Sample2D},
@@ -22,27 +20,19 @@ pub mod sobol;
 pub use independent::Independent;
 pub use sobol::Sobol;
 
-/// Whether the noise changes from frame to frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum SeedMode {
-    /// Every frame has its own random numbers.
-    #[default]
-    Frame,
-    /// All frames use the same random numbers, so the noise of still parts does not change.
-    Fixed,
+named! {
+    /// Whether the noise changes from frame to frame.
+    #[derive(Default)]
+    pub enum SeedMode: "seed mode" {
+        /// Every frame has its own random numbers.
+        #[default]
+        Frame = "frame",
+        /// All frames use the same random numbers, so the noise of still parts does not change.
+        Fixed = "fixed",
+    }
 }
 
 impl SeedMode {
-    pub const ALL: [Self; 2] = [Self::Frame, Self::Fixed];
-
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Frame => "frame",
-            Self::Fixed => "fixed",
-        }
-    }
-
     /// Returns the frame whose random numbers frame `number` uses.
     pub const fn frame(self, number: i32) -> i32 {
         match self {

@@ -2,6 +2,8 @@
 
 use std::{error, fmt};
 
+use serde::de;
+
 use super::{Problem, Span, one_line};
 
 /// The longest name that is shown whole and compared with known ones, in bytes.
@@ -78,6 +80,14 @@ impl fmt::Display for UnknownName {
 }
 
 impl error::Error for UnknownName {}
+
+/// The error of serde about a name that is not among the `known` ones, in serde's words.
+pub fn unknown_name<E: de::Error>(what: &str, name: &str, known: &[&str]) -> E {
+    E::custom(format_args!(
+        "unknown {what} `{name}`, expected {}",
+        one_of(known.iter().copied())
+    ))
+}
 
 /// The text "one of `a`, `b`".
 pub fn one_of<'a>(names: impl IntoIterator<Item = &'a str>) -> String {

@@ -159,7 +159,7 @@ impl Session {
             .filter(|pass| !matches!(pass.source, PassSource::Integrator | PassSource::LightGroup))
             .map(|pass| pass.name)
             .collect();
-        let views: Vec<&str> = DisplayTransform::names().collect();
+        let views = DisplayTransform::ALL.map(DisplayTransform::name);
         let fps = self.base.request.fps.unwrap_or(24.0);
         let hello = Hello {
             t: "hello",

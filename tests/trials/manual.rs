@@ -96,7 +96,7 @@ fn every_view_is_shown() -> Result<(), Failed> {
     let table = page.split("| view |").nth(1).ok_or("there is no table of views")?;
     let rows = table.lines().skip(2).map_while(|row| row.strip_prefix("| `\""));
     let shown: BTreeSet<&str> = rows.filter_map(|row| Some(row.split_once("\"` |")?.0)).collect();
-    let known: BTreeSet<&str> = DisplayTransform::names().collect();
+    let known: BTreeSet<&str> = DisplayTransform::ALL.into_iter().map(DisplayTransform::name).collect();
     if shown == known {
         Ok(())
     } else {

@@ -186,7 +186,7 @@ fn bad_groups_and_instances_are_refused() {
         let mut g = crowd(3, 1.0);
         change(&mut g);
         let g = Arc::new(g);
-        let kinds = AccelKind::TABLE.iter().map(|row| build(row.0, g.clone()).err());
+        let kinds = AccelKind::ALL.into_iter().map(|kind| build(kind, g.clone()).err());
         let errors: Vec<_> = kinds.collect();
         assert!(errors.iter().all(|e| *e == errors[0]), "{errors:?}");
         errors[0].clone().map(|e| e.to_string()).unwrap_or_default()
@@ -230,7 +230,7 @@ fn compare_with_new(accel: &dyn Accelerator, kind: AccelKind) {
 
 #[test]
 fn moving_one_of_a_thousand_builds_the_top_alone() {
-    for &(kind, _) in AccelKind::TABLE {
+    for kind in AccelKind::ALL {
         let count = if kind == AccelKind::Linear { 50 } else { 1000 };
         let mut accel = build(kind, Arc::new(crowd(count, 8.0))).expect("sound");
         let before = accel.stats();
@@ -256,7 +256,7 @@ fn moving_one_of_a_thousand_builds_the_top_alone() {
 
 #[test]
 fn a_mesh_that_bends_changes_its_own_tree_and_the_top() {
-    for &(kind, _) in AccelKind::TABLE {
+    for kind in AccelKind::ALL {
         let g = crowd(20, 2.0);
         let group = g.groups[0].clone();
         let mut accel = build(kind, Arc::new(g)).expect("sound");
@@ -334,7 +334,7 @@ fn the_first_change_of_a_scene_of_one_tree_parts_what_moves_from_what_does_not()
 
 #[test]
 fn an_edit_that_makes_no_sense_changes_nothing() {
-    for &(kind, _) in AccelKind::TABLE {
+    for kind in AccelKind::ALL {
         let mut accel = build(kind, Arc::new(crowd(5, 1.0))).expect("sound");
         let first = accel.geometry().groups[0].vertices.start;
         let far = Transform::new(DAffine3::from_translation(DVec3::X * 1e13)).expect("invertible");
