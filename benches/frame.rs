@@ -19,7 +19,7 @@ fn frame(c: &mut Criterion) {
     let job = Job::open(&scene, &request).expect("the assignment's scene and a valid request");
     let scene = job.compile().expect("the assignment's scene");
     let plan = &job.plan;
-    let (renderer, integrator) = (Renderer::new(), plan.integrator.as_dyn());
+    let (renderer, integrator) = (Renderer::new(), plan.picture.integrator.as_dyn());
     let mut group = c.benchmark_group("frame");
     group
         .sample_size(10)
@@ -30,7 +30,7 @@ fn frame(c: &mut Criterion) {
                 &scene,
                 &plan.frames[0].camera,
                 integrator,
-                &plan.settings,
+                &plan.picture.settings,
                 &Control::default(),
             )
         });

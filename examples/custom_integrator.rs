@@ -39,13 +39,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         &scene,
         &job.plan.frames[0].camera,
         &FacingRatio,
-        &job.plan.settings,
+        &job.plan.picture.settings,
         &Control::default(),
     )?;
 
     let metadata = FrameMetadata {
         view: DisplayTransform::Raw,
-        ..FrameMetadata::new(1, &job.plan.settings, &FacingRatio)
+        ..FrameMetadata::new(1, &job.plan.picture.settings, &FacingRatio)
     };
     output::write_still(Path::new(&out), &film, &metadata)?;
     println!("wrote {out}");

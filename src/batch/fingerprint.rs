@@ -61,7 +61,7 @@ pub struct Fingerprint {
 impl Fingerprint {
     /// The fingerprint of a frame of `plan`.
     pub fn of_frame(plan: &Plan, inputs: InputHash, frame: &PlannedFrame) -> Self {
-        Self::new(plan, &plan.settings, inputs, (frame.number, &frame.camera))
+        Self::new(plan, &plan.picture.settings, inputs, (frame.number, &frame.camera))
     }
 
     /// The fingerprint of frame number `number` as `camera` sees it, rendered by `plan` with these settings.
@@ -83,7 +83,7 @@ impl Fingerprint {
         let camera = camera.clone().with_neighbours(Neighbours::default());
         let mut text = format!("{PICTURE_VERSION} {}\n", env!("CARGO_PKG_VERSION"));
         let passes: Vec<String> = passes.iter().map(PassRequest::name).collect();
-        let noise_frame = plan.seed_mode.frame(number);
+        let noise_frame = plan.picture.seed_mode.frame(number);
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
@@ -93,12 +93,16 @@ impl Fingerprint {
         if let Some(adaptive) = samples.adaptive {
             let _ = writeln!(text, "{adaptive:?}");
         }
-        let _ = writeln!(text, "{:?} {:?} {:?}", plan.integrator, plan.turntable, plan.model);
+        let _ = writeln!(
+            text,
+            "{:?} {:?} {:?}",
+            plan.picture.integrator, plan.picture.turntable, plan.picture.model
+        );
         let _ = writeln!(text, "{number} {camera:?} {neighbours:?}");
         let _ = writeln!(
             text,
             "{:?} {:?} {} {:?} {:?}",
-            plan.shown, plan.view, plan.exposure, plan.fps, plan.encoding
+            plan.picture.shown, plan.picture.view, plan.picture.exposure, plan.picture.fps, plan.files.encoding
         );
         Self::of_window(ContentHash::of(text.as_bytes()).to_string(), *window)
     }
@@ -113,9 +117,11 @@ impl Fingerprint {
     /// The metadata of the files of frame number `frame` of `plan`, as `camera` sees it, with this fingerprint.
     pub fn metadata(&self, plan: &Plan, frame: i32, camera: &FrameCamera) -> FrameMetadata {
         let mut metadata = plan.metadata(frame);
-        metadata
-            .attributes
-            .extend(camera_attributes(camera, plan.settings.resolution, plan.fps));
+        metadata.attributes.extend(camera_attributes(
+            camera,
+            plan.picture.settings.resolution,
+            plan.picture.fps,
+        ));
         metadata.attributes.extend([
             Attribute::new(FINGERPRINT, self.file.as_str()),
             Attribute::new(PICTURE, self.picture.as_str()),

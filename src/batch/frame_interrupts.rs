@@ -33,7 +33,7 @@ impl<'a> FrameInterrupts<'a> {
         coverage: Coverage,
         show: Option<&'a ShowRequest>,
     ) -> Self {
-        let first = plan.checkpoint.map_or(u64::MAX, milliseconds);
+        let first = plan.policy.checkpoint.map_or(u64::MAX, milliseconds);
         Self {
             plan,
             frame,
@@ -51,7 +51,7 @@ impl<'a> FrameInterrupts<'a> {
     }
 
     fn checkpoint_path(&self) -> Option<PathBuf> {
-        checkpoint::path(self.frame).filter(|_| self.plan.checkpoint.is_some())
+        checkpoint::path(self.frame).filter(|_| self.plan.policy.checkpoint.is_some())
     }
 
     fn warn(&self, kind: WarningKind, what: &str, cause: impl fmt::Display) {
@@ -69,12 +69,12 @@ impl<'a> FrameInterrupts<'a> {
         metadata.samples = film.samples;
         let image = FrameImage {
             film: &film,
-            shown: self.plan.shown,
+            shown: self.plan.picture.shown,
             coverage: self.coverage,
             metadata: &metadata,
         };
         let format = output::format("exr").expect("it is among the formats");
-        match output::write(&path, format, &image, self.plan.encoding) {
+        match output::write(&path, format, &image, self.plan.files.encoding) {
             Ok(_) => self.warn(WarningKind::PARTIAL_FRAME, "as it stands", path.display()),
             Err(error) => self.warn(WarningKind::PARTIAL_FRAME, "as it stands", error),
         }
@@ -87,7 +87,7 @@ impl<'a> FrameInterrupts<'a> {
             Ok(()) => tracing::info!("frame {} is kept: {}", self.frame.number, path.display()),
             Err(error) => self.warn(WarningKind::CHECKPOINT, "is not kept", error),
         }
-        let interval = self.plan.checkpoint.unwrap_or(Duration::MAX);
+        let interval = self.plan.policy.checkpoint.unwrap_or(Duration::MAX);
         let next = self.start.elapsed().saturating_add(interval);
         self.checkpoint_at.store(milliseconds(next), Ordering::Relaxed);
     }
@@ -108,7 +108,7 @@ impl Interrupts for FrameInterrupts<'_> {
     }
 
     fn keep_state(&self) -> bool {
-        self.plan.checkpoint.is_some()
+        self.plan.policy.checkpoint.is_some()
     }
 
     fn earlier_state(&self) -> Option<Vec<u8>> {

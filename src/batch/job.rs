@@ -124,7 +124,9 @@ impl Job {
 
     /// Builds the acceleration structure of the scene that [`Job::load`] returned.
     pub fn build(&self, scene: SceneBuilder) -> Result<Scene, Error> {
-        let scene = scene.build(self.plan.accel).map_err(|cause| self.build_error(cause))?;
+        let scene = scene
+            .build(self.plan.picture.accel)
+            .map_err(|cause| self.build_error(cause))?;
         compile::warn_dark_emitters(&scene, self.store.warnings());
         Ok(scene)
     }
@@ -153,15 +155,15 @@ impl Job {
         targets::check(&self.plan, self.files())?;
         let _lock = JobLock::new(&self.plan, control.cancel)?;
         let frames = &self.plan.frames;
-        let survey = match self.plan.existing {
+        let survey = match self.plan.policy.existing {
             Existing::Skip => Survey::new(&self.plan, self.inputs()),
             Existing::Overwrite | Existing::Fail => Survey::of_nothing(self.inputs()),
         };
         // The files beside the pictures are written anew.
-        let is_bare = self.plan.sidecars.is_empty();
+        let is_bare = self.plan.files.sidecars.is_empty();
         if frames.is_empty() || is_bare && (0..frames.len()).all(|frame| survey.has(frame)) {
             for frame in frames {
-                if self.plan.checkpoint.is_some() {
+                if self.plan.policy.checkpoint.is_some() {
                     checkpoint::remove(frame);
                 }
                 observer.frame_skipped(frame.number);
@@ -195,7 +197,9 @@ impl Job {
         observer: &dyn DenoiseObserver,
         cancel: Option<&Cancel>,
     ) -> Result<(), Error> {
-        let Some(plan) = &self.plan.denoise else { return Ok(()) };
+        let Some(plan) = &self.plan.files.denoise else {
+            return Ok(());
+        };
         if self.plan.frames.is_empty() {
             return Ok(());
         }
@@ -207,8 +211,8 @@ impl Job {
                 frames: Some(FrameRange::of(numbers.clone())),
                 helpers: helpers.clone(),
                 options: plan.options.clone(),
-                skip_existing: self.plan.existing == Existing::Skip,
-                simd: self.plan.accel.simd,
+                skip_existing: self.plan.policy.existing == Existing::Skip,
+                simd: self.plan.picture.accel.simd,
             };
             denoise(&request, observer, cancel)?;
         }

@@ -52,7 +52,7 @@ impl JobLock {
                 Ok(lock) => return Ok(lock),
                 Err(busy) => busy,
             };
-            if plan.if_busy == IfBusy::Leave {
+            if plan.policy.if_busy == IfBusy::Leave {
                 return Err(Error::Busy(busy.to_string()));
             }
             if !is_told {

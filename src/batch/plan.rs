@@ -3,11 +3,10 @@
 use std::{
     ops::RangeInclusive,
     path::{Path, PathBuf},
-    time::Duration,
 };
 
 use super::{
-    Existing, FrameRange, IfBusy, OnFailure, Request, Turntable,
+    FrameRange, Policy, Request, Turntable,
     denoise_options::DenoisePlan,
     encoding, frame_rate, memory,
     metadata::{self, Sidecar},
@@ -66,47 +65,53 @@ impl PlannedFrame {
 /// Everything a job is going to do, decided and checked.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// The name of the scene's file.
-    pub scene: String,
     /// The frames that this job renders.
     pub frames: Vec<PlannedFrame>,
     /// The frames of all parts, where this job renders one of them.
     whole: Option<Vec<PlannedFrame>>,
     /// The first position of the camera, whichever frames are rendered, in m.
     pub first_eye: Option<DVec3>,
-    /// Moves the camera once the scene is known.
-    pub turntable: Option<Turntable>,
     /// The file that the cameras come from.
     pub camera_path: Option<PathBuf>,
+    pub picture: PicturePlan,
+    pub files: FilePlan,
+    pub policy: Policy,
+    /// Where the job's warnings go.
+    pub warnings: Warnings,
+}
+
+/// What all frames show.
+#[derive(Clone, Debug)]
+pub struct PicturePlan {
+    /// The name of the scene's file.
+    pub scene: String,
     /// The radius in m of the points of a model that is the scene, and the variant of its materials.
     pub model: (Option<f32>, Option<String>),
-    pub integrator: BuiltIn,
+    /// Moves the camera once the scene is known.
+    pub turntable: Option<Turntable>,
+    /// Frames per second, as a fraction.
+    pub fps: Option<(i32, u32)>,
     pub accel: BuildOptions,
-    pub existing: Existing,
-    pub on_failure: OnFailure,
-    /// The number of further attempts to write a file.
-    pub retries: u32,
-    pub if_busy: IfBusy,
-    /// The time between two checkpoints of a frame; `None` for none.
-    pub checkpoint: Option<Duration>,
+    pub integrator: BuiltIn,
+    /// The settings of every frame, but for its number.
+    pub settings: render::Settings,
+    pub seed_mode: SeedMode,
     /// The primaries of the light.
     pub working_space: WorkingSpace,
+    /// The planes of each film that go into its files.
+    pub shown: Shown,
     pub view: DisplayTransform,
     pub exposure: f32,
+}
+
+/// How the files of a job are written, and those beside its pictures.
+#[derive(Clone, Debug)]
+pub struct FilePlan {
     pub encoding: Encoding,
     /// The files beside the pictures.
     pub sidecars: Vec<Sidecar>,
     /// The denoising of the frames, if any.
     pub denoise: Option<DenoisePlan>,
-    /// The planes of each film that go into its files.
-    pub shown: Shown,
-    /// Frames per second, as a fraction.
-    pub fps: Option<(i32, u32)>,
-    pub seed_mode: SeedMode,
-    /// The settings of every frame, but for its number.
-    pub settings: render::Settings,
-    /// Where the job's warnings go.
-    pub warnings: Warnings,
 }
 
 impl Plan {
@@ -157,7 +162,12 @@ impl Plan {
         }
         encoding::check(encoding, &choice, &patterns)?;
         let shown = set_passes(&mut settings, choice, (described.name(), &integrator))?;
-        memory::take(desc, &settings, (&integrator, request.checkpoint), inputs.memory())?;
+        memory::take(
+            desc,
+            &settings,
+            (&integrator, request.policy.checkpoint),
+            inputs.memory(),
+        )?;
         let turntable = request
             .turntable
             .zip(camera)
@@ -189,30 +199,30 @@ impl Plan {
         };
         let scene = desc.source.path.file_name().unwrap_or_default();
         Ok(Self {
-            scene: scene.to_string_lossy().into_owned(),
             frames,
             whole,
             first_eye: cameras.first_eye,
-            turntable,
             camera_path: request.camera_path.clone(),
-            model: (request.point_radius, request.variant.clone()),
-            integrator,
-            accel: request.accel,
-            existing: request.existing,
-            on_failure: request.on_failure,
-            retries: request.retries,
-            if_busy: request.if_busy,
-            checkpoint: request.checkpoint,
-            working_space: desc.render.working_space,
-            view: view.unwrap_or_default(),
-            exposure: exposure(desc, request),
-            encoding,
-            sidecars,
-            denoise,
-            shown,
-            fps: request.fps.map(frame_rate::rational),
-            seed_mode: request.seed_mode.unwrap_or(desc.render.seed_mode),
-            settings,
+            picture: PicturePlan {
+                scene: scene.to_string_lossy().into_owned(),
+                model: (request.point_radius, request.variant.clone()),
+                turntable,
+                fps: request.fps.map(frame_rate::rational),
+                accel: request.accel,
+                integrator,
+                settings,
+                seed_mode: request.seed_mode.unwrap_or(desc.render.seed_mode),
+                working_space: desc.render.working_space,
+                shown,
+                view: view.unwrap_or_default(),
+                exposure: exposure(desc, request),
+            },
+            files: FilePlan {
+                encoding,
+                sidecars,
+                denoise,
+            },
+            policy: request.policy,
             warnings: request.warnings.clone(),
         })
     }
@@ -229,10 +239,10 @@ impl Plan {
         control: &Control<'_>,
     ) -> Result<Film, RenderError> {
         let settings = render::Settings {
-            noise_frame: self.seed_mode.frame(frame.number),
-            ..self.settings.clone()
+            noise_frame: self.picture.seed_mode.frame(frame.number),
+            ..self.picture.settings.clone()
         };
-        renderer.render(scene, camera, self.integrator.as_dyn(), &settings, control)
+        renderer.render(scene, camera, self.picture.integrator.as_dyn(), &settings, control)
     }
 
     /// The frames of all parts of the job.
@@ -248,7 +258,7 @@ impl Plan {
     /// The coverage of pictures by this plan. `fills_film` tells whether every point of the picture has a camera ray, in all
     /// frames.
     pub fn coverage(&self, scene: &Scene, fills_film: bool) -> Coverage {
-        if scene.shading.background.visible && fills_film && self.settings.content == Content::Light {
+        if scene.shading.background.visible && fills_film && self.picture.settings.content == Content::Light {
             Coverage::Full
         } else {
             Coverage::Partial
@@ -258,13 +268,13 @@ impl Plan {
     /// The metadata of a frame's files, but for their fingerprint.
     pub fn metadata(&self, frame: i32) -> FrameMetadata {
         let mut metadata = FrameMetadata {
-            working_space: self.working_space,
-            view: self.view,
-            exposure: self.exposure,
-            fps: self.fps,
-            ..FrameMetadata::new(frame, &self.settings, self.integrator.as_dyn())
+            working_space: self.picture.working_space,
+            view: self.picture.view,
+            exposure: self.picture.exposure,
+            fps: self.picture.fps,
+            ..FrameMetadata::new(frame, &self.picture.settings, self.picture.integrator.as_dyn())
         };
-        let scene = Attribute::new("batch-render/scene", self.scene.as_str());
+        let scene = Attribute::new("batch-render/scene", self.picture.scene.as_str());
         metadata.attributes.push(scene);
         metadata
     }

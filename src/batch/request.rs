@@ -26,16 +26,9 @@ pub struct Request {
     /// The share of these frames that this job renders.
     pub part: Option<JobPart>,
     pub outputs: Vec<String>,
-    pub existing: Existing,
-    pub on_failure: OnFailure,
-    /// The number of further attempts to write a file.
-    pub retries: u32,
-    /// Whether the job waits where another one writes the same files.
-    pub if_busy: IfBusy,
+    pub policy: Policy,
     /// The time that each frame has; it gets fewer samples where that is too short.
     pub time_limit: Option<Duration>,
-    /// The time between two checkpoints of a frame; `None` for none.
-    pub checkpoint: Option<Duration>,
     /// The samples of each pixel; with adaptive sampling the most.
     pub samples: Option<u32>,
     /// The samples that each pixel has at least with adaptive sampling.
@@ -94,6 +87,19 @@ pub struct Request {
     pub point_radius: Option<f32>,
     /// Where the job's warnings go: a clone of it reads them, also those of a job that cannot be opened.
     pub warnings: Warnings,
+}
+
+/// How a job goes about its work, whatever it renders.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Policy {
+    pub existing: Existing,
+    pub on_failure: OnFailure,
+    /// The number of further attempts to write a file.
+    pub retries: u32,
+    /// Whether the job waits where another one writes the same files.
+    pub if_busy: IfBusy,
+    /// The time between two checkpoints of a frame; `None` for none.
+    pub checkpoint: Option<Duration>,
 }
 
 impl Request {

@@ -13,7 +13,7 @@ impl CameraRig {
     /// The rig of `plan` in `scene`.
     pub fn new(plan: &Plan, scene: &Scene) -> Self {
         Self {
-            orbit: plan.turntable.map(|turntable| turntable.around(scene)),
+            orbit: plan.picture.turntable.map(|turntable| turntable.around(scene)),
         }
     }
 
@@ -21,7 +21,7 @@ impl CameraRig {
     pub fn camera(&self, plan: &Plan, frame: &PlannedFrame) -> FrameCamera {
         match &self.orbit {
             None => frame.camera.clone(),
-            Some(orbit) => FrameCamera::from(orbit.camera(frame.number, plan.settings.resolution)),
+            Some(orbit) => FrameCamera::from(orbit.camera(frame.number, plan.picture.settings.resolution)),
         }
     }
 }

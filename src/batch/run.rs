@@ -124,7 +124,7 @@ fn render_all<'a>(
     let mut summary = Summary::default();
     let (mut renderer, rig) = (Renderer::new(), CameraRig::new(plan, scene));
     for (index, frame) in plan.frames.iter().enumerate() {
-        if plan.existing == Existing::Skip {
+        if plan.policy.existing == Existing::Skip {
             // Another process may have written it meanwhile.
             let stale = if survey.has(index) {
                 None
@@ -133,7 +133,7 @@ fn render_all<'a>(
             };
             match stale {
                 None => {
-                    if plan.checkpoint.is_some() {
+                    if plan.policy.checkpoint.is_some() {
                         checkpoint::remove(frame);
                     }
                     observer.frame_skipped(frame.number);
@@ -150,7 +150,8 @@ fn render_all<'a>(
         let fingerprint = Fingerprint::of_frame(plan, survey.inputs, frame);
         let interrupts = FrameInterrupts::new(plan, (frame, &fingerprint.file), coverage, control.show);
         let own_control = Control {
-            interrupts: (plan.checkpoint.is_some() || control.show.is_some()).then_some(&interrupts as &dyn Interrupts),
+            interrupts: (plan.policy.checkpoint.is_some() || control.show.is_some())
+                .then_some(&interrupts as &dyn Interrupts),
             ..*control
         };
         let attempt = failure::catch(|| plan.render_frame(&renderer, scene, (frame, &camera), &own_control));
@@ -167,7 +168,7 @@ fn render_all<'a>(
                 };
                 observer.frame_failed(&failure);
                 summary.failures.push(failure);
-                match plan.on_failure {
+                match plan.policy.on_failure {
                     OnFailure::KeepGoing => continue,
                     OnFailure::FailFast => break,
                 }
@@ -175,7 +176,7 @@ fn render_all<'a>(
         };
         let took = start.elapsed();
         observer.frame_rendered(frame.number, took);
-        let (got, wanted) = (film.samples, plan.settings.samples.max);
+        let (got, wanted) = (film.samples, plan.picture.settings.samples.max);
         if got < wanted {
             let number = frame.number;
             let text = format!("frame {number} has {got} of {wanted} samples, the time limit is over");
@@ -224,7 +225,7 @@ fn write_all(
         time_limit::mark(&mut metadata, plan, &film);
         let image = FrameImage {
             film: &film,
-            shown: plan.shown,
+            shown: plan.picture.shown,
             coverage,
             metadata: &metadata,
         };
@@ -239,12 +240,12 @@ fn write_all(
         });
         match written.and_then(|written: Result<(), OutputError>| Ok(written?)) {
             Ok(()) => {
-                if plan.checkpoint.is_some() {
+                if plan.policy.checkpoint.is_some() {
                     checkpoint::remove(frame);
                 }
                 observer.frame_written(frame.number);
             }
-            Err(FrameError::Output(error)) if error.ends_the_job() || plan.on_failure == OnFailure::FailFast => {
+            Err(FrameError::Output(error)) if error.ends_the_job() || plan.policy.on_failure == OnFailure::FailFast => {
                 return Err(error);
             }
             Err(cause) => {
@@ -254,7 +255,7 @@ fn write_all(
                 };
                 observer.frame_failed(&failure);
                 summary.failures.push(failure);
-                if plan.on_failure == OnFailure::FailFast {
+                if plan.policy.on_failure == OnFailure::FailFast {
                     break;
                 }
             }
@@ -266,8 +267,8 @@ fn write_all(
 /// Writes a file, in several attempts if that may help.
 fn write(plan: &Plan, file: &PlannedFile, image: &FrameImage<'_>) -> Result<WriteReport, OutputError> {
     let mut pause = FIRST_PAUSE;
-    for _ in 0..plan.retries {
-        match output::write(&file.path, file.format, image, plan.encoding) {
+    for _ in 0..plan.policy.retries {
+        match output::write(&file.path, file.format, image, plan.files.encoding) {
             Err(error) if error.may_pass() => {
                 let text = format!("{error}; another attempt follows");
                 plan.warnings.add_live(WarningKind::RETRY, file.path.display(), text);
@@ -277,5 +278,5 @@ fn write(plan: &Plan, file: &PlannedFile, image: &FrameImage<'_>) -> Result<Writ
             done => return done,
         }
     }
-    output::write(&file.path, file.format, image, plan.encoding)
+    output::write(&file.path, file.format, image, plan.files.encoding)
 }

@@ -13,7 +13,7 @@ use crate::{camera::perspective::PinholeView, error::Error, output::atomic, scen
 
 /// Writes the files beside the pictures of a plan.
 pub(super) fn write(plan: &Plan, scene: &Scene) -> Result<(), Error> {
-    for sidecar in &plan.sidecars {
+    for sidecar in &plan.files.sidecars {
         let Some(path) = plan.sidecar_path(*sidecar) else {
             continue;
         };
@@ -61,7 +61,7 @@ struct Frame {
 impl Transforms {
     fn new(plan: &Plan, scene: &Scene) -> Result<Self, Error> {
         let rig = CameraRig::new(plan, scene);
-        let size = plan.settings.resolution;
+        let size = plan.picture.settings.resolution;
         let frame = |frame| Ok(Frame::new(frame, &pinhole(&rig.camera(plan, frame))?, size));
         let frames = plan.all_frames().iter().map(frame);
         Ok(Self {

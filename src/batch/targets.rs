@@ -14,11 +14,16 @@ use crate::{assets::Files, error::Error, output};
 pub(super) fn check(plan: &Plan, inputs: &Files) -> Result<(), Error> {
     let targets = || plan.frames.iter().flat_map(|f| &f.files).map(|f| f.path.as_path());
     check_inputs(targets(), inputs)?;
-    for path in plan.sidecars.iter().filter_map(|sidecar| plan.sidecar_path(*sidecar)) {
+    for path in plan
+        .files
+        .sidecars
+        .iter()
+        .filter_map(|sidecar| plan.sidecar_path(*sidecar))
+    {
         check_inputs([path.as_path()].into_iter(), inputs)?;
         output::atomic::check(&path)?;
     }
-    if plan.existing == Existing::Fail
+    if plan.policy.existing == Existing::Fail
         && let Some(path) = targets().find(|path| path.exists())
     {
         return Err(Error::Exists { path: path.to_owned() });
@@ -29,7 +34,7 @@ pub(super) fn check(plan: &Plan, inputs: &Files) -> Result<(), Error> {
     // The files of the first frame stand for the others, which lie in the same folders. A whole file that stays may be
     // read-only.
     for path in targets().take(plan.frames.first().map_or(0, |f| f.files.len())) {
-        if plan.existing != Existing::Skip || !path.exists() {
+        if plan.policy.existing != Existing::Skip || !path.exists() {
             output::atomic::check(path)?;
         } else {
             output::atomic::sweep(path);

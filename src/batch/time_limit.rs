@@ -11,7 +11,7 @@ const TIME_LIMIT: &str = "batch-render/time-limit";
 
 /// Says in the metadata of a frame how many samples it got, if they are not all.
 pub(super) fn mark(metadata: &mut FrameMetadata, plan: &Plan, film: &Film) {
-    let budget = plan.settings.samples;
+    let budget = plan.picture.settings.samples;
     if let Some(limit) = budget.time.filter(|_| film.samples < budget.max) {
         metadata.samples = film.samples;
         metadata
@@ -24,6 +24,6 @@ pub(super) fn mark(metadata: &mut FrameMetadata, plan: &Plan, film: &Film) {
 pub(super) fn is_too_short(facts: &FileFacts, plan: &Plan) -> bool {
     let limit = facts.attribute(TIME_LIMIT).map(ToString::to_string);
     let limit = limit.map(|text| text.parse::<f64>().unwrap_or(0.0));
-    let own = plan.settings.samples.time.map(|own| own.as_secs_f64());
+    let own = plan.picture.settings.samples.time.map(|own| own.as_secs_f64());
     limit.is_some_and(|limit| own.is_none_or(|own| own > limit))
 }

@@ -53,7 +53,7 @@ fn picture(args: &BenchArgs, simd: Isa) -> anyhow::Result<()> {
             scene: &scene,
             frame,
         };
-        let settings = &job.plan.settings;
+        let settings = &job.plan.picture.settings;
         bench::picture::measure(&job.desc.name(), simd, settings, &subject, args.repetitions.into())
             .map_err(anyhow::Error::from)
     })?;
@@ -82,12 +82,12 @@ impl Subject for FirstFrame<'_> {
     fn encode(&self, film: &Film) -> Result<(), EncodeError> {
         let image = FrameImage {
             film,
-            shown: self.plan.shown,
+            shown: self.plan.picture.shown,
             coverage: self.plan.coverage(self.scene, self.camera.fills_film()),
             metadata: &self.fingerprint.metadata(self.plan, self.frame.number, &self.camera),
         };
         for file in &self.frame.files {
-            file.format.encode(&image, self.plan.encoding, &mut io::sink())?;
+            file.format.encode(&image, self.plan.files.encoding, &mut io::sink())?;
         }
         Ok(())
     }

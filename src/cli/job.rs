@@ -129,7 +129,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let show = Arc::new(ShowRequest::default());
     signals::listen(Arc::clone(&cancel), Arc::clone(&show))?;
     let plan = &job.plan;
-    let progress = Progress::new(kind, plan.frames.len(), plan.settings.max_samples(), &counters);
+    let progress = Progress::new(kind, plan.frames.len(), plan.picture.settings.max_samples(), &counters);
     let control = Control {
         cancel: Some(&cancel),
         counters: Some(&counters),
@@ -191,8 +191,8 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
 
 fn log_settings(job: &Job, threads: usize) {
     let plan = &job.plan;
-    let [width, height] = plan.settings.resolution;
-    let budget = &plan.settings.samples;
+    let [width, height] = plan.picture.settings.resolution;
+    let budget = &plan.picture.settings.samples;
     let samples = match &budget.adaptive {
         Some(rule) => format!(
             "{} to {} samples for noise below {}",
@@ -203,8 +203,8 @@ fn log_settings(job: &Job, threads: usize) {
     tracing::info!(
         "{}: {width}x{height}, {samples}, seed {}, {threads} threads, vectors {}",
         frames(plan.frames.len()),
-        plan.settings.seed,
-        plan.accel.simd.name(),
+        plan.picture.settings.seed,
+        plan.picture.accel.simd.name(),
     );
 }
 

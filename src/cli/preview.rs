@@ -136,7 +136,7 @@ impl<'a> Preview<'a> {
         let numbers = self.plan.frames.iter().map(|frame| frame.number);
         let numbers: Vec<i32> = numbers.filter(|number| spool.places.contains_key(number)).collect();
         let missing = self.plan.frames.len() - numbers.len();
-        let (name, rate) = (self.path.display(), self.plan.fps.unwrap_or(RATE));
+        let (name, rate) = (self.path.display(), self.plan.picture.fps.unwrap_or(RATE));
         let Some(size) = spool.size else {
             return tracing::warn!("--preview: no frame has a picture, {name} is not written");
         };

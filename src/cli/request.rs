@@ -2,7 +2,7 @@
 
 use batch_render::{
     accel::BuildOptions,
-    batch::{Existing, FrameRange, OnFailure, Request},
+    batch::{Existing, FrameRange, OnFailure, Policy, Request},
     error::Error,
     simd::Isa,
     warnings::Warnings,
@@ -38,16 +38,18 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         range,
         part,
         outputs: args.output.clone(),
-        existing,
-        on_failure: if args.fail_fast {
-            OnFailure::FailFast
-        } else {
-            OnFailure::KeepGoing
+        policy: Policy {
+            existing,
+            on_failure: if args.fail_fast {
+                OnFailure::FailFast
+            } else {
+                OnFailure::KeepGoing
+            },
+            retries: args.retries,
+            if_busy: args.if_busy.into(),
+            checkpoint: args.checkpoint,
         },
-        retries: args.retries,
-        if_busy: args.if_busy.into(),
         time_limit: args.time_limit,
-        checkpoint: args.checkpoint,
         samples: args.samples,
         min_samples: args.min_samples,
         noise_threshold: args.noise_threshold,

@@ -64,15 +64,15 @@ impl<'a> Stats<'a> {
             path: path.display().to_string(),
             hash: hash.to_string(),
         });
-        let adaptive = plan.settings.samples.adaptive;
+        let adaptive = plan.picture.settings.samples.adaptive;
         let report = Report {
             version: env!("CARGO_PKG_VERSION"),
             command: std::env::args_os()
                 .map(|word| word.to_string_lossy().into_owned())
                 .collect(),
             scene: job.desc.source.path.display().to_string(),
-            resolution: plan.settings.resolution,
-            samples: plan.settings.samples.max,
+            resolution: plan.picture.settings.resolution,
+            samples: plan.picture.settings.samples.max,
             min_samples: adaptive.map(|rule| rule.min),
             noise_threshold: adaptive.map(|rule| rule.threshold),
             threads: rayon::current_num_threads(),

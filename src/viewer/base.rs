@@ -82,7 +82,7 @@ impl Base {
 
     /// Columns and rows of the full picture.
     pub fn resolution(&self) -> FilmSize {
-        self.plan.settings.resolution
+        self.plan.picture.settings.resolution
     }
 }
 

@@ -51,16 +51,21 @@ impl Canvas {
     /// # Errors
     /// A pass shows a light group that the scene does not have.
     pub fn new(plan: &Plan, settings: &render::Settings, scene: &Scene, fills_film: bool) -> Result<Self, UnknownName> {
-        let picture = render::picture_of(plan.integrator.as_dyn());
+        let picture = render::picture_of(plan.picture.integrator.as_dyn());
         let layout = settings.film_layout(picture, scene.shading.light_groups.names())?;
-        let plane = match plan.shown {
+        let plane = match plan.picture.shown {
             Shown::All => 0,
             Shown::Plane(plane) => plane,
         };
         let pass = layout.planes()[plane].pass;
         let film = Film::new(settings.resolution, settings.window, &layout);
         Ok(Self {
-            display: PixelDisplay::new(pass.display, plan.view, plan.exposure, plan.working_space),
+            display: PixelDisplay::new(
+                pass.display,
+                plan.picture.view,
+                plan.picture.exposure,
+                plan.picture.working_space,
+            ),
             plane,
             pass,
             coverage: plan.coverage(scene, fills_film),

@@ -143,7 +143,7 @@ impl<'a> Watch<'a> {
 
     /// The part of the frame that is rendered.
     fn fraction(&self, now: &Now) -> f64 {
-        let all = self.plan.settings.max_samples() as f64;
+        let all = self.plan.picture.settings.max_samples() as f64;
         let done = self.counters.settled() - now.samples_before;
         (done as f64 / all).min(1.0)
     }
@@ -152,7 +152,7 @@ impl<'a> Watch<'a> {
 fn canvas(session: &Session, plan: &Plan) -> Result<Canvas, Error> {
     let fills_film = plan.frames.iter().all(|frame| frame.camera.fills_film());
     // The scene of the view has the light groups of the job's.
-    Canvas::new(plan, &plan.settings, &session.base.scene, fills_film)
+    Canvas::new(plan, &plan.picture.settings, &session.base.scene, fills_film)
         .map_err(|unknown| Error::Usage(unknown.to_string()))
 }
 

@@ -164,7 +164,7 @@ impl Artist<'_> {
         settings: &Settings,
         control: &Control<'_>,
     ) -> Result<Film, RenderError> {
-        let integrator = task.plan.integrator.as_dyn();
+        let integrator = task.plan.picture.integrator.as_dyn();
         self.renderer
             .render(&self.session.base.scene, camera, integrator, settings, control)
     }
@@ -174,7 +174,7 @@ impl Sitting<'_> {
     /// The settings with which the job renders the frame, at the scale of the look, in rounds.
     fn full_settings(&self) -> Settings {
         let Task { plan, look, view, .. } = self.task;
-        let resolution = plan.settings.resolution.map(|side| side.div_ceil(look.scale));
+        let resolution = plan.picture.settings.resolution.map(|side| side.div_ceil(look.scale));
         // Frames of a view lie within the limits of paths, which are less than 2^31.
         let frame = i32::try_from(view.frame).unwrap_or_default();
         Settings {
@@ -182,10 +182,10 @@ impl Sitting<'_> {
             window: Window::full(resolution),
             samples: SampleBudget {
                 min: 1,
-                ..plan.settings.samples
+                ..plan.picture.settings.samples
             },
-            noise_frame: plan.seed_mode.frame(frame),
-            ..plan.settings.clone()
+            noise_frame: plan.picture.seed_mode.frame(frame),
+            ..plan.picture.settings.clone()
         }
     }
 
@@ -213,14 +213,20 @@ impl Sitting<'_> {
         let metadata = fingerprint.metadata(plan, frame, camera);
         let image = FrameImage {
             film,
-            shown: plan.shown,
+            shown: plan.picture.shown,
             coverage: plan.coverage(&self.session.base.scene, camera.fills_film()),
             metadata: &metadata,
         };
         // Memory takes every byte of a picture that has pixels.
-        if let Ok((file, _)) = output::encode(&Png, &image, plan.encoding) {
+        if let Ok((file, _)) = output::encode(&Png, &image, plan.files.encoding) {
             let size = film.resolution;
-            self.publish(Stage::Final, plan.settings.samples.max, size, "image/png", &file);
+            self.publish(
+                Stage::Final,
+                plan.picture.settings.samples.max,
+                size,
+                "image/png",
+                &file,
+            );
         }
     }
 
@@ -243,7 +249,7 @@ impl Sitting<'_> {
             width,
             height,
             samples,
-            of: self.task.plan.settings.samples.max,
+            of: self.task.plan.picture.settings.samples.max,
             ms: 1e3 * seconds,
             rays_per_second: rays as f64 / seconds,
             frame: view.frame,
@@ -270,7 +276,7 @@ impl TileSink for Rounds<'_> {
         if self.sitting.task.cancel.is_cancelled() {
             return;
         }
-        let is_last = progress.samples == self.sitting.task.plan.settings.samples.max;
+        let is_last = progress.samples == self.sitting.task.plan.picture.settings.samples.max;
         let stage = match (progress.is_complete, is_last) {
             // The final picture follows.
             (true, true) => return,

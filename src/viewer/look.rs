@@ -35,8 +35,8 @@ impl Look {
     /// The look of a plan.
     pub fn of_plan(plan: &Plan, desc: &SceneDesc, request: &Request) -> Self {
         let of_scene = desc.render.integrator.as_ref().map(|i| i.name().to_owned());
-        let pass = match plan.shown {
-            Shown::Plane(_) => plan.settings.passes.first(),
+        let pass = match plan.picture.shown {
+            Shown::Plane(_) => plan.picture.settings.passes.first(),
             Shown::All => None,
         };
         let pass = request.show.clone().or_else(|| {
@@ -49,8 +49,8 @@ impl Look {
                 .clone()
                 .or(of_scene)
                 .unwrap_or_else(|| "path".to_owned()),
-            view: plan.view.name().to_owned(),
-            exposure: plan.exposure,
+            view: plan.picture.view.name().to_owned(),
+            exposure: plan.picture.exposure,
             pass: pass.unwrap_or_else(|| BEAUTY.name.to_owned()),
             samples: request.samples.unwrap_or(desc.render.samples.get_ref().max()),
             scale: 1,

@@ -52,7 +52,7 @@ impl Prepared {
     fn render(&self, settings: &Settings) -> Film {
         let plan = &self.job.plan;
         let camera = &plan.frames[0].camera;
-        let integrator = plan.integrator.as_dyn();
+        let integrator = plan.picture.integrator.as_dyn();
         Renderer::new()
             .render(&self.scene, camera, integrator, settings, &Control::default())
             .expect("a film")
@@ -85,7 +85,7 @@ fn counts(film: &Film) -> &[f32] {
 #[test]
 fn blocks_stop_at_powers_of_two_and_rounds_do_not_change_a_bit() {
     let prepared = Prepared::new(SCENE, all_passes());
-    let settings = &prepared.job.plan.settings;
+    let settings = &prepared.job.plan.picture.settings;
     let once = prepared.render(settings);
     let mut seen: Vec<f32> = counts(&once).to_vec();
     seen.sort_by(f32::total_cmp);
@@ -110,7 +110,7 @@ fn blocks_stop_at_powers_of_two_and_rounds_do_not_change_a_bit() {
 #[test]
 fn a_threshold_of_zero_is_the_picture_of_the_most_samples() {
     let prepared = Prepared::new(SCENE, all_passes());
-    let settings = &prepared.job.plan.settings;
+    let settings = &prepared.job.plan.picture.settings;
     let with = |samples| {
         let settings = Settings {
             samples,
@@ -134,13 +134,13 @@ fn a_picture_without_noise_stops_at_the_least_samples() {
     let scene = "[render]\nwidth = 40\nheight = 40\nsamples = { min = 16, max = 4096, threshold = 0.001 }\n\
         [camera]\nperspective = { eye = [0, 0, 5], target = [0, 0, 0] }\n[background]\ncolor = [0.5, 0.5, 0.5]\n";
     let prepared = Prepared::new(scene, all_passes());
-    let film = prepared.render(&prepared.job.plan.settings);
+    let film = prepared.render(&prepared.job.plan.picture.settings);
     assert!(counts(&film).iter().all(|n| *n == 16.0));
     // Noise is judged at powers of two, and never by fewer than four samples.
     for (min, first) in [("1", 4.0), ("20", 32.0), ("4096", 4096.0)] {
         let scene = scene.replace("min = 16", &format!("min = {min}"));
         let prepared = Prepared::new(&scene, all_passes());
-        let film = prepared.render(&prepared.job.plan.settings);
+        let film = prepared.render(&prepared.job.plan.picture.settings);
         assert!(counts(&film).iter().all(|n| *n == first), "{min}");
     }
 }
@@ -148,7 +148,7 @@ fn a_picture_without_noise_stops_at_the_least_samples() {
 #[test]
 fn a_lower_threshold_means_more_samples_and_a_lower_error() {
     let prepared = Prepared::new(SCENE, all_passes());
-    let settings = &prepared.job.plan.settings;
+    let settings = &prepared.job.plan.picture.settings;
     let truth = prepared.render(&Settings {
         samples: SampleBudget::fixed(4096),
         seed: 77,
@@ -189,7 +189,7 @@ fn the_estimated_error_is_the_true_one_and_the_mean_has_no_bias() {
     let settings = Settings {
         resolution: [64, 48],
         window: Window::full([64, 48]),
-        ..prepared.job.plan.settings.clone()
+        ..prepared.job.plan.picture.settings.clone()
     };
     let with = |samples, seed| {
         prepared.render(&Settings {

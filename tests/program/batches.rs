@@ -87,8 +87,12 @@ fn vertices_in_batches_are_shaded_as_one_by_one() {
             };
             let job = Job::open(&file, &request).expect("a job");
             let scene = job.compile().expect("a scene");
-            let [batches, single] = [job.plan.integrator.as_dyn(), &OneByOne(job.plan.integrator.as_dyn())].map(|by| {
-                let (camera, settings) = (&job.plan.frames[0].camera, &job.plan.settings);
+            let [batches, single] = [
+                job.plan.picture.integrator.as_dyn(),
+                &OneByOne(job.plan.picture.integrator.as_dyn()),
+            ]
+            .map(|by| {
+                let (camera, settings) = (&job.plan.frames[0].camera, &job.plan.picture.settings);
                 let film = Renderer::new().render(&scene, camera, by, settings, &Control::default());
                 let film = film.expect("a picture");
                 let planes = film.planes().iter().map(|plane| plane.values.clone());

@@ -69,13 +69,13 @@ point = { position = [2, 3, 2], intensity = 4 }
 fn film(scene: &Scene, plan: &Plan, passes: &[&str]) -> Film {
     let settings = Settings {
         passes: PassRequest::parse_list(passes.iter().copied()).expect("passes"),
-        ..plan.settings.clone()
+        ..plan.picture.settings.clone()
     };
     Renderer::new()
         .render(
             scene,
             &plan.frames[0].camera,
-            plan.integrator.as_dyn(),
+            plan.picture.integrator.as_dyn(),
             &settings,
             &Control::default(),
         )

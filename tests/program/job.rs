@@ -9,7 +9,7 @@ use std::{
 use crate::common::{Folder, repo, stderr};
 use batch_render::{
     assets::ContentHash,
-    batch::{Existing, Job, Observer, Request, Summary},
+    batch::{Existing, Job, Observer, Policy, Request, Summary},
     error::Error,
     render::Control,
     warnings::WarningKind,
@@ -50,7 +50,10 @@ fn a_job_whose_frames_are_whole_builds_no_acceleration_structure() {
     let request = Request {
         turntable: Some(3),
         outputs: vec![folder.path("f.####.exr").to_string_lossy().into_owned()],
-        existing: Existing::Skip,
+        policy: Policy {
+            existing: Existing::Skip,
+            ..Policy::default()
+        },
         ..Request::default()
     };
     let (summary, skipped) = run(&path, &request).expect("renders");

@@ -34,12 +34,12 @@ impl Small {
         let plan = &self.job.plan;
         let settings = Settings {
             samples,
-            ..plan.settings.clone()
+            ..plan.picture.settings.clone()
         };
         renderer.render(
             &self.scene,
             &plan.frames[0].camera,
-            plan.integrator.as_dyn(),
+            plan.picture.integrator.as_dyn(),
             &settings,
             control,
         )
@@ -95,7 +95,7 @@ impl TileSink for FirstRound {
 #[test]
 fn the_first_round_is_the_picture_of_its_samples() {
     let (small, renderer) = (Small::new(), Renderer::new());
-    let settings = &small.job.plan.settings;
+    let settings = &small.job.plan.picture.settings;
     let layout = FilmLayout::new(BEAUTY, &settings.passes, small.scene.shading.light_groups.names()).expect("a layout");
     let sink = FirstRound {
         film: Mutex::new(Film::new(settings.resolution, settings.window, &layout)),
