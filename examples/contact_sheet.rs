@@ -5,7 +5,7 @@
 //! folders above it, and one of a path tracer in `FOLDER/refs/goldens`, in a folder of the model's name. Lights and cameras
 //! of the references are not known: flat models are seen from the front, others from the front, right and above.
 
-#[path = "contact_sheet/lettering.rs"]
+#[path = "lettering/lettering.rs"]
 mod lettering;
 
 use std::{
