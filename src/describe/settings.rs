@@ -55,7 +55,7 @@ use crate::{
 /// the change, because the variance falls by 2.2 with a doubling. `l` is the brightness of the darker half of the samples, which
 /// rare bright ones leave alone. Sources: Dammertz, Hanika, Keller and Lensch, "A Hierarchical Automatic Stopping Condition for
 /// Monte Carlo Global Illumination", WSCG 2010, for the halves of the samples and the square root, which Cycles uses, too;
-/// [the guide](../guide.md#adaptive-sampling) says how true it is.
+/// [the notes](../notes/adaptive_sampling.md) say how true it is.
 ///
 /// The `max_depth` of an integrator counts ray segments from the camera, shadow rays included, as in Mitsuba: 1 shows only
 /// emitters and ambient light, 2 adds direct light, 5 is a camera ray and up to four more.
