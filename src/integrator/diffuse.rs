@@ -1,6 +1,6 @@
-//! Light on diffuse surfaces, and the directions in which paths leave them, for blocks of surfaces.
+//! Blocks of diffuse surfaces: their direct light, and the directions of the paths that leave them.
 //!
-//! All that does not depend on the colours of the surfaces is found here on vectors, with the operations of
+//! The block computes all that does not depend on the surfaces' colours, with the operations of
 //! [`Lambert`](crate::bsdf::diffuse::Lambert).
 
 use std::f32::consts::FRAC_1_PI;
@@ -22,14 +22,14 @@ use crate::{
     scene::{FamilyBlock, LightFamily, surface_soa::SoaBlock},
 };
 
-/// Some diffuse surfaces; lanes of other surfaces hold numbers without a meaning.
+/// A block of diffuse surfaces; the lanes of other surfaces are unspecified.
 #[repr(align(64))]
 pub(super) struct DiffuseBlock<'a> {
     /// Whether the surface of a lane is diffuse.
     is_diffuse: [bool; LANES],
     /// The origin of the rays that leave the surface.
     origin: [Each; 3],
-    /// The direction in which the path goes on, and its density in sr^-1, 0 where it ends.
+    /// The direction of the continued path, and its density in sr^-1; 0 if the path ends.
     wi: [Each; 3],
     pdf: Each,
     /// The families of lights.
@@ -37,9 +37,9 @@ pub(super) struct DiffuseBlock<'a> {
     lights: [LightLanes; LightFamily::ALL.len()],
 }
 
-/// The light of a family on each surface of a block.
+/// The direct light of a family on each surface of a block.
 struct LightLanes {
-    /// The ray to the light.
+    /// The direction of the shadow ray.
     d: [Each; 3],
     tmax: Each,
     /// `f |cos|` of a white surface.
@@ -117,7 +117,7 @@ impl<'a> DiffuseBlock<'a> {
 }
 
 impl DiffuseSurface<'_> {
-    /// The light of each family on the surface, of this `albedo`, where any arrives.
+    /// The reflected light of each family that contributes, for a surface with this `albedo`.
     #[inline(always)]
     pub fn lights(self, albedo: Rgb) -> impl Iterator<Item = ReflectedLight> {
         let Self { block, lane } = self;
@@ -135,7 +135,7 @@ impl DiffuseSurface<'_> {
         })
     }
 
-    /// The way in which the path goes on from the surface, of this `albedo`, whose normal is `n`.
+    /// The continuation of the path, for a surface with this `albedo` and normal `n`; `None` if it ends.
     #[inline(always)]
     pub fn path(self, albedo: Rgb, n: Vec3) -> Option<ReflectedPath> {
         let Self { block, lane } = self;
@@ -168,7 +168,7 @@ impl VectorLoop for Scatterings<'_, '_> {
             block,
             strategy,
         } = self;
-        // Arrays of their own take the results, so that nothing that is written may be what is read.
+        // Results go to local arrays, so that the compiler knows that reads and writes do not alias.
         let (mut directions, mut origins, mut pdfs) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3], [0.0; LANES]);
         for lane in 0..LANES {
             let surface = surfaces.viewed(lane);

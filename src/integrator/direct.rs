@@ -1,8 +1,7 @@
-//! Direct light: light sampling, BSDF sampling, and how the two are combined.
+//! Direct light: light sampling, BSDF sampling, and their combination.
 //!
-//! Both find the same light; each is right where the other is noisy. Weighted by the power heuristic the sum stays right
-//! and takes the better of both. Source: Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997,
-//! section 9.2.
+//! Both estimate the same light, and each has little noise where the other has much. The power heuristic weights them so that
+//! the sum stays unbiased. Source: Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2.
 
 use serde::Deserialize;
 
@@ -19,28 +18,27 @@ use crate::{
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Strategy {
-    /// Both ways, weighted.
+    /// Multiple importance sampling: both techniques, weighted.
     #[default]
     Mis,
-    /// By choosing points of lights; what has but one direction (a point light, a mirror) is found as ever.
+    /// Light sampling alone, except for delta lobes.
     Light,
-    /// By following the surface.
+    /// BSDF sampling alone, except for delta lights.
     Bsdf,
 }
 
 impl Strategy {
-    /// The weight of light that was found by light sampling with density `light`, where following the surface would have
-    /// found it with density `bsdf`.
+    /// The weight of light that light sampling found with density `light`, and BSDF sampling finds with density `bsdf`.
     #[inline(always)]
     pub fn weight_of_light(self, light: f32, bsdf: f32) -> f32 {
-        // Without branches, for vectors.
+        // Without branches, so that it compiles to vectors.
         let both = power_heuristic(light, bsdf);
         let alone = if self == Self::Light { 1.0 } else { 0.0 };
         if self == Self::Mis { both } else { alone }
     }
 
-    /// The weight of light that was met by following the surface with density `bsdf`, where light sampling would have
-    /// found it with density `light` (0: not at all).
+    /// The weight of light that BSDF sampling found with density `bsdf`, and light sampling finds with density `light` (0 if
+    /// it cannot).
     #[inline]
     pub fn weight_of_bsdf(self, bsdf: DirectionPdf, light: impl FnOnce() -> f32) -> f32 {
         let Some(bsdf) = bsdf.get() else { return 1.0 };
@@ -52,32 +50,32 @@ impl Strategy {
     }
 }
 
-/// The weight of the first of two densities.
+/// The power heuristic's weight of the technique with density `a`.
 #[inline(always)]
 fn power_heuristic(a: f32, b: f32) -> f32 {
-    // By ratio: the squares of densities may overflow.
+    // Computed from the ratio, because squared densities may overflow.
     let r = b / a;
     let weight = 1.0 / (1.0 + r * r);
     if a.is_infinite() { 1.0 } else { weight }
 }
 
-/// A surface, seen in its shading frame.
+/// A surface with its shading frame and BSDF.
 pub struct ShadingPoint<'a, B: BsdfKind> {
     pub surface: &'a SurfaceInteraction,
     pub frame: Frame,
     pub bsdf: &'a B,
-    /// The BSDF's own, for `wo_local`.
+    /// The BSDF's precomputed data for `wo_local`.
     pub prepared: B::Prepared,
     pub wo_local: Vec3,
-    /// Light arrives from above the plane with this normal; zero where it arrives from everywhere.
+    /// Light arrives only from above the plane with this normal; zero if it arrives from everywhere.
     pub horizon: Vec3,
 }
 
 impl<B: BsdfKind> ShadingPoint<'_, B> {
     /// Whether light from `wi` passes through the surface.
     ///
-    /// By the shading frame: at the rim of a smooth mesh it disagrees with the triangles, which are but an approximation of the
-    /// surface that is meant.
+    /// The shading frame decides. At the silhouette of a smooth mesh it disagrees with the triangles, which only approximate the
+    /// surface.
     #[inline(always)]
     pub fn is_transmitted(&self, wi_local: Vec3) -> bool {
         self.bsdf.transmits() && wi_local.z * self.wo_local.z < 0.0
@@ -99,16 +97,16 @@ impl<B: BsdfKind> ShadingPoint<'_, B> {
     }
 }
 
-/// The way in which an integrator asks for direct light.
+/// The parameters of direct light.
 pub struct DirectLight<C, P> {
     pub strategy: Strategy,
-    /// Bounds what a path through bounces may bring.
+    /// Clamps the light of one path.
     pub clamp: C,
     /// The passage of a shadow ray that leaves the surface through it, or on the side of the viewer.
     pub passage: P,
 }
 
-/// The number in `[0, 1)` that chooses lights for the vertex.
+/// The number in `[0, 1)` that selects the lights of the vertex.
 #[inline(always)]
 fn light_choice(context: &VertexContext<'_>) -> f32 {
     if !context.scene.lights.has_choice() {
@@ -118,7 +116,7 @@ fn light_choice(context: &VertexContext<'_>) -> f32 {
     context.numbers.get_2d(dimension).x
 }
 
-/// Asks a light of each family what it brings to `shading`.
+/// Adds a shadow ray for a sampled light of each family.
 #[inline(always)]
 pub fn sample_direct(
     context: &VertexContext<'_>,
@@ -132,7 +130,7 @@ pub fn sample_direct(
     }
 }
 
-/// Asks a light of one family, chosen by the number beside it, what it brings to `shading`.
+/// Adds a shadow ray for a light of one family, which the number `uc` selects.
 #[inline(always)]
 fn sample_family(
     context: &VertexContext<'_>,
@@ -176,7 +174,7 @@ fn sample_family(
     }
 }
 
-/// A light of a family, chosen by `uc`, and the light that it sends to `receiver`, if any.
+/// Selects a light of a family by `uc`, and samples its light at `receiver`; `None` if none arrives.
 #[inline(always)]
 fn sample_light(
     context: &VertexContext<'_>,
@@ -193,7 +191,7 @@ fn sample_light(
     }
     let choice = scene.lights.choose(scene.geometry.accel.simd(), family, receiver, uc)?;
     let sample_use = match family {
-        LightFamily::Lamps | LightFamily::Suns => SampleUse::Light,
+        LightFamily::Finite | LightFamily::Suns => SampleUse::Light,
         LightFamily::Background => SampleUse::Background,
     };
     let u = context.numbers.get_2d(Dimension::at(depth, sample_use));

@@ -1,7 +1,7 @@
-//! Light sorted by the way it came and by the lights it came from, for passes that show a part of the picture's light.
+//! Layers of light, by component and by light group, for passes that show a part of the picture's light.
 //!
-//! The components of a picture sum to it, and so do its light groups. What a path finds is sorted by the lobe by which it left
-//! the first surface: a direction that several lobes could have chosen counts for each by its share there.
+//! The components sum to the picture, and so do the light groups. The component of a path follows from the lobe that
+//! scattered it at the first surface. If several lobes contribute to that direction, the light is split in proportion.
 
 use super::PathState;
 use crate::{
@@ -9,17 +9,17 @@ use crate::{
     scene::{Component, LightGroup},
 };
 
-/// The lobes of a surface that light took.
+/// The lobes that scattered light at a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lobes {
     /// Reflecting lobes, with the share of the diffuse ones in each channel.
     Reflected { diffuse: Rgb },
-    /// Lobes that let light pass.
+    /// Transmitting lobes.
     Transmitted,
 }
 
 impl Lobes {
-    /// Reflected light `all`, of which `diffuse` came by diffuse lobes.
+    /// Lobes that reflect `all`, of which diffuse lobes reflect `diffuse`.
     #[cold]
     pub fn reflected(all: Rgb, diffuse: Rgb) -> Self {
         let share = |d: f32, a: f32| if a > 0.0 { (d / a).clamp(0.0, 1.0) } else { 0.0 };
@@ -33,20 +33,20 @@ impl Lobes {
     }
 }
 
-/// The lobe by which a path left its first surface, in integrators that follow several paths of a sample.
+/// The lobe that scattered a path at its first surface, for integrators with several paths per sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FirstLobe {
-    /// All paths of the sample left by the lobes that [`ShadingOutput::set_first_lobes`](super::ShadingOutput::set_first_lobes) was
-    /// given.
+    /// The lobes that were set for all paths of the sample by
+    /// [`ShadingOutput::set_first_lobes`](super::ShadingOutput::set_first_lobes).
     #[default]
     OfSample,
-    /// By a mirror.
+    /// A mirror.
     Reflected,
-    /// Through the surface.
+    /// Transmission.
     Transmitted,
 }
 
-/// The light group that light comes from, and the lobes of the surface that receives it.
+/// The light group of light, and the lobes of the surface that receives it.
 #[derive(Clone, Copy, Debug)]
 pub struct Tag {
     pub group: LightGroup,
@@ -56,11 +56,11 @@ pub struct Tag {
 /// The sorted light of a wave.
 #[derive(Debug)]
 pub(crate) struct LightLayers {
-    /// The number of layers: the components, then the groups.
+    /// The number of layers: the components, followed by the groups.
     layer_count: usize,
-    /// The layers of each sample, one after the other.
+    /// The layers of all samples, concatenated.
     radiance: Vec<Rgb>,
-    /// The lobes of the first surface, of each sample whose path has left it.
+    /// The lobes of each sample at its first surface, once its path has left that.
     first: Vec<Lobes>,
     /// The light of each shadow ray.
     shadows: Vec<Shadow>,
@@ -73,15 +73,15 @@ struct Shadow {
     group: LightGroup,
 }
 
-/// Light in two components at most.
+/// Light, split into at most two components.
 type ComponentSplit = [(Component, Rgb); 2];
 
-/// The end of a path where light enters it.
+/// The vertex where light enters a path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Arrival {
     pub sample: u32,
-    /// The number of segments between the light and the camera, without those behind surfaces that it passed unbent; the
-    /// first surface always counts.
+    /// The number of segments between the light and the camera. Surfaces that the path crossed without refraction do not
+    /// count, except the first.
     pub segments: u32,
     pub first: FirstLobe,
 }
@@ -135,7 +135,7 @@ impl LightLayers {
         self.first[sample as usize] = lobes;
     }
 
-    /// `l` by components; `own` are the lobes of the first surface where light reaches it straight.
+    /// Splits `l` into components; `own` are the lobes of the first surface, for light that reaches it directly.
     fn split(&self, from: Arrival, own: Option<Lobes>, l: Rgb) -> ComponentSplit {
         let nothing = (Component::Emission, Rgb::BLACK);
         if from.segments == 1 {
@@ -178,7 +178,7 @@ impl LightLayers {
         self.accumulate(from.sample, split, group, Rgb::WHITE);
     }
 
-    /// Adds light that the vertex at the end of a path reflects, and that came by way of `further` segments more.
+    /// Adds light that the vertex at the end of a path reflects and that has travelled `further` more segments.
     #[cold]
     #[inline(never)]
     pub fn add_reflected(&mut self, from: Arrival, further: u32, l: Rgb, tag: Tag) {
@@ -186,7 +186,7 @@ impl LightLayers {
         self.accumulate(from.sample, split, tag.group, Rgb::WHITE);
     }
 
-    /// Notes light that a shadow ray from the end of a path brings, if it arrives.
+    /// Records the light of a shadow ray from the end of a path.
     #[cold]
     #[inline(never)]
     pub fn add_shadow(&mut self, from: Arrival, l: Rgb, tag: Tag) {
@@ -207,7 +207,7 @@ impl LightLayers {
         self.split(longer, own, l)
     }
 
-    /// Adds the part `visible` of the light of the shadow ray with this index.
+    /// Adds the light of the shadow ray with this index, times `visible`.
     pub fn resolve_shadow(&mut self, ray: usize, visible: Rgb) {
         let Shadow { sample, split, group } = self.shadows[ray];
         self.accumulate(sample, split, group, visible);

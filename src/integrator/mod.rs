@@ -1,7 +1,7 @@
-//! Integrators: what one vertex of a path does.
+//! Integrators: the shading of the vertices of paths.
 //!
-//! An integrator owns no rays. It receives the vertices where paths have arrived and returns what they add to the picture and
-//! which rays leave them; the wave traces those, thousands at once.
+//! An integrator owns no rays. For each vertex it returns the radiance that the vertex adds and the rays that leave it; the
+//! wave traces those, thousands at once.
 //!
 //! `max_depth` means the same everywhere: the number of ray segments from the camera, shadow rays included. 1 shows only
 //! emitters (and ambient light), 2 also direct light, 5 has a camera ray and four more segments.
@@ -46,15 +46,15 @@ pub struct PathState {
     pub sample: u32,
     /// The number of its segments, 1 for a camera ray.
     pub depth: u32,
-    /// The weight of what it finds.
+    /// The weight of the light that it finds.
     pub throughput: Rgb,
     pub last: BounceState,
-    /// The cone of rays that the path stands for: at a vertex, where it has arrived; else where its ray begins.
+    /// The ray cone of the path, at the hit while a vertex is shaded, otherwise at the origin of its ray.
     pub cone: RayCone,
 }
 
 impl PathState {
-    /// A path that begins at the camera.
+    /// A path that starts at the camera.
     pub fn start(sample: u32) -> Self {
         Self {
             sample,
@@ -70,21 +70,21 @@ impl PathState {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BounceState {
     pub pdf: DirectionPdf,
-    /// Unit shading normal of the vertex, zero where there is none.
+    /// Unit shading normal of the vertex; zero if it has none.
     pub n: Vec3,
-    /// The bodies that the path travels in.
+    /// The media around the path.
     pub media: MediumStack,
-    /// The number of departures by a lobe of each kind.
+    /// The number of scattering events of each kind.
     pub bounces: Bounces,
     pub first: FirstLobe,
 }
 
-/// The density of a path's direction in sr^-1, if it has one: a camera or a mirror leaves no choice.
+/// The density of a path's direction in sr^-1, or a delta distribution after a camera or a mirror.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DirectionPdf(f32);
 
 impl DirectionPdf {
-    /// The only direction.
+    /// A delta distribution.
     pub const DELTA: Self = Self(-1.0);
 
     #[inline]
@@ -106,18 +106,18 @@ impl From<Option<f32>> for DirectionPdf {
     }
 }
 
-/// The number of times that a path left by a lobe of each kind, since the camera.
+/// The number of scattering events of each kind since the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Bounces {
     pub diffuse: u16,
     pub specular: u16,
     pub transmission: u16,
-    /// Those by transmission that bent nothing, without one at the first surface.
+    /// Transmissions without refraction, except at the first surface.
     pub straight: u8,
 }
 
 impl Bounces {
-    /// These and one more by `lobe`, if the limits allow it.
+    /// Adds an event by `lobe`; `None` if that exceeds the limits.
     #[inline(always)]
     pub fn and(mut self, lobe: Lobe, limits: Self) -> Option<Self> {
         let (count, limit) = match lobe {
@@ -133,15 +133,15 @@ impl Bounces {
     }
 }
 
-/// The end of a path.
+/// A vertex at the end of a path.
 #[derive(Clone, Copy, Debug)]
 pub enum Vertex<'a> {
     Surface(&'a SurfaceInteraction, &'a Hit),
-    /// The ray met nothing but the background, which sends this light.
+    /// The ray hit nothing; the background emits this light.
     Miss(&'a EnvironmentLight),
 }
 
-/// A vertex of a path and what its shading may read.
+/// A vertex of a path, with the data for shading it.
 #[derive(Clone, Copy)]
 pub struct VertexContext<'a> {
     pub scene: &'a Scene,
@@ -149,11 +149,11 @@ pub struct VertexContext<'a> {
     /// The ray that arrived.
     pub ray: &'a Ray,
     pub vertex: Vertex<'a>,
-    /// The random numbers of the path's sample. There are none for [`Vertex::Miss`], where nothing is left to choose.
+    /// The random numbers of the path's sample; none for [`Vertex::Miss`], where none are needed.
     pub numbers: PathSampler<'a>,
-    /// Samples of lights that were drawn for many vertices at once.
+    /// The light samples of the batch.
     pub lights: &'a LightSamples,
-    /// The camera where the path began.
+    /// The camera of the path.
     pub camera: &'a Camera,
     /// The round of shadow rays, from 0: see [`Integrator::shadow_rounds`].
     pub round: u32,
@@ -169,14 +169,14 @@ pub trait Integrator: Sync + Send {
         batch.shade(self, out);
     }
 
-    /// The uses of random numbers that nearly all vertices at the end of segment `depth` have: they are drawn for many
-    /// vertices at once. A vertex may draw for other uses too.
+    /// The uses of random numbers that nearly all vertices at the end of segment `depth` have; they are drawn in batches. A
+    /// vertex may draw numbers for other uses too.
     fn batched_dimensions(&self, _scene: &Scene, _depth: u32) -> Vec<SampleUse> {
         Vec::new()
     }
 
-    /// The number of times that each vertex on a surface is shaded, with its shadow rays traced in between. An integrator
-    /// that sends out very many of them from a vertex does so in several rounds, so that memory does not grow with them.
+    /// The number of times that each surface vertex is shaded, with its shadow rays traced in between. An integrator with very
+    /// many shadow rays per vertex uses several rounds to bound their memory.
     fn shadow_rounds(&self) -> u32 {
         1
     }
@@ -187,20 +187,20 @@ pub trait Integrator: Sync + Send {
         false
     }
 
-    /// Whether its radiance is the light of lights, so that it can be sorted by components and light groups.
+    /// Whether its radiance is light, which can be split into components and light groups.
     fn has_light(&self) -> bool {
         !self.wants_cost()
     }
 
-    /// Adds what tracing the nearest hit of a camera ray cost.
+    /// Adds the cost of tracing the nearest hit of a camera ray.
     fn add_cost(&self, _cost: RayCost, _out: &mut ShadingOutput) {}
 
-    /// The light that it leaves out, for the metadata of its pictures.
+    /// The limits that leave out light, for the metadata of pictures.
     fn limits(&self) -> Vec<Limit> {
         Vec::new()
     }
 
-    /// This integrator behind a pointer.
+    /// This integrator as a trait object.
     fn as_dyn(&self) -> &dyn Integrator
     where
         Self: Sized,
@@ -209,7 +209,7 @@ pub trait Integrator: Sync + Send {
     }
 }
 
-/// Light that an integrator leaves out.
+/// A limit beyond which an integrator leaves out light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
     /// Its name in metadata, in camel case.
@@ -235,11 +235,11 @@ kinds! {
     }
     described only {}
     compiled by fn compile(&self) -> Result<BuiltIn, Problem>;
-    /// The integrator behind a pointer.
+    /// The integrator as a trait object.
     fn as_dyn(&self) -> &dyn Integrator;
 }
 
-/// Former integrators whose pictures are passes now, with the names of the passes.
+/// Former integrators that have become passes, with the names of the passes.
 const FORMER: &[(&str, &str)] = &[
     ("depth", "depth"),
     ("normals", "N"),
@@ -247,7 +247,7 @@ const FORMER: &[(&str, &str)] = &[
     ("object_id", "objectId"),
 ];
 
-/// The pass that shows what `name`, no longer an integrator, showed.
+/// The pass that has replaced the former integrator `name`.
 pub fn replacing_pass(name: &str) -> Option<&'static str> {
     FORMER.iter().find(|(former, _)| *former == name).map(|(_, pass)| *pass)
 }
@@ -264,7 +264,7 @@ fn max_depth(given: &Option<Spanned<Count>>, default: u32) -> Result<u32, Proble
 }
 
 impl IntegratorDesc {
-    /// The integrator of this name with its default settings, or why there is none.
+    /// The integrator of this name with its default settings, or an error message.
     pub fn by_name(name: &str) -> Result<Self, String> {
         match replacing_pass(name) {
             Some(pass) => Err(format!("`{name}` is a pass and no integrator: use --show {pass}")),

@@ -53,11 +53,11 @@ impl OcclusionDesc {
 pub struct Occlusion {
     /// In m; infinite for no limit.
     pub distance: f32,
-    /// Rays from each place.
+    /// Occlusion rays for each vertex.
     pub samples: u32,
 }
 
-/// The rays from each place that are in memory at once.
+/// The most rays of a vertex that are in memory at the same time.
 const RAYS_PER_ROUND: u32 = 64;
 
 impl Integrator for Occlusion {
@@ -79,7 +79,7 @@ impl Integrator for Occlusion {
         let share = Rgb::gray(1.0 / self.samples as f32);
         let first = context.round * RAYS_PER_ROUND;
         for i in first..self.samples.min(first.saturating_add(RAYS_PER_ROUND)) {
-            // No path goes on, so the numbers of its later vertices are free.
+            // No path continues, so the numbers of later vertices are free.
             let u = context.numbers.get_sample_2d(Dimension::at(1 + i, SampleUse::Bsdf));
             let wi = frame.to_world(u.cosine_hemisphere());
             out.add_shadow(surface.shadow_ray(false, wi, self.distance), share);

@@ -12,38 +12,38 @@ use crate::{
 
 /// The output of an integrator for all vertices of a wave, in order.
 ///
-/// Everything is given as seen from the vertex; the throughput of its path is applied here.
+/// Integrators give radiance and weights at the vertex; this type applies the throughput of its path.
 #[derive(Debug, Default)]
 pub struct ShadingOutput {
     /// Radiance of each sample of the wave, in W m^-2 sr^-1.
     pub(crate) radiance: Vec<Rgb>,
     pub(crate) shadow_rays: Vec<Ray>,
-    /// The sample that each shadow ray belongs to, and the light it brings if nothing blocks it.
+    /// The sample of each shadow ray, and its light if nothing blocks it.
     pub(crate) shadow_light: Vec<(u32, Rgb)>,
-    /// The passage of each shadow ray, in scenes where some may pass anything.
+    /// The passage of each shadow ray, in scenes where shadow rays may pass surfaces.
     pub(crate) shadow_passages: Vec<ShadowPassage>,
     records_passages: bool,
     pub(crate) rays: Vec<Ray>,
     pub(crate) paths: Vec<PathState>,
-    /// The same light by components and by groups, where a pass shows them.
+    /// The same light by components and groups, if a pass needs them.
     pub(crate) layers: Option<LightLayers>,
     vertex: CurrentVertex,
     pub(crate) clock: StageClock,
     has_cones: bool,
-    /// The last surface, where paths have cones.
+    /// The surface of the current vertex, if paths have cones.
     mirror: Mirror,
 }
 
-/// The surfaces that a shadow ray may pass, beside those that are transparent by their opacity, and the media on its way.
+/// The surfaces that a shadow ray may pass in addition to those with opacity below 1, and its media.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ShadowPassage {
-    /// The bodies where it begins.
+    /// The media at its origin.
     pub media: MediumStack,
-    /// The number of surfaces that it may pass unbent.
+    /// The number of surfaces that it may cross without refraction.
     pub surfaces: u32,
 }
 
-/// The state of the path whose vertex is shaded.
+/// The state of the path at the current vertex.
 #[derive(Clone, Copy, Debug)]
 struct CurrentVertex {
     throughput: Rgb,
@@ -70,18 +70,18 @@ impl CurrentVertex {
     }
 }
 
-/// The effect of a surface on the cones of the rays that it reflects.
+/// The effect of a surface on the cones of reflected rays.
 #[derive(Clone, Copy, Debug, Default)]
 struct Mirror {
-    /// On the side of the viewer.
+    /// The normal on the viewer's side.
     n: Vec3,
     /// See [`SurfaceInteraction::signed_curvature`].
     bend: f32,
 }
 
 impl ShadingOutput {
-    /// Starts a wave of `samples` samples; `has_cones` tells whether textures read how wide paths are, `records_passages` whether
-    /// shadow rays may pass anything.
+    /// Starts a wave of `samples` samples; `has_cones` tells whether paths have cones, `records_passages` whether shadow rays may
+    /// pass surfaces.
     pub(crate) fn start(&mut self, samples: usize, has_cones: bool, records_passages: bool) {
         self.has_cones = has_cones;
         self.records_passages = records_passages;
@@ -111,7 +111,7 @@ impl ShadingOutput {
         self.vertex = CurrentVertex::of(path);
     }
 
-    /// Starts the vertex at the end of `path` on `surface`, where textures read how wide paths are.
+    /// Starts the vertex at the end of `path` on `surface`, if paths have cones.
     #[inline]
     pub(crate) fn begin_surface_vertex(&mut self, path: &PathState, surface: &SurfaceInteraction) {
         self.begin_vertex(path);
@@ -125,19 +125,19 @@ impl ShadingOutput {
         };
     }
 
-    /// Scales everything that the vertex adds from here on: the path came through a medium.
+    /// Scales all that the vertex adds from here on by the transmittance of a medium.
     #[inline(always)]
     pub fn attenuate(&mut self, weight: Rgb) {
         self.vertex.throughput *= weight;
     }
 
-    /// Adds radiance that leaves the vertex towards the path, in W m^-2 sr^-1, of lights that are in no group.
+    /// Adds radiance that leaves the vertex along the path, in W m^-2 sr^-1, of lights without a group.
     #[inline(always)]
     pub fn add(&mut self, l: Rgb) {
         self.add_radiance(l, LightGroup::default);
     }
 
-    /// Adds radiance of a light in the group that `group` returns; it is called only where a pass needs it.
+    /// Adds radiance of a light in the group that `group` returns; `group` is called only if a pass needs it.
     #[inline(always)]
     pub fn add_radiance(&mut self, l: Rgb, group: impl FnOnce() -> LightGroup) {
         let l = self.add_to_sample(l);
@@ -146,8 +146,7 @@ impl ShadingOutput {
         }
     }
 
-    /// Adds radiance that the vertex reflects of light which came by way of other surfaces; `tag` is called only where a pass
-    /// needs it.
+    /// Adds reflected radiance of light from other surfaces; `tag` is called only if a pass needs it.
     #[inline(always)]
     pub fn add_indirect(&mut self, l: Rgb, tag: impl FnOnce() -> Tag) {
         let l = self.add_to_sample(l);
@@ -163,7 +162,7 @@ impl ShadingOutput {
         l
     }
 
-    /// Adds radiance that leaves the vertex if nothing blocks `ray`, of lights in no group and by diffuse lobes.
+    /// Adds radiance that leaves the vertex if nothing blocks `ray`, of lights without a group, reflected by diffuse lobes.
     #[inline(always)]
     pub fn add_shadow(&mut self, ray: Ray, l_if_visible: Rgb) {
         self.add_shadow_ray(ray, l_if_visible, ShadowPassage::default, || Tag {
@@ -172,8 +171,8 @@ impl ShadingOutput {
         });
     }
 
-    /// Adds radiance that leaves the vertex if nothing blocks `ray`; `passage` is called only where shadow rays may pass
-    /// anything, `tag` only where a pass needs it.
+    /// Adds radiance that leaves the vertex if nothing blocks `ray`; `passage` is called only if shadow rays may pass surfaces,
+    /// `tag` only if a pass needs it.
     #[inline(always)]
     pub fn add_shadow_ray(
         &mut self,
@@ -193,8 +192,8 @@ impl ShadingOutput {
         }
     }
 
-    /// Sets the lobes by which the path leaves its first surface; what it finds later is sorted by them. `lobes` is called only
-    /// at the first surface, and only where a pass needs it.
+    /// Sets the lobes that scatter the path at its first surface, by which later light is split into components. `lobes` is
+    /// called only at the first surface, and only if a pass needs it.
     #[inline(always)]
     pub fn set_first_lobes(&mut self, lobes: impl FnOnce() -> Lobes) {
         if let Some(layers) = &mut self.layers
@@ -204,10 +203,10 @@ impl ShadingOutput {
         }
     }
 
-    /// Continues the path along `ray`; what it finds counts `weight` times, and `last` tells the next vertex how it left.
+    /// Continues the path along `ray` with throughput times `weight`; the next vertex reads `last`.
     ///
-    /// A mirror keeps the path's cone but for what its own curvature adds, a surface that lets the ray through keeps it as it
-    /// is, and a direction that was drawn at random widens it by its density ([`RayCone::scattered`](crate::math::RayCone)).
+    /// A mirror changes the path's cone by the surface's curvature, transmission does not change it, and a sampled direction widens
+    /// it by its density ([`RayCone::scattered`](crate::math::RayCone)).
     #[inline(always)]
     pub fn spawn_path(&mut self, ray: Ray, weight: Rgb, last: BounceState) {
         let cone = self.vertex.cone;
@@ -220,7 +219,7 @@ impl ShadingOutput {
         self.push_path(ray, weight, last, cone);
     }
 
-    /// Continues the path behind the surface as if it were only a filter: `ray` is the one that arrived, but for its beginning.
+    /// Continues the path behind a surface without refraction: `ray` differs from the arriving one only by its origin.
     #[inline]
     pub fn pass_straight(&mut self, ray: Ray, weight: Rgb, last: BounceState) {
         self.push_path(ray, weight, last, self.vertex.cone);

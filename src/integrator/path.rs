@@ -96,7 +96,7 @@ pub struct PathTracer {
     pub strategy: Strategy,
 }
 
-/// What blocks of surfaces know of one.
+/// The precomputed shading of a vertex, if a block holds it.
 #[derive(Clone, Copy, Default)]
 struct KnownSurface<'a> {
     diffuse: Option<DiffuseSurface<'a>>,
@@ -152,7 +152,7 @@ impl Integrator for PathTracer {
 }
 
 impl PathTracer {
-    /// Shades one vertex, of whose surface something may be `known`.
+    /// Shades one vertex, whose shading is precomputed if it is `known`.
     #[inline(always)]
     fn shade(&self, context: &VertexContext<'_>, known: KnownSurface<'_>, out: &mut ShadingOutput) {
         let (surface, hit) = match context.vertex {
@@ -181,7 +181,7 @@ impl PathTracer {
         }
         let mut bsdf = scene.bsdf(surface.material, &surface.texture);
         if bsdf.disperses() {
-            // The number that chooses the lobe chooses the channel as well.
+            // The number that selects the lobe also selects the channel.
             let choice = context.numbers.get_2d(Dimension::at(path.depth, SampleUse::Selection));
             let hero = HeroChannel::choose(path.throughput, choice.y);
             if let Some(followed) = hero.and_then(|hero| bsdf.for_channel(hero)) {
@@ -201,7 +201,7 @@ impl PathTracer {
         });
     }
 
-    /// Asks for light that an opaque surface reflects, and carries the path on.
+    /// Adds the shadow rays of an opaque surface, and continues the path.
     #[inline(always)]
     fn reflect(
         &self,
@@ -282,7 +282,7 @@ impl PathTracer {
     }
 }
 
-/// The point for which light would have been sampled at the path's last vertex.
+/// The point for which the path's last vertex sampled lights.
 fn receiver(context: &VertexContext<'_>) -> LightSampleContext {
     LightSampleContext {
         p: context.ray.o,

@@ -1,4 +1,4 @@
-//! The limits of paths: how long they are, when roulette ends them, and how much light they bring.
+//! The limits of paths: their length, Russian roulette, and clamping.
 
 use super::{Bounces, Limit, LimitValue, PathState, ShadowPassage, VertexContext};
 use crate::{
@@ -11,22 +11,22 @@ use crate::{
 #[derive(Clone, Copy, Debug)]
 pub struct PathLimits {
     pub max_depth: u32,
-    /// The largest number of departures by a lobe of each kind.
+    /// The most scattering events of each kind.
     pub bounces: Bounces,
     pub roulette_depth: u32,
-    /// The most light by way of one surface and of more, in W m^-2 sr^-1.
+    /// The most light by one surface, and by several, in W m^-2 sr^-1.
     pub clamp_direct: Option<f32>,
     pub clamp_indirect: Option<f32>,
 }
 
-/// The throughput below which a path survives the roulette in proportion to its own. Source: Veach, "Robust Monte Carlo Methods for
-/// Light Transport Simulation", 1997, section 10.4.
+/// The throughput below which the survival probability is proportional to the throughput. Source: Veach, "Robust Monte Carlo
+/// Methods for Light Transport Simulation", 1997, section 10.4.
 const DIM: f32 = 0.25;
-/// The chance of survival is never more, so that paths between mirrors end.
+/// The largest survival probability, so that paths between mirrors end.
 const MAX_SURVIVAL: f32 = 0.98;
 
 impl PathLimits {
-    /// The limits that are set, by their names in files.
+    /// The limits that are set, with their names in metadata.
     pub fn named(&self) -> Vec<Limit> {
         let bounces = |name, n: u16| {
             (n < u16::MAX).then(|| Limit {
@@ -55,7 +55,7 @@ impl PathLimits {
         all.into_iter().flatten().collect()
     }
 
-    /// The bounces and the weight of the path if it goes on by `lobe`, where it does.
+    /// The bounces and the weight of the path if `lobe` continues it; `None` if a limit or the roulette ends it.
     #[inline(always)]
     pub(super) fn go_on(&self, context: &VertexContext<'_>, lobe: Lobe, weight: Rgb) -> Option<(Bounces, Rgb)> {
         let path = context.path;
@@ -68,7 +68,7 @@ impl PathLimits {
         (u < survival).then(|| (bounces, weight / survival))
     }
 
-    /// The passage of a shadow ray that begins in `media`.
+    /// The passage of a shadow ray that starts in `media`.
     #[cold]
     pub(super) fn passage(&self, path: &PathState, media: MediumStack) -> ShadowPassage {
         let transmissions = self.bounces.transmission - path.last.bounces.transmission;
@@ -78,7 +78,7 @@ impl PathLimits {
         }
     }
 
-    /// `l`, that `path` brings by way of `further` segments, scaled down where that is too much.
+    /// Clamps the light `l` that `path` finds after `further` more segments.
     pub(super) fn clamped(&self, path: &PathState, further: u32, l: Rgb) -> Rgb {
         let segments = path.depth - u32::from(path.last.bounces.straight) + further;
         let limit = match segments {

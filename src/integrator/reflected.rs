@@ -1,4 +1,4 @@
-//! Light that surfaces reflect, as blocks of them find it.
+//! The results of blocks: reflected light and continued paths.
 
 use crate::{
     bsdf::Lobe,
@@ -6,8 +6,8 @@ use crate::{
     scene::{FamilyBlock, SampledLight},
 };
 
-/// A family's light on the surface of a lane, and what of it leaves towards the viewer, in W m^-2 sr^-1, where anything does:
-/// `f_cos` is `f |cos|` of the surface, and `weight` that of multiple importance sampling over the light's density.
+/// The light of a family that the surface of a lane reflects to the viewer, in W m^-2 sr^-1, if there is any. `f_cos` is
+/// `f |cos|`, and `weight` is the MIS weight over the light's density.
 #[inline(always)]
 pub(super) fn reflected(family: &FamilyBlock, lane: usize, f_cos: Rgb, weight: f32) -> Option<(SampledLight, Rgb)> {
     let (li, is_delta) = family.light.li(lane)?;
@@ -20,18 +20,18 @@ pub(super) fn reflected(family: &FamilyBlock, lane: usize, f_cos: Rgb, weight: f
     (!l.is_black()).then_some((chosen, l))
 }
 
-/// Light on a surface.
+/// Direct light on a surface.
 pub(super) struct ReflectedLight {
     pub chosen: SampledLight,
     /// `f |cos|` of all lobes, and of the diffuse ones.
     pub f_cos: Rgb,
     pub diffuse: Rgb,
-    /// The light that leaves towards the viewer, in W m^-2 sr^-1.
+    /// The light that is reflected to the viewer, in W m^-2 sr^-1.
     pub l: Rgb,
     pub shadow_ray: Ray,
 }
 
-/// The way in which a path goes on from a surface.
+/// The continuation of a path at a surface.
 pub(super) struct ReflectedPath {
     pub ray: Ray,
     /// The density of its direction, in sr^-1.
@@ -40,6 +40,6 @@ pub(super) struct ReflectedPath {
     pub weight: Rgb,
     pub diffuse: Rgb,
     pub lobe: Lobe,
-    /// The normal for which lights were sampled.
+    /// The normal with which lights were sampled.
     pub n: Vec3,
 }

@@ -1,4 +1,4 @@
-//! Light on opaque surfaces, and the directions in which paths leave them, for blocks of surfaces of one kind of BSDF.
+//! Blocks of opaque surfaces with one kind of BSDF: their direct light, and the directions of the paths that leave them.
 
 use super::{
     VertexBatch,
@@ -22,13 +22,13 @@ use crate::{
     scene::{FamilyBlock, LightFamily, Scene, SurfaceInteraction, shading_frame::shading_frame},
 };
 
-/// Some surfaces whose BSDFs are in a block of the kind `B`.
+/// A block of surfaces whose BSDFs are in a `B`.
 struct KindBlock<'a, B> {
     bsdfs: B,
     scattering: ScatteringBlock<'a>,
 }
 
-/// The scattering at some surfaces; lanes of other surfaces hold numbers without a meaning.
+/// The scattering at a block of surfaces; other lanes are unspecified.
 #[repr(align(64))]
 struct ScatteringBlock<'a> {
     /// Whether the lane holds a surface.
@@ -42,7 +42,7 @@ struct ScatteringBlock<'a> {
     samples: SampleBlock,
 }
 
-/// The light of a family on each surface of a block.
+/// The direct light of a family on each surface of a block.
 struct LightLanes {
     eval: EvalBlock,
     /// The weight of the light in multiple importance sampling, over its density.
@@ -66,10 +66,10 @@ pub(super) struct BlockSurface<'a> {
 /// Declares the blocks: one row for each kind of BSDF.
 macro_rules! reflecting_blocks {
     ($( $field:ident: $Block:ty = $Kind:ident, )*) => {
-        /// A block of each kind of BSDF that the scene has.
+        /// A block for each kind of BSDF in the scene.
         pub(super) struct ReflectingBlocks<'a> {
             $( $field: Option<KindBlock<'a, $Block>>, )*
-            /// Whether none of them holds a surface.
+            /// Whether no block holds a surface.
             is_empty: bool,
         }
 
@@ -83,8 +83,8 @@ macro_rules! reflecting_blocks {
                 }
             }
 
-            /// Fills the blocks for the vertices of `batch` from `first` on, a multiple of the blocks' size, whose paths may
-            /// be `max_depth` long.
+            /// Fills the blocks for the vertices of `batch` from `first` on, a multiple of the blocks' size; paths have at most
+            /// `max_depth` segments.
             #[inline(always)]
             pub fn fill(&mut self, batch: &VertexBatch<'a>, first: usize, strategy: Strategy, max_depth: u32) {
                 self.is_empty = true;
@@ -179,7 +179,7 @@ impl<'a, B: BsdfBlock> KindBlock<'a, B> {
             return false;
         };
         self.scattering.families = families;
-        // Not drawn where no surface has several lobes.
+        // Not drawn if no BSDF has several lobes.
         let choices = samples.of(SampleUse::Selection);
         let (mut lane_choices, mut lane_samples) = ([0.0; LANES], [Sample2D::default(); LANES]);
         for (lane, surface) in surfaces.iter().enumerate().filter(|(_, surface)| is_kind(surface)) {
@@ -226,7 +226,7 @@ impl<'a, B: BsdfBlock> KindBlock<'a, B> {
 }
 
 impl BlockSurface<'_> {
-    /// The light of each family on the surface, `surface`, where any arrives.
+    /// The reflected light of each family that contributes, for the lane's `surface`.
     #[inline(always)]
     pub fn lights(self, surface: &SurfaceInteraction) -> impl Iterator<Item = ReflectedLight> {
         let Self { block, lane } = self;
@@ -245,7 +245,7 @@ impl BlockSurface<'_> {
         })
     }
 
-    /// The way in which the path goes on from the surface, `surface`.
+    /// The continuation of the path at the lane's `surface`; `None` if it ends.
     #[inline(always)]
     pub fn path(self, surface: &SurfaceInteraction) -> Option<ReflectedPath> {
         let Self { block, lane } = self;

@@ -1,4 +1,4 @@
-//! The scattering of paths at surfaces of all BSDFs, one surface after the other.
+//! Scattering at a single surface with any BSDF.
 
 use super::{
     BounceState, FirstLobe, Lobes, ShadingOutput, ShadowPassage, VertexContext,
@@ -16,7 +16,7 @@ use crate::{
     },
 };
 
-/// The scattering of a path at a surface, once the type of its BSDF is known.
+/// The scattering of a path at a surface, generic over the type of its BSDF.
 pub(super) struct Scatter<'a, 'b> {
     pub limits: &'a PathLimits,
     pub strategy: Strategy,
@@ -53,7 +53,7 @@ impl BsdfVisitor for Scatter<'_, '_> {
 }
 
 impl Scatter<'_, '_> {
-    /// Asks for light, and carries the path on; for `horizon` see [`ShadingPoint`].
+    /// Adds shadow rays, and continues the path; for `horizon` see [`ShadingPoint`].
     #[inline(always)]
     fn scatter(self, bsdf: &impl BsdfKind, frame: Frame, wo_local: Vec3, horizon: Vec3) {
         let Self {
@@ -73,7 +73,7 @@ impl Scatter<'_, '_> {
             horizon,
         };
         let (scene, path) = (context.scene, context.path);
-        // What has but one direction is found this way alone.
+        // A delta lobe reflects no sampled light.
         if !bsdf.is_delta() && !scene.lights.is_empty() {
             let how = DirectLight {
                 strategy,
@@ -94,7 +94,7 @@ impl Scatter<'_, '_> {
     }
 }
 
-/// Carries the path on in a direction that the surface chooses, `uc` the lobe.
+/// Continues the path in a direction that the BSDF samples; `uc` selects the lobe.
 #[inline(always)]
 fn go_on(
     limits: &PathLimits,
@@ -127,7 +127,7 @@ fn go_on(
         path.last.media
     };
     if sample.is_straight() && context.scene.shading.media.lets_shadow_rays_through() {
-        // Light that was asked for at the last vertex comes this way too: nothing changes but the beginning of the ray.
+        // Shadow rays of the last vertex cross the surface in the same way: only the origin of the ray changes.
         bounces.straight = bounces.straight.saturating_add(u8::from(path.depth > 1));
         let ray = Ray {
             tmin: surface.t,
@@ -142,7 +142,7 @@ fn go_on(
     }
     let (mut wi, mut pdf) = (shading.frame.to_world(sample.wi), sample.pdf);
     if shading.misses_far_side(wi, transmitted) {
-        // It would arrive at the same place for ever. No light is asked for along the way it takes instead.
+        // The ray would hit the same point again and again. No light is sampled in the direction that replaces it.
         (wi, pdf) = (reflect(-wi, surface.ng), None);
     }
     let last = BounceState {
@@ -155,7 +155,7 @@ fn go_on(
     out.spawn_path(surface.spawn_ray(transmitted, wi), weight, last);
 }
 
-/// The passage of a shadow ray that leaves the surface through it, or on the side of the viewer.
+/// The passage of a shadow ray that is transmitted by the surface, or leaves on the viewer's side.
 #[cold]
 fn shadow_passage(
     limits: &PathLimits,
@@ -171,7 +171,7 @@ fn shadow_passage(
     limits.passage(context.path, media)
 }
 
-/// The media behind the surface, as the path sees it.
+/// The media on the other side of the surface from the path.
 fn media_behind(context: &VertexContext<'_>, shading: &ShadingPoint<'_, impl BsdfKind>) -> MediumStack {
     let inwards = shading.wo_local.z > 0.0;
     context

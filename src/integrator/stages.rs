@@ -1,7 +1,7 @@
-//! The stages of rendering a picture, and a clock that measures the time each takes.
+//! The stages of rendering, and a clock that measures their times.
 //!
-//! A clock is read once for every stage of a batch of vertices, but around the light of each vertex, where the clock itself shows:
-//! it takes some 25 ns. It does nothing where nobody asks for the times.
+//! The clock is read once per stage of a batch of vertices, and around the light of each vertex, where its own time of about
+//! 25 ns shows. It does nothing if no times are wanted.
 
 use std::{
     sync::atomic::{AtomicU64, Ordering},
@@ -12,13 +12,13 @@ use std::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     CameraRays,
-    /// The nearest hits of camera rays and of rays that carry paths on.
+    /// The nearest hits of camera rays and of continued paths.
     Nearest,
-    /// The surfaces at hits.
+    /// The surface interactions at hits.
     Surfaces,
     /// The random numbers.
     Numbers,
-    /// The light of rays that meet nothing.
+    /// The light of rays that hit nothing.
     Background,
     /// The choice of lights and of points on them.
     Light,
@@ -52,7 +52,7 @@ pub(crate) struct StageClock {
 }
 
 impl StageClock {
-    /// Starts the clock, if `measures`; else it stands still.
+    /// Starts the clock if `measures`; otherwise it measures nothing.
     pub fn start(&mut self, measures: bool) {
         *self = Self {
             last: measures.then(Instant::now),
@@ -60,7 +60,7 @@ impl StageClock {
         };
     }
 
-    /// Counts the time since the last call, or since the start, to `stage`.
+    /// Adds the time since the last call, or since the start, to `stage`.
     #[inline(always)]
     pub fn lap(&mut self, stage: Stage) {
         if self.last.is_some() {

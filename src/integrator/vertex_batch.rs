@@ -1,4 +1,4 @@
-//! A batch of vertices, shaded one after the other.
+//! Batches of vertices.
 
 use super::{Integrator, PathState, ShadingOutput, Vertex, VertexContext};
 use crate::{
@@ -13,26 +13,26 @@ use crate::{
 /// Vertices that are shaded together: all of them on surfaces, or all of them misses.
 pub struct VertexBatch<'a> {
     pub scene: &'a Scene,
-    /// The camera where the paths began.
+    /// The camera of the paths.
     pub camera: &'a Camera,
     pub sampler: &'a Sampler,
-    /// All paths of the wave: the ray that arrived, the path, and the hit.
+    /// The arriving ray, the state and the hit of all paths of the wave.
     pub rays: &'a [Ray],
     pub paths: &'a [PathState],
     pub hits: &'a [Option<Hit>],
     /// The indices of the batch's paths in the wave.
     pub indices: &'a [u32],
-    /// The surface of each path of the batch (none for misses), its sample, and the random numbers that are drawn for it.
+    /// The surface of each path of the batch (none for misses), its sample, and its random numbers.
     pub surfaces: &'a [SurfaceInteraction],
     /// The geometry of the surfaces, in blocks.
     pub blocks: &'a [SoaBlock],
     /// The light of the background for each miss.
     pub misses: &'a [EnvironmentLight],
-    /// Samples of lights for the surfaces.
+    /// The light samples for the surfaces.
     pub lights: &'a LightSamples,
     pub keys: &'a SampleKeys,
     pub samples: &'a SampleBatch,
-    /// Whether textures read how wide the paths are.
+    /// Whether the paths have cones.
     pub has_cones: bool,
     /// The round of shadow rays, from 0.
     pub round: u32,
@@ -44,7 +44,7 @@ impl<'a> VertexBatch<'a> {
         self.indices.len()
     }
 
-    /// The light of each family on a block of the surfaces; `None` where it was not sampled.
+    /// The light samples of each family for a block of the surfaces; `None` if none were drawn.
     pub(super) fn families(&self, block: usize) -> Option<[Option<&'a FamilyBlock>; LightFamily::ALL.len()]> {
         let mut all = [None; LightFamily::ALL.len()];
         for (light, family) in all.iter_mut().zip(self.scene.lights.families()) {
@@ -78,7 +78,7 @@ impl<'a> VertexBatch<'a> {
         }
     }
 
-    /// Begins the `k`th vertex and returns its context.
+    /// Starts the `k`th vertex and returns its context.
     #[inline(always)]
     pub(super) fn begin(&self, k: usize, out: &mut ShadingOutput) -> VertexContext<'_> {
         let context = self.context(k);
@@ -89,7 +89,7 @@ impl<'a> VertexBatch<'a> {
         context
     }
 
-    /// Shades each vertex by `integrator`.
+    /// Shades each vertex with `integrator`.
     #[inline(always)]
     pub(super) fn shade(&self, integrator: &(impl Integrator + ?Sized), out: &mut ShadingOutput) {
         for k in 0..self.len() {

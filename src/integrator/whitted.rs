@@ -68,7 +68,7 @@ impl Integrator for Whitted {
         let terms = scene
             .material(surface.material)
             .whitted_terms(&scene.textures(), &surface.texture);
-        // By the true side: at the rim of a smooth mesh the shading normal may point away.
+        // The geometric normal decides: at the silhouette of a smooth mesh the shading normal may point away.
         let is_behind = surface.ng.dot(surface.wo) < 0.0;
         let outward = surface.outward_normal();
         let n = if terms.two_sided && is_behind {
@@ -76,7 +76,7 @@ impl Integrator for Whitted {
         } else {
             outward
         };
-        // Ambient light stands for what other surfaces would send.
+        // Ambient light approximates the light of other surfaces.
         out.add_indirect(self.ambient * terms.ambient, || Tag {
             group: LightGroup::default(),
             lobes: Lobes::Reflected { diffuse: Rgb::WHITE },
@@ -126,7 +126,7 @@ impl Integrator for Whitted {
 struct ShadedPoint<'a, 'b> {
     context: &'a VertexContext<'b>,
     surface: &'a SurfaceInteraction,
-    /// The shading normal on the side that is lit.
+    /// The shading normal on the lit side.
     n: Vec3,
     /// Whether that side is not the viewer's.
     is_lit_behind: bool,
@@ -134,7 +134,7 @@ struct ShadedPoint<'a, 'b> {
 }
 
 impl ShadedPoint<'_, '_> {
-    /// Continues the path along `wi`, if that counts at all.
+    /// Continues the path along `wi`, unless its weight is 0.
     #[inline]
     fn spawn(&self, wi: Vec3, weight: Rgb, lobe: FirstLobe, out: &mut ShadingOutput) {
         if weight.is_black() {
@@ -148,7 +148,7 @@ impl ShadedPoint<'_, '_> {
         out.spawn_path(self.surface.spawn_ray(lobe == FirstLobe::Transmitted, wi), weight, last);
     }
 
-    /// Continues the path along its mirror image about the shading normal `n`.
+    /// Continues the path in the mirror direction of the shading normal `n`.
     fn reflect(&self, n: Vec3, weight: Rgb, out: &mut ShadingOutput) {
         let SurfaceInteraction { ns, ng, wo, .. } = *self.surface;
         let n = if ns == ng {
@@ -160,7 +160,7 @@ impl ShadedPoint<'_, '_> {
         self.spawn(reflect(wo, n), weight, FirstLobe::Reflected, out);
     }
 
-    /// Spawns the two rays that leave a clear surface; one under total reflection.
+    /// Spawns the reflected and the refracted ray of a clear surface, or only one under total internal reflection.
     fn reflect_and_refract(&self, out: &mut ShadingOutput) {
         let (surface, terms) = (self.surface, self.terms);
         let wo = surface.wo;
@@ -186,7 +186,7 @@ impl ShadedPoint<'_, '_> {
         }
     }
 
-    /// Adds the light of one emitting surface, which stands for all of them.
+    /// Adds the light of one sampled emitter, as an estimate of all of them.
     fn add_emitter(&self, out: &mut ShadingOutput) {
         let (context, p) = (self.context, self.surface.lifted());
         let (scene, depth) = (context.scene, context.path.depth);
@@ -205,7 +205,7 @@ impl ShadedPoint<'_, '_> {
         }
     }
 
-    /// Adds what a light brings, if nothing blocks it.
+    /// Adds the light of a sample, if nothing blocks it.
     #[inline]
     fn add_direct(&self, sample: &LightSample, light: LightId, out: &mut ShadingOutput) {
         let (surface, terms) = (self.surface, self.terms);

@@ -35,7 +35,7 @@ impl AreaSample {
         }
     }
 
-    /// The cosine between the normal and the way to `from`: above 0 where `from` is in front.
+    /// The cosine between the normal and the direction to `from`: above 0 if `from` is in front.
     #[inline]
     pub fn front_cos(&self, from: Vec3) -> f32 {
         self.ng.dot(from - self.p)
@@ -43,8 +43,7 @@ impl AreaSample {
 
     /// The light that arrives at `from` with the radiance `li`.
     ///
-    /// Its distance ends before the emitter, by a bound on what rounding does to the way there, so
-    /// that a shadow ray does not end behind the very surface that it asks for.
+    /// The distance is reduced by a bound of the rounding error, so that a shadow ray ends in front of the emitter.
     #[inline]
     pub fn light(&self, from: Vec3, li: Rgb) -> Option<LightSample> {
         let (wi, distance) = self.direction(from);
@@ -69,7 +68,7 @@ impl AreaSample {
 }
 
 /// A point of `shape` as seen from `from` (world), and the same point in the shape's own space;
-/// `None` where it cannot be seen or cannot be sampled.
+/// `None` if it is invisible or cannot be sampled.
 #[inline]
 pub fn sample_shape(shape: &Shape, transform: Option<&Transform>, from: Vec3, u: Vec2) -> Option<(AreaSample, Vec3)> {
     let from_local = transform.map_or(from, |t| t.point_to_local(from));
@@ -90,8 +89,8 @@ pub fn sample_shape(shape: &Shape, transform: Option<&Transform>, from: Vec3, u:
     (sample.pdf > 0.0 && sample.pdf.is_finite()).then_some((sample, local.p))
 }
 
-/// The density of [`sample_shape`] to choose the unit direction `w`, in sr^-1. `hit` is where the
-/// ray from `from` along `w` meets the shape.
+/// The density of [`sample_shape`] for the unit direction `w`, in sr^-1. `hit` is the hit of the ray from `from` along `w` on
+/// the shape.
 #[inline]
 pub fn pdf_shape(shape: &Shape, transform: Option<&Transform>, from: Vec3, w: Vec3, hit: &ShapeHit) -> f32 {
     let Some(t) = transform else {
@@ -105,7 +104,7 @@ pub fn pdf_shape(shape: &Shape, transform: Option<&Transform>, from: Vec3, w: Ve
 
 /// The surface of `shape` at its point `p`, as seen from `from`, both in the shape's own space.
 pub fn surface_at(shape: &Shape, from: Vec3, p: Vec3) -> Option<LocalSurface> {
-    /// No shape is met more often by one line, but for rounding.
+    /// The most intersections of a line with any shape.
     const MAX_HITS: usize = 6;
     let mut ray = Ray::new(from, p - from);
     let mut best: Option<ShapeHit> = None;
@@ -119,8 +118,7 @@ pub fn surface_at(shape: &Shape, from: Vec3, p: Vec3) -> Option<LocalSurface> {
     best.map(|hit| shape.surface(&ray, &hit))
 }
 
-/// A point of the triangle as seen from `from`, and its texture coordinates; `None` where it is
-/// seen edge-on or has no area.
+/// A point of the triangle as seen from `from`, and its texture coordinates; `None` if it is seen edge-on or has no area.
 #[inline]
 pub fn sample_triangle(
     corners: [Vec3; 3],

@@ -1,4 +1,4 @@
-//! Light from many lamps at once, each at a point of its own: the same as that of [`AreaSample`].
+//! Blocks of area light samples, one light and one lit point in each lane, with the results of [`AreaSample`].
 
 use super::{LightBlock, area::AreaSample};
 use crate::{
@@ -9,13 +9,13 @@ use crate::{
     shape::RectangleBlock,
 };
 
-/// Rectangular lamps, and the points that they light.
+/// Rectangular area lights, and the points that they light.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct AreaBlock {
     pub rectangles: RectangleBlock,
     radiance: Each<Rgb>,
-    /// Not 0 where both sides shine.
+    /// Not 0 if both sides emit.
     both_sides: Each<u32>,
 }
 
@@ -30,14 +30,14 @@ impl Default for AreaBlock {
 }
 
 impl AreaBlock {
-    /// Sets the emission of the lamp of a lane: its radiance in W m^-2 sr^-1, and the sides that shine.
+    /// Sets the emission of a lane: its radiance in W m^-2 sr^-1, and the sides that emit.
     #[inline(always)]
     pub fn set_emission(&mut self, lane: usize, radiance: Rgb, sidedness: Sidedness) {
         self.radiance[lane] = radiance;
         self.both_sides[lane] = u32::from(sidedness == Sidedness::Both);
     }
 
-    /// Samples the lamps of all lanes and writes their light to `to`.
+    /// Samples the lights of all lanes and writes the samples to `to`.
     #[inline]
     pub fn sample(&mut self, on: impl Dispatch, to: &mut LightBlock) {
         self.rectangles.sample(on);
@@ -46,7 +46,7 @@ impl AreaBlock {
     }
 }
 
-/// Finds the directions and distances to the points of the lamps.
+/// Computes the directions and distances to the sampled points.
 struct Arrivals<'a> {
     block: &'a AreaBlock,
     to: &'a mut LightBlock,
@@ -56,7 +56,7 @@ impl VectorLoop for Arrivals<'_> {
     #[inline(always)]
     fn run(self) {
         let Self { block, to } = self;
-        // Arrays of their own take the results, so that nothing that is written may be what is read.
+        // Results go to local arrays, so that the compiler knows that reads and writes do not alias.
         let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         let (mut distances, mut densities, mut kinds) = ([0.0; LANES], [0.0; LANES], [0; LANES]);
         for i in 0..LANES {

@@ -52,7 +52,7 @@ impl OrientationCone {
         } else {
             (other, self)
         };
-        // An axis whose surfaces shine both ways may as well point the other way.
+        // The axis of two-sided emitters has no direction.
         let flips = b.sidedness == Sidedness::Both && a.axis.dot(b.axis) < 0.0;
         let b_axis = if flips { -b.axis } else { b.axis };
         let between = angle(a.axis, b_axis);
@@ -73,7 +73,7 @@ impl OrientationCone {
         // The axis turns away from the wider cone's.
         let (sin, cos) = trig::sin_cos(half - wide);
         let axis = (a.axis * cos + normal.cross(a.axis) * sin).normalize_or(a.axis);
-        // Once more than rounding of the angles could take away.
+        // Increased by the rounding error of the angles.
         let cos_o = (trig::cos(half) - 1e-5).max(-1.0);
         Self {
             axis,
@@ -103,7 +103,7 @@ fn angle(a: Vec3, b: Vec3) -> f32 {
 pub struct LightBounds {
     pub bounds: Aabb,
     pub directions: OrientationCone,
-    /// The intensity that it can reach along its axis, in W sr^-1, the channels' mean.
+    /// The largest intensity along its axis, in W sr^-1, as a mean of the channels.
     pub power: f32,
 }
 

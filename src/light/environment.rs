@@ -17,7 +17,7 @@
 //!
 //! # Implementation
 //!
-//! Directions are sampled in proportion to how much brighter a texel is than the mean; BSDF sampling finds the rest. Source:
+//! The density of a direction is proportional to the luminance of its texel above the mean; BSDF sampling finds the rest. Source:
 //! Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", ACM TOG 38(6), 2019,
 //! doi:10.1145/3355089.3356565. An image of one colour is not sampled at all.
 
@@ -55,7 +55,7 @@ fn one() -> NonNegative {
     NonNegative(1.0)
 }
 
-/// A picture of all directions.
+/// An environment map.
 #[derive(Clone, Debug)]
 pub struct Environment {
     /// Row by row from the top, in W m^-2 sr^-1.
@@ -63,11 +63,11 @@ pub struct Environment {
     width: usize,
     height: usize,
     world_from_map: Mat3,
-    /// The cosine of the angle to +y at which each row begins, and that at which the last one ends.
+    /// The cosine of the angle to +y at the upper edge of each row, and at the lower edge of the last.
     heights: Vec<f64>,
     /// 1 over the solid angle of each texel of a row, in sr^-1.
     inverse_solid_angles: Vec<f32>,
-    /// Over the texels; `None` where no direction is brighter than the others.
+    /// The distribution of texels; `None` if no direction is brighter than the others.
     distribution: Option<PiecewiseConstant2D>,
     /// Texels of the picture with a number below 0, which became 0.
     pub clamped: u64,
@@ -81,12 +81,12 @@ type MapPoint = Vec2;
 pub struct EnvironmentLight {
     /// In W m^-2 sr^-1.
     pub radiance: Rgb,
-    /// The density with which light sampling chooses the direction, in sr^-1; 0 where nothing is sampled.
+    /// The density of the direction in light sampling, in sr^-1; 0 if it is not sampled.
     pub pdf: f32,
 }
 
 impl Environment {
-    /// The light of `picture` times `intensity`, turned by `world_from_map`, a rotation.
+    /// The light of `picture` times `intensity`, rotated by `world_from_map`.
     pub fn new(picture: &Bitmap, working_space: WorkingSpace, intensity: f32, world_from_map: DMat3) -> Self {
         let (width, height) = (picture.width as usize, picture.height as usize);
         let mut texels = vec![Rgb::BLACK; width * height];
@@ -120,7 +120,7 @@ impl Environment {
         environment
     }
 
-    /// Whether [`Environment::sample`] finds anything.
+    /// Whether [`Environment::sample`] returns samples.
     pub fn is_sampled(&self) -> bool {
         self.distribution.is_some()
     }
@@ -131,20 +131,19 @@ impl Environment {
         self.at(self.map_point(w))
     }
 
-    /// A direction, by two uniform numbers in `[0, 1)`; `None` where no direction is brighter than
-    /// the others.
+    /// Samples a direction, by two uniform numbers in `[0, 1)`; `None` if no direction is brighter than the others.
     pub fn sample(&self, on: impl Dispatch, u: Vec2) -> Option<LightSample> {
         let mut found = None;
         self.sample_all(on, slice::from_ref(&u), |_, sample| found = sample);
         found
     }
 
-    /// The density of [`Environment::sample`] to choose the unit direction `w`, in sr^-1.
+    /// The density of [`Environment::sample`] for the unit direction `w`, in sr^-1.
     pub fn pdf(&self, w: Vec3) -> f32 {
         self.pdf_at(self.map_point(w))
     }
 
-    /// The light from a place on the map.
+    /// The light from a point of the map.
     #[inline]
     fn light_at(&self, at: MapPoint) -> EnvironmentLight {
         EnvironmentLight {
@@ -172,7 +171,7 @@ impl Environment {
         MapPoint::new(around * self.width as f32, down * self.height as f32)
     }
 
-    /// The radiance there, linear between the middles of the texels.
+    /// The radiance at a point of the map, linear between the centres of the texels.
     #[inline]
     fn at(&self, at: MapPoint) -> Rgb {
         let from_middle = at - 0.5;
@@ -198,8 +197,8 @@ impl Environment {
         (std::f64::consts::TAU / self.width as f64 * (self.heights[row] - self.heights[row + 1])) as f32
     }
 
-    /// The mean luminance within each texel of a row, in `to`: what its own and its neighbours'
-    /// weigh in linear interpolation. It is above 0 wherever the radiance is.
+    /// Writes the mean luminance within each texel of a row, under linear interpolation, to `to`. It is above 0 wherever the
+    /// radiance is.
     fn luminances(&self, row: usize, to: &mut [f64]) {
         let rows = [row.saturating_sub(1), row, (row + 1).min(self.height - 1)];
         let column = |i: usize| {
@@ -224,7 +223,7 @@ impl Environment {
             })
             .collect();
         let mean = totals.iter().sum::<f64>() / (4.0 * std::f64::consts::PI);
-        // Rounding of a constant picture is not worth a sample.
+        // Ignores the rounding errors of a constant picture.
         let floor = mean * (1.0 + 1e-4);
         PiecewiseConstant2D::new([self.width, self.height], |row, weights| {
             self.luminances(row, weights);

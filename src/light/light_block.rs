@@ -1,4 +1,4 @@
-//! Light that arrives at many points, number by number.
+//! Blocks of light samples at many points.
 
 use super::LightSample;
 use crate::math::{
@@ -6,7 +6,7 @@ use crate::math::{
     block::{Each, LANES, get, set},
 };
 
-/// The light of one light at each of some points.
+/// A light sample for each of several points.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct LightBlock {
@@ -22,7 +22,7 @@ impl LightBlock {
     /// The number of points.
     pub const LEN: usize = LANES;
 
-    /// The kind of light that does not arrive, that has a density, and that has but one direction.
+    /// Kinds of samples: no light, light with a density, and light from a single direction.
     pub(super) const NONE: u32 = 0;
     pub(super) const AREA: u32 = 1;
     const DELTA: u32 = 2;
@@ -74,13 +74,13 @@ impl LightBlock {
         self.distance[lane]
     }
 
-    /// The density of the direction in sr^-1, 1 where there is but one.
+    /// The density of the direction in sr^-1; 1 for a single direction.
     #[inline(always)]
     pub fn pdf(&self, lane: usize) -> f32 {
         self.pdf[lane]
     }
 
-    /// The light of [`LightSample::li`], if any arrives, and whether it has but one direction.
+    /// The light of [`LightSample::li`], if any arrives, and whether it comes from a single direction.
     #[inline(always)]
     pub fn li(&self, lane: usize) -> Option<(Rgb, bool)> {
         let lane = lane % LANES;

@@ -32,20 +32,19 @@ pub struct LightSample {
     pub wi: Vec3,
     /// Distance to the light along `wi`, in m; infinite for a sun.
     pub distance: f32,
-    /// For a light without size: the irradiance on a surface that faces it, in W m^-2. Otherwise
-    /// the radiance, in W m^-2 sr^-1.
+    /// The radiance, in W m^-2 sr^-1; for a light without size the irradiance on a surface that faces it, in W m^-2.
     pub li: Rgb,
-    /// Density of `wi` in sr^-1; `None` for a light without size, which has but one direction.
+    /// Density of `wi` in sr^-1; `None` for a light without size, which has a single direction.
     pub pdf: Option<f32>,
 }
 
 /// The contract of every light.
 pub trait LightKind {
     /// Samples a direction from which light arrives at `from`, by two uniform numbers in `[0, 1)`;
-    /// `None` where no light arrives.
+    /// `None` if no light arrives.
     fn sample(&self, from: Vec3, u: Vec2) -> Option<LightSample>;
 
-    /// The bounds of the light; `None` where its irradiance does not decrease with distance.
+    /// The bounds of the light; `None` if its irradiance does not decrease with distance.
     fn bounds(&self) -> Option<LightBounds>;
 
     /// Whether the light can illuminate a surface at `p` with the unit normal `n` (zero: any

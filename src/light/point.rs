@@ -49,7 +49,7 @@ pub struct PointLight {
 }
 
 impl PointLight {
-    /// A lamp whose light thins out with the square of the distance.
+    /// A light whose irradiance falls with the square of the distance.
     pub fn new(position: Vec3, intensity: Rgb) -> Self {
         let falloff = Falloff::default();
         Self {

@@ -85,7 +85,7 @@ impl SpotDesc {
 #[derive(Clone, Copy, Debug)]
 pub struct SpotLight {
     pub position: Vec3,
-    /// Unit, where it shines to.
+    /// The unit direction of the axis.
     pub axis: Vec3,
     pub cos_outer: f32,
     pub cos_inner: f32,
@@ -94,7 +94,7 @@ pub struct SpotLight {
 }
 
 impl SpotLight {
-    /// The part of the full intensity that leaves at an angle to the axis of the given cosine.
+    /// The fraction of the full intensity at an angle to the axis with this cosine.
     fn profile(&self, cos: f32) -> f32 {
         if cos >= self.cos_inner {
             return 1.0;
@@ -116,7 +116,7 @@ impl LightKind for SpotLight {
     }
 
     fn bounds(&self) -> Option<LightBounds> {
-        // Full within the inner cone, as if it were one of normals; less beyond, to the outer one.
+        // The inner cone bounds the normals, the outer one the emission.
         let penumbra = trig::acos(self.cos_outer) - trig::acos(self.cos_inner);
         let directions = OrientationCone {
             axis: self.axis,

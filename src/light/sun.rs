@@ -46,11 +46,11 @@ impl SunDesc {
 
 #[derive(Clone, Copy, Debug)]
 pub struct SunLight {
-    /// Unit, where it shines to.
+    /// The unit direction in which the light travels.
     pub direction: Vec3,
-    /// On a surface that faces it, in W m^-2.
+    /// The irradiance on a surface that faces it, in W m^-2.
     pub irradiance: Rgb,
-    /// 1 - cos of half the angle that it is seen under; 0 for a sun without size.
+    /// 1 - cos of its angular radius; 0 for a sun without size.
     height: f32,
 }
 
@@ -64,7 +64,7 @@ impl SunLight {
         }
     }
 
-    /// The same sun, seen under `angle`, in radians, at most pi / 2.
+    /// The same sun with the angular diameter `angle`, in radians, at most pi / 2.
     pub fn with_angle(self, angle: f32) -> Self {
         let sin = trig::sin(angle * 0.25);
         Self {
@@ -116,7 +116,7 @@ impl LightKind for SunLight {
     }
 
     fn reaches(&self, _p: Vec3, n: Vec3) -> bool {
-        // The sine of the half angle is how far below the horizon its middle may be.
+        // The centre may be below the horizon by the sine of the angular radius.
         let sin = (self.height * (2.0 - self.height)).sqrt();
         !self.irradiance.is_black() && -n.dot(self.direction) >= -sin - 1e-4
     }
@@ -131,7 +131,7 @@ impl LightKind for SunLight {
 
     #[inline]
     fn radiance_towards(&self, w: Vec3) -> Option<(Rgb, f32)> {
-        // 1 - cos of the angle to its middle, as digits are few near 0.
+        // 1 - cos of the angle to the centre, which is more precise for small angles.
         let off = (w + self.direction).length_squared() * 0.5;
         (self.has_size() && off <= self.height).then(|| (self.radiance(), self.density()))
     }

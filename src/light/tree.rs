@@ -6,8 +6,8 @@
 //! light is computed by the same descent.
 //!
 //! Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree
-//! Splitting", HPG 2018, doi:10.1145/3233305; without the splitting, which does not pay beside low-discrepancy numbers: four
-//! lights in place of one, where a path begins amid 200 lamps, make the variance 1.3 to 1.5 times lower in 1.6 times the time.
+//! Splitting", HPG 2018, doi:10.1145/3233305; without the splitting, which brings no gain with low-discrepancy numbers: in a scene
+//! of 200 lights, four lights instead of one at the first vertex lower the variance 1.3 to 1.5 times, in 1.6 times the time.
 
 use crate::math::{Dispatch, Vec3, VectorLoop};
 use groups::LightGroups;
@@ -27,7 +27,7 @@ pub struct LightTree {
     nodes: Vec<LightNode>,
     /// The bounds of all lights.
     all: LightGroups<1>,
-    /// The place of each light; `None` for one that has no power.
+    /// The position of each light in the tree; `None` for a light without power.
     places: Vec<Option<Place>>,
 }
 
@@ -46,16 +46,16 @@ impl LightTree {
         self.nodes.is_empty()
     }
 
-    /// An estimate of what all lights bring to `p` on a surface of unit normal `n` (zero: of any),
-    /// in W m^-2; 0 only where they bring nothing.
+    /// An estimate of the irradiance of all lights at `p` on a surface of unit normal `n` (zero: of any), in W m^-2; 0 only if none
+    /// arrives.
     #[inline]
     pub fn importance(&self, p: Vec3, n: Vec3) -> f64 {
         let [importance] = self.all.importances(p, n);
         importance.into()
     }
 
-    /// A light for `p` on a surface of unit normal `n` (zero: of any), and the probability of the
-    /// choice, by a uniform number in `[0, 1)`; `None` where none can matter.
+    /// Selects a light for `p` on a surface of unit normal `n` (zero: of any), by a uniform number in `[0, 1)`; returns it with its
+    /// probability, or `None` if no light can contribute.
     #[inline]
     pub fn choose(&self, on: impl Dispatch, p: Vec3, n: Vec3, u: f64) -> Option<(u32, f64)> {
         let mut chosen = None;
@@ -69,7 +69,7 @@ impl LightTree {
         chosen
     }
 
-    /// The probability of [`LightTree::choose`] to choose `light`.
+    /// The probability that [`LightTree::choose`] selects `light`.
     #[inline]
     pub fn pmf(&self, p: Vec3, n: Vec3, light: u32) -> f64 {
         self.places[light as usize].map_or(0.0, |place| self.pmf_of(p, n, place))

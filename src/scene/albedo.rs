@@ -1,4 +1,4 @@
-//! The albedo of surfaces: the part of white light from all around that they send to a viewer.
+//! The albedo of surfaces: the fraction of uniform white light that they scatter to a viewer.
 
 use std::borrow::Cow;
 
@@ -10,9 +10,9 @@ use crate::{
 };
 
 impl Scene {
-    /// The albedo that one direction finds, chosen by numbers in `[0, 1)` as those of [`BsdfKind::sample`]. Its mean over all
-    /// numbers is the albedo: the integral of `f |cos|` over all directions of reflected and of transmitted light. Lambert's
-    /// law and mirrors have the same value for all numbers.
+    /// An estimate of the albedo from one sampled direction, by the uniform numbers of [`BsdfKind::sample`]. Its mean is the
+    /// albedo: the integral of `f |cos|` over all directions of reflection and transmission. For Lambert's law and mirrors
+    /// the estimate is exact.
     pub fn sample_albedo(
         &self,
         surface: &SurfaceInteraction,

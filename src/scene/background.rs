@@ -14,7 +14,7 @@ use crate::{
 #[derive(Clone, Debug)]
 pub struct Background {
     pub radiance: BackgroundRadiance,
-    /// Whether it is visible to the camera; where it is not, RGB and A are 0.
+    /// Whether the camera sees it; otherwise its pixels have RGB and alpha 0.
     pub visible: bool,
 }
 
@@ -59,7 +59,7 @@ impl BackgroundRadiance {
         }
     }
 
-    /// Replaces `to` by the light from each of these unit directions.
+    /// Writes the light from each of these unit directions to `to`, in place of its contents.
     pub fn look_up(&self, on: impl Dispatch, directions: impl Iterator<Item = Vec3>, to: &mut Vec<EnvironmentLight>) {
         to.clear();
         match self {
@@ -71,7 +71,7 @@ impl BackgroundRadiance {
         }
     }
 
-    /// Gives `to` a sample of its light for each of these pairs of uniform numbers, with the index of the pair.
+    /// Calls `to` with the index of each of these pairs of uniform numbers and the light sample for it.
     pub fn sample(&self, on: impl Dispatch, numbers: &[Vec2], to: impl FnMut(usize, Option<LightSample>)) {
         if let Self::Environment(environment) = self {
             environment.sample_all(on, numbers, to);

@@ -30,7 +30,7 @@ pub struct GroupId(pub u32);
 pub(crate) struct MeshOwner {
     pub object: ObjectId,
     pub material: MaterialId,
-    /// The object's, for the textures that stick to the object's own space.
+    /// The object's transform: textures are evaluated in the object's own space.
     pub transform: Option<Transform>,
     pub node: Option<NodeId>,
 }
@@ -79,8 +79,8 @@ impl SceneBuilder {
         }
     }
 
-    /// Sets the place in the world of the point that all positions of the scene are relative to, in m; 0 by default. Its
-    /// coordinates are numbers of single precision.
+    /// Sets the scene's origin in world space, in m, to which all positions are relative; 0 by default. Single precision must
+    /// represent it exactly.
     pub fn set_origin(&mut self, origin: DVec3) {
         self.origin = origin;
     }
@@ -100,7 +100,7 @@ impl SceneBuilder {
         TextureId(self.textures.len() as u32 - 1)
     }
 
-    /// Adds a material, which is called `material N`, N from 1.
+    /// Adds a material with the name `material N`, counted from 1.
     pub fn material(&mut self, material: Material) -> MaterialId {
         let name = format!("material {}", self.materials.len() + 1);
         self.named_material(&name, material)
@@ -116,7 +116,7 @@ impl SceneBuilder {
         self.lights.push(light);
     }
 
-    /// Adds a light of a light group.
+    /// Adds a light to a light group.
     pub fn grouped_light(&mut self, light: Light, group: &str) {
         let group = self.light_groups.named(group);
         self.light_groups.set_light(self.lights.len(), group);
@@ -142,8 +142,7 @@ impl SceneBuilder {
         object
     }
 
-    /// Adds a shape to an object. The linear colour and the opacity multiply those of a material that reads the colours of
-    /// vertices.
+    /// Adds a shape to an object. `color` (linear, with opacity) multiplies that of materials that use vertex colours.
     pub(crate) fn object_shape(&mut self, object: ObjectId, shape: Shape, transform: Option<Transform>, color: Vec4) {
         self.geometry.add_shape(shape, transform);
         if color != Vec4::ONE {
@@ -154,7 +153,7 @@ impl SceneBuilder {
         self.shape_objects.push(object);
     }
 
-    /// Adds an object that is a mesh; its corners and normals are in world space.
+    /// Adds an object that is a mesh; its vertices and normals are in world space.
     pub fn mesh(&mut self, name: &str, mesh: Mesh, material: MaterialId) -> Result<ObjectId, MeshError> {
         mesh.validate()?;
         let object = self.object(name, None, material);
@@ -173,8 +172,7 @@ impl SceneBuilder {
         Ok(self.end_group(first_triangle, first_vertex))
     }
 
-    /// Adds an object that is an instance of a group, and that can be moved. `material` replaces those of the group's
-    /// meshes.
+    /// Adds an object that is an instance of a group; it can be moved. `material` overrides the materials of the group.
     pub fn instance(
         &mut self,
         name: &str,
@@ -203,7 +201,7 @@ impl SceneBuilder {
         ObjectId(self.objects.len() as u32 - 1)
     }
 
-    /// Gives an object the material that it has where nothing else decides.
+    /// Sets the material of those parts of an object that have none of their own.
     pub(crate) fn set_object_material(&mut self, object: ObjectId, material: MaterialId) {
         self.objects[object.0 as usize].material = material;
     }
@@ -218,14 +216,13 @@ impl SceneBuilder {
         NodeId(first)
     }
 
-    /// Adds a transform that [`ObjectFromGroup::At`] can name.
+    /// Adds a transform for [`ObjectFromGroup::At`].
     pub(crate) fn object_place(&mut self, transform: Transform) -> ObjectFromGroup {
         self.object_transforms.push(transform);
         ObjectFromGroup::At(self.object_transforms.len() as u32 - 1)
     }
 
-    /// Adds a mesh of an object under a transform; returns how many of its triangles were left out because they have no
-    /// area.
+    /// Adds a transformed mesh to an object; returns the number of triangles that were left out because they have no area.
     pub(crate) fn transformed_mesh(&mut self, owner: &MeshOwner, mesh: &Mesh, transform: &MeshTransform) -> usize {
         let first_vertex = self.geometry.vertices.len() as u32;
         let first_triangle = self.geometry.triangles.len() as u32;
@@ -249,7 +246,7 @@ impl SceneBuilder {
         mesh.triangles.len() - (end - first_triangle) as usize
     }
 
-    /// Makes a group of the triangles and vertices that were added from these numbers on.
+    /// Makes a group of all triangles and vertices from these indices on.
     pub(crate) fn end_group(&mut self, first_triangle: u32, first_vertex: u32) -> GroupId {
         self.geometry.groups.push(MeshGroup {
             triangles: first_triangle..self.geometry.triangles.len() as u32,
@@ -308,7 +305,7 @@ impl SceneBuilder {
         names.zip(&self.materials)
     }
 
-    /// The tables that material colours are looked up in.
+    /// The textures and bitmaps that materials refer to.
     pub fn textures(&self) -> Textures<'_> {
         Textures {
             textures: &self.textures,
@@ -316,7 +313,7 @@ impl SceneBuilder {
         }
     }
 
-    /// The error of a build with the name of the object that is at fault.
+    /// Adds the name of the object at fault to an error.
     fn build_error(&self, cause: BuildError) -> SceneBuildError {
         let owner = |prim: usize| match prim.checked_sub(self.geometry.triangles.len()) {
             Some(shape) => self.shape_objects.get(shape).copied(),
@@ -335,7 +332,7 @@ impl SceneBuilder {
         }
     }
 
-    /// Finds out whether [`SceneBuilder::build`] would find the geometry wrong.
+    /// Validates the geometry as [`SceneBuilder::build`] does.
     ///
     /// # Errors
     /// The geometry is wrong; the error names the object.

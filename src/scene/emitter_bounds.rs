@@ -42,12 +42,12 @@ impl Scene {
         LightBounds {
             bounds,
             directions: normal.map_or(OrientationCone::ALL, |n| OrientationCone::flat(n, sidedness(emission))),
-            // Of a body one sees a quarter of its surface on average (Cauchy).
+            // The mean projected area of a convex body is a quarter of its surface (Cauchy).
             power: area_in_world(&placed.shape, transform) * radiance * if normal.is_some() { 1.0 } else { 0.25 },
         }
     }
 
-    /// An estimate, above 0, of the mean of what leaves `shape`, in W m^-2 sr^-1.
+    /// An estimate, above 0, of the mean radiance that leaves `shape`, in W m^-2 sr^-1.
     fn mean_radiance(&self, emission: &Emission, shape: &Shape, transform: Option<&Transform>) -> f32 {
         const SIDE: u32 = 4;
         if is_constant_emission(emission) {
@@ -67,7 +67,7 @@ impl Scene {
             Some(emission.radiance(&self.textures(), &at, 1.0).mean())
         });
         let (sum, count) = radiances.fold((0.0, 0.0), |(sum, n), l| (sum + l, n + 1.0));
-        // The places in between may be brighter.
+        // The texture may be brighter between the sampled points.
         if sum > 0.0 {
             sum / count
         } else {
@@ -99,7 +99,7 @@ impl Scene {
         if is_constant_emission(&emission) {
             return;
         }
-        // Where a texture is dark at the places that were looked at, it need not be in between.
+        // A texture that is dark at the sampled points may be bright between them.
         let of_mesh = &mut all[first..];
         let areas = || {
             mesh.triangles
@@ -120,7 +120,7 @@ impl Scene {
         }
     }
 
-    /// The mean of what leaves a triangle at a few places, in W m^-2 sr^-1.
+    /// The mean radiance of a triangle over a few points, in W m^-2 sr^-1.
     fn triangle_radiance(&self, emission: &Emission, mesh: &MeshRecord, index: u32) -> f32 {
         const POINTS: [[f32; 2]; 4] = [[1.0 / 3.0, 1.0 / 3.0], [0.1, 0.1], [0.8, 0.1], [0.1, 0.8]];
         if is_constant_emission(emission) {
@@ -138,17 +138,17 @@ impl Scene {
     }
 }
 
-/// The radiance of a texture that is black wherever it was looked at, in its scale: enough not to
-/// be forgotten.
+/// The radiance, relative to the texture's scale, that a texture is assumed to have if all sampled points are black: the
+/// light tree still selects its emitter.
 const MIN_RELATIVE_RADIANCE: f32 = 1e-3;
-/// The weight of a mesh's mean against the texture of a triangle itself.
+/// The weight of the mesh's mean in the estimate of a triangle.
 const MESH_MEAN_WEIGHT: f32 = 0.05;
 
 fn sidedness(emission: Option<Emission>) -> Sidedness {
     emission.map_or(Sidedness::Front, |e| e.sidedness)
 }
 
-/// About the area of a placed shape, in m^2.
+/// The approximate area of a transformed shape, in m^2.
 fn area_in_world(shape: &Shape, transform: Option<&Transform>) -> f32 {
     let stretch = transform.map_or(1.0, |t| exponential::cbrt(t.volume()));
     shape.area() * stretch * stretch

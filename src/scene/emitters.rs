@@ -1,11 +1,10 @@
 //! Emitters: the primitives of the geometry that emit, and light sampling on them.
 //!
 //! Emitters are numbered: first the shapes, in the order of the geometry, then the triangles of
-//! each mesh. Nothing is stored for a triangle; a mesh is a range of numbers.
+//! each mesh. Nothing is stored per triangle; a mesh is a range of numbers.
 //!
-//! Each triangle is a light at one place, so meshes that emit are baked into world space. An
-//! instance that emits all the same (of a scene built in code) is met by chance alone, as is what
-//! has no end.
+//! A triangle must be a light at one place, so emitting meshes are baked into world space. Emitting instances (in scenes built
+//! in code) and unbounded emitters are not sampled: only BSDF sampling finds them.
 
 use super::{MeshRecord, Scene};
 use crate::{
@@ -24,16 +23,16 @@ pub struct EmitterId(pub u32);
 /// The primitives that emit.
 #[derive(Clone, Debug, Default)]
 pub struct Emitters {
-    /// The indices of emitting shapes in the geometry, rising.
+    /// The indices of emitting shapes in the geometry, in ascending order.
     pub(super) shapes: Vec<u32>,
-    /// Rising.
+    /// In ascending order of the meshes.
     pub(super) mesh_emitters: Vec<MeshEmitters>,
-    /// The emission of each of `shapes` where it is the same everywhere.
+    /// The emission of each of `shapes`, if it is constant over the surface.
     uniform: Vec<Option<UniformEmission>>,
     count: u32,
 }
 
-/// An emission that is the same everywhere.
+/// An emission that is constant over a surface.
 #[derive(Clone, Copy, Debug)]
 struct UniformEmission {
     /// In W m^-2 sr^-1.
@@ -57,21 +56,21 @@ impl UniformEmission {
         })
     }
 
-    /// The radiance on the front if `front_cos > 0` and else on the back; `None` where that is dark.
+    /// The radiance of the front if `front_cos > 0`, else of the back; `None` if that side does not emit.
     #[inline]
     fn towards(&self, front_cos: f32) -> Option<Rgb> {
         (front_cos > 0.0 || self.sidedness == Sidedness::Both).then_some(self.radiance)
     }
 }
 
-/// The triangles of a mesh that emits.
+/// The triangles of an emitting mesh.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeshEmitters {
     /// An index into the scene's meshes.
     pub mesh: u32,
     first_triangle: u32,
     triangles: u32,
-    /// The number of its first triangle as an emitter.
+    /// The emitter number of its first triangle.
     first: u32,
 }
 
@@ -85,7 +84,7 @@ pub enum EmitterPrim<'a> {
 }
 
 impl Emitters {
-    /// Collects the emitters of a scene. Unbounded surfaces emit, but they are not sampled.
+    /// Collects the emitters of a scene. Unbounded surfaces are left out.
     pub fn collect(scene: &Scene) -> Self {
         let geometry = scene.geometry.accel.geometry();
         let shapes: Vec<u32> = (0..geometry.shapes.len() as u32)
@@ -128,7 +127,7 @@ impl Emitters {
         self.count
     }
 
-    /// The emitter that `prim` is; `prim` emits.
+    /// The emitter of the emitting primitive `prim`; `None` if it is not sampled.
     fn of_prim(&self, geometry: &Geometry, prim: PrimId) -> Option<EmitterId> {
         let index = prim.index();
         match index.checked_sub(geometry.triangles.len() as u32) {
@@ -157,7 +156,7 @@ impl Scene {
         self.material(material).emission().is_some_and(|e| !is_dark(&e))
     }
 
-    /// Light from an emitter, see [`Scene::sample_light`].
+    /// Samples light from an emitter, see [`Scene::sample_light`].
     pub(super) fn sample_emitter(&self, emitter: EmitterId, from: Vec3, u: Vec2) -> Option<LightSample> {
         let geometry = self.geometry.accel.geometry();
         let (sample, material, at) = match self.lights.emitters().prim(emitter, &self.geometry.meshes) {
@@ -194,7 +193,7 @@ impl Scene {
         let textures = self.textures();
         let mut li = material.emission()?.radiance(&textures, &at, sample.front_cos(from));
         if !material.is_opaque() {
-            // What is half there emits half.
+            // Opacity scales emission.
             li = li * material.opacity(&textures, &at);
         }
         if li.is_black() {
@@ -203,8 +202,8 @@ impl Scene {
         sample.light(from, li)
     }
 
-    /// Sets the lamp of a block's lane. Returns whether lamps like it are sampled in blocks.
-    pub(super) fn put_emitter(&self, emitter: EmitterId, lane: usize, block: &mut AreaBlock) -> bool {
+    /// Sets the area light of a lane. Returns whether a block can hold the light.
+    pub(super) fn set_emitter(&self, emitter: EmitterId, lane: usize, block: &mut AreaBlock) -> bool {
         let emitters = self.lights.emitters();
         let index = emitter.0 as usize;
         let (Some(shape), Some(Some(emission))) = (emitters.shapes.get(index), emitters.uniform.get(index)) else {
@@ -215,8 +214,8 @@ impl Scene {
         placed.transform.is_none() && placed.shape.put_rectangle(lane, &mut block.rectangles)
     }
 
-    /// The density of [`Scene::sample_emitter`] to choose the unit direction `w` in which `hit` was
-    /// met from `from`, in sr^-1, and the emitter that it is; `None` where it is none.
+    /// The emitter at `hit`, which a ray from `from` along the unit direction `w` found, and the density of
+    /// [`Scene::sample_emitter`] for `w`, in sr^-1; `None` if the hit is no emitter.
     pub(super) fn pdf_emitter(&self, from: Vec3, w: Vec3, hit: &Hit) -> Option<(EmitterId, f32)> {
         let geometry = self.geometry.accel.geometry();
         let emitter = self.lights.emitters().of_prim(geometry, hit.prim)?;
@@ -241,7 +240,7 @@ pub(super) fn is_constant_emission(emission: &Emission) -> bool {
     emission.radiance.is_constant()
 }
 
-/// Whether light from it is the same everywhere.
+/// Whether its emission is constant over the surface.
 fn is_uniform(material: &Material) -> bool {
     material.is_opaque() && material.emission().is_none_or(|e| is_constant_emission(&e))
 }

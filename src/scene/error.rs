@@ -1,4 +1,4 @@
-//! Errors of a scene's build, with the object that is at fault.
+//! Errors of building a scene, with the object at fault.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use crate::geometry::BuildError;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneBuildError {
     pub cause: BuildError,
-    /// The name of the object that is at fault, where one is.
+    /// The name of the object at fault, if there is one.
     pub object: Option<String>,
     /// The file that its geometry comes from.
     pub asset: Option<String>,

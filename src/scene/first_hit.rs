@@ -7,7 +7,7 @@ use crate::{
     math::{Rgb, Vec2, Vec3},
 };
 
-/// The first surface along a camera ray, in world space, after all that lets the ray pass.
+/// The first surface along a camera ray that does not let the ray pass, in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FirstHit {
     pub p: Vec3,
@@ -24,8 +24,7 @@ pub struct FirstHit {
     pub object: ObjectId,
     pub instance: InstanceId,
     pub material: MaterialId,
-    /// The albedo that one direction found, see [`Scene::sample_albedo`](super::Scene::sample_albedo); black where no pass
-    /// reads it.
+    /// An estimate of the albedo, see [`Scene::sample_albedo`](super::Scene::sample_albedo); black if no pass reads it.
     pub albedo: Rgb,
 }
 

@@ -15,13 +15,13 @@ use crate::{
 pub struct SceneGeometry {
     pub accel: Box<dyn Accelerator>,
     pub objects: Vec<Object>,
-    /// In the order of their triangles, which they cover without gaps.
+    /// In the order of their triangles, without gaps.
     pub meshes: Vec<MeshRecord>,
     /// The record of each instance of the geometry.
     pub instances: Vec<InstanceRecord>,
     /// The transforms that [`ObjectFromGroup::At`](super::ObjectFromGroup::At) refers to.
     pub object_transforms: Vec<Transform>,
-    /// Object of each of the geometry's shapes.
+    /// The object of each of the geometry's shapes.
     pub shape_objects: Vec<ObjectId>,
     /// Linear colours with opacity of the first shapes; the rest are white.
     pub shape_colors: Vec<Vec4>,
@@ -34,7 +34,7 @@ pub struct SceneGeometry {
 pub struct SceneShading {
     pub materials: Vec<Material>,
     pub media: Media,
-    /// One for each material; models may have several of one name, or an empty one.
+    /// One for each material; not unique, and possibly empty.
     pub material_names: Vec<String>,
     pub textures: Vec<Texture>,
     pub bitmaps: Vec<Bitmap>,
@@ -64,15 +64,14 @@ impl SceneShading {
             light_groups,
             background,
         };
-        // Where textures look at more than points even a mirror bends what is seen in it, by the
-        // place's curvature.
+        // With filtered textures even the footprint in a mirror depends on the curvature at the point.
         let all = shading.reads_footprints();
         let varies = shading.materials.iter().map(|m| all || m.is_spatially_varying());
         shading.is_spatially_varying = varies.collect();
         shading
     }
 
-    /// Whether a texture is filtered over footprints, so that rays need cones.
+    /// Whether a texture is filtered over the footprint of a ray, so that rays need cones.
     pub fn reads_footprints(&self) -> bool {
         self.bitmaps.iter().any(|b| !b.levels.is_empty())
     }

@@ -7,9 +7,9 @@ use crate::{material::MaterialId, math::Transform, texture::TextureSpace};
 /// textures are evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ObjectFromGroup {
-    /// They are one.
+    /// The two spaces are the same.
     Identity,
-    /// The object's space is the world, as long as the object is not moved.
+    /// The object's space is world space until the object is moved.
     WorldFromGroup,
     /// An index into [`SceneGeometry::object_transforms`](super::SceneGeometry::object_transforms).
     At(u32),
@@ -22,12 +22,12 @@ pub struct InstanceRecord {
     /// Replaces the materials of the meshes.
     pub material: Option<MaterialId>,
     pub object_from_group: ObjectFromGroup,
-    /// The node of its file that the instance is, instead of those of the meshes.
+    /// The model node of the instance, instead of those of the meshes.
     pub node: Option<NodeId>,
 }
 
 impl InstanceRecord {
-    /// Brings the place on the texture of a surface of the mesh at `spot` into the object's space.
+    /// Sets the texture point of `surface`, transformed from the group's space into the object's.
     pub(super) fn fill_texture_point(
         &self,
         surface: &mut SurfaceInteraction,

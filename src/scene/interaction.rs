@@ -19,32 +19,30 @@ const MIN_VIEW_COS: f32 = 1e-3;
 /// The surface at a hit, in world space. Normals are as authored.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceInteraction {
-    /// In lengths of the ray's direction.
+    /// The ray parameter, in lengths of the ray's direction.
     pub t: f32,
     pub p: Vec3,
     /// The origins of rays that leave on the side of `ng` and on the other side: `p` offset by its
     /// error bound.
     pub ray_origins: [Vec3; 2],
-    /// From `p` to the surface that the triangles of a smooth mesh approximate, on the side of the viewer, whose ray origin
-    /// includes it: see [`triangle::lift`](crate::shape::triangle::lift). Zero elsewhere.
+    /// The vector from `p` to the curved surface that the triangles of a smooth mesh approximate, on the side of the viewer; the
+    /// ray origin of that side includes it, see [`triangle::lift`](crate::shape::triangle::lift). Zero for other surfaces.
     pub lift: Vec3,
     /// Unit geometric normal.
     pub ng: Vec3,
     /// Unit shading normal.
     pub ns: Vec3,
-    /// About the shading normal on the side of `ng`; at the rim of a smooth mesh, where that points away from a viewer
-    /// in front or the other way round, it is turned to the viewer. Its first axis points anywhere.
+    /// A frame around the shading normal on the side of `ng`. At the silhouette of a smooth mesh, where shading and geometric
+    /// normal disagree about the viewer's side, the normal is turned to the viewer. The first axis is arbitrary.
     pub frame: Frame,
-    /// The derivative of `p` with respect to `u`; zero without texture coordinates, and unknown for a
-    /// material that is the same everywhere.
+    /// The derivative of `p` with respect to `u`; zero without texture coordinates, unspecified for constant materials.
     pub dpdu: Vec3,
     pub dpdv: Vec3,
-    /// The tangent that a mesh gives for its normal map, and 1 or -1 for the side of the bitangent; zero where it gives none.
+    /// The mesh's tangent for normal maps, with 1 or -1 for the side of the bitangent; zero if the mesh has none.
     pub tangent: Vec4,
     /// Unit direction back along the ray.
     pub wo: Vec3,
-    /// The place in the object's own space; of one whose material is the same everywhere `uv` alone
-    /// is known.
+    /// The texture point, in the object's own space; for constant materials only `uv` is set.
     pub texture: TexturePoint,
     pub object: ObjectId,
     pub material: MaterialId,
@@ -58,13 +56,13 @@ pub(super) struct HitGeometry {
     pub p_error: Vec3,
     /// Unit geometric normal.
     pub ng: Vec3,
-    /// In the direction of the shading normal; zero where that is the geometric one.
+    /// The direction of the shading normal; zero if it is the geometric normal.
     pub smooth: Vec3,
     /// See [`SurfaceInteraction::lift`].
     pub lift: Vec3,
 }
 
-/// The surface that a triangle of a smooth mesh approximates.
+/// The curved surface that a triangle of a smooth mesh approximates.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SmoothSurface {
     /// See [`HitGeometry::smooth`].
@@ -112,8 +110,7 @@ impl HitGeometry {
     }
 }
 
-/// `n` on the side of the geometric normal: of a mesh whose normals are the wrong way round, the triangles tell which side is
-/// which.
+/// Returns `n` flipped to the side of the geometric normal: where a mesh has reversed normals, the triangles decide.
 #[inline(always)]
 fn outward(n: Vec3, ng: Vec3) -> Vec3 {
     if n.dot(ng) < 0.0 { -n } else { n }
@@ -126,7 +123,7 @@ impl SurfaceInteraction {
         outward(self.ns, self.ng)
     }
 
-    /// An interaction whose fields are not set.
+    /// An interaction with unspecified fields.
     pub(super) fn unset() -> Self {
         Self {
             t: 0.0,
@@ -160,8 +157,7 @@ impl SurfaceInteraction {
 
     /// Sets the footprint for texture filtering, from the width of the ray cone in m.
     ///
-    /// The cone meets the surface in an ellipse, stretched by 1/cos along the projection of the
-    /// ray.
+    /// The cone intersects the surface in an ellipse, stretched by 1/cos along the projection of the ray.
     pub fn set_footprint(&mut self, width: f32) {
         let (u, v) = (self.dpdu, self.dpdv);
         let area = u.cross(v);
@@ -173,7 +169,7 @@ impl SurfaceInteraction {
         };
         let along = self.ng.cross(across);
         let in_uv = |d: Vec3| Vec2::new(d.cross(v).dot(area), u.cross(d).dot(area)) / area2;
-        // Where the parameters do not span the surface, as at a pole, nothing is known.
+        // At a pole the parameters do not span the surface, and the footprint is undefined.
         self.texture.footprint = if area2 > 0.0 {
             [in_uv(across * width), in_uv(along * (width / cos))]
         } else {
@@ -208,25 +204,25 @@ impl SurfaceInteraction {
         if self.ng.dot(self.wo) >= 0.0 { 1.0 } else { -1.0 }
     }
 
-    /// The place of the viewer's side on the surface that the triangles approximate.
+    /// The point on the curved surface that the triangles approximate, on the viewer's side.
     #[inline(always)]
     pub fn lifted(&self) -> Vec3 {
         self.p + self.lift
     }
 
-    /// The ray that leaves along the unit direction `w` on the side of the viewer, or, `transmitted`, on the other side.
+    /// The ray that leaves along the unit direction `w`, on the viewer's side or, if `transmitted`, on the other.
     #[inline(always)]
     pub fn spawn_ray(&self, transmitted: bool, w: Vec3) -> Ray {
         Ray::new(self.origin(transmitted), w)
     }
 
-    /// The ray towards a light `distance` away from [`SurfaceInteraction::lifted`] along the unit direction `w`, up to the
-    /// light; it leaves on the side of the viewer, or, `transmitted`, on the other side.
+    /// The ray segment to a light at `distance` from [`SurfaceInteraction::lifted`] along the unit direction `w`; it leaves on the
+    /// viewer's side or, if `transmitted`, on the other.
     #[inline(always)]
     pub fn shadow_ray(&self, transmitted: bool, w: Vec3, distance: f32) -> Ray {
         let o = self.origin(transmitted);
         if distance.is_finite() {
-            // From the moved origin to the same point: neither short of the light nor past it.
+            // The segment from the offset origin ends at the same point of the light.
             let d = self.lifted() + w * distance - o;
             Ray::segment(o, d, 1.0)
         } else {
@@ -237,7 +233,7 @@ impl SurfaceInteraction {
     #[inline(always)]
     fn origin(&self, transmitted: bool) -> Vec3 {
         let [above, below] = self.ray_origins;
-        // Nobody can predict the side, so it is not branched on.
+        // The side is unpredictable, so this avoids a branch.
         let is_below = (self.wo.dot(self.ng) < 0.0) != transmitted;
         float::select(is_below, below, above)
     }

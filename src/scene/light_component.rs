@@ -1,21 +1,21 @@
-//! The ways by which light reaches the camera, and the order of the layers that light is sorted into.
+//! The components of light, and the order of the layers into which light is sorted.
 
 use super::{LightGroup, LightGroups};
 
-/// A way by which light reaches the camera. The components of a picture sum to it.
+/// A component of the light that reaches the camera. The components of a picture sum to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Component {
-    /// Straight from a light, by a diffuse lobe of the first surface.
+    /// Light that a diffuse lobe of the first surface reflects directly from a light source.
     DiffuseDirect,
-    /// By a diffuse lobe of the first surface, from other surfaces.
+    /// Light that a diffuse lobe of the first surface reflects from other surfaces.
     DiffuseIndirect,
-    /// Straight from a light, by another reflecting lobe of the first surface.
+    /// Light that another reflecting lobe of the first surface reflects directly from a light source.
     SpecularDirect,
-    /// By another reflecting lobe of the first surface, from other surfaces.
+    /// Light that another reflecting lobe of the first surface reflects from other surfaces.
     SpecularIndirect,
-    /// Through the first surface.
+    /// Light that the first surface transmits.
     Transmission,
-    /// From surfaces that shine and from the background, where the camera sees them.
+    /// Light of emitting surfaces and of the background that the camera sees.
     Emission,
 }
 
@@ -30,7 +30,7 @@ impl Component {
         Self::Emission,
     ];
 
-    /// The index of its layer among all layers of light.
+    /// The index of its layer.
     #[inline]
     pub fn layer(self) -> usize {
         self as usize
@@ -38,7 +38,7 @@ impl Component {
 }
 
 impl LightGroup {
-    /// The index of its layer among all layers of light: the components come first.
+    /// The index of its layer; the components come first.
     #[inline]
     pub fn layer(self) -> usize {
         Component::ALL.len() + usize::from(self.0)

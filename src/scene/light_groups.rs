@@ -1,4 +1,4 @@
-//! Names for lights that belong together, so that a picture can be parted by them.
+//! Light groups: named sets of lights, each of which has a pass of its own.
 
 use super::{EmitterPrim, LightId, LightSource, ObjectId, Scene};
 
@@ -6,11 +6,11 @@ use super::{EmitterPrim, LightId, LightSource, ObjectId, Scene};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LightGroup(pub u16);
 
-/// The groups of a scene: what is in none is in the first, which has no name.
+/// The light groups of a scene. Lights without a group are in the first, which has no name.
 #[derive(Clone, Debug)]
 pub struct LightGroups {
     names: Vec<String>,
-    /// The group of each analytic light, and of each object; those beyond the end are in none.
+    /// The group of each analytic light, and of each object; those beyond the end have none.
     lights: Vec<LightGroup>,
     objects: Vec<LightGroup>,
     background: LightGroup,
@@ -35,7 +35,7 @@ fn put(list: &mut Vec<LightGroup>, at: usize, group: LightGroup) {
 }
 
 impl LightGroups {
-    /// The group of this name, which is a new one where there was none.
+    /// Returns the group of this name, and adds it if it is new.
     pub fn named(&mut self, name: &str) -> LightGroup {
         let known = self.names.iter().position(|n| n == name);
         let at = known.unwrap_or_else(|| {
@@ -45,7 +45,7 @@ impl LightGroups {
         LightGroup(u16::try_from(at).unwrap_or(0))
     }
 
-    /// By their numbers.
+    /// The names of all groups, by their indices.
     pub fn names(&self) -> &[String] {
         &self.names
     }
@@ -55,12 +55,12 @@ impl LightGroups {
         put(&mut self.lights, light, group);
     }
 
-    /// Puts what shines of an object into `group`.
+    /// Puts the light that an object emits into `group`.
     pub fn set_object(&mut self, object: ObjectId, group: LightGroup) {
         put(&mut self.objects, object.0 as usize, group);
     }
 
-    /// Puts the sky into `group`.
+    /// Puts the light of the background into `group`.
     pub fn set_background(&mut self, group: LightGroup) {
         self.background = group;
     }
@@ -83,7 +83,7 @@ impl LightGroups {
 }
 
 impl Scene {
-    /// The group that `light` is in. Few ask.
+    /// The group of `light`. Called rarely.
     #[cold]
     pub fn group_of(&self, light: LightId) -> LightGroup {
         match self.lights.source(light) {

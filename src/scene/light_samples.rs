@@ -1,4 +1,4 @@
-//! Samples of lights for many surfaces at once.
+//! Light samples for batches of surfaces.
 
 use super::{LightFamily, LightId, LightSampleContext, LightSource, SampledLight, Scene, SurfaceInteraction};
 use crate::{
@@ -6,14 +6,14 @@ use crate::{
     math::{Dispatch, Vec2},
 };
 
-/// Samples of a family's lights for some surfaces.
+/// Samples of a family's lights for a block of surfaces.
 #[derive(Clone, Debug)]
 pub struct FamilyBlock {
     pub light: LightBlock,
-    /// The lights that were chosen, and the probabilities of their choices.
+    /// The chosen lights, and the probability of each choice.
     lights: [LightId; LightBlock::LEN],
     pmf: [f32; LightBlock::LEN],
-    /// Not 0 where the sample has to be drawn alone.
+    /// Not 0 if the block has no sample for this lane, and the scalar code must draw it.
     is_unknown: [u32; LightBlock::LEN],
 }
 
@@ -21,29 +21,29 @@ pub struct FamilyBlock {
 #[derive(Debug, Default)]
 pub struct LightSamples {
     families: [FamilyBlocks; LightFamily::ALL.len()],
-    lamps: Lamps,
+    finite: FiniteLights,
 }
 
 /// The blocks of a family.
 #[derive(Debug, Default)]
 struct FamilyBlocks {
     blocks: Vec<FamilyBlock>,
-    /// The number of blocks that hold samples; none where none were drawn.
+    /// The number of blocks that hold samples.
     count: usize,
 }
 
-/// The lamps that are sampled together.
+/// The finite lights of a block that are sampled together.
 #[derive(Debug, Default)]
-struct Lamps {
+struct FiniteLights {
     block: Box<AreaBlock>,
-    /// The lamp of each lane.
+    /// The light of each lane.
     lights: [Option<LightId>; LightBlock::LEN],
 }
 
-/// The uniform numbers in `[0, 1)` by which lights are sampled, for each surface.
+/// The uniform numbers in `[0, 1)` for light sampling, for each surface.
 #[derive(Clone, Copy, Debug)]
 pub struct LightNumbers<'a> {
-    /// The numbers for the choice of a light (x); `None` where there is none.
+    /// The numbers that choose a light (x); `None` if there is no choice.
     pub choices: Option<&'a [Vec2]>,
     pub points: &'a [Vec2],
 }
@@ -64,7 +64,7 @@ impl FamilyBlock {
         self.light.set(lane, sample.as_ref().map(|(_, sample)| sample));
     }
 
-    /// The probability of the light that was chosen for a surface.
+    /// The probability of the light chosen for a surface.
     #[inline(always)]
     pub fn pmf(&self, lane: usize) -> f32 {
         self.pmf[lane]
@@ -75,7 +75,7 @@ impl FamilyBlock {
         (self.lights[lane], self.pmf[lane]) = (light, pmf);
     }
 
-    /// The light that was chosen for a surface; any where no light arrives.
+    /// The light chosen for a surface; unspecified if no light arrives.
     #[inline(always)]
     pub fn chosen(&self, lane: usize) -> SampledLight {
         let lane = lane % LightBlock::LEN;
@@ -87,7 +87,7 @@ impl FamilyBlock {
 }
 
 impl FamilyBlocks {
-    /// The blocks for so many surfaces, which hold what they held before.
+    /// Returns blocks for this many surfaces, with unspecified contents.
     fn start(&mut self, surfaces: usize) -> &mut [FamilyBlock] {
         self.count = surfaces.div_ceil(LightBlock::LEN);
         if self.blocks.len() < self.count {
@@ -112,7 +112,7 @@ impl LightSamples {
         &blocks[..*count]
     }
 
-    /// The sample of a family's light for the surface of index `k`, as seen by its viewer; `None` where it has to be drawn alone.
+    /// The sample of a family's light for surface `k`; the outer `None` if the scalar code must draw it.
     #[inline(always)]
     pub fn get(&self, family: LightFamily, k: usize) -> Option<Option<(SampledLight, LightSample)>> {
         let block = self.of(family).get(k / LightBlock::LEN)?;
@@ -123,7 +123,7 @@ impl LightSamples {
 }
 
 impl Scene {
-    /// Samples the background for surfaces by these pairs of uniform numbers.
+    /// Samples the background, once for each of these pairs of uniform numbers.
     pub fn sample_background(&self, on: impl Dispatch, numbers: &[Vec2], to: &mut LightSamples) {
         let Some(light) = self.lights.background() else {
             return;
@@ -135,8 +135,8 @@ impl Scene {
         });
     }
 
-    /// Samples the lamps and the suns for each of these surfaces: what [`Lights::choose`](super::Lights::choose) and
-    /// [`Scene::sample_light`] give on the side of the viewer. Surfaces that light passes through are left out.
+    /// Samples the finite lights and the suns for each of these surfaces, with the results of
+    /// [`Lights::choose`](super::Lights::choose) and [`Scene::sample_light`] on the viewer's side. Transmitting surfaces are left out.
     pub fn sample_lights(
         &self,
         on: impl Dispatch,
@@ -144,9 +144,9 @@ impl Scene {
         numbers: LightNumbers<'_>,
         to: &mut LightSamples,
     ) {
-        to.lamps.lights = [None; LightBlock::LEN];
+        to.finite.lights = [None; LightBlock::LEN];
         for family in self.lights.families().filter(|f| *f != LightFamily::Background) {
-            let LightSamples { families, lamps } = to;
+            let LightSamples { families, finite } = to;
             let blocks = families[family as usize].start(surfaces.len());
             for (block, first) in blocks.iter_mut().zip((0..).step_by(LightBlock::LEN)) {
                 let surfaces = &surfaces[first..surfaces.len().min(first + LightBlock::LEN)];
@@ -154,7 +154,7 @@ impl Scene {
                     choices: numbers.choices.map(|choices| &choices[first..]),
                     points: &numbers.points[first..],
                 };
-                self.sample_block(on, family, surfaces, numbers, block, lamps);
+                self.sample_block(on, family, surfaces, numbers, block, finite);
             }
         }
     }
@@ -167,7 +167,7 @@ impl Scene {
         surfaces: &[SurfaceInteraction],
         numbers: LightNumbers<'_>,
         to: &mut FamilyBlock,
-        lamps: &mut Lamps,
+        finite: &mut FiniteLights,
     ) {
         let (mut together, mut alone, mut dark) = (0_u32, 0_u32, 0_u32);
         for (lane, surface) in surfaces.iter().enumerate() {
@@ -186,8 +186,8 @@ impl Scene {
                 continue;
             };
             to.choose(lane, choice);
-            if lamps.lights[lane] == Some(choice.light) || self.put_lamp(choice.light, lane, lamps) {
-                let rectangles = &mut lamps.block.rectangles;
+            if finite.lights[lane] == Some(choice.light) || self.set_area_light(choice.light, lane, finite) {
+                let rectangles = &mut finite.block.rectangles;
                 rectangles.set_observer(lane, at.p, numbers.points[lane]);
                 together |= 1 << lane;
             } else {
@@ -195,8 +195,8 @@ impl Scene {
             }
         }
         if together != 0 {
-            lamps.block.sample(on, &mut to.light);
-            alone |= together & !lamps.block.rectangles.known();
+            finite.block.sample(on, &mut to.light);
+            alone |= together & !finite.block.rectangles.known();
         }
         for lane in lanes(alone) {
             let sample = self.sample_light(to.lights[lane], surfaces[lane].lifted(), numbers.points[lane]);
@@ -207,19 +207,19 @@ impl Scene {
         }
     }
 
-    /// Sets the lamp of a lane. Returns whether lamps like it are sampled in blocks.
+    /// Sets the light of a lane. Returns whether a block can hold the light.
     #[inline(never)]
-    fn put_lamp(&self, light: LightId, lane: usize, to: &mut Lamps) -> bool {
-        let is_put = match self.lights.source(light) {
-            LightSource::Emitter(emitter) => self.put_emitter(emitter, lane, &mut to.block),
+    fn set_area_light(&self, light: LightId, lane: usize, to: &mut FiniteLights) -> bool {
+        let is_set = match self.lights.source(light) {
+            LightSource::Emitter(emitter) => self.set_emitter(emitter, lane, &mut to.block),
             LightSource::Analytic(_) | LightSource::Background => false,
         };
-        to.lights[lane] = is_put.then_some(light);
-        is_put
+        to.lights[lane] = is_set.then_some(light);
+        is_set
     }
 }
 
-/// The numbers of the bits that are set.
+/// The indices of the set bits.
 fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let lane = (bits != 0).then(|| bits.trailing_zeros() as usize);

@@ -3,9 +3,9 @@
 //! Lights are numbered: first the analytic lights, in the order of the scene file, then the
 //! emitters, then the background if it is sampled.
 //!
-//! A point is lit by one light of each family ([`LightFamily`]): what one family brings says nothing about what another does,
-//! and a choice between them would be noise. Among suns that can contribute each is equally likely. Lamps are selected by two
-//! light trees, one for points and one for surfaces; see [`crate::light::tree`].
+//! At each point one light of each family ([`LightFamily`]) is sampled: a choice between families would only add noise. The
+//! suns that can contribute are equally likely. Finite lights are selected by two light trees, one for point lights and
+//! one for surfaces; see [`crate::light::tree`].
 
 use super::{BackgroundRadiance, EmitterId, Emitters, LightId};
 use crate::{
@@ -20,7 +20,7 @@ use crate::{
 #[derive(Clone, Copy, Debug)]
 pub struct LightSampleContext {
     pub p: Vec3,
-    /// Unit shading normal; zero where light from all sides contributes.
+    /// Unit shading normal; zero if light from all sides contributes.
     pub n: Vec3,
 }
 
@@ -28,14 +28,14 @@ pub struct LightSampleContext {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightFamily {
     /// Finite lights: points and surfaces.
-    Lamps,
+    Finite,
     /// Infinite lights, except the background.
     Suns,
     Background,
 }
 
 impl LightFamily {
-    pub const ALL: [Self; 3] = [Self::Lamps, Self::Suns, Self::Background];
+    pub const ALL: [Self; 3] = [Self::Finite, Self::Suns, Self::Background];
 }
 
 /// A light that was selected for a point.
@@ -62,15 +62,15 @@ pub struct Lights {
     background: Option<LightId>,
     /// The infinite lights, except the background.
     infinite: Vec<LightId>,
-    /// Those of `infinite` that are a disk.
+    /// The `infinite` lights with a disk of nonzero size.
     suns: Vec<LightId>,
     /// The finite analytic lights, by their numbers in the tree.
     points: Vec<LightId>,
     point_tree: LightTree,
     emitter_tree: LightTree,
     dark_emitters: usize,
-    /// The only lamp, if there is exactly one.
-    only_lamp: Option<LightId>,
+    /// The only finite light, if there is exactly one.
+    only_finite: Option<LightId>,
     /// The families that have lights.
     families: Vec<LightFamily>,
 }
@@ -92,13 +92,13 @@ impl Lights {
             }
         }
         let background = LightId(all.len() as u32 + emitters.count());
-        let only_lamp = match (&points[..], emitters.count()) {
+        let only_finite = match (&points[..], emitters.count()) {
             (&[point], 0) => Some(point),
             ([], 1) => Some(LightId(all.len() as u32)),
             _ => None,
         };
         let has_family = |family: &LightFamily| match family {
-            LightFamily::Lamps => !points.is_empty() || emitters.count() > 0,
+            LightFamily::Finite => !points.is_empty() || emitters.count() > 0,
             LightFamily::Suns => !infinite.is_empty(),
             LightFamily::Background => radiance.is_sampled(),
         };
@@ -113,7 +113,7 @@ impl Lights {
             point_tree: LightTree::build(point_bounds.into_iter()),
             dark_emitters: bounds.iter().filter(|b| b.power <= 0.0).count(),
             emitter_tree: LightTree::build(bounds.into_iter()),
-            only_lamp,
+            only_finite,
         }
     }
 
@@ -157,22 +157,22 @@ impl Lights {
 
     /// Whether [`Lights::choose`] reads its number for any family.
     pub fn has_choice(&self) -> bool {
-        self.infinite.len() > 1 || (self.has_lamps() && self.only_lamp.is_none())
+        self.infinite.len() > 1 || (self.has_finite() && self.only_finite.is_none())
     }
 
     /// Whether the choice of a light of the family depends on the normal of the surface that it lights.
     #[inline]
     pub fn depends_on_normal(&self, family: LightFamily) -> bool {
         match family {
-            LightFamily::Lamps => self.only_lamp.is_none(),
+            LightFamily::Finite => self.only_finite.is_none(),
             LightFamily::Suns => true,
             LightFamily::Background => false,
         }
     }
 
     #[inline]
-    pub fn has_lamps(&self) -> bool {
-        self.families.first() == Some(&LightFamily::Lamps)
+    pub fn has_finite(&self) -> bool {
+        self.families.first() == Some(&LightFamily::Finite)
     }
 
     /// The families that have lights.
@@ -186,8 +186,8 @@ impl Lights {
         self.all.len() as u32 + self.emitters.count() + u32::from(self.background.is_some())
     }
 
-    /// The suns whose disk the unit direction `w` meets, with its radiance in W m^-2 sr^-1 and the
-    /// density of that direction in sr^-1.
+    /// The suns whose disk contains the unit direction `w`, with the radiance in W m^-2 sr^-1 and the density of that
+    /// direction in sr^-1.
     #[inline]
     pub fn suns(&self, w: Vec3) -> impl Iterator<Item = (LightId, Rgb, f32)> {
         self.suns.iter().filter_map(move |&id| {
@@ -205,7 +205,7 @@ impl Lights {
         self.infinite.iter().copied().filter(|l| self.reaches(*l, at))
     }
 
-    /// The probability of points among lamps; `None` where no lamp contributes.
+    /// The probability of point lights among finite lights; `None` if no finite light contributes.
     fn pmf_points(&self, at: &LightSampleContext) -> Option<f64> {
         if self.point_tree.is_empty() || self.emitter_tree.is_empty() {
             return Some(if self.point_tree.is_empty() { 0.0 } else { 1.0 });
@@ -214,8 +214,7 @@ impl Lights {
         (points + surfaces > 0.0).then(|| points / (points + surfaces))
     }
 
-    /// Selects a light of a family for the point `at`, by a uniform number in `[0, 1)`; `None` where none can
-    /// contribute.
+    /// Selects a light of a family for the point `at`, by a uniform number in `[0, 1)`; `None` if none can contribute.
     pub fn choose(
         &self,
         on: impl Dispatch,
@@ -224,9 +223,9 @@ impl Lights {
         u: f32,
     ) -> Option<SampledLight> {
         match family {
-            LightFamily::Lamps => match self.only_lamp {
+            LightFamily::Finite => match self.only_finite {
                 Some(light) => Some(SampledLight { light, pmf: 1.0 }),
-                None => self.choose_lamp(on, at, extend_precision(u, at.p)),
+                None => self.choose_finite(on, at, extend_precision(u, at.p)),
             },
             LightFamily::Suns => {
                 let reaching = self.reaching(at);
@@ -239,7 +238,7 @@ impl Lights {
         }
     }
 
-    fn choose_lamp(&self, on: impl Dispatch, at: &LightSampleContext, u: f64) -> Option<SampledLight> {
+    fn choose_finite(&self, on: impl Dispatch, at: &LightSampleContext, u: f64) -> Option<SampledLight> {
         let pmf_points = self.pmf_points(at)?;
         let (light, pmf) = if u < pmf_points {
             let (light, pmf) = self.point_tree.choose(on, at.p, at.n, u / pmf_points)?;
@@ -253,8 +252,7 @@ impl Lights {
         Some(SampledLight { light, pmf: pmf as f32 })
     }
 
-    /// Selects an emitter for the point `at`, by a uniform number in `[0, 1)`; `None` where none
-    /// can contribute.
+    /// Selects an emitter for the point `at`, by a uniform number in `[0, 1)`; `None` if none can contribute.
     pub fn choose_emitter(&self, on: impl Dispatch, at: &LightSampleContext, u: f32) -> Option<SampledLight> {
         if self.emitter_tree.importance(at.p, at.n) == 0.0 {
             return None;
@@ -266,9 +264,9 @@ impl Lights {
         })
     }
 
-    /// The probability of [`Lights::choose`] to select `light` of its family for the point `at`.
+    /// The probability that [`Lights::choose`] selects `light` within its family for the point `at`.
     pub fn pmf(&self, at: &LightSampleContext, light: LightId) -> f32 {
-        if self.only_lamp == Some(light) || self.background == Some(light) {
+        if self.only_finite == Some(light) || self.background == Some(light) {
             return 1.0;
         }
         let pmf = match self.source(light) {
@@ -290,8 +288,7 @@ impl Lights {
     }
 }
 
-/// Extends `u` beyond single precision, as a tree of a million lights needs. The extra digits are a
-/// hash of the point.
+/// Extends `u` beyond single precision, which a tree of a million lights needs. The extra digits are a hash of the point.
 fn extend_precision(u: f32, p: Vec3) -> f64 {
     const LAST: f64 = 1.0 / 16_777_216.0;
     let [x, y, z] = p.to_array().map(f32::to_bits);

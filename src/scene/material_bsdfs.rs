@@ -1,4 +1,4 @@
-//! The BSDFs of materials. Those of materials that are the same everywhere are made once.
+//! The BSDFs of materials. Those of constant materials are made once.
 
 use std::{borrow::Cow, sync::OnceLock};
 
@@ -8,17 +8,17 @@ use crate::{
     texture::{TexturePoint, Textures},
 };
 
-/// What a scene knows of the BSDFs of its materials.
+/// The BSDFs of all materials of a scene.
 #[derive(Default)]
 pub struct MaterialBsdfs {
     all: Vec<MaterialBsdf>,
-    /// One bit for each kind of batch that there is.
+    /// A bit for each kind of block that a material uses.
     batch_kinds: u8,
 }
 
 struct MaterialBsdf {
     batch_kind: BatchKind,
-    /// Where it does not vary over surfaces; made when it is first asked for.
+    /// The BSDF of a constant material, made at its first use; `None` if it varies over surfaces.
     constant: Option<OnceLock<Bsdf>>,
 }
 
@@ -44,13 +44,13 @@ impl MaterialBsdfs {
         }
     }
 
-    /// Whether surfaces of a material are shaded together in this way.
+    /// Whether any material is shaded by this kind of block.
     #[inline]
     pub fn has_batch_kind(&self, kind: BatchKind) -> bool {
         self.batch_kinds >> kind as u8 & 1 == 1
     }
 
-    /// The way in which surfaces of a material are shaded together.
+    /// The kind of block that shades surfaces of a material.
     #[inline]
     pub fn batch_kind(&self, id: MaterialId) -> BatchKind {
         self.all[id.0 as usize].batch_kind

@@ -1,8 +1,8 @@
-//! The mattes of a scene: the unique names of its objects, materials and files, and the ids that Cryptomatte knows them by.
+//! The mattes of a scene: unique names of its objects, materials and files, with their Cryptomatte ids.
 //!
-//! An object that comes from a model file has a name for each node that has geometry, `object/node/node`; OBJ files have their
-//! objects and groups as nodes. A name that is taken, or whose id is taken, gets `#2`, `#3` and so on: materials of several
-//! models may have one name, and two of 200,000 names have one hash more often than not.
+//! An object from a model file has a matte for each node with geometry, `object/node/node`; the nodes of an OBJ file are its
+//! objects and groups. A name that is not unique, or whose id is not, gets `#2`, `#3` and so on: several models may use the
+//! same name for a material, and among 200,000 names two probably have the same hash.
 
 use std::{
     collections::{HashMap, HashSet},
@@ -13,45 +13,45 @@ use std::{
 use super::{FirstHit, NodeId, ObjectId, Scene};
 use crate::{geometry::PrimId, math::hash};
 
-/// The most names of nodes that instances have between them; the instances beyond go by their objects' names.
+/// The limit of node names of all instances together; instances beyond it get the names of their objects.
 const MAX_INSTANCE_NODES: usize = 1 << 20;
 
-/// The things that a matte can be of.
+/// What a matte stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MatteKind {
-    /// An object, or the nodes of a model file apart.
+    /// An object, or a node of its model file.
     Object,
     Material,
-    /// The file that geometry comes from, or the object where it comes from none.
+    /// The file of the geometry, or the object if there is no file.
     Asset,
 }
 
-/// A name with its id: the bits of its hash as a float that is neither subnormal, infinite nor NaN, hence never 0.
+/// A name with its id: a hash whose bits are a normal float, hence never 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Matte {
     pub name: String,
     pub id: u32,
 }
 
-/// The mattes of one kind, no two of which have the same name or the same id.
+/// The mattes of one kind; names and ids are unique.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MatteTable {
     pub mattes: Vec<Matte>,
 }
 
-/// All mattes of a scene, and which of them a surface is in.
+/// All mattes of a scene, and those of each surface.
 #[derive(Debug)]
 pub struct Mattes {
     objects: Arc<MatteTable>,
     materials: Arc<MatteTable>,
     assets: Arc<MatteTable>,
-    /// The matte of each shape, and of each mesh that is no instance.
+    /// The matte of each shape, and of each mesh in no group.
     shapes: Vec<u32>,
     meshes: Vec<u32>,
     instances: Vec<InstanceMattes>,
-    /// The mattes of instances, one after the other.
+    /// The mattes of all instances, concatenated.
     of_instances: Vec<u32>,
-    /// The number of each mesh in its group.
+    /// The index of each mesh within its group.
     in_group: Vec<u32>,
     of_materials: Vec<u32>,
     of_objects: Vec<u32>,
@@ -59,9 +59,9 @@ pub struct Mattes {
 
 #[derive(Clone, Copy, Debug)]
 struct InstanceMattes {
-    /// The index of the first among those of all instances.
+    /// The index of its first matte in `of_instances`.
     first: u32,
-    /// Whether each mesh of its group has one of its own.
+    /// Whether each mesh of its group has a matte of its own.
     is_by_mesh: bool,
 }
 
@@ -142,7 +142,7 @@ impl Mattes {
         }
     }
 
-    /// The id of the matte that a hit of `scene` is in.
+    /// The id of the matte at a hit of `scene`.
     pub fn id(&self, kind: MatteKind, scene: &Scene, hit: &FirstHit) -> u32 {
         let matte = match kind {
             MatteKind::Object => self.object(scene, hit),
@@ -167,12 +167,12 @@ impl Mattes {
 }
 
 impl Scene {
-    /// The mattes of the scene, whose names are made when they are first needed.
+    /// The mattes of the scene, which are made at the first call.
     pub fn mattes(&self) -> &Mattes {
         self.mattes.get_or_init(|| Mattes::new(self))
     }
 
-    /// The index of the mesh that triangle `prim` is of.
+    /// The index of the mesh of triangle `prim`.
     fn mesh_index(&self, prim: PrimId) -> usize {
         self.geometry
             .meshes
@@ -187,7 +187,7 @@ impl Scene {
     }
 }
 
-/// The mattes of objects and their nodes, in the order in which they are met.
+/// The mattes of objects and their nodes, in the order of their first use.
 #[derive(Default)]
 struct ObjectMattes {
     table: TableBuilder,
@@ -206,7 +206,7 @@ impl ObjectMattes {
     }
 }
 
-/// The mattes of files, and of objects that come from none.
+/// The mattes of files, and of objects without one.
 #[derive(Default)]
 struct AssetMattes {
     table: TableBuilder,
@@ -233,7 +233,7 @@ struct TableBuilder {
     mattes: Vec<Matte>,
     names: HashSet<String>,
     ids: HashSet<u32>,
-    /// The next number to try for each name that was taken.
+    /// The next suffix to try for each name that is not unique.
     next: HashMap<String, u32>,
 }
 

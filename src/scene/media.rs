@@ -1,9 +1,8 @@
 //! Media inside of bodies, and the media that surround a path.
 //!
-//! A body is a closed surface whose material lets light into it. Bodies may lie in each other, such as a bubble in a liquid
-//! in a glass, and they may overlap: where they do, the one of the highest priority fills the place, and of several with the
-//! same priority the one that the path entered last. The surface of a body inside of one with a higher priority is not there
-//! for light.
+//! A body is a closed surface whose material lets light into it. Bodies may be nested, such as a bubble in a liquid in a glass,
+//! and they may overlap: there the medium is that of the body with the highest priority, and of several with the same
+//! priority, of the one that the path entered last. A surface inside of a body with a higher priority is ignored.
 //!
 //! Source: Schmidt and Budge, "Simple Nested Dielectrics in Ray Traced Images", Journal of Graphics Tools 7(2), 2002,
 //! doi:10.1080/10867651.2002.10487555.
@@ -16,7 +15,7 @@ use crate::{
     math::{Ray, Rgb, Vec3, exponential},
 };
 
-/// The number of surfaces through which a point's surroundings are searched.
+/// The most surfaces that the search for the media around a point crosses.
 const MAX_CROSSINGS: usize = 256;
 
 /// An index into the scene's media.
@@ -35,7 +34,7 @@ pub struct Media {
 impl Media {
     /// Collects the media of all materials. Equal ones are one medium.
     ///
-    /// Media beyond the 65,535th are taken for the last one; no scene has come near.
+    /// Media beyond the 65,535th are replaced by the last one.
     pub fn new(materials: &[Material]) -> Self {
         let mut media = Vec::<Medium>::new();
         let of_material = materials
@@ -65,7 +64,7 @@ impl Media {
         self.lets_shadow_rays_through || self.has_priorities
     }
 
-    /// Whether there are surfaces that are not there for light because another body fills the place.
+    /// Whether surfaces may be ignored because a body of a higher priority fills the space.
     pub fn has_priorities(&self) -> bool {
         self.has_priorities
     }
@@ -81,9 +80,9 @@ impl Media {
     }
 }
 
-/// The media of the bodies that a path is in, those with higher priorities and those that it entered later behind the others.
+/// The media of the bodies around a path, in ascending order of priority and then of entry.
 ///
-/// It holds six; of more, the outermost are forgotten.
+/// It holds six; of more, the outermost are dropped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MediumStack([u16; 6]);
 
@@ -101,7 +100,7 @@ impl MediumStack {
         self.0[..self.len()].iter().map(|id| MediumId(id - 1))
     }
 
-    /// The medium that fills the place; `None` in empty space.
+    /// The effective medium; `None` in empty space.
     #[inline]
     fn current(&self) -> Option<MediumId> {
         if self.is_empty() { None } else { self.ids().next_back() }
@@ -139,8 +138,7 @@ impl Scene {
         stack.current().map_or(1.0, |id| self.shading.media.get(id).ior)
     }
 
-    /// The index of refraction outside of the surface of `material` for a path in `stack`; `None` where nothing but `material`
-    /// is around.
+    /// The index of refraction outside of the surface of `material` for a path in `stack`; `None` in empty space.
     #[inline]
     pub fn ior_outside(&self, stack: MediumStack, material: MaterialId) -> Option<f32> {
         if stack.is_empty() {
@@ -150,7 +148,7 @@ impl Scene {
         (!outside.is_empty()).then(|| self.ior_of(outside))
     }
 
-    /// The media behind a surface of `material`, which is passed inwards or outwards.
+    /// The media behind a surface of `material` that is crossed inwards or outwards.
     pub fn media_behind(&self, stack: MediumStack, material: MaterialId, inwards: bool) -> MediumStack {
         match self.shading.media.of_material(material) {
             None => stack,
@@ -159,7 +157,7 @@ impl Scene {
         }
     }
 
-    /// Whether the surface of `material` is inside of a body with a higher priority, so that it is not there for light.
+    /// Whether the surface of `material` is ignored: a medium of higher priority fills the space.
     pub fn is_displaced(&self, stack: MediumStack, material: MaterialId) -> bool {
         let (Some(current), Some(id)) = (stack.current(), self.shading.media.of_material(material)) else {
             return false;
@@ -167,7 +165,7 @@ impl Scene {
         self.shading.media.get(id).priority < self.shading.media.get(current).priority
     }
 
-    /// The part of light that passes the surface at a hit unbent, out of `stack`; see [`BsdfKind::straight`].
+    /// The fraction of light in `stack` that crosses the surface at a hit without refraction; see [`BsdfKind::straight`].
     pub fn straight_transmittance(&self, ray: &Ray, hit: &Hit, stack: MediumStack) -> Rgb {
         let material = self.material(self.material_of(hit));
         let outside = self.ior_outside(stack, self.material_of(hit));
@@ -182,7 +180,7 @@ impl Scene {
         bsdf.straight(shading_frame.frame.to_local(surface.wo))
     }
 
-    /// The part of light that arrives over `distance` (m, may be infinite) in `stack`, by Beer's law.
+    /// The transmittance over `distance` (m, may be infinite) in `stack`, by Beer's law.
     pub fn transmittance(&self, stack: MediumStack, distance: f32) -> Rgb {
         let Some(id) = stack.current() else {
             return Rgb::WHITE;
@@ -197,14 +195,14 @@ impl Scene {
 
     /// The media of the bodies around a point.
     ///
-    /// Those are found along one ray to the outside: it leaves the bodies around its origin more often than it enters them.
+    /// They are found along one ray to infinity, which leaves the bodies around its origin more often than it enters them.
     pub fn media_around(&self, p: Vec3) -> MediumStack {
         let mut around = Vec::new();
         if self.shading.media.media.is_empty() {
             return MediumStack::default();
         }
         let mut entered = Vec::new();
-        // Along no edge that anyone would model.
+        // A direction along which models hardly have edges.
         let mut ray = Ray::new(p, Vec3::new(0.267_26, 0.534_52, 0.801_78));
         for _ in 0..MAX_CROSSINGS {
             let mut hits = [None];

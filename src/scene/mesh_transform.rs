@@ -1,4 +1,4 @@
-//! The transform of a mesh's corners and normals into another space.
+//! Transforms of a mesh's vertices and normals.
 
 use glam::{DAffine3, DMat3};
 use rayon::prelude::*;
@@ -8,14 +8,14 @@ use crate::{
     shape::mesh::Mesh,
 };
 
-/// Below so many items a task is not worth another thread.
+/// The least number of items of a parallel task.
 const PAR_MIN_LEN: usize = 16384;
 
-/// An affine map of a mesh, which may mirror and may even flatten it.
+/// An affine map of a mesh, possibly mirrored or singular.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeshTransform {
     world_from_mesh: DAffine3,
-    /// The inverse transpose times the determinant's magnitude: it exists for flattened meshes too.
+    /// The inverse transpose times the determinant's magnitude, which exists for singular maps too.
     normals: DMat3,
     mirrors: bool,
 }
@@ -36,8 +36,8 @@ impl MeshTransform {
         }
     }
 
-    /// Appends the mesh's corners to `vertices` and its triangles to `triangles`, without those that have no area. The
-    /// front of a triangle stays its front.
+    /// Appends the mesh's vertices to `vertices` and its triangles to `triangles`, except those without area. The front of a
+    /// triangle stays its front.
     pub fn append(&self, mesh: &Mesh, vertices: &mut Vec<Vec3>, triangles: &mut Vec<[u32; 3]>) {
         let first = vertices.len() as u32;
         vertices.par_extend(self.points(mesh));
@@ -66,7 +66,7 @@ impl MeshTransform {
 }
 
 impl MeshTransform {
-    /// A tangent with the side of its bitangent, which a mirroring transform turns round.
+    /// Transforms a tangent with the side of its bitangent, which a mirroring transform flips.
     pub fn tangent(&self, t: Vec4) -> Vec4 {
         let along = self.world_from_mesh.matrix3 * t.truncate().as_dvec3();
         let side = if self.mirrors { -t.w } else { t.w };
@@ -76,6 +76,6 @@ impl MeshTransform {
 
 fn has_area([a, b, c]: [Vec3; 3]) -> bool {
     let a = a.as_dvec3();
-    // A number that is not finite is for the acceleration structure to refuse.
+    // The acceleration structure refuses numbers that are not finite.
     (b.as_dvec3() - a).cross(c.as_dvec3() - a).length_squared() != 0.0
 }

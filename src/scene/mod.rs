@@ -87,34 +87,34 @@ pub struct Object {
 pub struct MeshRecord {
     pub object: ObjectId,
     pub material: MaterialId,
-    /// The object's, where it has one: textures stick to the object's own space.
+    /// The object's transform, if it has one: textures are evaluated in the object's own space.
     pub transform: Option<Transform>,
     /// The node of its file that it belongs to.
     pub node: Option<NodeId>,
-    /// Which of the geometry's triangles.
+    /// Indices into the geometry's triangles.
     pub triangles: Range<u32>,
-    /// Which of the geometry's vertices its corners are.
+    /// Indices into the geometry's vertices.
     pub vertices: Range<u32>,
-    /// Per vertex, unit, in world space, 0 where only the face knows; empty for flat shading.
+    /// Unit shading normals in world space, per vertex; 0 for the normal of the face. Empty for flat shading.
     pub normals: Vec<Vec3>,
     /// Per vertex; empty where the file has none.
     pub uvs: Vec<Vec2>,
     pub second_uvs: Vec<Vec2>,
     /// Linear colours with opacity, per vertex; empty where the file has none.
     pub colors: Vec<Vec4>,
-    /// Per vertex, in world space as the normals are; empty where they follow from the texture coordinates.
+    /// Per vertex, in world space; empty if they are derived from the texture coordinates.
     pub tangents: Vec<Vec4>,
 }
 
-/// Everything that a frame is rendered from, except the camera.
+/// A compiled scene: all inputs of a frame except the camera.
 ///
-/// Far from the world's origin single precision is coarse: everything here is relative to the origin of the scene, and
-/// only cameras are in the world.
+/// Single precision is coarse far from the world's origin, so all positions are relative to the origin of the scene. Cameras
+/// are in world space.
 ///
 /// Its two halves change at different times, see [`SceneGeometry`] and [`SceneShading`]. The lights are made of both and
 /// are rebuilt when one of them changes.
 pub struct Scene {
-    /// The place of the scene's origin in the world, in m: 0 unless the scene is far away. Single precision holds it.
+    /// The scene's origin in world space, in m: 0 unless the scene is far away. Single precision represents it exactly.
     pub origin: DVec3,
     pub geometry: Arc<SceneGeometry>,
     pub shading: Arc<SceneShading>,
@@ -124,7 +124,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Combines two halves and builds the lights: the `own` analytic lights, and area lights for all surfaces that emit.
+    /// Combines two halves and builds the lights: the analytic lights `own`, and an area light for each emitting surface.
     fn new(origin: DVec3, geometry: Arc<SceneGeometry>, shading: Arc<SceneShading>, own: Vec<Light>) -> Self {
         let mut scene = Self {
             origin,
@@ -151,14 +151,14 @@ impl Scene {
         Ok(Self::new(self.origin, Arc::clone(&self.geometry), shading, own))
     }
 
-    /// Rebuilds the lights, with area lights for all surfaces that emit.
+    /// Rebuilds the lights, with an area light for each emitting surface.
     fn rebuild_lights(&mut self, own: Vec<Light>) {
         let emitters = Emitters::collect(self);
         let bounds = emitters.bounds(self);
         self.lights = Lights::new(own, emitters, bounds, &self.shading.background.radiance);
     }
 
-    /// The tables that material colours are looked up in.
+    /// The textures and bitmaps that materials refer to.
     #[inline]
     pub fn textures(&self) -> Textures<'_> {
         Textures {
@@ -167,7 +167,7 @@ impl Scene {
         }
     }
 
-    /// Whether a texture is filtered over footprints, so that rays need cones.
+    /// Whether a texture is filtered over the footprint of a ray, so that rays need cones.
     pub fn reads_footprints(&self) -> bool {
         self.shading.reads_footprints()
     }
@@ -183,13 +183,13 @@ impl Scene {
         self.shading.bsdfs.at(id, self.material(id), &self.textures(), at)
     }
 
-    /// The way in which surfaces of a material are shaded together.
+    /// The kind of block that shades surfaces of a material.
     #[inline]
     pub fn batch_kind(&self, id: MaterialId) -> BatchKind {
         self.shading.bsdfs.batch_kind(id)
     }
 
-    /// Whether surfaces of a material are shaded together in this way.
+    /// Whether any material is shaded by this kind of block.
     #[inline]
     pub fn has_batch_kind(&self, kind: BatchKind) -> bool {
         self.shading.bsdfs.has_batch_kind(kind)
@@ -201,8 +201,8 @@ impl Scene {
         self.shading.background.radiance.radiance(w)
     }
 
-    /// Samples a direction from which `light` illuminates `from`, by two uniform numbers in `[0,
-    /// 1)`; `None` where it does not.
+    /// Samples a direction from which `light` illuminates `from`, by two uniform numbers in `[0, 1)`; `None` if no light
+    /// arrives.
     #[inline]
     pub fn sample_light(&self, light: LightId, from: Vec3, u: Vec2) -> Option<LightSample> {
         match self.lights.source(light) {
@@ -215,8 +215,8 @@ impl Scene {
         }
     }
 
-    /// The density, in sr^-1, with which [`Lights::choose`], of its family, and [`Scene::sample_light`] at `at`
-    /// sample the direction `w` of the background. 0 where the background is not sampled.
+    /// The density, in sr^-1, with which [`Lights::choose`] and [`Scene::sample_light`] at `at` sample the direction `w` of
+    /// the background. 0 if the background is not sampled.
     #[inline]
     pub fn pdf_background(&self, at: &LightSampleContext, w: Vec3) -> f32 {
         match (&self.shading.background.radiance, self.lights.background()) {
@@ -227,9 +227,8 @@ impl Scene {
         }
     }
 
-    /// The disks of suns that are seen along the unit direction `w`, beside
-    /// [`Scene::background_radiance`]: each with its radiance, in W m^-2 sr^-1, and the density
-    /// with which light sampling at `at` finds `w` there, in sr^-1.
+    /// The suns whose disk contains the unit direction `w`, each with its radiance, in W m^-2 sr^-1, and the density with
+    /// which light sampling at `at` samples `w`, in sr^-1. [`Scene::background_radiance`] does not include them.
     #[inline]
     pub fn suns(&self, at: &LightSampleContext, w: Vec3) -> impl Iterator<Item = (LightId, Rgb, f32)> {
         self.lights
@@ -237,8 +236,8 @@ impl Scene {
             .map(|(light, l, pdf)| (light, l, pdf * self.lights.pmf(at, light)))
     }
 
-    /// The same for the unit direction `w` towards the surface that a ray from `at` met there with
-    /// `hit`. 0 where no light is.
+    /// The density, in sr^-1, with which light sampling at `at` samples the unit direction `w`, along which a ray from `at`
+    /// has this hit. 0 if the surface is no light.
     #[inline]
     pub fn pdf_hit(&self, at: &LightSampleContext, w: Vec3, hit: &Hit) -> f32 {
         self.pdf_emitter(at.p, w, hit).map_or(0.0, |(emitter, pdf)| {
@@ -281,7 +280,7 @@ impl Scene {
         }
     }
 
-    /// The mesh that triangle `prim` is of.
+    /// The mesh of triangle `prim`.
     #[inline]
     fn mesh_of(&self, prim: PrimId) -> &MeshRecord {
         let after = self

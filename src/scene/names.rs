@@ -1,4 +1,4 @@
-//! The names that Cryptomatte shows: of objects, of materials, and of the nodes of model files.
+//! The names of objects, materials and nodes of model files, as Cryptomatte shows them.
 
 use super::{ObjectId, Scene};
 
@@ -16,8 +16,7 @@ pub struct NodeName {
 }
 
 impl Scene {
-    /// The names of a node and of those above it, the topmost first, with a slash between two. An unnamed node is
-    /// called by its number.
+    /// The names of a node and its ancestors, from the root, separated by slashes. An unnamed node gets its number.
     pub fn node_path(&self, node: NodeId) -> String {
         let mut path = Vec::new();
         let mut next = Some(node);
@@ -34,7 +33,7 @@ impl Scene {
         path.join("/")
     }
 
-    /// The file that an object comes from. An object without a file is an asset of its own, under its own name.
+    /// The file of an object's geometry, or the object's own name if there is no file.
     pub fn asset_name(&self, object: ObjectId) -> &str {
         let object = &self.geometry.objects[object.0 as usize];
         object.asset.as_ref().unwrap_or(&object.name)

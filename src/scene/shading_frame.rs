@@ -1,7 +1,7 @@
-//! Shading frames: the normal by which a surface is shaded, from its mesh, its normal map and the viewer.
+//! Shading frames: the shading normal of a surface from its mesh, its normal map and the viewer.
 //!
-//! Normals that are not those of the triangles make directions possible that no real surface has: a viewer behind the normal,
-//! and mirror images below the surface. Normals are turned so that neither happens.
+//! Interpolated and mapped normals allow cases that no real surface has: a viewer behind the normal, and mirror directions
+//! below the surface. Normals are adjusted so that neither happens.
 
 use super::{Scene, SurfaceInteraction, interaction::reflecting_normal};
 use crate::{
@@ -12,18 +12,18 @@ use crate::{
 
 /// The frame of a surface, and the plane of its mesh.
 pub struct ShadingFrame {
-    /// About the normal on the side of the viewer, or as authored where light passes through.
+    /// A frame around the normal on the viewer's side, or as authored if the surface transmits.
     pub frame: Frame,
-    /// The normal without a normal map, on the side of the viewer.
+    /// The normal without the normal map, on the viewer's side.
     pub base: Vec3,
-    /// The normal of a clear coat in `frame`, where it is not that of `frame`.
+    /// The normal of a clear coat in `frame`, if it differs from that of `frame`.
     pub coat: Option<Vec3>,
-    /// Whether the second axis of `frame` points against the surface's bitangent, of a BSDF that depends on it.
+    /// Whether the second axis of `frame` is opposite to the bitangent, for BSDFs that depend on it.
     pub opposes_bitangent: bool,
 }
 
 impl ShadingFrame {
-    /// The BSDF as it is in this frame; `None` where it depends on its axes alone.
+    /// Returns the BSDF adapted to this frame; `None` if it needs no change.
     #[inline(always)]
     pub fn adapt<B: BsdfKind + Copy>(&self, bsdf: &B) -> Option<B> {
         if self.coat.is_none() && !self.opposes_bitangent {
@@ -50,7 +50,7 @@ pub fn shading_frame(
     let is_smooth = surface.ns != surface.ng;
     let frame = if material.normal_map().is_some() || bsdf.reads_tangent() || bsdf.mirrors() && is_smooth {
         let Frame { s, t, n } = turned_frame(scene, surface, material, bsdf.mirrors());
-        // Number by number: what a call has left in memory as a whole would keep the frame there.
+        // Copied by component, so that the compiler keeps the frame in registers.
         let [s, t, n] = [s, t, n].map(|v| Vec3::new(v.x, v.y, v.z));
         Frame { s, t, n }
     } else {
@@ -58,7 +58,7 @@ pub fn shading_frame(
     };
     let frame = if is_smooth && bsdf.transmits() {
         let by = |n: Vec3| bsdf.reflects_totally(n.dot(surface.wo));
-        // A smooth body would hold light that entered it: its triangles let it out.
+        // Otherwise light could not leave a smooth body again.
         if by(frame.n) && !by(surface.ng) {
             Frame::from_normal(surface.ng)
         } else {
@@ -87,7 +87,7 @@ pub fn shading_frame(
     }
 }
 
-/// Whether the bitangent of the surface is against the second axis of `frame`, whose normal is the authored one times `sign`.
+/// Whether the bitangent of the surface is opposite to the second axis of `frame`, whose normal is the authored one times `sign`.
 fn is_mirrored(surface: &SurfaceInteraction, frame: &Frame, sign: f32) -> bool {
     match surface.tangent.w {
         0.0 => frame.t.dot(surface.dpdv) < 0.0,
@@ -95,7 +95,7 @@ fn is_mirrored(surface: &SurfaceInteraction, frame: &Frame, sign: f32) -> bool {
     }
 }
 
-/// The normal of a clear coat as authored; `None` where it is that of the surface.
+/// The normal of a clear coat as authored; `None` if it is that of the surface.
 #[inline(never)]
 fn coat_normal(scene: &Scene, surface: &SurfaceInteraction, material: &Material) -> Option<Vec3> {
     let n = material.coat_normal(&scene.textures(), &surface.texture)?;
@@ -104,20 +104,20 @@ fn coat_normal(scene: &Scene, surface: &SurfaceInteraction, material: &Material)
     Some(reflecting(surface, mapped, base.n))
 }
 
-/// The normal `n` as [`reflecting_normal`] turns it on the side of the viewer.
+/// Applies [`reflecting_normal`] to `n` on the viewer's side.
 fn reflecting(surface: &SurfaceInteraction, n: Vec3, ng: Vec3) -> Vec3 {
     let front = if surface.ng.dot(surface.wo) >= 0.0 { 1.0 } else { -1.0 };
     reflecting_normal(n * front, ng * front, surface.wo) * front
 }
 
-/// A vector of the tangent space of `base`, whose second axis is on the side of the bitangent.
+/// Transforms a vector from the tangent space of `base`, whose second axis is the bitangent.
 fn from_tangent_space(surface: &SurfaceInteraction, base: &Frame, v: Vec3) -> Vec3 {
     let side = if is_mirrored(surface, base, 1.0) { -1.0 } else { 1.0 };
     base.to_world(Vec3::new(v.x, side * v.y, v.z))
 }
 
-/// A frame about the shading normal, or about the one that a map tells, turned to the viewer; its first axis follows the
-/// texture's. `mirrors` tells whether the mirror image of the viewer is to be above the surface.
+/// A frame around the shading normal or the mapped normal, turned to the viewer; the first axis is the tangent. With `mirrors`
+/// the normal is also adjusted so that the mirror direction is above the surface.
 #[inline(never)]
 fn turned_frame(scene: &Scene, surface: &SurfaceInteraction, material: &Material, mirrors: bool) -> Frame {
     let authored = if mirrors {
@@ -134,16 +134,16 @@ fn turned_frame(scene: &Scene, surface: &SurfaceInteraction, material: &Material
         NormalMap::Normals(map) => from_tangent_space(surface, &base, map.normal(&textures, &surface.texture)),
         NormalMap::Heights(map) => {
             let slope = map.gradient(&textures, &surface.texture, surface.dpdu, surface.dpdv);
-            // Of a smooth surface the slope is in the plane of the triangle, not in that of the normal.
+            // The slope on a smooth surface is in the plane of the triangle, not perpendicular to the normal.
             authored - (slope - authored * authored.dot(slope))
         }
     };
     let mapped = mapped.normalize_or(authored);
-    // Also without a mirror: its image is above the surface only where the viewer is in front of the normal.
+    // Needed without mirrors too: it also turns the normal to the viewer.
     tangent_frame(surface, reflecting(surface, mapped, authored))
 }
 
-/// A frame about `n` whose first axis follows the texture's.
+/// A frame around `n` whose first axis is the tangent.
 fn tangent_frame(surface: &SurfaceInteraction, n: Vec3) -> Frame {
     let along = if surface.tangent.w == 0.0 {
         surface.dpdu

@@ -1,4 +1,4 @@
-//! Surface interactions of many hits as structures of arrays, a block of them at a time.
+//! Surface interactions of many hits, as blocks of arrays.
 
 use super::{
     SurfaceInteraction,
@@ -13,16 +13,15 @@ use crate::{
     shape::triangle,
 };
 
-/// Some surfaces, number by number.
+/// A block of surfaces.
 #[derive(Debug, Default)]
 #[repr(align(64))]
 pub struct SoaBlock {
-    /// Not 0 for triangles in the world, which are placed by their corners and the weights of the
-    /// last two.
+    /// Not 0 for triangles in world space, given by their corners and the weights of the last two.
     is_triangle: Each<u32>,
     corners: [[Each; 3]; 3],
     weights: [Each; 2],
-    /// Not 0 where single precision is not enough to place one.
+    /// Not 0 if single precision is too coarse for the triangle.
     failed: Each<u32>,
     p: [Each; 3],
     p_error: [Each; 3],
@@ -62,7 +61,7 @@ impl SoaBlock {
         set(&mut self.ng, i, ng);
     }
 
-    /// Returns what diffuse shading reads of surface `i`, as the methods of [`SurfaceInteraction`] return it.
+    /// Returns the fields of surface `i` that opaque shading reads, equal to the results of [`SurfaceInteraction`]'s methods.
     #[inline(always)]
     pub fn viewed(&self, i: usize) -> ViewedSurface {
         let [s, t, n] = &self.frame;
@@ -82,18 +81,18 @@ impl SoaBlock {
     }
 }
 
-/// The side of an opaque surface that the viewer sees.
+/// The side of an opaque surface that faces the viewer.
 pub struct ViewedSurface {
-    /// About [`SurfaceInteraction::viewed_normal`].
+    /// A frame around [`SurfaceInteraction::viewed_normal`].
     pub frame: Frame,
     pub wo: Vec3,
     /// See [`SurfaceInteraction::lifted`].
     pub lifted: Vec3,
-    /// The origin of the rays that leave.
+    /// The origin of rays that leave the surface.
     pub origin: Vec3,
 }
 
-/// Places triangles.
+/// Computes the hit points on triangles.
 struct TrianglePoints<'a>(&'a mut [SoaBlock]);
 
 impl VectorLoop for TrianglePoints<'_> {
@@ -140,7 +139,7 @@ impl VectorLoop for ShadingViews<'_> {
     }
 }
 
-/// The numbers of some surfaces.
+/// Surfaces in blocks.
 #[derive(Debug, Default)]
 pub struct SurfaceSoa {
     blocks: Vec<SoaBlock>,
@@ -148,12 +147,12 @@ pub struct SurfaceSoa {
 }
 
 impl SurfaceSoa {
-    /// Begins anew.
+    /// Removes all surfaces.
     pub(super) fn clear(&mut self) {
         self.len = 0;
     }
 
-    /// The place of the next surface.
+    /// Adds a surface; returns its block and lane.
     #[inline(always)]
     fn next(&mut self, d: Vec3) -> (&mut SoaBlock, usize) {
         let (block, i) = (self.len / LANES, self.len % LANES);
@@ -166,7 +165,7 @@ impl SurfaceSoa {
         (block, i)
     }
 
-    /// Adds a place that a ray along `d` met.
+    /// Adds the hit of a ray along `d`.
     #[inline(always)]
     pub(super) fn push_geometry(&mut self, geometry: &HitGeometry, d: Vec3) {
         let (block, i) = self.next(d);
@@ -176,7 +175,7 @@ impl SurfaceSoa {
         set(&mut block.lift, i, geometry.lift);
     }
 
-    /// Adds a place on a triangle by the weights of its last two corners.
+    /// Adds the hit of a ray along `d` on a triangle, by the weights of its last two corners.
     #[inline(always)]
     pub(super) fn push_triangle(&mut self, corners: [Vec3; 3], [u, v]: [f32; 2], smooth: SmoothSurface, d: Vec3) {
         let (block, i) = self.next(d);
@@ -189,7 +188,7 @@ impl SurfaceSoa {
         set(&mut block.lift, i, smooth.lift);
     }
 
-    /// The surfaces in blocks, the last of which may have fewer.
+    /// The surfaces in blocks; the last one may be partly filled.
     pub(super) fn blocks(&self) -> &[SoaBlock] {
         &self.blocks[..self.len.div_ceil(LANES)]
     }
@@ -240,7 +239,7 @@ mod tests {
         [-1.0..1.0_f32, -1.0..1.0, -1.0..1.0].prop_map(move |p| Vec3::from(p) * size)
     }
 
-    /// Triangles of some size, with hardly an area, or with none.
+    /// Triangles of normal, tiny or no area.
     fn corners() -> impl Strategy<Value = [Vec3; 3]> {
         let size = prop_oneof![Just(1.0), Just(1e-9), Just(1e9)];
         let corner = size.prop_flat_map(|size| [point(size), point(size), point(size)]);
@@ -250,7 +249,7 @@ mod tests {
         ]
     }
 
-    /// A ray's direction, and a triangle or a place with its normal and what the shading normal is.
+    /// A ray's direction; a hit on a triangle, or a point with its normal; and the shading normal.
     type Met = (Vec3, Result<([Vec3; 3], [f32; 2]), (Vec3, Vec3)>, Vec3);
 
     fn met() -> impl Strategy<Value = Met> {

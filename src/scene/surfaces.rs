@@ -18,7 +18,7 @@ use crate::{
     texture::{TexturePoint, TextureSpace, VertexAttributes},
 };
 
-/// The number of hits by which the data of surfaces is prefetched ahead.
+/// The distance of prefetches, in hits.
 const PREFETCH_DISTANCE: usize = 12;
 
 /// A batch of surface interactions.
@@ -29,13 +29,13 @@ pub struct Surfaces {
 }
 
 impl Surfaces {
-    /// The geometry of the interactions, in blocks.
+    /// The geometry of all interactions, in blocks.
     pub fn blocks(&self) -> &[SoaBlock] {
         self.soa.blocks()
     }
 }
 
-/// The surface of a hit, before its shading view is known.
+/// The surface of a hit, before its shading view is computed.
 enum HitSurface<'a> {
     Geometry(HitGeometry),
     /// A triangle in world space.
@@ -46,12 +46,12 @@ enum HitSurface<'a> {
 struct MeshTriangle<'a> {
     mesh: &'a MeshRecord,
     corners: [Vec3; 3],
-    /// Numbers of the corners in the mesh's own arrays.
+    /// The indices of the corners in the mesh's own arrays.
     own: [usize; 3],
 }
 
 impl MeshTriangle<'_> {
-    /// Enters what the vertices say beside the first texture coordinates, tangents in the mesh's own space.
+    /// Interpolates tangents (in the mesh's space), colours and the second UV set.
     #[inline]
     fn fill_attributes(&self, hit: &Hit, surface: &mut SurfaceInteraction) {
         surface.tangent = self.mesh.tangent(self.own, hit.u, hit.v);
@@ -65,8 +65,8 @@ impl MeshTriangle<'_> {
         (!self.mesh.uvs.is_empty()).then(|| self.own.map(|i| self.mesh.uvs[i]))
     }
 
-    /// The smooth surface at a hit from a ray along `d`, by the shading normals of the corners; `to_world` places normals and
-    /// points.
+    /// The smooth surface at the hit of a ray along `d`, from the shading normals of the corners; `to_world` transforms normals
+    /// and points.
     #[inline(always)]
     fn smooth(&self, hit: &Hit, d: Vec3, to_world: impl ToWorld) -> SmoothSurface {
         if self.mesh.normals.is_empty() {
@@ -77,7 +77,7 @@ impl MeshTriangle<'_> {
         let corners = self.corners.map(|p| to_world.point(p));
         let ng = to_world.normal((self.corners[1] - self.corners[0]).cross(self.corners[2] - self.corners[0]));
         let normal = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
-        // The viewer's side of the normals, which may be the wrong way round.
+        // The viewer's side, by normals that may be reversed.
         let side = if (ng.dot(d) > 0.0) == (ng.dot(normal) < 0.0) {
             1.0
         } else {
@@ -90,7 +90,7 @@ impl MeshTriangle<'_> {
     }
 }
 
-/// The way from a mesh's own space to the world's.
+/// A transform from a mesh's space to world space.
 trait ToWorld {
     fn point(&self, p: Vec3) -> Vec3;
     fn normal(&self, n: Vec3) -> Vec3;
@@ -145,9 +145,8 @@ impl Scene {
         surface
     }
 
-    /// The surfaces of a part of many hits, in place of what `surfaces` held: `hit` tells the hit
-    /// of a number in `part` and the ray that it is on. The memory of later ones is asked for
-    /// ahead: `prims` are the primitives of all.
+    /// Computes the surface interactions of the hits `part` into `surfaces`, in place of its contents. `hit` returns a hit and its
+    /// ray by index; `prims`, the primitives of all hits, serve to prefetch the data of later hits.
     #[inline]
     pub fn surfaces<'a>(
         &self,
@@ -188,7 +187,7 @@ impl Scene {
         }
     }
 
-    /// Asks for the corners of a hit's triangle, and for what is known of them.
+    /// Prefetches the vertices and attributes of a hit's triangle.
     #[inline(always)]
     fn prefetch_corners(&self, geometry: &Geometry, prim: PrimId) {
         let Some(corners) = geometry.triangles.get(prim.index() as usize) else {
@@ -219,8 +218,8 @@ impl Scene {
         }
     }
 
-    /// Enters in `surface` what is known of a hit but where it is, and tells that; `needs_texture`
-    /// says for which materials more than u and v is to be known of the place on textures.
+    /// Sets all fields of `surface` but its geometry, and returns that. `needs_texture` tells for which materials the texture
+    /// point needs more than `uv`.
     #[inline(always)]
     fn fill<'a>(
         &'a self,
@@ -252,7 +251,7 @@ impl Scene {
         }
     }
 
-    /// Finds the place on textures of what is a triangle in the world.
+    /// Sets the texture point of a hit on a triangle in world space.
     #[inline(never)]
     fn fill_texture_point(&self, hit: &Hit, surface: &mut SurfaceInteraction) {
         if hit.instance != InstanceId::NONE || self.geometry.accel.geometry().shape(hit.prim).is_some() {
@@ -343,7 +342,7 @@ impl Scene {
         let uvs = face.uvs();
         let mut local = triangle::surface(face.corners, uvs, hit.u, hit.v);
         if uvs.is_none() && t.is_mirroring() {
-            // A copy in world space would have its last two corners in the other order.
+            // The mirrored copy in world space has its last two corners swapped.
             local.uv = local.uv.yx();
             (local.dpdu, local.dpdv) = (local.dpdv, local.dpdu);
         }
@@ -365,7 +364,7 @@ impl Scene {
         placed_geometry
     }
 
-    /// Whether `material` looks at places on textures.
+    /// Whether `material` needs texture points.
     #[inline]
     fn is_spatially_varying(&self, material: MaterialId) -> bool {
         self.shading

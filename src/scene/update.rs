@@ -5,8 +5,8 @@
 //! deformed mesh its own tree. The picture is the same as that of a scene which was built for the
 //! frame.
 //!
-//! Shapes and instances ([`super::SceneBuilder::instance`]) can be moved; a mesh that is baked into world space can only
-//! bend.
+//! Shapes and instances ([`super::SceneBuilder::instance`]) can be moved; a mesh that is baked into world space can only be
+//! deformed.
 
 use std::{collections::HashMap, sync::Arc};
 
@@ -25,10 +25,9 @@ pub struct MeshId(pub u32);
 #[derive(Clone, Debug)]
 pub struct MeshPose {
     pub mesh: MeshId,
-    /// One for each vertex, in the space of the mesh's group, or in world space where it is in
-    /// none.
+    /// One for each vertex, in the space of the mesh's group, or in world space if it has none.
     pub positions: Vec<Vec3>,
-    /// Unit shading normals in the same space: as many, or none as before.
+    /// Unit shading normals in the same space, one for each vertex; empty if the mesh has none.
     pub normals: Vec<Vec3>,
 }
 
@@ -92,8 +91,8 @@ impl Scene {
         Ok(updated)
     }
 
-    /// The change of the geometry, and instances whose object's space is the world no longer with
-    /// what it becomes.
+    /// Returns the change of the geometry, and the instances whose object's space is no longer world space, with the transform
+    /// to that space.
     fn edit(&self, update: &SceneUpdate) -> Result<(Edit, Vec<(usize, Transform)>), SceneUpdateError> {
         let mut edit = Edit::default();
         let mut detached = Vec::new();
@@ -137,7 +136,7 @@ impl Scene {
         }
     }
 
-    /// The run of vertices that a pose gives new positions.
+    /// Validates a pose; returns its first vertex and the new positions.
     fn checked(&self, pose: &MeshPose) -> Result<(u32, Vec<Vec3>), SceneUpdateError> {
         let mesh = self.geometry.meshes.get(pose.mesh.0 as usize);
         let mesh = mesh.ok_or(SceneUpdateError::NoSuchMesh(pose.mesh))?;

@@ -13,7 +13,7 @@ impl MeshRecord {
         !self.second_uvs.is_empty() || !self.colors.is_empty()
     }
 
-    /// The attributes at the weights `u` and `v` of the last two of the `corners`, which are indices into the mesh's arrays.
+    /// The attributes at the weights `u` and `v` of the last two `corners` (indices into the mesh's arrays).
     pub(super) fn attributes(&self, corners: [usize; 3], u: f32, v: f32) -> VertexAttributes {
         let weights = [(1.0 - u - v).max(0.0), u, v];
         let mut attributes = VertexAttributes::NONE;
@@ -33,7 +33,7 @@ impl MeshRecord {
         attributes
     }
 
-    /// The tangent at the same place, with the side of the bitangent; zero where the mesh has none.
+    /// The tangent with the side of the bitangent at the same weights; zero if the mesh has none.
     pub(super) fn tangent(&self, corners: [usize; 3], u: f32, v: f32) -> Vec4 {
         if self.tangents.is_empty() {
             return Vec4::ZERO;
@@ -44,7 +44,7 @@ impl MeshRecord {
     }
 }
 
-/// The change of the second texture coordinates along the first.
+/// The derivative of the second texture coordinates with respect to the first.
 fn second_per_uv([a, b, c]: [Vec2; 3], [a2, b2, c2]: [Vec2; 3]) -> [Vec2; 2] {
     let (ab, ac) = (b - a, c - a);
     let det = ab.perp_dot(ac);
@@ -61,7 +61,7 @@ mod tests {
 
     #[test]
     fn the_second_coordinates_change_with_the_first_as_the_corners_say() {
-        // Turned by a quarter and twice as large.
+        // Rotated by 90 degrees and scaled by 2.
         let first = [Vec2::new(0.1, 0.2), Vec2::new(0.7, 0.3), Vec2::new(0.2, 0.9)];
         let second = first.map(|uv| Vec2::new(-uv.y, uv.x) * 2.0 + 5.0);
         let [along_u, along_v] = second_per_uv(first, second);

@@ -1,4 +1,4 @@
-//! The scene that a viewer shows, compiled once, and the plans that its looks make of it.
+//! The scene of a viewer, compiled once, and the plans of its looks.
 
 use std::{
     path::{Path, PathBuf},
@@ -30,11 +30,11 @@ pub struct Base {
     pub plan: Arc<Plan>,
     /// The lens of the scene's camera.
     pub lens: Lens,
-    /// The scene's camera, where it has one.
+    /// The scene's camera, if it has one.
     pub home: Option<(DVec3, LookAt)>,
     /// Taken by the session.
     pub keyframes: Option<Keyframes>,
-    /// A length in the scene that is a sensible step, in m.
+    /// A suitable step of the camera, in m.
     pub step: f64,
 }
 
@@ -42,7 +42,7 @@ impl Base {
     pub fn load(scene_path: &Path, request: &Request, options: &ViewerOptions) -> Result<Self, Error> {
         let mut request = request.clone();
         let keyframes = Keyframes::open(&options.camera_path, &request)?;
-        // A file without keys is none that a job could render.
+        // A job cannot read a file without keys.
         request.camera_path = keyframes.has_keys().then(|| options.camera_path.clone());
         let job = Job::open(scene_path, &request)?;
         let scene = job.compile()?;
@@ -69,7 +69,7 @@ impl Base {
         Look::of_plan(&self.plan, &self.desc, &self.request)
     }
 
-    /// The plan of a look, without what its pictures do not show.
+    /// The plan of a look, without passes and files that its pictures do not show.
     pub fn plan(&self, look: &Look) -> Result<Plan, Error> {
         let request = Request {
             camera_path: self.request.camera_path.clone().filter(|_| self.home.is_none()),

@@ -1,4 +1,4 @@
-//! The camera of the view, as messages and camera paths say it.
+//! The camera of the view, in messages and camera paths.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +11,7 @@ use crate::{
     math::DVec3,
 };
 
-/// A camera that stands still: a key of a camera path without its frame.
+/// A still camera: a key of a camera path without its frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ViewCamera {
@@ -55,7 +55,7 @@ pub struct LensNumbers {
 }
 
 impl LensNumbers {
-    /// The parameters, the first where two say the same thing.
+    /// The parameters; of alternatives the first.
     pub fn overrides(&self) -> LensOverrides {
         let angle = self.fov.map(FieldOfView::Vertical);
         let angle = angle.or(self.fov_x.map(FieldOfView::Horizontal));
@@ -116,8 +116,8 @@ impl ViewCamera {
         }
     }
 
-    /// The camera of a path at a time. It looks at a target, at the distance that the path gives or at `distance`, with the
-    /// roll that is left over where `up` is upwards.
+    /// The camera of a path at a time. It looks at a target at the path's distance, or at `distance`, with the roll relative to
+    /// `up`.
     pub fn of_state(state: &CameraState, up: DVec3, distance: f64) -> Self {
         let pose = &state.pose;
         let distance = state.target_distance.or(state.lens.focus_distance).unwrap_or(distance);
@@ -130,7 +130,7 @@ impl ViewCamera {
             let up = pose.up();
             libm::atan2(-up.dot(level.right()), up.dot(level.up())).to_degrees()
         });
-        // Rounding errors are no part of what a path says.
+        // Removes rounding errors.
         let rounded = |v: f64| (v * 1e9).round() / 1e9;
         let at = LookAt {
             target: at.target.to_array().map(rounded).into(),
@@ -163,7 +163,7 @@ impl ViewCamera {
         numbers.all(|v| v.abs() <= f64::from(f32::MAX))
     }
 
-    /// The key that the camera is at a frame.
+    /// The key of the camera at a frame.
     pub fn key(&self, frame: f64) -> PathKey {
         PathKey {
             frame,
@@ -180,19 +180,19 @@ impl ViewCamera {
         }
     }
 
-    /// The state of the camera, as a path of it alone has it.
+    /// The state of the camera: that of a path with this single key.
     ///
     /// # Errors
-    /// There is no such pose or no such lens.
+    /// The pose or the lens is invalid.
     pub fn state(&self, frame: i64) -> Result<CameraState, PathError> {
         let frame = frame as f64;
         CameraPath::new(&[self.key(frame)])?.at(frame)
     }
 
-    /// The camera for a film, made as for a path of it alone.
+    /// The camera for a film: that of a path with this single key.
     ///
     /// # Errors
-    /// There is no such pose or no such lens.
+    /// The pose or the lens is invalid.
     pub fn frame_camera(&self, frame: i64, lens: &Lens, film: FilmSize) -> Result<FrameCamera, PathError> {
         CameraPath::new(&[self.key(frame as f64)])?.frame_camera(frame, lens, film)
     }

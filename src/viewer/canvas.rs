@@ -1,4 +1,4 @@
-//! A canvas: the display values of a film while its tiles get ready.
+//! A canvas: the display values of a film while it renders.
 
 use std::sync::{Mutex, MutexGuard};
 
@@ -14,13 +14,13 @@ use crate::{
     value::UnknownName,
 };
 
-/// The colour behind pictures that are transparent, on the page as well.
+/// The colour behind transparent pictures, also on the page.
 const BACKDROP: f32 = 38.0;
 
-/// The display values of a film while its tiles get ready.
+/// The display values of a film while it renders.
 pub struct Canvas {
     display: PixelDisplay,
-    /// The plane that is shown.
+    /// The shown plane.
     plane: usize,
     pass: &'static PassSpec,
     coverage: Coverage,
@@ -31,7 +31,7 @@ pub struct Canvas {
 struct Inner {
     film: Film,
     rgb: Vec<u8>,
-    /// The end of the samples of the round, and how many pixels have them.
+    /// The end of the round's samples, and the number of pixels that have them.
     round: u32,
     finished: usize,
 }
@@ -39,7 +39,7 @@ struct Inner {
 /// The state of a canvas after a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// The samples of each pixel that is finished.
+    /// The samples of each finished pixel.
     pub samples: u32,
     /// Whether all pixels have them.
     pub is_complete: bool,

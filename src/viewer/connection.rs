@@ -1,7 +1,7 @@
-//! The connection of one page: its messages, and the pictures and facts that it gets.
+//! The connection of one page: its messages, and the pictures and facts sent to it.
 //!
-//! A page gets a picture, and the next one after it has said that the first is drawn: what it did not see in between is
-//! skipped. A message that is malformed, too large or one too many ends the connection and nothing else.
+//! A page gets the next picture after it has reported that the last one is drawn; pictures in between are skipped. A malformed or
+//! too large message, or too many of them, end this connection and nothing else.
 
 use std::{
     sync::Arc,
@@ -20,23 +20,23 @@ use super::{
     session::Session,
 };
 
-/// Messages of a page in a second, on average, and at once. A page at 240 pictures a second sends and receives as many.
+/// The limits of messages per second, and in a burst. A page at 240 pictures per second sends about as many.
 const RATE: f64 = 600.0;
 const BURST: f64 = 1200.0;
 
-/// The time in which a page must take what it is sent.
+/// The time limit for sending to a page.
 const SEND_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// Why a connection ends.
 enum End {
     /// The page has gone.
     Gone,
-    /// It did what a page does not.
+    /// The page broke the protocol.
     Violation(&'static str),
     Stopping,
 }
 
-/// Serves a page until it goes.
+/// Serves a page until it closes.
 pub async fn run(socket: WebSocket, session: Arc<Session>, is_stopping: watch::Receiver<bool>) {
     let mut connection = Connection {
         client: session.join(),
@@ -107,11 +107,11 @@ impl Connection {
         }
     }
 
-    /// Obeys a message. Returns whether it says that a picture is drawn.
+    /// Handles a message. Returns whether it reports a drawn picture.
     async fn receive(&mut self, received: Option<Result<Message, axum::Error>>) -> Result<bool, End> {
         let text = match received {
             None | Some(Ok(Message::Close(_))) => return Err(End::Gone),
-            // Too large, or no WebSocket frame.
+            // A message is too large, or no WebSocket frame.
             Some(Err(_)) => return Err(End::Violation("a message that cannot be read")),
             Some(Ok(Message::Binary(_))) => return Err(End::Violation("a binary message")),
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => {
@@ -170,11 +170,11 @@ impl Connection {
 
 /// Waits until the server stops.
 pub async fn stopping(is_stopping: &mut watch::Receiver<bool>) {
-    // Without a server it has stopped, too.
+    // An error means that the server is gone.
     let _ = is_stopping.wait_for(|stopping| *stopping).await;
 }
 
-/// The messages that a page may still send.
+/// The number of messages that a page may still send.
 struct Allowance {
     left: f64,
     since: Instant,

@@ -1,9 +1,8 @@
-//! The guard at the door: who may ask for anything.
+//! Access control of the server.
 //!
-//! - Every request brings the secret of the address.
-//! - The host that a request names is an address or `localhost`. A page of another site that has made its own name point here
-//!   names that.
-//! - A WebSocket is opened by a page of this server only: its origin is the host.
+//! - Every request must contain the secret of the address.
+//! - The `Host` header must be an IP address or `localhost`, against DNS rebinding by other sites.
+//! - A WebSocket can be opened only by a page of this server: its origin must be the host.
 
 use std::{
     io,
@@ -36,7 +35,7 @@ impl Guard {
         format!("http://{}/?key={}", self.address, self.secret)
     }
 
-    /// Whether a request may be answered, or the status that it gets in place of an answer.
+    /// Checks whether a request may be answered; the error is the status of the response.
     pub fn check(&self, uri: &Uri, headers: &HeaderMap) -> Result<(), StatusCode> {
         let host = header_text(headers, header::HOST).ok_or(StatusCode::BAD_REQUEST)?;
         if !self.is_own_name(host) {
@@ -73,7 +72,7 @@ impl Guard {
         }
     }
 
-    /// Compares hashes, which takes the same time wherever the two differ.
+    /// Compares hashes, so that the time does not depend on the place of the difference.
     fn is_secret(&self, key: &str) -> bool {
         blake3::hash(key.as_bytes()) == blake3::hash(self.secret.as_bytes())
     }

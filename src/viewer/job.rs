@@ -1,4 +1,4 @@
-//! The batch job that a page starts: in this process, with threads, a scene and files of its own.
+//! The batch job of a page, in this process, with its own threads, scene and files.
 
 use std::{
     path::Path,
@@ -26,7 +26,7 @@ const SHOW_EVERY: Duration = Duration::from_millis(250);
 
 const QUALITY: u8 = 85;
 
-/// Starts the job of the path as the page shows it.
+/// Starts the job of the page's path.
 ///
 /// # Errors
 /// A job is running, or the path was not saved.
@@ -89,7 +89,7 @@ fn finish(session: &Session, done: Result<Summary, Error>) {
     });
 }
 
-/// Watches a job and tells the pages.
+/// Observes a job and reports to the pages.
 struct Watch<'a> {
     session: &'a Session,
     plan: &'a Plan,
@@ -141,7 +141,7 @@ impl<'a> Watch<'a> {
         self.session.job_pictures.send_replace(Some(picture.into()));
     }
 
-    /// The part of the frame that is rendered.
+    /// The fraction of the frame that is rendered.
     fn fraction(&self, now: &Now) -> f64 {
         let all = self.plan.picture.settings.max_samples() as f64;
         let done = self.counters.settled() - now.samples_before;
@@ -151,7 +151,7 @@ impl<'a> Watch<'a> {
 
 fn canvas(session: &Session, plan: &Plan) -> Result<Canvas, Error> {
     let fills_film = plan.frames.iter().all(|frame| frame.camera.fills_film());
-    // The scene of the view has the light groups of the job's.
+    // The scene of the view has the same light groups as that of the job.
     Canvas::new(plan, &plan.picture.settings, &session.base.scene, fills_film)
         .map_err(|unknown| Error::Usage(unknown.to_string()))
 }

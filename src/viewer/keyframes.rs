@@ -1,4 +1,4 @@
-//! The camera path file that is edited: read at the start, changed key by key, and saved beside its former content.
+//! The edited camera path file: it is read at the start, changed by keys, and saved with a backup.
 
 use std::{
     ffi::OsString,
@@ -28,7 +28,7 @@ pub struct Keyframes {
     options: CameraPathOptions,
     document: PathDocument,
     path: Option<Arc<CameraPath>>,
-    /// The content of the file when it was read or saved last; `None` where there was none.
+    /// The content of the file when it was last read or saved; `None` if there was none.
     on_disk: Option<ContentHash>,
     is_changed: bool,
 }
@@ -47,10 +47,10 @@ pub enum SaveError {
 }
 
 impl Keyframes {
-    /// Opens a file, or begins a new one where there is none.
+    /// Opens a file, or starts a new one if there is none.
     ///
     /// # Errors
-    /// The content of the file is wrong, or its name is not that of a camera path.
+    /// The file is invalid, or its name is not that of a camera path.
     pub fn open(file: &Path, request: &Request) -> Result<Self, Error> {
         if CameraPathFormat::of_path(file).is_none() {
             return Err(CameraPathError::UnknownFormat { path: file.to_owned() }.into());
@@ -74,7 +74,7 @@ impl Keyframes {
         Ok(keyframes)
     }
 
-    /// Reads the file again; on an error everything stays as it was.
+    /// Reads the file again; on an error nothing changes.
     pub fn load(&mut self) -> Result<(), CameraPathError> {
         let path = || self.file.clone();
         let bytes = read(&self.file).map_err(|source| match source.kind() {
@@ -95,8 +95,8 @@ impl Keyframes {
         Ok(())
     }
 
-    /// Saves the keys, and keeps the former content of the file under its name with `.bak`. Unless `force` is given, a file
-    /// that another program has changed since is left alone.
+    /// Saves the keys, and keeps the former content of the file as `.bak`. Without `force` a file that another program has changed is
+    /// not overwritten.
     pub fn save(&mut self, force: bool) -> Result<(), SaveError> {
         if !self.has_keys() {
             return Err(SaveError::NoKeys);
@@ -146,7 +146,7 @@ impl Keyframes {
         self.path.is_some()
     }
 
-    /// Whether there are edits that were not saved.
+    /// Whether there are unsaved edits.
     pub fn is_changed(&self) -> bool {
         self.is_changed
     }

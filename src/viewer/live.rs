@@ -1,7 +1,7 @@
-//! The rendering of the view: a coarse picture at once, then all pixels with one sample, then more and more.
+//! The rendering of the view: first a coarse picture, then all pixels with one sample, then more samples.
 //!
-//! The first picture of a view is never cancelled, because it is there soon; otherwise a camera that never rests would show
-//! nothing. Everything after it is cancelled as soon as the view changes.
+//! The first picture of a view takes little time and is never cancelled; otherwise a camera in constant motion would show nothing.
+//! All later pictures are cancelled as soon as the view changes.
 
 use std::{
     sync::{Mutex, PoisonError},
@@ -25,18 +25,18 @@ use crate::{
     render::{Control, Counters, RenderError, Renderer, SampleBudget, Settings, TileResult, TileSink},
 };
 
-/// The quality of JPEG files in motion, and of those that stay for a while or are small.
+/// The quality of JPEG files in motion, and of later or small ones.
 const COARSE_QUALITY: u8 = 80;
 const FINE_QUALITY: u8 = 92;
 
 /// The most pixels of a small picture.
 const SMALL: usize = 100_000;
 
-/// The time between the first picture of a view and the work on the next. A camera that moves is at another place by then, and
-/// the browser has drawn the first picture without having to share the processors.
+/// The pause after the first picture of a view. A moving camera has a newer view by then, and the browser draws the first picture
+/// with a free processor.
 const PAUSE: Duration = Duration::from_millis(25);
 
-/// The least time between two pictures of a round that is under way.
+/// The least time between two pictures of an unfinished round.
 const PART_EVERY: Duration = Duration::from_millis(200);
 
 /// Renders views on `threads` threads until the session stops.
@@ -46,7 +46,7 @@ pub fn run(session: &Session, threads: usize) -> Result<(), Error> {
         .thread_name(|i| format!("view {i}"))
         .build()
         .map_err(|e| Error::threads("the threads that render the view", &e))?;
-    let mut artist = Artist {
+    let mut view_renderer = ViewRenderer {
         session,
         renderer: Renderer::new(),
         counters: Counters::default(),
@@ -56,12 +56,12 @@ pub fn run(session: &Session, threads: usize) -> Result<(), Error> {
     while let Some(task) = session.next_task(version) {
         version = task.view.version;
         if look.as_ref() != Some(&task.look) {
-            artist.pace = Pace::default();
+            view_renderer.pace = Pace::default();
             look = Some(task.look.clone());
         }
-        match pool.install(|| artist.render(&task)) {
+        match pool.install(|| view_renderer.render(&task)) {
             Ok(()) | Err(RenderError::Cancelled(_)) => {}
-            // A plan has no pass that its scene has not.
+            // The plan was checked against the scene, so this does not happen.
             Err(error @ RenderError::Pass(_)) => tracing::error!("{error}"),
         }
     }
@@ -69,7 +69,7 @@ pub fn run(session: &Session, threads: usize) -> Result<(), Error> {
 }
 
 /// Renders one view after the other.
-struct Artist<'a> {
+struct ViewRenderer<'a> {
     session: &'a Session,
     renderer: Renderer,
     counters: Counters,
@@ -77,29 +77,29 @@ struct Artist<'a> {
 }
 
 /// The rendering of one view.
-struct Sitting<'a> {
+struct ViewJob<'a> {
     session: &'a Session,
     task: &'a Task,
     counters: &'a Counters,
-    /// Later by the time that was spent waiting.
+    /// The start of rendering, shifted by the time of pauses.
     begun: Instant,
-    /// The rays before it.
+    /// The counter of rays at the start.
     rays: u64,
 }
 
-impl Artist<'_> {
+impl ViewRenderer<'_> {
     fn render(&mut self, task: &Task) -> Result<(), RenderError> {
-        let mut sitting = Sitting {
+        let mut job = ViewJob {
             session: self.session,
             task,
             counters: &self.counters,
             begun: Instant::now(),
             rays: self.counters.rays(),
         };
-        let full = sitting.full_settings();
+        let full = job.full_settings();
         let divisor = self.pace.divisor(full.window.area());
         let coarse = coarse(&full, divisor);
-        let Some(camera) = sitting.camera(&coarse) else {
+        let Some(camera) = job.camera(&coarse) else {
             return Ok(());
         };
         let canvas = Canvas::new(&task.plan, &coarse, &self.session.base.scene, camera.fills_film())?;
@@ -114,35 +114,30 @@ impl Artist<'_> {
         let rgb = canvas.rgb();
         let is_small = coarse.window.area() <= SMALL;
         let quality = if is_small { FINE_QUALITY } else { COARSE_QUALITY };
-        sitting.publish_jpeg(Stage::Coarse, 1, &rgb, canvas.size, quality);
+        job.publish_jpeg(Stage::Coarse, 1, &rgb, canvas.size, quality);
         let paused = Instant::now();
         if self.session.waits_for_newer(task.view.version, PAUSE) {
             return Ok(());
         }
-        sitting.begun += paused.elapsed();
+        job.begun += paused.elapsed();
         if divisor == 1 && full.samples.max == 1 {
             // The picture has all its pixels and all its samples.
-            sitting.publish_final(&film, &camera);
+            job.publish_final(&film, &camera);
             return Ok(());
         }
-        self.refine(&sitting, full, (&rgb, canvas.size))
+        self.refine(&job, full, (&rgb, canvas.size))
     }
 
     /// Renders the full resolution, in rounds.
-    fn refine(
-        &self,
-        sitting: &Sitting<'_>,
-        settings: Settings,
-        (rgb, size): (&[u8], [u32; 2]),
-    ) -> Result<(), RenderError> {
-        let task = sitting.task;
-        let Some(camera) = sitting.camera(&settings) else {
+    fn refine(&self, job: &ViewJob<'_>, settings: Settings, (rgb, size): (&[u8], [u32; 2])) -> Result<(), RenderError> {
+        let task = job.task;
+        let Some(camera) = job.camera(&settings) else {
             return Ok(());
         };
         let canvas = Canvas::new(&task.plan, &settings, &self.session.base.scene, camera.fills_film())?;
         canvas.fill(rgb, size);
         let sink = Rounds {
-            sitting,
+            job,
             canvas: &canvas,
             published: Mutex::new(Instant::now()),
         };
@@ -153,7 +148,7 @@ impl Artist<'_> {
             ..Control::default()
         };
         let film = self.film(task, &camera, &settings, &control)?;
-        sitting.publish_final(&film, &camera);
+        job.publish_final(&film, &camera);
         Ok(())
     }
 
@@ -170,7 +165,7 @@ impl Artist<'_> {
     }
 }
 
-impl Sitting<'_> {
+impl ViewJob<'_> {
     /// The settings with which the job renders the frame, at the scale of the look, in rounds.
     fn full_settings(&self) -> Settings {
         let Task { plan, look, view, .. } = self.task;
@@ -190,7 +185,7 @@ impl Sitting<'_> {
     }
 
     fn camera(&self, settings: &Settings) -> Option<FrameCamera> {
-        // The session lets no other camera in.
+        // The session refuses invalid cameras.
         self.task
             .view
             .frame_camera(&self.session.base.lens, settings.resolution)
@@ -204,7 +199,7 @@ impl Sitting<'_> {
         }
     }
 
-    /// Publishes the file that the job would write.
+    /// Publishes the final picture, with the bytes of the job's file.
     fn publish_final(&self, film: &Film, camera: &FrameCamera) {
         let plan = &self.task.plan;
         let frame = i32::try_from(self.task.view.frame).unwrap_or_default();
@@ -217,7 +212,7 @@ impl Sitting<'_> {
             coverage: plan.coverage(&self.session.base.scene, camera.fills_film()),
             metadata: &metadata,
         };
-        // Memory takes every byte of a picture that has pixels.
+        // Encoding a non-empty picture into memory cannot fail.
         if let Ok((file, _)) = output::encode(&Png, &image, plan.files.encoding) {
             let size = film.resolution;
             self.publish(
@@ -263,9 +258,9 @@ impl Sitting<'_> {
     }
 }
 
-/// Publishes pictures as tiles and rounds get ready.
+/// Publishes pictures of finished tiles and rounds.
 struct Rounds<'a> {
-    sitting: &'a Sitting<'a>,
+    job: &'a ViewJob<'a>,
     canvas: &'a Canvas,
     published: Mutex<Instant>,
 }
@@ -273,10 +268,10 @@ struct Rounds<'a> {
 impl TileSink for Rounds<'_> {
     fn tile(&self, tile: &TileResult<'_>) {
         let progress = self.canvas.draw(tile);
-        if self.sitting.task.cancel.is_cancelled() {
+        if self.job.task.cancel.is_cancelled() {
             return;
         }
-        let is_last = progress.samples == self.sitting.task.plan.picture.settings.samples.max;
+        let is_last = progress.samples == self.job.task.plan.picture.settings.samples.max;
         let stage = match (progress.is_complete, is_last) {
             // The final picture follows.
             (true, true) => return,
@@ -291,8 +286,7 @@ impl TileSink for Rounds<'_> {
             *published = Instant::now();
         }
         let (rgb, size) = (self.canvas.rgb(), self.canvas.size);
-        self.sitting
-            .publish_jpeg(stage, progress.samples, &rgb, size, FINE_QUALITY);
+        self.job.publish_jpeg(stage, progress.samples, &rgb, size, FINE_QUALITY);
     }
 }
 

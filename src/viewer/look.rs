@@ -1,4 +1,4 @@
-//! The look of the view: what is rendered of the scene, and how it is shown.
+//! The look of the view: integrator, passes, samples, resolution and display.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,10 +12,10 @@ use crate::{
 /// The largest factor of the resolution scale.
 const MAX_SCALE: u32 = 8;
 
-/// The most samples that a page may ask for.
+/// The most samples that a page may request.
 const MAX_SAMPLES: u32 = 1 << 16;
 
-/// The look: what is rendered of the scene, and how it is shown. Names are those of the command line.
+/// The look of the view. Names are those of the command line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Look {
@@ -24,10 +24,10 @@ pub struct Look {
     pub view: String,
     /// In stops.
     pub exposure: f32,
-    /// `beauty`, or a pass in its place.
+    /// `beauty`, or another pass.
     pub pass: String,
     pub samples: u32,
-    /// The resolution is divided by it.
+    /// The divisor of the resolution.
     pub scale: u32,
 }
 
@@ -57,7 +57,7 @@ impl Look {
         }
     }
 
-    /// Whether its numbers are within bounds; names are checked where a plan is made.
+    /// Whether its numbers are within bounds; names are checked by the plan.
     pub fn is_bounded(&self) -> bool {
         self.exposure.abs() <= 64.0
             && (1..=MAX_SCALE).contains(&self.scale)

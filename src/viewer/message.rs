@@ -1,4 +1,4 @@
-//! Messages of pages, and the facts that pages are told.
+//! The messages of pages, and the facts sent to them.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use super::{
     look::Look,
 };
 
-/// A message of a page. `seq` rises with each message that changes the view.
+/// A message of a page. `seq` increases with each message that changes the view.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "t", rename_all = "lowercase", deny_unknown_fields)]
 pub enum PageMessage {
@@ -20,7 +20,7 @@ pub enum PageMessage {
     Home {
         seq: u64,
     },
-    /// The frame that the page is at; the camera is that of the path where it has one.
+    /// The page's frame; the camera becomes that of the path, if it has one there.
     Frame {
         seq: u64,
         frame: i64,
@@ -29,7 +29,7 @@ pub enum PageMessage {
         seq: u64,
         look: Look,
     },
-    /// Asks for the surface at a place of the picture, from 0 to 1 to the right and downwards.
+    /// Requests the surface at a point of the picture, from 0 to 1 to the right and down.
     Pick {
         id: u64,
         x: f32,
@@ -52,7 +52,7 @@ pub enum PageMessage {
     /// Starts the batch job, and stops it.
     Render,
     Cancel,
-    /// The page has drawn the picture and takes the next one.
+    /// The page has drawn the picture and is ready for the next one.
     Ack,
 }
 
@@ -68,7 +68,7 @@ pub struct Hello<'a> {
     pub passes: &'a [&'a str],
     /// The columns of camera paths that the lens of the scene supports.
     pub columns: &'a [&'a str],
-    /// A sensible step, in m.
+    /// A suitable step of the camera, in m.
     pub step: f64,
     pub fps: f64,
     pub up: [f64; 3],
@@ -77,16 +77,16 @@ pub struct Hello<'a> {
     pub warnings: Vec<String>,
 }
 
-/// Everything that a page shows beside pictures.
+/// The facts that a page shows beside pictures.
 #[derive(Debug, Serialize)]
 pub struct Facts<'a> {
     pub t: &'static str,
     pub look: &'a Look,
     pub keys: Vec<KeyFact<'a>>,
     pub file: String,
-    /// Whether there are keys that were not saved.
+    /// Whether there are unsaved keys.
     pub is_changed: bool,
-    /// The command that renders the path as the page shows it.
+    /// The command that renders the path with the look of the page.
     pub command: String,
 }
 
@@ -104,23 +104,23 @@ pub struct JobFacts {
     /// `idle`, `loading`, `running`, `done`, `failed` or `cancelled`.
     pub state: &'static str,
     pub frame: i32,
-    /// Frames that are on disk, of so many.
+    /// The number of frames on disk, and of all.
     pub done: usize,
     pub frames: usize,
-    /// The part of the current frame that is rendered, from 0 to 1.
+    /// The fraction of the current frame that is rendered, from 0 to 1.
     pub fraction: f64,
     /// The last file that was written, or why the job failed.
     pub text: String,
 }
 
-/// The surface at a place of the picture.
+/// The surface at a point of the picture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Picked {
     pub object: String,
     pub material: String,
     /// From the camera, in m.
     pub distance: f64,
-    /// Along the line of sight, in m: what is in focus at this distance.
+    /// The depth along the line of sight, in m: the focus distance for this surface.
     pub depth: f64,
     /// In m, in the world.
     pub point: [f64; 3],
@@ -134,12 +134,12 @@ pub enum Answer {
         id: u64,
         found: Option<Picked>,
     },
-    /// Something that was asked for was done, or was not.
+    /// The result of a request.
     Note {
         is_error: bool,
         text: String,
     },
-    /// The file on disk is another one than that which was read.
+    /// The file on disk has changed since it was read.
     Foreign,
 }
 
@@ -159,7 +159,7 @@ impl Answer {
     }
 }
 
-/// The parameters that a lens has, of those that messages name.
+/// The parameters of a lens, by the names in messages.
 pub fn supported(lens: &LensNumbers, columns: &[&str]) -> Option<&'static str> {
     let given = lens.overrides();
     given.columns().find(|column| !columns.contains(column))

@@ -1,11 +1,10 @@
 //! The live viewer: a page that flies the camera through a scene and keeps its path.
 //!
-//! A [`Viewer`] serves one page on one address. The page sends the camera that it wants, never a list of moves; the viewer
-//! renders the newest one and leaves whatever is under way for an older one. It renders with the plan of the batch job: what the
-//! page shows in the end are the pixels that the job writes.
+//! A [`Viewer`] serves one page on one address. The page sends the wanted camera, never a list of moves; the viewer renders the
+//! newest one and cancels older ones. It uses the plan of the batch job: the last picture of a view has the pixels that the job
+//! writes.
 //!
-//! Every request needs the secret of the address. Nothing is written but the camera path file and, on request, the files of the
-//! job.
+//! Every request needs the secret of the address. The viewer writes only the camera path file and, on request, the files of the job.
 
 use std::{io, net::TcpListener, path::Path, sync::Arc, thread};
 
@@ -43,11 +42,11 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    /// Loads a scene and its camera path, builds the acceleration structure on the threads of the current rayon pool, and takes
-    /// the address.
+    /// Loads a scene and its camera path, builds the acceleration structure on the threads of the current rayon pool, and binds the
+    /// address.
     ///
     /// # Errors
-    /// The scene or the camera path is wrong, or the address is taken.
+    /// The scene or the camera path is invalid, or the address is in use.
     pub fn open(scene: &Path, request: &Request, options: &ViewerOptions) -> Result<Self, Error> {
         let base = Base::load(scene, request, options)?;
         let failed = |cause: io::Error| Error::Listen {
@@ -74,14 +73,14 @@ impl Viewer {
     /// Serves until `stop` is cancelled, and renders on `threads` threads.
     ///
     /// # Errors
-    /// The system allows no more threads, or the server failed. That the viewer was stopped is no error.
+    /// The system allows no more threads, or the server failed. Stopping the viewer is no error.
     pub fn run(self, threads: usize, stop: &Cancel) -> Result<(), Error> {
         let session = Arc::clone(&self.session);
         let renderer = thread::Builder::new()
             .name("view".to_owned())
             .spawn(move || live::run(&session, threads))
             .map_err(|e| Error::threads("the thread that renders the view", &e))?;
-        // Without its renderer a viewer is of no use.
+        // The viewer also stops when its renderer ends.
         let is_over = || stop.is_cancelled() || renderer.is_finished();
         let served = server::run(self.listener, self.guard, &self.session, &is_over);
         self.session.stop();

@@ -5,10 +5,10 @@ use std::{net::SocketAddr, path::PathBuf};
 /// The settings of a viewer.
 #[derive(Clone, Debug)]
 pub struct ViewerOptions {
-    /// The address to serve on; port 0 is any that is free.
+    /// The address to serve on; port 0 means any free port.
     pub listen: SocketAddr,
     /// The camera path file that is edited. It need not exist.
     pub camera_path: PathBuf,
-    /// Returns the command that renders the scene, for a shell, with these values of flags instead of those that were given.
+    /// Returns the shell command that renders the scene, with these values of flags instead of the given ones.
     pub command: fn(&[(&str, String)]) -> String,
 }

@@ -1,11 +1,11 @@
-//! The pace of pictures: how coarse the first picture of a new camera is, so that it is there at once.
+//! The resolution of the first picture of a new camera, so that it takes about the same time on every machine.
 
 use std::time::Duration;
 
-/// The time that the first picture may take.
+/// The time for the first picture.
 const FIRST_PICTURE: Duration = Duration::from_millis(14);
 
-/// The divisors of the resolution that first pictures have.
+/// The divisors of the resolution of first pictures.
 const DIVISORS: [u32; 9] = [1, 2, 3, 4, 6, 8, 12, 16, 24];
 
 /// The time that a sample takes, from the pictures so far.
@@ -15,7 +15,7 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// The divisor of the resolution with which a picture of `pixels` pixels is there in time.
+    /// The divisor of the resolution with which a picture of `pixels` pixels is ready in time.
     pub fn divisor(&self, pixels: usize) -> u32 {
         let Some(seconds) = self.seconds_per_sample else {
             return 8;
@@ -25,11 +25,11 @@ impl Pace {
         *DIVISORS.iter().find(fits).unwrap_or(&DIVISORS[DIVISORS.len() - 1])
     }
 
-    /// Learns from a picture of so many samples.
+    /// Learns from the time of a picture with this many samples.
     pub fn learn(&mut self, samples: u64, took: Duration) {
         let seconds = took.as_secs_f64() / samples.max(1) as f64;
         self.seconds_per_sample = Some(match self.seconds_per_sample {
-            // A busy machine slows single pictures, which the next few make good.
+            // A busy machine delays single pictures; the next few correct the estimate.
             Some(before) => before + 0.25 * (seconds - before),
             None => seconds,
         });

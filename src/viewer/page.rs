@@ -1,4 +1,4 @@
-//! The page: one file, put together from its parts, which are in the program.
+//! The page: a single file, assembled from parts that are embedded in the program.
 
 const HTML: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/style.css");
@@ -16,7 +16,7 @@ pub fn html(nonce: &str) -> String {
         .replace("{{nonce}}", nonce)
 }
 
-/// The rules that the page sets itself: nothing from elsewhere, and no script but its own.
+/// The content security policy: no foreign resources, and only the page's own script.
 pub fn policy(nonce: &str) -> String {
     format!(
         "default-src 'none'; script-src 'nonce-{nonce}'; style-src 'nonce-{nonce}'; img-src blob: data:; \

@@ -7,10 +7,10 @@ use crate::{
     scene::Scene,
 };
 
-/// The most surfaces that a ray passes because they are transparent.
+/// The most transparent surfaces that a ray passes.
 const MAX_PASSED: usize = 64;
 
-/// The first surface that a camera sees at a point of the film, in pixels; surfaces less than half opaque are passed.
+/// The first surface at a point of the film, in pixels; surfaces that are less than half opaque are passed.
 pub fn pick(scene: &Scene, camera: &FrameCamera, film: Vec2) -> Option<Picked> {
     let camera = camera.moved(-scene.origin).camera(0.0);
     let start = camera.ray(film, Vec2::splat(0.5))?;

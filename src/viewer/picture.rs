@@ -1,11 +1,11 @@
-//! Encoded pictures, as they go to pages.
+//! Encoded pictures for pages.
 
 use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 use serde::Serialize;
 
 use super::camera::{LensNumbers, ViewCamera};
 
-/// The stage of a picture: how much of it is there.
+/// The stage of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Stage {
@@ -23,19 +23,19 @@ pub enum Stage {
 #[derive(Clone, Debug, Serialize)]
 pub struct ViewHeader {
     pub kind: &'static str,
-    /// The number of the view that it shows; rises with each change.
+    /// The number of its view, which increases with each change.
     pub version: u64,
-    /// The page that asked for this view, and the number of its message.
+    /// The page that requested this view, and the number of its message.
     pub client: u64,
     pub seq: u64,
     pub stage: Stage,
     pub mime: &'static str,
     pub width: u32,
     pub height: u32,
-    /// Samples of each pixel, of so many.
+    /// The samples of each pixel, and their final number.
     pub samples: u32,
     pub of: u32,
-    /// From the start of the rendering of this view, in ms.
+    /// The time since the start of rendering this view, in ms.
     pub ms: f64,
     pub rays_per_second: f64,
     pub frame: i64,
@@ -97,17 +97,17 @@ impl Picture {
         &self.message
     }
 
-    /// The picture alone, a file of the type that the header tells.
+    /// The picture file alone; the header tells its type.
     pub fn file(&self) -> &[u8] {
         &self.message[self.file..]
     }
 }
 
-/// A JPEG file of R, G and B of each pixel. It is empty where a side is longer than the format allows.
+/// Encodes a JPEG file from R, G and B of each pixel. It is empty if a side is longer than the format allows.
 pub fn jpeg(rgb: &[u8], [width, height]: [u32; 2], quality: u8) -> Vec<u8> {
     let mut file = Vec::with_capacity(rgb.len() / 8);
     let mut encoder = Encoder::new(&mut file, quality);
-    // Colours at half the resolution, where quality does not come first.
+    // Chroma subsampling at lower quality.
     encoder.set_sampling_factor(match quality {
         90.. => SamplingFactor::F_1_1,
         _ => SamplingFactor::F_2_2,
@@ -116,7 +116,7 @@ pub fn jpeg(rgb: &[u8], [width, height]: [u32; 2], quality: u8) -> Vec<u8> {
     if let [Ok(width), Ok(height)] = sides
         && encoder.encode(rgb, width, height, ColorType::Rgb).is_err()
     {
-        // Of a picture that cannot be encoded the page keeps the one before.
+        // If a picture cannot be encoded, the page keeps the last one.
         file.clear();
     }
     file

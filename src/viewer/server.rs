@@ -1,4 +1,4 @@
-//! The server: three addresses, behind the guard.
+//! The server: three addresses with access control.
 //!
 //! | address | what |
 //! |---|---|
@@ -25,10 +25,10 @@ use crate::error::Error;
 /// The most bytes of a message of a page.
 const MAX_MESSAGE: usize = 16 << 10;
 
-/// The time between two looks at whether the server is to stop.
+/// The interval at which the server checks whether to stop.
 const STOP_POLL: Duration = Duration::from_millis(50);
 
-/// The time that connections have to say goodbye.
+/// The time for closing connections.
 const GOODBYE: Duration = Duration::from_millis(500);
 
 #[derive(Clone)]
@@ -60,7 +60,7 @@ pub fn run(
     let served = runtime.block_on(async {
         let listener = tokio::net::TcpListener::from_std(listener)?;
         let listener = listener.tap_io(|stream| {
-            // Messages are not to wait for others; without that they still arrive.
+            // Disables Nagle's algorithm; an error only costs latency.
             let _ = stream.set_nodelay(true);
         });
         let app = Router::new()
@@ -73,7 +73,7 @@ pub fn run(
             served = axum::serve(listener, app).into_future() => served,
             () = over(is_over) => {
                 stopping.send_replace(true);
-                // Pages answer a close at once.
+                // Pages answer a close frame immediately.
                 let _ = tokio::time::timeout(GOODBYE, stopping.closed()).await;
                 Ok(())
             }
@@ -89,7 +89,7 @@ async fn over(is_over: &dyn Fn() -> bool) {
     }
 }
 
-/// Lets the guard look at every request.
+/// Checks every request with the guard.
 async fn check(State(server): State<Server>, request: Request, next: Next) -> Response {
     if let Err(status) = server.guard.check(request.uri(), request.headers()) {
         let reason = match status {

@@ -1,7 +1,6 @@
-//! The session: the one view that all pages see, and what changes it.
+//! The session: the single view of all pages, and its changes.
 //!
-//! Input is state: a page says which camera it wants, and the newest wish counts. A change cancels the rendering of the view
-//! before it.
+//! Input is state: a page sends the wanted camera, and the newest one counts. A change cancels the rendering of the last view.
 
 use std::{
     path::Path,
@@ -41,14 +40,14 @@ use crate::{
 /// The view that pages see.
 #[derive(Clone, Debug)]
 pub struct View {
-    /// Rises with each change.
+    /// Increases with each change.
     pub version: u64,
     /// The page that made the last change, and the number of its message.
     pub client: u64,
     pub seq: u64,
     pub frame: i64,
     pub camera: ViewCamera,
-    /// The path whose camera at the frame it is; `None` for `camera` itself.
+    /// The path that gives the camera at the frame; `None` for `camera` itself.
     pub path: Option<Arc<CameraPath>>,
 }
 
@@ -86,7 +85,7 @@ pub struct RunningJob {
     pub thread: JoinHandle<()>,
 }
 
-/// The one view, and who looks at it.
+/// The view, and the pages that show it.
 pub struct Session {
     pub base: Base,
     state: Mutex<State>,
@@ -147,7 +146,7 @@ impl Session {
         Ok(session)
     }
 
-    /// The number of a page that connects, from 1.
+    /// The number of a new page, from 1.
     pub fn join(&self) -> u64 {
         self.pages.fetch_add(1, Ordering::Relaxed) + 1
     }
@@ -196,7 +195,7 @@ impl Session {
         })
     }
 
-    /// Waits for a view newer than `version`, at most for `time`; whether there is one, or the session has stopped.
+    /// Waits for a view newer than `version`, at most for `time`; returns whether there is one, or the session has stopped.
     pub fn waits_for_newer(&self, version: u64, time: Duration) -> bool {
         let state = self.lock();
         let is_same = |state: &mut State| !state.is_stopped && state.view.version <= version;
@@ -243,13 +242,13 @@ impl Session {
         Ok(())
     }
 
-    /// Moves the camera to where the scene has it.
+    /// Moves the camera to that of the scene.
     pub fn go_home(&self, from: (u64, u64)) -> Result<(), String> {
         let camera = home(&self.base).ok_or("the scene has no camera of its own")?;
         self.set_camera(from, camera)
     }
 
-    /// Goes to a frame, with the camera of the path where it has one.
+    /// Goes to a frame, with the camera of the path if it has one there.
     pub fn set_frame(&self, from: (u64, u64), frame: i64) -> Result<(), String> {
         if frame.abs() > MAX_FRAME {
             return Err(PathError::FrameNumber(frame as f64).to_string());
@@ -315,7 +314,7 @@ impl Session {
         Ok(())
     }
 
-    /// The surface at a place of the picture, from 0 to 1 to the right and downwards.
+    /// The surface at a point of the picture, from 0 to 1 to the right and down.
     pub fn pick(&self, id: u64, [x, y]: [f32; 2]) -> Answer {
         let film = self.base.resolution();
         let view = self.lock().view.clone();
@@ -327,7 +326,7 @@ impl Session {
         }
     }
 
-    /// The request of the job that renders the path as the page shows it.
+    /// The request of the job that renders the page's path.
     ///
     /// # Errors
     /// The path was not saved.
@@ -343,7 +342,7 @@ impl Session {
         })
     }
 
-    /// The job that runs, or has run.
+    /// The current or last job.
     pub fn running_job(&self) -> MutexGuard<'_, Option<RunningJob>> {
         self.running_job
             .lock()
@@ -361,7 +360,7 @@ impl Session {
         let job = self.running_job().take();
         if let Some(RunningJob { cancel, thread }) = job {
             cancel.cancel();
-            // A job that has panicked has said so.
+            // The panic of a job has already been reported.
             let _ = thread.join();
         }
     }
@@ -373,7 +372,7 @@ impl Session {
         self.tell(state);
     }
 
-    /// Puts the camera where the path has it at the frame.
+    /// Sets the camera to that of the path at the frame.
     fn follow_path(&self, state: &mut State) {
         let path = state.keyframes.path().cloned();
         let camera = camera_at(&self.base, path.as_deref(), state.view.frame);
@@ -391,7 +390,7 @@ impl Session {
         self.changed.notify_all();
     }
 
-    /// Tells all pages what has changed beside the view.
+    /// Sends changed facts to all pages.
     fn tell(&self, state: &State) {
         let interp = |interp| match interp {
             Interp::Smooth => "smooth",
@@ -437,12 +436,12 @@ fn camera_at(base: &Base, path: Option<&CameraPath>, frame: i64) -> Option<ViewC
 }
 
 impl Base {
-    /// The direction that counts as up.
+    /// The up direction.
     fn up(&self) -> DVec3 {
         self.home.as_ref().map_or(DVec3::Y, |(_, at)| at.up)
     }
 
-    /// The distance of a target that nothing gives, in m.
+    /// The default distance of a target, in m.
     fn distance(&self) -> f64 {
         let of_home = |(eye, at): &(DVec3, LookAt)| eye.distance(at.target);
         self.home.as_ref().map_or(10.0 * self.step, of_home)

@@ -1,7 +1,6 @@
-//! Many directions at once: look-ups for rays that met nothing, and samples for surfaces.
+//! Batches of directions: look-ups for rays without a hit, and samples for surfaces.
 //!
-//! Arithmetic runs on vectors; texels and cells of the distribution are read one direction after the other, so that
-//! their latencies overlap.
+//! Arithmetic runs on vectors; texels and cells of the distribution are read in separate loops, so that their latencies overlap.
 
 use std::f32::consts::{PI, TAU};
 
@@ -17,7 +16,7 @@ const LANES: usize = 64;
 /// Directions as arrays: their x, y and z.
 type Directions = [[f32; LANES]; 3];
 
-/// Places on the map as arrays: columns and rows.
+/// Points of the map as arrays: columns and rows.
 type MapPoints = [[f32; LANES]; 2];
 
 #[inline(always)]
@@ -34,7 +33,7 @@ fn map_point(at: &MapPoints, i: usize) -> MapPoint {
     MapPoint::new(at[0][i], at[1][i])
 }
 
-/// Finds the places of directions on the map.
+/// Computes the points of the map in given directions.
 struct FindMapPoints<'a> {
     environment: &'a Environment,
     w: &'a Directions,
@@ -51,16 +50,16 @@ impl VectorLoop for FindMapPoints<'_> {
     }
 }
 
-/// Places in cells of the distribution.
+/// Points in cells of the distribution.
 struct Cells {
     /// Columns of the map.
     columns: [f32; LANES],
-    /// Heights above the middle of the unit sphere, and distances from its axis.
+    /// Heights above the centre of the unit sphere, and distances from its axis.
     heights: [f32; LANES],
     radii: [f32; LANES],
 }
 
-/// Turns places in cells into directions and places on the map.
+/// Converts points in cells to directions and points of the map.
 struct FindDirections<'a> {
     environment: &'a Environment,
     cells: &'a Cells,
@@ -103,7 +102,7 @@ impl Environment {
         }
     }
 
-    /// Gives `to` what [`Environment::sample`] finds by each of these pairs of uniform numbers, with the index of the pair.
+    /// Calls `to` with the index of each of these pairs of uniform numbers and the result of [`Environment::sample`] for it.
     pub fn sample_all(&self, on: impl Dispatch, numbers: &[Vec2], mut to: impl FnMut(usize, Option<LightSample>)) {
         let Some(distribution) = &self.distribution else {
             return (0..numbers.len()).for_each(|k| to(k, None));

@@ -10,9 +10,9 @@ use crate::{
 };
 
 const BUCKETS: usize = 12;
-/// Below so many lights a group is not worth another thread.
+/// The least number of lights of a parallel task.
 const PAR_MIN_LEN: usize = 2048;
-/// Above so many lights only the longest axis is tried.
+/// The most lights of a group for which all axes are tried, not only the longest.
 const MAX_ALL_AXES: usize = 4096;
 
 #[derive(Clone, Copy)]
@@ -28,8 +28,8 @@ impl BuildItem {
 }
 
 impl LightTree {
-    /// Over lights of these bounds, on the threads of the current rayon pool; the same tree on any
-    /// number of them.
+    /// Builds a tree over lights with these bounds, on the threads of the current rayon pool; the tree does not depend on their
+    /// number.
     pub fn build(lights: impl ExactSizeIterator<Item = LightBounds>) -> Self {
         let mut tree = Self {
             places: vec![None; lights.len()],
@@ -52,7 +52,7 @@ impl LightTree {
     }
 }
 
-/// Orders `items` and writes the nodes over them, 2k - 1 for k lights; returns what holds them all.
+/// Orders `items` and writes the nodes over them, 2k - 1 for k lights; returns the bounds of all.
 fn fill(items: &mut [BuildItem], nodes: &mut [BinaryNode]) -> LightBounds {
     let count = items.len();
     if let [only] = items {
@@ -79,7 +79,7 @@ fn fill(items: &mut [BuildItem], nodes: &mut [BinaryNode]) -> LightBounds {
     bounds
 }
 
-/// Orders two or more items and says where the second group begins; neither is empty.
+/// Orders two or more items into two non-empty groups; returns the start of the second.
 fn split(items: &mut [BuildItem]) -> usize {
     let centers = Aabb::from_points(items.iter().map(BuildItem::center));
     let extent = centers.extent();
@@ -123,7 +123,7 @@ fn cheapest(items: &[BuildItem], centers: &Aabb, axis: usize) -> Option<(f32, us
         add(&mut after[i], buckets[i + 1].as_ref());
     }
     let extent = centers.extent();
-    // Thin slices of a long group are no better than thick ones.
+    // Splits along a short axis cost more, because they make thin slices.
     let regular = extent.max_element() / extent[axis];
     let mut before = None;
     (0..BUCKETS - 1)
@@ -145,7 +145,7 @@ fn weight(group: &LightBounds) -> f32 {
     group.power * group.bounds.extent().length_squared() * group.directions.measure()
 }
 
-/// Moves what is `first` to the front and counts it.
+/// Moves the items that are `first` to the front; returns their number.
 fn partition(items: &mut [BuildItem], first: impl Fn(&BuildItem) -> bool) -> usize {
     let mut count = 0;
     for i in 0..items.len() {

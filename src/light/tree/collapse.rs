@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{light::LightBounds, math::Vec3};
 
-/// The nodes over the binary tree `nodes`, whose leaves hold `lights` from left to right.
+/// Collapses the binary tree `nodes`, whose leaves hold `lights` from left to right.
 pub(super) fn collapse(nodes: &[BinaryNode], lights: &[u32], tree: &mut LightTree) {
     let Some(root) = nodes.first() else { return };
     tree.all.set(0, &root.bounds);
@@ -47,7 +47,7 @@ pub(super) fn collapse(nodes: &[BinaryNode], lights: &[u32], tree: &mut LightTre
     }
 }
 
-/// The group that is worth opening most: of much power over a wide space.
+/// The group to open next: the one with the largest power and extent.
 fn widest(nodes: &[BinaryNode], opened: &[(usize, u32)]) -> Option<usize> {
     let extent = |group: &LightBounds| (group.bounds.max - group.bounds.min).max(Vec3::splat(f32::MIN_POSITIVE));
     let weight = |at: usize| {

@@ -1,4 +1,4 @@
-//! Groups of lights side by side, and their importance for a point, all at once.
+//! Groups of lights as arrays, and their importance for a point.
 //!
 //! Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree
 //! Splitting", HPG 2018, doi:10.1145/3233305.
@@ -8,7 +8,7 @@ use crate::{
     math::{Sidedness, Vec3},
 };
 
-/// Cosines this far below 0 still count as a little above, so that rounding never hides a light.
+/// Cosines down to this far below 0 count as positive, so that rounding never hides a light.
 const MARGIN: f32 = 1e-3;
 
 /// The bounding spheres and the orientation cones of `N` groups, as arrays.
@@ -23,9 +23,9 @@ pub(super) struct LightGroups<const N: usize> {
     /// Cosine and sine of the largest angle between a normal and the axis.
     cos_o: [f32; N],
     sin_o: [f32; N],
-    /// Cosine of the largest angle between a normal and the light, less [`MARGIN`]; below -1 where the lights shine all ways.
+    /// Cosine of the largest angle between a normal and the light, minus [`MARGIN`]; below -1 if the lights emit in all directions.
     cos_e: [f32; N],
-    /// -1 where lights shine against their normals too, else 1.
+    /// -1 if lights also emit against their normals, else 1.
     side: [f32; N],
 }
 
@@ -45,7 +45,7 @@ impl Angle {
         }
     }
 
-    /// This one less the other, at least 0.
+    /// The difference to another angle, at least 0.
     #[inline(always)]
     fn less(self, other: Self) -> Self {
         let is_less = self.cos >= other.cos;
@@ -76,7 +76,7 @@ impl<const N: usize> LightGroups<N> {
     pub fn set(&mut self, i: usize, group: &LightBounds) {
         let half = (group.bounds.max - group.bounds.min) * 0.5;
         let center = group.bounds.min + half;
-        // The middle is rounded.
+        // Bounds the rounding error of the centre.
         let radius = half.length() * (1.0 + 4.0 * f32::EPSILON) + center.abs().max_element() * f32::EPSILON;
         let radius = if half == Vec3::ZERO { 0.0 } else { radius };
         let directions = group.directions;
@@ -90,7 +90,7 @@ impl<const N: usize> LightGroups<N> {
         let open = Angle::of_cos(directions.cos_o);
         (self.cos_o[i], self.sin_o[i]) = (open.cos, open.sin);
         self.cos_e[i] = if shines_all_ways {
-            // Every group is then straight ahead.
+            // Then every group is at normal incidence.
             (self.cos_o[i], self.sin_o[i]) = (-2.0, 0.0);
             -2.0
         } else {
@@ -103,12 +103,12 @@ impl<const N: usize> LightGroups<N> {
         };
     }
 
-    /// Estimates of the irradiance at `p` on a surface of unit normal `n` (zero: of any), in W m^-2, where no light is hidden.
-    /// 0 only where the lights do not shine on that side of `p` at all.
+    /// Estimates of the unoccluded irradiance at `p` on a surface of unit normal `n` (zero: of any), in W m^-2. 0 only if no light
+    /// of the group reaches that side.
     #[inline(always)]
     pub fn importances(&self, p: Vec3, n: Vec3) -> [f32; N] {
         let is_any = n == Vec3::ZERO;
-        // Towards any normal a light is straight ahead.
+        // Without a normal every light is at normal incidence.
         let least = if is_any { f32::NEG_INFINITY } else { -MARGIN };
         let mut importances = [0.0; N];
         for (i, importance) in importances.iter_mut().enumerate() {
@@ -120,7 +120,7 @@ impl<const N: usize> LightGroups<N> {
             let (d2, r2) = (x * x + y * y + z * z, self.radius2[i]);
             let nearest = if d2 > r2 { d2 } else { r2 };
             let scale = 1.0 / d2.sqrt();
-            // The angle that the ball is seen under.
+            // The angular radius of the bounding sphere.
             let sin2 = r2 / d2;
             let ball = Angle {
                 cos: (1.0 - sin2).max(0.0).sqrt(),
@@ -138,7 +138,7 @@ impl<const N: usize> LightGroups<N> {
             let shines = (off.cos >= self.cos_e[i]) & (facing >= least);
             let facing = if is_any { 1.0 } else { facing.max(MARGIN) };
             let factor = if shines { off.cos.max(MARGIN) * facing } else { 0.0 };
-            // Within the ball nothing is known.
+            // Inside of the bounding sphere all directions are possible.
             let factor = if d2 > r2 { factor } else { 1.0 };
             let brought = self.power[i] * factor / nearest;
             let bounded = if brought < f32::MAX {

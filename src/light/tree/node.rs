@@ -27,11 +27,11 @@ pub(super) enum Child {
 pub(super) struct LightNode {
     pub groups: LightGroups<WIDTH>,
     children: [u32; WIDTH],
-    /// The place of this node in the one above; `None` for the root.
+    /// The position of this node in its parent; `None` for the root.
     pub above: Option<Place>,
 }
 
-/// The shares of a node's groups in a choice: the sum of the weights up to and with each.
+/// The cumulative weights of a node's groups.
 #[derive(Clone, Copy)]
 pub(super) struct Shares {
     sums: [f64; WIDTH],
@@ -63,10 +63,10 @@ impl LightNode {
         }
     }
 
-    /// The shares of the groups for `p` on a surface of unit normal `n` (zero: of any); `None` where none can matter.
+    /// The cumulative weights for `p` on a surface of unit normal `n` (zero: of any); `None` if no group can contribute.
     ///
-    /// No group that matters is all but forgotten: what an importance leaves out (the distances within a group, what hides its
-    /// lights) would make it a bright dot.
+    /// Groups that can contribute have a least weight, because importance ignores occlusion and the distances within a group: a
+    /// very small probability would cause fireflies.
     #[inline(always)]
     pub fn shares(&self, p: Vec3, n: Vec3) -> Option<Shares> {
         const MIN_PROBABILITY: f32 = 1e-4;
@@ -97,13 +97,13 @@ impl Shares {
         (self.sums[lane] - self.before(lane)) / self.sums[WIDTH - 1]
     }
 
-    /// The group that `u` in `[0, 1)` chooses, and a fresh number for what is below it.
+    /// The group that `u` in `[0, 1)` selects, and a new uniform number for its children.
     ///
-    /// Nobody can predict which it is, so all sums are compared.
+    /// The group is unpredictable, so all sums are compared without branches.
     #[inline(always)]
     pub fn choose(&self, u: f64) -> (usize, f64) {
         let total = self.sums[WIDTH - 1];
-        // Below the total even where the product is rounded, so that the group has a weight.
+        // Rounding must not reach the total, so that the selected group has a weight.
         let place = (u * total).min(total.next_down());
         let mut lane = 0;
         for sum in &self.sums[..WIDTH - 1] {

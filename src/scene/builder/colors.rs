@@ -9,8 +9,8 @@ use crate::{
 };
 
 impl SceneBuilder {
-    /// Converts the colours of materials, textures, lights and vertices from Rec. 709 to a working space; those of the background
-    /// are the caller's. `is_color` tells whether a bitmap holds colours, and not data.
+    /// Converts the colours of materials, textures, lights and vertices from Rec. 709 to a working space; the caller converts
+    /// those of the background. `is_color` tells whether a bitmap holds colours or data.
     pub fn convert_colors(&mut self, space: WorkingSpace, is_color: impl Fn(BitmapId) -> bool) {
         if space == WorkingSpace::Rec709 {
             return;

@@ -77,9 +77,9 @@ fn lamps_for_many_surfaces_are_those_for_single_ones() {
                 p: surface.lifted(),
                 n: surface.viewed_normal(),
             };
-            let choice = scene.lights.choose(Plain, LightFamily::Lamps, &at, choices[k].x);
+            let choice = scene.lights.choose(Plain, LightFamily::Finite, &at, choices[k].x);
             let expected = choice.and_then(|c| Some((c, scene.sample_light(c.light, at.p, points[k])?)));
-            let sample = samples.get(LightFamily::Lamps, k);
+            let sample = samples.get(LightFamily::Finite, k);
             assert_eq!(sample.expect("the ball reflects light"), expected);
             lit += u32::from(expected.is_some());
         }

@@ -184,7 +184,7 @@ fn the_only_light_is_certain() {
     let scene = shape_scene(SHAPES[0], None, lamp());
     let choice = scene
         .lights
-        .choose(Plain, LightFamily::Lamps, &floor(0.0), 0.7)
+        .choose(Plain, LightFamily::Finite, &floor(0.0), 0.7)
         .expect("a light");
     assert_eq!((choice.light, choice.pmf), (LightId(0), 1.0));
 }
@@ -230,7 +230,7 @@ fn among_a_thousand_lamps_the_tree_is_far_less_noisy_than_equal_chances() {
             };
             let choice = scene
                 .lights
-                .choose(Plain, LightFamily::Lamps, &at, v.x)
+                .choose(Plain, LightFamily::Finite, &at, v.x)
                 .expect("a light");
             tree.add(irradiance(choice.light) / f64::from(choice.pmf));
             chance.add(irradiance(LightId((v.y * 1000.0) as u32)) * 1000.0);
