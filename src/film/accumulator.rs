@@ -1,4 +1,4 @@
-//! The samples of a tile so far: what becomes the tile's part of a film.
+//! Accumulators: the sums of a tile's samples, which become its part of a film.
 //!
 //! A sample belongs to its own pixel, and a pixel's samples are added in their order, so a pixel's bits do not depend on
 //! tiles, threads, crops or the rounds in which a frame is rendered.
@@ -16,21 +16,21 @@ use crate::{
     scene::{FirstHit, MatteKind},
 };
 
-/// A sample on its way to a tile's accumulator.
+/// A finished sample.
 #[derive(Clone, Copy, Debug)]
 pub struct SampleRecord<'a> {
     /// Radiance, in W m^-2 sr^-1.
     pub l: Rgb,
     pub alpha: f32,
-    /// 1, or -1 where the pixel filter is negative.
+    /// 1, or -1 if the pixel filter is negative.
     pub weight: f32,
-    /// Its number among those of the pixel.
+    /// Its index within the pixel.
     pub index: u32,
     /// The squared distance from the pixel's centre, in pixels.
     pub distance_squared: f32,
-    /// The first hit of its camera ray; read where the layout needs first hits.
+    /// The first hit of its camera ray; used if the layout needs first hits.
     pub first: Option<&'a FirstHit>,
-    /// Its light by layers; empty where the layout does not need them.
+    /// Its layers of light; empty if the layout does not need them.
     pub light: &'a [Rgb],
 }
 
@@ -69,7 +69,7 @@ struct DataPlane {
 }
 
 impl AccumulatorLayout {
-    /// The order for a film with so many samples of each pixel, or with so many before the first
+    /// The order for a film with this many samples per pixel, or this many before the first
     /// [`TileAccumulator::start_second_half`].
     pub fn new(film: &FilmLayout, samples: u32) -> Self {
         let mut layout = Self {
@@ -121,7 +121,7 @@ impl AccumulatorLayout {
         layout
     }
 
-    /// The same order with the beauty by halves, by which accumulators know their noise.
+    /// Adds the beauty by halves, from which accumulators estimate their noise.
     pub fn with_noise(self) -> Self {
         Self {
             keeps_halves: true,
@@ -129,7 +129,7 @@ impl AccumulatorLayout {
         }
     }
 
-    /// The bytes that an accumulator takes for each pixel, without mattes that pixels share out.
+    /// The bytes of an accumulator per pixel, without the mattes, whose number varies.
     pub fn bytes_per_pixel(&self) -> u64 {
         let sums = 1 + self.light.len() + self.features.len();
         let data = if self.data.is_empty() { 0 } else { 1 + self.data_width };
@@ -142,7 +142,7 @@ impl AccumulatorLayout {
             + mattes) as u64
     }
 
-    /// The index of a feature, which is added where it is new.
+    /// Returns the index of a feature, and adds it if it is new.
     fn feature(&mut self, feature: Feature) -> usize {
         let known = self.features.iter().position(|other| *other == feature);
         known.unwrap_or_else(|| {
@@ -151,12 +151,12 @@ impl AccumulatorLayout {
         })
     }
 
-    /// The half of a pixel's samples that the one with this number is in, 0 or 1.
+    /// The half, 0 or 1, of the sample with this index.
     fn half(&self, sample: u32) -> usize {
         usize::from(sample >= self.second_half)
     }
 
-    /// The number of sums of features by halves, of so many pixels.
+    /// The number of sums of features by halves for this many pixels.
     fn feature_halves(&self, pixels: usize) -> usize {
         if self.mean_variances.is_empty() {
             0
@@ -176,25 +176,25 @@ impl AccumulatorLayout {
     }
 }
 
-/// The samples of a tile so far.
+/// The sums of a tile's samples so far.
 #[derive(Clone, Debug)]
 pub struct TileAccumulator {
     tile: Window,
     beauty: Vec<PixelSum>,
-    /// The light planes of each pixel, one pixel after the other.
+    /// The light planes of all pixels, concatenated.
     light: Vec<PixelSum>,
-    /// The squared distance of each pixel's nearest sample, infinite where there is none.
+    /// The squared distance of each pixel's nearest sample; infinite if there is none.
     nearest: Vec<f32>,
-    /// The data values of that sample, one pixel after the other.
+    /// The data values of the nearest samples, concatenated.
     data: Vec<f32>,
     coverage: TileCoverage,
-    /// The sums of the features of each pixel, one pixel after the other.
+    /// The sums of the features of all pixels, concatenated.
     features: Vec<PixelSum>,
-    /// The same by halves; empty where no pass shows their variance.
+    /// The same by halves; empty if no pass shows their variance.
     feature_halves: Vec<HalfSums>,
-    /// The halves of the beauty; empty where neither a pass nor the noise needs them.
+    /// The halves of the beauty; empty if neither a pass nor the noise needs them.
     halves: Vec<HalfSums>,
-    /// Empty where no pass shows the variance.
+    /// Empty if no pass shows the variance.
     moments: Vec<Moments>,
 }
 
@@ -216,13 +216,13 @@ impl TileAccumulator {
         }
     }
 
-    /// The pixels that it holds.
+    /// The pixels of the tile.
     pub fn tile(&self) -> Window {
         self.tile
     }
 
-    /// Adds the samples of a pixel, counted by rows from the tile's top left, in order. Returns how many of them were not
-    /// finite: they are left out of the light, and keep their data.
+    /// Adds the samples of a pixel, in order; pixels are counted by rows from the tile's top left. Returns the number of samples
+    /// that are not finite: their light is left out, their data is kept.
     #[inline]
     pub fn add<'a>(
         &mut self,
@@ -263,7 +263,7 @@ impl TileAccumulator {
         invalid
     }
 
-    /// Lets all samples so far be the first half, and those to come the second.
+    /// Makes all samples so far the first half, and later ones the second.
     pub fn start_second_half(&mut self) {
         for (halves, sum) in self.halves.iter_mut().zip(&self.beauty) {
             *halves = HalfSums::of_first(sum);
@@ -273,7 +273,7 @@ impl TileAccumulator {
         }
     }
 
-    /// The estimated error of what is shown: the root of the mean over the pixels of [`noise::squared_error`]. The layout is one
+    /// The estimated display error: the root of the mean over the pixels of [`noise::squared_error`]. Needs a layout
     /// [with noise](AccumulatorLayout::with_noise).
     pub fn error(&self, gain: f32) -> f64 {
         let pixels = self.beauty.iter().zip(&self.halves);
@@ -332,7 +332,7 @@ impl TileAccumulator {
         }
     }
 
-    /// Appends the samples so far as bytes, from which an accumulator of the same tile and layout goes on.
+    /// Appends the sums as bytes, from which an accumulator of the same tile and layout can continue.
     pub fn write_state(&self, out: &mut Vec<u8>) {
         let Self {
             tile: _,
@@ -357,7 +357,7 @@ impl TileAccumulator {
         coverage.write_state(out);
     }
 
-    /// Takes the samples so far from the start of `input`, and moves that behind them; `None` where it holds none.
+    /// Reads the sums from the start of `input`, and advances it; `None` if it is too short or invalid.
     pub fn read_state(&mut self, input: &mut &[u8]) -> Option<()> {
         state::take(input, &mut self.beauty)?;
         state::take(input, &mut self.light)?;
@@ -370,7 +370,7 @@ impl TileAccumulator {
         self.coverage.read_state(input)
     }
 
-    /// Writes the pixels as they stand into their place in `film`.
+    /// Writes the current pixels into `film`.
     pub fn resolve_into(&self, layout: &AccumulatorLayout, film: &mut Film) {
         let beauty = self.beauty.iter().map(PixelSum::resolve);
         film.put(0, self.tile, beauty);

@@ -1,22 +1,22 @@
-//! Ranked coverage: which mattes cover a pixel, and how much of it each. The content of Cryptomatte layers.
+//! Ranked coverage, the content of Cryptomatte layers: the mattes of a pixel with their coverage.
 //!
-//! A matte's coverage is the sum of the weights of the samples that met it over that of all samples, with those that met
-//! nothing: lens, shutter and surfaces that let a part of the rays pass are all in the choice of samples. Cryptomatte has no
-//! negative coverage: where the pixel filter is negative a sample has no weight, unless all samples of the pixel are there.
+//! The coverage of a matte is the sum of the weights of its samples over that of all samples, including misses. Lens, shutter
+//! and partial opacity are part of it, because they are sampled. Cryptomatte has no negative coverage: samples with a negative
+//! filter weight do not count, unless all samples of the pixel are negative.
 //!
 //! Source: Friedman and Jones, "Fully Automatic ID Mattes with Support for Motion Blur and Transparency", SIGGRAPH 2015
 //! posters, doi:10.1145/2787626.2787629.
 
 use super::state;
 
-/// The number of mattes of a pixel that a film keeps where nothing else is said.
+/// The default number of mattes per pixel.
 pub const DEFAULT_RANKS: u32 = 6;
 
-/// The weights of some samples.
+/// The weights of a set of samples.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 struct Weight {
-    /// The sum of the positive ones.
+    /// The sum of the positive weights.
     positive: f32,
     count: u32,
 }
@@ -37,13 +37,13 @@ impl Weight {
     }
 }
 
-/// A matte that some samples of a pixel met.
+/// A matte of a pixel.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 struct Entry {
     id: u32,
     weight: Weight,
-    /// The number after that of the pixel's next entry; 0 at the end.
+    /// The index of the pixel's next entry plus 1; 0 at the end.
     next: u32,
 }
 
@@ -52,7 +52,7 @@ struct Entry {
 pub(super) struct TileCoverage {
     passes: usize,
     totals: Vec<Weight>,
-    /// The number after that of the first entry of each pass of each pixel, 0 where it has none.
+    /// The index of the first entry plus 1, for each pass of each pixel; 0 if it has none.
     heads: Vec<u32>,
     entries: Vec<Entry>,
 }
@@ -73,7 +73,7 @@ impl TileCoverage {
         self.totals[pixel].add(weight);
     }
 
-    /// Adds the same weight to the matte that the sample met.
+    /// Adds the same weight to the matte of the sample.
     pub fn add(&mut self, pixel: usize, pass: usize, id: u32, weight: f32) {
         let head = &mut self.heads[pixel * self.passes + pass];
         let mut at = *head;
@@ -107,19 +107,19 @@ impl TileCoverage {
         state::put_counted(out, entries);
     }
 
-    /// Takes its state from the start of `input`; `None` where that is none.
+    /// Reads its state from the start of `input`; `None` if that is invalid.
     pub fn read_state(&mut self, input: &mut &[u8]) -> Option<()> {
         state::take(input, &mut self.totals)?;
         state::take(input, &mut self.heads)?;
         self.entries = state::take_counted(input)?;
-        // An entry leads to an older one, so chains end.
+        // An entry refers to an older one, so chains end.
         let is_known = |at: &u32| *at as usize <= self.entries.len();
         let is_older = |(i, entry): (usize, &Entry)| entry.next as usize <= i;
         (self.heads.iter().all(is_known) && self.entries.iter().enumerate().all(is_older)).then_some(())
     }
 
-    /// The mattes of a pass of all pixels: for each the bits of its id, as those of a float, and its coverage, from the most
-    /// to the least of it. Of equal ones the smaller id comes first; `ranks` are kept, and zeros where there are fewer.
+    /// The mattes of a pass for all pixels: for each matte the bits of its id as a float, and its coverage. They are in descending
+    /// order of coverage and ascending order of id; each pixel has `ranks`, filled up with zeros.
     pub fn resolve(&self, pass: usize, ranks: usize) -> Vec<f32> {
         let mut values = vec![0.0; self.totals.len() * 2 * ranks];
         let mut found: Vec<(u32, f32)> = Vec::new();

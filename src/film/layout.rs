@@ -1,4 +1,4 @@
-//! The planes of a film: which passes it holds, and what they need.
+//! The layout of a film: its planes, and the inputs that they need.
 
 use std::sync::Arc;
 
@@ -16,19 +16,19 @@ use crate::{
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaneSpec {
     pub pass: &'static PassSpec,
-    /// The pass's name, for light groups with the group's.
+    /// The name of the pass, with that of the light group.
     pub name: String,
-    /// The layer of sorted light that it shows, where it does.
+    /// The layer of light that it shows, if it shows one.
     pub light_layer: Option<usize>,
-    /// The mattes that it keeps of each pixel; 0 where it shows none.
+    /// The number of mattes per pixel; 0 for other passes.
     pub ranks: u32,
     /// The mattes that it shows, once the scene is known.
     pub mattes: Option<Arc<MatteTable>>,
 }
 
 impl PlaneSpec {
-    /// The number of values that a film holds for each pixel; the first are the pass's channels. What the integrator computes
-    /// has four, of which the last is alpha.
+    /// The number of values per pixel. The integrator's picture has four, of which the last is alpha; other passes have their
+    /// channels.
     pub fn width(&self) -> usize {
         match self.pass.source {
             PassSource::Integrator => 4,
@@ -51,7 +51,7 @@ impl PlaneSpec {
     }
 }
 
-/// The planes of a film. The first is what the integrator computes; the others are passes beside it.
+/// The planes of a film: first the integrator's picture, then passes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmLayout {
     planes: Vec<PlaneSpec>,
@@ -68,8 +68,8 @@ pub struct Needs {
 }
 
 impl FilmLayout {
-    /// The layout for `passes`, each once, in a scene with these light groups. Its first plane is `picture`, which the integrator
-    /// computes: the beauty, or what stands in its place.
+    /// The layout for distinct `passes` in a scene with these light groups. Its first plane is `picture`, which the integrator
+    /// computes.
     ///
     /// # Errors
     /// A pass names a light group that the scene does not have.
@@ -114,7 +114,7 @@ impl FilmLayout {
         Ok(Self { planes: unique })
     }
 
-    /// The layout with so many ranks of each matte pass, an even number: two share a layer.
+    /// Sets the number of ranks of matte passes, an even number: two share a layer.
     pub fn with_ranks(mut self, ranks: u32) -> Self {
         for plane in self.planes.iter_mut().filter(|plane| plane.ranks > 0) {
             plane.ranks = ranks.next_multiple_of(2);
@@ -122,7 +122,7 @@ impl FilmLayout {
         self
     }
 
-    /// The layout with the names of a scene's mattes, which files list.
+    /// Sets the names of a scene's mattes, which files list.
     pub fn with_mattes<'a>(mut self, mattes: impl Fn() -> &'a Mattes) -> Self {
         for plane in &mut self.planes {
             if let PassSource::Matte(kind) = plane.pass.source {
@@ -136,7 +136,7 @@ impl FilmLayout {
         &self.planes
     }
 
-    /// The bytes that a finished film takes for each pixel.
+    /// The bytes of a finished film per pixel.
     pub fn bytes_per_pixel(&self) -> u64 {
         let values: usize = self.planes.iter().map(PlaneSpec::width).sum();
         (values * size_of::<f32>()) as u64

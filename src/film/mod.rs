@@ -1,4 +1,4 @@
-//! The film: samples to pixels, for the beauty and for every pass beside it.
+//! The film: the pixels of the beauty and of all other passes.
 
 pub mod accumulator;
 pub mod coverage;
@@ -24,9 +24,9 @@ pub use window::Window;
 pub struct Film {
     /// Columns and rows of the full picture.
     pub resolution: [u32; 2],
-    /// The part of it that was rendered.
+    /// The rendered part of the picture.
     pub window: Window,
-    /// The samples that every pixel has, but for those whose noise was low enough before.
+    /// The samples of each pixel, except those that adaptive sampling stopped before.
     pub samples: u32,
     planes: Vec<Plane>,
 }
@@ -35,12 +35,12 @@ pub struct Film {
 #[derive(Clone, Debug)]
 pub struct Plane {
     pub spec: PlaneSpec,
-    /// [`PlaneSpec::width`] values of each pixel of the film's window beside each other, row by row from the top.
+    /// [`PlaneSpec::width`] values for each pixel of the film's window, row by row from the top.
     pub values: Vec<f32>,
 }
 
 impl Film {
-    /// A film whose planes hold their passes' backgrounds.
+    /// A film filled with the background values of its passes.
     pub fn new(resolution: [u32; 2], window: Window, layout: &FilmLayout) -> Self {
         let plane = |spec: &PlaneSpec| Plane {
             spec: spec.clone(),
@@ -74,8 +74,7 @@ impl Film {
         &mut self.planes[plane].values
     }
 
-    /// Copies the pixels of `tile`, row by row from the top, to their place in a plane; those outside of the film's window are
-    /// left out.
+    /// Copies the pixels of `tile`, row by row from the top, to a plane; those outside of the film's window are left out.
     fn put<P: AsRef<[f32]>>(&mut self, plane: usize, tile: Window, mut pixels: impl Iterator<Item = P>) {
         let Plane { spec, values } = &mut self.planes[plane];
         let width = spec.width();

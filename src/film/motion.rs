@@ -1,18 +1,18 @@
-//! Motion vectors: how far a place moves in the picture from one camera to another.
+//! Motion vectors: the movement of a point in the picture between two cameras.
 
 use glam::DVec3;
 
 use crate::{camera::Camera, math::Vec3};
 
-/// The motion of the place `p` between the pictures of two cameras: pixels to the right and upwards, and metres of depth. None
-/// where one of the cameras does not see it, or is not there.
+/// The motion of the point `p` between the pictures of two cameras: pixels to the right and upwards, and metres of depth. 0 if
+/// a camera is missing or does not see the point.
 pub(super) fn between(p: Vec3, from: Option<&Camera>, to: Option<&Camera>) -> [f32; 3] {
     let project = |camera: Option<&Camera>| camera.and_then(|camera| camera.project(p.as_dvec3()));
     let (Some(a), Some(b)) = (project(from), project(to)) else {
         return [0.0; 3];
     };
     let DVec3 { x, y, z } = b - a;
-    // Around a panorama the shorter way.
+    // A panorama wraps around: the shorter way counts.
     let x = match to.and_then(Camera::period) {
         Some(period) => x - period * (x / period).round(),
         None => x,

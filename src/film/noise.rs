@@ -1,30 +1,29 @@
-//! The noise of pixels as a display shows it: the measure by which adaptive sampling stops.
+//! The display noise of pixels, by which adaptive sampling stops.
 //!
-//! A display shows light by a curve that is close to the square root up to white. An error of `d` in a pixel of brightness `l`
-//! shows as `d / sqrt(l)`, twice the change of the root. In the dark the curve of sRGB is straight, so `l` counts as
-//! [`DARKEST`] at least; beyond white an error is relative, `d / l`.
+//! A display curve is close to the square root up to white. An error `d` in a pixel of brightness `l` appears as `d / sqrt(l)`,
+//! twice the change of the root. In the dark the curve of sRGB is linear, so `l` is at least [`DARKEST`]; above white the error
+//! is relative, `d / l`.
 //!
-//! The error of the mean of `n` samples is known by its halves: with `m` the mean of all samples and `a` that of the first half,
+//! The error of the mean of `n` samples is estimated from halves: with `m` the mean of all samples and `a` that of the first half,
 //! the expectation of `(m - a)^2` is `v(n / 2) - v(n)`, where `v(n)` is the variance of the mean of `n` samples, if both halves
-//! are alike. This holds for dependent samples, too. For independent ones it is `v(n)`; Owen-scrambled sequences converge faster, and
-//! [`FALL`] is how much.
+//! have the same distribution. This holds for dependent samples, too. For independent ones it is `v(n)`; Owen-scrambled
+//! sequences converge faster, by [`FALL`].
 //!
-//! The brightness is that of the darker half. A rare bright sample (a firefly) is in one half alone, so it counts as what it is
-//! and does not make its own pixel bright.
+//! The brightness is that of the darker half. A rare bright sample (a firefly) is in one half only, so it counts as an error and
+//! does not make its own pixel bright.
 //!
 //! Sources: Dammertz, Hanika, Keller, Lensch, "A Hierarchical Automatic Stopping Condition for Monte Carlo Global Illumination",
 //! WSCG 2010, for the halves and the square root; Cycles for the bound beyond white.
 
-/// The brightness below which the curve of sRGB is taken as straight: where `1 / (2 sqrt(l))` is its slope there, 12.92.
+/// The brightness below which the curve of sRGB counts as linear: there `1 / (2 sqrt(l))` is its slope, 12.92.
 pub const DARKEST: f64 = 0.0015;
 
-/// The factor by which the variance of a pixel falls where its samples double, the median over the blocks of six scenes with 16 to
-/// 256 samples (2.0 for light that rare paths bring to 2.7 on textured ground).
+/// The factor by which the variance of a pixel falls when its samples double: the median over the blocks of six scenes with 16 to
+/// 256 samples (from 2.0 for light of rare paths to 2.7 on textured ground).
 pub const FALL: f64 = 2.2;
 
-/// The estimated squared error of what is shown of a pixel, whose samples have this mean and whose first half has the mean `half`:
-/// the mean over the channels of their squared errors, relative to the brightness `l`, that is `e^2 / max(l, l^2, DARKEST)`. `gain`
-/// is the exposure as a factor.
+/// The estimated squared display error of a pixel, from the mean of all samples and that of the first half: the mean over the
+/// channels of the squared error relative to the brightness `l`, `e^2 / max(l, l^2, DARKEST)`. `gain` is the factor of the exposure.
 pub fn squared_error(mean: [f32; 3], half: [f32; 3], gain: f32) -> f64 {
     let shown = |v: [f32; 3]| v.map(|v| f64::from(v) * f64::from(gain));
     let (mean, half) = (shown(mean), shown(half));

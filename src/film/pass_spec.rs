@@ -1,4 +1,4 @@
-//! The description of a pass (AOV): what a row of the pass table says.
+//! The description of a pass (AOV): a row of the pass table.
 
 use crate::{
     camera::{Camera, Neighbours},
@@ -10,15 +10,15 @@ use crate::{
 pub struct PassSpec {
     /// Its name in scene files and on the command line, and the layer's name in EXR files.
     pub name: &'static str,
-    /// The names of its channels; EXR files put the pass's name and a dot before them, but for the beauty.
+    /// The names of its channels. In EXR files the pass's name and a dot precede them, except for the beauty.
     pub channels: &'static [&'static str],
     pub pixel: PixelType,
     pub combine: Combine,
-    /// The value of all channels where no sample meets anything.
+    /// The value of all channels of pixels without a hit.
     pub background: f32,
     pub display: Display,
     pub source: PassSource,
-    /// One line for the manual: what it holds, with its unit.
+    /// The content with its unit, a line for the manual.
     pub about: &'static str,
 }
 
@@ -31,16 +31,16 @@ pub enum PixelType {
     Uint,
 }
 
-/// The rule that makes a pixel's value of its samples.
+/// How a pixel's value is computed from its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Combine {
     /// The mean, weighted by the pixel filter.
     Filtered,
     /// The sample nearest to the pixel's centre; of equally near ones the first.
     Nearest,
-    /// A figure about all samples, of which each counts once.
+    /// A statistic of all samples, unweighted.
     Counted,
-    /// The mattes that cover the pixel and the coverage of each by the pixel filter, from the most to the least.
+    /// The mattes of the pixel with their coverage by the pixel filter, in descending order.
     Ranked,
 }
 
@@ -71,10 +71,10 @@ pub enum PassSource {
     Light(Component),
     /// The light of one group; the film has such a pass for each.
     LightGroup,
-    /// The mattes of this kind that the first hits are in: Cryptomatte. Two ranks share the channels of a layer, as many layers
-    /// have the pass's name and a number.
+    /// The mattes of this kind at the first hits (Cryptomatte). A layer holds two ranks; layers are named by the pass and a
+    /// number.
     Matte(MatteKind),
-    /// The first hit of the sample's camera ray that lies nearest to the pixel's centre.
+    /// The first hit of the sample nearest to the pixel's centre.
     FirstHit(fn(&FirstHit, &PassContext<'_>) -> [f32; 3]),
     /// The mean of a feature of the first hits.
     Mean(Feature),
@@ -82,11 +82,11 @@ pub enum PassSource {
     MeanVariance(Feature),
     /// The beauty of the first (0) or the second half (1) of the samples.
     Half(usize),
-    /// A figure about the samples of the beauty.
+    /// A statistic of the samples of the beauty.
     Statistic(Statistic),
 }
 
-/// A figure about the samples of a pixel.
+/// A statistic of the samples of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Statistic {
     Count,
@@ -117,7 +117,7 @@ impl PassSpec {
         matches!(self.name, "forward" | "backward")
     }
 
-    /// Whether its values are light, with a colour space, and not data.
+    /// Whether its values are light with a colour space, rather than data.
     pub fn is_light(&self) -> bool {
         self.display == Display::Light
     }
@@ -136,12 +136,12 @@ impl PassSpec {
         }
     }
 
-    /// Whether it needs to know the halves of a pixel's samples, and so how many there are to be.
+    /// Whether it needs the halves of a pixel's samples, and so their number in advance.
     pub fn is_by_halves(&self) -> bool {
         matches!(self.source, PassSource::Half(_) | PassSource::MeanVariance(_))
     }
 
-    /// Whether it is one of those that denoisers read, for which `denoise` stands.
+    /// Whether denoisers read it, so that the name `denoise` includes it.
     pub fn serves_denoisers(&self) -> bool {
         self.is_by_halves() || self.feature().is_some() || self.name == "objectId"
     }

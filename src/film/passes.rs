@@ -1,8 +1,8 @@
-//! The passes (AOVs): everything that a film can hold of a frame, one row each.
+//! The table of passes (AOVs): everything that a film can hold of a frame, one row each.
 //!
 //! Scene files (`[output] aovs`, `show`), the command line (`--aovs`, `--show`), the film, the writers and the documentation
-//! read this table. A new pass is one row; a pass of what the camera meets first is a function from
-//! [`FirstHit`](crate::scene::FirstHit) to numbers.
+//! read this table. A new pass is one row; a pass of first hits is a function from [`FirstHit`](crate::scene::FirstHit) to
+//! numbers.
 
 use super::{features, motion};
 use crate::{
@@ -72,7 +72,7 @@ const fn variance(
 /// The light that the integrator computes, premultiplied, with its coverage.
 pub const BEAUTY: &PassSpec = &PASSES[0];
 
-/// The output of the integrator `cost`, in place of light.
+/// The output of the integrator `cost`, instead of light.
 pub const COST: &PassSpec = &PASSES[1];
 
 /// Every pass.
@@ -333,7 +333,7 @@ fn id(index: Option<u32>) -> [f32; 3] {
     [f32::from_bits(index.map_or(0, |i| i.wrapping_add(1))), 0.0, 0.0]
 }
 
-/// The name that lights without a group go by.
+/// The name of the group of lights without a group.
 pub const DEFAULT_GROUP: &str = "default";
 
 /// The beginning of the names of their passes.

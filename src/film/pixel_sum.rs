@@ -1,4 +1,4 @@
-//! The sums of a pixel's samples, from which its value and its variance follow.
+//! The sums of a pixel's samples, and its value and variance.
 
 use crate::math::Rgb;
 
@@ -9,7 +9,7 @@ pub struct PixelSum {
     rgb: Rgb,
     alpha: f32,
     weight: f32,
-    /// The same without signs: the fallback where the weights cancel.
+    /// The unweighted sum: the fallback if the weights cancel.
     unsigned: Rgb,
     unsigned_alpha: f32,
     count: u32,
@@ -29,9 +29,9 @@ impl PixelSum {
 
     /// The pixel: premultiplied R, G, B and A.
     ///
-    /// The weighted mean. Where so few samples were taken that negative weights leave less than a tenth of them, that
-    /// mean would be noise without bound, and the plain mean stands in. Alpha lies in `[0, 1]` also where the negative
-    /// lobes of a filter over- or undershoot at an edge.
+    /// It is the weighted mean, or the plain mean if the sum of weights is less than a tenth of the samples, because the weighted
+    /// mean would have unbounded noise then. Alpha is clamped to `[0, 1]`, because negative lobes of a filter overshoot at
+    /// edges.
     pub fn resolve(&self) -> [f32; 4] {
         let n = self.count as f32;
         let (rgb, alpha) = if self.weight >= 0.1 * n {
@@ -60,7 +60,7 @@ impl PixelSum {
 pub struct HalfSums([PixelSum; 2]);
 
 impl HalfSums {
-    /// The sums where all samples of `sum` are the first half, and none the second.
+    /// Makes all samples of `sum` the first half.
     pub fn of_first(sum: &PixelSum) -> Self {
         let first = PixelSum {
             alpha: 0.0,
@@ -76,8 +76,7 @@ impl HalfSums {
         self.0[half].add(l, 0.0, weight);
     }
 
-    /// The pixel as this half of its samples shows it; as the other one does where it has none, and 0 where there are none at
-    /// all.
+    /// The mean of this half of the samples, of the other half if this one is empty, and 0 without samples.
     pub fn mean(&self, half: usize) -> [f32; 3] {
         let is_there = |sum: &&PixelSum| sum.count() > 0;
         let own = Some(&self.0[half]).filter(is_there);
@@ -85,14 +84,14 @@ impl HalfSums {
             .map_or([0.0; 3], PixelSum::rgb)
     }
 
-    /// The variance of the mean of both halves, were they independent: `((a - b) / 2)^2`; 0 where one has no samples.
+    /// The variance of the mean of both halves, if they are independent: `((a - b) / 2)^2`; 0 if one has no samples.
     pub fn variance(&self) -> [f32; 3] {
         let (a, b) = (self.mean(0), self.mean(1));
         std::array::from_fn(|c| (0.5 * (a[c] - b[c])).powi(2))
     }
 }
 
-/// The sums of a pixel from which its variance follows.
+/// The sums for the variance of a pixel.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Moments {
@@ -113,7 +112,7 @@ impl Moments {
         self.count += 1;
     }
 
-    /// The variance of the pixel `mean` that these samples have, as if they were independent; 0 for fewer than two.
+    /// The variance of `mean`, the mean of these samples, if they are independent; 0 for fewer than two.
     ///
     /// For samples `l` with weights `w` the weighted mean m has the variance `sum(w^2 (l - m)^2) / sum(w)^2`, to first order, times
     /// `n / (n - 1)`; all weights are 1 or -1.
@@ -122,7 +121,7 @@ impl Moments {
             return [0.0; 3];
         }
         let n = self.count as f64;
-        // The plain mean stands in where the weights cancel.
+        // If the weights cancel, the pixel is the plain mean.
         let weight = if self.weight >= 0.1 * n { self.weight } else { n };
         std::array::from_fn(|c| {
             let m = f64::from(mean[c]);

@@ -1,15 +1,15 @@
-//! The passes that a job asks for, by name.
+//! Requests for passes, by name.
 
 use super::passes::{BEAUTY, GROUP_PREFIX, PASSES, PassSource, PassSpec, group_pass_name};
 use crate::value::UnknownName;
 
-/// The name that stands for every pass.
+/// The name for all passes.
 pub const ALL: &str = "all";
 
-/// The name that stands for the passes that denoisers read.
+/// The name for the passes that denoisers read.
 pub const DENOISE: &str = "denoise";
 
-/// A pass that is asked for.
+/// A requested pass.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PassRequest {
     /// A row of the table; `lightgroup` stands for all groups.
@@ -19,10 +19,10 @@ pub enum PassRequest {
 }
 
 impl PassRequest {
-    /// The passes of a list of names; `all` stands for every pass, `denoise` for those that denoisers read.
+    /// Parses a list of names; `all` means every pass, `denoise` those that denoisers read.
     ///
     /// # Errors
-    /// The first name that is none of a pass.
+    /// The first unknown name.
     pub fn parse_list<'a>(names: impl IntoIterator<Item = &'a str>) -> Result<Vec<Self>, UnknownName> {
         let mut list = Vec::new();
         for name in names {
@@ -51,13 +51,13 @@ impl PassRequest {
         }
     }
 
-    /// The names that [`PassRequest::parse_list`] reads, but for those of light groups.
+    /// The names that [`PassRequest::parse_list`] reads, without those of light groups.
     pub fn names() -> impl Iterator<Item = &'static str> {
         let requestable = PASSES.iter().filter(|spec| is_requestable(spec));
         requestable.map(|spec| spec.name).chain([ALL, DENOISE])
     }
 
-    /// The name by which it is asked for.
+    /// The name of the request.
     pub fn name(&self) -> String {
         match self {
             Self::Pass(spec) => spec.name.to_owned(),
@@ -73,7 +73,7 @@ impl PassRequest {
     }
 }
 
-/// Whether it may be asked for: not what stands in place of the beauty.
+/// Whether it can be requested: false for passes that replace the beauty.
 fn is_requestable(spec: &PassSpec) -> bool {
     !matches!(spec.source, PassSource::Integrator) || spec == BEAUTY
 }

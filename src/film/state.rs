@@ -1,6 +1,6 @@
-//! The state of accumulators as bytes: what a checkpoint keeps, to go on from with the same bits.
+//! The state of accumulators as bytes, for checkpoints.
 //!
-//! Numbers are in the order of this machine. The bytes hold no layout: whoever keeps them knows that they are of the same one.
+//! Numbers are in the byte order of this machine. The bytes do not describe their layout; the caller must use the same one.
 
 use bytemuck::{Pod, bytes_of, bytes_of_mut, cast_slice, cast_slice_mut};
 
@@ -15,7 +15,7 @@ pub(super) fn put_counted<T: Pod>(out: &mut Vec<u8>, values: &[T]) {
     put(out, values);
 }
 
-/// Replaces `values` by numbers from the start of `input`, and moves that behind them. `None` where it ends before.
+/// Reads `values` from the start of `input`, and advances it. `None` if it is too short.
 pub(super) fn take<T: Pod>(input: &mut &[u8], values: &mut [T]) -> Option<()> {
     let (bytes, rest) = input.split_at_checked(size_of_val(values))?;
     cast_slice_mut::<T, u8>(values).copy_from_slice(bytes);
@@ -23,7 +23,7 @@ pub(super) fn take<T: Pod>(input: &mut &[u8], values: &mut [T]) -> Option<()> {
     Some(())
 }
 
-/// Takes numbers that were put with their count.
+/// Reads numbers that were written with their count.
 pub(super) fn take_counted<T: Pod>(input: &mut &[u8]) -> Option<Vec<T>> {
     let mut count = 0_u64;
     let (bytes, rest) = input.split_at_checked(size_of::<u64>())?;

@@ -15,7 +15,7 @@ impl Window {
         Self { x0, y0, x1, y1 }
     }
 
-    /// The window of so many columns and rows from a top left pixel on.
+    /// The window with this top left pixel and this many columns and rows.
     pub const fn sized([x0, y0]: [i32; 2], [width, height]: [u32; 2]) -> Self {
         Self::new(
             x0,
@@ -25,7 +25,7 @@ impl Window {
         )
     }
 
-    /// The whole of a picture, which has fewer than 2^31 columns and rows.
+    /// The window of a whole picture, which has fewer than 2^31 columns and rows.
     pub const fn full([width, height]: [u32; 2]) -> Self {
         Self::new(0, 0, width as i32, height as i32)
     }
@@ -48,7 +48,7 @@ impl Window {
         y.abs_diff(self.y0) as usize * self.width() as usize + x.abs_diff(self.x0) as usize
     }
 
-    /// The pixels that both have; it has none where there are none.
+    /// The intersection; possibly empty.
     pub fn intersection(self, other: Self) -> Self {
         let (x0, y0) = (self.x0.max(other.x0), self.y0.max(other.y0));
         let (x1, y1) = (self.x1.min(other.x1), self.y1.min(other.y1));

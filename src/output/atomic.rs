@@ -1,11 +1,10 @@
-//! Files that are whole or absent, whenever the process or the machine stops.
+//! Atomic files: whole or absent, whenever the process or the machine stops.
 //!
-//! The bytes go to a hidden temporary in the target's folder, onto the disk, and then under the target's name; the folder is
-//! made durable last. A file that was there stays as it is until the new one is complete. Permissions are those that any new file
-//! gets under the process's umask. A symbolic link is followed: the file that it leads to is replaced, not the link.
+//! The bytes are written to a hidden temporary file in the target's folder, synchronised to disk, and renamed to the target; the
+//! folder is synchronised last. An existing file stays unchanged until then. The new file has the permissions of the process's
+//! umask. A symbolic link is followed: the file is replaced, not the link.
 //!
-//! A temporary is locked as long as its process lives. One that is not locked was left by a process that was killed, and
-//! [`check`] removes it.
+//! A temporary file is locked as long as its process lives. An unlocked one was left by a killed process, and [`check`] removes it.
 
 use std::{
     fs::{self, File, OpenOptions},
@@ -17,14 +16,13 @@ use tempfile::NamedTempFile;
 
 use super::{EncodeError, OutputError};
 
-/// Temporaries begin with this.
+/// The prefix of temporary files.
 pub const TEMPORARY_PREFIX: &str = ".batch-render-";
 const TEMPORARY_SUFFIX: &str = ".tmp";
 
 const BUFFER: usize = 1 << 18;
 
-/// Makes `path` the file that `encode` writes, in a folder that exists. On an error the old file stays and the temporary is
-/// removed.
+/// Writes the output of `encode` to `path`, in an existing folder. On an error an old file stays, and the temporary file is removed.
 pub fn write<T>(path: &Path, encode: impl FnOnce(&mut dyn Write) -> Result<T, EncodeError>) -> Result<T, OutputError> {
     let failed = |source| OutputError::Write {
         source: plain(source),
@@ -49,8 +47,7 @@ pub fn write<T>(path: &Path, encode: impl FnOnce(&mut dyn Write) -> Result<T, En
     Ok(written)
 }
 
-/// Finds out whether `path` can be written, before there is anything to write: makes its folders and a temporary there, and
-/// removes the temporaries of killed processes.
+/// Checks whether `path` can be written: makes its folders and a temporary file, and removes those of killed processes.
 pub fn check(path: &Path) -> Result<(), OutputError> {
     let attempt = || {
         fs::create_dir_all(folder_of(path))?;
@@ -64,21 +61,21 @@ pub fn check(path: &Path) -> Result<(), OutputError> {
     })
 }
 
-/// Removes the temporaries that killed processes have left beside `path`.
+/// Removes the temporary files of killed processes beside `path`.
 pub fn sweep(path: &Path) {
     if let Ok(target) = target_of(path) {
         remove_abandoned(&folder_of(&target));
     }
 }
 
-/// Finds out whether anything but a regular file is at `path`, which could not be replaced by one.
+/// Fails if anything but a regular file is at `path`.
 pub fn check_kind(path: &Path) -> Result<(), OutputError> {
     match fs::metadata(path) {
         Ok(old) => check_is_file(&old).map_err(|source| OutputError::Create {
             source,
             path: path.to_owned(),
         }),
-        // What is not there, or cannot be looked at, is found out when it is written.
+        // A missing or unreadable path is reported when it is written.
         Err(_) => Ok(()),
     }
 }
@@ -93,7 +90,7 @@ fn check_is_file(found: &fs::Metadata) -> io::Result<()> {
     }
 }
 
-/// The error without the name of the temporary that tempfile adds to it: the file that was wanted is what counts.
+/// Removes the name of the temporary file, which tempfile adds, from an error.
 fn plain(error: io::Error) -> io::Error {
     match error.get_ref() {
         // Only this module's own errors are of that kind.
@@ -109,7 +106,7 @@ fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-/// The file that `path` means: symbolic links are followed, also to a file that is not there yet.
+/// Follows symbolic links at `path`, also to a file that does not exist yet.
 fn target_of(path: &Path) -> io::Result<PathBuf> {
     const MOST_LINKS: usize = 40;
     let mut target = path.to_owned();
@@ -122,8 +119,8 @@ fn target_of(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::new(io::ErrorKind::InvalidInput, "too many symbolic links"))
 }
 
-/// Finds out whether the process may replace `target`. A file or a folder that nobody may write to is not replaced, not even
-/// by an administrator, for whom the system would allow it.
+/// Checks whether the process may replace `target`. A read-only file or folder is respected even for an administrator, to whom
+/// the system grants everything.
 fn check_permissions(target: &Path) -> io::Result<()> {
     match fs::metadata(target) {
         Ok(old) => {
@@ -131,7 +128,7 @@ fn check_permissions(target: &Path) -> io::Result<()> {
             if old.permissions().readonly() {
                 return Err(io::ErrorKind::PermissionDenied.into());
             }
-            // Opening it tells whether this user may write to it, and changes nothing.
+            // Opening the file tests the permission and changes nothing.
             OpenOptions::new().write(true).open(target)?;
         }
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}
@@ -144,13 +141,13 @@ fn check_permissions(target: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Makes a temporary beside the file that `path` means. Returns that file's path and the locked temporary.
+/// Makes a temporary file beside the target of `path`. Returns the target's path and the locked temporary file.
 fn create(path: &Path) -> io::Result<(PathBuf, NamedTempFile<File>)> {
     let target = target_of(path)?;
     check_permissions(&target)?;
     let folder = folder_of(&target);
     loop {
-        // `make_in` leaves opening to us: a plain `open`, where tempfile's own would keep the file from everyone else.
+        // A plain `open`: tempfile's own would make the file private to the user.
         let file = tempfile::Builder::new()
             .prefix(TEMPORARY_PREFIX)
             .suffix(TEMPORARY_SUFFIX)
@@ -158,7 +155,7 @@ fn create(path: &Path) -> io::Result<(PathBuf, NamedTempFile<File>)> {
             .make_in(&folder, |path| {
                 OpenOptions::new().write(true).create_new(true).open(path)
             })?;
-        // Some network file systems have no locks; nothing is removed there.
+        // Some network file systems have no locks; there abandoned files are not removed.
         let _ = file.as_file().lock();
         // Another process may have removed it before it was locked.
         if file.path().exists() {
@@ -167,7 +164,7 @@ fn create(path: &Path) -> io::Result<(PathBuf, NamedTempFile<File>)> {
     }
 }
 
-/// Removes the temporaries of processes that are gone.
+/// Removes the temporary files of dead processes.
 fn remove_abandoned(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
@@ -177,18 +174,18 @@ fn remove_abandoned(folder: &Path) {
         if !is_file || !name.starts_with(TEMPORARY_PREFIX) || !name.ends_with(TEMPORARY_SUFFIX) {
             continue;
         }
-        // The lock is held while the file is removed, so that no process begins to use it.
+        // Holding the lock keeps other processes from using the file.
         let file = OpenOptions::new().write(true).open(entry.path());
         if let Ok(file) = file
             && file.try_lock().is_ok()
         {
-            // Another process may have removed it, too.
+            // Another process may have removed it already.
             let _ = fs::remove_file(entry.path());
         }
     }
 }
 
-/// Makes the new name durable, where folders can be synchronised: on Unix, but not on every network file system.
+/// Synchronises a folder, so that a new name is durable. Works on Unix, except on some network file systems.
 fn sync_folder(folder: &Path) -> io::Result<()> {
     use io::ErrorKind::{InvalidInput, Unsupported};
     if !cfg!(unix) {
@@ -279,7 +276,7 @@ mod tests {
         fs::create_dir(&folder).unwrap();
         let link = home.path().join("frame.exr");
         std::os::unix::fs::symlink("store/real.exr", &link).unwrap();
-        // First it leads nowhere, then to an old file.
+        // The link is dangling at first, then it leads to an old file.
         for content in [b"one", b"two"] {
             write(&link, |out| Ok(out.write_all(content)?)).unwrap();
             assert!(fs::symlink_metadata(&link).unwrap().is_symlink());

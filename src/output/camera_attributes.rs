@@ -8,14 +8,14 @@ use glam::DMat4;
 use super::{Attribute, Value};
 use crate::camera::{FilmSize, FrameCamera};
 
-/// The depth of what is infinitely far, in m.
+/// The depth that stands for infinity, in m.
 const FARTHEST: f32 = 1e10;
 
-/// The attributes of a camera before a picture of this size, at this rate in frames per second where it is known.
+/// The attributes of a camera for a picture of this size, at this rate in frames per second, if it is known.
 pub fn camera_attributes(camera: &FrameCamera, film: FilmSize, fps: Option<(i32, u32)>) -> Vec<Attribute> {
     let first = camera.camera(0.0);
     let matrices = first.matrices(film);
-    // A matrix for row vectors by rows has the order of one for column vectors by columns.
+    // Row-major for row vectors is the same order as column-major for column vectors.
     let matrix = |m: DMat4| Value::M44f(m.to_cols_array().map(|v| v as f32));
     let mut list = vec![
         Attribute::new("worldToCamera", matrix(matrices.camera_from_world)),

@@ -1,7 +1,7 @@
-//! Display values: the curves from the numbers of a film to the values of a picture, of 8 or 16 bits.
+//! Display values: from the numbers of a film to pixels of 8 or 16 bits.
 //!
-//! Light is shown by a display transform, one row of a table: its name in scene files, its curve and whether the result is
-//! sRGB. Exposure, in stops, is applied to the light before the curve. NaN is black.
+//! A display transform maps light; it is one row of a table with its name in scene files, its curve, and whether the result is
+//! sRGB. Exposure, in stops, is applied before the curve. NaN is black.
 //!
 //! | `view` | curve |
 //! |---|---|
@@ -9,7 +9,7 @@
 //! | `srgb` | the transfer function of IEC 61966-2-1, clamped to `[0, 1]` (the default) |
 //! | `reinhard`, `aces`, `agx`, `neutral` | a tone curve, then that of `srgb` |
 //!
-//! Passes of data are shown as their row of the pass table says ([`Display`]).
+//! The pass table tells how passes of data are shown ([`Display`]).
 
 use super::tone;
 use crate::{
@@ -34,7 +34,7 @@ named! {
     }
 }
 
-/// From the channels of a pixel, exposure applied, to display values before their encoding.
+/// A map from the channels of a pixel, after exposure, to display values before their encoding.
 type Curve = fn([f32; 3]) -> [f32; 3];
 
 /// Whether a picture may declare that its values are sRGB.
@@ -75,9 +75,8 @@ pub struct PixelDisplay {
 }
 
 impl PixelDisplay {
-    /// The display of a pass: light by `transform`, made `2^exposure` times as bright; distances and counts scaled by the
-    /// same factor; other data as it is. Light of another working space is converted to Rec. 709 first, and what that cannot show
-    /// loses its channels below 0.
+    /// The display of a pass: light times `2^exposure`, mapped by `transform`; distances and counts times the same factor; other data
+    /// unscaled. Light of another working space is converted to Rec. 709 first, and negative channels become 0.
     pub fn new(display: Display, transform: DisplayTransform, exposure: f32, working_space: WorkingSpace) -> Self {
         let (curve, scaled): (Curve, _) = match display {
             Display::Light => (transform.curve(), true),
@@ -126,8 +125,8 @@ impl PixelDisplay {
         self.shown(channels).map(encode)
     }
 
-    /// The 8-bit display values of a pixel, each rounded up with a chance of what it lies above a code: `chances`, from 0 to
-    /// 1, decide. Values that are codes stay what they are.
+    /// The dithered 8-bit display values of a pixel: a value is rounded up if its fraction is above `chances`, from 0 to 1. Values
+    /// that 8 bits represent exactly do not change.
     pub fn rgb8_dithered(&self, channels: [f32; 3], chances: [f32; 3]) -> [u8; 3] {
         let codes = self.rgb16(channels).map(|v| f32::from(v) / 257.0);
         std::array::from_fn(|i| (codes[i] + chances[i]).floor().min(255.0) as u8)
@@ -142,7 +141,7 @@ impl PixelDisplay {
                 .map(|v| v.max(0.0))
                 .to_array(),
         };
-        // Bits of whole numbers are not to be touched.
+        // A multiplication would change the bits of integers.
         let scaled = if self.gain == 1.0 {
             channels
         } else {
@@ -163,7 +162,7 @@ pub fn quantize16(v: f32) -> u16 {
     (v * 65535.0).round() as u16
 }
 
-/// Dark blue, cyan, green, yellow, red: hue alone tells the order of magnitude, brightness is left to none.
+/// Dark blue, cyan, green, yellow, red: the hue tells the order of magnitude.
 const HEAT: [[f32; 3]; 6] = [
     [0.05, 0.05, 0.3],
     [0.1, 0.35, 0.9],
@@ -173,7 +172,7 @@ const HEAT: [[f32; 3]; 6] = [
     [0.85, 0.1, 0.05],
 ];
 
-/// Ten doublings from the first colour to the last.
+/// The colour of a cost by its log2(1 + cost), from 0 to 10.
 fn heat([a, b, _]: [f32; 3]) -> [f32; 3] {
     let count = a + b;
     if count.is_nan() || count <= 0.0 {
@@ -186,7 +185,7 @@ fn heat([a, b, _]: [f32; 3]) -> [f32; 3] {
     (a * (1.0 - f) + b * f).to_array()
 }
 
-/// A colour for the whole number whose bits the first channel has, neither very dark nor very bright; black for 0.
+/// A colour for an id (the bits of the first channel), neither very dark nor very bright; black for 0.
 fn id([number, ..]: [f32; 3]) -> [f32; 3] {
     if number.to_bits() == 0 {
         return [0.0; 3];

@@ -15,7 +15,7 @@ use crate::kind::named;
 /// The user's choices about encoding.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Encoding {
-    /// The compression of EXR files; the next three are theirs, too.
+    /// The compression of EXR files. The next three fields are for EXR files, too.
     pub compression: Compression,
     pub light: LightType,
     pub parts: Parts,
@@ -23,6 +23,7 @@ pub struct Encoding {
     pub png: PngBits,
 }
 
+<<<<<<< HEAD
 named! {
     /// The bits of each number of PNG files.
     #[derive(Default)]
@@ -32,6 +33,33 @@ named! {
         /// Eight, rounded up or down at random, so that smooth shades have no steps.
         Dithered = "8-dithered",
         Sixteen = "16",
+=======
+/// The bits of each number of PNG files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PngBits {
+    #[default]
+    Eight,
+    /// Eight, dithered, so that smooth shades have no steps.
+    Dithered,
+    Sixteen,
+}
+
+impl PngBits {
+    pub const ALL: [Self; 3] = [Self::Eight, Self::Dithered, Self::Sixteen];
+
+    /// Its name in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Eight => "8",
+            Self::Dithered => "8-dithered",
+            Self::Sixteen => "16",
+        }
+    }
+
+    /// The bits of this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|bits| bits.name() == name)
+>>>>>>> 0e60126 (render, output, film: use plain words in comments)
     }
 }
 
@@ -50,17 +78,17 @@ named! {
 /// The parts of an EXR file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Parts {
-    /// All layers in one.
+    /// One part with all layers.
     #[default]
     One,
-    /// One for each layer.
+    /// A part for each layer.
     Many,
 }
 
-/// The shape of the blocks of an EXR file, which are compressed one by one.
+/// The shape of the blocks of an EXR file, each of which is compressed separately.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BlockShape {
-    /// Whole lines, as many as the compression takes together.
+    /// Whole lines; the compression determines their number.
     #[default]
     Lines,
     /// Squares, for programs that read parts of large pictures.
@@ -72,9 +100,9 @@ pub enum BlockShape {
 pub struct WriteReport {
     /// The size of the file.
     pub bytes: u64,
-    /// Numbers beyond what a half holds that became +-65504.
+    /// Numbers beyond the range of halves, which became +-65504.
     pub clamped: u64,
-    /// Numbers that were not a number and became 0.
+    /// NaNs, which became 0.
     pub nans: u64,
 }
 
@@ -83,18 +111,17 @@ pub trait Format: Debug + Sync {
     /// The name of the format; also the extension of its files.
     fn name(&self) -> &'static str;
 
-    /// Whether it holds every layer and the light itself, or only a picture for a display.
+    /// Whether files hold all layers with scene-linear light, or a picture for displays.
     fn contents(&self) -> Contents;
 
-    /// Writes `image` to `out`: the same bytes for the same image and encoding.
+    /// Writes `image` to `out`. The same image and encoding give the same bytes.
     fn encode(&self, image: &FrameImage, encoding: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError>;
 
-    /// Returns what the file at `path` says about itself; `None` where it cannot be read, is not of this format, or is not
-    /// complete and unaltered to its last byte.
+    /// Returns the facts of the file at `path`; `None` if it cannot be read, is of another format, incomplete or altered.
     fn inspect(&self, path: &Path) -> Option<FileFacts>;
 
-    /// Returns the bytes of the file of the whole picture, whose pixels `crops` hold, each once; there is at least one. Attributes
-    /// of the names in `own` get these values.
+    /// Joins crops, of which there is at least one and which cover each pixel once, and returns the bytes of the file of the whole
+    /// picture. `own` replaces the attributes of the same names.
     ///
     /// # Errors
     /// A file cannot be read, or the files do not fit together.

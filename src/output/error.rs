@@ -5,10 +5,10 @@ use std::{io, path::PathBuf};
 /// Why a file was not written.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
-    /// Nothing can be made at this place.
+    /// The file cannot be created.
     #[error("cannot create output: {source}: {}", path.display())]
     Create { source: io::Error, path: PathBuf },
-    /// Writing began and failed.
+    /// Writing failed.
     #[error("cannot write output: {source}: {}", path.display())]
     Write { source: io::Error, path: PathBuf },
     /// The format cannot hold such an image.
@@ -17,7 +17,7 @@ pub enum OutputError {
 }
 
 impl OutputError {
-    /// Whether the disk itself is at fault (full, read-only), so that no other frame will fare better.
+    /// Whether the disk is full or read-only, so that all other frames would fail too.
     pub fn ends_the_job(&self) -> bool {
         use io::ErrorKind::{QuotaExceeded, ReadOnlyFilesystem, StorageFull};
         match self {
@@ -28,7 +28,7 @@ impl OutputError {
         }
     }
 
-    /// Whether another attempt may succeed, as on a network that was away for a moment.
+    /// Whether another attempt may succeed, as after a short failure of a network.
     pub fn may_pass(&self) -> bool {
         !matches!(self, Self::Encode { .. }) && !self.ends_the_job()
     }

@@ -1,5 +1,5 @@
-//! OpenEXR: scanline or tiled files, of one part unless more are asked for. Blocks are packed by ourselves with no compression, ZIPS
-//! and ZIP, and by the codecs of the `exr` crate with RLE, PIZ and DWAA.
+//! OpenEXR: scanline or tiled files, with one part or several. This module compresses blocks with ZIPS, ZIP and not at all; codecs of
+//! the `exr` crate do RLE, PIZ and DWAA.
 //!
 //! The same image gives the same bytes: attributes and channels are sorted by name, blocks are compressed by all threads but
 //! written in order, and nothing depends on the time. Halves are rounded to the nearest, ties to even, after numbers beyond
@@ -41,9 +41,8 @@ pub use write::{write, write_parts};
 
 /// The format, with the attributes that compositors look for.
 ///
-/// `R G B A` and the frame's passes. Files with light tell the primaries of the working space and that it is scene-linear
-/// (`chromaticities`, `colorInteropID`), unless the view of Rec. 709 is `raw`, whose numbers are display values and whose `comments`
-/// say so.
+/// `R G B A` and the frame's passes. Files with light declare the primaries of the working space and that it is scene-linear
+/// (`chromaticities`, `colorInteropID`). With the view `raw` in Rec. 709 the numbers are display values, and `comments` says so.
 #[derive(Debug)]
 pub struct Exr;
 
@@ -98,7 +97,7 @@ impl Format for Exr {
     }
 }
 
-/// A plane of a frame as a file holds it.
+/// A plane of a frame, as it is stored.
 struct Layer<'a> {
     name: &'a str,
     channels: Vec<(String, Samples<'a>)>,
@@ -177,7 +176,7 @@ fn samples(pixel: PixelType, plane: &film::Plane, channel: usize) -> Samples<'_>
     }
 }
 
-/// What the numbers of a file mean, for those who read it without the manual.
+/// The conventions of a file's numbers, for readers without the manual.
 const CONVENTIONS: &str = "pixel centres are at .5 from the upper left corner of the display window; the world is right-handed, in \
     metres; worldToCamera and worldToNDC take row vectors; camera space is left-handed: x to the right, y up, z along the line \
     of sight; NDC is 0 0 in the upper left corner of the display window and 1 1 in the lower right one; depth.Z is z in camera \
@@ -227,8 +226,7 @@ fn attributes(frame: &FrameImage) -> Vec<Attribute> {
     list
 }
 
-/// The time of a frame from frame 0 on, counted without drops; `None` before it, after a day, and where frames are so short
-/// that the format's digits do not hold their numbers.
+/// The non-drop time code of a frame; `None` before frame 0, after a day, and at frame rates beyond the format's digits.
 fn time_code(frame: i32, numerator: i32, denominator: u32) -> Option<Value> {
     const MAX_RATE: u32 = 30;
     let frame = u32::try_from(frame).ok()?;
@@ -241,7 +239,7 @@ fn time_code(frame: i32, numerator: i32, denominator: u32) -> Option<Value> {
     (hours < 24).then_some(Value::TimeCode { time, user: 0 })
 }
 
-/// A whole number as an `int`, or as a string where it is too large for one.
+/// A whole number as an `int`, or as a string if it is too large.
 fn count(n: u32) -> Value {
     i32::try_from(n).map_or_else(|_| n.to_string().into(), Value::Int)
 }

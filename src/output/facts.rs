@@ -1,4 +1,4 @@
-//! Facts that a finished file holds about itself.
+//! The facts in the header of a complete file.
 
 use std::{
     fs::{self, File},
@@ -9,18 +9,18 @@ use std::{
 use super::{Attribute, Value};
 use crate::film::Window;
 
-/// The facts that a complete file holds about itself. A file of another program has facts too, but no version.
+/// The facts in the header of a complete file. A file of another program has no version.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileFacts {
-    /// The columns and rows of the full picture; of a PNG file of another program those that it holds.
+    /// The columns and rows of the full picture; for a PNG file of another program those of the file.
     pub resolution: [u32; 2],
-    /// The part of the picture that the file holds.
+    /// The part of the picture in the file.
     pub window: Window,
-    /// In the order of the file. Attributes of types that no [`Value`] has and very long ones are left out.
+    /// In the order of the file, without very long attributes and those of types without a [`Value`].
     pub attributes: Vec<Attribute>,
 }
 
-/// Opens a regular file. Anything else, such as a named pipe, could block for ever and is an error.
+/// Opens a regular file. Anything else is an error; a named pipe could block forever.
 pub(super) fn open(path: &Path) -> io::Result<File> {
     if !fs::metadata(path)?.is_file() {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file"));
@@ -29,7 +29,7 @@ pub(super) fn open(path: &Path) -> io::Result<File> {
 }
 
 impl FileFacts {
-    /// The longest attribute that is kept, in bytes.
+    /// The limit of an attribute's length, in bytes.
     pub(super) const MAX_ATTRIBUTE: usize = 1 << 16;
 
     pub fn attribute(&self, name: &str) -> Option<&Value> {
@@ -48,7 +48,7 @@ impl FileFacts {
         }
     }
 
-    /// The version of the renderer, if it was this one that wrote the file.
+    /// The version of this renderer, if it wrote the file.
     pub fn version(&self) -> Option<&str> {
         match self.attribute("software").or_else(|| self.attribute("Software"))? {
             Value::String(text) => text.strip_prefix("batch-render "),

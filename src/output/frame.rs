@@ -1,25 +1,25 @@
-//! A finished frame, as every format receives it.
+//! Finished frames, the input of every format.
 
 use super::FrameMetadata;
 use crate::film::{Film, Plane};
 
-/// A finished frame, as every format receives it.
+/// A finished frame, the input of every format.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameImage<'a> {
     pub film: &'a Film,
     pub shown: Shown,
-    /// Whether its alpha says anything.
+    /// Whether its alpha carries information.
     pub coverage: Coverage,
     pub metadata: &'a FrameMetadata,
 }
 
-/// The planes of a film that go into its files.
+/// The planes of a film that files show.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Shown {
-    /// All of them; formats for displays show the first, which the integrator computed.
+    /// All planes; formats for displays show the first, the integrator's picture.
     #[default]
     All,
-    /// The one with this index, in place of the picture.
+    /// Only the plane with this index.
     Plane(usize),
 }
 
@@ -32,7 +32,7 @@ impl<'a> FrameImage<'a> {
         }
     }
 
-    /// The planes that go into files which hold layers.
+    /// The planes of formats with layers.
     pub fn planes(&self) -> &'a [Plane] {
         match self.shown {
             Shown::All => self.film.planes(),
@@ -40,17 +40,17 @@ impl<'a> FrameImage<'a> {
         }
     }
 
-    /// Whether a plane that goes into files holds light.
+    /// Whether a shown plane holds light.
     pub(super) fn has_light(&self) -> bool {
         self.planes().iter().any(|plane| plane.spec.pass.is_light())
     }
 }
 
-/// Whether the alpha of a picture says anything. It belongs to the job and not to the frame's pixels, so that all files of a
+/// Whether the alpha of a picture carries information. This is a property of the job, not of the pixels, so that all files of a
 /// sequence have the same channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coverage {
-    /// A visible background: alpha is 1 everywhere, and formats for displays leave it out.
+    /// The background is visible: alpha is 1 everywhere, and formats for displays leave it out.
     Full,
     /// Pixels may be empty.
     Partial,

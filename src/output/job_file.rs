@@ -1,7 +1,7 @@
-//! Files in which running jobs say what they write, so that two jobs do not write the same file.
+//! Job files: a running job lists the files that it writes, so that two jobs do not write the same file.
 //!
-//! A job file is locked as long as its process lives, whatever ends that, and removed at its end or by the next job. It lies in the
-//! folder of the pictures as a hidden temporary, see [`atomic`](super::atomic).
+//! A job file is locked as long as its process lives, and removed at the end or by the next job. It is a hidden temporary file in
+//! the folder of the pictures, see [`atomic`](super::atomic).
 
 use std::{
     fs::{self, File, OpenOptions, TryLockError},
@@ -15,14 +15,13 @@ use super::atomic::TEMPORARY_PREFIX;
 
 const SUFFIX: &str = ".job.tmp";
 
-/// A job's own file. It goes when this is dropped.
+/// A job's own file, removed on drop.
 #[derive(Debug)]
 pub struct JobFile {
     _file: NamedTempFile<File>,
 }
 
-/// A folder that no other process changes its job files in, while this lives. On systems and network file systems that cannot
-/// lock folders nothing is locked.
+/// A lock on the job files of a folder. It does nothing on systems that cannot lock folders.
 #[derive(Debug)]
 pub struct FolderGate {
     _folder: Option<File>,
@@ -35,7 +34,7 @@ impl FolderGate {
     }
 }
 
-/// This process, as other machines know it.
+/// This process and its machine, as text.
 pub fn process() -> String {
     let host = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
     let host = Some(host.trim()).filter(|host| !host.is_empty());
@@ -53,7 +52,7 @@ pub fn create(folder: &Path, text: &str) -> io::Result<JobFile> {
             .make_in(folder, |path| {
                 OpenOptions::new().write(true).create_new(true).open(path)
             })?;
-        // Without locks nobody sees it as that of a living job.
+        // Without locks it looks like the file of a dead job.
         let _ = file.as_file().lock();
         file.as_file_mut().write_all(text.as_bytes())?;
         // Another process may have removed it before it was locked.
@@ -63,7 +62,7 @@ pub fn create(folder: &Path, text: &str) -> io::Result<JobFile> {
     }
 }
 
-/// The texts of the job files of living processes in `folder`.
+/// The texts of the job files of other living processes in `folder`.
 pub fn of_others(folder: &Path) -> Vec<String> {
     let Ok(entries) = fs::read_dir(folder) else {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Joining crops: the files of parts of a picture become the file of the whole picture.
+//! Joining crops: the files of parts of a picture become one file.
 
 use std::{
     fmt,
@@ -8,7 +8,7 @@ use std::{
 use super::Attribute;
 use crate::film::Window;
 
-/// A file that holds a part of a picture, and is whole itself.
+/// A complete file with a part of a picture.
 #[derive(Clone, Debug)]
 pub struct CropFile {
     pub path: PathBuf,
@@ -36,7 +36,7 @@ pub enum JoinError {
     },
     #[error("no file holds the crop {} of the {}x{} picture", Edges(window), resolution[0], resolution[1])]
     Gap { window: Window, resolution: [u32; 2] },
-    /// It has changed since it was looked at, or cannot be read.
+    /// The file has changed since it was inspected, or cannot be read.
     #[error("cannot read the pixels: {reason}: {}", path.display())]
     Unreadable { reason: String, path: PathBuf },
     #[error("the files hold other layers or numbers than each other: {} and {}", first.display(), second.display())]
@@ -78,7 +78,7 @@ impl JoinError {
     }
 }
 
-/// Gives those of `attributes` that have the names of `own` their values.
+/// Replaces the values of those `attributes` that have a name in `own`.
 pub(super) fn replace(attributes: &mut [Attribute], own: &[Attribute]) {
     for attribute in attributes {
         if let Some(other) = own.iter().find(|other| other.name == attribute.name) {
@@ -87,7 +87,7 @@ pub(super) fn replace(attributes: &mut [Attribute], own: &[Attribute]) {
     }
 }
 
-/// Finds out whether crops cover each pixel of a picture once.
+/// Checks that crops cover each pixel of a picture once.
 pub(super) fn check_cover(resolution: [u32; 2], crops: &[CropFile]) -> Result<(), JoinError> {
     let picture = Window::full(resolution);
     for (i, crop) in crops.iter().enumerate() {
@@ -111,7 +111,7 @@ pub(super) fn check_cover(resolution: [u32; 2], crops: &[CropFile]) -> Result<()
     }
 }
 
-/// The pixels that are in both windows; `None` where there are none.
+/// The intersection of two windows; `None` if it is empty.
 fn common(a: Window, b: Window) -> Option<Window> {
     let (x0, y0) = (a.x0.max(b.x0), a.y0.max(b.y0));
     let (x1, y1) = (a.x1.min(b.x1), a.y1.min(b.y1));

@@ -1,4 +1,4 @@
-//! The metadata of a frame, which files hold beside its pixels.
+//! The metadata of a frame.
 
 use super::{Attribute, display::DisplayTransform};
 use crate::{
@@ -12,20 +12,20 @@ use crate::{
 pub struct FrameMetadata {
     /// The number of the frame.
     pub frame: i32,
-    /// Samples of each pixel; with adaptive sampling the most.
+    /// The samples of each pixel, with adaptive sampling the most.
     pub samples: u32,
     pub seed: u32,
-    /// The source of the random numbers.
+    /// The name of the sampler.
     pub sampler: &'static str,
     /// The primaries of its light.
     pub working_space: WorkingSpace,
     /// The display transform of 8-bit formats.
     pub view: DisplayTransform,
-    /// Stops, for 8-bit formats.
+    /// The exposure of 8-bit formats, in stops.
     pub exposure: f32,
-    /// Frames per second as a fraction, where the job knows it.
+    /// Frames per second as a fraction, if known.
     pub fps: Option<(i32, u32)>,
-    /// More attributes. One with a name that the renderer writes itself replaces that.
+    /// More attributes. They replace the renderer's own attributes of the same names.
     pub attributes: Vec<Attribute>,
 }
 
@@ -57,7 +57,7 @@ fn adaptive_sampling(settings: &Settings) -> Vec<Attribute> {
     ]
 }
 
-/// The light that the integrator leaves out.
+/// The limits of the integrator.
 fn limits(integrator: &dyn Integrator) -> Vec<Attribute> {
     let attribute = |name: &str, value: LimitValue| {
         let name = format!("batch-render/{name}");

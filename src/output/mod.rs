@@ -1,4 +1,4 @@
-//! Film to files: what a finished frame is, the formats that hold it, and writing them so that a file is whole or absent.
+//! Output: finished frames, file formats, and atomic writing.
 //!
 //! A format is one file and one row of [`FORMATS`]; its name is the extension of its files.
 
@@ -45,7 +45,7 @@ pub fn format(name: &str) -> Option<&'static dyn Format> {
     FORMATS.iter().copied().find(|f| f.name().eq_ignore_ascii_case(name))
 }
 
-/// The bytes of `image` as a file, sealed: [`Format::inspect`] finds every change of them.
+/// Encodes `image` with a seal, so that [`Format::inspect`] detects every change of the file.
 ///
 /// # Errors
 /// The format cannot hold such an image.
@@ -60,13 +60,13 @@ pub fn encode(
     Ok((bytes, report))
 }
 
-/// The bytes of a file with a seal where it has a place for one.
+/// Seals the bytes of a file, if it has a placeholder.
 pub fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     seal::seal(&mut bytes);
     bytes
 }
 
-/// Writes `image` to `path` in a folder that exists. It is afterwards the whole file or, on an error, what it was before.
+/// Writes `image` to `path` in an existing folder. On an error an old file stays unchanged.
 pub fn write(
     path: &Path,
     format: &dyn Format,
@@ -80,8 +80,8 @@ pub fn write(
     })
 }
 
-/// The bytes of the file of the whole picture of this resolution, of which there is at least one crop. `own` are the attributes in
-/// which the file of the whole picture differs from those of its parts.
+/// Joins the crops of a picture of this resolution, at least one, and returns the bytes of the file. `own` are the attributes in
+/// which the whole picture differs from its crops.
 ///
 /// # Errors
 /// The crops do not cover each pixel once, a file cannot be read, or the files do not fit together.
@@ -97,10 +97,10 @@ pub fn join(
     Ok(sealed(format.join(crops, &own)?))
 }
 
-/// Writes a film that belongs to no sequence, and makes the folders of `path`; the name's ending chooses the format.
+/// Writes a single film, and makes the folders of `path`; the extension selects the format.
 ///
 /// # Errors
-/// No format has this ending, or the file cannot be written.
+/// No format has this extension, or the file cannot be written.
 pub fn write_still(path: &Path, film: &Film, metadata: &FrameMetadata) -> Result<WriteReport, OutputError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
     let format = format(extension).ok_or_else(|| OutputError::Encode {

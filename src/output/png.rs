@@ -1,8 +1,8 @@
-//! PNG: a picture for a display, 8 or 16 bits a channel: the beauty by its view, or another pass by its own display.
+//! PNG: pictures for displays, with 8 or 16 bits per channel: the beauty by a view, or another pass by its own display.
 //!
-//! RGB where the background is visible, RGBA with straight alpha otherwise. Light is divided by its alpha before the view's
-//! curve. The file says sRGB where the view is, and carries frame, samples, seed, view and the job's metadata as text. A crop is
-//! a picture of the crop's size, and a text says where it belongs.
+//! RGB if the background is visible, else RGBA with straight alpha: light is divided by alpha before the view's curve. Files
+//! declare sRGB if the view is, and hold frame, samples, seed, view and the job's metadata as text. A crop is a picture of its
+//! own size, with its window as text.
 
 pub mod data;
 mod facts;
@@ -82,7 +82,7 @@ impl Format for Png {
     }
 }
 
-/// The facts of a file that has the bytes of its seal; of one of another program, without a seal, all pixels can be decoded.
+/// The facts of a file whose seal fits. In a file without a seal, of another program, all pixels must be decodable.
 fn inspect(path: &Path) -> Option<FileFacts> {
     let facts = facts(path).ok().flatten()?;
     let is_whole = match seal::is_intact(path).ok()? {
@@ -92,7 +92,7 @@ fn inspect(path: &Path) -> Option<FileFacts> {
     is_whole.then_some(facts)
 }
 
-/// The NaNs among the values that a picture shows.
+/// The number of NaNs among the shown values.
 fn nans(frame: &FrameImage) -> u64 {
     let count = |values: &[f32]| values.par_iter().filter(|v| v.is_nan()).count() as u64;
     let alpha = || frame.film.beauty().par_iter().filter(|p| p[3].is_nan()).count() as u64;
@@ -110,7 +110,7 @@ fn display_values(frame: &FrameImage, bits: PngBits) -> Vec<u8> {
     let display = PixelDisplay::new(pass.display, metadata.view, metadata.exposure, metadata.working_space);
     let straight = |i: usize| {
         let (channels, alpha) = (channels(picture, i), frame.film.beauty()[i][3]);
-        // Light where nothing covers the pixel has no colour to divide out.
+        // Uncovered pixels cannot be divided by their alpha.
         match frame.coverage == Coverage::Partial && pass.is_light() && alpha > 0.0 {
             true => channels.map(|v| v / alpha),
             false => channels,
@@ -146,7 +146,7 @@ fn chances(window: Window, pixel: usize) -> [f32; 3] {
     [r, g, b].map(hash::unit_f32)
 }
 
-/// The values of all pixels: three of `rgb`, and one of `alpha` where it says anything.
+/// The values of all pixels: three of `rgb`, and `alpha` if it carries information.
 fn encoded<T: Copy + Send>(
     pixels: usize,
     coverage: Coverage,
@@ -165,7 +165,7 @@ fn encoded<T: Copy + Send>(
     }
 }
 
-/// The first three channels of a pixel; those that the pass does not have are 0.
+/// The first three channels of a pixel; missing channels are 0.
 fn channels(plane: &Plane, pixel: usize) -> [f32; 3] {
     let width = plane.spec.width();
     let values = &plane.values[pixel * width..][..width.min(3)];
@@ -193,7 +193,7 @@ fn own_texts(film: &Film, metadata: &FrameMetadata) -> Vec<(String, String)> {
     texts
 }
 
-/// A window in a picture, such as `4x3+2+1 of 640x480`: columns and rows, and those before it.
+/// A window in a picture, such as `4x3+2+1 of 640x480`: columns and rows, and its offset.
 fn window_text(window: Window, [width, height]: [u32; 2]) -> String {
     format!("{} of {width}x{height}", Value::Box2i(window))
 }
@@ -212,13 +212,13 @@ fn texts(frame: &FrameImage) -> Vec<(String, String)> {
     texts
 }
 
-/// The texts that the job gives its files, the fingerprint among them.
+/// The texts that the job adds, including the fingerprint.
 fn given_texts(metadata: &FrameMetadata) -> impl Iterator<Item = (String, String)> {
     let given = metadata.attributes.iter().filter(|a| is_keyword(&a.name));
     given.map(|a| (a.name.clone(), a.value.to_string()))
 }
 
-/// Whether the format can put a text under this name; of Latin-1, ASCII is enough here.
+/// Whether the name is a valid keyword. Of Latin-1, only ASCII is used here.
 fn is_keyword(name: &str) -> bool {
     let is_trimmed = !name.starts_with(' ') && !name.ends_with(' ') && !name.contains("  ");
     (1..80).contains(&name.len()) && is_trimmed && name.bytes().all(|b| matches!(b, b' '..=b'~'))

@@ -1,4 +1,4 @@
-//! Seals: a checksum of a file's bytes inside of the file itself, by which any change of them is found.
+//! Seals: a checksum inside of a file, which detects any change of its bytes.
 //!
 //! A sealed file has the text attribute [`NAME`]: 32 hexadecimal digits, the first 128 bits of BLAKE3 over all bytes of the file
 //! with these digits as zeros. In PNG files the checksum of the text's own chunk, the four bytes behind the digits, counts as

@@ -1,44 +1,44 @@
 //! Adaptive sampling: blocks of pixels whose noise is low get no more samples.
 //!
-//! The blocks are those of a fixed grid over the picture, and whether one has enough samples is decided from its own samples
-//! alone, at numbers of samples that are powers of two. So its bits do not depend on crops, threads, rounds or what its
-//! neighbours do; whoever needs a pixel of a block renders the whole of it.
+//! The blocks are the cells of a fixed grid over the picture. Whether a block has enough samples is decided by its own samples
+//! alone, at powers of two, so its bits do not depend on crops, threads, rounds or neighbours. A crop renders the blocks at its
+//! edges whole.
 
 use crate::film::Window;
 
-/// The side of a block, in pixels. A block with 16 samples of each pixel is a wave.
+/// The side of a block, in pixels. A block with 16 samples per pixel fills a wave.
 const BLOCK_SIDE: i32 = 16;
 
-/// The least samples that a block is judged by.
+/// The least number of samples for a decision about a block.
 const MIN_JUDGED: u32 = 4;
 
 /// The rule by which a block of pixels has enough samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdaptiveSampling {
-    /// The samples that every pixel gets.
+    /// The least samples of each pixel.
     pub min: u32,
-    /// The error of what is shown that is low enough, see [`film::noise`](crate::film::noise).
+    /// The display error below which a block stops, see [`film::noise`](crate::film::noise).
     pub threshold: f32,
-    /// The factor by which the exposure makes the picture brighter.
+    /// The factor of the exposure.
     pub gain: f32,
 }
 
 impl AdaptiveSampling {
-    /// The number of samples at which blocks are judged for the first time.
+    /// The number of samples at which blocks are first checked.
     pub fn first_check(&self) -> u32 {
         let min = self.min.clamp(MIN_JUDGED, 1 << 31);
         min.next_power_of_two()
     }
 
-    /// The number of samples, more than `done`, at which a block is judged next.
+    /// The number of samples, more than `done`, at which a block is checked next.
     pub fn next_check(&self, done: u32) -> u32 {
         let next = done.checked_add(1).and_then(u32::checked_next_power_of_two);
         next.map_or(u32::MAX, |next| next.max(self.first_check()))
     }
 }
 
-/// The blocks that have pixels of `window`, row by row. They are cells of a grid that has a line on each edge of the picture:
-/// what is rendered beyond it changes no block inside.
+/// The blocks that contain pixels of `window`, row by row. The grid has lines on the edges of the picture, so overscan does not
+/// change the blocks inside.
 pub(super) fn blocks(window: Window, [width, height]: [u32; 2]) -> Vec<Window> {
     let columns: Vec<_> = cells(window.x0, window.x1, width).collect();
     let row = |(y0, y1): (i32, i32)| {
@@ -48,7 +48,7 @@ pub(super) fn blocks(window: Window, [width, height]: [u32; 2]) -> Vec<Window> {
     cells(window.y0, window.y1, height).flat_map(row).collect()
 }
 
-/// The cells along one axis that have pixels of `from..to`, in a picture of `size` pixels.
+/// The cells along one axis that contain pixels of `from..to`, in a picture of `size` pixels.
 fn cells(from: i32, to: i32, size: u32) -> impl Iterator<Item = (i32, i32)> {
     let cell = move |x: i32| {
         let start = x.div_euclid(BLOCK_SIDE) * BLOCK_SIDE;
@@ -100,7 +100,7 @@ mod tests {
             let inside = own.iter().map(|block| block.intersection(crop).area());
             assert_eq!(inside.sum::<usize>(), crop.area());
         }
-        // The picture's own blocks stay what they are where more is rendered around it.
+        // Overscan does not change the picture's own blocks.
         let around = blocks(Window::new(-20, -1, 60, 40), size);
         assert!(whole.iter().all(|block| around.contains(block)));
         assert!(around.contains(&Window::new(40, 37, 48, 48)) && around.contains(&Window::new(-32, -16, -16, 0)));

@@ -18,11 +18,11 @@ pub(super) struct BatchInputs {
     pub samples: SampleBatch,
     /// The light of the background for misses.
     pub misses: Vec<EnvironmentLight>,
-    /// Samples of lights for surfaces.
+    /// The light samples for surfaces.
     pub lights: LightSamples,
 }
 
-/// The rays that have arrived, with their paths and hits.
+/// Traced rays, with their paths and hits.
 #[derive(Clone, Copy)]
 pub(super) struct ArrivedRays<'a> {
     pub rays: &'a [Ray],
@@ -32,7 +32,7 @@ pub(super) struct ArrivedRays<'a> {
 }
 
 impl BatchInputs {
-    /// Samples the lights for the surfaces, as far as random numbers for them were drawn.
+    /// Samples the lights for those surfaces whose random numbers are drawn.
     pub fn sample_lights(&mut self, context: &RenderContext<'_>) {
         let (scene, on) = (context.scene, context.simd);
         self.lights.clear();
@@ -49,7 +49,7 @@ impl BatchInputs {
         }
     }
 
-    /// The batch of the paths with these indices, for whom all this was prepared.
+    /// The batch of the paths with these indices, for which these inputs were prepared.
     pub fn batch<'a>(
         &'a self,
         context: &'a RenderContext<'_>,

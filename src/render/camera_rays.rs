@@ -1,4 +1,4 @@
-//! The rays of a row of pixels: from random numbers by way of the filter and the lens to rays.
+//! Camera rays of a row of pixels, from random numbers, the pixel filter and the lens.
 
 use super::{Content, context::RenderContext, schedule::BlockSpec};
 use crate::{
@@ -6,7 +6,7 @@ use crate::{
     sampler::{Dimension, SampleKeys},
 };
 
-/// The camera rays of a row of pixels, the samples of a pixel beside each other.
+/// The camera rays of a row of pixels; the samples of a pixel are adjacent.
 #[derive(Default)]
 pub(super) struct CameraRays {
     /// The filter weight of each sample.
@@ -15,13 +15,13 @@ pub(super) struct CameraRays {
     pub film: Vec<Vec2>,
     keys: SampleKeys,
     u: Vec<Vec2>,
-    /// The numbers that choose a point of the lens, of each sample.
+    /// The random numbers for the lens, of each sample.
     lens: Vec<Vec2>,
 }
 
 impl CameraRays {
-    /// Appends the rays of the block's samples in row `y` to `rays`, [`Ray::NONE`] where no light reaches the film. Each
-    /// step is taken for all samples before the next.
+    /// Appends the rays of the block's samples in row `y` to `rays`, [`Ray::NONE`] if no light reaches the film. Each step is
+    /// done for all samples before the next.
     pub fn generate(&mut self, context: &RenderContext<'_>, block: &BlockSpec, y: i32, rays: &mut Vec<Ray>) {
         let settings = context.settings;
         let sampler = &settings.sampler;

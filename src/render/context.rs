@@ -21,17 +21,17 @@ pub(super) struct RenderContext<'a> {
     pub settings: &'a Settings,
     pub needs: Needs,
     pub accumulators: AccumulatorLayout,
-    /// Whether paths pass surfaces that are not there for them.
+    /// Whether paths may pass surfaces, by their opacity or because another medium fills the space.
     pub paths_pass: bool,
-    /// Whether shadow rays pass surfaces, or are absorbed on their way.
+    /// Whether shadow rays may pass surfaces, or are attenuated by media.
     pub shadow_rays_pass: bool,
-    /// The bodies that the camera is in.
+    /// The media around the camera.
     pub media: MediumStack,
-    /// The vectors that loops run on.
+    /// The SIMD level.
     pub simd: Isa,
     /// Whether every sample has a camera ray.
     pub fills_film: bool,
-    /// The cone of each camera ray, where a texture reads it; `None` where all rays may be lines.
+    /// The cone of each camera ray, if a texture needs it.
     pub cone: Option<RayCone>,
 }
 
@@ -43,7 +43,7 @@ impl<'a> RenderContext<'a> {
         settings: &'a Settings,
         layout: &FilmLayout,
     ) -> Self {
-        // A sample has its share of the pixel in the middle; other pixels are seen under no larger an angle.
+        // A sample has its share of the centre pixel; other pixels subtend no larger angle.
         let camera = frame_camera.camera(0.0);
         let cone = || camera.pixel_cone().shared(settings.samples.max);
         Self {
@@ -65,7 +65,7 @@ impl<'a> RenderContext<'a> {
 }
 
 impl RenderContext<'_> {
-    /// The albedo that the path's own direction finds at its first surface.
+    /// An estimate of the albedo at the first surface, by the random numbers of the path's direction.
     pub fn sample_albedo(&self, surface: &SurfaceInteraction, path: &PathState, numbers: &PathSampler<'_>) -> Rgb {
         self.scene.sample_albedo(surface, path.last.media, || {
             let at = |sample_use| Dimension::at(path.depth, sample_use);
@@ -75,7 +75,7 @@ impl RenderContext<'_> {
     }
 }
 
-/// The bodies around a camera: those around the middle of its lens.
+/// The media around a camera: those around the centre of its lens.
 fn media_of(scene: &Scene, camera: &Camera) -> MediumStack {
     let middle = Vec2::splat(0.5);
     let ray = camera.ray(middle, middle);

@@ -1,4 +1,4 @@
-//! Control over a render: cancelling, counters, and tiles as they get ready.
+//! Control over a render: cancellation, counters, and finished tiles.
 
 use std::sync::{
     Mutex, MutexGuard,
@@ -12,7 +12,7 @@ use super::{
 };
 use crate::integrator::StageTimes;
 
-/// The word to stop. A render that sees it leaves its unfinished tiles.
+/// A flag that cancels a render. The render drops its unfinished tiles.
 #[derive(Debug, Default)]
 pub struct Cancel(AtomicBool);
 
@@ -26,12 +26,12 @@ impl Cancel {
     }
 }
 
-/// The frame was given up because of [`Cancel::cancel`].
+/// The frame was cancelled by [`Cancel::cancel`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("cancelled")]
 pub struct Cancelled;
 
-/// Counts of the work that all threads have done. They only rise, over all frames that they are given to.
+/// Counters of the work of all threads. They only grow, over all frames that use them.
 #[derive(Debug, Default)]
 pub struct Counters {
     samples: AtomicU64,
@@ -42,27 +42,27 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// The samples that are finished.
+    /// The number of finished samples.
     pub fn samples(&self) -> u64 {
         self.samples.load(Ordering::Relaxed)
     }
 
-    /// The samples that are finished, and those that tiles need not have because their noise is low.
+    /// The number of finished samples, and of those that converged tiles do not need.
     pub fn settled(&self) -> u64 {
         self.samples() + self.saved.load(Ordering::Relaxed)
     }
 
-    /// The rays that were traced, for nearest hits and for shadows.
+    /// The number of traced rays, including shadow rays.
     pub fn rays(&self) -> u64 {
         self.rays.load(Ordering::Relaxed)
     }
 
-    /// The segments of paths among these rays; the others are shadow rays.
+    /// The number of path segments among these rays; the others are shadow rays.
     pub fn segments(&self) -> u64 {
         self.segments.load(Ordering::Relaxed)
     }
 
-    /// Takes the samples that were left out since the last call because they were NaN or infinite.
+    /// Takes the samples that were left out since the last call, because they were NaN or infinite.
     pub fn take_invalid(&self) -> InvalidSamples {
         std::mem::take(&mut *lock(&self.invalid))
     }
@@ -88,21 +88,21 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().expect("no thread panics while it holds a counter")
 }
 
-/// Receives tiles as they get ready, on the threads that render.
+/// Receives finished tiles, on the rendering threads.
 pub trait TileSink: Sync {
-    /// A tile has all samples of a round. It may get more in later rounds.
+    /// Called when a tile has all samples of a round. It may get more in later rounds.
     fn tile(&self, tile: &TileResult<'_>);
 }
 
-/// The control over a render. By default it is neither watched nor cancelled.
+/// The control over a render. The default neither observes nor cancels it.
 #[derive(Clone, Copy, Default)]
 pub struct Control<'a> {
     pub cancel: Option<&'a Cancel>,
     pub counters: Option<&'a Counters>,
     pub sink: Option<&'a dyn TileSink>,
-    /// Keeps the frame, or shows it as it stands.
+    /// Saves or shows the unfinished frame.
     pub interrupts: Option<&'a dyn Interrupts>,
-    /// Asks a job for the frame as it stands.
+    /// Requests the unfinished frame from a job.
     pub show: Option<&'a ShowRequest>,
     /// Receives the time that each stage takes.
     pub stages: Option<&'a StageTimes>,

@@ -1,4 +1,4 @@
-//! Interrupts: pauses of a frame between the blocks of its samples, in which it is kept or shown as it stands.
+//! Interrupts: pauses of a frame between blocks of samples, in which the unfinished frame is saved or shown.
 
 use std::{
     sync::atomic::{AtomicBool, Ordering},
@@ -8,7 +8,7 @@ use std::{
 use super::tile_set::TileSet;
 use crate::film::{Film, accumulator::AccumulatorLayout};
 
-/// The wish to see the frame that renders as it stands.
+/// A request for the unfinished frame.
 #[derive(Debug, Default)]
 pub struct ShowRequest(AtomicBool);
 
@@ -17,12 +17,12 @@ impl ShowRequest {
         self.0.store(true, Ordering::SeqCst);
     }
 
-    /// Whether somebody has asked and was not answered.
+    /// Whether there is an unanswered request.
     pub fn is_open(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// Answers the wish; whether there was one.
+    /// Removes the request; returns whether there was one.
     pub fn take(&self) -> bool {
         self.0.swap(false, Ordering::SeqCst)
     }
@@ -30,34 +30,34 @@ impl ShowRequest {
 
 /// Interrupts a frame.
 pub trait Interrupts: Sync {
-    /// Whether the frame is to pause now. All threads ask this after each block.
+    /// Whether the frame must pause now. All threads call this after each block.
     fn are_due(&self) -> bool;
 
-    /// Receives the frame as it stands, while no thread renders. It goes on afterwards, unless it was cancelled.
+    /// Receives the unfinished frame while no thread renders. Rendering continues afterwards unless it was cancelled.
     fn pause(&self, frame: &PartialFrame<'_>);
 
-    /// Whether [`PartialFrame::state`] is going to be asked for; the sums of finished tiles are kept then.
+    /// Whether [`PartialFrame::state`] will be called; then the accumulators of finished tiles are kept.
     fn keep_state(&self) -> bool;
 
-    /// The state in which the same frame was left before.
+    /// The state of an earlier, unfinished render of the same frame.
     fn earlier_state(&self) -> Option<Vec<u8>> {
         None
     }
 }
 
-/// A frame that pauses.
+/// A paused frame.
 pub struct PartialFrame<'a> {
     pub(super) tiles: &'a TileSet,
     pub(super) film: &'a Film,
     pub(super) layout: &'a AccumulatorLayout,
-    /// The time that it has taken so far.
+    /// The rendering time so far.
     pub elapsed: Duration,
-    /// Whether it does not go on.
+    /// Whether rendering does not continue.
     pub is_cancelled: bool,
 }
 
 impl PartialFrame<'_> {
-    /// The frame as it stands. Tiles without samples hold the backgrounds of their passes.
+    /// The unfinished frame. Tiles without samples have the background values of their passes.
     pub fn film(&self) -> Film {
         let mut film = self.film.clone();
         film.samples = self.tiles.samples();
@@ -65,7 +65,7 @@ impl PartialFrame<'_> {
         film
     }
 
-    /// The state as bytes, from which a later render goes on with the same bits, on any number of threads.
+    /// The state as bytes, from which a later render continues with the same bits on any number of threads.
     pub fn state(&self) -> Vec<u8> {
         self.tiles.state(self.elapsed)
     }

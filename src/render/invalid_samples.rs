@@ -1,15 +1,15 @@
-//! Samples that came out as NaN or infinite: they never reach the film, but are counted, and the first are named.
+//! Samples with NaN or infinite values: they are left out of the film and counted, and the first pixels are reported.
 
 /// Samples of a frame that were left out.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InvalidSamples {
     pub count: u64,
-    /// Row and column of their first pixels, from the top and each row from the left.
+    /// Row and column of the first pixels, in the order of rows.
     first: Vec<[i32; 2]>,
 }
 
 impl InvalidSamples {
-    /// The number of pixels that are named.
+    /// The most pixels that are reported.
     pub const MAX_NAMED: usize = 4;
 
     /// Counts `samples` samples of `pixel` (column, row).
@@ -19,7 +19,7 @@ impl InvalidSamples {
         self.name([y, x]);
     }
 
-    /// Adds what another tile left out. The order of the tiles does not matter.
+    /// Adds the counts of another tile. The order of the tiles does not matter.
     pub fn add(&mut self, other: &Self) {
         self.count += other.count;
         for at in &other.first {

@@ -47,7 +47,7 @@ pub enum RenderError {
     Pass(#[from] UnknownName),
 }
 
-/// Renders frames, and keeps the memory of its waves from one to the next.
+/// Renders frames, and reuses the memory of its waves.
 #[derive(Default)]
 pub struct Renderer {
     waves: WavePool,
@@ -60,9 +60,9 @@ impl Renderer {
 
     /// Renders one frame on the threads of the current rayon pool.
     ///
-    /// The camera is in the world, and moved into a scene whose origin is elsewhere.
+    /// The camera is in world space; it is moved to the scene's origin here.
     ///
-    /// The film's bits depend on the scene, the camera and the settings; never on threads, tiles, rounds or crops.
+    /// The bits of the film depend on the scene, the camera and the settings, never on threads, tiles, rounds or crops.
     ///
     /// # Errors
     /// The frame was cancelled, or a pass shows a light group that the scene does not have.
@@ -92,7 +92,7 @@ pub fn picture_of(integrator: &dyn Integrator) -> &'static PassSpec {
     }
 }
 
-/// Renders one frame of a camera that stands still, with nobody watching.
+/// Renders one frame of a still camera.
 ///
 /// # Errors
 /// A pass shows a light group that the scene does not have.

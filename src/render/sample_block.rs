@@ -1,4 +1,4 @@
-//! The samples of a wave, and where in it each lies.
+//! The samples of a wave, and their order.
 
 use super::{Settings, schedule::BlockSpec};
 use crate::{
@@ -9,7 +9,7 @@ use crate::{
     sampler::{SampleKey, SampleKeys},
 };
 
-/// The samples of a wave: a range of samples of each pixel of a tile, a pixel's beside each other.
+/// The samples of a wave: a range of samples of each pixel of a tile; the samples of a pixel are adjacent.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SampleBlock {
     tile: Window,
@@ -68,7 +68,7 @@ impl SampleBlock {
         });
     }
 
-    /// The pixel of the sample with this index, and its number. Pixels of overscan have columns and rows modulo 2^32.
+    /// The pixel and the number of the sample with this index. Columns and rows of overscan are modulo 2^32.
     #[inline(always)]
     fn pixel_and_sample(&self, index: u32) -> ([u32; 2], u32) {
         let (pixel, sample) = self.samples_per_pixel.divide(index);
@@ -81,12 +81,12 @@ impl SampleBlock {
     }
 }
 
-/// Turns indices in the wave into keys.
+/// Computes keys from indices in the wave.
 struct FillKeys<'a> {
     block: &'a SampleBlock,
     columns: &'a mut [u32],
     rows: &'a mut [u32],
-    /// The indices at first.
+    /// In: indices in the wave; out: numbers of samples.
     samples: &'a mut [u32],
 }
 

@@ -1,27 +1,27 @@
-//! The order of a frame's work: which samples of which pixels are rendered next. Nothing here renders.
+//! The schedule of a frame: which samples of which pixels are rendered next. Nothing here renders.
 //!
-//! A frame is rendered in rounds. A round gives every tile a range of samples; between rounds the tiles' accumulators live
-//! on, so that a picture of few samples is there early and gets better. The bits of the finished frame do not depend on how
-//! its samples are divided into rounds, tiles and blocks.
+//! A frame is rendered in rounds. A round gives every tile a range of samples. The tiles' accumulators are kept between rounds,
+//! so that an early picture with few samples gets better. The bits of the finished frame do not depend on its division into
+//! rounds, tiles and blocks.
 
 use std::{ops::Range, time::Duration};
 
 use super::{AdaptiveSampling, adaptive};
 use crate::film::Window;
 
-/// Paths that start together; more do not pay, fewer starve the tracer.
+/// The number of paths that start together. More bring no gain, fewer make batches of rays too small.
 pub(super) const WAVE_SIZE: usize = 4 * 1024;
 
-/// The number of samples of each pixel, and the steps in which they are taken.
+/// The number of samples of each pixel, and the rounds in which they are taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleBudget {
     /// The samples of the first round, at least 1.
     pub min: u32,
-    /// The samples of the finished frame. Each round after the first doubles the samples until they are this many.
+    /// The samples of the finished frame. Each round after the first doubles the number of samples up to this one.
     pub max: u32,
-    /// The rule by which blocks of pixels get no more samples than they need; `None`: all pixels get the same.
+    /// The rule of adaptive sampling; `None` if all pixels get the same number of samples.
     pub adaptive: Option<AdaptiveSampling>,
-    /// The time that a frame has. It gets as many samples as there is time for, and at least one.
+    /// The time limit of a frame, which gets as many samples as fit and at least one.
     pub time: Option<Duration>,
 }
 
@@ -36,7 +36,7 @@ impl SampleBudget {
         }
     }
 
-    /// A first picture of one sample, then twice as many in each round.
+    /// One sample in the first round, and twice as many after each further round.
     pub const fn progressive(samples: u32) -> Self {
         Self {
             min: 1,
@@ -46,14 +46,13 @@ impl SampleBudget {
         }
     }
 
-    /// The number of samples at which a tile stops next, to be judged or because it has all of them, where it has the first
-    /// `done`.
+    /// The number of samples at which a tile with `done` samples stops next, for a check or because it has all of them.
     pub fn next_stop(&self, done: u32) -> u32 {
         self.adaptive
             .map_or(self.max, |rule| rule.next_check(done).min(self.max))
     }
 
-    /// The same samples as far as there is time for them.
+    /// The same budget with a time limit.
     pub const fn within(self, time: Duration) -> Self {
         Self {
             time: Some(time),
@@ -62,11 +61,11 @@ impl SampleBudget {
     }
 }
 
-/// The samples that each pixel gets next where it has the first `done` after `elapsed`; `None` where the frame is finished or has
-/// no time for another sample.
+/// The samples of the next round after `done` samples and the time `elapsed`; `None` if the frame is finished or has no time
+/// for another sample.
 ///
-/// Where time is limited, rounds are as short as waves allow, and none is begun that would take longer than what is left, by the
-/// pace so far.
+/// With a time limit, rounds are as short as waves allow, and none is started that would exceed the remaining time by the pace
+/// so far.
 pub fn next_round(budget: &SampleBudget, done: u32, elapsed: Duration) -> Option<Range<u32>> {
     /// The samples of a pixel that a wave of a tile holds.
     const WAVE_SAMPLES: u32 = 16;
@@ -85,14 +84,14 @@ pub fn next_round(budget: &SampleBudget, done: u32, elapsed: Duration) -> Option
     (done < end).then_some(done..end)
 }
 
-/// Samples of the pixels of a rectangle that are traced together.
+/// A range of samples of the pixels of a rectangle, which are traced together.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BlockSpec {
     pub tile: Window,
     pub samples: Range<u32>,
 }
 
-/// The blocks that give the pixels of `tile` these samples, in order: each is as large as a wave, or has one sample of each
+/// Divides these samples of the pixels of `tile` into blocks, in order. Each is as large as a wave, or has one sample of each
 /// pixel.
 pub fn blocks(tile: Window, samples: Range<u32>) -> impl Iterator<Item = BlockSpec> {
     let together = (WAVE_SIZE / tile.area().max(1)).max(1);
@@ -103,7 +102,7 @@ pub fn blocks(tile: Window, samples: Range<u32>) -> impl Iterator<Item = BlockSp
     })
 }
 
-/// The tiles of a window of a picture: squares of `side` pixels, or the blocks of adaptive sampling, which may reach beyond it.
+/// The tiles of a window of a picture: squares of `side` pixels, or the blocks of adaptive sampling, which may extend beyond it.
 pub fn tiles(window: Window, resolution: [u32; 2], budget: &SampleBudget, side: u32) -> Vec<Window> {
     match budget.adaptive {
         Some(_) => adaptive::blocks(window, resolution),
@@ -111,8 +110,8 @@ pub fn tiles(window: Window, resolution: [u32; 2], budget: &SampleBudget, side: 
     }
 }
 
-/// The side of the tiles of a window: squares that hold a wave of 16 or more samples of each pixel, and so small that each of
-/// `threads` threads has several.
+/// The side of the tiles of a window. A tile holds a wave with at least 16 samples per pixel, and each of `threads` threads
+/// gets several tiles.
 pub fn tile_side(window: Window, budget: &SampleBudget, threads: usize) -> u32 {
     const MIN_PIXELS: u32 = 64;
     let together = budget.max.clamp(1, 16);

@@ -13,35 +13,35 @@ use crate::{
 pub struct Settings {
     /// Columns and rows of the full picture.
     pub resolution: [u32; 2],
-    /// The part of it to render.
+    /// The part of the picture to render.
     pub window: Window,
     pub samples: SampleBudget,
     pub seed: u32,
-    /// The frame whose random numbers are drawn, see [`SeedMode`](crate::sampler::SeedMode).
+    /// The frame number for the random numbers, see [`SeedMode`](crate::sampler::SeedMode).
     pub noise_frame: i32,
     pub sampler: Sampler,
-    /// `None`: every sample goes through its pixel's centre.
+    /// `None`: all samples are at the centres of their pixels.
     pub filter: Option<Filter>,
     pub content: Content,
     /// The passes of the film beside the beauty.
     pub passes: Vec<PassRequest>,
-    /// The mattes of each pixel that passes of mattes keep, an even number.
+    /// The number of mattes per pixel of Cryptomatte passes, an even number.
     pub matte_ranks: u32,
 }
 
 /// The content of a rendered frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Content {
-    /// The picture of the integrator, and passes of what it is made of.
+    /// The picture of the integrator, and passes.
     #[default]
     Light,
-    /// First hits alone, without light: rays go through the centres of pixels and of the lens when the shutter opens, and
-    /// alpha is 0 where they meet nothing.
+    /// First hits only, without light: rays through the centres of the pixels and of the lens when the shutter opens. Alpha is 0
+    /// where they hit nothing.
     FirstHits,
 }
 
 impl Settings {
-    /// A whole picture of frame 1, with the filter that scenes have where they name none.
+    /// The settings of a whole picture, frame 1, with the default filter.
     pub fn new(resolution: [u32; 2], samples: u32) -> Self {
         Self {
             resolution,
@@ -57,7 +57,7 @@ impl Settings {
         }
     }
 
-    /// The number of pixels that are rendered: with adaptive sampling those of blocks that reach beyond the window, too.
+    /// The number of rendered pixels, including those of adaptive blocks beyond the window.
     pub fn rendered_pixels(&self) -> u64 {
         let pixels: usize = match self.samples.adaptive {
             Some(_) => adaptive::blocks(self.window, self.resolution)
@@ -69,7 +69,7 @@ impl Settings {
         pixels as u64
     }
 
-    /// The most samples that a frame has.
+    /// The most samples of a frame.
     pub fn max_samples(&self) -> u64 {
         self.rendered_pixels().saturating_mul(self.samples.max.into())
     }

@@ -8,18 +8,18 @@ use crate::film::{Film, TileAccumulator, Window, accumulator::AccumulatorLayout}
 /// A tile of a frame.
 pub(super) struct Tile {
     pub window: Window,
-    /// The samples that each of its pixels has.
+    /// The number of samples of each pixel so far.
     pub done: u32,
-    /// Whether its noise is so low that it gets no more.
+    /// Whether its noise is low enough, so that it gets no more samples.
     pub is_converged: bool,
-    /// The end of the last round that a sink was told of.
+    /// The end of the last round that was reported to a sink.
     pub reported: u32,
-    /// Their sums; `None` before the first sample, and once they are in the film.
+    /// The sums of its samples; `None` before the first sample, and once they are in the film.
     pub accumulator: Option<TileAccumulator>,
 }
 
 impl Tile {
-    /// Judges whether the samples so far are enough.
+    /// Decides whether the samples so far are enough.
     pub fn judge(&mut self, rule: &AdaptiveSampling) {
         let Some(accumulator) = &mut self.accumulator else {
             return;
@@ -38,7 +38,7 @@ pub(super) struct TileSet {
 }
 
 impl TileSet {
-    /// The tiles of a frame without samples; `side` is their side where the settings leave it open.
+    /// The tiles of a frame, without samples; `side` is their side unless sampling is adaptive.
     pub fn new(settings: &Settings, side: u32) -> Self {
         let tile = |window| Tile {
             window,
@@ -54,19 +54,19 @@ impl TileSet {
         }
     }
 
-    /// Whether the noise of all tiles is so low that none gets more samples.
+    /// Whether all tiles have converged.
     pub fn are_converged(&self) -> bool {
         self.tiles.iter().all(|tile| tile.is_converged)
     }
 
-    /// The samples that every pixel has, but for those of tiles that get no more.
+    /// The least number of samples of all tiles that have not converged.
     pub fn samples(&self) -> u32 {
         let open = self.tiles.iter().filter(|tile| !tile.is_converged);
         let least = open.map(|tile| tile.done).min();
         least.or(self.tiles.iter().map(|tile| tile.done).max()).unwrap_or(0)
     }
 
-    /// Writes the pixels as they stand into a film, but for those without samples and those that are there.
+    /// Writes the current pixels into a film, except those without samples and those that it already has.
     pub fn resolve_into(&self, layout: &AccumulatorLayout, film: &mut Film) {
         for tile in self.tiles.iter().filter(|tile| tile.done > 0) {
             if let Some(accumulator) = &tile.accumulator {
@@ -75,7 +75,7 @@ impl TileSet {
         }
     }
 
-    /// The state as bytes; `elapsed` is the time that the frame has taken so far. The sums of all tiles are there.
+    /// The state as bytes; `elapsed` is the rendering time so far. The sums of all tiles must be present.
     pub fn state(&self, elapsed: Duration) -> Vec<u8> {
         let mut out = Vec::new();
         out.extend(self.side.to_le_bytes());
@@ -91,7 +91,7 @@ impl TileSet {
         out
     }
 
-    /// The tiles of a frame with this state, and the time that they took; `None` where the bytes hold no such state.
+    /// The tiles of a frame with this state, and their rendering time; `None` if the bytes are not such a state.
     pub fn from_state(settings: &Settings, layout: &AccumulatorLayout, mut bytes: &[u8]) -> Option<(Self, Duration)> {
         let side = u32::from_le_bytes(*take(&mut bytes)?);
         let elapsed = Duration::try_from_secs_f64(f64::from_le_bytes(*take(&mut bytes)?)).ok()?;

@@ -1,4 +1,4 @@
-//! The tiles of a frame, shared out to the threads, round by round.
+//! The distribution of a frame's tiles to the threads, round by round.
 
 use std::{
     ops::Range,
@@ -85,7 +85,7 @@ pub(super) fn render(
     Ok(film)
 }
 
-/// The tiles with the samples that an earlier render left, and the time that it took.
+/// The tiles with the samples of an earlier, unfinished render, and its time.
 fn begin(context: &RenderContext<'_>, control: &Control<'_>) -> (TileSet, Duration) {
     let settings = context.settings;
     let state = control.interrupts.and_then(|interrupts| interrupts.earlier_state());
@@ -96,7 +96,7 @@ fn begin(context: &RenderContext<'_>, control: &Control<'_>) -> (TileSet, Durati
     })
 }
 
-/// Gives a tile those of the samples that it does not have, as far as its noise asks for them.
+/// Renders those of the samples that a tile does not have yet and that its noise needs.
 fn render_tile(
     tile: &mut Tile,
     context: &RenderContext<'_>,
@@ -115,7 +115,7 @@ fn render_tile(
             let accumulator = tile
                 .accumulator
                 .get_or_insert_with(|| TileAccumulator::new(tile.window, layout));
-            // A wave that was cancelled holds paths of its block: it is dropped.
+            // A cancelled wave still holds paths, so it is dropped.
             let stats = wave.run(context, &block, accumulator, control)?;
             tile.done = block.samples.end;
             if let Some(counters) = control.counters {

@@ -1,8 +1,8 @@
-//! Surfaces that rays pass: by their opacity, because another body fills the place, or because they bend no light.
+//! Surfaces that rays pass: by their opacity, because a medium of higher priority fills the space, or because they do not refract.
 //!
-//! At a surface that is not opaque, a path continues behind it with a probability of one minus the opacity. It keeps its
-//! depth, its random numbers and its ray. A shadow ray is attenuated by all surfaces that it passes, and by the media between
-//! them. Scenes without any such surface have no overhead.
+//! A path passes a surface with a probability of one minus its opacity; depth, random numbers and ray stay the same. A shadow ray
+//! is attenuated by all surfaces that it passes, and by the media between them. Scenes without such surfaces have no
+//! overhead.
 
 use std::collections::HashMap;
 
@@ -17,35 +17,34 @@ use crate::{
 /// The buffers of this stage, reused between calls.
 #[derive(Debug, Default)]
 pub(super) struct Passing {
-    /// The rays whose hits are tested.
+    /// The rays whose hits must be tested.
     asked: Vec<u32>,
     /// The rays that continue, by index and by value.
     which: Vec<u32>,
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
-    /// The beginnings of the last segments of shadow rays, in lengths of their directions.
+    /// The start of the current segment of each shadow ray, in lengths of its direction.
     starts: Vec<f32>,
 }
 
-/// Paths that have arrived somewhere.
+/// Paths whose rays have been traced.
 pub(super) struct PassingPaths<'a> {
     pub rays: &'a mut [Ray],
     pub paths: &'a mut [PathState],
     pub hits: &'a mut [Option<Hit>],
 }
 
-/// The passages of a ray.
+/// The surfaces that a ray has passed.
 #[derive(Default)]
 struct Passages {
-    /// Those by opacity that have been decided at random.
+    /// The number of random decisions so far.
     drawn: u32,
-    /// The beginning of its segment.
+    /// The start of its current segment.
     start: f32,
 }
 
-/// Continues paths behind surfaces at random, by their opacity, and behind those that are not there for light. Then `hits`
-/// are the final hits. A ray begins where its last medium does. `key` returns the key of a sample. Returns the number of
-/// traced rays.
+/// Continues paths behind surfaces, at random by their opacity, and behind those that are ignored. Afterwards `hits` are the final
+/// hits, and a ray starts where its medium does. `key` returns the key of a sample. Returns the number of traced rays.
 pub(super) fn pass(
     scene: &Scene,
     arrived: PassingPaths<'_>,
@@ -103,7 +102,7 @@ pub(super) fn pass(
     traced
 }
 
-/// The media behind the surface at a hit.
+/// The media on the other side of the surface at a hit.
 fn behind(scene: &Scene, media: MediumStack, ray: &Ray, hit: &Hit) -> MediumStack {
     let material = scene.material_of(hit);
     if scene.shading.media.of_material(material).is_none() {
@@ -113,8 +112,8 @@ fn behind(scene: &Scene, media: MediumStack, ray: &Ray, hit: &Hit) -> MediumStac
     scene.media_behind(media, material, inwards)
 }
 
-/// Computes the transmittance along shadow rays, which is 0 if one is blocked. Only the rays in `blocked` are traced; nothing
-/// is in the way of the others. Returns the number of traced rays.
+/// Computes the transmittance along shadow rays, 0 for blocked ones. Only the rays in `blocked` are traced; the others hit
+/// nothing. Returns the number of traced rays.
 pub(super) fn transmittance(
     scene: &Scene,
     rays: &mut [Ray],
@@ -158,7 +157,7 @@ pub(super) fn transmittance(
     traced
 }
 
-/// The part of its light that a shadow ray brings through the surface at a hit, from where its segment has its `start`.
+/// The transmittance of a shadow ray from `start`, the start of its segment, through the surface at a hit.
 fn through(scene: &Scene, ray: &Ray, hit: &Hit, passage: &mut ShadowPassage, start: &mut f32) -> Rgb {
     let material = scene.material_of(hit);
     let passed = if scene.is_displaced(passage.media, material) {
@@ -188,7 +187,7 @@ fn through(scene: &Scene, ray: &Ray, hit: &Hit, passage: &mut ShadowPassage, sta
     passed * arrives
 }
 
-/// Traces the rays that continue.
+/// Traces the continued rays.
 fn trace(scene: &Scene, rays: &[Ray], passing: &mut Passing) {
     passing.rays.clear();
     passing.rays.extend(passing.which.iter().map(|&i| rays[i as usize]));

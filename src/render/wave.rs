@@ -1,7 +1,7 @@
-//! A wave: thousands of paths that are traced, shaded and continued together, until none is left.
+//! Waves: thousands of paths that are traced, shaded and continued together until none is left.
 //!
-//! The order in which a sample's contributions are added depends on its own paths alone: paths stay sorted by sample,
-//! and a wave that outgrows its bounds is split between samples, never within one.
+//! The order in which a sample's contributions are added depends on its own paths alone: paths stay sorted by sample, and a
+//! wave that grows too large is split between samples, never within one.
 
 use super::{
     Cancelled, Content, Control, InvalidSamples,
@@ -23,40 +23,40 @@ use crate::{
     scene::FirstHit,
 };
 
-/// Paths that are continued together, where each vertex sends out several rays.
+/// The most paths that are continued together, where vertices spawn several rays.
 const MAX_PATHS: usize = 4 * WAVE_SIZE;
 
 /// The number of vertices that are shaded together: few enough for the smallest cache.
 const SHADE_BATCH: usize = 64;
 
-/// The arrays of a wave; they keep their memory from tile to tile.
+/// The arrays of a wave; their memory is reused from tile to tile.
 #[derive(Default)]
 pub(super) struct Wave {
     camera_rays: CameraRays,
-    /// The rays in flight, and the path of each; there may be more paths.
+    /// The active rays, and the path of each; there may be more paths.
     rays: Vec<Ray>,
     paths: Vec<PathState>,
     /// The paths of camera rays.
     camera_paths: Vec<PathState>,
     hits: Vec<Option<Hit>>,
     blocked: Vec<bool>,
-    /// The part of its light that arrives, of each shadow ray.
+    /// The transmittance of each shadow ray.
     visible: Vec<Rgb>,
     passing: Passing,
     inputs: BatchInputs,
-    /// The indices of the rays that hit something, and of those that did not.
+    /// The indices of the rays with a hit, and of those without.
     hit_indices: Vec<u32>,
     miss_indices: Vec<u32>,
     /// The primitives that were hit.
     prims: Vec<PrimId>,
     out: ShadingOutput,
-    /// The filter weight of each sample, and how much of it something covers.
+    /// The filter weight and the alpha of each sample.
     weights: Vec<f32>,
     alpha: Vec<f32>,
-    /// The squared distance from its pixel's centre, and the first hit, of each sample; empty where no pass needs them.
+    /// The squared distance from the pixel's centre and the first hit of each sample; empty if no pass needs them.
     distances_squared: Vec<f32>,
     first_hits: Vec<Option<FirstHit>>,
-    /// Paths that wait because the wave has outgrown its bounds.
+    /// Paths that wait because the wave is too large.
     waiting: Vec<(Vec<Ray>, Vec<PathState>)>,
 }
 
@@ -64,7 +64,7 @@ impl Wave {
     /// Renders the samples of a block and adds them to the accumulator of its tile.
     ///
     /// # Errors
-    /// It was cancelled; the wave is left as it stood.
+    /// [`Cancelled`] if `control` was cancelled; drop the wave then.
     pub fn run(
         &mut self,
         context: &RenderContext<'_>,
@@ -78,7 +78,7 @@ impl Wave {
         self.start(context, spec);
         self.out.clock.lap(Stage::CameraRays);
         if context.fills_film {
-            // Before anything is met all paths are alike but for their samples, and the same for every tile.
+            // Before the first hit, paths differ only by their samples, and are the same for every tile.
             std::mem::swap(&mut self.paths, &mut self.camera_paths);
             stats.segments += self.rays.len() as u64;
             let traced = self.step(context, &block, control);
@@ -133,7 +133,7 @@ impl Wave {
         }
     }
 
-    /// Generates camera rays for all samples of all pixels, a pixel's samples beside each other.
+    /// Generates camera rays for all samples of all pixels; the samples of a pixel are adjacent.
     fn start(&mut self, context: &RenderContext<'_>, spec: &BlockSpec) {
         self.rays.clear();
         self.paths.clear();
@@ -171,7 +171,7 @@ impl Wave {
         }
         if context.fills_film {
             self.alpha.resize(self.weights.len(), 1.0);
-            // Where textures read them, the cones of arrived paths have grown.
+            // Cones have grown since the last tile.
             if context.cone.is_some() || self.camera_paths.first().is_some_and(|other| *other != path(0)) {
                 self.camera_paths.clear();
             }
@@ -183,7 +183,7 @@ impl Wave {
             .start(self.weights.len(), context.cone.is_some(), context.shadow_rays_pass);
     }
 
-    /// Makes room for what the frame's passes need.
+    /// Allocates the arrays that the frame's passes need.
     fn start_passes(&mut self, context: &RenderContext<'_>) {
         self.first_hits.clear();
         if context.needs.first_hits {
@@ -198,10 +198,10 @@ impl Wave {
         }
     }
 
-    /// Traces all rays, shades all vertices, and leaves the rays that they spawn in `out`. Returns how many it traced.
+    /// Traces all rays and shades all vertices; the spawned rays are in `out`. Returns the number of traced rays.
     ///
     /// # Errors
-    /// It was cancelled.
+    /// [`Cancelled`] if `control` was cancelled.
     fn step(
         &mut self,
         context: &RenderContext<'_>,
@@ -247,7 +247,7 @@ impl Wave {
         Ok(traced)
     }
 
-    /// Separates rays that hit something from those that did not. Nobody can predict which do, so there is no branch.
+    /// Separates rays with a hit from those without. Hits are unpredictable, so there is no branch.
     fn partition_hits(&mut self) {
         let n = self.hits.len();
         self.hit_indices.resize(n, 0);
@@ -268,8 +268,8 @@ impl Wave {
 
     /// Shades all vertices on surfaces.
     ///
-    /// In batches of a few vertices, whose surfaces are found, then their random numbers drawn, then they are shaded: steps
-    /// that need not wait for each other.
+    /// Works in small batches: first the surfaces of all vertices, then their random numbers, then their shading, so that the
+    /// work on different vertices overlaps in the processor.
     fn shade_surfaces(&mut self, context: &RenderContext<'_>, block: &SampleBlock, round: u32) {
         let Some(depth) = self.paths.first().map(|path| path.depth) else {
             return;
@@ -352,7 +352,7 @@ impl Wave {
         }
     }
 
-    /// Shades all paths whose rays met nothing.
+    /// Shades all paths whose rays hit nothing.
     fn shade_misses(&mut self, context: &RenderContext<'_>) {
         let shows_background = context.scene.shading.background.visible && context.settings.content == Content::Light;
         if !shows_background && self.paths.first().is_some_and(|path| path.depth == 1) {
@@ -389,7 +389,7 @@ impl Wave {
         }
     }
 
-    /// Adds the light that shadow rays bring. Returns how many rays it traced.
+    /// Traces the shadow rays and adds their light. Returns the number of traced rays.
     fn resolve_shadow_rays(&mut self, context: &RenderContext<'_>, layout: BatchLayout) -> u64 {
         let ShadingOutput {
             shadow_rays,
@@ -429,7 +429,7 @@ impl Wave {
         traced + more
     }
 
-    /// Adds the light of the shadow rays to its layers, where there are any; `visible` returns the part that arrives.
+    /// Adds the light of the shadow rays to its layers, if there are any; `visible` returns the transmittance.
     fn resolve_layers(&mut self, visible: impl Fn(&Self, usize) -> Rgb) {
         let Some(mut layers) = self.out.layers.take() else {
             return;
@@ -443,7 +443,7 @@ impl Wave {
         self.out.layers = Some(layers);
     }
 
-    /// Adds what tracing the rays costs, and shades nothing.
+    /// Adds the costs of tracing the rays, and shades nothing.
     fn step_costs(&mut self, context: &RenderContext<'_>) -> u64 {
         let mut costs = vec![RayCost::default(); self.rays.len()];
         context.scene.geometry.accel.cost(&self.rays, &mut costs);
@@ -455,7 +455,7 @@ impl Wave {
         self.rays.len() as u64
     }
 
-    /// Makes the spawned rays the wave's own; where they are too many, those of the later samples wait.
+    /// Replaces the wave's rays by the spawned ones; if there are too many, those of later samples wait.
     fn compact(&mut self) {
         std::mem::swap(&mut self.rays, &mut self.out.rays);
         std::mem::swap(&mut self.paths, &mut self.out.paths);

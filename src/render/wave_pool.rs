@@ -1,17 +1,17 @@
-//! The memory of waves, which is kept from tile to tile and from frame to frame.
+//! A pool of waves, whose memory is reused from tile to tile and from frame to frame.
 
 use std::sync::{Mutex, MutexGuard};
 
 use super::wave::Wave;
 
-/// Waves that no thread uses.
+/// The unused waves.
 #[derive(Default)]
 pub(super) struct WavePool {
     waves: Mutex<Vec<Wave>>,
 }
 
 impl WavePool {
-    /// Takes a wave out, a new one where there is none.
+    /// Takes a wave out, or makes a new one.
     pub fn take(&self) -> Wave {
         self.lock().pop().unwrap_or_default()
     }

@@ -6,7 +6,7 @@ use super::InvalidSamples;
 #[derive(Clone, Debug, Default)]
 pub(super) struct WaveStats {
     pub rays: u64,
-    /// The rays that were traced to their nearest hit for a path.
+    /// The number of path segments.
     pub segments: u64,
     pub invalid: InvalidSamples,
 }

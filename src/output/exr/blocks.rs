@@ -1,4 +1,4 @@
-//! Blocks of lines, and tiles: numbers to bytes, bytes reordered and deflated.
+//! Encoding of blocks (lines or tiles): numbers become bytes, which are reordered and deflated.
 
 use std::ops::Range;
 
@@ -18,7 +18,7 @@ const LEVEL: i32 = 4;
 /// The largest half.
 const MAX_HALF: f32 = 65504.0;
 
-/// Some pixels, as the file stores them.
+/// An encoded block.
 pub(super) struct Block {
     pub place: BlockPlace,
     pub packed: Vec<u8>,
@@ -26,12 +26,12 @@ pub(super) struct Block {
     pub nans: u64,
 }
 
-/// The place of a block, as the file tells it.
+/// The position of a block, as stored in the file.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum BlockPlace {
     /// The first line, in the frame's coordinates.
     Line(i32),
-    /// The column and the row of a tile among those of the file.
+    /// The column and the row of a tile, counted in tiles.
     Tile([i32; 2]),
 }
 
@@ -53,10 +53,10 @@ struct Region {
     lines: Range<usize>,
 }
 
-/// All blocks of `image` from the top down, and from the left, each packed by some thread; `channels` are its channels, sorted.
+/// Encodes all blocks of `image` on all threads, in the order of rows; `channels` are its channels, sorted.
 ///
 /// # Errors
-/// A codec gives up.
+/// A codec fails.
 pub(super) fn encode(image: &Image, channels: &[Channel]) -> Result<Vec<Block>, EncodeError> {
     let codec = Codec::new(image, channels);
     regions(image)
@@ -98,7 +98,7 @@ fn regions(image: &Image) -> Vec<Region> {
     }
 }
 
-/// The buffers for packing a block, kept from one to the next.
+/// The buffers for encoding a block, reused for the next.
 struct BlockPacker {
     row: Vec<f32>,
     uint_row: Vec<u32>,
@@ -124,7 +124,7 @@ impl BlockPacker {
         }
     }
 
-    /// Packs the pixels of `region`.
+    /// Encodes the pixels of `region`.
     fn pack(
         &mut self,
         image: &Image,
@@ -169,7 +169,7 @@ impl BlockPacker {
         })
     }
 
-    /// Appends a line of halves; how many numbers were clamped and how many were none.
+    /// Appends a line of halves; returns the numbers of clamped values and of NaNs.
     fn put_halves(&mut self, plane: ChannelData<f32>, pixels: Range<usize>) -> (u64, u64) {
         let (mut clamped, mut nans) = (0, 0);
         let width = pixels.len();
@@ -185,13 +185,13 @@ impl BlockPacker {
         (clamped, nans)
     }
 
-    /// The bytes as they are stored: deflated, or as they are where that does not gain.
+    /// The bytes to store: deflated, or unchanged if that is not smaller.
     fn deflate(&mut self, compression: Compression) -> &[u8] {
         if compression == Compression::None {
             return &self.bytes;
         }
         reorder(&self.bytes, &mut self.parted, &mut self.reordered);
-        // With no room for a block that is not smaller, the compressor gives such a block up.
+        // The compressor fails if the result is not smaller than the input, because the buffer is one byte too short.
         self.packed.resize(self.bytes.len() - 1, 0);
         match self.compressor.zlib_compress(&self.reordered, &mut self.packed) {
             Ok(size) => &self.packed[..size],
@@ -200,7 +200,7 @@ impl BlockPacker {
     }
 }
 
-/// Replaces `out` with some pixels of a channel.
+/// Copies some pixels of a channel to `out`, in place of its contents.
 fn gather<T: Copy>(plane: ChannelData<T>, pixels: Range<usize>, out: &mut Vec<T>) {
     let values = &plane.values[plane.first + pixels.start * plane.step..];
     let count = pixels.len();
@@ -220,8 +220,7 @@ fn put<const N: usize>(bytes: &mut Vec<u8>, numbers: impl ExactSizeIterator<Item
     }
 }
 
-/// All even bytes, then all odd ones, each as its difference to the one before: what deflate is good at. `parted` is for the
-/// bytes without differences.
+/// Reorders bytes for deflate: all even bytes, then all odd ones, each as the difference to the one before. `parted` is a buffer.
 fn reorder(bytes: &[u8], parted: &mut Vec<u8>, out: &mut Vec<u8>) {
     parted.clear();
     parted.resize(bytes.len(), 0);

@@ -1,4 +1,4 @@
-//! The codecs that we do not have, a block at a time: those of the `exr` crate.
+//! The codecs of the `exr` crate, applied to blocks.
 
 use ::exr::{
     compression::Compression as Method,
@@ -16,7 +16,7 @@ use super::{
 };
 use crate::output::{BlockShape, EncodeError};
 
-/// The loss of DWAA: that of OpenEXR where nothing else is said.
+/// The loss of DWAA: OpenEXR's default.
 pub(super) const DWA_LEVEL: f32 = 45.0;
 
 /// A codec of the `exr` crate for the blocks of an image.
@@ -26,7 +26,7 @@ pub(super) struct Codec {
 }
 
 impl Codec {
-    /// The codec for an image with these channels, sorted; `None` where the method is one of our own.
+    /// The codec for an image with these channels, sorted; `None` if `blocks` has the method itself.
     pub fn new(image: &Image, channels: &[Channel]) -> Option<Self> {
         let method = match image.compression {
             Compression::None | Compression::Zips | Compression::Zip => return None,
@@ -62,10 +62,10 @@ impl Codec {
         })
     }
 
-    /// Packs the numbers of so many columns and lines, whose bytes are little-endian.
+    /// Compresses little-endian numbers of this many columns and lines.
     ///
     /// # Errors
-    /// The codec gives up.
+    /// The codec fails.
     pub fn pack(&self, bytes: &[u8], [columns, lines]: [usize; 2]) -> Result<Vec<u8>, EncodeError> {
         let section = IntegerBounds::from_dimensions(Vec2(columns, lines));
         let bytes = self.in_native_order(bytes, columns);
@@ -73,7 +73,7 @@ impl Codec {
         packed.map_err(|e| EncodeError::Unfit(e.to_string()))
     }
 
-    /// The bytes of little-endian numbers in the order of this machine, as the codec wants them.
+    /// Converts little-endian numbers to the byte order of this machine, which the codec expects.
     fn in_native_order(&self, bytes: &[u8], width: usize) -> Vec<u8> {
         let mut bytes = bytes.to_vec();
         if cfg!(target_endian = "big") {

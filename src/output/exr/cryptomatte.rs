@@ -1,4 +1,4 @@
-//! The attributes by which compositors know Cryptomatte layers.
+//! The attributes by which compositors recognise Cryptomatte layers.
 //!
 //! Source: Friedman and Jones, "Cryptomatte Specification", version 1.2.0.
 

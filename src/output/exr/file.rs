@@ -20,7 +20,7 @@ use crate::{
     output::{Attribute, BlockShape, EncodeError, Value, facts},
 };
 
-/// The attributes that the writer makes itself.
+/// The attributes that the writer computes.
 const WRITERS_OWN: [&str; 12] = [
     "channels",
     "chunkCount",
@@ -39,7 +39,7 @@ const WRITERS_OWN: [&str; 12] = [
 /// An EXR file in memory.
 #[derive(Clone, Debug)]
 pub struct ExrFile {
-    /// Whether it may have several parts.
+    /// Whether the file is declared as multi-part.
     pub is_multi: bool,
     /// At least one.
     pub parts: Vec<Part>,
@@ -49,13 +49,13 @@ pub struct ExrFile {
 #[derive(Clone, Debug)]
 pub struct Part {
     pub name: String,
-    /// The attributes that the writer does not make itself.
+    /// The attributes, without those that the writer computes.
     pub attributes: Vec<Attribute>,
     pub compression: Compression,
     pub blocks: BlockShape,
     /// The full frame.
     pub display: Window,
-    /// The pixels that are stored.
+    /// The stored pixels.
     pub data: Window,
     pub planes: Vec<Plane>,
 }
@@ -67,7 +67,7 @@ pub struct Plane {
     pub numbers: Numbers,
 }
 
-/// The numbers of a channel, row by row from the top, and the type that they are stored as.
+/// The numbers of a channel, row by row from the top, by their stored type.
 #[derive(Clone, Debug)]
 pub enum Numbers {
     Half(Vec<f32>),
@@ -92,7 +92,7 @@ impl Numbers {
         }
     }
 
-    /// Replaces the numbers from the `at`th on by those of a line of a file.
+    /// Replaces the numbers from index `at` on by those of a line of a file.
     fn put(&mut self, at: usize, line: &[u8]) {
         match self {
             Self::Half(out) => put(&mut out[at..], line, |bytes| half::f16::from_ne_bytes(bytes).to_f32()),
@@ -158,10 +158,10 @@ impl ReadError {
 }
 
 impl ExrFile {
-    /// The file at `path` without its numbers.
+    /// Reads the file at `path` without its numbers.
     ///
     /// # Errors
-    /// It cannot be read, or is none of lines or tiles of pixels.
+    /// The file cannot be read, or has neither scanlines nor tiles.
     pub fn without_numbers(path: &Path) -> Result<Self, ReadError> {
         let headers = facts::open(path).and_then(|file| Headers::read(&mut BufReader::new(file), usize::MAX));
         let headers = headers.map_err(|error| ReadError::new(&error))?;
@@ -173,10 +173,10 @@ impl ExrFile {
         })
     }
 
-    /// The file at `path`.
+    /// Reads the file at `path`.
     ///
     /// # Errors
-    /// It cannot be read, or is none of lines or tiles of pixels.
+    /// The file cannot be read, or has neither scanlines nor tiles.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let mut file = Self::without_numbers(path)?;
         let window = file.parts[0].data;
@@ -187,10 +187,10 @@ impl ExrFile {
         Ok(file)
     }
 
-    /// Puts the numbers of the file at `path`, which holds this window, into their places in this one.
+    /// Copies the numbers of the file at `path`, which holds this window, into this one.
     ///
     /// # Errors
-    /// It cannot be read, or has other parts or channels than this one.
+    /// The file cannot be read, or has other parts or channels than this one.
     pub fn put(&mut self, path: &Path, window: Window) -> Result<(), ReadError> {
         let unreadable = |error: ::exr::error::Error| ReadError::new(&error);
         let file = facts::open(path).map_err(|error| ReadError::new(&error))?;
@@ -214,7 +214,7 @@ impl ExrFile {
                 return Err(ReadError::new(&"it has other channels than the others"));
             }
         }
-        // So many are unpacked on all threads at once.
+        // The number of blocks that are decoded in parallel.
         const TOGETHER: usize = 64;
         loop {
             let some: Result<Vec<Chunk>, _> = chunks.by_ref().take(TOGETHER).collect();
@@ -237,21 +237,21 @@ impl ExrFile {
         }
     }
 
-    /// Its planes in all parts.
+    /// The planes of all parts.
     pub fn planes(&self) -> impl Iterator<Item = &Plane> {
         self.parts.iter().flat_map(|part| &part.planes)
     }
 
-    /// The attribute of this name, of the first part.
+    /// The attribute of this name in the first part.
     pub fn attribute(&self, name: &str) -> Option<&Value> {
         let mut attributes = self.parts[0].attributes.iter();
         attributes.find(|a| a.name == name).map(|a| &a.value)
     }
 
-    /// Its bytes, without a seal.
+    /// Encodes the file, without a seal.
     ///
     /// # Errors
-    /// The format cannot hold it.
+    /// The format cannot represent it.
     pub fn encode(&self) -> Result<Vec<u8>, EncodeError> {
         let channels: Vec<Vec<Channel>> = self.parts.iter().map(channels).collect();
         let images = self.parts.iter().zip(&channels).map(|(part, channels)| {

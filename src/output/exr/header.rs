@@ -14,22 +14,22 @@ pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 pub(super) const VERSION: u32 = 2;
 /// Names may have up to 255 bytes instead of 31.
 pub(super) const LONG_NAMES: u32 = 0x400;
-/// The only part has tiles.
+/// The single part has tiles.
 pub(super) const TILED: u32 = 0x200;
-/// There may be more parts than one.
+/// The file may have several parts.
 pub(super) const MULTI_PART: u32 = 0x1000;
 
 const SHORT_NAME: usize = 31;
 const LONG_NAME: usize = 255;
 
-/// An attribute as bytes.
+/// An encoded attribute.
 struct Entry<'a> {
     name: &'a str,
     kind: &'static str,
     bytes: Vec<u8>,
 }
 
-/// The attributes that a part of several needs.
+/// The attributes that the parts of a multi-part file need.
 #[derive(Clone, Copy)]
 pub(super) struct PartFacts<'a> {
     pub name: &'a str,
@@ -37,7 +37,7 @@ pub(super) struct PartFacts<'a> {
     pub blocks: u32,
 }
 
-/// The bytes before the header or the headers, in which these names occur; `flags` are those of the file but for long names.
+/// The bytes before the headers, in which these names occur; `flags` are those of the file without that for long names.
 pub(super) fn begin<'a>(mut names: impl Iterator<Item = &'a str>, flags: u32) -> Vec<u8> {
     let long = names.any(|name| name.len() > SHORT_NAME);
     let version = VERSION | flags | if long { LONG_NAMES } else { 0 };
@@ -67,7 +67,7 @@ pub(super) fn encode(image: &Image, channels: &[Channel], part: Option<PartFacts
         entries.push(entry("dwaCompressionLevel", &Value::Float(DWA_LEVEL)));
     }
     if image.blocks == BlockShape::Tiles {
-        // No smaller copies of the picture.
+        // No mipmaps.
         let side = TILE_SIDE.to_le_bytes();
         entries.push(raw("tiles", "tiledesc", [&side[..], &side, &[0]].concat()));
     }
@@ -128,7 +128,7 @@ fn channel_list(channels: &[Channel]) -> Vec<u8> {
         };
         put_name(&mut bytes, channel.name);
         bytes.extend(kind.to_le_bytes());
-        // Not perceptually linear, and three bytes kept for later.
+        // Not perceptually linear, and three reserved bytes.
         bytes.extend([0; 4]);
         let every_pixel = 1_i32.to_le_bytes();
         bytes.extend(every_pixel);
@@ -163,7 +163,7 @@ fn entry<'a>(name: &'a str, value: &Value) -> Entry<'a> {
     raw(name, kind, bytes)
 }
 
-/// The value of an attribute of type `kind`; `None` where no [`Value`] has this type or `bytes` are not of it.
+/// Decodes an attribute of type `kind`; `None` if no [`Value`] has this type or `bytes` are invalid.
 pub(super) fn decode(kind: &[u8], bytes: &[u8]) -> Option<Value> {
     let word = |i: usize| -> Option<[u8; 4]> { bytes.get(4 * i..4 * i + 4)?.try_into().ok() };
     let int = |i: usize| word(i).map(i32::from_le_bytes);
@@ -203,7 +203,7 @@ pub(super) fn decode(kind: &[u8], bytes: &[u8]) -> Option<Value> {
     })
 }
 
-/// So many little-endian numbers, and nothing else.
+/// Decodes exactly `N` little-endian numbers.
 fn floats<const N: usize>(bytes: &[u8]) -> Option<[f32; N]> {
     let floats: Vec<f32> = bytes
         .as_chunks()

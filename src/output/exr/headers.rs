@@ -1,4 +1,4 @@
-//! The headers of a file: what its attributes say, and where its blocks begin.
+//! The headers of a file: its attributes, and the offsets of its blocks.
 
 use std::io::{self, BufRead, Read, Seek};
 
@@ -8,7 +8,7 @@ use crate::{
     output::{Attribute, BlockShape, Value},
 };
 
-/// The headers of a file of lines or of tiles.
+/// The headers of a file with scanlines or tiles.
 pub(super) struct Headers {
     pub is_multi: bool,
     /// At least one.
@@ -17,7 +17,7 @@ pub(super) struct Headers {
 
 /// The header of a part.
 pub(super) struct Header {
-    /// The compression as files number it.
+    /// The code of the compression.
     pub compression: u8,
     blocks: Blocks,
     pub display: Window,
@@ -29,9 +29,9 @@ pub(super) struct Header {
 /// The blocks of a part.
 #[derive(Clone, Copy)]
 enum Blocks {
-    /// So many lines in each.
+    /// The number of lines of a block.
     Lines(u32),
-    /// So many columns and rows in each.
+    /// The number of columns and rows of a tile.
     Tiles([u32; 2]),
 }
 
@@ -42,7 +42,7 @@ impl Header {
         u64::from(columns) * u64::from(rows)
     }
 
-    /// The number of its blocks beside and above each other.
+    /// The number of columns and rows of blocks.
     fn grid(&self) -> [u32; 2] {
         let (width, height) = (self.data.width(), self.data.height());
         match self.blocks {
@@ -58,7 +58,7 @@ impl Header {
         }
     }
 
-    /// Reads the place of a block; whether it is one of this part.
+    /// Reads the position of a block; returns whether it is within this part.
     pub fn read_place(&self, file: &mut impl Read) -> io::Result<bool> {
         let mut int = || take(file).map(i32::from_le_bytes);
         Ok(match self.blocks {
@@ -74,15 +74,15 @@ impl Header {
 }
 
 impl Headers {
-    /// Reads the headers; `file` stands behind them afterwards. Attributes of types that no [`Value`] has are left out, and so are
-    /// those of more than `max_attribute` bytes. `None` of any other file.
+    /// Reads the headers; afterwards `file` is at their end. Attributes of types without a [`Value`] and of more than
+    /// `max_attribute` bytes are left out. `None` for files of other kinds.
     ///
     /// # Errors
-    /// The file cannot be read, or ends.
+    /// The file cannot be read, or is too short.
     pub fn read(file: &mut (impl BufRead + Seek), max_attribute: usize) -> io::Result<Option<Self>> {
         let magic: [u8; 4] = take(file)?;
         let flags = u32::from_le_bytes(take(file)?) & !LONG_NAMES;
-        // Any other flag: deep data.
+        // Other flags mean deep data.
         if magic != MAGIC || flags & !(MULTI_PART | TILED) != VERSION {
             return Ok(None);
         }
@@ -101,7 +101,7 @@ impl Headers {
 
 enum HeaderRead {
     Part(Header),
-    /// No attribute: the end of the headers.
+    /// The end of the headers.
     End,
     /// Attributes are missing, or the compression is unknown.
     Unfit,
@@ -122,7 +122,7 @@ fn read_header(file: &mut (impl BufRead + Seek), max_attribute: usize) -> io::Re
             compression = Some(take::<1>(file)?[0]);
         } else if name == b"tiles" && size == 9 {
             tiles = Some([take(file)?, take(file)?].map(u32::from_le_bytes));
-            // Smaller copies of the picture are not ours.
+            // Mipmaps are not supported.
             if take::<1>(file)? != [0] {
                 return Ok(HeaderRead::Unfit);
             }

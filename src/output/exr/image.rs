@@ -14,25 +14,25 @@ pub(super) const TILE_SIDE: u32 = 64;
 pub struct Image<'a> {
     /// The full frame.
     pub display: Window,
-    /// The pixels that are stored.
+    /// The stored pixels.
     pub data: Window,
-    /// In any order, their names distinct.
+    /// In any order, with distinct names.
     pub channels: &'a [Channel<'a>],
-    /// In any order, their names distinct and none of those that the format demands.
+    /// In any order, with distinct names, without the attributes that the format requires.
     pub attributes: &'a [Attribute],
     pub compression: Compression,
     pub blocks: BlockShape,
 }
 
-/// One number of each pixel of the data window.
+/// A channel: one number for each pixel of the data window.
 #[derive(Clone, Copy, Debug)]
 pub struct Channel<'a> {
-    /// `layer.channel`, of at most 31 bytes unless readers from before 2013 do not matter.
+    /// `layer.channel`; readers from before 2013 accept at most 31 bytes.
     pub name: &'a str,
     pub samples: Samples<'a>,
 }
 
-/// The numbers of a channel, and the type that they are stored as.
+/// The numbers of a channel, by their stored type.
 #[derive(Clone, Copy, Debug)]
 pub enum Samples<'a> {
     Half(ChannelData<'a, f32>),
@@ -49,7 +49,7 @@ pub struct ChannelData<'a, T> {
 }
 
 impl<'a, T> ChannelData<'a, T> {
-    /// One number after the other.
+    /// Contiguous values.
     pub fn dense(values: &'a [T]) -> Self {
         let (first, step) = (0, 1);
         Self { values, first, step }

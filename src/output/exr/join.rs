@@ -1,4 +1,4 @@
-//! Crops to the whole picture: pixels are decoded, put into their places, and encoded again as they were.
+//! Joining crops: pixels are decoded, copied to the whole picture, and encoded in the same way.
 
 use super::file::{ExrFile, Part};
 use crate::output::{
@@ -37,7 +37,7 @@ pub(super) fn join(crops: &[CropFile], own: &[Attribute]) -> Result<Vec<u8>, Joi
     whole.encode().map_err(|error| JoinError::unfit(first, &error))
 }
 
-/// The file of a crop without its numbers.
+/// Opens the file of a crop, without its numbers.
 fn open(crop: &CropFile) -> Result<ExrFile, JoinError> {
     let file = ExrFile::without_numbers(&crop.path).map_err(|error| JoinError::unfit(crop, &error))?;
     if file.parts.iter().any(|part| part.compression.is_lossy()) {

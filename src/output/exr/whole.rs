@@ -1,4 +1,4 @@
-//! The facts of a complete file: it has the bytes that it was sealed with, or all of its blocks can be decoded.
+//! The facts of a complete file: its seal fits its bytes, or, without a seal, all of its blocks can be decoded.
 
 use std::{
     fs::File,
@@ -11,8 +11,8 @@ use ::exr::block::{UncompressedBlock, reader::ChunksReader as _};
 use super::headers::{Header, Headers, take};
 use crate::output::{FileFacts, facts, seal};
 
-/// The facts of a file of lines or of tiles, those of its first part, whose table of blocks is filled and whose bytes are those
-/// of its seal; of one of another program, without a seal, all blocks can be decoded.
+/// The facts of the first part of a file with scanlines or tiles, if its table of blocks is complete and its seal fits. In a file
+/// without a seal, of another program, all blocks must be decodable.
 pub(super) fn inspect(path: &Path) -> Option<FileFacts> {
     let facts = facts::open(path).and_then(check).ok().flatten()?;
     let is_whole = match seal::is_intact(path).ok()? {

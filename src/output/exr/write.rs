@@ -1,4 +1,4 @@
-//! Images as files: headers, the table of blocks, and the blocks.
+//! Writing files: headers, the table of blocks, and the blocks.
 
 use std::io::Write;
 
@@ -21,7 +21,7 @@ pub fn write(image: &Image, out: &mut dyn Write) -> Result<WriteReport, EncodeEr
     write_file(&[("", *image)], flags, out)
 }
 
-/// Writes images under their names to `out`, as the parts of one file.
+/// Writes named images to `out`, as the parts of one file.
 pub fn write_parts(parts: &[(&str, Image)], out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
     write_file(parts, header::MULTI_PART, out)
 }
@@ -76,9 +76,9 @@ fn write_file(parts: &[(&str, Image)], flags: u32, out: &mut dyn Write) -> Resul
     Ok(report)
 }
 
-/// Holds `image` to the format's bounds; `channels` are its channels, sorted.
+/// Checks the limits of the format; `channels` are the image's channels, sorted.
 fn check(image: &Image, channels: &[Channel]) -> Result<(), EncodeError> {
-    // What OpenEXR's own reader refuses.
+    // The limit of OpenEXR's own reader.
     const FARTHEST: i64 = i32::MAX as i64 / 2;
     let unfit = |reason: String| Err(EncodeError::Unfit(reason));
     for window in [image.display, image.data] {

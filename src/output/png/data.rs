@@ -1,4 +1,4 @@
-//! Data as PNG files of 16 bits, in the encodings that data sets have.
+//! Data as PNG files of 16 bits, in common encodings of data sets.
 //!
 //! | flag | pass | numbers |
 //! |---|---|---|
@@ -6,7 +6,7 @@
 //! | `--png-normals` | `N` | red, green, blue are x, y, z in the world: 1 is -1, 32768 is 0, 65535 is 1; 0 0 0 is nothing |
 //! | `--png-ids` | `objectId` | gray, the number of the object from 1; 0 is nothing |
 //!
-//! They show the sample nearest to the pixel's centre.
+//! They hold the sample nearest to the pixel's centre.
 
 use std::{io::Write, path::Path};
 
@@ -18,11 +18,11 @@ use crate::{
     },
 };
 
-/// A kind of such files, which no ending asks for.
+/// A kind of data file. File extensions do not select it, only flags.
 #[derive(Debug)]
 pub struct DataPng {
     pub flag: &'static str,
-    /// The name of the pass that the files show.
+    /// The name of the pass.
     pub pass: &'static str,
     /// The encoding, for readers of the file.
     unit: &'static str,
@@ -115,7 +115,7 @@ fn millimetres(metres: f32) -> u16 {
     ((metres * 1000.0).round() as u16).max(1)
 }
 
-/// A unit vector around 32768; zeros where there is none.
+/// A unit vector, with 0 at 32768; all zeros for the zero vector.
 fn direction(v: &[f32; 3]) -> [u16; 3] {
     if *v == [0.0; 3] {
         return [0; 3];

@@ -10,10 +10,10 @@ use crate::{
     output::{Attribute, FileFacts, facts::open},
 };
 
-/// The text that says which part of the picture a crop is.
+/// The keyword of a crop's window.
 pub(super) const WINDOW: &str = "batch-render/window";
 
-/// The facts of a file that begins as a PNG and ends with the chunk that ends one.
+/// The facts of a file with a PNG signature and the final chunk.
 pub(super) fn facts(path: &Path) -> io::Result<Option<FileFacts>> {
     const BEGIN: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
     const END: [u8; 12] = *b"\0\0\0\0IEND\xaeB`\x82";
@@ -33,7 +33,7 @@ pub(super) fn facts(path: &Path) -> io::Result<Option<FileFacts>> {
         file.read_exact(&mut kind)?;
         let size = u32::from_be_bytes(size) as usize;
         match &kind {
-            // Our texts come before the pixels.
+            // This program writes texts before the pixels.
             b"IDAT" | b"IEND" => break,
             b"IHDR" | b"tEXt" | b"iTXt" if size <= FileFacts::MAX_ATTRIBUTE => {
                 let mut bytes = vec![0; size];
@@ -78,7 +78,7 @@ fn split_at_zero(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     Some((&bytes[..end], &bytes[end + 1..]))
 }
 
-/// The window and the picture that a text tells of.
+/// Parses a window and the size of its picture.
 fn parse_window(text: &str) -> Option<(Window, [u32; 2])> {
     let (window, picture) = text.split_once(" of ")?;
     let size = |text: &str| -> Option<[u32; 2]> {

@@ -1,4 +1,4 @@
-//! Crops to the whole picture: pixels are decoded, put into their places, and encoded again as they were.
+//! Joining crops: pixels are decoded, copied to the whole picture, and encoded in the same way.
 
 use std::io::BufReader;
 
@@ -18,7 +18,7 @@ struct Crop {
     is_srgb: bool,
     /// The columns and rows of the whole picture.
     resolution: [u32; 2],
-    /// In the order of the file, but for the place of the crop.
+    /// In the order of the file, without the crop's window.
     texts: Vec<Attribute>,
     bytes: Vec<u8>,
 }

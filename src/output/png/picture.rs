@@ -1,4 +1,4 @@
-//! The content of a PNG file, and its bytes.
+//! The content of a PNG file, and its encoding.
 
 use std::io::Write;
 
@@ -11,7 +11,7 @@ pub(super) struct Picture {
     pub depth: ::png::BitDepth,
     pub is_srgb: bool,
     pub texts: Vec<(String, String)>,
-    /// Rows from the top, numbers of 16 bits with the larger byte first.
+    /// Rows from the top; numbers of 16 bits are big-endian.
     pub bytes: Vec<u8>,
 }
 
@@ -38,7 +38,7 @@ impl Picture {
     }
 }
 
-/// Adds ASCII as plain text and any other as UTF-8: the format's Latin-1 is what many readers get wrong.
+/// Adds ASCII as plain text and other text as UTF-8, because many readers decode the format's Latin-1 wrongly.
 fn add_text<W: Write>(encoder: &mut ::png::Encoder<W>, key: String, text: String) -> Result<(), ::png::EncodingError> {
     if text.bytes().all(|b| matches!(b, b'\n' | b' '..=b'~')) {
         encoder.add_text_chunk(key, text)
