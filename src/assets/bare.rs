@@ -39,7 +39,7 @@ impl ModelError for BareMeshError {
     }
 }
 
-/// A fault of a file whose name the caller knows.
+/// An error without the name of the file, which the caller adds.
 #[derive(Debug)]
 pub(super) enum BareMeshProblem {
     Broken(String),
@@ -67,7 +67,7 @@ impl From<OverBudget> for BareMeshProblem {
     }
 }
 
-/// Loads the model at `path`, which may be packed, by `parse`.
+/// Loads the model at `path`, possibly compressed, by `parse`.
 pub(super) fn load(
     path: &Path,
     files: &Files,
@@ -80,7 +80,7 @@ pub(super) fn load(
     parse(&bytes, files.memory()).map_err(|problem| problem.at(path.to_owned()))
 }
 
-/// Calls `read` with every beginning of a file, and with every byte changed in several ways.
+/// Calls `read` with every prefix of a file, and with every byte changed in several ways.
 #[cfg(test)]
 pub(super) fn for_each_damage(whole: &[u8], read: impl Fn(&[u8])) {
     for i in 0..whole.len() {
@@ -101,7 +101,7 @@ pub(super) struct PlacedMesh {
 }
 
 impl PlacedMesh {
-    /// Sets the positions of the vertices. Where all of them are far away, the mesh has an origin of its own.
+    /// Sets the positions of the vertices. If all of them are far away, the mesh gets an origin of its own.
     pub fn set_positions(&mut self, positions: &[DVec3]) {
         let bounds = DAabb::from_points(positions.iter().copied());
         self.origin = origin::of_box(&bounds).unwrap_or_default();
@@ -109,8 +109,8 @@ impl PlacedMesh {
     }
 }
 
-/// A model of one mesh or, without triangles, of points: matte and light gray, or in the colours of its vertices. One without
-/// vertices has no parts.
+/// A model of one mesh or, without triangles, of points: matte and light gray, or with vertex colours. Without vertices it has no
+/// parts.
 ///
 /// # Errors
 /// The arrays of the mesh do not fit each other.

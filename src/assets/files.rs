@@ -1,8 +1,8 @@
-//! The one gate through which the bytes of input files come in.
+//! The reading of input files.
 //!
-//! Every file that a job reads, the scene file, models, images and the camera path, is read by [`Files::read`], which
-//! records the file's path and a hash of its content. Nothing else of the library opens an input file, so
-//! [`Files::manifest`] is all that a picture depends on beside the command line.
+//! Every input file of a job (the scene file, models, images and the camera path) is read by [`Files::read`], which records the
+//! file's path and a hash of its content. Nothing else in the library opens an input file, so a picture depends only on
+//! [`Files::manifest`] and the request.
 
 use std::{
     collections::BTreeMap,
@@ -14,7 +14,7 @@ use std::{
 use super::{MemoryBudget, MemoryKind};
 use crate::warnings::Warnings;
 
-/// BLAKE3 of a file's bytes, the first 128 bits of it.
+/// The first 128 bits of the BLAKE3 hash of a file's bytes.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ContentHash([u8; 16]);
 
@@ -54,8 +54,8 @@ pub struct Files {
 }
 
 impl Files {
-    /// A gate that has let nothing in. With `allow_outside` models may name files outside of their folders. What is in
-    /// files takes its memory from `memory`.
+    /// No files yet. With `allow_outside` models may name files outside of their folders. The contents of files count against
+    /// `memory`.
     pub fn new(allow_outside: bool, memory: MemoryBudget) -> Self {
         Self {
             allow_outside,
@@ -80,8 +80,8 @@ impl Files {
         &self.memory
     }
 
-    /// Whether a model in the folder `root` may name the file at `path`, by the words of the path: links inside of the
-    /// folder lead anywhere.
+    /// Whether a model in the folder `root` may name the file at `path`. Only the text of the path counts; symbolic links inside
+    /// of the folder may lead anywhere.
     pub fn allows(&self, root: &Path, path: &Path) -> bool {
         if self.allow_outside {
             return true;
@@ -101,13 +101,11 @@ impl Files {
         })
     }
 
-    /// The bytes of a regular file. A file that cannot be read is not recorded; of one that is read again the last content
-    /// is.
+    /// Reads a regular file. Only files that could be read are recorded, with their last content.
     ///
     /// # Errors
-    /// The file cannot be read. Of anything but a regular file, such as a named pipe, which could keep a job waiting, or a
-    /// device, which has no end, the error is of the kind `InvalidInput`; of a file that is larger than the memory that is
-    /// left, `OutOfMemory`.
+    /// The file cannot be read. The kind is `InvalidInput` for anything but a regular file, such as a named pipe, which could
+    /// block, or a device without an end, and `OutOfMemory` for a file that exceeds the remaining memory.
     pub fn read(&self, path: &Path) -> io::Result<Arc<[u8]>> {
         let found = fs::metadata(path)?;
         if !found.is_file() {
@@ -123,14 +121,14 @@ impl Files {
         Ok(bytes)
     }
 
-    /// Each file that was read, under the path by which it was read, sorted by that path.
+    /// All files that were read, sorted by path.
     pub fn manifest(&self) -> Vec<(PathBuf, ContentHash)> {
         let read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
         read.iter().map(|(path, hash)| (path.clone(), *hash)).collect()
     }
 }
 
-/// Whether a file is there but [`Files::read`] refused it: it is no regular file, or too large.
+/// Whether a file exists but [`Files::read`] refused it: it is no regular file, or too large.
 pub fn is_refused(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::InvalidInput | io::ErrorKind::OutOfMemory)
 }

@@ -1,4 +1,4 @@
-//! Model files that gzip has packed.
+//! Model files compressed by gzip.
 
 use std::{
     io::{self, Read},
@@ -10,9 +10,9 @@ use flate2::bufread::MultiGzDecoder;
 
 use super::{Files, MemoryBudget, MemoryKind};
 
-/// The most bytes that a file unpacks to.
+/// The most bytes of a decompressed file.
 const MOST: u64 = 2 << 30;
-/// The most bytes for each of the packed file. The format's own limit is 1032, so zeros alone come near.
+/// The largest compression ratio. The format's own limit is 1032, which only zeros reach.
 const MOST_TIMES: u64 = 1024;
 
 /// Whether a name ends in `.gz`.
@@ -20,11 +20,11 @@ pub(super) fn is_packed(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"))
 }
 
-/// The bytes of a file, unpacked where its name ends in `.gz`.
+/// Reads a file, and decompresses it if its name ends in `.gz`.
 ///
 /// # Errors
-/// The file cannot be read ([`Files::read`]). Of broken data, and of more than 2 GiB or 1024 times the file's size, the
-/// error is of the kind `InvalidInput`; of more than the memory that is left, `OutOfMemory`.
+/// The file cannot be read ([`Files::read`]). The kind is `InvalidInput` for broken data and for more than 2 GiB or 1024 times
+/// the file's size, and `OutOfMemory` for more than the remaining memory.
 pub(super) fn read(path: &Path, files: &Files) -> io::Result<Arc<[u8]>> {
     let bytes = files.read(path)?;
     match is_packed(path) {
@@ -36,7 +36,7 @@ pub(super) fn read(path: &Path, files: &Files) -> io::Result<Arc<[u8]>> {
     }
 }
 
-/// Unpacks to `most` bytes.
+/// Decompresses to at most `most` bytes.
 fn unpack(bytes: &[u8], most: u64, memory: &MemoryBudget) -> io::Result<Vec<u8>> {
     let refuse = |cause: String| io::Error::new(io::ErrorKind::InvalidInput, cause);
     let mut source = MultiGzDecoder::new(bytes);
@@ -55,7 +55,7 @@ fn unpack(bytes: &[u8], most: u64, memory: &MemoryBudget) -> io::Result<Vec<u8>>
             )));
         }
         if length > out.capacity() {
-            // It doubles, and its old bytes are there until they are copied.
+            // While the buffer grows to twice its size, the old one still exists.
             memory
                 .check(MemoryKind::Models, 3 * length as u64)
                 .map_err(|over| io::Error::new(io::ErrorKind::OutOfMemory, over))?;

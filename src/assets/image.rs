@@ -1,10 +1,10 @@
-//! Pictures: PNG, JPEG, BMP, TGA, WebP, HDR and EXR files to texels.
+//! Images: PNG, JPEG, BMP, TGA, WebP, HDR and EXR files.
 //!
-//! The content decides the format, the extension only where the content has no signature (TGA). Row 0 is the top row, as it is
-//! displayed; an Exif orientation is ignored. Integer formats are display values or data, as the caller says; HDR and EXR are
-//! scene-linear whatever it says. Texels of 8 and 16 bits stay as they are and are looked up; deeper ones become floats.
+//! The content determines the format, or the extension for formats without a signature (TGA). Row 0 is the top row; Exif
+//! orientations are ignored. The caller decides whether integer formats are display values or data; HDR and EXR are always
+//! scene-linear. Texels of 8 and 16 bits are kept and converted by a table; deeper ones become floats.
 //!
-//! A file that ends early, is damaged or claims an absurd size is an error, never a picture with gray in it.
+//! A truncated or damaged file, or one that claims an absurd size, is an error, never a partial picture.
 
 mod error;
 mod exr;
@@ -32,13 +32,13 @@ pub use texture_memory::halvings;
 /// The first bytes of a JPEG file.
 const JPEG_MAGIC: [u8; 3] = [0xff, 0xd8, 0xff];
 
-/// Texels along a side that tell what a picture holds, at most.
+/// The most texels along a side that are examined to classify a picture.
 const PROBES: u32 = 64;
 
 /// An image that is not decoded yet.
 pub struct EncodedImage {
     bytes: Arc<[u8]>,
-    /// The name in errors, whose extension helps where the bytes do not tell the format.
+    /// The name in errors; its extension tells the format if the bytes do not.
     path: PathBuf,
     color_space: ColorSpace,
 }
@@ -63,7 +63,7 @@ impl EncodedImage {
         })
     }
 
-    /// The bytes of memory that it takes with its smaller levels, by its header; 0 where that is broken.
+    /// The bytes of memory for all levels, by the header; 0 if that is broken.
     pub fn memory(&self) -> u64 {
         let kept = if self.bytes.starts_with(&exr::MAGIC) {
             exr::memory(&self.bytes).ok()
@@ -84,7 +84,7 @@ impl EncodedImage {
         Ok(mipmap::halved(bitmap, halvings))
     }
 
-    /// The decoder of its format, which has read the header.
+    /// Opens the decoder, which reads the header.
     fn opened(&self) -> Result<impl ImageDecoder, ImageProblem> {
         let (bytes, path) = (&self.bytes[..], &self.path);
         let format = ::image::guess_format(bytes).or_else(|_| ImageFormat::from_path(path));
@@ -105,7 +105,7 @@ impl EncodedImage {
 
     fn decode_by_format(&self, halvings: u32, memory: &MemoryBudget) -> Result<Bitmap, ImageProblem> {
         if self.bytes.starts_with(&JPEG_MAGIC) && !jpeg_has_an_end(&self.bytes) {
-            // The decoder would fill up with gray.
+            // The decoder would fill the rest with gray.
             return Err(ImageProblem::broken("unexpected end of file"));
         }
         let decoder = self.opened()?;
@@ -120,16 +120,16 @@ impl EncodedImage {
 
 /// The sizes of a picture, in bytes.
 struct Sizes {
-    /// As the decoder returns it.
+    /// The size in the decoder's format.
     raw: u64,
-    /// As it is kept.
+    /// The size in memory afterwards.
     kept: u64,
 }
 
 impl Sizes {
     fn of(decoder: &impl ImageDecoder) -> Self {
         let raw = decoder.total_bytes();
-        // Gray with alpha is kept as RGBA.
+        // Gray with alpha becomes RGBA.
         let grows = if decoder.color_type().channel_count() == 2 {
             2
         } else {
@@ -142,8 +142,7 @@ impl Sizes {
     }
 }
 
-/// Whether the picture at `path` has an alpha channel, by its header. A file that cannot be read has none, and neither has an
-/// EXR file.
+/// Whether the picture at `path` has an alpha channel, by its header. False for unreadable files and for EXR.
 pub fn has_alpha(path: &Path, files: &Files) -> bool {
     let Ok(bytes) = files.read(path) else { return false };
     let format = ::image::guess_format(&bytes).or_else(|_| ImageFormat::from_path(path));
@@ -151,18 +150,18 @@ pub fn has_alpha(path: &Path, files: &Files) -> bool {
     matches!(decoder, Ok(Ok(decoder)) if decoder.color_type().has_alpha())
 }
 
-/// Whether the picture at `path` is a map of normals in tangent space: its texels stand for unit vectors that point
-/// outwards. A picture that is gray, cannot be read or is too large is none.
+/// Whether the picture at `path` is a tangent-space normal map: its texels encode unit vectors that point outwards. False for
+/// gray, unreadable and too large pictures.
 pub fn holds_normals(path: &Path, files: &Files) -> bool {
     let source = ImageSource::File(path.to_owned());
     let Ok(image) = EncodedImage::read(&source, ColorSpace::Raw, files) else {
         return false;
     };
-    // A header is read in no time: most bump maps are gray.
+    // The header is enough for most bump maps, which are gray.
     if image.opened().is_ok_and(|decoder| !decoder.color_type().has_color()) {
         return false;
     }
-    // Its memory is taken where it is loaded to stay.
+    // The picture is dropped afterwards, so its memory is only checked.
     let needed = image.memory().saturating_mul(2);
     if files.memory().check(MemoryKind::Images, needed).is_err() {
         return false;
@@ -182,12 +181,12 @@ pub fn holds_normals(path: &Path, files: &Files) -> bool {
     normals as f32 > 0.9 * (columns * rows) as f32
 }
 
-/// The problem of a file whose header says that it has no pixels; decoders have many words for that.
+/// The problem of a file whose header says that it has no pixels. Decoders report it in different ways.
 fn empty(bytes: &[u8], format: ImageFormat) -> Option<ImageProblem> {
     let number = |at: usize| bytes.get(at..at + 4)?.try_into().ok();
     let [width, height] = match format {
         ImageFormat::Png => [16, 20].map(|at| number(at).map(u32::from_be_bytes)),
-        // The height is negative where rows run from the top.
+        // The height is negative for rows from the top down.
         ImageFormat::Bmp => [18, 22].map(|at| number(at).map(|b| i32::from_le_bytes(b).unsigned_abs())),
         _ => [None; 2],
     };

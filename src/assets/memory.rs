@@ -8,9 +8,9 @@ use std::{
 use crate::kind::named;
 
 named! {
-    /// The purpose that memory is taken for.
+    /// The purpose of memory.
     pub enum MemoryKind: "memory" {
-        /// The frames that are rendered, wait and are written.
+        /// Frames that are rendered, wait, or are written.
         Frames = "frames",
         /// Decoded images.
         Images = "images",
@@ -19,7 +19,7 @@ named! {
     }
 }
 
-/// The memory that a job may take, and what of it is taken. Every large array is announced here before it is made.
+/// The memory limit of a job, and its use. Every large array is registered here before it is allocated.
 #[derive(Debug)]
 pub struct MemoryBudget {
     /// In bytes.
@@ -49,10 +49,10 @@ impl MemoryBudget {
         MemoryKind::ALL.map(|kind| (kind, taken[kind as usize]))
     }
 
-    /// Takes `bytes` for the rest of the job.
+    /// Reserves `bytes` for the rest of the job.
     ///
     /// # Errors
-    /// The budget does not have them.
+    /// They exceed the budget.
     pub fn take(&self, kind: MemoryKind, bytes: u64) -> Result<(), OverBudget> {
         let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
         let sum = taken.iter().fold(bytes, |sum, of_kind| sum.saturating_add(*of_kind));
@@ -68,10 +68,10 @@ impl MemoryBudget {
         Ok(())
     }
 
-    /// Finds out whether `bytes` could be taken, which are needed for a short time only.
+    /// Checks whether `bytes` fit, for memory that is needed for a short time only.
     ///
     /// # Errors
-    /// The budget does not have them.
+    /// They exceed the budget.
     pub fn check(&self, kind: MemoryKind, bytes: u64) -> Result<(), OverBudget> {
         let taken = *self.taken.lock().unwrap_or_else(PoisonError::into_inner);
         let all = Self {
@@ -82,7 +82,7 @@ impl MemoryBudget {
     }
 }
 
-/// The budget does not have the memory that was asked for. All numbers are in bytes.
+/// A request exceeds the budget. All numbers are in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OverBudget {
     kind: MemoryKind,
@@ -127,7 +127,7 @@ mod tests {
             "images need 2 MiB of memory, frames have taken 4 MiB, images have taken 5 MiB, and 10 MiB are allowed \
              (--max-memory)"
         );
-        // What was refused or only checked is not taken.
+        // Refused and checked requests are not counted.
         budget.take(MemoryKind::Models, 1 << 20).expect("allowed");
         assert!(budget.check(MemoryKind::Models, 1).is_err());
         MemoryBudget::default()

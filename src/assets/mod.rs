@@ -1,4 +1,4 @@
-//! Files other than the scene's own: what they hold, checked.
+//! Asset files: models, images and camera paths, read and validated.
 
 mod bare;
 pub mod camera_path;

@@ -22,7 +22,7 @@ use crate::{
 
 pub use crate::shape::mesh::SceneChoice;
 
-/// The part of a model file that is shown, of one that holds several.
+/// The choice among the alternatives in a model file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ModelChoice {
     /// `None` for the default scene.
@@ -34,11 +34,11 @@ pub struct ModelChoice {
 /// A model, in its own space: right-handed, +y up, metres.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
-    /// Valid, none of them without triangles.
+    /// Valid meshes with at least one triangle.
     pub meshes: Vec<Mesh>,
     pub instances: Vec<MeshInstance>,
     pub points: Option<PointCloud>,
-    /// The file's hierarchy; empty where its format has none.
+    /// The file's hierarchy; empty if the format has none.
     pub nodes: Vec<ModelNode>,
     pub materials: Vec<ModelMaterial>,
     pub textures: Vec<ModelTexture>,
@@ -47,14 +47,14 @@ pub struct Model {
     pub lights: Vec<ModelLight>,
     /// The names of the file's material variants.
     pub variants: Vec<String>,
-    /// The features that its file uses, each once.
+    /// The features that the file uses, each once.
     pub features: Vec<ModelFeature>,
-    /// Faults of its file that do not keep it from being rendered.
+    /// Faults of the file that do not prevent rendering.
     pub faults: Vec<String>,
 }
 
 impl Model {
-    /// Counts one more use of a feature.
+    /// Counts a use of a feature.
     pub fn add_feature(&mut self, name: &str, used_by: &'static str, treatment: Treatment) {
         let known = self
             .features
@@ -87,7 +87,7 @@ pub struct MeshInstance {
     pub material: usize,
     /// An index into [`Model::nodes`].
     pub node: Option<usize>,
-    /// May mirror, may even flatten.
+    /// Possibly mirrored or singular.
     pub model_from_mesh: DAffine3,
 }
 
@@ -119,7 +119,7 @@ impl Default for ModelMaterial {
     }
 }
 
-/// An image and how it is looked up with the mesh's texture coordinates.
+/// An image with the parameters of its lookup.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelTexture {
     /// An index into [`Model::images`].
@@ -157,12 +157,12 @@ pub enum UvSet {
     Second,
 }
 
-/// A feature of a file's format that a model uses, and what becomes of it.
+/// A feature of a file format that a model uses, and its treatment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ModelFeature {
-    /// As the format calls it.
+    /// The name in the format.
     pub name: String,
-    /// The number of things that use it, and what they are called, in the singular.
+    /// The number of its users, and what these are, in the singular.
     pub count: usize,
     pub used_by: &'static str,
     pub treatment: Treatment,
@@ -172,32 +172,34 @@ pub struct ModelFeature {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Treatment {
     Rendered,
-    /// Left out, because the picture is right without it for the reason given.
+    /// Not needed for a correct picture, for this reason.
     Unneeded(&'static str),
-    /// Rendered but for a part, which is named here.
+    /// Rendered except for this part.
     InPart(&'static str),
-    /// Not rendered; the text tells what is shown instead, and may be empty.
+    /// Not rendered; the text says what is shown instead, and may be empty.
     Without(&'static str),
 }
 
 impl ModelFeature {
-    /// The warning about a feature that is not rendered: `3 materials use X, which is rendered without`.
+    /// The warning about a feature that is not rendered: `not rendered: KHR_X, used by 3 materials`.
     pub fn loss(&self) -> Option<String> {
         let (how, detail) = match self.treatment {
             Treatment::Rendered | Treatment::Unneeded(_) => return None,
             Treatment::InPart(part) => ("rendered in part", part),
-            Treatment::Without(instead) => ("rendered without", instead),
+            Treatment::Without(instead) => ("not rendered", instead),
         };
-        let name = visible(&self.name);
-        let detail = if detail.is_empty() {
-            String::new()
+        let detail = match detail {
+            "" => String::new(),
+            detail => format!(" ({detail})"),
+        };
+        let users = match self.count {
+            1 => format!("1 {}", self.used_by),
+            count => format!("{count} {}", plural(self.used_by)),
+        };
+        Some(if self.name == plural(self.used_by) {
+            format!("{how}: {users}{detail}")
         } else {
-            format!(": {detail}")
-        };
-        let (count, used_by) = (self.count, self.used_by);
-        Some(match count {
-            1 => format!("1 {used_by} uses {name}, which is {how}{detail}"),
-            _ => format!("{count} {} use {name}, which is {how}{detail}", plural(used_by)),
+            format!("{how}: {}, used by {users}{detail}", visible(&self.name))
         })
     }
 }
@@ -232,7 +234,7 @@ impl ImageSource {
 /// A camera: it looks along its own -z, +y is up.
 #[derive(Clone, Debug)]
 pub struct ModelCamera {
-    /// The name of its node, else its own; may be empty.
+    /// The name of its node, or its own; may be empty.
     pub name: String,
     pub model_from_camera: DAffine3,
     pub view: ModelView,
@@ -243,7 +245,7 @@ pub struct ModelCamera {
 pub enum ModelView {
     /// The angle over the picture's height, in radians.
     Perspective { fov: f64 },
-    /// The height of what is seen, in m.
+    /// The height of the view, in m.
     Orthographic { height: f64 },
 }
 
@@ -251,7 +253,7 @@ pub enum ModelView {
 #[derive(Clone, Copy, Debug)]
 pub struct ModelLight {
     pub model_from_light: DAffine3,
-    /// In W sr^-1; of a sun the irradiance on a surface that faces it, in W m^-2.
+    /// The intensity in W sr^-1; for a sun the irradiance on a surface that faces it, in W m^-2.
     pub strength: Rgb,
     pub kind: ModelLightKind,
 }
@@ -275,12 +277,12 @@ impl Model {
         self.instances.iter().map(of).sum()
     }
 
-    /// Whether there is nothing to see.
+    /// Whether it has no geometry.
     pub fn is_empty(&self) -> bool {
         self.instances.is_empty() && self.points.is_none()
     }
 
-    /// The box around all parts; empty where there are none.
+    /// The bounds of all parts; empty if there are none.
     pub fn bounds(&self) -> DAabb {
         let own: Vec<DAabb> = self.meshes.iter().map(|mesh| mesh.bounds().into()).collect();
         let placed = |part: &MeshInstance| own[part.mesh].transformed(&part.model_from_mesh);

@@ -1,11 +1,11 @@
-//! Clouds of points, as scanners make them.
+//! Point clouds.
 
 use glam::DAffine3;
 use rayon::prelude::*;
 
 use crate::math::{Aabb, Vec3, Vec4};
 
-/// Points of a model that are shown as spheres.
+/// Points of a model, rendered as spheres.
 #[derive(Clone, Debug, Default)]
 pub struct PointCloud {
     /// Finite, at least one.
@@ -15,7 +15,7 @@ pub struct PointCloud {
     /// An index into the model's materials.
     pub material: usize,
     pub model_from_points: DAffine3,
-    /// The radius of the spheres unless another is given, in m: the mean distance of a point to its nearest neighbour.
+    /// The default radius of the spheres, in m: the mean distance of a point to its nearest neighbour.
     pub radius: f32,
 }
 
@@ -25,7 +25,7 @@ impl PointCloud {
         (size_of_val(&self.positions[..]) + size_of_val(&self.colors[..])) as u64
     }
 
-    /// The box around all spheres.
+    /// The bounds of all spheres.
     pub fn bounds(&self) -> Aabb {
         let Aabb { min, max } = Aabb::from_points(self.positions.iter().copied());
         Aabb {
@@ -35,14 +35,14 @@ impl PointCloud {
     }
 }
 
-/// Points whose neighbours are looked for; they stand for all.
+/// The number of points whose nearest neighbours are searched.
 const SAMPLES: usize = 256;
 
-/// Points that are not parted further.
+/// The most points of a leaf.
 const LEAF_POINTS: usize = 16;
 
-/// The mean distance of points to their nearest neighbours, in m, of points that are spread evenly over the list. Points in
-/// the same place are no neighbours. 1 where there is no other point.
+/// The mean distance of points to their nearest neighbours, in m, estimated from a few points at even steps of the list. Points
+/// at the same position are no neighbours. 1 if there is no other point.
 pub fn mean_spacing(positions: &[Vec3]) -> f32 {
     let mut tree = positions.to_vec();
     sort_into_tree(&mut tree, 0);
@@ -59,8 +59,7 @@ pub fn mean_spacing(positions: &[Vec3]) -> f32 {
     }
 }
 
-/// Sorts points into a k-d tree: those before the middle one are not above it along `axis`, those after it not below, and
-/// both halves are trees along the next axis.
+/// Sorts points into a k-d tree: the middle one splits them along `axis`, and both halves are trees along the next axis.
 fn sort_into_tree(points: &mut [Vec3], axis: usize) {
     if points.len() <= LEAF_POINTS {
         return;
@@ -72,7 +71,7 @@ fn sort_into_tree(points: &mut [Vec3], axis: usize) {
     rayon::join(|| sort_into_tree(below, next), || sort_into_tree(&mut above[1..], next));
 }
 
-/// The square of the distance from `p` to the nearest point of a tree that is elsewhere, or `best` if that is less.
+/// The squared distance from `p` to the nearest point of a tree at another position, or `best` if that is less.
 fn nearest_squared(tree: &[Vec3], axis: usize, p: Vec3, best: f32) -> f32 {
     let nearer = |best: f32, q: &Vec3| {
         let square = q.distance_squared(p);

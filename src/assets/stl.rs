@@ -1,8 +1,8 @@
 //! STL files, binary and as text.
 //!
-//! Corners in the same place become one vertex. The normals of facets are ignored, since the order of corners tells the side,
-//! and so are the two bytes after each facet. The surface is flat. A file is binary if its length is that of the number of
-//! triangles it names, whatever its first word is.
+//! Corners at the same position become one vertex. The normals of facets are ignored, because the order of corners defines the
+//! side, and so are the two bytes after each facet. The surface is flat. A file is binary if its length fits the number of
+//! triangles in its header, whatever its first word is.
 
 use std::{collections::HashMap, path::Path};
 
@@ -21,7 +21,7 @@ use crate::{
 const HEADER: usize = 84;
 const FACET: usize = 50;
 
-/// Bytes of memory for a facet, while it is merged with others: its corners, and an entry of the table for each.
+/// Bytes of memory for a facet during merging: its corners, and a table entry for each.
 const FACET_MEMORY: u64 = 12 + 3 * (24 + 12 + 24);
 
 /// The format.
@@ -70,7 +70,7 @@ fn broken(cause: String) -> BareMeshProblem {
     BareMeshProblem::Broken(cause)
 }
 
-/// Vertices that are shared where they are in the same place.
+/// Vertices, merged by position.
 #[derive(Default)]
 struct Vertices {
     positions: Vec<Vec3>,
@@ -79,7 +79,7 @@ struct Vertices {
 
 impl Vertices {
     fn at(&mut self, p: Vec3) -> u32 {
-        // Adding 0 makes one zero of two.
+        // Adding 0 turns -0 into 0.
         let p = p + 0.0;
         *self.known.entry(p.to_array().map(f32::to_bits)).or_insert_with(|| {
             self.positions.push(p);
@@ -97,7 +97,7 @@ impl Vertices {
     }
 }
 
-/// The mesh of whole facets.
+/// The mesh of a binary file.
 fn binary(facets: &[u8]) -> PlacedMesh {
     let mut vertices = Vertices::default();
     let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);

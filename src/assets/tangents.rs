@@ -1,7 +1,7 @@
-//! Tangents for normal maps, where a file has none.
+//! Tangents for normal maps, for files without tangents.
 //!
 //! Normal maps are baked in the tangent space of M. S. Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008, which
-//! glTF demands as well. A vertex whose triangles have different tangents, as along a mirrored seam, becomes several.
+//! glTF requires too. A vertex whose triangles have different tangents, as along a mirrored seam, is split.
 
 use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
 
@@ -11,7 +11,7 @@ use crate::{
     shape::mesh::Mesh,
 };
 
-/// Memory for each triangle while its tangents are found, in bytes.
+/// Memory for each triangle during the computation, in bytes.
 pub(super) const TRIANGLE_MEMORY: u64 = 3 * 100;
 
 /// Numbers with the same bits on every machine.
@@ -31,7 +31,7 @@ impl Ops for Numbers {
 struct Corners<'a> {
     mesh: &'a Mesh,
     uvs: &'a [Vec2],
-    /// The tangent of each corner of each triangle; zero where it has none.
+    /// The tangent of each corner of each triangle; zero if it has none.
     tangents: Vec<[Vec4; 3]>,
 }
 
@@ -75,7 +75,7 @@ fn face_normal(mesh: &Mesh, face: usize) -> Vec3 {
     (b - a).cross(c - a).normalize_or_zero().as_vec3()
 }
 
-/// Gives tangents to a valid mesh that has none, along the texture coordinates of `set`. A mesh without those stays as it is.
+/// Adds tangents along the texture coordinates of `set` to a valid mesh. A mesh without these coordinates is not changed.
 pub(super) fn add(mesh: &mut Mesh, set: UvSet) {
     let uvs = match set {
         UvSet::First => &mesh.uvs,
@@ -100,7 +100,7 @@ fn assign(mesh: &mut Mesh, tangents: &[[Vec4; 3]]) {
     const NONE: u32 = u32::MAX;
     let first_copy = mesh.positions.len();
     mesh.tangents = vec![Vec4::ZERO; first_copy];
-    // The copies of a vertex are a list that goes on from each to the next.
+    // The copies of a vertex are a linked list.
     let mut next = vec![NONE; first_copy];
     let mut is_set = vec![false; first_copy];
     for (triangle, tangents) in tangents.iter().enumerate() {
@@ -126,7 +126,7 @@ fn assign(mesh: &mut Mesh, tangents: &[[Vec4; 3]]) {
     }
 }
 
-/// Appends a copy of a vertex, but for its tangent.
+/// Appends a copy of a vertex, without its tangent.
 fn copy_vertex(mesh: &mut Mesh, at: usize) {
     fn again<T: Copy>(values: &mut Vec<T>, at: usize) {
         if let Some(&value) = values.get(at) {

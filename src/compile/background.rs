@@ -13,7 +13,7 @@ use crate::{
 };
 
 impl Compiler<'_> {
-    /// The picture of the background's environment.
+    /// The image of the background's environment map.
     pub(super) fn environment(&mut self) -> Option<ImageRequest> {
         let background = &self.desc.background;
         let environment = background.environment.as_ref()?;
@@ -26,7 +26,7 @@ impl Compiler<'_> {
     }
 }
 
-/// The background in a working space; `picture` is that of its environment.
+/// The background in a working space; `picture` is the image of its environment map.
 pub(super) fn radiance(
     desc: &BackgroundDesc,
     picture: Option<&Bitmap>,

@@ -1,4 +1,4 @@
-//! A scene in the making, and what all parts of compilation share.
+//! The state of compilation.
 
 use std::collections::HashMap;
 
@@ -11,13 +11,13 @@ use crate::{
     value::{Problem, Spanned, UnknownName},
 };
 
-/// A scene in the making.
+/// The state of compilation.
 pub(super) struct Compiler<'a> {
     pub desc: &'a SceneDesc,
-    /// The place in the world of the point that the scene is compiled around.
+    /// The scene's origin in world space.
     pub origin: DVec3,
     pub scene: SceneBuilder,
-    /// Files to be loaded, each once for each way to read it, in the order of their [`BitmapId`](crate::texture::BitmapId)s.
+    /// The images to load, once for each colour space, in the order of their [`BitmapId`](crate::texture::BitmapId)s.
     pub images: Vec<ImageRequest>,
     /// The numbers of materials by name.
     material_ids: HashMap<&'a str, u32>,
@@ -39,7 +39,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// The compiled value, or one more problem.
+    /// Returns the compiled value, or records the problem.
     pub fn record<T>(&mut self, result: Result<T, Problem>) -> Option<T> {
         result.map_err(|problem| self.problems.push(problem)).ok()
     }

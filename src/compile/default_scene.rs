@@ -1,4 +1,4 @@
-//! The scene of a model file: what the file leaves open has a default.
+//! The scene of a model file. Missing parts have defaults.
 
 use std::{f64::consts::PI, path::Path, sync::Arc};
 
@@ -23,10 +23,9 @@ use crate::{
     warnings::{WarningKind, Warnings},
 };
 
-/// The angle over the height of a picture whose model has no camera, in degrees.
+/// The vertical field of view of the default camera, in degrees.
 const FOV: f64 = 35.0;
-/// The position of the default camera, seen from the model: to the right, above, in front. A three-quarter
-/// view.
+/// The direction of the default camera from the model: right, above and in front, a three-quarter view.
 const FROM: DVec3 = DVec3::new(0.6, 0.36, 1.0);
 /// The width of the picture relative to the model.
 const MARGIN: f64 = 1.08;
@@ -34,9 +33,9 @@ const MARGIN: f64 = 1.08;
 /// The direction of the sun's light, over the left shoulder of that camera.
 const SUN: Vec3 = Vec3::new(0.35, -1.0, -0.75);
 const SUN_IRRADIANCE: f32 = 2.2;
-/// The diameter of the earth's, in degrees.
+/// The angular diameter of the real sun, in degrees.
 const SUN_ANGLE: f32 = 0.53;
-/// The sky: the same from everywhere, and what is seen behind the model. With the sun it makes white about 0.9 bright.
+/// The radiance of the constant sky. With the sun it makes a white surface about 0.9 bright.
 const BACKGROUND: f32 = 0.25;
 
 fn unspanned<T>(value: T) -> Spanned<T> {
@@ -48,15 +47,15 @@ fn unspanned<T>(value: T) -> Spanned<T> {
 pub struct ModelOptions<'a> {
     /// The width of the picture over its height.
     pub aspect: f64,
-    /// The name of a camera of the file; the first one without.
+    /// The name of a camera of the file; `None` for the first.
     pub camera: Option<&'a str>,
-    /// The name of a material variant; the default materials without.
+    /// The name of a material variant; `None` for the default materials.
     pub variant: Option<&'a str>,
     /// The radius of points, in m.
     pub point_radius: Option<f32>,
 }
 
-/// The scene that the model at `path` is.
+/// The scene of the model at `path`.
 pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result<SceneDesc, AssetError> {
     let model = store.model(&ModelRequest {
         path: path.to_owned(),
@@ -80,7 +79,7 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
     let camera =
         chosen_camera(&model.cameras, options.camera, path, store.warnings())?.and_then(|c| own_camera(c, center));
     let lights: Vec<LightDesc> = model.lights.iter().filter_map(own_light).collect();
-    // The lights of a file are all that its author wanted.
+    // A file with lights gets no others.
     let is_lit = !lights.is_empty();
     Ok(SceneDesc {
         source: Source {
@@ -134,7 +133,7 @@ fn daylight() -> Vec<LightDesc> {
     })]
 }
 
-/// A perspective camera at `eye` (m) with an angle over the picture's height in degrees.
+/// A perspective camera at `eye` (m) with a vertical field of view in degrees.
 fn perspective(eye: DVec3, target: DVec3, up: DVec3, degrees: f64) -> CameraDesc {
     CameraDesc::Perspective(PerspectiveDesc {
         eye: Point::new(eye),
@@ -155,7 +154,7 @@ fn perspective(eye: DVec3, target: DVec3, up: DVec3, degrees: f64) -> CameraDesc
     })
 }
 
-/// The camera that sees all of `bounds`, which are relative to `origin`, from the front, right and above.
+/// The default camera, which frames `bounds`, relative to `origin`.
 fn framing(origin: DVec3, bounds: &Aabb, aspect: f64) -> CameraDesc {
     let bounds = if bounds.is_finite() {
         *bounds
@@ -167,7 +166,7 @@ fn framing(origin: DVec3, bounds: &Aabb, aspect: f64) -> CameraDesc {
     let right = DVec3::Y.cross(back).normalize();
     let up = back.cross(right);
     let tan = DVec2::new(aspect, 1.0) * libm::tan(0.5 * FOV.to_radians()) / MARGIN;
-    // A corner x to the right and z towards the camera is inside where |x| <= (distance - z) tan.
+    // A corner at x to the right and z towards the camera is visible if |x| <= (distance - z) tan.
     let distance = (0..8)
         .map(|i| {
             let corner = bounds.corner(i).as_dvec3() - center;
@@ -175,13 +174,13 @@ fn framing(origin: DVec3, bounds: &Aabb, aspect: f64) -> CameraDesc {
             z + (x / tan.x).max(y / tan.y)
         })
         .fold(0.0, f64::max);
-    // A model that is a single point has no size to go by.
+    // A model that is a single point has no size.
     let distance = if distance > 0.0 { distance } else { 1.0 };
     let [eye, target] = [center + back * distance, center].map(|p| origin + p.as_vec3().as_dvec3());
     perspective(eye, target, DVec3::Y, FOV)
 }
 
-/// The camera of this name, or of this number from 0; without one the first, and a warning where there are others.
+/// The camera of this name, or of this number from 0. Without a name it is the first, with a warning if there are others.
 fn chosen_camera<'a>(
     cameras: &'a [ModelCamera],
     name: Option<&str>,
@@ -213,7 +212,7 @@ fn chosen_camera<'a>(
     })
 }
 
-/// A camera of the model, whose middle is `center`; `None` where it stands nowhere or looks nowhere.
+/// A camera of the model, whose centre is `center`; `None` if it is degenerate.
 fn own_camera(camera: &ModelCamera, center: DVec3) -> Option<CameraDesc> {
     let place = camera.model_from_camera;
     let eye = place.translation;
@@ -242,7 +241,7 @@ fn own_camera(camera: &ModelCamera, center: DVec3) -> Option<CameraDesc> {
     }
 }
 
-/// A light of the model; `None` where it does not shine.
+/// A light of the model; `None` if it emits nothing.
 fn own_light(light: &ModelLight) -> Option<LightDesc> {
     if light.strength.is_black() {
         return None;

@@ -1,10 +1,10 @@
-//! Why a description became no scene.
+//! Errors of compilation.
 
 use std::path::PathBuf;
 
 use crate::{assets::AssetError, describe::Diagnostics, scene::SceneBuildError};
 
-/// Why a description became no scene.
+/// Why compilation failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     #[error("{0}")]

@@ -1,38 +1,38 @@
-//! Which meshes of a model are stored once for many places.
+//! The choice of the meshes of a model that become instances.
 //!
-//! Every part of a model is a mesh under a transform. Parts under one transform belong together: they become one
-//! *unit*. All parts that a model has once become one unit too, so a model that several objects name is one instance
-//! for each of them and not one for each of its parts.
+//! Every part of a model is a mesh under a transform. Parts under the same transform become one *unit*. All parts that a model
+//! has once become one unit too, so that a model of several objects is one instance for each of them, and not one for each
+//! part.
 //!
-//! An instance costs rays 11 % and more, so small meshes are baked into world space in every place: meshes of up to
+//! Instances make tracing at least 11 % slower, so small meshes are baked into world space: meshes of up to
 //! [`MAX_BAKED_TRIANGLES`], whose copies take no more memory than instances do, and meshes whose copies have fewer than
-//! [`MIN_SHARED_TRIANGLES`] together. Meshes that emit light are baked, since lights are chosen triangle by triangle;
-//! so are copies whose transform is flat, or shears so much that rounding would show.
+//! [`MIN_SHARED_TRIANGLES`] together. Emitting meshes are baked, because lights are sampled by triangle; so are copies with a
+//! singular transform, or one that shears so much that rounding would be visible.
 
 use std::{collections::HashMap, ops::Range};
 
 use crate::assets::model::{MeshInstance, Model};
 
-/// Copies of a mesh with so many triangles or fewer are never instances.
+/// The most triangles of a mesh that is never an instance.
 const MAX_BAKED_TRIANGLES: u64 = 8;
 
-/// Copies that have fewer triangles than this together are not instances: they take some 10 MB.
+/// The least triangles of all copies of an instanced mesh together; fewer take about 10 MB.
 const MIN_SHARED_TRIANGLES: u64 = 1 << 16;
 
-/// When meshes are stored once for many places. Pictures do not depend on it, but for roundings.
+/// When meshes become instances. Pictures differ only by rounding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Instancing {
-    /// Instances are made where they save memory or time.
+    /// If instances save memory or time.
     #[default]
     Auto,
-    /// Every copy of every mesh is baked into world space.
+    /// Never: every copy of a mesh is baked into world space.
     Never,
-    /// Every mesh of a file is an instance, also where there is but one: for objects that will move.
+    /// Always, also for single copies, so that objects can be moved.
     Always,
 }
 
 impl Instancing {
-    /// Whether a mesh of so many triangles is stored once.
+    /// Whether a mesh with this many triangles and copies becomes an instance.
     pub(super) fn wants(self, triangles: u64, copies: u64) -> bool {
         match self {
             Self::Auto => {
@@ -46,10 +46,10 @@ impl Instancing {
     }
 }
 
-/// Parts that stand in one place, wherever they do so.
+/// Parts with a common transform, in all of their copies.
 #[derive(Clone, Debug)]
 pub(super) struct InstanceUnit {
-    /// For each place the parts, as a run of [`Model::instances`].
+    /// The parts of each copy, as a range of [`Model::instances`].
     pub copies: Vec<Range<usize>>,
     pub triangles: u64,
 }
@@ -57,7 +57,7 @@ pub(super) struct InstanceUnit {
 /// The parts of a model that can be instances.
 #[derive(Clone, Debug)]
 pub(super) struct InstanceUnits {
-    /// Parts that are not shared within the model, rising, and how many triangles they have.
+    /// The parts that are not shared within the model, in ascending order, and the number of their triangles.
     pub rest: Vec<usize>,
     pub triangles: u64,
     pub shared: Vec<InstanceUnit>,
@@ -85,7 +85,7 @@ fn triangles(model: &Model, part: usize) -> u64 {
     model.meshes[model.instances[part].mesh].triangles.len() as u64
 }
 
-/// The key by which parts are equal.
+/// The key by which parts are compared.
 fn key(part: &MeshInstance) -> (usize, usize) {
     (part.mesh, part.material)
 }
@@ -100,7 +100,7 @@ fn repeated(model: &Model) -> Vec<InstanceUnit> {
             _ => runs.push(i..i + 1),
         }
     }
-    // A mesh that is in different company elsewhere would be stored for each company, so it is a unit by itself.
+    // A mesh that occurs together with different meshes would be stored several times, so it is a unit by itself.
     let mut company: HashMap<usize, Option<Range<usize>>> = HashMap::new();
     for run in &runs {
         for part in &parts[run.clone()] {
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
     use crate::{math::Vec3, shape::mesh::Mesh};
 
-    /// A model of parts: mesh, material and place. Mesh `i` has `i` thousand triangles.
+    /// A model of parts: mesh, material and position. Mesh `i` has `i` thousand triangles.
     fn model(parts: &[(usize, usize, f64)]) -> Model {
         let mesh = |i: usize| Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],

@@ -1,4 +1,4 @@
-//! The first step of compilation: a description and the files that it names become a [`SceneBuilder`].
+//! The first step of compilation: a description and its files become a [`SceneBuilder`].
 
 use std::cell::RefCell;
 
@@ -21,7 +21,7 @@ use crate::{
     warnings::{WarningKind, Warnings},
 };
 
-/// A scene of which only the files are missing.
+/// A scene before its files are loaded.
 struct Compiled {
     scene: SceneBuilder,
     images: Vec<ImageRequest>,
@@ -31,7 +31,7 @@ struct Compiled {
 }
 
 impl Compiled {
-    /// Compiles all that is in the description itself, around a point of the world.
+    /// Compiles the description itself, relative to `origin`.
     fn around(origin: DVec3, desc: &SceneDesc) -> Result<Self, Error> {
         let mut compiler = Compiler::new(desc, origin);
         compiler.textures();
@@ -51,7 +51,7 @@ impl Compiled {
     }
 }
 
-/// Loads the models of a scene, and compiles its description around the origin that all its objects have together.
+/// Loads the models of a scene, and compiles its description relative to the origin that suits all objects.
 fn around_models(
     desc: &SceneDesc,
     store: &Store,
@@ -75,11 +75,11 @@ fn around_models(
     Ok((compiled, loaded))
 }
 
-/// Loads everything of a scene but its acceleration structure and its tables of lights, on the threads of the current
-/// rayon pool: [`SceneBuilder::build`] makes those. Models that `store` has are not loaded again.
+/// Loads a scene without its acceleration structure and lights, which [`SceneBuilder::build`] makes, on the threads of the
+/// current rayon pool. Models that `store` already has are not loaded again.
 ///
-/// `eye` is where the camera stands first, if that is not where the scene's own camera stands: of a scene that reaches
-/// far, the surroundings of the eye are the most precise.
+/// `eye` is the first position of the camera if it is not that of the scene's own camera. In a large scene, positions near it are
+/// the most precise.
 pub fn load(
     desc: &SceneDesc,
     store: &Store,
@@ -167,13 +167,13 @@ impl Compiler<'_> {
     }
 }
 
-/// Warns of materials that send back more light than arrives.
+/// Warns of materials that reflect more light than they receive.
 fn warn_energy_gain(scene: &SceneBuilder, warnings: &Warnings) {
     let textures = scene.textures();
     for (name, material) in scene.materials() {
         let max_reflectance = material.max_reflectance(&textures);
         if max_reflectance > 1.0 {
-            let text = format!("material `{name}` sends back more light than arrives, {max_reflectance} of it");
+            let text = format!("material `{name}` reflects more light than it receives (albedo {max_reflectance})");
             warnings.add(WarningKind::ENERGY_GAIN, name, text);
         }
     }

@@ -33,7 +33,7 @@ impl Compiler<'_> {
         for entry in &desc.materials {
             let name = &entry.name;
             let material = compile(&entry.material, &texture).map_err(|problem| {
-                // A kind that has no better place for its problem means the whole material.
+                // A problem without a span belongs to the whole material.
                 let span = problem.span.clone().or_else(|| Some(name.span()));
                 Problem { span, ..problem }
             });
@@ -67,7 +67,7 @@ pub(super) fn add_model_materials(scene: &mut SceneBuilder, model: &Model, bitma
         .collect();
     for material in &model.materials {
         let surface = material.surface.map_textures(|id| textures[id.0 as usize]);
-        // The same picture, sooner.
+        // Faster, with the same picture.
         let compiled = match surface.matte_color() {
             Some(albedo) => Material::Matte(Matte::smooth(albedo)),
             None => Material::Principled(surface),

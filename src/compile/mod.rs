@@ -1,10 +1,9 @@
-//! Compilation: a description and the files it names become a [`Scene`], flat and immutable.
+//! Compilation: a description and its files become a [`Scene`], flat and immutable.
 //!
-//! [`load`] does all that needs files and finds all that is wrong with them; [`SceneBuilder::build`] makes the acceleration
-//! structure and the tables of lights, so that a job without a frame to render can do without.
+//! [`load`] reads all files and reports their errors; [`SceneBuilder::build`] makes the acceleration structure and the lights, which
+//! a job without frames to render does not need.
 //!
-//! Every problem that a pass finds is reported together: first the contradictions and the names that are not defined,
-//! then the files that are missing or broken.
+//! All problems of a pass are reported together: first contradictions and undefined names, then missing and broken files.
 //!
 //! [`SceneBuilder::build`]: crate::scene::SceneBuilder::build
 
@@ -38,12 +37,12 @@ pub fn scene(desc: &SceneDesc, accel: impl Into<BuildOptions>) -> Result<Scene, 
     scene_with(desc, accel, &Store::default())
 }
 
-/// Compiles a scene of which some models are loaded already.
+/// Compiles a scene with the models that `store` has already loaded.
 pub fn scene_with(desc: &SceneDesc, accel: impl Into<BuildOptions>, store: &Store) -> Result<Scene, Error> {
     scene_instancing(desc, accel, store, Instancing::default())
 }
 
-/// The same with a say in which meshes are instances.
+/// Compiles a scene with a choice of instances.
 pub fn scene_instancing(
     desc: &SceneDesc,
     accel: impl Into<BuildOptions>,

@@ -1,4 +1,4 @@
-//! Models from files to triangles in world space, and to instances where a mesh stands in many places.
+//! Models of a scene: triangles in world space, or instances.
 
 use std::{collections::HashMap, path::PathBuf, sync::Arc};
 
@@ -30,15 +30,15 @@ pub(super) struct PlacedModel {
     pub object: ObjectId,
     pub file: PathBuf,
     pub choice: ModelChoice,
-    /// Instead of the model's own.
+    /// Overrides the model's own materials.
     pub material: Option<MaterialId>,
     pub place: ObjectPlace,
-    /// The radius of its points in place of their own, in m.
+    /// Overrides the radius of its points, in m.
     pub point_radius: Option<f32>,
 }
 
 impl PlacedModel {
-    /// The file and the part of it that is needed.
+    /// The request for its file.
     pub fn request(&self) -> ModelRequest {
         ModelRequest {
             path: self.file.clone(),
@@ -50,7 +50,7 @@ impl PlacedModel {
 /// The models of placed objects, one for each object.
 pub(super) struct LoadedModels {
     models: Vec<Arc<Model>>,
-    /// The box around each different model.
+    /// The bounds of each different model.
     bounds: HashMap<*const Model, DAabb>,
 }
 
@@ -63,7 +63,7 @@ impl LoadedModels {
         Self { models, bounds }
     }
 
-    /// The box around the model of each object, in the space of the model.
+    /// The bounds of the model of each object, in the space of the model.
     pub fn bounds(&self) -> impl Iterator<Item = &DAabb> {
         self.models.iter().map(|model| &self.bounds[&Arc::as_ptr(model)])
     }
@@ -73,13 +73,13 @@ impl LoadedModels {
 #[derive(Default)]
 pub(super) struct ModelUse {
     objects: u64,
-    /// The first of its materials, where an object has them.
+    /// Its first material in the scene, once an object uses them.
     first_material: Option<MaterialId>,
     first_node: Option<NodeId>,
 }
 
 impl ModelUse {
-    /// The material with this number in the model, unless there is one `instead`.
+    /// The material with this index in the model, or `instead`.
     pub fn material(&self, number: usize, instead: Option<MaterialId>) -> MaterialId {
         let first = self.first_material.map_or(0, |m| m.0);
         instead.unwrap_or(MaterialId(first + number as u32))
@@ -91,12 +91,12 @@ impl ModelUse {
     }
 }
 
-/// Which meshes of a model become instances, and the groups that were made of them so far.
+/// The meshes of a model that become instances, with their groups so far.
 struct InstancingPlan {
     units: InstanceUnits,
-    /// The parts of [`InstanceUnits::rest`] in a space of their own, where they are not all or that is not the model's.
+    /// The parts of [`InstanceUnits::rest`] in their own space, if they are not all parts or that is not the model's space.
     rest_parts: Option<Vec<MeshInstance>>,
-    /// The place of that space.
+    /// The transform from that space.
     model_from_rest: DAffine3,
     shares_rest: bool,
     rest: Option<GroupId>,
@@ -129,7 +129,7 @@ impl InstancingPlan {
         }
     }
 
-    /// The number of triangles that the next object adds.
+    /// The number of triangles that another object adds.
     fn triangles(&self) -> u64 {
         let rest = if self.shares_rest && self.rest.is_some() {
             0
@@ -153,11 +153,11 @@ struct PlacedParts<'a> {
     parts: &'a [MeshInstance],
     scene_from_group: DAffine3,
     object_from_group: ObjectFromGroup,
-    /// The node of an instance of these parts.
+    /// The node, if the parts become an instance.
     node: Option<NodeId>,
 }
 
-/// The space that triangles are added in.
+/// The space of added triangles.
 #[derive(Clone, Copy)]
 enum Space {
     World,
@@ -212,7 +212,7 @@ impl ModelPlacer<'_> {
         if errors.is_empty() { Ok(()) } else { Err(errors) }
     }
 
-    /// Adds an object; returns how many triangles were left out because they have no area.
+    /// Adds an object; returns the number of triangles that were left out because they have no area.
     fn add(
         &mut self,
         placed: &PlacedModel,
@@ -280,7 +280,7 @@ impl ModelPlacer<'_> {
         Ok(dropped)
     }
 
-    /// The transform of a copy within its object; `None` is the parts that are not shared.
+    /// The transform of a copy within its object; `None` for the parts that are not shared.
     fn object_from_group(
         &mut self,
         placed: &PlacedModel,
@@ -292,7 +292,7 @@ impl ModelPlacer<'_> {
             return ObjectFromGroup::WorldFromGroup;
         }
         let Some(transform) = Transform::new(model_from_group) else {
-            // A flat copy is baked.
+            // A copy with a singular transform is baked.
             return ObjectFromGroup::Identity;
         };
         *known.entry(copy).or_insert_with(|| self.scene.object_place(transform))
@@ -312,7 +312,7 @@ impl ModelPlacer<'_> {
     /// Adds a model's materials, textures and images; returns its first material.
     fn add_materials(&mut self, model: &Model) -> MaterialId {
         let first_material = self.scene.materials().len() as u32;
-        // An image may be read as colours and as data.
+        // An image may be loaded both as colours and as data.
         let first_image = self.images.len();
         let mut bitmap = |texture: &ModelTexture| {
             let request = (model.images[texture.image].clone(), texture.color_space);
@@ -328,8 +328,8 @@ impl ModelPlacer<'_> {
         MaterialId(first_material)
     }
 
-    /// Adds parts as an instance of `group`, which is made of them where there is none yet; or in world space, without
-    /// a `group` and where an instance will not do. Returns how many triangles were left out.
+    /// Adds parts as an instance of `group`, which is made of them at the first call, or in world space if there is no `group` or
+    /// an instance is not suitable. Returns the number of triangles that were left out.
     fn copy(&mut self, copy: &PlacedParts<'_>, group: Option<&mut Option<GroupId>>) -> Result<usize, AssetError> {
         let (placed, model_use) = (copy.placed, copy.model_use);
         let emits = |part: &MeshInstance| {
@@ -366,13 +366,13 @@ impl ModelPlacer<'_> {
         Ok(dropped)
     }
 
-    /// Adds a part; returns how many of its triangles have no area and were left out.
+    /// Adds a part; returns the number of its triangles that were left out because they have no area.
     fn bake(&mut self, copy: &PlacedParts<'_>, part: &MeshInstance, space: Space) -> Result<usize, AssetError> {
         let mesh = &copy.model.meshes[part.mesh];
         self.check_capacity(mesh.triangles.len() as u64, mesh.positions.len() as u64, copy.placed)?;
         let (scene_from_group, transform, instead) = match space {
             Space::World => (copy.scene_from_group, copy.placed.place.transform, copy.placed.material),
-            // Its meshes keep their own materials, for the objects without one of their own.
+            // The meshes of a group keep the model's materials; instances may override them.
             Space::Group => (
                 DAffine3::IDENTITY,
                 None,

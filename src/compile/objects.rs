@@ -1,4 +1,4 @@
-//! Objects to geometry.
+//! Compilation of objects.
 
 use super::{compiler::Compiler, models::PlacedModel, place::ObjectPlace};
 use crate::{
@@ -7,7 +7,7 @@ use crate::{
 };
 
 impl Compiler<'_> {
-    /// Adds all objects to the scene; returns those whose geometry is in files.
+    /// Adds all objects to the scene; returns those with geometry in files.
     pub(super) fn objects(&mut self) -> Vec<PlacedModel> {
         let mut models = Vec::new();
         for (i, object) in self.desc.objects.iter().enumerate() {
@@ -34,13 +34,13 @@ impl Compiler<'_> {
                 });
                 continue;
             }
-            // With a transform the shape's own space is not the world.
+            // With a transform the shape is in its own space, without one in world space.
             let origin = match &place {
                 Some(place) if place.transform.is_some() => DVec3::ZERO,
                 _ => self.origin,
             };
             let shape = self.record(object.shape.get_ref().compile(origin).map_err(|problem| {
-                // A kind that has no better place for its problem means the whole shape.
+                // A problem without a span belongs to the whole shape.
                 let span = problem.span.clone().or_else(|| Some(object.shape.span()));
                 Problem { span, ..problem }
             }));
@@ -59,7 +59,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// The object's material, `Some(None)` where a mesh has its own.
+    /// The object's material; `Some(None)` if its mesh has its own.
     fn material_of(&mut self, object: &ObjectDesc) -> Option<Option<MaterialId>> {
         let found = match (&object.material, object.shape.get_ref()) {
             (Some(name), _) => self.material_id(name).map(Some),

@@ -1,35 +1,33 @@
 //! The choice of a scene's origin.
 //!
-//! The positions of a compiled scene are in single precision, relative to an origin whose place in the world is known in
-//! double precision. Near the world's origin that is the origin, and the scene is compiled as if there were no other.
-//! Otherwise it is, in whole metres, the first of these that applies:
+//! The positions of a compiled scene are in single precision, relative to an origin in double precision. It is the first of these
+//! that applies, in whole metres:
 //!
-//! 1. the centre of the box around all objects that have bounds, where it is far ([`FAR`](crate::math::origin::FAR)) and
-//!    the box is small compared with its distance;
-//! 2. the camera's first position, where it is far and an object is near it compared with its distance.
+//! 1. the centre of the bounds of all bounded objects, if it is far from the world's origin ([`FAR`](crate::math::origin::FAR))
+//!    and the bounds are small compared with that distance;
+//! 2. the camera's first position, if it is far and an object is near it compared with that distance;
+//! 3. the world's origin.
 //!
-//! It depends on the scene and on the whole camera path, never on the frames that are rendered, so chunks of a job have
-//! the same bits.
+//! The choice depends on the scene and the whole camera path, never on the rendered frames, so chunks of a job have the same
+//! bits.
 
 use crate::{
     describe::{ObjectDesc, SceneDesc},
     math::{DAabb, DAffine3, DVec3, origin},
 };
 
-/// The largest distance from the eye to an object that is near it, relative to the distance of the eye from the world's
-/// origin.
+/// The largest distance between the eye and a near object, relative to the distance of the eye from the world's origin.
 const NEAR: f64 = 0.125;
 
-/// The choice of a scene's origin, from the boxes of its objects and the camera.
+/// The choice of a scene's origin, from the bounds of its objects and the camera.
 pub(super) struct SceneOrigin {
-    /// The boxes of the objects with bounds, in the world.
+    /// The bounds of the bounded objects, in world space.
     boxes: Vec<DAabb>,
     eye: Option<DVec3>,
 }
 
 impl SceneOrigin {
-    /// The origin by the shapes of a scene. `eye` is where the camera stands first; the scene's own camera, where it is
-    /// `None`.
+    /// Takes the shapes of a scene into account. `eye` is the first position of the camera; `None` for that of the scene's own.
     pub fn new(desc: &SceneDesc, eye: Option<DVec3>) -> Self {
         let own_eye = || Some(desc.camera.as_ref()?.get_ref().compile().ok()?.pose.eye());
         Self {
@@ -38,7 +36,7 @@ impl SceneOrigin {
         }
     }
 
-    /// Takes the boxes of models into account.
+    /// Takes the bounds of models into account.
     pub fn add(&mut self, boxes: impl Iterator<Item = DAabb>) {
         self.boxes.extend(boxes.filter(DAabb::is_finite));
     }
@@ -54,7 +52,7 @@ impl SceneOrigin {
     }
 }
 
-/// The box of a shape in the world; `None` without bounds. What is wrong with the shape is for the compiler to say.
+/// The bounds of a shape in world space; `None` if it is unbounded or invalid. The compiler reports its errors.
 fn shape_box(object: &ObjectDesc) -> Option<DAabb> {
     let shape = object.shape.get_ref();
     let anchor = shape.anchor()?;

@@ -1,18 +1,18 @@
-//! The places of objects in a scene whose origin may be far from the world's.
+//! The transforms of objects in a scene whose origin may be far from the world's.
 
 use crate::math::{DAabb, DAffine3, DVec3, Transform, origin::is_far};
 
-/// The place of an object relative to the origin of the scene.
+/// The transform of an object relative to the origin of the scene.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ObjectPlace {
     /// In double precision.
     scene_from_object: DAffine3,
-    /// The same in single precision; `None` where the object's own space is the world.
+    /// The same in single precision; `None` if the object is in world space.
     pub transform: Option<Transform>,
 }
 
 impl ObjectPlace {
-    /// The place of an object without a transform.
+    /// An object without a transform.
     pub fn in_world(origin: DVec3) -> Self {
         Self {
             scene_from_object: DAffine3::from_translation(DVec3::ZERO - origin),
@@ -20,7 +20,7 @@ impl ObjectPlace {
         }
     }
 
-    /// The place of an object with a transform, in a scene around `origin`; `None` where there is no inverse.
+    /// An object with a transform, in a scene with this origin; `None` if the transform has no inverse.
     pub fn new(world_from_object: DAffine3, origin: DVec3) -> Option<Self> {
         if Transform::new(world_from_object)?.is_identity() {
             return Some(Self::in_world(origin));
@@ -35,14 +35,14 @@ impl ObjectPlace {
         })
     }
 
-    /// The box in the world around one in the object's own space.
+    /// The bounds in world space of bounds in the object's own space.
     pub fn world_box(&self, origin: DVec3, own: &DAabb) -> DAabb {
         let world_from_scene = DAffine3::from_translation(origin);
         own.transformed(&(world_from_scene * self.scene_from_object))
     }
 
-    /// The place of a space that has this place within the object. It is exact where it is far from the object's own
-    /// origin; near that it is the object's transform in single precision that counts.
+    /// The transform from a space within the object. It is exact far from the object's own origin; near that it follows the
+    /// object's transform in single precision.
     pub fn of(&self, object_from_space: &DAffine3) -> DAffine3 {
         let rounded = self.transform.map_or(self.scene_from_object, |t| t.widened());
         let scene_from_space = rounded * *object_from_space;

@@ -1,4 +1,4 @@
-//! Clouds of points to spheres.
+//! Point clouds as spheres.
 
 use super::models::{ModelPlacer, ModelUse, PlacedModel};
 use crate::{
@@ -7,14 +7,14 @@ use crate::{
     shape::{Shape, sphere::Sphere},
 };
 
-/// The largest difference of the scales of a similarity along its axes, relative to the scale.
+/// The largest relative difference of the scales along the axes of a similarity.
 const SCALE_ERROR: f64 = 1e-5;
 
-/// The scale of a similarity; `None` of other maps, which make ellipsoids of spheres.
+/// The scale of a similarity; `None` for other maps, which turn spheres into ellipsoids.
 fn uniform_scale(map: &DAffine3) -> Option<f64> {
     let m = &map.matrix3;
     let scale = m.x_axis.length();
-    // The products of the columns are those of an identity, scaled.
+    // The matrix times its transpose is a multiple of the identity.
     let products = m.transpose() * *m;
     let expected = glam::DMat3::from_diagonal(glam::DVec3::splat(scale * scale));
     let is_uniform = products.abs_diff_eq(expected, 2.0 * SCALE_ERROR * scale * scale);
@@ -22,14 +22,14 @@ fn uniform_scale(map: &DAffine3) -> Option<f64> {
 }
 
 impl ModelPlacer<'_> {
-    /// Adds a cloud to an object: a sphere for each point.
+    /// Adds a sphere for each point to an object.
     pub(super) fn add_points(&mut self, placed: &PlacedModel, points: &PointCloud, model_use: &ModelUse) {
         let material = model_use.material(points.material, placed.material);
         self.scene.set_object_material(placed.object, material);
         let radius = placed.point_radius.unwrap_or(points.radius);
         let color = |i: usize| points.colors.get(i).copied().unwrap_or(Vec4::ONE);
         let scene_from_points = placed.place.of(&points.model_from_points);
-        // The file's own material has no textures that would stick to the object's own space.
+        // The file's own material has no textures, which would need the object's own space.
         let transform = placed.place.transform.filter(|_| placed.material.is_some());
         let (map, radius, transform) = match (transform, uniform_scale(&scene_from_points)) {
             (None, Some(scale)) => (scene_from_points, radius * scale as f32, None),

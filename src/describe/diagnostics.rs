@@ -1,4 +1,4 @@
-//! Problems shown in the file that has them: the offending line, underlined.
+//! Diagnostics of scene files: each problem with its line, underlined.
 
 use std::{fmt, ops::Range, path::PathBuf, sync::Arc};
 
@@ -6,19 +6,19 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
 use crate::value::{Problem, one_line, visible};
 
-/// The longest message that is shown whole, in characters.
+/// The most characters of a message before it is shortened.
 const LONGEST_MESSAGE: usize = 1000;
-/// The longest line of a file that is shown whole, in bytes.
+/// The most bytes of a line before it is shortened.
 const LONGEST_LINE: usize = 400;
 
-/// A scene file's text and where it came from.
+/// A scene file's path and text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Source {
     pub path: PathBuf,
     pub text: Arc<str>,
 }
 
-/// Everything wrong with a scene file, in the order in which it stands there.
+/// All problems of a scene file, in the order of their places.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostics {
     source: Source,
@@ -26,7 +26,7 @@ pub struct Diagnostics {
 }
 
 impl Diagnostics {
-    /// `None` where there is no problem.
+    /// `None` if there is no problem.
     pub fn new(source: &Source, mut problems: Vec<Problem>) -> Option<Self> {
         problems.sort_by_key(|p| p.span.as_ref().map_or(usize::MAX, |s| s.start));
         problems.dedup();
@@ -40,7 +40,7 @@ impl Diagnostics {
         &self.problems
     }
 
-    /// Each problem with the line that has it.
+    /// Each problem with its line.
     pub fn messages(&self) -> Vec<String> {
         self.problems.iter().map(|p| self.message(p)).collect()
     }
@@ -80,7 +80,7 @@ struct Excerpt<'a> {
 }
 
 impl<'a> Excerpt<'a> {
-    /// All of `text`, or where the span's line is very long only what is near the span.
+    /// The whole `text`, or only the part near the span if its line is very long.
     fn new(text: &'a str, span: Range<usize>) -> Self {
         let from = text[..span.start].rfind('\n').map_or(0, |n| n + 1);
         let to = text[span.start..].find('\n').map_or(text.len(), |n| span.start + n);
@@ -104,7 +104,7 @@ impl fmt::Display for Diagnostics {
     }
 }
 
-/// A span of several lines underlines its first only: the rest of a table says nothing more.
+/// Shortens a span of several lines, such as a table, to its first line.
 fn first_line(text: &str, span: Range<usize>) -> Range<usize> {
     let end = span.end.min(text.len());
     let cut = text[span.start..end].find('\n').map_or(end, |n| span.start + n);

@@ -7,14 +7,13 @@ use serde::{Deserialize, Deserializer, de};
 /// The longest name of a channel that every reader of EXR files accepts, in bytes.
 const MAX_CHANNEL_NAME: usize = 31;
 
-/// The name of a light group: letters, digits, `_` and `-`, and at most so many that the name of its channels,
-/// `lightgroup_NAME.R`, fits into the 31 bytes that every reader of EXR files accepts. `default` stands for the lights
-/// without a group, so it is no name.
+/// The name of a light group: letters, digits, `_` and `-`. Its channels, `lightgroup_NAME.R`, have at most 31 bytes, which every
+/// reader of EXR files accepts. `default` means lights without a group and is no valid name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LightGroupName(String);
 
 impl LightGroupName {
-    /// The most bytes that a name has.
+    /// The most bytes of a name.
     pub const MAX_LEN: usize = MAX_CHANNEL_NAME - "lightgroup_".len() - ".R".len();
 
     pub fn as_str(&self) -> &str {

@@ -1,7 +1,7 @@
-//! Descriptions: a scene file as it was written, checked value by value, and everything wrong with it at once.
+//! Descriptions: the parsed form of scene files, with all problems reported together.
 //!
-//! Reading ends in a [`SceneDesc`], in which every number is sound by itself; whether names exist and shapes close is
-//! for `compile` to say, in the same words: [`Diagnostics`] point into the file.
+//! In a [`SceneDesc`] every value is valid by itself. `compile` checks whether names exist and values fit together, with the same
+//! [`Diagnostics`], which point into the file.
 
 mod diagnostics;
 mod light_group;

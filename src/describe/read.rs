@@ -1,4 +1,4 @@
-//! TOML to [`SceneDesc`], entity by entity, so that one wrong light does not hide a wrong sphere.
+//! Parsing of TOML into a [`SceneDesc`]. Each entity is parsed by itself, so that all errors are found.
 
 use std::{collections::HashMap, io, path::Path, sync::Arc};
 
@@ -133,14 +133,14 @@ impl Reader {
         }
     }
 
-    /// Any table that describes itself.
+    /// Parses a table.
     fn entity<'i, T: Deserialize<'i>>(&mut self, value: Value<'i>) -> Option<T> {
         T::deserialize(ValueDeserializer::from(value))
             .map_err(|e| self.problems.push(from_toml(&e)))
             .ok()
     }
 
-    /// A table with one key, which names its kind.
+    /// Parses a table with one key, which names its kind.
     fn kind<'i, T: Deserialize<'i>>(&mut self, value: Value<'i>, what: &str) -> Option<T> {
         match value.get_ref() {
             DeValue::Table(table) if table.is_empty() => {
@@ -241,7 +241,7 @@ impl Reader {
     }
 }
 
-/// Returns the problem that serde reports; unknown names are reworded as everywhere else.
+/// Converts an error of serde, with the usual wording for unknown names.
 fn from_toml(e: &toml::de::Error) -> Problem {
     let message = e.message().trim_end();
     let mut quoted = message.split('`').skip(1).step_by(2);

@@ -11,13 +11,13 @@ pub enum SamplesDesc {
     Adaptive(AdaptiveDesc),
 }
 
-/// Adaptive sampling: blocks of pixels get samples until their noise is low.
+/// Adaptive sampling: blocks of pixels get samples until their noise is below a threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AdaptiveDesc {
     pub min: Count,
     pub max: Count,
-    /// The error of what is shown that is low enough.
+    /// The display error at which a block has enough samples.
     pub threshold: NonNegative,
 }
 
@@ -38,7 +38,7 @@ impl Default for AdaptiveDesc {
 }
 
 impl SamplesDesc {
-    /// The most samples that a pixel gets.
+    /// The most samples of a pixel.
     pub fn max(&self) -> u32 {
         match self {
             Self::Fixed(Count(samples)) => *samples,
@@ -46,7 +46,7 @@ impl SamplesDesc {
         }
     }
 
-    /// The limits of adaptive sampling, where it is on.
+    /// The parameters of adaptive sampling, if it is enabled.
     pub fn adaptive(&self) -> Option<&AdaptiveDesc> {
         match self {
             Self::Fixed(_) => None,

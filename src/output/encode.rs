@@ -23,43 +23,15 @@ pub struct Encoding {
     pub png: PngBits,
 }
 
-<<<<<<< HEAD
 named! {
     /// The bits of each number of PNG files.
     #[derive(Default)]
     pub enum PngBits: "bits" {
         #[default]
         Eight = "8",
-        /// Eight, rounded up or down at random, so that smooth shades have no steps.
+        /// Eight, dithered, so that smooth shades have no steps.
         Dithered = "8-dithered",
         Sixteen = "16",
-=======
-/// The bits of each number of PNG files.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum PngBits {
-    #[default]
-    Eight,
-    /// Eight, dithered, so that smooth shades have no steps.
-    Dithered,
-    Sixteen,
-}
-
-impl PngBits {
-    pub const ALL: [Self; 3] = [Self::Eight, Self::Dithered, Self::Sixteen];
-
-    /// Its name in scene files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Eight => "8",
-            Self::Dithered => "8-dithered",
-            Self::Sixteen => "16",
-        }
-    }
-
-    /// The bits of this name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|bits| bits.name() == name)
->>>>>>> 0e60126 (render, output, film: use plain words in comments)
     }
 }
 

@@ -22,7 +22,7 @@ pub use problem::{PathProblem, PathProblems};
 #[derive(Debug)]
 pub struct CameraPathFormat {
     pub name: &'static str,
-    /// Endings of file names, without the point, in lower case.
+    /// File extensions, in lower case.
     pub extensions: &'static [&'static str],
     read: fn(&[u8], &CameraPathOptions) -> Result<CameraPath, PathProblems>,
 }
@@ -58,13 +58,13 @@ impl CameraPathFormat {
         FORMATS.iter().find(|f| f.name.eq_ignore_ascii_case(name))
     }
 
-    /// The format that the ending of a file's name tells.
+    /// The format by the extension of a file's name.
     pub fn of_path(path: &Path) -> Option<&'static Self> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         FORMATS.iter().find(|f| f.extensions.contains(&extension.as_str()))
     }
 
-    /// The camera path that a file of this format holds.
+    /// Reads a camera path in this format.
     ///
     /// # Errors
     /// Up to 20 problems, and how many more there are.
@@ -73,10 +73,10 @@ impl CameraPathFormat {
     }
 }
 
-/// Loads a camera path, in the format given or else in the one that the file's name tells.
+/// Loads a camera path, in the given format or by the file's extension.
 ///
 /// # Errors
-/// The file is missing or cannot be read, its format is not known, or what it holds is wrong.
+/// The file cannot be read, its format is unknown, or its contents are invalid.
 pub fn load(
     path: &Path,
     format: Option<&CameraPathFormat>,

@@ -2,11 +2,11 @@
 
 use crate::camera::RotationOrder;
 
-/// Settings that a camera path file does not hold.
+/// Settings for reading a camera path file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraPathOptions {
-    /// Frames per second, above 0: what makes frames of times in seconds.
+    /// Frames per second, above 0, to convert times to frames.
     pub fps: Option<f64>,
-    /// The order of rotation angles. It goes before what the file says.
+    /// The order of rotation angles. It takes precedence over the file's own.
     pub rotation_order: Option<RotationOrder>,
 }

@@ -8,9 +8,9 @@ const KEPT: usize = 20;
 /// Something wrong with a camera path's file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PathProblem {
-    /// From 1; `None` where it is about the file as a whole.
+    /// The line, from 1; `None` for the whole file.
     pub line: Option<usize>,
-    /// The column's name as the file has it.
+    /// The column's name in the file.
     pub column: Option<String>,
     pub message: String,
 }
@@ -73,7 +73,7 @@ impl PathProblems {
         self.more
     }
 
-    /// The first problems without their places, a semicolon between two.
+    /// The first problems without their places, separated by semicolons.
     pub fn messages(&self) -> String {
         let messages: Vec<_> = self.problems.iter().map(|problem| problem.message.as_str()).collect();
         messages.join("; ")

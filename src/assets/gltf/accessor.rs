@@ -13,7 +13,7 @@ use super::{
 };
 use crate::math::Vec3;
 
-/// The most elements of an accessor without a buffer, which is all zeros and takes no bytes of the file.
+/// The most elements of an accessor without a buffer. It is all zeros, so the file's size does not limit it.
 const MOST_ZEROS: usize = 1 << 22;
 
 /// The layout of an accessor's bytes.
@@ -79,7 +79,7 @@ impl AccessorLayout {
     }
 }
 
-/// `count` elements of `size` bytes in a view, or what is wrong with that.
+/// Returns `count` elements of `size` bytes in a view.
 fn elements(
     (bytes, stride): (&[u8], Option<usize>),
     offset: u64,
@@ -141,7 +141,7 @@ impl Document<'_> {
     pub fn bounds(&self, index: usize) -> Result<(Vec<f32>, Vec<f32>), GltfProblem> {
         let accessor = get(&self.root.accessors, index, "accessor")?;
         let mut layout = AccessorLayout::of(accessor, index)?;
-        // Bounds are those of the numbers as they are stored.
+        // Bounds refer to the stored numbers.
         layout.normalized = false;
         let (width, size) = (layout.width, layout.component.size());
         let elements = self.read(index, accessor, layout, [0.0; 4], |bytes| {
@@ -231,7 +231,7 @@ impl Document<'_> {
         Ok(values)
     }
 
-    /// Puts the elements that a sparse accessor names in their places.
+    /// Replaces the elements that a sparse accessor lists.
     fn replace<T>(
         &self,
         index: usize,

@@ -13,7 +13,7 @@ use crate::{assets::Files, value::one_line, warnings::WarningKind};
 pub(super) struct Container<'a> {
     pub json: &'a [u8],
     pub binary: Option<&'a [u8]>,
-    /// Faults of a GLB that can be read all the same.
+    /// Faults of a GLB that do not prevent reading.
     pub faults: Vec<&'static str>,
 }
 
@@ -68,11 +68,11 @@ impl<'a> Container<'a> {
                 _ if json.is_some() && binary.is_none() => is_misplaced = true,
                 _ => {}
             }
-            // Chunks are padded to whole words; where one is not, the next begins at once.
+            // Chunks are padded to whole words; after an unpadded chunk the next follows immediately.
             at += 8 + size;
         }
         let json = json.ok_or_else(|| GltfProblem::broken("the GLB has no JSON chunk"))?;
-        // Spaces are the padding that the format asks for; some exporters write zeros.
+        // The format requires spaces as padding, but some exporters write zeros.
         let json = json.trim_ascii_end();
         let zeros = json.iter().rev().take_while(|b| **b == 0).count();
         let json = &json[..json.len() - zeros];
@@ -80,7 +80,7 @@ impl<'a> Container<'a> {
     }
 }
 
-/// The place of the bytes that a URI names.
+/// The location of a URI's bytes.
 #[derive(Debug, PartialEq)]
 pub(super) enum Location {
     Here(Vec<u8>),
@@ -117,7 +117,7 @@ pub(super) fn locate(folder: &Path, uri: &str, files: &Files) -> Result<Location
         files.warnings().add(WarningKind::FAULT, shown, text);
         return Ok(Location::File(folder.join(&separated)));
     }
-    // Names with a literal `%` are not escaped by every exporter.
+    // Some exporters do not escape a literal `%`.
     let literal = folder.join(uri);
     let is_literal = decoded != uri && !path.exists() && literal.is_file() && !uri.contains("..");
     Ok(Location::File(if is_literal { literal } else { path }))

@@ -1,4 +1,4 @@
-//! A glTF document: its JSON, its buffers, and the way from an index to what it names.
+//! A glTF document: its JSON, its buffers, and access by indices.
 
 use std::{
     cell::{Cell, OnceCell},
@@ -27,7 +27,7 @@ const MIN_BUDGET: u64 = 256 << 20;
 /// An open document.
 pub(super) struct Document<'a> {
     pub root: Root,
-    /// The same with all extensions.
+    /// The whole JSON, with all extensions.
     pub raw: Value,
     /// The numbers of scenes whose nodes are an empty array.
     pub empty_scenes: Vec<usize>,
@@ -71,7 +71,7 @@ impl<'a> Document<'a> {
         })
     }
 
-    /// Takes bytes for arrays from the budget.
+    /// Reserves bytes for arrays.
     pub fn reserve(&self, bytes: u64) -> Result<(), GltfProblem> {
         let left = self.budget.get().checked_sub(bytes);
         self.budget
@@ -132,12 +132,12 @@ pub(super) fn get<'a, T>(array: &'a [T], index: usize, what: &str) -> Result<&'a
         .ok_or_else(|| GltfProblem::broken(format!("there is no {what} {index}, there are {count}")))
 }
 
-/// Refuses an index that names nothing, wherever it stands, used or not. What else the crate's check finds is left: much
-/// of it does no harm, some of it is allowed.
+/// Refuses invalid indices anywhere in the document. Other findings of the crate's check are ignored: many are harmless, some
+/// are valid.
 fn check_indices(root: &Root) -> Result<(), GltfProblem> {
     let mut wrong = None;
     for (i, mesh) in root.meshes.iter().enumerate() {
-        // The check believes this one.
+        // The crate does not check this index.
         let positions = |p: &Primitive| p.attributes.get(&Checked::Valid(Semantic::Positions)).copied();
         let is_wrong = |p: &Primitive| positions(p).is_some_and(|a| a.value() >= root.accessors.len());
         if let Some(k) = mesh.primitives.iter().position(is_wrong) {
@@ -188,7 +188,7 @@ fn check_extensions(raw: &Value) -> Result<(), GltfProblem> {
     )))
 }
 
-/// The document without animation channels that move no node but what an extension names: the parser demands a node.
+/// Removes animation channels without a node, whose target an extension names: the parser requires a node.
 fn without_free_channels(mut raw: Value) -> Value {
     let animations = raw.get_mut("animations").and_then(Value::as_array_mut);
     for channels in animations.into_iter().flatten().filter_map(|a| a.get_mut("channels")) {
@@ -199,7 +199,7 @@ fn without_free_channels(mut raw: Value) -> Value {
     raw
 }
 
-/// Makes what the format allows acceptable to its parser: whole numbers written as `1.0`, scenes without nodes.
+/// Changes valid JSON that the parser does not accept: integers written as `1.0`, and scenes without nodes.
 fn normalize(value: &mut Value) {
     if let Some(scenes) = value.get_mut("scenes").and_then(Value::as_array_mut) {
         for scene in scenes.iter_mut().filter_map(Value::as_object_mut) {

@@ -62,7 +62,7 @@ impl GltfProblem {
         Self::Broken(format!("the URI '{shown}' is refused: {why}"))
     }
 
-    /// The same, with the place where it was found.
+    /// Adds the place of the error.
     pub fn within(self, place: &str) -> Self {
         match self {
             Self::Broken(cause) => Self::Broken(format!("{place}: {cause}")),

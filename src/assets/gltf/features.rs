@@ -1,10 +1,10 @@
-//! The features that a document uses, and what becomes of each.
+//! The features that a document uses, and their treatment.
 
 use ::gltf::json::Value;
 
 use crate::assets::model::{Model, Treatment};
 
-/// The known extensions. Files may require them; others that a file only uses are reported.
+/// The known extensions, which files may require. Unknown ones that a file only uses are reported.
 const EXTENSIONS: [(&str, Treatment); 24] = [
     ("EXT_mesh_gpu_instancing", Treatment::Rendered),
     ("EXT_texture_webp", Treatment::Rendered),
@@ -41,21 +41,17 @@ pub(super) fn treatment(extension: &str) -> Option<Treatment> {
     known.map(|(_, treatment)| *treatment)
 }
 
-/// Enters in `model` which extensions the document uses and where, and what else of it does not show.
+/// Adds the document's features to `model`.
 pub(super) fn collect(document: &Value, model: &mut Model) {
     extensions(document, "file", model);
     let count = |key: &str| document.get(key).and_then(Value::as_array).map_or(0, Vec::len);
     for _ in 0..count("animations") {
-        model.add_feature(
-            "animations",
-            "animation",
-            Treatment::Without("the pose at rest is shown"),
-        );
+        model.add_feature("animations", "animation", Treatment::Without("the rest pose is shown"));
     }
     for _ in 0..count("skins") {
         model.add_feature("skins", "skin", Treatment::Rendered);
     }
-    // One that the document only declares.
+    // Extensions that the document declares but does not use.
     let used = document.get("extensionsUsed").and_then(Value::as_array);
     for name in used.into_iter().flatten().filter_map(Value::as_str) {
         if !model.features.iter().any(|f| f.name == name) {

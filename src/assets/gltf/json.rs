@@ -1,4 +1,4 @@
-//! Numbers out of JSON: what is missing or no finite number has its default.
+//! Numbers in JSON. A missing or invalid number has its default.
 
 use ::gltf::json::Value;
 

@@ -24,7 +24,7 @@ use crate::{
     value::Channel,
 };
 
-/// An index of refraction whose surface reflects nearly all at normal incidence.
+/// An index of refraction with nearly total reflection at normal incidence.
 const MIRROR_IOR: f32 = 1e4;
 
 /// The materials of the document that are used, each once.
@@ -54,8 +54,8 @@ pub(super) fn uv_sets(document: &Document<'_>, material: Option<usize>) -> Resul
     })
 }
 
-/// The coordinates that the tangents of a material follow: those of its normal map, else of its coat's, else those of its
-/// brushing; `None` where it needs no tangents.
+/// The texture coordinates for the tangents of a material: those of its normal map, else of its coat's, else of its anisotropy;
+/// `None` if it needs no tangents.
 pub(super) fn tangent_set(
     document: &Document<'_>,
     material: Option<usize>,
@@ -84,7 +84,7 @@ pub(super) fn texture_infos(value: &Value, sets: &mut Vec<u32>) {
     }
 }
 
-/// A material that is read.
+/// Converts a material.
 struct Reader<'a, 'b> {
     document: &'a Document<'b>,
     images: &'a mut ModelImages,
@@ -206,11 +206,11 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
-    /// The extensions of what light passes, and of what shines.
+    /// The extensions of transmission and emission.
     fn clear(&mut self, extensions: &Value, surface: &mut Principled) -> Result<(), GltfProblem> {
         if let Some(ior) = extensions.get("KHR_materials_ior") {
             let ior = number(ior, "ior", 1.5);
-            // 0 stands for a surface that reflects all.
+            // 0 means total reflection.
             surface.ior = if ior >= 1.0 { ior } else { MIRROR_IOR };
         }
         if let Some(clear) = extensions.get("KHR_materials_transmission") {
@@ -263,7 +263,7 @@ impl Reader<'_, '_> {
             };
         }
         if extensions.get("KHR_materials_unlit").is_some() {
-            // It is as bright as its colour from everywhere, and reflects nothing.
+            // An unlit surface emits its colour and reflects nothing.
             *surface = Principled {
                 emissive: surface.base_color,
                 emissive_strength: 1.0,
@@ -277,7 +277,7 @@ impl Reader<'_, '_> {
     }
 }
 
-/// The opacity that goes with a base colour.
+/// The opacity of a base colour.
 fn opacity(base_color: &Color, alpha: f32) -> Scalar {
     match base_color {
         Color::Constant(_) => Scalar::Constant(alpha.clamp(0.0, 1.0)),
@@ -286,12 +286,12 @@ fn opacity(base_color: &Color, alpha: f32) -> Scalar {
 }
 
 impl ModelMaterials {
-    /// The numbers of the document's images that materials show.
+    /// The indices of the document's images that materials use.
     pub fn used_images(&self) -> Vec<usize> {
         self.images.used()
     }
 
-    /// Puts a material into `model`; returns its number there. `has_colors` tells whether vertices of its mesh have colours.
+    /// Adds a material to `model`; returns its index. `has_colors` tells whether its mesh has vertex colours.
     pub fn place(
         &mut self,
         document: &Document<'_>,

@@ -1,9 +1,9 @@
 //! glTF 2.0 assets, as JSON with its files or as a GLB.
 //!
-//! Read is what shows in a still: triangles with all that their vertices say, skins and morph targets at rest, materials with
-//! their extensions, cameras and lights. What else a file uses is reported as [`ModelFeature`](super::model::ModelFeature)s. A
-//! file that requires an unknown extension is refused by its name. Nothing in a file is believed: every index, offset and length is checked before it is used, nodes form a tree,
-//! files lie beside the asset, and memory is in proportion to the file.
+//! The loader reads triangles with all vertex attributes, skins and morph targets in the rest pose, materials with their
+//! extensions, cameras and lights. All features of a file are reported as [`ModelFeature`](super::model::ModelFeature)s. A file
+//! that requires an unknown extension is refused. Files are untrusted: every index, offset and length is checked before use,
+//! nodes form a tree, files are beside the asset, and memory is proportional to the file.
 //!
 //! Source: Khronos, "glTF 2.0 Specification", version 2.0.1, 2021.
 
@@ -69,7 +69,7 @@ pub fn load(path: &Path, choice: &ModelChoice, files: &Files) -> Result<Model, G
     parse(&bytes, path, choice, files)
 }
 
-/// Reads an asset from the bytes of a file; what it names lies beside `path`.
+/// Parses an asset; the files that it names are beside `path`.
 pub fn parse(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Result<Model, GltfError> {
     read(bytes, path, choice, files).map_err(|problem| problem.at(path))
 }
@@ -117,7 +117,7 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
                 };
                 let material = materials.place(&document, material, mesh.has_colors, path, &mut model)?;
                 for copy in &copies {
-                    // Many nodes may name a mesh of many primitives.
+                    // Many nodes may share a mesh of many primitives.
                     document.reserve(size_of::<MeshInstance>() as u64)?;
                     model.instances.push(MeshInstance {
                         mesh: mesh.index,

@@ -88,7 +88,7 @@ fn parents(nodes: &[Node]) -> Result<Vec<Option<usize>>, GltfProblem> {
             }
         }
     }
-    // Whatever cannot be reached from a node without a parent lies on a cycle or below one.
+    // Nodes that cannot be reached from a root are on a cycle or below one.
     let mut reached = vec![false; nodes.len()];
     let mut stack: Vec<usize> = (0..nodes.len()).filter(|i| parents[*i].is_none()).collect();
     while let Some(i) = stack.pop() {
@@ -98,15 +98,14 @@ fn parents(nodes: &[Node]) -> Result<Vec<Option<usize>>, GltfProblem> {
     match reached.iter().position(|r| !r) {
         None => Ok(parents),
         Some(below) => {
-            // As many steps up as there are nodes end on the cycle.
+            // After as many steps up as there are nodes, the walk is on the cycle.
             let on_cycle = (0..nodes.len()).fold(below, |i, _| parents[i].unwrap_or(i));
             Err(GltfProblem::broken(format!("node {on_cycle} is its own ancestor")))
         }
     }
 }
 
-/// The nodes at the top of the chosen scene, or of the default one, else of the first; of a document without scenes all without
-/// a parent.
+/// The roots of the chosen scene, else of the default one, else of the first; without scenes all nodes without a parent.
 fn roots(
     document: &Document<'_>,
     choice: Option<&SceneChoice>,
@@ -140,7 +139,7 @@ fn roots(
 fn local(node: &Value, index: usize) -> Result<DAffine3, GltfProblem> {
     if node.get("matrix").is_some() {
         let m = DMat4::from_cols_array(&doubles(node, "matrix", DMat4::IDENTITY.to_cols_array()));
-        // Exporters write single precision.
+        // Compared in single precision, which exporters write.
         if m.row(3).as_vec4() != glam::Vec4::W {
             return Err(GltfProblem::broken(format!("the matrix of node {index} is not affine")));
         }

@@ -1,4 +1,4 @@
-//! The pose of a document's meshes at rest: skins with their joints where the nodes are, morph targets with their weights.
+//! The rest pose of a document's meshes: skins with the joints of the nodes, and morph targets with their weights.
 //!
 //! Source: Khronos, "glTF 2.0 Specification", sections 3.7.2.2 and 3.7.3.
 
@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{assets::model::UvSet, math::Vec3, shape::mesh::Mesh};
 
-/// A primitive and where it stands.
+/// A primitive with its node.
 pub(super) struct PrimitiveUse<'a> {
     pub primitive: &'a Primitive,
     /// The numbers of its node, its mesh, and itself in the mesh.
@@ -26,7 +26,7 @@ pub(super) struct PrimitiveUse<'a> {
     pub mesh: usize,
     pub index: usize,
     pub uv_sets: UvSets,
-    /// The coordinates that tangents follow, where the material needs some.
+    /// The texture coordinates for tangents, if the material needs tangents.
     pub tangents: Option<UvSet>,
 }
 
@@ -53,7 +53,7 @@ impl<'a> Pose<'a> {
         self.nodes[node].skin.map(|s| s.value())
     }
 
-    /// Brings a mesh into the shape in which its node shows it.
+    /// Applies morph targets and skinning to a mesh.
     pub fn bend(&self, document: &Document<'_>, used: &PrimitiveUse<'_>, mesh: &mut Mesh) -> Result<(), GltfProblem> {
         let own = self.nodes[used.node].weights.as_ref();
         let weights = own.or(document.root.meshes[used.mesh].weights.as_ref());
@@ -131,7 +131,7 @@ impl<'a> Pose<'a> {
             }
         }
         for (i, (matrix, weight)) in sums.into_iter().enumerate() {
-            // Weights that exporters have rounded.
+            // Normalises weights, which exporters have rounded.
             let (m, t) = if weight > 0.0 {
                 (matrix.matrix3 * weight.recip(), matrix.translation / weight)
             } else {

@@ -1,4 +1,4 @@
-//! Primitives to meshes.
+//! Conversion of primitives to meshes.
 
 use std::collections::HashMap;
 
@@ -28,7 +28,7 @@ struct Key {
     indices: Option<usize>,
     attributes: Attributes,
     deformed: Option<Deformed>,
-    /// The coordinates that tangents are made along, where the file has none.
+    /// The texture coordinates for new tangents, if the file has no tangents.
     new_tangents: Option<UvSet>,
 }
 
@@ -43,7 +43,7 @@ pub(super) struct Attributes {
     pub colors: Option<usize>,
 }
 
-/// A primitive that its node bends: such a mesh is not shared.
+/// A primitive that its node deforms. Its mesh is not shared.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct Deformed {
     node: usize,
@@ -67,7 +67,7 @@ pub(super) struct Meshes {
 }
 
 impl Meshes {
-    /// The mesh of a primitive; `None` where it has no triangles, which `model` is told.
+    /// The mesh of a primitive; `None` if it has no triangles, which is reported to `model`.
     pub fn place(
         &mut self,
         document: &Document<'_>,
@@ -96,7 +96,7 @@ impl Meshes {
         let is_skinned = pose.skin(used.node).is_some();
         let is_bent = is_skinned || primitive.targets.as_ref().is_some_and(|t| !t.is_empty());
         let normals = attribute(Semantic::Normals);
-        // Tangents without normals belong to normals that are not there.
+        // Tangents without normals are useless.
         let own_tangents = normals.and_then(|_| attribute(Semantic::Tangents));
         let key = Key {
             mode: mode.as_gl_enum(),
@@ -159,18 +159,18 @@ fn mesh(document: &Document<'_>, key: &Key, mode: Mode) -> Result<Mesh, GltfProb
         Some(indices) => document.indices(indices)?,
         None => {
             document.reserve(4 * count as u64)?;
-            // An accessor's bytes are checked before their number is believed.
+            // The accessor's bytes are checked before its count is used.
             let positions = document.floats::<3>(positions)?.len();
             (0..u32::try_from(positions).map_err(|_| GltfProblem::broken("more than 2^32 vertices"))?).collect()
         }
     };
-    // Arrays that nothing is drawn from are checked, too.
+    // Unused arrays are checked, too.
     let positions = document.vectors(positions)?;
     let triangles = triangles(mode, &indices);
     let normals = normals.map_or(Ok(Vec::new()), |i| document.vectors(i))?;
     let mesh = Mesh {
         positions,
-        // A normal that is none is left to the face's.
+        // An invalid normal becomes 0, which stands for that of the face.
         normals: normals.into_iter().map(Vec3::normalize_or_zero).collect(),
         uvs: uvs.map_or(Ok(Vec::new()), |i| coordinates(document, i))?,
         second_uvs: second_uvs.map_or(Ok(Vec::new()), |i| coordinates(document, i))?,
@@ -182,7 +182,7 @@ fn mesh(document: &Document<'_>, key: &Key, mode: Mode) -> Result<Mesh, GltfProb
         triangles,
     };
     mesh.validate().map_err(GltfProblem::broken)?;
-    // Also those that are part of no triangle.
+    // Including indices that are part of no triangle.
     if let Some(index) = indices.iter().find(|i| **i as usize >= mesh.positions.len()) {
         let vertices = mesh.positions.len();
         return Err(GltfProblem::broken(format!(
@@ -192,13 +192,13 @@ fn mesh(document: &Document<'_>, key: &Key, mode: Mode) -> Result<Mesh, GltfProb
     Ok(mesh)
 }
 
-/// Texture coordinates, whose v runs downwards in glTF.
+/// Reads texture coordinates; v points down in glTF.
 fn coordinates(document: &Document<'_>, accessor: usize) -> Result<Vec<Vec2>, GltfProblem> {
     let pairs = document.floats::<2>(accessor)?;
     Ok(pairs.into_iter().map(|[u, v]| Vec2::new(u, 1.0 - v)).collect())
 }
 
-/// Linear colours, which are opaque where they have three numbers.
+/// Reads linear colours; those without alpha are opaque.
 fn vertex_colors(document: &Document<'_>, accessor: usize) -> Result<Vec<Vec4>, GltfProblem> {
     if document.width(accessor)? == 3 {
         let colors = document.floats::<3>(accessor)?;
@@ -212,7 +212,7 @@ fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
     let triple = |t: &[u32]| [t[0], t[1], t[2]];
     match mode {
         Mode::Triangles => indices.chunks_exact(3).map(triple).collect(),
-        // Every other triangle of a strip is wound the other way round.
+        // Every other triangle of a strip has the opposite winding.
         Mode::TriangleStrip => (indices.windows(3).map(triple).enumerate())
             .map(|(i, [a, b, c])| if i % 2 == 0 { [a, b, c] } else { [b, a, c] })
             .collect(),

@@ -38,7 +38,7 @@ pub(super) struct UvSets {
 }
 
 impl UvSets {
-    /// The coordinates of a mesh that hold the set with this number; `None` where they hold others.
+    /// The texture coordinates of the mesh that contain this set; `None` if the mesh does not have it.
     pub fn of(self, number: u32) -> Option<UvSet> {
         match number {
             set if set == self.first => Some(UvSet::First),
@@ -61,7 +61,7 @@ impl ModelImages {
         self.images.keys().copied().collect()
     }
 
-    /// Puts the texture that a material refers to into `model`; `None` where nothing can be shown.
+    /// Adds the texture that a material refers to to `model`; `None` if it cannot be rendered.
     pub fn place(
         &mut self,
         document: &Document<'_>,

@@ -15,7 +15,7 @@ pub(super) struct Variants<'a> {
 }
 
 impl<'a> Variants<'a> {
-    /// Finds the variant of this name, where one is chosen.
+    /// Finds the variant of this name, if one is given.
     pub fn new(document: &'a Document<'_>, name: Option<&str>) -> Result<Self, GltfProblem> {
         let all = document.raw.pointer("/extensions/KHR_materials_variants/variants");
         let all = all.and_then(Value::as_array).into_iter().flatten();
@@ -41,7 +41,7 @@ impl<'a> Variants<'a> {
         self.names.iter().map(|&name| name.to_owned()).collect()
     }
 
-    /// The material that the chosen variant gives a primitive, by the numbers of its mesh and of itself; `None` for its own.
+    /// The material of a primitive in the chosen variant, by the indices of mesh and primitive; `None` for its own.
     pub fn material(&self, document: &Document<'_>, [mesh, primitive]: [usize; 2]) -> Option<usize> {
         let chosen = self.chosen?;
         let path = format!("/meshes/{mesh}/primitives/{primitive}/extensions/KHR_materials_variants/mappings");

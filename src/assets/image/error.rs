@@ -31,7 +31,7 @@ fn unfit(width: u64, height: u64) -> String {
 }
 
 impl ImageError {
-    /// Whether the file could not be read at all, rather than understood.
+    /// Whether the file could not be read, rather than decoded.
     pub fn is_missing(&self) -> bool {
         matches!(self, Self::Read { source, .. } if !is_refused(source))
     }

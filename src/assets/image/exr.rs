@@ -22,10 +22,10 @@ use crate::{
 
 pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
-/// More than any of the format's codecs packs into a byte: deflate stops at 1,032.
+/// An upper bound of the compression ratio of all codecs; that of deflate is 1,032.
 const MOST_GAIN: u64 = 4096;
 
-/// The bytes of memory that the picture takes, by the header: at most four channels of floats.
+/// The bytes of memory for the picture, by the header: at most four channels of floats.
 pub(super) fn memory(bytes: &[u8]) -> Result<u64, ImageProblem> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)?;
     Ok(shown_bytes(&meta))
@@ -51,7 +51,7 @@ pub(super) fn decode(bytes: &[u8], halvings: u32, memory: &MemoryBudget) -> Resu
     picture(image.layer_data, image.attributes.display_window)
 }
 
-/// Refuses what the decoder would believe: it allocates for the size that the header claims. Returns the bytes of the picture.
+/// Refuses absurd sizes, for which the decoder would allocate memory. Returns the bytes of the picture.
 fn check_header(bytes: &[u8], memory: &MemoryBudget) -> Result<u64, ImageProblem> {
     let length = bytes.len() as u64;
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)?;
@@ -67,11 +67,11 @@ fn check_header(bytes: &[u8], memory: &MemoryBudget) -> Result<u64, ImageProblem
         // The picture in memory: at most four channels of floats.
         let picture = columns.saturating_mul(rows).saturating_mul(16);
         check_size([columns, rows], picture)?;
-        // The sides are bounded now, the number of channels by the header's length: no product overflows.
+        // No overflow: the sides are checked, and the header's length bounds the number of channels.
         let size = width * height * bytes_per_pixel;
         check_size([width, height], size)?;
         memory.check(MemoryKind::Images, size.saturating_add(picture))?;
-        // A place in the table of blocks, a position and a size.
+        // An entry in the table of blocks, a position and a size.
         let blocks = header.chunk_count as u64;
         if blocks.saturating_mul(16) > length || size / MOST_GAIN > length {
             return Err(ImageProblem::broken(format!(
@@ -90,7 +90,7 @@ fn check_header(bytes: &[u8], memory: &MemoryBudget) -> Result<u64, ImageProblem
     Ok(shown_bytes(&meta))
 }
 
-/// The picture that `window` shows of `layer`.
+/// The part of `layer` inside of `window`.
 fn picture(layer: Layer<AnyChannels<FlatSamples>>, window: IntegerBounds) -> Result<Bitmap, ImageProblem> {
     let list = &layer.channel_data.list;
     let find = |name: &str| {
@@ -137,7 +137,7 @@ fn picture(layer: Layer<AnyChannels<FlatSamples>>, window: IntegerBounds) -> Res
     ))
 }
 
-/// The columns or rows of a window of that size that `size` of them from `first` on cover.
+/// The intersection of `first..first + size` with `0..window`.
 fn overlap(first: i64, size: usize, window: usize) -> Range<usize> {
     let clamp = |at: i64| at.clamp(0, window as i64) as usize;
     clamp(first)..clamp(first + size as i64)

@@ -2,9 +2,9 @@
 
 use super::error::ImageProblem;
 
-/// The longest side that is decoded, in pixels.
+/// The longest side, in pixels.
 pub(super) const MAX_SIDE: u32 = 1 << 16;
-/// The most that a decoded picture may take, in bytes.
+/// The most bytes of a decoded picture.
 pub(super) const MAX_BYTES: u64 = 4 << 30;
 
 /// Refuses empty and absurd pictures before memory is allocated.
@@ -16,12 +16,12 @@ pub(super) fn check_size([width, height]: [u64; 2], bytes: u64) -> Result<(), Im
     Ok(())
 }
 
-/// The bytes of a picture whose size is halved.
+/// The bytes of a picture after some halvings of its size.
 pub(super) fn shrunk(bytes: u64, halvings: u32) -> u64 {
     bytes >> (2 * halvings).min(63)
 }
 
-/// The bytes of a picture with all its smaller levels, each a quarter of the one before.
+/// The bytes of a picture with all its mipmap levels.
 pub(super) fn with_levels(bytes: u64) -> u64 {
     bytes.saturating_add(bytes / 3)
 }

@@ -1,14 +1,14 @@
-//! The memory of all images together.
+//! The memory limit of all images together.
 
-/// The number of times that the size of each image is halved, so that all take at most `limit` bytes: the largest first, until
-/// they fit or nothing is left to be halved.
+/// The number of halvings of each image so that all take at most `limit` bytes. The largest is halved first, until they fit or
+/// none can be halved.
 pub fn halvings(bytes: &[u64], limit: u64) -> Vec<u32> {
     let mut left = bytes.to_vec();
     let mut halvings = vec![0; bytes.len()];
     let mut sum = bytes.iter().fold(0_u64, |sum, b| sum.saturating_add(*b));
     while sum > limit {
         let largest = left.iter().copied().max().unwrap_or(0);
-        // One texel of floats has no smaller level.
+        // A single texel of floats cannot be halved.
         if largest <= 16 {
             break;
         }

@@ -1,8 +1,8 @@
-//! The logical lines of an OBJ or MTL file: continuations joined, comments gone, in whatever encoding it came.
+//! The logical lines of an OBJ or MTL file in any encoding: continuations are joined, comments removed.
 
 use std::borrow::Cow;
 
-/// The text as bytes in which ASCII is ASCII: without a byte order mark, UTF-16 as UTF-8, line ends as `\n`.
+/// Converts the text to an ASCII-compatible encoding: no byte order mark, UTF-16 to UTF-8, line ends to `\n`.
 pub(super) fn decode(bytes: &[u8]) -> Cow<'_, [u8]> {
     let utf16 = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
         let units = bytes.chunks_exact(2).map(|b| unit([b[0], b[1]]));
@@ -18,7 +18,7 @@ pub(super) fn decode(bytes: &[u8]) -> Cow<'_, [u8]> {
         _ => Cow::Borrowed(bytes),
     };
     if text.contains(&b'\r') && !text.contains(&b'\n') {
-        // Files of old Macintoshes.
+        // Line ends of the classic Mac OS.
         return Cow::Owned(text.iter().map(|b| if *b == b'\r' { b'\n' } else { *b }).collect());
     }
     text
@@ -84,7 +84,7 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// Whether a line goes on in the next one. The second byte of a letter in Shift-JIS may be a backslash, too.
+/// Whether a line continues in the next one. A backslash may also be the second byte of a letter in Shift-JIS.
 fn is_continued(line: &[u8]) -> bool {
     let Some((b'\\', before)) = line.split_last() else {
         return false;
@@ -117,8 +117,8 @@ pub(super) fn argument(text: &[u8]) -> &[u8] {
     text[keyword..].trim_ascii()
 }
 
-/// Returns a name as text. Names are bytes in an encoding that nobody tells, and those that are no UTF-8 are shown by their
-/// numbers, so that different names stay different.
+/// Returns a name as text. The encoding of names is unknown; bytes that are not UTF-8 are escaped, so that different names stay
+/// different.
 pub(super) fn name(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len());
     for chunk in bytes.utf8_chunks() {

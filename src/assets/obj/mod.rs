@@ -5,11 +5,11 @@
 //! smoothing are different parts; objects and groups are nodes. If the file has no normals, the faces of a smoothing group
 //! share theirs, and all others are flat. Colours of vertices are display values, up to 1 or, where one is above, up to 255.
 //!
-//! The loader accepts any encoding, any line ends and keywords in any case. Indices without a vertex and numbers that are
-//! not finite are errors with their line, but for normals: those of the faces take their places.
+//! The loader accepts any encoding, any line ends and keywords in any case. Invalid indices and numbers that are not finite are
+//! errors with their line, except in normals, which are replaced by those of the faces.
 //!
-//! Vertices are read in double precision. Those of a file that is far from its origin, in the coordinates of a map, are
-//! kept around an origin of their own ([`crate::math::origin`]), the place of which is that of all parts.
+//! Vertices are read in double precision. If all are far from the file's origin, as in map coordinates, they are stored relative
+//! to an origin of their own ([`crate::math::origin`]), which all parts share.
 
 mod error;
 mod lines;
@@ -82,7 +82,7 @@ pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError
         normalized = normalize::normalize(&text, treatment).map_err(at)?;
     }
     warn_of_normals(&normalized, path, files);
-    // What the parser and the mesh's own check find has no line; the line is looked for once there is something wrong.
+    // Errors of the parser and of the mesh's validation have no line, so it is searched afterwards.
     let broken = |cause: String| match normalize::diagnose(&text) {
         Some(flaw) => at(flaw),
         None => ObjError::Broken {
@@ -116,7 +116,7 @@ pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError
     assemble(meshes, model_from_mesh, normalized.nodes, &mut library, path)
 }
 
-/// Warns of normals that are no numbers and were replaced.
+/// Warns of invalid normals, which were replaced.
 fn warn_of_normals(normalized: &Normalized, path: &Path, files: &Files) {
     let are = match normalized.bad_normals {
         0 => return,
@@ -127,14 +127,14 @@ fn warn_of_normals(normalized: &Normalized, path: &Path, files: &Files) {
     files.warnings().add(WarningKind::BROKEN_ELEMENTS, path.display(), text);
 }
 
-/// The factor that makes display values up to 1 of the colours of vertices.
+/// The factor that scales vertex colours to display values up to 1.
 fn color_scale(groups: &[tobj::Model]) -> f32 {
     let channels = groups.iter().flat_map(|g| &g.mesh.vertex_color);
     let most = channels.fold(0.0, |most: f32, c| most.max(*c));
     if most > 1.0 { 1.0 / 255.0 } else { 1.0 }
 }
 
-/// The linear colours of a group's vertices; none where all of them are white.
+/// The linear colours of a group's vertices; empty if all are white.
 fn colors(group: &tobj::Mesh, scale: f32) -> Vec<Vec4> {
     if group.vertex_color.iter().all(|c| *c == 1.0) {
         return Vec::new();
@@ -144,7 +144,7 @@ fn colors(group: &tobj::Mesh, scale: f32) -> Vec<Vec4> {
     group.vertex_color.chunks_exact(3).map(color).collect()
 }
 
-/// A group's arrays; its faces cut into triangles.
+/// The mesh of a group, with triangulated faces.
 fn mesh(group: &tobj::Mesh, color_scale: f32) -> Result<Mesh, MeshError> {
     let vec3 = |v: &[f32]| Vec3::new(v[0], v[1], v[2]);
     let positions: Vec<Vec3> = group.positions.chunks_exact(3).map(vec3).collect();

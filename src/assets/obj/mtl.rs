@@ -1,8 +1,7 @@
 //! Materials of OBJ files: MTL with its extension for physically based surfaces.
 //!
-//! A material with nothing but `Kd` is matte. `Ks` adds a dielectric reflection of that tint, whose roughness `Ns` tells; with
-//! `illum` 3, 5 or 8 it is a mirror's. `illum` 4, 6, 7 and 9 make glass of what is clear otherwise. The names of materials are
-//! bytes: two names are one where their bytes are.
+//! A material with only `Kd` is matte. `Ks` adds a dielectric reflection of that tint with the roughness of `Ns`; with `illum` 3, 5
+//! or 8 it is a mirror's. `illum` 4, 6, 7 and 9 make transparent materials glass. The names of materials are compared as bytes.
 
 mod options;
 mod paths;
@@ -37,25 +36,24 @@ use textures::{Images, Textures};
 /// The materials of all libraries of a file, read once each.
 pub(super) struct Library<'a> {
     files: &'a Files,
-    /// By name, with the library's folder. Of two with one name the later counts, as everywhere.
+    /// By name, with the library's folder. Of two with the same name the later one counts.
     materials: HashMap<Vec<u8>, (Statements, PathBuf)>,
     images: Images,
 }
 
-/// The use of a material by meshes that are alike.
+/// The use of a material by meshes of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct MaterialUse<'a> {
     pub name: Option<&'a [u8]>,
-    /// Whether their vertices have colours.
+    /// Whether the meshes have vertex colours.
     pub has_colors: bool,
 }
 
 impl<'a> Library<'a> {
-    /// Reads the libraries that the lines after `mtllib` name. One that is missing is a warning: the faces are grey without
-    /// it.
+    /// Reads the libraries of the `mtllib` lines. A missing library is a warning, and its faces are grey.
     ///
     /// # Errors
-    /// A library lies outside of the folder of the model, or is no regular file.
+    /// A library is outside of the model's folder, or no regular file.
     pub fn load(obj: &Path, lines: &[Vec<u8>], files: &'a Files) -> Result<Self, ObjError> {
         let mut library = Self {
             files,
@@ -94,10 +92,10 @@ impl<'a> Library<'a> {
         Ok(())
     }
 
-    /// Puts a material into `model`, and its images; returns its number there.
+    /// Adds a material and its images to `model`; returns the material's index.
     ///
     /// # Errors
-    /// An image lies outside of the folder of the model.
+    /// An image is outside of the model's folder.
     pub fn place(&mut self, wanted: MaterialUse<'_>, obj: &Path, model: &mut Model) -> Result<usize, ObjError> {
         let found = wanted.name.and_then(|name| self.materials.get(name));
         let name = wanted.name.map(lines::name).unwrap_or_default();

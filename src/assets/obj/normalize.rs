@@ -1,8 +1,8 @@
-//! An OBJ file as the parser wants it: numbers and faces only, in runs of faces that are alike.
+//! Normalisation of an OBJ file for the parser: only numbers and faces, in runs of faces with the same properties.
 //!
-//! The parser knows nothing of smoothing groups, takes one `mtllib` name for a line, stumbles over mixed faces and over
-//! indices of more than 64 bits. So names stay here, and what is left are `v`, `vt`, `vn` and `f` of known shape under
-//! groups with numbers for names, one for each [`Run`].
+//! The parser ignores smoothing groups, reads only one `mtllib` name per line, and fails on mixed faces and on indices of more than
+//! 64 bits. So this module keeps the names, and passes on `v`, `vt`, `vn` and `f` of known shape in numbered groups, one for each
+//! [`Run`].
 
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{assets::model::ModelNode, math::DVec3};
 
-/// The properties that all faces of a run share.
+/// The common properties of the faces of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Run {
     /// The name of the material, if there is one.
@@ -29,24 +29,24 @@ pub(super) struct Run {
 pub(super) struct Normalized {
     pub text: Vec<u8>,
     pub runs: Vec<Run>,
-    /// The names after `mtllib`, a line each.
+    /// The arguments of all `mtllib` lines.
     pub libraries: Vec<Vec<u8>>,
-    /// Objects, and in them groups, each once.
+    /// Objects, and groups within them, each once.
     pub nodes: Vec<ModelNode>,
     /// Whether a coordinate of a vertex may be far from 0.
     pub may_be_far: bool,
     /// Whether a vertex has a colour.
     pub has_colors: bool,
-    /// Normals that are no numbers, and became 0.
+    /// The number of invalid normals, which became 0.
     pub bad_normals: usize,
 }
 
-/// The treatment of vertices; by default they stay as they are.
+/// The treatment of vertices; by default they are not changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Treatment {
     /// Vertices become relative to it.
     pub origin: Option<DVec3>,
-    /// Whether every vertex gets a colour: white where it has none.
+    /// Whether every vertex gets a colour, white if it has none.
     pub keeps_colors: bool,
 }
 
@@ -83,7 +83,7 @@ pub(super) fn normalize(text: &[u8], treatment: Treatment) -> Result<Normalized,
         has_uvs: false,
         has_normals: false,
     };
-    // A new group begins even where only its name changes: parts stay as the author made them.
+    // A new name starts a new run, so that parts stay as the author made them.
     let mut is_new = true;
     for line in Lines::new(text) {
         let text: &[u8] = &line.text;
@@ -151,7 +151,7 @@ pub(super) fn normalize(text: &[u8], treatment: Treatment) -> Result<Normalized,
     Ok(out)
 }
 
-/// The number of a smoothing group; `off`, 0 and what cannot be read are flat, `on` is a group.
+/// The number of a smoothing group; `off`, 0 and invalid values are flat, `on` is a group.
 fn smoothing(text: &[u8]) -> u32 {
     match str::from_utf8(text) {
         Ok("on") => 1,
@@ -160,7 +160,7 @@ fn smoothing(text: &[u8]) -> u32 {
     }
 }
 
-/// The objects and groups so far, by the node above them and their names.
+/// The objects and groups so far, by parent node and name.
 #[derive(Default)]
 struct Nodes {
     known: HashMap<(Option<usize>, Vec<u8>), usize>,
@@ -202,7 +202,7 @@ fn is_number(word: &[u8]) -> bool {
 struct FaceShape {
     has_uvs: bool,
     has_normals: bool,
-    /// Some corners name what others do not.
+    /// Whether corners have different kinds of indices.
     is_mixed: bool,
 }
 
@@ -238,7 +238,7 @@ fn check_face(text: &[u8], counts: Counts) -> Result<FaceShape, String> {
     Ok(shape)
 }
 
-/// Refuses at once what the parser would misread; an index beyond the end is for later, when the end is known.
+/// Refuses indices that the parser would misread. Indices beyond the end are checked later, when the end is known.
 fn check_index(index: &[u8], which: usize, count: usize) -> Result<(), String> {
     if matches!(index[0], b'1'..=b'9') && index.len() <= 9 {
         return Ok(());
@@ -257,8 +257,8 @@ fn check_index(index: &[u8], which: usize, count: usize) -> Result<(), String> {
 }
 
 impl Normalized {
-    /// Copies the first `n` numbers of a statement; a texture coordinate of one number gets another. Tells whether there are
-    /// more.
+    /// Copies the first `n` numbers of a statement, and adds a second number to one-dimensional texture coordinates. Returns
+    /// whether there are more.
     fn numbers(&mut self, text: &[u8], n: usize) -> bool {
         let mut count = 0;
         let mut words = words(text);
@@ -278,7 +278,7 @@ impl Normalized {
         words.next().is_some()
     }
 
-    /// A normal; 0 in place of one that is no three numbers.
+    /// Copies a normal, or writes 0 if it is invalid.
     fn normal(&mut self, text: &[u8]) {
         let is_plain = text[2..].iter().all(|b| b.is_ascii_digit() || b" \t.-".contains(b));
         if is_plain || words(text).skip(1).take(3).all(is_number) {
@@ -330,7 +330,7 @@ impl Normalized {
     }
 }
 
-/// The first statement with a number that is none or an index without a vertex; for when something is known to be wrong.
+/// Finds the first statement with an invalid number or index, after an error.
 pub(super) fn diagnose(text: &[u8]) -> Option<Flaw> {
     let which = |keyword: &[u8]| {
         [&b"v"[..], b"vt", b"vn"]
@@ -354,7 +354,7 @@ pub(super) fn diagnose(text: &[u8]) -> Option<Flaw> {
             let numbers: Vec<_> = parts.take(3).collect();
             let bad = numbers.iter().map(|w| String::from_utf8_lossy(w)).find_map(|w| {
                 let finite = w.parse::<f32>().is_ok_and(f32::is_finite);
-                // Normals that are none are replaced.
+                // Invalid normals are replaced.
                 (!finite && (i != 2 || is_number(w.as_bytes())))
                     .then(|| format!("expected a finite number, found '{w}'"))
             });
@@ -464,7 +464,7 @@ mod tests {
             diagnose(b"v 0 nan 0").unwrap().cause,
             "expected a finite number, found 'nan'"
         );
-        // A normal that is no number is replaced, but this is nothing at all.
+        // An invalid normal is replaced and no error.
         assert!(diagnose(b"vn nan 0 1").is_none());
         assert!(diagnose(b"vn 1.2.3 0 1").unwrap().cause.contains("1.2.3"));
         assert_eq!(diagnose(b"v 0 1").unwrap().cause, "a vertex has too few numbers");

@@ -1,13 +1,13 @@
-//! Faces of more than three corners to triangles.
+//! Triangulation of faces.
 
 use glam::{DVec2, DVec3};
 
 use crate::math::Vec3;
 
-/// Cutting may take the square of the number of corners; a face of more is taken as a fan.
+/// The most corners of a face that is cut, which may take quadratic time; larger faces become fans.
 const MOST_CORNERS: usize = 10_000;
 
-/// Calls `triangle` with three corners (as numbers in `corners`) for each triangle of a face, wound as the face is.
+/// Calls `triangle` with three indices into `corners` for each triangle of a face, with the winding of the face.
 ///
 /// A convex face becomes a fan, a concave one is cut in its plane.
 pub(in crate::assets) fn triangulate(corners: &[Vec3], mut triangle: impl FnMut([usize; 3])) {
@@ -37,7 +37,7 @@ fn projected(corners: &[Vec3]) -> Vec<DVec2> {
         return vec![DVec2::ZERO; corners.len()];
     };
     let (x, y) = normal.any_orthonormal_pair();
-    // The pair and the normal are right-handed in one order or the other.
+    // Makes x, y and the normal right-handed.
     let y = if x.cross(y).dot(normal) < 0.0 { -y } else { y };
     (0..corners.len())
         .map(|i| DVec2::new(at(i).dot(x), at(i).dot(y)))
@@ -49,7 +49,7 @@ fn is_convex(flat: &[DVec2]) -> bool {
     let n = flat.len();
     let edge = |i: usize| flat[(i + 1) % n] - flat[i % n];
     let turns_left = (0..n).all(|i| edge(i).perp_dot(edge(i + 1)) >= 0.0);
-    // A star turns left everywhere too, but its edges change from left to right more than twice.
+    // A star also turns left everywhere, but its edges change direction between left and right more than twice.
     let signs: Vec<bool> = (0..n)
         .map(|i| edge(i).x)
         .filter(|x| *x != 0.0)

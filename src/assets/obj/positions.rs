@@ -5,10 +5,10 @@ use std::io::Write;
 use super::lines::{Lines, words};
 use crate::math::{DAabb, DVec3, origin};
 
-/// Digits before the point of numbers that may be far from 0.
+/// The least number of digits before the point of numbers that are far from 0.
 const FAR_DIGITS: usize = 4;
 
-/// Whether a number may be far from 0, by its length alone.
+/// Whether a number may be far from 0, by its length.
 pub(super) fn may_be_far(number: &[u8]) -> bool {
     let whole = number.iter().position(|b| *b == b'.').unwrap_or(number.len());
     whole >= FAR_DIGITS || number.iter().any(|b| b.eq_ignore_ascii_case(&b'e'))
@@ -19,21 +19,21 @@ fn parse(number: &[u8]) -> Option<f64> {
     v.is_finite().then_some(v)
 }
 
-/// The position that a `v` statement gives; `None` where it is broken.
+/// The position of a `v` statement; `None` if it is invalid.
 fn position(statement: &[u8]) -> Option<DVec3> {
     let mut numbers = words(statement).skip(1).map(parse);
     let mut next = || numbers.next().flatten();
     Some(DVec3::new(next()?, next()?, next()?))
 }
 
-/// The origin for the vertices of a decoded file, `None` where the file's own does as well.
+/// The origin for the vertices of a decoded file; `None` for the file's own.
 pub(super) fn origin(text: &[u8]) -> Option<DVec3> {
     let vertices = Lines::new(text).filter(|line| matches!(words(&line.text).next(), Some(b"v" | b"V")));
     let bounds = DAabb::from_points(vertices.filter_map(|line| position(&line.text)));
     origin::of_box(&bounds)
 }
 
-/// Appends a `v` statement to `out`, its position relative to `origin`. One that is broken stays as it is.
+/// Appends a `v` statement to `out`, with its position relative to `origin`. An invalid one is not changed.
 pub(super) fn append_relative(statement: &[u8], origin: DVec3, out: &mut Vec<u8>) {
     match position(statement).map(|p| p - origin) {
         Some(p) => writeln!(out, "v {} {} {}", p.x, p.y, p.z).expect("memory takes all bytes"),

@@ -1,4 +1,4 @@
-//! Normals of smoothing groups: faces of one group share them where they share a position.
+//! Normals of smoothing groups: faces of a group share normals at common positions.
 
 use std::collections::HashMap;
 
@@ -12,12 +12,12 @@ use crate::{
 pub(super) struct Groups(HashMap<(u32, [u32; 3]), DVec3>);
 
 fn key(group: u32, p: Vec3) -> (u32, [u32; 3]) {
-    // Adding 0 makes one zero of two.
+    // Adding 0 turns -0 into 0.
     (group, (p + 0.0).to_array().map(f32::to_bits))
 }
 
 impl Groups {
-    /// Adds the faces of a mesh. Each weighs by its angle at the corner, so that it does not matter how a face was cut.
+    /// Adds the faces of a mesh, weighted by their angles at the corner, so that the triangulation does not matter.
     ///
     /// Source: Thürmer and Wüthrich, "Computing Vertex Normals from Polygonal Facets", JGT 3(1), 1998,
     /// doi:10.1080/10867651.1998.10487487.

@@ -36,7 +36,7 @@ impl NumberType {
         })
     }
 
-    /// The bytes of a number that is not text.
+    /// The bytes of a binary number.
     pub const fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -46,7 +46,7 @@ impl NumberType {
         }
     }
 
-    /// The largest number of an unsigned type, which stands for 1 in a colour; 1 of any other.
+    /// The value that represents 1 in a colour: the largest number of an unsigned type, 1 for other types.
     pub fn one(self) -> f64 {
         match self {
             Self::U8 => f64::from(u8::MAX),
@@ -71,7 +71,7 @@ pub(super) struct Property {
     pub kind: PropertyKind,
 }
 
-/// Things of one kind, such as vertices.
+/// An element declaration, such as that of vertices.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Element {
     pub name: String,
@@ -80,10 +80,10 @@ pub(super) struct Element {
 }
 
 impl Element {
-    /// The least bytes that one of them takes.
+    /// The least bytes of one element.
     pub fn least_bytes(&self, encoding: Encoding) -> u64 {
         let of = |property: &Property| match (encoding, property.kind) {
-            // A digit, and a space or the end of the line.
+            // A digit, and a space or line end.
             (Encoding::Text, _) => 2,
             (_, PropertyKind::Number(number)) => number.size(),
             (_, PropertyKind::List { count, .. }) => count.size(),
@@ -97,7 +97,7 @@ impl Element {
 pub(super) struct Header {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
-    /// The number of pictures that comments name.
+    /// The number of textures that comments name.
     pub textures: usize,
 }
 
@@ -167,7 +167,7 @@ fn property(words: &[&str]) -> Option<PropertyKind> {
     }
 }
 
-/// The next line, which ends in `\n`, `\r\n` or `\r`, and what follows it.
+/// Splits off the next line, which ends in `\n`, `\r\n` or `\r`.
 fn line(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let end = bytes.iter().position(|b| matches!(b, b'\n' | b'\r'))?;
     let after = if bytes[end..].starts_with(b"\r\n") {
@@ -191,7 +191,7 @@ mod tests {
             assert_eq!((header.encoding, header.textures), (Encoding::BigEndian, 1));
             assert_eq!(header.elements[0].least_bytes(header.encoding), 8);
             assert_eq!(header.elements[1].properties[0].name, "vertex_index");
-            // The data begins with what looks like an empty line.
+            // The data starts with the byte of a line end.
             assert_eq!(data, format!("{end}1").as_bytes());
         }
     }

@@ -1,11 +1,11 @@
 //! PLY files, as text and as bytes in either order.
 //!
 //! The loader reads the positions of vertices, their normals (`nx`), their colours (`red`, `alpha`) and texture coordinates
-//! (`s`, `u` or `texture_u`), and faces with any number of corners. Colours of whole numbers are display values, those of
-//! floats are linear. Whatever else is in the file is skipped. A file without normals is flat. A file without faces is a
-//! cloud of points. Positions in double precision and in text keep it.
+//! (`s`, `u` or `texture_u`), and faces with any number of corners. Integer colours are display values, floats are linear. All
+//! other data is skipped. A file without normals is flat. A file without faces is a point cloud. Positions in double
+//! precision and in text keep their precision.
 //!
-//! A number of elements is checked against the length of the file before memory is taken for them.
+//! The number of elements is checked against the length of the file before memory is allocated.
 //!
 //! Source: G. Turk, "The PLY Polygon File Format", 1994.
 
@@ -67,7 +67,7 @@ fn broken(cause: impl AsRef<str>) -> BareMeshProblem {
     BareMeshProblem::Broken(one_line(cause.as_ref(), 200).into_owned())
 }
 
-/// The numbers of a vertex that are used.
+/// The used properties of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Slot {
     X,
@@ -82,7 +82,7 @@ enum Slot {
     A,
     S,
     T,
-    /// Those that are not used.
+    /// An unused property.
     Other,
 }
 
@@ -108,11 +108,11 @@ impl Slot {
     }
 }
 
-/// Faces as they are read; they may come before the vertices.
+/// The faces read so far; they may come before the vertices.
 #[derive(Default)]
 struct Faces {
     triangles: Vec<[u32; 3]>,
-    /// The corners of faces of more than three, one face after another, and where each ends.
+    /// The corners of all faces with more than three, and the end of each face.
     corners: Vec<u32>,
     ends: Vec<usize>,
 }
@@ -127,7 +127,7 @@ fn read(header: &Header, mut source: impl Source, memory: &MemoryBudget) -> Resu
                 read_vertices(element, header.encoding, &mut source, &mut placed)
             }
             "face" => {
-                // A corner of one byte becomes a triangle of twelve.
+                // A corner of one byte may become a triangle of twelve bytes.
                 memory.check(MemoryKind::Models, 12 * source.bytes_left() as u64)?;
                 read_faces(element, &mut source, &mut faces)
             }
@@ -139,7 +139,7 @@ fn read(header: &Header, mut source: impl Source, memory: &MemoryBudget) -> Resu
     Ok(placed)
 }
 
-/// Refuses more elements than there are bytes for.
+/// Refuses more elements than the remaining bytes can hold.
 fn check_count(element: &Element, encoding: Encoding, left: usize) -> Result<(), BareMeshProblem> {
     // The last number of a text needs no space after it.
     let left = left as u64 + u64::from(encoding == Encoding::Text);
@@ -153,7 +153,7 @@ fn check_count(element: &Element, encoding: Encoding, left: usize) -> Result<(),
     Ok(())
 }
 
-/// Tells which element a source stopped at.
+/// The error at element `at`.
 fn stopped(element: &Element, at: u64) -> impl Fn(Stop) -> BareMeshProblem {
     let place = format!("{} {at}", element.name);
     move |stop| match &stop {
@@ -162,7 +162,7 @@ fn stopped(element: &Element, at: u64) -> impl Fn(Stop) -> BareMeshProblem {
     }
 }
 
-/// The length of a list.
+/// Reads the length of a list.
 fn list_length(source: &mut impl Source, count: NumberType) -> Result<usize, Stop> {
     let length = source.number(count)?;
     // No list is longer than the file.
@@ -213,7 +213,7 @@ fn read_vertices(
     let has_colors = [Slot::R, Slot::G, Slot::B].into_iter().all(has);
     let has_uvs = [Slot::S, Slot::T].into_iter().all(has);
     let count = element.count as usize;
-    // Numbers that single precision may not hold.
+    // Numbers beyond single precision.
     let has_doubles = encoding == Encoding::Text || number_type(&slots, Slot::X) == NumberType::F64;
     let mut doubles = Vec::with_capacity(if has_doubles { count } else { 0 });
     *placed = PlacedMesh::default();
@@ -265,7 +265,7 @@ fn read_vertices(
     Ok(())
 }
 
-/// The type of a number of a vertex; that of a float where there is none.
+/// The type of a property of a vertex; float if it is missing.
 fn number_type(slots: &[(Slot, &Property)], slot: Slot) -> NumberType {
     let property = slots.iter().find(|(own, _)| *own == slot);
     match property.map(|(_, p)| p.kind) {
@@ -304,7 +304,7 @@ fn read_faces(element: &Element, source: &mut impl Source, faces: &mut Faces) ->
     Ok(())
 }
 
-/// The number of a vertex.
+/// Reads the index of a vertex.
 #[inline(always)]
 fn corner(source: &mut impl Source, item: NumberType) -> Result<u32, Stop> {
     let number = source.number(item)?;
@@ -337,7 +337,7 @@ impl Faces {
         Ok(())
     }
 
-    /// The triangles of all faces. Larger faces come last.
+    /// The triangles of all faces; those of larger faces come last.
     fn into_triangles(self, positions: &[Vec3]) -> Result<Vec<[u32; 3]>, BareMeshProblem> {
         let mut triangles = self.triangles;
         if let Some(corner) = self.corners.iter().find(|c| **c as usize >= positions.len()) {

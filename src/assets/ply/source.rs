@@ -1,13 +1,13 @@
-//! The numbers of a PLY file, one after another.
+//! Readers of the numbers of a PLY file.
 
 use super::header::NumberType;
 
-/// Why there is no next number.
+/// The reason why there is no next number.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Stop {
     /// The data ends.
     End,
-    /// A word that is no number.
+    /// A word is no number.
     NoNumber(String),
 }
 
@@ -49,7 +49,7 @@ macro_rules! byte_order {
 byte_order!(LittleEndian, from_le_bytes);
 byte_order!(BigEndian, from_be_bytes);
 
-/// Numbers as bytes.
+/// Binary numbers.
 pub(super) struct Binary<'a, O> {
     rest: &'a [u8],
     order: std::marker::PhantomData<O>,
@@ -88,7 +88,7 @@ impl<O: ByteOrder> Source for Binary<'_, O> {
     }
 }
 
-/// Numbers as words.
+/// Numbers as text.
 pub(super) struct Text<'a>(pub &'a [u8]);
 
 impl Text<'_> {

@@ -1,4 +1,4 @@
-//! The names of columns, the many that other programs give them, and where each stands in a file.
+//! The names of columns with their aliases, and the positions of columns in a file.
 
 use crate::{
     assets::camera_path::{PathProblem, PathProblems},
@@ -7,7 +7,7 @@ use crate::{
 
 use super::table::Row;
 
-/// Every column's name and its other names; `*` stands for x, y or z.
+/// The name of each column and its aliases; `*` stands for x, y or z.
 const NAMES: &[(&str, &str)] = &[
     (
         "frame",
@@ -73,10 +73,10 @@ const NAMES: &[(&str, &str)] = &[
     ("name", "label shot shot_name camera_name marker comment note"),
 ];
 
-/// Other names shorter than this are no suggestion: they are near to everything.
+/// The least length of an alias that is suggested: short names are similar to everything.
 const SHORTEST_SUGGESTION: usize = 4;
 
-/// Every column's own name, and a pattern that it goes by. First all own names: suggestions are to prefer them.
+/// Pairs of a column's name and a name or alias. Names come first, so that suggestions prefer them.
 fn patterns() -> impl Iterator<Item = (&'static str, &'static str)> {
     let own = NAMES.iter().map(|(name, _)| (*name, *name));
     let others = NAMES
@@ -85,7 +85,7 @@ fn patterns() -> impl Iterator<Item = (&'static str, &'static str)> {
     own.chain(others)
 }
 
-/// The lower case name with `_` for what else parts words.
+/// The name in lower case, with `_` for other separators.
 fn plain(word: &str) -> String {
     let plain: String = word
         .trim()
@@ -95,7 +95,7 @@ fn plain(word: &str) -> String {
     plain.to_lowercase()
 }
 
-/// The column's own name, whichever of its names `word` is.
+/// The column whose name or alias is `word`.
 fn canonical(word: &str) -> Option<String> {
     let word = plain(word);
     patterns().find_map(|(name, pattern)| match pattern.split_once('*') {
@@ -107,7 +107,7 @@ fn canonical(word: &str) -> Option<String> {
     })
 }
 
-/// All names, with the patterns written out.
+/// All names and aliases, with the patterns expanded.
 fn all_names() -> impl Iterator<Item = String> {
     patterns().flat_map(|(_, pattern)| match pattern.contains('*') {
         true => ["x", "y", "z"].map(|axis| pattern.replace('*', axis)).to_vec(),
@@ -120,12 +120,12 @@ fn all_names() -> impl Iterator<Item = String> {
 pub(super) struct Columns {
     /// The column's own name, or `None` for an unnamed column.
     names: Vec<Option<String>>,
-    /// The likely meanings of the unknown columns.
+    /// The suggestions for unknown columns.
     meant: Vec<String>,
 }
 
 impl Columns {
-    /// Finds out what a header's names mean; what is unknown or there twice becomes a problem.
+    /// Reads a header; unknown and duplicate columns become problems.
     pub fn read(header: &Row, problems: &mut PathProblems) -> Self {
         let mut columns = Self {
             names: Vec::new(),
@@ -154,12 +154,12 @@ impl Columns {
         problems.push(PathProblem::of_line(line, unknown.to_string()));
     }
 
-    /// The index of a column by its own name.
+    /// The index of a column by its name.
     pub fn get(&self, name: &str) -> Option<usize> {
         self.names.iter().position(|n| n.as_deref() == Some(name))
     }
 
-    /// The indices of columns of which a file has all or none; those that are missing become a problem.
+    /// The indices of columns of which a file must have all or none; missing ones become a problem.
     pub fn group<const N: usize>(
         &self,
         line: usize,
@@ -174,7 +174,7 @@ impl Columns {
         found.iter().all(Option::is_some).then(|| found.map(|i| i.unwrap_or(0)))
     }
 
-    /// The indices of columns that a file must have; those that are missing become a problem.
+    /// The indices of required columns; missing ones become a problem.
     pub fn needed<const N: usize>(
         &self,
         line: usize,
@@ -202,7 +202,7 @@ impl Columns {
         }
     }
 
-    /// Whether an unknown column was likely meant to be this one, so that its absence is no second problem.
+    /// Whether an unknown column was probably meant to be this one, so that its absence is not reported again.
     pub fn is_meant(&self, name: &str) -> bool {
         self.meant.iter().any(|meant| meant == name)
     }

@@ -1,7 +1,7 @@
-//! A camera path file that is edited: rows are changed, added and removed, and everything else stays as it was written.
+//! Editing of camera path files: rows are changed, added and removed, and all other text is kept.
 //!
-//! Comments, blank lines, the order and the names of the columns, the separator and the cells that an edit does not concern are
-//! kept. An edit that would leave a file that cannot be read is refused and changes nothing.
+//! Comments, blank lines, the order and the names of columns, the separator and the other cells stay unchanged. An edit that would
+//! make the file invalid is refused and changes nothing.
 
 use glam::DVec3;
 
@@ -38,12 +38,12 @@ pub struct PathDocument {
 }
 
 impl PathDocument {
-    /// A file with a header and no keys, whose orientations are given by targets.
+    /// A file with a header and no keys, with columns for targets.
     pub fn new(options: &CameraPathOptions) -> Self {
         Self::read(HEADER.as_bytes(), options).expect("the header has the columns that are needed")
     }
 
-    /// The document of a file's bytes. A file without rows is a document without keys.
+    /// Parses a file. A file without rows is a document without keys.
     ///
     /// # Errors
     /// Those of reading a camera path.
@@ -69,7 +69,7 @@ impl PathDocument {
         self.lines.to_bytes()
     }
 
-    /// The keys, by rising frames.
+    /// The keys, in ascending order of frames.
     pub fn keys(&self) -> impl ExactSizeIterator<Item = &PathKey> {
         self.keys.iter().map(|(_, key)| key)
     }
@@ -79,10 +79,10 @@ impl PathDocument {
         self.path.as_ref()
     }
 
-    /// Adds a key, or replaces that of the same frame. The key looks at a target; a file of rotations gets the rotation.
+    /// Adds a key, or replaces that of the same frame. The key looks at a target; in a file with rotations it becomes a rotation.
     ///
-    /// Parameters of the lens that the file does not give yet become columns, in which the other keys get what they have from
-    /// `scene`, the lens of the scene. An interpolation or a name that the key does not give stays as it is.
+    /// New parameters of the lens become columns, in which the other keys get the values of `scene`, the lens of the scene. An
+    /// interpolation or a name that the key does not have is not changed.
     ///
     /// # Errors
     /// The key cannot be part of this path.

@@ -1,6 +1,6 @@
 //! Edits of a camera path file: cells, columns and why an edit is refused.
 
-/// Why an edit was refused. The document is as it was.
+/// Why an edit was refused. The document is unchanged.
 #[derive(Debug, thiserror::Error)]
 pub enum EditError {
     #[error("frame {0} has no key")]
@@ -30,15 +30,15 @@ impl CellChange {
     }
 }
 
-/// A column that an edit adds at the end, with the values of the other keys.
+/// A new last column, with the values of the other keys.
 #[derive(Debug)]
 pub(super) struct AddedColumn {
     pub name: &'static str,
     pub others: Vec<Option<f64>>,
 }
 
-/// The shortest text that is read as `v` again.
+/// The shortest text that parses to `v`.
 pub(super) fn number(v: f64) -> String {
-    // Of the two zeros the sum is the one without a sign.
+    // Adding 0 turns -0 into 0.
     format!("{}", v + 0.0)
 }

@@ -1,4 +1,4 @@
-//! The cells that say what a key says, by the columns that a file has.
+//! Conversion of a key to cells, by the columns of a file.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -12,7 +12,7 @@ use crate::camera::{
     path::{Interp, PathKey},
 };
 
-/// The changes that make a row say what a key says.
+/// The changes of cells that store a key in a row.
 #[derive(Debug)]
 pub(super) struct KeyCells<'a> {
     layout: &'a Layout,
@@ -39,7 +39,7 @@ impl<'a> KeyCells<'a> {
         self.cells.push(CellChange::number(column, v));
     }
 
-    /// Sets a cell of a column that is added.
+    /// Sets a cell of a new column.
     fn add(&mut self, name: &'static str, v: f64, others: Vec<Option<f64>>) {
         self.set(self.columns + self.added.len(), v);
         self.added.push(AddedColumn { name, others });
@@ -55,8 +55,7 @@ impl<'a> KeyCells<'a> {
         }
     }
 
-    /// The orientation towards `at`, which is that of `pose`. `near` are the angles that the path has about there, if it has
-    /// angles.
+    /// Sets the orientation of `pose`, which looks at `at`. `near` are the path's angles near the frame, if it has angles.
     pub fn orientation(&mut self, at: &LookAt, pose: &Pose, near: Option<DVec3>) {
         let axes = pose.world_from_camera().matrix3;
         match self.layout.orientation {
@@ -103,10 +102,10 @@ impl<'a> KeyCells<'a> {
         }
     }
 
-    /// The parameters of the lens that the key gives. `others` are those that the other keys have so far.
+    /// Sets the lens parameters of the key. `others` are those of the other keys.
     ///
     /// # Errors
-    /// The file gives one of them in another way, such as a focal length in place of an angle.
+    /// The file stores one of them in another form, such as a focal length instead of an angle.
     pub fn lens(&mut self, lens: &LensOverrides, others: &[LensOverrides]) -> Result<(), EditError> {
         let of = |value: &dyn Fn(&LensOverrides) -> Option<f64>| others.iter().map(value).collect::<Vec<_>>();
         match (self.layout.view, lens.view) {
@@ -121,7 +120,7 @@ impl<'a> KeyCells<'a> {
             }
             (_, None) => {}
         }
-        // A viewer does not change the sensor: a file has it, or the scene.
+        // The viewer does not change the sensor, which the file or the scene defines.
         match (self.layout.sensor, lens.sensor) {
             (Some((SensorKind::Width, column)), Some(Sensor::Width(v)))
             | (Some((SensorKind::Height, column)), Some(Sensor::Height(v))) => self.set(column, v),
@@ -152,7 +151,7 @@ impl<'a> KeyCells<'a> {
         Ok(())
     }
 
-    /// The interpolation and the name of a key, where the file has columns for them.
+    /// Sets the interpolation and the name, if the file has columns for them.
     pub fn words(&mut self, key: &PathKey) {
         let interp = match key.interp {
             Interp::Smooth => None,
@@ -172,7 +171,7 @@ impl<'a> KeyCells<'a> {
 pub(super) fn frame_cell(layout: &Layout, frame: f64) -> CellChange {
     match layout.clock {
         Clock::Frame(column) => CellChange::number(column, frame),
-        // Microseconds: a reader takes such a time for its frame at any rate in use.
+        // Microseconds are precise enough at all common frame rates.
         Clock::Time { column, fps } => CellChange {
             column,
             text: number((frame / fps * 1e6).round() / 1e6),
@@ -195,7 +194,7 @@ fn aperture_column(aperture: Aperture) -> (&'static str, f64) {
     }
 }
 
-/// The angles of a rotation, each by whole turns as near as can be to those of `near`.
+/// The angles of a rotation, shifted by whole turns to be closest to `near`.
 fn unwound(order: RotationOrder, axes: &DMat3, near: Option<DVec3>) -> DVec3 {
     let angles = order.angles(axes);
     let Some(near) = near else { return angles };

@@ -1,4 +1,4 @@
-//! The layout of a file: the alternatives that its columns choose.
+//! The layout of a file: its columns, and the alternatives that they select.
 
 use crate::{
     assets::camera_path::{CameraPathOptions, PathProblem, PathProblems},
@@ -10,7 +10,7 @@ use super::{
     table::{Row, Table},
 };
 
-/// Indices of columns, one for each thing that a row says.
+/// The indices of columns.
 #[derive(Debug)]
 pub(super) struct Layout {
     pub clock: Clock,
@@ -117,7 +117,7 @@ impl Layout {
     }
 }
 
-/// Finds columns and notes what contradicts itself.
+/// Finds columns and reports contradictions.
 struct Finder<'a> {
     header: &'a Row,
     columns: &'a Columns,
@@ -142,7 +142,7 @@ impl Finder<'_> {
         self.columns.group(self.header.line, names, self.problems)
     }
 
-    /// The name of the first of these columns that is there, as the file has it.
+    /// The name in the file of the first of these columns that exists.
     fn any_of(&self, names: &[&str]) -> Option<String> {
         let index = names.iter().find_map(|name| self.columns.get(name))?;
         Some(self.header.cells[index].to_owned())
@@ -264,7 +264,7 @@ impl Finder<'_> {
     }
 }
 
-/// The word after `rotation_order:` or the like.
+/// The word after `rotation_order:` or a variant of it.
 fn order_in_comment(comment: &str) -> Option<&str> {
     let (key, word) = comment.split_once([':', '='])?;
     let key: String = key.chars().filter(char::is_ascii_alphabetic).collect();

@@ -1,4 +1,4 @@
-//! The lines of a file as they were written, and edits of single cells.
+//! The lines of a file, and edits of single cells.
 
 use super::edit::{AddedColumn, CellChange, number};
 
@@ -21,7 +21,7 @@ impl Lines {
         let end = if text.contains("\r\n") { "\r\n" } else { "\n" };
         let text = text.replace("\r\n", "\n").replace('\r', "\n");
         let mut lines: Vec<String> = text.split('\n').map(str::to_owned).collect();
-        // The end of the last line begins no further line.
+        // A final line end does not start another line.
         if lines.last().is_some_and(String::is_empty) {
             lines.pop();
         }
@@ -110,7 +110,7 @@ impl Lines {
                 *cell = text;
                 continue;
             }
-            // A number as wide as its cell keeps one space before it.
+            // A number as wide as its cell keeps one leading space.
             let space = if width > 0 && text.chars().count() >= width {
                 " "
             } else {
@@ -128,7 +128,7 @@ impl Lines {
         }
     }
 
-    /// The cells of a line, with the spaces around them and their quotes.
+    /// The cells of a line, including spaces and quotes.
     fn cells(&self, line: usize) -> Vec<String> {
         let (mut cells, mut cell, mut in_quotes) = (Vec::new(), String::new(), false);
         for c in self.lines[line - 1].chars() {
@@ -136,7 +136,7 @@ impl Lines {
                 cells.push(std::mem::take(&mut cell));
                 continue;
             }
-            // Quotes count where a cell begins with one.
+            // Quotes only count at the start of a cell.
             if c == '"' && (cell.is_empty() || cell.starts_with('"')) {
                 in_quotes = !in_quotes;
             }

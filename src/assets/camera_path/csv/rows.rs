@@ -1,4 +1,4 @@
-//! From cells to keys.
+//! Conversion of cells to keys.
 
 use std::collections::BTreeMap;
 
@@ -25,7 +25,7 @@ const UNIT_TOLERANCE: f64 = 1e-3;
 /// The rounding of times that are given in milliseconds, in seconds.
 const TIME_TOLERANCE: f64 = 0.5e-3;
 
-/// The most that rounding a time may move it, in frames.
+/// The largest effect of rounding a time, in frames.
 const FRAME_TOLERANCE: f64 = 0.05;
 
 const INTERPS: &[(&str, Interp)] = &[
@@ -69,7 +69,7 @@ pub(super) fn read(table: &Table, layout: &Layout) -> Result<Vec<PathKey>, PathP
 /// The frames so far, with their lines.
 #[derive(Default)]
 struct FrameOrder {
-    /// Frames by their bits, in an order that no one looks at.
+    /// The lines of frames, by the bits of the frame.
     lines: BTreeMap<u64, usize>,
     previous: Option<(f64, usize)>,
 }
@@ -107,8 +107,8 @@ impl<'a> Cells<'a> {
         self.problems.push(PathProblem::of_cell(self.row.line, name, message));
     }
 
-    /// Whether every cell has a name and every name a cell. Empty cells without a name are let pass: spreadsheets
-    /// leave them behind the last column.
+    /// Whether every cell has a column and every column a cell. Empty cells beyond the last column are allowed, because
+    /// spreadsheets write them.
     fn fit(&mut self) -> bool {
         let names = &self.header.cells;
         let named = (1..=names.len()).rev().find(|n| !names[n - 1].is_empty()).unwrap_or(0);
@@ -130,7 +130,7 @@ impl<'a> Cells<'a> {
         (!cell.is_empty()).then_some((column, cell))
     }
 
-    /// The number in a cell; `None` where the cell is empty, or wrong.
+    /// The number in a cell; `None` if the cell is empty or invalid.
     fn number(&mut self, column: usize) -> Option<f64> {
         let (_, cell) = self.text(Some(column))?;
         let wrong = match cell.parse::<f64>() {
@@ -158,14 +158,14 @@ impl<'a> Cells<'a> {
         self.number(column)
     }
 
-    /// The numbers of cells that must not be empty; all of them are looked at.
+    /// The numbers of cells that must not be empty; all of them are checked.
     fn all<const N: usize>(&mut self, columns: [usize; N]) -> Option<[f64; N]> {
         let numbers = columns.map(|column| self.needed(column));
         let complete = numbers.iter().all(Option::is_some);
         complete.then(|| numbers.map(Option::unwrap_or_default))
     }
 
-    /// The number in an optional cell, of which something must hold.
+    /// The number in an optional cell, which must satisfy a condition.
     fn checked(&mut self, column: Option<usize>, holds: fn(f64) -> bool, what: &str) -> Option<f64> {
         let column = column?;
         let v = self.number(column)?;
@@ -229,7 +229,7 @@ impl<'a> Cells<'a> {
             OrientationColumns::Target { target, up, roll } => {
                 let first = target[0];
                 let target = self.all(target).map(DVec3::from_array);
-                // An up of which all cells are empty is not given in this row.
+                // If all cells of the up vector are empty, the row has none.
                 let up = up.filter(|up| up.iter().any(|c| self.text(Some(*c)).is_some()));
                 let up = up.and_then(|up| self.all(up)).map(DVec3::from_array);
                 let roll = roll.and_then(|c| self.number(c));

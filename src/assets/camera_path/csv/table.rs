@@ -1,4 +1,4 @@
-//! From bytes to a header and rows of cells, each with the number of its line.
+//! Parsing of a file into a header and rows of cells, with line numbers.
 
 use csv::{ReaderBuilder, StringRecord};
 
@@ -26,7 +26,7 @@ impl Table {
     pub fn read(bytes: &[u8]) -> Result<Self, PathProblem> {
         let text = decode(bytes)?.replace("\r\n", "\n").replace('\r', "\n");
         let mut comments = Vec::new();
-        // The lines that hold cells; the reader's own count of lines loses its way at blank ones.
+        // The reader's own line numbers are wrong after blank lines.
         let mut lines = Vec::new();
         let mut body = String::with_capacity(text.len());
         let mut separator = None;
@@ -103,7 +103,7 @@ fn cells(body: &str, lines: &[usize], separator: u8) -> Result<Vec<Row>, PathPro
     let mut rows = Vec::with_capacity(lines.len());
     for (record, line) in reader.records().zip(lines) {
         let mut cells = record.map_err(|e| PathProblem::of_line(*line, e.to_string()))?;
-        // From here on lines and records would part.
+        // After a line end within a cell, lines and records would no longer correspond.
         if cells.iter().any(|cell| cell.contains('\n')) {
             return Err(PathProblem::of_line(
                 *line,

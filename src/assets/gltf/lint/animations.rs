@@ -1,4 +1,4 @@
-//! Animations, which are not shown but checked.
+//! Validation of animations, which are not rendered.
 
 use std::collections::HashSet;
 
@@ -85,7 +85,7 @@ fn target(lint: &mut Lint<'_>, channel: &Value, sampler: Option<&Value>, place: 
         return;
     };
     let is_cubic = sampler.and_then(|s| s.get("interpolation")).and_then(Value::as_str) == Some("CUBICSPLINE");
-    // Of three numbers of a spline the middle one is the value.
+    // The middle one of three numbers of a spline is the value.
     let values = rotations.iter().enumerate().filter(|(i, _)| !is_cubic || i % 3 == 1);
     let is_unit = |q: &[f32; 4]| (q.iter().map(|v| v * v).sum::<f32>() - 1.0).abs() < 0.01;
     if values.map(|(_, q)| q).any(|q| !is_unit(q)) {

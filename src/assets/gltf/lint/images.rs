@@ -5,7 +5,7 @@ use ::gltf::json::Value;
 use super::checked::{Lint, index};
 use crate::assets::gltf::container::{Location, locate, read};
 
-/// Checks all images. The bytes of those that are `used` are read later, and faults of theirs are errors.
+/// Checks all images. Those that are `used` are decoded later, and their faults are errors.
 pub(super) fn check(lint: &mut Lint<'_>, used: &[usize]) {
     for (i, image) in lint.array("images").iter().enumerate() {
         let uri = image.get("uri").and_then(Value::as_str);
@@ -54,7 +54,7 @@ pub(super) fn check(lint: &mut Lint<'_>, used: &[usize]) {
     }
 }
 
-/// Reports what is no image, or the beginning of one.
+/// Reports data that does not start like an image.
 fn data(lint: &mut Lint<'_>, i: usize, bytes: &[u8]) {
     let is_png = bytes.starts_with(b"\x89PNG\r\n\x1a\n");
     let is_known = is_png

@@ -1,7 +1,7 @@
-//! Validation of a document beyond what its rendering needs, also of what is not drawn.
+//! Validation of a document beyond the needs of rendering, including its unused parts.
 //!
-//! A fault that keeps a picture from being made is an error of its loader; all others are found here and warned of. The
-//! rules are those of the specification; names in messages are those of its JSON.
+//! Faults that prevent rendering are errors of the loader; all others are found here and become warnings. The rules are those of
+//! the specification; names in messages are those of its JSON.
 
 mod animations;
 mod arrays;
@@ -18,7 +18,7 @@ use checked::{Lint, array, index};
 /// The most faults of a file that are reported one by one.
 const MAX_FAULTS: usize = 20;
 
-/// The faults of a document, of whose images some are `used`.
+/// The faults of a document whose images `used` are rendered.
 pub(super) fn faults(document: &Document<'_>, used: &[usize]) -> Vec<String> {
     let mut lint = Lint {
         document,
@@ -42,12 +42,11 @@ pub(super) fn faults(document: &Document<'_>, used: &[usize]) -> Vec<String> {
     faults
 }
 
-/// Reports arrays without elements, which the format does not know. Recursion ends: the JSON reader accepts 128 levels at the
-/// most.
+/// Reports empty arrays, which the format does not allow. Recursion ends: the JSON reader accepts at most 128 levels.
 fn empty_arrays(lint: &mut Lint<'_>) {
     fn walk(value: &Value, place: &str, out: &mut Vec<String>) {
         match value {
-            // Loaders add the nodes of a scene that has none.
+            // Parsing adds `nodes` to scenes without nodes.
             Value::Array(values) if values.is_empty() && !place.ends_with(".nodes") => {
                 out.push(format!("{place} is an empty array"));
             }

@@ -6,38 +6,38 @@ use crate::{
     value::Channel,
 };
 
-/// A texture of a material as its statement describes it.
+/// The texture statement of a material.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Map {
-    /// The name of its file; may hold spaces.
+    /// The name of its file, possibly with spaces.
     pub file: Vec<u8>,
     /// `-s` and `-o`.
     pub transform: StTransform,
     /// `-clamp on`.
     pub wrap: Wrap,
-    /// `-mm`: what is added to what the texture gives, and what multiplies that before.
+    /// `-mm`: the offset, which is added after the gain is applied, and the gain.
     pub base: f32,
     pub gain: f32,
     /// `-bm`.
     pub strength: f32,
-    /// `-imfchan`; `None` where it names no channel, such as `l` for luminance.
+    /// `-imfchan`; `None` if it names no channel, such as `l` for luminance.
     pub channel: Option<Channel>,
     /// Options that are not rendered.
     pub unsupported: Vec<&'static str>,
 }
 
-/// A word as a finite number.
+/// Parses a finite number.
 pub(super) fn finite(word: &[u8]) -> Option<f32> {
     str::from_utf8(word).ok()?.parse::<f32>().ok().filter(|v| v.is_finite())
 }
 
-/// The first word of a text and what follows it; `None` of the last word.
+/// Splits off the first word of a text; `None` if there is only one.
 fn split(text: &[u8]) -> Option<(&[u8], &[u8])> {
     let end = text.iter().position(u8::is_ascii_whitespace)?;
     Some((&text[..end], text[end..].trim_ascii_start()))
 }
 
-/// Reads the file's name after options such as `-s 1 1 1`; `None` without one. The last word is always of the name.
+/// Parses options such as `-s 1 1 1` and the file's name; `None` without one. The last word always belongs to the name.
 pub(super) fn map_of(given: &[u8]) -> Option<Map> {
     let mut map = Map {
         file: Vec::new(),
@@ -71,7 +71,7 @@ pub(super) fn map_of(given: &[u8]) -> Option<Map> {
                 map.set(&option, value);
                 rest = after;
             }
-            // A file's name, perhaps one that begins with a dash.
+            // The file's name, possibly with a leading dash.
             _ => break,
         }
     }
@@ -102,7 +102,7 @@ impl Map {
     }
 }
 
-/// Up to three numbers, of which the first two count; `otherwise` for those that are not there.
+/// Parses up to three numbers and returns the first two; missing ones are those of `otherwise`.
 fn numbers(text: &[u8], otherwise: Vec2) -> (Vec2, &[u8]) {
     let (mut found, mut rest) = (otherwise.to_array(), text);
     for i in 0..3 {

@@ -1,4 +1,4 @@
-//! The files that a line names.
+//! Paths in OBJ and MTL files.
 
 use std::{
     borrow::Cow,
@@ -19,7 +19,7 @@ pub(super) fn check_inside(files: &Files, obj: &Path, file: &Path) -> Result<(),
     }
 }
 
-/// The file of a `mtllib` line, whose name may hold spaces, or its several files.
+/// The files of a `mtllib` line: one whose name may contain spaces, or several.
 pub(super) fn libraries(folder: &Path, line: &[u8]) -> Vec<PathBuf> {
     let whole = locate(folder, line);
     if whole.is_file() || !line.iter().any(u8::is_ascii_whitespace) {
@@ -29,7 +29,7 @@ pub(super) fn libraries(folder: &Path, line: &[u8]) -> Vec<PathBuf> {
     let (mut start, mut last) = (0, 0);
     for word in line.split(u8::is_ascii_whitespace) {
         let end = last + word.len();
-        // A word without the ending is the beginning of a name with spaces.
+        // A word without the extension is part of a name with spaces.
         if word.to_ascii_lowercase().ends_with(b".mtl") || end == line.len() {
             files.push(locate(folder, line[start..end].trim_ascii()));
             start = end;
@@ -39,7 +39,7 @@ pub(super) fn libraries(folder: &Path, line: &[u8]) -> Vec<PathBuf> {
     files
 }
 
-/// A file beside another: backslashes separate folders too, and of a path of another machine its last part counts.
+/// Resolves a name in `folder`. Backslashes separate folders too; of an absolute path of another machine only the file name counts.
 pub(super) fn locate(folder: &Path, name: &[u8]) -> PathBuf {
     let name = name.trim_ascii();
     let name = name.strip_prefix(b"\"").unwrap_or(name);

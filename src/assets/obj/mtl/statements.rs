@@ -53,7 +53,7 @@ pub(super) enum Slot {
     Norm,
 }
 
-/// The keywords, in small letters, and what each sets.
+/// The keywords in lower case, and what each sets.
 const TINTS: [(&str, Tint); 4] = [("kd", Tint::Kd), ("ks", Tint::Ks), ("ke", Tint::Ke), ("tf", Tint::Tf)];
 
 const NUMBERS: [(&str, Number); 12] = [
@@ -89,7 +89,7 @@ const MAPS: [(&str, Slot); 15] = [
     ("map_norm", Slot::Norm),
 ];
 
-/// Statements that change the picture elsewhere and not here, and the names under which they are reported.
+/// Statements that change the picture but are not rendered, with the names under which they are reported.
 const UNSUPPORTED: [(&str, &str); 9] = [
     ("disp", "disp"),
     ("map_disp", "disp"),
@@ -106,18 +106,18 @@ fn find<T: Copy>(table: &[(&str, T)], keyword: &str) -> Option<T> {
     table.iter().find(|(name, _)| *name == keyword).map(|(_, value)| *value)
 }
 
-/// A material as its file describes it.
+/// The statements of a material.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Statements {
     tints: [Option<Rgb>; TINTS.len()],
     numbers: [Option<f32>; NUMBERS.len()],
     maps: [Option<Map>; Slot::Norm as usize + 1],
-    /// Names of the statements that are not rendered, each once.
+    /// The names of statements that are not rendered, each once.
     pub unsupported: Vec<&'static str>,
 }
 
 impl Statements {
-    /// Its numbers are finite and not negative.
+    /// A colour, finite and not negative.
     pub fn tint(&self, tint: Tint) -> Option<Rgb> {
         self.tints[tint as usize]
     }
@@ -137,7 +137,7 @@ impl Statements {
         }
     }
 
-    /// Reads a statement; `None` where it is not understood. Statements that nobody knows are passed over.
+    /// Parses a statement; `None` if its value is invalid. Unknown statements are ignored.
     fn read(&mut self, keyword: &str, text: &[u8]) -> Option<()> {
         if let Some(tint) = find(&TINTS, keyword) {
             self.tints[tint as usize] = Some(color(text)?);
@@ -157,7 +157,7 @@ impl Statements {
     }
 }
 
-/// The materials of a decoded file with their names. What stands before the first `newmtl` belongs to none.
+/// Parses the named materials of a decoded file. Statements before the first `newmtl` are ignored.
 pub(super) fn read(text: &[u8], path: &Path, warnings: &Warnings) -> Vec<(Vec<u8>, Statements)> {
     let mut materials: Vec<(Vec<u8>, Statements)> = Vec::new();
     for line in Lines::new(text) {

@@ -18,28 +18,28 @@ use crate::{
     value::Channel,
 };
 
-/// The grey of what has no material.
+/// The grey of surfaces without a material.
 pub(super) const GRAY: f32 = 0.8;
-/// An index of refraction whose surface reflects nearly all at normal incidence.
+/// An index of refraction with nearly total reflection at normal incidence.
 const MIRROR_IOR: f32 = 1e4;
-/// The index of refraction where `Ni` tells none.
+/// The default of `Ni`.
 const IOR: f32 = 1.5;
-/// The largest index of refraction that is not a mistake.
+/// The largest plausible index of refraction.
 const MAX_IOR: f32 = 10.0;
-/// The roughness where neither `Ns` nor `Pr` tells one.
+/// The roughness without `Ns` and `Pr`.
 const ROUGHNESS: f32 = 0.5;
 
-/// A material that is read.
+/// Converts the statements of a material.
 pub(super) struct Reader<'a, 'b> {
     pub material: &'a Statements,
     pub textures: Textures<'a, 'b>,
 }
 
 impl Reader<'_, '_> {
-    /// The surface; matte where nothing but its colour counts.
+    /// The surface; matte if only its colour is given.
     ///
     /// # Errors
-    /// A texture lies outside of the folder of the model.
+    /// A texture is outside of the model's folder.
     pub fn surface(&mut self, has_colors: bool) -> Result<Principled, ObjError> {
         let base_color = self.base_color(has_colors)?;
         let mut surface = Principled::matte(base_color);
@@ -48,7 +48,7 @@ impl Reader<'_, '_> {
         self.layers(&mut surface)?;
         if let Some(emitted) = self.color(Slot::Ke, Tint::Ke, None)? {
             surface.emissive = emitted;
-            // A face of an OBJ file has no back.
+            // Faces of OBJ files are two-sided.
             surface.sidedness = Sidedness::Both;
         }
         self.transparency(&mut surface)?;
@@ -60,8 +60,7 @@ impl Reader<'_, '_> {
         Ok(surface)
     }
 
-    /// A colour times a texture's; `None` where neither counts. Exporters leave a colour black where a texture takes its
-    /// place.
+    /// A colour times a texture; `None` if there is neither. Exporters write black for a colour that a texture replaces.
     fn color(&mut self, slot: Slot, tint: Tint, otherwise: Option<Rgb>) -> Result<Option<Color>, ObjError> {
         let factor = self.material.tint(tint).or(otherwise);
         if let Some(map) = self.material.map(slot)
@@ -73,7 +72,7 @@ impl Reader<'_, '_> {
         Ok(factor.filter(|c| !c.is_black()).map(Color::Constant))
     }
 
-    /// `norm`, or else `bump`, which holds heights or, as several exporters write it, normals.
+    /// `norm`, or else `bump`, which contains heights or, from some exporters, normals.
     fn relief(&mut self, surface: &mut Principled) -> Result<(), ObjError> {
         let bump = self.material.map(Slot::Bump);
         let normals = match (self.material.map(Slot::Norm), bump) {
@@ -108,7 +107,7 @@ impl Reader<'_, '_> {
     fn base_color(&mut self, has_colors: bool) -> Result<Color, ObjError> {
         let plain = Rgb::gray(if has_colors { 1.0 } else { GRAY });
         let color = self.color(Slot::Kd, Tint::Kd, Some(plain))?;
-        // Black that stands for a texture which is not there is no colour of the surface.
+        // A black `Kd` with a missing texture is only a placeholder.
         let black = match self.material.map(Slot::Kd) {
             Some(_) => plain,
             None => Rgb::BLACK,
@@ -116,7 +115,7 @@ impl Reader<'_, '_> {
         Ok(color.unwrap_or(Color::Constant(black)))
     }
 
-    /// A channel of a texture, times `factor` and the texture's gain.
+    /// A channel of a texture times `factor` and the texture's gain.
     fn channel(&mut self, slot: Slot, channel: Channel, factor: f32) -> Result<Option<Scalar>, ObjError> {
         let Some(map) = self.material.map(slot) else {
             return Ok(None);
@@ -126,7 +125,7 @@ impl Reader<'_, '_> {
         Ok(id.map(|id| Scalar::Texture(id, channel, factor * map.gain)))
     }
 
-    /// A texture, or else a number from 0 to 1, which exporters leave at any value where there is a texture.
+    /// A texture, or else a number from 0 to 1. The number is ignored if there is a texture, because exporters do not set it then.
     fn unit(&mut self, slot: Slot, number: Number) -> Result<Option<Scalar>, ObjError> {
         let value = self.material.number(number);
         let map = self.channel(slot, Channel::R, 1.0)?;
@@ -137,13 +136,13 @@ impl Reader<'_, '_> {
         self.material.number(Number::Illum).map(|v| v as i32)
     }
 
-    /// `Ni` where it is the index of a dense medium: exporters write 1 for surfaces that reflect.
+    /// `Ni` if it is above 1: exporters also write 1 for reflecting surfaces.
     fn ior(&self) -> Option<f32> {
         let ior = self.material.number(Number::Ni)?;
         (ior > 1.0).then_some(ior.min(MAX_IOR))
     }
 
-    /// `Ks` and `Ns`, which count unless `illum` is 0 or 1.
+    /// `Ks` and `Ns`, unless `illum` is 0 or 1.
     fn reflection(&mut self, surface: &mut Principled) -> Result<(), ObjError> {
         if matches!(self.illum(), Some(0 | 1)) {
             return Ok(());
@@ -250,7 +249,7 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
-    /// The texture of the opacity, its channel and gain: the picture's alpha where it has one.
+    /// The texture of the opacity, its channel (alpha if the picture has one) and gain.
     fn dissolve_texture(&mut self, slot: Slot) -> Result<Option<(TextureId, Channel, f32)>, ObjError> {
         let Some(map) = self.material.map(slot) else {
             return Ok(None);
@@ -260,7 +259,7 @@ impl Reader<'_, '_> {
             None if self.textures.has_alpha(map)? => Channel::A,
             None => Channel::R,
         };
-        // Alpha is the same in both, and the picture of the base colour serves here, too.
+        // Alpha is the same in both colour spaces, so the picture of the base colour can be shared.
         let space = match channel {
             Channel::A => ColorSpace::Srgb,
             _ => ColorSpace::Raw,
@@ -269,8 +268,8 @@ impl Reader<'_, '_> {
         Ok(id.map(|id| (id, channel, map.gain)))
     }
 
-    /// Makes the surface glass where `illum` says so, and tells whether it is. Exporters give `illum 4` and `Tf 1 1 1` to
-    /// what is opaque, so something else has to be clear, too.
+    /// Makes the surface glass if `illum` says so and another statement makes it transparent; returns whether it did. Exporters
+    /// also write `illum 4` and `Tf 1 1 1` for opaque surfaces.
     fn glass(&self, dissolve: f32, surface: &mut Principled) -> bool {
         let boundary = match self.illum() {
             Some(6 | 7) => Boundary::Solid,
@@ -307,7 +306,7 @@ impl Reader<'_, '_> {
             surface.specular = Scalar::Constant(1.0);
         }
         if self.material.number(Number::Pr).is_none() && self.material.map(Slot::Pr).is_none() {
-            // Rays are refracted sharply whatever the highlights look like.
+            // MTL refracts sharply, whatever the roughness of highlights.
             surface.roughness = Scalar::Constant(0.0);
         }
         true

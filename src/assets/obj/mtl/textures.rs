@@ -20,10 +20,10 @@ use crate::{
     warnings::WarningKind,
 };
 
-/// The images of a model, by their files; `None` of those that are not there.
+/// The images of a model, by their files; `None` for missing ones.
 pub(super) type Images = HashMap<PathBuf, Option<usize>>;
 
-/// Puts textures into a model.
+/// Adds textures to a model.
 pub(super) struct Textures<'a, 'b> {
     pub files: &'b Files,
     /// The model's file, and the folder of its library.
@@ -38,7 +38,7 @@ impl Textures<'_, '_> {
         self.model.add_feature(name, used_by, treatment);
     }
 
-    /// Returns the image of a texture; `None` with a warning, once for each file, where it is not there.
+    /// Returns the image of a texture; `None` if it is missing, with a warning once for each file.
     fn image(&mut self, map: &Map) -> Result<Option<usize>, ObjError> {
         let file = locate(self.folder, &map.file);
         check_inside(self.files, self.obj, &file)?;
@@ -61,10 +61,10 @@ impl Textures<'_, '_> {
         Ok(image)
     }
 
-    /// Returns the texture; `None` where its file is not there.
+    /// Returns the texture; `None` if its file is missing.
     ///
     /// # Errors
-    /// The file lies outside of the folder of the model.
+    /// The file is outside of the model's folder.
     pub fn place(&mut self, map: &Map, color_space: ColorSpace) -> Result<Option<TextureId>, ObjError> {
         let Some(image) = self.image(map)? else {
             return Ok(None);
@@ -85,7 +85,7 @@ impl Textures<'_, '_> {
         Ok(Some(TextureId(self.model.textures.len() as u32 - 1)))
     }
 
-    /// Whether the picture holds normals.
+    /// Whether the picture is a normal map.
     pub fn holds_normals(&mut self, map: &Map) -> Result<bool, ObjError> {
         let Some(image) = self.image(map)? else {
             return Ok(false);
