@@ -9,7 +9,7 @@ use super::{
     CameraRig, Plan, PlannedFrame,
     metadata::{Sidecar, pinhole},
 };
-use crate::{camera::perspective::PinholeView, error::Error, output::atomic, scene::Scene};
+use crate::{camera::perspective::PinholeView, error::Error, film::Window, output::atomic, scene::Scene};
 
 /// Writes the files beside the pictures of a plan.
 pub(super) fn write(plan: &Plan, scene: &Scene) -> Result<(), Error> {
@@ -61,22 +61,23 @@ struct Frame {
 impl Transforms {
     fn new(plan: &Plan, scene: &Scene) -> Result<Self, Error> {
         let rig = CameraRig::new(plan, scene);
-        let size = plan.picture.settings.resolution;
-        let frame = |frame| Ok(Frame::new(frame, &pinhole(&rig.camera(plan, frame))?, size));
+        let window = plan.picture.settings.window;
+        let frame = |frame| Ok(Frame::new(frame, &pinhole(&rig.camera(plan, frame))?, window));
         let frames = plan.all_frames().iter().map(frame);
         Ok(Self {
             conventions: "transform_matrix is camera to world, in metres; the camera looks along its -z, +y is up; \
                           lengths of intrinsics are in pixels, and pixel centres are at .5; cameras are those at which shutters open",
             camera_model: "PINHOLE",
-            w: size[0],
-            h: size[1],
+            w: window.width(),
+            h: window.height(),
             frames: frames.collect::<Result<_, Error>>()?,
         })
     }
 }
 
 impl Frame {
-    fn new(frame: &PlannedFrame, view: &PinholeView, size: [u32; 2]) -> Self {
+    /// The frame of a picture that shows `window` of the whole.
+    fn new(frame: &PlannedFrame, view: &PinholeView, window: Window) -> Self {
         let angle = |size: u32, focal: f64| 2.0 * libm::atan(0.5 * f64::from(size) / focal);
         let (DMat3 { x_axis, y_axis, z_axis }, eye) = (view.axes, view.eye);
         let row = |i: usize| [x_axis[i], y_axis[i], z_axis[i], eye[i]];
@@ -86,10 +87,10 @@ impl Frame {
             frame: frame.number,
             fl_x,
             fl_y,
-            cx,
-            cy,
-            camera_angle_x: angle(size[0], fl_x),
-            camera_angle_y: angle(size[1], fl_y),
+            cx: cx - f64::from(window.x0),
+            cy: cy - f64::from(window.y0),
+            camera_angle_x: angle(window.width(), fl_x),
+            camera_angle_y: angle(window.height(), fl_y),
             transform_matrix: [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]],
         }
     }

@@ -156,16 +156,15 @@ fn every_view_is_a_picture_of_its_own() {
     }
 }
 
+const TRANSFORMS_SCENE: &str = "[render]\nwidth = 64\nheight = 48\nsamples = 1\n\
+    [camera]\nperspective = { eye = [0, 1, 4], target = [0, 0, 0], fov = 40, shift = [0.1, 0] }\n\
+    [material.m]\nmatte = { albedo = 0.5 }\n\
+    [[object]]\nname = \"ball \\\"1\\\"\"\nmaterial = \"m\"\nshape.sphere = { center = [0.3, 0, 0], radius = 1 }\n";
+
 #[test]
-fn transforms_tell_where_every_point_of_a_frame_is_seen() {
+fn transforms_tell_where_every_point_of_a_picture_is_seen_also_of_crops_and_with_overscan() {
     let folder = Folder::new();
-    folder.write(
-        "s.toml",
-        "[render]\nwidth = 64\nheight = 48\nsamples = 1\n\
-         [camera]\nperspective = { eye = [0, 1, 4], target = [0, 0, 0], fov = 40, shift = [0.1, 0] }\n\
-         [material.m]\nmatte = { albedo = 0.5 }\n\
-         [[object]]\nname = \"ball \\\"1\\\"\"\nmaterial = \"m\"\nshape.sphere = { center = [0.3, 0, 0], radius = 1 }\n",
-    );
+    folder.write("s.toml", TRANSFORMS_SCENE);
     folder.write(
         "path.csv",
         "frame, eye_x, eye_y, eye_z, target_x, target_y, target_z\n3, 0, 1, 4, 0, 0, 0\n4, 3, 0, 2, 0, 0, 0\n",
@@ -181,11 +180,23 @@ fn transforms_tell_where_every_point_of_a_frame_is_seen() {
         "--metadata",
         "transforms,ids",
     ];
-    folder.succeed(&[&args[..], &["-o", "out/f.####.exr", "-o", "out/f.####.png"]].concat());
-    let transforms = json(&folder, "out/transforms.json");
-    assert_eq!((&transforms["w"], &transforms["h"]), (&64.into(), &48.into()));
+    let pictures = ["-o", "out/f.####.exr", "-o", "out/f.####.png"];
+    for window in [&[][..], &["--crop", "14,9,50,44"], &["--overscan", "8"]] {
+        folder.succeed(&[&args[..], &pictures, window].concat());
+        check_transforms(&folder);
+    }
+    let ids = json(&folder, "out/ids.json");
+    assert_eq!(ids["objectId"], serde_json::json!(["ball \"1\""]));
+    assert_eq!(ids["materialId"], serde_json::json!(["m"]));
+}
+
+/// Compares `transforms.json` with the points that the EXR files hold.
+fn check_transforms(folder: &Folder) {
+    let transforms = json(folder, "out/transforms.json");
     for (i, frame) in transforms["frames"].as_array().expect("frames").iter().enumerate() {
         assert_eq!(frame["file_path"], format!("f.000{}.png", 3 + i));
+        let (width, height) = image::image_dimensions(folder.path(&format!("out/f.000{}.png", 3 + i))).expect("a PNG");
+        assert_eq!((&transforms["w"], &transforms["h"]), (&width.into(), &height.into()));
         let rows: Vec<Vec<f64>> = frame["transform_matrix"]
             .as_array()
             .expect("rows")
@@ -194,6 +205,8 @@ fn transforms_tell_where_every_point_of_a_frame_is_seen() {
             .collect();
         let column = |c: usize| glam::DVec3::new(rows[0][c], rows[1][c], rows[2][c]);
         let number = |name: &str| frame[name].as_f64().expect("a number");
+        let half_angle = (f64::from(width) / 2.0 / number("fl_x")).atan();
+        assert!((number("camera_angle_x") - 2.0 * half_angle).abs() < 1e-12);
         let image = exr::prelude::read_all_flat_layers_from_file(folder.path(&format!("out/f.000{}.exr", 3 + i)))
             .expect("an EXR");
         let list = &image.layer_data[0].channel_data.list;
@@ -207,7 +220,7 @@ fn transforms_tell_where_every_point_of_a_frame_is_seen() {
         };
         let (x, y, z) = (channel("P.X"), channel("P.Y"), channel("P.Z"));
         let mut seen = 0;
-        for pixel in 0..64 * 48 {
+        for pixel in 0..width as usize * height as usize {
             let p = glam::DVec3::new(x[pixel].into(), y[pixel].into(), z[pixel].into());
             if p == glam::DVec3::ZERO {
                 continue;
@@ -216,7 +229,10 @@ fn transforms_tell_where_every_point_of_a_frame_is_seen() {
             let depth = -from_eye.dot(column(2));
             let u = number("cx") + number("fl_x") * from_eye.dot(column(0)) / depth;
             let v = number("cy") - number("fl_y") * from_eye.dot(column(1)) / depth;
-            let center = ((pixel % 64) as f64 + 0.5, (pixel / 64) as f64 + 0.5);
+            let center = (
+                (pixel % width as usize) as f64 + 0.5,
+                (pixel / width as usize) as f64 + 0.5,
+            );
             assert!(
                 (u - center.0).abs() < 1e-3 && (v - center.1).abs() < 1e-3,
                 "{pixel}: {u}, {v}"
@@ -225,9 +241,6 @@ fn transforms_tell_where_every_point_of_a_frame_is_seen() {
         }
         assert!(seen > 100);
     }
-    let ids = json(&folder, "out/ids.json");
-    assert_eq!(ids["objectId"], serde_json::json!(["ball \"1\""]));
-    assert_eq!(ids["materialId"], serde_json::json!(["m"]));
 }
 
 #[test]
