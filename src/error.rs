@@ -50,6 +50,8 @@ pub enum Error {
     },
     #[error("the output {} is a file that the job reads: {}", output.display(), input.display())]
     OverwritesInput { output: PathBuf, input: PathBuf },
+    #[error("two outputs are one file: {} and {}", first.display(), second.display())]
+    WrittenTwice { first: PathBuf, second: PathBuf },
     #[error("cannot start {what}: {cause}")]
     Threads { what: String, cause: String },
     #[error("cannot serve on {address}: {cause}")]
@@ -147,7 +149,8 @@ impl Error {
             | Self::VariantOfSceneFile
             | Self::PointRadiusOfSceneFile
             | Self::Pattern(_)
-            | Self::OverwritesInput { .. } => Blame::Usage,
+            | Self::OverwritesInput { .. }
+            | Self::WrittenTwice { .. } => Blame::Usage,
             Self::Scene(describe::Error::Read { cause, .. }) => input(cause),
             Self::Compile(compile::Error::Assets(errors)) => {
                 if errors.iter().any(AssetError::is_missing) {

@@ -71,6 +71,8 @@ kinds! {
     PARTIAL_FRAME = "partial-frame";
     /// Keys of a camera path were not saved.
     UNSAVED_KEYS = "unsaved-keys";
+    /// A file of the whole sequence is damaged, and the frames of other jobs in it are lost.
+    LOST_FRAMES = "lost-frames";
     /// A file could not be written at the first attempt.
     RETRY = "retry";
 }

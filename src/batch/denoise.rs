@@ -14,6 +14,7 @@ use super::{
     FrameRange,
     denoise_options::{DenoiseOptions, FilterKind},
     fingerprint::{FINGERPRINT, PICTURE},
+    targets,
 };
 use crate::{
     assets::ContentHash,
@@ -68,15 +69,8 @@ pub trait DenoiseObserver {
 /// A file is missing, has not what the denoiser needs, or cannot be written; or `cancel` says so.
 pub fn denoise(request: &DenoiseRequest, observer: &dyn DenoiseObserver, cancel: Option<&Cancel>) -> Result<(), Error> {
     let sequence = Sequence::find(request)?;
-    for (frame, _) in &sequence.wanted {
-        let path = request.output.path(*frame);
-        if sequence.files.values().any(|file| *file == path) {
-            return Err(Error::OverwritesInput {
-                output: path.clone(),
-                input: path,
-            });
-        }
-    }
+    let outputs = sequence.wanted.iter().map(|(frame, _)| request.output.path(*frame));
+    targets::check_distinct(outputs, sequence.files.values().cloned())?;
     observer.started(sequence.wanted.len());
     let mut method = load(&request.options.filter)?;
     let how = match &method {

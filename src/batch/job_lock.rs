@@ -87,9 +87,9 @@ impl JobLock {
 /// The names of the files of a plan, by their folders.
 fn folders(plan: &Plan) -> BTreeMap<PathBuf, Vec<String>> {
     let mut folders: BTreeMap<PathBuf, Vec<String>> = BTreeMap::new();
-    for file in plan.frames.iter().flat_map(|frame| &frame.files) {
-        let folder = file.path.parent().filter(|folder| *folder != Path::new(""));
-        let name = file.path.file_name().unwrap_or_default().to_string_lossy();
+    for path in plan.frames.iter().flat_map(|frame| plan.files_of(frame)) {
+        let folder = path.parent().filter(|folder| *folder != Path::new(""));
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
         let names = folders.entry(folder.unwrap_or(Path::new(".")).to_owned()).or_default();
         names.push(name.into_owned());
     }

@@ -1,11 +1,11 @@
 //! Merging: crops of one frame, each rendered by a job of its own, become the file that one job would have written.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
-use super::fingerprint::{FINGERPRINT, Fingerprint, PICTURE};
+use super::{
+    fingerprint::{FINGERPRINT, Fingerprint, PICTURE},
+    targets,
+};
 use crate::{
     error::Error,
     film::Window,
@@ -25,12 +25,7 @@ pub fn merge(out: &Path, inputs: &[PathBuf]) -> Result<(), Error> {
     let first = inputs
         .first()
         .ok_or_else(|| Error::Usage("nothing to merge".to_owned()))?;
-    if let Some(input) = inputs.iter().find(|input| is_same(input, out)) {
-        return Err(Error::OverwritesInput {
-            output: out.to_owned(),
-            input: input.clone(),
-        });
-    }
+    targets::check_distinct([out.to_owned()].into_iter(), inputs.iter().cloned())?;
     let mut crops = Vec::new();
     let mut common: Option<Crop> = None;
     for path in inputs {
@@ -77,13 +72,5 @@ fn look(format: &dyn Format, path: &Path) -> Result<Crop, JoinError> {
             facts,
         }),
         _ => Err(JoinError::Foreign { path }),
-    }
-}
-
-/// Whether two paths are of one existing file.
-fn is_same(a: &Path, b: &Path) -> bool {
-    match (fs::canonicalize(a), fs::canonicalize(b)) {
-        (Ok(a), Ok(b)) => a == b,
-        _ => false,
     }
 }

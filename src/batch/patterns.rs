@@ -4,7 +4,7 @@ use super::{Request, denoise_options};
 use crate::{
     describe::SceneDesc,
     error::Error,
-    output::{FilePattern, FilePatternError, Format as _},
+    output::{Contents, FilePattern, FilePatternError, Format as _},
 };
 
 /// The patterns of a job's files.
@@ -43,6 +43,19 @@ impl Patterns {
             patterns.rendered.push(pattern.with_format(format));
         }
         Ok(patterns)
+    }
+
+    /// The pattern of the final pictures: files for displays, else the first.
+    pub fn picture(&self) -> Option<&FilePattern> {
+        let files = if self.denoised.is_empty() {
+            &self.rendered
+        } else {
+            &self.denoised
+        };
+        let shown = files
+            .iter()
+            .find(|pattern| pattern.format().contents() == Contents::Picture);
+        shown.or(files.first())
     }
 }
 

@@ -25,9 +25,7 @@ use crate::{
     film::{Film, Window, coverage::DEFAULT_RANKS},
     integrator::{BuiltIn, IntegratorDesc},
     math::{DVec3, WorkingSpace},
-    output::{
-        self, Attribute, Contents, Coverage, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown,
-    },
+    output::{self, Attribute, Coverage, DisplayTransform, Encoding, FilePattern, Format, FrameMetadata, Shown},
     render::{self, Content, Control, RenderError, Renderer, SampleBudget},
     sampler::{Sampler, SeedMode},
     scene::Scene,
@@ -51,17 +49,6 @@ pub struct PlannedFrame {
     pub files: Vec<PlannedFile>,
 }
 
-impl PlannedFrame {
-    /// The picture of the frame: a file for displays, else the first.
-    pub(super) fn picture(&self) -> Option<&Path> {
-        let shows = self
-            .files
-            .iter()
-            .find(|file| file.format.contents() == Contents::Picture);
-        shows.or(self.files.first()).map(|file| file.path.as_path())
-    }
-}
-
 /// Everything a job is going to do, decided and checked.
 #[derive(Clone, Debug)]
 pub struct Plan {
@@ -69,6 +56,9 @@ pub struct Plan {
     pub frames: Vec<PlannedFrame>,
     /// The frames of all parts, where this job renders one of them.
     whole: Option<Vec<PlannedFrame>>,
+    /// Whether other jobs render other frames of the sequence (`--range`, `--part`), whose files beside the pictures this job
+    /// joins.
+    pub is_chunk: bool,
     /// The first position of the camera, whichever frames are rendered, in m.
     pub first_eye: Option<DVec3>,
     /// The file that the cameras come from.
@@ -108,8 +98,12 @@ pub struct PicturePlan {
 #[derive(Clone, Debug)]
 pub struct FilePlan {
     pub encoding: Encoding,
+    /// The pattern of the pictures that the files beside them describe.
+    pub picture: Option<FilePattern>,
     /// The files beside the pictures.
     pub sidecars: Vec<Sidecar>,
+    /// Files that the caller writes beside those.
+    pub files_of_caller: Vec<PathBuf>,
     /// The denoising of the frames, if any.
     pub denoise: Option<DenoisePlan>,
 }
@@ -120,10 +114,12 @@ impl Plan {
         let mut settings = settings(desc, request)?;
         let sidecars: Result<Vec<Sidecar>, UnknownName> = request.metadata.iter().map(|name| name.parse()).collect();
         let sidecars = sidecars.map_err(|unknown| Error::Usage(format!("--metadata: {unknown}")))?;
+        let patterns = Patterns::new(desc, request)?;
+        let picture = patterns.picture().cloned();
         let Patterns {
             rendered: patterns,
             denoised,
-        } = Patterns::new(desc, request)?;
+        } = patterns;
         let mut problems = Vec::new();
         let mut keep = |p: Problem| problems.push(p);
         let described = integrator(desc, request)?;
@@ -201,6 +197,7 @@ impl Plan {
         Ok(Self {
             frames,
             whole,
+            is_chunk: request.range.is_some() || request.part.is_some(),
             first_eye: cameras.first_eye,
             camera_path: request.camera_path.clone(),
             picture: PicturePlan {
@@ -220,6 +217,8 @@ impl Plan {
             files: FilePlan {
                 encoding,
                 sidecars,
+                picture,
+                files_of_caller: request.files_of_caller.clone(),
                 denoise,
             },
             policy: request.policy,
@@ -246,13 +245,14 @@ impl Plan {
     }
 
     /// The frames of all parts of the job.
-    pub(super) fn all_frames(&self) -> &[PlannedFrame] {
+    pub fn all_frames(&self) -> &[PlannedFrame] {
         self.whole.as_deref().unwrap_or(&self.frames)
     }
 
     /// The path of a file beside the pictures; `None` where there are none.
     pub(super) fn sidecar_path(&self, sidecar: Sidecar) -> Option<PathBuf> {
-        Some(sidecar.path(self.all_frames().first()?.picture()?))
+        let first = self.all_frames().first()?;
+        Some(sidecar.path(&self.files.picture.as_ref()?.path(first.number)))
     }
 
     /// The coverage of pictures by this plan. `fills_film` tells whether every point of the picture has a camera ray, in all

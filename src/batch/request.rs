@@ -69,6 +69,8 @@ pub struct Request {
     pub denoise: Option<DenoiseOptions>,
     /// The names of files with metadata beside the pictures.
     pub metadata: Vec<String>,
+    /// Files that the caller writes beside the job's own. None of them may be a file that the job reads or writes.
+    pub files_of_caller: Vec<PathBuf>,
     /// Columns and rows beyond each edge of the picture.
     pub overscan: u32,
     pub accel: BuildOptions,

@@ -1,51 +1,70 @@
 //! The contents of the files beside the pictures of a job.
 
-use std::path::Path;
+use std::{borrow::Cow, collections::HashSet, fs, path::Path};
 
 use glam::DMat3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     CameraRig, Plan, PlannedFrame,
     metadata::{Sidecar, pinhole},
 };
-use crate::{camera::perspective::PinholeView, error::Error, film::Window, output::atomic, scene::Scene};
+use crate::{
+    camera::perspective::PinholeView,
+    error::Error,
+    film::Window,
+    output::{OutputError, atomic, job_file::FolderGate},
+    scene::Scene,
+    warnings::{WarningKind, Warnings},
+};
 
-/// Writes the files beside the pictures of a plan.
+/// Writes the files beside the pictures of a plan. A job that renders some frames of a sequence keeps what others have written
+/// of the other frames.
 pub(super) fn write(plan: &Plan, scene: &Scene) -> Result<(), Error> {
     for sidecar in &plan.files.sidecars {
         let Some(path) = plan.sidecar_path(*sidecar) else {
             continue;
         };
-        let content = content(*sidecar, plan, scene)?;
-        atomic::write(&path, |out| Ok(out.write_all(content.as_bytes())?))?;
+        match sidecar {
+            Sidecar::Transforms => {
+                let mut own = Transforms::new(plan, scene)?;
+                let _gate = FolderGate::close(&atomic::folder_of(&path));
+                if plan.is_chunk
+                    && let Some(others) = Transforms::read(&path, &plan.warnings)
+                {
+                    own.join(others, plan);
+                }
+                write_json(&path, &own)?;
+            }
+            Sidecar::Ids => write_json(&path, &Ids::new(scene))?,
+        }
     }
     Ok(())
 }
 
-fn content(sidecar: Sidecar, plan: &Plan, scene: &Scene) -> Result<String, Error> {
-    let json = match sidecar {
-        Sidecar::Transforms => serde_json::to_string_pretty(&Transforms::new(plan, scene)?),
-        Sidecar::Ids => serde_json::to_string_pretty(&Ids::new(scene)),
-    };
-    Ok(json.expect("numbers and texts are JSON") + "\n")
+fn write_json(path: &Path, content: &impl Serialize) -> Result<(), OutputError> {
+    let text = serde_json::to_string_pretty(content).expect("numbers and texts are JSON") + "\n";
+    atomic::write(path, |out| Ok(out.write_all(text.as_bytes())?))
 }
 
-fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+/// The name of the picture of a frame.
+fn picture_name(plan: &Plan, frame: i32) -> String {
+    let path = plan.files.picture.as_ref().map(|pattern| pattern.path(frame));
+    let name = path.as_deref().and_then(Path::file_name).unwrap_or_default();
+    name.to_string_lossy().into_owned()
 }
 
 /// The content of `transforms.json`.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 struct Transforms {
-    conventions: &'static str,
-    camera_model: &'static str,
+    conventions: Cow<'static, str>,
+    camera_model: Cow<'static, str>,
     w: u32,
     h: u32,
     frames: Vec<Frame>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 struct Frame {
     file_path: String,
     frame: i32,
@@ -62,29 +81,61 @@ impl Transforms {
     fn new(plan: &Plan, scene: &Scene) -> Result<Self, Error> {
         let rig = CameraRig::new(plan, scene);
         let window = plan.picture.settings.window;
-        let frame = |frame| Ok(Frame::new(frame, &pinhole(&rig.camera(plan, frame))?, window));
+        let frame = |frame: &PlannedFrame| {
+            Ok(Frame::new(
+                (frame.number, picture_name(plan, frame.number)),
+                &pinhole(&rig.camera(plan, frame))?,
+                window,
+            ))
+        };
         let frames = plan.all_frames().iter().map(frame);
         Ok(Self {
             conventions: "transform_matrix is camera to world, in metres; the camera looks along its -z, +y is up; \
-                          lengths of intrinsics are in pixels, and pixel centres are at .5; cameras are those at which shutters open",
-            camera_model: "PINHOLE",
+                          lengths of intrinsics are in pixels, and pixel centres are at .5; cameras are those at which shutters open"
+                .into(),
+            camera_model: "PINHOLE".into(),
             w: window.width(),
             h: window.height(),
             frames: frames.collect::<Result<_, Error>>()?,
         })
     }
+
+    /// The content of the file at `path`; `None` where there is none, or it is damaged.
+    fn read(path: &Path, warnings: &Warnings) -> Option<Self> {
+        let text = fs::read(path).ok()?;
+        let read = serde_json::from_slice(&text);
+        let lost = |cause| format!("the frames of other jobs are lost, {cause}: {}", path.display());
+        read.map_err(|cause| warnings.add_live(WarningKind::LOST_FRAMES, path.display(), lost(cause)))
+            .ok()
+    }
+
+    /// Adds the frames of other jobs of the same sequence, in rising order. Frames of this job replace theirs.
+    fn join(&mut self, others: Self, plan: &Plan) {
+        let head = |t: &Self| (t.conventions.clone(), t.camera_model.clone(), t.w, t.h);
+        if head(self) != head(&others) {
+            return;
+        }
+        let numbers: HashSet<i32> = self.frames.iter().map(|frame| frame.frame).collect();
+        let names: HashSet<String> = self.frames.iter().map(|frame| frame.file_path.clone()).collect();
+        let is_of_sequence = |frame: &Frame| picture_name(plan, frame.frame) == frame.file_path;
+        let others = others.frames.into_iter();
+        self.frames.extend(others.filter(|frame| {
+            !numbers.contains(&frame.frame) && !names.contains(&frame.file_path) && is_of_sequence(frame)
+        }));
+        self.frames.sort_by_key(|frame| frame.frame);
+    }
 }
 
 impl Frame {
-    /// The frame of a picture that shows `window` of the whole.
-    fn new(frame: &PlannedFrame, view: &PinholeView, window: Window) -> Self {
+    /// The frame of this number and picture, which shows `window` of the whole.
+    fn new((frame, file_path): (i32, String), view: &PinholeView, window: Window) -> Self {
         let angle = |size: u32, focal: f64| 2.0 * libm::atan(0.5 * f64::from(size) / focal);
         let (DMat3 { x_axis, y_axis, z_axis }, eye) = (view.axes, view.eye);
         let row = |i: usize| [x_axis[i], y_axis[i], z_axis[i], eye[i]];
         let ([fl_x, fl_y], [cx, cy]) = (view.focal, view.center);
         Self {
-            file_path: frame.picture().map(file_name).unwrap_or_default(),
-            frame: frame.number,
+            file_path,
+            frame,
             fl_x,
             fl_y,
             cx: cx - f64::from(window.x0),

@@ -1,64 +1,160 @@
-//! The places of a job's files, checked before the first ray.
+//! The list of all files that a job writes, checked before the first ray.
 
 use std::{
     collections::HashMap,
     fs,
-    path::{Path, PathBuf},
+    path::{Component, Path, PathBuf},
 };
 
-use super::{Existing, Plan};
-use crate::{assets::Files, error::Error, output};
+use super::{Existing, Plan, PlannedFrame, checkpoint};
+use crate::{assets::Files, error::Error, output::atomic};
 
-/// Finds out whether the files of a job can be written: none of them is a file that the job reads, what exists is a regular
-/// file, and the folders exist afterwards.
+/// A file that a job writes.
+struct Target {
+    path: PathBuf,
+    kind: TargetKind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum TargetKind {
+    /// A file of a frame, rendered or denoised.
+    Frame,
+    /// The state of an unfinished frame.
+    Checkpoint,
+    /// A file beside the frames.
+    Beside,
+}
+
+impl Plan {
+    /// The files of a frame: those that are rendered, and those that these become when they are denoised.
+    pub fn files_of<'a>(&'a self, frame: &'a PlannedFrame) -> impl Iterator<Item = PathBuf> + 'a {
+        let denoised = self.files.denoise.iter().flat_map(|denoise| &denoise.files);
+        let rendered = frame.files.iter().map(|file| file.path.clone());
+        rendered.chain(denoised.map(|(_, output)| output.path(frame.number)))
+    }
+
+    /// The files beside the frames.
+    pub fn files_beside(&self) -> impl Iterator<Item = PathBuf> + '_ {
+        let sidecars = self
+            .files
+            .sidecars
+            .iter()
+            .filter_map(|sidecar| self.sidecar_path(*sidecar));
+        sidecars.chain(self.files.files_of_caller.iter().cloned())
+    }
+
+    /// All files that a job with these frames writes.
+    fn targets<'a>(&'a self, frames: &'a [PlannedFrame]) -> impl Iterator<Item = Target> + 'a {
+        let target = |kind| move |path| Target { path, kind };
+        let pictures = frames.iter().flat_map(|frame| self.files_of(frame));
+        let has_checkpoints = self.policy.checkpoint.is_some();
+        let checkpoints = frames
+            .iter()
+            .filter_map(checkpoint::path)
+            .filter(move |_| has_checkpoints);
+        let beside = self.files_beside().map(target(TargetKind::Beside));
+        let pictures = pictures.map(target(TargetKind::Frame));
+        pictures
+            .chain(checkpoints.map(target(TargetKind::Checkpoint)))
+            .chain(beside)
+    }
+}
+
+/// Finds out whether the files of a job can be written: none of them is a file that the job reads or another one that it
+/// writes, what exists is a regular file, and the folders exist afterwards.
 pub(super) fn check(plan: &Plan, inputs: &Files) -> Result<(), Error> {
-    let targets = || plan.frames.iter().flat_map(|f| &f.files).map(|f| f.path.as_path());
-    check_inputs(targets(), inputs)?;
-    for path in plan
-        .files
-        .sidecars
-        .iter()
-        .filter_map(|sidecar| plan.sidecar_path(*sidecar))
-    {
-        check_inputs([path.as_path()].into_iter(), inputs)?;
-        output::atomic::check(&path)?;
+    compare(plan, inputs)?;
+    let own = || plan.targets(&plan.frames);
+    if plan.policy.existing == Existing::Fail {
+        let is_new = |target: &Target| match target.kind {
+            TargetKind::Frame => true,
+            TargetKind::Beside => !plan.is_chunk,
+            TargetKind::Checkpoint => false,
+        };
+        if let Some(Target { path, .. }) = own().find(|target| is_new(target) && target.path.exists()) {
+            return Err(Error::Exists { path });
+        }
     }
-    if plan.policy.existing == Existing::Fail
-        && let Some(path) = targets().find(|path| path.exists())
-    {
-        return Err(Error::Exists { path: path.to_owned() });
-    }
-    for path in targets() {
-        output::atomic::check_kind(path)?;
+    for target in own() {
+        atomic::check_kind(&target.path)?;
     }
     // The files of the first frame stand for the others, which lie in the same folders. A whole file that stays may be
     // read-only.
-    for path in targets().take(plan.frames.first().map_or(0, |f| f.files.len())) {
+    for path in plan.frames.iter().take(1).flat_map(|frame| plan.files_of(frame)) {
         if plan.policy.existing != Existing::Skip || !path.exists() {
-            output::atomic::check(path)?;
+            atomic::check(&path)?;
         } else {
-            output::atomic::sweep(path);
+            atomic::sweep(&path);
+        }
+    }
+    for path in plan.files_beside() {
+        atomic::check(&path)?;
+    }
+    Ok(())
+}
+
+/// Refuses files that are inputs, or that are written twice, by whatever name or link.
+pub(super) fn compare(plan: &Plan, inputs: &Files) -> Result<(), Error> {
+    let targets = plan.targets(plan.all_frames());
+    let read = inputs.manifest().into_iter().map(|(path, _)| path);
+    check_distinct(targets.map(|target| target.path), read)
+}
+
+/// Refuses outputs that are inputs or each other, by whatever name or link.
+pub(super) fn check_distinct(
+    outputs: impl Iterator<Item = PathBuf>,
+    inputs: impl Iterator<Item = PathBuf>,
+) -> Result<(), Error> {
+    let read: HashMap<Identity, PathBuf> = inputs.filter_map(|path| Some((identity(&path)?, path))).collect();
+    let (mut folders, mut written) = (Folders::default(), HashMap::new());
+    for output in outputs {
+        if let Some(input) = identity(&output).and_then(|id| read.get(&id)) {
+            let input = input.clone();
+            return Err(Error::OverwritesInput { output, input });
+        }
+        if let Some(first) = written.insert(folders.place(&output), output.clone()) {
+            return Err(Error::WrittenTwice { first, second: output });
         }
     }
     Ok(())
 }
 
-/// Refuses targets that are inputs, by whatever name or link.
-fn check_inputs<'a>(targets: impl Iterator<Item = &'a Path>, inputs: &Files) -> Result<(), Error> {
-    let read: HashMap<Identity, PathBuf> = inputs
-        .manifest()
-        .into_iter()
-        .filter_map(|(path, _)| Some((identity(&path)?, path)))
-        .collect();
-    for target in targets {
-        if let Some(input) = identity(target).and_then(|id| read.get(&id)) {
-            return Err(Error::OverwritesInput {
-                output: target.to_owned(),
-                input: input.clone(),
-            });
-        }
+/// The folders of files, without links.
+#[derive(Default)]
+struct Folders(HashMap<PathBuf, PathBuf>);
+
+impl Folders {
+    /// The place of a file that need not exist: equal for all names and symbolic links of it. Other hard links are other places,
+    /// since files are replaced as a whole.
+    fn place(&mut self, path: &Path) -> PathBuf {
+        let target = atomic::target_of(path).unwrap_or_else(|_| path.to_owned());
+        let folder = atomic::folder_of(&target);
+        let name = target.file_name().unwrap_or_default();
+        self.0
+            .entry(folder)
+            .or_insert_with_key(|folder| without_links(folder))
+            .join(name)
     }
-    Ok(())
+}
+
+/// The path of a folder without links and `..`, of which the end need not exist.
+fn without_links(folder: &Path) -> PathBuf {
+    match fs::canonicalize(folder) {
+        Ok(found) => return found,
+        // The current folder itself is gone.
+        Err(_) if folder == Path::new(".") => return folder.to_owned(),
+        Err(_) => {}
+    }
+    let parent = folder.parent().filter(|parent| *parent != Path::new(""));
+    let mut whole = without_links(parent.unwrap_or(Path::new(".")));
+    match folder.components().next_back() {
+        Some(Component::ParentDir) => {
+            whole.pop();
+        }
+        Some(Component::Normal(name)) => whole.push(name),
+        _ => {}
+    }
+    whole
 }
 
 /// The identity of a file: equal for all its names.
@@ -81,4 +177,56 @@ type Identity = PathBuf;
 #[cfg(not(unix))]
 fn identity(path: &Path) -> Option<Identity> {
     fs::canonicalize(path).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn compare(outputs: &[PathBuf], inputs: &[PathBuf]) -> Result<(), Error> {
+        check_distinct(outputs.iter().cloned(), inputs.iter().cloned())
+    }
+
+    #[test]
+    fn two_names_of_one_file_are_found_whether_it_exists_or_not() {
+        let home = tempfile::tempdir().unwrap();
+        let path = |name: &str| home.path().join(name);
+        fs::create_dir(path("a")).unwrap();
+        fs::write(path("a/old"), "").unwrap();
+        for name in ["old", "new", "b/c/new"] {
+            let first = path("a").join(name);
+            for second in [
+                format!("a/./{name}"),
+                format!("a/../a/{name}"),
+                format!("a/x/../{name}"),
+            ] {
+                let twice = compare(&[first.clone(), path(&second)], &[]);
+                assert!(matches!(twice, Err(Error::WrittenTwice { .. })), "{second}");
+            }
+            compare(&[first, path("a/other"), path(name)], &[]).unwrap();
+        }
+        let over = compare(&[path("new"), path("a/../a/old")], &[path("a/old")]);
+        assert!(matches!(over, Err(Error::OverwritesInput { .. })));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_to_files_and_folders_are_followed() {
+        use std::os::unix::fs::symlink;
+        let home = tempfile::tempdir().unwrap();
+        let path = |name: &str| home.path().join(name);
+        fs::create_dir(path("a")).unwrap();
+        symlink("a", path("b")).unwrap();
+        symlink("a/new", path("link")).unwrap();
+        for second in ["b/new", "link"] {
+            let twice = compare(&[path("a/new"), path(second)], &[]);
+            assert!(matches!(twice, Err(Error::WrittenTwice { .. })), "{second}");
+        }
+        fs::write(path("a/new"), "").unwrap();
+        fs::hard_link(path("a/new"), path("hard")).unwrap();
+        for output in ["b/new", "link", "hard"] {
+            let over = compare(&[path(output)], &[path("a/new")]);
+            assert!(matches!(over, Err(Error::OverwritesInput { .. })), "{output}");
+        }
+    }
 }

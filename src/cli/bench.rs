@@ -1,9 +1,8 @@
 //! `batch-render bench`.
 
 use std::{
-    fs,
     io::{self, IsTerminal},
-    path::Path,
+    path::{Path, PathBuf},
     sync::Arc,
 };
 
@@ -16,12 +15,26 @@ use batch_render::{
     camera::FrameCamera,
     film::Film,
     geometry::Geometry,
-    output::{EncodeError, FrameImage},
+    output::{EncodeError, FrameImage, atomic},
     render::{Control, RenderError, Renderer},
     scene::Scene,
     simd::Isa,
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// The page in the folder of the report.
+const PAGE: &str = "bench.html";
+
+/// The files that are written.
+fn files(args: &BenchArgs) -> Vec<PathBuf> {
+    let page = args.report.as_ref().map(|folder| folder.join(PAGE));
+    args.json.iter().cloned().chain(page).collect()
+}
+
+fn write(path: &Path, text: &str) -> anyhow::Result<()> {
+    atomic::check(path).and_then(|()| atomic::write(path, |out| Ok(out.write_all(text.as_bytes())?)))?;
+    Ok(())
+}
 
 /// Measures and reports.
 pub fn run(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
@@ -39,12 +52,14 @@ fn picture(args: &BenchArgs, simd: Isa) -> anyhow::Result<()> {
             simd,
             ..BuildOptions::default()
         },
+        files_of_caller: files(args),
         ..Request::default()
     };
     let _last = LastWarnings(request.warnings.clone());
     let report = threads(args.threads)?.install(|| {
         let job = Job::open(&args.scene, &request)?;
         let scene = job.compile()?;
+        job.compare_files()?;
         let frame = job.plan.frames.first().context("there is no frame to render")?;
         let subject = FirstFrame {
             camera: CameraRig::new(&job.plan, &scene).camera(&job.plan, frame),
@@ -59,7 +74,7 @@ fn picture(args: &BenchArgs, simd: Isa) -> anyhow::Result<()> {
     })?;
     say(report.to_text().trim_end());
     match &args.json {
-        Some(file) => fs::write(file, report.to_json()).with_context(|| format!("cannot write {}", file.display())),
+        Some(file) => write(file, &report.to_json()),
         None => Ok(()),
     }
 }
@@ -103,6 +118,7 @@ fn rays(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
             simd,
             ..BuildOptions::default()
         },
+        files_of_caller: files(args),
         ..Request::default()
     };
     let _last = LastWarnings(request.warnings.clone());
@@ -118,6 +134,7 @@ fn rays(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let progress = BenchProgress::new(quiet);
     let report = pool.install(|| {
         let scene = job.compile()?;
+        job.compare_files()?;
         let buffers = Buffers::new(&scene, &camera);
         let geometry = contest(scene.geometry.accel.geometry(), args.embree.as_deref());
         let options = BenchOptions {
@@ -132,12 +149,11 @@ fn rays(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     progress.finish();
     say(report.to_text().trim_end());
     if let Some(file) = &args.json {
-        fs::write(file, report.to_json()).with_context(|| format!("cannot write {}", file.display()))?;
+        write(file, &report.to_json())?;
     }
     if let Some(folder) = &args.report {
-        fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
-        let file = folder.join("bench.html");
-        fs::write(&file, bench::page(&report)).with_context(|| format!("cannot write {}", file.display()))?;
+        let file = folder.join(PAGE);
+        write(&file, &bench::page(&report))?;
         say(&format!("wrote {}", file.display()));
     }
     Ok(())

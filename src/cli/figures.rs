@@ -1,20 +1,22 @@
 //! The figures of a job, as they go to files.
 
+use std::{borrow::Cow, collections::BTreeMap};
+
 use batch_render::warnings::Warning;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// All figures.
-#[derive(Serialize)]
+#[derive(Clone, Serialize, Deserialize)]
 pub struct Report {
-    pub version: &'static str,
+    pub version: Cow<'static, str>,
     pub command: Vec<String>,
     pub scene: String,
     pub resolution: [u32; 2],
     /// The samples of each pixel; with adaptive sampling the most.
     pub samples: u32,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub min_samples: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_threshold: Option<f32>,
     pub threads: usize,
     /// The number of frames of the job.
@@ -23,41 +25,114 @@ pub struct Report {
     /// Whether the job has come to its end.
     pub is_finished: bool,
     pub inputs: Vec<Input>,
+    /// Those of this process.
+    #[serde(skip_deserializing)]
     pub warnings: Vec<Warning>,
     pub frames: Vec<Frame>,
 }
 
-#[derive(Serialize)]
+impl Report {
+    /// Whether both are of frames of one sequence, rendered with the same settings.
+    fn fits(&self, other: &Self) -> bool {
+        let head = |r: &Self| {
+            (
+                r.version.clone(),
+                r.scene.clone(),
+                r.resolution,
+                r.samples,
+                r.min_samples,
+            )
+        };
+        head(self) == head(other) && self.noise_threshold == other.noise_threshold
+    }
+
+    /// Adds the frames of other jobs of the same sequence, in rising order. A frame of this job replaces theirs, unless it was
+    /// skipped because theirs is on disk.
+    pub fn join(&mut self, others: Self) {
+        let head = |r: &Self| {
+            (
+                r.version.clone(),
+                r.scene.clone(),
+                r.resolution,
+                r.samples,
+                r.min_samples,
+            )
+        };
+        if head(self) != head(&others) || self.noise_threshold != others.noise_threshold {
+            return;
+        }
+        let is_theirs = |own: &Frame, theirs: &Frame| {
+            own.status == Status::Skipped && theirs.status == Status::Written && own.fingerprint == theirs.fingerprint
+        };
+        let mut frames: BTreeMap<i32, Frame> = others.frames.into_iter().map(|frame| (frame.frame, frame)).collect();
+        for own in self.frames.drain(..) {
+            if !frames.get(&own.frame).is_some_and(|theirs| is_theirs(&own, theirs)) {
+                frames.insert(own.frame, own);
+            }
+        }
+        self.frames = frames.into_values().collect();
+        self.total = self.total.max(self.frames.len());
+    }
+}
+
+/// The figures of a report, with small pictures of some frames as addresses of images.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Album {
+    pub figures: Report,
+    pub thumbnails: BTreeMap<i32, String>,
+}
+
+impl Album {
+    /// The most thumbnails, with which a page stays small.
+    pub const MAX_THUMBNAILS: usize = 300;
+
+    /// Adds the frames of other jobs of the same sequence, and their thumbnails as long as there is room.
+    pub fn join(&mut self, others: Self) {
+        if !self.figures.fits(&others.figures) {
+            return;
+        }
+        self.figures.join(others.figures);
+        for (frame, thumbnail) in others.thumbnails {
+            self.thumbnails.entry(frame).or_insert(thumbnail);
+        }
+        while self.thumbnails.len() > Self::MAX_THUMBNAILS {
+            let thinned = std::mem::take(&mut self.thumbnails).into_iter().step_by(2);
+            self.thumbnails.extend(thinned);
+        }
+    }
+}
+
+#[derive(Clone, Serialize, Deserialize)]
 pub struct Input {
     pub path: String,
     pub hash: String,
 }
 
-#[derive(Serialize)]
+#[derive(Clone, Serialize, Deserialize)]
 pub struct Frame {
     pub frame: i32,
     pub status: Status,
     /// Why it was rendered again, or failed.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     pub wall_s: f64,
     /// Processor time of all threads while it rendered, also that of writing the frame before.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cpu_s: Option<f64>,
     pub samples: u64,
     /// Those of each pixel, where a limit of time has kept the frame from having all.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub samples_per_pixel: Option<u32>,
     pub segments: u64,
     pub shadow_rays: u64,
     /// The most that the process has had so far.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peak_memory_bytes: Option<u64>,
     pub files: Vec<String>,
     pub fingerprint: String,
 }
 
-#[derive(Clone, Copy, PartialEq, Serialize)]
+#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
     Rendering,

@@ -1,7 +1,6 @@
 //! From what was typed to a rendered sequence.
 
 use std::{
-    fs,
     io::{self, Write},
     path::Path,
     sync::Arc,
@@ -19,7 +18,6 @@ use batch_render::{
 use super::{
     args::{Args, Command, RenderArgs},
     choices::{DenoiseStep, ProgressKind},
-    create::cannot_create,
     denoise::Lines,
     events::{EventFormat, Events},
     failures::FramesFailed,
@@ -117,6 +115,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         tracing::debug!("{hash} {}", path.display());
     }
     if args.check || args.dry_run {
+        job.compare_files()?;
         pool.install(|| job.build(scene))?;
         report_valid(path, &job, quiet);
         return Ok(());
@@ -125,6 +124,8 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         let stale = pool.install(|| job.stale());
         return Ok(list_stale(&job.plan, &stale).map_err(Error::Stdout)?);
     }
+    // Before anything is begun that a refused job would leave behind.
+    job.check_files()?;
     let (cancel, counters) = (Arc::new(Cancel::default()), Arc::new(Counters::default()));
     let show = Arc::new(ShowRequest::default());
     signals::listen(Arc::clone(&cancel), Arc::clone(&show))?;
@@ -138,17 +139,14 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     };
     let files = StatsFiles {
         json: args.stats.clone(),
-        page: args.report.as_ref().map(|folder| folder.join("index.html")),
+        page: args.report.clone(),
     };
-    if let Some(folder) = &args.report {
-        fs::create_dir_all(folder).map_err(|source| cannot_create(source, folder))?;
-    }
     let is_wanted = files.json.is_some() || files.page.is_some();
     let stats = is_wanted.then(|| pool.install(|| Stats::new(files, &job, &counters)));
     let preview = args
         .preview
         .as_deref()
-        .map(|path| Preview::new(path, plan))
+        .map(|path| Preview::new(path, &job))
         .transpose()?;
     let format = match kind {
         ProgressKind::Json => Some(EventFormat::Json),
@@ -219,12 +217,13 @@ fn frames(n: usize) -> String {
     format!("{n} frame{}", if n == 1 { "" } else { "s" })
 }
 
-/// Prints the frames and the files of a dry run, a line each.
+/// Prints the frames of a dry run with their files, a line each, and the files beside them.
 fn list(plan: &Plan) -> io::Result<()> {
-    print_lines(plan.frames.iter().map(|frame| {
-        let files: Vec<_> = frame.files.iter().map(|f| display(&f.path)).collect();
+    let frames = plan.frames.iter().map(|frame| {
+        let files: Vec<_> = plan.files_of(frame).map(|path| display(&path)).collect();
         format!("{}\t{}", frame.number, files.join("\t"))
-    }))
+    });
+    print_lines(frames.chain(plan.files_beside().map(|path| format!("-\t{}", display(&path)))))
 }
 
 /// Prints the frames that are to be rendered again, with the file and the reason, a line each.

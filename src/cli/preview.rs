@@ -1,7 +1,7 @@
 //! The preview of a job (`--preview`): its frames as a small moving picture.
 //!
 //! Small pictures wait in a temporary file until the job ends, so that memory does not grow with the sequence. Frames that were
-//! there already are read from their PNG files.
+//! there already, also those of other parts of the job, are read from their PNG files.
 
 use std::{
     collections::BTreeMap,
@@ -14,9 +14,9 @@ use std::{
 };
 
 use batch_render::{
-    batch::{Observer, Plan, PlannedFrame},
+    batch::{InputHash, Job, Observer, Plan, PlannedFrame},
     error::Error,
-    output::{self, EncodeError, FrameImage},
+    output::{Contents, EncodeError, FrameImage, atomic, job_file::FolderGate},
 };
 use image::{RgbImage, imageops};
 
@@ -48,6 +48,7 @@ fn is_film(path: &Path) -> bool {
 pub struct Preview<'a> {
     path: &'a Path,
     plan: &'a Plan,
+    inputs: InputHash,
     spool: Mutex<Spool>,
 }
 
@@ -89,9 +90,11 @@ impl Spool {
 }
 
 impl<'a> Preview<'a> {
+    /// Starts the preview of a job whose scene is loaded.
+    ///
     /// # Errors
     /// A film is asked for and ffmpeg is not installed, or no temporary file can be made.
-    pub fn new(path: &'a Path, plan: &'a Plan) -> Result<Self, Error> {
+    pub fn new(path: &'a Path, job: &'a Job) -> Result<Self, Error> {
         let is_installed = || {
             let quiet = Command::new(FFMPEG)
                 .arg("-version")
@@ -112,7 +115,8 @@ impl<'a> Preview<'a> {
             tempfile::tempfile().map_err(|source| super::create::cannot_create(source, &std::env::temp_dir()))?;
         Ok(Self {
             path,
-            plan,
+            plan: &job.plan,
+            inputs: job.inputs(),
             spool: Mutex::new(Spool {
                 file,
                 size: None,
@@ -125,30 +129,36 @@ impl<'a> Preview<'a> {
     /// Writes the preview of the frames that there are. One that cannot be written is a warning: the frames are on disk.
     pub fn finish(self) {
         let mut spool = self.spool.into_inner().unwrap_or_else(PoisonError::into_inner);
-        for frame in &self.plan.frames {
+        // The last part to end finds the frames of all others.
+        let _gate = self
+            .plan
+            .is_chunk
+            .then(|| FolderGate::close(&atomic::folder_of(self.path)));
+        let frames = self.plan.all_frames();
+        for frame in frames {
             if !spool.places.contains_key(&frame.number)
+                && frame.stale(self.plan, self.inputs).is_none()
                 && let Some(picture) = finished_picture(frame)
             {
                 let put = spool.put(frame.number, picture);
                 spool.error = spool.error.take().or(put.err());
             }
         }
-        let numbers = self.plan.frames.iter().map(|frame| frame.number);
+        let numbers = frames.iter().map(|frame| frame.number);
         let numbers: Vec<i32> = numbers.filter(|number| spool.places.contains_key(number)).collect();
-        let missing = self.plan.frames.len() - numbers.len();
+        let missing = frames.len() - numbers.len();
         let (name, rate) = (self.path.display(), self.plan.picture.fps.unwrap_or(RATE));
         let Some(size) = spool.size else {
             return tracing::warn!("--preview: no frame has a picture, {name} is not written");
         };
         if missing > 0 {
-            tracing::warn!("--preview: {missing} frames are not in {name}: they failed, or have no PNG file");
+            tracing::warn!("--preview: {missing} frames are not in {name}: they are not on disk, or have no PNG file");
         }
         let frames = numbers.into_iter().map(|number| spool.get(number));
         let written = if is_film(self.path) {
             write_film(self.path, size, rate, frames)
         } else {
-            output::atomic::write(self.path, |out| write_picture(out, size, rate, frames))
-                .map_err(|error| error.to_string())
+            atomic::write(self.path, |out| write_picture(out, size, rate, frames)).map_err(|error| error.to_string())
         };
         if let Some(error) = written.err().or(spool.error.map(|error| error.to_string())) {
             tracing::warn!("--preview: {error}");
@@ -177,7 +187,8 @@ impl Observer for Preview<'_> {
 
 /// The picture of a frame whose PNG file is there.
 fn finished_picture(frame: &PlannedFrame) -> Option<RgbImage> {
-    let file = frame.files.iter().find(|file| file.format.name() == "png")?;
+    let mut files = frame.files.iter();
+    let file = files.find(|file| file.format.contents() == Contents::Picture)?;
     let picture = image::open(&file.path).ok()?.into_rgb8();
     let columns = MAX_COLUMNS.min(picture.width());
     let rows = (columns * picture.height()).div_ceil(picture.width().max(1)).max(1);

@@ -10,7 +10,7 @@ use base64::{Engine as _, engine::general_purpose::STANDARD};
 use batch_render::output::FrameImage;
 
 use super::{
-    figures::{Frame, Report, Status},
+    figures::{Album, Frame, Report, Status},
     replay::quoted,
     small_picture::small_picture,
     summary::{count, seconds},
@@ -18,9 +18,6 @@ use super::{
 
 /// The width of a thumbnail, in pixels.
 const THUMBNAIL: u32 = 192;
-
-/// The most thumbnails on a page, which would grow too large with all frames of a long sequence.
-pub const MAX_THUMBNAILS: usize = 300;
 
 /// The most bars of a chart; where there are more frames, a bar stands for several.
 const MAX_BARS: usize = 240;
@@ -47,7 +44,11 @@ pub fn thumbnail(image: &FrameImage<'_>) -> Option<String> {
 }
 
 /// The page. It is whole at any moment while frames finish.
-pub fn page(report: &Report, thumbnails: &BTreeMap<i32, String>) -> String {
+pub fn page(album: &Album) -> String {
+    let Album {
+        figures: report,
+        thumbnails,
+    } = album;
     let mut out = String::new();
     let done = |status| report.frames.iter().filter(|f| f.status == status).count();
     let [written, skipped, failed] = [Status::Written, Status::Skipped, Status::Failed].map(done);

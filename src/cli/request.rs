@@ -1,5 +1,7 @@
 //! The request that arguments make.
 
+use std::path::PathBuf;
+
 use batch_render::{
     accel::BuildOptions,
     batch::{Existing, FrameRange, OnFailure, Policy, Request},
@@ -8,7 +10,11 @@ use batch_render::{
     warnings::Warnings,
 };
 
-use super::{args::RenderArgs, memory};
+use super::{
+    args::RenderArgs,
+    memory,
+    stats::{ALBUM, PAGE},
+};
 
 /// The request that the arguments make.
 pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
@@ -75,6 +81,7 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         png_depth: args.png_depth.clone(),
         png_normals: args.png_normals.clone(),
         png_ids: args.png_ids.clone(),
+        files_of_caller: files_of_caller(args),
         overscan: args.overscan,
         accel: BuildOptions {
             simd,
@@ -92,4 +99,14 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         point_radius: args.point_radius,
         warnings: Warnings::default(),
     })
+}
+
+/// The files that the program writes beside those of the job.
+fn files_of_caller(args: &RenderArgs) -> Vec<PathBuf> {
+    let report = args
+        .report
+        .iter()
+        .flat_map(|folder| [PAGE, ALBUM].map(|name| folder.join(name)));
+    let files = args.stats.iter().chain(&args.preview).cloned();
+    files.chain(report).collect()
 }

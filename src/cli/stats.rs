@@ -2,24 +2,32 @@
 
 use std::{
     collections::BTreeMap,
+    fs,
     path::{Path, PathBuf},
     sync::{Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
 };
 
+use serde::de::DeserializeOwned;
+
 use super::{
-    figures::{Frame, Input, Report, Status},
+    figures::{Album, Frame, Input, Report, Status},
     memory,
-    report_page::{MAX_THUMBNAILS, page, thumbnail},
+    report_page::{page, thumbnail},
 };
 use batch_render::{
     batch::{Fingerprint, FrameFailure, InputHash, Job, Observer, Plan, Stale},
-    output::{self, FrameImage},
+    output::{FrameImage, OutputError, atomic, job_file::FolderGate},
     render::Counters,
+    warnings::WarningKind,
 };
 
 /// The file is written again after a frame, but no more often than this.
 const WRITE_EVERY: Duration = Duration::from_secs(1);
+
+/// The page of a report, and its figures in a form to which other jobs of the sequence add theirs.
+pub const PAGE: &str = "index.html";
+pub const ALBUM: &str = "figures.json";
 
 /// The work of the process so far.
 #[derive(Clone, Copy)]
@@ -31,9 +39,7 @@ struct Work {
 }
 
 struct State {
-    report: Report,
-    /// Small pictures of some frames, as addresses of images.
-    thumbnails: BTreeMap<i32, String>,
+    album: Album,
     /// The work before the frame that renders.
     before: Work,
     written: Instant,
@@ -42,7 +48,9 @@ struct State {
 /// The files that are kept.
 #[derive(Clone, Debug, Default)]
 pub struct StatsFiles {
+    /// The figures for programs.
     pub json: Option<PathBuf>,
+    /// The folder of the page for people.
     pub page: Option<PathBuf>,
 }
 
@@ -66,7 +74,7 @@ impl<'a> Stats<'a> {
         });
         let adaptive = plan.picture.settings.samples.adaptive;
         let report = Report {
-            version: env!("CARGO_PKG_VERSION"),
+            version: env!("CARGO_PKG_VERSION").into(),
             command: std::env::args_os()
                 .map(|word| word.to_string_lossy().into_owned())
                 .collect(),
@@ -76,7 +84,7 @@ impl<'a> Stats<'a> {
             min_samples: adaptive.map(|rule| rule.min),
             noise_threshold: adaptive.map(|rule| rule.threshold),
             threads: rayon::current_num_threads(),
-            total: plan.frames.len(),
+            total: plan.all_frames().len(),
             wall_s: 0.0,
             is_finished: false,
             inputs: inputs.collect(),
@@ -90,8 +98,10 @@ impl<'a> Stats<'a> {
             counters,
             start: Instant::now(),
             state: Mutex::new(State {
-                report,
-                thumbnails: BTreeMap::new(),
+                album: Album {
+                    figures: report,
+                    thumbnails: BTreeMap::new(),
+                },
                 before: Work::so_far(counters),
                 written: Instant::now(),
             }),
@@ -101,7 +111,7 @@ impl<'a> Stats<'a> {
     /// Writes the file for the last time.
     pub fn finish(self) {
         let mut state = self.lock();
-        state.report.is_finished = true;
+        state.album.figures.is_finished = true;
         self.write(&mut state);
     }
 
@@ -111,7 +121,7 @@ impl<'a> Stats<'a> {
 
     /// The entry of a frame, a new one where there is none.
     fn frame<'s>(&self, state: &'s mut State, number: i32) -> &'s mut Frame {
-        let frames = &mut state.report.frames;
+        let frames = &mut state.album.figures.frames;
         let at = frames.iter().rposition(|f| f.frame == number).unwrap_or_else(|| {
             let planned = self.plan.frames.iter().find(|f| f.number == number);
             let fingerprint = planned.map(|f| Fingerprint::of_frame(self.plan, self.inputs, f).file);
@@ -143,22 +153,54 @@ impl<'a> Stats<'a> {
     /// A file of figures that cannot be written is no reason to stop rendering.
     fn write(&self, state: &mut State) {
         state.written = Instant::now();
-        state.report.wall_s = self.start.elapsed().as_secs_f64();
-        state.report.warnings = self.plan.warnings.list();
-        let keep = |flag: &str, path: &Path, text: String| {
-            let written = output::atomic::write(path, |out| Ok(out.write_all(text.as_bytes())?));
-            if let Err(error) = written {
+        state.album.figures.wall_s = self.start.elapsed().as_secs_f64();
+        state.album.figures.warnings = self.plan.warnings.list();
+        let json = self.files.json.as_ref();
+        let json = json.map(|path| self.write_json(path, &state.album.figures));
+        let page = self.files.page.as_ref();
+        let page = page.map(|folder| self.write_page(folder, &state.album));
+        for (flag, written) in [("--stats", json), ("--report", page)] {
+            if let Some(Err(error)) = written {
                 tracing::warn!("{flag}: {error}");
             }
-        };
-        if let Some(path) = &self.files.json {
-            let text = serde_json::to_string_pretty(&state.report).expect("figures are plain data");
-            keep("--stats", path, text + "\n");
-        }
-        if let Some(path) = &self.files.page {
-            keep("--report", path, page(&state.report, &state.thumbnails));
         }
     }
+
+    fn write_json(&self, path: &Path, figures: &Report) -> Result<(), OutputError> {
+        let _gate = self.gate(&atomic::folder_of(path));
+        let mut figures = figures.clone();
+        self.others(path).into_iter().for_each(|others| figures.join(others));
+        let text = serde_json::to_string_pretty(&figures).expect("figures are plain data");
+        write_text(path, &(text + "\n"))
+    }
+
+    fn write_page(&self, folder: &Path, album: &Album) -> Result<(), OutputError> {
+        let _gate = self.gate(folder);
+        let (path, mut album) = (folder.join(ALBUM), album.clone());
+        self.others(&path).into_iter().for_each(|others| album.join(others));
+        let text = serde_json::to_string(&album).expect("figures are plain data");
+        write_text(&path, &(text + "\n"))?;
+        write_text(&folder.join(PAGE), &page(&album))
+    }
+
+    /// Keeps other jobs of the sequence from changing files between reading and writing, where this one joins theirs.
+    fn gate(&self, folder: &Path) -> Option<FolderGate> {
+        self.plan.is_chunk.then(|| FolderGate::close(folder))
+    }
+
+    /// The figures of other jobs of the sequence, where this job joins them.
+    fn others<T: DeserializeOwned>(&self, path: &Path) -> Option<T> {
+        let text = fs::read(path).ok().filter(|_| self.plan.is_chunk)?;
+        let read = serde_json::from_slice(&text);
+        let lost = |cause| format!("the figures of other jobs are lost, {cause}: {}", path.display());
+        let warnings = &self.plan.warnings;
+        read.map_err(|cause| warnings.add_live(WarningKind::LOST_FRAMES, path.display(), lost(cause)))
+            .ok()
+    }
+}
+
+fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
+    atomic::write(path, |out| Ok(out.write_all(text.as_bytes())?))
 }
 
 impl Work {
@@ -217,14 +259,15 @@ impl Observer for Stats<'_> {
     }
 
     fn frame_image(&self, number: i32, image: &FrameImage<'_>) {
-        let stride = self.plan.frames.len().div_ceil(MAX_THUMBNAILS);
-        let index = self.plan.frames.iter().position(|f| f.number == number);
+        let frames = self.plan.all_frames();
+        let stride = frames.len().div_ceil(Album::MAX_THUMBNAILS);
+        let index = frames.iter().position(|f| f.number == number);
         let is_shown = index.is_some_and(|i| i.is_multiple_of(stride.max(1)));
         if self.files.page.is_some()
             && is_shown
             && let Some(small) = thumbnail(image)
         {
-            self.lock().thumbnails.insert(number, small);
+            self.lock().album.thumbnails.insert(number, small);
         }
     }
 

@@ -16,9 +16,9 @@ use tempfile::NamedTempFile;
 
 use super::{EncodeError, OutputError};
 
-/// The prefix of temporary files.
+/// The prefix and the suffix of temporary files.
 pub const TEMPORARY_PREFIX: &str = ".batch-render-";
-const TEMPORARY_SUFFIX: &str = ".tmp";
+pub const TEMPORARY_SUFFIX: &str = ".tmp";
 
 const BUFFER: usize = 1 << 18;
 
@@ -99,7 +99,8 @@ fn plain(error: io::Error) -> io::Error {
     }
 }
 
-fn folder_of(path: &Path) -> PathBuf {
+/// The folder that `path` is in.
+pub fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(parent) if parent != Path::new("") => parent.to_owned(),
         _ => PathBuf::from("."),
@@ -107,7 +108,7 @@ fn folder_of(path: &Path) -> PathBuf {
 }
 
 /// Follows symbolic links at `path`, also to a file that does not exist yet.
-fn target_of(path: &Path) -> io::Result<PathBuf> {
+pub fn target_of(path: &Path) -> io::Result<PathBuf> {
     const MOST_LINKS: usize = 40;
     let mut target = path.to_owned();
     for _ in 0..MOST_LINKS {

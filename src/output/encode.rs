@@ -83,7 +83,7 @@ pub trait Format: Debug + Sync {
     /// The name of the format; also the extension of its files.
     fn name(&self) -> &'static str;
 
-    /// Whether files hold all layers with scene-linear light, or a picture for displays.
+    /// What the files hold.
     fn contents(&self) -> Contents;
 
     /// Writes `image` to `out`. The same image and encoding give the same bytes.
@@ -107,6 +107,8 @@ pub enum Contents {
     Data,
     /// Display values of the beauty.
     Picture,
+    /// One pass as numbers.
+    Pass,
 }
 
 /// Why encoding stopped.

@@ -6,12 +6,12 @@
 use std::{
     fs::{self, File, OpenOptions, TryLockError},
     io::{self, Write},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 use tempfile::NamedTempFile;
 
-use super::atomic::TEMPORARY_PREFIX;
+use super::atomic::{TEMPORARY_PREFIX, TEMPORARY_SUFFIX};
 
 const SUFFIX: &str = ".job.tmp";
 
@@ -21,17 +21,56 @@ pub struct JobFile {
     _file: NamedTempFile<File>,
 }
 
-/// A lock on the job files of a folder. It does nothing on systems that cannot lock folders.
+/// A lock on the files of a folder that several jobs change, their job files among them. It is the lock on a hidden file there,
+/// which works on network file systems too, and does nothing where no file can be made or locked.
 #[derive(Debug)]
 pub struct FolderGate {
-    _folder: Option<File>,
+    path: PathBuf,
+    file: Option<File>,
 }
 
 impl FolderGate {
     pub fn close(folder: &Path) -> Self {
-        let folder = File::open(folder).ok().filter(|file| file.lock().is_ok());
-        Self { _folder: folder }
+        let path = folder.join(format!("{TEMPORARY_PREFIX}gate{TEMPORARY_SUFFIX}"));
+        loop {
+            let file = open_gate(&path).filter(|file| file.lock().is_ok());
+            // The job that held it has removed it: others lock a new file.
+            if file.as_ref().is_none_or(|file| is_at(file, &path)) {
+                return Self { path, file };
+            }
+        }
     }
+}
+
+impl Drop for FolderGate {
+    fn drop(&mut self) {
+        if self.file.is_some() {
+            // A file that stays is a lock that nobody holds.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+fn open_gate(path: &Path) -> Option<File> {
+    // Opening anything but a file may wait for ever.
+    let is_free = fs::symlink_metadata(path).map_or(true, |found| found.is_file());
+    let mut options = OpenOptions::new();
+    options.write(true).create(true).truncate(false);
+    is_free.then(|| options.open(path).ok()).flatten()
+}
+
+/// Whether `path` is the name of this open file.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let identity = |found: fs::Metadata| (found.dev(), found.ino());
+    let own = file.metadata().map(identity);
+    own.is_ok_and(|own| fs::metadata(path).is_ok_and(|found| identity(found) == own))
+}
+
+#[cfg(not(unix))]
+fn is_at(_: &File, path: &Path) -> bool {
+    path.exists()
 }
 
 /// This process and its machine, as text.
@@ -78,4 +117,43 @@ pub fn of_others(folder: &Path) -> Vec<String> {
     living
         .filter_map(|entry| fs::read_to_string(entry.path()).ok())
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+
+    use super::*;
+
+    #[test]
+    fn one_job_at_a_time_passes_the_gate_and_leaves_nothing() {
+        let home = tempfile::tempdir().unwrap();
+        let count = home.path().join("count");
+        fs::write(&count, "0").unwrap();
+        thread::scope(|scope| {
+            for _ in 0..8 {
+                scope.spawn(|| {
+                    for _ in 0..50 {
+                        let _gate = FolderGate::close(home.path());
+                        let seen: u32 = fs::read_to_string(&count).unwrap().parse().unwrap();
+                        fs::write(&count, (seen + 1).to_string()).unwrap();
+                    }
+                });
+            }
+        });
+        assert_eq!(fs::read_to_string(&count).unwrap(), "400");
+        assert_eq!(fs::read_dir(home.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_gate_that_a_killed_job_has_left_and_a_folder_that_is_missing_keep_nobody_out() {
+        let home = tempfile::tempdir().unwrap();
+        let name = format!("{TEMPORARY_PREFIX}gate{TEMPORARY_SUFFIX}");
+        fs::write(home.path().join(&name), "").unwrap();
+        drop(FolderGate::close(home.path()));
+        assert_eq!(fs::read_dir(home.path()).unwrap().count(), 0);
+        drop(FolderGate::close(&home.path().join("missing")));
+        fs::create_dir(home.path().join(&name)).unwrap();
+        drop(FolderGate::close(home.path()));
+    }
 }

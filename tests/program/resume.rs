@@ -216,7 +216,10 @@ fn figures_tell_what_became_of_each_frame() {
     assert_eq!(fourth["fingerprint"].as_str().map(str::len), Some(32));
 
     folder.succeed(&[&JOB[..], &["--range=2-5", "--report", "page"]].concat());
-    assert_eq!(crate::common::names(&folder.path("page")), ["index.html"]);
+    assert_eq!(
+        crate::common::names(&folder.path("page")),
+        ["figures.json", "index.html"]
+    );
     let page = String::from_utf8(folder.read("page/index.html")).expect("UTF-8");
     assert!(
         page.contains("finished: 4 frames written, 0 skipped, 0 failed, of 4; "),

@@ -74,7 +74,7 @@ impl Format for DataPng {
     }
 
     fn contents(&self) -> Contents {
-        Contents::Picture
+        Contents::Pass
     }
 
     fn encode(&self, frame: &FrameImage, _: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError> {

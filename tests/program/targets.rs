@@ -1,0 +1,131 @@
+//! Files that a job writes are never files that it reads, nor each other, under whatever name.
+
+use std::fs;
+
+use crate::common::Folder;
+
+const SCENE: &str = "[render]\nwidth = 16\nheight = 12\nsamples = 2\n\
+    [camera]\nperspective = { eye = [0, 1, 5], target = [0, 0.5, 0] }\n\
+    [texture.t]\nimage = { file = \"tex.png\" }\n[material.m]\nmatte = { albedo = \"texture.t\" }\n\
+    [[object]]\nmaterial = \"m\"\nshape.sphere = { radius = 1 }\n[background]\ncolor = 1\n";
+
+/// A scene with a texture, and a folder that is a second name of the one that holds them.
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.write("s.toml", SCENE);
+    image::RgbImage::new(4, 4)
+        .save(folder.path("tex.png"))
+        .expect("written");
+    fs::create_dir(folder.path("sub")).expect("made");
+    folder
+}
+
+/// Demands that the program refuses these arguments, for this reason, and changes and makes nothing.
+fn refused(folder: &Folder, args: &[&str], reason: &str) {
+    let before: Vec<_> = ["s.toml", "tex.png"].map(|name| folder.read(name)).into();
+    let names = folder.names();
+    let message = folder.fail(2, args);
+    assert!(message.contains(reason), "{args:?}: {message}");
+    assert!(
+        before == ["s.toml", "tex.png"].map(|name| folder.read(name)),
+        "{args:?}"
+    );
+    assert_eq!(folder.names(), names, "{args:?}");
+}
+
+#[test]
+fn files_beside_the_pictures_replace_no_input_and_no_picture() {
+    let folder = folder();
+    let job = ["s.toml", "-o", "f.exr", "-o", "f.png", "--progress", "none"];
+    let reads = "is a file that the job reads";
+    let twice = "two outputs are one file";
+    for (flags, reason) in [
+        (&["--stats", "s.toml"][..], reads),
+        (&["--stats", "./sub/../tex.png"], reads),
+        (&["--preview", "tex.png"], reads),
+        (&["--stats", "f.png"], twice),
+        (&["--preview", "sub/../f.png"], twice),
+        (&["--stats", "film.png", "--preview", "./film.png"], twice),
+        (&["--stats", "page/index.html", "--report", "page"], twice),
+        (&["--stats", "transforms.json", "--metadata", "transforms"], twice),
+        (&["--stats", "f.exr.checkpoint", "--checkpoint", "5s"], twice),
+        (&["-o", "./f.exr"], ""),
+    ] {
+        refused(&folder, &[&job[..], flags].concat(), reason);
+    }
+    for flags in [["--check", "--stats=s.toml"], ["--dry-run", "--stats=s.toml"]] {
+        let message = folder.fail(2, &[&job[..], &flags].concat());
+        assert!(message.contains(reads), "{message}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn links_to_inputs_are_inputs() {
+    let folder = folder();
+    fs::create_dir(folder.path("page")).expect("made");
+    std::os::unix::fs::symlink("../tex.png", folder.path("page/index.html")).expect("linked");
+    std::os::unix::fs::symlink("sub", folder.path("same")).expect("linked");
+    let job = ["s.toml", "-o", "sub/f.png", "--progress", "none"];
+    refused(
+        &folder,
+        &[&job[..], &["--report", "page"]].concat(),
+        "is a file that the job reads",
+    );
+    refused(
+        &folder,
+        &[&job[..], &["--stats", "same/f.png"]].concat(),
+        "two outputs are one file",
+    );
+}
+
+#[test]
+fn figures_of_a_comparison_replace_no_input() {
+    let folder = folder();
+    for flags in [&["--json", "tex.png"][..], &["--picture", "--json", "./s.toml"]] {
+        let job = [&["bench", "s.toml", "--repetitions", "1"], flags].concat();
+        refused(&folder, &job, "is a file that the job reads");
+    }
+}
+
+#[test]
+fn denoised_frames_are_files_of_the_job() {
+    let folder = folder();
+    folder.write("s.toml", &SCENE.replace("tex.png", "tex.0001.exr"));
+    let plain = SCENE
+        .replace("\"texture.t\"", "0.5")
+        .replace("[texture.t]\nimage = { file = \"tex.png\" }\n", "");
+    folder.write("plain.toml", &plain);
+    let job = [
+        "plain.toml",
+        "--turntable",
+        "1",
+        "--aovs",
+        "denoise",
+        "--progress",
+        "none",
+    ];
+    folder.succeed(&[&job[..], &["-o", "tex.####.exr"]].concat());
+    let texture = folder.read("tex.0001.exr");
+    let job = ["s.toml", "--turntable", "1", "--denoise", "--progress", "none"];
+    let over = [&job[..], &["-o", "./tex.####.exr"]].concat();
+    refused(&folder, &over, "is a file that the job reads");
+    let listed = folder.succeed(&[&job[..], &["-o", "d/f.#.exr", "--metadata", "ids", "--dry-run"]].concat());
+    let paths =
+        ["d/noisy/f.1.exr", "d/f.1.exr", "d/ids.json"].map(|path| path.replace('/', std::path::MAIN_SEPARATOR_STR));
+    let expected = format!("1\t{}\t{}\n-\t{}\n", paths[0], paths[1], paths[2]);
+    assert!(listed.starts_with(&expected), "{listed}");
+    fs::create_dir(folder.path("d")).expect("made");
+    folder.write("d/f.1.exr", "keep");
+    let message = folder.fail(73, &[&job[..], &["-o", "d/f.#.exr", "--fail-existing"]].concat());
+    assert!(message.contains("exists already"), "{message}");
+    assert_eq!(folder.read("d/f.1.exr"), b"keep");
+    // A folder in the way is found before anything is rendered.
+    fs::create_dir_all(folder.path("e/f.1.exr")).expect("made");
+    folder.fail(73, &[&job[..], &["-o", "e/f.#.exr"]].concat());
+    assert!(!folder.path("e/noisy").exists());
+    // The sequence is not replaced by itself.
+    let own = ["denoise", "tex.####.exr", "-o", "./sub/../tex.####.exr"];
+    refused(&folder, &own, "is a file that the job reads");
+    assert!(folder.read("tex.0001.exr") == texture);
+}
