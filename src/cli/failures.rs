@@ -59,7 +59,7 @@ pub fn command_of_frame(frame: i32) -> Result<String, Error> {
 }
 
 fn command(typed: Replay, frame: i32) -> String {
-    let replay = typed.without(&["part", "part-base"]);
+    let replay = typed.without(&["part", "part-base", "preview"]);
     replay.with("range", frame.to_string()).shell_line()
 }
 
@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn the_command_of_a_frame_has_its_range_alone() {
-        let typed = "batch-render --frames p.csv -vr 1-100 --part=2/4 --samples 4";
+        let typed = "batch-render --frames p.csv -vr 1-100 --part=2/4 --samples 4 --preview film.png";
         let words = typed.split(' ').map(Into::into).chain(["it's here.toml".into()]);
         let replay = Replay::parse(words).expect("the command line is right");
         let words = shlex::split(&command(replay, -5)).expect("a command line");

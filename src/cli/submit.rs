@@ -19,6 +19,7 @@ use anyhow::{Context, bail};
 use batch_render::{
     batch::{FrameRange, Job},
     error::Error,
+    output::{Contents, FilePattern, atomic},
     simd::Isa,
 };
 
@@ -31,8 +32,8 @@ use super::{
 };
 use task::{Step, Task};
 
-/// Flags that are not passed on: those of `submit` itself, and those that each task gets with values of its own.
-const OWN: [&str; 10] = [
+/// Flags that are not passed on: those of `submit` itself, and those that a step gets with values of its own.
+const OWN: [&str; 11] = [
     "engine",
     "bundle",
     "chunk",
@@ -43,6 +44,7 @@ const OWN: [&str; 10] = [
     "denoise-step",
     "skip-existing",
     "overwrite",
+    "preview",
 ];
 
 /// Writes the bundle, and starts it if that is asked for.
@@ -54,13 +56,13 @@ pub fn run(args: &SubmitArgs, simd: Isa) -> anyhow::Result<()> {
         Engine::Openjd => vec![("template.yaml", openjd::template(&task))],
         Engine::Slurm => {
             let folder = utf8(bundle.as_os_str())?;
-            let script = |(step, own): &(Step, &[&str])| (slurm_name(*step), slurm::script(&task, own, folder));
-            task.steps().iter().map(script).collect()
+            let script = |step: &Step| (step.kind.script(), slurm::script(&task, step, folder));
+            task.steps.iter().map(script).collect()
         }
     };
     for (name, text) in files {
         let file = bundle.join(name);
-        fs::write(&file, text).map_err(|source| cannot_create(source, &file))?;
+        atomic::write(&file, |out| Ok(out.write_all(text.as_bytes())?)).map_err(Error::Output)?;
         say(&format!("wrote {}", file.display()));
     }
     if !args.run {
@@ -68,13 +70,13 @@ pub fn run(args: &SubmitArgs, simd: Isa) -> anyhow::Result<()> {
     }
     match args.engine {
         Engine::Openjd => {
-            let last = if task.denoises { "Denoise" } else { "Render" };
+            let last = task.steps.last().expect("a job renders").kind.name();
             let mut command = Command::new("openjd");
             command
                 .arg("run")
                 .arg(bundle.join("template.yaml"))
                 .args(["--step", last]);
-            if task.denoises {
+            if task.steps.len() > 1 {
                 command.arg("--run-dependencies");
             }
             succeed(&mut command)
@@ -83,23 +85,15 @@ pub fn run(args: &SubmitArgs, simd: Isa) -> anyhow::Result<()> {
     }
 }
 
-/// The name of the batch script of a step.
-fn slurm_name(step: Step) -> &'static str {
-    match step {
-        Step::Render => "frames.sbatch",
-        Step::Denoise => "denoise.sbatch",
-    }
-}
-
 /// Hands the steps to Slurm, each to begin when the one before has succeeded.
 fn run_slurm(task: &Task, bundle: &Path) -> anyhow::Result<()> {
     let mut before: Option<String> = None;
-    for (step, _) in task.steps() {
+    for step in &task.steps {
         let mut command = Command::new("sbatch");
         command.arg("--parsable");
         command.args(before.map(|id| format!("--dependency=afterok:{id}")));
         let output = command
-            .arg(bundle.join(slurm_name(*step)))
+            .arg(bundle.join(step.kind.script()))
             .stderr(Stdio::inherit())
             .output();
         let output = output.context("cannot start `sbatch`")?;
@@ -140,9 +134,20 @@ fn task(args: &SubmitArgs, simd: Isa) -> anyhow::Result<Task> {
         return Err(Error::Usage(message).into());
     }
     let job = Job::open(scene, &request(&args.render, simd)?)?;
+    let preview = args.render.preview.as_deref();
+    let is_picture = |pattern: &FilePattern| pattern.format().contents() == Contents::Picture;
+    let has_pictures = job.plan.files.picture.as_ref().is_some_and(is_picture);
+    if preview.is_some() && !has_pictures {
+        let message =
+            "--preview on a farm is made of the PNG files of all tasks: give -o with a name that ends in .png";
+        return Err(Error::Usage(message.to_owned()).into());
+    }
+    let preview = preview.map(|path| utf8(path.as_os_str())).transpose()?;
+    let steps = Step::list(args.render.denoise.is_some(), existing.overwrite, preview);
     let arguments = render_arguments(Replay::of_process()?)?;
     if let Some(word) = arguments
         .iter()
+        .chain(steps.iter().flat_map(|step| &step.own))
         .find(|word| args.engine == Engine::Openjd && word.contains("{{"))
     {
         return Err(Error::Usage(format!("OpenJD would read a parameter in `{word}`")).into());
@@ -154,8 +159,7 @@ fn task(args: &SubmitArgs, simd: Isa) -> anyhow::Result<Task> {
         folder: utf8(folder.as_os_str())?.to_owned(),
         program: utf8(program.as_os_str())?.to_owned(),
         arguments,
-        denoises: args.render.denoise.is_some(),
-        overwrites: args.render.existing.overwrite,
+        steps,
         frames: FrameRange::of(job.plan.frames.iter().map(|frame| frame.number.into())),
         chunk: args.chunk,
     })
@@ -178,7 +182,7 @@ mod tests {
 
     #[test]
     fn render_options_are_passed_on_and_the_farm_chooses_the_frames() {
-        let typed = "b submit --engine slurm --bundle=out --chunk 5 s.toml --frames p.csv -vr 1-9 --samples 4 --run --overwrite";
+        let typed = "b submit --engine slurm --bundle=out --chunk 5 s.toml --frames p.csv -vr 1-9 --samples 4 --run --overwrite --preview f.png";
         let replay = Replay::parse(typed.split(' ').map(Into::into)).expect("the command line is right");
         let mut kept = render_arguments(replay).expect("UTF-8");
         kept.sort();

@@ -114,3 +114,50 @@ fn a_range_among_bundled_flags_becomes_that_of_the_tasks() {
     assert_eq!(template.matches("--range=").count(), 1, "{template}");
     assert!(template.contains("default: \"1-5\""), "{template}");
 }
+
+/// Every task would overwrite the film of the others with its own frames.
+#[cfg(unix)]
+#[test]
+fn a_preview_is_made_by_a_step_after_all_tasks() {
+    let folder = prepared();
+    let job = [
+        "--resolution",
+        "16x12",
+        "--samples",
+        "2",
+        "-o",
+        "f.#.png",
+        "--preview",
+        "film.png",
+    ];
+    let job = [&OPTIONS[..3], &job].concat();
+    for engine in ["slurm", "openjd"] {
+        let submit = ["submit", "--engine", engine, "--bundle", "job", "--chunk", "2"];
+        folder.succeed(&[&submit[..], &job].concat());
+        let message = folder.fail(2, &[&submit[..], &OPTIONS, &job[9..]].concat());
+        assert!(message.contains("made of the PNG files of all tasks"), "{message}");
+    }
+    let template = String::from_utf8(folder.read("job/template.yaml")).expect("UTF-8");
+    assert_eq!(template.matches("film.png").count(), 1, "{template}");
+    let (tasks, last) = template.split_once("  - name: Preview\n").expect("a step");
+    assert!(
+        !tasks.contains("film.png") && last.starts_with("    dependencies:\n      - dependsOn: Render\n    script:")
+    );
+    assert!(
+        last.contains("--range={{Param.Frames}}") && last.contains("--preview=film.png"),
+        "{last}"
+    );
+    for (script, task) in [("frames", "1"), ("frames", "2"), ("frames", "3"), ("preview", "")] {
+        assert!(folder.names().iter().all(|name| name != "film.png"));
+        let status = std::process::Command::new("sh")
+            .arg(folder.path(&format!("job/{script}.sbatch")))
+            .env("SLURM_ARRAY_TASK_ID", task)
+            .current_dir(folder.path(""))
+            .stdout(std::process::Stdio::null())
+            .status();
+        assert!(status.expect("a shell").success());
+    }
+    let film = std::io::BufReader::new(std::fs::File::open(folder.path("film.png")).expect("it is there"));
+    let film = png::Decoder::new(film).read_info().expect("a PNG");
+    assert_eq!(film.info().animation_control.expect("it is animated").num_frames, 5);
+}

@@ -2,19 +2,11 @@
 //!
 //! Parameters whose defaults are absolute paths are strings: `openjd run` refuses such defaults of PATH parameters.
 
-use super::task::{Step, Task};
+use super::task::Task;
 
 /// The template, as YAML.
 pub fn template(task: &Task) -> String {
-    let existing = if task.overwrites {
-        "--overwrite"
-    } else {
-        "--skip-existing"
-    };
-    let steps = task
-        .steps()
-        .iter()
-        .map(|(kind, own)| step(task, *kind, &[own, &[existing][..]].concat()));
+    let steps: Vec<String> = (0..task.steps.len()).map(|index| step(task, index)).collect();
     format!(
         "specificationVersion: jobtemplate-2023-09\n\
          extensions: [TASK_CHUNKING]\n\
@@ -32,37 +24,47 @@ pub fn template(task: &Task) -> String {
         task.chunk,
         text(&task.program),
         text(&task.folder),
-        steps.collect::<String>(),
+        steps.concat(),
     )
 }
 
-/// A step, whose tasks get these arguments too.
-fn step(task: &Task, kind: Step, own: &[&str]) -> String {
+/// The step of this index.
+fn step(task: &Task, index: usize) -> String {
+    let step = &task.steps[index];
+    let (range, parameters) = if step.kind.is_whole() {
+        ("--range={{Param.Frames}}", "")
+    } else {
+        ("--range={{Task.Param.Frame}}", PARAMETERS)
+    };
     // `sh -c` goes to the folder where relative paths begin.
     let mut words: Vec<String> = ["-c", "cd -- \"$1\" && shift && exec \"$@\"", "sh"].map(text).to_vec();
     words.push(text("{{Param.Folder}}"));
     words.push(text("{{Param.Program}}"));
     words.extend(task.arguments.iter().map(|word| text(word)));
-    words.push(text("--range={{Task.Param.Frame}}"));
-    words.extend(own.iter().chain(&["--progress", "openjd"]).map(|word| text(word)));
+    words.push(text(range));
+    words.extend(step.own.iter().map(|word| text(word)));
+    words.extend(["--progress", "openjd"].map(text));
     let args: String = words.iter().map(|word| format!("            - {word}\n")).collect();
-    let (name, after) = match kind {
-        Step::Render => ("Render", ""),
-        Step::Denoise => ("Denoise", "    dependencies:\n      - dependsOn: Render\n"),
-    };
+    let before = index.checked_sub(1).map(|before| task.steps[before].kind.name());
+    let after = before.map(|name| format!("    dependencies:\n      - dependsOn: {name}\n"));
     format!(
-        "  - name: {name}\n{after}    \
-         parameterSpace:\n      \
-         taskParameterDefinitions:\n        \
-         - name: Frame\n          type: CHUNK[INT]\n          range: \"{{{{Param.Frames}}}}\"\n          \
-         chunks:\n            defaultTaskCount: \"{{{{Param.ChunkSize}}}}\"\n            \
-         targetRuntimeSeconds: \"{{{{Param.TargetSeconds}}}}\"\n            rangeConstraint: NONCONTIGUOUS\n    \
+        "  - name: {}\n{}{parameters}    \
          script:\n      \
          actions:\n        \
          onRun:\n          command: sh\n          args:\n{args}          \
          cancelation:\n            mode: NOTIFY_THEN_TERMINATE\n            notifyPeriodInSeconds: 30\n",
+        step.kind.name(),
+        after.unwrap_or_default(),
     )
 }
+
+/// The parameters of a step whose tasks have a chunk of the frames each.
+const PARAMETERS: &str = "    \
+    parameterSpace:\n      \
+    taskParameterDefinitions:\n        \
+    - name: Frame\n          type: CHUNK[INT]\n          range: \"{{Param.Frames}}\"\n          \
+    chunks:\n            defaultTaskCount: \"{{Param.ChunkSize}}\"\n            \
+    targetRuntimeSeconds: \"{{Param.TargetSeconds}}\"\n            rangeConstraint: NONCONTIGUOUS\n";
 
 /// A YAML string of this text, in which OpenJD may replace parameters.
 fn text(text: &str) -> String {

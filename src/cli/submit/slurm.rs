@@ -1,34 +1,36 @@
-//! A batch script of Slurm: an array job, each of whose tasks renders a part of the frames.
+//! A batch script of Slurm: an array job, each of whose tasks renders a part of the frames, or one task with all of them.
 
-use super::task::Task;
+use super::task::{Step, Task};
 use crate::cli::replay::quoted;
 
-/// The script of a step whose tasks get these arguments of their own; they write their logs into `bundle`.
-pub fn script(task: &Task, own: &[&str], bundle: &str) -> String {
+/// The script of a step, whose tasks write their logs into `bundle`.
+pub fn script(task: &Task, step: &Step, bundle: &str) -> String {
     let tasks = task.frames.len().div_ceil(task.chunk as usize).max(1);
-    let frames = &task.frames;
-    let arguments = task.arguments.iter().map(quoted);
-    let words: Vec<String> = arguments.chain(own.iter().map(|word| (*word).to_owned())).collect();
-    let existing = if task.overwrites {
-        "--overwrite"
+    let (array, log, part) = if step.kind.is_whole() {
+        (String::new(), "%j", String::new())
     } else {
-        "--skip-existing"
+        let part = format!(" --part \"$SLURM_ARRAY_TASK_ID/{tasks}\"");
+        (format!("#SBATCH --array=1-{tasks}\n"), "%A_%a", part)
     };
+    let words: Vec<String> = task.arguments.iter().map(quoted).collect();
+    let own: Vec<String> = step.own.iter().map(quoted).collect();
     format!(
         "#!/bin/sh\n\
          # One task of the array renders one part of the frames. A task that is killed or requeued goes on where it stopped.\n\
          #SBATCH --job-name={}\n\
-         #SBATCH --array=1-{tasks}\n\
+         {array}\
          #SBATCH --chdir={}\n\
          #SBATCH --output={}\n\
          #SBATCH --requeue\n\
          #SBATCH --open-mode=append\n\
-         exec {} {} --range={frames} --part \"$SLURM_ARRAY_TASK_ID/{tasks}\" {existing} --progress plain\n",
+         exec {} {} --range={}{part} {} --progress plain\n",
         option(&task.name),
         option(&task.folder),
-        option(&format!("{bundle}/%A_%a.log")),
+        option(&format!("{bundle}/{log}.log")),
         quoted(&task.program),
         words.join(" "),
+        task.frames,
+        own.join(" "),
     )
 }
 
@@ -54,12 +56,11 @@ mod tests {
             folder: "/a b".to_owned(),
             program: "/usr/bin/batch-render".to_owned(),
             arguments: vec!["my scene.toml".to_owned(), "-o".to_owned(), "f.####.exr".to_owned()],
-            denoises: false,
-            overwrites: false,
+            steps: Step::list(false, false, Some("a film.png")),
             frames: FrameRange::of(1..=25),
             chunk: 10,
         };
-        let script = script(&task, &[], "/bundle");
+        let [script, last] = [0, 1].map(|step| script(&task, &task.steps[step], "/bundle"));
         assert!(script.contains("#SBATCH --array=1-3\n"), "{script}");
         assert!(script.contains("#SBATCH --chdir=\"/a b\"\n"), "{script}");
         assert!(
@@ -67,6 +68,10 @@ mod tests {
                 "'my scene.toml' -o 'f.####.exr' --range=1-25 --part \"$SLURM_ARRAY_TASK_ID/3\" --skip-existing"
             ),
             "{script}"
+        );
+        assert!(
+            last.contains("--range=1-25 --preview='a film.png' --skip-existing") && !last.contains("array="),
+            "{last}"
         );
     }
 }

@@ -11,31 +11,73 @@ pub struct Task {
     pub program: String,
     /// Its arguments, without those that choose frames.
     pub arguments: Vec<String>,
-    /// Whether a second step denoises the frames.
-    pub denoises: bool,
-    /// Whether frames whose files are there are to be rendered again.
-    pub overwrites: bool,
+    /// The steps of the job, each of which begins when the one before has succeeded.
+    pub steps: Vec<Step>,
     /// The frames of the whole job.
     pub frames: FrameRange,
     pub chunk: u32,
 }
 
-/// A step of a job: the frames of the second need those of the first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
-    Render,
-    Denoise,
+/// A step of a job.
+#[derive(Clone, Debug)]
+pub struct Step {
+    pub kind: StepKind,
+    /// The arguments of its tasks beside those of all tasks.
+    pub own: Vec<String>,
 }
 
-impl Task {
-    /// The steps of the job, each with the arguments that it has of its own.
-    pub fn steps(&self) -> &'static [(Step, &'static [&'static str])] {
-        match self.denoises {
-            false => &[(Step::Render, &[])],
-            true => &[
-                (Step::Render, &["--denoise-step", "render"]),
-                (Step::Denoise, &["--denoise-step", "denoise"]),
-            ],
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StepKind {
+    Render,
+    Denoise,
+    Preview,
+}
+
+impl StepKind {
+    /// The name in a template.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Render => "Render",
+            Self::Denoise => "Denoise",
+            Self::Preview => "Preview",
         }
+    }
+
+    /// The name of the batch script.
+    pub fn script(self) -> &'static str {
+        match self {
+            Self::Render => "frames.sbatch",
+            Self::Denoise => "denoise.sbatch",
+            Self::Preview => "preview.sbatch",
+        }
+    }
+
+    /// Whether one task has all frames, in place of one task for each chunk.
+    pub fn is_whole(self) -> bool {
+        self == Self::Preview
+    }
+}
+
+impl Step {
+    fn new(kind: StepKind, own: &[&str]) -> Self {
+        Self {
+            kind,
+            own: own.iter().map(|&word| word.to_owned()).collect(),
+        }
+    }
+
+    /// The steps of a job that denoises its frames or not, renders finished frames again or not, and makes this preview.
+    pub fn list(denoises: bool, overwrites: bool, preview: Option<&str>) -> Vec<Self> {
+        const SKIP: &str = "--skip-existing";
+        let existing = if overwrites { "--overwrite" } else { SKIP };
+        let mut steps = match denoises {
+            false => vec![Self::new(StepKind::Render, &[existing])],
+            true => vec![
+                Self::new(StepKind::Render, &["--denoise-step=render", existing]),
+                Self::new(StepKind::Denoise, &["--denoise-step=denoise", existing]),
+            ],
+        };
+        steps.extend(preview.map(|path| Self::new(StepKind::Preview, &[&format!("--preview={path}"), SKIP])));
+        steps
     }
 }
