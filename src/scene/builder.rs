@@ -387,14 +387,9 @@ impl SceneBuilder {
         let shading = SceneShading::new(
             (self.material_names, self.materials),
             (self.textures, self.bitmaps),
-            self.light_groups,
+            (self.lights, self.light_groups),
             self.background,
         );
-        Ok(Scene::new(
-            self.origin,
-            Arc::new(geometry),
-            Arc::new(shading),
-            self.lights,
-        ))
+        Ok(Scene::new(self.origin, Arc::new(geometry), Arc::new(shading)))
     }
 }

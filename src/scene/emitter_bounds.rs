@@ -3,13 +3,13 @@
 use rayon::prelude::*;
 
 use super::{
-    Emitters, MeshRecord, Scene,
+    Emitters, MeshRecord, SceneGeometry, SceneShading,
     emitters::{corner_uvs, is_constant_emission, shape_point, texture_point, uniform_point},
 };
 use crate::{
-    geometry::PrimId,
+    geometry::{Geometry, PrimId},
     light::{LightBounds, OrientationCone, Sidedness, area},
-    material::Emission,
+    material::{Emission, Material},
     math::{Aabb, Rgb, Transform, Vec2, Vec3, exponential},
     shape::{Shape, triangle},
     texture::TexturePoint,
@@ -17,24 +17,23 @@ use crate::{
 
 impl Emitters {
     /// Returns the bounds of all emitters, in order.
-    pub fn bounds(&self, scene: &Scene) -> Vec<LightBounds> {
-        let mut all: Vec<LightBounds> = self.shapes.iter().map(|&i| scene.shape_bounds(i)).collect();
+    pub fn bounds(&self, scene: &SceneGeometry, shading: &SceneShading) -> Vec<LightBounds> {
+        let geometry = scene.accel.geometry();
+        let of_shape = |&i: &u32| shading.shape_bounds(geometry, i, shading.material(scene.shape_material(i)));
+        let mut all: Vec<LightBounds> = self.shapes.iter().map(of_shape).collect();
         for run in &self.mesh_emitters {
-            scene.mesh_bounds(&scene.geometry.meshes[run.mesh as usize], &mut all);
+            shading.mesh_bounds(geometry, &scene.meshes[run.mesh as usize], &mut all);
         }
         all
     }
 }
 
-impl Scene {
-    fn shape_bounds(&self, index: u32) -> LightBounds {
-        let geometry = self.geometry.accel.geometry();
+impl SceneShading {
+    /// Returns the bounds of a shape of this material.
+    fn shape_bounds(&self, geometry: &Geometry, index: u32, material: &Material) -> LightBounds {
         let placed = &geometry.shapes[index as usize];
         let transform = geometry.transform(placed);
-        let object = self.geometry.shape_objects[index as usize];
-        let emission = self
-            .material(self.geometry.objects[object.0 as usize].material)
-            .emission();
+        let emission = material.emission();
         let normal = placed.shape.flat_normal();
         let normal = normal.map(|n| transform.map_or(n, |t| t.normal_to_world(n).normalize()));
         let radiance = emission.map_or(0.0, |e| self.mean_radiance(&e, &placed.shape, transform));
@@ -76,12 +75,11 @@ impl Scene {
     }
 
     /// Adds the bounds of a mesh's triangles.
-    fn mesh_bounds(&self, mesh: &MeshRecord, all: &mut Vec<LightBounds>) {
-        let geometry = self.geometry.accel.geometry();
+    fn mesh_bounds(&self, geometry: &Geometry, mesh: &MeshRecord, all: &mut Vec<LightBounds>) {
         let Some(emission) = self.material(mesh.material).emission() else {
             return;
         };
-        let radiance_at = |triangle: u32| self.triangle_radiance(&emission, mesh, triangle);
+        let radiance_at = |triangle: u32| self.triangle_radiance(geometry, &emission, mesh, triangle);
         let first = all.len();
         all.par_extend(mesh.triangles.clone().into_par_iter().map(|i| {
             let corners = geometry.corners(i as usize);
@@ -121,12 +119,11 @@ impl Scene {
     }
 
     /// The mean radiance of a triangle over a few points, in W m^-2 sr^-1.
-    fn triangle_radiance(&self, emission: &Emission, mesh: &MeshRecord, index: u32) -> f32 {
+    fn triangle_radiance(&self, geometry: &Geometry, emission: &Emission, mesh: &MeshRecord, index: u32) -> f32 {
         const POINTS: [[f32; 2]; 4] = [[1.0 / 3.0, 1.0 / 3.0], [0.1, 0.1], [0.8, 0.1], [0.1, 0.8]];
         if is_constant_emission(emission) {
             return emission.radiance(&self.textures(), &uniform_point(), 1.0).mean();
         }
-        let geometry = self.geometry.accel.geometry();
         let corners = geometry.corners(index as usize);
         let vertices = geometry.triangles[index as usize];
         let uvs = corner_uvs(mesh, vertices);

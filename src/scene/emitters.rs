@@ -6,7 +6,7 @@
 //! A triangle must be a light at one place, so emitting meshes are baked into world space. Emitting instances (in scenes built
 //! in code) and unbounded emitters are not sampled: only BSDF sampling finds them.
 
-use super::{MeshRecord, Scene};
+use super::{MeshRecord, Scene, SceneGeometry, SceneShading};
 use crate::{
     geometry::{Geometry, Hit, PrimId},
     light::{AreaBlock, LightSample, area},
@@ -85,26 +85,20 @@ pub enum EmitterPrim<'a> {
 
 impl Emitters {
     /// Collects the emitters of a scene. Unbounded surfaces are left out.
-    pub fn collect(scene: &Scene) -> Self {
-        let geometry = scene.geometry.accel.geometry();
+    pub fn collect(scene: &SceneGeometry, shading: &SceneShading) -> Self {
+        let geometry = scene.accel.geometry();
+        let emits = |material: MaterialId| shading.material(material).emission().is_some_and(|e| !is_dark(&e));
         let shapes: Vec<u32> = (0..geometry.shapes.len() as u32)
-            .filter(|&i| {
-                let object = scene.geometry.shape_objects[i as usize];
-                let material = scene.geometry.objects[object.0 as usize].material;
-                scene.emits(material) && geometry.shapes[i as usize].shape.bounds().is_finite()
-            })
+            .filter(|&i| emits(scene.shape_material(i)) && geometry.shapes[i as usize].shape.bounds().is_finite())
             .collect();
-        let uniform = shapes.iter().map(|&i| {
-            let object = scene.geometry.shape_objects[i as usize];
-            UniformEmission::of(scene.material(scene.geometry.objects[object.0 as usize].material))
-        });
+        let uniform = shapes
+            .iter()
+            .map(|&i| UniformEmission::of(shading.material(scene.shape_material(i))));
         let uniform = uniform.collect();
         let mut count = shapes.len() as u32;
         let mut mesh_emitters = Vec::new();
         let is_instanced = |m: &MeshRecord| geometry.groups.iter().any(|g| g.triangles.contains(&m.triangles.start));
-        let shining = (0..)
-            .zip(&scene.geometry.meshes)
-            .filter(|(_, m)| scene.emits(m.material));
+        let shining = (0..).zip(&scene.meshes).filter(|(_, m)| emits(m.material));
         for (mesh, record) in shining.filter(|(_, m)| !is_instanced(m)) {
             let triangles = record.triangles.end - record.triangles.start;
             mesh_emitters.push(MeshEmitters {
@@ -152,10 +146,6 @@ impl Emitters {
 }
 
 impl Scene {
-    fn emits(&self, material: MaterialId) -> bool {
-        self.material(material).emission().is_some_and(|e| !is_dark(&e))
-    }
-
     /// Samples light from an emitter, see [`Scene::sample_light`].
     pub(super) fn sample_emitter(&self, emitter: EmitterId, from: Vec3, u: Vec2) -> Option<LightSample> {
         let geometry = self.geometry.accel.geometry();
@@ -167,8 +157,7 @@ impl Scene {
                 if let Some(emission) = &self.lights.emitters().uniform[emitter.0 as usize] {
                     return sample.light(from, emission.towards(sample.front_cos(from))?);
                 }
-                let object = self.geometry.shape_objects[index as usize];
-                let material = self.material(self.geometry.objects[object.0 as usize].material);
+                let material = self.material(self.geometry.shape_material(index));
                 let from_local = transform.map_or(from, |t| t.point_to_local(from));
                 let surface = area::surface_at(&placed.shape, from_local, p)?;
                 let at = TexturePoint {

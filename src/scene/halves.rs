@@ -1,14 +1,17 @@
 //! The two halves of a scene, which change at different times.
 
+use std::sync::Arc;
+
 use super::{
     Background, InstanceRecord, LightGroups, Media, MeshRecord, NodeName, Object, ObjectId,
     material_bsdfs::MaterialBsdfs,
 };
 use crate::{
     accel::Accelerator,
-    material::Material,
+    light::Light,
+    material::{Material, MaterialId},
     math::{Transform, Vec4},
-    texture::{Bitmap, Texture},
+    texture::{Bitmap, Texture, Textures},
 };
 
 /// The surfaces of a scene and what they are called. Motion changes it, see [`Scene::apply`](super::Scene::apply).
@@ -29,7 +32,14 @@ pub struct SceneGeometry {
     pub nodes: Vec<NodeName>,
 }
 
-/// The appearance of a scene: materials, their textures, and the background. New values and looks change it, see
+impl SceneGeometry {
+    /// The material of one of the geometry's shapes.
+    pub fn shape_material(&self, shape: u32) -> MaterialId {
+        self.objects[self.shape_objects[shape as usize].0 as usize].material
+    }
+}
+
+/// The appearance of a scene: materials, their textures, analytic lights, and the background. New values and looks change it, see
 /// [`Scene::with_shading`](super::Scene::with_shading).
 pub struct SceneShading {
     pub materials: Vec<Material>,
@@ -38,6 +48,8 @@ pub struct SceneShading {
     pub material_names: Vec<String>,
     pub textures: Vec<Texture>,
     pub bitmaps: Vec<Bitmap>,
+    /// The analytic lights, in the order of the scene file.
+    pub lights: Arc<[Light]>,
     pub light_groups: LightGroups,
     pub background: Background,
     /// Whether texture coordinates are computed for each material.
@@ -46,11 +58,11 @@ pub struct SceneShading {
 }
 
 impl SceneShading {
-    /// Makes the shading of these materials, each with its name.
+    /// Makes the shading of these materials, each with its name, and of these analytic lights with the groups of all lights.
     pub fn new(
         (material_names, materials): (Vec<String>, Vec<Material>),
         (textures, bitmaps): (Vec<Texture>, Vec<Bitmap>),
-        light_groups: LightGroups,
+        (lights, light_groups): (Vec<Light>, LightGroups),
         background: Background,
     ) -> Self {
         let mut shading = Self {
@@ -61,6 +73,7 @@ impl SceneShading {
             material_names,
             textures,
             bitmaps,
+            lights: lights.into(),
             light_groups,
             background,
         };
@@ -69,6 +82,20 @@ impl SceneShading {
         let varies = shading.materials.iter().map(|m| all || m.is_spatially_varying());
         shading.is_spatially_varying = varies.collect();
         shading
+    }
+
+    #[inline]
+    pub fn material(&self, id: MaterialId) -> &Material {
+        &self.materials[id.0 as usize]
+    }
+
+    /// The textures and bitmaps that materials refer to.
+    #[inline]
+    pub fn textures(&self) -> Textures<'_> {
+        Textures {
+            textures: &self.textures,
+            bitmaps: &self.bitmaps,
+        }
     }
 
     /// Whether a texture is filtered over the footprint of a ray, so that rays need cones.

@@ -7,9 +7,11 @@
 //! suns that can contribute are equally likely. Finite lights are selected by two light trees, one for point lights and
 //! one for surfaces; see [`crate::light::tree`].
 
-use super::{BackgroundRadiance, EmitterId, Emitters, LightId};
+use std::sync::Arc;
+
+use super::{EmitterId, Emitters, LightId, SceneGeometry, SceneShading};
 use crate::{
-    light::{Light, LightBounds, tree::LightTree},
+    light::{Light, tree::LightTree},
     math::{
         Dispatch, Rgb, Vec3,
         hash::{mix32, unit_f32},
@@ -55,9 +57,9 @@ pub enum LightSource<'a> {
 }
 
 /// All lights.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Lights {
-    all: Vec<Light>,
+    all: Arc<[Light]>,
     emitters: Emitters,
     background: Option<LightId>,
     /// The infinite lights, except the background.
@@ -76,8 +78,12 @@ pub struct Lights {
 }
 
 impl Lights {
-    /// Collects analytic lights, emitters with their bounds, and the background.
-    pub fn new(all: Vec<Light>, emitters: Emitters, bounds: Vec<LightBounds>, radiance: &BackgroundRadiance) -> Self {
+    /// Collects the analytic lights, the surfaces that emit, and the background.
+    pub fn new(geometry: &SceneGeometry, shading: &SceneShading) -> Self {
+        let all = Arc::clone(&shading.lights);
+        let emitters = Emitters::collect(geometry, shading);
+        let bounds = emitters.bounds(geometry, shading);
+        let radiance = &shading.background.radiance;
         let (mut points, mut point_bounds, mut infinite, mut suns) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (light, id) in all.iter().zip((0..).map(LightId)) {
             match light.bounds() {

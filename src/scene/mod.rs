@@ -11,7 +11,7 @@ use std::{
 use crate::{
     bsdf::Bsdf,
     geometry::{Hit, PrimId},
-    light::{Light, LightSample},
+    light::LightSample,
     material::{BatchKind, Material, MaterialId},
     math::{DVec3, Ray, Rgb, Transform, Vec2, Vec3, Vec4},
     texture::{TexturePoint, Textures},
@@ -124,17 +124,15 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Combines two halves and builds the lights: the analytic lights `own`, and an area light for each emitting surface.
-    fn new(origin: DVec3, geometry: Arc<SceneGeometry>, shading: Arc<SceneShading>, own: Vec<Light>) -> Self {
-        let mut scene = Self {
+    /// Combines two halves and builds the lights.
+    fn new(origin: DVec3, geometry: Arc<SceneGeometry>, shading: Arc<SceneShading>) -> Self {
+        Self {
             origin,
+            lights: Lights::new(&geometry, &shading),
             geometry,
             shading,
-            lights: Lights::default(),
             mattes: OnceLock::new(),
-        };
-        scene.rebuild_lights(own);
-        scene
+        }
     }
 
     /// Returns the scene with another shading. It shares the geometry, so no acceleration structure is built; the lights are
@@ -147,24 +145,13 @@ impl Scene {
         if found < expected {
             return Err(SceneUpdateError::TooFewMaterials { found, expected });
         }
-        let own = self.lights.all().to_vec();
-        Ok(Self::new(self.origin, Arc::clone(&self.geometry), shading, own))
-    }
-
-    /// Rebuilds the lights, with an area light for each emitting surface.
-    fn rebuild_lights(&mut self, own: Vec<Light>) {
-        let emitters = Emitters::collect(self);
-        let bounds = emitters.bounds(self);
-        self.lights = Lights::new(own, emitters, bounds, &self.shading.background.radiance);
+        Ok(Self::new(self.origin, Arc::clone(&self.geometry), shading))
     }
 
     /// The textures and bitmaps that materials refer to.
     #[inline]
     pub fn textures(&self) -> Textures<'_> {
-        Textures {
-            textures: &self.shading.textures,
-            bitmaps: &self.shading.bitmaps,
-        }
+        self.shading.textures()
     }
 
     /// Whether a texture is filtered over the footprint of a ray, so that rays need cones.
@@ -174,7 +161,7 @@ impl Scene {
 
     #[inline]
     pub fn material(&self, id: MaterialId) -> &Material {
-        &self.shading.materials[id.0 as usize]
+        self.shading.material(id)
     }
 
     /// The BSDF of a material at a point of a surface.
@@ -268,7 +255,7 @@ impl Scene {
     pub fn material_of(&self, hit: &Hit) -> MaterialId {
         let triangles = self.geometry.accel.geometry().triangles.len();
         match (hit.prim.index() as usize).checked_sub(triangles) {
-            Some(shape) => self.geometry.objects[self.geometry.shape_objects[shape].0 as usize].material,
+            Some(shape) => self.geometry.shape_material(shape as u32),
             None => {
                 let instead = self
                     .geometry

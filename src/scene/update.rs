@@ -10,7 +10,7 @@
 
 use std::{collections::HashMap, sync::Arc};
 
-use super::{ObjectFromGroup, ObjectId, Scene, builder::GroupId};
+use super::{Lights, ObjectFromGroup, ObjectId, Scene, builder::GroupId};
 use crate::{
     accel::UpdateReport,
     geometry::{BuildError, Edit, InstanceId},
@@ -86,7 +86,7 @@ impl Scene {
             geometry.meshes[pose.mesh.0 as usize].normals.clone_from(&pose.normals);
         }
         if self.lights.emitters().count() > 0 {
-            self.rebuild_lights(self.lights.all().to_vec());
+            self.lights = Lights::new(&self.geometry, &self.shading);
         }
         Ok(updated)
     }

@@ -92,8 +92,8 @@ shape.disk = { center = [-1, 2, 0], normal = [0, -1, 0], radius = 0.5 }
     ),
 ];
 
-/// The pixels' green at 16 samples.
-fn render(lights: &str, strategy: &str, seed: u32) -> Vec<f64> {
+/// A job of the stage with these lights.
+fn job(lights: &str, strategy: &str, seed: u32) -> Job {
     let text = format!(
         "[render]\nwidth = {SIDE}\nheight = {SIDE}\nsamples = 16\nseed = {seed}\n\
          integrator.path = {{ max_depth = 3, strategy = \"{strategy}\" }}\n{STAGE}{lights}"
@@ -104,7 +104,12 @@ fn render(lights: &str, strategy: &str, seed: u32) -> Vec<f64> {
         text: Arc::from(text),
     })
     .expect("a scene");
-    let job = Job::new(desc, &Request::default()).expect("a job");
+    Job::new(desc, &Request::default()).expect("a job")
+}
+
+/// The pixels' green at 16 samples.
+fn render(lights: &str, strategy: &str, seed: u32) -> Vec<f64> {
+    let job = job(lights, strategy, seed);
     let film = job.render_frame(&job.compile().expect("compiles"), 0).expect("a film");
     film.beauty().iter().map(|p| f64::from(p[1])).collect()
 }
@@ -149,5 +154,66 @@ fn every_strategy_renders_the_same_picture() {
             }
         }
         assert!(statistics(&mis, 0).0 > 0.01, "{name} is lit");
+    }
+}
+
+/// The same three objects: which of them shine depends on the materials.
+const OBJECTS: &str = r#"
+[[object]]
+material = "a"
+shape.sphere = { center = [-1.5, 1, 0.5], radius = 0.3 }
+[[object]]
+material = "b"
+shape.quad = { corners = [[-1, 2.5, -1], [1, 2.5, -1], [1, 2.5, 1], [-1, 2.5, 1]] }
+[[object]]
+material = "c"
+shape.disk = { center = [2, 1.2, 0], normal = [-1, -0.2, 0], radius = 0.5 }
+"#;
+
+/// Each with other analytic lights, emitters and another background.
+const SHADINGS: [&str; 3] = [
+    r#"
+[background]
+color = [0.1, 0.2, 0.3]
+[material]
+a.emitter = { radiance = [6, 5, 4] }
+b.matte = { albedo = 0.5 }
+c.matte = { albedo = 0.2 }
+[[light]]
+point = { position = [2, 2, 2], intensity = 4 }
+"#,
+    r#"
+[background]
+environment = { file = "scenes/assignment/stripes.bmp", intensity = 2 }
+[material]
+a.mirror = { reflectance = 0.9 }
+b.emitter = { radiance = [1, 2, 3], two_sided = true }
+c.emitter = { radiance = "texture.board", scale = 9 }
+[[light]]
+spot = { position = [-2, 3, 1], target = [0, 0, 0], cone_angle = 40, intensity = 8 }
+[[light]]
+sun = { direction = [-0.3, -1, -0.4], irradiance = 2, angle = 30 }
+"#,
+    r#"
+[background]
+color = [0.4, 0.4, 0.4]
+[material]
+a.matte = { albedo = 0.3 }
+b.matte = { albedo = 0.5 }
+c.matte = { albedo = 0.2 }
+"#,
+];
+
+#[test]
+fn a_scene_whose_shading_is_replaced_looks_like_one_compiled_with_that_shading() {
+    let jobs = SHADINGS.map(|shading| job(&format!("{shading}{OBJECTS}"), "mis", 3));
+    let compiled = jobs.each_ref().map(|job| job.compile().expect("compiles"));
+    for from in &compiled {
+        for (job, to) in jobs.iter().zip(&compiled) {
+            let replaced = from.with_shading(Arc::clone(&to.shading)).expect("as many materials");
+            assert_eq!(replaced.lights.count(), to.lights.count());
+            let [found, expected] = [&replaced, to].map(|scene| job.render_frame(scene, 0).expect("a film"));
+            assert!(found.beauty() == expected.beauty());
+        }
     }
 }

@@ -402,7 +402,7 @@ fn another_shading_builds_no_tree() {
     let bare = SceneShading::new(
         (vec![], vec![]),
         (vec![], vec![]),
-        groups,
+        (vec![], groups),
         scene.shading.background.clone(),
     );
     assert!(matches!(
