@@ -11,7 +11,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::{
-    camera::{Camera, FrameCamera, perspective::PinholeView},
+    camera::{FrameCamera, PinholeView},
     error::Error,
     kind::named,
 };
@@ -41,11 +41,7 @@ pub(super) fn check<'a>(sidecars: &[Sidecar], mut cameras: impl Iterator<Item = 
 
 /// The pinhole of a camera as its shutter opens.
 pub(super) fn pinhole(camera: &FrameCamera) -> Result<PinholeView, Error> {
-    match camera.camera(0.0) {
-        Camera::Perspective(camera) => Ok(camera.pinhole()),
-        _ => {
-            let message = "--metadata transforms: only perspective cameras have focal lengths";
-            Err(Error::Usage(message.to_owned()))
-        }
-    }
+    let message = "--metadata transforms: only perspective cameras have focal lengths";
+    let pinhole = camera.camera(0.0).pinhole();
+    pinhole.ok_or_else(|| Error::Usage(message.to_owned()))
 }

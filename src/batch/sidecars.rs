@@ -10,7 +10,7 @@ use super::{
     metadata::{Sidecar, pinhole},
 };
 use crate::{
-    camera::perspective::PinholeView,
+    camera::PinholeView,
     error::Error,
     film::Window,
     output::{OutputError, atomic, job_file::FolderGate},

@@ -15,12 +15,12 @@
 //! The image circle touches the shorter sides of the picture. Outside of the circle R, G, B and A are 0. There is no depth
 //! of field. A camera path may move this camera and set `fov`, below 180 there; other columns of a lens are errors.
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use serde::{Deserialize, Deserializer, de};
 
 use super::{
-    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, ViewMatrices, default_up, facts,
-    lens::FieldOfView, lerp, look_at, unit_ray,
+    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, ViewMatrices, default_up, lens::FieldOfView,
+    look_at, station::Station,
 };
 use crate::{
     math::{Ray, RayCone, Vec2},
@@ -96,8 +96,7 @@ impl LensKind for FisheyeLens {
     fn camera(&self, pose: &Pose, film: FilmSize) -> Fisheye {
         let size = DVec2::from(film.map(|n| f64::from(n.max(1))));
         Fisheye {
-            eye: pose.eye(),
-            axes: pose.world_from_camera().matrix3,
+            station: Station::new(pose),
             center: 0.5 * size,
             radius: 0.5 * size.min_element(),
             half_fov: 0.5 * self.fov.to_radians(),
@@ -108,9 +107,7 @@ impl LensKind for FisheyeLens {
 /// A fisheye before its film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fisheye {
-    eye: DVec3,
-    /// From camera to world.
-    axes: DMat3,
+    station: Station,
     /// The centre of the image circle, in pixels.
     center: DVec2,
     radius: f64,
@@ -132,11 +129,11 @@ impl CameraKind for Fisheye {
             offset
         };
         let d = DVec3::new(across.x, -across.y, -cos);
-        Some(unit_ray(self.eye, self.axes * d))
+        Some(self.station.ray(d))
     }
 
     fn project(&self, p: DVec3) -> Option<DVec3> {
-        let local = self.axes.transpose() * (p - self.eye);
+        let local = self.station.local(p);
         let across = DVec2::new(local.x, -local.y);
         let angle = libm::atan2(across.length(), -local.z);
         let film = self.center + across.normalize_or_zero() * (self.radius * angle / self.half_fov);
@@ -145,15 +142,7 @@ impl CameraKind for Fisheye {
     }
 
     fn matrices(&self, _film: FilmSize) -> ViewMatrices {
-        let DMat3 { x_axis, y_axis, z_axis } = self.axes;
-        ViewMatrices {
-            camera_from_world: facts::camera_from_world(self.eye, [x_axis, y_axis, -z_axis]),
-            ndc_from_world: None,
-        }
-    }
-
-    fn has_lens(&self) -> bool {
-        false
+        self.station.matrices()
     }
 
     fn fills_film(&self) -> bool {
@@ -169,15 +158,14 @@ impl CameraKind for Fisheye {
 
     fn moved(&self, by: DVec3) -> Self {
         Self {
-            eye: self.eye + by,
+            station: self.station.moved(by),
             ..*self
         }
     }
 
     fn between(&self, to: &Self, u: f64) -> Self {
         Self {
-            eye: lerp(self.eye, to.eye, u),
-            axes: self.axes + (to.axes - self.axes) * u,
+            station: self.station.between(&to.station, u),
             half_fov: self.half_fov + (to.half_fov - self.half_fov) * u,
             ..*self
         }

@@ -25,10 +25,12 @@ pub mod panorama;
 pub mod path;
 pub mod perspective;
 pub mod pose;
+mod station;
 
 pub use facts::{DepthOfField, LensFacts, ViewMatrices};
 pub use frame_camera::{FrameCamera, Neighbours};
 pub use lens::LensOverrides;
+pub use perspective::PinholeView;
 pub use pose::{LookAt, Pose, PoseError, RotationOrder};
 
 /// A film's width and height, in pixels, both at least 1. Pixels are square.
@@ -52,10 +54,14 @@ pub trait CameraKind {
     }
 
     /// Whether [`CameraKind::ray`] reads `lens`.
-    fn has_lens(&self) -> bool;
+    fn has_lens(&self) -> bool {
+        false
+    }
 
     /// Whether every point of the picture has a ray.
-    fn fills_film(&self) -> bool;
+    fn fills_film(&self) -> bool {
+        true
+    }
 
     /// The ray cone of a pixel in the middle of the picture.
     fn pixel_cone(&self) -> RayCone;
@@ -80,6 +86,11 @@ pub trait CameraKind {
 
     /// The lens; `None` for cameras that have none.
     fn lens_facts(&self) -> Option<LensFacts> {
+        None
+    }
+
+    /// The view as that of a pinhole; `None` for cameras that have no focal length.
+    fn pinhole(&self) -> Option<PinholeView> {
         None
     }
 
@@ -181,6 +192,8 @@ macro_rules! cameras {
             fn matrices(&self, film: FilmSize) -> ViewMatrices;
             /// See [`CameraKind::lens_facts`].
             fn lens_facts(&self) -> Option<LensFacts>;
+            /// See [`CameraKind::pinhole`].
+            fn pinhole(&self) -> Option<PinholeView>;
             /// See [`CameraKind::period`].
             fn period(&self) -> Option<f64>;
         }

@@ -147,14 +147,6 @@ impl CameraKind for Orthographic {
         Some(unit_ray(o, self.forward))
     }
 
-    fn has_lens(&self) -> bool {
-        false
-    }
-
-    fn fills_film(&self) -> bool {
-        true
-    }
-
     fn pixel_cone(&self) -> RayCone {
         RayCone {
             width: self.right.length() as f32,

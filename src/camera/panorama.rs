@@ -17,12 +17,12 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use serde::Deserialize;
 
 use super::{
-    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, ViewMatrices, default_up, facts, lerp, look_at,
-    unit_ray,
+    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, ViewMatrices, default_up, look_at,
+    station::Station,
 };
 use crate::{
     math::{Ray, RayCone, Vec2},
@@ -71,8 +71,7 @@ impl LensKind for PanoramaLens {
     fn camera(&self, pose: &Pose, film: FilmSize) -> Panorama {
         let [width, height] = film.map(|n| f64::from(n.max(1)));
         Panorama {
-            eye: pose.eye(),
-            axes: pose.world_from_camera().matrix3,
+            station: Station::new(pose),
             pixel: [TAU / width, PI / height],
         }
     }
@@ -81,9 +80,7 @@ impl LensKind for PanoramaLens {
 /// A panorama before its film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Panorama {
-    eye: DVec3,
-    /// From camera to world.
-    axes: DMat3,
+    station: Station,
     /// Longitude and latitude of a pixel, in radians.
     pixel: [f64; 2],
 }
@@ -94,11 +91,11 @@ impl CameraKind for Panorama {
         let (sin_lon, cos_lon) = libm::sincos(self.pixel[0] * f64::from(film.x) - PI);
         let (sin_lat, cos_lat) = libm::sincos(0.5 * PI - self.pixel[1] * f64::from(film.y));
         let d = DVec3::new(cos_lat * sin_lon, sin_lat, -cos_lat * cos_lon);
-        Some(unit_ray(self.eye, self.axes * d))
+        Some(self.station.ray(d))
     }
 
     fn project(&self, p: DVec3) -> Option<DVec3> {
-        let local = self.axes.transpose() * (p - self.eye);
+        let local = self.station.local(p);
         let distance = local.length();
         let longitude = libm::atan2(local.x, -local.z);
         let latitude = libm::asin((local.y / distance).clamp(-1.0, 1.0));
@@ -111,19 +108,7 @@ impl CameraKind for Panorama {
     }
 
     fn matrices(&self, _film: FilmSize) -> ViewMatrices {
-        let DMat3 { x_axis, y_axis, z_axis } = self.axes;
-        ViewMatrices {
-            camera_from_world: facts::camera_from_world(self.eye, [x_axis, y_axis, -z_axis]),
-            ndc_from_world: None,
-        }
-    }
-
-    fn has_lens(&self) -> bool {
-        false
-    }
-
-    fn fills_film(&self) -> bool {
-        true
+        self.station.matrices()
     }
 
     fn pixel_cone(&self) -> RayCone {
@@ -135,15 +120,14 @@ impl CameraKind for Panorama {
 
     fn moved(&self, by: DVec3) -> Self {
         Self {
-            eye: self.eye + by,
+            station: self.station.moved(by),
             ..*self
         }
     }
 
     fn between(&self, to: &Self, u: f64) -> Self {
         Self {
-            eye: lerp(self.eye, to.eye, u),
-            axes: self.axes + (to.axes - self.axes) * u,
+            station: self.station.between(&to.station, u),
             pixel: self.pixel,
         }
     }

@@ -421,11 +421,15 @@ impl CameraKind for Perspective {
     }
 
     fn matrices(&self, film: FilmSize) -> ViewMatrices {
-        self.pinhole().matrices(film)
+        self.view().matrices(film)
     }
 
     fn lens_facts(&self) -> Option<LensFacts> {
         Some(self.facts())
+    }
+
+    fn pinhole(&self) -> Option<PinholeView> {
+        Some(self.view())
     }
 
     #[inline(always)]
@@ -454,10 +458,6 @@ impl CameraKind for Perspective {
 
     fn has_lens(&self) -> bool {
         self.lens_radius > 0.0
-    }
-
-    fn fills_film(&self) -> bool {
-        true
     }
 
     fn pixel_cone(&self) -> RayCone {

@@ -20,7 +20,7 @@ pub struct PinholeView {
 
 impl Perspective {
     /// The camera seen through the middle of its lens.
-    pub fn pinhole(&self) -> PinholeView {
+    pub(super) fn view(&self) -> PinholeView {
         let [right, up] = self.lens_axes;
         let place = |axis: DVec3| -self.corner.dot(axis) / axis.length_squared();
         PinholeView {

@@ -1,0 +1,55 @@
+//! The place and the axes of a camera whose rays leave its eye in all directions.
+
+use glam::{DMat3, DVec3};
+
+use super::{Pose, ViewMatrices, facts, lerp, unit_ray};
+use crate::math::Ray;
+
+/// Where a camera stands and how it is turned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Station {
+    eye: DVec3,
+    /// From camera to world.
+    axes: DMat3,
+}
+
+impl Station {
+    pub fn new(pose: &Pose) -> Self {
+        Self {
+            eye: pose.eye(),
+            axes: pose.world_from_camera().matrix3,
+        }
+    }
+
+    /// The ray in the direction `d` of the camera's space.
+    pub fn ray(&self, d: DVec3) -> Ray {
+        unit_ray(self.eye, self.axes * d)
+    }
+
+    /// A point of the world in the camera's space.
+    pub fn local(&self, p: DVec3) -> DVec3 {
+        self.axes.transpose() * (p - self.eye)
+    }
+
+    pub fn matrices(&self) -> ViewMatrices {
+        let DMat3 { x_axis, y_axis, z_axis } = self.axes;
+        ViewMatrices {
+            camera_from_world: facts::camera_from_world(self.eye, [x_axis, y_axis, -z_axis]),
+            ndc_from_world: None,
+        }
+    }
+
+    pub fn moved(&self, by: DVec3) -> Self {
+        Self {
+            eye: self.eye + by,
+            ..*self
+        }
+    }
+
+    pub fn between(&self, to: &Self, u: f64) -> Self {
+        Self {
+            eye: lerp(self.eye, to.eye, u),
+            axes: self.axes + (to.axes - self.axes) * u,
+        }
+    }
+}
