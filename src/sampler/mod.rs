@@ -266,10 +266,7 @@ impl Sampler {
 
     /// The name of the sampler in scene files.
     pub fn name(&self) -> &'static str {
-        match self {
-            Self::Sobol(_) => SamplerDesc::NAMES[0],
-            Self::Independent(_) => SamplerDesc::NAMES[1],
-        }
+        SamplerDesc::NAMES[self.kind()]
     }
 }
 

@@ -71,8 +71,26 @@ impl BackgroundRadiance {
         }
     }
 
+    /// Samples its light by two uniform numbers in `[0, 1)`; `None` where it is not sampled.
+    #[inline]
+    pub fn sample(&self, on: impl Dispatch, u: Vec2) -> Option<LightSample> {
+        match self {
+            Self::Color(_) => None,
+            Self::Environment(environment) => environment.sample(on, u),
+        }
+    }
+
+    /// The density of [`Self::sample`] to choose the unit direction `w`, in sr^-1.
+    #[inline]
+    pub fn pdf(&self, w: Vec3) -> f32 {
+        match self {
+            Self::Color(_) => 0.0,
+            Self::Environment(environment) => environment.pdf(w),
+        }
+    }
+
     /// Calls `to` with the index of each of these pairs of uniform numbers and the light sample for it.
-    pub fn sample(&self, on: impl Dispatch, numbers: &[Vec2], to: impl FnMut(usize, Option<LightSample>)) {
+    pub fn sample_all(&self, on: impl Dispatch, numbers: &[Vec2], to: impl FnMut(usize, Option<LightSample>)) {
         if let Self::Environment(environment) = self {
             environment.sample_all(on, numbers, to);
         }

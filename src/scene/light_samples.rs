@@ -129,7 +129,7 @@ impl Scene {
             return;
         };
         let blocks = to.families[LightFamily::Background as usize].start(numbers.len());
-        self.shading.background.radiance.sample(on, numbers, |k, sample| {
+        self.shading.background.radiance.sample_all(on, numbers, |k, sample| {
             let chosen = SampledLight { light, pmf: 1.0 };
             blocks[k / LightBlock::LEN].set(k % LightBlock::LEN, sample.map(|sample| (chosen, sample)));
         });

@@ -195,10 +195,7 @@ impl Scene {
         match self.lights.source(light) {
             LightSource::Analytic(own) => own.sample(from, u),
             LightSource::Emitter(emitter) => self.sample_emitter(emitter, from, u),
-            LightSource::Background => match &self.shading.background.radiance {
-                BackgroundRadiance::Environment(environment) => environment.sample(self.geometry.accel.simd(), u),
-                BackgroundRadiance::Color(_) => None,
-            },
+            LightSource::Background => self.shading.background.radiance.sample(self.geometry.accel.simd(), u),
         }
     }
 
@@ -206,12 +203,8 @@ impl Scene {
     /// the background. 0 if the background is not sampled.
     #[inline]
     pub fn pdf_background(&self, at: &LightSampleContext, w: Vec3) -> f32 {
-        match (&self.shading.background.radiance, self.lights.background()) {
-            (BackgroundRadiance::Environment(environment), Some(light)) => {
-                environment.pdf(w) * self.lights.pmf(at, light)
-            }
-            _ => 0.0,
-        }
+        let of_light = |light| self.shading.background.radiance.pdf(w) * self.lights.pmf(at, light);
+        self.lights.background().map_or(0.0, of_light)
     }
 
     /// The suns whose disk contains the unit direction `w`, each with its radiance, in W m^-2 sr^-1, and the density with

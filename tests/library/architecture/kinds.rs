@@ -2,8 +2,8 @@
 
 use super::{code, files};
 
-/// The tables: their files, the macros that read them, and the enums that they declare.
-const TABLES: [(&str, &str, &[&str]); 7] = [
+/// The tables: their files, the macros that read them or the enums that they are, and the names of the enums.
+const TABLES: [(&str, &str, &[&str]); 11] = [
     ("src/shape/mod.rs", "kinds! {", &["Shape", "ShapeDesc"]),
     ("src/texture/mod.rs", "kinds! {", &["Pattern", "PatternDesc"]),
     ("src/material/mod.rs", "kinds! {", &["Material", "MaterialDesc"]),
@@ -11,10 +11,22 @@ const TABLES: [(&str, &str, &[&str]); 7] = [
     ("src/camera/mod.rs", "\ncameras! {", &["Camera", "CameraDesc", "Lens"]),
     ("src/integrator/mod.rs", "kinds! {", &["BuiltIn", "IntegratorDesc"]),
     ("src/bsdf/mod.rs", "\nbsdfs! {", &["Bsdf"]),
+    ("src/sampler/mod.rs", "kinds! {", &["Sampler", "SamplerDesc"]),
+    ("src/filter.rs", "\npub enum FilterDesc {", &["FilterDesc"]),
+    (
+        "src/texture/mapping.rs",
+        "\npub enum Mapping {",
+        &["Mapping", "MappingDesc"],
+    ),
+    (
+        "src/scene/background.rs",
+        "\npub enum BackgroundRadiance {",
+        &["BackgroundRadiance"],
+    ),
 ];
 
 /// Files that may name kinds of an enum, and why.
-const EXCEPTIONS: [(&str, &str, &str); 10] = [
+const EXCEPTIONS: [(&str, &str, &str); 11] = [
     ("src/material/", "Bsdf", "a material chooses the BSDF of its surfaces"),
     (
         "src/compile/default_scene.rs",
@@ -48,9 +60,14 @@ const EXCEPTIONS: [(&str, &str, &str); 10] = [
     ),
     ("src/compile/points.rs", "Shape", "points of models are small spheres"),
     (
-        "src/batch/metadata.rs",
-        "Camera",
-        "transforms.json holds perspective cameras alone",
+        "src/compile/materials.rs",
+        "Mapping",
+        "meshes of models have one or two sets of texture coordinates",
+    ),
+    (
+        "src/compile/background.rs",
+        "BackgroundRadiance",
+        "a scene file names a colour or an environment",
     ),
     (
         "src/batch/plan.rs",
@@ -90,7 +107,7 @@ fn kinds_are_named_by_their_own_files_and_tables_alone() {
         let text = &files[table];
         let (_, body) = text.split_once(start).expect("a table");
         let rows = rows(body);
-        assert!(rows.len() > 2, "{table} has {} rows", rows.len());
+        assert!(rows.len() > 1, "{table} has {} rows", rows.len());
         for (file, text) in &files {
             if file == table || file.contains("/tests") || file.contains("/battery/") {
                 continue;
