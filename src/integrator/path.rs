@@ -29,8 +29,6 @@
 //! Shadow Terminator", Ray Tracing Gems II, 2021, and Keller et al., "The Iray Light Transport Simulation and Rendering System",
 //! 2017.
 
-use std::borrow::Cow;
-
 use serde::Deserialize;
 
 use super::{
@@ -45,7 +43,7 @@ use super::{
     scatter::Scatter,
 };
 use crate::{
-    bsdf::{BsdfKind, HeroChannel},
+    bsdf::BsdfKind,
     geometry::Hit,
     light::environment::EnvironmentLight,
     material::Emission,
@@ -179,18 +177,14 @@ impl PathTracer {
             let path = diffuse.path(albedo, surface.viewed_normal());
             return self.reflect(context, diffuse.lights(albedo), path, out);
         }
-        let mut bsdf = scene.bsdf(surface.material, &surface.texture);
-        if bsdf.disperses() {
-            // The number that selects the lobe also selects the channel.
-            let choice = context.numbers.get_2d(Dimension::at(path.depth, SampleUse::Selection));
-            let hero = HeroChannel::choose(path.throughput, choice.y);
-            if let Some(followed) = hero.and_then(|hero| bsdf.for_channel(hero)) {
-                bsdf = Cow::Owned(followed);
-            }
-        }
-        if let Some(ior) = scene.ior_outside(path.last.media, surface.material) {
-            bsdf = Cow::Owned(bsdf.into_owned().immersed(ior));
-        }
+        // The number that selects the lobe also selects the channel.
+        let choice = || {
+            context
+                .numbers
+                .get_2d(Dimension::at(path.depth, SampleUse::Selection))
+                .y
+        };
+        let bsdf = scene.bsdf_for_path(surface, path.last.media, path.throughput, choice);
         bsdf.dispatch(Scatter {
             limits: &self.limits,
             strategy: self.strategy,

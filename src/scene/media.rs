@@ -7,9 +7,11 @@
 //! Source: Schmidt and Budge, "Simple Nested Dielectrics in Ray Traced Images", Journal of Graphics Tools 7(2), 2002,
 //! doi:10.1080/10867651.2002.10487555.
 
-use super::{Scene, shading_frame::shading_frame};
+use std::borrow::Cow;
+
+use super::{Scene, SurfaceInteraction, shading_frame::shading_frame};
 use crate::{
-    bsdf::{BsdfKind, is_equal_ior},
+    bsdf::{Bsdf, BsdfKind, HeroChannel, is_equal_ior},
     geometry::Hit,
     material::{Material, MaterialId, Medium},
     math::{Ray, Rgb, Vec3, exponential},
@@ -146,6 +148,29 @@ impl Scene {
         }
         let outside = stack.left(self.shading.media.of_material(material)?);
         (!outside.is_empty()).then(|| self.ior_of(outside))
+    }
+
+    /// The BSDF of a surface for a path in `stack`: in the medium that surrounds it, and for one channel if it disperses.
+    /// The channel is chosen by the path's `throughput` and the uniform number `uc` in `[0, 1)`.
+    #[inline(always)]
+    pub fn bsdf_for_path(
+        &self,
+        surface: &SurfaceInteraction,
+        stack: MediumStack,
+        throughput: Rgb,
+        uc: impl FnOnce() -> f32,
+    ) -> Cow<'_, Bsdf> {
+        let mut bsdf = self.bsdf(surface.material, &surface.texture);
+        if bsdf.disperses() {
+            let hero = HeroChannel::choose(throughput, uc());
+            if let Some(followed) = hero.and_then(|hero| bsdf.for_channel(hero)) {
+                bsdf = Cow::Owned(followed);
+            }
+        }
+        if let Some(ior) = self.ior_outside(stack, surface.material) {
+            bsdf = Cow::Owned(bsdf.into_owned().immersed(ior));
+        }
+        bsdf
     }
 
     /// The media behind a surface of `material` that is crossed inwards or outwards.
