@@ -197,6 +197,10 @@ macro_rules! bsdfs {
         pub enum Bsdf { $( $(#[$doc])* $Variant($Kind), )* }
 
         impl Bsdf {
+            /// The names of all kinds.
+            #[cfg(test)]
+            const NAMES: &[&str] = &[$( stringify!($Variant), )*];
+
             /// Calls `visitor` with the concrete kind.
             #[inline(always)]
             pub fn dispatch(&self, visitor: impl BsdfVisitor) {

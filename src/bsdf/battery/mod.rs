@@ -44,6 +44,15 @@ fn close(a: Rgb, b: Rgb, tolerance: f32) -> bool {
 }
 
 #[test]
+fn every_kind_has_an_example() {
+    let texts: Vec<_> = examples().iter().map(|e| format!("{:?}", e.bsdf)).collect();
+    for name in Bsdf::NAMES {
+        let is_shown = texts.iter().any(|text| text.starts_with(&format!("{name}(")));
+        assert!(is_shown, "src/bsdf/battery/examples.rs has no example of `{name}`");
+    }
+}
+
+#[test]
 fn a_sample_weighs_what_eval_says_over_its_density() {
     for Example { name, bsdf, .. } in examples() {
         for wo in views(&bsdf) {
