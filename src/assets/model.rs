@@ -271,12 +271,6 @@ pub enum ModelLightKind {
 }
 
 impl Model {
-    /// The number of triangles of all parts.
-    pub fn triangle_count(&self) -> u64 {
-        let of = |part: &MeshInstance| self.meshes[part.mesh].triangles.len() as u64;
-        self.instances.iter().map(of).sum()
-    }
-
     /// Whether it has no geometry.
     pub fn is_empty(&self) -> bool {
         self.instances.is_empty() && self.points.is_none()

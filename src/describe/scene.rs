@@ -29,7 +29,7 @@
 use std::path::Path;
 
 use glam::{DAffine3, DVec3};
-use serde::{Deserialize, Deserializer, de};
+use serde::Deserialize;
 
 use super::{LightGroupName, OutputDesc, RenderDesc, Source};
 use crate::{
@@ -39,7 +39,7 @@ use crate::{
     math::{Transform, transform},
     shape::ShapeDesc,
     texture::{MappingDesc, PatternDesc, StTransformDesc},
-    value::{Coordinate, Point, Problem, RgbFactor, Span, Spanned},
+    value::{Coordinate, OneOrEach, Point, Problem, RgbFactor, Span, Spanned},
 };
 
 /// A scene file, read.
@@ -241,7 +241,7 @@ pub struct ObjectDesc {
 pub struct TransformDesc {
     translate: Option<Point>,
     rotate: Option<Point>,
-    scale: Option<Scale>,
+    scale: Option<OneOrEach<Coordinate, 3>>,
     matrix: Option<[[Coordinate; 4]; 4]>,
 }
 
@@ -258,38 +258,11 @@ impl TransformDesc {
             None => Some(transform::from_parts(
                 given(self.translate),
                 given(self.rotate),
-                self.scale.as_ref().map_or(DVec3::ONE, |s| s.0),
+                self.scale.map_or(DVec3::ONE, |s| DVec3::from(s.0.map(|v| v.0))),
             )),
         };
         map.filter(|map| Transform::new(*map).is_some()).ok_or_else(|| {
             Problem::at(span, "the transform has no inverse").with_help("it flattens its object; no scale may be 0")
         })
-    }
-}
-
-/// One factor, or one for each axis.
-#[derive(Clone, Debug)]
-struct Scale(DVec3);
-
-impl<'de> Deserialize<'de> for Scale {
-    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        struct ScaleVisitor;
-        impl<'de> de::Visitor<'de> for ScaleVisitor {
-            type Value = Scale;
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("a number or [x, y, z]")
-            }
-            fn visit_f64<E: de::Error>(self, v: f64) -> Result<Scale, E> {
-                Ok(Scale(DVec3::splat(v)))
-            }
-            fn visit_i64<E: de::Error>(self, v: i64) -> Result<Scale, E> {
-                self.visit_f64(v as f64)
-            }
-            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<Scale, A::Error> {
-                let p = Point::deserialize(de::value::SeqAccessDeserializer::new(seq))?;
-                Ok(Scale(p.0))
-            }
-        }
-        d.deserialize_any(ScaleVisitor)
     }
 }

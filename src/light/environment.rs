@@ -45,14 +45,10 @@ mod tests;
 #[serde(deny_unknown_fields)]
 pub struct EnvironmentDesc {
     pub file: Spanned<String>,
-    #[serde(default = "one")]
+    #[serde(default = "NonNegative::one")]
     pub intensity: NonNegative,
     #[serde(default)]
     pub rotate: Option<Point>,
-}
-
-fn one() -> NonNegative {
-    NonNegative(1.0)
 }
 
 /// An environment map.

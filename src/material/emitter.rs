@@ -27,14 +27,10 @@ use crate::{
 #[serde(deny_unknown_fields)]
 pub struct EmitterDesc {
     pub radiance: Spanned<ColorSource>,
-    #[serde(default = "one")]
+    #[serde(default = "NonNegative::one")]
     pub scale: NonNegative,
     #[serde(default)]
     pub two_sided: bool,
-}
-
-fn one() -> NonNegative {
-    NonNegative(1.0)
 }
 
 impl EmitterDesc {

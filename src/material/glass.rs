@@ -58,9 +58,9 @@ use crate::{
 pub struct GlassDesc {
     #[serde(default = "ior")]
     pub ior: Positive,
-    #[serde(default = "white")]
+    #[serde(default = "RgbFactor::white")]
     pub reflectance: RgbFactor,
-    #[serde(default = "white")]
+    #[serde(default = "RgbFactor::white")]
     pub transmittance: RgbFactor,
     pub roughness: Option<Spanned<ScalarSource>>,
     pub absorption: Option<Spanned<RgbFactor>>,
@@ -74,10 +74,6 @@ pub struct GlassDesc {
 
 fn ior() -> Positive {
     Positive(1.5)
-}
-
-fn white() -> RgbFactor {
-    RgbFactor(Rgb::WHITE)
 }
 
 impl GlassDesc {

@@ -22,12 +22,8 @@ use crate::{
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MirrorDesc {
-    #[serde(default = "white")]
+    #[serde(default = "RgbFactor::white")]
     pub reflectance: RgbFactor,
-}
-
-fn white() -> RgbFactor {
-    RgbFactor(Rgb::WHITE)
 }
 
 impl MirrorDesc {

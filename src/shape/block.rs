@@ -58,6 +58,33 @@ pub(super) fn intersect_one<const N: usize>(shape: &impl BlockKind<N>, ray: &Ray
     (answer == Attempt::MEETS).then_some(hit)
 }
 
+/// The methods of [`ShapeKind`](super::ShapeKind) for a [`BlockKind`].
+macro_rules! attempted_in_blocks {
+    () => {
+        fn block_numbers(&self) -> $crate::shape::Numbers {
+            $crate::shape::block::numbers(self)
+        }
+
+        fn attempt_block(&self, on: impl $crate::math::Dispatch, block: &mut $crate::shape::RayBlock<'_>) {
+            block.attempt::<Self, _>(on);
+        }
+    };
+}
+pub(super) use attempted_in_blocks;
+
+/// The same for one whose attempts always know.
+macro_rules! intersected_in_blocks {
+    () => {
+        #[inline]
+        fn intersect(&self, ray: &$crate::math::Ray) -> Option<$crate::shape::ShapeHit> {
+            $crate::shape::block::intersect_one(self, ray)
+        }
+
+        $crate::shape::block::attempted_in_blocks!();
+    };
+}
+pub(super) use intersected_in_blocks;
+
 /// The vector that begins at place `at` of a shape's numbers.
 #[inline(always)]
 pub(super) fn vector(numbers: &[f64], at: usize) -> DVec3 {

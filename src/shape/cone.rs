@@ -34,86 +34,44 @@ use serde::Deserialize;
 use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
     axis::Axis,
-    block::{Attempt, BlockKind, Numbers, RayBlock, intersect_one, numbers, vector},
-    cylinder::{BASE, Parts, WALL},
-    disk::{disk_bounds, disk_point, polar_surface},
-    numeric::{Or, area_sample, choose, dot_direction, point_of, rounded, solid_angle_pdf},
+    block::{Attempt, BlockKind, intersected_in_blocks, vector},
+    numeric::{Or, choose, dot_direction, point_of, rounded, solid_angle_pdf},
+    round::{BASE, Parts, Round, RoundDesc, WALL},
 };
 use crate::{
-    math::{Aabb, DVec3, Dispatch, Ray, Vec2, Vec3},
-    value::{Direction, Point, Positive, Problem, Spanned},
+    math::{Aabb, DVec3, Ray, Vec2, Vec3},
+    value::Problem,
 };
 
 /// The description of a cone in a scene file.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ConeDesc {
-    #[serde(default = "origin")]
-    pub base: Point,
-    #[serde(default = "up")]
-    pub axis: Direction,
-    pub radius: Positive,
-    pub height: Positive,
-    #[serde(default = "yes")]
-    pub caps: bool,
-    #[serde(default)]
-    pub outside_only: Option<Spanned<bool>>,
-}
-
-fn origin() -> Point {
-    Point(DVec3::ZERO)
-}
-
-fn up() -> Direction {
-    Direction(Vec3::Y)
-}
-
-fn yes() -> bool {
-    true
-}
+#[serde(transparent)]
+pub struct ConeDesc(RoundDesc);
 
 impl ConeDesc {
     /// A point of the shape.
     pub fn anchor(&self) -> Option<DVec3> {
-        Some(self.base.0)
+        self.0.anchor()
     }
 
     pub fn compile(&self, origin: DVec3) -> Result<Cone, Problem> {
-        Ok(Cone {
-            base: self.base.relative_to(origin),
-            axis: Axis::new(self.axis.0),
-            radius: self.radius.0,
-            height: self.height.0,
-            parts: Parts::compile(self.caps, self.outside_only.as_ref())?,
-        })
+        self.0.compile(origin).map(Cone)
     }
 }
 
 /// A cone, its wall alone or with its cap.
 #[derive(Clone, Copy, Debug)]
-pub struct Cone {
-    base: Vec3,
-    radius: f32,
-    height: f32,
-    parts: Parts,
-    axis: Axis,
-}
+pub struct Cone(Round);
 
 impl Cone {
-    fn apex(&self) -> DVec3 {
-        self.base.as_dvec3() + self.axis.0 * f64::from(self.height)
-    }
-
     fn slant(&self) -> f64 {
-        let (r, h) = (f64::from(self.radius), f64::from(self.height));
+        let (r, h) = (f64::from(self.0.radius), f64::from(self.0.height));
         (r * r + h * h).sqrt()
     }
 
     /// The areas of wall and base, in m^2.
     fn areas(&self) -> [f64; 2] {
-        let r = f64::from(self.radius);
-        let cap = if self.parts == Parts::Closed { PI * r * r } else { 0.0 };
-        [PI * r * self.slant(), cap]
+        [PI * f64::from(self.0.radius) * self.slant(), self.0.cap_area()]
     }
 
     /// Per m^2.
@@ -122,31 +80,31 @@ impl Cone {
     }
 
     fn contains(&self, p: Vec3) -> bool {
-        let q = p.as_dvec3() - self.base.as_dvec3();
-        let (z, h) = (q.dot(self.axis.0), f64::from(self.height));
-        z >= 0.0 && z <= h && self.axis.across(q).length() <= f64::from(self.radius) * (1.0 - z / h)
+        let q = p.as_dvec3() - self.0.base.as_dvec3();
+        let (z, h) = (q.dot(self.0.axis.0), f64::from(self.0.height));
+        z >= 0.0 && z <= h && self.0.axis.across(q).length() <= f64::from(self.0.radius) * (1.0 - z / h)
     }
 
     /// The wall's normal on the side of `e`.
     fn wall_normal(&self, e: DVec3) -> DVec3 {
-        (e * f64::from(self.height) + self.axis.0 * f64::from(self.radius)) / self.slant()
+        (e * f64::from(self.0.height) + self.0.axis.0 * f64::from(self.0.radius)) / self.slant()
     }
 
     fn wall_surface(&self, q: DVec3) -> LocalSurface {
-        let (r, h) = (f64::from(self.radius), f64::from(self.height));
-        let z = q.dot(self.axis.0).clamp(0.0, h);
-        let (e, _) = self.axis.outwards(q);
+        let (r, h) = (f64::from(self.0.radius), f64::from(self.0.height));
+        let z = q.dot(self.0.axis.0).clamp(0.0, h);
+        let (e, _) = self.0.axis.outwards(q);
         let rho = r * (1.0 - z / h);
-        let base = self.base.as_dvec3();
-        let (p, p_error) = rounded(base + self.axis.0 * z + e * rho, base.abs().max_element() + r + h);
+        let base = self.0.base.as_dvec3();
+        let (p, p_error) = rounded(base + self.0.axis.0 * z + e * rho, base.abs().max_element() + r + h);
         let along = rho.max(r * f64::from(f32::EPSILON)) * TAU;
         LocalSurface {
             p,
             p_error,
             ng: self.wall_normal(e).as_vec3(),
-            uv: Vec2::new(self.axis.turn(e), (z / h) as f32),
-            dpdu: (self.axis.tangent(e) * along).as_vec3(),
-            dpdv: (self.axis.0 * h - e * r).as_vec3(),
+            uv: Vec2::new(self.0.axis.turn(e), (z / h) as f32),
+            dpdu: (self.0.axis.tangent(e) * along).as_vec3(),
+            dpdv: (self.0.axis.0 * h - e * r).as_vec3(),
         }
     }
 }
@@ -154,8 +112,8 @@ impl Cone {
 impl BlockKind<12> for Cone {
     #[inline(always)]
     fn numbers(&self) -> [f64; 12] {
-        let (b, w, tip) = (self.base.as_dvec3(), self.axis.0, self.apex());
-        let (r, h) = (self.radius.into(), self.height.into());
+        let (b, w, tip) = (self.0.base.as_dvec3(), self.0.axis.0, self.0.top());
+        let (r, h) = (self.0.radius.into(), self.0.height.into());
         [
             b.x,
             b.y,
@@ -168,7 +126,7 @@ impl BlockKind<12> for Cone {
             tip.z,
             r,
             h,
-            self.parts.number(),
+            self.0.parts.number(),
         ]
     }
 
@@ -215,36 +173,22 @@ impl BlockKind<12> for Cone {
 impl ShapeKind for Cone {
     /// The curvature at the base; towards the apex it is larger.
     fn curvature(&self) -> f32 {
-        1.0 / self.radius
+        1.0 / self.0.radius
     }
 
     fn bounds(&self) -> Aabb {
-        let base = disk_bounds(self.axis, self.base.as_dvec3(), self.radius);
-        base.extended(self.apex().as_vec3()).padded(1.0)
+        self.0.base_bounds().extended(self.0.top().as_vec3()).padded(1.0)
     }
 
-    #[inline]
-    fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
-        intersect_one(self, ray)
-    }
-
-    fn block_numbers(&self) -> Numbers {
-        numbers(self)
-    }
-
-    fn attempt_block(&self, on: impl Dispatch, block: &mut RayBlock<'_>) {
-        block.attempt::<Self, _>(on);
-    }
+    intersected_in_blocks!();
 
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {
-        let base = self.base.as_dvec3();
-        let q = point_of(ray, hit) - base;
+        let q = point_of(ray, hit) - self.0.base.as_dvec3();
         if hit.u == WALL {
-            return self.wall_surface(q);
+            self.wall_surface(q)
+        } else {
+            self.0.base_surface(q)
         }
-        let (e, rho) = self.axis.outwards(q);
-        let cap = polar_surface(self.axis, base, self.radius, e, rho.min(self.radius.into()));
-        LocalSurface { ng: -cap.ng, ..cap }
     }
 
     fn area(&self) -> f32 {
@@ -254,21 +198,17 @@ impl ShapeKind for Cone {
     fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample> {
         let (part, ux) = choose(&self.areas(), u.x);
         let turn = f64::from(u.y);
-        let base = self.base.as_dvec3();
-        let (p, ng) = if part == 0 {
-            let e = self.axis.ring(turn);
+        let base = self.0.base.as_dvec3();
+        let point = if part == 0 {
+            let e = self.0.axis.ring(turn);
             let from_apex = ux.sqrt();
-            let z = f64::from(self.height) * (1.0 - from_apex);
-            let rho = f64::from(self.radius) * from_apex;
-            (base + self.axis.0 * z + e * rho, self.wall_normal(e))
+            let z = f64::from(self.0.height) * (1.0 - from_apex);
+            let rho = f64::from(self.0.radius) * from_apex;
+            (base + self.0.axis.0 * z + e * rho, self.wall_normal(e))
         } else {
-            (base + disk_point(self.axis, self.radius, ux, turn), -self.axis.0)
+            (self.0.cap_point(base, ux, turn), -self.0.axis.0)
         };
-        let away = ng.dot(from.as_dvec3() - p) <= 0.0;
-        if away && self.parts.hide(|| self.contains(from)) {
-            return None;
-        }
-        area_sample(self.per_area(), from, p, ng)
+        self.0.sample(self.per_area(), from, point, || self.contains(from))
     }
 
     fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32 {

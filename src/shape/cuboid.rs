@@ -22,12 +22,12 @@ use serde::Deserialize;
 
 use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
-    block::{Attempt, BlockKind, Numbers, RayBlock, intersect_one, numbers, vector},
+    block::{Attempt, BlockKind, intersected_in_blocks, vector},
     numeric::{Or, choose, point_of, rounded, rounded_hit},
     rectangle::{Rectangle, SeenRectangle},
 };
 use crate::{
-    math::{Aabb, DVec3, Dispatch, Ray, Vec2, Vec3},
+    math::{Aabb, DVec3, Ray, Vec2, Vec3},
     value::{Point, Problem, Spanned},
 };
 
@@ -179,18 +179,7 @@ impl ShapeKind for Cuboid {
         }
     }
 
-    #[inline]
-    fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
-        intersect_one(self, ray)
-    }
-
-    fn block_numbers(&self) -> Numbers {
-        numbers(self)
-    }
-
-    fn attempt_block(&self, on: impl Dispatch, block: &mut RayBlock<'_>) {
-        block.attempt::<Self, _>(on);
-    }
+    intersected_in_blocks!();
 
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {
         let face = &FACES[(hit.u as usize).min(5)];

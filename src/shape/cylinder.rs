@@ -25,150 +25,48 @@
 //! cylinder and the one between the two end planes. So there is no seam at the rims. Points are sampled uniformly by area;
 //! those on the far side of a closed cylinder are rejected.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use serde::Deserialize;
 
 use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
     axis::Axis,
-    block::{Attempt, BlockKind, Numbers, RayBlock, intersect_one, numbers, vector},
-    disk::{disk_bounds, disk_point, polar_surface},
-    numeric::{Or, area_sample, choose, dot_direction, point_of, rounded, rounded_hit, solid_angle_pdf},
+    block::{Attempt, BlockKind, intersected_in_blocks, vector},
+    disk::disk_bounds,
+    numeric::{Or, choose, dot_direction, point_of, rounded, solid_angle_pdf},
+    round::{BASE, Parts, Round, RoundDesc, TOP, WALL},
 };
 use crate::{
-    math::{Aabb, DVec3, Dispatch, Ray, Vec2, Vec3},
-    value::{Direction, Point, Positive, Problem, Spanned},
+    math::{Aabb, DVec3, Ray, Vec2, Vec3},
+    value::Problem,
 };
 
 /// The description of a cylinder in a scene file.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CylinderDesc {
-    #[serde(default = "origin")]
-    pub base: Point,
-    #[serde(default = "up")]
-    pub axis: Direction,
-    pub radius: Positive,
-    pub height: Positive,
-    #[serde(default = "yes")]
-    pub caps: bool,
-    #[serde(default)]
-    pub outside_only: Option<Spanned<bool>>,
-}
-
-fn origin() -> Point {
-    Point(DVec3::ZERO)
-}
-
-fn up() -> Direction {
-    Direction(Vec3::Y)
-}
-
-fn yes() -> bool {
-    true
-}
-
-/// Which parts of a cylinder or a cone there are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Parts {
-    /// Wall and caps: a solid.
-    Closed,
-    /// The wall alone.
-    Open,
-    /// The wall alone, for rays that enter.
-    OpenFromOutside,
-}
-
-impl Parts {
-    /// From what a file says of `caps` and `outside_only`.
-    pub fn compile(caps: bool, outside_only: Option<&Spanned<bool>>) -> Result<Self, Problem> {
-        match outside_only.filter(|o| *o.get_ref()) {
-            Some(outside) if caps => Err(Problem::at(
-                outside.span(),
-                "`outside_only` is for open walls, and this one has caps",
-            )
-            .with_help("add `caps = false`")),
-            Some(_) => Ok(Self::OpenFromOutside),
-            None if caps => Ok(Self::Closed),
-            None => Ok(Self::Open),
-        }
-    }
-
-    /// Whether a point of the surface is hidden from an observer that it looks away from, who may
-    /// be inside.
-    pub fn hide(self, inside: impl Fn() -> bool) -> bool {
-        match self {
-            Self::Closed => !inside(),
-            Self::Open => false,
-            Self::OpenFromOutside => true,
-        }
-    }
-
-    /// The number that stands for it in a block.
-    #[inline(always)]
-    pub fn number(self) -> f64 {
-        f64::from(self as u8)
-    }
-
-    /// The hit of a ray with the parts of this number, and whether there is one; of where the ray enters and leaves the wall,
-    /// and where it enters and leaves what lies between the ends, each with its part's number.
-    #[inline(always)]
-    pub fn hit(parts: f64, ray: &Ray, [enter, leave]: [f64; 2], ends: [(f64, f32); 2]) -> (ShapeHit, bool) {
-        let is_closed = parts == Self::Closed.number();
-        let first = (enter, WALL).or(enter >= ends[0].0, ends[0]);
-        let last = (leave, WALL).or(leave <= ends[1].0, ends[1]);
-        let overlaps = is_closed & (first.0 <= last.0);
-        let enters_between = (enter >= ends[0].0) & (enter <= ends[1].0);
-        let leaves_between = (leave >= ends[0].0) & (leave <= ends[1].0);
-        let (t, part) = first.or(is_closed, (enter, WALL));
-        let (near, is_near_on_ray) = rounded_hit(ray, t, part);
-        let (t, part) = last.or(is_closed, (leave, WALL));
-        let (far, is_far_on_ray) = rounded_hit(ray, t, part);
-        let is_near = is_near_on_ray & (overlaps | (!is_closed & enters_between));
-        let is_open = parts == Self::Open.number();
-        let is_far = is_far_on_ray & (overlaps | (is_open & leaves_between));
-        (near.or(is_near, far), is_near | is_far)
-    }
-}
-
-/// The numbers of the parts in [`ShapeHit::u`].
-pub(super) const WALL: f32 = 0.0;
-pub(super) const BASE: f32 = 1.0;
-const TOP: f32 = 2.0;
+#[serde(transparent)]
+pub struct CylinderDesc(RoundDesc);
 
 impl CylinderDesc {
     /// A point of the shape.
     pub fn anchor(&self) -> Option<DVec3> {
-        Some(self.base.0)
+        self.0.anchor()
     }
 
     pub fn compile(&self, origin: DVec3) -> Result<Cylinder, Problem> {
-        Ok(Cylinder {
-            base: self.base.relative_to(origin),
-            axis: Axis::new(self.axis.0),
-            radius: self.radius.0,
-            height: self.height.0,
-            parts: Parts::compile(self.caps, self.outside_only.as_ref())?,
-        })
+        self.0.compile(origin).map(Cylinder)
     }
 }
 
 /// A cylinder, its wall alone or with caps.
 #[derive(Clone, Copy, Debug)]
-pub struct Cylinder {
-    base: Vec3,
-    radius: f32,
-    height: f32,
-    parts: Parts,
-    axis: Axis,
-}
+pub struct Cylinder(Round);
 
 impl Cylinder {
     /// The areas of wall, base and top, in m^2.
     fn areas(&self) -> [f64; 3] {
-        let (r, h) = (f64::from(self.radius), f64::from(self.height));
-        let cap = if self.parts == Parts::Closed { PI * r * r } else { 0.0 };
+        let (r, h) = (f64::from(self.0.radius), f64::from(self.0.height));
+        let cap = self.0.cap_area();
         [TAU * r * h, cap, cap]
     }
 
@@ -177,29 +75,25 @@ impl Cylinder {
         1.0 / self.areas().iter().sum::<f64>()
     }
 
-    fn top(&self) -> DVec3 {
-        self.base.as_dvec3() + self.axis.0 * f64::from(self.height)
-    }
-
     fn contains(&self, p: Vec3) -> bool {
-        let q = p.as_dvec3() - self.base.as_dvec3();
-        let (z, r) = (q.dot(self.axis.0), f64::from(self.radius));
-        z >= 0.0 && z <= self.height.into() && self.axis.across(q).length_squared() <= r * r
+        let q = p.as_dvec3() - self.0.base.as_dvec3();
+        let (z, r) = (q.dot(self.0.axis.0), f64::from(self.0.radius));
+        z >= 0.0 && z <= self.0.height.into() && self.0.axis.across(q).length_squared() <= r * r
     }
 
     fn wall_surface(&self, q: DVec3) -> LocalSurface {
-        let (r, h) = (f64::from(self.radius), f64::from(self.height));
-        let z = q.dot(self.axis.0).clamp(0.0, h);
-        let (e, _) = self.axis.outwards(q);
-        let base = self.base.as_dvec3();
-        let (p, p_error) = rounded(base + self.axis.0 * z + e * r, base.abs().max_element() + r + h);
+        let (r, h) = (f64::from(self.0.radius), f64::from(self.0.height));
+        let z = q.dot(self.0.axis.0).clamp(0.0, h);
+        let (e, _) = self.0.axis.outwards(q);
+        let base = self.0.base.as_dvec3();
+        let (p, p_error) = rounded(base + self.0.axis.0 * z + e * r, base.abs().max_element() + r + h);
         LocalSurface {
             p,
             p_error,
             ng: e.as_vec3(),
-            uv: Vec2::new(self.axis.turn(e), (z / h) as f32),
-            dpdu: (self.axis.tangent(e) * (TAU * r)).as_vec3(),
-            dpdv: (self.axis.0 * h).as_vec3(),
+            uv: Vec2::new(self.0.axis.turn(e), (z / h) as f32),
+            dpdu: (self.0.axis.tangent(e) * (TAU * r)).as_vec3(),
+            dpdv: (self.0.axis.0 * h).as_vec3(),
         }
     }
 }
@@ -207,9 +101,9 @@ impl Cylinder {
 impl BlockKind<9> for Cylinder {
     #[inline(always)]
     fn numbers(&self) -> [f64; 9] {
-        let (b, w) = (self.base.as_dvec3(), self.axis.0);
-        let (r, h) = (self.radius.into(), self.height.into());
-        [b.x, b.y, b.z, w.x, w.y, w.z, r, h, self.parts.number()]
+        let (b, w) = (self.0.base.as_dvec3(), self.0.axis.0);
+        let (r, h) = (self.0.radius.into(), self.0.height.into());
+        [b.x, b.y, b.z, w.x, w.y, w.z, r, h, self.0.parts.number()]
     }
 
     #[inline(always)]
@@ -242,39 +136,24 @@ impl BlockKind<9> for Cylinder {
 
 impl ShapeKind for Cylinder {
     fn curvature(&self) -> f32 {
-        1.0 / self.radius
+        1.0 / self.0.radius
     }
 
     fn bounds(&self) -> Aabb {
-        let base = disk_bounds(self.axis, self.base.as_dvec3(), self.radius);
-        base.union(disk_bounds(self.axis, self.top(), self.radius))
+        self.0
+            .base_bounds()
+            .union(disk_bounds(self.0.axis, self.0.top(), self.0.radius))
     }
 
-    #[inline]
-    fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
-        intersect_one(self, ray)
-    }
-
-    fn block_numbers(&self) -> Numbers {
-        numbers(self)
-    }
-
-    fn attempt_block(&self, on: impl Dispatch, block: &mut RayBlock<'_>) {
-        block.attempt::<Self, _>(on);
-    }
+    intersected_in_blocks!();
 
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {
-        let q = point_of(ray, hit) - self.base.as_dvec3();
-        if hit.u == WALL {
-            return self.wall_surface(q);
+        let q = point_of(ray, hit) - self.0.base.as_dvec3();
+        match hit.u {
+            WALL => self.wall_surface(q),
+            TOP => self.0.cap_surface(self.0.top(), q),
+            _ => self.0.base_surface(q),
         }
-        let (e, rho) = self.axis.outwards(q);
-        let rho = rho.min(self.radius.into());
-        if hit.u == TOP {
-            return polar_surface(self.axis, self.top(), self.radius, e, rho);
-        }
-        let base = polar_surface(self.axis, self.base.as_dvec3(), self.radius, e, rho);
-        LocalSurface { ng: -base.ng, ..base }
     }
 
     fn area(&self) -> f32 {
@@ -284,21 +163,17 @@ impl ShapeKind for Cylinder {
     fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample> {
         let (part, ux) = choose(&self.areas(), u.x);
         let turn = f64::from(u.y);
-        let base = self.base.as_dvec3();
-        let (p, ng) = match part {
+        let base = self.0.base.as_dvec3();
+        let point = match part {
             0 => {
-                let e = self.axis.ring(turn);
-                let z = ux * f64::from(self.height);
-                (base + self.axis.0 * z + e * f64::from(self.radius), e)
+                let e = self.0.axis.ring(turn);
+                let z = ux * f64::from(self.0.height);
+                (base + self.0.axis.0 * z + e * f64::from(self.0.radius), e)
             }
-            1 => (base + disk_point(self.axis, self.radius, ux, turn), -self.axis.0),
-            _ => (self.top() + disk_point(self.axis, self.radius, ux, turn), self.axis.0),
+            1 => (self.0.cap_point(base, ux, turn), -self.0.axis.0),
+            _ => (self.0.cap_point(self.0.top(), ux, turn), self.0.axis.0),
         };
-        let away = ng.dot(from.as_dvec3() - p) <= 0.0;
-        if away && self.parts.hide(|| self.contains(from)) {
-            return None;
-        }
-        area_sample(self.per_area(), from, p, ng)
+        self.0.sample(self.per_area(), from, point, || self.contains(from))
     }
 
     fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32 {

@@ -24,11 +24,11 @@ use serde::Deserialize;
 use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
     axis::Axis,
-    block::{Attempt, BlockKind, Numbers, RayBlock, intersect_one, numbers, vector},
+    block::{Attempt, BlockKind, intersected_in_blocks, vector},
     numeric::{area_sample, dot_direction, point_of, rounded, rounded_hit, solid_angle_pdf},
 };
 use crate::{
-    math::{Aabb, DVec3, Dispatch, Ray, Vec2, Vec3},
+    math::{Aabb, DVec3, Ray, Vec2, Vec3},
     value::{Direction, Point, Positive, Problem},
 };
 
@@ -36,19 +36,11 @@ use crate::{
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DiskDesc {
-    #[serde(default = "origin")]
+    #[serde(default)]
     pub center: Point,
-    #[serde(default = "up")]
+    #[serde(default = "Direction::up")]
     pub normal: Direction,
     pub radius: Positive,
-}
-
-fn origin() -> Point {
-    Point(DVec3::ZERO)
-}
-
-fn up() -> Direction {
-    Direction(Vec3::Y)
 }
 
 impl DiskDesc {
@@ -117,18 +109,7 @@ impl ShapeKind for Disk {
         disk_bounds(self.axis, self.center.as_dvec3(), self.radius)
     }
 
-    #[inline]
-    fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
-        intersect_one(self, ray)
-    }
-
-    fn block_numbers(&self) -> Numbers {
-        numbers(self)
-    }
-
-    fn attempt_block(&self, on: impl Dispatch, block: &mut RayBlock<'_>) {
-        block.attempt::<Self, _>(on);
-    }
+    intersected_in_blocks!();
 
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {
         let (e, rho) = self.polar(point_of(ray, hit));

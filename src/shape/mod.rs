@@ -28,6 +28,7 @@ pub mod plane;
 pub mod quad;
 mod rectangle;
 pub mod rectangle_block;
+mod round;
 pub mod sphere;
 mod spherical;
 pub mod triangle;

@@ -33,18 +33,10 @@ use crate::{
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneDesc {
-    #[serde(default = "origin")]
+    #[serde(default)]
     pub point: Point,
-    #[serde(default = "up")]
+    #[serde(default = "Direction::up")]
     pub normal: Direction,
-}
-
-fn origin() -> Point {
-    Point(DVec3::ZERO)
-}
-
-fn up() -> Direction {
-    Direction(Vec3::Y)
 }
 
 impl PlaneDesc {

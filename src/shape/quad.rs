@@ -26,14 +26,14 @@ use serde::Deserialize;
 
 use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
-    block::{Attempt, BlockKind, Numbers, RayBlock, numbers, vector},
+    block::{Attempt, BlockKind, attempted_in_blocks, vector},
     numeric::{area_sample, choose, dot_direction, point_of, rounded, rounded_hit, solid_angle_pdf},
     rectangle::{Rectangle, SeenRectangle},
     rectangle_block::RectangleBlock,
     triangle::{self, Shear},
 };
 use crate::{
-    math::{Aabb, DVec3, Dispatch, Ray, Vec2, Vec3},
+    math::{Aabb, DVec3, Ray, Vec2, Vec3},
     value::{Point, Problem, Spanned},
 };
 
@@ -335,13 +335,7 @@ impl ShapeKind for Quad {
         meets.then_some(attempt.hit)
     }
 
-    fn block_numbers(&self) -> Numbers {
-        numbers(self)
-    }
-
-    fn attempt_block(&self, on: impl Dispatch, block: &mut RayBlock<'_>) {
-        block.attempt::<Self, _>(on);
-    }
+    attempted_in_blocks!();
 
     #[inline]
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {

@@ -26,11 +26,11 @@ use serde::Deserialize;
 use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
     axis::{Axis, whole_turn},
-    block::{Attempt, BlockKind, Numbers, RayBlock, intersect_one, numbers, vector},
+    block::{Attempt, BlockKind, intersected_in_blocks, vector},
     numeric::{Or, area_sample, point_of, rounded, rounded_hit, solid_angle_pdf},
 };
 use crate::{
-    math::{Aabb, DVec3, Dispatch, Ray, Vec2, Vec3, float::gamma, trig},
+    math::{Aabb, DVec3, Ray, Vec2, Vec3, float::gamma, trig},
     value::{Point, Positive, Problem},
 };
 
@@ -38,13 +38,9 @@ use crate::{
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SphereDesc {
-    #[serde(default = "origin")]
+    #[serde(default)]
     pub center: Point,
     pub radius: Positive,
-}
-
-fn origin() -> Point {
-    Point(DVec3::ZERO)
 }
 
 impl SphereDesc {
@@ -159,18 +155,7 @@ impl ShapeKind for Sphere {
         .padded(1.0)
     }
 
-    #[inline]
-    fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
-        intersect_one(self, ray)
-    }
-
-    fn block_numbers(&self) -> Numbers {
-        numbers(self)
-    }
-
-    fn attempt_block(&self, on: impl Dispatch, block: &mut RayBlock<'_>) {
-        block.attempt::<Self, _>(on);
-    }
+    intersected_in_blocks!();
 
     #[inline]
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {

@@ -25,12 +25,8 @@ use crate::{
 pub struct CheckerDesc {
     pub a: RgbFactor,
     pub b: RgbFactor,
-    #[serde(default = "one")]
+    #[serde(default = "Positive::one")]
     pub scale: Positive,
-}
-
-fn one() -> Positive {
-    Positive(1.0)
 }
 
 impl CheckerDesc {

@@ -15,11 +15,11 @@
 //! The order and the signs are those of glTF's KHR_texture_transform, applied to s and t (t = 0 is the bottom row). The
 //! transform comes after the mapping and before wrapping.
 
-use serde::{Deserialize, Deserializer, de};
+use serde::Deserialize;
 
 use crate::{
     math::{Vec2, trig},
-    value::Finite,
+    value::{Finite, OneOrEach},
 };
 
 /// The transform of texture coordinates in a scene file.
@@ -28,41 +28,14 @@ use crate::{
 pub struct StTransformDesc {
     pub offset: Option<[Finite; 2]>,
     pub rotate: Option<Finite>,
-    pub scale: Option<Scale>,
-}
-
-/// One factor, or one for s and one for t.
-#[derive(Clone, Copy, Debug)]
-pub struct Scale(pub Vec2);
-
-impl<'de> Deserialize<'de> for Scale {
-    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        struct ScaleVisitor;
-        impl<'de> de::Visitor<'de> for ScaleVisitor {
-            type Value = Scale;
-            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("a number or [s, t]")
-            }
-            fn visit_f64<E: de::Error>(self, v: f64) -> Result<Scale, E> {
-                let Finite(v) = Finite::deserialize(de::value::F64Deserializer::new(v))?;
-                Ok(Scale(Vec2::splat(v)))
-            }
-            fn visit_i64<E: de::Error>(self, v: i64) -> Result<Scale, E> {
-                self.visit_f64(v as f64)
-            }
-            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<Scale, A::Error> {
-                let [s, t] = <[Finite; 2]>::deserialize(de::value::SeqAccessDeserializer::new(seq))?;
-                Ok(Scale(Vec2::new(s.0, t.0)))
-            }
-        }
-        d.deserialize_any(ScaleVisitor)
-    }
+    pub scale: Option<OneOrEach<Finite, 2>>,
 }
 
 impl StTransformDesc {
     pub fn compile(&self) -> StTransform {
-        let offset = self.offset.map_or(Vec2::ZERO, |[s, t]| Vec2::new(s.0, t.0));
-        let scale = self.scale.map_or(Vec2::ONE, |s| s.0);
+        let vector = |[s, t]: [Finite; 2]| Vec2::new(s.0, t.0);
+        let offset = self.offset.map_or(Vec2::ZERO, vector);
+        let scale = self.scale.map_or(Vec2::ONE, |each| vector(each.0));
         StTransform::new(offset, self.rotate.map_or(0.0, |r| r.0), scale)
     }
 }

@@ -4,38 +4,24 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, de};
 
-use super::number::{NonNegative, finite, not_negative};
+use super::number::{NonNegative, OneOrEach, finite, not_negative};
 use crate::math::Rgb;
 
 /// A non-negative factor for each channel: one number for all three, or `[r, g, b]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RgbFactor(pub Rgb);
 
-impl<'de> Deserialize<'de> for RgbFactor {
-    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        struct RgbFactorVisitor;
-        impl<'de> de::Visitor<'de> for RgbFactorVisitor {
-            type Value = RgbFactor;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number or [r, g, b]")
-            }
-            fn visit_f64<E: de::Error>(self, v: f64) -> Result<RgbFactor, E> {
-                Ok(RgbFactor(Rgb::gray(not_negative(finite(v)?)?)))
-            }
-            fn visit_i64<E: de::Error>(self, v: i64) -> Result<RgbFactor, E> {
-                self.visit_f64(v as f64)
-            }
-            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<RgbFactor, A::Error> {
-                color_from_seq(seq).map(RgbFactor)
-            }
-        }
-        d.deserialize_any(RgbFactorVisitor)
+impl RgbFactor {
+    pub fn white() -> Self {
+        Self(Rgb::WHITE)
     }
 }
 
-fn color_from_seq<'de, A: de::SeqAccess<'de>>(seq: A) -> Result<Rgb, A::Error> {
-    let channels = <[NonNegative; 3]>::deserialize(de::value::SeqAccessDeserializer::new(seq))?;
-    Ok(Rgb::from_array(channels.map(f32::from)))
+impl<'de> Deserialize<'de> for RgbFactor {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        let OneOrEach(channels) = OneOrEach::<NonNegative, 3>::deserialize(d)?;
+        Ok(Self(Rgb::from_array(channels.map(f32::from))))
+    }
 }
 
 /// A colour that may vary over a surface: a number (gray), `[r, g, b]` (scene-linear), or
@@ -73,7 +59,8 @@ impl<'de> Deserialize<'de> for ColorSource {
                 }
             }
             fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<ColorSource, A::Error> {
-                color_from_seq(seq).map(ColorSource::Constant)
+                let RgbFactor(color) = RgbFactor::deserialize(de::value::SeqAccessDeserializer::new(seq))?;
+                Ok(ColorSource::Constant(color))
             }
         }
         d.deserialize_any(SourceVisitor)

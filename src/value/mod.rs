@@ -16,7 +16,7 @@ mod shown;
 pub use color::{Channel, ColorSource, RgbFactor, ScalarSource};
 pub use kinds::{kind_by_name, kind_or_name};
 pub use names::{UnknownName, one_of, unknown_name};
-pub use number::{Coordinate, Count, Direction, Finite, NonNegative, Point, Positive, UnitInterval};
+pub use number::{Coordinate, Count, Direction, Finite, NonNegative, OneOrEach, Point, Positive, UnitInterval};
 pub use shown::{one_line, visible};
 
 /// Byte offsets into a scene file.

@@ -1,6 +1,6 @@
 //! Numbers, points and directions.
 
-use std::fmt;
+use std::{fmt, marker::PhantomData};
 
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Deserializer, de};
@@ -62,6 +62,12 @@ macro_rules! number {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
         pub struct $Name(pub f32);
+
+        impl $Name {
+            pub fn one() -> Self {
+                Self(1.0)
+            }
+        }
 
         impl<'de> Deserialize<'de> for $Name {
             fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
@@ -130,7 +136,7 @@ impl<'de> Deserialize<'de> for Coordinate {
 }
 
 /// A point or an offset: three finite numbers, each a [`Coordinate`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Point(pub DVec3);
 
 impl Point {
@@ -151,9 +157,75 @@ impl<'de> Deserialize<'de> for Point {
     }
 }
 
+/// `N` numbers: one for all, or a list.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OneOrEach<T, const N: usize>(pub [T; N]);
+
+/// A number of a [`OneOrEach`].
+pub trait Component: Copy + for<'de> Deserialize<'de> {
+    /// The form of the list.
+    const LIST: &'static str;
+
+    /// The number that stands for all.
+    fn for_all<E: de::Error>(v: f64) -> Result<Self, E> {
+        Self::deserialize(de::value::F64Deserializer::new(v))
+    }
+}
+
+impl Component for Finite {
+    const LIST: &'static str = "[s, t]";
+}
+
+impl Component for NonNegative {
+    const LIST: &'static str = "[r, g, b]";
+}
+
+impl Component for Coordinate {
+    const LIST: &'static str = "[x, y, z]";
+
+    /// Keeps its double precision also near 0.
+    fn for_all<E: de::Error>(v: f64) -> Result<Self, E> {
+        Ok(Self(v))
+    }
+}
+
+impl<'de, T: Component, const N: usize> Deserialize<'de> for OneOrEach<T, N>
+where
+    [T; N]: Deserialize<'de>,
+{
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        struct EachVisitor<T, const N: usize>(PhantomData<T>);
+        impl<'de, T: Component, const N: usize> de::Visitor<'de> for EachVisitor<T, N>
+        where
+            [T; N]: Deserialize<'de>,
+        {
+            type Value = OneOrEach<T, N>;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "a number or {}", T::LIST)
+            }
+            fn visit_f64<E: de::Error>(self, v: f64) -> Result<Self::Value, E> {
+                T::for_all(v).map(|v| OneOrEach([v; N]))
+            }
+            fn visit_i64<E: de::Error>(self, v: i64) -> Result<Self::Value, E> {
+                self.visit_f64(v as f64)
+            }
+            fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<Self::Value, A::Error> {
+                <[T; N]>::deserialize(de::value::SeqAccessDeserializer::new(seq)).map(OneOrEach)
+            }
+        }
+        d.deserialize_any(EachVisitor(PhantomData))
+    }
+}
+
 /// A direction: three finite numbers, not all 0. Held as a unit vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Direction(pub Vec3);
+
+impl Direction {
+    pub fn up() -> Self {
+        Self(Vec3::Y)
+    }
+}
 
 impl<'de> Deserialize<'de> for Direction {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
