@@ -1,6 +1,6 @@
 //! Light groups: named sets of lights, each of which has a pass of its own.
 
-use super::{EmitterPrim, LightId, LightSource, ObjectId, Scene};
+use super::{LightId, ObjectId};
 
 /// An index into the groups of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -77,25 +77,7 @@ impl LightGroups {
         self.objects.get(object.0 as usize).copied().unwrap_or_default()
     }
 
-    fn of_analytic(&self, light: LightId) -> LightGroup {
+    pub(super) fn of_analytic(&self, light: LightId) -> LightGroup {
         self.lights.get(light.0 as usize).copied().unwrap_or_default()
-    }
-}
-
-impl Scene {
-    /// The group of `light`. Called rarely.
-    #[cold]
-    pub fn group_of(&self, light: LightId) -> LightGroup {
-        match self.lights.source(light) {
-            LightSource::Analytic(_) => self.shading.light_groups.of_analytic(light),
-            LightSource::Background => self.shading.light_groups.of_background(),
-            LightSource::Emitter(emitter) => {
-                let object = match self.lights.emitters().prim(emitter, &self.geometry.meshes) {
-                    EmitterPrim::Shape(shape) => self.geometry.shape_objects[shape as usize],
-                    EmitterPrim::Triangle(_, mesh) => mesh.object,
-                };
-                self.shading.light_groups.of_object(object)
-            }
-        }
     }
 }

@@ -188,6 +188,22 @@ impl Scene {
         self.shading.background.radiance.radiance(w)
     }
 
+    /// The group of `light`. Called rarely.
+    #[cold]
+    pub fn group_of(&self, light: LightId) -> LightGroup {
+        match self.lights.source(light) {
+            LightSource::Analytic(_) => self.shading.light_groups.of_analytic(light),
+            LightSource::Background => self.shading.light_groups.of_background(),
+            LightSource::Emitter(emitter) => {
+                let object = match self.lights.emitters().prim(emitter, &self.geometry.meshes) {
+                    EmitterPrim::Shape(shape) => self.geometry.shape_objects[shape as usize],
+                    EmitterPrim::Triangle(_, mesh) => mesh.object,
+                };
+                self.shading.light_groups.of_object(object)
+            }
+        }
+    }
+
     /// Samples a direction from which `light` illuminates `from`, by two uniform numbers in `[0, 1)`; `None` if no light
     /// arrives.
     #[inline]
