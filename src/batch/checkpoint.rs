@@ -1,7 +1,7 @@
-//! Checkpoints: the sums of an unfinished frame, kept beside its first file.
+//! Checkpoints: the state of an unfinished frame, saved beside its first file.
 //!
-//! A checkpoint is whole or absent, has a checksum, and carries the fingerprint of its frame: a frame of other inputs or settings
-//! does not go on from it.
+//! A checkpoint is whole or absent, has a checksum, and contains the fingerprint of its frame, so that it is not used with other
+//! inputs or settings.
 
 use std::{
     fs,
@@ -15,10 +15,10 @@ use crate::{
     warnings::{WarningKind, Warnings},
 };
 
-/// Rises with every change of the state.
+/// Increased with every change of the state's format.
 const VERSION: u32 = 2;
 
-/// The checkpoint of a frame; `None` of a frame without files.
+/// The checkpoint's path; `None` for a frame without files.
 pub(super) fn path(frame: &PlannedFrame) -> Option<PathBuf> {
     let mut name = frame.files.first()?.path.clone().into_os_string();
     name.push(".checkpoint");
@@ -32,7 +32,7 @@ fn head(fingerprint: &str, state: &[u8]) -> String {
     format!("batch-render checkpoint {VERSION} {order}\n{fingerprint}\n{hash}\n")
 }
 
-/// Keeps the state of the frame with this fingerprint.
+/// Saves the state of the frame with this fingerprint.
 pub(super) fn write(path: &Path, fingerprint: &str, state: &[u8]) -> Result<(), OutputError> {
     atomic::write(path, |out| {
         out.write_all(head(fingerprint, state).as_bytes())?;
@@ -40,7 +40,7 @@ pub(super) fn write(path: &Path, fingerprint: &str, state: &[u8]) -> Result<(), 
     })
 }
 
-/// The state that is kept of the frame with this fingerprint; `None` where there is none, or it is another's or damaged.
+/// Reads the state of the frame with this fingerprint; `None` if it is missing, damaged or of another frame.
 pub(super) fn read(path: &Path, fingerprint: &str, warnings: &Warnings) -> Option<Vec<u8>> {
     let mut bytes = fs::read(path).ok()?;
     let length = head(fingerprint, &[]).len();

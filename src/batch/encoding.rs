@@ -8,7 +8,7 @@ use crate::{
     value::Problem,
 };
 
-/// The encoding that a request and a scene ask for; `None` where a problem was kept.
+/// The encoding of a request and a scene; `None` if a problem was recorded.
 ///
 /// # Errors
 /// The request has an unknown name.

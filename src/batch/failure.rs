@@ -1,4 +1,4 @@
-//! Failures of single frames, which need not end a job.
+//! Failures of single frames, after which a job may continue.
 
 use std::{
     any::Any,
@@ -7,17 +7,17 @@ use std::{
 
 use crate::output::OutputError;
 
-/// Whether a job goes on after a frame that failed.
+/// Whether a job continues after a failed frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OnFailure {
-    /// All other frames are rendered. A full or read-only disk ends the job all the same.
+    /// The job continues, except after an error of a full or read-only disk.
     #[default]
     KeepGoing,
     /// The job ends.
     FailFast,
 }
 
-/// Why a frame is not on disk.
+/// Why a frame failed.
 #[derive(Debug, thiserror::Error)]
 pub enum FrameError {
     /// A fault of the program.
@@ -36,7 +36,7 @@ pub struct FrameFailure {
 
 /// Returns what `work` returns, or the message with which it panicked.
 pub(super) fn catch<T>(work: impl FnOnce() -> T) -> Result<T, FrameError> {
-    // What a panic leaves half done is dropped by the caller.
+    // The caller drops all state that a panic may have left inconsistent.
     catch_unwind(AssertUnwindSafe(work)).map_err(|payload| FrameError::Panic(message(&*payload)))
 }
 

@@ -1,4 +1,4 @@
-//! The interrupts of a job's frame: it is kept for a later process, and shown as it stands.
+//! The interrupts of a job's frame: saving checkpoints, and showing the unfinished frame.
 
 use std::{
     fmt,
@@ -60,7 +60,7 @@ impl<'a> FrameInterrupts<'a> {
         self.plan.warnings.add_live(kind, number, text);
     }
 
-    /// Writes the picture of the frame as it stands.
+    /// Writes the picture of the unfinished frame.
     fn show(&self, partial: &PartialFrame<'_>) {
         let Some(file) = self.frame.files.first() else { return };
         let path = file.path.with_extension("partial.exr");
@@ -80,7 +80,7 @@ impl<'a> FrameInterrupts<'a> {
         }
     }
 
-    /// Keeps the frame. One that cannot be kept is rendered all the same.
+    /// Saves a checkpoint. If that fails, rendering continues.
     fn keep(&self, partial: &PartialFrame<'_>) {
         let Some(path) = self.checkpoint_path() else { return };
         match checkpoint::write(&path, self.fingerprint, &partial.state()) {

@@ -1,4 +1,4 @@
-//! Frame rates as the fractions that files tell.
+//! Frame rates as fractions, for metadata.
 
 /// Frames per second as a fraction: whole numbers, the rates of television (24000/1001 and kin), or thousandths.
 pub(super) fn rational(fps: f64) -> (i32, u32) {

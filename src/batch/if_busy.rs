@@ -1,6 +1,6 @@
-//! Files that another job is writing.
+//! The behaviour if another job writes the same files.
 
-/// The behaviour of a job whose files another one is writing.
+/// The behaviour of a job if another one writes the same files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum IfBusy {
     /// It waits until the other one has ended.

@@ -14,7 +14,7 @@ use crate::{
 #[derive(Clone, Debug, Serialize)]
 pub struct Inventory {
     pub objects: usize,
-    /// Stored ones: of an instanced mesh they count once.
+    /// Stored triangles: those of an instanced mesh count once.
     pub triangles: usize,
     pub instances: usize,
     /// Shapes that are no meshes.
@@ -22,11 +22,11 @@ pub struct Inventory {
     pub materials: usize,
     pub textures: usize,
     pub images: Vec<ImageEntry>,
-    /// Without surfaces that emit.
+    /// Without emitting surfaces.
     pub lights: usize,
     pub emitting_materials: usize,
     pub models: Vec<ModelEntry>,
-    /// Bytes, by what they are for.
+    /// Bytes of memory, by kind.
     pub memory: Vec<MemoryEntry>,
     pub warnings: Vec<Warning>,
 }

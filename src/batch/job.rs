@@ -1,4 +1,4 @@
-//! A job from its scene file to its last frame: what the program, programs of others and tests use alike.
+//! A job from its scene file to its last frame, for the program, other programs and tests.
 
 use std::{path::Path, time::Instant};
 
@@ -33,7 +33,7 @@ pub struct Job {
 }
 
 impl Job {
-    /// Reads the scene at `path`, a scene file or a model, and the camera path, and decides what `request` means for it.
+    /// Reads the scene at `path`, a scene file or a model, and the camera path, and makes the plan for `request`.
     pub fn open(path: &Path, request: &Request) -> Result<Self, Error> {
         let store = store(request);
         let desc = if is_model(path) {
@@ -70,7 +70,7 @@ impl Job {
         Ok(Self { store, desc, plan })
     }
 
-    /// A job of a scene that was read before.
+    /// A job of a parsed scene.
     pub fn new(desc: SceneDesc, request: &Request) -> Result<Self, Error> {
         let store = store(request);
         let plan = Plan::new(&desc, request, store.files())?;
@@ -82,24 +82,24 @@ impl Job {
         self.store.files()
     }
 
-    /// The hash of what was read so far; of the whole scene once it is loaded.
+    /// The hash of all files that were read so far, which are those of the whole scene once it is loaded.
     pub fn inputs(&self) -> InputHash {
         InputHash::new(&self.store, &self.desc.source.path, self.plan.camera_path.as_deref())
     }
 
-    /// The first file of each frame that is not what the job would write, if any, once the scene is loaded; on the threads of
-    /// the current rayon pool.
+    /// For each frame, the first file that is not what the job would write, if any; on the threads of the current rayon pool. Call it
+    /// after [`Job::load`].
     pub fn stale(&self) -> Vec<Option<Stale>> {
         Survey::new(&self.plan, self.inputs()).stale
     }
 
-    /// The number of image files that are missing or broken, and replaced by a placeholder.
+    /// The number of missing or broken image files that placeholders replace.
     pub fn placeholders(&self) -> usize {
         self.store.replaced()
     }
 
-    /// Loads all files of the scene and finds everything that is wrong with them, on the threads of the current rayon
-    /// pool. Builds no acceleration structure.
+    /// Loads all files of the scene and reports all their errors, on the threads of the current rayon pool. Builds no acceleration
+    /// structure.
     pub fn load(&self) -> Result<SceneBuilder, Error> {
         let scene = compile::load(&self.desc, &self.store, Instancing::default(), self.plan.first_eye);
         // The scene has its own copy of the models.
@@ -112,7 +112,7 @@ impl Job {
         Inventory::new(scene, &self.store)
     }
 
-    /// Finds out whether an acceleration structure can be built of the scene that [`Job::load`] returned.
+    /// Checks whether an acceleration structure can be built for the scene that [`Job::load`] returned.
     pub fn check(&self, scene: &SceneBuilder) -> Result<(), Error> {
         Ok(scene.check().map_err(|cause| self.build_error(cause))?)
     }
@@ -170,7 +170,7 @@ impl Job {
             Existing::Skip => Survey::new(&self.plan, self.inputs()),
             Existing::Overwrite | Existing::Fail => Survey::of_nothing(self.inputs()),
         };
-        // The files beside the pictures are written anew.
+        // Files beside the pictures need the scene.
         let is_bare = self.plan.files.sidecars.is_empty();
         if frames.is_empty() || is_bare && (0..frames.len()).all(|frame| survey.has(frame)) {
             for frame in frames {
@@ -197,8 +197,7 @@ impl Job {
         })
     }
 
-    /// Denoises the frames of the plan, whose files are there, with the help of these frames; does nothing where the job does not
-    /// denoise.
+    /// Denoises the rendered frames of the plan, using these neighbouring frames; does nothing if the job does not denoise.
     ///
     /// # Errors
     /// Those of [`denoise`].
@@ -240,7 +239,7 @@ fn store(request: &Request) -> Store {
         .texture_memory(request.texture_memory)
 }
 
-/// Width over height of the picture of a model.
+/// The aspect ratio of the picture of a model.
 fn aspect(request: &Request) -> f64 {
     let default = RenderDesc::default();
     let [width, height] = request

@@ -1,6 +1,6 @@
-//! Two jobs that would write the same files: the second waits for the first, or leaves.
+//! Locks on the files of a job. A second job that would write the same files waits or ends.
 //!
-//! Jobs that write other files in the same folder, such as parts of one sequence, run at once.
+//! Jobs with other files in the same folder, such as parts of a sequence, run in parallel.
 
 use std::{
     collections::{BTreeMap, HashSet},
@@ -18,10 +18,10 @@ use crate::{
     warnings::WarningKind,
 };
 
-/// The time between two looks at whether the other job has ended.
+/// The interval of checks whether the other job has ended.
 const POLL: Duration = Duration::from_millis(200);
 
-/// The files of a job, which no other job writes as long as this lives.
+/// A lock on the files of a job.
 pub(super) struct JobLock {
     _files: Vec<JobFile>,
 }
@@ -40,10 +40,10 @@ impl fmt::Display for Busy {
 }
 
 impl JobLock {
-    /// Locks the files of `plan`, whose folders exist. Where nothing can be made, nothing is locked.
+    /// Locks the files of `plan`, whose folders exist. A folder in which no file can be created is not locked.
     ///
     /// # Errors
-    /// Another job writes one of them and the plan says to leave, or it was cancelled while it waited.
+    /// Another job writes one of the files and the plan says to end, or waiting was cancelled.
     pub fn new(plan: &Plan, cancel: Option<&Cancel>) -> Result<Self, Error> {
         let folders = folders(plan);
         let mut is_told = false;

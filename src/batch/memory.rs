@@ -13,7 +13,7 @@ use crate::{
 /// The number of frames in memory at once: one renders, one waits, one is written, encoded beside its pixels.
 const FRAMES_IN_MEMORY: u64 = 4;
 
-/// Takes the memory of the frames that are there at once.
+/// Reserves the memory of the frames that exist at the same time.
 pub(super) fn take(
     desc: &SceneDesc,
     settings: &render::Settings,
@@ -25,7 +25,7 @@ pub(super) fn take(
         .film_layout(picture, &desc.light_groups())
         .map_err(|unknown| Error::Usage(unknown.to_string()))?;
     let frame = (settings.window.area() as u64).saturating_mul(layout.bytes_per_pixel());
-    // The sums of all tiles are kept where a frame has several rounds, and copied for a checkpoint.
+    // The accumulators of all tiles are kept if a frame has several rounds, and copied for a checkpoint.
     let copies = u64::from(settings.samples.time.is_some()) + 2 * u64::from(checkpoint.is_some());
     let sums = settings
         .rendered_pixels()

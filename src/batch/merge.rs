@@ -1,4 +1,4 @@
-//! Merging: crops of one frame, each rendered by a job of its own, become the file that one job would have written.
+//! Merging: crops of one frame from several jobs become the file that one job would have written.
 
 use std::path::{Path, PathBuf};
 
@@ -51,7 +51,7 @@ pub fn merge(out: &Path, inputs: &[PathBuf]) -> Result<(), Error> {
     Ok(atomic::write(out, |file| Ok(file.write_all(&bytes)?))?)
 }
 
-/// A crop that is whole.
+/// A complete crop.
 struct Crop {
     /// The fingerprint of its frame.
     picture: String,

@@ -5,7 +5,7 @@
 //! | `transforms` | `transforms.json` | the camera of each frame, as NeRF programs read it |
 //! | `ids` | `ids.json` | the names of objects and materials by the numbers of `objectId` and `materialId` |
 //!
-//! They lie in the folder of the pictures. Source of the first: Mildenhall et al., "NeRF", ECCV 2020,
+//! They are written to the folder of the pictures. Source of the first: Mildenhall et al., "NeRF", ECCV 2020,
 //! doi:10.1007/978-3-030-58452-8_24, with the keys of instant-ngp and Nerfstudio.
 
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ impl Sidecar {
     }
 }
 
-/// Finds out whether the files can be made for frames of these cameras.
+/// Checks whether the files can be made for these cameras.
 pub(super) fn check<'a>(sidecars: &[Sidecar], mut cameras: impl Iterator<Item = &'a FrameCamera>) -> Result<(), Error> {
     match sidecars.contains(&Sidecar::Transforms) {
         true => cameras.try_for_each(|camera| pinhole(camera).map(drop)),
@@ -39,7 +39,7 @@ pub(super) fn check<'a>(sidecars: &[Sidecar], mut cameras: impl Iterator<Item = 
     }
 }
 
-/// The pinhole of a camera as its shutter opens.
+/// The pinhole view of a camera when its shutter opens.
 pub(super) fn pinhole(camera: &FrameCamera) -> Result<PinholeView, Error> {
     let message = "--metadata transforms: only perspective cameras have focal lengths";
     let pinhole = camera.camera(0.0).pinhole();

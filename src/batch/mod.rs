@@ -1,8 +1,7 @@
 //! Jobs: a scene and a camera path become files, frame by frame.
 //!
-//! [`Job::open`] reads a scene and turns a [`Request`] into a [`Plan`], frames, files and settings, or says why not,
-//! without touching a pixel; [`Job::load`] loads what the scene is made of; [`Job::run`] renders the frames, writing each
-//! one while the next one renders.
+//! [`Job::open`] reads a scene and turns a [`Request`] into a [`Plan`] of frames, files and settings; [`Job::load`] loads the
+//! files of the scene; [`Job::run`] renders the frames, and writes each one while the next one renders.
 
 mod checkpoint;
 pub mod denoise;

@@ -1,4 +1,4 @@
-//! Values that a name chooses: the command line's before the scene file's.
+//! Values that are selected by name, on the command line or in the scene file.
 
 use std::str::FromStr;
 
@@ -7,8 +7,7 @@ use crate::{
     value::{Problem, Spanned, UnknownName},
 };
 
-/// The value that the name given on the command line by `flag` has, or else the one in the scene file; `None` where there is
-/// neither.
+/// The value of the name that `flag` gives on the command line, or else of the name in the scene file; `None` without a name.
 ///
 /// # Errors
 /// The command line's name is unknown. The inner error is about that of the scene file.

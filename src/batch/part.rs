@@ -1,8 +1,8 @@
-//! Parts of a job: its frames shared out to machines that know no more than their number.
+//! Parts of a job, for machines that know only their own number.
 
 use std::str::FromStr;
 
-/// A share of the frames of a job.
+/// A part of the frames of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct JobPart {
     /// From 0 to `count - 1`.
@@ -14,9 +14,9 @@ pub struct JobPart {
 /// The frames that make up a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PartOrder {
-    /// Frames that follow each other.
+    /// Consecutive frames.
     Contiguous,
-    /// Every frame at the distance of the number of parts.
+    /// Every Nth frame of N parts.
     Interleaved,
 }
 
@@ -28,7 +28,7 @@ pub enum PartBase {
     One,
 }
 
-/// A part as it is typed: `I/N` or `I/N:interleave`.
+/// A part as text: `I/N` or `I/N:interleave`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PartSpec {
     number: usize,
@@ -57,7 +57,7 @@ impl FromStr for PartSpec {
 }
 
 impl PartSpec {
-    /// The part, where the first one has the number `base`.
+    /// The part, if the first one has the number `base`.
     ///
     /// # Errors
     /// There is no part of this number.
@@ -73,7 +73,7 @@ impl PartSpec {
 }
 
 impl JobPart {
-    /// The frames of this part. Over all parts each frame comes once, and the numbers of frames differ by one at most.
+    /// The frames of this part. Each frame is in exactly one part, and the sizes of parts differ by at most one.
     pub fn choose<T>(self, frames: Vec<T>) -> Vec<T> {
         let Self { index, count, order } = self;
         let len = frames.len();

@@ -1,4 +1,4 @@
-//! The passes of a job: which of them its films hold, and which one its files show.
+//! The passes of a job: those of its films, and the one that its files show.
 
 use super::Request;
 use crate::{
@@ -20,9 +20,9 @@ use crate::{
 #[derive(Clone, Debug, Default)]
 pub(super) struct PassChoice {
     pub passes: Vec<PassRequest>,
-    /// Whether files show the only pass in place of the beauty.
+    /// Whether files show the only pass instead of the beauty.
     pub is_shown: bool,
-    /// Whether all passes are asked for that can be had.
+    /// Whether all available passes are requested.
     pub is_all: bool,
 }
 
@@ -71,7 +71,7 @@ impl PassChoice {
             return Err(problems);
         }
         if !holds_passes(patterns) {
-            // A preview of the scene, into files of the command line's choice, is another matter.
+            // Outputs of the command line, such as previews, need not hold the scene's passes.
             if request.outputs.is_empty() {
                 let message = "only EXR files hold passes, and `files` names none";
                 let at = names.first().map(Spanned::span).unwrap_or_default();
@@ -95,7 +95,7 @@ impl PassChoice {
         }
     }
 
-    /// Adds the pass of this name to the films, where they do not have it.
+    /// Adds the pass of this name to the films, unless they have it.
     pub fn add(&mut self, name: &str) {
         let pass = PassRequest::parse(name).expect("the table has the row");
         if !self.passes.contains(&pass) {
@@ -103,7 +103,7 @@ impl PassChoice {
         }
     }
 
-    /// Adds what denoisers read.
+    /// Adds the passes that denoisers read.
     pub fn add_denoise(&mut self) {
         let denoise = PASSES
             .iter()
@@ -113,7 +113,7 @@ impl PassChoice {
         self.passes.extend(missing);
     }
 
-    /// The content to render: if files show data alone, no light is rendered.
+    /// The content to render: no light if files show only data.
     pub fn content(&self) -> Content {
         let is_data = |pass: &PassRequest| matches!(pass.spec().source, PassSource::FirstHit(_));
         if self.is_shown && self.passes.iter().all(is_data) {
@@ -123,11 +123,11 @@ impl PassChoice {
         }
     }
 
-    /// Leaves out what `integrator` cannot fill, and halves of samples whose number a limit of time decides, where all passes are
-    /// asked for.
+    /// If all passes are requested, removes those that `integrator` cannot compute, and with a time limit those of halves of the
+    /// samples.
     ///
     /// # Errors
-    /// A pass that is asked for by name cannot be filled.
+    /// A pass that is requested by name cannot be computed.
     pub fn fit_to(&mut self, (name, integrator): (&str, &BuiltIn), is_time_limited: bool) -> Result<(), Error> {
         if is_time_limited {
             if self.is_all {

@@ -9,17 +9,17 @@ use crate::{
 
 /// The patterns of a job's files.
 pub(super) struct Patterns {
-    /// The patterns of the files that it renders.
+    /// The patterns of rendered files.
     pub rendered: Vec<FilePattern>,
-    /// The patterns of the denoised files that the first of these become; none where the job does not denoise.
+    /// The patterns of the denoised files of the first ones; empty if the job does not denoise.
     pub denoised: Vec<FilePattern>,
 }
 
 impl Patterns {
-    /// The patterns that a request names, or the scene, or those of the scene's own name.
+    /// The patterns of the request, else of the scene, else by the scene's name.
     ///
     /// # Errors
-    /// One is no pattern, or has not the format that its purpose needs.
+    /// A pattern is invalid, or has an unsuitable format.
     pub fn new(desc: &SceneDesc, request: &Request) -> Result<Self, Error> {
         let mut patterns = Self {
             rendered: pictures(desc, request).map_err(Error::Pattern)?,

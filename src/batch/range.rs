@@ -1,18 +1,17 @@
 //! Frame ranges: `1-100x2`, `1,3,5-10`, `1-10:3`.
 //!
-//! A range is a list of parts between commas. A part is a frame, or a first and a last frame with a `-` between them,
-//! and after these an `x` or a `:` and a step: `1-10x3` is 1, 4, 7, 10. Frames may be negative: `-5-5`, `-10--5`. Spaces
-//! are allowed around numbers. Parts may overlap and come in any order; each frame is in a range once, and the range goes
-//! upwards.
+//! A range is a list of parts separated by commas. A part is a frame, or a first and a last frame separated by `-`, optionally
+//! with `x` or `:` and a step: `1-10x3` is 1, 4, 7, 10. Frames may be negative: `-5-5`, `-10--5`. Spaces are allowed around
+//! numbers. Parts may overlap and come in any order; the range is sorted and has each frame once.
 
 use std::{fmt, str::FromStr};
 
 pub use crate::camera::path::MAX_FRAME;
 
-/// The most frames in one range; a job of more is a slip of the pen.
+/// The most frames in one range; more are probably a typing error.
 pub const MAX_FRAMES: usize = 1_000_000;
 
-/// Frames to render, at least one, each of them once and in rising order.
+/// At least one frame, in ascending order without duplicates.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FrameRange {
     frames: Vec<i64>,
@@ -48,7 +47,7 @@ impl FrameRange {
         })
     }
 
-    /// These frames, in rising order.
+    /// The range of these frames.
     pub fn of(frames: impl IntoIterator<Item = i64>) -> Self {
         Self {
             frames: frames.into_iter().collect(),
@@ -61,7 +60,7 @@ impl FrameRange {
         self.frames.len()
     }
 
-    /// The frames, upwards.
+    /// The frames, in ascending order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = i64> + DoubleEndedIterator + '_ {
         self.frames.iter().copied()
     }
@@ -151,7 +150,7 @@ impl Part {
             };
         };
         let last = frame(last)?;
-        // A step that does not fit goes past every last frame.
+        // A step that overflows exceeds every last frame.
         let step = step.map_or(1, |s| s.parse().unwrap_or(u64::MAX));
         if step == 0 {
             return Err(RangeError::ZeroStep(text.to_owned()));
@@ -171,7 +170,7 @@ impl Part {
     }
 }
 
-/// The whole number that `text` begins with, and what follows it and the spaces after it.
+/// Splits off the integer at the start of `text` and the spaces after it.
 fn signed(text: &str) -> Option<(&str, &str)> {
     let sign = usize::from(text.starts_with('-'));
     let digits = text[sign..].bytes().take_while(u8::is_ascii_digit).count();
@@ -190,7 +189,7 @@ fn frame(number: &str) -> Result<i64, RangeError> {
 }
 
 impl fmt::Display for FrameRange {
-    /// The shortest of the plain ways to write it: three or more frames at even distances are a part of their own.
+    /// Writes it compactly: three or more frames with a constant step become one part.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut rest = &self.frames[..];
         let mut comma = "";

@@ -3,7 +3,7 @@
 use super::{Plan, PlannedFrame, turntable::Orbit};
 use crate::{camera::FrameCamera, scene::Scene};
 
-/// The camera rig of a job: the camera path, or an orbit around the scene.
+/// The source of a job's cameras: the camera path, or an orbit around the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraRig {
     orbit: Option<Orbit>,

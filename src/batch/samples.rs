@@ -1,4 +1,4 @@
-//! The samples of each pixel, as the scene file and the request together say.
+//! The samples of each pixel, from the scene file and the request.
 
 use super::Request;
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
 /// The samples of each pixel of a job whose pictures have this exposure, in stops.
 ///
 /// # Errors
-/// A least number of samples is asked for, but nothing says what noise is low enough.
+/// A minimum of samples is requested without a noise threshold.
 pub(super) fn budget(desc: &SceneDesc, request: &Request, exposure: f32) -> Result<SampleBudget, Error> {
     let described = desc.render.samples.get_ref();
     let max = request.samples.unwrap_or_else(|| described.max());

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::output::Value;
 
-/// Why a frame is rendered though it was to be left out if possible.
+/// Why a frame is rendered again and not skipped.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Stale {
     pub path: PathBuf,
@@ -20,13 +20,13 @@ pub struct Stale {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StaleReason {
-    /// There is no such file.
+    /// The file does not exist.
     Missing,
-    /// It is cut off, altered or no picture at all.
+    /// It is truncated, altered or no picture.
     Damaged,
     /// It has no fingerprint: another program, or an older version of this one, wrote it.
     Foreign,
-    /// A shorter limit of time than this job's has left it with fewer samples.
+    /// It has fewer samples because of a shorter time limit than this job's.
     CutShort,
     /// It was rendered from other inputs, by another camera or with other settings.
     Outdated,
@@ -51,7 +51,7 @@ impl fmt::Display for Stale {
 }
 
 impl PlannedFrame {
-    /// The first of the frame's files that is not what the job would write; `None` where all are.
+    /// The first file of the frame that is not what the job would write, if any.
     pub fn stale(&self, plan: &Plan, inputs: InputHash) -> Option<Stale> {
         let expected = Value::from(Fingerprint::of_frame(plan, inputs, self).file);
         self.files.iter().find_map(|file| {
@@ -78,7 +78,7 @@ impl PlannedFrame {
     }
 }
 
-/// The frames of a plan that need not be rendered, as a job finds them before its first one.
+/// The state of all files of a plan before rendering.
 #[derive(Clone, Debug)]
 pub struct Survey {
     pub inputs: InputHash,
@@ -87,7 +87,7 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Looks at the files of all frames, on the threads of the current rayon pool.
+    /// Inspects the files of all frames, on the threads of the current rayon pool.
     pub fn new(plan: &Plan, inputs: InputHash) -> Self {
         let stale = plan.frames.par_iter().map(|frame| frame.stale(plan, inputs));
         Self {
@@ -96,7 +96,7 @@ impl Survey {
         }
     }
 
-    /// The survey of a job that renders all frames, whatever is there.
+    /// The survey of a job that renders all frames, regardless of existing files.
     pub fn of_nothing(inputs: InputHash) -> Self {
         Self {
             inputs,
@@ -104,7 +104,7 @@ impl Survey {
         }
     }
 
-    /// Whether frame `index` of the plan is there as the job would write it.
+    /// Whether the files of frame `index` of the plan are what the job would write.
     pub fn has(&self, index: usize) -> bool {
         self.stale.get(index).is_some_and(Option::is_none)
     }

@@ -1,30 +1,30 @@
-//! The figures of a finished job.
+//! The summary of a finished job.
 
 use std::time::Duration;
 
 use super::FrameFailure;
 use crate::{geometry::Geometry, render::InvalidSamples};
 
-/// The figures of a finished job.
+/// The summary of a finished job.
 #[derive(Debug, Default)]
 pub struct Summary {
-    /// Frames rendered, whether they could be written or not.
+    /// The number of rendered frames, including those that could not be written.
     pub rendered: usize,
-    /// The frames that are not on disk though they were to be.
+    /// The failed frames.
     pub failures: Vec<FrameFailure>,
-    /// Frames left out because their files were whole.
+    /// The number of skipped frames.
     pub skipped: usize,
     /// Rendering time of each frame, in order.
     pub frame_times: Vec<Duration>,
-    /// From the first ray to the last file.
+    /// The time from the first ray to the last file.
     pub wall: Duration,
-    /// Rays traced for nearest hits and for shadows.
+    /// The number of traced rays, including shadow rays.
     pub rays: u64,
-    /// Samples of all frames.
+    /// The number of samples of all frames.
     pub samples: u64,
-    /// Samples that came out as NaN or infinite, and were left out, of each frame that has such.
+    /// The samples with NaN or infinite values, which were left out, for each frame that has any.
     pub invalid: Vec<(i32, InvalidSamples)>,
-    /// Numbers beyond what a half float holds, and NaNs, in the files.
+    /// The numbers in files beyond the range of halves, and the NaNs.
     pub clamped: u64,
     pub scene: SceneFigures,
 }
@@ -32,14 +32,14 @@ pub struct Summary {
 /// The size of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneFigures {
-    /// Triangles that are stored.
+    /// The number of stored triangles.
     pub triangles: usize,
-    /// Primitives that are no triangles.
+    /// The number of primitives that are no triangles.
     pub shapes: usize,
     pub instances: usize,
-    /// All primitives, those of instanced meshes once for each instance.
+    /// The number of primitives, counting those of instances separately.
     pub instanced_primitives: u64,
-    /// The time that building the acceleration structure took; `None` where no frame needed one.
+    /// The time for building the acceleration structure; `None` if no frame needed one.
     pub build_time: Option<Duration>,
 }
 

@@ -1,4 +1,4 @@
-//! Frames that a limit of time has cut short.
+//! Frames with fewer samples because of a time limit.
 
 use super::Plan;
 use crate::{
@@ -6,10 +6,10 @@ use crate::{
     output::{Attribute, FileFacts, FrameMetadata},
 };
 
-/// The attribute of files that were cut short: the limit, in seconds.
+/// The attribute of such files: the limit, in seconds.
 const TIME_LIMIT: &str = "batch-render/time-limit";
 
-/// Says in the metadata of a frame how many samples it got, if they are not all.
+/// Records the number of samples in the metadata of a frame, if it does not have all.
 pub(super) fn mark(metadata: &mut FrameMetadata, plan: &Plan, film: &Film) {
     let budget = plan.picture.settings.samples;
     if let Some(limit) = budget.time.filter(|_| film.samples < budget.max) {
@@ -20,7 +20,7 @@ pub(super) fn mark(metadata: &mut FrameMetadata, plan: &Plan, film: &Film) {
     }
 }
 
-/// Whether a file has fewer samples than `plan` would give it: it was cut short, and by a shorter limit than the plan has.
+/// Whether a file has fewer samples because of a shorter time limit than that of `plan`.
 pub(super) fn is_too_short(facts: &FileFacts, plan: &Plan) -> bool {
     let limit = facts.attribute(TIME_LIMIT).map(ToString::to_string);
     let limit = limit.map(|text| text.parse::<f64>().unwrap_or(0.0));

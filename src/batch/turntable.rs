@@ -1,4 +1,4 @@
-//! A camera that goes once around a scene.
+//! Turntables: a camera orbit around a scene.
 
 use glam::{DQuat, DVec3};
 
@@ -8,11 +8,11 @@ use crate::{
     scene::Scene,
 };
 
-/// An orbit about the vertical axis through the middle of a scene, from where a camera stands.
+/// An orbit around the vertical axis through the centre of a scene, starting at a camera.
 #[derive(Clone, Copy, Debug)]
 pub struct Turntable {
     pub start: SceneCamera,
-    /// The number of frames of the full circle. The first is at the start, the last one step before it.
+    /// The number of frames of the full circle. The first is at the start, the last is one step before it.
     pub frames: u32,
 }
 
@@ -24,7 +24,7 @@ pub struct Orbit {
 }
 
 impl Turntable {
-    /// Around all of the scene that has bounds. Of a scene without any the camera looks around.
+    /// The orbit around the bounded part of the scene. In a scene without bounds the camera turns in place.
     pub fn around(self, scene: &Scene) -> Orbit {
         let bounds = scene.geometry.accel.geometry().world_bounds();
         let center = if bounds.is_finite() {
@@ -46,7 +46,7 @@ impl Orbit {
         let turn = axis_rotation(1, 360.0 * f64::from(frame - 1) / f64::from(frames));
         let eye = self.center + turn * (start.pose.eye() - self.center);
         let axes = turn * start.pose.world_from_camera().matrix3;
-        // A rotation has a quaternion, so there is a pose.
+        // Rotations always convert to a quaternion, so the fallback is not used.
         let pose = Pose::from_quaternion(eye, DQuat::from_mat3(&axes)).unwrap_or(start.pose);
         let pose = if frame == 1 { start.pose } else { pose };
         Camera::new(&pose, &start.lens, film)

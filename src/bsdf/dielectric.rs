@@ -1,7 +1,7 @@
 //! Rough dielectric boundaries, and thin dielectric panes without refraction.
 //!
-//! Radiance is not scaled by the square of the index of refraction where it passes: what is seen
-//! through a surface is as bright as what is behind.
+//! Transmitted radiance is not scaled by the square of the index of refraction: an object behind a clear surface looks as bright as
+//! without it.
 
 use super::{
     Bsdf, BsdfEval, BsdfKind, BsdfSample, Lobe,

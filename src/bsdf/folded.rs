@@ -1,4 +1,4 @@
-//! A BSDF under a normal map: what it would send below the surface is mirrored back above.
+//! A BSDF under a normal map: directions below the surface are mirrored to above it.
 //!
 //! A facet that a normal map tilts sees a part of the surface that it lies on. That part is taken for a mirror, so that the
 //! facet loses no light. Source: Schuessler, Heitz, Hanika, Dachsbacher, "Microfacet-based Normal Mapping for Robust Monte

@@ -34,7 +34,7 @@ use super::{
 };
 use crate::math::{Frame, Rgb, Sample2D, Vec3, warp};
 
-/// The layered BSDF: layers, and what depends on them alone.
+/// The layered BSDF: its layers, and values derived from them.
 #[derive(Clone, Copy, Debug)]
 pub struct Layered {
     layers: Layers,

@@ -159,7 +159,7 @@ pub trait BsdfKind {
         true
     }
 
-    /// The same surface in a medium of the index of refraction `outside`, in place of 1; `None` where that changes nothing.
+    /// The same surface in a medium with the index of refraction `outside` instead of 1; `None` if that changes nothing.
     fn immersed(&self, outside: f32) -> Option<Bsdf>;
 
     /// The albedo of Lambert's model; `None` for all others.
@@ -172,7 +172,7 @@ pub trait BsdfKind {
         false
     }
 
-    /// The same surface for paths that follow one channel; `None` where that changes nothing.
+    /// The same surface for paths that follow one channel; `None` if that changes nothing.
     fn for_channel(&self, _hero: HeroChannel) -> Option<Bsdf> {
         None
     }

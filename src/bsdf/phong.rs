@@ -52,7 +52,7 @@ impl Phong {
         }
     }
 
-    /// The weights of the mirror and of what passes: what cannot pass is reflected.
+    /// The weights of reflection and transmission; under total reflection all is reflected.
     fn deltas(&self, o: Vec3, eta: f32) -> (Rgb, Option<(Vec3, Rgb)>) {
         if self.transmit.is_black() {
             return (self.reflect, None);

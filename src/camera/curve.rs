@@ -1,4 +1,4 @@
-//! Curves through keys: what a camera path is between the frames that were written down.
+//! Curves through keys: the interpolation of camera paths.
 //!
 //! At a key a curve *is* the key's value, bit for bit. Between two keys the interpolation of the
 //! earlier one says what happens ([`Interp`]); a smooth curve looks one key further on either side.
@@ -107,7 +107,7 @@ impl<T: Copy> Segment<T> {
 }
 
 /// The cubic Hermite polynomial at `u` of `[0, 1]`, by how far it goes and its slopes at both ends.
-/// As an offset from its start, so that what rests does not move by a rounding error.
+/// Computed as an offset from its start, so that rounding errors do not move a value at rest.
 fn hermite_rise<V>(rise: V, slopes: [V; 2], u: f64) -> V
 where
     V: std::ops::Mul<f64, Output = V> + std::ops::Add<Output = V> + std::ops::Sub<Output = V>,

@@ -51,7 +51,7 @@ impl PanoramaDesc {
     }
 }
 
-/// There is nothing to say of it.
+/// The lens of a panorama, which has no parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PanoramaLens;
 

@@ -51,7 +51,7 @@ impl Rotation {
 /// The orientation of the camera, as given in the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Orientation {
-    /// See [`LookAt`]; `up` is +y and `roll` 0 where no key says anything else.
+    /// See [`LookAt`]; the defaults are +y for `up` and 0 for `roll`.
     Target {
         target: DVec3,
         up: Option<DVec3>,
@@ -108,7 +108,7 @@ pub struct CameraState {
     /// The time, in frames.
     pub frame: f64,
     pub pose: Pose,
-    /// The distance to what is looked at, in m, on a path with targets.
+    /// The distance to the target, in m, on a path with targets.
     pub target_distance: Option<f64>,
     pub lens: LensOverrides,
     pub shutter: Option<Shutter>,

@@ -242,7 +242,7 @@ impl PerspectiveDesc {
 pub struct PerspectiveLens {
     pub view: FieldOfView,
     pub sensor: Sensor,
-    /// The fit of the sensor of a camera path; `None` leaves it as the path says.
+    /// The sensor fit for a camera path's sensor; `None` uses the path's own size.
     pub sensor_fit: Option<SensorFit>,
     pub aperture: Aperture,
     pub focus: Focus,

@@ -159,8 +159,7 @@ fn rays(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The geometry that all accelerators trace: with Embree the triangles alone, without instances, since nothing else is
-/// compared there.
+/// The geometry that all accelerators trace. With Embree it is the triangles without instances, because only those are compared.
 fn contest(geometry: &Arc<Geometry>, embree: Option<&Path>) -> Arc<Geometry> {
     if embree.is_none() || (geometry.shapes.is_empty() && geometry.instances.is_empty()) {
         return Arc::clone(geometry);

@@ -1,4 +1,4 @@
-//! The error of files and folders that the program itself creates.
+//! Errors of files and folders that the program creates.
 
 use std::{io, path::Path};
 

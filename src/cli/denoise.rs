@@ -1,4 +1,4 @@
-//! `batch-render denoise`: the noise taken out of a sequence of files.
+//! `batch-render denoise`: denoising of a rendered sequence.
 
 use std::{
     env,
@@ -25,7 +25,7 @@ use super::{
     threads::threads,
 };
 
-/// Does what the arguments say.
+/// Runs the command.
 pub fn run(args: &DenoiseArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let pattern = |text: &str| FilePattern::parse(text).map_err(Error::Pattern);
     let range = args.range.as_deref().map(str::parse).transpose();
@@ -43,7 +43,7 @@ pub fn run(args: &DenoiseArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The options that flags make.
+/// The options of the flags.
 pub fn options(filter: DenoiserKind, temporal: u32, library: Option<&Path>) -> DenoiseOptions {
     DenoiseOptions {
         temporal,

@@ -1,4 +1,4 @@
-//! Progress as events, a line each, for programs that watch a job (`--progress json` and `openjd`).
+//! Progress as one event per line, for programs that observe a job (`--progress json` and `openjd`).
 //!
 //! The lines of `openjd` are those of Open Job Description's "How Jobs Are Run": `openjd_progress`, `openjd_status`, `openjd_fail`.
 
@@ -20,7 +20,7 @@ pub enum EventFormat {
     OpenJd,
 }
 
-/// Says each event as it comes.
+/// Prints the events of a job.
 pub struct Events {
     format: EventFormat,
     /// The frames of the job.
@@ -37,7 +37,7 @@ impl Events {
         }
     }
 
-    /// One more frame is on disk or never will be.
+    /// Prints the event of a frame that is on disk or has failed.
     fn is_done(&self, json: Value, status: &str) {
         let done = self.done.fetch_add(1, Ordering::SeqCst) + 1;
         match self.format {
@@ -52,7 +52,7 @@ impl Events {
         }
     }
 
-    /// Says what only JSON has a word for.
+    /// Prints an event that exists only in JSON.
     fn json(&self, event: impl FnOnce() -> Value) {
         if self.format == EventFormat::Json {
             say(&event().to_string());

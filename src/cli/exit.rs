@@ -1,4 +1,4 @@
-//! Exit codes: what a farm does next depends on them. They follow sysexits.h where it has a word for the case.
+//! Exit codes, by which farms decide what to do next. They follow sysexits.h if it has a code for the case.
 
 use batch_render::error::{Blame, Error};
 

@@ -1,4 +1,4 @@
-//! Frames that failed: what to say of each, and the exit code.
+//! Failed frames: their messages, and the exit code.
 
 use std::fmt;
 
@@ -13,7 +13,7 @@ use super::replay::Replay;
 #[derive(Debug)]
 pub struct FramesFailed {
     count: usize,
-    /// Who must act, where it is the same for all frames and no frame succeeded.
+    /// Who must act, if it is the same for all frames and no frame succeeded.
     pub blame: Option<Blame>,
 }
 
@@ -53,7 +53,7 @@ impl fmt::Display for FramesFailed {
 
 impl std::error::Error for FramesFailed {}
 
-/// The command that repeats one frame of this process's command alone.
+/// The command that renders only this frame again.
 pub fn command_of_frame(frame: i32) -> Result<String, Error> {
     Ok(command(Replay::of_process()?, frame))
 }

@@ -1,4 +1,4 @@
-//! The figures of a job, as they go to files.
+//! The statistics of a job in files.
 
 use std::{borrow::Cow, collections::BTreeMap};
 
@@ -12,7 +12,7 @@ pub struct Report {
     pub command: Vec<String>,
     pub scene: String,
     pub resolution: [u32; 2],
-    /// The samples of each pixel; with adaptive sampling the most.
+    /// The samples of each pixel, with adaptive sampling the most.
     pub samples: u32,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub min_samples: Option<u32>,
@@ -22,7 +22,7 @@ pub struct Report {
     /// The number of frames of the job.
     pub total: usize,
     pub wall_s: f64,
-    /// Whether the job has come to its end.
+    /// Whether the job has ended.
     pub is_finished: bool,
     pub inputs: Vec<Input>,
     /// Those of this process.
@@ -116,16 +116,16 @@ pub struct Frame {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     pub wall_s: f64,
-    /// Processor time of all threads while it rendered, also that of writing the frame before.
+    /// The processor time of all threads while it rendered, including that of writing the last frame.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cpu_s: Option<f64>,
     pub samples: u64,
-    /// Those of each pixel, where a limit of time has kept the frame from having all.
+    /// The samples of each pixel, if a time limit has reduced them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub samples_per_pixel: Option<u32>,
     pub segments: u64,
     pub shadow_rays: u64,
-    /// The most that the process has had so far.
+    /// The peak of the process so far.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peak_memory_bytes: Option<u64>,
     pub files: Vec<String>,

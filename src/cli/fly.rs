@@ -63,12 +63,12 @@ pub fn run(args: &FlyArgs, simd: Isa) -> anyhow::Result<()> {
         open(&url);
     }
     let threads = pool.current_num_threads();
-    // The viewer has threads of its own.
+    // The viewer starts its own threads.
     drop(pool);
     Ok(viewer.run(threads, &stop)?)
 }
 
-/// The command of the job, with these values instead of those of the arguments.
+/// The command of the job, with these values instead of the given ones.
 fn command(changes: &[(&str, String)]) -> String {
     // Flags of the viewer alone.
     const OWN: [&str; 8] = [
@@ -88,7 +88,7 @@ fn command(changes: &[(&str, String)]) -> String {
     changes.iter().fold(replay.without(&OWN), change).shell_line()
 }
 
-/// Opens the page with the program that the system opens addresses with.
+/// Opens the page in the system's browser.
 fn open(url: &str) {
     let program = if cfg!(target_os = "macos") {
         "open"

@@ -15,7 +15,7 @@ use batch_render::{
 
 use super::summary::plural;
 
-/// Prints the inventory of a valid scene to standard output. A reader that has seen enough is no error.
+/// Prints the inventory of a valid scene to standard output. A closed pipe is no error.
 pub fn print(scene: &Path, job: &Job, inventory: &Inventory, json: bool) -> io::Result<()> {
     let mut out = io::stdout().lock();
     let written = if json {

@@ -1,4 +1,4 @@
-//! From what was typed to a rendered sequence.
+//! From the command line to a rendered sequence.
 
 use std::{
     io::{self, Write},
@@ -31,7 +31,7 @@ use super::{
     threads::threads,
 };
 
-/// Does what the arguments say.
+/// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let simd = simd::from_environment()?;
     match &args.command {
@@ -67,7 +67,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
 }
 
-/// Validates a scene as it stands and prints what it consists of.
+/// Validates a scene and prints its inventory.
 fn check(scene: &Path, request: Request, simd: Isa, json: bool) -> anyhow::Result<()> {
     let request = Request {
         max_memory: Some(memory::default_limit()),
@@ -174,7 +174,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
             }
             FramesFailed::check(figures)?;
             if args.denoise_step.is_none() {
-                // Others in the folder may be of another scene.
+                // Other files in the folder may belong to another scene.
                 let own = Helpers::Among(plan.frames.iter().map(|frame| frame.number).collect());
                 pool.install(|| job.denoise(&own, &Lines::new(kind), Some(&cancel)))?;
             }
@@ -235,7 +235,7 @@ fn list_stale(plan: &Plan, stale: &[Option<Stale>]) -> io::Result<()> {
     }))
 }
 
-/// Prints lines. A reader that has seen enough is no error.
+/// Prints lines. A closed pipe is no error.
 fn print_lines(mut lines: impl Iterator<Item = String>) -> io::Result<()> {
     let mut out = io::stdout().lock();
     let written = lines.try_for_each(|line| writeln!(out, "{line}"));

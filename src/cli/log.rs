@@ -15,10 +15,10 @@ use tracing_subscriber::{
 
 use super::args::Args;
 
-/// The longest message that is shown whole, in characters.
+/// The most characters of a message before it is shortened.
 const LONGEST_MESSAGE: usize = 2000;
 
-/// Starts logging as the arguments want it.
+/// Starts logging at the level of the arguments.
 pub fn start(args: &Args) {
     let level = match (args.quiet, args.verbose) {
         (true, _) => Level::ERROR,
@@ -33,7 +33,7 @@ pub fn start(args: &Args) {
         .init();
 }
 
-/// The level and the message of an event on one line, with nothing in it that a terminal obeys.
+/// The level and the message of an event on one line, without control characters.
 struct OneLine;
 
 impl<S, N> FormatEvent<S, N> for OneLine
@@ -89,11 +89,11 @@ pub fn report(error: &anyhow::Error) {
     let messages = own.map_or_else(|| vec![format!("{error:#}")], Error::messages);
     for message in messages {
         let shown = match own {
-            // The lines of a file are shown with it.
+            // The message contains lines of a file.
             Some(error) if error.has_excerpts() => visible(&message),
             _ => one_line(&message, LONGEST_MESSAGE),
         };
-        // A closed stderr leaves nobody to tell.
+        // Ignores a closed stderr.
         let _ = writeln!(std::io::stderr(), "error: {shown}");
     }
     if let Some(help) = own.and_then(Error::help) {

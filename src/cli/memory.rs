@@ -5,40 +5,39 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Either limit on systems that do not say how much memory there is, in bytes.
+/// Both limits on systems that do not report their memory, in bytes.
 const ELSEWHERE: u64 = 4 << 30;
 
-/// The limit of a job's memory where `--max-memory` is not given, in bytes: three quarters of what is free.
+/// The default of `--max-memory`, in bytes: three quarters of the free memory.
 pub fn default_limit() -> u64 {
     free().map_or(ELSEWHERE, |bytes| bytes / 4 * 3)
 }
 
-/// The limit of all textures where `--texture-memory` is not given, in bytes: half of the machine's memory, or of what the
-/// control groups of the process have of it.
+/// The default of `--texture-memory`, in bytes: half of the memory of the machine or of the process's control groups.
 pub fn default_textures() -> u64 {
     let machine = kibibytes("/proc/meminfo", "MemTotal:");
     let all = machine.into_iter().chain(groups().map(|group| group.limit));
     all.min().map_or(ELSEWHERE, |bytes| bytes / 2)
 }
 
-/// The memory in bytes that the process can still get: the least of what the machine has free, what its control groups
-/// allow (version 2) and what its address space may grow by. `None` where the system does not say.
+/// The memory that the process can still allocate, in bytes: the least of the free memory of the machine, the limits of its
+/// control groups (version 2) and that of its address space. `None` if the system does not report it.
 fn free() -> Option<u64> {
     let machine = kibibytes("/proc/meminfo", "MemAvailable:");
     let of_groups = groups().map(|group| group.limit.saturating_sub(group.used)).min();
     [machine, of_groups, of_address_space()].into_iter().flatten().min()
 }
 
-/// The most resident memory so far, in bytes; `None` where the system does not say.
+/// The peak of resident memory so far, in bytes; `None` if the system does not report it.
 pub fn peak() -> Option<u64> {
     kibibytes("/proc/self/status", "VmHWM:")
 }
 
-/// The processor time of all threads of the process so far, in seconds, to a hundredth; `None` where the system does not say.
+/// The processor time of all threads so far, in seconds, to a hundredth; `None` if the system does not report it.
 pub fn cpu_seconds() -> Option<f64> {
     const TICKS_PER_SECOND: f64 = 100.0;
     let text = read_to_string("/proc/self/stat").ok()?;
-    // The name of the program, in parentheses, may hold spaces.
+    // The name of the program, in parentheses, may contain spaces.
     let (_, fields) = text.rsplit_once(')')?;
     let ticks = fields
         .split_whitespace()
@@ -78,7 +77,7 @@ fn groups() -> impl Iterator<Item = Group> {
     })
 }
 
-/// The bytes that the limit of `ulimit -v` leaves; `None` where there is none.
+/// The remaining bytes of `ulimit -v`; `None` without a limit.
 fn of_address_space() -> Option<u64> {
     let limits = read_to_string("/proc/self/limits").ok()?;
     let line = limits.lines().find_map(|l| l.strip_prefix("Max address space"))?;

@@ -38,7 +38,7 @@ use clap::Parser;
 
 use args::Args;
 
-/// Runs the program; the code says who must act (docs/interface.md).
+/// Runs the program; the exit code tells who must act (docs/interface.md).
 pub fn main() -> ExitCode {
     let args = match Args::try_parse() {
         Ok(args) => args,

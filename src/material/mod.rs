@@ -147,7 +147,7 @@ pub trait MaterialKind {
     }
 
     /// Whether its BSDF reflects light from all directions. One that has but mirror images, or lets light through, is left out
-    /// where lamps are sampled for many surfaces at once.
+    /// by blocks of light samples.
     fn is_lit(&self) -> bool {
         true
     }

@@ -108,7 +108,7 @@ impl Default for Phong {
 }
 
 impl Phong {
-    /// Whether it has nothing but its colour.
+    /// Whether only the colour is set.
     fn is_dull(&self) -> bool {
         (self.specular + self.reflect + self.transmit).is_black()
     }

@@ -211,7 +211,7 @@ impl Principled {
             ior: self.iridescence_ior,
             thickness: thin + (thick - thin) * unit_scalar(&self.iridescence_place),
         };
-        // Between equal media a facet bends nothing, and light goes straight on.
+        // Between equal media there is no refraction.
         let boundary = if is_equal_ior(self.ior, 1.0) {
             Boundary::ThinWalled
         } else {

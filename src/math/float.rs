@@ -34,7 +34,7 @@ pub fn offset_origins(p: Vec3, p_error: Vec3, ng: Vec3) -> [Vec3; 2] {
 /// `p + d`, and from there the next number in the direction of `d`; `p` itself where `d` is 0.
 /// Finite numbers only.
 ///
-/// Nobody can predict signs of directions, so none is branched on.
+/// The signs of directions are unpredictable, so there is no branch.
 #[inline(always)]
 fn next_after(p: f32, d: f32) -> f32 {
     let moved = p + d;

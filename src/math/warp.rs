@@ -62,7 +62,7 @@ impl VectorLoop for Disks<'_> {
 #[inline(always)]
 pub fn square_to_disk(u: Vec2) -> Vec2 {
     let o = 2.0 * u - Vec2::ONE;
-    // Nobody can predict which is the larger, so there is no branch.
+    // The larger one is unpredictable, so there is no branch.
     let wide = o.x.abs() > o.y.abs();
     let (major, minor) = if wide { (o.x, o.y) } else { (o.y, o.x) };
     // In the middle both are 0, and so is the radius.

@@ -35,7 +35,7 @@ pub enum OidnError {
 }
 
 impl OidnError {
-    /// The library could not be loaded; the system says why.
+    /// The library could not be loaded, with the system's message.
     fn load(cause: &libloading::Error) -> Self {
         let source = std::error::Error::source(cause);
         Self::Load(source.map_or_else(|| cause.to_string(), ToString::to_string))
@@ -151,7 +151,7 @@ impl Oidn {
     /// Denoises a picture of light without limits, whose albedo and normals have little noise.
     ///
     /// # Errors
-    /// The library says why.
+    /// An error with the library's message.
     pub fn denoise(&mut self, images: &mut OidnImages<'_>) -> Result<(), OidnError> {
         let OidnImages { width, height, .. } = *images;
         let numbers = 3 * width * height;

@@ -171,7 +171,7 @@ impl<K: BlockKind<N>, const N: usize> VectorLoop for Attempts<'_, '_, K, N> {
                 numbers[k][i] = shape[k];
             }
         }
-        // Arrays of its own take the results, so that nothing that is written may be what is read.
+        // Results go to local arrays, so that the compiler knows that reads and writes do not alias.
         let (mut t, mut u, mut v) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         let mut answers = [0; LANES];
         for i in 0..LANES {

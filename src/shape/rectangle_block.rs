@@ -95,7 +95,7 @@ impl VectorLoop for Sample<'_> {
     #[inline(always)]
     fn run(self) {
         let block = self.0;
-        // Arrays of its own take the results, so that nothing that is written may be what is read.
+        // Results go to local arrays, so that the compiler knows that reads and writes do not alias.
         let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         let (mut pdf, mut is_known) = ([0.0; LANES], [0; LANES]);
         for i in 0..LANES {

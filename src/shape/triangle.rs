@@ -18,7 +18,7 @@ impl Shear {
     #[inline(always)]
     pub fn new(d: &Vec3) -> Self {
         let [x, y, z] = d.abs().to_array();
-        // Nobody can predict which it is, so there is no branch.
+        // The case is unpredictable, so there is no branch.
         let first = (x > y) & (x > z);
         let second = !first & (y > z);
         let axes = [[0, 1, 2], [2, 0, 1], [1, 2, 0]][usize::from(second) + 2 * usize::from(first)];

@@ -91,7 +91,7 @@ impl Bitmap {
     }
 
     /// Four texels weighed, `f` for the second column and the second row; rows count from the
-    /// bottom, and what is `None` is black. The storage is matched once, not for every number.
+    /// bottom; `None` is black. The storage is matched once, not for every number.
     #[inline]
     pub fn blend(&self, columns: [Option<u32>; 2], rows: [Option<u32>; 2], f: Vec2) -> Rgb {
         match &self.storage {

@@ -312,7 +312,7 @@ impl Textures<'_> {
         }
     }
 
-    /// Two scalars at a point: what are channels of one texture, as models often have them, is looked up once.
+    /// Two scalars at a point. Channels of the same texture, which are common in models, need only one lookup.
     #[inline]
     pub fn pair(&self, [a, b]: [&Scalar; 2], at: &TexturePoint) -> [f32; 2] {
         if let (Some((id, of_a)), Some((other, of_b))) = (a.texture(), b.texture())

@@ -1,4 +1,4 @@
-//! Clear facets: what they reflect and what they let pass, together.
+//! The albedo of clear facets: reflection and transmission together.
 
 use std::sync::OnceLock;
 
@@ -50,7 +50,7 @@ pub struct ClearAlbedo {
 /// relative to the albedo of mirrors: at grazing angles everything is reflected.
 struct DielectricRow {
     fresnel: [f32; COLUMNS],
-    /// Over nothing where all can pass.
+    /// For indices below 1 without the part of mirrors, which is added after interpolation.
     passing: [f32; COLUMNS],
 }
 

@@ -1,6 +1,6 @@
 //! Tabulated albedos of rough surfaces, for multiple scattering and for layers.
 //!
-//! The facets of [`super::microfacet`] scatter once; what would bounce between them is lost, up to
+//! The facets of [`super::microfacet`] scatter once; light that bounces between them is lost, up to
 //! two thirds of the light. Divided by the albedo of white facets, a lobe loses nothing: it is as
 //! strong as all bounces together, in the shape of the first. The same albedos share light out
 //! between layers. Source: Turquin, "Practical multiple scattering compensation for microfacet

@@ -1,4 +1,4 @@
-//! Tables: nodes, even from 0 to 1, and what is linear between them.
+//! Tables with evenly spaced nodes from 0 to 1, interpolated linearly.
 
 /// Between which of `nodes` nodes, even from 0 to 1, `v` lies, and where between them.
 #[inline(always)]

@@ -1,8 +1,8 @@
 //! Dispersion: clear bodies whose index of refraction is another one for red, green and blue.
 //!
-//! Light of all channels cannot be refracted in one direction. A path that meets a dispersive body with several channels follows
-//! one of them, chosen with equal chances, and what it refracts is worth as many times more in that channel and nothing in the
-//! others: the mean is right in each. What is reflected keeps its colour, with the reflectance for the chosen channel's index,
+//! A dispersive body refracts each channel in another direction. A path with several channels follows one of them, selected with
+//! equal probabilities: refracted light is scaled by the number of channels in that channel and 0 in the others, so that the mean is
+//! correct. Reflected light keeps its colour, with the reflectance for the selected channel's index,
 //! which is right on average over the channels.
 //!
 //! The indices of the channels are those of Khronos, "KHR_materials_dispersion": green has the index of the body, and red

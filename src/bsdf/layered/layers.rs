@@ -20,9 +20,9 @@ pub enum Boundary {
 pub struct Layers {
     /// The colour of metal at normal incidence, of the diffuse base, and of transmitted light.
     pub base_color: Rgb,
-    /// The part that is metal.
+    /// The fraction of metal.
     pub metallic: f32,
-    /// The part of the rest that is clear.
+    /// The transparent fraction of the rest.
     pub transmission: f32,
     /// The part of the diffuse base's light that leaves on the other side, and its colour.
     pub diffuse_transmission: f32,
@@ -43,7 +43,7 @@ pub struct Layers {
     /// Colour of the boundary's reflection at normal incidence.
     pub specular_color: Rgb,
     pub thin_film: ThinFilm,
-    /// The part that is coated.
+    /// The coated fraction.
     pub coat: f32,
     pub coat_facets: Ggx,
     /// The unit normal of the coat on the front, in the shading frame.

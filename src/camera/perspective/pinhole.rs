@@ -14,7 +14,7 @@ pub struct PinholeView {
     pub axes: DMat3,
     /// The focal lengths across and down, in pixels.
     pub focal: [f64; 2],
-    /// The place on the film that the line of sight meets, in pixels from the top left corner, so that pixel centres are at .5.
+    /// The point of the film on the line of sight, in pixels from the top left corner; pixel centres are at .5.
     pub center: [f64; 2],
 }
 

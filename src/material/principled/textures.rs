@@ -1,4 +1,4 @@
-//! The textures of a principled material, all of them at once.
+//! The textures of a principled material.
 
 use super::Principled;
 use crate::{
