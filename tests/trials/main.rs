@@ -25,6 +25,7 @@ mod assets;
 mod bad;
 mod disk;
 mod goldens;
+mod interface;
 mod khronos;
 mod kinds;
 mod manifest;
@@ -39,6 +40,7 @@ fn main() {
         bad::trials(),
         disk::trials(),
         goldens::trials(),
+        interface::trials(),
         khronos::trials(),
         kinds::trials(),
         manifest::trials(),
