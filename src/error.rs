@@ -10,7 +10,7 @@ use crate::{
     describe,
     describe::Diagnostics,
     output::{JoinError, OutputError, sequence::FilePatternError},
-    render::Cancelled,
+    render::{Cancelled, RenderError},
 };
 
 /// Why a job was not done.
@@ -27,6 +27,8 @@ pub enum Error {
     CameraOfSceneFile,
     #[error("--variant chooses the materials of a model, and a scene file gives each mesh its own (`variant`)")]
     VariantOfSceneFile,
+    #[error("--light-units is that of a model's lights, and a scene file gives each mesh its own (`light_units`)")]
+    LightUnitsOfSceneFile,
     #[error("--point-radius is that of a model's points, and a scene file gives each mesh its own (`radius`)")]
     PointRadiusOfSceneFile,
     #[error("{0}")]
@@ -101,6 +103,15 @@ pub enum Blame {
     Cancelled,
 }
 
+impl From<RenderError> for Error {
+    fn from(error: RenderError) -> Self {
+        match error {
+            RenderError::Cancelled(cancelled) => Self::Cancelled(cancelled),
+            RenderError::Pass(unknown) => Self::Usage(unknown.to_string()),
+        }
+    }
+}
+
 impl Error {
     /// The system would not start `what`.
     pub fn threads(what: &str, cause: &dyn std::fmt::Display) -> Self {
@@ -147,6 +158,7 @@ impl Error {
             Self::Usage(_)
             | Self::CameraOfSceneFile
             | Self::VariantOfSceneFile
+            | Self::LightUnitsOfSceneFile
             | Self::PointRadiusOfSceneFile
             | Self::Pattern(_)
             | Self::OverwritesInput { .. }

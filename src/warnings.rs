@@ -51,12 +51,16 @@ kinds! {
     MISSING_FILE = "missing-file";
     /// A material library has no such material.
     MISSING_MATERIAL = "missing-material";
-    /// A statement of a material library is not understood.
+    /// A statement of a material library is not understood, or is read as another.
     STATEMENT = "statement";
     /// Numbers of an image were replaced.
     IMAGE_NUMBERS = "image-numbers";
     /// Images are shown at a lower resolution to fit into memory.
     TEXTURE_MEMORY = "texture-memory";
+    /// The opacity of a material is 0 everywhere.
+    INVISIBLE = "invisible";
+    /// More than half of a picture is clipped or black.
+    PICTURE = "picture";
     /// A material reflects more light than it receives.
     ENERGY_GAIN = "energy-gain";
     /// A setting has no effect.

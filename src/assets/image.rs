@@ -2,7 +2,7 @@
 //!
 //! The content determines the format, or the extension for formats without a signature (TGA). Row 0 is the top row; Exif
 //! orientations are ignored. The caller decides whether integer formats are display values or data; HDR and EXR are always
-//! scene-linear. Texels of 8 and 16 bits are kept and converted by a table; deeper ones become floats.
+//! scene-linear, and colours of EXR are premultiplied. Texels of 8 and 16 bits are kept and converted by a table; deeper ones become floats.
 //!
 //! A truncated or damaged file, or one that claims an absurd size, is an error, never a partial picture.
 
@@ -35,18 +35,49 @@ const JPEG_MAGIC: [u8; 3] = [0xff, 0xd8, 0xff];
 /// The most texels along a side that are examined to classify a picture.
 const PROBES: u32 = 64;
 
+/// The alpha of a picture of colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AlphaUse {
+    /// Alpha and colours are apart: colours that a file has multiplied by alpha are divided by it.
+    #[default]
+    Straight,
+    /// The same, and alpha is the opacity of the colours.
+    Opacity,
+    /// Nothing: colours stay as they are in the file.
+    Unused,
+}
+
+/// An image, and how to read its numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageRequest {
+    pub source: ImageSource,
+    pub color_space: ColorSpace,
+    pub alpha: AlphaUse,
+}
+
+impl ImageRequest {
+    pub fn new(source: ImageSource, color_space: ColorSpace) -> Self {
+        Self {
+            source,
+            color_space,
+            alpha: AlphaUse::default(),
+        }
+    }
+}
+
 /// An image that is not decoded yet.
 pub struct EncodedImage {
     bytes: Arc<[u8]>,
     /// The name in errors; its extension tells the format if the bytes do not.
     path: PathBuf,
     color_space: ColorSpace,
+    alpha: AlphaUse,
 }
 
 impl EncodedImage {
     /// Reads the bytes of an image.
-    pub fn read(source: &ImageSource, color_space: ColorSpace, files: &Files) -> Result<Self, ImageError> {
-        let (bytes, path) = match source {
+    pub fn read(request: &ImageRequest, files: &Files) -> Result<Self, ImageError> {
+        let (bytes, path) = match &request.source {
             ImageSource::Bytes { name, bytes } => (Arc::clone(bytes), name),
             ImageSource::File(path) => {
                 let bytes = files.read(path).map_err(|source| ImageError::Read {
@@ -59,7 +90,8 @@ impl EncodedImage {
         Ok(Self {
             bytes,
             path: path.to_owned(),
-            color_space,
+            color_space: request.color_space,
+            alpha: request.alpha,
         })
     }
 
@@ -76,11 +108,14 @@ impl EncodedImage {
     /// Decodes it and halves its size `halvings` times.
     pub fn decode(&self, halvings: u32, memory: &MemoryBudget) -> Result<Bitmap, ImageError> {
         let decoded = if self.bytes.starts_with(&exr::MAGIC) {
+            let is_color = self.color_space == ColorSpace::Srgb && self.alpha != AlphaUse::Unused;
             exr::decode(&self.bytes, halvings, memory)
+                .map(|picture| if is_color { straightened(picture) } else { picture })
         } else {
             self.decode_by_format(halvings, memory)
         };
-        let bitmap = decoded.map_err(|problem| problem.at(&self.path))?;
+        let mut bitmap = decoded.map_err(|problem| problem.at(&self.path))?;
+        bitmap.weighs_by_alpha = self.alpha == AlphaUse::Opacity && bitmap.has_alpha();
         Ok(mipmap::halved(bitmap, halvings))
     }
 
@@ -153,8 +188,8 @@ pub fn has_alpha(path: &Path, files: &Files) -> bool {
 /// Whether the picture at `path` is a tangent-space normal map: its texels encode unit vectors that point outwards. False for
 /// gray, unreadable and too large pictures.
 pub fn holds_normals(path: &Path, files: &Files) -> bool {
-    let source = ImageSource::File(path.to_owned());
-    let Ok(image) = EncodedImage::read(&source, ColorSpace::Raw, files) else {
+    let request = ImageRequest::new(ImageSource::File(path.to_owned()), ColorSpace::Raw);
+    let Ok(image) = EncodedImage::read(&request, files) else {
         return false;
     };
     // The header is enough for most bump maps, which are gray.
@@ -197,14 +232,7 @@ fn empty(bytes: &[u8], format: ImageFormat) -> Option<ImageProblem> {
 fn image_of(picture: DynamicImage, color_space: ColorSpace) -> Bitmap {
     use DynamicImage as D;
     let size = [picture.width(), picture.height()];
-    let of = |channels, storage| Bitmap {
-        width: size[0],
-        height: size[1],
-        channels,
-        storage,
-        repaired: 0,
-        levels: Vec::new(),
-    };
+    let of = |channels, storage| Bitmap::new(size, channels, storage);
     let eight = |channels, values| {
         let storage = match color_space {
             ColorSpace::Srgb => Storage::Srgb8(values),
@@ -231,6 +259,20 @@ fn image_of(picture: DynamicImage, color_space: ColorSpace) -> Bitmap {
         D::ImageRgb32F(p) => Bitmap::from_floats(size, 3, p.into_raw()),
         p => Bitmap::from_floats(size, 4, p.into_rgba32f().into_raw()),
     }
+}
+
+/// The picture whose colours were multiplied by alpha; where that is 0, they stay what they are.
+fn straightened(mut picture: Bitmap) -> Bitmap {
+    if let (4, Storage::Float(values)) = (picture.channels, &mut picture.storage) {
+        for texel in values
+            .chunks_exact_mut(4)
+            .filter(|texel| texel[3] > 0.0 && texel[3] != 1.0)
+        {
+            let alpha = texel[3];
+            texel[..3].iter_mut().for_each(|v| *v /= alpha);
+        }
+    }
+    picture
 }
 
 /// Whether the end-of-image marker follows the segments and scans.

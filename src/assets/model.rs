@@ -20,7 +20,7 @@ use crate::{
     value::visible,
 };
 
-pub use crate::shape::mesh::SceneChoice;
+pub use crate::shape::mesh::{LightUnits, SceneChoice};
 
 /// The choice among the alternatives in a model file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -29,6 +29,9 @@ pub struct ModelChoice {
     pub scene: Option<SceneChoice>,
     /// The name of a material variant; `None` for the default materials.
     pub variant: Option<String>,
+    /// Whether its lights shine; `None` where nobody decided.
+    pub lights: Option<bool>,
+    pub light_units: LightUnits,
 }
 
 /// A model, in its own space: right-handed, +y up, metres.

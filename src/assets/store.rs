@@ -8,10 +8,11 @@ use std::{
 
 use rayon::prelude::*;
 
+pub use super::image::ImageRequest;
 use super::{
     Files, MemoryKind, OverBudget,
-    image::{self, EncodedImage, ImageError},
-    model::{ImageSource, Model, ModelChoice, ModelFeature},
+    image::{self, AlphaUse, EncodedImage, ImageError},
+    model::{ImageSource, LightUnits, Model, ModelChoice, ModelFeature},
     model_format::ModelError,
     model_formats,
 };
@@ -42,6 +43,10 @@ pub enum AssetError {
     NoScenes { path: PathBuf },
     #[error("only glTF files have material variants: {}", path.display())]
     NoVariants { path: PathBuf },
+    #[error("only glTF files have lights: {}", path.display())]
+    NoLights { path: PathBuf },
+    #[error("broken light of a model: {cause}: {}", path.display())]
+    Light { cause: String, path: PathBuf },
     #[error("{}", losses.iter().map(|l| format!("{}: {l}", path.display())).collect::<Vec<_>>().join("\n"))]
     Incomplete { losses: Vec<String>, path: PathBuf },
     #[error("{triangles} triangles are more than the {limit} that there can be: {}", path.display())]
@@ -58,6 +63,8 @@ impl AssetError {
             | Self::NoTriangles { .. }
             | Self::NoScenes { .. }
             | Self::NoVariants { .. }
+            | Self::NoLights { .. }
+            | Self::Light { .. }
             | Self::NoCamera { .. }
             | Self::Incomplete { .. }
             | Self::Material { .. }
@@ -78,6 +85,9 @@ fn load_model(request: &ModelRequest, files: &Files) -> Result<Model, AssetError
     }
     if choice.variant.is_some() && !format.has_choices() {
         return Err(AssetError::NoVariants { path });
+    }
+    if choice.light_units != LightUnits::Auto && !format.has_choices() {
+        return Err(AssetError::NoLights { path });
     }
     format.load(&path, choice, files).map_err(AssetError::Model)
 }
@@ -109,9 +119,6 @@ pub struct ModelReport {
     pub variants: Vec<String>,
     pub lights: usize,
 }
-
-/// An image and how to read its numbers.
-pub type ImageRequest = (ImageSource, ColorSpace);
 
 /// The treatment of images that are missing or broken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -278,17 +285,20 @@ impl Store {
     pub fn images(&self, requests: &[ImageRequest]) -> Result<Vec<Bitmap>, Vec<AssetError>> {
         let read = requests
             .par_iter()
-            .map(|(s, space)| EncodedImage::read(s, *space, &self.files));
+            .map(|request| EncodedImage::read(request, &self.files));
         let encoded: Vec<Result<EncodedImage, ImageError>> = read.collect();
         let halvings = self.halvings(&encoded);
         let decode =
             |(image, halvings): (Result<EncodedImage, ImageError>, u32)| image?.decode(halvings, self.files.memory());
         let loaded: Vec<_> = encoded.into_par_iter().zip(halvings).map(decode).collect();
         let kept = loaded.into_iter().zip(requests).map(|(image, request)| match image {
-            Err(e) if self.missing == MissingAssets::Placeholder => Ok(self.replace(&request.0, &e)),
+            Err(e) if self.missing == MissingAssets::Placeholder => Ok(self.replace(&request.source, &e)),
             image => {
                 let image = image?;
-                self.warn_of_repairs(&request.0, image.repaired);
+                self.warn_of_repairs(&request.source, image.repaired);
+                if request.color_space == ColorSpace::Srgb && request.alpha != AlphaUse::Unused {
+                    self.warn_of_negative(&request.source, image.negative);
+                }
                 Ok(image)
             }
         });
@@ -339,6 +349,19 @@ impl Store {
         let file = source.name().display();
         let text = format!("{count} {are} not finite became 0 or 65504: {file}");
         self.warnings().add(WarningKind::IMAGE_NUMBERS, file, text);
+    }
+
+    /// Warns of numbers of colours that are below 0.
+    fn warn_of_negative(&self, source: &ImageSource, count: u64) {
+        let numbers = match count {
+            0 => return,
+            1 => "number",
+            _ => "numbers",
+        };
+        let file = source.name().display();
+        let text = format!("{count} {numbers} below 0 became 0, where they are colours: {file}");
+        self.warnings()
+            .add_topic(WarningKind::IMAGE_NUMBERS, "negative", file, text);
     }
 }
 

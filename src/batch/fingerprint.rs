@@ -90,7 +90,15 @@ impl Fingerprint {
             "{:?} {resolution:?} {} {seed} {noise_frame} {sampler:?} {filter:?} {content:?} {passes:?} {matte_ranks}",
             inputs.0, samples.max
         );
-        if let Some(adaptive) = samples.adaptive {
+        // A metered exposure follows from the scene and the first camera.
+        let (exposure, is_metered) = match &plan.picture.metering_camera {
+            Some(camera) => (format!("{camera:?}"), true),
+            None => (plan.picture.exposure.to_string(), false),
+        };
+        if let Some(mut adaptive) = samples.adaptive {
+            if is_metered {
+                adaptive.gain = 1.0;
+            }
             let _ = writeln!(text, "{adaptive:?}");
         }
         let _ = writeln!(
@@ -102,7 +110,7 @@ impl Fingerprint {
         let _ = writeln!(
             text,
             "{:?} {:?} {} {:?} {:?}",
-            plan.picture.shown, plan.picture.view, plan.picture.exposure, plan.picture.fps, plan.files.encoding
+            plan.picture.shown, plan.picture.view, exposure, plan.picture.fps, plan.files.encoding
         );
         Self::of_window(ContentHash::of(text.as_bytes()).to_string(), *window)
     }

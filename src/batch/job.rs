@@ -41,6 +41,7 @@ impl Job {
                 aspect: aspect(request),
                 camera: request.camera.as_deref(),
                 variant: request.variant.as_deref(),
+                light_units: request.light_units.unwrap_or_default(),
                 point_radius: request.point_radius,
             };
             default_scene::describe(path, options, &store).map_err(|e| compile::Error::Assets(vec![e]))?
@@ -50,6 +51,9 @@ impl Job {
             }
             if request.variant.is_some() {
                 return Err(Error::VariantOfSceneFile);
+            }
+            if request.light_units.is_some() {
+                return Err(Error::LightUnitsOfSceneFile);
             }
             if request.point_radius.is_some() {
                 return Err(Error::PointRadiusOfSceneFile);
@@ -187,7 +191,8 @@ impl Job {
             });
         }
         let scene = self.build(scene)?;
-        let summary = run(&self.plan, &scene, &survey, observer, control)?;
+        let plan = self.plan.metered(&scene, control.cancel)?;
+        let summary = run(&plan, &scene, &survey, observer, control)?;
         Ok(Summary {
             scene: SceneFigures::new(
                 scene.geometry.accel.geometry(),

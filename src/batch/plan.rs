@@ -10,7 +10,7 @@ use super::{
     denoise_options::DenoisePlan,
     encoding, frame_rate, memory,
     metadata::{self, Sidecar},
-    names,
+    metering, names,
     passes::PassChoice,
     patterns::Patterns,
     range::MAX_FRAMES,
@@ -29,7 +29,8 @@ use crate::{
     render::{self, Content, Control, RenderError, Renderer, SampleBudget},
     sampler::{Sampler, SeedMode},
     scene::Scene,
-    value::{Problem, UnknownName},
+    shape::mesh::LightUnits,
+    value::{Exposure, Problem, UnknownName},
     warnings::Warnings,
 };
 
@@ -75,8 +76,8 @@ pub struct Plan {
 pub struct PicturePlan {
     /// The name of the scene's file.
     pub scene: String,
-    /// The radius in m of the points of a model that is the scene, and the variant of its materials.
-    pub model: (Option<f32>, Option<String>),
+    /// The radius in m of the points of a model that is the scene, the variant of its materials, and the unit of its lights.
+    pub model: (Option<f32>, Option<String>, Option<LightUnits>),
     /// Moves the camera once the scene is known.
     pub turntable: Option<Turntable>,
     /// Frames per second, as a fraction.
@@ -91,7 +92,10 @@ pub struct PicturePlan {
     /// The planes of each film that go into its files.
     pub shown: Shown,
     pub view: DisplayTransform,
+    /// The exposure of pictures, in stops; 0 until the scene is metered, if that decides.
     pub exposure: f32,
+    /// The camera of the picture that decides about the exposure, where one does.
+    pub metering_camera: Option<FrameCamera>,
 }
 
 /// How the files of a job are written, and those beside its pictures.
@@ -193,6 +197,7 @@ impl Plan {
             Some(part) => (part.choose(frames.clone()), Some(frames)),
             None => (frames, None),
         };
+        let exposure = exposure(desc, request);
         let scene = desc.source.path.file_name().unwrap_or_default();
         Ok(Self {
             frames,
@@ -202,7 +207,7 @@ impl Plan {
             camera_path: request.camera_path.clone(),
             picture: PicturePlan {
                 scene: scene.to_string_lossy().into_owned(),
-                model: (request.point_radius, request.variant.clone()),
+                model: (request.point_radius, request.variant.clone(), request.light_units),
                 turntable,
                 fps: request.fps.map(frame_rate::rational),
                 accel: request.accel,
@@ -212,7 +217,8 @@ impl Plan {
                 working_space: desc.render.working_space,
                 shown,
                 view: view.unwrap_or_default(),
-                exposure: exposure(desc, request),
+                exposure: exposure.stops().unwrap_or_default(),
+                metering_camera: (exposure == Exposure::Auto).then_some(cameras.metering).flatten(),
             },
             files: FilePlan {
                 encoding,
@@ -316,7 +322,7 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
             )));
         }
     };
-    let budget = samples::budget(desc, request, exposure(desc, request))?;
+    let budget = samples::budget(desc, request, exposure(desc, request).stops().unwrap_or_default())?;
     let samples = budget.max;
     check_size(resolution)?;
     let filter = match &desc.render.filter {
@@ -344,10 +350,9 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
     })
 }
 
-/// The exposure of pictures, in stops.
-fn exposure(desc: &SceneDesc, request: &Request) -> f32 {
-    let described = desc.output.exposure.map_or(0.0, f32::from);
-    request.exposure.unwrap_or(described)
+/// The exposure of pictures.
+fn exposure(desc: &SceneDesc, request: &Request) -> Exposure {
+    request.exposure.or(desc.output.exposure).unwrap_or_default()
 }
 
 /// The picture with so many more columns and rows beyond each edge.
@@ -397,6 +402,8 @@ struct JobCameras {
     frames: Vec<(i32, FrameCamera)>,
     /// The first position of the camera, in m.
     first_eye: Option<DVec3>,
+    /// The first camera, whichever frames are rendered, for the picture that is metered.
+    metering: Option<FrameCamera>,
 }
 
 /// The cameras of the frames to be rendered.
@@ -412,6 +419,7 @@ fn cameras(
             path: desc.source.path.clone(),
         })?;
         let eye = camera.pose.eye();
+        let metering = Camera::new(&camera.pose, &camera.lens, metering::resolution(resolution));
         let camera = Camera::new(&camera.pose, &camera.lens, resolution);
         let (last, what) = match request.turntable {
             Some(last) => (last, format!("the turntable, which has frames 1 to {last}")),
@@ -422,6 +430,7 @@ fn cameras(
         return Ok(JobCameras {
             frames: cameras.collect(),
             first_eye: Some(eye),
+            metering: Some(FrameCamera::from(metering)),
         });
     };
     let options = camera_path::CameraPathOptions {
@@ -433,6 +442,9 @@ fn cameras(
     let what = format!("the camera path, which has frames {} to {}", all.start(), all.end());
     let lens = scene_camera.map_or_else(Lens::default, |c| c.lens);
     check_columns(file, &path, &lens)?;
+    let metering = path
+        .frame_camera(*all.start(), &lens, metering::resolution(resolution))
+        .ok();
     let first_eye = path.at(path.first()).ok().map(|first| first.pose.eye());
     let frames = frames(request, all, &what)?
         .iter()
@@ -443,7 +455,11 @@ fn cameras(
                 .map_err(|cause| Error::Pose { frame, cause })
         })
         .collect::<Result<_, _>>()?;
-    Ok(JobCameras { frames, first_eye })
+    Ok(JobCameras {
+        frames,
+        first_eye,
+        metering,
+    })
 }
 
 /// A path that says of the lens what the scene's camera has not is wrong about one of the two.

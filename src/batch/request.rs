@@ -9,6 +9,8 @@ use crate::{
     camera::RotationOrder,
     output::png::data::{DEPTH, DataPng, IDS, NORMALS},
     sampler::SeedMode,
+    shape::mesh::LightUnits,
+    value::Exposure,
     warnings::Warnings,
 };
 
@@ -20,6 +22,8 @@ pub struct Request {
     pub camera: Option<String>,
     /// The name of a material variant of the model that is the scene.
     pub variant: Option<String>,
+    /// The unit of its lights, if not that of the program that wrote it.
+    pub light_units: Option<LightUnits>,
     /// Instead of a camera path: frames of an orbit around the scene.
     pub turntable: Option<u32>,
     pub range: Option<FrameRange>,
@@ -49,8 +53,8 @@ pub struct Request {
     pub show: Option<String>,
     /// The name of the display transform of 8-bit files.
     pub view: Option<String>,
-    /// The exposure of 8-bit files, in stops.
-    pub exposure: Option<f32>,
+    /// The exposure of 8-bit files.
+    pub exposure: Option<Exposure>,
     /// The name of the compression of EXR files.
     pub compression: Option<String>,
     /// The name of the type of light in EXR files.

@@ -11,14 +11,15 @@ use rayon::ThreadPoolBuilder;
 
 use super::{
     CameraRig, Existing, Fingerprint, FrameError, FrameFailure, OnFailure, Plan, PlannedFrame, Stale, StaleReason,
-    Summary, Survey, checkpoint, failure, frame_interrupts::FrameInterrupts, plan::PlannedFile, sidecars, time_limit,
+    Summary, Survey, checkpoint, failure, frame_interrupts::FrameInterrupts, plan::PlannedFile, sidecars, sight,
+    time_limit,
 };
 use crate::{
     camera::FrameCamera,
     error::Error,
     film::Film,
     output::{self, Coverage, FrameImage, OutputError, WriteReport},
-    render::{Control, Counters, Interrupts, RenderError, Renderer},
+    render::{Control, Counters, Interrupts, Renderer},
     scene::Scene,
     warnings::WarningKind,
 };
@@ -50,6 +51,9 @@ const FIRST_PAUSE: Duration = Duration::from_millis(200);
 
 /// The most threads that encode a file; a disk is no faster with more.
 const MAX_ENCODERS: usize = 16;
+
+/// The first frames of a job, which are looked at for faults of the whole scene.
+const JUDGED_FRAMES: u32 = 10;
 
 /// A rendered frame on its way to disk.
 struct Finished<'a> {
@@ -89,7 +93,7 @@ pub fn run(
         .map_err(|cause| Error::threads("the threads that write files", &cause))?;
     let mut written = Ok(WriteSummary::default());
     let rendered = encoders.in_place_scope(|scope| {
-        scope.spawn(|_| written = write_all(plan, coverage, receive, observer));
+        scope.spawn(|_| written = write_all(plan, (scene, coverage), receive, observer));
         let rendered = render_all(plan, (scene, survey, coverage), observer, &control, &send);
         drop(send);
         rendered
@@ -156,10 +160,7 @@ fn render_all<'a>(
         };
         let attempt = failure::catch(|| plan.render_frame(&renderer, scene, (frame, &camera), &own_control));
         let film = match attempt {
-            Ok(film) => film.map_err(|e| match e {
-                RenderError::Cancelled(cancelled) => Error::Cancelled(cancelled),
-                RenderError::Pass(unknown) => Error::Usage(unknown.to_string()),
-            })?,
+            Ok(film) => film?,
             Err(cause) => {
                 renderer = Renderer::new();
                 let failure = FrameFailure {
@@ -209,11 +210,12 @@ fn render_all<'a>(
 /// A file could not be written, and the job is to end.
 fn write_all(
     plan: &Plan,
-    coverage: Coverage,
+    (scene, coverage): (&Scene, Coverage),
     frames: Receiver<Finished<'_>>,
     observer: &dyn Observer,
 ) -> Result<WriteSummary, OutputError> {
     let mut summary = WriteSummary::default();
+    let mut unjudged = JUDGED_FRAMES;
     for Finished {
         frame,
         camera,
@@ -221,6 +223,15 @@ fn write_all(
         fingerprint,
     } in frames
     {
+        if unjudged > 0
+            && let Some(fault) = sight::fault(&film, plan, scene, &camera)
+        {
+            unjudged = 0;
+            let number = frame.number;
+            let text = format!("frame {number}: {fault}");
+            plan.warnings.add_live(WarningKind::PICTURE, number, text);
+        }
+        unjudged = unjudged.saturating_sub(1);
         let mut metadata = fingerprint.metadata(plan, frame.number, &camera);
         time_limit::mark(&mut metadata, plan, &film);
         let image = FrameImage {

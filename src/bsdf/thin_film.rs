@@ -51,13 +51,17 @@ impl ThinFilm {
         // A film thinner than 30 nm fades away: without a thickness it has no index either.
         let presence = (self.thickness / 30e-9).clamp(0.0, 1.0);
         let presence = presence * presence * (3.0 - 2.0 * presence);
+        let schlick = |f0: f32, cos: f32| f0 + (1.0 - f0) * schlick_term(cos);
+        let bare = f0.map(|f0| schlick(f0, cos));
+        if presence == 0.0 {
+            return bare;
+        }
         let ior = 1.0 + (self.ior - 1.0) * presence;
         let sin2 = (1.0 - cos * cos) / (ior * ior);
         if sin2 >= 1.0 {
             return Rgb::WHITE;
         }
         let cos_inside = (1.0 - sin2).sqrt();
-        let schlick = |f0: f32, cos: f32| f0 + (1.0 - f0) * schlick_term(cos);
         let squared = |x: f32| x * x;
         let top = dielectric(cos, ior);
         let passed = squared(1.0 - top);
@@ -81,7 +85,8 @@ impl ThinFilm {
                 sum[i] += order[i] * 2.0 * sensitivity(m * path, m * turn)[i];
             }
         }
-        Rgb::from_array(sum).map(|r| r.clamp(0.0, 1.0))
+        // The bounds of the series leave a rest of a film that is no more.
+        bare * (1.0 - presence) + Rgb::from_array(sum).map(|r| r.clamp(0.0, 1.0)) * presence
     }
 }
 
@@ -106,4 +111,32 @@ fn sensitivity(path: f32, shift: f32) -> [f32; 3] {
         -0.969266 * x + 1.8760108 * y + 0.041556 * z,
         0.0556434 * x - 0.2040259 * y + 1.0572252 * z,
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_film_without_thickness_changes_nothing_and_one_that_fades_has_no_step() {
+        let film = |thickness| ThinFilm {
+            weight: 1.0,
+            ior: 1.4,
+            thickness,
+        };
+        for f0 in [0.0, 0.04, 0.9] {
+            for cos in [0.05, 0.5, 1.0] {
+                let bare = f0 + (1.0 - f0) * schlick_term(cos);
+                let at = |thickness: f32| film(thickness).reflectance(Rgb::gray(f0), cos).g;
+                assert_eq!(at(0.0), bare, "{f0} {cos}");
+                assert!((film(0.0).f0(Rgb::gray(f0), cos).g - f0).abs() < 1e-4, "{f0} {cos}");
+                let mut last = bare;
+                for nm in 1..60 {
+                    let next = at(nm as f32 * 1e-9);
+                    assert!((next - last).abs() < 0.04, "{f0} {cos} {nm}: {last} {next}");
+                    last = next;
+                }
+            }
+        }
+    }
 }

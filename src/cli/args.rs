@@ -5,13 +5,13 @@
 
 use std::{path::PathBuf, time::Duration};
 
-use batch_render::{batch::PartSpec, sampler::SeedMode};
+use batch_render::{batch::PartSpec, sampler::SeedMode, shape::mesh::LightUnits, value::Exposure};
 use clap::{ArgAction, Args as ClapArgs, Parser, Subcommand, ValueEnum};
 
 use super::{
     choices::{DenoiseStep, DenoiserKind, IfBusyKind, MissingKind, PartBaseKind, ProgressKind},
     preview::preview_path,
-    values::{crop, cryptomatte_levels, duration, exposure, noise_threshold, radius, resolution, seed_mode, size},
+    values::{crop, cryptomatte_levels, duration, light_units, noise_threshold, radius, resolution, seed_mode, size},
 };
 
 /// The headings of the help, in the order in which they appear.
@@ -369,9 +369,9 @@ pub struct RenderArgs {
     #[arg(long, value_name = "NAME", hide_short_help = true, help_heading = heading::PICTURE)]
     pub view: Option<String>,
 
-    /// Exposure of PNG files, in stops
-    #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = exposure, hide_short_help = true, help_heading = heading::PICTURE)]
-    pub exposure: Option<f32>,
+    /// Exposure of PNG files, in stops, or auto: that which suits the first frame
+    #[arg(long, value_name = "STOPS", allow_hyphen_values = true, hide_short_help = true, help_heading = heading::PICTURE)]
+    pub exposure: Option<Exposure>,
 
     /// Acceleration structure; all give the same picture
     #[arg(long, value_name = "NAME", default_value_t, hide_short_help = true, help_heading = heading::PICTURE)]
@@ -408,6 +408,10 @@ pub struct RenderArgs {
     /// Show a glTF model with its materials of this variant
     #[arg(long, value_name = "NAME", hide_short_help = true, help_heading = heading::JOB)]
     pub variant: Option<String>,
+
+    /// Unit of the lights of a glTF model: as its program writes them, candela and lux (683 lm/W), or W/sr and W/m2
+    #[arg(long, value_name = "UNIT", value_parser = light_units(), hide_short_help = true, help_heading = heading::JOB)]
+    pub light_units: Option<LightUnits>,
 
     /// Radius in metres of the points of a PLY file without faces
     #[arg(long, value_name = "METRES", value_parser = radius, hide_short_help = true, help_heading = heading::JOB)]

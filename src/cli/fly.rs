@@ -29,6 +29,7 @@ pub fn run(args: &FlyArgs, simd: Isa) -> anyhow::Result<()> {
         max_memory: Some(args.max_memory.unwrap_or_else(memory::default_limit)),
         texture_memory: Some(args.texture_memory.unwrap_or_else(memory::default_textures)),
         variant: args.variant.clone(),
+        light_units: args.light_units,
         point_radius: args.point_radius,
         allow_outside: args.allow_outside,
         accel: BuildOptions {

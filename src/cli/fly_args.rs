@@ -5,7 +5,7 @@ use std::{
     path::PathBuf,
 };
 
-use batch_render::camera::RotationOrder;
+use batch_render::{camera::RotationOrder, shape::mesh::LightUnits};
 use clap::Args as ClapArgs;
 
 use super::values;
@@ -97,6 +97,10 @@ pub struct FlyArgs {
     /// Show a glTF model with its materials of this variant
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
+
+    /// Unit of the lights of a glTF model: as its program writes them, candela and lux (683 lm/W), or W/sr and W/m2
+    #[arg(long, value_name = "UNIT", value_parser = values::light_units())]
+    pub light_units: Option<LightUnits>,
 
     /// Radius in metres of the points of a PLY file without faces
     #[arg(long, value_name = "METRES", value_parser = values::radius)]

@@ -96,6 +96,7 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         strict: args.strict,
         camera: args.camera.clone(),
         variant: args.variant.clone(),
+        light_units: args.light_units,
         point_radius: args.point_radius,
         warnings: Warnings::default(),
     })

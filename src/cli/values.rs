@@ -5,14 +5,28 @@ use std::time::Duration;
 use batch_render::{
     describe::{CRYPTOMATTE_LEVELS, are_cryptomatte_levels},
     sampler::SeedMode,
+    shape::mesh::LightUnits,
 };
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 /// Reads the name of a seed mode.
 pub fn seed_mode() -> impl TypedValueParser<Value = SeedMode> {
-    PossibleValuesParser::new(SeedMode::ALL.map(SeedMode::name)).map(|name| {
-        let found = SeedMode::ALL.into_iter().find(|mode| mode.name() == name);
-        found.expect("a possible value is a mode's name")
+    by_name(SeedMode::ALL, SeedMode::name)
+}
+
+/// Reads the name of a unit of lights.
+pub fn light_units() -> impl TypedValueParser<Value = LightUnits> {
+    by_name(LightUnits::ALL, LightUnits::name)
+}
+
+/// Reads the name of one of `all` values.
+fn by_name<T: Copy + Send + Sync + 'static, const N: usize>(
+    all: [T; N],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(all.map(name)).map(move |typed| {
+        let found = all.into_iter().find(|value| name(*value) == typed);
+        found.expect("a possible value is the name of one")
     })
 }
 
@@ -44,12 +58,6 @@ pub fn cryptomatte_levels(text: &str) -> Result<u32, String> {
     levels
         .filter(|n| are_cryptomatte_levels(*n))
         .ok_or_else(|| CRYPTOMATTE_LEVELS.into())
-}
-
-/// Reads a number of stops.
-pub fn exposure(text: &str) -> Result<f32, String> {
-    let stops = text.parse().ok().filter(|stops: &f32| stops.is_finite());
-    stops.ok_or_else(|| "expected a number of stops, such as 1 or -0.5".into())
 }
 
 /// Reads an error of what is shown.
@@ -127,7 +135,5 @@ mod tests {
         assert!(resolution("0x480").is_err());
         assert_eq!(crop("1,2,3,4"), Ok([1, 2, 3, 4]));
         assert!(crop("3,2,3,4").is_err());
-        assert_eq!(exposure("-0.5"), Ok(-0.5));
-        assert!(exposure("inf").is_err());
     }
 }

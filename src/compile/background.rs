@@ -2,7 +2,7 @@
 
 use super::compiler::Compiler;
 use crate::{
-    assets::{model::ImageSource, store::ImageRequest},
+    assets::{image::AlphaUse, model::ImageSource, store::ImageRequest},
     describe::BackgroundDesc,
     light::environment::Environment,
     math::{DMat3, Rgb, WorkingSpace, transform::axis_rotation},
@@ -22,7 +22,11 @@ impl Compiler<'_> {
             self.problems.push(Problem::at(environment.span(), message));
         }
         let file = self.desc.folder().join(environment.get_ref().file.get_ref());
-        Some((ImageSource::File(file), ColorSpace::Srgb))
+        // What alpha covers does not shine the more.
+        Some(ImageRequest {
+            alpha: AlphaUse::Unused,
+            ..ImageRequest::new(ImageSource::File(file), ColorSpace::Srgb)
+        })
     }
 }
 

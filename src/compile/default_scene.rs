@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use crate::{
     assets::{
         AssetError, Store,
-        model::{ModelCamera, ModelChoice, ModelLight, ModelLightKind, ModelView},
+        model::{LightUnits, ModelCamera, ModelChoice, ModelView},
         store::ModelRequest,
     },
     camera::{
@@ -16,7 +16,7 @@ use crate::{
         perspective::{FovDegrees, PerspectiveDesc},
     },
     describe::{BackgroundDesc, LightEntry, ObjectDesc, OutputDesc, RenderDesc, SceneDesc, Source},
-    light::{Falloff, LightDesc, point::PointDesc, spot::SpotDesc, sun::SunDesc},
+    light::{LightDesc, sun::SunDesc},
     math::{Aabb, Rgb, Vec3, origin},
     shape::{ShapeDesc, mesh::MeshDesc},
     value::{Direction, NonNegative, Point, Positive, RgbFactor, Spanned, one_line},
@@ -51,6 +51,8 @@ pub struct ModelOptions<'a> {
     pub camera: Option<&'a str>,
     /// The name of a material variant; `None` for the default materials.
     pub variant: Option<&'a str>,
+    /// The unit of its lights.
+    pub light_units: LightUnits,
     /// The radius of points, in m.
     pub point_radius: Option<f32>,
 }
@@ -62,6 +64,8 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
         choice: ModelChoice {
             scene: None,
             variant: options.variant.map(str::to_owned),
+            lights: Some(true),
+            light_units: options.light_units,
         },
     })?;
     let mut objects = Vec::new();
@@ -78,9 +82,8 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
     let center = origin + near.center().as_dvec3();
     let camera =
         chosen_camera(&model.cameras, options.camera, path, store.warnings())?.and_then(|c| own_camera(c, center));
-    let lights: Vec<LightDesc> = model.lights.iter().filter_map(own_light).collect();
     // A file with lights gets no others.
-    let is_lit = !lights.is_empty();
+    let is_lit = model.lights.iter().any(|light| !light.strength.is_black());
     Ok(SceneDesc {
         source: Source {
             path: path.to_owned(),
@@ -97,14 +100,7 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
         textures: Vec::new(),
         materials: Vec::new(),
         objects,
-        lights: if is_lit { lights } else { daylight() }
-            .into_iter()
-            .map(|light| LightEntry {
-                span: 0..0,
-                group: None,
-                light,
-            })
-            .collect(),
+        lights: if is_lit { Vec::new() } else { vec![daylight()] },
         output: OutputDesc::default(),
     })
 }
@@ -118,6 +114,8 @@ fn object(path: &Path, options: ModelOptions<'_>) -> ObjectDesc {
             file: unspanned(name(path.file_name())),
             scene: None,
             variant: options.variant.map(str::to_owned),
+            lights: Some(true),
+            light_units: options.light_units,
             radius: options.point_radius.map(Positive),
         })),
         transform: None,
@@ -125,12 +123,16 @@ fn object(path: &Path, options: ModelOptions<'_>) -> ObjectDesc {
     }
 }
 
-fn daylight() -> Vec<LightDesc> {
-    vec![LightDesc::Sun(SunDesc {
-        direction: Direction(SUN.normalize()),
-        irradiance: RgbFactor(Rgb::gray(SUN_IRRADIANCE)),
-        angle: Some(unspanned(NonNegative(SUN_ANGLE))),
-    })]
+fn daylight() -> LightEntry {
+    LightEntry {
+        span: 0..0,
+        group: None,
+        light: LightDesc::Sun(SunDesc {
+            direction: Direction(SUN.normalize()),
+            irradiance: RgbFactor(Rgb::gray(SUN_IRRADIANCE)),
+            angle: Some(unspanned(NonNegative(SUN_ANGLE))),
+        }),
+    }
 }
 
 /// A perspective camera at `eye` (m) with a vertical field of view in degrees.
@@ -239,39 +241,6 @@ fn own_camera(camera: &ModelCamera, center: DVec3) -> Option<CameraDesc> {
             shift: None,
         })),
     }
-}
-
-/// A light of the model; `None` if it emits nothing.
-fn own_light(light: &ModelLight) -> Option<LightDesc> {
-    if light.strength.is_black() {
-        return None;
-    }
-    let position = Point::new(light.model_from_light.translation);
-    let direction = (-light.model_from_light.matrix3.z_axis)
-        .try_normalize()
-        .map(|d| Direction(d.as_vec3()));
-    let strength = RgbFactor(light.strength);
-    Some(match light.kind {
-        ModelLightKind::Point => LightDesc::Point(PointDesc {
-            position,
-            intensity: strength,
-            falloff: Falloff::InverseSquare,
-        }),
-        ModelLightKind::Spot { inner, outer } => LightDesc::Spot(SpotDesc {
-            position: unspanned(position),
-            target: None,
-            direction: Some(unspanned(direction?)),
-            cone_angle: unspanned(Positive(outer.to_degrees() as f32)),
-            penumbra_angle: Some(unspanned(NonNegative((outer - inner).to_degrees() as f32))),
-            intensity: strength,
-            falloff: Falloff::InverseSquare,
-        }),
-        ModelLightKind::Sun => LightDesc::Sun(SunDesc {
-            direction: direction?,
-            irradiance: strength,
-            angle: None,
-        }),
-    })
 }
 
 #[cfg(test)]

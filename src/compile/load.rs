@@ -11,13 +11,16 @@ use super::{
 use crate::{
     assets::{
         AssetError, Store,
+        image::AlphaUse,
         model::ImageSource,
         store::{ImageRequest, ModelRequest},
     },
     describe::{Diagnostics, SceneDesc},
-    math::DVec3,
+    material::Material,
+    math::{ColorConversion, DVec3},
     scene::{Background, SceneBuilder},
     texture::{BitmapId, Texture, bitmap::ColorSpace, image::ImageDesc},
+    value::one_line,
     warnings::{WarningKind, Warnings},
 };
 
@@ -101,6 +104,9 @@ pub fn load(
         warnings: store.warnings(),
     };
     let placed = loaded.and_then(|loaded| models.place(&placed, &loaded));
+    for bitmap in scene.opacity_bitmaps() {
+        images[bitmap.0 as usize].alpha = AlphaUse::Opacity;
+    }
     let has_environment = environment.is_some();
     images.extend(environment);
     let mut bitmaps = match (placed, store.images(&images)) {
@@ -111,12 +117,15 @@ pub fn load(
         }
     };
     let working_space = desc.render.working_space;
-    scene.convert_colors(working_space, |bitmap| images[bitmap.0 as usize].1 == ColorSpace::Srgb);
     let picture = bitmaps.pop_if(|_| has_environment);
     for bitmap in bitmaps {
         scene.bitmap(bitmap);
     }
+    scene.convert_colors(working_space, |bitmap| {
+        images[bitmap.0 as usize].color_space == ColorSpace::Srgb
+    });
     warn_energy_gain(&scene, store.warnings());
+    warn_invisible(&scene, store.warnings());
     if let Some(group) = &desc.background.group {
         scene.set_background_light_group(group.as_str());
     }
@@ -146,7 +155,7 @@ impl Compiler<'_> {
             let images = RefCell::new(&mut self.images);
             let find = |image: &ImageDesc| {
                 let file = ImageSource::File(folder.join(image.file.get_ref()));
-                let request = (file, image.color_space);
+                let request = ImageRequest::new(file, image.color_space);
                 let mut images = images.borrow_mut();
                 let at = images.iter().position(|i| *i == request).unwrap_or_else(|| {
                     images.push(request);
@@ -161,9 +170,24 @@ impl Compiler<'_> {
                     mapping,
                     transform: entry.transform.compile(),
                     pattern,
+                    colors: ColorConversion::default(),
                 });
             }
         }
+    }
+}
+
+/// Warns of materials that nobody can see.
+fn warn_invisible(scene: &SceneBuilder, warnings: &Warnings) {
+    let textures = scene.textures();
+    let is_invisible = |(_, (_, material)): &(usize, (&str, &Material))| material.is_invisible(&textures);
+    for (i, (name, _)) in scene.materials().enumerate().filter(is_invisible) {
+        let shown = match name {
+            "" => format!("number {i}"),
+            name => format!("`{}`", one_line(name, 80)),
+        };
+        let text = format!("nothing of the material {shown} is seen: its opacity is 0 everywhere");
+        warnings.add(WarningKind::INVISIBLE, shown, text);
     }
 }
 

@@ -6,7 +6,7 @@ use super::compiler::{Compiler, undefined};
 use crate::{
     assets::model::{Model, ModelTexture, UvSet},
     material::{Material, MaterialDesc, matte::Matte},
-    math::WorkingSpace,
+    math::ColorConversion,
     scene::SceneBuilder,
     texture::{BitmapId, Color, Mapping, Pattern, Texture, TextureId, image::ImagePattern},
     value::{ColorSource, Problem, Spanned},
@@ -87,7 +87,7 @@ fn texture_of(texture: &ModelTexture, bitmap: BitmapId) -> Texture {
             bitmap,
             filter: texture.filter,
             wrap: texture.wrap,
-            working_space: WorkingSpace::default(),
         }),
+        colors: ColorConversion::default(),
     }
 }

@@ -22,6 +22,7 @@ mod error;
 mod instancing;
 mod load;
 mod materials;
+mod model_lights;
 mod models;
 mod objects;
 mod origin;

@@ -5,6 +5,7 @@ use std::{collections::HashMap, path::PathBuf, sync::Arc};
 use super::{
     instancing::{InstanceUnits, Instancing},
     materials::add_model_materials,
+    model_lights,
     place::ObjectPlace,
 };
 use crate::{
@@ -14,7 +15,7 @@ use crate::{
         store::{ImageRequest, ModelRequest},
     },
     geometry::MAX_MAGNIFICATION,
-    material::MaterialId,
+    material::{EmissionReach, MaterialId},
     math::{DAabb, DAffine3, Transform, origin},
     scene::{GroupId, InstanceRecord, MeshOwner, MeshTransform, NodeId, ObjectFromGroup, ObjectId, SceneBuilder},
     texture::BitmapId,
@@ -33,6 +34,8 @@ pub(super) struct PlacedModel {
     /// Overrides the model's own materials.
     pub material: Option<MaterialId>,
     pub place: ObjectPlace,
+    /// The group of its lights.
+    pub light_group: Option<String>,
     /// Overrides the radius of its points, in m.
     pub point_radius: Option<f32>,
 }
@@ -208,6 +211,7 @@ impl ModelPlacer<'_> {
                 }
                 Err(e) => errors.push(e),
             }
+            errors.extend(self.add_lights(placed, model).err());
         }
         if errors.is_empty() { Ok(()) } else { Err(errors) }
     }
@@ -280,6 +284,29 @@ impl ModelPlacer<'_> {
         Ok(dropped)
     }
 
+    /// Adds the lights of a model, where the object brings them.
+    fn add_lights(&mut self, placed: &PlacedModel, model: &Model) -> Result<(), AssetError> {
+        if placed.choice.lights != Some(true) {
+            return Ok(());
+        }
+        let world_from_scene = DAffine3::from_translation(self.scene.origin());
+        for light in &model.lights {
+            let place = world_from_scene * placed.place.of(&light.model_from_light);
+            let Some(desc) = model_lights::describe(light, place) else {
+                continue;
+            };
+            let light = desc.compile(self.scene.origin()).map_err(|problem| AssetError::Light {
+                cause: problem.message,
+                path: placed.file.clone(),
+            })?;
+            match &placed.light_group {
+                Some(group) => self.scene.grouped_light(light, group),
+                None => self.scene.light(light),
+            };
+        }
+        Ok(())
+    }
+
     /// The transform of a copy within its object; `None` for the parts that are not shared.
     fn object_from_group(
         &mut self,
@@ -315,7 +342,7 @@ impl ModelPlacer<'_> {
         // An image may be loaded both as colours and as data.
         let first_image = self.images.len();
         let mut bitmap = |texture: &ModelTexture| {
-            let request = (model.images[texture.image].clone(), texture.color_space);
+            let request = ImageRequest::new(model.images[texture.image].clone(), texture.color_space);
             let own = &self.images[first_image..];
             let at = own.iter().position(|known| *known == request).unwrap_or_else(|| {
                 self.images.push(request);
@@ -334,7 +361,8 @@ impl ModelPlacer<'_> {
         let (placed, model_use) = (copy.placed, copy.model_use);
         let emits = |part: &MeshInstance| {
             let material = model_use.material(part.material, placed.material);
-            self.scene.material_of(material).emission().is_some()
+            let emission = self.scene.material_of(material).emission();
+            emission.is_some_and(|e| e.reach == EmissionReach::Everything)
         };
         let transform = Transform::new(copy.scene_from_group).filter(|t| t.magnification().0 <= MAX_MAGNIFICATION);
         let (Some(group), Some(transform)) = (group.filter(|_| !copy.parts.iter().any(emits)), transform) else {

@@ -27,9 +27,12 @@ impl Compiler<'_> {
                     choice: ModelChoice {
                         scene: mesh.scene.clone(),
                         variant: mesh.variant.clone(),
+                        lights: mesh.lights,
+                        light_units: mesh.light_units,
                     },
                     material,
                     place,
+                    light_group: object.group.as_ref().map(|g| g.as_str().to_owned()),
                     point_radius: mesh.radius.map(|r| r.0),
                 });
                 continue;

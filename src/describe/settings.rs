@@ -8,7 +8,7 @@ use crate::{
     integrator::IntegratorDesc,
     math::WorkingSpace,
     sampler::{SamplerDesc, SeedMode},
-    value::{Count, Finite, Problem, Spanned, kind_or_name},
+    value::{Count, Exposure, Problem, Spanned, kind_or_name},
 };
 
 /// Size, sampling and integrator of the picture.
@@ -121,7 +121,7 @@ fn some_kind_or_name<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Re
 /// | `cryptomatte_levels` | mattes of each pixel that Cryptomatte passes keep, an even number up to 16 | 6 |
 /// | `show` | a pass | the beauty |
 /// | `view` | how a PNG file shows light, see below | `"srgb"` |
-/// | `exposure` | exposure of PNG files, in stops | 0 |
+/// | `exposure` | exposure of PNG files, in stops, or `"auto"`, see below | 0 |
 /// | `compression` | compression of EXR files, see below | `"zips"` |
 /// | `png_bits` | bits of PNG files: `"8"`, `"8-dithered"` (smooth shades have noise instead of steps) or `"16"` | `"8"` |
 /// | `exr_type` | numbers of light and normals in EXR files: `"half"` or `"float"` | `"half"` |
@@ -139,6 +139,10 @@ fn some_kind_or_name<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Re
 /// | `"aces"` | the look of ACES for sRGB displays, as fitted by Hill |
 /// | `"agx"` | AgX, whose bright colours turn white (Sobotka 2022) |
 /// | `"neutral"` | the neutral curve of Khronos: colours below 0.8 stay what they are |
+///
+/// With `exposure = "auto"` the log-average of the first frame is shown as middle gray: the light of a small picture of it, where
+/// there is any, with 16 samples of each pixel. All frames of a job have this exposure, whichever of them a process renders. It is the
+/// first frame of the camera path, or the scene's own camera; PNG files record the stops.
 ///
 /// | compression | EXR files |
 /// |---|---|
@@ -165,7 +169,7 @@ pub struct OutputDesc {
     pub cryptomatte_levels: Option<Spanned<Count>>,
     pub show: Option<Spanned<String>>,
     pub view: Option<Spanned<String>>,
-    pub exposure: Option<Finite>,
+    pub exposure: Option<Exposure>,
     pub compression: Option<Spanned<String>>,
     pub exr_type: Option<Spanned<String>>,
     pub multipart: bool,

@@ -46,7 +46,7 @@ use crate::{
     bsdf::BsdfKind,
     geometry::Hit,
     light::environment::EnvironmentLight,
-    material::Emission,
+    material::{Emission, EmissionReach},
     sampler::{Dimension, SampleUse},
     scene::{LightFamily, LightSampleContext, Scene, SurfaceInteraction},
     value::{Count, Positive, Problem, Spanned},
@@ -263,6 +263,9 @@ impl PathTracer {
         out: &mut ShadingOutput,
     ) {
         let (scene, path) = (context.scene, context.path);
+        if emission.reach == EmissionReach::Nothing && path.last.pdf.get().is_some() {
+            return;
+        }
         let l = emission.radiance(&scene.textures(), &surface.texture, surface.ng.dot(surface.wo));
         if l.is_black() {
             return;

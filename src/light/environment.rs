@@ -13,7 +13,7 @@
 //!
 //! The centre of the image is in the direction -z, its right half towards +x, its top towards +y. The radiance is
 //! interpolated linearly between texels. Values that are not finite count as 0 or 65504 and negative ones as 0, with a
-//! warning.
+//! warning. Colours of an EXR file have the primaries that it names (`colorInteropID`, `chromaticities`), else those of Rec. 709.
 //!
 //! # Implementation
 //!
@@ -32,7 +32,9 @@ use serde::Deserialize;
 
 use super::LightSample;
 use crate::{
-    math::{DMat3, Dispatch, Rgb, Vec2, Vec3, WorkingSpace, distribution::PiecewiseConstant2D, float, trig},
+    math::{
+        ColorConversion, DMat3, Dispatch, Rgb, Vec2, Vec3, WorkingSpace, distribution::PiecewiseConstant2D, float, trig,
+    },
     texture::Bitmap,
     value::{NonNegative, Point, Spanned},
 };
@@ -85,6 +87,7 @@ impl Environment {
     /// The light of `picture` times `intensity`, rotated by `world_from_map`.
     pub fn new(picture: &Bitmap, working_space: WorkingSpace, intensity: f32, world_from_map: DMat3) -> Self {
         let (width, height) = (picture.width as usize, picture.height as usize);
+        let colors = ColorConversion::new(picture.primaries, working_space);
         let mut texels = vec![Rgb::BLACK; width * height];
         let clamped = texels
             .par_chunks_mut(width)
@@ -92,9 +95,9 @@ impl Environment {
             .map(|(row, y)| {
                 let mut clamped = 0;
                 for (texel, x) in row.iter_mut().zip(0..) {
-                    let rgb = working_space.from_rec709(picture.rgb(x, y));
-                    clamped += u64::from(rgb.r < 0.0 || rgb.g < 0.0 || rgb.b < 0.0);
-                    *texel = rgb.map(|v| (v.max(0.0) * intensity).min(f32::MAX));
+                    let own = picture.rgb(x, y);
+                    clamped += u64::from(own.r < 0.0 || own.g < 0.0 || own.b < 0.0);
+                    *texel = colors.convert(own).map(|v| (v.max(0.0) * intensity).min(f32::MAX));
                 }
                 clamped
             })

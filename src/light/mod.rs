@@ -51,6 +51,9 @@ pub trait LightKind {
     /// normal) if it is not occluded.
     fn reaches(&self, p: Vec3, n: Vec3) -> bool;
 
+    /// The strength of the light, with its unit.
+    fn strength(&self) -> (Rgb, &'static str);
+
     /// Converts all colours from Rec. 709 to a working space.
     fn convert_colors(&mut self, space: WorkingSpace);
 
@@ -86,6 +89,8 @@ kinds! {
     fn bounds(&self) -> Option<LightBounds>;
     /// See [`LightKind::reaches`].
     fn reaches(&self, p: Vec3, n: Vec3) -> bool;
+    /// See [`LightKind::strength`].
+    fn strength(&self) -> (Rgb, &'static str);
     /// See [`LightKind::has_size`].
     fn has_size(&self) -> bool;
     /// See [`LightKind::radiance_towards`].

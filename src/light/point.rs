@@ -74,6 +74,10 @@ impl LightKind for PointLight {
         is_facing(n, self.position - p)
     }
 
+    fn strength(&self) -> (Rgb, &'static str) {
+        (self.intensity, "W sr^-1")
+    }
+
     fn convert_colors(&mut self, space: WorkingSpace) {
         self.intensity = space.from_rec709(self.intensity);
     }

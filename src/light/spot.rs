@@ -131,6 +131,10 @@ impl LightKind for SpotLight {
         is_facing(n, self.position - p)
     }
 
+    fn strength(&self) -> (Rgb, &'static str) {
+        (self.intensity, "W sr^-1")
+    }
+
     fn convert_colors(&mut self, space: WorkingSpace) {
         self.intensity = space.from_rec709(self.intensity);
     }

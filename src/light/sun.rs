@@ -121,6 +121,10 @@ impl LightKind for SunLight {
         !self.irradiance.is_black() && -n.dot(self.direction) >= -sin - 1e-4
     }
 
+    fn strength(&self) -> (Rgb, &'static str) {
+        (self.irradiance, "W m^-2")
+    }
+
     fn convert_colors(&mut self, space: WorkingSpace) {
         self.irradiance = space.from_rec709(self.irradiance);
     }

@@ -15,7 +15,7 @@
 
 use serde::Deserialize;
 
-use super::{Emission, FindColor, MaterialKind, Sidedness, WhittedTerms};
+use super::{Emission, EmissionReach, FindColor, MaterialKind, Sidedness, WhittedTerms};
 use crate::{
     bsdf::{Bsdf, diffuse::Lambert},
     math::{Rgb, WorkingSpace},
@@ -72,6 +72,7 @@ impl MaterialKind for Emitter {
             radiance: self.radiance,
             scale: self.scale,
             sidedness: self.sidedness,
+            reach: EmissionReach::Everything,
         })
     }
 

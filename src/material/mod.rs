@@ -8,7 +8,7 @@ use crate::{
     bsdf::Bsdf,
     kind::kinds,
     math::{Rgb, Vec3, WorkingSpace},
-    texture::{Color, Scalar, TexturePoint, Textures},
+    texture::{Color, Scalar, TextureId, TexturePoint, Textures},
     value::{Channel, ColorSource, Problem, ScalarSource, Spanned},
 };
 
@@ -119,9 +119,19 @@ pub trait MaterialKind {
         1.0
     }
 
+    /// Whether nothing of it can be seen anywhere.
+    fn is_invisible(&self, _textures: &Textures<'_>) -> bool {
+        false
+    }
+
     /// Whether [`MaterialKind::opacity`] is 1 everywhere.
     fn is_opaque(&self) -> bool {
         true
+    }
+
+    /// The texture whose alpha is the opacity, if there is one.
+    fn opacity_texture(&self) -> Option<TextureId> {
+        None
     }
 
     /// The normal map, if there is one.
@@ -176,6 +186,16 @@ pub struct Emission {
     pub radiance: Color,
     pub scale: f32,
     pub sidedness: Sidedness,
+    pub reach: EmissionReach,
+}
+
+/// What an emission lights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EmissionReach {
+    /// Everything, as a lamp does.
+    Everything,
+    /// Nothing: it is the colour of an unlit surface, times that of its vertices, seen by the camera, in mirrors and through glass.
+    Nothing,
 }
 
 impl Emission {
@@ -184,7 +204,11 @@ impl Emission {
     #[inline]
     pub fn radiance(&self, textures: &Textures<'_>, at: &TexturePoint, front_cos: f32) -> Rgb {
         if front_cos > 0.0 || self.sidedness == Sidedness::Both {
-            textures.color(&self.radiance, at) * self.scale
+            let radiance = textures.color(&self.radiance, at) * self.scale;
+            match self.reach {
+                EmissionReach::Everything => radiance,
+                EmissionReach::Nothing => radiance * at.vertex.color,
+            }
         } else {
             Rgb::BLACK
         }
@@ -255,8 +279,12 @@ kinds! {
     fn has_lobes(&self) -> bool;
     /// See [`MaterialKind::opacity`].
     fn opacity(&self, textures: &Textures<'_>, at: &TexturePoint) -> f32;
+    /// See [`MaterialKind::is_invisible`].
+    fn is_invisible(&self, textures: &Textures<'_>) -> bool;
     /// See [`MaterialKind::is_opaque`].
     fn is_opaque(&self) -> bool;
+    /// See [`MaterialKind::opacity_texture`].
+    fn opacity_texture(&self) -> Option<TextureId>;
     /// See [`MaterialKind::normal_map`].
     fn normal_map(&self) -> Option<NormalMap>;
     /// See [`MaterialKind::coat_normal`].

@@ -25,8 +25,9 @@ pub struct TangentNormals {
 impl TangentNormals {
     /// The normal in the frame of tangent, bitangent and shading normal; need not be unit.
     pub fn normal(&self, textures: &Textures<'_>, at: &TexturePoint) -> Vec3 {
-        let n = textures.color(&self.color, at) * 2.0 - Rgb::WHITE;
-        Vec3::new(n.r * self.scale, n.g * self.scale, n.b)
+        let n = textures.data(&self.color, at) * 2.0 - Rgb::WHITE;
+        let slope = Vec2::new(n.r, n.g) * self.scale;
+        textures.turned(&self.color, slope, at).extend(n.b)
     }
 }
 
@@ -48,7 +49,7 @@ impl HeightMap {
         self.scale
             * match self.channel {
                 Some(channel) => textures.channel(self.texture, channel, at),
-                None => textures.color(&Color::Texture(self.texture), at).luminance(),
+                None => textures.data(&Color::Texture(self.texture), at).luminance(),
             }
     }
 
@@ -78,5 +79,69 @@ impl HeightMap {
         };
         let gradient = (dpdv.cross(normal) * slope(Vec2::X) + normal.cross(dpdu) * slope(Vec2::Y)) * (growth / area2);
         if gradient.is_finite() { gradient } else { Vec3::ZERO }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        math::{ColorConversion, DVec3, WorkingSpace},
+        texture::{Mapping, Pattern, StTransform, Texture, constant::Constant, mapping::Ramp},
+    };
+
+    /// The normal that a map of one colour, which leans by (0.6, 0, 0.8), tells on a surface whose u runs along x.
+    fn leaning(mapping: Mapping, transform: StTransform) -> Vec3 {
+        let color = Rgb::new(0.8, 0.5, 0.9);
+        let texture = Texture {
+            mapping,
+            transform,
+            pattern: Pattern::Constant(Constant { color }),
+            // Normals are no colours.
+            colors: ColorConversion::new(Default::default(), WorkingSpace::AcesCg),
+        };
+        let textures = Textures {
+            textures: &[texture],
+            bitmaps: &[],
+        };
+        let at = TexturePoint {
+            dpdu: Vec3::X * 2.0,
+            dpdv: Vec3::Y * 0.5,
+            ..TexturePoint::new(Vec3::ZERO, Vec3::Z)
+        };
+        let color = Color::Texture(TextureId(0));
+        TangentNormals { color, scale: 1.0 }.normal(&textures, &at)
+    }
+
+    #[test]
+    fn normals_turn_with_the_picture_that_holds_them() {
+        let close = |found: Vec3, expected: [f32; 3]| {
+            assert!((found - Vec3::from_array(expected)).length() < 1e-6, "{found}");
+        };
+        let turned = |degrees, scale| leaning(Mapping::Uv, StTransform::new(Vec2::ZERO, degrees, scale));
+        close(turned(0.0, Vec2::ONE), [0.6, 0.0, 0.8]);
+        close(turned(0.0, Vec2::new(3.0, 1.0)), [0.6, 0.0, 0.8]);
+        // s grows against v.
+        close(turned(90.0, Vec2::ONE), [0.0, -0.6, 0.8]);
+        close(turned(180.0, Vec2::ONE), [-0.6, 0.0, 0.8]);
+        close(turned(0.0, Vec2::new(-1.0, 1.0)), [-0.6, 0.0, 0.8]);
+        close(turned(0.0, Vec2::new(1.0, -1.0)), [0.6, 0.0, 0.8]);
+        // s grows along four times u and once v.
+        close(turned(-45.0, Vec2::new(1.0, 4.0)), {
+            let along = Vec2::new(4.0 * 2.0, 0.5).normalize() * 0.6;
+            [along.x, along.y, 0.8]
+        });
+    }
+
+    #[test]
+    fn normals_follow_the_mapping_of_their_picture() {
+        let ramp = |axis, to| Ramp::new(axis, [0.0, to], DVec3::ZERO);
+        let planar = |s, t| leaning(Mapping::Planar { s, t }, StTransform::IDENTITY);
+        let close = |found: Vec3, expected: Vec3| assert!((found - expected).length() < 1e-6, "{found}");
+        close(planar(ramp(0, 5.0), ramp(1, 5.0)), Vec3::new(0.6, 0.0, 0.8));
+        close(planar(ramp(0, -5.0), ramp(1, 5.0)), Vec3::new(-0.6, 0.0, 0.8));
+        close(planar(ramp(1, 5.0), ramp(0, 5.0)), Vec3::new(0.0, 0.6, 0.8));
+        // Of a picture that does not lie on the surface nobody can say.
+        close(planar(ramp(2, 5.0), ramp(2, 5.0)), Vec3::new(0.6, 0.0, 0.8));
     }
 }

@@ -84,8 +84,8 @@ pub use desc::{AlphaModeDesc, PrincipledDesc};
 use std::f32::consts::FRAC_1_PI;
 
 use super::{
-    BatchKind, Emission, FresnelMode, HeightMap, MaterialKind, Medium, NormalMap, Sidedness, TangentNormals,
-    WhittedTerms, medium,
+    BatchKind, Emission, EmissionReach, FresnelMode, HeightMap, MaterialKind, Medium, NormalMap, Sidedness,
+    TangentNormals, WhittedTerms, medium,
 };
 use crate::{
     bsdf::{
@@ -95,7 +95,8 @@ use crate::{
         thin_film::ThinFilm,
     },
     math::{Rgb, Vec2, Vec3, WorkingSpace, trig},
-    texture::{Color, Scalar, TexturePoint, Textures},
+    texture::{Color, Scalar, TextureId, TexturePoint, Textures},
+    value::Channel,
 };
 
 /// The effect of opacity.
@@ -156,6 +157,8 @@ pub struct Principled {
     pub sidedness: Sidedness,
     /// Whether `base_color` and `opacity` are multiplied by those of the mesh's vertices.
     pub reads_vertices: bool,
+    /// Whether what it emits is its colour, which lights nothing.
+    pub is_unlit: bool,
 }
 
 impl Default for Principled {
@@ -198,6 +201,7 @@ impl Default for Principled {
             alpha_mode: AlphaMode::Blend,
             sidedness: Sidedness::Front,
             reads_vertices: false,
+            is_unlit: false,
         }
     }
 }
@@ -261,8 +265,9 @@ impl Principled {
         let Some(map) = &self.anisotropy_direction else {
             return turn;
         };
-        let along = textures.color(map, at) * 2.0 - Rgb::WHITE;
-        turn.rotate(Vec2::new(along.r, along.g).normalize_or(Vec2::X))
+        let along = textures.data(map, at) * 2.0 - Rgb::WHITE;
+        let along = Vec2::new(along.r, along.g).normalize_or(Vec2::X);
+        textures.turned(map, turn.rotate(along), at)
     }
 }
 
@@ -322,6 +327,11 @@ impl MaterialKind for Principled {
             radiance: self.emissive,
             scale: self.emissive_strength,
             sidedness: self.sidedness,
+            reach: if self.is_unlit {
+                EmissionReach::Nothing
+            } else {
+                EmissionReach::Everything
+            },
         })
     }
 
@@ -335,6 +345,22 @@ impl MaterialKind for Principled {
             AlphaMode::Mask(cutoff) => f32::from(opacity() >= cutoff),
             AlphaMode::Blend => opacity().clamp(0.0, 1.0),
         }
+    }
+
+    fn opacity_texture(&self) -> Option<TextureId> {
+        match self.opacity {
+            Scalar::Texture(id, Channel::A, _) if self.alpha_mode != AlphaMode::Opaque => Some(id),
+            _ => None,
+        }
+    }
+
+    fn is_invisible(&self, textures: &Textures<'_>) -> bool {
+        let is_hidden = |opacity: f32| match self.alpha_mode {
+            AlphaMode::Opaque => false,
+            AlphaMode::Mask(cutoff) => opacity < cutoff,
+            AlphaMode::Blend => opacity <= 0.0,
+        };
+        textures.all(&self.opacity, &is_hidden)
     }
 
     fn is_opaque(&self) -> bool {

@@ -2,6 +2,7 @@
 
 pub mod aabb;
 pub mod block;
+mod color_conversion;
 pub mod cone;
 pub mod daabb;
 pub mod distribution;
@@ -22,6 +23,7 @@ pub mod warp;
 mod working_space;
 
 pub use aabb::Aabb;
+pub use color_conversion::{ColorConversion, Primaries};
 pub use cone::RayCone;
 pub use daabb::DAabb;
 pub use divisor::Divisor;

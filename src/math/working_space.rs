@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::Rgb;
+use super::{Rgb, color_conversion::product};
 
 /// The primaries that all colours have while a picture is computed. Scene files, images and models have those of Rec. 709.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -49,6 +49,14 @@ impl WorkingSpace {
         }
     }
 
+    /// The matrix from Rec. 709, by rows; `None` where that changes nothing.
+    pub(super) fn rows_from_rec709(self) -> Option<[[f32; 3]; 3]> {
+        match self {
+            Self::Rec709 => None,
+            Self::AcesCg => Some(AP1_FROM_REC_709),
+        }
+    }
+
     /// A linear colour of Rec. 709 in this space. No channel of it is below 0 where none of the colour is.
     #[inline]
     pub fn from_rec709(self, color: Rgb) -> Rgb {
@@ -66,11 +74,6 @@ impl WorkingSpace {
             Self::AcesCg => product(&REC_709_FROM_AP1, color),
         }
     }
-}
-
-fn product(rows: &[[f32; 3]; 3], Rgb { r, g, b }: Rgb) -> Rgb {
-    let [x, y, z] = rows.map(|[of_r, of_g, of_b]| of_r * r + of_g * g + of_b * b);
-    Rgb::new(x, y, z)
 }
 
 #[cfg(test)]

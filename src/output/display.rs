@@ -107,6 +107,11 @@ impl PixelDisplay {
         }
     }
 
+    /// The factor of the exposure.
+    pub fn gain(&self) -> f32 {
+        self.gain
+    }
+
     /// The 8-bit display values of a pixel.
     pub fn rgb8(&self, channels: [f32; 3]) -> [u8; 3] {
         let encode = match self.encoding {

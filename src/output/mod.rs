@@ -26,7 +26,7 @@ use crate::film::Film;
 
 pub use attribute::{Attribute, Value};
 pub use camera_attributes::camera_attributes;
-pub use display::DisplayTransform;
+pub use display::{DisplayTransform, PixelDisplay};
 pub use encode::{BlockShape, Contents, EncodeError, Encoding, Format, LightType, Parts, PngBits, WriteReport};
 pub use error::OutputError;
 pub use exr::{Compression, Exr, ExrFile, FilePart, FilePlane, Numbers};

@@ -50,6 +50,11 @@ impl BackgroundRadiance {
         Self::Environment(Arc::new(environment))
     }
 
+    /// Whether it is known to be black in all directions.
+    pub fn is_black(&self) -> bool {
+        matches!(self, Self::Color(color) if color.is_black())
+    }
+
     /// The radiance from the unit direction `w`, in W m^-2 sr^-1.
     #[inline]
     pub fn radiance(&self, w: Vec3) -> Rgb {

@@ -85,6 +85,11 @@ impl SceneBuilder {
         self.origin = origin;
     }
 
+    /// The place in the world of the point that positions are relative to.
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
     /// Replaces the background.
     pub fn set_background(&mut self, background: Background) {
         self.background = background;

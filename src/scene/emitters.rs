@@ -10,7 +10,7 @@ use super::{MeshRecord, Scene, SceneGeometry, SceneShading};
 use crate::{
     geometry::{Geometry, Hit, PrimId},
     light::{AreaBlock, LightSample, area},
-    material::{Emission, Material, MaterialId},
+    material::{Emission, EmissionReach, Material, MaterialId},
     math::{Rgb, Sidedness, Transform, Vec2, Vec3},
     shape::{LocalSurface, ShapeHit, triangle},
     texture::{Color, TexturePoint},
@@ -46,6 +46,7 @@ impl UniformEmission {
             radiance: Color::Constant(radiance),
             scale,
             sidedness,
+            reach: EmissionReach::Everything,
         } = material.emission().filter(|_| material.is_opaque())?
         else {
             return None;
@@ -87,7 +88,8 @@ impl Emitters {
     /// Collects the emitters of a scene. Unbounded surfaces are left out.
     pub fn collect(scene: &SceneGeometry, shading: &SceneShading) -> Self {
         let geometry = scene.accel.geometry();
-        let emits = |material: MaterialId| shading.material(material).emission().is_some_and(|e| !is_dark(&e));
+        let is_lamp = |e: Emission| e.reach == EmissionReach::Everything && !is_dark(&e);
+        let emits = |material: MaterialId| shading.material(material).emission().is_some_and(is_lamp);
         let shapes: Vec<u32> = (0..geometry.shapes.len() as u32)
             .filter(|&i| emits(scene.shape_material(i)) && geometry.shapes[i as usize].shape.bounds().is_finite())
             .collect();

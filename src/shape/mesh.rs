@@ -5,6 +5,8 @@
 //! | `file` | path of the file, relative to the scene file | | required |
 //! | `scene` | number from 0 or name of a scene in a glTF file | | the file's default |
 //! | `variant` | name of a material variant of a glTF file | | the file's default materials |
+//! | `lights` | `true` or `false`: whether the lights of a glTF file shine | | `false`, with a warning |
+//! | `light_units` | unit of these lights: `"auto"`, `"photometric"` or `"unitless"` | | `"auto"` |
 //! | `radius` | number above 0: the radius of the points of a PLY file without faces | m | their mean distance to the nearest one |
 //!
 //! ```toml
@@ -14,8 +16,8 @@
 //! transform = { translate = [0, 1, 0] }
 //! ```
 //!
-//! The model keeps its own materials unless the object has a `material`. Its cameras and lights count only where the model
-//! itself is the scene. A triangle's normal points to the side from which its corners run counterclockwise. A model without
+//! The model keeps its own materials unless the object has a `material`. Its cameras count only where the model itself is the
+//! scene. A triangle's normal points to the side from which its corners run counterclockwise. A model without
 //! normals is shaded flat.
 //!
 //! Vertices of OBJ files are read in double precision: a file in the coordinates of a map keeps its details.
@@ -28,6 +30,23 @@
 //! | `.stl` | text and bytes: triangles, shaded flat |
 //! | `.obj.gz`, `.ply.gz`, `.stl.gz` | the same, packed: to at most 2 GiB and 1024 times the size of the file |
 //!
+//! **Unlit surfaces of glTF files** (KHR_materials_unlit) have their colour, times that of their vertices, for the camera, in mirrors
+//! and through glass. They light nothing, as in Blender and in three.js. Surfaces with `doubleSided = false` are seen from behind
+//! as well, as in Cycles: leave out inverted hulls, which draw outlines where back faces are culled.
+//!
+//! **Lights of glTF files** move with the object, and belong to its light group. Their numbers are photometric by the format:
+//! candela, and lux of a sun. Blender makes these of watts, at 683 lm/W, and its importer divides by 683 again. Most other programs
+//! write numbers that look right where 1 is shown as white, as three.js reads them.
+//!
+//! | `light_units` | intensities and irradiances are |
+//! |---|---|
+//! | `"auto"` | divided by 683 in files of Blender's exporter (by `asset.generator`), else taken as they are |
+//! | `"photometric"` | divided by 683: in W sr^-1 and W m^-2 they are those of Blender, and its lamps have the same brightness here |
+//! | `"unitless"` | taken as they are, in W sr^-1 and W m^-2 |
+//!
+//! Where the exporter of Blender was told to write other lighting than `Standard`, choose `"unitless"`. Between the cones of a
+//! spot light falls by a smoothstep over the cosine, as in three.js; the soft edge of a spot of Blender is as wide as in Cycles.
+//!
 //! The loader reads these statements of MTL files:
 //!
 //! | statement | becomes |
@@ -35,7 +54,7 @@
 //! | `Kd`, `map_Kd` | the base colour; a surface with nothing else is matte |
 //! | `Ks`, `map_Ks`, `Ns`, `map_Ns` | a reflection of that tint, of roughness (2 / (Ns + 2))^(1/4); none with `illum` 0 and 1; a mirror's with `illum` 3 and 8, and with 5 where `Ni` is not above 1 |
 //! | `Ni` | the index of refraction |
-//! | `d`, `Tr`, `map_d`, `map_Tr` | the opacity; `d` counts before `Tr`; of a picture with alpha that, else its first channel |
+//! | `d`, `Tr`, `map_d`, `map_Tr` | the opacity; `d` counts before `Tr`, which is 1 - `d`; `Tr 1` of all materials of a textured model without `d` is read as opaque, as programs of photogrammetry mean it, with a warning; of a picture with alpha that, else its first channel |
 //! | `illum` 4, 6, 7, 9 with `Tf`, `Ni` or `d` | glass: 6 and 7 bound a body, 4 and 9 are thin sheets |
 //! | `Ke`, `map_Ke` | emitted radiance, on both sides |
 //! | `norm` | a normal map |
@@ -55,6 +74,7 @@ use serde::Deserialize;
 use thiserror::Error;
 
 use crate::{
+    kind::named,
     math::{Aabb, DVec3, Vec2, Vec3, Vec4},
     value::{Positive, Spanned},
 };
@@ -65,6 +85,10 @@ pub struct MeshDesc {
     pub file: Spanned<String>,
     pub scene: Option<SceneChoice>,
     pub variant: Option<String>,
+    /// Whether its lights shine; without it they do not, and a warning says so.
+    pub lights: Option<bool>,
+    #[serde(default)]
+    pub light_units: LightUnits,
     /// The radius of points, in the space of the model.
     pub radius: Option<Positive>,
 }
@@ -83,6 +107,20 @@ pub enum SceneChoice {
     /// By its number, from 0.
     Number(usize),
     Name(String),
+}
+
+named! {
+    /// The unit of the lights of a glTF file.
+    #[derive(Default, Hash, PartialOrd, Ord)]
+    pub enum LightUnits: "unit of lights" {
+        /// That of the program that wrote the file.
+        #[default]
+        Auto = "auto",
+        /// Candela and lux, at 683 lm/W.
+        Photometric = "photometric",
+        /// W sr^-1 and W m^-2.
+        Unitless = "unitless",
+    }
 }
 
 /// Triangles over shared vertices, in the mesh's own space, metres.

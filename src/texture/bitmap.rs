@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::math::{Rgb, Vec2, srgb};
+use crate::math::{Primaries, Rgb, Vec2, srgb};
 
 /// The value that replaces infinite texels: the largest half.
 const MAX_TEXEL: f32 = 65504.0;
@@ -39,8 +39,14 @@ pub struct Bitmap {
     /// Numbers of a pixel, next to each other: 1 (gray), 3 (RGB) or 4 (RGB and straight alpha).
     pub channels: usize,
     pub storage: Storage,
+    /// Whether alpha is the opacity of the colours: what is not there has no colour, and does not mix with what is.
+    pub weighs_by_alpha: bool,
+    /// Of colours in it.
+    pub primaries: Primaries,
     /// Texels of the file that were NaN or infinite, and became 0 or +-65504.
     pub repaired: u64,
+    /// Numbers of colours that are below 0.
+    pub negative: u64,
     /// The same picture smaller and smaller, each level half as wide and half as high as the one
     /// before, down to a single texel; none where nobody looks from afar. See [`super::mipmap`].
     pub levels: Vec<Bitmap>,
@@ -62,6 +68,21 @@ pub enum Storage {
 }
 
 impl Bitmap {
+    /// A picture of Rec. 709 without levels.
+    pub fn new([width, height]: [u32; 2], channels: usize, storage: Storage) -> Self {
+        Self {
+            width,
+            height,
+            channels,
+            storage,
+            weighs_by_alpha: false,
+            primaries: Primaries::default(),
+            repaired: 0,
+            negative: 0,
+            levels: Vec::new(),
+        }
+    }
+
     /// The linear colour of a texel; `x` from the left and `y` from the top must be inside.
     #[inline]
     pub fn rgb(&self, x: u32, y: u32) -> Rgb {
@@ -119,6 +140,9 @@ impl Bitmap {
         f: Vec2,
         decode: impl Fn(T) -> f32,
     ) -> Rgb {
+        if self.weighs_by_alpha {
+            return self.blend_by_alpha(columns, rows, f);
+        }
         let mut sum = Rgb::BLACK;
         for (row, of_row) in [(rows[0], 1.0 - f.y), (rows[1], f.y)] {
             let Some(row) = row else { continue };
@@ -136,6 +160,25 @@ impl Bitmap {
             sum += blended * of_row;
         }
         sum
+    }
+
+    /// Four texels weighed by their opacity as well; as if all were opaque where none is.
+    fn blend_by_alpha(&self, columns: [Option<u32>; 2], rows: [Option<u32>; 2], f: Vec2) -> Rgb {
+        let (mut sum, mut seen, mut weight) = (Rgb::BLACK, Rgb::BLACK, 0.0);
+        for (row, of_row) in [(rows[0], 1.0 - f.y), (rows[1], f.y)] {
+            for (column, of_column) in [(columns[0], 1.0 - f.x), (columns[1], f.x)] {
+                let (Some(row), Some(column)) = (row, column) else {
+                    continue;
+                };
+                let (x, y) = (column, self.height - 1 - row);
+                let color = self.rgb(x, y) * (of_row * of_column);
+                let alpha = self.alpha(x, y);
+                sum += color;
+                seen += color * alpha;
+                weight += of_row * of_column * alpha;
+            }
+        }
+        if weight > 0.0 { seen / weight } else { sum }
     }
 
     /// The picture itself (0) or one of its smaller copies; the smallest where `level` is beyond.
@@ -159,14 +202,8 @@ impl Bitmap {
                 [0; 3]
             }
         };
-        Self {
-            width: SIDE,
-            height: SIDE,
-            channels: 3,
-            storage: Storage::Srgb8((0..SIDE * SIDE).flat_map(texel).collect()),
-            repaired: 0,
-            levels: Vec::new(),
-        }
+        let storage = Storage::Srgb8((0..SIDE * SIDE).flat_map(texel).collect());
+        Self::new([SIDE; 2], 3, storage)
     }
 
     /// The opacity of a texel: 1 where the picture has no alpha.
@@ -204,19 +241,23 @@ impl Bitmap {
     }
 
     /// A picture of floats, its numbers finite.
-    pub fn from_floats([width, height]: [u32; 2], channels: usize, mut values: Vec<f32>) -> Self {
+    pub fn from_floats(size: [u32; 2], channels: usize, mut values: Vec<f32>) -> Self {
         let mut repaired = 0;
         for v in values.iter_mut().filter(|v| !v.is_finite()) {
             *v = if v.is_nan() { 0.0 } else { MAX_TEXEL.copysign(*v) };
             repaired += 1;
         }
+        let is_negative = |(i, v): &(usize, &f32)| **v < 0.0 && !is_alpha(*i, channels);
+        let negative = values.iter().enumerate().filter(is_negative).count() as u64;
         Self {
-            width,
-            height,
-            channels,
-            storage: Storage::Float(values),
             repaired,
-            levels: Vec::new(),
+            negative,
+            ..Self::new(size, channels, Storage::Float(values))
         }
     }
+}
+
+/// Whether number `i` of a picture is an opacity, which no curve applies to.
+pub(super) fn is_alpha(i: usize, channels: usize) -> bool {
+    channels == 4 && i % 4 == 3
 }

@@ -14,9 +14,9 @@
 
 use serde::Deserialize;
 
-use super::{Bitmap, BitmapId, FindBitmap, PatternKind};
+use super::{Bitmap, FindBitmap, PatternKind};
 use crate::{
-    math::{Rgb, Vec2, WorkingSpace},
+    math::{Rgb, Vec2},
     value::{Positive, Problem, RgbFactor},
 };
 
@@ -54,10 +54,6 @@ impl PatternKind for Checker {
     fn max_value(&self, _bitmaps: &[Bitmap]) -> Rgb {
         let [a, b] = self.colors;
         a.max(b)
-    }
-
-    fn convert_colors(&mut self, space: WorkingSpace, _is_color: &dyn Fn(BitmapId) -> bool) {
-        self.colors = self.colors.map(|color| space.from_rec709(color));
     }
 }
 

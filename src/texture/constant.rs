@@ -11,9 +11,9 @@
 
 use serde::Deserialize;
 
-use super::{Bitmap, BitmapId, FindBitmap, PatternKind};
+use super::{Bitmap, FindBitmap, PatternKind};
 use crate::{
-    math::{Rgb, Vec2, WorkingSpace},
+    math::{Rgb, Vec2},
     value::{Problem, RgbFactor},
 };
 
@@ -41,9 +41,5 @@ impl PatternKind for Constant {
 
     fn max_value(&self, _bitmaps: &[Bitmap]) -> Rgb {
         self.color
-    }
-
-    fn convert_colors(&mut self, space: WorkingSpace, _is_color: &dyn Fn(BitmapId) -> bool) {
-        self.color = space.from_rec709(self.color);
     }
 }

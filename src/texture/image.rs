@@ -3,7 +3,7 @@
 //! | key | type | unit | default |
 //! |---|---|---|---|
 //! | `file` | path of a PNG, JPEG, BMP, TGA, WebP, HDR or EXR file, relative to the scene file | | required |
-//! | `color_space` | `"srgb"`, or `"raw"` for data: the values are used as they are. HDR and EXR are always raw | | `"srgb"` |
+//! | `color_space` | `"srgb"`, or `"raw"` for data: the values are used as they are. HDR and EXR are always linear | | `"srgb"` |
 //! | `filter` | `"trilinear"`, `"linear"` or `"nearest"` | | `"trilinear"` |
 //! | `wrap` | `"repeat"`, `"clamp"`, `"mirror"` or `"black"` | | `"repeat"` |
 //!
@@ -20,6 +20,12 @@
 //! at a grazing angle is looked up in up to 8 pieces along the footprint of the pixel; where that is not enough, the texture
 //! is blurred.
 //!
+//! Where alpha is the opacity of a material, the colours of texels count by it: what is transparent has no colour. The colours of an EXR file
+//! are premultiplied, as in OpenEXR, and have the primaries that the file names by `colorInteropID` (a linear space) or
+//! `chromaticities`, else those of Rec. 709; with `color_space = "raw"` they stay as they are. What a material reads as data is never
+//! converted. Of an EXR file with several layers the one is shown that is named as light is: without a name, `rgba`, `beauty`,
+//! `combined`, `color`. Colours below 0 count as 0, with a warning.
+//!
 //! # Implementation
 //!
 //! The width of the ray's footprint, in texels, selects two levels of the mip map, see [`super::mipmap`]. The footprint is
@@ -27,10 +33,10 @@
 
 use serde::Deserialize;
 
-use super::{Bitmap, BitmapId, FindBitmap, PatternKind, bitmap::ColorSpace};
+use super::{Bitmap, BitmapId, FindBitmap, PatternKind, bitmap::ColorSpace, channel_of};
 use crate::{
-    math::{Rgb, Vec2, WorkingSpace, exponential, float},
-    value::{Problem, Spanned},
+    math::{Rgb, Vec2, exponential, float},
+    value::{Channel, Problem, Spanned},
 };
 
 /// The interpolation of texels.
@@ -76,7 +82,6 @@ impl ImageDesc {
             bitmap: find(self)?,
             filter: self.filter,
             wrap: [self.wrap; 2],
-            working_space: WorkingSpace::default(),
         })
     }
 }
@@ -87,8 +92,6 @@ pub struct ImagePattern {
     pub filter: TextureFilter,
     /// Along s and along t.
     pub wrap: [Wrap; 2],
-    /// The space that its colours are converted to; pictures of data stay as they are.
-    pub working_space: WorkingSpace,
 }
 
 impl Wrap {
@@ -208,8 +211,7 @@ impl Footprint {
 
 impl PatternKind for ImagePattern {
     fn max_value(&self, bitmaps: &[Bitmap]) -> Rgb {
-        let max_value = bitmaps[self.bitmap.0 as usize].max_value();
-        self.working_space.from_rec709(max_value)
+        bitmaps[self.bitmap.0 as usize].max_value()
     }
 
     fn alpha(&self, bitmaps: &[Bitmap], st: Vec2) -> f32 {
@@ -232,18 +234,25 @@ impl PatternKind for ImagePattern {
         row(j) * (1.0 - f.y) + row(j.saturating_add(1)) * f.y
     }
 
-    fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb {
+    fn all(&self, bitmaps: &[Bitmap], channel: Channel, test: &dyn Fn(f32) -> bool) -> bool {
         let bitmap = &bitmaps[self.bitmap.0 as usize];
-        self.working_space.from_rec709(match self.filter {
-            TextureFilter::Nearest => self.nearest(bitmap, st),
-            TextureFilter::Linear | TextureFilter::Trilinear => self.linear(bitmap, st),
-        })
+        let number = |x, y| match channel {
+            Channel::A if bitmap.has_alpha() => bitmap.alpha(x, y),
+            _ => channel_of(bitmap.rgb(x, y), channel),
+        };
+        (0..bitmap.height).all(|y| (0..bitmap.width).all(|x| test(number(x, y))))
     }
 
-    fn convert_colors(&mut self, space: WorkingSpace, is_color: &dyn Fn(BitmapId) -> bool) {
-        if is_color(self.bitmap) {
-            self.working_space = space;
+    fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb {
+        let bitmap = &bitmaps[self.bitmap.0 as usize];
+        match self.filter {
+            TextureFilter::Nearest => self.nearest(bitmap, st),
+            TextureFilter::Linear | TextureFilter::Trilinear => self.linear(bitmap, st),
         }
+    }
+
+    fn bitmap(&self) -> Option<BitmapId> {
+        Some(self.bitmap)
     }
 
     fn filtered_bitmap(&self) -> Option<BitmapId> {
@@ -259,7 +268,7 @@ impl PatternKind for ImagePattern {
             let along = (probe as f32 + 0.5) / footprint.probes as f32 - 0.5;
             sum += self.between_levels(bitmap, st + footprint.long_axis * along, footprint.level);
         }
-        self.working_space.from_rec709(sum / footprint.probes as f32)
+        sum / footprint.probes as f32
     }
 
     fn steps(&self, bitmaps: &[Bitmap]) -> Vec2 {

@@ -162,6 +162,22 @@ impl Mapping {
         }
     }
 
+    /// Whether the tangents of a surface follow its coordinates.
+    pub(super) fn has_tangents(&self) -> bool {
+        matches!(self, Self::Uv | Self::SecondUv)
+    }
+
+    /// The steps of one unit of u and of v, in the frame of tangent and bitangent; of equal lengths where they are not known.
+    pub(super) fn steps_in_tangents(&self, at: &TexturePoint) -> [Vec2; 2] {
+        let along = at.dpdu.length();
+        if along == 0.0 || matches!(self, Self::SecondUv) {
+            return [Vec2::X, Vec2::Y];
+        }
+        let x = at.dpdv.dot(at.dpdu) / along;
+        let y = (at.dpdv - at.dpdu * (x / along)).length();
+        [Vec2::new(along, 0.0), Vec2::new(x, y)]
+    }
+
     /// The footprint around `at` in s and t: what its axes become.
     pub fn footprint(&self, at: &TexturePoint) -> [Vec2; 2] {
         at.footprint.map(|duv| {

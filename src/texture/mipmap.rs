@@ -4,7 +4,8 @@
 //! texel is the mean of the texels that it covers, in linear light. Along an axis with an odd
 //! number of texels it covers two whole texels and fractions of their neighbours, so the mean of
 //! the image is preserved. Levels are stored in the format of the image, and all levels together
-//! take a third of its memory. Straight alpha is averaged like a colour.
+//! take a third of its memory. Straight alpha is averaged like a colour. Where it is the opacity of the colours, they are weighed
+//! by it: what cannot be seen has no colour.
 //!
 //! Source: Williams, "Pyramidal Parametrics", SIGGRAPH 1983, doi:10.1145/800059.801126; for odd
 //! sizes Guthe and Heckbert, "Non-Power-of-Two Mipmapping", NVIDIA technical report, 2005.
@@ -13,7 +14,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{Bitmap, Texture, bitmap::Storage};
+use super::{
+    Bitmap, Texture,
+    bitmap::{Storage, is_alpha},
+};
 use crate::math::srgb;
 
 /// Gives levels to the bitmaps that one of `textures` looks at from afar, on the threads of the
@@ -49,6 +53,7 @@ pub fn halved(bitmap: Bitmap, times: u32) -> Bitmap {
     }
     Bitmap {
         repaired: bitmap.repaired,
+        negative: bitmap.negative,
         ..smaller.level()
     }
 }
@@ -77,10 +82,11 @@ impl<'a> Smaller<'a> {
         }
         let half = self.size.map(|n| (n / 2).max(1));
         let (bitmap, values) = (self.bitmap, &self.values);
+        let how = (bitmap.channels, bitmap.weighs_by_alpha);
         self.values = if values.is_empty() {
-            shrink(self.size, half, bitmap.channels, |i| linear(bitmap, i))
+            shrink(self.size, half, how, |i| linear(bitmap, i))
         } else {
-            shrink(self.size, half, bitmap.channels, |i| values[i])
+            shrink(self.size, half, how, |i| values[i])
         };
         self.size = half;
         true
@@ -88,21 +94,13 @@ impl<'a> Smaller<'a> {
 
     /// The picture of this size.
     fn level(&self) -> Bitmap {
-        let [width, height] = self.size;
+        let Bitmap { channels, storage, .. } = self.bitmap;
         Bitmap {
-            width,
-            height,
-            channels: self.bitmap.channels,
-            storage: stored_like(&self.bitmap.storage, self.bitmap.channels, &self.values),
-            repaired: 0,
-            levels: Vec::new(),
+            weighs_by_alpha: self.bitmap.weighs_by_alpha,
+            primaries: self.bitmap.primaries,
+            ..Bitmap::new(self.size, *channels, stored_like(storage, *channels, &self.values))
         }
     }
-}
-
-/// Whether number `i` of a picture is an opacity, which no curve applies to.
-fn is_alpha(i: usize, channels: usize) -> bool {
-    channels == 4 && i % 4 == 3
 }
 
 fn linear(bitmap: &Bitmap, i: usize) -> f32 {
@@ -190,14 +188,20 @@ impl Span {
     }
 }
 
-/// The numbers of a picture of size `from`, read by index, as one of size `to`.
-fn shrink(from: [u32; 2], to: [u32; 2], channels: usize, read: impl Fn(usize) -> f32 + Sync) -> Vec<f32> {
+/// The numbers of a picture of size `from`, read by index, as one of size `to`; `weighs_by_alpha` is that of the picture.
+fn shrink(
+    from: [u32; 2],
+    to: [u32; 2],
+    (channels, weighs_by_alpha): (usize, bool),
+    read: impl Fn(usize) -> f32 + Sync,
+) -> Vec<f32> {
     let (columns, rows) = (Span::all(from[0], to[0]), Span::all(from[1], to[1]));
     let stride = from[0] as usize * channels;
     let mut out = vec![0.0; to[0] as usize * to[1] as usize * channels];
     let lines = out.par_chunks_exact_mut(to[0] as usize * channels).zip(&rows);
     lines.for_each(|(line, row)| {
         for (texel, column) in line.chunks_exact_mut(channels).zip(&columns) {
+            let mut seen = [0.0; 3];
             for y in row.texels.clone() {
                 for x in column.texels.clone() {
                     let weight = row.weight(y) * column.weight(x);
@@ -205,7 +209,20 @@ fn shrink(from: [u32; 2], to: [u32; 2], channels: usize, read: impl Fn(usize) ->
                     for (c, sum) in texel.iter_mut().enumerate() {
                         *sum += weight * read(at + c);
                     }
+                    if weighs_by_alpha {
+                        let weight = weight * read(at + 3);
+                        for (c, sum) in seen.iter_mut().enumerate() {
+                            *sum += weight * read(at + c);
+                        }
+                    }
                 }
+            }
+            if weighs_by_alpha && texel[3] > 0.0 {
+                let alpha = texel[3];
+                texel
+                    .iter_mut()
+                    .zip(seen)
+                    .for_each(|(color, seen)| *color = seen / alpha);
             }
         }
     });
@@ -215,7 +232,7 @@ fn shrink(from: [u32; 2], to: [u32; 2], channels: usize, read: impl Fn(usize) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{Rgb, hash};
+    use crate::math::{Rgb, Vec2, hash};
 
     fn random(width: u32, height: u32) -> Bitmap {
         let value = |i: u32| hash::unit_f32(hash::mix32(i + 1));
@@ -286,14 +303,7 @@ mod tests {
         for channels in [1, 3, 4] {
             let bytes = vec![187; 13 * 7 * channels];
             for storage in [Storage::Srgb8(bytes.clone()), Storage::Linear8(bytes.clone())] {
-                let mut bitmap = Bitmap {
-                    width: 13,
-                    height: 7,
-                    channels,
-                    storage,
-                    repaired: 0,
-                    levels: Vec::new(),
-                };
+                let mut bitmap = Bitmap::new([13, 7], channels, storage);
                 build(&mut bitmap);
                 for level in &bitmap.levels {
                     let same = match (&bitmap.storage, &level.storage) {
@@ -308,15 +318,34 @@ mod tests {
 
     #[test]
     fn black_and_white_mix_as_light_and_not_as_codes() {
-        let mut bitmap = Bitmap {
-            width: 2,
-            height: 1,
-            channels: 1,
-            storage: Storage::Srgb8(vec![0, 255]),
-            repaired: 0,
-            levels: Vec::new(),
-        };
+        let mut bitmap = Bitmap::new([2, 1], 1, Storage::Srgb8(vec![0, 255]));
         build(&mut bitmap);
         assert_eq!(bitmap.levels[0].storage, Storage::Srgb8(vec![188]));
+    }
+
+    #[test]
+    fn what_cannot_be_seen_has_no_colour_in_smaller_copies_and_between_texels() {
+        let leaf = [0.2, 0.8, 0.1, 1.0];
+        let nothing = [0.0, 0.0, 0.0, 0.0];
+        let half = [0.4, 0.4, 0.4, 0.5];
+        let texels = [leaf, nothing, nothing, half, nothing, leaf, nothing, nothing].concat();
+        let mut bitmap = Bitmap::from_floats([4, 2], 4, texels);
+        bitmap.weighs_by_alpha = true;
+        build(&mut bitmap);
+        let close = |found: Rgb, expected: [f32; 3]| {
+            let difference = found - Rgb::from_array(expected);
+            assert!(difference.map(f32::abs).max_component() < 1e-6, "{found:?}");
+        };
+        let level = &bitmap.levels[0];
+        close(level.rgb(0, 0), [0.2, 0.8, 0.1]);
+        close(level.rgb(1, 0), [0.4; 3]);
+        assert_eq!([level.alpha(0, 0), level.alpha(1, 0)], [0.5, 0.125]);
+        // In the last one by the opacity of the four, 0.5 and 0.125.
+        close(bitmap.levels[1].rgb(0, 0), [0.24, 0.72, 0.16]);
+        let between = |columns: [u32; 2]| bitmap.blend(columns.map(Some), [Some(1), Some(1)], Vec2::new(0.25, 0.0));
+        close(between([0, 1]), [0.2, 0.8, 0.1]);
+        close(between([2, 3]), [0.4; 3]);
+        // None is there: as if all were.
+        close(between([1, 2]), [0.0; 3]);
     }
 }

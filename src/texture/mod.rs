@@ -6,7 +6,7 @@
 
 use crate::{
     kind::kinds,
-    math::{Rgb, Vec2, Vec3, Vec4, WorkingSpace},
+    math::{ColorConversion, Rgb, Vec2, Vec3, Vec4, WorkingSpace},
     value::{Channel, Problem},
 };
 
@@ -147,8 +147,15 @@ pub trait PatternKind {
         1.0
     }
 
-    /// Converts all colours from Rec. 709 to a working space. `is_color` tells whether a bitmap holds colours, and not data.
-    fn convert_colors(&mut self, space: WorkingSpace, is_color: &dyn Fn(BitmapId) -> bool);
+    /// Whether a channel is known to pass `test` everywhere.
+    fn all(&self, _bitmaps: &[Bitmap], _channel: Channel, _test: &dyn Fn(f32) -> bool) -> bool {
+        false
+    }
+
+    /// The bitmap that it shows, if any.
+    fn bitmap(&self) -> Option<BitmapId> {
+        None
+    }
 
     /// The bitmap whose mip levels [`PatternKind::mean`] reads; `None` where the pattern is evaluated at points only.
     fn filtered_bitmap(&self) -> Option<BitmapId> {
@@ -180,16 +187,16 @@ kinds! {
     }
     described only {}
     compiled by fn compile(&self, find: &FindBitmap<'_>) -> Result<Pattern, Problem>;
-    changed by {
-        /// See [`PatternKind::convert_colors`].
-        fn convert_colors(&mut self, space: WorkingSpace, is_color: &dyn Fn(BitmapId) -> bool);
-    }
     /// See [`PatternKind::eval`].
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb;
     /// See [`PatternKind::max_value`].
     fn max_value(&self, bitmaps: &[Bitmap]) -> Rgb;
     /// See [`PatternKind::alpha`].
     fn alpha(&self, bitmaps: &[Bitmap], st: Vec2) -> f32;
+    /// See [`PatternKind::all`].
+    fn all(&self, bitmaps: &[Bitmap], channel: Channel, test: &dyn Fn(f32) -> bool) -> bool;
+    /// See [`PatternKind::bitmap`].
+    fn bitmap(&self) -> Option<BitmapId>;
     /// See [`PatternKind::filtered_bitmap`].
     fn filtered_bitmap(&self) -> Option<BitmapId>;
     /// See [`PatternKind::mean`].
@@ -204,6 +211,8 @@ pub struct Texture {
     pub mapping: Mapping,
     pub transform: StTransform,
     pub pattern: Pattern,
+    /// What makes colours of the working space of its numbers; what is read as data keeps them.
+    pub colors: ColorConversion,
 }
 
 impl Texture {
@@ -213,9 +222,37 @@ impl Texture {
         self.pattern.alpha(bitmaps, st)
     }
 
-    /// The colour at a point. Images with mip levels are averaged over the footprint; procedural
-    /// patterns are evaluated at the point.
+    /// The directions in which s and t grow, each while the other stays, in the frame of the surface's tangent and bitangent, at a
+    /// right angle to each other; `None` where they are these axes.
+    fn axes(&self, at: &TexturePoint) -> Option<[Vec2; 2]> {
+        let is_own = self.mapping.has_tangents();
+        if is_own && self.transform == StTransform::IDENTITY {
+            return None;
+        }
+        let unit = TexturePoint {
+            footprint: [Vec2::X, Vec2::Y],
+            ..*at
+        };
+        let per_uv = if is_own {
+            unit.footprint
+        } else {
+            self.mapping.footprint(&unit)
+        };
+        let [per_u, per_v] = per_uv.map(|d| self.transform.vector(d));
+        let side = per_u.perp_dot(per_v);
+        let [u, v] = self.mapping.steps_in_tangents(at);
+        let s = ((u * per_v.y - v * per_u.y) * side.signum()).try_normalize()?;
+        (side != 0.0).then(|| [s, s.perp() * side.signum()])
+    }
+
+    /// The colour at a point, in the working space.
     pub fn eval(&self, bitmaps: &[Bitmap], at: &TexturePoint) -> Rgb {
+        self.colors.convert(self.data(bitmaps, at))
+    }
+
+    /// The numbers at a point. Images with mip levels are averaged over the footprint; procedural
+    /// patterns are evaluated at the point.
+    fn data(&self, bitmaps: &[Bitmap], at: &TexturePoint) -> Rgb {
         let st = self.transform.point(self.mapping.st(at));
         if self.pattern.filtered_bitmap().is_none() || at.footprint == [Vec2::ZERO; 2] {
             return self.pattern.eval(bitmaps, st);
@@ -302,6 +339,24 @@ impl Textures<'_> {
         }
     }
 
+    /// The numbers of a source of data, which belong to no colour space.
+    pub fn data(&self, source: &Color, at: &TexturePoint) -> Rgb {
+        match source {
+            Color::Constant(c) => *c,
+            Color::Texture(id) => self.numbers(*id, at),
+            Color::Tinted(id, tint) => self.numbers(*id, at) * *tint,
+        }
+    }
+
+    /// A direction along the s and t of a source, in the frame of the surface's tangent and bitangent.
+    pub fn turned(&self, source: &Color, direction: Vec2, at: &TexturePoint) -> Vec2 {
+        let axes = match source {
+            Color::Constant(_) => None,
+            Color::Texture(id) | Color::Tinted(id, _) => self.textures[id.0 as usize].axes(at),
+        };
+        axes.map_or(direction, |[s, t]| s * direction.x + t * direction.y)
+    }
+
     #[inline(always)]
     pub fn scalar(&self, scalar: &Scalar, at: &TexturePoint) -> f32 {
         match scalar {
@@ -319,13 +374,24 @@ impl Textures<'_> {
             && id == other
             && ![of_a, of_b].contains(&Channel::A)
         {
-            let color = self.look_up(id, at);
+            let color = self.numbers(id, at);
             return [
                 a.at_number(channel_of(color, of_a)),
                 b.at_number(channel_of(color, of_b)),
             ];
         }
         [self.scalar(a, at), self.scalar(b, at)]
+    }
+
+    /// Whether a scalar is known to pass `test` everywhere.
+    pub fn all(&self, scalar: &Scalar, test: &dyn Fn(f32) -> bool) -> bool {
+        match scalar.texture() {
+            None => test(scalar.at_number(0.0)),
+            Some((id, channel)) => {
+                let pattern = &self.textures[id.0 as usize].pattern;
+                pattern.all(self.bitmaps, channel, &|number| test(scalar.at_number(number)))
+            }
+        }
     }
 
     /// The size of a texel along u and along v; of a pattern without texels, a small part of the unit.
@@ -345,7 +411,10 @@ impl Textures<'_> {
 
     /// The largest channel of a colour over the whole surface.
     pub fn max_value(&self, color: &Color) -> f32 {
-        let of = |id: &TextureId| self.textures[id.0 as usize].pattern.max_value(self.bitmaps);
+        let of = |id: &TextureId| {
+            let texture = &self.textures[id.0 as usize];
+            texture.colors.convert(texture.pattern.max_value(self.bitmaps))
+        };
         let max_value = match color {
             Color::Constant(c) => *c,
             Color::Texture(id) => of(id),
@@ -358,10 +427,14 @@ impl Textures<'_> {
         self.textures[id.0 as usize].eval(self.bitmaps, at)
     }
 
+    fn numbers(&self, id: TextureId, at: &TexturePoint) -> Rgb {
+        self.textures[id.0 as usize].data(self.bitmaps, at)
+    }
+
     pub fn channel(&self, id: TextureId, channel: Channel, at: &TexturePoint) -> f32 {
         match channel {
             Channel::A => self.textures[id.0 as usize].alpha(self.bitmaps, at),
-            _ => channel_of(self.look_up(id, at), channel),
+            _ => channel_of(self.numbers(id, at), channel),
         }
     }
 }
@@ -388,6 +461,7 @@ mod tests {
             mapping: Mapping::Uv,
             transform: StTransform::IDENTITY,
             pattern: Pattern::Constant(constant::Constant { color }),
+            colors: ColorConversion::default(),
         };
         let all = [texture(color), texture(Rgb::gray(0.9))];
         let textures = Textures {

@@ -8,12 +8,14 @@ use std::ops::Range;
 pub use serde_spanned::Spanned;
 
 mod color;
+mod exposure;
 mod kinds;
 mod names;
 mod number;
 mod shown;
 
 pub use color::{Channel, ColorSource, RgbFactor, ScalarSource};
+pub use exposure::Exposure;
 pub use kinds::{kind_by_name, kind_or_name};
 pub use names::{UnknownName, one_of, unknown_name};
 pub use number::{Coordinate, Count, Direction, Finite, NonNegative, OneOrEach, Point, Positive, UnitInterval};

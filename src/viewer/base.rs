@@ -46,6 +46,7 @@ impl Base {
         request.camera_path = keyframes.has_keys().then(|| options.camera_path.clone());
         let job = Job::open(scene_path, &request)?;
         let scene = job.compile()?;
+        let plan = Arc::new(job.plan.metered(&scene, None)?);
         let camera = job.desc.camera.as_ref().map(|camera| camera.get_ref());
         let compiled = camera.and_then(|camera| camera.compile().ok());
         Ok(Self {
@@ -55,7 +56,7 @@ impl Base {
             scene_path: scene_path.to_owned(),
             lens: compiled.map_or_else(Lens::default, |camera| camera.lens),
             home: camera.map(CameraDesc::view),
-            plan: Arc::new(job.plan),
+            plan,
             desc: job.desc,
             request,
             camera_path: options.camera_path.clone(),

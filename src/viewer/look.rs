@@ -7,6 +7,7 @@ use crate::{
     describe::SceneDesc,
     film::passes::BEAUTY,
     output::Shown,
+    value::Exposure,
 };
 
 /// The largest factor of the resolution scale.
@@ -69,7 +70,7 @@ impl Look {
         Request {
             integrator: Some(self.integrator.clone()),
             view: Some(self.view.clone()),
-            exposure: Some(self.exposure),
+            exposure: Some(Exposure::Stops(self.exposure)),
             show: Some(self.pass.clone()),
             aovs: Vec::new(),
             samples: Some(self.samples),
@@ -87,7 +88,7 @@ impl Look {
             request.view = Some(self.view.clone());
         }
         if self.exposure != before.exposure {
-            request.exposure = Some(self.exposure);
+            request.exposure = Some(Exposure::Stops(self.exposure));
         }
         if self.pass != before.pass {
             request.show = Some(self.pass.clone());

@@ -159,7 +159,8 @@ fn the_program_prints_a_kind_of_warning_once_and_lists_all_for_programs() {
     assert_eq!(inventory["warnings"][0]["kind"], "missing-file");
     folder.succeed(&["s.toml", "-o", "f.exr", "--stats", "stats.json"]);
     let stats = std::fs::read(folder.path("stats.json")).expect("figures");
-    assert_eq!(listed(&serde_json::from_slice(&stats).expect("JSON")), Some(11));
+    // And that there is no light.
+    assert_eq!(listed(&serde_json::from_slice(&stats).expect("JSON")), Some(12));
 }
 
 #[test]

@@ -41,8 +41,8 @@ fn scene(corners: [Vec3; 4], bitmap: Bitmap, filter: TextureFilter, repeat: f32)
             bitmap,
             filter,
             wrap: [Wrap::Repeat; 2],
-            working_space: batch_render::math::WorkingSpace::default(),
         }),
+        colors: batch_render::math::ColorConversion::default(),
     });
     let material = builder.material(Material::Matte(Matte::smooth(Color::Texture(texture))));
     builder.shape("quad", quad(corners), None, material);
@@ -76,14 +76,7 @@ fn board(side: u32) -> Bitmap {
             255
         }
     };
-    Bitmap {
-        width: side,
-        height: side,
-        channels: 1,
-        storage: Storage::Linear8((0..side * side).map(value).collect()),
-        repaired: 0,
-        levels: Vec::new(),
-    }
+    Bitmap::new([side; 2], 1, Storage::Linear8((0..side * side).map(value).collect()))
 }
 
 fn mean_and_variance(values: &[f32]) -> (f32, f32) {

@@ -2,13 +2,14 @@
 
 use ::gltf::json::Value;
 
-use crate::assets::model::{Model, Treatment};
+use super::lights;
+use crate::assets::model::{Model, ModelChoice, Treatment};
 
 /// The known extensions, which files may require. Unknown ones that a file only uses are reported.
 const EXTENSIONS: [(&str, Treatment); 24] = [
     ("EXT_mesh_gpu_instancing", Treatment::Rendered),
     ("EXT_texture_webp", Treatment::Rendered),
-    ("KHR_lights_punctual", Treatment::Rendered),
+    (lights::EXTENSION, Treatment::Rendered),
     ("KHR_materials_anisotropy", Treatment::Rendered),
     ("KHR_materials_clearcoat", Treatment::Rendered),
     ("KHR_materials_diffuse_transmission", Treatment::Rendered),
@@ -42,7 +43,19 @@ pub(super) fn treatment(extension: &str) -> Option<Treatment> {
 }
 
 /// Adds the document's features to `model`.
-pub(super) fn collect(document: &Value, model: &mut Model) {
+pub(super) fn collect(document: &Value, choice: &ModelChoice, model: &mut Model) {
+    all(document, model);
+    let lights = match choice.lights {
+        Some(true) => return,
+        Some(false) => Treatment::Unneeded("`lights = false`"),
+        None => Treatment::Without("`lights = true` of the mesh lets them shine"),
+    };
+    for feature in model.features.iter_mut().filter(|f| f.name == lights::EXTENSION) {
+        feature.treatment = lights;
+    }
+}
+
+fn all(document: &Value, model: &mut Model) {
     extensions(document, "file", model);
     let count = |key: &str| document.get(key).and_then(Value::as_array).map_or(0, Vec::len);
     for _ in 0..count("animations") {

@@ -45,8 +45,11 @@ fn raw<'a>(document: &'a Document<'_>, material: Option<usize>) -> Result<&'a Va
 
 /// The sets of texture coordinates that a material reads.
 pub(super) fn uv_sets(document: &Document<'_>, material: Option<usize>) -> Result<UvSets, GltfProblem> {
-    let mut sets = Vec::new();
-    texture_infos(raw(document, material)?, &mut sets);
+    let raw = raw(document, material)?;
+    // The base colour's first: of more than two sets it counts.
+    let base = raw.pointer("/pbrMetallicRoughness/baseColorTexture").map(uv_set);
+    let mut sets: Vec<u32> = base.into_iter().collect();
+    texture_infos(raw, &mut sets);
     let first = sets.first().copied().unwrap_or(0);
     Ok(UvSets {
         first,
@@ -96,6 +99,10 @@ struct Reader<'a, 'b> {
 impl Reader<'_, '_> {
     fn texture(&mut self, from: &Value, key: &str, space: ColorSpace) -> Result<Option<TextureId>, GltfProblem> {
         let Some(info) = from.get(key) else { return Ok(None) };
+        if self.sets.of(uv_set(info)).is_none() {
+            let first = "of one material two sets of coordinates are read, and it has a third";
+            self.model.add_feature(key, "material", Treatment::InPart(first));
+        }
         self.images
             .place(self.document, info, self.sets, space, self.path, self.model)
             .map_err(|e| e.within(key))
@@ -267,6 +274,7 @@ impl Reader<'_, '_> {
             *surface = Principled {
                 emissive: surface.base_color,
                 emissive_strength: 1.0,
+                is_unlit: true,
                 opacity: surface.opacity,
                 alpha_mode: surface.alpha_mode,
                 sidedness: Sidedness::Both,

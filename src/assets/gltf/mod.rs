@@ -81,7 +81,7 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
     let mut model = Model::default();
     let mut meshes = primitive::Meshes::default();
     let mut materials = materials::ModelMaterials::default();
-    features::collect(&document.raw, &mut model);
+    features::collect(&document.raw, choice, &mut model);
     let hierarchy = nodes::Hierarchy::new(&document)?;
     model.nodes = hierarchy.names();
     let placed = hierarchy.placed(&document, choice.scene.as_ref())?;
@@ -91,6 +91,7 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
         let how = Treatment::InPart("one of several is shown, `scene` chooses another");
         model.add_feature("scenes", "file", how);
     }
+    let lights = lights::Lights::new(&document, choice.light_units);
     let pose = Pose::new(&document, &placed);
     for &(index, place) in &placed {
         if !hierarchy.is_visible(&document, index) {
@@ -143,7 +144,10 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
                 None => model.add_feature("invalid numbers", "camera", Treatment::Without("it is left out")),
             }
         }
-        model.lights.extend(lights::light(&document, index, place)?);
+        model.lights.extend(lights.of_node(index, place)?);
+    }
+    if choice.lights == Some(true) && !model.lights.is_empty() {
+        tracing::info!("{}: {}", path.display(), lights.treatment());
     }
     model.meshes = meshes.meshes;
     model.faults = lint::faults(&document, &materials.used_images());

@@ -1,6 +1,6 @@
 use super::*;
 use crate::{
-    assets::model::ModelFeature,
+    assets::model::{ModelFeature, ModelLightKind},
     math::{DVec3, Rgb, Vec2, Vec4},
     texture::{Color, Scalar, TextureId},
     value::Channel,
@@ -280,8 +280,8 @@ fn a_variant_gives_each_primitive_its_material_and_others_keep_theirs() {
     );
     let materials = |variant: Option<&str>| {
         let choice = ModelChoice {
-            scene: None,
             variant: variant.map(str::to_owned),
+            ..ModelChoice::default()
         };
         let model = parse(&glb(&rest), Path::new("a.glb"), &choice, &Files::default()).map_err(|e| e.to_string())?;
         assert_eq!(model.variants, ["red", "green"]);
@@ -325,4 +325,25 @@ fn extensions_of_materials_are_read_and_leave_nothing_to_warn_of() {
     assert!(matches!(surface.diffuse_transmission_color, Color::Tinted(id, tint) if id == colors && tint == passed));
     let losses: Vec<String> = model.features.iter().filter_map(ModelFeature::loss).collect();
     assert!(losses.is_empty(), "{losses:?}");
+}
+
+#[test]
+fn the_soft_edge_of_a_spot_of_blender_is_a_part_of_the_cosine() {
+    let rest = r#""extensions": {"KHR_lights_punctual": {"lights": [{"type": "spot", "intensity": 683,
+        "spot": {"innerConeAngle": 0.3, "outerConeAngle": 0.4}}]}},
+        "nodes": [{"extensions": {"KHR_lights_punctual": {"light": 0}}}]"#;
+    let spot = |generator: &str| {
+        let text = format!(r#"{{"asset": {{"version": "2.0", "generator": "{generator}"}}, {rest}}}"#);
+        let choice = ModelChoice::default();
+        let model = parse(text.as_bytes(), Path::new("a.gltf"), &choice, &Files::default()).expect("sound");
+        let ModelLightKind::Spot { inner, .. } = model.lights[0].kind else {
+            panic!("a spot");
+        };
+        (model.lights[0].strength.r, inner)
+    };
+    assert_eq!(spot("another"), (683.0, 0.3));
+    let (strength, inner) = spot("Khronos glTF Blender I/O v4.2.0");
+    // A blend of 1 - 0.3 / 0.4 of what the cone takes off the cosine.
+    let part = (1.0 - libm::cos(inner)) / (1.0 - libm::cos(0.4));
+    assert!(strength == 1.0 && (part - 0.25 - 0.5).abs() < 1e-9, "{strength} {part}");
 }

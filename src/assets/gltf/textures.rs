@@ -110,11 +110,7 @@ impl ModelImages {
             filter,
             wrap: [wrap(sampler.wrap_s)?, wrap(sampler.wrap_t)?],
             transform: transform(info),
-            uv_set: sets.of(uv_set(info)).unwrap_or_else(|| {
-                let first = Treatment::InPart("of one material only two sets of coordinates are read");
-                model.add_feature("textures", "texture", first);
-                UvSet::First
-            }),
+            uv_set: sets.of(uv_set(info)).unwrap_or_default(),
         };
         let known = model.textures.iter().position(|t| *t == made);
         let at = known.unwrap_or_else(|| {

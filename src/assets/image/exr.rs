@@ -1,7 +1,10 @@
-//! EXR files as pictures: the first layer's colour channels, over the display window.
+//! EXR files as pictures: the colour channels of the layer that is light, over the display window.
 //!
 //! Pixels of the display window that lie outside of the layer's data window are black, and transparent where the layer
 //! has alpha. Source: "The OpenEXR File Layout", openexr.com, section "Display window and data window".
+
+mod layers;
+mod primaries;
 
 use std::{io::Cursor, ops::Range};
 
@@ -41,20 +44,37 @@ fn shown_bytes(meta: &MetaData) -> u64 {
 pub(super) fn decode(bytes: &[u8], halvings: u32, memory: &MemoryBudget) -> Result<Bitmap, ImageProblem> {
     let kept = check_header(bytes, memory)?;
     memory.take(MemoryKind::Images, with_levels(shrunk(kept, halvings)))?;
-    let image = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(Cursor::new(bytes))?;
-    picture(image.layer_data, image.attributes.display_window)
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)?;
+    let shown = layers::choose(&meta.headers)?;
+    let pictures = read().no_deep_data().largest_resolution_level().all_channels();
+    let (layer, attributes) = if meta.headers.len() == 1 {
+        let image = pictures
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(Cursor::new(bytes))?;
+        (image.layer_data, image.attributes)
+    } else {
+        let image = pictures
+            .all_layers()
+            .all_attributes()
+            .from_buffered(Cursor::new(bytes))?;
+        let layer = image.layer_data.into_iter().nth(shown.part);
+        (
+            layer.ok_or_else(|| ImageProblem::broken("a part is missing"))?,
+            image.attributes,
+        )
+    };
+    Ok(Bitmap {
+        primaries: primaries::named(&attributes, &layer.attributes),
+        ..picture(layer, &shown.channels, attributes.display_window)
+    })
 }
 
 /// Refuses absurd sizes, for which the decoder would allocate memory. Returns the bytes of the picture.
 fn check_header(bytes: &[u8], memory: &MemoryBudget) -> Result<u64, ImageProblem> {
     let length = bytes.len() as u64;
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)?;
+    let mut all: u64 = 0;
     for header in &meta.headers {
         if header.deep {
             return Err(ImageProblem::broken("deep data is not supported"));
@@ -70,7 +90,9 @@ fn check_header(bytes: &[u8], memory: &MemoryBudget) -> Result<u64, ImageProblem
         // No overflow: the sides are checked, and the header's length bounds the number of channels.
         let size = width * height * bytes_per_pixel;
         check_size([width, height], size)?;
-        memory.check(MemoryKind::Images, size.saturating_add(picture))?;
+        // All parts are read at once.
+        all = all.saturating_add(size);
+        memory.check(MemoryKind::Images, all.saturating_add(picture))?;
         // An entry in the table of blocks, a position and a size.
         let blocks = header.chunk_count as u64;
         if blocks.saturating_mul(16) > length || size / MOST_GAIN > length {
@@ -90,25 +112,9 @@ fn check_header(bytes: &[u8], memory: &MemoryBudget) -> Result<u64, ImageProblem
     Ok(shown_bytes(&meta))
 }
 
-/// The part of `layer` inside of `window`.
-fn picture(layer: Layer<AnyChannels<FlatSamples>>, window: IntegerBounds) -> Result<Bitmap, ImageProblem> {
-    let list = &layer.channel_data.list;
-    let find = |name: &str| {
-        let exact = list.iter().find(|c| c.name.eq_case_insensitive(name));
-        exact.or_else(|| {
-            list.iter()
-                .find(|c| last_part(&c.name.to_string()).eq_ignore_ascii_case(name))
-        })
-    };
-    let mut planes = match (find("R"), find("G"), find("B"), find("Y")) {
-        (Some(r), Some(g), Some(b), _) => vec![r, g, b],
-        (_, _, _, Some(y)) => vec![y],
-        _ if list.len() == 1 => vec![&list[0]],
-        _ => return Err(ImageProblem::broken("no channels R, G, B or Y")),
-    };
-    if planes.len() == 3 {
-        planes.extend(find("A"));
-    }
+/// The part of these channels of `layer` inside of `window`.
+fn picture(layer: Layer<AnyChannels<FlatSamples>>, shown: &[usize], window: IntegerBounds) -> Bitmap {
+    let planes: Vec<_> = shown.iter().map(|i| &layer.channel_data.list[*i]).collect();
     let channels = planes.len();
     let first = [
         i64::from(layer.attributes.layer_position.0) - i64::from(window.position.0),
@@ -130,22 +136,13 @@ fn picture(layer: Layer<AnyChannels<FlatSamples>>, window: IntegerBounds) -> Res
             }
         }
     }
-    Ok(Bitmap::from_floats(
-        [window.size.0 as u32, window.size.1 as u32],
-        channels,
-        values,
-    ))
+    Bitmap::from_floats([window.size.0 as u32, window.size.1 as u32], channels, values)
 }
 
 /// The intersection of `first..first + size` with `0..window`.
 fn overlap(first: i64, size: usize, window: usize) -> Range<usize> {
     let clamp = |at: i64| at.clamp(0, window as i64) as usize;
     clamp(first)..clamp(first + size as i64)
-}
-
-/// `R` of `layer.R`.
-fn last_part(name: &str) -> &str {
-    name.rsplit('.').next().unwrap_or(name)
 }
 
 impl From<::exr::error::Error> for ImageProblem {

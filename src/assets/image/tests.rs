@@ -6,7 +6,7 @@ use ::image::ImageFormat as F;
 use half::f16;
 
 use super::*;
-use crate::math::{Rgb, hash};
+use crate::math::{Primaries, Rgb, WorkingSpace, hash};
 
 const W: u32 = 37;
 const H: u32 = 23;
@@ -33,12 +33,13 @@ fn encoded(bytes: &[u8], name: &str, color_space: ColorSpace) -> EncodedImage {
         bytes: bytes.into(),
         path: name.into(),
         color_space,
+        alpha: AlphaUse::default(),
     }
 }
 
 fn load(path: &Path) -> Result<Bitmap, ImageError> {
-    let file = ImageSource::File(path.to_owned());
-    EncodedImage::read(&file, ColorSpace::Srgb, &Files::default())?.decode(0, &MemoryBudget::default())
+    let request = ImageRequest::new(ImageSource::File(path.to_owned()), ColorSpace::Srgb);
+    EncodedImage::read(&request, &Files::default())?.decode(0, &MemoryBudget::default())
 }
 
 fn lossless() -> [(F, &'static str); 4] {
@@ -230,6 +231,72 @@ fn exr_is_linear_and_its_top_row_is_first() {
         (W, H, 3, 0)
     );
     assert_eq!(image.rgb(5, 2), Rgb::new(5.0, 2.0, 0.25));
+}
+
+#[test]
+fn colours_of_an_exr_are_parted_from_their_alpha_once() {
+    use ::exr::prelude::{Image as Exr, SpecificChannels, WritableImage};
+    let channels = SpecificChannels::rgba(|p: ::exr::math::Vec2<usize>| match p.0 {
+        0 => (0.25f32, 0.125f32, 0.5f32, 0.5f32),
+        1 => (3.0, 2.0, 1.0, 0.0),
+        _ => (0.5, -0.5, 1.0, 1.0),
+    });
+    let mut out = Cursor::new(Vec::new());
+    Exr::from_channels((3, 1), channels)
+        .write()
+        .to_buffered(&mut out)
+        .unwrap();
+    let bytes = out.into_inner();
+    let read = |color_space, alpha| {
+        let image = EncodedImage {
+            alpha,
+            ..encoded(&bytes, "a.exr", color_space)
+        };
+        image.decode(0, &MemoryBudget::default()).unwrap()
+    };
+    let parted = read(ColorSpace::Srgb, AlphaUse::Opacity);
+    assert_eq!(parted.rgb(0, 0), Rgb::new(0.5, 0.25, 1.0));
+    assert_eq!((parted.alpha(0, 0), parted.weighs_by_alpha), (0.5, true));
+    // What glows without covering stays.
+    assert_eq!(parted.rgb(1, 0), Rgb::new(3.0, 2.0, 1.0));
+    assert_eq!((parted.rgb(2, 0).g, parted.negative), (-0.5, 1));
+    for (space, alpha) in [
+        (ColorSpace::Raw, AlphaUse::Straight),
+        (ColorSpace::Srgb, AlphaUse::Unused),
+    ] {
+        assert_eq!(read(space, alpha).rgb(0, 0), Rgb::new(0.25, 0.125, 0.5));
+    }
+}
+
+#[test]
+fn the_primaries_of_an_exr_are_those_that_it_names() {
+    use ::exr::{
+        meta::attribute::{AttributeValue, Chromaticities, Text},
+        prelude::{Image as Exr, SpecificChannels, Vec2, WritableImage},
+    };
+    let read = |id: Option<&str>, numbers: Option<[f32; 8]>| {
+        let channels = SpecificChannels::rgb(|_| (0.5f32, 0.5f32, 0.5f32));
+        let mut image = Exr::from_channels((1, 1), channels);
+        let text = |id: &str| AttributeValue::Text(Text::from(id));
+        let id = id.map(|id| (Text::from("colorInteropID"), text(id)));
+        image.layer_data.attributes.other.extend(id);
+        image.attributes.chromaticities = numbers.map(|[a, b, c, d, e, f, g, h]| Chromaticities {
+            red: Vec2(a, b),
+            green: Vec2(c, d),
+            blue: Vec2(e, f),
+            white: Vec2(g, h),
+        });
+        let mut out = Cursor::new(Vec::new());
+        image.write().to_buffered(&mut out).unwrap();
+        decode(&out.into_inner(), "a.exr").unwrap().primaries
+    };
+    let ap1 = WorkingSpace::AcesCg.chromaticities();
+    assert_eq!(read(None, None), Primaries::default());
+    assert_eq!(read(None, Some(ap1)), Primaries(ap1));
+    assert_eq!(read(Some("lin_ap1_scene"), None), Primaries(ap1));
+    assert_eq!(read(Some("lin_rec709_scene"), Some(ap1)), Primaries::default());
+    assert_eq!(read(Some("unknown"), Some(ap1)), Primaries(ap1));
+    assert_eq!(read(Some("lin_rec2020_scene"), None).0[..2], [0.708, 0.292]);
 }
 
 #[test]

@@ -29,7 +29,7 @@ use crate::{
     value::one_line,
     warnings::WarningKind,
 };
-use statements::Statements;
+use statements::{Number, Slot, Statements};
 use surface::Reader;
 use textures::{Images, Textures};
 
@@ -68,7 +68,27 @@ impl<'a> Library<'a> {
                 library.add(obj, &path)?;
             }
         }
+        library.check_transparency(obj);
         Ok(library)
+    }
+
+    /// Reads `Tr 1` as opaque where it is the only word on opacity and would hide the whole of a textured model: programs of
+    /// photogrammetry mean the opacity by `Tr`.
+    fn check_transparency(&mut self, obj: &Path) {
+        let all = || self.materials.values().map(|(material, _)| material);
+        let is_hidden =
+            |m: &Statements| m.number(Number::D).is_none() && m.number(Number::Tr).is_some_and(|tr| tr >= 1.0);
+        if !all().all(is_hidden) || !all().any(|m| m.map(Slot::Kd).is_some()) {
+            return;
+        }
+        let obj = obj.display();
+        let text = format!(
+            "{obj}: `Tr 1` of all materials would hide the whole model, and is read as opaque; `d 0` makes it transparent"
+        );
+        self.files.warnings().add_topic(WarningKind::STATEMENT, "Tr", obj, text);
+        for (material, _) in self.materials.values_mut() {
+            material.forget(Number::Tr);
+        }
     }
 
     fn add(&mut self, obj: &Path, path: &Path) -> Result<(), ObjError> {

@@ -4,22 +4,21 @@
 
 use super::SceneBuilder;
 use crate::{
-    math::{Rgb, Vec4, WorkingSpace},
+    material::Material,
+    math::{ColorConversion, Primaries, Rgb, Vec4, WorkingSpace},
     texture::BitmapId,
 };
 
 impl SceneBuilder {
-    /// Converts the colours of materials, textures, lights and vertices from Rec. 709 to a working space; the caller converts
-    /// those of the background. `is_color` tells whether a bitmap holds colours or data.
+    /// Converts the colours of materials, textures, lights and vertices to a working space: those of bitmaps from their own primaries,
+    /// all others from Rec. 709. The caller converts those of the background. `is_color` tells whether a bitmap holds colours or data.
     pub fn convert_colors(&mut self, space: WorkingSpace, is_color: impl Fn(BitmapId) -> bool) {
+        self.convert_textures(space, is_color);
         if space == WorkingSpace::Rec709 {
             return;
         }
         for material in &mut self.materials {
             material.convert_colors(space);
-        }
-        for texture in &mut self.textures {
-            texture.pattern.convert_colors(space, &is_color);
         }
         for light in &mut self.lights {
             light.convert_colors(space);
@@ -30,6 +29,31 @@ impl SceneBuilder {
             let [r, g, b] = space.from_rec709(Rgb::new(r, g, b)).to_array();
             *color = Vec4::new(r, g, b, opacity);
         }
+    }
+
+    /// What is read as data is not converted, see [`Texture::colors`](crate::texture::Texture::colors).
+    fn convert_textures(&mut self, space: WorkingSpace, is_color: impl Fn(BitmapId) -> bool) {
+        for texture in &mut self.textures {
+            let Some(id) = texture.pattern.bitmap() else {
+                texture.colors = ColorConversion::new(Primaries::default(), space);
+                continue;
+            };
+            let bitmap = &self.bitmaps[id.0 as usize];
+            if is_color(id) {
+                texture.colors = ColorConversion::new(bitmap.primaries, space);
+            }
+            if bitmap.negative > 0 {
+                texture.colors = texture.colors.clamped();
+            }
+        }
+    }
+
+    /// The bitmaps whose alpha is the opacity of a material.
+    pub fn opacity_bitmaps(&self) -> Vec<BitmapId> {
+        let textures = self.materials.iter().filter_map(Material::opacity_texture);
+        textures
+            .filter_map(|id| self.textures[id.0 as usize].pattern.bitmap())
+            .collect()
     }
 }
 

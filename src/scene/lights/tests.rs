@@ -8,7 +8,7 @@ use crate::{
     light::Light,
     material::{Emission, Material, Sidedness, emitter::Emitter},
     math::{
-        DVec3, Plain, Ray, Rgb, Transform, Vec2, Vec3,
+        ColorConversion, DVec3, Plain, Ray, Rgb, Transform, Vec2, Vec3,
         hash::{pcg4d, unit_f32},
         warp,
     },
@@ -292,6 +292,7 @@ fn textured_emitters_shine_with_the_texture_at_the_sampled_point() {
                 colors: [Rgb::gray(4.0), Rgb::gray(0.25)],
                 scale: 3.0,
             }),
+            colors: ColorConversion::default(),
         });
         let material = builder.material(shining(Color::Texture(texture), Sidedness::Both));
         let transform = place([0.0, 1.5, 0.0], [20.0, 10.0, 5.0], [1.0, 0.8, 1.2]);

@@ -13,7 +13,6 @@ fn pattern(filter: TextureFilter, wrap: Wrap) -> ImagePattern {
         bitmap: BitmapId(0),
         filter,
         wrap: [wrap; 2],
-        working_space: WorkingSpace::default(),
     }
 }
 

@@ -127,6 +127,11 @@ impl Statements {
         self.numbers[number as usize]
     }
 
+    /// Leaves a number open.
+    pub fn forget(&mut self, number: Number) {
+        self.numbers[number as usize] = None;
+    }
+
     pub fn map(&self, slot: Slot) -> Option<&Map> {
         self.maps[slot as usize].as_ref()
     }

@@ -275,3 +275,18 @@ fn cut_and_flipped_bytes_of_a_library_never_panic() {
         }
     }
 }
+
+#[test]
+fn tr_of_one_that_would_hide_a_whole_textured_model_is_opaque() {
+    let opacity = |statements: &str| surface(statements).opacity;
+    let textured = "map_Kd rgb.png\nTr 1.000000\n";
+    assert_eq!(opacity(textured), Scalar::Constant(1.0));
+    // Where something else tells what is meant, it is 1 - d.
+    assert_eq!(opacity("Tr 1\n"), Scalar::Constant(0.0));
+    assert_eq!(opacity("map_Kd rgb.png\nTr 0.75\n"), Scalar::Constant(0.25));
+    assert_eq!(opacity(&format!("{textured}d 0\n")), Scalar::Constant(0.0));
+    assert_eq!(
+        opacity(&format!("{textured}newmtl other\nTr 0\n")),
+        Scalar::Constant(0.0)
+    );
+}

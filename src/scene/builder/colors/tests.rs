@@ -5,7 +5,7 @@ use std::{fmt::Debug, fs};
 use crate::{
     light::LightDesc,
     material::MaterialDesc,
-    math::{DVec3, WorkingSpace},
+    math::{ColorConversion, DVec3, Primaries, Rgb, Vec2, WorkingSpace},
     texture::{BitmapId, Color, PatternDesc, TextureId},
     value::{ColorSource, Spanned},
 };
@@ -51,7 +51,14 @@ fn compiled(room: &str, text: &str) -> Option<[Vec<String>; 2]> {
         "texture" => {
             let pattern = toml::from_str::<PatternDesc>(text).ok()?;
             let pattern = pattern.compile(&|_| Ok(BitmapId(0))).ok()?;
-            Some(before_and_after(pattern, |p| p.convert_colors(space, &|_| true)))
+            // Patterns keep their colours: what is looked up in them is converted.
+            let convert = |colors: &mut Vec<Rgb>| {
+                let conversion = ColorConversion::new(Primaries::default(), space);
+                colors.iter_mut().for_each(|c| *c = conversion.convert(*c));
+            };
+            let places = (0..64).map(|i| Vec2::new((i % 8) as f32, (i / 8) as f32) / 8.0);
+            let colors: Vec<Rgb> = places.map(|st| pattern.eval(&[], st)).collect();
+            Some(before_and_after(colors, convert))
         }
         _ => {
             let light = toml::from_str::<LightDesc>(text).ok()?.compile(DVec3::ZERO).ok()?;

@@ -1,0 +1,92 @@
+//! The exposure that suits a scene: that of its first frame, seen small.
+//!
+//! Each process of a job finds the same exposure, whichever frames, tiles and samples it renders: the picture that is metered
+//! depends on the scene, the integrator and the first camera alone.
+//!
+//! Source: the log-average of Reinhard, Stark, Shirley, Ferwerda, "Photographic Tone Reproduction for Digital Images", SIGGRAPH
+//! 2002, doi:10.1145/566570.566575, equation 1.
+
+use super::Plan;
+use crate::{
+    math::{Rgb, exponential},
+    render::{Cancel, Content, Control, RenderError, Renderer, Settings},
+    scene::Scene,
+};
+
+/// The longer side of the metered picture, in pixels, and its samples.
+const SIDE: u32 = 96;
+const SAMPLES: u32 = 16;
+
+/// The brightness that the log-average is shown with.
+const MIDDLE_GRAY: f32 = 0.18;
+/// The most stops either way.
+const MAX_STOPS: f32 = 64.0;
+
+/// Columns and rows of the picture that is metered for one of this size.
+pub(super) fn resolution(full: [u32; 2]) -> [u32; 2] {
+    let longer = u64::from(full[0].max(full[1]).max(1));
+    full.map(|n| ((u64::from(n) * u64::from(SIDE) / longer) as u32).max(1))
+}
+
+impl Plan {
+    /// The plan with the exposure that suits the scene, where that is wanted.
+    ///
+    /// # Errors
+    /// The job was cancelled.
+    pub fn metered(&self, scene: &Scene, cancel: Option<&Cancel>) -> Result<Self, RenderError> {
+        let mut plan = self.clone();
+        let Some(camera) = &self.picture.metering_camera else {
+            return Ok(plan);
+        };
+        if self.picture.settings.content != Content::Light || self.picture.integrator.as_dyn().wants_cost() {
+            return Ok(plan);
+        }
+        let settings = Settings::new(resolution(self.picture.settings.resolution), SAMPLES);
+        let control = Control {
+            cancel,
+            ..Control::default()
+        };
+        let film = Renderer::new().render(scene, camera, self.picture.integrator.as_dyn(), &settings, &control)?;
+        let colors = film.beauty().iter().map(|&[r, g, b, _]| Rgb::new(r, g, b));
+        let luminances = colors.map(|color| self.picture.working_space.to_rec709(color).luminance());
+        plan.picture.exposure = stops(luminances);
+        tracing::info!("the exposure is {:.2} stops, by the first frame", plan.picture.exposure);
+        if let Some(adaptive) = &mut plan.picture.settings.samples.adaptive {
+            adaptive.gain = exponential::pow(2.0, plan.picture.exposure);
+        }
+        Ok(plan)
+    }
+}
+
+/// The stops that show the log-average of what is lit as middle gray; 0 where nothing is.
+fn stops(luminances: impl Iterator<Item = f32>) -> f32 {
+    let lit = luminances.filter(|l| *l > 0.0 && l.is_finite());
+    let (sum, count) = lit.fold((0.0, 0), |(sum, count), l| {
+        (sum + f64::from(exponential::log2(l)), count + 1)
+    });
+    if count == 0 {
+        return 0.0;
+    }
+    let mean = (sum / f64::from(count)) as f32;
+    (exponential::log2(MIDDLE_GRAY) - mean).clamp(-MAX_STOPS, MAX_STOPS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_log_average_of_what_is_lit_becomes_middle_gray() {
+        assert!((stops([0.18; 4].into_iter())).abs() < 1e-5);
+        assert!((stops([0.09, 0.36, 0.0, f32::NAN].into_iter())).abs() < 1e-5);
+        assert!((stops([0.18 * 1024.0].into_iter()) + 10.0).abs() < 1e-4);
+        assert_eq!(stops([0.0].into_iter()), 0.0);
+    }
+
+    #[test]
+    fn the_metered_picture_has_the_shape_of_the_whole() {
+        assert_eq!(resolution([1920, 1080]), [96, 54]);
+        assert_eq!(resolution([3, 3000]), [1, 96]);
+        assert_eq!(resolution([16, 16]), [96, 96]);
+    }
+}

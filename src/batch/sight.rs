@@ -1,0 +1,111 @@
+//! What is wrong with a picture that shows next to nothing.
+
+use super::Plan;
+use crate::{
+    camera::FrameCamera,
+    film::{Film, passes::Display},
+    light::Light,
+    math::Rgb,
+    output::PixelDisplay,
+    render::{Content, Control, Renderer, SampleBudget, Settings},
+    scene::Scene,
+};
+
+/// The brightness from which on a pixel is called clipped: more than white, which backgrounds are on purpose.
+const CLIPPED: f32 = 1.05;
+
+/// Why more than half of a picture is black or clipped, where it is. A dark background alone is not a fault.
+pub(super) fn fault(film: &Film, plan: &Plan, scene: &Scene, camera: &FrameCamera) -> Option<String> {
+    if plan.picture.settings.content != Content::Light || plan.picture.integrator.as_dyn().wants_cost() {
+        return None;
+    }
+    let display = PixelDisplay::new(
+        Display::Light,
+        plan.picture.view,
+        plan.picture.exposure,
+        plan.picture.working_space,
+    );
+    let shown = |[r, g, b, _]: &[f32; 4]| display.rgb8([*r, *g, *b]);
+    let is_black = |pixel: &[f32; 4]| shown(pixel) == [0; 3];
+    let is_clipped = |pixel: &[f32; 4]| {
+        let [r, g, b, _] = *pixel;
+        display.gain() * r.max(g).max(b) > CLIPPED && shown(pixel).contains(&255)
+    };
+    let pixels = film.beauty();
+    let percent = |count: usize| 100 * count / pixels.len().max(1);
+    let clipped = pixels.iter().filter(|pixel| is_clipped(pixel)).count();
+    if 2 * clipped > pixels.len() {
+        let exposure = match &plan.picture.metering_camera {
+            None => "; `--exposure auto` shows it as bright as suits it",
+            Some(_) => "",
+        };
+        let (percent, brightest) = (percent(clipped), brightest(scene));
+        return Some(format!("{percent} % of the picture is clipped: {brightest}{exposure}"));
+    }
+    let black = pixels.iter().filter(|pixel| is_black(pixel)).count();
+    if 2 * black <= pixels.len() {
+        return None;
+    }
+    let black = percent(black);
+    if is_dark(scene) {
+        let why = "there is no light: no `[[light]]`, no material that emits, and a black background";
+        return Some(format!("{black} % of the picture is black: {why}"));
+    }
+    let (mut seen, mut black_seen) = (0, 0);
+    let hits = first_hits(plan, scene, camera)?;
+    for (pixel, _) in pixels.iter().zip(hits.beauty()).filter(|(_, hit)| hit[3] > 0.0) {
+        seen += 1;
+        black_seen += usize::from(is_black(pixel));
+    }
+    let why = if seen == 0 {
+        "the camera sees nothing of the scene"
+    } else if 2 * black_seen > seen {
+        "no light reaches what the camera sees, or it is black itself"
+    } else {
+        return None;
+    };
+    Some(format!("{black} % of the picture is black: {why}"))
+}
+
+/// A picture whose alpha tells where the camera sees something.
+fn first_hits(plan: &Plan, scene: &Scene, camera: &FrameCamera) -> Option<Film> {
+    let settings = Settings {
+        content: Content::FirstHits,
+        samples: SampleBudget::fixed(1),
+        filter: None,
+        passes: Vec::new(),
+        ..plan.picture.settings.clone()
+    };
+    let integrator = plan.picture.integrator.as_dyn();
+    let film = Renderer::new().render(scene, camera, integrator, &settings, &Control::default());
+    film.ok()
+}
+
+fn is_dark(scene: &Scene) -> bool {
+    let is_black = scene.shading.background.radiance.is_black();
+    is_black && scene.lights.all().is_empty() && !scene.shading.materials.iter().any(|m| m.emission().is_some())
+}
+
+/// The light that is probably too bright.
+fn brightest(scene: &Scene) -> String {
+    let strengths = scene.lights.all().iter().map(Light::strength);
+    let brightest = strengths.max_by(|a, b| a.0.max_component().total_cmp(&b.0.max_component()));
+    match brightest {
+        Some((strength, unit)) if strength.max_component() > 10.0 => format!(
+            "its brightest light has {} {unit}, and lights in candela or lux are to be divided by 683 (`light_units`, \
+             --light-units)",
+            shown(strength)
+        ),
+        Some((strength, unit)) => format!("its brightest light has {} {unit}", shown(strength)),
+        None => "what emits is brighter than white".to_owned(),
+    }
+}
+
+fn shown(strength: Rgb) -> String {
+    let v = strength.max_component();
+    if v >= 100.0 {
+        format!("{v:.0}")
+    } else {
+        format!("{v:.3}")
+    }
+}

@@ -1,0 +1,103 @@
+//! Pictures that show next to nothing are warned of, and an exposure that suits the scene is found.
+
+use crate::common::{Folder, pixels, stderr};
+
+fn scene(light: &str, rest: &str) -> String {
+    format!(
+        "[render]\nwidth = 16\nheight = 16\nsamples = 4\n[camera]\nperspective = {{ eye = [0, 0, 4], target = [0, 0, 0] }}\n\
+         [material.m]\nmatte = {{ albedo = 0.5 }}\n[[object]]\nmaterial = 'm'\n\
+         shape.plane = {{ point = [0, 0, 0], normal = [0, 0, 1] }}\n{light}\n{rest}\n"
+    )
+}
+
+fn sun(irradiance: f32) -> String {
+    format!("[[light]]\nsun = {{ direction = [0, 0, -1], irradiance = {irradiance} }}")
+}
+
+/// What is said of the pictures of a scene.
+fn log(folder: &Folder, text: &str, args: &[&str]) -> String {
+    folder.write("s.toml", text);
+    let output = folder.run(&[&["s.toml", "--progress", "none", "-o", "f.####.png"], args].concat());
+    assert!(output.status.success());
+    stderr(&output)
+}
+
+#[test]
+fn a_picture_that_is_mostly_clipped_or_black_is_warned_of_once_with_the_reason() {
+    let folder = Folder::new();
+    assert_eq!(log(&folder, &scene(&sun(2.0), ""), &[]), "");
+    // White is not clipped, and a dark sky around what is seen is no fault.
+    assert_eq!(log(&folder, &scene("", "[background]\ncolor = 1"), &[]), "");
+    let away = scene(&sun(2.0), "").replace(
+        "shape.plane = { point = [0, 0, 0], normal = [0, 0, 1] }",
+        "shape.sphere = { center = [0, 0, 0], radius = 0.3 }",
+    );
+    assert_eq!(log(&folder, &away, &[]), "");
+    folder.write(
+        "p.csv",
+        "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n1,0,0,4,0,0,0\n2,0,1,4,0,0,0\n",
+    );
+    let said = log(&folder, &scene(&sun(1366.0), ""), &["--frames", "p.csv"]);
+    assert_eq!(said.matches("of the picture").count(), 1, "{said}");
+    assert!(
+        said.contains("frame 1: 100 % of the picture is clipped: its brightest light has 1366 W m^-2"),
+        "{said}"
+    );
+    assert!(said.contains("683") && said.contains("`--exposure auto`"), "{said}");
+    let said = log(&folder, &scene("", ""), &[]);
+    assert!(
+        said.contains("100 % of the picture is black: there is no light"),
+        "{said}"
+    );
+    let said = log(
+        &folder,
+        &scene(&sun(2.0), "").replace("target = [0, 0, 0]", "target = [0, 0, 9]"),
+        &[],
+    );
+    assert!(said.contains("the camera sees nothing of the scene"), "{said}");
+    let said = log(&folder, &scene(&sun(2.0).replace("-1]", "1]"), ""), &[]);
+    assert!(said.contains("no light reaches what the camera sees"), "{said}");
+}
+
+#[test]
+fn an_exposure_that_suits_the_scene_is_that_of_the_first_frame_in_every_part() {
+    let folder = Folder::new();
+    // The second frame sees more of the black sky, and the third nothing else.
+    folder.write(
+        "p.csv",
+        "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n1,0,0,4,0,0,0\n2,0,0,4,9,0,2\n3,0,0,4,0,0,9\n",
+    );
+    let auto = scene(&sun(1366.0), "[output]\nexposure = 'auto'");
+    let said = log(&folder, &auto, &["--frames", "p.csv"]);
+    assert!(
+        said.contains("frame 3: 100 % of the picture is black: the camera sees nothing"),
+        "{said}"
+    );
+    let whole = folder.read("f.0002.png");
+    assert_eq!(
+        log(&folder, &auto, &["--frames", "p.csv", "--range", "2", "--samples", "4"]),
+        ""
+    );
+    assert!(folder.read("f.0002.png") == whole, "a part has another exposure");
+    let middle = image::load_from_memory(&folder.read("f.0001.png"))
+        .expect("a picture")
+        .into_rgb8();
+    // Middle gray.
+    let shown = middle.get_pixel(8, 8).0;
+    assert!(shown.iter().all(|v| v.abs_diff(118) <= 1), "{shown:?}");
+    // Files of light do not change.
+    let said = log(&folder, &scene(&sun(2.0), ""), &["--exposure", "auto", "-o", "a.exr"]);
+    assert_eq!(said, "");
+    let light = pixels(&folder.path("a.exr")).1[0][0];
+    assert!((light - 1.0 / std::f32::consts::PI).abs() < 1e-3, "{light}");
+    // The fingerprint is that of the question: nothing is rendered again.
+    folder.write("s.toml", &auto);
+    let again = ["s.toml", "--frames", "p.csv", "-o", "f.####.png", "--list-stale"];
+    folder.succeed(&["s.toml", "--frames", "p.csv", "-o", "f.####.png", "--progress", "none"]);
+    assert_eq!(folder.succeed(&again), "");
+    let message = folder.fail(2, &["s.toml", "--exposure", "bright"]);
+    assert!(
+        message.contains("expected a number of stops, such as 1 or -0.5, or `auto`"),
+        "{message}"
+    );
+}
