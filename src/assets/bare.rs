@@ -14,6 +14,7 @@ use super::{
     model::{MeshInstance, Model, ModelMaterial},
     model_format::ModelError,
     points::{PointCloud, mean_spacing},
+    repair::repair,
 };
 use crate::{
     material::principled::Principled,
@@ -29,6 +30,8 @@ pub enum BareMeshError {
     Read { source: io::Error, path: PathBuf },
     #[error("broken model: {cause}: {}", path.display())]
     Broken { cause: String, path: PathBuf },
+    #[error("unsupported model: {what}: {}", path.display())]
+    Unsupported { what: String, path: PathBuf },
     #[error("{cause}: {}", path.display())]
     Memory { cause: OverBudget, path: PathBuf },
 }
@@ -43,6 +46,7 @@ impl ModelError for BareMeshError {
 #[derive(Debug)]
 pub(super) enum BareMeshProblem {
     Broken(String),
+    Unsupported(String),
     Memory(OverBudget),
 }
 
@@ -50,6 +54,7 @@ impl BareMeshProblem {
     pub fn at(self, path: PathBuf) -> BareMeshError {
         match self {
             Self::Broken(cause) => BareMeshError::Broken { cause, path },
+            Self::Unsupported(what) => BareMeshError::Unsupported { what, path },
             Self::Memory(cause) => BareMeshError::Memory { cause, path },
         }
     }
@@ -77,6 +82,10 @@ pub(super) fn load(
         source,
         path: path.to_owned(),
     })?;
+    if bytes.trim_ascii().is_empty() {
+        let (cause, path) = ("the file is empty".to_owned(), path.to_owned());
+        return Err(BareMeshError::Broken { cause, path });
+    }
     parse(&bytes, files.memory()).map_err(|problem| problem.at(path.to_owned()))
 }
 
@@ -103,7 +112,7 @@ pub(super) struct PlacedMesh {
 impl PlacedMesh {
     /// Sets the positions of the vertices. If all of them are far away, the mesh gets an origin of its own.
     pub fn set_positions(&mut self, positions: &[DVec3]) {
-        let bounds = DAabb::from_points(positions.iter().copied());
+        let bounds = DAabb::from_points(positions.iter().copied().filter(|p| p.is_finite()));
         self.origin = origin::of_box(&bounds).unwrap_or_default();
         self.mesh.positions = positions.iter().map(|p| (*p - self.origin).as_vec3()).collect();
     }
@@ -116,7 +125,9 @@ impl PlacedMesh {
 /// The arrays of the mesh do not fit each other.
 pub(super) fn model_of(placed: PlacedMesh) -> Result<Model, MeshError> {
     let mut model = Model::default();
-    let PlacedMesh { mesh, origin } = placed;
+    let PlacedMesh { mut mesh, origin } = placed;
+    model.faults = repair(&mut mesh).faults().collect();
+    mesh.normals.iter_mut().for_each(|n| *n = n.normalize_or_zero());
     mesh.validate()?;
     if mesh.positions.is_empty() {
         return Ok(model);

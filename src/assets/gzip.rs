@@ -6,7 +6,7 @@ use std::{
     sync::Arc,
 };
 
-use flate2::bufread::MultiGzDecoder;
+use flate2::bufread::GzDecoder;
 
 use super::{Files, MemoryBudget, MemoryKind};
 
@@ -39,14 +39,20 @@ pub(super) fn read(path: &Path, files: &Files) -> io::Result<Arc<[u8]>> {
 /// Decompresses to at most `most` bytes.
 fn unpack(bytes: &[u8], most: u64, memory: &MemoryBudget) -> io::Result<Vec<u8>> {
     let refuse = |cause: String| io::Error::new(io::ErrorKind::InvalidInput, cause);
-    let mut source = MultiGzDecoder::new(bytes);
+    let mut source = GzDecoder::new(bytes);
     let (mut out, mut chunk) = (Vec::new(), vec![0; 1 << 16]);
     loop {
         let count = source
             .read(&mut chunk)
             .map_err(|e| refuse(format!("broken gzip data: {e}")))?;
         if count == 0 {
-            return Ok(out);
+            let rest = source.into_inner();
+            // Archivers and tapes pad files with zeros.
+            if rest.iter().all(|byte| *byte == 0) {
+                return Ok(out);
+            }
+            source = GzDecoder::new(rest);
+            continue;
         }
         let length = out.len() + count;
         if length as u64 > most {
@@ -83,6 +89,7 @@ mod tests {
         assert_eq!(unpack(&pack(&bytes)), bytes);
         // A file may hold several streams.
         assert_eq!(unpack(&[pack(b"one "), pack(b"two")].concat()), b"one two");
+        assert_eq!(unpack(&[pack(b"padded"), vec![0; 700]].concat()), b"padded");
     }
 
     #[test]
@@ -95,6 +102,8 @@ mod tests {
         let half = &packed[..packed.len() / 2];
         assert_eq!(kind(half, MOST, None), Err(io::ErrorKind::InvalidInput));
         assert_eq!(kind(b"no gzip", MOST, None), Err(io::ErrorKind::InvalidInput));
+        let followed = [pack(b"one"), vec![0, 1]].concat();
+        assert_eq!(kind(&followed, MOST, None), Err(io::ErrorKind::InvalidInput));
     }
 
     #[test]

@@ -177,6 +177,19 @@ impl Sizes {
     }
 }
 
+/// Endings of the formats that are read.
+const READ: [&str; 8] = ["png", "jpg", "jpeg", "bmp", "tga", "webp", "hdr", "exr"];
+
+/// Whether the file at `path` is there and of a format that is not read, such as TIFF.
+pub fn is_unknown(path: &Path, files: &Files) -> bool {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    if READ.contains(&ending.as_str()) {
+        return false;
+    }
+    let image = EncodedImage::read(&ImageRequest::new(ImageSource::File(path.to_owned()), ColorSpace::Raw), files);
+    image.is_ok_and(|i| !i.bytes.starts_with(&exr::MAGIC) && matches!(i.opened(), Err(ImageProblem::Unknown)))
+}
+
 /// Whether the picture at `path` has an alpha channel, by its header. False for unreadable files and for EXR.
 pub fn has_alpha(path: &Path, files: &Files) -> bool {
     let Ok(bytes) = files.read(path) else { return false };

@@ -13,6 +13,7 @@ pub mod model_formats;
 pub mod obj;
 pub mod ply;
 pub mod points;
+mod repair;
 pub mod stl;
 pub mod store;
 mod tangents;

@@ -334,7 +334,8 @@ impl Store {
         let mut replaced = self.replaced.lock().unwrap_or_else(PoisonError::into_inner);
         if replaced.insert(name.to_owned()) {
             let text = format!("a placeholder is shown: {error}");
-            self.warnings().add(WarningKind::MISSING_FILE, name.display(), text);
+            self.warnings()
+                .add_topic(WarningKind::MISSING_FILE, "placeholder", name.display(), text);
         }
         Bitmap::placeholder()
     }
@@ -348,7 +349,8 @@ impl Store {
         };
         let file = source.name().display();
         let text = format!("{count} {are} not finite became 0 or 65504: {file}");
-        self.warnings().add(WarningKind::IMAGE_NUMBERS, file, text);
+        self.warnings()
+            .add_topic(WarningKind::IMAGE_NUMBERS, "not finite", file, text);
     }
 
     /// Warns of numbers of colours that are below 0.

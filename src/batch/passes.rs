@@ -78,7 +78,9 @@ impl PassChoice {
                 return Err(vec![Problem::at(at, message)]);
             }
             let text = "the job writes no EXR file, which alone holds passes: `aovs` are left out";
-            request.warnings.add(WarningKind::UNUSED_SETTING, "aovs", text);
+            request
+                .warnings
+                .add_topic(WarningKind::UNUSED_SETTING, "aovs", "aovs", text);
             passes.clear();
         }
         Ok(Self::beside_beauty(

@@ -52,7 +52,7 @@ pub(super) fn radiance(
         let count = environment.clamped;
         let texels = if count == 1 { "texel" } else { "texels" };
         let text = format!("{count} {texels} below 0 became 0: {file}");
-        warnings.add(WarningKind::IMAGE_NUMBERS, file, text);
+        warnings.add_topic(WarningKind::IMAGE_NUMBERS, "below 0", file, text);
     }
     BackgroundRadiance::environment(environment)
 }

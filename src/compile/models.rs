@@ -231,7 +231,8 @@ impl ModelPlacer<'_> {
         if placed.point_radius.is_some() {
             let file = placed.file.display();
             let text = format!("the radius of points is not used, since the model has faces: {file}");
-            self.warnings.add(WarningKind::UNUSED_SETTING, file, text);
+            self.warnings
+                .add_topic(WarningKind::UNUSED_SETTING, "radius", file, text);
         }
         let Some(first) = model.instances.first() else {
             let path = placed.file.clone();

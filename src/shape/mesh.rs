@@ -26,8 +26,8 @@
 //! |---|---|
 //! | `.obj` | positions with colours, normals, texture coordinates, smoothing groups, objects and groups; materials of MTL |
 //! | `.gltf`, `.glb` | glTF 2.0 with its materials |
-//! | `.ply` | text and bytes in either order: vertices with normals, colours and texture coordinates, faces |
-//! | `.stl` | text and bytes: triangles, shaded flat |
+//! | `.ply` | text and bytes in either order: vertices with normals, colours and texture coordinates; faces, with colours and texture coordinates (`texcoord`) of their own; strips of triangles |
+//! | `.stl` | text and bytes: triangles with the colours of facets (VisCAM's and Magics' bits), shaded flat |
 //! | `.obj.gz`, `.ply.gz`, `.stl.gz` | the same, packed: to at most 2 GiB and 1024 times the size of the file |
 //!
 //! **Unlit surfaces of glTF files** (KHR_materials_unlit) have their colour, times that of their vertices, for the camera, in mirrors
@@ -64,7 +64,8 @@
 //!
 //! Not rendered are displacement (`disp`), `decal`, `refl`, the base of `-mm`, and point clouds. A library or texture that
 //! is not there is a warning, and the surface is without. Colours of vertices multiply those of the material, white where there
-//! is none; those of OBJ files and whole numbers are display values, floats of PLY files are linear.
+//! is none; those of OBJ files and whole numbers are display values, floats of PLY files are linear, and all are cut to 0 and 1.
+//! What is not finite in a file costs its vertex, normal or facet, and a warning counts it.
 //!
 //! # Implementation
 //!

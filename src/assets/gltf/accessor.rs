@@ -122,6 +122,20 @@ impl Document<'_> {
         Ok(AccessorLayout::of(accessor, index)?.width)
     }
 
+    /// The largest number of the type of an accessor's numbers, where they are whole numbers that are not normalised; else 1.
+    pub fn largest(&self, index: usize) -> Result<f32, GltfProblem> {
+        let layout = AccessorLayout::of(get(&self.root.accessors, index, "accessor")?, index)?;
+        Ok(match layout.component {
+            ComponentType::F32 => 1.0,
+            ComponentType::U32 => u32::MAX as f32,
+            _ if layout.normalized => 1.0,
+            ComponentType::I8 => f32::from(i8::MAX),
+            ComponentType::U8 => f32::from(u8::MAX),
+            ComponentType::I16 => f32::from(i16::MAX),
+            ComponentType::U16 => f32::from(u16::MAX),
+        })
+    }
+
     /// The affine matrices of an accessor of 4 x 4 floats.
     pub fn matrices(&self, index: usize) -> Result<Vec<DAffine3>, GltfProblem> {
         let accessor = get(&self.root.accessors, index, "accessor")?;
@@ -160,6 +174,28 @@ impl Document<'_> {
             }
         }
         Ok(bounds)
+    }
+
+    /// The least and the largest of all numbers of an accessor; NaN where one is not finite.
+    pub fn range(&self, index: usize) -> Result<(f32, f32), GltfProblem> {
+        let accessor = get(&self.root.accessors, index, "accessor")?;
+        let layout = AccessorLayout::of(accessor, index)?;
+        let (width, size) = (layout.width, layout.component.size());
+        let elements = self.read(index, accessor, layout, (0.0, 0.0), |bytes| {
+            let mut range = (f32::INFINITY, f32::NEG_INFINITY);
+            for v in (0..width).map(|k| layout.number(&bytes[k * size..])) {
+                if !v.is_finite() {
+                    return (f32::NAN, f32::NAN);
+                }
+                range = (range.0.min(v), range.1.max(v));
+            }
+            range
+        })?;
+        let join = |(a, b): (f32, f32), (c, d): (f32, f32)| match c.is_nan() || a.is_nan() {
+            true => (f32::NAN, f32::NAN),
+            false => (a.min(c), b.max(d)),
+        };
+        Ok(elements.into_iter().fold((0.0, 0.0), join))
     }
 
     /// The last rows of the matrices of an accessor.

@@ -43,6 +43,9 @@ pub(super) struct Document<'a> {
 impl<'a> Document<'a> {
     pub fn open(bytes: &'a [u8], folder: &'a Path, files: &'a Files) -> Result<Self, GltfProblem> {
         let Container { json, binary, faults } = Container::open(bytes)?;
+        if json.trim_ascii().is_empty() {
+            return Err(GltfProblem::broken("the file is empty"));
+        }
         let syntax = |e: json::Error| GltfProblem::broken(format!("its JSON is not understood: {e}"));
         let mut raw: Value = deserialize::from_slice(json).map_err(syntax)?;
         check_version(&raw)?;
@@ -55,7 +58,8 @@ impl<'a> Document<'a> {
             .map(|(i, _)| i)
             .collect();
         normalize(&mut raw);
-        let root: Root = deserialize::from_value(without_free_channels(raw.clone())).map_err(syntax)?;
+        let root = serde_path_to_error::deserialize(without_free_channels(raw.clone()));
+        let root: Root = root.map_err(|e| GltfProblem::broken(format!("its JSON is not understood: {e}")))?;
         check_indices(&root)?;
         let buffers = root.buffers.iter().map(|_| OnceCell::new()).collect();
         Ok(Self {

@@ -150,7 +150,8 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
         tracing::info!("{}: {}", path.display(), lights.treatment());
     }
     model.meshes = meshes.meshes;
-    model.faults = lint::faults(&document, &materials.used_images());
+    model.faults.extend(meshes.repairs.faults());
+    model.faults.extend(lint::faults(&document, &materials.used_images()));
     if document
         .raw
         .get("meshes")

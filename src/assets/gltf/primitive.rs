@@ -15,6 +15,7 @@ use super::{
 use crate::{
     assets::{
         model::{Model, Treatment, UvSet},
+        repair::{Repairs, repair},
         tangents,
     },
     math::{Vec2, Vec3, Vec4},
@@ -63,6 +64,7 @@ pub(super) struct PlacedMesh {
 #[derive(Default)]
 pub(super) struct Meshes {
     pub meshes: Vec<Mesh>,
+    pub repairs: Repairs,
     known: HashMap<Key, Option<usize>>,
 }
 
@@ -124,6 +126,8 @@ impl Meshes {
                 if is_bent && !mesh.triangles.is_empty() {
                     pose.bend(document, used, &mut mesh).map_err(|e| e.within(&what))?;
                 }
+                self.repairs += repair(&mut mesh);
+                mesh.validate().map_err(|e| GltfProblem::broken(e).within(&what))?;
                 if let Some(set) = key.new_tangents {
                     document.reserve(tangents::TRIANGLE_MEMORY * mesh.triangles.len() as u64)?;
                     tangents::add(&mut mesh, set);
@@ -174,14 +178,15 @@ fn mesh(document: &Document<'_>, key: &Key, mode: Mode) -> Result<Mesh, GltfProb
         normals: normals.into_iter().map(Vec3::normalize_or_zero).collect(),
         uvs: uvs.map_or(Ok(Vec::new()), |i| coordinates(document, i))?,
         second_uvs: second_uvs.map_or(Ok(Vec::new()), |i| coordinates(document, i))?,
-        colors: colors.map_or(Ok(Vec::new()), |i| vertex_colors(document, i))?,
+        colors: colors.map_or(Ok(Vec::new()), |i| {
+            Ok(bounded(vertex_colors(document, i)?, document.largest(i)?))
+        })?,
         tangents: match tangents {
             None => Vec::new(),
             Some(index) => document.floats::<4>(index)?.into_iter().map(Vec4::from_array).collect(),
         },
         triangles,
     };
-    mesh.validate().map_err(GltfProblem::broken)?;
     // Including indices that are part of no triangle.
     if let Some(index) = indices.iter().find(|i| **i as usize >= mesh.positions.len()) {
         let vertices = mesh.positions.len();
@@ -206,6 +211,15 @@ fn vertex_colors(document: &Document<'_>, accessor: usize) -> Result<Vec<Vec4>, 
     }
     let colors = document.floats::<4>(accessor)?;
     Ok(colors.into_iter().map(Vec4::from_array).collect())
+}
+
+/// Colours between 0 and 1, whatever type their numbers have; the lint reports those that the format forbids. What is not
+/// finite stays so.
+fn bounded(mut colors: Vec<Vec4>, largest: f32) -> Vec<Vec4> {
+    for color in colors.iter_mut().filter(|c| c.is_finite()) {
+        *color = (*color / largest).clamp(Vec4::ZERO, Vec4::ONE);
+    }
+    colors
 }
 
 fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {

@@ -104,9 +104,7 @@ fn arrays_never_reach_past_their_buffers() {
     assert!(
         message(r#""count": 3, "type": "VEC3""#, r#""count": 4, "type": "VEC3""#).contains("accessor 0 reaches past")
     );
-    assert!(
-        message(r#""count": 3, "type": "VEC3""#, r#""count": 2, "type": "VEC3""#).contains("triangle 0 names vertex 2")
-    );
+    assert!(message(r#""count": 3, "type": "VEC3""#, r#""count": 2, "type": "VEC3""#).contains("names vertex 2"));
     assert!(message("\"VEC3\"", "\"VEC2\"").contains("2 numbers an element instead of 3"));
     assert!(
         message(
@@ -346,4 +344,124 @@ fn the_soft_edge_of_a_spot_of_blender_is_a_part_of_the_cosine() {
     // A blend of 1 - 0.3 / 0.4 of what the cone takes off the cosine.
     let part = (1.0 - libm::cos(inner)) / (1.0 - libm::cos(0.4));
     assert!(strength == 1.0 && (part - 0.25 - 0.5).abs() < 1e-9, "{strength} {part}");
+}
+
+/// A file with a triangle whose attribute `name` has these bytes in an accessor.
+fn with_attribute(name: &str, accessor: &str, bytes: &[u8]) -> String {
+    let base64 = |bytes: &[u8]| {
+        const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+        let group = |chunk: &[u8]| {
+            let bits = (0..3).fold(0_u32, |bits, i| bits << 8 | u32::from(*chunk.get(i).unwrap_or(&0)));
+            (0..4)
+                .map(|i| char::from(LETTERS[(bits >> (18 - 6 * i) & 63) as usize]))
+                .take(chunk.len() + 1)
+                .collect::<String>()
+        };
+        bytes.chunks(3).map(group).collect::<String>()
+    };
+    let positions: Vec<u8> = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+        .into_iter()
+        .flat_map(f32::to_le_bytes)
+        .collect();
+    let all = [&positions[..], bytes].concat();
+    format!(
+        r#"{{"asset": {{"version": "2.0"}}, "buffers": [{{"byteLength": {0}, "uri": "data:;base64,{1}"}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 36}}, {{"buffer": 0, "byteOffset": 36, "byteLength": {2}}}],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}},
+        {{"bufferView": 1, "count": 3, {accessor}}}], "nodes": [{{"mesh": 0}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, "{name}": 1}}}}]}}]}}"#,
+        all.len(),
+        base64(&all),
+        bytes.len()
+    )
+}
+
+fn parsed(json: &str) -> Result<Model, String> {
+    parse(
+        json.as_bytes(),
+        Path::new("a.gltf"),
+        &ModelChoice::default(),
+        &Files::default(),
+    )
+    .map_err(|e| e.to_string())
+}
+
+#[test]
+fn colors_of_types_that_the_format_forbids_are_read_by_their_type_and_said() {
+    let of = |accessor: &str, bytes: &[u8]| {
+        let model = parsed(&with_attribute("COLOR_0", accessor, bytes)).unwrap();
+        (model.meshes[0].colors[0].x, model.faults)
+    };
+    let bytes = [255_u8, 0, 0, 255].repeat(3);
+    let (red, faults) = of(r#""componentType": 5121, "type": "VEC4""#, &bytes);
+    assert_eq!((red, faults.len()), (1.0, 1), "{faults:?}");
+    assert!(faults[0].contains("type that the format forbids"), "{faults:?}");
+    let (red, faults) = of(r#""componentType": 5121, "normalized": true, "type": "VEC4""#, &bytes);
+    assert_eq!((red, faults.len()), (1.0, 0), "{faults:?}");
+    let wide: Vec<u8> = [u32::MAX, 0, 0]
+        .repeat(3)
+        .into_iter()
+        .flat_map(u32::to_le_bytes)
+        .collect();
+    let (red, faults) = of(r#""componentType": 5125, "type": "VEC3""#, &wide);
+    assert_eq!((red, faults.len()), (1.0, 1), "{faults:?}");
+    let floats = |v: f32| {
+        [v, 0.0, 0.0]
+            .repeat(3)
+            .into_iter()
+            .flat_map(f32::to_le_bytes)
+            .collect::<Vec<u8>>()
+    };
+    for (v, shown) in [(-7.0, 0.0), (40.0, 1.0), (f32::NAN, 1.0)] {
+        let (red, faults) = of(r#""componentType": 5126, "type": "VEC3""#, &floats(v));
+        assert_eq!(red, shown);
+        assert!(
+            faults.iter().any(|f| f.contains("not between 0 and 1")),
+            "{v}: {faults:?}"
+        );
+    }
+    let coordinates: Vec<u8> = [7_u8; 12].to_vec();
+    let model = parsed(&with_attribute(
+        "TEXCOORD_0",
+        r#""componentType": 5121, "type": "VEC2""#,
+        &coordinates,
+    ));
+    assert!(model.is_ok_and(|m| m.faults.iter().any(|f| f.contains("TEXCOORD_0"))));
+}
+
+#[test]
+fn tangents_and_normals_that_are_none_cost_themselves() {
+    let tangents: Vec<u8> = [f32::NAN, 0.0, 0.0, 1.0]
+        .repeat(3)
+        .into_iter()
+        .flat_map(f32::to_le_bytes)
+        .collect();
+    let json = with_attribute("TANGENT", r#""componentType": 5126, "type": "VEC4""#, &tangents);
+    assert_eq!(parsed(&json).unwrap().meshes.len(), 1);
+    let normals: Vec<u8> = [f32::NAN; 9].into_iter().flat_map(f32::to_le_bytes).collect();
+    let json = with_attribute("NORMAL", r#""componentType": 5126, "type": "VEC3""#, &normals);
+    assert_eq!(parsed(&json).unwrap().meshes[0].normals, [crate::math::Vec3::ZERO; 3]);
+}
+
+#[test]
+fn errors_of_the_json_name_the_place_and_empty_files_are_called_so() {
+    let json = r#"{"asset": {"version": "2.0"}, "meshes": [{"primitives": [{"attributes": 7}]}]}"#;
+    let message = parsed(json).unwrap_err();
+    assert!(message.contains("meshes[0].primitives[0].attributes"), "{message}");
+    assert!(parsed("").unwrap_err().contains("the file is empty"));
+    assert!(parsed("{").unwrap_err().contains("line 1"));
+}
+
+#[test]
+fn lights_that_cannot_be_are_faults() {
+    let faults = |light: &str| {
+        let json = format!(
+            r#"{{"asset": {{"version": "2.0"}}, "extensionsUsed": ["KHR_lights_punctual"],
+            "extensions": {{"KHR_lights_punctual": {{"lights": [{light}]}}}}}}"#
+        );
+        parsed(&json).unwrap().faults
+    };
+    assert!(faults(r#"{"type": "point", "intensity": -1}"#)[0].contains("below 0"));
+    assert!(faults(r#"{"type": "spot", "spot": {"innerConeAngle": 0.6, "outerConeAngle": 0.2}}"#)[0].contains("cone"));
+    assert!(faults(r#"{"type": "spot", "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.6}}"#).is_empty());
 }

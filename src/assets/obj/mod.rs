@@ -1,12 +1,13 @@
 //! OBJ files with their MTL libraries.
 //!
 //! The loader reads positions with colours, texture coordinates, normals, faces with any number of corners, smoothing
-//! groups, and materials with their textures. It skips points, lines and curves. Faces that differ in group, material or
+//! groups, and materials with their textures. Points, lines and free-form geometry are not rendered. Faces that differ in group, material or
 //! smoothing are different parts; objects and groups are nodes. If the file has no normals, the faces of a smoothing group
 //! share theirs, and all others are flat. Colours of vertices are display values, up to 1 or, where one is above, up to 255.
 //!
-//! The loader accepts any encoding, any line ends and keywords in any case. Invalid indices and numbers that are not finite are
-//! errors with their line, except in normals, which are replaced by those of the faces.
+//! The loader accepts any encoding, any line ends and keywords in any case. Indices without a vertex and numbers that cannot be
+//! read are errors with their line. Numbers that are not finite cost their vertex or attribute, and broken normals give way to
+//! those of the faces.
 //!
 //! Vertices are read in double precision. If all are far from the file's origin, as in map coordinates, they are stored relative
 //! to an origin of their own ([`crate::math::origin`]), which all parts share.
@@ -25,8 +26,9 @@ use glam::DAffine3;
 
 use super::{
     Files, gzip,
-    model::{MeshInstance, Model, ModelChoice, ModelNode, UvSet},
+    model::{self, MeshInstance, Model, ModelChoice, ModelNode, UvSet},
     model_format::{ModelError, ModelFormat},
+    repair::{Repairs, repair},
     tangents,
 };
 use crate::{
@@ -101,19 +103,25 @@ pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError
         tobj::load_obj_buf(&mut &normalized.text[..], &options, no_library).map_err(|e| broken(e.to_string()))?;
     drop(normalized.text);
     let scale = color_scale(&groups);
+    let mut repairs = Repairs::default();
     let meshes = groups
         .into_iter()
         .filter(|g| !g.mesh.indices.is_empty())
         .map(|g| {
             let run = g.name.parse().ok().and_then(|i: usize| normalized.runs.get(i));
             let run = run.ok_or_else(|| "a group without a number".to_owned())?;
-            Ok((run, mesh(&g.mesh, scale).map_err(|e| e.to_string())?))
+            Ok((run, mesh(&g.mesh, scale, &mut repairs).map_err(|e| e.to_string())?))
         })
         .collect::<Result<Vec<_>, _>>()
         .map_err(broken)?;
     let mut library = mtl::Library::load(path, &normalized.libraries, files)?;
     let model_from_mesh = treatment.origin.map_or(DAffine3::IDENTITY, DAffine3::from_translation);
-    assemble(meshes, model_from_mesh, normalized.nodes, &mut library, path)
+    let mut model = assemble(meshes, model_from_mesh, normalized.nodes, &mut library, path)?;
+    model.faults.extend(repairs.faults());
+    for ((name, what), count) in normalize::SKIPPED.iter().zip(normalized.skipped) {
+        (0..count).for_each(|_| model.add_feature(name, "statement", model::Treatment::Without(what)));
+    }
+    Ok(model)
 }
 
 /// Warns of invalid normals, which were replaced.
@@ -145,7 +153,7 @@ fn colors(group: &tobj::Mesh, scale: f32) -> Vec<Vec4> {
 }
 
 /// The mesh of a group, with triangulated faces.
-fn mesh(group: &tobj::Mesh, color_scale: f32) -> Result<Mesh, MeshError> {
+fn mesh(group: &tobj::Mesh, color_scale: f32, repairs: &mut Repairs) -> Result<Mesh, MeshError> {
     let vec3 = |v: &[f32]| Vec3::new(v[0], v[1], v[2]);
     let positions: Vec<Vec3> = group.positions.chunks_exact(3).map(vec3).collect();
     let mut triangles = Vec::with_capacity(group.indices.len() / 3);
@@ -160,7 +168,7 @@ fn mesh(group: &tobj::Mesh, color_scale: f32) -> Result<Mesh, MeshError> {
             polygon::triangulate(&corners, |t| triangles.push(t.map(|i| face[i])));
         }
     }
-    let mesh = Mesh {
+    let mut mesh = Mesh {
         positions,
         triangles,
         normals: group
@@ -172,6 +180,7 @@ fn mesh(group: &tobj::Mesh, color_scale: f32) -> Result<Mesh, MeshError> {
         colors: colors(group, color_scale),
         ..Mesh::default()
     };
+    *repairs += repair(&mut mesh);
     mesh.validate()?;
     Ok(mesh)
 }

@@ -101,7 +101,9 @@ impl<'a> Library<'a> {
             }
             Err(e) => {
                 let text = format!("{obj}: cannot read the material library, its surfaces are gray: {e}: {shown}");
-                self.files.warnings().add(WarningKind::MISSING_FILE, shown, text);
+                self.files
+                    .warnings()
+                    .add_topic(WarningKind::MISSING_FILE, "library", shown, text);
                 return Ok(());
             }
         };

@@ -10,7 +10,10 @@ use super::{
     lines::{Lines, argument, name, words},
     positions,
 };
-use crate::{assets::model::ModelNode, math::DVec3};
+use crate::{
+    assets::{model::ModelNode, repair::is_not_finite},
+    math::DVec3,
+};
 
 /// The common properties of the faces of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,7 +42,23 @@ pub(super) struct Normalized {
     pub has_colors: bool,
     /// The number of invalid normals, which became 0.
     pub bad_normals: usize,
+    /// The number of statements of each row of [`SKIPPED`].
+    pub skipped: [usize; SKIPPED.len()],
 }
+
+/// Statements with geometry that is not rendered, and what they are.
+pub(super) const SKIPPED: [(&str, &str); 10] = [
+    ("p", "points"),
+    ("l", "lines"),
+    ("curv", "free-form curves"),
+    ("curv2", "free-form curves"),
+    ("surf", "free-form surfaces"),
+    ("bzp", "free-form surfaces"),
+    ("bsp", "free-form surfaces"),
+    ("cdc", "free-form curves"),
+    ("call", "statements of other files"),
+    ("csh", "commands"),
+];
 
 /// The treatment of vertices; by default they are not changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -73,6 +92,7 @@ pub(super) fn normalize(text: &[u8], treatment: Treatment) -> Result<Normalized,
         may_be_far: false,
         has_colors: false,
         bad_normals: 0,
+        skipped: [0; SKIPPED.len()],
     };
     let mut nodes = Nodes::default();
     let mut counts = Counts::default();
@@ -92,11 +112,8 @@ pub(super) fn normalize(text: &[u8], treatment: Treatment) -> Result<Normalized,
             b"v" | b"V" => {
                 counts[0] += 1;
                 let has_more = match treatment.origin {
-                    Some(origin) => {
-                        positions::append_relative(text, origin, &mut out.text);
-                        false
-                    }
-                    None => {
+                    Some(origin) if positions::append_relative(text, origin, &mut out.text) => false,
+                    _ => {
                         out.may_be_far |= words(text).skip(1).take(3).any(positions::may_be_far);
                         out.numbers(text, 3)
                     }
@@ -145,7 +162,12 @@ pub(super) fn normalize(text: &[u8], treatment: Treatment) -> Result<Normalized,
                 run.material = material;
             }
             _ if keyword.eq_ignore_ascii_case(b"mtllib") => out.libraries.push(argument(text).to_vec()),
-            _ => {}
+            _ => {
+                let known = SKIPPED
+                    .iter()
+                    .position(|(name, _)| name.as_bytes().eq_ignore_ascii_case(keyword));
+                known.into_iter().for_each(|at| out.skipped[at] += 1);
+            }
         }
     }
     Ok(out)
@@ -264,6 +286,8 @@ impl Normalized {
         let mut words = words(text);
         for word in words.by_ref().take(n + 1) {
             let start = self.text.len();
+            // What the libraries of several languages write for it.
+            let word = if is_not_finite(word) { b"nan" } else { word };
             self.text.extend_from_slice(word);
             if count == 0 {
                 self.text[start..].make_ascii_lowercase();
@@ -353,10 +377,9 @@ pub(super) fn diagnose(text: &[u8]) -> Option<Flaw> {
             let least = if i == 1 { 1 } else { 3 };
             let numbers: Vec<_> = parts.take(3).collect();
             let bad = numbers.iter().map(|w| String::from_utf8_lossy(w)).find_map(|w| {
-                let finite = w.parse::<f32>().is_ok_and(f32::is_finite);
-                // Invalid normals are replaced.
-                (!finite && (i != 2 || is_number(w.as_bytes())))
-                    .then(|| format!("expected a finite number, found '{w}'"))
+                // Numbers that are not finite are repaired later, and invalid normals are replaced.
+                let is_broken = w.parse::<f32>().is_err() && !is_not_finite(w.as_bytes());
+                (is_broken && (i != 2 || is_number(w.as_bytes()))).then(|| format!("expected a number, found '{w}'"))
             });
             let few = || (numbers.len() < least).then(|| format!("a {} has too few numbers", NAMES[i]));
             bad.or_else(few)
@@ -460,10 +483,8 @@ mod tests {
             (beyond.line, beyond.cause.as_str()),
             (3, "a face names texture coordinate 5, but there are only 0")
         );
-        assert_eq!(
-            diagnose(b"v 0 nan 0").unwrap().cause,
-            "expected a finite number, found 'nan'"
-        );
+        assert_eq!(diagnose(b"v 0 x 0").unwrap().cause, "expected a number, found 'x'");
+        assert!(diagnose(b"v 0 -nan(ind) 0").is_none());
         // An invalid normal is replaced and no error.
         assert!(diagnose(b"vn nan 0 1").is_none());
         assert!(diagnose(b"vn 1.2.3 0 1").unwrap().cause.contains("1.2.3"));

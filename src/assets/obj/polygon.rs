@@ -9,9 +9,9 @@ const MOST_CORNERS: usize = 10_000;
 
 /// Calls `triangle` with three indices into `corners` for each triangle of a face, with the winding of the face.
 ///
-/// A convex face becomes a fan, a concave one is cut in its plane.
+/// A convex face becomes a fan, a concave one is cut in its plane. A face with a corner that is not finite has no triangles.
 pub(in crate::assets) fn triangulate(corners: &[Vec3], mut triangle: impl FnMut([usize; 3])) {
-    if corners.len() < 3 {
+    if corners.len() < 3 || !corners.iter().all(|c| c.is_finite()) {
         return;
     }
     if corners.len() > 3 {

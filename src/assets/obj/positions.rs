@@ -33,15 +33,13 @@ pub(super) fn origin(text: &[u8]) -> Option<DVec3> {
     origin::of_box(&bounds)
 }
 
-/// Appends a `v` statement to `out`, with its position relative to `origin`. An invalid one is not changed.
-pub(super) fn append_relative(statement: &[u8], origin: DVec3, out: &mut Vec<u8>) {
-    match position(statement).map(|p| p - origin) {
-        Some(p) => writeln!(out, "v {} {} {}", p.x, p.y, p.z).expect("memory takes all bytes"),
-        None => {
-            out.extend_from_slice(statement);
-            out.push(b'\n');
-        }
+/// Appends a `v` statement to `out`, its position relative to `origin`; `false` where it has no position.
+pub(super) fn append_relative(statement: &[u8], origin: DVec3, out: &mut Vec<u8>) -> bool {
+    let relative = position(statement).map(|p| p - origin);
+    if let Some(p) = relative {
+        writeln!(out, "v {} {} {}", p.x, p.y, p.z).expect("memory takes all bytes");
     }
+    relative.is_some()
 }
 
 #[cfg(test)]
@@ -59,13 +57,16 @@ mod tests {
     }
 
     #[test]
-    fn statements_become_relative_and_broken_ones_stay() {
+    fn statements_become_relative_and_broken_ones_are_told() {
         let relative = |text: &str| {
             let mut out = Vec::new();
-            append_relative(text.as_bytes(), DVec3::new(431_250.0, 0.0, 5_649_830.0), &mut out);
-            String::from_utf8(out).expect("text")
+            let done = append_relative(text.as_bytes(), DVec3::new(431_250.0, 0.0, 5_649_830.0), &mut out);
+            (done, String::from_utf8(out).expect("text"))
         };
-        assert_eq!(relative("v 431250.25 7 5649829.5 1 0 0"), "v 0.25 7 -0.5\n");
-        assert_eq!(relative("v 431250.25 seven 5649829.5"), "v 431250.25 seven 5649829.5\n");
+        assert_eq!(
+            relative("v 431250.25 7 5649829.5 1 0 0"),
+            (true, "v 0.25 7 -0.5\n".to_owned())
+        );
+        assert_eq!(relative("v 431250.25 seven 5649829.5"), (false, String::new()));
     }
 }

@@ -69,8 +69,8 @@ fn what_is_wrong_is_named_with_its_line() {
         "line 7: a face names vertex 7, but there are only 6: nowhere/a.obj"
     );
     assert_eq!(
-        message("v 0 0 0\nv 1 NaN 0\nv 0 1 0\nf 1 2 3\n"),
-        "line 2: expected a finite number, found 'NaN': nowhere/a.obj"
+        message("v 0 0 0\nv 1 one 0\nv 0 1 0\nf 1 2 3\n"),
+        "line 2: expected a number, found 'one': nowhere/a.obj"
     );
     assert_eq!(
         message("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 three\n"),
@@ -151,4 +151,35 @@ fn keywords_may_have_any_case_and_parts_keep_the_names_of_their_groups() {
     assert_eq!(names[1].name, "wall");
     assert_eq!(model.nodes[names[1].parent.unwrap()].name, "house");
     assert_eq!(model.materials[0].name, "a");
+}
+
+#[test]
+fn vertices_that_are_no_numbers_cost_their_faces_alone() {
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv -nan(ind) 1.#INF 0\n";
+    let read = |faces: &str| {
+        let text = format!("{square}{faces}");
+        parse(text.as_bytes(), Path::new("a.obj"), &Files::default()).unwrap()
+    };
+    let model = read("f 1 2 3 4\nf 3 4 5\nf 1 2 3 5\n");
+    assert_eq!(model.meshes[0].triangles.len(), 2);
+    assert_eq!(model.faults, ["vertices that are not finite are left out: 1"]);
+    // One that no face uses costs nothing.
+    assert!(read("f 1 2 3 4\n").faults.is_empty());
+    // Far from the origin, too.
+    let far = "v 431250.5 0 0\nv 431251.5 0 0\nv 431251.5 1 0\nv nan 1 0\nf 1 2 3\nf 2 3 4\n";
+    let model = parse(far.as_bytes(), Path::new("a.obj"), &Files::default()).unwrap();
+    assert_eq!(model.meshes[0].triangles.len(), 1);
+}
+
+#[test]
+fn geometry_that_is_not_rendered_is_a_feature() {
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nl 1 2\nl 2 3\np 1\ncstype bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 1\n\
+                parm u 0 1\nend\ncall other.obj\n";
+    let model = parse(text.as_bytes(), Path::new("a.obj"), &Files::default()).unwrap();
+    let features: Vec<_> = model.features.iter().map(|f| (f.name.as_str(), f.count)).collect();
+    assert_eq!(features, [("p", 1), ("l", 2), ("surf", 1), ("call", 1)]);
+    assert_eq!(
+        model.features[2].loss().unwrap(),
+        "1 statement uses surf, which is rendered without: free-form surfaces"
+    );
 }

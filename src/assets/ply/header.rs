@@ -46,13 +46,16 @@ impl NumberType {
         }
     }
 
-    /// The value that represents 1 in a colour: the largest number of an unsigned type, 1 for other types.
+    /// The largest whole number of the type, which stands for 1 in a colour; 1 of a float.
     pub fn one(self) -> f64 {
         match self {
+            Self::I8 => f64::from(i8::MAX),
             Self::U8 => f64::from(u8::MAX),
+            Self::I16 => f64::from(i16::MAX),
             Self::U16 => f64::from(u16::MAX),
+            Self::I32 => f64::from(i32::MAX),
             Self::U32 => f64::from(u32::MAX),
-            _ => 1.0,
+            Self::F32 | Self::F64 => 1.0,
         }
     }
 }
@@ -101,14 +104,17 @@ pub(super) struct Header {
     pub textures: usize,
 }
 
+/// What a file lacks that does not begin as PLY files do.
+const NO_HEADER: &str = "it has no header, the file does not begin with `ply`";
+
 /// Reads the header; returns it with the data after it.
 ///
 /// # Errors
 /// The header is broken; the text says why.
 pub(super) fn read(bytes: &[u8]) -> Result<(Header, &[u8]), String> {
-    let (first, mut rest) = line(bytes).ok_or("the file does not begin with `ply`")?;
+    let (first, mut rest) = line(bytes).ok_or(NO_HEADER)?;
     if first != b"ply" {
-        return Err("the file does not begin with `ply`".into());
+        return Err(NO_HEADER.into());
     }
     let mut encoding = None;
     let (mut elements, mut textures) = (Vec::<Element>::new(), 0);
@@ -199,7 +205,7 @@ mod tests {
     #[test]
     fn what_is_wrong_is_named() {
         let flaw = |text: &str| read(text.as_bytes()).unwrap_err();
-        assert_eq!(flaw("solid\n"), "the file does not begin with `ply`");
+        assert_eq!(flaw("solid\n"), NO_HEADER);
         assert_eq!(flaw("ply\nformat ascii 1.0\n"), "the header does not end");
         assert_eq!(flaw("ply\nend_header\n"), "the header names no format");
         assert_eq!(flaw("ply\nformat middle 1.0\n"), "the format `middle` is unknown");

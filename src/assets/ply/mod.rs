@@ -1,14 +1,17 @@
 //! PLY files, as text and as bytes in either order.
 //!
 //! The loader reads the positions of vertices, their normals (`nx`), their colours (`red`, `alpha`) and texture coordinates
-//! (`s`, `u` or `texture_u`), and faces with any number of corners. Integer colours are display values, floats are linear. All
-//! other data is skipped. A file without normals is flat. A file without faces is a point cloud. Positions in double
-//! precision and in text keep their precision.
+//! (`s`, `u` or `texture_u`), faces with any number of corners, which may have colours and texture coordinates (`texcoord`) of
+//! their own, and strips of triangles (`tristrips`). Colours of whole numbers are display values, those of floats are linear.
+//! Whatever else is in the file is skipped. A file without normals is flat. A file without faces is a cloud of points; one of
+//! Gaussian splats is refused. Positions in double precision and in text keep it.
 //!
 //! The number of elements is checked against the length of the file before memory is allocated.
 //!
 //! Source: G. Turk, "The PLY Polygon File Format", 1994.
 
+mod colors;
+mod faces;
 mod header;
 mod source;
 #[cfg(test)]
@@ -21,12 +24,12 @@ use super::{
     bare::{self, BareMeshProblem, PlacedMesh, model_of},
     model::{Model, ModelChoice, Treatment},
     model_format::{ModelError, ModelFormat},
-    obj::polygon,
 };
 use crate::{
-    math::{DVec3, Vec2, Vec3, Vec4, srgb},
+    math::{DVec3, Vec2, Vec3},
     value::one_line,
 };
+use faces::Faces;
 use header::{Element, Encoding, Header, NumberType, Property, PropertyKind};
 use source::{BigEndian, Binary, LittleEndian, Source, Stop, Text};
 
@@ -48,19 +51,27 @@ impl ModelFormat for Ply {
 
 fn parse(bytes: &[u8], memory: &MemoryBudget) -> Result<Model, BareMeshProblem> {
     let (header, data) = header::read(bytes).map_err(broken)?;
-    let mesh = match header.encoding {
+    if header.elements.iter().any(is_splats) {
+        let what = "the file holds Gaussian splats, which are no surfaces and are not rendered";
+        return Err(BareMeshProblem::Unsupported(what.to_owned()));
+    }
+    let (mesh, faults) = match header.encoding {
         Encoding::Text => read(&header, Text(data), memory),
         Encoding::LittleEndian => read(&header, Binary::<LittleEndian>::new(data), memory),
         Encoding::BigEndian => read(&header, Binary::<BigEndian>::new(data), memory),
     }?;
     let mut model = model_of(mesh)?;
+    model.faults.extend(faults);
     for _ in 0..header.textures {
         model.add_feature("TextureFile", "file", Treatment::Without(""));
     }
-    if header.elements.iter().any(|e| e.name == "tristrips") {
-        model.add_feature("tristrips", "file", Treatment::Without(""));
-    }
     Ok(model)
+}
+
+/// Whether an element holds Gaussian splats, as they are trained or compressed.
+fn is_splats(element: &Element) -> bool {
+    let has = |name: &str| element.properties.iter().any(|p| p.name == name);
+    has("f_dc_0") && (has("scale_0") || has("rot_0")) || has("packed_rotation")
 }
 
 fn broken(cause: impl AsRef<str>) -> BareMeshProblem {
@@ -108,35 +119,46 @@ impl Slot {
     }
 }
 
-/// The faces read so far; they may come before the vertices.
-#[derive(Default)]
-struct Faces {
-    triangles: Vec<[u32; 3]>,
-    /// The corners of all faces with more than three, and the end of each face.
-    corners: Vec<u32>,
-    ends: Vec<usize>,
-}
-
-fn read(header: &Header, mut source: impl Source, memory: &MemoryBudget) -> Result<PlacedMesh, BareMeshProblem> {
+/// Reads the data; returns the mesh with the faults of its colours.
+fn read(
+    header: &Header,
+    mut source: impl Source,
+    memory: &MemoryBudget,
+) -> Result<(PlacedMesh, Vec<String>), BareMeshProblem> {
     let (mut placed, mut faces) = (PlacedMesh::default(), Faces::default());
+    let mut faults = Vec::new();
     for element in &header.elements {
         check_count(element, header.encoding, source.bytes_left())?;
         let done = match element.name.as_str() {
             "vertex" => {
                 memory.check(MemoryKind::Models, element.count.saturating_mul(VERTEX_MEMORY))?;
-                read_vertices(element, header.encoding, &mut source, &mut placed)
+                let number = read_vertices(element, header.encoding, &mut source, &mut placed)?;
+                faults.extend(number.and_then(|number| colors::linearize(&mut placed.mesh.colors, number)));
+                Ok(())
             }
-            "face" => {
-                // A corner of one byte may become a triangle of twelve bytes.
+            "face" | "tristrips" => {
+                // A corner of one byte becomes a triangle of twelve.
                 memory.check(MemoryKind::Models, 12 * source.bytes_left() as u64)?;
-                read_faces(element, &mut source, &mut faces)
+                match element.name.as_str() {
+                    "face" => faces.read(element, &mut source),
+                    _ => faces.read_strips(element, &mut source),
+                }
             }
             _ => skip(element, &mut source),
         };
         done?;
     }
-    placed.mesh.triangles = faces.into_triangles(&placed.mesh.positions)?;
-    Ok(placed)
+    if !faces.colors.is_empty() && !placed.mesh.colors.is_empty() {
+        faults.push("colours of faces are not used, since the vertices have colours".to_owned());
+        faces.colors.clear();
+    }
+    faults.extend(
+        faces
+            .color_type
+            .and_then(|number| colors::linearize(&mut faces.colors, number)),
+    );
+    faces.finish(&mut placed, memory)?;
+    Ok((placed, faults))
 }
 
 /// Refuses more elements than the remaining bytes can hold.
@@ -195,12 +217,13 @@ fn skip(element: &Element, source: &mut impl Source) -> Result<(), BareMeshProbl
     Ok(())
 }
 
+/// Reads the vertices, with raw colours; returns the type of those where there are any.
 fn read_vertices(
     element: &Element,
     encoding: Encoding,
     source: &mut impl Source,
     placed: &mut PlacedMesh,
-) -> Result<(), BareMeshProblem> {
+) -> Result<Option<NumberType>, BareMeshProblem> {
     let slots: Vec<(Slot, &Property)> = element.properties.iter().map(|p| (Slot::of(&p.name), p)).collect();
     let has = |slot: Slot| {
         let is_number = |p: &Property| matches!(p.kind, PropertyKind::Number(_));
@@ -222,7 +245,7 @@ fn read_vertices(
     mesh.normals.reserve_exact(if has_normals { count } else { 0 });
     mesh.colors.reserve_exact(if has_colors { count } else { 0 });
     mesh.uvs.reserve_exact(if has_uvs { count } else { 0 });
-    let channels = [Slot::R, Slot::G, Slot::B, Slot::A].map(|slot| number_type(&slots, slot));
+    let alpha = number_type(&slots, Slot::A);
     let mut own = [1.0; SLOTS];
     for i in 0..element.count {
         for (slot, property) in &slots {
@@ -246,23 +269,21 @@ fn read_vertices(
             mesh.positions.push(vec3(Slot::X));
         }
         if has_normals {
-            mesh.normals.push(vec3(Slot::Nx).normalize_or_zero());
+            mesh.normals.push(vec3(Slot::Nx));
         }
         if has_uvs {
             let at = |slot: Slot| own[slot as usize] as f32;
             mesh.uvs.push(Vec2::new(at(Slot::S), at(Slot::T)));
         }
         if has_colors {
-            let at = Slot::R as usize;
-            let [r, g, b] = [0, 1, 2].map(|i| linear(own[at + i], channels[i]));
-            let alpha = own[at + 3] / channels[3].one();
-            mesh.colors.push(Vec4::new(r, g, b, alpha.clamp(0.0, 1.0) as f32));
+            let a = own[Slot::A as usize] / alpha.one();
+            mesh.colors.push(vec3(Slot::R).extend(a.clamp(0.0, 1.0) as f32));
         }
     }
     if has_doubles {
         placed.set_positions(&doubles);
     }
-    Ok(())
+    Ok(has_colors.then(|| number_type(&slots, Slot::R)))
 }
 
 /// The type of a property of a vertex; float if it is missing.
@@ -271,89 +292,5 @@ fn number_type(slots: &[(Slot, &Property)], slot: Slot) -> NumberType {
     match property.map(|(_, p)| p.kind) {
         Some(PropertyKind::Number(number)) => number,
         _ => NumberType::F32,
-    }
-}
-
-/// The linear value of a channel of a colour.
-fn linear(value: f64, number: NumberType) -> f32 {
-    match number {
-        NumberType::U8 => srgb::decode8(value as u8),
-        NumberType::F32 | NumberType::F64 => value.max(0.0) as f32,
-        _ => srgb::decode((value / number.one()).clamp(0.0, 1.0) as f32),
-    }
-}
-
-fn read_faces(element: &Element, source: &mut impl Source, faces: &mut Faces) -> Result<(), BareMeshProblem> {
-    let is_corners = |p: &Property| matches!(p.name.as_str(), "vertex_indices" | "vertex_index");
-    let Some(corners) = element.properties.iter().position(is_corners) else {
-        return skip(element, source);
-    };
-    let PropertyKind::List { count, item } = element.properties[corners].kind else {
-        return Err(broken("the corners of faces are no list"));
-    };
-    let (before, after) = (&element.properties[..corners], &element.properties[corners + 1..]);
-    faces.triangles.reserve_exact(element.count as usize);
-    for i in 0..element.count {
-        let mut read = || {
-            before.iter().try_for_each(|p| skip_property(source, p))?;
-            faces.read(source, count, item)?;
-            after.iter().try_for_each(|p| skip_property(source, p))
-        };
-        read().map_err(|stop| stopped(element, i)(stop))?;
-    }
-    Ok(())
-}
-
-/// Reads the index of a vertex.
-#[inline(always)]
-fn corner(source: &mut impl Source, item: NumberType) -> Result<u32, Stop> {
-    let number = source.number(item)?;
-    let whole = number as u32;
-    if f64::from(whole) == number {
-        Ok(whole)
-    } else {
-        Err(Stop::NoNumber(format!("vertex {number}")))
-    }
-}
-
-impl Faces {
-    #[inline(always)]
-    fn read(&mut self, source: &mut impl Source, count: NumberType, item: NumberType) -> Result<(), Stop> {
-        let length = list_length(source, count)?;
-        match length {
-            3 => {
-                let corners = [corner(source, item)?, corner(source, item)?, corner(source, item)?];
-                self.triangles.push(corners);
-            }
-            // Lines and points.
-            0..3 => source.skip(item, length)?,
-            _ => {
-                for _ in 0..length {
-                    self.corners.push(corner(source, item)?);
-                }
-                self.ends.push(self.corners.len());
-            }
-        }
-        Ok(())
-    }
-
-    /// The triangles of all faces; those of larger faces come last.
-    fn into_triangles(self, positions: &[Vec3]) -> Result<Vec<[u32; 3]>, BareMeshProblem> {
-        let mut triangles = self.triangles;
-        if let Some(corner) = self.corners.iter().find(|c| **c as usize >= positions.len()) {
-            let count = positions.len();
-            return Err(broken(format!(
-                "a face names vertex {corner}, but there are only {count}"
-            )));
-        }
-        let (mut start, mut places) = (0, Vec::new());
-        for end in self.ends {
-            let face = &self.corners[start..end];
-            places.clear();
-            places.extend(face.iter().map(|c| positions[*c as usize]));
-            polygon::triangulate(&places, |t| triangles.push(t.map(|i| face[i])));
-            start = end;
-        }
-        Ok(triangles)
     }
 }

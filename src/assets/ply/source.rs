@@ -1,6 +1,7 @@
 //! Readers of the numbers of a PLY file.
 
 use super::header::NumberType;
+use crate::assets::repair::is_not_finite;
 
 /// The reason why there is no next number.
 #[derive(Debug, PartialEq, Eq)]
@@ -105,6 +106,7 @@ impl Source for Text<'_> {
     fn number(&mut self, _: NumberType) -> Result<f64, Stop> {
         let word = self.word()?;
         let number = str::from_utf8(word).ok().and_then(|w| w.parse().ok());
+        let number = number.or_else(|| is_not_finite(word).then_some(f64::NAN));
         number.ok_or_else(|| Stop::NoNumber(String::from_utf8_lossy(word).into_owned()))
     }
 

@@ -1,5 +1,6 @@
 use super::*;
 use crate::assets::bare::for_each_damage;
+use crate::math::{Vec4, srgb};
 
 fn read(bytes: &[u8]) -> Result<Model, String> {
     let problem = |e: BareMeshProblem| e.at("a.ply".into()).to_string();
@@ -191,4 +192,101 @@ fn cut_and_flipped_bytes_never_panic() {
     for whole in [as_text().into_bytes(), as_binary(false), as_binary(true)] {
         for_each_damage(&whole, |bytes| drop(read(bytes)));
     }
+}
+
+/// A file of text with two separate squares in the xy plane, and what comes after them.
+fn squares(vertex_properties: &str, vertex_values: &str, elements: &str, data: &str) -> String {
+    let places = ["0 0", "1 0", "1 1", "0 1", "2 0", "3 0", "3 1", "2 1"];
+    let vertices = places.map(|p| format!("{p} 0 {vertex_values}\n")).concat();
+    format!(
+        "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n{vertex_properties}\
+         {elements}end_header\n{vertices}{data}"
+    )
+}
+
+const COLORED_FACES: &str = "element face 2\nproperty uchar red\nproperty list uchar int vertex_indices\nproperty uchar green\n\
+                             property uchar blue\n";
+
+#[test]
+fn colors_of_faces_color_their_corners() {
+    let model = read(squares("", "", COLORED_FACES, "255 4 0 1 2 3 0 0\n0 4 4 5 6 7 0 255\n").as_bytes()).unwrap();
+    let mesh = &model.meshes[0];
+    assert!(model.materials[0].surface.reads_vertices && model.faults.is_empty());
+    let color = |t: usize| mesh.triangles[t].map(|v| mesh.colors[v as usize]);
+    assert_eq!((mesh.triangles.len(), mesh.positions.len()), (4, 8));
+    assert_eq!(color(0), [Vec4::new(1.0, 0.0, 0.0, 1.0); 3]);
+    assert_eq!(color(3), [Vec4::new(0.0, 0.0, 1.0, 1.0); 3]);
+    // Faces that share vertices keep their colours apart.
+    let shared = read(squares("", "", COLORED_FACES, "255 3 0 1 2 0 0\n0 3 0 2 3 0 255\n").as_bytes()).unwrap();
+    assert_eq!(shared.meshes[0].positions.len(), 6);
+    // Colours of vertices come first, and it is said.
+    let colors = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    let both = squares(
+        colors,
+        "0 255 0",
+        COLORED_FACES,
+        "255 4 0 1 2 3 0 0\n0 4 4 5 6 7 0 255\n",
+    );
+    let model = read(both.as_bytes()).unwrap();
+    assert_eq!(model.meshes[0].colors, [Vec4::new(0.0, 1.0, 0.0, 1.0); 8]);
+    assert_eq!(model.faults.len(), 1);
+}
+
+#[test]
+fn corners_have_texture_coordinates_of_their_own() {
+    let faces = "element face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n";
+    let data = "4 0 1 2 3 8 0 0 1 0 1 1 0 1\n3 0 2 3 6 0.5 0 1 1 0 1\n";
+    let model = read(squares("", "", faces, data).as_bytes()).unwrap();
+    let mesh = &model.meshes[0];
+    // Vertex 0 has two pairs of coordinates, 2 and 3 have one each.
+    assert_eq!(mesh.positions.len(), 5);
+    let uvs = mesh.triangles[2].map(|v| mesh.uvs[v as usize]);
+    assert_eq!(uvs, [Vec2::new(0.5, 0.0), Vec2::ONE, Vec2::Y]);
+    // A list that is too short stands for 0.
+    assert!(read(squares("", "", faces, "4 0 1 2 3 2 1 1\n3 4 5 6 0\n").as_bytes()).is_ok());
+}
+
+#[test]
+fn strips_of_triangles_keep_their_side() {
+    let strips = "element tristrips 1\nproperty list int int vertex_indices\n";
+    let model = read(squares("", "", strips, "9 0 1 3 2 -1 4 5 7 6\n").as_bytes()).unwrap();
+    let mesh = &model.meshes[0];
+    assert_eq!(mesh.triangles, [[0, 1, 3], [3, 1, 2], [4, 5, 7], [7, 5, 6]]);
+    assert!(model.points.is_none() && model.features.is_empty());
+    assert!(
+        read(squares("", "", strips, "3 0 1 9\n").as_bytes())
+            .unwrap_err()
+            .contains("vertex 9")
+    );
+    assert!(
+        read(squares("", "", strips, "3 0 1 -2\n").as_bytes())
+            .unwrap_err()
+            .contains("vertex -2")
+    );
+}
+
+#[test]
+fn gaussian_splats_are_refused_by_their_name() {
+    let properties = ["f_dc_0", "f_dc_1", "opacity", "scale_0", "rot_0"].map(|p| format!("property float {p}\n"));
+    let splats = squares(&properties.concat(), "0 0 0 0 0", "", "");
+    assert!(read(splats.as_bytes()).unwrap_err().contains("Gaussian splats"));
+}
+
+#[test]
+fn a_number_that_is_none_costs_its_vertex_alone() {
+    let face = "element face 1\nproperty list uchar int vertex_indices\n";
+    let mesh = squares("", "", face, "4 0 1 2 3\n").replace("2 0 0 \n", "-nan(ind) 1.#INF 0 \n");
+    let model = read(mesh.as_bytes()).unwrap();
+    assert_eq!(
+        (model.meshes[0].positions.len(), model.meshes[0].triangles.len()),
+        (7, 2)
+    );
+    assert_eq!(model.faults, ["vertices that are not finite are left out: 1"]);
+    let cloud = read(squares("", "", "", "").replace("1 1 0 \n", "nan 1 0 \n").as_bytes()).unwrap();
+    assert_eq!(cloud.points.expect("a cloud").positions.len(), 7);
+    let colors = "property float red\nproperty float green\nproperty float blue\n";
+    let model = read(squares(colors, "255 128 0", face, "4 0 1 2 3\n").as_bytes()).unwrap();
+    let expected = Vec4::new(1.0, srgb::decode(128.0 / 255.0), 0.0, 1.0);
+    assert_eq!((model.meshes[0].colors[0], model.faults.len()), (expected, 1));
+    assert!(read(b"").is_err());
 }

@@ -14,12 +14,12 @@ const UNIT_TOLERANCE: f32 = 0.02;
 
 pub(super) fn check(lint: &mut Lint<'_>) {
     let mut views = HashMap::<usize, usize>::new();
-    let mut normals = HashSet::new();
+    let (mut normals, mut colors) = (HashSet::new(), HashSet::new());
     for (m, mesh) in lint.array("meshes").iter().enumerate() {
         let mut targets = None;
         for (p, primitive) in array(mesh, "primitives").iter().enumerate() {
             let place = format!("primitive {p} of mesh {m}");
-            attributes(lint, primitive, &place, &mut views);
+            attributes(lint, primitive, &place, (&mut views, &mut colors));
             unit_normals(lint, primitive, &place, &mut normals);
             indices(lint, primitive, &place);
             morphs(lint, primitive, &place);
@@ -60,7 +60,49 @@ fn entries(value: &Value) -> impl Iterator<Item = (&str, usize)> {
     map.filter_map(|(name, accessor)| Some((name.as_str(), usize::try_from(accessor.as_u64()?).ok()?)))
 }
 
-fn attributes(lint: &mut Lint<'_>, primitive: &Value, place: &str, views: &mut HashMap<usize, usize>) {
+/// Whether an attribute may have numbers of its accessor's type.
+fn is_allowed(semantic: &str, accessor: &Value, is_quantized: bool) -> bool {
+    // The numbers of the types: byte, unsigned byte, short, unsigned short, float.
+    const BYTE: u64 = 5120;
+    const UBYTE: u64 = 5121;
+    const SHORT: u64 = 5122;
+    const USHORT: u64 = 5123;
+    const FLOAT: u64 = 5126;
+    let is_normalized = accessor.get("normalized").and_then(Value::as_bool) == Some(true);
+    let Some(component) = accessor.get("componentType").and_then(Value::as_u64) else {
+        return true;
+    };
+    let unsigned = [UBYTE, USHORT].contains(&component);
+    let whole = unsigned || [BYTE, SHORT].contains(&component);
+    match semantic.split('_').next().unwrap_or_default() {
+        "POSITION" => component == FLOAT || is_quantized && whole,
+        "NORMAL" | "TANGENT" => component == FLOAT || is_quantized && whole && !unsigned && is_normalized,
+        "TEXCOORD" => component == FLOAT || unsigned && is_normalized || is_quantized && whole,
+        "COLOR" | "WEIGHTS" => component == FLOAT || unsigned && is_normalized,
+        "JOINTS" => unsigned && !is_normalized,
+        _ => true,
+    }
+}
+
+/// Whether a colour is negative, above 1 or not finite.
+fn is_out_of_range(lint: &Lint<'_>, accessor: usize) -> bool {
+    let (Ok((least, most)), Ok(largest)) = (lint.document.range(accessor), lint.document.largest(accessor)) else {
+        return false;
+    };
+    // Exporters round.
+    !(least >= -0.001 && most / largest <= 1.001)
+}
+
+fn attributes(
+    lint: &mut Lint<'_>,
+    primitive: &Value,
+    place: &str,
+    (views, colors): (&mut HashMap<usize, usize>, &mut HashSet<usize>),
+) {
+    let used = array(lint.raw, "extensionsUsed").iter();
+    let is_quantized = used
+        .filter_map(Value::as_str)
+        .any(|name| name == "KHR_mesh_quantization");
     let Some(given) = primitive.get("attributes") else {
         return lint.fault(format!("{place} has no attributes"));
     };
@@ -72,6 +114,17 @@ fn attributes(lint: &mut Lint<'_>, primitive: &Value, place: &str, views: &mut H
         let Some(accessor) = lint.array("accessors").get(number) else {
             continue;
         };
+        if !is_allowed(name, accessor, is_quantized) {
+            lint.fault(format!(
+                "the attribute {name} of {place} has numbers of a type that the format forbids"
+            ));
+        }
+        if name.starts_with("COLOR_") && colors.insert(number) && has_numbers(accessor) && is_out_of_range(lint, number)
+        {
+            lint.fault(format!(
+                "the attribute {name} of {place} has colours that are not between 0 and 1"
+            ));
+        }
         if name == "POSITION" && (accessor.get("min").is_none() || accessor.get("max").is_none()) {
             lint.fault(format!("the positions of {place} have no min and max"));
         }
@@ -209,8 +262,8 @@ fn influences(lint: &mut Lint<'_>, (joints, weights): (usize, usize), sums: &mut
     let (Ok(joints), Ok(weights)) = (lint.document.floats::<4>(joints), lint.document.floats::<4>(weights)) else {
         return;
     };
-    if weights.iter().flatten().any(|w| *w < 0.0) {
-        lint.fault(format!("{place} has weights of joints below 0"));
+    if !weights.iter().flatten().all(|w| *w >= 0.0 && w.is_finite()) {
+        lint.fault(format!("{place} has weights of joints below 0 or not finite"));
     }
     sums.resize(sums.len().max(weights.len()), 0.0);
     for (sum, weights) in sums.iter_mut().zip(&weights) {

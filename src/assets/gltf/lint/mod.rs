@@ -32,6 +32,7 @@ pub(super) fn faults(document: &Document<'_>, used: &[usize]) -> Vec<String> {
     meshes::check(&mut lint);
     animations::check(&mut lint);
     cameras(&mut lint);
+    lights(&mut lint);
     nodes(&mut lint);
     skins(&mut lint);
     let mut faults = lint.faults;
@@ -82,6 +83,24 @@ fn cameras(lint: &mut Lint<'_>) {
             if size == Some(0.0) {
                 lint.fault(format!("camera {i} has {key} = 0"));
             }
+        }
+    }
+}
+
+fn lights(lint: &mut Lint<'_>) {
+    let lights = lint.raw.pointer("/extensions/KHR_lights_punctual/lights");
+    for (i, light) in lights.and_then(Value::as_array).into_iter().flatten().enumerate() {
+        let number = |path: &str| light.pointer(path).and_then(Value::as_f64);
+        let colors = array(light, "color").iter().filter_map(Value::as_f64);
+        if number("/intensity").into_iter().chain(colors).any(|v| v < 0.0) {
+            lint.fault(format!("light {i} has an intensity or a colour below 0"));
+        }
+        let inner = number("/spot/innerConeAngle").unwrap_or(0.0);
+        let outer = number("/spot/outerConeAngle").unwrap_or(std::f64::consts::FRAC_PI_4);
+        if light.get("spot").is_some() && !(0.0 <= inner && inner < outer && outer <= std::f64::consts::FRAC_PI_2) {
+            lint.fault(format!(
+                "light {i} has no cone from {inner} within {outer}: they are 0 <= inner < outer <= pi / 2"
+            ));
         }
     }
 }

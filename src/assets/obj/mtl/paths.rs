@@ -39,12 +39,20 @@ pub(super) fn libraries(folder: &Path, line: &[u8]) -> Vec<PathBuf> {
     files
 }
 
-/// Resolves a name in `folder`. Backslashes separate folders too; of an absolute path of another machine only the file name counts.
+/// A file beside another: backslashes separate folders too, but before a space they make it part of the name; of a path of
+/// another machine the last part counts.
 pub(super) fn locate(folder: &Path, name: &[u8]) -> PathBuf {
     let name = name.trim_ascii();
     let name = name.strip_prefix(b"\"").unwrap_or(name);
     let name = name.strip_suffix(b"\"").unwrap_or(name);
-    let slashed: Vec<u8> = name.iter().map(|b| if *b == b'\\' { b'/' } else { *b }).collect();
+    let mut slashed: Vec<u8> = Vec::with_capacity(name.len());
+    for (i, byte) in name.iter().enumerate() {
+        match byte {
+            b'\\' if name.get(i + 1) == Some(&b' ') => {}
+            b'\\' => slashed.push(b'/'),
+            other => slashed.push(*other),
+        }
+    }
     // A backslash may be half of a letter.
     let name = match str::from_utf8(name) {
         Err(_) if folder.join(path_of(name)).is_file() => name,
@@ -80,6 +88,7 @@ mod tests {
         assert_eq!(at(r"C:\art\a.png"), Path::new("m/a.png"));
         assert_eq!(at("/home/art/a.png"), Path::new("m/a.png"));
         assert_eq!(at("\"a b.png\""), Path::new("m/a b.png"));
+        assert_eq!(at(r"tex\my\ own\ a.png"), Path::new("m/tex/my own a.png"));
     }
 
     #[test]
@@ -88,5 +97,6 @@ mod tests {
         let expected = ["a.mtl", "my own.MTL", "c"].map(|f| Path::new("nowhere").join(f));
         assert_eq!(at("a.mtl my own.MTL c"), expected);
         assert_eq!(at("a.mtl"), [Path::new("nowhere/a.mtl")]);
+        assert_eq!(at(r"my\ own.mtl"), [Path::new("nowhere/my own.mtl")]);
     }
 }

@@ -45,7 +45,11 @@ impl Textures<'_, '_> {
         if let Some(known) = self.images.get(&file) {
             return Ok(*known);
         }
-        let image = match fs::metadata(&file) {
+        let found = match fs::metadata(&file) {
+            Ok(_) if image::is_unknown(&file, self.files) => Err("the format of the image is unknown".to_owned()),
+            found => found.map_err(|e| e.to_string()),
+        };
+        let image = match found {
             Ok(_) => {
                 self.model.images.push(ImageSource::File(file.clone()));
                 Some(self.model.images.len() - 1)
@@ -53,7 +57,9 @@ impl Textures<'_, '_> {
             Err(e) => {
                 let (obj, shown) = (self.obj.display(), file.display());
                 let text = format!("{obj}: cannot read a texture, its surfaces are without: {e}: {shown}");
-                self.files.warnings().add(WarningKind::MISSING_FILE, shown, text);
+                self.files
+                    .warnings()
+                    .add_topic(WarningKind::MISSING_FILE, "texture", shown, text);
                 None
             }
         };
