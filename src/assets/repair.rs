@@ -122,6 +122,17 @@ fn retain<T>(values: &mut Vec<T>, is_kept: &[bool]) {
     values.retain(|_| *kept.next().unwrap_or(&true));
 }
 
+/// The least and the largest of the finite numbers of colours, and whether they are display values up to 255 rather than up to
+/// 1: one is above 16, or they are whole numbers and one is above 1.
+pub(super) fn color_range(channels: impl Iterator<Item = f32>) -> (f32, f32, bool) {
+    let (mut least, mut most, mut is_whole) = (0.0_f32, 0.0_f32, true);
+    for v in channels.filter(|v| v.is_finite()) {
+        (least, most) = (least.min(v), most.max(v));
+        is_whole &= v.fract() == 0.0;
+    }
+    (least, most, most > 16.0 || most > 1.0 && is_whole)
+}
+
 /// Whether a word stands for a number that is not finite, as the libraries of several languages write it: `nan`, `-inf`,
 /// `1.#IND`, `-nan(ind)`.
 pub(super) fn is_not_finite(word: &[u8]) -> bool {

@@ -170,3 +170,27 @@ fn the_manual_lists_every_kind_of_warning() {
         assert!(manual.contains(&format!("| `{}` |", kind.name())), "{}", kind.name());
     }
 }
+
+#[test]
+fn every_material_that_gains_energy_is_among_the_warnings() {
+    let request = Request::default();
+    let job = Job::open(&repo("tests/bad/albedo_above_one.toml"), &request).expect("a scene");
+    job.load().expect("loads");
+    let all = request.warnings.list();
+    let gains = all.iter().filter(|w| w.kind == WarningKind::ENERGY_GAIN);
+    let gains: Vec<String> = gains
+        .map(|w| format!("{} {}", w.subject, w.text.rsplit(' ').next().unwrap_or("")))
+        .collect();
+    let expected = [
+        "car 1.1)",
+        "chalk 1.25)",
+        "flare 1.75)",
+        "gold 1.5)",
+        "mirror 1.2)",
+        "plastic 2)",
+        "poster 65504)",
+        "tiles 1.4)",
+        "window 3)",
+    ];
+    assert_eq!(gains, expected);
+}

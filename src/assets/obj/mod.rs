@@ -1,9 +1,10 @@
 //! OBJ files with their MTL libraries.
 //!
 //! The loader reads positions with colours, texture coordinates, normals, faces with any number of corners, smoothing
-//! groups, and materials with their textures. Points, lines and free-form geometry are not rendered. Faces that differ in group, material or
-//! smoothing are different parts; objects and groups are nodes. If the file has no normals, the faces of a smoothing group
-//! share theirs, and all others are flat. Colours of vertices are display values, up to 1 or, where one is above, up to 255.
+//! groups, and materials with their textures. Points, lines and free-form geometry are not rendered. Faces that differ in
+//! group, material or smoothing are different parts; objects and groups are nodes. If the file has no normals, the faces of a
+//! smoothing group share theirs, and all others are flat. Colours of vertices are display values up to 1, or up to 255 if they
+//! are whole numbers or one is above 16.
 //!
 //! The loader accepts any encoding, any line ends and keywords in any case. Indices without a vertex and numbers that cannot be
 //! read are errors with their line. Numbers that are not finite cost their vertex or attribute, and broken normals give way to
@@ -28,7 +29,7 @@ use super::{
     Files, gzip,
     model::{self, MeshInstance, Model, ModelChoice, ModelNode, UvSet},
     model_format::{ModelError, ModelFormat},
-    repair::{Repairs, repair},
+    repair::{Repairs, color_range, repair},
     tangents,
 };
 use crate::{
@@ -102,7 +103,7 @@ pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError
     let (groups, _) =
         tobj::load_obj_buf(&mut &normalized.text[..], &options, no_library).map_err(|e| broken(e.to_string()))?;
     drop(normalized.text);
-    let scale = color_scale(&groups);
+    let (scale, out_of_range) = color_scale(&groups);
     let mut repairs = Repairs::default();
     let meshes = groups
         .into_iter()
@@ -117,7 +118,7 @@ pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError
     let mut library = mtl::Library::load(path, &normalized.libraries, files)?;
     let model_from_mesh = treatment.origin.map_or(DAffine3::IDENTITY, DAffine3::from_translation);
     let mut model = assemble(meshes, model_from_mesh, normalized.nodes, &mut library, path)?;
-    model.faults.extend(repairs.faults());
+    model.faults.extend(repairs.faults().chain(out_of_range));
     for ((name, what), count) in normalize::SKIPPED.iter().zip(normalized.skipped) {
         (0..count).for_each(|_| model.add_feature(name, "statement", model::Treatment::Without(what)));
     }
@@ -135,11 +136,13 @@ fn warn_of_normals(normalized: &Normalized, path: &Path, files: &Files) {
     files.warnings().add(WarningKind::BROKEN_ELEMENTS, path.display(), text);
 }
 
-/// The factor that scales vertex colours to display values up to 1.
-fn color_scale(groups: &[tobj::Model]) -> f32 {
-    let channels = groups.iter().flat_map(|g| &g.mesh.vertex_color);
-    let most = channels.fold(0.0, |most: f32, c| most.max(*c));
-    if most > 1.0 { 1.0 / 255.0 } else { 1.0 }
+/// The factor that makes display values up to 1 of the colours of vertices, and a fault where some are out of range.
+fn color_scale(groups: &[tobj::Model]) -> (f32, Option<String>) {
+    let (least, most, are_bytes) = color_range(groups.iter().flat_map(|g| g.mesh.vertex_color.iter().copied()));
+    let one = if are_bytes { 255.0 } else { 1.0 };
+    let is_outside = least < 0.0 || most > one;
+    let fault = is_outside.then(|| format!("colours of vertices from {least} to {most} are cut to 0 and {one}"));
+    (1.0 / one, fault)
 }
 
 /// The linear colours of a group's vertices; empty if all are white.

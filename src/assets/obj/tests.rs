@@ -180,6 +180,20 @@ fn geometry_that_is_not_rendered_is_a_feature() {
     assert_eq!(features, [("p", 1), ("l", 2), ("surf", 1), ("call", 1)]);
     assert_eq!(
         model.features[2].loss().unwrap(),
-        "1 statement uses surf, which is rendered without: free-form surfaces"
+        "not rendered: surf, used by 1 statement (free-form surfaces)"
     );
+}
+
+#[test]
+fn colors_out_of_range_are_cut_and_said() {
+    let red = |colors: [&str; 3]| {
+        let [a, b, c] = colors;
+        let model = read(&format!("v 0 0 0 {a}\nv 1 0 0 {b}\nv 0 1 0 {c}\nf 1 2 3\n")).unwrap();
+        (model.meshes[0].colors[0].x, model.faults.len())
+    };
+    assert_eq!(red(["1 0 0", "0.5 0 0", "0 0 0"]), (1.0, 0));
+    assert_eq!(red(["255 0 0", "0 9 0", "0 0 0"]), (1.0, 0));
+    assert_eq!(red(["1.5 0 0", "0.5 0 0", "0 0 0"]), (1.0, 1));
+    assert_eq!(red(["-0.5 0 0", "0.5 0 0", "0 0 0"]), (0.0, 1));
+    assert_eq!(red(["300 0 0", "0.5 0 0", "0 0 0"]), (1.0, 1));
 }

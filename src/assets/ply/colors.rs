@@ -1,10 +1,10 @@
 //! Colours of PLY files in any type of numbers.
 
 use super::header::NumberType;
-use crate::math::{Vec3, Vec4, srgb};
-
-/// Floats above this are display values up to 255: no light that a scan holds is so bright.
-const MOST_LIGHT: f32 = 16.0;
+use crate::{
+    assets::repair::color_range,
+    math::{Vec3, Vec4, srgb},
+};
 
 /// What was read may be this far out of range.
 const TOLERANCE: f32 = 1e-3;
@@ -12,10 +12,7 @@ const TOLERANCE: f32 = 1e-3;
 /// Makes raw numbers of this type linear, from 0 to 1; alpha is that already. Returns a fault where the numbers are not what
 /// their type says. Whole numbers are display values of which the largest of their type is 1, floats are linear.
 pub(super) fn linearize(colors: &mut [Vec4], number: NumberType) -> Option<String> {
-    let finite = colors.iter().map(|c| c.truncate()).filter(|c| c.is_finite());
-    let (least, most) = finite.fold((0.0_f32, 0.0_f32), |(least, most), c| {
-        (least.min(c.min_element()), most.max(c.max_element()))
-    });
+    let (least, most, are_bytes) = color_range(colors.iter().flat_map(|c| c.truncate().to_array()));
     let map = |colors: &mut [Vec4], linear: &dyn Fn(f32) -> f32| {
         for color in colors.iter_mut().filter(|c| c.truncate().is_finite()) {
             let Vec3 { x, y, z } = color.truncate();
@@ -29,7 +26,7 @@ pub(super) fn linearize(colors: &mut [Vec4], number: NumberType) -> Option<Strin
             map(colors, &|v| srgb::decode8(v as u8));
             None
         }
-        NumberType::F32 | NumberType::F64 if most > MOST_LIGHT => {
+        NumberType::F32 | NumberType::F64 if are_bytes => {
             map(colors, &display(255.0));
             Some(format!(
                 "colours are floats up to {most}: they are read as display values up to 255"
@@ -84,7 +81,8 @@ mod tests {
 
     #[test]
     fn numbers_out_of_range_are_cut_and_said() {
-        assert_eq!(gray(2.0, 2.0, NumberType::F32), (1.0, true));
+        assert_eq!(gray(0.5, 2.0, NumberType::F32), (0.5, true));
+        assert_eq!(gray(2.0, 2.5, NumberType::F32), (1.0, true));
         assert_eq!(gray(-0.5, 1.0, NumberType::F64), (0.0, true));
         assert_eq!(gray(-5.0, 127.0, NumberType::I8), (0.0, true));
         assert_eq!(gray(128.0, 255.0, NumberType::F32), (srgb::decode(128.0 / 255.0), true));
