@@ -186,7 +186,10 @@ pub fn is_unknown(path: &Path, files: &Files) -> bool {
     if READ.contains(&ending.as_str()) {
         return false;
     }
-    let image = EncodedImage::read(&ImageRequest::new(ImageSource::File(path.to_owned()), ColorSpace::Raw), files);
+    let image = EncodedImage::read(
+        &ImageRequest::new(ImageSource::File(path.to_owned()), ColorSpace::Raw),
+        files,
+    );
     image.is_ok_and(|i| !i.bytes.starts_with(&exr::MAGIC) && matches!(i.opened(), Err(ImageProblem::Unknown)))
 }
 
