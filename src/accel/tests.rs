@@ -12,7 +12,6 @@ use crate::{
 };
 
 mod instances;
-mod occluder_cache;
 mod policy;
 mod small;
 mod trees;

@@ -15,7 +15,6 @@ mod aliased_buffer;
 mod analytic;
 mod hits;
 mod leaf_queue;
-mod occluder_cache;
 pub(super) mod packet;
 mod query;
 pub(super) mod ray16;
@@ -25,7 +24,6 @@ mod ray_state;
 pub(super) mod ray_stream;
 mod refit;
 pub(super) mod scratch;
-mod shaft;
 mod slot_set;
 mod stack;
 mod traversal;
@@ -33,7 +31,7 @@ mod traversal_state;
 pub(super) mod tree;
 mod triangle;
 
-use packet::{PacketBatch, order::PacketOrder};
+use packet::PacketBatch;
 use query::{Nearest, Occluded};
 use ray_selection::RaySelection;
 use ray_stream::StreamReport;
@@ -77,19 +75,6 @@ kernel! {
     } else {
         ray_stream::trace::<_, Occluded, false>(level, tree, geometry, rays, selection, blocked, scratch)
     }
-}
-
-kernel! {
-    /// Resolves shadow rays with the occluder cache, without traversing the tree; `order` gives the
-    /// rays that are adjacent. Returns whether this pays off; then `remaining` holds the indices of
-    /// the unresolved rays. Not for scenes with instances.
-    occluded_at_once(
-        tree: &WideTree,
-        rays: &[Ray],
-        order: PacketOrder,
-        blocked: &mut [bool],
-        remaining: &mut Vec<u32>,
-    ) -> bool = |level| occluder_cache::trace(level, tree, rays, order, blocked, remaining)
 }
 
 kernel! {

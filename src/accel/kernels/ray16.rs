@@ -23,11 +23,7 @@ pub struct Ray16<F> {
 pub struct Sorted {
     /// The rays whose numbers need no special treatment and that do not end before they begin.
     pub ordinary: u32,
-    /// The first of these.
-    pub leader: usize,
-    /// The rays with the same main axis as the first one.
-    pub along: u32,
-    /// The rays with the same main axis and the same signs.
+    /// The rays with the same main axis and the same signs as the first of these.
     pub alike: u32,
     /// The rays whose direction is negative, for each axis.
     pub below: [u32; 3],
@@ -83,8 +79,6 @@ impl<F: Floats> Ray16<F> {
         let along = like(first, leader) & like(second, leader);
         Sorted {
             ordinary,
-            leader,
-            along,
             alike: along & like(below[0], leader) & like(below[1], leader) & like(below[2], leader),
             below,
         }

@@ -2,10 +2,7 @@
 
 use std::{mem::offset_of, ptr};
 
-use crate::{
-    math::Ray,
-    simd::lanes::{Floats, SimdLevel},
-};
+use crate::{math::Ray, simd::lanes::SimdLevel};
 
 /// Returns a ray's origin and `tmin`, then its direction and `tmax`.
 #[inline(always)]
@@ -21,10 +18,4 @@ pub fn fours<L: SimdLevel>(level: L, x: &[f32; 8]) -> [L::F4; 2] {
         unreachable!("eight are twice four")
     };
     [level.load4(a), level.load4(b)]
-}
-
-#[inline(always)]
-pub fn three<F: Floats<Array = [f32; 4]>>(v: F) -> [f32; 3] {
-    let [x, y, z, _] = v.to_array();
-    [x, y, z]
 }

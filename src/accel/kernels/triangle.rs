@@ -203,12 +203,12 @@ pub fn candidates<F: Floats>(
 /// on the `negative` axes.
 #[inline(always)]
 pub fn faces<F: Floats>(o: &Vec3s<F>, negative: [bool; 3], corners: &[Vec3s<F>; 3]) -> Faces<F> {
-    let [low, high] = spans(o, corners);
-    let (mut near, mut far) = (low, high);
+    let tiny = o[0].fill(MIN_PADDING);
+    let [mut near, mut far] = boxes(corners);
     for axis in 0..3 {
-        if negative[axis] {
-            (near[axis], far[axis]) = (high[axis], low[axis]);
-        }
+        let low = near[axis].sub(o[axis]).sub(tiny);
+        let high = far[axis].sub(o[axis]).add(tiny);
+        (near[axis], far[axis]) = if negative[axis] { (high, low) } else { (low, high) };
     }
     Faces { near, far }
 }
@@ -228,38 +228,12 @@ pub fn boxes<F: Floats>(corners: &[Vec3s<F>; 3]) -> [Vec3s<F>; 2] {
     [low, high]
 }
 
-/// Returns the minima and maxima of triangles on each axis, relative to a ray's origin.
-#[inline(always)]
-fn spans<F: Floats>(o: &Vec3s<F>, corners: &[Vec3s<F>; 3]) -> [Vec3s<F>; 2] {
-    let tiny = o[0].fill(MIN_PADDING);
-    let [mut low, mut high] = boxes(corners);
-    for axis in 0..3 {
-        low[axis] = low[axis].sub(o[axis]).sub(tiny);
-        high[axis] = high[axis].sub(o[axis]).add(tiny);
-    }
-    [low, high]
-}
-
 /// Returns the intervals of lines in triangles' bounds; `inv` is
 /// [`crate::geometry::slab::reciprocal`] of the direction.
 #[inline(always)]
 pub fn stretch<F: Floats>(inv: &Vec3s<F>, faces: &Faces<F>) -> [F; 2] {
     let near = each(faces.near, *inv, F::mul);
     let far = each(faces.far, *inv, F::mul);
-    within(&near, &far)
-}
-
-/// Does the same for lines of any octant, without comparing signs. Reciprocals are neither zero nor
-/// infinite, so the smaller one of two products belongs to the nearer face.
-#[inline(always)]
-pub fn stretch_any<F: Floats>(o: &Vec3s<F>, inv: &Vec3s<F>, corners: &[Vec3s<F>; 3]) -> [F; 2] {
-    let [low, high] = spans(o, corners);
-    let (a, b) = (each(low, *inv, F::mul), each(high, *inv, F::mul));
-    within(&each(a, b, F::min), &each(a, b, F::max))
-}
-
-#[inline(always)]
-fn within<F: Floats>(near: &Vec3s<F>, far: &Vec3s<F>) -> [F; 2] {
     let mut enter = near[0].fill(f32::NEG_INFINITY);
     let mut leave = far[0].fill(f32::INFINITY);
     for axis in 0..3 {

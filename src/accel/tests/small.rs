@@ -2,7 +2,6 @@
 
 use super::{
     instances::{add_group, add_instance, crowd, place},
-    occluder_cache::{to_a_lamp, under_a_roof},
     *,
 };
 
@@ -51,15 +50,6 @@ fn small_packets() {
     let g = soup(40, 3, 0.4);
     let [wide, linear] = built(&g);
     compare_portable(&*wide, &*linear, &picture(8), 8);
-}
-
-#[test]
-fn small_shadows_of_a_roof() {
-    let g = under_a_roof(1, 30);
-    let [wide, linear] = built(&g);
-    for height in [0.5_f32.next_up(), -0.5] {
-        compare_portable(&*wide, &*linear, &to_a_lamp(17, height, 0.999), 64);
-    }
 }
 
 #[test]

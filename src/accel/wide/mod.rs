@@ -5,8 +5,7 @@
 //! analytic primitive is a leaf of its own.
 //!
 //! The kernels are in [`super::kernels`]. Coherent rays, as [`packet_order`] detects them, are
-//! traced in packets of 16. Incoherent rays are traced as a stream of 64 active rays. For shadow
-//! rays, the occluder cache is tried first.
+//! traced in packets of 16. Incoherent rays are traced as a stream of 64 active rays.
 
 use std::{cell::RefCell, sync::Arc, time::Instant};
 
@@ -15,7 +14,7 @@ use super::{
     build::prims::Prims,
     kernels::{
         self,
-        packet::{PacketBatch, order::PacketOrder},
+        packet::PacketBatch,
         ray_selection::RaySelection,
         scratch::Scratch,
         tree::{BuiltTree, IdSpace, WideTree},
@@ -252,13 +251,7 @@ impl Accelerator for Wide {
                 policy,
             } = thread;
             let (simd, geometry) = (self.simd, &*self.geometry);
-            let is_prefiltered = !tree.has_instances() && {
-                let order = order.unwrap_or(PacketOrder::ROWS);
-                kernels::occluded_at_once(simd, tree, rays, order, blocked, remaining)
-            };
-            // The rays that the occluder cache leaves are no longer coherent, so they do not go
-            // into packets.
-            let in_packets = order.filter(|_| !is_prefiltered && policy.packets.should_try());
+            let in_packets = order.filter(|_| policy.packets.should_try());
             if in_packets.is_some()
                 && let Some(some) = policy.probe(rays.len())
             {
@@ -276,7 +269,7 @@ impl Accelerator for Wide {
                 let pays = kernels::occluded_packets(simd, tree, geometry, packets, blocked, remaining, scratch);
                 policy.packets.record(pays);
             }
-            let selection = if is_prefiltered || in_packets.is_some() {
+            let selection = if in_packets.is_some() {
                 RaySelection::Some(remaining)
             } else {
                 RaySelection::All
