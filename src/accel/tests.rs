@@ -12,7 +12,7 @@ use crate::{
 };
 
 mod instances;
-mod policy;
+mod packets;
 mod small;
 mod trees;
 

@@ -386,31 +386,6 @@ impl SimdLevel for Avx2 {
         bits
     }
 
-    #[inline(always)]
-    fn places<const N: usize>(self, keys: &[i16; N]) -> [i16; N] {
-        const { assert!(N.is_multiple_of(16) && N <= 64) };
-        let mut places = [0; N];
-        // SAFETY: the token proves that the processor has AVX2; all reads and writes are in bounds
-        // of the arrays.
-        unsafe {
-            let mut own = [_mm256_setzero_si256(); 4];
-            let mut below = own;
-            for (i, own) in own[..N / 16].iter_mut().enumerate() {
-                *own = _mm256_loadu_si256(keys.as_ptr().add(16 * i).cast());
-            }
-            for key in keys {
-                let key = _mm256_set1_epi16(*key);
-                for i in 0..N / 16 {
-                    below[i] = _mm256_sub_epi16(below[i], _mm256_cmpgt_epi16(own[i], key));
-                }
-            }
-            for (i, below) in below[..N / 16].iter().enumerate() {
-                _mm256_storeu_si256(places.as_mut_ptr().add(16 * i).cast(), *below);
-            }
-        }
-        places
-    }
-
     #[expect(clippy::pointers_in_nomem_asm_block, reason = "nothing looks at what is there")]
     #[inline(always)]
     fn launder<T>(self, mut p: *mut T) -> *mut T {

@@ -236,11 +236,6 @@ impl SimdLevel for Avx512 {
     }
 
     #[inline(always)]
-    fn places<const N: usize>(self, keys: &[i16; N]) -> [i16; N] {
-        self.0.places(keys)
-    }
-
-    #[inline(always)]
     fn launder<T>(self, p: *mut T) -> *mut T {
         self.0.launder(p)
     }

@@ -130,10 +130,6 @@ pub trait SimdLevel: Dispatch {
     /// set. `N` is a multiple of sixteen and at most 64.
     fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2];
 
-    /// Returns the rank of each of the `keys`, which are all different. `N` is a multiple of
-    /// sixteen and at most 64.
-    fn places<const N: usize>(self, keys: &[i16; N]) -> [i16; N];
-
     /// Returns the same address in a register of its own. The compiler would recompute it at every
     /// use otherwise, for which there are too few registers.
     fn launder<T>(self, p: *mut T) -> *mut T;

@@ -253,11 +253,6 @@ impl SimdLevel for Portable {
     }
 
     #[inline(always)]
-    fn places<const N: usize>(self, keys: &[i16; N]) -> [i16; N] {
-        keys.map(|own| keys.iter().map(|key| i16::from(*key < own)).sum())
-    }
-
-    #[inline(always)]
     fn launder<T>(self, p: *mut T) -> *mut T {
         p
     }

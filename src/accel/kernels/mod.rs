@@ -34,7 +34,6 @@ mod triangle;
 use packet::PacketBatch;
 use query::{Nearest, Occluded};
 use ray_selection::RaySelection;
-use ray_stream::StreamReport;
 use scratch::Scratch;
 use tree::WideTree;
 
@@ -61,19 +60,17 @@ kernel! {
 }
 
 kernel! {
-    /// Finds out whether the selected rays are occluded. Rays that are already marked in `blocked`
-    /// are skipped.
+    /// Finds out whether rays are occluded. Rays that are already marked in `blocked` are skipped.
     occluded_stream(
         tree: &WideTree,
         geometry: &Geometry,
         rays: &[Ray],
-        selection: RaySelection,
         blocked: &mut [bool],
         scratch: &mut Scratch,
-    ) -> StreamReport = |level| if tree.has_instances() {
-        ray_stream::trace::<_, Occluded, true>(level, tree, geometry, rays, selection, blocked, scratch)
+    ) = |level| if tree.has_instances() {
+        ray_stream::trace::<_, Occluded, true>(level, tree, geometry, rays, RaySelection::All, blocked, scratch);
     } else {
-        ray_stream::trace::<_, Occluded, false>(level, tree, geometry, rays, selection, blocked, scratch)
+        ray_stream::trace::<_, Occluded, false>(level, tree, geometry, rays, RaySelection::All, blocked, scratch);
     }
 }
 
@@ -91,21 +88,6 @@ kernel! {
         remaining: &mut Vec<u32>,
         scratch: &mut Scratch,
     ) = |level| {
-        packet::trace::<_, Nearest>(level, tree, geometry, batch, hits, remaining, scratch);
-    }
-}
-
-kernel! {
-    /// Does the same for occlusion. Rays that are already marked in `blocked` are skipped. Returns
-    /// whether packets pay off.
-    occluded_packets(
-        tree: &WideTree,
-        geometry: &Geometry,
-        batch: PacketBatch<'_>,
-        blocked: &mut [bool],
-        remaining: &mut Vec<u32>,
-        scratch: &mut Scratch,
-    ) -> bool = |level| {
-        packet::trace::<_, Occluded>(level, tree, geometry, batch, blocked, remaining, scratch)
+        packet::trace(level, tree, geometry, batch, hits, remaining, scratch);
     }
 }

@@ -26,6 +26,19 @@ impl Best {
         }
     }
 
+    /// Returns the state of a ray that ends at `tmax`, with an earlier result.
+    pub fn of(hit: &Option<Hit>, tmax: f32) -> Self {
+        match hit {
+            None => Self::none(tmax),
+            Some(hit) => Self {
+                t: hit.t,
+                u: hit.u,
+                v: hit.v,
+                id: hit.prim.index() + 1,
+            },
+        }
+    }
+
     /// Returns whether a hit at `t` on the primitive `id - 1` is nearer, or equally near with a
     /// lower id.
     #[inline(always)]
@@ -69,15 +82,7 @@ impl Query for Nearest {
 
     #[inline(always)]
     fn begin(answer: &Option<Hit>, tmax: f32) -> Option<Best> {
-        Some(match answer {
-            None => Best::none(tmax),
-            Some(hit) => Best {
-                t: hit.t,
-                u: hit.u,
-                v: hit.v,
-                id: hit.prim.index() + 1,
-            },
-        })
+        Some(Best::of(answer, tmax))
     }
 
     #[inline(always)]

@@ -39,10 +39,6 @@ use crate::{
 const AT_LEAVES: u32 = 3 * SLOTS as u32 / 8;
 const AT_NODES: u32 = SLOTS as u32 / 4;
 
-/// The cost of a block of triangles, and the other costs of a ray, in halves of a node test.
-const BLOCK_COST: u64 = 3;
-const RAY_COST: u64 = 8;
-
 /// The index of a slot without a ray.
 const NO_RAY: u32 = u32::MAX;
 
@@ -63,14 +59,6 @@ struct RayQueue<'a> {
 }
 
 impl RayQueue<'_> {
-    /// Returns the number of rays.
-    fn len(&self) -> usize {
-        match self.selection {
-            RaySelection::All => self.rays.len(),
-            RaySelection::Some(list) => list.len(),
-        }
-    }
-
     /// Starts the next unresolved ray in `slot`.
     #[inline(always)]
     fn refill<L: SimdLevel, Q: Query, const INSTANCES: bool>(
@@ -113,13 +101,6 @@ impl RayQueue<'_> {
     }
 }
 
-/// Statistics of a traced stream.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct StreamReport {
-    /// The total cost of the rays, in halves of a node test; for occlusion only.
-    pub cost: u64,
-}
-
 /// Traces `rays`. `answers` holds earlier results and receives the new ones.
 #[inline(always)]
 pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool>(
@@ -130,7 +111,7 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool>(
     selection: RaySelection,
     answers: &mut [Q::Answer],
     scratch: &mut Scratch,
-) -> StreamReport {
+) {
     scratch.prepare(tree);
     let (starts, stacks) = (tree.starts(), scratch.stacks.stacks());
     let inside = &mut *scratch.inside;
@@ -152,7 +133,6 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool>(
     }
     // The set of active slots, one bit each.
     let mut active_set = u64::MAX;
-    let mut cost = if Q::ANY { RAY_COST * queue.len() as u64 } else { 0 };
     while active_set != 0 {
         let [leaf, shape_or_done] = level.flags(active.next);
         let mut done = active_set & shape_or_done & !leaf;
@@ -172,9 +152,6 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool>(
         let mut at_leaf = active_set & leaf;
         if at_leaf.count_ones() < AT_LEAVES && at_node.count_ones() >= AT_NODES {
             at_leaf = 0;
-        }
-        if Q::ANY {
-            cost += 2 * u64::from(at_node.count_ones());
         }
         // SAFETY: these slots wait at nodes, and `stacks` are their stacks.
         unsafe { traversal::step::<L, Q, _, SLOTS>(level, tree, &starts, &mut active, at_node, stacks) };
@@ -213,9 +190,6 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool>(
                 *next = advance(level, &starts, &mut (*slot).state, stacks);
             }
         }
-        if Q::ANY {
-            cost += BLOCK_COST * visited as u64;
-        }
         // SAFETY: the tree has not changed.
         nearer |= unsafe { leaf_queue.test::<L, Q, INSTANCES>(level, visited, active.all, inside) };
         while nearer != 0 {
@@ -234,7 +208,6 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool>(
             };
         }
     }
-    StreamReport { cost }
 }
 
 /// Pops the next child and prefetches it.
@@ -251,7 +224,6 @@ unsafe fn advance<L: SimdLevel>(level: L, starts: &Starts, state: &mut Traversal
 
 impl Traverser for RayState {
     const POPS_IN_STEP: bool = true;
-    const IS_PACKET: bool = false;
 
     #[inline(always)]
     fn intersect_node<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8) {

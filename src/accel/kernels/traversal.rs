@@ -12,7 +12,7 @@ use super::{
     tree::{Starts, WideTree},
 };
 use crate::{
-    accel::wide::node::{DONE, FOR_PACKETS, WideNode},
+    accel::wide::node::{DONE, WideNode},
     geometry::slab::EXIT_PADDING,
     simd::lanes::{Eight, Floats, SimdLevel},
 };
@@ -31,9 +31,6 @@ pub trait Traverser {
     /// Otherwise, [`pop`] skips them. Dropping pays off if many children are popped for each time
     /// that the end is shortened.
     const POPS_IN_STEP: bool;
-
-    /// Whether it is a packet. Occlusion packets visit children in an order of their own.
-    const IS_PACKET: bool;
 
     /// Returns the entry and exit distances of a node's boxes.
     fn intersect_node<L: SimdLevel>(&mut self, level: L, node: &WideNode) -> (L::F8, L::F8);
@@ -149,15 +146,8 @@ unsafe fn test_node<'t, L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     let (enter, leave) = traverser.intersect_node(level, node);
     let leave = leave.mul(level.splat8(EXIT_PADDING));
     let state = traverser.state();
-    let order = level.order(
-        &node.order,
-        if Q::ANY {
-            &[FOR_PACKETS, 0, 0, 0]
-        } else {
-            state.octant()
-        },
-    );
-    let met = if Q::ANY && !T::IS_PACKET {
+    let order = level.order(&node.order, state.octant());
+    let met = if Q::ANY {
         level.met(enter, leave)
     } else {
         level.met_in(order, enter, leave)
@@ -188,7 +178,7 @@ unsafe fn push_children<L: SimdLevel, Q: Query, T: Traverser>(
         let top = (*met.stack).top;
         (&mut *met.stack, top, stacks.top(top as usize))
     };
-    let count = if Q::ANY && !T::IS_PACKET {
+    let count = if Q::ANY {
         level.push_any(met.met, met.children, to.child)
     } else {
         level.push(met.met, met.order, met.enter, met.children, to)
@@ -206,7 +196,7 @@ unsafe fn push_children<L: SimdLevel, Q: Query, T: Traverser>(
 /// # Safety
 /// `stacks` are their stacks.
 #[inline(always)]
-pub unsafe fn pop<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
+pub unsafe fn pop<L: SimdLevel, T: Traverser, const N: usize>(
     level: L,
     starts: &Starts,
     active: &mut Active<'_, T, N>,
@@ -220,23 +210,19 @@ pub unsafe fn pop<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
         // SAFETY: `launder` returns the same address.
         let state = unsafe { (*level.launder(&mut active.all[id])).state() };
         let mut top = state.stack.top as usize;
-        if Q::ANY {
-            top += 1;
-        } else {
-            let end = level.splat8(state.end);
-            let near = |top: usize| {
-                // SAFETY: there are eight entries after the last one, which always pass the
-                // distance test.
-                let enter = level.load8(&unsafe { stacks.enter8(top + 1) });
-                level.met(enter, end).bits()
-            };
-            let mut found = near(top);
-            while found == 0 {
-                top += 8;
-                found = near(top);
-            }
-            top += 1 + found.trailing_zeros() as usize;
+        let end = level.splat8(state.end);
+        let near = |top: usize| {
+            // SAFETY: there are eight entries after the last one, which always pass the distance
+            // test.
+            let enter = level.load8(&unsafe { stacks.enter8(top + 1) });
+            level.met(enter, end).bits()
+        };
+        let mut found = near(top);
+        while found == 0 {
+            top += 8;
+            found = near(top);
         }
+        top += 1 + found.trailing_zeros() as usize;
         state.stack.top = top as u32;
         // SAFETY: the popped child was pushed, or is the base.
         let child = unsafe { stacks.child(top) };

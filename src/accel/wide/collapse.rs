@@ -8,7 +8,7 @@
 //! Source: Ylitie, Karras, Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", 2017,
 //! section 3.1, <https://doi.org/10.1145/3105762.3105773>.
 
-use super::node::{FOR_PACKETS, MAX_LEAF, TriangleBlock, WideNode, inner, leaf, shape};
+use super::node::{MAX_LEAF, TriangleBlock, WideNode, inner, leaf, shape};
 use crate::{
     accel::build::bvh2_tree::{Bvh2Tree, FlatNode},
     geometry::Geometry,
@@ -188,7 +188,6 @@ impl Emitter<'_> {
             let children = &mut children[..count];
             self.order_for_occlusion(children);
             let mut node = WideNode::NOTHING;
-            self.order_for_packets(children, &mut node);
             let first_inner = open.len();
             for (lane, &child) in children.iter().enumerate() {
                 let FlatNode { bounds, link, count } = self.flat[child];
@@ -210,7 +209,7 @@ impl Emitter<'_> {
         }
     }
 
-    /// Sorts children for single shadow rays: by the probability of blocking the ray, divided by
+    /// Sorts children for shadow rays: by the probability of blocking the ray, divided by
     /// the cost of traversal. The lanes are in this order.
     ///
     /// On average, a line through a box crosses half as many layers of its contents as the ratio of
@@ -218,39 +217,21 @@ impl Emitter<'_> {
     /// layers with an exponentially falling probability. The factor of two for the layers was found
     /// by experiment.
     fn order_for_occlusion(&self, children: &mut [usize]) {
-        let sorted = self.sorted(children, |surface, area| 1.0 - exponential::exp(-surface / area));
-        let mut before = [0; 8];
-        before[..children.len()].copy_from_slice(children);
-        for (child, place) in children.iter_mut().zip(sorted) {
-            *child = before[place];
-        }
-    }
-
-    /// Computes the order for packets of shadow rays. A packet is done when all of its rays are
-    /// blocked, so large surfaces come sooner.
-    ///
-    /// After Nah and Manocha, "SATO: Surface Area Traversal Order for Shadow Ray Tracing", 2014,
-    /// <https://doi.org/10.1111/cgf.12426>. The square root and the cost were found by experiment:
-    /// surface area alone sends rays into subtrees that take long to traverse.
-    fn order_for_packets(&self, children: &[usize], node: &mut WideNode) {
-        let lanes = self.sorted(children, |surface, _| surface.sqrt());
-        for (order, lane) in node.order.iter_mut().zip(lanes) {
-            *order = (lane as u32) << FOR_PACKETS;
-        }
-    }
-
-    /// Returns the children by descending ratio of `gain` to cost; absent children come last.
-    fn sorted(&self, children: &[usize], gain: impl Fn(f32, f32) -> f32) -> [usize; 8] {
         let mut promise = [0.0; 8];
-        for (promise, &child) in promise.iter_mut().zip(children) {
+        for (promise, &child) in promise.iter_mut().zip(&*children) {
             let CollapsePlan { surface, cost, .. } = &self.plans[child];
             let area = self.flat[child].bounds.half_area().max(f32::MIN_POSITIVE);
-            *promise = gain(*surface, area) * area / cost[1].max(f32::MIN_POSITIVE);
+            let blocks = 1.0 - exponential::exp(-surface / area);
+            *promise = blocks * area / cost[1].max(f32::MIN_POSITIVE);
         }
         let mut places = [0, 1, 2, 3, 4, 5, 6, 7];
         // NaN if the contents of a box overflow; any order is correct then.
         places[..children.len()].sort_by(|&a, &b| promise[b].total_cmp(&promise[a]));
-        places
+        let mut before = [0; 8];
+        before[..children.len()].copy_from_slice(children);
+        for (child, place) in children.iter_mut().zip(places) {
+            *child = before[place];
+        }
     }
 
     /// Finds the binary nodes that become the children of the wide node at `from`, and returns
@@ -355,7 +336,7 @@ mod tests {
     };
 
     #[test]
-    fn packets_come_to_every_child_also_where_surfaces_are_too_large_or_too_small_for_numbers() {
+    fn rays_come_to_every_child_also_where_surfaces_are_too_large_or_too_small_for_numbers() {
         for size in [1.0, 1e-25, MAX_COORDINATE] {
             let corner = |i: u32| {
                 let [x, y, z, _] = pcg4d([i, i / 3, 5, 7]).map(unit_f32);
@@ -372,8 +353,10 @@ mod tests {
             let piece = collapse(&tree, &geometry, |_| [f32::INFINITY; 2]);
             assert!(piece.nodes.len() > 5);
             for node in &piece.nodes {
-                let lanes = node.order.map(|order| order >> FOR_PACKETS);
-                assert_eq!(lanes.iter().fold(0, |set, lane| set | 1 << lane), 0xff, "{lanes:?}");
+                for octant in 0..8 {
+                    let lanes = node.order.map(|order| order >> (3 * octant) & 7);
+                    assert_eq!(lanes.iter().fold(0, |set, lane| set | 1 << lane), 0xff, "{lanes:?}");
+                }
             }
         }
     }

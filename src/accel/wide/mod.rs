@@ -4,8 +4,9 @@
 //! are stored with their vertices in blocks of four, so that a leaf reads no other memory; an
 //! analytic primitive is a leaf of its own.
 //!
-//! The kernels are in [`super::kernels`]. Coherent rays, as [`packet_order`] detects them, are
-//! traced in packets of 16. Incoherent rays are traced as a stream of 64 active rays.
+//! The kernels are in [`super::kernels`]. Coherent rays of which the nearest hit is wanted, as
+//! [`packet_order`] detects them, are traced in packets of 16. All other rays are traced as a
+//! stream of 64 active rays.
 
 use std::{cell::RefCell, sync::Arc, time::Instant};
 
@@ -31,24 +32,19 @@ mod collapse;
 mod cost;
 pub(super) mod node;
 pub(super) mod packet_order;
-mod policy;
-
-use policy::OcclusionPolicy;
 
 /// Per-thread state that is kept between batches. Allocating the kernels' memory for every batch of
 /// a thousand rays would cost 6 %.
 struct ThreadState {
     scratch: Scratch,
-    /// The indices of the rays that one kernel leaves to the next.
+    /// The indices of the rays that packets leave to the stream.
     remaining: Vec<u32>,
-    policy: OcclusionPolicy,
 }
 
 thread_local! {
     static THREAD: RefCell<ThreadState> = RefCell::new(ThreadState {
         scratch: Scratch::new(),
         remaining: Vec::new(),
-        policy: OcclusionPolicy::new(),
     });
 }
 
@@ -214,14 +210,10 @@ impl Accelerator for Wide {
         }
         let order = packet_order::nearest(batch, self.size).filter(|_| !tree.has_instances());
         THREAD.with_borrow_mut(|thread| {
-            let ThreadState { scratch, remaining, .. } = thread;
+            let ThreadState { scratch, remaining } = thread;
             let (simd, geometry) = (self.simd, &*self.geometry);
             if let Some(order) = order {
-                let packets = PacketBatch {
-                    rays,
-                    order,
-                    single_cost: 0,
-                };
+                let packets = PacketBatch { rays, order };
                 kernels::nearest_packets(simd, tree, geometry, packets, hits, remaining, scratch);
                 kernels::nearest_stream(simd, tree, geometry, rays, RaySelection::Some(remaining), hits, scratch);
             } else {
@@ -243,38 +235,8 @@ impl Accelerator for Wide {
         if tree.nodes().is_empty() {
             return;
         }
-        let order = packet_order::occlusion(batch, self.size).filter(|_| !tree.has_instances());
         THREAD.with_borrow_mut(|thread| {
-            let ThreadState {
-                scratch,
-                remaining,
-                policy,
-            } = thread;
-            let (simd, geometry) = (self.simd, &*self.geometry);
-            let in_packets = order.filter(|_| policy.packets.should_try());
-            if in_packets.is_some()
-                && let Some(some) = policy.probe(rays.len())
-            {
-                let selection = RaySelection::Some(&some);
-                policy.record_probe(kernels::occluded_stream(
-                    simd, tree, geometry, rays, selection, blocked, scratch,
-                ));
-            }
-            if let Some(order) = in_packets {
-                let packets = PacketBatch {
-                    rays,
-                    order,
-                    single_cost: policy.single_cost(),
-                };
-                let pays = kernels::occluded_packets(simd, tree, geometry, packets, blocked, remaining, scratch);
-                policy.packets.record(pays);
-            }
-            let selection = if in_packets.is_some() {
-                RaySelection::Some(remaining)
-            } else {
-                RaySelection::All
-            };
-            kernels::occluded_stream(simd, tree, geometry, rays, selection, blocked, scratch);
+            kernels::occluded_stream(self.simd, tree, &self.geometry, rays, blocked, &mut thread.scratch);
         });
     }
 

@@ -45,9 +45,6 @@ pub const MAX_BLOCKS: usize = MAX_PRIMS / BLOCK_UNITS;
 /// The largest number of primitives and instances that fit into a child's number.
 pub const MAX_PRIMS: usize = 1 << (32 - NUMBER);
 
-/// The position of the packets' order in [`WideNode::order`].
-pub const FOR_PACKETS: u32 = 24;
-
 /// Up to eight boxes and their contents, in four cache lines.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
@@ -57,9 +54,8 @@ pub struct WideNode {
     /// Each is an [`inner`] node, a [`leaf`], a shape or an instance.
     pub child: [u32; 8],
     /// For each octant of directions, three bits give the child at this place in front-to-back
-    /// order. Bit k of an octant's index is set if the direction is negative on axis k. From bit
-    /// [`FOR_PACKETS`] on: the same for occlusion packets. Single occlusion rays visit the children
-    /// in storage order.
+    /// order. Bit k of an octant's index is set if the direction is negative on axis k. Occlusion
+    /// rays visit the children in storage order.
     pub order: [u32; 8],
 }
 
@@ -74,15 +70,7 @@ impl WideNode {
             [f32::NEG_INFINITY; 8],
         ],
         child: [EMPTY; 8],
-        order: {
-            let mut order = [0; 8];
-            let mut place = 0;
-            while place < 8 {
-                order[place] = (place as u32) << FOR_PACKETS;
-                place += 1;
-            }
-            order
-        },
+        order: [0; 8],
     };
 
     pub fn set(&mut self, lane: usize, bounds: &Aabb, child: u32) {

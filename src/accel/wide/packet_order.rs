@@ -7,9 +7,6 @@
 //! fixed number of rays apart. So this module samples a few packets of the batch in each possible
 //! order and decides for the whole batch; this costs less than ten rays. Packets do not change
 //! hits, so a wrong guess costs time only.
-//!
-//! Rays from neighbouring points to one light are coherent as well, unless there is much geometry
-//! around their origins.
 
 use crate::{
     accel::{
@@ -30,25 +27,14 @@ const DISTANCE: f32 = 0.01;
 
 /// Returns how the rays of a batch form packets in a scene of this size, or `None` if they are not
 /// coherent.
-pub fn nearest(batch: RayBatch<'_>, size: f32) -> Option<PacketOrder> {
-    order_within(batch, size, DISTANCE * size)
-}
-
-/// Returns the same for shadow rays. Their origins may be spread over a surface; the kernel
-/// measures whether packets pay off.
-pub fn occlusion(batch: RayBatch<'_>, size: f32) -> Option<PacketOrder> {
-    order_within(batch, size, size)
-}
-
-/// Returns the first order whose packets have origins at most `distance` apart.
-fn order_within(RayBatch { rays, layout }: RayBatch<'_>, size: f32, distance: f32) -> Option<PacketOrder> {
+pub fn nearest(RayBatch { rays, layout }: RayBatch<'_>, size: f32) -> Option<PacketOrder> {
     let packets = rays.len() / RAYS;
     if packets == 0 {
         return None;
     }
     let samples = [0, 1, 2, 3].map(|i| i * (packets - 1) / (SAMPLES - 1));
     // Every order has groups of four consecutive rays, so these rule out most incoherent batches.
-    let four = |i| stay_together(rays, &PacketOrder::ROWS.list(i, rays.len()).ids[..4], distance);
+    let four = |i| stay_together(rays, &PacketOrder::ROWS.list(i, rays.len()).ids[..4], DISTANCE * size);
     if !samples.into_iter().all(four) {
         return None;
     }
@@ -68,7 +54,7 @@ fn order_within(RayBatch { rays, layout }: RayBatch<'_>, size: f32, distance: f3
             }
         }
     }
-    let together = |i| stay_together(rays, &best.1.list(i, rays.len()).ids, distance);
+    let together = |i| stay_together(rays, &best.1.list(i, rays.len()).ids, DISTANCE * size);
     samples.into_iter().all(together).then_some(best.1)
 }
 

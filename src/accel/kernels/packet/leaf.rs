@@ -10,16 +10,13 @@ use std::ptr;
 
 use super::{
     edges::{Edges, flat, passed, range, side},
-    rays::{NO_MORE, PACKETS, Packet},
+    rays::{PACKETS, Packet},
     singles::{BLOCK_TRIANGLES, MIN_PACKET_LANES, Singles},
 };
 use crate::{
     accel::{
-        kernels::{
-            query::Query,
-            triangle::{
-                Faces, TrianglePlane, Vec3s, boxes, candidates, each, faces, load3, meet, plane, sides, spread, stretch,
-            },
+        kernels::triangle::{
+            Faces, TrianglePlane, Vec3s, boxes, candidates, each, faces, load3, meet, plane, sides, spread, stretch,
         },
         wide::node::{MAX_LEAF, TriangleBlock},
     },
@@ -101,19 +98,13 @@ impl PacketLeafQueue {
 
     /// Adds the blocks of the leaf that a packet visits; at most one leaf per packet. If the
     /// packet's rays have no common origin, nothing can be shared between them, and the blocks are
-    /// tested at once. Returns whether that shortened or blocked any ray.
+    /// tested at once. Returns whether that shortened any ray.
     #[inline(always)]
-    pub fn add<L: SimdLevel, Q: Query>(
-        &mut self,
-        level: L,
-        id: usize,
-        packet: &mut Packet,
-        blocks: &[TriangleBlock],
-    ) -> bool {
+    pub fn add<L: SimdLevel>(&mut self, level: L, id: usize, packet: &mut Packet, blocks: &[TriangleBlock]) -> bool {
         if !packet.shared {
             let mut nearer = false;
             for block in blocks {
-                nearer |= packet.block::<L, Q>(level, block);
+                nearer |= packet.block(level, block);
             }
             return nearer;
         }
@@ -128,22 +119,17 @@ impl PacketLeafQueue {
     }
 
     /// Tests all blocks in the queue. Returns the set of packets that have rays which were
-    /// shortened or blocked.
+    /// shortened.
     ///
     /// # Safety
     /// The blocks in the queue still exist.
     #[inline(always)]
-    pub unsafe fn test<L: SimdLevel, Q: Query>(
-        &mut self,
-        level: L,
-        packets: &mut [Packet; PACKETS],
-        rays: &[Ray],
-    ) -> u64 {
+    pub unsafe fn test<L: SimdLevel>(&mut self, level: L, packets: &mut [Packet; PACKETS], rays: &[Ray]) -> u64 {
         // SAFETY: by this function's own contract.
         unsafe {
             self.cull(level, packets);
             self.filter(level, packets);
-            self.intersect::<L, Q>(level, packets, rays)
+            self.intersect(level, packets, rays)
         }
     }
 
@@ -192,12 +178,7 @@ impl PacketLeafQueue {
 
     /// Stores the hits on the listed triangles.
     #[inline(always)]
-    unsafe fn intersect<L: SimdLevel, Q: Query>(
-        &mut self,
-        level: L,
-        packets: &mut [Packet; PACKETS],
-        rays: &[Ray],
-    ) -> u64 {
+    unsafe fn intersect<L: SimdLevel>(&mut self, level: L, packets: &mut [Packet; PACKETS], rays: &[Ray]) -> u64 {
         let mut nearer = 0;
         let (mut loaded, mut origin_data) = (MAX_VISITS, OriginData::default());
         let mut next = 0;
@@ -221,11 +202,11 @@ impl PacketLeafQueue {
                     loaded = at;
                     packet.origin_data(level, block, &mut origin_data);
                 }
-                let found = packet.shared_triangle::<L, Q>(level, &origin_data, k, block.ids[k]);
+                let found = packet.shared_triangle(level, &origin_data, k, block.ids[k]);
                 nearer |= u64::from(found) << id;
             }
             // SAFETY: by this function's own contract.
-            nearer |= unsafe { self.singles.test::<L, Q>(level, packets, rays) };
+            nearer |= unsafe { self.singles.test(level, packets, rays) };
         }
         nearer
     }
@@ -315,7 +296,7 @@ impl Packet {
 
     /// Tests the triangles of a block. Returns whether one of them is hit.
     #[inline(always)]
-    fn block<L: SimdLevel, Q: Query>(&mut self, level: L, block: &TriangleBlock) -> bool {
+    fn block<L: SimdLevel>(&mut self, level: L, block: &TriangleBlock) -> bool {
         let o = load16s(level, &self.o);
         let [x, y, z] = self.permute_axes(&o);
         let turned = [*x, *y, *z];
@@ -339,7 +320,7 @@ impl Packet {
                 ];
                 faces(&o, negative, &world)
             };
-            met |= self.triangle::<L, Q>(level, &corners, || plane(&corners), faces, block.ids[k]);
+            met |= self.triangle(level, &corners, || plane(&corners), faces, block.ids[k]);
         }
         met
     }
@@ -385,13 +366,7 @@ impl Packet {
 
     /// Stores the nearer hits on a triangle of such a block. Returns whether there are any.
     #[inline(always)]
-    fn shared_triangle<L: SimdLevel, Q: Query>(
-        &mut self,
-        level: L,
-        origin_data: &OriginData,
-        k: usize,
-        id: u32,
-    ) -> bool {
+    fn shared_triangle<L: SimdLevel>(&mut self, level: L, origin_data: &OriginData, k: usize, id: u32) -> bool {
         let [a, b, c] = origin_data.corners.each_ref();
         let corners = [
             spread(level, a.each_ref(), k),
@@ -406,12 +381,12 @@ impl Packet {
             near: spread(level, origin_data.near.each_ref(), k),
             far: spread(level, origin_data.far.each_ref(), k),
         };
-        self.triangle::<L, Q>(level, &corners, plane, faces, id)
+        self.triangle(level, &corners, plane, faces, id)
     }
 
     /// Stores the nearer hits on a triangle. Returns whether there are any.
     #[inline(always)]
-    fn triangle<L: SimdLevel, Q: Query>(
+    fn triangle<L: SimdLevel>(
         &mut self,
         level: L,
         corners: &[Vec3s<L::F16>; 3],
@@ -437,13 +412,6 @@ impl Packet {
         let t = level.load16(&self.t.0);
         let begun = level.load16(&self.tmins.0).lt(meets.t);
         let valid = candidates.mask.and(meets.valid).and(begun);
-        if Q::ANY {
-            let blocked = valid.and(meets.t.le(t));
-            self.t.0 = level.splat16(NO_MORE.t).select(blocked, t).to_array();
-            let ids = level.splat16(f32::from_bits(NO_MORE.id));
-            self.id.0 = ids.select(blocked, level.load16(&self.id.0)).to_array();
-            return blocked.bits() != 0;
-        }
         let mut nearer = valid.and(meets.t.lt(t));
         let equal = valid.and(meets.t.eq(t)).bits();
         if equal != 0 {

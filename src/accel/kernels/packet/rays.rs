@@ -3,14 +3,14 @@
 use super::order::PacketRays;
 use crate::{
     accel::kernels::{
-        query::{Best, NOTHING, Query},
+        query::{Best, NOTHING, Nearest, Query},
         ray_state::BEYOND,
         ray16::{RAYS, Ray16, Sorted},
         traversal_state::TraversalState,
         triangle::{Vec3s, each},
     },
     geometry::{
-        InstanceId,
+        Hit, InstanceId,
         slab::{END_PADDING, MIN_PADDING, ORIGIN_PADDING},
     },
     math::Ray,
@@ -72,8 +72,6 @@ pub struct Packet {
     pub inv: [Each; 3],
     list: [u32; RAYS],
     count: usize,
-    /// The cost so far, in node tests.
-    pub cost: u32,
 }
 
 /// The largest distance between the origin of a packet's first ray and the others, relative to the
@@ -88,14 +86,6 @@ const MIN_CHORD_REACH: f32 = 1e-7;
 /// A bound on the error of the distance to a plane, relative to its terms.
 const BLUR: f32 = 8.0 * f32::EPSILON;
 
-/// The state of a ray that is blocked: it has no further hits.
-pub const NO_MORE: Best = Best {
-    t: f32::NEG_INFINITY,
-    u: 0.0,
-    v: 0.0,
-    id: 0,
-};
-
 /// The rays of a list that form a packet.
 pub enum Gathered {
     All,
@@ -109,12 +99,12 @@ pub enum Gathered {
 impl Packet {
     /// Loads the rays of `list`, either all or none.
     #[inline(always)]
-    pub fn gather<L: SimdLevel, Q: Query>(
+    pub fn gather<L: SimdLevel>(
         &mut self,
         level: L,
         rays: &[Ray],
         list: &PacketRays,
-        answers: &[Q::Answer],
+        hits: &[Option<Hit>],
         reach: f32,
     ) -> Gathered {
         let sixteen = Ray16::load(level, rays, &list.ids);
@@ -150,7 +140,6 @@ impl Packet {
         let speed = level.load16(&self.d[2].0).abs();
         self.enclose([&o, &d, &inv], tmax, speed, reach);
         self.state.stack.clear();
-        self.cost = 0;
         self.list = list.ids;
         self.count = list.len;
         self.tmins.0 = tmin.to_array();
@@ -160,8 +149,8 @@ impl Packet {
         self.u = Each([0.0; RAYS]);
         self.v = Each([0.0; RAYS]);
         self.id = Each([f32::from_bits(NOTHING); RAYS]);
-        if list.ids.iter().any(|&id| Q::is_known(&answers[id as usize])) {
-            self.recall::<Q>(rays, answers);
+        if list.ids.iter().any(|&id| hits[id as usize].is_some()) {
+            self.recall(rays, hits);
         }
         self.set_ends(level);
         Gathered::All
@@ -258,10 +247,10 @@ impl Packet {
     /// Loads the earlier results.
     #[cold]
     #[inline(never)]
-    fn recall<Q: Query>(&mut self, rays: &[Ray], answers: &[Q::Answer]) {
+    fn recall(&mut self, rays: &[Ray], hits: &[Option<Hit>]) {
         for (k, &id) in self.list.iter().enumerate() {
             let tmax = rays[id as usize].tmax;
-            let known = Q::begin(&answers[id as usize], tmax).unwrap_or(NO_MORE);
+            let known = Best::of(&hits[id as usize], tmax);
             (self.t.0[k], self.u.0[k], self.v.0[k]) = (known.t, known.u, known.v);
             self.id.0[k] = f32::from_bits(known.id);
         }
@@ -276,11 +265,11 @@ impl Packet {
         self.state.end = t.mul_sub(speed, level.load16(&self.behind.0)).reduce_max() * END_PADDING;
     }
 
-    /// Writes the results to `answers`.
+    /// Writes the results to `hits`.
     #[inline(always)]
-    pub fn scatter<Q: Query>(&self, answers: &mut [Q::Answer]) {
+    pub fn scatter(&self, hits: &mut [Option<Hit>]) {
         for (k, &id) in self.list.iter().enumerate().take(self.count) {
-            answers[id as usize] = Q::end(
+            hits[id as usize] = Nearest::end(
                 &Best {
                     t: self.t.0[k],
                     u: self.u.0[k],
@@ -308,10 +297,5 @@ impl Packet {
     pub fn way(&self) -> u32 {
         let [x, y, z] = self.axes;
         u32::from_le_bytes([x, y, z, self.state.octant()[0] as u8])
-    }
-
-    /// Returns the lanes with the indices of their rays.
-    pub fn rays(&self) -> impl Iterator<Item = (usize, u32)> + use<> {
-        self.list.into_iter().enumerate().take(self.count)
     }
 }

@@ -1,12 +1,9 @@
 //! Intersection of a packet with an analytic primitive: first with its bounds, then with a
 //! vectorised estimate, and then with the primitive's scalar routine for the rays that are left.
 
-use super::rays::{NO_MORE, Packet, load16s};
+use super::rays::{Packet, load16s};
 use crate::{
-    accel::kernels::{
-        query::{Best, Query},
-        ray16::RAYS,
-    },
+    accel::kernels::{query::Best, ray16::RAYS},
     geometry::{
         Geometry, PrimId,
         shape_block::ShapeBlock,
@@ -23,15 +20,9 @@ const MAX_SINGLE_RAYS: u32 = 3;
 /// Tests shape `index` of the geometry's primitives. Returns whether it is the nearest hit of any
 /// ray.
 #[inline(always)]
-pub fn shape_step<L: SimdLevel, Q: Query>(
-    level: L,
-    packet: &mut Packet,
-    index: u32,
-    geometry: &Geometry,
-    rays: &[Ray],
-) -> bool {
+pub fn shape_step<L: SimdLevel>(level: L, packet: &mut Packet, index: u32, geometry: &Geometry, rays: &[Ray]) -> bool {
     let asked = packet.meets(level, &geometry.bounds(PrimId::new(index)));
-    asked != 0 && test::<L, Q>(level, packet, index, asked, geometry, rays)
+    asked != 0 && test(level, packet, index, asked, geometry, rays)
 }
 
 impl Packet {
@@ -73,7 +64,7 @@ impl Packet {
 /// Tests a shape with the rays whose bits are set. A function of its own, so that none of the
 /// kernel's vectors are live in code where the level's instructions are not enabled.
 #[inline(never)]
-fn test<L: SimdLevel, Q: Query>(
+fn test<L: SimdLevel>(
     level: L,
     packet: &mut Packet,
     index: u32,
@@ -109,7 +100,7 @@ fn test<L: SimdLevel, Q: Query>(
                 Attempt::MEETS => Some(hit),
                 _ => geometry.intersect_shape(placed, &packet.line(k, rays), || packet.slabs(k)),
             };
-            nearer |= hit.is_some_and(|hit| packet.keep_nearer::<Q>(k, &hit, index + 1));
+            nearer |= hit.is_some_and(|hit| packet.keep_nearer(k, &hit, index + 1));
         }
     }
     nearer
@@ -127,7 +118,7 @@ impl Packet {
 
     /// Stores the hit of a lane with the primitive `id - 1` if it is the nearest. Returns whether it is.
     #[inline(always)]
-    fn keep_nearer<Q: Query>(&mut self, k: usize, hit: &ShapeHit, id: u32) -> bool {
+    fn keep_nearer(&mut self, k: usize, hit: &ShapeHit, id: u32) -> bool {
         let best = Best {
             t: self.t.0[k],
             u: self.u.0[k],
@@ -137,18 +128,8 @@ impl Packet {
         if !best.loses_to(hit.t, id) {
             return false;
         }
-        let best = if Q::ANY {
-            NO_MORE
-        } else {
-            Best {
-                t: hit.t,
-                u: hit.u,
-                v: hit.v,
-                id,
-            }
-        };
-        (self.t.0[k], self.u.0[k], self.v.0[k]) = (best.t, best.u, best.v);
-        self.id.0[k] = f32::from_bits(best.id);
+        (self.t.0[k], self.u.0[k], self.v.0[k]) = (hit.t, hit.u, hit.v);
+        self.id.0[k] = f32::from_bits(id);
         true
     }
 }

@@ -5,11 +5,10 @@
 
 use std::ptr;
 
-use super::rays::{NO_MORE, PACKETS, Packet};
+use super::rays::{PACKETS, Packet};
 use crate::{
     accel::{
         kernels::{
-            query::Query,
             ray_state::BEYOND,
             ray16::{RAYS, load_eight},
             triangle::{Vec3s, candidates, each, faces, meet, plane, sides, stretch},
@@ -100,18 +99,13 @@ impl Singles {
         }
     }
 
-    /// Stores the nearer hits. Returns the set of packets that have rays which were shortened or
-    /// blocked.
+    /// Stores the nearer hits. Returns the set of packets that have rays which were
+    /// shortened.
     ///
     /// # Safety
     /// The blocks of all pairs still exist.
     #[inline(always)]
-    pub unsafe fn test<L: SimdLevel, Q: Query>(
-        &mut self,
-        level: L,
-        packets: &mut [Packet; PACKETS],
-        rays: &[Ray],
-    ) -> u64 {
+    pub unsafe fn test<L: SimdLevel>(&mut self, level: L, packets: &mut [Packet; PACKETS], rays: &[Ray]) -> u64 {
         self.fill();
         let mut nearer = 0;
         for group in 0..self.count.min(PAIRS) / EIGHT {
@@ -119,18 +113,18 @@ impl Singles {
             let lanes = &self.lanes.as_chunks::<EIGHT>().0[group];
             let triangles = &self.triangles.as_chunks::<EIGHT>().0[group];
             // SAFETY: by this function's own contract.
-            nearer |= unsafe { test::<L, Q>(level, rays, ids, triangles, lanes, packets) };
+            nearer |= unsafe { test(level, rays, ids, triangles, lanes, packets) };
         }
         nearer
     }
 }
 
-/// Tests eight pairs. Returns the set of packets that have rays which were shortened or blocked.
+/// Tests eight pairs. Returns the set of packets that have rays which were shortened.
 ///
 /// # Safety
 /// The triangles exist, and their packets have the same [`Packet::way`].
 #[inline(always)]
-unsafe fn test<L: SimdLevel, Q: Query>(
+unsafe fn test<L: SimdLevel>(
     level: L,
     rays: &[Ray],
     ids: &[u32; EIGHT],
@@ -179,7 +173,7 @@ unsafe fn test<L: SimdLevel, Q: Query>(
         let (id, lane) = (lanes[i] as usize / RAYS % PACKETS, lanes[i] as usize % RAYS);
         // SAFETY: the ids follow the vertices of a block.
         let prim = unsafe { *triangles[i].add(9 * BLOCK_TRIANGLES) }.to_bits();
-        let found = packets[id].keep::<Q>(lane, [t[i], u[i], v[i]], prim);
+        let found = packets[id].keep(lane, [t[i], u[i], v[i]], prim);
         nearer |= u64::from(found) << id;
     }
     nearer
@@ -223,14 +217,8 @@ unsafe fn row<L: SimdLevel>(level: L, [a, b, c, d, e, f, g, h]: &[*const f32; EI
 impl Packet {
     /// Stores a hit of one ray if it is nearer. Returns whether it is.
     #[inline(always)]
-    fn keep<Q: Query>(&mut self, lane: usize, [t, u, v]: [f32; 3], id: u32) -> bool {
+    fn keep(&mut self, lane: usize, [t, u, v]: [f32; 3], id: u32) -> bool {
         let (best, number) = (self.t.0[lane], self.id.0[lane].to_bits());
-        if Q::ANY {
-            if t <= best {
-                (self.t.0[lane], self.id.0[lane]) = (NO_MORE.t, f32::from_bits(NO_MORE.id));
-            }
-            return t <= best;
-        }
         let is_nearer = t < best || (t == best && id < number);
         if is_nearer {
             (self.t.0[lane], self.u.0[lane], self.v.0[lane]) = (t, u, v);
