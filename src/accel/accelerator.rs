@@ -85,7 +85,6 @@ named! {
     pub enum AccelKind: "accelerator" {
         Linear = "linear",
         Bvh2 = "bvh2",
-        CwBvh = "cwbvh",
         #[default]
         Wide = "wide",
     }

@@ -11,7 +11,6 @@
 //! |---|---|
 //! | `linear` | every primitive for every ray: the ground truth |
 //! | `bvh2` | a binary tree and a scalar traversal |
-//! | `cwbvh` | obvhs's compressed wide tree |
 //! | `wide` | an eight-wide tree and kernels for many rays at once: the default |
 
 use std::sync::Arc;
@@ -24,12 +23,10 @@ use crate::{
 mod accelerator;
 mod build;
 mod bvh2;
-mod cwbvh;
 mod kernels;
 mod linear;
 #[cfg(test)]
 mod tests;
-mod two_level;
 mod wide;
 
 pub use accelerator::{
@@ -60,7 +57,6 @@ pub fn build(options: impl Into<BuildOptions>, geometry: Arc<Geometry>) -> Resul
     Ok(match kind {
         AccelKind::Linear => Box::new(linear::Linear::build(geometry, simd)?),
         AccelKind::Bvh2 => Box::new(bvh2::Bvh2::build(geometry, quality, simd)?),
-        AccelKind::CwBvh => Box::new(cwbvh::CwBvh::build(geometry, quality, simd)?),
         AccelKind::Wide => Box::new(wide::Wide::build(geometry, quality, simd)?),
     })
 }

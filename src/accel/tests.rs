@@ -168,12 +168,10 @@ fn compare(g: Geometry, rays: &[Ray]) -> usize {
         }
     };
     for quality in Quality::ALL {
-        for kind in [AccelKind::Bvh2, AccelKind::CwBvh] {
-            check(
-                &format!("{kind} {quality}"),
-                build(options(kind, quality, Isa::best()), g.clone()),
-            );
-        }
+        check(
+            &format!("bvh2 {quality}"),
+            build(options(AccelKind::Bvh2, quality, Isa::best()), g.clone()),
+        );
         for simd in Isa::available() {
             check(
                 &format!("wide {quality} {simd}"),

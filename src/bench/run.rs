@@ -103,7 +103,7 @@ enum Built {
 /// The results of the last build of each name that can trace rays.
 #[derive(Default)]
 struct AllBuilt {
-    ours: Vec<(String, Box<dyn Accelerator>)>,
+    bvh2: Option<Box<dyn Accelerator>>,
     embree: Option<Embree>,
 }
 
@@ -127,8 +127,8 @@ fn build(
                 Built::Ours(accel) => {
                     times[i].push(start.elapsed().as_secs_f64() * 1e3);
                     bytes[i] = Some(accel.stats().bytes);
-                    if is_last && ["bvh2", "cwbvh"].contains(name) {
-                        kept.ours.push(((*name).to_owned(), accel));
+                    if is_last && *name == "bvh2" {
+                        kept.bvh2 = Some(accel);
                     }
                 }
                 Built::Theirs(embree) => {
@@ -163,7 +163,6 @@ fn builders<'a>(
 ) -> Vec<(&'static str, Builder<'a>)> {
     let ours = [
         ("bvh2", AccelKind::Bvh2, Quality::default()),
-        ("cwbvh", AccelKind::CwBvh, Quality::default()),
         ("wide", AccelKind::Wide, Quality::default()),
         ("wide-fast", AccelKind::Wide, Quality::Fast),
         ("wide-high", AccelKind::Wide, Quality::High),
@@ -220,7 +219,7 @@ fn trace(
         timed: all / timed,
         ..ours("linear", &*linear)
     }];
-    candidates.extend(built.ours.iter().map(|(name, accel)| ours(name, &**accel)));
+    candidates.extend(built.bvh2.iter().map(|accel| ours("bvh2", &**accel)));
     candidates.extend(
         wide.iter()
             .map(|(simd, accel)| ours(&format!("wide-{}", simd.name()), &**accel)),

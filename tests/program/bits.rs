@@ -96,10 +96,10 @@ fn a_crop_has_the_pixels_of_the_full_picture() {
 #[test]
 fn every_accelerator_writes_the_same_file() {
     let folder = prepared();
-    for accel in ["linear", "bvh2", "cwbvh", "wide"] {
+    for accel in ["linear", "bvh2", "wide"] {
         folder.succeed(&["s.toml", "--accel", accel, "-o", &format!("{accel}.exr")]);
     }
-    for accel in ["bvh2", "cwbvh", "wide"] {
+    for accel in ["bvh2", "wide"] {
         assert!(
             folder.read(&format!("{accel}.exr")) == folder.read("linear.exr"),
             "{accel}"

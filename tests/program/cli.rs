@@ -142,7 +142,7 @@ fn an_empty_scene_is_its_background() {
         "[camera]\nperspective = { eye = [0, 0, 5], target = [0, 0, 0] }\n[background]\ncolor = [1, 0.5, 0]\n\
          [output]\nview = \"raw\"\n",
     );
-    for accel in ["linear", "bvh2", "cwbvh", "wide"] {
+    for accel in ["linear", "bvh2", "wide"] {
         folder.succeed(&["e.toml", "--resolution", "8x8", "--accel", accel, "-o", "e.png"]);
         let image = image::load_from_memory(&folder.read("e.png")).unwrap().into_rgb8();
         assert!(image.pixels().all(|p| p.0 == [255, 128, 0]), "{accel}");

@@ -318,7 +318,7 @@ fn a_mesh_that_is_torn_apart_is_built_anew_and_so_is_one_that_gains_area() {
 
 #[test]
 fn the_first_change_of_a_scene_of_one_tree_parts_what_moves_from_what_does_not() {
-    for kind in [AccelKind::Bvh2, AccelKind::CwBvh, AccelKind::Wide] {
+    for kind in [AccelKind::Bvh2, AccelKind::Wide] {
         let mut accel = build(kind, Arc::new(soup(200, 40, 0.3))).expect("sound");
         let mut r = Random(9);
         for built in [vec![TreeId::Static, TreeId::Top], vec![TreeId::Top]] {
