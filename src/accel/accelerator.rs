@@ -90,19 +90,6 @@ named! {
     }
 }
 
-named! {
-    /// The time spent on building a tree. It affects speed only, never the hits.
-    #[derive(Default, Hash)]
-    pub enum Quality: "build quality" {
-        /// For a scene that is rendered for a frame or two.
-        Fast = "fast",
-        #[default]
-        Medium = "medium",
-        /// For a static scene that is rendered for many frames.
-        High = "high",
-    }
-}
-
 /// Statistics of a build.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildStats {

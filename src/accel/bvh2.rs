@@ -4,7 +4,7 @@
 use std::{ops::ControlFlow, sync::Arc, time::Instant};
 
 use super::{
-    accelerator::{Accelerator, BuildStats, Quality, RayBatch, RayCost, TreeId, UpdateReport},
+    accelerator::{Accelerator, BuildStats, RayBatch, RayCost, TreeId, UpdateReport},
     build::{
         self,
         bvh2_tree::{Bvh2Tree, Leaves},
@@ -26,11 +26,11 @@ struct Blas {
 }
 
 impl Blas {
-    fn build(prims: Prims, geometry: &Geometry, quality: Quality) -> Self {
+    fn build(prims: Prims, geometry: &Geometry) -> Self {
         Self {
             bounds: prims.bounds(),
             reach: prims.reach,
-            tree: build_tree(prims, geometry, quality),
+            tree: build_tree(prims, geometry),
         }
     }
 }
@@ -38,7 +38,6 @@ impl Blas {
 /// An accelerator of binary trees.
 pub struct Bvh2 {
     geometry: Arc<Geometry>,
-    quality: Quality,
     /// The only tree if the scene has never had instances or edits; otherwise the top-level tree.
     top: Bvh2Tree,
     /// The tree over the triangles that are in no group, if they are not in `top`.
@@ -60,8 +59,8 @@ struct Stacks {
     below: Stack,
 }
 
-fn build_tree(prims: Prims, geometry: &Geometry, quality: Quality) -> Bvh2Tree {
-    build::build_tree(prims, geometry, quality, Leaves { triangles: 4 }).unwrap_or_default()
+fn build_tree(prims: Prims, geometry: &Geometry) -> Bvh2Tree {
+    build::build_tree(prims, geometry, Leaves { triangles: 4 }).unwrap_or_default()
 }
 
 impl Bvh2Tree {
@@ -115,12 +114,11 @@ impl Bvh2Tree {
 }
 
 impl Bvh2 {
-    pub fn build(geometry: Arc<Geometry>, quality: Quality, simd: Isa) -> Result<Self, BuildError> {
+    pub fn build(geometry: Arc<Geometry>, simd: Isa) -> Result<Self, BuildError> {
         let start = Instant::now();
         check::geometry(&geometry)?;
         let mut levels = Self {
             geometry,
-            quality,
             top: Bvh2Tree::default(),
             static_tree: Blas::default(),
             groups: Vec::new(),
@@ -142,11 +140,11 @@ impl Bvh2 {
     }
 
     fn group(&self, group: usize) -> Blas {
-        Blas::build(Prims::group(&self.geometry, group), &self.geometry, self.quality)
+        Blas::build(Prims::group(&self.geometry, group), &self.geometry)
     }
 
     fn build_still(&mut self) {
-        self.static_tree = Blas::build(Prims::static_triangles(&self.geometry), &self.geometry, self.quality);
+        self.static_tree = Blas::build(Prims::static_triangles(&self.geometry), &self.geometry);
     }
 
     fn build_top(&mut self) -> Result<(), BuildError> {
@@ -159,7 +157,7 @@ impl Bvh2 {
         let below = self.groups.iter().map(|group| group.reach);
         self.padding = BoundsPadding::new(self.geometry.instance_transforms(), below.fold(prims.reach, f32::max));
         self.unbounded = std::mem::take(&mut prims.unbounded);
-        self.top = build_tree(prims, &self.geometry, self.quality);
+        self.top = build_tree(prims, &self.geometry);
     }
 
     fn measure(&mut self, start: Instant) {

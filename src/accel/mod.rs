@@ -29,20 +29,17 @@ mod linear;
 mod tests;
 mod wide;
 
-pub use accelerator::{
-    AccelKind, Accelerator, BatchLayout, BuildStats, Quality, RayBatch, RayCost, TreeId, UpdateReport,
-};
+pub use accelerator::{AccelKind, Accelerator, BatchLayout, BuildStats, RayBatch, RayCost, TreeId, UpdateReport};
 
-/// The kind of accelerator, the build quality and the SIMD level.
+/// The kind of accelerator and the SIMD level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildOptions {
     pub kind: AccelKind,
-    pub quality: Quality,
     pub simd: Isa,
 }
 
 impl From<AccelKind> for BuildOptions {
-    /// Selects medium quality and the best SIMD level of this processor.
+    /// Selects the best SIMD level of this processor.
     fn from(kind: AccelKind) -> Self {
         Self {
             kind,
@@ -53,11 +50,11 @@ impl From<AccelKind> for BuildOptions {
 
 /// Builds an accelerator.
 pub fn build(options: impl Into<BuildOptions>, geometry: Arc<Geometry>) -> Result<Box<dyn Accelerator>, BuildError> {
-    let BuildOptions { kind, quality, simd } = options.into();
+    let BuildOptions { kind, simd } = options.into();
     Ok(match kind {
         AccelKind::Linear => Box::new(linear::Linear::build(geometry, simd)?),
-        AccelKind::Bvh2 => Box::new(bvh2::Bvh2::build(geometry, quality, simd)?),
-        AccelKind::Wide => Box::new(wide::Wide::build(geometry, quality, simd)?),
+        AccelKind::Bvh2 => Box::new(bvh2::Bvh2::build(geometry, simd)?),
+        AccelKind::Wide => Box::new(wide::Wide::build(geometry, simd)?),
     })
 }
 
@@ -65,8 +62,8 @@ pub fn build(options: impl Into<BuildOptions>, geometry: Arc<Geometry>) -> Resul
 pub type AtLevel = (Isa, Box<dyn Accelerator>);
 
 /// Builds one tree and returns it with the kernels of every SIMD level of this processor.
-pub fn build_wide_levels(quality: Quality, geometry: &Arc<Geometry>) -> Result<Vec<AtLevel>, BuildError> {
-    let tree = wide::Wide::build(Arc::clone(geometry), quality, Isa::best())?;
+pub fn build_wide_levels(geometry: &Arc<Geometry>) -> Result<Vec<AtLevel>, BuildError> {
+    let tree = wide::Wide::build(Arc::clone(geometry), Isa::best())?;
     let levels = Isa::available().into_iter();
     Ok(levels
         .map(|simd| (simd, Box::new(tree.with(simd)) as Box<dyn Accelerator>))

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{Buffers, BuildRow, Cell, RayKind, Report, tracer::Tracer};
 use crate::{
-    accel::{self, AccelKind, Accelerator, BuildOptions, Quality, RayCost},
+    accel::{self, AccelKind, Accelerator, BuildOptions, RayCost},
     geometry::{BuildError, Geometry},
     math::Ray,
     native::{Embree, EmbreeError, EmbreeQuality},
@@ -161,17 +161,16 @@ fn builders<'a>(
     options: &'a BenchOptions,
     threads: usize,
 ) -> Vec<(&'static str, Builder<'a>)> {
-    let ours = [
-        ("bvh2", AccelKind::Bvh2, Quality::default()),
-        ("wide", AccelKind::Wide, Quality::default()),
-        ("wide-fast", AccelKind::Wide, Quality::Fast),
-        ("wide-high", AccelKind::Wide, Quality::High),
-    ];
+    let ours = [("bvh2", AccelKind::Bvh2), ("wide", AccelKind::Wide)];
     let mut builders: Vec<(&'static str, Builder<'a>)> = Vec::new();
-    for (name, kind, quality) in ours {
+    for (name, kind) in ours {
         let simd = options.simd;
-        let options = BuildOptions { kind, quality, simd };
-        let build = move || Ok(Built::Ours(accel::build(options, Arc::clone(geometry))?));
+        let build = move || {
+            Ok(Built::Ours(accel::build(
+                BuildOptions { kind, simd },
+                Arc::clone(geometry),
+            )?))
+        };
         builders.push((name, Box::new(build)));
     }
     let theirs = [
@@ -204,7 +203,7 @@ fn trace(
 ) -> Result<Vec<Cell>, Error> {
     let all = buffers.of(RayKind::Primary).len();
     let linear = accel::build(AccelKind::Linear, Arc::clone(geometry))?;
-    let wide = accel::build_wide_levels(Quality::default(), geometry)?;
+    let wide = accel::build_wide_levels(geometry)?;
     let tests = usize::try_from(geometry.instanced_prim_count()).unwrap_or(usize::MAX);
     let timed = (LINEAR_TESTS / tests.max(1)).clamp(16, all);
     let compared = (timed * LINEAR_COMPARED).min(all);

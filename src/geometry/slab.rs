@@ -61,10 +61,6 @@ pub(crate) fn reciprocal(ray: &Ray) -> Vec3 {
     })
 }
 
-/// Rays whose origin is farther away than this multiple of the scene's extent get larger boxes: see
-/// [`crate::accel::build::spatial_split`].
-pub(crate) const FAR_ORIGIN: f32 = 64.0;
-
 /// A ray as it is clipped to the bounds of a primitive.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slabs {
@@ -153,13 +149,7 @@ impl Planes {
             (ray.o.abs() + padding.reach) * (32.0 * ORIGIN_PADDING) + 4.0 * MIN_PADDING
         };
         let away = ray.o.abs().max_element();
-        let far = if away > FAR_ORIGIN * padding.reach {
-            16.0 * f32::EPSILON
-        } else {
-            0.0
-        };
-        let pad = pad + away * (padding.origin + far);
-        let pad = pad * inv.signum();
+        let pad = (pad + away * padding.origin) * inv.signum();
         let mut planes = Self {
             inv,
             shift_near: (ray.o + pad) * inv,

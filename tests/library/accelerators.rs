@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use batch_render::{
-    accel::{self, AccelKind, Accelerator, BuildOptions, Quality},
+    accel::{self, AccelKind, Accelerator, BuildOptions},
     geometry::{Geometry, Hit, PrimId},
     math::{
         DVec3, Ray, Transform, Vec3,
@@ -159,18 +159,9 @@ fn every_accelerator_equals_the_linear_scan_bit_for_bit_in_a_scene_of_all_shapes
     let bvh2 = accel::build(AccelKind::Bvh2, g.clone()).expect("sound");
     let mut others: Vec<(String, Box<dyn Accelerator>)> = vec![("bvh2".to_owned(), bvh2)];
     for simd in Isa::available() {
-        for quality in [Quality::Fast, Quality::Medium, Quality::High] {
-            let accel = accel::build(
-                BuildOptions {
-                    kind: AccelKind::Wide,
-                    quality,
-                    simd,
-                },
-                g.clone(),
-            )
-            .expect("sound");
-            others.push((format!("wide {} {quality}", simd.name()), accel));
-        }
+        let kind = AccelKind::Wide;
+        let accel = accel::build(BuildOptions { kind, simd }, g.clone()).expect("sound");
+        others.push((format!("wide {}", simd.name()), accel));
     }
     for (name, accel) in others {
         let (hits, occluded) = trace(&*accel, &rays);

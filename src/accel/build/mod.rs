@@ -14,13 +14,10 @@ use bvh2_tree::{Bvh2Tree, FlatNode, Forest, Leaves};
 use median_split::{PrimBox, SetBounds};
 use obvhs::bvh2::node::Bvh2Node;
 use partitions::{Partition, PartitionContext, part};
-use ploc::BuildPreset;
-use prims::{Mobility, Prims};
+use prims::Prims;
 use rayon::prelude::*;
-use spatial_split::SpatialSplitter;
 use upper_tree::UpperTree;
 
-use super::accelerator::Quality;
 use crate::geometry::Geometry;
 
 pub(super) mod bvh2_tree;
@@ -29,7 +26,6 @@ mod partitions;
 mod ploc;
 pub(super) mod prims;
 mod reinsert;
-mod spatial_split;
 mod upper_tree;
 
 /// Builds a tree over `prims`, and calls `finish` on each of its pieces. Returns `None` if there
@@ -37,7 +33,6 @@ mod upper_tree;
 pub(super) fn build_forest<T: Send>(
     prims: Prims,
     geometry: &Geometry,
-    quality: Quality,
     leaves: Leaves,
     finish: impl Fn(Bvh2Tree) -> T + Sync,
 ) -> Option<Forest<T>> {
@@ -45,29 +40,13 @@ pub(super) fn build_forest<T: Send>(
     if refs.is_empty() {
         return None;
     }
-    let mut parts = Vec::new();
-    if quality == Quality::High && mobility == Mobility::Fixed {
-        let reach = prims.reach;
-        parts = SpatialSplitter { geometry, reach }.cut(&refs, &bounds);
-    }
     let context = PartitionContext {
         geometry,
         mobility,
         scale: 1.0 / prims.reach.max(f32::MIN_POSITIVE),
-        preset: BuildPreset::new(quality),
     };
     let upper_tree = UpperTree::new(partitions(&mut refs, bounds, &context), geometry, leaves);
-    if parts.is_empty() {
-        return Some(upper_tree.pieces(finish));
-    }
-    // Whether splitting has improved the tree is known only when the tree has been built.
-    let of_parts = UpperTree::new(partitions(&mut parts, bounds, &context), geometry, leaves);
-    let better = if of_parts.cost() < upper_tree.cost() {
-        of_parts
-    } else {
-        upper_tree
-    };
-    Some(better.pieces(finish))
+    Some(upper_tree.pieces(finish))
 }
 
 /// Divides boxes into partitions. Returns them and the tree above them.
@@ -85,8 +64,8 @@ fn partitions<'a>(
 }
 
 /// Builds the same tree in one piece.
-pub(super) fn build_tree(prims: Prims, geometry: &Geometry, quality: Quality, leaves: Leaves) -> Option<Bvh2Tree> {
-    build_forest(prims, geometry, quality, leaves, |tree| tree).map(join)
+pub(super) fn build_tree(prims: Prims, geometry: &Geometry, leaves: Leaves) -> Option<Bvh2Tree> {
+    build_forest(prims, geometry, leaves, |tree| tree).map(join)
 }
 
 fn join(Forest { top, pieces }: Forest<Bvh2Tree>) -> Bvh2Tree {

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use super::{
     median_split::{PrimBox, SetBounds, halve},
-    ploc::{self, BuildPreset},
+    ploc,
     prims::Mobility,
 };
 use crate::geometry::Geometry;
@@ -107,7 +107,6 @@ pub struct PartitionContext<'a> {
     pub mobility: Mobility,
     /// The factor that scales the scene to unit size.
     pub scale: f32,
-    pub preset: BuildPreset,
 }
 
 impl<'a> Partition<'a> {
@@ -117,7 +116,7 @@ impl<'a> Partition<'a> {
         }
         let proxy = |r: &PrimBox| ploc::proxy(&r.bounds(), context.scale, r.index());
         let proxies: Vec<Box3> = set.refs.iter().map(proxy).collect();
-        Self::over(set.refs, &ploc::build(&proxies, &context.preset), false)
+        Self::over(set.refs, &ploc::build(&proxies), false)
     }
 
     /// Sorts the boxes by the leaves of the tree. This is done here, while the tree is still in the
@@ -232,10 +231,7 @@ fn drop_copies(refs: &mut [PrimBox], geometry: &Geometry) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        accel::accelerator::Quality,
-        math::{Aabb, Vec3, hash},
-    };
+    use crate::math::{Aabb, Vec3, hash};
 
     #[test]
     fn boxes_lie_in_the_order_of_the_leaves_and_none_is_lost() {
@@ -257,7 +253,6 @@ mod tests {
             geometry: &geometry,
             mobility: Mobility::Moving,
             scale: 1.0,
-            preset: BuildPreset::new(Quality::Medium),
         };
         for (count, same) in [(1, false), (2, false), (1000, false), (1000, true)] {
             let mut refs: Vec<PrimBox> = (0..count)

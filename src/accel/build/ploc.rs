@@ -18,10 +18,7 @@ use obvhs::{
     ploc::{PlocBuilder, PlocSearchDistance, SortPrecision},
 };
 
-use crate::{
-    accel::accelerator::Quality,
-    math::{Aabb, hash},
-};
+use crate::math::{Aabb, hash};
 
 /// The displacement of a proxy and its minimum thickness, relative to the longest side of its box.
 const JITTER: f32 = 1.0 / 65_536.0;
@@ -32,37 +29,26 @@ const JITTER_ULPS: f32 = 2.0 * f32::EPSILON;
 /// A length, in units of the scene's size, whose square is far from underflow.
 const MIN_LENGTH: f32 = 1.0 / (1_u64 << 40) as f32;
 
-/// The parameters of a build.
-#[derive(Clone, Debug)]
-pub struct BuildPreset {
-    /// The number of neighbours that PLOC searches on either side.
-    search: PlocSearchDistance,
-    /// For each reinsertion pass, the fraction of nodes that are reinserted, the largest ones
-    /// first.
-    passes: Vec<f32>,
-}
-
-impl BuildPreset {
-    pub fn new(quality: Quality) -> Self {
-        let falling = |first: f32, count: usize| (0..count).map(|i| first / (2 * i + 1) as f32).collect();
-        let (search, passes) = match quality {
-            Quality::Fast => (PlocSearchDistance::VeryLow, falling(0.05, 4)),
-            Quality::Medium => (PlocSearchDistance::Low, falling(0.1, 16)),
-            Quality::High => (PlocSearchDistance::Medium, falling(1.0, 8)),
-        };
-        Self { search, passes }
-    }
-}
+/// The number of reinsertion passes, and the fraction of nodes that the first one reinserts, the
+/// largest ones first. Later ones reinsert fewer.
+const PASSES: usize = 16;
+const FIRST_FRACTION: f32 = 0.1;
 
 /// Builds a tree over `proxies`; each leaf holds the index of one of them.
-pub fn build(proxies: &[Box3], preset: &BuildPreset) -> Bvh2 {
+pub fn build(proxies: &[Box3]) -> Bvh2 {
     let numbers = (0..proxies.len() as u32).collect();
-    let mut tree =
-        PlocBuilder::with_capacity(proxies.len()).build(preset.search, proxies, numbers, SortPrecision::U64, 0);
+    let mut tree = PlocBuilder::with_capacity(proxies.len()).build(
+        PlocSearchDistance::Low,
+        proxies,
+        numbers,
+        SortPrecision::U64,
+        0,
+    );
     // This depth selects a stack on the heap, which panics when it is full. The fixed stack would
     // only skip a candidate.
     tree.max_depth = DEFAULT_MAX_STACK_DEPTH;
-    ReinsertionOptimizer::default().run(&mut tree, 1.0, Some(preset.passes.clone()));
+    let passes = (0..PASSES).map(|i| FIRST_FRACTION / (2 * i + 1) as f32);
+    ReinsertionOptimizer::default().run(&mut tree, 1.0, Some(passes.collect()));
     tree
 }
 

@@ -108,26 +108,6 @@ impl<'a> UpperTree<'a> {
         }
     }
 
-    /// Returns the cost of a ray by the surface area heuristic, where every node and every leaf
-    /// counts as one test.
-    pub fn cost(&self) -> f64 {
-        let upper_tree = self.nodes.iter().filter(|node| !node.is_leaf());
-        let upper_tree: f64 = upper_tree.map(|node| f64::from(node.aabb().half_area())).sum();
-        let below = self.places.par_iter().map(|&Place { partition, node }| {
-            let nodes = &self.partitions[partition as usize].nodes;
-            let (mut cost, mut open) = (0.0, vec![node]);
-            while let Some(index) = open.pop() {
-                let node = &nodes[index as usize];
-                cost += f64::from(node.aabb().half_area());
-                if !node.is_leaf() {
-                    open.extend([node.first_index, node.first_index + 1]);
-                }
-            }
-            cost
-        });
-        upper_tree + below.collect::<Vec<f64>>().iter().sum::<f64>()
-    }
-
     /// Returns the tree above the pieces, and the results of `finish` for these.
     pub fn pieces<T: Send>(&self, finish: impl Fn(Bvh2Tree) -> T + Sync) -> Forest<T> {
         let mut roots = Vec::new();
@@ -216,7 +196,7 @@ impl<'a> UpperTree<'a> {
     fn are_few(&self, Place { partition, node }: Place, few: &mut Vec<PrimBox>) -> bool {
         let partition = &self.partitions[partition as usize];
         let size = partition.sizes[node as usize] as usize;
-        if size > 1 && (size > MAX_REORDERED_TRIANGLES || self.leaves.triangles == 1) {
+        if size > MAX_REORDERED_TRIANGLES {
             return false;
         }
         let mut open = [node; MAX_REORDERED_TRIANGLES];

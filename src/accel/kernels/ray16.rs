@@ -2,13 +2,16 @@
 
 use super::{ray_rows::numbers, triangle::Vec3s};
 use crate::{
-    geometry::slab::{FAR_ORIGIN, MAX_RECIPROCAL},
+    geometry::slab::MAX_RECIPROCAL,
     math::Ray,
     simd::lanes::{Floats, Mask, SimdLevel},
 };
 
 /// The number of rays in a packet.
 pub const RAYS: usize = 16;
+
+/// The largest coordinate of the origins of a packet's rays, relative to the scene's extent.
+const MAX_ORIGIN: f32 = 64.0;
 
 pub struct Ray16<F> {
     pub o: Vec3s<F>,
@@ -59,7 +62,7 @@ impl<F: Floats> Ray16<F> {
         let length = [d[0].abs(), d[1].abs(), d[2].abs()];
         let longest = length[0].max(length[1]).max(length[2]);
         let steep = longest.mul(tmin.fill(2.0 / MAX_RECIPROCAL));
-        let away = tmin.fill(FAR_ORIGIN * reach);
+        let away = tmin.fill(MAX_ORIGIN * reach);
         let mut ordinary = zero.le(tmin).and(tmin.le(tmax));
         for axis in 0..3 {
             // Finite, and so are the shifts of planes.

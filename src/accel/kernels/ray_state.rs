@@ -8,7 +8,7 @@ use super::{query::Best, traversal_state::TraversalState};
 use crate::{
     geometry::{
         padding::BoundsPadding,
-        slab::{END_PADDING, FAR_ORIGIN, MAX_RECIPROCAL, MAX_T_NOISE, MIN_PADDING, ORIGIN_PADDING, Planes},
+        slab::{END_PADDING, MAX_RECIPROCAL, MAX_T_NOISE, MIN_PADDING, ORIGIN_PADDING, Planes},
     },
     math::Ray,
     simd::lanes::{Floats, Mask, SimdLevel},
@@ -202,9 +202,7 @@ impl RayState {
         let steep = longest
             .mul(level.splat4(MIN_RELATIVE_COMPONENT))
             .max(level.splat4(f32::MIN_POSITIVE));
-        let reach = longest
-            .mul(level.splat4(MAX_RELATIVE_ORIGIN))
-            .min(level.splat4(FAR_ORIGIN * padding.reach));
+        let reach = longest.mul(level.splat4(MAX_RELATIVE_ORIGIN));
         let ordinary = steep.lt(length).and(away.le(reach)).bits();
         ordinary & 0b111 == 0b111 && ray.tmin >= 0.0
     }

@@ -31,11 +31,9 @@ fn compare_portable(wide: &dyn Accelerator, linear: &dyn Accelerator, rays: &[Ra
 }
 
 fn built(g: &Geometry) -> [Box<dyn Accelerator>; 2] {
-    let portable = "portable".parse().expect("every processor has it");
-    [AccelKind::Wide, AccelKind::Linear].map(|kind| {
-        let options = options(kind, Quality::Fast, portable);
-        build(options, Arc::new(g.clone())).expect("the scene is valid")
-    })
+    let simd = "portable".parse().expect("every processor has it");
+    [AccelKind::Wide, AccelKind::Linear]
+        .map(|kind| build(BuildOptions { kind, simd }, Arc::new(g.clone())).expect("the scene is valid"))
 }
 
 #[test]

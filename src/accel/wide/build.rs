@@ -12,38 +12,27 @@ use super::{
     node::{self, EMPTY, TriangleBlock, WideNode},
 };
 use crate::{
-    accel::{
-        accelerator::Quality,
-        build::{
-            self,
-            bvh2_tree::{Bvh2Tree, Forest, Leaves},
-            prims::Prims,
-        },
+    accel::build::{
+        self,
+        bvh2_tree::{Bvh2Tree, Forest, Leaves},
+        prims::Prims,
     },
     geometry::Geometry,
     simd::huge_pages,
 };
 
-/// Returns the leaf size of the binary tree. With four triangles (one block), collapsing is faster;
-/// with two, the collapsed tree is better by some percent.
-fn leaves(quality: Quality) -> Leaves {
-    Leaves {
-        triangles: if quality == Quality::Fast { 4 } else { 2 },
-    }
-}
+/// The leaf size of the binary tree. With four triangles (one block), collapsing is faster; with
+/// two, the collapsed tree is better by some percent.
+const LEAVES: Leaves = Leaves { triangles: 2 };
 
 /// Builds the nodes and triangle blocks of the wide tree over `prims`; node 0 is the root. Returns
 /// `None` if there are no primitives.
-pub(super) fn build(
-    prims: Prims,
-    geometry: &Geometry,
-    quality: Quality,
-) -> Option<(Vec<WideNode>, Vec<TriangleBlock>)> {
+pub(super) fn build(prims: Prims, geometry: &Geometry) -> Option<(Vec<WideNode>, Vec<TriangleBlock>)> {
     let finish = |tree: Bvh2Tree| {
         let no_pieces = |_| [f32::INFINITY; 2];
         collapse(&tree, geometry, no_pieces)
     };
-    let Forest { top, mut pieces } = build::build_forest(prims, geometry, quality, leaves(quality), finish)?;
+    let Forest { top, mut pieces } = build::build_forest(prims, geometry, LEAVES, finish)?;
     if let [whole] = &mut pieces[..]
         && !whole.nodes.is_empty()
     {

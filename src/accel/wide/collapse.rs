@@ -274,16 +274,9 @@ impl Emitter<'_> {
             return shape(id);
         }
         // In depth-first order, the primitives of a node's leaves are contiguous.
-        let mut ids = [0; 4 * MAX_LEAF];
-        let mut count = 0;
-        for &id in &self.ids[place..place + self.plans[from].triangles as usize] {
-            if !ids[..count].contains(&id) {
-                ids[count] = id;
-                count += 1;
-            }
-        }
+        let ids = &self.ids[place..place + self.plans[from].triangles as usize];
         let first = self.piece.blocks.len();
-        for four in ids[..count].chunks(4) {
+        for four in ids.chunks(4) {
             let mut block = TriangleBlock::NOTHING;
             for (lane, &id) in four.iter().enumerate() {
                 block.set(lane, self.geometry.corners(id as usize), id);
@@ -324,10 +317,7 @@ pub(super) fn order_children(node: &mut WideNode, count: usize) {
 mod tests {
     use super::*;
     use crate::{
-        accel::{
-            accelerator::Quality,
-            build::{self, bvh2_tree, prims::Prims},
-        },
+        accel::build::{self, bvh2_tree, prims::Prims},
         geometry::MAX_COORDINATE,
         math::{
             Aabb, Vec3,
@@ -349,7 +339,7 @@ mod tests {
             };
             let prims = Prims::whole(&geometry).expect("all is finite");
             let leaves = bvh2_tree::Leaves { triangles: 2 };
-            let tree = build::build_tree(prims, &geometry, Quality::Medium, leaves).expect("there are triangles");
+            let tree = build::build_tree(prims, &geometry, leaves).expect("there are triangles");
             let piece = collapse(&tree, &geometry, |_| [f32::INFINITY; 2]);
             assert!(piece.nodes.len() > 5);
             for node in &piece.nodes {

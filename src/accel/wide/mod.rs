@@ -11,7 +11,7 @@
 use std::{cell::RefCell, sync::Arc, time::Instant};
 
 use super::{
-    accelerator::{Accelerator, BuildStats, Quality, RayBatch, RayCost, TreeId, UpdateReport},
+    accelerator::{Accelerator, BuildStats, RayBatch, RayCost, TreeId, UpdateReport},
     build::prims::Prims,
     kernels::{
         self,
@@ -59,7 +59,6 @@ struct Blas {
 #[derive(Clone)]
 pub struct Wide {
     geometry: Arc<Geometry>,
-    quality: Quality,
     /// One tree if the scene has never had instances or edits. Otherwise the trees of the groups,
     /// the tree of the static triangles and the top-level tree. Empty if nothing in the scene has
     /// bounds.
@@ -75,7 +74,7 @@ pub struct Wide {
 }
 
 impl Wide {
-    pub fn build(geometry: Arc<Geometry>, quality: Quality, simd: Isa) -> Result<Self, BuildError> {
+    pub fn build(geometry: Arc<Geometry>, simd: Isa) -> Result<Self, BuildError> {
         let start = Instant::now();
         check::geometry(&geometry)?;
         let count = geometry.prim_count() + geometry.instances.len();
@@ -84,7 +83,6 @@ impl Wide {
         }
         let mut wide = Self {
             geometry,
-            quality,
             tree: Arc::default(),
             lower: Vec::new(),
             unbounded: Vec::new(),
@@ -116,7 +114,7 @@ impl Wide {
     }
 
     fn build_tree(&self, prims: Prims) -> BuiltTree {
-        build::build(prims, &self.geometry, self.quality).unwrap_or_default()
+        build::build(prims, &self.geometry).unwrap_or_default()
     }
 
     fn too_many(&self) -> BuildError {
