@@ -17,7 +17,7 @@ use std::{
 
 use batch_render::{
     assets::Store,
-    batch::{Job, Observer, Request},
+    batch::{Job, JobEvent, Observer, Request},
     math::DVec3,
     render::Control,
 };
@@ -51,11 +51,7 @@ const RENDERERS: [&str; 4] = [
 struct Quiet;
 
 impl Observer for Quiet {
-    fn frame_started(&self, _number: i32, _index: usize, _total: usize) {}
-    fn frame_rendered(&self, _number: i32, _took: std::time::Duration) {}
-    fn frame_skipped(&self, _number: i32) {}
-    fn frame_written(&self, _number: i32) {}
-    fn file_written(&self, _number: i32, _path: &Path) {}
+    fn event(&self, _: &JobEvent<'_>) {}
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

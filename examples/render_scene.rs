@@ -3,20 +3,18 @@
 use std::path::Path;
 
 use batch_render::{
-    batch::{Job, Observer, Request},
+    batch::{Job, JobEvent, Observer, Request},
     render::Control,
 };
 
 /// Says what is written, and nothing else.
-struct Quiet;
+struct Lines;
 
-impl Observer for Quiet {
-    fn frame_started(&self, _number: i32, _index: usize, _total: usize) {}
-    fn frame_rendered(&self, _number: i32, _took: std::time::Duration) {}
-    fn frame_skipped(&self, _number: i32) {}
-    fn frame_written(&self, _: i32) {}
-    fn file_written(&self, _number: i32, path: &Path) {
-        println!("wrote {}", path.display());
+impl Observer for Lines {
+    fn event(&self, event: &JobEvent<'_>) {
+        if let JobEvent::FileWritten { file, .. } = event {
+            println!("wrote {}", file.display());
+        }
     }
 }
 
@@ -35,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let job = Job::open(Path::new(&scene_file), &request)?;
     // The scene's models and images.
     let scene = job.load()?;
-    let summary = job.run(scene, &Quiet, &Control::default())?;
+    let summary = job.run(scene, &Lines, &Control::default())?;
     println!("{} rays in {:.2} s", summary.rays, summary.wall.as_secs_f64());
     Ok(())
 }

@@ -5,6 +5,9 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
 };
 
+use serde::Serialize;
+
+use super::events;
 use crate::output::OutputError;
 
 /// Whether a job continues after a failed frame.
@@ -28,9 +31,10 @@ pub enum FrameError {
 }
 
 /// A frame that failed.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub struct FrameFailure {
     pub frame: i32,
+    #[serde(rename = "reason", serialize_with = "events::text")]
     pub cause: FrameError,
 }
 

@@ -3,8 +3,8 @@
 use std::{path::Path, time::Instant};
 
 use super::{
-    CameraRig, Existing, FrameRange, InputHash, Inventory, Observer, Plan, Request, SceneFigures, Stale, Summary,
-    Survey, checkpoint,
+    CameraRig, Existing, FrameRange, InputHash, Inventory, JobEvent, Observer, Plan, Request, SceneFigures, Stale,
+    Summary, Survey, checkpoint,
     denoise::{DenoiseObserver, DenoiseRequest, Helpers, denoise},
     job_lock::JobLock,
     run, targets,
@@ -181,7 +181,7 @@ impl Job {
                 if self.plan.policy.checkpoint.is_some() {
                     checkpoint::remove(frame);
                 }
-                observer.frame_skipped(frame.number);
+                observer.event(&JobEvent::FrameSkipped { frame: frame.number });
             }
             return Ok(Summary {
                 skipped: frames.len(),

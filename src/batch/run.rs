@@ -1,7 +1,6 @@
 //! Rendering a plan: one thread's worth of work writes a frame while all others render the next.
 
 use std::{
-    path::Path,
     sync::mpsc::{Receiver, SyncSender, sync_channel},
     thread,
     time::{Duration, Instant},
@@ -10,9 +9,9 @@ use std::{
 use rayon::ThreadPoolBuilder;
 
 use super::{
-    CameraRig, Existing, Fingerprint, FrameError, FrameFailure, OnFailure, Plan, PlannedFrame, Stale, StaleReason,
-    Summary, Survey, checkpoint, failure, frame_interrupts::FrameInterrupts, plan::PlannedFile, sidecars, sight,
-    time_limit,
+    CameraRig, Existing, Fingerprint, FrameError, FrameFailure, JobEvent, Observer, OnFailure, Plan, PlannedFrame,
+    StaleReason, Summary, Survey, checkpoint, failure, frame_interrupts::FrameInterrupts, plan::PlannedFile, sidecars,
+    sight, time_limit,
 };
 use crate::{
     camera::FrameCamera,
@@ -23,28 +22,6 @@ use crate::{
     scene::Scene,
     warnings::WarningKind,
 };
-
-/// Told what a job does, as it does it.
-pub trait Observer: Sync {
-    /// Frame `number` starts, the `index`th of `total` from 0.
-    fn frame_started(&self, number: i32, index: usize, total: usize);
-    /// It is rendered; its files are not yet written.
-    fn frame_rendered(&self, number: i32, took: Duration);
-    /// Its files are there already as the job would write them.
-    fn frame_skipped(&self, number: i32);
-    /// A file of the frame is there, yet not as the job would write it: the frame is rendered again.
-    fn frame_stale(&self, _number: i32, _stale: &Stale) {}
-    /// It is not going to be on disk; the job goes on with the others.
-    fn frame_failed(&self, _failure: &FrameFailure) {}
-    /// The picture of a frame that is going to be written.
-    fn frame_image(&self, _number: i32, _image: &FrameImage<'_>) {}
-    /// A limit of time has left the frame with so many samples of each pixel.
-    fn frame_cut_short(&self, _number: i32, _samples: u32) {}
-    /// A file is on disk.
-    fn file_written(&self, number: i32, path: &Path);
-    /// All files of the frame are on disk.
-    fn frame_written(&self, number: i32);
-}
 
 /// The time before the second attempt to write a file; it doubles with each one.
 const FIRST_PAUSE: Duration = Duration::from_millis(200);
@@ -140,15 +117,22 @@ fn render_all<'a>(
                     if plan.policy.checkpoint.is_some() {
                         checkpoint::remove(frame);
                     }
-                    observer.frame_skipped(frame.number);
+                    observer.event(&JobEvent::FrameSkipped { frame: frame.number });
                     summary.skipped += 1;
                     continue;
                 }
                 Some(stale) if stale.reason == StaleReason::Missing => {}
-                Some(stale) => observer.frame_stale(frame.number, &stale),
+                Some(stale) => observer.event(&JobEvent::FrameStale {
+                    frame: frame.number,
+                    stale: &stale,
+                }),
             }
         }
-        observer.frame_started(frame.number, index, plan.frames.len());
+        observer.event(&JobEvent::FrameStarted {
+            frame: frame.number,
+            index,
+            total: plan.frames.len(),
+        });
         let start = Instant::now();
         let camera = rig.camera(plan, frame);
         let fingerprint = Fingerprint::of_frame(plan, survey.inputs, frame);
@@ -167,7 +151,7 @@ fn render_all<'a>(
                     frame: frame.number,
                     cause,
                 };
-                observer.frame_failed(&failure);
+                observer.event(&JobEvent::FrameFailed(&failure));
                 summary.failures.push(failure);
                 match plan.policy.on_failure {
                     OnFailure::KeepGoing => continue,
@@ -176,13 +160,19 @@ fn render_all<'a>(
             }
         };
         let took = start.elapsed();
-        observer.frame_rendered(frame.number, took);
+        observer.event(&JobEvent::FrameRendered {
+            frame: frame.number,
+            took,
+        });
         let (got, wanted) = (film.samples, plan.picture.settings.samples.max);
         if got < wanted {
             let number = frame.number;
             let text = format!("frame {number} has {got} of {wanted} samples, the time limit is over");
             plan.warnings.add_live(WarningKind::TIME_LIMIT, number, text);
-            observer.frame_cut_short(frame.number, got);
+            observer.event(&JobEvent::FrameCutShort {
+                frame: frame.number,
+                samples: got,
+            });
         }
         let invalid = control.counters.map(Counters::take_invalid).unwrap_or_default();
         if invalid.count > 0 {
@@ -241,11 +231,17 @@ fn write_all(
             metadata: &metadata,
         };
         let written = failure::catch(|| {
-            observer.frame_image(frame.number, &image);
+            observer.event(&JobEvent::FrameImage {
+                frame: frame.number,
+                image: &image,
+            });
             frame.files.iter().try_for_each(|file| {
                 let report = write(plan, file, &image)?;
                 summary.clamped += report.clamped + report.nans;
-                observer.file_written(frame.number, &file.path);
+                observer.event(&JobEvent::FileWritten {
+                    frame: frame.number,
+                    file: &file.path,
+                });
                 Ok(())
             })
         });
@@ -254,7 +250,7 @@ fn write_all(
                 if plan.policy.checkpoint.is_some() {
                     checkpoint::remove(frame);
                 }
-                observer.frame_written(frame.number);
+                observer.event(&JobEvent::FrameWritten { frame: frame.number });
             }
             Err(FrameError::Output(error)) if error.ends_the_job() || plan.policy.on_failure == OnFailure::FailFast => {
                 return Err(error);
@@ -264,7 +260,7 @@ fn write_all(
                     frame: frame.number,
                     cause,
                 };
-                observer.frame_failed(&failure);
+                observer.event(&JobEvent::FrameFailed(&failure));
                 summary.failures.push(failure);
                 if plan.policy.on_failure == OnFailure::FailFast {
                     break;

@@ -3,18 +3,21 @@
 use std::{fmt, path::PathBuf};
 
 use rayon::prelude::*;
+use serde::Serialize;
 
 use super::{
-    Plan, PlannedFrame,
+    Plan, PlannedFrame, events,
     fingerprint::{FINGERPRINT, Fingerprint, InputHash},
     time_limit,
 };
 use crate::output::Value;
 
 /// Why a frame is rendered again and not skipped.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Stale {
+    #[serde(rename = "file", serialize_with = "events::path")]
     pub path: PathBuf,
+    #[serde(serialize_with = "events::text")]
     pub reason: StaleReason,
 }
 

@@ -2,14 +2,9 @@
 //!
 //! The lines of `openjd` are those of Open Job Description's "How Jobs Are Run": `openjd_progress`, `openjd_status`, `openjd_fail`.
 
-use std::{
-    path::Path,
-    sync::atomic::{AtomicUsize, Ordering},
-    time::Duration,
-};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-use batch_render::batch::{FrameFailure, Observer, Stale};
-use serde_json::{Value, json};
+use batch_render::batch::{FrameFailure, JobEvent, Observer};
 
 use super::progress::say;
 
@@ -37,68 +32,31 @@ impl Events {
         }
     }
 
-    /// Prints the event of a frame that is on disk or has failed.
-    fn is_done(&self, json: Value, status: &str) {
-        let done = self.done.fetch_add(1, Ordering::SeqCst) + 1;
-        match self.format {
-            EventFormat::Json => say(&json.to_string()),
-            EventFormat::OpenJd => {
-                say(&format!("openjd_status: {status}"));
-                say(&format!(
-                    "openjd_progress: {:.1}",
-                    100.0 * done as f64 / self.total.max(1) as f64
-                ));
-            }
-        }
-    }
-
-    /// Prints an event that exists only in JSON.
-    fn json(&self, event: impl FnOnce() -> Value) {
-        if self.format == EventFormat::Json {
-            say(&event().to_string());
+    /// The lines of Open Job Description: the status, and how much is done once a frame is on disk or has failed.
+    fn openjd(&self, event: &JobEvent<'_>) {
+        let (status, is_done) = match event {
+            JobEvent::FrameStarted { frame, .. } => (format!("frame {frame} renders"), false),
+            JobEvent::FrameSkipped { frame } => (format!("frame {frame} is there"), true),
+            JobEvent::FrameWritten { frame } => (format!("frame {frame} is written"), true),
+            JobEvent::FrameFailed(FrameFailure { frame, cause }) => (format!("frame {frame} failed: {cause}"), true),
+            _ => return,
+        };
+        say(&format!("openjd_status: {status}"));
+        if is_done {
+            let done = self.done.fetch_add(1, Ordering::SeqCst) + 1;
+            let part = done as f64 / self.total.max(1) as f64;
+            say(&format!("openjd_progress: {:.1}", 100.0 * part));
         }
     }
 }
 
 impl Observer for Events {
-    fn frame_started(&self, number: i32, index: usize, total: usize) {
-        match self.format {
-            EventFormat::Json => {
-                self.json(|| json!({ "event": "frame_started", "frame": number, "index": index, "total": total }));
-            }
-            EventFormat::OpenJd => say(&format!("openjd_status: frame {number} renders")),
+    fn event(&self, event: &JobEvent<'_>) {
+        match (self.format, event) {
+            (EventFormat::OpenJd, _) => self.openjd(event),
+            (EventFormat::Json, JobEvent::FrameImage { .. }) => {}
+            // A value has its keys in alphabetical order.
+            (EventFormat::Json, _) => say(&serde_json::to_value(event).expect("events are plain data").to_string()),
         }
-    }
-
-    fn frame_rendered(&self, number: i32, took: Duration) {
-        self.json(|| json!({ "event": "frame_rendered", "frame": number, "seconds": took.as_secs_f64() }));
-    }
-
-    fn frame_skipped(&self, number: i32) {
-        let event = json!({ "event": "frame_skipped", "frame": number });
-        self.is_done(event, &format!("frame {number} is there"));
-    }
-
-    fn frame_stale(&self, number: i32, stale: &Stale) {
-        let (file, reason) = (stale.path.display().to_string(), stale.reason.to_string());
-        self.json(|| json!({ "event": "frame_stale", "frame": number, "file": file, "reason": reason }));
-    }
-
-    fn frame_failed(&self, failure: &FrameFailure) {
-        let (number, cause) = (failure.frame, failure.cause.to_string());
-        let status = format!("frame {number} failed: {cause}");
-        self.is_done(
-            json!({ "event": "frame_failed", "frame": number, "reason": cause }),
-            &status,
-        );
-    }
-
-    fn file_written(&self, number: i32, path: &Path) {
-        self.json(|| json!({ "event": "file_written", "frame": number, "file": path.display().to_string() }));
-    }
-
-    fn frame_written(&self, number: i32) {
-        let event = json!({ "event": "frame_written", "frame": number });
-        self.is_done(event, &format!("frame {number} is written"));
     }
 }

@@ -10,13 +10,12 @@ use std::{
     path::{Path, PathBuf},
     process::{Command, Stdio},
     sync::{Mutex, PoisonError},
-    time::Duration,
 };
 
 use batch_render::{
-    batch::{InputHash, Job, Observer, Plan, PlannedFrame},
+    batch::{InputHash, Job, JobEvent, Observer, Plan, PlannedFrame},
     error::Error,
-    output::{Contents, EncodeError, FrameImage, atomic, job_file::FolderGate},
+    output::{Contents, EncodeError, atomic, job_file::FolderGate},
 };
 use image::{RgbImage, imageops};
 
@@ -167,22 +166,14 @@ impl<'a> Preview<'a> {
 }
 
 impl Observer for Preview<'_> {
-    fn frame_started(&self, _: i32, _: usize, _: usize) {}
-
-    fn frame_rendered(&self, _: i32, _: Duration) {}
-
-    fn frame_skipped(&self, _: i32) {}
-
-    fn frame_image(&self, number: i32, image: &FrameImage<'_>) {
-        let picture = small_picture(image, MAX_COLUMNS);
-        let mut spool = self.spool.lock().unwrap_or_else(PoisonError::into_inner);
-        let put = spool.put(number, picture);
-        spool.error = spool.error.take().or(put.err());
+    fn event(&self, event: &JobEvent<'_>) {
+        if let JobEvent::FrameImage { frame, image } = event {
+            let picture = small_picture(image, MAX_COLUMNS);
+            let mut spool = self.spool.lock().unwrap_or_else(PoisonError::into_inner);
+            let put = spool.put(*frame, picture);
+            spool.error = spool.error.take().or(put.err());
+        }
     }
-
-    fn file_written(&self, _: i32, _: &Path) {}
-
-    fn frame_written(&self, _: i32) {}
 }
 
 /// The picture of a frame whose PNG file is there.

@@ -2,7 +2,6 @@
 
 use std::{
     io::{IsTerminal, Write},
-    path::Path,
     sync::{
         Arc, Mutex,
         atomic::{AtomicBool, AtomicUsize, Ordering},
@@ -12,7 +11,7 @@ use std::{
 };
 
 use batch_render::{
-    batch::{FrameFailure, Observer, Stale},
+    batch::{FrameFailure, JobEvent, Observer},
     render::Counters,
     value::visible,
 };
@@ -153,8 +152,8 @@ impl Work {
     }
 }
 
-impl Observer for Progress {
-    fn frame_started(&self, number: i32, index: usize, _: usize) {
+impl Progress {
+    fn started(&self, number: i32, index: usize) {
         let mut now = lock(&self.work.now);
         *now = Now {
             number: Some(number),
@@ -165,7 +164,7 @@ impl Observer for Progress {
         };
     }
 
-    fn frame_rendered(&self, number: i32, took: Duration) {
+    fn rendered(&self, number: i32, took: Duration) {
         let now = {
             let mut now = lock(&self.work.now);
             now.number = None;
@@ -181,40 +180,45 @@ impl Observer for Progress {
         }
     }
 
-    fn frame_skipped(&self, number: i32) {
-        self.work.on_disk.fetch_add(1, Ordering::SeqCst);
+    /// Shows a short text beside the bars, or a line.
+    fn show(&self, beside_bars: impl FnOnce() -> String, line: impl FnOnce() -> String) {
         match &self.display {
-            Display::Bars(bars) => bars.sequence.set_message(format!("skipped {number}")),
-            Display::Lines(_) => self.work.say(&format!("frame {number} skipped, its files are there")),
+            Display::Bars(bars) => bars.sequence.set_message(beside_bars()),
+            Display::Lines(_) => self.work.say(&line()),
             Display::Silent => {}
         }
     }
+}
 
-    fn frame_failed(&self, failure: &FrameFailure) {
-        let FrameFailure { frame, cause } = failure;
-        match command_of_frame(*frame) {
-            Ok(command) => tracing::error!("frame {frame}: {cause}; to repeat it alone: {command}"),
-            Err(_) => tracing::error!("frame {frame}: {cause}"),
+impl Observer for Progress {
+    fn event(&self, event: &JobEvent<'_>) {
+        match event {
+            JobEvent::FrameStarted { frame, index, .. } => self.started(*frame, *index),
+            JobEvent::FrameRendered { frame, took } => self.rendered(*frame, *took),
+            JobEvent::FrameSkipped { frame } => {
+                self.work.on_disk.fetch_add(1, Ordering::SeqCst);
+                self.show(
+                    || format!("skipped {frame}"),
+                    || format!("frame {frame} skipped, its files are there"),
+                );
+            }
+            JobEvent::FrameFailed(FrameFailure { frame, cause }) => match command_of_frame(*frame) {
+                Ok(command) => tracing::error!("frame {frame}: {cause}; to repeat it alone: {command}"),
+                Err(_) => tracing::error!("frame {frame}: {cause}"),
+            },
+            JobEvent::FrameStale { frame, stale } => {
+                if !matches!(self.display, Display::Silent) {
+                    self.work.say(&format!("frame {frame} is rendered again: {stale}"));
+                }
+            }
+            JobEvent::FileWritten { file, .. } => {
+                self.show(|| file.display().to_string(), || format!("wrote {}", file.display()));
+            }
+            JobEvent::FrameWritten { .. } => {
+                self.work.on_disk.fetch_add(1, Ordering::SeqCst);
+            }
+            JobEvent::FrameCutShort { .. } | JobEvent::FrameImage { .. } => {}
         }
-    }
-
-    fn frame_stale(&self, number: i32, stale: &Stale) {
-        if let Display::Silent = self.display {
-            return;
-        }
-        self.work.say(&format!("frame {number} is rendered again: {stale}"));
-    }
-
-    fn file_written(&self, _number: i32, path: &Path) {
-        match &self.display {
-            Display::Bars(bars) => bars.sequence.set_message(path.display().to_string()),
-            Display::Lines(_) => self.work.say(&format!("wrote {}", path.display())),
-            Display::Silent => {}
-        }
-    }
-
-    fn frame_written(&self, _number: i32) {
-        self.work.on_disk.fetch_add(1, Ordering::SeqCst);
     }
 }
 

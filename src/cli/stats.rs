@@ -16,7 +16,7 @@ use super::{
     report_page::{page, thumbnail},
 };
 use batch_render::{
-    batch::{Fingerprint, FrameFailure, InputHash, Job, Observer, Plan, Stale},
+    batch::{Fingerprint, FrameFailure, InputHash, Job, JobEvent, Observer, Plan},
     output::{FrameImage, OutputError, atomic, job_file::FolderGate},
     render::Counters,
     warnings::WarningKind,
@@ -144,6 +144,19 @@ impl<'a> Stats<'a> {
         &mut frames[at]
     }
 
+    fn keep_thumbnail(&self, number: i32, image: &FrameImage<'_>) {
+        let frames = self.plan.all_frames();
+        let stride = frames.len().div_ceil(Album::MAX_THUMBNAILS);
+        let index = frames.iter().position(|f| f.number == number);
+        let is_shown = index.is_some_and(|i| i.is_multiple_of(stride.max(1)));
+        if self.files.page.is_some()
+            && is_shown
+            && let Some(small) = thumbnail(image)
+        {
+            self.lock().album.thumbnails.insert(number, small);
+        }
+    }
+
     fn write_sometimes(&self, state: &mut State) {
         if state.written.elapsed() >= WRITE_EVERY {
             self.write(state);
@@ -215,71 +228,43 @@ impl Work {
 }
 
 impl Observer for Stats<'_> {
-    fn frame_started(&self, number: i32, _: usize, _: usize) {
-        let mut state = self.lock();
-        state.before = Work::so_far(self.counters);
-        self.frame(&mut state, number);
-    }
-
-    fn frame_rendered(&self, number: i32, took: Duration) {
-        let mut state = self.lock();
-        let (before, now) = (state.before, Work::so_far(self.counters));
-        let frame = self.frame(&mut state, number);
-        frame.status = Status::Rendered;
-        frame.wall_s = took.as_secs_f64();
-        frame.cpu_s = now.cpu.zip(before.cpu).map(|(now, before)| now - before);
-        frame.samples = now.samples - before.samples;
-        frame.segments = now.segments - before.segments;
-        frame.shadow_rays = (now.rays - before.rays).saturating_sub(frame.segments);
-        frame.peak_memory_bytes = memory::peak();
-    }
-
-    fn frame_cut_short(&self, number: i32, samples: u32) {
-        let mut state = self.lock();
-        self.frame(&mut state, number).samples_per_pixel = Some(samples);
-    }
-
-    fn frame_skipped(&self, number: i32) {
-        let mut state = self.lock();
-        self.frame(&mut state, number).status = Status::Skipped;
-        self.write_sometimes(&mut state);
-    }
-
-    fn frame_stale(&self, number: i32, stale: &Stale) {
-        let mut state = self.lock();
-        self.frame(&mut state, number).reason = Some(stale.to_string());
-    }
-
-    fn frame_failed(&self, failure: &FrameFailure) {
-        let mut state = self.lock();
-        let frame = self.frame(&mut state, failure.frame);
-        frame.status = Status::Failed;
-        frame.reason = Some(failure.cause.to_string());
-        self.write_sometimes(&mut state);
-    }
-
-    fn frame_image(&self, number: i32, image: &FrameImage<'_>) {
-        let frames = self.plan.all_frames();
-        let stride = frames.len().div_ceil(Album::MAX_THUMBNAILS);
-        let index = frames.iter().position(|f| f.number == number);
-        let is_shown = index.is_some_and(|i| i.is_multiple_of(stride.max(1)));
-        if self.files.page.is_some()
-            && is_shown
-            && let Some(small) = thumbnail(image)
-        {
-            self.lock().album.thumbnails.insert(number, small);
+    fn event(&self, event: &JobEvent<'_>) {
+        if let JobEvent::FrameImage { frame, image } = event {
+            return self.keep_thumbnail(*frame, image);
         }
-    }
-
-    fn file_written(&self, number: i32, path: &Path) {
         let mut state = self.lock();
-        self.frame(&mut state, number).files.push(path.display().to_string());
-    }
-
-    fn frame_written(&self, number: i32) {
-        let mut state = self.lock();
-        self.frame(&mut state, number).status = Status::Written;
-        self.write_sometimes(&mut state);
+        let state = &mut *state;
+        match event {
+            JobEvent::FrameStarted { frame, .. } => {
+                state.before = Work::so_far(self.counters);
+                self.frame(state, *frame);
+            }
+            JobEvent::FrameRendered { frame, took } => {
+                let (before, now) = (state.before, Work::so_far(self.counters));
+                let frame = self.frame(state, *frame);
+                frame.status = Status::Rendered;
+                frame.wall_s = took.as_secs_f64();
+                frame.cpu_s = now.cpu.zip(before.cpu).map(|(now, before)| now - before);
+                frame.samples = now.samples - before.samples;
+                frame.segments = now.segments - before.segments;
+                frame.shadow_rays = (now.rays - before.rays).saturating_sub(frame.segments);
+                frame.peak_memory_bytes = memory::peak();
+            }
+            JobEvent::FrameCutShort { frame, samples } => self.frame(state, *frame).samples_per_pixel = Some(*samples),
+            JobEvent::FrameSkipped { frame } => self.frame(state, *frame).status = Status::Skipped,
+            JobEvent::FrameStale { frame, stale } => self.frame(state, *frame).reason = Some(stale.to_string()),
+            JobEvent::FrameFailed(FrameFailure { frame, cause }) => {
+                let frame = self.frame(state, *frame);
+                frame.status = Status::Failed;
+                frame.reason = Some(cause.to_string());
+            }
+            JobEvent::FrameImage { .. } => {}
+            JobEvent::FileWritten { frame, file } => self.frame(state, *frame).files.push(file.display().to_string()),
+            JobEvent::FrameWritten { frame } => self.frame(state, *frame).status = Status::Written,
+        }
+        if let JobEvent::FrameSkipped { .. } | JobEvent::FrameFailed(_) | JobEvent::FrameWritten { .. } = event {
+            self.write_sometimes(state);
+        }
     }
 }
 
@@ -287,39 +272,7 @@ impl Observer for Stats<'_> {
 pub struct Observers<'a>(pub Vec<&'a dyn Observer>);
 
 impl Observer for Observers<'_> {
-    fn frame_started(&self, number: i32, index: usize, total: usize) {
-        self.0.iter().for_each(|o| o.frame_started(number, index, total));
-    }
-
-    fn frame_rendered(&self, number: i32, took: Duration) {
-        self.0.iter().for_each(|o| o.frame_rendered(number, took));
-    }
-
-    fn frame_skipped(&self, number: i32) {
-        self.0.iter().for_each(|o| o.frame_skipped(number));
-    }
-
-    fn frame_stale(&self, number: i32, stale: &Stale) {
-        self.0.iter().for_each(|o| o.frame_stale(number, stale));
-    }
-
-    fn frame_failed(&self, failure: &FrameFailure) {
-        self.0.iter().for_each(|o| o.frame_failed(failure));
-    }
-
-    fn frame_image(&self, number: i32, image: &FrameImage<'_>) {
-        self.0.iter().for_each(|o| o.frame_image(number, image));
-    }
-
-    fn frame_cut_short(&self, number: i32, samples: u32) {
-        self.0.iter().for_each(|o| o.frame_cut_short(number, samples));
-    }
-
-    fn file_written(&self, number: i32, path: &Path) {
-        self.0.iter().for_each(|o| o.file_written(number, path));
-    }
-
-    fn frame_written(&self, number: i32) {
-        self.0.iter().for_each(|o| o.frame_written(number));
+    fn event(&self, event: &JobEvent<'_>) {
+        self.0.iter().for_each(|observer| observer.event(event));
     }
 }

@@ -1,7 +1,6 @@
 //! The batch job of a page, in this process, with its own threads, scene and files.
 
 use std::{
-    path::Path,
     sync::{Arc, Mutex, MutexGuard},
     thread,
     time::{Duration, Instant},
@@ -16,7 +15,7 @@ use super::{
     session::{RunningJob, Session},
 };
 use crate::{
-    batch::{Job, Observer, Plan, Request, Summary},
+    batch::{Job, JobEvent, Observer, Plan, Request, Summary},
     error::{Blame, Error},
     render::{Cancel, Control, Counters, TileResult, TileSink},
 };
@@ -123,6 +122,19 @@ impl<'a> Watch<'a> {
         self.now.lock().expect("no thread panics while it watches a job")
     }
 
+    fn start_frame(&self, number: i32, total: usize) {
+        // The plan's canvas was made before, so another one can be made.
+        let canvas = canvas(self.session, self.plan).ok();
+        {
+            let mut now = self.lock();
+            now.canvas = canvas.map_or_else(|| Arc::clone(&now.canvas), Arc::new);
+            (now.frame, now.samples_before) = (number, self.counters.settled());
+        }
+        self.session.job.send_modify(|facts| {
+            (facts.state, facts.frame, facts.frames, facts.fraction) = ("running", number, total, 0.0);
+        });
+    }
+
     fn show(&self, canvas: &Canvas, frame: i32, is_complete: bool) {
         let file = jpeg(&canvas.rgb(), canvas.size, QUALITY);
         if file.is_empty() {
@@ -177,31 +189,17 @@ impl TileSink for Watch<'_> {
 }
 
 impl Observer for Watch<'_> {
-    fn frame_started(&self, number: i32, _: usize, total: usize) {
-        // The plan's canvas was made before, so another one can be made.
-        let canvas = canvas(self.session, self.plan).ok();
-        {
-            let mut now = self.lock();
-            now.canvas = canvas.map_or_else(|| Arc::clone(&now.canvas), Arc::new);
-            (now.frame, now.samples_before) = (number, self.counters.settled());
+    fn event(&self, event: &JobEvent<'_>) {
+        match event {
+            JobEvent::FrameStarted { frame, total, .. } => self.start_frame(*frame, *total),
+            JobEvent::FrameSkipped { .. } | JobEvent::FrameWritten { .. } => {
+                self.session.job.send_modify(|facts| facts.done += 1);
+            }
+            JobEvent::FileWritten { file, .. } => {
+                let text = file.display().to_string();
+                self.session.job.send_modify(|facts| facts.text = text);
+            }
+            _ => {}
         }
-        self.session.job.send_modify(|facts| {
-            (facts.state, facts.frame, facts.frames, facts.fraction) = ("running", number, total, 0.0);
-        });
-    }
-
-    fn frame_rendered(&self, _: i32, _: Duration) {}
-
-    fn frame_skipped(&self, _: i32) {
-        self.session.job.send_modify(|facts| facts.done += 1);
-    }
-
-    fn file_written(&self, _: i32, path: &Path) {
-        let text = path.display().to_string();
-        self.session.job.send_modify(|facts| facts.text = text);
-    }
-
-    fn frame_written(&self, _: i32) {
-        self.session.job.send_modify(|facts| facts.done += 1);
     }
 }

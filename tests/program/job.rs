@@ -3,13 +3,12 @@
 use std::{
     path::{Path, PathBuf},
     sync::Mutex,
-    time::Duration,
 };
 
 use crate::common::{Folder, repo, stderr};
 use batch_render::{
     assets::ContentHash,
-    batch::{Existing, Job, Observer, Policy, Request, Summary},
+    batch::{Existing, Job, JobEvent, Observer, Policy, Request, Summary},
     error::Error,
     render::Control,
     warnings::WarningKind,
@@ -20,13 +19,11 @@ use batch_render::{
 struct Skipped(Mutex<Vec<i32>>);
 
 impl Observer for Skipped {
-    fn frame_started(&self, _number: i32, _index: usize, _total: usize) {}
-    fn frame_rendered(&self, _number: i32, _took: Duration) {}
-    fn frame_skipped(&self, number: i32) {
-        self.0.lock().expect("not poisoned").push(number);
+    fn event(&self, event: &JobEvent<'_>) {
+        if let JobEvent::FrameSkipped { frame } = event {
+            self.0.lock().expect("not poisoned").push(*frame);
+        }
     }
-    fn frame_written(&self, _: i32) {}
-    fn file_written(&self, _number: i32, _path: &Path) {}
 }
 
 const CAMERA: &str = "[render]\nwidth = 8\nheight = 8\nsamples = 1\n\
