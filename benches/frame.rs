@@ -4,16 +4,19 @@ use std::path::Path;
 
 use batch_render::{
     batch::{Job, Request},
+    describe::Overrides,
     render::{Control, Renderer},
 };
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 fn frame(c: &mut Criterion) {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/assignment/scene.toml");
-    let samples = 16;
+    let samples = 16_u32;
     let request = Request {
-        resolution: Some([1280, 720]),
-        samples: Some(samples),
+        overrides: Overrides::default()
+            .with("render.width", 1280)
+            .with("render.height", 720)
+            .with("render.samples", samples),
         ..Request::default()
     };
     let job = Job::open(&scene, &request).expect("the assignment's scene and a valid request");

@@ -44,9 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let pose = Pose::look_at(DVec3::new(6.0, 4.0, 9.0), &LookAt::new(DVec3::new(0.0, 0.0, 0.0)))?;
     let lens = Lens::Perspective(PerspectiveLens::vertical(45.0));
     let camera = Camera::new(&pose, &lens, settings.resolution);
-    let path = IntegratorDesc::by_name("path")?
-        .compile()
-        .map_err(|problem| problem.message)?;
+    let path = IntegratorDesc::default().compile().map_err(|problem| problem.message)?;
     let mut points = Vec::new();
     println!("| triangles | tree, s | picture, s | rays, M | ns a ray |\n|---|---|---|---|---|");
     for count in counts {

@@ -18,6 +18,7 @@ use std::{
 use batch_render::{
     assets::Store,
     batch::{Job, JobEvent, Observer, Request},
+    describe::Overrides,
     math::DVec3,
     render::Control,
 };
@@ -149,9 +150,11 @@ fn render(model: &Path) -> Result<RgbImage, Box<dyn Error>> {
     let files = tempfile::tempdir()?;
     let picture = files.path().join("ours.png");
     let mut request = Request {
-        outputs: vec![picture.to_string_lossy().into_owned()],
-        resolution: Some([SIDE, SIDE]),
-        samples: Some(SAMPLES),
+        overrides: Overrides::default()
+            .with("output.files", &*picture.to_string_lossy())
+            .with("render.width", SIDE)
+            .with("render.height", SIDE)
+            .with("render.samples", SAMPLES),
         ..Request::default()
     };
     let loaded = Store::default().model(&model.into())?;

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use batch_render::{
     batch::{Job, Request},
+    describe::Overrides,
     integrator::{Integrator, ShadingOutput, Vertex, VertexContext},
     math::Rgb,
     output::{self, DisplayTransform, FrameMetadata},
@@ -29,8 +30,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let out = args.next().unwrap_or_else(|| "out/custom_integrator.png".into());
 
     let request = Request {
-        resolution: Some([320, 320]),
-        samples: Some(16),
+        overrides: Overrides::default()
+            .with("render.width", 320)
+            .with("render.height", 320)
+            .with("render.samples", 16),
         ..Request::default()
     };
     let job = Job::open(Path::new(&scene_file), &request)?;

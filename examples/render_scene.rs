@@ -4,6 +4,7 @@ use std::path::Path;
 
 use batch_render::{
     batch::{Job, JobEvent, Observer, Request},
+    describe::Overrides,
     render::Control,
 };
 
@@ -23,10 +24,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene_file = args.next().unwrap_or_else(|| "scenes/assignment/extended.toml".into());
     let out = args.next().unwrap_or_else(|| "out/render_scene.png".into());
 
-    // Everything that is None here is the scene's to decide.
+    // The scene decides about everything that has no other value here.
     let request = Request {
-        outputs: vec![out],
-        resolution: Some([320, 320]),
+        overrides: Overrides::default()
+            .with("output.files", out)
+            .with("render.width", 320)
+            .with("render.height", 320),
         ..Request::default()
     };
     // The scene file and the request, checked: which frames there will be, and which files.

@@ -155,6 +155,11 @@ impl Error {
 
     pub fn blame(&self) -> Blame {
         match self {
+            Self::Invalid(d) | Self::Scene(describe::Error::Invalid(d)) | Self::Compile(compile::Error::Invalid(d))
+                if d.are_of_overrides() =>
+            {
+                Blame::Usage
+            }
             Self::Usage(_)
             | Self::CameraOfSceneFile
             | Self::VariantOfSceneFile

@@ -195,7 +195,7 @@ macro_rules! named {
 
         impl<'de> serde::Deserialize<'de> for $Name {
             fn deserialize<D: serde::Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-                let name = String::deserialize(d)?;
+                let name = $crate::value::name(d)?;
                 name.parse().map_err(|_| $crate::value::unknown_name($what, &name, &Self::ALL.map(Self::name)))
             }
         }

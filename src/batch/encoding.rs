@@ -1,55 +1,31 @@
 //! The encoding of a job's files.
 
-use super::{Request, names, passes::PassChoice};
 use crate::{
-    describe::SceneDesc,
+    describe::OutputDesc,
     error::Error,
-    output::{BlockShape, Compression, Contents, Encoding, FilePattern, LightType, Parts, PngBits},
-    value::Problem,
+    film::PassRequest,
+    output::{BlockShape, Contents, Encoding, FilePattern, Parts},
 };
 
-/// The encoding of a request and a scene; `None` if a problem was recorded.
+/// The encoding of files that a description asks for.
 ///
 /// # Errors
-/// The request has an unknown name.
-pub(super) fn choose(
-    desc: &SceneDesc,
-    request: &Request,
-    keep: &mut impl FnMut(Problem),
-) -> Result<Option<Encoding>, Error> {
-    let compression: Result<Option<Compression>, _> =
-        names::choose("--compression", (&request.compression, &desc.output.compression))?;
-    let light: Result<Option<LightType>, _> = names::choose("--exr-type", (&request.exr_type, &desc.output.exr_type))?;
-    let bits: Result<Option<PngBits>, _> = names::choose("--png-bits", (&request.png_bits, &desc.output.png_bits))?;
-    let mut ok = |problem: Problem| keep(problem);
-    let (compression, light) = (compression.map_err(&mut ok).ok(), light.map_err(&mut ok).ok());
-    let bits = bits.map_err(&mut ok).ok();
-    let (Some(compression), Some(light), Some(bits)) = (compression, light, bits) else {
-        return Ok(None);
-    };
-    Ok(Some(Encoding {
-        compression: compression.unwrap_or_default(),
-        light: light.unwrap_or_default(),
-        parts: if request.multipart || desc.output.multipart {
-            Parts::Many
-        } else {
-            Parts::One
-        },
-        blocks: if request.tiled || desc.output.tiled {
+/// The compression would change the data of a pass that the files hold.
+pub(super) fn of(desc: &OutputDesc, passes: &[PassRequest], patterns: &[FilePattern]) -> Result<Encoding, Error> {
+    let is_written = patterns.iter().any(|p| p.format().contents() == Contents::Data);
+    let mut data = passes.iter().filter(|pass| !pass.spec().is_light());
+    if let Some(pass) = data.next().filter(|_| is_written && desc.compression.is_lossy()) {
+        return Err(Error::Usage(desc.compression.refusal(&pass.name())));
+    }
+    Ok(Encoding {
+        compression: desc.compression,
+        light: desc.exr_type,
+        parts: if desc.multipart { Parts::Many } else { Parts::One },
+        blocks: if desc.tiled {
             BlockShape::Tiles
         } else {
             BlockShape::Lines
         },
-        png: bits.unwrap_or_default(),
-    }))
-}
-
-/// Refuses a compression that would change the passes of data of a file.
-pub(super) fn check(encoding: Encoding, choice: &PassChoice, patterns: &[FilePattern]) -> Result<(), Error> {
-    let is_written = patterns.iter().any(|p| p.format().contents() == Contents::Data);
-    let mut data = choice.passes.iter().filter(|pass| !pass.spec().is_light());
-    match data.next().filter(|_| is_written && encoding.compression.is_lossy()) {
-        None => Ok(()),
-        Some(pass) => Err(Error::Usage(encoding.compression.refusal(&pass.name()))),
-    }
+        png: desc.png_bits,
+    })
 }

@@ -10,6 +10,7 @@ use super::{Plan, PlannedFrame};
 use crate::{
     assets::{ContentHash, Store},
     camera::{FrameCamera, Neighbours},
+    describe::Source,
     film::{PassRequest, Window},
     output::{Attribute, FrameMetadata, camera_attributes},
     render::Settings,
@@ -29,10 +30,10 @@ pub const PICTURE: &str = "batch-render/picture";
 pub struct InputHash(ContentHash);
 
 impl InputHash {
-    /// The hash of what `store` has loaded for the scene at `scene`, also at which resolution. Paths count as they are seen from
+    /// The hash of what `store` has loaded for the scene, also at which resolution, and of what overrides values of its file. Paths count as they are seen from
     /// the scene's folder, so that a project may be moved as a whole.
-    pub fn new(store: &Store, scene: &Path, camera_path: Option<&Path>) -> Self {
-        let home = scene.parent().unwrap_or(Path::new(""));
+    pub fn new(store: &Store, scene: &Source, camera_path: Option<&Path>) -> Self {
+        let home = scene.path.parent().unwrap_or(Path::new(""));
         let mut lines: Vec<String> = store
             .files()
             .manifest()
@@ -45,6 +46,7 @@ impl InputHash {
             .collect();
         lines.sort();
         lines.push(format!("{:?}", store.halved()));
+        lines.push(scene.overrides.of_scene());
         Self(ContentHash::of(lines.concat().as_bytes()))
     }
 }

@@ -18,7 +18,7 @@ use crate::{
         self, Instancing,
         default_scene::{self, ModelOptions},
     },
-    describe::{self, RenderDesc, SceneDesc},
+    describe::{self, SceneDesc},
     error::Error,
     film::Film,
     render::{Cancel, Control, RenderError, Renderer},
@@ -38,13 +38,13 @@ impl Job {
         let store = store(request);
         let desc = if is_model(path) {
             let options = ModelOptions {
-                aspect: aspect(request),
+                overrides: &request.overrides,
                 camera: request.camera.as_deref(),
                 variant: request.variant.as_deref(),
                 light_units: request.light_units.unwrap_or_default(),
                 point_radius: request.point_radius,
             };
-            default_scene::describe(path, options, &store).map_err(|e| compile::Error::Assets(vec![e]))?
+            default_scene::describe(path, options, &store)?
         } else {
             if request.camera.is_some() {
                 return Err(Error::CameraOfSceneFile);
@@ -58,7 +58,7 @@ impl Job {
             if request.point_radius.is_some() {
                 return Err(Error::PointRadiusOfSceneFile);
             }
-            let read = describe::load(path, |p| store.files().read(p));
+            let read = describe::load(path, &request.overrides, |p| store.files().read(p));
             match read {
                 // Nobody looks for the mistake in another program's file.
                 Err(describe::Error::Invalid(_) | describe::Error::Encoding { .. })
@@ -77,6 +77,7 @@ impl Job {
     /// A job of a parsed scene.
     pub fn new(desc: SceneDesc, request: &Request) -> Result<Self, Error> {
         let store = store(request);
+        let desc = desc.with(&request.overrides)?;
         let plan = Plan::new(&desc, request, store.files())?;
         Ok(Self { store, desc, plan })
     }
@@ -88,7 +89,7 @@ impl Job {
 
     /// The hash of all files that were read so far, which are those of the whole scene once it is loaded.
     pub fn inputs(&self) -> InputHash {
-        InputHash::new(&self.store, &self.desc.source.path, self.plan.camera_path.as_deref())
+        InputHash::new(&self.store, &self.desc.source, self.plan.camera_path.as_deref())
     }
 
     /// For each frame, the first file that is not what the job would write, if any; on the threads of the current rayon pool. Call it
@@ -242,13 +243,4 @@ fn store(request: &Request) -> Store {
     Store::new(request.missing_assets, files)
         .strict(request.strict)
         .texture_memory(request.texture_memory)
-}
-
-/// The aspect ratio of the picture of a model.
-fn aspect(request: &Request) -> f64 {
-    let default = RenderDesc::default();
-    let [width, height] = request
-        .resolution
-        .unwrap_or([default.width.get_ref().0, default.height.get_ref().0]);
-    f64::from(width.max(1)) / f64::from(height.max(1))
 }

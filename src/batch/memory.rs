@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
+use super::PicturePlan;
 use crate::{
     assets::{MemoryBudget, MemoryKind},
     describe::SceneDesc,
     error::Error,
-    integrator::BuiltIn,
     render,
 };
 
@@ -16,13 +16,13 @@ const FRAMES_IN_MEMORY: u64 = 4;
 /// Reserves the memory of the frames that exist at the same time.
 pub(super) fn take(
     desc: &SceneDesc,
-    settings: &render::Settings,
-    (integrator, checkpoint): (&BuiltIn, Option<Duration>),
+    picture: &PicturePlan,
+    checkpoint: Option<Duration>,
     memory: &MemoryBudget,
 ) -> Result<(), Error> {
-    let picture = render::picture_of(integrator.as_dyn());
+    let settings = &picture.settings;
     let layout = settings
-        .film_layout(picture, &desc.light_groups())
+        .film_layout(render::picture_of(picture.integrator.as_dyn()), &desc.light_groups())
         .map_err(|unknown| Error::Usage(unknown.to_string()))?;
     let frame = (settings.window.area() as u64).saturating_mul(layout.bytes_per_pixel());
     // The accumulators of all tiles are kept if a frame has several rounds, and copied for a checkpoint.

@@ -3,6 +3,7 @@
 //! [`Job::open`] reads a scene and turns a [`Request`] into a [`Plan`] of frames, files and settings; [`Job::load`] loads the
 //! files of the scene; [`Job::run`] renders the frames, and writes each one while the next one renders.
 
+mod cameras;
 mod checkpoint;
 pub mod denoise;
 mod denoise_options;
@@ -21,15 +22,14 @@ mod memory;
 mod merge;
 pub mod metadata;
 mod metering;
-mod names;
 mod part;
 mod passes;
 mod patterns;
+mod picture;
 mod plan;
 mod request;
 mod rig;
 mod run;
-mod samples;
 mod sidecars;
 mod sight;
 mod stale;
@@ -50,7 +50,8 @@ pub use inventory::Inventory;
 pub use job::Job;
 pub use merge::merge;
 pub use part::{JobPart, PartBase, PartOrder, PartSpec};
-pub use plan::{FilePlan, PicturePlan, Plan, PlannedFrame};
+pub use picture::PicturePlan;
+pub use plan::{FilePlan, Plan, PlannedFrame};
 pub use range::FrameRange;
 pub use request::{Policy, Request};
 pub use rig::CameraRig;

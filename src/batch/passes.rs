@@ -1,8 +1,8 @@
 //! The passes of a job: those of its films, and the one that its files show.
 
-use super::Request;
+use super::patterns::is_chosen;
 use crate::{
-    describe::{OneOrMany, SceneDesc},
+    describe::{OutputDesc, SceneDesc},
     error::Error,
     film::{
         PassRequest,
@@ -12,8 +12,8 @@ use crate::{
     integrator::BuiltIn,
     output::{Contents, FilePattern},
     render::Content,
-    value::{Problem, Spanned, UnknownName},
-    warnings::WarningKind,
+    value::{Problem, Spanned, UnknownName, is_override},
+    warnings::{WarningKind, Warnings},
 };
 
 /// The passes of a job's films.
@@ -27,41 +27,24 @@ pub(super) struct PassChoice {
 }
 
 impl PassChoice {
-    /// The passes that a request names; `None` if it names none, and the scene decides.
+    /// The passes that a scene names.
     ///
     /// # Errors
-    /// A name is unknown, or no file of the job can hold the passes.
-    pub fn of_request(request: &Request, patterns: &[FilePattern]) -> Result<Option<Self>, Error> {
-        if let Some(name) = &request.show {
-            let choice = shown(name).map_err(|unfit| Error::Usage(format!("--show: {unfit}")))?;
-            return Ok(Some(choice));
-        }
-        if request.aovs.is_empty() {
-            return Ok(None);
-        }
-        let names = request.aovs.iter().map(String::as_str);
-        let passes =
-            PassRequest::parse_list(names.clone()).map_err(|unknown| Error::Usage(format!("--aovs: {unknown}")))?;
-        if !holds_passes(patterns) {
-            let message = "--aovs: only EXR files hold passes, and the job writes none";
-            return Err(Error::Usage(message.to_owned()));
-        }
-        Ok(Some(Self::beside_beauty(passes, names)))
-    }
-
-    /// The passes that a scene file names.
-    ///
-    /// # Errors
-    /// Names that are unknown.
-    pub fn of_scene(desc: &SceneDesc, request: &Request, patterns: &[FilePattern]) -> Result<Self, Vec<Problem>> {
-        if let Some(name) = &desc.output.show {
+    /// Names that are unknown, and passes that no file of the job can hold.
+    pub fn new(desc: &SceneDesc, patterns: &[FilePattern], warnings: &Warnings) -> Result<Self, Vec<Problem>> {
+        let OutputDesc { show, aovs, .. } = &desc.output;
+        let last = aovs.iter().flat_map(|aovs| &aovs.0).map(|name| name.span().start).max();
+        // Passes that an override names replace the one that the file shows.
+        let is_replaced =
+            last.is_some_and(|at| is_override(&(at..at)) && show.as_ref().is_some_and(|s| s.span().start < at));
+        if let Some(name) = show.as_ref().filter(|_| !is_replaced) {
             return shown(name.get_ref()).map_err(|unfit| vec![unfit.at(name)]);
         }
-        let Some(OneOrMany(names)) = &desc.output.aovs else {
+        let Some(names) = aovs else {
             return Ok(Self::default());
         };
         let (mut passes, mut problems) = (Vec::new(), Vec::new());
-        for name in names {
+        for name in &names.0 {
             match PassRequest::parse_list([name.get_ref().as_str()]) {
                 Ok(list) => passes.extend(list),
                 Err(unknown) => problems.push(unknown.at(name.span())),
@@ -72,29 +55,23 @@ impl PassChoice {
         }
         if !holds_passes(patterns) {
             // Outputs of the command line, such as previews, need not hold the scene's passes.
-            if request.outputs.is_empty() {
-                let message = "only EXR files hold passes, and `files` names none";
-                let at = names.first().map(Spanned::span).unwrap_or_default();
-                return Err(vec![Problem::at(at, message)]);
-            }
-            let text = "the job writes no EXR file, which alone holds passes: `aovs` are left out";
-            request
-                .warnings
-                .add_topic(WarningKind::UNUSED_SETTING, "aovs", "aovs", text);
-            passes.clear();
+            let message = match (names.is_override(), is_chosen(desc)) {
+                (true, _) => "only EXR files hold passes, and the job writes none",
+                (_, false) => "only EXR files hold passes, and `files` names none",
+                (false, true) => {
+                    let text = "the job writes no EXR file, which alone holds passes: `aovs` are left out";
+                    warnings.add_topic(WarningKind::UNUSED_SETTING, "aovs", "aovs", text);
+                    return Ok(Self::default());
+                }
+            };
+            let at = names.0.first().map(Spanned::span).unwrap_or_default();
+            return Err(vec![Problem::at(at, message)]);
         }
-        Ok(Self::beside_beauty(
-            passes,
-            names.iter().map(|name| name.get_ref().as_str()),
-        ))
-    }
-
-    fn beside_beauty<'a>(passes: Vec<PassRequest>, mut names: impl Iterator<Item = &'a str>) -> Self {
-        Self {
+        Ok(Self {
             passes,
             is_shown: false,
-            is_all: names.any(|name| name == ALL),
-        }
+            is_all: names.0.iter().any(|name| name.get_ref() == ALL),
+        })
     }
 
     /// Adds the pass of this name to the films, unless they have it.

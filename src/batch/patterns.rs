@@ -2,7 +2,7 @@
 
 use super::{Request, denoise_options};
 use crate::{
-    describe::SceneDesc,
+    describe::{OneOrMany, SceneDesc},
     error::Error,
     output::{Contents, FilePattern, FilePatternError, Format as _},
 };
@@ -16,17 +16,17 @@ pub(super) struct Patterns {
 }
 
 impl Patterns {
-    /// The patterns of the request, else of the scene, else by the scene's name.
+    /// The patterns that a scene names, or those of its own name.
     ///
     /// # Errors
     /// A pattern is invalid, or has an unsuitable format.
     pub fn new(desc: &SceneDesc, request: &Request) -> Result<Self, Error> {
         let mut patterns = Self {
-            rendered: pictures(desc, request).map_err(Error::Pattern)?,
+            rendered: pictures(desc).map_err(Error::Pattern)?,
             denoised: Vec::new(),
         };
         if request.denoise.is_some() {
-            patterns.denoised = denoise_options::exr_alone(patterns.rendered, !request.outputs.is_empty())?;
+            patterns.denoised = denoise_options::exr_alone(patterns.rendered, is_chosen(desc))?;
             let noisy = patterns
                 .denoised
                 .iter()
@@ -59,10 +59,12 @@ impl Patterns {
     }
 }
 
-fn pictures(desc: &SceneDesc, request: &Request) -> Result<Vec<FilePattern>, FilePatternError> {
-    if !request.outputs.is_empty() {
-        return request.outputs.iter().map(|text| FilePattern::parse(text)).collect();
-    }
+/// Whether an override names the files, and not the scene's author.
+pub(super) fn is_chosen(desc: &SceneDesc) -> bool {
+    desc.output.files.as_ref().is_some_and(OneOrMany::is_override)
+}
+
+fn pictures(desc: &SceneDesc) -> Result<Vec<FilePattern>, FilePatternError> {
     if let Some(files) = &desc.output.files {
         return files.0.iter().map(|text| FilePattern::parse(text.get_ref())).collect();
     }

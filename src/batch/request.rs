@@ -2,21 +2,22 @@
 
 use std::{path::PathBuf, time::Duration};
 
-use super::{DenoiseOptions, Existing, FrameRange, IfBusy, JobPart, OnFailure};
+use super::{DenoiseOptions, Existing, FrameRange, IfBusy, JobPart, OnFailure, metadata::Sidecar};
 use crate::{
     accel::BuildOptions,
     assets::store::MissingAssets,
     camera::RotationOrder,
+    describe::Overrides,
     output::png::data::{DEPTH, DataPng, IDS, NORMALS},
-    sampler::SeedMode,
     shape::mesh::LightUnits,
-    value::Exposure,
     warnings::Warnings,
 };
 
-/// The settings of a job. The scene file decides about a setting that is `None`.
+/// The settings of a job.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
+    /// Values for keys of the scene file.
+    pub overrides: Overrides,
     pub camera_path: Option<PathBuf>,
     /// The name, or the number from 0, of a camera of the model that is the scene.
     pub camera: Option<String>,
@@ -29,50 +30,19 @@ pub struct Request {
     pub range: Option<FrameRange>,
     /// The share of these frames that this job renders.
     pub part: Option<JobPart>,
-    pub outputs: Vec<String>,
     pub policy: Policy,
     /// The time that each frame has; it gets fewer samples where that is too short.
     pub time_limit: Option<Duration>,
-    /// The samples of each pixel; with adaptive sampling the most.
-    pub samples: Option<u32>,
-    /// The samples that each pixel has at least with adaptive sampling.
-    pub min_samples: Option<u32>,
-    /// The error of what is shown that adaptive sampling takes as low enough; it is switched on by this.
-    pub noise_threshold: Option<f32>,
-    pub resolution: Option<[u32; 2]>,
     /// Columns and rows x0, y0, x1, y1; the last two are not rendered.
     pub crop: Option<[u32; 4]>,
-    pub seed: Option<u32>,
-    pub seed_mode: Option<SeedMode>,
-    pub integrator: Option<String>,
-    /// Names of passes that EXR files hold beside the beauty, in place of the scene's; empty for the scene's.
-    pub aovs: Vec<String>,
-    /// The mattes of each pixel that Cryptomatte passes keep.
-    pub cryptomatte_levels: Option<u32>,
-    /// The name of a pass that files show in place of the beauty.
-    pub show: Option<String>,
-    /// The name of the display transform of 8-bit files.
-    pub view: Option<String>,
-    /// The exposure of 8-bit files.
-    pub exposure: Option<Exposure>,
-    /// The name of the compression of EXR files.
-    pub compression: Option<String>,
-    /// The name of the type of light in EXR files.
-    pub exr_type: Option<String>,
-    /// Whether each layer of an EXR file is a part of its own; the scene decides where it is not.
-    pub multipart: bool,
-    /// Whether EXR files have tiles; the scene decides where it is not.
-    pub tiled: bool,
-    /// The name of the bits of PNG files.
-    pub png_bits: Option<String>,
     /// Patterns of PNG files of depth, of normals, and of the numbers of objects.
     pub png_depth: Option<String>,
     pub png_normals: Option<String>,
     pub png_ids: Option<String>,
     /// The denoising that follows once all frames are there; the job's files are the denoised ones then.
     pub denoise: Option<DenoiseOptions>,
-    /// The names of files with metadata beside the pictures.
-    pub metadata: Vec<String>,
+    /// The files with metadata beside the pictures.
+    pub metadata: Vec<Sidecar>,
     /// Files that the caller writes beside the job's own. None of them may be a file that the job reads or writes.
     pub files_of_caller: Vec<PathBuf>,
     /// Columns and rows beyond each edge of the picture.

@@ -5,24 +5,16 @@
 
 use std::{path::PathBuf, time::Duration};
 
-use batch_render::{batch::PartSpec, sampler::SeedMode, shape::mesh::LightUnits, value::Exposure};
+use batch_render::{batch::PartSpec, shape::mesh::LightUnits};
 use clap::{ArgAction, Args as ClapArgs, Parser, Subcommand, ValueEnum};
 
 use super::{
     choices::{DenoiseStep, DenoiserKind, IfBusyKind, MissingKind, PartBaseKind, ProgressKind},
+    heading,
     preview::preview_path,
-    values::{crop, cryptomatte_levels, duration, light_units, noise_threshold, radius, resolution, seed_mode, size},
+    settings::Settings,
+    values::{crop, duration, light_units, radius, size},
 };
-
-/// The headings of the help, in the order in which they appear.
-mod heading {
-    pub const FRAMES: &str = "Frames";
-    pub const OUTPUT: &str = "Output";
-    pub const PICTURE: &str = "Picture";
-    pub const JOB: &str = "Job";
-    pub const FARM: &str = "Farm";
-    pub const GENERAL: &str = "General";
-}
 
 /// Renders a scene along a camera path into EXR and PNG sequences.
 #[derive(Debug, Parser)]
@@ -203,29 +195,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "0|1", value_enum, default_value_t, hide_short_help = true, help_heading = heading::FRAMES)]
     pub part_base: PartBaseKind,
 
-    /// Output files instead of the scene's: out.####.exr, %04d or $F4; repeatable
-    #[arg(short, long, value_name = "PATTERN", help_heading = heading::OUTPUT)]
-    pub output: Vec<String>,
-
-    /// Compression of EXR files: zips, zip, piz, rle, none, or the lossy dwaa
-    #[arg(long, value_name = "NAME", hide_short_help = true, help_heading = heading::OUTPUT)]
-    pub compression: Option<String>,
-
-    /// Type of the numbers of light in EXR files: half or float
-    #[arg(long, value_name = "TYPE", hide_short_help = true, help_heading = heading::OUTPUT)]
-    pub exr_type: Option<String>,
-
-    /// Make each layer of an EXR file a part of its own
-    #[arg(long, hide_short_help = true, help_heading = heading::OUTPUT)]
-    pub multipart: bool,
-
-    /// Store EXR files in tiles of 64x64 pixels instead of lines
-    #[arg(long, hide_short_help = true, help_heading = heading::OUTPUT)]
-    pub tiled: bool,
-
-    /// Bits of PNG files: 8, 8-dithered or 16
-    #[arg(long, value_name = "BITS", hide_short_help = true, help_heading = heading::OUTPUT)]
-    pub png_bits: Option<String>,
+    #[command(flatten)]
+    pub settings: Settings,
 
     /// Also write depth in millimetres as PNG files of 16 bits: depth.####.png, or =PATTERN
     #[arg(long, value_name = "PATTERN", num_args = 0..=1, require_equals = true, default_missing_value = "depth.####.png", hide_short_help = true, help_heading = heading::OUTPUT)]
@@ -297,24 +268,6 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), help_heading = heading::JOB)]
     pub threads: Option<u16>,
 
-    /// Samples per pixel; with --noise-threshold the most
-    #[arg(long, visible_alias = "max-samples", value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = heading::PICTURE)]
-    pub samples: Option<u32>,
-
-    /// Error of what is shown at which a block of pixels has enough samples, such as 0.01 (adaptive sampling)
-    ///
-    /// 0 gives every pixel --max-samples. Without this flag the scene file decides.
-    #[arg(long, value_name = "ERROR", value_parser = noise_threshold, hide_short_help = true, help_heading = heading::PICTURE)]
-    pub noise_threshold: Option<f32>,
-
-    /// Samples that every pixel gets with adaptive sampling [default: the scene's, or 16]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), hide_short_help = true, help_heading = heading::PICTURE)]
-    pub min_samples: Option<u32>,
-
-    /// Width and height in pixels
-    #[arg(long, value_name = "WxH", value_parser = resolution, help_heading = heading::PICTURE)]
-    pub resolution: Option<[u32; 2]>,
-
     /// Render only columns X0 to X1 - 1 and rows Y0 to Y1 - 1
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = crop, hide_short_help = true, help_heading = heading::PICTURE)]
     pub crop: Option<[u32; 4]>,
@@ -323,26 +276,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "crop", value_parser = clap::value_parser!(u32).range(..=65536), hide_short_help = true, help_heading = heading::PICTURE)]
     pub overscan: u32,
 
-    /// Seed of the random numbers
-    #[arg(long, value_name = "N", hide_short_help = true, help_heading = heading::PICTURE)]
-    pub seed: Option<u32>,
-
-    /// Whether the noise changes from frame to frame
-    #[arg(long, value_name = "MODE", value_parser = seed_mode(), hide_short_help = true, help_heading = heading::PICTURE)]
-    pub seed_mode: Option<SeedMode>,
-
-    /// Integrator, such as path or whitted
-    ///
-    /// It keeps the scene's settings if the scene uses the same one, and has its default settings otherwise.
-    #[arg(long, value_name = "NAME", help_heading = heading::PICTURE)]
-    pub integrator: Option<String>,
-
-    /// Passes of EXR files beside the beauty: depth,N,denoise or all
-    #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "show", help_heading = heading::PICTURE)]
-    pub aovs: Vec<String>,
-
     /// Denoise the frames with those around them; noisy ones stay in the folder noisy
-    #[arg(long, value_enum, value_name = "FILTER", num_args = 0..=1, default_missing_value = "nlm", conflicts_with_all = ["show", "time_limit"], hide_short_help = true, help_heading = heading::PICTURE)]
+    #[arg(long, value_enum, value_name = "FILTER", num_args = 0..=1, default_missing_value = "nlm", conflicts_with_all = ["output.show", "time_limit"], hide_short_help = true, help_heading = heading::PICTURE)]
     pub denoise: Option<DenoiserKind>,
 
     /// Frames on each side of a frame that help to denoise it
@@ -356,22 +291,6 @@ pub struct RenderArgs {
     /// Do one half of the job only: render the noisy frames, or denoise those that are there
     #[arg(long, value_enum, value_name = "STEP", requires = "denoise", hide_short_help = true, help_heading = heading::FARM)]
     pub denoise_step: Option<DenoiseStep>,
-
-    /// Mattes of each pixel that Cryptomatte passes keep, an even number up to 16
-    #[arg(long, value_name = "N", value_parser = cryptomatte_levels, hide_short_help = true, help_heading = heading::PICTURE)]
-    pub cryptomatte_levels: Option<u32>,
-
-    /// One pass in place of the beauty, such as depth
-    #[arg(long, value_name = "PASS", hide_short_help = true, help_heading = heading::PICTURE)]
-    pub show: Option<String>,
-
-    /// Display transform of PNG files, such as srgb or raw
-    #[arg(long, value_name = "NAME", hide_short_help = true, help_heading = heading::PICTURE)]
-    pub view: Option<String>,
-
-    /// Exposure of PNG files, in stops, or auto: that which suits the first frame
-    #[arg(long, value_name = "STOPS", allow_hyphen_values = true, hide_short_help = true, help_heading = heading::PICTURE)]
-    pub exposure: Option<Exposure>,
 
     /// Acceleration structure; all give the same picture
     #[arg(long, value_name = "NAME", default_value_t, hide_short_help = true, help_heading = heading::PICTURE)]

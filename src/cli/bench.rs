@@ -13,6 +13,7 @@ use batch_render::{
     batch::{CameraRig, Fingerprint, Job, Plan, PlannedFrame, Request},
     bench::{self, BenchObserver, BenchOptions, Buffers, Subject},
     camera::FrameCamera,
+    describe::Overrides,
     film::Film,
     geometry::Geometry,
     output::{EncodeError, FrameImage, atomic},
@@ -112,8 +113,10 @@ impl Subject for FirstFrame<'_> {
 fn rays(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let side = bench::SIDE;
     let request = Request {
-        resolution: Some([side, side]),
-        samples: Some(1),
+        overrides: Overrides::default()
+            .with("render.width", side)
+            .with("render.height", side)
+            .with("render.samples", 1),
         accel: BuildOptions {
             simd,
             ..BuildOptions::default()

@@ -19,10 +19,7 @@ use super::{fly_args::FlyArgs, log, memory, progress::say, replay::Replay, signa
 /// Serves the page until a signal comes.
 pub fn run(args: &FlyArgs, simd: Isa) -> anyhow::Result<()> {
     let request = Request {
-        outputs: args.output.clone(),
-        resolution: args.resolution,
-        samples: args.samples,
-        integrator: args.integrator.clone(),
+        overrides: args.settings.0.clone(),
         camera: args.camera.clone(),
         fps: args.fps,
         rotation_order: args.rotation_order,

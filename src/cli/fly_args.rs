@@ -8,7 +8,7 @@ use std::{
 use batch_render::{camera::RotationOrder, shape::mesh::LightUnits};
 use clap::Args as ClapArgs;
 
-use super::values;
+use super::{settings::Settings, values};
 
 /// The keys of the page.
 pub const KEYS: &str = "\
@@ -54,21 +54,8 @@ pub struct FlyArgs {
     #[arg(long)]
     pub open: bool,
 
-    /// Output files of the job that the page starts, instead of the scene's; repeatable
-    #[arg(short, long, value_name = "PATTERN")]
-    pub output: Vec<String>,
-
-    /// Width and height in pixels
-    #[arg(long, value_name = "WxH", value_parser = values::resolution)]
-    pub resolution: Option<[u32; 2]>,
-
-    /// Samples per pixel
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
-    pub samples: Option<u32>,
-
-    /// Integrator, such as path or whitted
-    #[arg(long, value_name = "NAME")]
-    pub integrator: Option<String>,
+    #[command(flatten)]
+    pub settings: Settings,
 
     /// See a model by its camera of this name, or of this number from 0
     #[arg(long, value_name = "NAME")]

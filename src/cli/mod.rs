@@ -14,6 +14,7 @@ mod figures;
 mod fly;
 #[cfg(feature = "viewer")]
 mod fly_args;
+mod heading;
 mod inventory;
 mod job;
 mod log;
@@ -23,6 +24,7 @@ mod progress;
 mod replay;
 mod report_page;
 mod request;
+mod settings;
 mod signals;
 mod simd;
 mod small_picture;

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use batch_render::{
     accel::BuildOptions,
-    batch::{Existing, FrameRange, OnFailure, Policy, Request},
+    batch::{Existing, FrameRange, OnFailure, Policy, Request, metadata::Sidecar},
     error::Error,
     simd::Isa,
+    value::UnknownName,
     warnings::Warnings,
 };
 
@@ -38,12 +39,13 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         (_, true) => Existing::Fail,
         _ => Existing::Overwrite,
     };
+    let sidecars: Result<Vec<Sidecar>, UnknownName> = args.metadata.iter().map(|name| name.parse()).collect();
     Ok(Request {
+        overrides: args.settings.0.clone(),
         camera_path: args.frames.clone(),
         turntable: args.turntable,
         range,
         part,
-        outputs: args.output.clone(),
         policy: Policy {
             existing,
             on_failure: if args.fail_fast {
@@ -56,28 +58,11 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
             checkpoint: args.checkpoint,
         },
         time_limit: args.time_limit,
-        samples: args.samples,
-        min_samples: args.min_samples,
-        noise_threshold: args.noise_threshold,
-        resolution: args.resolution,
         crop: args.crop,
-        seed: args.seed,
-        seed_mode: args.seed_mode,
-        integrator: args.integrator.clone(),
-        aovs: args.aovs.clone(),
-        cryptomatte_levels: args.cryptomatte_levels,
-        show: args.show.clone(),
-        view: args.view.clone(),
-        exposure: args.exposure,
-        compression: args.compression.clone(),
-        exr_type: args.exr_type.clone(),
-        multipart: args.multipart,
-        tiled: args.tiled,
         denoise: args
             .denoise
             .map(|filter| super::denoise::options(filter, args.temporal, args.oidn_lib.as_deref())),
-        metadata: args.metadata.clone(),
-        png_bits: args.png_bits.clone(),
+        metadata: sidecars.map_err(|unknown| Error::Usage(format!("--metadata: {unknown}")))?,
         png_depth: args.png_depth.clone(),
         png_normals: args.png_normals.clone(),
         png_ids: args.png_ids.clone(),

@@ -2,32 +2,25 @@
 
 use std::time::Duration;
 
-use batch_render::{
-    describe::{CRYPTOMATTE_LEVELS, are_cryptomatte_levels},
-    sampler::SeedMode,
-    shape::mesh::LightUnits,
-};
+use batch_render::shape::mesh::LightUnits;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-
-/// Reads the name of a seed mode.
-pub fn seed_mode() -> impl TypedValueParser<Value = SeedMode> {
-    by_name(SeedMode::ALL, SeedMode::name)
-}
 
 /// Reads the name of a unit of lights.
 pub fn light_units() -> impl TypedValueParser<Value = LightUnits> {
-    by_name(LightUnits::ALL, LightUnits::name)
+    PossibleValuesParser::new(LightUnits::ALL.map(LightUnits::name))
+        .map(|name| name.parse().expect("a possible value is the name of one"))
 }
 
-/// Reads the name of one of `all` values.
-fn by_name<T: Copy + Send + Sync + 'static, const N: usize>(
-    all: [T; N],
-    name: fn(T) -> &'static str,
-) -> impl TypedValueParser<Value = T> {
-    PossibleValuesParser::new(all.map(name)).map(move |typed| {
-        let found = all.into_iter().find(|value| name(*value) == typed);
-        found.expect("a possible value is the name of one")
-    })
+/// Reads the path of a key and its value, in TOML or as a text.
+pub fn assignment(text: &str) -> Result<(String, toml::Value), String> {
+    let (key, value) = text
+        .split_once('=')
+        .ok_or("expected KEY=VALUE, such as camera.perspective.fov=40")?;
+    let (key, value) = (key.trim(), value.trim());
+    if key.split('.').any(str::is_empty) {
+        return Err("expected the path of a key before the =, such as render.seed".into());
+    }
+    Ok((key.to_owned(), value.parse().unwrap_or_else(|_| value.into())))
 }
 
 /// Reads a size in pixels, such as `1280x720`.
@@ -50,20 +43,6 @@ pub fn crop(text: &str) -> Result<[u32; 4], String> {
         Ok([_, _, _, _]) => Err("nothing is left: X1 must exceed X0, and Y1 exceed Y0".into()),
         _ => Err("expected four whole numbers X0,Y0,X1,Y1".into()),
     }
-}
-
-/// Reads the number of mattes that a pixel has.
-pub fn cryptomatte_levels(text: &str) -> Result<u32, String> {
-    let levels = text.parse().ok();
-    levels
-        .filter(|n| are_cryptomatte_levels(*n))
-        .ok_or_else(|| CRYPTOMATTE_LEVELS.into())
-}
-
-/// Reads an error of what is shown.
-pub fn noise_threshold(text: &str) -> Result<f32, String> {
-    let error = text.parse::<f32>().ok().filter(|e| *e >= 0.0 && e.is_finite());
-    error.ok_or_else(|| "expected a number of at least 0, such as 0.01".into())
 }
 
 /// Reads a radius in metres.
@@ -133,6 +112,10 @@ mod tests {
         }
         assert_eq!(resolution("640x480"), Ok([640, 480]));
         assert!(resolution("0x480").is_err());
+        let assigned = |text| assignment(text).expect("a key and a value").1;
+        assert_eq!(assigned("a.b = [1, 2]"), toml::Value::from(vec![1, 2]));
+        assert_eq!(assigned("a=b=c"), "b=c".into());
+        assert!(assignment("a").is_err() && assignment("a..b=1").is_err());
         assert_eq!(crop("1,2,3,4"), Ok([1, 2, 3, 4]));
         assert!(crop("3,2,3,4").is_err());
     }

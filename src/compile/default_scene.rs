@@ -1,9 +1,10 @@
 //! The scene of a model file. Missing parts have defaults.
 
-use std::{f64::consts::PI, path::Path, sync::Arc};
+use std::{f64::consts::PI, path::Path};
 
 use glam::{DVec2, DVec3};
 
+use super::Error;
 use crate::{
     assets::{
         AssetError, Store,
@@ -15,7 +16,7 @@ use crate::{
         orthographic::OrthographicDesc,
         perspective::{FovDegrees, PerspectiveDesc},
     },
-    describe::{BackgroundDesc, LightEntry, ObjectDesc, OutputDesc, RenderDesc, SceneDesc, Source},
+    describe::{self, BackgroundDesc, LightEntry, ObjectDesc, Overrides, SceneDesc, Source},
     light::{LightDesc, sun::SunDesc},
     math::{Aabb, Rgb, Vec3, origin},
     shape::{ShapeDesc, mesh::MeshDesc},
@@ -45,8 +46,8 @@ fn unspanned<T>(value: T) -> Spanned<T> {
 /// The choices about a model that is the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct ModelOptions<'a> {
-    /// The width of the picture over its height.
-    pub aspect: f64,
+    /// Values for keys of the scene file that there might be.
+    pub overrides: &'a Overrides,
     /// The name of a camera of the file; `None` for the first.
     pub camera: Option<&'a str>,
     /// The name of a material variant; `None` for the default materials.
@@ -58,7 +59,10 @@ pub struct ModelOptions<'a> {
 }
 
 /// The scene of the model at `path`.
-pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result<SceneDesc, AssetError> {
+pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result<SceneDesc, Error> {
+    let source = Source::new(path.to_owned(), "").with(options.overrides.clone());
+    let desc = describe::parse(source).map_err(Error::Invalid)?;
+    let [width, height] = desc.render.resolution().map(f64::from);
     let model = store.model(&ModelRequest {
         path: path.to_owned(),
         choice: ModelChoice {
@@ -85,23 +89,17 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
     // A file with lights gets no others.
     let is_lit = model.lights.iter().any(|light| !light.strength.is_black());
     Ok(SceneDesc {
-        source: Source {
-            path: path.to_owned(),
-            text: Arc::from(""),
-        },
-        render: RenderDesc::default(),
-        camera: Some(unspanned(
-            camera.unwrap_or_else(|| framing(origin, &near, options.aspect)),
-        )),
+        camera: desc.camera.or_else(|| {
+            let camera = camera.unwrap_or_else(|| framing(origin, &near, width / height));
+            Some(unspanned(camera))
+        }),
         background: BackgroundDesc {
             color: Some(RgbFactor(Rgb::gray(if is_lit { 0.0 } else { BACKGROUND }))),
             ..BackgroundDesc::default()
         },
-        textures: Vec::new(),
-        materials: Vec::new(),
         objects,
         lights: if is_lit { Vec::new() } else { vec![daylight()] },
-        output: OutputDesc::default(),
+        ..desc
     })
 }
 

@@ -19,6 +19,12 @@ pub enum Error {
     },
 }
 
+impl From<AssetError> for Error {
+    fn from(error: AssetError) -> Self {
+        Self::Assets(vec![error])
+    }
+}
+
 fn lines(errors: &[AssetError]) -> String {
     errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }

@@ -4,18 +4,36 @@ use std::{fmt, ops::Range, path::PathBuf, sync::Arc};
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
-use crate::value::{Problem, one_line, visible};
+use super::Overrides;
+use crate::value::{Problem, is_override, one_line, visible};
 
 /// The most characters of a message before it is shortened.
 const LONGEST_MESSAGE: usize = 1000;
 /// The most bytes of a line before it is shortened.
 const LONGEST_LINE: usize = 400;
 
-/// A scene file's path and text.
+/// A scene file's text, where it came from, and the values that replace some of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Source {
     pub path: PathBuf,
     pub text: Arc<str>,
+    pub overrides: Overrides,
+}
+
+impl Source {
+    /// A text without overrides.
+    pub fn new(path: PathBuf, text: impl Into<Arc<str>>) -> Self {
+        Self {
+            path,
+            text: text.into(),
+            overrides: Overrides::default(),
+        }
+    }
+
+    /// The same text with these overrides.
+    pub fn with(self, overrides: Overrides) -> Self {
+        Self { overrides, ..self }
+    }
 }
 
 /// All problems of a scene file, in the order of their places.
@@ -40,7 +58,13 @@ impl Diagnostics {
         &self.problems
     }
 
-    /// Each problem with its line.
+    /// Whether no problem is that of a file.
+    pub fn are_of_overrides(&self) -> bool {
+        let spans = self.problems.iter().map(|problem| problem.span.as_ref());
+        spans.into_iter().all(|span| span.is_some_and(is_override))
+    }
+
+    /// Each problem with the line that has it, or with the origin of its value.
     pub fn messages(&self) -> Vec<String> {
         self.problems.iter().map(|p| self.message(p)).collect()
     }
@@ -49,8 +73,14 @@ impl Diagnostics {
         let path = self.source.path.display().to_string();
         let text: &str = &self.source.text;
         let message = one_line(&problem.message, LONGEST_MESSAGE);
+        let help = problem.help.as_deref().map(|help| one_line(help, LONGEST_MESSAGE));
+        let span = problem.span.clone();
+        if let Some(origin) = span.as_ref().and_then(|span| self.source.overrides.origin(span)) {
+            let help = help.map(|help| format!(" ({help})")).unwrap_or_default();
+            return format!("{origin}: {message}{help}");
+        }
         let title = Level::ERROR.no_name().primary_title(message.as_ref());
-        let span = problem.span.clone().filter(|s| s.start < text.len().max(1));
+        let span = span.filter(|s| s.start < text.len().max(1));
         let mut report = match span {
             Some(span) => {
                 let excerpt = Excerpt::new(text, first_line(text, span));
@@ -63,7 +93,6 @@ impl Diagnostics {
             }
             None => title.element(annotate_snippets::Origin::path(path.as_str())),
         };
-        let help = problem.help.as_deref().map(|help| one_line(help, LONGEST_MESSAGE));
         if let Some(help) = &help {
             report = report.element(Level::HELP.message(help.as_ref()));
         }

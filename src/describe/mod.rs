@@ -5,6 +5,7 @@
 
 mod diagnostics;
 mod light_group;
+mod overrides;
 mod read;
 mod samples;
 mod scene;
@@ -12,6 +13,7 @@ mod settings;
 
 pub use diagnostics::{Diagnostics, Source};
 pub use light_group::LightGroupName;
+pub use overrides::{Overrides, number_or_text};
 pub use read::{Error, load, parse};
 pub use samples::{AdaptiveDesc, SamplesDesc};
 pub use scene::{BackgroundDesc, LightEntry, MaterialEntry, ObjectDesc, SceneDesc, TextureEntry, TransformDesc};

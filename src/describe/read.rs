@@ -1,17 +1,17 @@
 //! Parsing of TOML into a [`SceneDesc`]. Each entity is parsed by itself, so that all errors are found.
 
-use std::{collections::HashMap, io, path::Path, sync::Arc};
+use std::{collections::HashMap, io, path::Path};
 
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-use super::{Diagnostics, OutputDesc, RenderDesc, SceneDesc, Source, scene::*};
+use super::{Diagnostics, OutputDesc, Overrides, RenderDesc, SceneDesc, Source, scene::*};
 use crate::{
     integrator::{IntegratorDesc, replacing_pass},
     light::LightDesc,
     material::MaterialDesc,
     texture::{MappingDesc, PatternDesc, StTransformDesc},
-    value::{Problem, Span, Spanned, UnknownName, kind_or_name},
+    value::{Problem, Span, Spanned, UnknownName, is_override, kind_or_name},
 };
 
 /// Why a scene file could not be read.
@@ -25,20 +25,17 @@ pub enum Error {
     Invalid(Diagnostics),
 }
 
-/// Reads the scene file at `path`, whose bytes come from `read`.
+/// Reads the scene file at `path`, whose bytes come from `read`, with these overrides.
 pub fn load<'p, B: AsRef<[u8]>>(
     path: &'p Path,
+    overrides: &Overrides,
     read: impl FnOnce(&'p Path) -> io::Result<B>,
 ) -> Result<SceneDesc, Error> {
     let shown = || path.display().to_string();
     let bytes = read(path).map_err(|cause| Error::Read { path: shown(), cause })?;
     let text = str::from_utf8(bytes.as_ref()).map_err(|_| Error::Encoding { path: shown() })?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    parse(Source {
-        path: path.to_owned(),
-        text: Arc::from(text),
-    })
-    .map_err(Error::Invalid)
+    parse(Source::new(path.to_owned(), text).with(overrides.clone())).map_err(Error::Invalid)
 }
 
 /// The tables of a scene file.
@@ -55,10 +52,17 @@ const TABLES: [&str; 8] = [
 
 /// Reads a scene from text; paths in it are relative to the folder of `source.path`.
 pub fn parse(source: Source) -> Result<SceneDesc, Diagnostics> {
-    let text = Arc::clone(&source.text);
-    let mut reader = Reader { problems: Vec::new() };
+    let Source { text, overrides, .. } = source.clone();
+    let mut reader = Reader {
+        problems: Vec::new(),
+        overrides: &overrides,
+    };
     let scene = match DeTable::parse(&text) {
-        Ok(table) => Some(reader.scene(table.into_inner(), source.clone())),
+        Ok(table) => {
+            let mut table = table.into_inner();
+            reader.problems = overrides.apply(&mut table);
+            Some(reader.scene(table, source.clone()))
+        }
         Err(e) => {
             let mut message = e.message().lines().collect::<Vec<_>>().join(": ");
             if let (Some(span), "duplicate key") = (e.span(), message.as_str()) {
@@ -79,13 +83,34 @@ pub fn parse(source: Source) -> Result<SceneDesc, Diagnostics> {
     }
 }
 
-type Value<'i> = Spanned<DeValue<'i>>;
-
-struct Reader {
-    problems: Vec<Problem>,
+impl SceneDesc {
+    /// The same scene whose `[render]` and `[output]` have these overrides instead.
+    ///
+    /// # Errors
+    /// An override is wrong.
+    pub fn with(&self, overrides: &Overrides) -> Result<Self, Error> {
+        if self.source.overrides == *overrides {
+            return Ok(self.clone());
+        }
+        let source = self.source.clone().with(overrides.clone());
+        let again = parse(source).map_err(Error::Invalid)?;
+        Ok(Self {
+            source: again.source,
+            render: again.render,
+            output: again.output,
+            ..self.clone()
+        })
+    }
 }
 
-impl Reader {
+type Value<'i> = Spanned<DeValue<'i>>;
+
+struct Reader<'o> {
+    problems: Vec<Problem>,
+    overrides: &'o Overrides,
+}
+
+impl Reader<'_> {
     fn scene(&mut self, mut table: DeTable<'_>, source: Source) -> SceneDesc {
         for (key, _) in table.iter() {
             if !TABLES.contains(&key.get_ref().as_ref()) {
@@ -136,7 +161,7 @@ impl Reader {
     /// Parses a table.
     fn entity<'i, T: Deserialize<'i>>(&mut self, value: Value<'i>) -> Option<T> {
         T::deserialize(ValueDeserializer::from(value))
-            .map_err(|e| self.problems.push(from_toml(&e)))
+            .map_err(|e| self.problems.push(from_toml(&e, self.overrides)))
             .ok()
     }
 
@@ -156,7 +181,7 @@ impl Reader {
                 None
             }
             _ => kind_or_name(ValueDeserializer::from(value))
-                .map_err(|e| self.problems.push(from_toml(&e)))
+                .map_err(|e| self.problems.push(from_toml(&e, self.overrides)))
                 .ok(),
         }
     }
@@ -242,21 +267,25 @@ impl Reader {
 }
 
 /// Converts an error of serde, with the usual wording for unknown names.
-fn from_toml(e: &toml::de::Error) -> Problem {
+fn from_toml(e: &toml::de::Error, overrides: &Overrides) -> Problem {
     let message = e.message().trim_end();
     let mut quoted = message.split('`').skip(1).step_by(2);
     if let Some((what, _)) = message.strip_prefix("unknown ").and_then(|rest| rest.split_once(" `")) {
+        let span = e.span().unwrap_or(0..0);
         let what = match what {
             "field" => "key",
-            "variant" => "kind",
+            "variant" => overrides.key(&span).unwrap_or("kind"),
             named => named,
         };
         let word = quoted.next().unwrap_or_default().to_owned();
         let known: Vec<&str> = quoted.collect();
-        let span = e.span().unwrap_or(0..0);
+        let is_override = is_override(&span);
         let unknown = UnknownName::new(what, &word, known.iter().copied());
         let problem = unknown.at(span);
         return match replacing_pass(&word).filter(|_| known == IntegratorDesc::NAMES) {
+            Some(pass) if is_override => {
+                problem.with_help(format!("it is a pass and no integrator: use --show {pass}"))
+            }
             Some(pass) => problem.with_help(format!(
                 "it is a pass and no integrator: `[output] show = \"{pass}\"` or `aovs = [\"{pass}\"]`"
             )),

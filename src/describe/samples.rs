@@ -2,27 +2,27 @@
 
 use serde::{Deserialize, Deserializer, de};
 
-use crate::value::{Count, NonNegative, Problem, Span};
+use crate::value::{Count, NonNegative, Problem, Span, Spanned, is_override};
 
 /// The samples of each pixel.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum SamplesDesc {
     Fixed(Count),
     Adaptive(AdaptiveDesc),
 }
 
 /// Adaptive sampling: blocks of pixels get samples until their noise is below a threshold.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AdaptiveDesc {
-    pub min: Count,
-    pub max: Count,
+    pub min: Spanned<Count>,
+    pub max: Spanned<Count>,
     /// The display error at which a block has enough samples.
     pub threshold: NonNegative,
 }
 
 impl AdaptiveDesc {
-    pub const MIN: u32 = 16;
+    const MIN: u32 = 16;
     const MAX: u32 = 1024;
     const THRESHOLD: f32 = 0.01;
 }
@@ -30,8 +30,8 @@ impl AdaptiveDesc {
 impl Default for AdaptiveDesc {
     fn default() -> Self {
         Self {
-            min: Count(Self::MIN),
-            max: Count(Self::MAX),
+            min: Spanned::new(0..0, Count(Self::MIN)),
+            max: Spanned::new(0..0, Count(Self::MAX)),
             threshold: NonNegative(Self::THRESHOLD),
         }
     }
@@ -42,7 +42,7 @@ impl SamplesDesc {
     pub fn max(&self) -> u32 {
         match self {
             Self::Fixed(Count(samples)) => *samples,
-            Self::Adaptive(adaptive) => adaptive.max.0,
+            Self::Adaptive(adaptive) => adaptive.max.get_ref().0,
         }
     }
 
@@ -55,15 +55,21 @@ impl SamplesDesc {
     }
 
     pub(super) fn check(&self, span: Span) -> Option<Problem> {
-        let message = match self {
-            Self::Fixed(Count(0)) => "`samples` must be at least 1".to_owned(),
-            Self::Adaptive(AdaptiveDesc { min: Count(0), .. }) => "`min` must be at least 1".to_owned(),
-            Self::Adaptive(AdaptiveDesc { min, max, .. }) if min > max => {
-                format!("`max` must be at least `min`, but {} is less than {}", max.0, min.0)
-            }
-            _ => return None,
+        let Self::Adaptive(AdaptiveDesc { min, max, .. }) = self else {
+            return (self.max() == 0).then(|| Problem::at(span, "`samples` must be at least 1"));
         };
-        Some(Problem::at(span, message))
+        let overridden = [min, max].map(|count| is_override(&count.span()));
+        let at = |count: &Spanned<Count>| Some(count.span()).filter(is_override).unwrap_or(span.clone());
+        match (min.get_ref().0, max.get_ref().0) {
+            (0, _) => Some(Problem::at(at(min), "`min` must be at least 1")),
+            (_, 0) if overridden[1] => Some(Problem::at(at(max), "`samples` must be at least 1")),
+            // What replaces one of them lowers the other.
+            (min, max) if min > max && overridden == [false; 2] && !is_override(&span) => {
+                let message = format!("`max` must be at least `min`, but {max} is less than {min}");
+                Some(Problem::at(span, message))
+            }
+            _ => None,
+        }
     }
 }
 

@@ -7,8 +7,9 @@ use crate::{
     filter::FilterDesc,
     integrator::IntegratorDesc,
     math::WorkingSpace,
+    output::{Compression, DisplayTransform, LightType, PngBits},
     sampler::{SamplerDesc, SeedMode},
-    value::{Count, Exposure, Problem, Spanned, kind_or_name},
+    value::{Count, Exposure, Problem, Spanned, is_override, kind_or_name},
 };
 
 /// Size, sampling and integrator of the picture.
@@ -75,8 +76,8 @@ pub struct RenderDesc {
     pub sampler: Option<SamplerDesc>,
     #[serde(deserialize_with = "some_kind_or_name")]
     pub filter: Option<FilterDesc>,
-    #[serde(deserialize_with = "some_kind_or_name")]
-    pub integrator: Option<IntegratorDesc>,
+    #[serde(deserialize_with = "kind_or_name")]
+    pub integrator: IntegratorDesc,
     pub working_space: WorkingSpace,
 }
 
@@ -91,13 +92,18 @@ impl Default for RenderDesc {
             seed_mode: SeedMode::default(),
             sampler: None,
             filter: None,
-            integrator: None,
+            integrator: IntegratorDesc::default(),
             working_space: WorkingSpace::default(),
         }
     }
 }
 
 impl RenderDesc {
+    /// Width and height.
+    pub fn resolution(&self) -> [u32; 2] {
+        [&self.width, &self.height].map(|side| side.get_ref().0)
+    }
+
     pub(super) fn check(&self, problems: &mut Vec<Problem>) {
         for (name, value) in [("width", &self.width), ("height", &self.height)] {
             if value.get_ref().0 == 0 {
@@ -168,13 +174,13 @@ pub struct OutputDesc {
     pub aovs: Option<OneOrMany>,
     pub cryptomatte_levels: Option<Spanned<Count>>,
     pub show: Option<Spanned<String>>,
-    pub view: Option<Spanned<String>>,
-    pub exposure: Option<Exposure>,
-    pub compression: Option<Spanned<String>>,
-    pub exr_type: Option<Spanned<String>>,
+    pub view: DisplayTransform,
+    pub exposure: Exposure,
+    pub compression: Compression,
+    pub exr_type: LightType,
     pub multipart: bool,
     pub tiled: bool,
-    pub png_bits: Option<Spanned<String>>,
+    pub png_bits: PngBits,
 }
 
 /// The numbers that `cryptomatte_levels` may be.
@@ -201,6 +207,13 @@ impl OutputDesc {
 /// One text or several.
 #[derive(Clone, Debug)]
 pub struct OneOrMany(pub Vec<Spanned<String>>);
+
+impl OneOrMany {
+    /// Whether an override gives the texts, and no scene file.
+    pub fn is_override(&self) -> bool {
+        self.0.iter().any(|text| is_override(&text.span()))
+    }
+}
 
 impl<'de> Deserialize<'de> for OneOrMany {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {

@@ -13,10 +13,10 @@ use crate::{
     geometry::Hit,
     kind::kinds,
     light::environment::EnvironmentLight,
-    math::{Ray, RayCone, Rgb, Vec3},
+    math::{Ray, RayCone, Rgb, Vec3, WorkingSpace},
     sampler::{PathSampler, SampleUse},
     scene::{LightSamples, MediumStack, Scene, SurfaceInteraction},
-    value::{Count, Problem, Spanned, kind_by_name},
+    value::{Count, Problem, Spanned},
 };
 
 pub mod cost;
@@ -164,6 +164,9 @@ pub trait Integrator: Sync + Send {
     /// Shades one vertex of a path.
     fn vertex(&self, context: &VertexContext<'_>, out: &mut ShadingOutput);
 
+    /// Converts its own colours from the primaries of scene files.
+    fn convert_colors(&mut self, _space: WorkingSpace) {}
+
     /// Shades a batch of vertices: [`Integrator::vertex`] for each in turn.
     fn shade_batch(&self, batch: &VertexBatch<'_>, out: &mut ShadingOutput) {
         batch.shade(self, out);
@@ -235,6 +238,10 @@ kinds! {
     }
     described only {}
     compiled by fn compile(&self) -> Result<BuiltIn, Problem>;
+    changed by {
+        /// See [`Integrator::convert_colors`].
+        fn convert_colors(&mut self, space: WorkingSpace);
+    }
     /// The integrator as a trait object.
     fn as_dyn(&self) -> &dyn Integrator;
 }
@@ -263,12 +270,8 @@ fn max_depth(given: &Option<Spanned<Count>>, default: u32) -> Result<u32, Proble
     }
 }
 
-impl IntegratorDesc {
-    /// The integrator of this name with its default settings, or an error message.
-    pub fn by_name(name: &str) -> Result<Self, String> {
-        match replacing_pass(name) {
-            Some(pass) => Err(format!("`{name}` is a pass and no integrator: use --show {pass}")),
-            None => kind_by_name("integrator", name, Self::NAMES),
-        }
+impl Default for IntegratorDesc {
+    fn default() -> Self {
+        Self::PathTracer(path::PathDesc::default())
     }
 }

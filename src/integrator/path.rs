@@ -52,7 +52,7 @@ use crate::{
     value::{Count, Positive, Problem, Spanned},
 };
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PathDesc {
     pub max_depth: Option<Spanned<Count>>,

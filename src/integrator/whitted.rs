@@ -27,7 +27,7 @@ use crate::{
     bsdf::fresnel::{dielectric, reflect, refract},
     light::LightSample,
     material::{FresnelMode, WhittedTerms},
-    math::{Rgb, Vec2, Vec3, exponential},
+    math::{Rgb, Vec2, Vec3, WorkingSpace, exponential},
     sampler::{Dimension, SampleUse},
     scene::{LightGroup, LightId, LightSampleContext, SurfaceInteraction, interaction::reflecting_normal},
     value::{Count, Problem, RgbFactor, Spanned},
@@ -56,6 +56,10 @@ pub struct Whitted {
 }
 
 impl Integrator for Whitted {
+    fn convert_colors(&mut self, space: WorkingSpace) {
+        self.ambient = space.from_rec709(self.ambient);
+    }
+
     #[inline(always)]
     fn vertex(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
         let scene = context.scene;

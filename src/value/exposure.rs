@@ -1,6 +1,6 @@
 //! The exposure of pictures.
 
-use std::{fmt, str::FromStr};
+use std::fmt;
 
 use serde::{Deserialize, Deserializer, de};
 
@@ -33,18 +33,6 @@ impl Exposure {
 
 const EXPECTED: &str = "a number of stops, such as 1 or -0.5, or `auto`";
 
-impl FromStr for Exposure {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if text == "auto" {
-            return Ok(Self::Auto);
-        }
-        let stops = text.parse().ok().filter(|stops: &f32| stops.is_finite());
-        stops.map(Self::Stops).ok_or_else(|| format!("expected {EXPECTED}"))
-    }
-}
-
 impl<'de> Deserialize<'de> for Exposure {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
         struct ExposureVisitor;
@@ -73,12 +61,13 @@ impl<'de> Deserialize<'de> for Exposure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::value::tests::read;
 
     #[test]
     fn an_exposure_is_a_finite_number_or_auto() {
-        assert_eq!("-0.5".parse(), Ok(Exposure::Stops(-0.5)));
-        assert_eq!("auto".parse(), Ok(Exposure::Auto));
-        assert!("inf".parse::<Exposure>().is_err());
-        assert!("bright".parse::<Exposure>().is_err());
+        assert_eq!(read("v = -0.5"), Ok(Exposure::Stops(-0.5)));
+        assert_eq!(read("v = 'auto'"), Ok(Exposure::Auto));
+        assert!(read::<Exposure>("v = inf").is_err());
+        assert!(read::<Exposure>("v = 'bright'").is_err());
     }
 }

@@ -5,17 +5,6 @@ use std::{fmt, marker::PhantomData};
 
 use serde::{Deserialize, Deserializer, de};
 
-use super::UnknownName;
-
-/// Returns the kind `name` with all keys at their defaults. `what` says in messages what the name
-/// is of, such as "integrator".
-pub fn kind_by_name<T: de::DeserializeOwned>(what: &str, name: &str, known: &[&str]) -> Result<T, String> {
-    if !known.contains(&name) {
-        return Err(UnknownName::new(what, name, known.iter().copied()).to_string());
-    }
-    kind_or_name(de::value::StrDeserializer::<de::value::Error>::new(name)).map_err(|e| e.to_string())
-}
-
 /// Reads an externally tagged kind, where a bare `"NAME"` is short for `NAME = {}`.
 ///
 /// For `#[serde(deserialize_with = "value::kind_or_name")]`.
@@ -35,6 +24,24 @@ pub fn kind_or_name<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Res
         }
     }
     d.deserialize_any(KindOrNameVisitor(PhantomData))
+}
+
+/// Reads a name, which may look like a number.
+pub fn name<'de, D: Deserializer<'de>>(d: D) -> Result<String, D::Error> {
+    struct NameVisitor;
+    impl de::Visitor<'_> for NameVisitor {
+        type Value = String;
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("a name")
+        }
+        fn visit_str<E: de::Error>(self, name: &str) -> Result<String, E> {
+            Ok(name.to_owned())
+        }
+        fn visit_i64<E: de::Error>(self, number: i64) -> Result<String, E> {
+            Ok(number.to_string())
+        }
+    }
+    d.deserialize_any(NameVisitor)
 }
 
 /// The enum variant `name` that holds an empty table.

@@ -16,13 +16,21 @@ mod shown;
 
 pub use color::{Channel, ColorSource, RgbFactor, ScalarSource};
 pub use exposure::Exposure;
-pub use kinds::{kind_by_name, kind_or_name};
+pub use kinds::{kind_or_name, name};
 pub use names::{UnknownName, one_of, unknown_name};
 pub use number::{Coordinate, Count, Direction, Finite, NonNegative, OneOrEach, Point, Positive, UnitInterval};
 pub use shown::{one_line, visible};
 
 /// Byte offsets into a scene file.
 pub type Span = Range<usize>;
+
+/// The first of the spans that are in no file: they number the values that override those of files. No file is that long.
+pub const OVERRIDES: usize = 1 << (usize::BITS - 2);
+
+/// Whether a value with this span overrides one of a file.
+pub fn is_override(span: &Span) -> bool {
+    span.start >= OVERRIDES
+}
 
 /// An error in a description, and where it is in the file.
 #[derive(Clone, Debug, PartialEq)]

@@ -67,7 +67,7 @@ impl Base {
 
     /// The look of the job as it was requested.
     pub fn look(&self) -> Look {
-        Look::of_plan(&self.plan, &self.desc, &self.request)
+        Look::of_plan(&self.plan, &self.desc)
     }
 
     /// The plan of a look, without passes and files that its pictures do not show.
@@ -78,7 +78,7 @@ impl Base {
             turntable: None,
             ..look.apply_all(&self.request)
         };
-        Plan::new(&self.desc, &request, &Files::default())
+        Plan::new(&self.desc.with(&request.overrides)?, &request, &Files::default())
     }
 
     /// Columns and rows of the full picture.

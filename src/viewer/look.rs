@@ -4,10 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     batch::{Plan, Request},
-    describe::SceneDesc,
-    film::passes::BEAUTY,
+    describe::{SceneDesc, number_or_text},
+    film::{PassRequest, passes::BEAUTY},
     output::Shown,
-    value::Exposure,
 };
 
 /// The largest factor of the resolution scale.
@@ -33,27 +32,19 @@ pub struct Look {
 }
 
 impl Look {
-    /// The look of a plan.
-    pub fn of_plan(plan: &Plan, desc: &SceneDesc, request: &Request) -> Self {
-        let of_scene = desc.render.integrator.as_ref().map(|i| i.name().to_owned());
-        let pass = match plan.picture.shown {
-            Shown::Plane(_) => plan.picture.settings.passes.first(),
+    /// The look of a plan of this scene.
+    pub fn of_plan(plan: &Plan, desc: &SceneDesc) -> Self {
+        let picture = &plan.picture;
+        let shown = match picture.shown {
+            Shown::Plane(_) => picture.settings.passes.first().map(PassRequest::name),
             Shown::All => None,
         };
-        let pass = request.show.clone().or_else(|| {
-            let name = desc.output.show.as_ref().map(|name| name.get_ref().clone());
-            name.filter(|_| pass.is_some())
-        });
         Self {
-            integrator: request
-                .integrator
-                .clone()
-                .or(of_scene)
-                .unwrap_or_else(|| "path".to_owned()),
-            view: plan.picture.view.name().to_owned(),
-            exposure: plan.picture.exposure,
-            pass: pass.unwrap_or_else(|| BEAUTY.name.to_owned()),
-            samples: request.samples.unwrap_or(desc.render.samples.get_ref().max()),
+            integrator: desc.render.integrator.name().to_owned(),
+            view: picture.view.name().to_owned(),
+            exposure: picture.exposure,
+            pass: shown.unwrap_or_else(|| BEAUTY.name.to_owned()),
+            samples: desc.render.samples.get_ref().max(),
             scale: 1,
         }
     }
@@ -65,53 +56,51 @@ impl Look {
             && (1..=MAX_SAMPLES).contains(&self.samples)
     }
 
-    /// The request with everything that the look says, and without passes that it does not show.
+    /// The request with all that the look says.
     pub fn apply_all(&self, request: &Request) -> Request {
-        Request {
-            integrator: Some(self.integrator.clone()),
-            view: Some(self.view.clone()),
-            exposure: Some(Exposure::Stops(self.exposure)),
-            show: Some(self.pass.clone()),
-            aovs: Vec::new(),
-            samples: Some(self.samples),
-            ..request.clone()
-        }
+        with(request, self.flags())
     }
 
     /// The request of a job of which the look replaces what differs from `before`, the look of the request itself.
     pub fn apply_changes(&self, before: &Self, request: &Request) -> Request {
-        let mut request = request.clone();
-        if self.integrator != before.integrator {
-            request.integrator = Some(self.integrator.clone());
-        }
-        if self.view != before.view {
-            request.view = Some(self.view.clone());
-        }
-        if self.exposure != before.exposure {
-            request.exposure = Some(Exposure::Stops(self.exposure));
-        }
-        if self.pass != before.pass {
-            request.show = Some(self.pass.clone());
-            request.aovs.clear();
-        }
-        if self.samples != before.samples {
-            request.samples = Some(self.samples);
-        }
-        request
+        with(request, self.changes(before))
     }
 
     /// The flags of the command line, with values, that say the same as [`Look::apply_changes`].
     pub fn options(&self, before: &Self) -> Vec<(&'static str, String)> {
-        let all = |look: &Self| {
-            [
-                ("integrator", look.integrator.clone()),
-                ("show", look.pass.clone()),
-                ("samples", look.samples.to_string()),
-                ("view", look.view.clone()),
-                ("exposure", look.exposure.to_string()),
-            ]
-        };
-        let pairs = all(self).into_iter().zip(all(before));
-        pairs.filter(|(new, old)| new != old).map(|(new, _)| new).collect()
+        let changes = self.changes(before);
+        changes.map(|flag| (flag.name, flag.value)).collect()
     }
+
+    fn flags(&self) -> impl Iterator<Item = Flag> {
+        [
+            ("integrator", "render.integrator", self.integrator.clone()),
+            ("show", "output.show", self.pass.clone()),
+            ("samples", "render.samples", self.samples.to_string()),
+            ("view", "output.view", self.view.clone()),
+            ("exposure", "output.exposure", self.exposure.to_string()),
+        ]
+        .into_iter()
+        .map(|(name, key, value)| Flag { name, key, value })
+    }
+
+    fn changes(&self, before: &Self) -> impl Iterator<Item = Flag> {
+        let pairs = self.flags().zip(before.flags());
+        pairs.filter(|(new, old)| new.value != old.value).map(|(new, _)| new)
+    }
+}
+
+/// A flag of the command line with its value, and the key of the scene file that it sets.
+struct Flag {
+    name: &'static str,
+    key: &'static str,
+    value: String,
+}
+
+fn with(request: &Request, flags: impl Iterator<Item = Flag>) -> Request {
+    let mut request = request.clone();
+    for Flag { name, key, value } in flags {
+        request.overrides.set(&format!("--{name}"), key, number_or_text(&value));
+    }
+    request
 }

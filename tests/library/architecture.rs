@@ -19,9 +19,9 @@ const FLOORS: [(&str, u32); 28] = [
     ("bench", 6),
     ("error", 6),
     ("output", 5),
+    ("describe", 5),
     ("compile", 5),
     ("render", 4),
-    ("describe", 4),
     ("assets", 4),
     ("denoise", 4),
     ("integrator", 3),
@@ -46,7 +46,7 @@ const FLOORS: [(&str, u32); 28] = [
 const GROUND: [&str; 3] = ["value", "kind", "warnings"];
 
 /// Neighbours that may be used on one floor.
-const NEIGHBOURS: [(&str, &str); 16] = [
+const NEIGHBOURS: [(&str, &str); 18] = [
     ("value", "math"),
     ("kind", "value"),
     ("warnings", "value"),
@@ -59,6 +59,8 @@ const NEIGHBOURS: [(&str, &str); 16] = [
     ("light", "shape"),
     ("light", "texture"),
     ("scene", "accel"),
+    ("describe", "output"),
+    ("compile", "describe"),
     ("viewer", "batch"),
     ("batch", "error"),
     ("bench", "error"),

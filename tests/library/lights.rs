@@ -99,11 +99,7 @@ fn job(lights: &str, strategy: &str, seed: u32) -> Job {
          integrator.path = {{ max_depth = 3, strategy = \"{strategy}\" }}\n{STAGE}{lights}"
     );
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scene.toml");
-    let desc = describe::parse(Source {
-        path,
-        text: Arc::from(text),
-    })
-    .expect("a scene");
+    let desc = describe::parse(Source::new(path, text)).expect("a scene");
     Job::new(desc, &Request::default()).expect("a job")
 }
 

@@ -4,3 +4,4 @@ mod accelerators;
 mod architecture;
 mod lights;
 mod measures;
+mod overrides;

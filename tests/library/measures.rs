@@ -1,10 +1,10 @@
 //! Passes of data and pictures that are no light: depth, normals, parameters, objects, and ambient occlusion.
 
-use std::{path::Path, sync::Arc};
+use std::path::Path;
 
 use batch_render::{
     batch::{Job, Request},
-    describe::{self, Source},
+    describe::{self, Overrides, Source},
     film::Film,
     math::Vec3,
 };
@@ -17,13 +17,11 @@ const MATERIAL: &str = "[material.m]\nmatte = { albedo = [0.5, 0.5, 0.5] }\n";
 /// The film of a scene whose `[render]` has `render`; `show` is the pass that is shown.
 fn shoot(render: &str, show: Option<&str>, scene: &str) -> Film {
     let text = format!("[render]\nwidth = {SIDE}\nheight = {SIDE}\n{render}\n{MATERIAL}{scene}");
-    let source = Source {
-        path: Path::new("scene.toml").into(),
-        text: Arc::from(text.as_str()),
-    };
+    let source = Source::new(Path::new("scene.toml").into(), text);
     let desc = describe::parse(source).unwrap_or_else(|e| panic!("{e}"));
+    let show = show.map(|pass| Overrides::default().with("output.show", pass));
     let request = Request {
-        show: show.map(str::to_owned),
+        overrides: show.unwrap_or_default(),
         ..Request::default()
     };
     let job = Job::new(desc, &request).unwrap_or_else(|e| panic!("{e}"));

@@ -3,6 +3,7 @@
 use crate::common::Folder;
 use batch_render::{
     batch::{Job, Request},
+    describe::Overrides,
     film::{Film, Window, noise},
     render::{AdaptiveSampling, Control, Renderer, SampleBudget, Settings},
     scene::Scene,
@@ -61,7 +62,7 @@ impl Prepared {
 
 fn all_passes() -> Request {
     Request {
-        aovs: vec!["all".to_owned()],
+        overrides: Overrides::default().with("output.aovs", "all"),
         ..Request::default()
     }
 }

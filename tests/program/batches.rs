@@ -3,6 +3,7 @@
 use crate::common::Folder;
 use batch_render::{
     batch::{Job, Request},
+    describe::Overrides,
     integrator::{Integrator, ShadingOutput, VertexContext},
     render::{Control, Renderer},
     sampler::SampleUse,
@@ -80,9 +81,9 @@ fn vertices_in_batches_are_shaded_as_one_by_one() {
     ];
     for (integrator, lights) in scenes {
         let file = folder.write("s.toml", &scene(integrator, lights));
-        for aovs in [vec![], vec!["all".to_owned()]] {
+        for overrides in [Overrides::default(), Overrides::default().with("output.aovs", "all")] {
             let request = Request {
-                aovs,
+                overrides,
                 ..Request::default()
             };
             let job = Job::open(&file, &request).expect("a job");

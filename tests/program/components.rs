@@ -3,6 +3,7 @@
 use crate::common::Folder;
 use batch_render::{
     batch::{Job, Plan, Request},
+    describe::Overrides,
     film::{
         Film, PassRequest, PassSpec,
         passes::{PASSES, PassSource},
@@ -113,7 +114,7 @@ fn each_family_sums_to_the_beauty(integrator: &str) {
     let scene_of = |name: &str, day: &str, warm: &str| {
         let text = SCENE.replace("GROUP_DAY", day).replace("GROUP_WARM", warm);
         let request = Request {
-            integrator: Some(integrator.to_owned()),
+            overrides: Overrides::default().with("render.integrator", integrator),
             ..Request::default()
         };
         let job = Job::open(&folder.write(name, &text), &request).expect("a scene");
@@ -164,7 +165,7 @@ fn each_light_is_in_its_own_group_and_chalk_alone_is_diffuse() {
          [[light]]\ngroup = \"key\"\nsun = { direction = [0, 0, -1], irradiance = 4, angle = 0 }\n",
     );
     let request = Request {
-        samples: Some(256),
+        overrides: Overrides::default().with("render.samples", 256),
         ..Request::default()
     };
     let job = Job::open(&path, &request).expect("a scene");

@@ -343,7 +343,7 @@ fn instances_far_away_are_as_precise_as_copies() {
         let moved = "transform = { translate = [0.3, 0.001, -0.5], scale = 1 }\n";
         let sun = "[[light]]\nsun = { direction = [0, -1, -0.4], irradiance = 3 }\n";
         let file = folder.write("s.toml", &format!("{head}{head}{moved}{sun}"));
-        let desc = describe::load(&file, std::fs::read).expect("sound");
+        let desc = describe::load(&file, &batch_render::describe::Overrides::default(), std::fs::read).expect("sound");
         let store = Store::default();
         let scene = compile::scene_instancing(&desc, AccelKind::Wide, &store, instancing).expect("sound");
         let [eye, target] = STAIRS_VIEW.map(|p| DVec3::from(place.map(|v| v as f64)) + DVec3::from(p));

@@ -155,7 +155,12 @@ point = { position = [3, 4, 6], intensity = 20 }
 ";
 
 fn scene(folder: &Folder, accel: AccelKind, instancing: Instancing) -> Scene {
-    let desc = describe::load(&folder.write("s.toml", OBJECTS), std::fs::read).unwrap_or_else(|e| panic!("{e}"));
+    let desc = describe::load(
+        &folder.write("s.toml", OBJECTS),
+        &batch_render::describe::Overrides::default(),
+        std::fs::read,
+    )
+    .unwrap_or_else(|e| panic!("{e}"));
     compile::scene_instancing(&desc, accel, &Store::default(), instancing).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -366,7 +371,12 @@ fn objects_of_many_instances_move_as_one() {
         "file = 'm.gltf' }\ntransform = { translate = [1, 2, 0.5], rotate = [0, 30, 0] }",
         1,
     );
-    let desc = describe::load(&folder.write("moved.toml", &text), std::fs::read).expect("a scene");
+    let desc = describe::load(
+        &folder.write("moved.toml", &text),
+        &batch_render::describe::Overrides::default(),
+        std::fs::read,
+    )
+    .expect("a scene");
     let built =
         compile::scene_instancing(&desc, AccelKind::Wide, &Store::default(), Instancing::Always).expect("sound");
     let rays = rays(10_000, 9.0);

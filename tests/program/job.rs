@@ -9,6 +9,7 @@ use crate::common::{Folder, repo, stderr};
 use batch_render::{
     assets::ContentHash,
     batch::{Existing, Job, JobEvent, Observer, Policy, Request, Summary},
+    describe::Overrides,
     error::Error,
     render::Control,
     warnings::WarningKind,
@@ -46,7 +47,7 @@ fn a_job_whose_frames_are_whole_builds_no_acceleration_structure() {
     let path = folder.write("s.toml", &scene("2"));
     let request = Request {
         turntable: Some(3),
-        outputs: vec![folder.path("f.####.exr").to_string_lossy().into_owned()],
+        overrides: Overrides::default().with("output.files", &*folder.path("f.####.exr").to_string_lossy()),
         policy: Policy {
             existing: Existing::Skip,
             ..Policy::default()

@@ -3,6 +3,7 @@
 use crate::common::Folder;
 use batch_render::{
     batch::{Job, Request},
+    describe::Overrides,
     film::Film,
     math::Vec3,
 };
@@ -11,7 +12,7 @@ use batch_render::{
 fn films(scene: &str, path: Option<&str>, aovs: &[&str]) -> Vec<Film> {
     let folder = Folder::new();
     let request = Request {
-        aovs: aovs.iter().map(|s| (*s).to_owned()).collect(),
+        overrides: Overrides::default().with("output.aovs", aovs.to_vec()),
         camera_path: path.map(|text| folder.write("path.csv", text)),
         ..Request::default()
     };

@@ -101,7 +101,12 @@ fn a_file_that_is_named_twice_is_placed_twice_and_brings_its_materials_once() {
     );
     let object = "[[object]]\nshape.mesh = { file = 'a.obj' }\n";
     let scene = format!("{object}{object}transform = {{ translate = [0, 0, 3] }}\n");
-    let desc = batch_render::describe::load(&folder.write("a.toml", &scene), std::fs::read).expect("a scene");
+    let desc = batch_render::describe::load(
+        &folder.write("a.toml", &scene),
+        &batch_render::describe::Overrides::default(),
+        std::fs::read,
+    )
+    .expect("a scene");
     let scene = batch_render::compile::scene(&desc, batch_render::accel::AccelKind::default()).expect("sound");
     let geometry = scene.geometry.accel.geometry();
     // One of three triangles has no area.
@@ -128,8 +133,12 @@ fn materials_objects_and_nodes_keep_their_names() {
     );
     let object = "[[object]]\nname = 'guard'\nshape.mesh = { file = 'robot.gltf' }\n";
     let floor = "[material.tiles]\nmatte = { albedo = 0.5 }\n[[object]]\nname = 'floor'\nmaterial = 'tiles'\nshape.plane = { point = [0, 0, 0], normal = [0, 1, 0] }\n";
-    let desc = batch_render::describe::load(&folder.write("a.toml", &format!("{object}{floor}")), std::fs::read)
-        .expect("a scene");
+    let desc = batch_render::describe::load(
+        &folder.write("a.toml", &format!("{object}{floor}")),
+        &batch_render::describe::Overrides::default(),
+        std::fs::read,
+    )
+    .expect("a scene");
     for instancing in [Instancing::Never, Instancing::Always] {
         let scene = compile::scene_instancing(
             &desc,

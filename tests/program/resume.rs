@@ -256,6 +256,25 @@ fn parts_render_every_frame_once_and_the_same_bytes() {
 }
 
 #[test]
+fn a_key_that_is_set_renders_anew_what_it_changes() {
+    let folder = rendered();
+    assert_eq!(numbers(&folder, &["--set", "background.color=[1, 0, 0]"]), ALL);
+    assert_eq!(numbers(&folder, &["--set", "render.working_space=acescg"]), ALL);
+    let seed = numbers(&folder, &["--set", "render.seed=9"]);
+    assert_eq!(
+        (seed, numbers(&folder, &["--seed", "9"])),
+        (ALL.to_owned(), ALL.to_owned())
+    );
+    let error = folder.fail(2, &[&JOB[..], &["--set", "render.sed=9"]].concat());
+    assert!(
+        error.contains("--set render.sed: unknown key `sed` (did you mean `seed`?)"),
+        "{error}"
+    );
+    let error = folder.fail(2, &[&JOB[..], &["--set", "seed"]].concat());
+    assert!(error.contains("expected KEY=VALUE"), "{error}");
+}
+
+#[test]
 fn files_beside_the_pictures_are_mended_though_all_frames_are_there() {
     let folder = rendered();
     let job = [&JOB[..], &["--metadata", "transforms,ids", "--skip-existing"]].concat();

@@ -5,6 +5,7 @@ use std::sync::{Mutex, atomic::AtomicUsize, atomic::Ordering};
 use crate::common::{Folder, SMALL_SCENE};
 use batch_render::{
     batch::{Job, Request},
+    describe::Overrides,
     film::{Film, FilmLayout, passes::BEAUTY},
     render::{
         Cancel, Cancelled, Control, Counters, RenderError, Renderer, SampleBudget, Settings, TileResult, TileSink,
@@ -22,7 +23,7 @@ impl Small {
     fn new() -> Self {
         let folder = Folder::new();
         let request = Request {
-            aovs: vec!["all".to_owned()],
+            overrides: Overrides::default().with("output.aovs", "all"),
             ..Request::default()
         };
         let job = Job::open(&folder.write("s.toml", SMALL_SCENE), &request).expect("a scene");

@@ -3,6 +3,7 @@
 use crate::common::{Folder, repo};
 use batch_render::{
     batch::{Job, Request},
+    describe::Overrides,
     film::Film,
     math::{Rgb, WorkingSpace},
 };
@@ -20,7 +21,7 @@ fn scene(working_space: &str, sky: &str, material: &str, rest: &str) -> String {
 
 fn film(folder: &Folder, text: &str) -> Film {
     let request = Request {
-        aovs: vec!["albedo".to_owned()],
+        overrides: Overrides::default().with("output.aovs", "albedo"),
         ..Request::default()
     };
     let job = Job::open(&folder.write("s.toml", text), &request).unwrap_or_else(|e| panic!("{e}"));

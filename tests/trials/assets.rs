@@ -10,6 +10,7 @@ use std::{
 use batch_render::{
     assets::{Store, model::Model, model_formats::is_model},
     batch::{Job, Request},
+    describe::Overrides,
     math::{Ray, Vec2},
 };
 use libtest_mimic::{Failed, Trial};
@@ -87,7 +88,7 @@ const PLAIN: [&str; 14] = [
 
 fn fills_the_picture(path: &Path) -> Result<(), Failed> {
     let request = Request {
-        resolution: Some([32, 18]),
+        overrides: Overrides::default().with("render.width", 32).with("render.height", 18),
         ..Request::default()
     };
     let job = Job::open(path, &request)?;

@@ -4,7 +4,7 @@
 
 mod pages;
 
-use std::{collections::BTreeSet, fs, path::Path, sync::Arc};
+use std::{collections::BTreeSet, fs, path::Path};
 
 use crate::common::repo;
 use batch_render::{
@@ -123,10 +123,7 @@ fn compile_all(examples: &[String]) -> Result<(), Failed> {
             }
             scene => scene.to_owned(),
         };
-        let source = Source {
-            path: Path::new("example.toml").into(),
-            text: Arc::from(scene.as_str()),
-        };
+        let source = Source::new(Path::new("example.toml").into(), scene.as_str());
         let desc = describe::parse(source).map_err(|e| format!("{e}\n{scene}"))?;
         match compile::scene(&desc, AccelKind::Linear) {
             Ok(_) | Err(compile::Error::Assets(_)) => {}

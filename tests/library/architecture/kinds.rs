@@ -26,7 +26,7 @@ const TABLES: [(&str, &str, &[&str]); 11] = [
 ];
 
 /// Files that may name kinds of an enum, and why.
-const EXCEPTIONS: [(&str, &str, &str); 12] = [
+const EXCEPTIONS: [(&str, &str, &str); 11] = [
     ("src/material/", "Bsdf", "a material chooses the BSDF of its surfaces"),
     (
         "src/compile/default_scene.rs",
@@ -73,11 +73,6 @@ const EXCEPTIONS: [(&str, &str, &str); 12] = [
         "src/compile/background.rs",
         "BackgroundRadiance",
         "a scene file names a colour or an environment",
-    ),
-    (
-        "src/batch/plan.rs",
-        "BuiltIn",
-        "the plan converts the ambient light of Whitted's integrator",
     ),
 ];
 

@@ -1,0 +1,114 @@
+//! The cameras of the frames of a job.
+
+use std::{ops::RangeInclusive, path::Path};
+
+use super::{FrameRange, Request, metering, range::MAX_FRAMES};
+use crate::{
+    assets::{Files, camera_path},
+    camera::{Camera, FrameCamera, Lens, SceneCamera, path::CameraPath},
+    describe::SceneDesc,
+    error::Error,
+    math::DVec3,
+};
+
+/// The cameras of a job.
+pub(super) struct JobCameras {
+    /// The camera of each frame to be rendered, in rising order.
+    pub frames: Vec<(i32, FrameCamera)>,
+    /// The first position of the camera, in m.
+    pub first_eye: Option<DVec3>,
+    /// The first camera, whichever frames are rendered, for the picture that is metered.
+    pub metering: Option<FrameCamera>,
+}
+
+/// The cameras of the frames to be rendered.
+pub(super) fn cameras(
+    desc: &SceneDesc,
+    request: &Request,
+    scene_camera: Option<SceneCamera>,
+    resolution: [u32; 2],
+    inputs: &Files,
+) -> Result<JobCameras, Error> {
+    let Some(file) = &request.camera_path else {
+        let camera = scene_camera.ok_or_else(|| Error::NoCamera {
+            path: desc.source.path.clone(),
+        })?;
+        let eye = camera.pose.eye();
+        let metering = Camera::new(&camera.pose, &camera.lens, metering::resolution(resolution));
+        let camera = Camera::new(&camera.pose, &camera.lens, resolution);
+        let (last, what) = match request.turntable {
+            Some(last) => (last, format!("the turntable, which has frames 1 to {last}")),
+            None => (1, "the scene's own camera, which has frame 1 only".to_owned()),
+        };
+        let frames = frames(request, 1..=i64::from(last), &what)?;
+        let cameras = frames.iter().map(|f| (number(f), FrameCamera::from(camera)));
+        return Ok(JobCameras {
+            frames: cameras.collect(),
+            first_eye: Some(eye),
+            metering: Some(FrameCamera::from(metering)),
+        });
+    };
+    let options = camera_path::CameraPathOptions {
+        fps: request.fps,
+        rotation_order: request.rotation_order,
+    };
+    let path = camera_path::load(file, None, &options, inputs)?;
+    let all = path.frames();
+    let what = format!("the camera path, which has frames {} to {}", all.start(), all.end());
+    let lens = scene_camera.map_or_else(Lens::default, |c| c.lens);
+    check_columns(file, &path, &lens)?;
+    let first_eye = path.at(path.first()).ok().map(|first| first.pose.eye());
+    let metering = path
+        .frame_camera(*all.start(), &lens, metering::resolution(resolution))
+        .ok();
+    let frames = frames(request, all, &what)?
+        .iter()
+        .map(|frame| {
+            let camera = path.frame_camera(frame, &lens, resolution);
+            camera
+                .map(|camera| (number(frame), camera))
+                .map_err(|cause| Error::Pose { frame, cause })
+        })
+        .collect::<Result<_, _>>()?;
+    Ok(JobCameras {
+        frames,
+        first_eye,
+        metering,
+    })
+}
+
+/// A path that says of the lens what the scene's camera has not is wrong about one of the two.
+fn check_columns(file: &Path, path: &CameraPath, lens: &Lens) -> Result<(), Error> {
+    let columns = lens.unsupported_columns(&path.lens_at(path.first()));
+    if columns.is_empty() {
+        return Ok(());
+    }
+    Err(Error::Columns {
+        path: file.to_owned(),
+        camera: lens.name(),
+        columns,
+    })
+}
+
+/// The frames that were asked for, all of them among those that there are.
+fn frames(request: &Request, all: RangeInclusive<i64>, what: &str) -> Result<FrameRange, Error> {
+    let Some(range) = &request.range else {
+        return FrameRange::all(*all.start(), *all.end()).ok_or_else(|| {
+            let message = if all.is_empty() {
+                "the camera path has no whole frame".to_owned()
+            } else {
+                format!("a job has at most {MAX_FRAMES} frames, choose some of {what} (--range)")
+            };
+            Error::Usage(message)
+        });
+    };
+    match range.iter().find(|f| !all.contains(f)) {
+        Some(outside) => Err(Error::Usage(format!("--range: frame {outside} is outside of {what}"))),
+        None => Ok(range.clone()),
+    }
+}
+
+/// Frames lie within [`MAX_FRAME`](crate::camera::path::MAX_FRAME), which is less than 2^31.
+fn number(frame: i64) -> i32 {
+    i32::try_from(frame).expect("ranges and paths keep frames within their limit")
+}

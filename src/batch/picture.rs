@@ -1,0 +1,190 @@
+//! The picture that all frames of a job show: the integrator, the passes and the settings of the renderer.
+
+use super::{Request, Turntable, frame_rate, passes::PassChoice};
+use crate::{
+    accel::BuildOptions,
+    camera::{FrameCamera, SceneCamera},
+    describe::{Diagnostics, SceneDesc},
+    error::Error,
+    film::{Window, coverage::DEFAULT_RANKS},
+    integrator::BuiltIn,
+    math::{WorkingSpace, exponential},
+    output::{DisplayTransform, FilePattern, Shown},
+    render::{self, AdaptiveSampling, Content, SampleBudget},
+    sampler::{Sampler, SeedMode},
+    shape::mesh::LightUnits,
+    value::Problem,
+    warnings::Warnings,
+};
+
+/// What all frames show.
+#[derive(Clone, Debug)]
+pub struct PicturePlan {
+    /// The name of the scene's file.
+    pub scene: String,
+    /// The radius in m of the points of a model that is the scene, the variant of its materials, and the unit of its lights.
+    pub model: (Option<f32>, Option<String>, Option<LightUnits>),
+    /// The scene's own camera.
+    pub camera: Option<SceneCamera>,
+    /// Moves the camera once the scene is known.
+    pub turntable: Option<Turntable>,
+    /// Frames per second, as a fraction.
+    pub fps: Option<(i32, u32)>,
+    pub accel: BuildOptions,
+    pub integrator: BuiltIn,
+    /// The settings of every frame, but for its number.
+    pub settings: render::Settings,
+    pub seed_mode: SeedMode,
+    /// The primaries of the light.
+    pub working_space: WorkingSpace,
+    /// The planes of each film that go into its files.
+    pub shown: Shown,
+    pub view: DisplayTransform,
+    /// The exposure of pictures, in stops; 0 until the scene is metered, if that decides.
+    pub exposure: f32,
+    /// The camera of the picture that decides about the exposure, where one does.
+    pub metering_camera: Option<FrameCamera>,
+}
+
+impl PicturePlan {
+    /// The picture of a scene whose files have these patterns.
+    pub(super) fn new(desc: &SceneDesc, request: &Request, patterns: &[FilePattern]) -> Result<Self, Error> {
+        let mut settings = settings(desc, request)?;
+        let (integrator, camera, mut choice) = compile(desc, patterns, &request.warnings)?;
+        for (format, _) in request.png_data() {
+            choice.add(format.pass);
+        }
+        if request.denoise.is_some() {
+            choice.add_denoise();
+            if settings.samples.max < 2 {
+                let message = "--denoise compares two halves of the samples: render with 2 or more";
+                return Err(Error::Usage(message.to_owned()));
+            }
+        }
+        choice.fit_to(
+            (desc.render.integrator.name(), &integrator),
+            request.time_limit.is_some(),
+        )?;
+        let content = choice.content();
+        if content == Content::FirstHits {
+            settings.samples = SampleBudget::fixed(1);
+            settings.filter = None;
+        }
+        if integrator.as_dyn().wants_cost() {
+            // What is counted is not shown as light is.
+            settings.samples.adaptive = None;
+        }
+        let scene = desc.source.path.file_name().unwrap_or_default();
+        let turntable = request.turntable.zip(camera);
+        Ok(Self {
+            scene: scene.to_string_lossy().into_owned(),
+            model: (request.point_radius, request.variant.clone(), request.light_units),
+            camera,
+            turntable: turntable.map(|(frames, start)| Turntable { start, frames }),
+            fps: request.fps.map(frame_rate::rational),
+            accel: request.accel,
+            integrator,
+            settings: render::Settings {
+                content,
+                passes: choice.passes,
+                ..settings
+            },
+            seed_mode: desc.render.seed_mode,
+            working_space: desc.render.working_space,
+            // The first plane is what the integrator computes.
+            shown: if choice.is_shown { Shown::Plane(1) } else { Shown::All },
+            view: desc.output.view,
+            exposure: desc.output.exposure.stops().unwrap_or_default(),
+            metering_camera: None,
+        })
+    }
+}
+
+/// Compiles what a description says of the picture, or finds all that is wrong with it.
+fn compile(
+    desc: &SceneDesc,
+    patterns: &[FilePattern],
+    warnings: &Warnings,
+) -> Result<(BuiltIn, Option<SceneCamera>, PassChoice), Error> {
+    let mut problems = Vec::new();
+    let mut keep = |several: Vec<Problem>| problems.extend(several);
+    let integrator = desc.render.integrator.compile();
+    let integrator = integrator.map_err(|problem| keep(vec![problem])).ok();
+    let camera = desc.camera.as_ref().map(|camera| camera.get_ref().compile());
+    let camera = camera.transpose().map_err(&mut keep).ok();
+    let choice = PassChoice::new(desc, patterns, warnings).map_err(&mut keep).ok();
+    if let (Some(mut integrator), Some(camera), Some(choice)) = (integrator, camera, choice) {
+        integrator.convert_colors(desc.render.working_space);
+        return Ok((integrator, camera, choice));
+    }
+    let problems = Diagnostics::new(&desc.source, problems).expect("what did not compile left a problem");
+    Err(Error::Invalid(problems))
+}
+
+/// The settings of the renderer, without passes.
+fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Error> {
+    let resolution = desc.render.resolution();
+    let window = match request.crop {
+        None => overscanned(resolution, request.overscan),
+        Some([x0, y0, x1, y1]) if x1 <= resolution[0] && y1 <= resolution[1] && x0 < x1 && y0 < y1 => {
+            Window::sized([x0 as i32, y0 as i32], [x1 - x0, y1 - y0])
+        }
+        Some([x0, y0, x1, y1]) => {
+            let [w, h] = resolution;
+            return Err(Error::Usage(format!(
+                "the crop {x0},{y0},{x1},{y1} reaches outside of the {w}x{h} picture"
+            )));
+        }
+    };
+    let described = desc.render.samples.get_ref();
+    let samples = described.max();
+    let adaptive = described.adaptive().map(|own| AdaptiveSampling {
+        min: own.min.get_ref().0.min(samples),
+        threshold: own.threshold.0,
+        gain: exponential::pow(2.0, desc.output.exposure.stops().unwrap_or_default()),
+    });
+    check_size(resolution)?;
+    let filter = match &desc.render.filter {
+        None if samples == 1 => None,
+        filter => Some(filter.clone().unwrap_or_default().compile()),
+    };
+    let sampler = match &desc.render.sampler {
+        None => Sampler::default_for(samples),
+        Some(said) => said.compile(samples).map_err(|p| Error::Usage(p.message))?,
+    };
+    let levels = desc.output.cryptomatte_levels.as_ref();
+    Ok(render::Settings {
+        resolution,
+        window,
+        samples: SampleBudget {
+            adaptive,
+            time: request.time_limit,
+            ..SampleBudget::fixed(samples)
+        },
+        seed: desc.render.seed.0,
+        noise_frame: 0,
+        sampler,
+        filter,
+        content: Content::Light,
+        passes: Vec::new(),
+        matte_ranks: levels.map_or(DEFAULT_RANKS, |levels| levels.get_ref().0),
+    })
+}
+
+/// The picture with so many more columns and rows beyond each edge.
+fn overscanned([width, height]: [u32; 2], overscan: u32) -> Window {
+    let first = -i64::from(overscan).min(i64::from(MAX_SIDE)) as i32;
+    let size = [width, height].map(|n| n.saturating_add(2 * overscan.min(MAX_SIDE)));
+    Window::sized([first; 2], size)
+}
+
+fn check_size([width, height]: [u32; 2]) -> Result<(), Error> {
+    if width > MAX_SIDE || height > MAX_SIDE {
+        let message = format!("a picture has at most {MAX_SIDE} columns and rows, not {width}x{height}");
+        return Err(Error::Usage(message));
+    }
+    Ok(())
+}
+
+/// The columns and rows that the coordinates of film and files can hold.
+const MAX_SIDE: u32 = 1 << 24;

@@ -1,0 +1,142 @@
+//! The flags that set keys of the scene file: one field each, whose id is the path of the key.
+
+use batch_render::{
+    describe::{Overrides, number_or_text},
+    sampler::SeedMode,
+};
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches, parser::ValueSource};
+
+use super::{
+    heading::{OUTPUT, PICTURE},
+    values::{assignment, resolution},
+};
+
+/// The declarations of the flags, in the order in which they are applied.
+#[derive(Args)]
+#[allow(dead_code, reason = "values are found by the ids of the arguments")]
+struct Flags {
+    /// Output files instead of the scene's: out.####.exr, %04d or $F4; repeatable
+    #[arg(id = "output.files", short, long = "output", value_name = "PATTERN", help_heading = OUTPUT)]
+    output: Vec<String>,
+
+    /// Compression of EXR files: zips, zip, piz, rle, none, or the lossy dwaa
+    #[arg(id = "output.compression", long = "compression", value_name = "NAME", hide_short_help = true, help_heading = OUTPUT)]
+    compression: Option<String>,
+
+    /// Type of the numbers of light in EXR files: half or float
+    #[arg(id = "output.exr_type", long = "exr-type", value_name = "TYPE", hide_short_help = true, help_heading = OUTPUT)]
+    exr_type: Option<String>,
+
+    /// Make each layer of an EXR file a part of its own
+    #[arg(id = "output.multipart", long = "multipart", hide_short_help = true, help_heading = OUTPUT)]
+    multipart: bool,
+
+    /// Store EXR files in tiles of 64x64 pixels instead of lines
+    #[arg(id = "output.tiled", long = "tiled", hide_short_help = true, help_heading = OUTPUT)]
+    tiled: bool,
+
+    /// Bits of PNG files: 8, 8-dithered or 16
+    #[arg(id = "output.png_bits", long = "png-bits", value_name = "BITS", hide_short_help = true, help_heading = OUTPUT)]
+    png_bits: Option<String>,
+
+    /// Samples per pixel; with --noise-threshold the most
+    #[arg(id = "render.samples", long = "samples", visible_alias = "max-samples", value_name = "N", help_heading = PICTURE)]
+    samples: Option<String>,
+
+    /// Error of what is shown at which a block of pixels has enough samples, such as 0.01 (adaptive sampling)
+    ///
+    /// 0 gives every pixel --max-samples. Without this flag the scene file decides.
+    #[arg(id = "render.samples.threshold", long = "noise-threshold", value_name = "ERROR", hide_short_help = true, help_heading = PICTURE)]
+    noise_threshold: Option<String>,
+
+    /// Samples that every pixel gets with adaptive sampling [default: the scene's, or 16]
+    #[arg(id = "render.samples.min", long = "min-samples", value_name = "N", hide_short_help = true, help_heading = PICTURE)]
+    min_samples: Option<String>,
+
+    /// Width and height in pixels
+    #[arg(id = "render", long = "resolution", value_name = "WxH", value_parser = resolution, help_heading = PICTURE)]
+    resolution: Option<[u32; 2]>,
+
+    /// Seed of the random numbers
+    #[arg(id = "render.seed", long = "seed", value_name = "N", hide_short_help = true, help_heading = PICTURE)]
+    seed: Option<String>,
+
+    /// Whether the noise changes from frame to frame
+    #[arg(id = "render.seed_mode", long = "seed-mode", value_name = "MODE", value_parser = SeedMode::ALL.map(SeedMode::name), hide_short_help = true, help_heading = PICTURE)]
+    seed_mode: Option<String>,
+
+    /// Integrator, such as path or whitted
+    ///
+    /// It keeps the scene's settings if the scene uses the same one, and has its default settings otherwise.
+    #[arg(id = "render.integrator", long = "integrator", value_name = "NAME", help_heading = PICTURE)]
+    integrator: Option<String>,
+
+    /// Passes of EXR files beside the beauty: depth,N,denoise or all
+    #[arg(id = "output.aovs", long = "aovs", value_name = "LIST", value_delimiter = ',', conflicts_with = "output.show", help_heading = PICTURE)]
+    aovs: Vec<String>,
+
+    /// Mattes of each pixel that Cryptomatte passes keep, an even number up to 16
+    #[arg(id = "output.cryptomatte_levels", long = "cryptomatte-levels", value_name = "N", hide_short_help = true, help_heading = PICTURE)]
+    cryptomatte_levels: Option<String>,
+
+    /// One pass in place of the beauty, such as depth
+    #[arg(id = "output.show", long = "show", value_name = "PASS", hide_short_help = true, help_heading = PICTURE)]
+    show: Option<String>,
+
+    /// Display transform of PNG files, such as srgb or raw
+    #[arg(id = "output.view", long = "view", value_name = "NAME", hide_short_help = true, help_heading = PICTURE)]
+    view: Option<String>,
+
+    /// Exposure of PNG files, in stops, or auto: that which suits the first frame
+    #[arg(id = "output.exposure", long = "exposure", value_name = "STOPS", allow_hyphen_values = true, hide_short_help = true, help_heading = PICTURE)]
+    exposure: Option<String>,
+
+    /// A value for a key of the scene file, such as camera.perspective.fov=40; repeatable
+    #[arg(id = "set", long = "set", value_name = "KEY=VALUE", value_parser = assignment, hide_short_help = true, help_heading = PICTURE)]
+    set: Vec<(String, toml::Value)>,
+}
+
+/// The values of the flags that set keys of the scene file.
+#[derive(Clone, Debug, Default)]
+pub struct Settings(pub Overrides);
+
+impl Args for Settings {
+    fn augment_args(command: Command) -> Command {
+        Flags::augment_args(command)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Flags::augment_args_for_update(command)
+    }
+}
+
+impl FromArgMatches for Settings {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, Error> {
+        let mut settings = Self::default();
+        settings.update_from_arg_matches(matches)?;
+        Ok(settings)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
+        let flags = Flags::augment_args(Command::new(""));
+        let is_typed = |arg: &&Arg| matches.value_source(arg.get_id().as_str()) == Some(ValueSource::CommandLine);
+        for arg in flags.get_arguments().filter(is_typed) {
+            let key = arg.get_id().as_str();
+            let flag = format!("--{}", arg.get_long().expect("all have long names"));
+            if let Ok(Some([width, height])) = matches.try_get_one::<[u32; 2]>(key) {
+                self.0.set(&flag, "render.width", *width);
+                self.0.set(&flag, "render.height", *height);
+            } else if let Ok(Some(all)) = matches.try_get_many::<(String, toml::Value)>(key) {
+                all.for_each(|(key, value)| self.0.set(&format!("{flag} {key}"), key, value.clone()));
+            } else if let ArgAction::SetTrue = arg.get_action() {
+                self.0.set(&flag, key, true);
+            } else if let ArgAction::Append = arg.get_action() {
+                let texts = matches.get_many::<String>(key).into_iter().flatten();
+                self.0.set(&flag, key, texts.cloned().collect::<Vec<_>>());
+            } else if let Some(text) = matches.get_one::<String>(key) {
+                self.0.set(&flag, key, number_or_text(text));
+            }
+        }
+        Ok(())
+    }
+}

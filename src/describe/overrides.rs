@@ -1,0 +1,198 @@
+//! Overrides: values that replace those of a scene file.
+//!
+//! Flags, the looks of the viewer and callers of the library set keys of the description. The values are put into the table of
+//! the file before it is read, so the parser of the file checks them as well. Their spans lie beyond every file and number the
+//! overrides: wherever a value turns out to be wrong, the error names its origin, as in `--view: unknown view ...`.
+
+use std::borrow::Cow;
+
+use toml::de::{DeTable, DeValue};
+
+use crate::value::{OVERRIDES, Problem, Span, Spanned};
+
+/// The number of samples where no scene file has one, in TOML.
+const SAMPLES: &str = "64";
+
+/// A value for a key of a scene file.
+#[derive(Clone, Debug, PartialEq)]
+struct Override {
+    /// The names of the tables and of the key in them.
+    path: Vec<String>,
+    /// In TOML.
+    value: String,
+    /// The place where the value was given, such as `--samples`.
+    origin: String,
+}
+
+/// Values that replace those of a scene file, in the order in which they are applied.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Overrides(Vec<Override>);
+
+impl Overrides {
+    /// Adds a value for the key at this path, such as `render.samples`. Errors name the path.
+    pub fn with(mut self, path: &str, value: impl Into<toml::Value>) -> Self {
+        self.set(path, path, value);
+        self
+    }
+
+    /// Adds a value for the key at this path. Errors name `origin`, such as `--samples`.
+    pub fn set(&mut self, origin: &str, path: &str, value: impl Into<toml::Value>) {
+        self.0.push(Override {
+            path: path.split('.').map(str::to_owned).collect(),
+            value: value.into().to_string(),
+            origin: origin.to_owned(),
+        });
+    }
+
+    /// Adds these after the own ones.
+    pub fn extend(&mut self, others: Self) {
+        self.0.extend(others.0);
+    }
+
+    /// The values that the settings of a job do not hold, as a text: those of the scene itself.
+    pub fn of_scene(&self) -> String {
+        let is_setting = |path: &[String]| match path {
+            [table, key, ..] if table == "render" => key != "working_space",
+            [table, ..] => table == "output",
+            [] => false,
+        };
+        let of_scene = self.0.iter().filter(|one| !is_setting(&one.path));
+        of_scene
+            .map(|one| format!("{} = {}\n", one.path.join("."), one.value))
+            .collect()
+    }
+
+    /// The origin of the value with this span, if it is an override's.
+    pub(super) fn origin(&self, span: &Span) -> Option<&str> {
+        Some(&self.at(span)?.origin)
+    }
+
+    /// The name of the key whose value has this span, if it is an override's.
+    pub(super) fn key(&self, span: &Span) -> Option<&str> {
+        self.at(span)?.path.last().map(String::as_str)
+    }
+
+    fn at(&self, span: &Span) -> Option<&Override> {
+        self.0.get(span.start.checked_sub(OVERRIDES)?)
+    }
+
+    /// Puts the values into the table of a scene file. Returns the problems of those that have no place in it.
+    pub(super) fn apply<'i>(&'i self, table: &mut DeTable<'i>) -> Vec<Problem> {
+        let mut problems = Vec::new();
+        for (one, start) in self.0.iter().zip(OVERRIDES..) {
+            let value = DeValue::parse(&one.value).expect("the TOML crate has written it");
+            let value = placed(value.into_inner(), &(start..start + 1));
+            problems.extend(put(table, &one.path, value).err());
+        }
+        problems
+    }
+}
+
+/// The value of a text: a number if it can be read as one.
+pub fn number_or_text(text: &str) -> toml::Value {
+    let number = text.parse::<i64>().map(toml::Value::from);
+    let number = number.or_else(|_| text.parse::<f64>().map(toml::Value::from));
+    number.unwrap_or_else(|_| text.into())
+}
+
+/// The value with all of it at `span`.
+fn placed<'i>(value: DeValue<'i>, span: &Span) -> Spanned<DeValue<'i>> {
+    let inside = |value: Spanned<DeValue<'i>>| placed(value.into_inner(), span);
+    let value = match value {
+        DeValue::Array(array) => DeValue::Array(array.into_iter().map(inside).collect()),
+        DeValue::Table(table) => {
+            let entry = |(key, value): (Spanned<Cow<'i, str>>, _)| {
+                (Spanned::new(span.clone(), key.into_inner()), inside(value))
+            };
+            DeValue::Table(table.into_iter().map(entry).collect())
+        }
+        other => other,
+    };
+    Spanned::new(span.clone(), value)
+}
+
+/// Sets the key at this path below `table`, and makes the tables that are missing on the way.
+fn put<'i>(table: &mut DeTable<'i>, path: &'i [String], value: Spanned<DeValue<'i>>) -> Result<(), Problem> {
+    let [key, inner @ ..] = path else { return Ok(()) };
+    let span = value.span();
+    let named = || Spanned::new(span.clone(), Cow::Borrowed(key.as_str()));
+    let old = table.remove(key.as_str());
+    let Some(next) = inner.first() else {
+        let new = match old {
+            Some(old) => merged(key, old, value),
+            None => value,
+        };
+        table.insert(named(), new);
+        return Ok(());
+    };
+    let mut old = written_out(key, next, old, &span)?;
+    let no_table = |what: &DeValue<'_>| {
+        let message = format!("`{key}` is no table but of type {}", what.type_str());
+        Err(Problem::at(span.clone(), message))
+    };
+    let result = match old.get_mut() {
+        DeValue::Table(table) => put(table, inner, value),
+        DeValue::Array(list) => {
+            let element = next.parse().ok().and_then(|n: usize| list.get_mut(n));
+            match (element.map(Spanned::get_mut), &inner[1..]) {
+                (Some(DeValue::Table(table)), path @ [_, ..]) => put(table, path, value),
+                (Some(element), []) => {
+                    *element = value.into_inner();
+                    Ok(())
+                }
+                (Some(element), _) => no_table(element),
+                (None, _) => Err(Problem::at(
+                    span.clone(),
+                    format!("`{key}` has no element {next}, they count from 0"),
+                )),
+            }
+        }
+        other => no_table(other),
+    };
+    table.insert(named(), old);
+    result
+}
+
+/// What `new` makes of the value of `key`: a number of `samples` is the most of them where they are adaptive, and a kind that
+/// is named keeps its settings if it is the same.
+fn merged<'i>(key: &str, mut old: Spanned<DeValue<'i>>, new: Spanned<DeValue<'i>>) -> Spanned<DeValue<'i>> {
+    let DeValue::Table(table) = old.get_mut() else {
+        return new;
+    };
+    match new.get_ref() {
+        DeValue::Integer(_) if key == "samples" => {
+            table.insert(Spanned::new(new.span(), Cow::Borrowed("max")), new);
+            old
+        }
+        DeValue::String(kind) if table.len() == 1 && table.contains_key(kind.as_ref()) => old,
+        _ => new,
+    }
+}
+
+/// The value of `key` as a table that can hold `next`, where it is written shorter: a kind by its name, `samples` by a number.
+fn written_out<'i>(
+    key: &str,
+    next: &str,
+    old: Option<Spanned<DeValue<'i>>>,
+    span: &Span,
+) -> Result<Spanned<DeValue<'i>>, Problem> {
+    let (name, value) = match old.as_ref().map(Spanned::get_ref) {
+        None | Some(DeValue::Integer(_)) if key == "samples" && next == "min" => {
+            let help = "--noise-threshold makes it adaptive";
+            return Err(Problem::at(span.clone(), "the number of samples is fixed").with_help(help));
+        }
+        Some(DeValue::Integer(_)) if key == "samples" => (Cow::Borrowed("max"), old.expect("it is a number")),
+        None if key == "samples" => {
+            let number = DeValue::parse(SAMPLES).expect("a number");
+            (Cow::Borrowed("max"), placed(number.into_inner(), span))
+        }
+        Some(DeValue::String(kind)) if kind == next => {
+            let empty = DeValue::Table(DeTable::new());
+            (kind.clone(), Spanned::new(span.clone(), empty))
+        }
+        None => return Ok(Spanned::new(span.clone(), DeValue::Table(DeTable::new()))),
+        Some(_) => return Ok(old.expect("it is there")),
+    };
+    let table = DeTable::from_iter([(Spanned::new(span.clone(), name), value)]);
+    Ok(Spanned::new(span.clone(), DeValue::Table(table)))
+}

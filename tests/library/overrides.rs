@@ -1,0 +1,119 @@
+//! Values that replace those of a scene file, and the errors that name their origins.
+
+use std::path::PathBuf;
+
+use batch_render::describe::{Overrides, SceneDesc, Source, parse};
+
+fn read(text: &str, overrides: Overrides) -> Result<SceneDesc, String> {
+    parse(Source::new(PathBuf::from("s.toml"), text).with(overrides)).map_err(|e| e.to_string())
+}
+
+fn samples(text: &str, overrides: Overrides) -> (u32, Option<(u32, f32)>) {
+    let desc = read(&format!("[render]\n{text}"), overrides).expect("valid");
+    let samples = desc.render.samples.get_ref();
+    let adaptive = samples.adaptive().map(|a| (a.min.get_ref().0, a.threshold.0));
+    (samples.max(), adaptive)
+}
+
+#[test]
+fn a_value_replaces_that_of_the_file_or_adds_it() {
+    let overrides = Overrides::default()
+        .with("render.width", 8)
+        .with("output.view", "agx")
+        .with("output.aovs", vec!["N", "depth"]);
+    let desc = read("[render]\nwidth = 4\nheight = 5", overrides).expect("valid");
+    assert_eq!((desc.render.width.get_ref().0, desc.render.height.get_ref().0), (8, 5));
+    assert_eq!(desc.output.view.name(), "agx");
+    assert_eq!(desc.output.aovs.expect("two passes").0.len(), 2);
+}
+
+#[test]
+fn a_wrong_value_names_its_origin_and_suggests_another() {
+    let mut overrides = Overrides::default();
+    overrides.set("--view", "output.view", "agy");
+    overrides.set("--integrator", "render.integrator", "whited");
+    overrides.set("--seed", "render.seed", -1);
+    let errors = read("[render]\nseed = 4", overrides).expect_err("three are wrong");
+    assert!(
+        errors.contains("--view: unknown view `agy` (did you mean `agx`?)"),
+        "{errors}"
+    );
+    let overrides = Overrides::default().with("render.integrator", "whited");
+    assert_eq!(
+        read("", overrides).expect_err("a typing error"),
+        "render.integrator: unknown integrator `whited` (did you mean `whitted`?)"
+    );
+    let overrides = Overrides::default().with("render.sed", 1);
+    assert_eq!(
+        read("", overrides).expect_err("a typing error"),
+        "render.sed: unknown key `sed` (did you mean `seed`?)"
+    );
+}
+
+#[test]
+fn a_kind_keeps_its_settings_where_it_stays_the_same() {
+    let depth = |kind: &str| {
+        let text = "[render]\nintegrator.path = { max_depth = 3 }";
+        let desc = read(text, Overrides::default().with("render.integrator", kind)).expect("valid");
+        format!("{:?}", desc.render.integrator)
+    };
+    assert!(depth("path").contains("Count(3)") && !depth("whitted").contains("Count(3)"));
+    let overrides = Overrides::default().with("render.integrator.path.max_depth", 7);
+    let desc = read("[render]\nintegrator = 'path'", overrides).expect("valid");
+    assert!(format!("{:?}", desc.render.integrator).contains("Count(7)"));
+}
+
+#[test]
+fn samples_stay_adaptive_or_fixed() {
+    let max = |n: i64| Overrides::default().with("render.samples", n);
+    let threshold = Overrides::default().with("render.samples.threshold", 0.5);
+    assert_eq!(samples("samples = 4", max(9)), (9, None));
+    assert_eq!(
+        samples("samples = { min = 20, max = 80, threshold = 0.1 }", max(9)),
+        (9, Some((20, 0.1)))
+    );
+    assert_eq!(samples("samples = 4", threshold.clone()), (4, Some((16, 0.5))));
+    assert_eq!(samples("", threshold.clone()), (64, Some((16, 0.5))));
+    let both = threshold.with("render.samples.min", 2);
+    assert_eq!(samples("samples = 4", both), (4, Some((2, 0.5))));
+    let error = read("", Overrides::default().with("render.samples.min", 2)).expect_err("not adaptive");
+    assert!(
+        error.starts_with("render.samples.min: the number of samples is fixed"),
+        "{error}"
+    );
+    assert!(read("", max(0)).expect_err("no samples").contains("at least 1"));
+}
+
+#[test]
+fn elements_of_lists_are_counted_from_0() {
+    let text = "[[light]]\nsun = { direction = [0, -1, 0], irradiance = 1 }";
+    let dark = |n: u32| Overrides::default().with(&format!("light.{n}.sun.irradiance"), 0.25);
+    let lights = read(text, dark(0)).expect("one light").lights;
+    assert!(format!("{lights:?}").contains("0.25"));
+    let error = read(text, dark(1)).expect_err("one light");
+    assert_eq!(
+        error,
+        "light.1.sun.irradiance: `light` has no element 1, they count from 0"
+    );
+}
+
+#[test]
+fn only_values_of_the_scene_itself_are_beside_the_settings() {
+    let overrides = Overrides::default()
+        .with("render.samples", 4)
+        .with("output.view", "agx");
+    assert_eq!(overrides.of_scene(), "");
+    let overrides = overrides
+        .with("render.working_space", "acescg")
+        .with("camera.perspective.fov", 40);
+    assert_eq!(
+        overrides.of_scene(),
+        "render.working_space = \"acescg\"\ncamera.perspective.fov = 40\n"
+    );
+}
+
+#[test]
+fn a_path_ends_at_values_that_are_no_tables() {
+    let error = read("[render]\nseed = 4", Overrides::default().with("render.seed.x", 1)).expect_err("no table");
+    assert_eq!(error, "render.seed.x: `seed` is no table but of type integer");
+}
