@@ -2,7 +2,7 @@
 
 use std::{ops::RangeInclusive, path::Path};
 
-use super::{FrameRange, Request, metering, range::MAX_FRAMES};
+use super::{FrameRange, Request, range::MAX_FRAMES};
 use crate::{
     assets::{Files, camera_path},
     camera::{Camera, FrameCamera, Lens, SceneCamera, path::CameraPath},
@@ -10,6 +10,15 @@ use crate::{
     error::Error,
     math::DVec3,
 };
+
+/// The longer side of the metered picture, in pixels, and its samples.
+const SIDE: u32 = 96;
+
+/// Columns and rows of the picture that is metered for one of this size.
+pub(super) fn metered_resolution(full: [u32; 2]) -> [u32; 2] {
+    let longer = u64::from(full[0].max(full[1]).max(1));
+    full.map(|n| ((u64::from(n) * u64::from(SIDE) / longer) as u32).max(1))
+}
 
 /// The cameras of a job.
 pub(super) struct JobCameras {
@@ -34,7 +43,7 @@ pub(super) fn cameras(
             path: desc.source.path.clone(),
         })?;
         let eye = camera.pose.eye();
-        let metering = Camera::new(&camera.pose, &camera.lens, metering::resolution(resolution));
+        let metering = Camera::new(&camera.pose, &camera.lens, metered_resolution(resolution));
         let camera = Camera::new(&camera.pose, &camera.lens, resolution);
         let (last, what) = match request.turntable {
             Some(last) => (last, format!("the turntable, which has frames 1 to {last}")),
@@ -59,7 +68,7 @@ pub(super) fn cameras(
     check_columns(file, &path, &lens)?;
     let first_eye = path.at(path.first()).ok().map(|first| first.pose.eye());
     let metering = path
-        .frame_camera(*all.start(), &lens, metering::resolution(resolution))
+        .frame_camera(*all.start(), &lens, metered_resolution(resolution))
         .ok();
     let frames = frames(request, all, &what)?
         .iter()
@@ -111,4 +120,16 @@ fn frames(request: &Request, all: RangeInclusive<i64>, what: &str) -> Result<Fra
 /// Frames lie within [`MAX_FRAME`](crate::camera::path::MAX_FRAME), which is less than 2^31.
 fn number(frame: i64) -> i32 {
     i32::try_from(frame).expect("ranges and paths keep frames within their limit")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::metered_resolution as resolution;
+
+    #[test]
+    fn the_metered_picture_has_the_shape_of_the_whole() {
+        assert_eq!(resolution([1920, 1080]), [96, 54]);
+        assert_eq!(resolution([3, 3000]), [1, 96]);
+        assert_eq!(resolution([16, 16]), [96, 96]);
+    }
 }

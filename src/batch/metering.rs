@@ -6,27 +6,19 @@
 //! Source: the log-average of Reinhard, Stark, Shirley, Ferwerda, "Photographic Tone Reproduction for Digital Images", SIGGRAPH
 //! 2002, doi:10.1145/566570.566575, equation 1.
 
-use super::Plan;
+use super::{Plan, cameras::metered_resolution};
 use crate::{
     math::{Rgb, exponential},
     render::{Cancel, Content, Control, RenderError, Renderer, Settings},
     scene::Scene,
 };
 
-/// The longer side of the metered picture, in pixels, and its samples.
-const SIDE: u32 = 96;
 const SAMPLES: u32 = 16;
 
 /// The brightness that the log-average is shown with.
 const MIDDLE_GRAY: f32 = 0.18;
 /// The most stops either way.
 const MAX_STOPS: f32 = 64.0;
-
-/// Columns and rows of the picture that is metered for one of this size.
-pub(super) fn resolution(full: [u32; 2]) -> [u32; 2] {
-    let longer = u64::from(full[0].max(full[1]).max(1));
-    full.map(|n| ((u64::from(n) * u64::from(SIDE) / longer) as u32).max(1))
-}
 
 impl Plan {
     /// The plan with the exposure that suits the scene, where that is wanted.
@@ -41,7 +33,7 @@ impl Plan {
         if self.picture.settings.content != Content::Light || self.picture.integrator.as_dyn().wants_cost() {
             return Ok(plan);
         }
-        let settings = Settings::new(resolution(self.picture.settings.resolution), SAMPLES);
+        let settings = Settings::new(metered_resolution(self.picture.settings.resolution), SAMPLES);
         let control = Control {
             cancel,
             ..Control::default()
@@ -81,12 +73,5 @@ mod tests {
         assert!((stops([0.09, 0.36, 0.0, f32::NAN].into_iter())).abs() < 1e-5);
         assert!((stops([0.18 * 1024.0].into_iter()) + 10.0).abs() < 1e-4);
         assert_eq!(stops([0.0].into_iter()), 0.0);
-    }
-
-    #[test]
-    fn the_metered_picture_has_the_shape_of_the_whole() {
-        assert_eq!(resolution([1920, 1080]), [96, 54]);
-        assert_eq!(resolution([3, 3000]), [1, 96]);
-        assert_eq!(resolution([16, 16]), [96, 96]);
     }
 }
