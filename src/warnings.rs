@@ -4,7 +4,7 @@
 //! prints [`Warnings::take_lines`], one line for each kind, and writes [`Warnings::list`] where it tells all.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, btree_map::Entry},
     fmt,
     sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
@@ -109,8 +109,31 @@ pub struct Warning {
 /// Collects the warnings of a job. A clone is the same collection.
 #[derive(Clone, Default)]
 pub struct Warnings {
+    collected: Arc<Mutex<Collected>>,
+}
+
+#[derive(Default)]
+struct Collected {
     /// Whether each was told.
-    all: Arc<Mutex<BTreeMap<Warning, bool>>>,
+    all: BTreeMap<Warning, bool>,
+    counts: BTreeMap<WarningKind, usize>,
+}
+
+impl Collected {
+    fn insert(&mut self, warning: Warning, is_told: bool) {
+        let kind = warning.kind;
+        let Entry::Vacant(place) = self.all.entry(warning) else {
+            return;
+        };
+        place.insert(is_told);
+        let count = self.counts.entry(kind).or_default();
+        *count += 1;
+        if *count > MAX_OF_A_KIND {
+            *count -= 1;
+            let last = self.all.keys().rev().find(|known| known.kind == kind).cloned();
+            last.and_then(|last| self.all.remove(&last));
+        }
+    }
 }
 
 impl Warnings {
@@ -138,41 +161,35 @@ impl Warnings {
     }
 
     fn insert(&self, kind: WarningKind, topic: String, subject: String, text: String, is_told: bool) {
-        let mut all = self.lock();
         let warning = Warning {
             kind,
             topic,
             subject,
             text,
         };
-        all.entry(warning).or_insert(is_told);
-        let of_kind = || all.keys().filter(|known| known.kind == kind);
-        if all.len() > MAX_OF_A_KIND && of_kind().count() > MAX_OF_A_KIND {
-            let last = of_kind().next_back().cloned();
-            last.and_then(|last| all.remove(&last));
-        }
+        self.lock().insert(warning, is_told);
     }
 
     /// All warnings so far, in order.
     pub fn list(&self) -> Vec<Warning> {
-        self.lock().keys().cloned().collect()
+        self.lock().all.keys().cloned().collect()
     }
 
     /// One line for each kind and topic.
     pub fn lines(&self) -> Vec<String> {
-        lines(self.lock().keys())
+        lines(self.lock().all.keys())
     }
 
     /// One line for each kind and topic of the warnings that were not taken before and not logged.
     pub fn take_lines(&self) -> Vec<String> {
-        let mut all = self.lock();
+        let all = &mut self.lock().all;
         let new = lines(all.iter().filter(|(_, is_told)| !**is_told).map(|(warning, _)| warning));
         all.values_mut().for_each(|is_told| *is_told = true);
         new
     }
 
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<Warning, bool>> {
-        self.all.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, Collected> {
+        self.collected.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Corners in the same place become one vertex. The normals of facets are ignored, since the order of corners tells the side.
 //! The two bytes after a facet are its colour, by either convention. The surface is flat. A file is text if its first word is
-//! `solid` and it has no byte 0. Where whole facets follow the header of a binary file, their number counts, not the header's.
+//! `solid` and its beginning has no byte 0. Where whole facets follow the header of a binary file, their number counts, not the header's.
 
 use std::{collections::HashMap, path::Path};
 
@@ -39,11 +39,7 @@ impl ModelFormat for Stl {
 }
 
 fn parse(bytes: &[u8], memory: &MemoryBudget) -> Result<Model, BareMeshProblem> {
-    let is_text = bytes
-        .trim_ascii_start()
-        .get(..5)
-        .is_some_and(|w| w.eq_ignore_ascii_case(b"solid"))
-        && !bytes.contains(&0);
+    let is_text = is_text(bytes);
     let Some((header, facets)) = bytes.split_at_checked(HEADER).filter(|_| !is_text) else {
         if !is_text {
             return Err(broken("the file is too short for an STL file, it has no header".into()));
@@ -71,6 +67,16 @@ fn parse(bytes: &[u8], memory: &MemoryBudget) -> Result<Model, BareMeshProblem> 
         model.faults.push(fault);
     }
     Ok(model)
+}
+
+/// Whether a file is text. Its first word alone does not tell: the headers of many binary files begin with it.
+fn is_text(bytes: &[u8]) -> bool {
+    let start = bytes.trim_ascii_start();
+    let begins = start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    let beginning = &bytes[..bytes.len().min(HEADER + FACET)];
+    // Zeros at the end are padding.
+    let padding = beginning.iter().rev().take_while(|byte| **byte == 0).count();
+    begins && !beginning[..beginning.len() - padding].contains(&0)
 }
 
 fn broken(cause: String) -> BareMeshProblem {
@@ -334,6 +340,8 @@ mod tests {
             read(one_line.as_bytes()).unwrap().meshes,
             read(lines.as_bytes()).unwrap().meshes
         );
+        let padded = [lines.as_bytes(), &[0; 100]].concat();
+        assert_eq!(read(&padded).unwrap().meshes[0].triangles.len(), 2);
         let model = read(lines.replacen("vertex 1 1", "vertex 1 -nan(ind)", 1).as_bytes()).unwrap();
         assert_eq!((model.meshes[0].triangles.len(), model.faults.len()), (1, 1));
         let mut bytes = as_binary(b"");

@@ -43,8 +43,14 @@ pub(super) struct Document<'a> {
 impl<'a> Document<'a> {
     pub fn open(bytes: &'a [u8], folder: &'a Path, files: &'a Files) -> Result<Self, GltfProblem> {
         let Container { json, binary, faults } = Container::open(bytes)?;
-        if json.trim_ascii().is_empty() {
-            return Err(GltfProblem::broken("the file is empty"));
+        match json.trim_ascii().first() {
+            Some(b'{') => {}
+            None => return Err(GltfProblem::broken("the file is empty")),
+            Some(_) => {
+                return Err(GltfProblem::broken(
+                    "it begins neither with the header of GLB nor with a JSON object",
+                ));
+            }
         }
         let syntax = |e: json::Error| GltfProblem::broken(format!("its JSON is not understood: {e}"));
         let mut raw: Value = deserialize::from_slice(json).map_err(syntax)?;

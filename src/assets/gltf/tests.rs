@@ -450,6 +450,7 @@ fn errors_of_the_json_name_the_place_and_empty_files_are_called_so() {
     assert!(message.contains("meshes[0].primitives[0].attributes"), "{message}");
     assert!(parsed("").unwrap_err().contains("the file is empty"));
     assert!(parsed("{").unwrap_err().contains("line 1"));
+    assert!(parsed("solid of another format").unwrap_err().contains("header"));
 }
 
 #[test]
