@@ -363,7 +363,7 @@ impl Store {
         let file = source.name().display();
         let text = format!("{count} {numbers} below 0 became 0, where they are colours: {file}");
         self.warnings()
-            .add_topic(WarningKind::IMAGE_NUMBERS, "negative", file, text);
+            .add_topic(WarningKind::IMAGE_NUMBERS, "below 0", file, text);
     }
 }
 

@@ -46,8 +46,9 @@ pub(super) fn fault(film: &Film, plan: &Plan, scene: &Scene, camera: &FrameCamer
     if 2 * black <= pixels.len() {
         return None;
     }
+    let is_all_black = black == pixels.len();
     let black = percent(black);
-    if is_dark(scene) {
+    if is_all_black && is_dark(scene) {
         let why = "there is no light: no `[[light]]`, no material that emits, and a black background";
         return Some(format!("{black} % of the picture is black: {why}"));
     }
