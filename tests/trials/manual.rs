@@ -3,6 +3,7 @@
 //! With `BLESS=1` the pages are written anew: read the difference.
 
 mod pages;
+mod pictures;
 
 use std::{collections::BTreeSet, fs, path::Path};
 
@@ -21,11 +22,16 @@ const FOLDER: &str = "docs/scene";
 pub fn trials() -> Vec<Trial> {
     let pages = pages::pages();
     let files: Vec<String> = pages.iter().map(|p| p.file.clone()).collect();
+    let texts: Vec<String> = pages.iter().map(|p| p.text.clone()).collect();
     let sources: Vec<String> = pages.iter().map(|p| p.source.clone()).collect();
     let mut trials = vec![
         trial!("no page without a table or a kind", move || no_stray_page(&files)),
         trial!("no example outside of the manual", move || no_stray_example(&sources)),
         trial!("the page of the output shows every view", every_view_is_shown),
+        trial!("every kind has a picture", pictures::every_kind_has_one),
+        trial!("pictures are small and are shown", move || {
+            pictures::are_small_and_shown(&texts)
+        }),
     ];
     for page in pages {
         // The index has no example of its own, and the table of a kind may leave it to the kind's page.
@@ -64,7 +70,7 @@ fn no_stray_page(known: &[String]) -> Result<(), Failed> {
     let mut stray = Vec::new();
     for path in crate::common::files(&root) {
         let name = path.strip_prefix(&root)?.to_string_lossy().replace('\\', "/");
-        if !known.contains(&name) {
+        if !known.contains(&name) && !name.starts_with(pictures::FOLDER) {
             stray.push(name);
         }
     }

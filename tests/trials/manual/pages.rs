@@ -16,6 +16,7 @@ use batch_render::{
     texture::PatternDesc,
 };
 
+use super::pictures;
 use crate::common::repo;
 
 /// Kinds of one registry, which a table of a scene file chooses from.
@@ -219,7 +220,19 @@ pub fn pages() -> Vec<Page> {
         &index,
     );
     pages.insert(readme.file.clone(), readme);
+    let files: Vec<String> = pages.keys().cloned().collect();
+    for page in pages.values_mut() {
+        pictures::insert(page, &files);
+    }
     pages.into_values().collect()
+}
+
+/// The names of all registries of kinds, with those of their kinds.
+pub fn registries() -> impl Iterator<Item = (&'static str, &'static [&'static str])> {
+    let registries = TABLES.iter().flat_map(|table| table.registries);
+    // The transform of textures is no kind.
+    let registries = registries.filter(|registry| registry.name != "transform");
+    registries.map(|registry| (registry.name, registry.kinds))
 }
 
 /// The page of all passes, from their table.
@@ -260,7 +273,7 @@ fn passes_page() -> Page {
             coverage of each, two in a layer (`CryptoObject00`, `CryptoObject01`, ...), weighted by the pixel filter where it is \
             positive; lens, shutter and opacity are in the coverage. The light components (`diffuse_direct` to `emission`) sum to the beauty, and so \
             do the light groups. `denoise` stands for the passes that denoisers read: `objectId`, the halves, and the means of features with their \
-            variances; how true these variances are is in [the guide](../guide.md#compositing). Only EXR files hold passes beside the beauty.\n";
+            variances; the notes say [how true these are](../notes/denoising.md#how-true-the-variances-are). Only EXR files hold passes beside the beauty.\n";
     let source = "src/film/passes.rs";
     Page::new(
         "passes.md".to_owned(),
