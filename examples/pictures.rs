@@ -18,7 +18,7 @@ use std::{
 use batch_render::{
     batch::{DenoiseOptions, FilterKind, Job, JobEvent, Observer, Request, denoise::DenoiseObserver, denoise::Helpers},
     camera::CameraDesc,
-    describe::{self, BackgroundDesc, Diagnostics, SceneDesc, Source},
+    describe::{self, BackgroundDesc, Diagnostics, Overrides, SceneDesc, Source},
     filter::FilterDesc,
     integrator::IntegratorDesc,
     light::LightDesc,
@@ -95,29 +95,30 @@ fn repository(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// A request for a picture of this size with little noise.
-fn converged(size: [u32; 2]) -> Request {
-    Request {
-        resolution: Some(size),
-        min_samples: Some(16),
-        samples: Some(128),
-        noise_threshold: Some(0.02),
-        ..Request::default()
-    }
+/// Settings for a picture of this size.
+fn sized([width, height]: [u32; 2]) -> Overrides {
+    Overrides::default()
+        .with("render.width", width)
+        .with("render.height", height)
+}
+
+/// Settings for a picture of this size with little noise.
+fn converged(size: [u32; 2]) -> Overrides {
+    sized(size)
+        .with("render.samples", 128)
+        .with("render.samples.min", 16)
+        .with("render.samples.threshold", 0.02)
 }
 
 /// Renders the scene of a kind. Samplers keep their own number of samples: their noise is what they show.
 fn kind_picture(folder: &str, kind: &str) -> Result<RgbImage, Box<dyn Error>> {
     let path = repository(&format!("scenes/kinds/{kind}.toml"));
     let text = fs::read_to_string(&path)?;
-    let request = match folder {
-        "sampler" => Request {
-            resolution: Some(KIND_SIZE),
-            ..Request::default()
-        },
+    let settings = match folder {
+        "sampler" => sized(KIND_SIZE),
         _ => converged(KIND_SIZE),
     };
-    render(path, &text, request)
+    render(path, &text, settings)
 }
 
 fn strip_picture(strip: &Strip) -> Result<RgbImage, Box<dyn Error>> {
@@ -147,7 +148,7 @@ fn denoised_picture() -> Result<RgbImage, Box<dyn Error>> {
     fs::write(&path, format!("{header}\n{frames}"))?;
     let request = Request {
         camera_path: Some(path),
-        outputs: vec![clean.join("f.#.exr").to_string_lossy().into_owned()],
+        overrides: Overrides::default().with("output.files", &*clean.join("f.#.exr").to_string_lossy()),
         denoise: Some(DenoiseOptions {
             temporal: 2,
             filter: FilterKind::NonLocalMeans,
@@ -162,7 +163,7 @@ fn denoised_picture() -> Result<RgbImage, Box<dyn Error>> {
         ("with --denoise".to_owned(), read_exr(&clean.join("f.3.exr"))?),
         (
             format!("{CONVERGED} samples"),
-            render(scene, &room(CONVERGED), Request::default())?,
+            render(scene, &room(CONVERGED), Overrides::default())?,
         ),
     ];
     Ok(arrange(&cells, cells.len() as u32))
@@ -180,16 +181,17 @@ fn parse(path: PathBuf, text: &str) -> Result<SceneDesc, Diagnostics> {
     describe::parse(Source {
         path,
         text: text.into(),
+        overrides: Overrides::default(),
     })
 }
 
 /// Renders one frame of a scene; `path` is the file of its text.
-fn render(path: PathBuf, text: &str, request: Request) -> Result<RgbImage, Box<dyn Error>> {
+fn render(path: PathBuf, text: &str, settings: Overrides) -> Result<RgbImage, Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let picture = folder.path().join("picture.png");
     let request = Request {
-        outputs: vec![picture.to_string_lossy().into_owned()],
-        ..request
+        overrides: settings.with("output.files", &*picture.to_string_lossy()),
+        ..Request::default()
     };
     let job = Job::new(parse(path, text)?, &request)?;
     job.run(job.load()?, &Quiet, &Control::default())?;
