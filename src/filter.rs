@@ -24,7 +24,7 @@
 
 use std::f32::consts::PI;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::{
     math::{Dispatch, Vec2, VectorLoop, exponential, trig},
@@ -100,13 +100,18 @@ pub struct FilterSample {
 const TABLE_STEPS: usize = 1024;
 
 /// A separable filter, ready to be sampled.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Filter {
     radius: f32,
     /// The inverse of the cumulative |filter| over [-1, 1] at even steps, in radii.
+    #[serde(serialize_with = "table")]
     inverse: Box<[f32; TABLE_STEPS + 1]>,
     /// |x| beyond which the filter is negative, in radii.
     negative_beyond: f32,
+}
+
+fn table<S: Serializer>(table: &[f32; TABLE_STEPS + 1], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(table)
 }
 
 impl Default for Filter {

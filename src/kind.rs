@@ -142,7 +142,7 @@ macro_rules! kinds {
 
 /// Declares a choice among names, as scene files, the command line and outputs write them.
 ///
-/// The enum gets `ALL` in the order of its rows, `name`, `Display`, and [`FromStr`](std::str::FromStr) and `Deserialize`, whose
+/// The enum gets `ALL` in the order of its rows, `name`, `Display`, `Serialize`, and [`FromStr`](std::str::FromStr) and `Deserialize`, whose
 /// error suggests a name. The text after its name says in messages what a name is of;
 /// with `ignoring case` after it, letters may be small or large.
 ///
@@ -190,6 +190,12 @@ macro_rules! named {
                 };
                 let found = Self::ALL.into_iter().find(is_meant);
                 found.ok_or_else(|| $crate::value::UnknownName::new($what, name, Self::ALL.map(Self::name)))
+            }
+        }
+
+        impl serde::Serialize for $Name {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.serialize_str(self.name())
             }
         }
 

@@ -4,16 +4,21 @@
 //! inputs (not their dates), the frame's camera, every setting that changes pixels, and the version of the program. Of the
 //! camera path only the frame's own camera counts, so that a key that is changed touches the frames around it alone.
 
-use std::{fmt::Write, path::Path};
+use std::path::Path;
 
-use super::{Plan, PlannedFrame};
+use serde::Serialize;
+
+use super::{Plan, PlannedFrame, Turntable};
 use crate::{
     assets::{ContentHash, Store},
     camera::{FrameCamera, Neighbours},
     describe::Source,
     film::{PassRequest, Window},
-    output::{Attribute, FrameMetadata, camera_attributes},
-    render::Settings,
+    filter::Filter,
+    integrator::BuiltIn,
+    output::{Attribute, DisplayTransform, Encoding, FrameMetadata, Shown, camera_attributes},
+    render::{AdaptiveSampling, Content, Settings},
+    sampler::Sampler,
 };
 
 /// Rises with every change of the program that changes pixels between two versions of the package.
@@ -30,25 +35,82 @@ pub const PICTURE: &str = "batch-render/picture";
 pub struct InputHash(ContentHash);
 
 impl InputHash {
-    /// The hash of what `store` has loaded for the scene, also at which resolution, and of what overrides values of its file. Paths count as they are seen from
-    /// the scene's folder, so that a project may be moved as a whole.
+    /// The hash of what `store` has loaded for the scene, also at which resolution, and of what overrides values of its file. Paths
+    /// count as they are seen from the scene's folder, so that a project may be moved as a whole.
     pub fn new(store: &Store, scene: &Source, camera_path: Option<&Path>) -> Self {
         let home = scene.path.parent().unwrap_or(Path::new(""));
-        let mut lines: Vec<String> = store
+        let mut files: Vec<(String, String)> = store
             .files()
             .manifest()
             .into_iter()
             .filter(|(path, _)| Some(path.as_path()) != camera_path)
             .map(|(path, hash)| {
                 let name = path.strip_prefix(home).unwrap_or(&path);
-                format!("{hash} {}\n", name.display())
+                (hash.to_string(), name.display().to_string())
             })
             .collect();
-        lines.sort();
-        lines.push(format!("{:?}", store.halved()));
-        lines.push(scene.overrides.of_scene());
-        Self(ContentHash::of(lines.concat().as_bytes()))
+        files.sort();
+        let (halved, overrides) = (store.halved(), scene.overrides.of_scene());
+        let text = serde_json::to_vec(&HashedInputs {
+            files,
+            halved,
+            overrides,
+        })
+        .expect("names and numbers are JSON");
+        Self(ContentHash::of(&text))
     }
+}
+
+/// The input files of a scene, by hash and name, and how often each image was halved.
+#[derive(Serialize)]
+struct HashedInputs {
+    files: Vec<(String, String)>,
+    halved: Vec<Vec<u32>>,
+    /// Of values of the scene file.
+    overrides: String,
+}
+
+/// What the picture of a frame depends on. Its JSON is hashed, which is the same text on every machine. Another name of a field
+/// or a variant in here, or a field more, is another fingerprint: finished frames are rendered again.
+#[derive(Serialize)]
+struct Hashed<'a> {
+    picture_version: u32,
+    package_version: &'a str,
+    inputs: String,
+    resolution: [u32; 2],
+    samples: u32,
+    adaptive: Option<AdaptiveSampling>,
+    seed: u32,
+    noise_frame: i32,
+    sampler: &'a Sampler,
+    filter: &'a Option<Filter>,
+    content: Content,
+    passes: Vec<String>,
+    matte_ranks: u32,
+    integrator: &'a BuiltIn,
+    turntable: Option<Turntable>,
+    point_radius: Option<f32>,
+    variant: &'a Option<String>,
+    frame: i32,
+    camera: FrameCamera,
+    /// Where a pass follows motion.
+    neighbours: Option<Neighbours>,
+    shown: Shown,
+    view: DisplayTransform,
+    exposure: Exposure<'a>,
+    fps: Option<(i32, u32)>,
+    encoding: Encoding,
+}
+
+#[derive(Serialize)]
+enum Exposure<'a> {
+    Stops(f32),
+    Metered(&'a FrameCamera),
+}
+
+fn hash(hashed: &Hashed<'_>) -> String {
+    let text = serde_json::to_vec(hashed).expect("names and numbers are JSON");
+    ContentHash::of(&text).to_string()
 }
 
 /// The hashes of all that the files of a frame depend on.
@@ -67,7 +129,18 @@ impl Fingerprint {
     }
 
     /// The fingerprint of frame number `number` as `camera` sees it, rendered by `plan` with these settings.
-    pub fn new(plan: &Plan, settings: &Settings, inputs: InputHash, (number, camera): (i32, &FrameCamera)) -> Self {
+    pub fn new(plan: &Plan, settings: &Settings, inputs: InputHash, frame: (i32, &FrameCamera)) -> Self {
+        Self::by_version(env!("CARGO_PKG_VERSION"), plan, settings, inputs, frame)
+    }
+
+    /// The fingerprint that this version of the package gives.
+    fn by_version(
+        version: &str,
+        plan: &Plan,
+        settings: &Settings,
+        inputs: InputHash,
+        (number, camera): (i32, &FrameCamera),
+    ) -> Self {
         let Settings {
             resolution,
             window,
@@ -81,40 +154,41 @@ impl Fingerprint {
             matte_ranks,
         } = settings;
         let motion = passes.iter().any(|pass| pass.spec().follows_motion());
-        let neighbours = motion.then(|| camera.neighbours());
-        let camera = camera.clone().with_neighbours(Neighbours::default());
-        let mut text = format!("{PICTURE_VERSION} {}\n", env!("CARGO_PKG_VERSION"));
-        let passes: Vec<String> = passes.iter().map(PassRequest::name).collect();
-        let noise_frame = plan.picture.seed_mode.frame(number);
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            text,
-            "{:?} {resolution:?} {} {seed} {noise_frame} {sampler:?} {filter:?} {content:?} {passes:?} {matte_ranks}",
-            inputs.0, samples.max
-        );
-        // A metered exposure follows from the scene and the first camera.
-        let (exposure, is_metered) = match &plan.picture.metering_camera {
-            Some(camera) => (format!("{camera:?}"), true),
-            None => (plan.picture.exposure.to_string(), false),
-        };
-        if let Some(mut adaptive) = samples.adaptive {
-            if is_metered {
-                adaptive.gain = 1.0;
-            }
-            let _ = writeln!(text, "{adaptive:?}");
+        let picture = &plan.picture;
+        let (mut adaptive, mut exposure) = (samples.adaptive, Exposure::Stops(picture.exposure));
+        if let Some(camera) = &picture.metering_camera {
+            // It follows from the scene and this camera.
+            exposure = Exposure::Metered(camera);
+            adaptive = adaptive.map(|rule| AdaptiveSampling { gain: 1.0, ..rule });
         }
-        let _ = writeln!(
-            text,
-            "{:?} {:?} {:?}",
-            plan.picture.integrator, plan.picture.turntable, plan.picture.model
-        );
-        let _ = writeln!(text, "{number} {camera:?} {neighbours:?}");
-        let _ = writeln!(
-            text,
-            "{:?} {:?} {} {:?} {:?}",
-            plan.picture.shown, plan.picture.view, exposure, plan.picture.fps, plan.files.encoding
-        );
-        Self::of_window(ContentHash::of(text.as_bytes()).to_string(), *window)
+        let hashed = Hashed {
+            picture_version: PICTURE_VERSION,
+            package_version: version,
+            inputs: inputs.0.to_string(),
+            resolution: *resolution,
+            samples: samples.max,
+            adaptive,
+            seed: *seed,
+            noise_frame: picture.seed_mode.frame(number),
+            sampler,
+            filter,
+            content: *content,
+            passes: passes.iter().map(PassRequest::name).collect(),
+            matte_ranks: *matte_ranks,
+            integrator: &picture.integrator,
+            turntable: picture.turntable,
+            point_radius: picture.model.0,
+            variant: &picture.model.1,
+            frame: number,
+            camera: camera.clone().with_neighbours(Neighbours::default()),
+            neighbours: motion.then(|| *camera.neighbours()),
+            shown: picture.shown,
+            view: picture.view,
+            exposure,
+            fps: picture.fps,
+            encoding: plan.files.encoding,
+        };
+        Self::of_window(hash(&hashed), *window)
     }
 
     /// The fingerprint of a part of the picture whose fingerprint is `picture`.
@@ -137,5 +211,40 @@ impl Fingerprint {
             Attribute::new(PICTURE, self.picture.as_str()),
         ]);
         metadata
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        assets::Files,
+        batch::Request,
+        describe::{self, Overrides},
+    };
+
+    const SCENE: &str = "[render]\nwidth = 16\nheight = 12\nsamples = { min = 16, max = 64, threshold = 0.02 }\nseed = 5\n\
+        [camera]\nperspective = { eye = [0, 1, 5], target = [0, 0.5, 0], fstop = 2.8, focus_distance = 4 }\n\
+        [output]\nview = \"agx\"\naovs = [\"forward\", \"N\"]\n";
+
+    fn plan() -> Plan {
+        let desc = describe::load(Path::new("s.toml"), &Overrides::default(), |_| Ok(SCENE)).expect("a scene");
+        let request = Request {
+            turntable: Some(3),
+            ..Request::default()
+        };
+        Plan::new(&desc, &request, &Files::default()).expect("a plan")
+    }
+
+    /// Frames that were rendered before are rendered again where this test has to be changed.
+    #[test]
+    fn the_fingerprint_of_a_fixed_job_is_a_constant_on_every_machine() {
+        let plan = plan();
+        let inputs = InputHash(ContentHash::of(b"inputs"));
+        let PlannedFrame { number, camera, .. } = &plan.frames[1];
+        let of =
+            |version: &str| Fingerprint::by_version(version, &plan, &plan.picture.settings, inputs, (*number, camera));
+        assert_eq!(of("1.2.3").picture, "b7434d921c7b7c48b1587cf9ec77a586");
+        assert_ne!(of("1.2.4").picture, of("1.2.3").picture);
     }
 }

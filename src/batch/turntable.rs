@@ -2,6 +2,8 @@
 
 use glam::{DQuat, DVec3};
 
+use serde::Serialize;
+
 use crate::{
     camera::{Camera, FilmSize, Pose, SceneCamera},
     math::transform::axis_rotation,
@@ -9,7 +11,7 @@ use crate::{
 };
 
 /// An orbit around the vertical axis through the centre of a scene, starting at a camera.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Turntable {
     pub start: SceneCamera,
     /// The number of frames of the full circle. The first is at the start, the last is one step before it.

@@ -2,10 +2,12 @@
 
 use std::f32::consts::TAU;
 
+use serde::Serialize;
+
 use crate::math::{Vec2, trig, warp};
 
 /// The shape of an aperture of radius 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub enum ApertureShape {
     #[default]
     Round,

@@ -16,7 +16,7 @@
 //! of field. A camera path may move this camera and set `fov`, below 180 there; other columns of a lens are errors.
 
 use glam::{DVec2, DVec3};
-use serde::{Deserialize, Deserializer, de};
+use serde::{Deserialize, Deserializer, Serialize, de};
 
 use super::{
     CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, ViewMatrices, default_up, lens::FieldOfView,
@@ -68,7 +68,7 @@ impl FisheyeDesc {
 }
 
 /// A fisheye's lens, as it was described.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FisheyeLens {
     /// Over the image circle, in degrees as it was written.
     pub fov: f64,
@@ -105,7 +105,7 @@ impl LensKind for FisheyeLens {
 }
 
 /// A fisheye before its film.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Fisheye {
     station: Station,
     /// The centre of the image circle, in pixels.

@@ -1,5 +1,7 @@
 //! The camera of one frame, which may move while the shutter is open.
 
+use serde::Serialize;
+
 use super::Camera;
 use crate::math::DVec3;
 
@@ -13,7 +15,7 @@ const SEGMENTS: u32 = 16;
 /// between opening and closing strays from its arc by a^2/2048 of the radius at most, 0.4 mm in a
 /// metre for 50 degrees, and the lines of sight by a^3/250,000 radians, a hundredth of a pixel
 /// where the turn blurs over many.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct FrameCamera {
     cameras: Cameras,
     neighbours: Neighbours,
@@ -22,13 +24,13 @@ pub struct FrameCamera {
 }
 
 /// The cameras of the frames before and after, as their shutters open; `None` where there is no such frame.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Neighbours {
     pub previous: Option<Camera>,
     pub next: Option<Camera>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 enum Cameras {
     Still(Camera),
     Moving(Box<[Camera; SEGMENTS as usize + 1]>),

@@ -3,10 +3,10 @@
 //! A field of view, a focal length and an f-number become lengths only when the aspect ratio of the
 //! film is known. A camera path may replace some of them and keep the others of the scene.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// The field of view of the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum FieldOfView {
     /// The angle over the picture's height, in degrees as it was written; above 0 and below 180.
     Vertical(f64),
@@ -17,7 +17,7 @@ pub enum FieldOfView {
 }
 
 /// The size of the sensor along one side; the other side follows from square pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Sensor {
     /// In mm, above 0.
     Width(f64),
@@ -35,7 +35,7 @@ impl Default for Sensor {
 }
 
 /// The side of the picture that the size of the sensor covers, as Blender's sensor fit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SensorFit {
     /// The width of the sensor covers the longer side of the picture.
@@ -66,7 +66,7 @@ impl SensorFit {
 }
 
 /// The size of the aperture.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Aperture {
     /// The radius in m, at least 0; 0 is a pinhole.
     Radius(f64),
@@ -75,7 +75,7 @@ pub enum Aperture {
 }
 
 /// The distance of the plane of focus, along the line of sight.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Focus {
     /// A given distance in m, above 0.
     At(f64),

@@ -8,6 +8,8 @@
 //! Each kind is one file with three types (description, lens, camera) and one row in the table
 //! below.
 
+use serde::Serialize;
+
 use crate::{
     kind::kinds,
     math::{DVec3, Dispatch, Ray, RayCone, Vec2, Vec3},
@@ -120,7 +122,7 @@ pub trait LensKind: Sized {
 }
 
 /// The pose and the lens of a camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CameraSetup<L> {
     pub pose: Pose,
     pub lens: L,
@@ -172,6 +174,7 @@ macro_rules! cameras {
     ($( $name:literal => $Variant:ident($Camera:ty, $Lens:ty, $Desc:ty), )*) => {
         kinds! {
             /// A camera for a film, flat and without pointers.
+            #[derive(Serialize)]
             enum Camera / CameraDesc { $( $name => $Variant($Camera, $Desc), )* }
             described only {}
             /// See [`CameraKind::ray`].
@@ -206,7 +209,7 @@ macro_rules! cameras {
         }
 
         /// A lens as described; with a film it becomes a [`Camera`].
-        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
         pub enum Lens { $( $Variant($Lens), )* }
 
         impl Lens {

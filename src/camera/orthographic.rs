@@ -17,7 +17,7 @@
 //! columns of a lens are errors.
 
 use glam::{DMat4, DVec3, DVec4};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, ViewMatrices, default_up, facts, lerp, look_at,
@@ -55,7 +55,7 @@ impl OrthographicDesc {
 }
 
 /// The view of an orthographic camera, as described.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct OrthographicLens {
     /// The height of the view, in m, above 0.
     pub height: f64,
@@ -101,7 +101,7 @@ impl LensKind for OrthographicLens {
 }
 
 /// An orthographic camera before its film.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Orthographic {
     /// The picture's top left corner, in m.
     corner: DVec3,

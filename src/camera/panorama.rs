@@ -18,7 +18,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, ViewMatrices, default_up, look_at,
@@ -52,7 +52,7 @@ impl PanoramaDesc {
 }
 
 /// The lens of a panorama, which has no parameters.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PanoramaLens;
 
 impl LensKind for PanoramaLens {
@@ -78,7 +78,7 @@ impl LensKind for PanoramaLens {
 }
 
 /// A panorama before its film.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Panorama {
     station: Station,
     /// Longitude and latitude of a pixel, in radians.

@@ -36,7 +36,7 @@
 //! section 3.1. [`Pose::look_at`] describes an `up` that is parallel to the line of sight.
 
 use glam::{DVec2, DVec3};
-use serde::{Deserialize, Deserializer, de};
+use serde::{Deserialize, Deserializer, Serialize, de};
 
 use super::{
     CameraKind, CameraSetup, FilmSize, LensFacts, LensKind, LensOverrides, Pose, ViewMatrices,
@@ -238,7 +238,7 @@ impl PerspectiveDesc {
 }
 
 /// A perspective lens, as it was described.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PerspectiveLens {
     pub view: FieldOfView,
     pub sensor: Sensor,
@@ -359,7 +359,7 @@ impl LensKind for PerspectiveLens {
 ///
 /// In double precision, which costs next to nothing here: neighbours far from the middle of a large
 /// picture differ in the last bits of single precision.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Perspective {
     eye: DVec3,
     /// From the eye to the picture's top left corner, on the plane at distance 1.

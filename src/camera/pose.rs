@@ -6,6 +6,8 @@
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
+use serde::Serialize;
+
 use crate::{kind::named, math::transform::axis_rotation};
 
 /// The sine of the angle between `up` and the line of sight below which the two count as parallel.
@@ -23,7 +25,7 @@ pub enum PoseError {
 }
 
 /// An eye point and a right-handed orthonormal frame, in world space.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Pose {
     eye: DVec3,
     /// The camera's x (right), y (up) and z (back) axes as columns: the rotation from camera to

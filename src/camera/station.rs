@@ -2,11 +2,13 @@
 
 use glam::{DMat3, DVec3};
 
+use serde::Serialize;
+
 use super::{Pose, ViewMatrices, facts, lerp, unit_ray};
 use crate::math::Ray;
 
 /// Where a camera stands and how it is turned.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct Station {
     eye: DVec3,
     /// From camera to world.

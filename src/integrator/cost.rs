@@ -10,7 +10,7 @@
 //! The picture is the pass `cost`: EXR files hold the channels `cost.nodes` (all boxes of a wide node count as one) and
 //! `cost.primitives`, PNG files show their sum as a colour from dark blue (0) over green (31) to red (1023 and more).
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::{Integrator, ShadingOutput, VertexContext};
 use crate::{accel::RayCost, math::Rgb, value::Problem};
@@ -25,7 +25,7 @@ impl CostDesc {
     }
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Cost;
 
 impl Integrator for Cost {

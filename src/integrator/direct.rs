@@ -3,7 +3,7 @@
 //! Both estimate the same light, and each has little noise where the other has much. The power heuristic weights them so that
 //! the sum stays unbiased. Source: Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::{DirectionPdf, Lobes, ShadingOutput, ShadowPassage, Stage, Tag, VertexContext};
 use crate::{
@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// The technique of sampling direct light. All converge to the same picture; they differ in noise.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Strategy {
     /// Multiple importance sampling: both techniques, weighted.

@@ -6,6 +6,8 @@
 //! `max_depth` means the same everywhere: the number of ray segments from the camera, shadow rays included. 1 shows only
 //! emitters (and ambient light), 2 also direct light, 5 has a camera ray and four more segments.
 
+use serde::Serialize;
+
 use crate::{
     accel::RayCost,
     bsdf::Lobe,
@@ -107,7 +109,7 @@ impl From<Option<f32>> for DirectionPdf {
 }
 
 /// The number of scattering events of each kind since the camera.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Bounces {
     pub diffuse: u16,
     pub specular: u16,
@@ -230,6 +232,7 @@ pub enum LimitValue {
 
 kinds! {
     /// The integrators that scene files and `--integrator` name.
+    #[derive(Serialize)]
     enum BuiltIn / IntegratorDesc {
         "path" => PathTracer(path::PathTracer, path::PathDesc),
         "whitted" => Whitted(whitted::Whitted, whitted::WhittedDesc),

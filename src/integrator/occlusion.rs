@@ -16,7 +16,7 @@
 //!
 //! Source: Zhukov, Iones, Kronin, "An Ambient Light Illumination Model", EGWR 1998, doi:10.1007/978-3-7091-6453-2_5.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::{Integrator, ShadingOutput, Vertex, VertexContext};
 use crate::{
@@ -49,7 +49,7 @@ impl OcclusionDesc {
     }
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Occlusion {
     /// In m; infinite for no limit.
     pub distance: f32,

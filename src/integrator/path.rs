@@ -29,7 +29,7 @@
 //! Shadow Terminator", Ray Tracing Gems II, 2021, and Keller et al., "The Iray Light Transport Simulation and Rendering System",
 //! 2017.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     BounceState, Bounces, FirstLobe, Integrator, Limit, Lobes, ShadingOutput, Stage, Tag, Vertex, VertexBatch,
@@ -88,7 +88,7 @@ impl PathDesc {
     }
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct PathTracer {
     pub limits: PathLimits,
     pub strategy: Strategy,

@@ -1,5 +1,7 @@
 //! The limits of paths: their length, Russian roulette, and clamping.
 
+use serde::Serialize;
+
 use super::{Bounces, Limit, LimitValue, PathState, ShadowPassage, VertexContext};
 use crate::{
     bsdf::Lobe,
@@ -8,7 +10,7 @@ use crate::{
     scene::MediumStack,
 };
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct PathLimits {
     pub max_depth: u32,
     /// The most scattering events of each kind.

@@ -17,7 +17,7 @@
 //!
 //! Source: Whitted, "An improved illumination model for shaded display", CACM 23(6), 1980, doi:10.1145/358876.358882.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     BounceState, FirstLobe, Integrator, Limit, LimitValue, Lobes, ShadingOutput, ShadowPassage, Tag, Vertex,
@@ -49,7 +49,7 @@ impl WhittedDesc {
     }
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Whitted {
     pub max_depth: u32,
     pub ambient: Rgb,

@@ -2,9 +2,11 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub};
 
+use serde::Serialize;
+
 /// A scene-linear colour, a radiance or a weight for each of red, green and blue.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable, Serialize)]
 pub struct Rgb {
     pub r: f32,
     pub g: f32,

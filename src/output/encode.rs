@@ -6,6 +6,8 @@ use std::{
     path::Path,
 };
 
+use serde::Serialize;
+
 use super::{
     Attribute, Compression, FileFacts, FrameImage,
     join::{CropFile, JoinError},
@@ -13,7 +15,7 @@ use super::{
 use crate::kind::named;
 
 /// The user's choices about encoding.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Encoding {
     /// The compression of EXR files. The next three fields are for EXR files, too.
     pub compression: Compression,
@@ -48,7 +50,7 @@ named! {
 }
 
 /// The parts of an EXR file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub enum Parts {
     /// One part with all layers.
     #[default]
@@ -58,7 +60,7 @@ pub enum Parts {
 }
 
 /// The shape of the blocks of an EXR file, each of which is compressed separately.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub enum BlockShape {
     /// Whole lines; the compression determines their number.
     #[default]

@@ -1,5 +1,7 @@
 //! Finished frames, the input of every format.
 
+use serde::Serialize;
+
 use super::FrameMetadata;
 use crate::film::{Film, Plane};
 
@@ -14,7 +16,7 @@ pub struct FrameImage<'a> {
 }
 
 /// The planes of a film that files show.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub enum Shown {
     /// All planes; formats for displays show the first, the integrator's picture.
     #[default]

@@ -4,6 +4,8 @@
 //! alone, at powers of two, so its bits do not depend on crops, threads, rounds or neighbours. A crop renders the blocks at its
 //! edges whole.
 
+use serde::Serialize;
+
 use crate::film::Window;
 
 /// The side of a block, in pixels. A block with 16 samples per pixel fills a wave.
@@ -13,7 +15,7 @@ const BLOCK_SIDE: i32 = 16;
 const MIN_JUDGED: u32 = 4;
 
 /// The rule by which a block of pixels has enough samples.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AdaptiveSampling {
     /// The least samples of each pixel.
     pub min: u32,

@@ -1,5 +1,7 @@
 //! The settings of a frame, beside its scene and its camera.
 
+use serde::Serialize;
+
 use super::{SampleBudget, adaptive};
 use crate::{
     film::{FilmLayout, PassRequest, PassSpec, Window, accumulator::AccumulatorLayout, coverage::DEFAULT_RANKS},
@@ -30,7 +32,7 @@ pub struct Settings {
 }
 
 /// The content of a rendered frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub enum Content {
     /// The picture of the integrator, and passes.
     #[default]

@@ -9,7 +9,7 @@
 //!
 //! Noise is higher than with `sobol`.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::{Dimension, SampleKey, SampleKeys};
 use crate::{
@@ -31,7 +31,7 @@ impl IndependentDesc {
 }
 
 /// White noise from a hash of the address.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Independent;
 
 impl Independent {

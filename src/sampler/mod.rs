@@ -246,6 +246,7 @@ impl SampleBatch {
 
 kinds! {
     /// The closed set of samplers.
+    #[derive(serde::Serialize)]
     enum Sampler / SamplerDesc {
         "sobol" => Sobol(sobol::Sobol, sobol::SobolDesc),
         "independent" => Independent(independent::Independent, independent::IndependentDesc),

@@ -32,7 +32,7 @@
 //! 2020; Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via
 //! Hierarchical Ordering of Pixels", ACM TOG 39(6), 2020, doi:10.1145/3414685.3417881.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::{Dimension, SampleKey, SampleKeys};
 use crate::{
@@ -55,7 +55,7 @@ impl SobolDesc {
 }
 
 /// Points of one sequence over all pixels.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Sobol {
     /// Bits of a point's index that count the samples of a pixel.
     sample_bits: u32,
