@@ -29,7 +29,7 @@ use crate::{
 const DENOISED: &str = "batch-render/denoised";
 
 /// Rises with every change of the denoiser that changes pixels.
-const VERSION: u32 = 1;
+const VERSION: u32 = 3;
 
 /// A sequence to denoise.
 #[derive(Clone, Debug)]
@@ -74,7 +74,7 @@ pub fn denoise(request: &DenoiseRequest, observer: &dyn DenoiseObserver, cancel:
     observer.started(sequence.wanted.len());
     let mut method = load(&request.options.filter)?;
     let how = match &method {
-        Method::NonLocalMeans => "non-local means, outliers by their own variance".to_owned(),
+        Method::NonLocalMeans => "non-local means, outliers cut, alpha divided out".to_owned(),
         Method::Oidn(oidn) => format!("Open Image Denoise {}", oidn.version()),
     };
     let (mut loaded, mut seals) = (Loaded::default(), BTreeMap::new());
@@ -251,6 +251,13 @@ impl Loaded {
         let (own, others): (Vec<_>, Vec<_>) = self.frames.iter().partition(|frame| is_own(frame));
         let others: Vec<&Frame> = others.into_iter().map(|other| &other.frame).collect();
         let own = own[0];
+        let (pixels, part) = own.frame.cut_light();
+        if pixels > 0 {
+            let percent = 100.0 * part;
+            tracing::info!(
+                "frame {number}: outliers of {pixels} pixels were cut, which held {percent:.2} % of the light"
+            );
+        }
         let denoised = denoise::denoise(&own.frame, &others, method, simd)?;
         layers::put(&mut file, &own.layers, &denoised);
         Ok(file)

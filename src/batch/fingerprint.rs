@@ -30,6 +30,9 @@ pub const FINGERPRINT: &str = "batch-render/fingerprint";
 /// The attribute of the fingerprint that all crops of a frame share.
 pub const PICTURE: &str = "batch-render/picture";
 
+/// The attribute of the fingerprint that all frames of a scene share.
+pub const SCENE: &str = "batch-render/inputs";
+
 /// The hash of all input files but the camera path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct InputHash(ContentHash);
@@ -108,7 +111,7 @@ enum Exposure<'a> {
     Metered(&'a FrameCamera),
 }
 
-fn hash(hashed: &Hashed<'_>) -> String {
+fn hash(hashed: &impl Serialize) -> String {
     let text = serde_json::to_vec(hashed).expect("names and numbers are JSON");
     ContentHash::of(&text).to_string()
 }
@@ -116,6 +119,8 @@ fn hash(hashed: &Hashed<'_>) -> String {
 /// The hashes of all that the files of a frame depend on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fingerprint {
+    /// The hash of what is shown and how it is lit, which frames with other cameras share.
+    pub scene: String,
     /// The hash of the whole frame, which its crops share.
     pub picture: String,
     /// The hash of the files with this crop.
@@ -188,14 +193,18 @@ impl Fingerprint {
             fps: picture.fps,
             encoding: plan.files.encoding,
         };
-        Self::of_window(hash(&hashed), *window)
+        let whole = hash(&hashed);
+        Self {
+            scene: hash(&(&hashed.inputs, &picture.integrator, &picture.model)),
+            file: Self::of_window(&whole, *window),
+            picture: whole,
+        }
     }
 
-    /// The fingerprint of a part of the picture whose fingerprint is `picture`.
-    pub fn of_window(picture: String, window: Window) -> Self {
+    /// The hash of the files of a part of the picture whose fingerprint is `picture`.
+    pub fn of_window(picture: &str, window: Window) -> String {
         let Window { x0, y0, x1, y1 } = window;
-        let file = ContentHash::of(format!("{picture} {x0},{y0},{x1},{y1}").as_bytes()).to_string();
-        Self { picture, file }
+        ContentHash::of(format!("{picture} {x0},{y0},{x1},{y1}").as_bytes()).to_string()
     }
 
     /// The metadata of the files of frame number `frame` of `plan`, as `camera` sees it, with this fingerprint.
@@ -209,6 +218,7 @@ impl Fingerprint {
         metadata.attributes.extend([
             Attribute::new(FINGERPRINT, self.file.as_str()),
             Attribute::new(PICTURE, self.picture.as_str()),
+            Attribute::new(SCENE, self.scene.as_str()),
         ]);
         metadata
     }

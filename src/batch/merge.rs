@@ -44,8 +44,8 @@ pub fn merge(out: &Path, inputs: &[PathBuf]) -> Result<(), Error> {
         common.get_or_insert(crop);
     }
     let Crop { picture, facts } = common.expect("there is an input");
-    let whole = Fingerprint::of_window(picture, Window::full(facts.resolution));
-    let own = [Attribute::new(FINGERPRINT, whole.file)];
+    let whole = Fingerprint::of_window(&picture, Window::full(facts.resolution));
+    let own = [Attribute::new(FINGERPRINT, whole)];
     let bytes = output::join(format, facts.resolution, &crops, &own)?;
     atomic::check(out)?;
     Ok(atomic::write(out, |file| Ok(file.write_all(&bytes)?))?)

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::{
     blur,
+    choose::{LEAST_ERROR, OF_MEAN, error_weights},
     frame::Frame,
     nlm::{PATCH_RADIUS, difference, weight},
     reproject::{Reprojected, reproject},
@@ -29,6 +30,11 @@ pub(super) fn accumulate(own: &Frame, others: &[&Frame], simd: Isa) -> Signal {
         }) = reproject(own, other)
         else {
             continue;
+        };
+        let found = if is_still {
+            found
+        } else {
+            without_shifts(own, &signal, found)
         };
         // The weights by one half are those of the other.
         let by_half = [1, 0].map(|half| weights_of(own, &signal, half, (&found, is_still), simd));
@@ -84,6 +90,44 @@ fn weights_of(own: &Frame, other: &Signal, half: usize, (found, is_still): (&[f3
             }
         });
     smooth
+}
+
+/// How far pixels are found, without those around which the light differs by more than chance explains: in its mean, where it
+/// has changed by less than the noise of a pixel, or pixel by pixel, where the other frame blurs what this one shows.
+fn without_shifts(own: &Frame, other: &Signal, found: Vec<f32>) -> Vec<f32> {
+    const RADIUS: usize = 6;
+    const COUNT: f32 = ((2 * RADIUS + 1) * (2 * RADIUS + 1)) as f32;
+    /// Squared differences in parts of their variance, at which weights start to fall and are 0.
+    const FROM: f32 = 4.0;
+    const TO: f32 = 10.0;
+    /// The part of the halves' variance that is taken as the noise of their mean.
+    const NOISE: f32 = 0.5 * OF_MEAN;
+    let pixels = own.pixels();
+    let (mut shift, mut variance) = (vec![0.0; pixels], vec![0.0; pixels]);
+    let weights = error_weights(own, &own.signal.halves);
+    let (mut apart, mut noise) = (vec![0.0; pixels], vec![0.0; pixels]);
+    for c in 0..3 {
+        let halves = [&own.signal.halves, &other.halves].map(|halves| [&halves[0][c], &halves[1][c]]);
+        let mean = |frame: usize, i: usize| 0.5 * (halves[frame][0][i] + halves[frame][1][i]);
+        let differences: Vec<f32> = (0..pixels).map(|i| found[i] * (mean(0, i) - mean(1, i))).collect();
+        let mean = blur::mean(&differences, own.size, RADIUS);
+        for i in 0..pixels {
+            shift[i] += COUNT * mean[i] * mean[i];
+            variance[i] += found[i] * found[i] * 0.5 * (own.signal.variance[c][i] + other.variance[c][i]);
+            let halves = halves.map(|halves| halves[0][i] - halves[1][i]);
+            let square: f32 = halves.iter().map(|half| half * half).sum();
+            apart[i] += weights[i] * differences[i] * differences[i];
+            apart[i] += found[i] * found[i] * LEAST_ERROR;
+            noise[i] += weights[i] * found[i] * found[i] * NOISE * square;
+        }
+    }
+    let [variance, apart, noise] = [variance, apart, noise].map(|plane| blur::mean(&plane, own.size, RADIUS));
+    let weight = |i: usize| {
+        let shift = shift[i] / variance[i].max(f32::MIN_POSITIVE);
+        let explained = (noise[i] / apart[i].max(f32::MIN_POSITIVE)).min(1.0);
+        found[i] * ((TO - shift) / (TO - FROM)).clamp(0.0, 1.0) * explained
+    };
+    (0..pixels).map(weight).collect()
 }
 
 /// The weight of a pixel at this distance where the camera stands still, so that it shows the same place: less than 1 only

@@ -1,7 +1,7 @@
 //! A frame as the denoiser reads it.
 
 use super::{
-    blur,
+    blur, outliers,
     signal::{Color, Signal},
 };
 
@@ -19,6 +19,26 @@ pub struct Guides {
     pub inverse_depth_variance: Vec<f32>,
     /// The number of the object, where files have it.
     pub object: Option<Vec<u32>>,
+}
+
+impl Guides {
+    /// Divides albedo and normal by the alpha, so that they are those of the surface also where it covers a part of the pixel.
+    pub fn divide_by_alpha(&mut self, alpha: &[f32]) {
+        for plane in self.albedo.iter_mut().chain(&mut self.normal) {
+            divide(plane, alpha);
+        }
+        for variance in [&mut self.albedo_variance, &mut self.normal_variance] {
+            divide(variance, alpha);
+            divide(variance, alpha);
+        }
+    }
+}
+
+/// Divides each number by its alpha; 0 where that is 0.
+fn divide(values: &mut [f32], alpha: &[f32]) {
+    for (value, alpha) in values.iter_mut().zip(alpha) {
+        *value = if *alpha > 0.0 { *value / alpha } else { 0.0 };
+    }
 }
 
 /// A camera as its shutter opens: matrices for row vectors, and its lens.
@@ -40,10 +60,16 @@ pub struct Frame {
     /// The top left pixel of the frame in the whole picture, and the picture's columns and rows.
     pub origin: [i32; 2],
     pub resolution: [u32; 2],
+    /// The part of each pixel that is covered; light is premultiplied by it.
+    pub alpha: Vec<f32>,
     /// Light divided by `modulation`.
     pub signal: Signal,
     pub modulation: Color,
+    /// The light of outliers that was cut from the signal.
+    pub cut: Color,
     pub guides: Guides,
+    /// What the scene was made of, where the file tells it: frames of one scene show the same things under the same light.
+    pub scene: Option<String>,
     /// The part of each pixel's light that mirrors and glass send, where files tell it.
     pub specular: Option<Vec<f32>>,
     /// Layers of the signal, by their indices, that sum to the beauty.
@@ -53,29 +79,21 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Divides light by albedo, and finds the variance of the halves.
+    /// Divides light by the alpha and the albedo, cuts outliers, and finds the variance of the halves.
     pub fn set_light(&mut self, halves: [Color; 2], light: Vec<Color>) {
-        /// Albedos below count as this much, so that light without a surface stays as it is but for a factor.
-        const LEAST_ALBEDO: f32 = 0.02;
-        /// One over the square of the error, in parts of the albedo, with which albedos are replaced by the mean of those around.
-        const DOUBT: f32 = 1.0 / (0.3 * 0.3);
         /// Pixels with so many times the variance of those around them (fireflies) keep their own.
         const OUTLIER: f32 = 4.0;
-        self.modulation = self.guides.albedo.each_ref().map(|albedo| {
-            let smooth = blur::binomial(albedo, self.size);
-            let noise = blur::binomial(&self.guides.albedo_variance, self.size);
-            let pixel = |i: usize| {
-                let square = albedo[i] * albedo[i];
-                let trust = (1.0 - DOUBT * noise[i] / square.max(f32::MIN_POSITIVE)).max(0.0);
-                (smooth[i] + trust * (albedo[i] - smooth[i])).max(LEAST_ALBEDO)
-            };
-            (0..albedo.len()).map(pixel).collect()
-        });
+        self.modulation = modulation(&self.guides, &self.alpha, &halves, self.size);
         let modulation = &self.modulation;
-        let divide = |color: Color| -> Color {
-            std::array::from_fn(|c| color[c].iter().zip(&modulation[c]).map(|(v, by)| v / by).collect())
+        let divide = |mut color: Color| -> Color {
+            for (plane, by) in color.iter_mut().zip(modulation) {
+                divide(plane, by);
+            }
+            color
         };
-        let halves = halves.map(divide);
+        let mut halves = halves.map(divide);
+        let mut light: Vec<Color> = light.into_iter().map(divide).collect();
+        self.cut = outliers::cut(&mut halves, &mut light, self.size);
         let variance: Color = std::array::from_fn(|c| {
             let pairs = halves[0][c].iter().zip(&halves[1][c]);
             let squares: Vec<f32> = pairs.map(|(a, b)| 0.5 * (a - b) * (a - b)).collect();
@@ -90,11 +108,87 @@ impl Frame {
         self.signal = Signal {
             halves,
             variance,
-            light: light.into_iter().map(divide).collect(),
+            light,
         };
+    }
+
+    /// How many pixels had outliers that were cut, and the part of all light that they held.
+    pub fn cut_light(&self) -> (usize, f64) {
+        let is_cut = |i: &usize| self.cut.iter().any(|plane| plane[*i] > 0.0);
+        let (mut lost, mut left) = (0.0, 0.0);
+        for c in 0..3 {
+            for i in 0..self.pixels() {
+                let by = f64::from(self.modulation[c][i]);
+                let [a, b] = [0, 1].map(|half: usize| f64::from(self.signal.halves[half][c][i]));
+                lost += by * f64::from(self.cut[c][i]);
+                left += by * 0.5 * (a + b);
+            }
+        }
+        let part = if lost > 0.0 { lost / (lost + left) } else { 0.0 };
+        ((0..self.pixels()).filter(is_cut).count(), part)
     }
 
     pub(super) fn pixels(&self) -> usize {
         self.size[0] * self.size[1]
     }
+}
+
+/// What light is divided by: the alpha times the albedo, of the pixel itself or the mean around it.
+///
+/// The pixel's own albedo carries textures; but where it is noisy, as at the edges of lamps, it would put its noise into the
+/// light. The one that leaves the light smoother divides; where both do alike, the own one if its noise is low.
+fn modulation(guides: &Guides, alpha: &[f32], halves: &[Color; 2], size: [usize; 2]) -> Color {
+    /// Albedos below count as this much, so that light without a surface stays as it is but for a factor.
+    const LEAST_ALBEDO: f32 = 0.02;
+    /// One over the square of the error, in parts of the albedo, with which albedos are replaced by the mean of those around.
+    const NOISY: f32 = 1.0 / (0.3 * 0.3);
+    let albedos = |planes: &Color| {
+        planes
+            .each_ref()
+            .map(|plane| plane.iter().map(|v| v.max(LEAST_ALBEDO)).collect())
+    };
+    let own: Color = albedos(&guides.albedo);
+    let smooth: Color = albedos(&guides.albedo.each_ref().map(|plane| blur::binomial(plane, size)));
+    let noise = blur::binomial(&guides.albedo_variance, size);
+    let by_own = roughness(&own, alpha, halves, size);
+    let by_smooth = roughness(&smooth, alpha, halves, size);
+    std::array::from_fn(|c| {
+        let pixel = |i: usize| {
+            let square = own[c][i] * own[c][i];
+            let low_noise = (1.0 - NOISY * noise[i] / square).max(0.0);
+            let better = smoother(by_own[i], by_smooth[i]) * (1.0 - low_noise);
+            let worse = smoother(by_smooth[i], by_own[i]) * low_noise;
+            alpha[i] * (smooth[c][i] + (low_noise + better - worse) * (own[c][i] - smooth[c][i]))
+        };
+        (0..alpha.len()).map(pixel).collect()
+    })
+}
+
+/// Whether the first roughness is clearly less than the second: from 0 to 1.
+fn smoother(first: f32, second: f32) -> f32 {
+    const FROM: f32 = 1.1;
+    const TO: f32 = 1.5;
+    ((second - FROM * first) / ((TO - FROM) * first).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0)
+}
+
+/// How much light over albedo varies around each pixel: its variance over its squared mean, summed over the channels.
+fn roughness(albedo: &Color, alpha: &[f32], halves: &[Color; 2], size: [usize; 2]) -> Vec<f32> {
+    const RADIUS: usize = 2;
+    let covered = blur::mean(alpha, size, RADIUS);
+    let mut rough = vec![0.0; alpha.len()];
+    for c in 0..3 {
+        // Premultiplied by the alpha: pixels count as far as they are covered.
+        let light = |i: usize| 0.5 * (halves[0][c][i] + halves[1][c][i]) / albedo[c][i];
+        let lights: Vec<f32> = (0..alpha.len()).map(light).collect();
+        let square = |(light, alpha): (&f32, &f32)| if *alpha > 0.0 { light * light / alpha } else { 0.0 };
+        let squares: Vec<f32> = lights.iter().zip(alpha).map(square).collect();
+        let (mean, square) = (blur::mean(&lights, size, RADIUS), blur::mean(&squares, size, RADIUS));
+        for (i, rough) in rough.iter_mut().enumerate() {
+            let of_mean = mean[i] * mean[i];
+            if of_mean > 0.0 {
+                *rough += (square[i] * covered[i] / of_mean - 1.0).max(0.0);
+            }
+        }
+    }
+    rough
 }

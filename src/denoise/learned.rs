@@ -42,7 +42,7 @@ pub(super) fn denoise(own: &Frame, mean: &Signal, oidn: &mut Oidn, simd: Isa) ->
             is_exact: choose::exact(own),
         });
     }
-    let windows = nlm::filter(mean, &own.guides, own.size, simd);
+    let windows = nlm::filter(mean, own, simd);
     let mut denoised = choose::choose(own, mean, &windows);
     (denoised.beauty, denoised.error) = (beauty, None);
     choose::scale_families(own, &mut denoised);

@@ -1,6 +1,6 @@
 //! The denoiser: pictures of a sequence with less noise, from the frames around each.
 //!
-//! It works in three steps, each a pure function of pixels:
+//! Outliers are cut first (`outliers`). Then it works in three steps, each a pure function of pixels:
 //!
 //! 1. The frames around a frame are brought to its pixels by the cameras and the depth (`reproject`) and averaged
 //!    where a test of the two pixels' surroundings cannot tell them apart (`accumulate`).
@@ -26,6 +26,7 @@ mod error;
 mod frame;
 mod learned;
 mod nlm;
+mod outliers;
 mod padded;
 mod projection;
 mod reproject;
@@ -56,7 +57,7 @@ pub fn denoise(own: &Frame, others: &[&Frame], method: &mut Method, simd: Isa) -
     let mean = accumulate::accumulate(own, others, simd);
     match method {
         Method::NonLocalMeans => {
-            let windows = nlm::filter(&mean, &own.guides, own.size, simd);
+            let windows = nlm::filter(&mean, own, simd);
             Ok(choose::choose(own, &mean, &windows))
         }
         Method::Oidn(oidn) => learned::denoise(own, &mean, oidn, simd),

@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::{
-    frame::Guides,
+    frame::{Frame, Guides},
     padded::Padded,
     signal::{Color, Signal, black},
 };
@@ -57,8 +57,9 @@ pub(super) struct Filtered {
 }
 
 /// The means of a signal in both windows, the smaller first.
-pub(super) fn filter(signal: &Signal, guides: &Guides, size: [usize; 2], simd: Isa) -> [Filtered; 2] {
-    let input = Input::new(signal, guides, size);
+pub(super) fn filter(signal: &Signal, own: &Frame, simd: Isa) -> [Filtered; 2] {
+    let size = own.size;
+    let input = Input::new(signal, &own.guides, &own.alpha, size);
     let tiles: Vec<[usize; 2]> = (0..size[1])
         .step_by(TILE[1])
         .flat_map(|y| (0..size[0]).step_by(TILE[0]).map(move |x| [x, y]))
@@ -102,17 +103,22 @@ struct Input {
     inverse_depth: Padded,
     inverse_depth_variance: Padded,
     slope: [Padded; 2],
-    /// 1 in the picture, 0 in the margin.
-    inside: Padded,
+    /// The alpha in the picture, 0 in the margin.
+    covered: Padded,
+    /// The brighter half of each pixel.
+    bright: Padded,
 }
 
 impl Input {
-    fn new(signal: &Signal, guides: &Guides, size: [usize; 2]) -> Self {
+    fn new(signal: &Signal, guides: &Guides, alpha: &[f32], size: [usize; 2]) -> Self {
         let margin = RADII[1] as usize + PATCH_RADIUS;
         let plane = |values: &[f32]| Padded::new(values, size, margin + TILE[0].max(TILE[1]));
         let color = |color: &Color| std::array::from_fn(|c| plane(&color[c]));
         let slope = slope(&guides.inverse_depth, size);
+        let sum = |half: usize, i: usize| (0..3).map(|c| signal.halves[half][c][i]).sum::<f32>();
+        let bright: Vec<f32> = (0..size[0] * size[1]).map(|i| sum(0, i).max(sum(1, i))).collect();
         Self {
+            bright: plane(&bright),
             halves: [color(&signal.halves[0]), color(&signal.halves[1])],
             variance: color(&signal.variance),
             light: signal.light.iter().map(color).collect(),
@@ -123,7 +129,7 @@ impl Input {
             inverse_depth: plane(&guides.inverse_depth),
             inverse_depth_variance: plane(&guides.inverse_depth_variance),
             slope: [plane(&slope[0]), plane(&slope[1])],
-            inside: Padded::mask(size, margin + TILE[0].max(TILE[1])),
+            covered: Padded::within(alpha, size, margin + TILE[0].max(TILE[1])),
         }
     }
 }
@@ -194,7 +200,7 @@ impl Sums {
                 let out = &mut out[(y0 + row) * width + x0..][..columns];
                 let sums = sums[line..].iter().zip(&weights(i)[line..]);
                 for (out, (sum, weight)) in out.iter_mut().zip(sums) {
-                    *out = sum / weight;
+                    *out = sum / weight.max(f32::MIN_POSITIVE);
                 }
             }
         }
@@ -346,6 +352,8 @@ fn features(input: &Input, [x, y]: [isize; 2], [dx, dy]: [isize; 2], out: &mut [
     const NORMAL: f32 = 1.0 / (0.1 * 0.1);
     const ALBEDO: f32 = 1.0 / (0.3 * 0.3);
     const DEPTH: f32 = 0.02 * 0.02;
+    /// How many times as bright as a pixel the light may be that another one lends it.
+    const BRIGHTER: f32 = 4.0;
     const TINY: f32 = 1e-30;
     const N: usize = TILE[0];
     let (from, to) = ([x, y], [x + dx, y + dy]);
@@ -362,12 +370,15 @@ fn features(input: &Input, [x, y]: [isize; 2], [dx, dy]: [isize; 2], out: &mut [
         input.inverse_depth_variance.row(x + dx, y + dy, N),
     );
     let (sx, sy) = (input.slope[0].row(x, y, N), input.slope[1].row(x, y, N));
-    let inside = input.inside.row(x + dx, y + dy, N);
+    let covered = input.covered.row(x + dx, y + dy, N);
+    let (own, bright) = (input.bright.row(x, y, N), input.bright.row(x + dx, y + dy, N));
     for i in 0..N {
         let d = b[i] - a[i] - (sx[i] * steps_x + sy[i] * steps_y);
         let most = a[i].max(b[i]);
         let depth = (d * d - (va[i] + vb[i])).max(0.0) / (DEPTH * most * most + TINY);
-        out[i] = inside[i] * weight(out[i] + depth);
+        let limit = BRIGHTER * own[i];
+        let share = limit / bright[i].max(limit).max(TINY);
+        out[i] = covered[i] * share * weight(out[i] + depth);
     }
 }
 

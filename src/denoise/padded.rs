@@ -20,12 +20,13 @@ impl Padded {
         Self { values, stride, margin }
     }
 
-    /// 1 in the picture and 0 in the margin.
-    pub fn mask([width, height]: [usize; 2], margin: usize) -> Self {
+    /// The plane with a margin of 0.
+    pub fn within(plane: &[f32], [width, height]: [usize; 2], margin: usize) -> Self {
         let stride = width + 2 * margin;
         let mut values = vec![0.0; stride * (height + 2 * margin)];
-        for row in values.chunks_exact_mut(stride).skip(margin).take(height) {
-            row[margin..margin + width].fill(1.0);
+        let rows = values.chunks_exact_mut(stride).skip(margin);
+        for (row, values) in rows.zip(plane.chunks_exact(width)) {
+            row[margin..margin + width].copy_from_slice(values);
         }
         Self { values, stride, margin }
     }

@@ -1,4 +1,7 @@
 //! A frame brought to the pixels of another: by the cameras and the depth, with what does not fit left out.
+//!
+//! Where the camera rests and the scene is the same, pixels show the same. Where one of them has changed, a pixel must show the same
+//! surface, and its light is tested (`accumulate`).
 
 use rayon::prelude::*;
 
@@ -13,7 +16,7 @@ pub(super) struct Reprojected {
     pub signal: Signal,
     /// Whether each pixel has been found, from 0 to 1.
     pub found: Vec<f32>,
-    /// Whether the camera stands still.
+    /// Whether the camera rests and the scene is the same.
     pub is_still: bool,
 }
 
@@ -22,19 +25,28 @@ type Taps = [(u32, f32); 4];
 
 /// The other frame at the pixels of `own`; `None` where it cannot be told where they are.
 pub(super) fn reproject(own: &Frame, other: &Frame) -> Option<Reprojected> {
-    let is_same = (own.camera.is_some() && own.camera == other.camera)
+    let rests = (own.camera.is_some() && own.camera == other.camera)
         && (own.origin, own.resolution) == (other.origin, other.resolution);
-    if is_same {
+    if rests && own.scene.is_some() && own.scene == other.scene {
         return Some(Reprojected {
             signal: same_pixels(own, other),
-            found: vec![1.0; own.pixels()],
+            found: own
+                .alpha
+                .iter()
+                .zip(&other.alpha)
+                .map(|(a, b)| covered(*a, *b))
+                .collect(),
             is_still: true,
         });
     }
-    let projection = Projection::new(own, other)?;
+    let projection = if rests {
+        None
+    } else {
+        Some(Projection::new(own, other)?)
+    };
     let taps: Vec<Taps> = (0..own.pixels())
         .into_par_iter()
-        .map(|i| taps(own, other, &projection, i))
+        .map(|i| taps(own, other, projection.as_ref(), i))
         .collect();
     let gather = |plane: &[f32], square: bool| -> Vec<f32> {
         let value = |taps: &Taps| {
@@ -44,13 +56,12 @@ pub(super) fn reproject(own: &Frame, other: &Frame) -> Option<Reprojected> {
         };
         taps.par_iter().map(value).collect()
     };
-    let found = taps
-        .iter()
-        .zip(own.specular.iter().flatten().map(Some).chain(std::iter::repeat(None)))
-        .map(|(taps, specular)| {
-            let is_found = taps.iter().any(|(_, w)| *w > 0.0);
-            // What mirrors and glass show is not at the place of their surface: it is left to the own frame.
-            f32::from(is_found) * (1.0 - specular.copied().unwrap_or(0.0))
+    let covers = gather(&other.alpha, false);
+    let found = (0..own.pixels())
+        .map(|i| {
+            // What mirrors and glass show is not at the place of their surface: where the camera moves, it is left to the own frame.
+            let specular = own.specular.as_ref().filter(|_| !rests);
+            covered(own.alpha[i], covers[i]) * (1.0 - specular.map_or(0.0, |specular| specular[i]))
         })
         .collect();
     let color = |color: &[Vec<f32>; 3], square| std::array::from_fn(|c| gather(&color[c], square));
@@ -70,6 +81,11 @@ pub(super) fn reproject(own: &Frame, other: &Frame) -> Option<Reprojected> {
     })
 }
 
+/// How much a pixel of another frame counts by the alphas of both.
+fn covered(own: f32, other: f32) -> f32 {
+    if own > 0.0 { (other / own).min(1.0) } else { 0.0 }
+}
+
 /// The signal of the other frame in parts of the own albedo, whose noise cancels then.
 fn same_pixels(own: &Frame, other: &Frame) -> Signal {
     let mut signal = other.signal.clone();
@@ -79,11 +95,16 @@ fn same_pixels(own: &Frame, other: &Frame) -> Signal {
         light,
     } = &mut signal;
     for c in 0..3 {
-        let factors: Vec<f32> = other.modulation[c]
-            .iter()
-            .zip(&own.modulation[c])
-            .map(|(other, own)| other / own)
-            .collect();
+        let albedo = |frame: &Frame, i: usize| frame.modulation[c][i] / frame.alpha[i];
+        let factor = |i: usize| {
+            let is_covered = own.alpha[i] > 0.0 && other.alpha[i] > 0.0;
+            if is_covered {
+                albedo(other, i) / albedo(own, i)
+            } else {
+                0.0
+            }
+        };
+        let factors: Vec<f32> = (0..own.pixels()).map(factor).collect();
         for color in halves.iter_mut().chain(&mut *light) {
             color[c].iter_mut().zip(&factors).for_each(|(value, by)| *value *= by);
         }
@@ -95,11 +116,17 @@ fn same_pixels(own: &Frame, other: &Frame) -> Signal {
     signal
 }
 
-/// The pixels of the other frame around the place of pixel `i`, as far as they show the same surface.
-fn taps(own: &Frame, other: &Frame, projection: &Projection, i: usize) -> Taps {
+/// The pixels of the other frame around the place of pixel `i`, as far as they show the same surface. Without a projection it is
+/// the same place.
+fn taps(own: &Frame, other: &Frame, projection: Option<&Projection>, i: usize) -> Taps {
     /// The least part of the weights that must fit.
     const LEAST: f32 = 0.1;
     let mut taps = [(0, 0.0); 4];
+    let Some(projection) = projection else {
+        let fits = shows_same(own, i, other, i, own.guides.inverse_depth[i]);
+        taps[0] = (i as u32, f32::from(fits));
+        return taps;
+    };
     let [width, _] = own.size;
     let (column, row) = (i % width, i / width);
     let depth = 1.0 / f64::from(own.guides.inverse_depth[i].max(1e-10));
@@ -151,7 +178,8 @@ fn shows_same(own: &Frame, i: usize, other: &Frame, j: usize, inverse_depth: f32
     let depth = b.inverse_depth[j] - inverse_depth;
     let noise = a.inverse_depth_variance[i] + b.inverse_depth_variance[j];
     let most = DEPTH * b.inverse_depth[j].max(inverse_depth);
-    is_same_object
+    other.alpha[j] > 0.0
+        && is_same_object
         && normals <= NORMAL + 4.0 * (a.normal_variance[i] + b.normal_variance[j])
         && depth * depth <= most * most + 4.0 * noise
 }

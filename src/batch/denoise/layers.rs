@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::super::fingerprint::SCENE;
 use crate::{
     denoise::{CameraMatrices, Color, DenoiseError, Denoised, Frame, Guides},
     film::passes::{GROUP_PREFIX, PASSES, PassSource},
@@ -100,7 +101,11 @@ pub(super) fn frame(file: &ExrFile, layers: &[String], path: &Path) -> Result<Fr
     let variance = reader.plane("depth_variance.Z")?;
     // The variance of 1/z is that of z over z^4.
     let of_inverse = |(z, variance): (&f32, &f32)| variance / (z * z * z * z).max(f32::MIN_POSITIVE);
-    let guides = Guides {
+    let alpha = match find(file, "A") {
+        Some(_) => reader.plane("A")?.to_vec(),
+        None => vec![1.0; depth.len()],
+    };
+    let mut guides = Guides {
         albedo: reader.color("albedo", RGB)?,
         albedo_variance: reader.sum("albedo_variance", RGB)?,
         normal: reader.color("N_mean", XYZ)?,
@@ -112,6 +117,7 @@ pub(super) fn frame(file: &ExrFile, layers: &[String], path: &Path) -> Result<Fr
             _ => None,
         },
     };
+    guides.divide_by_alpha(&alpha);
     let halves = [reader.color("beauty_a", RGB)?, reader.color("beauty_b", RGB)?];
     let mut light = Vec::new();
     for layer in layers {
@@ -134,7 +140,12 @@ pub(super) fn frame(file: &ExrFile, layers: &[String], path: &Path) -> Result<Fr
         origin: [part.data.x0, part.data.y0],
         resolution: [part.display.width(), part.display.height()],
         specular: specular(layers, &light),
+        alpha,
         guides,
+        scene: match file.attribute(SCENE) {
+            Some(Value::String(scene)) => Some(scene.clone()),
+            _ => None,
+        },
         camera,
         ..Frame::default()
     };
