@@ -1,10 +1,10 @@
 //! What a job tells while it runs.
 
-use std::{fmt::Display, path::Path, time::Duration};
+use std::{path::Path, time::Duration};
 
 use serde::{Serialize, Serializer};
 
-use super::{FrameFailure, Stale};
+use super::{FrameFailure, Stale, as_text};
 use crate::output::FrameImage;
 
 /// An event of a job, in the order in which they come. Its serialization is a line of `--progress json`, see docs/farm.md.
@@ -37,7 +37,7 @@ pub enum JobEvent<'a> {
     /// A file is on disk.
     FileWritten {
         frame: i32,
-        #[serde(serialize_with = "path")]
+        #[serde(serialize_with = "as_text::path")]
         file: &'a Path,
     },
     /// All files of a frame are on disk.
@@ -51,14 +51,6 @@ pub trait Observer: Sync {
 
 fn seconds<S: Serializer>(time: &Duration, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_f64(time.as_secs_f64())
-}
-
-pub(super) fn path<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_str(&path.display())
-}
-
-pub(super) fn text<S: Serializer>(value: &impl Display, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_str(value)
 }
 
 #[cfg(test)]

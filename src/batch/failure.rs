@@ -7,7 +7,7 @@ use std::{
 
 use serde::Serialize;
 
-use super::events;
+use super::as_text;
 use crate::output::OutputError;
 
 /// Whether a job continues after a failed frame.
@@ -34,7 +34,7 @@ pub enum FrameError {
 #[derive(Debug, Serialize)]
 pub struct FrameFailure {
     pub frame: i32,
-    #[serde(rename = "reason", serialize_with = "events::text")]
+    #[serde(rename = "reason", serialize_with = "as_text::text")]
     pub cause: FrameError,
 }
 

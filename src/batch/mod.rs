@@ -3,6 +3,7 @@
 //! [`Job::open`] reads a scene and turns a [`Request`] into a [`Plan`] of frames, files and settings; [`Job::load`] loads the
 //! files of the scene; [`Job::run`] renders the frames, and writes each one while the next one renders.
 
+mod as_text;
 mod cameras;
 mod checkpoint;
 pub mod denoise;

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{
-    Plan, PlannedFrame, events,
+    Plan, PlannedFrame, as_text,
     fingerprint::{FINGERPRINT, Fingerprint, InputHash},
     time_limit,
 };
@@ -15,9 +15,9 @@ use crate::output::Value;
 /// Why a frame is rendered again and not skipped.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Stale {
-    #[serde(rename = "file", serialize_with = "events::path")]
+    #[serde(rename = "file", serialize_with = "as_text::path")]
     pub path: PathBuf,
-    #[serde(serialize_with = "events::text")]
+    #[serde(serialize_with = "as_text::text")]
     pub reason: StaleReason,
 }
 

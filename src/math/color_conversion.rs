@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{Rgb, WorkingSpace};
+use super::{Rgb, WorkingSpace, working_space::product};
 
 /// The chromaticities x and y of red, green, blue and white.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,12 +91,6 @@ fn adapted((from, from_white): (DMat3, DVec3), (to, to_white): (DMat3, DVec3)) -
     let adapt = bradford.inverse() * DMat3::from_diagonal(gains) * bradford;
     let rows = (to.inverse() * adapt * from).transpose();
     rows.to_cols_array_2d().map(|row| row.map(|v| v as f32))
-}
-
-#[inline]
-pub(super) fn product(rows: &[[f32; 3]; 3], Rgb { r, g, b }: Rgb) -> Rgb {
-    let [x, y, z] = rows.map(|[of_r, of_g, of_b]| of_r * r + of_g * g + of_b * b);
-    Rgb::new(x, y, z)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::{Rgb, color_conversion::product};
+use super::Rgb;
 
 /// The primaries that all colours have while a picture is computed. Scene files, images and models have those of Rec. 709.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -74,6 +74,13 @@ impl WorkingSpace {
             Self::AcesCg => product(&REC_709_FROM_AP1, color),
         }
     }
+}
+
+/// The product of a matrix, given by its rows, with a colour.
+#[inline]
+pub(super) fn product(rows: &[[f32; 3]; 3], Rgb { r, g, b }: Rgb) -> Rgb {
+    let [x, y, z] = rows.map(|[of_r, of_g, of_b]| of_r * r + of_g * g + of_b * b);
+    Rgb::new(x, y, z)
 }
 
 #[cfg(test)]

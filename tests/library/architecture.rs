@@ -261,14 +261,16 @@ fn unsafe_lives_in_vectors_kernels_and_native_libraries_only() {
 }
 
 /// Files that read files: the gate itself, and those whose files are no inputs of a picture.
-const READERS: [(&str, &str); 8] = [
+const READERS: [(&str, &str); 10] = [
     ("src/assets/files.rs", "the gate"),
     ("src/output/atomic.rs", "folders of output"),
     ("src/output/facts.rs", "output of an earlier run"),
     ("src/output/job_file.rs", "other jobs"),
     ("src/output/sequence.rs", "names of files of an earlier run"),
     ("src/batch/checkpoint.rs", "the state of an earlier run"),
+    ("src/batch/sidecars.rs", "what other parts of the job have written"),
     ("src/cli/memory.rs", "the process's own memory"),
+    ("src/cli/stats.rs", "what other parts of the job have written"),
     ("src/cli/signals.rs", "the process's own signals"),
 ];
 

@@ -2,14 +2,16 @@
 
 use ::gltf::json::Value;
 
-use super::lights;
 use crate::assets::model::{Model, ModelChoice, Treatment};
+
+/// The extension with the lights of nodes.
+pub(super) const LIGHTS: &str = "KHR_lights_punctual";
 
 /// The known extensions, which files may require. Unknown ones that a file only uses are reported.
 const EXTENSIONS: [(&str, Treatment); 24] = [
     ("EXT_mesh_gpu_instancing", Treatment::Rendered),
     ("EXT_texture_webp", Treatment::Rendered),
-    (lights::EXTENSION, Treatment::Rendered),
+    (LIGHTS, Treatment::Rendered),
     ("KHR_materials_anisotropy", Treatment::Rendered),
     ("KHR_materials_clearcoat", Treatment::Rendered),
     ("KHR_materials_diffuse_transmission", Treatment::Rendered),
@@ -50,7 +52,7 @@ pub(super) fn collect(document: &Value, choice: &ModelChoice, model: &mut Model)
         Some(false) => Treatment::Unneeded("`lights = false`"),
         None => Treatment::Without("`lights = true` of the mesh lets them shine"),
     };
-    for feature in model.features.iter_mut().filter(|f| f.name == lights::EXTENSION) {
+    for feature in model.features.iter_mut().filter(|f| f.name == LIGHTS) {
         feature.treatment = lights;
     }
 }

@@ -6,14 +6,13 @@ use glam::DAffine3;
 use super::{
     document::{Document, get},
     error::GltfProblem,
+    features::LIGHTS,
 };
 use crate::{
     assets::model::{LightUnits, ModelLight, ModelLightKind},
     math::Rgb,
     value::one_line,
 };
-
-pub(super) const EXTENSION: &str = "KHR_lights_punctual";
 
 /// The lumens that Blender's exporter writes for a watt: the luminous efficacy of green light.
 const LUMENS_PER_WATT: f64 = 683.0;
@@ -65,7 +64,7 @@ impl<'a> Lights<'a> {
     /// The light that a node carries.
     pub fn of_node(&self, node: usize, place: DAffine3) -> Result<Option<ModelLight>, GltfProblem> {
         fn extension(value: &Value) -> Option<&Value> {
-            value.get("extensions").and_then(|e| e.get(EXTENSION))
+            value.get("extensions").and_then(|e| e.get(LIGHTS))
         }
         let carried = self.raw.get("nodes").and_then(|n| n.get(node)).and_then(extension);
         let Some(index) = carried.and_then(|e| e.get("light").and_then(Value::as_u64)) else {

@@ -3,11 +3,9 @@
 use std::collections::HashMap;
 
 use super::{
-    broken,
     header::{Element, NumberType, PropertyKind},
-    list_length, skip, skip_property,
     source::{Source, Stop},
-    stopped,
+    values::{broken, list_length, skip, skip_property, stopped},
 };
 use crate::{
     assets::{

@@ -16,6 +16,7 @@ mod header;
 mod source;
 #[cfg(test)]
 mod tests;
+mod values;
 
 use std::path::Path;
 
@@ -25,13 +26,11 @@ use super::{
     model::{Model, ModelChoice, Treatment},
     model_format::{ModelError, ModelFormat},
 };
-use crate::{
-    math::{DVec3, Vec2, Vec3},
-    value::one_line,
-};
+use crate::math::{DVec3, Vec2, Vec3};
 use faces::Faces;
 use header::{Element, Encoding, Header, NumberType, Property, PropertyKind};
-use source::{BigEndian, Binary, LittleEndian, Source, Stop, Text};
+use source::{BigEndian, Binary, LittleEndian, Source, Text};
+use values::{broken, skip, skip_property, stopped};
 
 /// The most bytes of memory for each vertex: a position, also in double precision, a normal, texture coordinates and a colour.
 const VERTEX_MEMORY: u64 = 12 + 24 + 12 + 8 + 16;
@@ -72,10 +71,6 @@ fn parse(bytes: &[u8], memory: &MemoryBudget) -> Result<Model, BareMeshProblem> 
 fn is_splats(element: &Element) -> bool {
     let has = |name: &str| element.properties.iter().any(|p| p.name == name);
     has("f_dc_0") && (has("scale_0") || has("rot_0")) || has("packed_rotation")
-}
-
-fn broken(cause: impl AsRef<str>) -> BareMeshProblem {
-    BareMeshProblem::Broken(one_line(cause.as_ref(), 200).into_owned())
 }
 
 /// The used properties of a vertex.
@@ -171,48 +166,6 @@ fn check_count(element: &Element, encoding: Encoding, left: usize) -> Result<(),
         return Err(broken(format!(
             "the file names {count} elements `{name}` of at least {least} bytes each, but only {left} bytes are left"
         )));
-    }
-    Ok(())
-}
-
-/// The error at element `at`.
-fn stopped(element: &Element, at: u64) -> impl Fn(Stop) -> BareMeshProblem {
-    let place = format!("{} {at}", element.name);
-    move |stop| match &stop {
-        Stop::End => broken(format!("the file ends within {place}")),
-        Stop::NoNumber(word) => broken(format!("{place}: expected a number, found '{}'", one_line(word, 40))),
-    }
-}
-
-/// Reads the length of a list.
-fn list_length(source: &mut impl Source, count: NumberType) -> Result<usize, Stop> {
-    let length = source.number(count)?;
-    // No list is longer than the file.
-    if length >= 0.0 && length.fract() == 0.0 && length <= source.bytes_left() as f64 {
-        Ok(length as usize)
-    } else {
-        Err(Stop::NoNumber(format!("a list of {length} numbers")))
-    }
-}
-
-fn skip_property(source: &mut impl Source, property: &Property) -> Result<(), Stop> {
-    match property.kind {
-        PropertyKind::Number(number) => source.skip(number, 1),
-        PropertyKind::List { count, item } => {
-            let length = list_length(source, count)?;
-            source.skip(item, length)
-        }
-    }
-}
-
-fn skip(element: &Element, source: &mut impl Source) -> Result<(), BareMeshProblem> {
-    if element.properties.is_empty() {
-        return Ok(());
-    }
-    for i in 0..element.count {
-        for property in &element.properties {
-            skip_property(source, property).map_err(|stop| stopped(element, i)(stop))?;
-        }
     }
     Ok(())
 }

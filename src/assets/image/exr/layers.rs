@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use ::exr::meta::header::Header;
 
-use super::ImageProblem;
+use crate::assets::image::error::ImageProblem;
 use crate::value::one_line;
 
 /// The names of a picture's light, the most telling first. The empty one is that of plain `R`, `G`, `B`.
