@@ -153,22 +153,17 @@ impl Job {
         plan.render_frame(&Renderer::new(), scene, (frame, &camera), &Control::default())
     }
 
-    /// Finds out, and changes nothing, whether a file that the job writes is one that it has read so far, or is written twice.
+    /// Finds out, and changes nothing, whether a file that the job writes is one that it has read so far, is written twice, or
+    /// exists and is to stay.
     pub fn compare_files(&self) -> Result<(), Error> {
-        targets::compare(&self.plan, self.files())
-    }
-
-    /// Finds out whether all files of the job can be written, and makes their folders, once the scene is loaded. [`Job::run`] begins
-    /// with this.
-    pub fn check_files(&self) -> Result<(), Error> {
-        targets::check(&self.plan, self.files())
+        targets::refuse(&self.plan, self.files())
     }
 
     /// Renders all frames of `scene`, which [`Job::load`] returned, as [`run`] does. Where the files of all frames are
     /// whole and are to be kept, no acceleration structure is built.
     pub fn run(&self, scene: SceneBuilder, observer: &dyn Observer, control: &Control<'_>) -> Result<Summary, Error> {
         let start = Instant::now();
-        self.check_files()?;
+        targets::check(&self.plan, self.files())?;
         let _lock = JobLock::new(&self.plan, control.cancel)?;
         let frames = &self.plan.frames;
         let survey = match self.plan.policy.existing {

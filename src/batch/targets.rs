@@ -63,18 +63,8 @@ impl Plan {
 /// Finds out whether the files of a job can be written: none of them is a file that the job reads or another one that it
 /// writes, what exists is a regular file, and the folders exist afterwards.
 pub(super) fn check(plan: &Plan, inputs: &Files) -> Result<(), Error> {
-    compare(plan, inputs)?;
+    refuse(plan, inputs)?;
     let own = || plan.targets(&plan.frames);
-    if plan.policy.existing == Existing::Fail {
-        let is_new = |target: &Target| match target.kind {
-            TargetKind::Frame => true,
-            TargetKind::Beside => !plan.is_chunk,
-            TargetKind::Checkpoint => false,
-        };
-        if let Some(Target { path, .. }) = own().find(|target| is_new(target) && target.path.exists()) {
-            return Err(Error::Exists { path });
-        }
-    }
     for target in own() {
         atomic::check_kind(&target.path)?;
     }
@@ -89,6 +79,23 @@ pub(super) fn check(plan: &Plan, inputs: &Files) -> Result<(), Error> {
     }
     for path in plan.files_beside() {
         atomic::check(&path)?;
+    }
+    Ok(())
+}
+
+/// Refuses a job that would write over what it reads, or over files that are to stay. Changes nothing.
+pub(super) fn refuse(plan: &Plan, inputs: &Files) -> Result<(), Error> {
+    compare(plan, inputs)?;
+    let is_new = |target: &Target| match target.kind {
+        TargetKind::Frame => true,
+        TargetKind::Beside => !plan.is_chunk,
+        TargetKind::Checkpoint => false,
+    };
+    let is_in_the_way = |target: &Target| is_new(target) && target.path.exists();
+    if plan.policy.existing == Existing::Fail
+        && let Some(Target { path, .. }) = plan.targets(&plan.frames).find(is_in_the_way)
+    {
+        return Err(Error::Exists { path });
     }
     Ok(())
 }

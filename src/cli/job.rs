@@ -124,8 +124,8 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         let stale = pool.install(|| job.stale());
         return Ok(list_stale(&job.plan, &stale).map_err(Error::Stdout)?);
     }
-    // Before anything is begun that a refused job would leave behind.
-    job.check_files()?;
+    // Figures of a refused job would be written over those that are to stay.
+    job.compare_files()?;
     let (cancel, counters) = (Arc::new(Cancel::default()), Arc::new(Counters::default()));
     let show = Arc::new(ShowRequest::default());
     signals::listen(Arc::clone(&cancel), Arc::clone(&show))?;

@@ -78,7 +78,7 @@ fn a_material_that_makes_light_is_warned_of_by_name() {
         folder.write("s.toml", &scene(albedo));
         stderr(&folder.run(&["s.toml", "--progress", "none", "-o", "f.png"]))
     };
-    assert!(said(1.25).contains("material `snow` sends back more light than arrives, 1.25 of it"));
+    assert!(said(1.25).contains("material `snow` reflects more light than it receives (albedo 1.25)"));
     assert!(!said(1.0).contains("snow"));
 }
 

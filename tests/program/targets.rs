@@ -129,3 +129,14 @@ fn denoised_frames_are_files_of_the_job() {
     refused(&folder, &own, "is a file that the job reads");
     assert!(folder.read("tex.0001.exr") == texture);
 }
+
+#[test]
+fn a_refused_job_leaves_older_figures() {
+    let folder = folder();
+    folder.write("stats.json", "keep");
+    let job = ["s.toml", "--samples", "1", "--resolution", "4x4", "-o", "new.png"];
+    let message = folder.fail(73, &[&job[..], &["--fail-existing", "--stats", "stats.json"]].concat());
+    assert!(message.contains("exists already"), "{message}");
+    assert_eq!(folder.read("stats.json"), b"keep");
+    assert!(!folder.path("new.png").exists());
+}
