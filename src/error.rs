@@ -127,7 +127,7 @@ impl Error {
             Self::Invalid(d) | Self::Scene(describe::Error::Invalid(d)) | Self::Compile(compile::Error::Invalid(d)) => {
                 d.messages()
             }
-            Self::Compile(compile::Error::Assets(errors)) => errors.iter().map(ToString::to_string).collect(),
+            Self::Compile(compile::Error::Assets(errors)) => errors.iter().flat_map(AssetError::messages).collect(),
             Self::CameraPath(e) => e.to_string().lines().map(str::to_owned).collect(),
             other => vec![other.to_string()],
         }

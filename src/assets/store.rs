@@ -47,13 +47,24 @@ pub enum AssetError {
     NoLights { path: PathBuf },
     #[error("broken light of a model: {cause}: {}", path.display())]
     Light { cause: String, path: PathBuf },
-    #[error("{}", losses.iter().map(|l| format!("{}: {l}", path.display())).collect::<Vec<_>>().join("\n"))]
+    #[error("{}: {}", path.display(), losses.join("; "))]
     Incomplete { losses: Vec<String>, path: PathBuf },
     #[error("{triangles} triangles are more than the {limit} that there can be: {}", path.display())]
     TooManyTriangles { triangles: u64, limit: u64, path: PathBuf },
 }
 
 impl AssetError {
+    /// The messages: one for each loss of an incomplete model.
+    pub fn messages(&self) -> Vec<String> {
+        match self {
+            Self::Incomplete { losses, path } => losses
+                .iter()
+                .map(|loss| format!("{}: {loss}", path.display()))
+                .collect(),
+            other => vec![other.to_string()],
+        }
+    }
+
     /// Whether a file could not be read at all, rather than understood.
     pub fn is_missing(&self) -> bool {
         match self {

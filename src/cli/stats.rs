@@ -203,7 +203,11 @@ impl<'a> Stats<'a> {
 
     /// The figures of other jobs of the sequence, where this job joins them.
     fn others<T: DeserializeOwned>(&self, path: &Path) -> Option<T> {
-        let text = fs::read(path).ok().filter(|_| self.plan.is_chunk)?;
+        // Pipes and devices block or never end.
+        if !self.plan.is_chunk || !path.is_file() {
+            return None;
+        }
+        let text = fs::read(path).ok()?;
         let read = serde_json::from_slice(&text);
         let lost = |cause| format!("the figures of other jobs are lost, {cause}: {}", path.display());
         let warnings = &self.plan.warnings;

@@ -210,3 +210,29 @@ fn figures_reports_and_previews_of_parts_have_the_frames_of_all() {
     assert!(stats["frames"][0]["wall_s"].as_f64() > Some(0.0));
     assert_eq!(page().matches("<img").count(), 4);
 }
+
+#[cfg(unix)]
+#[test]
+fn figures_in_the_place_of_a_pipe_are_refused_at_once() {
+    let folder = Folder::new();
+    folder.write(
+        "s.toml",
+        "[camera]\nperspective = { eye = [0, 0, 5], target = [0, 0, 0] }\n",
+    );
+    let made = std::process::Command::new("mkfifo").arg(folder.path("pipe")).status();
+    assert!(made.expect("mkfifo runs").success());
+    for chunk in [&[][..], &["--range", "1"]] {
+        let job = [
+            "s.toml",
+            "--resolution",
+            "4x4",
+            "--samples",
+            "1",
+            "-o",
+            "f.png",
+            "--stats",
+            "pipe",
+        ];
+        folder.fail(73, &[&job[..], chunk].concat());
+    }
+}

@@ -205,3 +205,14 @@ fn bare_meshes_are_scenes_and_packed_ones_are_the_same() {
     assert_eq!(pictures[0], pictures[1]);
     assert_eq!(pictures[0], pictures[2]);
 }
+
+#[test]
+fn a_strict_job_says_each_loss_on_a_line_of_its_own() {
+    let folder = Folder::new();
+    folder.write("m.mtl", "newmtl a\nKd 1 0 0\ndisp d.png\nrefl r.png\n");
+    folder.write("m.obj", "mtllib m.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let said = folder.fail(65, &["m.obj", "--strict", "--check"]);
+    let errors: Vec<&str> = said.lines().filter(|line| line.starts_with("error: ")).collect();
+    assert_eq!(errors.len(), 2, "{said}");
+    assert!(errors[0].contains("disp") && errors[1].contains("refl"), "{said}");
+}

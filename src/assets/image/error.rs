@@ -54,7 +54,7 @@ impl From<OverBudget> for ImageProblem {
 
 impl ImageProblem {
     pub fn broken(cause: impl ToString) -> Self {
-        Self::Broken(cause.to_string())
+        Self::Broken(cause.to_string().trim_end().to_owned())
     }
 
     pub fn at(self, path: &Path) -> ImageError {
