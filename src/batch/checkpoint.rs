@@ -25,6 +25,11 @@ pub(super) fn path(frame: &PlannedFrame) -> Option<PathBuf> {
     Some(name.into())
 }
 
+/// The path of the picture of an unfinished frame, which a signal asks for.
+pub(super) fn picture_path(frame: &PlannedFrame) -> Option<PathBuf> {
+    Some(frame.files.first()?.path.with_extension("partial.exr"))
+}
+
 /// The lines before the state.
 fn head(fingerprint: &str, state: &[u8]) -> String {
     let order = if cfg!(target_endian = "big") { "big" } else { "little" };

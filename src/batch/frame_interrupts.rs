@@ -62,8 +62,9 @@ impl<'a> FrameInterrupts<'a> {
 
     /// Writes the picture of the unfinished frame.
     fn show(&self, partial: &PartialFrame<'_>) {
-        let Some(file) = self.frame.files.first() else { return };
-        let path = file.path.with_extension("partial.exr");
+        let Some(path) = checkpoint::picture_path(self.frame) else {
+            return;
+        };
         let film = partial.film();
         let mut metadata = self.plan.metadata(self.frame.number);
         metadata.samples = film.samples;

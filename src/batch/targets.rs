@@ -19,8 +19,8 @@ struct Target {
 enum TargetKind {
     /// A file of a frame, rendered or denoised.
     Frame,
-    /// The state of an unfinished frame.
-    Checkpoint,
+    /// The state or the picture of an unfinished frame.
+    Unfinished,
     /// A file beside the frames.
     Beside,
 }
@@ -52,10 +52,12 @@ impl Plan {
             .iter()
             .filter_map(checkpoint::path)
             .filter(move |_| has_checkpoints);
+        let unfinished = frames.iter().filter_map(checkpoint::picture_path);
         let beside = self.files_beside().map(target(TargetKind::Beside));
         let pictures = pictures.map(target(TargetKind::Frame));
         pictures
-            .chain(checkpoints.map(target(TargetKind::Checkpoint)))
+            .chain(checkpoints.map(target(TargetKind::Unfinished)))
+            .chain(unfinished.map(target(TargetKind::Unfinished)))
             .chain(beside)
     }
 }
@@ -89,7 +91,7 @@ pub(super) fn refuse(plan: &Plan, inputs: &Files) -> Result<(), Error> {
     let is_new = |target: &Target| match target.kind {
         TargetKind::Frame => true,
         TargetKind::Beside => !plan.is_chunk,
-        TargetKind::Checkpoint => false,
+        TargetKind::Unfinished => false,
     };
     let is_in_the_way = |target: &Target| is_new(target) && target.path.exists();
     if plan.policy.existing == Existing::Fail

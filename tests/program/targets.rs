@@ -140,3 +140,23 @@ fn a_refused_job_leaves_older_figures() {
     assert_eq!(folder.read("stats.json"), b"keep");
     assert!(!folder.path("new.png").exists());
 }
+
+#[test]
+fn the_picture_of_an_unfinished_frame_replaces_no_input() {
+    let folder = folder();
+    folder.write("s.toml", &SCENE.replace("tex.png", "tex.partial.exr"));
+    let plain = SCENE
+        .replace("\"texture.t\"", "0.5")
+        .replace("[texture.t]\nimage = { file = \"tex.png\" }\n", "");
+    folder.write("plain.toml", &plain);
+    folder.succeed(&[
+        "plain.toml",
+        "-o",
+        "tex.partial.exr",
+        "--samples",
+        "1",
+        "--progress",
+        "none",
+    ]);
+    refused(&folder, &["s.toml", "-o", "tex.exr"], "is a file that the job reads");
+}
