@@ -69,8 +69,7 @@ pub(super) enum ApertureKind {
 impl Layout {
     pub fn read(table: &Table, options: &CameraPathOptions) -> Result<Self, PathProblems> {
         let mut problems = PathProblems::default();
-        let named = table.header.cells.iter().filter(|word| !word.is_empty());
-        if named.clone().all(|word| word.parse::<f64>().is_ok()) {
+        if table.header.is_of_numbers() {
             let message = "expected a header with the names of columns, found numbers";
             return Err(PathProblem::of_line(table.header.line, message).into());
         }
@@ -175,7 +174,9 @@ impl Finder<'_> {
         }
         let Some(column) = self.columns.get("time") else {
             if !self.is_meant(&["frame", "time"]) {
-                self.problem("missing column: frame, or time and a frame rate");
+                let has_index = self.header.cells.get(0) == Some("");
+                let hint = if has_index { ": column 1 has no name" } else { "" };
+                self.problem(format!("missing column: frame, or time and a frame rate{hint}"));
             }
             return None;
         };

@@ -108,13 +108,14 @@ impl<'a> Cells<'a> {
     }
 
     /// Whether every cell has a column and every column a cell. Empty cells beyond the last column are allowed, because
-    /// spreadsheets write them.
+    /// spreadsheets write them, and columns without a name before the first, because pandas writes its index there.
     fn fit(&mut self) -> bool {
         let names = &self.header.cells;
         let named = (1..=names.len()).rev().find(|n| !names[n - 1].is_empty()).unwrap_or(0);
+        let index = names.iter().take_while(|name| name.is_empty()).count();
         let have = self.row.cells.len();
         let nameless = |i: usize| names.get(i).is_none_or(str::is_empty);
-        let stray = (0..have).find(|i| nameless(*i) && !self.row.cells[*i].is_empty());
+        let stray = (index..have).find(|i| nameless(*i) && !self.row.cells[*i].is_empty());
         let message = match stray {
             _ if have < named => format!("the row has {have} cells, the header {named}"),
             Some(i) => format!("cell {} ('{}') has no name in the header", i + 1, &self.row.cells[i]),

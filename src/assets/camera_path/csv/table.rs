@@ -35,6 +35,12 @@ impl Table {
                 comments.push((line, comment.trim().to_owned()));
             } else if let (true, Some(said)) = (lines.is_empty(), separator_line(content)) {
                 separator = Some(said);
+            } else if let Some(control) = content.chars().find(|c| c.is_control() && *c != '\t') {
+                let message = format!(
+                    "the control character U+{:04X} is no text: remove it",
+                    u32::from(control)
+                );
+                return Err(PathProblem::of_line(line, message));
             } else if !content.trim().is_empty() {
                 lines.push(line);
                 body.push_str(content);
@@ -48,17 +54,46 @@ impl Table {
             return Err(PathProblem::of_line(lines[0], message));
         }
         let mut rows = cells(&body, &lines, separator)?;
-        if rows.is_empty() {
+        let Some(first) = rows.first() else {
             return Err(PathProblem::of_file("the file is empty: expected a header and rows"));
-        }
-        let header = rows.remove(0);
+        };
+        let header = match commented_header(&comments, first, separator) {
+            Some(header) => header,
+            None => rows.remove(0),
+        };
         Ok(Self {
-            header,
+            header: header.with_unnamed_columns(),
             rows,
             separator,
             comments,
         })
     }
+}
+
+impl Row {
+    /// Whether all cells that are not empty are numbers.
+    pub fn is_of_numbers(&self) -> bool {
+        let mut filled = self.cells.iter().filter(|cell| !cell.is_empty());
+        filled.all(|cell| cell.parse::<f64>().is_ok())
+    }
+
+    /// The header in which the names that pandas gives to columns without a name, such as `Unnamed: 0`, are empty.
+    fn with_unnamed_columns(mut self) -> Self {
+        let name = |cell| if str::starts_with(cell, "Unnamed: ") { "" } else { cell };
+        self.cells = self.cells.iter().map(name).collect();
+        self
+    }
+}
+
+/// Returns the header that a comment above `first` holds, as `numpy.savetxt` writes it: `first` has numbers, and the comment a name for each.
+fn commented_header(comments: &[(usize, String)], first: &Row, separator: u8) -> Option<Row> {
+    if !first.is_of_numbers() {
+        return None;
+    }
+    let above = comments.iter().rev().filter(|(line, _)| *line < first.line);
+    let mut headers = above.filter_map(|(line, text)| cells(text, &[*line], separator).ok()?.pop());
+    headers
+        .find(|row| row.cells.len() == first.cells.len() && row.cells.iter().all(|cell| cell.parse::<f64>().is_err()))
 }
 
 fn decode(bytes: &[u8]) -> Result<&str, PathProblem> {
@@ -94,6 +129,7 @@ fn separator_line(line: &str) -> Option<u8> {
     }
 }
 
+/// The rows of `body`, without those whose cells are all empty: spreadsheets write them.
 fn cells(body: &str, lines: &[usize], separator: u8) -> Result<Vec<Row>, PathProblem> {
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
@@ -111,7 +147,9 @@ fn cells(body: &str, lines: &[usize], separator: u8) -> Result<Vec<Row>, PathPro
             ));
         }
         cells.trim();
-        rows.push(Row { line: *line, cells });
+        if cells.iter().any(|cell| !cell.is_empty()) {
+            rows.push(Row { line: *line, cells });
+        }
     }
     Ok(rows)
 }

@@ -346,6 +346,66 @@ fn cells_that_blanks_separate_are_one_problem_that_says_what_to_do() {
     );
 }
 
+#[test]
+fn rows_of_empty_cells_are_no_rows() {
+    let plain = parse(&format!("{HEADER}\n1,0,0,4,0,0,0\n2,.1,0,4,0,0,0\n"));
+    let blank = ",,,,,,\n";
+    let text = format!("{blank}{HEADER}\n1,0,0,4,0,0,0\n{blank} ,,\"\",,,,\n2,.1,0,4,0,0,0\n{blank}{blank}");
+    assert!(plain.is_ok());
+    assert_eq!(parse(&text), plain);
+    // The lines of errors count them.
+    let message = parse(&text.replace(".1", "abc")).unwrap_err();
+    assert_eq!(message, "camera_path.csv:6: eye_x: 'abc' is not a number");
+}
+
+#[test]
+fn an_index_of_pandas_is_skipped() {
+    let plain = parse(&format!("{HEADER}\n1,0,0,4,0,0,0\n2,.1,0,4,0,0,0\n"));
+    for (names, [first, second]) in [
+        (",", ["0,", "1,"]),
+        ("\"\",", ["\"a\",", "\"b\","]),
+        ("Unnamed: 0,", ["0,", "1,"]),
+        (",Unnamed: 0,", ["0,0,", "1,1,"]),
+    ] {
+        let text = format!("{names}{HEADER}\n{first}1,0,0,4,0,0,0\n{second}2,.1,0,4,0,0,0\n");
+        assert_eq!(parse(&text), plain, "{names}");
+    }
+    let without_frame = HEADER.replace("frame", "");
+    assert_eq!(
+        parse(&format!("{without_frame}\n1,0,0,4,0,0,0\n")).unwrap_err(),
+        "camera_path.csv:1: missing column: frame, or time and a frame rate: column 1 has no name"
+    );
+}
+
+#[test]
+fn a_header_behind_a_number_sign_is_read_above_numbers_only() {
+    let rows = "1.000e+00,0,0,4.0e+00,0,0,0\n2.000e+00,1.0e-01,0,4,0,0,0\n";
+    let plain = parse(&format!("{HEADER}\n{rows}"));
+    assert!(plain.is_ok());
+    for above in ["# ", "#", "# by hand, in steps\n# ", "# 0,0,0,4,0,0,0\n#"] {
+        assert_eq!(parse(&format!("{above}{HEADER}\n{rows}")), plain, "{above}");
+    }
+    assert_eq!(parse(&format!("# {HEADER}\n# more\n{rows}")), plain);
+    assert_eq!(
+        parse(&format!("# {}\n{rows}", HEADER.replace("eye_z", "eye_zz"))).unwrap_err(),
+        "camera_path.csv:1: unknown column `eye_zz` (did you mean `eye_z`?)"
+    );
+    // A header of its own goes first.
+    assert_eq!(parse(&format!("# a,b,c,d,e,f,g\n{HEADER}\n{rows}")), plain);
+    let numbers = "camera_path.csv:2: expected a header with the names of columns, found numbers";
+    assert_eq!(parse(&format!("# 0,0,0,4,0,0,0\n{rows}")).unwrap_err(), numbers);
+}
+
+#[test]
+fn control_characters_are_named_once() {
+    for (padding, code) in [("\u{1a}", "001A"), ("\0\0\0\n\0\0", "0000")] {
+        assert_eq!(
+            complaint("", &format!("1,0,0,4,0,0,0\n{padding}")),
+            format!("camera_path.csv:3: the control character U+{code} is no text: remove it")
+        );
+    }
+}
+
 proptest! {
     #[test]
     fn written_numbers_are_read_bit_for_bit(rows in prop::collection::vec([-1e6..1e6, -1e6..1e6, -1e6..1e6, 1.0..179.0], 1..20)) {

@@ -89,6 +89,20 @@ fn a_key_is_replaced_in_its_row_which_keeps_its_name() {
 }
 
 #[test]
+fn a_header_behind_a_number_sign_and_an_index_are_kept() {
+    let scene = Lens::Perspective(PerspectiveLens::vertical(40.0));
+    let mut document = document("# ,frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n0,1,0,0,5,0,0,0\n,,,,,,,\n");
+    let mut wide = key(5.0, [0.0, 0.0, 7.0]);
+    wide.lens.view = Some(FieldOfView::Vertical(60.0));
+    document.set(&wide, &scene).expect("set");
+    assert_eq!(
+        text(&document),
+        "# ,frame,eye_x,eye_y,eye_z,target_x,target_y,target_z,fov\n\
+         0,1,0,0,5,0,0,0,40\n,5,0,0,7,0,0,-85,60\n,,,,,,,\n"
+    );
+}
+
+#[test]
 fn a_key_moves_over_others_and_not_onto_one() {
     let mut document = document(SPACED);
     document.move_key(1.0, 31.0).expect("moved");
