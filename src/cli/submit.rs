@@ -50,12 +50,16 @@ const OWN: [&str; 11] = [
 /// Writes the bundle, and starts it if that is asked for.
 pub fn run(args: &SubmitArgs, simd: Isa) -> anyhow::Result<()> {
     let task = task(args, simd)?;
+    if args.engine == Engine::Openjd {
+        openjd::check(&task)?;
+    }
     fs::create_dir_all(&args.bundle).map_err(|source| cannot_create(source, &args.bundle))?;
     let bundle = fs::canonicalize(&args.bundle).with_context(|| format!("cannot find {}", args.bundle.display()))?;
     let files = match args.engine {
         Engine::Openjd => vec![("template.yaml", openjd::template(&task))],
         Engine::Slurm => {
-            let folder = utf8(bundle.as_os_str())?;
+            let folder = farm_text(bundle.as_os_str())?;
+            slurm::check_folder(folder)?;
             let script = |step: &Step| (step.kind.script(), slurm::script(&task, step, folder));
             task.steps.iter().map(script).collect()
         }
@@ -64,6 +68,11 @@ pub fn run(args: &SubmitArgs, simd: Isa) -> anyhow::Result<()> {
         let file = bundle.join(name);
         atomic::write(&file, |out| Ok(out.write_all(text.as_bytes())?)).map_err(Error::Output)?;
         say(&format!("wrote {}", file.display()));
+    }
+    if args.engine == Engine::Slurm
+        && let Some(warning) = slurm::warning(&task)
+    {
+        tracing::warn!("{warning}");
     }
     if !args.run {
         return Ok(());
@@ -142,22 +151,15 @@ fn task(args: &SubmitArgs, simd: Isa) -> anyhow::Result<Task> {
             "--preview on a farm is made of the PNG files of all tasks: give -o with a name that ends in .png";
         return Err(Error::Usage(message.to_owned()).into());
     }
-    let preview = preview.map(|path| utf8(path.as_os_str())).transpose()?;
+    let preview = preview.map(|path| farm_text(path.as_os_str())).transpose()?;
     let steps = Step::list(args.render.denoise.is_some(), existing.overwrite, preview);
     let arguments = render_arguments(Replay::of_process()?)?;
-    if let Some(word) = arguments
-        .iter()
-        .chain(steps.iter().flat_map(|step| &step.own))
-        .find(|word| args.engine == Engine::Openjd && word.contains("{{"))
-    {
-        return Err(Error::Usage(format!("OpenJD would read a parameter in `{word}`")).into());
-    }
     let program = env::current_exe().context("cannot find this program")?;
     let folder = env::current_dir().context("cannot find the current folder")?;
     Ok(Task {
-        name: format!("batch-render {}", job.desc.name()),
-        folder: utf8(folder.as_os_str())?.to_owned(),
-        program: utf8(program.as_os_str())?.to_owned(),
+        name: Task::name_of(&job.desc.name()),
+        folder: farm_text(folder.as_os_str())?.to_owned(),
+        program: farm_text(program.as_os_str())?.to_owned(),
         arguments,
         steps,
         frames: FrameRange::of(job.plan.frames.iter().map(|frame| frame.number.into())),
@@ -165,15 +167,28 @@ fn task(args: &SubmitArgs, simd: Isa) -> anyhow::Result<Task> {
     })
 }
 
-fn utf8(path: &OsStr) -> anyhow::Result<&str> {
-    path.to_str()
-        .with_context(|| format!("this is not UTF-8, which a farm's file needs: {}", path.display()))
+/// The text of a path or an argument, as it stands in a farm's file.
+///
+/// # Errors
+/// It is not UTF-8, or has control characters or line separators: text after a line break would be a command of the script.
+fn farm_text(word: &OsStr) -> anyhow::Result<&str> {
+    let text = word
+        .to_str()
+        .with_context(|| format!("this is not UTF-8, which a farm's file needs: {}", word.display()))?;
+    let is_refused = |c: &char| c.is_control() || matches!(c, '\u{2028}' | '\u{2029}');
+    match text.chars().find(is_refused) {
+        Some(c) => Err(Error::Usage(format!(
+            "a farm's file cannot hold the control character {c:?}: {text:?}"
+        ))
+        .into()),
+        None => Ok(text),
+    }
 }
 
 /// The arguments of `submit` that are render options and choose no frames.
 fn render_arguments(typed: Replay) -> anyhow::Result<Vec<String>> {
     let kept = typed.without(&OWN).arguments();
-    kept.iter().map(|word| Ok(utf8(word)?.to_owned())).collect()
+    kept.iter().map(|word| Ok(farm_text(word)?.to_owned())).collect()
 }
 
 #[cfg(test)]
@@ -187,5 +202,18 @@ mod tests {
         let mut kept = render_arguments(replay).expect("UTF-8");
         kept.sort();
         assert_eq!(kept, ["--frames=p.csv", "--samples=4", "--verbose", "s.toml"]);
+    }
+
+    #[test]
+    fn no_control_character_gets_into_the_file_of_a_farm() {
+        for c in [
+            '\0', '\t', '\n', '\r', '\u{1b}', '\u{7f}', '\u{85}', '\u{2028}', '\u{2029}',
+        ] {
+            let error = farm_text(format!("a{c}b").as_ref()).expect_err("refused");
+            assert!(error.to_string().contains(&format!("{c:?}")), "{error}");
+        }
+        for text in ["", "50% {a} 'b' \"c\" $d", "ünï漢🎬"] {
+            assert_eq!(farm_text(text.as_ref()).expect("text"), text);
+        }
     }
 }

@@ -77,6 +77,13 @@ if python3 -m venv "$home/venv" && "$home/venv/bin/pip" -q install openjd-cli; t
   prepare openjd-denoised
   "$program" submit --engine openjd --bundle job --chunk 5 --run "${denoised[@]}" > openjd.log 2>&1 || { tail -30 openjd.log; failed=1; }
   compare openjd-denoised local-denoised
+  prepare openjd-limits
+  long="$(printf 'n%.0s' {1..150}) {a} 'b' \"c\" \$d 50% ü.toml"
+  mv s.toml "$long"
+  squares=$(for i in {1..300}; do echo $((i * i)); done | paste -sd,)
+  "$program" submit --engine openjd --bundle job "$long" --turntable 90000 --range "$squares" -o 'f.#####.exr' > submit.log 2>&1 &&
+    openjd check job/template.yaml > check.log && echo "openjd-limits: a long name and 300 scattered frames are valid" ||
+    { cat submit.log check.log; failed=1; }
 else
   echo "openjd: not run, it cannot be installed"
 fi

@@ -161,3 +161,39 @@ fn a_preview_is_made_by_a_step_after_all_tasks() {
     let film = png::Decoder::new(film).read_info().expect("a PNG");
     assert_eq!(film.info().animation_control.expect("it is animated").num_frames, 5);
 }
+
+/// A line break in a comment of the script would make the rest of the name a command.
+#[cfg(unix)]
+#[test]
+fn names_with_control_characters_reach_no_script() {
+    let folder = prepared();
+    folder.write("a\ntouch INJECTED\n#.toml", SMALL_SCENE);
+    for engine in ["slurm", "openjd"] {
+        let submit = ["submit", "--engine", engine, "--bundle", "job"];
+        for job in [
+            &["a\ntouch INJECTED\n#.toml"][..],
+            &["s.toml", "-o", "o\n/f.exr"],
+            &["s.toml", "-o", "f\t.exr"],
+        ] {
+            let message = folder.fail(2, &[&submit[..], job].concat());
+            assert!(message.contains("control character"), "{message}");
+        }
+    }
+    assert!(!folder.path("job").exists());
+    let message = folder.fail(2, &["submit", "--engine", "slurm", "--bundle", "b\nexit", "s.toml"]);
+    assert!(message.contains("control character"), "{message}");
+    assert!(!folder.path("b\nexit/frames.sbatch").exists());
+}
+
+#[test]
+fn an_array_that_many_clusters_refuse_is_warned_of() {
+    let folder = prepared();
+    let submit = [
+        "submit", "--engine", "slurm", "--bundle", "50%j", "--chunk", "2", "s.toml", "-o", "f.#.exr",
+    ];
+    let output = folder.run(&[&submit[..], &["--turntable", "2400"]].concat());
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && said.contains("--chunk 3"), "{said}");
+    let script = String::from_utf8(folder.read("50%j/frames.sbatch")).expect("UTF-8");
+    assert!(script.contains("/50%%j/%A_%a.log\n"), "{script}");
+}

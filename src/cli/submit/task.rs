@@ -18,6 +18,16 @@ pub struct Task {
     pub chunk: u32,
 }
 
+/// The most characters of a job's name: the limit of OpenJD.
+const LONGEST_NAME: usize = 128;
+
+impl Task {
+    /// The name of the job that renders this scene.
+    pub fn name_of(scene: &str) -> String {
+        format!("batch-render {scene}").chars().take(LONGEST_NAME).collect()
+    }
+}
+
 /// A step of a job.
 #[derive(Clone, Debug)]
 pub struct Step {
