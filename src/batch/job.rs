@@ -4,10 +4,12 @@ use std::{path::Path, time::Instant};
 
 use super::{
     CameraRig, Existing, FrameRange, InputHash, Inventory, JobEvent, Observer, Plan, Request, SceneFigures, Stale,
-    Summary, Survey, checkpoint,
-    denoise::{DenoiseObserver, DenoiseRequest, Helpers, denoise},
-    job_lock::JobLock,
-    run, targets,
+    Summary, Survey,
+    products::denoise::{DenoiseObserver, DenoiseRequest, Helpers, denoise},
+    products::targets,
+    resume::checkpoint,
+    resume::job_lock::JobLock,
+    run,
 };
 use crate::{
     assets::{

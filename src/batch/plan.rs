@@ -1,15 +1,28 @@
 //! The plan of a job: its frames, their cameras and their files.
 
+pub(super) mod cameras;
+pub(super) mod denoise_options;
+pub(super) mod encoding;
+pub(super) mod existing;
+pub(super) mod frame_rate;
+pub(super) mod if_busy;
+pub(super) mod memory;
+pub(super) mod metering;
+pub(super) mod part;
+pub(super) mod passes;
+pub(super) mod patterns;
+pub(super) mod picture;
+pub mod range;
+pub(super) mod request;
+pub(super) mod rig;
+pub(super) mod time_limit;
+pub(super) mod turntable;
+
 use std::path::PathBuf;
 
 use super::{
     Policy, Request,
-    cameras::{JobCameras, cameras},
-    denoise_options::DenoisePlan,
-    encoding, memory,
-    metadata::{self, Sidecar},
-    patterns::Patterns,
-    picture::PicturePlan,
+    products::metadata::{self, Sidecar},
 };
 use crate::{
     assets::Files,
@@ -24,6 +37,10 @@ use crate::{
     value::Exposure,
     warnings::Warnings,
 };
+use cameras::{JobCameras, cameras};
+use denoise_options::DenoisePlan;
+use patterns::Patterns;
+use picture::PicturePlan;
 
 /// A file to be written.
 #[derive(Clone, Debug)]

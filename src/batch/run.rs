@@ -10,8 +10,8 @@ use rayon::ThreadPoolBuilder;
 
 use super::{
     CameraRig, Existing, Fingerprint, FrameError, FrameFailure, JobEvent, Observer, OnFailure, Plan, PlannedFrame,
-    StaleReason, Summary, Survey, checkpoint, failure, frame_interrupts::FrameInterrupts, plan::PlannedFile, sidecars,
-    sight, time_limit,
+    StaleReason, Summary, Survey, plan::PlannedFile, plan::time_limit, products::sidecars, resume::checkpoint,
+    resume::failure, resume::frame_interrupts::FrameInterrupts, sight,
 };
 use crate::{
     camera::FrameCamera,

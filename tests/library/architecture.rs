@@ -267,8 +267,11 @@ const READERS: [(&str, &str); 10] = [
     ("src/output/facts.rs", "output of an earlier run"),
     ("src/output/job_file.rs", "other jobs"),
     ("src/output/sequence.rs", "names of files of an earlier run"),
-    ("src/batch/checkpoint.rs", "the state of an earlier run"),
-    ("src/batch/sidecars.rs", "what other parts of the job have written"),
+    ("src/batch/resume/checkpoint.rs", "the state of an earlier run"),
+    (
+        "src/batch/products/sidecars.rs",
+        "what other parts of the job have written",
+    ),
     ("src/cli/memory.rs", "the process's own memory"),
     ("src/cli/stats.rs", "what other parts of the job have written"),
     ("src/cli/signals.rs", "the process's own signals"),

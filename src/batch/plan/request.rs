@@ -2,7 +2,7 @@
 
 use std::{path::PathBuf, time::Duration};
 
-use super::{DenoiseOptions, Existing, FrameRange, IfBusy, JobPart, OnFailure, metadata::Sidecar};
+use crate::batch::{DenoiseOptions, Existing, FrameRange, IfBusy, JobPart, OnFailure, products::metadata::Sidecar};
 use crate::{
     accel::BuildOptions,
     assets::store::MissingAssets,
@@ -80,7 +80,7 @@ pub struct Policy {
 
 impl Request {
     /// The PNG files of data that are asked for, with their patterns.
-    pub(super) fn png_data(&self) -> impl Iterator<Item = (&'static DataPng, &String)> {
+    pub(in crate::batch) fn png_data(&self) -> impl Iterator<Item = (&'static DataPng, &String)> {
         let data = [
             (&DEPTH, &self.png_depth),
             (&NORMALS, &self.png_normals),

@@ -5,11 +5,9 @@ use std::{fmt, path::PathBuf};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{
-    Plan, PlannedFrame, as_text,
-    fingerprint::{FINGERPRINT, Fingerprint, InputHash},
-    time_limit,
-};
+use crate::batch::{Plan, PlannedFrame, as_text, plan::time_limit};
+
+use super::fingerprint::{FINGERPRINT, Fingerprint, InputHash};
 use crate::output::Value;
 
 /// Why a frame is rendered again and not skipped.

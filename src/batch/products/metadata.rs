@@ -32,7 +32,10 @@ impl Sidecar {
 }
 
 /// Checks whether the files can be made for these cameras.
-pub(super) fn check<'a>(sidecars: &[Sidecar], mut cameras: impl Iterator<Item = &'a FrameCamera>) -> Result<(), Error> {
+pub(in crate::batch) fn check<'a>(
+    sidecars: &[Sidecar],
+    mut cameras: impl Iterator<Item = &'a FrameCamera>,
+) -> Result<(), Error> {
     match sidecars.contains(&Sidecar::Transforms) {
         true => cameras.try_for_each(|camera| pinhole(camera).map(drop)),
         false => Ok(()),
@@ -40,7 +43,7 @@ pub(super) fn check<'a>(sidecars: &[Sidecar], mut cameras: impl Iterator<Item = 
 }
 
 /// The pinhole view of a camera when its shutter opens.
-pub(super) fn pinhole(camera: &FrameCamera) -> Result<PinholeView, Error> {
+pub(in crate::batch) fn pinhole(camera: &FrameCamera) -> Result<PinholeView, Error> {
     let message = "--metadata transforms: only perspective cameras have focal lengths";
     let pinhole = camera.camera(0.0).pinhole();
     pinhole.ok_or_else(|| Error::Usage(message.to_owned()))

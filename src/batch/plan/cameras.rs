@@ -2,7 +2,9 @@
 
 use std::{ops::RangeInclusive, path::Path};
 
-use super::{FrameRange, Request, range::MAX_FRAMES};
+use crate::batch::{FrameRange, Request};
+
+use super::range::MAX_FRAMES;
 use crate::{
     assets::{Files, camera_path},
     camera::{Camera, FrameCamera, Lens, SceneCamera, path::CameraPath},
@@ -15,13 +17,13 @@ use crate::{
 const SIDE: u32 = 96;
 
 /// Columns and rows of the picture that is metered for one of this size.
-pub(super) fn metered_resolution(full: [u32; 2]) -> [u32; 2] {
+pub(in crate::batch) fn metered_resolution(full: [u32; 2]) -> [u32; 2] {
     let longer = u64::from(full[0].max(full[1]).max(1));
     full.map(|n| ((u64::from(n) * u64::from(SIDE) / longer) as u32).max(1))
 }
 
 /// The cameras of a job.
-pub(super) struct JobCameras {
+pub(in crate::batch) struct JobCameras {
     /// The camera of each frame to be rendered, in rising order.
     pub frames: Vec<(i32, FrameCamera)>,
     /// The first position of the camera, in m.
@@ -31,7 +33,7 @@ pub(super) struct JobCameras {
 }
 
 /// The cameras of the frames to be rendered.
-pub(super) fn cameras(
+pub(in crate::batch) fn cameras(
     desc: &SceneDesc,
     request: &Request,
     scene_camera: Option<SceneCamera>,

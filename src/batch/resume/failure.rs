@@ -7,7 +7,7 @@ use std::{
 
 use serde::Serialize;
 
-use super::as_text;
+use crate::batch::as_text;
 use crate::output::OutputError;
 
 /// Whether a job continues after a failed frame.
@@ -39,7 +39,7 @@ pub struct FrameFailure {
 }
 
 /// Returns what `work` returns, or the message with which it panicked.
-pub(super) fn catch<T>(work: impl FnOnce() -> T) -> Result<T, FrameError> {
+pub(in crate::batch) fn catch<T>(work: impl FnOnce() -> T) -> Result<T, FrameError> {
     // The caller drops all state that a panic may have left inconsistent.
     catch_unwind(AssertUnwindSafe(work)).map_err(|payload| FrameError::Panic(message(&*payload)))
 }

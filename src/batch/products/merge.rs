@@ -2,10 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{
-    fingerprint::{FINGERPRINT, Fingerprint, PICTURE},
-    targets,
-};
+use crate::batch::resume::fingerprint::{FINGERPRINT, Fingerprint, PICTURE};
+
+use super::targets;
 use crate::{
     error::Error,
     film::Window,

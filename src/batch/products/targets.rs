@@ -6,7 +6,7 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
-use super::{Existing, Plan, PlannedFrame, checkpoint};
+use crate::batch::{Existing, Plan, PlannedFrame, resume::checkpoint};
 use crate::{assets::Files, error::Error, output::atomic};
 
 /// A file that a job writes.
@@ -64,7 +64,7 @@ impl Plan {
 
 /// Finds out whether the files of a job can be written: none of them is a file that the job reads or another one that it
 /// writes, what exists is a regular file, and the folders exist afterwards.
-pub(super) fn check(plan: &Plan, inputs: &Files) -> Result<(), Error> {
+pub(in crate::batch) fn check(plan: &Plan, inputs: &Files) -> Result<(), Error> {
     refuse(plan, inputs)?;
     let own = || plan.targets(&plan.frames);
     for target in own() {
@@ -86,7 +86,7 @@ pub(super) fn check(plan: &Plan, inputs: &Files) -> Result<(), Error> {
 }
 
 /// Refuses a job that would write over what it reads, or over files that are to stay. Changes nothing.
-pub(super) fn refuse(plan: &Plan, inputs: &Files) -> Result<(), Error> {
+pub(in crate::batch) fn refuse(plan: &Plan, inputs: &Files) -> Result<(), Error> {
     compare(plan, inputs)?;
     let is_new = |target: &Target| match target.kind {
         TargetKind::Frame => true,
@@ -103,14 +103,14 @@ pub(super) fn refuse(plan: &Plan, inputs: &Files) -> Result<(), Error> {
 }
 
 /// Refuses files that are inputs, or that are written twice, by whatever name or link.
-pub(super) fn compare(plan: &Plan, inputs: &Files) -> Result<(), Error> {
+pub(in crate::batch) fn compare(plan: &Plan, inputs: &Files) -> Result<(), Error> {
     let targets = plan.targets(plan.all_frames());
     let read = inputs.manifest().into_iter().map(|(path, _)| path);
     check_distinct(targets.map(|target| target.path), read)
 }
 
 /// Refuses outputs that are inputs or each other, by whatever name or link.
-pub(super) fn check_distinct(
+pub(in crate::batch) fn check_distinct(
     outputs: impl Iterator<Item = PathBuf>,
     inputs: impl Iterator<Item = PathBuf>,
 ) -> Result<(), Error> {

@@ -1,7 +1,7 @@
 //! Frame rates as fractions, for metadata.
 
 /// Frames per second as a fraction: whole numbers, the rates of television (24000/1001 and kin), or thousandths.
-pub(super) fn rational(fps: f64) -> (i32, u32) {
+pub(in crate::batch) fn rational(fps: f64) -> (i32, u32) {
     let whole = fps.round();
     if (fps - whole).abs() < 1e-6 {
         (whole as i32, 1)

@@ -1,6 +1,8 @@
 //! The cameras of a job's frames.
 
-use super::{Plan, PlannedFrame, turntable::Orbit};
+use crate::batch::{Plan, PlannedFrame};
+
+use super::turntable::Orbit;
 use crate::{camera::FrameCamera, scene::Scene};
 
 /// The source of a job's cameras: the camera path, or an orbit around the scene.

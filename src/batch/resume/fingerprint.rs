@@ -8,7 +8,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Plan, PlannedFrame, Turntable};
+use crate::batch::{Plan, PlannedFrame, Turntable};
 use crate::{
     assets::{ContentHash, Store},
     camera::{FrameCamera, Neighbours},

@@ -18,7 +18,7 @@ use crate::{
 
 /// The passes of a job's films.
 #[derive(Clone, Debug, Default)]
-pub(super) struct PassChoice {
+pub(in crate::batch) struct PassChoice {
     pub passes: Vec<PassRequest>,
     /// Whether files show the only pass instead of the beauty.
     pub is_shown: bool,

@@ -10,7 +10,7 @@ use std::{
     time::Duration,
 };
 
-use super::{IfBusy, Plan};
+use crate::batch::{IfBusy, Plan};
 use crate::{
     error::Error,
     output::job_file::{self, FolderGate, JobFile},
@@ -22,7 +22,7 @@ use crate::{
 const POLL: Duration = Duration::from_millis(200);
 
 /// A lock on the files of a job.
-pub(super) struct JobLock {
+pub(in crate::batch) struct JobLock {
     _files: Vec<JobFile>,
 }
 

@@ -1,6 +1,8 @@
 //! The patterns of a job's files.
 
-use super::{Request, denoise_options};
+use crate::batch::Request;
+
+use super::denoise_options;
 use crate::{
     describe::{OneOrMany, SceneDesc},
     error::Error,
@@ -8,7 +10,7 @@ use crate::{
 };
 
 /// The patterns of a job's files.
-pub(super) struct Patterns {
+pub(in crate::batch) struct Patterns {
     /// The patterns of rendered files.
     pub rendered: Vec<FilePattern>,
     /// The patterns of the denoised files of the first ones; empty if the job does not denoise.
@@ -60,7 +62,7 @@ impl Patterns {
 }
 
 /// Whether an override names the files, and not the scene's author.
-pub(super) fn is_chosen(desc: &SceneDesc) -> bool {
+pub(in crate::batch) fn is_chosen(desc: &SceneDesc) -> bool {
     desc.output.files.as_ref().is_some_and(OneOrMany::is_override)
 }
 

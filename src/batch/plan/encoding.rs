@@ -11,7 +11,11 @@ use crate::{
 ///
 /// # Errors
 /// The compression would change the data of a pass that the files hold.
-pub(super) fn of(desc: &OutputDesc, passes: &[PassRequest], patterns: &[FilePattern]) -> Result<Encoding, Error> {
+pub(in crate::batch) fn of(
+    desc: &OutputDesc,
+    passes: &[PassRequest],
+    patterns: &[FilePattern],
+) -> Result<Encoding, Error> {
     let is_written = patterns.iter().any(|p| p.format().contents() == Contents::Data);
     let mut data = passes.iter().filter(|pass| !pass.spec().is_light());
     if let Some(pass) = data.next().filter(|_| is_written && desc.compression.is_lossy()) {

@@ -8,7 +8,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::PlannedFrame;
+use crate::batch::PlannedFrame;
 use crate::{
     assets::ContentHash,
     output::{OutputError, atomic},
@@ -19,14 +19,14 @@ use crate::{
 const VERSION: u32 = 2;
 
 /// The checkpoint's path; `None` for a frame without files.
-pub(super) fn path(frame: &PlannedFrame) -> Option<PathBuf> {
+pub(in crate::batch) fn path(frame: &PlannedFrame) -> Option<PathBuf> {
     let mut name = frame.files.first()?.path.clone().into_os_string();
     name.push(".checkpoint");
     Some(name.into())
 }
 
 /// The path of the picture of an unfinished frame, which a signal asks for.
-pub(super) fn picture_path(frame: &PlannedFrame) -> Option<PathBuf> {
+pub(in crate::batch) fn picture_path(frame: &PlannedFrame) -> Option<PathBuf> {
     Some(frame.files.first()?.path.with_extension("partial.exr"))
 }
 
@@ -38,7 +38,7 @@ fn head(fingerprint: &str, state: &[u8]) -> String {
 }
 
 /// Saves the state of the frame with this fingerprint.
-pub(super) fn write(path: &Path, fingerprint: &str, state: &[u8]) -> Result<(), OutputError> {
+pub(in crate::batch) fn write(path: &Path, fingerprint: &str, state: &[u8]) -> Result<(), OutputError> {
     atomic::write(path, |out| {
         out.write_all(head(fingerprint, state).as_bytes())?;
         Ok(out.write_all(state)?)
@@ -46,7 +46,7 @@ pub(super) fn write(path: &Path, fingerprint: &str, state: &[u8]) -> Result<(), 
 }
 
 /// Reads the state of the frame with this fingerprint; `None` if it is missing, damaged or of another frame.
-pub(super) fn read(path: &Path, fingerprint: &str, warnings: &Warnings) -> Option<Vec<u8>> {
+pub(in crate::batch) fn read(path: &Path, fingerprint: &str, warnings: &Warnings) -> Option<Vec<u8>> {
     let mut bytes = fs::read(path).ok()?;
     let length = head(fingerprint, &[]).len();
     let is_own = bytes.len() >= length && bytes.starts_with(head(fingerprint, &bytes[length..]).as_bytes());
@@ -60,7 +60,7 @@ pub(super) fn read(path: &Path, fingerprint: &str, warnings: &Warnings) -> Optio
 }
 
 /// Removes the checkpoint of a frame that is on disk.
-pub(super) fn remove(frame: &PlannedFrame) {
+pub(in crate::batch) fn remove(frame: &PlannedFrame) {
     if let Some(path) = path(frame) {
         // Most frames have none.
         let _ = fs::remove_file(path);

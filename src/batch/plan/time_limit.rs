@@ -1,6 +1,6 @@
 //! Frames with fewer samples because of a time limit.
 
-use super::Plan;
+use crate::batch::Plan;
 use crate::{
     film::Film,
     output::{Attribute, FileFacts, FrameMetadata},
@@ -10,7 +10,7 @@ use crate::{
 const TIME_LIMIT: &str = "batch-render/time-limit";
 
 /// Records the number of samples in the metadata of a frame, if it does not have all.
-pub(super) fn mark(metadata: &mut FrameMetadata, plan: &Plan, film: &Film) {
+pub(in crate::batch) fn mark(metadata: &mut FrameMetadata, plan: &Plan, film: &Film) {
     let budget = plan.picture.settings.samples;
     if let Some(limit) = budget.time.filter(|_| film.samples < budget.max) {
         metadata.samples = film.samples;
@@ -21,7 +21,7 @@ pub(super) fn mark(metadata: &mut FrameMetadata, plan: &Plan, film: &Film) {
 }
 
 /// Whether a file has fewer samples because of a shorter time limit than that of `plan`.
-pub(super) fn is_too_short(facts: &FileFacts, plan: &Plan) -> bool {
+pub(in crate::batch) fn is_too_short(facts: &FileFacts, plan: &Plan) -> bool {
     let limit = facts.attribute(TIME_LIMIT).map(ToString::to_string);
     let limit = limit.map(|text| text.parse::<f64>().unwrap_or(0.0));
     let own = plan.picture.settings.samples.time.map(|own| own.as_secs_f64());

@@ -5,10 +5,9 @@ use std::{borrow::Cow, collections::HashSet, fs, path::Path};
 use glam::DMat3;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    CameraRig, Plan, PlannedFrame,
-    metadata::{Sidecar, pinhole},
-};
+use crate::batch::{CameraRig, Plan, PlannedFrame};
+
+use super::metadata::{Sidecar, pinhole};
 use crate::{
     camera::PinholeView,
     error::Error,
@@ -20,7 +19,7 @@ use crate::{
 
 /// Writes the files beside the pictures of a plan. A job that renders some frames of a sequence keeps what others have written
 /// of the other frames.
-pub(super) fn write(plan: &Plan, scene: &Scene) -> Result<(), Error> {
+pub(in crate::batch) fn write(plan: &Plan, scene: &Scene) -> Result<(), Error> {
     for sidecar in &plan.files.sidecars {
         let Some(path) = plan.sidecar_path(*sidecar) else {
             continue;

@@ -7,7 +7,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::{Plan, PlannedFrame, checkpoint};
+use crate::batch::{Plan, PlannedFrame};
+
+use super::checkpoint;
 use crate::{
     output::{self, Coverage, FrameImage},
     render::{Interrupts, PartialFrame, ShowRequest},
@@ -15,7 +17,7 @@ use crate::{
 };
 
 /// The interrupts of one frame.
-pub(super) struct FrameInterrupts<'a> {
+pub(in crate::batch) struct FrameInterrupts<'a> {
     plan: &'a Plan,
     frame: &'a PlannedFrame,
     fingerprint: &'a str,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::fingerprint::SCENE;
+use crate::batch::resume::fingerprint::SCENE;
 use crate::{
     denoise::{CameraMatrices, Color, DenoiseError, Denoised, Frame, Guides},
     film::passes::{GROUP_PREFIX, PASSES, PassSource},

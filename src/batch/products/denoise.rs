@@ -10,12 +10,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{
+use crate::batch::{
     FrameRange,
-    denoise_options::{DenoiseOptions, FilterKind},
-    fingerprint::{FINGERPRINT, PICTURE},
-    targets,
+    plan::denoise_options::{DenoiseOptions, FilterKind},
+    resume::fingerprint::{FINGERPRINT, PICTURE},
 };
+
+use super::targets;
 use crate::{
     assets::ContentHash,
     denoise::{self, DenoiseError, Frame, Method, Oidn},

@@ -34,13 +34,13 @@ pub struct DenoisePlan {
 }
 
 /// The folder of the files before they are denoised, beside those after.
-pub(super) const NOISY_FOLDER: &str = "noisy";
+pub(in crate::batch) const NOISY_FOLDER: &str = "noisy";
 
 /// The EXR files among those of a job, which can be denoised.
 ///
 /// # Errors
 /// One is not EXR and was asked for, or none is.
-pub(super) fn exr_alone(mut patterns: Vec<FilePattern>, are_asked: bool) -> Result<Vec<FilePattern>, Error> {
+pub(in crate::batch) fn exr_alone(mut patterns: Vec<FilePattern>, are_asked: bool) -> Result<Vec<FilePattern>, Error> {
     let is_exr = |pattern: &FilePattern| pattern.format().name() == Exr.name();
     if let Some(other) = patterns.iter().find(|pattern| are_asked && !is_exr(pattern)) {
         let message = format!(

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::PicturePlan;
+use crate::batch::PicturePlan;
 use crate::{
     assets::{MemoryBudget, MemoryKind},
     describe::SceneDesc,
@@ -14,7 +14,7 @@ use crate::{
 const FRAMES_IN_MEMORY: u64 = 4;
 
 /// Reserves the memory of the frames that exist at the same time.
-pub(super) fn take(
+pub(in crate::batch) fn take(
     desc: &SceneDesc,
     picture: &PicturePlan,
     checkpoint: Option<Duration>,

@@ -1,6 +1,8 @@
 //! The picture that all frames of a job show: the integrator, the passes and the settings of the renderer.
 
-use super::{Request, Turntable, frame_rate, passes::PassChoice};
+use crate::batch::{Request, Turntable};
+
+use super::{frame_rate, passes::PassChoice};
 use crate::{
     accel::BuildOptions,
     camera::{FrameCamera, SceneCamera},
@@ -48,7 +50,7 @@ pub struct PicturePlan {
 
 impl PicturePlan {
     /// The picture of a scene whose files have these patterns.
-    pub(super) fn new(desc: &SceneDesc, request: &Request, patterns: &[FilePattern]) -> Result<Self, Error> {
+    pub(in crate::batch) fn new(desc: &SceneDesc, request: &Request, patterns: &[FilePattern]) -> Result<Self, Error> {
         let mut settings = settings(desc, request)?;
         let (integrator, camera, mut choice) = compile(desc, patterns, &request.warnings)?;
         for (format, _) in request.png_data() {
