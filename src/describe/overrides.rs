@@ -8,10 +8,14 @@ use std::borrow::Cow;
 
 use toml::de::{DeTable, DeValue};
 
-use crate::value::{OVERRIDES, Problem, Span, Spanned};
+use super::kind_tables::{another_kind, kind_table};
+use crate::value::{OVERRIDES, Problem, Span, Spanned, UnknownName};
 
 /// The number of samples where no scene file has one, in TOML.
 const SAMPLES: &str = "64";
+
+/// The tables whose keys are names that the scene file chooses.
+const NAMED: [&str; 2] = ["material", "texture"];
 
 /// A value for a key of a scene file.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,30 +66,61 @@ impl Overrides {
             .collect()
     }
 
+    /// The origin and the path of each value.
+    pub fn paths(&self) -> impl Iterator<Item = (&str, &[String])> {
+        self.0.iter().map(|one| (one.origin.as_str(), one.path.as_slice()))
+    }
+
     /// The origin of the value with this span, if it is an override's.
     pub(super) fn origin(&self, span: &Span) -> Option<&str> {
         Some(&self.at(span)?.origin)
     }
 
-    /// The name of the key whose value has this span, if it is an override's.
-    pub(super) fn key(&self, span: &Span) -> Option<&str> {
-        self.at(span)?.path.last().map(String::as_str)
+    /// What the unknown name `word` at this span is the name of, if an override has it.
+    pub(super) fn named(&self, span: &Span, word: &str) -> Option<&str> {
+        let path = &self.at(span)?.path;
+        let is_kind = |at: usize| kind_table(&path[..at]).is_some();
+        match path.iter().position(|key| key == word).is_some_and(is_kind) {
+            true => Some("kind"),
+            false => path.last().map(String::as_str),
+        }
     }
 
     fn at(&self, span: &Span) -> Option<&Override> {
         self.0.get(span.start.checked_sub(OVERRIDES)?)
     }
 
-    /// Puts the values into the table of a scene file. Returns the problems of those that have no place in it.
-    pub(super) fn apply<'i>(&'i self, table: &mut DeTable<'i>) -> Vec<Problem> {
+    /// Puts the values into the table of the scene file `text`. Returns the problems of those that have no place in it.
+    pub(super) fn apply<'i>(&'i self, table: &mut DeTable<'i>, text: &str) -> Vec<Problem> {
         let mut problems = Vec::new();
+        let defined = NAMED.map(|what| names(table, what));
         for (one, start) in self.0.iter().zip(OVERRIDES..) {
+            let span = start..start + 1;
+            let misplaced = undefined(&defined, &one.path, &span);
+            if let Some(problem) = misplaced.or_else(|| another_kind(table, &one.path, &span, text)) {
+                problems.push(problem);
+                continue;
+            }
             let value = DeValue::parse(&one.value).expect("the TOML crate has written it");
-            let value = placed(value.into_inner(), &(start..start + 1));
-            problems.extend(put(table, &one.path, value).err());
+            problems.extend(put(table, &one.path, placed(value.into_inner(), &span)).err());
         }
         problems
     }
+}
+
+/// The names in the table `what` of a scene file.
+fn names(table: &DeTable<'_>, what: &str) -> Vec<String> {
+    let named = table.get(what).and_then(|value| value.get_ref().as_table());
+    let keys = named.into_iter().flat_map(|named| named.keys());
+    keys.map(|key| key.get_ref().to_string()).collect()
+}
+
+/// Returns the problem of a path to a name that the file does not `define`, where it defines others.
+fn undefined(defined: &[Vec<String>; NAMED.len()], path: &[String], span: &Span) -> Option<Problem> {
+    let [table, name, ..] = path else { return None };
+    let (what, names) = NAMED.iter().zip(defined).find(|(what, _)| *what == table)?;
+    let is_new = !names.is_empty() && !names.contains(name);
+    is_new.then(|| UnknownName::new(what, name, names.iter().map(String::as_str)).at(span.clone()))
 }
 
 /// The value of a text: a number if it can be read as one.
@@ -116,8 +151,8 @@ fn put<'i>(table: &mut DeTable<'i>, path: &'i [String], value: Spanned<DeValue<'
     let [key, inner @ ..] = path else { return Ok(()) };
     let span = value.span();
     let named = || Spanned::new(span.clone(), Cow::Borrowed(key.as_str()));
-    let old = table.remove(key.as_str());
     let Some(next) = inner.first() else {
+        let old = table.remove(key.as_str());
         let new = match old {
             Some(old) => merged(key, old, value),
             None => value,
@@ -125,6 +160,7 @@ fn put<'i>(table: &mut DeTable<'i>, path: &'i [String], value: Spanned<DeValue<'
         table.insert(named(), new);
         return Ok(());
     };
+    let (name, old) = table.remove_entry(key.as_str()).unzip();
     let mut old = written_out(key, next, old, &span)?;
     let no_table = |what: &DeValue<'_>| {
         let message = format!("`{key}` is no table but of type {}", what.type_str());
@@ -134,13 +170,15 @@ fn put<'i>(table: &mut DeTable<'i>, path: &'i [String], value: Spanned<DeValue<'
         DeValue::Table(table) => put(table, inner, value),
         DeValue::Array(list) => {
             let element = next.parse().ok().and_then(|n: usize| list.get_mut(n));
-            match (element.map(Spanned::get_mut), &inner[1..]) {
-                (Some(DeValue::Table(table)), path @ [_, ..]) => put(table, path, value),
+            match (element, &inner[1..]) {
                 (Some(element), []) => {
-                    *element = value.into_inner();
+                    *element = value;
                     Ok(())
                 }
-                (Some(element), _) => no_table(element),
+                (Some(element), path) => match element.get_mut() {
+                    DeValue::Table(table) => put(table, path, value),
+                    element => no_table(element),
+                },
                 (None, _) => Err(Problem::at(
                     span.clone(),
                     format!("`{key}` has no element {next}, they count from 0"),
@@ -149,7 +187,7 @@ fn put<'i>(table: &mut DeTable<'i>, path: &'i [String], value: Spanned<DeValue<'
         }
         other => no_table(other),
     };
-    table.insert(named(), old);
+    table.insert(name.unwrap_or_else(named), old);
     result
 }
 

@@ -5,7 +5,11 @@ use std::{collections::HashMap, io, path::Path};
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-use super::{Diagnostics, OutputDesc, Overrides, RenderDesc, SceneDesc, Source, scene::*};
+use super::{
+    Diagnostics, OutputDesc, Overrides, RenderDesc, SceneDesc, Source,
+    kind_tables::{self, KindTable},
+    scene::*,
+};
 use crate::{
     integrator::{IntegratorDesc, replacing_pass},
     light::LightDesc,
@@ -56,11 +60,12 @@ pub fn parse(source: Source) -> Result<SceneDesc, Diagnostics> {
     let mut reader = Reader {
         problems: Vec::new(),
         overrides: &overrides,
+        text: &text,
     };
     let scene = match DeTable::parse(&text) {
         Ok(table) => {
             let mut table = table.into_inner();
-            reader.problems = overrides.apply(&mut table);
+            reader.problems = overrides.apply(&mut table, &text);
             Some(reader.scene(table, source.clone()))
         }
         Err(e) => {
@@ -108,6 +113,7 @@ type Value<'i> = Spanned<DeValue<'i>>;
 struct Reader<'o> {
     problems: Vec<Problem>,
     overrides: &'o Overrides,
+    text: &'o str,
 }
 
 impl Reader<'_> {
@@ -119,21 +125,28 @@ impl Reader<'_> {
             }
         }
         let mut take = |name: &str| table.remove(name);
-        let render: RenderDesc = take("render").and_then(|v| self.entity(v)).unwrap_or_default();
+        let render = take("render").filter(|v| {
+            let tables = [&kind_tables::INTEGRATOR, &kind_tables::SAMPLER, &kind_tables::FILTER];
+            self.have_one_kind(v, &tables)
+        });
+        let render: RenderDesc = render.and_then(|v| self.entity(v)).unwrap_or_default();
         render.check(&mut self.problems);
         let camera = take("camera").and_then(|v| {
             let span = v.span();
-            self.kind(v, "camera").map(|c| Spanned::new(span, c))
+            self.kind(v, &kind_tables::CAMERA).map(|c| Spanned::new(span, c))
         });
         let background = take("background").and_then(|v| self.entity(v)).unwrap_or_default();
         let output: OutputDesc = take("output").and_then(|v| self.entity(v)).unwrap_or_default();
         output.check(&mut self.problems);
         let textures = self.named(take("texture"), |r, name, v| r.texture(name, v));
         let materials = self.named(take("material"), |r, name, v| {
-            let material: MaterialDesc = r.kind(v, "material")?;
+            let material: MaterialDesc = r.kind(v, &kind_tables::MATERIAL)?;
             Some(MaterialEntry { name, material })
         });
-        let objects: Vec<ObjectDesc> = self.list(take("object"), "object", |r, v| r.entity(v));
+        let objects: Vec<ObjectDesc> = self.list(take("object"), "object", |r, v| {
+            let object = Some(v).filter(|v| r.have_one_kind(v, &[&kind_tables::SHAPE]))?;
+            r.entity(object)
+        });
         let lights = self.list(take("light"), "light", |r, mut v| {
             let span = v.span();
             let group = match v.get_mut() {
@@ -141,7 +154,7 @@ impl Reader<'_> {
                 _ => None,
             };
             let group = group.and_then(|g| r.entity(g));
-            let light: LightDesc = r.kind(v, "light")?;
+            let light: LightDesc = r.kind(v, &kind_tables::LIGHT)?;
             Some(LightEntry { span, group, light })
         });
         self.unique_names(&objects);
@@ -166,24 +179,28 @@ impl Reader<'_> {
     }
 
     /// Parses a table with one key, which names its kind.
-    fn kind<'i, T: Deserialize<'i>>(&mut self, value: Value<'i>, what: &str) -> Option<T> {
-        match value.get_ref() {
-            DeValue::Table(table) if table.is_empty() => {
-                let message = format!("this {what} has no kind");
-                self.problems.push(Problem::at(value.span(), message));
-                None
-            }
-            DeValue::Table(table) if table.len() > 1 => {
-                let keys: Vec<_> = table.iter().map(|(k, _)| format!("`{}`", k.get_ref())).collect();
-                let span = table.iter().nth(1).map_or(value.span(), |(k, _)| k.span());
-                let message = format!("a {what} is of one kind, found {}", keys.join(" and "));
-                self.problems.push(Problem::at(span, message));
-                None
-            }
-            _ => kind_or_name(ValueDeserializer::from(value))
-                .map_err(|e| self.problems.push(from_toml(&e, self.overrides)))
-                .ok(),
+    fn kind<'i, T: Deserialize<'i>>(&mut self, value: Value<'i>, table: &KindTable) -> Option<T> {
+        if let Some(problem) = table.problem(&value, self.text) {
+            self.problems.push(problem);
+            return None;
         }
+        kind_or_name(ValueDeserializer::from(value))
+            .map_err(|e| self.problems.push(from_toml(&e, self.overrides)))
+            .ok()
+    }
+
+    /// Checks that the values of a table that these sorts of tables describe have one kind each.
+    fn have_one_kind(&mut self, value: &Value<'_>, tables: &[&KindTable]) -> bool {
+        let DeValue::Table(keys) = value.get_ref() else {
+            return true;
+        };
+        let given = tables.iter().filter_map(|table| Some((table, keys.get(table.what)?)));
+        let wrong: Vec<_> = given
+            .filter_map(|(table, value)| table.problem(value, self.text))
+            .collect();
+        let all_right = wrong.is_empty();
+        self.problems.extend(wrong);
+        all_right
     }
 
     fn texture(&mut self, name: Spanned<String>, mut value: Value<'_>) -> Option<TextureEntry> {
@@ -192,7 +209,7 @@ impl Reader<'_> {
         if let DeValue::Table(table) = value.get_mut()
             && let Some(given) = table.remove("mapping")
         {
-            mapping = self.kind(given, "mapping")?;
+            mapping = self.kind(given, &kind_tables::MAPPING)?;
         }
         let mut transform = StTransformDesc::default();
         if let DeValue::Table(table) = value.get_mut()
@@ -200,7 +217,7 @@ impl Reader<'_> {
         {
             transform = self.entity(given)?;
         }
-        let pattern: PatternDesc = self.kind(Spanned::new(span, value.into_inner()), "texture")?;
+        let pattern: PatternDesc = self.kind(Spanned::new(span, value.into_inner()), &kind_tables::TEXTURE)?;
         Some(TextureEntry {
             name,
             pattern,
@@ -274,7 +291,9 @@ fn from_toml(e: &toml::de::Error, overrides: &Overrides) -> Problem {
         let span = e.span().unwrap_or(0..0);
         let what = match what {
             "field" => "key",
-            "variant" => overrides.key(&span).unwrap_or("kind"),
+            "variant" => overrides
+                .named(&span, quoted.clone().next().unwrap_or_default())
+                .unwrap_or("kind"),
             named => named,
         };
         let word = quoted.next().unwrap_or_default().to_owned();

@@ -118,6 +118,17 @@ fn some_kind_or_name<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Re
     kind_or_name(d).map(Some)
 }
 
+/// Reads file patterns, of which there is at least one.
+fn some_files<'de, D: Deserializer<'de>>(d: D) -> Result<Option<OneOrMany>, D::Error> {
+    let files = OneOrMany::deserialize(d)?;
+    if files.0.is_empty() {
+        return Err(de::Error::custom(
+            "expected at least one file, such as \"out.####.exr\", found none",
+        ));
+    }
+    Ok(Some(files))
+}
+
 /// Which files are written, and how.
 ///
 /// | key | type | default |
@@ -170,6 +181,7 @@ fn some_kind_or_name<'de, D: Deserializer<'de>, T: Deserialize<'de>>(d: D) -> Re
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputDesc {
+    #[serde(deserialize_with = "some_files")]
     pub files: Option<OneOrMany>,
     pub aovs: Option<OneOrMany>,
     pub cryptomatte_levels: Option<Spanned<Count>>,

@@ -117,3 +117,43 @@ fn a_path_ends_at_values_that_are_no_tables() {
     let error = read("[render]\nseed = 4", Overrides::default().with("render.seed.x", 1)).expect_err("no table");
     assert_eq!(error, "render.seed.x: `seed` is no table but of type integer");
 }
+
+#[test]
+fn a_key_of_another_kind_is_refused_unless_the_kind_is_set_first() {
+    let text = "[render]\nintegrator = 'path'";
+    let deeper = |overrides: Overrides| overrides.with("render.integrator.whitted.max_depth", 3);
+    assert_eq!(
+        read(text, deeper(Overrides::default())).expect_err("another kind"),
+        "render.integrator.whitted.max_depth: the integrator is `path` (line 2), not `whitted` \
+         (to replace it, set render.integrator=whitted before)"
+    );
+    let replaced = deeper(Overrides::default().with("render.integrator", "whitted"));
+    assert_eq!(read(text, replaced).expect("valid").render.integrator.name(), "whitted");
+    assert_eq!(
+        read("", deeper(Overrides::default()))
+            .expect("valid")
+            .render
+            .integrator
+            .name(),
+        "whitted"
+    );
+}
+
+#[test]
+fn a_new_name_is_accepted_only_where_the_file_defines_none() {
+    let red = Overrides::default()
+        .with("material.red.matte.albedo", 1)
+        .with("material.red.matte.albedo", 0.5);
+    assert_eq!(read("", red.clone()).expect("valid").materials.len(), 1);
+    let error = read("[material.rad]\nmatte = { albedo = 1 }", red).expect_err("a typing error");
+    assert!(
+        error.starts_with("material.red.matte.albedo: unknown material `red` (did you mean `rad`?)"),
+        "{error}"
+    );
+}
+
+#[test]
+fn an_empty_list_of_files_is_refused() {
+    let error = read("[output]\nfiles = []", Overrides::default()).expect_err("no file");
+    assert!(error.contains("expected at least one file"), "{error}");
+}

@@ -28,6 +28,7 @@ mod layers;
 mod materials;
 mod media;
 mod merge;
+mod messages;
 mod model;
 mod model_lights;
 mod normals;

@@ -11,6 +11,7 @@ use crate::{
     describe::SceneDesc,
     error::Error,
     math::DVec3,
+    warnings::WarningKind,
 };
 
 /// The longer side of the metered picture, in pixels, and its samples.
@@ -68,6 +69,7 @@ pub(in crate::batch) fn cameras(
     let what = format!("the camera path, which has frames {} to {}", all.start(), all.end());
     let lens = scene_camera.map_or_else(Lens::default, |c| c.lens);
     check_columns(file, &path, &lens)?;
+    warn_of_columns(file, &path, request);
     let first_eye = path.at(path.first()).ok().map(|first| first.pose.eye());
     let metering = path
         .frame_camera(*all.start(), &lens, metered_resolution(resolution))
@@ -99,6 +101,36 @@ fn check_columns(file: &Path, path: &CameraPath, lens: &Lens) -> Result<(), Erro
         camera: lens.name(),
         columns,
     })
+}
+
+/// Keys of a camera in scene files, and the columns of a camera path that replace them. A pose replaces its keys always.
+const REPLACED: [(&[&str], &[&str]); 6] = [
+    (&["eye", "target", "up"], &[]),
+    (&["fov", "fov_x", "focal_length"], &["fov", "fov_x", "focal_length"]),
+    (&["sensor_width", "sensor_height"], &["sensor_width", "sensor_height"]),
+    (&["aperture_radius", "fstop"], &["aperture_radius", "fstop"]),
+    (&["focus_distance"], &["focus_distance"]),
+    (&["shift"], &["shift_x", "shift_y"]),
+];
+
+/// Warns of overrides of the scene's camera that the path replaces again.
+fn warn_of_columns(file: &Path, path: &CameraPath, request: &Request) {
+    let given: Vec<_> = path.lens_at(path.first()).columns().collect();
+    for (origin, keys) in request.overrides.paths() {
+        let [camera, _, key, ..] = keys else { continue };
+        let row = REPLACED.iter().find(|(keys, _)| keys.contains(&key.as_str()));
+        let Some((_, columns)) = row.filter(|_| camera == "camera") else {
+            continue;
+        };
+        let by = match columns.iter().find(|column| given.contains(column)) {
+            Some(column) => format!("the column `{column}` of the camera path"),
+            None if columns.is_empty() => "the camera path".to_owned(),
+            None => continue,
+        };
+        let text = format!("{origin} has no effect, {by} replaces it: {}", file.display());
+        let warnings = &request.warnings;
+        warnings.add_topic(WarningKind::UNUSED_SETTING, "columns", origin, text);
+    }
 }
 
 /// The frames that were asked for, all of them among those that there are.
