@@ -14,8 +14,12 @@ named! {
         Frames = "frames",
         /// Decoded images.
         Images = "images",
-        /// The arrays of models.
+        /// The arrays of models, until the scene has its own.
         Models = "models",
+        /// The arrays of a scene: shapes, triangles, instances.
+        Shapes = "shapes",
+        /// The acceleration structure, with what its construction takes.
+        Trees = "trees",
     }
 }
 
@@ -25,7 +29,7 @@ pub struct MemoryBudget {
     /// In bytes.
     limit: u64,
     /// In bytes, by kind.
-    taken: Mutex<[u64; 3]>,
+    taken: Mutex<[u64; KINDS]>,
 }
 
 impl Default for MemoryBudget {
@@ -33,6 +37,9 @@ impl Default for MemoryBudget {
         Self::new(None)
     }
 }
+
+/// The number of kinds.
+const KINDS: usize = MemoryKind::ALL.len();
 
 impl MemoryBudget {
     /// A budget of `limit` bytes; `None` is no limit.
@@ -44,7 +51,7 @@ impl MemoryBudget {
     }
 
     /// The bytes that are taken, by kind.
-    pub fn taken(&self) -> [(MemoryKind, u64); 3] {
+    pub fn taken(&self) -> [(MemoryKind, u64); KINDS] {
         let taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
         MemoryKind::ALL.map(|kind| (kind, taken[kind as usize]))
     }
@@ -68,6 +75,11 @@ impl MemoryBudget {
         Ok(())
     }
 
+    /// Gives back all memory of a kind.
+    pub fn release(&self, kind: MemoryKind) {
+        self.taken.lock().unwrap_or_else(PoisonError::into_inner)[kind as usize] = 0;
+    }
+
     /// Checks whether `bytes` fit, for memory that is needed for a short time only.
     ///
     /// # Errors
@@ -88,7 +100,7 @@ pub struct OverBudget {
     kind: MemoryKind,
     bytes: u64,
     /// By kind.
-    taken: [u64; 3],
+    taken: [u64; KINDS],
     limit: u64,
 }
 
@@ -130,6 +142,10 @@ mod tests {
         // Refused and checked requests are not counted.
         budget.take(MemoryKind::Models, 1 << 20).expect("allowed");
         assert!(budget.check(MemoryKind::Models, 1).is_err());
+        budget.release(MemoryKind::Models);
+        budget
+            .take(MemoryKind::Trees, 1 << 20)
+            .expect("models have given theirs back");
         MemoryBudget::default()
             .take(MemoryKind::Frames, u64::MAX)
             .expect("no limit");

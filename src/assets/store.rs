@@ -206,6 +206,7 @@ impl Store {
     /// Drops the models: a model that is needed later is loaded again.
     pub fn forget_models(&self) {
         self.models.lock().unwrap_or_else(PoisonError::into_inner).clear();
+        self.files.memory().release(MemoryKind::Models);
     }
 
     /// The number of image files that placeholders replace.

@@ -12,8 +12,9 @@ use super::{
     run,
 };
 use crate::{
+    accel,
     assets::{
-        AssetError, Files, MemoryBudget, Store,
+        AssetError, Files, MemoryBudget, MemoryKind, Store,
         model_formats::{self, is_model},
     },
     compile::{
@@ -121,6 +122,7 @@ impl Job {
 
     /// Checks whether an acceleration structure can be built for the scene that [`Job::load`] returned.
     pub fn check(&self, scene: &SceneBuilder) -> Result<(), Error> {
+        self.check_tree(scene)?;
         Ok(scene.check().map_err(|cause| self.build_error(cause))?)
     }
 
@@ -131,11 +133,22 @@ impl Job {
 
     /// Builds the acceleration structure of the scene that [`Job::load`] returned.
     pub fn build(&self, scene: SceneBuilder) -> Result<Scene, Error> {
+        self.check_tree(&scene)?;
         let scene = scene
             .build(self.plan.picture.accel)
             .map_err(|cause| self.build_error(cause))?;
         compile::warn_dark_emitters(&scene, self.store.warnings());
         Ok(scene)
+    }
+
+    /// Checks whether there is memory for the acceleration structure.
+    fn check_tree(&self, scene: &SceneBuilder) -> Result<(), Error> {
+        let bytes = accel::build_bytes(scene.geometry());
+        let memory = self.store.files().memory();
+        memory.check(MemoryKind::Trees, bytes).map_err(|cause| {
+            let path = self.desc.source.path.clone();
+            compile::Error::Memory { cause, path }.into()
+        })
     }
 
     fn build_error(&self, cause: SceneBuildError) -> compile::Error {

@@ -2,7 +2,11 @@
 
 use std::path::PathBuf;
 
-use crate::{assets::AssetError, describe::Diagnostics, scene::SceneBuildError};
+use crate::{
+    assets::{AssetError, OverBudget},
+    describe::Diagnostics,
+    scene::SceneBuildError,
+};
 
 /// Why compilation failed.
 #[derive(Debug, thiserror::Error)]
@@ -14,6 +18,12 @@ pub enum Error {
     #[error("{cause}: {}", path.display())]
     Build {
         cause: SceneBuildError,
+        /// The scene's file.
+        path: PathBuf,
+    },
+    #[error("{cause}: {}", path.display())]
+    Memory {
+        cause: OverBudget,
         /// The scene's file.
         path: PathBuf,
     },

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     assets::{
-        AssetError, Store,
+        AssetError, MemoryKind, Store,
         image::AlphaUse,
         model::ImageSource,
         store::{ImageRequest, ModelRequest},
@@ -96,12 +96,24 @@ pub fn load(
         placed,
         environment,
     } = compiled;
+    let memory = store.files().memory();
+    memory.release(MemoryKind::Shapes);
+    memory
+        .take(
+            MemoryKind::Shapes,
+            scene.geometry().shapes.len() as u64 * SceneBuilder::SHAPE_BYTES,
+        )
+        .map_err(|cause| Error::Memory {
+            cause,
+            path: desc.source.path.clone(),
+        })?;
     // Problems of models and of images are reported together.
     let mut models = models::ModelPlacer {
         scene: &mut scene,
         images: &mut images,
         instancing,
         warnings: store.warnings(),
+        memory,
     };
     let placed = loaded.and_then(|loaded| models.place(&placed, &loaded));
     for bitmap in scene.opacity_bitmaps() {

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     assets::{
-        AssetError,
+        AssetError, MemoryBudget, MemoryKind,
         model::{MeshInstance, Model, ModelChoice, ModelTexture},
         store::{ImageRequest, ModelRequest},
     },
@@ -174,6 +174,7 @@ pub(super) struct ModelPlacer<'a> {
     pub images: &'a mut Vec<ImageRequest>,
     pub instancing: Instancing,
     pub warnings: &'a Warnings,
+    pub memory: &'a MemoryBudget,
 }
 
 impl ModelPlacer<'_> {
@@ -225,6 +226,7 @@ impl ModelPlacer<'_> {
         plan: &mut InstancingPlan,
     ) -> Result<usize, AssetError> {
         if let Some(points) = &model.points {
+            self.take(points.positions.len() as u64 * SceneBuilder::SHAPE_BYTES, placed)?;
             self.add_points(placed, points, model_use);
             return Ok(0);
         }
@@ -326,6 +328,16 @@ impl ModelPlacer<'_> {
         *known.entry(copy).or_insert_with(|| self.scene.object_place(transform))
     }
 
+    /// Reserves memory for what is added to the scene, in bytes.
+    fn take(&self, bytes: u64, placed: &PlacedModel) -> Result<(), AssetError> {
+        self.memory
+            .take(MemoryKind::Shapes, bytes)
+            .map_err(|cause| AssetError::Memory {
+                cause,
+                path: placed.file.clone(),
+            })
+    }
+
     fn check_capacity(&self, triangles: u64, vertices: u64, placed: &PlacedModel) -> Result<(), AssetError> {
         let geometry = self.scene.geometry();
         let triangles = geometry.triangles.len() as u64 + triangles;
@@ -391,6 +403,7 @@ impl ModelPlacer<'_> {
             object_from_group: copy.object_from_group,
             node: copy.node,
         };
+        self.take(SceneBuilder::INSTANCE_BYTES, placed)?;
         self.scene.place_group(id, transform, record);
         Ok(dropped)
     }
@@ -399,6 +412,7 @@ impl ModelPlacer<'_> {
     fn bake(&mut self, copy: &PlacedParts<'_>, part: &MeshInstance, space: Space) -> Result<usize, AssetError> {
         let mesh = &copy.model.meshes[part.mesh];
         self.check_capacity(mesh.triangles.len() as u64, mesh.positions.len() as u64, copy.placed)?;
+        self.take(mesh.bytes() + SceneBuilder::MESH_BYTES, copy.placed)?;
         let (scene_from_group, transform, instead) = match space {
             Space::World => (copy.scene_from_group, copy.placed.place.transform, copy.placed.material),
             // The meshes of a group keep the model's materials; instances may override them.

@@ -35,6 +35,7 @@ impl ModelPlacer<'_> {
             (None, Some(scale)) => (scene_from_points, radius * scale as f32, None),
             _ => (points.model_from_points, radius, placed.place.transform),
         };
+        self.scene.reserve_shapes(points.positions.len());
         for (i, p) in points.positions.iter().enumerate() {
             let center = map.transform_point3(p.as_dvec3()).as_vec3();
             let sphere = Shape::Sphere(Sphere { center, radius });

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     accel::{self, BuildOptions},
-    geometry::{BuildError, Geometry, GroupInstance, MeshGroup, check},
+    geometry::{BuildError, Geometry, GroupInstance, MeshGroup, PlacedShape, check},
     light::Light,
     material::{Material, MaterialId},
     math::{DVec3, Transform, Vec4},
@@ -156,6 +156,22 @@ impl SceneBuilder {
             self.shape_colors.push(color);
         }
         self.shape_objects.push(object);
+    }
+
+    /// The bytes that each shape takes.
+    pub(crate) const SHAPE_BYTES: u64 = (size_of::<PlacedShape>() + size_of::<ObjectId>() + size_of::<Vec4>()) as u64;
+
+    /// The bytes that each instance takes.
+    pub(crate) const INSTANCE_BYTES: u64 =
+        (size_of::<GroupInstance>() + size_of::<Transform>() + size_of::<InstanceRecord>()) as u64;
+
+    /// The bytes that each mesh takes beside its arrays.
+    pub(crate) const MESH_BYTES: u64 = size_of::<MeshRecord>() as u64;
+
+    /// Makes room for as many more shapes.
+    pub(crate) fn reserve_shapes(&mut self, count: usize) {
+        self.geometry.shapes.reserve_exact(count);
+        self.shape_objects.reserve_exact(count);
     }
 
     /// Adds an object that is a mesh; its vertices and normals are in world space.

@@ -180,6 +180,21 @@ fn the_memory_of_a_job_covers_its_images() {
     folder.succeed(&quick(&["t.toml", "--max-memory", "16M"]));
 }
 
+#[test]
+fn max_memory_counts_the_shapes_of_points_and_their_tree() {
+    let folder = Folder::new();
+    let points: String = (0..20_000).map(|i| format!("{} {} 0\n", i % 200, i / 200)).collect();
+    let header = "ply\nformat ascii 1.0\nelement vertex 20000\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    folder.write("points.ply", &format!("{header}{points}"));
+    let arguments = |limit| quick(&["points.ply", "--max-memory", limit]);
+    // 492 bytes for each sphere, and 210 for the construction of the tree.
+    let message = folder.fail(65, &arguments("8M"));
+    assert!(message.contains("shapes need 10 MiB of memory"), "{message}");
+    let message = folder.fail(65, &arguments("12M"));
+    assert!(message.contains("trees need 5 MiB of memory"), "{message}");
+    folder.succeed(&arguments("17M"));
+}
+
 /// Another user may start the program only where root runs the tests and the folders above it are open.
 #[cfg(target_os = "linux")]
 #[test]
