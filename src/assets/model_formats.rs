@@ -55,8 +55,12 @@ const FOREIGN: &[(&[&str], &str)] = &[
         "USD is not read: export glTF from the program that wrote it, or from Blender",
     ),
     (
-        &["xml", "pbrt"],
+        &["xml", "pbrt", "mtlx", "ass", "rib"],
         "scenes of other renderers are not read: name their PLY and OBJ meshes in a scene file (.toml)",
+    ),
+    (
+        &["pov", "inc"],
+        "scenes of POV-Ray are not read: write its shapes in a scene file (.toml), and export its meshes as OBJ",
     ),
     (
         &["step", "stp", "iges", "igs", "brep", "3dm"],
@@ -131,6 +135,7 @@ mod tests {
     fn files_of_other_programs_come_with_advice() {
         let message = |name: &str| Unknown(Path::new(name)).to_string();
         assert!(message("a.blend").contains("export glTF"));
+        assert!(message("a.pov").contains("scene file (.toml)"));
         assert!(message("a.USDZ").contains("USD is not read"));
         assert!(message("a.xyzzy").starts_with("expected one of `obj`"));
     }

@@ -47,7 +47,7 @@ use super::{
 };
 use crate::{
     math::{Dispatch, Ray, RayCone, Vec2, Vec3, VectorLoop, trig},
-    value::{Count, Finite, NonNegative, Point, Positive, Problem, Spanned},
+    value::{Count, Finite, NonNegative, Point, Positive, Problem, Spanned, number},
 };
 
 /// The default vertical field of view, in degrees.
@@ -81,7 +81,7 @@ pub struct FovDegrees(pub f64);
 
 impl<'de> Deserialize<'de> for FovDegrees {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        let degrees = f64::deserialize(d)?;
+        let degrees = number(d)?;
         if degrees > 0.0 && degrees < 180.0 {
             Ok(Self(degrees))
         } else {

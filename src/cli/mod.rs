@@ -29,6 +29,7 @@ mod signals;
 mod simd;
 mod small_picture;
 mod stats;
+mod stray;
 mod submit;
 mod summary;
 mod threads;
@@ -46,6 +47,7 @@ pub fn main() -> ExitCode {
         Ok(args) => args,
         Err(e) => {
             // Help goes to stdout, errors to stderr; a closed pipe is nobody's fault.
+            let e = stray::reworded(&e).unwrap_or(e);
             let _ = e.print();
             return ExitCode::from(if e.use_stderr() { exit::USAGE } else { exit::OK });
         }

@@ -51,6 +51,9 @@ pub fn radius(text: &str) -> Result<f32, String> {
     radius.ok_or_else(|| "expected a number above 0, in metres".into())
 }
 
+/// The least size without a unit, in bytes: a smaller number lacks its unit.
+const SMALLEST_PLAIN: u64 = 1 << 20;
+
 /// Reads a size in bytes, such as `512M` or `8G`.
 pub fn size(text: &str) -> Result<u64, String> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
@@ -69,6 +72,9 @@ pub fn size(text: &str) -> Result<u64, String> {
     let value: u64 = digits
         .parse()
         .map_err(|_| "expected a size such as 512M or 8G".to_owned())?;
+    if scale == 0 && value < SMALLEST_PLAIN {
+        return Err(format!("the unit is missing: write {digits}G or {digits}M"));
+    }
     value
         .checked_mul(1 << scale)
         .ok_or_else(|| "the size is too large".into())
@@ -100,7 +106,8 @@ mod tests {
     fn sizes_and_windows_are_read_as_typed() {
         assert_eq!(size("8G"), Ok(8 << 30));
         assert_eq!(size("512MiB"), Ok(512 << 20));
-        assert_eq!(size("100"), Ok(100));
+        assert_eq!(size("8589934592"), Ok(8 << 30));
+        assert_eq!(size("8"), Err("the unit is missing: write 8G or 8M".into()));
         assert!(size("lots").is_err());
         let seconds = |text| duration(text).map(|time| time.as_secs_f64());
         assert_eq!(

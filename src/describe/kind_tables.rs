@@ -48,6 +48,23 @@ pub(super) static TEXTURE: KindTable = KindTable {
     ..table("texture", PatternDesc::NAMES)
 };
 
+/// The names of the kinds of all tables.
+#[cfg(test)]
+pub(super) fn all() -> Vec<&'static [&'static str]> {
+    let tables = [
+        &CAMERA,
+        &FILTER,
+        &INTEGRATOR,
+        &MAPPING,
+        &MATERIAL,
+        &SAMPLER,
+        &SHAPE,
+        &LIGHT,
+        &TEXTURE,
+    ];
+    tables.map(|table| table.kinds).to_vec()
+}
+
 /// Returns the sort of the table at a path of keys, if one of its keys names a kind.
 pub(super) fn kind_table(path: &[String]) -> Option<&'static KindTable> {
     let path: Vec<&str> = path.iter().map(String::as_str).collect();

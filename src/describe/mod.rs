@@ -4,6 +4,7 @@
 //! [`Diagnostics`], which point into the file.
 
 mod diagnostics;
+mod foreign;
 mod kind_tables;
 mod light_group;
 mod overrides;

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::{
-    Diagnostics, OutputDesc, Overrides, RenderDesc, SceneDesc, Source,
+    Diagnostics, OutputDesc, Overrides, RenderDesc, SceneDesc, Source, foreign,
     kind_tables::{self, KindTable},
     scene::*,
 };
@@ -69,15 +69,7 @@ pub fn parse(source: Source) -> Result<SceneDesc, Diagnostics> {
             Some(reader.scene(table, source.clone()))
         }
         Err(e) => {
-            let mut message = e.message().lines().collect::<Vec<_>>().join(": ");
-            if let (Some(span), "duplicate key") = (e.span(), message.as_str()) {
-                message = format!("the name `{}` is used twice", &text[span]);
-            }
-            reader.problems.push(Problem {
-                span: e.span(),
-                message,
-                help: None,
-            });
+            reader.problems.push(syntax_problem(&e, &text));
             None
         }
     };
@@ -124,6 +116,12 @@ impl Reader<'_> {
                 self.problems.push(unknown.at(key.span()));
             }
         }
+        for name in ["render", "camera", "background", "output"] {
+            if let Some((key, DeValue::Array(_))) = table.get_key_value(name).map(|(k, v)| (k, v.get_ref())) {
+                self.misplaced(key.span(), "array", name);
+                table.remove(name);
+            }
+        }
         let mut take = |name: &str| table.remove(name);
         let render = take("render").filter(|v| {
             let tables = [&kind_tables::INTEGRATOR, &kind_tables::SAMPLER, &kind_tables::FILTER];
@@ -138,8 +136,8 @@ impl Reader<'_> {
         let background = take("background").and_then(|v| self.entity(v)).unwrap_or_default();
         let output: OutputDesc = take("output").and_then(|v| self.entity(v)).unwrap_or_default();
         output.check(&mut self.problems);
-        let textures = self.named(take("texture"), |r, name, v| r.texture(name, v));
-        let materials = self.named(take("material"), |r, name, v| {
+        let textures = self.named(take("texture"), "texture", |r, name, v| r.texture(name, v));
+        let materials = self.named(take("material"), "material", |r, name, v| {
             let material: MaterialDesc = r.kind(v, &kind_tables::MATERIAL)?;
             Some(MaterialEntry { name, material })
         });
@@ -230,6 +228,7 @@ impl Reader<'_> {
     fn named<T>(
         &mut self,
         value: Option<Value<'_>>,
+        what: &str,
         mut read: impl FnMut(&mut Self, Spanned<String>, Value<'_>) -> Option<T>,
     ) -> Vec<T> {
         let Some(value) = value else { return Vec::new() };
@@ -243,7 +242,7 @@ impl Reader<'_> {
                 })
                 .collect(),
             other => {
-                self.wrong_type(span, &other, "a table of names");
+                self.misplaced(span, other.type_str(), what);
                 Vec::new()
             }
         }
@@ -261,15 +260,22 @@ impl Reader<'_> {
         match value.into_inner() {
             DeValue::Array(array) => array.into_iter().filter_map(|v| read(self, v)).collect(),
             other => {
-                self.wrong_type(span, &other, &format!("[[{what}]]"));
+                self.misplaced(span, other.type_str(), what);
                 Vec::new()
             }
         }
     }
 
-    fn wrong_type(&mut self, span: Span, found: &DeValue<'_>, expected: &str) {
-        let message = format!("invalid type: {}, expected {expected}", found.type_str());
-        self.problems.push(Problem::at(span, message));
+    /// Adds the problem of a table `what` that is of the type `found` instead.
+    fn misplaced(&mut self, span: Span, found: &str, what: &str) {
+        let found = match found {
+            "array" => "a list",
+            "table" => "a single table",
+            other => other,
+        };
+        let problem = Problem::at(span, format!("`{what}` cannot be {found}"));
+        let help = foreign::table_help(what);
+        self.problems.push(Problem { help, ..problem });
     }
 
     fn unique_names(&mut self, objects: &[ObjectDesc]) {
@@ -280,6 +286,32 @@ impl Reader<'_> {
                 self.problems.push(Problem::at(name.span(), message));
             }
         }
+    }
+}
+
+/// Converts an error of the syntax of `text`.
+fn syntax_problem(e: &toml::de::Error, text: &str) -> Problem {
+    let message = e.message().lines().collect::<Vec<_>>().join(": ");
+    let Some(span) = e.span() else {
+        return Problem {
+            span: None,
+            message,
+            help: None,
+        };
+    };
+    let from = text[..span.start].rfind('\n').map_or(0, |n| n + 1);
+    let line = text[from..].lines().next().unwrap_or_default();
+    let name = &text[span.clone()];
+    let (message, help) = match message.as_str() {
+        "duplicate key" => {
+            let help = foreign::table_help(name).filter(|_| line.trim_start().starts_with('['));
+            (format!("the name `{name}` is used twice"), help)
+        }
+        _ => (message, foreign::decimal_comma(line)),
+    };
+    Problem {
+        help,
+        ..Problem::at(span, message)
     }
 }
 
@@ -300,7 +332,8 @@ fn from_toml(e: &toml::de::Error, overrides: &Overrides) -> Problem {
         let known: Vec<&str> = quoted.collect();
         let is_override = is_override(&span);
         let unknown = UnknownName::new(what, &word, known.iter().copied());
-        let problem = unknown.at(span);
+        let mut problem = unknown.at(span);
+        problem.help = foreign::help(&word, &known).or(problem.help);
         return match replacing_pass(&word).filter(|_| known == IntegratorDesc::NAMES) {
             Some(pass) if is_override => {
                 problem.with_help(format!("it is a pass and no integrator: use --show {pass}"))

@@ -9,6 +9,36 @@ pub const ALL: &str = "all";
 /// The name for the passes that denoisers read.
 pub const DENOISE: &str = "denoise";
 
+/// Names of passes in Blender and other programs, in small letters, and the names of ours.
+const ELSEWHERE: &[(&[&str], &str)] = &[
+    (&["z", "zdepth", "mist", "depth_z"], "depth"),
+    (&["normal", "normals", "nrm", "ns", "sh_normal"], "N"),
+    (&["position", "pos", "world_position"], "P"),
+    (&["vector", "motion", "motionvector", "velocity"], "forward"),
+    (&["combined", "rgb", "rgba", "image", "color"], "beauty"),
+    (&["diffcol", "diffuse_color", "basecolor", "base_color"], "albedo"),
+    (&["emit", "emissive"], "emission"),
+    (&["diffdir"], "diffuse_direct"),
+    (&["diffind", "gi"], "diffuse_indirect"),
+    (&["glossdir", "specular"], "specular_direct"),
+    (&["glossind", "reflection"], "specular_indirect"),
+    (&["transdir", "transind", "refraction"], "transmission"),
+    (&["indexob", "id", "ids", "object_id", "shape_index"], "objectId"),
+    (&["indexma", "material_id", "mask"], "materialId"),
+    (&["cryptomatte"], "CryptoObject"),
+];
+
+/// The error of an unknown pass.
+fn unknown(name: &str) -> UnknownName {
+    let small = name.to_ascii_lowercase();
+    let own = ELSEWHERE.iter().find(|(names, _)| names.contains(&small.as_str()));
+    let unknown = UnknownName::new("pass", name, PassRequest::names());
+    match own {
+        Some((_, own)) => unknown.with_suggestion(own),
+        None => unknown,
+    }
+}
+
 /// A requested pass.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PassRequest {
@@ -47,7 +77,7 @@ impl PassRequest {
         }
         match name.strip_prefix(GROUP_PREFIX) {
             Some(group) if !group.is_empty() => Ok(Self::LightGroup(group.to_owned())),
-            _ => Err(UnknownName::new("pass", name, Self::names())),
+            _ => Err(unknown(name)),
         }
     }
 
@@ -86,6 +116,16 @@ fn light_group() -> &'static PassSpec {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_of_other_programs_suggest_passes_that_there_are() {
+        for (names, own) in ELSEWHERE {
+            assert!(PassRequest::parse(own).is_ok(), "{own}");
+            for name in *names {
+                assert_eq!(PassRequest::parse(name).unwrap_err().suggestion(), Some(*own));
+            }
+        }
+    }
 
     #[test]
     fn a_list_names_passes_groups_and_all() {

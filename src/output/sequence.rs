@@ -65,6 +65,13 @@ impl FilePattern {
             rest = &rest[length..];
         }
         let [before, after] = parts;
+        if let (None, Some(field)) = (places, foreign_field(&before[folder..])) {
+            return Err(FilePatternError::ForeignField {
+                written: before[folder..].replace(field, "####"),
+                field: field.to_owned(),
+                pattern: text.to_owned(),
+            });
+        }
         let format = format_of(text, if places.is_some() { &after } else { &before }, places)?;
         Ok(Self {
             text: text.to_owned(),
@@ -147,6 +154,22 @@ impl FilePattern {
     pub fn as_str(&self) -> &str {
         &self.text
     }
+}
+
+/// A field for the frame's number as other programs write it: `{frame}`, `{frame:04}`, `<frame>` or `@@@@`.
+fn foreign_field(name: &str) -> Option<&str> {
+    let between = |open: &str, close: char| {
+        let start = name.find(open)?;
+        let length = name[start..].find(close)?;
+        Some(&name[start..=start + length])
+    };
+    let at_signs = || {
+        let start = name.find("@@")?;
+        let length = name[start..].find(|c| c != '@').unwrap_or(name.len() - start);
+        Some(&name[start..start + length])
+    };
+    let braces = between("{frame", '}').or_else(|| between("{:", '}'));
+    braces.or_else(|| between("<frame", '>')).or_else(at_signs)
 }
 
 /// Checks that every frame of every pattern has a file of its own.
@@ -246,6 +269,12 @@ fn format_of(text: &str, end: &str, places: Option<usize>) -> Result<&'static dy
 pub enum FilePatternError {
     #[error("more than one field for the frame's number (write %# for a plain #, %$ for $ and %% for %): {pattern}")]
     TwoFields { pattern: String },
+    #[error("the frame's number is written as ####, not as {field}, as in {written}: {pattern}")]
+    ForeignField {
+        field: String,
+        written: String,
+        pattern: String,
+    },
     #[error("more than {MOST_PLACES} places for the frame's number: {pattern}")]
     TooManyPlaces { pattern: String },
     #[error("no extension to tell the format by (expected {}): {pattern}", one_of(names()))]
@@ -273,6 +302,24 @@ mod tests {
     fn file(pattern: &str, frame: i32) -> String {
         let path = FilePattern::parse(pattern).unwrap().path(frame);
         path.into_os_string().into_string().unwrap()
+    }
+
+    #[test]
+    fn fields_of_other_programs_are_refused_with_the_own_one() {
+        for field in ["{frame}", "{frame:04}", "{:04d}", "<frame>", "@@@@"] {
+            let pattern = format!("{{frame}}/f.{field}.png");
+            let message = FilePattern::parse(&pattern).unwrap_err().to_string();
+            assert!(message.contains("as in f.####.png"), "{message}");
+        }
+        for fine in [
+            "{frame}/f.####.png",
+            "f.{frame}.##.png",
+            "{frame/f.png",
+            "a@b.png",
+            "{x}.png",
+        ] {
+            assert!(FilePattern::parse(fine).is_ok(), "{fine}");
+        }
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, de};
 
+use super::hex::in_hex;
 use super::number::{NonNegative, OneOrEach, finite, not_negative};
 use crate::math::Rgb;
 
@@ -55,7 +56,7 @@ impl<'de> Deserialize<'de> for ColorSource {
             fn visit_str<E: de::Error>(self, v: &str) -> Result<ColorSource, E> {
                 match v.strip_prefix("texture.") {
                     Some(name) if !name.is_empty() => Ok(ColorSource::Texture(name.to_owned())),
-                    _ => Err(E::invalid_value(de::Unexpected::Str(v), &self)),
+                    _ => Err(in_hex(v).unwrap_or_else(|| E::invalid_value(de::Unexpected::Str(v), &self))),
                 }
             }
             fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<ColorSource, A::Error> {

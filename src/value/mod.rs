@@ -9,6 +9,7 @@ pub use serde_spanned::Spanned;
 
 mod color;
 mod exposure;
+mod hex;
 mod kinds;
 mod names;
 mod number;
@@ -18,7 +19,7 @@ pub use color::{Channel, ColorSource, RgbFactor, ScalarSource};
 pub use exposure::Exposure;
 pub use kinds::{kind_or_name, name};
 pub use names::{UnknownName, one_of, unknown_name};
-pub use number::{Coordinate, Count, Direction, Finite, NonNegative, OneOrEach, Point, Positive, UnitInterval};
+pub use number::{Coordinate, Count, Direction, Finite, NonNegative, OneOrEach, Point, Positive, UnitInterval, number};
 pub use shown::{one_line, visible};
 
 /// Byte offsets into a scene file.

@@ -46,6 +46,12 @@ impl UnknownName {
         self
     }
 
+    /// The same with the known name that is meant, whatever its spelling.
+    pub fn with_suggestion(mut self, name: &str) -> Self {
+        self.suggestion = Some(name.to_owned());
+        self
+    }
+
     /// The known name that was probably meant.
     pub fn suggestion(&self) -> Option<&str> {
         self.suggestion.as_deref()

@@ -5,15 +5,25 @@ use std::{fmt, marker::PhantomData};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Deserializer, de};
 
+use super::hex::in_hex;
 use crate::math::origin::FAR;
 
 /// Deserializes an integer or a floating-point number.
-fn number<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
+pub fn number<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
     struct NumberVisitor;
     impl de::Visitor<'_> for NumberVisitor {
         type Value = f64;
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
             f.write_str("a number")
+        }
+        fn visit_str<E: de::Error>(self, v: &str) -> Result<f64, E> {
+            let dotted = v.trim().replace(',', ".");
+            Err(match dotted.parse::<f64>() {
+                Ok(_) => E::custom(format_args!(
+                    "expected a number, found the text \"{v}\": write {dotted}"
+                )),
+                Err(_) => E::invalid_type(de::Unexpected::Str(v), &self),
+            })
         }
         fn visit_f64<E: de::Error>(self, v: f64) -> Result<f64, E> {
             Ok(v)
@@ -208,6 +218,10 @@ where
             }
             fn visit_i64<E: de::Error>(self, v: i64) -> Result<Self::Value, E> {
                 self.visit_f64(v as f64)
+            }
+            fn visit_str<E: de::Error>(self, v: &str) -> Result<Self::Value, E> {
+                let wrong = || E::invalid_type(de::Unexpected::Str(v), &self);
+                Err(in_hex(v).filter(|_| N == 3).unwrap_or_else(wrong))
             }
             fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<Self::Value, A::Error> {
                 <[T; N]>::deserialize(de::value::SeqAccessDeserializer::new(seq)).map(OneOrEach)

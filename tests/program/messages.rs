@@ -33,3 +33,44 @@ fn one_warning_says_which_settings_of_the_camera_the_path_replaces() {
          (and 1 more like this: --set camera.perspective.fov)\n"
     );
 }
+
+#[test]
+fn a_mistyped_command_is_suggested_and_two_scenes_are_refused() {
+    let folder = prepared();
+    folder.write("other.toml", SMALL_SCENE);
+    let first_line = |args: &[&str]| folder.fail(2, args).lines().next().map(str::to_owned);
+    let of = |text: &str| Some(text.to_owned());
+    assert_eq!(
+        first_line(&["chekc", "s.toml"]),
+        of("error: unknown command `chekc` (did you mean `check`?)")
+    );
+    assert_eq!(
+        first_line(&["--frames", "path.csv", "s.toml", "other.toml", "-v"]),
+        of("error: a job has one scene, found `s.toml` and `other.toml`")
+    );
+}
+
+#[test]
+fn a_frame_field_of_another_program_is_refused() {
+    let said = prepared().fail(2, &["s.toml", "-o", "f.{frame}.png"]);
+    assert_eq!(
+        said,
+        "error: the frame's number is written as ####, not as {frame}, as in f.####.png: f.{frame}.png\n"
+    );
+}
+
+#[test]
+fn scenes_of_other_programs_come_with_advice() {
+    let folder = Folder::new();
+    for (name, advice) in [
+        ("a.blend", "export glTF"),
+        ("a.pov", "write its shapes in a scene file"),
+        ("a.xml", "name their PLY and OBJ meshes in a scene file"),
+        ("a.usdc", "USD is not read"),
+        ("a.3ds", "export glTF"),
+    ] {
+        folder.write(name, "camera { location <0, 1, -5> }");
+        let said = folder.fail(65, &[name]);
+        assert!(said.contains(advice), "{said}");
+    }
+}
