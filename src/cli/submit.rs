@@ -64,9 +64,12 @@ pub fn run(args: &SubmitArgs, simd: Isa) -> anyhow::Result<()> {
             task.steps.iter().map(script).collect()
         }
     };
-    for (name, text) in files {
-        let file = bundle.join(name);
-        atomic::write(&file, |out| Ok(out.write_all(text.as_bytes())?)).map_err(Error::Output)?;
+    let files: Vec<_> = files
+        .into_iter()
+        .map(|(name, text)| (bundle.join(name), text))
+        .collect();
+    atomic::write_together(&files).map_err(Error::Output)?;
+    for (file, _) in &files {
         say(&format!("wrote {}", file.display()));
     }
     if args.engine == Engine::Slurm
@@ -131,6 +134,11 @@ fn task(args: &SubmitArgs, simd: Isa) -> anyhow::Result<Task> {
     let scene = args.render.scene.as_deref().expect("the scene is a required argument");
     if args.render.part.is_some() {
         return Err(Error::Usage("--part is what the farm's tasks are given: submit the whole job".to_owned()).into());
+    }
+    if args.render.check || args.render.dry_run {
+        let flag = if args.render.check { "check" } else { "dry-run" };
+        let message = format!("--{flag} renders nothing, and a farm is to render: use it without submit");
+        return Err(Error::Usage(message).into());
     }
     let existing = &args.render.existing;
     if existing.fail_existing || existing.list_stale {

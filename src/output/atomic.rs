@@ -24,27 +24,65 @@ const BUFFER: usize = 1 << 18;
 
 /// Writes the output of `encode` to `path`, in an existing folder. On an error an old file stays, and the temporary file is removed.
 pub fn write<T>(path: &Path, encode: impl FnOnce(&mut dyn Write) -> Result<T, EncodeError>) -> Result<T, OutputError> {
-    let failed = |source| OutputError::Write {
-        source: plain(source),
-        path: path.to_owned(),
-    };
-    let (target, file) = create(path).map_err(|source| OutputError::Create {
-        source: plain(source),
-        path: path.to_owned(),
-    })?;
-    let mut out = BufWriter::with_capacity(BUFFER, file.as_file());
-    let written = encode(&mut out).map_err(|error| match error {
-        EncodeError::Io(source) => failed(source),
-        EncodeError::Unfit(reason) => OutputError::Encode {
-            reason,
-            path: path.to_owned(),
-        },
-    })?;
-    out.into_inner().map_err(|e| failed(e.into_error()))?;
-    file.as_file().sync_all().map_err(failed)?;
-    file.persist(&target).map_err(|e| failed(e.error))?;
-    sync_folder(&folder_of(&target)).map_err(failed)?;
+    let (file, written) = Pending::new(path, encode)?;
+    file.put()?;
     Ok(written)
+}
+
+/// Writes texts to files in existing folders. On an error of any of them all old files stay.
+pub fn write_together(files: &[(PathBuf, String)]) -> Result<(), OutputError> {
+    let pending = |(path, text): &(PathBuf, String)| {
+        let pending = Pending::new(path, |out| Ok(out.write_all(text.as_bytes())?));
+        pending.map(|(pending, ())| pending)
+    };
+    let pending: Vec<Pending> = files.iter().map(pending).collect::<Result<_, _>>()?;
+    pending.into_iter().try_for_each(Pending::put)
+}
+
+/// A whole file that has not yet its own name.
+struct Pending {
+    file: NamedTempFile<File>,
+    target: PathBuf,
+    /// The path that was asked for.
+    path: PathBuf,
+}
+
+impl Pending {
+    fn new<T>(
+        path: &Path,
+        encode: impl FnOnce(&mut dyn Write) -> Result<T, EncodeError>,
+    ) -> Result<(Self, T), OutputError> {
+        let failed = |source| OutputError::Write {
+            source: plain(source),
+            path: path.to_owned(),
+        };
+        let (target, file) = create(path).map_err(|source| OutputError::Create {
+            source: plain(source),
+            path: path.to_owned(),
+        })?;
+        let mut out = BufWriter::with_capacity(BUFFER, file.as_file());
+        let written = encode(&mut out).map_err(|error| match error {
+            EncodeError::Io(source) => failed(source),
+            EncodeError::Unfit(reason) => OutputError::Encode {
+                reason,
+                path: path.to_owned(),
+            },
+        })?;
+        out.into_inner().map_err(|e| failed(e.into_error()))?;
+        file.as_file().sync_all().map_err(failed)?;
+        let path = path.to_owned();
+        Ok((Self { file, target, path }, written))
+    }
+
+    fn put(self) -> Result<(), OutputError> {
+        let Self { file, target, path } = self;
+        let renamed = file.persist(&target).map(drop).map_err(|e| e.error);
+        let named = renamed.and_then(|()| sync_folder(&folder_of(&target)));
+        named.map_err(|source| OutputError::Write {
+            source: plain(source),
+            path,
+        })
+    }
 }
 
 /// Checks whether `path` can be written: makes its folders and a temporary file, and removes those of killed processes.
@@ -244,6 +282,20 @@ mod tests {
             assert_eq!(fs::read(&path).unwrap(), b"old");
             assert_eq!(names(home.path()), ["frame.exr"]);
         }
+    }
+
+    #[test]
+    fn files_that_are_written_together_are_all_new_or_all_old() {
+        let home = tempfile::tempdir().unwrap();
+        let file = |name: &str, text: &str| (home.path().join(name), text.to_owned());
+        let old = [file("a", "old"), file("b", "old")];
+        write_together(&old).unwrap();
+        assert!(write_together(&[file("a", "new"), file("missing/c", "new"), file("b", "new")]).is_err());
+        let contents = |text: &str| old.iter().all(|(path, _)| fs::read(path).unwrap() == text.as_bytes());
+        assert!(contents("old"));
+        write_together(&[file("a", "new"), file("b", "new")]).unwrap();
+        assert!(contents("new"));
+        assert_eq!(names(home.path()), ["a", "b"]);
     }
 
     #[test]

@@ -162,6 +162,19 @@ fn a_preview_is_made_by_a_step_after_all_tasks() {
     assert_eq!(film.info().animation_control.expect("it is animated").num_frames, 5);
 }
 
+#[test]
+fn flags_of_jobs_that_render_nothing_reach_no_task() {
+    let folder = prepared();
+    for flag in ["--check", "--dry-run"] {
+        let message = folder.fail(2, &["submit", "--engine", "slurm", "--bundle", "job", "s.toml", flag]);
+        assert!(
+            message.contains(&format!("{flag} renders nothing, and a farm is to render")),
+            "{message}"
+        );
+        assert!(!folder.path("job").exists());
+    }
+}
+
 /// A line break in a comment of the script would make the rest of the name a command.
 #[cfg(unix)]
 #[test]

@@ -14,6 +14,10 @@ pub fn trials() -> Vec<Trial> {
             "a full disk ends the job at once and leaves complete files only",
             full_disk,
         ),
+        trial!(
+            "a full disk leaves all scripts of a farm as they were",
+            full_disk_of_scripts
+        ),
         trial!("a read-only disk ends the job at once", read_only_disk),
     ];
     let is_possible = on_small_disk(&Folder::new(), "true").is_ok_and(|output| output.status.success());
@@ -60,6 +64,27 @@ fn full_disk() -> Result<(), Failed> {
         |_, _| (),
         |_, _, _: (f32, f32, f32, f32)| (),
     )?;
+    Ok(())
+}
+
+fn full_disk_of_scripts() -> Result<(), Failed> {
+    let folder = Folder::new();
+    folder.write("s.toml", SMALL_SCENE);
+    folder.write("path.csv", SMALL_PATH);
+    // Room for one of two scripts.
+    let script = format!(
+        "submit() {{ {} submit --engine slurm --bundle disk s.toml --frames path.csv -q --denoise $1; }}; submit --seed=1 && \
+         cp -r disk old && {{ dd if=/dev/zero of=disk/fill bs=4k 2>/dev/null; truncate -s -4096 disk/fill; submit --seed=2; code=$?; \
+         ls -A disk; cmp disk/frames.sbatch old/frames.sbatch && cmp disk/denoise.sbatch old/denoise.sbatch && exit $code; }}",
+        env!("CARGO_BIN_EXE_batch-render")
+    );
+    let output = on_small_disk(&folder, &script)?;
+    assert_eq!(output.status.code(), Some(74), "{}", stderr(&output));
+    let left = String::from_utf8(output.stdout)?;
+    assert!(
+        left.ends_with("denoise.sbatch\ndenoise.sbatch\nfill\nframes.sbatch\n"),
+        "{left}"
+    );
     Ok(())
 }
 
