@@ -23,6 +23,8 @@ pub struct SampleBudget {
     pub adaptive: Option<AdaptiveSampling>,
     /// The time limit of a frame, which gets as many samples as fit and at least one.
     pub time: Option<Duration>,
+    /// Whether each round doubles the samples up to `max`, so that a frame that a time limit ends has two halves of its samples.
+    pub doubles: bool,
 }
 
 impl SampleBudget {
@@ -33,6 +35,7 @@ impl SampleBudget {
             max: samples,
             adaptive: None,
             time: None,
+            doubles: false,
         }
     }
 
@@ -43,13 +46,22 @@ impl SampleBudget {
             max: samples,
             adaptive: None,
             time: None,
+            doubles: false,
         }
     }
 
-    /// The number of samples at which a tile with `done` samples stops next, for a check or because it has all of them.
+    /// The number of samples at which a tile with `done` samples stops next: for a check, because they are the first half of the
+    /// next stop's, or because it has all of them.
     pub fn next_stop(&self, done: u32) -> u32 {
-        self.adaptive
-            .map_or(self.max, |rule| rule.next_check(done).min(self.max))
+        match self.adaptive {
+            Some(rule) => rule.next_check(done).min(self.max),
+            // Two samples at least have halves.
+            None if self.doubles => {
+                let halved = std::iter::successors(Some(self.max), |stop| Some(stop / 2));
+                halved.take_while(|stop| *stop > done.max(1)).last().unwrap_or(self.max)
+            }
+            None => self.max,
+        }
     }
 
     /// The same budget with a time limit.
@@ -65,11 +77,16 @@ impl SampleBudget {
 /// for another sample.
 ///
 /// With a time limit, rounds are as short as waves allow, and none is started that would exceed the remaining time by the pace
-/// so far.
+/// so far. A budget that doubles has a round for each of its stops.
 pub fn next_round(budget: &SampleBudget, done: u32, elapsed: Duration) -> Option<Range<u32>> {
     /// The samples of a pixel that a wave of a tile holds.
     const WAVE_SAMPLES: u32 = 16;
-    let first = if budget.time.is_some() { 1 } else { budget.min.max(1) };
+    let doubled = budget.next_stop(done) - done;
+    let first = match budget.time {
+        Some(_) if budget.doubles => doubled,
+        Some(_) => 1,
+        None => budget.min.max(1),
+    };
     let step = match (done, budget.time) {
         (0, _) => first,
         (_, None) => done,
@@ -77,7 +94,10 @@ pub fn next_round(budget: &SampleBudget, done: u32, elapsed: Duration) -> Option
             let pace = elapsed.as_secs_f64() / f64::from(done);
             // The cast saturates.
             let fitting = (time.saturating_sub(elapsed).as_secs_f64() / pace) as u32;
-            fitting.min(done).min(WAVE_SAMPLES)
+            match budget.doubles {
+                true => Some(doubled).filter(|step| *step <= fitting).unwrap_or(0),
+                false => fitting.min(done).min(WAVE_SAMPLES),
+            }
         }
     };
     let end = done.saturating_add(step).min(budget.max);
@@ -166,6 +186,23 @@ mod tests {
         assert_eq!(next(100, 40, 4), Some(40..56));
         assert_eq!(next(100, 56, 4), Some(56..64));
         assert_eq!(next(100, 64, 4), None);
+    }
+
+    #[test]
+    fn a_budget_that_doubles_ends_at_half_of_the_samples_where_the_rest_does_not_fit() {
+        let seconds = Duration::from_secs;
+        let budget = SampleBudget {
+            doubles: true,
+            ..SampleBudget::fixed(50).within(seconds(10))
+        };
+        let stops = std::iter::successors(Some(budget.next_stop(0)), |stop| Some(budget.next_stop(*stop)));
+        assert_eq!(stops.take(6).collect::<Vec<_>>(), [3, 6, 12, 25, 50, 50]);
+        let next = |done, elapsed| next_round(&budget, done, seconds(elapsed));
+        assert_eq!((next(0, 20), next(3, 5), next(3, 6)), (Some(0..3), Some(3..6), None));
+        assert_eq!((next(25, 5), next(25, 6), next(50, 6)), (Some(25..50), None, None));
+        // One sample has no halves, and two have.
+        let of = |max| SampleBudget { max, ..budget }.next_stop(0);
+        assert_eq!([1, 2, 3, 4].map(of), [1, 2, 3, 2]);
     }
 
     #[test]

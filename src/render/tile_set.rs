@@ -19,12 +19,12 @@ pub(super) struct Tile {
 }
 
 impl Tile {
-    /// Decides whether the samples so far are enough.
-    pub fn judge(&mut self, rule: &AdaptiveSampling) {
+    /// Decides whether the samples so far are enough by this rule, without which they never are.
+    pub fn judge(&mut self, rule: Option<&AdaptiveSampling>) {
         let Some(accumulator) = &mut self.accumulator else {
             return;
         };
-        self.is_converged = accumulator.error(rule.gain) < f64::from(rule.threshold);
+        self.is_converged = rule.is_some_and(|rule| accumulator.error(rule.gain) < f64::from(rule.threshold));
         if !self.is_converged {
             accumulator.start_second_half();
         }

@@ -122,8 +122,8 @@ fn render_tile(
                 counters.add((block.samples.len() * block.tile.area()) as u64, &stats);
                 counters.add_invalid(&stats.invalid);
             }
-            if let Some(rule) = budget.adaptive.filter(|_| tile.done == stop && stop < budget.max) {
-                tile.judge(&rule);
+            if tile.done == stop && stop < budget.max {
+                tile.judge(budget.adaptive.as_ref());
                 if let Some(counters) = control.counters.filter(|_| tile.is_converged) {
                     counters.add_saved(u64::from(budget.max - stop) * tile.window.area() as u64);
                 }

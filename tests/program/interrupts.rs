@@ -105,14 +105,19 @@ fn a_time_limit_that_is_long_enough_changes_no_bit() {
 }
 
 #[test]
-fn halves_of_the_samples_need_their_number() {
-    let folder = folder();
-    let error = folder.fail(2, &[&JOB[..], &["--time-limit", "1h", "--aovs", "denoise"]].concat());
-    assert!(
-        error.contains("the pass `beauty_a` needs both halves of the samples"),
-        "{error}"
-    );
-    folder.succeed(&[&JOB[..], &["--time-limit", "1h", "--aovs", "all"]].concat());
+fn passes_by_halves_of_the_samples_are_the_same_with_a_time_limit_that_is_long_enough() {
+    let (free, limited) = (folder(), folder());
+    for passes in ["denoise", "all"] {
+        let job = [&JOB[..], &["--aovs", passes]].concat();
+        free.succeed(&job);
+        limited.succeed(&[&job[..], &["--time-limit", "1h"]].concat());
+        let names = free.names();
+        assert!(names.iter().any(|name| name.ends_with(".exr")), "{names:?}");
+        assert!(
+            names.iter().all(|name| free.read(name) == limited.read(name)),
+            "{passes}"
+        );
+    }
 }
 
 /// The job with so many samples that it takes a while.

@@ -1,6 +1,7 @@
 //! A frame that is rendered in rounds of samples is the same frame, is there early, and stops when it is told to.
 
 use std::sync::{Mutex, atomic::AtomicUsize, atomic::Ordering};
+use std::time::Duration;
 
 use crate::common::{Folder, SMALL_SCENE};
 use batch_render::{
@@ -70,6 +71,10 @@ fn rounds_do_not_change_a_bit_of_any_pass() {
         SampleBudget {
             min: 7,
             ..SampleBudget::fixed(20)
+        },
+        SampleBudget {
+            doubles: true,
+            ..SampleBudget::fixed(20).within(Duration::MAX)
         },
     ] {
         // The renderer's memory of the frame before must not show.

@@ -102,23 +102,11 @@ impl PassChoice {
         }
     }
 
-    /// If all passes are requested, removes those that `integrator` cannot compute, and with a time limit those of halves of the
-    /// samples.
+    /// If all passes are requested, removes those that `integrator` cannot compute.
     ///
     /// # Errors
     /// A pass that is requested by name cannot be computed.
-    pub fn fit_to(&mut self, (name, integrator): (&str, &BuiltIn), is_time_limited: bool) -> Result<(), Error> {
-        if is_time_limited {
-            if self.is_all {
-                self.passes.retain(|pass| !pass.spec().is_by_halves());
-            }
-            if let Some(pass) = self.passes.iter().find(|pass| pass.spec().is_by_halves()) {
-                return Err(Error::Usage(format!(
-                    "the pass `{}` needs both halves of the samples, which --time-limit may leave out",
-                    pass.name()
-                )));
-            }
-        }
+    pub fn fit_to(&mut self, (name, integrator): (&str, &BuiltIn)) -> Result<(), Error> {
         let computes = integrator.as_dyn();
         let unfit = |pass: &PassRequest| match pass.spec().source {
             PassSource::Integrator => false,

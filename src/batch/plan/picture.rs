@@ -63,10 +63,9 @@ impl PicturePlan {
                 return Err(Error::Usage(message.to_owned()));
             }
         }
-        choice.fit_to(
-            (desc.render.integrator.name(), &integrator),
-            request.time_limit.is_some(),
-        )?;
+        choice.fit_to((desc.render.integrator.name(), &integrator))?;
+        let is_by_halves = choice.passes.iter().any(|pass| pass.spec().is_by_halves());
+        settings.samples.doubles = is_by_halves && request.time_limit.is_some();
         let content = choice.content();
         if content == Content::FirstHits {
             settings.samples = SampleBudget::fixed(1);
