@@ -53,6 +53,7 @@ pub fn main() -> ExitCode {
         }
     };
     log::start(&args);
+    signals::survive_large_files();
     match job::run(&args) {
         Ok(()) => ExitCode::from(exit::OK),
         Err(e) => {

@@ -12,7 +12,7 @@ use batch_render::{
     render::{Cancel, ShowRequest},
 };
 use signal_hook::{
-    consts::{SIGINT, SIGTERM, SIGUSR1},
+    consts::{SIGINT, SIGTERM, SIGUSR1, SIGXFSZ},
     flag,
 };
 
@@ -46,6 +46,12 @@ pub fn listen(cancel: Arc<Cancel>, show: Arc<ShowRequest>) -> anyhow::Result<()>
     thread
         .map(drop)
         .map_err(|cause| Error::threads("the thread that listens to signals", &cause).into())
+}
+
+/// From now on a file beyond the limit of the process (`ulimit -f`) is an error of writing and does not end the process.
+pub fn survive_large_files() {
+    // Without a handler the signal ends the process; what it does does not matter.
+    let _ = flag::register(SIGXFSZ, Arc::default());
 }
 
 /// Whether the process was started with this signal ignored. Only Linux tells without unsafe code: elsewhere no signal

@@ -1,6 +1,9 @@
 //! Why a file was not written.
 
-use std::{io, path::PathBuf};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 /// Why a file was not written.
 #[derive(Debug, thiserror::Error)]
@@ -28,8 +31,20 @@ impl OutputError {
         }
     }
 
+    /// The file that was to be written.
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Create { path, .. } | Self::Write { path, .. } | Self::Encode { path, .. } => path,
+        }
+    }
+
     /// Whether another attempt may succeed, as after a short failure of a network.
     pub fn may_pass(&self) -> bool {
-        !matches!(self, Self::Encode { .. }) && !self.ends_the_job()
+        match self {
+            Self::Create { source, .. } | Self::Write { source, .. } => {
+                source.kind() != io::ErrorKind::FileTooLarge && !self.ends_the_job()
+            }
+            Self::Encode { .. } => false,
+        }
     }
 }
