@@ -16,7 +16,7 @@ use std::{
 };
 
 use batch_render::{
-    batch::{DenoiseOptions, FilterKind, Job, JobEvent, Observer, Request, denoise::DenoiseObserver, denoise::Helpers},
+    batch::{DenoiseOptions, FilterKind, Job, JobEvent, Observer, Request},
     camera::CameraDesc,
     describe::{self, BackgroundDesc, Diagnostics, Overrides, SceneDesc, Source},
     filter::FilterDesc,
@@ -66,8 +66,6 @@ struct Quiet;
 impl Observer for Quiet {
     fn event(&self, _: &JobEvent<'_>) {}
 }
-
-impl DenoiseObserver for Quiet {}
 
 fn main() -> Result<(), Box<dyn Error>> {
     let part = std::env::args().nth(1).unwrap_or_default();
@@ -157,7 +155,6 @@ fn denoised_picture() -> Result<RgbImage, Box<dyn Error>> {
     };
     let job = Job::new(parse(scene.clone(), &room(NOISY))?, &request)?;
     job.run(job.load()?, &Quiet, &Control::default())?;
-    job.denoise(&Helpers::Present, &Quiet, None)?;
     let cells = [
         (format!("{NOISY} samples"), read_exr(&clean.join("noisy/f.3.exr"))?),
         ("with --denoise".to_owned(), read_exr(&clean.join("f.3.exr"))?),

@@ -54,6 +54,8 @@ pub enum Error {
     OverwritesInput { output: PathBuf, input: PathBuf },
     #[error("two outputs are one file: {} and {}", first.display(), second.display())]
     WrittenTwice { first: PathBuf, second: PathBuf },
+    #[error("an output is in a folder that is an output itself: {} and {}", output.display(), folder.display())]
+    WithinOutput { output: PathBuf, folder: PathBuf },
     #[error("cannot start {what}: {cause}")]
     Threads { what: String, cause: String },
     #[error("cannot serve on {address}: {cause}")]
@@ -167,6 +169,7 @@ impl Error {
             | Self::PointRadiusOfSceneFile
             | Self::Pattern(_)
             | Self::OverwritesInput { .. }
+            | Self::WithinOutput { .. }
             | Self::WrittenTwice { .. } => Blame::Usage,
             Self::Scene(describe::Error::Read { cause, .. }) => input(cause),
             Self::Compile(compile::Error::Assets(errors)) => {

@@ -7,7 +7,8 @@ use serde::{Serialize, Serializer};
 use super::{FrameFailure, Stale, as_text};
 use crate::output::FrameImage;
 
-/// An event of a job, in the order in which they come. Its serialization is a line of `--progress json`, see docs/farm.md.
+/// An event of a job, in the order in which they come. Each frame ends with `FrameSkipped`, `FrameFailed` or `FrameWritten`: where
+/// the job denoises its frames, once their denoised files are there. Its serialization is a line of `--progress json`, see docs/farm.md.
 #[derive(Clone, Copy, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum JobEvent<'a> {
@@ -36,6 +37,12 @@ pub enum JobEvent<'a> {
     FrameImage { frame: i32, image: &'a FrameImage<'a> },
     /// A file is on disk.
     FileWritten {
+        frame: i32,
+        #[serde(serialize_with = "as_text::path")]
+        file: &'a Path,
+    },
+    /// A denoised file is on disk.
+    FrameDenoised {
         frame: i32,
         #[serde(serialize_with = "as_text::path")]
         file: &'a Path,
@@ -100,6 +107,10 @@ mod tests {
             (
                 JobEvent::FileWritten { frame, file },
                 r#"{"event":"file_written","file":"f.exr","frame":3}"#,
+            ),
+            (
+                JobEvent::FrameDenoised { frame, file },
+                r#"{"event":"frame_denoised","file":"f.exr","frame":3}"#,
             ),
             (
                 JobEvent::FrameWritten { frame },

@@ -3,10 +3,9 @@
 use std::{path::Path, time::Instant};
 
 use super::{
-    CameraRig, Existing, FrameRange, InputHash, Inventory, JobEvent, Observer, Plan, Request, SceneFigures, Stale,
+    CameraRig, Existing, InputHash, Inventory, JobEvent, Observer, Plan, PlannedFrame, Request, SceneFigures, Stale,
     Summary, Survey,
-    products::denoise::{DenoiseObserver, DenoiseRequest, Helpers, denoise},
-    products::targets,
+    products::{denoise, denoised, targets},
     resume::checkpoint,
     resume::job_lock::JobLock,
     run,
@@ -24,7 +23,7 @@ use crate::{
     describe::{self, SceneDesc},
     error::Error,
     film::Film,
-    render::{Cancel, Control, RenderError, Renderer},
+    render::{Control, RenderError, Renderer},
     scene::{Scene, SceneBuildError, SceneBuilder},
 };
 
@@ -95,10 +94,14 @@ impl Job {
         InputHash::new(&self.store, &self.desc.source, self.plan.camera_path.as_deref())
     }
 
-    /// For each frame, the first file that is not what the job would write, if any; on the threads of the current rayon pool. Call it
-    /// after [`Job::load`].
-    pub fn stale(&self) -> Vec<Option<Stale>> {
-        Survey::new(&self.plan, self.inputs()).stale
+    /// For each of these frames, the first file that is not what the job would write, if any; on the threads of the current rayon
+    /// pool. Call it after [`Job::load`].
+    ///
+    /// # Errors
+    /// The folder of the rendered files, or the filter, of a job that denoises cannot be read.
+    pub fn stale(&self, frames: &[PlannedFrame]) -> Result<Vec<Option<Stale>>, Error> {
+        let rendered = Survey::new(&self.plan, frames, self.inputs()).stale;
+        denoised::stale(&self.plan, frames, rendered)
     }
 
     /// The number of missing or broken image files that placeholders replace.
@@ -169,81 +172,76 @@ impl Job {
     }
 
     /// Finds out, and changes nothing, whether a file that the job writes is one that it has read so far, is written twice, or
-    /// exists and is to stay.
+    /// exists and is to stay, and whether its filter can be loaded.
     pub fn compare_files(&self) -> Result<(), Error> {
-        targets::refuse(&self.plan, self.files())
-    }
-
-    /// Renders all frames of `scene`, which [`Job::load`] returned, as [`run`] does. Where the files of all frames are
-    /// whole and are to be kept, no acceleration structure is built.
-    pub fn run(&self, scene: SceneBuilder, observer: &dyn Observer, control: &Control<'_>) -> Result<Summary, Error> {
-        let start = Instant::now();
-        targets::check(&self.plan, self.files())?;
-        let _lock = JobLock::new(&self.plan, control.cancel)?;
-        let frames = &self.plan.frames;
-        let survey = match self.plan.policy.existing {
-            Existing::Skip => Survey::new(&self.plan, self.inputs()),
-            Existing::Overwrite | Existing::Fail => Survey::of_nothing(self.inputs()),
-        };
-        // Files beside the pictures need the scene.
-        let is_bare = self.plan.files.sidecars.is_empty();
-        if frames.is_empty() || is_bare && (0..frames.len()).all(|frame| survey.has(frame)) {
-            for frame in frames {
-                if self.plan.policy.checkpoint.is_some() {
-                    checkpoint::remove(frame);
-                }
-                observer.event(&JobEvent::FrameSkipped { frame: frame.number });
-            }
-            return Ok(Summary {
-                skipped: frames.len(),
-                wall: start.elapsed(),
-                scene: SceneFigures::new(scene.geometry(), None),
-                ..Summary::default()
-            });
-        }
-        let scene = self.build(scene)?;
-        let plan = self.plan.metered(&scene, control.cancel)?;
-        let summary = run(&plan, &scene, &survey, observer, control)?;
-        Ok(Summary {
-            scene: SceneFigures::new(
-                scene.geometry.accel.geometry(),
-                Some(scene.geometry.accel.stats().build_time),
-            ),
-            ..summary
-        })
-    }
-
-    /// Denoises the rendered frames of the plan, using these neighbouring frames; does nothing if the job does not denoise.
-    ///
-    /// # Errors
-    /// Those of [`denoise`].
-    pub fn denoise(
-        &self,
-        helpers: &Helpers,
-        observer: &dyn DenoiseObserver,
-        cancel: Option<&Cancel>,
-    ) -> Result<(), Error> {
-        let Some(plan) = &self.plan.files.denoise else {
-            return Ok(());
-        };
-        if self.plan.frames.is_empty() {
-            return Ok(());
-        }
-        targets::compare(&self.plan, self.files())?;
-        let numbers = self.plan.frames.iter().map(|frame| i64::from(frame.number));
-        for (input, output) in &plan.files {
-            let request = DenoiseRequest {
-                input: input.clone(),
-                output: output.clone(),
-                frames: Some(FrameRange::of(numbers.clone())),
-                helpers: helpers.clone(),
-                options: plan.options.clone(),
-                skip_existing: self.plan.policy.existing == Existing::Skip,
-                simd: self.plan.picture.accel.simd,
-            };
-            denoise(&request, observer, cancel)?;
+        targets::refuse(&self.plan, self.files())?;
+        if let Some(denoise) = self.plan.denoises() {
+            denoise::load(&denoise.options.filter)?;
         }
         Ok(())
+    }
+
+    /// Renders all frames of `scene`, which [`Job::load`] returned, as [`run`] does, and denoises them if the plan says so. Where the
+    /// rendered files of all frames are whole and are to be kept, no acceleration structure is built.
+    pub fn run(&self, scene: SceneBuilder, observer: &dyn Observer, control: &Control<'_>) -> Result<Summary, Error> {
+        let start = Instant::now();
+        self.compare_files()?;
+        targets::check(&self.plan)?;
+        let _lock = JobLock::new(&self.plan, control.cancel)?;
+        let fills_film = self.plan.frames.iter().all(|frame| frame.camera.fills_film());
+        let coverage = self.plan.coverage(scene.background(), fills_film);
+        let (plan, mut summary) = self.render(scene, observer, control)?;
+        denoised::write((&plan, coverage), &mut summary, observer, control.cancel)?;
+        summary.wall = start.elapsed();
+        Ok(summary)
+    }
+
+    /// Renders the frames. Returns the plan with the exposure that suits the scene.
+    fn render(
+        &self,
+        scene: SceneBuilder,
+        observer: &dyn Observer,
+        control: &Control<'_>,
+    ) -> Result<(Plan, Summary), Error> {
+        let plan = &self.plan;
+        let survey = match plan.policy.existing {
+            Existing::Skip => Survey::new(plan, &plan.frames, self.inputs()),
+            Existing::Overwrite | Existing::Fail => Survey::of_nothing(self.inputs()),
+        };
+        let is_there = |frame| !plan.renders() || survey.has(frame);
+        // Files beside the pictures, and the exposure of denoised ones, need the scene.
+        let needs_scene = plan.renders() && !plan.files.sidecars.is_empty()
+            || plan.denoises().is_some() && plan.picture.metering_camera.is_some();
+        if plan.frames.is_empty() || !needs_scene && (0..plan.frames.len()).all(is_there) {
+            let is_final = plan.denoises().is_none();
+            for frame in &plan.frames {
+                if plan.policy.checkpoint.is_some() && plan.renders() {
+                    checkpoint::remove(frame);
+                }
+                if is_final {
+                    observer.event(&JobEvent::FrameSkipped { frame: frame.number });
+                }
+            }
+            let summary = Summary {
+                skipped: if is_final { plan.frames.len() } else { 0 },
+                scene: SceneFigures::new(scene.geometry(), None),
+                ..Summary::default()
+            };
+            return Ok((plan.clone(), summary));
+        }
+        let scene = self.build(scene)?;
+        let plan = plan.metered(&scene, control.cancel)?;
+        let summary = match plan.renders() {
+            true => run(&plan, &scene, &survey, observer, control)?,
+            false => Summary::default(),
+        };
+        let geometry = &scene.geometry.accel;
+        let figures = SceneFigures::new(geometry.geometry(), Some(geometry.stats().build_time));
+        let summary = Summary {
+            scene: figures,
+            ..summary
+        };
+        Ok((plan, summary))
     }
 }
 

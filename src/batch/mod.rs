@@ -22,7 +22,7 @@ pub use inventory::Inventory;
 pub use job::Job;
 pub use plan::{
     FilePlan, Plan, PlannedFrame,
-    denoise_options::{DenoiseOptions, FilterKind},
+    denoise_options::{DenoiseOptions, DenoiseSteps, FilterKind},
     existing::Existing,
     if_busy::IfBusy,
     part::{JobPart, PartBase, PartOrder, PartSpec},

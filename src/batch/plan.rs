@@ -33,12 +33,12 @@ use crate::{
     math::DVec3,
     output::{self, Attribute, Coverage, Encoding, FilePattern, Format, FrameMetadata},
     render::{self, Content, Control, RenderError, Renderer},
-    scene::Scene,
+    scene::{Background, Scene},
     value::Exposure,
     warnings::Warnings,
 };
 use cameras::{JobCameras, cameras};
-use denoise_options::DenoisePlan;
+use denoise_options::{DenoisePlan, DenoiseSteps};
 use patterns::Patterns;
 use picture::PicturePlan;
 
@@ -115,7 +115,8 @@ impl Plan {
             .collect();
         metadata::check(&files.sidecars, frames.iter().map(|frame| &frame.camera))?;
         let numbers: Vec<i32> = frames.iter().map(|f| f.number).collect();
-        output::sequence::check_distinct(&patterns.rendered, &numbers)?;
+        let all: Vec<FilePattern> = patterns.all().cloned().collect();
+        output::sequence::check_distinct(&all, &numbers)?;
         let (frames, whole) = match request.part {
             Some(part) => (part.choose(frames.clone()), Some(frames)),
             None => (frames, None),
@@ -152,6 +153,26 @@ impl Plan {
         renderer.render(scene, camera, self.picture.integrator.as_dyn(), &settings, control)
     }
 
+    /// Whether the job renders its frames, and does not only denoise them.
+    pub fn renders(&self) -> bool {
+        let denoise = self.files.denoise.as_ref();
+        denoise.is_none_or(|denoise| denoise.steps != DenoiseSteps::Denoise)
+    }
+
+    /// The denoising that the job does, if any.
+    pub fn denoises(&self) -> Option<&DenoisePlan> {
+        let denoise = self.files.denoise.as_ref();
+        denoise.filter(|denoise| denoise.steps != DenoiseSteps::Render)
+    }
+
+    /// The files that the job leaves of a frame.
+    pub fn final_files(&self, frame: &PlannedFrame) -> Vec<PlannedFile> {
+        match self.denoises() {
+            Some(denoise) => planned_files(&denoise.clean, frame.number),
+            None => frame.files.clone(),
+        }
+    }
+
     /// The frames of all parts of the job.
     pub fn all_frames(&self) -> &[PlannedFrame] {
         self.whole.as_deref().unwrap_or(&self.frames)
@@ -165,8 +186,8 @@ impl Plan {
 
     /// The coverage of pictures by this plan. `fills_film` tells whether every point of the picture has a camera ray, in all
     /// frames.
-    pub fn coverage(&self, scene: &Scene, fills_film: bool) -> Coverage {
-        if scene.shading.background.visible && fills_film && self.picture.settings.content == Content::Light {
+    pub fn coverage(&self, background: &Background, fills_film: bool) -> Coverage {
+        if background.visible && fills_film && self.picture.settings.content == Content::Light {
             Coverage::Full
         } else {
             Coverage::Partial
@@ -198,7 +219,9 @@ impl FilePlan {
             files_of_caller: request.files_of_caller.clone(),
             denoise: request.denoise.clone().map(|options| DenoisePlan {
                 options,
-                files: rendered.iter().cloned().zip(denoised.iter().cloned()).collect(),
+                steps: request.denoise_steps,
+                noisy: rendered[0].clone(),
+                clean: denoised.clone(),
             }),
         })
     }

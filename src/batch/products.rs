@@ -1,6 +1,7 @@
 //! The files that a job makes beside its pictures, and the list of all files that it writes.
 
 pub mod denoise;
+pub(super) mod denoised;
 pub(super) mod merge;
 pub mod metadata;
 pub(super) mod sidecars;

@@ -1,6 +1,7 @@
 //! Rendering a plan: one thread's worth of work writes a frame while all others render the next.
 
 use std::{
+    path::Path,
     sync::mpsc::{Receiver, SyncSender, sync_channel},
     thread,
     time::{Duration, Instant},
@@ -10,14 +11,14 @@ use rayon::ThreadPoolBuilder;
 
 use super::{
     CameraRig, Existing, Fingerprint, FrameError, FrameFailure, JobEvent, Observer, OnFailure, Plan, PlannedFrame,
-    StaleReason, Summary, Survey, plan::PlannedFile, plan::time_limit, products::sidecars, resume::checkpoint,
-    resume::failure, resume::frame_interrupts::FrameInterrupts, sight,
+    StaleReason, Summary, Survey, plan::time_limit, products::sidecars, resume::checkpoint, resume::failure,
+    resume::frame_interrupts::FrameInterrupts, sight,
 };
 use crate::{
     camera::FrameCamera,
     error::Error,
     film::Film,
-    output::{self, Coverage, FrameImage, OutputError, WriteReport},
+    output::{self, Coverage, Format, FrameImage, OutputError, WriteReport},
     render::{Control, Counters, Interrupts, Renderer},
     scene::Scene,
     warnings::WarningKind,
@@ -61,7 +62,10 @@ pub fn run(
     };
     let start = Instant::now();
     let (send, receive) = sync_channel(1);
-    let coverage = plan.coverage(scene, plan.frames.iter().all(|f| f.camera.fills_film()));
+    let coverage = plan.coverage(
+        &scene.shading.background,
+        plan.frames.iter().all(|f| f.camera.fills_film()),
+    );
     // Of its own: a thread that renders may have to wait for the writer.
     let encoders = ThreadPoolBuilder::new()
         .num_threads(rayon::current_num_threads().min(MAX_ENCODERS))
@@ -76,11 +80,19 @@ pub fn run(
         rendered
     });
     // A file that cannot be written is why rendering stopped, so it speaks first.
-    let WriteSummary { clamped, failures } = written?;
-    let mut summary = Summary { clamped, ..rendered? };
+    let WriteSummary {
+        clamped,
+        written,
+        failures,
+    } = written?;
+    let mut summary = Summary {
+        clamped,
+        written,
+        ..rendered?
+    };
     summary.failures.extend(failures);
     summary.failures.sort_by_key(|failure| failure.frame);
-    sidecars::write(plan, scene)?;
+    sidecars::write(plan, scene, &summary.failures, control.cancel)?;
     summary.wall = start.elapsed();
     summary.rays = counters.rays();
     summary.samples = counters.samples();
@@ -92,6 +104,7 @@ pub fn run(
 struct WriteSummary {
     /// Values that did not fit into their files.
     clamped: u64,
+    written: usize,
     failures: Vec<FrameFailure>,
 }
 
@@ -117,8 +130,11 @@ fn render_all<'a>(
                     if plan.policy.checkpoint.is_some() {
                         checkpoint::remove(frame);
                     }
-                    observer.event(&JobEvent::FrameSkipped { frame: frame.number });
-                    summary.skipped += 1;
+                    // A frame that is there noisy is not yet denoised.
+                    if plan.denoises().is_none() {
+                        observer.event(&JobEvent::FrameSkipped { frame: frame.number });
+                        summary.skipped += 1;
+                    }
                     continue;
                 }
                 Some(stale) if stale.reason == StaleReason::Missing => {}
@@ -206,6 +222,7 @@ fn write_all(
 ) -> Result<WriteSummary, OutputError> {
     let mut summary = WriteSummary::default();
     let mut unjudged = JUDGED_FRAMES;
+    let is_final = plan.denoises().is_none();
     for Finished {
         frame,
         camera,
@@ -231,12 +248,14 @@ fn write_all(
             metadata: &metadata,
         };
         let written = failure::catch(|| {
-            observer.event(&JobEvent::FrameImage {
-                frame: frame.number,
-                image: &image,
-            });
+            if is_final {
+                observer.event(&JobEvent::FrameImage {
+                    frame: frame.number,
+                    image: &image,
+                });
+            }
             frame.files.iter().try_for_each(|file| {
-                let report = write(plan, file, &image)?;
+                let report = write(plan, &file.path, file.format, &image)?;
                 summary.clamped += report.clamped + report.nans;
                 observer.event(&JobEvent::FileWritten {
                     frame: frame.number,
@@ -250,7 +269,10 @@ fn write_all(
                 if plan.policy.checkpoint.is_some() {
                     checkpoint::remove(frame);
                 }
-                observer.event(&JobEvent::FrameWritten { frame: frame.number });
+                if is_final {
+                    summary.written += 1;
+                    observer.event(&JobEvent::FrameWritten { frame: frame.number });
+                }
             }
             Err(FrameError::Output(error)) if error.ends_the_job() || plan.policy.on_failure == OnFailure::FailFast => {
                 return Err(error);
@@ -271,19 +293,29 @@ fn write_all(
     Ok(summary)
 }
 
+/// Writes a picture, in several attempts if that may help.
+pub(super) fn write(
+    plan: &Plan,
+    path: &Path,
+    format: &dyn Format,
+    image: &FrameImage<'_>,
+) -> Result<WriteReport, OutputError> {
+    attempts(plan, || output::write(path, format, image, plan.files.encoding))
+}
+
 /// Writes a file, in several attempts if that may help.
-fn write(plan: &Plan, file: &PlannedFile, image: &FrameImage<'_>) -> Result<WriteReport, OutputError> {
+pub(super) fn attempts<T>(plan: &Plan, write: impl Fn() -> Result<T, OutputError>) -> Result<T, OutputError> {
     let mut pause = FIRST_PAUSE;
     for _ in 0..plan.policy.retries {
-        match output::write(&file.path, file.format, image, plan.files.encoding) {
+        match write() {
             Err(error) if error.may_pass() => {
                 let text = format!("{error}; another attempt follows");
-                plan.warnings.add_live(WarningKind::RETRY, file.path.display(), text);
+                plan.warnings.add_live(WarningKind::RETRY, error.path().display(), text);
                 thread::sleep(pause);
                 pause *= 2;
             }
             done => return done,
         }
     }
-    output::write(&file.path, file.format, image, plan.files.encoding)
+    write()
 }

@@ -14,6 +14,10 @@ pub struct Summary {
     pub failures: Vec<FrameFailure>,
     /// The number of skipped frames.
     pub skipped: usize,
+    /// The number of frames that this job has written: where it denoises them, the denoised ones.
+    pub written: usize,
+    /// Those among them that were denoised without a frame beside them, which failed.
+    pub unhelped: usize,
     /// Rendering time of each frame, in order.
     pub frame_times: Vec<Duration>,
     /// The time from the first ray to the last file.

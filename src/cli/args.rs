@@ -6,7 +6,10 @@
 use std::{path::PathBuf, time::Duration};
 
 use batch_render::{batch::PartSpec, shape::mesh::LightUnits};
-use clap::{ArgAction, Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use clap::{
+    ArgAction, Args as ClapArgs, Parser, Subcommand, ValueEnum,
+    builder::{OsStringValueParser, TypedValueParser},
+};
 
 use super::{
     choices::{DenoiseStep, DenoiserKind, IfBusyKind, MissingKind, PartBaseKind, ProgressKind},
@@ -249,7 +252,7 @@ pub struct RenderArgs {
     pub report: Option<PathBuf>,
 
     /// Write the frames as a small moving picture when the job ends: .png (animated), or .mp4 by ffmpeg
-    #[arg(long, value_name = "FILE", value_parser = preview_path, hide_short_help = true, help_heading = heading::JOB)]
+    #[arg(long, value_name = "FILE", value_parser = OsStringValueParser::new().try_map(preview_path), hide_short_help = true, help_heading = heading::JOB)]
     pub preview: Option<PathBuf>,
 
     /// Keep the figures of each frame in this file as JSON
@@ -277,7 +280,7 @@ pub struct RenderArgs {
     pub overscan: u32,
 
     /// Denoise the frames with those around them; noisy ones stay in the folder noisy
-    #[arg(long, value_enum, value_name = "FILTER", num_args = 0..=1, default_missing_value = "nlm", conflicts_with_all = ["output.show", "time_limit"], hide_short_help = true, help_heading = heading::PICTURE)]
+    #[arg(long, value_enum, value_name = "FILTER", num_args = 0..=1, default_missing_value = "nlm", conflicts_with = "output.show", hide_short_help = true, help_heading = heading::PICTURE)]
     pub denoise: Option<DenoiserKind>,
 
     /// Frames on each side of a frame that help to denoise it

@@ -14,6 +14,7 @@ use batch_render::{
     bench::{self, BenchObserver, BenchOptions, Buffers, Subject},
     camera::FrameCamera,
     describe::Overrides,
+    error::Error,
     film::Film,
     geometry::Geometry,
     output::{EncodeError, FrameImage, atomic},
@@ -32,9 +33,14 @@ fn files(args: &BenchArgs) -> Vec<PathBuf> {
     args.json.iter().cloned().chain(page).collect()
 }
 
-fn write(path: &Path, text: &str) -> anyhow::Result<()> {
-    atomic::check(path).and_then(|()| atomic::write(path, |out| Ok(out.write_all(text.as_bytes())?)))?;
-    Ok(())
+fn write(path: &Path, text: &str) -> Result<(), Error> {
+    Ok(atomic::write(path, |out| Ok(out.write_all(text.as_bytes())?))?)
+}
+
+/// Refuses a file that cannot be written, or that the job reads.
+fn check(args: &BenchArgs, job: &Job) -> Result<(), Error> {
+    job.compare_files()?;
+    Ok(files(args).iter().try_for_each(|file| atomic::check(file))?)
 }
 
 /// Measures and reports.
@@ -59,8 +65,9 @@ fn picture(args: &BenchArgs, simd: Isa) -> anyhow::Result<()> {
     let _last = LastWarnings(request.warnings.clone());
     let report = threads(args.threads)?.install(|| {
         let job = Job::open(&args.scene, &request)?;
-        let scene = job.compile()?;
-        job.compare_files()?;
+        let loaded = job.load()?;
+        check(args, &job)?;
+        let scene = job.build(loaded)?;
         let frame = job.plan.frames.first().context("there is no frame to render")?;
         let subject = FirstFrame {
             camera: CameraRig::new(&job.plan, &scene).camera(&job.plan, frame),
@@ -75,7 +82,7 @@ fn picture(args: &BenchArgs, simd: Isa) -> anyhow::Result<()> {
     })?;
     say(report.to_text().trim_end());
     match &args.json {
-        Some(file) => write(file, &report.to_json()),
+        Some(file) => Ok(write(file, &report.to_json())?),
         None => Ok(()),
     }
 }
@@ -99,7 +106,9 @@ impl Subject for FirstFrame<'_> {
         let image = FrameImage {
             film,
             shown: self.plan.picture.shown,
-            coverage: self.plan.coverage(self.scene, self.camera.fills_film()),
+            coverage: self
+                .plan
+                .coverage(&self.scene.shading.background, self.camera.fills_film()),
             metadata: &self.fingerprint.metadata(self.plan, self.frame.number, &self.camera),
         };
         for file in &self.frame.files {
@@ -136,8 +145,9 @@ fn rays(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         .camera(0.0);
     let progress = BenchProgress::new(quiet);
     let report = pool.install(|| {
-        let scene = job.compile()?;
-        job.compare_files()?;
+        let loaded = job.load()?;
+        check(args, &job)?;
+        let scene = job.build(loaded)?;
         let buffers = Buffers::new(&scene, &camera);
         let geometry = contest(scene.geometry.accel.geometry(), args.embree.as_deref());
         let options = BenchOptions {

@@ -2,7 +2,7 @@
 
 use batch_render::{
     assets::store::MissingAssets,
-    batch::{IfBusy, PartBase},
+    batch::{DenoiseSteps, IfBusy, PartBase},
 };
 use clap::ValueEnum;
 
@@ -61,6 +61,15 @@ pub enum DenoiseStep {
     Render,
     /// Denoise the frames, which are there
     Denoise,
+}
+
+impl From<DenoiseStep> for DenoiseSteps {
+    fn from(step: DenoiseStep) -> Self {
+        match step {
+            DenoiseStep::Render => Self::Render,
+            DenoiseStep::Denoise => Self::Denoise,
+        }
+    }
 }
 
 /// The treatment of images that are missing or broken.

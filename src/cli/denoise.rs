@@ -3,7 +3,6 @@
 use std::{
     env,
     path::{Path, PathBuf},
-    sync::atomic::{AtomicUsize, Ordering},
 };
 
 use batch_render::{
@@ -16,14 +15,8 @@ use batch_render::{
     output::FilePattern,
     simd::Isa,
 };
-use serde_json::json;
 
-use super::{
-    choices::{DenoiserKind, ProgressKind},
-    denoise_args::DenoiseArgs,
-    progress::say,
-    threads::threads,
-};
+use super::{choices::DenoiserKind, denoise_args::DenoiseArgs, progress::say, threads::threads};
 
 /// Runs the command.
 pub fn run(args: &DenoiseArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
@@ -38,8 +31,8 @@ pub fn run(args: &DenoiseArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         skip_existing: args.skip_existing,
         simd,
     };
-    let kind = if quiet { ProgressKind::None } else { ProgressKind::Plain };
-    threads(args.threads)?.install(|| denoise(&request, &Lines::new(kind), None))?;
+    let lines = Lines { is_quiet: quiet };
+    threads(args.threads)?.install(|| denoise(&request, &lines, None))?;
     Ok(())
 }
 
@@ -67,55 +60,19 @@ fn oidn_of_environment() -> Option<PathBuf> {
     })
 }
 
-/// A line for each frame.
-pub struct Lines {
-    pub kind: ProgressKind,
-    frames: AtomicUsize,
-    done: AtomicUsize,
-}
-
-impl Lines {
-    pub fn new(kind: ProgressKind) -> Self {
-        Self {
-            kind,
-            frames: AtomicUsize::new(0),
-            done: AtomicUsize::new(0),
-        }
-    }
-
-    fn openjd(&self, status: &str) {
-        let (done, frames) = (
-            self.done.fetch_add(1, Ordering::SeqCst) + 1,
-            self.frames.load(Ordering::SeqCst),
-        );
-        say(&format!("openjd_status: {status}"));
-        say(&format!(
-            "openjd_progress: {:.1}",
-            100.0 * done as f64 / frames.max(1) as f64
-        ));
-    }
+/// A line for each frame, unless the command is quiet.
+struct Lines {
+    is_quiet: bool,
 }
 
 impl DenoiseObserver for Lines {
-    fn started(&self, frames: usize) {
-        self.frames.store(frames, Ordering::SeqCst);
-    }
-
-    fn done(&self, frame: i32, path: &Path) {
-        let file = path.display().to_string();
-        match self.kind {
-            ProgressKind::None => {}
-            ProgressKind::Json => say(&json!({ "event": "frame_denoised", "frame": frame, "file": file }).to_string()),
-            ProgressKind::Openjd => self.openjd(&format!("frame {frame} is denoised")),
-            ProgressKind::Auto | ProgressKind::Bar | ProgressKind::Plain => say(&format!("{file}: denoised")),
+    fn done(&self, _frame: i32, path: &Path) {
+        if !self.is_quiet {
+            say(&format!("{}: denoised", path.display()));
         }
     }
 
     fn skipped(&self, frame: i32) {
-        match self.kind {
-            ProgressKind::Json => say(&json!({ "event": "frame_skipped", "frame": frame }).to_string()),
-            ProgressKind::Openjd => self.openjd(&format!("frame {frame} is there")),
-            _ => tracing::info!("frame {frame} is there already"),
-        }
+        tracing::info!("frame {frame} is there already");
     }
 }

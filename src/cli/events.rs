@@ -2,9 +2,12 @@
 //!
 //! The lines of `openjd` are those of Open Job Description's "How Jobs Are Run": `openjd_progress`, `openjd_status`, `openjd_fail`.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::{
+    collections::BTreeMap,
+    sync::{Mutex, PoisonError},
+};
 
-use batch_render::batch::{FrameFailure, JobEvent, Observer};
+use batch_render::batch::{FrameFailure, JobEvent, Observer, Plan};
 
 use super::progress::say;
 
@@ -16,41 +19,46 @@ pub enum EventFormat {
 }
 
 /// Prints the events of a job.
-pub struct Events {
+pub struct Events<'a> {
     format: EventFormat,
-    /// The frames of the job.
-    total: usize,
-    done: AtomicUsize,
+    plan: &'a Plan,
+    /// How much is done of each frame, in halves: it is rendered, and it has come to its end.
+    halves: Mutex<BTreeMap<i32, u32>>,
 }
 
-impl Events {
-    pub fn new(format: EventFormat, total: usize) -> Self {
+impl<'a> Events<'a> {
+    pub fn new(format: EventFormat, plan: &'a Plan) -> Self {
         Self {
             format,
-            total,
-            done: AtomicUsize::new(0),
+            plan,
+            halves: Mutex::default(),
         }
     }
 
-    /// The lines of Open Job Description: the status, and how much is done once a frame is on disk or has failed.
+    /// The lines of Open Job Description: the status, and how much is done once a frame is on disk or has failed. Where frames
+    /// are denoised, a rendered one is half of the work.
     fn openjd(&self, event: &JobEvent<'_>) {
-        let (status, is_done) = match event {
-            JobEvent::FrameStarted { frame, .. } => (format!("frame {frame} renders"), false),
-            JobEvent::FrameSkipped { frame } => (format!("frame {frame} is there"), true),
-            JobEvent::FrameWritten { frame } => (format!("frame {frame} is written"), true),
-            JobEvent::FrameFailed(FrameFailure { frame, cause }) => (format!("frame {frame} failed: {cause}"), true),
+        let is_denoised = self.plan.renders() && self.plan.denoises().is_some();
+        let (frame, status, halves) = match event {
+            JobEvent::FrameStarted { frame, .. } => (frame, "renders".to_owned(), 0),
+            JobEvent::FrameRendered { frame, .. } if is_denoised => (frame, "is rendered".to_owned(), 1),
+            JobEvent::FrameSkipped { frame } => (frame, "is there".to_owned(), 2),
+            JobEvent::FrameWritten { frame } => (frame, "is written".to_owned(), 2),
+            JobEvent::FrameFailed(FrameFailure { frame, cause }) => (frame, format!("failed: {cause}"), 2),
             _ => return,
         };
-        say(&format!("openjd_status: {status}"));
-        if is_done {
-            let done = self.done.fetch_add(1, Ordering::SeqCst) + 1;
-            let part = done as f64 / self.total.max(1) as f64;
+        say(&format!("openjd_status: frame {frame} {status}"));
+        if halves > 0 {
+            let mut all = self.halves.lock().unwrap_or_else(PoisonError::into_inner);
+            all.insert(*frame, halves);
+            let done = f64::from(all.values().sum::<u32>());
+            let part = 0.5 * done / self.plan.frames.len().max(1) as f64;
             say(&format!("openjd_progress: {:.1}", 100.0 * part));
         }
     }
 }
 
-impl Observer for Events {
+impl Observer for Events<'_> {
     fn event(&self, event: &JobEvent<'_>) {
         match (self.format, event) {
             (EventFormat::OpenJd, _) => self.openjd(event),

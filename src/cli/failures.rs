@@ -3,7 +3,7 @@
 use std::fmt;
 
 use batch_render::{
-    batch::{FrameError, FrameFailure, Summary},
+    batch::{FrameError, Summary},
     error::{Blame, Error},
 };
 
@@ -13,6 +13,8 @@ use super::replay::Replay;
 #[derive(Debug)]
 pub struct FramesFailed {
     count: usize,
+    /// Frames that were denoised without a failed one beside them.
+    unhelped: usize,
     /// Who must act, if it is the same for all frames and no frame succeeded.
     pub blame: Option<Blame>,
 }
@@ -24,13 +26,12 @@ impl FramesFailed {
         if count == 0 {
             return Ok(());
         }
-        let panicked = |f: &&FrameFailure| matches!(f.cause, FrameError::Panic(_));
-        let tried = summary.rendered + summary.failures.iter().filter(panicked).count();
+        let (unhelped, has_written) = (summary.unhelped, summary.written > 0);
         let mut blames = summary.failures.into_iter().map(|failure| blame(failure.cause));
         let first = blames.next().flatten();
-        let is_common = count == tried && blames.all(|blame| blame == first);
+        let is_common = !has_written && blames.all(|blame| blame == first);
         let blame = first.filter(|_| is_common);
-        Err(anyhow::Error::new(Self { count, blame }))
+        Err(anyhow::Error::new(Self { count, unhelped, blame }))
     }
 }
 
@@ -45,20 +46,32 @@ fn blame(cause: FrameError) -> Option<Blame> {
 impl fmt::Display for FramesFailed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.count {
-            1 => f.write_str("1 frame failed"),
-            n => write!(f, "{n} frames failed"),
+            1 => f.write_str("1 frame failed")?,
+            n => write!(f, "{n} frames failed")?,
+        }
+        match self.unhelped {
+            0 => Ok(()),
+            n => write!(
+                f,
+                "; {n} beside them were denoised without them: repeat the job with --skip-existing"
+            ),
         }
     }
 }
 
 impl std::error::Error for FramesFailed {}
 
-/// The command that renders only this frame again.
+/// The command that makes only this frame again.
 pub fn command_of_frame(frame: i32) -> Result<String, Error> {
     Ok(command(Replay::of_process()?, frame))
 }
 
+/// A frame that is denoised needs those around it: the job goes on with what is missing.
 fn command(typed: Replay, frame: i32) -> String {
+    if typed.has("denoise") {
+        let replay = typed.without(&["overwrite", "fail-existing"]);
+        return replay.with_flag("skip-existing").shell_line();
+    }
     let replay = typed.without(&["part", "part-base", "preview"]);
     replay.with("range", frame.to_string()).shell_line()
 }
@@ -77,5 +90,18 @@ mod tests {
         let mut flags = words[2..].to_vec();
         flags.sort();
         assert_eq!(flags, ["--frames=p.csv", "--range=-5", "--samples=4", "--verbose"]);
+    }
+
+    #[test]
+    fn the_command_of_a_denoised_frame_goes_on_with_the_whole_job() {
+        let typed = "b s.toml --frames p.csv -r 1-4 --denoise --fail-existing -o f.#.exr";
+        let replay = Replay::parse(typed.split(' ').map(Into::into)).expect("the command line is right");
+        let words = "b s.toml --frames=p.csv --range=1-4 --output=f.#.exr --denoise=nlm --skip-existing";
+        let mut words: Vec<&str> = words.split(' ').collect();
+        let line = command(replay, 2);
+        let mut found: Vec<&str> = line.split(' ').collect();
+        words.sort_unstable();
+        found.sort_unstable();
+        assert_eq!(found, words);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::{borrow::Cow, collections::BTreeMap};
 
-use batch_render::warnings::Warning;
+use batch_render::{batch::Summary, error::Error, warnings::Warning};
 use serde::{Deserialize, Serialize};
 
 /// All figures.
@@ -21,8 +21,13 @@ pub struct Report {
     pub threads: usize,
     /// The number of frames of the job.
     pub total: usize,
+    /// The part of the job that the process makes, as `--part` names it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part: Option<String>,
     pub wall_s: f64,
-    /// Whether the job has ended.
+    /// The state of the process.
+    pub state: State,
+    /// Whether all frames of the job are on disk.
     pub is_finished: bool,
     pub inputs: Vec<Input>,
     /// Those of this process.
@@ -72,6 +77,14 @@ impl Report {
         }
         self.frames = frames.into_values().collect();
         self.total = self.total.max(self.frames.len());
+        self.settle();
+    }
+
+    /// Finds out whether all frames of the job are on disk.
+    pub fn settle(&mut self) {
+        let is_there = |frame: &&Frame| matches!(frame.status, Status::Written | Status::Skipped);
+        let there = self.frames.iter().filter(is_there).count();
+        self.is_finished = self.state == State::Finished && there == self.total;
     }
 }
 
@@ -98,6 +111,39 @@ impl Album {
         while self.thumbnails.len() > Self::MAX_THUMBNAILS {
             let thinned = std::mem::take(&mut self.thumbnails).into_iter().step_by(2);
             self.thumbnails.extend(thinned);
+        }
+    }
+}
+
+/// The state of a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum State {
+    Running,
+    /// All frames are on disk.
+    Finished,
+    /// A signal has ended the job.
+    Interrupted,
+    /// An error has ended the job, or frames have failed.
+    Failed,
+}
+
+impl State {
+    /// The state of a job that has ended with this result.
+    pub fn of(result: &Result<Summary, Error>) -> Self {
+        match result {
+            Ok(summary) if summary.failures.is_empty() => Self::Finished,
+            Err(Error::Cancelled(_)) => Self::Interrupted,
+            _ => Self::Failed,
+        }
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Running => "running",
+            Self::Finished => "finished",
+            Self::Interrupted => "interrupted",
+            Self::Failed => "failed",
         }
     }
 }

@@ -9,7 +9,7 @@ use std::{
 
 use batch_render::{
     accel::BuildOptions,
-    batch::{Job, Observer, Plan, Request, Stale, denoise::Helpers, merge},
+    batch::{Job, Observer, Plan, Request, Stale, merge},
     error::Error,
     render::{Cancel, Control, Counters, ShowRequest},
     simd::Isa,
@@ -17,10 +17,10 @@ use batch_render::{
 
 use super::{
     args::{Args, Command, RenderArgs},
-    choices::{DenoiseStep, ProgressKind},
-    denoise::Lines,
+    choices::ProgressKind,
     events::{EventFormat, Events},
     failures::FramesFailed,
+    figures::State,
     inventory, log, memory,
     preview::Preview,
     progress::{Progress, say},
@@ -99,10 +99,6 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     if args.dry_run {
         list(&job.plan).map_err(Error::Stdout)?;
     }
-    let kind = if quiet { ProgressKind::None } else { args.progress };
-    if args.denoise_step == Some(DenoiseStep::Denoise) {
-        return Ok(pool.install(|| job.denoise(&Helpers::Present, &Lines::new(kind), None))?);
-    }
     let scene = pool.install(|| job.load())?;
     log::warnings(&request.warnings);
     let files = job.files().manifest();
@@ -121,7 +117,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         return Ok(());
     }
     if args.existing.list_stale {
-        let stale = pool.install(|| job.stale());
+        let stale = pool.install(|| job.stale(&job.plan.frames))?;
         return Ok(list_stale(&job.plan, &stale).map_err(Error::Stdout)?);
     }
     // Figures of a refused job would be written over those that are to stay.
@@ -130,6 +126,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let show = Arc::new(ShowRequest::default());
     signals::listen(Arc::clone(&cancel), Arc::clone(&show))?;
     let plan = &job.plan;
+    let kind = if quiet { ProgressKind::None } else { args.progress };
     let progress = Progress::new(kind, plan.frames.len(), plan.picture.settings.max_samples(), &counters);
     let control = Control {
         cancel: Some(&cancel),
@@ -142,7 +139,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         page: args.report.clone(),
     };
     let is_wanted = files.json.is_some() || files.page.is_some();
-    let stats = is_wanted.then(|| pool.install(|| Stats::new(files, &job, &counters)));
+    let stats = is_wanted.then(|| pool.install(|| Stats::new(files, args.part, &job, (&counters, &cancel))));
     let preview = args
         .preview
         .as_deref()
@@ -153,7 +150,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         ProgressKind::Openjd => Some(EventFormat::OpenJd),
         _ => None,
     };
-    let events = format.map(|format| Events::new(format, plan.frames.len()));
+    let events = format.map(|format| Events::new(format, plan));
     let mut observers = Observers(vec![&progress]);
     observers
         .0
@@ -164,27 +161,24 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         .extend(preview.as_ref().map(|preview| preview as &dyn Observer));
     let done = pool.install(|| job.run(scene, &observers, &control));
     drop(observers);
-    stats.into_iter().for_each(Stats::finish);
-    preview.into_iter().for_each(Preview::finish);
-    match done {
-        Ok(figures) => {
-            progress.finish(&summary::lines(&figures, job.placeholders()));
-            for line in summary::invalid(&figures) {
-                log::warn_always(&line);
-            }
-            FramesFailed::check(figures)?;
-            if args.denoise_step.is_none() {
-                // Other files in the folder may belong to another scene.
-                let own = Helpers::Among(plan.frames.iter().map(|frame| frame.number).collect());
-                pool.install(|| job.denoise(&own, &Lines::new(kind), Some(&cancel)))?;
-            }
-            Ok(())
-        }
-        Err(e) => {
-            progress.abandon();
-            Err(e.into())
-        }
+    let state = State::of(&done);
+    let figures = stats.map(|stats| stats.finish(state)).unwrap_or_default();
+    let figures = figures.into_iter().map(Error::from);
+    let preview = preview.and_then(|preview| pool.install(|| preview.finish(&cancel)).err());
+    let closing = done.as_ref().map(|summary| summary::lines(summary, &job));
+    progress.finish(state, closing.as_deref().ok());
+    for line in done.iter().flat_map(summary::invalid) {
+        log::warn_always(&line);
     }
+    let failed = done.map_err(Into::into).and_then(FramesFailed::check).err();
+    // The first error tells the exit code.
+    let mut errors = failed.into_iter().chain(figures.chain(preview).map(Into::into));
+    let Some(first) = errors.next() else {
+        return Ok(());
+    };
+    let others = errors.filter(|other: &anyhow::Error| other.to_string() != first.to_string());
+    others.for_each(|other| log::report(&other));
+    Err(first)
 }
 
 fn log_settings(job: &Job, threads: usize) {

@@ -5,6 +5,7 @@
 
 use std::{
     collections::BTreeMap,
+    ffi::OsString,
     fs::File,
     io::{self, Read, Seek, SeekFrom, Write},
     path::{Path, PathBuf},
@@ -13,13 +14,14 @@ use std::{
 };
 
 use batch_render::{
-    batch::{InputHash, Job, JobEvent, Observer, Plan, PlannedFrame},
+    batch::{Job, JobEvent, Observer, Plan, PlannedFrame},
     error::Error,
-    output::{Contents, EncodeError, atomic, job_file::FolderGate},
+    output::{Contents, EncodeError, OutputError, atomic, job_file::FolderGate},
+    render::Cancel,
 };
 use image::{RgbImage, imageops};
 
-use super::small_picture::small_picture;
+use super::{create::cannot_create, small_picture::small_picture};
 
 /// The largest width of a preview, in pixels.
 const MAX_COLUMNS: u32 = 640;
@@ -31,7 +33,7 @@ const FFMPEG: &str = "ffmpeg";
 const RATE: (i32, u32) = (24, 1);
 
 /// The path of a preview, whose ending tells what it is.
-pub fn preview_path(text: &str) -> Result<PathBuf, String> {
+pub fn preview_path(text: OsString) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     match path.extension().and_then(|e| e.to_str()) {
         Some("png" | "apng" | "mp4") => Ok(path),
@@ -46,8 +48,7 @@ fn is_film(path: &Path) -> bool {
 /// Collects the frames of a job.
 pub struct Preview<'a> {
     path: &'a Path,
-    plan: &'a Plan,
-    inputs: InputHash,
+    job: &'a Job,
     spool: Mutex<Spool>,
 }
 
@@ -110,12 +111,10 @@ impl<'a> Preview<'a> {
                 picture.display()
             )));
         }
-        let file =
-            tempfile::tempfile().map_err(|source| super::create::cannot_create(source, &std::env::temp_dir()))?;
+        let file = tempfile::tempfile().map_err(|source| cannot_create(source, &std::env::temp_dir()))?;
         Ok(Self {
             path,
-            plan: &job.plan,
-            inputs: job.inputs(),
+            job,
             spool: Mutex::new(Spool {
                 file,
                 size: None,
@@ -125,20 +124,23 @@ impl<'a> Preview<'a> {
         })
     }
 
-    /// Writes the preview of the frames that there are. One that cannot be written is a warning: the frames are on disk.
-    pub fn finish(self) {
+    /// Writes the preview of the frames that there are.
+    ///
+    /// # Errors
+    /// It cannot be written, or no frame has a picture.
+    pub fn finish(self, cancel: &Cancel) -> Result<(), Error> {
         let mut spool = self.spool.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let plan = &self.job.plan;
         // The last part to end finds the frames of all others.
-        let _gate = self
-            .plan
+        let _gate = plan
             .is_chunk
-            .then(|| FolderGate::close(&atomic::folder_of(self.path)));
-        let frames = self.plan.all_frames();
-        for frame in frames {
-            if !spool.places.contains_key(&frame.number)
-                && frame.stale(self.plan, self.inputs).is_none()
-                && let Some(picture) = finished_picture(frame)
-            {
+            .then(|| FolderGate::close(&atomic::folder_of(self.path), Some(cancel)));
+        let frames = plan.all_frames();
+        let others = frames.iter().filter(|frame| !spool.places.contains_key(&frame.number));
+        let others: Vec<PlannedFrame> = others.cloned().collect();
+        let stale = self.job.stale(&others)?;
+        for (frame, _) in others.iter().zip(stale).filter(|(_, stale)| stale.is_none()) {
+            if let Some(picture) = finished_picture(plan, frame) {
                 let put = spool.put(frame.number, picture);
                 spool.error = spool.error.take().or(put.err());
             }
@@ -146,22 +148,27 @@ impl<'a> Preview<'a> {
         let numbers = frames.iter().map(|frame| frame.number);
         let numbers: Vec<i32> = numbers.filter(|number| spool.places.contains_key(number)).collect();
         let missing = frames.len() - numbers.len();
-        let (name, rate) = (self.path.display(), self.plan.picture.fps.unwrap_or(RATE));
+        let (name, rate) = (self.path.display(), plan.picture.fps.unwrap_or(RATE));
+        let encode = |reason: String| OutputError::Encode {
+            reason,
+            path: self.path.to_owned(),
+        };
         let Some(size) = spool.size else {
-            return tracing::warn!("--preview: no frame has a picture, {name} is not written");
+            return Err(encode("no frame of the preview has a picture".to_owned()).into());
         };
         if missing > 0 {
             tracing::warn!("--preview: {missing} frames are not in {name}: they are not on disk, or have no PNG file");
         }
-        let frames = numbers.into_iter().map(|number| spool.get(number));
-        let written = if is_film(self.path) {
-            write_film(self.path, size, rate, frames)
-        } else {
-            atomic::write(self.path, |out| write_picture(out, size, rate, frames)).map_err(|error| error.to_string())
-        };
-        if let Some(error) = written.err().or(spool.error.map(|error| error.to_string())) {
-            tracing::warn!("--preview: {error}");
+        if let Some(source) = spool.error {
+            return Err(cannot_create(source, &std::env::temp_dir()));
         }
+        let frames = numbers.into_iter().map(|number| spool.get(number));
+        if is_film(self.path) {
+            write_film(self.path, size, rate, frames).map_err(encode)?;
+        } else {
+            atomic::write(self.path, |out| write_picture(out, size, rate, frames))?;
+        }
+        Ok(())
     }
 }
 
@@ -177,8 +184,8 @@ impl Observer for Preview<'_> {
 }
 
 /// The picture of a frame whose PNG file is there.
-fn finished_picture(frame: &PlannedFrame) -> Option<RgbImage> {
-    let mut files = frame.files.iter();
+fn finished_picture(plan: &Plan, frame: &PlannedFrame) -> Option<RgbImage> {
+    let mut files = plan.final_files(frame).into_iter();
     let file = files.find(|file| file.format.contents() == Contents::Picture)?;
     let picture = image::open(&file.path).ok()?.into_rgb8();
     let columns = MAX_COLUMNS.min(picture.width());
@@ -230,7 +237,7 @@ fn write_film(
     (numerator, denominator): (i32, u32),
     mut frames: impl ExactSizeIterator<Item = io::Result<Vec<u8>>>,
 ) -> Result<(), String> {
-    let failed = |error: io::Error| format!("{FFMPEG}: {error}: {}", path.display());
+    let failed = |error: io::Error| format!("{FFMPEG}: {error}");
     let mut ffmpeg = Command::new(FFMPEG)
         .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"])
         .args([
@@ -252,7 +259,7 @@ fn write_film(
     written.map_err(failed)?;
     match status.success() {
         true => Ok(()),
-        false => Err(format!("{FFMPEG} ended with {status}: {}", path.display())),
+        false => Err(format!("{FFMPEG} ended with {status}")),
     }
 }
 
@@ -269,7 +276,13 @@ mod tests {
 
     #[test]
     fn the_ending_tells_what_a_preview_is() {
-        assert!(preview_path("film.png").is_ok() && preview_path("a/film.mp4").is_ok());
-        assert!(preview_path("film.gif").is_err() && preview_path("film").is_err());
+        for (name, is_right) in [
+            ("film.png", true),
+            ("a/film.mp4", true),
+            ("film.gif", false),
+            ("film", false),
+        ] {
+            assert_eq!(preview_path(name.into()).is_ok(), is_right, "{name}");
+        }
     }
 }

@@ -20,6 +20,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::{
     choices::ProgressKind,
     failures::command_of_frame,
+    figures::State,
     summary::{count, seconds},
 };
 
@@ -98,22 +99,22 @@ impl Progress {
         Self { work, display }
     }
 
-    /// Ends the display of a job that is done, and shows `closing` below it.
-    pub fn finish(self, closing: &str) {
-        let is_shown = !matches!(self.display, Display::Silent);
-        self.display.stop();
-        if is_shown {
-            say(closing);
-        }
-    }
-
-    /// Ends the display of a job that was not done, and says how much of it is on disk.
-    pub fn abandon(self) {
+    /// Ends the display of a job and shows `closing` below it. The last line of a job that was not done says how much of it is
+    /// on disk.
+    pub fn finish(self, state: State, closing: Option<&str>) {
         let is_shown = !matches!(self.display, Display::Silent);
         let on_disk = self.work.on_disk.load(Ordering::SeqCst);
         self.display.stop();
-        if is_shown {
-            say(&format!("{on_disk} of {} frames are on disk", self.work.frames));
+        if !is_shown {
+            return;
+        }
+        closing.into_iter().for_each(say);
+        if state != State::Finished {
+            let state = state.name();
+            say(&format!(
+                "{state}: {on_disk} of {} frames are on disk",
+                self.work.frames
+            ));
         }
     }
 }
@@ -213,6 +214,12 @@ impl Observer for Progress {
             }
             JobEvent::FileWritten { file, .. } => {
                 self.show(|| file.display().to_string(), || format!("wrote {}", file.display()));
+            }
+            JobEvent::FrameDenoised { file, .. } => {
+                self.show(
+                    || file.display().to_string(),
+                    || format!("{}: denoised", file.display()),
+                );
             }
             JobEvent::FrameWritten { .. } => {
                 self.work.on_disk.fetch_add(1, Ordering::SeqCst);

@@ -69,6 +69,18 @@ impl Replay {
         new
     }
 
+    /// Adds a flag without a value, unless it is there.
+    pub fn with_flag(self, flag: &str) -> Self {
+        let mut new = self.without(&[flag]);
+        new.words.push((Some(flag.to_owned()), format!("--{flag}").into()));
+        new
+    }
+
+    /// Whether a flag was given, by its long name.
+    pub fn has(&self, flag: &str) -> bool {
+        self.words.iter().any(|(own, _)| own.as_deref() == Some(flag))
+    }
+
     /// The arguments, without the program and the subcommand.
     pub fn arguments(self) -> Vec<OsString> {
         self.words.into_iter().map(|(_, word)| word).collect()

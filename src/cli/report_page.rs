@@ -10,7 +10,7 @@ use base64::{Engine as _, engine::general_purpose::STANDARD};
 use batch_render::output::FrameImage;
 
 use super::{
-    figures::{Album, Frame, Report, Status},
+    figures::{Album, Frame, Report, State, Status},
     replay::quoted,
     small_picture::small_picture,
     summary::{count, seconds},
@@ -54,15 +54,18 @@ pub fn page(album: &Album) -> String {
     let [written, skipped, failed] = [Status::Written, Status::Skipped, Status::Failed].map(done);
     let command: Vec<String> = report.command.iter().map(quoted).collect();
     let [width, height] = report.resolution;
-    let state = match (report.is_finished, remaining(report)) {
-        (true, _) => "finished".to_owned(),
-        (false, Some(left)) => format!("running, about {left} left"),
-        (false, None) => "running".to_owned(),
+    let state = match (report.state, remaining(report)) {
+        (State::Running, Some(left)) => format!("running, about {left} left"),
+        (state, _) => state.name().to_owned(),
     };
-    let refresh = if report.is_finished {
-        ""
-    } else {
+    let state = match &report.part {
+        Some(part) if !report.is_finished => format!("part {part} {state}"),
+        _ => state,
+    };
+    let refresh = if report.state == State::Running {
         "<meta http-equiv=\"refresh\" content=\"5\">"
+    } else {
+        ""
     };
     let samples = match report.min_samples {
         Some(min) => format!("{min} to {}", report.samples),

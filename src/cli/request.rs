@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use batch_render::{
     accel::BuildOptions,
-    batch::{Existing, FrameRange, OnFailure, Policy, Request, metadata::Sidecar},
+    batch::{DenoiseSteps, Existing, FrameRange, OnFailure, Policy, Request, metadata::Sidecar},
     error::Error,
     simd::Isa,
     value::UnknownName,
@@ -62,6 +62,7 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         denoise: args
             .denoise
             .map(|filter| super::denoise::options(filter, args.temporal, args.oidn_lib.as_deref())),
+        denoise_steps: args.denoise_step.map_or(DenoiseSteps::Both, DenoiseSteps::from),
         metadata: sidecars.map_err(|unknown| Error::Usage(format!("--metadata: {unknown}")))?,
         png_depth: args.png_depth.clone(),
         png_normals: args.png_normals.clone(),

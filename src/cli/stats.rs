@@ -11,14 +11,14 @@ use std::{
 use serde::de::DeserializeOwned;
 
 use super::{
-    figures::{Album, Frame, Input, Report, Status},
+    figures::{Album, Frame, Input, Report, State, Status},
     memory,
     report_page::{page, thumbnail},
 };
 use batch_render::{
-    batch::{Fingerprint, FrameFailure, InputHash, Job, JobEvent, Observer, Plan},
+    batch::{Fingerprint, FrameFailure, InputHash, Job, JobEvent, Observer, PartSpec, Plan},
     output::{FrameImage, OutputError, atomic, job_file::FolderGate},
-    render::Counters,
+    render::{Cancel, Counters},
     warnings::WarningKind,
 };
 
@@ -38,7 +38,7 @@ struct Work {
     cpu: Option<f64>,
 }
 
-struct State {
+struct Collected {
     album: Album,
     /// The work before the frame that renders.
     before: Work,
@@ -60,13 +60,15 @@ pub struct Stats<'a> {
     plan: &'a Plan,
     inputs: InputHash,
     counters: &'a Counters,
+    cancel: Option<&'a Cancel>,
     start: Instant,
-    state: Mutex<State>,
+    state: Mutex<Collected>,
 }
 
 impl<'a> Stats<'a> {
     /// Starts the figures of a job whose scene is loaded.
-    pub fn new(files: StatsFiles, job: &'a Job, counters: &'a Counters) -> Self {
+    pub fn new(files: StatsFiles, part: Option<PartSpec>, job: &'a Job, control: (&'a Counters, &'a Cancel)) -> Self {
+        let (counters, cancel) = control;
         let plan = &job.plan;
         let inputs = job.files().manifest().into_iter().map(|(path, hash)| Input {
             path: path.display().to_string(),
@@ -85,7 +87,9 @@ impl<'a> Stats<'a> {
             noise_threshold: adaptive.map(|rule| rule.threshold),
             threads: rayon::current_num_threads(),
             total: plan.all_frames().len(),
+            part: part.map(|part| part.to_string()),
             wall_s: 0.0,
+            state: State::Running,
             is_finished: false,
             inputs: inputs.collect(),
             warnings: Vec::new(),
@@ -96,8 +100,9 @@ impl<'a> Stats<'a> {
             plan,
             inputs: job.inputs(),
             counters,
+            cancel: Some(cancel),
             start: Instant::now(),
-            state: Mutex::new(State {
+            state: Mutex::new(Collected {
                 album: Album {
                     figures: report,
                     thumbnails: BTreeMap::new(),
@@ -108,19 +113,21 @@ impl<'a> Stats<'a> {
         }
     }
 
-    /// Writes the file for the last time.
-    pub fn finish(self) {
+    /// Writes the files for the last time, of a job that has ended in this state. Returns the errors of those that cannot be
+    /// written.
+    pub fn finish(self, end: State) -> Vec<OutputError> {
         let mut state = self.lock();
-        state.album.figures.is_finished = true;
-        self.write(&mut state);
+        state.album.figures.state = end;
+        state.album.figures.settle();
+        self.write(&mut state).into_iter().map(|(_, error)| error).collect()
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, Collected> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The entry of a frame, a new one where there is none.
-    fn frame<'s>(&self, state: &'s mut State, number: i32) -> &'s mut Frame {
+    fn frame<'s>(&self, state: &'s mut Collected, number: i32) -> &'s mut Frame {
         let frames = &mut state.album.figures.frames;
         let at = frames.iter().rposition(|f| f.frame == number).unwrap_or_else(|| {
             let planned = self.plan.frames.iter().find(|f| f.number == number);
@@ -157,14 +164,17 @@ impl<'a> Stats<'a> {
         }
     }
 
-    fn write_sometimes(&self, state: &mut State) {
+    fn write_sometimes(&self, state: &mut Collected) {
         if state.written.elapsed() >= WRITE_EVERY {
-            self.write(state);
+            // No reason to stop rendering.
+            for (flag, error) in self.write(state) {
+                tracing::warn!("{flag}: {error}");
+            }
         }
     }
 
-    /// A file of figures that cannot be written is no reason to stop rendering.
-    fn write(&self, state: &mut State) {
+    /// Writes the files. Returns the errors of those that cannot be written, each with its flag.
+    fn write(&self, state: &mut Collected) -> Vec<(&'static str, OutputError)> {
         state.written = Instant::now();
         state.album.figures.wall_s = self.start.elapsed().as_secs_f64();
         state.album.figures.warnings = self.plan.warnings.list();
@@ -172,11 +182,10 @@ impl<'a> Stats<'a> {
         let json = json.map(|path| self.write_json(path, &state.album.figures));
         let page = self.files.page.as_ref();
         let page = page.map(|folder| self.write_page(folder, &state.album));
-        for (flag, written) in [("--stats", json), ("--report", page)] {
-            if let Some(Err(error)) = written {
-                tracing::warn!("{flag}: {error}");
-            }
-        }
+        let written = [("--stats", json), ("--report", page)].into_iter();
+        written
+            .filter_map(|(flag, written)| Some((flag, written?.err()?)))
+            .collect()
     }
 
     fn write_json(&self, path: &Path, figures: &Report) -> Result<(), OutputError> {
@@ -198,7 +207,7 @@ impl<'a> Stats<'a> {
 
     /// Keeps other jobs of the sequence from changing files between reading and writing, where this one joins theirs.
     fn gate(&self, folder: &Path) -> Option<FolderGate> {
-        self.plan.is_chunk.then(|| FolderGate::close(folder))
+        self.plan.is_chunk.then(|| FolderGate::close(folder, self.cancel))
     }
 
     /// The figures of other jobs of the sequence, where this job joins them.
@@ -263,7 +272,9 @@ impl Observer for Stats<'_> {
                 frame.reason = Some(cause.to_string());
             }
             JobEvent::FrameImage { .. } => {}
-            JobEvent::FileWritten { frame, file } => self.frame(state, *frame).files.push(file.display().to_string()),
+            JobEvent::FileWritten { frame, file } | JobEvent::FrameDenoised { frame, file } => {
+                self.frame(state, *frame).files.push(file.display().to_string())
+            }
             JobEvent::FrameWritten { frame } => self.frame(state, *frame).status = Status::Written,
         }
         if let JobEvent::FrameSkipped { .. } | JobEvent::FrameFailed(_) | JobEvent::FrameWritten { .. } = event {

@@ -2,19 +2,25 @@
 
 use std::time::Duration;
 
-use batch_render::batch::Summary;
+use batch_render::batch::{Job, Summary};
 
 use super::memory;
 
-/// The figures of a finished job, a line for each kind; `replaced` is the number of missing images.
-pub fn lines(summary: &Summary, replaced: usize) -> String {
+/// The figures of a job that has come to its end, a line for each kind.
+pub fn lines(summary: &Summary, job: &Job) -> String {
+    let (replaced, is_denoised) = (job.placeholders(), job.plan.denoises().is_some());
     let mut lines = Vec::new();
     let skipped = match summary.skipped {
         0 => String::new(),
         n => format!(", {n} skipped"),
     };
+    let denoised = if is_denoised {
+        format!(", {} denoised", summary.written)
+    } else {
+        String::new()
+    };
     lines.push(format!(
-        "{} rendered{skipped} in {}",
+        "{} rendered{denoised}{skipped} in {}",
         plural(summary.rendered, "frame"),
         seconds(summary.wall)
     ));

@@ -7,13 +7,22 @@ use std::{
     fs::{self, File, OpenOptions, TryLockError},
     io::{self, Write},
     path::{Path, PathBuf},
+    thread,
+    time::Duration,
 };
 
 use tempfile::NamedTempFile;
 
 use super::atomic::{TEMPORARY_PREFIX, TEMPORARY_SUFFIX};
+use crate::render::Cancel;
 
 const SUFFIX: &str = ".job.tmp";
+
+/// The interval of attempts to lock a file.
+const POLL: Duration = Duration::from_millis(5);
+
+/// The time that a cancelled job waits for a lock.
+const PATIENCE: Duration = Duration::from_millis(500);
 
 /// A job's own file, removed on drop.
 #[derive(Debug)]
@@ -30,13 +39,25 @@ pub struct FolderGate {
 }
 
 impl FolderGate {
-    pub fn close(folder: &Path) -> Self {
+    /// Waits for the lock; once the job is cancelled, for a moment at most.
+    pub fn close(folder: &Path, cancel: Option<&Cancel>) -> Self {
         let path = folder.join(format!("{TEMPORARY_PREFIX}gate{TEMPORARY_SUFFIX}"));
+        let mut left = PATIENCE;
         loop {
-            let file = open_gate(&path).filter(|file| file.lock().is_ok());
-            // The job that held it has removed it: others lock a new file.
-            if file.as_ref().is_none_or(|file| is_at(file, &path)) {
-                return Self { path, file };
+            let Some(file) = open_gate(&path) else {
+                return Self { path, file: None };
+            };
+            match file.try_lock() {
+                // The job that held it has removed it: others lock a new file.
+                Ok(()) if !is_at(&file, &path) => {}
+                Ok(()) => return Self { path, file: Some(file) },
+                Err(TryLockError::WouldBlock) if !left.is_zero() => {
+                    thread::sleep(POLL);
+                    if cancel.is_some_and(Cancel::is_cancelled) {
+                        left = left.saturating_sub(POLL);
+                    }
+                }
+                Err(_) => return Self { path, file: None },
             }
         }
     }
@@ -109,7 +130,9 @@ pub fn of_others(folder: &Path) -> Vec<String> {
     let is_job = |name: &str| name.starts_with(TEMPORARY_PREFIX) && name.ends_with(SUFFIX);
     let names = entries
         .flatten()
-        .filter(|entry| entry.file_name().to_str().is_some_and(is_job));
+        .filter(|entry| entry.file_name().to_str().is_some_and(is_job))
+        // Opening anything but a file may wait for ever.
+        .filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
     let living = names.filter(|entry| {
         let file = OpenOptions::new().write(true).open(entry.path());
         file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
@@ -121,8 +144,6 @@ pub fn of_others(folder: &Path) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use std::thread;
-
     use super::*;
 
     #[test]
@@ -134,7 +155,7 @@ mod tests {
             for _ in 0..8 {
                 scope.spawn(|| {
                     for _ in 0..50 {
-                        let _gate = FolderGate::close(home.path());
+                        let _gate = FolderGate::close(home.path(), None);
                         let seen: u32 = fs::read_to_string(&count).unwrap().parse().unwrap();
                         fs::write(&count, (seen + 1).to_string()).unwrap();
                     }
@@ -146,14 +167,34 @@ mod tests {
     }
 
     #[test]
+    fn a_cancelled_job_goes_on_without_a_lock_that_another_program_holds() {
+        let home = tempfile::tempdir().unwrap();
+        let gate = FolderGate::close(home.path(), None);
+        let cancel = Cancel::default();
+        cancel.cancel();
+        let other = FolderGate::close(home.path(), Some(&cancel));
+        assert!(gate.file.is_some() && other.file.is_none());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_file_is_no_job() {
+        let home = tempfile::tempdir().unwrap();
+        let name = home.path().join(format!("{TEMPORARY_PREFIX}x{SUFFIX}"));
+        let made = std::process::Command::new("mkfifo").arg(name).status().unwrap();
+        assert!(made.success());
+        assert!(of_others(home.path()).is_empty());
+    }
+
+    #[test]
     fn a_gate_that_a_killed_job_has_left_and_a_folder_that_is_missing_keep_nobody_out() {
         let home = tempfile::tempdir().unwrap();
         let name = format!("{TEMPORARY_PREFIX}gate{TEMPORARY_SUFFIX}");
         fs::write(home.path().join(&name), "").unwrap();
-        drop(FolderGate::close(home.path()));
+        drop(FolderGate::close(home.path(), None));
         assert_eq!(fs::read_dir(home.path()).unwrap().count(), 0);
-        drop(FolderGate::close(&home.path().join("missing")));
+        drop(FolderGate::close(&home.path().join("missing"), None));
         fs::create_dir(home.path().join(&name)).unwrap();
-        drop(FolderGate::close(home.path()));
+        drop(FolderGate::close(home.path(), None));
     }
 }

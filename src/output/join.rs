@@ -22,6 +22,8 @@ pub enum JoinError {
     Missing { path: PathBuf },
     #[error("the file is incomplete or altered: {}", path.display())]
     Damaged { path: PathBuf },
+    #[error("the file is denoised: join the crops with noise, and denoise the whole: {}", path.display())]
+    Denoised { path: PathBuf },
     #[error("the file was not written by this version of batch-render: {}", path.display())]
     Foreign { path: PathBuf },
     #[error("the files are of different pictures, by their frames, inputs or settings: {} and {}", first.display(), second.display())]

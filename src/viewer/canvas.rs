@@ -68,7 +68,7 @@ impl Canvas {
             ),
             plane,
             pass,
-            coverage: plan.coverage(scene, fills_film),
+            coverage: plan.coverage(&scene.shading.background, fills_film),
             size: [settings.window.width(), settings.window.height()],
             inner: Mutex::new(Inner {
                 rgb: vec![BACKDROP as u8; 3 * settings.window.area()],

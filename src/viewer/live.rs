@@ -209,7 +209,7 @@ impl ViewJob<'_> {
         let image = FrameImage {
             film,
             shown: plan.picture.shown,
-            coverage: plan.coverage(&self.session.base.scene, camera.fills_film()),
+            coverage: plan.coverage(&self.session.base.scene.shading.background, camera.fills_film()),
             metadata: &metadata,
         };
         // Encoding a non-empty picture into memory cannot fail.

@@ -156,8 +156,8 @@ fn a_job_denoises_its_frames_whole_or_in_two_steps() {
     assert!(error.contains("--denoise-step render"), "{error}");
     let error = folder.fail(2, &["s.toml", "--samples", "1", "--denoise", "-o", "f.exr"]);
     assert!(error.contains("2 or more"), "{error}");
-    let error = folder.fail(2, &words(&[JOB, denoise, "two/f.#.png"]));
-    assert!(error.contains("denoised frames are EXR files"), "{error}");
+    let error = folder.fail(2, &["denoise", "two/noisy/f.#.exr", "-o", "d.#.png"]);
+    assert!(error.contains("denoised sequences are EXR files"), "{error}");
 }
 
 #[test]

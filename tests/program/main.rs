@@ -15,6 +15,8 @@ mod cryptomatte;
 mod cube;
 mod datasets;
 mod denoise;
+#[cfg(unix)]
+mod denoise_jobs;
 mod docs;
 mod encodings;
 mod far;
@@ -24,6 +26,7 @@ mod hostile;
 mod instances;
 mod interrupts;
 mod job;
+mod job_ends;
 mod layers;
 mod materials;
 mod media;

@@ -2,10 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::{
-    error::Error,
-    output::{Exr, FilePattern, Format as _},
-};
+use crate::output::{Exr, FilePattern, FilePatternError, Format as _};
 
 /// The settings of the denoiser.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,34 +22,43 @@ pub enum FilterKind {
     Oidn { library: Option<PathBuf> },
 }
 
+/// The steps of a job that denoises.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DenoiseSteps {
+    #[default]
+    Both,
+    /// The frames are rendered, and stay noisy.
+    Render,
+    /// The frames, which are there, are denoised.
+    Denoise,
+}
+
 /// The denoising of a job.
 #[derive(Clone, Debug)]
 pub struct DenoisePlan {
     pub options: DenoiseOptions,
-    /// The files before and after.
-    pub files: Vec<(FilePattern, FilePattern)>,
+    pub steps: DenoiseSteps,
+    /// The rendered files.
+    pub noisy: FilePattern,
+    /// The files that are made of them.
+    pub clean: Vec<FilePattern>,
 }
 
-/// The folder of the files before they are denoised, beside those after.
-pub(in crate::batch) const NOISY_FOLDER: &str = "noisy";
+/// The folder of the rendered files, beside those of the job.
+const NOISY_FOLDER: &str = "noisy";
 
-/// The EXR files among those of a job, which can be denoised.
-///
-/// # Errors
-/// One is not EXR and was asked for, or none is.
-pub(in crate::batch) fn exr_alone(mut patterns: Vec<FilePattern>, are_asked: bool) -> Result<Vec<FilePattern>, Error> {
-    let is_exr = |pattern: &FilePattern| pattern.format().name() == Exr.name();
-    if let Some(other) = patterns.iter().find(|pattern| are_asked && !is_exr(pattern)) {
-        let message = format!(
-            "--denoise: denoised frames are EXR files, and {} is none",
-            other.as_str()
-        );
-        return Err(Error::Usage(message));
+/// The rendered files that become these ones: EXR files, named as the first ones that are EXR, else as the first ones.
+pub(in crate::batch) fn noisy(clean: &[FilePattern]) -> Result<FilePattern, FilePatternError> {
+    let is_exr = |pattern: &&FilePattern| pattern.format().name() == Exr.name();
+    let named = clean.iter().find(is_exr).or(clean.first());
+    let pattern = named.expect("a job has files").in_folder(NOISY_FOLDER)?;
+    if is_exr(&&pattern) {
+        return Ok(pattern);
     }
-    patterns.retain(is_exr);
-    if patterns.is_empty() {
-        let message = "--denoise: denoised frames are EXR files, and the scene's `files` names none (give -o)";
-        return Err(Error::Usage(message.to_owned()));
-    }
-    Ok(patterns)
+    let text = pattern.as_str();
+    FilePattern::parse(&format!(
+        "{}{}",
+        &text[..text.len() - pattern.format().name().len()],
+        Exr.name()
+    ))
 }

@@ -1,6 +1,6 @@
 //! Parts of a job, for machines that know only their own number.
 
-use std::str::FromStr;
+use std::{fmt, str::FromStr};
 
 /// A part of the frames of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +53,16 @@ impl FromStr for PartSpec {
             return Err(expected());
         }
         Ok(Self { number, count, order })
+    }
+}
+
+impl fmt::Display for PartSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.number, self.count)?;
+        match self.order {
+            PartOrder::Contiguous => Ok(()),
+            PartOrder::Interleaved => f.write_str(":interleave"),
+        }
     }
 }
 

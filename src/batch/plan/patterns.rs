@@ -13,7 +13,7 @@ use crate::{
 pub(in crate::batch) struct Patterns {
     /// The patterns of rendered files.
     pub rendered: Vec<FilePattern>,
-    /// The patterns of the denoised files of the first ones; empty if the job does not denoise.
+    /// The patterns of the files that the first one becomes; empty if the job does not denoise.
     pub denoised: Vec<FilePattern>,
 }
 
@@ -28,12 +28,8 @@ impl Patterns {
             denoised: Vec::new(),
         };
         if request.denoise.is_some() {
-            patterns.denoised = denoise_options::exr_alone(patterns.rendered, is_chosen(desc))?;
-            let noisy = patterns
-                .denoised
-                .iter()
-                .map(|pattern| pattern.in_folder(denoise_options::NOISY_FOLDER));
-            patterns.rendered = noisy.collect::<Result<_, _>>().map_err(Error::Pattern)?;
+            let noisy = denoise_options::noisy(&patterns.rendered).map_err(Error::Pattern)?;
+            patterns.denoised = std::mem::replace(&mut patterns.rendered, vec![noisy]);
         }
         for (format, text) in request.png_data() {
             let pattern = FilePattern::parse(text).map_err(Error::Pattern)?;
@@ -45,6 +41,11 @@ impl Patterns {
             patterns.rendered.push(pattern.with_format(format));
         }
         Ok(patterns)
+    }
+
+    /// All patterns, those of final files first.
+    pub fn all(&self) -> impl Iterator<Item = &FilePattern> {
+        self.denoised.iter().chain(&self.rendered)
     }
 
     /// The pattern of the final pictures: files for displays, else the first.

@@ -2,7 +2,9 @@
 
 use std::{path::PathBuf, time::Duration};
 
-use crate::batch::{DenoiseOptions, Existing, FrameRange, IfBusy, JobPart, OnFailure, products::metadata::Sidecar};
+use crate::batch::{
+    DenoiseOptions, DenoiseSteps, Existing, FrameRange, IfBusy, JobPart, OnFailure, products::metadata::Sidecar,
+};
 use crate::{
     accel::BuildOptions,
     assets::store::MissingAssets,
@@ -41,6 +43,8 @@ pub struct Request {
     pub png_ids: Option<String>,
     /// The denoising that follows once all frames are there; the job's files are the denoised ones then.
     pub denoise: Option<DenoiseOptions>,
+    /// The steps of such a job.
+    pub denoise_steps: DenoiseSteps,
     /// The files with metadata beside the pictures.
     pub metadata: Vec<Sidecar>,
     /// Files that the caller writes beside the job's own. None of them may be a file that the job reads or writes.

@@ -6,7 +6,7 @@
 mod layers;
 
 use std::{
-    collections::{BTreeMap, VecDeque},
+    collections::{BTreeMap, HashMap, VecDeque},
     path::{Path, PathBuf},
 };
 
@@ -27,7 +27,7 @@ use crate::{
 };
 
 /// The attribute that says how a file was denoised.
-const DENOISED: &str = "batch-render/denoised";
+pub(super) const DENOISED: &str = "batch-render/denoised";
 
 /// Rises with every change of the denoiser that changes pixels.
 const VERSION: u32 = 3;
@@ -59,7 +59,6 @@ pub enum Helpers {
 
 /// An observer of a sequence that is denoised.
 pub trait DenoiseObserver {
-    fn started(&self, _frames: usize) {}
     fn done(&self, _frame: i32, _path: &Path) {}
     fn skipped(&self, _frame: i32) {}
 }
@@ -69,26 +68,74 @@ pub trait DenoiseObserver {
 /// # Errors
 /// A file is missing, has not what the denoiser needs, or cannot be written; or `cancel` says so.
 pub fn denoise(request: &DenoiseRequest, observer: &dyn DenoiseObserver, cancel: Option<&Cancel>) -> Result<(), Error> {
-    let sequence = Sequence::find(request)?;
-    let outputs = sequence.wanted.iter().map(|(frame, _)| request.output.path(*frame));
-    targets::check_distinct(outputs, sequence.files.values().cloned())?;
-    observer.started(sequence.wanted.len());
-    let mut method = load(&request.options.filter)?;
-    let how = match &method {
-        Method::NonLocalMeans => "non-local means, outliers cut, alpha divided out".to_owned(),
-        Method::Oidn(oidn) => format!("Open Image Denoise {}", oidn.version()),
-    };
-    let (mut loaded, mut seals) = (Loaded::default(), BTreeMap::new());
-    for (frame, around) in &sequence.wanted {
-        let path = request.output.path(*frame);
-        for other in around {
-            if !seals.contains_key(other) {
-                seals.insert(*other, seal(&sequence.files[other])?);
-            }
+    if request.output.format().name() != Exr.name() {
+        let message = format!("denoised sequences are EXR files: {}", request.output.as_str());
+        return Err(Error::Usage(message));
+    }
+    denoise_into(request, &OneFile { request, observer }, cancel)
+}
+
+/// Receives the denoised frames of a sequence.
+pub(super) trait DenoisedFrames {
+    /// The files that are made of a frame.
+    fn files(&self, frame: i32) -> Vec<PathBuf>;
+    /// Returns whether the files of a frame are there, whole and with this fingerprint, and stay.
+    fn keep(&self, frame: i32, fingerprint: &str) -> bool;
+    fn write(&self, frame: i32, file: &ExrFile) -> Result<(), Error>;
+}
+
+/// Each frame is one EXR file.
+struct OneFile<'a> {
+    request: &'a DenoiseRequest,
+    observer: &'a dyn DenoiseObserver,
+}
+
+impl DenoisedFrames for OneFile<'_> {
+    fn files(&self, frame: i32) -> Vec<PathBuf> {
+        vec![self.request.output.path(frame)]
+    }
+
+    fn keep(&self, frame: i32, fingerprint: &str) -> bool {
+        let has = || {
+            let facts = Exr.inspect(&self.request.output.path(frame));
+            facts.is_some_and(|facts| facts.attribute(FINGERPRINT) == Some(&Value::from(fingerprint)))
+        };
+        let is_kept = self.request.skip_existing && has();
+        if is_kept {
+            self.observer.skipped(frame);
         }
-        let fingerprint = fingerprint(request, &how, around.iter().map(|other| &seals[other]));
-        if request.skip_existing && has(&path, &fingerprint) {
-            observer.skipped(*frame);
+        is_kept
+    }
+
+    fn write(&self, frame: i32, file: &ExrFile) -> Result<(), Error> {
+        let path = self.request.output.path(frame);
+        atomic::check(&path)?;
+        write(&path, file)?;
+        self.observer.done(frame, &path);
+        Ok(())
+    }
+}
+
+/// Writes a denoised file, with a seal.
+pub(super) fn write(path: &Path, file: &ExrFile) -> Result<(), OutputError> {
+    atomic::write(path, |out| Ok(out.write_all(&output::sealed(file.encode()?))?))
+}
+
+/// Denoises a sequence as [`denoise`] does, into files that `frames` writes.
+pub(super) fn denoise_into(
+    request: &DenoiseRequest,
+    frames: &dyn DenoisedFrames,
+    cancel: Option<&Cancel>,
+) -> Result<(), Error> {
+    let sequence = Sequence::find(request)?;
+    let outputs = sequence.wanted.iter().flat_map(|(frame, _)| frames.files(*frame));
+    targets::check_distinct(outputs, sequence.files.values().cloned())?;
+    let mut method = load(&request.options.filter)?;
+    let how = how(&method);
+    let (mut loaded, mut seals) = (Loaded::default(), Seals::default());
+    for (frame, around) in &sequence.wanted {
+        let fingerprint = seals.fingerprint(request, &how, &sequence.files_of(around))?;
+        if frames.keep(*frame, &fingerprint) {
             continue;
         }
         if cancel.is_some_and(Cancel::is_cancelled) {
@@ -103,15 +150,21 @@ pub fn denoise(request: &DenoiseRequest, observer: &dyn DenoiseObserver, cancel:
                 Attribute::new(FINGERPRINT, fingerprint.as_str()),
             ]);
         }
-        let bytes = file.encode().map_err(|error| OutputError::Encode {
-            reason: error.to_string(),
-            path: path.clone(),
-        })?;
-        atomic::check(&path)?;
-        atomic::write(&path, |out| Ok(out.write_all(&output::sealed(bytes))?))?;
-        observer.done(*frame, &path);
+        frames.write(*frame, &file)?;
     }
     Ok(())
+}
+
+/// The fingerprints of the denoised frames of a sequence; `None` where a file that the frame is made of is damaged or foreign.
+pub(super) fn fingerprints(request: &DenoiseRequest) -> Result<BTreeMap<i32, Option<String>>, Error> {
+    let sequence = Sequence::find(request)?;
+    let (how, mut seals) = (how(&load(&request.options.filter)?), Seals::default());
+    let mut of = |around: &[i32]| seals.fingerprint(request, &how, &sequence.files_of(around)).ok();
+    Ok(sequence
+        .wanted
+        .iter()
+        .map(|(frame, around)| (*frame, of(around)))
+        .collect())
 }
 
 /// The frames to denoise, each with those that it needs, itself among them, in rising order.
@@ -121,6 +174,10 @@ struct Sequence {
 }
 
 impl Sequence {
+    fn files_of(&self, frames: &[i32]) -> Vec<&Path> {
+        frames.iter().map(|frame| &*self.files[frame]).collect()
+    }
+
     fn find(request: &DenoiseRequest) -> Result<Self, Error> {
         let files = files(request)?;
         let wanted: Vec<i32> = match &request.frames {
@@ -266,7 +323,7 @@ impl Loaded {
 }
 
 /// The filter, ready to work.
-fn load(filter: &FilterKind) -> Result<Method, DenoiseError> {
+pub(in crate::batch) fn load(filter: &FilterKind) -> Result<Method, DenoiseError> {
     Ok(match filter {
         FilterKind::NonLocalMeans => Method::NonLocalMeans,
         FilterKind::Oidn { library } => {
@@ -277,15 +334,32 @@ fn load(filter: &FilterKind) -> Result<Method, DenoiseError> {
     })
 }
 
-/// The hash of all that a denoised file depends on: the files, by their seals, and the settings.
-fn fingerprint<'a>(request: &DenoiseRequest, how: &str, seals: impl Iterator<Item = &'a String>) -> String {
-    let version = env!("CARGO_PKG_VERSION");
-    let mut text = format!("{VERSION} {version} {} {how}\n", request.options.temporal);
-    for seal in seals {
-        text.push_str(seal);
-        text.push('\n');
+/// The text about a filter in files.
+fn how(method: &Method) -> String {
+    match method {
+        Method::NonLocalMeans => "non-local means, outliers cut, alpha divided out".to_owned(),
+        Method::Oidn(oidn) => format!("Open Image Denoise {}", oidn.version()),
     }
-    ContentHash::of(text.as_bytes()).to_string()
+}
+
+/// The seals of the files that were looked at, by their paths.
+#[derive(Default)]
+struct Seals(HashMap<PathBuf, String>);
+
+impl Seals {
+    /// The hash of all that a denoised file depends on: the files, by their seals, and the settings.
+    fn fingerprint(&mut self, request: &DenoiseRequest, how: &str, files: &[&Path]) -> Result<String, DenoiseError> {
+        let version = env!("CARGO_PKG_VERSION");
+        let mut text = format!("{VERSION} {version} {} {how}\n", request.options.temporal);
+        for path in files {
+            if !self.0.contains_key(*path) {
+                self.0.insert((*path).to_owned(), seal(path)?);
+            }
+            text.push_str(&self.0[*path]);
+            text.push('\n');
+        }
+        Ok(ContentHash::of(text.as_bytes()).to_string())
+    }
 }
 
 /// The seal of the whole file at `path`, which is a hash of its bytes.
@@ -296,10 +370,4 @@ fn seal(path: &Path) -> Result<String, DenoiseError> {
         (Some(_), Some(Value::String(seal))) => Ok(seal.clone()),
         _ => Err(DenoiseError::Foreign { path: path.to_owned() }),
     }
-}
-
-/// Whether the file at `path` is whole and has this fingerprint.
-fn has(path: &Path, fingerprint: &str) -> bool {
-    let facts = Exr.inspect(path);
-    facts.is_some_and(|facts| facts.attribute(FINGERPRINT) == Some(&Value::from(fingerprint)))
 }

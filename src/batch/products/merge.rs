@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::batch::resume::fingerprint::{FINGERPRINT, Fingerprint, PICTURE};
 
-use super::targets;
+use super::{denoise::DENOISED, targets};
 use crate::{
     error::Error,
     film::Window,
@@ -65,6 +65,9 @@ fn look(format: &dyn Format, path: &Path) -> Result<Crop, JoinError> {
     let Some(facts) = format.inspect(&path) else {
         return Err(JoinError::Damaged { path });
     };
+    if facts.attribute(DENOISED).is_some() {
+        return Err(JoinError::Denoised { path });
+    }
     match facts.attribute(PICTURE) {
         Some(Value::String(picture)) if facts.version() == Some(env!("CARGO_PKG_VERSION")) => Ok(Crop {
             picture: picture.clone(),

@@ -5,7 +5,7 @@ use std::{borrow::Cow, collections::HashSet, fs, path::Path};
 use glam::DMat3;
 use serde::{Deserialize, Serialize};
 
-use crate::batch::{CameraRig, Plan, PlannedFrame};
+use crate::batch::{CameraRig, FrameFailure, Plan, PlannedFrame};
 
 use super::metadata::{Sidecar, pinhole};
 use crate::{
@@ -13,21 +13,27 @@ use crate::{
     error::Error,
     film::Window,
     output::{OutputError, atomic, job_file::FolderGate},
+    render::Cancel,
     scene::Scene,
     warnings::{WarningKind, Warnings},
 };
 
-/// Writes the files beside the pictures of a plan. A job that renders some frames of a sequence keeps what others have written
-/// of the other frames.
-pub(in crate::batch) fn write(plan: &Plan, scene: &Scene) -> Result<(), Error> {
+/// Writes the files beside the pictures of a plan, but for frames that `failures` names. A job that renders some frames of a
+/// sequence keeps what others have written of the other frames.
+pub(in crate::batch) fn write(
+    plan: &Plan,
+    scene: &Scene,
+    failures: &[FrameFailure],
+    cancel: Option<&Cancel>,
+) -> Result<(), Error> {
     for sidecar in &plan.files.sidecars {
         let Some(path) = plan.sidecar_path(*sidecar) else {
             continue;
         };
         match sidecar {
             Sidecar::Transforms => {
-                let mut own = Transforms::new(plan, scene)?;
-                let _gate = FolderGate::close(&atomic::folder_of(&path));
+                let mut own = Transforms::new(plan, scene, failures)?;
+                let _gate = FolderGate::close(&atomic::folder_of(&path), cancel);
                 if plan.is_chunk
                     && let Some(others) = Transforms::read(&path, &plan.warnings)
                 {
@@ -77,7 +83,7 @@ struct Frame {
 }
 
 impl Transforms {
-    fn new(plan: &Plan, scene: &Scene) -> Result<Self, Error> {
+    fn new(plan: &Plan, scene: &Scene, failures: &[FrameFailure]) -> Result<Self, Error> {
         let rig = CameraRig::new(plan, scene);
         let window = plan.picture.settings.window;
         let frame = |frame: &PlannedFrame| {
@@ -87,7 +93,16 @@ impl Transforms {
                 window,
             ))
         };
-        let frames = plan.all_frames().iter().map(frame);
+        let own: HashSet<i32> = plan.frames.iter().map(|frame| frame.number).collect();
+        let failed: HashSet<i32> = failures.iter().map(|failure| failure.frame).collect();
+        let picture = plan.files.picture.as_ref();
+        // Other parts may never render their frames.
+        let is_there = |number: i32| picture.is_some_and(|picture| picture.path(number).exists());
+        let is_listed = |frame: &&PlannedFrame| match own.contains(&frame.number) {
+            true => !failed.contains(&frame.number),
+            false => is_there(frame.number),
+        };
+        let frames = plan.all_frames().iter().filter(is_listed).map(frame);
         Ok(Self {
             conventions: "transform_matrix is camera to world, in metres; the camera looks along its -z, +y is up; \
                           lengths of intrinsics are in pixels, and pixel centres are at .5; cameras are those at which shutters open"
@@ -101,7 +116,7 @@ impl Transforms {
 
     /// The content of the file at `path`; `None` where there is none, or it is damaged.
     fn read(path: &Path, warnings: &Warnings) -> Option<Self> {
-        let text = fs::read(path).ok()?;
+        let text = path.is_file().then(|| fs::read(path).ok()).flatten()?;
         let read = serde_json::from_slice(&text);
         let lost = |cause| format!("the frames of other jobs are lost, {cause}: {}", path.display());
         read.map_err(|cause| warnings.add_live(WarningKind::LOST_FRAMES, path.display(), lost(cause)))

@@ -28,9 +28,10 @@ enum TargetKind {
 impl Plan {
     /// The files of a frame: those that are rendered, and those that these become when they are denoised.
     pub fn files_of<'a>(&'a self, frame: &'a PlannedFrame) -> impl Iterator<Item = PathBuf> + 'a {
-        let denoised = self.files.denoise.iter().flat_map(|denoise| &denoise.files);
-        let rendered = frame.files.iter().map(|file| file.path.clone());
-        rendered.chain(denoised.map(|(_, output)| output.path(frame.number)))
+        let denoised = self.denoises().into_iter().flat_map(|denoise| &denoise.clean);
+        let rendered = frame.files.iter().filter(|_| self.renders());
+        let rendered = rendered.map(|file| file.path.clone());
+        rendered.chain(denoised.map(|clean| clean.path(frame.number)))
     }
 
     /// The files beside the frames.
@@ -39,6 +40,7 @@ impl Plan {
             .files
             .sidecars
             .iter()
+            .filter(|_| self.renders())
             .filter_map(|sidecar| self.sidecar_path(*sidecar));
         sidecars.chain(self.files.files_of_caller.iter().cloned())
     }
@@ -47,12 +49,13 @@ impl Plan {
     fn targets<'a>(&'a self, frames: &'a [PlannedFrame]) -> impl Iterator<Item = Target> + 'a {
         let target = |kind| move |path| Target { path, kind };
         let pictures = frames.iter().flat_map(|frame| self.files_of(frame));
-        let has_checkpoints = self.policy.checkpoint.is_some();
+        let has_checkpoints = self.policy.checkpoint.is_some() && self.renders();
         let checkpoints = frames
             .iter()
             .filter_map(checkpoint::path)
             .filter(move |_| has_checkpoints);
-        let unfinished = frames.iter().filter_map(checkpoint::picture_path);
+        let rendered = frames.iter().filter(|_| self.renders());
+        let unfinished = rendered.filter_map(checkpoint::picture_path);
         let beside = self.files_beside().map(target(TargetKind::Beside));
         let pictures = pictures.map(target(TargetKind::Frame));
         pictures
@@ -62,10 +65,9 @@ impl Plan {
     }
 }
 
-/// Finds out whether the files of a job can be written: none of them is a file that the job reads or another one that it
-/// writes, what exists is a regular file, and the folders exist afterwards.
-pub(in crate::batch) fn check(plan: &Plan, inputs: &Files) -> Result<(), Error> {
-    refuse(plan, inputs)?;
+/// Finds out whether the files of a job that is not refused can be written: what exists is a regular file, and the folders exist
+/// afterwards.
+pub(in crate::batch) fn check(plan: &Plan) -> Result<(), Error> {
     let own = || plan.targets(&plan.frames);
     for target in own() {
         atomic::check_kind(&target.path)?;
@@ -103,7 +105,7 @@ pub(in crate::batch) fn refuse(plan: &Plan, inputs: &Files) -> Result<(), Error>
 }
 
 /// Refuses files that are inputs, or that are written twice, by whatever name or link.
-pub(in crate::batch) fn compare(plan: &Plan, inputs: &Files) -> Result<(), Error> {
+fn compare(plan: &Plan, inputs: &Files) -> Result<(), Error> {
     let targets = plan.targets(plan.all_frames());
     let read = inputs.manifest().into_iter().map(|(path, _)| path);
     check_distinct(targets.map(|target| target.path), read)
@@ -123,6 +125,14 @@ pub(in crate::batch) fn check_distinct(
         }
         if let Some(first) = written.insert(folders.place(&output), output.clone()) {
             return Err(Error::WrittenTwice { first, second: output });
+        }
+    }
+    for (place, output) in &written {
+        if let Some(folder) = place.ancestors().skip(1).find_map(|folder| written.get(folder)) {
+            return Err(Error::WithinOutput {
+                output: output.clone(),
+                folder: folder.clone(),
+            });
         }
     }
     Ok(())
@@ -213,6 +223,12 @@ mod tests {
                 assert!(matches!(twice, Err(Error::WrittenTwice { .. })), "{second}");
             }
             compare(&[first, path("a/other"), path(name)], &[]).unwrap();
+            for pair in [[name, "x"], ["x", name]].map(|[folder, file]| [path(folder), path(folder).join(file)]) {
+                for pair in [pair.clone(), pair.map(|path| path.join("."))] {
+                    let within = compare(&pair, &[]);
+                    assert!(matches!(within, Err(Error::WithinOutput { .. })), "{pair:?}");
+                }
+            }
         }
         let over = compare(&[path("new"), path("a/../a/old")], &[path("a/old")]);
         assert!(matches!(over, Err(Error::OverwritesInput { .. })));

@@ -48,7 +48,7 @@ impl JobLock {
         let folders = folders(plan);
         let mut is_told = false;
         loop {
-            let busy = match Self::attempt(&folders) {
+            let busy = match Self::attempt(&folders, cancel) {
                 Ok(lock) => return Ok(lock),
                 Err(busy) => busy,
             };
@@ -67,10 +67,10 @@ impl JobLock {
         }
     }
 
-    fn attempt(folders: &BTreeMap<PathBuf, Vec<String>>) -> Result<Self, Busy> {
+    fn attempt(folders: &BTreeMap<PathBuf, Vec<String>>, cancel: Option<&Cancel>) -> Result<Self, Busy> {
         let mut files = Vec::new();
         for (folder, names) in folders {
-            let _gate = FolderGate::close(folder);
+            let _gate = FolderGate::close(folder, cancel);
             let others = job_file::of_others(folder);
             if let Some((job, name)) = others.iter().find_map(|text| common(text, names)) {
                 return Err(Busy {

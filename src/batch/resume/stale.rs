@@ -31,6 +31,8 @@ pub enum StaleReason {
     CutShort,
     /// It was rendered from other inputs, by another camera or with other settings.
     Outdated,
+    /// It was denoised with a frame whose file is none that the job would write.
+    Unhelped,
 }
 
 impl fmt::Display for StaleReason {
@@ -41,6 +43,7 @@ impl fmt::Display for StaleReason {
             Self::Foreign => "was not written by this version of batch-render",
             Self::CutShort => "was cut short by a shorter time limit",
             Self::Outdated => "was rendered from other inputs or with other settings",
+            Self::Unhelped => "was denoised with a frame that is rendered again",
         })
     }
 }
@@ -88,9 +91,9 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Inspects the files of all frames, on the threads of the current rayon pool.
-    pub fn new(plan: &Plan, inputs: InputHash) -> Self {
-        let stale = plan.frames.par_iter().map(|frame| frame.stale(plan, inputs));
+    /// Inspects the files of these frames, on the threads of the current rayon pool.
+    pub fn new(plan: &Plan, frames: &[PlannedFrame], inputs: InputHash) -> Self {
+        let stale = frames.par_iter().map(|frame| frame.stale(plan, inputs));
         Self {
             inputs,
             stale: stale.collect(),

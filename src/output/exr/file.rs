@@ -36,6 +36,23 @@ const WRITERS_OWN: [&str; 12] = [
     "type",
 ];
 
+/// The attributes that the renderer adds to every file.
+const RENDERERS_OWN: [&str; 13] = [
+    "software",
+    "batch-render/version",
+    "batch-render/checksum",
+    "batch-render/frame",
+    "batch-render/samples",
+    "batch-render/seed",
+    "batch-render/sampler",
+    "batch-render/conventions",
+    "imageCounter",
+    "framesPerSecond",
+    "timeCode",
+    "chromaticities",
+    "colorInteropID",
+];
+
 /// An EXR file in memory.
 #[derive(Clone, Debug)]
 pub struct ExrFile {
@@ -246,6 +263,12 @@ impl ExrFile {
     pub fn attribute(&self, name: &str) -> Option<&Value> {
         let mut attributes = self.parts[0].attributes.iter();
         attributes.find(|a| a.name == name).map(|a| &a.value)
+    }
+
+    /// The attributes that the renderer was given for the frame, without those that it adds to every file.
+    pub fn given_attributes(&self) -> impl Iterator<Item = &Attribute> {
+        let is_own = |name: &str| RENDERERS_OWN.contains(&name) || name.starts_with("cryptomatte/");
+        self.parts[0].attributes.iter().filter(move |a| !is_own(&a.name))
     }
 
     /// Encodes the file, without a seal.

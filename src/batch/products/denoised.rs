@@ -1,0 +1,243 @@
+//! The denoised frames of a job: its final files, made of the rendered ones.
+
+use std::{
+    cell::RefCell,
+    collections::{BTreeMap, HashSet},
+    path::PathBuf,
+};
+
+use crate::batch::{
+    Existing, FrameFailure, FrameRange, JobEvent, Observer, OnFailure, Plan, PlannedFrame, Stale, StaleReason, Summary,
+    plan::{PlannedFile, denoise_options::DenoisePlan},
+    resume::{failure::FrameError, fingerprint::FINGERPRINT},
+    run,
+};
+
+use super::denoise::{self, DenoiseRequest, DenoisedFrames, Helpers};
+use crate::{
+    error::Error,
+    film::{Film, FilmLayout},
+    output::{Coverage, Exr, ExrFile, Format as _, FrameImage, Numbers, OutputError, Value},
+    render::Cancel,
+};
+
+/// Denoises the rendered frames of `plan` but for those that failed, and adds what was done to `summary`.
+///
+/// # Errors
+/// Those of [`denoise`](denoise::denoise). A frame that alone cannot be written is a failure in the summary, unless the plan says
+/// otherwise.
+pub(in crate::batch) fn write(
+    (plan, coverage): (&Plan, Coverage),
+    summary: &mut Summary,
+    observer: &dyn Observer,
+    cancel: Option<&Cancel>,
+) -> Result<(), Error> {
+    let failed: HashSet<i32> = summary.failures.iter().map(|failure| failure.frame).collect();
+    let numbers = plan.frames.iter().map(|frame| frame.number);
+    let numbers: Vec<i32> = numbers.filter(|number| !failed.contains(number)).collect();
+    let is_stopped = !failed.is_empty() && plan.policy.on_failure == OnFailure::FailFast;
+    let Some(denoise) = plan.denoises().filter(|_| !numbers.is_empty() && !is_stopped) else {
+        return Ok(());
+    };
+    let frames = JobFrames {
+        plan,
+        coverage,
+        observer,
+        files: plan
+            .frames
+            .iter()
+            .map(|frame| (frame.number, plan.final_files(frame)))
+            .collect(),
+        done: RefCell::default(),
+    };
+    denoise::denoise_into(&request(plan, denoise, &numbers, numbers.clone()), &frames, cancel)?;
+    let is_near = |number: &i32| {
+        failed
+            .iter()
+            .any(|other| number.abs_diff(*other) <= denoise.options.temporal)
+    };
+    summary.unhelped = numbers.iter().filter(|number| is_near(number)).count();
+    let Done {
+        written,
+        kept,
+        failures,
+    } = frames.done.into_inner();
+    summary.written = written;
+    summary.skipped += kept;
+    summary.failures.extend(failures);
+    summary.failures.sort_by_key(|failure| failure.frame);
+    Ok(())
+}
+
+/// For each of these frames, whose first stale rendered file is in `noisy`, the first file of it that is not what the job would
+/// write, if any.
+pub(in crate::batch) fn stale(
+    plan: &Plan,
+    frames: &[PlannedFrame],
+    mut noisy: Vec<Option<Stale>>,
+) -> Result<Vec<Option<Stale>>, Error> {
+    let Some(denoise) = plan.denoises() else {
+        return Ok(noisy);
+    };
+    let pairs = || frames.iter().zip(&noisy);
+    let fit: Vec<i32> = pairs()
+        .filter(|(_, stale)| stale.is_none())
+        .map(|(frame, _)| frame.number)
+        .collect();
+    let unfit: Vec<i32> = pairs()
+        .filter(|(_, stale)| stale.is_some())
+        .map(|(frame, _)| frame.number)
+        .collect();
+    if fit.is_empty() {
+        return Ok(noisy);
+    }
+    let own = plan.frames.iter().map(|frame| frame.number).collect();
+    let fingerprints = denoise::fingerprints(&request(plan, denoise, &fit, own))?;
+    for (frame, stale) in frames.iter().zip(&mut noisy).filter(|(_, stale)| stale.is_none()) {
+        let fingerprint = fingerprints.get(&frame.number).cloned().flatten();
+        let is_near = |other: &i32| frame.number.abs_diff(*other) <= denoise.options.temporal;
+        let fingerprint = fingerprint.filter(|_| !unfit.iter().any(is_near));
+        let files = plan.final_files(frame);
+        *stale = files.iter().find_map(|file| file_stale(file, fingerprint.as_deref()));
+    }
+    Ok(noisy)
+}
+
+/// Why a file is not one with this fingerprint, if it is not. Without a fingerprint no file fits.
+fn file_stale(file: &PlannedFile, fingerprint: Option<&str>) -> Option<Stale> {
+    let reason = if !file.path.exists() {
+        StaleReason::Missing
+    } else {
+        match (file.format.inspect(&file.path), fingerprint) {
+            (None, _) => StaleReason::Damaged,
+            (_, None) => StaleReason::Unhelped,
+            (Some(facts), Some(own)) => match facts.attribute(FINGERPRINT) {
+                Some(found) if *found == Value::from(own) => return None,
+                Some(_) => StaleReason::Outdated,
+                None => StaleReason::Foreign,
+            },
+        }
+    };
+    Some(Stale {
+        path: file.path.clone(),
+        reason,
+    })
+}
+
+/// The request for these frames, which those in `own` may help where the job renders them.
+fn request(plan: &Plan, denoise: &DenoisePlan, frames: &[i32], own: Vec<i32>) -> DenoiseRequest {
+    DenoiseRequest {
+        input: denoise.noisy.clone(),
+        output: denoise.clean[0].clone(),
+        frames: Some(FrameRange::of(frames.iter().map(|frame| i64::from(*frame)))),
+        helpers: match plan.renders() {
+            // Other files in the folder may belong to another scene.
+            true => Helpers::Among(own),
+            false => Helpers::Present,
+        },
+        options: denoise.options.clone(),
+        skip_existing: plan.policy.existing == Existing::Skip,
+        simd: plan.picture.accel.simd,
+    }
+}
+
+/// The denoised frames of a job, which is told of each.
+struct JobFrames<'a> {
+    plan: &'a Plan,
+    coverage: Coverage,
+    observer: &'a dyn Observer,
+    files: BTreeMap<i32, Vec<PlannedFile>>,
+    done: RefCell<Done>,
+}
+
+#[derive(Default)]
+struct Done {
+    written: usize,
+    kept: usize,
+    failures: Vec<FrameFailure>,
+}
+
+impl DenoisedFrames for JobFrames<'_> {
+    fn files(&self, frame: i32) -> Vec<PathBuf> {
+        self.files[&frame].iter().map(|file| file.path.clone()).collect()
+    }
+
+    fn keep(&self, frame: i32, fingerprint: &str) -> bool {
+        let are_fit = || {
+            self.files[&frame]
+                .iter()
+                .all(|file| file_stale(file, Some(fingerprint)).is_none())
+        };
+        let is_kept = self.plan.policy.existing == Existing::Skip && are_fit();
+        if is_kept {
+            self.done.borrow_mut().kept += 1;
+            self.observer.event(&JobEvent::FrameSkipped { frame });
+        }
+        is_kept
+    }
+
+    fn write(&self, frame: i32, file: &ExrFile) -> Result<(), Error> {
+        let failure = match self.write_files(frame, file) {
+            Ok(()) => {
+                self.done.borrow_mut().written += 1;
+                self.observer.event(&JobEvent::FrameWritten { frame });
+                return Ok(());
+            }
+            Err(error) if error.ends_the_job() || self.plan.policy.on_failure == OnFailure::FailFast => {
+                return Err(error.into());
+            }
+            Err(error) => FrameFailure {
+                frame,
+                cause: FrameError::Output(error),
+            },
+        };
+        self.observer.event(&JobEvent::FrameFailed(&failure));
+        self.done.borrow_mut().failures.push(failure);
+        Ok(())
+    }
+}
+
+impl JobFrames<'_> {
+    fn write_files(&self, frame: i32, file: &ExrFile) -> Result<(), OutputError> {
+        let film = picture(file);
+        let mut metadata = self.plan.metadata(frame);
+        metadata.samples = film.samples;
+        metadata.attributes = file.given_attributes().cloned().collect();
+        let image = FrameImage {
+            film: &film,
+            shown: self.plan.picture.shown,
+            coverage: self.coverage,
+            metadata: &metadata,
+        };
+        self.observer.event(&JobEvent::FrameImage { frame, image: &image });
+        for PlannedFile { path, format } in &self.files[&frame] {
+            if format.name() == Exr.name() {
+                run::attempts(self.plan, || denoise::write(path, file))?;
+            } else {
+                run::write(self.plan, path, *format, &image)?;
+            }
+            self.observer.event(&JobEvent::FrameDenoised { frame, file: path });
+        }
+        Ok(())
+    }
+}
+
+/// The beauty of a file.
+fn picture(file: &ExrFile) -> Film {
+    let part = &file.parts[0];
+    let resolution = [part.display.width(), part.display.height()];
+    let mut film = Film::new(resolution, part.data, &FilmLayout::default());
+    if let Some(Value::Int(samples)) = file.attribute("batch-render/samples") {
+        film.samples = samples.unsigned_abs();
+    }
+    let pixels = film.values_mut(0);
+    for (channel, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
+        let plane = file.planes().find(|plane| plane.name == name);
+        if let Some(Numbers::Half(values) | Numbers::Float(values)) = plane.map(|plane| &plane.numbers) {
+            for (pixel, value) in pixels.chunks_exact_mut(4).zip(values) {
+                pixel[channel] = *value;
+            }
+        }
+    }
+    film
+}
