@@ -188,7 +188,7 @@ fn bounce(surface: &SurfaceInteraction, address: [u32; 3]) -> Ray {
 }
 
 fn shadow_ray(surface: &SurfaceInteraction, light: Vec3) -> Ray {
-    let to = light - surface.lifted();
+    let to = light - surface.p;
     let distance = to.length();
     let behind = (to.dot(surface.ng) < 0.0) != (surface.wo.dot(surface.ng) < 0.0);
     surface.shadow_ray(behind, to / distance, distance)

@@ -27,9 +27,8 @@ use crate::{
 pub(super) struct DiffuseBlock<'a> {
     /// Whether the surface of a lane is diffuse.
     is_diffuse: [bool; LANES],
-    /// The origin of the rays that leave the surface.
+    /// The ray of the continued path, and its density in sr^-1; 0 if the path ends.
     origin: [Each; 3],
-    /// The direction of the continued path, and its density in sr^-1; 0 if the path ends.
     wi: [Each; 3],
     pdf: Each,
     /// The families of lights.
@@ -39,7 +38,8 @@ pub(super) struct DiffuseBlock<'a> {
 
 /// The direct light of a family on each surface of a block.
 struct LightLanes {
-    /// The direction of the shadow ray.
+    /// The shadow ray.
+    origin: [Each; 3],
     d: [Each; 3],
     tmax: Each,
     /// `f |cos|` of a white surface.
@@ -50,6 +50,7 @@ struct LightLanes {
 
 impl LightLanes {
     const EMPTY: Self = Self {
+        origin: [[0.0; LANES]; 3],
         d: [[0.0; LANES]; 3],
         tmax: [0.0; LANES],
         white: [0.0; LANES],
@@ -130,7 +131,7 @@ impl DiffuseSurface<'_> {
                 f_cos,
                 diffuse: f_cos,
                 l,
-                shadow_ray: Ray::segment(get(&block.origin, lane), get(&lights.d, lane), lights.tmax[lane]),
+                shadow_ray: Ray::segment(get(&lights.origin, lane), get(&lights.d, lane), lights.tmax[lane]),
             })
         })
     }
@@ -176,8 +177,9 @@ impl VectorLoop for Scatterings<'_, '_> {
             let is_seen = surface.wo.dot(surface.frame.n) > 0.0;
             let pdf = warp::cosine_hemisphere_pdf(wi.z);
             pdfs[lane] = if is_seen { pdf } else { 0.0 };
-            set(&mut directions, lane, surface.frame.to_world(wi));
-            set(&mut origins, lane, surface.origin);
+            let wi = surface.frame.to_world(wi);
+            set(&mut directions, lane, wi);
+            set(&mut origins, lane, surface.origin(wi));
         }
         (block.wi, block.origin, block.pdf) = (directions, origins, pdfs);
         for (family, lights) in block.families.into_iter().zip(&mut block.lights) {
@@ -193,8 +195,10 @@ impl VectorLoop for Scatterings<'_, '_> {
                 let of_light = family.light.pdf(lane) * family.pmf(lane);
                 found.white[lane] = if is_lit { white } else { 0.0 };
                 found.weight[lane] = strategy.weight_of_light(of_light, of_surface) / of_light;
-                let segment = surface.lifted + wi * distance - surface.origin;
+                let origin = surface.origin(wi);
+                let segment = surface.p + wi * distance - origin;
                 let is_near = distance.is_finite();
+                set(&mut found.origin, lane, origin);
                 set(&mut found.d, lane, select(is_near, segment, wi));
                 found.tmax[lane] = if is_near { 1.0 } else { f32::INFINITY };
             }

@@ -91,7 +91,7 @@ impl<B: BsdfKind> ShadingPoint<'_, B> {
     #[inline(always)]
     pub fn receiver(&self) -> LightSampleContext {
         LightSampleContext {
-            p: self.surface.lifted(),
+            p: self.surface.p,
             n: self.horizon,
         }
     }

@@ -15,9 +15,10 @@
 //! ```
 //!
 //! Shadow rays pass what bends no light, such as smooth thin panes (`glass`, `principled`); each pane counts as a segment and a
-//! transmission, whoever finds the light. Smooth meshes are shaded by their normals: rays leave from the curved surface that the
-//! triangles approximate, which moves contact shadows by no more than its distance from the triangles, and normals whose mirror
-//! image would lie below the triangles are turned. What a normal map would send below the surface is mirrored at it.
+//! transmission, whoever finds the light. Smooth meshes are shaded by their normals, and shadows lie where the triangles have them:
+//! only a ray that leaves below the plane of its own triangle starts above it, at most on the curved surface that the
+//! triangles approximate. Normals whose mirror image would lie below the triangles are turned. What a normal map would send
+//! below the surface is mirrored at it.
 //!
 //! EXR headers record the limits that are set (`batch-render/maxDepth`, `/maxDiffuse`, `/maxSpecular`, `/maxTransmission`,
 //! `/clampDirect`, `/clampIndirect`). Both sides of a surface reflect. Radiance is not scaled by the square of the index of refraction

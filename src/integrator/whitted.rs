@@ -106,7 +106,7 @@ impl Integrator for Whitted {
             } else {
                 Vec2::splat(0.5)
             };
-            if let Some(sample) = light.sample(surface.lifted(), u) {
+            if let Some(sample) = light.sample(surface.p, u) {
                 point.add_direct(&sample, LightId(id), out);
             }
         }
@@ -192,7 +192,7 @@ impl ShadedPoint<'_, '_> {
 
     /// Adds the light of one sampled emitter, as an estimate of all of them.
     fn add_emitter(&self, out: &mut ShadingOutput) {
-        let (context, p) = (self.context, self.surface.lifted());
+        let (context, p) = (self.context, self.surface.p);
         let (scene, depth) = (context.scene, context.path.depth);
         if scene.lights.emitters().count() == 0 {
             return;

@@ -25,8 +25,8 @@ pub struct SurfaceInteraction {
     /// The origins of rays that leave on the side of `ng` and on the other side: `p` offset by its
     /// error bound.
     pub ray_origins: [Vec3; 2],
-    /// The vector from `p` to the curved surface that the triangles of a smooth mesh approximate, on the side of the viewer; the
-    /// ray origin of that side includes it, see [`triangle::lift`](crate::shape::triangle::lift). Zero for other surfaces.
+    /// The vector from `p` to the curved surface that the triangles of a smooth mesh approximate, on the side of the viewer, see
+    /// [`triangle::lift`](crate::shape::triangle::lift). Zero for other surfaces.
     pub lift: Vec3,
     /// Unit geometric normal.
     pub ng: Vec3,
@@ -95,16 +95,10 @@ impl HitGeometry {
         } else {
             outwards
         };
-        let [above, below] = float::offset_origins(self.p, self.p_error, self.ng);
-        let [lift_above, lift_below] = if is_below {
-            [Vec3::ZERO, self.lift]
-        } else {
-            [self.lift, Vec3::ZERO]
-        };
         ShadingView {
             wo,
             ns,
-            ray_origins: [above + lift_above, below + lift_below],
+            ray_origins: float::offset_origins(self.p, self.p_error, self.ng),
             frame: Frame::from_normal(facing),
         }
     }
@@ -204,26 +198,20 @@ impl SurfaceInteraction {
         if self.ng.dot(self.wo) >= 0.0 { 1.0 } else { -1.0 }
     }
 
-    /// The point on the curved surface that the triangles approximate, on the viewer's side.
-    #[inline(always)]
-    pub fn lifted(&self) -> Vec3 {
-        self.p + self.lift
-    }
-
     /// The ray that leaves along the unit direction `w`, on the viewer's side or, if `transmitted`, on the other.
     #[inline(always)]
     pub fn spawn_ray(&self, transmitted: bool, w: Vec3) -> Ray {
-        Ray::new(self.origin(transmitted), w)
+        Ray::new(self.origin(transmitted, w), w)
     }
 
-    /// The ray segment to a light at `distance` from [`SurfaceInteraction::lifted`] along the unit direction `w`; it leaves on the
-    /// viewer's side or, if `transmitted`, on the other.
+    /// The ray segment to a light at `distance` from `p` along the unit direction `w`; it leaves on the viewer's side or, if
+    /// `transmitted`, on the other.
     #[inline(always)]
     pub fn shadow_ray(&self, transmitted: bool, w: Vec3, distance: f32) -> Ray {
-        let o = self.origin(transmitted);
+        let o = self.origin(transmitted, w);
         if distance.is_finite() {
             // The segment from the offset origin ends at the same point of the light.
-            let d = self.lifted() + w * distance - o;
+            let d = self.p + w * distance - o;
             Ray::segment(o, d, 1.0)
         } else {
             Ray::new(o, w)
@@ -231,12 +219,29 @@ impl SurfaceInteraction {
     }
 
     #[inline(always)]
-    fn origin(&self, transmitted: bool) -> Vec3 {
+    fn origin(&self, transmitted: bool, w: Vec3) -> Vec3 {
         let [above, below] = self.ray_origins;
         // The side is unpredictable, so this avoids a branch.
         let is_below = (self.wo.dot(self.ng) < 0.0) != transmitted;
-        float::select(is_below, below, above)
+        let origin = float::select(is_below, below, above);
+        if transmitted {
+            return origin;
+        }
+        let side = self.viewed_side();
+        origin + lift_along(w, self.lift, self.ng * side, self.frame.n * side)
     }
+}
+
+/// The part of `lift` by which a ray along `w` starts above a triangle with the normal `ng` and the shading normal `n`.
+///
+/// Rays that leave above the plane of the triangle start on it: no neighbour of a convex mesh is in their way, and what stands
+/// on the triangle is. Others would start inside of the mesh. They rise with the angle below the plane, and from the plane on
+/// which the shading normal is perpendicular they start on the curved surface.
+#[inline(always)]
+pub(super) fn lift_along(w: Vec3, lift: Vec3, ng: Vec3, n: Vec3) -> Vec3 {
+    let below = -ng.dot(w);
+    let part = below / (below + n.dot(w).max(0.0));
+    lift * if below > 0.0 { part } else { 0.0 }
 }
 
 /// The unit normal nearest to `n` about which the mirror image of `wo` is above the surface.

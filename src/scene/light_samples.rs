@@ -177,7 +177,7 @@ impl Scene {
                 continue;
             }
             let at = LightSampleContext {
-                p: surface.lifted(),
+                p: surface.p,
                 n: surface.viewed_normal(),
             };
             let choice = numbers.choices.map_or(0.0, |u| u[lane].x);
@@ -199,7 +199,7 @@ impl Scene {
             alone |= together & !finite.block.rectangles.known();
         }
         for lane in lanes(alone) {
-            let sample = self.sample_light(to.lights[lane], surfaces[lane].lifted(), numbers.points[lane]);
+            let sample = self.sample_light(to.lights[lane], surfaces[lane].p, numbers.points[lane]);
             to.light.set(lane, sample.as_ref());
         }
         for lane in lanes(dark) {

@@ -2,7 +2,7 @@
 
 use super::{
     SurfaceInteraction,
-    interaction::{HitGeometry, SmoothSurface},
+    interaction::{HitGeometry, SmoothSurface, lift_along},
 };
 use crate::{
     math::{
@@ -65,7 +65,8 @@ impl SoaBlock {
     #[inline(always)]
     pub fn viewed(&self, i: usize) -> ViewedSurface {
         let [s, t, n] = &self.frame;
-        let front = get(&self.ng, i).dot(get(&self.wo, i));
+        let ng = get(&self.ng, i);
+        let front = ng.dot(get(&self.wo, i));
         let side = if front >= 0.0 { 1.0 } else { -1.0 };
         let [above, below] = &self.ray_origins;
         ViewedSurface {
@@ -75,7 +76,9 @@ impl SoaBlock {
                 n: get(n, i) * side,
             },
             wo: get(&self.wo, i),
-            lifted: get(&self.p, i) + get(&self.lift, i),
+            p: get(&self.p, i),
+            lift: get(&self.lift, i),
+            ng: ng * side,
             origin: select(front < 0.0, get(below, i), get(above, i)),
         }
     }
@@ -86,10 +89,19 @@ pub struct ViewedSurface {
     /// A frame around [`SurfaceInteraction::viewed_normal`].
     pub frame: Frame,
     pub wo: Vec3,
-    /// See [`SurfaceInteraction::lifted`].
-    pub lifted: Vec3,
-    /// The origin of rays that leave the surface.
-    pub origin: Vec3,
+    pub p: Vec3,
+    lift: Vec3,
+    ng: Vec3,
+    /// The origin of rays that start on the triangle itself.
+    origin: Vec3,
+}
+
+impl ViewedSurface {
+    /// The origin of the ray that leaves along the unit direction `w`.
+    #[inline(always)]
+    pub fn origin(&self, w: Vec3) -> Vec3 {
+        self.origin + lift_along(w, self.lift, self.ng, self.frame.n)
+    }
 }
 
 /// Computes the hit points on triangles.

@@ -119,8 +119,8 @@ pub fn surface(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> Lo
 /// The way from the point at the weights `u` of b and `v` of c to the curved surface that a triangle with the unit `normals`
 /// at its corners approximates, where that is above the triangle; zero where it is below.
 ///
-/// The normals are on the side that counts as above, 0 where a corner has none. Rays that leave from there do not meet the
-/// neighbours of the triangle too early. Source: Hanika, "Hacking the Shadow Terminator", Ray Tracing Gems II, 2021,
+/// The normals are on the side that counts as above, 0 where a corner has none. Rays that leave from there below the plane of
+/// the triangle do not meet its neighbours too early. Source: Hanika, "Hacking the Shadow Terminator", Ray Tracing Gems II, 2021,
 /// chapter 4.
 #[inline]
 pub fn lift([a, b, c]: [Vec3; 3], normals: [Vec3; 3], u: f32, v: f32) -> Vec3 {

@@ -3,10 +3,17 @@
 use std::{f32::consts::PI, fmt::Write};
 
 use crate::common::Folder;
-use batch_render::math::trig::{cos, sin};
+use batch_render::math::{
+    Vec2,
+    trig::{cos, sin},
+};
 
 const WIDTH: usize = 80;
 const HEIGHT: usize = 60;
+/// The width and height of pictures of a box.
+const BOX: usize = 60;
+/// The width of their pixels in m.
+const PIXEL: f32 = 2.4 / BOX as f32;
 const CAMERA: &str = "[camera]\nperspective = { eye = [0, 0.6, 5], target = [0, 0, 0], fov = 30 }\n";
 const SUN: &str =
     "[background]\ncolor = [0, 0, 0]\n[[light]]\nsun = { direction = [-1, -0.4, -0.3], irradiance = 3 }\n";
@@ -49,6 +56,11 @@ fn render_mesh(obj: &str, render: &str, material: &str, world: &str, args: &[&st
         ),
     );
     folder.succeed(&[&["s.toml", "--progress", "none", "-o", "f.exr"], args].concat());
+    pixels(&folder)
+}
+
+/// The colours or normals of the picture "f.exr".
+fn pixels(folder: &Folder) -> Vec<[f32; 3]> {
     let image = exr::prelude::read_first_flat_layer_from_file(folder.path("f.exr")).expect("an EXR");
     let channels = &image.layer_data.channel_data.list;
     let colors = [["R", "G", "B"], ["N.X", "N.Y", "N.Z"]];
@@ -58,7 +70,7 @@ fn render_mesh(obj: &str, render: &str, material: &str, world: &str, args: &[&st
         let samples = &plane(name).expect("a channel").sample_data;
         samples.values_as_f32().collect::<Vec<_>>()
     });
-    (0..WIDTH * HEIGHT).map(|i| [r[i], g[i], b[i]]).collect()
+    r.iter().zip(&g).zip(&b).map(|((r, g), b)| [*r, *g, *b]).collect()
 }
 
 fn path(samples: u32, settings: &str) -> String {
@@ -127,6 +139,94 @@ fn a_smooth_ball_of_few_triangles_loses_no_light_in_a_white_furnace() {
         let seen = render_ball(&path(32, "max_depth = 64"), material, white, &[]);
         let darkest = seen.iter().map(|p| p[0]).fold(f32::INFINITY, f32::min);
         assert!(darkest >= least, "{material}: {darkest}");
+    }
+}
+
+/// A box of 2 m with eight corners, smooth or not, seen from above, of an object with this `transform`.
+fn render_box(smooth: &str, transform: &str, world: &str, args: &[&str]) -> Vec<[f32; 3]> {
+    let corners = [
+        "-1 -1 -1", "1 -1 -1", "-1 1 -1", "1 1 -1", "-1 -1 1", "1 -1 1", "-1 1 1", "1 1 1",
+    ];
+    let faces = ["1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"];
+    let lines = |kind: &str, of: &[&str]| of.iter().map(|line| format!("{kind} {line}\n")).collect::<String>();
+    let folder = Folder::new();
+    folder.write(
+        "box.obj",
+        &format!("{}s {smooth}\n{}", lines("v", &corners), lines("f", &faces)),
+    );
+    let scene = format!(
+        "[render]\nwidth = {BOX}\nheight = {BOX}\nsamples = 4\nintegrator.path = {{ max_depth = 2 }}\n[camera]\n\
+         orthographic = {{ eye = [0, 6, 0], target = [0, 0, 0], up = [0, 0, -1], height = 2.4 }}\n\
+         [background]\ncolor = [0, 0, 0]\n{world}\n[material.m]\nmatte = {{ albedo = 0.8 }}\n\
+         [[object]]\nmaterial = \"m\"\nshape.mesh = {{ file = \"box.obj\" }}\n{transform}\n"
+    );
+    folder.write("s.toml", &scene);
+    folder.succeed(&[&["s.toml", "--progress", "none", "-o", "f.exr"], args].concat());
+    pixels(&folder)
+}
+
+/// The x and z of the middle of pixel `i` of a box.
+fn place(i: usize) -> Vec2 {
+    Vec2::new((i % BOX) as f32 + 0.5, (i / BOX) as f32 + 0.5) * PIXEL - 1.2
+}
+
+#[test]
+fn the_shadow_on_a_smooth_box_is_that_on_a_flat_box() {
+    let slab = "[[object]]\nmaterial = \"m\"\nshape.cuboid = { min = [-0.3, 1.2, -0.3], max = [0.3, 1.3, 0.3] }\n";
+    let sun = format!("{slab}[[light]]\nsun = {{ direction = [-1, -1, 0], irradiance = 3 }}\n");
+    // A box out of sight makes both instances of a mesh.
+    let copy =
+        "[[object]]\nmaterial = \"m\"\nshape.mesh = { file = \"box.obj\" }\ntransform = { translate = [9, 0, 0] }\n";
+    for (transform, world) in [
+        ("", sun.clone()),
+        ("transform = { scale = [-1, 1, 1] }", sun.clone()),
+        ("", format!("{sun}{copy}")),
+        ("transform = { scale = [-1, 1, 1] }", format!("{sun}{copy}")),
+    ] {
+        let smooth = render_box("1", transform, &world, &[]);
+        let flat = render_box("off", transform, &world, &[]);
+        let normals = render_box("1", transform, &world, &["--show", "N"]);
+        let mut shaded = 0;
+        for i in 0..BOX * BOX {
+            let cos = (normals[i][0] + normals[i][1]) / 2.0_f32.sqrt();
+            let of_flat = 3.0 * 0.8 / PI / 2.0_f32.sqrt();
+            // A pixel at the rim of the shadow is lit in part, one at the rim of the slab shows two surfaces, and beside the box
+            // there is nothing.
+            let visible = flat[i][0] / of_flat;
+            let from_slab = place(i).abs().max_element() - 0.3;
+            if (visible - 0.5).abs() < 0.49 || from_slab.abs() < PIXEL || normals[i] == [0.0; 3] {
+                continue;
+            }
+            let expected = 3.0 * 0.8 / PI * cos.max(0.0) * visible.round();
+            assert!(
+                (smooth[i][0] - expected).abs() < 0.01,
+                "{transform}: {:?} at {i} is not {expected}",
+                smooth[i]
+            );
+            shaded += usize::from(visible < 0.01 && cos > 0.1);
+        }
+        assert!(shaded > 60, "{shaded}");
+    }
+}
+
+#[test]
+fn a_smooth_box_is_lit_by_a_lamp_close_to_it() {
+    let lamp = "[[light]]\npoint = { position = [0, 1.4, 0], intensity = 0.5 }\n";
+    let smooth = render_box("1", "", lamp, &[]);
+    let normals = render_box("1", "", lamp, &["--show", "N"]);
+    for (i, (seen, n)) in smooth.iter().zip(&normals).enumerate() {
+        let [x, z] = place(i).to_array();
+        let distance2 = x * x + z * z + 0.16;
+        // At the rim pixels hold several faces.
+        if x.abs().max(z.abs()) > 0.95 {
+            continue;
+        }
+        let cos = (0.4 * n[1] - x * n[0] - z * n[2]) / distance2.sqrt();
+        let expected = 0.8 / PI * 0.5 / distance2 * cos.max(0.0);
+        assert!(
+            (seen[0] - expected).abs() < 0.02,
+            "{seen:?} at {x}, {z} is not {expected}"
+        );
     }
 }
 

@@ -74,7 +74,7 @@ fn lamps_for_many_surfaces_are_those_for_single_ones() {
         let mut lit = 0;
         for (k, surface) in surfaces.iter().enumerate() {
             let at = LightSampleContext {
-                p: surface.lifted(),
+                p: surface.p,
                 n: surface.viewed_normal(),
             };
             let choice = scene.lights.choose(Plain, LightFamily::Finite, &at, choices[k].x);
