@@ -61,19 +61,20 @@ impl fmt::Display for FramesFailed {
 
 impl std::error::Error for FramesFailed {}
 
-/// The command that makes only this frame again.
-pub fn command_of_frame(frame: i32) -> Result<String, Error> {
-    Ok(command(Replay::of_process()?, frame))
+/// What to type after this frame has failed: the command that renders it alone.
+pub fn advice(frame: i32) -> Result<String, Error> {
+    Ok(advice_for(Replay::of_process()?, frame))
 }
 
 /// A frame that is denoised needs those around it: the job goes on with what is missing.
-fn command(typed: Replay, frame: i32) -> String {
+fn advice_for(typed: Replay, frame: i32) -> String {
     if typed.has("denoise") {
         let replay = typed.without(&["overwrite", "fail-existing"]);
-        return replay.with_flag("skip-existing").shell_line();
+        return format!("to go on: {}", replay.with_flag("skip-existing").shell_line());
     }
     let replay = typed.without(&["part", "part-base", "preview"]);
-    replay.with("range", frame.to_string()).shell_line()
+    let command = replay.with("range", frame.to_string()).shell_line();
+    format!("to repeat it alone: {command}")
 }
 
 #[cfg(test)]
@@ -85,7 +86,9 @@ mod tests {
         let typed = "batch-render --frames p.csv -vr 1-100 --part=2/4 --samples 4 --preview film.png";
         let words = typed.split(' ').map(Into::into).chain(["it's here.toml".into()]);
         let replay = Replay::parse(words).expect("the command line is right");
-        let words = shlex::split(&command(replay, -5)).expect("a command line");
+        let advice = advice_for(replay, -5);
+        let command = advice.strip_prefix("to repeat it alone: ").expect("advice");
+        let words = shlex::split(command).expect("a command line");
         assert_eq!(words[..2], ["batch-render", "it's here.toml"]);
         let mut flags = words[2..].to_vec();
         flags.sort();
@@ -98,8 +101,9 @@ mod tests {
         let replay = Replay::parse(typed.split(' ').map(Into::into)).expect("the command line is right");
         let words = "b s.toml --frames=p.csv --range=1-4 --output=f.#.exr --denoise=nlm --skip-existing";
         let mut words: Vec<&str> = words.split(' ').collect();
-        let line = command(replay, 2);
-        let mut found: Vec<&str> = line.split(' ').collect();
+        let advice = advice_for(replay, 2);
+        let line = advice.strip_prefix("to go on: ").expect("advice");
+        let mut found = shlex::split(line).expect("a command line");
         words.sort_unstable();
         found.sort_unstable();
         assert_eq!(found, words);

@@ -19,7 +19,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::{
     choices::ProgressKind,
-    failures::command_of_frame,
+    failures::advice,
     figures::State,
     summary::{count, seconds},
 };
@@ -203,8 +203,8 @@ impl Observer for Progress {
                     || format!("frame {frame} skipped, its files are there"),
                 );
             }
-            JobEvent::FrameFailed(FrameFailure { frame, cause }) => match command_of_frame(*frame) {
-                Ok(command) => tracing::error!("frame {frame}: {cause}; to repeat it alone: {command}"),
+            JobEvent::FrameFailed(FrameFailure { frame, cause }) => match advice(*frame) {
+                Ok(advice) => tracing::error!("frame {frame}: {cause}; {advice}"),
                 Err(_) => tracing::error!("frame {frame}: {cause}"),
             },
             JobEvent::FrameStale { frame, stale } => {

@@ -198,7 +198,7 @@ fn frames_beside_a_failed_one_are_denoised_and_made_anew_once_it_is_there() {
         "{message}"
     );
     assert!(
-        message.contains("--skip-existing") && !message.contains("--range"),
+        message.contains("; to go on: ") && message.contains("--skip-existing") && !message.contains("--range"),
         "{message}"
     );
     assert!(said.ends_with("failed: 4 of 5 frames are on disk\n"), "{said}");
