@@ -1,7 +1,9 @@
 //! A frame as the denoiser reads it.
 
 use super::{
-    blur, outliers,
+    blur,
+    level::{levels, noise_around},
+    outliers,
     signal::{Color, Signal},
 };
 
@@ -94,10 +96,11 @@ impl Frame {
         let mut halves = halves.map(divide);
         let mut light: Vec<Color> = light.into_iter().map(divide).collect();
         self.cut = outliers::cut(&mut halves, &mut light, self.size);
+        let levels = levels(&halves, self.size);
         let variance: Color = std::array::from_fn(|c| {
             let pairs = halves[0][c].iter().zip(&halves[1][c]);
             let squares: Vec<f32> = pairs.map(|(a, b)| 0.5 * (a - b) * (a - b)).collect();
-            let mut smooth = blur::binomial(&squares, self.size);
+            let mut smooth = noise_around(&squares, &levels, self.size);
             for (smooth, own) in smooth.iter_mut().zip(squares) {
                 if own > OUTLIER * *smooth {
                     *smooth = own;

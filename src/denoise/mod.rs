@@ -25,6 +25,7 @@ mod denoised;
 mod error;
 mod frame;
 mod learned;
+mod level;
 mod nlm;
 mod outliers;
 mod padded;

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::{
     frame::{Frame, Guides},
+    level::{levels, share},
     padded::Padded,
     signal::{Color, Signal, black},
 };
@@ -105,8 +106,8 @@ struct Input {
     slope: [Padded; 2],
     /// The alpha in the picture, 0 in the margin.
     covered: Padded,
-    /// The brighter half of each pixel.
-    bright: Padded,
+    /// How bright each pixel may be taken to be.
+    level: Padded,
 }
 
 impl Input {
@@ -115,10 +116,8 @@ impl Input {
         let plane = |values: &[f32]| Padded::new(values, size, margin + TILE[0].max(TILE[1]));
         let color = |color: &Color| std::array::from_fn(|c| plane(&color[c]));
         let slope = slope(&guides.inverse_depth, size);
-        let sum = |half: usize, i: usize| (0..3).map(|c| signal.halves[half][c][i]).sum::<f32>();
-        let bright: Vec<f32> = (0..size[0] * size[1]).map(|i| sum(0, i).max(sum(1, i))).collect();
         Self {
-            bright: plane(&bright),
+            level: plane(&levels(&signal.halves, size)),
             halves: [color(&signal.halves[0]), color(&signal.halves[1])],
             variance: color(&signal.variance),
             light: signal.light.iter().map(color).collect(),
@@ -253,6 +252,8 @@ struct Buffers {
     /// The differences of the halves, with the margin of a patch; then their sums over rows.
     distance: [Vec<f32>; 2],
     across: [Vec<f32>; 2],
+    /// The sums over the rows of the inner patches.
+    inner: [Vec<f32>; 2],
 }
 
 impl Default for Buffers {
@@ -260,6 +261,7 @@ impl Default for Buffers {
         Self {
             distance: [vec![0.0; WIDE], vec![0.0; WIDE]],
             across: [vec![0.0; TILE[0] * HIGH], vec![0.0; TILE[0] * HIGH]],
+            inner: [vec![0.0; TILE[0] * HIGH], vec![0.0; TILE[0] * HIGH]],
         }
     }
 }
@@ -285,24 +287,30 @@ impl Buffers {
                     }
                 }
                 let across = &mut self.across[half][line * TILE[0]..][..TILE[0]];
+                let inner = &mut self.inner[half][line * TILE[0]..][..TILE[0]];
                 for i in 0..TILE[0] {
                     let d = &out[i..i + DIAMETER];
-                    across[i] = ((d[0] + d[6]) + (d[1] + d[5])) + ((d[2] + d[4]) + d[3]);
+                    inner[i] = (d[2] + d[4]) + d[3];
+                    across[i] = ((d[0] + d[6]) + (d[1] + d[5])) + inner[i];
                 }
             }
         }
     }
 
-    /// The weights of a line of pixels by the sums of one half, none larger than by the features.
+    /// The weights of a line of pixels by the sums of one half, none larger than by the features. The inner 3 x 3 pixels of a patch must
+    /// be alike too: the noise of a spot at its edge would hide that they are not.
     #[inline(always)]
     fn weights(&self, half: usize, line: usize, alike: &[f32; TILE[0]], out: &mut [f32; TILE[0]]) {
         const SCALE: f32 = 1.0 / (DIAMETER * DIAMETER) as f32;
+        const INNER_SCALE: f32 = 1.0 / 9.0;
         let across = &self.across[half];
         let rows: [&[f32]; DIAMETER] = std::array::from_fn(|i| &across[(line + i) * TILE[0]..][..TILE[0]]);
+        let near: [&[f32]; 3] = std::array::from_fn(|i| &self.inner[half][(line + 2 + i) * TILE[0]..][..TILE[0]]);
         for i in 0..TILE[0] {
             let sum =
                 ((rows[0][i] + rows[6][i]) + (rows[1][i] + rows[5][i])) + ((rows[2][i] + rows[4][i]) + rows[3][i]);
-            out[i] = weight(sum * SCALE).min(alike[i]);
+            let inner = (near[0][i] + near[2][i]) + near[1][i];
+            out[i] = weight((sum * SCALE).max(inner * INNER_SCALE)).min(alike[i]);
         }
     }
 
@@ -352,8 +360,6 @@ fn features(input: &Input, [x, y]: [isize; 2], [dx, dy]: [isize; 2], out: &mut [
     const NORMAL: f32 = 1.0 / (0.1 * 0.1);
     const ALBEDO: f32 = 1.0 / (0.3 * 0.3);
     const DEPTH: f32 = 0.02 * 0.02;
-    /// How many times as bright as a pixel the light may be that another one lends it.
-    const BRIGHTER: f32 = 4.0;
     const TINY: f32 = 1e-30;
     const N: usize = TILE[0];
     let (from, to) = ([x, y], [x + dx, y + dy]);
@@ -371,14 +377,12 @@ fn features(input: &Input, [x, y]: [isize; 2], [dx, dy]: [isize; 2], out: &mut [
     );
     let (sx, sy) = (input.slope[0].row(x, y, N), input.slope[1].row(x, y, N));
     let covered = input.covered.row(x + dx, y + dy, N);
-    let (own, bright) = (input.bright.row(x, y, N), input.bright.row(x + dx, y + dy, N));
+    let (own, other) = (input.level.row(x, y, N), input.level.row(x + dx, y + dy, N));
     for i in 0..N {
         let d = b[i] - a[i] - (sx[i] * steps_x + sy[i] * steps_y);
         let most = a[i].max(b[i]);
         let depth = (d * d - (va[i] + vb[i])).max(0.0) / (DEPTH * most * most + TINY);
-        let limit = BRIGHTER * own[i];
-        let share = limit / bright[i].max(limit).max(TINY);
-        out[i] = covered[i] * share * weight(out[i] + depth);
+        out[i] = covered[i] * share(own[i], other[i]) * weight(out[i] + depth);
     }
 }
 

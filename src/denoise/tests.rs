@@ -229,6 +229,26 @@ fn a_single_bright_half_is_cut_and_spreads_nowhere_and_the_error_tells_it() {
 }
 
 #[test]
+fn a_mirrored_lamp_of_few_pixels_lends_no_light_to_what_is_around_it() {
+    let distance = |x: usize, y: usize| x.abs_diff(48).max(y.abs_diff(40));
+    let truth = |x: usize, y: usize| if distance(x, y) < 2 { 100.0 } else { 1.0 };
+    let mut own = frame(17, 0.0, 0.0, truth);
+    // Both halves show the lamp, with much noise; what is around it has little.
+    let half = |seed: u32| -> Color {
+        let grain = |x: usize, y: usize| noise(seed, y * SIZE[0] + x);
+        gray(|x, y| truth(x, y) * (1.0 + if distance(x, y) < 2 { 0.4 } else { 0.02 } * grain(x, y)).max(0.1))
+    };
+    own.set_light([half(60), half(70)], Vec::new());
+    let denoised = run(&own, &[]);
+    for ring in 2..6 {
+        let pixels = (0..PIXELS).filter(|i| distance(i % SIZE[0], i / SIZE[0]) == ring);
+        let light: Vec<f32> = pixels.map(|i| denoised.beauty[0][i]).collect();
+        let mean = light.iter().sum::<f32>() / light.len() as f32;
+        assert!((mean - 1.0).abs() < 0.02, "{ring}: {mean}");
+    }
+}
+
+#[test]
 fn light_over_alpha_is_filtered_and_nothing_shines_where_nothing_covers() {
     // Coverage from 0 to 1 across the picture, with light that is 0.8 of it.
     let alpha = plane(|x, _| ((x as f32 - 8.0) / 64.0).clamp(0.0, 1.0));
