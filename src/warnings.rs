@@ -61,6 +61,8 @@ kinds! {
     INVISIBLE = "invisible";
     /// More than half of a picture is clipped or black.
     PICTURE = "picture";
+    /// Numbers are too large for their files.
+    SATURATED = "saturated";
     /// A material reflects more light than it receives.
     ENERGY_GAIN = "energy-gain";
     /// A setting has no effect.

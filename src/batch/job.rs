@@ -23,6 +23,7 @@ use crate::{
     describe::{self, SceneDesc},
     error::Error,
     film::Film,
+    output::png::data::MOST_IDS,
     render::{Control, RenderError, Renderer},
     scene::{Scene, SceneBuildError, SceneBuilder},
 };
@@ -141,6 +142,12 @@ impl Job {
             .build(self.plan.picture.accel)
             .map_err(|cause| self.build_error(cause))?;
         compile::warn_dark_emitters(&scene, self.store.warnings());
+        if self.plan.files.has_png_ids && scene.mattes().parts().len() > MOST_IDS {
+            let count = scene.mattes().parts().len();
+            return Err(Error::Usage(format!(
+                "--png-ids: the scene has {count} objects and nodes, and PNG files hold numbers up to {MOST_IDS}: use --aovs objectId"
+            )));
+        }
         Ok(scene)
     }
 

@@ -91,6 +91,8 @@ pub struct FilePlan {
     pub files_of_caller: Vec<PathBuf>,
     /// The denoising of the frames, if any.
     pub denoise: Option<DenoisePlan>,
+    /// Whether PNG files hold the numbers of objects, of which they have 16 bits.
+    pub has_png_ids: bool,
 }
 
 impl Plan {
@@ -213,9 +215,10 @@ impl FilePlan {
     fn new(desc: &SceneDesc, request: &Request, picture: &PicturePlan, patterns: &Patterns) -> Result<Self, Error> {
         let Patterns { rendered, denoised } = patterns;
         Ok(Self {
-            encoding: encoding::of(&desc.output, &picture.settings.passes, rendered)?,
+            encoding: encoding::of(&desc.output, request.png_depth_unit, &picture.settings.passes, rendered)?,
             picture: patterns.picture().cloned(),
             sidecars: request.metadata.clone(),
+            has_png_ids: request.png_ids.is_some(),
             files_of_caller: request.files_of_caller.clone(),
             denoise: request.denoise.clone().map(|options| DenoisePlan {
                 options,

@@ -2,6 +2,7 @@
 
 pub mod denoise;
 pub(super) mod denoised;
+mod ids;
 pub(super) mod merge;
 pub mod metadata;
 pub(super) mod sidecars;

@@ -18,7 +18,7 @@ use crate::{
     camera::FrameCamera,
     error::Error,
     film::Film,
-    output::{self, Coverage, Format, FrameImage, OutputError, WriteReport},
+    output::{self, Coverage, Format, FrameImage, OutputError, WriteReport, png::data::saturation},
     render::{Control, Counters, Interrupts, Renderer},
     scene::Scene,
     warnings::WarningKind,
@@ -221,7 +221,7 @@ fn write_all(
     observer: &dyn Observer,
 ) -> Result<WriteSummary, OutputError> {
     let mut summary = WriteSummary::default();
-    let mut unjudged = JUDGED_FRAMES;
+    let (mut unjudged, mut saturated) = (JUDGED_FRAMES, 0);
     let is_final = plan.denoises().is_none();
     for Finished {
         frame,
@@ -257,6 +257,7 @@ fn write_all(
             frame.files.iter().try_for_each(|file| {
                 let report = write(plan, &file.path, file.format, &image)?;
                 summary.clamped += report.clamped + report.nans;
+                saturated += report.saturated;
                 observer.event(&JobEvent::FileWritten {
                     frame: frame.number,
                     file: &file.path,
@@ -289,6 +290,10 @@ fn write_all(
                 }
             }
         }
+    }
+    if saturated > 0 {
+        let text = saturation(saturated, plan.files.encoding.depth);
+        plan.warnings.add(WarningKind::SATURATED, "--png-depth", text);
     }
     Ok(summary)
 }

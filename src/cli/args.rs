@@ -5,7 +5,7 @@
 
 use std::{path::PathBuf, time::Duration};
 
-use batch_render::{batch::PartSpec, shape::mesh::LightUnits};
+use batch_render::{batch::PartSpec, output::DepthUnit, shape::mesh::LightUnits};
 use clap::{
     ArgAction, Args as ClapArgs, Parser, Subcommand, ValueEnum,
     builder::{OsStringValueParser, TypedValueParser},
@@ -201,16 +201,20 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub settings: Settings,
 
-    /// Also write depth in millimetres as PNG files of 16 bits: depth.####.png, or =PATTERN
-    #[arg(long, value_name = "PATTERN", num_args = 0..=1, require_equals = true, default_missing_value = "depth.####.png", hide_short_help = true, help_heading = heading::OUTPUT)]
+    /// Also write depth as PNG files of 16 bits: depth.####.png beside the pictures, or =PATTERN
+    #[arg(long, value_name = "PATTERN", num_args = 0..=1, require_equals = true, default_missing_value = "", hide_short_help = true, help_heading = heading::OUTPUT)]
     pub png_depth: Option<String>,
 
-    /// Also write normals as PNG files of 16 bits: normals.####.png, or =PATTERN
-    #[arg(long, value_name = "PATTERN", num_args = 0..=1, require_equals = true, default_missing_value = "normals.####.png", hide_short_help = true, help_heading = heading::OUTPUT)]
+    /// Unit of the numbers of --png-depth: mm, cm or m
+    #[arg(long, value_name = "UNIT", default_value_t, requires = "png_depth", hide_short_help = true, help_heading = heading::OUTPUT)]
+    pub png_depth_unit: DepthUnit,
+
+    /// Also write normals as PNG files of 16 bits: normals.####.png beside the pictures, or =PATTERN
+    #[arg(long, value_name = "PATTERN", num_args = 0..=1, require_equals = true, default_missing_value = "", hide_short_help = true, help_heading = heading::OUTPUT)]
     pub png_normals: Option<String>,
 
-    /// Also write the numbers of objects as PNG files of 16 bits: ids.####.png, or =PATTERN
-    #[arg(long, value_name = "PATTERN", num_args = 0..=1, require_equals = true, default_missing_value = "ids.####.png", hide_short_help = true, help_heading = heading::OUTPUT)]
+    /// Also write the numbers of objects as PNG files of 16 bits: ids.####.png beside the pictures, or =PATTERN
+    #[arg(long, value_name = "PATTERN", num_args = 0..=1, require_equals = true, default_missing_value = "", hide_short_help = true, help_heading = heading::OUTPUT)]
     pub png_ids: Option<String>,
 
     /// Files beside the pictures: transforms (cameras, as NeRF programs read them), ids (names of objects and materials)

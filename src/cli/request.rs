@@ -67,6 +67,7 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         png_depth: args.png_depth.clone(),
         png_normals: args.png_normals.clone(),
         png_ids: args.png_ids.clone(),
+        png_depth_unit: args.png_depth_unit,
         files_of_caller: files_of_caller(args),
         overscan: args.overscan,
         accel: BuildOptions {

@@ -228,8 +228,8 @@ pub const PASSES: &[PassSpec] = &[
         combine: Combine::Nearest,
         background: 0.0,
         display: Display::Id,
-        source: PassSource::FirstHit(|hit, _| id(Some(hit.object.0))),
-        about: "number of the object, 1 for the first of the scene file",
+        source: PassSource::FirstHit(|hit, context| id(Some(context.scene.mattes().part(context.scene, hit)))),
+        about: "number of the object, 1 for the first of the scene file; the nodes of a glTF file, and the objects and groups of an OBJ file, have numbers of their own, as in CryptoObject",
     },
     PassSpec {
         name: "instanceId",
@@ -239,7 +239,7 @@ pub const PASSES: &[PassSpec] = &[
         background: 0.0,
         display: Display::Id,
         source: PassSource::FirstHit(|hit, _| id((hit.instance != InstanceId::NONE).then_some(hit.instance.0))),
-        about: "number of the instance, from 1; 0 for what is no instance",
+        about: "number of the copy of a mesh that is shown several times, from 1; 0 for others",
     },
     PassSpec {
         name: "materialId",

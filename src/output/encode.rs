@@ -23,6 +23,9 @@ pub struct Encoding {
     pub parts: Parts,
     pub blocks: BlockShape,
     pub png: PngBits,
+    /// Not part of the fingerprint of files in millimetres.
+    #[serde(skip_serializing_if = "DepthUnit::is_default")]
+    pub depth: DepthUnit,
 }
 
 named! {
@@ -46,6 +49,32 @@ named! {
         Half = "half",
         /// 32 bits.
         Float = "float",
+    }
+}
+
+named! {
+    /// The unit of the whole numbers in PNG files of depth.
+    #[derive(Default)]
+    pub enum DepthUnit: "unit" {
+        #[default]
+        Millimetre = "mm",
+        Centimetre = "cm",
+        Metre = "m",
+    }
+}
+
+impl DepthUnit {
+    /// The number of units in a metre.
+    pub fn per_metre(self) -> f32 {
+        match self {
+            Self::Millimetre => 1000.0,
+            Self::Centimetre => 100.0,
+            Self::Metre => 1.0,
+        }
+    }
+
+    fn is_default(&self) -> bool {
+        *self == Self::default()
     }
 }
 
@@ -78,6 +107,8 @@ pub struct WriteReport {
     pub clamped: u64,
     /// NaNs, which became 0.
     pub nans: u64,
+    /// Depths beyond the range of a PNG file, which became 65535.
+    pub saturated: u64,
 }
 
 /// A kind of picture file.

@@ -27,7 +27,9 @@ use crate::film::Film;
 pub use attribute::{Attribute, Value};
 pub use camera_attributes::camera_attributes;
 pub use display::{DisplayTransform, PixelDisplay};
-pub use encode::{BlockShape, Contents, EncodeError, Encoding, Format, LightType, Parts, PngBits, WriteReport};
+pub use encode::{
+    BlockShape, Contents, DepthUnit, EncodeError, Encoding, Format, LightType, Parts, PngBits, WriteReport,
+};
 pub use error::OutputError;
 pub use exr::{Compression, Exr, ExrFile, FilePart, FilePlane, Numbers};
 pub use facts::FileFacts;

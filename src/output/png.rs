@@ -68,8 +68,8 @@ impl Format for Png {
         };
         Ok(WriteReport {
             bytes: picture.write(out)?,
-            clamped: 0,
             nans: nans(frame),
+            ..WriteReport::default()
         })
     }
 

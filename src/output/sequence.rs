@@ -101,9 +101,14 @@ impl FilePattern {
     /// # Errors
     /// None where the folder's name has no number field.
     pub fn in_folder(&self, folder: &str) -> Result<Self, FilePatternError> {
-        let at = self.text.rfind(std::path::is_separator).map_or(0, |at| at + 1);
-        let (before, name) = self.text.split_at(at);
+        let (before, name) = self.text.split_at(self.folder().len());
         Self::parse(&format!("{before}{folder}/{name}"))
+    }
+
+    /// Its folder as it was written, with the separator at its end.
+    pub fn folder(&self) -> &str {
+        let end = self.text.rfind(std::path::is_separator).map_or(0, |at| at + 1);
+        &self.text[..end]
     }
 
     /// The files of the sequence that are there, by their frames.

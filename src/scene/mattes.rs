@@ -55,6 +55,19 @@ pub struct Mattes {
     in_group: Vec<u32>,
     of_materials: Vec<u32>,
     of_objects: Vec<u32>,
+    /// See [`Mattes::parts`].
+    parts: Vec<Part>,
+    /// The index of the part of each matte of an object.
+    part_of: Vec<u32>,
+}
+
+/// An object, or a node of its model file, as the pass `objectId` counts them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    pub object: ObjectId,
+    pub node: Option<NodeId>,
+    /// The index of its matte; `None` where it has nothing to see.
+    pub matte: Option<u32>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -119,7 +132,10 @@ impl Mattes {
                 }
             });
         let instances = instances.collect();
+        let (parts, part_of) = objects.parts(scene.geometry.objects.len());
         Self {
+            parts,
+            part_of,
             shapes,
             meshes,
             instances,
@@ -150,6 +166,21 @@ impl Mattes {
             MatteKind::Asset => self.of_objects[hit.object.0 as usize],
         };
         self.table(kind).mattes[matte as usize].id
+    }
+
+    /// All parts of all objects, in the order of the objects.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// The index of the part at a hit of `scene`.
+    pub fn part(&self, scene: &Scene, hit: &FirstHit) -> u32 {
+        self.part_of[self.object(scene, hit) as usize]
+    }
+
+    /// The index of the first part of an instance.
+    pub fn part_of_instance(&self, instance: usize) -> u32 {
+        self.part_of[self.of_instances[self.instances[instance].first as usize] as usize]
     }
 
     fn object(&self, scene: &Scene, hit: &FirstHit) -> u32 {
@@ -203,6 +234,31 @@ impl ObjectMattes {
             .known
             .entry(key)
             .or_insert_with(|| table.add(&scene.part_name(object, node)))
+    }
+
+    /// The parts of this many objects, in their order, and the index of the part of each matte.
+    fn parts(&self, objects: usize) -> (Vec<Part>, Vec<u32>) {
+        let seen = self.known.iter().map(|((object, node), matte)| Part {
+            object: ObjectId(*object),
+            node: node.map(NodeId),
+            matte: Some(*matte),
+        });
+        let mut parts: Vec<Part> = seen.collect();
+        let visible: HashSet<u32> = parts.iter().map(|part| part.object.0).collect();
+        let unseen = (0..objects as u32).filter(|object| !visible.contains(object));
+        parts.extend(unseen.map(|object| Part {
+            object: ObjectId(object),
+            node: None,
+            matte: None,
+        }));
+        parts.sort_unstable_by_key(|part| (part.object.0, part.matte));
+        let mut part_of = vec![0; self.known.len()];
+        for (index, part) in parts.iter().enumerate() {
+            if let Some(matte) = part.matte {
+                part_of[matte as usize] = index as u32;
+            }
+        }
+        (parts, part_of)
     }
 }
 

@@ -21,16 +21,19 @@ impl Scene {
         let mut path = Vec::new();
         let mut next = Some(node);
         while let Some(id) = next {
-            let node = &self.geometry.nodes[id.0 as usize];
-            path.push(if node.name.is_empty() {
-                format!("node {}", id.0)
-            } else {
-                node.name.clone()
-            });
-            next = node.parent;
+            path.push(self.node_name(id));
+            next = self.geometry.nodes[id.0 as usize].parent;
         }
         path.reverse();
         path.join("/")
+    }
+
+    /// The name of a node, or its number.
+    pub fn node_name(&self, node: NodeId) -> String {
+        match self.geometry.nodes[node.0 as usize].name.as_str() {
+            "" => format!("node {}", node.0),
+            name => name.to_owned(),
+        }
     }
 
     /// The file of an object's geometry, or the object's own name if there is no file.

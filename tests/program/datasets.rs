@@ -156,6 +156,101 @@ fn every_view_is_a_picture_of_its_own() {
     }
 }
 
+/// Two balls, 5 m and 95 m away.
+const FAR_SCENE: &str = "[render]\nwidth = 16\nheight = 8\nsamples = 1\n\
+    [camera]\nperspective = { eye = [0, 0, 6], target = [0, 0, 0], fov = 40 }\n\
+    [background]\ncolor = 0.5\n[material.m]\nmatte = { albedo = 0.5 }\n\
+    [[object]]\nmaterial = \"m\"\nshape.sphere = { center = [-0.5, 0, 0], radius = 1 }\n\
+    [[object]]\nmaterial = \"m\"\nshape.sphere = { center = [30, 0, -95], radius = 20 }\n";
+
+#[test]
+fn data_pictures_without_a_pattern_are_beside_the_first_pictures() {
+    let folder = Folder::new();
+    folder.write("s.toml", FAR_SCENE);
+    let flags = ["--png-depth", "--png-normals", "--png-ids"];
+    folder.succeed(&[&["s.toml", "-o", "out/f.exr", "-o", "small/f.png"], &flags[..]].concat());
+    assert_eq!(
+        crate::common::names(&folder.path("out")),
+        ["depth.0001.png", "f.exr", "ids.0001.png", "normals.0001.png"]
+    );
+    assert_eq!(folder.names(), ["out", "s.toml", "small"]);
+}
+
+#[test]
+fn depths_beyond_the_range_are_one_warning_and_another_unit_holds_them() {
+    let folder = Folder::new();
+    folder.write("s.toml", FAR_SCENE);
+    let depth = |unit: &str| {
+        let args = [
+            "s.toml",
+            "--turntable",
+            "2",
+            "-o",
+            "f.#.exr",
+            "--png-depth=d.#.png",
+            "--png-depth-unit",
+            unit,
+        ];
+        let said = crate::common::stderr(&folder.run(&args));
+        let image = image::load_from_memory(&folder.read("d.1.png")).expect("a PNG");
+        (said, image.into_luma16().into_raw())
+    };
+    let (said, millimetres) = depth("mm");
+    let saturated = millimetres.iter().filter(|v| **v == 65535).count();
+    assert!(saturated > 0);
+    assert_eq!(said.matches("warning").count(), 1, "{said}");
+    assert!(
+        said.contains(
+            "pixels of --png-depth are farther than 65.534 m and hold 65535; --png-depth-unit cm or m reaches farther"
+        ),
+        "{said}"
+    );
+    let (said, centimetres) = depth("cm");
+    assert_eq!(said, "");
+    for (mm, cm) in millimetres.iter().zip(&centimetres) {
+        if *mm == 65535 {
+            assert!(*cm > 6553);
+        } else {
+            assert!((f32::from(*cm) - f32::from(*mm) / 10.0).abs() <= 0.55);
+        }
+    }
+    let unknown = folder.fail(2, &["s.toml", "--png-depth", "--png-depth-unit", "dm"]);
+    assert!(unknown.contains("unknown unit `dm`"), "{unknown}");
+    // The unit is part of what a file depends on.
+    let again = [
+        "s.toml",
+        "--turntable",
+        "2",
+        "-o",
+        "f.#.exr",
+        "--png-depth=d.#.png",
+        "--list-stale",
+    ];
+    assert_eq!(folder.succeed(&again).lines().count(), 2);
+}
+
+#[test]
+fn the_frames_of_another_resolution_that_transforms_lose_are_a_warning() {
+    let folder = Folder::new();
+    folder.write("s.toml", FAR_SCENE);
+    let job = [
+        "s.toml",
+        "--turntable",
+        "2",
+        "-o",
+        "f.#.png",
+        "--metadata",
+        "transforms",
+        "--range",
+    ];
+    folder.succeed(&[&job[..], &["1"]].concat());
+    let other = crate::common::stderr(&folder.run(&[&job[..], &["2", "--resolution", "8x4"]].concat()));
+    assert!(
+        other.contains("their pictures have 16x8 pixels, those of this job 8x4: transforms.json"),
+        "{other}"
+    );
+}
+
 const TRANSFORMS_SCENE: &str = "[render]\nwidth = 64\nheight = 48\nsamples = 1\n\
     [camera]\nperspective = { eye = [0, 1, 4], target = [0, 0, 0], fov = 40, shift = [0.1, 0] }\n\
     [material.m]\nmatte = { albedo = 0.5 }\n\
@@ -188,6 +283,10 @@ fn transforms_tell_where_every_point_of_a_picture_is_seen_also_of_crops_and_with
     let ids = json(&folder, "out/ids.json");
     assert_eq!(ids["objectId"], serde_json::json!(["ball \"1\""]));
     assert_eq!(ids["materialId"], serde_json::json!(["m"]));
+    assert_eq!(
+        ids["tree"],
+        serde_json::json!([{ "name": "ball \"1\"", "id": 1, "parent": null, "children": [] }])
+    );
 }
 
 /// Compares `transforms.json` with the points that the EXR files hold.

@@ -175,6 +175,13 @@ fn materials_objects_and_nodes_keep_their_names() {
             ["floor", "guard/arm/hand", "guard/arm/node 2"],
             "{instancing:?}"
         );
+        let counted = scene.mattes().parts().iter();
+        let counted: Vec<_> = counted.map(|part| scene.part_name(part.object, part.node)).collect();
+        assert_eq!(
+            counted,
+            ["guard/arm/hand", "guard/arm/node 2", "floor"],
+            "{instancing:?}"
+        );
         assert_eq!(names(MatteKind::Material), ["tiles", "steel"]);
         assert_eq!(names(MatteKind::Asset), ["robot.gltf", "floor"]);
     }

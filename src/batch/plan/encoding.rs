@@ -4,7 +4,7 @@ use crate::{
     describe::OutputDesc,
     error::Error,
     film::PassRequest,
-    output::{BlockShape, Contents, Encoding, FilePattern, Parts},
+    output::{BlockShape, Contents, DepthUnit, Encoding, FilePattern, Parts},
 };
 
 /// The encoding of files that a description asks for.
@@ -13,6 +13,7 @@ use crate::{
 /// The compression would change the data of a pass that the files hold.
 pub(in crate::batch) fn of(
     desc: &OutputDesc,
+    depth: DepthUnit,
     passes: &[PassRequest],
     patterns: &[FilePattern],
 ) -> Result<Encoding, Error> {
@@ -31,5 +32,6 @@ pub(in crate::batch) fn of(
             BlockShape::Lines
         },
         png: desc.png_bits,
+        depth,
     })
 }

@@ -32,7 +32,12 @@ impl Patterns {
             patterns.denoised = std::mem::replace(&mut patterns.rendered, vec![noisy]);
         }
         for (format, text) in request.png_data() {
-            let pattern = FilePattern::parse(text).map_err(Error::Pattern)?;
+            let beside = || format!("{}{}.####.png", patterns.folder(), format.file);
+            let pattern = match text.is_empty() {
+                true => FilePattern::parse(&beside()),
+                false => FilePattern::parse(text),
+            };
+            let pattern = pattern.map_err(Error::Pattern)?;
             if pattern.format().name() != format.name() {
                 let flag = format.flag;
                 let message = format!("{flag}: expected a pattern that ends in .png, found `{text}`");
@@ -46,6 +51,11 @@ impl Patterns {
     /// All patterns, those of final files first.
     pub fn all(&self) -> impl Iterator<Item = &FilePattern> {
         self.denoised.iter().chain(&self.rendered)
+    }
+
+    /// The folder of the first of the final files, with its separator.
+    fn folder(&self) -> &str {
+        self.all().next().map(FilePattern::folder).unwrap_or_default()
     }
 
     /// The pattern of the final pictures: files for displays, else the first.

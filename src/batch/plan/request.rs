@@ -10,7 +10,10 @@ use crate::{
     assets::store::MissingAssets,
     camera::RotationOrder,
     describe::Overrides,
-    output::png::data::{DEPTH, DataPng, IDS, NORMALS},
+    output::{
+        DepthUnit,
+        png::data::{DEPTH, DataPng, IDS, NORMALS},
+    },
     shape::mesh::LightUnits,
     warnings::Warnings,
 };
@@ -37,10 +40,11 @@ pub struct Request {
     pub time_limit: Option<Duration>,
     /// Columns and rows x0, y0, x1, y1; the last two are not rendered.
     pub crop: Option<[u32; 4]>,
-    /// Patterns of PNG files of depth, of normals, and of the numbers of objects.
+    /// Patterns of PNG files of depth, of normals, and of the numbers of objects. An empty one names files beside the pictures.
     pub png_depth: Option<String>,
     pub png_normals: Option<String>,
     pub png_ids: Option<String>,
+    pub png_depth_unit: DepthUnit,
     /// The denoising that follows once all frames are there; the job's files are the denoised ones then.
     pub denoise: Option<DenoiseOptions>,
     /// The steps of such a job.

@@ -7,7 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::batch::{CameraRig, FrameFailure, Plan, PlannedFrame};
 
-use super::metadata::{Sidecar, pinhole};
+use super::{
+    ids::Ids,
+    metadata::{Sidecar, pinhole},
+};
 use crate::{
     camera::PinholeView,
     error::Error,
@@ -37,7 +40,7 @@ pub(in crate::batch) fn write(
                 if plan.is_chunk
                     && let Some(others) = Transforms::read(&path, &plan.warnings)
                 {
-                    own.join(others, plan);
+                    own.join(others, plan, &path);
                 }
                 write_json(&path, &own)?;
             }
@@ -124,9 +127,15 @@ impl Transforms {
     }
 
     /// Adds the frames of other jobs of the same sequence, in rising order. Frames of this job replace theirs.
-    fn join(&mut self, others: Self, plan: &Plan) {
+    fn join(&mut self, others: Self, plan: &Plan, path: &Path) {
         let head = |t: &Self| (t.conventions.clone(), t.camera_model.clone(), t.w, t.h);
         if head(self) != head(&others) {
+            let (frames, path) = (others.frames.len(), path.display());
+            let text = format!(
+                "the {frames} frames of other jobs are lost: their pictures have {}x{} pixels, those of this job {}x{}: {path}",
+                others.w, others.h, self.w, self.h
+            );
+            plan.warnings.add_live(WarningKind::LOST_FRAMES, path, text);
             return;
         }
         let numbers: HashSet<i32> = self.frames.iter().map(|frame| frame.frame).collect();
@@ -157,30 +166,6 @@ impl Frame {
             camera_angle_x: angle(window.width(), fl_x),
             camera_angle_y: angle(window.height(), fl_y),
             transform_matrix: [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]],
-        }
-    }
-}
-
-/// The content of `ids.json`: names in the order of their numbers, of which the first is 1.
-#[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
-struct Ids<'a> {
-    conventions: &'static str,
-    object_id: Vec<&'a str>,
-    material_id: Vec<&'a str>,
-}
-
-impl<'a> Ids<'a> {
-    fn new(scene: &'a Scene) -> Self {
-        Self {
-            conventions: "the first name has the number 1; 0 is nothing",
-            object_id: scene
-                .geometry
-                .objects
-                .iter()
-                .map(|object| object.name.as_str())
-                .collect(),
-            material_id: scene.shading.material_names.iter().map(String::as_str).collect(),
         }
     }
 }
