@@ -27,6 +27,7 @@ mod pick;
 mod picture;
 mod server;
 mod session;
+mod visitors;
 
 pub use options::ViewerOptions;
 

@@ -6,20 +6,28 @@
 //! | `/live` | the WebSocket of the page |
 //! | `/still.png` | the view with all its samples: the file that the job writes |
 
-use std::{net::TcpListener, sync::Arc, time::Duration};
+use std::{convert::Infallible, net::TcpListener, sync::Arc, time::Duration};
 
 use axum::{
-    Router,
+    Extension, Router,
     extract::{Request, State, WebSocketUpgrade},
     http::{HeaderValue, StatusCode, header},
     middleware::{self, Next},
     response::{Html, IntoResponse, Response},
     routing::get,
-    serve::ListenerExt,
+    serve::Listener,
 };
-use tokio::sync::watch;
+use hyper::server::conn::http1;
+use hyper_util::{rt::TokioIo, service::TowerToHyperService};
+use tokio::{net::TcpStream, sync::watch};
 
-use super::{connection, guard::Guard, page, session::Session};
+use super::{
+    connection,
+    guard::Guard,
+    page,
+    session::Session,
+    visitors::{Visitor, Visitors},
+};
 use crate::error::Error;
 
 /// The most bytes of a message of a page.
@@ -35,6 +43,7 @@ const GOODBYE: Duration = Duration::from_millis(500);
 struct Server {
     guard: Guard,
     session: Arc<Session>,
+    visitors: Arc<Visitors>,
     /// Becomes true when the server stops.
     is_stopping: watch::Receiver<bool>,
 }
@@ -55,22 +64,13 @@ pub fn run(
     let server = Server {
         guard,
         session: Arc::clone(session),
+        visitors: Arc::default(),
         is_stopping,
     };
     let served = runtime.block_on(async {
         let listener = tokio::net::TcpListener::from_std(listener)?;
-        let listener = listener.tap_io(|stream| {
-            // Disables Nagle's algorithm; an error only costs latency.
-            let _ = stream.set_nodelay(true);
-        });
-        let app = Router::new()
-            .route("/", get(page))
-            .route("/live", get(live))
-            .route("/still.png", get(still))
-            .layer(middleware::from_fn_with_state(server.clone(), check))
-            .with_state(server);
         tokio::select! {
-            served = axum::serve(listener, app).into_future() => served,
+            never = accept(listener, server) => match never {},
             () = over(is_over) => {
                 stopping.send_replace(true);
                 // Pages answer a close frame immediately.
@@ -83,6 +83,39 @@ pub fn run(
     served.map_err(failed)
 }
 
+/// Serves connections as they arrive.
+async fn accept(mut listener: tokio::net::TcpListener, server: Server) -> Infallible {
+    let visitors = Arc::clone(&server.visitors);
+    let app = Router::new()
+        .route("/", get(page))
+        .route("/live", get(live))
+        .route("/still.png", get(still))
+        .layer(middleware::from_fn_with_state(server.clone(), check))
+        .with_state(server);
+    loop {
+        // Errors of single connections are handled there.
+        let (stream, _) = Listener::accept(&mut listener).await;
+        let visitor = visitors.enter();
+        let app = app.clone().layer(Extension(Arc::clone(&visitor)));
+        tokio::spawn(serve(stream, app, Arc::clone(&visitors), visitor));
+    }
+}
+
+/// Serves a connection until it ends or, without the secret, until it must.
+async fn serve(stream: TcpStream, app: Router, visitors: Arc<Visitors>, visitor: Arc<Visitor>) {
+    // Disables Nagle's algorithm; an error only costs latency.
+    let _ = stream.set_nodelay(true);
+    let connection = http1::Builder::new()
+        .serve_connection(TokioIo::new(stream), TowerToHyperService::new(app))
+        .with_upgrades();
+    tokio::select! {
+        // An error of a connection concerns nobody else.
+        _ = connection => {}
+        () = visitor.expired() => {}
+    }
+    visitors.leave(&visitor);
+}
+
 async fn over(is_over: &dyn Fn() -> bool) {
     while !is_over() {
         tokio::time::sleep(STOP_POLL).await;
@@ -90,7 +123,12 @@ async fn over(is_over: &dyn Fn() -> bool) {
 }
 
 /// Checks every request with the guard.
-async fn check(State(server): State<Server>, request: Request, next: Next) -> Response {
+async fn check(
+    State(server): State<Server>,
+    Extension(visitor): Extension<Arc<Visitor>>,
+    request: Request,
+    next: Next,
+) -> Response {
     if let Err(status) = server.guard.check(request.uri(), request.headers()) {
         let reason = match status {
             StatusCode::FORBIDDEN => "this page needs the whole address that batch-render prints, with its key",
@@ -98,6 +136,7 @@ async fn check(State(server): State<Server>, request: Request, next: Next) -> Re
         };
         return (status, reason).into_response();
     }
+    server.visitors.admit(&visitor);
     let mut response = next.run(request).await;
     let headers = response.headers_mut();
     for (name, value) in [

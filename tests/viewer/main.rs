@@ -6,6 +6,12 @@ mod common;
 
 mod client;
 
+use std::{
+    io::{ErrorKind, Read, Write},
+    net::TcpStream,
+    time::{Duration, Instant},
+};
+
 use client::{Fly, Told};
 use common::{Folder, SMALL_PATH, SMALL_SCENE};
 use serde_json::{Value, json};
@@ -63,6 +69,45 @@ fn a_socket_needs_the_secret_and_the_origin_of_the_page() {
         refused("evil.example", Some("http://evil.example"), &fly.key),
         Some(421)
     );
+}
+
+#[test]
+fn connections_without_the_secret_take_nothing_from_a_page_and_end() {
+    let fly = Fly::start(None, &[]);
+    let mut open = fly.page();
+    let mut half: Vec<_> = (0..300).map(|_| fly.connect()).collect();
+    for stream in &mut half {
+        // The oldest may have lost their places already.
+        let _ = stream.write_all(b"GET / HT");
+    }
+    let begun = Instant::now();
+    let mut page = fly.page();
+    for page in [&mut open, &mut page] {
+        page.ask(json!({ "t": "view", "camera": camera([0.0, 1.0, 6.0], [0.0, 1.0, 0.0]) }));
+        page.picture(false);
+    }
+    assert_eq!(fly.own("/").0, 200);
+    assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
+    // Of 300 at most 32 are left, and those for a short time, also where bytes arrive now and then.
+    assert!(half[..260].iter_mut().all(has_ended));
+    let slow = half.last_mut().expect("a connection");
+    slow.set_read_timeout(Some(Duration::from_millis(100)))
+        .expect("a timeout");
+    while !has_ended(slow) {
+        assert!(begun.elapsed() < Duration::from_secs(30));
+        let _ = slow.write_all(b"T");
+    }
+    // Who has the secret stays.
+    page.ask(json!({ "t": "frame", "frame": 2 }));
+    page.picture(false);
+}
+
+/// Whether the other side has closed a connection; waits as long as its reading does.
+fn has_ended(stream: &mut TcpStream) -> bool {
+    match stream.read(&mut [0]) {
+        Ok(read) => read == 0,
+        Err(error) => !matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut),
+    }
 }
 
 #[test]
