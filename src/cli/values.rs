@@ -72,7 +72,7 @@ pub fn size(text: &str) -> Result<u64, String> {
     let value: u64 = digits
         .parse()
         .map_err(|_| "expected a size such as 512M or 8G".to_owned())?;
-    if scale == 0 && value < SMALLEST_PLAIN {
+    if digits == text && value < SMALLEST_PLAIN {
         return Err(format!("the unit is missing: write {digits}G or {digits}M"));
     }
     value
@@ -107,6 +107,7 @@ mod tests {
         assert_eq!(size("8G"), Ok(8 << 30));
         assert_eq!(size("512MiB"), Ok(512 << 20));
         assert_eq!(size("8589934592"), Ok(8 << 30));
+        assert_eq!(size("16B"), Ok(16));
         assert_eq!(size("8"), Err("the unit is missing: write 8G or 8M".into()));
         assert!(size("lots").is_err());
         let seconds = |text| duration(text).map(|time| time.as_secs_f64());

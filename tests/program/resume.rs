@@ -106,7 +106,7 @@ fn a_texture_that_is_painted_over_makes_frames_stale_and_its_date_does_not() {
     assert_eq!(numbers(&folder, &[]), "");
     // At half of its resolution it is another texture; with memory enough it is the same.
     assert_eq!(numbers(&folder, &["--texture-memory", "1M"]), "");
-    assert_eq!(numbers(&folder, &["--texture-memory", "16"]), ALL);
+    assert_eq!(numbers(&folder, &["--texture-memory", "16B"]), ALL);
     paint(201);
     assert_eq!(numbers(&folder, &[]), ALL);
 }
