@@ -50,7 +50,7 @@ impl<'a> Lights<'a> {
         }
     }
 
-    /// What is done with the lights, in a sentence.
+    /// The treatment of the lights, in a sentence.
     pub fn treatment(&self) -> String {
         let done = match self.divisor() {
             1.0 => "its lights are taken as they are".to_owned(),
@@ -80,12 +80,8 @@ impl<'a> Lights<'a> {
             Some("point") => ModelLightKind::Point,
             Some("directional") => ModelLightKind::Sun,
             Some("spot") => self.spot(light.get("spot").unwrap_or(&Value::Null)),
-            other => {
-                return Err(GltfProblem::broken(format!(
-                    "light {index} is of an unknown type: {}",
-                    other.unwrap_or("none")
-                )));
-            }
+            // The faults of the file tell it.
+            _ => return Ok(None),
         };
         if !color.iter().all(|c| c.is_finite()) {
             return Err(GltfProblem::broken(format!("light {index} is infinitely bright")));

@@ -465,4 +465,6 @@ fn lights_that_cannot_be_are_faults() {
     assert!(faults(r#"{"type": "point", "intensity": -1}"#)[0].contains("below 0"));
     assert!(faults(r#"{"type": "spot", "spot": {"innerConeAngle": 0.6, "outerConeAngle": 0.2}}"#)[0].contains("cone"));
     assert!(faults(r#"{"type": "spot", "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.6}}"#).is_empty());
+    let unknown = faults(r#"{"type": "area"}"#);
+    assert_eq!(unknown, ["light 0 is of an unknown type, `area`, and is left out"]);
 }

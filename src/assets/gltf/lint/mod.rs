@@ -13,6 +13,7 @@ mod meshes;
 use ::gltf::json::Value;
 
 use super::document::Document;
+use crate::value::one_line;
 use checked::{Lint, array, index};
 
 /// The most faults of a file that are reported one by one.
@@ -94,6 +95,11 @@ fn lights(lint: &mut Lint<'_>) {
         let colors = array(light, "color").iter().filter_map(Value::as_f64);
         if number("/intensity").into_iter().chain(colors).any(|v| v < 0.0) {
             lint.fault(format!("light {i} has an intensity or a colour below 0"));
+        }
+        let kind = light.get("type").and_then(Value::as_str).unwrap_or("none");
+        if !["point", "directional", "spot"].contains(&kind) {
+            let kind = one_line(kind, 40);
+            lint.fault(format!("light {i} is of an unknown type, `{kind}`, and is left out"));
         }
         let inner = number("/spot/innerConeAngle").unwrap_or(0.0);
         let outer = number("/spot/outerConeAngle").unwrap_or(std::f64::consts::FRAC_PI_4);
