@@ -56,26 +56,7 @@ pub struct Args {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Validate a scene and every file that it names, and list what it consists of
-    Check {
-        /// The scene file
-        scene: PathBuf,
-
-        /// The camera path that is to be rendered
-        #[arg(long, value_name = "FILE")]
-        frames: Option<PathBuf>,
-
-        /// Let models name files outside of their own folders
-        #[arg(long)]
-        allow_outside: bool,
-
-        /// Refuse models of which a part would not be rendered
-        #[arg(long)]
-        strict: bool,
-
-        /// Print the inventory as JSON
-        #[arg(long)]
-        json: bool,
-    },
+    Check(Box<CheckArgs>),
     /// Compare acceleration structures on the rays of a scene
     Bench(BenchArgs),
     /// Join crops of one frame into the file of the whole frame
@@ -95,6 +76,39 @@ pub enum Command {
     #[cfg(feature = "viewer")]
     #[command(after_long_help = super::fly_args::KEYS)]
     Fly(super::fly_args::FlyArgs),
+}
+
+#[derive(Debug, ClapArgs)]
+pub struct CheckArgs {
+    /// The scene file
+    pub scene: PathBuf,
+
+    /// The camera path that is to be rendered
+    #[arg(long, value_name = "FILE")]
+    pub frames: Option<PathBuf>,
+
+    /// Let models name files outside of their own folders
+    #[arg(long)]
+    pub allow_outside: bool,
+
+    /// Refuse models of which a part would not be rendered
+    #[arg(long)]
+    pub strict: bool,
+
+    /// Treatment of missing and broken images
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = MissingKind::Error)]
+    pub missing_assets: MissingKind,
+
+    /// Unit of the lights of a glTF model: as its program writes them, candela and lux (683 lm/W), or W/sr and W/m2
+    #[arg(long, value_name = "UNIT", value_parser = light_units())]
+    pub light_units: Option<LightUnits>,
+
+    /// Print the inventory as JSON
+    #[arg(long)]
+    pub json: bool,
+
+    #[command(flatten)]
+    pub settings: Settings,
 }
 
 #[derive(Debug, ClapArgs)]

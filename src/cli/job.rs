@@ -16,7 +16,7 @@ use batch_render::{
 };
 
 use super::{
-    args::{Args, Command, RenderArgs},
+    args::{Args, CheckArgs, Command, RenderArgs},
     choices::ProgressKind,
     events::{EventFormat, Events},
     failures::FramesFailed,
@@ -35,21 +35,7 @@ use super::{
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let simd = simd::from_environment()?;
     match &args.command {
-        Some(Command::Check {
-            scene,
-            frames,
-            allow_outside,
-            strict,
-            json,
-        }) => {
-            let request = Request {
-                camera_path: frames.clone(),
-                allow_outside: *allow_outside,
-                strict: *strict,
-                ..Request::default()
-            };
-            check(scene, request, simd, *json)
-        }
+        Some(Command::Check(args)) => check(args, simd),
         Some(Command::Bench(bench)) => super::bench::run(bench, simd, args.quiet),
         #[cfg(feature = "viewer")]
         Some(Command::Fly(fly)) => super::fly::run(fly, simd),
@@ -68,23 +54,29 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 /// Validates a scene and prints its inventory.
-fn check(scene: &Path, request: Request, simd: Isa, json: bool) -> anyhow::Result<()> {
+fn check(args: &CheckArgs, simd: Isa) -> anyhow::Result<()> {
     let request = Request {
+        camera_path: args.frames.clone(),
+        overrides: args.settings.0.clone(),
+        allow_outside: args.allow_outside,
+        strict: args.strict,
+        missing_assets: args.missing_assets.into(),
+        light_units: args.light_units,
         max_memory: Some(memory::default_limit()),
         texture_memory: Some(memory::default_textures()),
         accel: BuildOptions {
             simd,
             ..BuildOptions::default()
         },
-        ..request
+        ..Request::default()
     };
     let _last = log::LastWarnings(request.warnings.clone());
     let pool = threads(None)?;
-    let job = pool.install(|| Job::open(scene, &request))?;
+    let job = pool.install(|| Job::open(&args.scene, &request))?;
     let loaded = pool.install(|| job.load())?;
     pool.install(|| job.check(&loaded))?;
     log::warnings(&request.warnings);
-    inventory::print(scene, &job, &job.inventory(&loaded), json).map_err(Error::Stdout)?;
+    inventory::print(&args.scene, &job, &job.inventory(&loaded), args.json).map_err(Error::Stdout)?;
     Ok(())
 }
 

@@ -87,6 +87,16 @@ fn check_and_dry_run_validate_without_rendering() {
         "2\tf.0002.png\n3\tf.0003.png\ns.toml: 2 frames to render, nothing wrong\n"
     );
     let said = folder.succeed(&["check", "s.toml"]);
+    folder.succeed(&[
+        "check",
+        "s.toml",
+        "--set",
+        "render.samples=2",
+        "--missing-assets",
+        "placeholder",
+    ]);
+    let wrong = folder.fail(2, &["check", "s.toml", "--samples", "many"]);
+    assert!(wrong.contains("--samples"), "{wrong}");
     assert_eq!(said.lines().next(), Some("s.toml: 1 frame to render, nothing wrong"));
     assert!(said.contains("4 objects: 0 triangles, 4 other shapes\n"), "{said}");
     let json: serde_json::Value = serde_json::from_str(&folder.succeed(&["check", "s.toml", "--json"])).expect("JSON");
